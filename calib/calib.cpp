@@ -7,6 +7,7 @@
 
 #include "calib/calibrate_camera.hpp"
 #include "calib/checks/known_length.hpp"
+#include "calib/checks/pictures.hpp"
 #include "calib/tsai/correspondence.hpp"
 #include "core/error.hpp"
 
@@ -42,6 +43,7 @@ CalibResult calibrate_tsai(const Detections& detections, const Rig& rig, const T
                            const CalibOptions& options) {
   options.check();
   check_known_length(target);
+  refuse_sets_twice(rig);
   if (rig.stages.empty())
     throw bad_input(
         "there are no z stages, on which Tsai's method rests", {.field = "calibration.stage"},
@@ -50,6 +52,7 @@ CalibResult calibrate_tsai(const Detections& detections, const Rig& rig, const T
   result.calibration.method = "tsai";
   result.calibration.rig = rig.name;
   for (const TargetStage& stage : rig.stages) result.calibration.sets.push_back(stage.set);
+  refuse_pictures_twice({detections, "", result.calibration.sets});
   for (const RigCamera& rig_camera : rig.cameras) {
     const auto points = stage_correspondences(detections, rig, target, rig_camera.name);
     CameraResult camera =

@@ -12,6 +12,7 @@
 #include "calib/checks/joint_checks.hpp"
 #include "calib/checks/known_length.hpp"
 #include "calib/checks/next_view.hpp"
+#include "calib/checks/pictures.hpp"
 #include "calib/joint/covariance.hpp"
 #include "calib/joint/start.hpp"
 #include "calib/joint/stated_fit.hpp"
@@ -132,6 +133,13 @@ void add_uncertainty(const JointSolution& solution, const JointFit& fit,
   if (options.known_lenses)
     add_known_lenses(calibration.joint_covariance, model, fit, *options.known_lenses);
   add_scale_uncertainty(calibration.joint_covariance, model, options.scale_uncertainty);
+}
+
+/// Those that calibrate.
+std::vector<std::string> sets_of(const Rig& rig) {
+  std::vector<std::string> sets = rig.free_poses;
+  for (const TargetStage& stage : rig.stages) sets.push_back(stage.set);
+  return sets;
 }
 
 /// The first stage keeps the world; the others lie where the views say.
@@ -281,6 +289,8 @@ JointResult calibrate_joint(const Detections& detections, const Rig& rig, const 
                             const JointOptions& options) {
   options.check();
   check_known_length(target);
+  refuse_sets_twice(rig);
+  refuse_pictures_twice({detections, "", sets_of(rig)});
   std::vector<std::string> notes;
   JointModel model =
       joint_frames(detections, options.free_stages ? with_free_stages(rig) : rig, target, notes);

@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <limits>
 
 #include "calib/checks/joint_checks.hpp"
@@ -21,6 +22,7 @@ using test::SyntheticBench;
 using testing::AllOf;
 using testing::AnyOf;
 using testing::HasSubstr;
+using testing::Not;
 using units::deg;
 
 /// What the Error says and what it advises, or "" when nothing is refused.
@@ -135,6 +137,42 @@ TEST(JointRefusals, DuplicateViewsAreNamed) {
   EXPECT_THAT(result.calibration.warnings,
               testing::Contains(
                   AllOf(HasSubstr("duplicate views"), HasSubstr("pose2"), HasSubstr("pose3"))));
+}
+
+TEST(JointRefusals, ASetOrAPictureThatIsThereTwice) {
+  const auto refusal_of = [](const Detections& detections, const Rig& rig, bool joint) {
+    try {
+      if (joint)
+        static_cast<void>(calibrate_joint(detections, rig, test::bench1_target(), {}));
+      else
+        static_cast<void>(calibrate_tsai(detections, rig, test::bench1_target(), {}));
+    } catch (const Error& error) {
+      return std::string(error.what());
+    }
+    return std::string();
+  };
+  const Detections good = test::bench1_target_detections(0.01);
+  for (const bool joint : {false, true}) {
+    Rig rig = test::bench1_rig();
+    rig.stages.push_back(rig.stages[1]);
+    EXPECT_THAT(refusal_of(good, rig, joint), AllOf(HasSubstr("twice"), HasSubstr("stage_z030")));
+    rig = test::bench1_rig();
+    rig.free_poses = {"stage_z060"};
+    EXPECT_THAT(refusal_of(good, rig, joint),
+                AllOf(HasSubstr("calibration.free_poses"), HasSubstr("stage_z060")));
+    Detections copied = good;
+    const auto view_of = [&](const std::string& set) {
+      return std::find_if(
+          copied.frames.begin(), copied.frames.end(),
+          [&](const FrameDetections& f) { return f.set == set && f.camera == "cam1"; });
+    };
+    view_of("stage_z090")->detections = view_of("stage_z030")->detections;
+    EXPECT_THAT(refusal_of(copied, test::bench1_rig(), joint),
+                AllOf(HasSubstr("this picture is also the one of set stage_z030, cam1"),
+                      HasSubstr("stage_z090")));
+    view_of("stage_z090")->set = "not used";
+    EXPECT_THAT(refusal_of(copied, test::bench1_rig(), joint), Not(HasSubstr("this picture")));
+  }
 }
 
 TEST(JointRefusals, NumbersThatAreNotFinite) {

@@ -1,0 +1,81 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "calib/checks/pictures.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <map>
+#include <set>
+#include <utility>
+
+#include "core/error.hpp"
+
+namespace drape::calib {
+namespace {
+
+/// Pictures met so far. Places of marks are equal to the last digit in one picture only, however it
+/// was copied or encoded; equal files are one picture, however it was detected.
+class Pictures {
+ public:
+  void add(const PictureSource& source, const std::string& what_to_do) {
+    for (const FrameDetections& frame : source.detections.frames) {
+      const bool counts = source.sets.empty() || std::find(source.sets.begin(), source.sets.end(),
+                                                           frame.set) != source.sets.end();
+      const bool finite = std::all_of(frame.detections.begin(), frame.detections.end(),
+                                      [](const Detection& d) { return d.centre_px.allFinite(); });
+      if (!counts || frame.detections.empty() || !finite) continue;
+      std::vector<double> places;
+      for (const Detection& d : frame.detections)
+        places.insert(places.end(), {d.centre_px.x(), d.centre_px.y()});
+      const Owner owner{&frame, source.file};
+      refuse(owner, by_places_.emplace(std::move(places), owner), what_to_do);
+      if (!frame.image_sha256.empty())
+        refuse(owner, by_file_.emplace(frame.image_sha256, owner), what_to_do);
+    }
+  }
+
+ private:
+  struct Owner {
+    const FrameDetections* frame = nullptr;
+    std::string file;
+  };
+
+  template <typename Placed>
+  static void refuse(const Owner& owner, const Placed& placed, const std::string& what_to_do) {
+    const auto& [at, fresh] = placed;
+    const Owner& first = at->second;
+    if (fresh || first.frame == owner.frame) return;
+    throw bad_input(fmt::format("this picture is also the one of set {}, {}{}", first.frame->set,
+                                first.frame->camera, first.file.empty() ? "" : " in " + first.file),
+                    {.file = owner.file, .camera = owner.frame->camera, .set = owner.frame->set},
+                    what_to_do);
+  }
+
+  std::map<std::vector<double>, Owner> by_places_;
+  std::map<std::string, Owner> by_file_;
+};
+
+}  // namespace
+
+void refuse_pictures_twice(const PictureSource& source) {
+  Pictures().add(source, "record each set by itself, or take one of the two out of the rig file");
+}
+
+void refuse_pictures_of(const PictureSource& calibrated, const PictureSource& tested) {
+  Pictures pictures;
+  pictures.add(calibrated, "calibrate again, from sets that were each recorded by themselves");
+  pictures.add(tested, "record each set by itself, and other sets than those that calibrated");
+}
+
+void refuse_sets_twice(const Rig& rig) {
+  std::set<std::string> names;
+  const auto add = [&](const std::string& set, const char* field) {
+    if (names.insert(set).second) return;
+    throw bad_input("a set of the target is named twice, so its views would count twice",
+                    {.field = field, .set = set}, "name each set once in rig.toml");
+  };
+  for (const TargetStage& stage : rig.stages) add(stage.set, "calibration.stage");
+  for (const std::string& set : rig.free_poses) add(set, "calibration.free_poses");
+}
+
+}  // namespace drape::calib
