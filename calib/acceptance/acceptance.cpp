@@ -2,6 +2,7 @@
 #include "calib/acceptance/acceptance.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
@@ -11,6 +12,7 @@
 #include "calib/acceptance/figures.hpp"
 #include "calib/acceptance/positions.hpp"
 #include "calib/checks/known_length.hpp"
+#include "calib/checks/pictures.hpp"
 #include "calib/tsai/correspondence.hpp"
 #include "core/error.hpp"
 #include "core/units.hpp"
@@ -63,6 +65,16 @@ std::optional<std::string> reason_against(const AcceptanceInput& input,
                       : std::nullopt;
 }
 
+std::vector<std::string> names_that_calibrated(const Detections& tested,
+                                               const Calibration& calibration) {
+  std::vector<std::string> names = sets_of(tested);
+  std::erase_if(names, [&](const std::string& set) {
+    return std::find(calibration.sets.begin(), calibration.sets.end(), set) ==
+           calibration.sets.end();
+  });
+  return names;
+}
+
 void check_positive(const char* option, double value) {
   if (!(value > 0))
     throw usage_error(fmt::format("{} is {}", option, value), "give a number above zero");
@@ -103,10 +115,12 @@ Acceptance accept(const AcceptanceInput& input, const Calibration& calibration, 
   check_lattice(input.target, rig, target);
   for (const FrameDetections& frame : input.target.frames)
     for (const Detection& d : frame.detections) check_detection(d, frame);
-  if (input.calibrated)
-    refuse_pictures_of(*input.calibrated, input.target);
+  const PictureSource tested{input.target, input.file, {}};
+  if (input.calibrated.detections)
+    refuse_pictures_of({*input.calibrated.detections, input.calibrated.file, calibration.sets},
+                       tested);
   else
-    refuse_pictures_twice(input.target);
+    refuse_pictures_twice(tested);
   const Plate plate(target, options.bow_mm);
   std::vector<Position> positions = positions_of(input.target, calibration, plate);
   Acceptance acceptance;
@@ -150,11 +164,20 @@ Acceptance accept(const AcceptanceInput& input, const Calibration& calibration, 
     acceptance.figures.push_back(std::move(figure));
   }
   if (acceptance.cause.empty() && !permitted) acceptance.cause = changes.cause;
+  if (!input.calibrated.detections) {
+    const std::string missing = input.calibrated.missing.empty()
+                                    ? "the detections behind it are not given"
+                                    : input.calibrated.missing;
+    const std::vector<std::string> same = names_that_calibrated(input.target, calibration);
+    if (same.empty())
+      acceptance.warnings.push_back("whether a set here calibrated is not known: " + missing);
+    else
+      acceptance.cause = fmt::format(
+          "sets of these names calibrated ({}), and that they are other pictures cannot be shown: "
+          "{}; put the file back, or record other sets under names of their own",
+          fmt::join(same, ", "), missing);
+  }
   if (const auto against = reason_against(input, calibration)) acceptance.cause = *against;
-  if (!input.calibrated)
-    acceptance.warnings.emplace_back(
-        "calibration.json has no record beside it that names its detections: whether a set here "
-        "calibrated is not known");
   return acceptance;
 }
 

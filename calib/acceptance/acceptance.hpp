@@ -42,11 +42,19 @@ struct SphereInput {
   double standard_uncertainty_mm = 0;  ///< of it
 };
 
+/// What a calibration rests on, as far as its record tells.
+struct CalibrationEvidence {
+  std::optional<Detections> detections;  ///< of which calibration.json's `sets` calibrated
+  std::string file;                      ///< theirs
+  std::string missing;                   ///< why there are none; a clause
+};
+
 struct AcceptanceInput {
   Detections target;
   std::vector<std::string> repeats;  ///< sets of the target at rest
   std::optional<SphereInput> sphere;
-  std::optional<Detections> calibrated = {};  ///< what the calibration rests on, where known
+  CalibrationEvidence calibrated = {};
+  std::string file = {};  ///< of `target`, for messages
 };
 
 /// One acceptance figure. Conformity is proven when value and U together stay within the limit
@@ -82,7 +90,8 @@ struct Acceptance {
 /// Measures a plate with the calibrated cameras, on sets that its calibration did not use: lengths
 /// and flatness at each position, the heights of the z stage, a ball, the scatter of `repeats`; and
 /// what would explain all sets together: the plate grown or bowed since, a camera moved, exchanged
-/// or mirrored. What rests on a NO-GO is NO-GO. Throws Error(bad_input) when the detections are not
+/// or mirrored. What rests on a NO-GO is NO-GO, and so are sets of names that calibrated, where the
+/// pictures that calibrated are not known. Throws Error(bad_input) when the detections are not
 /// of this target, no set is seen by two cameras, or a picture is there twice or calibrated.
 [[nodiscard]] Acceptance accept(const AcceptanceInput& input, const Calibration& calibration,
                                 const Rig& rig, const Target& target,

@@ -25,6 +25,8 @@ namespace {
 
 using namespace calib;
 using test::SyntheticBench;
+using testing::AllOf;
+using testing::ElementsAre;
 using testing::HasSubstr;
 using units::mm;
 
@@ -247,11 +249,37 @@ TEST(Acceptance, OnePictureIsNeitherTwoSetsNorATestOfWhatItCalibrated) {
       frame.detections = copied.detections;
   EXPECT_THAT(refusal(twice), HasSubstr("also the one of set rest_0"));
   AcceptanceInput own = input;
-  own.calibrated = input.target;
-  for (FrameDetections& frame : own.calibrated->frames) frame.set = "pose_of_old";
-  EXPECT_THAT(refusal(own), HasSubstr("also the one of set pose_of_old"));
-  own.calibrated = recorded(instrument(10), no_fault).target;
+  own.calibrated = {input.target, "old.json", ""};
+  own.file = "new.json";
+  for (FrameDetections& frame : own.calibrated.detections->frames) frame.set = "pose_of_old";
+  // A set that the calibration did not use.
   EXPECT_EQ(refusal(own), "");
+  own.calibrated.detections->frames.front().set = made.calibration.sets.front();
+  EXPECT_THAT(refusal(own),
+              AllOf(HasSubstr("set " + made.calibration.sets.front() + ", "),
+                    HasSubstr("in old.json"), HasSubstr("new.json"), HasSubstr("camera `cam0`")));
+  // The same file, detected by other options.
+  for (FrameDetections& frame : own.calibrated.detections->frames)
+    for (Detection& d : frame.detections) d.centre_px.x() += 1e-6;
+  EXPECT_EQ(refusal(own), "");
+  own.calibrated.detections->frames.front().image_sha256 = own.target.frames.back().image_sha256 =
+      "the same picture";
+  EXPECT_THAT(refusal(own), HasSubstr("in old.json"));
+}
+
+TEST(Acceptance, SetsThatMayHaveCalibratedAreNoTest) {
+  const Instrument made = instrument(9);
+  AcceptanceInput input = recorded(made, no_fault);
+  input.calibrated = {{}, "", "td.json is not there"};
+  const Acceptance result = accepted(made, input);
+  EXPECT_FALSE(result.good());
+  EXPECT_THAT(result.cause,
+              AllOf(HasSubstr(made.calibration.sets.front()), HasSubstr("td.json is not there")));
+  for (FrameDetections& frame : input.target.frames) frame.set += "_later";
+  for (std::string& set : input.repeats) set += "_later";
+  const Acceptance others = accepted(made, input);
+  EXPECT_TRUE(others.good()) << others.cause;
+  EXPECT_THAT(others.warnings, ElementsAre(HasSubstr("td.json is not there")));
 }
 
 TEST(Acceptance, WhatRestsOnANoGoIsNoGo) {

@@ -44,7 +44,8 @@ int main(int argc, char** argv) {
     const fs::path target_file = arguments.target.value_or(rig.target_file);
     record.input(target_file);
     AcceptanceInput input{read_detections(arguments.detections), arguments.repeats, {}};
-    input.calibrated = detections_behind(arguments.calibration);
+    input.calibrated = detections_behind(arguments.calibration, arguments.detections);
+    input.file = arguments.detections.string();
     if (arguments.sphere)
       input.sphere = SphereInput{read_detections(*arguments.sphere), arguments.sphere_diameter_mm,
                                  arguments.sphere_uncertainty_mm};

@@ -1,13 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "calib/acceptance/positions.hpp"
-
 #include <fmt/format.h>
 
-#include <map>
-#include <utility>
-#include <vector>
+#include <algorithm>
 
-#include "core/error.hpp"
+#include "calib/acceptance/positions.hpp"
 #include "core/files/files.hpp"
 #include "core/files/json_file.hpp"
 #include "core/program/run_record.hpp"
@@ -17,26 +13,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// A camera and the places of its dots: equal to the last digit in one picture only, however it was
-/// copied or encoded.
-using Picture = std::pair<std::string, std::vector<double>>;
-
-std::map<Picture, std::string> sets_by_picture(const Detections& detections,
-                                               std::map<Picture, std::string> known = {}) {
-  for (const FrameDetections& frame : detections.frames) {
-    if (frame.detections.empty()) continue;
-    Picture picture{frame.camera, {}};
-    for (const Detection& d : frame.detections)
-      picture.second.insert(picture.second.end(), {d.centre_px.x(), d.centre_px.y()});
-    const auto [other, fresh] = known.emplace(std::move(picture), frame.set);
-    if (fresh) continue;
-    throw bad_input(fmt::format("this picture is also the one of set {}", other->second),
-                    {.camera = frame.camera, .set = frame.set},
-                    "record each set by itself, and other sets than those that calibrated");
-  }
-  return known;
-}
-
 bool has_schema(const fs::path& file, const std::string& schema) {
   const Json json = try_json(read_text(file));
   return json.is_object() && json.contains("schema") && json["schema"] == schema;
@@ -44,30 +20,43 @@ bool has_schema(const fs::path& file, const std::string& schema) {
 
 }  // namespace
 
-void refuse_pictures_twice(const Detections& detections) {
-  static_cast<void>(sets_by_picture(detections));
-}
-
-void refuse_pictures_of(const Detections& calibrated, const Detections& detections) {
-  static_cast<void>(sets_by_picture(detections, sets_by_picture(calibrated)));
-}
-
-std::optional<Detections> detections_behind(const fs::path& calibration) {
+CalibrationEvidence detections_behind(const fs::path& calibration, const fs::path& tested) {
   const fs::path file = run_record_path(calibration);
-  if (!fs::is_regular_file(file)) return std::nullopt;
-  const JsonNode record = JsonNode::open(file, "run", 1);
-  const auto unchanged = [&](const JsonNode& item) {
-    const fs::path named = file.parent_path() / item.text("file");
-    return fs::is_regular_file(named) && sha256_of_file(named) == item.text("sha256");
-  };
-  for (const JsonNode& output : record.items("outputs"))
-    if (!unchanged(output)) return std::nullopt;
-  for (const JsonNode& input : record.items("inputs")) {
-    const fs::path named = file.parent_path() / input.text("file");
-    if (unchanged(input) && has_schema(named, "drapebench/detections/1"))
-      return read_detections(named);
+  const std::string name = calibration.filename().string();
+  CalibrationEvidence evidence;
+  if (!fs::is_regular_file(file)) {
+    evidence.missing = fmt::format("there is no {} beside {}", file.filename().string(), name);
+    return evidence;
   }
-  return std::nullopt;
+  const JsonNode record = JsonNode::open(file, "run", 1);
+  const auto outputs = record.items("outputs");
+  const std::string own = sha256_of_file(calibration);
+  if (std::none_of(outputs.begin(), outputs.end(),
+                   [&](const JsonNode& output) { return output.text("sha256") == own; })) {
+    evidence.missing =
+        fmt::format("{} is the record of another file than {}", file.filename().string(), name);
+    return evidence;
+  }
+  evidence.missing = fmt::format("{} names no detections", file.filename().string());
+  const std::string tested_now = sha256_of_file(tested);
+  for (const JsonNode& input : record.items("inputs")) {
+    const std::string recorded = input.text("sha256");
+    // A file that was moved or replaced is still known by its hash.
+    const fs::path named =
+        recorded == tested_now ? tested : (file.parent_path() / input.text("file"));
+    if (!fs::is_regular_file(named)) {
+      if (named.extension() == ".json")
+        evidence.missing = fmt::format("{}, from which {} was made, is not there",
+                                       named.lexically_normal().string(), name);
+      continue;
+    }
+    if (!has_schema(named, "drapebench/detections/1")) continue;
+    if (recorded == tested_now || sha256_of_file(named) == recorded)
+      return {read_detections(named), named.lexically_normal().string(), ""};
+    evidence.missing = fmt::format("{}, from which {} was made, has another content now",
+                                   named.lexically_normal().string(), name);
+  }
+  return evidence;
 }
 
 }  // namespace drape::calib

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "calib/acceptance/acceptance.hpp"
 #include "calib/acceptance/measured_point.hpp"
 #include "calib/joint/model.hpp"
 #include "core/calibration.hpp"
@@ -53,14 +54,9 @@ struct Position {
                                               const Plate& plate,
                                               const std::vector<Position>& positions);
 
-/// Throws Error(bad_input) where two sets show one picture: it repeats nothing and no other place.
-void refuse_pictures_twice(const Detections& detections);
-
-/// Throws Error(bad_input) where a picture calibrated: it proves nothing of the calibration.
-void refuse_pictures_of(const Detections& calibrated, const Detections& detections);
-
-/// What calibrated, as the record beside calibration.json names it; absent where there is no record
-/// of this file, or the detections are gone or changed.
-[[nodiscard]] std::optional<Detections> detections_behind(const std::filesystem::path& calibration);
+/// What calibrated, as the record beside calibration.json names it; `tested`: the detections that
+/// are to be measured, known by their content too.
+[[nodiscard]] CalibrationEvidence detections_behind(const std::filesystem::path& calibration,
+                                                    const std::filesystem::path& tested);
 
 }  // namespace drape::calib

@@ -170,6 +170,7 @@ AcceptanceInput recorded(const Instrument& of, const std::function<void(JointMod
   see_by_another(later, of.noise_px, of.common_part, of.seed + 2);
   AcceptanceInput input;
   input.target = detections_of(later);
+  input.calibrated.detections = detections_of(of.truth);
   input.repeats = {"rest_0", "rest_1", "rest_2", "rest_3", "rest_4"};
   input.sphere = ball_of(later.cameras, of.noise_px, of.seed + 3);
   return input;
