@@ -9,6 +9,7 @@
 #include <cmath>
 
 #include "calib/checks/causes.hpp"
+#include "calib/checks/exchanged_views.hpp"
 #include "calib/checks/joint_checks.hpp"
 #include "calib/checks/known_length.hpp"
 #include "calib/checks/next_view.hpp"
@@ -299,12 +300,18 @@ JointResult calibrate_joint(const Detections& detections, const Rig& rig, const 
   } else {
     check_places(model);
   }
+  const JointModel all = model;
   const std::vector<std::string> dropped =
       start_joint(model, {options.known_lenses.has_value(), options.thickness_mm * units::mm});
   notes.insert(notes.end(), dropped.begin(), dropped.end());
   JointOptions with_scale = options;
   with_scale.scale_uncertainty = scale_uncertainty(target);
   JointResult result = calibrate_joint(model, target.dot_diameter_m, with_scale);
+  if (const std::string exchanged = exchanged_views(all, model); !exchanged.empty()) {
+    result.report.status =
+        result.report.good() ? exchanged : exchanged + "; " + result.report.status;
+    result.calibration.warnings.insert(result.calibration.warnings.begin(), exchanged);
+  }
   result.report.print_scale = print_scale_line(target);
   result.calibration.rig = rig.name;
   result.report.rejected.insert(result.report.rejected.end(), notes.begin(), notes.end());

@@ -60,6 +60,30 @@ TEST(Joint, FindsBench1sCamerasWithinAHundredthOfAPercentAnd30Micrometres) {
   EXPECT_THAT(result.report.next_view, HasSubstr("target tilted by"));
 }
 
+TEST(Joint, CamerasThatAreExchangedInSomeSetsAreNamed) {
+  JointOptions options;
+  options.lens = LensTerms::k1_k2;
+  // Neighbours, and two that look at the target from opposite sides; one set, or most of them.
+  for (const auto& [first, second] : {std::pair("cam0", "cam1"), std::pair("cam0", "cam2")}) {
+    for (const std::string where : {"pose_03", "pose"}) {
+      Detections detections = bench1_target_detections(0.01);
+      for (FrameDetections& frame : detections.frames) {
+        if (!frame.set.starts_with(where)) continue;
+        if (frame.camera == first)
+          frame.camera = second;
+        else if (frame.camera == second)
+          frame.camera = first;
+      }
+      const JointResult result = calibrate_bench1(detections, options);
+      const std::string odd =
+          where == "pose" ? "stage_z000, stage_z030, stage_z060, stage_z090" : where;
+      EXPECT_THAT(result.report.status, HasSubstr(std::string(first) + " and " + second +
+                                                  " are exchanged in " + odd + " against"));
+      EXPECT_FALSE(result.report.good());
+    }
+  }
+}
+
 TEST(Joint, SameInputSameBytes) {
   test::TemporaryFolder folder;
   for (const char* name : {"a.json", "b.json"}) {

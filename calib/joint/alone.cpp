@@ -22,18 +22,6 @@ std::string name_of_view(const JointModel& model, std::size_t frame) {
                      model.cameras[f.camera].camera.name);
 }
 
-/// Points where a pinhole camera of focal length 1 would see them; none beyond the lens's model.
-std::vector<TargetPoint> without_lens(const CameraModel& camera, std::vector<TargetPoint> points) {
-  std::vector<TargetPoint> straight;
-  for (TargetPoint& point : points) {
-    const auto ray = unproject(camera, point.measured_px);
-    if (!ray || !(ray->z() > 0)) continue;
-    point.measured_px = ray->head<2>() / ray->z();
-    straight.push_back(point);
-  }
-  return straight;
-}
-
 struct Homography {
   std::size_t frame = 0;
   Matrix3d matrix;
@@ -130,6 +118,17 @@ void refine(JointModel& model, std::size_t index, bool lens_known, AloneCamera& 
 }
 
 }  // namespace
+
+std::vector<TargetPoint> without_lens(const CameraModel& camera, std::vector<TargetPoint> points) {
+  std::vector<TargetPoint> straight;
+  for (TargetPoint& point : points) {
+    const auto ray = unproject(camera, point.measured_px);
+    if (!ray || !(ray->z() > 0)) continue;
+    point.measured_px = ray->head<2>() / ray->z();
+    straight.push_back(point);
+  }
+  return straight;
+}
 
 AloneCamera solve_alone(JointModel& model, std::size_t index, bool lens_known,
                         std::vector<std::string>& dropped, LensTerms lens) {

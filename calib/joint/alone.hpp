@@ -20,6 +20,10 @@ struct AloneCamera {
   std::vector<std::optional<SeenTarget>> views;  ///< by frame of the model, nothing when not usable
 };
 
+/// Points where a pinhole camera of focal length 1 would see them; none beyond the lens's model.
+[[nodiscard]] std::vector<TargetPoint> without_lens(const CameraModel& camera,
+                                                    std::vector<TargetPoint> points);
+
 /// Lens and target poses of camera `index` from its own views: homographies, one focal length
 /// (Zhang 1998) or the lens it already has (`lens_known`), then all by robust least squares with
 /// distortion. A view most of whose points lie off is left out; `dropped` names it. Throws

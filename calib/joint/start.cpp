@@ -281,7 +281,7 @@ std::vector<std::size_t> contradicting_views(const JointModel& model, const Pose
       high = high.cwiseMax(p.measured_px);
     }
     const double off = rms_px(model, frame), size = (high - low).norm();
-    if (off < 0.15 * size) continue;
+    if (off < contradicting_part * size) continue;
     found.push_back(f);
     dropped.push_back(fmt::format(
         "{}: not used, it contradicts the other views by {} of the target's size (turned corner "

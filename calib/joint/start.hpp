@@ -22,6 +22,9 @@ struct StartOptions {
   double thickness_m = 0;   ///< of a two-sided target: its back's points lie so far below z = 0
 };
 
+/// A view contradicts the others when it lies off by this part of the target's own image or more.
+inline constexpr double contradicting_part = 0.15;
+
 /// Start values of cameras and placements: each camera by itself (solve_alone), the cameras against
 /// each other by the majority of the views they have in common, chained where two never see the
 /// target together. Views that contradict the majority are taken out of the model; returns a line
