@@ -199,8 +199,9 @@ TEST(OnePlane, IsNoGoWithTheReasonWhereNoiseLeavesTheCameraOpen) {
 TEST(OnePlane, ParallelToTheImageIsRefusedByName) {
   Detections detections = bench1_target_detections(0);
   for (FrameDetections& frame : detections.frames) {
+    const double middle = 800.0 + (frame.camera.back() - '0');  // no two cameras take one picture
     for (Detection& d : frame.detections)
-      d.centre_px = {800.0 + 90 * (d.mark.col - 5.5), 600.0 - 90 * (d.mark.row - 4.0)};
+      d.centre_px = {middle + 90 * (d.mark.col - 5.5), 600.0 - 90 * (d.mark.row - 4.0)};
   }
   try {
     static_cast<void>(calibrate_tsai(detections, one_stage(), bench1_target(), {}));
