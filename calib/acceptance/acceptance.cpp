@@ -75,6 +75,18 @@ std::vector<std::string> names_that_calibrated(const Detections& tested,
   return names;
 }
 
+/// Throws Error(usage) where a set of --repeats is not among the detections, or named twice.
+void check_repeats(const AcceptanceInput& input) {
+  const std::vector<std::string> there = sets_of(input.target);
+  for (auto set = input.repeats.begin(); set != input.repeats.end(); ++set) {
+    if (std::find(there.begin(), there.end(), *set) == there.end())
+      throw usage_error(fmt::format("--repeats names {}, which is not among the detections", *set),
+                        fmt::format("give sets of {}", fmt::join(there, ", ")));
+    if (std::find(input.repeats.begin(), set, *set) != set)
+      throw usage_error(fmt::format("--repeats names {} twice", *set), "name each set once");
+  }
+}
+
 void check_positive(const char* option, double value) {
   if (!(value > 0))
     throw usage_error(fmt::format("{} is {}", option, value), "give a number above zero");
@@ -113,6 +125,7 @@ Acceptance accept(const AcceptanceInput& input, const Calibration& calibration, 
                   const Target& target, const AcceptanceOptions& options) {
   options.check();
   check_lattice(input.target, rig, target);
+  check_repeats(input);
   for (const FrameDetections& frame : input.target.frames)
     for (const Detection& d : frame.detections) check_detection(d, frame);
   const PictureSource tested{input.target, input.file, {}};

@@ -92,7 +92,8 @@ struct Acceptance {
 /// what would explain all sets together: the plate grown or bowed since, a camera moved, exchanged
 /// or mirrored. What rests on a NO-GO is NO-GO, and so are sets of names that calibrated, where the
 /// pictures that calibrated are not known. Throws Error(bad_input) when the detections are not
-/// of this target, no set is seen by two cameras, or a picture is there twice or calibrated.
+/// of this target, no set is seen by two cameras, or a picture is there twice or calibrated;
+/// Error(usage) where a set of `repeats` is not there.
 [[nodiscard]] Acceptance accept(const AcceptanceInput& input, const Calibration& calibration,
                                 const Rig& rig, const Target& target,
                                 const AcceptanceOptions& options);

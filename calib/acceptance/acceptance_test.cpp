@@ -267,6 +267,22 @@ TEST(Acceptance, OnePictureIsNeitherTwoSetsNorATestOfWhatItCalibrated) {
   EXPECT_THAT(refusal(own), HasSubstr("in old.json"));
 }
 
+TEST(Acceptance, RepeatsThatAreNotThereAreAWrongCall) {
+  const Instrument made = instrument(9);
+  AcceptanceInput input = recorded(made, no_fault);
+  for (const auto& [named, said] : {std::pair("rst_3", "names rst_3, which is not among"),
+                                    std::pair("rest_1", "names rest_1 twice")}) {
+    input.repeats = {"rest_0", "rest_1", named};
+    try {
+      static_cast<void>(accepted(made, input));
+      ADD_FAILURE() << named << " was taken";
+    } catch (const Error& error) {
+      EXPECT_EQ(error.kind(), ErrorKind::usage);
+      EXPECT_THAT(error.what(), HasSubstr(said));
+    }
+  }
+}
+
 TEST(Acceptance, SetsThatMayHaveCalibratedAreNoTest) {
   const Instrument made = instrument(9);
   AcceptanceInput input = recorded(made, no_fault);
