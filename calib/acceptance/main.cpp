@@ -32,6 +32,7 @@ int main(int argc, char** argv) {
   add_acceptance_options(app, arguments);
   add_common_options(app, common);
   return run_program(app, argc, argv, common, [&] {
+    refuse_idle_options(app);
     fs::path rig_file = arguments.rig;
     if (fs::is_directory(rig_file)) rig_file /= "rig.toml";
     const AcceptanceDates dates = dates_of(arguments.date, arguments.valid_days);

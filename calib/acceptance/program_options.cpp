@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "calib/acceptance/program_options.hpp"
 
+#include <string>
+
+#include "core/error.hpp"
 #include "core/program/command.hpp"
 
 namespace drape::calib {
@@ -50,6 +53,19 @@ void add_acceptance_options(Command& app, AcceptanceArguments& arguments) {
   app.add_option("--least-positions", options.least_positions,
                  "places of the target with all five lengths; sets of one place are one")
       ->capture_default_str();
+}
+
+void refuse_idle_options(const Command& app) {
+  const auto needs = [&](const std::string& option, const std::string& other) {
+    if (app.count(option) > 0 && app.count(other) == 0)
+      throw usage_error(option + " says nothing without " + other,
+                        "add " + other + ", or leave " + option + " out");
+  };
+  for (const char* option : {"--sphere-diameter-mm", "--sphere-uncertainty-mm",
+                             "--max-sphere-form-mm", "--max-sphere-size-mm"})
+    needs(option, "--sphere");
+  needs("--sphere", "--sphere-diameter-mm");
+  needs("--valid-days", "--date");
 }
 
 }  // namespace drape::calib

@@ -28,4 +28,8 @@ struct AcceptanceArguments {
 
 void add_acceptance_options(Command& app, AcceptanceArguments& arguments);
 
+/// Throws Error(usage) for an option that would do nothing: of a ball without --sphere, of a date
+/// without --date; and for a ball of unknown size.
+void refuse_idle_options(const Command& app);
+
 }  // namespace drape::calib

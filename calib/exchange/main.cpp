@@ -81,6 +81,8 @@ int main(int argc, char** argv) {
   return run_program(app, argc, argv, common, [&] {
     if (given.to.empty() == given.from.empty())
       throw usage_error("neither --to nor --from is given", "give one of them");
+    if (given.to.empty() ? app.count("--max-refit-px") > 0 : app.count("--rig") > 0)
+      throw usage_error("--max-refit-px is of --to, --rig of --from", "leave the other one out");
     StepFiles files{{}, given.inputs};
     if (given.to.empty()) files.outputs.push_back(given.out);
     RunRecord record("drape-calib-convert", arguments_of(argc, argv),

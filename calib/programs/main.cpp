@@ -73,6 +73,7 @@ int main(int argc, char** argv) {
   app.add_option("--compare", compare, "older calibration.json: how far each camera drifted since");
   return run_program(app, argc, argv, common, [&] {
     options.check();
+    refuse_joint_options(app, method);
     options.lens = lens_named(lens);
     if (!lens_from.empty()) options.known_lenses = read_calibration(lens_from);
     if (fs::is_directory(rig_file)) rig_file /= "rig.toml";

@@ -2,6 +2,8 @@
 #include "calib/programs/program_options.hpp"
 
 #include <fmt/format.h>
+
+#include "core/error.hpp"
 #include "core/program/command.hpp"
 
 namespace drape::calib {
@@ -28,6 +30,15 @@ void add_joint_options(Command& app, JointOptions& options) {
   app.add_option("--thickness-mm", options.thickness_mm,
                  "joint: how far a two-sided target's back lies behind its front")
       ->capture_default_str();
+}
+
+void refuse_joint_options(const Command& app, const std::string& method) {
+  if (method == "joint") return;
+  for (const std::string option :
+       {"--lens", "--lens-from", "--no-bow", "--free-stages", "--thickness-mm"})
+    if (app.count(option) > 0)
+      throw usage_error(fmt::format("{} does nothing with --method {}", option, method),
+                        "add --method joint, or leave " + option + " out");
 }
 
 void note_joint_options(RunRecord& record, const JointOptions& options) {

@@ -17,6 +17,9 @@ void add_options(Command& app, CalibOptions& options);
 /// Those of the joint method alone.
 void add_joint_options(Command& app, JointOptions& options);
 
+/// Throws Error(usage) for an option of the joint method beside another one: it would do nothing.
+void refuse_joint_options(const Command& app, const std::string& method);
+
 /// The same into the run record.
 void note_options(RunRecord& record, const CalibOptions& options, const std::string& method);
 void note_joint_options(RunRecord& record, const JointOptions& options);
