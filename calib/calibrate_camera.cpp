@@ -250,8 +250,8 @@ CameraResult calibrate_camera(const Points& measured, const RigCamera& rig_camer
   const Eigen::MatrixXd covariance = scaled_covariance(fit, free, report);
   if (covariance.size() > 0) {
     const double dof = 2.0 * static_cast<double>(fit.points.size()) - free_parameters(free);
-    report.stages =
-        check_stages(fit.refinement.camera, fit.points, free, dof * report.chi2_per_dof);
+    report.stages = check_stages_far_off(fit.refinement.camera, fit.points, free,
+                                         dof * report.chi2_per_dof, options.max_iterations);
   }
   report.status = status_of(report, fit, covariance.size() > 0, measured.size(), options);
   if (report.stages && !report.stages->contradiction.empty()) {

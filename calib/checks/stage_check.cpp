@@ -7,6 +7,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "core/camera_derivatives.hpp"
 #include "core/units.hpp"
@@ -72,14 +73,14 @@ void add_findings(StageCheck& check, double half_m) {
 
 /// The six modes and their covariance, in rad per m of height, 1, and rad per m.
 StageCheck check_of(const ModeVector& found, const ModeMatrix& covariance, double stroke_m,
-                    double half_m) {
+                    double half_m, double heights_times = 1) {
   const ModeVector sd = covariance.diagonal().cwiseSqrt();
   StageCheck check;
-  check.stroke_mm = stroke_m / mm;
+  check.stroke_mm = stroke_m / mm / heights_times;
   check.tilt_deg = found.head<2>() / deg;
   check.tilt_sd_deg = sd.head<2>() / deg;
-  check.stroke_percent = 100 * found[2];
-  check.stroke_sd_percent = 100 * sd[2];
+  check.stroke_percent = 100 * (heights_times * (1 + found[2]) - 1);
+  check.stroke_sd_percent = 100 * heights_times * sd[2];
   check.turn_deg = found.tail<3>() * stroke_m / deg;
   check.turn_sd_deg = sd.tail<3>() * stroke_m / deg;
   add_findings(check, half_m);
@@ -231,7 +232,7 @@ std::optional<StageCheck> check_stages(JointModel model, const JointFit& fit,
 
 std::optional<StageCheck> check_stages(const Camera& camera,
                                        const std::vector<Correspondence>& points, TsaiFree free,
-                                       double chi2) {
+                                       double chi2, double heights_times) {
   // Pixels that are not square move two plates against each other much as a wrong stroke does.
   if (free == TsaiFree::all_but_scale_x) free = TsaiFree::all;
   const MatrixXd inverse = tsai_covariance(camera, points, free);
@@ -269,10 +270,51 @@ std::optional<StageCheck> check_stages(const Camera& camera,
   const double dof = 2.0 * static_cast<double>(points.size()) - free_parameters(free) - kModes;
   const double explained = camera_score.dot(camera_step) + found.dot(information * found);
   const double factor = std::max(1.0, (chi2 - explained) / dof);
-  return check_of(found, factor * *spread, high_m - low_m, half_m);
+  return check_of(found, factor * *spread, high_m - low_m, half_m, heights_times);
+}
+
+std::optional<StageCheck> check_stages_far_off(const Camera& camera,
+                                               const std::vector<Correspondence>& points,
+                                               TsaiFree free, double chi2, int max_iterations) {
+  constexpr int kRounds = 20;
+  // Heights that run backwards are refused as mirrored points, so a step that leads there is a
+  // wrong one.
+  const auto step_of = [](const StageCheck& found, double times) {
+    return std::log(std::clamp((1 + found.stroke_percent / 100) / times, 0.5, 2.0));
+  };
+  std::optional<StageCheck> check = check_stages(camera, points, free, chi2);
+  if (!check || check->contradiction.empty()) return check;
+  // Secant steps on the logarithm of the heights' factor; what is left over is its own first step.
+  double before = 0, left_before = step_of(*check, 1), now = left_before;
+  Refinement fit{camera, true, 0, chi2};
+  std::vector<Correspondence> raised = points;
+  for (int round = 0; round < kRounds && std::abs(now) < 1; ++round) {
+    const double times = std::exp(now);
+    for (std::size_t i = 0; i < points.size(); ++i)
+      raised[i].point_in_world.z() = times * points[i].point_in_world.z();
+    fit = refine_tsai(fit.camera, raised, free, max_iterations);
+    if (!fit.converged) break;
+    const auto next = check_stages(fit.camera, raised, free, fit.chi2, times);
+    if (!next) break;
+    const double left = step_of(*next, times);
+    // A tenth of the stated uncertainty is not seen in any digit.
+    if (std::abs(left) < 0.1 * next->stroke_sd_percent / 100 / times) return next;
+    const double slope = (left - left_before) / (now - before);
+    before = now;
+    left_before = left;
+    now += std::isfinite(slope) && slope < 0 ? -left / slope : left;
+  }
+  check->contradiction =
+      "the target's pitch and the z stage's strokes contradict each other by more than the stages "
+      "alone can measure, so no length is known: measure both, or record free poses and calibrate "
+      "with --method joint";
+  check->findings = {"z stage: " + check->contradiction};
+  check->stroke_percent = check->stroke_sd_percent = std::numeric_limits<double>::quiet_NaN();
+  return check;
 }
 
 std::string text_of(const StageCheck& check) {
+  if (!std::isfinite(check.stroke_percent)) return "too far from z_mm in rig.toml to be measured";
   return fmt::format(
       "axis tilts by ({:+.4f}, {:+.4f}) +- ({:.4f}, {:.4f}) deg towards x and y, stroke off by "
       "{:+.4f} +- {:.4f} %, target turns by ({:+.4f}, {:+.4f}, {:+.4f}) +- ({:.4f}, {:.4f}, "

@@ -16,7 +16,8 @@ namespace drape::calib {
 struct StageCheck {
   double stroke_mm = 0;                   ///< highest minus lowest stage
   Eigen::Vector2d tilt_deg, tilt_sd_deg;  ///< of the axis off the plate's normal, towards x and y
-  double stroke_percent = 0, stroke_sd_percent = 0;  ///< travel minus what rig.toml says
+  double stroke_percent = 0;              ///< travel minus what rig.toml says; NaN: far off
+  double stroke_sd_percent = 0;
   Eigen::Vector3d turn_deg, turn_sd_deg;  ///< of the plate about x, y, z over the whole stroke
   /// Why the target's pitch and the stage's strokes cannot both be right; empty: they may be.
   std::string contradiction;
@@ -30,10 +31,18 @@ struct StageCheck {
                                                      const JointCleaning& cleaning);
 
 /// For one camera of Tsai's method, which cannot do without the stages: what its residuals say, to
-/// first order (a score test). `chi2` is that of the fit to `points`.
+/// first order (a score test). `chi2` is that of the fit to `points`, whose heights are rig.toml's
+/// times `heights_times`.
 [[nodiscard]] std::optional<StageCheck> check_stages(const Camera& camera,
                                                      const std::vector<Correspondence>& points,
-                                                     TsaiFree free, double chi2);
+                                                     TsaiFree free, double chi2,
+                                                     double heights_times = 1);
+
+/// The same where the stroke is so far off that the first order misleads: heights are multiplied
+/// and the camera fitted again until no stroke is left over. Says no factor where that fails.
+[[nodiscard]] std::optional<StageCheck> check_stages_far_off(
+    const Camera& camera, const std::vector<Correspondence>& points, TsaiFree free, double chi2,
+    int max_iterations);
 
 /// One line for people.
 [[nodiscard]] std::string text_of(const StageCheck& check);

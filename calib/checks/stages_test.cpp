@@ -143,6 +143,22 @@ TEST(StageCheck, TsaisMethodTellsAWrongStrokeByItself) {
               Contains(HasSubstr("cam0: z stage: its stroke differs by +0.")));
 }
 
+TEST(StageCheck, TsaisMethodNamesTheFactorOfAStrokeThatIsFarOff) {
+  for (const double times : {0.7, 0.9, 1.1, 1.3}) {
+    Rig rig = bench1_rig();
+    for (TargetStage& stage : rig.stages) stage.z_m *= times;
+    for (const CameraReport& camera :
+         calibrate_tsai(bench1_target_detections(0.01), rig, bench1_target(), {}).report.cameras) {
+      ASSERT_TRUE(camera.stages) << times;
+      EXPECT_NEAR(camera.stages->stroke_percent, 100 * (1 / times - 1),
+                  0.02 / times + 4 * camera.stages->stroke_sd_percent)
+          << camera.camera;
+      EXPECT_THAT(camera.status, HasSubstr("contradict each other by"));
+      EXPECT_THAT(camera.status, HasSubstr("would agree"));
+    }
+  }
+}
+
 /// bench1 with its first stage only.
 Rig one_stage() {
   Rig rig = bench1_rig();
