@@ -327,6 +327,7 @@ TEST(Acceptance, TooFewPositionsAreNoAcceptance) {
   std::erase_if(input.target.frames, [](const FrameDetections& frame) {
     return frame.set.starts_with("pose") || frame.set.starts_with("rest");
   });
+  input.repeats.clear();
   const Acceptance result = accepted(made, input);
   EXPECT_FALSE(result.good());
   EXPECT_THAT(result.figures[0].not_measured, HasSubstr("2 positions"));
