@@ -334,7 +334,8 @@ TEST(Inputs, DetectionsOfAnotherSheetAreLeftOut) {
   write_durable(folder.path() / "detections.json", "{}");
   const Session session = read_session(files, {});
   EXPECT_FALSE(session.drapes.front().detections);
-  EXPECT_THAT(session.warnings, ElementsAre(HasSubstr("is not the file")));
+  EXPECT_THAT(session.warnings,
+              ElementsAre(HasSubstr("is not the file"), HasSubstr("no run record says what made")));
 }
 
 TEST(Inputs, DamagedHistoryNamesFileLineAndColumn) {

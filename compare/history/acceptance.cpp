@@ -24,6 +24,7 @@ RigAcceptance read_acceptance(const std::filesystem::path& file) {
   acceptance.cause = root.optional_text("cause");
   acceptance.positions = root.integer("positions");
   acceptance.go = root.boolean("go");
+  if (root.has("warnings")) acceptance.warnings = root.texts("warnings");
   for (const JsonNode& row : root.items("figures"))
     acceptance.figures.push_back({row.text("name"), row.text("unit"), row.text("where"),
                                   row.optional_number("value"),
@@ -100,6 +101,8 @@ std::optional<RigAcceptance> look_at_acceptance(const std::filesystem::path& fil
   if (!file.empty()) {
     acceptance = read_acceptance(file);
     record.input(file, acceptance->sha256);
+    for (const std::string& warning : acceptance->warnings)
+      outcome.warnings.push_back("the acceptance: " + warning);
     for (std::string& doubt : doubts_of(*acceptance, session))
       outcome.warnings.push_back(std::move(doubt));
   }

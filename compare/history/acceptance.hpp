@@ -27,6 +27,7 @@ struct RigAcceptance {
   int positions = 0;
   bool go = false;
   std::vector<Figure> figures;
+  std::vector<std::string> warnings;  ///< of `drape accept`
 };
 
 [[nodiscard]] RigAcceptance read_acceptance(const std::filesystem::path& file);

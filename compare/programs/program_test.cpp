@@ -229,6 +229,15 @@ TEST_F(Program, NothingIsWrittenOverEitherFileOfASheet) {
   EXPECT_EQ(read_text(path("a.json")), json);
 }
 
+TEST_F(Program, AMistypedInputLeavesTheOlderResultWithItsRecord) {
+  const std::string out = path("folds.json"), record = path("folds.run.json");
+  ASSERT_EQ(run("drape-folds", files_[1].string() + " --out " + out), 0) << output_;
+  const std::string folds = read_text(out), made = read_text(record);
+  EXPECT_EQ(run("drape-folds", path("none.ply") + " --out " + out), 3) << output_;
+  EXPECT_EQ(read_text(out), folds);
+  EXPECT_EQ(read_text(record), made);
+}
+
 TEST_F(Program, WhatIsNotAsItsRecordSaysIsRefused) {
   ASSERT_EQ(run("drape-folds", files_[1].string() + " --out " + path("folds.json")), 0) << output_;
   RunRecord record("drape-simulate", {}, run_record_path(files_[1]));

@@ -78,6 +78,8 @@ RepeatSheet read_repeat_sheet(const std::filesystem::path& file) {
   if (source.has("repeat")) {
     sheet.scene = source.at("repeat").name("scene");
     sheet.face = source.at("repeat").text("face");
+  } else if (source.has("asked_scene")) {
+    sheet.scene = source.at("asked_scene").text("name");
   }
   return sheet;
 }

@@ -127,6 +127,9 @@ TEST(RepeatSheets, AreReadWithWhatTheirFilesSay) {
   EXPECT_EQ(own.ply_sha256, sha256_of_file(file));
   const auto json = folder.path() / "sheet.json";
   Json content = parse_json(read_text(json));
+  content["source"]["asked_scene"] = {{"name", "E"}};
+  write_json(json, content);
+  EXPECT_EQ(read_repeat_sheet(file).scene, "E") << "the first laying of a run";
   content["source"]["repeat"] = {{"scene", "C"}, {"repeat", "2"}, {"face", "back"}};
   write_json(json, content);
   EXPECT_EQ(read_repeat_sheet(file).scene, "C");

@@ -165,6 +165,11 @@ DrapeFiles read_measured(SheetFile sheet, Session& session) {
   drape.input.measured = std::move(sheet);
   read_detections_beside(drape, session);
   drape.measured_by = read_made_by(drape.input.measured.file);
+  if (!drape.measured_by)
+    session.warnings.push_back(
+        fmt::format("no run record says what made the measured sheet of set {}, so nothing shows "
+                    "that it is as it was measured",
+                    std::get<MeasuredSource>(drape.input.measured.sheet.source).set));
   return drape;
 }
 

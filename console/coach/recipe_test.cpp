@@ -51,7 +51,7 @@ class Operator {
       frame.camera = camera.name;
       frame.width_px = rig_.camera(camera.name).width_px;
       frame.height_px = rig_.camera(camera.name).height_px;
-      frame.image_sha256 = std::string(64, '0');
+      frame.image_sha256 = sha256_of(std::string_view(frame.set + "/" + frame.camera));
       const Eigen::Matrix3d turn = camera.cam_from_world.rotation * pose.rotation;
       for (int row = 0; row < target_.rows; ++row)
         for (int col = 0; col < target_.cols; ++col) {

@@ -84,9 +84,8 @@ RunRecord::RunRecord(std::string program, std::vector<std::string> arguments, fs
       file_(std::move(file)),
       started_(std::chrono::system_clock::now()),
       outputs_(files.outputs) {
-  for (const fs::path& input : files.inputs) refuse_output(input);
-  begin();
   for (const fs::path& input : files.inputs) this->input(input);
+  begin();
 }
 
 void RunRecord::refuse_output(const fs::path& input) const {

@@ -210,10 +210,18 @@ MaterialMesh triangulated(const ClothOutline& outline, const MeshOptions& option
     area -= std::abs(signed_area(hole));
     border += length_of(hole);
   }
-  for (const Polygon* line : lines)
-    if (line->size() < 3 || !(h > 0) || std::abs(signed_area(*line)) < h * h)
-      throw bad_input("an outline of the cloth has fewer than three corners or no area", where,
-                      "give larger outlines or a finer mesh");
+  for (const Polygon* line : lines) {
+    if (line->size() < 3 || !(h > 0))
+      throw bad_input("an outline of the cloth has fewer than three corners", where,
+                      "give each ring three corners or more");
+    if (const double inside = std::abs(signed_area(*line)); inside < h * h)
+      throw bad_input(
+          fmt::format(
+              "the ring from warp {:.1f}, weft {:.1f} mm on has an area of {:.3g} mm2, less "
+              "than a square of the mesh's spacing",
+              line->front().x() / units::mm, line->front().y() / units::mm, inside * 1e6),
+          where, "make it wider or the mesh finer (--spacing-mm)");
+  }
   std::vector<Vector2d> points;
   for (const Polygon* line : lines) add_line(*line, h, points);
   add_named(outline, lines, h, points);

@@ -117,6 +117,13 @@ class LinesApart {
     return a.ring == b.ring && b.corner == (a.corner + 1) % rings_[a.ring].size();
   }
 
+  /// Of the lines that both lie on, which cross.
+  static Vector2d crossing(const Line& a, const Line& b) {
+    const Vector2d along = a.to - a.from, other = b.to - b.from, apart = b.from - a.from;
+    const double turn = along.x() * other.y() - along.y() * other.x();
+    return a.from + (apart.x() * other.y() - apart.y() * other.x()) / turn * along;
+  }
+
   void check_corner(const Vector2d& before, const Vector2d& corner, const Vector2d& after) const {
     if (distance_m({before, corner}, after) < same_m_ ||
         distance_m({corner, after}, before) < same_m_)
@@ -130,14 +137,18 @@ class LinesApart {
         std::min(b.from.y(), b.to.y()) > std::max(a.from.y(), a.to.y()) + same_m_)
       return;
     if (crosses(a.from, a.to, b.from, b.to))
-      refuse("two lines of the outline cross near " + place_of(a.from),
+      refuse("two lines of the outline cross near " + place_of(crossing(a, b)),
              "an outline must not cross itself, nor its holes");
     if (!is_near(a, b.from) && !is_near(a, b.to) && !is_near(b, a.from) && !is_near(b, a.to))
       return;
     const Polygon &one = rings_[a.ring], &other = rings_[b.ring];
     if (a.ring != b.ring && runs_along(one, other, same_m_) && runs_along(other, one, same_m_))
       refuse("the ring about " + place_of(a.from) + " stands there twice", "keep one of the two");
-    refuse("two lines of the outline touch near " + place_of(a.from),
+    const Vector2d at = is_near(a, b.from)   ? b.from
+                        : is_near(a, b.to)   ? b.to
+                        : is_near(b, a.from) ? a.from
+                                             : a.to;
+    refuse("two lines of the outline touch near " + place_of(at),
            "an outline must not touch itself, nor its holes: leave cloth between them");
   }
 

@@ -247,7 +247,8 @@ TEST_F(Outlines, RingsThatTouchAreRefusedByName) {
   refused(square + hole + "2,40,40\n2,50,40\n2,50,50\n", "is inside a hole");
   refused("0,0,0\n0,90,0\n0,90,90\n0,45,90\n0,45,120\n0,45,90\n0,0,90\n", "runs back on itself");
   refused("0,0,0\n0,90,0\n0,90,90\n0,40,90\n0,60,90\n0,0,90\n", "runs back on itself");
-  refused(square + "1,0,30\n1,30,30\n1,30,60\n", "touch near");
+  refused(square + "1,0,30\n1,30,30\n1,30,60\n", "touch near warp 0.0, weft 30.0 mm");
+  refused("0,20,20\n0,180,180\n0,180,20\n0,20,180\n", "cross near warp 100.0, weft 100.0 mm");
   refused("0,0,0\n0,90,0\n0,45,45\n0,90,90\n0,0,90\n0,45,45\n", "touch near");
   refused(square + "1,30,30\n1,60,30\n1,60,30\n", "fewer than three corners");
   refused(square + hole + square, "goes on after another one");

@@ -84,13 +84,11 @@ int main(int argc, char** argv) {
   app.add_option("--seed", a.seed, "of the mesh's jitter: another one for another start")
       ->range(0, 1000000)
       ->capture_default_str();
-  app.add_flag("--internal-friction", a.internal_friction,
-               "use both branches of the bending and shear loops");
+  app.add_flag("--internal-friction", a.internal_friction, "use both branches of the loops");
   app.add_option("--step-ms", a.step_ms, "of the fall: at each, friction settles")
       ->range(0.1, 20)
       ->capture_default_str();
-  app.add_option("--thickness-mm", a.thickness_mm,
-                 "layers of a piece that else passes through itself press this far apart; 0: never")
+  app.add_option("--thickness-mm", a.thickness_mm, "distance of layers that else cross; 0: none")
       ->range(0, 10)
       ->capture_default_str();
   app.add_option("--max-steps", a.most_steps, "of the descents after it")

@@ -72,15 +72,15 @@ int main(int argc, char** argv) {
     std::vector<std::string> against;
     if (calibration.no_go) against.push_back("the calibration is NO-GO: " + *calibration.no_go);
     if (const auto reason = detections.reason_against({given.set})) against.push_back(*reason);
-    if (const auto why = why_not_edge_on_edge(detections.lattice, given.lies,
-                                              scene.obstacles[index], scene.uncertainty_of(index)))
-      against.push_back(name + ": " + *why);
     // A scene cannot say that its place rests on a measurement that is NO-GO.
     if (!given.scene_out.empty() && !against.empty())
       throw bad_input("no scene is written from a place that is not measured: " + against.front(),
                       {.file = given.detections.string(), .set = given.set},
                       "mend that first, or leave --scene-out out to see the place");
     for (const std::string& text : contradictions_of(values, name)) against.push_back(text);
+    if (const auto why = why_not_edge_on_edge(detections.lattice, given.lies,
+                                              scene.obstacles[index], scene.uncertainty_of(index)))
+      against.push_back(name + ": " + *why);
     write_json(given.out, json_of(values, plate, against));
     if (!given.scene_out.empty()) {
       write_durable(given.scene_out, measured_scene(given.scene, index + 1, values,
