@@ -84,6 +84,7 @@ RunRecord::RunRecord(std::string program, std::vector<std::string> arguments, fs
       file_(std::move(file)),
       started_(std::chrono::system_clock::now()),
       outputs_(files.outputs) {
+  for (const fs::path& input : files.inputs) refuse_output(input);
   for (const fs::path& input : files.inputs) this->input(input);
   begin();
 }
