@@ -150,14 +150,15 @@ std::optional<std::string> Bench::against_report(const Drape& drape) const {
     return std::nullopt;
   };
   bool any = false;
-  for (const auto& [file, sha256] : *inputs) {
+  for (const auto& input : *inputs) {
+    const fs::path& file = input.first;
     any = any || is_below(file, own);
     const bool of_another = std::any_of(drapes_.begin(), drapes_.end(), [&](const Drape& other) {
       return &other != &drape &&
              (is_below(file, folder / other.scene.name) || file == one_name(other.scene.file));
     });
     if (of_another) continue;
-    if (auto why = against(file, sha256, against)) return why;
+    if (auto why = against(file, input.second, against)) return why;
   }
   if (!any) return "the last report is not of this drape";
   return std::nullopt;

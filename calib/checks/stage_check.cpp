@@ -294,7 +294,7 @@ std::optional<StageCheck> check_stages_far_off(const Camera& camera,
       raised[i].point_in_world.z() = times * points[i].point_in_world.z();
     fit = refine_tsai(fit.camera, raised, free, max_iterations);
     if (!fit.converged) break;
-    const auto next = check_stages(fit.camera, raised, free, fit.chi2, times);
+    auto next = check_stages(fit.camera, raised, free, fit.chi2, times);
     if (!next) break;
     const double left = step_of(*next, times);
     // A tenth of the stated uncertainty is not seen in any digit.
