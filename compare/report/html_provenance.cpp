@@ -49,6 +49,10 @@ std::vector<MadeBy> steps_of(const Session& session, const Outcome& outcome) {
   const auto add = [&](const std::optional<MadeBy>& step) {
     if (step) steps.push_back(*step);
   };
+  if (session.calibrated_by) {
+    for (const auto& [file, sha256] : session.calibrated_by->inputs)  // the target's marks
+      if (fs::is_regular_file(file) && sha256_of_file(file) == sha256) add(read_made_by(file));
+  }
   add(session.calibrated_by);
   for (const DrapeFiles& drape : session.drapes) {
     add(drape.detected_by);
@@ -104,10 +108,10 @@ std::string html_provenance(const Session& session, const Outcome& outcome,
   Table files;
   files.names = {"file", "SHA-256"};
   files.numeric = {false, false};
-  auto read = session.read;
-  std::sort(read.begin(), read.end());
-  read.erase(std::unique(read.begin(), read.end()), read.end());
-  for (const auto& [file, sha256] : read) files.add({from_folder(file, report_folder), sha256});
+  std::set<std::pair<std::string, std::string>> read;  // in one order, however a path was given
+  for (const auto& [file, sha256] : session.read)
+    read.emplace(from_folder(file, report_folder), sha256);
+  for (const auto& [file, sha256] : read) files.add({file, sha256});
   std::vector<std::string> programs, lines;
   const auto add_once = [](std::vector<std::string>& list, const std::string& text) {
     if (std::find(list.begin(), list.end(), text) == list.end()) list.push_back(text);

@@ -3,6 +3,7 @@
 
 #include <gmock/gmock.h>
 
+#include "compare/report/html.hpp"
 #include "compare/report/svg.hpp"
 #include "compare/tables/tables.hpp"
 #include "compare/test_sheets.hpp"
@@ -122,6 +123,37 @@ TEST(Report, SaysVerdictFirstAndHasTheNumbers) {
     EXPECT_THAT(body, HasSubstr(">" + mm_text(row.statistics.mean_m) + "</td>"));
   EXPECT_THAT(body, HasSubstr("seen by one camera only &lt;2&gt;"));
   EXPECT_THAT(body, HasSubstr("residual_force_mN"));
+}
+
+TEST(Report, NamesEveryStepBackToThePictures) {
+  const drape::test::TemporaryFolder folder;
+  const fs::path target = folder.path() / "target-detections.json";
+  write_durable(target, "{}");
+  write_durable(folder.path() / "target-detections.run.json",
+                R"({"schema": "drapebench/run/1", "program": "drape-detect", "version": "0.2.0",
+                    "arguments": ["recording", "--surface", "target"], "inputs": []})");
+  Session session = read_session(test::write_example(folder.path() / "A"), {});
+  Outcome outcome;
+  outcome.reports.push_back(compare_drape(session.drapes[0].input, {}));
+  session.calibrated_by =
+      MadeBy{"drape-calib", "0.2.0", {"target-detections.json"}, {{target, sha256_of_file(target)}}};
+  const std::string page = html_provenance(session, outcome, folder.path());
+  EXPECT_THAT(page, HasSubstr("drape-detect recording --surface target\ndrape-calib "));
+  // Another file under that name is not what the calibration came from.
+  write_durable(target, "{ }");
+  EXPECT_THAT(html_provenance(session, outcome, folder.path()), Not(HasSubstr("--surface target")));
+}
+
+TEST(Report, ListsFilesInOneOrderHoweverTheirPathsWereGiven) {
+  const drape::test::TemporaryFolder folder;
+  Session session = read_session(test::write_example(folder.path() / "A"), {});
+  Outcome outcome;
+  outcome.reports.push_back(compare_drape(session.drapes[0].input, {}));
+  ASSERT_GT(session.read.size(), 2U);
+  const std::string page = html_provenance(session, outcome, folder.path());
+  for (auto& [file, sha256] : session.read)
+    if (file.extension() == ".ply") file = fs::proximate(file);
+  EXPECT_EQ(html_provenance(session, outcome, folder.path()), page);
 }
 
 TEST(Report, NoGoStandsFirstWithItsReasons) {

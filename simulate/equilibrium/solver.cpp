@@ -33,6 +33,7 @@ constexpr double kFarOnFiner = 200e-6;   // m; the same on a finer grid
 // again, that happens ever more seldom.
 constexpr double kLateMu = 100;  // 1/s^2
 constexpr double kSeldom = 1.2;
+constexpr int kFalls = 4;                // from where it stalled, before a run ends stalled
 constexpr int kSearches = 3;            // for points between particles near rest; then they stay
 constexpr int kSearchesOnFiner = 2;     // the same on a finer grid
 constexpr int kStates = 20;             // of friction, tried for a first-order displacement
@@ -287,14 +288,32 @@ bool StaticSolver::find_step(StaticReport& report, Solve solve) {
 }
 
 StaticReport StaticSolver::solve() {
-  best_residual_ = best_j_ = best_gap_m_ = std::numeric_limits<double>::infinity();
-  progress_at_ = 0;
   StaticReport report;
   trial_ = position;
   strains_ = {};
   contacts_.refresh(position);
-  if (options_.falls) fall(report);
-  if (report.through_itself) return report;
+  for (int falls = 1;; ++falls) {
+    if (options_.falls) fall(report);
+    if (report.through_itself) return report;
+    go_to_rest(report);
+    if (report.status != StaticStatus::stalled || !options_.falls || falls == kFalls) break;
+  }
+  finish(report);
+  if (report.status == StaticStatus::at_rest && options_.judge_stability) {
+    report.stable = factorise_here();
+  }
+  if (report.status == StaticStatus::at_rest && cloth_.laws().friction) {
+    cloth_.settle(position);
+    report.history.back().inner = cloth_.energies(position);
+  }
+  return report;
+}
+
+/// Newton's method, damped by pseudo-time far from rest.
+void StaticSolver::go_to_rest(StaticReport& report) {
+  best_residual_ = best_j_ = best_gap_m_ = std::numeric_limits<double>::infinity();
+  progress_at_ = report.iterations;
+  report.status = StaticStatus::iteration_limit;
   int searches = 0;
   const double settled = options_.paced ? kSettled : kSettledOnFiner;
   const int most_searches = options_.paced ? kSearches : kSearchesOnFiner;
@@ -355,15 +374,6 @@ StaticReport StaticSolver::solve() {
     }
     if (take_step(report)) fresh = false;
   }
-  finish(report);
-  if (report.status == StaticStatus::at_rest && options_.judge_stability) {
-    report.stable = factorise_here();
-  }
-  if (report.status == StaticStatus::at_rest && cloth_.laws().friction) {
-    cloth_.settle(position);
-    report.history.back().inner = cloth_.energies(position);
-  }
-  return report;
 }
 
 StaticReport StaticSolver::solve_nearly(double residual) {

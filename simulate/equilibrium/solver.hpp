@@ -93,8 +93,9 @@ class StaticSolver {
   /// Lets the sheet fall from `position` with its inertia until it is nearly still. One that is
   /// taken to pass through itself, and does, falls no further: it has to meet itself.
   void fall(StaticReport& report);
-  /// Goes to rest from `position`. Of internal friction this is one step, in which no element turns
-  /// back: fall() settles it at each of its own.
+  /// Goes to rest from `position`; one that falls and whose way to rest stalls falls on from there.
+  /// Of internal friction a way to rest is one step, in which no element turns back: fall() settles
+  /// it at each of its own.
   StaticReport solve();
   /// The same to within `residual` of a weight, whatever gaps are left: on the path to a rest.
   StaticReport solve_nearly(double residual);
@@ -152,6 +153,7 @@ class StaticSolver {
   void plan_next(double ratio, bool whole);
   void note(StaticReport& report);
   [[nodiscard]] bool stagnates(const StaticReport& report);
+  void go_to_rest(StaticReport& report);
   void finish(StaticReport& report);
 
   Cloth& cloth_;

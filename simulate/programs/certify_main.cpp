@@ -60,7 +60,7 @@ int run(const fs::path& folder, const fs::path& scene_file,
   }
   ending.rejected.insert(ending.rejected.end(), report.refusals.begin(), report.refusals.end());
   ending.warnings = report.warnings;
-  ending.next_command = fmt::format("less {}", shell_word((folder / "certificate.json").string()));
+  ending.next_command = fmt::format("more {}", shell_word((folder / "certificate.json").string()));
   return finish(resting_on(sheet.no_go, std::move(ending)), common, record);
 }
 

@@ -47,7 +47,7 @@ Ending ending_of(const ErrorSplit& split, const fs::path& out) {
          fmt::format("{:+.3f} mm, marks move by {:.3f} mm, {} folds{}", row.change_m / mm,
                      row.moved_m / mm, row.folds, row.at_rest ? "" : ", not at rest")});
   const char* table = split.rows.size() > 1 ? "error_split.csv" : "sensitivity.json";
-  ending.next_command = fmt::format("less {}", shell_word((out / table).string()));
+  ending.next_command = fmt::format("more {}", shell_word((out / table).string()));
   return ending;
 }
 

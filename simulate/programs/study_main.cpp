@@ -53,7 +53,7 @@ int run(const fs::path& rig, const fs::path& out, StudyOptions options,
                                             o.the_case.grid, o.the_case.segments, o.sentence));
   }
   ending.warnings = fabric_warnings(cases);
-  ending.next_command = fmt::format("less {}", shell_word((out / "study.md").string()));
+  ending.next_command = fmt::format("more {}", shell_word((out / "study.md").string()));
   if (!common.json && !common.quiet) fmt::print("{}\n", tables);
   return finish(ending, common, record);
 }
