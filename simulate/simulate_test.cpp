@@ -292,11 +292,10 @@ z_bottom_mm = 0
   return simulate_checked(scene, fabric, read_print(scene.print_file), std::nullopt, options);
 }
 
-TEST(Simulate, AWayToRestThatStallsFallsOnFromWhereItIs) {
+TEST(Simulate, ASheetThatStallsFallsOnFromWhereItIs) {
   // The first of these starts stalls at 0.17 of a weight, and Runge-Kutta, which began again from
   // flat, once crumpled it into a rest that lies an eighth higher than all its like.
-  const SimulateResult stalls =
-      drape_irregularly(Vector3d(0.622, 0.539, 61.568) * mm, 1.405 * deg);
+  const SimulateResult stalls = drape_irregularly(Vector3d(0.622, 0.539, 61.568) * mm, 1.405 * deg);
   const SimulateResult like = drape_irregularly(Vector3d(0, 0, 60) * mm, 0);
   ASSERT_EQ(stalls.report.status, RestStatus::at_rest) << stalls.report.sentence;
   ASSERT_EQ(like.report.status, RestStatus::at_rest) << like.report.sentence;

@@ -135,8 +135,8 @@ TEST(Report, NamesEveryStepBackToThePictures) {
   Session session = read_session(test::write_example(folder.path() / "A"), {});
   Outcome outcome;
   outcome.reports.push_back(compare_drape(session.drapes[0].input, {}));
-  session.calibrated_by =
-      MadeBy{"drape-calib", "0.2.0", {"target-detections.json"}, {{target, sha256_of_file(target)}}};
+  session.calibrated_by = MadeBy{
+      "drape-calib", "0.2.0", {"target-detections.json"}, {{target, sha256_of_file(target)}}};
   const std::string page = html_provenance(session, outcome, folder.path());
   EXPECT_THAT(page, HasSubstr("drape-detect recording --surface target\ndrape-calib "));
   // Another file under that name is not what the calibration came from.

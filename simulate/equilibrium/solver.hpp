@@ -93,9 +93,9 @@ class StaticSolver {
   /// Lets the sheet fall from `position` with its inertia until it is nearly still. One that is
   /// taken to pass through itself, and does, falls no further: it has to meet itself.
   void fall(StaticReport& report);
-  /// Goes to rest from `position`; one that falls and whose way to rest stalls falls on from there.
-  /// Of internal friction a way to rest is one step, in which no element turns back: fall() settles
-  /// it at each of its own.
+  /// Goes to rest from `position`; where a sheet that fell stalls, it falls on and goes to rest
+  /// again. Going to rest is one step of internal friction, in which no element turns back: fall()
+  /// settles it at each of its own.
   StaticReport solve();
   /// The same to within `residual` of a weight, whatever gaps are left: on the path to a rest.
   StaticReport solve_nearly(double residual);
