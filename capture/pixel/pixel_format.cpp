@@ -6,6 +6,7 @@
 #include <opencv2/imgcodecs.hpp>
 
 #include "core/error.hpp"
+#include "core/files/picture_head.hpp"
 
 namespace drape::capture {
 namespace {
@@ -132,7 +133,8 @@ Samples decode_jpeg(std::span<const std::uint8_t> data, int width_px, int height
                      const_cast<std::uint8_t*>(data.data()));  // imdecode only reads
   cv::Mat grey;
   try {
-    grey = cv::imdecode(file, cv::IMREAD_GRAYSCALE | cv::IMREAD_IGNORE_ORIENTATION);
+    if (begins_as_picture(data))
+      grey = cv::imdecode(file, cv::IMREAD_GRAYSCALE | cv::IMREAD_IGNORE_ORIENTATION);
   } catch (const cv::Exception&) {  // named below
   }
   if (grey.cols != width_px || grey.rows != height_px)

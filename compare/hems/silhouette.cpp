@@ -15,6 +15,7 @@
 
 #include "core/error.hpp"
 #include "core/files/files.hpp"
+#include "core/files/picture_head.hpp"
 #include "core/units.hpp"
 
 namespace drape::compare {
@@ -38,7 +39,7 @@ cv::Mat read_grey(const std::filesystem::path& file) {
   const std::vector<unsigned char> bytes = read_bytes(file);
   cv::Mat picture;
   try {
-    if (!bytes.empty()) {
+    if (begins_as_picture(bytes)) {
       const cv::Mat buffer(1, static_cast<int>(bytes.size()), CV_8U,
                            const_cast<unsigned char*>(bytes.data()));
       picture = cv::imdecode(buffer, cv::IMREAD_GRAYSCALE | cv::IMREAD_ANYDEPTH);

@@ -9,6 +9,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "core/error.hpp"
+#include "core/files/picture_head.hpp"
 
 namespace drape::console {
 namespace {
@@ -21,8 +22,9 @@ cv::Mat decoded(std::span<const unsigned char> bytes) {
                     const_cast<unsigned char*>(bytes.data()));
   cv::Mat image;
   try {
-    image = cv::imdecode(
-        raw, cv::IMREAD_ANYDEPTH | cv::IMREAD_GRAYSCALE | cv::IMREAD_IGNORE_ORIENTATION);
+    if (begins_as_picture(bytes))
+      image = cv::imdecode(
+          raw, cv::IMREAD_ANYDEPTH | cv::IMREAD_GRAYSCALE | cv::IMREAD_IGNORE_ORIENTATION);
   } catch (const cv::Exception&) {
     image.release();
   }

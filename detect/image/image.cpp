@@ -9,6 +9,8 @@
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
+#include "core/files/picture_head.hpp"
+
 namespace drape::detect {
 namespace {
 
@@ -39,7 +41,7 @@ void check_png_size(std::span<const unsigned char> bytes, int width_px, int heig
 cv::Mat decode(std::span<const unsigned char> bytes, const Where& where) {
   cv::Mat picture;
   try {
-    if (!bytes.empty()) {
+    if (begins_as_picture(bytes)) {
       const cv::Mat buffer(1, static_cast<int>(bytes.size()), CV_8U,
                            const_cast<unsigned char*>(bytes.data()));
       picture = cv::imdecode(buffer, cv::IMREAD_UNCHANGED);
