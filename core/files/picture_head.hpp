@@ -12,19 +12,20 @@ namespace drape {
 /// OpenCV gives bytes that it does not know to readers of other formats, one of which aborts.
 [[nodiscard]] inline bool begins_as_picture(std::span<const unsigned char> bytes) {
   using namespace std::string_view_literals;
-  constexpr std::array heads = {"\x89PNG\r\n\x1a\n"sv,
-                                "\xff\xd8\xff"sv,
-                                "II*\0"sv,
-                                "MM\0*"sv,
-                                "II+\0"sv,
-                                "MM\0+"sv,
-                                "BM"sv,
-                                "P2"sv,
-                                "P3"sv,
-                                "P5"sv,
-                                "P6"sv};
+  constexpr std::array signatures = {"\x89PNG\r\n\x1a\n"sv,
+                                     "\xff\xd8\xff"sv,
+                                     "II*\0"sv,
+                                     "MM\0*"sv,
+                                     "II+\0"sv,
+                                     "MM\0+"sv,
+                                     "BM"sv,
+                                     "P2"sv,
+                                     "P3"sv,
+                                     "P5"sv,
+                                     "P6"sv};
   const std::string_view all(reinterpret_cast<const char*>(bytes.data()), bytes.size());
-  return std::any_of(heads.begin(), heads.end(), [&](auto head) { return all.starts_with(head); });
+  return std::any_of(signatures.begin(), signatures.end(),
+                     [&](auto signature) { return all.starts_with(signature); });
 }
 
 }  // namespace drape
