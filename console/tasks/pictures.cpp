@@ -16,6 +16,8 @@ namespace {
 
 constexpr int kLeastWidth = 80, kMostWidth = 1600;
 constexpr int kJpegQuality = 80;
+constexpr std::size_t kMostPixels = std::size_t{1} << 26;  // as a recording may hold
+constexpr int kLongestSide = 32767;                        // px; a JPEG has room for 65500
 
 cv::Mat decoded(std::span<const unsigned char> bytes) {
   const cv::Mat raw(1, static_cast<int>(bytes.size()), CV_8UC1,
@@ -28,7 +30,8 @@ cv::Mat decoded(std::span<const unsigned char> bytes) {
   } catch (const cv::Exception&) {
     image.release();
   }
-  if (image.empty() || (image.depth() != CV_8U && image.depth() != CV_16U))
+  if (image.empty() || (image.depth() != CV_8U && image.depth() != CV_16U) ||
+      image.total() > kMostPixels || std::max(image.rows, image.cols) > kLongestSide)
     throw bad_input("the image cannot be read", {}, "take the set again");
   return image;
 }
