@@ -8,8 +8,8 @@
 
 namespace drape {
 
-/// Whether a file begins as a PNG, JPEG, TIFF, BMP, PGM or PPM does. To be asked before a decoder:
-/// OpenCV gives bytes that it does not know to readers of other formats, one of which aborts.
+/// Whether a file begins as a PNG, JPEG, TIFF, BMP, PGM or PPM does, and not as a medical picture
+/// (DICOM) after it. To be asked before a decoder: OpenCV's reader of those aborts on some bytes.
 [[nodiscard]] inline bool begins_as_picture(std::span<const unsigned char> bytes) {
   using namespace std::string_view_literals;
   constexpr std::array signatures = {"\x89PNG\r\n\x1a\n"sv,
@@ -24,7 +24,8 @@ namespace drape {
                                      "P5"sv,
                                      "P6"sv};
   const std::string_view all(reinterpret_cast<const char*>(bytes.data()), bytes.size());
-  return std::any_of(signatures.begin(), signatures.end(),
+  return all.substr(0, 132).find("DICM", 128) == all.npos &&
+         std::any_of(signatures.begin(), signatures.end(),
                      [&](auto signature) { return all.starts_with(signature); });
 }
 
