@@ -90,9 +90,9 @@ TEST(SelfDistance, OfTrianglesIsThatOfTheGrid) {
   std::vector<Eigen::Vector2d> material;
   const int s = kSelfGrid.cols;
   for (int i = 0; i < kSelfGrid.count(); ++i) {
-    material.emplace_back(kSelfGrid.warp_spacing_m() * (i / s),
-                          kSelfGrid.weft_spacing_m() * (i % s));
-    if (!kSelfGrid.has_cell(i / s, i % s)) continue;
+    const int row = i / s, col = i % s;
+    material.emplace_back(kSelfGrid.warp_spacing_m() * row, kSelfGrid.weft_spacing_m() * col);
+    if (!kSelfGrid.has_cell(row, col)) continue;
     triangles.push_back({i, i + 1, i + s});
     triangles.push_back({i + 1, i + s + 1, i + s});
   }

@@ -33,7 +33,7 @@ constexpr double kFarOnFiner = 200e-6;   // m; the same on a finer grid
 // again, that happens ever more seldom.
 constexpr double kLateMu = 100;  // 1/s^2
 constexpr double kSeldom = 1.2;
-constexpr int kFalls = 4;               // from where it stalled, before a run ends stalled
+constexpr int kFalls = 4;               // the first, and those from where it stalled
 constexpr int kSearches = 3;            // for points between particles near rest; then they stay
 constexpr int kSearchesOnFiner = 2;     // the same on a finer grid
 constexpr int kStates = 20;             // of friction, tried for a first-order displacement
