@@ -243,68 +243,6 @@ TEST(Simulate, ASheetThatDivergesIsRunAgainWithMoreLooks) {
   EXPECT_THAT(result.report.warnings, testing::Contains(testing::HasSubstr("diverged after")));
 }
 
-/// A cloth of 400 mm, half as stiff again in bending as bench1's A, over a cube of 55 mm.
-SimulateResult drape_irregularly(Vector3d centre_in_world, double yaw_rad) {
-  const test::TemporaryFolder folder;
-  write_durable(folder.path() / "print.toml", R"(schema = "drapebench/print/1"
-rows = 11
-cols = 11
-pitch_mm = 40.0
-dot_diameter_mm = 4.0
-patch_mm = [400.0, 400.0]
-margin_mm = [0.0, 0.0]
-[tags]
-family = "tag36h11"
-edge_mm = 10.0
-first_id = 0
-cells = []
-)");
-  write_durable(folder.path() / "scene.toml", R"(schema = "drapebench/scene/1"
-name = "irregular"
-fabric = "A.toml"
-print = "print.toml"
-table_z_mm = -400.0
-friction = 0.4
-stand_ins = ["friction"]
-[start]
-mode = "flat"
-centre_mm = [0.0, 0.0, 60.0]
-yaw_deg = 0.0
-[[object]]
-kind = "box"
-size_mm = [55.0, 55.0, 55.0]
-edge_radius_mm = 1.5
-x_mm = 0
-y_mm = 0
-z_bottom_mm = 0
-)");
-  Scene scene = read_scene(folder.path() / "scene.toml");
-  scene.start = {StartMode::flat, 0, centre_in_world, yaw_rad};
-  Fabric fabric = read_fabric(bench() / "fabrics/A.toml");
-  for (KawabataCurve& curve : fabric.bending) {
-    for (double& moment : curve.loading) moment *= 1.5;
-    for (double& moment : curve.unloading) moment *= 1.5;
-  }
-  *fabric.bias_bending_n_m *= 1.5;
-  SimulateOptions options;
-  options.rows = options.cols = 31;
-  options.solver = "fall";
-  return simulate_checked(scene, fabric, read_print(scene.print_file), std::nullopt, options);
-}
-
-TEST(Simulate, ASheetThatStallsFallsOnFromWhereItIs) {
-  // The first of these starts stalls at 0.17 of a weight, and Runge-Kutta, which began again from
-  // flat, once crumpled it into a rest that lies an eighth higher than all its like.
-  const SimulateResult stalls = drape_irregularly(Vector3d(0.622, 0.539, 61.568) * mm, 1.405 * deg);
-  const SimulateResult like = drape_irregularly(Vector3d(0, 0, 60) * mm, 0);
-  ASSERT_EQ(stalls.report.status, RestStatus::at_rest) << stalls.report.sentence;
-  ASSERT_EQ(like.report.status, RestStatus::at_rest) << like.report.sentence;
-  EXPECT_THAT(stalls.report.warnings,
-              testing::Not(testing::Contains(testing::HasSubstr("Runge-Kutta"))));
-  EXPECT_NEAR(stalls.report.energy_end_j, like.report.energy_end_j,
-              0.02 * std::abs(like.report.energy_end_j));
-}
-
 TEST(Simulate, TwoPinsHoldTheSheet) {
   Scene scene = read_scene(bench() / "scenes/A.toml");
   scene.obstacles.clear();

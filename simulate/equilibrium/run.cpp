@@ -303,6 +303,9 @@ void book_static(const StaticCase& the_case, const GridSpec& grid, const StaticO
         "the equilibrium is a saddle: the stiffness of the sheet on its contacts is not positive "
         "definite");
   }
+  if (found.falls > 1)
+    report.warnings.push_back(fmt::format(
+        "stalled after its fall, and fell on from there: {} falls in all", found.falls));
   result.contact_forces = found.contact_forces;
   Cloth cloth(grid, the_case.laws, the_case.mass);
   cloth.clamp(clamps_on(the_case.scene, grid).places);

@@ -292,11 +292,14 @@ StaticReport StaticSolver::solve() {
   trial_ = position;
   strains_ = {};
   contacts_.refresh(position);
-  for (int falls = 1;; ++falls) {
-    if (options_.falls) fall(report);
+  for (;;) {
+    if (options_.falls) {
+      fall(report);
+      ++report.falls;
+    }
     if (report.through_itself) return report;
     go_to_rest(report);
-    if (report.status != StaticStatus::stalled || !options_.falls || falls == kFalls) break;
+    if (report.status != StaticStatus::stalled || !options_.falls || report.falls == kFalls) break;
   }
   finish(report);
   if (report.status == StaticStatus::at_rest && options_.judge_stability) {

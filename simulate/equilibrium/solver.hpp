@@ -54,6 +54,7 @@ enum class StaticStatus { at_rest, iteration_limit, stalled, diverged };
 struct StaticReport {
   StaticStatus status = StaticStatus::iteration_limit;
   int iterations = 0, factorisations = 0, indefinite = 0;
+  int falls = 0;        ///< more than one: stalled after a fall and fell on from there
   int reused = 0;       ///< solves with a factor of a matrix before
   double residual = 0;  ///< largest net force over the mean particle's weight
   double residual_rms = 0;
