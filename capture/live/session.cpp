@@ -29,6 +29,18 @@ constexpr double kFitEvery_s = 0.4;          ///< readings of a clock that are k
 constexpr std::int64_t kPartnersWithin = 8;  ///< frames of the same camera
 constexpr double kLargestDelay_s = 5;        ///< between exposure and arrival of a frame
 
+/// Without a word where the camera's receive buffer holds a whole frame.
+std::string remedy_for_buffer(const CameraHost& host) {
+  std::int64_t room = 0, frame = 0;
+  bool udp = false;
+  for (const SettingReadBack& s : host.settings()) {
+    if (s.name == "receive_buffer_bytes") room = std::stoll(s.value);
+    if (s.name == "receive_buffer_of_a_frame_bytes") frame = std::stoll(s.value);
+    if (s.name == "stream_socket") udp = s.value == "udp";
+  }
+  return udp && room < frame ? fmt::format("sudo sysctl -w net.core.rmem_max={}", 2 * frame) : "";
+}
+
 }  // namespace
 
 Session::Session(const CamerasFile& cameras, const LiveOptions& options)
@@ -288,30 +300,24 @@ std::optional<std::int64_t> Session::count_trigger(Running& r, std::int64_t inde
 }
 
 std::string Session::remedy_for(const CameraHost& host) {
-  std::int64_t room = 0, frame = 0, packet = 0;
-  bool udp = false;
-  for (const SettingReadBack& s : host.settings()) {
-    if (s.name == "receive_buffer_bytes") room = std::stoll(s.value);
-    if (s.name == "receive_buffer_of_a_frame_bytes") frame = std::stoll(s.value);
-    if (s.name == "packet_size_bytes") packet = std::stoll(s.value);
-    if (s.name == "stream_socket") udp = s.value == "udp";
-  }
-  if (udp && room < frame) return fmt::format("sudo sysctl -w net.core.rmem_max={}", 2 * frame);
-  if (packet > kUsualPath_bytes)
-    return fmt::format(
-        "packet_size_bytes = {}, where a switch or card carries no larger ones; else "
-        "raise packet_delay_ns, or lower frame_rate_hz",
-        kUsualPath_bytes);
+  if (const std::string buffer = remedy_for_buffer(host); !buffer.empty()) return buffer;
+  for (const SettingReadBack& s : host.settings())
+    if (s.name == "packet_size_bytes" && std::stoll(s.value) > kUsualPath_bytes)
+      return fmt::format(
+          "packet_size_bytes = {}, where a switch or card carries no larger ones; else "
+          "raise packet_delay_ns, or lower frame_rate_hz",
+          kUsualPath_bytes);
   return "raise packet_delay_ns, or lower frame_rate_hz; check cable and switch";
 }
 
-/// Of a camera that obeys and sends nothing.
+/// Of a camera that obeys and sends nothing, or nothing that outlives a receive buffer too small.
 std::string Session::remedy_for_silence(const CameraHost& host) {
   if (host.identity().host_address.empty()) return "check cable and power of the camera";
+  const std::string buffer = remedy_for_buffer(host);
   return fmt::format(
-      "it obeys, but none of its pictures comes: let the firewall pass UDP from {} (`sudo nft list "
-      "ruleset` shows it), and check cable and power",
-      host.identity().address);
+      "it obeys, but none of its pictures comes: {}let the firewall pass UDP from {} (`sudo nft "
+      "list ruleset` shows it), and check cable and power",
+      buffer.empty() ? "" : buffer + "; ", host.identity().address);
 }
 
 bool Session::is_silent(std::size_t c) const {
