@@ -162,7 +162,7 @@ Field polish(const StaticCase& the_case, const SimulateOptions& options, const S
     return keep("the sheet touches itself or an edge, which the static solver does not know");
   if (options.round) return keep("a round specimen is left as motion finds it");
   StaticOptions how = static_options(the_case.scene, options);
-  how.falls = false;
+  how.falls = Falls::never;
   how.first_step_s = kPolishStep_s;
   StaticSolver solver(cloth, the_case.surroundings, how);
   solver.contacts().hold(start.holds, start.hold_in_world);

@@ -231,7 +231,7 @@ Folded rest_of_folded(bool meets_itself, int threads = 1) {
   table.add(Table{0});
   StaticOptions options;
   options.friction = 0.4;
-  options.falls = true;
+  options.falls = Falls::first;
   options.threads = threads;
   options.cloth_thickness_m = kThickness;
   options.meets_itself = meets_itself;
@@ -289,7 +289,7 @@ StaticReport falls_shut(bool meets_itself, int& crossings) {
   table.add(Table{0});
   StaticOptions options;
   options.friction = 0.4;
-  options.falls = true;
+  options.falls = Falls::first;
   options.cloth_thickness_m = kThickness;
   options.meets_itself = meets_itself;
   StaticSolver solver(cloth, table, options);
@@ -378,7 +378,7 @@ TEST(LayerContacts, ThatNothingMeetsChangeNoByte) {
     ball.add(Sphere{{0, 0, -0.04}, 0.04});
     StaticOptions options;
     options.friction = 0.3;
-    options.falls = true;
+    options.falls = Falls::first;
     options.cloth_thickness_m = kThickness;
     options.meets_itself = meets_itself;
     StaticSolver solver(cloth, ball, options);

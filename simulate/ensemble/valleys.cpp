@@ -50,7 +50,7 @@ class Pool {
 /// By steps as long as they are good: it may end in another fold than motion would.
 StaticDrape settle_from(const StaticCase& the_case, const GridSpec& grid, StaticOptions options,
                         const Field& from, const GridSpec& of) {
-  options.falls = false;
+  options.falls = Falls::never;
   options.paced = false;
   options.first_step_s = kFirstStep_s;
   return drape_statically(the_case, grid, options, [&](const GridSpec& here, Field& position) {
@@ -70,7 +70,7 @@ std::vector<StaticDrape> fallen_from(const std::vector<StartChange>& starts,
                                      const StaticOptions& options, int most) {
   StaticOptions falls = options;
   falls.threads = 1;
-  falls.falls = true;
+  falls.falls = Falls::first;
   std::vector<StaticDrape> found(starts.size());
   parallel_for(found.size(), options.threads, [&](std::size_t k) {
     found[k] = drape_statically(the_case, grid, falls, starts[k]);
@@ -125,7 +125,7 @@ std::vector<StaticDrape> seek_valleys(const StaticCase& the_case, const GridSpec
   const GridSpec coarse{fewer(grid.rows), fewer(grid.cols), grid.patch_m};
   Pool pool(how.kept), finest(how.finished);
   StaticOptions own = rough;
-  own.falls = false;
+  own.falls = Falls::never;
   take(drape_statically(the_case, coarse, own), coarse, pool);
   carry(rests, grid, coarse, rough, pool);
   kick_all(0, how.kicks, coarse, rough, pool);

@@ -159,7 +159,7 @@ StaticDrape drape_once(const StaticCase& the_case, const GridSpec& grid,
       now.residual_tolerance = std::max(start_residual(level, levels), options.residual_tolerance);
     }
     now.judge_stability = last;
-    now.falls = first && options.falls;
+    if (!first && now.falls == Falls::first) now.falls = last ? Falls::where_stalled : Falls::never;
     if (!first) {
       now.first_step_s = kFinerStep_s;
       now.paced = false;
@@ -252,7 +252,7 @@ StaticOptions static_options(const Scene& scene, const SimulateOptions& options)
   how.cloth_thickness_m = options.cloth_thickness_m;
   how.residual_tolerance = options.static_tolerance;
   how.threads = options.threads;
-  how.falls = options.solver == "fall";
+  how.falls = options.solver == "fall" ? Falls::first : Falls::never;
   how.damping_per_s = options.damping_per_s;
   how.natural_time_s = options.natural_time_s;
   how.max_iterations = static_cast<int>(std::min<long>(options.max_steps, how.max_iterations));
@@ -303,9 +303,9 @@ void book_static(const StaticCase& the_case, const GridSpec& grid, const StaticO
         "the equilibrium is a saddle: the stiffness of the sheet on its contacts is not positive "
         "definite");
   }
-  if (found.falls > 1)
-    report.warnings.push_back(fmt::format(
-        "stalled after its fall, and fell on from there: {} falls in all", found.falls));
+  if (found.fell_on > 0)
+    report.warnings.push_back(
+        fmt::format("stalled, and fell on from there, {} of at most 3 times", found.fell_on));
   result.contact_forces = found.contact_forces;
   Cloth cloth(grid, the_case.laws, the_case.mass);
   cloth.clamp(clamps_on(the_case.scene, grid).places);

@@ -33,7 +33,7 @@ constexpr double kFarOnFiner = 200e-6;   // m; the same on a finer grid
 // again, that happens ever more seldom.
 constexpr double kLateMu = 100;  // 1/s^2
 constexpr double kSeldom = 1.2;
-constexpr int kFalls = 4;               // the first, and those from where it stalled
+constexpr int kFallsOn = 3;             // from where it stalled
 constexpr int kSearches = 3;            // for points between particles near rest; then they stay
 constexpr int kSearchesOnFiner = 2;     // the same on a finer grid
 constexpr int kStates = 20;             // of friction, tried for a first-order displacement
@@ -122,7 +122,7 @@ void StaticSolver::rest_on_contacts(double reach_m) {
 
 void StaticSolver::load(const Vector3d& gravity_m_per_s2) {
   options_.gravity_m_per_s2 = gravity_m_per_s2;
-  options_.falls = false;
+  options_.falls = Falls::never;
   mu_ = 1 / (kLoadStep_s * kLoadStep_s);
 }
 
@@ -292,15 +292,15 @@ StaticReport StaticSolver::solve() {
   trial_ = position;
   strains_ = {};
   contacts_.refresh(position);
-  for (;;) {
-    if (options_.falls) {
-      fall(report);
-      ++report.falls;
-    }
-    if (report.through_itself) return report;
-    go_to_rest(report);
-    if (report.status != StaticStatus::stalled || !options_.falls || report.falls == kFalls) break;
+  if (options_.falls == Falls::first) fall(report);
+  if (!report.through_itself) go_to_rest(report);
+  while (report.status == StaticStatus::stalled && options_.falls != Falls::never &&
+         report.fell_on < kFallsOn && !report.through_itself) {
+    ++report.fell_on;
+    fall(report);
+    if (!report.through_itself) go_to_rest(report);
   }
+  if (report.through_itself) return report;
   finish(report);
   if (report.status == StaticStatus::at_rest && options_.judge_stability) {
     report.stable = factorise_here();

@@ -17,6 +17,10 @@
 
 namespace drape::simulate {
 
+/// When a sheet falls with its inertia, see StaticSolver::fall(). `where_stalled`: from where it
+/// stalled on its path to rest, at most three times. `first`: before that too.
+enum class Falls { never, where_stalled, first };
+
 struct StaticOptions {
   Eigen::Vector3d gravity_m_per_s2{0, 0, -9.80665};
   double friction = 0;  ///< Coulomb coefficient
@@ -26,13 +30,13 @@ struct StaticOptions {
   bool meets_itself = false;
   double residual_tolerance = 1e-6;  ///< of the mean particle's weight
   int max_iterations = 2000;         ///< per level
+  int patience = 50;                 ///< iterations without progress, after which it stalls
   double first_step_s = 5e-3;        ///< pseudo-time step at the start
   bool paced = true;                 ///< short steps while the sheet falls, see StaticSolver
   bool only_a_start = false;         ///< ends at that residual, whatever gaps are left
   bool judge_stability = true;       ///< at rest; takes one factorisation in double precision
   int threads = 1;                   ///< of factors and second derivatives; never changes a result
-  /// Falls with its inertia first, see StaticSolver::fall().
-  bool falls = false;
+  Falls falls = Falls::never;
   double longest_fall_step_s = 4e-3;
   double damping_per_s = 4;     ///< beta / m of F = -beta v while it falls
   double natural_time_s = 0.4;  ///< before velocities are zeroed at peaks of kinetic energy
@@ -48,13 +52,14 @@ struct StaticIteration {
   [[nodiscard]] double sum_j() const { return gravity_j + contact_j + inner.sum_j(); }
 };
 
-/// `stalled`: 50 iterations brought neither the residual nor the energy down.
+/// `stalled`: as many iterations as it has patience for brought neither the residual nor the energy
+/// down.
 enum class StaticStatus { at_rest, iteration_limit, stalled, diverged };
 
 struct StaticReport {
   StaticStatus status = StaticStatus::iteration_limit;
   int iterations = 0, factorisations = 0, indefinite = 0;
-  int falls = 0;        ///< more than one: stalled after a fall and fell on from there
+  int fell_on = 0;      ///< times that it stalled and fell on from there
   int reused = 0;       ///< solves with a factor of a matrix before
   double residual = 0;  ///< largest net force over the mean particle's weight
   double residual_rms = 0;
@@ -94,9 +99,8 @@ class StaticSolver {
   /// Lets the sheet fall from `position` with its inertia until it is nearly still. One that is
   /// taken to pass through itself, and does, falls no further: it has to meet itself.
   void fall(StaticReport& report);
-  /// Goes to rest from `position`; where a sheet that fell stalls, it falls on and goes to rest
-  /// again. Going to rest is one step of internal friction, in which no element turns back: fall()
-  /// settles it at each of its own.
+  /// Goes to rest from `position`, falling as StaticOptions::falls says. Going to rest is one step
+  /// of internal friction, in which no element turns back: fall() settles it at each of its own.
   StaticReport solve();
   /// The same to within `residual` of a weight, whatever gaps are left: on the path to a rest.
   StaticReport solve_nearly(double residual);

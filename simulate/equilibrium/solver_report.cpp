@@ -8,7 +8,6 @@
 namespace drape::simulate {
 namespace {
 
-constexpr int kStagnation = 50;      // iterations without progress after which a run ends
 constexpr double kLess = 0.9;        // of the least residual so far: progress
 constexpr double kStillFall = 1e-7;  // m; all of the sheet lower by this much: progress
 
@@ -37,7 +36,8 @@ void StaticSolver::finish(StaticReport& report) {
   report.cloth_thickness_m = layers_.thickness_m();
 }
 
-/// Whether the last kStagnation iterations brought neither the least residual nor the energy down.
+/// Whether as many iterations as it has patience for brought neither the least residual nor the
+/// energy down.
 bool StaticSolver::stagnates(const StaticReport& report) {
   const StaticIteration& now = report.history.back();
   const double least_fall_j = kStillFall * weight_n_ * cloth_.count();
@@ -54,7 +54,7 @@ bool StaticSolver::stagnates(const StaticReport& report) {
       progress_at_ = report.iterations;
     }
   }
-  return report.iterations - progress_at_ >= kStagnation;
+  return report.iterations - progress_at_ >= options_.patience;
 }
 
 }  // namespace drape::simulate

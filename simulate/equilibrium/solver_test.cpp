@@ -227,6 +227,45 @@ TEST(StaticSolver, HostileScenesNeitherCrashNorLie) {
   }
 }
 
+/// The cloth over the bench's cube, by a solver that stalls after so many iterations in vain.
+StaticDrape over_the_cube(Falls falls, int patience) {
+  const Scene scene = bench_scene("C");
+  const Fabric fabric = read_fabric(scene.fabric_file);
+  const Print print = read_print(scene.print_file);
+  const GridSpec grid{21, 21, print.patch_m};
+  SimulateOptions options;
+  options.rows = options.cols = 21;
+  options.solver = "fall";
+  const Surroundings surroundings(scene);
+  SimulateReport report;
+  const ClothLaws laws = make_laws(fabric, options.segments, report);
+  const std::optional<Sheet> nothing;
+  StaticOptions how = static_options(scene, options);
+  how.falls = falls;
+  how.patience = patience;
+  return drape_statically({scene, print, nothing, surroundings, laws}, grid, how);
+}
+
+// A solver without patience stalls on its path to rest, as one with patience does on few drapes.
+TEST(StaticSolver, FallsOnWhereItStalls) {
+  const auto energy_j = [](const StaticDrape& drape) {
+    return drape.report.history.back().sum_j();
+  };
+  const StaticDrape patient = over_the_cube(Falls::never, 50);
+  ASSERT_EQ(patient.report.status, StaticStatus::at_rest);
+  ASSERT_EQ(over_the_cube(Falls::never, 6).report.status, StaticStatus::stalled);
+  const StaticDrape fell_on = over_the_cube(Falls::where_stalled, 6);
+  EXPECT_EQ(fell_on.report.status, StaticStatus::at_rest);
+  EXPECT_GE(fell_on.report.fell_on, 1);
+  EXPECT_NEAR(energy_j(fell_on), energy_j(patient), 1e-4 * energy_j(patient));
+}
+
+TEST(StaticSolver, FallsOnNoMoreThanThreeTimes) {
+  const StaticDrape vain = over_the_cube(Falls::where_stalled, 1);
+  EXPECT_EQ(vain.report.status, StaticStatus::stalled);
+  EXPECT_EQ(vain.report.fell_on, 3);
+}
+
 TEST(Prolong, KeepsCubicSheets) {
   const GridSpec coarse{8, 6, {0.2, 0.1}};
   const GridSpec fine{15, 21, {0.2, 0.1}};

@@ -60,7 +60,7 @@ StaticDrape rest_on(const StaticCase& the_case, const GridSpec& grid, const Here
                     StaticOptions how) {
   Cloth cloth(grid, the_case.laws, the_case.mass);
   cloth.clamp(clamps_on(the_case.scene, grid).places);
-  how.falls = false;
+  how.falls = Falls::where_stalled;
   how.paced = false;
   how.first_step_s = kFirstStep_s;
   StaticDrape drape;
