@@ -43,14 +43,15 @@ struct SimulateOptions {
   double history_interval_s = 0.02;  ///< between rows of history.csv
   bool contact_between_particles = true;
   int threads = 1;  ///< of the static solver's factorisation; never changes a result
-  /// Layers of cloth keep this apart (m); 0: the sheet passes through itself. Not asked by the
-  /// static solver, whose drapes are only judged for it.
+  /// Layers of cloth keep this apart (m); 0: the sheet passes through itself.
   double cloth_thickness_m = 0.5e-3;
   /// Called now and then with the fraction of the step limit used and the residual so far.
   std::function<void(double fraction, double residual)> progress;
 
   /// Throws Error(usage) for a value that cannot be simulated.
   void check() const;
+  /// Whether it asks for what motion alone can do (solver "rk4").
+  [[nodiscard]] bool only_moves() const { return model == "paper" || round || !kinetic_damping; }
 };
 
 /// The model's name with what else of it is not the default, as sheets state it.

@@ -21,7 +21,6 @@ namespace {
 
 struct Arguments : RunArguments {
   double thickness_mm = 0.5;
-  std::string mass = "area";
   bool validate = false, check_objects = false;
 };
 
@@ -34,7 +33,6 @@ int run(Arguments& args, std::vector<std::string> words, const CommonOptions& co
                    {{}, start_inputs(args)});
   const RunInputs inputs = read_run_inputs(args, record);
   args.options.cloth_thickness_m = args.thickness_mm * 1e-3;
-  args.options.mass = args.mass == "paper" ? MassRule::paper : MassRule::area;
   args.options.threads = thread_count(common);
   Progress progress("simulate", common.quiet);
   args.options.progress = [&](double fraction, double residual) {
@@ -57,22 +55,25 @@ int main(int argc, char** argv) {
   CommonOptions common;
   add_common_options(app, common);
   Arguments args;
+  args.options.solver = "fall";
   add_run_options(app, args, "folder for sheet, history.csv, certificate.json");
   app.add_flag("--validate", args.validate, "compare the model with closed forms, print a table");
   app.add_flag("--check-objects", args.check_objects, "read the scene's objects, and stop");
   app.add_option("--model", args.options.model, "consistent, paper")->capture_default_str();
-  app.add_option("--solver", args.options.solver,
-                 "fall: motion, then Newton's method; rk4: motion only; static: Newton only")
+  app.add_option(
+         "--solver", args.options.solver,
+         "fall: motion, then Newton's method; static: Newton only; rk4: motion only, taken by "
+         "itself with --model paper, --round and --no-kinetic-damping")
       ->one_of({"fall", "static", "rk4"})
       ->capture_default_str();
-  app.add_option("--mass", args.mass, "area: each particle's own cloth; paper: total / particles")
-      ->one_of({"area", "paper"})
-      ->capture_default_str();
+  app.add_choice<MassRule>("--mass", args.options.mass,
+                           {{"area", MassRule::area}, {"paper", MassRule::paper}},
+                           "area: each particle's own cloth; paper: total / particles");
   app.add_option("--tolerance", args.options.residual_tolerance,
-                 "rest: largest residual force over a particle's weight; at most 0.001")
+                 "rest by rk4: largest residual force over a particle's weight; at most 0.001")
       ->capture_default_str();
   app.add_option("--static-tolerance", args.options.static_tolerance,
-                 "the same for --solver static")
+                 "the same for --solver fall and static")
       ->capture_default_str();
   app.add_option("--max-steps", args.options.max_steps, "step limit")->capture_default_str();
   app.add_option("--damping-per-s", args.options.damping_per_s, "beta/m")->capture_default_str();
@@ -81,7 +82,7 @@ int main(int argc, char** argv) {
       ->capture_default_str();
   app.add_flag("!--no-kinetic-damping", args.options.kinetic_damping, "damping forces only");
   app.add_option("--thickness-mm", args.thickness_mm,
-                 "layers of cloth keep this apart; 0: the sheet passes through itself (rk4)")
+                 "layers of cloth keep this apart; 0: the sheet passes through itself")
       ->capture_default_str();
   app.add_flag("--round", args.options.round,
                "cut the specimen to the disc in the patch (Cusick's drapemeter)");
@@ -91,6 +92,8 @@ int main(int argc, char** argv) {
       "start.history");
   app.add_flag("!--particles-only", args.options.contact_between_particles,
                "no contact between the particles");
-  return run_program(app, argc, argv, common,
-                     [&] { return run(args, arguments_of(argc, argv), common); });
+  return run_program(app, argc, argv, common, [&] {
+    if (app.count("--solver") == 0 && args.options.only_moves()) args.options.solver = "rk4";
+    return run(args, arguments_of(argc, argv), common);
+  });
 }
