@@ -32,7 +32,7 @@ bool is_same_file(const fs::path& a, const fs::path& b) {
   return a.empty() || b.empty() ? a.empty() == b.empty() : one_name(a) == one_name(b);
 }
 
-/// What a rig that was made of a part of another one has otherwise than that has now.
+/// In what a rig that was made from a part of another differs from that one as it is now.
 std::optional<std::string> rig_difference(const Rig& made, const Rig& now) {
   for (const TargetStage& stage : made.stages) {
     const auto found = std::find_if(now.stages.begin(), now.stages.end(),

@@ -90,7 +90,7 @@ class GigeCamera {
   /// Shown from the next exposure on; width x height bytes.
   void show(std::vector<std::uint8_t> pixels);
   void set_faults(const GigeFaults& faults);
-  /// Deaf and dumb, as with the cable pulled out.
+  /// Neither hears nor answers from here on, as with the cable pulled out.
   void unplug() { plugged_ = false; }
   /// Back, as after a power cycle: nobody controls it, nothing streams.
   void plug_in();
