@@ -290,7 +290,7 @@ int end_early(const Plan& plan, const std::vector<StepEnding>& kept, const Faile
   return finish(ending, common);
 }
 
-/// Records of the steps that reach no verdict in this run: those an earlier run left belong to other
+/// Records of the steps without a verdict in this run: those that an earlier run left are of other
 /// inputs.
 std::set<fs::path> records_not_made(const Plan& plan, const std::vector<StepEnding>& kept) {
   std::set<fs::path> records;
