@@ -5,11 +5,15 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <cmath>
 
 #include "core/error.hpp"
+#include "core/files/files.hpp"
 #include "core/units.hpp"
+#include "simulate/checker/scene.hpp"
 #include "simulate/contact/piercing.hpp"
 #include "tests/support/judged_drape.hpp"
+#include "tests/support/paths.hpp"
 
 namespace drape::simulate {
 namespace {
@@ -124,6 +128,37 @@ TEST(Certify, ThreadsStrainedBeyondAllMeasuredAreRefused) {
   EXPECT_TRUE(std::any_of(report.lines.begin(), report.lines.end(), [](const CertifyLine& line) {
     return !line.passes() && line.what == "warp strain over the last measured";
   })) << listed(report);
+}
+
+/// A long roof whose ridge lies along x at z = 0; mm.
+constexpr const char* kRoof =
+    "v -50 0 0\nv 50 0 0\nv 50 50 -1.5\nv -50 50 -1.5\nv 50 -50 -1.5\nv -50 -50 -1.5\n"
+    "v 50 50 -40\nv -50 50 -40\nv 50 -50 -40\nv -50 -50 -40\n"
+    "f 1 2 3 4\nf 2 1 6 5\nf 4 3 7 8\nf 5 6 10 9\nf 8 7 9 10\nf 2 5 9 7 3\nf 1 4 8 10 6\n";
+
+// Below a ridge the nearest face, and so the normal, depends on the last bits of the place.
+TEST(StatedForces, AtARidgeAreWithinTheConeOfEitherFace) {
+  constexpr double kFriction = 0.25, kLength_m = 1e-9;
+  const test::TemporaryFolder folder;
+  write_durable(folder.path() / "roof.obj", kRoof);
+  Scene scene;
+  scene.obstacles = {MeshObject{folder.path() / "roof.obj", {}}};
+  scene.friction = kFriction;
+  const checker::Objects objects(scene);
+  const double slope = std::atan2(1.5, 50);
+  const Eigen::Vector3d normal(0, std::sin(slope), std::cos(slope));
+  const Eigen::Vector3d down(0, std::cos(slope), -std::sin(slope));
+  const auto kept = [&](double y_m, const Eigen::Vector3d& force_n) {
+    const auto found = checker::pushed_by(objects, 0, {0, y_m, -40e-6L}, kFriction, 0, force_n);
+    return Eigen::Vector3d(double((*found)[0]), double((*found)[1]), double((*found)[2]));
+  };
+  const Eigen::Vector3d most = normal + kFriction * down;
+  for (const double y_m : {-1e-8, 0.0, 1e-8}) {
+    EXPECT_LT((kept(y_m, most) - most).norm(), kLength_m) << y_m;
+    // Farther down no face carries it: the nearest cone's part is left.
+    EXPECT_LT((kept(y_m, normal + 2 * kFriction * down) - most).norm(), kLength_m) << y_m;
+  }
+  EXPECT_GT((kept(-1e-3, most) - most).norm(), 0.01) << "the other face";
 }
 
 }  // namespace

@@ -105,15 +105,9 @@ class Finder {
     last_ = found_.size();
     found_.push_back(place);
     last_end_ = found_.size();
-    if (!is_sharp(k)) return;
-    // At a sharp edge every direction between its faces' normals may press.
-    constexpr Real kAround = 20e-6L;
     const std::size_t first = last_;
-    for (int cell = 0; cell < 27; ++cell) {
-      const int row = cell / 3, layer = cell / 9;
-      const Point off{Real(cell % 3 - 1), Real(row % 3 - 1), Real(layer - 1)};
-      place.normal = normal_of(
-          objects_, k, {p[0] + kAround * off[0], p[1] + kAround * off[1], p[2] + kAround * off[2]});
+    for (const Point& normal : sharp_normals_of(objects_, k, p)) {
+      place.normal = normal;
       bool known = false;
       for (std::size_t s = first; s < found_.size(); ++s) {
         const Point& n = found_[s].normal;
@@ -224,16 +218,6 @@ class Finder {
     }
     return near;
   }
-  /// Whether the object has edges without a radius.
-  [[nodiscard]] bool is_sharp(std::size_t k) const {
-    if (k == objects_.scene->obstacles.size()) return false;
-    const Obstacle& object = objects_.scene->obstacles[k];
-    const auto* box = std::get_if<Box>(&object);
-    const auto* cylinder = std::get_if<Cylinder>(&object);
-    return std::holds_alternative<MeshObject>(object) ||
-           (box != nullptr && box->edge_radius_m == 0) ||
-           (cylinder != nullptr && cylinder->edge_radius_m == 0);
-  }
   [[nodiscard]] std::vector<Support> take() { return std::move(found_); }
 
  private:
@@ -243,6 +227,17 @@ class Finder {
   std::vector<Support> found_;
   std::size_t last_ = 0, last_end_ = 0;  ///< the supports of the last place added
 };
+
+/// Whether the object has edges without a radius.
+bool is_sharp(const Objects& objects, std::size_t k) {
+  if (k == objects.scene->obstacles.size()) return false;
+  const Obstacle& object = objects.scene->obstacles[k];
+  const auto* box = std::get_if<Box>(&object);
+  const auto* cylinder = std::get_if<Cylinder>(&object);
+  return std::holds_alternative<MeshObject>(object) ||
+         (box != nullptr && box->edge_radius_m == 0) ||
+         (cylinder != nullptr && cylinder->edge_radius_m == 0);
+}
 
 /// Along the principal axes, the least first.
 Point extents_of(const std::vector<Eigen::Vector3d>& corners) {
@@ -307,6 +302,18 @@ Point normal_of(const Objects& objects, std::size_t k, const Point& p) {
   return normal;
 }
 
+std::vector<Point> sharp_normals_of(const Objects& objects, std::size_t k, const Point& p) {
+  constexpr Real kAround = 20e-6L;
+  std::vector<Point> normals;
+  for (int cell = 0; is_sharp(objects, k) && cell < 27; ++cell) {
+    const int row = cell / 3, layer = cell / 9;
+    const Point off{Real(cell % 3 - 1), Real(row % 3 - 1), Real(layer - 1)};
+    normals.push_back(normal_of(
+        objects, k, {p[0] + kAround * off[0], p[1] + kAround * off[1], p[2] + kAround * off[2]}));
+  }
+  return normals;
+}
+
 Distances distances_of(const Objects& objects, const std::vector<Point>& points, int rows,
                        int cols) {
   constexpr int kPlaces = 8;
@@ -354,7 +361,7 @@ std::vector<Support> supports_of(const Objects& objects, const std::vector<Point
             finder.try_place(k, cell_place(i, cols, Real(u) / 4, Real(v) / 4));
         }
         finder.try_deepest(k, i, cols);
-        if (finder.is_sharp(k)) finder.try_line(k, i + 1, i + cols);
+        if (is_sharp(objects, k)) finder.try_line(k, i + 1, i + cols);
       }
     }
   }

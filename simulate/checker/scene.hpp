@@ -27,6 +27,10 @@ struct Objects {
 [[nodiscard]] Real gap_of(const Objects& objects, std::size_t k, const Point& p);
 /// Its gradient by central differences.
 [[nodiscard]] Point normal_of(const Objects& objects, std::size_t k, const Point& p);
+/// The normals about a place of an object with edges, at which every direction between its faces'
+/// normals may press; none of an object without.
+[[nodiscard]] std::vector<Point> sharp_normals_of(const Objects& objects, std::size_t k,
+                                                  const Point& p);
 
 struct Distances {
   std::optional<Real> least_to_object;  ///< of a particle
@@ -54,8 +58,9 @@ constexpr Real kThrough = 0.25L;
                                                Real touch_m);
 
 /// What of a stated contact force (N) at a place object `k` can do: no pull, within the cone of
-/// friction about the normal, which the rounding of the object's place may turn. Nothing where the
-/// place is farther than `touch_m` outside.
+/// friction about the normal, which the rounding of the object's place may turn; at an edge within
+/// the cone, of those about its faces' normals, that takes the least away. Nothing where the place
+/// is farther than `touch_m` outside.
 [[nodiscard]] std::optional<Point> pushed_by(const Objects& objects, std::size_t k, const Point& p,
                                              Real friction, Real touch_m,
                                              const Eigen::Vector3d& stated_n);

@@ -10,7 +10,8 @@ namespace {
 
 // m; solvers round places of objects to 0.12 nm, so the surface may stand this much elsewhere.
 constexpr Real kPlaceRounding = 0.2e-9L;
-constexpr Real kStep = 50;  // how much farther the change of the normal is looked at
+constexpr Real kCut = 1e-12L;  // of a force; less taken away asks for no other normal
+constexpr Real kStep = 50;     // how much farther the change of the normal is looked at
 
 Real length_of_vector(const Point& v) {
   return std::sqrt(checker::dot(v, v));
@@ -25,6 +26,17 @@ Real turn_of_normal(const Objects& objects, std::size_t k, const Point& p, const
     most = std::max(most, length_of_vector(checker::minus(normal_of(objects, k, beside), normal)));
   }
   return most / kStep;
+}
+
+/// What of a force is no pull and within the cone of friction about a normal.
+Point within_cone(const Point& force, const Point& normal, Real friction) {
+  const Real pressing = std::max<Real>(0, checker::dot(force, normal));
+  Point along{}, kept{};
+  for (int axis = 0; axis < 3; ++axis) along[axis] = force[axis] - pressing * normal[axis];
+  const Real part =
+      std::min<Real>(1, friction * pressing / std::max<Real>(length_of_vector(along), 1e-300L));
+  for (int axis = 0; axis < 3; ++axis) kept[axis] = pressing * normal[axis] + part * along[axis];
+  return kept;
 }
 
 /// Whether the object is one of the scene and the place one of the sheet: within a single cell.
@@ -47,13 +59,17 @@ std::optional<Point> pushed_by(const Objects& objects, std::size_t k, const Poin
   Point force{};
   for (int axis = 0; axis < 3; ++axis) force[axis] = stated_n[axis];
   const Point normal = normal_of(objects, k, p);
-  const Real pressing = std::max<Real>(0, checker::dot(force, normal));
-  Point along{};
-  for (int axis = 0; axis < 3; ++axis) along[axis] = force[axis] - pressing * normal[axis];
-  const Real most = pressing * (friction + turn_of_normal(objects, k, p, normal));
-  const Real part = std::min<Real>(1, most / std::max<Real>(length_of_vector(along), 1e-300L));
-  for (int axis = 0; axis < 3; ++axis) force[axis] = pressing * normal[axis] + part * along[axis];
-  return force;
+  Point kept = within_cone(force, normal, friction + turn_of_normal(objects, k, p, normal));
+  Real least = length_of_vector(checker::minus(force, kept));
+  if (least <= kCut * length_of_vector(force)) return kept;
+  for (const Point& other : sharp_normals_of(objects, k, p)) {
+    const Point cut = within_cone(force, other, friction);
+    const Real lost = length_of_vector(checker::minus(force, cut));
+    if (lost >= least) continue;
+    least = lost;
+    kept = cut;
+  }
+  return kept;
 }
 
 bool add_stated(const Objects& objects, const std::vector<Point>& points, int cols, Real friction,
