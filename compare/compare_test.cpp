@@ -335,7 +335,8 @@ TEST(Inputs, DetectionsOfAnotherSheetAreLeftOut) {
   const Session session = read_session(files, {});
   EXPECT_FALSE(session.drapes.front().detections);
   EXPECT_THAT(session.warnings,
-              ElementsAre(HasSubstr("is not the file"), HasSubstr("no run record says what made")));
+              ElementsAre(HasSubstr("is not the file"), HasSubstr("what made the measured sheet"),
+                          HasSubstr("what made 4 of the simulated sheets")));
 }
 
 TEST(Inputs, DamagedHistoryNamesFileLineAndColumn) {

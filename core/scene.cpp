@@ -22,8 +22,19 @@ Vector3d vector3(const TomlTable& table, const std::string& key) {
   return {values[0], values[1], values[2]};
 }
 
+/// Of an object's longest side: cloth does not see less, and no bench carries more.
+void require_size(const TomlTable& table, const std::string& key, double longest_m) {
+  constexpr double kLeast_m = 5 * mm, kMost_m = 3;
+  if (longest_m >= kLeast_m && longest_m <= kMost_m) return;
+  table.reject(key, fmt::format("the object is {:g} mm long", longest_m / mm),
+               fmt::format("what cloth drapes over measures {:g} mm to {:g} m; lengths are in mm, "
+                           "not in m or cm",
+                           kLeast_m / mm, kMost_m));
+}
+
 Sphere read_sphere(const TomlTable& table) {
   const double radius_m = 0.5 * table.positive("diameter_mm") * mm;
+  require_size(table, "diameter_mm", 2 * radius_m);
   return {{table.number("x_mm") * mm, table.number("y_mm") * mm,
            table.number("z_bottom_mm") * mm + radius_m},
           radius_m};
@@ -34,6 +45,7 @@ Box read_box(const TomlTable& table) {
   box.size_m = vector3(table, "size_mm") * mm;
   if (box.size_m.minCoeff() <= 0)
     table.reject("size_mm", "an edge is not positive", "give three lengths above 0");
+  require_size(table, "size_mm", box.size_m.maxCoeff());
   box.edge_radius_m = table.has("edge_radius_mm") ? table.not_negative("edge_radius_mm") * mm : 0.0;
   if (2 * box.edge_radius_m > box.size_m.minCoeff())
     table.reject("edge_radius_mm", "the rounded edges are larger than the box",
@@ -55,6 +67,7 @@ Cylinder read_cylinder(const TomlTable& table) {
   Cylinder body;
   body.radius_m = 0.5 * table.positive("diameter_mm") * mm;
   body.height_m = table.positive("height_mm") * mm;
+  require_size(table, "diameter_mm", std::max(2 * body.radius_m, body.height_m));
   if (table.has("edge_radius_mm")) body.edge_radius_m = table.not_negative("edge_radius_mm") * mm;
   if (body.edge_radius_m > std::min(body.radius_m, 0.5 * body.height_m)) {
     table.reject("edge_radius_mm", "the rounded edges are larger than the cylinder",

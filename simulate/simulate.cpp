@@ -381,8 +381,10 @@ SimulateResult simulate(const Scene& scene, const Fabric& fabric, const Print& p
   SimulateResult result = simulate_here(local.scene, fabric, print, local.measured, options);
   take_to_world(local, mass_kg(fabric, print, options), result);
   judge_reach(options, result.report);
-  judge_clamps(scene, {options.rows, options.cols, print.patch_m, options.round}, result.sheet,
-               result.report);
+  const GridSpec grid{options.rows, options.cols, print.patch_m, options.round};
+  for (std::string& warning : warnings_of_scene(scene, result.report.least_gap_object_m, grid))
+    result.report.warnings.push_back(std::move(warning));
+  judge_clamps(scene, grid, result.sheet, result.report);
   return result;
 }
 

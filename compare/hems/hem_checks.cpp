@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 
@@ -55,7 +56,28 @@ void require_possible(const HemRecord& record, double scale_u, const DrapemeterG
                   "give lengths in mm, and the test's own --disc-mm and --specimen-mm");
 }
 
+/// Cloth lies on the disc, so that its shadow holds all of it.
+void warn_of_disc(HemRecord& record, double scale_u, const DrapemeterGeometry& geometry) {
+  const double less = 1 - kLengthTolerance - 2 * scale_u;
+  const auto least = std::min_element(record.hem.radius_m.begin(), record.hem.radius_m.end());
+  if (least == record.hem.radius_m.end() || *least >= less * geometry.disc_m / 2) return;
+  record.warnings.push_back(
+      fmt::format("the hem comes to {:.1f} mm from its centre, inside the disc of {:g} mm: is the "
+                  "disc another, or a length in another unit?",
+                  *least / mm, geometry.disc_m / mm));
+}
+
 }  // namespace
+
+void require_surface(double surface_m2, const DrapemeterGeometry& asked, const Where& where) {
+  constexpr double kOfDiameter = 0.05;  // strain, and the chords of coarse meshes
+  const double own_m = std::sqrt(4 / std::numbers::pi * surface_m2);
+  if (std::abs(own_m - asked.specimen_m) <= kOfDiameter * asked.specimen_m) return;
+  throw bad_input(
+      fmt::format("the mesh has the surface of a round specimen of {:.1f} mm, not {:g} mm",
+                  own_m / mm, asked.specimen_m / mm),
+      where, "give the specimen's --specimen-mm; meshes are in mm");
+}
 
 void evaluate(HemRecord& record, HemErrors errors, const HemReadOptions& options,
               double area_u_m2) {
@@ -66,7 +88,9 @@ void evaluate(HemRecord& record, HemErrors errors, const HemReadOptions& options
   if (options.scale_u) errors.scale_u = std::hypot(errors.scale_u.value_or(0), *options.scale_u);
   // U is 2 standard uncertainties, and an area errs by twice what its scale does.
   const double within_u = area_u_m2 / (4 * record.hem.area_m2);
-  require_possible(record, std::hypot(errors.scale_u.value_or(0), within_u), options.geometry);
+  const double scale_u = std::hypot(errors.scale_u.value_or(0), within_u);
+  require_possible(record, scale_u, options.geometry);
+  warn_of_disc(record, scale_u, options.geometry);
   record.numbers = numbers_with_u(record.hem, errors, options.geometry, options.hem);
   record.nodes = nodes_of(record.hem, options.hem);
 }

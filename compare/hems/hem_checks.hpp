@@ -22,4 +22,8 @@ void evaluate(HemRecord& record, HemErrors errors, const HemReadOptions& options
 void require_geometry(const std::optional<double>& disc_m, const std::optional<double>& specimen_m,
                       const DrapemeterGeometry& asked, const Where& where);
 
+/// Throws Error(bad_input) where a mesh whose flat area nobody states has a surface that no cloth
+/// of the specimen has.
+void require_surface(double surface_m2, const DrapemeterGeometry& asked, const Where& where);
+
 }  // namespace drape::compare

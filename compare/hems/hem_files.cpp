@@ -161,6 +161,8 @@ std::vector<HemRecord> read_input(const Input& input, const HemReadOptions& opti
           "a sheet does not say over which disc it hangs", {.file = record.file},
           "give the disc's --disc-mm; drapes over other objects have no drape coefficient");
     require_geometry(mesh.disc_m, mesh.specimen_m, options.geometry, {.file = record.file});
+    if (mesh.material_m.empty() && !mesh.flat_area_m2 && !mesh.specimen_m)
+      require_surface(surface_m2(mesh), options.geometry, {.file = record.file});
     record.hem = shadow_of(mesh);
     record.own_specimen = !mesh.material_m.empty();
     record.kind = mesh.measured         ? HemKind::measured

@@ -348,10 +348,15 @@ TEST_F(HemFiles, FilesOfOneNameInSeveralFoldersAreSeveralFabrics) {
                                     half_mm));
     return file;
   };
-  const HemSet set = read_hems({square("A", 90), square("C", 95)}, {});
+  HemReadOptions small;  // a round specimen of the squares' size
+  small.geometry.disc_m = 0.12;
+  small.geometry.specimen_m = 0.206;
+  const HemSet set = read_hems({square("A", 90), square("C", 92)}, small);
   ASSERT_EQ(set.hems.size(), 2U) << set.refused.front();
   EXPECT_NE(set.hems[0].fabric, set.hems[1].fabric);
-  EXPECT_EQ(read_hems({square("A", 90)}, {}).hems.at(0).fabric, "sheet");
+  EXPECT_EQ(read_hems({square("A", 90)}, small).hems.at(0).fabric, "sheet");
+  EXPECT_THAT(read_hems({square("A", 90)}, {}).refused,
+              testing::ElementsAre(HasSubstr("specimen of 203.1 mm, not 300 mm")));
 }
 
 }  // namespace

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "compare/hems/shadow.hpp"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <map>
@@ -185,6 +186,16 @@ ShadowMesh read_shadow_mesh(const std::filesystem::path& file) {
     read_list(list, file.filename().string(), mesh);
   }
   return mesh;
+}
+
+double surface_m2(const ShadowMesh& mesh) {
+  double area = 0;
+  for (const auto& [a, b, c] : mesh.triangles) {
+    const Eigen::Vector3d u = mesh.points_m[b] - mesh.points_m[a];
+    const Eigen::Vector3d v = mesh.points_m[c] - mesh.points_m[a];
+    area += u.cross(v).norm() / 2;
+  }
+  return area;
 }
 
 Hem shadow_of(const ShadowMesh& mesh, int rays, int lines) {

@@ -32,6 +32,9 @@ struct ShadowMesh {
 /// does not name, and of a sheet whose outermost marks were not all measured.
 [[nodiscard]] ShadowMesh read_shadow_mesh(const std::filesystem::path& file);
 
+/// Of its triangles as they hang.
+[[nodiscard]] double surface_m2(const ShadowMesh& mesh);
+
 /// What light from straight above leaves on the table: the area of the union of all triangles
 /// (midpoint rule over `lines` lines, each exact), radii about its centroid. The specimen's flat
 /// area where the material is known. Throws Error(bad_input) when it does not go around its centre.

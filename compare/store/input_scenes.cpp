@@ -47,7 +47,14 @@ void find_scenes(DrapeFiles& drape, Session& session) {
   for (std::size_t i = 0; i < simulations.size(); ++i) {
     const auto& made_by = drape.simulated_by[i];
     const auto file = scene_file_of(simulations[i].source().scene_sha256, made_by);
-    if (!file) continue;
+    if (!file) {
+      if (made_by)
+        session.warnings.push_back(fmt::format(
+            "the scene of {} is not as the simulation read it, so that the values of its scene and "
+            "fabric are not stored",
+            simulations[i].sheet.file.string()));
+      continue;
+    }
     simulations[i].scene = read_simulated_scene(*file, made_by->inputs);
     files.emplace(simulations[i].source().scene_sha256, *file);
   }

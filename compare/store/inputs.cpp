@@ -9,7 +9,6 @@
 #include "compare/meshes/other_mesh.hpp"
 #include "compare/records/provenance.hpp"
 #include "core/error.hpp"
-#include "core/files/csv.hpp"
 #include "core/files/files.hpp"
 #include "core/files/json_file.hpp"
 #include "core/program/run_record.hpp"
@@ -19,60 +18,6 @@ namespace drape::compare {
 namespace {
 
 namespace fs = std::filesystem;
-
-constexpr int kCertificateVersion = 1;
-
-std::string scalar_text(const Json& value) {
-  if (value.is_string()) return value.get<std::string>();
-  if (value.is_boolean()) return value.get<bool>() ? "yes" : "no";
-  if (value.is_null()) return "not stated";
-  if (value.is_number_float()) return fmt::format("{:.6g}", value.get<double>());
-  return value.dump();
-}
-
-/// Numbers and words of an array in one line.
-std::string list_text(const Json& array) {
-  std::string text;
-  for (const Json& item : array) {
-    if (!text.empty()) text += "; ";
-    text += scalar_text(item);
-  }
-  return text.empty() ? "none" : text;
-}
-
-/// Every scalar under its path. Objects in an array are called by their first text.
-void flatten(const Json& value, const std::string& path, Certificate& certificate) {
-  if (value.is_object()) {
-    for (const auto& [key, member] : value.items()) {
-      if (path.empty() && key == "schema") continue;
-      flatten(member, path.empty() ? key : fmt::format("{}.{}", path, key), certificate);
-    }
-    return;
-  }
-  if (value.is_array() && !value.empty() && value.front().is_object()) {
-    for (std::size_t i = 0; i < value.size(); ++i) {
-      Json item = value[i];
-      std::string name = std::to_string(i);
-      for (auto member = item.begin(); member != item.end(); ++member) {
-        if (!member->is_string()) continue;
-        name = member->get<std::string>();
-        item.erase(member);
-        break;
-      }
-      flatten(item, fmt::format("{}.{}", path, name), certificate);
-    }
-    return;
-  }
-  if (value.is_array()) {
-    certificate.entries.emplace_back(path, list_text(value));
-    return;
-  }
-  certificate.entries.emplace_back(path, scalar_text(value));
-  const std::string_view name = path;
-  if (value.is_boolean() &&
-      (name.ends_with("penetration_accepted") || name.ends_with("penetration.accepted")))
-    certificate.penetration_accepted = value.get<bool>();
-}
 
 /// The recording that the detections were found in; its date when its list is still there.
 void find_recording(DrapeFiles& drape) {
@@ -191,6 +136,7 @@ Simulation read_simulated(SheetFile sheet, Session& session) {
   const fs::path folder = simulation.sheet.file.parent_path();
   if (const fs::path file = folder / "certificate.json"; fs::is_regular_file(file)) {
     simulation.certificate = read_certificate(file);
+    require_of_sheet(*simulation.certificate, simulation.sheet.sheet, file);
     session.read.emplace_back(file, simulation.certificate->sha256);
   }
   if (const fs::path file = folder / "history.csv"; fs::is_regular_file(file)) {
@@ -212,6 +158,21 @@ Simulation read_simulated(SheetFile sheet, Session& session) {
 void add_simulated(Simulation simulation, DrapeFiles& drape) {
   drape.simulated_by.push_back(read_made_by(simulation.sheet.file));
   drape.input.simulations.push_back(std::move(simulation));
+}
+
+void warn_of_unrecorded(const DrapeFiles& drape, Session& session) {
+  std::size_t unrecorded = 0;
+  const fs::path* first = nullptr;
+  for (std::size_t i = 0; i < drape.simulated_by.size(); ++i) {
+    const Simulation& simulation = drape.input.simulations[i];
+    if (drape.simulated_by[i] || simulation.other_simulator) continue;
+    if (unrecorded++ == 0) first = &simulation.sheet.file;
+  }
+  if (unrecorded > 0)
+    session.warnings.push_back(
+        fmt::format("no run record says what made {} of the simulated sheets, {} the first, so "
+                    "nothing shows that they are as they were simulated",
+                    unrecorded, first->string()));
 }
 
 void add_other(const fs::path& file, Session& session) {
@@ -338,31 +299,6 @@ std::optional<MadeBy> read_made_by(const fs::path& output) {
   return made_by;
 }
 
-Certificate read_certificate(const fs::path& file) {
-  const JsonNode root = JsonNode::open(file, "certificate", kCertificateVersion);
-  Certificate certificate;
-  certificate.sha256 = sha256_of_file(file);
-  flatten(root.raw(), "", certificate);
-  return certificate;
-}
-
-History read_history(const fs::path& file) {
-  const std::string text = read_text(file);
-  std::size_t begin = 0;
-  while (begin < text.size() && text[begin] == '#') {
-    const std::size_t end = text.find('\n', begin);
-    begin = end == std::string::npos ? text.size() : end + 1;
-  }
-  const std::string head = text.substr(begin, text.find_first_of("\r\n", begin) - begin);
-  std::vector<std::string> names;
-  for (std::size_t at = 0; at <= head.size();) {
-    const std::size_t comma = std::min(head.find(',', at), head.size());
-    names.push_back(head.substr(at, comma - at));
-    at = comma + 1;
-  }
-  return {names, read_csv(file, names).columns};
-}
-
 Session read_session(const std::vector<fs::path>& sheets, const fs::path& calibration_file,
                      const std::vector<fs::path>& repeats) {
   Session session;
@@ -384,6 +320,7 @@ Session read_session(const std::vector<fs::path>& sheets, const fs::path& calibr
   if (session.drapes.empty() && session.virtual_only.empty())
     throw usage_error("no sheet was given", "name a measured sheet and its simulations");
   for (DrapeFiles& drape : session.drapes) {
+    warn_of_unrecorded(drape, session);
     find_scenes(drape, session);
     find_ensemble(drape);
     tell_apart(drape.input.simulations);

@@ -83,6 +83,11 @@ void find_ensemble(DrapeFiles& drape);
 /// Reads certificate.json ("drapebench/certificate/1"). Any entry may be absent.
 [[nodiscard]] Certificate read_certificate(const std::filesystem::path& file);
 
+/// Throws Error(bad_input) naming the entry where a certificate contradicts the simulated sheet
+/// that it lies beside: a run that was killed leaves that of the run before.
+void require_of_sheet(const Certificate& certificate, const Sheet& sheet,
+                      const std::filesystem::path& file);
+
 /// Reads a CSV of finite numbers with any head. Throws Error naming file, line and column.
 [[nodiscard]] History read_history(const std::filesystem::path& file);
 

@@ -2,7 +2,9 @@
 #include "core/program/command.hpp"
 
 #include <CLI/CLI.hpp>
+#include <cmath>
 #include <cstdio>
+#include <cstdlib>
 #include <filesystem>
 #include <optional>
 #include <system_error>
@@ -58,6 +60,33 @@ void refuse_overwriting(const CLI::App& app) {
         throw usage_error("--out would be written over what is read: " + word,
                           "give another file with --out");
   }
+}
+
+template <typename T>
+struct ValueOf {
+  using type = T;
+};
+template <typename T>
+struct ValueOf<std::optional<T>> {
+  using type = T;
+};
+template <typename T>
+struct ValueOf<std::vector<T>> {
+  using type = T;
+};
+
+/// Empty where the word is a number as people write it: finite, and whole ones in tens, where a
+/// leading 0 would ask for eights.
+template <typename Number>
+std::string fault_of_number(const std::string& word) {
+  if constexpr (std::is_floating_point_v<Number>) {
+    if (!std::isfinite(std::strtod(word.c_str(), nullptr))) return word + " is no finite number";
+  } else {
+    const std::size_t first = word.find_first_not_of("+-");
+    if (first != word.npos && word[first] == '0' && first + 1 < word.size())
+      return word + ": write a whole number without a leading 0";
+  }
+  return "";
 }
 
 CLI::Option& option_of(void* option) {
@@ -143,7 +172,10 @@ Option* Command::keep(void* option) {
 
 template <typename T>
 Option* Command::add_option(const std::string& names, T& variable, const std::string& description) {
-  return keep(parser_->app->add_option(names, variable, description));
+  CLI::Option* option = parser_->app->add_option(names, variable, description);
+  using Value = typename ValueOf<T>::type;
+  if constexpr (std::is_arithmetic_v<Value>) option->check(fault_of_number<Value>);
+  return keep(option);
 }
 
 #define DRAPE_OPTION_OF(type) \

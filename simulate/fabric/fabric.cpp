@@ -103,11 +103,16 @@ void check_abscissae(const Csv& csv, const TestKind& kind) {
 void check_range(const Csv& csv, const TestKind& kind) {
   const double reach = csv.columns[0].back();
   const Where last{.file = csv.file.string(), .line = csv.lines.back(), .field = kind.columns[0]};
-  if (reach < kind.x_least || reach > kind.x_most) {
-    throw bad_input(fmt::format("the test ends at {}; textiles are tested to {} .. {}", reach,
-                                kind.x_least, kind.x_most),
-                    last, kind.x_mistake);
-  }
+  const auto check_end = [&](double end, const Where& where, const char* sign) {
+    if (end >= kind.x_least && end <= kind.x_most) return;
+    throw bad_input(fmt::format("the test ends at {}{}; textiles are tested to {}{} .. {}{}", sign,
+                                end, sign, kind.x_least, sign, kind.x_most),
+                    where, kind.x_mistake);
+  };
+  check_end(reach, last, "");
+  if (!kind.one_sided)
+    check_end(-csv.columns[0].front(),
+              {.file = last.file, .line = csv.lines.front(), .field = last.field}, "-");
   const double first = kind.one_sided ? 0.0 : csv.columns[1].front();
   const double span = kind.one_sided ? reach : reach - csv.columns[0].front();
   const double slope = (csv.columns[1].back() - first) / span;
@@ -117,6 +122,27 @@ void check_range(const Csv& csv, const TestKind& kind) {
                     {.file = last.file, .line = last.line, .field = kind.columns[1]},
                     kind.slope_mistake);
   }
+}
+
+/// At 0 one branch lies above and one below, or both near it: else the recorder's zero was off.
+void check_zero(const Csv& csv, const TestKind& kind) {
+  constexpr double kNear = 0.1;  // of the largest value: cloth has two faces
+  if (kind.one_sided) return;
+  const std::vector<double>& x = csv.columns[0];
+  const auto after = std::lower_bound(x.begin(), x.end(), 0.0) - x.begin();
+  const double part = -x[after - 1] / (x[after] - x[after - 1]);
+  double at_zero[2], most = 0;
+  for (const int branch : {0, 1}) {
+    const std::vector<double>& f = csv.columns[branch + 1];
+    at_zero[branch] = f[after - 1] + part * (f[after] - f[after - 1]);
+    for (const double value : f) most = std::max(most, std::abs(value));
+  }
+  const double least = std::min(std::abs(at_zero[0]), std::abs(at_zero[1]));
+  if (at_zero[0] * at_zero[1] <= 0 || least <= kNear * most) return;
+  throw bad_input(
+      fmt::format("at 0 both branches lie on one side, at {:g} and {:g}", at_zero[0], at_zero[1]),
+      {.file = csv.file.string(), .line = csv.lines[after], .field = kind.columns[1]},
+      "take the recorder's zero off both branches");
 }
 
 /// Cloth gives back no more work than was done on it, but for the noise of a test.
@@ -159,6 +185,7 @@ KawabataCurve read_curve(const std::filesystem::path& file, const TestKind& kind
   const Csv csv = read_csv(file, kind.columns);
   check_abscissae(csv, kind);
   check_range(csv, kind);
+  check_zero(csv, kind);
   check_rise(csv, kind);
   check_branches(csv, kind);
   KawabataCurve curve{file, csv.columns[0], csv.columns[1], csv.columns[2]};

@@ -26,6 +26,7 @@ using Eigen::Vector3d;
 using units::mm;
 
 constexpr double kMostPoints = 1e5;  // of a mesh
+constexpr double kLeastPoints = 16;  // a mesh of fewer does not drape
 constexpr double kSame_m = 1e-6;     // a pin this near to the hem is on it
 constexpr double kOn_m = 5e-8;   // in or off: a point lies on a surface; half the checker's limit
 constexpr int kMostRounds = 60;  // of descents and of points that carry on their pushes
@@ -53,6 +54,12 @@ void check_size(const ClothOutline& outline, double spacing_m) {
     high = high.cwiseMax(p);
   }
   const double points = ((high - low) / spacing_m).prod();
+  if (points < kLeastPoints)
+    throw bad_input(
+        fmt::format("the outline holds {:.3g} x {:.3g} mm, fewer than {:g} spacings of "
+                    "{:g} mm squared",
+                    (high - low).x() / mm, (high - low).y() / mm, kLeastPoints, spacing_m / mm),
+        {.file = outline.file.string()}, "give mm, not cm; or a smaller --spacing-mm");
   if (points <= kMostPoints) return;
   throw usage_error(
       fmt::format("a mesh of {:g} mm would have some {:.0f} points", spacing_m / mm, points),

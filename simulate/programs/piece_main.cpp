@@ -40,7 +40,7 @@ int run(const Arguments& arguments, std::vector<std::string> words, const Common
                    {{}, files.inputs});
   auto [scene, fabric, print, measured] = read_checked(arguments.scene, arguments.fabric);
   for (const fs::path& file : files_of(scene, fabric)) record.input(file);
-  if (arguments.start) measured = read_sheet(*arguments.start);
+  if (arguments.start) measured = read_start_of(*arguments.start, scene, print);
   PieceOptions options;
   options.spacing_m = arguments.spacing_mm * mm;
   options.seed = static_cast<unsigned>(arguments.seed);

@@ -88,7 +88,7 @@ int run_refine(RefineArguments args, std::vector<std::string> words, const Commo
   const CertificateClaim claim = read_claim(args.folder);
   const Rest rest{read_sheet(rest_file), claim.contact_forces};
   auto [scene, fabric, print, measured] = read_checked(args.scene, args.fabric);
-  if (args.start) measured = read_start(*args.start, print);
+  if (args.start) measured = read_start_of(*args.start, scene, print);
   const auto* source = std::get_if<SimulatedSource>(&rest.sheet.source);
   if (source == nullptr || source->scene_sha256 != sha256_of_file(args.scene) ||
       source->fabric_sha256 != fabric_sha256(fabric) ||

@@ -85,9 +85,14 @@ void require_same_drape(const fs::path& reference, const Scene& scene) {
         "give the sheet that was measured of this scene");
 }
 
+Sheet read_start_of(const fs::path& file, const Scene& scene, const Print& print) {
+  require_gravity_of_earth(scene);
+  return read_start(file, print);
+}
+
 RunInputs read_run_inputs(RunArguments& args, RunRecord& record) {
   RunInputs inputs = read_checked(args.scene, args.fabric);
-  if (args.start) inputs.measured = read_start(*args.start, inputs.print);
+  if (args.start) inputs.measured = read_start_of(*args.start, inputs.scene, inputs.print);
   for (const fs::path& file : files_of(inputs.scene, inputs.fabric)) record.input(file);
   args.options.rows = args.options.cols = args.grid;
   // The model of the paper and round specimens keep the paper's fit.

@@ -45,6 +45,11 @@ struct RunInputs {
 [[nodiscard]] RunInputs read_checked(const std::filesystem::path& scene,
                                      const std::optional<std::filesystem::path>& fabric);
 
+/// The measured sheet, or another simulator's mesh, that places a drape of the scene. Throws
+/// Error(bad_input) for gravity that no real drape has, and for a sheet of another print.
+[[nodiscard]] Sheet read_start_of(const std::filesystem::path& file, const Scene& scene,
+                                  const Print& print);
+
 /// Throws Error(bad_input) where the sheet says that it was measured of another scene.
 void require_same_drape(const std::filesystem::path& reference, const Scene& scene);
 

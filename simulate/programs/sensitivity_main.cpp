@@ -11,6 +11,7 @@
 #include "core/units.hpp"
 #include "simulate/programs/foundation.hpp"
 #include "simulate/programs/run_inputs.hpp"
+#include "simulate/start/start_file.hpp"
 #include "simulate/study/split.hpp"
 
 namespace fs = std::filesystem;
@@ -59,12 +60,12 @@ int run(Arguments& args, std::vector<std::string> words, const CommonOptions& co
   RunRecord record("drape-sensitivity", std::move(words), args.out / "sensitivity.run.json", files);
   auto [scene, fabric, print, start] = read_checked(args.scene, args.fabric);
   require_same_drape(args.reference, scene);
-  start = read_sheet(args.start.value_or(args.reference));
+  start = read_start_of(args.start.value_or(args.reference), scene, print);
   args.options.solver = "fall";
   args.options.rows = args.options.cols = args.grid;
   args.options.threads = thread_count(common);
   if (args.fit == "drape") args.options.reach = find_reach(scene, fabric, print, start);
-  const auto split = split_error(scene, fabric, print, start, read_sheet(args.reference),
+  const auto split = split_error(scene, fabric, print, start, read_start(args.reference, print),
                                  args.options, args.split);
   write_json(files.outputs[0], sensitivity_json(split));
   write_durable(files.outputs[1], split_csv(split));

@@ -116,6 +116,38 @@ void check_forces(const Scene& scene) {
                     "leave it out, or give [0, 0, -9.80665]");
 }
 
+namespace {
+
+bool is_gravity_of_earth(const Scene& scene) {
+  constexpr double kLeast = 9.76, kMost = 9.84;  // m/s2; from Huascaran to the North Pole
+  const double gravity = scene.gravity_m_per_s2.norm();
+  return gravity >= kLeast && gravity <= kMost;
+}
+
+}  // namespace
+
+void require_gravity_of_earth(const Scene& scene) {
+  if (is_gravity_of_earth(scene)) return;
+  throw bad_input(fmt::format("a real drape was measured under gravity of 9.76 to 9.84 m/s2, the "
+                              "scene has {:g}",
+                              scene.gravity_m_per_s2.norm()),
+                  {.file = scene.file.string(), .field = "gravity_m_per_s2"},
+                  "leave it out, or give [0, 0, -9.80665]");
+}
+
+std::vector<std::string> warnings_of_scene(const Scene& scene, std::optional<double> least_gap_m,
+                                           const GridSpec& grid) {
+  std::vector<std::string> warnings;
+  if (!is_gravity_of_earth(scene))
+    warnings.push_back(fmt::format("gravity of {:g} m/s2 is not Earth's, of 9.76 to 9.84",
+                                   scene.gravity_m_per_s2.norm()));
+  if (least_gap_m && *least_gap_m > std::max(grid.warp_spacing_m(), grid.weft_spacing_m()))
+    warnings.push_back(
+        fmt::format("the cloth touches none of the scene's objects: the nearest is {:.1f} mm away",
+                    *least_gap_m / units::mm));
+  return warnings;
+}
+
 void check_pins(const Scene& scene, const Print& print, const Fabric& fabric) {
   for (std::size_t i = 0; i < scene.pins.size(); ++i) {
     for (std::size_t k = i + 1; k < scene.pins.size(); ++k) {

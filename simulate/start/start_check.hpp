@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -35,6 +36,15 @@ void refuse_flat_start_inside(const Scene& scene, const GridSpec& grid,
 /// Throws Error(bad_input) for a friction that no cloth has on a solid, as degrees or per cent give
 /// it, and for gravity of another unit or none.
 void check_forces(const Scene& scene);
+
+/// Throws Error(bad_input) for gravity under which nobody measured a drape on Earth.
+void require_gravity_of_earth(const Scene& scene);
+
+/// What a scene's drape should be known for: gravity that is not Earth's, and objects none of which
+/// the cloth touches. `least_gap_m` of any particle, absent without objects.
+[[nodiscard]] std::vector<std::string> warnings_of_scene(const Scene& scene,
+                                                         std::optional<double> least_gap_m,
+                                                         const GridSpec& grid);
 
 /// What is to be said where particles were inside an object at the start.
 [[nodiscard]] std::string warning_of_lifted(int particles);

@@ -170,8 +170,40 @@ MaterialSurface read_surface(const fs::path& file) {
 
 }  // namespace
 
+void require_of_print(const Sheet& sheet, const fs::path& file, const Print& print) {
+  constexpr double kSame_m = 1e-6;  // as files round
+  const auto refuse = [&](const std::string& what, const char* field) {
+    throw bad_input(fmt::format("the sheet is of another print than {}: {}",
+                                print.file.filename().string(), what),
+                    {.file = fs::path(file).replace_extension(".json").string(), .field = field},
+                    "give the print that was measured, or a sheet of this one");
+  };
+  if (!((sheet.patch_m - print.patch_m).cwiseAbs().maxCoeff() <= kSame_m))
+    refuse(fmt::format("its patch has {:g} x {:g} mm, not {:g} x {:g}", sheet.patch_m.x() / mm,
+                       sheet.patch_m.y() / mm, print.patch_m.x() / mm, print.patch_m.y() / mm),
+           "patch_mm");
+  if (!sheet.is_measured()) return;
+  if (sheet.rows != print.rows || sheet.cols != print.cols)
+    refuse(fmt::format("it has {} x {} marks, not {} x {}", sheet.rows, sheet.cols, print.rows,
+                       print.cols),
+           "rows");
+  for (const SheetMark& mark : sheet.marks) {
+    const Vector2d here_m = print.material_m(mark.mark);
+    if ((mark.material_m - here_m).norm() <= kSame_m) continue;
+    refuse(
+        fmt::format("its mark ({}, {}) lies at ({:g}, {:g}) mm of the cloth, not at ({:g}, {:g})",
+                    mark.mark.row, mark.mark.col, mark.material_m.x() / mm,
+                    mark.material_m.y() / mm, here_m.x() / mm, here_m.y() / mm),
+        "marks.material_mm");
+  }
+}
+
 Sheet read_start(const fs::path& file, const Print& print) {
-  if (!is_description(file)) return read_sheet(file);
+  if (!is_description(file)) {
+    Sheet sheet = read_sheet(file);
+    require_of_print(sheet, file, print);
+    return sheet;
+  }
   const MaterialSurface surface = read_surface(file);
   Sheet sheet{print.rows, print.cols, print.patch_m, {}, {}, {}};
   sheet.source = MeasuredSource{"", file.stem().string(), {}, "", ""};

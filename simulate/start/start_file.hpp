@@ -16,6 +16,10 @@ namespace drape::simulate {
 /// naming file and field, also where the mesh does not cover a mark of the print.
 [[nodiscard]] Sheet read_start(const std::filesystem::path& file, const Print& print);
 
+/// Throws Error(bad_input) where a sheet is of another patch than the print's or, measured, of
+/// other marks: its points would then be taken for other places of the cloth.
+void require_of_print(const Sheet& sheet, const std::filesystem::path& file, const Print& print);
+
 /// The files that a start consists of, for the run record.
 [[nodiscard]] std::vector<std::filesystem::path> start_files(const std::filesystem::path& file);
 
