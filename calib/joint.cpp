@@ -190,6 +190,21 @@ void drop_views(JointSolution& solution, const JointFit& fit, const JointCleanin
   solution = fit_joint(model, fit, cleaning);
 }
 
+/// A camera of which no point is left is not calibrated, by whatever the others agree on.
+void require_points(const JointModel& model, const JointModel& all_points, const JointFit& fit,
+                    const JointCleaning& cleaning) {
+  std::vector<std::size_t> points(model.cameras.size(), 0);
+  for (const JointFrame& frame : model.frames) points[frame.camera] += frame.points.size();
+  const auto none = std::find(points.begin(), points.end(), 0U);
+  if (none == points.end()) return;
+  const auto stages = check_stages(all_points, fit, cleaning);
+  throw bad_input(
+      "no point that it sees agrees with the other views" +
+          (stages && !stages->contradiction.empty() ? ": " + stages->contradiction : ""),
+      {.camera = model.cameras[static_cast<std::size_t>(none - points.begin())].camera.name},
+      "correct z_mm or pitch_mm, or record the target again without a move");
+}
+
 void add_warnings(JointReport& report) {
   for (const ViewReport& view : report.views) {
     if (!view.suspicious) continue;
@@ -232,6 +247,7 @@ JointResult calibrate_joint(const JointModel& model, double dot_diameter_m,
   const JointModel all_points = solution.model;
   const std::vector<std::string> outliers = reject_outliers(solution.model, cleaning);
   report.rejected.insert(report.rejected.end(), outliers.begin(), outliers.end());
+  require_points(solution.model, all_points, fit, cleaning);
   fit.lens = chosen_lens(solution.model, fit, options, report);
   report.lens = fit.lens;
   clear_unused(solution.model, fit.lens);
@@ -307,6 +323,13 @@ JointResult calibrate_joint(const Detections& detections, const Rig& rig, const 
   JointOptions with_scale = options;
   with_scale.scale_uncertainty = scale_uncertainty(target);
   JointResult result = calibrate_joint(model, target.dot_diameter_m, with_scale);
+  if (!target.known_length && !result.report.stages) {
+    const std::string unchecked =
+        "nothing checks the scale: two heights of a z stage, or [known_length] in the target's "
+        "file, would show a wrong pitch_mm";
+    result.report.warnings.push_back(unchecked);
+    result.calibration.warnings.push_back(unchecked);
+  }
   if (const std::string exchanged = exchanged_views(all, model); !exchanged.empty()) {
     result.report.status =
         result.report.good() ? exchanged : exchanged + "; " + result.report.status;

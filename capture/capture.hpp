@@ -48,6 +48,11 @@ struct ImportResult {
   ImportReport report;
 };
 
+/// Throws Error as import_folder() does for a folder that holds no sets of images, or that the
+/// recording would lie in; writes nothing.
+void require_importable(const std::filesystem::path& folder,
+                        const std::filesystem::path& recording_folder);
+
 /// Makes a recording of `folder`/<set>/<camera>.png|jpg|jpeg|tif|tiff. Sets and cameras are in
 /// natural order (set2 before set10). Every image is proved whole and decoded once for its size,
 /// then copied byte for byte into `recording_folder` (not when that is `folder` itself), as is a

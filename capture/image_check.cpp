@@ -37,6 +37,9 @@ ImageSize check_image(std::span<const unsigned char> bytes, const Where& where) 
   }
   const cv::Mat image = decode(bytes);
   if (image.empty()) throw bad_input("the image cannot be decoded", where, copy_again);
+  if (image.depth() != CV_8U && image.depth() != CV_16U)
+    throw bad_input("the image has neither 8 nor 16 bit per channel", where,
+                    "save it as an 8 or 16 bit grey PNG; floats and 32 bit numbers are not read");
   return {image.cols, image.rows};
 }
 

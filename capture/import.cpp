@@ -277,6 +277,11 @@ void keep_notes_of(const Recording& before, bool in_place, Recording& recording)
 
 }  // namespace
 
+void require_importable(const fs::path& folder, const fs::path& recording_folder) {
+  static_cast<void>(read_layout(folder));
+  if (!is_same_folder(folder, recording_folder)) require_not_inside(folder, recording_folder);
+}
+
 ImportResult import_folder(const fs::path& folder, const fs::path& recording_folder,
                            const CaptureOptions& options) {
   options.check();

@@ -25,6 +25,7 @@ CaptureOptions options_with(const CommonOptions& common, Progress& progress) {
 int run_import(const fs::path& folder, const fs::path& recording_folder,
                const std::optional<std::string>& recorded_on, bool allow_missing,
                std::vector<std::string> arguments, const CommonOptions& common) {
+  require_importable(folder, recording_folder);  // before the record makes a folder
   const fs::path manifest = recording_folder / "recording.json";
   RunRecord record("drape-capture", std::move(arguments), run_record_path(manifest));
   Progress progress("import", common.quiet);

@@ -328,6 +328,23 @@ TEST(Inputs, ASheetThatARecordAboveItListsIsWhatItsRunWrote) {
   }
 }
 
+TEST(Inputs, ACertificateOfAnotherGridIsRefused) {
+  const drape::test::TemporaryFolder folder;
+  const auto files = test::write_example(folder.path());
+  const std::filesystem::path certificate = files[1].parent_path() / "certificate.json";
+  for (const char* entry :
+       {"\"options\": {\"rows\": 31}", "\"options\": {\"segments\": 9}", "\"at_rest\": false"}) {
+    write_durable(certificate,
+                  std::string("{\"schema\": \"drapebench/certificate/1\", ") + entry + "}\n");
+    try {
+      (void)read_session({files[0], files[1]}, {});
+      FAIL() << entry;
+    } catch (const Error& error) {
+      EXPECT_THAT(error.what(), HasSubstr("one of them is of another run")) << entry;
+    }
+  }
+}
+
 TEST(Inputs, DetectionsOfAnotherSheetAreLeftOut) {
   const drape::test::TemporaryFolder folder;
   const auto files = test::write_example(folder.path());

@@ -11,6 +11,7 @@
 #include <numeric>
 #include <utility>
 
+#include "core/error.hpp"
 #include "core/numbers/order.hpp"
 
 namespace drape::detect {
@@ -141,13 +142,15 @@ std::string unused_levels(const std::vector<FrameDetections>& frames,
     ++count;
   }
   if (count == 0) return {};
-  return fmt::format(
-      "set {}, camera {}{}: hardly a pixel is above 1/16 of the largest grey level; {}",
-      frames[first].set, frames[first].camera,
-      count > 1 ? fmt::format(" and {} more pictures", count - 1) : "",
-      qualities[first].deep ? "are these 12 bits in the low bits of 16? Multiply them by 16, or "
-                              "change light or exposure"
-                            : "change light or exposure");
+  const std::string what = "hardly a pixel is above 1/16 of the largest grey level";
+  const std::string more = count > 1 ? fmt::format(" and {} more pictures", count - 1) : "";
+  if (qualities[first].deep)
+    throw bad_input(what + (count > 1 ? ", as in" + more.substr(4) : ""),
+                    {.camera = frames[first].camera, .set = frames[first].set},
+                    "are these 12 bits in the low bits of 16? Multiply them by 16, or change light "
+                    "or exposure");
+  return fmt::format("set {}, camera {}{}: {}; change light or exposure", frames[first].set,
+                     frames[first].camera, more, what);
 }
 
 std::string why_no_mark(const GreyImage& image, const PrintPlane& plane, const FrameLimits& limits,

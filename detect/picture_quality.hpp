@@ -23,8 +23,9 @@ struct PictureQuality {
 [[nodiscard]] std::vector<std::string> poor_views(const std::vector<FrameDetections>& frames,
                                                   const std::vector<PictureQuality>& qualities);
 
-/// Pictures that use less than a sixteenth of the grey levels, as 12 bits in the low bits of 16 do:
-/// the first and how many. Empty when there is none.
+/// Pictures that use less than a sixteenth of the grey levels: the first and how many. Empty when
+/// there is none. Throws Error(bad_input) where the first has more than 8 bits, as 12 bits in the
+/// low bits of 16: few marks would be seen, and the sheet measured by these.
 [[nodiscard]] std::string unused_levels(const std::vector<FrameDetections>& frames,
                                         const std::vector<PictureQuality>& qualities);
 

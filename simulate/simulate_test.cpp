@@ -11,6 +11,7 @@
 #include "core/units.hpp"
 #include "simulate/start/local_frame.hpp"
 #include "simulate/start/start.hpp"
+#include "simulate/start/start_check.hpp"
 #include "tests/support/bench1_truth.hpp"
 #include "tests/support/paths.hpp"
 
@@ -135,6 +136,29 @@ TEST(Start, MeasuredMarksLieOnTheFilledSurface) {
     }
     EXPECT_LT((p - mark.point_in_world).norm(), 0.1 * mm);
   }
+}
+
+// A sphere whose diameter is in metres, gravity in g, a sphere that is not where the cloth falls.
+TEST(Scenes, OfOtherUnitsAreRefusedOrDoubted) {
+  const test::TemporaryFolder folder;
+  std::string text = read_text(bench() / "scenes/A.toml");
+  const auto put = [&](const std::string& from, const std::string& to) {
+    std::string other = text;
+    const auto at = other.find(from);
+    EXPECT_NE(at, std::string::npos) << from;
+    other.replace(at, other.find('\n', at) - at, to);
+    write_durable(folder.path() / "A.toml", other);
+    return folder.path() / "A.toml";
+  };
+  EXPECT_THROW((void)read_scene(put("diameter_mm", "diameter_mm = 0.09")), Error);
+  Scene scene = read_scene(bench() / "scenes/A.toml");
+  const GridSpec grid{11, 11, {0.2, 0.2}};
+  EXPECT_NO_THROW(require_gravity_of_earth(scene));
+  EXPECT_TRUE(warnings_of_scene(scene, 0.001, grid).empty());
+  EXPECT_EQ(warnings_of_scene(scene, 0.3, grid).size(), 1U) << "it touches nothing";
+  scene.gravity_m_per_s2 = {0, 0, -0.98};
+  EXPECT_THROW(require_gravity_of_earth(scene), Error);
+  EXPECT_EQ(warnings_of_scene(scene, {}, grid).size(), 1U);
 }
 
 TEST(Start, PinsWithoutAPlaceNeedTheMeasuredSheet) {

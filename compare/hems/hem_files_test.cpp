@@ -331,6 +331,15 @@ TEST_F(HemFiles, WhatIsJudgedIsVirtualAndWhatItIsJudgedByIsNot) {
               HasSubstr("another flat area"));
 }
 
+TEST_F(HemFiles, AHemThatComesInsideTheDiscIsDoubted) {
+  const auto wavy = [](double mean_mm) {
+    return Radius([mean_mm](int angle) { return mean_mm + 12 * std::cos(5 * angle * units::deg); });
+  };
+  EXPECT_TRUE(read(table(every(5), {wavy(105)})).hems.at(0).warnings.empty());
+  EXPECT_THAT(read(table(every(5), {wavy(95)})).hems.at(0).warnings,
+              testing::ElementsAre(HasSubstr("inside the disc of 180 mm")));
+}
+
 TEST_F(HemFiles, ASheetOfABenchNeedsItsDiscStated) {
   const auto a = write_bench_sheet(folder_.path() / "C" / "sheet.ply");
   const HemSet assumed = read_hems({a}, {});

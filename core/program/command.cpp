@@ -140,7 +140,10 @@ Option* Option::range(double least, double most) {
 }
 
 Option* Option::positive() {
-  option_of(option_).check(CLI::PositiveNumber);
+  const auto above_zero = [](std::string& word) {
+    return std::strtod(word.c_str(), nullptr) > 0 ? std::string() : word + " is not above 0";
+  };
+  option_of(option_).check(CLI::Validator(above_zero, "POSITIVE"));
   return this;
 }
 

@@ -42,6 +42,10 @@ TEST(Command, ARangeWithWholeLimitsTakesFractionsOfWhatIsNotCounted) {
                                              {"--part-percent", "-0.5"},
                                              {"--starts", "2.5"},
                                              {"--starts", "100"},
+                                             {"--part-percent", "nan"},
+                                             {"--part-percent", "inf"},
+                                             {"--starts", "011"},  // eights, or eleven?
+                                             {"--starts", "0x11"},
                                              {"--starts", "0"}})
     EXPECT_EQ(parse(wrong, given), 2) << wrong[0] << ' ' << wrong[1];
 }

@@ -4,10 +4,13 @@
 
 #include <algorithm>
 #include <array>
+#include <cerrno>
 #include <fstream>
 #include <map>
 #include <set>
+#include <system_error>
 
+#include "core/files/picture_head.hpp"
 #include "core/program/similar.hpp"
 #include "front/check/check.hpp"
 #include "front/object_tags.hpp"
@@ -72,8 +75,6 @@ void check_frame(const RecordedFrame& frame, const RigCamera& camera, const Rig&
 /// Whether it is the recorded one is asked of its hash when it is read.
 void check_file(const fs::path& folder, const FrameSet& set, const RecordedFrame& frame,
                 BenchCheck& check) {
-  static constexpr std::array<unsigned char, 8> kPng = {0x89, 'P',  'N',  'G',
-                                                        '\r', '\n', 0x1a, '\n'};
   const fs::path file = folder / frame.file;
   const Where where{.file = file.string(), .camera = frame.camera, .set = set.name};
   std::error_code failed;
@@ -90,15 +91,20 @@ void check_file(const fs::path& folder, const FrameSet& set, const RecordedFrame
             : fmt::format("bring it back, or give it its name again; there are {}", others)));
     return;
   }
-  std::array<char, 8> begin{};
+  std::array<char, 132> begin{};
   std::ifstream stream(file, std::ios::binary);
-  stream.read(begin.data(), begin.size());
-  if (file.extension() == ".png" &&
-      !std::equal(kPng.begin(), kPng.end(), begin.begin(),
-                  [](unsigned char a, char b) { return a == static_cast<unsigned char>(b); }))
+  if (!stream) {
     check.problems.push_back(
-        bad_input(fs::file_size(file, failed) == 0 ? "the picture is empty" : "this is no PNG file",
-                  where, "bring the recorded picture back, or record the set again"));
+        bad_input("the picture cannot be read: " + std::generic_category().message(errno), where,
+                  "make it readable for this user"));
+    return;
+  }
+  stream.read(begin.data(), begin.size());
+  const auto count = static_cast<std::size_t>(stream.gcount());
+  if (!begins_as_picture({reinterpret_cast<const unsigned char*>(begin.data()), count}))
+    check.problems.push_back(
+        bad_input(count == 0 ? "the picture is empty" : "this is no picture file", where,
+                  "bring the recorded picture back, or record the set again"));
 }
 
 /// Cameras that were recorded and that the rig does not have: their pictures serve nothing.

@@ -132,6 +132,31 @@ TEST_F(SpoiledFabric, AnglesInRadiansAreGuessed) {
   EXPECT_THAT(error_of().what_to_do(), ::testing::HasSubstr("rad"));
 }
 
+TEST_F(SpoiledFabric, ASideThatWasCutOffIsNamed) {
+  std::string text = "shear_angle_deg,loading_force_gf_per_cm,unloading_force_gf_per_cm\n";
+  for (const char* row : {"-0.05,0.2,-0.2\n", "0,0.5,-0.5\n", "8,5,4.4\n"}) text += row;
+  write_durable(folder_.path() / "A/shear_warp.csv", text);
+  const Error error = error_of();
+  EXPECT_EQ(error.where().line, 2);
+  EXPECT_THAT(error.what(), ::testing::HasSubstr("the test ends at -0.05"));
+}
+
+TEST_F(SpoiledFabric, ARecordersZeroThatIsOffIsNamed) {
+  const auto write = [&](double shift) {
+    std::string text = "shear_angle_deg,loading_force_gf_per_cm,unloading_force_gf_per_cm\n";
+    for (const double x : {-8.0, -4.0, 0.0, 4.0, 8.0})
+      text += std::to_string(x) + "," + std::to_string(0.6 * x + shift + 0.5) + "," +
+              std::to_string(0.6 * x + shift - 0.5) + "\n";
+    write_durable(folder_.path() / "A/shear_warp.csv", text);
+  };
+  write(0.4);  // its branches lie on both sides still
+  EXPECT_NO_THROW((void)read_fabric(folder_.path() / "A.toml"));
+  write(1.5);
+  const Error error = error_of();
+  EXPECT_EQ(error.where().line, 4);
+  EXPECT_THAT(error.what_to_do(), ::testing::HasSubstr("zero off both branches"));
+}
+
 TEST_F(SpoiledFabric, UnknownKeyIsRefused) {
   replace("A.toml", "[tensile]", "[tensile]\nbias = \"x.csv\"");
   EXPECT_THAT(error_of().what(), ::testing::HasSubstr("bias"));

@@ -109,6 +109,18 @@ TEST(Piece, HangsFromItsPins) {
               Contains(HasSubstr("held point")));
 }
 
+TEST(Piece, AnOutlineInCentimetresIsRefused) {
+  ClothOutline outline = odd_piece();
+  outline.holes.clear();
+  for (Eigen::Vector2d& corner : outline.outer) corner /= 10;
+  try {
+    (void)drape_piece(ball(0), patch(), std::nullopt, cotton(), outline, coarse());
+    FAIL() << "a piece of a few spacings was draped";
+  } catch (const Error& error) {
+    EXPECT_NE(std::string(error.what()).find("not cm"), std::string::npos) << error.what();
+  }
+}
+
 TEST(Piece, APinBesideItAndAMeasuredStartAreRefused) {
   Scene scene = ball(0);
   Pin pin;

@@ -115,6 +115,30 @@ TEST(StartFile, WhatTheMeshDoesNotCoverIsNamed) {
   EXPECT_NE(fault_of(none).find("either [grid] or [uv]"), std::string::npos);
 }
 
+TEST(StartFile, ASheetOfAnotherPrintIsRefused) {
+  const Hang hang;
+  const Print print = read_print(hang.folder / "print5.toml");
+  const test::TemporaryFolder folder;
+  const Sheet sheet = read_start(hang.write_grid(folder.path()), print);
+  const fs::path file = folder.path() / "sheet.ply";
+  EXPECT_NO_THROW(require_of_print(sheet, file, print));
+  const auto fault_of = [&](const Print& other) -> std::string {
+    try {
+      require_of_print(sheet, file, other);
+    } catch (const Error& error) {
+      return std::string(error.what()) + error.where().field;
+    }
+    return "";
+  };
+  Print shifted = print, larger = print, fewer = print;
+  shifted.margin_m.x() -= 5 * mm;
+  larger.patch_m.x() *= 1.5;
+  fewer.rows -= 1;
+  EXPECT_NE(fault_of(shifted).find("marks.material_mm"), std::string::npos);
+  EXPECT_NE(fault_of(larger).find("patch_mm"), std::string::npos);
+  EXPECT_NE(fault_of(fewer).find("rows"), std::string::npos);
+}
+
 // The limit is that of the data's makers for this grid, see study/independent_test.cpp.
 TEST(StartFile, ADrapeRestsWhereAnotherSolverLeftIt) {
   const Hang hang;

@@ -119,6 +119,11 @@ std::string suggestion(const Sheet& sheet, const std::vector<ClothSpan>& spans,
   if (stated->yaw_deg) free.push_back(3);
   const Stated found =
       *stated_of(changed(object, fitted(sheet, spans, object, stated->foot_mm * mm, free)));
+  constexpr double kSame_mm = 0.5;
+  if ((found.foot_mm - stated->foot_mm).norm() < kSame_mm &&
+      std::abs(found.size_mm - stated->size_mm) < kSame_mm &&
+      std::abs(found.yaw_deg.value_or(0) - stated->yaw_deg.value_or(0)) < kSame_mm)
+    return "measure it again (in mm), or look whether the scene is that of another drape";
   std::string text = fmt::format("the marks speak for x_mm = {:.1f}, y_mm = {:.1f}",
                                  found.foot_mm.x(), found.foot_mm.y());
   if (found.yaw_deg) text += fmt::format(", yaw_deg = {:.1f}", *found.yaw_deg);

@@ -198,8 +198,9 @@ std::string scale_text(const UnseenScale& unseen) {
     return limit ? fmt::format("{:+.2f} %", 100 * *limit) : std::string("any amount");
   };
   return fmt::format(
-      "all lengths may be wrong by {} to {} (the target's pitch_mm, a lens focused again "
-      "after the calibration); the stated uncertainty does not hold such a mistake",
+      "if the print's pitch_mm is true, all lengths may be wrong by {} to {} (the target's "
+      "pitch_mm, a lens focused again after the calibration); the stated uncertainty does not hold "
+      "such a mistake",
       text(unseen.least), text(unseen.most));
 }
 
