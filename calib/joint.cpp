@@ -334,6 +334,9 @@ JointResult calibrate_joint(const Detections& detections, const Rig& rig, const 
     result.report.status =
         result.report.good() ? exchanged : exchanged + "; " + result.report.status;
     result.calibration.warnings.insert(result.calibration.warnings.begin(), exchanged);
+  } else if (const std::string lost = lost_stages(all, model); !lost.empty()) {
+    result.report.status = result.report.good() ? lost : result.report.status + "; " + lost;
+    result.calibration.warnings.insert(result.calibration.warnings.begin(), lost);
   }
   result.report.print_scale = print_scale_line(target);
   result.calibration.rig = rig.name;

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <map>
 #include <optional>
 
 #include "calib/joint/alone.hpp"
@@ -292,29 +293,6 @@ std::vector<std::size_t> contradicting_views(const JointModel& model, const Pose
   return found;
 }
 
-/// A stage whose height is wrong contradicts the others, and without it nothing would show that.
-void refuse_stages(const JointModel& model, const Poses& poses) {
-  std::vector<int> all(model.placements.size(), 0), kept(model.placements.size(), 0);
-  for (std::size_t f = 0; f < model.frames.size(); ++f) {
-    ++all[model.frames[f].placement];
-    kept[model.frames[f].placement] += poses[f] ? 1 : 0;
-  }
-  std::string lost, stayed;
-  for (std::size_t p = 0; p < all.size(); ++p) {
-    const Placement& stage = model.placements[p];
-    if (!stage.known || all[p] == 0) continue;
-    std::string& list = 2 * kept[p] > all[p] ? stayed : lost;
-    list += fmt::format("{}{} (z_mm = {:g})", list.empty() ? "" : ", ", stage.set,
-                        stage.world_from_target.translation_m.z() / mm);
-  }
-  if (lost.empty()) return;
-  throw bad_input(fmt::format("z stage: the heights of {} contradict {}", lost,
-                              stayed.empty() ? "the free poses" : "that of " + stayed),
-                  {.field = "calibration.stage"},
-                  "correct their z_mm in rig.toml (mm, not cm or inches), or take out the stage "
-                  "whose target moved");
-}
-
 /// A camera that contradicts the others in most of its views is not calibrated by those that stay.
 void refuse_majority(const JointModel& model, const Poses& poses) {
   std::vector<int> all(model.cameras.size(), 0), kept(model.cameras.size(), 0);
@@ -362,7 +340,6 @@ std::vector<std::string> start_joint(JointModel& model, const StartOptions& opti
     if (contradicting.empty()) break;
   }
   refuse_majority(model, poses);
-  refuse_stages(model, poses);
   note_sides(model, sides, poses, dropped);
   std::vector<JointFrame> kept;
   for (std::size_t f = 0; f < model.frames.size(); ++f) {
@@ -375,6 +352,28 @@ std::vector<std::string> start_joint(JointModel& model, const StartOptions& opti
   model.frames = std::move(kept);
   drop_unseen_placements(model);
   return dropped;
+}
+
+std::string lost_stages(const JointModel& all, const JointModel& kept) {
+  const auto views_of = [](const JointModel& model) {
+    std::map<std::string, int> views;
+    for (const JointFrame& frame : model.frames) ++views[model.placements[frame.placement].set];
+    return views;
+  };
+  const std::map<std::string, int> before = views_of(all), after = views_of(kept);
+  std::string lost, stayed;
+  for (const Placement& stage : all.placements) {
+    const auto had = before.find(stage.set), has = after.find(stage.set);
+    if (!stage.known || had == before.end()) continue;
+    std::string& list = has != after.end() && 2 * has->second > had->second ? stayed : lost;
+    list += fmt::format("{}{} (z_mm = {:g})", list.empty() ? "" : ", ", stage.set,
+                        stage.world_from_target.translation_m.z() / mm);
+  }
+  if (lost.empty()) return {};
+  return fmt::format(
+      "z stage: the heights of {} contradict {}; correct z_mm in rig.toml (mm, not cm or inches), "
+      "or take out the stage whose target moved",
+      lost, stayed.empty() ? "the free poses" : "those of " + stayed);
 }
 
 }  // namespace drape::calib

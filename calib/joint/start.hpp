@@ -34,6 +34,10 @@ inline constexpr double contradicting_part = 0.15;
 /// all its labels mirrored, no view in common with the others.
 std::vector<std::string> start_joint(JointModel& model, const StartOptions& options = {});
 
+/// The stages of known height that start_joint() took most views of, by their heights: empty when
+/// there is none. Without them nothing shows that a height is wrong.
+[[nodiscard]] std::string lost_stages(const JointModel& all, const JointModel& kept);
+
 /// Takes out the placements that no frame shows.
 void drop_unseen_placements(JointModel& model);
 

@@ -350,22 +350,27 @@ TEST_F(HemFiles, ASheetOfABenchNeedsItsDiscStated) {
 }
 
 TEST_F(HemFiles, FilesOfOneNameInSeveralFoldersAreSeveralFabrics) {
-  const auto square = [&](const std::string& folder, double half_mm) {
+  const auto flat = [&](const std::string& folder, double radius_mm) {
     auto file = folder_.path() / folder / "sheet.obj";
-    write_durable(file, fmt::format("v {0} {0} 0\nv -{0} {0} 0\nv -{0} -{0} 0\nv {0} -{0} 0\n"
-                                    "f 1 2 3 4\n",
-                                    half_mm));
+    std::string corners, face = "f";
+    for (int k = 0; k < 32; ++k) {
+      const double angle = 11.25 * k * units::deg;
+      corners +=
+          fmt::format("v {} {} 0\n", radius_mm * std::cos(angle), radius_mm * std::sin(angle));
+      face += fmt::format(" {}", k + 1);
+    }
+    write_durable(file, corners + face + "\n");
     return file;
   };
-  HemReadOptions small;  // a round specimen of the squares' size
+  HemReadOptions small;
   small.geometry.disc_m = 0.12;
-  small.geometry.specimen_m = 0.206;
-  const HemSet set = read_hems({square("A", 90), square("C", 92)}, small);
+  small.geometry.specimen_m = 0.202;
+  const HemSet set = read_hems({flat("A", 100), flat("C", 102)}, small);
   ASSERT_EQ(set.hems.size(), 2U) << set.refused.front();
   EXPECT_NE(set.hems[0].fabric, set.hems[1].fabric);
-  EXPECT_EQ(read_hems({square("A", 90)}, small).hems.at(0).fabric, "sheet");
-  EXPECT_THAT(read_hems({square("A", 90)}, {}).refused,
-              testing::ElementsAre(HasSubstr("specimen of 203.1 mm, not 300 mm")));
+  EXPECT_EQ(read_hems({flat("A", 100)}, small).hems.at(0).fabric, "sheet");
+  EXPECT_THAT(read_hems({flat("A", 100)}, {}).refused,
+              testing::ElementsAre(HasSubstr("specimen of 199.4 mm, not 300 mm")));
 }
 
 }  // namespace

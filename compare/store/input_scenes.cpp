@@ -49,10 +49,12 @@ void find_scenes(DrapeFiles& drape, Session& session) {
     const auto file = scene_file_of(simulations[i].source().scene_sha256, made_by);
     if (!file) {
       if (made_by)
-        session.warnings.push_back(fmt::format(
-            "the scene of {} is not as the simulation read it, so that the values of its scene and "
-            "fabric are not stored",
-            simulations[i].sheet.file.string()));
+        session.warnings.push_back(
+            fmt::format("the scene of the {}x{} simulation with {} segments is not as that read "
+                        "it, so that the "
+                        "values of its scene and fabric are not stored",
+                        simulations[i].sheet.sheet.rows, simulations[i].sheet.sheet.cols,
+                        simulations[i].source().segments));
       continue;
     }
     simulations[i].scene = read_simulated_scene(*file, made_by->inputs);

@@ -162,17 +162,16 @@ void add_simulated(Simulation simulation, DrapeFiles& drape) {
 
 void warn_of_unrecorded(const DrapeFiles& drape, Session& session) {
   std::size_t unrecorded = 0;
-  const fs::path* first = nullptr;
   for (std::size_t i = 0; i < drape.simulated_by.size(); ++i) {
     const Simulation& simulation = drape.input.simulations[i];
     if (drape.simulated_by[i] || simulation.other_simulator) continue;
-    if (unrecorded++ == 0) first = &simulation.sheet.file;
+    ++unrecorded;
   }
   if (unrecorded > 0)
-    session.warnings.push_back(
-        fmt::format("no run record says what made {} of the simulated sheets, {} the first, so "
-                    "nothing shows that they are as they were simulated",
-                    unrecorded, first->string()));
+    session.warnings.push_back(fmt::format(
+        "no run record says what made {} of the simulated sheets beside the measured one "
+        "of set {}, so nothing shows that they are as they were simulated",
+        unrecorded, std::get<MeasuredSource>(drape.input.measured.sheet.source).set));
 }
 
 void add_other(const fs::path& file, Session& session) {

@@ -148,7 +148,7 @@ std::vector<Mistake> typed_mistakes() {
        "C",
        typed(c, "[128.0, 128.0, 128.0]", "[0.128, 0.128, 0.128]"),
        3,
-       {"C.toml:", "object.edge_radius_mm", "smallest edge in size_mm"}},
+       {"C.toml:", "object.size_mm", "lengths are in mm, not in m or cm"}},
       {"pitch_in_m",
        "C",
        typed("print.toml", "pitch_mm = 20.0", "pitch_mm = 0.02"),
