@@ -27,6 +27,12 @@ TEST_P(ImageStructure, AcceptsAWholeImageAndLearnsItsSize) {
   EXPECT_EQ(check_image(bytes, {}), (ImageSize{321, 123}));
 }
 
+TEST(ImageCheck, RefusesNumbersThatDetectionDoesNotRead) {
+  std::vector<unsigned char> bytes;
+  ASSERT_TRUE(cv::imencode(".tiff", cv::Mat(20, 30, CV_32F, cv::Scalar(0.5)), bytes));
+  EXPECT_THROW(static_cast<void>(check_image(bytes, {})), Error);
+}
+
 TEST_P(ImageStructure, RefusesEveryTruncation) {
   const auto whole = image_bytes(GetParam().ending, 5);
   for (std::size_t length = 0; length < whole.size(); ++length) {

@@ -7,6 +7,7 @@
 #include "core/error.hpp"
 #include "core/files/files.hpp"
 #include "tests/support/paths.hpp"
+#include "tests/support/small_bench.hpp"
 
 namespace drape::capture {
 namespace {
@@ -233,6 +234,20 @@ TEST_F(Import, CompletesAnInterruptedImport) {
 
 TEST_F(Import, RefusesARecordingInsideTheImportedFolder) {
   EXPECT_THAT(refusal(in(), in() / "recording"), HasSubstr("inside the imported folder"));
+}
+
+TEST_F(Import, WritesNothingWhereItRefuses) {
+  const auto exit_code = [&](const fs::path& folder) {
+    return test::run_line(fmt::format("'{}' import '{}' --out '{}'",
+                                      test::program("drape-capture").string(), folder.string(),
+                                      out().string()))
+        .exit_code;
+  };
+  EXPECT_EQ(exit_code(in() / "set2"), 3) << "a folder without sets";
+  EXPECT_FALSE(fs::exists(out()));
+  fs::create_directories(in() / "empty");
+  EXPECT_EQ(exit_code(in()), 3);
+  EXPECT_FALSE(fs::exists(out()));
 }
 
 TEST_F(Import, WarnsOfTheSameImageTwice) {

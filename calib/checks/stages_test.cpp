@@ -83,6 +83,25 @@ TEST(StageCheck, MeasuresATargetThatTipsAsItRises) {
   EXPECT_THAT(result.calibration.warnings, Contains(HasSubstr("z stage: the target turns by")));
 }
 
+// A height far off takes its stage out of the start, after which nothing else shows it.
+TEST(StageCheck, AStageThatTheStartDroppedIsNoGo) {
+  Rig rig = bench1_rig();
+  for (int i = 0; i < 15; ++i)
+    rig.free_poses.push_back("pose_" + std::string(i < 10 ? "0" : "") + std::to_string(i));
+  const Detections detections = bench1_target_detections(0.01);
+  for (const double times : {4.0, 10.0}) {
+    Rig wrong = rig;
+    wrong.stages[3].z_m *= times;
+    const JointResult one = calibrate_joint(detections, wrong, bench1_target(), {});
+    EXPECT_FALSE(one.report.good()) << times;
+    EXPECT_THAT(one.report.status, HasSubstr("z_mm = " + std::to_string(int(90 * times)))) << times;
+    for (std::size_t k = 1; k < 3; ++k) wrong.stages[k].z_m *= times;
+    const JointResult all = calibrate_joint(detections, wrong, bench1_target(), {});
+    EXPECT_FALSE(all.report.good()) << times;
+    EXPECT_THAT(all.report.status, HasSubstr("z stage:")) << times;
+  }
+}
+
 TEST(StageCheck, AFreeStageDoesNoHarm) {
   const WorldFromTarget bad = raised(0.5 * deg * kStroke_m, 0, 1.01 * kStroke_m);
   const JointModel truth = SyntheticBench(4).true_model();

@@ -106,6 +106,25 @@ TEST(Check, OneRuleHoldsForTheNamesOfDrapes) {
   EXPECT_TRUE(problems_of("scenes/C.toml", name_is("C"), name_is("Stoff 1 wei\u00df")).empty());
 }
 
+TEST(Check, TakesAPictureForWhatItHolds) {
+  const SmallBench bench({"C"});
+  const std::filesystem::path set = bench.rig() / "recording/drape_C", picture = set / "cam1.png";
+  const std::filesystem::path original = std::filesystem::canonical(set);
+  ASSERT_TRUE(std::filesystem::remove(set)) << "a link to bench1's, which stays as it is";
+  std::filesystem::copy(original, set);
+  const auto problems = [&](const std::string& bytes) {
+    write_durable(picture, bytes);
+    return parse_json(test::run_line(test::program("drape").string() + " check --json " +
+                                     bench.rig().string() + " 2> /dev/null")
+                          .text)
+        .value("problems", Json::array())
+        .dump();
+  };
+  EXPECT_EQ(problems("\xff\xd8\xff\xe0 a JPEG's beginning"), "[]");
+  EXPECT_THAT(problems("no picture"), HasSubstr("this is no picture file"));
+  EXPECT_THAT(problems(""), HasSubstr("the picture is empty"));
+}
+
 TEST(Check, TakesARecordingWithACameraMoreThanTheRig) {
   const std::string rig = read_text(test::source_root() / "rigs/bench1/rig.toml");
   EXPECT_TRUE(problems_of("rig.toml", rig.substr(rig.rfind("[[camera]]")), "").empty());
