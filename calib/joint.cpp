@@ -53,9 +53,13 @@ CalibratedCamera calibrated_camera(const JointModel& model, std::size_t index,
   const std::vector<Correspondence> points = correspondences(model, index);
   calibrated.residuals = residuals_of(calibrated.camera, points);
   calibrated.valid_region_px = covered_region_px(points);
-  const Eigen::Vector3d middle = points[points.size() / 2].point_in_world;
-  calibrated.worked_point = {
-      middle, project(calibrated.camera.model, calibrated.camera.cam_from_world * middle)->px};
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const Eigen::Vector3d& place = points[(points.size() / 2 + i) % points.size()].point_in_world;
+    const auto image = project(calibrated.camera.model, calibrated.camera.cam_from_world * place);
+    if (!image) continue;
+    calibrated.worked_point = {place, image->px};
+    break;
+  }
   if (joint_covariance.size() > 0) {
     calibrated.covariance_parameters = parameter_names(calibrated.camera.model);
     const auto size = static_cast<Eigen::Index>(calibrated.covariance_parameters.size());
@@ -190,11 +194,17 @@ void drop_views(JointSolution& solution, const JointFit& fit, const JointCleanin
   solution = fit_joint(model, fit, cleaning);
 }
 
-/// A camera of which no point is left is not calibrated, by whatever the others agree on.
+/// A camera that sees none of its points where they are is not calibrated, by whatever the others
+/// agree on.
 void require_points(const JointModel& model, const JointModel& all_points, const JointFit& fit,
                     const JointCleaning& cleaning) {
   std::vector<std::size_t> points(model.cameras.size(), 0);
-  for (const JointFrame& frame : model.frames) points[frame.camera] += frame.points.size();
+  for (const JointFrame& frame : model.frames)
+    for (const TargetPoint& point : frame.points)
+      points[frame.camera] +=
+          pixel_of(model.cameras[frame.camera], model.placements[frame.placement], model.bow,
+                   point.point_in_target)
+              .has_value();
   const auto none = std::find(points.begin(), points.end(), 0U);
   if (none == points.end()) return;
   const auto stages = check_stages(all_points, fit, cleaning);
@@ -247,11 +257,11 @@ JointResult calibrate_joint(const JointModel& model, double dot_diameter_m,
   const JointModel all_points = solution.model;
   const std::vector<std::string> outliers = reject_outliers(solution.model, cleaning);
   report.rejected.insert(report.rejected.end(), outliers.begin(), outliers.end());
-  require_points(solution.model, all_points, fit, cleaning);
   fit.lens = chosen_lens(solution.model, fit, options, report);
   report.lens = fit.lens;
   clear_unused(solution.model, fit.lens);
   solution = fit_joint(solution.model, fit, cleaning);
+  require_points(solution.model, all_points, fit, cleaning);
   report.stages = check_stages(all_points, fit, cleaning);
   if (report.stages) {
     report.warnings.insert(report.warnings.end(), report.stages->findings.begin(),
@@ -285,7 +295,7 @@ JointResult calibrate_joint(const JointModel& model, double dot_diameter_m,
   report.status =
       joint_status(report, solution.converged, has_covariance, measured, options.common);
   const bool contradicted = report.stages && !report.stages->contradiction.empty();
-  if (!causes.fatal.empty()) {
+  if (!causes.fatal.empty() && !(contradicted && report.stages->other_unit())) {
     report.status = causes.fatal;
   } else if (contradicted) {
     report.status = report.good() ? report.stages->contradiction

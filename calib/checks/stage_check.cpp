@@ -152,10 +152,7 @@ ModeMatrix modes_of(double rise_m) {
 /// A stage that does not lie where the others' common motion has it.
 void add_strays(StageCheck& check, const JointModel& model, const std::vector<FreedStage>& freed,
                 const Eigen::VectorXd& left, const MatrixXd& covariance) {
-  // A stage of its own explains more than a stroke of all, but not more than heights in another
-  // unit, which leave no line to be off.
-  constexpr double kOtherUnit_percent = 50;
-  const bool other_unit = std::abs(check.stroke_percent) > kOtherUnit_percent;
+  // A stage of its own explains more than a stroke of all, but where heights are in another unit.
   double farthest = 0;  // mm
   for (std::size_t i = 0; i < freed.size(); ++i) {
     const Vector3d shift = left.segment<3>(static_cast<Index>(kModes * i) + 3);
@@ -166,7 +163,7 @@ void add_strays(StageCheck& check, const JointModel& model, const std::vector<Fr
         "z stage: set {} lies ({:+.3f}, {:+.3f}, {:+.3f}) mm off the line of the others; correct "
         "its z_mm in rig.toml or calibrate with --free-stages",
         model.placements[freed[i].placement].set, shift.x(), shift.y(), shift.z()));
-    if (shift.norm() > farthest && !other_unit) check.contradiction = check.findings.back();
+    if (shift.norm() > farthest && !check.other_unit()) check.contradiction = check.findings.back();
     farthest = std::max(farthest, shift.norm());
   }
 }

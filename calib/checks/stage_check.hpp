@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cmath>
 #include <optional>
 #include <string>
 #include <vector>
@@ -22,6 +23,9 @@ struct StageCheck {
   /// Why the target's pitch and the stage's strokes cannot both be right; empty: they may be.
   std::string contradiction;
   std::vector<std::string> findings;  ///< what is too large to be believed, with what to do
+
+  /// Heights that no stage is wrong by: rig.toml or the target's file has another unit.
+  [[nodiscard]] bool other_unit() const { return std::abs(stroke_percent) > 50; }
 };
 
 /// Fits all views again with every stage but the first as a free pose, and compares where they come

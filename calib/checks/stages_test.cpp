@@ -102,6 +102,23 @@ TEST(StageCheck, AStageThatTheStartDroppedIsNoGo) {
   }
 }
 
+TEST(StageCheck, HeightsInCentimetresAreNamedAsSuch) {
+  Rig rig = bench1_rig();
+  for (int i = 0; i < 15; ++i)
+    rig.free_poses.push_back("pose_" + std::string(i < 10 ? "0" : "") + std::to_string(i));
+  for (TargetStage& stage : rig.stages) stage.z_m /= 10;
+  JointOptions options;
+  options.lens = LensTerms::k1_k2;
+  std::string said;
+  try {
+    said = calibrate_joint(bench1_target_detections(0.01), rig, bench1_target(), options)
+               .report.status;
+  } catch (const Error& error) {
+    said = error.what();
+  }
+  EXPECT_THAT(said, HasSubstr("strokes contradict each other"));
+}
+
 TEST(StageCheck, AFreeStageDoesNoHarm) {
   const WorldFromTarget bad = raised(0.5 * deg * kStroke_m, 0, 1.01 * kStroke_m);
   const JointModel truth = SyntheticBench(4).true_model();
