@@ -51,8 +51,7 @@ void find_scenes(DrapeFiles& drape, Session& session) {
       if (made_by)
         session.warnings.push_back(
             fmt::format("the scene of the {}x{} simulation with {} segments is not as that read "
-                        "it, so that the "
-                        "values of its scene and fabric are not stored",
+                        "it, so that the values of its scene and fabric are not stored",
                         simulations[i].sheet.sheet.rows, simulations[i].sheet.sheet.cols,
                         simulations[i].source().segments));
       continue;

@@ -304,8 +304,8 @@ void book_static(const StaticCase& the_case, const GridSpec& grid, const StaticO
         "definite");
   }
   if (found.fell_on > 0)
-    report.warnings.push_back(
-        fmt::format("stalled, and fell on from there, {} of at most 3 times", found.fell_on));
+    report.warnings.push_back(fmt::format("stalled and fell on from there, {} time{}",
+                                          found.fell_on, found.fell_on == 1 ? "" : "s"));
   result.contact_forces = found.contact_forces;
   Cloth cloth(grid, the_case.laws, the_case.mass);
   cloth.clamp(clamps_on(the_case.scene, grid).places);
