@@ -35,11 +35,3 @@ class TemporaryFolder {
 };
 
 }  // namespace drape::test
-
-/// Defines `name` as the folder, or skips the test and says what is missing.
-#define DRAPE_REQUIRE_REFERENCE(name, folder)                              \
-  auto name##_found = drape::test::reference_data(folder);                 \
-  if (!name##_found)                                                       \
-    GTEST_SKIP() << "reference data `" << (folder)                         \
-                 << "` is absent; set DRAPE_REFERENCE_DATA to its parent"; \
-  const std::filesystem::path name = std::move(*name##_found)
