@@ -17,11 +17,10 @@ constexpr Real kPressingWeight = 1e-2;  // the same of pressing forces, for thos
 constexpr Real kMostPressing = 1e6;     // sum of all pressing forces over the largest force
 constexpr Real kFirst = 100;            // of the penalty's inverse, forces over their largest
 constexpr Real kLast = 1e-13;
-constexpr Real kShort = 1e-3;     // fraction of a step that leads nowhere
-constexpr int kShortSteps = 10;   // of them
-constexpr Real kShrink = 0.1;     // from one penalty to the next
-constexpr Real kCentred = 0.1;    // gain of a step below which the penalty may grow
-constexpr int kNewtonSteps = 40;  // per penalty
+constexpr Real kShort = 1e-3;    // fraction of a step that leads nowhere
+constexpr int kShortSteps = 10;  // of them
+constexpr Real kShrink = 0.1;    // from one penalty to the next
+constexpr Real kCentred = 0.1;   // gain of a step below which the penalty may grow
 constexpr Real kToBoundary = 0.95, kShorter = 0.8, kShortest = 1e-9;
 
 /// An interior point method (Nesterov and Nemirovski 1994) for: reactions in their cones and what
@@ -59,7 +58,8 @@ class Search {
   int run(int most_steps) {
     int steps = 0;
     for (penalty_inverse_ = kFirst; penalty_inverse_ > kLast; penalty_inverse_ *= kShrink) {
-      for (int k = 0; k < kNewtonSteps && !found(); ++k) {
+      // To the centre: from off the central path smaller penalties lead nowhere.
+      while (!found()) {
         if (steps++ == most_steps) return steps;
         if (!newton_step()) break;
       }

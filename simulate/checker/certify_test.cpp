@@ -127,6 +127,33 @@ TEST(Certify, ForcesInTheConesAreFoundWhereThereAreAny) {
   }
 }
 
+// A particle on an edge of an object is offered hundreds of places whose directions oppose each
+// other. Newton's method then takes more steps to the centre than 40, which once was the limit.
+TEST(Certify, ForcesAreFoundWhereManyDirectionsOppose) {
+  constexpr long double kFriction = 0.5L, kTolerance = 1e-4L;
+  const std::vector<checker::Point> edge = {
+      {0, -0.1L, -1}, {0, -0.7L, -0.7L}, {0, 0, -1}, {0, -1, 0}, {0, -0.8L, 0.6L}};
+  for (const int places : {300, 600, 900}) {
+    std::vector<checker::Point> force(2);
+    std::vector<checker::Support> supports;
+    const auto offer = [&](checker::Support support, long double pressing) {
+      const long double size = std::sqrt(checker::dot(support.normal, support.normal));
+      for (long double& n : support.normal) n /= size;
+      for (int axis = 0; axis < 3; ++axis) {
+        // It slides along x.
+        const long double f = pressing * (axis == 0 ? kFriction : support.normal[axis]);
+        for (int k = 0; k < 2; ++k) force[support.particle[k]][axis] -= support.weight[k] * f;
+      }
+      supports.push_back(support);
+    };
+    offer({{0, 1, 0, 0}, {0.6L, 0.4L, 0, 0}, {0, -0.8L, 0.6L}, false}, 1);
+    for (int k = 0; k < places; ++k)
+      offer({{0, 0, 0, 0}, {1, 0, 0, 0}, edge[k % edge.size()], false}, k == 4 ? 2 : 0);
+    EXPECT_LE(checker::balance(force, supports, kFriction, kTolerance, 400).largest, kTolerance)
+        << places;
+  }
+}
+
 TEST(Certify, NoForcesAreFoundWhereThereAreNone) {
   for (unsigned seed = 0; seed < 20; ++seed) {
     Pressed pressed(seed, 0.4L);
