@@ -269,6 +269,14 @@ TEST(RandomScenes, RestsOnThePointOfAPyramidAreAccepted) {
   EXPECT_EQ(tally.rest, 4);
 }
 
+TEST(RandomScenes, ARestOnTwoEdgesOfACylinderIsAccepted) {
+  // A line along the top presses at the edge where it lies less deep.
+  Tally tally;
+  Dice dice(4222);
+  expect_honest(valid_trial(dice, 12000), 4222, tally);
+  EXPECT_EQ(tally.rest, 1);
+}
+
 TEST(RandomScenes, HostileOnesAreRefusedOrEndFinite) {
   const auto [from, to] = range_of(test::trial_count(60, 10000));
   Tally tally;

@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <random>
 
@@ -152,6 +154,30 @@ TEST(Certify, ForcesAreFoundWhereManyDirectionsOppose) {
     EXPECT_LE(checker::balance(force, supports, kFriction, kTolerance, 400).largest, kTolerance)
         << places;
   }
+}
+
+// A line 0.1 mm below the top of a cylinder may press anywhere between the two edges, also at the
+// one where it lies less deep.
+TEST(Certify, ALineAlongAFaceMayPressUpToItsEdges) {
+  const auto first = [](double edge_radius_m, const checker::Point& direction) {
+    Scene scene;
+    scene.table_z_m = -1;
+    scene.obstacles = {Cylinder{{}, 24 * mm, 48 * mm, edge_radius_m}};
+    const std::vector<checker::Point> sheet = {{-30e-3L, 0, 23.9e-3L},
+                                               {30e-3L, 0, 23.899e-3L},
+                                               {-30e-3L, 60e-3L, 30e-3L},
+                                               {30e-3L, 60e-3L, 30e-3L}};
+    long double least = 1;
+    for (const checker::Support& s :
+         checker::supports_of(checker::Objects(scene), sheet, 2, 2, 5e-6L)) {
+      if (s.particle == std::array{0, 1, 0, 1} && checker::dot(s.normal, direction) > 0.999L)
+        least = std::min(least, s.weight[1]);
+    }
+    return static_cast<double>(least);
+  };
+  EXPECT_NEAR(first(0, {0, 0, 1}), 6.1 / 59.999, 1e-6) << "the side is as near as the top";
+  EXPECT_NEAR(first(1 * mm, {0, 0, 1}), 7.0 / 60, 1e-6) << "the rounding begins";
+  EXPECT_NEAR(first(0, {-1, 0, 0}), 5.995 / 60, 1e-6) << "it leaves the side, by 5 um";
 }
 
 TEST(Certify, NoForcesAreFoundWhereThereAreNone) {

@@ -88,6 +88,7 @@ Support line_place(int a, int b, Real t) {
   return place;
 }
 
+constexpr Real kSameFace = 1 - 1e-9L;  // cosine; between normals of a face, by differences
 constexpr std::array<std::pair<int, int>, 4> kNeighbours{{{1, 0}, {-1, 0}, {0, 1}, {0, -1}}};
 
 /// Collects the places where the sheet may touch.
@@ -180,8 +181,12 @@ class Finder {
     }
     // Distances change by no more than the length along the line.
     if (least > touch_m_ + length_between(at(0), at(1)) / kSamples) return;
-    // Where the line lies along a face, any place of it may press.
-    for (int s = 1; s < kSamples; ++s) try_place(k, at(Real(s) / kSamples));
+    // Where the line lies along a face, any place of it may press, up to the edges.
+    for (int s = 1; s < kSamples; ++s) {
+      try_place(k, at(Real(s) / kSamples));
+      for (const int beside : {s - 1, s + 1})
+        try_edges(k, at, Real(s) / kSamples, Real(beside) / kSamples);
+    }
     Real low = Real(best - 1) / kSamples;
     Real high = Real(best + 1) / kSamples;
     constexpr Real kGolden = 0.618033988749894848L;
@@ -206,6 +211,24 @@ class Finder {
       for (int place = 1; place <= kPlaces; ++place)
         try_place(k, at(std::clamp<Real>(t + side * end * place / kPlaces, 0, 1)));
     }
+  }
+  /// The last places between two of a line, the first near enough, that press in that one's
+  /// direction, and that are near enough: a line along a face may press on either end of it.
+  template <class At>
+  void try_edges(std::size_t k, At at, Real from, Real to) {
+    if (gap(k, at(from)) > touch_m_) return;
+    const auto place = [&](Real fraction) { return at(from + fraction * (to - from)); };
+    const auto normal = [&](Real fraction) {
+      return normal_of(objects_, k, mix(points_, place(fraction)));
+    };
+    const Point here = normal(0);
+    const auto gap_at = [&](Real fraction) { return gap(k, place(fraction)); };
+    const Real on_face = reach_of([&](Real fraction) {
+      return dot(normal(fraction), here) > kSameFace ? gap_at(fraction) : HUGE_VALL;
+    });
+    if (on_face == 1) return;
+    try_place(k, place(on_face));
+    try_place(k, place(reach_of(gap_at)));
   }
   /// The largest fraction up to 1 at which a gap, near enough at 0, is near enough still.
   template <class GapAt>

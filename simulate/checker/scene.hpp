@@ -52,7 +52,7 @@ constexpr Real kThrough = 0.25L;
                               int cols);
 
 /// Places of the sheet nearer than `touch_m` to an object: particles, the nearest places of grid
-/// line pieces, and nine places in each cell.
+/// line pieces, those between which a piece lies along a face, and nine places in each cell.
 [[nodiscard]] std::vector<Support> supports_of(const Objects& objects,
                                                const std::vector<Point>& points, int rows, int cols,
                                                Real touch_m);
