@@ -73,12 +73,21 @@ function(drape_room room)
   drape_library(${name} ${ARGN})
 endfunction()
 
+# drape_moves_text(<target> ...): what reads options and files, and writes pages and tables. Its time goes into the
+# disk and the database, and -O1 compiles it in two thirds of the time.
+function(drape_moves_text)
+  foreach(target IN LISTS ARGN)
+    target_compile_options(${target} PRIVATE $<$<CONFIG:Release>:-O1>)
+  endforeach()
+endfunction()
+
 # drape_program(<name> SOURCES ... LINK ...) puts the executable into <build>/bin. The source with main()
 # opens whole namespaces and may have to be the last.
 function(drape_program name)
   cmake_parse_arguments(arg "" "" "SOURCES;LINK" ${ARGN})
   add_executable(${name} ${arg_SOURCES})
   target_link_libraries(${name} PRIVATE ${arg_LINK} drapebench::program fmt::fmt)
+  drape_moves_text(${name})
   set_property(GLOBAL APPEND PROPERTY DRAPE_PROGRAMS ${name})
   drape_use_of_folder(use)
   set_property(GLOBAL APPEND PROPERTY DRAPE_PROGRAMS_${use} ${name})
