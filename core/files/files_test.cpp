@@ -6,6 +6,7 @@
 #include <sys/stat.h>
 
 #include "core/error.hpp"
+#include "core/files/json_file.hpp"
 #include "tests/support/paths.hpp"
 
 namespace drape {
@@ -100,6 +101,26 @@ TEST(Files, ATerminalGetsNoControlCharacters) {
   EXPECT_EQ(printable("\xc2\x9b"
                       "31m\xc3\xbc"),
             "\xc2?31m\xc3\xbc");
+}
+
+TEST(Files, AKeyThatStandsTwiceInAnObjectOfJsonIsNamedWithItsFile) {
+  const test::TemporaryFolder folder;
+  const std::filesystem::path file = folder.path() / "thing.json";
+  const auto read = [&](const std::string& members) {
+    write_durable(file, R"({"schema":"drapebench/thing/1",)" + members + "}");
+    (void)JsonNode::open(file, "thing", 1);
+  };
+  EXPECT_NO_THROW(read(R"("a":{"x":1,"y":2},"b":[{"x":1},{"x":2}],"x":3)"));
+  for (const char* twice : {R"("x":1,"a":{"x":1},"x":2)", R"("a":[{"y":1},{"x":1,"x":1}])",
+                            R"("a":{"y":{},"x":{"y":1},"x":2})"}) {
+    try {
+      read(twice);
+      ADD_FAILURE() << "taken: " << twice;
+    } catch (const Error& error) {
+      EXPECT_EQ(error.what_failed(), "the key `x` stands twice in one object") << twice;
+      EXPECT_EQ(error.where().file, file.string());
+    }
+  }
 }
 
 TEST(Files, AMissingFileIsNamed) {

@@ -6,6 +6,7 @@
 #include <charconv>
 #include <cmath>
 #include <limits>
+#include <set>
 
 #include "core/files/files.hpp"
 
@@ -73,13 +74,7 @@ JsonNode::JsonNode(std::shared_ptr<const Json> root, const Json* value, std::str
 JsonNode JsonNode::open(const std::filesystem::path& file, const std::string& name, int version) {
   std::shared_ptr<const Json> root;
   try {
-    const auto shallow = [&, values = std::size_t{0}](int depth, Json::parse_event_t,
-                                                      const Json&) mutable {
-      if (++values <= kMostEvents && depth <= kDeepest) return true;
-      throw bad_input(fmt::format("nested deeper than {} levels or too long", kDeepest),
-                      {.file = file.string()}, kRemake);
-    };
-    root = std::make_shared<const Json>(Json::parse(read_text(file), shallow));
+    root = std::make_shared<const Json>(parse_json(read_text(file), file.string()));
   } catch (const Json::exception& error) {
     throw bad_input(fmt::format("not a JSON file: {}", error.what()), {.file = file.string()},
                     kRemake);
@@ -241,13 +236,6 @@ Eigen::VectorXd JsonNode::vector(const std::string& key, Eigen::Index size) cons
   return result;
 }
 
-Eigen::Vector2d JsonNode::vector2(const std::string& key) const {
-  return vector(key, 2);
-}
-Eigen::Vector3d JsonNode::vector3(const std::string& key) const {
-  return vector(key, 3);
-}
-
 namespace {
 template <int n>
 Eigen::Matrix<double, n, n> square(const JsonNode& node, const std::string& key) {
@@ -265,8 +253,20 @@ Eigen::Matrix3d JsonNode::matrix3(const std::string& key) const {
   return square<3>(*this, key);
 }
 
-Json parse_json(std::string_view text) {
-  return Json::parse(text);
+Json parse_json(std::string_view text, const std::string& file) {
+  std::vector<std::set<std::string>> keys;  // of the open objects, by level
+  std::size_t events = 0;
+  return Json::parse(text, [&](int depth, Json::parse_event_t event, const Json& value) {
+    if (++events > kMostEvents || depth > kDeepest)
+      throw bad_input(fmt::format("nested deeper than {} levels or too long", kDeepest),
+                      {.file = file}, "give the right file");
+    const std::size_t level = static_cast<std::size_t>(depth);
+    if (event == Json::parse_event_t::object_start) keys.resize(level + 1), keys.emplace_back();
+    if (event == Json::parse_event_t::key && !keys[level].insert(value).second)
+      throw bad_input(fmt::format("the key `{}` stands twice in one object", value), {.file = file},
+                      "keep the right one");
+    return true;
+  });
 }
 
 Json try_json(std::string_view text) {

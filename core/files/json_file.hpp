@@ -40,8 +40,8 @@ class JsonNode {
   [[nodiscard]] std::string name(const std::string& key) const;
   [[nodiscard]] std::vector<std::string> texts(const std::string& key) const;
   [[nodiscard]] Eigen::VectorXd vector(const std::string& key, Eigen::Index size) const;
-  [[nodiscard]] Eigen::Vector2d vector2(const std::string& key) const;
-  [[nodiscard]] Eigen::Vector3d vector3(const std::string& key) const;
+  [[nodiscard]] Eigen::Vector2d vector2(const std::string& key) const { return vector(key, 2); }
+  [[nodiscard]] Eigen::Vector3d vector3(const std::string& key) const { return vector(key, 3); }
   [[nodiscard]] Eigen::Matrix2d matrix2(const std::string& key) const;  ///< array of rows
   [[nodiscard]] Eigen::Matrix3d matrix3(const std::string& key) const;  ///< array of rows
   [[nodiscard]] Eigen::MatrixXd matrix(const std::string& key) const;   ///< any size, rows equal
@@ -66,9 +66,9 @@ class JsonNode {
 [[nodiscard]] Json to_json(const Eigen::Ref<const Eigen::MatrixXd>& matrix);
 [[nodiscard]] Json to_json_vector(const Eigen::Ref<const Eigen::VectorXd>& vector);
 
-/// The value that a text writes; throws Json::parse_error. Whoever calls the parser itself compiles
-/// it, which takes some seconds.
-[[nodiscard]] Json parse_json(std::string_view text);
+/// The value that a text writes; throws Json::parse_error, and Error with the file's name for what
+/// is too deep or has a key twice in one object. Calling the parser itself compiles it: seconds.
+[[nodiscard]] Json parse_json(std::string_view text, const std::string& file = "");
 
 /// The same; discarded (`is_discarded()`) where the text is no JSON.
 [[nodiscard]] Json try_json(std::string_view text);

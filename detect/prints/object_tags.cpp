@@ -60,7 +60,7 @@ bool is_output_of(const std::filesystem::path& record, const std::filesystem::pa
       if (output.at("file") == file.filename().string() &&
           output.at("sha256") == sha256_of_file(file))
         return true;
-  } catch (const Json::exception&) {
+  } catch (const std::exception&) {
     return false;
   }
   return false;

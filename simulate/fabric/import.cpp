@@ -286,7 +286,7 @@ ImportedFabric import_u3m(const fs::path& file, const std::string& name,
                           const std::string& bend_unit) {
   Json json;
   try {
-    json = parse_json(read_text(file));
+    json = parse_json(read_text(file), file.string());
   } catch (const Json::exception& error) {
     throw bad_input(fmt::format("no JSON: {}", error.what()), {.file = file.string()},
                     "give the physics JSON of a U3M 1.1 material");

@@ -223,6 +223,15 @@ TEST_F(Import, U3mPhysicsNeedAUnit) {
   EXPECT_GE(fabric.stand_ins.size(), 4U);
   EXPECT_THROW((void)import_u3m(file(text), "cupro", "stone"), Error);
   EXPECT_THROW((void)import_u3m(file("{}"), "cupro", "dyn.cm"), Error);
+  std::string twice = text;
+  twice.insert(twice.find("\"bend\""), R"("mass":"300",)");
+  try {
+    (void)import_u3m(file(twice), "cupro", "dyn.cm");
+    ADD_FAILURE() << "taken: two masses";
+  } catch (const Error& error) {
+    EXPECT_EQ(error.where().file, (folder_.path() / "sheet.csv").string());
+    EXPECT_THAT(error.what(), HasSubstr("`mass` stands twice"));
+  }
 }
 
 TEST_F(Import, ThePublishedFabricsAreReadAndThoseWithBendingCanBeSimulated) {
