@@ -15,6 +15,7 @@
 #include "core/units.hpp"
 #include "simulate/fabric/csv_text.hpp"
 #include "simulate/fabric/fabric.hpp"
+#include "simulate/fabric/kes.hpp"
 #include "simulate/fabric/plausible.hpp"
 #include "simulate/fabric/property_sheet.hpp"
 
@@ -251,9 +252,8 @@ ImportedFabric import_fast(const fs::path& file, const std::string& name) {
                       c_mm * std::cbrt(usual.most / numbers.b[d])),
           sheet.where("C"), "is it in cm, or the overhang, which is twice the bending length?");
     numbers.from[key_of(kB, d)] = sheet.where("C");
-    // A strip at 45 degrees under T = 5 gf/cm: strain EB5 = T / (4 G).
     if (eb5) {
-      numbers.g[d] = 5 * units::gf_per_cm / (4 * *eb5 * units::percent) / units::gf_per_cm_deg;
+      numbers.g[d] = shear_from_bias_extension(*eb5, sheet.where("EB5"));
       numbers.from[key_of(kG, d)] = sheet.where("EB5");
     }
     const std::string curve = fmt::format("tensile_{}.csv", kDirections[d]);

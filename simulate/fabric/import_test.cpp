@@ -166,6 +166,23 @@ TEST_F(Import, WhatNoTextileHasIsNamedByTheLineOfTheSheet) {
   expect_refused([&] { (void)kes("B,gf.cm2/cm,0.088,\n"); }, 3, "B");
 }
 
+/// It makes G, whose units are no help with it.
+TEST_F(Import, AnExtensionAt45DegreesGivenAsAFractionIsNamedAsOne) {
+  const auto refusal = [&](const std::string& eb5) {
+    try {
+      (void)written(import_fast(file(kHead + kLengths + "EB5,%," + eb5 + ",\n"), "x"));
+      ADD_FAILURE() << "taken: " << eb5;
+    } catch (const Error& error) {
+      EXPECT_EQ(error.where().line, 4) << error.what();
+      EXPECT_THAT(error.what_failed(), HasSubstr("EB5 of " + eb5 + " %"));
+      return error.what_to_do();
+    }
+    return std::string();
+  };
+  EXPECT_EQ(refusal("0.031"), "is it a fraction instead of percent? Then give 3.1");
+  EXPECT_THAT(refusal("310"), testing::EndsWith("in percent"));
+}
+
 TEST_F(Import, LoopsThatDoNotGoWithTheirSlopesAreWarnedOf) {
   const auto warnings = [&](const std::string& rows) {
     std::filesystem::remove_all(folder_.path() / "out");

@@ -16,7 +16,9 @@ constexpr double kBendingRange = 2.5;    // 1/cm, KES-FB2
 constexpr double kSlipAngle = 0.5;       // degrees, and
 constexpr double kSlipCurvature = 0.1;   // 1/cm: stand-ins, see slip_of()
 constexpr double kAgreement = 0.03;      // of WT against LT and EMT
-constexpr int kPoints = 50;              // per curve and sign
+constexpr double kLeastShear = 0.02;     // gf/(cm deg), of textiles
+constexpr double kMostShear = 20;
+constexpr int kPoints = 50;  // per curve and sign
 
 /// x = b EMT of the exponential law with the given linearity; below 0 for one above 1, by
 /// LT(-x) = 2 - LT(x).
@@ -137,7 +139,7 @@ KawabataCurve tensile_from_kes(const TomlTable& table) {
 KawabataCurve shear_from_kes(const TomlTable& table) {
   const std::string key = "g_gf_per_cm_deg";
   const double g = table.positive(key);
-  check_usual(table, key, g, 0.02, 20,
+  check_usual(table, key, g, kLeastShear, kMostShear,
               {{56.188, "N/(m rad)"}, {980.665, "dyn/(cm deg)"}, {1 / 57.296, "gf/(cm rad)"}});
   const double hg = width_of(table, "hg2_gf_per_cm", 0);
   const double hg5 = width_of(table, "hg5_gf_per_cm", hg);
@@ -146,6 +148,20 @@ KawabataCurve shear_from_kes(const TomlTable& table) {
            [&](double x) { return std::max(0.0, hg + (hg5 - hg) * (x - 0.5) / 4.5); });
   curve.slip = slip_of(table, "slip_angle_deg", kSlipAngle, 1.5) * units::deg;
   return curve;
+}
+
+double shear_from_bias_extension(double eb5_percent, const Where& where) {
+  const auto is_usual = [](double g) { return g >= kLeastShear && g <= kMostShear; };
+  const double g = 5 * units::gf_per_cm / (4 * eb5_percent * units::percent) / units::gf_per_cm_deg;
+  if (is_usual(g)) return g;
+  throw bad_input(
+      fmt::format("EB5 of {:g} % makes G {:.3g} gf/(cm deg); textiles have {:g} .. {:g}",
+                  eb5_percent, g, kLeastShear, kMostShear),
+      where,
+      is_usual(g / 100) ? fmt::format("is it a fraction instead of percent? Then give "
+                                      "{:g}",
+                                      100 * eb5_percent)
+                        : "give the extension at 45 degrees under 5 gf/cm, in percent");
 }
 
 KawabataCurve bending_from_kes(const TomlTable& table) {

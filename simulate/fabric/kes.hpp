@@ -23,6 +23,10 @@ namespace drape::simulate {
 /// (KES 2HG, 2HG5: full widths of the loop), to 8 degrees.
 [[nodiscard]] KawabataCurve shear_from_kes(const TomlTable& table);
 
+/// G (gf/(cm deg)) of the extension EB5 of a strip at 45 degrees under T = 5 gf/cm: G = T / (4
+/// EB5). Refuses one that no textile has.
+[[nodiscard]] double shear_from_bias_extension(double eb5_percent, const Where& where);
+
 /// b_gf_cm2_per_cm and, where known, hb2_gf_cm_per_cm (KES 2HB), to 2.5 1/cm.
 [[nodiscard]] KawabataCurve bending_from_kes(const TomlTable& table);
 
