@@ -26,17 +26,19 @@ std::string name_of(const StudyCase& c) {
 }
 
 Ending ending_of(const std::vector<PlannedOutcome>& outcomes) {
-  std::array<int, 4> counts{};
+  std::array<int, 5> counts{};
   int resting = 0;
   Ending ending;
   for (const PlannedOutcome& planned : outcomes) {
     ++counts[static_cast<std::size_t>(planned.state)];
     resting += planned.state == CaseState::done && planned.outcome.at_rest;
     const bool named = planned.state == CaseState::failed ||
+                       planned.state == CaseState::impossible ||
                        (planned.state == CaseState::done && !planned.outcome.at_rest);
     if (named && ending.rejected.size() < kMostNamed)
-      ending.rejected.push_back(
-          fmt::format("{}: {}", name_of(planned.outcome.the_case), planned.outcome.sentence));
+      ending.rejected.push_back(fmt::format(
+          "{}: {}{}", name_of(planned.outcome.the_case),
+          planned.state == CaseState::impossible ? "cannot run: " : "", planned.outcome.sentence));
   }
   const auto count = [&](CaseState state) { return counts[static_cast<std::size_t>(state)]; };
   ending.go = resting == static_cast<int>(outcomes.size());
@@ -45,6 +47,8 @@ Ending ending_of(const std::vector<PlannedOutcome>& outcomes) {
                     {"failed", std::to_string(count(CaseState::failed))},
                     {"being computed", std::to_string(count(CaseState::computing))},
                     {"missing", std::to_string(count(CaseState::missing))}};
+  if (count(CaseState::impossible) > 0)
+    ending.numbers.emplace_back("cannot run", std::to_string(count(CaseState::impossible)));
   return ending;
 }
 
@@ -114,7 +118,7 @@ void add_plan_options(Command& app, fs::path& rig, fs::path& out, PlanArguments&
   app.add_option("--part", arguments.part, "of a plan: I/N, every N-th case from the I-th on")
       ->capture_default_str();
   Command* status = app.add_subcommand(
-      "status", "counts what of a plan is done, failed or missing, and writes study.csv");
+      "status", "counts what of a plan is done, failed, missing or cannot run; writes study.csv");
   status->add_option("PLAN", rig, "plan.toml")->required();
   status->add_option("--out", out, "as given to the parts")->required();
 }

@@ -7,6 +7,7 @@
 #include <map>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <set>
 
 #include "core/error.hpp"
@@ -56,6 +57,23 @@ std::string key_of(const StudyCase& the_case, const StudyOptions& options,
   for (const fs::path& file : files) text += "file " + hashes.of(file) + "\n";
   return sha256_of(std::string_view(text));
 }
+
+/// The files of the last case that was asked for: cases of one scene and fabric follow each other.
+class LastInputs {
+ public:
+  const CaseInputs& of(const StudyCase& one) {
+    if (!inputs_ || scene_ != one.scene_file || fabric_ != one.fabric_file) {
+      inputs_ = read_inputs(one);
+      scene_ = one.scene_file;
+      fabric_ = one.fabric_file;
+    }
+    return *inputs_;
+  }
+
+ private:
+  fs::path scene_, fabric_;
+  std::optional<CaseInputs> inputs_;
+};
 
 fs::path failure_of(const StudyCase& the_case) {
   return the_case.folder / "failed.txt";
@@ -229,12 +247,23 @@ std::vector<PlannedOutcome> run_part(const StudyPlan& plan, const Part& part, co
 
 std::vector<PlannedOutcome> plan_status(const StudyPlan& plan) {
   std::vector<PlannedOutcome> outcomes;
-  for (const StudyCase& the_case : plan.cases) outcomes.push_back(look_at(the_case));
+  LastInputs inputs;
+  for (const StudyCase& the_case : plan.cases) {
+    outcomes.push_back(look_at(the_case));
+    if (outcomes.back().state != CaseState::missing) continue;
+    try {
+      CaseInputs copy = inputs.of(the_case);
+      (void)prepare_case(the_case, plan.options, copy);
+    } catch (const Error& error) {
+      outcomes.back().state = CaseState::impossible;
+      outcomes.back().outcome.sentence = error.what();
+    }
+  }
   return outcomes;
 }
 
 std::string plan_csv(const std::vector<PlannedOutcome>& outcomes) {
-  constexpr const char* kStates[] = {"done", "failed", "computing", "missing"};
+  constexpr const char* kStates[] = {"done", "failed", "computing", "missing", "impossible"};
   std::string text =
       "key,scene,fabric,model,grid,segments,seed,state,solver,at_rest,"
       "largest_residual_per_particle_weight,energy_uJ,status\n";

@@ -32,8 +32,8 @@ struct Part {
 /// "3/8"; throws Error(usage).
 [[nodiscard]] Part part_of(const std::string& text);
 
-/// How a case of a plan stands.
-enum class CaseState { done, failed, computing, missing };
+/// How a case of a plan stands. One that is impossible was not computed and never can be.
+enum class CaseState { done, failed, computing, missing, impossible };
 struct PlannedOutcome {
   StudyOutcome outcome;
   CaseState state = CaseState::missing;

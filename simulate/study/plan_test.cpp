@@ -167,6 +167,39 @@ TEST_F(Plan, AFailedCaseIsNamedAndDoesNotStopTheOthers) {
   EXPECT_THAT(plan_status(faulty)[1].outcome.sentence, testing::HasSubstr("absent.toml"));
 }
 
+/// Before any part of it ran.
+TEST_F(Plan, ACaseThatCanNeverRunIsNamedAndNotMissing) {
+  scenes_ = "C";
+  const fs::path out = folder_.path() / "out";
+  const auto stands = [&](const StudyPlan& two) {
+    std::vector<std::pair<CaseState, std::string>> found;
+    for (const PlannedOutcome& one : plan_status(two))
+      found.emplace_back(one.state, one.outcome.sentence);
+    return found;
+  };
+  StudyPlan two = plan(out);
+  for (const auto& [state, sentence] : stands(two)) EXPECT_EQ(state, CaseState::missing);
+  two.cases[0].model = "paper";  // solvers: static alone
+  two.cases[1].grid = 2;
+  const fs::path measured = folder_.path() / "measured.toml";
+  std::string scene = read_text(two.cases[2].scene_file);
+  const std::string rig = (test::source_root() / "rigs/paper").string();
+  const std::size_t start = scene.find("[start]"), object = scene.find("[[object]]");
+  scene.replace(start, object - start, "[start]\nmode = \"measured\"\n\n");
+  while (scene.find("\"../") != std::string::npos) scene.replace(scene.find("\"../") + 1, 2, rig);
+  write_durable(measured, scene);
+  two.cases[2].scene_file = measured;
+  const auto found = stands(two);
+  for (const int i : {0, 1, 2}) EXPECT_EQ(found[i].first, CaseState::impossible) << i;
+  EXPECT_THAT(found[0].second, testing::HasSubstr("static solver"));
+  EXPECT_THAT(found[1].second, testing::HasSubstr("the grid is smaller than 3"));
+  EXPECT_THAT(found[2].second, testing::HasSubstr("the measured sheet"));
+  EXPECT_EQ(found[3].first, CaseState::missing);
+  EXPECT_THAT(plan_csv(plan_status(two)), testing::HasSubstr(",impossible,"));
+  EXPECT_EQ(run_part(two, {}, out, program_, {})[0].state, CaseState::failed);
+  EXPECT_EQ(stands(two)[0].first, CaseState::failed) << "it was tried";
+}
+
 double cpu_s() {
   timespec now{};
   clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &now);

@@ -16,6 +16,8 @@
 #include "simulate/ensemble/branches.hpp"
 #include "simulate/ensemble/checked.hpp"
 #include "simulate/objects/scene_files.hpp"
+#include "simulate/start/clamps.hpp"
+#include "simulate/start/local_frame.hpp"
 #include "simulate/start/start_check.hpp"
 
 namespace drape::simulate {
@@ -57,24 +59,24 @@ StudyOutcome outcome_of(const StudyCase& the_case, const SimulateReport& report,
   return outcome;
 }
 
+/// The static solver is left out for the model `paper` where there is another.
+std::vector<std::string> solvers_of(const StudyCase& the_case, const StudyOptions& options) {
+  std::vector<std::string> solvers = options.solvers;
+  if (the_case.model == "paper" && solvers.size() > 1) std::erase(solvers, "static");
+  return solvers;
+}
+
 StudyOutcome simulate_case(const StudyCase& the_case, const StudyOptions& options) {
   RunRecord record("drape-study", words_of(the_case, options),
                    run_record_path(the_case.folder / "sheet.ply"));
-  SimulateOptions how = options.simulate;
-  Scene scene = seeded(read_scene(the_case.scene_file), the_case.seed, how.imperfection_m);
-  check_forces(scene);
-  if (!the_case.fabric_file.empty()) scene.fabric_file = the_case.fabric_file;
-  const Fabric fabric = read_fabric(scene.fabric_file);
-  const Print print = read_print(scene.print_file);
+  CaseInputs inputs = read_inputs(the_case);
+  SimulateOptions how = prepare_case(the_case, options, inputs);
+  const auto& [scene, fabric, print] = inputs;
   for (const fs::path& file : files_of(scene, fabric)) record.input(file);
-  how.rows = how.cols = the_case.grid;
-  how.segments = the_case.segments;
-  how.model = the_case.model;
   SimulateResult best;
   SimulateOptions used = how;
   bool first = true;
-  for (const std::string& solver : options.solvers) {
-    if (solver == "static" && the_case.model == "paper" && options.solvers.size() > 1) continue;
+  for (const std::string& solver : solvers_of(the_case, options)) {
     how.solver = solver;
     SimulateResult result = simulate_checked(scene, fabric, print, std::nullopt, how);
     const bool rests = result.report.status == RestStatus::at_rest;
@@ -154,6 +156,32 @@ Scene seeded(Scene scene, int seed, double& imperfection_m) {
       Eigen::Vector3d(variation.place_m.x(), variation.place_m.y(), variation.lift_m);
   imperfection_m = variation.noise_m;
   return scene;
+}
+
+CaseInputs read_inputs(const StudyCase& the_case) {
+  CaseInputs inputs;
+  inputs.scene = read_scene(the_case.scene_file);
+  if (!the_case.fabric_file.empty()) inputs.scene.fabric_file = the_case.fabric_file;
+  inputs.fabric = read_fabric(inputs.scene.fabric_file);
+  inputs.print = read_print(inputs.scene.print_file);
+  return inputs;
+}
+
+SimulateOptions prepare_case(const StudyCase& the_case, const StudyOptions& options,
+                             CaseInputs& inputs) {
+  Scene& scene = inputs.scene;
+  SimulateOptions how = options.simulate;
+  how.rows = how.cols = the_case.grid;
+  how.segments = the_case.segments;
+  how.model = the_case.model;
+  how.solver = solvers_of(the_case, options).front();
+  how.check();
+  scene = seeded(std::move(scene), the_case.seed, how.imperfection_m);
+  check_forces(scene);
+  if (scene.start.mode != StartMode::flat) (void)need_measured(std::nullopt, scene);
+  check_pins(scene, inputs.print, inputs.fabric);
+  (void)check_clamps(scene, {how.rows, how.cols, inputs.print.patch_m, how.round});
+  return how;
 }
 
 StudyOutcome run_case(const StudyCase& the_case, const StudyOptions& options,

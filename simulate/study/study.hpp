@@ -57,6 +57,19 @@ struct StudyOutcome {
                                                  const std::filesystem::path& out,
                                                  const StudyOptions& options);
 
+/// What the files of a case say; where it names no fabric, the scene's.
+struct CaseInputs {
+  Scene scene;
+  Fabric fabric;
+  Print print;
+};
+[[nodiscard]] CaseInputs read_inputs(const StudyCase& the_case);
+
+/// The options of a case with the solver that is tried first; gives the scene its seed's start.
+/// Throws Error for a case that can never run: of what is known before a solver begins.
+[[nodiscard]] SimulateOptions prepare_case(const StudyCase& the_case, const StudyOptions& options,
+                                           CaseInputs& inputs);
+
 /// Simulates one case unless it is up to date. `program` is the file that runs, for the record.
 [[nodiscard]] StudyOutcome run_case(const StudyCase& the_case, const StudyOptions& options,
                                     const std::filesystem::path& program);
