@@ -156,7 +156,7 @@ std::vector<HemRecord> read_input(const Input& input, const HemReadOptions& opti
   if (names != nullptr) names->apply(input.name, record);
   if (kMeshes.contains(ending)) {
     const ShadowMesh mesh = read_shadow_mesh(input.file);
-    if (!mesh.material_m.empty() && !options.disc_stated)
+    if (mesh.own_specimen && !options.disc_stated)
       throw bad_input(
           "a sheet does not say over which disc it hangs", {.file = record.file},
           "give the disc's --disc-mm; drapes over other objects have no drape coefficient");
@@ -164,7 +164,7 @@ std::vector<HemRecord> read_input(const Input& input, const HemReadOptions& opti
     if (mesh.material_m.empty() && !mesh.flat_area_m2 && !mesh.specimen_m)
       require_surface(surface_m2(mesh), options.geometry, {.file = record.file});
     record.hem = shadow_of(mesh);
-    record.own_specimen = !mesh.material_m.empty();
+    record.own_specimen = mesh.own_specimen;
     record.kind = mesh.measured         ? HemKind::measured
                   : mesh.status.empty() ? HemKind::unknown
                                         : HemKind::simulated;

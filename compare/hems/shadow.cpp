@@ -7,6 +7,7 @@
 #include <map>
 #include <utility>
 
+#include "compare/meshes/piece.hpp"
 #include "compare/records/provenance.hpp"
 #include "core/error.hpp"
 #include "core/files/json_file.hpp"
@@ -53,13 +54,14 @@ int span_gaps(Sheet& sheet) {
   return static_cast<int>(missing.size());
 }
 
-ShadowMesh mesh_of(Sheet sheet) {
+ShadowMesh shadow_mesh_of(Sheet sheet) {
   if (const std::string reason = why_no_hem(sheet); !reason.empty())
     throw bad_input(
         reason, {},
         "measure it again so that every outermost mark is seen, or give a picture of the hem");
   ShadowMesh mesh;
   mesh.no_go = sheet.no_go;
+  mesh.own_specimen = true;
   mesh.measured = sheet.is_measured();
   if (const auto* source = std::get_if<SimulatedSource>(&sheet.source))
     mesh.status = source->status;
@@ -166,22 +168,34 @@ void read_list(const std::filesystem::path& list, const std::string& name, Shado
                   "remove a drape of an earlier run; keep other meshes in a folder of their own");
 }
 
+/// What `drape piece` says of the mesh beside it.
+void read_piece(const std::filesystem::path& json, ShadowMesh& mesh) {
+  const JsonNode piece = JsonNode::open(json, "piece", 1);
+  mesh.own_specimen = true;
+  mesh.status = status_of_piece(piece);
+  mesh.no_go = piece.optional_text("no_go");
+  mesh.flat_area_m2 = piece.number("area_mm2") * units::mm * units::mm;
+}
+
 }  // namespace
 
 ShadowMesh read_shadow_mesh(const std::filesystem::path& file) {
-  std::filesystem::path json = file;
+  std::filesystem::path json = file, ply = file;
   json.replace_extension(".json");
+  const bool piece = is_piece(json);
   if (std::filesystem::exists(json)) {
     require_as_recorded(json);
-    return mesh_of(read_sheet(json));
+    if (!piece) return shadow_mesh_of(read_sheet(json));
+    ply.replace_extension(".ply");
   }
-  const MeshFile read = read_mesh_file(file);
+  const MeshFile read = read_mesh_file(ply);
   ShadowMesh mesh;
   for (const auto& point : read.points) mesh.points_m.emplace_back(point * units::mm);
   for (const auto& t : read.triangles)
     mesh.triangles.push_back({t[0].point, t[1].point, t[2].point});
+  if (piece) read_piece(json, mesh);
   const std::filesystem::path list = file.parent_path() / "cusick.json";
-  if (std::filesystem::exists(list)) {
+  if (!piece && std::filesystem::exists(list)) {
     require_as_recorded(list);
     read_list(list, file.filename().string(), mesh);
   }

@@ -3,19 +3,12 @@
 
 #include "core/error.hpp"
 #include "core/files/files.hpp"
-#include "core/files/json_file.hpp"
 #include "core/program/run_record.hpp"
 
 namespace drape::compare {
 namespace {
 
 namespace fs = std::filesystem;
-
-std::string status_of(const JsonNode& piece) {
-  if (piece.boolean("at_rest")) return "at rest";
-  if (!piece.has("refusals") || piece.texts("refusals").empty()) return "not at rest";
-  return "refused by the checker: " + piece.texts("refusals").front();
-}
 
 void read_record_of_piece(const fs::path& record, Simulation& simulation) {
   const JsonNode root = JsonNode::open(record, "run", 1);
@@ -40,16 +33,25 @@ void read_record_of_piece(const fs::path& record, Simulation& simulation) {
 
 }  // namespace
 
+bool is_piece(const fs::path& json) {
+  return fs::is_regular_file(json) &&
+         read_text(json).find("\"drapebench/piece/") != std::string::npos;
+}
+
+std::string status_of_piece(const JsonNode& piece) {
+  if (piece.boolean("at_rest")) return "at rest";
+  if (!piece.has("refusals") || piece.texts("refusals").empty()) return "not at rest";
+  return "refused by the checker: " + piece.texts("refusals").front();
+}
+
 void read_piece_beside(const fs::path& description, Simulation& simulation) {
   fs::path file = description;
   file.replace_extension(".json");
-  if (!fs::is_regular_file(file) ||
-      read_text(file).find("\"drapebench/piece/") == std::string::npos)
-    return;
+  if (!is_piece(file)) return;
   const JsonNode piece = JsonNode::open(file, "piece", 1);
   simulation.piece = true;
   simulation.sheet.sheet.no_go = piece.optional_text("no_go");
-  std::get<SimulatedSource>(simulation.sheet.sheet.source).status = status_of(piece);
+  std::get<SimulatedSource>(simulation.sheet.sheet.source).status = status_of_piece(piece);
   if (const fs::path record = run_record_path(description); fs::is_regular_file(record))
     read_record_of_piece(record, simulation);
 }

@@ -2,8 +2,15 @@
 #pragma once
 
 #include "compare/drape_input.hpp"
+#include "core/files/json_file.hpp"
 
 namespace drape::compare {
+
+/// Whether the .json beside a mesh is what `drape piece` writes ("drapebench/piece/1").
+[[nodiscard]] bool is_piece(const std::filesystem::path& json);
+
+/// "at rest", or why not.
+[[nodiscard]] std::string status_of_piece(const JsonNode& piece);
 
 /// Of a mesh that `drape piece` made: adds the verdict that stands in the .json beside its
 /// description ("drapebench/piece/1"), and the scene that its run record names. Any other mesh

@@ -123,6 +123,20 @@ TEST(Files, AKeyThatStandsTwiceInAnObjectOfJsonIsNamedWithItsFile) {
   }
 }
 
+/// As a piece's where a sheet's is read: its own program would make the same again.
+TEST(Files, JsonOfAnotherKindIsNotToBeMadeAgain) {
+  const test::TemporaryFolder folder;
+  const std::filesystem::path file = folder.path() / "thing.json";
+  write_durable(file, R"({"schema":"drapebench/piece/1"})");
+  try {
+    (void)JsonNode::open(file, "sheet", 1);
+    ADD_FAILURE() << "taken";
+  } catch (const Error& error) {
+    EXPECT_THAT(error.what_failed(), testing::HasSubstr("`drapebench/piece/1` is not"));
+    EXPECT_EQ(error.what_to_do(), "give a file of that kind");
+  }
+}
+
 TEST(Files, AMissingFileIsNamed) {
   try {
     static_cast<void>(read_text("no/such/file.toml"));

@@ -86,7 +86,8 @@ JsonNode JsonNode::open(const std::filesystem::path& file, const std::string& na
   const char* end = schema.data() + schema.size();
   if (schema.rfind(prefix, 0) != 0 ||
       std::from_chars(schema.data() + prefix.size(), end, found).ptr != end || found < 1) {
-    node.reject("schema", fmt::format("`{}` is not a {}<n> file", schema, prefix));
+    throw bad_input(fmt::format("`{}` is not a {}<n> file", schema, prefix), node.where("schema"),
+                    "give a file of that kind");
   }
   if (found > version) {
     throw bad_input(fmt::format("the schema `{}` is newer than this program, which reads {}{}",
@@ -254,15 +255,14 @@ Eigen::Matrix3d JsonNode::matrix3(const std::string& key) const {
 }
 
 Json parse_json(std::string_view text, const std::string& file) {
-  std::vector<std::set<std::string>> keys;  // of the open objects, by level
+  std::vector<std::set<std::string>> keys(kDeepest + 2);  // of the open objects, by depth
   std::size_t events = 0;
   return Json::parse(text, [&](int depth, Json::parse_event_t event, const Json& value) {
     if (++events > kMostEvents || depth > kDeepest)
       throw bad_input(fmt::format("nested deeper than {} levels or too long", kDeepest),
                       {.file = file}, "give the right file");
-    const std::size_t level = static_cast<std::size_t>(depth);
-    if (event == Json::parse_event_t::object_start) keys.resize(level + 1), keys.emplace_back();
-    if (event == Json::parse_event_t::key && !keys[level].insert(value).second)
+    if (event == Json::parse_event_t::object_start) keys[depth + 1].clear();
+    if (event == Json::parse_event_t::key && !keys[depth].insert(value).second)
       throw bad_input(fmt::format("the key `{}` stands twice in one object", value), {.file = file},
                       "keep the right one");
     return true;
