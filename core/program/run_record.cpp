@@ -40,9 +40,8 @@ std::string relative_to(const fs::path& folder, const fs::path& file) {
 
 Json hashes(const fs::path& folder, const std::vector<std::pair<fs::path, std::string>>& files) {
   Json list = Json::array();
-  for (const auto& [file, sha256] : files) {
+  for (const auto& [file, sha256] : files)
     list.push_back({{"file", relative_to(folder, file)}, {"sha256", sha256}});
-  }
   return list;
 }
 
@@ -84,6 +83,7 @@ RunRecord::RunRecord(std::string program, std::vector<std::string> arguments, fs
       file_(std::move(file)),
       started_(std::chrono::system_clock::now()),
       outputs_(files.outputs) {
+  for (const fs::path& output : files.outputs) require_replaceable(output);
   for (const fs::path& input : files.inputs) refuse_output(input);
   for (const fs::path& input : files.inputs) this->input(input);
   begin();

@@ -97,6 +97,15 @@ TEST_F(RunRecords, RefuseAnOutputThatIsAnInputAndTouchNothing) {
   EXPECT_THROW(begun.input(out_), Error);
 }
 
+/// Else it is found out when all is computed.
+TEST_F(RunRecords, RefuseAnOutputThatCannotBeWrittenBeforeAnythingIsDone) {
+  const fs::path link = folder_.path() / "link.json";
+  fs::create_symlink(in_, link);
+  for (const fs::path& place : {folder_.path(), link})
+    EXPECT_THROW(RunRecord("drape-thing", {}, run_record_path(out_), {{place}, {in_}}), Error);
+  EXPECT_TRUE(up_to_date(arguments_)) << "the record of before was removed";
+}
+
 TEST_F(RunRecords, SeeAChangedEnding) {
   EXPECT_EQ(read_text(ending_path(run_record_path(out_))), "GO: done\n");
   write_durable(ending_path(run_record_path(out_)), "NO-GO: done\n");

@@ -10,6 +10,7 @@
 #include "core/program/run_record.hpp"
 #include "detect/detect.hpp"
 #include "detect/programs/ending.hpp"
+#include "detect/programs/places.hpp"
 
 namespace fs = std::filesystem;
 using namespace drape;
@@ -59,6 +60,7 @@ int main(int argc, char** argv) {
   app.add_option("--overlay", overlay_folder, "folder for PNGs with the marks drawn in");
   return run_program(app, argc, argv, common, [&] {
     if (fs::is_directory(rig_file)) rig_file /= "rig.toml";
+    require_apart(recording_folder, out, overlay_folder);
     RunRecord record("drape-detect", arguments_of(argc, argv), run_record_path(out),
                      {{out}, {rig_file, recording_folder / "recording.json"}});
     Rig rig = read_rig(rig_file);

@@ -139,14 +139,15 @@ class PixelFormats : public testing::Test {
     storing.set = "drape_A";
     storing.recorded_on = "2026-01-31";
     EXPECT_EQ(record_live(live, cameras, storing).sets.size(), 1U) << format.name;
+    const fs::path marks = folder() / (std::string(format.name) + "-d.json");
     const test::Outcome outcome = test::run_line(fmt::format(
-        "'{0}' '{1}' --rig '{2}' --surface cloth --sets drape_A --out '{1}/d.json' && "
-        "'{3}' '{1}/d.json' --calibration '{4}/calibration.json' --set drape_A --out '{1}/s.ply'",
+        "'{0}' '{1}' --rig '{2}' --surface cloth --sets drape_A --out '{5}' && "
+        "'{3}' '{5}' --calibration '{4}/calibration.json' --set drape_A --out '{1}/s.ply'",
         test::program("drape-detect").string(), out.string(),
         (test::source_root() / "rigs/bench1").string(), test::program("drape-triangulate").string(),
-        folder().string()));
+        folder().string(), marks.string()));
     EXPECT_EQ(outcome.exit_code, 0) << format.name << ": " << outcome.text;
-    place->second = {read_detections(out / "d.json"), read_sheet(out / "s.ply")};
+    place->second = {read_detections(marks), read_sheet(out / "s.ply")};
     fs::remove_all(out);
     return place->second;
   }
