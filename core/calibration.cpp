@@ -113,18 +113,16 @@ CalibratedCamera read_camera(const JsonNode& node) {
   result.worked_point = {worked.vector3("point_in_world_mm") * mm, worked.vector2("px")};
   const std::optional<Projection> px = project(
       result.camera.model, result.camera.cam_from_world * result.worked_point.point_in_world);
-  if (!px || (px->px - result.worked_point.px).norm() > 1e-6) {
+  if (!px || (px->px - result.worked_point.px).norm() > 1e-6)
     worked.reject("px", "the worked point does not land on its pixel: the file was altered");
-  }
   return result;
 }
 
 }  // namespace
 
 const CalibratedCamera& Calibration::camera(const std::string& name) const {
-  for (const CalibratedCamera& candidate : cameras) {
+  for (const CalibratedCamera& candidate : cameras)
     if (candidate.camera.name == name) return candidate;
-  }
   throw bad_input("the calibration has no such camera", {.camera = name},
                   "calibrate the rig with this camera");
 }

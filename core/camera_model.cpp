@@ -27,9 +27,8 @@ double radial_slope(const BrownLens& lens, double r2) {
 /// The slope must be positive all along the radius, not only at the end.
 bool is_monotonic(const BrownLens& lens, double r2) {
   constexpr int kSamples = 8;
-  for (int i = 1; i <= kSamples; ++i) {
+  for (int i = 1; i <= kSamples; ++i)
     if (radial_slope(lens, r2 * i / kSamples) <= 0) return false;
-  }
   return true;
 }
 

@@ -137,9 +137,8 @@ FrameDetections read_frame_detections(const JsonNode& node, const MarkLattice& l
   for (const JsonNode& item : node.items("detections")) {
     frame.detections.push_back(read_detection(item));
     const MarkId mark = frame.detections.back().mark;
-    if (mark.row < 0 || mark.col < 0 || mark.row >= lattice.rows || mark.col >= lattice.cols) {
+    if (mark.row < 0 || mark.col < 0 || mark.row >= lattice.rows || mark.col >= lattice.cols)
       item.reject("row", fmt::format("mark ({}, {}) is outside the lattice", mark.row, mark.col));
-    }
   }
   if (node.has("islands")) {
     for (const JsonNode& item : node.items("islands"))

@@ -27,9 +27,8 @@ void parallel_for(std::size_t count, int threads, const std::function<void(std::
     for (std::size_t i = 1; i < wanted; ++i) workers.emplace_back(work);
     work();
   }
-  for (const std::exception_ptr& failure : failures) {
+  for (const std::exception_ptr& failure : failures)
     if (failure) std::rethrow_exception(failure);
-  }
 }
 
 }  // namespace drape

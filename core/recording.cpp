@@ -73,9 +73,8 @@ Recording read_recording(const std::filesystem::path& folder) {
                               set.optional_number("motion_px"),
                               set.optional_number("camera_shift_px"),
                               set.optional_text("no_go")});
-    for (const JsonNode& frame : set.items("frames")) {
+    for (const JsonNode& frame : set.items("frames"))
       recording.sets.back().frames.push_back(read_recorded_frame(frame));
-    }
   }
   check_unique(root, recording);
   if (recording.sets.empty()) {

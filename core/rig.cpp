@@ -134,9 +134,8 @@ Eigen::Vector2d Print::material_m(MarkId mark) const {
 }
 
 const RigCamera& Rig::camera(const std::string& camera_name) const {
-  for (const RigCamera& candidate : cameras) {
+  for (const RigCamera& candidate : cameras)
     if (candidate.name == camera_name) return candidate;
-  }
   throw bad_input(
       "the rig has no such camera", {.file = file.string(), .camera = camera_name},
       "add a [[camera]] table of that name, or name the image after a camera of the rig");
@@ -172,9 +171,8 @@ void read_dots(const TomlTable& root, Target& target) {
   if (!tags) return;
   target.tag_family = tags->text("family");
   target.tag_edge_m = tags->positive("edge_mm") * mm;
-  for (const TomlTable& tag : tags->tables("tag")) {
+  for (const TomlTable& tag : tags->tables("tag"))
     target.tags.push_back({tag.integer("id"), vector2_m(tag, "centre_mm")});
-  }
 }
 
 /// An AprilGrid's tags count from its lower left (Kalibr), those of a ChArUco board from its upper

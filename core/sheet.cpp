@@ -195,9 +195,8 @@ void write_sheet(const std::filesystem::path& file, const Sheet& sheet) {
   json["marks"] = Json::array();
   for (const SheetMark& mark : sheet.marks) json["marks"].push_back(json_of(mark));
   json["gaps"] = Json::array();
-  for (const Gap& gap : sheet.gaps) {
+  for (const Gap& gap : sheet.gaps)
     json["gaps"].push_back({{"row", gap.mark.row}, {"col", gap.mark.col}, {"reason", gap.reason}});
-  }
   // The PLY holds what a reader of the JSON will compute, digit for digit.
   Sheet rounded = sheet;
   for (SheetMark& mark : rounded.marks) mark.point_in_world = (mark.point_in_world / mm) * mm;
@@ -217,9 +216,8 @@ Sheet read_sheet(const std::filesystem::path& file) {
   sheet.no_go = root.optional_text("no_go");
   if (root.has("error_budget_mm")) sheet.error_budget = read_budget(root.at("error_budget_mm"));
   for (const JsonNode& node : root.items("marks")) sheet.marks.push_back(read_mark(node));
-  for (const JsonNode& node : root.items("gaps")) {
+  for (const JsonNode& node : root.items("gaps"))
     sheet.gaps.push_back({{node.integer("row"), node.integer("col")}, node.text("reason")});
-  }
   check_marks(root, sheet);
   check_ply(with_extension(file, ".ply"), sheet);
   return sheet;

@@ -207,9 +207,8 @@ WriterLock::~WriterLock() {
 std::string sha256_of(std::span<const unsigned char> bytes) {
   unsigned char digest[EVP_MAX_MD_SIZE];
   unsigned int length = 0;
-  if (EVP_Digest(bytes.data(), bytes.size(), digest, &length, EVP_sha256(), nullptr) != 1) {
+  if (EVP_Digest(bytes.data(), bytes.size(), digest, &length, EVP_sha256(), nullptr) != 1)
     throw internal_error("SHA-256 failed");
-  }
   return fmt::format("{:02x}", fmt::join(digest, digest + length, ""));
 }
 

@@ -127,9 +127,8 @@ std::vector<JsonNode> JsonNode::items(const std::string& key) const {
   const Json& array = member(key);
   if (!array.is_array()) reject(key, fmt::format("`{}` is not an array", key));
   std::vector<JsonNode> nodes;
-  for (std::size_t i = 0; i < array.size(); ++i) {
+  for (std::size_t i = 0; i < array.size(); ++i)
     nodes.push_back(JsonNode(root_, &array[i], file_, fmt::format("{}/{}/{}", pointer_, key, i)));
-  }
   return nodes;
 }
 
@@ -137,9 +136,8 @@ std::vector<std::pair<std::string, JsonNode>> JsonNode::members() const {
   if (!value_->is_object())
     throw bad_input("an object is expected here", {.file = file_, .field = pointer_}, kRemake);
   std::vector<std::pair<std::string, JsonNode>> result;
-  for (const auto& [key, value] : value_->items()) {
+  for (const auto& [key, value] : value_->items())
     result.emplace_back(key, JsonNode(root_, &value, file_, pointer_ + "/" + key));
-  }
   return result;
 }
 
@@ -209,9 +207,8 @@ Eigen::MatrixXd JsonNode::matrix(const std::string& key) const {
   Eigen::MatrixXd result(rows, columns);
   for (Eigen::Index row = 0; row < rows; ++row) {
     const Json& cells = value[static_cast<std::size_t>(row)];
-    if (!cells.is_array() || static_cast<Eigen::Index>(cells.size()) != columns) {
+    if (!cells.is_array() || static_cast<Eigen::Index>(cells.size()) != columns)
       reject(key, fmt::format("`{}` is not an array of equal rows", key));
-    }
     for (Eigen::Index column = 0; column < columns; ++column) {
       const Json& cell = cells[static_cast<std::size_t>(column)];
       if (!is_finite(cell))
@@ -224,9 +221,8 @@ Eigen::MatrixXd JsonNode::matrix(const std::string& key) const {
 
 Eigen::VectorXd JsonNode::vector(const std::string& key, Eigen::Index size) const {
   const Json& value = member(key);
-  if (!value.is_array() || static_cast<Eigen::Index>(value.size()) != size) {
+  if (!value.is_array() || static_cast<Eigen::Index>(value.size()) != size)
     reject(key, fmt::format("`{}` is not an array of {} numbers", key, size));
-  }
   Eigen::VectorXd result(size);
   for (Eigen::Index i = 0; i < size; ++i) {
     const Json& cell = value[static_cast<std::size_t>(i)];

@@ -245,16 +245,14 @@ std::size_t Command::count(const std::string& name) const {
 }
 
 const Command* Command::chosen() const {
-  for (const auto& command : subcommands_) {
+  for (const auto& command : subcommands_)
     if (command->parsed()) return command.get();
-  }
   return nullptr;
 }
 
 Command* Command::subcommand(const std::string& name) const {
-  for (const auto& command : subcommands_) {
+  for (const auto& command : subcommands_)
     if (command->name() == name) return command.get();
-  }
   return nullptr;
 }
 
