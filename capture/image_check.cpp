@@ -7,6 +7,7 @@
 #include <opencv2/imgcodecs.hpp>
 
 #include "capture/image_structure.hpp"
+#include "core/files/picture_head.hpp"
 
 namespace drape::capture {
 namespace {
@@ -35,6 +36,8 @@ ImageSize check_image(std::span<const unsigned char> bytes, const Where& where) 
   if (const auto fault = structure_fault(*format, bytes)) {
     throw bad_input(fmt::format("the image file {}", *fault), where, copy_again);
   }
+  if (has_more_pages(bytes))
+    throw bad_input("the TIFF has several pages", where, "save the one that is meant as a PNG");
   const cv::Mat image = decode(bytes);
   if (image.empty()) throw bad_input("the image cannot be decoded", where, copy_again);
   if (image.depth() != CV_8U && image.depth() != CV_16U)

@@ -6,6 +6,7 @@
 #include "capture/image_check.hpp"
 #include "capture/test_images.hpp"
 #include "core/error.hpp"
+#include "core/files/files.hpp"
 #include "tests/support/paths.hpp"
 
 namespace drape::capture {
@@ -31,6 +32,24 @@ TEST(ImageCheck, RefusesNumbersThatDetectionDoesNotRead) {
   std::vector<unsigned char> bytes;
   ASSERT_TRUE(cv::imencode(".tiff", cv::Mat(20, 30, CV_32F, cv::Scalar(0.5)), bytes));
   EXPECT_THROW(static_cast<void>(check_image(bytes, {})), Error);
+}
+
+/// Of which the decoder gives the first and says nothing.
+TEST(ImageCheck, RefusesATiffOfSeveralPages) {
+  std::vector<unsigned char> bytes;
+  const cv::Mat page(20, 30, CV_8U, cv::Scalar(90));
+  ASSERT_TRUE(cv::imencode(".tiff", page, bytes));
+  EXPECT_EQ(check_image(bytes, {}), (ImageSize{30, 20}));
+  const test::TemporaryFolder folder;
+  const auto file = folder.path() / "two.tiff";
+  ASSERT_TRUE(cv::imwritemulti(file.string(), std::vector<cv::Mat>{page, page}));
+  try {
+    static_cast<void>(check_image(read_bytes(file), {.file = file.string()}));
+    ADD_FAILURE() << "taken";
+  } catch (const Error& error) {
+    EXPECT_EQ(error.what_failed(), "the TIFF has several pages");
+    EXPECT_EQ(error.where().file, file.string());
+  }
 }
 
 TEST_P(ImageStructure, RefusesEveryTruncation) {

@@ -243,6 +243,10 @@ TEST_F(Pictures, WhatIsNoWholeSilhouetteIsRefused) {
   EXPECT_NE(refusal(rendered({120, {}}, 128, {64, 64})).find("border"), std::string::npos);
   write_durable(folder_.path() / "text.png", "no picture");
   EXPECT_EQ(read_hems({folder_.path() / "text.png"}, options()).refused.size(), 1U);
+  const std::filesystem::path pages = folder_.path() / "pages.tiff";
+  const cv::Mat page = rendered({120, {}});
+  ASSERT_TRUE(cv::imwritemulti(pages.string(), std::vector<cv::Mat>{page, page}));
+  EXPECT_NE(read_hems({pages}, options()).refused.at(0).find("several pages"), std::string::npos);
   HemReadOptions unscaled;
   EXPECT_EQ(read_hems({write(rendered({120, {}}), "hem.png")}, unscaled).refused.size(), 1U);
 }

@@ -37,6 +37,8 @@ constexpr double kRulerPoint_px = 0.5;  // a point set by hand
 
 cv::Mat read_grey(const std::filesystem::path& file) {
   const std::vector<unsigned char> bytes = read_bytes(file);
+  if (has_more_pages(bytes))
+    refuse(file.string(), "the TIFF has several pages", "save the one that is meant as a PNG");
   cv::Mat picture;
   try {
     if (begins_as_picture(bytes)) {

@@ -39,6 +39,9 @@ void check_png_size(std::span<const unsigned char> bytes, int width_px, int heig
 }
 
 cv::Mat decode(std::span<const unsigned char> bytes, const Where& where) {
+  if (has_more_pages(bytes))
+    throw bad_input("the TIFF has several pages", where,
+                    "save the one that is meant as a PNG, and record or import this set again");
   cv::Mat picture;
   try {
     if (begins_as_picture(bytes)) {

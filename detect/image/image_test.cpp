@@ -90,6 +90,23 @@ TEST(DecodeImage, RefusesWhatIsNoImageOfTheCamera) {
   EXPECT_THAT(complaint(encoded(real, ".tiff"), 8, 6), HasSubstr("neither 8 nor 16 bit"));
 }
 
+/// The decoder gives the first page and says nothing.
+TEST(DecodeImage, RefusesATiffOfSeveralPages) {
+  const cv::Mat first(6, 8, CV_8U, cv::Scalar(77)), second(6, 8, CV_8U, cv::Scalar(200));
+  const TemporaryFolder folder;
+  const auto pages = [&](const std::vector<cv::Mat>& all) {
+    cv::imwritemulti((folder.path() / "pages.tiff").string(), all);
+    return read_bytes(folder.path() / "pages.tiff");
+  };
+  EXPECT_EQ(complaint(pages({first}), 8, 6), "");
+  EXPECT_THAT(complaint(pages({first, second}), 8, 6), HasSubstr("the TIFF has several pages"));
+  // A BigTIFF: its directory at 16, without entries, names another at 99.
+  std::vector<unsigned char> big(40);
+  for (const auto& [at, byte] : {std::pair(0, 'I'), {1, 'I'}, {2, 43}, {4, 8}, {8, 16}, {24, 99}})
+    big[at] = static_cast<unsigned char>(byte);
+  EXPECT_THAT(complaint(big, 8, 6), HasSubstr("the TIFF has several pages"));
+}
+
 TEST(DecodeImage, NeverCrashesOnSpoiltBytes) {
   // Reliability R5: whatever the bytes, an image of the asked size or one Error.
   const auto good = read_bytes(source_root() / "rigs/bench1/recording/drape_A/cam0.png");
