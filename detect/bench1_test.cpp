@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cmath>
 #include <iostream>
+#include <utility>
 
 #include "core/error.hpp"
 #include "core/files/files.hpp"
@@ -46,6 +47,33 @@ DetectResult run(Surface surface, const std::vector<std::string>& sets, int thre
 
 std::size_t camera_index(const std::string& name) {
   return name.back() - '0';
+}
+
+/// Nothing could find it.
+TEST(TagsOfAPrint, AreThoseOfTheirFamily) {
+  const TemporaryFolder folder;
+  Rig changed = rig();
+  const auto refusal = [&](fs::path& used, const std::string& from, const std::string& to) {
+    std::string text = read_text(used);
+    const fs::path original = std::exchange(used, folder.path() / "changed.toml");
+    write_durable(used, text.replace(text.find(from), from.size(), to));
+    DetectOptions options;
+    options.surface = from.starts_with("first_id") ? Surface::cloth : Surface::target;
+    options.sets = {"drape_A"};
+    std::string what = "taken";
+    try {
+      (void)detect::detect(recording(), changed, options);
+    } catch (const Error& error) {
+      EXPECT_EQ(error.where().file, used.string());
+      what = error.what_failed();
+    }
+    used = original;
+    return what;
+  };
+  EXPECT_EQ(refusal(changed.print_file, "first_id = 0", "first_id = 560"),
+            "the family tag36h11 has no tag 587");
+  EXPECT_EQ(refusal(changed.target_file, "id = 403", "id = -3"),
+            "the family tag36h11 has no tag -3");
 }
 
 const DetectResult& drapes() {

@@ -3,6 +3,7 @@
 
 #include <filesystem>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "core/error.hpp"
@@ -61,8 +62,8 @@ void check_pins(const Scene& scene, const Print* print, BenchCheck& check);
 /// Objects that are meshes, through `drape simulate`, the reader that the simulation uses.
 void check_meshes(const Scene& scene, BenchCheck& check);
 
-/// The tag families that detect knows.
-[[nodiscard]] std::vector<std::string> known_tag_families();
+/// The tag families that detect knows, and how many tags each has.
+[[nodiscard]] std::vector<std::pair<std::string, int>> known_tag_families();
 
 /// acceptance.json beside the rig, which a run gives to `drape compare`. Throws Error for what that
 /// would refuse.

@@ -47,9 +47,23 @@ void check_tag_places(const fs::path& file, const std::vector<PrintedTag>& tags,
   }
 }
 
-void check_family(const fs::path& file, const std::string& family, BenchCheck& check) {
-  const std::vector<std::string> known = known_tag_families();
-  if (family.empty() || std::find(known.begin(), known.end(), family) != known.end()) return;
+/// A family that detect does not know, or a tag that it does not have: nobody could find it.
+void check_family(const fs::path& file, const std::string& family,
+                  const std::vector<PrintedTag>& tags, const std::string& key, BenchCheck& check) {
+  if (family.empty()) return;
+  std::vector<std::string> known;
+  for (const auto& [name, count] : known_tag_families()) {
+    known.push_back(name);
+    if (name != family) continue;
+    for (std::size_t k = 0; k < tags.size(); ++k) {
+      if (tags[k].id >= 0 && tags[k].id < count) continue;
+      add(check, file, key, fmt::format("the family {} has no tag {}", family, tags[k].id),
+          fmt::format("its ids are 0 to {}: give those that are printed there", count - 1),
+          key.starts_with("tags.tag.") ? k : 0);
+      return;
+    }
+    return;
+  }
   std::string lower = family;
   std::transform(lower.begin(), lower.end(), lower.begin(),
                  [](unsigned char letter) { return static_cast<char>(std::tolower(letter)); });
@@ -69,13 +83,18 @@ void check_tag_ids(const fs::path& file, const std::vector<PrintedTag>& tags, Be
 
 }  // namespace
 
-std::vector<std::string> known_tag_families() {
-  return {"tag36h11", "tag36h10", "tag25h9", "tag16h5", "tagStandard41h12"};
+std::vector<std::pair<std::string, int>> known_tag_families() {
+  return {{"tag36h11", 587},
+          {"tag36h10", 2320},
+          {"tag25h9", 35},
+          {"tag16h5", 30},
+          {"tagStandard41h12", 2115}};
 }
 
 void check_target(const fs::path& file, const Target& target, BenchCheck& check) {
-  check_family(file, target.tag_family, check);
-  if (target.kind != TargetKind::dot_grid) return;
+  const bool dots = target.kind == TargetKind::dot_grid;
+  check_family(file, target.tag_family, target.tags, dots ? "tags.tag.id" : "tags.first_id", check);
+  if (!dots) return;
   check_tag_ids(file, target.tags, check);
   check_tag_places(
       file, target.tags, target.tag_edge_m, target.dot_diameter_m, target.rows, target.cols,
@@ -84,7 +103,7 @@ void check_target(const fs::path& file, const Target& target, BenchCheck& check)
 }
 
 void check_print(const Print& print, BenchCheck& check) {
-  check_family(print.file, print.tag_family, check);
+  check_family(print.file, print.tag_family, print.tags, "tags.first_id", check);
   check_tag_places(
       print.file, print.tags, print.tag_edge_m, print.dot_diameter_m, print.rows, print.cols,
       [&](MarkId dot) { return print.material_m(dot); }, "tags.edge_mm", check);
