@@ -27,8 +27,14 @@ struct CheckedImage {
   std::uintmax_t bytes = 0;
 };
 
+/// The picture that its owner knows: what a link leads to, as `drape calib-images` makes them.
+fs::path original_of(const fs::path& file) {
+  return fs::is_symlink(file) ? fs::canonical(file) : file;
+}
+
 Where where_is(const fs::path& folder, const ImageFile& image) {
-  return {.file = (folder / image.file).string(), .camera = image.camera, .set = image.set};
+  return {
+      .file = original_of(folder / image.file).string(), .camera = image.camera, .set = image.set};
 }
 
 std::vector<CheckedImage> list_images(const FolderLayout& layout) {
@@ -68,14 +74,18 @@ void require_same_sizes(const fs::path& folder, const std::vector<CheckedImage>&
   }
 }
 
-std::vector<std::string> same_bytes_warnings(const std::vector<CheckedImage>& images) {
+std::vector<std::string> same_bytes_warnings(const fs::path& folder,
+                                             const std::vector<CheckedImage>& images) {
   std::vector<std::string> warnings;
+  const auto name_of = [&](const std::string& file) {
+    return fs::is_symlink(folder / file) ? original_of(folder / file).string() : file;
+  };
   std::map<std::string, std::string> file_of;
   for (const CheckedImage& checked : images) {
     const auto [first, is_new] = file_of.try_emplace(checked.frame.sha256, checked.frame.file);
     if (is_new) continue;
     warnings.push_back(fmt::format("{} and {} are the same image; was one copied by mistake?",
-                                   first->second, checked.frame.file));
+                                   name_of(first->second), name_of(checked.frame.file)));
   }
   return warnings;
 }
@@ -311,7 +321,7 @@ ImportResult import_folder(const fs::path& folder, const fs::path& recording_fol
   if (existing) require_nothing_replaced(*existing, images);
   report.images = images.size();
   for (const CheckedImage& checked : images) report.image_bytes += checked.bytes;
-  const std::vector<std::string> same = same_bytes_warnings(images);
+  const std::vector<std::string> same = same_bytes_warnings(folder, images);
   report.warnings.insert(report.warnings.end(), same.begin(), same.end());
 
   if (!report.in_place) {

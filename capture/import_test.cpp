@@ -250,6 +250,23 @@ TEST_F(Import, WritesNothingWhereItRefuses) {
   EXPECT_FALSE(fs::exists(out()));
 }
 
+/// As `drape calib-images` hands on the photographs of a folder.
+TEST_F(Import, OfLinksNamesThePicturesThatTheyLeadTo) {
+  const fs::path staged = in().parent_path() / "staged";
+  for (const char* set : {"view_1", "view_2"}) {
+    fs::create_directories(staged / set);
+    const std::string from = set == std::string("view_1") ? "set2/cam0.png" : "set10/cam0.png";
+    fs::create_symlink(fs::canonical(in() / from), staged / set / "left.png");
+  }
+  const std::string first = fs::canonical(in() / "set2/cam0.png").string();
+  const std::string second = fs::canonical(in() / "set10/cam0.png").string();
+  fs::copy_file(first, second, fs::copy_options::overwrite_existing);
+  EXPECT_THAT(import_folder(staged, out(), {}).report.warnings,
+              ElementsAre(HasSubstr(first + " and " + second + " are the same image")));
+  truncate(second);
+  EXPECT_THAT(refusal(staged, out()), HasSubstr("where: " + second + ", camera `left`"));
+}
+
 TEST_F(Import, WarnsOfTheSameImageTwice) {
   fs::copy_file(in() / "set2/cam0.png", in() / "set10/cam0.png",
                 fs::copy_options::overwrite_existing);
