@@ -11,6 +11,7 @@
 #include "core/files/files.hpp"
 #include "core/files/json_file.hpp"
 #include "core/program/shell_word.hpp"
+#include "front/check/check.hpp"
 #include "front/process.hpp"
 #include "front/toml_quoted.hpp"
 
@@ -200,6 +201,10 @@ NewDrape drape_of(const std::string& text) {
                       "write NAME=sphere:DIAMETER_MM, NAME=box:EDGE_MM or NAME=hung:DISTANCE_MM, "
                       "e.g. A=sphere:90");
   check_name(parts[1], "drape");
+  if (is_name_of_a_run(parts[1]))
+    throw usage_error(
+        fmt::format("`{}` cannot name a drape: a run writes its own files there", parts[1].str()),
+        "give the drape another name");
   return {parts[1], parts[2], std::stod(parts[3])};
 }
 

@@ -152,6 +152,9 @@ TEST(NewRig, WhatCannotBeUnderstoodIsAUsageErrorAndWritesNothing) {
            {[](auto& o) { o.drapes = {"A=cone:90"}; }, "A=cone:90"},
            {[](auto& o) { o.drapes = {"A=sphere:0"}; }, "A=sphere:0"},
            {[](auto& o) { o.drapes.push_back("A=box:80"); }, "two drapes"},
+           {[](auto& o) { o.drapes = {"report=sphere:90"}; }, "`report` cannot name a drape"},
+           {[](auto& o) { o.drapes = {"console=box:80"}; }, "`console` cannot name a drape"},
+           {[](auto& o) { o.drapes = {"rig.toml=box:80"}; }, "`rig.toml` cannot name a drape"},
            {[](auto& o) {
               o.cameras = {"a", "a"};
             },

@@ -154,14 +154,8 @@ void check_print_size(const Print& print, BenchCheck& check) {
   }
 }
 
-/// A drape's folder stands beside the files that `drape run` writes under names of its own.
 void check_folder_name(const Scene& scene, BenchCheck& check) {
-  static const std::set<std::string> kOwn = {"rig", "results", "report", "calibration",
-                                             "target-detections"};
-  const std::size_t dot = scene.name.find('.');
-  const bool taken = kOwn.contains(scene.name.substr(0, dot)) &&
-                     (dot != std::string::npos || scene.name == "report");
-  if (taken)
+  if (is_name_of_a_run(scene.name))
     add(check, scene.file, "name",
         fmt::format("`{}` is a name of a run's own files, beside which the drape's folder stands",
                     scene.name),
@@ -269,6 +263,14 @@ std::optional<std::vector<fs::path>> virtual_scenes(const fs::path& rig) {
 }
 
 }  // namespace
+
+bool is_name_of_a_run(const std::string& drape) {
+  static const std::set<std::string> kFiles = {"rig", "results", "report", "calibration",
+                                               "target-detections"};
+  const std::size_t dot = drape.find('.');
+  return drape == "report" || drape == "console" ||
+         (dot != std::string::npos && kFiles.contains(drape.substr(0, dot)));
+}
 
 void add(BenchCheck& check, const fs::path& file, const std::string& field, const std::string& what,
          const std::string& what_to_do, std::size_t nth) {

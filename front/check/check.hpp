@@ -38,6 +38,10 @@ struct BenchCheck {
 [[nodiscard]] Where place_of(const std::filesystem::path& file, const std::string& field,
                              std::size_t nth = 0);
 
+/// Whether a drape's folder would stand where `drape run` and the console write under names of
+/// their own.
+[[nodiscard]] bool is_name_of_a_run(const std::string& drape);
+
 /// No cloth is photographed farther from the target than a room is long.
 inline constexpr double kLargestBench_m = 10;
 
