@@ -300,7 +300,7 @@ std::optional<std::int64_t> Session::count_trigger(Running& r, std::int64_t inde
 }
 
 std::string Session::remedy_for(const CameraHost& host) {
-  if (const std::string buffer = remedy_for_buffer(host); !buffer.empty()) return buffer;
+  if (std::string buffer = remedy_for_buffer(host); !buffer.empty()) return buffer;
   for (const SettingReadBack& s : host.settings())
     if (s.name == "packet_size_bytes" && std::stoll(s.value) > kUsualPath_bytes)
       return fmt::format(

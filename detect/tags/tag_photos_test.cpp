@@ -58,7 +58,7 @@ Eigen::Matrix3d picture_from_modules(const KnownTag& tag, int modules) {
   Eigen::Matrix<double, 8, 8> rows;
   Eigen::Matrix<double, 8, 1> seen;
   for (int k = 0; k < 4; ++k) {
-    const Eigen::Vector2d q = places[k], p = tag.corners_px[k];
+    const Eigen::Vector2d &q = places[k], &p = tag.corners_px[k];
     rows.row(2 * k) << q.x(), q.y(), 1, 0, 0, 0, -p.x() * q.x(), -p.x() * q.y();
     rows.row(2 * k + 1) << 0, 0, 0, q.x(), q.y(), 1, -p.y() * q.x(), -p.y() * q.y();
     seen.segment<2>(2 * k) = p;

@@ -64,7 +64,7 @@ void draw_stereo_chessboard(const std::filesystem::path& folder, int cols) {
     // The outer squares end where their edges go on in a straight line.
     const auto corner = [&, &found = corners](int row, int col) {
       const int r = std::clamp(row, 0, kRows - 1), c = std::clamp(col, 0, cols - 1);
-      const auto at = [&](int i, int k) { return found[static_cast<std::size_t>(i * kCols + k)]; };
+      const auto at = [&](int i, int k) { return found[static_cast<std::size_t>(i) * kCols + k]; };
       Vector2d place = at(r, c);
       if (row != r) place += at(r, c) - at(r + (r == 0 ? 1 : -1), c);
       if (col != c) place += at(r, c) - at(r, c + (c == 0 ? 1 : -1));
