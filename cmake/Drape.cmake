@@ -74,7 +74,7 @@ function(drape_room room)
 endfunction()
 
 # drape_moves_text(<target> ...): what reads options and files, and writes pages and tables. Its time goes into the
-# disk and the database, and -O1 compiles it in two thirds of the time.
+# disk and the database, and -O1 compiles it in 0.6 to 0.8 of the time.
 function(drape_moves_text)
   foreach(target IN LISTS ARGN)
     target_compile_options(${target} PRIVATE $<$<CONFIG:Release>:-O1>)
