@@ -30,14 +30,17 @@ class Pool {
     for (const StaticDrape& rest : rests_) all.push_back(&rest.position);
     return all;
   }
-  void take(StaticDrape rest) {
+  /// Whether it is among the lowest.
+  bool take(StaticDrape rest) {
     const double energy_j = energy_of(rest), same_j = kSameEnergy * std::abs(energy_j);
     const auto place = std::find_if(rests_.begin(), rests_.end(), [&](const StaticDrape& other) {
       return energy_of(other) > energy_j - same_j;
     });
-    if (place != rests_.end() && energy_of(*place) < energy_j + same_j) return;
+    if (place != rests_.end() && energy_of(*place) < energy_j + same_j) return false;
+    if (place == rests_.end() && rests_.size() == most_) return false;
     rests_.insert(place, std::move(rest));
     if (rests_.size() > most_) rests_.pop_back();
+    return true;
   }
   [[nodiscard]] std::vector<StaticDrape> rests() && { return std::move(rests_); }
 
@@ -82,6 +85,20 @@ std::vector<StaticDrape> fallen_from(const std::vector<StartChange>& starts,
   return std::move(pool).rests();
 }
 
+/// The grids of a search, coarse to fine: where the finest has more than twice the points of the
+/// coarsest along a side, one between them.
+std::vector<GridSpec> search_grids(const GridSpec& finest, int particles) {
+  const auto coarse = [&](int points) { return std::min(points, particles); };
+  const auto middle = [&](int points) {
+    return static_cast<int>(std::lround(std::sqrt(coarse(points) * points)));
+  };
+  std::vector<GridSpec> grids{{coarse(finest.rows), coarse(finest.cols), finest.patch_m}};
+  if (std::max(finest.rows, finest.cols) > 2 * particles)
+    grids.push_back({middle(finest.rows), middle(finest.cols), finest.patch_m});
+  grids.push_back(finest);
+  return grids;
+}
+
 }  // namespace
 
 std::vector<StaticDrape> seek_valleys(const StaticCase& the_case, const GridSpec& grid,
@@ -97,42 +114,53 @@ std::vector<StaticDrape> seek_valleys(const StaticCase& the_case, const GridSpec
   rough.judge_stability = false;
   const auto take = [&](StaticDrape drape, const GridSpec& on, Pool& pool) {
     // A tight fold that a coarse grid keeps apart may have no room on the finest.
-    if (is_valley(drape, on) && (on.count() == grid.count() ||
-                                 !passes_through_itself(grid, prolong(drape.position, on, grid))))
-      pool.take(std::move(drape));
+    return is_valley(drape, on) &&
+           (on.count() == grid.count() ||
+            !passes_through_itself(grid, prolong(drape.position, on, grid))) &&
+           pool.take(std::move(drape));
   };
   const auto settle_all = [&](std::size_t count, const auto& start, const GridSpec& of,
                               const GridSpec& to, const StaticOptions& with, Pool& pool) {
     std::vector<StaticDrape> found(count);
     parallel_for(count, options.threads,
                  [&](std::size_t k) { found[k] = settle_from(the_case, to, with, start(k), of); });
-    for (StaticDrape& drape : found) take(std::move(drape), to, pool);
+    int taken = 0;
+    for (StaticDrape& drape : found) taken += take(std::move(drape), to, pool);
+    return taken;
   };
   const auto carry = [&](const std::vector<const Field*>& from, const GridSpec& of,
                          const GridSpec& to, const StaticOptions& with, Pool& pool) {
     settle_all(
         from.size(), [&](std::size_t k) { return *from[k]; }, of, to, with, pool);
   };
-  const auto kick_all = [&](int first, int count, const GridSpec& on, const StaticOptions& with,
+  const auto kick_all = [&](int first, int most, const GridSpec& on, const StaticOptions& with,
                             Pool& pool) {
-    for (int done = 0; done < count && !pool.empty(); done += how.together) {
+    for (int done = 0, in_vain = 0; done < most && in_vain < how.in_vain() && !pool.empty();) {
+      const int count = std::min(how.together, most - done);
       const std::vector<const Field*> parents = pool.positions();
       const auto start = [&](std::size_t k) { return kicked(on, first + done + k, parents); };
-      settle_all(std::min(how.together, count - done), start, on, on, with, pool);
+      in_vain = settle_all(count, start, on, on, with, pool) > 0 ? 0 : in_vain + count;
+      done += count;
     }
   };
-  const auto fewer = [&](int points) { return std::min(points, how.particles); };
-  const GridSpec coarse{fewer(grid.rows), fewer(grid.cols), grid.patch_m};
-  Pool pool(how.kept), finest(how.finished);
+  const std::vector<GridSpec> grids = search_grids(grid, how.particles);
+  Pool pool(how.kept);
   StaticOptions own = rough;
   own.falls = Falls::never;
-  take(drape_statically(the_case, coarse, own), coarse, pool);
-  carry(rests, grid, coarse, rough, pool);
-  kick_all(0, how.kicks, coarse, rough, pool);
-  carry(rests, grid, grid, exact, finest);
-  carry(pool.positions(), coarse, grid, exact, finest);
-  kick_all(how.kicks, how.kicks / how.coarse_per_fine, grid, exact, finest);
-  return std::move(finest).rests();
+  take(drape_statically(the_case, grids.front(), own), grids.front(), pool);
+  carry(rests, grid, grids.front(), rough, pool);
+  kick_all(0, how.kicks, grids.front(), rough, pool);
+  for (std::size_t k = 1; k < grids.size(); ++k) {
+    const bool last = k + 1 == grids.size();
+    const StaticOptions& with = last ? exact : rough;
+    Pool finer(last ? how.finished : how.kept);
+    carry(rests, grid, grids[k], with, finer);
+    carry(pool.positions(), grids[k - 1], grids[k], with, finer);
+    kick_all(static_cast<int>(k) * how.kicks, last ? how.kicks : how.in_vain(), grids[k], with,
+             finer);
+    pool = std::move(finer);
+  }
+  return std::move(pool).rests();
 }
 
 std::optional<MirrorPlane> MirrorPlane::of(const StaticCase& the_case) {

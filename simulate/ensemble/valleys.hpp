@@ -10,19 +10,20 @@ namespace drape::simulate {
 
 /// How valleys beside those of an ensemble are sought.
 struct ValleySearch {
-  int kicks = 384;          ///< on the search's grid
-  int coarse_per_fine = 6;  ///< of them for each one on the finest grid
-  int together = 16;        ///< of them from the same rests, so that threads change nothing
-  int kept = 24;       ///< lowest rests that are kicked, and in the end settled on the finest grid
-  int finished = 6;    ///< lowest rests there that are kicked and returned
-  int particles = 13;  ///< most per side of the search's grid
+  int kicks = 384;     ///< at most, on the coarsest and on the finest grid
+  int together = 16;   ///< of them from the same rests, so that threads change nothing
+  int kept = 24;       ///< lowest rests that are kicked, and in the end settled on the next grid
+  int finished = 6;    ///< lowest rests of the finest grid that are kicked and returned
+  int particles = 13;  ///< most per side of the coarsest grid
+  /// Kicks in a row that give none of the lowest, after which a grid is done with.
+  [[nodiscard]] int in_vain() const { return kicks / 3; }
 };
 
 /// The lowest rests that are found of a sheet that touches nothing but itself. On two pins it falls
 /// from folded_starts(). Else its rests apart from its own surface are sought, beginning with
 /// `rests` (of `grid`) and the scene's start: they are kicked on a coarse grid, see kicked() (basin
-/// hopping, Wales and Doye 1997), settled on `grid` and kicked there. Seeded; the same at any
-/// number of threads.
+/// hopping, Wales and Doye 1997), settled on `grid`, by way of a grid between where it is far
+/// finer, and kicked there. Seeded; the same at any number of threads.
 [[nodiscard]] std::vector<StaticDrape> seek_valleys(const StaticCase& the_case,
                                                     const GridSpec& grid,
                                                     const StaticOptions& options,
