@@ -86,7 +86,7 @@ std::optional<double> finite(const toml::node& node) {
 
 std::optional<int> whole(const toml::node& node) {
   const std::optional<std::int64_t> value = node.value_exact<std::int64_t>();
-  constexpr std::int64_t most = std::numeric_limits<int>::max();
+  constexpr std::int64_t most = 1 << 30;  // tags and marks are counted on from it
   if (!value || *value > most || *value < -most) return std::nullopt;
   return static_cast<int>(*value);
 }

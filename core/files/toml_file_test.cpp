@@ -103,6 +103,15 @@ TEST_F(Toml, NamesTheRightUnitOfAWrongOne) {
   EXPECT_EQ(error.where().line, 2);
 }
 
+TEST_F(Toml, RefusesWholeNumbersThatNothingCanBeCountedOnFrom) {
+  const TomlTable table = open("most = 1073741824\nmore = 1073741825\nless = -1073741825\n");
+  EXPECT_EQ(table.integer("most"), 1 << 30);
+  for (const char* key : {"more", "less"})
+    EXPECT_THAT(error_of([&] { static_cast<void>(table.integer(key)); }).what(),
+                HasSubstr("is not a whole number"))
+        << key;
+}
+
 TEST_F(Toml, RefusesAKeyThatNobodyAskedFor) {
   const TomlTable table = open("[part]\nwidth_mm = 4\nwitdh_mm = 5\n");
   static_cast<void>(table.table("part").number("width_mm"));

@@ -131,7 +131,7 @@ struct HangRest {
   bool crosses = false;  ///< it passes through itself
 };
 
-constexpr int kWithLayers = 21;  // particles per side; beyond, a crumpled sheet takes minutes
+constexpr int kWithLayers = 13;  // particles per side; beyond, a crumpled sheet takes minutes
 
 /// Where random start `index` ends: bent, turned and crumpled sheets, by the fall or the static
 /// solver in turns; on finer grids without contact with themselves. Nothing where it does not rest.
