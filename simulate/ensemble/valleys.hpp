@@ -22,7 +22,7 @@ struct ValleySearch {
 /// The lowest rests that are found of a sheet that touches nothing but itself. On two pins it falls
 /// from folded_starts(). Else its rests apart from its own surface are sought, beginning with
 /// `rests` (of `grid`) and the scene's start: they are kicked on a coarse grid, see kicked() (basin
-/// hopping, Wales and Doye 1997), settled on `grid`, by way of a grid between where it is far
+/// hopping, Wales and Doye 1997), settled on `grid`, through a grid between where it is far
 /// finer, and kicked there. Seeded; the same at any number of threads.
 [[nodiscard]] std::vector<StaticDrape> seek_valleys(const StaticCase& the_case,
                                                     const GridSpec& grid,
