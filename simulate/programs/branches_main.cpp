@@ -81,10 +81,10 @@ int main(int argc, char** argv) {
   add_common_options(app, common);
   Arguments args;
   add_run_options(app, args, "folder for branches.json and branch-NN/sheet.ply");
-  app.add_option(
-         "--kicks", args.branches.kicks,
-         "tries for a lower rest, where the sheet touches nothing; 0: none; a sheet on two pins "
-         "whose line parts it falls folded along that line instead")
+  app.add_option("--kicks", args.branches.kicks,
+                 "most tries on one grid for a lower rest, where the sheet touches nothing; 0: "
+                 "none; on two pins whose line parts it the sheet falls folded along that line "
+                 "instead")
       ->range(0, 100000)
       ->capture_default_str();
   app.add_option("--starts", args.branches.starts, "seeded starts; the first is the scene's own")
