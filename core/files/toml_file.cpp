@@ -213,7 +213,7 @@ double TomlTable::not_negative(const std::string& key) const {
 int TomlTable::integer(const std::string& key) const {
   return read_or<int>(1, true, [&]() -> int {
     const std::optional<int> value = whole(state_->need(key));
-    if (!value) wrong(*this, key, "a whole number");
+    if (!value) wrong(*this, key, "a whole number up to 2^30");
     return *value;
   });
 }
