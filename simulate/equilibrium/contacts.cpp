@@ -68,24 +68,29 @@ void StaticContacts::hold(const std::vector<Hold>& holds, const std::vector<Vect
     pinned_.push_back({particle, in_world[h]});
     is_pinned_[particle] = 1;
   }
+  hold_place_ = hold_in_world_;
+  sets_out_ = !pinned_.empty();
   hold_force_.assign(holds_.size(), Vector3d::Zero());
   hold_stiffness_ =
       kPinOverStretch * std::max(cloth_->laws().tensile[0].slope, cloth_->laws().tensile[1].slope);
 }
 
-bool StaticContacts::carry_pins(Field& position, double most_m) const {
+bool StaticContacts::carry_pins(Field& position, double most_m) {
   bool moved = false;
-  for (const Pinned& pin : pinned_) {
-    const Vector3d displacement = pin.place - at(position, pin.particle);
+  const auto towards = [&](const Vector3d& place, const Vector3d& from) -> Vector3d {
+    const Vector3d displacement = place - from;
     const double length = displacement.norm();
-    if (length == 0) continue;
-    moved = true;
-    if (length > most_m) {
-      add_at(position, pin.particle, most_m / length * displacement);
-    } else {
-      put_at(position, pin.particle, pin.place);
-    }
+    moved = moved || length > 0;
+    if (length > most_m) return from + most_m / length * displacement;
+    return place;
+  };
+  for (std::size_t h = 0; h < holds_.size(); ++h) {
+    if (sets_out_) hold_place_[h] = mix(position, holds_[h]);
+    hold_place_[h] = towards(hold_in_world_[h], hold_place_[h]);
   }
+  sets_out_ = false;
+  for (const Pinned& pin : pinned_)
+    put_at(position, pin.particle, towards(pin.place, at(position, pin.particle)));
   return moved;
 }
 
@@ -228,7 +233,7 @@ double StaticContacts::energy_j(const Field& position) const {
     sum += friction_j(contact, spring(contact, mix(position, contact)).norm());
   }
   for (std::size_t h = 0; h < holds_.size(); ++h) {
-    const Vector3d displacement = hold_in_world_[h] - mix(position, holds_[h]);
+    const Vector3d displacement = hold_place_[h] - mix(position, holds_[h]);
     sum += hold_force_[h].dot(displacement) + 0.5 * hold_stiffness_ * displacement.squaredNorm();
   }
   return sum;
@@ -256,8 +261,7 @@ void StaticContacts::add_forces(const Field& position, Field& force) const {
   }
   for (std::size_t h = 0; h < holds_.size(); ++h) {
     spread(holds_[h],
-           hold_force_[h] + hold_stiffness_ * (hold_in_world_[h] - mix(position, holds_[h])),
-           force);
+           hold_force_[h] + hold_stiffness_ * (hold_place_[h] - mix(position, holds_[h])), force);
   }
 }
 
@@ -324,7 +328,7 @@ void StaticContacts::update_multipliers(const Field& position) {
       contact.multiplier = pressing_n(contact, gap_of(contact, position));
   }
   for (std::size_t h = 0; h < holds_.size(); ++h) {
-    hold_force_[h] += hold_stiffness_ * (hold_in_world_[h] - mix(position, holds_[h]));
+    hold_force_[h] += hold_stiffness_ * (hold_place_[h] - mix(position, holds_[h]));
   }
 }
 

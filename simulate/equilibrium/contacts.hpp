@@ -53,11 +53,12 @@ class StaticContacts {
 
   /// Pins: the held material points and their places. Where the point is a particle, that one is
   /// pinned() and takes no part in the system; a point within a cell is held by a spring whose
-  /// resting force is moved until it holds exactly.
+  /// resting force is moved until it holds exactly. Beside pinned particles it travels with them,
+  /// or the cell between two pins would be torn.
   void hold(const std::vector<Hold>& holds, const std::vector<Eigen::Vector3d>& in_world);
   [[nodiscard]] const std::vector<Pinned>& pinned() const { return pinned_; }
-  /// Moves pinned particles towards their places, each by at most `most_m`; false: all are there.
-  bool carry_pins(Field& position, double most_m) const;
+  /// Moves pins towards their places, each by at most `most_m`; false: all are there.
+  bool carry_pins(Field& position, double most_m);
   /// Takes over the points between particles of a sheet that Motion brought to rest, with their
   /// friction springs; from then on refresh() leaves them, for they are a part of that rest.
   void take_springs(const LineContacts& moved, const Field& position);
@@ -213,6 +214,8 @@ class StaticContacts {
   std::vector<char> is_pinned_;  ///< by particle
   std::vector<Hold> holds_;      ///< points within cells
   std::vector<Eigen::Vector3d> hold_in_world_, hold_force_;
+  std::vector<Eigen::Vector3d> hold_place_;  ///< where they are held on their way there
+  bool sets_out_ = false;                    ///< that way begins where the sheet has them
   double hold_stiffness_ = 0;
 };
 

@@ -81,6 +81,24 @@ TEST(StaticSolver, PinnedSheetHangsAsByRungeKutta) {
   EXPECT_LT(result.report.hold_error_m, 1e-8);
 }
 
+/// The corner, a particle, starts 22 mm from its place, and so does a point of its cell.
+TEST(StaticSolver, PinsOfOneCellTravelTogether) {
+  Scene scene = bench_scene("A");
+  scene.obstacles.clear();
+  scene.start = {StartMode::flat, 0, Vector3d(0, 0, 0.3), 0};
+  const auto pin_at = [&](double warp_mm, double weft_mm, const Vector3d& place) {
+    scene.pins.push_back({{}, place, Eigen::Vector2d(warp_mm, weft_mm) * mm});
+  };
+  pin_at(0, 0, {-0.0775, 0.1, 0.3});
+  pin_at(3, 3, {-0.0745, 0.097, 0.3005});
+  pin_at(0, 200, {0.0775, 0.1, 0.3});
+  const SimulateResult result = run(scene, 21, "fall");
+  EXPECT_EQ(result.report.status, RestStatus::at_rest) << result.report.sentence;
+  EXPECT_LT(result.report.hold_error_m, 1e-8);
+  EXPECT_TRUE(std::none_of(result.report.warnings.begin(), result.report.warnings.end(),
+                           [](const std::string& w) { return w.find("Runge") != w.npos; }));
+}
+
 /// The cube C, slippery, and a sheet that pins keep on its top.
 Scene slippery_cube(const Print& print) {
   Scene scene = bench_scene("C");
