@@ -38,6 +38,9 @@ constexpr int kRounds = 400;
 constexpr double kEnergyFraction = 1e-6;  // of the sum of the energies
 constexpr double kSlipAllowed = 1e-5;     // of an element's limit: rounding of the file
 constexpr double kStrainAllowed = 1e-9;
+constexpr double kShearAllowed_rad = 1e-6;        // a sine's last digit at a right angle is 1.5e-8
+constexpr double kCurvatureAllowed_per_m = 1e-6;  // last digits of a kilometre over (2 mm)^2: 3e-8
+constexpr double kTwistFraction = 1e-9;           // of the twist stiffness
 constexpr double kGapAllowed_m = 1e-6;
 constexpr double kPinAllowed_m = 1e-6;
 constexpr Real kMostTurned_deg = 90;  // farther the cloth is folded back in the clamp's own line
@@ -97,6 +100,12 @@ void compare_energies(CertifyReport& report, const CertificateClaim& claim, cons
 
 /// The certificate's extremes include the strain 0.
 void compare_strains(CertifyReport& report, const CertificateClaim& claim, const Mechanics& found) {
+  if (claim.shear_most_rad)
+    compare(report, "largest shear (rad)", *claim.shear_most_rad, found.shear_most_rad,
+            kShearAllowed_rad);
+  if (claim.curvature_most_per_m)
+    compare(report, "largest curvature (1/m)", *claim.curvature_most_per_m,
+            found.curvature_most_per_m, kCurvatureAllowed_per_m);
   compare(report, "least warp strain", claim.warp_least, std::min<Real>(0, found.strain_least[0]),
           kStrainAllowed);
   compare(report, "largest warp strain", claim.warp_most, std::max<Real>(0, found.strain_most[0]),
@@ -319,6 +328,9 @@ CertifyReport certify(const Sheet& sheet, const Scene& scene, const Fabric& fabr
   const Real gravity_j = add_weight(mechanics, points, scene);
   compare_energies(report, claim, mechanics, gravity_j);
   compare_strains(report, claim, mechanics);
+  if (claim.twist_n_m)
+    compare(report, "twist stiffness (N m)", *claim.twist_n_m, spec.laws.twist_n_m,
+            kTwistFraction * spec.laws.twist_n_m);
   if (claim.at_rest) {
     for (const int d : {0, 1})
       limit(report,

@@ -24,6 +24,8 @@ struct CertificateClaim {
   double residual = 0;      ///< of a particle's weight
   double residual_tolerance = 0;
   double warp_least = 0, warp_most = 0, weft_least = 0, weft_most = 0;  ///< strains
+  /// Absent: not compared.
+  std::optional<double> shear_most_rad, curvature_most_per_m, twist_n_m;
   std::optional<double> least_gap_object_m;
   double deepest_between_m = 0;
   double penetration_tolerance_m = 0;        ///< of the sheet between its particles

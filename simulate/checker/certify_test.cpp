@@ -51,6 +51,8 @@ TEST(Certify, CurvesFittedWhereTheClothLivesAreJudgedByTheSameFit) {
     write_durable(folder.path() / "contact_forces.csv",
                   contact_forces_csv(drape.result.contact_forces));
   drape.claim = read_claim(folder.path());
+  EXPECT_TRUE(drape.claim.shear_most_rad && drape.claim.curvature_most_per_m &&
+              drape.claim.twist_n_m);
   EXPECT_TRUE(drape.judge().accepted()) << listed(drape.judge());
   EXPECT_TRUE(drape.judge().warnings.empty());
   ASSERT_FALSE(drape.claim.contact_forces.empty());
@@ -201,6 +203,12 @@ TEST(Certify, WrongOnesAreRefused) {
   Case strain = good;
   strain.claim.warp_most += 1e-6;
   EXPECT_FALSE(strain.judge().accepted());
+  for (auto part : {&CertificateClaim::shear_most_rad, &CertificateClaim::curvature_most_per_m,
+                    &CertificateClaim::twist_n_m}) {
+    Case value = good;
+    *(value.claim.*part) *= 1.0001;
+    EXPECT_FALSE(value.judge().accepted());
+  }
   Case gap = good;
   gap.claim.deepest_between_m = 0;
   EXPECT_FALSE(gap.judge().accepted());

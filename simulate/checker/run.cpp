@@ -11,6 +11,8 @@
 namespace drape::simulate {
 namespace {
 
+constexpr double kMicro = 1e-6;
+
 CheckReport check_of(const CertifyReport& judged) {
   CheckReport check;
   check.accepted = judged.accepted();
@@ -54,6 +56,9 @@ CertificateClaim claim_of(const SimulateResult& result, const SimulateOptions& o
   claim.warp_most = report.strains.warp_most;
   claim.weft_least = report.strains.weft_least;
   claim.weft_most = report.strains.weft_most;
+  claim.shear_most_rad = report.strains.shear_most_rad;
+  claim.curvature_most_per_m = report.strains.curvature_most_per_m;
+  claim.twist_n_m = report.twist_n_m;
   claim.least_gap_object_m = report.least_gap_object_m;
   claim.deepest_between_m = report.deepest_between_m;
   claim.penetration_tolerance_m = report.penetration_tolerance_m;
@@ -100,6 +105,12 @@ CertificateClaim read_claim(const std::filesystem::path& folder) {
   claim.warp_most = warp[1];
   claim.weft_least = weft[0];
   claim.weft_most = weft[1];
+  if (const auto shear = strain.optional_number("largest_shear_deg"))
+    claim.shear_most_rad = *shear * units::deg;
+  if (const auto curvature = strain.optional_number("largest_curvature_per_cm"))
+    claim.curvature_most_per_m = *curvature * units::per_cm;
+  if (const auto twist = root.optional_number("twist_stiffness_uNm"))
+    claim.twist_n_m = *twist * kMicro;
   if (const auto gap = distance.optional_number("least_particle_to_object_mm"))
     claim.least_gap_object_m = *gap * mm;
   claim.deepest_between_m = distance.number("deepest_between_particles_mm") * mm;
@@ -113,7 +124,6 @@ CertificateClaim read_claim(const std::filesystem::path& folder) {
     claim.contact_forces = read_stated(folder / "contact_forces.csv", stated);
   const Csv history = read_csv(folder / "history.csv", history_columns());
   if (!history.lines.empty()) {
-    constexpr double kMicro = 1e-6;
     claim.gravity_j = history.columns[2].back() * kMicro;
     claim.stretch_j = history.columns[3].back() * kMicro;
     claim.shear_j = history.columns[4].back() * kMicro;

@@ -122,6 +122,7 @@ class Builder {
     }
     const Dual<6> back = root(ahead * ahead + beside * beside) - ahead;
     const Dual<6> curvature = (2 / (rest * rest)) * root(back * back + beside * beside);
+    result_.curvature_most_per_m = std::max(result_.curvature_most_per_m, curvature.v);
     book(result_.bending_j,
          cloth_width * rest / 2 * work_under(spec_.laws.bending[half.d], curvature), ends);
   }
@@ -132,6 +133,7 @@ class Builder {
     const auto corners = duals<9>(three);
     const Vector<9> bend = combine(corners, {1, -2, 1});
     const Dual<9> curvature = (1 / (rest * rest)) * root(dot(bend, bend));
+    result_.curvature_most_per_m = std::max(result_.curvature_most_per_m, curvature.v);
     book(result_.bending_j, cloth_width * rest * work_under(spec_.laws.bending[d], curvature),
          three);
     if (spec_.laws.friction) bent_friction(d, three, rest, cloth_width);
@@ -182,11 +184,12 @@ class Builder {
   void cell(const std::vector<int>& four) {
     const auto corners = duals<12>(four);
     const Dual<12> sine = sine_of(corners);
+    const Real s = std::clamp<Real>(sine.v, -1, 1);
+    result_.shear_most_rad = std::max(result_.shear_most_rad, std::abs(std::asin(s)));
     if (spec_.paper_model) {
       diagonals(four, k_diag(sine.v));
       return;
     }
-    const Real s = std::clamp<Real>(sine.v, -1, 1);
     // The floor of the simulator's model: a cell folded flat upon itself has no shear angle.
     const Real cosine = std::sqrt(std::max<Real>(1e-6L, 1 - s * s));
     const Real sign = s < 0 ? -1 : 1;

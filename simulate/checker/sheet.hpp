@@ -45,9 +45,10 @@ struct SheetSpec {
 struct Mechanics {
   Real stretch_j = 0, shear_j = 0, bending_j = 0, twist_j = 0;
   std::array<Real, 2> strain_least{}, strain_most{};  ///< warp, weft
-  std::vector<Point> force;                           ///< internal, N
-  std::vector<Real> mass;                             ///< kg
-  bool memory_fits = true;                            ///< as many slips as friction elements
+  Real shear_most_rad = 0, curvature_most_per_m = 0;
+  std::vector<Point> force;  ///< internal, N
+  std::vector<Real> mass;    ///< kg
+  bool memory_fits = true;   ///< as many slips as friction elements
   /// 1 and what |force| of a friction element has over its limit, in parts of its place's limit.
   Real friction_over_limit = 0;
 };
