@@ -81,18 +81,13 @@ TEST(StaticSolver, PinnedSheetHangsAsByRungeKutta) {
   EXPECT_LT(result.report.hold_error_m, 1e-8);
 }
 
-/// The corner, a particle, starts 22 mm from its place, and so does a point of its cell.
+/// The paper's D: a corner, a particle, starts 22 mm from its place, and so does a point of its
+/// cell.
 TEST(StaticSolver, PinsOfOneCellTravelTogether) {
-  Scene scene = bench_scene("A");
-  scene.obstacles.clear();
-  scene.start = {StartMode::flat, 0, Vector3d(0, 0, 0.3), 0};
-  const auto pin_at = [&](double warp_mm, double weft_mm, const Vector3d& place) {
-    scene.pins.push_back({{}, place, Eigen::Vector2d(warp_mm, weft_mm) * mm});
-  };
-  pin_at(0, 0, {-0.0775, 0.1, 0.3});
-  pin_at(3, 3, {-0.0745, 0.097, 0.3005});
-  pin_at(0, 200, {0.0775, 0.1, 0.3});
-  const SimulateResult result = run(scene, 21, "fall");
+  Scene scene = read_scene(test::source_root() / "rigs/paper/scenes/D.toml");
+  scene.pins.push_back(
+      {{}, Vector3d(-74.5, 97, 200.5) * mm, Eigen::Vector2d::Constant(3 * mm).eval()});
+  const SimulateResult result = run(scene, 21, "fall", 5);
   EXPECT_EQ(result.report.status, RestStatus::at_rest) << result.report.sentence;
   EXPECT_LT(result.report.hold_error_m, 1e-8);
   EXPECT_TRUE(std::none_of(result.report.warnings.begin(), result.report.warnings.end(),
