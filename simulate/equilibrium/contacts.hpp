@@ -214,8 +214,8 @@ class StaticContacts {
   std::vector<char> is_pinned_;  ///< by particle
   std::vector<Hold> holds_;      ///< points within cells
   std::vector<Eigen::Vector3d> hold_in_world_, hold_force_;
-  std::vector<Eigen::Vector3d> hold_place_;  ///< where they are held on their way there
-  bool sets_out_ = false;                    ///< that way begins where the sheet has them
+  std::vector<Eigen::Vector3d> hold_place_;  ///< where they are held until they get there
+  bool sets_out_ = false;                    ///< from where the sheet has them
   double hold_stiffness_ = 0;
 };
 

@@ -61,7 +61,7 @@ void StaticSolver::iterate(StaticReport& report, double predicted, double& ratio
     if (!step.allFinite() || !factorise_trial(report)) break;
     factor_.solve(step);
     if (!step.allFinite()) break;
-    step *= std::min(1.0, cap_m_ / std::max(largest_of(step), 1e-300));
+    cut_to_cap(step);
     const Field from = trial_;
     trial_strains_ = linear_strains(cloth_, from, step);
     move(from, step);

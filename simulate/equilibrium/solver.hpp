@@ -65,6 +65,7 @@ struct StaticReport {
   double residual_rms = 0;
   bool stable = false;  ///< the exact Hessian on the free directions is positive definite
   double pin_error_m = 0, gap_error_m = 0;
+  double longest_trial_m = 0;  ///< displacement of a particle, of all trials of steps
   int touching = 0, between = 0;
   int layers = 0;                ///< pairs of pieces of the sheet that press on each other
   double cloth_thickness_m = 0;  ///< that layers kept apart; 0: the sheet did not meet itself
@@ -141,6 +142,7 @@ class StaticSolver {
   bool solve_following(const Eigen::VectorXd& guess, StaticReport& report);
   void follow_pressing(double fraction);
   bool take_step(StaticReport& report);
+  void cut_to_cap(Eigen::VectorXd& step) const;
   void move(const Field& from, const Eigen::VectorXd& displacement);
   double hold_back();
   double potential_change(const Eigen::VectorXd& displacement);
@@ -174,7 +176,8 @@ class StaticSolver {
   InternalEnergies inner_;  ///< and its energies
   Eigen::VectorXd step_, gradient_, model_gradient_, product_;
   std::vector<double> shift_;
-  double weight_n_ = 0, mu_ = 0, residual_ = 0, pseudo_time_s_ = 0, cap_m_ = 0, moved_m_ = 0;
+  double weight_n_ = 0, mu_ = 0, residual_ = 0, pseudo_time_s_ = 0, cap_m_ = 0, moved_m_ = 0,
+         longest_trial_m_ = 0;
   double best_residual_ = 0, best_j_ = 0,
          best_gap_m_ = 0;  ///< so far, and the iteration that found them
   int progress_at_ = 0;

@@ -26,6 +26,7 @@ void StaticSolver::finish(StaticReport& report) {
   report.residual_rms = std::sqrt(squares / cloth_.count()) / weight_n_;
   report.pin_error_m = contacts_.pin_error_m(position);
   report.gap_error_m = contacts_.gap_error_m(position);
+  report.longest_trial_m = longest_trial_m_;
   report.touching = contacts_.touching(position);
   report.between = contacts_.between();
   report.contact_forces = contacts_.forces(position);

@@ -38,6 +38,11 @@ double StaticSolver::largest_of(const VectorXd& v) {
   return largest;
 }
 
+/// A long one lists every pair of layers that it could bring together, up to all there are.
+void StaticSolver::cut_to_cap(VectorXd& step) const {
+  step *= std::min(1.0, cap_m_ / std::max(largest_of(step), 1e-300));
+}
+
 void StaticSolver::move(const Field& from, const VectorXd& displacement) {
   const std::size_t n = cloth_.count();
   for (std::size_t i = 0; i < n; ++i) {
@@ -50,6 +55,7 @@ void StaticSolver::move(const Field& from, const VectorXd& displacement) {
 /// Lifts out of objects what the trial puts into them, and ends it before layers pass each other;
 /// returns the part of it that is left.
 double StaticSolver::hold_back() {
+  longest_trial_m_ = std::max(longest_trial_m_, largest_of(displacement_to_trial()));
   contacts_.retract(position, trial_);
   if (!layers_.on()) return 1;
   layers_.watch(trial_);
@@ -104,6 +110,7 @@ void StaticSolver::correct() {
   }
   factor_.solve(step);
   if (!step.allFinite()) return;  // iterate() may have left a factor that broke off
+  cut_to_cap(step);
   const Field from = trial_;
   trial_strains_ = linear_strains(cloth_, from, step);
   move(from, step);
