@@ -134,14 +134,37 @@ struct HangRest {
 
 constexpr int kWithLayers = 13;  // particles per side; beyond, a crumpled sheet takes minutes
 
+SimulateOptions by_the_fall(int particles) {
+  SimulateOptions options;
+  options.rows = options.cols = particles;
+  options.solver = "fall";
+  return options;
+}
+
+struct HangCase {
+  HangCase(int seed, int particles)
+      : hang(draw_hang(folder.path(), seed)), options(by_the_fall(particles)) {}
+
+  drape::test::TemporaryFolder folder;
+  Hang hang;
+  SimulateOptions options;
+  std::optional<Sheet> nothing;
+  SimulateReport report;
+  GridSpec grid{options.rows, options.cols, hang.print.patch_m};
+  LocalScene local = local_scene(hang.scene, nothing, Surroundings(hang.scene).top_z_m());
+  ClothLaws laws = make_laws(hang.fabric, options.segments, report);
+  Surroundings surroundings = Surroundings(local.scene);
+  StaticCase the_case{local.scene, hang.print, nothing, surroundings, laws, options.mass};
+  StaticOptions by_fall = static_options(local.scene, options);
+};
+
 /// Where random start `index` ends: bent, turned and crumpled sheets, by the fall or the static
 /// solver in turns; on finer grids without contact with themselves. Nothing where it does not rest.
-std::optional<HangRest> rest_of_random_start(const StaticCase& the_case, const GridSpec& grid,
-                                             const StaticOptions& options, int index) {
+std::optional<HangRest> rest_of_random_start(const HangCase& hang, int index) {
   Draw draw(1000003ULL * (index + 1));
-  StaticOptions how = options;
+  StaticOptions how = hang.by_fall;
   how.threads = 1;
-  if (grid.rows > kWithLayers) how.cloth_thickness_m = 0;
+  if (hang.grid.rows > kWithLayers) how.cloth_thickness_m = 0;
   how.falls = index % 2 == 0 ? Falls::first : Falls::never;
   const bool turns = index % 4 >= 2;
   const Vector3d axis(draw.uniform(-1, 1), draw.uniform(-1, 1), draw.uniform(-1, 1));
@@ -158,7 +181,7 @@ std::optional<HangRest> rest_of_random_start(const StaticCase& the_case, const G
     waves.push_back({u, v, draw.uniform(0, kTurn), along * high / (1 + std::hypot(u, v))});
   }
   const StaticDrape drape =
-      drape_statically(the_case, grid, how, [&](const GridSpec& here, Field& x) {
+      drape_statically(hang.the_case, hang.grid, how, [&](const GridSpec& here, Field& x) {
         const Eigen::Matrix3d turn = Eigen::AngleAxisd(angle, axis.normalized()).toRotationMatrix();
         for (int i = 0; i < here.count(); ++i) {
           const double u = int{i / here.cols} / (here.rows - 1.0);
@@ -171,7 +194,8 @@ std::optional<HangRest> rest_of_random_start(const StaticCase& the_case, const G
       });
   if (drape.report.status != StaticStatus::at_rest) return std::nullopt;
   return HangRest{drape.report.history.back().sum_j(),
-                  self_distance(grid, drape.position).crossings > 0, drape.report.longest_trial_m};
+                  self_distance(hang.grid, drape.position).crossings > 0,
+                  drape.report.longest_trial_m};
 }
 
 constexpr double kGoal = 0.01 * percent;  // of the energy against the pins' height
@@ -183,27 +207,17 @@ struct Ends {
 
 /// What `drape run` (one fall), `drape branches` and random starts find of hang `seed`.
 Ends ends_of(int seed, int particles, int kicks, int randoms) {
-  const drape::test::TemporaryFolder folder;
-  const Hang hang = draw_hang(folder.path(), seed);
-  SimulateOptions options;
-  options.rows = options.cols = particles;
-  options.solver = "fall";
+  const HangCase here(seed, particles);
+  const Hang& hang = here.hang;
+  const SimulateOptions& options = here.options;
   BranchOptions how;
   how.kicks = kicks;
-  const std::optional<Sheet> nothing;
-  const GridSpec grid{particles, particles, hang.print.patch_m};
-  const LocalScene local = local_scene(hang.scene, nothing, Surroundings(hang.scene).top_z_m());
-  const double pins_j = local.gravity_offset_j(mass_kg(hang.fabric, hang.print, options));
-  SimulateReport report;
-  const ClothLaws laws = make_laws(hang.fabric, options.segments, report);
-  const Surroundings surroundings(local.scene);
-  const StaticCase the_case{local.scene, hang.print, nothing, surroundings, laws, options.mass};
-  const StaticOptions by_fall = static_options(local.scene, options);
+  const double pins_j = here.local.gravity_offset_j(mass_kg(hang.fabric, hang.print, options));
   Ends ends;
-  const StaticDrape fallen = drape_statically(the_case, grid, by_fall);
+  const StaticDrape fallen = drape_statically(here.the_case, here.grid, here.by_fall);
   ends.fall_j = fallen.report.history.back().sum_j();
   const BranchResult result =
-      simulate_branches(hang.scene, hang.fabric, hang.print, nothing, options, how);
+      simulate_branches(hang.scene, hang.fabric, hang.print, here.nothing, options, how);
   if (!result.branches.found.empty())
     ends.lowest_j = result.branches.found.front().energy_j - pins_j;
   const auto note_start = [&](const Branch& rest) {
@@ -215,7 +229,7 @@ Ends ends_of(int seed, int particles, int kicks, int randoms) {
     for (const Branch& other : branch.others) note_start(other);
   }
   for (int k = 0; k < randoms; ++k) {
-    const auto rest = rest_of_random_start(the_case, grid, by_fall, k);
+    const auto rest = rest_of_random_start(here, k);
     if (rest && !rest->crosses) ends.best_random_j = std::min(ends.best_random_j, rest->energy_j);
     if ((k + 1) % kReported != 0) continue;
     fmt::print(
@@ -267,42 +281,29 @@ TEST(Hangs, TheLowestBranchIsAsLowAsTheBestOfRandomStarts) {
 /// most each. Corrections of crumpled sheets were many sheets long, and their pairs of layers
 /// filled gigabytes.
 TEST(Hangs, TrialsOfAStepStayNear) {
-  const drape::test::TemporaryFolder folder;
-  const Hang hang = draw_hang(folder.path(), 8);
-  SimulateOptions options;
-  options.solver = "fall";
-  SimulateReport report;
-  const GridSpec grid{kWithLayers, kWithLayers, hang.print.patch_m};
-  const LocalScene local =
-      local_scene(hang.scene, std::nullopt, Surroundings(hang.scene).top_z_m());
-  const ClothLaws laws = make_laws(hang.fabric, options.segments, report);
-  const Surroundings surroundings(local.scene);
-  const std::optional<Sheet> nothing;
-  const StaticCase the_case{local.scene, hang.print, nothing, surroundings, laws, options.mass};
+  const HangCase hang(8, kWithLayers);
   int rests = 0;
   for (int index = 0; index < 12; ++index) {
-    const auto rest =
-        rest_of_random_start(the_case, grid, static_options(local.scene, options), index);
+    const auto rest = rest_of_random_start(hang, index);
     if (!rest) continue;
     ++rests;
-    EXPECT_LE(rest->longest_trial_m, 8 * 0.5 * grid.warp_spacing_m()) << index;
+    EXPECT_LE(rest->longest_trial_m, 8 * 0.5 * hang.grid.warp_spacing_m()) << index;
   }
   EXPECT_GT(rests, 6);
+}
+
+BranchResult seek(const Hang& hang, SimulateOptions options, int threads) {
+  options.threads = threads;
+  return simulate_branches(hang.scene, hang.fabric, hang.print, std::nullopt, options,
+                           {.starts = 1, .kicks = 32});
 }
 
 /// A start that ends on the sheet itself is no reason not to seek.
 TEST(Hangs, AreSoughtLowerWhereAStartPressesOnItself) {
   const drape::test::TemporaryFolder folder;
   const Hang hang = draw_hang(folder.path(), 2);
-  SimulateOptions options;
-  options.rows = options.cols = 13;
-  options.solver = "fall";
-  const auto seek = [&](int threads) {
-    options.threads = threads;
-    return simulate_branches(hang.scene, hang.fabric, hang.print, std::nullopt, options,
-                             {.starts = 1, .kicks = 32});
-  };
-  const BranchResult result = seek(1);
+  const SimulateOptions options = by_the_fall(13);
+  const BranchResult result = seek(hang, options, 1);
   int pressing = 0, sought = 0;
   const auto count = [&](const Branch& rest) {
     (rest.own_start < 0 ? sought : pressing) += rest.own_start < 0 || rest.report.layers > 0;
@@ -313,25 +314,20 @@ TEST(Hangs, AreSoughtLowerWhereAStartPressesOnItself) {
   }
   EXPECT_EQ(pressing, 1);  // what this test is about
   EXPECT_GT(sought, 0);
-  EXPECT_EQ(branches_json(result.branches).dump(), branches_json(seek(2).branches).dump());
+  EXPECT_EQ(branches_json(result.branches).dump(),
+            branches_json(seek(hang, options, 2).branches).dump());
 }
 
 TEST(Hangs, AreSoughtByKicksAlikeAtAnyNumberOfThreads) {
   const drape::test::TemporaryFolder folder;
   const Hang hang = draw_hang(folder.path(), 0);
   ASSERT_EQ(hang.scene.pins.size(), 3U);
-  SimulateOptions options;
-  options.rows = options.cols = 9;
-  options.solver = "fall";
-  const auto seek = [&](int threads) {
-    options.threads = threads;
-    return simulate_branches(hang.scene, hang.fabric, hang.print, std::nullopt, options,
-                             {.starts = 1, .kicks = 32});
-  };
-  const BranchResult result = seek(1);
+  const SimulateOptions options = by_the_fall(9);
+  const BranchResult result = seek(hang, options, 1);
   EXPECT_TRUE(std::any_of(result.branches.found.begin(), result.branches.found.end(),
                           [](const Branch& branch) { return branch.own_start < 0; }));
-  EXPECT_EQ(branches_json(result.branches).dump(), branches_json(seek(2).branches).dump());
+  EXPECT_EQ(branches_json(result.branches).dump(),
+            branches_json(seek(hang, options, 2).branches).dump());
 }
 
 /// Flat, `height` above the pins.
@@ -371,9 +367,7 @@ TEST(Kicks, MoveAPartOrJoinPartsOfTwoRests) {
 /// The lowest branch of the paper's D.
 Sheet lowest_of_d(int particles, int starts, int kicks) {
   const Scene scene = read_scene(drape::test::source_root() / "rigs/paper/scenes/D.toml");
-  SimulateOptions options;
-  options.rows = options.cols = particles;
-  options.solver = "fall";
+  const SimulateOptions options = by_the_fall(particles);
   BranchOptions how;
   how.starts = starts;
   how.kicks = kicks;
