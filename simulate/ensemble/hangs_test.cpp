@@ -15,7 +15,6 @@
 #include "core/units.hpp"
 #include "simulate/contact/self_distance.hpp"
 #include "simulate/ensemble/branches.hpp"
-#include "simulate/ensemble/kicks.hpp"
 #include "simulate/equilibrium/mixture.hpp"
 #include "simulate/start/local_frame.hpp"
 #include "simulate/study/study.hpp"
@@ -328,40 +327,6 @@ TEST(Hangs, AreSoughtByKicksAlikeAtAnyNumberOfThreads) {
                           [](const Branch& branch) { return branch.own_start < 0; }));
   EXPECT_EQ(branches_json(result.branches).dump(),
             branches_json(seek(hang, options, 2).branches).dump());
-}
-
-/// Flat, `height` above the pins.
-Field flat(const GridSpec& grid, double height) {
-  Field x;
-  for (int axis = 0; axis < 3; ++axis) {
-    for (int i = 0; i < grid.count(); ++i) {
-      const double along[] = {i % grid.cols * grid.weft_spacing_m(),
-                              int{i / grid.cols} * grid.warp_spacing_m(), height};
-      x.push_back(along[axis]);
-    }
-  }
-  return x;
-}
-
-TEST(Kicks, MoveAPartOrJoinPartsOfTwoRests) {
-  const GridSpec grid{9, 9, {0.2, 0.2}};
-  const Field low = flat(grid, 0), high = flat(grid, 0.1);
-  for (int index = 0; index < 40; ++index) {
-    const Field start = kicked(grid, index, {&low, &high});
-    EXPECT_EQ(start, kicked(grid, index, {&low, &high}));
-    EXPECT_NE(start, kicked(grid, index + 1, {&low, &high}));
-    const Field alone = kicked(grid, index, {&low});
-    for (int i = 0; i < grid.count(); ++i) {
-      const Vector3d p = at(start, i);
-      EXPECT_LT((p - at(low, i)).head<2>().norm(), 1e-12)
-          << index;          // a flat part moves across itself
-      if (index % 2 == 0) {  // of two rests
-        EXPECT_GE(p.z(), 0) << index;
-        EXPECT_LE(p.z(), 0.1 + 1e-12) << index;
-        EXPECT_LT((at(alone, i) - at(low, i)).norm(), 1e-12) << index;
-      }
-    }
-  }
 }
 
 /// The lowest branch of the paper's D.
