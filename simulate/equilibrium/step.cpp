@@ -110,7 +110,7 @@ void StaticSolver::correct() {
   }
   factor_.solve(step);
   if (!step.allFinite()) return;  // iterate() may have left a factor that broke off
-  cut_to_cap(step);
+  if (layers_.on()) cut_to_cap(step);
   const Field from = trial_;
   trial_strains_ = linear_strains(cloth_, from, step);
   move(from, step);
