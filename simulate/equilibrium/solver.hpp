@@ -120,7 +120,8 @@ class StaticSolver {
       const Eigen::VectorXd& force);
 
  private:
-  static constexpr double kDeep = 1e-6;   ///< m; deeper entries are caught before a step is taken
+  static constexpr double kDeep =
+      1e-6;  ///< m; deeper entries are caught before a step, and all after one in vain
   static constexpr double kNewtonMu = 1;  ///< 1/s^2; below, mu becomes 0
   void find_forces(const Field& x, Field& force) const;
   void add_outer_forces(const Field& x, Field& force) const;

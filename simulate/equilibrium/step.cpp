@@ -168,7 +168,10 @@ bool StaticSolver::take_step(StaticReport& report) {
   };
   shorten();
   if (layers_.on()) layers_.watch(trial_);
-  const int changes = contacts_.review(position, trial_, kDeep) + layers_.review(trial_);
+  // Two particles that enter by turns, each less deep than that, would do so for ever.
+  const bool in_vain = momentum_.empty() && report.iterations > progress_at_;
+  const int changes =
+      contacts_.review(position, trial_, in_vain ? 0 : kDeep) + layers_.review(trial_);
   // Once: what changes in a second round hardly matters, and the next step finds it.
   if (changes > 0 || follows_pressing()) {
     if (!find_step(report, Solve::changed)) return false;
