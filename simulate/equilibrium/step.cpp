@@ -55,9 +55,9 @@ void StaticSolver::move(const Field& from, const VectorXd& displacement) {
 /// Lifts out of objects what the trial puts into them, and ends it before layers pass each other;
 /// returns the part of it that is left.
 double StaticSolver::hold_back() {
-  longest_trial_m_ = std::max(longest_trial_m_, largest_of(displacement_to_trial()));
   contacts_.retract(position, trial_);
   if (!layers_.on()) return 1;
+  longest_trial_m_ = std::max(longest_trial_m_, largest_of(displacement_to_trial()));
   layers_.watch(trial_);
   const double fraction = layers_.safe_fraction(trial_);
   if (fraction < 1) {
