@@ -65,7 +65,7 @@ struct StaticReport {
   double residual_rms = 0;
   bool stable = false;  ///< the exact Hessian on the free directions is positive definite
   double pin_error_m = 0, gap_error_m = 0;
-  double longest_trial_m = 0;  ///< of a particle, in all trials with layers on
+  double longest_trial_m = 0;  ///< displacement of a particle, of all with layers on
   int touching = 0, between = 0;
   int layers = 0;                ///< pairs of pieces of the sheet that press on each other
   double cloth_thickness_m = 0;  ///< that layers kept apart; 0: the sheet did not meet itself
@@ -120,8 +120,8 @@ class StaticSolver {
       const Eigen::VectorXd& force);
 
  private:
-  static constexpr double kDeep =
-      1e-6;  ///< m; deeper entries are caught before a step, and all after one in vain
+  /// m; deeper entries are caught before a step is taken, and all after one in vain.
+  static constexpr double kDeep = 1e-6;
   static constexpr double kNewtonMu = 1;  ///< 1/s^2; below, mu becomes 0
   void find_forces(const Field& x, Field& force) const;
   void add_outer_forces(const Field& x, Field& force) const;

@@ -168,7 +168,7 @@ bool StaticSolver::take_step(StaticReport& report) {
   };
   shorten();
   if (layers_.on()) layers_.watch(trial_);
-  // Two particles that enter by turns, each less deep than that, would do so for ever.
+  // Two particles that enter by turns, each less deep than kDeep, would do so for ever.
   const bool in_vain = momentum_.empty() && report.iterations > progress_at_;
   const int changes =
       contacts_.review(position, trial_, in_vain ? 0 : kDeep) + layers_.review(trial_);

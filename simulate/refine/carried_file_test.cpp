@@ -21,8 +21,8 @@ int run(const std::string& name, const std::string& words) {
       fmt::format("{} {} --quiet > /dev/null 2>&1", test::program(name).string(), words).c_str());
 }
 
-// Two particles entered the cube's top by turns, each less than 0.1 um deep, until the solver lost
-// its patience and let the sheet fall on.
+// Particles entered the cube by turns, less deep than a step looked at, until the solver lost its
+// patience and let the sheet fall on.
 TEST(RefineFiles, ParticlesThatEnterByTurnsComeToRest) {
   const test::TemporaryFolder folder;
   const fs::path scene = test::source_root() / "rigs/paper/scenes/C.toml";
