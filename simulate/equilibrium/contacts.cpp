@@ -118,14 +118,16 @@ void StaticContacts::refresh(const Field& position) {
   if (seeks_points_) lines_.refresh(position);
 }
 
-/// Lists the particles and points near a surface; those listed before keep what they remember.
+/// Lists the particles and points near a surface; those listed before keep what they remember. A
+/// place found anew elsewhere on the cloth keeps its spring's stretch, not the spring's far end:
+/// friction would let the cloth go each time.
 void StaticContacts::watch(const Field& position, double watch_m) {
   before_.swap(contacts_);
   contacts_.clear();
   contacts_.reserve(before_.size() + lines_.points().size() / 8);
   const auto keep = [&](Contact& contact) {
     const int old = index_[contact.site];
-    if (old < 0) return;
+    if (old < 0 || before_[old].shape != contact.shape) return;
     const Contact& was = before_[old];
     contact.multiplier = was.multiplier;
     contact.anchored = was.anchored;
@@ -133,7 +135,7 @@ void StaticContacts::watch(const Field& position, double watch_m) {
     contact.limit = was.limit;
     contact.taken = was.taken;
     contact.slip_m = was.slip_m;
-    contact.anchor = was.anchor;
+    contact.anchor = was.anchor + (mix(position, contact) - mix(position, was));
   };
   for (int i = 0; i < cloth_->count(); ++i) {
     if (is_pinned_[i] != 0) continue;

@@ -1,15 +1,22 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
+#include <numbers>
 #include <random>
 
+#include "core/units.hpp"
 #include "simulate/equilibrium/contacts.hpp"
+#include "simulate/equilibrium/solver.hpp"
+#include "simulate/validation/exact.hpp"
 
 namespace drape::simulate {
 namespace {
 
 using Eigen::Vector3d;
 using Eigen::VectorXd;
+using units::mm;
 
 constexpr double kSunk_m = 2e-6;
 
@@ -113,6 +120,101 @@ TEST(StaticFriction, KeepsToCoulombsLawWhereTheStepEnds) {
     const double friction = end.segment<2>(3 * i).norm();
     EXPECT_GT(pressing, 0);
     EXPECT_NEAR(friction, 0.4 * pressing, 1e-6 * pressing) << "particle " << i;
+  }
+}
+
+/// A flat cell, pressed against the rounded edge of a box, slides across it.
+TEST(StaticFriction, IsKeptWherePlacesAreFoundAnew) {
+  constexpr double kRadius = 5 * mm, kDepth = 20e-6, kSlide = 0.1 * mm, kSide = 10 * mm;
+  const Vector3d out = Vector3d(1, 0, 1).normalized(), along = Vector3d(1, 0, -1).normalized();
+  Surroundings around;
+  Box box;
+  box.size_m.setConstant(100 * mm);
+  box.edge_radius_m = kRadius;
+  around.add(box);
+  const GridSpec grid{2, 2, {kSide, kSide}};
+  const Cloth cloth(grid, Slid::laws(), MassRule::area);
+  Field position(3 * static_cast<std::size_t>(grid.count()), 0.0);
+  const Vector3d middle = Vector3d(45, 0, 45) * mm + (kRadius - kDepth) * out;
+  for (int r = 0; r < 2; ++r) {
+    for (int c = 0; c < 2; ++c)
+      move_by(position, grid.index(r, c),
+              middle + (r - 0.5) * kSide * along + (c - 0.5) * kSide * Vector3d::UnitY());
+  }
+  StaticContacts contacts(cloth, around, 0.4, 9.81, true);
+  const auto of_lines = [&] {  // total, along the slope and across it
+    Eigen::Vector2d sum = Eigen::Vector2d::Zero();
+    for (const ContactForce& contact : contacts.forces(position)) {
+      if (contact.weight[2] == 0 && contact.weight[3] == 0)
+        sum += Eigen::Vector2d(contact.force_in_world.dot(along), contact.force_in_world.dot(out));
+    }
+    return sum;
+  };
+  contacts.refresh(position);
+  contacts.begin(position, kSide);
+  for (int i = 0; i < grid.count(); ++i) move_by(position, i, kSlide * along);
+  contacts.begin(position, kSide);
+  const Eigen::Vector2d before = of_lines();
+  contacts.refresh(position);
+  contacts.begin(position, kSide);
+  const Eigen::Vector2d after = of_lines();
+  EXPECT_GT(after.y(), 1.01 * before.y());  // else no place was found anew
+  EXPECT_LT(before.x(), -0.3 * before.y());
+  EXPECT_NEAR(after.x(), before.x(), 2 * kSlide / kRadius * before.y());  // the normal turns
+}
+
+/// A strip over a cylinder whose longer end weighs 2 % less than friction bears over half a turn,
+/// or more: Euler's and Eytelwein's belt with its own weight. What it moves when it holds is its
+/// sag between particles and the stretch of friction's springs.
+TEST(StaticFriction, AStripOverACylinderHoldsAsTheCapstanSays) {
+  constexpr double kRadius = 20 * mm, kMu = 0.3, kShort = 50 * mm, kSpacing = 3 * mm, kG = 9.80665;
+  ClothLaws laws;
+  laws.density_kg_per_m2 = 0.3;
+  laws.tensile[0].slope = laws.tensile[1].slope = 2000;
+  laws.shear.slope = 100;
+  laws.bending[0].slope = laws.bending[1].slope = laws.twist_n_m = 1e-7;
+  const double weight = laws.density_kg_per_m2 * kG, arc = std::numbers::pi * kRadius;
+  const double balanced = exact::capstan_tension(weight * kShort, kMu, weight, kRadius) / weight;
+  Cylinder roller;
+  roller.radius_m = kRadius;
+  roller.height_m = 100 * mm;
+  roller.edge_radius_m = 1 * mm;
+  roller.world_from_cylinder.rotation =
+      Eigen::Quaterniond::FromTwoVectors(Vector3d::UnitZ(), Vector3d::UnitY()).toRotationMatrix();
+  Surroundings around;
+  around.add(roller);
+  for (const double more : {-0.02, 0.02}) {
+    const double length = kShort + arc + (1 + more) * balanced;
+    const int rows = 1 + static_cast<int>(std::lround(length / kSpacing));
+    const GridSpec grid{rows, 3, {length, 2 * kSpacing}};
+    Cloth cloth(grid, laws, MassRule::area);
+    StaticOptions options;
+    options.friction = kMu;
+    options.falls = Falls::first;
+    options.longest_fall_s = 0.5;
+    options.max_iterations = 30;
+    StaticSolver sheet(cloth, around, options);
+    sheet.position.assign(3 * static_cast<std::size_t>(grid.count()), 0.0);
+    for (int r = 0; r < rows; ++r) {
+      const double s = length * r / (rows - 1) - kShort;
+      const double angle = std::clamp(s / kRadius, 0.0, std::numbers::pi);
+      const double below = std::min(s, 0.0) - std::max(s - arc, 0.0);
+      for (int c = 0; c < 3; ++c)
+        move_by(
+            sheet.position, grid.index(r, c),
+            {-kRadius * std::cos(angle), (c - 1) * kSpacing, kRadius * std::sin(angle) + below});
+    }
+    const Field start = sheet.position;
+    const StaticReport report = sheet.solve();
+    const auto end = static_cast<std::size_t>(2 * grid.count() + grid.index(rows - 1, 1));
+    const double sunk = start[end] - sheet.position[end];
+    if (more < 0) {
+      EXPECT_EQ(report.status, StaticStatus::at_rest);
+      EXPECT_LT(std::abs(sunk), 0.1 * mm);
+    } else {
+      EXPECT_NE(report.status, StaticStatus::at_rest);
+      EXPECT_GT(sunk, 10 * mm);
+    }
   }
 }
 
