@@ -119,7 +119,7 @@ void StaticContacts::refresh(const Field& position) {
 }
 
 /// Lists the particles and points near a surface; those listed before keep what they remember. A
-/// place found anew elsewhere on the cloth keeps its spring's stretch, not the spring's far end:
+/// place found again elsewhere on the cloth keeps its spring's stretch, not the spring's far end:
 /// friction would let the cloth go each time.
 void StaticContacts::watch(const Field& position, double watch_m) {
   before_.swap(contacts_);

@@ -124,7 +124,7 @@ TEST(StaticFriction, KeepsToCoulombsLawWhereTheStepEnds) {
 }
 
 /// A flat cell, pressed against the rounded edge of a box, slides across it.
-TEST(StaticFriction, IsKeptWherePlacesAreFoundAnew) {
+TEST(StaticFriction, IsKeptWherePlacesAreFoundAgain) {
   constexpr double kRadius = 5 * mm, kDepth = 20e-6, kSlide = 0.1 * mm, kSide = 10 * mm;
   const Vector3d out = Vector3d(1, 0, 1).normalized(), along = Vector3d(1, 0, -1).normalized();
   Surroundings around;
@@ -158,7 +158,7 @@ TEST(StaticFriction, IsKeptWherePlacesAreFoundAnew) {
   contacts.refresh(position);
   contacts.begin(position, kSide);
   const Eigen::Vector2d after = of_lines();
-  EXPECT_GT(after.y(), 1.01 * before.y());  // else no place was found anew
+  EXPECT_GT(after.y(), 1.01 * before.y());  // else no place moved
   EXPECT_LT(before.x(), -0.3 * before.y());
   EXPECT_NEAR(after.x(), before.x(), 2 * kSlide / kRadius * before.y());  // the normal turns
 }

@@ -245,9 +245,9 @@ StaticDrape over_the_cube(Falls falls, int patience) {
   const Scene scene = bench_scene("C");
   const Fabric fabric = read_fabric(scene.fabric_file);
   const Print print = read_print(scene.print_file);
-  const GridSpec grid{21, 21, print.patch_m};
+  const GridSpec grid{25, 25, print.patch_m};
   SimulateOptions options;
-  options.rows = options.cols = 21;
+  options.rows = options.cols = 25;
   options.solver = "fall";
   const Surroundings surroundings(scene);
   SimulateReport report;
