@@ -206,7 +206,7 @@ TEST(StaticFriction, AStripOverACylinderHoldsAsTheCapstanSays) {
     }
     const Field start = sheet.position;
     const StaticReport report = sheet.solve();
-    const auto end = static_cast<std::size_t>(2 * grid.count() + grid.index(rows - 1, 1));
+    const int end = 2 * grid.count() + grid.index(rows - 1, 1);
     const double sunk = start[end] - sheet.position[end];
     if (more < 0) {
       EXPECT_EQ(report.status, StaticStatus::at_rest);
