@@ -164,8 +164,8 @@ TEST(StaticFriction, IsKeptWherePlacesAreFoundAgain) {
 }
 
 /// A strip over a cylinder whose longer end weighs 2 % less than friction bears over half a turn,
-/// or more: Euler's and Eytelwein's belt with its own weight. What it moves when it holds is its
-/// sag between particles and the stretch of friction's springs.
+/// or more: Euler's and Eytelwein's belt with its own weight. What holds may move by what chords
+/// are shorter than the arc, 0.06 mm, and by the stretch of friction's springs.
 TEST(StaticFriction, AStripOverACylinderHoldsAsTheCapstanSays) {
   constexpr double kRadius = 20 * mm, kMu = 0.3, kShort = 50 * mm, kSpacing = 3 * mm, kG = 9.80665;
   ClothLaws laws;
