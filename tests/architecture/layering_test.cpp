@@ -52,8 +52,8 @@ TEST(Layering, AStageNeverLinksAnotherStage) {
   EXPECT_THAT(findings, IsEmpty());
 }
 
-// What judges a drape may not contain what made it: of simulate it knows the curves, the readers of
-// scene and fabric, the types of the public header and the list of contact forces to be judged.
+// The checker shares with the solvers the readers of scene and fabric, the curves, the types of the
+// public header and the list of contact forces to be judged, nothing else.
 TEST(Layering, TheCheckerLinksNoSolver) {
   const SourceFile lists = read_source("simulate/checker/CMakeLists.txt");
   std::vector<std::string> linked;

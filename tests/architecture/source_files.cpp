@@ -19,10 +19,6 @@ bool SourceFile::is_header() const {
   return path.ends_with(".hpp");
 }
 
-bool SourceFile::is_main() const {
-  return path.ends_with("main.cpp");
-}
-
 std::string SourceFile::folder() const {
   return path.substr(0, path.find('/'));
 }

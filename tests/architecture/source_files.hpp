@@ -24,7 +24,6 @@ struct SourceFile {
 
   [[nodiscard]] bool is_test() const;  ///< *_test.cpp, or anything below tests/
   [[nodiscard]] bool is_header() const;
-  [[nodiscard]] bool is_main() const;        ///< holds a program's main function: *main.cpp
   [[nodiscard]] std::string folder() const;  ///< first part of the path
 };
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The words: identifiers and prose use the terms of the field and plain English; READMEs are short.
+// Identifiers and prose use the terms of the field and plain English.
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 
@@ -7,7 +7,6 @@
 #include <array>
 #include <cctype>
 #include <regex>
-#include <sstream>
 
 #include "tests/architecture/source_files.hpp"
 
@@ -15,9 +14,6 @@ namespace drape::test {
 namespace {
 
 using testing::IsEmpty;
-
-constexpr int max_readme_words = 1200;
-constexpr std::size_t max_prose_columns = 140;
 
 /// Words to avoid, each with what to write; "to and fro" is looked for as a phrase.
 constexpr std::array odd_words = {"way",  "ways",  "share", "shares", "told",
@@ -88,35 +84,6 @@ TEST(Words, CodeAndCommentsHaveNone) {
       const std::string word = odd_word(prose_of(line.text, key));
       if (!word.empty()) findings.push_back(fmt::format("{} ({})", finding(file, line), word));
     }
-  }
-  EXPECT_THAT(findings, IsEmpty());
-}
-
-TEST(Words, LinesOfMarkdownProseStayUnder140Columns) {
-  std::vector<std::string> findings;
-  for (const SourceFile& file : markdown_files()) {
-    for (const Line& line : outside_fences(file)) {
-      // A row of a table cannot be broken. Columns are characters: UTF-8 continuation bytes do not
-      // count.
-      const auto columns = std::count_if(line.text.begin(), line.text.end(),
-                                         [](unsigned char c) { return (c & 0xC0U) != 0x80U; });
-      if (!line.text.starts_with('|') && columns >= static_cast<long>(max_prose_columns))
-        findings.push_back(fmt::format("{}:{}: {} columns", file.path, line.number, columns));
-    }
-  }
-  EXPECT_THAT(findings, IsEmpty());
-}
-
-TEST(Words, ReadmesHaveAtMost1200Words) {
-  std::vector<std::string> findings;
-  for (const SourceFile& file : markdown_files()) {
-    if (!file.path.ends_with("README.md")) continue;
-    int words = 0;
-    for (const Line& line : file.lines) {
-      std::istringstream text(line.text);
-      for (std::string word; text >> word;) ++words;
-    }
-    if (words > max_readme_words) findings.push_back(fmt::format("{}: {}", file.path, words));
   }
   EXPECT_THAT(findings, IsEmpty());
 }
