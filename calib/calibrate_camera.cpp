@@ -12,7 +12,7 @@
 #include "calib/tsai/residuals.hpp"
 #include "calib/tsai/tsai.hpp"
 #include "core/error.hpp"
-#include "core/numbers/order.hpp"
+#include "core/statistics/sample.hpp"
 #include "core/units.hpp"
 
 namespace drape::calib {
@@ -139,7 +139,7 @@ Fit fit_all(const Camera& start, const Points& measured, double dot_diameter_m, 
 double robust_sigma_px(const Camera& camera, const Points& points) {
   std::vector<double> distances;
   for (const Correspondence& point : points) distances.push_back(distance_px(camera, point));
-  return median(std::move(distances)) / 1.1774;  // median of Rayleigh's distribution
+  return median(std::move(distances)) / kRayleighMedian;
 }
 
 /// Takes out the points too far off to be noise; returns those that stay.

@@ -13,6 +13,7 @@
 #include "compare/judgement.hpp"
 #include "compare/metrics/bootstrap.hpp"
 #include "core/error.hpp"
+#include "core/statistics/sample.hpp"
 #include "core/units.hpp"
 
 namespace drape::compare {
@@ -310,9 +311,8 @@ Measurement measurement_of(const Sheet& sheet) {
     if (mark.covariance_m2) sigmas.push_back(worst_sigma_m(*mark.covariance_m2));
   }
   if (sigmas.empty() || sigmas.size() != sheet.marks.size()) return measurement;
-  std::sort(sigmas.begin(), sigmas.end());
   measurement.sigma_median_m = quantile(sigmas, 0.5);
-  measurement.sigma_max_m = sigmas.back();
+  measurement.sigma_max_m = *std::max_element(sigmas.begin(), sigmas.end());
   return measurement;
 }
 

@@ -252,7 +252,7 @@ TEST(KnownAnswers, BootstrapCoversTheMeanAsOftenAsItSays) {
     for (double& d : distances) d = law(random);
     DistanceStatistics s = statistics_of(distances);
     add_bootstrap(distances, s);
-    held += s.mean.bootstrap->low_m <= 4 * mm && 4 * mm <= s.mean.bootstrap->high_m;
+    held += s.mean.bootstrap->low <= 4 * mm && 4 * mm <= s.mean.bootstrap->high;
   }
   const double fraction = static_cast<double>(held) / trials;
   const double limit = 3 * std::sqrt(0.95 * 0.05 / trials);
@@ -271,11 +271,11 @@ TEST(KnownAnswers, BootstrapIsTheSameEveryTimeAndHoldsTheValue) {
                       std::pair(one.max, one.max_m)};
   for (const auto& [trust, value] : pairs) {
     ASSERT_TRUE(trust.bootstrap);
-    EXPECT_LE(trust.bootstrap->low_m, value);
-    EXPECT_GE(trust.bootstrap->high_m, value);
+    EXPECT_LE(trust.bootstrap->low, value);
+    EXPECT_GE(trust.bootstrap->high, value);
   }
-  EXPECT_EQ(one.mean.bootstrap->low_m, two.mean.bootstrap->low_m);
-  EXPECT_EQ(one.max.bootstrap->high_m, 9 * mm);
+  EXPECT_EQ(one.mean.bootstrap->low, two.mean.bootstrap->low);
+  EXPECT_EQ(one.max.bootstrap->high, 9 * mm);
   DistanceStatistics single = statistics_of(std::vector<double>{1.0});
   add_bootstrap({1.0}, single);
   EXPECT_FALSE(single.mean.bootstrap) << "one mark says nothing about other marks";

@@ -9,8 +9,8 @@
 
 #include "console/bench.hpp"
 #include "core/error.hpp"
-#include "core/numbers/order.hpp"
 #include "core/program/run_record.hpp"
+#include "core/statistics/sample.hpp"
 #include "core/units.hpp"
 
 namespace drape::console {

@@ -13,9 +13,9 @@
 #include <utility>
 
 #include "core/files/files.hpp"
-#include "core/numbers/order.hpp"
 #include "core/parallel.hpp"
 #include "core/scene.hpp"
+#include "core/statistics/sample.hpp"
 #include "detect/dot_size.hpp"
 #include "detect/families/tag_family.hpp"
 #include "detect/frame.hpp"

@@ -8,7 +8,7 @@
 #include <numbers>
 #include <utility>
 
-#include "core/numbers/order.hpp"
+#include "core/statistics/sample.hpp"
 #include "core/units.hpp"
 
 namespace drape::detect {

@@ -13,7 +13,7 @@
 #include <utility>
 #include <vector>
 
-#include "core/numbers/order.hpp"
+#include "core/statistics/sample.hpp"
 #include "detect/dots/local_map.hpp"
 #include "detect/ellipses/ellipse_fit.hpp"
 #include "detect/image/mosaic.hpp"

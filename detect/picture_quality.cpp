@@ -12,7 +12,7 @@
 #include <utility>
 
 #include "core/error.hpp"
-#include "core/numbers/order.hpp"
+#include "core/statistics/sample.hpp"
 
 namespace drape::detect {
 namespace {
@@ -22,22 +22,6 @@ constexpr double kPart = 0.5;        ///< of marks, of light, of sharpness, of w
 constexpr std::size_t kFewTags = 3;  ///< tags that chance does not decode
 constexpr double kLeastLight = 16;   ///< of 255: 4 of the bits are not used
 constexpr double kSaturated = 0.02;  ///< more than highlights: the cloth itself, or a part of it
-
-double quantile_of(const std::vector<float>& values, double part) {
-  if (values.empty()) return 0;
-  return order_statistic(values,
-                         static_cast<std::size_t>(part * static_cast<double>(values.size() - 1)));
-}
-
-/// The same of 8-bit values that were counted.
-double quantile_of(const std::array<std::size_t, 256>& counts, double part) {
-  const std::size_t all = std::accumulate(counts.begin(), counts.end(), std::size_t{0});
-  if (all == 0) return 0;
-  const auto at = static_cast<std::size_t>(part * static_cast<double>(all - 1));
-  std::size_t below = 0, value = 0;
-  while (below + counts[value] <= at) below += counts[value++];
-  return static_cast<double>(value);
-}
 
 GreyImage mirrored(GreyImage image) {
   for (int y = 0; y < image.height_px; ++y) {
@@ -67,7 +51,7 @@ PictureQuality quality_of(const GreyImage& image) {
   PictureQuality quality;
   double steepest = 0;
   if (image.levels.empty()) {
-    std::array<std::size_t, 256> levels{}, doubled_slopes{};
+    std::array<std::int64_t, 256> levels{}, doubled_slopes{};
     for (int y = 0; y < image.height_px; y += kStride) {
       const std::uint8_t* row = image.bytes.data() + static_cast<std::size_t>(y) * image.width_px;
       for (int x = 1; x + 1 < image.width_px; ++x) {
@@ -75,9 +59,9 @@ PictureQuality quality_of(const GreyImage& image) {
         ++doubled_slopes[static_cast<std::size_t>(std::abs(row[x + 1] - row[x - 1]))];
       }
     }
-    quality.dark = quantile_of(levels, 0.01);
-    quality.light = quantile_of(levels, 0.99);
-    steepest = 0.5 * quantile_of(doubled_slopes, 0.999);
+    quality.dark = counted_quantile(levels, 0.01);
+    quality.light = counted_quantile(levels, 0.99);
+    steepest = 0.5 * counted_quantile(doubled_slopes, 0.999);
   } else {
     quality.deep = true;
     std::vector<float> levels, slopes;
@@ -87,9 +71,11 @@ PictureQuality quality_of(const GreyImage& image) {
         slopes.push_back(0.5F * std::abs(image.level(x + 1, y) - image.level(x - 1, y)));
       }
     }
-    quality.dark = quantile_of(levels, 0.01);
-    quality.light = quantile_of(levels, 0.99);
-    steepest = quantile_of(slopes, 0.999);
+    if (!levels.empty()) {
+      quality.dark = quantile(levels, 0.01);
+      quality.light = quantile(levels, 0.99);
+      steepest = quantile(slopes, 0.999);
+    }
   }
   // The slope of a step that a Gaussian blurs is its height over sqrt(2 pi) widths.
   if (steepest > 0)

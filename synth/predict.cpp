@@ -11,6 +11,7 @@
 #include <numbers>
 
 #include "core/error.hpp"
+#include "core/statistics/sample.hpp"
 #include "core/units.hpp"
 
 namespace drape::synth {
@@ -21,12 +22,6 @@ using Eigen::Matrix3d;
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 using units::deg;
-
-double quantile(std::vector<double> values, double fraction) {
-  if (values.empty()) return 0;
-  std::sort(values.begin(), values.end());
-  return values[static_cast<std::size_t>(fraction * static_cast<double>(values.size() - 1))];
-}
 
 /// One mark of the volume, and its covariance where two cameras see it.
 struct PredictedMark {
@@ -104,10 +99,11 @@ PredictedSlope slope_of(const std::vector<Camera>& cameras, const Print& print, 
   }
   counts.marks += result.marks;
   counts.seen += result.seen_by_two;
+  if (!pixels.empty()) result.median_px = quantile(pixels, 0.5);
+  if (sigmas.empty()) return result;
   result.median_m = quantile(sigmas, 0.5);
   result.p95_m = quantile(sigmas, 0.95);
   result.median_height_m = quantile(heights, 0.5);
-  result.median_px = quantile(pixels, 0.5);
   return result;
 }
 

@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <numbers>
 
-#include "core/numbers/random.hpp"
+#include "core/statistics/random.hpp"
 
 namespace drape::synth {
 

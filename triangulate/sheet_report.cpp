@@ -8,7 +8,7 @@
 #include <map>
 #include <string_view>
 
-#include "core/numbers/order.hpp"
+#include "core/statistics/sample.hpp"
 #include "core/units.hpp"
 
 namespace drape::triangulate {

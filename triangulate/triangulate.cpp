@@ -9,8 +9,8 @@
 #include <utility>
 
 #include "core/error.hpp"
-#include "core/numbers/order.hpp"
 #include "core/parallel.hpp"
+#include "core/statistics/sample.hpp"
 #include "core/units.hpp"
 #include "triangulate/agreement.hpp"
 #include "triangulate/dot_shape.hpp"

@@ -9,8 +9,8 @@
 #include <utility>
 
 #include "calib/dense/decompositions.hpp"
-#include "calib/joint/statistics.hpp"
-#include "core/numbers/order.hpp"
+#include "core/statistics/distributions.hpp"
+#include "core/statistics/sample.hpp"
 
 namespace drape::calib {
 namespace {
@@ -84,14 +84,7 @@ Faultless faultless_of_normal(double sd, int count, double false_no_go) {
 }
 
 double chi2_per_dof_beyond(int dof, double p) {
-  constexpr double kInfinite = 1e5;  // degrees of freedom: as good as a known variance
-  double low = 0, high = 1;
-  while (f_tail(high, dof, kInfinite) > p) high *= 2;
-  for (int i = 0; i < 60; ++i) {
-    const double middle = (low + high) / 2;
-    (f_tail(middle, dof, kInfinite) > p ? low : high) = middle;
-  }
-  return (low + high) / 2;
+  return chi_square_beyond(p, dof) / dof;
 }
 
 }  // namespace drape::calib

@@ -14,7 +14,7 @@
 #include "calib/checks/late_camera.hpp"
 #include "calib/checks/one_more.hpp"
 #include "calib/checks/wide_lens.hpp"
-#include "calib/joint/statistics.hpp"
+#include "core/statistics/distributions.hpp"
 #include "core/units.hpp"
 
 namespace drape::calib {

@@ -10,9 +10,9 @@
 
 #include "calib/dense/decompositions.hpp"
 #include "calib/joint/model.hpp"
-#include "calib/joint/statistics.hpp"
 #include "core/camera_derivatives.hpp"
 #include "core/error.hpp"
+#include "core/statistics/distributions.hpp"
 #include "core/units.hpp"
 
 namespace drape::calib {
@@ -96,7 +96,8 @@ MatrixXd covariance_of(const Calibration& calibration, const std::vector<std::st
 double probability(double sum, const MatrixXd& covariance) {
   const double mean = covariance.trace(), squares = covariance.squaredNorm();
   if (!(mean > 0)) return sum > 0 ? 0 : 1;
-  return f_tail(sum / mean, mean * mean / squares, 1e6);
+  const double dof = mean * mean / squares;
+  return chi_square_tail(sum / mean * dof, dof);
 }
 
 }  // namespace

@@ -10,7 +10,7 @@
 #include <utility>
 
 #include "core/error.hpp"
-#include "core/numbers/order.hpp"
+#include "core/statistics/sample.hpp"
 #include "core/units.hpp"
 
 namespace drape::calib {

@@ -7,7 +7,6 @@
 #include <vector>
 
 #include "calib/dense/decompositions.hpp"
-#include "calib/joint/statistics.hpp"
 #include "core/units.hpp"
 
 namespace drape::calib {

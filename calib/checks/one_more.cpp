@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "calib/dense/decompositions.hpp"
-#include "calib/joint/statistics.hpp"
+#include "core/statistics/distributions.hpp"
 
 namespace drape::calib {
 

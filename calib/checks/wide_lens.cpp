@@ -12,7 +12,7 @@
 #include "calib/joint/alone.hpp"
 #include "calib/joint/view_scatter.hpp"
 #include "core/error.hpp"
-#include "core/numbers/order.hpp"
+#include "core/statistics/sample.hpp"
 #include "core/units.hpp"
 
 namespace drape::calib {
@@ -25,8 +25,6 @@ using Eigen::VectorXd;
 
 /// A bias of fewer stated standard deviations is inside the stated interval's doubt.
 constexpr double kHarmSigmas = 3;
-/// Median distance of points from their images under the stated noise alone (Rayleigh).
-constexpr double kNoiseMedian = 1.1774;
 constexpr double kNowhere = std::numeric_limits<double>::infinity();
 
 constexpr const char* kRemedy = "use a lens of less view, or pictures as the camera took them";
@@ -121,8 +119,8 @@ JointModel without_fisheye(const JointModel& model, std::size_t index, double fo
 std::string fisheye(const JointModel& model, std::size_t index) {
   // One camera's parallel views may not hold a lens that all cameras together hold.
   double brown = miss_together(model, index);
-  if (brown > 2 * kNoiseMedian) brown = std::min(brown, typical_miss(model, index));
-  if (!(brown > 2 * kNoiseMedian)) return "";
+  if (brown > 2 * kRayleighMedian) brown = std::min(brown, typical_miss(model, index));
+  if (!(brown > 2 * kRayleighMedian)) return "";
   const CameraModel& image = model.cameras[index].camera.model;
   const double half_px = std::hypot(image.width_px, image.height_px) / 2;
   double best = kNowhere, best_deg = 0;

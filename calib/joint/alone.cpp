@@ -5,7 +5,7 @@
 
 #include "calib/joint/planar_view.hpp"
 #include "core/error.hpp"
-#include "core/numbers/order.hpp"
+#include "core/statistics/sample.hpp"
 
 namespace drape::calib {
 namespace {

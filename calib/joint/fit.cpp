@@ -6,11 +6,11 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <random>
+#include <span>
 #include <utility>
 
 #include "core/dot_image.hpp"
-#include "core/numbers/order.hpp"
+#include "core/statistics/sample.hpp"
 #include "core/units.hpp"
 
 namespace drape::calib {
@@ -23,7 +23,6 @@ using units::mm;
 constexpr int kRounds = 8;
 constexpr double kSettledPx = 1e-6;
 constexpr double kSettledWeight = 1e-4;
-constexpr double kRayleighMedian = 1.1774;
 
 /// Point distance in units of the point's standard deviation.
 double distance_sigmas(const JointModel& model, const JointFrame& frame, const TargetPoint& point) {
@@ -249,23 +248,20 @@ constexpr int kDraws = 400;
 
 /// Mean square error per point of each lens (columns) in draws of the placements with replacement.
 std::vector<std::vector<double>> drawn_errors(const std::vector<HeldOut>& table) {
-  std::mt19937 random(1);
-  const std::size_t views = table.front().views.size();
   std::vector<std::vector<double>> draws;
-  for (int draw = 0; draw < kDraws; ++draw) {
-    std::vector<double> errors(table.size(), 0);
-    std::vector<int> points(table.size(), 0);
-    for (std::size_t i = 0; i < views; ++i) {
-      const std::size_t view = random() % views;
-      for (std::size_t lens = 0; lens < table.size(); ++lens) {
-        errors[lens] += table[lens].views[view].squares_px2;
-        points[lens] += table[lens].views[view].points;
+  bootstrap(table.front().views.size(), kDraws, [&](std::span<const std::int64_t> counts) {
+    std::vector<double> errors;
+    for (const HeldOut& lens : table) {
+      double squares = 0, points = 0;
+      for (std::size_t view = 0; view < counts.size(); ++view) {
+        const auto count = static_cast<double>(counts[view]);
+        squares += count * lens.views[view].squares_px2;
+        points += count * lens.views[view].points;
       }
+      errors.push_back(squares / std::max(points, 1.0));
     }
-    for (std::size_t lens = 0; lens < table.size(); ++lens)
-      errors[lens] /= std::max(points[lens], 1);
     draws.push_back(std::move(errors));
-  }
+  });
   return draws;
 }
 

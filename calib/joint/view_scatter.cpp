@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "calib/dense/decompositions.hpp"
-#include "calib/joint/statistics.hpp"
+#include "core/statistics/distributions.hpp"
 
 namespace drape::calib {
 namespace {
@@ -81,7 +81,8 @@ ViewScatter scatter_of_views(const JointModel& model, const JointFit& fit, doubl
              eigen.vectors.transpose();
   out.degrees_of_freedom = 1 / (std::pow(out.shrinkage, 2) / (by_direction * directions) +
                                 std::pow(own_part, 2) / by_direction);
-  const double widening = widening_by_student(out.degrees_of_freedom);
+  const double widening =
+      student_quantile(0.975, std::max(out.degrees_of_freedom, 2.0)) / normal_quantile(0.975);
   out.covariance = widening * widening * whiten.transpose() * whitened * whiten;
   out.covariance = (0.5 * (out.covariance + out.covariance.transpose())).eval();
   return out;

@@ -5,23 +5,12 @@
 
 #include <array>
 #include <cstdlib>
+#include "core/statistics/sample.hpp"
 
 namespace drape::capture {
 namespace {
 
 using Histogram = std::array<std::int64_t, 256>;
-
-/// Level below which `fraction` of the counted values lie.
-int level_at(const Histogram& histogram, double fraction) {
-  std::int64_t total = 0;
-  for (const std::int64_t n : histogram) total += n;
-  std::int64_t below = 0;
-  for (int level = 0; level < 256; ++level) {
-    below += histogram[static_cast<std::size_t>(level)];
-    if (static_cast<double>(below) >= fraction * static_cast<double>(total)) return level;
-  }
-  return 255;
-}
 
 }  // namespace
 
@@ -42,8 +31,8 @@ FrameQuality quality_of(std::span<const std::uint8_t> pixels, int width_px) {
   quality.dark_fraction =
       static_cast<double>(levels[0] + levels[1] + levels[2] + levels[3]) / count;
   quality.saturated_fraction = static_cast<double>(levels[254] + levels[255]) / count;
-  quality.contrast = level_at(levels, 0.99) - level_at(levels, 0.01);
-  if (quality.contrast > 0) quality.sharpness = level_at(steps, 0.999) / quality.contrast;
+  quality.contrast = counted_quantile(levels, 0.99) - counted_quantile(levels, 0.01);
+  if (quality.contrast > 0) quality.sharpness = counted_quantile(steps, 0.999) / quality.contrast;
   return quality;
 }
 

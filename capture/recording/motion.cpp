@@ -9,7 +9,7 @@
 #include <utility>
 
 #include "core/error.hpp"
-#include "core/numbers/order.hpp"
+#include "core/statistics/sample.hpp"
 
 namespace drape::capture {
 namespace following {

@@ -12,9 +12,9 @@
 
 #include "core/calibration.hpp"
 #include "core/error.hpp"
-#include "core/numbers/order.hpp"
 #include "core/parallel.hpp"
 #include "core/recording.hpp"
+#include "core/statistics/sample.hpp"
 
 namespace drape::capture {
 namespace {

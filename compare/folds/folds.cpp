@@ -9,6 +9,7 @@
 #include <numeric>
 
 #include "core/error.hpp"
+#include "core/statistics/sample.hpp"
 #include "core/units.hpp"
 
 namespace drape::compare {
@@ -299,16 +300,11 @@ std::vector<Descriptor> descriptors_of(const SheetShape& shape) {
 
 namespace {
 
-double mean_of(const std::vector<double>& values) {
-  return std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size());
-}
-
 std::optional<double> variation_of(const std::vector<double>& values) {
   const double mean = mean_of(values);
   if (values.size() < 2 || mean == 0) return std::nullopt;
-  double squares = 0;
-  for (const double value : values) squares += (value - mean) * (value - mean);
-  return std::sqrt(squares / static_cast<double>(values.size() - 1)) / std::abs(mean);
+  return std::sqrt(squares_about_mean(values) / static_cast<double>(values.size() - 1)) /
+         std::abs(mean);
 }
 
 }  // namespace

@@ -14,9 +14,10 @@
 #include "compare/hems/hem_checks.hpp"
 #include "compare/hems/hem_csv.hpp"
 #include "compare/hems/shadow.hpp"
-#include "compare/repeats/student.hpp"
 #include "core/error.hpp"
 #include "core/parallel.hpp"
+#include "core/statistics/distributions.hpp"
+#include "core/statistics/sample.hpp"
 #include "core/units.hpp"
 
 namespace drape::compare {
@@ -202,10 +203,6 @@ void tell_apart(std::vector<Input>& files) {
 
 constexpr double kLeast_m = 1e-6;  // hems that are nearer are copies
 
-double mean_of(const std::vector<double>& values) {
-  return std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size());
-}
-
 /// A copy is no repeat: of hems that are equal to the last bit the first is kept.
 void refuse_copies(HemSet& set) {
   std::map<std::vector<double>, std::string> seen;
@@ -308,9 +305,8 @@ std::optional<EnsembleBand> band_of(const std::vector<const HemRecord*>& hems) {
   if (values.size() < 2) return std::nullopt;
   const auto n = static_cast<double>(values.size());
   band.mean = mean_of(values);
-  double squares = 0;
-  for (const double value : values) squares += (value - band.mean) * (value - band.mean);
-  const double reach = student_quantile(0.975, n - 1) * std::sqrt(squares / (n - 1));
+  const double reach =
+      student_quantile(0.975, n - 1) * std::sqrt(squares_about_mean(values) / (n - 1));
   band.mean_u = reach / std::sqrt(n);
   if (static_cast<int>(values.size()) == band.drapes)
     band.next = {band.mean - reach * std::sqrt(1 + 1 / n),

@@ -14,7 +14,7 @@
 #include "core/files/files.hpp"
 #include "core/files/mesh_file.hpp"
 #include "core/files/toml_file.hpp"
-#include "core/numbers/order.hpp"
+#include "core/statistics/sample.hpp"
 #include "core/units.hpp"
 
 namespace drape::compare {

@@ -11,10 +11,9 @@ namespace drape::compare {
 /// Resamples per interval: the two ends then stand on the 50th value from below and above.
 inline constexpr int kResamples = 2000;
 
-/// Sets the bootstrap intervals of mean, median, RMS, 95th percentile and maximum. The draws come
-/// from a generator with a fixed start (splitmix64; Steele, Lea & Flood 2014), so the same
-/// distances always give the same interval. Marks are drawn as if independent; neighbours on a
-/// cloth are not, so the true interval is rather wider.
+/// Sets the bootstrap intervals of mean, median, RMS, 95th percentile and maximum. The draws have a
+/// fixed start, so the same distances always give the same interval. Marks are drawn as if
+/// independent; neighbours on a cloth are not, so the true interval is rather wider.
 void add_bootstrap(const std::vector<double>& distances_m, DistanceStatistics& statistics);
 
 /// The same for the mean of values of either sign. Nothing below two values.

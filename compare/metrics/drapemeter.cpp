@@ -7,6 +7,7 @@
 #include <cmath>
 #include <numbers>
 #include <numeric>
+#include "core/statistics/sample.hpp"
 
 namespace drape::compare {
 namespace {
@@ -33,10 +34,6 @@ Harmonic harmonic_of(const std::vector<double>& radius, int order) {
   s *= 2 / n;
   const double amplitude = std::hypot(c, s);
   return {order, amplitude, amplitude > 0 ? std::atan2(s, c) : 0};
-}
-
-double mean_of(const std::vector<double>& values) {
-  return std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size());
 }
 
 double mean_at(const std::vector<double>& values, const std::vector<std::size_t>& places) {

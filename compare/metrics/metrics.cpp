@@ -7,6 +7,7 @@
 
 #include "compare/metrics/bootstrap.hpp"
 #include "core/error.hpp"
+#include "core/statistics/sample.hpp"
 
 namespace drape::compare {
 
@@ -62,31 +63,21 @@ std::vector<double> distances_between(const Surface& first, const Surface& secon
   return distances;
 }
 
-double quantile(const std::vector<double>& ascending, double q) {
-  const double position = q * static_cast<double>(ascending.size() - 1);
-  const auto below = static_cast<std::size_t>(position);
-  const std::size_t above = std::min(below + 1, ascending.size() - 1);
-  const double t = position - static_cast<double>(below);
-  return ascending[below] + t * (ascending[above] - ascending[below]);
-}
-
 DistanceStatistics statistics_of(const std::vector<double>& distances_m) {
   if (distances_m.empty()) throw internal_error("statistics of no distance were asked for");
-  std::vector<double> sorted = distances_m;
-  std::sort(sorted.begin(), sorted.end());
   DistanceStatistics statistics;
-  statistics.marks = static_cast<int>(sorted.size());
+  statistics.marks = static_cast<int>(distances_m.size());
   double sum = 0, squares = 0;
   for (const double distance : distances_m) {
     sum += distance;
     squares += distance * distance;
   }
-  const auto n = static_cast<double>(sorted.size());
+  const auto n = static_cast<double>(distances_m.size());
   statistics.mean_m = sum / n;
   statistics.rms_m = std::sqrt(squares / n);
-  statistics.median_m = quantile(sorted, 0.5);
-  statistics.p95_m = quantile(sorted, 0.95);
-  statistics.max_m = sorted.back();
+  statistics.median_m = quantile(distances_m, 0.5);
+  statistics.p95_m = quantile(distances_m, 0.95);
+  statistics.max_m = *std::max_element(distances_m.begin(), distances_m.end());
   return statistics;
 }
 

@@ -8,6 +8,7 @@
 
 #include "compare/metrics/surface.hpp"
 #include "core/sheet.hpp"
+#include "core/statistics/sample.hpp"
 
 namespace drape::compare {
 
@@ -27,11 +28,6 @@ struct MarkError {
   std::optional<int> views;
 };
 
-/// From the 2.5th to the 97.5th percentile of a resampled statistic, metres.
-struct Interval {
-  double low_m = 0, high_m = 0;
-};
-
 /// How far a statistic may be trusted. The two answer different questions and are not added:
 /// `sigma_m` is what the measurement of the marks leaves open, `bootstrap` what other marks on the
 /// same cloth might have given.
@@ -39,7 +35,7 @@ struct Trust {
   /// One standard deviation from the marks' covariances, first order, marks independent. Absent
   /// when any mark has no covariance.
   std::optional<double> sigma_m;
-  /// 95 % percentile interval over resampled marks (Efron 1979). Absent below 2 marks.
+  /// 95 % percentile interval over resampled marks (Efron 1979), m. Absent below 2 marks.
   std::optional<Interval> bootstrap;
 };
 
@@ -90,9 +86,6 @@ struct MarkComparison {
 /// have are left out and counted by the difference in size.
 [[nodiscard]] std::vector<double> distances_between(const Surface& first, const Surface& second,
                                                     const std::vector<Eigen::Vector2d>& material_m);
-
-/// Order statistic q in 0..1 of ascending values, linear in between (Hyndman & Fan 1996, type 7).
-[[nodiscard]] double quantile(const std::vector<double>& ascending, double q);
 
 /// Throws Error(internal) when there is no distance.
 [[nodiscard]] DistanceStatistics statistics_of(const std::vector<MarkError>& marks);

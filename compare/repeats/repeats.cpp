@@ -6,11 +6,11 @@
 #include <cmath>
 #include <map>
 #include <numbers>
-#include <numeric>
 #include <set>
 
-#include "compare/repeats/student.hpp"
 #include "core/error.hpp"
+#include "core/statistics/distributions.hpp"
+#include "core/statistics/sample.hpp"
 
 namespace drape::compare {
 namespace {
@@ -19,18 +19,6 @@ constexpr double kPower = 0.9;
 constexpr std::size_t kLeastForModes = 6;  // repeats
 constexpr double kMostModes = 100;         // beyond, F no longer depends on their number
 
-double mean_of(const std::vector<double>& values) {
-  return std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size());
-}
-
-/// Sum of squares about the mean.
-double squares_of(const std::vector<double>& values) {
-  const double mean = mean_of(values);
-  double sum = 0;
-  for (const double v : values) sum += (v - mean) * (v - mean);
-  return sum;
-}
-
 /// t of `value` beside `repeats`, whose own degrees of freedom are `dof`.
 Judgement standardised(const std::vector<double>& repeats, double value, double dof,
                        const VariancePrior& prior) {
@@ -38,7 +26,7 @@ Judgement standardised(const std::vector<double>& repeats, double value, double 
   result.mean = mean_of(repeats);
   result.dof = prior.dof + dof;
   if (result.dof <= 0) return result;
-  const double own = dof > 0 ? squares_of(repeats) : 0;
+  const double own = dof > 0 ? squares_about_mean(repeats) : 0;
   result.sd = std::sqrt((prior.dof * prior.variance + own) / result.dof);
   const double spread = result.sd * std::sqrt(1 + 1 / static_cast<double>(repeats.size()));
   if (!(spread > 0)) return result;
@@ -165,7 +153,7 @@ VarianceComponents variance_components(const std::vector<RepeatKey>& keys,
     std::vector<double> all;
     double squared_counts = 0;
     for (const auto& [sample, repeats] : samples) {
-      within += squares_of(repeats);
+      within += squares_about_mean(repeats);
       within_dof += static_cast<int>(repeats.size()) - 1;
       squared_counts += static_cast<double>(repeats.size() * repeats.size());
       all.insert(all.end(), repeats.begin(), repeats.end());

@@ -11,24 +11,11 @@
 
 #include "compare/hems/test_published.hpp"
 #include "compare/repeats/mark_repeats.hpp"
-#include "compare/repeats/student.hpp"
 #include "compare/repeats/test_prior.hpp"
+#include "core/statistics/distributions.hpp"
 
 namespace drape::compare {
 namespace {
-
-TEST(Student, IsThatOfTheTables) {
-  EXPECT_NEAR(student_quantile(0.975, 1), 12.7062047362, 1e-8);
-  EXPECT_NEAR(student_quantile(0.975, 10), 2.22813885196, 1e-9);
-  EXPECT_NEAR(student_quantile(0.05, 4.5), -student_quantile(0.95, 4.5), 1e-12);
-  EXPECT_NEAR(student_cdf(1.96, 1e6), 0.9750021, 1e-6);
-  EXPECT_NEAR(f_tail(4.9646027437, 1, 10), 0.05, 1e-9);
-  EXPECT_NEAR(f_tail(2.9782370160, 10, 10), 0.05, 1e-9);
-  EXPECT_NEAR(digamma(1), -0.57721566490153286, 1e-12);
-  EXPECT_NEAR(digamma(0.5), -1.96351002602142348, 1e-12);
-  EXPECT_NEAR(trigamma(1), std::numbers::pi * std::numbers::pi / 6, 1e-12);
-  EXPECT_NEAR(trigamma(0.5), std::numbers::pi * std::numbers::pi / 2, 1e-12);
-}
 
 TEST(Variance, ComponentsOfANestedTableByHand) {
   // One face, samples {1, 3} and {7, 9}: within 2 with 1 + 1 degrees, MS 2; between 36, MS 36.

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <boost/math/special_functions/digamma.hpp>
+#include <boost/math/special_functions/trigamma.hpp>
 #include <cmath>
 #include <numeric>
 #include <vector>
@@ -10,33 +12,10 @@
 // Where published_priors() comes from.
 namespace drape::compare {
 
-/// Logarithmic derivative of the gamma function and its derivative, x > 0 (Abramowitz and Stegun
-/// 6.3.5, 6.3.18, 6.4.6, 6.4.12).
-inline constexpr double kAsymptotic = 10;  // from here the series' error is below 1e-13
+using boost::math::digamma;
+using boost::math::trigamma;
 
-inline double digamma(double x) {
-  double below = 0;
-  while (x < kAsymptotic) {
-    below += 1 / x;
-    x += 1;
-  }
-  const double s = 1 / (x * x);
-  return std::log(x) - 1 / (2 * x) - below -
-         s * (1.0 / 12 - s * (1.0 / 120 - s * (1.0 / 252 - s * (1.0 / 240 - s / 132))));
-}
-
-inline double trigamma(double x) {
-  double below = 0;
-  while (x < kAsymptotic) {
-    below += 1 / (x * x);
-    x += 1;
-  }
-  const double s = 1 / (x * x);
-  return below + 1 / x + s / 2 +
-         s / x * (1.0 / 6 - s * (1.0 / 30 - s * (1.0 / 42 - s * (1.0 / 30 - s * 5 / 66))));
-}
-
-/// Of one group of repeats.
+/// Variance of one group of repeats.
 struct GroupVariance {
   double variance = 0;
   int dof = 0;

@@ -7,6 +7,7 @@
 #include <string_view>
 
 #include "compare/report/figures.hpp"
+#include "core/statistics/sample.hpp"
 #include "core/units.hpp"
 
 namespace drape::compare {
@@ -57,8 +58,7 @@ double largest_strain(const RealVirtual& comparison) {
     sizes.push_back(std::abs(edge.real));
     sizes.push_back(std::abs(edge.simulated));
   }
-  std::sort(sizes.begin(), sizes.end());
-  return quantile(sizes, 0.95);
+  return quantile(std::move(sizes), 0.95);
 }
 
 struct HemCurve {

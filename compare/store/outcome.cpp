@@ -27,7 +27,7 @@ std::optional<std::string> warning_of_gaps(const DrapeFiles& drape, const Report
   if (!report.headline || report.measurement.gaps == 0) return std::nullopt;
   const auto& interval = report.real_virtual[*report.headline].statistics.mean.bootstrap;
   const double expanded_m = report.budget ? report.budget->expanded_m : 0;
-  if (!interval || interval->high_m - interval->low_m <= 2 * expanded_m) return std::nullopt;
+  if (!interval || interval->high - interval->low <= 2 * expanded_m) return std::nullopt;
   const int marks = report.measurement.marks;
   std::string views;
   if (drape.detections)
@@ -41,7 +41,7 @@ std::optional<std::string> warning_of_gaps(const DrapeFiles& drape, const Report
       "mm holds for these alone; as many marks drawn again from them give {:.2f} to {:.2f} mm "
       "(95 %), a region that is missing may move it further",
       report.measurement.gaps, marks + report.measurement.gaps, views.empty() ? "" : views + ")",
-      marks, expanded_m / mm, interval->low_m / mm, interval->high_m / mm);
+      marks, expanded_m / mm, interval->low / mm, interval->high / mm);
 }
 
 /// Names of the drapes; those of one scene have their repeat, set, else file beside it.

@@ -18,10 +18,10 @@ std::optional<double> in_mm(const std::optional<double>& length_m) {
 }
 
 std::optional<double> low_mm(const Trust& trust) {
-  return trust.bootstrap ? std::optional(trust.bootstrap->low_m / mm) : std::nullopt;
+  return trust.bootstrap ? std::optional(trust.bootstrap->low / mm) : std::nullopt;
 }
 std::optional<double> high_mm(const Trust& trust) {
-  return trust.bootstrap ? std::optional(trust.bootstrap->high_m / mm) : std::nullopt;
+  return trust.bootstrap ? std::optional(trust.bootstrap->high / mm) : std::nullopt;
 }
 std::optional<double> in_percent(const std::optional<double>& ratio) {
   return ratio ? std::optional(*ratio / units::percent) : std::nullopt;

@@ -7,7 +7,7 @@
 #include <random>
 #include <utility>
 
-#include "core/numbers/order.hpp"
+#include "core/statistics/sample.hpp"
 
 namespace drape::compare {
 namespace {

@@ -17,8 +17,8 @@ std::string fine_mm(const std::optional<double>& length_m) {
 
 void add_trusted(Table& table, const std::string& name, double value_m, const Trust& trust) {
   table.add({name, mm_text(value_m), fine_mm(trust.sigma_m),
-             trust.bootstrap ? mm_text(trust.bootstrap->low_m) : "",
-             trust.bootstrap ? mm_text(trust.bootstrap->high_m) : ""});
+             trust.bootstrap ? mm_text(trust.bootstrap->low) : "",
+             trust.bootstrap ? mm_text(trust.bootstrap->high) : ""});
 }
 
 void add_drapemeter(Table& table, const std::string& name, const DrapemeterResult& result) {

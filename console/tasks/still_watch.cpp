@@ -8,6 +8,7 @@
 #include <cstdlib>
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
+#include "core/statistics/sample.hpp"
 
 namespace drape::console {
 namespace {
@@ -17,19 +18,10 @@ constexpr double kLost_s = 2;  ///< without a picture
 constexpr double kMedianToSigma = 1.4826;
 using Counts = std::array<std::int64_t, kLevels>;
 
-int level_at(const Counts& counts, std::size_t all, double part) {
-  double below = 0;
-  for (int level = 0; level < kLevels; ++level) {
-    below += static_cast<double>(counts[static_cast<std::size_t>(level)]);
-    if (below >= part * static_cast<double>(all)) return level;
-  }
-  return kLevels - 1;
-}
-
 double grey_contrast(const std::vector<unsigned char>& pixels) {
   Counts counts{};
   for (const unsigned char level : pixels) ++counts[level];
-  return level_at(counts, pixels.size(), 0.95) - level_at(counts, pixels.size(), 0.05);
+  return counted_quantile(counts, 0.95) - counted_quantile(counts, 0.05);
 }
 
 }  // namespace
@@ -46,7 +38,7 @@ bool StillWatch::moved(const Grey& before, const Grey& now) const {
     ++counts[static_cast<std::size_t>(std::abs(int{now.pixels[i]} - int{before.pixels[i]}))];
   // Edges are few, so the median is noise; rounding to whole levels has 1/sqrt(12) of one.
   const double sigma =
-      std::max(kMedianToSigma * level_at(counts, now.pixels.size(), 0.5), std::sqrt(2.0 / 12.0));
+      std::max(kMedianToSigma * counted_quantile(counts, 0.5), std::sqrt(2.0 / 12.0));
   const double limit = std::max(options_.changed_contrast * grey_contrast(now.pixels),
                                 options_.changed_sigmas * sigma);
   std::int64_t changed = 0;

@@ -7,7 +7,7 @@
 #include <utility>
 #include <vector>
 
-#include "core/numbers/order.hpp"
+#include "core/statistics/sample.hpp"
 
 namespace drape::detect {
 namespace {

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <utility>
 
-#include "core/numbers/order.hpp"
+#include "core/statistics/sample.hpp"
 
 namespace drape::detect {
 namespace {

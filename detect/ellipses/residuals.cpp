@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/numbers/order.hpp"
+#include "core/statistics/sample.hpp"
 
 namespace drape::detect {
 namespace {

@@ -8,7 +8,7 @@
 #include <cmath>
 #include <utility>
 
-#include "core/numbers/order.hpp"
+#include "core/statistics/sample.hpp"
 #include "detect/labels/lattice.hpp"
 
 namespace drape::detect {

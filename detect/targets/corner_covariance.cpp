@@ -9,7 +9,7 @@
 #include <opencv2/calib3d.hpp>
 #include <optional>
 
-#include "core/numbers/order.hpp"
+#include "core/statistics/sample.hpp"
 
 namespace drape::detect {
 namespace {

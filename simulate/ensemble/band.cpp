@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/statistics/sample.hpp"
 #include "core/units.hpp"
 #include "simulate/ensemble/checked.hpp"
 #include "simulate/equilibrium/mixture.hpp"
@@ -13,15 +14,6 @@ namespace {
 
 using Eigen::Vector3d;
 using units::mm;
-
-/// Between the order statistics, linearly (Hyndman and Fan 1996, type 7).
-double quantile(std::vector<double> values, double fraction) {
-  std::sort(values.begin(), values.end());
-  const double place = fraction * static_cast<double>(values.size() - 1);
-  const auto below = static_cast<std::size_t>(place);
-  const std::size_t above = std::min(below + 1, values.size() - 1);
-  return values[below] + (place - static_cast<double>(below)) * (values[above] - values[below]);
-}
 
 Json in_mm(const Vector3d& p) {
   return {p.x() / mm, p.y() / mm, p.z() / mm};

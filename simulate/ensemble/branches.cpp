@@ -9,8 +9,8 @@
 #include <cstdint>
 #include <numbers>
 
-#include "core/numbers/random.hpp"
 #include "core/parallel.hpp"
+#include "core/statistics/random.hpp"
 #include "core/units.hpp"
 #include "simulate/ensemble/linkage.hpp"
 #include "simulate/ensemble/valleys.hpp"

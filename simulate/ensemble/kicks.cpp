@@ -6,7 +6,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "core/numbers/random.hpp"
+#include "core/statistics/random.hpp"
 #include "simulate/equilibrium/mixture.hpp"
 
 namespace drape::simulate {

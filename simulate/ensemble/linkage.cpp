@@ -6,7 +6,7 @@
 #include <cstddef>
 #include <numeric>
 
-#include "core/numbers/order.hpp"
+#include "core/statistics/sample.hpp"
 
 namespace drape::simulate {
 namespace {

@@ -10,7 +10,7 @@
 #include <numbers>
 
 #include "core/error.hpp"
-#include "core/numbers/random.hpp"
+#include "core/statistics/random.hpp"
 #include "core/units.hpp"
 
 namespace drape::simulate {

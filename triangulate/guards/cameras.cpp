@@ -5,7 +5,7 @@
 #include <map>
 #include <utility>
 
-#include "core/numbers/order.hpp"
+#include "core/statistics/sample.hpp"
 #include "core/units.hpp"
 #include "triangulate/agreement.hpp"
 #include "triangulate/guards/guards.hpp"

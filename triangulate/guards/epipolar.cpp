@@ -3,7 +3,7 @@
 
 #include <map>
 
-#include "core/numbers/order.hpp"
+#include "core/statistics/sample.hpp"
 
 namespace drape::triangulate {
 namespace {

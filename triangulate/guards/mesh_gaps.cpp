@@ -10,6 +10,7 @@
 
 #include "core/files/mesh_file.hpp"
 #include "core/parallel.hpp"
+#include "core/statistics/distributions.hpp"
 #include "core/units.hpp"
 #include "triangulate/guards/object_fit.hpp"
 
@@ -75,8 +76,8 @@ std::vector<double> gaps_to_mesh(const Sheet& sheet, const MeshObject& object, i
 }
 
 double most_inside_m(const ObjectUncertainty& stated, const SheetMark& mark) {
-  constexpr double kChi2 = 14.860;  // four degrees of freedom
-  return std::sqrt(kChi2) * std::hypot(stated.place_m(), stated.size_m()) +
+  return std::sqrt(chi_square_beyond(kObjectRisk, 4)) *
+             std::hypot(stated.place_m(), stated.size_m()) +
          kObjectSigmas * std::hypot(sigma_m(mark), kCrease_m);
 }
 

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "triangulate/guards/object_fit.hpp"
 
-#include <array>
 #include <cmath>
 #include <limits>
 
+#include "core/statistics/distributions.hpp"
 #include "triangulate/guards/object_distance.hpp"
 
 namespace drape::triangulate {
@@ -120,16 +120,14 @@ Against against(const SeenCloth& seen, const Obstacle& object) {
 }
 
 double chi2_limit(const Obstacle& object) {
-  constexpr std::array<double, 6> kChi2{0, 7.879, 10.597, 12.838, 14.860, 16.750};
-  return kChi2.at(free_of(object).size());
+  return chi_square_beyond(kObjectRisk, static_cast<double>(free_of(object).size()));
 }
 
 double most_lowered_m(const Obstacle& object, const ObjectUncertainty& stated) {
-  constexpr double kUpperHalfPerCent = 2.5758;
   // Of a cylinder no height is changed, and a plane and a mesh have none.
   if (!std::holds_alternative<Box>(object) && !std::holds_alternative<Sphere>(object))
     return std::numeric_limits<double>::infinity();
-  return kUpperHalfPerCent * std::hypot(stated.place_m(), stated.size_m());
+  return normal_quantile(1 - kObjectRisk) * std::hypot(stated.place_m(), stated.size_m());
 }
 
 bool is_contradicted(const SeenCloth& seen, const Obstacle& object,

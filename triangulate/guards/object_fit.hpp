@@ -26,6 +26,9 @@ constexpr double kThickest_m = 1 * units::mm;
 /// Marks lie outside an object within this many of their standard deviations.
 constexpr double kObjectSigmas = 3;
 
+/// Probability that an object as stated is contradicted: by chi-square, and by one direction alone.
+constexpr double kObjectRisk = 0.005;
+
 /// Marks on sharp creases lie off by more than they state, by up to 0.23 mm (README, limits).
 constexpr double kCrease_m = 0.1 * units::mm;
 

@@ -11,6 +11,7 @@
 
 #include "core/files/csv.hpp"
 #include "core/files/toml_file.hpp"
+#include "core/statistics/sample.hpp"
 #include "core/units.hpp"
 #include "triangulate/guards/guards.hpp"
 
@@ -87,11 +88,6 @@ double hidden_factor(const std::vector<Place>& places) {
   const double x = std::max(1e-3, 2 * std::atan2(std::sqrt(change2), 2 * std::sqrt(mean2)));
   const double seen = std::sin(x / 2) / (x / 2) * std::sin(x);
   return 12 * (0.5 - std::sin(x) / (2 * x)) / (seen * seen);
-}
-
-double quantile(std::vector<double> values, double part) {
-  std::sort(values.begin(), values.end());
-  return values[static_cast<std::size_t>(part * static_cast<double>(values.size() - 1))];
 }
 
 /// A length of cloth over the pitch, and its standard uncertainty.

@@ -18,6 +18,8 @@ class SplitMix64 {
     z = (z ^ (z >> 27)) * 0x94D049BB133111EB;
     return z ^ (z >> 31);
   }
+  /// Even in 0 to count - 1, count <= 2^32, by the high word of a product.
+  std::uint64_t below(std::uint64_t count) { return (next() >> 32) * count >> 32; }
   /// Even in [0, 1).
   double uniform() { return static_cast<double>(next() >> 11) * 0x1p-53; }
 
