@@ -13,7 +13,7 @@
 #include "simulate/ensemble/checked.hpp"
 #include "simulate/equilibrium/solver.hpp"
 #include "simulate/simulate.hpp"
-#include "simulate/validation/sheets.hpp"
+#include "simulate/validation/test_sheets.hpp"
 #include "tests/support/paths.hpp"
 #include "tests/support/trials.hpp"
 

@@ -29,4 +29,12 @@ inline void add_at(Field& x, int i, const Eigen::Vector3d& value) {
   x[2 * n + i] += value.z();
 }
 
+/// Mean distance of the particles of two sheets of one grid.
+[[nodiscard]] inline double mean_distance_m(const Field& a, const Field& b) {
+  const int n = static_cast<int>(a.size() / 3);
+  double sum = 0;
+  for (int i = 0; i < n; ++i) sum += (at(a, i) - at(b, i)).norm();
+  return sum / n;
+}
+
 }  // namespace drape::simulate

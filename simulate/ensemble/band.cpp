@@ -19,6 +19,12 @@ Json in_mm(const Vector3d& p) {
   return {p.x() / mm, p.y() / mm, p.z() / mm};
 }
 
+}  // namespace
+
+GridSpec grid_of(const Sheet& sheet) {
+  return {sheet.rows, sheet.cols, sheet.patch_m};
+}
+
 Field field_of(const Sheet& sheet) {
   const auto n = static_cast<std::size_t>(sheet.rows) * sheet.cols;
   Field field(3 * n, std::nan(""));
@@ -26,8 +32,6 @@ Field field_of(const Sheet& sheet) {
     put_at(field, mark.mark.row * sheet.cols + mark.mark.col, mark.point_in_world);
   return field;
 }
-
-}  // namespace
 
 std::size_t members_at_rest(const Branches& branches) {
   return std::count_if(branches.members.begin(), branches.members.end(),
@@ -97,7 +101,7 @@ std::optional<Assignment> assign(const Sheet& measured, const Branches& branches
 }
 
 std::optional<double> distance_at_marks_m(const Sheet& measured, const Sheet& sheet) {
-  const GridSpec grid{sheet.rows, sheet.cols, sheet.patch_m};
+  const GridSpec grid = grid_of(sheet);
   const Field field = field_of(sheet);
   double sum = 0;
   for (const SheetMark& mark : measured.marks)

@@ -21,6 +21,10 @@ struct MarkBand {
 /// Fewer members say nothing of 95 %.
 inline constexpr std::size_t kLeastMembers = 20;
 
+/// A sheet's grid, and its particles as a field; a gap is not a number.
+[[nodiscard]] GridSpec grid_of(const Sheet& sheet);
+[[nodiscard]] Field field_of(const Sheet& sheet);
+
 [[nodiscard]] std::size_t members_at_rest(const Branches& branches);
 
 /// Of all members at rest; empty with fewer than kLeastMembers.

@@ -87,7 +87,7 @@ BranchResult simulate_branches(const Scene& scene, const Fabric& fabric, const P
           end.remembers ? judge(end, scene.friction)
                         : judge_as(by_means, without, end.position, {}, end.report, scene.friction);
       if (judged.report.status != RestStatus::at_rest) end.ending = judged.report.sentence;
-      if (mean_distance_m(grid, end.position, band.rest, branches.round) > same_m ||
+      if (mean_distance_m(end.position, band.rest, branches.round) > same_m ||
           label_hem(grid, end.position).nodes != folds)
         end.ending = "on another branch";
     }
@@ -97,8 +97,7 @@ BranchResult simulate_branches(const Scene& scene, const Fabric& fabric, const P
       if (!push.counts()) continue;
       const SimulateResult judged = judge(push, scene.friction);
       if (judged.report.status != RestStatus::at_rest) push.ending = judged.report.sentence;
-      if (mean_distance_m(grid, push.position, branches.friction_band->rest, branches.round) >
-          same_m)
+      if (mean_distance_m(push.position, branches.friction_band->rest, branches.round) > same_m)
         push.ending = "on another branch";
     }
   }

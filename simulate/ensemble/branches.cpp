@@ -127,19 +127,17 @@ bool is_round(const Scene& scene) {
   return common.has_value() && scene.gravity_m_per_s2.head<2>().isZero(0);
 }
 
-double mean_distance_m(const GridSpec& grid, const Field& a, const Field& b, bool round) {
-  if (round) return std::min(distance_after_turn(a, b, false), distance_after_turn(a, b, true));
-  double sum = 0;
-  for (int i = 0; i < grid.count(); ++i) sum += (at(a, i) - at(b, i)).norm();
-  return sum / grid.count();
+double mean_distance_m(const Field& a, const Field& b, bool round) {
+  if (!round) return mean_distance_m(a, b);
+  return std::min(distance_after_turn(a, b, false), distance_after_turn(a, b, true));
 }
 
 namespace {
 
 /// Groups rests, which are ordered by energy, into branches named by their lowest.
-void group(std::vector<Branch> rests, const GridSpec& grid, double least_m, Branches& branches) {
+void group(std::vector<Branch> rests, double least_m, Branches& branches) {
   const auto apart_m = [&](int a, int b) {
-    return mean_distance_m(grid, rests[a].position, rests[b].position, branches.round);
+    return mean_distance_m(rests[a].position, rests[b].position, branches.round);
   };
   const Linkage linkage = link(static_cast<int>(rests.size()), apart_m, least_m);
   branches.linked_m = linkage.limit;
@@ -181,10 +179,9 @@ bool is_lower(const Branch& a, const Branch& b) {
 }
 
 /// Adds a rest that was sought: to the branch that it would be linked with, else as one of its own.
-void add_sought(Branch sought, const GridSpec& grid, Branches& branches) {
+void add_sought(Branch sought, Branches& branches) {
   const auto is_near = [&](const Branch& member) {
-    return mean_distance_m(grid, sought.position, member.position, branches.round) <=
-           branches.linked_m;
+    return mean_distance_m(sought.position, member.position, branches.round) <= branches.linked_m;
   };
   for (Branch& branch : branches.found) {
     const bool linked =
@@ -230,7 +227,7 @@ void seek_lower(const StaticCase& the_case, const GridSpec& grid, const StaticOp
   const std::optional<MirrorPlane> plane = MirrorPlane::of(the_case);
   for (StaticDrape& drape : seek_valleys(the_case, grid, options, rests, how)) {
     if (plane && !plane->is_reported(grid, drape.position)) plane->mirror(drape.position);
-    add_sought(branch_of(std::move(drape), grid, -1, options.friction), grid, branches);
+    add_sought(branch_of(std::move(drape), grid, -1, options.friction), branches);
   }
   std::stable_sort(branches.found.begin(), branches.found.end(), is_lower);
   if (plane) put_mirror_images_in_order(*plane, grid, branches.found);
@@ -278,7 +275,7 @@ Branches find_branches(const StaticCase& the_case, const ClothLaws& without, con
   }
   // By energy, so that each branch is named by its lowest.
   std::stable_sort(rests.begin(), rests.end(), is_lower);
-  group(std::move(rests), grid, how.same_m, branches);
+  group(std::move(rests), how.same_m, branches);
   if (how.kicks > 0 && !the_case.laws.friction)
     seek_lower(the_case, grid, options, how.kicks, branches);
   return branches;

@@ -92,8 +92,7 @@ struct Branches {
 [[nodiscard]] bool is_round(const Scene& scene);
 /// Mean distance of two sheets' particles; `round`: after the best turn about the vertical and
 /// shift along it none, and with the sheet turned by half a turn in its own plane as well.
-[[nodiscard]] double mean_distance_m(const GridSpec& grid, const Field& a, const Field& b,
-                                     bool round);
+[[nodiscard]] double mean_distance_m(const Field& a, const Field& b, bool round);
 /// The ensemble's; where it touches nothing, lower ones too, if seek_valleys() finds any: what
 /// hangs free is held on its valley by nothing but its history. Not with internal friction: there
 /// the history decides, and `without` are the laws of the same fabric without it.

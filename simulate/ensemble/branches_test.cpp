@@ -55,9 +55,7 @@ TEST(Branches, AreRankedAtRestAndTheSameOnTwoThreads) {
       EXPECT_GE(branch.energy_j, one.branches.found[k - 1].energy_j);
     }
     for (std::size_t j = 0; j < k; ++j) {
-      EXPECT_GE(mean_distance_m({11, 11, c.print.patch_m}, branch.position,
-                                one.branches.found[j].position, true),
-                1e-3);
+      EXPECT_GE(mean_distance_m(branch.position, one.branches.found[j].position, true), 1e-3);
     }
   }
   EXPECT_EQ(starts, 6U);
@@ -95,8 +93,8 @@ TEST(Branches, ASheetTurnedAboutARoundObjectIsTheSame) {
     b[n + i] = x * std::sin(1.1) + y * std::cos(1.1);
     b[2 * n + i] = z;
   }
-  EXPECT_LT(mean_distance_m(grid, a, b, true), 1e-12);
-  EXPECT_GT(mean_distance_m(grid, a, b, false), 0.01);
+  EXPECT_LT(mean_distance_m(a, b, true), 1e-12);
+  EXPECT_GT(mean_distance_m(a, b, false), 0.01);
 }
 
 TEST(Branches, AreWhatGapsSeparate) {

@@ -356,8 +356,8 @@ TEST(PaperD, TheLowestBranchIsTheSameOneOnEveryGrid) {
       Sheet mirrored = finer;
       for (SheetMark& mark : mirrored.marks)
         mark.point_in_world.y() = 2 * 100 * units::mm - mark.point_in_world.y();
-      const double apart_m = *mean_distance_m(*coarser, finer);
-      EXPECT_LT(apart_m, 0.5 * *mean_distance_m(*coarser, mirrored)) << grid;
+      const double apart_m = *mean_distance_m(*coarser, finer, *coarser);
+      EXPECT_LT(apart_m, 0.5 * *mean_distance_m(*coarser, mirrored, *coarser)) << grid;
       if (whole) {
         fmt::print("paper's D to {}: {:.4f} mm\n", grid, apart_m / units::mm);
         EXPECT_LE(apart_m, 0.05 * units::mm) << grid;  // issue

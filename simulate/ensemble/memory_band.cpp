@@ -14,13 +14,6 @@ namespace {
 using Eigen::Vector3d;
 using units::mm;
 
-double mean_distance_m(const Field& a, const Field& b) {
-  const int n = static_cast<int>(a.size() / 3);
-  double sum = 0;
-  for (int i = 0; i < n; ++i) sum += (at(a, i) - at(b, i)).norm();
-  return sum / n;
-}
-
 /// With the curves of a cloth that has none, from the rest on.
 MemoryEnd without_friction(const StaticCase& the_case, const ClothLaws& without,
                            const GridSpec& grid, StaticSolver& from) {

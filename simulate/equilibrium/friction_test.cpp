@@ -9,7 +9,7 @@
 #include "core/units.hpp"
 #include "simulate/equilibrium/contacts.hpp"
 #include "simulate/equilibrium/solver.hpp"
-#include "simulate/validation/exact.hpp"
+#include "simulate/validation/test_exact.hpp"
 
 namespace drape::simulate {
 namespace {

@@ -14,7 +14,7 @@
 #include "simulate/equilibrium/prolong.hpp"
 #include "simulate/equilibrium/solver.hpp"
 #include "simulate/start/start.hpp"
-#include "simulate/validation/sheets.hpp"
+#include "simulate/validation/test_sheets.hpp"
 #include "tests/support/trials.hpp"
 
 namespace drape::simulate {

@@ -1,17 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "simulate/mesh/cusick.hpp"
 
-#include <fmt/format.h>
-
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <limits>
 #include <numbers>
 #include <optional>
 
 #include "core/error.hpp"
-#include "core/units.hpp"
+#include "simulate/mesh/surface.hpp"
 
 namespace drape::simulate {
 namespace {
@@ -89,8 +88,8 @@ class Specimen {
     passing.residual = std::max(passing.residual, kPassingResidual);
     hurried_loads += go_down(passing, table_z_m).at_rest ? 0 : 1;
   }
-  RelaxationReport rest() {
-    RelaxationReport report = go_down(options_.descent, -std::numeric_limits<double>::infinity());
+  DescentReport rest() {
+    DescentReport report = go_down(options_.descent, -std::numeric_limits<double>::infinity());
     report.steps = steps;
     return report;
   }
@@ -169,9 +168,9 @@ class Specimen {
     moved_s = report.time_s;
     hurried_loads += report.hurried + (report.quiet ? 0 : 1);
   }
-  RelaxationReport go_down(const DescentOptions& options, double table_z_m) {
+  DescentReport go_down(const DescentOptions& options, double table_z_m) {
     const Drapemeter bodies{disc_ * (1 - kOnDisc), table_z_m};
-    const RelaxationReport report = descend(cloth, state, held, stiffness_, bodies, options);
+    const DescentReport report = descend(cloth, state, held, stiffness_, bodies, options);
     steps += report.steps;
     return report;
   }
@@ -235,17 +234,9 @@ CusickDrape cusick_drape(const ClothLaws& laws, const CusickOptions& options) {
 }
 
 std::string ply_text(const CusickDrape& drape) {
-  std::string text = fmt::format(
-      "ply\nformat ascii 1.0\ncomment millimetres, z up, warp along x\nelement vertex {}\n"
-      "property double x\nproperty double y\nproperty double z\nelement face {}\n"
-      "property list uchar int vertex_indices\nend_header\n",
-      drape.mesh.points_m.size(), drape.mesh.triangles.size());
-  for (std::size_t i = 0; i < drape.mesh.points_m.size(); ++i) {
-    const Eigen::Vector3d p = drape.state[i] / units::mm;
-    text += fmt::format("{:.6f} {:.6f} {:.6f}\n", p.x(), p.y(), p.z());
-  }
-  for (const auto& t : drape.mesh.triangles) text += fmt::format("3 {} {} {}\n", t[0], t[1], t[2]);
-  return text;
+  const MeshCloth::State points(drape.state.begin(),
+                                drape.state.begin() + std::ssize(drape.mesh.points_m));
+  return ply_text("millimetres, z up, warp along x", points, {}, drape.mesh.triangles);
 }
 
 }  // namespace drape::simulate

@@ -41,7 +41,7 @@ struct CusickDrape {
   MaterialMesh mesh;
   MeshCloth::State state;  ///< points, then sides
   ClothMemory memory;      ///< of internal friction, at this rest
-  RelaxationReport report;
+  DescentReport report;
   /// Loads before the last at which it did not come near rest, among them steps of a motion.
   int hurried_loads = 0;
   double moved_s = 0;  ///< time of its motion; 0: none

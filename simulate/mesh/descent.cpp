@@ -189,14 +189,14 @@ class Pairs {
 
 }  // namespace
 
-RelaxationReport descend(MeshCloth& cloth, State& state, const std::vector<bool>& held,
-                         MeshStiffness& stiffness, const Drapemeter& bodies,
-                         const DescentOptions& options, Pushes* pushes) {
+DescentReport descend(MeshCloth& cloth, State& state, const std::vector<bool>& held,
+                      MeshStiffness& stiffness, const Drapemeter& bodies,
+                      const DescentOptions& options, Pushes* pushes) {
   const Potential potential(cloth, held, bodies, options, pushes);
   State force(state.size()), step(state.size()), next(state.size()), next_force(state.size());
   Pairs pairs(options.pairs);
   Eigen::VectorXd moved(3 * static_cast<Eigen::Index>(state.size())), lost(moved.size());
-  RelaxationReport report;
+  DescentReport report;
   Potential::Balance now = potential.balance(state, force);
   if (!options.keep_matrix) stiffness.outdate();
   while (std::isfinite(now.energy_j)) {

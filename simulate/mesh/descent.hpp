@@ -7,7 +7,6 @@
 
 #include "simulate/mesh/mesh_cloth.hpp"
 #include "simulate/mesh/mesh_stiffness.hpp"
-#include "simulate/mesh/relaxation.hpp"
 
 namespace drape::simulate {
 
@@ -58,6 +57,14 @@ struct DescentOptions {
   const Inertia* inertia = nullptr;
 };
 
+struct DescentReport {
+  bool at_rest = false;
+  int steps = 0;
+  double residual = 0;      ///< as in the options, of points
+  double energy_j = 0;      ///< internal and of height
+  double dissipated_j = 0;  ///< by internal friction
+};
+
 /// Goes down the energy to a rest by the method of Nocedal (1980, limited memory, with Armijo's
 /// line search), with MeshStiffness in place of a multiple of the identity.
 /// A descent is one increment of load: internal friction and that of `pushes` keep the memory of
@@ -68,9 +75,9 @@ struct DescentOptions {
 /// sinks in by half a millimetre, for it only leads to a rest and is gone there; the wall by a
 /// hundred weights of a mean point for 1e-5 of its radius, what lies on it for the checker.
 /// `stiffness` is that of the same cloth and `held` unknowns, `pushes` may be absent.
-[[nodiscard]] RelaxationReport descend(MeshCloth& cloth, MeshCloth::State& state,
-                                       const std::vector<bool>& held, MeshStiffness& stiffness,
-                                       const Drapemeter& bodies, const DescentOptions& options,
-                                       Pushes* pushes = nullptr);
+[[nodiscard]] DescentReport descend(MeshCloth& cloth, MeshCloth::State& state,
+                                    const std::vector<bool>& held, MeshStiffness& stiffness,
+                                    const Drapemeter& bodies, const DescentOptions& options,
+                                    Pushes* pushes = nullptr);
 
 }  // namespace drape::simulate

@@ -15,7 +15,6 @@ using Eigen::Vector2d;
 using Eigen::Vector3d;
 
 constexpr double kSeam = 2;  // of the jump's energy over the triangles beside; see MeshCloth
-constexpr double kNoLength = 1e-30;  // keeps quotients of vectors that vanish finite
 
 }  // namespace
 
@@ -110,56 +109,6 @@ Vector2d MeshCloth::normal_of(int edge) const {
   const Vector2d along =
       (mesh_.points_m[mesh_.edges[edge].to] - mesh_.points_m[mesh_.edges[edge].from]).normalized();
   return {-along.y(), along.x()};
-}
-
-std::vector<double> MeshCloth::stiffness_bounds(const State& state) const {
-  std::vector<double> bound(static_cast<std::size_t>(unknowns()), 0.0);
-  const auto total = [](const auto& weight) {
-    double sum = 0;
-    for (const double w : weight) sum += std::abs(w);
-    return sum;
-  };
-  const std::vector<Vector3d> metric = metrics(state);
-  std::vector<Eigen::Vector2d> fibre(metric.size());  // N/m, along warp and weft
-  for (std::size_t i = 0; i < metric.size(); ++i) {
-    const MetricStrain strain(metric[i]);
-    // Tangent along the fibre, tension over length across it: the larger of both bounds either.
-    for (int d = 0; d < 2; ++d) {
-      const ForceCurve& law = laws_.tensile[d];
-      const double length = d == 0 ? strain.a : strain.b;
-      fibre[i][d] = std::max(law.steepest_up_to(length - 1),
-                             std::abs(law.value(length - 1)) / std::max(length, kNoLength));
-    }
-  }
-  // A point's stress acts on all unknowns of its triangles.
-  std::vector<Eigen::Vector2d> reach(metric.size(), Eigen::Vector2d::Zero());
-  for (const Triangle& t : triangles_)
-    for (const int i : t.corner)
-      reach[i] += t.area / (3 * area_[i]) * Eigen::Vector2d(total(t.d_u), total(t.d_v));
-  const double shear =
-      laws_.shear.steepest_up_to(1) + (laws_.friction ? laws_.friction->shear.stiffness() : 0);
-  for (const Triangle& t : triangles_) {
-    for (const int corner : t.corner) {
-      const double u = reach[corner].x(), v = reach[corner].y();
-      for (int k = 0; k < 3; ++k)
-        bound[t.unknown[k]] += t.area / 3 *
-                               (fibre[corner].x() * std::abs(t.d_u[k]) * u +
-                                fibre[corner].y() * std::abs(t.d_v[k]) * v +
-                                shear * (std::abs(t.d_u[k]) + std::abs(t.d_v[k])) * (u + v));
-    }
-    double bend[2] = {laws_.bending[0].steepest_up_to(combined(t.d_uu, t.unknown, state).norm()),
-                      laws_.bending[1].steepest_up_to(combined(t.d_vv, t.unknown, state).norm())};
-    if (laws_.friction)
-      for (int d = 0; d < 2; ++d) bend[d] += laws_.friction->bending[d].stiffness();
-    for (int k = 0; k < 6; ++k)
-      bound[t.unknown[k]] += t.area * (bend[0] * std::abs(t.d_uu[k]) * total(t.d_uu) +
-                                       bend[1] * std::abs(t.d_vv[k]) * total(t.d_vv) +
-                                       laws_.twist_n_m * std::abs(t.d_uv[k]) * total(t.d_uv));
-  }
-  for (const Seam& seam : seams_)
-    for (int k = 0; k < 12; ++k)
-      bound[seam.unknown[k]] += seam.stiffness * std::abs(seam.weight[k]) * total(seam.weight);
-  return bound;
 }
 
 }  // namespace drape::simulate

@@ -98,9 +98,6 @@ class MeshCloth {
   [[nodiscard]] InternalEnergies energies(const State& state) const;
   /// Adds minus the energy's gradient (N; N m for the sides) and returns the energies.
   InternalEnergies add_forces(const State& state, State& force) const;
-  /// Bound of the sum of |second derivatives| of the energy in each unknown's row, for strains up
-  /// to those of the state: what a step of relaxation may divide by.
-  [[nodiscard]] std::vector<double> stiffness_bounds(const State& state) const;
 
  private:
   [[nodiscard]] Seam seam_of(int edge) const;

@@ -9,7 +9,6 @@
 
 #include "core/error.hpp"
 #include "simulate/mesh/cusick.hpp"
-#include "simulate/mesh/relaxation.hpp"
 #include "simulate/mesh/test_cloth.hpp"
 
 namespace drape::simulate {
@@ -322,7 +321,7 @@ double cantilever_ratio(double spacing, bool along_weft) {
   DescentOptions descent;
   descent.gravity_m_per_s2 = {0, 0, -kGravity};
   descent.residual = 1e-6;
-  const RelaxationReport report = descend(cloth, state, held, stiffness, {}, descent);
+  const DescentReport report = descend(cloth, state, held, stiffness, {}, descent);
   EXPECT_TRUE(report.at_rest) << report.residual;
   double sum = 0;
   int count = 0;
@@ -344,39 +343,6 @@ TEST(MeshCloth, ACantileverConvergesToTheBeam) {
     RecordProperty(along_weft ? "weft_errors" : "warp_errors",
                    std::to_string(coarse) + " " + std::to_string(fine));
     EXPECT_GE(std::log2(coarse / fine), 1.8);
-  }
-}
-
-/// On a slope whose tangent is below the coefficient cloth stays where it is; above, it slides.
-TEST(Relaxation, FrictionHoldsClothOnASlopeUpToItsCoefficient) {
-  constexpr double kFriction = 0.4;
-  const Contact slope{[](Vector3d& point, Vector3d& normal) {
-                        if (point.z() > 0) return false;
-                        point.z() = 0;
-                        normal = {0, 0, 1};
-                        return true;
-                      },
-                      kFriction};
-  for (const double tangent : {0.9 * kFriction, 1.1 * kFriction}) {
-    MeshCloth cloth(irregular_mesh(), laws_of(true));
-    auto state = cloth.state_of([](const Vector2d& p) {
-      return MeshCloth::Jet{{p.x(), p.y(), 0}, {1, 0, 0}, {0, 1, 0}};
-    });
-    const MeshCloth::State start = state;
-    RelaxationOptions options;
-    options.gravity_m_per_s2 = {9.81 * tangent, 0, -9.81};
-    options.most_steps = 2000;
-    const std::vector<bool> free(static_cast<std::size_t>(cloth.unknowns()), false);
-    const RelaxationReport report = relax(cloth, state, free, slope, options);
-    if (tangent > kFriction) {
-      EXPECT_FALSE(report.at_rest);
-      // The mean point's excess of pull over friction, in its weight.
-      EXPECT_GE(report.residual, 0.999 * (tangent - kFriction) / std::hypot(1, tangent));
-      continue;
-    }
-    EXPECT_TRUE(report.at_rest) << report.residual;
-    // Until its first steps press it on the slope it may move by far less than its spacing.
-    for (int i = 0; i < cloth.points(); ++i) EXPECT_LT((state[i] - start[i]).norm(), 1e-6);
   }
 }
 

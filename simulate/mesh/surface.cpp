@@ -1,7 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "simulate/mesh/surface.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
+
+#include "core/units.hpp"
 
 namespace drape::simulate {
 
@@ -20,6 +24,25 @@ std::vector<std::array<int, 3>> facets_of(const MaterialMesh& mesh) {
     facets.push_back(middle);
   }
   return facets;
+}
+
+std::string ply_text(const std::string& comment, const MeshCloth::State& points_m,
+                     const std::vector<Vector2d>& uv,
+                     const std::vector<std::array<int, 3>>& faces) {
+  std::string text = fmt::format(
+      "ply\nformat ascii 1.0\ncomment {}\nelement vertex {}\n"
+      "property double x\nproperty double y\nproperty double z\n{}element face {}\n"
+      "property list uchar int vertex_indices\nend_header\n",
+      comment, points_m.size(), uv.empty() ? "" : "property double u\nproperty double v\n",
+      faces.size());
+  for (std::size_t i = 0; i < points_m.size(); ++i) {
+    const Vector3d p = points_m[i] / units::mm;
+    text += fmt::format("{:.6f} {:.6f} {:.6f}", p.x(), p.y(), p.z());
+    if (!uv.empty()) text += fmt::format(" {:.9f} {:.9f}", uv[i].x(), uv[i].y());
+    text += '\n';
+  }
+  for (const auto& face : faces) text += fmt::format("3 {} {} {}\n", face[0], face[1], face[2]);
+  return text;
 }
 
 ClothSurface::ClothSurface(const MeshCloth& cloth)

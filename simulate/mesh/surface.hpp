@@ -3,6 +3,7 @@
 
 #include <Eigen/Core>
 #include <array>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -12,6 +13,12 @@ namespace drape::simulate {
 
 /// Four facets to a triangle, by nodes: the points, then the middle of each side.
 [[nodiscard]] std::vector<std::array<int, 3>> facets_of(const MaterialMesh& mesh);
+
+/// ASCII PLY in mm of points in the world and faces; `uv`, empty or one per point, as texture
+/// coordinates.
+[[nodiscard]] std::string ply_text(const std::string& comment, const MeshCloth::State& points_m,
+                                   const std::vector<Eigen::Vector2d>& uv,
+                                   const std::vector<std::array<int, 3>>& faces);
 
 /// The surface of a MeshCloth between its points: each triangle cut in four flat facets at the
 /// middles of its sides. A middle lies where the quadratics of the triangles beside the side put it

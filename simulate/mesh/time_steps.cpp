@@ -62,7 +62,7 @@ TimeStepsReport move_in_time(MeshCloth& cloth, MeshCloth::State& state,
     }
     bodies.table_z_m = table_z_m(report.time_s);
     descent.keep_matrix = report.increments > 2;  // of the second step on, inertia is the same
-    const RelaxationReport found = descend(cloth, state, held, stiffness, bodies, descent, pushes);
+    const DescentReport found = descend(cloth, state, held, stiffness, bodies, descent, pushes);
     report.steps += found.steps;
     report.hurried += found.at_rest ? 0 : 1;
     before = last;

@@ -14,7 +14,7 @@
 #include "simulate/piece/object_pushes.hpp"
 #include "simulate/piece/piece.hpp"
 #include "simulate/piece/test_piece.hpp"
-#include "simulate/validation/exact.hpp"
+#include "simulate/validation/test_exact.hpp"
 
 namespace drape::simulate {
 namespace {

@@ -137,10 +137,43 @@ class AllPushes : public Pushes {
   std::array<Pushes*, 2> all_;
 };
 
-/// Falls, and goes down to rest; then points carry on what presses them until none enters. Each
-/// descent is one increment, at whose end friction settles: at rest nothing is left after that.
-void rest(MeshCloth& cloth, PieceDrape& piece, const std::vector<bool>& held, ObjectPushes& pushes,
-          Pushes& all, TimeStepsOptions motion, const DescentOptions& descent) {
+/// The same start to its rest, by cloth that remembers nothing yet.
+PieceDrape dropped(PieceDrape piece, MeshCloth cloth, const std::vector<bool>& held,
+                   const Scene& scene, const Surroundings& around, const PieceOptions& options,
+                   double layers_apart_m) {
+  DescentOptions descent = options.descent;
+  descent.gravity_m_per_s2 = scene.gravity_m_per_s2;
+  const double gravity = scene.gravity_m_per_s2.norm();
+  ObjectPushes pushes(cloth, held, around, scene.friction, gravity);
+  if (layers_apart_m > 0) {
+    LayerPushes layers(cloth, gravity, layers_apart_m);
+    AllPushes all(pushes, layers);
+    fall_to_rest(cloth, piece, held, pushes, all, options.motion, descent);
+    piece.contact_forces = layers.stated(piece.state, around.count());
+  } else {
+    fall_to_rest(cloth, piece, held, pushes, pushes, options.motion, descent);
+  }
+  piece.layers_apart_m = layers_apart_m;
+  piece.surface = ClothSurface(cloth).nodes(piece.state);
+  const std::vector<ContactForce> forces = pushes.stated(piece.state);
+  piece.contact_forces.insert(piece.contact_forces.begin(), forces.begin(), forces.end());
+  piece.mesh = cloth.mesh();
+  piece.memory = cloth.memory();
+  return piece;
+}
+
+bool meets_itself(const PieceDrape& piece) {
+  Field nodes(3 * piece.surface.size());
+  for (std::size_t i = 0; i < piece.surface.size(); ++i)
+    put_at(nodes, static_cast<int>(i), piece.surface[i]);
+  return passes_through_itself(facets_of(piece.mesh), nodes);
+}
+
+}  // namespace
+
+void fall_to_rest(MeshCloth& cloth, PieceDrape& piece, const std::vector<bool>& held,
+                  ObjectPushes& pushes, Pushes& all, TimeStepsOptions motion,
+                  const DescentOptions& descent) {
   MeshStiffness stiffness(cloth, held);
   // Where nothing holds by friction a fall chooses folds, and no more is remembered of it.
   if (!pushes.holds() && !cloth.laws().friction) {
@@ -166,40 +199,6 @@ void rest(MeshCloth& cloth, PieceDrape& piece, const std::vector<bool>& held, Ob
   }
   piece.report.steps = steps;
 }
-
-/// The same start to its rest, by cloth that remembers nothing yet.
-PieceDrape dropped(PieceDrape piece, MeshCloth cloth, const std::vector<bool>& held,
-                   const Scene& scene, const Surroundings& around, const PieceOptions& options,
-                   double layers_apart_m) {
-  DescentOptions descent = options.descent;
-  descent.gravity_m_per_s2 = scene.gravity_m_per_s2;
-  const double gravity = scene.gravity_m_per_s2.norm();
-  ObjectPushes pushes(cloth, held, around, scene.friction, gravity);
-  if (layers_apart_m > 0) {
-    LayerPushes layers(cloth, gravity, layers_apart_m);
-    AllPushes all(pushes, layers);
-    rest(cloth, piece, held, pushes, all, options.motion, descent);
-    piece.contact_forces = layers.stated(piece.state, around.count());
-  } else {
-    rest(cloth, piece, held, pushes, pushes, options.motion, descent);
-  }
-  piece.layers_apart_m = layers_apart_m;
-  piece.surface = ClothSurface(cloth).nodes(piece.state);
-  const std::vector<ContactForce> forces = pushes.stated(piece.state);
-  piece.contact_forces.insert(piece.contact_forces.begin(), forces.begin(), forces.end());
-  piece.mesh = cloth.mesh();
-  piece.memory = cloth.memory();
-  return piece;
-}
-
-bool meets_itself(const PieceDrape& piece) {
-  Field nodes(3 * piece.surface.size());
-  for (std::size_t i = 0; i < piece.surface.size(); ++i)
-    put_at(nodes, static_cast<int>(i), piece.surface[i]);
-  return passes_through_itself(facets_of(piece.mesh), nodes);
-}
-
-}  // namespace
 
 ClothOutline outline_of(const Print& print) {
   const Vector2d& p = print.patch_m;
@@ -258,26 +257,13 @@ PieceDrape drape_piece(const Scene& scene, const Print& print, const std::option
 
 std::string ply_text(const PieceDrape& piece, const Vector2d& patch_m) {
   const MaterialMesh& mesh = piece.mesh;
-  std::string text = fmt::format(
-      "ply\nformat ascii 1.0\ncomment millimetres, z up; u along the warp, v along the weft\n"
-      "element vertex {}\nproperty double x\nproperty double y\nproperty double z\n"
-      "property double u\nproperty double v\nelement face {}\n"
-      "property list uchar int vertex_indices\nend_header\n",
-      piece.surface.size(), 4 * mesh.triangles.size());
-  const std::size_t points = mesh.points_m.size();
-  for (std::size_t i = 0; i < piece.surface.size(); ++i) {
-    const Vector3d p = piece.surface[i] / mm;
-    const Vector2d at = i < points ? mesh.points_m[i]
-                                   : Vector2d((mesh.points_m[mesh.edges[i - points].from] +
-                                               mesh.points_m[mesh.edges[i - points].to]) /
-                                              2);
-    const Vector2d uv = at.cwiseQuotient(patch_m);
-    text +=
-        fmt::format("{:.6f} {:.6f} {:.6f} {:.9f} {:.9f}\n", p.x(), p.y(), p.z(), uv.x(), uv.y());
-  }
-  for (const auto& facet : facets_of(mesh))
-    text += fmt::format("3 {} {} {}\n", facet[0], facet[1], facet[2]);
-  return text;
+  std::vector<Vector2d> uv;
+  for (const Vector2d& point : mesh.points_m) uv.push_back(point.cwiseQuotient(patch_m));
+  for (const MaterialMesh::Edge& edge : mesh.edges)
+    uv.emplace_back(
+        ((mesh.points_m[edge.from] + mesh.points_m[edge.to]) / 2).cwiseQuotient(patch_m));
+  return ply_text("millimetres, z up; u along the warp, v along the weft", piece.surface, uv,
+                  facets_of(mesh));
 }
 
 }  // namespace drape::simulate

@@ -37,8 +37,17 @@ struct PieceDrape {
   std::vector<ContactForce> contact_forces;
   double layers_apart_m = 0;  ///< that it fell with; 0: its layers did not press
   TimeStepsReport motion;     ///< before the descents to rest
-  RelaxationReport report;    ///< of these
+  DescentReport report;       ///< of these
 };
+
+class ObjectPushes;
+
+/// Lets a piece fall in time from its state, and takes it down to rest; then its points carry on
+/// what presses them until none enters. Each descent is one increment, at whose end friction
+/// settles: at rest nothing is left after that. `pushes` is among `all` that presses.
+void fall_to_rest(MeshCloth& cloth, PieceDrape& piece, const std::vector<bool>& held,
+                  ObjectPushes& pushes, Pushes& all, TimeStepsOptions motion,
+                  const DescentOptions& descent);
 
 /// Corners of the print's patch, for a piece that is all of it.
 [[nodiscard]] ClothOutline outline_of(const Print& print);

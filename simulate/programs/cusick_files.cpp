@@ -102,7 +102,7 @@ Ending write_cusick(const CusickArguments& arguments, const std::string& fabric,
   std::size_t resting = 0;
   for (std::size_t i = 0; i < drapes.size(); ++i) {
     const CusickDrape& drape = drapes[i].drape;
-    const RelaxationReport& found = drape.report;
+    const DescentReport& found = drape.report;
     const std::string name = file_of_start(i);
     resting += drapes[i].go() ? 1 : 0;
     json["starts"].push_back({{"file", name},

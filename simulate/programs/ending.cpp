@@ -58,31 +58,7 @@ Ending objects_read(const std::filesystem::path& scene) {
 }
 
 void require_scene_and_out(const std::filesystem::path& scene, const std::filesystem::path& out) {
-  if (scene.empty() || out.empty())
-    throw usage_error("SCENE or --out is missing", "give both, or --validate alone");
-}
-
-int run_checks(const CommonOptions& common) {
-  const Checks checks = validate();
-  if (!common.json) fmt::print("{}", validation_table(checks));
-  return finish(ending_of(checks), common);
-}
-
-Ending ending_of(const Checks& checks) {
-  Ending ending;
-  int passed = 0;
-  for (const Check& check : checks) {
-    passed += check.passes();
-    ending.go = ending.go && check.passes();
-    if (check.passes()) continue;
-    ending.rejected.push_back(fmt::format("test {}: {}, {} particles: error {:.2g}, goal {:g}",
-                                          check.test, check.what, check.grid, check.error,
-                                          check.goal));
-  }
-  ending.verdict =
-      fmt::format("{} of {} closed-form checks meet their goal", passed, checks.size());
-  ending.next_command = "drape-simulate SCENE --out DIR";
-  return ending;
+  if (scene.empty() || out.empty()) throw usage_error("SCENE or --out is missing", "give both");
 }
 
 }  // namespace drape::simulate

@@ -21,11 +21,10 @@ namespace {
 
 struct Arguments : RunArguments {
   double thickness_mm = 0.5;
-  bool validate = false, check_objects = false;
+  bool check_objects = false;
 };
 
 int run(Arguments& args, std::vector<std::string> words, const CommonOptions& common) {
-  if (args.validate) return run_checks(common);
   if (args.check_objects) return finish(objects_read(args.scene), common);
   require_scene_and_out(args.scene, args.out);
   refuse_to_replace(args.scene, args.fabric, {sheet_files(args.out), start_inputs(args)});
@@ -57,7 +56,6 @@ int main(int argc, char** argv) {
   Arguments args;
   args.options.solver = "fall";
   add_run_options(app, args, "folder for sheet, history.csv, certificate.json");
-  app.add_flag("--validate", args.validate, "compare the model with closed forms, print a table");
   app.add_flag("--check-objects", args.check_objects, "read the scene's objects, and stop");
   app.add_option("--model", args.options.model, "consistent, paper")->capture_default_str();
   app.add_option(

@@ -39,7 +39,7 @@ Ending write_piece(const std::filesystem::path& out, const PieceNames& names,
                    const PieceDrape& piece, const std::optional<MeshJudgement>& judgement,
                    RunRecord& record) {
   Ending ending;
-  const RelaxationReport& found = piece.report;
+  const DescentReport& found = piece.report;
   write_durable(out / "piece.ply", ply_text(piece, names.patch_m));
   write_durable(
       out / "piece.toml",

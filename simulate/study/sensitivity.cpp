@@ -5,25 +5,13 @@
 
 #include "core/error.hpp"
 #include "core/units.hpp"
+#include "simulate/equilibrium/mixture.hpp"
 
 namespace drape::simulate {
 namespace {
 
 using Eigen::Vector3d;
 using Eigen::VectorXd;
-
-Vector3d place(const Hold& point, const Field& x) {
-  Vector3d sum = Vector3d::Zero();
-  for (int k = 0; k < 4; ++k) sum += point.weight[k] * at(x, point.particle[k]);
-  return sum;
-}
-
-Vector3d displacement_of(const Hold& point, const VectorXd& displacement) {
-  Vector3d sum = Vector3d::Zero();
-  for (int k = 0; k < 4; ++k)
-    sum += point.weight[k] * displacement.segment<3>(3 * point.particle[k]);
-  return sum;
-}
 
 ForceCurve times(ForceCurve curve, double factor) {
   curve.slope *= factor;
@@ -138,7 +126,7 @@ Reference reference_on(const GridSpec& grid, const Sheet& sheet) {
 Eigen::MatrixX3d marks_on(const Reference& reference, const Field& position) {
   Eigen::MatrixX3d places(reference.points.size(), 3);
   for (std::size_t k = 0; k < reference.points.size(); ++k)
-    places.row(static_cast<Eigen::Index>(k)) = place(reference.points[k], position);
+    places.row(static_cast<Eigen::Index>(k)) = mix(position, reference.points[k]);
   return places;
 }
 
@@ -152,7 +140,7 @@ void add_moves(const MarkMoves& moves, Json& entry) {
 double mean_distance_m(const Reference& reference, const Field& position) {
   double sum = 0;
   for (std::size_t k = 0; k < reference.points.size(); ++k) {
-    sum += (place(reference.points[k], position) - reference.in_world[k]).norm();
+    sum += (mix(position, reference.points[k]) - reference.in_world[k]).norm();
   }
   return sum / static_cast<double>(reference.points.size());
 }
@@ -161,7 +149,7 @@ double mean_moved_m(const Reference& from, const Field& from_position, const Ref
                     const Field& to_position) {
   double sum = 0;
   for (std::size_t k = 0; k < from.points.size(); ++k) {
-    sum += (place(to.points[k], to_position) - place(from.points[k], from_position)).norm();
+    sum += (mix(to_position, to.points[k]) - mix(from_position, from.points[k])).norm();
   }
   return sum / static_cast<double>(from.points.size());
 }
@@ -181,8 +169,8 @@ std::optional<std::vector<Sensitivity>> find_sensitivities(Cloth& cloth, StaticS
     const auto count = static_cast<double>(reference.points.size());
     MarkMoves moves{1, std::nullopt, {}, Eigen::MatrixX3d(reference.points.size(), 3)};
     for (std::size_t k = 0; k < reference.points.size(); ++k) {
-      const Vector3d apart = place(reference.points[k], solver.position) - reference.in_world[k];
-      const Vector3d displacement = displacement_of(reference.points[k], one.displacement);
+      const Vector3d apart = mix(solver.position, reference.points[k]) - reference.in_world[k];
+      const Vector3d displacement = mix_step(one.displacement, reference.points[k]);
       // A mark that lies on its reference only moves away from it.
       one.distance_m +=
           (apart.norm() > 0 ? apart.normalized().dot(displacement) : displacement.norm()) / count;

@@ -13,8 +13,9 @@
 #include "core/files/json_file.hpp"
 #include "core/parallel.hpp"
 #include "core/units.hpp"
-#include "simulate/ensemble/branches.hpp"
+#include "simulate/ensemble/band.hpp"
 #include "simulate/ensemble/checked.hpp"
+#include "simulate/equilibrium/mixture.hpp"
 #include "simulate/objects/scene_files.hpp"
 #include "simulate/start/clamps.hpp"
 #include "simulate/start/local_frame.hpp"
@@ -90,33 +91,6 @@ StudyOutcome simulate_case(const StudyCase& the_case, const StudyOptions& option
   write_outputs(the_case.folder, best, used, record);
   record.write(best.report.status == RestStatus::at_rest ? 0 : 1, "");
   return outcome_of(the_case, best.report, used.solver);
-}
-
-bool is_row_of(int index, int rows, int other_rows, int& other) {
-  // Particle lines coincide where index / (rows - 1) is a whole number of the other's spacings.
-  if (index * (other_rows - 1) % (rows - 1) != 0) return false;
-  other = index * (other_rows - 1) / (rows - 1);
-  return true;
-}
-
-/// The material point on the sheet, bilinear on its cell; absent beside a gap.
-std::optional<Eigen::Vector3d> point_at(const Sheet& sheet, const Eigen::Vector2d& material_m) {
-  const Eigen::Vector2d cells(sheet.rows - 1, sheet.cols - 1);
-  const Eigen::Vector2d at = material_m.cwiseQuotient(sheet.patch_m).cwiseProduct(cells);
-  const Eigen::Vector2d cell =
-      at.array().floor().matrix().cwiseMin((cells.array() - 1).matrix()).cwiseMax(0);
-  const Eigen::Vector2d part = at - cell;
-  const int row = static_cast<int>(cell.x()), col = static_cast<int>(cell.y());
-  Eigen::Vector3d point = Eigen::Vector3d::Zero();
-  for (const int r : {0, 1}) {
-    for (const int c : {0, 1}) {
-      const SheetMark* corner = sheet.find({row + r, col + c});
-      if (corner == nullptr) return std::nullopt;
-      point += (r == 1 ? part.x() : 1 - part.x()) * (c == 1 ? part.y() : 1 - part.y()) *
-               corner->point_in_world;
-    }
-  }
-  return point;
 }
 
 /// A case that is listed twice would be counted twice.
@@ -254,32 +228,16 @@ std::vector<StudyOutcome> run_study(const std::vector<StudyCase>& cases,
   return outcomes;
 }
 
-std::optional<double> mean_distance_m(const Sheet& a, const Sheet& b) {
-  double sum = 0;
-  int count = 0;
-  for (const SheetMark& mark : a.marks) {
-    int row = 0, col = 0;
-    if (!is_row_of(mark.mark.row, a.rows, b.rows, row) ||
-        !is_row_of(mark.mark.col, a.cols, b.cols, col))
-      continue;
-    const SheetMark* other = b.find({row, col});
-    if (other == nullptr) return std::nullopt;
-    sum += (mark.point_in_world - other->point_in_world).norm();
-    ++count;
-  }
-  if (count < 4 || !a.gaps.empty()) return std::nullopt;
-  return sum / count;
-}
-
 std::optional<double> mean_distance_m(const Sheet& a, const Sheet& b, const Sheet& coarsest) {
+  const GridSpec grid_a = grid_of(a), grid_b = grid_of(b);
+  const Field field_a = field_of(a), field_b = field_of(b);
   double sum = 0;
-  for (const SheetMark& particle : coarsest.marks) {
-    const auto first = point_at(a, particle.material_m), second = point_at(b, particle.material_m);
-    if (!first || !second) return std::nullopt;
-    sum += (*first - *second).norm();
-  }
-  if (coarsest.marks.empty()) return std::nullopt;
-  return sum / static_cast<double>(coarsest.marks.size());
+  for (const SheetMark& particle : coarsest.marks)
+    sum += (mix(field_a, hold_at(grid_a, particle.material_m)) -
+            mix(field_b, hold_at(grid_b, particle.material_m)))
+               .norm();
+  sum /= static_cast<double>(coarsest.marks.size());
+  return std::isfinite(sum) ? std::optional(sum) : std::nullopt;
 }
 
 std::string study_csv(const std::vector<StudyOutcome>& outcomes) {

@@ -88,12 +88,9 @@ struct CaseInputs {
     const std::vector<StudyCase>& cases, const StudyOptions& options,
     const std::filesystem::path& program, const std::function<void(const StudyOutcome&)>& done);
 
-/// Mean distance (m) of two sheets of one patch at the particles that both have, e.g. 121 for
-/// 11x11 against 21x21; absent when a sheet has gaps there or they have fewer than four in common.
-[[nodiscard]] std::optional<double> mean_distance_m(const Sheet& a, const Sheet& b);
-
-/// The same at the particles of a third sheet of the patch, between particles bilinear on the cell:
-/// the distance that the results store states of a pair, with the coarsest sheet of its scene.
+/// Mean distance (m) of two sheets of one patch at the particles of a third, bilinear on the cell
+/// between their own: the distance that the results store states of a pair, with the coarsest sheet
+/// of its scene. Absent where a sheet has a gap there.
 [[nodiscard]] std::optional<double> mean_distance_m(const Sheet& a, const Sheet& b,
                                                     const Sheet& coarsest);
 

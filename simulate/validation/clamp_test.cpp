@@ -14,8 +14,8 @@
 #include "simulate/ensemble/checked.hpp"
 #include "simulate/equilibrium/hessian.hpp"
 #include "simulate/start/clamps.hpp"
-#include "simulate/validation/door.hpp"
-#include "simulate/validation/exact.hpp"
+#include "simulate/validation/test_door.hpp"
+#include "simulate/validation/test_exact.hpp"
 #include "tests/support/paths.hpp"
 
 namespace drape::simulate {

@@ -8,7 +8,8 @@
 
 #include "core/error.hpp"
 #include "core/units.hpp"
-#include "simulate/mesh/relaxation.hpp"
+#include "simulate/piece/object_pushes.hpp"
+#include "simulate/piece/piece.hpp"
 #include "simulate/simulate.hpp"
 #include "simulate/start/start.hpp"
 #include "tests/support/paths.hpp"
@@ -98,29 +99,23 @@ SphereDrape drape_mesh(const SphereScene& scene, simulate::MaterialMesh mesh, do
       simulate::find_reach(scene.scene, scene.fabric, scene.print, std::nullopt));
   simulate::MeshCloth cloth(std::move(mesh), laws, in_triangles);
   const simulate::FlatPose flat{scene.scene.start.centre_in_world.value(), 0};
-  simulate::MeshCloth::State state = cloth.state_of([&](const Vector2d& p) {
+  simulate::PieceDrape piece;
+  piece.state = cloth.state_of([&](const Vector2d& p) {
     return simulate::MeshCloth::Jet{
         flat.point_in_world(p, scene.print.patch_m), {0, -1, 0}, {1, 0, 0}};
   });
-  const Sphere sphere = sphere_of(scene);
-  // A billionth more than the surface: what rounding lifts off it still lies on it.
-  const auto project = [sphere](Vector3d& point, Vector3d& normal) {
-    const Vector3d from = point - sphere.centre_in_world;
-    if (from.norm() > sphere.radius_m * (1 + 1e-9)) return false;
-    normal = from.normalized();
-    point = sphere.centre_in_world + sphere.radius_m * normal;
-    return true;
-  };
-  simulate::RelaxationOptions options;
-  options.gravity_m_per_s2 = scene.scene.gravity_m_per_s2;
-  const simulate::RelaxationReport report =
-      relax(cloth, state, std::vector<bool>(static_cast<std::size_t>(cloth.unknowns()), false),
-            {project, scene.scene.friction}, options);
+  const std::vector<bool> held(static_cast<std::size_t>(cloth.unknowns()), false);
+  simulate::DescentOptions descent;
+  descent.gravity_m_per_s2 = scene.scene.gravity_m_per_s2;
+  const simulate::Surroundings around(scene.scene);
+  simulate::ObjectPushes pushes(cloth, held, around, scene.scene.friction,
+                                descent.gravity_m_per_s2.norm());
+  fall_to_rest(cloth, piece, held, pushes, pushes, simulate::PieceOptions{}.motion, descent);
   SphereDrape drape;
-  drape.at_rest = report.at_rest;
-  drape.residual = report.residual;
+  drape.at_rest = piece.report.at_rest;
+  drape.residual = piece.report.residual;
   drape.side = side;
-  drape.points_m.assign(state.begin(), state.begin() + cloth.points());
+  drape.points_m.assign(piece.state.begin(), piece.state.begin() + cloth.points());
   for (const auto& t : cloth.mesh().triangles) drape.faces.push_back({t[0], t[1], t[2]});
   drape.hem = border_of(cloth.mesh());
   drape.marks_m = marks_of(cloth.mesh(), drape.points_m, scene.print.patch_m, side);

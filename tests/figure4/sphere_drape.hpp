@@ -37,7 +37,7 @@ struct SphereDrape {
 /// `drape simulate` with its defaults on `side` x `side` particles, and no waves on the start.
 [[nodiscard]] SphereDrape drape_grid(const SphereScene& scene, int side);
 
-/// Relaxation of a triangle mesh with friction on the sphere, from the same start; marks every
+/// Fall of a triangle mesh with friction on the sphere, from the same start; marks every
 /// patch / (side - 1). `in_triangles` is MeshCloth's.
 [[nodiscard]] SphereDrape drape_mesh(const SphereScene& scene, simulate::MaterialMesh mesh,
                                      double in_triangles, int side);

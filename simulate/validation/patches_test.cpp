@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
+#include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
 #include <cmath>
 #include <numbers>
 
-#include "simulate/validation/sheets.hpp"
+#include "simulate/validation/test_sheets.hpp"
 
 namespace drape::simulate {
 namespace {
@@ -42,7 +43,7 @@ double pull(Cloth& cloth, int direction, double strain) {
   return sum / grid.patch_m[1 - direction];
 }
 
-void check_curves(Checks& checks) {
+TEST(Patch, GivesBackItsCurves) {
   const ClothLaws laws = knotted_laws();
   Cloth cloth(kGrid, laws, MassRule::area);
   double worst[2] = {0, 0};
@@ -52,9 +53,8 @@ void check_curves(Checks& checks) {
       worst[d] = std::max(worst[d], std::abs(pull(cloth, d, strain) / expected - 1));
     }
   }
-  checks.push_back({10, "uniaxial patch gives back the tensile curves", 0,
-                    std::max(worst[0], worst[1]), std::max(worst[0], worst[1]), 1e-12, false,
-                    "7x6"});
+  expect_at_most("uniaxial patch gives back the tensile curves", std::max(worst[0], worst[1]),
+                 1e-12);
   double shear = 0;
   for (const double angle : {0.02, -0.09, 0.2}) {
     const Field x = shaped(kGrid, [&](double u, double v) {
@@ -64,8 +64,7 @@ void check_curves(Checks& checks) {
     const double expected = 0.06 * 0.04 * laws.shear.energy(std::abs(angle));
     shear = std::max(shear, std::abs(cloth.energies(x).shear_j / expected - 1));
   }
-  checks.push_back({10, "trellis patch gives back the work under the shear curve", 0, shear, shear,
-                    1e-12, false, "7x6"});
+  expect_at_most("trellis patch gives back the work under the shear curve", shear, 1e-12);
   // Rolled up with chords of the rest length: curvature 2 sin(turn / 2) / spacing.
   double moment = 0;
   const double h = kGrid.warp_spacing_m();
@@ -78,12 +77,11 @@ void check_curves(Checks& checks) {
     const double expected = 5 * h * 0.04 * laws.bending[0].energy(curvature);
     moment = std::max(moment, std::abs(cloth.energies(x).bending_j / expected - 1));
   }
-  checks.push_back({10, "rolled strip gives back the work under the moment curve", 0, moment,
-                    moment, 1e-12, false, "7x6"});
+  expect_at_most("rolled strip gives back the work under the moment curve", moment, 1e-12);
 }
 
 /// A hinged frame of edge a pulled at two corners: F = a f(g) / sin(45 deg - g / 2).
-void check_picture_frame(Checks& checks) {
+TEST(Patch, OfAPictureFrameNeedsTheFormsForce) {
   ClothLaws laws = knotted_laws();
   laws.shear = {34, {{0.05, -10}}};
   const double edge = 0.05;
@@ -108,26 +106,23 @@ void check_picture_frame(Checks& checks) {
     }
     const double diagonal_per_angle = edge * std::sin(std::numbers::pi / 4 - g / 2);
     const double expected = edge * laws.shear.value(g) / std::sin(std::numbers::pi / 4 - g / 2);
-    checks.push_back(relative(9, fmt::format("picture frame force (N) at shear {:g} rad", g),
-                              expected, work / diagonal_per_angle, 1e-3, grid));
+    expect_relative(fmt::format("picture frame force (N) at shear {:g} rad", g), expected,
+                    work / diagonal_per_angle, 1e-3);
   }
 }
 
-void check_hanging_strip(Checks& checks) {
+TEST(Patch, OfAHangingStripStretchesAsItsWeight) {
   const double length = 0.2;
   const double density = 0.138;
   const double stiffness = 400;
   const GridSpec grid{41, 3, {length, 0.03}};
   Cloth cloth(grid, linear_laws(density, stiffness, 30, 1e-13), MassRule::area);
   Field x = shaped(grid, [](double u, double v) { return Vector3d(u, v, 0); });
-  std::vector<bool> held = in_plane_xz(grid);
-  hold_row(grid, 0, held);
-  Equilibrium balance(cloth, weight(cloth, {kGravity, 0, 0}), held);
+  Equilibrium balance(cloth, weight(cloth, {kGravity, 0, 0}), held_rows(grid, {0}));
   (void)balance.find(x, grid.warp_spacing_m());
   const double drop = at(x, grid.index(40, 1)).x() - length;
-  checks.push_back(relative(7, "hanging strip: drop of its end (m)",
-                            density * kGravity * length * length / (2 * stiffness), drop, 1e-6,
-                            grid));
+  expect_relative("hanging strip: drop of its end (m)",
+                  density * kGravity * length * length / (2 * stiffness), drop, 1e-6);
   double worst = 0;  // tension falls linearly from the clamp to the end
   for (int r = 0; r + 1 < grid.rows; ++r) {
     const double h = grid.warp_spacing_m();
@@ -135,10 +130,10 @@ void check_hanging_strip(Checks& checks) {
     const double expected = density * kGravity * (length - (r + 0.5) * h);
     worst = std::max(worst, std::abs(stiffness * strain / expected - 1));
   }
-  checks.push_back({7, "hanging strip: tension along it", 0, worst, worst, 1e-6, false, "41x3"});
+  expect_at_most("hanging strip: tension along it", worst, 1e-6);
 }
 
-void check_gradient(Checks& checks) {
+TEST(Patch, HasTheGradientOfItsEnergyForForces) {
   Cloth cloth(kGrid, knotted_laws(), MassRule::area);
   Field x = shaped(kGrid, [](double u, double v) {
     return Vector3d(1.012 * u + 0.05 * v + 2e-4 * std::sin(900 * u + 300 * v),
@@ -162,8 +157,7 @@ void check_gradient(Checks& checks) {
     worst = std::max(worst, std::abs(force[k] + slope));
     largest = std::max(largest, std::abs(force[k]));
   }
-  checks.push_back({12, "forces against differences of the energy", 0, worst / largest,
-                    worst / largest, 1e-7, false, "7x6"});
+  expect_at_most("forces against differences of the energy", worst / largest, 1e-7);
   Vector3d sum = Vector3d::Zero();
   Vector3d moment = Vector3d::Zero();
   double scale = 0;
@@ -172,24 +166,13 @@ void check_gradient(Checks& checks) {
     moment += at(x, i).cross(at(force, i));
     scale += at(force, i).norm();
   }
-  checks.push_back({12, "sum of internal forces, over the sum of their sizes", 0,
-                    sum.norm() / scale, sum.norm() / scale, 1e-13, false, "7x6"});
-  checks.push_back({12, "moment of internal forces, over 6 cm times that sum", 0,
-                    moment.norm() / (0.06 * scale), moment.norm() / (0.06 * scale), 1e-13, false,
-                    "7x6"});
+  expect_at_most("sum of internal forces, over the sum of their sizes", sum.norm() / scale, 1e-13);
+  expect_at_most("moment of internal forces, over 6 cm times that sum",
+                 moment.norm() / (0.06 * scale), 1e-13);
   Equilibrium balance(cloth, Field(x.size(), 0.0), std::vector<bool>(x.size(), false));
   (void)balance.tangent(x);
-  checks.push_back({12, "asymmetry of the tangent, over its largest entry", 0, balance.asymmetry(),
-                    balance.asymmetry(), 1e-7, false, "7x6"});
+  expect_at_most("asymmetry of the tangent, over its largest entry", balance.asymmetry(), 1e-7);
 }
 
 }  // namespace
-
-void check_patches(Checks& checks) {
-  check_hanging_strip(checks);
-  check_picture_frame(checks);
-  check_curves(checks);
-  check_gradient(checks);
-}
-
 }  // namespace drape::simulate

@@ -1,82 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "simulate/validation/validation.hpp"
-
-#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
 
 #include "core/files/csv.hpp"
-#include "simulate/validation/exact.hpp"
+#include "simulate/validation/test_exact.hpp"
 #include "tests/support/paths.hpp"
 
 namespace drape::simulate {
 namespace {
-
-void expect_good(void (*theme)(Checks&)) {
-  Checks checks;
-  theme(checks);
-  ASSERT_FALSE(checks.empty());
-  for (const Check& check : checks) {
-    EXPECT_TRUE(check.passes()) << check.what << ": " << check.error;
-  }
-}
-
-TEST(Validation, Cantilevers) {
-  expect_good(check_cantilevers);
-}
-TEST(Validation, LoopsStrutsAndChains) {
-  expect_good(check_loops);
-}
-TEST(Validation, Buckling) {
-  expect_good(check_buckling);
-}
-TEST(Validation, LateralBucklingTellsHalfTheTwistApart) {
-  Checks checks;
-  check_buckling(checks);
-  int compared = 0;
-  for (const Check& check : checks) {
-    if (check.what != "lateral buckling load, width 0.4 L, twist 2 B") continue;
-    ++compared;
-    // The same load in units of half the twist stiffness.
-    const double halved = exact::lateral_buckling(0.4 * 0.4 / 12);
-    EXPECT_GT(std::abs(std::sqrt(2.0) * check.found / halved - 1), 20 * check.goal);
-    // Nor is half the width the same.
-    const double narrow = exact::lateral_buckling(0.2 * 0.2 / 24);
-    EXPECT_GT(std::abs(check.found / narrow - 1), 10 * check.goal);
-  }
-  EXPECT_EQ(compared, 1);
-}
-TEST(Validation, StickSlip) {
-  Checks checks;
-  check_slip(0.1, 1, checks);
-  ASSERT_EQ(checks.size(), 4U);
-  for (const Check& check : checks)
-    EXPECT_TRUE(check.passes()) << check.what << ": " << check.error;
-}
-TEST(Validation, StickSlipTellsATenthOfFrictionApart) {
-  Checks checks;
-  check_slip(0.1, 1.1, checks);
-  int missed = 0;
-  for (const Check& check : checks) {
-    if (check.what.find("slips") == std::string::npos) continue;
-    EXPECT_FALSE(check.passes()) << check.what << ": " << check.error;
-    ++missed;
-  }
-  EXPECT_EQ(missed, 2);
-}
-TEST(Validation, Patches) {
-  expect_good(check_patches);
-}
-TEST(Validation, Refinement) {
-  expect_good(check_refinement);
-}
-TEST(Validation, ThroughTheFrontDoor) {
-  expect_good(check_door);
-}
-TEST(Validation, Motion) {
-  expect_good(check_motion);
-}
 
 TEST(Exact, CantileverIsTheReferenceCurve) {
   const std::filesystem::path folder = drape::test::test_data("physics");
@@ -133,15 +65,6 @@ TEST(Exact, PressedStripIsInEquilibrium) {
   for (int i = 0; i < kPieces; ++i)
     moment -= strip.gamma / kPieces * strip.at((i + 0.5) / kPieces).sideways;
   EXPECT_NEAR(strip.curvature, moment, 1e-4 * strip.curvature);
-}
-
-TEST(Validation, TableNamesWhatIsMissed) {
-  const Checks checks = {{1, "good", 1, 1, 0, 1e-3, false, "3x3"},
-                         {2, "bad", 1, 2, 1, 1e-3, false, "3x3"},
-                         {3, "order", 2, 1.9, 1.9, 1.8, true, "3..9"}};
-  const std::string table = validation_table(checks);
-  EXPECT_THAT(table, ::testing::HasSubstr("MISS"));
-  EXPECT_THAT(table, ::testing::HasSubstr("3 checks, 1 missed"));
 }
 
 }  // namespace

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <fmt/format.h>
+#include <gtest/gtest.h>
 
 #include <cmath>
 
-#include "simulate/validation/sheets.hpp"
+#include "simulate/validation/test_sheets.hpp"
 
 namespace drape::simulate {
 namespace {
@@ -21,10 +21,8 @@ Vector3d corner(int cells) {
   laws.twist_n_m = 1.1e-5;
   Cloth cloth(grid, laws, MassRule::area);
   Field x = shaped(grid, [h](double u, double v) { return Vector3d(u - 0.5 * h, v, 0); });
-  std::vector<bool> held(x.size(), false);
-  hold_row(grid, 0, held);
-  hold_row(grid, 1, held);
-  Equilibrium balance(cloth, weight(cloth, {0, 0.5 * kGravity, -0.8 * kGravity}), held);
+  Equilibrium balance(cloth, weight(cloth, {0, 0.5 * kGravity, -0.8 * kGravity}),
+                      held_rows(grid, {0, 1}, false));
   const Equilibrium::Outcome outcome = balance.find(x, 0.01);
   return outcome.found ? Vector3d(at(x, grid.count() - 1) / length) : Vector3d::Zero();
 }
@@ -39,28 +37,25 @@ double strip_tip(int cells) {
   Cloth cloth(grid, linear_laws(density, 1e5 * density * kGravity * length, 1, bending),
               MassRule::area);
   Field x = shaped(grid, [h](double u, double v) { return Vector3d(u - 0.5 * h, v, 0); });
-  std::vector<bool> held = in_plane_xz(grid);
-  hold_row(grid, 0, held);
-  hold_row(grid, 1, held);
-  Equilibrium balance(cloth, weight(cloth, {0, 0, -kGravity}), held);
+  Equilibrium balance(cloth, weight(cloth, {0, 0, -kGravity}), held_rows(grid, {0, 1}));
   (void)balance.find(x, 0.5 * h);
   return at(x, grid.count() - 1).z() / length;
 }
 
-}  // namespace
-
-void check_refinement(Checks& checks) {
+TEST(Order, OfAStripsTipIsTwo) {
   const double tips[3] = {strip_tip(49), strip_tip(99), strip_tip(199)};
   const double ratio = std::log((99.5 / 49.5) * (199.5 / 99.5)) / 2;
-  const double order = std::log(std::abs((tips[0] - tips[1]) / (tips[1] - tips[2]))) / ratio;
-  checks.push_back({11, "self-convergence order of a strip's tip, Gamma 10", 2, order, order, 1.8,
-                    true, "51..201x2"});
-  const Vector3d corners[3] = {corner(10), corner(20), corner(40)};
-  const double order2 =
-      std::log((corners[0] - corners[1]).norm() / (corners[1] - corners[2]).norm()) /
-      (0.5 * std::log(40.5 / 10.5));
-  checks.push_back({11, "self-convergence order of a bent and twisted sheet", 2, order2, order2,
-                    1.8, true, "12..42^2"});
+  expect_at_least("self-convergence order of a strip's tip, Gamma 10",
+                  std::log(std::abs((tips[0] - tips[1]) / (tips[1] - tips[2]))) / ratio, 1.8);
 }
 
+TEST(Order, OfABentAndTwistedSheetIsTwo) {
+  const Vector3d corners[3] = {corner(10), corner(20), corner(40)};
+  expect_at_least("self-convergence order of a bent and twisted sheet",
+                  std::log((corners[0] - corners[1]).norm() / (corners[1] - corners[2]).norm()) /
+                      (0.5 * std::log(40.5 / 10.5)),
+                  1.8);
+}
+
+}  // namespace
 }  // namespace drape::simulate

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "simulate/validation/exact.hpp"
+#include "simulate/validation/test_exact.hpp"
 
 #include <Eigen/Dense>
 #include <cmath>

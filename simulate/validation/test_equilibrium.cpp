@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "simulate/validation/equilibrium.hpp"
+#include "simulate/validation/test_equilibrium.hpp"
 
 #include <Eigen/SparseCholesky>
 #include <cmath>

@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
+#include <gtest/gtest.h>
 
 #include <cmath>
 #include <numbers>
 
-#include "simulate/validation/exact.hpp"
-#include "simulate/validation/sheets.hpp"
+#include "simulate/validation/test_exact.hpp"
+#include "simulate/validation/test_sheets.hpp"
 
 namespace drape::simulate {
 namespace {
@@ -31,7 +32,7 @@ Field along(const GridSpec& grid, double shift, Angle angle) {
 }
 
 /// Both ends clamped upright in one place, half a cell before the second rows' hinges.
-void check_heart_loop(Checks& checks) {
+TEST(Loop, HangsAsTheHeartLoop) {
   const double length = 0.12;
   const int rows = 161;
   const double h = length / (rows - 2);
@@ -48,24 +49,23 @@ void check_heart_loop(Checks& checks) {
       return 0.5 * kPi - 3 * kPi * s - 0.67 * std::sin(2 * kPi * s);
     });
     // The ends go where the clamp is; the rest follows by itself.
-    std::vector<bool> held = in_plane_xz(grid);
     for (const int row : {0, 1, rows - 2, rows - 1}) {
-      hold_row(grid, row, held);
       const double above = (row == 0 || row == rows - 1) ? -0.5 * h : 0.5 * h;
       for (int c = 0; c < 2; ++c) put_at(x, grid.index(row, c), {0, c * h, above});
     }
-    Equilibrium balance(cloth, weight(cloth, {0, 0, gamma > 0 ? -kGravity : 0.0}), held,
+    Equilibrium balance(cloth, weight(cloth, {0, 0, gamma > 0 ? -kGravity : 0.0}),
+                        held_rows(grid, {0, 1, rows - 2, rows - 1}),
                         kBending * h / (length * length));
     const bool found = balance.find(x, h).found;
     // The lowest point is the middle of the arc, on a particle.
     const double height = found ? -at(x, grid.index(rows / 2, 0)).z() / length : 0;
-    checks.push_back(relative(3, fmt::format("heart loop height over length, Gamma {:g}", gamma),
-                              exact::heart_loop_height(gamma), height, 2e-3, grid));
+    expect_relative(fmt::format("heart loop height over length, Gamma {:g}", gamma),
+                    exact::heart_loop_height(gamma), height, 2e-3);
   }
 }
 
 /// A pinned strut pushed to a given chord; the load is the force on its held end.
-void check_elastica(Checks& checks) {
+TEST(Strut, BearsTheLoadOfTheElastica) {
   const double length = 0.1;
   const int rows = 81;
   const GridSpec grid{rows, 2, {length, 0.002}};
@@ -83,23 +83,19 @@ void check_elastica(Checks& checks) {
       put_at(x, i,
              {p.x() * stretch, p.y(), p.z() - 1.0 * r / (rows - 1) * at(x, grid.count() - 1).z()});
     }
-    std::vector<bool> held = in_plane_xz(grid);
-    hold_row(grid, 0, held);
-    hold_row(grid, rows - 1, held);
-    Equilibrium balance(cloth, weight(cloth, {0, 0, 0}), held,
+    Equilibrium balance(cloth, weight(cloth, {0, 0, 0}), held_rows(grid, {0, rows - 1}),
                         kBending * 0.002 / (length * length));
     (void)balance.find(x, 0.5 * grid.warp_spacing_m());
     Field force(x.size(), 0.0);
     cloth.add_forces(x, nullptr, force);
     const double push = -(force[0] + force[1]) / 0.002;
     const double euler = kPi * kPi * kBending / (length * length);
-    checks.push_back(relative(5,
-                              fmt::format("strut load over Euler's, end slope {:g} deg", degrees),
-                              strut.load, push / euler, 2e-3, grid));
+    expect_relative(fmt::format("strut load over Euler's, end slope {:g} deg", degrees), strut.load,
+                    push / euler, 2e-3);
   }
 }
 
-void check_catenary(Checks& checks) {
+TEST(Chain, SagsAsTheCatenary) {
   const double length = 0.2;
   const int rows = 81;
   const GridSpec grid{rows, 2, {length, 0.004}};
@@ -111,23 +107,12 @@ void check_catenary(Checks& checks) {
       const double t = 2 * u / length - 1;
       return Vector3d(0.5 * chord * length * t, v, sag * length * (t * t - 1));
     });
-    std::vector<bool> held = in_plane_xz(grid);
-    hold_row(grid, 0, held);
-    hold_row(grid, rows - 1, held);
-    Equilibrium balance(cloth, weight(cloth, {0, 0, -kGravity}), held);
+    Equilibrium balance(cloth, weight(cloth, {0, 0, -kGravity}), held_rows(grid, {0, rows - 1}));
     const bool found = balance.find(x, grid.warp_spacing_m()).found;
     const double low = found ? -at(x, grid.index(rows / 2, 0)).z() / length : 0;
-    checks.push_back(relative(8, fmt::format("catenary sag over length, chord {:g}", chord), sag,
-                              low, 1e-3, grid));
+    expect_relative(fmt::format("catenary sag over length, chord {:g}", chord), sag, low, 1e-3);
   }
 }
 
 }  // namespace
-
-void check_loops(Checks& checks) {
-  check_heart_loop(checks);
-  check_elastica(checks);
-  check_catenary(checks);
-}
-
 }  // namespace drape::simulate

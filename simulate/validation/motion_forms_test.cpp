@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <gtest/gtest.h>
+
 #include <Eigen/Geometry>
 #include <cmath>
 #include <numbers>
 
 #include "simulate/dynamics/motion.hpp"
-#include "simulate/validation/exact.hpp"
-#include "simulate/validation/sheets.hpp"
+#include "simulate/validation/test_exact.hpp"
+#include "simulate/validation/test_sheets.hpp"
 
 namespace drape::simulate {
 namespace {
@@ -34,23 +36,16 @@ double lost_energy(double fraction_of_limit) {
   return (start - energy()) / scale;
 }
 
-void check_energy(Checks& checks) {
-  const double coarse = lost_energy(0.2);
-  const double fine = lost_energy(0.1);
-  const double order = std::log2(coarse / fine);
-  checks.push_back({12, "energy kept without damping at a tenth of the step limit", 0, fine,
-                    std::abs(fine), 1e-3, false, "9x9"});
-  checks.push_back({12, "order of that loss in the step", 5, order, order, 4.5, true, "9x9"});
-}
-
-ClothLaws block_laws() {
-  return linear_laws(0.3, 3000, 300, 1e-6);
+TEST(Motion, KeepsItsEnergyWithoutDamping) {
+  const double coarse = lost_energy(0.2), fine = lost_energy(0.1);
+  expect_at_most("energy lost without damping at a tenth of the step limit", std::abs(fine), 1e-3);
+  expect_at_least("order of that loss in the step", std::log2(coarse / fine), 4.5);
 }
 
 /// Displacement of a small sheet lying on a slope after a time, started at rest.
 double slid(double slope_rad, double mu, double time_s) {
   const GridSpec grid{3, 3, {0.02, 0.02}};
-  Cloth cloth(grid, block_laws(), MassRule::area);
+  Cloth cloth(grid, linear_laws(0.3, 3000, 300, 1e-6), MassRule::area);
   Surroundings ground;
   ground.add(Table{0});
   const Vector3d gravity = kGravity * Vector3d(std::sin(slope_rad), 0, -std::cos(slope_rad));
@@ -62,7 +57,7 @@ double slid(double slope_rad, double mu, double time_s) {
   return at(motion.position, 4).x() - 0.01;
 }
 
-void check_block(Checks& checks) {
+TEST(Motion, OfASheetOnASlopeIsCoulombs) {
   const double mu = 0.4;
   double low = 0;
   double high = 0.5 * std::numbers::pi;
@@ -70,13 +65,11 @@ void check_block(Checks& checks) {
     const double middle = 0.5 * (low + high);
     (slid(middle, mu, 0.02) > 1e-6 ? high : low) = middle;
   }
-  const GridSpec grid{3, 3, {0.02, 0.02}};
-  checks.push_back(relative(13, "slope at which a sheet starts to slide, tangent over mu", mu,
-                            std::tan(high), 1e-2, grid));
+  expect_relative("slope at which a sheet starts to slide, tangent over mu", mu, std::tan(high),
+                  1e-2);
   const double slope = 0.6;
   const double distance = 0.5 * kGravity * (std::sin(slope) - mu * std::cos(slope)) * 0.1 * 0.1;
-  checks.push_back(relative(13, "distance slid down a slope in 0.1 s (m)", distance,
-                            slid(slope, mu, 0.1), 1e-2, grid));
+  expect_relative("distance slid down a slope in 0.1 s (m)", distance, slid(slope, mu, 0.1), 1e-2);
 }
 
 /// Mean tension of row r -> r + 1 (N/m).
@@ -92,7 +85,7 @@ double middle_z(const Cloth& cloth, const Field& x, int r) {
 }
 
 /// A belt over a horizontal cylinder, its right end pulled down slowly: ratio of the tensions.
-void check_capstan(Checks& checks) {
+TEST(Motion, OfABeltOverACylinderIsTheCapstans) {
   const double radius = 0.02;
   const double mu = 0.3;
   const double density = 0.3;
@@ -143,16 +136,9 @@ void check_capstan(Checks& checks) {
            density * kGravity * middle_z(cloth, motion.position, last);
     closed += exact::capstan_tension(slack, mu, density * kGravity, radius);
   }
-  checks.push_back(relative(13, "belt over a cylinder: pulling tension over the closed form", 1,
-                            sum / closed, 1e-2, grid));
+  expect_relative("belt over a cylinder: pulling tension over the closed form", 1, sum / closed,
+                  1e-2);
 }
 
 }  // namespace
-
-void check_motion(Checks& checks) {
-  check_energy(checks);
-  check_block(checks);
-  check_capstan(checks);
-}
-
 }  // namespace drape::simulate
