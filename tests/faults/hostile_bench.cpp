@@ -18,7 +18,7 @@ namespace fs = std::filesystem;
 
 /// One finished run for all tests.
 const fs::path& finished_run() {
-  static const SmallBench bench({"C"});
+  static const SmallBench bench({"C"}, measured);
   static const fs::path folder = [] {
     const Outcome outcome = bench.run("out");
     if (outcome.exit_code != 0) throw std::runtime_error(outcome.text);

@@ -24,11 +24,17 @@ void adopt_descendants();
 /// Waits for the end of all children: none still writes, or holds a lock, when the test goes on.
 void await_descendants();
 
+struct Measured {};
+inline constexpr Measured measured;
+
 /// A copy of rigs/bench1 that a test may spoil: text files copied, images linked, 11x11 particles
 /// and one segment only, and the scenes asked for.
 class SmallBench {
  public:
   explicit SmallBench(const std::vector<std::string>& scenes);
+  /// The same with `out` already measured and simulated: copies of the steps of finished_bench(),
+  /// without its store and report, so that the next run("out") makes only the comparison.
+  SmallBench(const std::vector<std::string>& scenes, Measured);
 
   [[nodiscard]] const std::filesystem::path& folder() const { return temporary_.path(); }
   [[nodiscard]] std::filesystem::path rig() const { return folder() / "rig"; }
@@ -42,5 +48,15 @@ class SmallBench {
  private:
   TemporaryFolder temporary_;
 };
+
+/// A SmallBench of all three scenes that was run to its end, to be read only: `rig` and `out` below
+/// `folder`.
+struct FinishedBench {
+  std::filesystem::path folder;
+  Outcome outcome;  ///< of the run that made it, or of one that found it up to date
+};
+
+/// Made once for all test programs of a build and kept beside them. Throws where the run fails.
+[[nodiscard]] const FinishedBench& finished_bench();
 
 }  // namespace drape::test
