@@ -27,7 +27,7 @@ struct CheckedImage {
   std::uintmax_t bytes = 0;
 };
 
-/// The picture that its owner knows: what a link leads to, as `drape calib-images` makes them.
+/// The picture that its owner knows: what a link leads to, as `drape calib images` makes them.
 fs::path original_of(const fs::path& file) {
   return fs::is_symlink(file) ? fs::canonical(file) : file;
 }

@@ -250,7 +250,7 @@ TEST_F(Import, WritesNothingWhereItRefuses) {
   EXPECT_FALSE(fs::exists(out()));
 }
 
-/// As `drape calib-images` hands on the photographs of a folder.
+/// As `drape calib images` hands on the photographs of a folder.
 TEST_F(Import, OfLinksNamesThePicturesThatTheyLeadTo) {
   const fs::path staged = in().parent_path() / "staged";
   for (const char* set : {"view_1", "view_2"}) {

@@ -94,6 +94,17 @@ function(drape_program name)
   install(TARGETS ${name} RUNTIME DESTINATION bin COMPONENT ${use})
 endfunction()
 
+# drape_helper(<name> SOURCES ... LINK ...) puts what programs start, and nobody types, into
+# <build>/libexec/drapebench, which lies beside bin as it does when installed.
+function(drape_helper name)
+  cmake_parse_arguments(arg "" "" "SOURCES;LINK" ${ARGN})
+  add_executable(${name} ${arg_SOURCES})
+  target_link_libraries(${name} PRIVATE ${arg_LINK} drapebench::program fmt::fmt)
+  set_target_properties(${name} PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${PROJECT_BINARY_DIR}/libexec/drapebench)
+  drape_use_of_folder(use)
+  install(TARGETS ${name} RUNTIME DESTINATION libexec/drapebench COMPONENT ${use})
+endfunction()
+
 # Ends a test that hangs, and nothing else: a machine may be slow, and busy with other things.
 set(DRAPE_TEST_TIMEOUT_S 3000)
 

@@ -19,7 +19,7 @@ foreach(use simulate capture tools)
 endforeach()
 
 install(FILES ${manuals}/completions/drape DESTINATION share/bash-completion/completions COMPONENT common)
-foreach(page drape drape-run drape-new drape-calib-images)
+foreach(page drape drape-run drape-check drape-new drape-calib-images)
   install(FILES ${manuals}/man1/${page}.1.gz DESTINATION share/man/man1 COMPONENT common)
 endforeach()
 foreach(use IN LISTS uses)

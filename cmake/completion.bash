@@ -7,22 +7,24 @@ _drape() {
       return
     fi
     key=${COMP_WORDS[1]} at=2
-    [[ $key == import ]] && key=capture:import
   fi
   key=${key#drape-}
   local program=$key
   for (( ; at < COMP_CWORD; at++)); do
-    [[ ${COMP_WORDS[at]} != -* && -v _drape_words["$program:${COMP_WORDS[at]}"] ]] &&
-      key=$program:${COMP_WORDS[at]}
+    [[ ${COMP_WORDS[at]} != -* && -v _drape_words["$key:${COMP_WORDS[at]}"] ]] && key=$key:${COMP_WORDS[at]}
   done
-  if [[ $before == -* && -v _drape_words["$program:$before"] ]]; then
-    offered=(${_drape_words["$program:$before"]})
-  else
-    all=${_drape_words["$program"]-}
-    [[ $key == "$program" ]] || all+=" ${_drape_words["$key"]-}"
+  all=${_drape_words["$key"]-}
+  # A subcommand that does not list the common options takes those of its program.
+  [[ " $all " == *" --json "* ]] || for word in ${_drape_words["$program"]-}; do
+    [[ $word == -* ]] && all+=" $word"
+  done
+  for word in "$key:$before" "$program:$before"; do
+    [[ $before == -* && ${#offered[@]} == 0 && -v _drape_words["$word"] ]] && offered=(${_drape_words["$word"]})
+  done
+  if ((${#offered[@]} == 0)); then
     for word in $all; do
-      # A subcommand stands once; options are offered where one was begun.
-      [[ $word == -* && $current == -* || $word != -* && $key == "$program" ]] && offered+=("$word")
+      # Options are offered where one was begun.
+      [[ $word == -* && $current == -* || $word != -* ]] && offered+=("$word")
     done
     [[ $current == -* ]] || mapfile -t files < <(compgen -f -- "$current")
   fi

@@ -10,29 +10,40 @@ rm -rf "$out"
 mkdir -p "$out/man1" "$out/completions" "$out/tables"
 cited() { sed -n "s/^$1: *//p" "$here/../CITATION.cff"; }
 
-# table NAME COMMAND...: what the program and its subcommands declare, once, into a file.
-table() {
+# commands_of NAME COMMAND...: the tables of its subcommands and of theirs, named "import", "print cloth".
+commands_of() {
   local name=$1 sub
   shift
-  "$@" --help >"$out/help"
-  awk -v kind=program -v name="$name" -f "$here/help.awk" "$out/help"
   # Only a name in the list begins in the third column.
-  for sub in $(sed -n '/^Subcommands:/,$s/^  \([a-z-]\+\) .*/\1/p' "$out/help"); do
-    "$@" "$sub" --help | awk -v kind=command -v name="$sub" -f "$here/help.awk"
+  for sub in $("$@" --help | sed -n '/^Subcommands:/,$s/^  \([a-z-]\+\) .*/\1/p'); do
+    "$@" "$sub" --help | awk -v kind=command -v name="${name:+$name }$sub" -f "$here/help.awk"
+    commands_of "${name:+$name }$sub" "$@" "$sub"
   done
 }
 
 # make KEY NAME COMMAND...: the page NAME, and entries of a bash array: KEY, its options and
-# subcommands; KEY:SUBCOMMAND, its options; KEY:OPTION, the values that it takes from a list.
+# subcommands; KEY:SUBCOMMAND, its options and subcommands; KEY:OPTION, the values that it takes from a list.
 make() {
   local key=$1 name=$2
   shift 2
-  table "$name" "$@" >"$out/tables/$name"
+  { "$@" --help | awk -v kind=program -v name="$name" -f "$here/help.awk"
+    commands_of "" "$@"; } >"$out/tables/$name"
   awk -v version="$(cited version)" -v date="$(cited date-released)" -f "$here/manual.awk" "$out/tables/$name" |
     gzip -9n >"$out/man1/$name.1.gz"
-  [ "$name" = drape ] || awk -F '\t' -v key="$key" '
+  [ "$name" = drape ] || awk -F '\t' -v key="$key" -v typed=" ${typed[*]} " '
+    # A word that is typed to drape itself begins a key of its own.
+    function key_of(path) { return index(typed, " " top " ") ? path : key ":" path }
     $1 == "program" { where = key }
-    $1 == "command" { where = key ":" $2; words[key] = words[key] " " $2 }
+    $1 == "command" {
+      top = $2
+      sub(/ .*/, "", top)
+      gsub(/ /, ":", $2)
+      where = key_of($2)
+      above = key
+      if ($2 ~ /:/) { above = $2; sub(/:[^:]*$/, "", above); above = key_of(above) }
+      sub(/.*:/, "", $2)
+      words[above] = words[above] " " $2
+    }
     $1 == "option" && $5 !~ /positional/ {
       gsub(/,/, " ", $2)
       words[where] = words[where] " " $2
@@ -40,31 +51,29 @@ make() {
       if ($3 ~ /^\{.*\}$/) for (i = 1; i <= count; ++i) {
         values = substr($3, 2, length($3) - 2)
         gsub(/,/, " ", values)
-        words[key ":" names[i]] = values
+        words[where ":" names[i]] = values
       }
     }
     END { for (w in words) printf "  [\x27%s\x27]=\x27%s\x27\n", w, words[w] }' "$out/tables/$name" |
     sort >>"$out/words"
 }
 
-commands=()
-for program in "$@"; do
-  make "${program#drape-}" "$program" "$bin/$program"
-  [ "$program" = drape ] || commands+=("${program#drape-}")
-done
-# The commands that are no program: those with an argument, but `import`, which is capture's, and
-# `bench`, which is.
-for command in $("$bin/drape" --help | sed -n '/^commands/,/^$/s/^  \([a-z-]\+\) [A-Z].*/\1/p'); do
-  [ "$command" = bench ] && continue
-  [ "$command" = import ] || make "$command" "drape-$command" "$bin/drape" "$command"
-  commands+=("$command")
-done
+# The words in front of the arguments in the list of commands.
+read -ra typed < <("$bin/drape" --help | awk '/^  [a-z]/ {
+  sub(/^  /, "")
+  sub(/  .*/, "")
+  count = split($0, parts, ", ")
+  for (i = 1; i <= count; ++i) { sub(/ .*/, "", parts[i]); if (!seen[parts[i]]++) printf "%s ", parts[i] }
+} END { print "" }')
+for program in "$@"; do make "${program#drape-}" "$program" "$bin/$program"; done
+for command in run check new; do make $command drape-$command "$bin/drape" $command; done
+make calib:images drape-calib-images "$bin/drape" calib images
 {
   printf '# bash completion of drapebench, made from the --help of its programs\n'
   printf 'declare -gA _drape_words=(\n'
-  printf "  ['drape']='%s --help --version'\n" "${commands[*]}"
+  printf "  ['drape']='%s --help --version'\n" "${typed[*]}"
   cat "$out/words"
   printf ')\n'
   cat "$here/completion.bash"
 } >"$out/completions/drape"
-rm -r "$out/tables" "$out/help" "$out/words"
+rm -r "$out/tables" "$out/words"

@@ -214,7 +214,7 @@ TEST_F(Scenes, AreReadFromTheFilesThatProgramsWrite) {
   EXPECT_FALSE(read_asked_scene(fs::path(files[0]).replace_extension(".json")));
 }
 
-/// What `drape piece` leaves of a flat piece, 5 mm above the marks.
+/// What `drape simulate piece` leaves of a flat piece, 5 mm above the marks.
 fs::path write_piece(const fs::path& folder, const fs::path& scene, const std::string& verdict) {
   std::string ply =
       "ply\nformat ascii 1.0\nelement vertex 9\nproperty float x\nproperty float y\n"
@@ -230,7 +230,7 @@ fs::path write_piece(const fs::path& folder, const fs::path& scene, const std::s
                 "inner = \"weft\"\ninner_count = 3\nwarp_from_mm = 0.0\nwarp_to_mm = 220.0\n"
                 "weft_from_mm = 0.0\nweft_to_mm = 220.0\n");
   write_durable(folder / "piece.json", "{\"schema\": \"drapebench/piece/1\", " + verdict + "}\n");
-  RunRecord record("drape-piece", {}, run_record_path(folder / "piece.ply"));
+  RunRecord record("drape-simulate", {}, run_record_path(folder / "piece.ply"));
   record.input(scene);
   for (const char* name : {"piece.ply", "piece.toml", "piece.json"}) record.output(folder / name);
   record.write(0, "");
@@ -284,11 +284,12 @@ TEST_F(Scenes, ASheetThatIsNoGoMakesFoldsAndHemsNoGo) {
     return std::pair(WEXITSTATUS(status), read_text(out));
   };
   const std::string hem = "--disc-mm 90";
-  EXPECT_EQ(run("drape-folds", "").first, 0);
-  EXPECT_EQ(run("drape-drapemeter", hem).first, 0);
+  EXPECT_EQ(run("drape-compare folds", "").first, 0);
+  EXPECT_EQ(run("drape-compare drapemeter", hem).first, 0);
   const auto expect_no_go = [&](const Sheet& sheet, const std::string& why) {
     write_sheet(files[1], sheet);
-    for (const auto& [code, text] : {run("drape-folds", ""), run("drape-drapemeter", hem)}) {
+    for (const auto& [code, text] :
+         {run("drape-compare folds", ""), run("drape-compare drapemeter", hem)}) {
       EXPECT_EQ(code, 1) << text;
       EXPECT_THAT(text, HasSubstr("NO-GO: " + files[1].string() + ": " + why)) << "the verdict";
     }

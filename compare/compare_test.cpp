@@ -313,7 +313,7 @@ TEST(Inputs, ASheetThatARecordAboveItListsIsWhatItsRunWrote) {
   const drape::test::TemporaryFolder folder;
   const auto files = test::write_example(folder.path());
   const std::filesystem::path place = files[1].parent_path();
-  RunRecord record("drape-refine", {}, run_record_path(place.parent_path() / "refinement.json"));
+  RunRecord record("drape-simulate", {}, run_record_path(place.parent_path() / "refinement.json"));
   for (const char* name : {"sheet.ply", "sheet.json", "certificate.json"})
     record.output(place / name);
   record.write(0, "");

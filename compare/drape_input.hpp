@@ -62,7 +62,8 @@ struct Simulation {
   std::optional<SimulatedScene> scene = {};         ///< where its file is still what it read
   /// In what it differs from others of its group, beside grid and segments: {"fabric", "B"}.
   std::vector<std::pair<std::string, std::string>> apart = {};
-  bool piece = false;  ///< by `drape piece`: a mesh like another simulator's, with its verdict
+  bool piece =
+      false;  ///< by `drape simulate piece`: a mesh like another simulator's, with its verdict
 
   /// Made by drapebench, so that it says whether it rests and what it read.
   [[nodiscard]] bool says_its_verdict() const { return piece || !other_simulator; }

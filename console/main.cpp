@@ -63,7 +63,7 @@ int main(int argc, char** argv) {
       "drapes,\nhistory and the session's log. Ctrl-C ends it; what was stored stays.\n\n"
       "  drape bench rigs/bench1 --replay     the recorded sets of the example, without a camera\n"
       "  drape bench rigs/lab                 the cameras of cameras.toml, which stay open",
-      "drape bench");
+      "drape-bench");
   console::ConsoleOptions options;
   CommonOptions common;
   app.add_option("RIG", options.rig, "folder of the rig, or its rig.toml")->required();

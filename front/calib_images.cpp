@@ -150,7 +150,7 @@ void claim(const fs::path& out) {
     throw bad_input("the output folder holds other files", {.file = out.string()},
                     "give a new folder with --out");
   }
-  write_durable(mark, "This folder was made by `drape calib-images`, which replaces its files.\n");
+  write_durable(mark, "This folder was made by `drape calib images`, which replaces its files.\n");
 }
 
 /// What is given cannot be, or lie in, what an earlier run wrote and this one removes.
@@ -217,7 +217,8 @@ std::string target_text(const Board& board, double square_mm) {
 int run_stage(const std::string& stage, std::vector<std::string> arguments,
               const CommonOptions& common) {
   if (common.quiet) arguments.emplace_back("--quiet");
-  const Step step{stage, stage, stage_program(stage), std::move(arguments), {}, 1};
+  StageCall call = call_of(stage, std::move(arguments));
+  const Step step{stage, stage, std::move(call.program), std::move(call.arguments), {}, 1};
   const StepResult result = run_step(step);
   if (!common.json && !common.quiet) fmt::print("{}\n{}\n", stage, result.output);
   std::fflush(stdout);
@@ -275,7 +276,7 @@ int calibrate_images(const CalibImagesOptions& options, const CommonOptions& com
   take_over("calib", calibration, ending);
   if (ending.go) ending.verdict = "the cameras are calibrated";
   ending.numbers = {{"calibration", calibration.string()}, {"rig", rig.string()}};
-  ending.next_command = fmt::format("drape calib-convert --help");
+  ending.next_command = fmt::format("drape calib convert --help");
   return finish(ending, common);
 }
 

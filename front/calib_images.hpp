@@ -19,7 +19,7 @@ struct CalibImagesOptions {
   std::filesystem::path lens_from;  ///< calibration.json with known lenses, or empty
 };
 
-/// `drape calib-images`: a plain folder of chessboard pictures to calibration.json, in one command.
+/// `drape calib images`: a plain folder of chessboard pictures to calibration.json, in one command.
 /// Images are FOLDER/<camera><number>.<ending> (left01.jpg, right01.jpg, cam2_07_int.png: of the
 /// numbers in the names that which changes most is the view), FOLDER/<view>/<camera>.<ending> or
 /// FOLDER/<camera>/<number>.<ending>; a view may lack a camera. Makes a recording and a rig in the

@@ -1,11 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // The front door: `drape COMMAND ...` runs the program of that stage; `drape run` chains them.
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 
 #include <filesystem>
 #include <map>
-#include <set>
 
 #include "core/error.hpp"
 #include "core/program/command.hpp"
@@ -17,26 +15,31 @@
 #include "front/process.hpp"
 #include "front/run.hpp"
 
+namespace fs = std::filesystem;
 using namespace drape;
 
 namespace {
 
-constexpr const char* kHelp = R"(drape: measures how far a simulated drape is from the real one
+constexpr const char* kHelp =
+    R"(drape: measures how far a simulated drape is from the real one, mark by mark
 
-  drape run rigs/bench1                  every stage in order, skipping what is up to date
+  new RIG --cameras a,b --drape A=sphere:90    the files of a bench of your own, commented
+  print cloth|target|object-tags               marks, targets and plates as pages of exact size
+  fabric FABRIC                                is this a textile? published fabrics, result sheets
+  doctor RIG                                   are cameras, network and disk fit to measure?
+  check RIG                                    every missing or wrong value of a bench at once
+  capture RIG --set NAME --out RECORDING       the cameras' pictures, all at once
+  import FOLDER --out RECORDING                pictures from elsewhere
+  run RIG                                      every stage in order, skipping what is up to date
+  bench RIG                                    the same and the cameras as a page in the browser
+  detect, calib, object, triangulate, simulate, compare
+                                               one stage alone; each lists its own subcommands
+  calib images FOLDER --board 9x6 ...          a plain folder of chessboard pictures to cameras
+  results                                      the history in results.sqlite
+  drapemeter PICTURE|SHEET ...                 drape coefficient and folds of round specimens
+  study RIG                                    every scene on several grids, in parts if large
+  synth RIG                                    pictures and accuracy of planned cameras
 
-commands
-  run RIG                                recorded images to stored and reported millimetres
-  check RIG                              every missing or wrong value of a bench's files at once
-  new RIG --cameras a,b --drape A=sphere:90
-                                         the files of a bench of your own, commented
-  import FOLDER --out RECORDING          images from elsewhere: FOLDER/<set>/<camera>.png|jpg|tif
-  calib-images FOLDER --board 9x6 ...    a plain folder of chessboard pictures to a calibration
-  capture, detect, calib, triangulate, simulate, compare
-                                         one stage
-  bench RIG                              the bench as a page in the browser
-  results                                the history in results.sqlite
-{more}
 `drape help COMMAND` shows a command's options. All have --json, --quiet, --threads N, --version.
 exit codes: 0 good, 1 verdict NO-GO, 2 usage, 3 bad input, 4 device, 5 internal;
 130 and 143 interrupted: what was finished is kept
@@ -55,17 +58,18 @@ int run_command(int argc, char** argv) {
   app.add_option("--store", options.store, "results store (default: <out>/results.sqlite)");
   app.add_option("--label", options.label, "name of this run in the store, e.g. \"after washing\"");
   app.add_flag("--uncertainty", options.uncertainty,
-               "with --single: drape sensitivity for every drape, without which the total "
+               "with --single: drape simulate sensitivity for every drape, without which the total "
                "uncertainty lacks scene and fabric values");
   app.add_flag(
       "--single", options.single,
       "no ensemble, refinement and sensitivity: each drape from the scene's own start only, "
       "on the rig's own grids");
-  app.add_flag("!--no-refine", options.refine,
-               "leave out drape refine, which carries the finest drape over to finer grids and "
-               "states what the grid leaves");
+  app.add_flag(
+      "!--no-refine", options.refine,
+      "leave out drape simulate refine, which carries the finest drape over to finer grids and "
+      "states what the grid leaves");
   app.add_option("--finest", options.finest,
-                 "particles per side that drape refine goes up to (default: its own, 61)")
+                 "particles per side that drape simulate refine goes up to (default: its own, 61)")
       ->range(5, 401);
   app.add_flag("--internal-friction", options.internal_friction,
                "simulate with both branches of the bending and shear loops");
@@ -85,7 +89,7 @@ int check_command(int argc, char** argv) {
       "any.\n\n"
       "  drape check rigs/bench1",
       "drape check");
-  std::filesystem::path rig, recording;
+  fs::path rig, recording;
   CommonOptions common;
   app.add_option("RIG", rig, "folder of the rig, or its rig.toml")->required();
   app.add_option("--recording", recording, "another recording than the rig's");
@@ -101,8 +105,8 @@ int calib_images_command(int argc, char** argv) {
       "...,\n"
       "<view>/<camera>.png or <camera>/<number>.png. All cameras together; one alone is fine "
       "too.\n\n"
-      "  drape calib-images pictures --board 9x6 --square-mm 30 --out out/pictures",
-      "drape calib-images");
+      "  drape calib images pictures --board 9x6 --square-mm 30 --out out/pictures",
+      "drape calib images");
   CalibImagesOptions options;
   CommonOptions common;
   app.add_option("FOLDER", options.folder, "folder of the pictures")->required();
@@ -153,66 +157,56 @@ int new_command(int argc, char** argv) {
   return run_program(app, argc, argv, common, [&] { return make_new_rig(options, common); });
 }
 
-/// The commands that programs `drape-X` beside this one add.
-std::vector<std::string> program_commands() {
-  std::set<std::string> names;
-  for (const auto& entry : std::filesystem::directory_iterator(stage_program("x").parent_path())) {
+using OwnCommand = int (*)(int, char**);
+const std::map<std::string, OwnCommand> kOwn = {
+    {"run", run_command}, {"check", check_command}, {"new", new_command}};
+
+/// What may be typed after `drape`: its own commands, the programs beside it and their words.
+std::vector<std::string> typed_commands() {
+  std::vector<std::string> names;
+  for (const auto& [name, function] : kOwn) names.push_back(name);
+  for (const CommandWord& word : command_words())
+    if (word.typed) names.emplace_back(word.name);
+  for (const auto& entry : fs::directory_iterator(call_of("x", {}).program.parent_path())) {
     const std::string name = entry.path().filename().string();
-    const std::string prefix = "drape-";
-    if (name.starts_with(prefix)) names.insert(name.substr(prefix.size()));
+    if (name.starts_with("drape-")) names.push_back(name.substr(6));
   }
-  return {names.begin(), names.end()};
-}
-
-/// Those of them that the help text does not list.
-std::string more_commands() {
-  static const std::set<std::string> listed = {"capture",  "detect",  "calib",   "triangulate",
-                                               "simulate", "compare", "results", "bench"};
-  std::vector<std::string> more = program_commands();
-  std::erase_if(more, [](const std::string& name) { return listed.count(name) != 0; });
-  return more.empty() ? "" : fmt::format("  {}\n", fmt::join(more, ", "));
-}
-
-[[noreturn]] void run_stage(const std::string& command, std::vector<std::string> arguments) {
-  if (command == "import") {
-    arguments.insert(arguments.begin(), "import");
-    become(stage_program("capture"), arguments);
-  }
-  become(stage_program(command), arguments);
+  return names;
 }
 
 int dispatch(int argc, char** argv) {
   std::vector<std::string> words(argv + 1, argv + argc);
   // `drape help run` is `drape run --help`.
-  if (words.size() == 2 && words[0] == "help") words = {words[1], "--help"};
+  if (words.size() > 1 && words[0] == "help") {
+    words.erase(words.begin());
+    words.emplace_back("--help");
+  }
   const std::string command = words.empty() ? "--help" : words[0];
   if (command == "--help" || command == "-h" || command == "help") {
-    print_text(fmt::format(kHelp, fmt::arg("more", more_commands())));
+    print_text(kHelp);
     return words.empty() ? static_cast<int>(ErrorKind::usage) : 0;
   }
   if (command == "--version") {
     print_text(fmt::format("drapebench {}\n", version()));
     return 0;
   }
-  static const std::map<std::string, int (*)(int, char**)> own = {
-      {"run", run_command},
-      {"check", check_command},
-      {"calib-images", calib_images_command},
-      {"new", new_command}};
-  if (const auto found = own.find(command); found != own.end()) {
+  OwnCommand own = nullptr;
+  if (const auto found = kOwn.find(command); found != kOwn.end()) own = found->second;
+  if (command == "calib" && words.size() > 1 && words[1] == "images") own = calib_images_command;
+  if (own != nullptr) {
+    words.insert(words.begin(), "drape");
     std::vector<char*> arguments;
-    arguments.reserve(words.size());
     for (std::string& word : words) arguments.push_back(word.data());
-    return found->second(static_cast<int>(arguments.size()), arguments.data());
+    return own(static_cast<int>(arguments.size()), arguments.data());
   }
-  // Like git: every program `drape-X` beside this one is the command `drape X`.
-  const bool known = std::filesystem::is_regular_file(stage_program(command));
-  if (known || command == "import") run_stage(command, {words.begin() + 1, words.end()});
-  std::vector<std::string> commands = program_commands();
-  for (const auto& [name, function] : own) commands.push_back(name);
-  commands.emplace_back("import");
+  for (const CommandWord& word : command_words())
+    if (command == word.name && !word.typed)
+      throw usage_error(fmt::format("`{}` has moved", command),
+                        fmt::format("type `drape {} {}`", word.stage, word.word));
+  const StageCall call = call_of(command, {words.begin() + 1, words.end()});
+  if (fs::is_regular_file(call.program)) become(call.program, call.arguments);
   throw usage_error(
-      fmt::format("`{}` is not a command{}", command, did_you_mean(command, commands)),
+      fmt::format("`{}` is not a command{}", command, did_you_mean(command, typed_commands())),
       "see `drape --help`");
 }
 

@@ -234,8 +234,9 @@ struct FoundCamera {
 
 std::vector<FoundCamera> found_cameras() {
   Step step;
-  step.program = stage_program("cameras");
-  step.arguments = {"--json", "--sizes"};
+  const StageCall call = call_of("cameras", {"--json", "--sizes"});
+  step.program = call.program;
+  step.arguments = call.arguments;
   const Json json = try_json(run_step(step).output);
   std::vector<FoundCamera> found;
   if (json.is_object() && json.contains("cameras"))

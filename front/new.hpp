@@ -22,8 +22,8 @@ struct NewRigOptions {
 /// operator can measure is left out, so that the first reader names it with file and line instead
 /// of running on a number that nobody measured. Returns the exit code. Throws Error(usage) for a
 /// name, size or drape that cannot be understood, Error(bad_input) when the folder exists. With
-/// "auto", cameras.toml too is written, from what drape-cameras finds; Error(device) where that is
-/// nothing, or a camera does not say how large its pictures are.
+/// "auto", cameras.toml too is written, from what drape-capture cameras finds; Error(device) where
+/// that is nothing, or a camera does not say how large its pictures are.
 [[nodiscard]] int make_new_rig(const NewRigOptions& options, const CommonOptions& common);
 
 }  // namespace drape

@@ -21,10 +21,10 @@ struct RunOptions {
   std::filesystem::path store;      ///< empty: <out>/results.sqlite
   std::string label;                ///< of the run in the store; may be empty
   std::string operator_name;
-  bool uncertainty = false;        ///< with `single`: still the sensitivities that U needs
-  bool single = false;             ///< no ensemble of starts for each drape
-  bool refine = true;              ///< carry each drape over to finer grids; not with `single`
-  std::optional<int> finest;       ///< of those, particles per side; absent: drape refine's own
+  bool uncertainty = false;   ///< with `single`: still the sensitivities that U needs
+  bool single = false;        ///< no ensemble of starts for each drape
+  bool refine = true;         ///< carry each drape over to finer grids; not with `single`
+  std::optional<int> finest;  ///< of those, particles per side; absent: drape simulate refine's own
   bool internal_friction = false;  ///< simulate with both branches of the curves' loops
   int threads = 1;
 };

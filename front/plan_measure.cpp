@@ -14,8 +14,10 @@ Step step(const std::string& stage, const std::string& what, std::vector<std::st
           const fs::path& output, double weight) {
   std::vector<fs::path> outputs = {output};
   if (output.extension() == ".ply") outputs.push_back(fs::path(output).replace_extension(".json"));
-  return {stage,  what,   stage_program(stage), std::move(arguments), run_record_path(output),
-          weight, outputs};
+  StageCall call = call_of(stage, std::move(arguments));
+  return {
+      stage,  what,   std::move(call.program), std::move(call.arguments), run_record_path(output),
+      weight, outputs};
 }
 
 std::string threads_text(const Bench& bench) {

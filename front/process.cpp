@@ -274,7 +274,8 @@ std::vector<std::string> warnings_in(const StepResult& result) {
 }
 
 StepResult result_of_stage(const std::string& stage, std::vector<std::string> arguments) {
-  const Step step{stage, stage, stage_program(stage), std::move(arguments), {}};
+  StageCall call = call_of(stage, std::move(arguments));
+  const Step step{stage, stage, std::move(call.program), std::move(call.arguments), {}};
   std::vector<StepResult> results(1);
   std::vector<Child> children = {start(step, 0)};
   while (is_open(children[0]))
@@ -293,8 +294,38 @@ void become(const fs::path& program, const std::vector<std::string>& arguments) 
   fail_to_start(program, errno);
 }
 
-fs::path stage_program(const std::string& stage) {
-  return fs::read_symlink("/proc/self/exe").parent_path() / ("drape-" + stage);
+const std::vector<CommandWord>& command_words() {
+  static const std::vector<CommandWord> words = {{"import", "capture", "import", true},
+                                                 {"doctor", "capture", "doctor", true},
+                                                 {"cameras", "capture", "cameras", false},
+                                                 {"print", "detect", "print", true},
+                                                 {"accept", "calib", "accept", false},
+                                                 {"calib-convert", "calib", "convert", false},
+                                                 {"calib-images", "calib", "images", false},
+                                                 {"object", "triangulate", "object", true},
+                                                 {"study", "simulate", "study", true},
+                                                 {"fabric", "simulate", "fabric", true},
+                                                 {"branches", "simulate", "branches", false},
+                                                 {"sensitivity", "simulate", "sensitivity", false},
+                                                 {"refine", "simulate", "refine", false},
+                                                 {"certify", "simulate", "certify", false},
+                                                 {"cusick", "simulate", "cusick", false},
+                                                 {"piece", "simulate", "piece", false},
+                                                 {"drapemeter", "compare", "drapemeter", true},
+                                                 {"folds", "compare", "folds", false},
+                                                 {"repeats", "compare", "repeats", false}};
+  return words;
+}
+
+StageCall call_of(const std::string& command, std::vector<std::string> arguments) {
+  std::string stage = command;
+  for (const CommandWord& word : command_words()) {
+    if (command != word.name) continue;
+    stage = word.stage;
+    arguments.insert(arguments.begin(), word.word);
+  }
+  return {fs::read_symlink("/proc/self/exe").parent_path() / ("drape-" + stage),
+          std::move(arguments)};
 }
 
 }  // namespace drape

@@ -78,7 +78,22 @@ void run_steps(const std::vector<Step>& steps, int at_once, const StepProgress& 
 [[noreturn]] void become(const std::filesystem::path& program,
                          const std::vector<std::string>& arguments);
 
-/// drape-<stage> beside the running program.
-[[nodiscard]] std::filesystem::path stage_program(const std::string& stage);
+/// A command that is a word of a stage's program.
+struct CommandWord {
+  const char* name;          ///< "certify"
+  const char *stage, *word;  ///< as `drape simulate certify`
+  bool typed;                ///< `drape NAME` is that command; else it says where it has moved to
+};
+[[nodiscard]] const std::vector<CommandWord>& command_words();
+
+/// A program with its arguments.
+struct StageCall {
+  std::filesystem::path program;
+  std::vector<std::string> arguments;
+};
+
+/// How a stage, or the name of a command word, is started: drape-<stage> beside the running
+/// program.
+[[nodiscard]] StageCall call_of(const std::string& command, std::vector<std::string> arguments);
 
 }  // namespace drape

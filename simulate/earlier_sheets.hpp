@@ -12,7 +12,7 @@ namespace drape::simulate {
 [[nodiscard]] std::vector<std::filesystem::path> earlier_branches(const std::filesystem::path& out);
 
 /// Folders `NxN` in `out` whose sheet says that it was carried over from a coarser grid: only
-/// drape-refine writes such.
+/// drape-simulate refine writes such.
 [[nodiscard]] std::vector<std::filesystem::path> earlier_grids(const std::filesystem::path& out);
 
 /// Files of a simulated sheet in its folder, sheet.json first.

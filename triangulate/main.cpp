@@ -12,9 +12,9 @@
 #include "triangulate/guards/guards.hpp"
 #include "triangulate/triangulate.hpp"
 
+namespace drape::triangulate {
+
 namespace fs = std::filesystem;
-using namespace drape;
-using namespace drape::triangulate;
 
 namespace {
 
@@ -40,7 +40,9 @@ void add_options(Command& app, TriangulateOptions& options) {
 
 }  // namespace
 
-int main(int argc, char** argv) {
+int object_command(int argc, char** argv);
+
+int triangulate_command(int argc, char** argv) {
   Command app("Places the marks of a cloth in space from two or more calibrated views",
               "drape-triangulate");
   CommonOptions common;
@@ -95,4 +97,13 @@ int main(int argc, char** argv) {
     note_options(record, options, set);
     return finish(ending_of(result, options, out), common, record);
   });
+}
+
+}  // namespace drape::triangulate
+
+int main(int argc, char** argv) {
+  using namespace drape::triangulate;
+  return drape::run_stage(
+      argc, argv, triangulate_command,
+      {{"object", object_command, "where an object stands, by its plate of tags"}});
 }

@@ -14,7 +14,7 @@ class Command;
 
 namespace drape::calib {
 
-/// What `drape accept` is called with.
+/// What `drape calib accept` is called with.
 struct AcceptanceArguments {
   AcceptanceOptions options;
   std::filesystem::path detections, calibration, rig, out;

@@ -3,6 +3,7 @@
 
 #include "calib/calib.hpp"
 #include "calib/joint.hpp"
+#include "calib/programs/commands.hpp"
 #include "calib/programs/drift_ending.hpp"
 #include "calib/programs/ending.hpp"
 #include "calib/programs/joint_ending.hpp"
@@ -12,9 +13,9 @@
 #include "core/program/program.hpp"
 #include "core/program/run_record.hpp"
 
+namespace drape::calib {
+
 namespace fs = std::filesystem;
-using namespace drape;
-using namespace drape::calib;
 
 namespace {
 
@@ -48,7 +49,7 @@ std::pair<Calibration, Ending> calibrate(const Detections& detections, const Rig
 
 }  // namespace
 
-int main(int argc, char** argv) {
+int calib_command(int argc, char** argv) {
   Command app("Calibrates the cameras of a rig from detections of its target", "drape-calib");
   CommonOptions common;
   JointOptions options;
@@ -93,4 +94,14 @@ int main(int argc, char** argv) {
     note_joint_options(record, options);
     return finish(ending, common, record);
   });
+}
+
+}  // namespace drape::calib
+
+int main(int argc, char** argv) {
+  using namespace drape::calib;
+  return drape::run_stage(
+      argc, argv, calib_command,
+      {{"accept", accept_command, "accepts a calibrated rig by what it measures"},
+       {"convert", convert_command, "calibrations for other tools, or theirs"}});
 }

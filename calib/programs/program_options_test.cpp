@@ -51,7 +51,7 @@ TEST(IdleOptions, OfTheJointMethodAreRefusedBesideTsai) {
 }
 
 std::string accept_refused(std::vector<std::string> words) {
-  Command app("", "drape-accept");
+  Command app("", "drape-calib accept");
   AcceptanceArguments arguments;
   add_acceptance_options(app, arguments);
   words.insert(words.begin(),

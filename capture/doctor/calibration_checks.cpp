@@ -79,13 +79,13 @@ Check check_acceptance(const std::filesystem::path& rig,
                        const std::string& today) {
   const std::filesystem::path folder = std::filesystem::is_directory(rig) ? rig : rig.parent_path();
   const std::filesystem::path file = folder / "acceptance.json";
-  Check check{"acceptance", true, "none is beside rig.toml: drape accept makes it", ""};
+  Check check{"acceptance", true, "none is beside rig.toml: drape calib accept makes it", ""};
   if (!std::filesystem::exists(file)) return check;
   const JsonNode root = JsonNode::open(file, "acceptance", 1);
   const auto until = root.optional_text("valid_until");
   check.found = "of " + root.optional_text("date").value_or("no stated day");
   if (until) check.found += ", valid until " + *until;
-  check.to_type = "record the target in new places, then drape accept";
+  check.to_type = "record the target in new places, then drape calib accept";
   if (calibration && std::filesystem::exists(*calibration) &&
       sha256_of_file(*calibration) != root.text("calibration_sha256")) {
     check.found += ": warning, of another calibration than the one in use; " + check.to_type;

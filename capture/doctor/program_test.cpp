@@ -36,7 +36,7 @@ struct Outcome {
 
 Outcome run(const std::string& name, const std::string& arguments) {
   const std::string command =
-      fmt::format("'{}' {} 2>&1 </dev/null", test::program(name).string(), arguments);
+      fmt::format("{} {} 2>&1 </dev/null", test::program(name).string(), arguments);
   Outcome outcome;
   FILE* pipe = ::popen(command.c_str(), "r");
   char buffer[4096];
@@ -150,10 +150,10 @@ TEST_F(Programs, LiveIsReplayBitForBit) {
 
   const Outcome again = run("drape-capture", path("live") + " --set drape_A --out " + path("a"));
   EXPECT_EQ(again.exit_code, 3) << again.output;
-  const Outcome cameras = run("drape-cameras", "");
+  const Outcome cameras = run("drape-capture cameras", "");
   EXPECT_EQ(cameras.exit_code, 0) << cameras.output;
   EXPECT_THAT(cameras.output, HasSubstr("B1C2"));
-  const Outcome doctor = run("drape-doctor", path("live") + " --out " + path("a"));
+  const Outcome doctor = run("drape-capture doctor", path("live") + " --out " + path("a"));
   EXPECT_EQ(doctor.exit_code, 0) << "before the first calibration: " << doctor.output;
   EXPECT_THAT(doctor.output, HasSubstr("picture of cam2"));
   EXPECT_THAT(doctor.output, HasSubstr("none is given: record the target"));
@@ -167,7 +167,7 @@ TEST_F(Programs, TheDoctorSaysGoOnAGoodBenchAndWhatToTypeOtherwise) {
   const auto devices = cameras_of_bench1();
   write_calibration(temporary_.path() / "calibration.json", test::bench1_true_calibration());
   const std::string line = path("live") + " --json --out " + path("") + " --calibration ";
-  const Json good = parse_json(run("drape-doctor", line + path("calibration.json")).output);
+  const Json good = parse_json(run("drape-capture doctor", line + path("calibration.json")).output);
   std::map<std::string, Json> checks;
   for (const Json& check : good.at("checks")) checks[check.at("check")] = check;
   for (const std::string name :
@@ -187,7 +187,7 @@ TEST_F(Programs, TheDoctorSaysGoOnAGoodBenchAndWhatToTypeOtherwise) {
 
   devices[1]->unplug();
   devices[2]->show(std::vector<std::uint8_t>(1600 * 1200, 255));
-  const Outcome bad = run("drape-doctor", line + path("nowhere.json"));
+  const Outcome bad = run("drape-capture doctor", line + path("nowhere.json"));
   EXPECT_EQ(bad.exit_code, 1);
   int named = 0;
   const Json report = parse_json(bad.output);
@@ -198,7 +198,7 @@ TEST_F(Programs, TheDoctorSaysGoOnAGoodBenchAndWhatToTypeOtherwise) {
       named += !go && check.at("check") == name;
   }
   EXPECT_EQ(named, 3) << bad.output;
-  EXPECT_THAT(run("drape-cameras", "--json").output, HasSubstr("\"B1C2\""));
+  EXPECT_THAT(run("drape-capture cameras", "--json").output, HasSubstr("\"B1C2\""));
 }
 
 /// A program as an operator types at it.
@@ -305,7 +305,8 @@ TEST_F(Programs, ASilentCameraLetsNoMemoryGrow) {
   EXPECT_EQ(capture.exit_code, 1) << capture.output;
   EXPECT_THAT(capture.output, HasSubstr("it was opened 10 times and gave no frame"));
   EXPECT_THAT(capture.output, HasSubstr("no frame of every other camera within the window"));
-  const Outcome doctor = run("drape-doctor", path("live") + " --out " + temporary_.path().string());
+  const Outcome doctor =
+      run("drape-capture doctor", path("live") + " --out " + temporary_.path().string());
   EXPECT_EQ(doctor.exit_code, 1) << doctor.output;
   rusage children{};
   ASSERT_EQ(::getrusage(RUSAGE_CHILDREN, &children), 0);

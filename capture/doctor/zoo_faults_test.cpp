@@ -167,7 +167,8 @@ class Benches : public testing::TestWithParam<BenchFault> {
           fmt::format("{} '{}' '{}' {} </dev/null", bench.small_buffers ? confined : "",
                       test::program(name).string(), (folder() / "rig").string(), more));
     };
-    const test::Outcome doctor = run("drape-doctor", fmt::format("--out '{}'", folder().string()));
+    const test::Outcome doctor =
+        run("drape-capture doctor", fmt::format("--out '{}'", folder().string()));
     const std::string recording = (folder() / "recording").string();
     const test::Outcome capture =
         run("drape-capture", fmt::format("--set one --out '{}' --patience-s 5", recording));

@@ -240,7 +240,8 @@ CameraCounters CameraHost::counters() const {
 }
 
 std::filesystem::path camera_host_program() {
-  return std::filesystem::read_symlink("/proc/self/exe").parent_path() / "drape-camera-host";
+  return std::filesystem::read_symlink("/proc/self/exe").parent_path().parent_path() /
+         "libexec/drapebench/drape-camera-host";
 }
 
 }  // namespace drape::capture

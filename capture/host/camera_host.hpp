@@ -121,7 +121,7 @@ class CameraHost {
   std::optional<LightAnswer> light_answer_;
 };
 
-/// drape-camera-host beside the running program.
+/// drape-camera-host in libexec/drapebench, beside the folder of the running program.
 [[nodiscard]] std::filesystem::path camera_host_program();
 
 }  // namespace drape::capture

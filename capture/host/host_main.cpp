@@ -30,7 +30,8 @@ int list(bool sizes) {
 
 int main(int argc, char** argv) {
   Command app(
-      "Runs one camera in a process of its own. Started by drape capture, drape cameras and\n"
+      "Runs one camera in a process of its own. Started by drape capture, drape capture cameras "
+      "and\n"
       "drape doctor; by itself it lists the cameras that answer:\n\n"
       "  drape-camera-host --list\n",
       "drape-camera-host");

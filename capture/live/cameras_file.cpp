@@ -131,7 +131,7 @@ CamerasFile read_cameras_file(const std::filesystem::path& rig_path) {
   if (!std::filesystem::exists(result.file))
     throw bad_input(
         "the rig does not say which devices its cameras are", {.file = result.file.string()},
-        "write cameras.toml as capture/README.md shows; `drape cameras` lists the devices");
+        "write cameras.toml as capture/README.md shows; `drape capture cameras` lists the devices");
   const TomlTable root = TomlTable::open(result.file, "cameras");
   read_sync(root, result);
   read_reference(root, result);

@@ -128,7 +128,7 @@ TEST_F(CrateOf, WhatTheUncertaintyRestsOnIsInTheCrate) {
                      {"marks", 0},
                      {"mean_distance_mm", 1.5},
                      {"sensitivities", nullptr}});
-  RunRecord record("drape-sensitivity", {}, run_record_path(split));
+  RunRecord record("drape-simulate", {}, run_record_path(split));
   for (const fs::path& file : {scene_, fabric, fs::path(sheets_[0]).replace_extension(".json")})
     record.input(file);
   record.output(split);

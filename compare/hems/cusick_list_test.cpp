@@ -66,7 +66,7 @@ TEST(Shadow, ADrapeThatIsNotTheOneOfItsRunIsRefused) {
   list["fabric"] = "wool";
   list["starts"] = {{{"file", "start-00.ply"}, {"at_rest", true}, {"specimen_area_mm2", 70000}}};
   write_json(file, list);
-  RunRecord record("drape-cusick", {}, run_record_path(file));
+  RunRecord record("drape-simulate", {}, run_record_path(file));
   for (const auto& output : {mesh, file}) record.output(output);
   record.write(0, "");
   EXPECT_EQ(read_hems({folder.path()}, {}).hems.size(), 1U);
@@ -101,7 +101,7 @@ TEST(Shadow, APieceStandsWithItsVerdictAndItsArea) {
   HemReadOptions options;
   options.disc_stated = true;
   EXPECT_EQ(read_hems({json}, options).hems.size(), 1U) << "named by its .json";
-  RunRecord record("drape-piece", {}, run_record_path(ply));
+  RunRecord record("drape-simulate", {}, run_record_path(ply));
   for (const auto& output : {ply, json}) record.output(output);
   record.write(0, "");
   write_square(ply, "119");

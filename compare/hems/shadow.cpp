@@ -168,7 +168,7 @@ void read_list(const std::filesystem::path& list, const std::string& name, Shado
                   "remove a drape of an earlier run; keep other meshes in a folder of their own");
 }
 
-/// What `drape piece` says of the mesh beside it.
+/// What `drape simulate piece` says of the mesh beside it.
 void read_piece(const std::filesystem::path& json, ShadowMesh& mesh) {
   const JsonNode piece = JsonNode::open(json, "piece", 1);
   mesh.own_specimen = true;

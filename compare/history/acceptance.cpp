@@ -76,7 +76,7 @@ std::map<std::string, std::string> reason_in_store(const std::filesystem::path& 
 
 std::vector<std::string> doubts_of(const RigAcceptance& acceptance, const Session& session) {
   std::vector<std::string> doubts;
-  const std::string again = ": record the target again and run drape accept";
+  const std::string again = ": record the target again and run drape calib accept";
   std::optional<std::string> day;
   for (const DrapeFiles& drape : session.drapes) {
     if (drape.recording && drape.recording->recorded_on)

@@ -14,7 +14,7 @@
 
 namespace drape::compare {
 
-/// acceptance.json of a rig ("drapebench/acceptance/1"), as `drape accept` wrote it.
+/// acceptance.json of a rig ("drapebench/acceptance/1"), as `drape calib accept` wrote it.
 struct RigAcceptance {
   struct Figure {
     std::string name, unit, where;
@@ -27,7 +27,7 @@ struct RigAcceptance {
   int positions = 0;
   bool go = false;
   std::vector<Figure> figures;
-  std::vector<std::string> warnings;  ///< of `drape accept`
+  std::vector<std::string> warnings;  ///< of `drape calib accept`
 };
 
 [[nodiscard]] RigAcceptance read_acceptance(const std::filesystem::path& file);

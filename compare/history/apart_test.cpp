@@ -26,7 +26,8 @@ class Apart : public testing::Test {
     write_sheet(sheet, test::simulated_sheet(5, 1, [height_m](const Eigen::Vector2d& m) {
                   return Eigen::Vector3d(test::flat(m) + Eigen::Vector3d(0, 0, height_m));
                 }));
-    if (ended) RunRecord("drape-study", {"--key", name}, run_record_path(sheet)).write(0, "");
+    if (ended)
+      RunRecord("drape-simulate", {"study", "--key", name}, run_record_path(sheet)).write(0, "");
   }
   ApartCounts import() { return import_simulations(store_, sheets_in({study_})); }
   [[nodiscard]] std::string count(const std::string& table) const {
@@ -60,7 +61,8 @@ TEST_F(Apart, RefusesWhatIsNotWhatItsRunWrote) {
     write_durable(
         certificate,
         std::string("{\"schema\": \"drapebench/certificate/1\", \"of\": \"") + name + "\"}\n");
-    RunRecord record("drape-study", {"--key", name}, run_record_path(study_ / name / "sheet.ply"));
+    RunRecord record("drape-simulate", {"study", "--key", name},
+                     run_record_path(study_ / name / "sheet.ply"));
     for (const char* file : {"sheet.ply", "sheet.json", "certificate.json"})
       record.output(study_ / name / file);
     record.write(0, "");

@@ -293,7 +293,7 @@ TEST(SheetFolders, WhatARunComparesIsFoundAsItsListsNameIt) {
        {"branches", {{{"sheet", "branch-02/sheet.ply"}}, {{"sheet", "branch-01/sheet.ply"}}}}});
   EXPECT_EQ(sheets_in({folder.path()}), expected) << "neither run has ended";
   for (const fs::path& list : {grids, branches}) {
-    RunRecord record("drape-refine", {}, run_record_path(list));
+    RunRecord record("drape-simulate", {}, run_record_path(list));
     record.output(list);
     record.write(0, "");
   }

@@ -18,8 +18,9 @@ void read_record_of_piece(const fs::path& record, Simulation& simulation) {
   for (const JsonNode& output : root.items("outputs")) {
     const fs::path file = file_of(output);
     if (fs::is_regular_file(file) && sha256_of_file(file) != output.text("sha256"))
-      throw bad_input("this file is not the one that its run wrote", {.file = file.string()},
-                      "run drape piece again, or restore what " + record.string() + " lists");
+      throw bad_input(
+          "this file is not the one that its run wrote", {.file = file.string()},
+          "run drape simulate piece again, or restore what " + record.string() + " lists");
   }
   std::vector<std::pair<fs::path, std::string>> inputs;
   for (const JsonNode& input : root.items("inputs"))

@@ -16,7 +16,7 @@ namespace drape::compare {
 
 inline constexpr int kBranchesVersion = 1;  ///< of branches.json
 
-/// What drape-branches says of one equilibrium of a drape that has several.
+/// What drape-simulate branches says of one equilibrium of a drape that has several.
 struct Branch {
   std::string set_sha256;              ///< of branches.json, which lists all of them
   int number = 0;                      ///< 1 has the least energy

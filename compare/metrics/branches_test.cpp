@@ -179,7 +179,7 @@ TEST(Branches, OnARoundObjectATurnedShapeIsTheSameShape) {
   EXPECT_NEAR(set.branches[1].turned->turn_rad, 0.4, 1e-9);
 }
 
-/// A run of drape-branches as it leaves its files below a measured sheet.
+/// A run of drape-simulate branches as it leaves its files below a measured sheet.
 std::vector<fs::path> write_branches(const fs::path& folder) {
   const fs::path drape = folder / "A", list = drape / "branches" / "branches.json";
   write_sheet(drape / "sheet.ply", test::measured_sheet(folded));

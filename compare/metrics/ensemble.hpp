@@ -18,7 +18,7 @@ struct BandMark {
   double radius95_m = 0;  ///< about the mean
 };
 
-/// What drape-branches says of an ensemble as a whole and of the real drape in it.
+/// What drape-simulate branches says of an ensemble as a whole and of the real drape in it.
 struct Ensemble {
   int members = 0;                        ///< starts that came to rest
   std::vector<BandMark> band;             ///< empty: too few members

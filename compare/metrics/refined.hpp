@@ -13,7 +13,7 @@ namespace drape::compare {
 
 inline constexpr int kRefinementVersion = 1;  ///< of refinement.json
 
-/// What drape-refine says of a drape that was carried over from a coarser grid.
+/// What drape-simulate refine says of a drape that was carried over from a coarser grid.
 struct Refined {
   std::string list_sha256;  ///< of refinement.json
   std::string rest_sha256;  ///< of the .json of the sheet that it began with

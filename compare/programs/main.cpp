@@ -2,6 +2,7 @@
 #include "compare/history/acceptance.hpp"
 #include "compare/history/copies.hpp"
 #include "compare/history/seal.hpp"
+#include "compare/programs/commands.hpp"
 #include "compare/programs/compare_options.hpp"
 #include "compare/programs/ending.hpp"
 #include "compare/report/report.hpp"
@@ -11,8 +12,7 @@
 #include "core/program/progress.hpp"
 #include "core/program/run_record.hpp"
 
-using namespace drape;
-using namespace drape::compare;
+namespace drape::compare {
 
 namespace {
 
@@ -30,8 +30,8 @@ void record_sensitivity(const std::filesystem::path& file, const Session& sessio
                   "give the measured sheet.ply that it lies beside, or leave it out");
 }
 
-int run(CompareArguments& arguments, const CommonOptions& common,
-        const std::vector<std::string>& command) {
+int run_compare(CompareArguments& arguments, const CommonOptions& common,
+                const std::vector<std::string>& command) {
   const auto& primary = arguments.report.empty() ? arguments.store : arguments.report;
   RunRecord record("drape-compare", command,
                    primary.empty() ? std::filesystem::path() : run_record_path(primary));
@@ -79,7 +79,7 @@ int run(CompareArguments& arguments, const CommonOptions& common,
 
 }  // namespace
 
-int main(int argc, char** argv) {
+int compare_command(int argc, char** argv) {
   Command app("Measures the distance between real and virtual drapes, stores and reports it.",
               "drape-compare");
   CommonOptions common;
@@ -87,5 +87,16 @@ int main(int argc, char** argv) {
   add_common_options(app, common);
   add_compare_options(app, arguments);
   return run_program(app, argc, argv, common,
-                     [&] { return run(arguments, common, arguments_of(argc, argv)); });
+                     [&] { return run_compare(arguments, common, arguments_of(argc, argv)); });
+}
+
+}  // namespace drape::compare
+
+int main(int argc, char** argv) {
+  using namespace drape::compare;
+  return drape::run_stage(
+      argc, argv, compare_command,
+      {{"repeats", repeats_command, "is a virtual sheet inside the repeats of the real one?"},
+       {"drapemeter", drapemeter_command, "drape coefficient, nodes and Fourier orders of hems"},
+       {"folds", folds_command, "folds and spectra of sheets that no mark can be compared by"}});
 }

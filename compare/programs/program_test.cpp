@@ -72,7 +72,7 @@ TEST_F(Program, ASplitThatIsLeftOutIsNamedByTheRecordSoThatAnotherIsCompared) {
   write_json(split, {{"schema", "drapebench/sensitivity/1"}});
   for (int time = 0; time < 2; ++time) {
     ASSERT_EQ(compare("--sensitivity " + split), 0) << output_;
-    EXPECT_THAT(output_, HasSubstr("so it is left out; run drape sensitivity again"));
+    EXPECT_THAT(output_, HasSubstr("so it is left out; run drape simulate sensitivity again"));
     EXPECT_THAT(read_text(path("report.run.json")), HasSubstr(sha256_of_file(split)));
     write_json(split, {{"schema", "drapebench/sensitivity/1"}, {"marks", 1}});
   }
@@ -96,7 +96,7 @@ TEST_F(Program, SheetsThatFollowAFileOfAFlagAreComparedToo) {
 
 TEST_F(Program, AFlagOfAnotherGroupTakesOneFileSoThatItSwallowsNone) {
   const std::string simulated = files_[1].string();
-  EXPECT_NE(run("drape-repeats", "--compare " + simulated + " " + files_[0].string()), 2)
+  EXPECT_NE(run("drape-compare repeats", "--compare " + simulated + " " + files_[0].string()), 2)
       << output_;
   Sheet whole = test::measured_sheet(), wider = whole, bent = whole;
   for (SheetMark& mark : wider.marks) mark.point_in_world *= 1.01;
@@ -105,9 +105,10 @@ TEST_F(Program, AFlagOfAnotherGroupTakesOneFileSoThatItSwallowsNone) {
   write_sheet(path("b.ply"), wider);
   write_sheet(path("c.ply"), bent);
   const std::string others = path("a.ply") + " " + path("b.ply");
-  ASSERT_EQ(run("drape-folds", "--against " + path("c.ply") + " " + others), 0) << output_;
+  ASSERT_EQ(run("drape-compare folds", "--against " + path("c.ply") + " " + others), 0) << output_;
   EXPECT_THAT(output_, HasSubstr("2 sheets against 1"));
-  ASSERT_EQ(run("drape-drapemeter", "--disc-mm 90 --compare " + simulated + " " + others), 0)
+  ASSERT_EQ(run("drape-compare drapemeter", "--disc-mm 90 --compare " + simulated + " " + others),
+            0)
       << output_;
   EXPECT_THAT(output_, HasSubstr("2 hems measured"));
 }
@@ -204,12 +205,12 @@ TEST_F(Program, ATableOfHemsIsNeverWrittenOverOneThatIsRead) {
   }
   write_durable(path("radii.csv"), table + "\n" + row + "\n");
   const std::string out = " --scale-u-percent 1 --out " + path("o");
-  ASSERT_EQ(run("drape-drapemeter", path("radii.csv") + out), 0) << output_;
+  ASSERT_EQ(run("drape-compare drapemeter", path("radii.csv") + out), 0) << output_;
   const std::string hems = read_text(path("o/hems.csv")),
                     record = read_text(path("o/hems.run.json"));
   for (const std::string& input :
        {path("o/hems.csv"), path("radii.csv") + " --compare " + path("o/../o/hems.csv")}) {
-    EXPECT_EQ(run("drape-drapemeter", input + out), 2) << output_;
+    EXPECT_EQ(run("drape-compare drapemeter", input + out), 2) << output_;
     EXPECT_THAT(output_, HasSubstr("would be written over"));
     EXPECT_EQ(read_text(path("o/hems.csv")), hems);
     EXPECT_EQ(read_text(path("o/hems.run.json")), record);
@@ -219,7 +220,7 @@ TEST_F(Program, ATableOfHemsIsNeverWrittenOverOneThatIsRead) {
 TEST_F(Program, NothingIsWrittenOverEitherFileOfASheet) {
   write_sheet(path("a.ply"), test::measured_sheet());
   const std::string ply = read_text(path("a.ply")), json = read_text(path("a.json"));
-  for (const char* program : {"drape-folds", "drape-repeats"})
+  for (const char* program : {"drape-compare folds", "drape-compare repeats"})
     for (const char* out : {"a.json", "a.ply"})
       for (const char* named : {"a.ply", "a.json"}) {
         EXPECT_EQ(run(program, path(named) + " --out " + path(out)), 2) << output_;
@@ -231,35 +232,36 @@ TEST_F(Program, NothingIsWrittenOverEitherFileOfASheet) {
 
 TEST_F(Program, AMistypedInputLeavesTheOlderResultWithItsRecord) {
   const std::string out = path("folds.json"), record = path("folds.run.json");
-  ASSERT_EQ(run("drape-folds", files_[1].string() + " --out " + out), 0) << output_;
+  ASSERT_EQ(run("drape-compare folds", files_[1].string() + " --out " + out), 0) << output_;
   const std::string folds = read_text(out), made = read_text(record);
-  EXPECT_EQ(run("drape-folds", path("none.ply") + " --out " + out), 3) << output_;
+  EXPECT_EQ(run("drape-compare folds", path("none.ply") + " --out " + out), 3) << output_;
   EXPECT_EQ(read_text(out), folds);
   EXPECT_EQ(read_text(record), made);
 }
 
 TEST_F(Program, WhatIsNotAsItsRecordSaysIsRefused) {
-  ASSERT_EQ(run("drape-folds", files_[1].string() + " --out " + path("folds.json")), 0) << output_;
+  ASSERT_EQ(run("drape-compare folds", files_[1].string() + " --out " + path("folds.json")), 0)
+      << output_;
   RunRecord record("drape-simulate", {}, run_record_path(files_[1]));
   record.output(fs::path(files_[1]).replace_extension(".json"));
   record.write(0, "");
-  EXPECT_EQ(run("drape-folds", files_[1].string()), 0) << output_;
+  EXPECT_EQ(run("drape-compare folds", files_[1].string()), 0) << output_;
   Sheet sheet = read_sheet(files_[1]);
   std::get<SimulatedSource>(sheet.source).fabric = "another";
   write_sheet(files_[1], sheet);
   const std::string split = path("A/sensitivity/sensitivity.json");
   write_json(split, {{"schema", "drapebench/sensitivity/1"}});
-  RunRecord of_split("drape-sensitivity", {}, run_record_path(split));
+  RunRecord of_split("drape-simulate", {}, run_record_path(split));
   of_split.output(split);
   of_split.write(0, "");
   write_json(split, {{"schema", "drapebench/sensitivity/1"}, {"marks", 1}});
   const std::string first = files_[0].string(), second = files_[1].string();
   for (const auto& [program, arguments] :
-       {std::pair("drape-folds", second),
-        std::pair("drape-repeats", first + " --compare " + second),
-        std::pair("drape-drapemeter", second + " --disc-mm 90"),
+       {std::pair("drape-compare folds", second),
+        std::pair("drape-compare repeats", first + " --compare " + second),
+        std::pair("drape-compare drapemeter", second + " --disc-mm 90"),
         std::pair("drape-compare", first + " " + files_[2].string())}) {
-    EXPECT_EQ(run(program, arguments), program == std::string("drape-drapemeter") ? 1 : 3)
+    EXPECT_EQ(run(program, arguments), program == std::string("drape-compare drapemeter") ? 1 : 3)
         << program << output_;
     EXPECT_THAT(output_, HasSubstr("this file is not the one that its run wrote")) << program;
   }

@@ -195,7 +195,7 @@ TEST(Repeats, AnotherFabricTenPointsAwayIsFound) {
 }
 
 /// The hem as a cloth of 19 x 19 marks whose outermost 72 lie on it, the others on rays to its
-/// centre: what `drape run` and `drape repeats` are given.
+/// centre: what `drape run` and `drape compare repeats` are given.
 Sheet cloth_of(const Hem& hem) {
   constexpr int kSide = 19, kHalf = kSide / 2;
   Sheet sheet;

@@ -37,7 +37,7 @@ struct PictureColumn {
 /// Tables of equilibria, and the one that the real shape took; empty when there are none.
 [[nodiscard]] std::string html_branches(const DrapeInput& input, const Report& report);
 
-/// Where the millimetres come from, as drape sensitivity found; empty when it was not run.
+/// Where the millimetres come from, as drape simulate sensitivity found; empty when it was not run.
 [[nodiscard]] std::string html_error_split(const DrapeFiles& drape);
 
 /// The first page: both verdicts of each drape with distance and U, and what the run rests on.

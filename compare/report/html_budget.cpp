@@ -33,7 +33,8 @@ std::string html_error_split(const DrapeFiles& drape) {
   if (!split.values.empty()) text += html_table(value_effect_table(split));
   if (!split.variants.empty()) text += html_table(variant_effect_table(split));
   return text +
-         "<p class=\"soft\">drape sensitivity drapes the scene once more (the grid and segments "
+         "<p class=\"soft\">drape simulate sensitivity drapes the scene once more (the grid and "
+         "segments "
          "are in its run record) and repeats it with one thing changed: from the drape itself, "
          "which "
          "keeps the branch, and from the start, which may end on another. The changes do not add "

@@ -79,7 +79,8 @@ void read_detections_beside(DrapeFiles& drape, Session& session) {
   if (drape.detected_by) find_recording(drape);
 }
 
-/// `drape sensitivity` writes what it found beside the sheet that it measured distances from.
+/// `drape simulate sensitivity` writes what it found beside the sheet that it measured distances
+/// from.
 void read_error_split_beside(DrapeFiles& drape, Session& session) {
   const SheetFile& measured = drape.input.measured;
   const fs::path file = measured.file.parent_path() / "sensitivity" / "sensitivity.json";
@@ -101,7 +102,7 @@ void read_error_split_beside(DrapeFiles& drape, Session& session) {
   }
   session.warnings.push_back(
       fmt::format("the sensitivity.json beside the measured sheet of set {} {}, so it is left out; "
-                  "run drape sensitivity again",
+                  "run drape simulate sensitivity again",
                   std::get<MeasuredSource>(measured.sheet.source).set, *why));
 }
 

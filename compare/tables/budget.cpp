@@ -218,7 +218,7 @@ void add_moves(const std::string& value, const std::optional<MarkMoves>& moves,
   std::string name = value;
   std::replace(name.begin(), name.end(), '_', ' ');
   if (!moves) {
-    inputs.missing.push_back(name + ": drape sensitivity does not say where the marks go");
+    inputs.missing.push_back(name + ": drape simulate sensitivity does not say where the marks go");
     return;
   }
   if (moves->half_width)

@@ -109,8 +109,8 @@ double true_distance_m(const Bench& bench) {
   return sum / static_cast<double>(bench.measured.marks.size());
 }
 
-/// What drape sensitivity finds: where the marks move by one per cent to first order, by one
-/// standard uncertainty, and at the ends of a range.
+/// What drape simulate sensitivity finds: where the marks move by one per cent to first order, by
+/// one standard uncertainty, and at the ends of a range.
 ErrorSplitFile sensitivities_of(const Bench& bench) {
   ErrorSplitFile split;
   for (const SheetMark& mark : bench.measured.marks) split.marks_at.push_back(mark.mark);

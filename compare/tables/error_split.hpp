@@ -45,7 +45,7 @@ struct VariantEffect {
   int folds = 0;          ///< of the hem
 };
 
-/// What `drape sensitivity` says of a drape: where its millimetres come from.
+/// What `drape simulate sensitivity` says of a drape: where its millimetres come from.
 struct ErrorSplitFile {
   std::filesystem::path file;
   std::string sha256;

@@ -31,7 +31,7 @@ Json variant(const char* what, const char* from, bool at_rest, double change_mm)
           {"hem_folds", 4}};
 }
 
-/// A run of drape-sensitivity as it leaves its files beside a measured sheet.
+/// A run of drape-simulate sensitivity as it leaves its files beside a measured sheet.
 fs::path write_split(const fs::path& measured, const std::string& scene = "scene",
                      const std::string& fabric = "fabric", const std::string& no_go = {},
                      const Json& changes = Json::object()) {
@@ -62,8 +62,7 @@ fs::path write_split(const fs::path& measured, const std::string& scene = "scene
   bending["up_mm"] = {{0, 0, 1}, {0.5, 0, 1}};
   json.update(changes);
   write_json(file, json);
-  RunRecord record("drape-sensitivity", {"A.toml", "--reference", "sheet.ply"},
-                   run_record_path(file));
+  RunRecord record("drape-simulate", {"A.toml", "--reference", "sheet.ply"}, run_record_path(file));
   record.input("A.toml", sha256_of(std::string_view(scene)));
   record.input("fabric.toml", sha256_of(std::string_view(fabric)));
   record.input(fs::path(measured).replace_extension(".json"));
@@ -102,7 +101,8 @@ TEST(ErrorSplit, OfAnotherSheetIsLeftOutWithAWarning) {
   write_sheet(example.sheets.front(), test::measured_sheet());
   const Session session = read_session(example.sheets, {});
   EXPECT_FALSE(session.drapes.front().error_split);
-  EXPECT_THAT(session.warnings, testing::Contains(HasSubstr("run drape sensitivity again")));
+  EXPECT_THAT(session.warnings,
+              testing::Contains(HasSubstr("run drape simulate sensitivity again")));
 }
 
 TEST(ErrorSplit, OfADrapeThatIsNotComparedIsLeftOutWithAWarning) {

@@ -60,7 +60,7 @@ export async function draw(state, redraw) {
     Array.isArray(data.calibrations) && data.calibrations.length ? sqlTable('calibrations of the runs', data.calibrations) : h('p', {}, 'No run was stored yet.'),
     h('h2', {}, 'Acceptance'),
     Array.isArray(data.acceptances) && data.acceptances.length ? sqlTable('acceptances', data.acceptances)
-      : h('p', {id: 'acceptance'}, 'The rig was never accepted: ', h('code', {}, 'drape accept'), ' measures lengths, flatness and noise against their limits, with uncertainty.'),
+      : h('p', {id: 'acceptance'}, 'The rig was never accepted: ', h('code', {}, 'drape calib accept'), ' measures lengths, flatness and noise against their limits, with uncertainty.'),
     h('h2', {}, 'Trends'),
     h('p', {}, 'Dashed: mean and three standard deviations of the values before the last, from the fifth on.'),
     h('div', {class: 'views'}, bySeries(data.trend).map(([series, rows]) => chart(series, rows))),

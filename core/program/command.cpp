@@ -2,6 +2,7 @@
 #include "core/program/command.hpp"
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
@@ -258,7 +259,8 @@ Command* Command::subcommand(const std::string& name) const {
 
 int Command::parse(int argc, char** argv) {
   try {
-    parser_->app->parse(argc, argv);
+    const auto own = std::count(name_.begin(), name_.end(), ' ');
+    parser_->app->parse(argc - static_cast<int>(own), argv + own);
     const auto options = parser_->app->get_options();
     for (std::size_t i = shared_; chosen() != nullptr && i < options.size(); ++i)
       if (options[i]->count() > 0)

@@ -36,6 +36,7 @@ class Option {
 /// parse(). Wrong words end in Error(usage) or in the text of --help, see run_program().
 class Command {
  public:
+  /// `name` as it is typed, e.g. "drape-simulate certify".
   Command(const std::string& description, const std::string& name);
   ~Command();
   Command(const Command&) = delete;
@@ -80,7 +81,8 @@ class Command {
   [[nodiscard]] const Command* chosen() const;
   [[nodiscard]] Command* subcommand(const std::string& name) const;
 
-  /// Reads the words. An exit code to end with (0 after --help or --version, 2 for a wrong call,
+  /// Reads the words behind those of the name: "drape-simulate certify" takes the first one as its
+  /// own. An exit code to end with (0 after --help or --version, 2 for a wrong call,
   /// its text is printed), or -1 to go on.
   [[nodiscard]] int parse(int argc, char** argv);
 

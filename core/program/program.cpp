@@ -223,10 +223,29 @@ std::string coloured(const std::string& text, const char* code, std::FILE* strea
   return fmt::format("\x1b[{}m{}\x1b[0m", code, text);
 }
 
+namespace {
+
+/// Of the running program, for the help of its own job.
+std::string list_of_commands;
+
+}  // namespace
+
+int run_stage(int argc, char** argv, int (*own)(int, char**),
+              const std::vector<StageCommand>& commands) {
+  const std::string_view word = argc > 1 ? argv[1] : "";
+  for (const StageCommand& command : commands)
+    if (word == command.word) return command.run(argc, argv);
+  list_of_commands = "Subcommands:\n";
+  for (const StageCommand& command : commands)
+    list_of_commands += fmt::format("  {:<26}  {}\n", command.word, command.text);
+  return own(argc, argv);
+}
+
 int run_program(Command& app, int argc, char** argv, const CommonOptions& options,
                 const std::function<int()>& body) {
   int parsed = -1;
   const int code = run_guarded(app.name(), options, [&] {
+    if (!list_of_commands.empty()) app.footer(list_of_commands);
     parsed = app.parse(argc, argv);
     return parsed >= 0 ? parsed : body();
   });

@@ -55,6 +55,18 @@ void print_text(const std::string& text);
 int run_program(Command& app, int argc, char** argv, const CommonOptions& options,
                 const std::function<int()>& body);
 
+/// One word of a stage's program and the command that it starts.
+struct StageCommand {
+  const char* word;
+  int (*run)(int argc, char** argv);
+  const char* text;  ///< for the list in the program's --help
+};
+
+/// The main() of a stage's program: the first argument chooses one of `commands`, any other starts
+/// the stage's `own` job, whose --help lists them. Each gets all arguments, its word included.
+int run_stage(int argc, char** argv, int (*own)(int, char**),
+              const std::vector<StageCommand>& commands);
+
 /// What run_program does around a body that has no command line of its own.
 int run_guarded(const std::string& name, const CommonOptions& options,
                 const std::function<int()>& body);

@@ -233,7 +233,8 @@ TEST(ObjectTags, ReplaceOnlyWhatTheyWroteAndNothingWhenRefused) {
   const fs::path pdf = folder.path() / "plate.pdf", toml = folder.path() / "plate.toml";
   const auto ends = [&](const std::string& options) {
     return test::run_line(fmt::format("{} object-tags --out {} {}",
-                                      test::program("drape-print").string(), pdf.string(), options))
+                                      test::program("drape-detect print").string(), pdf.string(),
+                                      options))
         .exit_code;
   };
   write_durable(toml, "name = \"a rig\"\n");

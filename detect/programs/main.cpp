@@ -12,9 +12,9 @@
 #include "detect/programs/ending.hpp"
 #include "detect/programs/places.hpp"
 
+namespace drape::detect {
+
 namespace fs = std::filesystem;
-using namespace drape;
-using namespace drape::detect;
 
 namespace {
 
@@ -40,7 +40,9 @@ void note_frames(const DetectResult& result, const Recording& recording, RunReco
 
 }  // namespace
 
-int main(int argc, char** argv) {
+int print_command(int argc, char** argv);
+
+int detect_command(int argc, char** argv) {
   Command app("Finds, labels and measures the printed marks of a recording", "drape-detect");
   CommonOptions common;
   DetectOptions options;
@@ -85,4 +87,12 @@ int main(int argc, char** argv) {
     return finish(ending_of(result.report, options.surface, !target_file.empty(), out.string()),
                   common, record);
   });
+}
+
+}  // namespace drape::detect
+
+int main(int argc, char** argv) {
+  using namespace drape::detect;
+  return drape::run_stage(argc, argv, detect_command,
+                          {{"print", print_command, "marks and targets as exactly scaled pages"}});
 }

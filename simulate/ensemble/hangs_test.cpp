@@ -204,7 +204,7 @@ struct Ends {
   double fall_j = 0, lowest_j = 0, best_start_j = 0, best_random_j = 0;
 };
 
-/// What `drape run` (one fall), `drape branches` and random starts find of hang `seed`.
+/// What `drape run` (one fall), `drape simulate branches` and random starts find of hang `seed`.
 Ends ends_of(int seed, int particles, int kicks, int randoms) {
   const HangCase here(seed, particles);
   const Hang& hang = here.hang;

@@ -32,7 +32,7 @@ void check(const CusickArguments& arguments) {
   StepFiles replaced{{arguments.out / "cusick.json"}, read_fabric(arguments.fabric).files()};
   for (std::size_t i = 0; i < kMostStarts; ++i)
     replaced.outputs.push_back(arguments.out / file_of_start(i));
-  const RunRecord kept_nowhere("drape-cusick", {}, {}, replaced);
+  const RunRecord kept_nowhere("drape-simulate", {}, {}, replaced);
 }
 
 CusickOptions options_of(const CusickArguments& arguments, unsigned start) {

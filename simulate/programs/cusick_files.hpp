@@ -16,7 +16,7 @@ namespace drape::simulate {
 constexpr double ms = 1e-3;      // s
 constexpr int kMostStarts = 99;  // two digits in the files' names
 
-/// What `drape cusick` was asked for, in people's units.
+/// What `drape simulate cusick` was asked for, in people's units.
 struct CusickArguments {
   std::filesystem::path fabric, out;
   double disc_mm = 180, specimen_mm = 300, spacing_mm = 7.5, warp_deg = 0;

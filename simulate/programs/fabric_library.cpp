@@ -130,7 +130,7 @@ std::optional<Ending> run_library_command(const Command& app, const LibraryArgum
   const Command* chosen = app.chosen();
   if (chosen == nullptr) return std::nullopt;
   if (chosen->name() == "list") return listed(arguments);
-  RunRecord record("drape-fabric", std::move(words));
+  RunRecord record("drape-simulate", std::move(words));
   if (chosen->name() == "show") return shown(arguments, record);
   if (!arguments.out) throw usage_error("--out is missing", "name a new folder");
   return imported(arguments, record);

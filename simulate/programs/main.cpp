@@ -8,23 +8,23 @@
 #include "simulate/checker/certify.hpp"
 #include "simulate/earlier_sheets.hpp"
 #include "simulate/ensemble/checked.hpp"
+#include "simulate/programs/commands.hpp"
 #include "simulate/programs/ending.hpp"
 #include "simulate/programs/run_inputs.hpp"
 #include "simulate/start/start_file.hpp"
 #include "simulate/study/study.hpp"
 
-namespace fs = std::filesystem;
-using namespace drape;
-using namespace drape::simulate;
+namespace drape::simulate {
 
 namespace {
 
-struct Arguments : RunArguments {
+struct SimulateArguments : RunArguments {
   double thickness_mm = 0.5;
   bool check_objects = false;
 };
 
-int run(Arguments& args, std::vector<std::string> words, const CommonOptions& common) {
+int run_simulate(SimulateArguments& args, std::vector<std::string> words,
+                 const CommonOptions& common) {
   if (args.check_objects) return finish(objects_read(args.scene), common);
   require_scene_and_out(args.scene, args.out);
   refuse_to_replace(args.scene, args.fabric, {sheet_files(args.out), start_inputs(args)});
@@ -49,11 +49,11 @@ int run(Arguments& args, std::vector<std::string> words, const CommonOptions& co
 
 }  // namespace
 
-int main(int argc, char** argv) {
+int simulate_command(int argc, char** argv) {
   Command app("Drapes a fabric over the objects of a scene until it rests.", "drape-simulate");
   CommonOptions common;
   add_common_options(app, common);
-  Arguments args;
+  SimulateArguments args;
   args.options.solver = "fall";
   add_run_options(app, args, "folder for sheet, history.csv, certificate.json");
   app.add_flag("--check-objects", args.check_objects, "read the scene's objects, and stop");
@@ -92,6 +92,23 @@ int main(int argc, char** argv) {
                "no contact between the particles");
   return run_program(app, argc, argv, common, [&] {
     if (app.count("--solver") == 0 && args.options.only_moves()) args.options.solver = "rk4";
-    return run(args, arguments_of(argc, argv), common);
+    return run_simulate(args, arguments_of(argc, argv), common);
   });
+}
+
+}  // namespace drape::simulate
+
+int main(int argc, char** argv) {
+  using namespace drape::simulate;
+  return drape::run_stage(
+      argc, argv, simulate_command,
+      {{"study", study_command,
+        "drapes every scene of a rig with several grids, segments and models"},
+       {"branches", branches_command, "the equilibria that starts like the scene's come to"},
+       {"sensitivity", sensitivity_command, "what each fabric value and part of the model moves"},
+       {"refine", refine_command, "carries a rest to finer grids and states what the grid leaves"},
+       {"certify", certify_command, "judges a simulation with code of its own"},
+       {"fabric", fabric_command, "checks, shows, lists and imports fabrics"},
+       {"cusick", cusick_command, "drapes a round specimen between two discs"},
+       {"piece", piece_command, "drapes a piece of any outline"}});
 }

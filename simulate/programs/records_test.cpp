@@ -46,10 +46,9 @@ origin_mm = [900.0, 0.0, 0.0]
   [[nodiscard]] fs::path scene() const { return folder_.path() / "tent.toml"; }
   [[nodiscard]] fs::path out(const std::string& name) const { return folder_.path() / name; }
 
-  /// Runs a program; its record must become old with every file of the scene.
-  void expect_all_named(const std::string& name, const std::vector<std::string>& arguments,
-                        const fs::path& record) {
-    const fs::path program = test::program(name);
+  /// Runs drape-simulate; its record must become old with every file of the scene.
+  void expect_all_named(const std::vector<std::string>& arguments, const fs::path& record) {
+    const fs::path program = test::program("drape-simulate");
     std::string line = program.string();
     for (const std::string& word : arguments) line += " " + word;
     const int ended = std::system((line + " > /dev/null 2>&1").c_str());
@@ -59,7 +58,7 @@ origin_mm = [900.0, 0.0, 0.0]
     for (const fs::path& file : files_of(read, read_fabric(read.fabric_file))) {
       const std::string text = read_text(file);
       write_durable(file, text + "\n");
-      EXPECT_FALSE(is_up_to_date(record, program, arguments)) << name << " misses " << file;
+      EXPECT_FALSE(is_up_to_date(record, program, arguments)) << line << " misses " << file;
       write_durable(file, text);
     }
   }
@@ -93,20 +92,20 @@ TEST_F(Records, BranchesAndFinerGridsNeverReplaceTheSheetThatTheyStartFrom) {
   ASSERT_EQ(run("drape-simulate",
                 scene().string() + " --grid 6 --solver static --out " + out("drape").string()),
             0);
-  ASSERT_EQ(run("drape-branches", starts + first.string()), 0);
+  ASSERT_EQ(run("drape-simulate branches", starts + first.string()), 0);
   const std::string sheet = read_text(own), record = read_text(out("starts/branches.run.json"));
   fs::create_directory_symlink(out("starts"), out("link"));
   for (const fs::path& start : {own, out("link/branch-01/sheet.ply")}) {
-    EXPECT_EQ(run("drape-branches", starts + start.string()), 2);
+    EXPECT_EQ(run("drape-simulate branches", starts + start.string()), 2);
     EXPECT_EQ(read_text(own), sheet);
     EXPECT_EQ(read_text(out("starts/branches.run.json")), record);
   }
-  EXPECT_EQ(run("drape-branches", starts + first.string()), 0);
+  EXPECT_EQ(run("drape-simulate branches", starts + first.string()), 0);
 
   fs::rename(out("drape"), out("8x8"));  // the grid after 6x6, of which 8x8/ now holds a sheet
   const std::string coarse = read_text(out("8x8/sheet.ply"));
-  EXPECT_EQ(run("drape-refine", out("8x8").string() + " --scene " + scene().string() +
-                                    " --finest 8 --out " + out(".").string()),
+  EXPECT_EQ(run("drape-simulate refine", out("8x8").string() + " --scene " + scene().string() +
+                                             " --finest 8 --out " + out(".").string()),
             2);
   EXPECT_EQ(read_text(out("8x8/sheet.ply")), coarse);
 }
@@ -118,7 +117,7 @@ TEST_F(Records, BranchesAndFinerGridsOfAnEarlierRunDoNotStayBesideTheNewList) {
   };
   const std::string starts =
       scene().string() + " --grid 6 --starts 1 --kicks 0 --fit whole --out " + out("m").string();
-  ASSERT_EQ(run("drape-branches", starts), 0);
+  ASSERT_EQ(run("drape-simulate branches", starts), 0);
   // As a run that found two left them, and what other people put there.
   std::string list = read_text(out("m/branches.json"));
   const std::size_t first = list.find("\"branches\": [") + 13, end = list.find("\"members_at_rest");
@@ -129,7 +128,7 @@ TEST_F(Records, BranchesAndFinerGridsOfAnEarlierRunDoNotStayBesideTheNewList) {
   for (const char* folder : {"m/branch-02", "m/branch-03", "m/branch-two"})
     fs::copy(out("m/branch-01"), out(folder));
   write_durable(out("m/branch-02/note.txt"), "of a person");
-  ASSERT_EQ(run("drape-branches", starts), 0);
+  ASSERT_EQ(run("drape-simulate branches", starts), 0);
   EXPECT_TRUE(fs::exists(out("m/branch-01/sheet.ply")));
   for (const char* name : {"sheet.ply", "sheet.json"})
     EXPECT_FALSE(fs::exists(out("m/branch-02") / name)) << name;
@@ -141,13 +140,13 @@ TEST_F(Records, BranchesAndFinerGridsOfAnEarlierRunDoNotStayBesideTheNewList) {
             0);
   const std::string refine = drape + " --scene " + scene().string() + " --goal-mm 1e-9 --out " +
                              out("f").string() + " --finest ";
-  ASSERT_EQ(run("drape-refine", refine + "11"), 0);
+  ASSERT_EQ(run("drape-simulate refine", refine + "11"), 0);
   ASSERT_TRUE(fs::exists(out("f/11x11/sheet.ply")));
   fs::copy(drape, out("f/6x6"));
-  EXPECT_EQ(run("drape-refine", out("f/11x11").string() + " --scene " + scene().string() +
-                                    " --finest 16 --out " + out("f").string()),
+  EXPECT_EQ(run("drape-simulate refine", out("f/11x11").string() + " --scene " + scene().string() +
+                                             " --finest 16 --out " + out("f").string()),
             2);
-  ASSERT_EQ(run("drape-refine", refine + "9"), 0);
+  ASSERT_EQ(run("drape-simulate refine", refine + "9"), 0);
   EXPECT_TRUE(fs::exists(out("f/8x8/sheet.ply")));
   EXPECT_FALSE(fs::exists(out("f/11x11")));
   EXPECT_TRUE(fs::exists(out("f/6x6/sheet.ply")));
@@ -172,13 +171,13 @@ TEST_F(Records, ARestOfAnotherPrintOrStartIsNotRefined) {
   const std::string start = " --start-from " + flat + "/sheet.ply", coarse = " --grid 6";
   ASSERT_EQ(run("drape-simulate", simulate + drape + start + coarse).first, 0)
       << read_text(out("said"));
-  ASSERT_EQ(run("drape-refine", refine + start).first, 0) << read_text(out("said"));
+  ASSERT_EQ(run("drape-simulate refine", refine + start).first, 0) << read_text(out("said"));
 
   const std::string sheet = read_text(flat + "/sheet.json");
   Sheet moved = read_sheet(flat + "/sheet.ply");
   for (SheetMark& mark : moved.marks) mark.point_in_world.x() += 6e-3;
   write_sheet(flat + "/sheet.ply", moved);
-  const auto other_start = run("drape-refine", refine + start);
+  const auto other_start = run("drape-simulate refine", refine + start);
   EXPECT_EQ(other_start.first, 3) << other_start.second;
   EXPECT_NE(other_start.second.find("placed by another start"), std::string::npos)
       << other_start.second;
@@ -191,7 +190,7 @@ TEST_F(Records, ARestOfAnotherPrintOrStartIsNotRefined) {
   std::string print = read_text(out("print.toml"));
   print.replace(print.find("pitch_mm = 20.0"), 15, "pitch_mm = 18.0");
   write_durable(out("print.toml"), print);
-  const auto other_print = run("drape-refine", refine + start);
+  const auto other_print = run("drape-simulate refine", refine + start);
   EXPECT_EQ(other_print.first, 3) << other_print.second;
   EXPECT_NE(other_print.second.find("mm from its place"), std::string::npos) << other_print.second;
 }
@@ -219,8 +218,8 @@ TEST_F(Records, NoProgramWritesOverAFileThatItReads) {
     EXPECT_EQ(read_text(read), before) << name;
   };
   for (const fs::path& read : {fabric, curve})
-    expect_kept("drape-fabric", fabric.string() + " --plot " + read.string(), read);
-  expect_kept("drape-piece",
+    expect_kept("drape-simulate fabric", fabric.string() + " --plot " + read.string(), read);
+  expect_kept("drape-simulate piece",
               out("piece.toml").string() + " --spacing-mm 50 --out " + out("").string(),
               out("piece.toml"));
   const std::string with = scene().string() + " --fabric " + out("curves/A.toml").string() +
@@ -232,10 +231,10 @@ TEST_F(Records, NoProgramWritesOverAFileThatItReads) {
   with_curve("error_split.csv");
   write_durable(out("curves/sensitivity.json"), "{}");
   for (const std::string& other : {out("x.ply").string(), out("curves/sensitivity.ply").string()})
-    expect_kept("drape-sensitivity", with + " --grid 6 --reference " + other,
+    expect_kept("drape-simulate sensitivity", with + " --grid 6 --reference " + other,
                 out("curves/error_split.csv"));
   with_curve("start-07.ply");
-  expect_kept("drape-cusick",
+  expect_kept("drape-simulate cusick",
               out("curves/A.toml").string() + " --spacing-mm 30 --max-steps 1 --out " +
                   out("curves").string(),
               out("curves/start-07.ply"));
@@ -259,16 +258,17 @@ TEST_F(Records, WhatIsPlacedByASheetThatIsNoGoIsNoGo) {
   write_sheet(sheet_file, sheet);
   const std::string start = " --start-from " + sheet_file + " --out ";
   for (const auto& [code, text] :
-       {run("drape-branches", fmt::format("{} --grid 6 --starts 1 --kicks 0 --fit whole{}{}",
-                                          scene_file, start, out("starts").string())),
-        run("drape-sensitivity",
+       {run("drape-simulate branches",
+            fmt::format("{} --grid 6 --starts 1 --kicks 0 --fit whole{}{}", scene_file, start,
+                        out("starts").string())),
+        run("drape-simulate sensitivity",
             fmt::format("{} --grid 6 --only-first-order --reference {} --out {}", scene_file,
                         sheet_file, out("split").string())),
-        run("drape-refine", out("drape").string() + " --scene " + scene_file +
-                                " --finest 11 --out " + out("fine").string()),
-        run("drape-piece",
+        run("drape-simulate refine", out("drape").string() + " --scene " + scene_file +
+                                         " --finest 11 --out " + out("fine").string()),
+        run("drape-simulate piece",
             fmt::format("{} --spacing-mm 50{}{}", scene_file, start, out("piece").string())),
-        run("drape-certify", out("drape").string() + " --scene " + scene_file)}) {
+        run("drape-simulate certify", out("drape").string() + " --scene " + scene_file)}) {
     EXPECT_EQ(code, 1) << text;
     EXPECT_NE(text.find("NO-GO: placed by a measured sheet that is NO-GO: cam1 moved"),
               std::string::npos)
@@ -304,20 +304,22 @@ TEST_F(Records, EveryProgramWarnsOfARareFabricAndRefusesFrictionThatNoClothHas) 
   ASSERT_EQ(run("drape-simulate " + scene_file + " --grid 6 --solver static --out " + drape).first,
             0);
   const std::string sensitivity = fmt::format(
-      "drape-sensitivity {} --grid 6 --only-first-order --reference {}/sheet.ply --out {}",
+      "drape-simulate sensitivity {} --grid 6 --only-first-order --reference {}/sheet.ply --out {}",
       scene_file, drape, out("split").string());
   for (const std::string& line :
-       {fmt::format("drape-branches {} --grid 6 --starts 1 --kicks 0 --fit whole --out {}",
+       {fmt::format("drape-simulate branches {} --grid 6 --starts 1 --kicks 0 --fit whole --out {}",
                     scene_file, out("starts").string()),
         sensitivity,
-        fmt::format("drape-refine {} --scene {} --finest 9 --out {}", drape, scene_file,
+        fmt::format("drape-simulate refine {} --scene {} --finest 9 --out {}", drape, scene_file,
                     out("fine").string()),
-        fmt::format("drape-piece {} --spacing-mm 50 --out {}", scene_file, out("piece").string()),
-        fmt::format("drape-cusick {} --spacing-mm 30 --max-steps 1 --starts 1 --out {}",
+        fmt::format("drape-simulate piece {} --spacing-mm 50 --out {}", scene_file,
+                    out("piece").string()),
+        fmt::format("drape-simulate cusick {} --spacing-mm 30 --max-steps 1 --starts 1 --out {}",
                     fabric.string(), out("cusick").string()),
-        fmt::format("drape-study {} --grids 6 --segments 1 --models consistent --out {}",
+        fmt::format("drape-simulate study {} --grids 6 --segments 1 --models consistent --out {}",
                     out("").string(), out("study").string()),
-        fmt::format("drape-study {} --out {}", out("plan.toml").string(), out("parts").string())}) {
+        fmt::format("drape-simulate study {} --out {}", out("plan.toml").string(),
+                    out("parts").string())}) {
     const auto [code, said] = run(line);
     EXPECT_LE(code, 1) << line << said;
     EXPECT_NE(said.find("warning: " + fabric.string()), std::string::npos) << line << said;
@@ -337,7 +339,7 @@ TEST_F(Records, APartIsOfAPlanThatIsComputed) {
                 "[\"tent.toml\"]\ngrids = [6]\nsegments = [1]\n");
   for (const std::string& words : {out("").string(), "status " + out("plan.toml").string()}) {
     const int ended = std::system(fmt::format("{} {} --part 1/2 --out {} > {} 2>&1",
-                                              test::program("drape-study").string(), words,
+                                              test::program("drape-simulate study").string(), words,
                                               out("study").string(), out("said").string())
                                       .c_str());
     const std::string said = read_text(out("said"));
@@ -350,7 +352,7 @@ TEST_F(Records, AStudyRefusesWordsThatItDoesNotUse) {
   for (const std::string words :
        {"status a.toml b.toml --out c", "--grids 6 status a.toml --out c"}) {
     const int ended = std::system(
-        (test::program("drape-study").string() + " " + words + " 2> /dev/null").c_str());
+        (test::program("drape-simulate study").string() + " " + words + " 2> /dev/null").c_str());
     EXPECT_EQ(WEXITSTATUS(ended), 2) << words;
   }
 }
@@ -360,27 +362,24 @@ TEST_F(Records, NameEveryFileThatADrapeIsMadeOf) {
   const std::string drape = out("drape").string(), fine = out("fine").string(),
                     starts = out("starts").string(), piece = out("piece").string(),
                     split = out("split").string();
-  expect_all_named("drape-simulate",
-                   {scene_file, "--grid", "6", "--solver", "static", "--out", drape},
+  expect_all_named({scene_file, "--grid", "6", "--solver", "static", "--out", drape},
                    out("drape/sheet.run.json"));
-  expect_all_named("drape-certify", {drape, "--scene", scene_file}, out("drape/certify.run.json"));
-  expect_all_named("drape-refine", {drape, "--scene", scene_file, "--finest", "11", "--out", fine},
+  expect_all_named({"certify", drape, "--scene", scene_file}, out("drape/certify.run.json"));
+  expect_all_named({"refine", drape, "--scene", scene_file, "--finest", "11", "--out", fine},
                    out("fine/refinement.run.json"));
-  expect_all_named("drape-branches",
-                   {scene_file, "--grid", "6", "--starts", "1", "--kicks", "0", "--fit", "whole",
-                    "--out", starts},
+  expect_all_named({"branches", scene_file, "--grid", "6", "--starts", "1", "--kicks", "0", "--fit",
+                    "whole", "--out", starts},
                    out("starts/branches.run.json"));
-  expect_all_named("drape-piece", {scene_file, "--spacing-mm", "50", "--out", piece},
+  expect_all_named({"piece", scene_file, "--spacing-mm", "50", "--out", piece},
                    out("piece/piece.run.json"));
-  expect_all_named("drape-sensitivity",
-                   {scene_file, "--grid", "6", "--reference", drape + "/sheet.ply",
+  expect_all_named({"sensitivity", scene_file, "--grid", "6", "--reference", drape + "/sheet.ply",
                     "--only-first-order", "--out", split},
                    out("split/sensitivity.run.json"));
 }
 
 TEST_F(Records, ACusickFolderHoldsTheDrapesOfItsListAlone) {
   const auto drape = [&](const std::string& starts) {
-    const std::string line = test::program("drape-cusick").string() + " " +
+    const std::string line = test::program("drape-simulate cusick").string() + " " +
                              out("fabrics/A.toml").string() + " --spacing-mm 30 --max-steps 1" +
                              " --starts " + starts + " --out " + out("m").string();
     const int ended = std::system((line + " > /dev/null 2>&1").c_str());

@@ -106,7 +106,7 @@ int run_refine(RefineArguments args, std::vector<std::string> words, const Commo
   const std::vector<GridSpec> finer =
       refined_grids({claim.rows, claim.cols, print.patch_m}, args.how.finest);
   refuse_replaced(args, finer);
-  RunRecord record("drape-refine", std::move(words), args.out / "refinement.run.json");
+  RunRecord record("drape-simulate", std::move(words), args.out / "refinement.run.json");
   record.input(rest_file);
   record.input(args.folder / "certificate.json");
   if (!claim.contact_forces.empty()) record.input(args.folder / "contact_forces.csv");

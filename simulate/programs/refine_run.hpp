@@ -12,7 +12,7 @@
 
 namespace drape::simulate {
 
-/// What drape-refine is given.
+/// Arguments of `drape simulate refine`.
 struct RefineArguments {
   std::filesystem::path folder, scene, out;
   std::optional<std::filesystem::path> fabric, start;

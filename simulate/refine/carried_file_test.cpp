@@ -30,7 +30,7 @@ TEST(RefineFiles, ParticlesThatEnterByTurnsComeToRest) {
   ASSERT_EQ(run("drape-simulate",
                 fmt::format("{} --grid 22 --threads 1 --out {}", scene.string(), coarse.string())),
             0);
-  ASSERT_EQ(run("drape-refine",
+  ASSERT_EQ(run("drape-simulate refine",
                 fmt::format("{} --scene {} --finest 31 --goal-mm 0.001 --threads 1 --out {}",
                             coarse.string(), scene.string(), fine.string())),
             0);

@@ -119,7 +119,7 @@ bool is_whole(const StudyCase& the_case) {
     for (const JsonNode& output : root.items("outputs"))
       if (sha256_of_file(the_case.folder / output.text("file")) != output.text("sha256"))
         return false;
-    return root.texts("arguments") == std::vector<std::string>{"--key", the_case.key} &&
+    return root.texts("arguments") == std::vector<std::string>{"study", "--key", the_case.key} &&
            root.text("ending_sha256") == sha256_of_file(ending_path(record));
   } catch (const Error&) {
     return false;

@@ -28,19 +28,14 @@ namespace fs = std::filesystem;
 
 /// What makes a run a different one, for the record.
 std::vector<std::string> words_of(const StudyCase& the_case, const StudyOptions& options) {
-  if (!the_case.key.empty()) return {"--key", the_case.key};
+  if (!the_case.key.empty()) return {"study", "--key", the_case.key};
   std::vector<std::string> words = {
-      the_case.scene_file.string(),
-      "--model",
-      the_case.model,
-      "--grid",
-      std::to_string(the_case.grid),
-      "--segments",
-      std::to_string(the_case.segments),
-      "--max-steps",
-      std::to_string(options.simulate.max_steps),
-      "--thickness-mm",
-      fmt::format("{}", options.simulate.cloth_thickness_m / units::mm),
+      "study",          the_case.scene_file.string(),
+      "--model",        the_case.model,
+      "--grid",         std::to_string(the_case.grid),
+      "--segments",     std::to_string(the_case.segments),
+      "--max-steps",    std::to_string(options.simulate.max_steps),
+      "--thickness-mm", fmt::format("{}", options.simulate.cloth_thickness_m / units::mm),
       "--solvers"};
   words.insert(words.end(), options.solvers.begin(), options.solvers.end());
   return words;
@@ -68,7 +63,7 @@ std::vector<std::string> solvers_of(const StudyCase& the_case, const StudyOption
 }
 
 StudyOutcome simulate_case(const StudyCase& the_case, const StudyOptions& options) {
-  RunRecord record("drape-study", words_of(the_case, options),
+  RunRecord record("drape-simulate", words_of(the_case, options),
                    run_record_path(the_case.folder / "sheet.ply"));
   CaseInputs inputs = read_inputs(the_case);
   SimulateOptions how = prepare_case(the_case, options, inputs);

@@ -78,7 +78,7 @@ struct CaseInputs {
 [[nodiscard]] StudyOutcome outcome_from(const StudyCase& the_case);
 
 /// The scene with the start of a seed: displaced, turned and dropped from higher as start number
-/// `seed` of drape-branches; the height of its waves goes into `imperfection_m`. Throws
+/// `seed` of drape-simulate branches; the height of its waves goes into `imperfection_m`. Throws
 /// Error(bad_input) for a scene that does not start flat at a given centre.
 [[nodiscard]] Scene seeded(Scene scene, int seed, double& imperfection_m);
 

@@ -110,7 +110,7 @@ TEST_F(Manuals, AreCleanForMandoc) {
   if (std::system("command -v mandoc >/dev/null 2>&1") != 0)
     GTEST_SKIP() << "mandoc (Debian package mandoc) is not installed";
   std::vector<std::string> names = programs();
-  names.insert(names.end(), {"drape-run", "drape-new", "drape-calib-images"});
+  names.insert(names.end(), {"drape-run", "drape-check", "drape-new", "drape-calib-images"});
   for (const std::string& name : names) {
     (void)page(name);
     // Status 0: not even a warning.

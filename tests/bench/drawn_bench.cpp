@@ -232,7 +232,7 @@ void DrawnBench::write_rig(const fs::path& folder, const BenchValues& values, bo
     const DrawnObject& object = true_.objects[drape];
     const double side_mm = object.is_box ? object.width_mm : 2 * object.hole_mm;
     must(fmt::format("{} object-tags --size-mm {:.4f} --first-id {} --out {}",
-                     program("drape-print").string(), side_mm, 500 + 10 * drape,
+                     program("drape-detect print").string(), side_mm, 500 + 10 * drape,
                      (folder / fmt::format("plate_{}.pdf", drape_name(drape))).string()));
   }
 }

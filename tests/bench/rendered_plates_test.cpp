@@ -47,7 +47,7 @@ void write_rig(const fs::path& folder, int poses) {
         "pixel_pitch_um = [3.45, 3.45]\n",
         camera);
   write_durable(folder / "rig.toml", rig);
-  must(fmt::format("{} object-tags --size-mm 80 --out {}", program("drape-print").string(),
+  must(fmt::format("{} object-tags --size-mm 80 --out {}", program("drape-detect print").string(),
                    (folder / "plate.pdf").string()));
 }
 

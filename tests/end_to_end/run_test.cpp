@@ -301,7 +301,7 @@ TEST(EndToEnd, ADrapeIsRefinedAndTheReportStatesWhatTheGridLeaves) {
   EXPECT_EQ(drape::test::run_line(results + " verify" + store).exit_code, 0);
   EXPECT_THAT(drape::test::run_line(line + " --finest 29").text, HasSubstr("0 made"));
   const std::string refine = "cd " + bench.folder().string() + " && " +
-                             drape::test::program("drape-refine").string() +
+                             drape::test::program("drape-simulate refine").string() +
                              " out/C/simulations/11-1 --scene rig/scenes/C.toml --start-from "
                              "out/C/sheet.ply --finest 21 --quiet --threads ";
   EXPECT_EQ(drape::test::run_line(refine + "1 --out one").exit_code, 0);

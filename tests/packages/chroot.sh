@@ -29,7 +29,7 @@ echo "drapebench-simulate with drapebench-common and what they need: $added MB b
 in_root sh -c 'dpkg-query -W -f "\${Package}\n" | grep -iE "opencv|aravis|sqlite"' && { echo "a library that a compute node does not need"; exit 1; }
 
 # Without /proc: a sentence, exit code of a device or input, no abort.
-for command in "drape help" "drape-simulate /usr/share/none.toml --out /tmp/none" "drape-study /usr/share/none.toml --out /tmp/none"; do
+for command in "drape help" "drape-simulate /usr/share/none.toml --out /tmp/none" "drape study /usr/share/none.toml --out /tmp/none"; do
   code=0
   in_root $command >"$work/noproc" 2>&1 || code=$?
   echo "without /proc, $command: exit code $code: $(head -n 1 "$work/noproc")"

@@ -34,7 +34,7 @@ same_study() {
 # begin PLAN CUT KILLS: counts the drapes; kills are spread over them.
 begin() {
   mkdir -p "$2"
-  drape-study status "$1" --out "$2" --quiet >/dev/null || [ $? = 1 ]
+  drape study status "$1" --out "$2" --quiet >/dev/null || [ $? = 1 ]
   step=$((2 * ($(wc -l <"$2/study.csv") - 1) / $3 + 1))
 }
 ended_drapes() { find "$1" -name sheet.run.json | wc -l; }

@@ -15,7 +15,8 @@ fs::path source_root() {
 }
 
 fs::path program(const std::string& name) {
-  return fs::path(DRAPE_BINARY_ROOT) / "bin" / name;
+  const char* folder = name.ends_with("-host") ? "libexec/drapebench" : "bin";
+  return fs::path(DRAPE_BINARY_ROOT) / folder / name;
 }
 
 fs::path test_data(const std::string& folder) {

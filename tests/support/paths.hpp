@@ -11,7 +11,7 @@ namespace drape::test {
 /// Root of the source tree (rigs/, tests/data/ below it).
 [[nodiscard]] std::filesystem::path source_root();
 
-/// Where the programs are: <build>/bin.
+/// Where the programs are: <build>/bin, and <build>/libexec/drapebench those that none types.
 [[nodiscard]] std::filesystem::path program(const std::string& name);
 
 /// A folder of tests/data: numbers with known answers, there in every clone (its README: sources).

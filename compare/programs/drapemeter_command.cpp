@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "compare/hems/hem_files.hpp"
+#include "compare/programs/commands.hpp"
 #include "compare/programs/drapemeter_options.hpp"
 #include "core/files/files.hpp"
 #include "core/program/command.hpp"
@@ -11,8 +12,7 @@
 #include "core/program/shell_word.hpp"
 #include "core/units.hpp"
 
-using namespace drape;
-using namespace drape::compare;
+namespace drape::compare {
 
 namespace {
 
@@ -40,11 +40,11 @@ std::string next_command(const HemSet& set, const DrapemeterGeometry& geometry,
   return text + " --compare " + (simulated ? csv : "SHEET");
 }
 
-int run(const DrapemeterArguments& arguments, std::vector<std::string> words,
-        const CommonOptions& common) {
+int run_drapemeter(const DrapemeterArguments& arguments, std::vector<std::string> words,
+                   const CommonOptions& common) {
   const StepFiles named = named_files(arguments);
   RunRecord record(
-      "drape-drapemeter", std::move(words),
+      "drape-compare", std::move(words),
       arguments.out ? run_record_path(*arguments.out / "hems.json") : std::filesystem::path(),
       named);
   const HemReadOptions options = read_options(arguments, thread_count(common));
@@ -76,13 +76,15 @@ int run(const DrapemeterArguments& arguments, std::vector<std::string> words,
 
 }  // namespace
 
-int main(int argc, char** argv) {
+int drapemeter_command(int argc, char** argv) {
   Command app("Drape coefficient, nodes and Fourier orders of hems, from pictures or sheets.",
-              "drape-drapemeter");
+              "drape-compare drapemeter");
   CommonOptions common;
   DrapemeterArguments arguments;
   add_common_options(app, common);
   add_options(app, arguments);
   return run_program(app, argc, argv, common,
-                     [&] { return run(arguments, arguments_of(argc, argv), common); });
+                     [&] { return run_drapemeter(arguments, arguments_of(argc, argv), common); });
 }
+
+}  // namespace drape::compare

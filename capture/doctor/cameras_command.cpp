@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
-// drape-cameras: the cameras that answer, and what to write into cameras.toml.
+// drape-capture cameras: the cameras that answer, and what to write into cameras.toml.
 #include <fmt/format.h>
 
+#include "capture/doctor/commands.hpp"
 #include "capture/doctor/device_list.hpp"
 #include "capture/host/camera_host.hpp"
 #include "core/files/json_file.hpp"
 #include "core/program/command.hpp"
 #include "core/program/program.hpp"
 
-using namespace drape;
-using namespace drape::capture;
+namespace drape::capture {
 
 namespace {
 
@@ -33,11 +33,11 @@ Json json_of(const std::vector<FoundDevice>& devices) {
 
 }  // namespace
 
-int main(int argc, char** argv) {
+int cameras_command(int argc, char** argv) {
   Command app(
       "Lists the cameras that answer: GigE Vision, USB3 Vision and V4L2. Takes about a second.\n"
       "`device` is what cameras.toml of a rig names.\n",
-      "drape-cameras");
+      "drape-capture cameras");
   CommonOptions common;
   add_common_options(app, common);
   bool sizes = false;
@@ -63,3 +63,5 @@ int main(int argc, char** argv) {
     return finish(ending, common);
   });
 }
+
+}  // namespace drape::capture

@@ -5,30 +5,32 @@
 #include <cmath>
 
 #include "compare/folds/folds_json.hpp"
+#include "compare/programs/commands.hpp"
 #include "compare/records/provenance.hpp"
 #include "core/program/command.hpp"
 #include "core/program/program.hpp"
 #include "core/program/run_record.hpp"
 #include "core/units.hpp"
 
-using namespace drape;
-using namespace drape::compare;
+namespace drape::compare {
+
 using units::mm;
 
 namespace {
 
-struct Arguments {
+struct FoldsArguments {
   std::vector<std::filesystem::path> sheets, against;
   std::optional<std::filesystem::path> out;
   double least_length_mm = FoldOptions{}.least_length_m / mm;
   double least_curvature_per_m = FoldOptions{}.least_curvature_per_m;
 };
 
-int run(const Arguments& arguments, std::vector<std::string> words, const CommonOptions& common) {
+int run_folds(const FoldsArguments& arguments, std::vector<std::string> words,
+              const CommonOptions& common) {
   StepFiles named{{}, files_of_sheets(arguments.sheets)};
   for (const auto& file : files_of_sheets(arguments.against)) named.inputs.push_back(file);
   if (arguments.out) named.outputs = {*arguments.out};
-  RunRecord record("drape-folds", std::move(words),
+  RunRecord record("drape-compare", std::move(words),
                    arguments.out ? run_record_path(*arguments.out) : std::filesystem::path(),
                    named);
   const FoldOptions options{arguments.least_curvature_per_m, arguments.least_length_mm * mm};
@@ -77,10 +79,11 @@ int run(const Arguments& arguments, std::vector<std::string> words, const Common
 
 }  // namespace
 
-int main(int argc, char** argv) {
-  Command app("Folds and spectra of sheets that no mark can be compared by.", "drape-folds");
+int folds_command(int argc, char** argv) {
+  Command app("Folds and spectra of sheets that no mark can be compared by.",
+              "drape-compare folds");
   CommonOptions common;
-  Arguments arguments;
+  FoldsArguments arguments;
   add_common_options(app, common);
   app.add_option("SHEET", arguments.sheets, "whole grids: sheet.ply or sheet.json")->required();
   app.add_option("--against", arguments.against,
@@ -95,5 +98,7 @@ int main(int argc, char** argv) {
       ->capture_default_str();
   app.add_option("--out", arguments.out, "folds.json to write");
   return run_program(app, argc, argv, common,
-                     [&] { return run(arguments, arguments_of(argc, argv), common); });
+                     [&] { return run_folds(arguments, arguments_of(argc, argv), common); });
 }
+
+}  // namespace drape::compare

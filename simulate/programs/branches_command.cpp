@@ -7,23 +7,25 @@
 #include "core/program/run_record.hpp"
 #include "core/program/shell_word.hpp"
 #include "simulate/ensemble/band.hpp"
+#include "simulate/programs/commands.hpp"
 #include "simulate/programs/foundation.hpp"
 #include "simulate/programs/run_inputs.hpp"
 
+namespace drape::simulate {
+
 namespace fs = std::filesystem;
-using namespace drape;
-using namespace drape::simulate;
 
 namespace {
 
-struct Arguments : RunArguments {
+struct BranchesArguments : RunArguments {
   BranchOptions branches;
 };
 
-int run(Arguments& args, std::vector<std::string> words, const CommonOptions& common) {
+int run_branches(BranchesArguments& args, std::vector<std::string> words,
+                 const CommonOptions& common) {
   if (args.scene.empty() || args.out.empty())
     throw usage_error("SCENE or --out is missing", "give both");
-  RunRecord record("drape-branches", std::move(words), args.out / "branches.run.json",
+  RunRecord record("drape-simulate", std::move(words), args.out / "branches.run.json",
                    start_beside_branches(args));
   const RunInputs inputs = read_run_inputs(args, record);
   args.options.solver = "fall";
@@ -75,11 +77,11 @@ int run(Arguments& args, std::vector<std::string> words, const CommonOptions& co
 
 }  // namespace
 
-int main(int argc, char** argv) {
-  Command app("Finds the equilibria of a drape from many starts.", "drape-branches");
+int branches_command(int argc, char** argv) {
+  Command app("Finds the equilibria of a drape from many starts.", "drape-simulate branches");
   CommonOptions common;
   add_common_options(app, common);
-  Arguments args;
+  BranchesArguments args;
   add_run_options(app, args, "folder for branches.json and branch-NN/sheet.ply");
   app.add_option("--kicks", args.branches.kicks,
                  "most tries on one grid for a lower rest, where the sheet touches nothing; 0: "
@@ -94,5 +96,7 @@ int main(int argc, char** argv) {
       "--internal-friction", args.options.internal_friction,
       "use both branches of the bending and shear loops; also the interval that they leave");
   return run_program(app, argc, argv, common,
-                     [&] { return run(args, arguments_of(argc, argv), common); });
+                     [&] { return run_branches(args, arguments_of(argc, argv), common); });
 }
+
+}  // namespace drape::simulate

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
+#include "compare/programs/commands.hpp"
 #include "compare/records/provenance.hpp"
 #include "compare/repeats/repeat_sheets.hpp"
 #include "compare/store/inputs.hpp"
@@ -9,12 +10,11 @@
 #include "core/program/program.hpp"
 #include "core/program/run_record.hpp"
 
-using namespace drape;
-using namespace drape::compare;
+namespace drape::compare {
 
 namespace {
 
-struct Arguments {
+struct RepeatsArguments {
   std::vector<std::filesystem::path> repeats, compared;
   std::optional<std::filesystem::path> out;
   double significance = 0.05;
@@ -34,11 +34,12 @@ std::vector<NamedSheet> named(const std::vector<RepeatSheet>& sheets) {
   return all;
 }
 
-int run(const Arguments& arguments, std::vector<std::string> words, const CommonOptions& common) {
+int run_repeats(const RepeatsArguments& arguments, std::vector<std::string> words,
+                const CommonOptions& common) {
   StepFiles files{{}, files_of_sheets(arguments.repeats)};
   for (const auto& file : files_of_sheets(arguments.compared)) files.inputs.push_back(file);
   if (arguments.out) files.outputs = {*arguments.out};
-  RunRecord record("drape-repeats", std::move(words),
+  RunRecord record("drape-compare", std::move(words),
                    arguments.out ? run_record_path(*arguments.out) : std::filesystem::path(),
                    files);
   const std::vector<RepeatSheet> repeats = sheets_of(arguments.repeats);
@@ -67,11 +68,11 @@ int run(const Arguments& arguments, std::vector<std::string> words, const Common
 
 }  // namespace
 
-int main(int argc, char** argv) {
+int repeats_command(int argc, char** argv) {
   Command app("Is a virtual sheet inside the repeats of the real one, by marks, hem and spectrum?",
-              "drape-repeats");
+              "drape-compare repeats");
   CommonOptions common;
-  Arguments arguments;
+  RepeatsArguments arguments;
   add_common_options(app, common);
   app.add_option(
          "SHEET", arguments.repeats,
@@ -85,5 +86,7 @@ int main(int argc, char** argv) {
       ->capture_default_str();
   app.add_option("--out", arguments.out, "repeats.json to write");
   return run_program(app, argc, argv, common,
-                     [&] { return run(arguments, arguments_of(argc, argv), common); });
+                     [&] { return run_repeats(arguments, arguments_of(argc, argv), common); });
 }
+
+}  // namespace drape::compare

@@ -9,20 +9,21 @@
 #include "core/program/program.hpp"
 #include "core/program/progress.hpp"
 #include "core/program/shell_word.hpp"
+#include "simulate/programs/commands.hpp"
 #include "simulate/programs/study_parts.hpp"
 #include "simulate/study/study.hpp"
 
+namespace drape::simulate {
+
 namespace fs = std::filesystem;
-using namespace drape;
-using namespace drape::simulate;
 
 namespace {
 
-int run(const fs::path& rig, const fs::path& out, StudyOptions options,
-        std::vector<std::string> words, const CommonOptions& common) {
+int run_study(const fs::path& rig, const fs::path& out, StudyOptions options,
+              std::vector<std::string> words, const CommonOptions& common) {
   if (rig.empty() || out.empty())
     throw usage_error("RIG or --out is missing", "give both, e.g. rigs/paper --out study");
-  RunRecord record("drape-study", std::move(words), out / "study.run.json");
+  RunRecord record("drape-simulate", std::move(words), out / "study.run.json");
   options.threads = thread_count(common);
   const std::vector<StudyCase> cases = study_cases(rig, out, options);
   Progress progress("study", common.quiet);
@@ -60,9 +61,9 @@ int run(const fs::path& rig, const fs::path& out, StudyOptions options,
 
 }  // namespace
 
-int main(int argc, char** argv) {
+int study_command(int argc, char** argv) {
   Command app("Drapes every scene of a rig with several grids, segments and models.",
-              "drape-study");
+              "drape-simulate study");
   CommonOptions common;
   add_common_options(app, common);
   fs::path rig, out;
@@ -88,6 +89,8 @@ int main(int argc, char** argv) {
     if (is_plan(app, rig)) return run_plan(app, rig, out, plan, common);
     require_no_part(app, "a rig is no plan and has no parts");
     options.simulate.cloth_thickness_m = thickness_mm * 1e-3;
-    return run(rig, out, options, arguments_of(argc, argv), common);
+    return run_study(rig, out, options, arguments_of(argc, argv), common);
   });
 }
+
+}  // namespace drape::simulate

@@ -5,19 +5,20 @@
 #include "core/units.hpp"
 #include "simulate/objects/scene_files.hpp"
 #include "simulate/piece/outline.hpp"
+#include "simulate/programs/commands.hpp"
 #include "simulate/programs/foundation.hpp"
 #include "simulate/programs/piece_files.hpp"
 #include "simulate/programs/run_inputs.hpp"
 #include "simulate/simulate.hpp"
 
+namespace drape::simulate {
+
 namespace fs = std::filesystem;
-using namespace drape;
-using namespace drape::simulate;
 using units::mm;
 
 namespace {
 
-struct Arguments {
+struct PieceArguments {
   fs::path scene, out;
   std::optional<fs::path> outline, fabric, start;
   double spacing_mm = PieceOptions{}.spacing_m / mm;
@@ -28,7 +29,8 @@ struct Arguments {
   bool internal_friction = false;
 };
 
-int run(const Arguments& arguments, std::vector<std::string> words, const CommonOptions& common) {
+int run_piece(const PieceArguments& arguments, std::vector<std::string> words,
+              const CommonOptions& common) {
   StepFiles files{
       {arguments.out / "piece.ply", arguments.out / "piece.toml", arguments.out / "piece.json"},
       {}};
@@ -36,7 +38,7 @@ int run(const Arguments& arguments, std::vector<std::string> words, const Common
     files.inputs.push_back(fs::path(*arguments.start).replace_extension(".json"));
   if (arguments.outline) files.inputs.push_back(*arguments.outline);
   refuse_to_replace(arguments.scene, arguments.fabric, files);
-  RunRecord record("drape-piece", std::move(words), run_record_path(arguments.out / "piece.ply"),
+  RunRecord record("drape-simulate", std::move(words), run_record_path(arguments.out / "piece.ply"),
                    {{}, files.inputs});
   auto [scene, fabric, print, measured] = read_checked(arguments.scene, arguments.fabric);
   for (const fs::path& file : files_of(scene, fabric)) record.input(file);
@@ -66,10 +68,11 @@ int run(const Arguments& arguments, std::vector<std::string> words, const Common
 
 }  // namespace
 
-int main(int argc, char** argv) {
-  Command app("Drapes a piece of cloth of any outline over the objects of a scene.", "drape-piece");
+int piece_command(int argc, char** argv) {
+  Command app("Drapes a piece of cloth of any outline over the objects of a scene.",
+              "drape-simulate piece");
   CommonOptions common;
-  Arguments a;
+  PieceArguments a;
   add_common_options(app, common);
   app.add_option("SCENE", a.scene, "scene.toml: objects, table, pins, start")->required();
   app.add_option("--out", a.out, "folder for piece.ply, piece.toml, piece.json")->required();
@@ -95,5 +98,7 @@ int main(int argc, char** argv) {
       ->positive()
       ->capture_default_str();
   return run_program(app, argc, argv, common,
-                     [&] { return run(a, arguments_of(argc, argv), common); });
+                     [&] { return run_piece(a, arguments_of(argc, argv), common); });
 }
+
+}  // namespace drape::simulate

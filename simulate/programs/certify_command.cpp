@@ -10,11 +10,12 @@
 #include "core/program/shell_word.hpp"
 #include "simulate/checker/certify.hpp"
 #include "simulate/objects/scene_files.hpp"
+#include "simulate/programs/commands.hpp"
 #include "simulate/programs/foundation.hpp"
 
+namespace drape::simulate {
+
 namespace fs = std::filesystem;
-using namespace drape;
-using namespace drape::simulate;
 
 namespace {
 
@@ -28,13 +29,13 @@ void check_same_files(CertifyReport& report, const Sheet& sheet, const Scene& sc
     report.refusals.emplace_back("the sheet was simulated from another content of the fabric");
 }
 
-int run(const fs::path& folder, const fs::path& scene_file,
-        const std::optional<fs::path>& fabric_file, std::vector<std::string> words,
-        const CommonOptions& common) {
+int run_certify(const fs::path& folder, const fs::path& scene_file,
+                const std::optional<fs::path>& fabric_file, std::vector<std::string> words,
+                const CommonOptions& common) {
   if (folder.empty() || scene_file.empty())
     throw usage_error("FOLDER or --scene is missing",
                       "give the folder of a simulation and its scene.toml");
-  RunRecord record("drape-certify", std::move(words), folder / "certify.run.json");
+  RunRecord record("drape-simulate", std::move(words), folder / "certify.run.json");
   const Sheet sheet = read_sheet(folder / "sheet.ply");
   const Scene scene = read_scene(scene_file);
   const Fabric fabric = read_fabric(fabric_file.value_or(scene.fabric_file));
@@ -66,8 +67,9 @@ int run(const fs::path& folder, const fs::path& scene_file,
 
 }  // namespace
 
-int main(int argc, char** argv) {
-  Command app("Judges the certificate of a simulated sheet with code of its own.", "drape-certify");
+int certify_command(int argc, char** argv) {
+  Command app("Judges the certificate of a simulated sheet with code of its own.",
+              "drape-simulate certify");
   CommonOptions common;
   add_common_options(app, common);
   fs::path folder, scene;
@@ -75,6 +77,9 @@ int main(int argc, char** argv) {
   app.add_option("FOLDER", folder, "with sheet.ply, history.csv and certificate.json");
   app.add_option("--scene", scene, "scene.toml that was simulated");
   app.add_option("--fabric", fabric, "fabric.toml; default: the scene's");
-  return run_program(app, argc, argv, common,
-                     [&] { return run(folder, scene, fabric, arguments_of(argc, argv), common); });
+  return run_program(app, argc, argv, common, [&] {
+    return run_certify(folder, scene, fabric, arguments_of(argc, argv), common);
+  });
 }
+
+}  // namespace drape::simulate

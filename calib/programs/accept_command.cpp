@@ -4,17 +4,18 @@
 #include "calib/acceptance/ending.hpp"
 #include "calib/acceptance/positions.hpp"
 #include "calib/acceptance/program_options.hpp"
+#include "calib/programs/commands.hpp"
 #include "core/error.hpp"
 #include "core/files/files.hpp"
 #include "core/program/command.hpp"
 #include "core/program/program.hpp"
 #include "core/program/run_record.hpp"
 
-namespace fs = std::filesystem;
-using namespace drape;
-using namespace drape::calib;
+namespace drape::calib {
 
-int main(int argc, char** argv) {
+namespace fs = std::filesystem;
+
+int accept_command(int argc, char** argv) {
   Command app(
       "Accepts a calibrated rig by what it measures: lengths and flatness of a plate at seven or "
       "more\n"
@@ -24,9 +25,9 @@ int main(int argc, char** argv) {
       "whether the plate or a camera changed since the calibration. Record sets that the\n"
       "calibration did not use. A limit that is not given follows from the uncertainties of\n"
       "calibration, marks and print: it is what this instrument can prove.\n\n"
-      "  drape accept detections.json --calibration calibration.json --rig rigs/bench1 \\\n"
+      "  drape calib accept detections.json --calibration calibration.json --rig rigs/bench1 \\\n"
       "    --repeats rest_1,rest_2,rest_3 --date 2026-01-31 --out rigs/bench1/acceptance.json",
-      "drape-accept");
+      "drape-calib accept");
   CommonOptions common;
   AcceptanceArguments arguments;
   add_acceptance_options(app, arguments);
@@ -39,7 +40,7 @@ int main(int argc, char** argv) {
     const fs::path page = fs::path(arguments.out).replace_extension(".html");
     StepFiles files{{arguments.out, page}, {rig_file, arguments.detections, arguments.calibration}};
     if (arguments.sphere) files.inputs.push_back(*arguments.sphere);
-    RunRecord record("drape-accept", arguments_of(argc, argv), run_record_path(arguments.out),
+    RunRecord record("drape-calib", arguments_of(argc, argv), run_record_path(arguments.out),
                      files);
     const Rig rig = read_rig(rig_file);
     const fs::path target_file = arguments.target.value_or(rig.target_file);
@@ -63,3 +64,5 @@ int main(int argc, char** argv) {
     return finish(ending_of(acceptance, page), common, record);
   });
 }
+
+}  // namespace drape::calib

@@ -1,17 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
-// drape-doctor: is the bench fit to measure? Each check GO or NO-GO, and what to type.
+// drape-capture doctor: is the bench fit to measure? Each check GO or NO-GO, and what to type.
 #include <fmt/format.h>
 
 #include "capture/doctor/checks.hpp"
+#include "capture/doctor/commands.hpp"
 #include "capture/doctor/device_list.hpp"
 #include "core/error.hpp"
 #include "core/files/json_file.hpp"
 #include "core/program/command.hpp"
 #include "core/program/program.hpp"
 
+namespace drape::capture {
+
 namespace fs = std::filesystem;
-using namespace drape;
-using namespace drape::capture;
 
 namespace {
 
@@ -78,10 +79,10 @@ int tell(const std::vector<Check>& checks, const CommonOptions& common) {
 
 }  // namespace
 
-int main(int argc, char** argv) {
+int doctor_command(int argc, char** argv) {
   Command app(
       "Looks whether the bench is fit to measure: each check GO or NO-GO, and what to type.\n",
-      "drape-doctor");
+      "drape-capture doctor");
   CommonOptions common;
   add_common_options(app, common);
   fs::path rig, out = ".";
@@ -97,3 +98,5 @@ int main(int argc, char** argv) {
     return tell(checks, common);
   });
 }
+
+}  // namespace drape::capture

@@ -10,23 +10,24 @@
 #include "core/units.hpp"
 #include "simulate/fabric/plausible.hpp"
 #include "simulate/fabric/plot.hpp"
+#include "simulate/programs/commands.hpp"
 #include "simulate/programs/fabric_library.hpp"
 #include "simulate/simulate.hpp"
 
+namespace drape::simulate {
+
 namespace fs = std::filesystem;
-using namespace drape;
-using namespace drape::simulate;
 
 namespace {
 
-int run(const fs::path& file, const std::optional<fs::path>& plot, int segments,
-        std::vector<std::string> words, const CommonOptions& common) {
+int run_fabric(const fs::path& file, const std::optional<fs::path>& plot, int segments,
+               std::vector<std::string> words, const CommonOptions& common) {
   if (file.empty()) throw usage_error("FABRIC is missing", "give a fabric.toml");
   if (segments < 1 || segments > 20)
     throw usage_error("a curve has 1 to 20 segments", "give --segments 5");
   StepFiles files{{}, read_fabric(file).files()};
   if (plot) files.outputs.push_back(*plot);
-  RunRecord record("drape-fabric", std::move(words), plot ? run_record_path(*plot) : fs::path(),
+  RunRecord record("drape-simulate", std::move(words), plot ? run_record_path(*plot) : fs::path(),
                    files);
   const Fabric fabric = read_fabric(file);
   require_textile(fabric);
@@ -54,11 +55,11 @@ int run(const fs::path& file, const std::optional<fs::path>& plot, int segments,
 
 }  // namespace
 
-int main(int argc, char** argv) {
+int fabric_command(int argc, char** argv) {
   Command app(
       "Checks a fabric and shows how its Kawabata curves are approximated; lists published fabrics "
       "and imports result sheets.",
-      "drape-fabric");
+      "drape-simulate fabric");
   CommonOptions common;
   add_common_options(app, common);
   app.fallthrough();
@@ -73,6 +74,8 @@ int main(int argc, char** argv) {
   return run_program(app, argc, argv, common, [&] {
     if (const auto ending = run_library_command(app, library, arguments_of(argc, argv)))
       return finish(*ending, common);
-    return run(file, plot, segments, arguments_of(argc, argv), common);
+    return run_fabric(file, plot, segments, arguments_of(argc, argv), common);
   });
 }
+
+}  // namespace drape::simulate

@@ -9,17 +9,19 @@
 #include "core/program/run_record.hpp"
 #include "core/program/shell_word.hpp"
 #include "core/units.hpp"
+#include "simulate/programs/commands.hpp"
 #include "simulate/programs/foundation.hpp"
 #include "simulate/programs/run_inputs.hpp"
 #include "simulate/start/start_file.hpp"
 #include "simulate/study/split.hpp"
 
+namespace drape::simulate {
+
 namespace fs = std::filesystem;
-using namespace drape;
-using namespace drape::simulate;
-namespace {
 using units::mm;
-struct Arguments {
+
+namespace {
+struct SensitivityArguments {
   fs::path scene, out, reference;
   std::optional<fs::path> fabric, start;
   int grid = 21;
@@ -52,12 +54,13 @@ Ending ending_of(const ErrorSplit& split, const fs::path& out) {
   return ending;
 }
 
-int run(Arguments& args, std::vector<std::string> words, const CommonOptions& common) {
+int run_sensitivity(SensitivityArguments& args, std::vector<std::string> words,
+                    const CommonOptions& common) {
   StepFiles files{{args.out / "sensitivity.json", args.out / "error_split.csv"},
                   {fs::path(args.reference).replace_extension(".json")}};
   if (args.start) files.inputs.push_back(fs::path(*args.start).replace_extension(".json"));
   files = refuse_to_replace(args.scene, args.fabric, files);
-  RunRecord record("drape-sensitivity", std::move(words), args.out / "sensitivity.run.json", files);
+  RunRecord record("drape-simulate", std::move(words), args.out / "sensitivity.run.json", files);
   auto [scene, fabric, print, start] = read_checked(args.scene, args.fabric);
   require_same_drape(args.reference, scene);
   start = read_start_of(args.start.value_or(args.reference), scene, print);
@@ -76,12 +79,12 @@ int run(Arguments& args, std::vector<std::string> words, const CommonOptions& co
 
 }  // namespace
 
-int main(int argc, char** argv) {
+int sensitivity_command(int argc, char** argv) {
   Command app("Says which fabric value and which part of the model the distance comes from.",
-              "drape-sensitivity");
+              "drape-simulate sensitivity");
   CommonOptions common;
   add_common_options(app, common);
-  Arguments args;
+  SensitivityArguments args;
   app.add_option("SCENE", args.scene, "scene.toml")->required();
   app.add_option("--reference", args.reference, "sheet.ply to measure from")->required();
   app.add_option("--start-from", args.start, "sheet.ply that places start and pins; default: it");
@@ -95,5 +98,7 @@ int main(int argc, char** argv) {
   app.add_flag("--only-first-order", args.split.only_first_order, "the base only, no variants");
   app.add_option("--out", args.out, "folder for the two tables")->required();
   return run_program(app, argc, argv, common,
-                     [&] { return run(args, arguments_of(argc, argv), common); });
+                     [&] { return run_sensitivity(args, arguments_of(argc, argv), common); });
 }
+
+}  // namespace drape::simulate

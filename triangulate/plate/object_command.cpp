@@ -11,13 +11,13 @@
 #include "triangulate/plate/ending.hpp"
 #include "triangulate/plate/measured_scene.hpp"
 
+namespace drape::triangulate {
+
 namespace fs = std::filesystem;
-using namespace drape;
-using namespace drape::triangulate;
 
 namespace {
 
-struct Arguments {
+struct ObjectArguments {
   fs::path detections, calibration, scene, scene_out, out;
   std::string set;
   int object = 1;
@@ -27,14 +27,14 @@ struct Arguments {
 
 }  // namespace
 
-int main(int argc, char** argv) {
+int object_command(int argc, char** argv) {
   Command app(
       "Where an object stands, from a set that shows it with its plate of tags and without cloth "
       "(`drape print object-tags`).\nNO-GO where the scene states another place.\n\n"
       "  drape object C/plate.json --calibration calibration.json --set object_C --scene C.toml",
-      "drape-object");
+      "drape-triangulate object");
   CommonOptions common;
-  Arguments given;
+  ObjectArguments given;
   add_common_options(app, common);
   app.add_option("DETECTIONS", given.detections, "detections.json of the plate")->required();
   app.add_option("--calibration", given.calibration, "calibration.json of the rig")->required();
@@ -57,7 +57,8 @@ int main(int argc, char** argv) {
       require_own_scene(given.scene_out);
       files.outputs.push_back(given.scene_out);
     }
-    RunRecord record("drape-object", arguments_of(argc, argv), run_record_path(given.out), files);
+    RunRecord record("drape-triangulate", arguments_of(argc, argv), run_record_path(given.out),
+                     files);
     const Scene scene = read_scene(given.scene);
     const auto index = static_cast<std::size_t>(given.object) - 1;
     if (given.object < 1 || index >= scene.obstacles.size())
@@ -92,3 +93,5 @@ int main(int argc, char** argv) {
     return finish(ending_of(values, plate, name, against), common, record);
   });
 }
+
+}  // namespace drape::triangulate

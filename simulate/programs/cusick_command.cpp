@@ -4,19 +4,19 @@
 #include "core/program/command.hpp"
 #include "core/program/program.hpp"
 #include "core/program/run_record.hpp"
+#include "simulate/programs/commands.hpp"
 #include "simulate/programs/cusick_files.hpp"
 #include "simulate/simulate.hpp"
 
-using namespace drape;
-using namespace drape::simulate;
+namespace drape::simulate {
 
 namespace {
 
-int run(const CusickArguments& arguments, std::vector<std::string> words,
-        const CommonOptions& common) {
+int run_cusick(const CusickArguments& arguments, std::vector<std::string> words,
+               const CommonOptions& common) {
   check(arguments);
   const auto list = arguments.out / "cusick.json";
-  RunRecord record("drape-cusick", std::move(words), run_record_path(list));
+  RunRecord record("drape-simulate", std::move(words), run_record_path(list));
   const Fabric fabric = read_fabric(arguments.fabric);
   for (const auto& file : fabric.files()) record.input(file);
   SimulateReport report;
@@ -33,9 +33,9 @@ int run(const CusickArguments& arguments, std::vector<std::string> words,
 
 }  // namespace
 
-int main(int argc, char** argv) {
+int cusick_command(int argc, char** argv) {
   Command app("Drapes a round specimen of a fabric, held between two discs, from many starts.",
-              "drape-cusick");
+              "drape-simulate cusick");
   CommonOptions common;
   CusickArguments a;
   add_common_options(app, common);
@@ -80,5 +80,7 @@ int main(int argc, char** argv) {
       ->positive()
       ->capture_default_str();
   return run_program(app, argc, argv, common,
-                     [&] { return run(a, arguments_of(argc, argv), common); });
+                     [&] { return run_cusick(a, arguments_of(argc, argv), common); });
 }
+
+}  // namespace drape::simulate

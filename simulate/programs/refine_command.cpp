@@ -1,16 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/program/command.hpp"
 #include "core/program/program.hpp"
+#include "simulate/programs/commands.hpp"
 #include "simulate/programs/refine_run.hpp"
 
-using namespace drape;
-using namespace drape::simulate;
+namespace drape::simulate {
 
-int main(int argc, char** argv) {
+int refine_command(int argc, char** argv) {
   Command app(
       "Carries a drape that rests over to finer grids and states what the grid leaves.\n\n"
-      "  drape refine out/C/simulations/31-5 --scene rigs/bench1/scenes/C.toml --out out/C/refined",
-      "drape-refine");
+      "  drape simulate refine out/C/simulations/31-5 --scene rigs/bench1/scenes/C.toml --out "
+      "out/C/refined",
+      "drape-simulate refine");
   CommonOptions common;
   add_common_options(app, common);
   RefineArguments args;
@@ -28,3 +29,5 @@ int main(int argc, char** argv) {
   return run_program(app, argc, argv, common,
                      [&] { return run_refine(args, arguments_of(argc, argv), common); });
 }
+
+}  // namespace drape::simulate

@@ -11,13 +11,13 @@
 #include "detect/prints/layout.hpp"
 #include "detect/prints/object_tags.hpp"
 
+namespace drape::detect {
+
 namespace fs = std::filesystem;
-using namespace drape;
-using namespace drape::detect;
 
 namespace {
 
-struct Arguments {
+struct PrintArguments {
   fs::path description, out;
   PrintOptions options;
   double plate_size_mm = 80;
@@ -25,20 +25,20 @@ struct Arguments {
   std::string plate_toml;
 };
 
-void add_paper(Command& app, Arguments& given) {
+void add_paper(Command& app, PrintArguments& given) {
   app.add_option("--out", given.out, "PDF to write, with the same page as SVG beside it")
       ->required();
   app.add_option("--paper", given.options.paper,
                  "auto (a4, else a3), a4, a3, letter, or fit: as large as needed");
 }
 
-void add_options(Command& app, Arguments& given, const char* description) {
+void add_options(Command& app, PrintArguments& given, const char* description) {
   app.add_option("FILE", given.description, description)->required();
   add_paper(app, given);
 }
 
 /// Before anything is touched: the record of an earlier plate, too, outlives a refusal.
-PrintedPage make_plate(Arguments& given) {
+PrintedPage make_plate(PrintArguments& given) {
   given.description = fs::path(given.out).replace_extension(".toml");
   const Target plate = object_plate(given.plate_size_mm * units::mm, given.first_id);
   given.plate_toml = object_plate_toml(plate);
@@ -46,7 +46,7 @@ PrintedPage make_plate(Arguments& given) {
   return page_of(plate, given.description.stem().string(), given.options);
 }
 
-int write(const PrintedPage& printed, const Arguments& given, const CommonOptions& common,
+int write(const PrintedPage& printed, const PrintArguments& given, const CommonOptions& common,
           RunRecord& record) {
   const fs::path pdf = fs::path(given.out).replace_extension(".pdf");
   const fs::path svg = fs::path(given.out).replace_extension(".svg");
@@ -68,11 +68,11 @@ int write(const PrintedPage& printed, const Arguments& given, const CommonOption
 
 }  // namespace
 
-int main(int argc, char** argv) {
+int print_command(int argc, char** argv) {
   Command app("Writes the marks of a cloth or a calibration target as an exactly scaled page",
-              "drape-print");
+              "drape-detect print");
   CommonOptions common;
-  Arguments given;
+  PrintArguments given;
   add_common_options(app, common);
   app.require_subcommand(1, 1);
   app.fallthrough();
@@ -88,7 +88,7 @@ int main(int argc, char** argv) {
   return run_program(app, argc, argv, common, [&] {
     PrintedPage printed;
     if (plate->parsed()) printed = make_plate(given);
-    RunRecord record("drape-print", arguments_of(argc, argv), run_record_path(given.out));
+    RunRecord record("drape-detect", arguments_of(argc, argv), run_record_path(given.out));
     if (!plate->parsed()) record.input(given.description);
     if (cloth->parsed()) printed = page_of(read_print(given.description), given.options);
     if (target->parsed())
@@ -97,3 +97,5 @@ int main(int argc, char** argv) {
     return write(printed, given, common, record);
   });
 }
+
+}  // namespace drape::detect

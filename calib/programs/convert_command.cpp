@@ -5,6 +5,7 @@
 #include <filesystem>
 
 #include "calib/exchange/exchange.hpp"
+#include "calib/programs/commands.hpp"
 #include "core/error.hpp"
 #include "core/files/files.hpp"
 #include "core/program/command.hpp"
@@ -12,20 +13,20 @@
 #include "core/program/run_record.hpp"
 #include "core/program/shell_word.hpp"
 
+namespace drape::calib {
+
 namespace fs = std::filesystem;
-using namespace drape;
-using namespace drape::calib;
 
 namespace {
 
-struct Arguments {
+struct ConvertArguments {
   std::vector<fs::path> inputs;
   std::string to, from, rig = "imported";
   fs::path out;
   ExportOptions options;
 };
 
-Ending export_to(const Arguments& given, RunRecord& record) {
+Ending export_to(const ConvertArguments& given, RunRecord& record) {
   if (given.inputs.size() != 1)
     throw usage_error("--to takes one calibration.json", "give one file");
   const ExportResult result = export_calibration(read_calibration(given.inputs[0]),
@@ -48,7 +49,7 @@ Ending export_to(const Arguments& given, RunRecord& record) {
   return ending;
 }
 
-Ending import_from(const Arguments& given) {
+Ending import_from(const ConvertArguments& given) {
   const Calibration calibration =
       import_calibration(given.inputs, exchange_format(given.from), given.rig);
   write_calibration(given.out, calibration);
@@ -63,10 +64,10 @@ Ending import_from(const Arguments& given) {
 
 }  // namespace
 
-int main(int argc, char** argv) {
-  Command app("Writes a calibration for other tools, or reads theirs", "drape-calib-convert");
+int convert_command(int argc, char** argv) {
+  Command app("Writes a calibration for other tools, or reads theirs", "drape-calib convert");
   CommonOptions common;
-  Arguments given;
+  ConvertArguments given;
   add_common_options(app, common);
   app.add_option("INPUT", given.inputs,
                  "calibration.json, or one file of the other tool per camera")
@@ -85,10 +86,12 @@ int main(int argc, char** argv) {
       throw usage_error("--max-refit-px is of --to, --rig of --from", "leave the other one out");
     StepFiles files{{}, given.inputs};
     if (given.to.empty()) files.outputs.push_back(given.out);
-    RunRecord record("drape-calib-convert", arguments_of(argc, argv),
+    RunRecord record("drape-calib", arguments_of(argc, argv),
                      given.to.empty() ? run_record_path(given.out) : given.out / "convert.run.json",
                      files);
     record.option("max_refit_px", fmt::format("{}", given.options.max_refit_px));
     return finish(given.to.empty() ? import_from(given) : export_to(given, record), common, record);
   });
 }
+
+}  // namespace drape::calib

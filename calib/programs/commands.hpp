@@ -1,0 +1,10 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+namespace drape::calib {
+
+// The commands of drape-calib, each with a command line of its own; each returns the exit code.
+int accept_command(int argc, char** argv);
+int convert_command(int argc, char** argv);
+
+}  // namespace drape::calib
