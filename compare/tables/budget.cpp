@@ -172,7 +172,7 @@ void add_measurement(const DrapeInput& input, const Report& report, BudgetInputs
        false, -away_m, away_m});
 }
 
-/// The values of a scene that err, by the names of drape sensitivity.
+/// The values of a scene that err, by the names of drape simulate sensitivity.
 std::vector<std::string> values_of(const Scene& scene) {
   std::vector<std::string> values;
   for (std::size_t i = 0; i < scene.obstacles.size(); ++i) {

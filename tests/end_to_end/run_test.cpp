@@ -233,7 +233,7 @@ TEST(EndToEnd, AnEnsembleSaysWhereTheRealDrapeIsAmongIts) {
   EXPECT_THAT(first.text, testing::Not(HasSubstr("drape run --uncertainty")));
   const fs::path out = bench.folder() / "out";
   // U speaks of the drape that is compared.
-  EXPECT_THAT(drape::read_text(out / "report.html"), HasSubstr("\ndrape-sensitivity "));
+  EXPECT_THAT(drape::read_text(out / "report.html"), HasSubstr("\ndrape-simulate sensitivity "));
   const auto split = drape::parse_json(drape::read_text(out / "C/sensitivity/sensitivity.json"));
   EXPECT_THAT(first.text, ContainsRegex(fmt::format("11x11 +1 +{:.3f} ",
                                                     split["mean_distance_mm"].get<double>())));

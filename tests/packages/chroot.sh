@@ -37,8 +37,8 @@ for command in "drape help" "drape-simulate /usr/share/none.toml --out /tmp/none
 done
 mount -t proc proc "$root/proc"
 in_root drape --version
-in_root drape-fabric show matsudaira-A --out /root/fabric --quiet
-in_root drape-cusick /root/fabric/fabric.toml --spacing-mm 15 --out /root/cusick --quiet
+in_root drape-simulate fabric show matsudaira-A --out /root/fabric --quiet
+in_root drape-simulate cusick /root/fabric/fabric.toml --spacing-mm 15 --out /root/cusick --quiet
 
 in_root sh -c 'apt-get install -y -qq --no-install-recommends /opt/debs/*.deb' >"$work/all.log" 2>&1
 in_root cp -r /usr/share/drapebench/rigs/bench1 /root/bench1
