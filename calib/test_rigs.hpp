@@ -7,6 +7,7 @@
 #include <random>
 
 #include "calib/joint/model.hpp"
+#include "core/geometry/vectors.hpp"
 #include "core/units.hpp"
 
 namespace drape::test {

@@ -164,8 +164,9 @@ TEST(KnownAnswers, NearestSurfaceIsWhatTryingEveryTriangleGives) {
     double best = 1;
     for (const auto& [a, b, c] : mesh.triangles) {
       best = std::min(
-          best, (nearest_on_triangle(point, mesh.points[a], mesh.points[b], mesh.points[c]) - point)
-                    .norm());
+          best,
+          (nearest_on_triangle(point, mesh.points[a], mesh.points[b], mesh.points[c]).point - point)
+              .norm());
     }
     EXPECT_NEAR(tree.distance_m(point), best, 1e-15);
   }

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/camera_derivatives.hpp"
 
-#include <Eigen/Geometry>
 #include <cmath>
 
+#include "core/geometry/vectors.hpp"
 #include "core/units.hpp"
 
 namespace drape {
@@ -41,12 +41,6 @@ Matrix2X lens_columns(const TsaiLens& lens, const Vector3d& point, const Project
   return d;
 }
 
-Eigen::Matrix3d cross(const Vector3d& v) {
-  Eigen::Matrix3d m;
-  m << 0, -v.z(), v.y(), v.z(), 0, -v.x(), -v.y(), v.x(), 0;
-  return m;
-}
-
 }  // namespace
 
 std::optional<Matrix2X> d_px_d_lens(const CameraModel& model, const Vector3d& point_in_camera) {
@@ -58,7 +52,7 @@ std::optional<Matrix2X> d_px_d_lens(const CameraModel& model, const Vector3d& po
 
 Eigen::Matrix3d left_jacobian(const Vector3d& rotation_vector) {
   const double angle = rotation_vector.norm();
-  const Eigen::Matrix3d k = cross(rotation_vector);
+  const Eigen::Matrix3d k = cross_matrix(rotation_vector);
   // Below 1e-4 rad the closed forms cancel and the series' next terms are under 1e-9.
   const double first = angle < 1e-4 ? 0.5 : (1 - std::cos(angle)) / (angle * angle);
   const double second =
@@ -72,9 +66,10 @@ std::optional<Matrix2X> d_px_d_parameters(const Camera& camera, const Vector3d& 
   const std::optional<Matrix2X> lens = d_px_d_lens(camera.model, point);
   if (!lens) return std::nullopt;
   const auto by_point = project(camera.model, point)->d_px_d_point;
-  const Eigen::AngleAxisd turn(camera.cam_from_world.rotation);
   Matrix2X all(2, lens->cols() + 6);
-  all << *lens, -by_point * cross(rotated) * left_jacobian(turn.angle() * turn.axis()),
+  all << *lens,
+      -by_point * cross_matrix(rotated) *
+          left_jacobian(rotation_vector(camera.cam_from_world.rotation)),
       by_point * mm;
   return all;
 }

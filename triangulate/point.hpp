@@ -7,6 +7,8 @@
 
 #include "core/calibration.hpp"
 
+#include "core/geometry/point.hpp"
+
 namespace drape::triangulate {
 
 /// Derivative of a pixel by unknowns common to all views of a mark, each scaled to a standard
@@ -29,13 +31,6 @@ struct View {
   /// Absent: cameras calibrated apart, each with its own covariance.
   const InJointCovariance* joint = nullptr;
   SharedUnknowns shape_px = SharedUnknowns(2, 0);  ///< of the dot's shape, see dot_shape.hpp
-};
-
-enum class PointStatus {
-  good,
-  not_observable,  ///< fewer than two views, or the rays are too parallel
-  not_converged,
-  behind_a_camera,  ///< or beyond the range of its lens model
 };
 
 struct Point {

@@ -10,8 +10,9 @@
 #include <optional>
 
 #include "calib/acceptance/draws.hpp"
-#include "calib/dense/decompositions.hpp"
 #include "core/camera_derivatives.hpp"
+#include "core/geometry/dense.hpp"
+#include "core/geometry/vectors.hpp"
 #include "core/units.hpp"
 
 namespace drape::calib {
@@ -23,12 +24,6 @@ using Eigen::MatrixXd;
 using Eigen::Vector3d;
 using Eigen::VectorXd;
 using units::mm;
-
-Matrix3d cross(const Vector3d& v) {
-  Matrix3d m;
-  m << 0, -v.z(), v.y(), v.z(), 0, -v.x(), -v.y(), v.x(), 0;
-  return m;
-}
 
 /// Unknowns after the position's own pose: the calibration's error in units of its root, that of
 /// the plate's size and of its two bows in units of their uncertainties where these are stated, the
@@ -80,7 +75,7 @@ std::optional<Evidence> evidence_of(const Position& position, const Detections& 
         const Eigen::Matrix<double, 2, 3> by_camera = whiten * image->d_px_d_point;
         const Eigen::Matrix<double, 2, 3> by_world = by_camera * camera.cam_from_world.rotation;
         auto row = d.middleRows<2>(at);
-        row.leftCols<3>() = -by_world * cross(turned);
+        row.leftCols<3>() = -by_world * cross_matrix(turned);
         row.middleCols<3>(3) = by_world * mm;
         if (root.cols() > 0)
           row.middleCols(kPose, root.cols()) =
@@ -95,7 +90,7 @@ std::optional<Evidence> evidence_of(const Position& position, const Detections& 
         if (unknowns.plate.has_bow())
           row.middleCols<2>(kPose + unknowns.calibration - 2) =
               by_bow * unknowns.plate.bow_mm.asDiagonal();
-        row.middleCols<3>(kPose + unknowns.camera(c)) = -by_camera * cross(in_camera);
+        row.middleCols<3>(kPose + unknowns.camera(c)) = -by_camera * cross_matrix(in_camera);
         row.middleCols<3>(kPose + unknowns.camera(c) + 3) = by_camera * mm;
         residuals.segment<2>(at) = whiten * (seen.centre_px - image->px);
         at += 2;

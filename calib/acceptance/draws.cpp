@@ -8,7 +8,7 @@
 #include <random>
 #include <utility>
 
-#include "calib/dense/decompositions.hpp"
+#include "core/geometry/dense.hpp"
 #include "core/statistics/distributions.hpp"
 #include "core/statistics/sample.hpp"
 

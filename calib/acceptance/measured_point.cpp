@@ -1,19 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "calib/acceptance/measured_point.hpp"
 
-#include <Eigen/Cholesky>
-#include <Eigen/LU>
 #include <vector>
 
 #include "core/camera_derivatives.hpp"
+#include "core/geometry/point.hpp"
 #include "core/units.hpp"
 
 namespace drape::calib {
 namespace {
 
 using Eigen::Index;
-using Eigen::Matrix3d;
-using Eigen::Vector3d;
 
 struct Seen {
   const Camera* camera = nullptr;
@@ -21,52 +18,24 @@ struct Seen {
   const Detection* detection = nullptr;
 };
 
-/// The point nearest to all rays.
-std::optional<Vector3d> nearest_to_rays(const std::vector<Seen>& views) {
-  Matrix3d sum = Matrix3d::Zero();
-  Vector3d right = Vector3d::Zero();
-  for (const Seen& view : views) {
-    const auto in_camera = unproject(view.camera->model, view.detection->centre_px);
-    if (!in_camera) return std::nullopt;
-    const Vector3d ray = view.camera->cam_from_world.rotation.transpose() * *in_camera;
-    const Matrix3d across = Matrix3d::Identity() - ray * ray.transpose();
-    sum += across;
-    right += across * centre_in_world(*view.camera);
-  }
-  const Eigen::LDLT<Matrix3d> factor(sum);
-  // Two rays closer than about 2 degrees do not meet in a point.
-  if (!(factor.vectorD().minCoeff() > 1e-3)) return std::nullopt;
-  return factor.solve(right);
-}
-
 std::optional<MeasuredPoint> point_from(const std::vector<Seen>& views, Index parameters) {
-  auto point = nearest_to_rays(views);
-  if (!point) return std::nullopt;
-  Matrix3d information;
-  Eigen::Matrix3Xd pulled;
-  for (int round = 0; round < 6; ++round) {
-    information.setZero();
-    pulled = Eigen::Matrix3Xd::Zero(3, parameters);
-    Vector3d step = Vector3d::Zero();
-    for (const Seen& view : views) {
-      const auto image = project(view.camera->model, view.camera->cam_from_world * *point);
-      const auto by_parameters = d_px_d_parameters(*view.camera, *point);
-      if (!image || !by_parameters) return std::nullopt;
-      const Eigen::Matrix<double, 2, 3> d =
-          image->d_px_d_point * view.camera->cam_from_world.rotation * units::mm;
-      const Eigen::Matrix2d weight = view.detection->covariance_px2.inverse();
-      information += d.transpose() * weight * d;
-      step += d.transpose() * weight * (view.detection->centre_px - image->px);
-      pulled.middleCols(view.parameters_at, by_parameters->cols()) =
-          -d.transpose() * weight * *by_parameters;
-    }
-    const Vector3d moved_mm = information.ldlt().solve(step);
-    *point += moved_mm * units::mm;
-    if (moved_mm.norm() < 1e-9) break;
+  constexpr double kLeastAngle = 2 * units::deg;
+  std::vector<PixelView> pixels;
+  for (const Seen& view : views)
+    pixels.push_back({view.camera, view.detection->centre_px, view.detection->covariance_px2});
+  const PointFit fit = fit_point(pixels, kLeastAngle);
+  if (fit.status != PointStatus::good) return std::nullopt;
+  MeasuredPoint point{
+      fit.in_world / units::mm,
+      fit.by_pixels * fit.covariance_px2 * fit.by_pixels.transpose() / (units::mm * units::mm),
+      Eigen::Matrix3Xd::Zero(3, parameters)};
+  for (std::size_t i = 0; i < views.size(); ++i) {
+    const auto by_parameters = d_px_d_parameters(*views[i].camera, fit.in_world);
+    if (!by_parameters) return std::nullopt;
+    point.by_calibration_mm.middleCols(views[i].parameters_at, by_parameters->cols()) =
+        -fit.by_pixels.middleCols<2>(2 * static_cast<Index>(i)) * *by_parameters / units::mm;
   }
-  const Matrix3d noise = information.inverse();
-  if (!noise.allFinite()) return std::nullopt;
-  return MeasuredPoint{*point / units::mm, noise, noise * pulled};
+  return point;
 }
 
 }  // namespace

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "calib/acceptance/positions.hpp"
 
-#include <Eigen/Geometry>
 #include <algorithm>
 #include <optional>
 #include <utility>
 
 #include "core/dot_image.hpp"
+#include "core/geometry/rigid_motion.hpp"
 #include "core/units.hpp"
 
 namespace drape::calib {
@@ -68,9 +68,10 @@ std::vector<Position> positions_of(const Detections& detections, const Calibrati
       flat.col(i) = plate.point(mark);
       seen.col(i++) = point.in_world_mm * mm;
     }
-    const Eigen::Matrix4d pose = Eigen::umeyama(flat, seen, false);
-    position.pose = {pose.topLeftCorner<3, 3>(), pose.topRightCorner<3, 1>()};
-    if (pose.allFinite()) positions.push_back(std::move(position));
+    const auto pose = pose_from_points<frame::World, frame::Target>(flat, seen);
+    if (!pose) continue;
+    position.pose = *pose;
+    positions.push_back(std::move(position));
   }
   return positions;
 }

@@ -9,8 +9,8 @@
 #include <optional>
 
 #include "calib/acceptance/figures.hpp"
-#include "calib/dense/decompositions.hpp"
 #include "core/dot_image.hpp"
+#include "core/geometry/dense.hpp"
 #include "core/units.hpp"
 
 namespace drape::calib {

@@ -8,10 +8,11 @@
 #include <algorithm>
 #include <cmath>
 
-#include "calib/dense/decompositions.hpp"
 #include "calib/joint/model.hpp"
 #include "core/camera_derivatives.hpp"
 #include "core/error.hpp"
+#include "core/geometry/dense.hpp"
+#include "core/geometry/vectors.hpp"
 #include "core/statistics/distributions.hpp"
 #include "core/units.hpp"
 

@@ -10,6 +10,7 @@
 #include "calib/programs/drift_ending.hpp"
 #include "calib/test_rigs.hpp"
 #include "core/error.hpp"
+#include "core/geometry/vectors.hpp"
 #include "core/units.hpp"
 #include "tests/support/trials.hpp"
 

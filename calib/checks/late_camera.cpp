@@ -6,7 +6,7 @@
 #include <utility>
 #include <vector>
 
-#include "calib/dense/decompositions.hpp"
+#include "core/geometry/dense.hpp"
 #include "core/units.hpp"
 
 namespace drape::calib {

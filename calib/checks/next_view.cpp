@@ -9,6 +9,7 @@
 
 #include "calib/joint.hpp"
 #include "calib/joint/covariance.hpp"
+#include "core/geometry/vectors.hpp"
 #include "core/units.hpp"
 
 namespace drape::calib {

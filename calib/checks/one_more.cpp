@@ -3,7 +3,7 @@
 
 #include <cmath>
 
-#include "calib/dense/decompositions.hpp"
+#include "core/geometry/dense.hpp"
 #include "core/statistics/distributions.hpp"
 
 namespace drape::calib {

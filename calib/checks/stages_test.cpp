@@ -10,6 +10,7 @@
 #include "calib/test_rigs.hpp"
 #include "calib/test_targets.hpp"
 #include "core/error.hpp"
+#include "core/geometry/vectors.hpp"
 #include "core/units.hpp"
 
 namespace drape::calib {

@@ -21,17 +21,6 @@ ExchangeFormat exchange_format(const std::string& name) {
                     "give opencv, kalibr, colmap or mrcal");
 }
 
-Eigen::Vector3d rotation_vector(const Eigen::Matrix3d& rotation) {
-  const Eigen::AngleAxisd turn(rotation);
-  return turn.angle() * turn.axis();
-}
-
-Eigen::Matrix3d rotation_of(const Eigen::Vector3d& vector) {
-  const double angle = vector.norm();
-  if (angle == 0) return Eigen::Matrix3d::Identity();
-  return Eigen::AngleAxisd(angle, vector / angle).toRotationMatrix();
-}
-
 ExportResult export_calibration(const Calibration& calibration, ExchangeFormat format,
                                 const ExportOptions& options) {
   if (calibration.no_go)

@@ -16,10 +16,6 @@ struct BrownCamera {
   CamFromWorld cam_from_world;
 };
 
-/// Rotation vector: axis times angle, rad.
-[[nodiscard]] Eigen::Vector3d rotation_vector(const Eigen::Matrix3d& rotation);
-[[nodiscard]] Eigen::Matrix3d rotation_of(const Eigen::Vector3d& rotation_vector);
-
 [[nodiscard]] std::vector<ExportedFile> opencv_files(const std::vector<BrownCamera>& cameras);
 [[nodiscard]] std::vector<ExportedFile> kalibr_files(const std::vector<BrownCamera>& cameras);
 [[nodiscard]] std::vector<ExportedFile> colmap_files(const std::vector<BrownCamera>& cameras);

@@ -7,6 +7,7 @@
 #include "calib/exchange/formats.hpp"
 #include "core/error.hpp"
 #include "core/files/files.hpp"
+#include "core/geometry/vectors.hpp"
 
 namespace drape::calib {
 namespace {
@@ -123,7 +124,7 @@ Camera camera_of_mrcal(const fs::path& file) {
   camera.model.height_px = static_cast<int>(size[1]);
   // Newer versions call the pose rt_cam_ref.
   const auto pose = model.list(model.has("rt_cam_ref") ? "rt_cam_ref" : "extrinsics", 6);
-  camera.cam_from_world.rotation = rotation_of({pose[0], pose[1], pose[2]});
+  camera.cam_from_world.rotation = rotation_about({pose[0], pose[1], pose[2]});
   camera.cam_from_world.translation_m = {pose[3], pose[4], pose[5]};
   return camera;
 }

@@ -6,6 +6,7 @@
 #include "calib/exchange/formats.hpp"
 #include "core/error.hpp"
 #include "core/files/files.hpp"
+#include "core/geometry/vectors.hpp"
 
 namespace drape::calib {
 namespace {
@@ -111,7 +112,7 @@ CamFromWorld pose_of(const Storage& storage, const fs::path& file) {
   if (matrix.size() == 9) {
     pose.rotation = Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(matrix.data());
   } else {
-    pose.rotation = rotation_of({vector[0], vector[1], vector[2]});
+    pose.rotation = rotation_about({vector[0], vector[1], vector[2]});
   }
   return pose;
 }

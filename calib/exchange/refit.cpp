@@ -2,10 +2,10 @@
 #include <algorithm>
 #include <cmath>
 
-#include "calib/dense/decompositions.hpp"
 #include "calib/exchange/exchange.hpp"
 #include "core/camera_derivatives.hpp"
 #include "core/error.hpp"
+#include "core/geometry/dense.hpp"
 
 namespace drape::calib {
 namespace {

@@ -4,9 +4,10 @@
 #include <Eigen/Geometry>
 #include <Eigen/LU>
 
-#include "calib/dense/decompositions.hpp"
 #include "core/camera_derivatives.hpp"
 #include "core/error.hpp"
+#include "core/geometry/dense.hpp"
+#include "core/geometry/vectors.hpp"
 #include "core/units.hpp"
 
 namespace drape::calib {
@@ -27,8 +28,8 @@ Index file_index(int parameter) {
 MatrixXd to_file(const JointModel& model, const std::vector<int>& moved, Index size) {
   MatrixXd map = MatrixXd::Zero(kFileParameters * static_cast<Index>(model.cameras.size()), size);
   for (std::size_t c = 0; c < model.cameras.size(); ++c) {
-    const Eigen::AngleAxisd turn(model.cameras[c].camera.cam_from_world.rotation);
-    const Eigen::Matrix3d to_vector = left_jacobian(turn.angle() * turn.axis()).inverse();
+    const Eigen::Matrix3d to_vector =
+        left_jacobian(rotation_vector(model.cameras[c].camera.cam_from_world.rotation)).inverse();
     for (std::size_t i = 0; i < moved.size(); ++i) {
       const Index column = static_cast<Index>(c * moved.size() + i);
       const Index row = file_index(moved[i]);
@@ -69,12 +70,11 @@ Eigen::VectorXd file_difference(const JointModel& a, const JointModel& b) {
                &two = std::get<BrownLens>(b.cameras[c].camera.model.lens);
     const CamFromWorld &from = b.cameras[c].camera.cam_from_world,
                        &to = a.cameras[c].camera.cam_from_world;
-    const Eigen::AngleAxisd at(from.rotation), turn(to.rotation * from.rotation.transpose());
+    const Eigen::Vector3d turn = rotation_vector(to.rotation * from.rotation.transpose());
     auto part = difference.segment<kFileParameters>(kFileParameters * static_cast<Index>(c));
     part << one.fx_px - two.fx_px, one.fy_px - two.fy_px, one.cx_px - two.cx_px,
         one.cy_px - two.cy_px, one.k1 - two.k1, one.k2 - two.k2, one.p1 - two.p1, one.p2 - two.p2,
-        one.k3 - two.k3,
-        left_jacobian(at.angle() * at.axis()).inverse() * (turn.angle() * turn.axis()),
+        one.k3 - two.k3, left_jacobian(rotation_vector(from.rotation)).inverse() * turn,
         (to.translation_m - from.translation_m) / units::mm;
   }
   return difference;

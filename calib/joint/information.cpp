@@ -2,8 +2,9 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 
-#include "calib/dense/decompositions.hpp"
 #include "calib/joint/solve.hpp"
+
+#include "core/geometry/dense.hpp"
 
 namespace drape::calib {
 namespace {

@@ -6,6 +6,7 @@
 #include <Eigen/LU>
 
 #include "core/camera_derivatives.hpp"
+#include "core/geometry/vectors.hpp"
 #include "core/units.hpp"
 
 namespace drape::calib {
@@ -16,12 +17,6 @@ using Eigen::Matrix3d;
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 using units::mm;
-
-Matrix3d cross(const Vector3d& v) {
-  Matrix3d m;
-  m << 0, -v.z(), v.y(), v.z(), 0, -v.x(), -v.y(), v.x(), 0;
-  return m;
-}
 
 const BrownLens& lens_of(const JointCamera& camera) {
   return std::get<BrownLens>(camera.camera.model.lens);
@@ -85,10 +80,10 @@ std::optional<TargetImage> image_of(const JointCamera& camera, const Placement& 
   out.by_camera(0, 1) = 0;
   out.by_camera(0, 3) = 0;
   out.by_camera.col(9) = Vector2d((image->px.y() - lens.cy_px) / lens.fy_px, 0);
-  out.by_camera.middleCols<3>(lens_parameters) = -by_point * cross(rotated);
+  out.by_camera.middleCols<3>(lens_parameters) = -by_point * cross_matrix(rotated);
   out.by_camera.rightCols<3>() = by_point * mm;
   const Eigen::Matrix<double, 2, 3> by_world = by_point * cam_from_world.rotation;
-  out.by_placement.leftCols<3>() = -by_world * cross(turned);
+  out.by_placement.leftCols<3>() = -by_world * cross_matrix(turned);
   out.by_placement.rightCols<3>() = by_world * mm;
   out.by_bow =
       by_world * world_from_target.rotation.col(2) * mm * bow.shape(point_in_target).transpose();
@@ -97,12 +92,6 @@ std::optional<TargetImage> image_of(const JointCamera& camera, const Placement& 
 
 Matrix2d whitener(const Matrix2d& covariance_px2) {
   return Matrix2d(covariance_px2.llt().matrixL()).inverse();
-}
-
-Matrix3d rotation_about(const Vector3d& turn) {
-  const double angle = turn.norm();
-  return angle > 0 ? Eigen::AngleAxisd(angle, turn / angle).toRotationMatrix()
-                   : Matrix3d::Identity();
 }
 
 JointCamera moved(const JointCamera& camera, const double* p) {

@@ -95,9 +95,6 @@ struct TargetImage {
 /// W with W'W the inverse of the covariance.
 [[nodiscard]] Eigen::Matrix2d whitener(const Eigen::Matrix2d& covariance_px2);
 
-/// Rotation by the vector's length about its direction (rad).
-[[nodiscard]] Eigen::Matrix3d rotation_about(const Eigen::Vector3d& turn);
-
 /// Moves a camera (placement) by parameters as listed above; `p` holds all of them, turns are
 /// relative to the argument's rotation.
 [[nodiscard]] JointCamera moved(const JointCamera& camera, const double* p);

@@ -12,6 +12,7 @@
 #include "calib/test_rigs.hpp"
 #include "calib/test_targets.hpp"
 #include "core/error.hpp"
+#include "core/geometry/vectors.hpp"
 
 namespace drape::calib {
 namespace {

@@ -11,6 +11,7 @@
 #include "calib/test_real_boards.hpp"
 #include "calib/test_rigs.hpp"
 #include "core/error.hpp"
+#include "core/geometry/vectors.hpp"
 #include "core/units.hpp"
 #include "tests/support/trials.hpp"
 

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "calib/dense/decompositions.hpp"
+#include "core/geometry/dense.hpp"
 #include "core/statistics/distributions.hpp"
 
 namespace drape::calib {

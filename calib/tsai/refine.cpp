@@ -10,6 +10,7 @@
 #include <array>
 
 #include "core/camera_derivatives.hpp"
+#include "core/geometry/vectors.hpp"
 #include "core/units.hpp"
 
 namespace drape::calib {
@@ -26,11 +27,6 @@ using units::mm;
 constexpr int kParameters = 11;
 enum Index { focal, kappa, cx, cy, scale, turn, translation = 8, tz = 10 };
 using Parameters = std::array<double, kParameters>;
-
-Matrix3d rotation_of(const Vector3d& w) {
-  const double angle = w.norm();
-  return angle > 0 ? Eigen::AngleAxisd(angle, w / angle).toRotationMatrix() : Matrix3d::Identity();
-}
 
 Parameters parameters_of(const Camera& camera) {
   const auto& lens = std::get<TsaiLens>(camera.model.lens);
@@ -57,7 +53,7 @@ Camera camera_of(const Camera& start, const double* p) {
   lens.cy_px = p[cy];
   lens.scale_x = p[scale];
   camera.cam_from_world.rotation =
-      rotation_of(Eigen::Map<const Vector3d>(p + turn)) * start.cam_from_world.rotation;
+      rotation_about(Eigen::Map<const Vector3d>(p + turn)) * start.cam_from_world.rotation;
   camera.cam_from_world.translation_m = Eigen::Map<const Vector3d>(p + translation) * mm;
   return camera;
 }

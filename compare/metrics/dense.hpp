@@ -3,10 +3,11 @@
 
 #include <Eigen/Core>
 #include <array>
-#include <memory>
 #include <vector>
 
 #include "core/sheet.hpp"
+
+#include "core/geometry/triangle_tree.hpp"
 
 namespace drape::compare {
 
@@ -24,23 +25,13 @@ class NearestSurface {
  public:
   /// Throws Error(bad_input) without a triangle.
   explicit NearestSurface(const TriangleMesh& mesh);
-  ~NearestSurface();
-  NearestSurface(const NearestSurface&) = delete;
-  NearestSurface& operator=(const NearestSurface&) = delete;
 
   [[nodiscard]] double distance_m(const Eigen::Vector3d& point) const;
   [[nodiscard]] Eigen::Vector3d nearest(const Eigen::Vector3d& point) const;
 
  private:
-  struct Tree;
-  std::unique_ptr<Tree> tree_;
+  TriangleTree tree_;
 };
-
-/// Nearest point of the triangle a, b, c (Ericson, Real-Time Collision Detection, 2005, 5.1.5).
-[[nodiscard]] Eigen::Vector3d nearest_on_triangle(const Eigen::Vector3d& point,
-                                                  const Eigen::Vector3d& a,
-                                                  const Eigen::Vector3d& b,
-                                                  const Eigen::Vector3d& c);
 
 /// Distances from one surface to another, in one direction.
 struct OneDirection {

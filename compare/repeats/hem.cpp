@@ -11,6 +11,7 @@
 #include <numeric>
 
 #include "core/error.hpp"
+#include "core/geometry/vectors.hpp"
 #include "core/units.hpp"
 
 namespace drape::compare {
@@ -21,10 +22,6 @@ using units::mm;
 
 constexpr double kTurn = 2 * std::numbers::pi;
 constexpr int kRaysCompared = 72;
-
-double cross(const Vector2d& a, const Vector2d& b) {
-  return a.x() * b.y() - a.y() * b.x();
-}
 
 double disc_area(double diameter) {
   return std::numbers::pi / 4 * diameter * diameter;

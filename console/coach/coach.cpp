@@ -13,6 +13,9 @@
 #include "core/camera_derivatives.hpp"
 #include "core/dot_image.hpp"
 #include "core/error.hpp"
+#include "core/geometry/point.hpp"
+#include "core/geometry/rigid_motion.hpp"
+#include "core/geometry/vectors.hpp"
 #include "core/units.hpp"
 
 namespace drape::console {
@@ -35,29 +38,6 @@ std::optional<Projection> seen(const Camera& camera, const Vector3d& point_in_wo
       image->px.y() > camera.model.height_px - 1)
     return std::nullopt;
   return image;
-}
-
-/// The point nearest to all rays, in the sense of least squares.
-struct Rays {
-  Matrix3d normal = Matrix3d::Zero();
-  Vector3d right = Vector3d::Zero();
-  int count = 0;
-
-  void add(const Camera& camera, const Vector2d& px) {
-    const auto ray = unproject(camera.model, px);
-    if (!ray) return;
-    const Vector3d along = camera.cam_from_world.rotation.transpose() * *ray;
-    const Matrix3d across = Matrix3d::Identity() - along * along.transpose();
-    normal += across;
-    right += across * centre_in_world(camera);
-    ++count;
-  }
-};
-
-Matrix3d cross_matrix(const Vector3d& v) {
-  Matrix3d m;
-  m << 0, -v.z(), v.y(), v.z(), 0, -v.x(), -v.y(), v.x(), 0;
-  return m;
 }
 
 /// What of the displacements (three rows a point, any columns) moves all points as one body.
@@ -93,28 +73,30 @@ Vector2d centre_px(const Camera& camera, const Target& target,
 std::optional<MeasuredTarget> measure_with(const Calibration& calibration, const Target& target,
                                            const std::vector<FrameDetections>& frames,
                                            const std::optional<WorldFromTarget>& pose) {
-  std::map<MarkId, Rays> rays;
+  std::map<MarkId, std::vector<Ray>> rays;
   for (const FrameDetections& frame : frames) {
     const auto found =
         std::find_if(calibration.cameras.begin(), calibration.cameras.end(),
                      [&](const CalibratedCamera& c) { return c.camera.name == frame.camera; });
     if (found == calibration.cameras.end()) continue;
     for (const Detection& dot : frame.detections)
-      rays[dot.mark].add(found->camera, centre_px(found->camera, target, pose, dot));
+      if (const auto ray = ray_of(found->camera, centre_px(found->camera, target, pose, dot)))
+        rays[dot.mark].push_back(*ray);
   }
   MeasuredTarget result;
   Eigen::Matrix3Xd drawn(3, rays.size()), measured(3, rays.size());
-  for (const auto& [mark, of] : rays) {
-    if (of.count < 2) continue;
+  for (const auto& [mark, seen_along] : rays) {
+    const auto point = nearest_to_rays(seen_along);
+    if (!point) continue;
     drawn.col(result.points) = target.point_in_target(mark);
-    measured.col(result.points++) = of.normal.ldlt().solve(of.right);
+    measured.col(result.points++) = *point;
   }
   if (result.points < kLeastPoints) return std::nullopt;
   drawn.conservativeResize(3, result.points);
   measured.conservativeResize(3, result.points);
-  const Eigen::Matrix4d move = Eigen::umeyama(drawn, measured, false);
-  result.world_from_target.rotation = move.topLeftCorner<3, 3>();
-  result.world_from_target.translation_m = move.topRightCorner<3, 1>();
+  const auto pose_of_points = pose_from_points<frame::World, frame::Target>(drawn, measured);
+  if (!pose_of_points) return std::nullopt;
+  result.world_from_target = *pose_of_points;
   double sum = 0;
   for (Index k = 0; k < measured.cols(); ++k) {
     sum += (result.world_from_target * Vector3d(drawn.col(k)) - measured.col(k)).squaredNorm();

@@ -7,6 +7,8 @@
 #include <numbers>
 #include <vector>
 
+#include "core/geometry/vectors.hpp"
+
 namespace drape::simulate {
 namespace {
 
@@ -18,10 +20,6 @@ constexpr double kUpright = 1e-9;
 
 Vector2d seen(const Field& x, int i) {
   return {x[i], x[x.size() / 3 + i]};
-}
-
-double cross(const Vector2d& a, const Vector2d& b) {
-  return a.x() * b.y() - a.y() * b.x();
 }
 
 /// Squares whose middle is covered.

@@ -46,7 +46,7 @@ Surroundings blade(double length_m) {
                                    {w, y + w, -depth},
                                    {-w, y + w, -depth},
                                    {0, -y, 0}};
-  std::vector<TriangleMesh::Triangle> faces = {{0, 2, 1}, {0, 3, 2}};
+  std::vector<ClosedMesh::Triangle> faces = {{0, 2, 1}, {0, 3, 2}};
   if (length_m > 0) {
     corners.emplace_back(0, y, 0);
     faces.insert(faces.end(), {{0, 1, 4}, {1, 2, 5}, {1, 5, 4}, {2, 3, 5}, {3, 0, 4}, {3, 4, 5}});
@@ -54,7 +54,7 @@ Surroundings blade(double length_m) {
     faces.insert(faces.end(), {{0, 1, 4}, {1, 2, 4}, {2, 3, 4}, {3, 0, 4}});
   }
   Surroundings solids;
-  solids.add(PlacedMesh{std::make_shared<const TriangleMesh>(corners, faces, "blade"), {}});
+  solids.add(PlacedMesh{std::make_shared<const ClosedMesh>(corners, faces, "blade"), {}});
   return solids;
 }
 

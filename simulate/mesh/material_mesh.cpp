@@ -10,6 +10,7 @@
 #include <numbers>
 
 #include "core/error.hpp"
+#include "core/geometry/vectors.hpp"
 #include "core/statistics/random.hpp"
 #include "core/units.hpp"
 
@@ -22,17 +23,6 @@ constexpr double kNear = 0.6;    // of the spacing: inner points keep so far fro
 constexpr double kSame = 1e-6;   // of the spacing: two points that are one
 constexpr double kExact = 1e-6;  // of area and border: a mesh that is its outline's
 constexpr double kThin = 1e-9;   // of the squared longest side: a triangle without area
-
-double cross(const Vector2d& a, const Vector2d& b) {
-  return a.x() * b.y() - a.y() * b.x();
-}
-
-double signed_area(const Polygon& polygon) {
-  double sum = 0;
-  for (std::size_t i = 0; i < polygon.size(); ++i)
-    sum += cross(polygon[i], polygon[(i + 1) % polygon.size()]) / 2;
-  return sum;
-}
 
 double length_of(const Polygon& polygon) {
   double sum = 0;

@@ -153,7 +153,7 @@ Surroundings::Surroundings(const Scene& scene) {
 }
 
 void Surroundings::add(const MeshObject& object) {
-  add(PlacedMesh{std::make_shared<const TriangleMesh>(TriangleMesh::read(object.file)),
+  add(PlacedMesh{std::make_shared<const ClosedMesh>(ClosedMesh::read(object.file)),
                  object.world_from_mesh});
 }
 

@@ -8,7 +8,8 @@
 #include <vector>
 
 #include "core/scene.hpp"
-#include "simulate/objects/triangle_mesh.hpp"
+
+#include "core/geometry/closed_mesh.hpp"
 
 namespace drape::simulate {
 
@@ -19,7 +20,7 @@ struct Table {
 
 /// A closed mesh placed in the world.
 struct PlacedMesh {
-  std::shared_ptr<const TriangleMesh> mesh;
+  std::shared_ptr<const ClosedMesh> mesh;
   WorldFromObject world_from_mesh;
 };
 

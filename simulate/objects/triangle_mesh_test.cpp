@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "simulate/objects/triangle_mesh.hpp"
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
@@ -9,6 +8,7 @@
 
 #include "core/error.hpp"
 #include "core/files/files.hpp"
+#include "core/geometry/closed_mesh.hpp"
 #include "simulate/objects/surroundings.hpp"
 #include "tests/support/paths.hpp"
 
@@ -60,11 +60,11 @@ TEST(TriangleMesh, OpenAndInvertedMeshesAreRefused) {
   const test::TemporaryFolder folder;
   const std::string cube = kCube;
   write_durable(folder.path() / "open.obj", cube.substr(0, cube.find("f 4 1 5 8")));
-  EXPECT_THROW((void)TriangleMesh::read(folder.path() / "open.obj"), Error);
+  EXPECT_THROW((void)ClosedMesh::read(folder.path() / "open.obj"), Error);
   write_durable(folder.path() / "lost.obj", cube + "f 1 2 99\n");
-  EXPECT_THROW((void)TriangleMesh::read(folder.path() / "lost.obj"), Error);
+  EXPECT_THROW((void)ClosedMesh::read(folder.path() / "lost.obj"), Error);
   write_durable(folder.path() / "cube.stl", cube);
-  EXPECT_THROW((void)TriangleMesh::read(folder.path() / "cube.stl"), Error);
+  EXPECT_THROW((void)ClosedMesh::read(folder.path() / "cube.stl"), Error);
 }
 
 TEST(TriangleMesh, AMeshInAnotherUnitIsRefusedWithTheLikelyOne) {
@@ -79,14 +79,14 @@ TEST(TriangleMesh, AMeshInAnotherUnitIsRefusedWithTheLikelyOne) {
     return folder.path() / "box.obj";
   };
   for (const double side_mm : {5.0, 128.0, 3000.0})
-    EXPECT_NEAR(TriangleMesh::read(box(side_mm)).corners().back().z(), side_mm * 1e-3, 1e-12);
+    EXPECT_NEAR(ClosedMesh::read(box(side_mm)).corners().back().z(), side_mm * 1e-3, 1e-12);
   for (const auto& [side, unit] : {std::pair{0.128, "are these m,"},
                                    {1.8, "are these m,"},
                                    {4.9, "are these inches?"},
                                    {128e3, "are these um?"},
                                    {1e-9, "check its size"}}) {
     try {
-      (void)TriangleMesh::read(box(side));
+      (void)ClosedMesh::read(box(side));
       ADD_FAILURE() << "taken: " << side;
     } catch (const Error& error) {
       EXPECT_EQ(error.where().file, (folder.path() / "box.obj").string());
@@ -101,7 +101,7 @@ TEST(TriangleMesh, AsciiPlyIsRead) {
                 "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\n"
                 "property float z\nelement face 4\nproperty list uchar int vertex_indices\n"
                 "end_header\n0 0 0\n10 0 0\n0 10 0\n0 0 10\n3 0 2 1\n3 0 1 3\n3 0 3 2\n3 1 2 3\n");
-  const TriangleMesh mesh = TriangleMesh::read(folder.path() / "tetra.ply");
+  const ClosedMesh mesh = ClosedMesh::read(folder.path() / "tetra.ply");
   EXPECT_EQ(mesh.triangles().size(), 4U);
   EXPECT_NEAR(mesh.distance({0.001, 0.002, -0.003}).gap_m, 0.003, 1e-12);
   EXPECT_NEAR(mesh.distance({0.001, 0.002, 0.0005}).gap_m, -0.0005, 1e-12);

@@ -4,16 +4,13 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/geometry/vectors.hpp"
 #include "synth/render/tag_modules.hpp"
 
 namespace drape::synth {
 namespace {
 
 constexpr double bucket_m = 2e-3;
-
-double cross(const FacePoint& a, const FacePoint& b) {
-  return a.x() * b.y() - a.y() * b.x();
-}
 
 /// Area swept from the origin along the segment a -> b, cut to the disc of radius r.
 double sector_area(const FacePoint& a, const FacePoint& b, double r) {

@@ -9,9 +9,8 @@
 
 namespace drape::triangulate {
 
-/// Signed distance (m) of each mark from a closed mesh, negative inside: the nearest point of all
-/// triangles (Ericson 2005, 5.1.5), the sign by the solid angle under which they are seen (van
-/// Oosterom and Strackee 1983). Throws Error(bad_input) for a file that cannot be read.
+/// Signed distance (m) of each mark from a closed mesh, negative inside. Throws Error(bad_input)
+/// for a file that cannot be read or holds no closed mesh.
 [[nodiscard]] std::vector<double> gaps_to_mesh(const Sheet& sheet, const MeshObject& object,
                                                int threads);
 

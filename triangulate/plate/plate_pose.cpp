@@ -4,15 +4,15 @@
 #include <fmt/format.h>
 
 #include <Eigen/Cholesky>
-#include <Eigen/Geometry>
 #include <Eigen/LU>
-#include <Eigen/SVD>
 #include <cmath>
 #include <map>
 
 #include "core/camera_derivatives.hpp"
 #include "core/dot_image.hpp"
 #include "core/error.hpp"
+#include "core/geometry/rigid_motion.hpp"
+#include "core/geometry/vectors.hpp"
 #include "core/units.hpp"
 
 namespace drape::triangulate {
@@ -25,7 +25,7 @@ using Eigen::Vector3d;
 using Matrix6 = Eigen::Matrix<double, 6, 6>;
 using Vector6 = Eigen::Matrix<double, 6, 1>;
 
-constexpr std::size_t kLeastDots = 4;
+constexpr Eigen::Index kLeastDots = 4;
 constexpr int kPoseSteps = 50;
 constexpr double kStill = 1e-12;  // m and rad
 
@@ -34,41 +34,23 @@ Vector3d in_plate(const MarkLattice& lattice, MarkId mark) {
          Vector3d(mark.col - 0.5 * (lattice.cols - 1), mark.row - 0.5 * (lattice.rows - 1), 0);
 }
 
-Matrix3d cross_matrix(const Vector3d& v) {
-  return (Matrix3d() << 0, -v.z(), v.y(), v.z(), 0, -v.x(), -v.y(), v.x(), 0).finished();
-}
-
-/// The rigid motion that takes one set of points best to another (Arun, Huang and Blostein 1987).
-WorldFromObject rigid_motion(const std::vector<Vector3d>& from, const std::vector<Vector3d>& to) {
-  Vector3d middle_from = Vector3d::Zero(), middle_to = Vector3d::Zero();
-  for (std::size_t i = 0; i < from.size(); ++i) {
-    middle_from += from[i] / static_cast<double>(from.size());
-    middle_to += to[i] / static_cast<double>(from.size());
-  }
-  Matrix3d product = Matrix3d::Zero();
-  for (std::size_t i = 0; i < from.size(); ++i)
-    product += (to[i] - middle_to) * (from[i] - middle_from).transpose();
-  const Eigen::JacobiSVD<Matrix3d> svd(product, Eigen::ComputeFullU | Eigen::ComputeFullV);
-  Vector3d signs(1, 1, (svd.matrixU() * svd.matrixV().transpose()).determinant() < 0 ? -1 : 1);
-  const Matrix3d rotation = svd.matrixU() * signs.asDiagonal() * svd.matrixV().transpose();
-  return {rotation, middle_to - rotation * middle_from};
-}
-
 WorldFromObject start_of(const std::vector<MarkViews>& marks, const MarkLattice& lattice) {
   constexpr double kLeastAngle = 2 * units::deg;
-  std::vector<Vector3d> from, to;
+  Eigen::Matrix3Xd from(3, marks.size()), to(3, marks.size());
+  Eigen::Index count = 0;
   for (const MarkViews& mark : marks) {
-    if (mark.views.size() < 2) continue;
     const auto at = midpoint(mark.views, kLeastAngle);
     if (!at) continue;
-    from.push_back(in_plate(lattice, mark.mark));
-    to.push_back(*at);
+    from.col(count) = in_plate(lattice, mark.mark);
+    to.col(count++) = *at;
   }
-  if (from.size() < kLeastDots)
+  const auto pose =
+      pose_from_points<frame::World, frame::Object>(from.leftCols(count), to.leftCols(count));
+  if (count < kLeastDots || !pose)
     throw bad_input(fmt::format("{} dots of the plate are seen by two cameras, {} are needed",
-                                from.size(), kLeastDots),
+                                count, kLeastDots),
                     {}, "show the plate to two cameras at once");
-  return rigid_motion(from, to);
+  return *pose;
 }
 
 /// Normal equations over all views, and how the right side answers to the cameras' parameters.
@@ -161,8 +143,7 @@ PlatePose plate_pose(const std::vector<MarkViews>& marks, const MarkLattice& lat
     normal = normal_of(marks, lattice, pose, cameras);
     const Vector6 by = normal.matrix.ldlt().solve(normal.right);
     pose.translation_m += by.head<3>();
-    const double angle = by.tail<3>().norm();
-    if (angle > 0) pose.rotation = Eigen::AngleAxisd(angle, by.tail<3>() / angle) * pose.rotation;
+    pose.rotation = rotation_about(by.tail<3>()) * pose.rotation;
     step_size = by.norm();
   }
   if (!(step_size < 1e-9))

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "calib/dense/decompositions.hpp"
+#include "core/geometry/dense.hpp"
 
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
 #include <Eigen/QR>
 
-namespace drape::calib {
+namespace drape {
 
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
@@ -29,4 +29,11 @@ MatrixXd solve_symmetric(const MatrixXd& a, const MatrixXd& b) {
   return a.ldlt().solve(b);
 }
 
-}  // namespace drape::calib
+VectorXd solve_positive(const MatrixXd& a, const VectorXd& b) {
+  return a.llt().solve(b);
+}
+MatrixXd solve_positive(const MatrixXd& a, const MatrixXd& b) {
+  return a.llt().solve(b);
+}
+
+}  // namespace drape

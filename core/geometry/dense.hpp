@@ -3,11 +3,11 @@
 
 #include <Eigen/Core>
 
-// Decompositions of dense matrices of any size, by Eigen; compiled here once, since each takes the
+// Factorisations of matrices of any size, by Eigen; compiled here once, since each takes the
 // compiler seconds in every source that names it.
-namespace drape::calib {
+namespace drape {
 
-/// Of a symmetric matrix: ascending values, and one unit vector per column.
+/// Ascending eigenvalues of a symmetric matrix, and one unit vector per column.
 struct SymmetricEigen {
   Eigen::VectorXd values;
   Eigen::MatrixXd vectors;
@@ -22,4 +22,8 @@ struct SymmetricEigen {
 [[nodiscard]] Eigen::VectorXd solve_symmetric(const Eigen::MatrixXd& a, const Eigen::VectorXd& b);
 [[nodiscard]] Eigen::MatrixXd solve_symmetric(const Eigen::MatrixXd& a, const Eigen::MatrixXd& b);
 
-}  // namespace drape::calib
+/// The x of a x = b for a positive definite a, by L L'.
+[[nodiscard]] Eigen::VectorXd solve_positive(const Eigen::MatrixXd& a, const Eigen::VectorXd& b);
+[[nodiscard]] Eigen::MatrixXd solve_positive(const Eigen::MatrixXd& a, const Eigen::MatrixXd& b);
+
+}  // namespace drape

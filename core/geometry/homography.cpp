@@ -1,0 +1,57 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "core/geometry/homography.hpp"
+
+#include <Eigen/Geometry>
+#include <Eigen/LU>
+#include <Eigen/SVD>
+#include <cmath>
+
+namespace drape {
+
+using Eigen::Matrix3d;
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+
+namespace {
+
+/// Moves the mean to 0 and the mean distance to sqrt(2).
+Matrix3d normaliser(const std::vector<Vector2d>& points) {
+  Vector2d mean = Vector2d::Zero();
+  for (const Vector2d& p : points) mean += p / static_cast<double>(points.size());
+  double distance = 0;
+  for (const Vector2d& p : points)
+    distance += (p - mean).norm() / static_cast<double>(points.size());
+  const double scale = std::sqrt(2.0) / distance;
+  Matrix3d n;
+  n << scale, 0, -scale * mean.x(), 0, scale, -scale * mean.y(), 0, 0, 1;
+  return n;
+}
+
+}  // namespace
+
+std::optional<Matrix3d> homography(const std::vector<Vector2d>& from,
+                                   const std::vector<Vector2d>& to) {
+  if (from.size() < 4) return std::nullopt;
+  const Matrix3d from_normal = normaliser(from), to_normal = normaliser(to);
+  if (!from_normal.allFinite() || !to_normal.allFinite()) return std::nullopt;
+  Eigen::Matrix<double, 9, 9> normal = Eigen::Matrix<double, 9, 9>::Zero();
+  for (std::size_t i = 0; i < from.size(); ++i) {
+    const Vector3d a = from_normal * from[i].homogeneous();
+    const Vector3d b = to_normal * to[i].homogeneous();
+    Eigen::Matrix<double, 2, 9> rows;
+    rows << a.transpose(), Eigen::RowVector3d::Zero(), -b.x() * a.transpose(),
+        Eigen::RowVector3d::Zero(), a.transpose(), -b.y() * a.transpose();
+    normal += rows.transpose() * rows;
+  }
+  const Eigen::JacobiSVD<Eigen::Matrix<double, 9, 9>> svd(normal, Eigen::ComputeFullV);
+  // Two vanishing singular values: the points lie on one line.
+  if (!(svd.singularValues()[7] > 1e-9 * svd.singularValues()[0])) return std::nullopt;
+  const Eigen::Matrix<double, 9, 1> h = svd.matrixV().col(8);
+  Matrix3d normalised;
+  normalised << h[0], h[1], h[2], h[3], h[4], h[5], h[6], h[7], h[8];
+  Matrix3d result = to_normal.inverse() * normalised * from_normal;
+  if ((result * from_normal.inverse().col(2)).z() < 0) result = -result;
+  return result / result.norm();
+}
+
+}  // namespace drape

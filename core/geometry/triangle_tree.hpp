@@ -1,0 +1,51 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+#include <array>
+#include <limits>
+#include <vector>
+
+namespace drape {
+
+/// Nearest point of a triangle a, b, c and the part it lies on: 0 the face, 1 to 3 the edges ab,
+/// bc, ca, 4 to 6 the corners (Ericson, Real-Time Collision Detection, 2005, 5.1.5).
+struct OnTriangle {
+  Eigen::Vector3d point;
+  int feature = 0;
+};
+[[nodiscard]] OnTriangle nearest_on_triangle(const Eigen::Vector3d& point, const Eigen::Vector3d& a,
+                                             const Eigen::Vector3d& b, const Eigen::Vector3d& c);
+
+/// Triangles in space under a tree of boxes that finds the nearest of n in about log n steps.
+class TriangleTree {
+ public:
+  using Corners = std::array<Eigen::Vector3d, 3>;
+
+  TriangleTree() = default;
+  /// At least one triangle.
+  explicit TriangleTree(const std::vector<Corners>& triangles);
+
+  struct Nearest {
+    double squared = std::numeric_limits<double>::infinity();  ///< distance^2
+    Eigen::Vector3d point = Eigen::Vector3d::Zero();
+    int triangle = 0;  ///< as given
+    int feature = 0;   ///< as in OnTriangle
+  };
+  [[nodiscard]] Nearest nearest(const Eigen::Vector3d& point) const;
+
+ private:
+  struct Node {
+    Eigen::AlignedBox3d box;
+    int first = 0, count = 0;  ///< triangles of a leaf; count 0: children at left and left + 1
+    int left = 0;
+  };
+  void build(int node, int first, int count, const std::vector<Corners>& triangles);
+
+  std::vector<int> order_;
+  std::vector<Corners> triangles_;  ///< in the order of the leaves
+  std::vector<Node> nodes_;
+};
+
+}  // namespace drape
