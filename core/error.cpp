@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <utility>
 
 namespace drape {
@@ -29,6 +30,26 @@ Error::Error(ErrorKind kind, std::string what_failed, Where where, std::string w
   text_ = what_failed_;
   if (const std::string place = where_.describe(); !place.empty()) text_ += "\n  where: " + place;
   if (!what_to_do_.empty()) text_ += "\n  to do: " + what_to_do_;
+}
+
+Error::Error(std::vector<Error> faults) : Error(faults.front()) {
+  if (faults.size() == 1) return;
+  constexpr std::size_t kShown = 20;
+  for (std::size_t i = 1; i < std::min(faults.size(), kShown); ++i) {
+    const std::string place = faults[i].where_.describe();
+    text_ += fmt::format("\n  also: {}{}{}; {}", place, place.empty() ? "" : ": ",
+                         faults[i].what_failed_, faults[i].what_to_do_);
+  }
+  if (faults.size() > kShown) text_ += fmt::format("\n  and {} more", faults.size() - kShown);
+  faults_ = std::make_shared<const std::vector<Error>>(std::move(faults));
+}
+
+std::vector<Error> Error::each() const {
+  return faults_ ? *faults_ : std::vector<Error>{*this};
+}
+
+void throw_if_any(std::vector<Error> faults) {
+  if (!faults.empty()) throw Error(std::move(faults));
 }
 
 Error bad_input(std::string what_failed, Where where, std::string what_to_do) {

@@ -2,8 +2,10 @@
 #pragma once
 
 #include <exception>
+#include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
 namespace drape {
 
@@ -26,12 +28,16 @@ struct Where {
 class Error : public std::exception {
  public:
   Error(ErrorKind kind, std::string what_failed, Where where, std::string what_to_do);
+  /// The first of several faults of one file, which names the others; `faults` is not empty.
+  explicit Error(std::vector<Error> faults);
 
   [[nodiscard]] const char* what() const noexcept override { return text_.c_str(); }
   [[nodiscard]] ErrorKind kind() const noexcept { return kind_; }
   [[nodiscard]] const std::string& what_failed() const noexcept { return what_failed_; }
   [[nodiscard]] const Where& where() const noexcept { return where_; }
   [[nodiscard]] const std::string& what_to_do() const noexcept { return what_to_do_; }
+  /// Each fault by itself, this one first.
+  [[nodiscard]] std::vector<Error> each() const;
 
  private:
   ErrorKind kind_;
@@ -39,7 +45,11 @@ class Error : public std::exception {
   Where where_;
   std::string what_to_do_;
   std::string text_;
+  std::shared_ptr<const std::vector<Error>> faults_;  ///< all, where there are several
 };
+
+/// Throws one Error that names every fault, where there are any.
+void throw_if_any(std::vector<Error> faults);
 
 /// Shorthands, so that a throw reads as one sentence.
 [[nodiscard]] Error bad_input(std::string what_failed, Where where, std::string what_to_do);

@@ -8,13 +8,11 @@
 #include <limits>
 #include <set>
 
+#include "core/fields/document.hpp"
 #include "core/files/files.hpp"
 
 namespace drape {
 namespace {
-
-constexpr const char* kRemake =
-    "the file is written by drapebench: make it again with the program that wrote it";
 
 /// Levels of objects and arrays in a file; whatever walks through it then fits the stack.
 constexpr int kDeepest = 100;
@@ -77,7 +75,7 @@ JsonNode JsonNode::open(const std::filesystem::path& file, const std::string& na
     root = std::make_shared<const Json>(parse_json(read_text(file), file.string()));
   } catch (const Json::exception& error) {
     throw bad_input(fmt::format("not a JSON file: {}", error.what()), {.file = file.string()},
-                    kRemake);
+                    make_again);
   }
   JsonNode node(root, root.get(), file.string(), "");
   const std::string schema = node.text("schema");
@@ -98,7 +96,7 @@ JsonNode JsonNode::open(const std::filesystem::path& file, const std::string& na
 }
 
 void JsonNode::reject(const std::string& key, const std::string& what) const {
-  throw bad_input(what, where(key), kRemake);
+  throw bad_input(what, where(key), make_again);
 }
 
 Where JsonNode::where(const std::string& key) const {
@@ -107,7 +105,7 @@ Where JsonNode::where(const std::string& key) const {
 
 const Json& JsonNode::member(const std::string& key) const {
   if (!value_->is_object())
-    throw bad_input("an object is expected here", {.file = file_, .field = pointer_}, kRemake);
+    throw bad_input("an object is expected here", {.file = file_, .field = pointer_}, make_again);
   const auto found = value_->find(key);
   if (found == value_->end()) reject(key, fmt::format("`{}` is missing", key));
   return *found;
@@ -134,7 +132,7 @@ std::vector<JsonNode> JsonNode::items(const std::string& key) const {
 
 std::vector<std::pair<std::string, JsonNode>> JsonNode::members() const {
   if (!value_->is_object())
-    throw bad_input("an object is expected here", {.file = file_, .field = pointer_}, kRemake);
+    throw bad_input("an object is expected here", {.file = file_, .field = pointer_}, make_again);
   std::vector<std::pair<std::string, JsonNode>> result;
   for (const auto& [key, value] : value_->items())
     result.emplace_back(key, JsonNode(root_, &value, file_, pointer_ + "/" + key));

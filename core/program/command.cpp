@@ -212,6 +212,36 @@ Option* Command::add_words(const std::string& names, const std::vector<std::stri
   return keep(option);
 }
 
+void Command::add_spec(const OptionSpec& spec,
+                       const std::function<void(const std::vector<std::string>&)>& take) {
+  CLI::App& app = *parser_->app;
+  if (spec.type.empty()) {
+    app.add_flag_function(
+        spec.names, [take](std::int64_t) { take({}); }, spec.description);
+    return;
+  }
+  CLI::Option* option =
+      app.add_option_function<std::vector<std::string>>(spec.names, take, spec.description);
+  option->type_name(spec.type)->required(spec.required)->expected(spec.least, spec.most);
+  if (!spec.now.empty()) option->default_str(spec.now);
+  if (spec.one_per_flag) option->allow_extra_args(false);
+  if (spec.most == 1) option->multi_option_policy(CLI::MultiOptionPolicy::Throw);
+  if (spec.commas) option->delimiter(',');
+}
+
+void Command::exclude(const OptionSpec& spec) {
+  if (spec.excludes.empty()) return;
+  CLI::App& app = *parser_->app;
+  app.get_option(spec.names.substr(0, spec.names.find(',')))
+      ->excludes(app.get_option(spec.excludes));
+}
+
+void Command::read_records(std::vector<Error>& faults) const {
+  for (const auto& read : records_)
+    for (Error& fault : read()) faults.push_back(std::move(fault));
+  if (const Command* command = chosen()) command->read_records(faults);
+}
+
 Command* Command::add_subcommand(const std::string& name, const std::string& description) {
   auto parser = std::make_unique<Parser>();
   parser->app = parser_->app->add_subcommand(name, description);
@@ -268,6 +298,9 @@ int Command::parse(int argc, char** argv) {
                               options[i]->results()[0] + ")",
                           "see its --help");
     refuse_overwriting(*parser_->app);
+    std::vector<Error> faults;
+    read_records(faults);
+    throw_if_any(std::move(faults));
     return -1;
   } catch (const CLI::ParseError& error) {
     if (parser_->app->exit(error) == 0) return 0;

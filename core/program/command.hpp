@@ -7,7 +7,11 @@
 #include <utility>
 #include <vector>
 
+#include "core/error.hpp"
+
 namespace drape {
+
+class Fields;
 
 /// One option or positional argument of a Command; every function returns the option itself, so
 /// that calls can be chained. Only command.cpp knows CLI11, whose header is a third of what a
@@ -30,6 +34,19 @@ class Option {
   friend class Command;
   explicit Option(void* option) : option_(option) {}
   void* option_;  ///< CLI::Option, owned by the command's parser
+};
+
+/// An option as a described record asks for it (options.hpp).
+struct OptionSpec {
+  std::string names;  ///< "--out,-o", or a bare word for a positional argument
+  std::string type;   ///< as help shows it; empty: a flag
+  std::string now;    ///< default that help shows
+  std::string description;
+  std::string excludes = {};  ///< option that cannot stand beside it
+  bool required = false;
+  int least = 1, most = 1;  ///< words it takes
+  bool one_per_flag = false;
+  bool commas = false;  ///< commas part words too
 };
 
 /// A program's command line, or a subcommand of it. A variable given to an option must outlive
@@ -65,6 +82,14 @@ class Command {
     };
     return add_words(names, words, now, set, description);
   }
+  /// Declares an option for each field of the record, which must outlive parse(); parse() reads the
+  /// words by the record's description, so ranges and messages are those of files.
+  template <class Record>
+  void add_record(Record& record) {
+    Record shown = record;
+    add_walk([&record](Fields& f) { fields(f, record); },
+             [&shown](Fields& f) { fields(f, shown); });
+  }
   Command* add_subcommand(const std::string& name, const std::string& description);
   void require_subcommand(int least, int most);
   /// The options added so far may stand behind a subcommand too; those of the program that are
@@ -90,6 +115,12 @@ class Command {
   struct Parser;
   explicit Command(std::unique_ptr<Parser> parser, std::string name);
   Option* keep(void* option);
+  void add_walk(std::function<void(Fields&)> read, const std::function<void(Fields&)>& show);
+  void add_spec(const OptionSpec& spec,
+                const std::function<void(const std::vector<std::string>&)>& take);
+  void exclude(const OptionSpec& spec);
+  /// Reads the records of the command and of the subcommand that was given.
+  void read_records(std::vector<Error>& faults) const;
   Option* add_words(const std::string& names, const std::vector<std::string>& words,
                     const std::string& now, const std::function<void(const std::string&)>& set,
                     const std::string& description);
@@ -99,6 +130,7 @@ class Command {
   std::size_t shared_ = 0;  ///< options that stand beside a subcommand, the first of all
   std::vector<std::unique_ptr<Option>> options_;
   std::vector<std::unique_ptr<Command>> subcommands_;
+  std::vector<std::function<std::vector<Error>()>> records_;
 };
 
 }  // namespace drape

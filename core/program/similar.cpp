@@ -29,6 +29,11 @@ std::string most_similar(const std::string& word, const std::vector<std::string>
   std::string best;
   std::size_t least = word.size() + 1;
   for (const std::string& candidate : candidates) {
+    // Each letter too many or too few is a correction: words of megabytes cost nothing.
+    const std::size_t longer = std::max(candidate.size(), word.size());
+    if (3 * (longer - std::min(candidate.size(), word.size())) >
+        std::max<std::size_t>(candidate.size(), 3))
+      continue;
     const std::size_t count = corrections(word, candidate);
     if (count >= least || 3 * count > std::max<std::size_t>(candidate.size(), 3)) continue;
     least = count;

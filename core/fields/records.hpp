@@ -1,0 +1,111 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <filesystem>
+#include <functional>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "core/error.hpp"
+#include "core/fields/document.hpp"
+#include "core/fields/fields.hpp"
+
+namespace drape {
+
+/// Name, version and syntax of a file format.
+struct Format {
+  std::string_view name;
+  Syntax syntax = Syntax::json;
+  int version = 1;
+  std::string_view meaning = {};
+
+  [[nodiscard]] std::string schema() const;  ///< "drapebench/scene/1"
+};
+
+/// A walk through the fields of one record.
+using Walk = std::function<void(Fields&)>;
+
+template <class Record>
+[[nodiscard]] Walk walk_through(Record& record) {
+  return [&record](Fields& f) { fields(f, record); };
+}
+
+/// Reads the values of `document` into the record that is walked through; all faults of the file,
+/// in the order of the description. Empty: the record is good.
+[[nodiscard]] std::vector<Error> faults_of_reading(const Document& document, const Walk& walk);
+
+/// Refuses another format, and a newer version in one sentence.
+void require_format(const Document& document, const Format& format);
+
+[[nodiscard]] Value written(const Format& format, const Walk& walk);
+[[nodiscard]] Value written(const Walk& walk);
+
+/// JSON Schema 2020-12 of a format.
+[[nodiscard]] Value schema_of(const Format& format, const Walk& walk);
+
+/// The record that a document holds. Throws one Error(bad_input) that names every fault. A member
+/// `document` of the record keeps the document, so that its hashes are those of what was read.
+template <class Record>
+[[nodiscard]] Record read_record(const Document& document) {
+  require_format(document, format_of<Record>);
+  Record record{};
+  if constexpr (requires { record.document = document; }) record.document = document;
+  throw_if_any(faults_of_reading(document, walk_through(record)));
+  return record;
+}
+template <class Record>
+[[nodiscard]] Record read_record(const std::filesystem::path& file) {
+  return read_record<Record>(Document::read(file));
+}
+
+/// The values of a record in the order of its description, below a `schema` key where the record is
+/// a format.
+template <class Record>
+[[nodiscard]] Value value_of(Record record) {
+  if constexpr (std::is_same_v<std::remove_cv_t<decltype(format_of<Record>)>, Format>)
+    return written(format_of<Record>, walk_through(record));
+  else
+    return written(walk_through(record));
+}
+
+/// Text of the record's file.
+template <class Record>
+[[nodiscard]] std::string text_of(const Record& record) {
+  const Value value = value_of(record);
+  return format_of<Record>.syntax == Syntax::toml ? toml_text(value) : pretty(value);
+}
+
+/// Durable write (files.hpp) of the record's file.
+void write_value(const std::filesystem::path& file, const Value& value);
+template <class Record>
+void write_record(const std::filesystem::path& file, const Record& record) {
+  write_value(file, value_of(record));
+}
+
+/// A format for whoever walks over all of them: schemas, fuzz seeds, spoiled inputs.
+struct DescribedFormat {
+  Format format;
+  Value schema;
+  std::string example;  ///< text of a good file
+  std::function<std::vector<Error>(const Document&)> faults;
+};
+
+/// The format of `Record`, with a good example as a file's text.
+template <class Record>
+[[nodiscard]] DescribedFormat described(std::string example) {
+  Record record{};
+  return {format_of<Record>, schema_of(format_of<Record>, walk_through(record)), std::move(example),
+          [](const Document& document) {
+            Record read{};
+            if constexpr (requires { read.document = document; }) read.document = document;
+            return faults_of_reading(document, walk_through(read));
+          }};
+}
+template <class Record>
+[[nodiscard]] DescribedFormat described(const Record& example) {
+  return described<Record>(text_of(example));
+}
+
+}  // namespace drape
