@@ -13,6 +13,7 @@
 
 #include "compare/crate/crate_files.hpp"
 #include "compare/crate/crate_tables.hpp"
+#include "compare/history/results.hpp"
 #include "compare/records/provenance.hpp"
 #include "core/error.hpp"
 #include "core/files/files.hpp"
@@ -222,11 +223,8 @@ class CrateWriter {
   }
 
   void add_headlines(Json& results) {
-    published_ = store_
-                     .query("SELECT date FROM run WHERE number = CAST(? AS INTEGER)",
-                            {std::to_string(*run_)})
-                     .rows.at(0)
-                     .at(0);
+    published_ = std::get<0>(
+        store_.rows<std::string>("SELECT date FROM run WHERE number = ?", {*run_}).at(0));
     for (const CrateHeadline& headline : crate_headlines(store_, *run_)) {
       const std::string id = "#mean-distance-" + uri_of(headline.scene);
       entities_.push_back({{"@id", id},
@@ -242,19 +240,20 @@ class CrateWriter {
 
   /// What the columns of the tables mean, with their units.
   void add_metrics() {
-    Table metrics = store_.query("SELECT name, unit, definition FROM metric ORDER BY name");
-    metrics.add({"expanded_uncertainty_mm", "mm",
-                 "half width of what 95 of 100 draws of all inputs leave of the mean distance "
-                 "(JCGM 101); a lower bound where uncertainty_is says `at least`"});
-    for (const auto& row : metrics.rows) {
-      if (!columns_.contains(row.at(0))) continue;
-      const std::string id = "#metric-" + row.at(0);
+    std::vector<Metric> metrics = metric_dictionary(store_);
+    metrics.emplace_back(
+        "expanded_uncertainty_mm", "mm",
+        "half width of what 95 of 100 draws of all inputs leave of the mean distance (JCGM 101); a "
+        "lower bound where uncertainty_is says `at least`");
+    for (const auto& [name, unit, definition] : metrics) {
+      if (!columns_.contains(name)) continue;
+      const std::string id = "#metric-" + name;
       entities_.push_back({{"@id", id},
                            {"@type", "PropertyValue"},
-                           {"name", row.at(0)},
-                           {"description", row.at(2)},
-                           {"unitCode", ucum(row.at(1))},
-                           {"unitText", row.at(1) + " (UCUM)"}});
+                           {"name", name},
+                           {"description", definition},
+                           {"unitCode", ucum(unit)},
+                           {"unitText", unit + " (UCUM)"}});
       measured_.push_back(reference(id));
     }
   }

@@ -28,20 +28,21 @@ std::string scene_in(const fs::path& file) {
 
 /// Sheets and meshes of the run, or of the store.
 std::set<std::string> sheets_of(const StoreReader& store, std::optional<int> run) {
-  const std::string number = run ? std::to_string(*run) : "";
-  const Table sheets = store.query(
-      "WITH of_run AS (SELECT c.measured_sha256, c.simulated_sha256 FROM run_comparison AS r JOIN "
-      "comparison AS c ON c.id = r.comparison_id WHERE r.run = CAST(?1 AS INTEGER)), drapes AS "
-      "(SELECT measured_sha256 FROM run_drape WHERE run = CAST(?1 AS INTEGER)) SELECT sha256 FROM "
-      "sheet WHERE ?1 = '' OR sha256 IN (SELECT simulated_sha256 FROM of_run UNION SELECT "
-      "measured_sha256 FROM of_run UNION SELECT measured_sha256 FROM drapes) UNION SELECT "
-      "q.sheet_sha256 FROM real_repeat AS q JOIN run_match AS m ON m.sha256 = q.match_sha256 JOIN "
-      "run AS n ON n.sha256 = m.run_sha256 WHERE n.number = CAST(?1 AS INTEGER) UNION SELECT "
-      "mesh_sha256 FROM surface_comparison WHERE ?1 = '' OR measured_sha256 IN (SELECT "
-      "measured_sha256 FROM drapes)",
-      {number});
   std::set<std::string> all;
-  for (const auto& row : sheets.rows) all.insert(row.at(0));
+  for (const auto& [sha256] : store.rows<std::string>(
+           "WITH of_run AS (SELECT c.measured_sha256, c.simulated_sha256 FROM run_comparison AS r "
+           "JOIN "
+           "comparison AS c ON c.id = r.comparison_id WHERE r.run = ?1), drapes AS "
+           "(SELECT measured_sha256 FROM run_drape WHERE run = ?1) SELECT sha256 FROM "
+           "sheet WHERE ?1 IS NULL OR sha256 IN (SELECT simulated_sha256 FROM of_run UNION SELECT "
+           "measured_sha256 FROM of_run UNION SELECT measured_sha256 FROM drapes) UNION SELECT "
+           "q.sheet_sha256 FROM real_repeat AS q JOIN run_match AS m ON m.sha256 = q.match_sha256 "
+           "JOIN "
+           "run AS n ON n.sha256 = m.run_sha256 WHERE n.number = ?1 UNION SELECT "
+           "mesh_sha256 FROM surface_comparison WHERE ?1 IS NULL OR measured_sha256 IN (SELECT "
+           "measured_sha256 FROM drapes)",
+           {run}))
+    all.insert(sha256);
   return all;
 }
 
@@ -59,10 +60,10 @@ void add_sensitivities(const std::map<fs::path, std::string>& sealed,
 void expect_scenes(const StoreReader& store, const std::set<std::string>& sheets, RecordBook& book,
                    Stated& files, std::vector<std::string>& findings) {
   std::map<std::string, std::set<std::string>> used;
-  const Table simulations = store.query(
-      "SELECT sheet_sha256, scene, scene_sha256 FROM simulation WHERE scene_sha256 IS NOT NULL");
-  for (const auto& row : simulations.rows)
-    if (sheets.contains(row.at(0))) used[row.at(1)].insert(row.at(2));
+  for (const auto& [sheet, scene, sha256] : store.rows<std::string, std::string, std::string>(
+           "SELECT sheet_sha256, scene, scene_sha256 FROM simulation WHERE scene_sha256 IS NOT "
+           "NULL"))
+    if (sheets.contains(sheet)) used[scene].insert(sha256);
   std::set<std::string> present;
   for (auto& [file, stated] : files) {
     const auto sha256 = book.sha256(file);

@@ -14,20 +14,21 @@ constexpr const char* kDrapes =
     "d.measurement, d.cause, d.match, d.match_reason, c.mean_mm, d.expanded_uncertainty_mm, CASE "
     "d.budget_complete WHEN 1 THEN 'complete' WHEN 0 THEN 'at least' END AS uncertainty_is, "
     "d.measured_sha256, d.headline_sha256 AS comparison_sha256 FROM run AS r JOIN run_drape AS d "
-    "ON d.run = r.number LEFT JOIN comparison AS c ON c.sha256 = d.headline_sha256 WHERE ?1 = '' "
-    "OR r.number = CAST(?1 AS INTEGER) ORDER BY r.number, d.scene, d.measured_sha256";
+    "ON d.run = r.number LEFT JOIN comparison AS c ON c.sha256 = d.headline_sha256 WHERE ?1 IS "
+    "NULL "
+    "OR r.number = ?1 ORDER BY r.number, d.scene, d.measured_sha256";
 
 /// Both sheets of a pair of the run are compared with the same measured sheet.
 constexpr const char* kPairs =
-    "SELECT p.* FROM simulation_pair AS p WHERE ?1 = '' OR 2 = (SELECT count(DISTINCT "
+    "SELECT p.* FROM simulation_pair AS p WHERE ?1 IS NULL OR 2 = (SELECT count(DISTINCT "
     "c.simulated_sha256) FROM run_comparison AS k JOIN comparison AS c ON c.id = k.comparison_id "
-    "WHERE k.run = CAST(?1 AS INTEGER) AND c.measured_sha256 = p.measured_sha256 AND "
+    "WHERE k.run = ?1 AND c.measured_sha256 = p.measured_sha256 AND "
     "c.simulated_sha256 IN (p.first_sha256, p.second_sha256)) ORDER BY p.sha256";
 
 /// Meshes without marks, compared with a measured sheet of the run.
 constexpr const char* kSurfaces =
-    "SELECT p.* FROM surface_comparison AS p WHERE ?1 = '' OR p.measured_sha256 IN (SELECT "
-    "measured_sha256 FROM run_drape WHERE run = CAST(?1 AS INTEGER)) ORDER BY p.sha256";
+    "SELECT p.* FROM surface_comparison AS p WHERE ?1 IS NULL OR p.measured_sha256 IN (SELECT "
+    "measured_sha256 FROM run_drape WHERE run = ?1) ORDER BY p.sha256";
 
 /// All but the certificate itself, which is a file of its own.
 constexpr const char* kSimulations =
@@ -37,9 +38,9 @@ constexpr const char* kSimulations =
     "json_extract(s.certificate_json, '$.\"energy.end_uJ\"') AS energy_end_uJ, "
     "json_extract(s.certificate_json, '$.largest_residual_per_particle_weight') AS "
     "largest_residual_per_particle_weight FROM simulation AS s LEFT JOIN fabric AS f ON f.sha256 = "
-    "s.fabric_sha256 WHERE ?1 = '' OR s.sheet_sha256 IN (SELECT c.simulated_sha256 FROM "
-    "run_comparison AS k JOIN comparison AS c ON c.id = k.comparison_id WHERE k.run = CAST(?1 AS "
-    "INTEGER)) ORDER BY s.sheet_sha256";
+    "s.fabric_sha256 WHERE ?1 IS NULL OR s.sheet_sha256 IN (SELECT c.simulated_sha256 FROM "
+    "run_comparison AS k JOIN comparison AS c ON c.id = k.comparison_id WHERE k.run = ?1) ORDER BY "
+    "s.sheet_sha256";
 
 Table comparisons(const StoreReader& store, std::optional<int> run) {
   ResultFilter filter;
@@ -57,7 +58,7 @@ Table comparisons(const StoreReader& store, std::optional<int> run) {
 }  // namespace
 
 std::vector<CrateTable> crate_tables(const StoreReader& store, std::optional<int> run) {
-  const std::string number = run ? std::to_string(*run) : "";
+  const Value number = run;
   std::vector<CrateTable> tables = {
       {"comparisons.csv", "distance between measured and simulated sheets, one row each",
        comparisons(store, run)},
@@ -71,30 +72,29 @@ std::vector<CrateTable> crate_tables(const StoreReader& store, std::optional<int
   if (run)
     tables.push_back({"values.csv", "every value behind the run; stand_in: nobody measured it",
                       store.query("SELECT owner, key, value, stand_in FROM run_value WHERE run = "
-                                  "CAST(? AS INTEGER) ORDER BY owner, key",
+                                  "? ORDER BY owner, key",
                                   {number})});
   return tables;
 }
 
 std::vector<CrateHeadline> crate_headlines(const StoreReader& store, int run) {
+  using Text = std::string;
   std::vector<CrateHeadline> headlines;
-  const Table drapes = store.query(
-      "SELECT scene, mean_mm, measurement, cause, match, match_reason, expanded_uncertainty_mm, "
-      "uncertainty_is FROM (" +
-          std::string(kDrapes) + ")",
-      {std::to_string(run)});
-  for (const auto& row : drapes.rows) {
-    if (row.at(1).empty()) continue;
-    const std::string uncertainty =
-        row.at(6).empty()
-            ? "not known"
-            : fmt::format("{}{} mm", row.at(7) == "at least" ? "at least " : "", row.at(6));
-    headlines.push_back(
-        {row.at(0), row.at(1),
-         fmt::format("measurement {}{}; expanded uncertainty (95 %) {}; match {}: {}", row.at(2),
-                     row.at(3).empty() ? "" : ", " + row.at(3), uncertainty, row.at(4),
-                     row.at(5))});
-  }
+  for (const auto& [scene, mean_mm, verdict, cause, match, reason, expanded_mm, is] :
+       store.rows<Text, Text, Text, Text, Text, Text, Text, Text>(
+           "SELECT scene, mean_mm, measurement, cause, match, match_reason, "
+           "expanded_uncertainty_mm, uncertainty_is FROM (" +
+               Text(kDrapes) + ")",
+           {run}))
+    if (!mean_mm.empty())
+      headlines.push_back(
+          {scene, mean_mm,
+           fmt::format("measurement {}{}; expanded uncertainty (95 %) {}; match {}: {}", verdict,
+                       cause.empty() ? "" : ", " + cause,
+                       expanded_mm.empty()
+                           ? "not known"
+                           : (is == "at least" ? "at least " : "") + expanded_mm + " mm",
+                       match, reason)});
   return headlines;
 }
 

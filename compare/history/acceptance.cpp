@@ -62,14 +62,16 @@ std::map<std::string, std::string> reason_in_store(const std::filesystem::path& 
     const bool of_given = given && given->calibration_sha256 == calibration;
     if (of_given && !given->go) reasons[calibration] = reason_of(given->cause.value_or(""));
     if (!reader) continue;
-    const Table last = reader->query(
-        "SELECT a.verdict, coalesce(a.cause, ''), coalesce(a.date, '') FROM acceptance AS a JOIN "
-        "ledger AS l ON l.kind = 'acceptance' AND l.key = a.sha256 WHERE a.calibration_sha256 = ? "
-        "ORDER BY a.date DESC, l.sequence DESC LIMIT 1",
+    const auto last = reader->rows<std::string, std::string, std::string>(
+        "SELECT a.verdict, a.cause, a.date FROM acceptance AS a JOIN ledger AS l ON l.kind = "
+        "'acceptance' AND l.key = a.sha256 WHERE a.calibration_sha256 = ? ORDER BY a.date DESC, "
+        "l.sequence DESC LIMIT 1",
         {calibration});
-    if (last.rows.empty() || (of_given && last.rows[0][2] <= given->date.value_or(""))) continue;
+    if (last.empty()) continue;
+    const auto& [verdict, cause, date] = last.front();
+    if (of_given && date <= given->date.value_or("")) continue;
     reasons.erase(calibration);
-    if (last.rows[0][0] != "GO") reasons[calibration] = reason_of(last.rows[0][1]);
+    if (verdict != "GO") reasons[calibration] = reason_of(cause);
   }
   return reasons;
 }
@@ -113,16 +115,14 @@ std::optional<RigAcceptance> look_at_acceptance(const std::filesystem::path& fil
 void store_acceptance(const std::filesystem::path& store, const RigAcceptance& acceptance) {
   Store results(store);
   results.write([&](Writer& writer) {
-    if (writer.insert("rig", acceptance.rig)) writer.enter("rig", acceptance.rig);
+    writer.insert_unit("rig", acceptance.rig);
     if (!writer.insert("acceptance", acceptance.sha256, acceptance.rig,
                        acceptance.calibration_sha256, acceptance.date, acceptance.valid_until,
-                       acceptance.positions, std::string(acceptance.go ? "GO" : "NO-GO"),
-                       acceptance.cause))
+                       acceptance.positions, acceptance.go ? "GO" : "NO-GO", acceptance.cause))
       return;
     for (const RigAcceptance::Figure& figure : acceptance.figures)
       writer.insert("acceptance_figure", acceptance.sha256, figure.name, figure.unit, figure.value,
-                    figure.expanded, figure.limit, figure.where,
-                    std::string(figure.go ? "GO" : "NO-GO"));
+                    figure.expanded, figure.limit, figure.where, figure.go ? "GO" : "NO-GO");
     writer.enter("acceptance", acceptance.sha256);
   });
   results.close();

@@ -101,13 +101,12 @@ TEST_F(Apart, RefusesAMeasuredSheet) {
   EXPECT_THROW((void)import(), Error);
 }
 
-// The sheets and the calibration of tests/data/files-0.1 are those behind store_v4.sql: what 0.1.0
-// wrote and stored is, for today's reader, the same as what its migrated store holds.
+// The sheets and the calibration of tests/data/files-0.1 are those behind store_v4.sqlite: what
+// 0.1.0 wrote and stored is, for today's reader, the same as what its migrated store holds.
 TEST(FilesOf01, AreWhatTheMigratedStoreOf01Holds) {
   const drape::test::TemporaryFolder folder;
   const fs::path file = folder.path() / "old.sqlite";
-  SQLite::Database(file.string(), SQLite::OPEN_READWRITE | SQLite::OPEN_CREATE)
-      .exec(read_text(drape::test::source_root() / "compare/test_data/store_v4.sql"));
+  fs::copy_file(drape::test::source_root() / "compare/test_data/store_v4.sqlite", file);
   const fs::path files = drape::test::source_root() / "tests/data/files-0.1";
   const Session session = read_session({files / "11-1/sheet.ply", files / "11-5/sheet.ply"}, {});
   ASSERT_EQ(session.virtual_only.size(), 1U);

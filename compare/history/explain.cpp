@@ -54,9 +54,8 @@ struct Subject {
   std::vector<std::pair<std::string, std::string>> roots;  ///< what it is, and its SHA-256
 
   [[nodiscard]] std::optional<std::string> value(const std::string& name) const {
-    const auto at = std::find(row.names.begin(), row.names.end(), name);
-    if (at == row.names.end() || row.rows.empty()) return std::nullopt;
-    return row.rows[0][static_cast<std::size_t>(at - row.names.begin())];
+    const auto at = row.column(name);
+    return at && !row.rows.empty() ? std::optional(row.rows[0][*at]) : std::nullopt;
   }
   void add_root(const std::string& what, const std::string& column) {
     if (const auto sha256 = value(column); sha256 && !sha256->empty())
@@ -71,8 +70,8 @@ constexpr const char* kComparison =
     "branch_turn AS t ON t.comparison_sha256 = c.sha256 WHERE c.sha256 = ?";
 constexpr const char* kMark =
     "SELECT e.*, c.measured_sha256, c.simulated_sha256 FROM mark_error AS e JOIN comparison AS c "
-    "ON c.id = e.comparison_id WHERE c.sha256 = ? AND e.\"row\" = CAST(? AS INTEGER) AND "
-    "e.\"col\" = CAST(? AS INTEGER)";
+    "ON c.id = e.comparison_id WHERE c.sha256 = ? AND e.\"row\" = ? AND "
+    "e.\"col\" = ?";
 constexpr const char* kSheet =
     "SELECT s.sha256, s.sigma_median_mm, s.sigma_max_mm, d.* FROM sheet AS s LEFT JOIN drapemeter "
     "AS d ON d.sheet_sha256 = s.sha256 WHERE s.sha256 = ?";
@@ -84,8 +83,7 @@ Subject comparison_subject(const StoreReader& store, const std::string& key,
                            const std::optional<MarkId>& mark) {
   Subject subject;
   subject.row =
-      mark ? store.query(kMark, {key, std::to_string(mark->row), std::to_string(mark->col)})
-           : store.query(kComparison, {key});
+      mark ? store.query(kMark, {key, mark->row, mark->col}) : store.query(kComparison, {key});
   if (subject.row.rows.empty())
     throw usage_error(fmt::format("mark {}, {} is not in this comparison", mark->row, mark->col),
                       "see its marks with drape-results show " + key.substr(0, 12));
@@ -99,8 +97,8 @@ Subject camera_subject(const StoreReader& store, const std::string& key,
   Subject subject{store.query(kCamera, {key, camera}), {}};
   if (subject.row.rows.size() != 1) {
     std::string names;
-    for (const auto& row : store.query(kCamera, {key, ""}).rows)
-      names += (names.empty() ? "" : ", ") + row[1];
+    for (const auto& [sha256, name] : store.rows<std::string, std::string>(kCamera, {key, ""}))
+      names += (names.empty() ? "" : ", ") + name;
     if (names.empty())
       throw usage_error("the store has the name of this calibration, not its residuals",
                         "import its sheets again with --calibration calibration.json");
@@ -127,14 +125,14 @@ Subject subject_of(const StoreReader& store, const StoredKey& stored, const WhyO
   return subject;
 }
 
-/// Unit and definition of the metric. Throws Error(usage) naming those that the subject has.
-std::vector<std::string> meaning_of(const StoreReader& store, const Subject& subject,
-                                    const std::string& metric) {
+/// Throws Error(usage) naming the metrics that the subject has.
+Metric meaning_of(const StoreReader& store, const Subject& subject, const std::string& metric) {
   std::string names;
-  for (const auto& known : store.query("SELECT name, unit, definition FROM metric").rows) {
-    if (!subject.value(known[0])) continue;
-    if (known[0] == metric) return {known[1], known[2]};
-    names += (names.empty() ? "" : ", ") + known[0];
+  for (Metric& known : metric_dictionary(store)) {
+    const std::string& name = std::get<0>(known);
+    if (!subject.value(name)) continue;
+    if (name == metric) return std::move(known);
+    names += (names.empty() ? "" : ", ") + name;
   }
   throw usage_error(fmt::format("there is no metric `{}` here", metric), "there are: " + names);
 }
@@ -142,22 +140,18 @@ std::vector<std::string> meaning_of(const StoreReader& store, const Subject& sub
 /// The measurement's verdict of the last run that the number is in.
 void add_verdict(const StoreReader& store, const StoredKey& stored, const Subject& subject,
                  Table& number) {
-  Table last;
-  if (stored.table == "comparison") {
-    last = store.query("SELECT s.measurement, s.cause, s.state FROM comparison AS k JOIN (" +
-                           state_query() +
-                           ") AS s ON s.comparison_id = k.id WHERE k.sha256 = ? AND s.state IS "
-                           "NOT NULL",
-                       {stored.sha256});
-  } else if (const auto measured = stored.table == "sheet" ? std::optional(stored.sha256)
-                                                           : subject.value("measured_sha256")) {
-    last = store.query("SELECT s.measurement, s.cause, s.state FROM (" + sheet_state_query() +
-                           ") AS s WHERE s.sheet_sha256 = ? AND s.state IS NOT NULL",
-                       {*measured});
-  }
-  for (const auto& row : last.rows) {
-    number.add({"measurement", row[0] + (row[1].empty() ? "" : ": " + row[1])});
-    number.add({"state", row[2]});
+  const bool of_marks = stored.table == "comparison";
+  const auto subject_key = of_marks || stored.table == "sheet" ? std::optional(stored.sha256)
+                                                               : subject.value("measured_sha256");
+  if (!subject_key) return;
+  const std::string last = of_marks ? "comparison AS k JOIN (" + state_query() +
+                                          ") AS s ON s.comparison_id = k.id WHERE k.sha256 = ?"
+                                    : "(" + sheet_state_query() + ") AS s WHERE s.sheet_sha256 = ?";
+  for (const auto& [verdict, cause, state] : store.rows<std::string, std::string, std::string>(
+           "SELECT s.measurement, s.cause, s.state FROM " + last + " AND s.state IS NOT NULL",
+           {*subject_key})) {
+    number.add({"measurement", verdict + (cause.empty() ? "" : ": " + cause)});
+    number.add({"state", state});
   }
 }
 
@@ -168,13 +162,12 @@ Explanation explain(const StoreReader& store, const std::string& key, const std:
   const StoredKey stored = stored_key(
       store, key, {"comparison", "surface_comparison", "simulation_pair", "sheet", "calibration"});
   const Subject subject = subject_of(store, stored, options);
-  const std::vector<std::string> meaning = meaning_of(store, subject, metric);
+  const auto [name, unit, definition] = meaning_of(store, subject, metric);
   Explanation result;
-  result.number.names = {"what", "value"};
-  result.number.numeric = {false, false};
+  result.number = Table({"what", "value"});
   const std::string number = *subject.value(metric);
-  result.number.add({metric, number.empty() ? "not known" : number + " " + meaning[0]});
-  result.number.add({"definition", meaning[1]});
+  result.number.add({metric, number.empty() ? "not known" : number + " " + unit});
+  result.number.add({"definition", definition});
   result.number.add({stored.table, stored.sha256});
   add_verdict(store, stored, subject, result.number);
   if (options.mark && stored.table == "comparison") {
@@ -188,8 +181,7 @@ Explanation explain(const StoreReader& store, const std::string& key, const std:
                                                  *subject.value("worst_col"))});
   }
   if (const auto camera = subject.value("camera")) result.number.add({"camera", *camera});
-  result.chain.names = {"depth", "file", "made_by", "sha256", "state"};
-  result.chain.numeric = {true, false, false, false, false};
+  result.chain = Table({"depth", "file", "made_by", "sha256", "state"}, {0});
   RecordBook book;
   std::set<fs::path> followed;
   for (const auto& [what, sha256] : subject.roots)
@@ -208,21 +200,21 @@ Difference difference_of(const StoreReader& store, const std::string& first,
           ") AS z ON z.comparison_id = c.id WHERE c.sha256 IN (?1, ?2) ORDER BY c.sha256 <> ?1",
       {a, b});
   Difference result;
-  result.metrics.names = {"what", "A", "B", "B - A", "unit"};
-  result.metrics.numeric = {false, true, true, true, false};
-  const Table units = store.query("SELECT name, unit FROM metric");
+  result.metrics = Table({"what", "A", "B", "B - A", "unit"}, {1, 2, 3});
+  const auto units = metric_dictionary(store);
   const auto& one = rows.rows.front();
   const auto& two = rows.rows.back();
   result.metrics.add({"measurement", one.back(), two.back(), "", ""});
   for (std::size_t i = 0; i + 1 < rows.names.size(); ++i) {
-    const auto unit = std::find_if(units.rows.begin(), units.rows.end(),
-                                   [&](const auto& u) { return u[0] == rows.names[i]; });
-    if (unit != units.rows.end() && !one[i].empty() && !two[i].empty()) {
+    const auto unit = std::find_if(units.begin(), units.end(), [&](const Metric& known) {
+      return std::get<0>(known) == rows.names[i];
+    });
+    if (unit != units.end() && !one[i].empty() && !two[i].empty()) {
       result.metrics.add({rows.names[i], fmt::format("{:.4f}", number_of(one[i])),
                           fmt::format("{:.4f}", number_of(two[i])),
                           fmt::format("{:+.4f}", number_of(two[i]) - number_of(one[i])),
-                          (*unit)[1]});
-    } else if (unit == units.rows.end() && one[i] != two[i] && rows.names[i] != "id") {
+                          std::get<1>(*unit)});
+    } else if (unit == units.end() && one[i] != two[i] && rows.names[i] != "id") {
       // Of a hash its beginning, which every command takes.
       const auto shown = [](const std::string& cell) {
         return cell.size() == 64 ? cell.substr(0, 12) : cell;

@@ -36,13 +36,13 @@ void check_date(const char* option, const std::string& date) {
 void check_known(const StoreReader& store, const std::string& option, const std::string& value,
                  const char* names) {
   if (value.empty() ||
-      !store.query(fmt::format("SELECT 1 FROM ({}) WHERE name = ? LIMIT 1", names), {value})
-           .rows.empty())
+      !store.rows<int>(fmt::format("SELECT 1 FROM ({}) WHERE name = ? LIMIT 1", names), {value})
+           .empty())
     return;
   std::string known;
-  for (const auto& row :
-       store.query(fmt::format("SELECT DISTINCT name FROM ({}) ORDER BY 1", names)).rows)
-    if (!row[0].empty()) known += (known.empty() ? "" : ", ") + row[0];
+  for (const auto& [name] :
+       store.rows<std::string>(fmt::format("SELECT DISTINCT name FROM ({}) ORDER BY 1", names)))
+    if (!name.empty()) known += (known.empty() ? "" : ", ") + name;
   throw usage_error(fmt::format("nothing in the store has {} `{}`", option, value),
                     "there is: " + (known.empty() ? "none" : known));
 }
@@ -65,7 +65,7 @@ constexpr const char* kSpecimens =
 
 /// With a parameter for each of since and until; either may be the beginning of a date.
 std::string between_dates(const std::string& column, const ResultFilter& filter,
-                          std::vector<std::string>& parameters) {
+                          Cells& parameters) {
   std::string condition;
   if (!filter.since.empty()) {
     condition += fmt::format(" AND {} >= ?", column);
@@ -80,7 +80,7 @@ std::string between_dates(const std::string& column, const ResultFilter& filter,
 }
 
 /// A condition on v_run_moment AS q.
-std::string window_of(const ResultFilter& filter, std::vector<std::string>& parameters) {
+std::string window_of(const ResultFilter& filter, Cells& parameters) {
   std::string window = between_dates("q.date", filter, parameters);
   if (filter.run) window += fmt::format(" AND q.run = {}", *filter.run);
   return window;
@@ -92,13 +92,13 @@ std::string grid_text(const std::string& grid) {
   return grid.empty() || grid.find('x') != std::string::npos ? grid : grid + "x" + grid;
 }
 
-void Selection::add(const std::string& column, const std::string& value) {
-  if (value.empty()) return;
+void Selection::add(const std::string& column, const Value& value) {
+  if (value == Value("")) return;
   where += fmt::format(" AND {} = ?", column);
   parameters.push_back(value);
 }
 
-std::string runs_of(const ResultFilter& filter, std::vector<std::string>& parameters) {
+std::string runs_of(const ResultFilter& filter, Cells& parameters) {
   return "SELECT q.run FROM v_run_moment AS q WHERE 1" + window_of(filter, parameters);
 }
 
@@ -115,16 +115,15 @@ void check_filter(const StoreReader& store, const ResultFilter& filter) {
   check_known(store, "simulator", filter.simulator, kSimulators);
   if (filter.run) require_run(store, *filter.run);
   if (filter.calibration.empty()) return;
-  const Table known = store.query(
-      "SELECT sha256, '' FROM calibration UNION SELECT calibration_sha256, calibration_name FROM "
-      "run WHERE calibration_sha256 IS NOT NULL ORDER BY 1");
   std::string names;
-  for (const auto& row : known.rows) {
-    if (row[0].starts_with(filter.calibration) ||
-        row[1].find(filter.calibration) != std::string::npos)
+  for (const auto& [sha256, name] : store.rows<std::string, std::string>(
+           "SELECT sha256, '' FROM calibration UNION SELECT calibration_sha256, calibration_name "
+           "FROM run WHERE calibration_sha256 IS NOT NULL ORDER BY 1")) {
+    if (sha256.starts_with(filter.calibration) ||
+        name.find(filter.calibration) != std::string::npos)
       return;
-    names += (names.empty() ? "" : "; ") + row[0].substr(0, 12) +
-             (row[1].empty() ? "" : " (" + row[1] + ")");
+    names += (names.empty() ? "" : "; ") + sha256.substr(0, 12) +
+             (name.empty() ? "" : " (" + name + ")");
   }
   throw usage_error(fmt::format("nothing in the store has calibration `{}`", filter.calibration),
                     "there is: " + (names.empty() ? "none" : names));
@@ -137,14 +136,14 @@ void check_specimen(const StoreReader& store, const std::string& specimen) {
 Selection selection_of(const StoreReader& store, const ResultFilter& filter) {
   check_filter(store, filter);
   Selection selection;
-  std::vector<std::string>& parameters = selection.parameters;
+  Cells& parameters = selection.parameters;
   const std::string window = window_of(filter, parameters);
   selection.from = fmt::format("v_comparison AS v JOIN ({}) AS s ON s.comparison_id = v.id",
                                state_query(window));
   selection.add("scene", filter.scene);
   selection.add("fabric", filter.fabric);
   selection.add("grid_size", grid_text(filter.grid));
-  if (filter.segments) selection.add("CAST(segments AS TEXT)", std::to_string(*filter.segments));
+  if (filter.segments) selection.add("segments", *filter.segments);
   selection.add("rig", filter.rig);
   selection.add("model", filter.model);
   selection.add("simulator", filter.simulator);
@@ -169,7 +168,7 @@ Selection selection_of(const StoreReader& store, const ResultFilter& filter) {
         "FROM sheet WHERE substr(calibration_sha256, 1, length(?)) = ?) UNION SELECT "
         "comparison_id FROM run_comparison WHERE run IN (SELECT number FROM run WHERE "
         "instr(calibration_name, ?) > 0))";
-    parameters.insert(parameters.end(), 6, filter.calibration);
+    parameters.insert(parameters.end(), 6, Value(filter.calibration));
   }
   if (!filter.outdated && !filter.run)
     selection.where += " AND coalesce(s.state, 'current') = 'current'";

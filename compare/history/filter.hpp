@@ -27,9 +27,9 @@ inline constexpr const char* kOrder =
 struct Selection {
   std::string from;
   std::string where = " WHERE 1";
-  std::vector<std::string> parameters;  ///< of both, in their order
+  Cells parameters;  ///< of both, in their order
 
-  void add(const std::string& column, const std::string& value);
+  void add(const std::string& column, const Value& value);
 };
 
 /// Throws Error(usage) for a date that does not exist, and for a value that no row of the store
@@ -44,6 +44,6 @@ void check_specimen(const StoreReader& store, const std::string& specimen);
 
 /// The query of the runs that were stored, or stored again, on the dates of the filter, or of its
 /// one run; with its parameters, which are appended.
-[[nodiscard]] std::string runs_of(const ResultFilter& filter, std::vector<std::string>& parameters);
+[[nodiscard]] std::string runs_of(const ResultFilter& filter, Cells& parameters);
 
 }  // namespace drape::compare

@@ -8,10 +8,10 @@
 #include <map>
 #include <set>
 #include <string>
-#include <string_view>
 
 #include "compare/history/copies.hpp"
 #include "compare/history/seal.hpp"
+#include "compare/schema/schema.hpp"
 #include "compare/store/ledger.hpp"
 #include "compare/store/runs.hpp"
 #include "compare/store/sqlite_error.hpp"
@@ -23,31 +23,13 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// "gap" and "sheet_sha256 = ?1" of "SELECT * FROM gap WHERE sheet_sha256 = ?1 ORDER BY ...". The
-/// subquery that turns a key into a number of the store reads the same database, `{}`.
-struct UnitTable {
-  std::string name, rows;
-
-  explicit UnitTable(std::string query) {
-    query = query.substr(query.find("FROM ") + 5);
-    name = query.substr(0, query.find(' '));
-    rows = query.substr(query.find("WHERE ") + 6);
-    rows = rows.substr(0, rows.find(" ORDER BY"));
-    if (const std::size_t from = rows.find("FROM "); from != std::string::npos)
-      rows.insert(from + 5, "{}.");
-  }
-  [[nodiscard]] std::string rows_in(const char* database) const {
-    return fmt::format(fmt::runtime(rows), database);
-  }
-};
-
 /// How a column is copied and compared: a number that each store gives out itself stands for the
 /// key of its row.
-struct Column {
+struct MergedColumn {
   std::string name, copied, compared;
 };
 
-Column column_of(const std::string& table, const std::string& name) {
+MergedColumn column_of(const std::string& table, const std::string& name) {
   const std::string quoted = '"' + name + '"';
   if (table == "mark_error" && name == "comparison_id")
     return {quoted, "(SELECT id FROM main.comparison WHERE sha256 = ?1)", ""};
@@ -92,24 +74,23 @@ class Merge {
     counts.known_better = staged ? completed : std::set<std::string>();
     for (const LedgerKind& kind : ledger_kinds()) {
       // The dictionary of the metrics is written into every new store.
-      if (std::string_view(kind.table) == "metric") continue;
-      const std::vector<UnitTable> tables(kind.queries.begin(), kind.queries.end());
+      if (kind.table == "metric") continue;
       for (const std::string& key : keys_of(kind)) {
         if (has(kind, key)) {
           const std::string name = fmt::format("{} {}", kind.table, key);
           if (!staged && completed.count(name) != 0) counts.known_better.insert(name);
           if (!staged) continue;
           bool knows_more = false;
-          for (const UnitTable& table : tables) knows_more = check(table, key) || knows_more;
+          for (const UnitTable& table : kind.tables) knows_more = check(table, key) || knows_more;
           ++counts.present;
           if (knows_more) {
-            complete(tables.front(), key);
+            complete(kind.tables.front(), key);
             counts.known_better.insert(name);
           }
           if (name.starts_with("run ")) repeat_run(ledger, key);
           continue;
         }
-        for (const UnitTable& table : tables) copy(table, key);
+        for (const UnitTable& table : kind.tables) copy(table, key);
         ledger.append(kind.table, key);
         ++counts.added;
       }
@@ -117,16 +98,13 @@ class Merge {
     transaction.commit();
   }
 
-  const std::vector<Column>& columns_of(const std::string& table) {
-    std::vector<Column>& columns = columns_[table];
+  const std::vector<MergedColumn>& columns_of(const std::string& table) {
+    std::vector<MergedColumn>& columns = columns_[table];
     if (!columns.empty()) return columns;
-    SQLite::Statement query(database_, "SELECT name FROM pragma_table_info(?)");
-    query.bind(1, table);
-    while (query.executeStep()) {
-      const std::string name = query.getColumn(0).getString();
+    for (const RelationColumn& one : relation(table).columns) {
       const bool own_number =
-          (table == "comparison" && name == "id") || (table == "run" && name == "number");
-      if (!own_number) columns.push_back(column_of(table, name));
+          (table == "comparison" && one.name == "id") || (table == "run" && one.name == "number");
+      if (!own_number) columns.push_back(column_of(table, one.name));
     }
     return columns;
   }
@@ -134,12 +112,11 @@ class Merge {
   /// Runs by date, those of one second as the other store got them; all else by key.
   std::vector<std::string> keys_of(const LedgerKind& kind) {
     std::vector<std::string> keys;
-    const std::string_view table = kind.table;
-    const bool dated = table == "run" || table == "run_repetition";
+    const bool dated = kind.table == "run" || kind.table == "run_repetition";
     SQLite::Statement query(
         database_, fmt::format("SELECT t.{1} FROM other.{0} AS t JOIN other.ledger AS l ON l.kind "
                                "= '{0}' AND l.key = t.{1} ORDER BY {2}t.{1}",
-                               table, kind.key_column, dated ? "t.date, l.sequence, " : ""));
+                               kind.table, kind.key_column, dated ? "t.date, l.sequence, " : ""));
     while (query.executeStep()) keys.push_back(query.getColumn(0).getString());
     return keys;
   }
@@ -153,21 +130,21 @@ class Merge {
 
   void copy(const UnitTable& table, const std::string& key) {
     std::vector<std::string> names, values;
-    for (const Column& column : columns_of(table.name)) {
+    for (const MergedColumn& column : columns_of(table.name)) {
       names.push_back(column.name);
       values.push_back(column.copied);
     }
     SQLite::Statement insert(
         database_,
-        fmt::format("INSERT INTO main.{0} ({1}) SELECT {2} FROM other.{0} WHERE {3}", table.name,
-                    fmt::join(names, ", "), fmt::join(values, ", "), table.rows_in("other")));
+        fmt::format("INSERT INTO main.{0} ({1}) SELECT {2} FROM {3}", table.name,
+                    fmt::join(names, ", "), fmt::join(values, ", "), table.rows("other")));
     insert.bind(1, key);
     insert.exec();
   }
 
   std::string compared(const UnitTable& table, const char* database) {
     std::vector<std::string> values;
-    for (const Column& column : columns_of(table.name)) {
+    for (const MergedColumn& column : columns_of(table.name)) {
       if (!column.compared.empty())
         values.push_back(fmt::format(fmt::runtime(column.compared), database));
     }
@@ -175,8 +152,8 @@ class Merge {
     std::string order;
     for (std::size_t i = 1; i <= values.size(); ++i)
       order += fmt::format("{}{}", order.empty() ? "" : ", ", i);
-    return fmt::format("SELECT {} FROM {}.{} WHERE {} ORDER BY {}", fmt::join(values, ", "),
-                       database, table.name, table.rows_in(database), order);
+    return fmt::format("SELECT {} FROM {} ORDER BY {}", fmt::join(values, ", "),
+                       table.rows(database), order);
   }
 
   static bool equal(const SQLite::Column& a, const SQLite::Column& b) {
@@ -209,13 +186,12 @@ class Merge {
   /// Of the row itself; rows that hang on it are of one file with it.
   void complete(const UnitTable& table, const std::string& key) {
     std::vector<std::string> values;
-    for (const Column& column : columns_of(table.name))
+    for (const MergedColumn& column : columns_of(table.name))
       if (column.compared == column.name)
-        values.push_back(fmt::format("{0} = coalesce({0}, (SELECT {0} FROM other.{1} WHERE {2}))",
-                                     column.name, table.name, table.rows_in("other")));
-    SQLite::Statement update(database_,
-                             fmt::format("UPDATE main.{} SET {} WHERE {}", table.name,
-                                         fmt::join(values, ", "), table.rows_in("main")));
+        values.push_back(fmt::format("{0} = coalesce({0}, (SELECT {0} FROM {1}))", column.name,
+                                     table.rows("other")));
+    SQLite::Statement update(database_, fmt::format("UPDATE main.{} SET {} WHERE {}", table.name,
+                                                    fmt::join(values, ", "), table.condition));
     update.bind(1, key);
     update.exec();
   }
@@ -249,7 +225,7 @@ class Merge {
 
   SQLite::Database& database_;
   fs::path source_;
-  std::map<std::string, std::vector<Column>> columns_;
+  std::map<std::string, std::vector<MergedColumn>> columns_;
 };
 
 /// Made empty, whatever a killed merge left there, and removed in the end.

@@ -57,7 +57,7 @@ const Names kOfPairs = {"fabric", "model", "solver"};
 
 /// The pairs of which `sheets`, a query with its parameters, holds both.
 Table pairs_of(const StoreReader& store, const std::string& measured, const std::string& sheets,
-               Names parameters, const Names& of_sheets) {
+               Cells parameters, const Cells& of_sheets) {
   for (int i = 0; i < 2; ++i)
     parameters.insert(parameters.end(), of_sheets.begin(), of_sheets.end());
   return store.query(
@@ -66,23 +66,23 @@ Table pairs_of(const StoreReader& store, const std::string& measured, const std:
 }
 
 void add_drapes(const StoreReader& store, const Selection& chosen, std::vector<Table>& tables) {
-  const Table groups = store.query(
-      "SELECT DISTINCT scene, measured, measured_set, s.measurement, s.cause, s.run, "
-      "s.date, s.match, s.match_reason, (SELECT m.rests_on FROM comparison AS c JOIN run AS r ON "
-      "r.number = s.run JOIN run_match AS m ON m.run_sha256 = r.sha256 AND m.measured_sha256 = "
-      "c.measured_sha256 WHERE c.id = v.id) FROM " +
-          chosen.from + chosen.where + " AND branch IS NULL ORDER BY scene, measured",
-      chosen.parameters);
-  for (const auto& group : groups.rows) {
-    std::string title = fmt::format("(experiment {}, measured sheet {})", group[0], group[1]);
-    if (!group[5].empty())
-      title += fmt::format("; run {} of {}: measurement {}{}; match {}{}", group[5],
-                           group[6].substr(0, 10), group[3],
-                           group[4].empty() ? "" : " (" + group[4] + ")", group[7],
-                           group[9].empty() ? "" : ", by " + group[9]);
+  using Text = std::string;
+  for (const auto& [scene, measured, verdict, cause, run, date, match, rests_on] :
+       store.rows<Text, Text, Text, Text, Text, Text, Text, Text>(
+           "SELECT DISTINCT scene, measured, s.measurement, s.cause, s.run, substr(s.date, 1, 10), "
+           "s.match, (SELECT m.rests_on FROM comparison AS c JOIN run AS r ON r.number = s.run "
+           "JOIN run_match AS m ON m.run_sha256 = r.sha256 AND m.measured_sha256 = "
+           "c.measured_sha256 WHERE c.id = v.id) FROM " +
+               chosen.from + chosen.where + " AND branch IS NULL ORDER BY scene, measured",
+           chosen.parameters)) {
+    Text title = fmt::format("(experiment {}, measured sheet {})", scene, measured);
+    if (!run.empty())
+      title += fmt::format("; run {} of {}: measurement {}{}; match {}{}", run, date, verdict,
+                           cause.empty() ? "" : " (" + cause + ")", match,
+                           rests_on.empty() ? "" : ", by " + rests_on);
     Selection same = chosen;
-    same.add("scene", group[0]);
-    same.add("measured", group[1]);
+    same.add("scene", scene);
+    same.add("measured", measured);
     add_table(tables,
               store.query("SELECT grid_size, segments, round(mean_dist_mm, 2) AS mean_dist_mm, "
                           "simulator, fabric, model, solver FROM " +
@@ -91,7 +91,7 @@ void add_drapes(const StoreReader& store, const Selection& chosen, std::vector<T
               "Real vs virtual " + title, {"simulator", "fabric", "model", "solver"});
     add_table(tables,
               pairs_of(store, "= ?", "SELECT v.simulated FROM " + same.from + same.where,
-                       {group[0], group[1]}, same.parameters),
+                       {scene, measured}, same.parameters),
               "Virtual vs virtual " + title, kOfPairs);
   }
 }
@@ -117,7 +117,7 @@ Table surfaces_of(const StoreReader& store, const ResultFilter& filter) {
         "substr(m.calibration_sha256, 1, length(?)) = ? OR m.sha256 IN (SELECT d.measured_sha256 "
         "FROM run_drape AS d JOIN run AS r ON r.number = d.run WHERE instr(r.calibration_name, ?) "
         "> 0))";
-    of.parameters.insert(of.parameters.end(), 3, filter.calibration);
+    of.parameters.insert(of.parameters.end(), 3, Value(filter.calibration));
   }
   if (of_runs(filter)) {
     of.where +=
@@ -139,17 +139,16 @@ void add_alone(const StoreReader& store, const ResultFilter& filter, std::vector
   sheets.add("s.scene", filter.scene);
   sheets.add("coalesce(f.name, s.fabric_stated)", filter.fabric);
   sheets.add("s.grid_rows || 'x' || s.grid_cols", grid_text(filter.grid));
-  if (filter.segments) sheets.add("CAST(s.segments AS TEXT)", std::to_string(*filter.segments));
+  if (filter.segments) sheets.add("s.segments", *filter.segments);
   sheets.add("s.model", filter.model);
   sheets.add("s.simulator", filter.simulator);
-  const Table scenes = store.query(
-      "SELECT DISTINCT scene FROM v_virtual_vs_virtual WHERE measured IS NULL ORDER BY scene");
-  for (const auto& scene : scenes.rows)
+  for (const auto& [scene] : store.rows<std::string>(
+           "SELECT DISTINCT scene FROM v_virtual_vs_virtual WHERE measured IS NULL ORDER BY scene"))
     add_table(tables,
               pairs_of(store, "IS NULL",
                        "SELECT substr(s.sheet_sha256, 1, 12) FROM " + sheets.from + sheets.where,
-                       {scene[0]}, sheets.parameters),
-              "Virtual vs virtual (experiment " + scene[0] + ", no real cloth)", kOfPairs);
+                       {scene}, sheets.parameters),
+              "Virtual vs virtual (experiment " + scene + ", no real cloth)", kOfPairs);
 }
 
 }  // namespace

@@ -2,17 +2,17 @@
 #include "compare/history/rescue.hpp"
 
 #include <SQLiteCpp/SQLiteCpp.h>
+#include <SQLiteCpp/Savepoint.h>
 #include <fmt/format.h>
-#include <stdlib.h>  // mkdtemp
+#include <fmt/ranges.h>
 
 #include <algorithm>
-#include <array>
-#include <deque>
 #include <optional>
 
 #include "compare/history/copies.hpp"
 #include "compare/history/seal.hpp"
 #include "compare/store/ledger.hpp"
+#include "compare/store/rows.hpp"
 #include "compare/store/sqlite_error.hpp"
 #include "core/error.hpp"
 #include "core/files/files.hpp"
@@ -29,30 +29,20 @@ constexpr int kLeastEntry_bytes = 128;  ///< two hashes, so a file holds no more
 class StoreCopy {
  public:
   explicit StoreCopy(const fs::path& store) {
-    std::string name = (fs::temp_directory_path() / "drapebench-XXXXXX").string();
-    if (::mkdtemp(name.data()) == nullptr)
-      throw bad_input("a copy of the store cannot be made", {.file = name},
-                      "set TMPDIR to a folder that can be written");
-    folder_ = name;
-    fs::copy_file(store, file());
-    const fs::path log = store.string() + "-wal";
-    if (fs::is_regular_file(log)) fs::copy_file(log, file().string() + "-wal");
-    most_entries_ = static_cast<long long>(fs::file_size(file())) / kLeastEntry_bytes;
-    if (fs::is_regular_file(log))
-      most_entries_ += static_cast<long long>(fs::file_size(log)) / kLeastEntry_bytes;
+    const auto copy = [&](const std::string& end) {
+      if (!fs::is_regular_file(store.string() + end)) return;
+      fs::copy_file(store.string() + end, file().string() + end);
+      most_entries_ +=
+          static_cast<long long>(fs::file_size(file().string() + end)) / kLeastEntry_bytes;
+    };
+    copy("");
+    copy("-wal");
   }
-  ~StoreCopy() {
-    std::error_code ignored;
-    fs::remove_all(folder_, ignored);
-  }
-  StoreCopy(const StoreCopy&) = delete;
-  StoreCopy& operator=(const StoreCopy&) = delete;
-
-  [[nodiscard]] fs::path file() const { return folder_ / "store"; }
+  [[nodiscard]] fs::path file() const { return folder_.path() / "store"; }
   [[nodiscard]] long long most_entries() const { return most_entries_; }
 
  private:
-  fs::path folder_;
+  TemporaryFolder folder_{"a copy of the store cannot be made"};
   long long most_entries_ = 0;
 };
 
@@ -65,9 +55,9 @@ void take_schema(const fs::path& empty, const fs::path& copy) {
   const auto size = static_cast<std::size_t>(database.execAndGet("PRAGMA page_size").getInt());
   const std::string good = read_text(empty);
   std::string bytes = read_text(copy);
-  SQLite::Statement pages(database, "SELECT pageno FROM dbstat WHERE name = 'sqlite_schema'");
-  while (pages.executeStep()) {
-    const std::size_t at = size * (static_cast<std::size_t>(pages.getColumn(0).getInt()) - 1);
+  for (const auto& [page] :
+       rows_of<int>(database, "SELECT pageno FROM dbstat WHERE name = 'sqlite_schema'")) {
+    const std::size_t at = size * (static_cast<std::size_t>(page) - 1);
     if (at + size <= bytes.size()) bytes.replace(at, size, good, at, size);
   }
   constexpr std::size_t kPageCount = 28, kFreePages = 32;  // big-endian; SQLite's file format, 1.3
@@ -85,105 +75,61 @@ struct Entry {
 
 std::optional<Entry> entry_of(SQLite::Database& database, long long sequence) {
   try {
-    SQLite::Statement entry(database,
-                            "SELECT kind, key, content_sha256 FROM ledger WHERE sequence = ?");
-    entry.bind(1, static_cast<int64_t>(sequence));
-    if (!entry.executeStep()) return std::nullopt;
-    return Entry{entry.getColumn(0).getString(), entry.getColumn(1).getString(),
-                 entry.getColumn(2).getString()};
-  } catch (const SQLite::Exception&) {
-    return std::nullopt;
+    for (auto& [kind, key, content] : rows_of<std::string, std::string, std::string>(
+             database, "SELECT kind, key, content_sha256 FROM ledger WHERE sequence = ?",
+             {sequence}))
+      return Entry{kind, key, content};
+  } catch (const SQLite::Exception&) {  // a page of it is damaged
   }
+  return std::nullopt;
 }
 
-void bind(SQLite::Statement& statement, int index, const SQLite::Column& value) {
-  if (value.isInteger()) statement.bind(index, static_cast<int64_t>(value.getInt64()));
-  if (value.isFloat()) statement.bind(index, value.getDouble());
-  if (value.isText()) statement.bind(index, value.getString());
-}
-
-/// "gap" of "SELECT * FROM gap WHERE ...".
-std::string table_of(const std::string& query) {
-  const std::size_t begin = query.find("FROM ") + 5;
-  return query.substr(begin, query.find(' ', begin) - begin);
-}
-
-void copy_rows(SQLite::Database& from, SQLite::Database& to, const char* query,
-               const std::string& key) {
+void copy_rows(SQLite::Database& from, SQLite::Database& to, const UnitTable& table,
+               const std::string& query, const std::string& key) {
   SQLite::Statement rows(from, query);
   rows.bind(1, key);
-  std::string marks = "?";
-  for (int i = 1; i < rows.getColumnCount(); ++i) marks += ", ?";
-  SQLite::Statement insert(to, fmt::format("INSERT INTO {} VALUES ({})", table_of(query), marks));
-  while (rows.executeStep()) {
-    for (int i = 0; i < rows.getColumnCount(); ++i) bind(insert, i + 1, rows.getColumn(i));
-    insert.exec();
-    insert.reset();
-    insert.clearBindings();
+  std::vector<std::string> names, marks;
+  for (int i = 0; i < rows.getColumnCount(); ++i) {
+    names.push_back(fmt::format("\"{}\"", rows.getColumnName(i)));
+    marks.emplace_back("?");
   }
+  const std::string insert = fmt::format("INSERT INTO {} ({}) VALUES ({})", table.name,
+                                         fmt::join(names, ", "), fmt::join(marks, ", "));
+  for (const Cells& row : rest_of(rows)) execute(to, insert, row);
 }
 
 /// All rows of the unit or none.
 void copy_unit(SQLite::Database& from, SQLite::Database& to, const LedgerKind& kind,
-               const std::string& key) {
-  to.exec("SAVEPOINT unit");
-  try {
-    for (const char* query : kind.queries) copy_rows(from, to, query, key);
-  } catch (const SQLite::Exception&) {
-    to.exec("ROLLBACK TO unit");
-    to.exec("RELEASE unit");
-    throw;
-  }
-  to.exec("RELEASE unit");
+               Reading reading, const std::string& key) {
+  SQLite::Savepoint unit(to, "unit");
+  for (const UnitTable& table : kind.tables)
+    copy_rows(from, to, table, unit_query(table, reading, &table != &kind.tables.front()), key);
+  unit.release();
 }
 
-/// The queries of a kind, and others for the same rows where a tree cannot be read: tables without
-/// their indexes, and the row without any that hang on it. The hash in the ledger says which holds.
-class Readings {
- public:
-  explicit Readings(const LedgerKind& kind) : kinds_{kind, kind, kind} {
-    for (std::size_t i = 0; i < kind.queries.size(); ++i) {
-      std::string text = kind.queries[i];
-      for (const std::string table : {"FROM comparison ", "FROM run "})
-        for (std::size_t at = 0; (at = text.find(table, at)) != std::string::npos; at += 1)
-          text.insert(at + table.size(), "NOT INDEXED ");
-      kinds_[1].queries[i] = texts_.emplace_back(text).c_str();
-      if (i > 0) text = "SELECT * FROM " + table_of(text) + " WHERE 0 AND ?1 IS NULL";
-      kinds_[2].queries[i] = texts_.emplace_back(text).c_str();
+/// The first reading that gives what the ledger says was written.
+std::optional<Reading> reading_of(SQLite::Database& from, const LedgerKind& kind,
+                                  const Entry& entry) {
+  for (const Reading reading : {Reading::whole, Reading::tables, Reading::alone}) {
+    try {
+      if (content_sha256(from, kind, entry.key, reading) == entry.content) return reading;
+    } catch (const SQLite::Exception&) {  // the next may do without that tree
     }
   }
-  Readings(const Readings&) = delete;
-  Readings& operator=(const Readings&) = delete;
-  /// The first that gives what was written; nullptr: none.
-  [[nodiscard]] const LedgerKind* of(SQLite::Database& from, const Entry& entry) const {
-    for (const LedgerKind& kind : kinds_) {
-      try {
-        if (content_sha256(from, kind, entry.key) == entry.content) return &kind;
-      } catch (const SQLite::Exception&) {  // the next may do without that tree
-      }
-    }
-    return nullptr;
-  }
-
- private:
-  std::array<LedgerKind, 3> kinds_;
-  std::deque<std::string> texts_;
-};
+  return std::nullopt;
+}
 
 /// True when the unit came over; false when its rows are not those of the entry, or hang on rows
 /// that did not come over.
 bool carry(SQLite::Database& from, SQLite::Database& to, LedgerWriter& ledger, const Entry& entry) {
-  const auto& kinds = ledger_kinds();
-  const auto kind = std::find_if(kinds.begin(), kinds.end(),
-                                 [&](const LedgerKind& k) { return entry.kind == k.table; });
-  if (kind == kinds.end()) return false;
+  const LedgerKind* kind = ledger_kind(entry.kind);
+  if (kind == nullptr) return false;
   try {
-    const Readings readings(*kind);
-    const LedgerKind* reading = readings.of(from, entry);
-    if (reading == nullptr) return false;
+    const auto reading = reading_of(from, *kind, entry);
+    if (!reading) return false;
     // The metrics are written into every new store.
     if (content_sha256(to, *kind, entry.key) == entry.content) return true;
-    copy_unit(from, to, *reading, entry.key);
+    copy_unit(from, to, *kind, *reading, entry.key);
   } catch (const SQLite::Exception&) {
     return false;
   }

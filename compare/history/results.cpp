@@ -14,29 +14,25 @@ namespace {
 
 /// Turns the one row of `table` into name, value, unit and definition.
 Table metrics_of(const StoreReader& store, const Table& row) {
-  Table metrics;
-  metrics.names = {"metric", "value", "unit", "definition"};
-  metrics.numeric = {false, true, false, false};
-  const Table dictionary = store.query("SELECT name, unit, definition FROM metric");
-  for (std::size_t i = 0; i < row.names.size(); ++i) {
-    for (const auto& entry : dictionary.rows) {
-      if (entry[0] == row.names[i])
-        metrics.add({row.names[i], row.rows.front()[i], entry[1], entry[2]});
-    }
-  }
+  Table metrics({"metric", "value", "unit", "definition"}, {1});
+  for (const auto& [name, unit, definition] : metric_dictionary(store))
+    if (const auto at = row.column(name)) metrics.add({name, row.rows[0][*at], unit, definition});
   return metrics;
 }
 
 Table turned(const Table& row) {
-  Table table;
-  table.names = {"what", "value"};
-  table.numeric = {false, false};
+  Table table({"what", "value"});
   for (std::size_t i = 0; i < row.names.size(); ++i)
     if (!row.rows.front()[i].empty()) table.add({row.names[i], row.rows.front()[i]});
   return table;
 }
 
 }  // namespace
+
+std::vector<Metric> metric_dictionary(const StoreReader& store) {
+  return store.rows<std::string, std::string, std::string>(
+      "SELECT name, unit, definition FROM metric ORDER BY name");
+}
 
 StoredKey stored_key(const StoreReader& store, const std::string& key,
                      const std::vector<std::string>& tables) {
@@ -45,9 +41,9 @@ StoredKey stored_key(const StoreReader& store, const std::string& key,
     query += fmt::format("{}SELECT '{}', sha256 FROM {} WHERE substr(sha256, 1, length(?1)) = ?1",
                          query.empty() ? "" : " UNION ALL ", table, table);
   }
-  const Table found = store.query(query, {key});
-  if (found.rows.size() == 1) return {found.rows[0][0], found.rows[0][1]};
-  throw usage_error(fmt::format("{} rows have a key that starts with `{}`", found.rows.size(), key),
+  const auto found = store.rows<std::string, std::string>(query, {key});
+  if (found.size() == 1) return {std::get<0>(found[0]), std::get<1>(found[0])};
+  throw usage_error(fmt::format("{} rows have a key that starts with `{}`", found.size(), key),
                     "take a key from the column `comparison` of drape-results list or tables");
 }
 
@@ -133,13 +129,13 @@ ShownResult show_result(const StoreReader& store, const std::string& key) {
 
 Table list_runs(const StoreReader& store, const ResultFilter& filter) {
   check_filter(store, filter);
-  std::vector<std::string> parameters;
+  Cells parameters;
   std::string sql = "SELECT * FROM v_run WHERE run IN (";
   sql += runs_of(filter, parameters) + ")";
   const auto add = [&](const std::string& condition, const std::string& value, int times) {
     if (value.empty()) return;
     sql += " AND " + condition;
-    parameters.insert(parameters.end(), static_cast<std::size_t>(times), value);
+    parameters.insert(parameters.end(), static_cast<std::size_t>(times), Value(value));
   };
   add("rig = ?", filter.rig, 1);
   add("run IN (SELECT run FROM run_drape WHERE scene = ?)", filter.scene, 1);
@@ -154,17 +150,16 @@ Table list_runs(const StoreReader& store, const ResultFilter& filter) {
 Table trend_by(const StoreReader& store, const std::string& key, const std::string& specimen) {
   check_specimen(store, specimen);
   std::string value = "d." + key, chosen;
-  std::vector<std::string> keys;
+  Cells keys;
   if (key != "fabric" && key != "label" && key != "scene") {
-    const Table found = store.query(
-        // From key to key by the index: DISTINCT would read every value of every run.
-        "WITH RECURSIVE each(key) AS (SELECT min(key) FROM run_value UNION ALL SELECT (SELECT "
-        "min(v.key) FROM run_value AS v WHERE v.key > each.key) FROM each WHERE each.key IS NOT "
-        "NULL) SELECT key FROM each WHERE key = ?1 OR key LIKE '%.' || ?1",
-        {key});
     std::string list;
-    for (const auto& row : found.rows) {
-      keys.push_back(row[0]);
+    for (const auto& [found] : store.rows<std::string>(
+             // From key to key by the index: DISTINCT would read every value of every run.
+             "WITH RECURSIVE each(key) AS (SELECT min(key) FROM run_value UNION ALL SELECT (SELECT "
+             "min(v.key) FROM run_value AS v WHERE v.key > each.key) FROM each WHERE each.key IS "
+             "NOT NULL) SELECT key FROM each WHERE key = ?1 OR key LIKE '%.' || ?1",
+             {key})) {
+      keys.push_back(found);
       list += fmt::format("{}?{}", list.empty() ? "" : ", ", keys.size());
     }
     value =
@@ -177,8 +172,9 @@ Table trend_by(const StoreReader& store, const std::string& key, const std::stri
   }
   if (value.front() == '(' && keys.empty()) {
     std::vector<std::string> names = {"fabric", "label"};
-    for (const auto& row : store.query("SELECT DISTINCT key FROM run_value ORDER BY key").rows)
-      names.push_back(row[0]);
+    for (const auto& [known] :
+         store.rows<std::string>("SELECT DISTINCT key FROM run_value ORDER BY key"))
+      names.push_back(known);
     throw usage_error(fmt::format("no run has a value `{}`{}", key, did_you_mean(key, names)),
                       "see the keys with: drape-results sql \"SELECT DISTINCT owner, key FROM "
                       "run_value\"");
@@ -202,17 +198,16 @@ Table trend_by(const StoreReader& store, const std::string& key, const std::stri
 }
 
 Table export_table(const StoreReader& store, const std::string& name) {
-  const Table known =
-      store.query("SELECT name FROM sqlite_master WHERE type IN ('table', 'view') ORDER BY name");
   std::string names;
   // What the lists of comparisons are made of, which alone has no verdict.
   if (name == "v_comparison")
     return store.query(
         "SELECT v.*, s.run, s.measurement, s.cause, s.state FROM v_comparison AS v LEFT JOIN "
         "v_state AS s ON s.comparison_id = v.id");
-  for (const auto& row : known.rows) {
-    if (row.front() == name) return store.query(fmt::format("SELECT * FROM \"{}\"", name));
-    names += (names.empty() ? "" : ", ") + row.front();
+  for (const auto& [known] : store.rows<std::string>(
+           "SELECT name FROM sqlite_master WHERE type IN ('table', 'view') ORDER BY name")) {
+    if (known == name) return store.query(fmt::format("SELECT * FROM \"{}\"", name));
+    names += (names.empty() ? "" : ", ") + known;
   }
   throw usage_error(fmt::format("the store has no table or view `{}`", name), "it has: " + names);
 }
@@ -221,20 +216,20 @@ std::string dump_sql(const StoreReader& store) {
   std::string text = fmt::format(
       "PRAGMA application_id = {};\nPRAGMA user_version = {};\nPRAGMA foreign_keys = "
       "OFF;\nBEGIN;\n",
-      kApplicationId, kStoreVersion);
-  const Table objects = store.query(
+      kApplicationId, store_version());
+  const auto objects = store.rows<std::string, std::string, std::string>(
       "SELECT type, name, sql FROM sqlite_master WHERE sql IS NOT NULL ORDER BY type = 'view', "
       "type = 'trigger', type = 'index', rowid");
-  for (const auto& object : objects.rows) text += object[2] + ";\n";
-  for (const auto& object : objects.rows) {
-    if (object[0] != "table") continue;
+  for (const auto& [type, name, sql] : objects) text += sql + ";\n";
+  for (const auto& [type, name, sql] : objects) {
+    if (type != "table") continue;
     std::string values;
-    for (const auto& column :
-         store.query("SELECT name FROM pragma_table_info(?) ORDER BY cid", {object[1]}).rows)
-      values += fmt::format("{}quote(\"{}\")", values.empty() ? "" : " || ', ' || ", column[0]);
-    const Table rows = store.query(fmt::format("SELECT {} AS line FROM \"{}\"", values, object[1]));
-    for (const auto& row : rows.rows)
-      text += fmt::format("INSERT INTO \"{}\" VALUES ({});\n", object[1], row[0]);
+    for (const auto& [column] :
+         store.rows<std::string>("SELECT name FROM pragma_table_info(?) ORDER BY cid", {name}))
+      values += fmt::format("{}quote(\"{}\")", values.empty() ? "" : " || ', ' || ", column);
+    for (const auto& [line] :
+         store.rows<std::string>(fmt::format("SELECT {} FROM \"{}\"", values, name)))
+      text += fmt::format("INSERT INTO \"{}\" VALUES ({});\n", name, line);
   }
   return text + "COMMIT;\n";
 }

@@ -31,6 +31,10 @@ struct ResultFilter {
   friend bool operator==(const ResultFilter&, const ResultFilter&) = default;
 };
 
+/// Name, unit and definition.
+using Metric = std::tuple<std::string, std::string, std::string>;
+[[nodiscard]] std::vector<Metric> metric_dictionary(const StoreReader& store);
+
 /// A row of the store that has a key.
 struct StoredKey {
   std::string table;

@@ -2,8 +2,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
+#include <functional>
 #include <set>
 
 #include "compare/compare.hpp"
@@ -30,13 +30,14 @@ int version_in_file(const fs::path& store) {
 /// A store of an older version is read through a copy that was brought to this one, which defines
 /// new metrics: what was sealed must be the beginning of its chain, and only metrics may follow.
 bool grew_by_migration(const StoreReader& reader, const fs::path& store, const Seal& seal) {
-  if (version_in_file(store) >= kStoreVersion) return false;
-  const std::string sealed = std::to_string(seal.entries);
-  const Table head =
-      reader.query("SELECT chain_sha256 FROM ledger WHERE sequence = CAST(? AS INTEGER)", {sealed});
-  const Table others = reader.query(
-      "SELECT 1 FROM ledger WHERE sequence > CAST(? AS INTEGER) AND kind <> 'metric'", {sealed});
-  return head.rows.size() == 1 && head.rows[0][0] == seal.head && others.rows.empty();
+  if (version_in_file(store) >= store_version()) return false;
+  const auto head = reader.rows<std::string>("SELECT chain_sha256 FROM ledger WHERE sequence = ?",
+                                             {seal.entries});
+  return head == decltype(head){{seal.head}} &&
+         reader
+             .rows<int>("SELECT 1 FROM ledger WHERE sequence > ? AND kind <> 'metric'",
+                        {seal.entries})
+             .empty();
 }
 
 void check_length(const StoreReader& reader, const fs::path& store, const Seal& seal,
@@ -82,234 +83,197 @@ void check_files(const fs::path& folder, const Seal& seal, Verification& result)
 /// Sheets and lists of branches of the seal by the hash that the store knows them by.
 using SheetFiles = std::map<std::string, fs::path>;
 
-/// What was not recomputed because a sheet of it is not sealed: the first of a kind, and how many.
-class NotRecomputed {
+using Text = std::string;
+using Places = std::vector<Eigen::Vector2d>;
+
+Places marks_of(const Sheet& sheet) {
+  Places places;
+  for (const SheetMark& mark : sheet.marks) places.push_back(mark.material_m);
+  return places;
+}
+
+/// Computes what the store holds again from the sealed files.
+class Recomputation {
  public:
-  explicit NotRecomputed(const char* kind) : kind_(kind) {}
-  void add(const std::string& key) {
-    if (count_++ == 0) first_ = key.substr(0, 12);
-  }
-  void report(Verification& result) const {
-    if (count_ == 0) return;
-    result.findings.push_back(fmt::format(
-        "{} {}{} not recomputed: no sealed file holds its sheets", kind_, first_,
-        count_ == 1 ? std::string(" was") : fmt::format(" and {} more were", count_ - 1)));
+  Recomputation(const StoreReader& reader, const SheetFiles& sheets, Verification& result)
+      : reader_(reader), sheets_(sheets), result_(result) {}
+
+  void run() {
+    comparisons();
+    surfaces();
+    pairs();
+    branches();
   }
 
  private:
-  const char* kind_;
-  std::string first_;
-  long long count_ = 0;
-};
-
-double number(const std::string& text) {
-  double value = 0;
-  std::from_chars(text.data(), text.data() + text.size(), value);
-  return value;
-}
-
-int whole_number(const std::string& text) {
-  int value = 0;
-  std::from_chars(text.data(), text.data() + text.size(), value);
-  return value;
-}
-
-/// True when every distance and the mean come out with the same bits.
-bool same_numbers(const StoreReader& reader, const std::string& id, const std::string& mean_mm,
-                  const std::vector<MarkError>& marks) {
-  const Table rows = reader.query(
-      "SELECT \"row\", \"col\", distance_mm FROM mark_error WHERE comparison_id = "
-      "CAST(? AS INTEGER) ORDER BY \"row\", \"col\"",
-      {id});
-  if (rows.rows.size() != marks.size()) return false;
-  for (std::size_t i = 0; i < marks.size(); ++i) {
-    if (number(rows.rows[i][0]) != marks[i].mark.row ||
-        number(rows.rows[i][1]) != marks[i].mark.col ||
-        number(rows.rows[i][2]) != marks[i].distance_m / mm)
-      return false;
+  [[nodiscard]] const fs::path* file(const Text& sha256) const {
+    const auto found = sheets_.find(sha256);
+    return found == sheets_.end() ? nullptr : &found->second;
   }
-  return number(mean_mm) == statistics_of(marks).mean_m / mm;
-}
 
-void recompute(const StoreReader& reader, const SheetFiles& sheets, Verification& result) {
-  const Table rows = reader.query(
-      "SELECT id, sha256, measured_sha256, simulated_sha256, mean_mm FROM comparison ORDER BY id");
-  NotRecomputed left("comparison");
-  for (const auto& row : rows.rows) {
-    const auto measured = sheets.find(row[2]), simulated = sheets.find(row[3]);
-    if (measured == sheets.end() || simulated == sheets.end()) {
-      left.add(row[1]);
-      continue;
-    }
+  /// Whether a row comes out with the same bits; nothing where no sealed file holds its sheets.
+  void judge(const char* kind, const Text& sha256, const char* sources,
+             const std::function<std::optional<bool>()>& comes_out) {
+    const Text name = fmt::format("{} {}", kind, sha256.substr(0, 12));
     try {
-      const Sheet real = read_sheet(measured->second);
-      const Sheet other = simulated->second.extension() == ".toml"
-                              ? read_other_mesh(simulated->second, real).sheet.sheet
-                              : read_sheet(simulated->second);
-      const auto marks = compare_marks(real, Surface(other, simulated->second.string()));
-      ++result.comparisons;
-      if (!same_numbers(reader, row[0], row[4], marks.marks))
-        result.findings.push_back(
-            fmt::format("comparison {} does not come out of its sheets", row[1].substr(0, 12)));
+      const auto same = comes_out();
+      if (!same && left_++ == 0) first_left_ = name;
+      result_.comparisons += same.has_value();
+      if (same == false)
+        result_.findings.push_back(fmt::format("{} does not come out of its {}", name, sources));
     } catch (const Error& error) {
-      result.findings.push_back(fmt::format("comparison {} cannot be recomputed: {}",
-                                            row[1].substr(0, 12), error.what()));
+      result_.findings.push_back(fmt::format("{} cannot be recomputed: {}", name, error.what()));
     }
   }
-  left.report(result);
-}
 
-/// Where two simulations may have been compared: at the marks of the measured lattice, or at the
-/// particles of the coarsest grid of their group, which is one with as many on the same cloth.
-std::vector<std::vector<Eigen::Vector2d>> places_of(const StoreReader& reader,
-                                                    const SheetFiles& sheets,
-                                                    const std::vector<std::string>& pair) {
-  std::vector<std::vector<Eigen::Vector2d>> all;
-  const auto add_marks = [&](const Sheet& sheet) {
-    all.emplace_back();
-    for (const SheetMark& mark : sheet.marks) all.back().push_back(mark.material_m);
-  };
-  const std::string &measured = pair[1], &first = pair[2], &second = pair[3], &points = pair[4];
-  if (const auto file = sheets.find(measured); file != sheets.end()) {
-    const Sheet real = read_sheet(file->second);
-    const auto lattice = LatticeCoordinates::of(real, file->second.string());
-    if (!lattice) {
-      add_marks(real);
+  void report_left() {
+    if (left_ > 0)
+      result_.findings.push_back(
+          fmt::format("{}{} not recomputed: no sealed file holds its sheets", first_left_,
+                      left_ == 1 ? Text(" was") : fmt::format(" and {} more were", left_ - 1)));
+    left_ = 0;
+  }
+
+  /// Every distance and the mean.
+  [[nodiscard]] bool same_marks(int id, double mean_mm, const std::vector<MarkError>& marks) const {
+    const auto rows = reader_.rows<int, int, double>(
+        "SELECT \"row\", \"col\", distance_mm FROM mark_error WHERE comparison_id = ? ORDER BY "
+        "\"row\", \"col\"",
+        {id});
+    return std::equal(rows.begin(), rows.end(), marks.begin(), marks.end(),
+                      [](const auto& row, const MarkError& mark) {
+                        return row ==
+                               std::tuple(mark.mark.row, mark.mark.col, mark.distance_m / mm);
+                      }) &&
+           mean_mm == statistics_of(marks).mean_m / mm;
+  }
+
+  void comparisons() {
+    for (const auto& [id, key, measured, simulated, mean_mm] :
+         reader_.rows<int, Text, Text, Text, double>(
+             "SELECT id, sha256, measured_sha256, simulated_sha256, mean_mm FROM comparison ORDER "
+             "BY id"))
+      judge("comparison", key, "sheets", [&]() -> std::optional<bool> {
+        const fs::path *one = file(measured), *two = file(simulated);
+        if (one == nullptr || two == nullptr) return std::nullopt;
+        const Sheet real = read_sheet(*one);
+        const Sheet other = two->extension() == ".toml" ? read_other_mesh(*two, real).sheet.sheet
+                                                        : read_sheet(*two);
+        return same_marks(id, mean_mm, compare_marks(real, Surface(other, two->string())).marks);
+      });
+    report_left();
+  }
+
+  void surfaces() {
+    using Length = std::optional<double>;
+    for (const auto& [key, measured, mesh, mean_mm, max_mm, there_mm, back_mm] :
+         reader_.rows<Text, Text, Text, double, double, Length, Length>(
+             "SELECT sha256, measured_sha256, mesh_sha256, to_surface_mean_mm, to_surface_max_mm, "
+             "real_to_mesh_mean_mm, mesh_to_real_max_mm FROM surface_comparison ORDER BY sha256"))
+      judge("surface comparison", key, "files", [&]() -> std::optional<bool> {
+        const fs::path *one = file(measured), *two = file(mesh);
+        if (one == nullptr || two == nullptr) return std::nullopt;
+        const auto surface = read_other_surface(*two);
+        if (!surface) return false;
+        const RealSurface found = compare_to_surface(read_sheet(*one), surface->mesh);
+        const auto& both = found.both_directions;
+        return mean_mm == found.to_surface.mean_m / mm && max_mm == found.to_surface.max_m / mm &&
+               there_mm == (both ? Length(both->first_to_second.mean_m / mm) : Length()) &&
+               back_mm == (both ? Length(both->second_to_first.hausdorff_m / mm) : Length());
+      });
+    report_left();
+  }
+
+  /// Where two simulations may have been compared: at the marks of the measured lattice, or at the
+  /// particles of the coarsest grid of their group, which is one with as many on the same cloth.
+  [[nodiscard]] std::vector<Places> places_of(const std::optional<Text>& measured,
+                                              const Text& first, const Text& second,
+                                              int points) const {
+    std::vector<Places> all;
+    if (measured) {
+      const fs::path* real_file = file(*measured);
+      if (real_file == nullptr) return all;
+      const Sheet real = read_sheet(*real_file);
+      const auto lattice = LatticeCoordinates::of(real, real_file->string());
+      if (!lattice) return {marks_of(real)};
+      all.emplace_back();
+      for (int row = 0; row < real.rows; ++row)
+        for (int col = 0; col < real.cols; ++col) all.back().push_back(lattice->at({row, col}));
       return all;
     }
-    all.emplace_back();
-    for (int row = 0; row < real.rows; ++row)
-      for (int col = 0; col < real.cols; ++col) all.back().push_back(lattice->at({row, col}));
+    std::set<std::pair<int, int>> known;
+    for (const auto& [sheet, rows, cols] : reader_.rows<Text, int, int>(
+             "SELECT g.sha256, g.rows, g.cols FROM sheet AS g JOIN sheet AS f ON f.sha256 = ?1 "
+             "WHERE g.kind = 'simulated' AND g.marks = ?3 AND g.patch_warp_mm = f.patch_warp_mm "
+             "AND g.patch_weft_mm = f.patch_weft_mm ORDER BY g.sha256 NOT IN (?1, ?2), g.sha256",
+             {first, second, points}))
+      if (const fs::path* grid = file(sheet);
+          grid != nullptr && grid->extension() == ".json" && known.emplace(rows, cols).second)
+        all.push_back(marks_of(read_sheet(*grid)));
     return all;
   }
-  if (!measured.empty()) return all;
-  const Table grids = reader.query(
-      "SELECT g.sha256, g.rows, g.cols FROM sheet AS g JOIN sheet AS f ON f.sha256 = ?1 WHERE "
-      "g.kind = 'simulated' AND g.marks = CAST(?3 AS INTEGER) AND g.patch_warp_mm = "
-      "f.patch_warp_mm AND g.patch_weft_mm = f.patch_weft_mm ORDER BY g.sha256 NOT IN (?1, ?2), "
-      "g.sha256",
-      {first, second, points});
-  std::set<std::pair<std::string, std::string>> known;
-  for (const auto& grid : grids.rows) {
-    const auto file = sheets.find(grid[0]);
-    if (file == sheets.end() || file->second.extension() != ".json") continue;
-    if (known.emplace(grid[1], grid[2]).second) add_marks(read_sheet(file->second));
-  }
-  return all;
-}
 
-/// The same for pairs of simulations.
-void recompute_pairs(const StoreReader& reader, const SheetFiles& sheets, Verification& result) {
-  const Table rows = reader.query(
-      "SELECT sha256, coalesce(measured_sha256, ''), first_sha256, second_sha256, points, mean_mm, "
-      "max_mm FROM simulation_pair ORDER BY sha256");
-  NotRecomputed left("pair");
-  for (const auto& row : rows.rows) {
-    const auto first = sheets.find(row[2]), second = sheets.find(row[3]);
-    try {
-      if (first == sheets.end() || second == sheets.end()) {
-        left.add(row[0]);
-        continue;
-      }
-      const auto places = places_of(reader, sheets, row);
-      if (places.empty()) {
-        left.add(row[0]);
-        continue;
-      }
-      const Surface one(read_sheet(first->second), first->second.string());
-      const Surface other(read_sheet(second->second), second->second.string());
-      ++result.comparisons;
-      const bool same = std::any_of(places.begin(), places.end(), [&](const auto& at) {
-        const auto distances = distances_between(one, other, at);
-        return !distances.empty() && number(row[4]) == static_cast<double>(distances.size()) &&
-               number(row[5]) == statistics_of(distances).mean_m / mm &&
-               number(row[6]) == statistics_of(distances).max_m / mm;
+  void pairs() {
+    for (const auto& [key, measured, first, second, points, mean_mm, max_mm] :
+         reader_.rows<Text, std::optional<Text>, Text, Text, int, double, double>(
+             "SELECT sha256, measured_sha256, first_sha256, second_sha256, points, mean_mm, max_mm "
+             "FROM simulation_pair ORDER BY sha256"))
+      judge("pair", key, "sheets", [&]() -> std::optional<bool> {
+        const fs::path *a = file(first), *b = file(second);
+        if (a == nullptr || b == nullptr) return std::nullopt;
+        const auto places = places_of(measured, first, second, points);
+        if (places.empty()) return std::nullopt;
+        const Surface one(read_sheet(*a), a->string()), other(read_sheet(*b), b->string());
+        return std::any_of(places.begin(), places.end(), [&](const Places& at) {
+          const auto distances = distances_between(one, other, at);
+          return !distances.empty() && static_cast<std::size_t>(points) == distances.size() &&
+                 mean_mm == statistics_of(distances).mean_m / mm &&
+                 max_mm == statistics_of(distances).max_m / mm;
+        });
       });
-      if (!same)
-        result.findings.push_back(
-            fmt::format("pair {} does not come out of its sheets", row[0].substr(0, 12)));
-    } catch (const Error& error) {
-      result.findings.push_back(
-          fmt::format("pair {} cannot be recomputed: {}", row[0].substr(0, 12), error.what()));
-    }
+    report_left();
   }
-  left.report(result);
-}
 
-/// The same for meshes without marks.
-void recompute_surfaces(const StoreReader& reader, const SheetFiles& sheets, Verification& result) {
-  const Table rows = reader.query(
-      "SELECT sha256, measured_sha256, mesh_sha256, to_surface_mean_mm, to_surface_max_mm, "
-      "coalesce(real_to_mesh_mean_mm, -1), coalesce(mesh_to_real_max_mm, -1) FROM "
-      "surface_comparison ORDER BY sha256");
-  NotRecomputed left("surface comparison");
-  for (const auto& row : rows.rows) {
-    const auto measured = sheets.find(row[1]), mesh = sheets.find(row[2]);
-    if (measured == sheets.end() || mesh == sheets.end()) {
-      left.add(row[0]);
-      continue;
+  /// What their list says of equilibria, and their best turns.
+  void branches() {
+    for (const auto& [set, number, energy_uJ, starts, hem_nodes] :
+         reader_.rows<Text, int, double, int, int>(
+             "SELECT branches_sha256, number, energy_uJ, starts, hem_nodes FROM branch ORDER BY "
+             "sheet_sha256")) {
+      const fs::path* list = file(set);  // lists are sealed as sheets are, by their hash
+      if (list == nullptr) {
+        if (left_++ == 0) first_left_ = "branch list " + set.substr(0, 12);
+        continue;
+      }
+      const auto listed = branch_in(*list, number);
+      if (!listed || listed->set_sha256 != set || listed->energy_j / 1e-6 != energy_uJ ||
+          listed->starts != starts || listed->hem_nodes != hem_nodes)
+        result_.findings.push_back(
+            fmt::format("branch {} is not what its list {} says", number, list->string()));
     }
-    try {
-      const auto surface = read_other_surface(mesh->second);
-      if (!surface) continue;  // its changed bytes are a finding already
-      const RealSurface found = compare_to_surface(read_sheet(measured->second), surface->mesh);
-      ++result.comparisons;
-      const bool same =
-          number(row[3]) == found.to_surface.mean_m / mm &&
-          number(row[4]) == found.to_surface.max_m / mm &&
-          number(row[5]) ==
-              (found.both_directions ? found.both_directions->first_to_second.mean_m / mm : -1) &&
-          number(row[6]) == (found.both_directions
-                                 ? found.both_directions->second_to_first.hausdorff_m / mm
-                                 : -1);
-      if (!same)
-        result.findings.push_back(fmt::format(
-            "surface comparison {} does not come out of its files", row[0].substr(0, 12)));
-    } catch (const Error& error) {
-      result.findings.push_back(fmt::format("surface comparison {} cannot be recomputed: {}",
-                                            row[0].substr(0, 12), error.what()));
+    report_left();
+    for (const auto& [measured, simulated, x_mm, y_mm, mean_mm] :
+         reader_.rows<Text, Text, double, double, double>(
+             "SELECT c.measured_sha256, c.simulated_sha256, t.axis_x_mm, t.axis_y_mm, "
+             "t.turned_mean_mm FROM branch_turn AS t JOIN comparison AS c ON c.sha256 = "
+             "t.comparison_sha256 ORDER BY c.id")) {
+      const fs::path *one = file(measured), *two = file(simulated);
+      if (one == nullptr || two == nullptr) continue;  // said already
+      const auto turned = best_turn(read_sheet(*one), Surface(read_sheet(*two), two->string()),
+                                    {x_mm * mm, y_mm * mm});
+      // The axis went through a change of units, which may cost its last bit.
+      if (!turned || std::abs(turned->mean_m / mm - mean_mm) > 1e-9)
+        result_.findings.push_back(
+            fmt::format("the best turn of {} does not come out of its sheets", two->string()));
     }
   }
-  left.report(result);
-}
 
-/// The same for equilibria: what their list says of them, and their best turns.
-void recompute_branches(const StoreReader& reader, const SheetFiles& sheets, Verification& result) {
-  const Table facts = reader.query(
-      "SELECT sheet_sha256, branches_sha256, number, energy_uJ, starts, hem_nodes FROM branch "
-      "ORDER BY sheet_sha256");
-  NotRecomputed left("branch list");
-  for (const auto& row : facts.rows) {
-    const auto list = sheets.find(row[1]);  // lists are sealed as sheets are, by their hash
-    if (list == sheets.end()) {
-      left.add(row[1]);
-      continue;
-    }
-    const auto listed = branch_in(list->second, whole_number(row[2]));
-    const bool same = listed && listed->set_sha256 == row[1] &&
-                      listed->energy_j / 1e-6 == number(row[3]) &&
-                      listed->starts == number(row[4]) && listed->hem_nodes == number(row[5]);
-    if (!same)
-      result.findings.push_back(
-          fmt::format("branch {} is not what its list {} says", row[2], list->second.string()));
-  }
-  left.report(result);
-  const Table turns = reader.query(
-      "SELECT c.measured_sha256, c.simulated_sha256, t.axis_x_mm, t.axis_y_mm, t.turned_mean_mm "
-      "FROM branch_turn AS t JOIN comparison AS c ON c.sha256 = t.comparison_sha256 ORDER BY c.id");
-  for (const auto& row : turns.rows) {
-    const auto measured = sheets.find(row[0]), simulated = sheets.find(row[1]);
-    if (measured == sheets.end() || simulated == sheets.end()) continue;  // said already
-    const auto turned =
-        best_turn(read_sheet(measured->second),
-                  Surface(read_sheet(simulated->second), simulated->second.string()),
-                  {number(row[2]) * mm, number(row[3]) * mm});
-    // The axis went through a change of units, which may cost its last bit.
-    if (!turned || std::abs(turned->mean_m / mm - number(row[4])) > 1e-9)
-      result.findings.push_back(fmt::format("the best turn of {} does not come out of its sheets",
-                                            simulated->second.string()));
-  }
-}
+  const StoreReader& reader_;
+  const SheetFiles& sheets_;
+  Verification& result_;
+  long long left_ = 0;  ///< of the kind at hand, for want of a sealed file
+  Text first_left_;
+};
 
 }  // namespace
 
@@ -349,10 +313,7 @@ Verification verify_store(const fs::path& named, bool with_recomputation) {
     if (const auto other = other_mesh_id(file)) sheets[other->sha256] = file;
   }
   try {
-    recompute(*reader, sheets, result);
-    recompute_surfaces(*reader, sheets, result);
-    recompute_pairs(*reader, sheets, result);
-    recompute_branches(*reader, sheets, result);
+    Recomputation(*reader, sheets, result).run();
   } catch (const Error& error) {
     result.findings.emplace_back(error.what_failed());
   }

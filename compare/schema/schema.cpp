@@ -3,45 +3,61 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <regex>
+#include <set>
+#include <sstream>
+
+#include "core/error.hpp"
+
 namespace drape::compare {
 namespace {
 
-constexpr const char* kTables[] = {
-    R"sql(CREATE TABLE metric (
+/// Every table. A comment that begins with "smaller:" or "neither:" makes its column a metric:
+/// which value is the better one, the store version that brought it where that is not the first,
+/// and the definition. The name of a metric ends in its unit.
+constexpr const char* kTables = R"sql(CREATE TABLE metric (
   name TEXT NOT NULL PRIMARY KEY,  -- a column of comparison, simulation_pair or mark_error
   unit TEXT NOT NULL,
   definition TEXT NOT NULL,
   better TEXT NOT NULL CHECK (better IN ('smaller', 'larger', 'neither'))
-) STRICT, WITHOUT ROWID)sql",
-    R"sql(CREATE TABLE rig (
+) STRICT, WITHOUT ROWID;
+
+CREATE TABLE rig (
   name TEXT NOT NULL PRIMARY KEY
-) STRICT, WITHOUT ROWID)sql",
-    R"sql(CREATE TABLE calibration (
+) STRICT, WITHOUT ROWID;
+
+CREATE TABLE calibration (
   sha256 TEXT NOT NULL PRIMARY KEY,  -- of calibration.json
   rig_name TEXT NOT NULL REFERENCES rig (name)
-) STRICT, WITHOUT ROWID)sql",
-    R"sql(CREATE TABLE calibration_file (  -- absent: the file was not given at an import
+) STRICT, WITHOUT ROWID;
+
+CREATE TABLE calibration_file (  -- absent: the file was not given at an import
   calibration_sha256 TEXT NOT NULL PRIMARY KEY REFERENCES calibration (sha256),
   method TEXT NOT NULL
-) STRICT, WITHOUT ROWID)sql",
-    R"sql(CREATE TABLE recording (
+) STRICT, WITHOUT ROWID;
+
+CREATE TABLE recording (
   sha256 TEXT NOT NULL PRIMARY KEY,  -- of recording.json
   recorded_on TEXT  -- ISO date, as the recording states it
-) STRICT, WITHOUT ROWID)sql",
-    R"sql(CREATE TABLE calibration_camera (
+) STRICT, WITHOUT ROWID;
+
+CREATE TABLE calibration_camera (
   calibration_sha256 TEXT NOT NULL REFERENCES calibration (sha256),
   camera TEXT NOT NULL,
   points INTEGER NOT NULL,
-  rms_px REAL NOT NULL,
-  max_px REAL NOT NULL,
-  object_rms_mm REAL NOT NULL,
+  rms_px REAL NOT NULL,  -- smaller: RMS distance of the target's points from where the calibrated camera sees them
+  max_px REAL NOT NULL,  -- smaller: largest of these
+  object_rms_mm REAL NOT NULL,  -- smaller: RMS distance of the target's points from their rays
   PRIMARY KEY (calibration_sha256, camera)
-) STRICT, WITHOUT ROWID)sql",
-    R"sql(CREATE TABLE fabric (
+) STRICT, WITHOUT ROWID;
+
+CREATE TABLE fabric (
   sha256 TEXT NOT NULL PRIMARY KEY,  -- of the fabric file and its curves together
   name TEXT NOT NULL
-) STRICT, WITHOUT ROWID)sql",
-    R"sql(CREATE TABLE sheet (
+) STRICT, WITHOUT ROWID;
+
+CREATE TABLE sheet (
   sha256 TEXT NOT NULL PRIMARY KEY CHECK (length(sha256) = 64),  -- of sheet.json
   kind TEXT NOT NULL CHECK (kind IN ('measured', 'simulated')),
   rows INTEGER NOT NULL,
@@ -55,18 +71,20 @@ constexpr const char* kTables[] = {
   calibration_sha256 TEXT REFERENCES calibration (sha256),
   detections_sha256 TEXT,
   recording_sha256 TEXT REFERENCES recording (sha256),
-  sigma_median_mm REAL,
-  sigma_max_mm REAL,
+  sigma_median_mm REAL,  -- smaller: median of sigma_mark_mm over the sheet
+  sigma_max_mm REAL,  -- smaller: largest sigma_mark_mm of the sheet
   CHECK ((kind = 'measured') = (rig_name IS NOT NULL))
-) STRICT, WITHOUT ROWID)sql",
-    R"sql(CREATE TABLE gap (
+) STRICT, WITHOUT ROWID;
+
+CREATE TABLE gap (
   sheet_sha256 TEXT NOT NULL REFERENCES sheet (sha256),
   "row" INTEGER NOT NULL,
   "col" INTEGER NOT NULL,
   reason TEXT NOT NULL,
   PRIMARY KEY (sheet_sha256, "row", "col")
-) STRICT, WITHOUT ROWID)sql",
-    R"sql(CREATE TABLE simulation (
+) STRICT, WITHOUT ROWID;
+
+CREATE TABLE simulation (
   sheet_sha256 TEXT NOT NULL PRIMARY KEY REFERENCES sheet (sha256),
   simulator TEXT NOT NULL,  -- drapebench, or the other program that made it
   scene TEXT NOT NULL,
@@ -83,30 +101,34 @@ constexpr const char* kTables[] = {
   at_rest INTEGER CHECK (at_rest IN (0, 1)),  -- NULL: not stated
   certificate_sha256 TEXT,
   certificate_json TEXT  -- names end in their units
-) STRICT, WITHOUT ROWID)sql",
-    R"sql(CREATE TABLE refinement (  -- of a sheet that a coarser one at rest was carried over to
+) STRICT, WITHOUT ROWID;
+
+CREATE TABLE refinement (  -- of a sheet that a coarser one at rest was carried over to
   sheet_sha256 TEXT NOT NULL PRIMARY KEY REFERENCES simulation (sheet_sha256),
   rest_sha256 TEXT NOT NULL  -- of that sheet, which need not be stored
-) STRICT, WITHOUT ROWID)sql",
-    R"sql(CREATE TABLE drapemeter (
+) STRICT, WITHOUT ROWID;
+
+CREATE TABLE drapemeter (
   sheet_sha256 TEXT NOT NULL PRIMARY KEY REFERENCES sheet (sha256),
   centre_x_mm REAL NOT NULL,
   centre_y_mm REAL NOT NULL,
-  covered_area_mm2 REAL NOT NULL,
-  flat_area_mm2 REAL NOT NULL,
-  drape_coefficient_percent REAL,  -- NULL: no flat support under the cloth
-  mean_radius_mm REAL NOT NULL,
-  folds INTEGER NOT NULL,
-  fold_depth_mm REAL NOT NULL
-) STRICT, WITHOUT ROWID)sql",
-    R"sql(CREATE TABLE hem_harmonic (
+  covered_area_mm2 REAL NOT NULL,  -- neither: area of the shadow of the cloth on the table, light from straight above
+  flat_area_mm2 REAL NOT NULL,  -- neither: area of the patch before draping
+  drape_coefficient_percent REAL,  -- neither: (shadow - flat top of the object) / (flat cloth - flat top) (Cusick 1968)
+  mean_radius_mm REAL NOT NULL,  -- neither: mean over 720 directions of the radius of the shadow about the object
+  folds INTEGER NOT NULL,  -- neither: crests of that radius that stand out by 2 % of its mean
+  fold_depth_mm REAL NOT NULL  -- neither: mean crest minus mean valley of that radius
+) STRICT, WITHOUT ROWID;
+
+CREATE TABLE hem_harmonic (
   sheet_sha256 TEXT NOT NULL REFERENCES drapemeter (sheet_sha256),
   "order" INTEGER NOT NULL,
-  amplitude_mm REAL NOT NULL,
-  phase_deg REAL NOT NULL,
+  amplitude_mm REAL NOT NULL,  -- neither: amplitude of one harmonic of that radius over the angle
+  phase_deg REAL NOT NULL,  -- neither: angle of the first crest of the harmonic times its order
   PRIMARY KEY (sheet_sha256, "order")
-) STRICT, WITHOUT ROWID)sql",
-    R"sql(CREATE TABLE comparison (
+) STRICT, WITHOUT ROWID;
+
+CREATE TABLE comparison (
   id INTEGER PRIMARY KEY,  -- short name for mark_error, in the order of the imports
   sha256 TEXT NOT NULL UNIQUE CHECK (length(sha256) = 64),
   measured_sha256 TEXT NOT NULL REFERENCES sheet (sha256),
@@ -114,31 +136,50 @@ constexpr const char* kTables[] = {
   metrics_version INTEGER NOT NULL,
   marks INTEGER NOT NULL CHECK (marks > 0),
   excluded INTEGER NOT NULL,
-  mean_mm REAL NOT NULL,
-  sigma_mean_mm REAL,
-  median_mm REAL NOT NULL,
-  rms_mm REAL NOT NULL,
-  p95_mm REAL NOT NULL,
-  max_mm REAL NOT NULL,
+  mean_mm REAL NOT NULL,  -- smaller: mean distance between each measured mark and the same material point of the virtual sheet (the paper, section 5); between simulations, of the same material points
+  sigma_mean_mm REAL,  -- smaller: one standard deviation of mean_mm: sqrt(sum of sigma_distance_mm squared) / marks, for independent marks; without what is common to all marks (calibration)
+  median_mm REAL NOT NULL,  -- smaller: median distance
+  rms_mm REAL NOT NULL,  -- smaller: root of the mean squared distance
+  p95_mm REAL NOT NULL,  -- smaller: 95th percentile of the distances, linear between order statistics
+  max_mm REAL NOT NULL,  -- smaller: largest distance
   worst_row INTEGER NOT NULL,
   worst_col INTEGER NOT NULL,
-  mean_percent_of_warp_side REAL NOT NULL,
-  mean_percent_of_weft_side REAL NOT NULL,
+  mean_percent_of_warp_side REAL NOT NULL,  -- smaller: mean_mm over the side of the patch along the warp
+  mean_percent_of_weft_side REAL NOT NULL,  -- smaller: mean_mm over the side of the patch along the weft
   -- from here on NULL in rows of metrics version 1, which did not have them
-  mean_low_mm REAL, mean_high_mm REAL,
-  sigma_of_median_mm REAL, median_low_mm REAL, median_high_mm REAL,
-  sigma_of_rms_mm REAL, rms_low_mm REAL, rms_high_mm REAL,
-  sigma_of_p95_mm REAL, p95_low_mm REAL, p95_high_mm REAL,
-  sigma_of_max_mm REAL, max_low_mm REAL, max_high_mm REAL,
-  mean_normal_mm REAL, sigma_mean_normal_mm REAL,
-  mean_normal_low_mm REAL, mean_normal_high_mm REAL, rms_normal_mm REAL,
-  to_surface_mean_mm REAL, to_surface_max_mm REAL,
-  aligned_mean_mm REAL, aligned_rms_mm REAL, aligned_max_mm REAL,
-  aligned_shift_mm REAL, aligned_turn_deg REAL,
-  strain_warp_rms_percent REAL, strain_weft_rms_percent REAL, strain_area_rms_percent REAL,
+  mean_low_mm REAL,  -- neither: lower end of the 95 % bootstrap interval of mean_mm over the marks (2,000 resamples, fixed start)
+  mean_high_mm REAL,  -- neither: upper end of it
+  sigma_of_median_mm REAL,  -- smaller: one standard deviation of median_mm from the covariances of the marks, first order
+  median_low_mm REAL,  -- neither: lower end of the 95 % bootstrap interval of median_mm
+  median_high_mm REAL,  -- neither: upper end of it
+  sigma_of_rms_mm REAL,  -- smaller: one standard deviation of rms_mm: sqrt(sum of (distance sigma_distance) squared) / (marks rms), first order
+  rms_low_mm REAL,  -- neither: lower end of the 95 % bootstrap interval of rms_mm
+  rms_high_mm REAL,  -- neither: upper end of it
+  sigma_of_p95_mm REAL,  -- smaller: one standard deviation of p95_mm from the covariances of the marks, first order
+  p95_low_mm REAL,  -- neither: lower end of the 95 % bootstrap interval of p95_mm
+  p95_high_mm REAL,  -- neither: upper end of it
+  sigma_of_max_mm REAL,  -- smaller: sigma_distance_mm of the mark with the largest distance
+  max_low_mm REAL,  -- neither: lower end of the 95 % bootstrap interval of max_mm
+  max_high_mm REAL,  -- neither: upper end of it: never above max_mm
+  mean_normal_mm REAL,  -- neither: mean of along_normal_mm: positive when the real cloth lies on the printed side of the virtual one
+  sigma_mean_normal_mm REAL,  -- smaller: one standard deviation of mean_normal_mm for independent marks
+  mean_normal_low_mm REAL,  -- neither: lower end of the 95 % bootstrap interval of mean_normal_mm
+  mean_normal_high_mm REAL,  -- neither: upper end of it
+  rms_normal_mm REAL,  -- smaller: root of the mean square of along_normal_mm
+  to_surface_mean_mm REAL,  -- smaller: mean distance of the measured marks to the nearest point of the virtual sheet, whichever material point that is
+  to_surface_max_mm REAL,  -- smaller: largest of these
+  aligned_mean_mm REAL,  -- smaller: mean distance that would be left if the real marks were moved as one rigid body onto the virtual ones (Kabsch 1976); never part of mean_mm
+  aligned_rms_mm REAL,  -- smaller: root mean square that would be left
+  aligned_max_mm REAL,  -- smaller: largest distance that would be left
+  aligned_shift_mm REAL,  -- smaller: how far that move takes the centroid of the real marks
+  aligned_turn_deg REAL,  -- smaller: angle of that move
+  strain_warp_rms_percent REAL,  -- smaller: RMS over neighbouring marks along the warp of the real minus the virtual length of the straight line between them, over its length on the print
+  strain_weft_rms_percent REAL,  -- smaller: the same along the weft
+  strain_area_rms_percent REAL,  -- smaller: the same for the area between four marks
   UNIQUE (measured_sha256, simulated_sha256, metrics_version)
-) STRICT)sql",
-    R"sql(CREATE TABLE mark_error (
+) STRICT;
+
+CREATE TABLE mark_error (
   comparison_id INTEGER NOT NULL REFERENCES comparison (id),
   "row" INTEGER NOT NULL,
   "col" INTEGER NOT NULL,
@@ -150,19 +191,19 @@ constexpr const char* kTables[] = {
   virtual_x_mm REAL NOT NULL,
   virtual_y_mm REAL NOT NULL,
   virtual_z_mm REAL NOT NULL,
-  distance_mm REAL NOT NULL,
-  along_warp_mm REAL NOT NULL,
-  along_weft_mm REAL NOT NULL,
-  along_normal_mm REAL NOT NULL,
-  sigma_mark_mm REAL,
-  sigma_distance_mm REAL,
+  distance_mm REAL NOT NULL,  -- smaller: distance of one mark
+  along_warp_mm REAL NOT NULL,  -- neither: real minus virtual along the warp tangent of the virtual sheet
+  along_weft_mm REAL NOT NULL,  -- neither: real minus virtual along the weft tangent of the virtual sheet
+  along_normal_mm REAL NOT NULL,  -- neither: real minus virtual along the normal of the printed side of the virtual sheet
+  sigma_mark_mm REAL,  -- smaller: one standard deviation of the mark along its worst direction: root of the largest eigenvalue of its covariance
+  sigma_distance_mm REAL,  -- smaller: one standard deviation of the distance: sqrt(u' C u), u the unit vector from the real to the virtual point, C the covariance of the mark
   views INTEGER,
   PRIMARY KEY (comparison_id, "row", "col")
-) STRICT, WITHOUT ROWID)sql",
-    R"sql(CREATE TABLE simulation_pair (
+) STRICT, WITHOUT ROWID;
+
+CREATE TABLE simulation_pair (
   sha256 TEXT NOT NULL PRIMARY KEY CHECK (length(sha256) = 64),
-  measured_sha256 TEXT REFERENCES sheet (sha256),  -- whose lattice gave the points; NULL: no real
-                                                   -- cloth, points of the coarsest grid
+  measured_sha256 TEXT REFERENCES sheet (sha256),  -- NULL: no real cloth, points of the coarsest grid
   first_sha256 TEXT NOT NULL REFERENCES simulation (sheet_sha256),
   second_sha256 TEXT NOT NULL REFERENCES simulation (sheet_sha256),
   label TEXT NOT NULL,
@@ -177,10 +218,11 @@ constexpr const char* kTables[] = {
   max_mm REAL NOT NULL,
   mean_low_mm REAL,
   mean_high_mm REAL,
-  surface_mean_mm REAL,
-  hausdorff_mm REAL
-) STRICT, WITHOUT ROWID)sql",
-    R"sql(CREATE TABLE surface_comparison (  -- a mesh without material coordinates: no mark corresponds
+  surface_mean_mm REAL,  -- smaller: mean distance from either virtual surface to the nearest point of the other, over the area, in both directions
+  hausdorff_mm REAL  -- smaller: largest distance from either virtual surface to the nearest point of the other, sampled every 5 mm or closer
+) STRICT, WITHOUT ROWID;
+
+CREATE TABLE surface_comparison (  -- a mesh without material coordinates: no mark corresponds
   sha256 TEXT NOT NULL PRIMARY KEY CHECK (length(sha256) = 64),
   measured_sha256 TEXT NOT NULL REFERENCES sheet (sha256),
   mesh_sha256 TEXT NOT NULL,  -- of its description and the mesh together
@@ -192,201 +234,229 @@ constexpr const char* kTables[] = {
   triangles INTEGER NOT NULL CHECK (triangles > 0),
   marks INTEGER NOT NULL CHECK (marks > 0),
   to_surface_mean_mm REAL NOT NULL,
-  sigma_of_to_surface_mean_mm REAL,
-  to_surface_mean_low_mm REAL,
-  to_surface_mean_high_mm REAL,
-  to_surface_rms_mm REAL NOT NULL,
-  to_surface_p95_mm REAL NOT NULL,
+  sigma_of_to_surface_mean_mm REAL,  -- smaller: one standard deviation of to_surface_mean_mm: of each distance sqrt(u' C u), u the unit vector from the mark to the nearest point; marks independent
+  to_surface_mean_low_mm REAL,  -- neither: lower end of the 95 % bootstrap interval of to_surface_mean_mm
+  to_surface_mean_high_mm REAL,  -- neither: upper end of it
+  to_surface_rms_mm REAL NOT NULL,  -- smaller: root mean square of the distances of the measured marks to the nearest point of the surface
+  to_surface_p95_mm REAL NOT NULL,  -- smaller: 95th percentile of these
   to_surface_max_mm REAL NOT NULL,
-  real_to_mesh_mean_mm REAL,  -- NULL in these four: no four neighbouring marks were measured
-  real_to_mesh_max_mm REAL,
-  mesh_to_real_mean_mm REAL,
-  mesh_to_real_max_mm REAL,
+  real_to_mesh_mean_mm REAL,  -- smaller: mean distance from the surface between the measured marks (cells with four of them, two triangles each) to the nearest point of the mesh, over the area
+  real_to_mesh_max_mm REAL,  -- smaller: largest of these: the Hausdorff distance in one direction, sampled every 5 mm or closer
+  mesh_to_real_mean_mm REAL,  -- smaller: the other direction; it contains the hem and the gaps, where no mark was measured
+  mesh_to_real_max_mm REAL,  -- smaller: the Hausdorff distance in the other direction
   UNIQUE (measured_sha256, mesh_sha256, metrics_version)
-) STRICT, WITHOUT ROWID)sql",
-    R"sql(CREATE TABLE branch (  -- an equilibrium of a drape that has several
+) STRICT, WITHOUT ROWID;
+
+CREATE TABLE branch (  -- an equilibrium of a drape that has several
   sheet_sha256 TEXT NOT NULL PRIMARY KEY REFERENCES simulation (sheet_sha256),
   branches_sha256 TEXT NOT NULL,  -- of branches.json, which lists all that were found together
   number INTEGER NOT NULL,  -- by energy; 1 has the least
   found INTEGER NOT NULL,  -- how many there are in that list
-  energy_uJ REAL NOT NULL,
-  residual_per_particle_weight REAL NOT NULL,
+  energy_uJ REAL NOT NULL,  -- neither: gravity, elastic and contact energy of an equilibrium as drape-branches states it; only differences within one list mean anything
+  residual_per_particle_weight REAL NOT NULL,  -- smaller: largest net force on a particle of an equilibrium, in weights of a particle
   stable INTEGER NOT NULL CHECK (stable IN (0, 1)),
   starts INTEGER NOT NULL,
-  hem_nodes INTEGER NOT NULL,
+  hem_nodes INTEGER NOT NULL,  -- neither: folds of the border as drape-branches counts them: crests that stand out by 3 mm
   scene_round INTEGER NOT NULL CHECK (scene_round IN (0, 1))
-) STRICT, WITHOUT ROWID)sql",
-    R"sql(CREATE TABLE branch_turn (  -- on a round object a shape turned is the same shape
+) STRICT, WITHOUT ROWID;
+
+CREATE TABLE branch_turn (  -- on a round object a shape turned is the same shape
   comparison_sha256 TEXT NOT NULL PRIMARY KEY REFERENCES comparison (sha256),
   axis_x_mm REAL NOT NULL,
   axis_y_mm REAL NOT NULL,
-  turned_mean_mm REAL NOT NULL,
-  turn_deg REAL NOT NULL,
+  turned_mean_mm REAL NOT NULL,  -- smaller: mean_mm after the turn of the virtual sheet about the vertical through the middle of a round object that makes it smallest
+  turn_deg REAL NOT NULL,  -- neither: that turn, from x to y
   half_turn INTEGER NOT NULL CHECK (half_turn IN (0, 1))  -- the sheet in its own plane as well
-) STRICT, WITHOUT ROWID)sql",
-    R"sql(CREATE TABLE ledger (
+) STRICT, WITHOUT ROWID;
+
+CREATE TABLE ledger (
   sequence INTEGER PRIMARY KEY,
   kind TEXT NOT NULL,  -- table of the row
   key TEXT NOT NULL,   -- its first column that names it
   content_sha256 TEXT NOT NULL,  -- of the row and of the rows that hang on it
   chain_sha256 TEXT NOT NULL,    -- of the entry before and this one
   UNIQUE (kind, key)
-) STRICT)sql",
-};
+) STRICT;
 
-constexpr const char* kIndexes[] = {
-    R"sql(CREATE INDEX comparison_by_simulation ON comparison (simulated_sha256))sql",
-    // All that the views of runs ask of a headline, without the numbers beside it.
-    R"sql(CREATE INDEX comparison_in_short ON comparison (sha256, mean_mm, simulated_sha256))sql",
-    // All that the views ask of a simulation: its certificate makes the table's own tree deep.
-    R"sql(CREATE INDEX simulation_in_short ON simulation (sheet_sha256, simulator, scene,
-  fabric_sha256, fabric_stated, grid_rows, grid_cols, segments, model, solver, status))sql",
-    R"sql(CREATE INDEX pair_by_measured ON simulation_pair (measured_sha256))sql",
-    R"sql(CREATE INDEX pair_by_sheets ON simulation_pair (first_sha256, second_sha256))sql",
-};
+CREATE TABLE acceptance (
+  sha256 TEXT NOT NULL PRIMARY KEY CHECK (length(sha256) = 64),  -- of acceptance.json
+  rig_name TEXT NOT NULL REFERENCES rig (name),
+  calibration_sha256 TEXT NOT NULL,  -- of the calibration.json that was accepted
+  date TEXT,  -- ISO date of the test, as the operator states it
+  valid_until TEXT,
+  positions INTEGER NOT NULL,
+  verdict TEXT NOT NULL CHECK (verdict IN ('GO', 'NO-GO')),
+  cause TEXT
+) STRICT, WITHOUT ROWID;
 
-constexpr const char* kAppendOnly[] = {"metric",
-                                       "rig",
-                                       "calibration",
-                                       "calibration_file",
-                                       "calibration_camera",
-                                       "recording",
-                                       "fabric",
-                                       "sheet",
-                                       "gap",
-                                       "simulation",
-                                       "refinement",
-                                       "drapemeter",
-                                       "hem_harmonic",
-                                       "comparison",
-                                       "mark_error",
-                                       "simulation_pair",
-                                       "surface_comparison",
-                                       "branch",
-                                       "branch_turn",
-                                       "acceptance",
-                                       "acceptance_figure",
-                                       "run",
-                                       "run_drape",
-                                       "run_repetition",
-                                       "run_comparison",
-                                       "run_value",
-                                       "run_match",
-                                       "match_basis",
-                                       "real_repeat",
-                                       "ledger"};
+CREATE TABLE acceptance_figure (
+  acceptance_sha256 TEXT NOT NULL REFERENCES acceptance (sha256),
+  name TEXT NOT NULL,
+  unit TEXT NOT NULL,
+  value REAL,  -- NULL: not measured
+  expanded_uncertainty REAL,
+  maximum_permissible REAL,
+  place TEXT NOT NULL,
+  verdict TEXT NOT NULL CHECK (verdict IN ('GO', 'NO-GO')),
+  PRIMARY KEY (acceptance_sha256, name)
+) STRICT, WITHOUT ROWID;
 
-constexpr const char* kMetrics =
-    R"sql(INSERT OR IGNORE INTO metric (name, unit, definition, better) VALUES
-('mean_mm', 'mm', 'mean distance between each measured mark and the same material point of the virtual sheet (the paper, section 5); between simulations, of the same material points', 'smaller'),
-('sigma_mean_mm', 'mm', 'one standard deviation of mean_mm: sqrt(sum of sigma_distance_mm squared) / marks, for independent marks; without what is common to all marks (calibration)', 'smaller'),
-('median_mm', 'mm', 'median distance', 'smaller'),
-('rms_mm', 'mm', 'root of the mean squared distance', 'smaller'),
-('p95_mm', 'mm', '95th percentile of the distances, linear between order statistics', 'smaller'),
-('max_mm', 'mm', 'largest distance', 'smaller'),
-('mean_percent_of_warp_side', '%', 'mean_mm over the side of the patch along the warp', 'smaller'),
-('mean_percent_of_weft_side', '%', 'mean_mm over the side of the patch along the weft', 'smaller'),
-('distance_mm', 'mm', 'distance of one mark', 'smaller'),
-('along_warp_mm', 'mm', 'real minus virtual along the warp tangent of the virtual sheet', 'neither'),
-('along_weft_mm', 'mm', 'real minus virtual along the weft tangent of the virtual sheet', 'neither'),
-('along_normal_mm', 'mm', 'real minus virtual along the normal of the printed side of the virtual sheet', 'neither'),
-('sigma_mark_mm', 'mm', 'one standard deviation of the mark along its worst direction: root of the largest eigenvalue of its covariance', 'smaller'),
-('sigma_distance_mm', 'mm', 'one standard deviation of the distance: sqrt(u'' C u), u the unit vector from the real to the virtual point, C the covariance of the mark', 'smaller'),
-('sigma_median_mm', 'mm', 'median of sigma_mark_mm over the sheet', 'smaller'),
-('sigma_max_mm', 'mm', 'largest sigma_mark_mm of the sheet', 'smaller'),
-('mean_low_mm', 'mm', 'lower end of the 95 % bootstrap interval of mean_mm over the marks (2,000 resamples, fixed start)', 'neither'),
-('mean_high_mm', 'mm', 'upper end of it', 'neither'),
-('sigma_of_median_mm', 'mm', 'one standard deviation of median_mm from the covariances of the marks, first order', 'smaller'),
-('median_low_mm', 'mm', 'lower end of the 95 % bootstrap interval of median_mm', 'neither'),
-('median_high_mm', 'mm', 'upper end of it', 'neither'),
-('sigma_of_rms_mm', 'mm', 'one standard deviation of rms_mm: sqrt(sum of (distance sigma_distance) squared) / (marks rms), first order', 'smaller'),
-('rms_low_mm', 'mm', 'lower end of the 95 % bootstrap interval of rms_mm', 'neither'),
-('rms_high_mm', 'mm', 'upper end of it', 'neither'),
-('sigma_of_p95_mm', 'mm', 'one standard deviation of p95_mm from the covariances of the marks, first order', 'smaller'),
-('p95_low_mm', 'mm', 'lower end of the 95 % bootstrap interval of p95_mm', 'neither'),
-('p95_high_mm', 'mm', 'upper end of it', 'neither'),
-('sigma_of_max_mm', 'mm', 'sigma_distance_mm of the mark with the largest distance', 'smaller'),
-('max_low_mm', 'mm', 'lower end of the 95 % bootstrap interval of max_mm', 'neither'),
-('max_high_mm', 'mm', 'upper end of it: never above max_mm', 'neither'),
-('mean_normal_mm', 'mm', 'mean of along_normal_mm: positive when the real cloth lies on the printed side of the virtual one', 'neither'),
-('sigma_mean_normal_mm', 'mm', 'one standard deviation of mean_normal_mm for independent marks', 'smaller'),
-('mean_normal_low_mm', 'mm', 'lower end of the 95 % bootstrap interval of mean_normal_mm', 'neither'),
-('mean_normal_high_mm', 'mm', 'upper end of it', 'neither'),
-('rms_normal_mm', 'mm', 'root of the mean square of along_normal_mm', 'smaller'),
-('to_surface_mean_mm', 'mm', 'mean distance of the measured marks to the nearest point of the virtual sheet, whichever material point that is', 'smaller'),
-('to_surface_max_mm', 'mm', 'largest of these', 'smaller'),
-('aligned_mean_mm', 'mm', 'mean distance that would be left if the real marks were moved as one rigid body onto the virtual ones (Kabsch 1976); never part of mean_mm', 'smaller'),
-('aligned_rms_mm', 'mm', 'root mean square that would be left', 'smaller'),
-('aligned_max_mm', 'mm', 'largest distance that would be left', 'smaller'),
-('aligned_shift_mm', 'mm', 'how far that move takes the centroid of the real marks', 'smaller'),
-('aligned_turn_deg', 'deg', 'angle of that move', 'smaller'),
-('strain_warp_rms_percent', '%', 'RMS over neighbouring marks along the warp of the real minus the virtual length of the straight line between them, over its length on the print', 'smaller'),
-('strain_weft_rms_percent', '%', 'the same along the weft', 'smaller'),
-('strain_area_rms_percent', '%', 'the same for the area between four marks', 'smaller'),
-('sigma_of_to_surface_mean_mm', 'mm', 'one standard deviation of to_surface_mean_mm: of each distance sqrt(u'' C u), u the unit vector from the mark to the nearest point; marks independent', 'smaller'),
-('to_surface_mean_low_mm', 'mm', 'lower end of the 95 % bootstrap interval of to_surface_mean_mm', 'neither'),
-('to_surface_mean_high_mm', 'mm', 'upper end of it', 'neither'),
-('to_surface_rms_mm', 'mm', 'root mean square of the distances of the measured marks to the nearest point of the surface', 'smaller'),
-('to_surface_p95_mm', 'mm', '95th percentile of these', 'smaller'),
-('real_to_mesh_mean_mm', 'mm', 'mean distance from the surface between the measured marks (cells with four of them, two triangles each) to the nearest point of the mesh, over the area', 'smaller'),
-('real_to_mesh_max_mm', 'mm', 'largest of these: the Hausdorff distance in one direction, sampled every 5 mm or closer', 'smaller'),
-('mesh_to_real_mean_mm', 'mm', 'the other direction; it contains the hem and the gaps, where no mark was measured', 'smaller'),
-('mesh_to_real_max_mm', 'mm', 'the Hausdorff distance in the other direction', 'smaller'),
-('surface_mean_mm', 'mm', 'mean distance from either virtual surface to the nearest point of the other, over the area, in both directions', 'smaller'),
-('rms_px', 'px', 'RMS distance of the target''s points from where the calibrated camera sees them', 'smaller'),
-('max_px', 'px', 'largest of these', 'smaller'),
-('object_rms_mm', 'mm', 'RMS distance of the target''s points from their rays', 'smaller'),
-('energy_uJ', 'uJ', 'gravity, elastic and contact energy of an equilibrium as drape-branches states it; only differences within one list mean anything', 'neither'),
-('residual_per_particle_weight', '1', 'largest net force on a particle of an equilibrium, in weights of a particle', 'smaller'),
-('hem_nodes', '1', 'folds of the border as drape-branches counts them: crests that stand out by 3 mm', 'neither'),
-('turned_mean_mm', 'mm', 'mean_mm after the turn of the virtual sheet about the vertical through the middle of a round object that makes it smallest', 'smaller'),
-('turn_deg', 'deg', 'that turn, from x to y', 'neither'),
-('hausdorff_mm', 'mm', 'largest distance from either virtual surface to the nearest point of the other, sampled every 5 mm or closer', 'smaller'),
-('covered_area_mm2', 'mm2', 'area of the shadow of the cloth on the table, light from straight above', 'neither'),
-('flat_area_mm2', 'mm2', 'area of the patch before draping', 'neither'),
-('drape_coefficient_percent', '%', '(shadow - flat top of the object) / (flat cloth - flat top) (Cusick 1968)', 'neither'),
-('mean_radius_mm', 'mm', 'mean over 720 directions of the radius of the shadow about the object', 'neither'),
-('folds', '1', 'crests of that radius that stand out by 2 % of its mean', 'neither'),
-('fold_depth_mm', 'mm', 'mean crest minus mean valley of that radius', 'neither'),
-('amplitude_mm', 'mm', 'amplitude of one harmonic of that radius over the angle', 'neither'),
-('phase_deg', 'deg', 'angle of the first crest of the harmonic times its order', 'neither'))sql";
+CREATE TABLE run (
+  number INTEGER PRIMARY KEY,
+  sha256 TEXT NOT NULL UNIQUE CHECK (length(sha256) = 64),  -- of all but number and date
+  date TEXT NOT NULL,  -- UTC, ISO 8601: when it was stored
+  label TEXT,
+  operator TEXT,
+  program_version TEXT NOT NULL,
+  rig_name TEXT REFERENCES rig (name),
+  recording_sha256 TEXT REFERENCES recording (sha256),
+  recording_name TEXT,  -- folder, as the detections name it
+  calibration_sha256 TEXT REFERENCES calibration (sha256),
+  calibration_name TEXT,
+  measurement TEXT NOT NULL CHECK (measurement IN ('GO', 'NO-GO')),
+  cause TEXT,
+  CHECK ((measurement = 'GO') = (cause IS NULL))
+) STRICT;
+
+CREATE TABLE run_drape (
+  run INTEGER NOT NULL REFERENCES run (number),
+  measured_sha256 TEXT NOT NULL REFERENCES sheet (sha256),
+  scene TEXT NOT NULL,
+  set_name TEXT NOT NULL,
+  pictures_sha256 TEXT,  -- of the hashes of the photographs: what was measured
+  measurement TEXT NOT NULL CHECK (measurement IN ('GO', 'NO-GO')),
+  cause TEXT,
+  match TEXT NOT NULL CHECK (match IN ('inside', 'outside', 'undecided')),
+  match_reason TEXT NOT NULL,
+  headline_sha256 TEXT REFERENCES comparison (sha256),  -- the simulation chosen beforehand
+  expanded_uncertainty_mm REAL,  -- U (95 %) of its mean distance; at least, where a part is missing
+  budget_complete INTEGER CHECK (budget_complete IN (0, 1)),
+  PRIMARY KEY (run, measured_sha256)
+) STRICT, WITHOUT ROWID;
+
+CREATE TABLE run_match (  -- what the match of a drape rests on
+  sha256 TEXT NOT NULL PRIMARY KEY CHECK (length(sha256) = 64),  -- of the run's and the sheet's
+  run_sha256 TEXT NOT NULL REFERENCES run (sha256),
+  measured_sha256 TEXT NOT NULL REFERENCES sheet (sha256),
+  rests_on TEXT NOT NULL,  -- empty: nothing could be judged
+  significance REAL NOT NULL CHECK (significance > 0 AND significance < 1),
+  repeats INTEGER NOT NULL,  -- real drapes that count as repeats, its own among them
+  p REAL  -- that one more repeat lies as far out, by all bases together (Cauchy)
+) STRICT, WITHOUT ROWID;
+
+CREATE TABLE match_basis (  -- one thing that a match is judged against
+  match_sha256 TEXT NOT NULL REFERENCES run_match (sha256),
+  basis TEXT NOT NULL,
+  verdict TEXT NOT NULL CHECK (verdict IN ('inside', 'outside', 'undecided')),
+  value REAL,
+  limit_value REAL,
+  unit TEXT NOT NULL,  -- of both
+  p REAL,
+  reason TEXT NOT NULL,
+  PRIMARY KEY (match_sha256, basis)
+) STRICT, WITHOUT ROWID;
+
+CREATE TABLE real_repeat (  -- a laying of a drape
+  match_sha256 TEXT NOT NULL REFERENCES run_match (sha256),
+  sheet_sha256 TEXT NOT NULL REFERENCES sheet (sha256),
+  set_name TEXT NOT NULL,
+  repeat TEXT NOT NULL,
+  face TEXT,  -- side of the cloth that lies up
+  left_out TEXT,  -- why it is not among the repeats
+  from_own_rms_mm REAL,  -- of the marks, from the drape's own; NULL: its own
+  PRIMARY KEY (match_sha256, sheet_sha256)
+) STRICT, WITHOUT ROWID;
+
+CREATE TABLE run_comparison (
+  comparison_id INTEGER NOT NULL REFERENCES comparison (id),
+  run INTEGER NOT NULL REFERENCES run (number),
+  PRIMARY KEY (comparison_id, run)
+) STRICT, WITHOUT ROWID;
+
+CREATE TABLE run_value (
+  run INTEGER NOT NULL REFERENCES run (number),
+  owner TEXT NOT NULL,
+  key TEXT NOT NULL,
+  value TEXT NOT NULL,
+  stand_in INTEGER NOT NULL CHECK (stand_in IN (0, 1)),
+  PRIMARY KEY (run, owner, key)
+) STRICT, WITHOUT ROWID;
+
+CREATE TABLE run_repetition (  -- a run stored again after another run of its photographs
+  sha256 TEXT NOT NULL PRIMARY KEY CHECK (length(sha256) = 64),  -- of run_sha256, date and count
+  run_sha256 TEXT NOT NULL REFERENCES run (sha256),
+  date TEXT NOT NULL  -- UTC, ISO 8601: when it was stored again
+) STRICT, WITHOUT ROWID)sql";
+
+constexpr int kFirstVersion = 8;  ///< of the store; its columns name no version
+constexpr int kMetricsThen = 2;   ///< of the metrics in it; a changed definition raises it
+
+/// Unit of a metric, which its name ends in.
+std::string unit_of(const std::string& name) {
+  if (name.find("percent") != std::string::npos) return "%";
+  for (const char* unit : {"mm2", "mm", "px", "deg", "uJ"})
+    if (name.ends_with(std::string("_") + unit)) return unit;
+  return "1";
+}
+
+Relation relation_of(const std::string& statement) {
+  static const std::regex column(
+      R"re(\s*"?(\w+)"? (?:TEXT|INTEGER|REAL)\b.*?(?:-- (smaller|neither)(?:, since (\d+))?: (.*))?)re");
+  Relation relation;
+  relation.statement = statement;
+  relation.name = statement.substr(13, statement.find(' ', 13) - 13);
+  std::istringstream lines(statement);
+  std::smatch part;
+  for (std::string line; std::getline(lines, line);)
+    if (std::regex_match(line, part, column))
+      relation.columns.push_back({part[1], part[2].matched ? unit_of(part[1]) : "", part[4],
+                                  part[2], part[3].matched ? std::stoi(part[3]) : 0});
+  return relation;
+}
 
 }  // namespace
 
-std::vector<std::string> table_statements() {
-  std::vector<std::string> statements = {std::begin(kTables), std::end(kTables)};
-  for (std::string& statement : run_table_statements()) statements.push_back(std::move(statement));
-  return statements;
+const std::vector<Relation>& relations() {
+  static const std::vector<Relation> all = [] {
+    std::vector<Relation> list;
+    const std::string text = kTables;
+    for (std::size_t at = 0; at < text.size();) {
+      const std::size_t end = std::min(text.find(";\n\n", at), text.size());
+      list.push_back(relation_of(text.substr(at, end - at)));
+      at = end + 3;
+    }
+    return list;
+  }();
+  return all;
 }
 
-std::vector<std::string> surrounding_statements() {
-  std::vector<std::string> statements = {kMetrics};
-  for (std::string& statement : view_statements()) statements.push_back(std::move(statement));
-  statements.insert(statements.end(), std::begin(kIndexes), std::end(kIndexes));
-  for (std::string& statement : run_view_statements()) statements.push_back(std::move(statement));
-  // Tables 1 to 12 of the paper: experiments A to F, real against virtual and virtual pairs.
-  for (int experiment = 0; experiment < 6; ++experiment) {
-    const char scene = static_cast<char>('A' + experiment);
-    statements.push_back(fmt::format(
-        "CREATE VIEW v_table{} AS SELECT grid_size, segments, mean_dist_mm, marks, measured, "
-        "measurement FROM v_real_vs_virtual WHERE scene = '{}' AND branch IS NULL AND "
-        "coalesce(state, 'current') = 'current'",
-        2 * experiment + 1, scene));
-    statements.push_back(
-        fmt::format("CREATE VIEW v_table{} AS SELECT pair, mean_dist_mm, points, measured, "
-                    "measurement FROM v_virtual_vs_virtual WHERE scene = '{}' AND "
-                    "coalesce(state, 'current') = 'current'",
-                    2 * experiment + 2, scene));
-  }
-  for (const char* table : kAppendOnly) {
-    for (const char* change : {"UPDATE", "DELETE"}) {
-      statements.push_back(
-          fmt::format("CREATE TRIGGER {0}_no_{1} BEFORE {1} ON {0} BEGIN SELECT RAISE(ABORT, 'the "
-                      "store only grows: rows of {0} are never changed'); END",
-                      table, change));
-    }
-  }
-  return statements;
+const Relation& relation(const std::string& name) {
+  const auto& all = relations();
+  const auto found =
+      std::find_if(all.begin(), all.end(), [&](const Relation& r) { return r.name == name; });
+  if (found == all.end()) throw internal_error("the store has no table `" + name + "`");
+  return *found;
+}
+
+int store_version() {
+  static const int version = [] {
+    int newest = kFirstVersion;
+    for (const Relation& one : relations())
+      for (const RelationColumn& column : one.columns) newest = std::max(newest, column.since);
+    return newest;
+  }();
+  return version;
+}
+
+int metrics_version() {
+  static const int version = [] {
+    std::set<int> versions;
+    for (const Relation& one : relations())
+      for (const RelationColumn& column : one.columns)
+        if (column.since > 0) versions.insert(column.since);
+    return kMetricsThen + static_cast<int>(versions.size());
+  }();
+  return version;
 }
 
 }  // namespace drape::compare

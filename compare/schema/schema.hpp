@@ -6,17 +6,27 @@
 
 namespace drape::compare {
 
-/// The statements that make the tables of an empty store, and those that make the metric
-/// dictionary, views, indexes and triggers around tables that are there.
-[[nodiscard]] std::vector<std::string> table_statements();
-[[nodiscard]] std::vector<std::string> surrounding_statements();
+struct RelationColumn {
+  std::string name;
+  std::string unit, definition, better;  ///< of a metric; else empty
+  int since = 0;                         ///< store version that brought it; older rows have NULL
+};
 
-// Parts of these:
-/// Views of comparisons, pairs, surfaces and branches, each after those that it reads.
-[[nodiscard]] std::vector<std::string> view_statements();
-/// Tables and views of runs.
-[[nodiscard]] std::vector<std::string> run_table_statements();
-[[nodiscard]] std::vector<std::string> run_view_statements();
+/// Table of the store, described once: insertion, the dictionary of metrics, ledger, merging and
+/// migrations are walks over its columns. A new column stands last.
+struct Relation {
+  std::string name, statement;  ///< the statement that makes it
+  std::vector<RelationColumn> columns;
+};
+[[nodiscard]] const std::vector<Relation>& relations();
+[[nodiscard]] const Relation& relation(const std::string& name);
+
+[[nodiscard]] int store_version();  ///< PRAGMA user_version: of the newest column
+/// Raised by each version of the store that brought a metric.
+[[nodiscard]] int metrics_version();
+
+/// The statements that make views, indexes and triggers around tables that are there.
+[[nodiscard]] std::vector<std::string> surrounding_statements();
 
 /// The query of the view v_state: of each comparison its last run, and whether that is the last
 /// word on these photographs; one row for a comparison without a run as well. SQLite does not make

@@ -1,10 +1,130 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "compare/schema/schema.hpp"
-
 #include <fmt/format.h>
+
+#include "compare/schema/schema.hpp"
 
 namespace drape::compare {
 namespace {
+
+constexpr const char* kIndexes[] = {
+    R"sql(CREATE INDEX comparison_by_simulation ON comparison (simulated_sha256))sql",
+    // All that the views of runs ask of a headline, without the numbers beside it.
+    R"sql(CREATE INDEX comparison_in_short ON comparison (sha256, mean_mm, simulated_sha256))sql",
+    // All that the views ask of a simulation: its certificate makes the table's own tree deep.
+    R"sql(CREATE INDEX simulation_in_short ON simulation (sheet_sha256, simulator, scene,
+  fabric_sha256, fabric_stated, grid_rows, grid_cols, segments, model, solver, status))sql",
+    R"sql(CREATE INDEX pair_by_measured ON simulation_pair (measured_sha256))sql",
+    R"sql(CREATE INDEX pair_by_sheets ON simulation_pair (first_sha256, second_sha256))sql",
+};
+
+// The last run of the same photographs, by `moments`: v_run_moment or a copy of it.
+constexpr const char* kPicturesLast =
+    R"sql(SELECT d.pictures_sha256 AS pictures_sha256, o.run AS run, max(o.moment) AS moment
+FROM run_drape AS d JOIN {moments} AS o ON o.run = d.run
+WHERE d.pictures_sha256 IS NOT NULL GROUP BY d.pictures_sha256)sql";
+
+// The last run of what a run measured: of its photographs, or of its recording.
+constexpr const char* kRunLast =
+    R"sql(SELECT x.run AS run, x.last_run AS last_run, max(x.moment) AS moment FROM (
+  SELECT d.run AS run, p.run AS last_run, p.moment AS moment FROM run_drape AS d
+    JOIN {pictures_last} AS p ON p.pictures_sha256 = d.pictures_sha256
+  UNION ALL SELECT r.number, y.run, y.moment FROM run AS r JOIN (
+    SELECT q.recording_sha256 AS recording_sha256, o.run AS run, max(o.moment) AS moment
+    FROM run AS q JOIN {moments} AS o ON o.run = q.number
+    WHERE q.recording_sha256 IS NOT NULL GROUP BY q.recording_sha256) AS y
+    ON y.recording_sha256 = r.recording_sha256) AS x GROUP BY x.run)sql";
+
+// What the last run says is looked up in a table of runs, all else by an index: of few comparisons
+// only these are judged. SQLite would make a view again at each of its places.
+constexpr const char* kState = R"sql(WITH moments AS MATERIALIZED (SELECT * FROM v_run_moment),
+  pictures_last AS MATERIALIZED ({pictures_last}),
+  run_last AS MATERIALIZED ({run_last})
+SELECT {subject}, d.run AS run, o.date AS date,
+  r.label AS label, r.operator AS operator, r.calibration_name AS calibration,
+  d.measurement AS measurement, d.cause AS cause, d.match AS match,
+  d.match_reason AS match_reason, d.expanded_uncertainty_mm AS expanded_uncertainty_mm,
+  CASE WHEN d.run <> p.run
+    THEN CASE WHEN EXISTS (SELECT 1 FROM run_drape AS k WHERE k.run = p.run
+      AND k.pictures_sha256 = d.pictures_sha256 AND k.scene = d.scene)
+      THEN 'superseded' ELSE 'renamed' END
+    WHEN d.run <> n.last_run AND NOT EXISTS (SELECT 1 FROM run_drape AS k WHERE k.run = n.last_run
+      AND (k.scene = d.scene OR k.pictures_sha256 = d.pictures_sha256)) THEN 'removed'
+    WHEN d.run IS NOT NULL THEN 'current' END AS state
+FROM {table} AS c
+  LEFT JOIN moments AS o ON o.moment = (SELECT max(q.moment) FROM {runs} AS k
+    JOIN moments AS q ON q.run = k.run WHERE k.{key}{window})
+  LEFT JOIN run_drape AS d ON d.run = o.run AND d.measured_sha256 = c.{measured}
+  LEFT JOIN run AS r ON r.number = d.run
+  LEFT JOIN pictures_last AS p ON p.pictures_sha256 = d.pictures_sha256
+  LEFT JOIN run_last AS n ON n.run = d.run)sql";
+
+constexpr const char* kViews[] = {
+    R"sql(CREATE INDEX run_match_by_drape ON run_match (run_sha256, measured_sha256,
+  rests_on, repeats, p))sql",
+    R"sql(CREATE INDEX run_drape_by_pictures ON run_drape (pictures_sha256, run))sql",
+    R"sql(CREATE INDEX run_drape_by_measured ON run_drape (measured_sha256, run))sql",
+    // Runs follow each other by their dates, wherever they were stored; within one second in the
+    // order in which this store got them.
+    R"sql(CREATE VIEW v_run_moment AS
+SELECT r.number AS run, r.date AS date,
+  r.date || substr('00000000000' || coalesce(l.sequence, 0), -12) || ' ' || r.number AS moment
+FROM run AS r LEFT JOIN ledger AS l ON l.kind = 'run' AND l.key = r.sha256
+UNION ALL SELECT r.number, a.date,
+  a.date || substr('00000000000' || coalesce(l.sequence, 0), -12) || ' ' || r.number
+FROM run_repetition AS a JOIN run AS r ON r.sha256 = a.run_sha256
+  LEFT JOIN ledger AS l ON l.kind = 'run_repetition' AND l.key = a.sha256)sql",
+    R"sql(CREATE INDEX run_value_by_key ON run_value (key, run))sql",
+    R"sql(CREATE VIEW v_outdated AS
+SELECT comparison_id, state, run FROM v_state WHERE state <> 'current')sql",
+    R"sql(CREATE VIEW v_run AS
+SELECT r.number AS run, r.date AS date, r.label AS label, r.operator AS operator,
+  r.measurement AS measurement, (SELECT group_concat(x.what, '; ') FROM (SELECT d.scene || ' ' ||
+    coalesce(round(c.mean_mm, 3) || ' mm ', '') || d.match || coalesce(' by ' ||
+      nullif(m.rests_on, ''), '') AS what FROM run_drape AS d
+    LEFT JOIN comparison AS c INDEXED BY comparison_in_short ON c.sha256 = d.headline_sha256
+    LEFT JOIN run_match AS m ON m.run_sha256 = r.sha256 AND m.measured_sha256 = d.measured_sha256
+    WHERE d.run = r.number
+    ORDER BY d.scene) AS x) AS drapes,
+  r.rig_name AS rig, r.recording_name AS recording, substr(r.calibration_sha256, 1, 12) AS
+    calibration, (SELECT count(*) FROM run_value AS v WHERE v.run = r.number AND v.stand_in = 1)
+    AS stand_ins, r.program_version AS version, r.cause AS cause
+FROM run AS r)sql",
+    // From the tables: a view on the right of a LEFT JOIN would be made whole for every row.
+    // Runs in their order, each with its drapes, is a third faster than drapes as SQLite picks
+    // them.
+    R"sql(CREATE VIEW v_run_drape AS
+SELECT d.run AS run, r.date AS date, r.label AS label, d.scene AS scene,
+  coalesce(f.name, s.fabric_stated) AS fabric, s.grid_rows || 'x' || s.grid_cols AS grid_size,
+  s.segments AS segments, s.simulator AS simulator, c.mean_mm AS mean_dist_mm,
+  d.expanded_uncertainty_mm AS expanded_uncertainty_mm, d.measurement AS measurement,
+  d.match AS match, m.rests_on AS match_rests_on, m.repeats AS repeats, m.p AS match_p,
+  substr(c.sha256, 1, 12) AS comparison, d.pictures_sha256 AS pictures_sha256
+FROM run AS r CROSS JOIN run_drape AS d ON d.run = r.number
+  LEFT JOIN run_match AS m ON m.run_sha256 = r.sha256 AND m.measured_sha256 = d.measured_sha256
+  LEFT JOIN comparison AS c INDEXED BY comparison_in_short ON c.sha256 = d.headline_sha256
+  LEFT JOIN simulation AS s INDEXED BY simulation_in_short
+    ON s.sheet_sha256 = c.simulated_sha256
+  LEFT JOIN fabric AS f ON f.sha256 = s.fabric_sha256)sql",
+};
+
+std::string pictures_last(const std::string& moments) {
+  return fmt::format(fmt::runtime(kPicturesLast), fmt::arg("moments", moments));
+}
+
+std::string run_last(const std::string& moments, const std::string& pictures) {
+  return fmt::format(fmt::runtime(kRunLast), fmt::arg("moments", moments),
+                     fmt::arg("pictures_last", pictures));
+}
+
+std::string state_of(const std::string& table, const std::string& subject, const std::string& runs,
+                     const std::string& key, const std::string& measured,
+                     const std::string& window) {
+  return fmt::format(fmt::runtime(kState), fmt::arg("subject", subject), fmt::arg("table", table),
+                     fmt::arg("runs", runs), fmt::arg("key", key), fmt::arg("window", window),
+                     fmt::arg("measured", measured),
+                     fmt::arg("pictures_last", pictures_last("moments")),
+                     fmt::arg("run_last", run_last("moments", "pictures_last")));
+}
 
 /// Only the newest definition of the metrics for each pair of sheets. It is not sorted, so that
 /// SQLite can fold it into the query that uses it.
@@ -101,11 +221,45 @@ ORDER BY s.scene, p.measured_sha256, p.paper_order, s.model, s.solver, p.sha256)
 
 }  // namespace
 
-std::vector<std::string> view_statements() {
-  std::vector<std::string> statements = {kComparisonView};
-  for (const char* view : {kRealView, kVirtualView, kSurfaceView, kBranchView})
-    statements.push_back(fmt::format(fmt::runtime(view), fmt::arg("state", state_query()),
+std::string state_query(const std::string& window) {
+  return state_of("comparison", "c.id AS comparison_id", "run_comparison", "comparison_id = c.id",
+                  "measured_sha256", window);
+}
+
+std::string sheet_state_query() {
+  return state_of("sheet", "c.sha256 AS sheet_sha256", "run_drape", "measured_sha256 = c.sha256",
+                  "sha256", "");
+}
+
+std::vector<std::string> surrounding_statements() {
+  std::vector<std::string> statements(std::begin(kIndexes), std::end(kIndexes));
+  const auto add = [&](const char* statement) {
+    statements.push_back(fmt::format(fmt::runtime(statement), fmt::arg("state", state_query()),
                                      fmt::arg("sheet_state", sheet_state_query())));
+  };
+  for (const char* view : {kComparisonView, kRealView, kVirtualView, kSurfaceView, kBranchView})
+    add(view);
+  statements.insert(statements.end(), std::begin(kViews), std::end(kViews));
+  statements.push_back("CREATE VIEW v_pictures_last AS\n" + pictures_last("v_run_moment"));
+  statements.push_back("CREATE VIEW v_run_last AS\n" + run_last("v_run_moment", "v_pictures_last"));
+  statements.push_back("CREATE VIEW v_state AS\n" + state_query() + "\nWHERE d.run IS NOT NULL");
+  // Tables 1 to 12 of the paper: experiments A to F, real against virtual and virtual pairs.
+  for (int experiment = 0; experiment < 6; ++experiment)
+    for (const bool pairs : {false, true})
+      statements.push_back(fmt::format(
+          "CREATE VIEW v_table{} AS SELECT {}, measured, measurement FROM {} WHERE scene = '{}' "
+          "AND "
+          "{}coalesce(state, 'current') = 'current'",
+          2 * experiment + (pairs ? 2 : 1),
+          pairs ? "pair, mean_dist_mm, points" : "grid_size, segments, mean_dist_mm, marks",
+          pairs ? "v_virtual_vs_virtual" : "v_real_vs_virtual", static_cast<char>('A' + experiment),
+          pairs ? "" : "branch IS NULL AND "));
+  for (const Relation& table : relations())
+    for (const char* change : {"UPDATE", "DELETE"})
+      statements.push_back(
+          fmt::format("CREATE TRIGGER {0}_no_{1} BEFORE {1} ON {0} BEGIN SELECT RAISE(ABORT, 'the "
+                      "store only grows: rows of {0} are never changed'); END",
+                      table.name, change));
   return statements;
 }
 

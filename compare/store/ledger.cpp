@@ -4,10 +4,10 @@
 #include <SQLiteCpp/SQLiteCpp.h>
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <cstring>
 #include <string_view>
 
+#include "compare/schema/schema.hpp"
 #include "core/error.hpp"
 #include "core/files/files.hpp"
 
@@ -43,81 +43,99 @@ void append_value(std::string& bytes, const SQLite::Column& column) {
   }
 }
 
-const LedgerKind& kind_called(const std::string& name) {
-  const auto& kinds = ledger_kinds();
-  const auto found = std::find_if(kinds.begin(), kinds.end(),
-                                  [&](const LedgerKind& kind) { return kind.table == name; });
-  if (found == kinds.end()) throw internal_error("the ledger has no kind `" + name + "`");
-  return *found;
+/// Column of `child` that names the row of `parent` that it hangs on.
+std::string reference_to(const Relation& parent, const std::string& key, const Relation& child) {
+  const std::size_t at = child.statement.find("REFERENCES " + parent.name + " (");
+  if (at == std::string::npos) return key;  // both name one thing by the same hash
+  const std::size_t line = child.statement.rfind("\n  ", at) + 3;
+  return child.statement.substr(line, child.statement.find(' ', line) - line);
+}
+
+/// " ORDER BY " the primary key without `reference`.
+std::string order_of(const Relation& table, const std::string& reference) {
+  const std::string mark = "PRIMARY KEY (";
+  const std::size_t begin = table.statement.find(mark) + mark.size();
+  std::string key = table.statement.substr(begin, table.statement.find(')', begin) - begin);
+  const std::size_t own = key.find(reference);
+  key.erase(own == 0 ? 0 : own - 2, reference.size() + 2);
+  return " ORDER BY " + key;
+}
+
+LedgerKind kind_of(const std::string& table, const std::vector<std::string>& hanging) {
+  const Relation& own = relation(table);
+  const bool numbered = own.statement.find(" INTEGER PRIMARY KEY") != std::string::npos;
+  const std::string key = own.columns[numbered ? 1 : 0].name;
+  LedgerKind kind{table, key, {{table, key + " = ?1", ""}}};
+  for (const std::string& name : hanging) {
+    const std::string reference = reference_to(own, key, relation(name));
+    kind.tables.push_back({name,
+                           numbered
+                               ? fmt::format("{} = (SELECT {} FROM {{0}}.{}{{1}} WHERE {} = ?1)",
+                                             reference, own.columns[0].name, table, key)
+                               : reference + " = ?1",
+                           order_of(relation(name), reference)});
+  }
+  return kind;
 }
 
 }  // namespace
 
+std::string UnitTable::rows(const std::string& database, bool indexed) const {
+  const char* how = indexed ? "" : " NOT INDEXED";
+  return fmt::format("{}.{}{} WHERE ", database, name, how) +
+         fmt::format(fmt::runtime(condition), database, how);
+}
+
 const std::vector<LedgerKind>& ledger_kinds() {
   static const std::vector<LedgerKind> kinds = {
-      {"metric", "name", {"SELECT * FROM metric WHERE name = ?1"}},
-      {"rig", "name", {"SELECT * FROM rig WHERE name = ?1"}},
-      {"calibration", "sha256", {"SELECT * FROM calibration WHERE sha256 = ?1"}},
-      {"calibration_file",
-       "calibration_sha256",
-       {"SELECT * FROM calibration_file WHERE calibration_sha256 = ?1",
-        "SELECT * FROM calibration_camera WHERE calibration_sha256 = ?1 ORDER BY camera"}},
-      {"recording", "sha256", {"SELECT * FROM recording WHERE sha256 = ?1"}},
-      {"fabric", "sha256", {"SELECT * FROM fabric WHERE sha256 = ?1"}},
-      {"sheet",
-       "sha256",
-       {"SELECT * FROM sheet WHERE sha256 = ?1",
-        "SELECT * FROM gap WHERE sheet_sha256 = ?1 ORDER BY \"row\", \"col\""}},
-      {"simulation", "sheet_sha256", {"SELECT * FROM simulation WHERE sheet_sha256 = ?1"}},
-      {"refinement", "sheet_sha256", {"SELECT * FROM refinement WHERE sheet_sha256 = ?1"}},
-      {"drapemeter",
-       "sheet_sha256",
-       {"SELECT * FROM drapemeter WHERE sheet_sha256 = ?1",
-        "SELECT * FROM hem_harmonic WHERE sheet_sha256 = ?1 ORDER BY \"order\""}},
-      {"comparison",
-       "sha256",
-       {"SELECT * FROM comparison WHERE sha256 = ?1",
-        "SELECT * FROM mark_error WHERE comparison_id = (SELECT id FROM comparison WHERE sha256 = "
-        "?1) ORDER BY \"row\", \"col\""}},
-      {"simulation_pair", "sha256", {"SELECT * FROM simulation_pair WHERE sha256 = ?1"}},
-      {"branch", "sheet_sha256", {"SELECT * FROM branch WHERE sheet_sha256 = ?1"}},
-      {"branch_turn",
-       "comparison_sha256",
-       {"SELECT * FROM branch_turn WHERE comparison_sha256 = ?1"}},
-      {"acceptance",
-       "sha256",
-       {"SELECT * FROM acceptance WHERE sha256 = ?1",
-        "SELECT * FROM acceptance_figure WHERE acceptance_sha256 = ?1 ORDER BY name"}},
-      {"surface_comparison", "sha256", {"SELECT * FROM surface_comparison WHERE sha256 = ?1"}},
-      {"run",
-       "sha256",
-       {"SELECT * FROM run WHERE sha256 = ?1",
-        "SELECT * FROM run_drape WHERE run = (SELECT number FROM run WHERE sha256 = ?1) ORDER BY "
-        "measured_sha256",
-        "SELECT * FROM run_comparison WHERE run = (SELECT number FROM run WHERE sha256 = ?1) ORDER "
-        "BY comparison_id",
-        "SELECT * FROM run_value WHERE run = (SELECT number FROM run WHERE sha256 = ?1) ORDER BY "
-        "owner, key"}},
-      {"run_repetition", "sha256", {"SELECT * FROM run_repetition WHERE sha256 = ?1"}},
-      {"run_match",
-       "sha256",
-       {"SELECT * FROM run_match WHERE sha256 = ?1",
-        "SELECT * FROM match_basis WHERE match_sha256 = ?1 ORDER BY basis",
-        "SELECT * FROM real_repeat WHERE match_sha256 = ?1 ORDER BY sheet_sha256"}},
-  };
+      kind_of("metric", {}),
+      kind_of("rig", {}),
+      kind_of("calibration", {}),
+      kind_of("calibration_file", {"calibration_camera"}),
+      kind_of("recording", {}),
+      kind_of("fabric", {}),
+      kind_of("sheet", {"gap"}),
+      kind_of("simulation", {}),
+      kind_of("refinement", {}),
+      kind_of("drapemeter", {"hem_harmonic"}),
+      kind_of("comparison", {"mark_error"}),
+      kind_of("simulation_pair", {}),
+      kind_of("branch", {}),
+      kind_of("branch_turn", {}),
+      kind_of("acceptance", {"acceptance_figure"}),
+      kind_of("surface_comparison", {}),
+      kind_of("run", {"run_drape", "run_comparison", "run_value"}),
+      kind_of("run_repetition", {}),
+      kind_of("run_match", {"match_basis", "real_repeat"})};
   return kinds;
 }
 
+const LedgerKind* ledger_kind(const std::string& table) {
+  for (const LedgerKind& kind : ledger_kinds())
+    if (kind.table == table) return &kind;
+  return nullptr;
+}
+
+std::string unit_query(const UnitTable& table, Reading reading, bool hangs) {
+  if (hangs && reading == Reading::alone)
+    return fmt::format("SELECT * FROM {} WHERE 0 AND ?1 IS NULL", table.name);
+  return "SELECT * FROM " + table.rows("main", reading == Reading::whole) + table.order;
+}
+
 std::string content_sha256(SQLite::Database& database, const LedgerKind& kind,
-                           const std::string& key) {
-  std::string bytes = std::string("drapebench/content/1\n") + kind.table + "\n";
-  for (const char* query : kind.queries) {
-    SQLite::Statement rows(database, query);
+                           const std::string& key, Reading reading) {
+  std::string bytes = "drapebench/content/1\n" + kind.table + "\n";
+  for (const UnitTable& table : kind.tables) {
+    const std::vector<RelationColumn>& columns = relation(table.name).columns;
+    SQLite::Statement rows(database, unit_query(table, reading, &table != &kind.tables.front()));
     rows.bind(1, key);
-    const int columns = rows.getColumnCount();
     while (rows.executeStep()) {
       bytes += '\n';
-      for (int i = 0; i < columns; ++i) append_value(bytes, rows.getColumn(i));
+      for (std::size_t i = 0; i < static_cast<std::size_t>(rows.getColumnCount()); ++i) {
+        const bool later = i < columns.size() && columns[i].since > 0;
+        const SQLite::Column value = rows.getColumn(static_cast<int>(i));
+        if (!later || !value.isNull()) append_value(bytes, value);
+      }
     }
     bytes += "\n;";
   }
@@ -139,7 +157,9 @@ LedgerWriter::LedgerWriter(SQLite::Database& database) : database_(database) {
 }
 
 void LedgerWriter::append(const std::string& kind, const std::string& key) {
-  const std::string content = content_sha256(database_, kind_called(kind), key);
+  const LedgerKind* known = ledger_kind(kind);
+  if (known == nullptr) throw internal_error("the ledger has no kind `" + kind + "`");
+  const std::string content = content_sha256(database_, *known, key);
   ++sequence_;
   head_ = chain_sha256(head_, sequence_, kind, key, content);
   SQLite::Statement insert(database_, "INSERT INTO ledger VALUES (?, ?, ?, ?, ?)");
@@ -155,11 +175,10 @@ void LedgerWriter::append_missing() {
   for (const LedgerKind& kind : ledger_kinds()) {
     std::vector<std::string> keys;
     SQLite::Statement query(
-        database_,
-        fmt::format("SELECT {1} FROM {0} WHERE {1} NOT IN (SELECT key FROM ledger WHERE "
-                    "kind = '{0}') ORDER BY {2}",
-                    kind.table, kind.key_column,
-                    std::string_view(kind.table) == "comparison" ? "id" : kind.key_column));
+        database_, fmt::format("SELECT {1} FROM {0} WHERE {1} NOT IN (SELECT key FROM ledger WHERE "
+                               "kind = '{0}') ORDER BY {2}",
+                               kind.table, kind.key_column,
+                               kind.table == "comparison" ? "id" : kind.key_column));
     while (query.executeStep()) keys.push_back(query.getColumn(0).getString());
     for (const std::string& key : keys) append(kind.table, key);
   }

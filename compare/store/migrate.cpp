@@ -2,9 +2,11 @@
 #include "compare/store/migrate.hpp"
 
 #include <SQLiteCpp/SQLiteCpp.h>
+#include <SQLiteCpp/VariadicBind.h>
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
-#include <string_view>
+#include <map>
 
 #include "compare/schema/schema.hpp"
 #include "compare/store/ledger.hpp"
@@ -14,94 +16,103 @@
 namespace drape::compare {
 namespace {
 
-/// Tables of version 1, children before parents.
-constexpr const char* kTablesOf1[] = {
-    "mark_error", "simulation_pair",    "comparison",  "simulation", "gap",   "sheet",
-    "fabric",     "calibration_camera", "calibration", "rig",        "metric"};
-
-constexpr const char* kCopyFrom1[] = {
-    "INSERT INTO rig SELECT name FROM v1_rig",
-    "INSERT INTO calibration SELECT sha256, rig_name FROM v1_calibration",
-    "INSERT INTO calibration_file SELECT sha256, method FROM v1_calibration WHERE method IS NOT "
-    "NULL",
-    "INSERT INTO calibration_camera SELECT * FROM v1_calibration_camera",
-    "INSERT INTO fabric SELECT sha256, name FROM v1_fabric",
-    "INSERT INTO sheet SELECT sha256, kind, rows, cols, patch_warp_mm, patch_weft_mm, marks, gaps, "
-    "rig_name, set_name, calibration_sha256, detections_sha256, NULL, sigma_median_mm, "
-    "sigma_max_mm FROM v1_sheet",
-    "INSERT INTO gap SELECT * FROM v1_gap",
-    "INSERT INTO simulation SELECT sheet_sha256, 'drapebench', scene, scene_sha256, fabric_sha256, "
-    "NULL, start_sha256, grid_rows, grid_cols, segments, model, solver, status, at_rest, "
-    "certificate_sha256, certificate_json FROM v1_simulation",
-    "INSERT INTO comparison (sha256, measured_sha256, simulated_sha256, metrics_version, marks, "
-    "excluded, mean_mm, sigma_mean_mm, median_mm, rms_mm, p95_mm, max_mm, worst_row, worst_col, "
-    "mean_percent_of_warp_side, mean_percent_of_weft_side) SELECT * FROM v1_comparison ORDER BY "
-    "sha256",
-    "INSERT INTO mark_error SELECT c.id, \"row\", \"col\", material_warp_mm, material_weft_mm, "
-    "real_x_mm, real_y_mm, real_z_mm, virtual_x_mm, virtual_y_mm, virtual_z_mm, distance_mm, "
-    "along_warp_mm, along_weft_mm, along_normal_mm, sigma_mark_mm, sigma_distance_mm, views FROM "
-    "v1_mark_error AS e JOIN comparison AS c ON c.sha256 = e.comparison_sha256",
-    "INSERT INTO simulation_pair SELECT *, NULL, NULL, NULL, NULL FROM v1_simulation_pair",
-};
-
-void drop_views_and_indexes(SQLite::Database& database) {
-  std::vector<std::string> statements;
-  SQLite::Statement query(database,
-                          "SELECT type, name FROM sqlite_master WHERE type IN ('view', 'index', "
-                          "'trigger') AND sql IS NOT NULL");
-  while (query.executeStep()) {
-    statements.push_back(fmt::format("DROP {} \"{}\"", query.getColumn(0).getString(),
-                                     query.getColumn(1).getString()));
-  }
-  query.reset();
-  for (const std::string& statement : statements) database.exec(statement);
+std::vector<std::string> texts(SQLite::Database& database, const std::string& sql) {
+  std::vector<std::string> all;
+  SQLite::Statement query(database, sql);
+  while (query.executeStep()) all.push_back(query.getColumn(0).getString());
+  return all;
 }
 
 void run(SQLite::Database& database, const std::vector<std::string>& statements) {
   for (const std::string& statement : statements) database.exec(statement);
 }
 
-/// Version 1 had other columns in most tables, and no ledger.
-void from_1(SQLite::Database& database) {
-  for (const char* table : kTablesOf1)
-    database.exec(fmt::format("ALTER TABLE {0} RENAME TO v1_{0}", table));
-  run(database, table_statements());
-  for (const char* statement : kCopyFrom1) database.exec(statement);
-  for (const char* table : kTablesOf1) database.exec(fmt::format("DROP TABLE v1_{}", table));
+/// What columns hold where a store of version 1 has none of their name; it had no ledger, no number
+/// of a comparison and no table calibration_file.
+const std::map<std::string, std::map<std::string, std::string>> kFrom1 = {
+    {"mark_error",
+     {{"comparison_id", "(SELECT id FROM comparison WHERE sha256 = comparison_sha256)"}}},
+    {"simulation", {{"simulator", "'drapebench'"}}}};
+
+/// Brings what the old table holds into the new one: columns of the same name.
+void copy_rows(SQLite::Database& database, const Relation& table) {
+  std::vector<std::string> names, values;
+  for (const RelationColumn& column : table.columns) {
+    const bool had = !texts(database, fmt::format("SELECT name FROM pragma_table_info('old_{}') "
+                                                  "WHERE name = '{}'",
+                                                  table.name, column.name))
+                          .empty();
+    const auto from_1 = kFrom1.find(table.name);
+    const bool made = !had && from_1 != kFrom1.end() && from_1->second.count(column.name) != 0;
+    if (!had && !made) continue;
+    names.push_back('"' + column.name + '"');
+    values.push_back(had ? names.back() : from_1->second.at(column.name));
+  }
+  database.exec(fmt::format("INSERT INTO {0} ({1}) SELECT {2} FROM old_{0}", table.name,
+                            fmt::join(names, ", "), fmt::join(values, ", ")));
 }
 
-/// Version 2 lacked surface_comparison, version 3 the tables of branches, version 5 those of
-/// acceptance and of what a match rests on, version 6 refinement, version 7 run_repetition; every
-/// table they had is as it was.
-void add_absent_tables(SQLite::Database& database) {
-  for (const std::string& statement : table_statements()) {
-    const std::size_t begin = std::string_view("CREATE TABLE ").size();
-    const std::string name = statement.substr(begin, statement.find(' ', begin) - begin);
-    if (!database.tableExists(name)) database.exec(statement);
+/// Makes every table that is absent or not as it is made today; its rows are kept.
+void make_tables(SQLite::Database& database, int from_version) {
+  std::vector<std::string> changed;
+  for (const Relation& table : relations()) {
+    const auto made = texts(database, fmt::format("SELECT sql FROM sqlite_master WHERE type = "
+                                                  "'table' AND name = '{}'",
+                                                  table.name));
+    if (!made.empty() && made[0] == table.statement) continue;
+    if (!made.empty()) {
+      database.exec(fmt::format("ALTER TABLE {0} RENAME TO old_{0}", table.name));
+      changed.push_back(table.name);
+    }
   }
+  for (const Relation& table : relations())
+    if (!database.tableExists(table.name)) database.exec(table.statement);
+  for (const std::string& table : changed) copy_rows(database, relation(table));
+  if (from_version == 1)
+    database.exec(
+        "INSERT INTO calibration_file SELECT sha256, method FROM old_calibration WHERE method IS "
+        "NOT NULL");
+  for (const std::string& table : changed) database.exec("DROP TABLE old_" + table);
+}
+
+/// A definition that is there stays as it is.
+void make_metrics(SQLite::Database& database) {
+  SQLite::Statement insert(database, "INSERT OR IGNORE INTO metric VALUES (?, ?, ?, ?)");
+  for (const Relation& table : relations())
+    for (const RelationColumn& column : table.columns) {
+      if (column.definition.empty()) continue;
+      SQLite::bind(insert, column.name, column.unit, column.definition, column.better);
+      insert.exec();
+      insert.reset();
+    }
+}
+
+void complete(SQLite::Database& database) {
+  make_metrics(database);
+  run(database, surrounding_statements());
+  LedgerWriter(database).append_missing();
+  database.exec(fmt::format("PRAGMA user_version = {}", store_version()));
 }
 
 }  // namespace
 
 void create_store(SQLite::Database& database) {
   database.exec(fmt::format("PRAGMA application_id = {}", kApplicationId));
-  database.exec(fmt::format("PRAGMA user_version = {}", kStoreVersion));
-  run(database, table_statements());
-  run(database, surrounding_statements());
-  LedgerWriter(database).append_missing();
+  make_tables(database, store_version());
+  complete(database);
 }
 
 void migrate(SQLite::Database& database, int from_version) {
   SQLite::Transaction transaction(database, SQLite::TransactionBehavior::EXCLUSIVE);
   // Another program may have been faster.
   if (database.execAndGet("PRAGMA user_version").getInt() != from_version) return;
-  if (from_version < 1 || from_version >= kStoreVersion)
+  if (from_version < 1 || from_version >= store_version())
     throw internal_error(fmt::format("there is no migration from store version {}", from_version));
-  drop_views_and_indexes(database);
-  from_version == 1 ? from_1(database) : add_absent_tables(database);
-  run(database, surrounding_statements());
-  LedgerWriter(database).append_missing();
-  database.exec(fmt::format("PRAGMA user_version = {}", kStoreVersion));
+  run(database, texts(database,
+                      "SELECT 'DROP ' || type || ' \"' || name || '\"' FROM sqlite_master WHERE "
+                      "type IN ('view', 'index', 'trigger') AND sql IS NOT NULL"));
+  make_tables(database, from_version);
+  complete(database);
   transaction.commit();
 }
 

@@ -199,7 +199,7 @@ void warn_of_removed(Writer& writer, const Session& session, Outcome& outcome) {
            "SELECT DISTINCT scene FROM run_drape WHERE run = (SELECT r.number FROM run AS r JOIN "
            "v_run_moment AS m ON m.run = r.number WHERE r.recording_sha256 = ? ORDER BY m.moment "
            "DESC LIMIT 1) ORDER BY scene",
-           known->recording->sha256))
+           {known->recording->sha256}))
     if (std::none_of(outcome.reports.begin(), outcome.reports.end(),
                      [&](const Report& report) { return report.name == scene; }))
       outcome.warnings.push_back(fmt::format(

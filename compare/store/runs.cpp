@@ -30,15 +30,12 @@ using units::mm;
 /// The run is the last word on its photographs again, after another that was stored since.
 void repeat_run(Writer& writer, const StoredRun& run, const std::string& content,
                 const std::string& date) {
-  const auto last = writer.number("SELECT last_run FROM v_run_last WHERE run = ?", run.number);
+  const auto last =
+      writer.value<int>("SELECT last_run FROM v_run_last WHERE run = ?", {run.number});
   if (!last || *last == run.number) return;
-  const auto before = writer.number(
-      "SELECT count(*) FROM run_repetition WHERE run_sha256 = (SELECT sha256 FROM run WHERE number "
-      "= ?)",
-      run.number);
-  const std::string key = repetition_key(content, date, *before);
-  writer.insert("run_repetition", key, content, date);
-  writer.enter("run_repetition", key);
+  const auto before =
+      writer.value<int>("SELECT count(*) FROM run_repetition WHERE run_sha256 = ?", {content});
+  writer.insert_unit("run_repetition", repetition_key(content, date, *before), content, date);
 }
 
 /// The values of a TOML file; `stand_ins` marks the keys that its list of stand-ins speaks of.
@@ -131,12 +128,12 @@ std::string key_of_run(Writer& writer, const std::string& content, const Session
   for (const std::string& run :
        writer.texts("SELECT r.sha256 FROM run AS r JOIN run_drape AS d ON d.run = r.number WHERE "
                     "d.measured_sha256 = ? ORDER BY r.number DESC",
-                    session.drapes.front().input.measured.sha256)) {
+                    {session.drapes.front().input.measured.sha256})) {
     Warnings all;
     for (std::string& warning : writer.texts(
              "SELECT value FROM run_value WHERE run = (SELECT number FROM run WHERE sha256 = ?) "
              "AND key = 'warning'",
-             run))
+             {run}))
       all.insert(std::move(warning));
     const bool same = run == content || run == warned_content(content, all);
     if (same && std::includes(all.begin(), all.end(), own.begin(), own.end())) return run;
@@ -147,18 +144,19 @@ std::string key_of_run(Writer& writer, const std::string& content, const Session
 void insert_drape(Writer& writer, int run, const DrapeFiles& drape, const Report& report) {
   const DrapeInput& input = drape.input;
   const auto& source = std::get<MeasuredSource>(input.measured.sheet.source);
-  const std::optional<std::string> no_cause;
-  std::optional<std::string> headline;
+  Value headline, expanded_mm, complete;
   if (report.headline) headline = key_of(input, report.real_virtual[*report.headline]);
-  writer.insert(
-      "run_drape", run, input.measured.sha256, report.name, source.set, pictures_of(drape),
-      std::string(report.go() ? "GO" : "NO-GO"),
-      report.go() ? no_cause : std::optional(report.no_go.front()), name_of(report.match.match),
-      report.match.reason, headline,
-      report.budget ? std::optional(report.budget->expanded_m / mm) : std::nullopt,
-      report.budget ? std::optional(report.budget->missing.empty() ? 1 : 0) : std::nullopt);
+  if (report.budget) {
+    expanded_mm = report.budget->expanded_m / mm;
+    complete = report.budget->missing.empty();
+  }
+  writer.insert("run_drape", run, input.measured.sha256, report.name, source.set,
+                pictures_of(drape), report.go() ? "GO" : "NO-GO",
+                report.go() ? Value() : Value(report.no_go.front()), name_of(report.match.match),
+                report.match.reason, headline, expanded_mm, complete);
   const auto add = [&](const RealVirtual& row) {
-    if (const auto id = writer.id_of("comparison", "id", key_of(input, row)))
+    if (const auto id =
+            writer.value<int>("SELECT id FROM comparison WHERE sha256 = ?", {key_of(input, row)}))
       writer.insert("run_comparison", *id, run);
   };
   for (const RealVirtual& row : report.real_virtual) add(row);
@@ -182,8 +180,7 @@ void insert_match(Writer& writer, const std::string& run, const DrapeInput& inpu
   for (const RepeatLine& line : report.repeats) {
     const SheetFile& sheet = line.input ? input.repeats[*line.input] : input.measured;
     writer.insert("real_repeat", key, sheet.sha256, line.set, line.repeat, given(line.face),
-                  given(line.left_out),
-                  line.from_own_m ? std::optional(*line.from_own_m / mm) : std::nullopt);
+                  given(line.left_out), line.from_own_m ? Value(*line.from_own_m / mm) : Value());
   }
   writer.enter("run_match", key);
 }
@@ -259,14 +256,15 @@ StoredRun add_run(Store& store, const Session& session, const Outcome& outcome,
   store.write([&](Writer& writer) {
     const std::string content =
         key_of_run(writer, content_of(session, outcome, label, values), session, outcome);
-    if (const auto known = writer.id_of("run", "number", content)) {
-      run = {*known, writer.text_of("run", "date", content)};
+    if (const auto known =
+            writer.value<int>("SELECT number FROM run WHERE sha256 = ?", {content})) {
+      run = {*known,
+             *writer.value<std::string>("SELECT date FROM run WHERE sha256 = ?", {content})};
       repeat_run(writer, run, content, date);
       return;
     }
     run.date = date;
-    const std::optional<std::string> absent;
-    std::optional<std::string> rig, recording, recording_name;
+    Value rig, recording, recording_name;
     for (const DrapeFiles& drape : session.drapes) {
       rig = std::get<MeasuredSource>(drape.input.measured.sheet.source).rig;
       if (!drape.recording) continue;
@@ -274,17 +272,16 @@ StoredRun add_run(Store& store, const Session& session, const Outcome& outcome,
       recording_name = drape.recording->name;
     }
     const std::vector<std::string> reasons = outcome.reasons();
-    const std::optional<int> next;
-    writer.insert("run", next, content, run.date, given(label.label), given(label.operator_name),
-                  version(), rig, recording, recording_name, given(session.calibration_sha256),
-                  calibration_name(session), std::string(outcome.go() ? "GO" : "NO-GO"),
-                  reasons.empty() ? absent : std::optional(reasons.front()));
+    writer.insert("run", std::nullopt, content, run.date, given(label.label),
+                  given(label.operator_name), version(), rig, recording, recording_name,
+                  given(session.calibration_sha256), calibration_name(session),
+                  outcome.go() ? "GO" : "NO-GO",
+                  reasons.empty() ? Value() : Value(reasons.front()));
     run.number = writer.last_id();
     for (std::size_t i = 0; i < outcome.reports.size(); ++i)
       insert_drape(writer, run.number, session.drapes[i], outcome.reports[i]);
     for (const RunValue& value : values)
-      writer.insert("run_value", run.number, value.owner, value.key, value.value,
-                    value.stand_in ? 1 : 0);
+      writer.insert("run_value", run.number, value.owner, value.key, value.value, value.stand_in);
     writer.enter("run", content);
     for (std::size_t i = 0; i < outcome.reports.size(); ++i)
       insert_match(writer, content, session.drapes[i].input, outcome.reports[i]);

@@ -37,9 +37,9 @@ bool check_identity(SQLite::Database& database, const fs::path& file) {
   const int version = pragma_value(database, "user_version");
   if (id == 0 && version == 0 && objects == 0) return false;
   if (id != kApplicationId || version < 1) refuse_foreign(file);
-  if (version > kStoreVersion) {
+  if (version > store_version()) {
     throw bad_input(fmt::format("the results store has version {}, this program knows version {}",
-                                version, kStoreVersion),
+                                version, store_version()),
                     {.file = file.string(), .field = "user_version"},
                     "use the newer drapebench that wrote it");
   }
@@ -91,7 +91,7 @@ struct Store::Connection {
     database.exec("PRAGMA synchronous = FULL");
     if (!complete) create_tables(database, file);
     const int version = pragma_value(database, "user_version");
-    if (version < kStoreVersion) migrate(database, version);
+    if (version < store_version()) migrate(database, version);
     database.exec("PRAGMA foreign_keys = ON");
   }
 
@@ -223,7 +223,7 @@ void Store::close() {
 }
 
 std::string comparison_key(const std::vector<std::string>& sheet_hashes) {
-  std::string text = fmt::format("drapebench/comparison/{}\n", kMetricsVersion);
+  std::string text = fmt::format("drapebench/comparison/{}\n", metrics_version());
   for (const std::string& hash : sheet_hashes) text += hash + '\n';
   return sha256_of(std::string_view(text));
 }

@@ -9,18 +9,14 @@
 #include <vector>
 
 #include "compare/compare.hpp"
+#include "compare/schema/schema.hpp"
+#include "compare/store/rows.hpp"
 #include "compare/tables/tables.hpp"
 #include "core/calibration.hpp"
 
-namespace SQLite {
-class Database;
-}
-
 namespace drape::compare {
 
-inline constexpr int kStoreVersion = 8;            ///< PRAGMA user_version
 inline constexpr int kApplicationId = 0x44726170;  ///< "Drap", so that `file` can tell
-inline constexpr int kMetricsVersion = 2;          ///< raised when a metric's definition changes
 
 /// What an import did.
 struct ImportCounts {
@@ -98,11 +94,17 @@ class StoreReader {
   StoreReader(const StoreReader&) = delete;
   StoreReader& operator=(const StoreReader&) = delete;
 
-  /// Result of one statement that starts with SELECT, WITH, VALUES or EXPLAIN, with its parameters
-  /// `?` bound as text. Throws Error(usage) for any other statement or for several, and
-  /// Error(bad_input) where the store has not the tables and views that the programs make.
-  [[nodiscard]] Table query(const std::string& sql,
-                            const std::vector<std::string>& parameters = {}) const;
+  /// Result of one statement that starts with SELECT, WITH, VALUES or EXPLAIN. Throws
+  /// Error(usage) for any other statement or for several, and Error(bad_input) where the store has
+  /// not the tables and views that the programs make.
+  [[nodiscard]] Table query(const std::string& sql, const Cells& parameters = {}) const;
+
+  /// The same as tuples, e.g. rows<std::string, double>(...).
+  template <class... Types>
+  [[nodiscard]] std::vector<std::tuple<Types...>> rows(const std::string& sql,
+                                                       const Cells& parameters = {}) const {
+    return typed<Types...>(cells(sql, parameters));
+  }
 
   /// The same for a statement that a person wrote: what the store refuses is Error(usage).
   [[nodiscard]] Table answer(const std::string& sql) const;
@@ -110,8 +112,12 @@ class StoreReader {
  private:
   /// The error for a statement that the store refuses, from what it says and what to do.
   using Refusal = std::function<Error(const std::string&, const std::string&)>;
-  [[nodiscard]] Table rows_of(const std::string& sql, const std::vector<std::string>& parameters,
-                              const Refusal& refusal) const;
+  [[nodiscard]] Error not_as_made(const std::string& what) const;
+  [[nodiscard]] std::vector<Cells> cells(const std::string& sql, const Cells& parameters) const;
+  [[nodiscard]] Table table_of(const std::string& sql, const Cells& parameters,
+                               const Refusal& refusal) const;
+  void run(const std::string& sql, const Cells& parameters, const Refusal& refusal,
+           const std::function<void(SQLite::Statement&)>& take) const;
 
   struct Connection;
   std::unique_ptr<Connection> connection_;

@@ -62,17 +62,16 @@ constexpr int kMostValue = 1 << 26;                      ///< bytes of one value
 
 /// What stands in store and write-ahead log at one moment. A checkpoint moves bytes from one into
 /// the other and may cut the log while it is read, so both are read twice until nothing moved.
-std::pair<std::vector<unsigned char>, std::vector<unsigned char>> bytes_of(const fs::path& file) {
+std::pair<std::string, std::string> bytes_of(const fs::path& file) {
   using Clock = std::chrono::steady_clock;
-  using Bytes = std::vector<unsigned char>;
   const fs::path log = file.string() + "-wal";
   const auto last = Clock::now() + std::chrono::milliseconds(kBusyTimeout_ms);
-  const auto read = [&]() -> std::optional<std::pair<Bytes, Bytes>> {
+  const auto read = [&]() -> std::optional<std::pair<std::string, std::string>> {
     try {
       std::error_code absent;
-      Bytes store = read_bytes(file);
+      std::string store = read_text(file);
       return std::pair(std::move(store),
-                       fs::is_regular_file(log, absent) ? read_bytes(log) : Bytes());
+                       fs::is_regular_file(log, absent) ? read_text(log) : std::string());
     } catch (const Error&) {
       if (Clock::now() > last) throw;
       return std::nullopt;
@@ -90,43 +89,21 @@ std::pair<std::vector<unsigned char>, std::vector<unsigned char>> bytes_of(const
 }
 
 /// A store that this user may not write is read from a copy: SQLite would need lock files beside
-/// it. Empty where it may be written.
-class PrivateCopy {
- public:
-  explicit PrivateCopy(const fs::path& file) {
-    std::error_code unreachable;
-    if (!fs::is_regular_file(file, unreachable)) {
-      throw bad_input("there is no results store", {.file = file.string()},
-                      "name an existing store with --store; drape-compare makes one");
-    }
-    const fs::path folder = file.has_parent_path() ? file.parent_path() : fs::path(".");
-    if (::access(file.c_str(), W_OK) == 0 && ::access(folder.c_str(), W_OK) == 0) return;
-    const auto [store, log] = bytes_of(file);
-    folder_ = (fs::temp_directory_path() / "drapebench-XXXXXX").string();
-    if (::mkdtemp(folder_.data()) == nullptr)
-      throw bad_input("a copy of the store cannot be made", {.file = folder_},
-                      "set TMPDIR to a folder that can be written");
-    const auto write = [&](const char* name, const std::vector<unsigned char>& bytes) {
-      write_durable(fs::path(folder_) / name,
-                    {reinterpret_cast<const char*>(bytes.data()), bytes.size()});
-    };
-    write("store", store);
-    if (!log.empty()) write("store-wal", log);
+/// it. Null where it may be written.
+std::unique_ptr<TemporaryFolder> private_copy(const fs::path& file) {
+  std::error_code unreachable;
+  if (!fs::is_regular_file(file, unreachable)) {
+    throw bad_input("there is no results store", {.file = file.string()},
+                    "name an existing store with --store; drape-compare makes one");
   }
-  ~PrivateCopy() {
-    std::error_code ignored;
-    if (!folder_.empty()) fs::remove_all(folder_, ignored);
-  }
-  PrivateCopy(const PrivateCopy&) = delete;
-  PrivateCopy& operator=(const PrivateCopy&) = delete;
-
-  [[nodiscard]] std::string of(const fs::path& file) const {
-    return folder_.empty() ? file.string() : (fs::path(folder_) / "store").string();
-  }
-
- private:
-  std::string folder_;
-};
+  const fs::path folder = file.has_parent_path() ? file.parent_path() : fs::path(".");
+  if (::access(file.c_str(), W_OK) == 0 && ::access(folder.c_str(), W_OK) == 0) return nullptr;
+  const auto [store, log] = bytes_of(file);
+  auto copy = std::make_unique<TemporaryFolder>("a copy of the store cannot be made");
+  write_durable(copy->path() / "store", store);
+  if (!log.empty()) write_durable(copy->path() / "store-wal", log);
+  return copy;
+}
 
 /// Ends a query that takes too long; SQLite asks every some thousand steps.
 class Deadline {
@@ -146,17 +123,11 @@ class Deadline {
   std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now() + kLongestQuery;
 };
 
-std::string cell_text(const SQLite::Column& column) {
-  if (column.isNull()) return {};
-  if (column.isFloat()) return fmt::format("{}", column.getDouble());
-  return column.getString();
-}
-
 }  // namespace
 
 struct StoreReader::Connection {
   fs::path file;
-  PrivateCopy copy;
+  std::unique_ptr<TemporaryFolder> copy;
   SQLite::Database database;
   std::string bytes_of_older_version;
 
@@ -164,8 +135,9 @@ struct StoreReader::Connection {
   /// then closed to every change. One thread at a time uses a connection: it needs no mutex.
   explicit Connection(const fs::path& path)
       : file(real_store(path)),
-        copy(file),
-        database(copy.of(file), SQLite::OPEN_READWRITE | SQLite::OPEN_NOMUTEX, kBusyTimeout_ms) {
+        copy(private_copy(file)),
+        database((copy ? copy->path() / "store" : file).string(),
+                 SQLite::OPEN_READWRITE | SQLite::OPEN_NOMUTEX, kBusyTimeout_ms) {
     sqlite3_limit(database.getHandle(), SQLITE_LIMIT_LENGTH, kMostValue);
     database.exec("PRAGMA query_only = ON");
     if (database.execAndGet("PRAGMA application_id").getInt() != kApplicationId) {
@@ -178,13 +150,13 @@ struct StoreReader::Connection {
                       {.file = file.string(), .field = "user_version"},
                       "restore the store from a backup");
     }
-    if (version > kStoreVersion) {
+    if (version > store_version()) {
       throw bad_input(fmt::format("the results store has version {}, this program knows version {}",
-                                  version, kStoreVersion),
+                                  version, store_version()),
                       {.file = file.string(), .field = "user_version"},
                       "use the newer drapebench that wrote it");
     }
-    if (version < kStoreVersion) use_migrated_copy(version);
+    if (version < store_version()) use_migrated_copy(version);
   }
 
   void use_migrated_copy(int version) {
@@ -212,46 +184,62 @@ const fs::path& StoreReader::file() const {
 }
 
 Table StoreReader::answer(const std::string& sql) const {
-  return rows_of(sql, {}, [](const std::string& what, const std::string& what_to_do) {
+  return table_of(sql, {}, [](const std::string& what, const std::string& what_to_do) {
     return usage_error(what, what_to_do);
   });
 }
 
-Table StoreReader::query(const std::string& sql, const std::vector<std::string>& parameters) const {
-  return rows_of(sql, parameters, [&](const std::string& what, const std::string&) {
-    return bad_input("the results store is not as the programs make it: " + what,
-                     {.file = connection_->file.string()},
-                     "restore it from a backup, or save its rows with: drape results rescue");
-  });
+Error StoreReader::not_as_made(const std::string& what) const {
+  return bad_input("the results store is not as the programs make it: " + what,
+                   {.file = connection_->file.string()},
+                   "restore it from a backup, or save its rows with: drape results rescue");
 }
 
-Table StoreReader::rows_of(const std::string& sql, const std::vector<std::string>& parameters,
-                           const Refusal& refusal) const {
-  check_read_only(sql);
-  try {
-    SQLite::Statement statement(connection_->database, sql);
-    int index = 0;
-    for (const std::string& parameter : parameters) statement.bind(++index, parameter);
-    Table table;
+Table StoreReader::query(const std::string& sql, const Cells& parameters) const {
+  return table_of(sql, parameters,
+                  [&](const std::string& what, const std::string&) { return not_as_made(what); });
+}
+
+std::vector<Cells> StoreReader::cells(const std::string& sql, const Cells& parameters) const {
+  std::vector<Cells> rows;
+  run(sql, parameters, [&](const std::string& what, const std::string&) { return not_as_made(what); },
+      [&](SQLite::Statement& statement) { rows = rest_of(statement); });
+  return rows;
+}
+
+Table StoreReader::table_of(const std::string& sql, const Cells& parameters,
+                            const Refusal& refusal) const {
+  Table table;
+  run(sql, parameters, refusal, [&](SQLite::Statement& statement) {
     for (int i = 0; i < statement.getColumnCount(); ++i)
       table.names.emplace_back(statement.getColumnName(i));
     table.numeric.assign(table.names.size(), true);
-    const Deadline deadline(connection_->database);
     std::size_t text = 0;
     while (statement.executeStep()) {
-      std::vector<std::string> row;
-      row.reserve(table.names.size());
-      for (int i = 0; i < statement.getColumnCount(); ++i) {
-        const SQLite::Column column = statement.getColumn(i);
-        if (column.isText() || column.isBlob()) table.numeric[static_cast<std::size_t>(i)] = false;
-        row.push_back(cell_text(column));
-        text += row.back().size() + sizeof(std::string);
+      std::vector<std::string> row(table.names.size());
+      for (std::size_t i = 0; i < row.size(); ++i) {
+        const SQLite::Column column = statement.getColumn(static_cast<int>(i));
+        if (column.isText() || column.isBlob()) table.numeric[i] = false;
+        if (!column.isNull())
+          row[i] = column.isFloat() ? fmt::format("{}", column.getDouble()) : column.getString();
+        text += row[i].size() + sizeof(std::string);
       }
       if (text > kMostText)
         throw refusal("the answer is larger than 128 MiB", "ask for less, e.g. with LIMIT");
       table.add(std::move(row));
     }
-    return table;
+  });
+  return table;
+}
+
+void StoreReader::run(const std::string& sql, const Cells& parameters, const Refusal& refusal,
+                      const std::function<void(SQLite::Statement&)>& take) const {
+  check_read_only(sql);
+  try {
+    SQLite::Statement statement(connection_->database, sql);
+    bind_all(statement, parameters);
+    const Deadline deadline(connection_->database);
+    take(statement);
   } catch (const SQLite::Exception& exception) {
     if (exception.getErrorCode() == SQLITE_INTERRUPT)
       throw refusal(fmt::format("the query took longer than {} s", kLongestQuery.count()),
@@ -271,52 +259,38 @@ namespace {
 
 /// Rows without an entry and entries without a row.
 void check_counts(SQLite::Database& database, LedgerCheck& check) {
-  for (const LedgerKind& kind : ledger_kinds()) {
-    SQLite::Statement query(
-        database, fmt::format("SELECT {1} FROM {0} WHERE {1} NOT IN (SELECT key FROM ledger WHERE "
-                              "kind = '{0}')",
-                              kind.table, kind.key_column));
-    while (query.executeStep()) {
-      check.findings.push_back(fmt::format("{} `{}` was not written by drapebench", kind.table,
-                                           query.getColumn(0).getString()));
-    }
-  }
-  SQLite::Statement orphans(database,
-                            "SELECT \"table\", count(*) FROM pragma_foreign_key_check() "
-                            "GROUP BY \"table\" ORDER BY \"table\"");
-  while (orphans.executeStep()) {
-    check.findings.push_back(fmt::format("{} rows of {} hang on a row that is not there",
-                                         orphans.getColumn(1).getInt(),
-                                         orphans.getColumn(0).getString()));
-  }
+  for (const LedgerKind& kind : ledger_kinds())
+    for (const auto& [key] : rows_of<std::string>(
+             database, fmt::format("SELECT {1} FROM {0} WHERE {1} NOT IN (SELECT key FROM ledger "
+                                   "WHERE kind = '{0}')",
+                                   kind.table, kind.key_column)))
+      check.findings.push_back(fmt::format("{} `{}` was not written by drapebench", kind.table, key));
+  for (const auto& [table, count] : rows_of<std::string, int>(
+           database,
+           "SELECT \"table\", count(*) FROM pragma_foreign_key_check() GROUP BY \"table\" ORDER BY "
+           "\"table\""))
+    check.findings.push_back(
+        fmt::format("{} rows of {} hang on a row that is not there", count, table));
 }
 
 void check_chain(SQLite::Database& database, LedgerCheck& check) {
-  SQLite::Statement entries(
-      database,
-      "SELECT sequence, kind, key, content_sha256, chain_sha256 FROM ledger ORDER BY "
-      "sequence");
-  while (entries.executeStep()) {
-    ++check.entries;
-    const long long sequence = entries.getColumn(0).getInt64();
-    const std::string kind = entries.getColumn(1).getString(),
-                      key = entries.getColumn(2).getString();
-    const std::string content = entries.getColumn(3).getString();
-    if (sequence != check.entries) {
+  using Text = std::string;
+  for (const auto& [sequence, kind, key, content, written] :
+       rows_of<std::int64_t, Text, Text, Text, Text>(
+           database,
+           "SELECT sequence, kind, key, content_sha256, chain_sha256 FROM ledger ORDER BY "
+           "sequence")) {
+    if (sequence != ++check.entries) {
       check.findings.push_back(fmt::format("entry {} of the ledger is not there", check.entries));
       return;
     }
-    const auto& kinds = ledger_kinds();
-    const auto known = std::find_if(kinds.begin(), kinds.end(),
-                                    [&](const LedgerKind& k) { return kind == k.table; });
-    if (known == kinds.end() || content_sha256(database, *known, key) != content)
+    const LedgerKind* known = ledger_kind(kind);
+    if (known == nullptr || content_sha256(database, *known, key) != content)
       check.findings.push_back(fmt::format("{} `{}` is not what was written", kind, key));
-    const std::string chain = chain_sha256(check.head, sequence, kind, key, content);
-    check.head = entries.getColumn(4).getString();
-    if (chain != check.head) {
+    if (chain_sha256(check.head, sequence, kind, key, content) != written)
       check.findings.push_back(
           fmt::format("entry {} of the ledger ({} `{}`) was changed", sequence, kind, key));
-    }
+    check.head = written;
   }
 }
 

@@ -13,18 +13,17 @@ using units::mm;
 
 constexpr double kMicrojoule = 1e-6;
 
-std::optional<double> in_mm(const std::optional<double>& length_m) {
-  return length_m ? std::optional(*length_m / mm) : std::nullopt;
+Value in_mm(const std::optional<double>& length_m) {
+  return length_m ? Value(*length_m / mm) : Value();
 }
-
-std::optional<double> low_mm(const Trust& trust) {
-  return trust.bootstrap ? std::optional(trust.bootstrap->low / mm) : std::nullopt;
+Value in_percent(const std::optional<double>& ratio) {
+  return ratio ? Value(*ratio / units::percent) : Value();
 }
-std::optional<double> high_mm(const Trust& trust) {
-  return trust.bootstrap ? std::optional(trust.bootstrap->high / mm) : std::nullopt;
+Value low_mm(const Trust& trust) {
+  return trust.bootstrap ? Value(trust.bootstrap->low / mm) : Value();
 }
-std::optional<double> in_percent(const std::optional<double>& ratio) {
-  return ratio ? std::optional(*ratio / units::percent) : std::nullopt;
+Value high_mm(const Trust& trust) {
+  return trust.bootstrap ? Value(trust.bootstrap->high / mm) : Value();
 }
 
 std::optional<std::string> certificate_json(const Simulation& simulation) {
@@ -45,29 +44,28 @@ void insert_mark(Writer& writer, int id, const MarkError& mark) {
 
 void insert_comparison(Writer& writer, const std::string& key, const DrapeInput& input,
                        const RealVirtual& row) {
-  const Simulation& simulation = input.simulations[row.simulation];
   const DistanceStatistics& s = row.statistics;
   const NormalStatistics& n = row.normal;
   const Eigen::Vector2d percent = percent_of_patch(s.mean_m, input.measured.sheet.patch_m);
-  const auto aligned = [&](double RigidAlignment::*value, double unit) {
-    return row.aligned ? std::optional((*row.aligned).*value / unit) : std::nullopt;
+  const auto aligned = [&](auto value, double unit) {
+    return row.aligned ? Value(value(*row.aligned) / unit) : Value();
   };
-  const auto left = [&](double DistanceStatistics::*value) {
-    return row.aligned ? std::optional(row.aligned->after.*value / mm) : std::nullopt;
-  };
-  const std::optional<int> next_id;
+  using A = const RigidAlignment&;
   writer.insert(
-      "comparison", next_id, key, input.measured.sha256, simulation.sheet.sha256, kMetricsVersion,
-      s.marks, static_cast<int>(row.marks.excluded.size()), s.mean_m / mm, in_mm(s.sigma_mean_m),
-      s.median_m / mm, s.rms_m / mm, s.p95_m / mm, s.max_m / mm, s.worst_mark.row, s.worst_mark.col,
-      percent.x(), percent.y(), low_mm(s.mean), high_mm(s.mean), in_mm(s.median.sigma_m),
-      low_mm(s.median), high_mm(s.median), in_mm(s.rms.sigma_m), low_mm(s.rms), high_mm(s.rms),
-      in_mm(s.p95.sigma_m), low_mm(s.p95), high_mm(s.p95), in_mm(s.max.sigma_m), low_mm(s.max),
-      high_mm(s.max), n.mean_m / mm, in_mm(n.mean.sigma_m), low_mm(n.mean), high_mm(n.mean),
-      n.rms_m / mm, row.to_surface.mean_m / mm, row.to_surface.max_m / mm,
-      left(&DistanceStatistics::mean_m), left(&DistanceStatistics::rms_m),
-      left(&DistanceStatistics::max_m), aligned(&RigidAlignment::centroid_shift_m, mm),
-      aligned(&RigidAlignment::turn_rad, units::deg), in_percent(row.strain.difference.warp),
+      "comparison", std::nullopt, key, input.measured.sha256,
+      input.simulations[row.simulation].sheet.sha256, metrics_version(), s.marks,
+      row.marks.excluded.size(), s.mean_m / mm, in_mm(s.sigma_mean_m), s.median_m / mm,
+      s.rms_m / mm, s.p95_m / mm, s.max_m / mm, s.worst_mark.row, s.worst_mark.col, percent.x(),
+      percent.y(), low_mm(s.mean), high_mm(s.mean), in_mm(s.median.sigma_m), low_mm(s.median),
+      high_mm(s.median), in_mm(s.rms.sigma_m), low_mm(s.rms), high_mm(s.rms), in_mm(s.p95.sigma_m),
+      low_mm(s.p95), high_mm(s.p95), in_mm(s.max.sigma_m), low_mm(s.max), high_mm(s.max),
+      n.mean_m / mm, in_mm(n.mean.sigma_m), low_mm(n.mean), high_mm(n.mean), n.rms_m / mm,
+      row.to_surface.mean_m / mm, row.to_surface.max_m / mm,
+      aligned([](A a) { return a.after.mean_m; }, mm),
+      aligned([](A a) { return a.after.rms_m; }, mm),
+      aligned([](A a) { return a.after.max_m; }, mm),
+      aligned([](A a) { return a.centroid_shift_m; }, mm),
+      aligned([](A a) { return a.turn_rad; }, units::deg), in_percent(row.strain.difference.warp),
       in_percent(row.strain.difference.weft), in_percent(row.strain.difference.area));
   const int id = writer.last_id();
   for (const MarkError& mark : row.marks.marks) insert_mark(writer, id, mark);
@@ -77,8 +75,8 @@ void insert_comparison(Writer& writer, const std::string& key, const DrapeInput&
 }  // namespace
 
 void insert_calibration(Writer& writer, const std::string& sha256, const std::string& rig) {
-  if (writer.insert("rig", rig)) writer.enter("rig", rig);
-  if (writer.insert("calibration", sha256, rig)) writer.enter("calibration", sha256);
+  writer.insert_unit("rig", rig);
+  writer.insert_unit("calibration", sha256, rig);
 }
 
 void insert_drapemeter(Writer& writer, const std::string& sheet, const DrapemeterResult& result) {
@@ -89,10 +87,9 @@ void insert_drapemeter(Writer& writer, const std::string& sheet, const Drapemete
                      d.covered_area_m2 / mm2, d.flat_area_m2 / mm2, in_percent(d.drape_coefficient),
                      d.mean_radius_m / mm, d.folds, d.fold_depth_m / mm))
     return;
-  for (const Harmonic& harmonic : d.spectrum) {
+  for (const Harmonic& harmonic : d.spectrum)
     writer.insert("hem_harmonic", sheet, harmonic.order, harmonic.amplitude_m / mm,
                   harmonic.phase_rad / units::deg);
-  }
   writer.enter("drapemeter", sheet);
 }
 
@@ -101,18 +98,13 @@ void insert_measured(Writer& writer, const SheetFile& file, const Measurement& m
   const Sheet& sheet = file.sheet;
   const auto& source = std::get<MeasuredSource>(sheet.source);
   insert_calibration(writer, source.calibration_sha256, source.rig);
-  std::optional<std::string> recording_sha256;
-  if (recording) {
-    recording_sha256 = recording->sha256;
-    if (writer.insert("recording", recording->sha256, recording->recorded_on))
-      writer.enter("recording", recording->sha256);
-  }
-  const bool added = writer.insert(
-      "sheet", file.sha256, std::string("measured"), sheet.rows, sheet.cols, sheet.patch_m.x() / mm,
-      sheet.patch_m.y() / mm, measurement.marks, measurement.gaps, source.rig, source.set,
-      source.calibration_sha256, source.detections_sha256, recording_sha256,
-      in_mm(measurement.sigma_median_m), in_mm(measurement.sigma_max_m));
-  if (!added) return;
+  if (recording) writer.insert_unit("recording", recording->sha256, recording->recorded_on);
+  if (!writer.insert("sheet", file.sha256, "measured", sheet.rows, sheet.cols,
+                     sheet.patch_m.x() / mm, sheet.patch_m.y() / mm, measurement.marks,
+                     measurement.gaps, source.rig, source.set, source.calibration_sha256,
+                     source.detections_sha256, recording ? Value(recording->sha256) : Value(),
+                     in_mm(measurement.sigma_median_m), in_mm(measurement.sigma_max_m)))
+    return;
   for (const Gap& gap : sheet.gaps)
     writer.insert("gap", file.sha256, gap.mark.row, gap.mark.col, gap.reason);
   writer.enter("sheet", file.sha256);
@@ -121,34 +113,25 @@ void insert_measured(Writer& writer, const SheetFile& file, const Measurement& m
 bool insert_simulated(Writer& writer, const Simulation& simulation) {
   const Sheet& sheet = simulation.sheet.sheet;
   const SimulatedSource& source = simulation.source();
-  const std::optional<std::string> absent;
   const bool own = !simulation.other_simulator;
-  if (own && writer.insert("fabric", source.fabric_sha256, source.fabric))
-    writer.enter("fabric", source.fabric_sha256);
+  const auto if_own = [&](Value value) { return own ? std::move(value) : Value(); };
+  if (own) writer.insert_unit("fabric", source.fabric_sha256, source.fabric);
   const std::string& key = simulation.sheet.sha256;
-  const std::optional<double> no_sigma;
   const bool fresh =
-      writer.insert("sheet", key, std::string("simulated"), sheet.rows, sheet.cols,
-                    sheet.patch_m.x() / mm, sheet.patch_m.y() / mm,
-                    static_cast<int>(sheet.marks.size()), static_cast<int>(sheet.gaps.size()),
-                    absent, absent, absent, absent, absent, no_sigma, no_sigma);
-  if (fresh) writer.enter("sheet", key);
-  if (writer.insert("simulation", key, simulation.other_simulator.value_or("drapebench"),
-                    source.scene, own ? std::optional(source.scene_sha256) : absent,
-                    own ? std::optional(source.fabric_sha256) : absent,
-                    own ? absent : std::optional(source.fabric), source.start_sha256, sheet.rows,
-                    sheet.cols, simulation.segments(), source.model, source.solver, source.status,
-                    own ? std::optional(source.status == "at rest" ? 1 : 0) : std::optional<int>(),
-                    simulation.certificate ? std::optional(simulation.certificate->sha256) : absent,
-                    certificate_json(simulation)))
-    writer.enter("simulation", key);
-  if (source.refined_from_sha256 && writer.insert("refinement", key, *source.refined_from_sha256))
-    writer.enter("refinement", key);
-  if (const auto& b = simulation.branch) {
-    if (writer.insert("branch", key, b->set_sha256, b->number, b->of, b->energy_j / kMicrojoule,
-                      b->residual, b->stable ? 1 : 0, b->starts, b->hem_nodes, b->round ? 1 : 0))
-      writer.enter("branch", key);
-  }
+      writer.insert_unit("sheet", key, "simulated", sheet.rows, sheet.cols, sheet.patch_m.x() / mm,
+                         sheet.patch_m.y() / mm, sheet.marks.size(), sheet.gaps.size());
+  writer.insert_unit("simulation", key, simulation.other_simulator.value_or("drapebench"),
+                     source.scene, if_own(source.scene_sha256), if_own(source.fabric_sha256),
+                     own ? Value() : Value(source.fabric), source.start_sha256, sheet.rows,
+                     sheet.cols, simulation.segments(), source.model, source.solver, source.status,
+                     if_own(source.status == "at rest"),
+                     simulation.certificate ? Value(simulation.certificate->sha256) : Value(),
+                     certificate_json(simulation));
+  if (source.refined_from_sha256)
+    writer.insert_unit("refinement", key, *source.refined_from_sha256);
+  if (const auto& b = simulation.branch)
+    writer.insert_unit("branch", key, b->set_sha256, b->number, b->of, b->energy_j / kMicrojoule,
+                       b->residual, b->stable, b->starts, b->hem_nodes, b->round);
   return fresh;
 }
 
@@ -158,34 +141,28 @@ bool add_comparison(Writer& writer, const DrapeInput& input, const RealVirtual& 
       comparison_key({input.measured.sha256, input.simulations[row.simulation].sheet.sha256});
   const bool fresh = !writer.has("comparison", key);
   if (fresh) insert_comparison(writer, key, input, row);
-  if (turned && writer.insert("branch_turn", key, turned->axis_in_world.x() / mm,
-                              turned->axis_in_world.y() / mm, turned->mean_m / mm,
-                              turned->turn_rad / units::deg, turned->half_turn ? 1 : 0))
-    writer.enter("branch_turn", key);
+  if (turned)
+    writer.insert_unit("branch_turn", key, turned->axis_in_world.x() / mm,
+                       turned->axis_in_world.y() / mm, turned->mean_m / mm,
+                       turned->turn_rad / units::deg, turned->half_turn);
   return fresh;
 }
 
 bool insert_surface(Writer& writer, const DrapeInput& input, const RealSurface& row) {
   const OtherSurface& surface = input.surfaces[row.surface];
-  const std::string key =
-      comparison_key({input.measured.sha256, "surface without marks", surface.sha256});
-  if (writer.has("surface_comparison", key)) return false;
   const DistanceStatistics& s = row.to_surface;
-  const auto one_direction = [&](OneDirection SurfaceDistance::*one, double OneDirection::*value) {
-    return row.both_directions ? std::optional((*row.both_directions).*one.*value / mm)
-                               : std::nullopt;
-  };
-  writer.insert(
-      "surface_comparison", key, input.measured.sha256, surface.sha256, surface.simulator,
-      surface.scene, surface.fabric, kMetricsVersion, static_cast<int>(surface.mesh.points.size()),
-      static_cast<int>(surface.mesh.triangles.size()), s.marks, s.mean_m / mm,
-      in_mm(s.mean.sigma_m), low_mm(s.mean), high_mm(s.mean), s.rms_m / mm, s.p95_m / mm,
-      s.max_m / mm, one_direction(&SurfaceDistance::first_to_second, &OneDirection::mean_m),
-      one_direction(&SurfaceDistance::first_to_second, &OneDirection::hausdorff_m),
-      one_direction(&SurfaceDistance::second_to_first, &OneDirection::mean_m),
-      one_direction(&SurfaceDistance::second_to_first, &OneDirection::hausdorff_m));
-  writer.enter("surface_comparison", key);
-  return true;
+  const auto& both = row.both_directions;
+  const OneDirection there = both ? both->first_to_second : OneDirection(),
+                     back = both ? both->second_to_first : OneDirection();
+  const auto known = [&](double length_m) { return both ? Value(length_m / mm) : Value(); };
+  return writer.insert_unit(
+      "surface_comparison",
+      comparison_key({input.measured.sha256, "surface without marks", surface.sha256}),
+      input.measured.sha256, surface.sha256, surface.simulator, surface.scene, surface.fabric,
+      metrics_version(), surface.mesh.points.size(), surface.mesh.triangles.size(), s.marks,
+      s.mean_m / mm, in_mm(s.mean.sigma_m), low_mm(s.mean), high_mm(s.mean), s.rms_m / mm,
+      s.p95_m / mm, s.max_m / mm, known(there.mean_m), known(there.hausdorff_m), known(back.mean_m),
+      known(back.hausdorff_m));
 }
 
 bool insert_pair(Writer& writer, const std::optional<std::string>& measured,
@@ -193,16 +170,12 @@ bool insert_pair(Writer& writer, const std::optional<std::string>& measured,
                  const VirtualVirtual& row) {
   const std::string &first = simulations[row.first].sheet.sha256,
                     &second = simulations[row.second].sheet.sha256;
-  const std::string key = comparison_key({measured.value_or("no real cloth"), first, second});
-  if (writer.has("simulation_pair", key)) return false;
   const DistanceStatistics& s = row.statistics;
-  writer.insert("simulation_pair", key, measured, first, second, row.label,
-                static_cast<int>(row.paper_order), kMetricsVersion, s.marks, gaps_filled ? 1 : 0,
-                s.mean_m / mm, s.median_m / mm, s.rms_m / mm, s.p95_m / mm, s.max_m / mm,
-                low_mm(s.mean), high_mm(s.mean), row.surface.mean_m() / mm,
-                row.surface.hausdorff_m() / mm);
-  writer.enter("simulation_pair", key);
-  return true;
+  return writer.insert_unit(
+      "simulation_pair", comparison_key({measured.value_or("no real cloth"), first, second}),
+      measured, first, second, row.label, row.paper_order, metrics_version(), s.marks, gaps_filled,
+      s.mean_m / mm, s.median_m / mm, s.rms_m / mm, s.p95_m / mm, s.max_m / mm, low_mm(s.mean),
+      high_mm(s.mean), row.surface.mean_m() / mm, row.surface.hausdorff_m() / mm);
 }
 
 }  // namespace drape::compare

@@ -163,8 +163,8 @@ TEST(Store, RefusesANewerStore) {
   const fs::path file = folder.path() / "results.sqlite";
   import_into(file, example());
   SQLite::Database(file.string(), SQLite::OPEN_READWRITE)
-      .exec("PRAGMA user_version = " + std::to_string(kStoreVersion + 1));
-  const std::string said = "version " + std::to_string(kStoreVersion + 1);
+      .exec("PRAGMA user_version = " + std::to_string(store_version() + 1));
+  const std::string said = "version " + std::to_string(store_version() + 1);
   const std::string before = sha256_of_file(file);
   EXPECT_THAT(refusal_by_store([&] { Store store(file); }), HasSubstr(said));
   EXPECT_THAT(refusal_by_store([&] { StoreReader store(file); }), HasSubstr(said));

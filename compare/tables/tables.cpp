@@ -84,6 +84,16 @@ std::string apart_value(const Simulation& simulation, const std::string& key) {
 
 }  // namespace
 
+Table::Table(std::vector<std::string> columns, const std::vector<std::size_t>& numbers)
+    : names(std::move(columns)), numeric(names.size(), false) {
+  for (const std::size_t at : numbers) numeric[at] = true;
+}
+
+std::optional<std::size_t> Table::column(const std::string& name) const {
+  const auto at = std::find(names.begin(), names.end(), name);
+  return at == names.end() ? std::nullopt : std::optional<std::size_t>(at - names.begin());
+}
+
 std::string text_of(const Table& table) {
   const std::vector<std::string>& headings = table.headings.empty() ? table.names : table.headings;
   std::vector<std::size_t> widths;

@@ -12,6 +12,10 @@ namespace drape::compare {
 
 /// A table of finished cells; `names` carry the units. Numbers are right-aligned in text.
 struct Table {
+  Table() = default;
+  /// `numbers`: places of the columns of numbers.
+  explicit Table(std::vector<std::string> columns, const std::vector<std::size_t>& numbers = {});
+
   std::string title;
   std::vector<std::string> names;
   std::vector<std::vector<std::string>> rows;
@@ -20,6 +24,7 @@ struct Table {
   std::optional<std::size_t> marked_row;  ///< shown in bold in the report
 
   void add(std::vector<std::string> row) { rows.push_back(std::move(row)); }
+  [[nodiscard]] std::optional<std::size_t> column(const std::string& name) const;
 };
 
 /// Columns padded to one width, title above.

@@ -204,6 +204,19 @@ WriterLock::~WriterLock() {
   ::close(fd_);
 }
 
+TemporaryFolder::TemporaryFolder(const std::string& purpose) {
+  std::error_code error;
+  std::string name = (fs::temp_directory_path(error) / "drapebench-XXXXXX").string();
+  if (error || ::mkdtemp(name.data()) == nullptr)
+    throw bad_input(purpose, {.file = name}, "set TMPDIR to a folder that can be written");
+  path_ = name;
+}
+
+TemporaryFolder::~TemporaryFolder() {
+  std::error_code ignored;
+  fs::remove_all(path_, ignored);
+}
+
 std::string sha256_of(std::span<const unsigned char> bytes) {
   unsigned char digest[EVP_MAX_MD_SIZE];
   unsigned int length = 0;

@@ -56,6 +56,20 @@ class WriterLock {
   int fd_ = -1;
 };
 
+/// A new folder below TMPDIR, removed in the end. Throws Error(bad_input) with `purpose` as its
+/// sentence when it cannot be made.
+class TemporaryFolder {
+ public:
+  explicit TemporaryFolder(const std::string& purpose);
+  ~TemporaryFolder();
+  TemporaryFolder(const TemporaryFolder&) = delete;
+  TemporaryFolder& operator=(const TemporaryFolder&) = delete;
+  [[nodiscard]] const std::filesystem::path& path() const { return path_; }
+
+ private:
+  std::filesystem::path path_;
+};
+
 /// Lower-case hexadecimal SHA-256.
 [[nodiscard]] std::string sha256_of(std::span<const unsigned char> bytes);
 [[nodiscard]] std::string sha256_of(std::string_view text);

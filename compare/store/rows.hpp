@@ -1,0 +1,78 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <concepts>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <tuple>
+#include <utility>
+#include <variant>
+#include <vector>
+
+namespace SQLite {
+class Database;
+class Statement;
+}  // namespace SQLite
+
+namespace drape::compare {
+
+/// Cell of a row: NULL, INTEGER, REAL or TEXT.
+struct Value : std::variant<std::monostate, std::int64_t, double, std::string> {
+  Value() = default;
+  Value(std::nullopt_t /*null*/) {}
+  Value(std::integral auto number) : variant(static_cast<std::int64_t>(number)) {}
+  Value(double number) : variant(number) {}
+  Value(std::string text) : variant(std::move(text)) {}
+  Value(const char* text) : variant(std::string(text)) {}
+  template <class T>
+  Value(const std::optional<T>& value) {
+    if (value) *this = Value(*value);
+  }
+
+  [[nodiscard]] bool is_null() const { return index() == 0; }
+  /// A number that is asked for as another kind of number, or NULL as text, is converted.
+  void to(std::string& text) const;
+  void to(double& number) const;
+  void to(std::int64_t& number) const;
+  void to(int& number) const;
+  void to(bool& truth) const;
+  template <class T>
+  void to(std::optional<T>& value) const {
+    if (!is_null()) to(value.emplace());
+  }
+};
+using Cells = std::vector<Value>;
+
+template <class... Types>
+std::vector<std::tuple<Types...>> typed(const std::vector<Cells>& rows) {
+  std::vector<std::tuple<Types...>> all(rows.size());
+  for (std::size_t i = 0; i < rows.size(); ++i)
+    std::apply([&, at = rows[i].begin()](auto&... cell) mutable { ((at++)->to(cell), ...); },
+               all[i]);
+  return all;
+}
+
+void bind_all(SQLite::Statement& statement, const Cells& parameters);
+/// The rows that are left of a statement.
+[[nodiscard]] std::vector<Cells> rest_of(SQLite::Statement& statement);
+[[nodiscard]] std::vector<Cells> cells_of(SQLite::Database& database, const std::string& sql,
+                                          const Cells& parameters = {});
+/// Rows of a query as tuples, e.g. rows_of<std::string, double>(...).
+template <class... Types>
+std::vector<std::tuple<Types...>> rows_of(SQLite::Database& database, const std::string& sql,
+                                          const Cells& parameters = {}) {
+  return typed<Types...>(cells_of(database, sql, parameters));
+}
+/// The first cell of the first row, where there is one.
+template <class T>
+std::optional<T> first_of(SQLite::Database& database, const std::string& sql,
+                          const Cells& parameters = {}) {
+  std::optional<T> first;
+  if (const auto rows = cells_of(database, sql, parameters); !rows.empty()) rows[0][0].to(first);
+  return first;
+}
+/// Runs a statement that gives no rows; how many it changed.
+int execute(SQLite::Database& database, const std::string& sql, const Cells& parameters = {});
+
+}  // namespace drape::compare
