@@ -11,19 +11,227 @@
 #include <map>
 #include <set>
 
-#include "compare/crate/crate_files.hpp"
-#include "compare/crate/crate_tables.hpp"
 #include "compare/history/results.hpp"
+#include "compare/history/seal.hpp"
+#include "compare/meshes/other_mesh.hpp"
 #include "compare/records/provenance.hpp"
 #include "core/error.hpp"
 #include "core/files/files.hpp"
 #include "core/files/json_file.hpp"
+#include "core/files/toml_file.hpp"
 #include "core/program/run_record.hpp"
 
 namespace drape::compare {
 namespace {
 
 namespace fs = std::filesystem;
+
+const std::string kGone = "gone: ", kNotAsRecorded = "not what was recorded: ",
+                  kNotTraced = "no record of how it was made: ";  ///< before a file's name
+
+using Stated = std::map<fs::path, std::set<std::string>>;
+
+/// The name that a scene states; empty where the file is none.
+std::string scene_in(const fs::path& file) {
+  if (read_text(file).find("\"drapebench/scene/") == std::string::npos) return {};
+  try {
+    return TomlTable::open(file, "scene").text("name");
+  } catch (const Error&) {
+    return {};  // nothing was simulated with it
+  }
+}
+
+/// Sheets and meshes of the run, or of the store.
+std::set<std::string> sheets_of(const StoreReader& store, std::optional<int> run) {
+  std::set<std::string> all;
+  for (const auto& [sha256] : store.rows<std::string>(
+           "WITH of_run AS (SELECT c.measured_sha256, c.simulated_sha256 FROM run_comparison AS r "
+           "JOIN "
+           "comparison AS c ON c.id = r.comparison_id WHERE r.run = ?1), drapes AS "
+           "(SELECT measured_sha256 FROM run_drape WHERE run = ?1) SELECT sha256 FROM "
+           "sheet WHERE ?1 IS NULL OR sha256 IN (SELECT simulated_sha256 FROM of_run UNION SELECT "
+           "measured_sha256 FROM of_run UNION SELECT measured_sha256 FROM drapes) UNION SELECT "
+           "q.sheet_sha256 FROM real_repeat AS q JOIN run_match AS m ON m.sha256 = q.match_sha256 "
+           "JOIN "
+           "run AS n ON n.sha256 = m.run_sha256 WHERE n.number = ?1 UNION SELECT "
+           "mesh_sha256 FROM surface_comparison WHERE ?1 IS NULL OR measured_sha256 IN (SELECT "
+           "measured_sha256 FROM drapes)",
+           {run}))
+    all.insert(sha256);
+  return all;
+}
+
+/// What U rests on beside the sheets: files of a drape's sensitivities, where they were sealed.
+void add_sensitivities(const std::map<fs::path, std::string>& sealed,
+                       std::vector<fs::path>& starts) {
+  const std::vector<fs::path> sheets = starts;
+  for (const fs::path& sheet : sheets) {
+    const fs::path file = sheet.parent_path() / "sensitivity" / "sensitivity.json";
+    if (sealed.contains(file)) starts.push_back(file);
+  }
+}
+
+/// A measured sheet's record of today can name a scene that was edited since it was simulated.
+void expect_scenes(const StoreReader& store, const std::set<std::string>& sheets, RecordBook& book,
+                   Stated& files, std::vector<std::string>& findings) {
+  std::map<std::string, std::set<std::string>> used;
+  for (const auto& [sheet, scene, sha256] : store.rows<std::string, std::string, std::string>(
+           "SELECT sheet_sha256, scene, scene_sha256 FROM simulation WHERE scene_sha256 IS NOT "
+           "NULL"))
+    if (sheets.contains(sheet)) used[scene].insert(sha256);
+  std::set<std::string> present;
+  for (auto& [file, stated] : files) {
+    const auto sha256 = book.sha256(file);
+    if (!sha256 || file.extension() != ".toml") continue;
+    present.insert(*sha256);
+    const auto known = used.find(scene_in(file));
+    if (known != used.end() && !known->second.contains(*sha256))
+      stated.insert(*known->second.begin());
+  }
+  for (const auto& [scene, hashes] : used)
+    for (const std::string& sha256 : hashes)
+      if (!present.contains(sha256))
+        findings.push_back(
+            fmt::format("{}scene {} as it was simulated ({})", kGone, scene, sha256.substr(0, 12)));
+}
+
+/// Every file behind the sheets of one run, or of the whole store, with the contents (SHA-256) that
+/// records, seal and store state of it: one that has another content is not what the numbers rest
+/// on. Sheets and scenes that no file has any more are added to `findings`.
+Stated crate_files(const StoreReader& store, std::optional<int> run, RecordBook& book,
+                   std::vector<std::string>& findings) {
+  if (run) require_run(store, *run);
+  const std::set<std::string> sheets = sheets_of(store, run);
+  const auto places = sealed_places(store.file(), book, sheets);
+  std::vector<fs::path> starts;
+  Stated meshes;
+  for (const std::string& sha256 : sheets) {
+    const auto place = places.find(sha256);
+    if (place == places.end()) {
+      findings.push_back(kGone + ("sheet " + sha256.substr(0, 12)));
+      continue;
+    }
+    const fs::path file = fs::absolute(place->second).lexically_normal();
+    if (const auto mesh = other_mesh_id(file); mesh && mesh->sha256 == sha256) {
+      meshes[fs::absolute(mesh->mesh).lexically_normal()].insert(mesh->mesh_sha256);
+    } else if (const auto now = book.sha256(file); now != sha256) {
+      findings.push_back((now ? kNotAsRecorded : kGone) + file.string());
+      continue;
+    }
+    starts.push_back(file);
+  }
+  const fs::path folder = fs::absolute(folder_of(store.file()));
+  std::map<fs::path, std::string> sealed;
+  for (const auto& [name, sha256] : read_seal(store.file()).files)
+    sealed[(folder / name).lexically_normal()] = sha256;
+  add_sensitivities(sealed, starts);
+  Stated files = files_behind(book, starts);
+  files.merge(meshes);
+  for (const auto& [file, sha256] : sealed)
+    if (const auto known = files.find(file); known != files.end()) known->second.insert(sha256);
+  expect_scenes(store, sheets, book, files, findings);
+  return files;
+}
+
+/// Runs with their drapes; parameter 1 is the number of one run, or empty.
+constexpr const char* kDrapes =
+    "SELECT r.number AS run, r.date, r.label, r.program_version, d.scene, d.set_name, "
+    "d.measurement, d.cause, d.match, d.match_reason, c.mean_mm, d.expanded_uncertainty_mm, CASE "
+    "d.budget_complete WHEN 1 THEN 'complete' WHEN 0 THEN 'at least' END AS uncertainty_is, "
+    "d.measured_sha256, d.headline_sha256 AS comparison_sha256 FROM run AS r JOIN run_drape AS d "
+    "ON d.run = r.number LEFT JOIN comparison AS c ON c.sha256 = d.headline_sha256 WHERE ?1 IS "
+    "NULL "
+    "OR r.number = ?1 ORDER BY r.number, d.scene, d.measured_sha256";
+
+/// Both sheets of a pair of the run are compared with the same measured sheet.
+constexpr const char* kPairs =
+    "SELECT p.* FROM simulation_pair AS p WHERE ?1 IS NULL OR 2 = (SELECT count(DISTINCT "
+    "c.simulated_sha256) FROM run_comparison AS k JOIN comparison AS c ON c.id = k.comparison_id "
+    "WHERE k.run = ?1 AND c.measured_sha256 = p.measured_sha256 AND "
+    "c.simulated_sha256 IN (p.first_sha256, p.second_sha256)) ORDER BY p.sha256";
+
+/// Meshes without marks, compared with a measured sheet of the run.
+constexpr const char* kSurfaces =
+    "SELECT p.* FROM surface_comparison AS p WHERE ?1 IS NULL OR p.measured_sha256 IN (SELECT "
+    "measured_sha256 FROM run_drape WHERE run = ?1) ORDER BY p.sha256";
+
+/// All but the certificate itself, which is a file of its own.
+constexpr const char* kSimulations =
+    "SELECT s.sheet_sha256, s.simulator, s.scene, s.scene_sha256, coalesce(f.name, "
+    "s.fabric_stated) AS fabric, s.fabric_sha256, s.start_sha256, s.grid_rows, s.grid_cols, "
+    "s.segments, s.model, s.solver, s.status, s.at_rest, s.certificate_sha256, "
+    "json_extract(s.certificate_json, '$.\"energy.end_uJ\"') AS energy_end_uJ, "
+    "json_extract(s.certificate_json, '$.largest_residual_per_particle_weight') AS "
+    "largest_residual_per_particle_weight FROM simulation AS s LEFT JOIN fabric AS f ON f.sha256 = "
+    "s.fabric_sha256 WHERE ?1 IS NULL OR s.sheet_sha256 IN (SELECT c.simulated_sha256 FROM "
+    "run_comparison AS k JOIN comparison AS c ON c.id = k.comparison_id WHERE k.run = ?1) ORDER BY "
+    "s.sheet_sha256";
+
+Table comparisons(const StoreReader& store, std::optional<int> run) {
+  ResultFilter filter;
+  filter.run = run;
+  filter.outdated = true;
+  const Selection of = selection_of(store, filter);
+  return store.query(
+      "SELECT s.run, s.date, s.measurement, s.cause, coalesce(s.state, 'current') AS state, "
+      "v.scene, v.grid_size, v.segments, v.fabric, v.simulator, v.model, v.solver, v.status, "
+      "v.branch, v.gaps, v.recorded_on, m.* FROM " +
+          of.from + " JOIN comparison AS m ON m.id = v.id" + of.where + " ORDER BY m.sha256",
+      of.parameters);
+}
+
+/// One of a crate's files of numbers.
+struct CrateTable {
+  std::string file, description;
+  Table table;
+};
+
+/// The numbers of one run, or of the whole store, unrounded: columns are called as the store's
+/// dictionary of metrics calls them.
+std::vector<CrateTable> crate_tables(const StoreReader& store, std::optional<int> run) {
+  const Cell number = run;
+  std::vector<CrateTable> tables = {
+      {"comparisons.csv", "distance between measured and simulated sheets, one row each",
+       comparisons(store, run)},
+      {"drapes.csv", "mean distance, its expanded uncertainty (95 %) and match of each drape",
+       store.query(kDrapes, {number})},
+      {"surface_comparisons.csv", "distance between measured sheets and surfaces without marks",
+       store.query(kSurfaces, {number})},
+      {"simulation_pairs.csv", "distance between simulated sheets", store.query(kPairs, {number})},
+      {"simulations.csv", "what each simulation is and how it ended",
+       store.query(kSimulations, {number})}};
+  if (run)
+    tables.push_back({"values.csv", "every value behind the run; stand_in: nobody measured it",
+                      store.query("SELECT owner, key, value, stand_in FROM run_value WHERE run = "
+                                  "? ORDER BY owner, key",
+                                  {number})});
+  return tables;
+}
+
+/// The mean distance that speaks for each drape of a run, with what may be said of it.
+struct CrateHeadline {
+  std::string scene, mean_mm, statement;
+};
+std::vector<CrateHeadline> crate_headlines(const StoreReader& store, int run) {
+  using Text = std::string;
+  std::vector<CrateHeadline> headlines;
+  for (const auto& [scene, mean_mm, verdict, cause, match, reason, expanded_mm, is] :
+       store.rows<Text, Text, Text, Text, Text, Text, Text, Text>(
+           "SELECT scene, mean_mm, measurement, cause, match, match_reason, "
+           "expanded_uncertainty_mm, uncertainty_is FROM (" +
+               Text(kDrapes) + ")",
+           {run}))
+    if (!mean_mm.empty())
+      headlines.push_back(
+          {scene, mean_mm,
+           fmt::format("measurement {}{}; expanded uncertainty (95 %) {}; match {}: {}", verdict,
+                       cause.empty() ? "" : ", " + cause,
+                       expanded_mm.empty()
+                           ? "not known"
+                           : (is == "at least" ? "at least " : "") + expanded_mm + " mm",
+                       match, reason)});
+  return headlines;
+}
 
 /// A path as a relative URI (RFC 3986): everything but unreserved characters and `/` is encoded.
 std::string uri_of(const fs::path& path) {
@@ -338,6 +546,29 @@ Crate write_crate(const StoreReader& store, std::optional<int> run, const Lab& l
     throw usage_error(fmt::format("{} is not an empty folder", out.string()),
                       "name a new one with --out");
   return CrateWriter(store, run, lab, out).write();
+}
+
+Lab read_lab(const std::filesystem::path& file) {
+  const TomlTable root = TomlTable::open(file, "lab");
+  Lab lab{root.text("title"),        root.text("description"),        root.text("license"),
+          root.text("license_name"), root.text_or("program_url", ""), {}};
+  if (!lab.program_url.empty() && !lab.program_url.starts_with("https://") &&
+      !lab.program_url.starts_with("http://"))
+    root.reject("program_url", "this is not a URL", "write e.g. https://doi.org/...");
+  if (!lab.license.starts_with("https://") && !lab.license.starts_with("http://"))
+    root.reject("license", "the licence is not a URL",
+                "write e.g. https://creativecommons.org/licenses/by/4.0/");
+  for (const TomlTable& author : root.tables("author")) {
+    lab.authors.push_back(
+        {author.text("name"), author.text_or("orcid", ""), author.text_or("affiliation", "")});
+    const std::string& orcid = lab.authors.back().orcid;
+    if (!orcid.empty() && !orcid.starts_with("https://orcid.org/"))
+      author.reject("orcid", "this is no ORCID", "write https://orcid.org/0000-...");
+    author.finish();
+  }
+  if (lab.authors.empty()) root.reject("author", "there is no author", "add an [[author]]");
+  root.finish();
+  return lab;
 }
 
 }  // namespace drape::compare

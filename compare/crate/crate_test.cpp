@@ -5,8 +5,7 @@
 #include <gmock/gmock.h>
 
 #include "compare/history/apart.hpp"
-#include "compare/history/copies.hpp"
-#include "compare/history/explain.hpp"
+#include "compare/history/results.hpp"
 #include "compare/history/seal.hpp"
 #include "compare/store/inputs.hpp"
 #include "compare/store/outcome.hpp"

@@ -7,7 +7,7 @@
 #include <map>
 #include <utility>
 
-#include "compare/meshes/piece.hpp"
+#include "compare/meshes/other_mesh.hpp"
 #include "compare/records/provenance.hpp"
 #include "core/error.hpp"
 #include "core/files/json_file.hpp"

@@ -3,8 +3,8 @@
 
 #include <gmock/gmock.h>
 
-#include "compare/history/explain.hpp"
 #include "compare/history/merge.hpp"
+#include "compare/history/results.hpp"
 #include "compare/test_sheets.hpp"
 #include "core/files/files.hpp"
 #include "core/files/json_file.hpp"

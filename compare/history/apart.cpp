@@ -3,7 +3,6 @@
 
 #include <algorithm>
 
-#include "compare/history/copies.hpp"
 #include "compare/history/seal.hpp"
 #include "compare/store/inputs.hpp"
 #include "compare/store/outcome.hpp"

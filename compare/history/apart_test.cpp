@@ -6,7 +6,6 @@
 
 #include "compare/history/seal.hpp"
 #include "compare/store/inputs.hpp"
-#include "compare/store/sheet_folders.hpp"
 #include "compare/test_sheets.hpp"
 #include "core/error.hpp"
 #include "core/files/files.hpp"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "compare/history/filter.hpp"
+#include "compare/history/results.hpp"
 
 #include <fmt/format.h>
 
@@ -92,8 +92,8 @@ std::string grid_text(const std::string& grid) {
   return grid.empty() || grid.find('x') != std::string::npos ? grid : grid + "x" + grid;
 }
 
-void Selection::add(const std::string& column, const Value& value) {
-  if (value == Value("")) return;
+void Selection::add(const std::string& column, const Cell& value) {
+  if (value == Cell("")) return;
   where += fmt::format(" AND {} = ?", column);
   parameters.push_back(value);
 }
@@ -168,7 +168,7 @@ Selection selection_of(const StoreReader& store, const ResultFilter& filter) {
         "FROM sheet WHERE substr(calibration_sha256, 1, length(?)) = ?) UNION SELECT "
         "comparison_id FROM run_comparison WHERE run IN (SELECT number FROM run WHERE "
         "instr(calibration_name, ?) > 0))";
-    parameters.insert(parameters.end(), 6, Value(filter.calibration));
+    parameters.insert(parameters.end(), 6, Cell(filter.calibration));
   }
   if (!filter.outdated && !filter.run)
     selection.where += " AND coalesce(s.state, 'current') = 'current'";

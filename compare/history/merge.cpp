@@ -9,12 +9,11 @@
 #include <set>
 #include <string>
 
-#include "compare/history/copies.hpp"
 #include "compare/history/seal.hpp"
 #include "compare/schema/schema.hpp"
 #include "compare/store/ledger.hpp"
+#include "compare/store/rows.hpp"
 #include "compare/store/runs.hpp"
-#include "compare/store/sqlite_error.hpp"
 #include "core/error.hpp"
 #include "core/files/files.hpp"
 
@@ -53,12 +52,9 @@ class Merge {
   /// Into a copy, which is completed: what is there already is compared value by value, and gets
   /// what only the source knows of it.
   void stage(MergeCounts& counts) {
-    SQLite::Statement query(database_,
-                            "SELECT name FROM main.sqlite_schema WHERE type = 'trigger'");
-    std::vector<std::string> triggers;
-    while (query.executeStep()) triggers.push_back(query.getColumn(0).getString());
-    query.reset();
-    for (const std::string& trigger : triggers) database_.exec("DROP TRIGGER main." + trigger);
+    for (const auto& [trigger] : rows_of<std::string>(
+             database_, "SELECT name FROM main.sqlite_schema WHERE type = 'trigger'"))
+      database_.exec("DROP TRIGGER main." + trigger);
     run(counts, true);
   }
 
@@ -75,7 +71,7 @@ class Merge {
     for (const LedgerKind& kind : ledger_kinds()) {
       // The dictionary of the metrics is written into every new store.
       if (kind.table == "metric") continue;
-      for (const std::string& key : keys_of(kind)) {
+      for (const auto& [key] : keys_of(kind)) {
         if (has(kind, key)) {
           const std::string name = fmt::format("{} {}", kind.table, key);
           if (!staged && completed.count(name) != 0) counts.known_better.insert(name);
@@ -110,22 +106,17 @@ class Merge {
   }
 
   /// Runs by date, those of one second as the other store got them; all else by key.
-  std::vector<std::string> keys_of(const LedgerKind& kind) {
-    std::vector<std::string> keys;
+  std::vector<std::tuple<std::string>> keys_of(const LedgerKind& kind) {
     const bool dated = kind.table == "run" || kind.table == "run_repetition";
-    SQLite::Statement query(
+    return rows_of<std::string>(
         database_, fmt::format("SELECT t.{1} FROM other.{0} AS t JOIN other.ledger AS l ON l.kind "
                                "= '{0}' AND l.key = t.{1} ORDER BY {2}t.{1}",
                                kind.table, kind.key_column, dated ? "t.date, l.sequence, " : ""));
-    while (query.executeStep()) keys.push_back(query.getColumn(0).getString());
-    return keys;
   }
 
   bool has(const LedgerKind& kind, const std::string& key) {
-    SQLite::Statement query(
-        database_, fmt::format("SELECT 1 FROM main.{} WHERE {} = ?1", kind.table, kind.key_column));
-    query.bind(1, key);
-    return query.executeStep();
+    return first_of<int>(database_, "SELECT 1 FROM " + kind.tables.front().rows(), {key})
+        .has_value();
   }
 
   void copy(const UnitTable& table, const std::string& key) {
@@ -134,12 +125,10 @@ class Merge {
       names.push_back(column.name);
       values.push_back(column.copied);
     }
-    SQLite::Statement insert(
-        database_,
-        fmt::format("INSERT INTO main.{0} ({1}) SELECT {2} FROM {3}", table.name,
-                    fmt::join(names, ", "), fmt::join(values, ", "), table.rows("other")));
-    insert.bind(1, key);
-    insert.exec();
+    execute(database_,
+            fmt::format("INSERT INTO main.{} ({}) SELECT {} FROM {}", table.name,
+                        fmt::join(names, ", "), fmt::join(values, ", "), table.rows("other")),
+            {key});
   }
 
   std::string compared(const UnitTable& table, const char* database) {
@@ -156,31 +145,20 @@ class Merge {
                        table.rows(database), order);
   }
 
-  static bool equal(const SQLite::Column& a, const SQLite::Column& b) {
-    if (a.getType() != b.getType()) return false;
-    if (a.isInteger()) return a.getInt64() == b.getInt64();
-    if (a.isFloat()) return a.getDouble() == b.getDouble();
-    return a.getString() == b.getString();
-  }
-
   /// True when the source has a value that the target has not: a sheet may have been given to one
   /// of them without the files beside it, which contradicts nothing.
   bool check(const UnitTable& table, const std::string& key) {
-    SQLite::Statement ours(database_, compared(table, "main")),
-        theirs(database_, compared(table, "other"));
-    ours.bind(1, key);
-    theirs.bind(1, key);
+    const auto ours = cells_of(database_, compared(table, "main"), {key});
+    const auto theirs = cells_of(database_, compared(table, "other"), {key});
+    if (ours.size() != theirs.size()) contradict(table, key);
     bool knows_more = false;
-    for (;;) {
-      const bool here = ours.executeStep(), there = theirs.executeStep();
-      if (!here && !there) return knows_more;
-      if (here != there) contradict(table, key);
-      for (int i = 0; i < ours.getColumnCount(); ++i) {
-        const SQLite::Column a = ours.getColumn(i), b = theirs.getColumn(i);
-        knows_more = knows_more || (a.isNull() && !b.isNull());
-        if (!a.isNull() && !b.isNull() && !equal(a, b)) contradict(table, key);
+    for (std::size_t row = 0; row < ours.size(); ++row)
+      for (std::size_t i = 0; i < ours[row].size(); ++i) {
+        const Cell &a = ours[row][i], &b = theirs[row][i];
+        knows_more = knows_more || (a.is_null() && !b.is_null());
+        if (!a.is_null() && !b.is_null() && a != b) contradict(table, key);
       }
-    }
+    return knows_more;
   }
 
   /// Of the row itself; rows that hang on it are of one file with it.
@@ -190,28 +168,24 @@ class Merge {
       if (column.compared == column.name)
         values.push_back(fmt::format("{0} = coalesce({0}, (SELECT {0} FROM {1}))", column.name,
                                      table.rows("other")));
-    SQLite::Statement update(database_, fmt::format("UPDATE main.{} SET {} WHERE {}", table.name,
-                                                    fmt::join(values, ", "), table.condition));
-    update.bind(1, key);
-    update.exec();
+    execute(database_,
+            fmt::format("UPDATE main.{} SET {} WHERE {}", table.name, fmt::join(values, ", "),
+                        table.condition),
+            {key});
   }
 
   /// A run that two stores got at two moments was stored at both.
   void repeat_run(LedgerWriter& ledger, const std::string& key) {
-    SQLite::Statement query(
+    const auto date = first_of<std::string>(
         database_,
         "SELECT o.date FROM other.run AS o JOIN main.run AS m ON m.sha256 = o.sha256 WHERE "
         "o.sha256 = ?1 AND o.date <> m.date AND NOT EXISTS (SELECT 1 FROM main.run_repetition AS a "
-        "WHERE a.run_sha256 = ?1 AND a.date = o.date)");
-    query.bind(1, key);
-    if (!query.executeStep()) return;
-    const std::string date = query.getColumn(0).getString(),
-                      repetition = repetition_key(key, date, 0);
-    SQLite::Statement insert(database_, "INSERT INTO main.run_repetition VALUES (?, ?, ?)");
-    insert.bind(1, repetition);
-    insert.bind(2, key);
-    insert.bind(3, date);
-    insert.exec();
+        "WHERE a.run_sha256 = ?1 AND a.date = o.date)",
+        {key});
+    if (!date) return;
+    const std::string repetition = repetition_key(key, *date, 0);
+    execute(database_, "INSERT INTO main.run_repetition VALUES (?, ?, ?)",
+            {repetition, key, *date});
     ledger.append("run_repetition", repetition);
   }
 
@@ -250,9 +224,7 @@ class WorkFolder {
 void copy_store(const fs::path& from, const fs::path& to) {
   try {
     SQLite::Database database(from.string(), SQLite::OPEN_READONLY, kBusyTimeout_ms);
-    SQLite::Statement vacuum(database, "VACUUM INTO ?");
-    vacuum.bind(1, to.string());
-    vacuum.exec();
+    execute(database, "VACUUM INTO ?", {to.string()});
   } catch (const SQLite::Exception& exception) {
     throw store_error(from, exception);
   }
@@ -264,9 +236,7 @@ void merge_one(const fs::path& target, const fs::path& copy, const fs::path& sou
   try {
     SQLite::Database database(target.string(), SQLite::OPEN_READWRITE, kBusyTimeout_ms);
     database.exec("PRAGMA foreign_keys = ON; PRAGMA synchronous = FULL");
-    SQLite::Statement attach(database, "ATTACH ? AS other");
-    attach.bind(1, copy.string());
-    attach.exec();
+    execute(database, "ATTACH ? AS other", {copy.string()});
     Merge merge(database, source);
     (merge.*how)(counts);
   } catch (const SQLite::Exception& exception) {

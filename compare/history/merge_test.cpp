@@ -9,7 +9,6 @@
 #include "compare/history/seal.hpp"
 #include "compare/store/inputs.hpp"
 #include "compare/store/outcome.hpp"
-#include "compare/store/sheet_folders.hpp"
 #include "compare/store/store.hpp"
 #include "compare/test_sheets.hpp"
 #include "core/error.hpp"

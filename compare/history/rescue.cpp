@@ -9,11 +9,9 @@
 #include <algorithm>
 #include <optional>
 
-#include "compare/history/copies.hpp"
 #include "compare/history/seal.hpp"
 #include "compare/store/ledger.hpp"
 #include "compare/store/rows.hpp"
-#include "compare/store/sqlite_error.hpp"
 #include "core/error.hpp"
 #include "core/files/files.hpp"
 

@@ -10,11 +10,9 @@
 #include <random>
 #include <set>
 
-#include "compare/history/copies.hpp"
 #include "compare/history/merge.hpp"
 #include "compare/history/results.hpp"
 #include "compare/history/seal.hpp"
-#include "compare/history/signature.hpp"
 #include "compare/store/inputs.hpp"
 #include "compare/store/ledger.hpp"
 #include "compare/store/outcome.hpp"
@@ -53,9 +51,8 @@ class Damaged : public testing::Test {
   /// Table to whose tree the page belongs, as SQLite says; empty: none.
   [[nodiscard]] std::string table_of(std::size_t page) const {
     SQLite::Database database(store().string());
-    SQLite::Statement query(database, "SELECT name FROM dbstat WHERE pageno = ?");
-    query.bind(1, static_cast<int64_t>(page) + 1);
-    return query.executeStep() ? query.getColumn(0).getString() : std::string();
+    return first_of<std::string>(database, "SELECT name FROM dbstat WHERE pageno = ?", {page + 1})
+        .value_or("");
   }
 
   /// Kinds of the ledger whose rows, or rows that they hang on, stand in this table.
@@ -65,14 +62,11 @@ class Damaged : public testing::Test {
     for (std::size_t before = 0; before != tables.size() + kinds.size();) {
       before = tables.size() + kinds.size();
       for (const LedgerKind& kind : ledger_kinds()) {
-        for (const char* text : kind.queries) {
-          const std::string from = std::string(text).substr(std::string(text).find("FROM ") + 5);
-          const std::string name = from.substr(0, from.find(' '));
-          bool hangs = tables.count(name) != 0;
-          SQLite::Statement parents(
-              database, "SELECT \"table\" FROM pragma_foreign_key_list('" + name + "')");
-          while (parents.executeStep())
-            hangs = hangs || tables.count(parents.getColumn(0).getString()) != 0;
+        for (const UnitTable& unit : kind.tables) {
+          bool hangs = tables.count(unit.name) != 0;
+          for (const auto& [parent] : rows_of<std::string>(
+                   database, "SELECT \"table\" FROM pragma_foreign_key_list(?)", {unit.name}))
+            hangs = hangs || tables.count(parent) != 0;
           if (!hangs) continue;
           kinds.insert(kind.table);
           tables.insert(kind.table);

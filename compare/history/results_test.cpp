@@ -3,10 +3,8 @@
 
 #include <gmock/gmock.h>
 
-#include "compare/history/explain.hpp"
 #include "compare/store/inputs.hpp"
 #include "compare/store/outcome.hpp"
-#include "compare/store/sheet_folders.hpp"
 #include "compare/test_sheets.hpp"
 #include "core/error.hpp"
 #include "core/files/json_file.hpp"

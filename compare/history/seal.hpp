@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "compare/records/provenance.hpp"
+#include "compare/store/inputs.hpp"
 #include "compare/store/store.hpp"
 
 namespace drape::compare {
@@ -81,5 +82,33 @@ struct Verification {
 /// bytes, every comparison recomputed from its sheets; one whose sheets are not sealed is a
 /// finding. With `recompute` off the last is left out.
 [[nodiscard]] Verification verify_store(const std::filesystem::path& store, bool recompute = true);
+
+/// Copies every sheet of the session, and every list of branches, into `<store>.files/`, named by
+/// its content, so that its comparisons can be recomputed when a later run has replaced the sheet
+/// or a folder is gone. What is there already stays. Returns the copies.
+std::vector<std::filesystem::path> keep_copies(const std::filesystem::path& store,
+                                               const Session& session);
+
+/// Takes over the copies that another store keeps. Returns them.
+std::vector<std::filesystem::path> take_copies(const std::filesystem::path& store,
+                                               const std::filesystem::path& other);
+
+/// Where take_copies() puts what a seal of the other store calls so; empty where it is no copy.
+[[nodiscard]] std::filesystem::path copy_of_same_name(const std::filesystem::path& store,
+                                                      const std::filesystem::path& other,
+                                                      const std::string& path);
+
+/// True for a path that keep_copies() made.
+[[nodiscard]] bool is_copy(const std::string& path);
+
+/// Signs the seal of the store with an Ed25519 private key (PEM) into `<store>.seal.sig`, so that
+/// whoever rewrites store, ledger and seal together is found by those who have the public key.
+/// Throws Error(bad_input) when the store has no seal or the key is none.
+void sign_seal(const std::filesystem::path& store, const std::filesystem::path& private_key);
+
+/// True when the seal is what was signed with the private key of this public key (PEM). Throws
+/// Error(bad_input) when there is no signature or the key is none.
+[[nodiscard]] bool is_signed(const std::filesystem::path& store,
+                             const std::filesystem::path& public_key);
 
 }  // namespace drape::compare

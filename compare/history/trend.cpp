@@ -3,8 +3,7 @@
 
 #include <cmath>
 
-#include "compare/history/explain.hpp"
-#include "compare/history/filter.hpp"
+#include "compare/history/results.hpp"
 #include "compare/schema/schema.hpp"
 #include "compare/store/runs.hpp"
 #include "core/error.hpp"

@@ -8,7 +8,6 @@
 #include <map>
 #include <random>
 
-#include "compare/history/explain.hpp"
 #include "compare/history/merge.hpp"
 #include "compare/history/results.hpp"
 #include "compare/report/history.hpp"

@@ -7,7 +7,6 @@
 #include <set>
 
 #include "compare/compare.hpp"
-#include "compare/history/copies.hpp"
 #include "compare/history/seal.hpp"
 #include "compare/meshes/other_mesh.hpp"
 #include "core/error.hpp"

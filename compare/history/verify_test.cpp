@@ -8,8 +8,6 @@
 #include <random>
 #include <set>
 
-#include "compare/history/copies.hpp"
-#include "compare/history/explain.hpp"
 #include "compare/history/results.hpp"
 #include "compare/history/seal.hpp"
 #include "compare/records/provenance.hpp"

@@ -6,7 +6,6 @@
 
 #include <bit>
 
-#include "compare/history/explain.hpp"
 #include "compare/history/results.hpp"
 #include "compare/history/seal.hpp"
 #include "compare/store/inputs.hpp"

@@ -6,12 +6,11 @@
 #include <Eigen/Geometry>
 #include <numbers>
 
-#include "compare/history/copies.hpp"
 #include "compare/history/results.hpp"
 #include "compare/history/seal.hpp"
 #include "compare/store/inputs.hpp"
 #include "compare/store/outcome.hpp"
-#include "compare/store/sheet_folders.hpp"
+#include "compare/store/inputs.hpp"
 #include "compare/test_sheets.hpp"
 #include "core/error.hpp"
 #include "core/files/files.hpp"

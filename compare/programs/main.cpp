@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "compare/history/acceptance.hpp"
-#include "compare/history/copies.hpp"
 #include "compare/history/seal.hpp"
 #include "compare/programs/commands.hpp"
 #include "compare/programs/compare_options.hpp"

@@ -5,7 +5,6 @@
 #include <string>
 #include <vector>
 
-#include "compare/history/explain.hpp"
 #include "compare/history/results.hpp"
 #include "compare/store/runs.hpp"
 #include "core/program/command.hpp"

@@ -24,24 +24,17 @@ fs::path folder_of(const fs::path& file) {
   return file.has_parent_path() ? file.parent_path() : fs::path(".");
 }
 
-std::vector<std::pair<fs::path, std::string>> files_in(const JsonNode& root, const std::string& key,
-                                                       const fs::path& folder) {
-  std::vector<std::pair<fs::path, std::string>> files;
-  for (const JsonNode& item : root.items(key))
-    files.emplace_back((folder / item.text("file")).lexically_normal(), item.text("sha256"));
-  return files;
-}
-
 StepRecord read_step(const fs::path& file) {
   const JsonNode root = JsonNode::open(file, "run", kRunVersion);
-  StepRecord record{
-      file, root.text("program"), root.text("version"), root.texts("arguments"), {}, {}, {}};
-  const JsonNode options = root.at("options");
-  for (const auto& [name, value] : options.members())
-    record.options.emplace_back(name, options.text(name));
-  record.inputs = files_in(root, "inputs", folder_of(file));
-  record.outputs = files_in(root, "outputs", folder_of(file));
-  return record;
+  const auto files = [&](const char* key) {
+    HashedFiles list;
+    for (const JsonNode& item : root.items(key))
+      list.emplace_back((folder_of(file) / item.text("file")).lexically_normal(),
+                        item.text("sha256"));
+    return list;
+  };
+  return {root.text("program"), root.text("version"), root.texts("arguments"),
+          files("inputs"),      files("outputs"),     file};
 }
 
 std::vector<StepRecord> read_folder(const fs::path& folder) {
@@ -167,15 +160,16 @@ std::optional<std::string> RecordBook::sha256(const fs::path& file) {
   return hashes_.emplace(file, hash).first->second;
 }
 
-void require_as_recorded(const fs::path& output) {
+std::optional<StepRecord> read_made_by(const fs::path& output) {
+  if (const fs::path beside = run_record_path(output); fs::is_regular_file(beside))
+    return read_step(beside);
   RecordBook book;
-  const fs::path beside = run_record_path(output);
-  std::optional<StepRecord> record;
-  if (fs::is_regular_file(beside)) {
-    record = read_step(beside);
-  } else if (const StepRecord* maker = book.maker_of(output)) {
-    record = *maker;
-  }
+  const StepRecord* maker = book.maker_of(output);
+  return maker == nullptr ? std::nullopt : std::optional(*maker);
+}
+
+void require_as_recorded(const fs::path& output) {
+  const std::optional<StepRecord> record = read_made_by(output);
   if (!record) return;
   const fs::path folder = folder_of(output).lexically_normal();
   for (const auto& [file, sha256] : record->outputs) {

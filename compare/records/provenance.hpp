@@ -13,13 +13,15 @@ namespace drape::compare {
 
 inline constexpr int kRunVersion = 1;  ///< of run records
 
-/// One run record (*.run.json), with its paths made absolute or relative to where we are.
+using HashedFiles = std::vector<std::pair<std::filesystem::path, std::string>>;  ///< SHA-256
+
+/// One run record (*.run.json): how outputs were made, with paths absolute or relative to where we
+/// are. Clock times are left behind.
 struct StepRecord {
-  std::filesystem::path file;
   std::string program, version;
   std::vector<std::string> arguments;
-  std::vector<std::pair<std::string, std::string>> options;
-  std::vector<std::pair<std::filesystem::path, std::string>> inputs, outputs;  ///< SHA-256
+  HashedFiles inputs = {}, outputs = {};
+  std::filesystem::path file = {};
 };
 
 /// Reads run records as they are asked for, and remembers them and the hashes of files.
@@ -41,6 +43,10 @@ class RecordBook {
   std::map<std::filesystem::path, Folder> folders_;
   std::map<std::filesystem::path, std::optional<std::string>> hashes_;
 };
+
+/// The record beside the output; of a branch, whose run made several sheets, the one above it that
+/// lists the sheet. Throws Error(bad_input) for a record that cannot be read.
+[[nodiscard]] std::optional<StepRecord> read_made_by(const std::filesystem::path& output);
 
 /// Throws Error(bad_input) where a file beside `output`, or beside the record of its run (in its
 /// folder, or in the one above that lists it), has another content than the record says.

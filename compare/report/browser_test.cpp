@@ -18,7 +18,6 @@
 #include "compare/report/viewer.hpp"
 #include "compare/store/inputs.hpp"
 #include "compare/store/outcome.hpp"
-#include "compare/store/sheet_folders.hpp"
 #include "compare/test_sheets.hpp"
 #include "core/files/files.hpp"
 #include "core/units.hpp"

@@ -3,7 +3,7 @@
 
 #include <string>
 
-#include "compare/history/explain.hpp"
+#include "compare/history/results.hpp"
 
 namespace drape::compare {
 

@@ -29,7 +29,7 @@ std::string argument_text(const std::string& argument, const fs::path& folder) {
                         : argument);
 }
 
-std::string command(const MadeBy& made_by, const fs::path& folder) {
+std::string command(const StepRecord& made_by, const fs::path& folder) {
   std::string text = made_by.program;
   for (std::size_t i = 0; i < made_by.arguments.size(); ++i) {
     const std::string& argument = made_by.arguments[i];
@@ -44,9 +44,9 @@ std::string command(const MadeBy& made_by, const fs::path& folder) {
 }
 
 /// Every step once, in the order in which they run.
-std::vector<MadeBy> steps_of(const Session& session, const Outcome& outcome) {
-  std::vector<MadeBy> steps;
-  const auto add = [&](const std::optional<MadeBy>& step) {
+std::vector<StepRecord> steps_of(const Session& session, const Outcome& outcome) {
+  std::vector<StepRecord> steps;
+  const auto add = [&](const std::optional<StepRecord>& step) {
     if (step) steps.push_back(*step);
   };
   if (session.calibrated_by) {
@@ -116,7 +116,7 @@ std::string html_provenance(const Session& session, const Outcome& outcome,
   const auto add_once = [](std::vector<std::string>& list, const std::string& text) {
     if (std::find(list.begin(), list.end(), text) == list.end()) list.push_back(text);
   };
-  for (const MadeBy& step : steps_of(session, outcome)) {
+  for (const StepRecord& step : steps_of(session, outcome)) {
     add_once(programs, step.program + " " + step.version);
     add_once(lines, xml(command(step, report_folder)) + "\n");  // several sheets may be of one run
   }

@@ -131,11 +131,11 @@ TEST(Report, NamesEveryStepBackToThePictures) {
   write_durable(target, "{}");
   write_durable(folder.path() / "target-detections.run.json",
                 R"({"schema": "drapebench/run/1", "program": "drape-detect", "version": "0.2.0",
-                    "arguments": ["recording", "--surface", "target"], "inputs": []})");
+                    "arguments": ["recording", "--surface", "target"], "inputs": [], "outputs": []})");
   Session session = read_session(test::write_example(folder.path() / "A"), {});
   Outcome outcome;
   outcome.reports.push_back(compare_drape(session.drapes[0].input, {}));
-  session.calibrated_by = MadeBy{
+  session.calibrated_by = StepRecord{
       "drape-calib", "0.2.0", {"target-detections.json"}, {{target, sha256_of_file(target)}}};
   const std::string page = html_provenance(session, outcome, folder.path());
   EXPECT_THAT(page, HasSubstr("drape-detect recording --surface target\ndrape-calib "));

@@ -7,12 +7,17 @@
 #include <string_view>
 
 #include "compare/meshes/other_mesh.hpp"
+#include "compare/metrics/branches.hpp"
+#include "compare/metrics/refined.hpp"
 #include "compare/records/provenance.hpp"
 #include "core/error.hpp"
+#include "core/files/csv.hpp"
 #include "core/files/files.hpp"
 #include "core/files/json_file.hpp"
 #include "core/program/run_record.hpp"
 #include "core/recording.hpp"
+
+// What stands beside a simulated sheet: certificate.json and history.csv.
 
 namespace drape::compare {
 namespace {
@@ -282,23 +287,6 @@ void add_repeat(const fs::path& file, Session& session) {
 
 }  // namespace
 
-std::optional<MadeBy> read_made_by(const fs::path& output) {
-  const fs::path record = run_record_path(output);
-  if (!fs::is_regular_file(record)) {
-    RecordBook book;
-    const StepRecord* step = book.maker_of(output);
-    if (step == nullptr) return std::nullopt;
-    return MadeBy{step->program, step->version, step->arguments, step->inputs};
-  }
-  const JsonNode root = JsonNode::open(record, "run", kRunVersion);
-  MadeBy made_by{root.text("program"), root.text("version"), root.texts("arguments"), {}};
-  for (const JsonNode& input : root.items("inputs")) {
-    made_by.inputs.emplace_back((record.parent_path() / input.text("file")).lexically_normal(),
-                                input.text("sha256"));
-  }
-  return made_by;
-}
-
 Session read_session(const std::vector<fs::path>& sheets, const fs::path& calibration_file,
                      const std::vector<fs::path>& repeats) {
   Session session;
@@ -330,6 +318,332 @@ Session read_session(const std::vector<fs::path>& sheets, const fs::path& calibr
   for (const fs::path& file : repeats) add_repeat(file, session);
   if (!calibration_file.empty()) read_calibration_of(calibration_file, session);
   return session;
+}
+
+namespace {
+
+bool is_unchanged(const fs::path& file, const std::string& sha256) {
+  return fs::is_regular_file(file) && sha256_of_file(file) == sha256;
+}
+
+void take_scene(DrapeFiles& drape, const fs::path& file, const std::string& sha256,
+                Session& session) {
+  drape.input.scene = read_scene(file);
+  session.read.emplace_back(file, sha256);
+}
+
+/// The scene file named by the run record, when it is still what the simulation read.
+std::optional<fs::path> scene_file_of(const std::string& scene_sha256,
+                                      const std::optional<StepRecord>& made_by) {
+  if (!made_by) return std::nullopt;
+  for (const auto& [file, sha256] : made_by->inputs)
+    if (sha256 == scene_sha256 && is_unchanged(file, sha256)) return file;
+  return std::nullopt;
+}
+
+/// Of a drape without simulations: the scene that its marks were held against, while it is as it
+/// was.
+void find_scene_of_marks(DrapeFiles& drape, Session& session) {
+  if (!drape.measured_by) return;
+  for (const auto& [file, sha256] : drape.measured_by->inputs)
+    if (file.extension() == ".toml" && is_unchanged(file, sha256))
+      return take_scene(drape, file, sha256, session);
+}
+
+}  // namespace
+
+void find_scenes(DrapeFiles& drape, Session& session) {
+  std::vector<Simulation>& simulations = drape.input.simulations;
+  if (simulations.empty()) return find_scene_of_marks(drape, session);
+  std::map<std::string, fs::path> files;  // by SHA-256
+  for (std::size_t i = 0; i < simulations.size(); ++i) {
+    const auto& made_by = drape.simulated_by[i];
+    const auto file = scene_file_of(simulations[i].source().scene_sha256, made_by);
+    if (!file) {
+      if (made_by)
+        session.warnings.push_back(
+            fmt::format("the scene of the {}x{} simulation with {} segments is not as that read "
+                        "it, so that the values of its scene and fabric are not stored",
+                        simulations[i].sheet.sheet.rows, simulations[i].sheet.sheet.cols,
+                        simulations[i].source().segments));
+      continue;
+    }
+    simulations[i].scene = read_simulated_scene(*file, made_by->inputs);
+    files.emplace(simulations[i].source().scene_sha256, *file);
+  }
+  const std::string& sha256 = drape.input.speaker()->source().scene_sha256;
+  if (const auto own = files.find(sha256); own != files.end())
+    take_scene(drape, own->second, sha256, session);
+}
+
+std::vector<std::string> moved_objects(const std::vector<fs::path>& layings,
+                                       const std::vector<fs::path>& simulations) {
+  std::optional<AskedScene> first;
+  std::vector<std::string> reasons;
+  const auto add = [&](const fs::path& sheet, const std::string& why) {
+    reasons.push_back(fmt::format("{}: its object is not where that of {} was: {}", sheet.string(),
+                                  layings.front().string(), why));
+  };
+  for (const fs::path& sheet : layings) {
+    auto asked = read_asked_scene(fs::path(sheet).replace_extension(".json"));
+    if (!asked) continue;
+    if (!first) {
+      first = std::move(asked);
+    } else if (const auto why =
+                   difference_of(first->surroundings, asked->surroundings, "in its scene")) {
+      add(sheet, *why);
+    }
+  }
+  if (!first) return reasons;
+  for (const fs::path& sheet : simulations) {
+    const Sheet read = read_sheet(sheet);
+    const auto* source = std::get_if<SimulatedSource>(&read.source);
+    if (source == nullptr || source->scene_sha256 == first->sha256) continue;
+    const auto made_by = read_made_by(sheet);
+    const auto file = scene_file_of(source->scene_sha256, made_by);
+    const auto scene = file ? read_simulated_scene(*file, made_by->inputs) : std::nullopt;
+    const auto why = scene ? difference_of(first->surroundings, scene->surroundings)
+                           : std::optional<std::string>("its scene file is not there as simulated");
+    if (why) add(sheet, *why);
+  }
+  return reasons;
+}
+
+void find_ensemble(DrapeFiles& drape) {
+  const Simulation* one = drape.input.speaking_branch();
+  if (one == nullptr) return;
+  const fs::path list = one->sheet.file.parent_path() / ".." / "branches.json";
+  const SheetFile& measured = drape.input.measured;
+  const auto is_measured = [&](const std::string& sha256) {
+    return sha256 == measured.sha256 || sha256 == measured.ply_sha256;
+  };
+  const auto& start = one->source().start_sha256;
+  bool placed = start && is_measured(*start);
+  if (const auto made_by = read_made_by(list))
+    for (const auto& [file, sha256] : made_by->inputs) placed = placed || is_measured(sha256);
+  if (placed) drape.input.ensemble = read_ensemble(list, one->branch->set_sha256);
+}
+
+namespace {
+
+constexpr int kCertificateVersion = 1;
+
+std::string scalar_text(const Json& value) {
+  if (value.is_string()) return value.get<std::string>();
+  if (value.is_boolean()) return value.get<bool>() ? "yes" : "no";
+  if (value.is_null()) return "not stated";
+  if (value.is_number_float()) return fmt::format("{:.6g}", value.get<double>());
+  return value.dump();
+}
+
+/// Numbers and words of an array in one line.
+std::string list_text(const Json& array) {
+  std::string text;
+  for (const Json& item : array) {
+    if (!text.empty()) text += "; ";
+    text += scalar_text(item);
+  }
+  return text.empty() ? "none" : text;
+}
+
+/// Every scalar under its path. Objects in an array are called by their first text.
+void flatten(const Json& value, const std::string& path, Certificate& certificate) {
+  if (value.is_object()) {
+    for (const auto& [key, member] : value.items()) {
+      if (path.empty() && key == "schema") continue;
+      flatten(member, path.empty() ? key : fmt::format("{}.{}", path, key), certificate);
+    }
+    return;
+  }
+  if (value.is_array() && !value.empty() && value.front().is_object()) {
+    for (std::size_t i = 0; i < value.size(); ++i) {
+      Json item = value[i];
+      std::string name = std::to_string(i);
+      for (auto member = item.begin(); member != item.end(); ++member) {
+        if (!member->is_string()) continue;
+        name = member->get<std::string>();
+        item.erase(member);
+        break;
+      }
+      flatten(item, fmt::format("{}.{}", path, name), certificate);
+    }
+    return;
+  }
+  if (value.is_array()) {
+    certificate.entries.emplace_back(path, list_text(value));
+    return;
+  }
+  certificate.entries.emplace_back(path, scalar_text(value));
+  const std::string_view name = path;
+  if (value.is_boolean() &&
+      (name.ends_with("penetration_accepted") || name.ends_with("penetration.accepted")))
+    certificate.penetration_accepted = value.get<bool>();
+}
+
+}  // namespace
+
+Certificate read_certificate(const fs::path& file) {
+  const JsonNode root = JsonNode::open(file, "certificate", kCertificateVersion);
+  Certificate certificate;
+  certificate.sha256 = sha256_of_file(file);
+  flatten(root.raw(), "", certificate);
+  return certificate;
+}
+
+History read_history(const fs::path& file) {
+  const std::string text = read_text(file);
+  std::size_t begin = 0;
+  while (begin < text.size() && text[begin] == '#') {
+    const std::size_t end = text.find('\n', begin);
+    begin = end == std::string::npos ? text.size() : end + 1;
+  }
+  const std::string head = text.substr(begin, text.find_first_of("\r\n", begin) - begin);
+  std::vector<std::string> names;
+  for (std::size_t at = 0; at <= head.size();) {
+    const std::size_t comma = std::min(head.find(',', at), head.size());
+    names.push_back(head.substr(at, comma - at));
+    at = comma + 1;
+  }
+  return {names, read_csv(file, names).columns};
+}
+
+void require_of_sheet(const Certificate& certificate, const Sheet& sheet, const fs::path& file) {
+  const auto& source = std::get<SimulatedSource>(sheet.source);
+  const std::pair<const char*, std::string> of_sheet[] = {
+      {"options.rows", std::to_string(sheet.rows)},
+      {"options.cols", std::to_string(sheet.cols)},
+      {"options.segments", std::to_string(source.segments)},
+      {"at_rest", source.status == "at rest" ? "yes" : "no"}};
+  for (const auto& [name, wanted] : of_sheet)
+    for (const auto& [entry, value] : certificate.entries)
+      if (entry == name && value != wanted)
+        throw bad_input(fmt::format("the certificate says `{}`, the sheet beside it `{}`: one of "
+                                    "them is of another run",
+                                    value, wanted),
+                        {.file = file.string(), .field = name}, "simulate the drape again");
+}
+
+namespace {
+
+constexpr int kSheetVersion = 1;
+constexpr int kDeepest = 8;  ///< folders below the given one
+
+struct Found {
+  std::vector<fs::path> alone, measured, repeats, gone;
+};
+
+bool is_measured(const fs::path& sheet_json) {
+  return JsonNode::open(sheet_json, "sheet", kSheetVersion).text("kind") == "measured";
+}
+
+std::vector<fs::path> folders_of(const fs::path& folder) {
+  std::vector<fs::path> folders;
+  for (const auto& entry : fs::directory_iterator(folder))
+    if (entry.is_directory() && !entry.is_symlink()) folders.push_back(entry.path());
+  std::sort(folders.begin(), folders.end());
+  return folders;
+}
+
+/// The sheet of the folder, or the folder where its run's record is left without it.
+void add_sheet(const fs::path& folder, std::vector<fs::path>& sheets, Found& found) {
+  if (fs::is_regular_file(folder / "sheet.json")) {
+    sheets.push_back(folder / "sheet.ply");
+  } else if (fs::is_regular_file(run_record_path(folder / "sheet.ply"))) {
+    found.gone.push_back(folder);
+  }
+}
+
+/// A sheet that a list names must be there.
+void add_listed(const JsonNode& entry, const fs::path& list, Found& found) {
+  const fs::path sheet = name_inside(list.parent_path(), entry.text("sheet"), entry.where("sheet"));
+  const bool there = fs::is_regular_file(fs::path(sheet).replace_extension(".json"));
+  there ? found.measured.push_back(sheet) : found.gone.push_back(sheet.parent_path());
+}
+
+/// A list whose run ended; its record goes before anything else of it changes.
+bool is_whole(const fs::path& list) {
+  return fs::is_regular_file(list) && fs::is_regular_file(run_record_path(list));
+}
+
+/// What `drape run` compares beside the simulations: of several grids the one that speaks, and of
+/// the branches those that the list names, whatever a run before left.
+void add_extras(const fs::path& drape, Found& found) {
+  if (const fs::path list = drape / "refined" / "refinement.json"; is_whole(list)) {
+    const JsonNode root = JsonNode::open(list, "refinement", kRefinementVersion);
+    const std::vector<JsonNode> grids = root.items("grids");
+    const std::optional<double> used = root.optional_number("used");
+    if (used && *used >= 0 && *used < static_cast<double>(grids.size()))
+      add_listed(grids[static_cast<std::size_t>(*used)], list, found);
+  }
+  if (const fs::path list = drape / "ensemble" / "branches.json"; is_whole(list))
+    for (const JsonNode& branch :
+         JsonNode::open(list, "branches", kBranchesVersion).items("branches"))
+      add_listed(branch, list, found);
+}
+
+void walk(const fs::path& folder, int depth, Found& found) {  // NOLINT(misc-no-recursion)
+  if (fs::is_regular_file(folder / "sheet.json") && is_measured(folder / "sheet.json")) {
+    found.measured.push_back(folder / "sheet.ply");
+    for (const char* below : {"simulations", "branches"})
+      if (fs::is_directory(folder / below))
+        for (const fs::path& one : folders_of(folder / below))
+          add_sheet(one, found.measured, found);
+    add_extras(folder, found);
+    if (found.measured.back() != folder / "sheet.ply" && fs::is_directory(folder / "repeats"))
+      for (const fs::path& one : folders_of(folder / "repeats"))
+        add_sheet(one, found.repeats, found);
+    return;
+  }
+  add_sheet(folder, found.alone, found);
+  if (depth == kDeepest) return;
+  for (const fs::path& below : folders_of(folder)) walk(below, depth + 1, found);
+}
+
+/// Files in their order, and with them what stands alone in folders that follow a file: it may be
+/// of the group that the file opened.
+Found found_in(const std::vector<fs::path>& given, std::vector<fs::path>& files) {
+  Found found;
+  for (const fs::path& path : given) {
+    if (!fs::is_directory(path)) {
+      files.push_back(path);
+      continue;
+    }
+    const auto before = static_cast<std::ptrdiff_t>(found.alone.size());
+    walk(path, 0, found);
+    if (files.empty()) continue;
+    files.insert(files.end(), found.alone.begin() + before, found.alone.end());
+    found.alone.erase(found.alone.begin() + before, found.alone.end());
+  }
+  return found;
+}
+
+}  // namespace
+
+std::vector<fs::path> sheets_in(const std::vector<fs::path>& given) {
+  std::vector<fs::path> files;
+  const Found found = found_in(given, files);
+  if (!found.gone.empty())
+    throw bad_input(fmt::format("the sheet of a run is gone, of {} in all", found.gone.size()),
+                    {.file = found.gone.front().string()},
+                    "run it again, or remove the folder to leave it out");
+  std::vector<fs::path> sheets = found.alone;
+  sheets.insert(sheets.end(), files.begin(), files.end());
+  sheets.insert(sheets.end(), found.measured.begin(), found.measured.end());
+  if (sheets.empty())
+    throw usage_error("there is no sheet to import", "name sheets, or a folder with sheets below");
+  return sheets;
+}
+
+std::vector<fs::path> repeats_in(const std::vector<fs::path>& given) {
+  std::vector<fs::path> files;
+  return found_in(given, files).repeats;
+}
+
+fs::path calibration_in(const std::vector<fs::path>& given) {
+  std::vector<fs::path> found;
+  for (const fs::path& path : given)
+    if (fs::is_regular_file(path / "calibration.json")) found.push_back(path / "calibration.json");
+  return found.size() == 1 ? found.front() : fs::path();
 }
 
 }  // namespace drape::compare

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "compare/compare.hpp"
+#include "compare/records/provenance.hpp"
 #include "compare/store/store.hpp"
 #include "compare/tables/error_split.hpp"
 #include "core/calibration.hpp"
@@ -15,25 +16,17 @@
 
 namespace drape::compare {
 
-/// How an output was made, from the run record beside it; clock times are left behind.
-struct MadeBy {
-  std::string program;
-  std::string version;
-  std::vector<std::string> arguments;
-  std::vector<std::pair<std::filesystem::path, std::string>> inputs = {};  ///< file and SHA-256
-};
-
 /// A drape with the files that lie beside its measured sheet.
 struct DrapeFiles {
   DrapeInput input;
   std::optional<Detections> detections;  ///< detections.json beside the measured sheet
   std::filesystem::path detections_file;
-  std::optional<MadeBy> detected_by;
-  std::optional<MadeBy> measured_by;
-  std::optional<RecordingId> recording;             ///< through the record of the detections
-  std::vector<std::optional<MadeBy>> simulated_by;  ///< as DrapeInput::simulations
+  std::optional<StepRecord> detected_by;
+  std::optional<StepRecord> measured_by;
+  std::optional<RecordingId> recording;                 ///< through the record of the detections
+  std::vector<std::optional<StepRecord>> simulated_by;  ///< as DrapeInput::simulations
   std::optional<ErrorSplitFile> error_split;  ///< sensitivity/sensitivity.json beside the sheet
-  std::optional<MadeBy> split_by;
+  std::optional<StepRecord> split_by;
 };
 
 /// All that one call of drape-compare reads.
@@ -44,7 +37,7 @@ struct Session {
   std::optional<Calibration> calibration;
   std::filesystem::path calibration_file;
   std::string calibration_sha256;
-  std::optional<MadeBy> calibrated_by;
+  std::optional<StepRecord> calibrated_by;
   std::vector<std::pair<std::filesystem::path, std::string>> read;  ///< file and SHA-256
   std::vector<std::string> warnings;
 };
@@ -59,10 +52,6 @@ struct Session {
 [[nodiscard]] Session read_session(const std::vector<std::filesystem::path>& sheets,
                                    const std::filesystem::path& calibration_file,
                                    const std::vector<std::filesystem::path>& repeats = {});
-
-/// From the record beside the output; of a branch, whose run made several sheets, from the one
-/// above it that lists the sheet. Throws Error(bad_input) for a record that cannot be read.
-[[nodiscard]] std::optional<MadeBy> read_made_by(const std::filesystem::path& output);
 
 /// Fills the scene of each simulation and that of the drape, whose simulations are all known: the
 /// speaker's, else the one that the marks were held against; files that are as they were. Throws
@@ -90,5 +79,22 @@ void require_of_sheet(const Certificate& certificate, const Sheet& sheet,
 
 /// Reads a CSV of finite numbers with any head. Throws Error naming file, line and column.
 [[nodiscard]] History read_history(const std::filesystem::path& file);
+
+/// Files stay as they are given; a folder becomes the sheets below it, in the order that
+/// read_session() wants: first the simulations that stand alone (a virtual bench), then each
+/// measured sheet with what lies in the folders `simulations` and `branches` beside it, by name,
+/// then what the lists of `refined` and `ensemble` name, as `drape run` compares them. Links are
+/// not followed. Throws Error(usage) when there is no sheet at all, and Error(bad_input) for a run
+/// record or list whose sheet is gone.
+[[nodiscard]] std::vector<std::filesystem::path> sheets_in(
+    const std::vector<std::filesystem::path>& given);
+
+/// The repeats of those measured sheets that have simulations: the `repeats` folder beside each.
+[[nodiscard]] std::vector<std::filesystem::path> repeats_in(
+    const std::vector<std::filesystem::path>& given);
+
+/// The one calibration.json that lies in a given folder itself; empty when there is none, or more
+/// than one (then only sheets that name the same one could be read).
+[[nodiscard]] std::filesystem::path calibration_in(const std::vector<std::filesystem::path>& given);
 
 }  // namespace drape::compare

@@ -1,46 +1,28 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "compare/store/ledger.hpp"
 
-#include <SQLiteCpp/SQLiteCpp.h>
 #include <fmt/format.h>
 
-#include <cstring>
 #include <string_view>
 
 #include "compare/schema/schema.hpp"
+#include "compare/store/rows.hpp"
 #include "core/error.hpp"
 #include "core/files/files.hpp"
 
 namespace drape::compare {
 namespace {
 
-void append_text(std::string& bytes, char type, const char* text, std::size_t size) {
-  bytes += type;
-  bytes += std::to_string(size);
-  bytes += ':';
-  bytes.append(text, size);
-}
-
-template <class T>
-void append_number(std::string& bytes, char type, T value) {
-  static_assert(sizeof(T) == 8);
-  char raw[8];
-  std::memcpy(raw, &value, 8);
-  bytes += type;
-  bytes.append(raw, 8);
-}
-
-void append_value(std::string& bytes, const SQLite::Column& column) {
-  if (column.isNull()) {
-    bytes += 'n';
-  } else if (column.isInteger()) {
-    append_number(bytes, 'i', static_cast<long long>(column.getInt64()));
-  } else if (column.isFloat()) {
-    append_number(bytes, 'r', column.getDouble());
-  } else {
-    const char* text = column.getText();
-    append_text(bytes, 't', text, static_cast<std::size_t>(column.getBytes()));
-  }
+void append_value(std::string& bytes, const Cell& value) {
+  constexpr const char* kTypes = "nirt";
+  bytes += kTypes[value.index()];
+  const auto add = [&](const auto* number) {
+    if (number != nullptr) bytes.append(reinterpret_cast<const char*>(number), sizeof *number);
+  };
+  add(std::get_if<std::int64_t>(&value));
+  add(std::get_if<double>(&value));
+  if (const auto* text = std::get_if<std::string>(&value))
+    bytes += std::to_string(text->size()) + ':' + *text;
 }
 
 /// Column of `child` that names the row of `parent` that it hangs on.
@@ -127,14 +109,12 @@ std::string content_sha256(SQLite::Database& database, const LedgerKind& kind,
   std::string bytes = "drapebench/content/1\n" + kind.table + "\n";
   for (const UnitTable& table : kind.tables) {
     const std::vector<RelationColumn>& columns = relation(table.name).columns;
-    SQLite::Statement rows(database, unit_query(table, reading, &table != &kind.tables.front()));
-    rows.bind(1, key);
-    while (rows.executeStep()) {
+    for (const Cells& row :
+         cells_of(database, unit_query(table, reading, &table != &kind.tables.front()), {key})) {
       bytes += '\n';
-      for (std::size_t i = 0; i < static_cast<std::size_t>(rows.getColumnCount()); ++i) {
+      for (std::size_t i = 0; i < row.size(); ++i) {
         const bool later = i < columns.size() && columns[i].since > 0;
-        const SQLite::Column value = rows.getColumn(static_cast<int>(i));
-        if (!later || !value.isNull()) append_value(bytes, value);
+        if (!later || !row[i].is_null()) append_value(bytes, row[i]);
       }
     }
     bytes += "\n;";
@@ -149,11 +129,11 @@ std::string chain_sha256(const std::string& previous, long long sequence, const 
 }
 
 LedgerWriter::LedgerWriter(SQLite::Database& database) : database_(database) {
-  SQLite::Statement last(
-      database, "SELECT sequence, chain_sha256 FROM ledger ORDER BY sequence DESC LIMIT 1");
-  if (!last.executeStep()) return;
-  sequence_ = last.getColumn(0).getInt64();
-  head_ = last.getColumn(1).getString();
+  for (const auto& [sequence, head] : rows_of<std::int64_t, std::string>(
+           database, "SELECT sequence, chain_sha256 FROM ledger ORDER BY sequence DESC LIMIT 1")) {
+    sequence_ = sequence;
+    head_ = head;
+  }
 }
 
 void LedgerWriter::append(const std::string& kind, const std::string& key) {
@@ -162,26 +142,18 @@ void LedgerWriter::append(const std::string& kind, const std::string& key) {
   const std::string content = content_sha256(database_, *known, key);
   ++sequence_;
   head_ = chain_sha256(head_, sequence_, kind, key, content);
-  SQLite::Statement insert(database_, "INSERT INTO ledger VALUES (?, ?, ?, ?, ?)");
-  insert.bind(1, static_cast<int64_t>(sequence_));
-  insert.bind(2, kind);
-  insert.bind(3, key);
-  insert.bind(4, content);
-  insert.bind(5, head_);
-  insert.exec();
+  execute(database_, "INSERT INTO ledger VALUES (?, ?, ?, ?, ?)",
+          {sequence_, kind, key, content, head_});
 }
 
 void LedgerWriter::append_missing() {
-  for (const LedgerKind& kind : ledger_kinds()) {
-    std::vector<std::string> keys;
-    SQLite::Statement query(
-        database_, fmt::format("SELECT {1} FROM {0} WHERE {1} NOT IN (SELECT key FROM ledger WHERE "
-                               "kind = '{0}') ORDER BY {2}",
-                               kind.table, kind.key_column,
-                               kind.table == "comparison" ? "id" : kind.key_column));
-    while (query.executeStep()) keys.push_back(query.getColumn(0).getString());
-    for (const std::string& key : keys) append(kind.table, key);
-  }
+  for (const LedgerKind& kind : ledger_kinds())
+    for (const auto& [key] : rows_of<std::string>(
+             database_, fmt::format("SELECT {1} FROM {0} WHERE {1} NOT IN (SELECT key FROM ledger "
+                                    "WHERE kind = '{0}') ORDER BY {2}",
+                                    kind.table, kind.key_column,
+                                    kind.table == "comparison" ? "id" : kind.key_column)))
+      append(kind.table, key);
 }
 
 }  // namespace drape::compare

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstdint>
 #include <string>
 #include <vector>
 
@@ -57,7 +58,7 @@ class LedgerWriter {
 
  private:
   SQLite::Database& database_;
-  long long sequence_ = 0;
+  std::int64_t sequence_ = 0;
   std::string head_;
 };
 

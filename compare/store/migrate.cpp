@@ -2,7 +2,6 @@
 #include "compare/store/migrate.hpp"
 
 #include <SQLiteCpp/SQLiteCpp.h>
-#include <SQLiteCpp/VariadicBind.h>
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
@@ -10,22 +9,12 @@
 
 #include "compare/schema/schema.hpp"
 #include "compare/store/ledger.hpp"
+#include "compare/store/rows.hpp"
 #include "compare/store/store.hpp"
 #include "core/error.hpp"
 
 namespace drape::compare {
 namespace {
-
-std::vector<std::string> texts(SQLite::Database& database, const std::string& sql) {
-  std::vector<std::string> all;
-  SQLite::Statement query(database, sql);
-  while (query.executeStep()) all.push_back(query.getColumn(0).getString());
-  return all;
-}
-
-void run(SQLite::Database& database, const std::vector<std::string>& statements) {
-  for (const std::string& statement : statements) database.exec(statement);
-}
 
 /// What columns hold where a store of version 1 has none of their name; it had no ledger, no number
 /// of a comparison and no table calibration_file.
@@ -38,10 +27,9 @@ const std::map<std::string, std::map<std::string, std::string>> kFrom1 = {
 void copy_rows(SQLite::Database& database, const Relation& table) {
   std::vector<std::string> names, values;
   for (const RelationColumn& column : table.columns) {
-    const bool had = !texts(database, fmt::format("SELECT name FROM pragma_table_info('old_{}') "
-                                                  "WHERE name = '{}'",
-                                                  table.name, column.name))
-                          .empty();
+    const bool had = first_of<int>(database, "SELECT 1 FROM pragma_table_info(?) WHERE name = ?",
+                                   {"old_" + table.name, column.name})
+                         .has_value();
     const auto from_1 = kFrom1.find(table.name);
     const bool made = !had && from_1 != kFrom1.end() && from_1->second.count(column.name) != 0;
     if (!had && !made) continue;
@@ -56,14 +44,11 @@ void copy_rows(SQLite::Database& database, const Relation& table) {
 void make_tables(SQLite::Database& database, int from_version) {
   std::vector<std::string> changed;
   for (const Relation& table : relations()) {
-    const auto made = texts(database, fmt::format("SELECT sql FROM sqlite_master WHERE type = "
-                                                  "'table' AND name = '{}'",
-                                                  table.name));
-    if (!made.empty() && made[0] == table.statement) continue;
-    if (!made.empty()) {
-      database.exec(fmt::format("ALTER TABLE {0} RENAME TO old_{0}", table.name));
-      changed.push_back(table.name);
-    }
+    const auto made = first_of<std::string>(
+        database, "SELECT sql FROM sqlite_master WHERE type = 'table' AND name = ?", {table.name});
+    if (!made || *made == table.statement) continue;
+    database.exec(fmt::format("ALTER TABLE {0} RENAME TO old_{0}", table.name));
+    changed.push_back(table.name);
   }
   for (const Relation& table : relations())
     if (!database.tableExists(table.name)) database.exec(table.statement);
@@ -77,19 +62,16 @@ void make_tables(SQLite::Database& database, int from_version) {
 
 /// A definition that is there stays as it is.
 void make_metrics(SQLite::Database& database) {
-  SQLite::Statement insert(database, "INSERT OR IGNORE INTO metric VALUES (?, ?, ?, ?)");
   for (const Relation& table : relations())
-    for (const RelationColumn& column : table.columns) {
-      if (column.definition.empty()) continue;
-      SQLite::bind(insert, column.name, column.unit, column.definition, column.better);
-      insert.exec();
-      insert.reset();
-    }
+    for (const RelationColumn& column : table.columns)
+      if (!column.definition.empty())
+        execute(database, "INSERT OR IGNORE INTO metric VALUES (?, ?, ?, ?)",
+                {column.name, column.unit, column.definition, column.better});
 }
 
 void complete(SQLite::Database& database) {
   make_metrics(database);
-  run(database, surrounding_statements());
+  for (const std::string& statement : surrounding_statements()) database.exec(statement);
   LedgerWriter(database).append_missing();
   database.exec(fmt::format("PRAGMA user_version = {}", store_version()));
 }
@@ -108,10 +90,16 @@ void migrate(SQLite::Database& database, int from_version) {
   if (database.execAndGet("PRAGMA user_version").getInt() != from_version) return;
   if (from_version < 1 || from_version >= store_version())
     throw internal_error(fmt::format("there is no migration from store version {}", from_version));
-  run(database, texts(database,
-                      "SELECT 'DROP ' || type || ' \"' || name || '\"' FROM sqlite_master WHERE "
-                      "type IN ('view', 'index', 'trigger') AND sql IS NOT NULL"));
+  for (const auto& [statement] : rows_of<std::string>(
+           database,
+           "SELECT 'DROP ' || type || ' \"' || name || '\"' FROM sqlite_master WHERE type IN "
+           "('view', 'index', 'trigger') AND sql IS NOT NULL"))
+    database.exec(statement);
+  if (from_version == 1) database.exec("DELETE FROM metric");  // under other definitions
+  // References to a table that is made again go to the new one.
+  database.exec("PRAGMA legacy_alter_table = ON");
   make_tables(database, from_version);
+  database.exec("PRAGMA legacy_alter_table = OFF");
   complete(database);
   transaction.commit();
 }

@@ -3,6 +3,7 @@
 
 #include <concepts>
 #include <cstdint>
+#include <filesystem>
 #include <optional>
 #include <string>
 #include <tuple>
@@ -10,24 +11,30 @@
 #include <variant>
 #include <vector>
 
+#include "core/error.hpp"
+
 namespace SQLite {
 class Database;
 class Statement;
 }  // namespace SQLite
 
+namespace SQLite {
+class Exception;
+}
+
 namespace drape::compare {
 
 /// Cell of a row: NULL, INTEGER, REAL or TEXT.
-struct Value : std::variant<std::monostate, std::int64_t, double, std::string> {
-  Value() = default;
-  Value(std::nullopt_t /*null*/) {}
-  Value(std::integral auto number) : variant(static_cast<std::int64_t>(number)) {}
-  Value(double number) : variant(number) {}
-  Value(std::string text) : variant(std::move(text)) {}
-  Value(const char* text) : variant(std::string(text)) {}
+struct Cell : std::variant<std::monostate, std::int64_t, double, std::string> {
+  Cell() = default;
+  Cell(std::nullopt_t /*null*/) {}
+  Cell(std::integral auto number) : variant(static_cast<std::int64_t>(number)) {}
+  Cell(double number) : variant(number) {}
+  Cell(std::string text) : variant(std::move(text)) {}
+  Cell(const char* text) : variant(std::string(text)) {}
   template <class T>
-  Value(const std::optional<T>& value) {
-    if (value) *this = Value(*value);
+  Cell(const std::optional<T>& value) {
+    if (value) *this = Cell(*value);
   }
 
   [[nodiscard]] bool is_null() const { return index() == 0; }
@@ -42,7 +49,7 @@ struct Value : std::variant<std::monostate, std::int64_t, double, std::string> {
     if (!is_null()) to(value.emplace());
   }
 };
-using Cells = std::vector<Value>;
+using Cells = std::vector<Cell>;
 
 template <class... Types>
 std::vector<std::tuple<Types...>> typed(const std::vector<Cells>& rows) {
@@ -74,5 +81,11 @@ std::optional<T> first_of(SQLite::Database& database, const std::string& sql,
 }
 /// Runs a statement that gives no rows; how many it changed.
 int execute(SQLite::Database& database, const std::string& sql, const Cells& parameters = {});
+
+inline constexpr int kBusyTimeout_ms = 10000;
+
+/// One clear sentence for what SQLite reported about the store.
+[[nodiscard]] Error store_error(const std::filesystem::path& file,
+                                const SQLite::Exception& exception);
 
 }  // namespace drape::compare

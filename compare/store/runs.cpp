@@ -144,7 +144,7 @@ std::string key_of_run(Writer& writer, const std::string& content, const Session
 void insert_drape(Writer& writer, int run, const DrapeFiles& drape, const Report& report) {
   const DrapeInput& input = drape.input;
   const auto& source = std::get<MeasuredSource>(input.measured.sheet.source);
-  Value headline, expanded_mm, complete;
+  Cell headline, expanded_mm, complete;
   if (report.headline) headline = key_of(input, report.real_virtual[*report.headline]);
   if (report.budget) {
     expanded_mm = report.budget->expanded_m / mm;
@@ -152,7 +152,7 @@ void insert_drape(Writer& writer, int run, const DrapeFiles& drape, const Report
   }
   writer.insert("run_drape", run, input.measured.sha256, report.name, source.set,
                 pictures_of(drape), report.go() ? "GO" : "NO-GO",
-                report.go() ? Value() : Value(report.no_go.front()), name_of(report.match.match),
+                report.go() ? Cell() : Cell(report.no_go.front()), name_of(report.match.match),
                 report.match.reason, headline, expanded_mm, complete);
   const auto add = [&](const RealVirtual& row) {
     if (const auto id =
@@ -180,7 +180,7 @@ void insert_match(Writer& writer, const std::string& run, const DrapeInput& inpu
   for (const RepeatLine& line : report.repeats) {
     const SheetFile& sheet = line.input ? input.repeats[*line.input] : input.measured;
     writer.insert("real_repeat", key, sheet.sha256, line.set, line.repeat, given(line.face),
-                  given(line.left_out), line.from_own_m ? Value(*line.from_own_m / mm) : Value());
+                  given(line.left_out), line.from_own_m ? Cell(*line.from_own_m / mm) : Cell());
   }
   writer.enter("run_match", key);
 }
@@ -264,7 +264,7 @@ StoredRun add_run(Store& store, const Session& session, const Outcome& outcome,
       return;
     }
     run.date = date;
-    Value rig, recording, recording_name;
+    Cell rig, recording, recording_name;
     for (const DrapeFiles& drape : session.drapes) {
       rig = std::get<MeasuredSource>(drape.input.measured.sheet.source).rig;
       if (!drape.recording) continue;
@@ -275,8 +275,7 @@ StoredRun add_run(Store& store, const Session& session, const Outcome& outcome,
     writer.insert("run", std::nullopt, content, run.date, given(label.label),
                   given(label.operator_name), version(), rig, recording, recording_name,
                   given(session.calibration_sha256), calibration_name(session),
-                  outcome.go() ? "GO" : "NO-GO",
-                  reasons.empty() ? Value() : Value(reasons.front()));
+                  outcome.go() ? "GO" : "NO-GO", reasons.empty() ? Cell() : Cell(reasons.front()));
     run.number = writer.last_id();
     for (std::size_t i = 0; i < outcome.reports.size(); ++i)
       insert_drape(writer, run.number, session.drapes[i], outcome.reports[i]);

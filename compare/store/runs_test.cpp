@@ -6,12 +6,11 @@
 #include <gmock/gmock.h>
 #include <stdlib.h>
 
-#include "compare/history/explain.hpp"
 #include "compare/history/merge.hpp"
 #include "compare/history/results.hpp"
 #include "compare/report/history.hpp"
 #include "compare/schema/schema.hpp"
-#include "compare/store/sheet_folders.hpp"
+#include "compare/store/inputs.hpp"
 #include "compare/test_sheets.hpp"
 #include "core/error.hpp"
 #include "core/files/files.hpp"

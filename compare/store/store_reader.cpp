@@ -14,7 +14,7 @@
 
 #include "compare/store/ledger.hpp"
 #include "compare/store/migrate.hpp"
-#include "compare/store/sqlite_error.hpp"
+#include "compare/store/rows.hpp"
 #include "compare/store/store.hpp"
 #include "core/files/files.hpp"
 
@@ -202,7 +202,9 @@ Table StoreReader::query(const std::string& sql, const Cells& parameters) const 
 
 std::vector<Cells> StoreReader::cells(const std::string& sql, const Cells& parameters) const {
   std::vector<Cells> rows;
-  run(sql, parameters, [&](const std::string& what, const std::string&) { return not_as_made(what); },
+  run(
+      sql, parameters,
+      [&](const std::string& what, const std::string&) { return not_as_made(what); },
       [&](SQLite::Statement& statement) { rows = rest_of(statement); });
   return rows;
 }
@@ -264,7 +266,8 @@ void check_counts(SQLite::Database& database, LedgerCheck& check) {
              database, fmt::format("SELECT {1} FROM {0} WHERE {1} NOT IN (SELECT key FROM ledger "
                                    "WHERE kind = '{0}')",
                                    kind.table, kind.key_column)))
-      check.findings.push_back(fmt::format("{} `{}` was not written by drapebench", kind.table, key));
+      check.findings.push_back(
+          fmt::format("{} `{}` was not written by drapebench", kind.table, key));
   for (const auto& [table, count] : rows_of<std::string, int>(
            database,
            "SELECT \"table\", count(*) FROM pragma_foreign_key_check() GROUP BY \"table\" ORDER BY "

@@ -4,6 +4,8 @@
 #include <fmt/format.h>
 
 #include "compare/schema/schema.hpp"
+#include "core/files/files.hpp"
+#include "core/units.hpp"
 
 namespace drape::compare {
 
@@ -52,6 +54,177 @@ std::vector<std::string> Writer::texts(const std::string& sql, const Cells& para
 void Writer::commit() {
   statements_.clear();
   transaction_.commit();
+}
+
+namespace {
+
+using units::mm;
+
+constexpr double kMicrojoule = 1e-6;
+
+Cell in_mm(const std::optional<double>& length_m) {
+  return length_m ? Cell(*length_m / mm) : Cell();
+}
+Cell in_percent(const std::optional<double>& ratio) {
+  return ratio ? Cell(*ratio / units::percent) : Cell();
+}
+Cell low_mm(const Trust& trust) {
+  return trust.bootstrap ? Cell(trust.bootstrap->low / mm) : Cell();
+}
+Cell high_mm(const Trust& trust) {
+  return trust.bootstrap ? Cell(trust.bootstrap->high / mm) : Cell();
+}
+
+std::optional<std::string> certificate_json(const Simulation& simulation) {
+  if (!simulation.certificate) return std::nullopt;
+  Json json = Json::object();
+  for (const auto& [name, value] : simulation.certificate->entries) json[name] = value;
+  return json.dump();
+}
+
+void insert_mark(Writer& writer, int id, const MarkError& mark) {
+  const Eigen::Vector3d real = mark.real_in_world / mm, simulated = mark.virtual_in_world / mm;
+  const Eigen::Vector3d parts = mark.warp_weft_normal_m / mm;
+  writer.insert("mark_error", id, mark.mark.row, mark.mark.col, mark.material_m.x() / mm,
+                mark.material_m.y() / mm, real.x(), real.y(), real.z(), simulated.x(),
+                simulated.y(), simulated.z(), mark.distance_m / mm, parts.x(), parts.y(), parts.z(),
+                in_mm(mark.sigma_mark_m), in_mm(mark.sigma_distance_m), mark.views);
+}
+
+void insert_comparison(Writer& writer, const std::string& key, const DrapeInput& input,
+                       const RealVirtual& row) {
+  const DistanceStatistics& s = row.statistics;
+  const NormalStatistics& n = row.normal;
+  const Eigen::Vector2d percent = percent_of_patch(s.mean_m, input.measured.sheet.patch_m);
+  const auto aligned = [&](auto value, double unit) {
+    return row.aligned ? Cell(value(*row.aligned) / unit) : Cell();
+  };
+  using A = const RigidAlignment&;
+  writer.insert(
+      "comparison", std::nullopt, key, input.measured.sha256,
+      input.simulations[row.simulation].sheet.sha256, metrics_version(), s.marks,
+      row.marks.excluded.size(), s.mean_m / mm, in_mm(s.sigma_mean_m), s.median_m / mm,
+      s.rms_m / mm, s.p95_m / mm, s.max_m / mm, s.worst_mark.row, s.worst_mark.col, percent.x(),
+      percent.y(), low_mm(s.mean), high_mm(s.mean), in_mm(s.median.sigma_m), low_mm(s.median),
+      high_mm(s.median), in_mm(s.rms.sigma_m), low_mm(s.rms), high_mm(s.rms), in_mm(s.p95.sigma_m),
+      low_mm(s.p95), high_mm(s.p95), in_mm(s.max.sigma_m), low_mm(s.max), high_mm(s.max),
+      n.mean_m / mm, in_mm(n.mean.sigma_m), low_mm(n.mean), high_mm(n.mean), n.rms_m / mm,
+      row.to_surface.mean_m / mm, row.to_surface.max_m / mm,
+      aligned([](A a) { return a.after.mean_m; }, mm),
+      aligned([](A a) { return a.after.rms_m; }, mm),
+      aligned([](A a) { return a.after.max_m; }, mm),
+      aligned([](A a) { return a.centroid_shift_m; }, mm),
+      aligned([](A a) { return a.turn_rad; }, units::deg), in_percent(row.strain.difference.warp),
+      in_percent(row.strain.difference.weft), in_percent(row.strain.difference.area));
+  const int id = writer.last_id();
+  for (const MarkError& mark : row.marks.marks) insert_mark(writer, id, mark);
+  writer.enter("comparison", key);
+}
+
+}  // namespace
+
+void insert_calibration(Writer& writer, const std::string& sha256, const std::string& rig) {
+  writer.insert_unit("rig", rig);
+  writer.insert_unit("calibration", sha256, rig);
+}
+
+void insert_drapemeter(Writer& writer, const std::string& sheet, const DrapemeterResult& result) {
+  if (!result.value) return;
+  constexpr double mm2 = mm * mm;
+  const Drapemeter& d = *result.value;
+  if (!writer.insert("drapemeter", sheet, d.centre_in_world.x() / mm, d.centre_in_world.y() / mm,
+                     d.covered_area_m2 / mm2, d.flat_area_m2 / mm2, in_percent(d.drape_coefficient),
+                     d.mean_radius_m / mm, d.folds, d.fold_depth_m / mm))
+    return;
+  for (const Harmonic& harmonic : d.spectrum)
+    writer.insert("hem_harmonic", sheet, harmonic.order, harmonic.amplitude_m / mm,
+                  harmonic.phase_rad / units::deg);
+  writer.enter("drapemeter", sheet);
+}
+
+void insert_measured(Writer& writer, const SheetFile& file, const Measurement& measurement,
+                     const std::optional<RecordingId>& recording) {
+  const Sheet& sheet = file.sheet;
+  const auto& source = std::get<MeasuredSource>(sheet.source);
+  insert_calibration(writer, source.calibration_sha256, source.rig);
+  if (recording) writer.insert_unit("recording", recording->sha256, recording->recorded_on);
+  if (!writer.insert("sheet", file.sha256, "measured", sheet.rows, sheet.cols,
+                     sheet.patch_m.x() / mm, sheet.patch_m.y() / mm, measurement.marks,
+                     measurement.gaps, source.rig, source.set, source.calibration_sha256,
+                     source.detections_sha256, recording ? Cell(recording->sha256) : Cell(),
+                     in_mm(measurement.sigma_median_m), in_mm(measurement.sigma_max_m)))
+    return;
+  for (const Gap& gap : sheet.gaps)
+    writer.insert("gap", file.sha256, gap.mark.row, gap.mark.col, gap.reason);
+  writer.enter("sheet", file.sha256);
+}
+
+bool insert_simulated(Writer& writer, const Simulation& simulation) {
+  const Sheet& sheet = simulation.sheet.sheet;
+  const SimulatedSource& source = simulation.source();
+  const bool own = !simulation.other_simulator;
+  const auto if_own = [&](Cell value) { return own ? std::move(value) : Cell(); };
+  if (own) writer.insert_unit("fabric", source.fabric_sha256, source.fabric);
+  const std::string& key = simulation.sheet.sha256;
+  const bool fresh =
+      writer.insert_unit("sheet", key, "simulated", sheet.rows, sheet.cols, sheet.patch_m.x() / mm,
+                         sheet.patch_m.y() / mm, sheet.marks.size(), sheet.gaps.size());
+  writer.insert_unit("simulation", key, simulation.other_simulator.value_or("drapebench"),
+                     source.scene, if_own(source.scene_sha256), if_own(source.fabric_sha256),
+                     own ? Cell() : Cell(source.fabric), source.start_sha256, sheet.rows,
+                     sheet.cols, simulation.segments(), source.model, source.solver, source.status,
+                     if_own(source.status == "at rest"),
+                     simulation.certificate ? Cell(simulation.certificate->sha256) : Cell(),
+                     certificate_json(simulation));
+  if (source.refined_from_sha256)
+    writer.insert_unit("refinement", key, *source.refined_from_sha256);
+  if (const auto& b = simulation.branch)
+    writer.insert_unit("branch", key, b->set_sha256, b->number, b->of, b->energy_j / kMicrojoule,
+                       b->residual, b->stable, b->starts, b->hem_nodes, b->round);
+  return fresh;
+}
+
+bool add_comparison(Writer& writer, const DrapeInput& input, const RealVirtual& row,
+                    const std::optional<TurnedDistance>& turned) {
+  const std::string key =
+      comparison_key({input.measured.sha256, input.simulations[row.simulation].sheet.sha256});
+  const bool fresh = !writer.has("comparison", key);
+  if (fresh) insert_comparison(writer, key, input, row);
+  if (turned)
+    writer.insert_unit("branch_turn", key, turned->axis_in_world.x() / mm,
+                       turned->axis_in_world.y() / mm, turned->mean_m / mm,
+                       turned->turn_rad / units::deg, turned->half_turn);
+  return fresh;
+}
+
+bool insert_surface(Writer& writer, const DrapeInput& input, const RealSurface& row) {
+  const OtherSurface& surface = input.surfaces[row.surface];
+  const DistanceStatistics& s = row.to_surface;
+  const auto& both = row.both_directions;
+  const OneDirection there = both ? both->first_to_second : OneDirection(),
+                     back = both ? both->second_to_first : OneDirection();
+  const auto known = [&](double length_m) { return both ? Cell(length_m / mm) : Cell(); };
+  return writer.insert_unit(
+      "surface_comparison",
+      comparison_key({input.measured.sha256, "surface without marks", surface.sha256}),
+      input.measured.sha256, surface.sha256, surface.simulator, surface.scene, surface.fabric,
+      metrics_version(), surface.mesh.points.size(), surface.mesh.triangles.size(), s.marks,
+      s.mean_m / mm, in_mm(s.mean.sigma_m), low_mm(s.mean), high_mm(s.mean), s.rms_m / mm,
+      s.p95_m / mm, s.max_m / mm, known(there.mean_m), known(there.hausdorff_m), known(back.mean_m),
+      known(back.hausdorff_m));
+}
+
+bool insert_pair(Writer& writer, const std::optional<std::string>& measured,
+                 const std::vector<Simulation>& simulations, bool gaps_filled,
+                 const VirtualVirtual& row) {
+  const std::string &first = simulations[row.first].sheet.sha256,
+                    &second = simulations[row.second].sheet.sha256;
+  const DistanceStatistics& s = row.statistics;
+  return writer.insert_unit(
+      "simulation_pair", comparison_key({measured.value_or("no real cloth"), first, second}),
+      measured, first, second, row.label, row.paper_order, metrics_version(), s.marks, gaps_filled,
+      s.mean_m / mm, s.median_m / mm, s.rms_m / mm, s.p95_m / mm, s.max_m / mm, low_mm(s.mean),
+      high_mm(s.mean), row.surface.mean_m() / mm, row.surface.hausdorff_m() / mm);
 }
 
 }  // namespace drape::compare

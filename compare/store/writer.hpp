@@ -10,6 +10,7 @@
 
 #include "compare/store/ledger.hpp"
 #include "compare/store/rows.hpp"
+#include "compare/store/store.hpp"
 
 namespace drape::compare {
 
@@ -22,12 +23,12 @@ class Writer {
   /// already, which leaves it as it is.
   template <class... Values>
   bool insert(const std::string& table, const Values&... values) {
-    return insert_row(table, {Value(values)...});
+    return insert_row(table, {Cell(values)...});
   }
   /// The same for a row on which no others hang: closes its unit of the ledger.
   template <class... Values>
   bool insert_unit(const std::string& table, const Values&... values) {
-    return insert_unit_row(table, {Value(values)...});
+    return insert_unit_row(table, {Cell(values)...});
   }
   /// Closes a unit: its row and all that hang on it are there.
   void enter(const std::string& kind, const std::string& key) { ledger_.append(kind, key); }
@@ -54,5 +55,21 @@ class Writer {
   LedgerWriter ledger_;
   std::map<std::string, SQLite::Statement> statements_;
 };
+
+// Each writes the rows of one thing, and enters it into the ledger, unless it is there already;
+// those that return a bool return false then. Lengths go in as mm, angles as degrees.
+
+void insert_calibration(Writer& writer, const std::string& sha256, const std::string& rig);
+void insert_drapemeter(Writer& writer, const std::string& sheet, const DrapemeterResult& result);
+void insert_measured(Writer& writer, const SheetFile& file, const Measurement& measurement,
+                     const std::optional<RecordingId>& recording);
+bool insert_simulated(Writer& writer, const Simulation& simulation);
+bool add_comparison(Writer& writer, const DrapeInput& input, const RealVirtual& row,
+                    const std::optional<TurnedDistance>& turned = {});
+bool insert_surface(Writer& writer, const DrapeInput& input, const RealSurface& row);
+/// `measured` is absent for simulations without a real cloth.
+bool insert_pair(Writer& writer, const std::optional<std::string>& measured,
+                 const std::vector<Simulation>& simulations, bool gaps_filled,
+                 const VirtualVirtual& row);
 
 }  // namespace drape::compare

@@ -5,8 +5,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
+#include <random>
+#include <utility>
 
 #include "compare/tables/grid_error.hpp"
+#include "core/statistics/sample.hpp"
 #include "core/units.hpp"
 
 namespace drape::compare {
@@ -31,8 +35,7 @@ void add_neighbour(const DrapeInput& input, const Report& report, bool other_gri
   const auto places = other != nullptr ? places_on(*other, headline) : std::nullopt;
   const auto own = fall != nullptr ? places_on(*fall, headline) : std::nullopt;
   if (!places || !own) {
-    inputs.missing.push_back(what + ": simulate two");
-    return;
+    return inputs.lack(what + ": simulate two");
   }
   const MatrixX3d change_m = *places - *own;
   inputs.effects.push_back({what,
@@ -42,24 +45,27 @@ void add_neighbour(const DrapeInput& input, const Report& report, bool other_gri
                             true, -change_m, change_m});
 }
 
+/// Places of the headline's marks in another list; nothing where it lacks one.
+std::optional<std::vector<Index>> rows_in(const std::vector<MarkId>& marks, const Report& report) {
+  std::vector<Index> rows;
+  for (const MarkError& mark : headline_of(report).marks.marks) {
+    const auto at = std::find(marks.begin(), marks.end(), mark.mark);
+    if (at == marks.end()) return std::nullopt;
+    rows.push_back(at - marks.begin());
+  }
+  return rows;
+}
+
 /// What the headline's grid may leave: as its refinement says, else the next coarser grid.
 void add_grid(const DrapeInput& input, const Report& report, BudgetInputs& inputs) {
   const RealVirtual& headline = headline_of(report);
   const auto& refined = input.simulations[headline.simulation].refined;
   if (!refined || !refined->left_m) return add_neighbour(input, report, true, inputs);
-  MatrixX3d moves_m(headline.marks.marks.size(), 3);
-  for (std::size_t k = 0; k < headline.marks.marks.size(); ++k) {
-    const MarkError& mark = headline.marks.marks[k];
-    const auto at = std::find(refined->marks.begin(), refined->marks.end(), mark.mark);
-    if (at == refined->marks.end()) {
-      inputs.missing.emplace_back("grid: the refinement lacks a mark");
-      return;
-    }
-    const Index row = at - refined->marks.begin();
-    // A mark within a cell is taken by cubics there and straight here.
-    moves_m.row(static_cast<Index>(k)) =
-        refined->moves_m.row(row) + refined->places_m.row(row) - mark.virtual_in_world.transpose();
-  }
+  const auto rows = rows_in(refined->marks, report);
+  if (!rows) return inputs.lack("grid: the refinement lacks a mark");
+  // A mark within a cell is taken by cubics there and straight here.
+  const MatrixX3d moves_m = refined->moves_m(*rows, Eigen::all) +
+                            refined->places_m(*rows, Eigen::all) - *places_on(headline, headline);
   inputs.effects.push_back(
       {"grid", "what its refinement may leave, up or down", true, -moves_m, moves_m});
 }
@@ -72,19 +78,11 @@ std::filesystem::path list_of(const Simulation& branch) {
 void add_friction_band(const DrapeInput& input, const Report& report, BudgetInputs& inputs) {
   const std::optional<FrictionBand> band = friction_band_of(input);
   if (!band) return;
-  const std::vector<MarkError>& marks = headline_of(report).marks.marks;
-  std::vector<Index> rows;
-  for (const MarkError& mark : marks) {
-    const auto at = std::find(band->marks.begin(), band->marks.end(), mark.mark);
-    if (at == band->marks.end()) {
-      inputs.missing.emplace_back("friction's interval: the ensemble lacks a mark");
-      return;
-    }
-    rows.push_back(at - band->marks.begin());
-  }
+  const auto rows = rows_in(band->marks, report);
+  if (!rows) return inputs.lack("friction's interval: the ensemble lacks a mark");
   const auto moves_of = [&](const FrictionPush& push) -> MatrixX3d {
-    if (push.moves_m) return (*push.moves_m)(rows, Eigen::all);
-    return MatrixX3d::Zero(static_cast<Index>(rows.size()), 3);
+    if (push.moves_m) return (*push.moves_m)(*rows, Eigen::all);
+    return MatrixX3d::Zero(static_cast<Index>(rows->size()), 3);
   };
   for (std::size_t k = 0; k < band->pushes.size(); ++k) {
     for (std::size_t j = 0; j < k; ++j) {
@@ -92,7 +90,7 @@ void add_friction_band(const DrapeInput& input, const Report& report, BudgetInpu
       const Eigen::Vector3d& p = up.push_per_weight;
       if ((p + down.push_per_weight).norm() > kOpposite * p.norm()) continue;
       if (!down.moves_m && !up.moves_m) {
-        inputs.missing.emplace_back("friction's interval: two pushes end elsewhere");
+        inputs.lack("friction's interval: two pushes end elsewhere");
         continue;
       }
       inputs.effects.push_back(
@@ -132,36 +130,27 @@ void add_memory(const DrapeInput& input, const Report& report,
   } else {
     return;
   }
-  std::vector<Index> rows;
-  for (const MarkError& mark : headline_of(report).marks.marks) {
-    const auto at = std::find(marks.begin(), marks.end(), mark.mark);
-    if (at == marks.end()) {
-      inputs.missing.emplace_back("internal friction's interval: it lacks a mark");
-      return;
-    }
-    rows.push_back(at - marks.begin());
-  }
-  effect.down_m = MatrixX3d(effect.down_m(rows, Eigen::all));
-  effect.up_m = MatrixX3d(effect.up_m(rows, Eigen::all));
+  const auto rows = rows_in(marks, report);
+  if (!rows) return inputs.lack("internal friction's interval: it lacks a mark");
+  effect.down_m = MatrixX3d(effect.down_m(*rows, Eigen::all));
+  effect.up_m = MatrixX3d(effect.up_m(*rows, Eigen::all));
   inputs.effects.push_back(std::move(effect));
 }
 
 void add_measurement(const DrapeInput& input, const Report& report, BudgetInputs& inputs) {
   const RealVirtual& headline = headline_of(report);
-  const auto count = static_cast<Index>(headline.marks.marks.size());
-  inputs.differences_m.resize(count, 3);
-  for (Index k = 0; k < count; ++k) {
-    const MarkError& mark = headline.marks.marks[static_cast<std::size_t>(k)];
-    inputs.differences_m.row(k) = mark.virtual_in_world - mark.real_in_world;
-  }
+  const std::vector<MarkError>& marks = headline.marks.marks;
+  inputs.differences_m.resize(static_cast<Index>(marks.size()), 3);
+  for (std::size_t k = 0; k < marks.size(); ++k)
+    inputs.differences_m.row(static_cast<Index>(k)) =
+        marks[k].virtual_in_world - marks[k].real_in_world;
   if (headline.statistics.sigma_mean_m)
     inputs.marks_m = *headline.statistics.sigma_mean_m;
   else
-    inputs.missing.emplace_back("marks: they carry no covariance");
+    inputs.lack("marks: they carry no covariance");
   const auto& own = input.measured.sheet.error_budget;
   if (!own || !own->calibration_m) {
-    inputs.missing.emplace_back("calibration: its file gives no covariance");
-    return;
+    return inputs.lack("calibration: its file gives no covariance");
   }
   const MatrixX3d away_m =
       *own->calibration_m / std::sqrt(3.0) * inputs.differences_m.rowwise().normalized();
@@ -218,8 +207,7 @@ void add_moves(const std::string& value, const std::optional<MarkMoves>& moves,
   std::string name = value;
   std::replace(name.begin(), name.end(), '_', ' ');
   if (!moves) {
-    inputs.missing.push_back(name + ": drape simulate sensitivity does not say where the marks go");
-    return;
+    return inputs.lack(name + ": drape simulate sensitivity does not say where the marks go");
   }
   if (moves->half_width)
     standard = {*moves->half_width, fmt::format("stand-in: within {:g}{}", *moves->half_width,
@@ -234,32 +222,23 @@ void add_moves(const std::string& value, const std::optional<MarkMoves>& moves,
 void add_sensitivities(const DrapeInput& input, const Report& report,
                        const std::optional<ErrorSplitFile>& split, BudgetInputs& inputs) {
   if (!split || !input.scene) {
-    inputs.missing.emplace_back(
+    return inputs.lack(
         "place and size of the objects, friction and fabric values, which drape run --uncertainty "
         "adds");
-    return;
   }
-  std::vector<Index> rows;
-  for (const MarkError& mark : headline_of(report).marks.marks) {
-    const auto at = std::find(split->marks_at.begin(), split->marks_at.end(), mark.mark);
-    if (at == split->marks_at.end()) {
-      inputs.missing.emplace_back(
-          "scene and fabric values, which drape run --uncertainty finds again");
-      return;
-    }
-    rows.push_back(at - split->marks_at.begin());
-  }
+  const auto rows = rows_in(split->marks_at, report);
+  if (!rows)
+    return inputs.lack("scene and fabric values, which drape run --uncertainty finds again");
   for (const ValueEffect& one : split->values)
     add_moves(one.value, one.moves,
-              {100 * kMeasuredPart, fmt::format("{:g} % of it", 100 * kMeasuredPart)}, rows,
+              {100 * kMeasuredPart, fmt::format("{:g} % of it", 100 * kMeasuredPart)}, *rows,
               inputs);
-  if (split->values.empty())
-    inputs.missing.emplace_back("fabric values: the base has no first-order answer");
+  if (split->values.empty()) inputs.lack("fabric values: the base has no first-order answer");
   for (const std::string& value : values_of(*input.scene)) {
     const auto one = std::find_if(split->scene.begin(), split->scene.end(),
                                   [&](const SceneEffect& e) { return e.value == value; });
     add_moves(value, one == split->scene.end() ? std::nullopt : one->moves,
-              scene_uncertainty(*input.scene, value), rows, inputs);
+              scene_uncertainty(*input.scene, value), *rows, inputs);
   }
 }
 
@@ -282,7 +261,7 @@ BudgetInputs budget_inputs_of(const DrapeInput& input, const Report& report,
   BudgetInputs inputs;
   add_measurement(input, report, inputs);
   if (input.simulations[headline_of(report).simulation].other_simulator) {
-    inputs.missing.emplace_back(
+    inputs.lack(
         "grid, place and size of the objects, friction and fabric values of another simulator: "
         "compare a sheet of drape simulate");
     return inputs;
@@ -308,11 +287,9 @@ Budget budget_of(const BudgetInputs& inputs, int draws) {
 }
 
 Table budget_table(const Budget& budget) {
-  Table table;
-  table.names = {"contribution", "u_mm", "share_percent", "origin"};
+  Table table({"contribution", "u_mm", "share_percent", "origin"}, {1, 2});
   table.headings = {"contribution", "standard uncertainty of the mean, alone (mm)",
                     "part of the squares (%)", "from"};
-  table.numeric = {false, true, true, false};
   double squares = 0;
   for (const BudgetLine& line : budget.lines) squares += line.u_m * line.u_m;
   for (const BudgetLine& line : budget.lines)
@@ -345,6 +322,87 @@ std::string distance_sentence(const RealVirtual& row) {
       "{:.2f} mm of the whole cloth",
       row.statistics.mean_m / mm, row.aligned->after.mean_m / mm,
       row.aligned->turn_rad / units::deg, row.aligned->centroid_shift_m / mm);
+}
+
+namespace {
+
+double mean_norm(const MatrixX3d& rows) {
+  return rows.rowwise().norm().mean();
+}
+
+/// Uniform in (0, 1) and standard normal, the same on every platform.
+class StandardDraws {
+ public:
+  double uniform() { return (static_cast<double>(words_()) + 0.5) / 4294967296.0; }
+  double normal() {  // Box and Muller 1958
+    return std::sqrt(-2 * std::log(uniform())) * std::cos(2 * std::numbers::pi * uniform());
+  }
+  double of(bool rectangular) { return rectangular ? 2 * uniform() - 1 : normal(); }
+
+ private:
+  std::mt19937 words_{101};
+};
+
+/// The parabola's slope and curvature.
+struct Parabola {
+  explicit Parabola(const InputEffect& effect)
+      : slope(0.5 * (effect.up_m - effect.down_m)),
+        curve(0.5 * (effect.up_m + effect.down_m)),
+        node(std::sqrt(effect.rectangular ? 0.6 : 3.0)),
+        weight(effect.rectangular ? 5.0 / 18 : 1.0 / 6) {}
+  MatrixX3d slope, curve;
+  double node, weight;  ///< outer nodes of Gauss quadrature of order five, and their weight
+};
+
+/// Variance of the mean norm where one input alone errs about `z`, at which the rows are `at_m`.
+double variance_alone(const MatrixX3d& at_m, double mean, const Parabola& path, double z) {
+  double squares = 0;
+  for (const double step : {-path.node, path.node}) {
+    const double bend = (2 * z + step) * step;
+    double sum = 0;
+    for (Eigen::Index k = 0; k < at_m.rows(); ++k)
+      sum += (at_m.row(k) + step * path.slope.row(k) + bend * path.curve.row(k)).norm();
+    squares += path.weight * std::pow(sum / static_cast<double>(at_m.rows()) - mean, 2);
+  }
+  return squares;
+}
+
+}  // namespace
+
+double alone_m(const MatrixX3d& differences_m, const InputEffect& effect) {
+  return std::sqrt(variance_alone(differences_m, mean_norm(differences_m), Parabola(effect), 0));
+}
+
+double half_width_m(const MatrixX3d& differences_m, const std::vector<InputEffect>& effects,
+                    double added_m, int draws) {
+  const std::vector<Parabola> paths(effects.begin(), effects.end());
+  StandardDraws random;
+  const double mean = mean_norm(differences_m);
+  std::vector<double> z(effects.size(), 0.0);
+  const auto deviation = [&](const MatrixX3d& at_m, double at_mean) {
+    double variance = added_m * added_m;
+    for (std::size_t i = 0; i < paths.size(); ++i)
+      variance += variance_alone(at_m, at_mean, paths[i], z[i]);
+    return std::sqrt(variance);
+  };
+  const double here = deviation(differences_m, mean);
+  if (!(here > 0)) return 0;
+  const auto count = static_cast<std::size_t>(draws);
+  std::vector<double> off_m(count), by_deviation(count);
+  MatrixX3d drawn;
+  for (std::size_t k = 0; k < count; ++k) {
+    drawn = differences_m;
+    for (std::size_t i = 0; i < effects.size(); ++i) {
+      z[i] = random.of(effects[i].rectangular);
+      drawn += z[i] * paths[i].slope + z[i] * z[i] * paths[i].curve;
+    }
+    const double there = mean_norm(drawn);
+    off_m[k] = std::abs(there + added_m * random.normal() - mean);
+    by_deviation[k] = off_m[k] / deviation(drawn, there);
+  }
+  const auto rank = static_cast<std::size_t>(0.95 * draws);
+  return std::max(order_statistic(std::move(off_m), rank),
+                  here * order_statistic(std::move(by_deviation), rank));
 }
 
 }  // namespace drape::compare

@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "compare/records/provenance.hpp"
 #include "compare/tables/tables.hpp"
 #include "core/sheet.hpp"
 
@@ -60,7 +61,6 @@ struct ErrorSplitFile {
   std::optional<std::string> no_go = std::nullopt;  ///< of the measurement of reference or start
 };
 
-using HashedFiles = std::vector<std::pair<std::filesystem::path, std::string>>;
 /// Which of these a run with such inputs was not made from, in a sentence, if any: the drape's
 /// measured sheet, scene and fabric of the simulation that speaks for it.
 [[nodiscard]] std::optional<std::string> other_origin(const HashedFiles& inputs,

@@ -272,9 +272,7 @@ std::string name_of(Match match) {
 }
 
 Table basis_table(const Report& report) {
-  Table table;
-  table.names = {"judged by", "verdict", "value", "limit", "p", "why"};
-  table.numeric = {false, false, true, true, true, false};
+  Table table({"judged by", "verdict", "value", "limit", "p", "why"}, {2, 3, 4});
   for (const MatchBasis& basis : report.match.bases)
     table.add({basis.what, name_of(basis.verdict), number_text(basis.value, basis.unit),
                number_text(basis.limit, basis.unit),
@@ -283,9 +281,7 @@ Table basis_table(const Report& report) {
 }
 
 Table repeats_table(const Report& report) {
-  Table table;
-  table.names = {"repeat", "set", "face", "RMS from the drape's own (mm)", "left out because"};
-  table.numeric = {false, false, false, true, false};
+  Table table({"repeat", "set", "face", "RMS from the drape's own (mm)", "left out because"}, {3});
   for (const RepeatLine& line : report.repeats)
     table.add({line.repeat, line.set, line.face,
                line.from_own_m ? fmt::format("{:.3f}", *line.from_own_m / mm) : std::string(),

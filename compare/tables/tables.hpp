@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <functional>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "compare/compare.hpp"
@@ -25,6 +27,40 @@ struct Table {
 
   void add(std::vector<std::string> row) { rows.push_back(std::move(row)); }
   [[nodiscard]] std::optional<std::size_t> column(const std::string& name) const;
+};
+
+/// A table of `Row`s, column by column.
+template <class Row>
+class TableOf {
+ public:
+  using Cell = std::function<std::string(const Row&)>;
+  explicit TableOf(std::string title = {}) { table_.title = std::move(title); }
+
+  /// `heading`: for people.
+  void number(const std::string& name, const std::string& heading, Cell cell) {
+    add(name, heading, true, std::move(cell));
+  }
+  void word(const std::string& name, const std::string& heading, Cell cell) {
+    add(name, heading, false, std::move(cell));
+  }
+  template <class Range>
+  [[nodiscard]] Table of(const Range& rows) {
+    for (const Row& row : rows) {
+      table_.rows.emplace_back();
+      for (const Cell& cell : cells_) table_.rows.back().push_back(cell(row));
+    }
+    return std::move(table_);
+  }
+
+ private:
+  void add(const std::string& name, const std::string& heading, bool numeric, Cell cell) {
+    table_.names.push_back(name);
+    table_.headings.push_back(heading);
+    table_.numeric.push_back(numeric);
+    cells_.push_back(std::move(cell));
+  }
+  Table table_;
+  std::vector<Cell> cells_;
 };
 
 /// Columns padded to one width, title above.
