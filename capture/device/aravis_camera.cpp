@@ -3,28 +3,32 @@
 // the packets; its counters are passed on but not trusted.
 #include <arv.h>
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <initializer_list>
 #include <thread>
+#include <type_traits>
 
-#include "capture/device/aravis_features.hpp"
-#include "capture/device/aravis_settings.hpp"
 #include "capture/device/camera.hpp"
-#include "capture/device/gige_discovery.hpp"
-#include "capture/device/stream_socket.hpp"
+#include "capture/device/gige_network.hpp"
 #include "capture/pixel/pixel_format.hpp"
 #include "core/error.hpp"
 
 namespace drape::capture {
 namespace {
 
+using Clock = std::chrono::steady_clock;
+
 constexpr int kBuffers = 16;         // with 8, fast cameras find none free
 constexpr int kHeartbeat_ms = 2000;  // above Aravis' own beat; a lost host frees the camera soon
 constexpr std::chrono::milliseconds kOtherHeartbeat{3500};  // above the standard's default, 3 s
+constexpr auto kPtpWait = std::chrono::seconds(5);  // a slave finds its master in some seconds
 constexpr std::size_t kFramesInSocket = 2;
 constexpr int kSmallestPacket = 576;  // IPv4 guarantees it; where the camera does not say
+constexpr double kUsualTick_hz = 1e9;
 
 struct Unref {
   void operator()(gpointer object) const { g_object_unref(object); }
@@ -33,30 +37,387 @@ template <class T>
 using Owned = std::unique_ptr<T, Unref>;
 
 std::int64_t now_ns() {
-  return std::chrono::steady_clock::now().time_since_epoch() / std::chrono::nanoseconds(1);
+  return Clock::now().time_since_epoch() / std::chrono::nanoseconds(1);
 }
 
-/// GError of one call; turns into Error when the call failed.
-class Failure {
- public:
-  explicit Failure(std::string device) : device_(std::move(device)) {}
-  ~Failure() { g_clear_error(&error_); }
-  Failure(const Failure&) = delete;
-  Failure& operator=(const Failure&) = delete;
-  [[nodiscard]] GError** slot() {
-    g_clear_error(&error_);
-    return &error_;
+/// A camera's text as UTF-8 without control characters: what is not UTF-8 is taken as Latin-1, and
+/// what would steer a terminal becomes `?`.
+std::string clean_text(const std::string& text) {
+  const char* const end = text.data() + text.size();
+  const bool utf8 = g_utf8_validate(text.data(), static_cast<gssize>(text.size()), nullptr) != 0;
+  std::string result;
+  for (const char* at = text.data(); at < end;) {
+    const gunichar one = utf8 ? g_utf8_get_char(at) : static_cast<unsigned char>(*at);
+    at = utf8 ? g_utf8_next_char(at) : at + 1;
+    char bytes[6];
+    const auto size = static_cast<std::size_t>(g_unichar_to_utf8(one, bytes));
+    result += g_unichar_iscntrl(one) != 0 ? "?" : std::string(bytes, size);
   }
-  [[nodiscard]] bool failed() const { return error_ != nullptr; }
-  void require_none(const std::string& doing) const {
-    if (error_ == nullptr) return;
-    throw device_error(fmt::format("{} failed: {}", doing, clean_text(error_->message)), device_,
-                       "check cable, power and network of the camera; `drape doctor` looks closer");
+  return result;
+}
+
+std::string text_of(const char* text) {
+  return text == nullptr ? "" : clean_text(text);
+}
+
+constexpr const char* kLookCloser =
+    "check cable, power and network of the camera; `drape doctor` looks closer";
+constexpr const char* kGiveAnother =
+    "give a value that the camera has; where it went silent, check its cable and power";
+
+/// Calls Aravis with a place for its GError, which becomes Error(device).
+template <class Call>
+auto attempt(const std::string& doing, const std::string& device, const char* what_to_do,
+             Call call) {
+  GError* error = nullptr;
+  const auto require_none = [&] {
+    if (error == nullptr) return;
+    const std::string why = clean_text(error->message);
+    g_clear_error(&error);
+    throw device_error(fmt::format("{} failed: {}", doing, why), device, what_to_do);
+  };
+  if constexpr (std::is_void_v<decltype(call(&error))>) {
+    call(&error);
+    require_none();
+  } else {
+    auto value = call(&error);
+    require_none();
+    return value;
+  }
+}
+
+/// GenICam features of one camera by name. Cameras differ in names and in what they have, so that
+/// first_of() finds the name that this one uses. Everything that a camera refuses is Error(device)
+/// with the camera's own words.
+class AravisFeatures {
+  template <class Call>
+  auto ask(const std::string& doing, Call call) const {
+    return attempt(doing, name_, kGiveAnother, call);
+  }
+
+ public:
+  AravisFeatures(ArvDevice* device, std::string name) : device_(device), name_(std::move(name)) {}
+
+  /// There, and not switched off by another feature.
+  [[nodiscard]] bool has(const char* feature) const {
+    return arv_device_is_feature_available(device_, feature, nullptr) != 0;
+  }
+
+  /// There, and writable now.
+  [[nodiscard]] bool can_write(const char* feature) const {
+    ArvGcNode* node = arv_device_get_feature(device_, feature);
+    return ARV_IS_GC_FEATURE_NODE(node) && has(feature) &&
+           arv_gc_feature_node_is_locked(ARV_GC_FEATURE_NODE(node), nullptr) == 0 &&
+           arv_gc_feature_node_get_actual_access_mode(ARV_GC_FEATURE_NODE(node)) !=
+               ARV_GC_ACCESS_MODE_RO;
+  }
+
+  /// Null where the camera has none of them.
+  [[nodiscard]] const char* first_of(std::initializer_list<const char*> names) const {
+    const auto found =
+        std::find_if(names.begin(), names.end(), [&](const char* n) { return has(n); });
+    return found == names.end() ? nullptr : *found;
+  }
+
+  [[nodiscard]] std::vector<std::string> choices(const char* feature) const {
+    guint count = 0;
+    const char** names = arv_device_dup_available_enumeration_feature_values_as_strings(
+        device_, feature, &count, nullptr);
+    std::vector<std::string> result;
+    for (guint i = 0; names != nullptr && i < count; ++i) result.push_back(clean_text(names[i]));
+    g_free(names);
+    return result;
+  }
+
+  [[nodiscard]] std::string text(const char* feature) const {
+    return text_of(ask(fmt::format("reading {}", feature), [&](GError** error) {
+      return arv_device_get_string_feature_value(device_, feature, error);
+    }));
+  }
+
+  [[nodiscard]] std::string text_or_empty(const char* feature) const {
+    return has(feature) ? text(feature) : "";
+  }
+
+  [[nodiscard]] std::int64_t integer(const char* feature) const {
+    return ask(fmt::format("reading {}", feature), [&](GError** error) {
+      return arv_device_get_integer_feature_value(device_, feature, error);
+    });
+  }
+
+  [[nodiscard]] std::optional<std::int64_t> integer_if(const char* feature) const {
+    if (!has(feature)) return std::nullopt;
+    try {
+      return integer(feature);
+    } catch (const Error&) {  // it is there and cannot be read now
+      return std::nullopt;
+    }
+  }
+
+  /// Of a feature that is a number, whether integer or real.
+  [[nodiscard]] double number(const char* feature) const {
+    if (is_integer(feature)) return static_cast<double>(integer(feature));
+    return ask(fmt::format("reading {}", feature), [&](GError** error) {
+      return arv_device_get_float_feature_value(device_, feature, error);
+    });
+  }
+
+  void set_integer(const char* feature, std::int64_t value) const {
+    ask(fmt::format("setting {} to {}", feature, value), [&](GError** error) {
+      arv_device_set_integer_feature_value(device_, feature, value, error);
+    });
+  }
+
+  void set_number(const char* feature, double value) const {
+    if (is_integer(feature)) return set_integer(feature, std::llround(value));
+    ask(fmt::format("setting {} to {:g}", feature, value), [&](GError** error) {
+      arv_device_set_float_feature_value(device_, feature, value, error);
+    });
+  }
+
+  void set_switch(const char* feature, bool on) const {
+    ask(fmt::format("switching {} {}", feature, on ? "on" : "off"), [&](GError** error) {
+      arv_device_set_boolean_feature_value(device_, feature, on ? 1 : 0, error);
+    });
+  }
+
+  /// Sets and reads back.
+  void set_choice(const char* feature, const std::string& value) const {
+    ask(fmt::format("setting {} to {}", feature, value), [&](GError** error) {
+      arv_device_set_string_feature_value(device_, feature, value.c_str(), error);
+    });
+    if (const std::string got = text(feature); got != value)
+      throw device_error(fmt::format("the camera took {} {} instead of {}", feature, got, value),
+                         name_, "give a value the camera can take");
+  }
+
+  void execute(const char* feature) const {
+    ask(fmt::format("executing {}", feature),
+        [&](GError** error) { arv_device_execute_command(device_, feature, error); });
+  }
+
+  [[nodiscard]] const std::string& device_name() const { return name_; }
+
+ private:
+  [[nodiscard]] bool is_integer(const char* feature) const {
+    return ARV_IS_GC_INTEGER(arv_device_get_feature(device_, feature));
+  }
+
+  ArvDevice* device_;
+  std::string name_;
+};
+
+/// Ticks per second of the camera's clock, absent when the camera does not say.
+std::optional<double> tick_rate_hz(const AravisFeatures& features, bool is_gige) {
+  if (!is_gige) return kUsualTick_hz;  // USB3 Vision stamps are ns
+  for (const char* feature : {"GevTimestampTickFrequency", "ArvGevTimestampTickFrequency"}) {
+    const auto hz = features.integer_if(feature);
+    if (hz && *hz > 0) return static_cast<double>(*hz);
+  }
+  return std::nullopt;
+}
+
+/// The names of the GenICam standard, and those of cameras from before it.
+struct PtpNames {
+  const char *enable, *latch, *status, *offset_ns;
+};
+
+/// Writes the settings in the order they depend on each other and reads all of them back.
+class Configuration : private SettingsWriter {
+ public:
+  Configuration(const AravisFeatures& features, const CameraSettings& settings, bool is_gige)
+      : SettingsWriter(features.device_name(), settings),
+        features_(features),
+        settings_(settings),
+        is_gige_(is_gige) {}
+
+  std::vector<SettingReadBack> run() {
+    end_old_stream();
+    turn_automatics_off();
+    set_pixel_format();
+    // Offsets to zero first, so that a larger size is never refused for the sake of the old offset.
+    for (const char* offset : {"OffsetX", "OffsetY"})
+      if (features_.can_write(offset)) features_.set_integer(offset, 0);
+    apply("width_px", port({"Width"}));
+    apply("height_px", port({"Height"}));
+    apply("offset_x_px", port({"OffsetX"}));
+    apply("offset_y_px", port({"OffsetY"}));
+    if (is_gige_) {
+      apply("packet_size_bytes", port({"GevSCPSPacketSize"}));
+      apply("packet_delay_ns", packet_delay());
+    }
+    set_triggers_off();
+    set_light();
+    if (settings_.trigger == TriggerSource::free_run) set_rate();
+    set_trigger();
+    if (settings_.ptp) set_ptp();
+    return std::move(read_back);
+  }
+
+  std::vector<SettingReadBack> run_light() {
+    set_light();
+    return std::move(read_back);
   }
 
  private:
-  std::string device_;
-  GError* error_ = nullptr;
+  /// The first of the features that this camera has; `unit` is what one of its counts.
+  [[nodiscard]] std::optional<SettingPort> port(std::initializer_list<const char*> names,
+                                                double unit = 1) const {
+    const char* feature = features_.first_of(names);
+    if (feature == nullptr) return std::nullopt;
+    return SettingPort{
+        [this, feature, unit](double value) { features_.set_number(feature, value / unit); },
+        [this, feature, unit] { return features_.number(feature) * unit; }};
+  }
+
+  /// A camera that still streams for a program that ended keeps its format locked.
+  void end_old_stream() const {
+    for (const char* feature : {"AcquisitionStop", "AcquisitionAbort"}) {
+      try {
+        if (features_.has(feature)) features_.execute(feature);
+      } catch (const Error&) {  // nothing streams
+      }
+    }
+    if (features_.can_write("TLParamsLocked")) features_.set_integer("TLParamsLocked", 0);
+  }
+
+  void turn_automatics_off() {
+    for (const char* feature :
+         {"ExposureAuto", "GainAuto", "BalanceWhiteAuto", "BlackLevelAuto", "ExposureMode"}) {
+      if (!features_.has(feature)) continue;
+      const std::string off = std::string(feature) == "ExposureMode" ? "Timed" : "Off";
+      const auto choices = features_.choices(feature);
+      if (std::find(choices.begin(), choices.end(), off) == choices.end()) continue;
+      if (features_.text(feature) != off) features_.set_choice(feature, off);
+      note(feature, off);
+    }
+    // Grey levels that are proportional to the light, and nothing but the image in a frame.
+    for (const char* feature : {"GammaEnable", "GammaEnabled", "LUTEnable", "ChunkModeActive"}) {
+      if (!features_.can_write(feature)) continue;
+      features_.set_switch(feature, false);
+      note(feature, "Off");
+    }
+    if (!features_.can_write("Gamma")) return;
+    features_.set_number("Gamma", 1);
+    const double gamma = features_.number("Gamma");
+    if (std::abs(gamma - 1) > 0.02)
+      throw device_error(fmt::format("the camera took Gamma {:g} instead of 1", gamma),
+                         features_.device_name(), "use a camera whose gamma can be switched off");
+    note("Gamma", "1");
+  }
+
+  void set_pixel_format() {
+    const std::string chosen = choose_pixel_format(
+        settings_.pixel_format, features_.choices("PixelFormat"), features_.device_name());
+    if (features_.text("PixelFormat") != chosen) features_.set_choice("PixelFormat", chosen);
+    note("pixel_format", chosen);
+  }
+
+  /// A camera counts it in ticks of its clock; cameras round to steps of their own, of which a tick
+  /// is the finest.
+  [[nodiscard]] std::optional<SettingPort> packet_delay() const {
+    const auto tick_hz = tick_rate_hz(features_, true);
+    auto delay = tick_hz ? port({"GevSCPD", "ArvGevSCPD"}, 1e9 / *tick_hz) : std::nullopt;
+    if (delay) delay->step = 1e9 / *tick_hz;
+    return delay;
+  }
+
+  void set_triggers_off() {
+    if (features_.can_write("TriggerMode")) {
+      if (features_.can_write("TriggerSelector")) {
+        for (const std::string& selector : features_.choices("TriggerSelector")) {
+          features_.set_choice("TriggerSelector", selector);
+          if (features_.can_write("TriggerMode")) features_.set_choice("TriggerMode", "Off");
+        }
+      } else {
+        features_.set_choice("TriggerMode", "Off");
+      }
+    }
+    if (features_.can_write("AcquisitionMode"))
+      features_.set_choice("AcquisitionMode", "Continuous");
+  }
+
+  void set_light() {
+    auto exposure = port({"ExposureTime", "ExposureTimeAbs"});
+    if (!exposure) {
+      const char* base = features_.first_of({"ExposureTimeBaseAbs", "ExposureTimeBase"});
+      exposure = port({"ExposureTimeRaw"}, base == nullptr ? 1 : features_.number(base));
+    }
+    apply("exposure_us", exposure);
+    auto gain = port({"Gain", "GainAbs"});
+    if (!gain && !settings_.gain_db && (gain = port({"GainRaw"})))
+      gain->named = "gain_camera_units";
+    apply("gain_db", gain);
+  }
+
+  void set_rate() {
+    for (const char* enable : {"AcquisitionFrameRateEnable", "AcquisitionFrameRateEnabled"})
+      if (features_.can_write(enable)) features_.set_switch(enable, true);
+    if (features_.can_write("AcquisitionFrameRateAuto"))
+      features_.set_choice("AcquisitionFrameRateAuto", "Off");
+    apply("frame_rate_hz", port({"AcquisitionFrameRate", "AcquisitionFrameRateAbs", "FPS"}));
+  }
+
+  [[nodiscard]] std::string trigger_source() const {
+    if (settings_.trigger == TriggerSource::software) return "Software";
+    if (settings_.trigger == TriggerSource::line) return settings_.trigger_line;
+    return "Action1";
+  }
+
+  void set_trigger() {
+    if (settings_.trigger == TriggerSource::free_run) return note("trigger", "off");
+    const std::string source = trigger_source();
+    const auto offered = features_.choices("TriggerSource");
+    if (!features_.has("TriggerMode") ||
+        std::find(offered.begin(), offered.end(), source) == offered.end())
+      throw device_error(
+          fmt::format("the camera has no trigger source {}{}", source,
+                      offered.empty() ? "" : fmt::format(", only {}", fmt::join(offered, ", "))),
+          features_.device_name(),
+          settings_.trigger == TriggerSource::line ? "correct trigger_line, or use another method"
+                                                   : "use another sync method");
+    if (features_.can_write("TriggerSelector"))
+      features_.set_choice("TriggerSelector", "FrameStart");
+    if (features_.can_write("TriggerSource")) features_.set_choice("TriggerSource", source);
+    features_.set_choice("TriggerMode", "On");
+    note("trigger", source);
+    if (settings_.trigger != TriggerSource::action) return;
+    const ActionKeys keys;
+    if (features_.can_write("ActionSelector")) features_.set_integer("ActionSelector", 1);
+    features_.set_integer("ActionDeviceKey", keys.device_key);
+    features_.set_integer("ActionGroupKey", keys.group_key);
+    features_.set_integer("ActionGroupMask", keys.group_mask);
+  }
+
+  [[nodiscard]] std::optional<PtpNames> ptp_names() const {
+    for (const PtpNames& names :
+         {PtpNames{"PtpEnable", "PtpDataSetLatch", "PtpStatus", "PtpOffsetFromMaster"},
+          {"GevIEEE1588", "GevIEEE1588DataSetLatch", "GevIEEE1588Status",
+           "GevIEEE1588OffsetFromMaster"}})
+      if (features_.has(names.enable) && features_.has(names.status)) return names;
+    return std::nullopt;
+  }
+
+  /// What came of it is noted; without a master the camera goes on with the clock it has.
+  void set_ptp() {
+    const auto names = ptp_names();
+    if (!names) return note("ptp_status", "not there");
+    features_.set_switch(names->enable, true);
+    std::string status;
+    const auto until = Clock::now() + kPtpWait;
+    do {
+      if (!status.empty()) std::this_thread::sleep_for(std::chrono::milliseconds(100));
+      if (features_.has(names->latch)) features_.execute(names->latch);
+      status = features_.text(names->status);
+    } while (status != "Slave" && status != "Master" && Clock::now() < until);
+    note("ptp_status", status);
+    if (const auto offset = features_.integer_if(names->offset_ns))
+      note("ptp_offset_ns", fmt::format("{}", *offset));
+  }
+
+  const AravisFeatures& features_;
+  const CameraSettings& settings_;
+  bool is_gige_;
 };
 
 std::string ip_of(GSocketAddress* address) {
@@ -72,9 +433,9 @@ class AravisCamera final : public CameraDevice {
  public:
   AravisCamera(Owned<ArvDevice> device, std::string name, const std::vector<int>& other_sockets)
       : name_(std::move(name)), device_(std::move(device)), features_(device_.get(), name_) {
-    Failure failure(name_);
-    camera_.reset(arv_camera_new_with_device(device_.get(), failure.slot()));
-    failure.require_none("opening the camera");
+    camera_.reset(attempt("opening the camera", name_, kLookCloser, [&](GError** error) {
+      return arv_camera_new_with_device(device_.get(), error);
+    }));
     is_gige_ = ARV_IS_GV_DEVICE(device_.get());
     if (!is_gige_) return;
     if (!takes_control()) {
@@ -107,10 +468,9 @@ class AravisCamera final : public CameraDevice {
 
   [[nodiscard]] std::vector<SettingReadBack> configure(const CameraSettings& s) override {
     stop();
-    std::vector<SettingReadBack> read_back = configure_aravis(features_, s, is_gige_);
+    std::vector<SettingReadBack> read_back = Configuration(features_, s, is_gige_).run();
     payload_ = static_cast<std::size_t>(features_.integer("PayloadSize"));
-    for (const SettingReadBack& setting : read_back)
-      if (setting.name == "pixel_format") format_ = find_pixel_format(setting.value);
+    format_ = find_pixel_format(value_of(read_back, "pixel_format").value_or(""));
     tick_hz_ = tick_rate_hz(features_, is_gige_);
     read_back.push_back({"payload_bytes", fmt::format("{}", payload_)});
     read_back.push_back(
@@ -120,7 +480,7 @@ class AravisCamera final : public CameraDevice {
   }
 
   [[nodiscard]] std::vector<SettingReadBack> set_light(const CameraSettings& s) override {
-    return set_aravis_light(features_, s);
+    return Configuration(features_, s, is_gige_).run_light();
   }
 
   [[nodiscard]] FrameIdRange frame_ids() const override {
@@ -131,9 +491,9 @@ class AravisCamera final : public CameraDevice {
   void start() override {
     if (stream_) return;
     const std::vector<int> before = udp_sockets();
-    Failure failure(name_);
-    stream_.reset(arv_camera_create_stream(camera_.get(), nullptr, nullptr, failure.slot()));
-    failure.require_none("opening the image stream");
+    stream_.reset(attempt("opening the image stream", name_, kLookCloser, [&](GError** error) {
+      return arv_camera_create_stream(camera_.get(), nullptr, nullptr, error);
+    }));
     if (is_gige_) {
       // The library would set its socket's buffer with the first packet, when it is too late: the
       // buffer is set here and left alone there. Patient with resends: the defaults give a frame
@@ -147,16 +507,15 @@ class AravisCamera final : public CameraDevice {
     }
     for (int i = 0; i < kBuffers; ++i)
       arv_stream_push_buffer(stream_.get(), arv_buffer_new_allocate(payload_));
-    arv_camera_start_acquisition(camera_.get(), failure.slot());
-    failure.require_none("starting the acquisition");
+    attempt("starting the acquisition", name_, kLookCloser,
+            [&](GError** error) { arv_camera_start_acquisition(camera_.get(), error); });
   }
 
   void stop() override {
     if (!stream_) return;
     give_back();
-    Failure failure(name_);
-    arv_camera_stop_acquisition(camera_.get(), failure.slot());
-    keep_counters();
+    arv_camera_stop_acquisition(camera_.get(), nullptr);
+    add_counters(counters_);
     stream_.reset();
   }
 
@@ -312,8 +671,6 @@ class AravisCamera final : public CameraDevice {
     sum.buffer_underruns += count("n_underruns");
   }
 
-  void keep_counters() { add_counters(counters_); }
-
   std::string name_;
   Owned<ArvDevice> device_;
   AravisFeatures features_;
@@ -335,10 +692,22 @@ Owned<ArvDevice> open_at(const CameraAddress& address) {
   Owned<GInetAddress> camera(g_inet_address_new_from_string(address.device.c_str()));
   if (!host || !camera) return nullptr;
   require_own_address(address.host_address, address.device);
-  Failure failure(address.device);
-  Owned<ArvDevice> device(arv_gv_device_new(host.get(), camera.get(), failure.slot()));
-  failure.require_none("opening the camera");
-  return device;
+  return Owned<ArvDevice>(
+      attempt("opening the camera", address.device, kLookCloser,
+              [&](GError** error) { return arv_gv_device_new(host.get(), camera.get(), error); }));
+}
+
+/// Refuses a serial number with which several cameras answer.
+void refuse_duplicate_serial(const std::string& device) {
+  std::string addresses;
+  int found = 0;
+  for (const GigeAnswer& answer : gige_cameras()) {
+    if (answer.serial != device) continue;
+    addresses += (found++ == 0 ? "" : ", ") + answer.address;
+  }
+  if (found < 2) return;
+  throw device_error(fmt::format("{} cameras have this serial number: {}", found, addresses),
+                     device, "name the camera by its IP address, with host_address");
 }
 
 Owned<ArvDevice> open_by_name(const CameraAddress& address) {
@@ -363,13 +732,10 @@ Owned<ArvDevice> open_by_name(const CameraAddress& address) {
                                                      "and network"
                                                    : all));
   }
-  Failure failure(address.device);
-  Owned<ArvDevice> device(arv_open_device(matching[0].c_str(), failure.slot()));
-  failure.require_none("opening the camera");
-  return device;
+  return Owned<ArvDevice>(
+      attempt("opening the camera", address.device, kLookCloser,
+              [&](GError** error) { return arv_open_device(matching[0].c_str(), error); }));
 }
-
-}  // namespace
 
 std::unique_ptr<CameraDevice> open_aravis_camera(const CameraAddress& address) {
   const std::vector<int> other_sockets = udp_sockets();
@@ -384,5 +750,41 @@ std::unique_ptr<CameraDevice> open_aravis_camera(const CameraAddress& address) {
   }
   return camera;
 }
+
+void add_hidden(std::vector<FoundDevice>& found) {
+  for (const GigeAnswer& answer : gige_cameras()) {
+    const auto has_serial = [&](const FoundDevice& d) {
+      return d.identity.serial == answer.serial;
+    };
+    const auto is_listed = [&](const FoundDevice& d) {
+      return has_serial(d) && d.identity.address == answer.address;
+    };
+    const auto twin = std::find_if(found.begin(), found.end(), has_serial);
+    if (twin == found.end() || std::any_of(found.begin(), found.end(), is_listed)) continue;
+    FoundDevice other = *twin;
+    other.identity.address = answer.address;
+    found.push_back(std::move(other));
+  }
+}
+
+std::vector<FoundDevice> find_aravis_devices() {
+  arv_update_device_list();
+  std::vector<FoundDevice> found;
+  for (unsigned i = 0; i < arv_get_n_devices(); ++i) {
+    FoundDevice device;
+    device.identity.vendor = text_of(arv_get_device_vendor(i));
+    device.identity.model = text_of(arv_get_device_model(i));
+    device.identity.serial = text_of(arv_get_device_serial_nbr(i));
+    device.identity.address = text_of(arv_get_device_address(i));
+    device.name = device.identity.serial;
+    found.push_back(std::move(device));
+  }
+  add_hidden(found);
+  return found;
+}
+
+}  // namespace
+
+const CameraDriver aravis_driver{open_aravis_camera, find_aravis_devices};
 
 }  // namespace drape::capture

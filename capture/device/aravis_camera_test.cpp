@@ -76,7 +76,7 @@ TEST(AravisCamera, IsFoundBySerialAndGivesThePictureBitForBit) {
   GigeCamera right({.address = "127.0.0.3", .serial = "RIGHT"});
   const auto pixels = noise(640, 480, 1);
   right.show(pixels);
-  const auto found = find_aravis_devices();
+  const auto found = aravis_driver.find();
   ASSERT_EQ(found.size(), 2U);
   const auto camera = open_camera(at("RIGHT", ""));
   EXPECT_EQ(camera->identity().serial, "RIGHT");

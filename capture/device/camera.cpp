@@ -3,33 +3,20 @@
 
 #include <algorithm>
 
-#include "core/error.hpp"
-
 namespace drape::capture {
-
-std::unique_ptr<CameraDevice> open_camera(const CameraAddress& address) {
-  switch (address.backend) {
-    case Backend::aravis:
-      return open_aravis_camera(address);
-    case Backend::v4l2:
-      return open_v4l2_camera(address);
-    case Backend::replay:
-      break;  // its host opens it
-  }
-  throw internal_error("unknown camera backend");
-}
-
 namespace {
+
+/// In the order of Backend.
+constexpr const CameraDriver* kDrivers[] = {&aravis_driver, &v4l2_driver, &replay_driver};
 
 void ask_size(FoundDevice& device) {
   const bool network = device.backend == Backend::aravis && !device.identity.address.empty();
   try {
     const auto camera =
         open_camera({device.backend, network ? device.identity.address : device.name, "", ""});
-    for (const SettingReadBack& s : camera->configure({})) {
-      if (s.name == "width_px") device.width_px = std::stoi(s.value);
-      if (s.name == "height_px") device.height_px = std::stoi(s.value);
-    }
+    const auto settings = camera->configure({});
+    if (const auto px = value_of(settings, "width_px")) device.width_px = std::stoi(*px);
+    if (const auto px = value_of(settings, "height_px")) device.height_px = std::stoi(*px);
     device.identity.host_address = camera->identity().host_address;
   } catch (const Error& error) {
     device.why_not_asked = error.what_failed();
@@ -38,10 +25,19 @@ void ask_size(FoundDevice& device) {
 
 }  // namespace
 
+std::unique_ptr<CameraDevice> open_camera(const CameraAddress& address) {
+  return kDrivers[static_cast<std::size_t>(address.backend)]->open(address);
+}
+
 std::vector<FoundDevice> find_devices(bool sizes) {
-  std::vector<FoundDevice> found = find_aravis_devices();
-  const std::vector<FoundDevice> more = find_v4l2_devices();
-  found.insert(found.end(), more.begin(), more.end());
+  std::vector<FoundDevice> found;
+  for (std::size_t backend = 0; backend < std::size(kDrivers); ++backend) {
+    if (kDrivers[backend]->find == nullptr) continue;
+    for (FoundDevice& device : kDrivers[backend]->find()) {
+      device.backend = static_cast<Backend>(backend);
+      found.push_back(std::move(device));
+    }
+  }
   std::stable_sort(found.begin(), found.end(),
                    [](const auto& a, const auto& b) { return a.name < b.name; });
   if (sizes) std::for_each(found.begin(), found.end(), ask_size);

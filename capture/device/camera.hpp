@@ -2,10 +2,14 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
+#include <string_view>
 #include <utility>
+#include <variant>
 #include <vector>
 
 #include "capture/pairing/clock_fit.hpp"
@@ -14,12 +18,15 @@
 
 namespace drape::capture {
 
+/// A kind of camera, with its name in cameras.toml.
 enum class Backend { aravis, v4l2, replay };
+inline constexpr const char* kBackends[] = {"aravis", "v4l2", "replay"};
+[[nodiscard]] inline std::string to_string(Backend backend) {
+  return kBackends[static_cast<int>(backend)];
+}
+
 /// What makes a camera expose.
 enum class TriggerSource { free_run, software, line, action };
-
-[[nodiscard]] std::string to_string(Backend backend);
-[[nodiscard]] std::string to_string(TriggerSource source);
 
 /// Which device: never "the first one".
 struct CameraAddress {
@@ -46,10 +53,59 @@ struct CameraIdentity {
   std::string vendor, model, serial, address, host_address;
 };
 
+/// A number among the settings: described once for cameras.toml, the camera host and every backend.
+struct NumberSetting {
+  const char* name;  ///< with its unit, as in cameras.toml
+  std::variant<std::optional<int> CameraSettings::*, std::optional<double> CameraSettings::*>
+      member;
+  bool positive;          ///< above 0; else 0 or more
+  double tolerance;       ///< relative difference between what is asked and taken: a sensor's step
+  const char* otherwise;  ///< remedy where a camera cannot be set to it
+
+  [[nodiscard]] std::optional<double> of(const CameraSettings& settings) const;
+};
+/// All of them, in the order in which cameras take them.
+[[nodiscard]] std::span<const NumberSetting> number_settings();
+
 /// One setting after it was written: what the camera says it is now.
 struct SettingReadBack {
   std::string name;  ///< with its unit, e.g. "exposure_us"
   std::string value;
+};
+
+/// The value of a setting; nothing where the camera did not say it.
+[[nodiscard]] std::optional<std::string> value_of(std::span<const SettingReadBack> settings,
+                                                  std::string_view name);
+
+/// The format of `offered` that was asked for, or else the best for measuring. Throws
+/// Error(device).
+[[nodiscard]] std::string choose_pixel_format(const std::string& asked,
+                                              const std::vector<std::string>& offered,
+                                              const std::string& device);
+
+/// How a backend reaches a number of the settings, in the setting's unit.
+struct SettingPort {
+  std::function<void(double)> write;
+  std::function<double()> read;
+  double step = 0;         ///< of the camera, where it is known: half of it is no other value
+  std::string named = {};  ///< what the camera counts instead, e.g. "gain_camera_units"
+};
+
+/// Writes the settings of one camera and keeps what it read back.
+class SettingsWriter {
+ public:
+  SettingsWriter(std::string device, const CameraSettings& wanted)
+      : device_(std::move(device)), wanted_(wanted) {}
+  /// Writes the number where one is wanted, reads it back, notes it, and throws Error(device) when
+  /// the camera took another one. Without a port, a number that is wanted is refused.
+  void apply(std::string_view name, const std::optional<SettingPort>& port);
+  void note(std::string name, std::string value);
+
+  std::vector<SettingReadBack> read_back;
+
+ private:
+  std::string device_;
+  const CameraSettings& wanted_;
 };
 
 /// A frame as it came from the device. `pixels` is valid until the next call of next().
@@ -72,13 +128,6 @@ struct CameraCounters {
   std::int64_t buffer_underruns = 0;
 };
 
-/// Keys of the action command a camera obeys (GigE Vision 2.0).
-struct ActionKeys {
-  std::uint32_t device_key = 0x64726170;
-  std::uint32_t group_key = 1;
-  std::uint32_t group_mask = 1;
-};
-
 /// One camera, whatever its library. Every call throws Error(device) that names the camera's
 /// device and what to do. next() may run on another thread than the rest.
 class CameraDevice {
@@ -86,8 +135,7 @@ class CameraDevice {
   virtual ~CameraDevice() = default;
   [[nodiscard]] virtual CameraIdentity identity() const = 0;
   /// Writes the settings in the order they depend on each other, with exposure, gain and white
-  /// balance no longer automatic, and reads all of them back. Throws when the camera took another
-  /// value than was asked for (exposure, gain, rate: by more than 2 %).
+  /// balance no longer automatic, and reads all of them back (SettingsWriter).
   /// "pixel_format" of what is returned names the format of the frames.
   [[nodiscard]] virtual std::vector<SettingReadBack> configure(const CameraSettings& settings) = 0;
   /// Writes the exposure and the gain that are there, also while it streams, and reads both back;
@@ -97,21 +145,15 @@ class CameraDevice {
   [[nodiscard]] virtual std::size_t frame_bytes() const = 0;  ///< at most, after configure()
   virtual void start() = 0;
   virtual void stop() = 0;
-  virtual void trigger() = 0;
+  virtual void trigger() {}
   /// The next frame, or nothing within `timeout_s`.
   [[nodiscard]] virtual std::optional<CameraFrame> next(double timeout_s) = 0;
   /// Nothing when the device's clock cannot be read, or is the host's own.
-  [[nodiscard]] virtual std::optional<ClockSample> read_clock() = 0;
+  [[nodiscard]] virtual std::optional<ClockSample> read_clock() { return std::nullopt; }
   /// True when the device's times are on the host's monotonic clock already.
-  [[nodiscard]] virtual bool on_host_clock() const = 0;
-  [[nodiscard]] virtual CameraCounters counters() const = 0;
+  [[nodiscard]] virtual bool on_host_clock() const { return true; }
+  [[nodiscard]] virtual CameraCounters counters() const { return {}; }
 };
-
-/// A live camera.
-[[nodiscard]] std::unique_ptr<CameraDevice> open_camera(const CameraAddress& address);
-[[nodiscard]] std::unique_ptr<CameraDevice> open_aravis_camera(const CameraAddress& address);
-[[nodiscard]] std::unique_ptr<CameraDevice> open_v4l2_camera(const CameraAddress& address);
-[[nodiscard]] std::unique_ptr<CameraDevice> open_replay_camera(const CameraAddress& address);
 
 /// A device that could be named in cameras.toml.
 struct FoundDevice {
@@ -122,17 +164,21 @@ struct FoundDevice {
   std::string why_not_asked;               ///< what it said instead
 };
 
-/// Devices of all live backends, in order of their names. GigE Vision discovery takes about 1 s.
+/// A backend's code: one line each in camera.cpp.
+struct CameraDriver {
+  std::unique_ptr<CameraDevice> (*open)(const CameraAddress&);
+  std::vector<FoundDevice> (*find)();  ///< null where nothing can be found
+};
+extern const CameraDriver aravis_driver, v4l2_driver, replay_driver;
+
+[[nodiscard]] std::unique_ptr<CameraDevice> open_camera(const CameraAddress& address);
+
+/// Devices of all backends, in order of their names. GigE Vision discovery takes about 1 s.
 /// `sizes`: each is opened for a moment and asked how large its pictures are.
 [[nodiscard]] std::vector<FoundDevice> find_devices(bool sizes = false);
-[[nodiscard]] std::vector<FoundDevice> find_aravis_devices();
-[[nodiscard]] std::vector<FoundDevice> find_v4l2_devices();
 
 /// Error(device) whose field says which device.
 [[nodiscard]] Error device_error(std::string what_failed, const std::string& device,
                                  std::string what_to_do);
-
-/// Throws unless `got` is what was asked: numbers within 2 %, so that a step of the sensor passes.
-void require_taken(const std::string& name, double asked, double got, const std::string& device);
 
 }  // namespace drape::capture

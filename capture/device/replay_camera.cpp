@@ -28,16 +28,16 @@ class ReplayCamera final : public CameraDevice {
       throw device_error("a recording cannot be triggered", camera_,
                          "choose the sync method free_run");
     const RecordedFrame& first = frame_in(recording_.sets.front());
-    if (settings.width_px) require_taken("width_px", *settings.width_px, first.width_px, camera_);
-    if (settings.height_px)
-      require_taken("height_px", *settings.height_px, first.height_px, camera_);
+    SettingsWriter writer(camera_, settings);
+    const auto as_recorded = [](double) {};
+    writer.apply("width_px", SettingPort{as_recorded, [&] { return first.width_px; }});
+    writer.apply("height_px", SettingPort{as_recorded, [&] { return first.height_px; }});
     const auto bytes = read_frame(recording_, recording_.sets.front(), first);
     deep_ = cv::imdecode(bytes, cv::IMREAD_UNCHANGED).depth() == CV_16U;
     bytes_ = static_cast<std::size_t>(first.width_px) * static_cast<std::size_t>(first.height_px) *
              (deep_ ? 2 : 1);
-    return {{"width_px", std::to_string(first.width_px)},
-            {"height_px", std::to_string(first.height_px)},
-            {"pixel_format", deep_ ? "Mono16" : "Mono8"}};
+    writer.note("pixel_format", deep_ ? "Mono16" : "Mono8");
+    return std::move(writer.read_back);
   }
 
   [[nodiscard]] std::vector<SettingReadBack> set_light(const CameraSettings&) override {
@@ -48,7 +48,6 @@ class ReplayCamera final : public CameraDevice {
   [[nodiscard]] std::size_t frame_bytes() const override { return bytes_; }
   void start() override { running_ = true; }
   void stop() override { running_ = false; }
-  void trigger() override {}
 
   [[nodiscard]] std::optional<CameraFrame> next(double timeout_s) override {
     if (!running_ || next_ == recording_.sets.size()) {
@@ -70,10 +69,6 @@ class ReplayCamera final : public CameraDevice {
     return frame;
   }
 
-  [[nodiscard]] std::optional<ClockSample> read_clock() override { return std::nullopt; }
-  [[nodiscard]] bool on_host_clock() const override { return true; }
-  [[nodiscard]] CameraCounters counters() const override { return {}; }
-
  private:
   [[nodiscard]] const RecordedFrame& frame_in(const FrameSet& set) const {
     for (const RecordedFrame& frame : set.frames)
@@ -92,10 +87,12 @@ class ReplayCamera final : public CameraDevice {
   cv::Mat image_;
 };
 
-}  // namespace
-
 std::unique_ptr<CameraDevice> open_replay_camera(const CameraAddress& address) {
   return std::make_unique<ReplayCamera>(read_recording(address.recording), address.device);
 }
+
+}  // namespace
+
+const CameraDriver replay_driver{open_replay_camera, nullptr};
 
 }  // namespace drape::capture

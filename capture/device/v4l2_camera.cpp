@@ -1,17 +1,20 @@
 // SPDX-License-Identifier: Apache-2.0
 // USB and other V4L2 cameras: native pixel formats only, memory-mapped buffers.
+#include <fcntl.h>
 #include <fmt/format.h>
 #include <libv4l2.h>
+#include <linux/videodev2.h>
 #include <poll.h>
 #include <sys/mman.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <cerrno>
 #include <cmath>
 #include <cstring>
+#include <filesystem>
 
 #include "capture/device/camera.hpp"
-#include "capture/device/v4l2_device.hpp"
 #include "capture/pixel/pixel_format.hpp"
 #include "core/error.hpp"
 
@@ -20,6 +23,93 @@ namespace {
 
 constexpr std::uint32_t kMappedBuffers = 8;
 constexpr double kExposureUnit_us = 100.0;  // V4L2_CID_EXPOSURE_ABSOLUTE counts 100 us
+
+constexpr struct {
+  std::uint32_t id;
+  int off;
+  const char* name;
+} kAutomatics[] = {{V4L2_CID_EXPOSURE_AUTO, V4L2_EXPOSURE_MANUAL, "ExposureAuto"},
+                   {V4L2_CID_EXPOSURE_AUTO_PRIORITY, 0, "DynamicFrameRate"},
+                   {V4L2_CID_AUTOGAIN, 0, "GainAuto"},
+                   {V4L2_CID_AUTO_WHITE_BALANCE, 0, "BalanceWhiteAuto"},
+                   {V4L2_CID_AUTOBRIGHTNESS, 0, "BrightnessAuto"},
+                   {V4L2_CID_FOCUS_AUTO, 0, "FocusAuto"},
+                   {V4L2_CID_BACKLIGHT_COMPENSATION, 0, "BacklightCompensation"}};
+
+std::string text_of(const __u8* text) {
+  return reinterpret_cast<const char*>(text);
+}
+
+/// An open V4L2 device file.
+class V4l2Device {
+ public:
+  /// is_open() says whether it could be opened; errno then why not.
+  explicit V4l2Device(std::string file) : file_(std::move(file)) {
+    descriptor_ = ::open(file_.c_str(), O_RDWR | O_NONBLOCK | O_CLOEXEC);
+    if (descriptor_ < 0) return;
+    // libv4l2 would otherwise offer sizes and formats that it makes up itself.
+    if (::v4l2_fd_open(descriptor_, V4L2_DISABLE_CONVERSION) >= 0) return;
+    ::close(descriptor_);
+    descriptor_ = -1;
+  }
+  ~V4l2Device() {
+    if (descriptor_ >= 0) ::v4l2_close(descriptor_);
+  }
+  V4l2Device(const V4l2Device&) = delete;
+  V4l2Device& operator=(const V4l2Device&) = delete;
+
+  [[nodiscard]] bool is_open() const { return descriptor_ >= 0; }
+  [[nodiscard]] int descriptor() const { return descriptor_; }
+
+  [[nodiscard]] bool call(unsigned long request, void* argument) const {
+    int result = 0;
+    do {
+      result = ::v4l2_ioctl(descriptor_, request, argument);
+    } while (result == -1 && errno == EINTR);
+    return result == 0;
+  }
+
+  /// Throws Error(device) where the call fails; `doing` begins its sentence.
+  void require(unsigned long request, void* argument, const std::string& doing) const {
+    if (!call(request, argument)) refuse(doing);
+  }
+  [[noreturn]] void refuse(const std::string& doing) const {
+    throw device_error(fmt::format("{} failed: {}", doing, std::strerror(errno)), file_,
+                       "unplug and plug the camera, and close other programs that use it");
+  }
+
+ private:
+  std::string file_;
+  int descriptor_ = -1;
+};
+
+std::optional<v4l2_capability> capability_of(const std::string& file) {
+  const V4l2Device device(file);
+  v4l2_capability capability{};
+  if (!device.is_open() || !device.call(VIDIOC_QUERYCAP, &capability)) return std::nullopt;
+  const std::uint32_t able = (capability.capabilities & V4L2_CAP_DEVICE_CAPS) != 0
+                                 ? capability.device_caps
+                                 : capability.capabilities;
+  constexpr std::uint32_t captures = V4L2_CAP_VIDEO_CAPTURE | V4L2_CAP_VIDEO_CAPTURE_MPLANE;
+  if ((able & captures) == 0 || (able & V4L2_CAP_STREAMING) == 0) return std::nullopt;
+  capability.device_caps = able;
+  return capability;
+}
+
+/// The device files that capture by streaming, in the order of their names, each with what it is
+/// able to do (device_caps filled in).
+std::vector<std::pair<std::string, v4l2_capability>> capture_files() {
+  std::vector<std::string> files;
+  for (const auto& entry : std::filesystem::directory_iterator("/dev")) {
+    if (entry.path().filename().string().starts_with("video")) files.push_back(entry.path());
+  }
+  std::sort(files.begin(), files.end());
+  std::vector<std::pair<std::string, v4l2_capability>> found;
+  for (const std::string& file : files) {
+    if (const auto capability = capability_of(file)) found.emplace_back(file, *capability);
+  }
+  return found;
+}
 
 class V4l2Camera final : public CameraDevice {
  public:
@@ -38,20 +128,22 @@ class V4l2Camera final : public CameraDevice {
 
   [[nodiscard]] std::vector<SettingReadBack> configure(const CameraSettings& s) override {
     stop();
-    read_back_.clear();
     if (s.trigger != TriggerSource::free_run)
       throw device_error("a V4L2 camera has no trigger that can be set here", name_,
                          "choose the sync method free_run");
-    set_format(s);
-    set_rate(s);
-    set_controls(s);
-    return read_back_;
+    SettingsWriter writer(name_, s);
+    set_format(s, writer);
+    if (const auto rate = frame_rate()) writer.apply("frame_rate_hz", rate);
+    for (const auto& [id, off, name] : kAutomatics) turn_off(id, off, name, writer);
+    set_light(writer);
+    set_gamma(writer);
+    return std::move(writer.read_back);
   }
 
   [[nodiscard]] std::vector<SettingReadBack> set_light(const CameraSettings& s) override {
-    read_back_.clear();
-    set_exposure_and_gain(s);
-    return read_back_;
+    SettingsWriter writer(name_, s);
+    set_light(writer);
+    return std::move(writer.read_back);
   }
 
   [[nodiscard]] FrameIdRange frame_ids() const override { return {0, 0xFFFFFFFF}; }
@@ -71,9 +163,6 @@ class V4l2Camera final : public CameraDevice {
   }
 
   void stop() override { release(); }
-  void trigger() override {
-    throw device_error("a V4L2 camera has no software trigger", name_, "choose free_run");
-  }
 
   [[nodiscard]] std::optional<CameraFrame> next(double timeout_s) override {
     give_back();
@@ -91,19 +180,11 @@ class V4l2Camera final : public CameraDevice {
     return frame_of(queued);
   }
 
-  [[nodiscard]] std::optional<ClockSample> read_clock() override { return std::nullopt; }
-  [[nodiscard]] bool on_host_clock() const override { return true; }
-  [[nodiscard]] CameraCounters counters() const override { return {}; }
-
  private:
   struct Mapped {
     void* at = nullptr;
     std::size_t bytes = 0;
   };
-
-  void note(const std::string& setting, const std::string& value) {
-    read_back_.push_back({setting, value});
-  }
 
   [[nodiscard]] bool is_multiplanar() const { return type_ == V4L2_BUF_TYPE_VIDEO_CAPTURE_MPLANE; }
 
@@ -131,111 +212,101 @@ class V4l2Camera final : public CameraDevice {
   }
 
   void require_with(unsigned long request, Queued& queued, const std::string& doing) const {
-    if (call_with(request, queued)) return;
-    throw device_error(fmt::format("{} failed: {}", doing, std::strerror(errno)), name_,
-                       "unplug and plug the camera, and close other programs that use it");
+    if (!call_with(request, queued)) device_.refuse(doing);
   }
 
-  /// What was asked for, or the best for measuring of what the camera has.
-  [[nodiscard]] const PixelFormat& chosen_format(const std::string& asked) const {
-    const auto native = native_formats();
-    std::string all;
-    for (const PixelFormat& format : pixel_formats()) {
-      if (std::find(native.begin(), native.end(), format.code) == native.end()) continue;
-      const bool same = format.name == asked || (asked == "Mono8" && format.name == "GREY");
-      if (asked.empty() || same) return format;
-      all += (all.empty() ? "" : ", ") + std::string(format.name);
-    }
-    throw device_error(asked.empty()
-                           ? "the camera has no pixel format that is understood here"
-                           : fmt::format("the camera has no native pixel format {}", asked),
-                       name_, all.empty() ? "use another camera" : "it has " + all);
-  }
-
-  void set_format(const CameraSettings& s) {
-    format_ = &chosen_format(s.pixel_format);
+  void set_format(const CameraSettings& s, SettingsWriter& writer) {
+    const std::string asked = s.pixel_format == "Mono8" ? "GREY" : s.pixel_format;
+    format_ = find_pixel_format(choose_pixel_format(asked, native_formats(), name_));
     v4l2_format format{};
     format.type = type_;
     device_.require(VIDIOC_G_FMT, &format, "reading the format");
-    const auto set = [&](auto& pix) {
+    const auto settle = [&](auto& pix, auto& plane) {
       if (s.width_px) pix.width = static_cast<std::uint32_t>(*s.width_px);
       if (s.height_px) pix.height = static_cast<std::uint32_t>(*s.height_px);
       pix.pixelformat = format_->code;
       pix.field = V4L2_FIELD_NONE;
-    };
-    const auto take = [&](const auto& pix) {
+      plane.bytesperline = 0;  // the driver chooses, not the format before
+      device_.require(VIDIOC_S_FMT, &format, "setting the format");
       if (pix.pixelformat != format_->code)
         throw device_error(
             fmt::format("the camera did not take the pixel format {}", format_->name), name_,
             "give another pixel_format");
       width_px_ = static_cast<int>(pix.width);
       height_px_ = static_cast<int>(pix.height);
+      line_bytes_ = plane.bytesperline;
+      frame_bytes_ = plane.sizeimage;
     };
     if (is_multiplanar()) {
-      set(format.fmt.pix_mp);
       for (auto& plane : format.fmt.pix_mp.plane_fmt) plane.bytesperline = 0;
-      device_.require(VIDIOC_S_FMT, &format, "setting the format");
-      take(format.fmt.pix_mp);
-      line_bytes_ = format.fmt.pix_mp.plane_fmt[0].bytesperline;
-      frame_bytes_ = format.fmt.pix_mp.plane_fmt[0].sizeimage;
+      settle(format.fmt.pix_mp, format.fmt.pix_mp.plane_fmt[0]);
     } else {
-      set(format.fmt.pix);
-      format.fmt.pix.bytesperline = 0;  // the driver chooses, not the format before
-      device_.require(VIDIOC_S_FMT, &format, "setting the format");
-      take(format.fmt.pix);
-      line_bytes_ = format.fmt.pix.bytesperline;
-      frame_bytes_ = format.fmt.pix.sizeimage;
+      settle(format.fmt.pix, format.fmt.pix);
     }
     line_bytes_ = std::max(line_bytes_, static_cast<std::uint32_t>(format_->row_bytes(width_px_)));
-    require_size("width_px", s.width_px, width_px_);
-    require_size("height_px", s.height_px, height_px_);
-    note("width_px", fmt::format("{}", width_px_));
-    note("height_px", fmt::format("{}", height_px_));
-    note("pixel_format", std::string(format_->name));
+    const auto as_set = [](double) {};
+    writer.apply("width_px", SettingPort{as_set, [this] { return width_px_; }});
+    writer.apply("height_px", SettingPort{as_set, [this] { return height_px_; }});
+    writer.note("pixel_format", std::string(format_->name));
   }
 
-  void require_size(const char* name, const std::optional<int>& asked, int got) const {
-    if (asked.value_or(got) == got) return;
-    throw device_error(fmt::format("the camera took {} {} instead of {}", name, got, *asked), name_,
-                       "give a size the camera has: v4l2-ctl --list-formats-ext");
-  }
-
-  [[nodiscard]] std::vector<std::uint32_t> native_formats() const {
-    std::vector<std::uint32_t> codes;
+  /// Names of those that are understood and that libv4l2 does not make up.
+  [[nodiscard]] std::vector<std::string> native_formats() const {
+    std::vector<std::string> names;
     v4l2_fmtdesc description{};
     description.type = type_;
     for (; device_.call(VIDIOC_ENUM_FMT, &description); ++description.index)
-      if ((description.flags & V4L2_FMT_FLAG_EMULATED) == 0)
-        codes.push_back(description.pixelformat);
-    return codes;
+      if (const PixelFormat* format = find_pixel_format(description.pixelformat);
+          format != nullptr && (description.flags & V4L2_FMT_FLAG_EMULATED) == 0)
+        names.emplace_back(format->name);
+    return names;
   }
 
-  void set_rate(const CameraSettings& s) {
+  [[nodiscard]] std::optional<SettingPort> frame_rate() const {
     v4l2_streamparm rate{};
     rate.type = type_;
-    if (!device_.call(VIDIOC_G_PARM, &rate)) return;
-    if (s.frame_rate_hz) {
-      rate.parm.capture.timeperframe = {1000,
-                                        static_cast<__u32>(std::lround(*s.frame_rate_hz * 1000))};
-      device_.require(VIDIOC_S_PARM, &rate, "setting the frame rate");
-    }
-    const auto& period = rate.parm.capture.timeperframe;
-    if (period.numerator == 0) return;
-    const double got = static_cast<double>(period.denominator) / period.numerator;
-    if (s.frame_rate_hz) require_taken("frame_rate_hz", *s.frame_rate_hz, got, name_);
-    note("frame_rate_hz", fmt::format("{:g}", got));
+    if (!device_.call(VIDIOC_G_PARM, &rate) || rate.parm.capture.timeperframe.numerator == 0)
+      return std::nullopt;
+    return SettingPort{
+        [this](double hz) {
+          v4l2_streamparm wanted{};
+          wanted.type = type_;
+          wanted.parm.capture.timeperframe = {1000, static_cast<__u32>(std::lround(hz * 1000))};
+          device_.require(VIDIOC_S_PARM, &wanted, "setting the frame rate");
+        },
+        [this] {
+          v4l2_streamparm now{};
+          now.type = type_;
+          device_.require(VIDIOC_G_PARM, &now, "reading the frame rate");
+          const auto& period = now.parm.capture.timeperframe;
+          return static_cast<double>(period.denominator) / period.numerator;
+        }};
   }
 
-  /// Automatics off first, then the values they held; a control the camera lacks is left out.
-  void set_controls(const CameraSettings& s) {
-    turn_off(V4L2_CID_EXPOSURE_AUTO, V4L2_EXPOSURE_MANUAL, "ExposureAuto");
-    turn_off(V4L2_CID_EXPOSURE_AUTO_PRIORITY, 0, "DynamicFrameRate");
-    turn_off(V4L2_CID_AUTOGAIN, 0, "GainAuto");
-    turn_off(V4L2_CID_AUTO_WHITE_BALANCE, 0, "BalanceWhiteAuto");
-    turn_off(V4L2_CID_AUTOBRIGHTNESS, 0, "BrightnessAuto");
-    turn_off(V4L2_CID_FOCUS_AUTO, 0, "FocusAuto");
-    turn_off(V4L2_CID_BACKLIGHT_COMPENSATION, 0, "BacklightCompensation");
-    set_exposure_and_gain(s);
+  /// Nothing where the camera has no such control; `unit` is what one of its counts.
+  [[nodiscard]] std::optional<SettingPort> control(std::uint32_t id, double unit,
+                                                   const char* named) const {
+    v4l2_control now{id, 0};
+    if (!device_.call(VIDIOC_G_CTRL, &now)) return std::nullopt;
+    return SettingPort{[this, id, unit, named](double value) {
+                         v4l2_control wanted{id, static_cast<int>(std::lround(value / unit))};
+                         device_.require(VIDIOC_S_CTRL, &wanted, fmt::format("setting {}", named));
+                       },
+                       [this, id, unit, named] {
+                         v4l2_control got{id, 0};
+                         device_.require(VIDIOC_G_CTRL, &got, fmt::format("reading {}", named));
+                         return got.value * unit;
+                       },
+                       0, named};
+  }
+
+  void set_light(SettingsWriter& writer) const {
+    writer.apply("exposure_us",
+                 control(V4L2_CID_EXPOSURE_ABSOLUTE, kExposureUnit_us, "exposure_us"));
+    writer.apply("gain_db", control(V4L2_CID_GAIN, 1, "gain_camera_units"));
+  }
+
+  void set_gamma(SettingsWriter& writer) const {
     // 100 is a straight line (UVC 1.5, 4.2.2.3.7); a camera that cannot says what it does.
     v4l2_queryctrl gamma{};
     gamma.id = V4L2_CID_GAMMA;
@@ -245,40 +316,20 @@ class V4l2Camera final : public CameraDevice {
     v4l2_control control{V4L2_CID_GAMMA, std::clamp(100, gamma.minimum, gamma.maximum)};
     device_.require(VIDIOC_S_CTRL, &control, "setting gamma");
     device_.require(VIDIOC_G_CTRL, &control, "reading gamma");
-    note("gamma_percent", fmt::format("{}", control.value));
-  }
-
-  void set_exposure_and_gain(const CameraSettings& s) {
-    set_control(V4L2_CID_EXPOSURE_ABSOLUTE, s.exposure_us, kExposureUnit_us, "exposure_us");
-    set_control(V4L2_CID_GAIN, s.gain_db, 1, "gain_camera_units");
+    writer.note("gamma_percent", fmt::format("{}", control.value));
   }
 
   /// Only EINVAL means that the camera has no such control.
-  void turn_off(std::uint32_t id, int off, const char* name) {
+  void turn_off(std::uint32_t id, int off, const char* name, SettingsWriter& writer) const {
     v4l2_control control{id, off};
-    if (!device_.call(VIDIOC_S_CTRL, &control)) {
-      if (errno == EINVAL) return;
-      throw device_error(fmt::format("{} cannot be turned off: {}", name, std::strerror(errno)),
-                         name_, "close other programs that use the camera, or use another one");
-    }
-    device_.require(VIDIOC_G_CTRL, &control, fmt::format("reading {}", name));
-    if (control.value != off)
-      throw device_error(fmt::format("{} cannot be turned off", name), name_,
-                         "turn it off by hand");
-    note(name, "Off");
-  }
-
-  /// A value that is not wanted is left to the camera, and read where it has one.
-  void set_control(std::uint32_t id, const std::optional<double>& wanted, double unit,
-                   const std::string& name) {
-    v4l2_control control{id, static_cast<int>(std::lround(wanted.value_or(0) / unit))};
-    if (wanted)
-      device_.require(VIDIOC_S_CTRL, &control, fmt::format("setting {}", name));
-    else if (!device_.call(VIDIOC_G_CTRL, &control))
-      return;
-    device_.require(VIDIOC_G_CTRL, &control, fmt::format("reading {}", name));
-    if (wanted) require_taken(name, *wanted, control.value * unit, name_);
-    note(name, fmt::format("{:g}", control.value * unit));
+    const bool taken = device_.call(VIDIOC_S_CTRL, &control);
+    if (!taken && errno == EINVAL) return;
+    const std::string why = taken ? "" : fmt::format(": {}", std::strerror(errno));
+    if (taken) device_.require(VIDIOC_G_CTRL, &control, fmt::format("reading {}", name));
+    if (!taken || control.value != off)
+      throw device_error(fmt::format("{} cannot be turned off{}", name, why), name_,
+                         "turn it off by hand, or close other programs that use the camera");
+    writer.note(name, "Off");
   }
 
   /// The first plane alone: it holds the grey of every format that is understood.
@@ -340,7 +391,6 @@ class V4l2Camera final : public CameraDevice {
   std::string name_;
   V4l2Device device_;
   CameraIdentity identity_;
-  std::vector<SettingReadBack> read_back_;
   std::vector<Mapped> mapped_;
   std::optional<std::uint32_t> held_;
   const PixelFormat* format_ = nullptr;
@@ -350,8 +400,6 @@ class V4l2Camera final : public CameraDevice {
   std::uint32_t line_bytes_ = 0;
   bool running_ = false;
 };
-
-}  // namespace
 
 std::unique_ptr<CameraDevice> open_v4l2_camera(const CameraAddress& address) {
   std::string all;
@@ -372,12 +420,15 @@ std::vector<FoundDevice> find_v4l2_devices() {
   std::vector<FoundDevice> found;
   for (const auto& [file, capability] : capture_files()) {
     FoundDevice device;
-    device.backend = Backend::v4l2;
     device.identity = {text_of(capability.driver), text_of(capability.card), "", file, ""};
     device.name = text_of(capability.bus_info);
     found.push_back(std::move(device));
   }
   return found;
 }
+
+}  // namespace
+
+const CameraDriver v4l2_driver{open_v4l2_camera, find_v4l2_devices};
 
 }  // namespace drape::capture

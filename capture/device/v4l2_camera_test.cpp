@@ -79,7 +79,7 @@ class V4l2Camera : public testing::Test {
 };
 
 TEST(V4l2Devices, AreFoundByBusPath) {
-  const auto found = find_v4l2_devices();
+  const auto found = v4l2_driver.find();
   ASSERT_EQ(found.size(), 5U);  // The fifth has several planes.
   for (int i = 0; i < 5; ++i) {
     EXPECT_EQ(found[static_cast<std::size_t>(i)].name, test::guest_camera(i));

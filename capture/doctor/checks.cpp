@@ -3,9 +3,6 @@
 
 #include <arpa/inet.h>
 #include <fmt/format.h>
-#include <ifaddrs.h>
-#include <net/if.h>
-#include <netinet/in.h>
 
 #include <algorithm>
 #include <chrono>
@@ -13,6 +10,7 @@
 #include <fstream>
 #include <map>
 
+#include "capture/device/gige_network.hpp"
 #include "capture/recording/frame_quality.hpp"
 #include "core/error.hpp"
 #include "core/files/files.hpp"
@@ -28,33 +26,20 @@ constexpr int kUsualPacket = 1400;
 /// Name of the network card with this address, or else of the one whose subnet holds it.
 std::string card_of(const std::string& address) {
   in_addr wanted{};
-  ifaddrs* all = nullptr;
-  if (::inet_pton(AF_INET, address.c_str(), &wanted) != 1 || ::getifaddrs(&all) != 0) return {};
-  std::string same, near;
-  for (const ifaddrs* a = all; a != nullptr; a = a->ifa_next) {
-    if (a->ifa_addr == nullptr || a->ifa_netmask == nullptr || a->ifa_addr->sa_family != AF_INET)
-      continue;
-    const auto own = reinterpret_cast<const sockaddr_in*>(a->ifa_addr)->sin_addr.s_addr;
-    const auto mask = reinterpret_cast<const sockaddr_in*>(a->ifa_netmask)->sin_addr.s_addr;
-    std::string name = a->ifa_name;
-    name = name.substr(0, name.find(':'));  // without the alias
-    if (own == wanted.s_addr) same = name;
-    if ((own & mask) == (wanted.s_addr & mask)) near = name;
+  if (::inet_pton(AF_INET, address.c_str(), &wanted) != 1) return {};
+  std::string near;
+  for (const NetworkCard& card : network_cards()) {
+    const in_addr_t own = card.address.s_addr, mask = card.mask.s_addr;
+    if (own == wanted.s_addr) return card.name;
+    if ((own & mask) == (wanted.s_addr & mask)) near = card.name;
   }
-  ::freeifaddrs(all);
-  return same.empty() ? near : same;
+  return near;
 }
 
 std::optional<double> number_in(const std::filesystem::path& file) {
   std::ifstream stream(file);
   double value = 0;
   if (stream >> value) return value;
-  return std::nullopt;
-}
-
-std::optional<std::string> setting(const LiveCameraReport& camera, const std::string& name) {
-  for (const SettingReadBack& s : camera.settings)
-    if (s.name == name) return s.value;
   return std::nullopt;
 }
 
@@ -117,9 +102,9 @@ std::vector<Reached> reached_cameras(const CamerasFile& cameras,
     if (c < report.cameras.size()) {
       const LiveCameraReport& seen = report.cameras[c];
       if (!seen.identity.host_address.empty()) address = seen.identity.host_address;
-      if (const auto size = setting(seen, "packet_size_bytes"))
+      if (const auto size = value_of(seen.settings, "packet_size_bytes"))
         reached.packet_size_bytes = std::stoi(*size);
-      if (const auto bytes = setting(seen, "payload_bytes"))
+      if (const auto bytes = value_of(seen.settings, "payload_bytes"))
         reached.frame_bytes = std::stod(*bytes);
     }
     reached.card = card_of(address);
@@ -182,10 +167,10 @@ std::vector<Check> check_link(const std::vector<Reached>& cameras, double frame_
 std::vector<Check> check_receive_buffers(const LiveReport& report) {
   std::vector<Check> checks;
   for (const LiveCameraReport& camera : report.cameras) {
-    const auto has = setting(camera, "receive_buffer_bytes");
-    const auto needs = setting(camera, "receive_buffer_of_a_frame_bytes");
+    const auto has = value_of(camera.settings, "receive_buffer_bytes");
+    const auto needs = value_of(camera.settings, "receive_buffer_of_a_frame_bytes");
     if (!has || !needs) continue;
-    const bool ring = setting(camera, "stream_socket") == "packet";
+    const bool ring = value_of(camera.settings, "stream_socket") == "packet";
     const double got = std::stod(*has), frame = std::stod(*needs);
     // The camera sends no faster than it did in the short capture: too small a buffer alone loses
     // nothing until this machine is busy.

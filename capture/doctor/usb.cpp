@@ -31,12 +31,6 @@ std::optional<double> number_of_file(const fs::path& file) {
   return std::nullopt;
 }
 
-std::string setting_of(const LiveCameraReport& camera, const std::string& name) {
-  for (const SettingReadBack& one : camera.settings)
-    if (one.name == name) return one.value;
-  return {};
-}
-
 /// The folder of the USB device that a device file (/dev/video0) belongs to; empty: of none.
 fs::path usb_device_of(const std::string& file, const fs::path& sys) {
   std::error_code why;
@@ -63,7 +57,7 @@ std::vector<Check> check_usb(const CamerasFile& cameras, const std::vector<Found
       return one.backend == Backend::v4l2 &&
              (one.name == camera.address.device || one.identity.address == camera.address.device);
     });
-    const PixelFormat* format = find_pixel_format(setting_of(report.cameras[c], "pixel_format"));
+    const PixelFormat* format = find_pixel_format(value_of(report.cameras[c].settings, "pixel_format").value_or(""));
     if (device == found.end() || format == nullptr || format->lossy()) continue;
     const fs::path usb = usb_device_of(device->identity.address, sys);
     if (usb.empty()) continue;

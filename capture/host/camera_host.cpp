@@ -74,10 +74,7 @@ void CameraHost::spawn(int control, int memory) {
   posix_spawn_file_actions_addopen(&actions, STDIN_FILENO, "/dev/null", O_RDONLY, 0);
   posix_spawn_file_actions_addopen(&actions, STDOUT_FILENO, "/dev/null", O_WRONLY, 0);
   posix_spawn_file_actions_addopen(&actions, STDERR_FILENO, "/dev/null", O_WRONLY, 0);
-  const auto program = address_.backend == Backend::replay
-                           ? options_.program.parent_path() / "drape-replay-host"
-                           : options_.program;
-  std::vector<std::string> words = {program.string(),
+  std::vector<std::string> words = {options_.program.string(),
                                     "--control",
                                     std::to_string(kControl),
                                     "--memory",
@@ -227,9 +224,7 @@ void CameraHost::fail(std::string what, std::string what_to_do) {
 }
 
 std::string CameraHost::pixel_format() const {
-  for (const SettingReadBack& s : read_back_)
-    if (s.name == "pixel_format") return s.value;
-  return {};
+  return value_of(read_back_, "pixel_format").value_or("");
 }
 
 CameraCounters CameraHost::counters() const {

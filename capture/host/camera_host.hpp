@@ -16,7 +16,7 @@
 namespace drape::capture {
 
 struct HostOptions {
-  std::filesystem::path program;  ///< drape-camera-host; drape-replay-host is beside it
+  std::filesystem::path program;  ///< drape-camera-host
   std::size_t slots = 8;          ///< frames in transit at once
   std::size_t slot_bytes = 0;     ///< bytes of the largest frame
   int memory_limit_mb = 2048;

@@ -47,7 +47,7 @@ int main(int argc, char** argv) {
   return run_program(app, argc, argv, common, [&] {
     become_camera_host(limit_mb);
     if (listing || control < 0 || memory < 0) return list(sizes);
-    serve_camera(Descriptor(control), Descriptor(memory), open_camera);
+    serve_camera(Descriptor(control), Descriptor(memory));
     return 0;
   });
 }

@@ -44,8 +44,8 @@ Error no_memory() {
 
 class Server {
  public:
-  Server(Descriptor control, Descriptor memory, const OpenCamera& open)
-      : control_(std::move(control)), memory_(std::move(memory)), open_(open) {}
+  Server(Descriptor control, Descriptor memory)
+      : control_(std::move(control)), memory_(std::move(memory)) {}
 
   void run() {
     std::thread grabber;
@@ -106,7 +106,7 @@ class Server {
   }
 
   void open(const Json& message) {
-    camera_ = open_(address_of(message.at("address")));
+    camera_ = open_camera(address_of(message.at("address")));
     const CameraSettings wanted = settings_of(message.at("settings"));
     const auto settings = camera_->configure(wanted);
     add_light(settings);
@@ -262,7 +262,6 @@ class Server {
   }
 
   Descriptor control_, memory_;
-  const OpenCamera& open_;
   std::unique_ptr<CameraDevice> camera_;
   std::optional<SharedFrames> frames_;
   std::mutex mutex_;
@@ -288,8 +287,8 @@ void become_camera_host(int memory_limit_mb) {
                 "use a kernel with seccomp filters (CONFIG_SECCOMP_FILTER)");
 }
 
-void serve_camera(Descriptor control, Descriptor memory, const OpenCamera& open) {
-  Server(std::move(control), std::move(memory), open).run();
+void serve_camera(Descriptor control, Descriptor memory) {
+  Server(std::move(control), std::move(memory)).run();
 }
 
 }  // namespace drape::capture
