@@ -9,7 +9,6 @@
 #include <chrono>
 #include <cmath>
 #include <csignal>
-#include <ctime>
 #include <deque>
 #include <limits>
 #include <sstream>
@@ -20,6 +19,7 @@
 #include "capture/live/preview.hpp"
 #include "capture/recording/record.hpp"
 #include "core/error.hpp"
+#include "core/program/dates.hpp"
 #include "core/program/progress.hpp"
 #include "core/program/run_record.hpp"
 #include "core/program/shell_word.hpp"
@@ -45,15 +45,6 @@ void catch_interrupts() {
   action.sa_handler = [](int) { interrupts = 1; };
   action.sa_flags = static_cast<int>(SA_RESETHAND | SA_RESTART);
   for (const int signal : {SIGINT, SIGTERM}) ::sigaction(signal, &action, nullptr);
-}
-
-std::string today() {
-  const std::time_t now = std::time(nullptr);
-  std::tm utc{};
-  ::gmtime_r(&now, &utc);
-  char text[32];
-  std::strftime(text, sizeof text, "%Y-%m-%d", &utc);
-  return text;
 }
 
 RecordOptions storing_of(const CaptureCommand& command, const CamerasFile& cameras) {

@@ -1,37 +1,31 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "front/process.hpp"
 
-#include <fcntl.h>
 #include <fmt/format.h>
 #include <poll.h>
 #include <signal.h>
-#include <sys/prctl.h>
 #include <sys/stat.h>
-#include <sys/wait.h>
 #include <unistd.h>
 
-#include <array>
 #include <cerrno>
 #include <csignal>
 #include <cstdio>
-#include <cstdlib>
 #include <cstring>
 
 #include "core/error.hpp"
 #include "core/files/json_file.hpp"
+#include "core/program/child.hpp"
 
 namespace drape {
 namespace {
 
 namespace fs = std::filesystem;
 
-/// A started program with the reading ends of its three pipes; -1 once closed.
+/// A started program with its three pipes.
 struct Child {
   std::size_t step = 0;
   pid_t pid = -1;
-  int output = -1;
-  int errors = -1;
-  int progress = -1;
+  Pipe output, errors, progress;
   std::string progress_rest;
 };
 
@@ -57,113 +51,51 @@ struct Version {
   }
 };
 
-std::vector<char*> c_arguments(const fs::path& program, const std::vector<std::string>& arguments) {
-  std::vector<char*> result{const_cast<char*>(program.c_str())};
-  for (const std::string& argument : arguments)
-    result.push_back(const_cast<char*>(argument.c_str()));
-  result.push_back(nullptr);
-  return result;
-}
-
-[[noreturn]] void fail_to_start(const fs::path& program, int code) {
-  throw internal_error(fmt::format("cannot start the program: {}", std::strerror(code)),
-                       {.file = program.string()});
-}
-
-std::array<int, 2> make_pipe(const fs::path& program) {
-  std::array<int, 2> ends{};
-  if (::pipe2(ends.data(), O_CLOEXEC) != 0) fail_to_start(program, errno);
-  return ends;
-}
-
 Child start(const Step& step, std::size_t index) {
-  if (!fs::exists(step.program)) {
-    throw internal_error("a program of drapebench is missing beside `drape`",
-                         {.file = step.program.string()});
-  }
-  const std::array<int, 2> output = make_pipe(step.program);
-  const std::array<int, 2> errors = make_pipe(step.program);
-  const std::array<int, 2> progress = make_pipe(step.program);
-  const std::vector<char*> arguments = c_arguments(step.program, step.arguments);
-  const std::string descriptor = std::to_string(progress[1]);
-  const pid_t parent = ::getpid();
-  std::fflush(nullptr);
-  const pid_t pid = ::fork();
-  if (pid < 0) fail_to_start(step.program, errno);
-  if (pid == 0) {
-    ::prctl(PR_SET_PDEATHSIG, SIGKILL);
-    if (::getppid() != parent) ::_exit(127);
-    ::dup2(output[1], STDOUT_FILENO);
-    ::dup2(errors[1], STDERR_FILENO);
-    ::fcntl(progress[1], F_SETFD, 0);
-    ::setenv("DRAPE_PROGRESS_FD", descriptor.c_str(), 1);
-    ::execv(step.program.c_str(), arguments.data());
-    ::_exit(127);
-  }
-  ::close(output[1]);
-  ::close(errors[1]);
-  ::close(progress[1]);
-  return {index, pid, output[0], errors[0], progress[0], {}};
-}
-
-/// Reads what is there; closes the descriptor at its end.
-std::string read_some(int& descriptor) {
-  std::array<char, 65536> buffer;
-  const ssize_t got = ::read(descriptor, buffer.data(), buffer.size());
-  if (got < 0 && errno == EINTR) return {};
-  if (got <= 0) {
-    ::close(descriptor);
-    descriptor = -1;
-    return {};
-  }
-  return {buffer.data(), static_cast<std::size_t>(got)};
-}
-
-void pass_progress(Child& child, const StepProgress& progress) {
-  child.progress_rest += read_some(child.progress);
-  for (auto end = child.progress_rest.find('\n'); end != std::string::npos;
-       end = child.progress_rest.find('\n')) {
-    const std::string line = child.progress_rest.substr(0, end);
-    child.progress_rest.erase(0, end + 1);
-    const auto space = line.find(' ');
-    if (space == std::string::npos) continue;
-    progress(child.step, std::atof(line.substr(0, space).c_str()), line.substr(space + 1));
-  }
+  Child child{index, -1, {}, {}, {}, {}};
+  child.pid = start_child(step.program, step.arguments,
+                          {.out = child.output.writing(),
+                           .err = child.errors.writing(),
+                           .progress = child.progress.writing()});
+  for (Pipe* pipe : {&child.output, &child.errors, &child.progress}) pipe->close_writing();
+  return child;
 }
 
 void serve(std::vector<Child>& children, std::vector<StepResult>& results,
            const StepProgress& progress) {
   std::vector<pollfd> watched;
   for (const Child& child : children) {
-    for (const int pipe : {child.output, child.errors, child.progress})
-      watched.push_back({pipe, POLLIN, 0});
+    for (const Pipe* pipe : {&child.output, &child.errors, &child.progress})
+      watched.push_back({pipe->reading(), POLLIN, 0});
   }
   if (::poll(watched.data(), watched.size(), 500) < 0) return;
   for (std::size_t i = 0; i < children.size(); ++i) {
-    StepResult& result = results[children[i].step];
-    if (watched[3 * i].revents != 0) result.output += read_some(children[i].output);
-    if (watched[3 * i + 1].revents != 0) result.errors += read_some(children[i].errors);
-    if (watched[3 * i + 2].revents != 0) pass_progress(children[i], progress);
+    Child& child = children[i];
+    StepResult& result = results[child.step];
+    if (watched[3 * i].revents != 0) child.output.take(result.output);
+    if (watched[3 * i + 1].revents != 0) child.errors.take(result.errors);
+    if (watched[3 * i + 2].revents != 0) child.progress.take(child.progress_rest);
+    pass_progress(child.progress_rest, [&](double fraction, const std::string& what) {
+      progress(child.step, fraction, what);
+    });
   }
 }
 
 bool is_open(const Child& child) {
-  return child.output >= 0 || child.errors >= 0 || child.progress >= 0;
+  return child.output.reading() >= 0 || child.errors.reading() >= 0 ||
+         child.progress.reading() >= 0;
 }
 
 /// Waits for the process and puts its end into the result.
 void end(pid_t pid, const Step& step, const std::vector<Version>& before, StepResult& result) {
-  int status = 0;
-  while (::waitpid(pid, &status, 0) < 0 && errno == EINTR) {
-  }
+  const ChildEnd end = await_child(pid);
   const std::string name = fmt::format("{} ({})", step.stage, step.what);
-  if (!WIFEXITED(status)) {
-    const int signal = WTERMSIG(status);
-    result.exit_code = 128 + signal;
-    result.fault = fmt::format("{} was ended by signal {} ({})", name, signal, ::strsignal(signal));
+  result.exit_code = end.exit_code;
+  if (end.signal != 0) {
+    result.fault =
+        fmt::format("{} was ended by signal {} ({})", name, end.signal, ::strsignal(end.signal));
     return;
   }
-  result.exit_code = WEXITSTATUS(status);
   constexpr int most = static_cast<int>(ErrorKind::internal);
   if (result.exit_code > most)
     result.fault =
@@ -277,7 +209,8 @@ StepResult result_of_stage(const std::string& stage, std::vector<std::string> ar
   StageCall call = call_of(stage, std::move(arguments));
   const Step step{stage, stage, std::move(call.program), std::move(call.arguments), {}};
   std::vector<StepResult> results(1);
-  std::vector<Child> children = {start(step, 0)};
+  std::vector<Child> children;
+  children.push_back(start(step, 0));
   while (is_open(children[0]))
     serve(children, results, [](std::size_t, double, const std::string&) {});
   end(children[0].pid, step, {}, results[0]);
@@ -289,9 +222,12 @@ std::optional<Error> error_of_stage(const std::string& stage, std::vector<std::s
 }
 
 void become(const fs::path& program, const std::vector<std::string>& arguments) {
-  const std::vector<char*> c_args = c_arguments(program, arguments);
-  ::execv(program.c_str(), c_args.data());
-  fail_to_start(program, errno);
+  std::vector<char*> words = {const_cast<char*>(program.c_str())};
+  for (const std::string& word : arguments) words.push_back(const_cast<char*>(word.c_str()));
+  words.push_back(nullptr);
+  ::execv(program.c_str(), words.data());
+  throw internal_error(fmt::format("cannot start the program: {}", std::strerror(errno)),
+                       {.file = program.string()});
 }
 
 const std::vector<CommandWord>& command_words() {
@@ -324,8 +260,7 @@ StageCall call_of(const std::string& command, std::vector<std::string> arguments
     stage = word.stage;
     arguments.insert(arguments.begin(), word.word);
   }
-  return {fs::read_symlink("/proc/self/exe").parent_path() / ("drape-" + stage),
-          std::move(arguments)};
+  return {program_beside("drape-" + stage), std::move(arguments)};
 }
 
 }  // namespace drape

@@ -4,9 +4,9 @@
 #include <fmt/format.h>
 
 #include <chrono>
-#include <cstdio>
 
 #include "core/error.hpp"
+#include "core/program/dates.hpp"
 
 namespace drape::calib {
 namespace {
@@ -50,17 +50,9 @@ std::string row_of(const AcceptanceFigure& figure) {
 AcceptanceDates dates_of(const std::string& on, int valid_days) {
   if (valid_days < 1) throw usage_error("--valid-days is below 1", "give a number of days");
   if (on.empty()) return {};
-  int year = 0, end = 0;
-  unsigned month = 0, day = 0;
-  const int read = std::sscanf(on.c_str(), "%4d-%2u-%2u%n", &year, &month, &day, &end);
-  const std::chrono::year_month_day date{std::chrono::year(year), std::chrono::month(month),
-                                         std::chrono::day(day)};
-  if (read != 3 || on.size() != 10 || end != 10 || !date.ok())
-    throw usage_error("--date `" + on + "` is no date", "write it as 2026-01-31");
-  const std::chrono::year_month_day last{std::chrono::sys_days(date) +
-                                         std::chrono::days(valid_days)};
-  return {on, fmt::format("{:04d}-{:02d}-{:02d}", static_cast<int>(last.year()),
-                          static_cast<unsigned>(last.month()), static_cast<unsigned>(last.day()))};
+  const auto date = date_in(on);
+  if (!date) throw usage_error("--date `" + on + "` is no date", "write it as 2026-01-31");
+  return {on, date_text(*date + std::chrono::days(valid_days))};
 }
 
 std::string protocol_page(const Acceptance& acceptance, const AcceptanceDates& dates) {

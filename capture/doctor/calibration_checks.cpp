@@ -4,12 +4,12 @@
 
 #include <algorithm>
 #include <chrono>
-#include <ctime>
 
 #include "capture/doctor/checks.hpp"
 #include "core/calibration.hpp"
 #include "core/files/files.hpp"
 #include "core/files/json_file.hpp"
+#include "core/program/dates.hpp"
 #include "core/program/run_record.hpp"
 
 namespace drape::capture {
@@ -26,11 +26,9 @@ std::optional<double> days_since(const std::filesystem::path& calibration) {
   if (std::none_of(outputs.begin(), outputs.end(),
                    [&](const JsonNode& one) { return one.text("sha256") == sha256; }))
     return std::nullopt;
-  std::tm utc{};
-  const std::string ended = root.text("ended_utc");
-  const char* end = ::strptime(ended.c_str(), "%Y-%m-%dT%H:%M:%SZ", &utc);
-  if (end == nullptr || *end != 0) return std::nullopt;
-  return std::difftime(std::time(nullptr), ::timegm(&utc)) / 86400;
+  const auto ended = utc_time_in(root.text("ended_utc"));
+  if (!ended) return std::nullopt;
+  return std::chrono::duration<double>(std::chrono::system_clock::now() - *ended).count() / 86400;
 }
 
 /// Cameras that the rig has and the calibration lacks, or knows with another size.
@@ -102,13 +100,8 @@ Check check_acceptance(const std::filesystem::path& rig,
 std::vector<Check> check_calibrated(const std::filesystem::path& rig, const CamerasFile& cameras,
                                     const std::optional<std::filesystem::path>& calibration,
                                     double largest_days) {
-  const std::chrono::year_month_day day{
-      std::chrono::floor<std::chrono::days>(std::chrono::system_clock::now())};
-  const std::string today =
-      fmt::format("{:04d}-{:02d}-{:02d}", static_cast<int>(day.year()),
-                  static_cast<unsigned>(day.month()), static_cast<unsigned>(day.day()));
   return {check_calibration(calibration, cameras, largest_days),
-          check_acceptance(rig, calibration, today)};
+          check_acceptance(rig, calibration, today())};
 }
 
 }  // namespace drape::capture

@@ -1,31 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "capture/doctor/device_list.hpp"
 
-#include <sys/wait.h>
-
-#include <cstdio>
-#include <memory>
-
 #include "capture/host/channel.hpp"
 #include "core/error.hpp"
-#include "core/program/shell_word.hpp"
+#include "core/program/child.hpp"
 
 namespace drape::capture {
 
 std::vector<FoundDevice> list_devices(const std::filesystem::path& host_program, bool sizes) {
-  const std::string command = shell_word(host_program.string()) +
-                              (sizes ? " --list --sizes" : " --list") + " 2>/dev/null </dev/null";
-  FILE* pipe = ::popen(command.c_str(), "re");
+  std::vector<std::string> words = {"--list"};
+  if (sizes) words.emplace_back("--sizes");
   std::string output;
-  char buffer[4096];
-  while (pipe != nullptr) {
-    const std::size_t got = std::fread(buffer, 1, sizeof buffer, pipe);
-    if (got == 0) break;
-    output.append(buffer, got);
-  }
-  const int status = pipe == nullptr ? -1 : ::pclose(pipe);
+  const ChildEnd end = run_child(host_program, words, output);
   const Json json = try_json(output);
-  if (status != 0 || json.is_discarded())
+  if (end.exit_code != 0 || json.is_discarded())
     throw Error(ErrorKind::device, "the cameras cannot be listed", {.file = host_program.string()},
                 "run it by hand with --list; build or install drape-camera-host if it is missing");
   std::vector<FoundDevice> devices;

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "compare/crate/crate.hpp"
 
-#include <fmt/chrono.h>
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
@@ -18,7 +17,11 @@
 #include "core/error.hpp"
 #include "core/files/files.hpp"
 #include "core/files/json_file.hpp"
+<<<<<<< HEAD
 #include "core/files/toml_file.hpp"
+=======
+#include "core/program/dates.hpp"
+>>>>>>> 89f66147 (Run child programs and write dates in one way)
 #include "core/program/run_record.hpp"
 
 namespace drape::compare {
@@ -530,12 +533,6 @@ class CrateWriter {
   Json roots_ = Json::array(), entities_ = Json::array(), parts_ = Json::array(),
        mentions_ = Json::array(), measured_ = Json::array();
   Crate crate_;
-
-  static std::string today() {
-    return fmt::format(
-        "{:%Y-%m-%d}",
-        fmt::gmtime(std::chrono::system_clock::to_time_t(std::chrono::system_clock::now())));
-  }
 };
 
 }  // namespace

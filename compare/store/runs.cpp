@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "compare/store/runs.hpp"
 
-#include <fmt/chrono.h>
+#include <fmt/format.h>
 
 #include <algorithm>
 #include <charconv>
@@ -18,6 +18,7 @@
 #include "core/error.hpp"
 #include "core/files/files.hpp"
 #include "core/files/toml_file.hpp"
+#include "core/program/dates.hpp"
 #include "core/program/run_record.hpp"
 #include "core/units.hpp"
 
@@ -212,7 +213,7 @@ std::string date_of_run() {
       throw usage_error(fmt::format("SOURCE_DATE_EPOCH is `{}` in the environment", fixed),
                         "give seconds since 1970 up to the year 9999, or unset it");
   }
-  return fmt::format("{:%Y-%m-%dT%H:%M:%SZ}", fmt::gmtime(static_cast<std::time_t>(time)));
+  return utc_text(std::chrono::system_clock::from_time_t(static_cast<std::time_t>(time)));
 }
 
 std::vector<RunValue> values_of(const Session& session, const Outcome& outcome) {

@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "console/tasks/memory_folder.hpp"
+#include "core/program/child.hpp"
 
 namespace drape::console {
 
@@ -45,14 +46,14 @@ class CaptureSession {
   [[nodiscard]] std::string picture(const std::string& camera, std::uint64_t& number) const;
 
  private:
-  void listen(int lines, int watch);
+  void listen(Pipe& lines, int watch);
 
   std::vector<std::string> words_;
   MemoryFolder previews_;
   Reports reports_;
   mutable std::mutex mutex_;
   std::map<std::string, std::uint64_t> numbers_;
-  int keyboard_ = -1;
+  Pipe keyboard_;
   std::atomic<pid_t> pid_ = 0;
   std::thread thread_;
 };

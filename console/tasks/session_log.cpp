@@ -8,7 +8,6 @@
 #include <algorithm>
 #include <cerrno>
 #include <cstring>
-#include <ctime>
 #include <sstream>
 
 #include "core/error.hpp"
@@ -83,15 +82,6 @@ std::vector<Json> SessionLog::last(std::size_t most) const {
 std::size_t SessionLog::size() const {
   const std::lock_guard lock(mutex_);
   return entries_.size();
-}
-
-std::string SessionLog::utc_now() {
-  const std::time_t now = std::time(nullptr);
-  std::tm utc{};
-  ::gmtime_r(&now, &utc);
-  char text[32];
-  std::strftime(text, sizeof text, "%Y-%m-%dT%H:%M:%SZ", &utc);
-  return text;
 }
 
 }  // namespace drape::console

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "core/files/json_file.hpp"
+#include "core/program/dates.hpp"
 
 namespace drape::console {
 
@@ -17,7 +18,8 @@ namespace drape::console {
 class SessionLog {
  public:
   /// Reads the file when it is there. `clock` gives the time as text, UTC.
-  explicit SessionLog(std::filesystem::path file, std::function<std::string()> clock = utc_now);
+  explicit SessionLog(
+      std::filesystem::path file, std::function<std::string()> clock = [] { return utc_text(); });
   ~SessionLog();
   SessionLog(const SessionLog&) = delete;
   SessionLog& operator=(const SessionLog&) = delete;
@@ -30,8 +32,6 @@ class SessionLog {
   [[nodiscard]] std::vector<Json> last(std::size_t most) const;  ///< oldest first
   [[nodiscard]] std::size_t size() const;
   [[nodiscard]] int torn() const { return torn_; }  ///< lines that were no whole entry
-
-  [[nodiscard]] static std::string utc_now();  ///< "2026-01-31T12:00:00Z"
 
  private:
   std::filesystem::path file_;

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/program/run_record.hpp"
 
-#include <fmt/chrono.h>
 #include <fmt/format.h>
 
 #include "core/error.hpp"
 #include "core/files/json_file.hpp"
+#include "core/program/dates.hpp"
 
 namespace drape {
 namespace {
@@ -13,11 +13,6 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr int kRunVersion = 1;
-
-std::string utc(std::chrono::system_clock::time_point time) {
-  return fmt::format("{:%Y-%m-%dT%H:%M:%SZ}",
-                     fmt::gmtime(std::chrono::system_clock::to_time_t(time)));
-}
 
 /// Of the running executable itself, so that a rebuilt program counts as another one.
 const std::string& program_sha256() {
@@ -142,8 +137,8 @@ void RunRecord::write(int exit_code, std::string_view ending) const {
   json["inputs"] = hashes(folder, inputs_);
   json["outputs"] = hashes(folder, outputs);
   json["ending_sha256"] = sha256_of(ending);
-  json["started_utc"] = utc(started_);
-  json["ended_utc"] = utc(std::chrono::system_clock::now());
+  json["started_utc"] = utc_text(started_);
+  json["ended_utc"] = utc_text(std::chrono::system_clock::now());
   json["exit_code"] = exit_code;
   write_json(file_, json);
 }

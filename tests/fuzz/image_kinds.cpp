@@ -98,7 +98,7 @@ std::vector<Kind> image_kinds() {
        [](const fs::path& f) { static_cast<void>(capture::read_cameras_file(f.parent_path())); }},
       {"journal", make_journal, take_over},
       {"session_log", make_log,
-       [](const fs::path& f) { console::SessionLog(f, console::SessionLog::utc_now); }, false},
+       [](const fs::path& f) { console::SessionLog{f}; }, false},
   };
 }
 

@@ -1,0 +1,140 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "core/program/child.hpp"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <signal.h>
+#include <sys/prctl.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+#include <utility>
+
+#include "core/error.hpp"
+
+namespace drape {
+namespace {
+
+constexpr const char kProgressVariable[] = "DRAPE_PROGRESS_FD=";
+
+void close_one(int& descriptor) {
+  if (descriptor >= 0) ::close(descriptor);
+  descriptor = -1;
+}
+
+}  // namespace
+
+Pipe::Pipe() {
+  if (::pipe2(ends_.data(), O_CLOEXEC) != 0)
+    throw internal_error(fmt::format("no pipe: {}", std::strerror(errno)));
+}
+
+Pipe::Pipe(Pipe&& other) noexcept : ends_(std::exchange(other.ends_, {-1, -1})) {}
+
+Pipe& Pipe::operator=(Pipe&& other) noexcept {
+  std::swap(ends_, other.ends_);
+  return *this;
+}
+
+Pipe::~Pipe() {
+  close_writing();
+  close_reading();
+}
+
+void Pipe::close_reading() {
+  close_one(ends_[0]);
+}
+
+void Pipe::close_writing() {
+  close_one(ends_[1]);
+}
+
+void Pipe::take(std::string& text, std::size_t most) {
+  std::array<char, 65536> buffer;
+  const ssize_t got = ::read(ends_[0], buffer.data(), buffer.size());
+  if (got < 0 && errno == EINTR) return;
+  if (got <= 0) return close_reading();
+  text.append(buffer.data(), static_cast<std::size_t>(got));
+  if (text.size() > most) text.erase(0, text.size() - most);
+}
+
+/// Everything between fork and exec is done beforehand: another thread may hold a lock then.
+pid_t start_child(const std::filesystem::path& program, const std::vector<std::string>& arguments,
+                  const ChildStreams& streams) {
+  if (!std::filesystem::exists(program))
+    throw internal_error("a program of drapebench is missing beside `drape`",
+                         {.file = program.string()});
+  std::vector<char*> words = {const_cast<char*>(program.c_str())};
+  for (const std::string& word : arguments) words.push_back(const_cast<char*>(word.c_str()));
+  words.push_back(nullptr);
+  std::string descriptor = kProgressVariable + std::to_string(streams.progress);
+  std::vector<char*> environment;
+  for (char** one = environ; *one != nullptr; ++one)
+    if (std::strncmp(*one, kProgressVariable, std::strlen(kProgressVariable)) != 0)
+      environment.push_back(*one);
+  if (streams.progress >= 0) environment.push_back(descriptor.data());
+  environment.push_back(nullptr);
+  const int nothing = ::open("/dev/null", O_RDONLY | O_CLOEXEC);
+  const pid_t parent = ::getpid();
+  std::fflush(nullptr);
+  const pid_t pid = ::fork();
+  if (pid == 0) {
+    ::prctl(PR_SET_PDEATHSIG, SIGKILL);
+    if (::getppid() != parent) ::_exit(127);
+    if (streams.background) ::setpgid(0, 0);
+    if (streams.background || streams.in >= 0)
+      ::dup2(streams.in >= 0 ? streams.in : nothing, STDIN_FILENO);
+    if (streams.out >= 0) ::dup2(streams.out, STDOUT_FILENO);
+    if (streams.err >= 0) ::dup2(streams.err, STDERR_FILENO);
+    if (streams.progress >= 0) ::fcntl(streams.progress, F_SETFD, 0);
+    ::execve(program.c_str(), words.data(), environment.data());
+    ::_exit(127);
+  }
+  const int why = errno;
+  ::close(nothing);
+  if (pid < 0)
+    throw internal_error(fmt::format("cannot start the program: {}", std::strerror(why)),
+                         {.file = program.string()});
+  return pid;
+}
+
+ChildEnd await_child(pid_t child) {
+  int status = 0;
+  while (::waitpid(child, &status, 0) < 0 && errno == EINTR) {
+  }
+  if (WIFEXITED(status)) return {WEXITSTATUS(status), 0};
+  return {128 + WTERMSIG(status), WTERMSIG(status)};
+}
+
+ChildEnd run_child(const std::filesystem::path& program, const std::vector<std::string>& arguments,
+                   std::string& output) {
+  Pipe out;
+  const int nowhere = ::open("/dev/null", O_WRONLY | O_CLOEXEC);
+  const pid_t child =
+      start_child(program, arguments, {.out = out.writing(), .err = nowhere, .background = true});
+  ::close(nowhere);
+  out.close_writing();
+  while (out.reading() >= 0) out.take(output);
+  return await_child(child);
+}
+
+void pass_progress(std::string& text, const ChildProgress& progress) {
+  for (auto end = text.find('\n'); end != std::string::npos; end = text.find('\n')) {
+    const std::string line = text.substr(0, end);
+    text.erase(0, end + 1);
+    const auto space = line.find(' ');
+    if (space == std::string::npos) continue;
+    progress(std::clamp(std::atof(line.c_str()), 0.0, 1.0), line.substr(space + 1));
+  }
+}
+
+std::filesystem::path program_beside(const std::string& name) {
+  return std::filesystem::read_symlink("/proc/self/exe").parent_path() / name;
+}
+
+}  // namespace drape
