@@ -38,7 +38,7 @@ class Browser {
   void wait_for(const std::string& expression);
 };
 
-/// Over the DevTools protocol's pipe, and over Marionette's socket. Null where it is not installed.
+/// Null where it is not installed.
 [[nodiscard]] std::unique_ptr<Browser> open_chromium();
 [[nodiscard]] std::unique_ptr<Browser> open_firefox();
 
@@ -48,8 +48,5 @@ class Browser {
 
 /// A screenshot of this name in the folder DRAPE_SCREENSHOTS, where that is set.
 void shoot(Browser& browser, const std::string& name);
-
-/// A picture as browsers send it.
-void write_picture(const std::filesystem::path& file, const std::string& base64);
 
 }  // namespace drape::test
