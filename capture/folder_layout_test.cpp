@@ -5,6 +5,7 @@
 
 #include "core/error.hpp"
 #include "core/files/files.hpp"
+#include "tests/support/error_of.hpp"
 #include "tests/support/paths.hpp"
 
 namespace drape::capture {
@@ -19,13 +20,10 @@ class Layout : public testing::Test {
   [[nodiscard]] std::filesystem::path folder() const { return temporary_.path(); }
 
   std::string refusal() {
-    try {
-      static_cast<void>(require_same_cameras(folder(), read_layout(folder())));
-    } catch (const Error& error) {
-      EXPECT_EQ(error.kind(), ErrorKind::bad_input);
-      return error.what();
-    }
-    return "accepted";
+    const Error error =
+        test::error_of([&] { return require_same_cameras(folder(), read_layout(folder())); });
+    EXPECT_EQ(error.kind(), ErrorKind::bad_input);
+    return error.what();
   }
 
  private:

@@ -6,6 +6,7 @@
 #include "capture/test_images.hpp"
 #include "core/error.hpp"
 #include "core/files/files.hpp"
+#include "tests/support/error_of.hpp"
 #include "tests/support/paths.hpp"
 #include "tests/support/small_bench.hpp"
 
@@ -24,12 +25,7 @@ class Import : public testing::Test {
   [[nodiscard]] fs::path out() const { return temporary_.path() / "out"; }
 
   std::string refusal(const fs::path& from, const fs::path& to) {
-    try {
-      static_cast<void>(import_folder(from, to, {}));
-    } catch (const Error& error) {
-      return error.what();
-    }
-    return "accepted";
+    return test::error_of([&] { return import_folder(from, to, {}); }).what();
   }
 
   void truncate(const fs::path& file) { fs::resize_file(file, fs::file_size(file) / 2); }

@@ -356,18 +356,15 @@ class Firefox final : public OwnProcess {
   int socket_ = -1;
 };
 
-bool is_installed(const char* name) {
-  return std::system(fmt::format("command -v {} > /dev/null 2>&1", name).c_str()) == 0;
-}
-
 }  // namespace
 
-std::unique_ptr<Browser> open_chromium() {
-  return is_installed("chromium") ? std::make_unique<Chromium>() : nullptr;
-}
-
-std::unique_ptr<Browser> open_firefox() {
-  return is_installed("firefox") ? std::make_unique<Firefox>() : nullptr;
+std::unique_ptr<Browser> open_browser(const std::string& name) {
+  const bool is_firefox = name == "Firefox";
+  if (std::system(is_firefox ? "command -v firefox > /dev/null 2>&1"
+                             : "command -v chromium > /dev/null 2>&1") != 0)
+    return nullptr;
+  if (is_firefox) return std::make_unique<Firefox>();
+  return std::make_unique<Chromium>();
 }
 
 void Browser::tab_to(const std::string& id) {

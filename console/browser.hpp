@@ -38,9 +38,8 @@ class Browser {
   void wait_for(const std::string& expression);
 };
 
-/// Null where it is not installed.
-[[nodiscard]] std::unique_ptr<Browser> open_chromium();
-[[nodiscard]] std::unique_ptr<Browser> open_firefox();
+/// "Chromium" or "Firefox"; null where it is not installed.
+[[nodiscard]] std::unique_ptr<Browser> open_browser(const std::string& name);
 
 /// What axe-core calls serious or critical, and a page wider than a phone: words, none when good.
 /// Without axe-core (npm) the width alone, and says so.

@@ -254,7 +254,7 @@ TEST_F(Current, TheVirtualSheetIsTheOneOfTheDistances) {
 }
 
 TEST_F(Current, ThePageShowsThePicturesOfARetake) {
-  const auto browser = open_chromium();
+  const auto browser = open_browser("Chromium");
   if (!browser) GTEST_SKIP() << "missing: the browser (chromium)";
   const RunningBench server(bench_.rig(), out());
   browser->open(server.address());

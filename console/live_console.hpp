@@ -32,7 +32,7 @@ inline cv::Mat frame_of_bench1(int camera, const std::string& set = "stage_z000"
 }
 
 /// bench1 with emulated cameras that see the target where it is the world.
-class LiveConsole : public testing::Test {
+class LiveConsole : public CameraTest {
  protected:
   void begin(const std::string& method, double rate_hz = 4, double spread_ms = 100,
              cv::Size size = {1600, 1200}, int cameras = kCameras) {

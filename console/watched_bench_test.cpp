@@ -102,7 +102,6 @@ double quantile(std::vector<double> values, double fraction) {
 using Watched = LiveConsole;
 
 TEST_F(Watched, FiveWatchersLoseNoSet) {
-  DRAPE_REQUIRE_PRIVATE_NETWORK();
   const char* wanted = std::getenv("DRAPE_WATCHED_SETS");
   const int sets = wanted != nullptr ? std::atoi(wanted) : trial_count(5, 600);
   begin_four(sets);
@@ -189,7 +188,6 @@ TEST_F(Watched, ALongCaptureCostsWhatOthersCost) {
   if (sets == 0) GTEST_SKIP() << "DRAPE_LONG_TESTS=1 is missing";
   if (run_line("gst-inspect-1.0 aravissrc").exit_code != 0)
     GTEST_SKIP() << "GStreamer's aravissrc is absent";
-  DRAPE_REQUIRE_PRIVATE_NETWORK();
   begin_four(1);
   const Cost ours = cost_of(fmt::format("'{}' capture '{}' --set drape --frames {} --out '{}'",
                                         program("drape").string(), bench.rig().string(), sets,

@@ -8,6 +8,7 @@
 
 #include "capture/device/camera.hpp"
 #include "core/error.hpp"
+#include "tests/support/error_of.hpp"
 #include "tests/support/gige_camera/gige_camera.hpp"
 #include "tests/support/gige_camera/private_network.hpp"
 #include "tests/support/trials.hpp"
@@ -19,6 +20,8 @@ using test::GigeCamera;
 using test::GigeCameraOptions;
 using testing::HasSubstr;
 
+using AravisCamera = test::CameraTest;
+
 std::vector<std::uint8_t> noise(int width_px, int height_px, unsigned seed) {
   std::mt19937 random(seed);
   std::vector<std::uint8_t> pixels(static_cast<std::size_t>(width_px) * height_px);
@@ -28,12 +31,6 @@ std::vector<std::uint8_t> noise(int width_px, int height_px, unsigned seed) {
 
 CameraAddress at(const std::string& ip, const std::string& host = "127.0.0.1") {
   return {Backend::aravis, ip, host, ""};
-}
-
-std::string value_of(const std::vector<SettingReadBack>& settings, const std::string& name) {
-  for (const SettingReadBack& s : settings)
-    if (s.name == name) return s.value;
-  return "absent";
 }
 
 struct Tally {
@@ -70,8 +67,7 @@ CameraSettings triggered(int packet_size_bytes) {
   return settings;
 }
 
-TEST(AravisCamera, IsFoundBySerialAndGivesThePictureBitForBit) {
-  DRAPE_REQUIRE_PRIVATE_NETWORK();
+TEST_F(AravisCamera, IsFoundBySerialAndGivesThePictureBitForBit) {
   GigeCamera left({.address = "127.0.0.2", .serial = "LEFT"});
   GigeCamera right({.address = "127.0.0.3", .serial = "RIGHT"});
   const auto pixels = noise(640, 480, 1);
@@ -94,8 +90,7 @@ TEST(AravisCamera, IsFoundBySerialAndGivesThePictureBitForBit) {
   }
 }
 
-TEST(AravisCamera, SettingsAreWrittenAndReadBackAndAutomaticsAreOff) {
-  DRAPE_REQUIRE_PRIVATE_NETWORK();
+TEST_F(AravisCamera, SettingsAreWrittenAndReadBackAndAutomaticsAreOff) {
   GigeCamera device({});
   const auto camera = open_camera(at("127.0.0.2"));
   CameraSettings s = triggered(8192);
@@ -120,8 +115,7 @@ TEST(AravisCamera, SettingsAreWrittenAndReadBackAndAutomaticsAreOff) {
 
 /// The emulator refuses what a camera refuses: a region that leaves the sensor with the old offset,
 /// an exposure while it is automatic.
-TEST(AravisCamera, SettingsGoInTheOrderTheyDependOnEachOther) {
-  DRAPE_REQUIRE_PRIVATE_NETWORK();
+TEST_F(AravisCamera, SettingsGoInTheOrderTheyDependOnEachOther) {
   GigeCamera device({});
   const auto camera = open_camera(at("127.0.0.2"));
   for (const auto& [width_px, height_px, offset_px] : {std::tuple{128, 96, 300}, {640, 480, 0}}) {
@@ -137,39 +131,24 @@ TEST(AravisCamera, SettingsGoInTheOrderTheyDependOnEachOther) {
   }
 }
 
-TEST(AravisCamera, AValueThatTheCameraChangesByItselfIsNamed) {
-  DRAPE_REQUIRE_PRIVATE_NETWORK();
+TEST_F(AravisCamera, AValueThatTheCameraChangesByItselfIsNamed) {
   GigeCamera device({.exposure_step_us = 500});
   const auto camera = open_camera(at("127.0.0.2"));
   CameraSettings s;
   s.exposure_us = 1300;
-  try {
-    static_cast<void>(camera->configure(s));
-    FAIL() << "took 1000 us for 1300 us";
-  } catch (const Error& error) {
-    EXPECT_THAT(error.what(), HasSubstr("took exposure_us 1000 instead of 1300"));
-    EXPECT_FALSE(error.what_to_do().empty());
-  }
+  const Error error = test::error_of([&] { return camera->configure(s); });
+  EXPECT_THAT(error.what(), HasSubstr("took exposure_us 1000 instead of 1300"));
+  EXPECT_FALSE(error.what_to_do().empty());
 }
 
-TEST(AravisCamera, RefusesWhatIsNotThereOrNotTakenOrNotOurs) {
-  DRAPE_REQUIRE_PRIVATE_NETWORK();
+TEST_F(AravisCamera, RefusesWhatIsNotThereOrNotTakenOrNotOurs) {
   GigeCamera device({});
-  try {
-    static_cast<void>(open_camera(at("NOBODY", "")));
-    FAIL() << "opened a camera that is not there";
-  } catch (const Error& error) {
-    EXPECT_EQ(error.kind(), ErrorKind::device);
-    EXPECT_THAT(error.what(), HasSubstr("DB0001"));
-  }
+  const Error error = test::error_of([&] { return open_camera(at("NOBODY", "")); });
+  EXPECT_EQ(error.kind(), ErrorKind::device);
+  EXPECT_THAT(error.what(), HasSubstr("DB0001"));
   const auto first = open_camera(at("127.0.0.2"));
   const auto refused = [&](const CameraSettings& s) -> std::string {
-    try {
-      static_cast<void>(first->configure(s));
-    } catch (const Error& error) {
-      return error.what();
-    }
-    return "not refused";
+    return test::error_of([&] { return first->configure(s); }).what();
   };
   CameraSettings s;
   s.width_px = 10'000;
@@ -181,17 +160,12 @@ TEST(AravisCamera, RefusesWhatIsNotThereOrNotTakenOrNotOurs) {
 
 /// What opening the camera says.
 std::string refusal(const CameraAddress& address) {
-  try {
-    static_cast<void>(open_camera(address));
-  } catch (const Error& error) {
-    EXPECT_FALSE(error.what_to_do().empty());
-    return error.what();
-  }
-  return "not refused";
+  const Error error = test::error_of([&] { return open_camera(address); });
+  EXPECT_FALSE(error.what_to_do().empty());
+  return error.what();
 }
 
-TEST(AravisCamera, ASecondControllerAndAWrongNetworkCardAreNamed) {
-  DRAPE_REQUIRE_PRIVATE_NETWORK();
+TEST_F(AravisCamera, ASecondControllerAndAWrongNetworkCardAreNamed) {
   GigeCamera device({});
   EXPECT_THAT(refusal(at("DB0001", "192.0.2.7")),
               HasSubstr("the camera is reached by 127.0.0.1, not by 192.0.2.7"));
@@ -201,8 +175,7 @@ TEST(AravisCamera, ASecondControllerAndAWrongNetworkCardAreNamed) {
   EXPECT_THAT(refusal(at("127.0.0.2")), HasSubstr("another program controls the camera"));
 }
 
-TEST(AravisCamera, LostPacketsAreSentAgainAndCountedExactly) {
-  DRAPE_REQUIRE_PRIVATE_NETWORK();
+TEST_F(AravisCamera, LostPacketsAreSentAgainAndCountedExactly) {
   const int frames = test::trial_count(60, 3400);
   for (const double loss : {0.001, 0.01, 0.05}) {
     GigeCamera device({.width_px = 320, .height_px = 240, .seed = 7});
@@ -228,8 +201,7 @@ TEST(AravisCamera, LostPacketsAreSentAgainAndCountedExactly) {
   }
 }
 
-TEST(AravisCamera, ReorderedRepeatedAndLatePacketsChangeNothing) {
-  DRAPE_REQUIRE_PRIVATE_NETWORK();
+TEST_F(AravisCamera, ReorderedRepeatedAndLatePacketsChangeNothing) {
   GigeCamera device({.width_px = 320, .height_px = 240});
   const auto pixels = noise(320, 240, 3);
   device.show(pixels);
@@ -242,8 +214,7 @@ TEST(AravisCamera, ReorderedRepeatedAndLatePacketsChangeNothing) {
   EXPECT_GT(device.counts().packets_duplicated, 0U);
 }
 
-TEST(AravisCamera, AFrameThatStaysIncompleteIsNeverPassedOffAsWhole) {
-  DRAPE_REQUIRE_PRIVATE_NETWORK();
+TEST_F(AravisCamera, AFrameThatStaysIncompleteIsNeverPassedOffAsWhole) {
   GigeCamera device({.width_px = 320, .height_px = 240, .resend = false});
   const auto pixels = noise(320, 240, 4);
   device.show(pixels);
@@ -256,8 +227,7 @@ TEST(AravisCamera, AFrameThatStaysIncompleteIsNeverPassedOffAsWhole) {
   EXPECT_GT(tally.incomplete, 0);
 }
 
-TEST(AravisCamera, TheFrameIdWraps) {
-  DRAPE_REQUIRE_PRIVATE_NETWORK();
+TEST_F(AravisCamera, TheFrameIdWraps) {
   GigeCamera device({.width_px = 64, .height_px = 48, .first_frame_id = 65533});
   const auto camera = open_camera(at("127.0.0.2"));
   static_cast<void>(camera->configure(triggered(1400)));
@@ -271,8 +241,7 @@ TEST(AravisCamera, TheFrameIdWraps) {
   }
 }
 
-TEST(AravisCamera, TheClockIsFoundToHalfAMillisecond) {
-  DRAPE_REQUIRE_PRIVATE_NETWORK();
+TEST_F(AravisCamera, TheClockIsFoundToHalfAMillisecond) {
   GigeCamera device(
       {.width_px = 64, .height_px = 48, .clock_offset_s = -7.5, .clock_drift_ppm = 80});
   const auto camera = open_camera(at("127.0.0.2"));

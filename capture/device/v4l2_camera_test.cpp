@@ -9,6 +9,7 @@
 #include "capture/device/camera.hpp"
 #include "capture/pixel/pixel_format.hpp"
 #include "core/error.hpp"
+#include "tests/support/error_of.hpp"
 #include "tests/support/v4l2_guest/v4l2_guest.hpp"
 #include "tests/support/v4l2_guest/vivid.hpp"
 
@@ -34,12 +35,6 @@ CameraSettings settings(double rate_hz = 25) {
   return s;
 }
 
-std::string value_of(const std::vector<SettingReadBack>& list, const std::string& name) {
-  for (const SettingReadBack& s : list)
-    if (s.name == name) return s.value;
-  return "absent";
-}
-
 std::int64_t now_ns() {
   return std::chrono::steady_clock::now().time_since_epoch() / std::chrono::nanoseconds(1);
 }
@@ -55,15 +50,10 @@ CameraFrame frame_of(CameraDevice& camera) {
 /// What the call says when it refuses; the test fails when it does not.
 template <class Call>
 std::string refusal(Call call) {
-  try {
-    call();
-  } catch (const Error& error) {
-    EXPECT_EQ(error.kind(), ErrorKind::device);
-    EXPECT_FALSE(error.what_to_do().empty());
-    return error.what();
-  }
-  ADD_FAILURE() << "not refused";
-  return "";
+  const Error error = test::error_of(call);
+  EXPECT_EQ(error.kind(), ErrorKind::device);
+  EXPECT_FALSE(error.what_to_do().empty());
+  return error.what();
 }
 
 /// A configured webcam. Its fault controls are opened for a moment only: a disconnected camera is
@@ -133,7 +123,7 @@ TEST_F(V4l2Camera, RefusesWhatTheDriverDoesNotTake) {
 TEST_F(V4l2Camera, GainIsSetWhileItStreamsAndReadBack) {
   EXPECT_EQ(value_of(read_back_, "gain_camera_units"), std::to_string(VividNode(kNode).get("Gain")))
       << "nobody asked for one";
-  EXPECT_EQ(value_of(read_back_, "exposure_us"), "absent");
+  EXPECT_EQ(value_of(read_back_, "exposure_us"), std::nullopt);
   camera_->start();
   CameraSettings light;
   light.gain_db = 40;
@@ -240,6 +230,10 @@ struct Loop {
   int camera;  ///< of vivid
   const char *capture, *output;
 };
+
+void PrintTo(const Loop& loop, std::ostream* out) {
+  *out << loop.capture;
+}
 
 class V4l2Formats : public testing::TestWithParam<Loop> {};
 

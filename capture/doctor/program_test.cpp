@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <sys/resource.h>
-#include <sys/wait.h>
 
 #include <cstdio>
 #include <map>
@@ -21,34 +20,22 @@
 #include "tests/support/gige_camera/gige_camera.hpp"
 #include "tests/support/gige_camera/private_network.hpp"
 #include "tests/support/paths.hpp"
+#include "tests/support/small_bench.hpp"
 #include "tests/support/trials.hpp"
 
 namespace drape::capture {
 namespace {
 
+using test::Outcome;
 using testing::HasSubstr;
 namespace fs = std::filesystem;
 
-struct Outcome {
-  int exit_code = -1;
-  std::string output;
-};
-
 Outcome run(const std::string& name, const std::string& arguments) {
-  const std::string command =
-      fmt::format("{} {} 2>&1 </dev/null", test::program(name).string(), arguments);
-  Outcome outcome;
-  FILE* pipe = ::popen(command.c_str(), "r");
-  char buffer[4096];
-  while (const std::size_t got = std::fread(buffer, 1, sizeof buffer, pipe))
-    outcome.output.append(buffer, got);
-  const int status = ::pclose(pipe);
-  if (WIFEXITED(status)) outcome.exit_code = WEXITSTATUS(status);
-  return outcome;
+  return test::run_line(fmt::format("{} {} </dev/null", test::program(name).string(), arguments));
 }
 
 /// bench1's rig with a cameras.toml: emulated cameras, or the recording itself.
-class Programs : public testing::Test {
+class Programs : public test::CameraTest {
  protected:
   void write_rig(const std::string& folder, bool live,
                  const std::string& method_of_live = "software_trigger") {
@@ -117,15 +104,14 @@ std::vector<std::unique_ptr<test::GigeCamera>> cameras_of_bench1() {
 }
 
 TEST_F(Programs, LiveIsReplayBitForBit) {
-  DRAPE_REQUIRE_PRIVATE_NETWORK();
   write_rig("live", true);
   write_rig("replay", false);
   write_one_set("drape_A", temporary_.path() / "replay/one");
   const auto devices = cameras_of_bench1();
   const Outcome live = run("drape-capture", path("live") + " --set drape_A --out " + path("a"));
-  EXPECT_EQ(live.exit_code, 0) << live.output;
+  EXPECT_EQ(live.exit_code, 0) << live.text;
   const Outcome replay = run("drape-capture", path("replay") + " --set drape_A --out " + path("b"));
-  EXPECT_EQ(replay.exit_code, 0) << replay.output;
+  EXPECT_EQ(replay.exit_code, 0) << replay.text;
   for (int c = 0; c < 3; ++c) {
     const std::string file = fmt::format("drape_A/cam{}.png", c);
     const cv::Mat original = pixels_of(test::source_root() / "rigs/bench1/recording" / file);
@@ -149,25 +135,24 @@ TEST_F(Programs, LiveIsReplayBitForBit) {
   }
 
   const Outcome again = run("drape-capture", path("live") + " --set drape_A --out " + path("a"));
-  EXPECT_EQ(again.exit_code, 3) << again.output;
+  EXPECT_EQ(again.exit_code, 3) << again.text;
   const Outcome cameras = run("drape-capture cameras", "");
-  EXPECT_EQ(cameras.exit_code, 0) << cameras.output;
-  EXPECT_THAT(cameras.output, HasSubstr("B1C2"));
+  EXPECT_EQ(cameras.exit_code, 0) << cameras.text;
+  EXPECT_THAT(cameras.text, HasSubstr("B1C2"));
   const Outcome doctor = run("drape-capture doctor", path("live") + " --out " + path("a"));
-  EXPECT_EQ(doctor.exit_code, 0) << "before the first calibration: " << doctor.output;
-  EXPECT_THAT(doctor.output, HasSubstr("picture of cam2"));
-  EXPECT_THAT(doctor.output, HasSubstr("none is given: record the target"));
-  std::printf("%s\n%s\n%s\n", live.output.c_str(), cameras.output.c_str(), doctor.output.c_str());
+  EXPECT_EQ(doctor.exit_code, 0) << "before the first calibration: " << doctor.text;
+  EXPECT_THAT(doctor.text, HasSubstr("picture of cam2"));
+  EXPECT_THAT(doctor.text, HasSubstr("none is given: record the target"));
+  std::printf("%s\n%s\n%s\n", live.text.c_str(), cameras.text.c_str(), doctor.text.c_str());
 }
 
 /// Every check by name; those of the machine itself (disk, receive buffer) are as it is.
 TEST_F(Programs, TheDoctorSaysGoOnAGoodBenchAndWhatToTypeOtherwise) {
-  DRAPE_REQUIRE_PRIVATE_NETWORK();
   write_rig("live", true);
   const auto devices = cameras_of_bench1();
   write_calibration(temporary_.path() / "calibration.json", test::bench1_true_calibration());
   const std::string line = path("live") + " --json --out " + path("") + " --calibration ";
-  const Json good = parse_json(run("drape-capture doctor", line + path("calibration.json")).output);
+  const Json good = parse_json(run("drape-capture doctor", line + path("calibration.json")).text);
   std::map<std::string, Json> checks;
   for (const Json& check : good.at("checks")) checks[check.at("check")] = check;
   for (const std::string name :
@@ -190,53 +175,43 @@ TEST_F(Programs, TheDoctorSaysGoOnAGoodBenchAndWhatToTypeOtherwise) {
   const Outcome bad = run("drape-capture doctor", line + path("nowhere.json"));
   EXPECT_EQ(bad.exit_code, 1);
   int named = 0;
-  const Json report = parse_json(bad.output);
+  const Json report = parse_json(bad.text);
   for (const Json& check : report.at("checks")) {
     const bool go = check.at("verdict") == "GO";
     EXPECT_EQ(check.at("to_do").is_null(), go) << check.dump();
     for (const char* name : {"calibration", "camera cam1", "a set of all cameras"})
       named += !go && check.at("check") == name;
   }
-  EXPECT_EQ(named, 3) << bad.output;
-  EXPECT_THAT(run("drape-capture cameras", "--json").output, HasSubstr("\"B1C2\""));
+  EXPECT_EQ(named, 3) << bad.text;
+  EXPECT_THAT(run("drape-capture cameras", "--json").text, HasSubstr("\"B1C2\""));
 }
 
 /// A program as an operator types at it.
 Outcome run_with(const std::string& typed, const std::string& name, const std::string& arguments) {
-  Outcome outcome;
-  const std::string command =
-      fmt::format("printf '{}' | '{}' {} 2>&1", typed, test::program(name).string(), arguments);
-  FILE* pipe = ::popen(command.c_str(), "r");
-  char buffer[4096];
-  while (const std::size_t got = std::fread(buffer, 1, sizeof buffer, pipe))
-    outcome.output.append(buffer, got);
-  const int status = ::pclose(pipe);
-  if (WIFEXITED(status)) outcome.exit_code = WEXITSTATUS(status);
-  return outcome;
+  return test::run_line(
+      fmt::format("printf '{}' | '{}' {}", typed, test::program(name).string(), arguments));
 }
 
 TEST_F(Programs, ASessionTakesSetsOnEnterAndARetakeErasesNothing) {
-  DRAPE_REQUIRE_PRIVATE_NETWORK();
   write_rig("live", true);
   const auto devices = cameras_of_bench1();
   const Outcome session = run_with("\\n../out\\ndrape_X\\nr\\nq\\n", "drape-capture",
                                    path("live") + " --out " + path("a"));
-  EXPECT_EQ(session.exit_code, 0) << session.output;
-  EXPECT_THAT(session.output, HasSubstr("`../out` cannot be the name of a set"));
-  EXPECT_THAT(session.output, HasSubstr("GO: drape_X stored"));
+  EXPECT_EQ(session.exit_code, 0) << session.text;
+  EXPECT_THAT(session.text, HasSubstr("`../out` cannot be the name of a set"));
+  EXPECT_THAT(session.text, HasSubstr("GO: drape_X stored"));
   const Recording recording = read_recording(temporary_.path() / "a");
   std::vector<std::string> names;
   for (const FrameSet& set : recording.sets) names.push_back(set.name);
   EXPECT_THAT(names, testing::ElementsAre("stage_z000", "drape_X.take1", "drape_X"))
-      << session.output;
+      << session.text;
   const Outcome verify = run("drape-capture", "verify " + path("a"));
-  EXPECT_EQ(verify.exit_code, 0) << verify.output;
+  EXPECT_EQ(verify.exit_code, 0) << verify.text;
   EXPECT_FALSE(fs::exists(temporary_.path() / "a/recording.journal"));
-  EXPECT_THAT(session.output, HasSubstr(read_text(temporary_.path() / "a/recording.ending.txt")));
+  EXPECT_THAT(session.text, HasSubstr(read_text(temporary_.path() / "a/recording.ending.txt")));
 }
 
 TEST_F(Programs, TheRunRecordHasTheEndingAndEveryInput) {
-  DRAPE_REQUIRE_PRIVATE_NETWORK();
   write_rig("replay", false);
   const fs::path cameras = temporary_.path() / "replay/cameras.toml";
   write_durable(cameras,
@@ -244,8 +219,8 @@ TEST_F(Programs, TheRunRecordHasTheEndingAndEveryInput) {
   write_one_set("drape_A", temporary_.path() / "replay/one");
   const Outcome outcome =
       run("drape-capture", path("replay") + " --set drape_B --out " + path("a"));
-  ASSERT_EQ(outcome.exit_code, 0) << outcome.output;
-  EXPECT_EQ(read_text(temporary_.path() / "a/recording.ending.txt"), outcome.output);
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.text;
+  EXPECT_EQ(read_text(temporary_.path() / "a/recording.ending.txt"), outcome.text);
   const auto inputs = [&](const std::string& recording) {
     std::vector<std::string> files;
     for (const JsonNode& input :
@@ -262,30 +237,28 @@ TEST_F(Programs, TheRunRecordHasTheEndingAndEveryInput) {
   fs::rename(temporary_.path() / "replay/rig.toml", temporary_.path() / "replay/lab.toml");
   const Outcome named =
       run("drape-capture", path("replay/lab.toml") + " --set drape_B --out " + path("b"));
-  ASSERT_EQ(named.exit_code, 0) << named.output;
+  ASSERT_EQ(named.exit_code, 0) << named.text;
   EXPECT_EQ(inputs("b").at(0), "../replay/lab.toml");
 }
 
 TEST_F(Programs, ASecondCaptureIntoOneRecordingIsRefused) {
-  DRAPE_REQUIRE_PRIVATE_NETWORK();
   write_rig("replay", false);
   write_one_set("drape_A", temporary_.path() / "replay/one");
   const Journal first(temporary_.path() / "a", "2026-01-31");
   const Outcome second = run("drape-capture", path("replay") + " --set drape_A --out " + path("a"));
   EXPECT_EQ(second.exit_code, 3);
-  EXPECT_THAT(second.output, HasSubstr("another capture records into this folder"));
+  EXPECT_THAT(second.text, HasSubstr("another capture records into this folder"));
 }
 
 /// Peak memory of the program and its hosts does not grow with the sets.
 TEST_F(Programs, ALongCaptureTakesLittleMemory) {
-  DRAPE_REQUIRE_PRIVATE_NETWORK();
   write_rig("live", true);
   const auto devices = cameras_of_bench1();
   const int sets = test::trial_count(12, 1000);
   const Outcome capture = run("drape-capture", fmt::format("{} --set drape --frames {} --out {}",
                                                            path("live"), sets, path("a")));
-  EXPECT_EQ(capture.exit_code, 0) << capture.output;
-  EXPECT_THAT(capture.output, HasSubstr(fmt::format("{0} of {0} sets stored", sets)));
+  EXPECT_EQ(capture.exit_code, 0) << capture.text;
+  EXPECT_THAT(capture.text, HasSubstr(fmt::format("{0} of {0} sets stored", sets)));
   rusage children{};
   ASSERT_EQ(::getrusage(RUSAGE_CHILDREN, &children), 0);
   std::printf("%d sets of 3 x 1.9 MP: largest process %ld MB\n", sets, children.ru_maxrss / 1024);
@@ -294,7 +267,6 @@ TEST_F(Programs, ALongCaptureTakesLittleMemory) {
 
 /// Frames that wait for a camera that sends none are bounded, however long they wait.
 TEST_F(Programs, ASilentCameraLetsNoMemoryGrow) {
-  DRAPE_REQUIRE_PRIVATE_NETWORK();
   write_rig("live", true, "free_run");
   const fs::path file = temporary_.path() / "live/cameras.toml";
   std::string text = read_text(file);
@@ -302,12 +274,12 @@ TEST_F(Programs, ASilentCameraLetsNoMemoryGrow) {
   const auto devices = cameras_of_bench1();
   devices[1]->set_faults({.skip_frame = 1});
   const Outcome capture = run("drape-capture", path("live") + " --set drape --out " + path("a"));
-  EXPECT_EQ(capture.exit_code, 1) << capture.output;
-  EXPECT_THAT(capture.output, HasSubstr("it was opened 10 times and gave no frame"));
-  EXPECT_THAT(capture.output, HasSubstr("no frame of every other camera within the window"));
+  EXPECT_EQ(capture.exit_code, 1) << capture.text;
+  EXPECT_THAT(capture.text, HasSubstr("it was opened 10 times and gave no frame"));
+  EXPECT_THAT(capture.text, HasSubstr("no frame of every other camera within the window"));
   const Outcome doctor =
       run("drape-capture doctor", path("live") + " --out " + temporary_.path().string());
-  EXPECT_EQ(doctor.exit_code, 1) << doctor.output;
+  EXPECT_EQ(doctor.exit_code, 1) << doctor.text;
   rusage children{};
   ASSERT_EQ(::getrusage(RUSAGE_CHILDREN, &children), 0);
   std::printf("%lu frames sent: largest process %ld MB\n", devices[0]->counts().frames_sent,
@@ -317,7 +289,6 @@ TEST_F(Programs, ASilentCameraLetsNoMemoryGrow) {
 
 /// What is stored stays, and is whole.
 TEST_F(Programs, CtrlCEndsACaptureWithWhatItHas) {
-  DRAPE_REQUIRE_PRIVATE_NETWORK();
   write_rig("live", true);
   const auto devices = cameras_of_bench1();
   const Outcome capture =
@@ -325,16 +296,15 @@ TEST_F(Programs, CtrlCEndsACaptureWithWhatItHas) {
                path("live") + " --set drape --frames 500 --out " + path("a") +
                    " & while kill -0 $! && ! ls -d " + path("a") +
                    "/drape*; do sleep 0.1; done >/dev/null 2>&1; kill -INT $!; wait $!");
-  EXPECT_EQ(capture.exit_code, 130) << capture.output;
+  EXPECT_EQ(capture.exit_code, 130) << capture.text;
   const std::size_t stored = read_recording(temporary_.path() / "a").sets.size();
-  EXPECT_GT(stored, 0U) << capture.output;
-  EXPECT_THAT(capture.output, HasSubstr(fmt::format("{} of 500 sets stored", stored)));
+  EXPECT_GT(stored, 0U) << capture.text;
+  EXPECT_THAT(capture.text, HasSubstr(fmt::format("{} of 500 sets stored", stored)));
   EXPECT_EQ(recorded_exit_code(temporary_.path() / "a/recording.run.json"), 130);
   EXPECT_EQ(run("drape-capture", "verify " + path("a")).exit_code, 0);
 }
 
 TEST_F(Programs, AFullDiskStoresNothingHalf) {
-  DRAPE_REQUIRE_PRIVATE_NETWORK();
   if (std::system("unshare -rm true 2>/dev/null") != 0)
     GTEST_SKIP() << "no mount namespace: a full disk cannot be played here";
   write_rig("replay", false);
@@ -347,13 +317,7 @@ TEST_F(Programs, AFullDiskStoresNothingHalf) {
                   "'{1}' {2} --set drape_A --out {0}/recording; code=$?\n"
                   "test ! -e {0}/recording/recording.json || exit 99\nexit $code\n",
                   path("small"), test::program("drape-capture").string(), path("replay")));
-  const std::string command = "unshare -rm sh " + path("full.sh") + " 2>&1";
-  FILE* pipe = ::popen(command.c_str(), "r");
-  std::string output;
-  char buffer[4096];
-  while (const std::size_t got = std::fread(buffer, 1, sizeof buffer, pipe))
-    output.append(buffer, got);
-  const int code = WEXITSTATUS(::pclose(pipe));
+  const auto [code, output] = test::run_line("unshare -rm sh " + path("full.sh"));
   if (code == 77) GTEST_SKIP() << "a small disk cannot be mounted here: " << output;
   EXPECT_EQ(code, 3) << output;
   EXPECT_THAT(output, HasSubstr("No space left on device"));

@@ -39,6 +39,10 @@ struct BenchFault {
   std::function<std::string(const SpoiltBench&)> said;
 };
 
+void PrintTo(const BenchFault& fault, std::ostream* out) {
+  *out << fault.name;
+}
+
 std::function<std::string(const SpoiltBench&)> always(const std::string& said) {
   return [said](const SpoiltBench&) { return said; };
 }
@@ -104,7 +108,7 @@ const std::vector<BenchFault>& bench_faults() {
   return all;
 }
 
-class Benches : public testing::TestWithParam<BenchFault> {
+class Benches : public test::CameraTest, public testing::WithParamInterface<BenchFault> {
  protected:
   static inline int benches = 0, agreements = 0;  ///< of all faults that this process tries
 
@@ -195,7 +199,6 @@ class Benches : public testing::TestWithParam<BenchFault> {
 };
 
 TEST_P(Benches, TheDoctorSaysWhatACaptureThenDoes) {
-  DRAPE_REQUIRE_PRIVATE_NETWORK();
   const BenchFault& fault = GetParam();
   const auto& zoo = test::personalities();
   const int count = test::trial_count(1, static_cast<int>(zoo.size()));

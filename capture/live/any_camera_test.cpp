@@ -8,6 +8,7 @@
 #include "capture/live/live_bench.hpp"
 #include "capture/recording/record.hpp"
 #include "core/error.hpp"
+#include "tests/support/error_of.hpp"
 #include "tests/support/gige_camera/debian_camera.hpp"
 #include "tests/support/gige_camera/private_network.hpp"
 #include "tests/support/trials.hpp"
@@ -18,8 +19,13 @@ namespace {
 using test::DebianCamera;
 using testing::HasSubstr;
 
-class Debian : public testing::Test {
+class Debian : public test::CameraTest {
  protected:
+  void SetUp() override {
+    DRAPE_REQUIRE_DEBIAN_CAMERA();  // which may have to be downloaded first
+    CameraTest::SetUp();
+  }
+
   void set_up(std::size_t count, SyncMethod method) {
     file_.method = method;
     file_.frame_rate_hz = 10;
@@ -27,25 +33,15 @@ class Debian : public testing::Test {
     for (std::size_t i = 0; i < count; ++i) {
       const std::string address = "127.0.0." + std::to_string(20 + i);
       devices_.push_back(std::make_unique<DebianCamera>(address, "GV" + std::to_string(i)));
-      LiveCamera camera{"cam" + std::to_string(i), {Backend::aravis, address, "127.0.0.1", ""}, {}};
-      camera.settings.width_px = 512;
-      camera.settings.height_px = 400;
-      camera.settings.frame_rate_hz = file_.frame_rate_hz;
+      LiveCamera camera =
+          test::camera_at("cam" + std::to_string(i), address, 512, 400, file_.frame_rate_hz);
       camera.settings.exposure_us = 10'000;
       file_.cameras.push_back(camera);
     }
   }
 
   [[nodiscard]] LiveResult capture(int frames, const std::function<void(int)>& at_set = {}) const {
-    LiveOptions options;
-    if (at_set)
-      options.progress = [&](double fraction, const std::string&) {
-        at_set(static_cast<int>(std::lround(fraction * frames)));
-      };
-    options.frames = frames;
-    options.patience_s = options.opening_s = 300;  // of a busy machine
-    options.host_program = test::program("drape-camera-host");
-    return capture_live(file_, options);
+    return test::capture_with(file_, frames, at_set);
   }
 
   void expect_pictures(const LiveResult& live, int sets) const {
@@ -64,8 +60,6 @@ class Debian : public testing::Test {
 };
 
 TEST_F(Debian, SoftwareTriggerPairsWithoutAnyClock) {
-  DRAPE_REQUIRE_DEBIAN_CAMERA();  // which may have to be downloaded first
-  DRAPE_REQUIRE_PRIVATE_NETWORK();
   set_up(2, SyncMethod::software_trigger);
   const int sets = test::trial_count(20, 1000);
   const LiveResult live = capture(sets);
@@ -78,8 +72,6 @@ TEST_F(Debian, SoftwareTriggerPairsWithoutAnyClock) {
 
 /// It takes two triggers that it has no time to look at for one.
 TEST_F(Debian, ACameraWithoutTimeAnswersLate) {
-  DRAPE_REQUIRE_DEBIAN_CAMERA();  // which may have to be downloaded first
-  DRAPE_REQUIRE_PRIVATE_NETWORK();
   set_up(2, SyncMethod::software_trigger);
   const int sets = 6;
   expect_pictures(capture(sets,
@@ -90,8 +82,6 @@ TEST_F(Debian, ACameraWithoutTimeAnswersLate) {
 }
 
 TEST_F(Debian, ACameraWithoutPowerForAMomentIsBack) {
-  DRAPE_REQUIRE_DEBIAN_CAMERA();  // which may have to be downloaded first
-  DRAPE_REQUIRE_PRIVATE_NETWORK();
   set_up(2, SyncMethod::software_trigger);
   const int triggers = 12;
   const LiveResult live = capture(triggers, [&](int done) {
@@ -102,16 +92,10 @@ TEST_F(Debian, ACameraWithoutPowerForAMomentIsBack) {
 }
 
 TEST_F(Debian, FreeRunPairsByArrivalOnlyWhenAskedTo) {
-  DRAPE_REQUIRE_DEBIAN_CAMERA();  // which may have to be downloaded first
-  DRAPE_REQUIRE_PRIVATE_NETWORK();
   set_up(2, SyncMethod::free_run);
-  try {
-    static_cast<void>(capture(3));
-    FAIL() << "paired by time without a clock";
-  } catch (const Error& error) {
-    EXPECT_THAT(error.what(), HasSubstr("its clock cannot be read"));
-    EXPECT_THAT(error.what_to_do(), HasSubstr("pair_by_arrival = true"));
-  }
+  const Error error = test::error_of([&] { return capture(3); });
+  EXPECT_THAT(error.what(), HasSubstr("its clock cannot be read"));
+  EXPECT_THAT(error.what_to_do(), HasSubstr("pair_by_arrival = true"));
   file_.pair_by_arrival = true;
   const LiveResult live = capture(5);
   expect_pictures(live, 5);
@@ -120,27 +104,19 @@ TEST_F(Debian, FreeRunPairsByArrivalOnlyWhenAskedTo) {
 }
 
 TEST_F(Debian, OneCameraNeedsNoPartner) {
-  DRAPE_REQUIRE_DEBIAN_CAMERA();  // which may have to be downloaded first
-  DRAPE_REQUIRE_PRIVATE_NETWORK();
   set_up(1, SyncMethod::free_run);
   expect_pictures(capture(3), 3);
 }
 
 TEST_F(Debian, WhatItCannotDoIsNamed) {
-  DRAPE_REQUIRE_DEBIAN_CAMERA();  // which may have to be downloaded first
-  DRAPE_REQUIRE_PRIVATE_NETWORK();
   for (const SyncMethod method :
        {SyncMethod::line_trigger, SyncMethod::action, SyncMethod::scheduled_action}) {
     SCOPED_TRACE(to_string(method));
     devices_.clear();
     file_ = {};
     set_up(1, method);
-    try {
-      static_cast<void>(capture(1));
-      FAIL() << "captured";
-    } catch (const Error& error) {
-      EXPECT_THAT(error.what(), HasSubstr("has no trigger source"));
-    }
+    const Error error = test::error_of([&] { return capture(1); });
+    EXPECT_THAT(error.what(), HasSubstr("has no trigger source"));
   }
 }
 

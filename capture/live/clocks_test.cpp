@@ -5,8 +5,9 @@
 
 #include "capture/doctor/checks.hpp"
 #include "capture/doctor/device_list.hpp"
-#include "capture/live/live_capture.hpp"
+#include "capture/live/live_bench.hpp"
 #include "core/error.hpp"
+#include "tests/support/error_of.hpp"
 #include "tests/support/gige_camera/gige_camera.hpp"
 #include "tests/support/gige_camera/private_network.hpp"
 #include "tests/support/paths.hpp"
@@ -14,11 +15,12 @@
 namespace drape::capture {
 namespace {
 
+using test::all_faults;
 using test::GigeCamera;
 using test::GigeCameraOptions;
 using testing::HasSubstr;
 
-class Clocks : public testing::Test {
+class Clocks : public test::CameraTest {
  protected:
   /// A camera of 64 x 48 px that shows a ramp.
   GigeCamera& add(GigeCameraOptions options) {
@@ -27,26 +29,15 @@ class Clocks : public testing::Test {
     options.width_px = 64;
     options.height_px = 48;
     devices_.push_back(std::make_unique<GigeCamera>(options));
-    LiveCamera camera{
-        fmt::format("cam{}", n), {Backend::aravis, options.address, "127.0.0.1", ""}, {}};
-    camera.settings.width_px = options.width_px;
-    camera.settings.height_px = options.height_px;
-    camera.settings.frame_rate_hz = file_.frame_rate_hz = 20;
+    file_.frame_rate_hz = 20;
     file_.largest_spread_s = 0.02;
-    file_.cameras.push_back(camera);
+    file_.cameras.push_back(
+        test::camera_at(fmt::format("cam{}", n), options.address, 64, 48, file_.frame_rate_hz));
     return *devices_.back();
   }
 
   [[nodiscard]] LiveResult capture(int frames, const std::function<void(int)>& at_set = {}) const {
-    LiveOptions options;
-    options.frames = frames;
-    options.patience_s = options.opening_s = 300;
-    options.host_program = test::program("drape-camera-host");
-    if (at_set)
-      options.progress = [=](double fraction, const std::string&) {
-        at_set(static_cast<int>(fraction * frames));
-      };
-    return capture_live(file_, options);
+    return test::capture_with(file_, frames, at_set);
   }
 
   void ask_for_ptp() {
@@ -57,18 +48,6 @@ class Clocks : public testing::Test {
   std::vector<std::unique_ptr<GigeCamera>> devices_;
 };
 
-std::string faults_of(const LiveResult& live) {
-  std::string text;
-  for (const LiveFault& f : live.report.faults) text += f.camera + ": " + f.what + "\n";
-  return text;
-}
-
-std::string setting(const LiveCameraReport& camera, const std::string& name) {
-  for (const SettingReadBack& s : camera.settings)
-    if (s.name == name) return s.value;
-  return "absent";
-}
-
 /// Frames of one set were exposed together: by the emulators' own books, which use the host's
 /// clock.
 void expect_together(const LiveResult& live) {
@@ -77,7 +56,6 @@ void expect_together(const LiveResult& live) {
 }
 
 TEST_F(Clocks, AJumpIsNamedAndNoFrameGetsATimeOfTheWrongClock) {
-  DRAPE_REQUIRE_PRIVATE_NETWORK();
   add({.clock_offset_s = 2});
   add({.clock_offset_s = -3});
   bool jumped = false;
@@ -85,7 +63,7 @@ TEST_F(Clocks, AJumpIsNamedAndNoFrameGetsATimeOfTheWrongClock) {
     if (sets >= 40 && !std::exchange(jumped, true)) devices_[1]->jump_clock(0.25);
   });
   // 0.25 s, as well as readings on a busy machine tell.
-  EXPECT_THAT(faults_of(live), HasSubstr("cam1: its clock jumped by 0."));
+  EXPECT_THAT(all_faults(live), HasSubstr("cam1: its clock jumped by 0."));
   EXPECT_GE(live.pairing.sets.size(), 20U);
   expect_together(live);
   // The emulators' own books: ids start at 1 and none is left out, unless a host began again.
@@ -106,7 +84,6 @@ TEST_F(Clocks, AJumpIsNamedAndNoFrameGetsATimeOfTheWrongClock) {
 /// A jump by a period makes each frame look like its neighbour, until the clock is read again: a
 /// set that is handed over is never of that time.
 TEST_F(Clocks, NoSetIsHandedOverBeforeAJumpIsSeen) {
-  DRAPE_REQUIRE_PRIVATE_NETWORK();
   add({.clock_offset_s = 2});
   add({.clock_offset_s = -3});
   LiveOptions options;
@@ -125,8 +102,8 @@ TEST_F(Clocks, NoSetIsHandedOverBeforeAJumpIsSeen) {
     if (++sets % 10 == 0) devices_[1]->jump_clock(0.05);
   };
   const LiveResult live = capture_live(file_, options);
-  EXPECT_EQ(sets, 60) << faults_of(live);
-  EXPECT_THAT(faults_of(live), HasSubstr("cam1: its clock jumped by 0.0"));
+  EXPECT_EQ(sets, 60) << all_faults(live);
+  EXPECT_THAT(all_faults(live), HasSubstr("cam1: its clock jumped by 0.0"));
   // Ids that begin again say nothing about when a frame was exposed.
   if (launches == 1) {
     EXPECT_EQ(wrong, 0);
@@ -134,16 +111,15 @@ TEST_F(Clocks, NoSetIsHandedOverBeforeAJumpIsSeen) {
 }
 
 TEST_F(Clocks, PtpHoldsThemWhereTheCameraHasIt) {
-  DRAPE_REQUIRE_PRIVATE_NETWORK();
   add({.clock_offset_s = 7, .clock_drift_ppm = 90, .ptp = true});
   add({.clock_offset_s = -7, .clock_drift_ppm = -90, .ptp = true, .ieee1588_names = true});
   ask_for_ptp();
   const LiveResult live = capture(5);
-  EXPECT_EQ(live.pairing.sets.size(), 5U) << faults_of(live);
-  EXPECT_THAT(faults_of(live), testing::Not(HasSubstr("PTP")));
+  EXPECT_EQ(live.pairing.sets.size(), 5U) << all_faults(live);
+  EXPECT_THAT(all_faults(live), testing::Not(HasSubstr("PTP")));
   for (const LiveCameraReport& camera : live.report.cameras) {
-    EXPECT_EQ(setting(camera, "ptp_status"), "Slave");
-    EXPECT_EQ(setting(camera, "ptp_offset_ns"), "300");
+    EXPECT_EQ(value_of(camera.settings, "ptp_status"), "Slave");
+    EXPECT_EQ(value_of(camera.settings, "ptp_offset_ns"), "300");
     ASSERT_TRUE(camera.clock);
     // The readings bound the offset: 0 on a clock that PTP holds.
     const auto offset_ns =
@@ -153,33 +129,27 @@ TEST_F(Clocks, PtpHoldsThemWhereTheCameraHasIt) {
 }
 
 TEST_F(Clocks, PtpThatIsNotThereOrLiesIsNamed) {
-  DRAPE_REQUIRE_PRIVATE_NETWORK();
   add({.ptp = true});
   add({.ptp = true, .ptp_error_s = 37});  // one in UTC, one in TAI
   ask_for_ptp();
   const LiveResult lies = capture(3);
-  EXPECT_THAT(faults_of(lies), HasSubstr("cam1: it says that PTP holds its clock, which is 37.0"));
+  EXPECT_THAT(all_faults(lies), HasSubstr("cam1: it says that PTP holds its clock, which is 37.0"));
   EXPECT_EQ(lies.pairing.sets.size(), 3U) << "the offset is estimated all the same";
   expect_together(lies);
   file_.cameras.clear();
   devices_.clear();
   add({.ptp = false});  // it never finds a master
   ask_for_ptp();
-  EXPECT_THAT(faults_of(capture(2)), HasSubstr("cam0: PTP does not hold its clock (Listening)"));
+  EXPECT_THAT(all_faults(capture(2)), HasSubstr("cam0: PTP does not hold its clock (Listening)"));
 }
 
 TEST_F(Clocks, TwoCamerasOfOneSerialNumberAreRefused) {
-  DRAPE_REQUIRE_PRIVATE_NETWORK();
   add({.serial = "TWIN"});
   add({.serial = "TWIN"});
   add({.serial = "OTHER"});
   file_.cameras[0].address = {Backend::aravis, "TWIN", "", ""};
-  try {
-    static_cast<void>(capture(1));
-    FAIL() << "opened one of two cameras with the same serial number";
-  } catch (const Error& error) {
-    EXPECT_THAT(error.what(), HasSubstr("2 cameras have this serial number: 127.0.0.2, 127.0.0.3"));
-  }
+  const Error error = test::error_of([&] { return capture(1); });
+  EXPECT_THAT(error.what(), HasSubstr("2 cameras have this serial number: 127.0.0.2, 127.0.0.3"));
   const auto found = list_devices(test::program("drape-camera-host"));
   EXPECT_EQ(found.size(), 3U);
   const auto checks = check_devices(file_, found);

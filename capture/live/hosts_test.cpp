@@ -10,6 +10,7 @@
 
 #include "capture/live/live_bench.hpp"
 #include "core/error.hpp"
+#include "tests/support/error_of.hpp"
 #include "tests/support/gige_camera/private_network.hpp"
 #include "tests/support/trials.hpp"
 
@@ -18,6 +19,7 @@ namespace {
 
 using test::all_faults;
 using test::expect_right_sets;
+using test::LiveCapture;
 using testing::AllOf;
 using testing::AnyOf;
 using testing::HasSubstr;
@@ -51,8 +53,7 @@ std::string status_of(pid_t process, const std::string& name) {
   return "absent";
 }
 
-TEST(LiveCapture, ACameraHostIsConfined) {
-  DRAPE_REQUIRE_PRIVATE_NETWORK();
+TEST_F(LiveCapture, ACameraHostIsConfined) {
   const HostsBench bench(2, SyncMethod::free_run);
   int looked_at = 0;
   const LiveResult live = bench.capture(5, 20, true, [&](int sets) {
@@ -70,8 +71,7 @@ TEST(LiveCapture, ACameraHostIsConfined) {
   EXPECT_EQ(live.pairing.sets.size(), 5U) << all_faults(live);
 }
 
-TEST(LiveCapture, AKilledCameraHostIsBackAndTheOthersLoseNothing) {
-  DRAPE_REQUIRE_PRIVATE_NETWORK();
+TEST_F(LiveCapture, AKilledCameraHostIsBackAndTheOthersLoseNothing) {
   const HostsBench bench(3, SyncMethod::free_run);
   bool killed = false;
   const LiveResult live = bench.capture(60, 20, true, [&](int sets) {
@@ -96,8 +96,7 @@ TEST(LiveCapture, AKilledCameraHostIsBackAndTheOthersLoseNothing) {
   EXPECT_EQ(restarted, 1);
 }
 
-TEST(LiveCapture, AHostThatHangsIsEndedAndItsCameraIsBack) {
-  DRAPE_REQUIRE_PRIVATE_NETWORK();
+TEST_F(LiveCapture, AHostThatHangsIsEndedAndItsCameraIsBack) {
   const HostsBench bench(2, SyncMethod::free_run);
   bool stopped = false;
   const LiveResult live = bench.capture(60, 20, true, [&](int sets) {
@@ -115,8 +114,7 @@ TEST(LiveCapture, AHostThatHangsIsEndedAndItsCameraIsBack) {
   EXPECT_GT(std::max(launches[0], launches[1]), 1);  // until the camera lets go of the lost host
 }
 
-TEST(LiveCapture, AHostThatIsSilentBetweenTriggersIsEndedToo) {
-  DRAPE_REQUIRE_PRIVATE_NETWORK();
+TEST_F(LiveCapture, AHostThatIsSilentBetweenTriggersIsEndedToo) {
   const HostsBench bench(2, SyncMethod::software_trigger, 320, 240, 0.5);
   bool stopped = false;
   const LiveResult live = bench.capture(4, 20, true, [&](int sets) {
@@ -128,27 +126,21 @@ TEST(LiveCapture, AHostThatIsSilentBetweenTriggersIsEndedToo) {
   EXPECT_THAT(all_faults(live), HasSubstr("check cable and power"));
 }
 
-TEST(LiveCapture, AHostThatWantsTooMuchMemoryIsEndedAndNamed) {
+TEST_F(LiveCapture, AHostThatWantsTooMuchMemoryIsEndedAndNamed) {
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
   GTEST_SKIP() << "missing: a limit of addresses, which a sanitizer does not bear";
 #endif
-  DRAPE_REQUIRE_PRIVATE_NETWORK();
   HostsBench bench(2, SyncMethod::free_run);
   LiveOptions options;
   options.host_program = test::program("drape-camera-host");
   options.memory_limit_mb = 16;  // its libraries alone take more
-  try {
-    static_cast<void>(capture_live(bench.file, options));
-    FAIL() << "captured within 16 MB";
-  } catch (const Error& error) {
-    EXPECT_EQ(error.kind(), ErrorKind::device);
-    EXPECT_EQ(error.where().camera.substr(0, 3), "cam");
-    EXPECT_THAT(error.what(), HasSubstr("camera host"));
-  }
+  const Error error = test::error_of([&] { return capture_live(bench.file, options); });
+  EXPECT_EQ(error.kind(), ErrorKind::device);
+  EXPECT_EQ(error.where().camera.substr(0, 3), "cam");
+  EXPECT_THAT(error.what(), HasSubstr("camera host"));
 }
 
-TEST(LiveCapture, AnUnpluggedCameraIsNoticedAndBack) {
-  DRAPE_REQUIRE_PRIVATE_NETWORK();
+TEST_F(LiveCapture, AnUnpluggedCameraIsNoticedAndBack) {
   const HostsBench bench(2, SyncMethod::free_run);
   const auto now_ns = [] {
     return std::chrono::steady_clock::now().time_since_epoch() / std::chrono::nanoseconds(1);
@@ -200,9 +192,10 @@ void expect_back(const LiveResult& live) {
   EXPECT_EQ(live.pairing.sets.back().trigger, 11) << all_faults(live);
 }
 
-class Triggered : public testing::TestWithParam<SyncMethod> {
+class Triggered : public test::CameraTest, public testing::WithParamInterface<SyncMethod> {
  protected:
   void SetUp() override {
+    CameraTest::SetUp();
     if (GetParam() != SyncMethod::software_trigger && test::trial_count(0, 1) == 0)
       GTEST_SKIP() << "missing: DRAPE_LONG_TESTS=1, for both methods by action commands";
   }
@@ -215,7 +208,6 @@ INSTANTIATE_TEST_SUITE_P(Methods, Triggered,
 
 /// For so short that no heartbeat is missed.
 TEST_P(Triggered, ACameraWithoutPowerForAMomentIsNoticedAndBack) {
-  DRAPE_REQUIRE_PRIVATE_NETWORK();
   const HostsBench bench(2, GetParam(), 320, 240, 4);
   bench.devices[1]->obey_controller_alone();
   const auto off_and_on = [&] {
@@ -228,7 +220,6 @@ TEST_P(Triggered, ACameraWithoutPowerForAMomentIsNoticedAndBack) {
 }
 
 TEST_P(Triggered, ACameraThatObeysAndSendsNothingIsOpenedAgain) {
-  DRAPE_REQUIRE_PRIVATE_NETWORK();
   const HostsBench bench(2, GetParam(), 320, 240, 4);
   const auto send = [&](double nothing) {
     return [&bench, nothing] { bench.devices[1]->set_faults({.skip_frame = nothing}); };

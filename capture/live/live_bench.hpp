@@ -7,8 +7,10 @@
 #include <gmock/gmock.h>
 
 #include <algorithm>
+#include <cmath>
 #include <functional>
 #include <memory>
+#include <ostream>
 #include <random>
 #include <string>
 #include <vector>
@@ -16,7 +18,16 @@
 #include "capture/live/live_capture.hpp"
 #include "capture/pixel/pixel_format.hpp"
 #include "tests/support/gige_camera/gige_camera.hpp"
+#include "tests/support/gige_camera/private_network.hpp"
 #include "tests/support/paths.hpp"
+
+namespace drape::capture {
+
+inline void PrintTo(SyncMethod method, std::ostream* out) {
+  *out << to_string(method);
+}
+
+}  // namespace drape::capture
 
 namespace drape::test {
 
@@ -56,6 +67,33 @@ inline Sent picture_for(const Personality& p, int width_px, int height_px, unsig
   return sent;
 }
 
+/// A camera of a cameras.toml that is reached by the loopback.
+inline LiveCamera camera_at(const std::string& name, const std::string& address, int width_px,
+                            int height_px, double rate_hz) {
+  LiveCamera camera{name, {Backend::aravis, address, "127.0.0.1", ""}, {}};
+  camera.settings.width_px = width_px;
+  camera.settings.height_px = height_px;
+  camera.settings.frame_rate_hz = rate_hz;
+  return camera;
+}
+
+/// Captures `frames` sets on a machine that may be busy; `at_set` hears how many there are.
+inline LiveResult capture_with(const CamerasFile& file, int frames,
+                               const std::function<void(int)>& at_set = {}, double patience_s = 300,
+                               bool keep_pixels = true) {
+  LiveOptions options;
+  if (at_set)
+    options.progress = [&](double fraction, const std::string&) {
+      at_set(static_cast<int>(std::lround(fraction * frames)));
+    };
+  options.frames = frames;
+  options.patience_s = patience_s;
+  options.opening_s = 300;
+  options.keep_pixels = keep_pixels;
+  options.host_program = program("drape-camera-host");
+  return capture_live(file, options);
+}
+
 /// `count` cameras with clocks that have nothing in common.
 struct LiveBench {
   explicit LiveBench(std::size_t count, SyncMethod method, int width_px = 320, int height_px = 240,
@@ -78,11 +116,8 @@ struct LiveBench {
       devices.push_back(std::make_unique<GigeCamera>(options));
       pictures.push_back(picture(width_px, height_px, n));
       devices.back()->show(pictures.back());
-      LiveCamera camera{
-          fmt::format("cam{}", i), {Backend::aravis, options.address, "127.0.0.1", ""}, {}};
-      camera.settings.width_px = width_px;
-      camera.settings.height_px = height_px;
-      camera.settings.frame_rate_hz = rate_hz;
+      LiveCamera camera =
+          camera_at(fmt::format("cam{}", i), options.address, width_px, height_px, rate_hz);
       camera.settings.exposure_us = 1000;
       camera.settings.packet_size_bytes = 8192;
       file.cameras.push_back(camera);
@@ -91,23 +126,15 @@ struct LiveBench {
 
   [[nodiscard]] LiveResult capture(int frames, double patience_s = 20, bool keep = true,
                                    const std::function<void(int)>& at_set = {}) const {
-    LiveOptions options;
-    if (at_set)
-      options.progress = [&](double fraction, const std::string&) {
-        at_set(static_cast<int>(fraction * frames));
-      };
-    options.frames = frames;
-    options.patience_s = patience_s;
-    options.opening_s = 300;  // of a busy machine
-    options.keep_pixels = keep;
-    options.host_program = program("drape-camera-host");
-    return capture_live(file, options);
+    return capture_with(file, frames, at_set, patience_s, keep);
   }
 
   CamerasFile file;
   std::vector<std::unique_ptr<GigeCamera>> devices;
   std::vector<std::vector<std::uint8_t>> pictures;
 };
+
+class LiveCapture : public CameraTest {};
 
 /// Every frame of every set is the camera's picture, and its exposures were one instant.
 inline void expect_right_sets(const LiveBench& bench, const LiveResult& live) {

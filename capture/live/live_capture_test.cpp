@@ -20,6 +20,7 @@
 #include "capture/recording/record.hpp"
 #include "core/error.hpp"
 #include "core/files/files.hpp"
+#include "tests/support/error_of.hpp"
 #include "tests/support/gige_camera/private_network.hpp"
 #include "tests/support/paths.hpp"
 #include "tests/support/trials.hpp"
@@ -29,6 +30,7 @@ namespace {
 
 using test::all_faults;
 using test::expect_right_sets;
+using test::LiveCapture;
 using test::picture;
 using Bench = test::LiveBench;
 using testing::AllOf;
@@ -54,7 +56,7 @@ void send_junk(std::uint16_t port, int count, const std::string& from, const std
   ::close(s);
 }
 
-class EverySync : public testing::TestWithParam<SyncMethod> {};
+class EverySync : public test::CameraTest, public testing::WithParamInterface<SyncMethod> {};
 
 /// Pulses the trigger lines of all cameras together, 20 times a second.
 class LinePulses {
@@ -79,7 +81,6 @@ class LinePulses {
 };
 
 TEST_P(EverySync, GivesWholeSetsOfOneInstant) {
-  DRAPE_REQUIRE_PRIVATE_NETWORK();
   const Bench bench(3, GetParam());
   const LinePulses pulses(bench);
   const LiveResult live = bench.capture(10);
@@ -105,8 +106,7 @@ INSTANTIATE_TEST_SUITE_P(Methods, EverySync,
                          [](const auto& method) { return to_string(method.param); });
 
 /// The emulators' books against the ledger: no packet loss, and up to 5 %; frames never sent.
-TEST(LiveCapture, TheLedgerIsThatOfTheCameras) {
-  DRAPE_REQUIRE_PRIVATE_NETWORK();
+TEST_F(LiveCapture, TheLedgerIsThatOfTheCameras) {
   const int triggers = test::trial_count(8, 1300);
   for (const double loss : {0.0, 0.001, 0.01, 0.05}) {
     const Bench bench(2, SyncMethod::software_trigger, 320, 240, 100);
@@ -141,8 +141,7 @@ TEST(LiveCapture, TheLedgerIsThatOfTheCameras) {
   }
 }
 
-TEST(LiveCapture, FreeRunningCamerasThatExposeApartAreBroughtIntoStep) {
-  DRAPE_REQUIRE_PRIVATE_NETWORK();
+TEST_F(LiveCapture, FreeRunningCamerasThatExposeApartAreBroughtIntoStep) {
   bool apart = false;
   // On a busy machine cameras that begin at one command may happen to be in step after all.
   for (int attempt = 0; attempt < 5 && !apart; ++attempt) {
@@ -159,8 +158,7 @@ TEST(LiveCapture, FreeRunningCamerasThatExposeApartAreBroughtIntoStep) {
   EXPECT_TRUE(apart);
 }
 
-TEST(LiveCapture, FourCamerasAtTenFramesASecondCompleteEverySet) {
-  DRAPE_REQUIRE_PRIVATE_NETWORK();
+TEST_F(LiveCapture, FourCamerasAtTenFramesASecondCompleteEverySet) {
   const Bench bench(4, SyncMethod::free_run, 1280, 1024, 10);
   const int frames = test::trial_count(20, 600);
   const LiveResult live = bench.capture(frames, 5, false);
@@ -173,8 +171,7 @@ TEST(LiveCapture, FourCamerasAtTenFramesASecondCompleteEverySet) {
   std::printf("%zu sets of 4 whole, %ld frames lost\n", live.pairing.sets.size(), lost);
 }
 
-TEST(LiveCapture, JunkToTheStreamAndControlPortsTouchesNoCamera) {
-  DRAPE_REQUIRE_PRIVATE_NETWORK();
+TEST_F(LiveCapture, JunkToTheStreamAndControlPortsTouchesNoCamera) {
   const Bench bench(2, SyncMethod::free_run);
   const int datagrams = test::trial_count(30'000, 1'000'000);
   std::thread junk;
@@ -204,8 +201,7 @@ TEST(LiveCapture, JunkToTheStreamAndControlPortsTouchesNoCamera) {
 }
 
 /// The camera's own address, but another port than its stream's.
-TEST(LiveCapture, JunkFromTheCamerasAddressLeavesTheOthersAlone) {
-  DRAPE_REQUIRE_PRIVATE_NETWORK();
+TEST_F(LiveCapture, JunkFromTheCamerasAddressLeavesTheOthersAlone) {
   const Bench bench(2, SyncMethod::free_run);
   bool sent = false;
   const LiveResult live = bench.capture(40, 20, true, [&](int sets) {
@@ -218,8 +214,7 @@ TEST(LiveCapture, JunkFromTheCamerasAddressLeavesTheOthersAlone) {
   EXPECT_EQ(live.pairing.cameras[1].never_arrived, 0);
 }
 
-TEST(LiveCapture, AFallBackIsNamed) {
-  DRAPE_REQUIRE_PRIVATE_NETWORK();
+TEST_F(LiveCapture, AFallBackIsNamed) {
   const auto recording = test::source_root() / "rigs/bench1/recording";
   CamerasFile file;
   file.method = SyncMethod::scheduled_action;
@@ -242,41 +237,31 @@ TEST(LiveCapture, AFallBackIsNamed) {
   EXPECT_EQ(live.pairing.sets.size(), 2U);
 }
 
-TEST(LiveCapture, ACameraThatIsNotThereIsNamed) {
-  DRAPE_REQUIRE_PRIVATE_NETWORK();
+TEST_F(LiveCapture, ACameraThatIsNotThereIsNamed) {
   Bench bench(2, SyncMethod::free_run);
   bench.file.cameras[1].address = {Backend::aravis, "NOBODY", "", ""};
-  try {
-    static_cast<void>(bench.capture(1));
-    FAIL() << "captured with a camera that is not there";
-  } catch (const Error& error) {
-    EXPECT_EQ(error.kind(), ErrorKind::device);
-    EXPECT_EQ(error.where().camera, "cam1");
-    EXPECT_THAT(error.what(), HasSubstr("DB0000"));
-  }
+  const Error error = test::error_of([&] { return bench.capture(1); });
+  EXPECT_EQ(error.kind(), ErrorKind::device);
+  EXPECT_EQ(error.where().camera, "cam1");
+  EXPECT_THAT(error.what(), HasSubstr("DB0000"));
 }
 
-TEST(LiveCapture, OneCameraNamedBySerialNumberAndByAddressIsNamedTwice) {
-  DRAPE_REQUIRE_PRIVATE_NETWORK();
+TEST_F(LiveCapture, OneCameraNamedBySerialNumberAndByAddressIsNamedTwice) {
   for (const int by_serial : {0, 1}) {
     Bench bench(2, SyncMethod::free_run);
     bench.file.file = "cameras.toml";
     bench.file.cameras[1].address = bench.file.cameras[0].address;
     bench.file.cameras[static_cast<std::size_t>(by_serial)].address = {Backend::aravis, "DB0000",
                                                                        "", ""};
-    try {
-      static_cast<void>(bench.capture(1));
-      FAIL() << "captured one camera as two";
-    } catch (const Error& error) {
-      EXPECT_EQ(error.kind(), ErrorKind::device);
-      EXPECT_THAT(error.what(), AllOf(HasSubstr("cameras `cam0` and `cam1` of cameras.toml are the "
-                                                "same device: serial number DB0000"),
-                                      HasSubstr("give each [[camera]] a device of its own")));
-    }
+    const Error error = test::error_of([&] { return bench.capture(1); });
+    EXPECT_EQ(error.kind(), ErrorKind::device);
+    EXPECT_THAT(error.what(), AllOf(HasSubstr("cameras `cam0` and `cam1` of cameras.toml are the "
+                                              "same device: serial number DB0000"),
+                                    HasSubstr("give each [[camera]] a device of its own")));
   }
 }
 
-class RefusedFrames : public testing::Test {
+class RefusedFrames : public test::CameraTest {
  protected:
   /// Captures one set with camera 1 showing `pixels`, and stores it.
   RecordResult record(const std::vector<std::uint8_t>& pixels) {
@@ -297,7 +282,6 @@ class RefusedFrames : public testing::Test {
 };
 
 TEST_F(RefusedFrames, BlackSaturatedAndBlurredOnesAreNamedAndNotStored) {
-  DRAPE_REQUIRE_PRIVATE_NETWORK();
   std::vector<std::uint8_t> black(320 * 240, 2), white(320 * 240, 255), blurred;
   for (int i = 0; i < 320 * 240; ++i)
     blurred.push_back(static_cast<std::uint8_t>(20 + i % 320 / 2));

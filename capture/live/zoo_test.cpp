@@ -61,11 +61,8 @@ ZooOutcome run(const Personality& personality, SyncMethod method) {
     // Where gamma is on, the emulator bends the grey levels of what it shows.
     personality.gamma_on ? devices.back()->show(sent.back().bytes)
                          : devices.back()->show_bytes(sent.back().bytes);
-    LiveCamera camera{
-        fmt::format("cam{}", c), {Backend::aravis, options.address, "127.0.0.1", ""}, {}};
-    camera.settings.width_px = kZooWidth_px;
-    camera.settings.height_px = kZooHeight_px;
-    camera.settings.frame_rate_hz = file.frame_rate_hz;
+    LiveCamera camera = test::camera_at(fmt::format("cam{}", c), options.address, kZooWidth_px,
+                                        kZooHeight_px, file.frame_rate_hz);
     camera.settings.exposure_us = 2000;
     if (personality.tick_hz > 0) camera.settings.packet_delay_ns = 1000;
     file.cameras.push_back(camera);
@@ -79,11 +76,7 @@ ZooOutcome run(const Personality& personality, SyncMethod method) {
   });
   ZooOutcome outcome;
   try {
-    LiveOptions options;
-    options.frames = kSets;
-    options.patience_s = options.opening_s = 300;  // of a busy machine
-    options.host_program = test::program("drape-camera-host");
-    const LiveResult live = capture_live(file, options);
+    const LiveResult live = test::capture_with(file, kSets);
     outcome.sets = static_cast<int>(live.pairing.sets.size());
     for (const PairedFrames& set : live.pairing.sets)
       for (std::size_t c = 0; c < set.frames.size(); ++c)
@@ -99,10 +92,9 @@ ZooOutcome run(const Personality& personality, SyncMethod method) {
   return outcome;
 }
 
-class Zoo : public testing::TestWithParam<Personality> {};
+class Zoo : public test::CameraTest, public testing::WithParamInterface<Personality> {};
 
 TEST_P(Zoo, GivesWhatWasSentOrSaysWhyNot) {
-  DRAPE_REQUIRE_PRIVATE_NETWORK();
   const Personality& personality = GetParam();
   const int methods = test::trial_count(1, 5);
   for (int m = 0; m < methods; ++m) {

@@ -11,6 +11,7 @@
 
 #include "core/error.hpp"
 #include "core/files/files.hpp"
+#include "tests/support/error_of.hpp"
 #include "tests/support/paths.hpp"
 #include "tests/support/trials.hpp"
 
@@ -84,13 +85,9 @@ TEST(Journal, ASecondWriterIsRefusedInOneSentence) {
   test::TemporaryFolder temporary;
   const fs::path folder = temporary.path() / "recording";
   Journal first(folder, "2026-01-31");
-  try {
-    Journal second(folder, "2026-01-31");
-    FAIL() << "two captures write into one recording";
-  } catch (const Error& error) {
-    EXPECT_EQ(error.kind(), ErrorKind::bad_input);
-    EXPECT_THAT(error.what(), testing::HasSubstr("another capture records into this folder"));
-  }
+  const Error error = test::error_of([&] { return Journal(folder, "2026-01-31"); });
+  EXPECT_EQ(error.kind(), ErrorKind::bad_input);
+  EXPECT_THAT(error.what(), testing::HasSubstr("another capture records into this folder"));
 }
 
 TEST(Journal, ACaptureThatStoredNothingLeavesNoFolder) {

@@ -9,6 +9,7 @@
 #include "capture/capture.hpp"
 #include "core/error.hpp"
 #include "core/files/files.hpp"
+#include "tests/support/error_of.hpp"
 #include "tests/support/paths.hpp"
 
 namespace drape::capture {
@@ -78,12 +79,8 @@ TEST_F(Record, NoNameOfASetMakesTheRecordingUnreadable) {
         std::string("recording.run.json"), std::string("good.new"), std::string(186, 'x')}) {
     options_.set = name;
     Journal journal(options_.folder, options_.recorded_on);
-    try {
-      Recorder recorder(cameras_, options_, journal);
-      FAIL() << name;
-    } catch (const Error& error) {
-      EXPECT_EQ(error.kind(), ErrorKind::usage) << name;
-    }
+    const Error error = test::error_of([&] { return Recorder(cameras_, options_, journal); });
+    EXPECT_EQ(error.kind(), ErrorKind::usage) << name;
   }
   store("recording");
   store("a.b-c d");
@@ -148,12 +145,8 @@ TEST_F(Record, SetsOfAKilledCaptureWhoseImagesAreGoneAreLeftOutAndNamed) {
     Recorder recorder(cameras_, options_, journal);
     for (int k = 0; k < 4; ++k) recorder.add(set_of(), report_);
   }  // as SIGKILL leaves it
-  try {
-    static_cast<void>(verify_recording(options_.folder, {}));
-    FAIL() << "verified without a manifest";
-  } catch (const Error& error) {
-    EXPECT_THAT(error.what(), HasSubstr("4 sets of a capture that goes on, or was ended"));
-  }
+  const Error error = test::error_of([&] { return verify_recording(options_.folder, {}); });
+  EXPECT_THAT(error.what(), HasSubstr("4 sets of a capture that goes on, or was ended"));
   fs::remove_all(options_.folder / "q_000");
   fs::remove(options_.folder / "q_002/cam1.pgm");
   {

@@ -10,6 +10,7 @@
 #include <string>
 
 #include "core/error.hpp"
+#include "tests/support/error_of.hpp"
 #include "tests/support/paths.hpp"
 
 namespace drape::console {
@@ -55,13 +56,9 @@ TEST(MemoryFolder, LeavesLinksAndOtherNamesAlone) {
 
 TEST(MemoryFolder, WithoutAPlaceSaysSo) {
   const test::TemporaryFolder place;
-  try {
-    const MemoryFolder none(place.path() / "absent");
-    ADD_FAILURE() << "made in a folder that is not there";
-  } catch (const Error& error) {
-    EXPECT_EQ(error.kind(), ErrorKind::bad_input);
-    EXPECT_NE(std::string(error.what()).find("No such file"), std::string::npos) << error.what();
-  }
+  const Error error = test::error_of([&] { const MemoryFolder none(place.path() / "absent"); });
+  EXPECT_EQ(error.kind(), ErrorKind::bad_input);
+  EXPECT_NE(std::string(error.what()).find("No such file"), std::string::npos) << error.what();
 }
 
 }  // namespace

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <ostream>
 #include <string>
 #include <utility>
 #include <vector>
@@ -34,6 +35,10 @@ struct Personality {
 
   [[nodiscard]] bool has_trigger(const std::string& source) const;
 };
+
+inline void PrintTo(const Personality& personality, std::ostream* out) {
+  *out << personality.name;
+}
 
 /// Names and behaviour of vendors' cameras, cameras that try what can be tried, and cameras that
 /// have one pixel format each.

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <gtest/gtest.h>
+
 #include <optional>
 #include <string>
 
@@ -17,3 +19,13 @@ namespace drape::test {
 #define DRAPE_REQUIRE_PRIVATE_NETWORK()                          \
   if (const auto refused = drape::test::enter_private_network()) \
   GTEST_SKIP() << "emulated GigE cameras need a network of their own: " << *refused
+
+namespace drape::test {
+
+/// Tests with emulated cameras; skipped where there can be no network of their own for them.
+class CameraTest : public testing::Test {
+ protected:
+  void SetUp() override { DRAPE_REQUIRE_PRIVATE_NETWORK(); }
+};
+
+}  // namespace drape::test
