@@ -54,22 +54,21 @@ std::vector<std::string> names_in(const fs::path& folder) {
 }
 
 /// Expects the images in the order of their cameras.
-void require_one_image_per_camera(const fs::path& folder, const SetLayout& layout) {
-  const auto twice = std::adjacent_find(
-      layout.images.begin(), layout.images.end(),
-      [](const ImageFile& a, const ImageFile& b) { return a.camera == b.camera; });
-  if (twice == layout.images.end()) return;
-  const ImageFile& other = *std::next(twice);
-  throw bad_input(
-      fmt::format("two images of one camera: {} and {}", twice->file, other.file),
-      {.file = (folder / other.file).string(), .camera = other.camera, .set = layout.name},
-      "keep the one that belongs to the set");
+void require_one_image_per_camera(const fs::path& folder, const FrameSet& set) {
+  const auto twice =
+      std::adjacent_find(set.frames.begin(), set.frames.end(),
+                         [](const auto& a, const auto& b) { return a.camera == b.camera; });
+  if (twice == set.frames.end()) return;
+  const RecordedFrame& other = *std::next(twice);
+  throw bad_input(fmt::format("two images of one camera: {} and {}", twice->file, other.file),
+                  {.file = (folder / other.file).string(), .camera = other.camera, .set = set.name},
+                  "keep the one that belongs to the set");
 }
 
-SetLayout read_set(const fs::path& folder, const std::string& set,
-                   std::vector<IgnoredFile>& ignored) {
+FrameSet read_set(const fs::path& folder, const std::string& set,
+                  std::vector<IgnoredFile>& ignored) {
   require_utf8_name(set, {.file = (folder / set).string()});
-  SetLayout layout{set, {}};
+  FrameSet layout{set, {}};
   for (const std::string& name : names_in(folder / set)) {
     const fs::path path = folder / set / name;
     const std::string file = fmt::format("{}/{}", set, name);
@@ -78,17 +77,17 @@ SetLayout read_set(const fs::path& folder, const std::string& set,
       ignored.push_back({file, "not an image file (png, jpg, jpeg, tif, tiff)"});
       continue;
     }
-    const std::string camera = path.stem().string();
     require_utf8_name(name, {.file = path.string()});  // the file is named in the recording too
-    layout.images.push_back({set, camera, file});
+    RecordedFrame& frame = layout.frames.emplace_back();
+    frame.camera = path.stem().string();
+    frame.file = file;
   }
-  if (layout.images.empty()) {
+  if (layout.frames.empty()) {
     throw bad_input("the set holds no image", {.file = (folder / set).string(), .set = set},
                     "put <camera>.png files into it, or remove the folder");
   }
-  std::stable_sort(
-      layout.images.begin(), layout.images.end(),
-      [](const ImageFile& a, const ImageFile& b) { return natural_less(a.camera, b.camera); });
+  std::stable_sort(layout.frames.begin(), layout.frames.end(),
+                   [](const auto& a, const auto& b) { return natural_less(a.camera, b.camera); });
   require_one_image_per_camera(folder, layout);
   return layout;
 }
@@ -136,13 +135,13 @@ std::vector<std::string> require_same_cameras(const fs::path& folder, const Fold
                                               std::vector<std::string>* missing) {
   const auto order = [](const std::string& a, const std::string& b) { return natural_less(a, b); };
   std::set<std::string, decltype(order)> cameras(order);
-  for (const SetLayout& set : layout.sets) {
-    for (const ImageFile& image : set.images) cameras.insert(image.camera);
-  }
-  for (const SetLayout& set : layout.sets) {
+  for (const FrameSet& set : layout.sets)
+    for (const RecordedFrame& frame : set.frames) cameras.insert(frame.camera);
+  for (const FrameSet& set : layout.sets) {
     for (const std::string& camera : cameras) {
-      const auto is_camera = [&](const ImageFile& image) { return image.camera == camera; };
-      if (std::any_of(set.images.begin(), set.images.end(), is_camera)) continue;
+      if (std::any_of(set.frames.begin(), set.frames.end(),
+                      [&](const RecordedFrame& frame) { return frame.camera == camera; }))
+        continue;
       if (missing != nullptr) {
         missing->push_back(fmt::format("set {} has no image of camera {}", set.name, camera));
         continue;

@@ -10,20 +10,9 @@
 
 namespace drape::capture {
 
-/// An image file by its place in a folder <set>/<camera>.<ending>.
-struct ImageFile {
-  std::string set;
-  std::string camera;
-  std::string file;  ///< relative to the folder, e.g. "drape_A/cam0.png"
-};
-
-struct SetLayout {
-  std::string name;
-  std::vector<ImageFile> images;  ///< natural order of the cameras
-};
-
 struct FolderLayout {
-  std::vector<SetLayout> sets;  ///< natural order
+  /// In natural order, as are the cameras of each; a frame has its camera and its file alone.
+  std::vector<FrameSet> sets;
   std::vector<IgnoredFile> ignored;
 };
 

@@ -36,7 +36,7 @@ TEST_F(Layout, ListsSetsAndCamerasInNaturalOrder) {
   const FolderLayout layout = read_layout(folder());
   ASSERT_EQ(layout.sets.size(), 2U);
   EXPECT_EQ(layout.sets[0].name, "s2");
-  EXPECT_EQ(layout.sets[1].images[0].file, "s10/cam2.PNG");
+  EXPECT_EQ(layout.sets[1].frames[0].file, "s10/cam2.PNG");
   EXPECT_THAT(require_same_cameras(folder(), layout), ElementsAre("cam2", "cam10"));
   EXPECT_THAT(image_files_below(folder()),
               ElementsAre("s2/cam2.tiff", "s2/cam10.tif", "s10/cam2.PNG", "s10/cam10.jpeg"));
@@ -62,7 +62,7 @@ TEST_F(Layout, ListsWhatItIgnoresWithAReason) {
   ASSERT_EQ(layout.ignored.size(), 2U);
   EXPECT_EQ(layout.ignored[0].file, "readme.md");
   EXPECT_EQ(layout.ignored[1].file, "s1/notes.txt");
-  EXPECT_EQ(layout.sets[0].images.size(), 1U);
+  EXPECT_EQ(layout.sets[0].frames.size(), 1U);
 }
 
 TEST_F(Layout, NamesTheMissingCamera) {

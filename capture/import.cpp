@@ -21,73 +21,65 @@ namespace {
 
 namespace fs = std::filesystem;
 
-struct CheckedImage {
-  ImageFile image;
-  RecordedFrame frame;
-  std::uintmax_t bytes = 0;
-};
-
 /// The picture that its owner knows: what a link leads to, as `drape calib images` makes them.
 fs::path original_of(const fs::path& file) {
   return fs::is_symlink(file) ? fs::canonical(file) : file;
 }
 
-Where where_is(const fs::path& folder, const ImageFile& image) {
-  return {
-      .file = original_of(folder / image.file).string(), .camera = image.camera, .set = image.set};
-}
+/// One picture of the folder.
+struct Picture {
+  const FrameSet* set;
+  RecordedFrame* frame;
+  std::uintmax_t bytes = 0;
 
-std::vector<CheckedImage> list_images(const FolderLayout& layout) {
-  std::vector<CheckedImage> images;
-  for (const SetLayout& set : layout.sets) {
-    for (const ImageFile& image : set.images) images.push_back({image, {}, 0});
+  [[nodiscard]] Where where(const fs::path& folder) const {
+    return {.file = original_of(folder / frame->file).string(),
+            .camera = frame->camera,
+            .set = set->name};
   }
-  return images;
-}
+};
 
-void check_one(const fs::path& folder, CheckedImage& checked) {
-  const ImageFile& image = checked.image;
-  const std::vector<unsigned char> bytes = read_bytes(folder / image.file);
-  const ImageSize size = check_image(bytes, where_is(folder, image));
-  checked.bytes = bytes.size();
-  checked.frame = {image.camera,  image.file,     sha256_of(bytes),
-                   size.width_px, size.height_px, std::nullopt};
+void check_one(const fs::path& folder, Picture& picture) {
+  const std::vector<unsigned char> bytes = read_bytes(folder / picture.frame->file);
+  const ImageSize size = check_image(bytes, picture.where(folder));
+  picture.bytes = bytes.size();
+  picture.frame->sha256 = sha256_of(bytes);
+  picture.frame->width_px = size.width_px;
+  picture.frame->height_px = size.height_px;
 }
 
 /// A camera does not change its image size; another size means another camera or a resized image.
-void require_same_sizes(const fs::path& folder, const std::vector<CheckedImage>& images) {
-  std::map<std::string, const CheckedImage*> first_of;
-  for (const CheckedImage& checked : images) {
-    const CheckedImage& first = *first_of.try_emplace(checked.image.camera, &checked).first->second;
-    const RecordedFrame& frame = checked.frame;
-    if (frame.width_px == first.frame.width_px && frame.height_px == first.frame.height_px)
-      continue;
+void require_same_sizes(const fs::path& folder, const std::vector<Picture>& pictures) {
+  std::map<std::string, const Picture*> first_of;
+  for (const Picture& picture : pictures) {
+    const RecordedFrame& frame = *picture.frame;
+    const Picture& other = *first_of.try_emplace(frame.camera, &picture).first->second;
+    const int width = other.frame->width_px, height = other.frame->height_px;
+    if (frame.width_px == width && frame.height_px == height) continue;
     throw bad_input(
         fmt::format("the image is {} x {} px, but camera `{}` has {} x {} px in set `{}`",
-                    frame.width_px, frame.height_px, frame.camera, first.frame.width_px,
-                    first.frame.height_px, first.image.set),
-        where_is(folder, checked.image),
-        frame.width_px == first.frame.height_px && frame.height_px == first.frame.width_px
+                    frame.width_px, frame.height_px, frame.camera, width, height, other.set->name),
+        picture.where(folder),
+        frame.width_px == height && frame.height_px == width
             ? "this image was saved turned by a quarter turn (its EXIF orientation applied): put "
               "back the camera's original image"
             : "put back the camera's original image");
   }
 }
 
-std::vector<std::string> same_bytes_warnings(const fs::path& folder,
-                                             const std::vector<CheckedImage>& images) {
-  std::vector<std::string> warnings;
+void warn_of_same_bytes(const fs::path& folder, const std::vector<Picture>& pictures,
+                        std::vector<std::string>& warnings) {
   const auto name_of = [&](const std::string& file) {
     return fs::is_symlink(folder / file) ? original_of(folder / file).string() : file;
   };
   std::map<std::string, std::string> file_of;
-  for (const CheckedImage& checked : images) {
-    const auto [first, is_new] = file_of.try_emplace(checked.frame.sha256, checked.frame.file);
-    if (is_new) continue;
-    warnings.push_back(fmt::format("{} and {} are the same image; was one copied by mistake?",
-                                   name_of(first->second), name_of(checked.frame.file)));
+  for (const Picture& picture : pictures) {
+    const std::string& file = picture.frame->file;
+    const auto [first, is_new] = file_of.try_emplace(picture.frame->sha256, file);
+    if (!is_new)
+      warnings.push_back(fmt::format("{} and {} are the same image; was one copied by mistake?",
+                                     name_of(first->second), name_of(file)));
   }
-  return warnings;
 }
 
 std::optional<Recording> recording_in(const fs::path& folder) {
@@ -96,11 +88,10 @@ std::optional<Recording> recording_in(const fs::path& folder) {
 }
 
 /// A recording's images never change: importing again may add sets, but not replace an image.
-void require_nothing_replaced(const Recording& existing, const std::vector<CheckedImage>& images) {
+void require_nothing_replaced(const Recording& existing, const std::vector<Picture>& pictures) {
   std::map<std::string, std::string> sha256_of_file;
-  for (const CheckedImage& checked : images) {
-    sha256_of_file[checked.frame.file] = checked.frame.sha256;
-  }
+  for (const Picture& picture : pictures)
+    sha256_of_file[picture.frame->file] = picture.frame->sha256;
   for (const FrameSet& set : existing.sets) {
     for (const RecordedFrame& frame : set.frames) {
       const auto found = sha256_of_file.find(frame.file);
@@ -117,41 +108,22 @@ void require_nothing_replaced(const Recording& existing, const std::vector<Check
   }
 }
 
-/// Images that are not there yet.
-std::vector<const CheckedImage*> images_to_copy(const fs::path& recording_folder,
-                                                const std::vector<CheckedImage>& images) {
-  std::vector<const CheckedImage*> to_copy;
-  for (const CheckedImage& checked : images) {
-    const fs::path to = recording_folder / checked.frame.file;
-    if (!fs::exists(to)) {
-      to_copy.push_back(&checked);
-    } else if (sha256_of_file(to) != checked.frame.sha256) {
-      throw bad_input("another file of this name is already there", {.file = to.string()},
-                      "import into a new or empty folder");
-    }
-  }
-  return to_copy;
-}
-
-/// The notes of a set are as little replaced as its pictures.
-void require_same_details(const fs::path& recording_folder, const std::string& set,
-                          const std::string& sha256) {
-  const fs::path file = recording_folder / set / "capture.json";
-  if (fs::exists(file) && sha256_of_file(file) != sha256)
+/// Neither a picture nor the notes of a set are replaced by others; true where the file is there.
+bool is_there(const fs::path& file, const std::string& sha256, const std::string& set) {
+  if (!fs::exists(file)) return false;
+  if (sha256_of_file(file) != sha256)
     throw bad_input("another file of this name is already there",
                     {.file = file.string(), .set = set}, "import into a new or empty folder");
+  return true;
 }
 
-void copy_one(const fs::path& folder, const fs::path& recording_folder,
-              const CheckedImage& checked) {
-  const std::vector<unsigned char> bytes = read_bytes(folder / checked.image.file);
-  if (sha256_of(bytes) != checked.frame.sha256) {
-    throw bad_input("the image changed while it was imported", where_is(folder, checked.image),
+void copy_one(const fs::path& folder, const fs::path& recording_folder, const Picture& picture) {
+  const std::vector<unsigned char> bytes = read_bytes(folder / picture.frame->file);
+  if (sha256_of(bytes) != picture.frame->sha256)
+    throw bad_input("the image changed while it was imported", picture.where(folder),
                     "stop whatever writes to it, then import again");
-  }
-  write_inside(recording_folder, checked.frame.file,
-               {reinterpret_cast<const char*>(bytes.data()), bytes.size()},
-               where_is(folder, checked.image));
+  write_inside(recording_folder, picture.frame->file,
+               {reinterpret_cast<const char*>(bytes.data()), bytes.size()}, picture.where(folder));
 }
 
 /// What a capture noted in the folder of a set; nothing where the file is not of a capture.
@@ -204,7 +176,7 @@ std::string burst_of(const std::string& set) {
 std::map<std::string, Details> all_details(const fs::path& folder, const FolderLayout& layout) {
   std::map<std::string, Details> all;
   std::map<std::string, std::string> moved;  ///< by burst
-  for (const SetLayout& set : layout.sets)
+  for (const FrameSet& set : layout.sets)
     if (auto details = details_in(folder, set.name)) {
       if (details->no_go) moved[burst_of(details->set)] = *details->no_go;
       all.emplace(set.name, std::move(*details));
@@ -237,17 +209,6 @@ void require_not_inside(const fs::path& folder, const fs::path& recording_folder
   throw usage_error(
       fmt::format("the recording {} would lie inside the imported folder", inner.string()),
       "give a folder outside, or the imported folder itself to add only the manifest");
-}
-
-Recording make_recording(const fs::path& recording_folder, const FolderLayout& layout,
-                         const std::vector<CheckedImage>& images) {
-  Recording recording{recording_folder, "import", std::nullopt, {}};
-  auto next = images.begin();
-  for (const SetLayout& set : layout.sets) {
-    FrameSet& frames = recording.sets.emplace_back(FrameSet{set.name, {}});
-    for (std::size_t i = 0; i < set.images.size(); ++i) frames.frames.push_back((next++)->frame);
-  }
-  return recording;
 }
 
 /// Gives a set what was noted before of its pictures: why one of them is no measurement, the times
@@ -297,43 +258,46 @@ ImportResult import_folder(const fs::path& folder, const fs::path& recording_fol
   options.check();
   ImportReport report;
   report.in_place = is_same_folder(folder, recording_folder);
-  const FolderLayout layout = read_layout(folder);
+  FolderLayout layout = read_layout(folder);
   if (!report.in_place) require_not_inside(folder, recording_folder);
   report.cameras =
       require_same_cameras(folder, layout, options.allow_missing ? &report.warnings : nullptr);
   report.ignored = layout.ignored;
   const std::map<std::string, Details> noted = all_details(folder, layout);
-  for (const SetLayout& set : layout.sets)
-    if (const std::string file = set.name + "/capture.json";
-        fs::exists(folder / file) && !noted.contains(set.name))
+  std::vector<Picture> pictures;
+  for (FrameSet& set : layout.sets) {
+    const std::string file = set.name + "/capture.json";
+    if (fs::exists(folder / file) && !noted.contains(set.name))
       report.ignored.push_back({file, "not of a capture"});
-
-  std::vector<CheckedImage> images = list_images(layout);
-  Ticker ticker(options, images.size());
-  parallel_for(images.size(), options.threads, [&](std::size_t i) {
-    check_one(folder, images[i]);
-    ticker.done(images[i].image.file);
+    for (RecordedFrame& frame : set.frames) pictures.push_back({&set, &frame});
+  }
+  Ticker ticker(options, pictures.size());
+  parallel_for(pictures.size(), options.threads, [&](std::size_t i) {
+    check_one(folder, pictures[i]);
+    ticker.done(pictures[i].frame->file);
   });
-  require_same_sizes(folder, images);
+  require_same_sizes(folder, pictures);
   // Both manifests are read, and may be refused, before anything is written.
   const auto existing = recording_in(recording_folder);
   const auto source = report.in_place ? std::nullopt : recording_in(folder);
-  if (existing) require_nothing_replaced(*existing, images);
-  report.images = images.size();
-  for (const CheckedImage& checked : images) report.image_bytes += checked.bytes;
-  const std::vector<std::string> same = same_bytes_warnings(folder, images);
-  report.warnings.insert(report.warnings.end(), same.begin(), same.end());
+  if (existing) require_nothing_replaced(*existing, pictures);
+  report.images = pictures.size();
+  for (const Picture& picture : pictures) report.image_bytes += picture.bytes;
+  warn_of_same_bytes(folder, pictures, report.warnings);
 
   if (!report.in_place) {
     for (const auto& [set, details] : noted)
-      require_same_details(recording_folder, set, details.sha256);
-    for (const CheckedImage* image : images_to_copy(recording_folder, images))
-      copy_one(folder, recording_folder, *image);
+      is_there(recording_folder / set / "capture.json", details.sha256, set);
+    std::vector<const Picture*> to_copy;
+    for (const Picture& picture : pictures)
+      if (!is_there(recording_folder / picture.frame->file, picture.frame->sha256,
+                    picture.set->name))
+        to_copy.push_back(&picture);
+    for (const Picture* picture : to_copy) copy_one(folder, recording_folder, *picture);
     for (const auto& [set, details] : noted)
       write_inside(recording_folder, set + "/capture.json", details.bytes, {.set = set});
   }
-  Recording recording = make_recording(recording_folder, layout, images);
-  recording.recorded_on = options.recorded_on;
+  Recording recording{recording_folder, "import", options.recorded_on, std::move(layout.sets)};
   for (FrameSet& set : recording.sets)
     if (const auto found = noted.find(set.name); found != noted.end()) note(found->second, set);
   if (source) keep_notes_of(*source, false, recording);
