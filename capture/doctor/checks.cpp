@@ -3,6 +3,7 @@
 
 #include <arpa/inet.h>
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <chrono>
@@ -11,17 +12,25 @@
 #include <map>
 
 #include "capture/device/gige_network.hpp"
+#include "capture/doctor/device_list.hpp"
+#include "capture/pixel/pixel_format.hpp"
 #include "capture/recording/frame_quality.hpp"
+#include "core/calibration.hpp"
 #include "core/error.hpp"
 #include "core/files/files.hpp"
+#include "core/files/json_file.hpp"
+#include "core/program/dates.hpp"
+#include "core/program/run_record.hpp"
 
 namespace drape::capture {
 namespace {
 
+namespace fs = std::filesystem;
 constexpr double kMega = 1e6;
 constexpr int kPacketHeaders = 36;        ///< IP, UDP and GVSP, part of the packet size
 constexpr int kEthernetAround = 18 + 20;  ///< frame, gap and preamble
 constexpr int kUsualPacket = 1400;
+constexpr double kHighSpeed_mbit = 480;
 
 /// Name of the network card with this address, or else of the one whose subnet holds it.
 std::string card_of(const std::string& address) {
@@ -36,20 +45,127 @@ std::string card_of(const std::string& address) {
   return near;
 }
 
-std::optional<double> number_in(const std::filesystem::path& file) {
+std::optional<double> number_in(const fs::path& file) {
   std::ifstream stream(file);
   double value = 0;
   if (stream >> value) return value;
   return std::nullopt;
 }
 
-std::map<std::string, std::vector<const Reached*>> by_card(const std::vector<Reached>& cameras) {
-  std::map<std::string, std::vector<const Reached*>> result;
-  for (const Reached& camera : cameras) result[camera.card].push_back(&camera);
+/// Days since the calibration was computed, by the record beside it, if that is of this file: a
+/// copy has the time of the copying.
+std::optional<double> days_since(const fs::path& calibration) {
+  const fs::path record = run_record_path(calibration);
+  if (!fs::is_regular_file(record)) return std::nullopt;
+  const JsonNode root = JsonNode::open(record, "run", 1);
+  const std::vector<JsonNode> outputs = root.items("outputs");
+  const std::string sha256 = sha256_of_file(calibration);
+  if (std::none_of(outputs.begin(), outputs.end(),
+                   [&](const JsonNode& one) { return one.text("sha256") == sha256; }))
+    return std::nullopt;
+  const auto ended = utc_time_in(root.text("ended_utc"));
+  if (!ended) return std::nullopt;
+  return std::chrono::duration<double>(std::chrono::system_clock::now() - *ended).count() / 86400;
+}
+
+/// Cameras that the rig has and the calibration lacks, or knows with another size.
+std::string strangers(const Calibration& calibration, const CamerasFile& rig) {
+  std::string names;
+  for (const LiveCamera& camera : rig.cameras) {
+    const auto found =
+        std::find_if(calibration.cameras.begin(), calibration.cameras.end(),
+                     [&](const CalibratedCamera& one) { return one.camera.name == camera.name; });
+    const bool known = found != calibration.cameras.end() &&
+                       found->camera.model.width_px == camera.settings.width_px &&
+                       found->camera.model.height_px == camera.settings.height_px;
+    if (!known) names += (names.empty() ? "" : ", ") + camera.name;
+  }
+  return names;
+}
+
+/// The folder of the USB device that a device file (/dev/video0) belongs to; empty: of none.
+fs::path usb_device_of(const std::string& file, const fs::path& sys) {
+  std::error_code why;
+  fs::path folder =
+      fs::canonical(sys / "class/video4linux" / fs::path(file).filename() / "device", why);
+  for (; !why && folder.has_relative_path(); folder = folder.parent_path())
+    if (fs::exists(folder / "busnum") && fs::exists(folder / "speed")) return folder;
+  return {};
+}
+
+double usable(double mbit_per_s) {
+  return mbit_per_s > kHighSpeed_mbit ? 0.9 * 0.8 * mbit_per_s : 0.8 * mbit_per_s;
+}
+
+const FoundDevice* device_of(const LiveCamera& camera, const std::vector<FoundDevice>& found) {
+  const auto device = std::find_if(found.begin(), found.end(), [&](const FoundDevice& one) {
+    return one.backend == camera.address.backend &&
+           (one.name == camera.address.device || one.identity.address == camera.address.device);
+  });
+  return device == found.end() ? nullptr : &*device;
+}
+
+/// A camera of the network and the card it is reached by.
+struct Reached {
+  std::string camera, card;
+  int packet_size_bytes = 0;
+  double frame_bytes = 0;
+};
+
+std::map<std::string, std::vector<Reached>> cameras_by_card(const Evidence& evidence) {
+  std::map<std::string, std::vector<Reached>> result;
+  for (std::size_t c = 0; c < evidence.cameras.cameras.size(); ++c) {
+    const LiveCamera& camera = evidence.cameras.cameras[c];
+    if (camera.address.backend != Backend::aravis) continue;
+    Reached reached{camera.name, "", camera.settings.packet_size_bytes.value_or(kUsualPacket),
+                    static_cast<double>(*camera.settings.width_px) * *camera.settings.height_px};
+    std::string address = camera.address.host_address;
+    const FoundDevice* device = device_of(camera, evidence.found);
+    if (address.empty() && device != nullptr) address = device->identity.address;
+    if (c < evidence.live.report.cameras.size()) {
+      const LiveCameraReport& seen = evidence.live.report.cameras[c];
+      if (!seen.identity.host_address.empty()) address = seen.identity.host_address;
+      if (const auto size = value_of(seen.settings, "packet_size_bytes"))
+        reached.packet_size_bytes = std::stoi(*size);
+      if (const auto bytes = value_of(seen.settings, "payload_bytes"))
+        reached.frame_bytes = std::stod(*bytes);
+    }
+    // USB3 Vision has no network card.
+    if (!address.empty()) result[card_of(address)].push_back(reached);
+  }
   return result;
 }
 
 }  // namespace
+
+Evidence look_at_bench(const fs::path& rig, const fs::path& out,
+                       const std::optional<fs::path>& calibration) {
+  Evidence evidence{.cameras = read_cameras_file(rig), .out = out, .calibration = calibration};
+  evidence.today = today();
+  evidence.found = list_devices(camera_host_program());
+  LiveOptions options;
+  options.host_program = camera_host_program();
+  options.frames = static_cast<int>(evidence.wanted);
+  options.patience_s = 3;
+  try {
+    evidence.live = capture_live(evidence.cameras, options);
+    StillOptions still;
+    if (calibration && fs::exists(*calibration)) still.calibration = calibration;
+    evidence.still = look_still(evidence.live, evidence.cameras, still);
+  } catch (const Error& error) {
+    evidence.fault = error;
+  }
+  return evidence;
+}
+
+std::vector<Check> check_all(const Evidence& evidence) {
+  Checks all;
+  for (const auto look :
+       {check_disk, check_calibration, check_acceptance, check_devices, check_network, check_usb,
+        check_receive_buffers, check_capture, check_still})
+    for (Check& check : look(evidence)) all.push_back(std::move(check));
+  return all;
+}
 
 LinkNeeds link_needs(double frame_bytes, double frame_rate_hz, int packet_size_bytes, int cameras,
                      double link_bits_per_s) {
@@ -63,142 +179,84 @@ LinkNeeds link_needs(double frame_bytes, double frame_rate_hz, int packet_size_b
   return needs;
 }
 
-Check check_disk_space(std::uintmax_t free_bytes, std::uintmax_t needed_bytes,
-                       const std::string& folder) {
-  return {"disk space", free_bytes >= needed_bytes,
-          fmt::format("{:.1f} GB free, room for {} sets", static_cast<double>(free_bytes) / 1e9,
-                      needed_bytes == 0 ? 0 : free_bytes / needed_bytes),
-          fmt::format("free some space in {}", folder)};
-}
-
-Check check_disk_speed(const std::filesystem::path& folder, double needed_bytes_per_s) {
+Checks check_disk(const Evidence& evidence) {
+  double set_bytes = 0;
+  for (const LiveCamera& camera : evidence.cameras.cameras)
+    set_bytes += static_cast<double>(*camera.settings.width_px) * *camera.settings.height_px;
+  const auto free_bytes = static_cast<double>(fs::space(evidence.out).available);
   const std::string block(16U << 20U, 'x');
-  const std::filesystem::path file = folder / ".drape-doctor-speed";
+  const fs::path file = evidence.out / ".drape-doctor-speed";
   const auto start = std::chrono::steady_clock::now();
   write_durable(file, block);
   const std::chrono::duration<double> took = std::chrono::steady_clock::now() - start;
-  std::filesystem::remove(file);
+  fs::remove(file);
   const double speed = static_cast<double>(block.size()) / took.count();
-  return {"disk speed", speed >= needed_bytes_per_s,
-          fmt::format("{:.0f} MB/s written durably, {:.0f} MB/s wanted", speed / kMega,
-                      needed_bytes_per_s / kMega),
-          "record to a faster disk, or lower frame_rate_hz"};
+  return {{"disk space", free_bytes >= set_bytes,
+           fmt::format("{:.1f} GB free, room for {:.0f} sets", free_bytes / 1e9,
+                       std::floor(free_bytes / std::max(1.0, set_bytes))),
+           fmt::format("free some space in {}", evidence.out.string())},
+          {"disk speed", speed >= set_bytes,
+           fmt::format("{:.0f} MB/s written durably, {:.0f} MB/s wanted", speed / kMega,
+                       set_bytes / kMega),
+           "record to a faster disk, or lower frame_rate_hz"}};
 }
 
-std::vector<Reached> reached_cameras(const CamerasFile& cameras,
-                                     const std::vector<FoundDevice>& found,
-                                     const LiveReport& report) {
-  std::vector<Reached> result;
-  for (std::size_t c = 0; c < cameras.cameras.size(); ++c) {
-    const LiveCamera& camera = cameras.cameras[c];
-    if (camera.address.backend != Backend::aravis) continue;
-    Reached reached{camera.name, "", camera.settings.packet_size_bytes.value_or(kUsualPacket),
-                    static_cast<double>(*camera.settings.width_px) * *camera.settings.height_px};
-    std::string address = camera.address.host_address;
-    for (const FoundDevice& d : found)
-      if (address.empty() &&
-          (d.name == camera.address.device || d.identity.address == camera.address.device))
-        address = d.identity.address;
-    if (c < report.cameras.size()) {
-      const LiveCameraReport& seen = report.cameras[c];
-      if (!seen.identity.host_address.empty()) address = seen.identity.host_address;
-      if (const auto size = value_of(seen.settings, "packet_size_bytes"))
-        reached.packet_size_bytes = std::stoi(*size);
-      if (const auto bytes = value_of(seen.settings, "payload_bytes"))
-        reached.frame_bytes = std::stod(*bytes);
-    }
-    reached.card = card_of(address);
-    if (!address.empty()) result.push_back(reached);  // USB3 Vision has no network card
+Checks check_calibration(const Evidence& evidence) {
+  const auto& calibration = evidence.calibration;
+  if (!calibration)
+    return {{"calibration", true, "none is given: record the target, then drape calib", ""}};
+  if (!fs::exists(*calibration))
+    return {{"calibration", false, "there is none at " + calibration->string(),
+             "correct --calibration, or leave it out"}};
+  const std::string again = "record the target once more, then drape calib";
+  const Calibration found = read_calibration(*calibration);
+  if (found.no_go) return {{"calibration", false, "it is NO-GO: " + *found.no_go, again}};
+  if (const std::string names = strangers(found, evidence.cameras); !names.empty())
+    return {{"calibration", false,
+             "it is of other cameras than the rig's: it lacks, or has in another size, " + names,
+             "give the calibration of this rig, or " + again}};
+  const auto days = days_since(*calibration);
+  if (!days)
+    return {{"calibration", true,
+             fmt::format("warning, its age is unknown: {} is not there, or of another file",
+                         run_record_path(*calibration).string()),
+             ""}};
+  return {{"calibration", *days <= evidence.largest_days,
+           fmt::format("{:.1f} days old, at most {:.0f}", *days, evidence.largest_days), again}};
+}
+
+Checks check_acceptance(const Evidence& evidence) {
+  const auto& calibration = evidence.calibration;
+  const fs::path file = evidence.cameras.rig_file.parent_path() / "acceptance.json";
+  Check check{"acceptance", true, "none is beside rig.toml: drape calib accept makes it", ""};
+  if (!fs::exists(file)) return {check};
+  const JsonNode root = JsonNode::open(file, "acceptance", 1);
+  const auto until = root.optional_text("valid_until");
+  check.found = "of " + root.optional_text("date").value_or("no stated day");
+  if (until) check.found += ", valid until " + *until;
+  check.to_type = "record the target in new places, then drape calib accept";
+  if (calibration && fs::exists(*calibration) &&
+      sha256_of_file(*calibration) != root.text("calibration_sha256")) {
+    check.found += ": warning, of another calibration than the one in use; " + check.to_type;
+  } else if (!root.boolean("go")) {
+    check.go = false;
+    check.found += ": NO-GO, " + root.optional_text("cause").value_or(
+                                     "a figure is beyond its limit or was not measured");
+  } else if (until && *until < evidence.today) {
+    check.found += ": warning, expired; " + check.to_type;
   }
-  return result;
+  return {check};
 }
 
-std::vector<Check> check_mtu(const std::vector<Reached>& cameras) {
-  std::vector<Check> checks;
-  for (const auto& [card, list] : by_card(cameras)) {
-    int largest = 0;
-    for (const Reached* camera : list) largest = std::max(largest, camera->packet_size_bytes);
-    if (card.empty()) {
-      checks.push_back({"network card of " + list.front()->camera, false,
-                        "no network card of this machine is in its subnet",
-                        "give the network card an address in the camera's subnet; `ip address` "
-                        "lists them"});
-      continue;
-    }
-    const auto mtu = number_in("/sys/class/net/" + card + "/mtu");
-    if (mtu)
-      checks.push_back(
-          {"packet size on " + card, *mtu >= largest,
-           fmt::format("MTU {:.0f} bytes, packets of {} bytes", *mtu, largest),
-           fmt::format("sudo ip link set {} mtu 9000, or packet_size_bytes = {:.0f}", card, *mtu)});
-    // A strict filter drops a camera whose answer the kernel would send by another card.
-    const auto strict = number_in("/proc/sys/net/ipv4/conf/" + card + "/rp_filter");
-    if (strict && *strict == 1 && by_card(cameras).size() > 1)
-      checks.push_back({"reverse path filter of " + card, false, "it is strict, on several cards",
-                        fmt::format("sudo sysctl -w net.ipv4.conf.{}.rp_filter=2", card)});
-  }
-  return checks;
-}
-
-std::vector<Check> check_link(const std::vector<Reached>& cameras, double frame_rate_hz) {
-  std::vector<Check> checks;
-  for (const auto& [card, list] : by_card(cameras)) {
-    if (card.empty()) continue;
-    const double mbit = number_in("/sys/class/net/" + card + "/speed").value_or(1000);
-    const double link = (mbit > 0 ? mbit : 1000) * kMega;
-    double sum = 0;
-    int delay_ns = 0;
-    for (const Reached* c : list) {
-      const LinkNeeds needs = link_needs(c->frame_bytes, frame_rate_hz, c->packet_size_bytes,
-                                         static_cast<int>(list.size()), link);
-      sum += 8 * needs.bytes_per_s;
-      delay_ns = std::max(delay_ns, needs.packet_delay_ns);
-    }
-    checks.push_back({"link budget by " + card, sum <= 0.9 * link,
-                      fmt::format("{:.0f} of {:.0f} Mbit/s for {} camera(s); packet_delay_ns {} "
-                                  "lets each send in turn",
-                                  sum / kMega, link / kMega, list.size(), delay_ns),
-                      fmt::format("frame_rate_hz = {:.1f} or less, or a second network card",
-                                  0.9 * link / sum * frame_rate_hz)});
-  }
-  return checks;
-}
-
-std::vector<Check> check_receive_buffers(const LiveReport& report) {
-  std::vector<Check> checks;
-  for (const LiveCameraReport& camera : report.cameras) {
-    const auto has = value_of(camera.settings, "receive_buffer_bytes");
-    const auto needs = value_of(camera.settings, "receive_buffer_of_a_frame_bytes");
-    if (!has || !needs) continue;
-    const bool ring = value_of(camera.settings, "stream_socket") == "packet";
-    const double got = std::stod(*has), frame = std::stod(*needs);
-    // The camera sends no faster than it did in the short capture: too small a buffer alone loses
-    // nothing until this machine is busy.
-    checks.push_back(
-        {"receive buffer of " + camera.name, true,
-         ring ? "packet socket, 32 MB"
-              : fmt::format("{:.1f} MB; a frame takes {:.1f} MB{}", got / kMega, frame / kMega,
-                            got >= frame ? ""
-                                         : fmt::format(": a busy machine loses "
-                                                       "frames. sudo sysctl -w "
-                                                       "net.core.rmem_max={:.0f}",
-                                                       2 * frame)),
-         ""});
-  }
-  return checks;
-}
-
-std::vector<Check> check_devices(const CamerasFile& cameras,
-                                 const std::vector<FoundDevice>& found) {
-  std::vector<Check> checks;
+Checks check_devices(const Evidence& evidence) {
+  Checks checks;
   std::string all;
-  for (const FoundDevice& d : found) all += (all.empty() ? "" : ", ") + d.name;
-  for (const LiveCamera& camera : cameras.cameras) {
+  for (const FoundDevice& d : evidence.found) all += (all.empty() ? "" : ", ") + d.name;
+  for (const LiveCamera& camera : evidence.cameras.cameras) {
     if (camera.address.backend == Backend::replay) continue;
-    const auto matches = std::count_if(found.begin(), found.end(), [&](const FoundDevice& d) {
-      return d.backend == camera.address.backend &&
-             (d.name == camera.address.device || d.identity.address == camera.address.device);
-    });
+    const auto matches =
+        std::count_if(evidence.found.begin(), evidence.found.end(),
+                      [&](const FoundDevice& d) { return device_of(camera, {d}) != nullptr; });
     checks.push_back({"camera " + camera.name, matches == 1,
                       fmt::format("{}: {} device(s) answer", camera.address.device, matches),
                       fmt::format("check its power and cable, or name one of: {}",
@@ -207,40 +265,119 @@ std::vector<Check> check_devices(const CamerasFile& cameras,
   return checks;
 }
 
-std::vector<Check> check_still(const StillReport& still) {
-  std::vector<Check> checks;
-  const auto moved = still.cloth_fault();
-  if (moved)
-    checks.push_back({"cloth", false, moved->what, moved->what_to_do});
-  else if (still.motion_px)
-    checks.push_back(
-        {"cloth", true, fmt::format("moves by {:.3f} px at most", *still.motion_px), ""});
-  for (const std::string& camera : still.not_judged())
-    checks.push_back({"cloth in " + camera, true,
-                      "warning, stillness could not be judged: its pictures have structure in one "
-                      "direction only, or none above their noise",
-                      ""});
-  for (const CameraStill& camera : still.cameras) {
-    const auto fault = std::find_if(still.moved_cameras.begin(), still.moved_cameras.end(),
-                                    [&](const LiveFault& f) { return f.camera == camera.name; });
-    const bool in_place = fault == still.moved_cameras.end();
-    if (camera.background_shift_px)
-      checks.push_back({"place of " + camera.name, in_place,
-                        fmt::format("its background is {:.2f} px from the reference set",
-                                    *camera.background_shift_px),
-                        in_place ? "" : fault->what_to_do});
-    else if (!in_place)
-      checks.push_back({"place of " + camera.name, false, fault->what, fault->what_to_do});
+Checks check_network(const Evidence& evidence) {
+  Checks checks;
+  const auto by_card = cameras_by_card(evidence);
+  const double rate_hz = evidence.cameras.frame_rate_hz;
+  for (const auto& [card, list] : by_card) {
+    if (card.empty()) {
+      checks.push_back({"network card of " + list.front().camera, false,
+                        "no network card of this machine is in its subnet",
+                        "give the network card an address in the camera's subnet; `ip address` "
+                        "lists them"});
+      continue;
+    }
+    const double mbit = number_in("/sys/class/net/" + card + "/speed").value_or(1000);
+    const double link = (mbit > 0 ? mbit : 1000) * kMega;
+    int largest = 0, delay_ns = 0;
+    double sum = 0;
+    for (const Reached& camera : list) {
+      const LinkNeeds needs = link_needs(camera.frame_bytes, rate_hz, camera.packet_size_bytes,
+                                         static_cast<int>(list.size()), link);
+      largest = std::max(largest, camera.packet_size_bytes);
+      sum += 8 * needs.bytes_per_s;
+      delay_ns = std::max(delay_ns, needs.packet_delay_ns);
+    }
+    if (const auto mtu = number_in("/sys/class/net/" + card + "/mtu"))
+      checks.push_back(
+          {"packet size on " + card, *mtu >= largest,
+           fmt::format("MTU {:.0f} bytes, packets of {} bytes", *mtu, largest),
+           fmt::format("sudo ip link set {} mtu 9000, or packet_size_bytes = {:.0f}", card, *mtu)});
+    // A strict filter drops a camera whose answer the kernel would send by another card.
+    if (number_in("/proc/sys/net/ipv4/conf/" + card + "/rp_filter") == 1 && by_card.size() > 1)
+      checks.push_back({"reverse path filter of " + card, false, "it is strict, on several cards",
+                        fmt::format("sudo sysctl -w net.ipv4.conf.{}.rp_filter=2", card)});
+    checks.push_back({"link budget by " + card, sum <= 0.9 * link,
+                      fmt::format("{:.0f} of {:.0f} Mbit/s for {} camera(s); packet_delay_ns {} "
+                                  "lets each send in turn",
+                                  sum / kMega, link / kMega, list.size(), delay_ns),
+                      fmt::format("frame_rate_hz = {:.1f} or less, or a second network card",
+                                  0.9 * link / sum * rate_hz)});
   }
   return checks;
 }
 
-std::vector<Check> check_capture(const LiveResult& live, const CamerasFile& cameras,
-                                 std::size_t wanted) {
-  std::vector<Check> checks;
+Checks check_usb(const Evidence& evidence) {
+  struct Bus {
+    double mbit_per_s = 0, needed_mbit_per_s = 0;
+    std::vector<std::string> cameras;
+  };
+  std::map<int, Bus> buses;
+  const std::vector<LiveCameraReport>& reports = evidence.live.report.cameras;
+  const double rate_hz = evidence.cameras.frame_rate_hz;
+  for (std::size_t c = 0; c < std::min(evidence.cameras.cameras.size(), reports.size()); ++c) {
+    const LiveCamera& camera = evidence.cameras.cameras[c];
+    if (camera.address.backend != Backend::v4l2) continue;
+    const FoundDevice* device = device_of(camera, evidence.found);
+    const PixelFormat* format =
+        find_pixel_format(value_of(reports[c].settings, "pixel_format").value_or(""));
+    if (device == nullptr || format == nullptr || format->lossy()) continue;
+    const fs::path usb = usb_device_of(device->identity.address, evidence.sys);
+    if (usb.empty()) continue;
+    const auto bytes = static_cast<double>(format->frame_bytes(
+        format->row_bytes(*camera.settings.width_px), *camera.settings.height_px));
+    Bus& bus = buses[static_cast<int>(number_in(usb / "busnum").value_or(0))];
+    bus.mbit_per_s = number_in(usb / "speed").value_or(kHighSpeed_mbit);
+    bus.needed_mbit_per_s += 8 * bytes * rate_hz / kMega;
+    bus.cameras.push_back(camera.name);
+  }
+  Checks checks;
+  for (const auto& [number, bus] : buses) {
+    const double most = usable(bus.mbit_per_s);
+    checks.push_back(
+        {fmt::format("USB bus {}", number), bus.needed_mbit_per_s <= most,
+         fmt::format("{:.0f} Mbit/s for {}; {:.0f} of its {:.0f} Mbit/s are for pictures",
+                     bus.needed_mbit_per_s, fmt::join(bus.cameras, ", "), most, bus.mbit_per_s),
+         fmt::format("frame_rate_hz = {:.1f} or less, or a camera on another USB controller "
+                     "(`lsusb -t` shows them)",
+                     most / bus.needed_mbit_per_s * rate_hz)});
+  }
+  return checks;
+}
+
+Checks check_receive_buffers(const Evidence& evidence) {
+  Checks checks;
+  for (const LiveCameraReport& camera : evidence.live.report.cameras) {
+    const auto has = value_of(camera.settings, "receive_buffer_bytes");
+    const auto needs = value_of(camera.settings, "receive_buffer_of_a_frame_bytes");
+    if (!has || !needs) continue;
+    // The camera sends no faster than it did in the short capture: too small a buffer alone loses
+    // nothing until this machine is busy.
+    std::string found = "packet socket, 32 MB";
+    if (value_of(camera.settings, "stream_socket") != "packet") {
+      const double got = std::stod(*has), frame = std::stod(*needs);
+      found = fmt::format("{:.1f} MB; a frame takes {:.1f} MB", got / kMega, frame / kMega);
+      if (got < frame)
+        found += fmt::format(
+            ": a busy machine loses frames. sudo sysctl -w net.core.rmem_max={:.0f}", 2 * frame);
+    }
+    checks.push_back({"receive buffer of " + camera.name, true, found});
+  }
+  return checks;
+}
+
+Checks check_capture(const Evidence& evidence) {
+  if (evidence.fault)
+    return {{"a set of all cameras", false,
+             fmt::format("camera `{}`: {}", evidence.fault->where().camera,
+                         evidence.fault->what_failed()),
+             evidence.fault->what_to_do()}};
+  const LiveResult& live = evidence.live;
+  const CamerasFile& cameras = evidence.cameras;
+  Checks checks;
   const bool whole = !live.pairing.sets.empty();
   Check set{"a set of all cameras", whole,
-            fmt::format("{} of {} whole, by {}", live.pairing.sets.size(), wanted,
+            fmt::format("{} of {} whole, by {}", live.pairing.sets.size(), evidence.wanted,
                         to_string(live.report.method)),
             "see the cameras below"};
   std::optional<double> spread_s;
@@ -250,7 +387,8 @@ std::vector<Check> check_capture(const LiveResult& live, const CamerasFile& came
   for (const LiveFault& f : live.report.faults)
     set.found += fmt::format("; {}: {}", f.camera, f.what);
   // A bench that loses one of three loses others later.
-  set.go = live.pairing.sets.size() >= wanted && spread_s.value_or(0) <= cameras.largest_spread_s;
+  set.go = live.pairing.sets.size() >= evidence.wanted &&
+           spread_s.value_or(0) <= cameras.largest_spread_s;
   if (!live.report.why_fallen_back.empty())
     set.found += "; fallen back: " + live.report.why_fallen_back;
   if (!set.go && !live.report.faults.empty()) set.to_type = live.report.faults[0].what_to_do;
@@ -278,6 +416,33 @@ std::vector<Check> check_capture(const LiveResult& live, const CamerasFile& came
                      "{:.2f} of the contrast per px",
                      q.mean, q.contrast, 100 * q.saturated_fraction, q.sharpness),
          quality_remedy(q, limits)});
+  }
+  return checks;
+}
+
+Checks check_still(const Evidence& evidence) {
+  const StillReport& still = evidence.still;
+  Checks checks;
+  const auto moved = still.cloth_fault();
+  if (moved)
+    checks.push_back({"cloth", false, moved->what, moved->what_to_do});
+  else if (still.motion_px)
+    checks.push_back({"cloth", true, fmt::format("moves by {:.3f} px at most", *still.motion_px)});
+  for (const std::string& camera : still.not_judged())
+    checks.push_back({"cloth in " + camera, true,
+                      "warning, stillness could not be judged: its pictures have structure in one "
+                      "direction only, or none above their noise"});
+  for (const CameraStill& camera : still.cameras) {
+    const auto fault = std::find_if(still.moved_cameras.begin(), still.moved_cameras.end(),
+                                    [&](const LiveFault& f) { return f.camera == camera.name; });
+    const bool in_place = fault == still.moved_cameras.end();
+    if (camera.background_shift_px)
+      checks.push_back({"place of " + camera.name, in_place,
+                        fmt::format("its background is {:.2f} px from the reference set",
+                                    *camera.background_shift_px),
+                        in_place ? "" : fault->what_to_do});
+    else if (!in_place)
+      checks.push_back({"place of " + camera.name, false, fault->what, fault->what_to_do});
   }
   return checks;
 }

@@ -41,22 +41,32 @@ TEST(CamerasFile, RefusesTheSameDeviceTwiceAndAMissingCamera) {
   expect_refused(camera("cam0", "S1") + "exposure_ms = 3.0\n", "exposure_ms");
 }
 
+Check calibration_check(const Evidence& evidence) {
+  return check_calibration(evidence).at(0);
+}
+
 TEST(DoctorChecks, LinkBudgetAndDelay) {
   // 1.31 MB frames in packets of 1500 bytes: 896 + 2 packets of 1538 bytes on the wire.
   const LinkNeeds needs = link_needs(1280 * 1024, 10, 1500, 4, 1e9);
   EXPECT_NEAR(needs.bytes_per_s, 898 * 1538 * 10, 1538 * 10);
   EXPECT_EQ(needs.packet_delay_ns, 3 * 1538 * 8);
-  LiveReport report;
-  LiveCameraReport& camera = report.cameras.emplace_back();
+  Evidence evidence;
+  LiveCameraReport& camera = evidence.live.report.cameras.emplace_back();
   camera.name = "cam0";
   camera.settings = {{"receive_buffer_bytes", "425984"},
                      {"receive_buffer_of_a_frame_bytes", "2200000"},
                      {"stream_socket", "udp"}};
-  EXPECT_THAT(check_receive_buffers(report).at(0).found,
+  EXPECT_THAT(check_receive_buffers(evidence).at(0).found,
               HasSubstr("sysctl -w net.core.rmem_max=4400000"));
-  EXPECT_FALSE(check_disk_space(1, 2, "x").go);
-  EXPECT_TRUE(check_calibration(std::nullopt, {}, 30).go);
-  EXPECT_FALSE(check_calibration("nowhere.json", {}, 30).go);
+  EXPECT_TRUE(calibration_check({}).go);
+  EXPECT_FALSE(calibration_check({.calibration = "nowhere.json"}).go);
+  const test::TemporaryFolder folder;
+  evidence.out = folder.path();
+  LiveCamera& large = evidence.cameras.cameras.emplace_back();
+  large.settings.width_px = large.settings.height_px = 1 << 30;
+  EXPECT_FALSE(check_disk(evidence).at(0).go) << "an exabyte";
+  large.settings.width_px = large.settings.height_px = 1;
+  EXPECT_TRUE(check_disk(evidence).at(0).go && check_disk(evidence).at(1).go);
 }
 
 /// However young it is.
@@ -65,10 +75,10 @@ TEST(DoctorChecks, ACalibrationThatIsNoGoIsNotFitToMeasureWith) {
   const fs::path file = folder.path() / "calibration.json";
   Calibration calibration = test::bench1_true_calibration();
   write_calibration(file, calibration);
-  EXPECT_TRUE(check_calibration(file, {}, 30).go);
+  EXPECT_TRUE(calibration_check({.calibration = file}).go);
   calibration.no_go = "cam1 misses by 3 px";
   write_calibration(file, calibration);
-  const Check check = check_calibration(file, {}, 30);
+  const Check check = calibration_check({.calibration = file});
   EXPECT_FALSE(check.go);
   EXPECT_THAT(check.found, HasSubstr("NO-GO: cam1 misses by 3 px"));
   EXPECT_THAT(check.to_type, HasSubstr("drape calib"));
@@ -79,7 +89,7 @@ TEST(DoctorChecks, TheAgeOfACalibrationIsThatOfItsRecord) {
   const test::TemporaryFolder folder;
   const std::filesystem::path file = folder.path() / "calibration.json";
   write_calibration(file, test::bench1_true_calibration());
-  const Check unknown = check_calibration(file, {}, 30);
+  const Check unknown = calibration_check({.calibration = file});
   EXPECT_TRUE(unknown.go);
   EXPECT_THAT(unknown.found, HasSubstr("warning, its age is unknown"));
   const auto record = [&](const std::string& ended, const std::string& sha256) {
@@ -90,11 +100,11 @@ TEST(DoctorChecks, TheAgeOfACalibrationIsThatOfItsRecord) {
     write_json(folder.path() / "calibration.run.json", json);
   };
   record("2020-01-31T12:00:00Z", sha256_of_file(file));
-  EXPECT_FALSE(check_calibration(file, {}, 30).go);
-  EXPECT_THAT(check_calibration(file, {}, 30).found, HasSubstr("days old, at most 30"));
-  EXPECT_TRUE(check_calibration(file, {}, 1e6).go);
+  EXPECT_FALSE(calibration_check({.calibration = file}).go);
+  EXPECT_THAT(calibration_check({.calibration = file}).found, HasSubstr("days old, at most 30"));
+  EXPECT_TRUE(calibration_check({.calibration = file, .largest_days = 1e6}).go);
   record("2020-01-31T12:00:00Z", std::string(64, '0'));
-  EXPECT_THAT(check_calibration(file, {}, 30).found, HasSubstr("of another file"));
+  EXPECT_THAT(calibration_check({.calibration = file}).found, HasSubstr("of another file"));
 }
 
 TEST(DoctorChecks, ACalibrationOfOtherCamerasIsNotFitToMeasureWith) {
@@ -106,24 +116,23 @@ TEST(DoctorChecks, ACalibrationOfOtherCamerasIsNotFitToMeasureWith) {
   camera.name = "cam0";
   camera.settings.width_px = 1600;
   camera.settings.height_px = 1200;
-  EXPECT_TRUE(check_calibration(file, rig, 30).go);
+  EXPECT_TRUE(calibration_check({.cameras = rig, .calibration = file}).go);
   camera.settings.width_px = 1200;
-  EXPECT_FALSE(check_calibration(file, rig, 30).go);
+  EXPECT_FALSE(calibration_check({.cameras = rig, .calibration = file}).go);
   camera.settings.width_px = 1600;
   camera.name = "camX";
-  EXPECT_FALSE(check_calibration(file, rig, 30).go);
-  EXPECT_THAT(check_calibration(file, rig, 30).found, HasSubstr("camX"));
+  EXPECT_FALSE(calibration_check({.cameras = rig, .calibration = file}).go);
+  EXPECT_THAT(calibration_check({.cameras = rig, .calibration = file}).found, HasSubstr("camX"));
 }
 
 TEST(DoctorChecks, AClockIsKnownNoBetterThanItsDriftLets) {
-  CamerasFile cameras;
-  cameras.cameras.emplace_back().name = "cam0";
-  cameras.largest_spread_s = 3e-4;
-  LiveResult live;
-  LiveCameraReport& camera = live.report.cameras.emplace_back();
+  Evidence evidence;
+  evidence.cameras.cameras.emplace_back().name = "cam0";
+  evidence.cameras.largest_spread_s = 3e-4;
+  LiveCameraReport& camera = evidence.live.report.cameras.emplace_back();
   camera.name = "cam0";
   camera.clock = ClockFit{.bound_s = 1e-4, .drift_bound_s = 0, .drift_estimated = true};
-  const auto look = [&] { return check_capture(live, cameras, 3).at(1); };
+  const auto look = [&] { return check_capture(evidence).at(1); };
   EXPECT_EQ(look().name, "clock of cam0");
   EXPECT_TRUE(look().go);
   camera.clock = ClockFit{.bound_s = 1e-4, .drift_bound_s = 5e-4};
@@ -135,10 +144,10 @@ TEST(DoctorChecks, AClockIsKnownNoBetterThanItsDriftLets) {
 /// Two webcams of 1280 x 720 px on one bus of 480 Mbit/s, as the kernel lists them.
 TEST(DoctorChecks, CamerasOfOneUsbBusMustFitIt) {
   const test::TemporaryFolder sys;
-  CamerasFile cameras;
+  Evidence evidence{.sys = sys.path()};
+  CamerasFile& cameras = evidence.cameras;
+  LiveReport& report = evidence.live.report;
   cameras.frame_rate_hz = 10;
-  LiveReport report;
-  std::vector<FoundDevice> found;
   for (int k = 0; k < 2; ++k) {
     const fs::path usb = sys.path() / fmt::format("devices/pci/usb1/1-{}", k + 1);
     const fs::path video = sys.path() / fmt::format("class/video4linux/video{}", k);
@@ -154,36 +163,40 @@ TEST(DoctorChecks, CamerasOfOneUsbBusMustFitIt) {
     camera.settings.width_px = 1280;
     camera.settings.height_px = 720;
     report.cameras.emplace_back().settings = {{"pixel_format", "YUYV"}};
-    FoundDevice& device = found.emplace_back();
+    FoundDevice& device = evidence.found.emplace_back();
     device.backend = Backend::v4l2;
     device.name = camera.address.device;
     device.identity.address = fmt::format("/dev/video{}", k);
   }
   // Two of 1280 x 720 x 2 bytes, 10 times a second: 295 Mbit/s of the 384 that are for pictures.
-  std::vector<Check> checks = check_usb(cameras, found, report, sys.path());
+  std::vector<Check> checks = check_usb(evidence);
   ASSERT_EQ(checks.size(), 1U);
   EXPECT_EQ(checks[0].name, "USB bus 1");
   EXPECT_TRUE(checks[0].go) << checks[0].found;
   EXPECT_THAT(checks[0].found, HasSubstr("295 Mbit/s for cam0, cam1; 384 of its 480 Mbit/s"));
   cameras.frame_rate_hz = 15;
-  checks = check_usb(cameras, found, report, sys.path());
+  checks = check_usb(evidence);
   EXPECT_FALSE(checks.at(0).go);
   EXPECT_THAT(checks.at(0).to_type, HasSubstr("frame_rate_hz = 13.0 or less"));
   report.cameras[1].settings = {{"pixel_format", "MJPG"}};
-  EXPECT_TRUE(check_usb(cameras, found, report, sys.path()).at(0).go);
+  EXPECT_TRUE(check_usb(evidence).at(0).go);
   for (const int k : {0, 1})
     write_durable(sys.path() / fmt::format("devices/pci/usb1/1-{}/speed", k + 1), "5000\n");
   report.cameras[1].settings = {{"pixel_format", "YUYV"}};
-  EXPECT_TRUE(check_usb(cameras, found, report, sys.path()).at(0).go);
-  EXPECT_TRUE(check_usb(cameras, {}, report, sys.path()).empty()) << "no device, nothing to say";
+  EXPECT_TRUE(check_usb(evidence).at(0).go);
+  evidence.found.clear();
+  EXPECT_TRUE(check_usb(evidence).empty()) << "no device, nothing to say";
 }
 
 TEST(DoctorChecks, AnAcceptanceThatIsOutOfDateIsWarnedOf) {
   const test::TemporaryFolder folder;
   const fs::path calibration = folder.path() / "calibration.json";
   write_durable(calibration, "{}");
+  Evidence evidence{.calibration = calibration};
+  evidence.cameras.rig_file = folder.path() / "lab.toml";
   const auto look = [&](const char* today) {
-    return check_acceptance(folder.path(), calibration, today);
+    evidence.today = today;
+    return check_acceptance(evidence).at(0);
   };
   EXPECT_TRUE(look("2026-03-01").go) << "none is no fault";
   const auto write = [&](bool go, const std::string& sha256) {
@@ -205,8 +218,6 @@ TEST(DoctorChecks, AnAcceptanceThatIsOutOfDateIsWarnedOf) {
   write(false, own);
   EXPECT_FALSE(look("2026-03-01").go);
   EXPECT_THAT(look("2026-03-01").found, HasSubstr("NO-GO, cam1 moved"));
-  EXPECT_FALSE(check_acceptance(folder.path() / "lab.toml", calibration, "2026-03-01").go)
-      << "a rig is given by its folder or its file";
 }
 
 }  // namespace

@@ -4,8 +4,6 @@
 
 #include "capture/doctor/checks.hpp"
 #include "capture/doctor/commands.hpp"
-#include "capture/doctor/device_list.hpp"
-#include "core/error.hpp"
 #include "core/files/json_file.hpp"
 #include "core/program/command.hpp"
 #include "core/program/program.hpp"
@@ -15,47 +13,6 @@ namespace drape::capture {
 namespace fs = std::filesystem;
 
 namespace {
-
-void append(std::vector<Check>& checks, const std::vector<Check>& more) {
-  checks.insert(checks.end(), more.begin(), more.end());
-}
-
-std::vector<Check> check_machine(const CamerasFile& cameras, const fs::path& out) {
-  std::uintmax_t bytes = 0;
-  for (const auto& c : cameras.cameras) {
-    bytes += static_cast<std::uintmax_t>(*c.settings.width_px) *
-             static_cast<std::uintmax_t>(*c.settings.height_px);
-  }
-  return {check_disk_space(fs::space(out).available, bytes, out.string()),
-          check_disk_speed(out, static_cast<double>(bytes))};
-}
-
-void add_cameras(const CamerasFile& cameras, const std::optional<fs::path>& calibration,
-                 std::vector<Check>& checks) {
-  const auto found = list_devices(camera_host_program());
-  append(checks, check_devices(cameras, found));
-  LiveOptions options;
-  options.host_program = camera_host_program();
-  options.patience_s = options.frames = 3;
-  LiveResult live;
-  std::vector<Check> seen;
-  try {
-    live = capture_live(cameras, options);
-    StillOptions still;
-    if (calibration && fs::exists(*calibration)) still.calibration = calibration;
-    append(seen, check_receive_buffers(live.report));
-    append(seen, check_capture(live, cameras, static_cast<std::size_t>(options.frames)));
-    append(seen, check_still(look_still(live, cameras, still)));
-  } catch (const Error& error) {
-    seen.push_back({"a set of all cameras", false,
-                    fmt::format("camera `{}`: {}", error.where().camera, error.what_failed()),
-                    error.what_to_do()});
-  }
-  const auto reached = reached_cameras(cameras, found, live.report);
-  for (const auto& more : {check_mtu(reached), check_link(reached, cameras.frame_rate_hz),
-                           check_usb(cameras, found, live.report), seen})
-    append(checks, more);
-}
 
 int tell(const std::vector<Check>& checks, const CommonOptions& common) {
   Json list = Json::array();
@@ -90,13 +47,8 @@ int doctor_command(int argc, char** argv) {
   app.add_option("RIG", rig, "folder with rig.toml and cameras.toml")->required();
   app.add_option("--out", out, "where recordings go, for disk space and speed");
   app.add_option("--calibration", calibration, "calibration.json in use");
-  return run_program(app, argc, argv, common, [&] {
-    const auto cameras = read_cameras_file(rig);
-    auto checks = check_machine(cameras, out);
-    append(checks, check_calibrated(rig, cameras, calibration, 30));
-    add_cameras(cameras, calibration, checks);
-    return tell(checks, common);
-  });
+  return run_program(app, argc, argv, common,
+                     [&] { return tell(check_all(look_at_bench(rig, out, calibration)), common); });
 }
 
 }  // namespace drape::capture

@@ -152,7 +152,7 @@ TEST_F(Clocks, TwoCamerasOfOneSerialNumberAreRefused) {
   EXPECT_THAT(error.what(), HasSubstr("2 cameras have this serial number: 127.0.0.2, 127.0.0.3"));
   const auto found = list_devices(test::program("drape-camera-host"));
   EXPECT_EQ(found.size(), 3U);
-  const auto checks = check_devices(file_, found);
+  const auto checks = check_devices({.cameras = file_, .found = found});
   EXPECT_FALSE(checks[0].go);
   EXPECT_TRUE(checks[2].go);
 }

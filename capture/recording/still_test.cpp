@@ -110,7 +110,8 @@ TEST_F(Still, ASetSaysThatTheClothWasStillAndTheCamerasInPlace) {
   const cv::Mat image = cv::imdecode(pgm, cv::IMREAD_UNCHANGED);
   EXPECT_EQ(std::vector<std::uint8_t>(image.data, image.data + image.total()),
             live_.frames[0].pixels);
-  for (const Check& check : check_still(stored.still)) EXPECT_TRUE(check.go) << check.name;
+  for (const Check& check : check_still({.still = stored.still}))
+    EXPECT_TRUE(check.go) << check.name;
 }
 
 TEST_F(Still, AMovingClothIsNamedWithItsSpeedAndNeverAveraged) {
@@ -140,7 +141,7 @@ TEST_F(Still, AMovingClothIsNamedWithItsSpeedAndNeverAveraged) {
   EXPECT_THAT(stored.refused[0].what, HasSubstr("the cloth moved by 0."));
   EXPECT_TRUE(stored.sets.empty());
   EXPECT_FALSE(fs::exists(options_.folder));
-  EXPECT_FALSE(check_still(stored.still)[0].go);
+  EXPECT_FALSE(check_still({.still = stored.still})[0].go);
 }
 
 TEST_F(Still, ACalibrationThatIsNoGoGivesNoSpeed) {
@@ -165,7 +166,7 @@ TEST_F(Still, AClothThatMovedFarIsNeverCalledStill) {
     const StillReport still = look_still(live_, cameras_, options_.still);
     EXPECT_TRUE(still.cloth_moved) << shift_px;
     EXPECT_TRUE(still.cloth_fault()) << shift_px;
-    const auto checks = check_still(still);
+    const auto checks = check_still({.still = still});
     ASSERT_EQ(checks.size(), 1U) << shift_px;
     EXPECT_FALSE(checks[0].go) << shift_px;
     EXPECT_EQ(checks[0].found, still.cloth_fault()->what);
@@ -214,7 +215,7 @@ TEST_F(Still, ACameraThatIsNotFoundAgainIsRefusedAlone) {
     EXPECT_FALSE(fs::exists(options_.folder));
     EXPECT_FALSE(stored.still.background_shift_px) << "of three cameras one is not known";
     EXPECT_TRUE(stored.still.cameras[1].background_shift_px);
-    const auto checks = check_still(stored.still);
+    const auto checks = check_still({.still = stored.still});
     ASSERT_EQ(checks.size(), 3U);
     EXPECT_FALSE(checks[0].go);
     EXPECT_EQ(checks[0].name, "place of cam0");
