@@ -37,13 +37,14 @@ class Writer : public Fields {
     return true;
   }
   void numbers(const Field& field, double* first, Eigen::Index rows, Eigen::Index cols) override {
-    Value& list = put(field, Value::List{});
+    Value::List list;
     for (Eigen::Index row = 0; row < rows; ++row) {
-      Value cells = Value::List{};
+      Value::List cells;
       for (Eigen::Index col = 0; col < cols; ++col)
-        cells.append(first[row + col * rows] / field.unit);
-      list.append(cols == 1 ? cells.get_if<Value::List>()->front() : std::move(cells));
+        (cols == 1 ? list : cells).emplace_back(first[row + col * rows] / field.unit);
+      if (cols != 1) list.emplace_back(std::move(cells));
     }
+    put(field, std::move(list));
   }
   void begin(const Field& field) override { open_.push_back(&put(field, Value::Table{})); }
   std::size_t begin_list(const Field& field, std::size_t size, std::size_t) override {
