@@ -15,6 +15,7 @@
 #include "capture/doctor/device_list.hpp"
 #include "capture/pixel/pixel_format.hpp"
 #include "capture/recording/frame_quality.hpp"
+#include "core/acceptance_file.hpp"
 #include "core/calibration.hpp"
 #include "core/error.hpp"
 #include "core/files/files.hpp"
@@ -230,18 +231,18 @@ Checks check_acceptance(const Evidence& evidence) {
   const fs::path file = evidence.cameras.rig_file.parent_path() / "acceptance.json";
   Check check{"acceptance", true, "none is beside rig.toml: drape calib accept makes it", ""};
   if (!fs::exists(file)) return {check};
-  const JsonNode root = JsonNode::open(file, "acceptance", 1);
-  const auto until = root.optional_text("valid_until");
-  check.found = "of " + root.optional_text("date").value_or("no stated day");
+  const auto acceptance = read_record<AcceptanceFile>(file);
+  const auto& until = acceptance.valid_until;
+  check.found = "of " + acceptance.date.value_or("no stated day");
   if (until) check.found += ", valid until " + *until;
   check.to_type = "record the target in new places, then drape calib accept";
   if (calibration && fs::exists(*calibration) &&
-      sha256_of_file(*calibration) != root.text("calibration_sha256")) {
+      sha256_of_file(*calibration) != acceptance.calibration_sha256) {
     check.found += ": warning, of another calibration than the one in use; " + check.to_type;
-  } else if (!root.boolean("go")) {
+  } else if (!acceptance.go) {
     check.go = false;
-    check.found += ": NO-GO, " + root.optional_text("cause").value_or(
-                                     "a figure is beyond its limit or was not measured");
+    check.found +=
+        ": NO-GO, " + acceptance.cause.value_or("a figure is beyond its limit or was not measured");
   } else if (until && *until < evidence.today) {
     check.found += ": warning, expired; " + check.to_type;
   }

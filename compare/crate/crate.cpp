@@ -545,27 +545,30 @@ Crate write_crate(const StoreReader& store, std::optional<int> run, const Lab& l
   return CrateWriter(store, run, lab, out).write();
 }
 
-Lab read_lab(const std::filesystem::path& file) {
-  const TomlTable root = TomlTable::open(file, "lab");
-  Lab lab{root.text("title"),        root.text("description"),        root.text("license"),
-          root.text("license_name"), root.text_or("program_url", ""), {}};
-  if (!lab.program_url.empty() && !lab.program_url.starts_with("https://") &&
-      !lab.program_url.starts_with("http://"))
-    root.reject("program_url", "this is not a URL", "write e.g. https://doi.org/...");
-  if (!lab.license.starts_with("https://") && !lab.license.starts_with("http://"))
-    root.reject("license", "the licence is not a URL",
-                "write e.g. https://creativecommons.org/licenses/by/4.0/");
-  for (const TomlTable& author : root.tables("author")) {
-    lab.authors.push_back(
-        {author.text("name"), author.text_or("orcid", ""), author.text_or("affiliation", "")});
-    const std::string& orcid = lab.authors.back().orcid;
-    if (!orcid.empty() && !orcid.starts_with("https://orcid.org/"))
-      author.reject("orcid", "this is no ORCID", "write https://orcid.org/0000-...");
-    author.finish();
-  }
-  if (lab.authors.empty()) root.reject("author", "there is no author", "add an [[author]]");
-  root.finish();
-  return lab;
+static void fields(Fields& f, Lab::Author& author) {
+  f({"name", "name of the author"}, author.name);
+  f.otherwise({"orcid", "https://orcid.org/0000-..."}, author.orcid);
+  f.otherwise({"affiliation", "organisation of the author"}, author.affiliation);
+  f.limit(author.orcid.empty() || author.orcid.starts_with("https://orcid.org/"), "orcid",
+          "this is no ORCID", "write https://orcid.org/0000-...");
+}
+
+void fields(Fields& f, Lab& lab) {
+  const auto is_url = [](const std::string& text) {
+    return text.starts_with("https://") || text.starts_with("http://");
+  };
+  f({"title", "title of the data set"}, lab.title);
+  f({"description", "abstract of the data set"}, lab.description);
+  f({"license", "URL of the licence"}, lab.license);
+  f({"license_name", "name of the licence"}, lab.license_name);
+  f.otherwise({"program_url", "URL of the programs; empty: they are named by their hash"},
+              lab.program_url);
+  f({"author", "authors"}, lab.authors);
+  f.rule(is_url(lab.license), "license", "the licence is not a URL",
+         "write e.g. https://creativecommons.org/licenses/by/4.0/");
+  f.rule(lab.program_url.empty() || is_url(lab.program_url), "program_url", "this is not a URL",
+         "write e.g. https://doi.org/...");
+  f.rule(!lab.authors.empty(), "author", "there is no author", "add an [[author]]");
 }
 
 }  // namespace drape::compare

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "compare/store/store.hpp"
+#include "core/fields/records.hpp"
 
 namespace drape::compare {
 
@@ -22,8 +23,15 @@ struct Lab {
   std::string program_url;  ///< where others find the programs; empty: named by their hash
   std::vector<Author> authors;
 };
-/// Throws Error(bad_input) where a key is missing, wrong or unknown.
-[[nodiscard]] Lab read_lab(const std::filesystem::path& file);
+void fields(Fields& f, Lab& lab);
+
+}  // namespace drape::compare
+
+template <>
+inline constexpr drape::Format drape::format_of<drape::compare::Lab>{
+    "lab", Syntax::toml, 1, "authors and licence of published results"};
+
+namespace drape::compare {
 
 /// What write_crate() wrote.
 struct Crate {

@@ -9,29 +9,8 @@
 
 #include "compare/store/writer.hpp"
 #include "core/files/files.hpp"
-#include "core/files/json_file.hpp"
 
 namespace drape::compare {
-
-RigAcceptance read_acceptance(const std::filesystem::path& file) {
-  const JsonNode root = JsonNode::open(file, "acceptance", 1);
-  RigAcceptance acceptance;
-  acceptance.sha256 = sha256_of_file(file);
-  acceptance.rig = root.text("rig");
-  acceptance.calibration_sha256 = root.text("calibration_sha256");
-  acceptance.date = root.optional_text("date");
-  acceptance.valid_until = root.optional_text("valid_until");
-  acceptance.cause = root.optional_text("cause");
-  acceptance.positions = root.integer("positions");
-  acceptance.go = root.boolean("go");
-  if (root.has("warnings")) acceptance.warnings = root.texts("warnings");
-  for (const JsonNode& row : root.items("figures"))
-    acceptance.figures.push_back({row.text("name"), row.text("unit"), row.text("where"),
-                                  row.optional_number("value"),
-                                  row.optional_number("expanded_uncertainty"),
-                                  row.optional_number("limit"), row.boolean("go")});
-  return acceptance;
-}
 
 namespace {
 
@@ -54,7 +33,7 @@ std::string reason_of(const std::string& cause) {
 
 std::map<std::string, std::string> reason_in_store(const std::filesystem::path& store,
                                                    const Session& session,
-                                                   const std::optional<RigAcceptance>& given) {
+                                                   const std::optional<AcceptanceFile>& given) {
   std::map<std::string, std::string> reasons;
   std::optional<StoreReader> reader;
   if (std::filesystem::is_regular_file(store)) reader.emplace(store);
@@ -76,7 +55,7 @@ std::map<std::string, std::string> reason_in_store(const std::filesystem::path& 
   return reasons;
 }
 
-std::vector<std::string> doubts_of(const RigAcceptance& acceptance, const Session& session) {
+std::vector<std::string> doubts_of(const AcceptanceFile& acceptance, const Session& session) {
   std::vector<std::string> doubts;
   const std::string again = ": record the target again and run drape calib accept";
   std::optional<std::string> day;
@@ -96,13 +75,13 @@ std::vector<std::string> doubts_of(const RigAcceptance& acceptance, const Sessio
   return doubts;
 }
 
-std::optional<RigAcceptance> look_at_acceptance(const std::filesystem::path& file,
-                                                const Session& session, Outcome& outcome,
-                                                RunRecord& record) {
-  std::optional<RigAcceptance> acceptance;
+std::optional<AcceptanceFile> look_at_acceptance(const std::filesystem::path& file,
+                                                 const Session& session, Outcome& outcome,
+                                                 RunRecord& record) {
+  std::optional<AcceptanceFile> acceptance;
   if (!file.empty()) {
-    acceptance = read_acceptance(file);
-    record.input(file, acceptance->sha256);
+    acceptance = read_record<AcceptanceFile>(file);
+    record.input(file, acceptance->document.sha256());
     for (const std::string& warning : acceptance->warnings)
       outcome.warnings.push_back("the acceptance: " + warning);
     for (std::string& doubt : doubts_of(*acceptance, session))
@@ -112,18 +91,19 @@ std::optional<RigAcceptance> look_at_acceptance(const std::filesystem::path& fil
   return acceptance;
 }
 
-void store_acceptance(const std::filesystem::path& store, const RigAcceptance& acceptance) {
+void store_acceptance(const std::filesystem::path& store, const AcceptanceFile& acceptance) {
   Store results(store);
+  const std::string& key = acceptance.document.sha256();
   results.write([&](Writer& writer) {
     writer.insert_unit("rig", acceptance.rig);
-    if (!writer.insert("acceptance", acceptance.sha256, acceptance.rig,
-                       acceptance.calibration_sha256, acceptance.date, acceptance.valid_until,
-                       acceptance.positions, acceptance.go ? "GO" : "NO-GO", acceptance.cause))
+    if (!writer.insert("acceptance", key, acceptance.rig, acceptance.calibration_sha256,
+                       acceptance.date, acceptance.valid_until, acceptance.positions,
+                       acceptance.go ? "GO" : "NO-GO", acceptance.cause))
       return;
-    for (const RigAcceptance::Figure& figure : acceptance.figures)
-      writer.insert("acceptance_figure", acceptance.sha256, figure.name, figure.unit, figure.value,
+    for (const AcceptanceRow& figure : acceptance.figures)
+      writer.insert("acceptance_figure", key, figure.name, figure.unit, figure.value,
                     figure.expanded, figure.limit, figure.where, figure.go ? "GO" : "NO-GO");
-    writer.enter("acceptance", acceptance.sha256);
+    writer.enter("acceptance", key);
   });
   results.close();
 }

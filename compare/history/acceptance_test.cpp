@@ -64,8 +64,8 @@ TEST(RigAcceptances, AreKeptOnceTrendedAndMerged) {
   for (const double error : errors_mm) {
     const fs::path file =
         written(folder.path(), "2026-0" + std::to_string(++month) + "-01", error, error < 0.05);
-    store_acceptance(store, read_acceptance(file));
-    store_acceptance(store, read_acceptance(file));
+    store_acceptance(store, read_record<AcceptanceFile>(file));
+    store_acceptance(store, read_record<AcceptanceFile>(file));
   }
   const StoreReader reader(store);
   EXPECT_EQ(reader.query("SELECT count(*) FROM acceptance").rows.at(0).at(0), "6");
@@ -95,7 +95,8 @@ TEST(RigAcceptances, OutOfDateOnesAreDoubted) {
   DrapeFiles& drape = session.drapes.emplace_back();
   drape.input.measured.sheet = measured_with('a');
   drape.recording = RecordingId{"", "2027-06-30"};
-  const RigAcceptance good = read_acceptance(written(folder.path(), "2026-01-31", 0.01, true));
+  const AcceptanceFile good =
+      read_record<AcceptanceFile>(written(folder.path(), "2026-01-31", 0.01, true));
   EXPECT_THAT(doubts_of(good, session), IsEmpty());
   drape.recording->recorded_on = "2027-07-01";
   EXPECT_THAT(doubts_of(good, session), ElementsAre(HasSubstr("expired on 2027-06-30")));
@@ -104,7 +105,8 @@ TEST(RigAcceptances, OutOfDateOnesAreDoubted) {
   drape.input.measured.sheet = measured_with('b');
   EXPECT_THAT(doubts_of(good, session), ElementsAre(HasSubstr("another calibration")));
   drape.input.measured.sheet = measured_with('a');
-  const RigAcceptance bad = read_acceptance(written(folder.path(), "2026-02-01", 0.1, false));
+  const AcceptanceFile bad =
+      read_record<AcceptanceFile>(written(folder.path(), "2026-02-01", 0.1, false));
   EXPECT_THAT(doubts_of(bad, session), IsEmpty());
 }
 
@@ -117,9 +119,12 @@ TEST(RigAcceptances, TheLastOneSpeaksForEveryDrapeOfItsCalibrationAndForNoOther)
         test::drape_of(measured_with(calibration), {test::simulated_sheet(11, 5, [](const auto& m) {
                          return Eigen::Vector3d(test::flat(m) + Eigen::Vector3d(0, 0, 5e-3));
                        })});
-  const RigAcceptance bad = read_acceptance(written(folder.path(), "2026-02-01", 0.1, false)),
-                      older = read_acceptance(written(folder.path(), "2026-01-31", 0.01, true)),
-                      newer = read_acceptance(written(folder.path(), "2026-03-01", 0.01, true));
+  const AcceptanceFile bad = read_record<AcceptanceFile>(
+                           written(folder.path(), "2026-02-01", 0.1, false)),
+                       older = read_record<AcceptanceFile>(
+                           written(folder.path(), "2026-01-31", 0.01, true)),
+                       newer = read_record<AcceptanceFile>(
+                           written(folder.path(), "2026-03-01", 0.01, true));
   const auto refused = ElementsAre(Pair(std::string(64, 'a'), HasSubstr("NO-GO: cam1 moved")));
   EXPECT_THAT(reason_in_store(store, session), IsEmpty());
   EXPECT_THAT(reason_in_store(store, session, bad), refused);

@@ -2,7 +2,6 @@
 #include "compare/meshes/other_mesh.hpp"
 
 #include <fmt/format.h>
-#include <Eigen/LU>
 
 #include <algorithm>
 #include <cmath>
@@ -10,10 +9,9 @@
 
 #include "compare/metrics/surface.hpp"
 #include "compare/records/provenance.hpp"
+#include "core/drape_mesh.hpp"
 #include "core/error.hpp"
 #include "core/files/files.hpp"
-#include "core/files/mesh_file.hpp"
-#include "core/files/toml_file.hpp"
 #include "core/program/run_record.hpp"
 #include "core/statistics/sample.hpp"
 #include "core/units.hpp"
@@ -29,40 +27,6 @@ constexpr double kOutside = 1e-9;   ///< of a triangle, in barycentric coordinat
 /// No cloth strains by so much where it hangs by its own weight; units differ by 2.54 or more.
 constexpr double kMostStrain = 0.3;
 
-/// Material coordinates (warp, weft) where an index or texture coordinate is at its start and end.
-struct Range {
-  Eigen::Vector2d from_m, to_m;
-
-  static Range of(const TomlTable& table) {
-    return {{table.number("warp_from_mm") * mm, table.number("weft_from_mm") * mm},
-            {table.number("warp_to_mm") * mm, table.number("weft_to_mm") * mm}};
-  }
-  [[nodiscard]] Eigen::Vector2d at(const Eigen::Vector2d& part) const {
-    return from_m + part.cwiseProduct(to_m - from_m);
-  }
-};
-
-std::vector<Eigen::Vector3d> points_in_world(const TomlTable& table, const MeshFile& mesh) {
-  const std::string up = table.text_or("up", "z");
-  if (up != "z" && up != "y")
-    table.reject("up", fmt::format("up is `z` or `y`, not `{}`", up), "correct it");
-  const double unit_m = table.positive("unit_mm") * mm;
-  std::vector<Eigen::Vector3d> points;
-  for (const Eigen::Vector3d& point : mesh.points) {
-    const Eigen::Vector3d p = unit_m * point;
-    points.push_back(up == "z" ? p : Eigen::Vector3d(p.x(), -p.z(), p.y()));
-  }
-  return points;
-}
-
-bool is_warp(const TomlTable& table, const std::string& key, const std::string& yes,
-             const std::string& no) {
-  const std::string word = table.text(key);
-  if (word != yes && word != no)
-    table.reject(key, fmt::format("it is `{}` or `{}`, not `{}`", yes, no, word), "correct it");
-  return word == yes;
-}
-
 std::vector<double> sorted_unique(std::vector<double> values) {
   std::sort(values.begin(), values.end());
   values.erase(
@@ -72,80 +36,27 @@ std::vector<double> sorted_unique(std::vector<double> values) {
 }
 
 /// The vertices themselves, sorted so that rows run along the warp.
-void add_grid(const TomlTable& table, const MeshFile& mesh,
-              const std::vector<Eigen::Vector3d>& points, Sheet& sheet) {
-  const bool inner_is_warp = is_warp(table, "inner", "warp", "weft");
-  const int inner = table.positive_integer("inner_count");
-  const Range range = Range::of(table);
-  const int count = static_cast<int>(mesh.points.size());
-  if (inner < 2 || count % inner != 0 || count / inner < 2) {
-    table.reject("inner_count", fmt::format("{} vertices do not make rows of {}", count, inner),
-                 "give the number of vertices of one row");
-  }
-  const int outer = count / inner;
-  sheet.rows = inner_is_warp ? inner : outer;
-  sheet.cols = inner_is_warp ? outer : inner;
+void add_grid(const DrapeMesh& drape, Sheet& sheet) {
+  const MaterialRange& range = drape.grid->range;
+  const int inner = drape.grid->inner_count;
+  const bool inner_is_warp = drape.grid->inner == ClothDirection::warp;
+  sheet.rows = inner_is_warp ? inner : drape.outer_count();
+  sheet.cols = inner_is_warp ? drape.outer_count() : inner;
   const bool turn_rows = range.from_m.x() > range.to_m.x();
   const bool turn_cols = range.from_m.y() > range.to_m.y();
   for (int row = 0; row < sheet.rows; ++row) {
     for (int col = 0; col < sheet.cols; ++col) {
       const int a = turn_rows ? sheet.rows - 1 - row : row;
       const int b = turn_cols ? sheet.cols - 1 - col : col;
-      const int index = inner_is_warp ? b * inner + a : a * inner + b;
-      const Eigen::Vector2d part(static_cast<double>(a) / (sheet.rows - 1),
-                                 static_cast<double>(b) / (sheet.cols - 1));
-      sheet.marks.push_back(
-          {{row, col}, range.at(part), points[static_cast<std::size_t>(index)], {}, {}, {}});
+      const int step = inner_is_warp ? a : b, outer = inner_is_warp ? b : a;
+      sheet.marks.push_back({{row, col},
+                             drape.material_m(step, outer),
+                             drape.points_in_world[static_cast<std::size_t>(outer * inner + step)],
+                             {},
+                             {},
+                             {}});
     }
   }
-}
-
-/// The textured mesh over its material coordinates.
-struct Chart {
-  struct Triangle {
-    Eigen::Matrix2d to_weights;  ///< material offset from the first corner to two weights
-    Eigen::Vector2d corner, low, high;
-    std::array<std::size_t, 3> points;
-  };
-  std::vector<Triangle> triangles;
-
-  [[nodiscard]] std::optional<Eigen::Vector3d> at(
-      const Eigen::Vector2d& material, const std::vector<Eigen::Vector3d>& points) const {
-    for (const Triangle& t : triangles) {
-      if ((material.array() < t.low.array() - 1e-9).any() ||
-          (material.array() > t.high.array() + 1e-9).any())
-        continue;
-      const Eigen::Vector2d w = t.to_weights * (material - t.corner);
-      if (w.minCoeff() < -kOutside || w.sum() > 1 + kOutside) continue;
-      return (1 - w.sum()) * points[t.points[0]] + w.x() * points[t.points[1]] +
-             w.y() * points[t.points[2]];
-    }
-    return std::nullopt;
-  }
-};
-
-Chart chart_of(const TomlTable& table, const MeshFile& mesh) {
-  if (mesh.uvs.empty())
-    table.reject("warp", "the mesh has no texture coordinates", "export them, or use [grid]");
-  const bool v_is_warp = is_warp(table, "warp", "v", "u");
-  const Range range = Range::of(table);
-  const auto material = [&](const MeshCorner& corner) {
-    const Eigen::Vector2d uv = mesh.uvs[corner.uv];
-    return range.at(v_is_warp ? Eigen::Vector2d(uv.y(), uv.x()) : uv);
-  };
-  Chart chart;
-  for (const auto& [a, b, c] : mesh.triangles) {
-    const Eigen::Vector2d p = material(a), q = material(b), r = material(c);
-    Eigen::Matrix2d sides;
-    sides << q - p, r - p;
-    if (std::abs(sides.determinant()) < 1e-18) continue;
-    chart.triangles.push_back({sides.inverse(),
-                               p,
-                               p.cwiseMin(q).cwiseMin(r),
-                               p.cwiseMax(q).cwiseMax(r),
-                               {a.point, b.point, c.point}});
-  }
-  return chart;
 }
 
 /// 0, the side, the marks' own lines, and lines between them that are at most a step apart.
@@ -163,9 +74,8 @@ std::vector<double> lines_of(const Sheet& measured, int axis) {
   return lines;
 }
 
-void add_chart(const TomlTable& table, const MeshFile& mesh,
-               const std::vector<Eigen::Vector3d>& points, const Sheet& measured, Sheet& sheet) {
-  const Chart chart = chart_of(table, mesh);
+void add_texture(const DrapeMesh& drape, const Sheet& measured, Sheet& sheet) {
+  const MaterialSurface surface(drape, kOutside);
   const std::vector<double> warp = lines_of(measured, 0), weft = lines_of(measured, 1);
   sheet.rows = static_cast<int>(warp.size());
   sheet.cols = static_cast<int>(weft.size());
@@ -173,7 +83,7 @@ void add_chart(const TomlTable& table, const MeshFile& mesh,
     for (int col = 0; col < sheet.cols; ++col) {
       const Eigen::Vector2d material(warp[static_cast<std::size_t>(row)],
                                      weft[static_cast<std::size_t>(col)]);
-      if (const auto point = chart.at(material, points)) {
+      if (const auto point = surface.at(material)) {
         sheet.marks.push_back({{row, col}, material, *point, {}, {}, {}});
       } else {
         sheet.gaps.push_back({{row, col}, "the mesh has no triangle there"});
@@ -198,13 +108,13 @@ std::vector<double> stretches_of(const Sheet& sheet, const MarkId& step) {
 }
 
 /// A mesh in another unit than stated has distances like any other.
-void require_size_of_cloth(const TomlTable& table, const Sheet& sheet) {
+void require_size_of_cloth(const DrapeMesh& drape, const Sheet& sheet) {
   for (const bool warp : {true, false}) {
     const std::vector<double> stretches = stretches_of(sheet, warp ? MarkId{1, 0} : MarkId{0, 1});
     if (stretches.empty()) continue;
     const double stretch = median(stretches);
     if (stretch < 1 + kMostStrain && stretch > 1 / (1 + kMostStrain)) continue;
-    table.reject("unit_mm",
+    drape.reject("unit_mm",
                  fmt::format("neighbours along the {} lie {:.3g} times as far apart in space as on "
                              "the cloth",
                              warp ? "warp" : "weft", stretch),
@@ -224,7 +134,7 @@ std::optional<OtherMeshId> other_mesh_id(const fs::path& file) {
       read_text(file).find("\"drapebench/mesh/") == std::string::npos)
     return std::nullopt;
   try {
-    const fs::path mesh = TomlTable::open(file, "mesh").file_path("mesh");
+    const fs::path mesh = read_record<DrapeMesh>(file).mesh_file;
     const std::string mesh_sha256 = sha256_of_file(mesh);
     return OtherMeshId{id_of(file, mesh_sha256), mesh, mesh_sha256};
   } catch (const Error&) {
@@ -233,58 +143,44 @@ std::optional<OtherMeshId> other_mesh_id(const fs::path& file) {
 }
 
 std::optional<OtherSurface> read_other_surface(const fs::path& file) {
-  const TomlTable table = TomlTable::open(file, "mesh");
-  if (!table.has("correspondence")) return std::nullopt;
-  if (table.text("correspondence") != "none" || table.has("grid") || table.has("uv")) {
-    table.reject("correspondence", "it can only be `none`, and then there is no [grid] and no [uv]",
-                 "remove one of them");
-  }
+  if (!read_record<DrapeMesh>(file).correspondence) return std::nullopt;
+  DrapeMesh drape = read_drape_mesh(file);
   OtherSurface surface;
   surface.file = file;
-  surface.mesh_file = table.file_path("mesh");
-  surface.simulator = table.text("name");
-  surface.scene = table.text("scene");
-  if (table.has("fabric")) surface.fabric = table.text("fabric");
-  const MeshFile mesh = read_mesh_file(surface.mesh_file);
-  surface.mesh.points = points_in_world(table, mesh);
-  table.finish();
-  for (const auto& [a, b, c] : mesh.triangles)
+  surface.mesh_file = drape.mesh_file;
+  surface.simulator = drape.name;
+  surface.scene = drape.scene;
+  surface.fabric = drape.fabric;
+  surface.mesh.points = std::move(drape.points_in_world);
+  for (const auto& [a, b, c] : drape.mesh.triangles)
     surface.mesh.triangles.push_back({a.point, b.point, c.point});
   if (surface.mesh.triangles.empty())
-    table.reject("mesh", "the mesh has no face, so it is no surface", "export the faces too");
+    drape.reject("mesh", "the mesh has no face, so it is no surface", "export the faces too");
   surface.mesh_sha256 = sha256_of_file(surface.mesh_file);
   surface.sha256 = id_of(file, surface.mesh_sha256);
   return surface;
 }
 
 Simulation read_other_mesh(const fs::path& file, const Sheet& measured) {
-  const TomlTable table = TomlTable::open(file, "mesh");
-  const fs::path mesh_file = table.file_path("mesh");
+  const DrapeMesh drape = read_drape_mesh(file);
+  const fs::path& mesh_file = drape.mesh_file;
   Simulation simulation;
-  simulation.other_simulator = table.text("name");
+  simulation.other_simulator = drape.name;
   simulation.sheet.file = file;
   Sheet& sheet = simulation.sheet.sheet;
   sheet.patch_m = measured.patch_m;
   SimulatedSource source;
-  source.scene = table.text("scene");
-  source.fabric = table.text_or("fabric", "not stated");
+  source.scene = drape.scene;
+  source.fabric = drape.fabric.value_or("not stated");
   source.model = *simulation.other_simulator;
   source.solver = "not stated";
   source.status = "as exported";
-  const auto grid = table.optional_table("grid"), uv = table.optional_table("uv");
-  if (grid.has_value() == uv.has_value())
-    table.reject("mesh", "it needs [grid] or [uv], and not both",
+  if (drape.grid.has_value() == drape.uv.has_value())
+    drape.reject("mesh", "it needs [grid] or [uv], and not both",
                  "say where the material points are; where nothing of it is known, write "
                  "correspondence = \"none\": then only surfaces are compared");
-  const MeshFile mesh = read_mesh_file(mesh_file);
-  const std::vector<Eigen::Vector3d> points = points_in_world(table, mesh);
-  if (grid) {
-    add_grid(*grid, mesh, points, sheet);
-  } else {
-    add_chart(*uv, mesh, points, measured, sheet);
-  }
-  table.finish();
-  require_size_of_cloth(table, sheet);
+  drape.grid ? add_grid(drape, sheet) : add_texture(drape, measured, sheet);
+  require_size_of_cloth(drape, sheet);
   simulation.sheet.ply_sha256 = sha256_of_file(mesh_file);
   simulation.sheet.sha256 = id_of(file, simulation.sheet.ply_sha256);
   simulation.other_file = mesh_file;

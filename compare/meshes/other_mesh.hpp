@@ -11,30 +11,7 @@
 
 namespace drape::compare {
 
-/// Reads a drape that another program made, from a small file that people write beside its mesh
-/// ("drapebench/mesh/1", *.toml):
-///
-///     name = "Blender 3.4"          the simulator, as it shall stand in the tables
-///     mesh = "mesh_A.ply"           .ply or .obj
-///     unit_mm = 1.0                 length of one unit of the mesh
-///     up = "z"                      or "y": z_world = y_mesh, y_world = -z_mesh
-///     scene = "A"                   as the scenes of the simulations it stands beside
-///     fabric = "cotton-like"        optional
-///     correspondence = "none"       only when nothing of the next two is known
-///     [grid]                        vertices in rows, or instead
-///     inner = "weft"                direction along which the index grows by one
-///     inner_count = 111
-///     warp_from_mm = 220.0          material coordinate at the first vertex ...
-///     warp_to_mm = 0.0              ... and at the last
-///     weft_from_mm = 0.0
-///     weft_to_mm = 220.0
-///     [uv]                          texture coordinates
-///     warp = "v"                    which one runs along the warp
-///     warp_from_mm = 220.0          material coordinate where it is 0 ...
-///     warp_to_mm = 0.0              ... and 1
-///     weft_from_mm = 0.0
-///     weft_to_mm = 220.0
-///
+/// Reads a drape that another program made (core/drape_mesh.hpp, "drapebench/mesh/1", *.toml).
 /// A mesh with texture coordinates is taken at the measured marks and, between them, at least every
 /// 2 mm of cloth, linear on its triangles; without them its vertices are the points. The mesh's
 /// world must be the bench's, and its neighbours must lie about as far apart as on the cloth: else

@@ -160,7 +160,8 @@ TEST(OtherMesh, WrongDescriptionsNameTheirField) {
               HasSubstr("inner_count"));
   EXPECT_THAT(refusal(folder.path(), "a.ply", mesh, with(kGridToml, "\"weft\"", "\"up\"")),
               HasSubstr("inner"));
-  EXPECT_THAT(refusal(folder.path(), "a.ply", mesh, with(kGridToml, "[grid]", "[other]")),
+  EXPECT_THAT(refusal(folder.path(), "a.ply", mesh,
+                      std::string(kGridToml, std::string(kGridToml).find("[grid]"))),
               HasSubstr("[grid] or [uv]"));
   EXPECT_THAT(refusal(folder.path(), "a.ply", mesh, with(kGridToml, "unit_mm", "unit_cm")),
               HasSubstr("unit_"));

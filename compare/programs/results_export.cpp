@@ -18,7 +18,7 @@ int export_crate(const StoreReader& reader, const ResultsArguments& arguments,
     throw usage_error("a crate needs --out FOLDER and --about lab.toml",
                       "lab.toml names title, description, license and authors");
   const Crate crate =
-      write_crate(reader, arguments.filter.run, read_lab(arguments.lab), arguments.file);
+      write_crate(reader, arguments.filter.run, read_record<Lab>(arguments.lab), arguments.file);
   Ending ending;
   ending.go = crate.findings.empty();
   ending.verdict = ending.go ? "the crate holds everything behind its numbers" : crate.findings[0];

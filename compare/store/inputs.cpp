@@ -94,12 +94,12 @@ void read_error_split_beside(DrapeFiles& drape, Session& session) {
   auto made_by = read_made_by(file);
   auto why = other_origin(made_by ? made_by->inputs : HashedFiles(), drape.input);
   if (!why) {
-    ErrorSplitFile split = read_error_split(file);
+    ErrorSplitFile split = read_record<ErrorSplitFile>(file);
     why = other_base(split, drape.input);
     if (!why && split.no_go && split.no_go != measured.sheet.no_go)
       why = "rests on a measurement that is NO-GO: " + *split.no_go;
     if (!why) {
-      session.read.emplace_back(file, split.sha256);
+      session.read.emplace_back(file, split.document.sha256());
       drape.error_split = std::move(split);
       drape.split_by = std::move(made_by);
       return;

@@ -4,11 +4,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <string_view>
 
 #include "core/files/files.hpp"
-#include "core/files/json_file.hpp"
 #include "core/files/lattice_size.hpp"
 #include "core/units.hpp"
 
@@ -17,7 +17,6 @@ namespace {
 
 using units::mm;
 
-constexpr int kSensitivityVersion = 1;
 constexpr std::size_t kFabricFiles = 7;  // the fabric's own, two curves each of three kinds
 
 /// Place of the greatest change among the variants at rest.
@@ -51,20 +50,6 @@ bool hold_fabric(const HashedFiles& inputs, const std::string& sha256) {
   return false;
 }
 
-/// Nothing where the file has none: it was written before, or the cloth did not come to rest.
-std::optional<MarkMoves> moves_of(const JsonNode& entry, const ErrorSplitFile& split) {
-  if (!entry.has("step")) return std::nullopt;
-  const auto rows = [&](const char* key) -> Eigen::MatrixX3d {
-    const Eigen::MatrixXd found = entry.matrix(key);
-    if (found.cols() != 3 || found.rows() != static_cast<Eigen::Index>(split.marks_at.size()))
-      entry.reject(key, "must have x, y, z for each entry of marks_at");
-    return found * mm;
-  };
-  const double step = entry.number("step");
-  if (!(step > 0)) entry.reject("step", "must be above 0");
-  return MarkMoves{step, entry.optional_number("half_width"), rows("down_mm"), rows("up_mm")};
-}
-
 }  // namespace
 
 std::optional<std::string> other_origin(const HashedFiles& inputs, const DrapeInput& drape) {
@@ -92,50 +77,77 @@ std::optional<std::string> other_base(const ErrorSplitFile& split, const DrapeIn
                      split.cols, split.segments, split.segments == 1 ? "" : "s", split.model);
 }
 
-ErrorSplitFile read_error_split(const std::filesystem::path& file) {
-  const JsonNode root = JsonNode::open(file, "sensitivity", kSensitivityVersion);
-  ErrorSplitFile split;
-  split.file = file;
-  split.sha256 = sha256_of_file(file);
-  if (root.has("rows")) {
-    split.rows = root.integer("rows");
-    split.cols = root.integer("cols");
-    split.segments = root.integer("segments");
-    split.model = root.text("model");
-  }
-  split.distance_m = root.number("mean_distance_mm") * mm;
-  split.marks = root.integer("marks");
-  if (root.has("no_go")) split.no_go = root.text("no_go");
-  if (root.has("marks_at")) {
-    const Eigen::MatrixXd places = root.matrix("marks_at");
-    if (places.cols() != 2) root.reject("marks_at", "must hold pairs of row and column");
-    if ((places.array() < 0 || places.array() > kMostMarks ||
-         places.array() != places.array().floor())
-            .any())
-      root.reject("marks_at", "has a row or column that no sheet has");
-    for (Eigen::Index k = 0; k < places.rows(); ++k)
-      split.marks_at.push_back({static_cast<int>(places(k, 0)), static_cast<int>(places(k, 1))});
-  }
-  if (!root.at("sensitivities").raw().is_null()) {
-    for (const JsonNode& entry : root.items("sensitivities")) {
-      split.values.push_back(
-          {entry.text("value"), entry.number("mean_distance_mm_per_percent") * mm,
-           entry.number("mean_way_of_marks_mm_per_percent") * mm, moves_of(entry, split)});
-    }
-  }
-  if (root.has("scene_sensitivities")) {
-    for (const JsonNode& entry : root.items("scene_sensitivities"))
-      split.scene.push_back({entry.text("value"), entry.number("mean_distance_mm_per_unit") * mm,
-                             moves_of(entry, split)});
-  }
-  if (!root.has("variants")) return split;
-  for (const JsonNode& entry : root.items("variants")) {
-    split.variants.push_back(
-        {entry.text("what"), entry.text("from") == "base", entry.boolean("at_rest"),
-         entry.number("mean_distance_mm") * mm, entry.number("change_mm") * mm,
-         entry.number("mean_way_of_marks_mm") * mm, entry.integer("hem_folds")});
-  }
-  return split;
+/// Absent where the cloth did not come to rest.
+static void fields(Fields& f, std::optional<MarkMoves>& moves) {
+  std::optional<double> step = moves ? std::optional(moves->step) : std::nullopt;
+  f.if_any({"step", "per cent of a fabric value, else in the value's unit", 1, above_zero}, step);
+  if (!step) return moves.reset();
+  if (!moves) moves.emplace();
+  moves->step = *step;
+  f.if_any({"half_width", "bound of a stand-in's error, as step"}, moves->half_width);
+  Eigen::MatrixXd down_m = moves->down_m, up_m = moves->up_m;
+  f({"down_mm", "displacement of each mark for a value lower by the step", mm}, down_m);
+  f({"up_mm", "displacement of each mark for a value higher by the step", mm}, up_m);
+  const char* each = "must have x, y, z for each entry of marks_at";
+  f.limit(down_m.cols() == 3, "down_mm", each, make_again);
+  f.limit(up_m.cols() == 3 && up_m.rows() == down_m.rows(), "up_mm", each, make_again);
+  if (down_m.cols() != 3 || up_m.cols() != 3) return;
+  moves->down_m = down_m;
+  moves->up_m = up_m;
+}
+
+static void fields(Fields& f, ValueEffect& effect) {
+  f({"value", "name of the fabric value"}, effect.value);
+  f({"mean_distance_mm_per_percent", "change of the mean distance", mm}, effect.change_m);
+  f({"mean_way_of_marks_mm_per_percent", "mean displacement of the marks", mm}, effect.moved_m);
+  fields(f, effect.moves);
+}
+
+static void fields(Fields& f, SceneEffect& effect) {
+  f({"value", "name of the scene's value"}, effect.value);
+  f({"mean_distance_mm_per_unit", "change of the mean distance", mm}, effect.change_m_per_unit);
+  fields(f, effect.moves);
+}
+
+static void fields(Fields& f, VariantEffect& effect) {
+  std::string from = effect.continued ? "base" : "start";
+  f({"what", "changed part of the model"}, effect.what);
+  f({"from", "base: the base's equilibrium; start: the scene's start"}, from);
+  effect.continued = from == "base";
+  f({"at_rest", "whether it came to rest"}, effect.at_rest);
+  f({"mean_distance_mm", "mean distance of the marks", mm}, effect.distance_m);
+  f({"change_mm", "change of it against the base", mm}, effect.change_m);
+  f({"mean_way_of_marks_mm", "mean displacement of the marks", mm}, effect.moved_m);
+  f({"hem_folds", "folds of the hem"}, effect.folds);
+}
+
+void fields(Fields& f, ErrorSplitFile& split) {
+  f.otherwise({"rows", "particles of the base along the warp"}, split.rows);
+  f.otherwise({"cols", "particles of the base along the weft"}, split.cols);
+  f.otherwise({"segments", "segments of each curve"}, split.segments);
+  f.otherwise({"model", "cloth model"}, split.model);
+  f({"marks", "marks of the mean", 1, 0}, split.marks);
+  std::vector<std::array<int, 2>> places;
+  for (const MarkId& mark : split.marks_at) places.push_back({mark.row, mark.col});
+  f.if_any({"marks_at", "row and column of each mark", 1, 0, kMostMarks}, places);
+  split.marks_at.clear();
+  for (const auto& [row, col] : places) split.marks_at.push_back({row, col});
+  f.if_any({"no_go", "cause of the NO-GO of the reference or the start"}, split.no_go);
+  f({"mean_distance_mm", "mean distance of the base", mm}, split.distance_m);
+  std::optional<std::vector<ValueEffect>> values;
+  if (!split.values.empty()) values = split.values;
+  f({"sensitivities", "effects of fabric values; null: none to first order"}, values);
+  split.values = values.value_or(std::vector<ValueEffect>());
+  f.if_any({"scene_sensitivities", "effects of the scene's values"}, split.scene);
+  f.if_any({"variants", "the same drape with one part of the model changed"}, split.variants);
+  const auto one_row_each = [&](const auto& effects) {
+    return std::all_of(effects.begin(), effects.end(), [&](const auto& effect) {
+      return !effect.moves ||
+             effect.moves->down_m.rows() == static_cast<Eigen::Index>(places.size());
+    });
+  };
+  f.rule(one_row_each(split.values) && one_row_each(split.scene), "marks_at",
+         "does not have one entry for each row of down_mm and up_mm", make_again);
 }
 
 Table value_effect_table(const ErrorSplitFile& split) {

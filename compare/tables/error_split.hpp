@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <filesystem>
 #include <optional>
 #include <string>
 #include <utility>
@@ -9,6 +8,7 @@
 
 #include "compare/records/provenance.hpp"
 #include "compare/tables/tables.hpp"
+#include "core/fields/records.hpp"
 #include "core/sheet.hpp"
 
 namespace drape::compare {
@@ -48,8 +48,7 @@ struct VariantEffect {
 
 /// What `drape simulate sensitivity` says of a drape: where its millimetres come from.
 struct ErrorSplitFile {
-  std::filesystem::path file;
-  std::string sha256;
+  Document document;
   int rows = 0, cols = 0, segments = 0;  ///< of the base; 0 in files of older programs
   std::string model;
   double distance_m = 0;  ///< of the base, mean over the marks
@@ -61,6 +60,14 @@ struct ErrorSplitFile {
   std::optional<std::string> no_go = std::nullopt;  ///< of the measurement of reference or start
 };
 
+}  // namespace drape::compare
+
+template <>
+inline constexpr drape::Format drape::format_of<drape::compare::ErrorSplitFile>{
+    "sensitivity", Syntax::json, 1, "what values of fabric and scene and parts of the model move"};
+
+namespace drape::compare {
+
 /// Which of these a run with such inputs was not made from, in a sentence, if any: the drape's
 /// measured sheet, scene and fabric of the simulation that speaks for it.
 [[nodiscard]] std::optional<std::string> other_origin(const HashedFiles& inputs,
@@ -70,8 +77,7 @@ struct ErrorSplitFile {
 [[nodiscard]] std::optional<std::string> other_base(const ErrorSplitFile& split,
                                                     const DrapeInput& drape);
 
-/// Reads sensitivity.json ("drapebench/sensitivity/1"). Throws Error(bad_input).
-[[nodiscard]] ErrorSplitFile read_error_split(const std::filesystem::path& file);
+void fields(Fields& f, ErrorSplitFile& split);
 
 /// Fabric values, the greatest change first.
 [[nodiscard]] Table value_effect_table(const ErrorSplitFile& split);

@@ -155,7 +155,7 @@ TEST(ErrorSplit, ADamagedFileIsRefusedByName) {
   text.replace(text.find("change_mm"), 9, "change_um");
   write_durable(example.split, text);
   try {
-    static_cast<void>(read_error_split(example.split));
+    static_cast<void>(read_record<ErrorSplitFile>(example.split));
     FAIL() << "a file with a misspelt key was read";
   } catch (const Error& error) {
     EXPECT_THAT(error.what(), HasSubstr("sensitivity.json"));
@@ -165,7 +165,7 @@ TEST(ErrorSplit, ADamagedFileIsRefusedByName) {
 
 TEST(ErrorSplit, TheGreatestChangeAtRestIsNamed) {
   const Example example;
-  const ErrorSplitFile split = read_error_split(example.split);
+  const ErrorSplitFile split = read_record<ErrorSplitFile>(example.split);
   EXPECT_EQ(variant_effect_table(split).marked_row, 2U) << "the greatest of all is not at rest";
   EXPECT_EQ(value_effect_table(split).rows.front()[0], "areal density");
   EXPECT_THAT(error_split_sentence(split), HasSubstr("twist < none"));
