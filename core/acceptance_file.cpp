@@ -21,6 +21,10 @@ void fields(Fields& f, AcceptanceFile& acceptance) {
   f({"rig", "name of the rig"}, acceptance.rig);
   f({"calibration_sha256", "SHA-256 of the accepted calibration.json"},
     acceptance.calibration_sha256);
+  f.limit(
+      acceptance.calibration_sha256.size() == 64 &&
+          acceptance.calibration_sha256.find_first_not_of("0123456789abcdef") == std::string::npos,
+      "calibration_sha256", "this is no SHA-256", make_again);
   f({"date", "ISO date of the test, as the operator states it"}, acceptance.date);
   f({"valid_until", "ISO date"}, acceptance.valid_until);
   f({"positions", "positions of the artefact", 1, 0}, acceptance.positions);

@@ -57,7 +57,7 @@ std::vector<fs::path> pictures_in(const fs::path& folder) {
   return pictures;
 }
 
-std::vector<PictureName> names_of(const std::vector<fs::path>& pictures) {
+std::vector<PictureName> picture_names_of(const std::vector<fs::path>& pictures) {
   std::vector<std::string> stems;
   for (const fs::path& picture : pictures) stems.push_back(picture.stem().string());
   return read_picture_names(stems);
@@ -77,7 +77,7 @@ void add_picture(Views& views, const std::string& view, const std::string& camer
 Views flat_images(const fs::path& folder) {
   Views views;
   const std::vector<fs::path> pictures = pictures_in(folder);
-  const std::vector<PictureName> names = names_of(pictures);
+  const std::vector<PictureName> names = picture_names_of(pictures);
   for (std::size_t i = 0; i < pictures.size(); ++i) {
     // A picture without a number is no view of a series.
     if (pictures[i].stem().string().find_first_of("0123456789") == std::string::npos) continue;
@@ -93,7 +93,7 @@ Views images_by_camera(const fs::path& folder) {
   for (const auto& entry : fs::directory_iterator(folder)) {
     if (!entry.is_directory()) continue;
     const std::vector<fs::path> pictures = pictures_in(entry.path());
-    const std::vector<PictureName> names = names_of(pictures);
+    const std::vector<PictureName> names = picture_names_of(pictures);
     for (std::size_t i = 0; i < pictures.size(); ++i)
       add_picture(views, names[i].view, entry.path().filename().string(), pictures[i]);
   }

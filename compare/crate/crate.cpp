@@ -17,11 +17,8 @@
 #include "core/error.hpp"
 #include "core/files/files.hpp"
 #include "core/files/json_file.hpp"
-<<<<<<< HEAD
 #include "core/files/toml_file.hpp"
-=======
 #include "core/program/dates.hpp"
->>>>>>> 89f66147 (Run child programs and write dates in one way)
 #include "core/program/run_record.hpp"
 
 namespace drape::compare {

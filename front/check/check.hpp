@@ -69,10 +69,6 @@ void check_meshes(const Scene& scene, BenchCheck& check);
 /// The tag families that detect knows, and how many tags each has.
 [[nodiscard]] std::vector<std::pair<std::string, int>> known_tag_families();
 
-/// acceptance.json beside the rig, which a run gives to `drape compare`. Throws Error for what that
-/// would refuse.
-void require_acceptance(const std::filesystem::path& file);
-
 /// Tags of a family that is not known, two of one id, and tags that would lie over a dot.
 void check_target(const std::filesystem::path& file, const Target& target, BenchCheck& check);
 void check_print(const Print& print, BenchCheck& check);
