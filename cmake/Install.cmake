@@ -43,7 +43,7 @@ if(TARGET drape_simulate_cloth)
 endif()
 
 # Core and the cloth for other people's programs: find_package(drapebench), drapebench::simulate_cloth.
-set(libraries drape_core drape_simulate_fabric drape_simulate_cloth)
+set(libraries drape_core drape_core_drawing drape_simulate_fabric drape_simulate_cloth)
 if(TARGET drape_simulate_cloth)
   list(APPEND uses dev)
   install(TARGETS ${libraries} EXPORT drapebench COMPONENT dev ARCHIVE DESTINATION lib/drapebench

@@ -5,27 +5,12 @@
 
 #include <chrono>
 
+#include "core/drawing/svg.hpp"
 #include "core/error.hpp"
 #include "core/program/dates.hpp"
 
 namespace drape::calib {
 namespace {
-
-std::string escaped(const std::string& text) {
-  std::string out;
-  for (const char c : text) {
-    if (c == '<') {
-      out += "&lt;";
-    } else if (c == '>') {
-      out += "&gt;";
-    } else if (c == '&') {
-      out += "&amp;";
-    } else {
-      out += c;
-    }
-  }
-  return out;
-}
 
 std::string verdict_of(const AcceptanceFigure& figure) {
   if (figure.good()) return "GO";
@@ -34,15 +19,15 @@ std::string verdict_of(const AcceptanceFigure& figure) {
 
 std::string row_of(const AcceptanceFigure& figure) {
   if (!figure.not_measured.empty())
-    return fmt::format("<tr><td>{}</td><td colspan=\"6\">{}: {}</td></tr>\n", escaped(figure.name),
+    return fmt::format("<tr><td>{}</td><td colspan=\"6\">{}: {}</td></tr>\n", xml(figure.name),
                        figure.may_lack ? "not measured" : "NO-GO, not measured",
-                       escaped(figure.not_measured));
+                       xml(figure.not_measured));
   return fmt::format(
       "<tr><td>{}</td><td>{:.4f} {}</td><td>{:.4f}</td><td>{:.4f}{}</td><td>{:.4f} {}</td>"
       "<td>{}</td><td>{}</td></tr>\n",
-      escaped(figure.name), figure.value, figure.unit, figure.expanded, figure.limit,
+      xml(figure.name), figure.value, figure.unit, figure.expanded, figure.limit,
       figure.limit_stated ? " (stated)" : "", figure.smallest, figure.smallest_unit,
-      escaped(figure.where), verdict_of(figure));
+      xml(figure.where), verdict_of(figure));
 }
 
 }  // namespace
@@ -61,12 +46,12 @@ std::string protocol_page(const Acceptance& acceptance, const AcceptanceDates& d
       "{0}</title>\n<style>body{{font:11pt sans-serif;margin:2cm}}table{{border-collapse:collapse}}"
       "td,th{{border:1px solid #888;padding:4px 8px;text-align:left}}</style></head><body>\n"
       "<h1>Acceptance of {0}: {1}</h1>\n<p>{2}, {3} positions of the target, calibration {4}</p>\n",
-      escaped(acceptance.rig), acceptance.good() ? "GO" : "NO-GO",
-      escaped(dates.on.empty() ? "no date" : dates.on + ", valid until " + dates.valid_until),
-      acceptance.positions, escaped(acceptance.calibration_sha256));
-  if (!acceptance.cause.empty()) page += "<p>" + escaped(acceptance.cause) + "</p>\n";
+      xml(acceptance.rig), acceptance.good() ? "GO" : "NO-GO",
+      xml(dates.on.empty() ? "no date" : dates.on + ", valid until " + dates.valid_until),
+      acceptance.positions, xml(acceptance.calibration_sha256));
+  if (!acceptance.cause.empty()) page += "<p>" + xml(acceptance.cause) + "</p>\n";
   for (const std::string& warning : acceptance.warnings)
-    page += "<p>Warning: " + escaped(warning) + "</p>\n";
+    page += "<p>Warning: " + xml(warning) + "</p>\n";
   page +=
       "<table><tr><th>figure</th><th>value</th><th>U (95 %)</th><th>limit</th><th>smallest fault "
       "named</th><th>where</th><th>verdict</th></tr>\n";

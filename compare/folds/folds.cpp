@@ -4,12 +4,9 @@
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
-#include <map>
 #include <numbers>
-#include <numeric>
 
 #include "core/error.hpp"
-#include "core/statistics/sample.hpp"
 #include "core/units.hpp"
 
 namespace drape::compare {
@@ -19,38 +16,44 @@ using Eigen::MatrixXd;
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-constexpr double kEven = 1e-6;  // of the patch: steps of the grid may differ so much
+constexpr double kEven = 1e-6;  // steps of the grid may differ by this part of the patch
+constexpr double kLeastCurvature_per_m = 10;
+constexpr double kLeastLength_m = 0.03;
 
-/// Points of a sheet as a grid of equal steps.
+/// Points of a whole sheet at equal steps of the material.
 class Grid {
  public:
-  Grid(const Sheet& sheet, const std::string& file) : rows_(sheet.rows), cols_(sheet.cols) {
-    const auto refuse = [&](const char* what) {
-      throw bad_input(what, {.file = file}, "give a whole grid of 5 x 5 points or more");
-    };
-    if (rows_ < 5 || cols_ < 5 || static_cast<int>(sheet.marks.size()) != rows_ * cols_)
-      refuse("the sheet is no whole grid");
-    marks_ = &sheet.marks;  // ordered by mark
-    const Vector2d first = marks_->front().material_m;
-    const Vector2d span = marks_->back().material_m - first;
-    step_ = {span.x() / (rows_ - 1), span.y() / (cols_ - 1)};
-    if (!(step_.minCoeff() > 0)) refuse("the material coordinates do not grow with row and column");
-    for (const SheetMark& mark : *marks_) {
-      const Vector2d even = first + Vector2d(mark.mark.row * step_.x(), mark.mark.col * step_.y());
-      if ((mark.material_m - even).norm() > kEven * span.norm()) refuse("the steps are not equal");
-    }
+  explicit Grid(const Sheet& sheet) : sheet_(sheet) {
+    const Vector2d span = sheet.marks.back().material_m - sheet.marks.front().material_m;
+    step_ = span.cwiseQuotient(Vector2d(sheet.rows - 1, sheet.cols - 1));
   }
-  [[nodiscard]] int rows() const { return rows_; }
-  [[nodiscard]] int cols() const { return cols_; }
+
+  [[nodiscard]] bool is_even() const {
+    const auto& marks = sheet_.marks;
+    return step_.minCoeff() > 0 && std::all_of(marks.begin(), marks.end(), [&](const auto& mark) {
+             const Vector2d at = step_.cwiseProduct(Vector2d(mark.mark.row, mark.mark.col));
+             const Vector2d span = marks.back().material_m - marks.front().material_m;
+             return (mark.material_m - marks.front().material_m - at).norm() <= kEven * span.norm();
+           });
+  }
+  [[nodiscard]] int rows() const { return sheet_.rows; }
+  [[nodiscard]] int cols() const { return sheet_.cols; }
+  [[nodiscard]] bool is_rim(int r, int c) const {
+    return r == 0 || c == 0 || r + 1 == rows() || c + 1 == cols();
+  }
   [[nodiscard]] const Vector2d& step() const { return step_; }
-  [[nodiscard]] const SheetMark& at(int row, int col) const { return (*marks_)[row * cols_ + col]; }
-  [[nodiscard]] const Vector3d& point(int row, int col) const {
-    return at(row, col).point_in_world;
+  [[nodiscard]] std::size_t index(int r, int c) const {
+    return static_cast<std::size_t>(r) * cols() + c;
+  }
+  [[nodiscard]] const Vector2d& material(int r, int c) const {
+    return sheet_.marks[index(r, c)].material_m;
+  }
+  [[nodiscard]] const Vector3d& point(int r, int c) const {
+    return sheet_.marks[index(r, c)].point_in_world;
   }
 
  private:
-  int rows_, cols_;
-  const std::vector<SheetMark>* marks_ = nullptr;
+  const Sheet& sheet_;  // its marks are ordered
   Vector2d step_;
 };
 
@@ -135,9 +138,8 @@ Principal principal_of(const Eigen::Matrix2d& curvature) {
 
 class FoldFinder {
  public:
-  FoldFinder(const Grid& grid, std::vector<Principal> principal, const FoldOptions& options)
-      : grid_(grid), principal_(std::move(principal)), options_(options) {
-    on_line_.resize(principal_.size());
+  FoldFinder(const Grid& grid, std::vector<Principal> principal)
+      : grid_(grid), principal_(std::move(principal)), on_line_(principal_.size()) {
     for (int r = 1; r + 1 < grid.rows(); ++r)
       for (int c = 1; c + 1 < grid.cols(); ++c) on_line_[index(r, c)] = is_crest(r, c);
   }
@@ -148,7 +150,7 @@ class FoldFinder {
       for (int c = 1; c + 1 < grid_.cols(); ++c) {
         if (!on_line_[index(r, c)]) continue;
         const Fold fold = fold_of(connected(r, c));
-        if (fold.length_m >= options_.least_length_m) found.push_back(fold);
+        if (fold.length_m >= kLeastLength_m) found.push_back(fold);
       }
     }
     std::stable_sort(found.begin(), found.end(),
@@ -157,19 +159,18 @@ class FoldFinder {
   }
 
  private:
-  [[nodiscard]] std::size_t index(int r, int c) const {
-    return static_cast<std::size_t>(r) * grid_.cols() + c;
-  }
+  [[nodiscard]] std::size_t index(int r, int c) const { return grid_.index(r, c); }
+
   /// Bent enough, and not less than on both sides across the fold; beside the rim, which has no
   /// curvature of its own, nothing can be said.
   [[nodiscard]] bool is_crest(int r, int c) const {
     const Principal& here = principal_[index(r, c)];
-    if (std::abs(here.size) < options_.least_curvature_per_m) return false;
+    if (std::abs(here.size) < kLeastCurvature_per_m) return false;
     const int dr = static_cast<int>(std::lround(here.across.x()));
     const int dc = static_cast<int>(std::lround(here.across.y()));
     for (const int side : {-1, 1}) {
       const int row = r + side * dr, col = c + side * dc;
-      if (row == 0 || col == 0 || row + 1 == grid_.rows() || col + 1 == grid_.cols()) return false;
+      if (grid_.is_rim(row, col)) return false;
       const double beside = principal_[index(row, col)].size;
       const bool higher = side < 0 ? std::abs(beside) >= std::abs(here.size)
                                    : std::abs(beside) > std::abs(here.size);
@@ -195,23 +196,22 @@ class FoldFinder {
     return line;
   }
   [[nodiscard]] Fold fold_of(const std::vector<std::pair<int, int>>& line) const {
-    Fold fold{Vector2d::Zero(), Vector3d::Zero(), 0, 0, 0};
+    Fold fold{Vector2d::Zero()};
     const auto n = static_cast<double>(line.size());
     for (const auto& [r, c] : line) {
-      fold.middle_material_m += grid_.at(r, c).material_m / n;
-      fold.middle_in_world += grid_.point(r, c) / n;
+      fold.middle_material_m += grid_.material(r, c) / n;
       fold.curvature_per_m += principal_[index(r, c)].size / n;
     }
     Eigen::Matrix2d spread = Eigen::Matrix2d::Zero();
     for (const auto& [r, c] : line) {
-      const Vector2d off = grid_.at(r, c).material_m - fold.middle_material_m;
+      const Vector2d off = grid_.material(r, c) - fold.middle_material_m;
       spread += off * off.transpose();
     }
     const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> solved(spread);
     const Vector2d along = solved.eigenvectors().col(1);
     double least = 0, most = 0;
     for (const auto& [r, c] : line) {
-      const double at = along.dot(grid_.at(r, c).material_m - fold.middle_material_m);
+      const double at = along.dot(grid_.material(r, c) - fold.middle_material_m);
       least = std::min(least, at);
       most = std::max(most, at);
     }
@@ -223,23 +223,26 @@ class FoldFinder {
 
   const Grid& grid_;
   std::vector<Principal> principal_;
-  FoldOptions options_;
   std::vector<bool> on_line_;
 };
 
 }  // namespace
 
-SheetShape shape_of(const Sheet& sheet, const FoldOptions& options, const std::string& file) {
-  const Grid grid(sheet, file);
+std::optional<SheetShape> shape_of(const Sheet& sheet) {
+  if (sheet.rows < 5 || sheet.cols < 5 ||
+      static_cast<int>(sheet.marks.size()) != sheet.rows * sheet.cols)
+    return std::nullopt;
+  const Grid grid(sheet);
+  if (!grid.is_even()) return std::nullopt;
   MatrixXd height(grid.rows(), grid.cols()), mean(grid.rows() - 2, grid.cols() - 2);
-  std::vector<Principal> principal(static_cast<std::size_t>(grid.rows()) * grid.cols());
+  std::vector<Principal> principal(sheet.marks.size());
   SheetShape shape;
   for (int r = 0; r < grid.rows(); ++r) {
     for (int c = 0; c < grid.cols(); ++c) {
       height(r, c) = grid.point(r, c).z();
-      if (r == 0 || c == 0 || r + 1 == grid.rows() || c + 1 == grid.cols()) continue;
+      if (grid.is_rim(r, c)) continue;
       const Eigen::Matrix2d curvature = curvature_of(grid, r, c);
-      principal[static_cast<std::size_t>(r) * grid.cols() + c] = principal_of(curvature);
+      principal[grid.index(r, c)] = principal_of(curvature);
       mean(r - 1, c - 1) = curvature.trace() / 2;
       shape.mean_bending_per_m2 += curvature.squaredNorm() / static_cast<double>(mean.size());
     }
@@ -247,90 +250,23 @@ SheetShape shape_of(const Sheet& sheet, const FoldOptions& options, const std::s
   shape.bands = empty_bands(grid);
   add_power(height, grid.step(), shape.bands, &WaveBand::height_m2);
   add_power(mean, grid.step(), shape.bands, &WaveBand::curvature_per_m2);
-  shape.folds = FoldFinder(grid, std::move(principal), options).folds();
+  shape.folds = FoldFinder(grid, std::move(principal)).folds();
   return shape;
 }
 
-std::optional<std::string> why_no_go(const Sheet& sheet) {
-  if (sheet.no_go) return "what made or placed it is NO-GO: " + *sheet.no_go;
-  const auto* source = std::get_if<SimulatedSource>(&sheet.source);
-  if (source == nullptr || source->status == "at rest") return std::nullopt;
-  return "the simulation is not at rest: " + source->status;
-}
-
-void require_no_copies(const std::vector<std::pair<std::string, Sheet>>& sheets) {
-  std::map<std::vector<double>, std::string> seen;
-  for (const auto& [file, sheet] : sheets) {
-    std::vector<double> places;
-    for (const SheetMark& mark : sheet.marks)
-      places.insert(places.end(), mark.point_in_world.begin(), mark.point_in_world.end());
-    const auto [first, is_new] = seen.emplace(std::move(places), file);
-    if (!is_new)
-      throw bad_input("the sheet is that of " + first->second + ", a copy", {.file = file},
-                      "give each drape once");
-  }
-}
-
-double area_under_curve(const std::vector<double>& low, const std::vector<double>& high) {
-  if (low.empty() || high.empty()) throw internal_error("two groups of scores are needed");
-  double above = 0;
-  for (const double a : low)
-    for (const double b : high) above += b > a ? 1 : b == a ? 0.5 : 0;
-  return above / static_cast<double>(low.size() * high.size());
-}
-
 std::vector<Descriptor> descriptors_of(const SheetShape& shape) {
-  double height_m2 = 0, power = 0, log_length = 0, length_m = 0, curvature = 0;
+  double height_m2 = 0, power = 0, log_length = 0, length_m = 0;
   for (const WaveBand& band : shape.bands) {
     height_m2 += band.height_m2;
     power += band.curvature_per_m2;
     log_length += band.curvature_per_m2 * std::log(std::sqrt(band.from_m * band.to_m));
   }
-  for (const Fold& fold : shape.folds) {
-    length_m += fold.length_m;
-    curvature += fold.length_m * std::abs(fold.curvature_per_m);
-  }
+  for (const Fold& fold : shape.folds) length_m += fold.length_m;
   return {{"rms_curvature_per_m", std::sqrt(shape.mean_bending_per_m2)},
           {"height_sd_mm", std::sqrt(height_m2) / units::mm},
           {"curvature_wavelength_mm", power > 0 ? std::exp(log_length / power) / units::mm : 0},
           {"folds", static_cast<double>(shape.folds.size())},
-          {"fold_length_mm", length_m / units::mm},
-          {"fold_curvature_per_m", length_m > 0 ? curvature / length_m : 0}};
-}
-
-namespace {
-
-std::optional<double> variation_of(const std::vector<double>& values) {
-  const double mean = mean_of(values);
-  if (values.size() < 2 || mean == 0) return std::nullopt;
-  return std::sqrt(squares_about_mean(values) / static_cast<double>(values.size() - 1)) /
-         std::abs(mean);
-}
-
-}  // namespace
-
-std::vector<DescriptorSpread> spreads_of(const std::vector<SheetShape>& sheets,
-                                         const std::vector<SheetShape>& against) {
-  if (sheets.empty()) throw internal_error("a group of sheets is needed");
-  const auto values_of = [](const std::vector<SheetShape>& group, std::size_t which) {
-    std::vector<double> values;
-    values.reserve(group.size());
-    for (const SheetShape& shape : group) values.push_back(descriptors_of(shape)[which].value);
-    return values;
-  };
-  std::vector<DescriptorSpread> spreads;
-  for (const Descriptor& one : descriptors_of(sheets.front())) {
-    const std::vector<double> here = values_of(sheets, spreads.size());
-    DescriptorSpread spread{one.name, mean_of(here), variation_of(here), {}, {}, {}};
-    if (!against.empty()) {
-      const std::vector<double> there = values_of(against, spreads.size());
-      spread.mean_against = mean_of(there);
-      spread.variation_against = variation_of(there);
-      spread.area_under_curve = area_under_curve(here, there);
-    }
-    spreads.push_back(std::move(spread));
-  }
-  return spreads;
+          {"fold_length_mm", length_m / units::mm}};
 }
 
 }  // namespace drape::compare

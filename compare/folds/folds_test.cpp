@@ -8,9 +8,6 @@
 #include <map>
 #include <numbers>
 
-#include "compare/folds/folds_json.hpp"
-#include "core/error.hpp"
-
 namespace drape::compare {
 namespace {
 
@@ -36,7 +33,7 @@ TEST(Folds, WavesAreCountedPlacedAndMeasured) {
   const double k = kTurn / 0.1;
   const Sheet sheet = sheet_of(
       81, [&](double u, double v) { return Eigen::Vector3d(v, u, 3e-3 * -std::cos(k * u)); });
-  const SheetShape shape = shape_of(sheet, {}, "waves");
+  const SheetShape shape = shape_of(sheet).value();
   int crests = 0, valleys = 0;
   for (const Fold& fold : shape.folds) {
     EXPECT_NEAR(fold.direction_rad, std::numbers::pi / 2, 1e-6) << "along the weft";
@@ -59,7 +56,7 @@ TEST(Folds, ACrestIsOneLineInAnyDirection) {
       return Eigen::Vector3d(v, u, 3e-3 * -std::cos(kTurn * phase({u, v})));
     });
     std::map<long, int> lines;  // by half waves: crests are odd
-    for (const Fold& fold : shape_of(sheet, {}, "waves").folds)
+    for (const Fold& fold : shape_of(sheet).value().folds)
       lines[std::lround(2 * phase(fold.middle_material_m))] += 1;
     for (const auto& [half_wave, count] : lines)
       EXPECT_EQ(count, 1) << degrees << " degrees, half wave " << half_wave;
@@ -75,7 +72,7 @@ TEST(Folds, ThePowerLiesInTheBandOfTheWavelengthAndSumsToTheVariance) {
   const Sheet sheet = sheet_of(kPoints, [&](double u, double v) {
     return Eigen::Vector3d(v, u, 2e-3 * std::cos(kTurn * (u + step / 2) / wavelength));
   });
-  const SheetShape shape = shape_of(sheet, {}, "wave");
+  const SheetShape shape = shape_of(sheet).value();
   double total = 0;
   for (const WaveBand& band : shape.bands) {
     total += band.height_m2;
@@ -90,46 +87,21 @@ TEST(Folds, ACylinderIsBentEverywhereAlike) {
   const Sheet sheet = sheet_of(41, [&](double u, double v) {
     return Eigen::Vector3d(v, radius * std::sin(u / radius), radius * std::cos(u / radius));
   });
-  const SheetShape shape = shape_of(sheet, {}, "cylinder");
+  const SheetShape shape = shape_of(sheet).value();
   // Chords of 10 mm on 200 mm: central differences are short by (h / R)^2 / 12 and the metric by
   // (h / R)^2 / 6.
   EXPECT_NEAR(shape.mean_bending_per_m2, 1 / (radius * radius), 2e-3 / (radius * radius));
   for (const WaveBand& band : shape.bands) EXPECT_LT(band.curvature_per_m2, 1e-12);
 }
 
-TEST(Folds, WhatIsNoWholeGridIsRefused) {
+TEST(Folds, AskForAWholeGridAtEqualSteps) {
   Sheet sheet = sheet_of(9, [](double u, double v) { return Eigen::Vector3d(v, u, 0); });
-  EXPECT_NO_THROW((void)shape_of(sheet, {}, "flat"));
-  EXPECT_TRUE(shape_of(sheet, {}, "flat").folds.empty());
+  ASSERT_TRUE(shape_of(sheet));
+  EXPECT_TRUE(shape_of(sheet)->folds.empty());
   sheet.marks[7].material_m.x() += 1e-3;
-  EXPECT_THROW((void)shape_of(sheet, {}, "uneven"), Error);
+  EXPECT_FALSE(shape_of(sheet)) << "uneven";
   sheet.marks.pop_back();
-  EXPECT_THROW((void)shape_of(sheet, {}, "torn"), Error);
-}
-
-TEST(Folds, AreaUnderTheCurveCountsPairs) {
-  EXPECT_EQ(area_under_curve({1, 2}, {3, 4}), 1);
-  EXPECT_EQ(area_under_curve({1, 2}, {1, 2}), 0.5);
-  EXPECT_EQ(area_under_curve({1, 4}, {2, 3}), 0.5);
-}
-
-TEST(Folds, ACopyIsRefused) {
-  const auto bent = [](double curvature) {
-    return sheet_of(9,
-                    [=](double u, double v) { return Eigen::Vector3d(v, u, curvature * u * u); });
-  };
-  EXPECT_NO_THROW(require_no_copies({{"a", bent(1)}, {"b", bent(2)}}));
-  try {
-    require_no_copies({{"a", bent(1)}, {"b", bent(2)}, {"c", bent(1)}});
-    ADD_FAILURE() << "a copy is taken";
-  } catch (const Error& error) {
-    EXPECT_NE(std::string(error.what()).find("that of a, a copy"), std::string::npos);
-  }
-}
-
-TEST(Folds, TheTextSaysWhichGroupHasMore) {
-  const DescriptorSpread spread{"rms_curvature_per_m", 31.01, {}, 28.22, {}, 0.0};
-  EXPECT_EQ(text_of(spread), "31.01, against 28.22, which has more in 0.0 % of the pairs");
+  EXPECT_FALSE(shape_of(sheet)) << "torn";
 }
 
 TEST(Folds, ASheetThatLiesOnItselfHasTheCurvatureOfItsTurn) {
@@ -139,43 +111,26 @@ TEST(Folds, ASheetThatLiesOnItselfHasTheCurvatureOfItsTurn) {
   const Sheet sheet = sheet_of(kPoints, [&](double u, double v) {
     return Eigen::Vector3d(v, u < middle ? u : 2 * middle - u, u < middle ? 0 : 1e-9);
   });
-  const SheetShape shape = shape_of(sheet, {}, "folded");
+  const SheetShape shape = shape_of(sheet).value();
   EXPECT_LE(std::sqrt(shape.mean_bending_per_m2), 2 / step);
 }
 
-TEST(Folds, GroupsAreComparedByDescriptors) {
-  // Waves of 100 mm whose height varies by a known part, against the same half as high again.
-  const auto group = [](double factor) {
-    std::vector<SheetShape> shapes;
-    for (const double part : {0.9, 1.0, 1.1})
-      shapes.push_back(shape_of(sheet_of(81,
-                                         [&](double u, double v) {
-                                           const double k = kTurn / 0.1;
-                                           return Eigen::Vector3d(
-                                               v, u, part * factor * 3e-3 * -std::cos(k * u));
-                                         }),
-                                {}, "waves"));
-    return shapes;
-  };
-  const auto spread_of = [&](const std::string& name, const std::vector<DescriptorSpread>& all) {
-    for (const DescriptorSpread& one : all)
-      if (one.name == name) return one;
-    ADD_FAILURE() << name;
-    return DescriptorSpread{};
-  };
-  const std::vector<DescriptorSpread> spreads = spreads_of(group(1), group(1.5));
-  const DescriptorSpread height = spread_of("height_sd_mm", spreads);
-  EXPECT_NEAR(height.mean, 3 / std::sqrt(2.0), 0.03);
-  EXPECT_NEAR(height.variation.value_or(0), 0.1, 1e-9);
-  EXPECT_NEAR(height.mean_against.value_or(0), 1.5 * height.mean, 1e-9);
-  EXPECT_EQ(height.area_under_curve, 1);
-  EXPECT_NEAR(spread_of("rms_curvature_per_m", spreads).variation.value_or(0), 0.1, 0.01);
-  EXPECT_EQ(spread_of("folds", spreads).mean, 7);
-  EXPECT_EQ(spread_of("folds", spreads).area_under_curve, 0.5);
-  EXPECT_NEAR(spread_of("curvature_wavelength_mm", spreads).mean, 100, 20) << "half an octave";
-  const std::vector<DescriptorSpread> alone = spreads_of({group(1).front()}, {});
-  EXPECT_FALSE(alone.front().variation);
-  EXPECT_FALSE(alone.front().area_under_curve);
+TEST(Folds, DescriptorsFollowTheHeightOfWaves) {
+  for (const double height_mm : {2.7, 3.0, 4.5}) {
+    const double k = kTurn / 0.1;
+    const Sheet sheet = sheet_of(81, [&](double u, double v) {
+      return Eigen::Vector3d(v, u, -height_mm * 1e-3 * std::cos(k * u));
+    });
+    std::map<std::string, double> found;
+    for (const Descriptor& one : descriptors_of(shape_of(sheet).value()))
+      found[one.name] = one.value;
+    EXPECT_NEAR(found["height_sd_mm"], height_mm / std::sqrt(2.0), 0.01 * height_mm);
+    EXPECT_NEAR(found["rms_curvature_per_m"], height_mm * 1e-3 * k * k / std::sqrt(2.0),
+                0.05 * height_mm * 1e-3 * k * k);
+    EXPECT_EQ(found["folds"], 7);
+    EXPECT_NEAR(found["curvature_wavelength_mm"], 100, 20) << "half an octave";
+    EXPECT_NEAR(found["fold_length_mm"], 7 * 390, 42);
+  }
 }
 
 }  // namespace

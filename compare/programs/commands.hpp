@@ -5,7 +5,6 @@ namespace drape::compare {
 
 // The commands of drape-compare, each with a command line of its own; each returns the exit code.
 int drapemeter_command(int argc, char** argv);
-int folds_command(int argc, char** argv);
 int repeats_command(int argc, char** argv);
 
 }  // namespace drape::compare

@@ -105,6 +105,8 @@ Json json_of(const Session& session, const Outcome& outcome, const Ending& endin
                                    {"sentence", branch_sentence(input, set)},
                                    {"table", json_of(branch_table(input, report, set))}});
     }
+    drape["folds"] = json_of(shape_table(input));
+    drape["waves"] = json_of(wave_table(input));
     drape["real_vs_surface"] = json_of(surface_table(input, report));
     drape["virtual_vs_virtual"] = json_of(virtual_virtual_table(report));
     json["drapes"].push_back(std::move(drape));

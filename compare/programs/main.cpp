@@ -96,6 +96,5 @@ int main(int argc, char** argv) {
   return drape::run_stage(
       argc, argv, compare_command,
       {{"repeats", repeats_command, "is a virtual sheet inside the repeats of the real one?"},
-       {"drapemeter", drapemeter_command, "drape coefficient, nodes and Fourier orders of hems"},
-       {"folds", folds_command, "folds and spectra of sheets that no mark can be compared by"}});
+       {"drapemeter", drapemeter_command, "drape coefficient, nodes and Fourier orders of hems"}});
 }

@@ -61,6 +61,9 @@ TEST_F(Program, PrintsTheTablesOfThePaperAndTheVerdict) {
 TEST_F(Program, JsonSaysTheSame) {
   ASSERT_EQ(compare("--json"), 0) << output_;
   const Json json = parse_json(output_);
+  EXPECT_EQ(json["drapes"][0]["folds"].size(), 4U) << "each simulated sheet is a whole grid";
+  EXPECT_TRUE(json["drapes"][0]["folds"][0]["height_sd_mm"].is_number());
+  EXPECT_TRUE(json["drapes"][0]["waves"][0]["curvature_per_m2"].is_number());
   EXPECT_EQ(json["verdict"], "GO");
   EXPECT_EQ(json["drapes"][0]["real_vs_virtual"].size(), 4U);
   EXPECT_TRUE(json["drapes"][0]["real_vs_virtual"][0]["mean_dist_mm"].is_number());
@@ -105,10 +108,7 @@ TEST_F(Program, AFlagOfAnotherGroupTakesOneFileSoThatItSwallowsNone) {
   write_sheet(path("b.ply"), wider);
   write_sheet(path("c.ply"), bent);
   const std::string others = path("a.ply") + " " + path("b.ply");
-  ASSERT_EQ(run("drape-compare folds", "--against " + path("c.ply") + " " + others), 0) << output_;
-  EXPECT_THAT(output_, HasSubstr("2 sheets against 1"));
-  ASSERT_EQ(run("drape-compare drapemeter", "--disc-mm 90 --compare " + simulated + " " + others),
-            0)
+  ASSERT_EQ(run("drape-compare drapemeter", "--disc-mm 90 --compare " + simulated + " " + others), 0)
       << output_;
   EXPECT_THAT(output_, HasSubstr("2 hems measured"));
 }
@@ -220,32 +220,30 @@ TEST_F(Program, ATableOfHemsIsNeverWrittenOverOneThatIsRead) {
 TEST_F(Program, NothingIsWrittenOverEitherFileOfASheet) {
   write_sheet(path("a.ply"), test::measured_sheet());
   const std::string ply = read_text(path("a.ply")), json = read_text(path("a.json"));
-  for (const char* program : {"drape-compare folds", "drape-compare repeats"})
-    for (const char* out : {"a.json", "a.ply"})
-      for (const char* named : {"a.ply", "a.json"}) {
-        EXPECT_EQ(run(program, path(named) + " --out " + path(out)), 2) << output_;
-        EXPECT_THAT(output_, HasSubstr("would be written over"));
-      }
+  for (const char* out : {"a.json", "a.ply"})
+    for (const char* named : {"a.ply", "a.json"}) {
+      EXPECT_EQ(run("drape-compare repeats", path(named) + " --out " + path(out)), 2) << output_;
+      EXPECT_THAT(output_, HasSubstr("would be written over"));
+    }
   EXPECT_EQ(read_text(path("a.ply")), ply);
   EXPECT_EQ(read_text(path("a.json")), json);
 }
 
 TEST_F(Program, AMistypedInputLeavesTheOlderResultWithItsRecord) {
-  const std::string out = path("folds.json"), record = path("folds.run.json");
-  ASSERT_EQ(run("drape-compare folds", files_[1].string() + " --out " + out), 0) << output_;
-  const std::string folds = read_text(out), made = read_text(record);
-  EXPECT_EQ(run("drape-compare folds", path("none.ply") + " --out " + out), 3) << output_;
-  EXPECT_EQ(read_text(out), folds);
+  const std::string out = path("repeats.json"), record = path("repeats.run.json");
+  const std::string pair = files_[0].string() + " --compare " + files_[1].string() + " --out ";
+  ASSERT_EQ(run("drape-compare repeats", pair + out), 0) << output_;
+  const std::string repeats = read_text(out), made = read_text(record);
+  EXPECT_EQ(run("drape-compare repeats", path("none.ply") + " --out " + out), 3) << output_;
+  EXPECT_EQ(read_text(out), repeats);
   EXPECT_EQ(read_text(record), made);
 }
 
 TEST_F(Program, WhatIsNotAsItsRecordSaysIsRefused) {
-  ASSERT_EQ(run("drape-compare folds", files_[1].string() + " --out " + path("folds.json")), 0)
-      << output_;
   RunRecord record("drape-simulate", {}, run_record_path(files_[1]));
   record.output(fs::path(files_[1]).replace_extension(".json"));
   record.write(0, "");
-  EXPECT_EQ(run("drape-compare folds", files_[1].string()), 0) << output_;
+  EXPECT_EQ(run("drape-compare drapemeter", files_[1].string() + " --disc-mm 90"), 0) << output_;
   Sheet sheet = read_sheet(files_[1]);
   std::get<SimulatedSource>(sheet.source).fabric = "another";
   write_sheet(files_[1], sheet);
@@ -257,8 +255,7 @@ TEST_F(Program, WhatIsNotAsItsRecordSaysIsRefused) {
   write_json(split, {{"schema", "drapebench/sensitivity/1"}, {"marks", 1}});
   const std::string first = files_[0].string(), second = files_[1].string();
   for (const auto& [program, arguments] :
-       {std::pair("drape-compare folds", second),
-        std::pair("drape-compare repeats", first + " --compare " + second),
+       {std::pair("drape-compare repeats", first + " --compare " + second),
         std::pair("drape-compare drapemeter", second + " --disc-mm 90"),
         std::pair("drape-compare", first + " " + files_[2].string())}) {
     EXPECT_EQ(run(program, arguments), program == std::string("drape-compare drapemeter") ? 1 : 3)

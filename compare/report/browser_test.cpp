@@ -12,13 +12,14 @@
 #include <regex>
 #include <sstream>
 
+#include "compare/report/error_scale.hpp"
 #include "compare/report/history.hpp"
 #include "compare/report/report.hpp"
-#include "compare/report/svg.hpp"
 #include "compare/report/viewer.hpp"
 #include "compare/store/inputs.hpp"
 #include "compare/store/outcome.hpp"
 #include "compare/test_sheets.hpp"
+#include "core/drawing/chart.hpp"
 #include "core/files/files.hpp"
 #include "core/units.hpp"
 #include "tests/support/paths.hpp"

@@ -2,119 +2,53 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 
 #include "compare/report/figures.hpp"
+#include "core/drawing/chart.hpp"
 #include "core/units.hpp"
 
 namespace drape::compare {
 namespace {
 
+using Eigen::Vector2d;
 using units::mm;
-
-constexpr const char* kAxis = "stroke=\"#555\" stroke-width=\"1\"";
-constexpr const char* kGrid = "stroke=\"#e3e6ea\" stroke-width=\"1\"";
-
-/// A rectangle of the picture with linear axes.
-struct Plot {
-  double left, top, width, height;
-  double x_min, x_max, y_min, y_max;
-
-  [[nodiscard]] double x(double value) const {
-    return left + width * (value - x_min) / (x_max - x_min);
-  }
-  [[nodiscard]] double y(double value) const {
-    return top + height * (1 - (value - y_min) / (y_max - y_min));
-  }
-  [[nodiscard]] double bottom() const { return top + height; }
-};
-
-void draw_tile(Svg& svg, const Eigen::Vector2d& corner, double side, const MarkError* error,
-               const std::string& gap, const ErrorScale& scale) {
-  if (error) {
-    const double value = error->distance_m / mm;
-    svg.rectangle(
-        corner.x(), corner.y(), side - 2, side - 2,
-        fmt::format("fill=\"{}\" rx=\"3\"", scale.colour(value)),
-        fmt::format("row {}, col {}: {:.2f} mm", error->mark.row, error->mark.col, value));
-    svg.text(corner + Eigen::Vector2d(side / 2 - 1, side / 2 + 3), fmt::format("{:.1f}", value),
-             0.3 * side, "middle", scale.is_dark(value) ? "fill=\"#fff\"" : "fill=\"#111\"");
-    return;
-  }
-  svg.rectangle(corner.x() + 0.5, corner.y() + 0.5, side - 3, side - 3,
-                "fill=\"#f4f5f7\" stroke=\"#b5bcc5\" stroke-dasharray=\"3 3\" rx=\"3\"", gap);
-  svg.line(corner + Eigen::Vector2d(5, side - 7), corner + Eigen::Vector2d(side - 7, 5),
-           "stroke=\"#b5bcc5\"");
-}
+using units::percent;
 
 std::string gap_text(const Sheet& sheet, const RealVirtual& comparison, MarkId mark) {
-  for (const Gap& gap : sheet.gaps)
-    if (gap.mark == mark)
-      return fmt::format("row {}, col {}: not measured: {}", mark.row, mark.col, gap.reason);
-  for (const Excluded& excluded : comparison.marks.excluded)
-    if (excluded.mark == mark)
-      return fmt::format("row {}, col {}: not compared: {}", mark.row, mark.col, excluded.reason);
+  for (const auto& [gaps, what] :
+       {std::pair{&sheet.gaps, "not measured"}, {&comparison.marks.excluded, "not compared"}})
+    for (const Gap& gap : *gaps)
+      if (gap.mark == mark)
+        return fmt::format("row {}, col {}: {}: {}", mark.row, mark.col, what, gap.reason);
   return fmt::format("row {}, col {}: not in the sheet", mark.row, mark.col);
 }
 
-void draw_level(Svg& svg, const Plot& plot, double value, const std::string& label, int row) {
-  const double x = plot.x(value);
-  svg.line({x, 16.0 * row + 4}, {x, plot.bottom()},
-           "stroke=\"#b3261e\" stroke-width=\"1.3\" stroke-dasharray=\"5 3\"");
-  const bool flip = x > plot.left + 0.7 * plot.width;
-  svg.text({x + (flip ? -4 : 4), 16.0 * row + 12}, label, 11.5, flip ? "end" : "start",
-           "fill=\"#8c1d18\"");
-}
-
-/// Index of the column whose residual is drawn, or nothing.
-std::optional<std::size_t> residual_column(const History& history) {
-  for (std::size_t i = 1; i < history.names.size(); ++i)
-    if (history.names[i].find("residual") != std::string::npos) return i;
-  return std::nullopt;
-}
-
-struct Curve {
-  std::string label;
-  std::vector<Eigen::Vector2d> points;  ///< x, log10 of the residual
-};
-
 /// "residual_force_mN" becomes "residual force (mN)"; a name without unit is a pure number.
 std::string axis_label(const std::string& name) {
-  constexpr std::array<const char*, 8> kUnits = {"s", "ms", "N", "mN", "uN", "uJ", "mm", "percent"};
   std::string words = name, unit;
-  const std::size_t cut = name.rfind('_');
-  if (cut != std::string::npos) {
-    const std::string last = name.substr(cut + 1);
-    if (std::find(kUnits.begin(), kUnits.end(), last) != kUnits.end()) {
-      unit = " (" + last + ")";
-      words = name.substr(0, cut);
-    }
+  for (const std::string ending : {"_gf_cm_per_cm", "_gf_per_cm", "_percent", "_per_cm", "_deg",
+                                   "_mm", "_mN", "_uN", "_N", "_uJ", "_ms", "_s"}) {
+    if (!unit.empty() || !name.ends_with(ending)) continue;
+    unit = " (" + ending.substr(1) + ")";
+    words = name.substr(0, name.size() - ending.size());
   }
+  words += unit;
   std::replace(words.begin(), words.end(), '_', ' ');
-  return words + unit;
+  return words;
 }
 
-constexpr std::array<const char*, 6> kStrokes = {
-    "stroke=\"#0072b2\" stroke-width=\"1.6\"",
-    "stroke=\"#d55e00\" stroke-width=\"1.6\"",
-    "stroke=\"#009e73\" stroke-width=\"1.6\"",
-    "stroke=\"#cc79a7\" stroke-width=\"1.6\" stroke-dasharray=\"6 3\"",
-    "stroke=\"#56b4e9\" stroke-width=\"1.6\" stroke-dasharray=\"6 3\"",
-    "stroke=\"#8a6d00\" stroke-width=\"1.6\" stroke-dasharray=\"2 3\""};
-
 /// Smallest and largest value of each of 300 equal parts, so that long runs stay a small picture.
-std::vector<Eigen::Vector2d> thinned(const std::vector<Eigen::Vector2d>& points) {
+std::vector<Vector2d> thinned(const std::vector<Vector2d>& points) {
   constexpr std::size_t kParts = 300;
   if (points.size() <= 2 * kParts) return points;
-  std::vector<Eigen::Vector2d> kept;
+  std::vector<Vector2d> kept;
   for (std::size_t part = 0; part < kParts; ++part) {
-    const auto begin = points.begin() + static_cast<std::ptrdiff_t>(part * points.size() / kParts);
-    const auto end =
-        points.begin() + static_cast<std::ptrdiff_t>((part + 1) * points.size() / kParts);
+    const auto at = [&](std::size_t k) {
+      return points.begin() + static_cast<std::ptrdiff_t>(k * points.size() / kParts);
+    };
     auto [low, high] = std::minmax_element(
-        begin, end,
-        [](const Eigen::Vector2d& a, const Eigen::Vector2d& b) { return a.y() < b.y(); });
+        at(part), at(part + 1), [](const Vector2d& a, const Vector2d& b) { return a.y() < b.y(); });
     if (high < low) std::swap(low, high);
     kept.push_back(*low);
     if (high != low) kept.push_back(*high);
@@ -123,45 +57,53 @@ std::vector<Eigen::Vector2d> thinned(const std::vector<Eigen::Vector2d>& points)
   return kept;
 }
 
-Plot plot_of(const std::vector<Curve>& curves) {
-  Plot plot{70, 16, 470, 230, 1e300, -1e300, 1e300, -1e300};
-  for (const Curve& curve : curves) {
-    for (const Eigen::Vector2d& p : curve.points) {
-      plot.x_min = std::min(plot.x_min, p.x());
-      plot.x_max = std::max(plot.x_max, p.x());
-      plot.y_min = std::min(plot.y_min, p.y());
-      plot.y_max = std::max(plot.y_max, p.y());
-    }
-  }
-  plot.y_min = std::floor(plot.y_min);
-  plot.y_max = std::max(std::ceil(plot.y_max), plot.y_min + 1);
-  if (!(plot.x_max > plot.x_min)) plot.x_max = plot.x_min + 1;
-  return plot;
+/// The residual of a run over its first column, as decimal logarithm.
+std::vector<Vector2d> residual_of(const History& history, std::size_t column) {
+  std::vector<Vector2d> points;
+  const auto &x = history.columns.front(), &y = history.columns[column];
+  for (std::size_t i = 0; i < x.size(); ++i)
+    if (y[i] > 0) points.emplace_back(x[i], std::log10(y[i]));
+  return thinned(points);
 }
 
-void draw_curves(Svg& svg, const Plot& plot, const std::vector<Curve>& curves) {
-  const int decades = static_cast<int>(plot.y_max - plot.y_min);
-  const int every = std::max(1, decades / 6);
-  for (int k = 0; k <= decades; k += every) {
-    const double y = plot.y(plot.y_min + k);
-    svg.line({plot.left, y}, {plot.left + plot.width, y}, kGrid);
-    svg.text({plot.left - 6, y + 4}, fmt::format("1e{:+.0f}", plot.y_min + k), 11, "end", kNote);
+/// Blue where shorter, orange where longer, white at zero: safe for colour-blind readers.
+std::string strain_colour(double ratio, double top) {
+  const double t = std::clamp(ratio / top, -1.0, 1.0);
+  const Eigen::Vector3d white = Eigen::Vector3d::Constant(245),
+                        end = t < 0 ? Eigen::Vector3d(33, 102, 172) : Eigen::Vector3d(203, 100, 20);
+  return hex_colour(white + std::abs(t) * (end - white));
+}
+
+double largest_strain(const RealVirtual& comparison) {
+  std::vector<double> sizes = {0.01};
+  for (const EdgeStrain& edge : comparison.strain.edges)
+    sizes.insert(sizes.end(), {std::abs(edge.real), std::abs(edge.simulated)});
+  std::sort(sizes.begin(), sizes.end());
+  return quantile(sizes, 0.95);
+}
+
+/// Draws loading and, where the file has it, unloading over the same axes: the gap between them is
+/// the hysteresis.
+void draw_fabric_curve(Svg& svg, const FabricCurve& curve, double left, double top) {
+  const auto& columns = curve.points.columns;
+  const std::size_t shown = std::min<std::size_t>(columns.size(), 3);
+  Vector2d low(columns[0].front(), columns[1].front()), high = low;
+  std::vector<std::vector<Vector2d>> lines(shown);
+  for (std::size_t k = 1; k < shown; ++k) {
+    for (std::size_t i = 0; i < columns[0].size(); ++i) {
+      lines[k].emplace_back(columns[0][i], columns[k][i]);
+      low = low.cwiseMin(lines[k].back());
+      high = high.cwiseMax(lines[k].back());
+    }
   }
-  const double step = round_step(plot.x_max - plot.x_min, 5);
-  for (const double x : ticks(plot.x_min, plot.x_max, step)) {
-    svg.line({plot.x(x), plot.bottom()}, {plot.x(x), plot.bottom() + 5}, kAxis);
-    svg.text({plot.x(x), plot.bottom() + 18}, fmt::format("{:g}", x), 11, "middle", kNote);
-  }
-  for (std::size_t i = 0; i < curves.size(); ++i) {
-    const char* stroke = kStrokes[i % kStrokes.size()];
-    std::vector<Eigen::Vector2d> points;
-    for (const Eigen::Vector2d& p : curves[i].points)
-      points.emplace_back(plot.x(p.x()), plot.y(p.y()));
-    svg.polyline(points, stroke);
-    const double y = plot.top + 10 + 19.0 * static_cast<double>(i);
-    svg.line({560, y}, {584, y}, stroke);
-    svg.text({590, y + 4}, curves[i].label, 12, "start", "fill=\"#222\"");
-  }
+  std::string y_name = curve.points.names[1];
+  if (y_name.starts_with("loading_")) y_name.erase(0, 8);
+  svg.text({left, top - 10}, curve.name, 12, "start", "fill=\"#222\" font-weight=\"600\"");
+  Chart chart(svg, {left, top, 170, 110},
+              axis_over(axis_label(curve.points.names[0]), low.x(), high.x(), 3, false),
+              axis_over(axis_label(y_name), low.y(), high.y(), 4, false));
+  for (std::size_t k = shown - 1; k >= 1; --k)
+    chart.curve(lines[k], series_line(0) + (k == 1 ? "" : " stroke-dasharray=\"4 3\""));
 }
 
 }  // namespace
@@ -176,10 +118,19 @@ Figure map_figure(const std::string& drape, const DrapeInput& input,
   const auto& errors = comparison.marks.marks;
   for (int row = 0; row < sheet.rows; ++row) {
     for (int col = 0; col < sheet.cols; ++col) {
-      const bool has = next < errors.size() && errors[next].mark == MarkId{row, col};
-      const MarkError* error = has ? &errors[next++] : nullptr;
-      draw_tile(svg, {44 + side * col, 30 + side * row}, side, error,
-                gap_text(sheet, comparison, {row, col}), scale);
+      const Vector2d corner(44 + side * col, 30 + side * row);
+      if (next >= errors.size() || errors[next].mark != MarkId{row, col}) {
+        svg.rectangle(corner.x() + 0.5, corner.y() + 0.5, side - 3, side - 3,
+                      "fill=\"#f4f5f7\" stroke=\"#b5bcc5\" stroke-dasharray=\"3 3\" rx=\"3\"",
+                      gap_text(sheet, comparison, {row, col}));
+        continue;
+      }
+      const double value = errors[next++].distance_m / mm;
+      svg.rectangle(corner.x(), corner.y(), side - 2, side - 2,
+                    fmt::format("fill=\"{}\" rx=\"3\"", scale.colour(value)),
+                    fmt::format("row {}, col {}: {:.2f} mm", row, col, value));
+      svg.text(corner + Vector2d(side / 2 - 1, side / 2 + 3), fmt::format("{:.1f}", value),
+               0.3 * side, "middle", scale.is_dark(value) ? "fill=\"#fff\"" : "fill=\"#111\"");
     }
     svg.text({38, 30 + side * (row + 0.5) + 3}, std::to_string(row), 11, "end", kNote);
   }
@@ -198,73 +149,152 @@ Figure map_figure(const std::string& drape, const DrapeInput& input,
 Figure histogram_figure(const std::string& drape, const RealVirtual& comparison) {
   const DistanceStatistics& s = comparison.statistics;
   const double width = round_step(s.max_m / mm > 1e-6 ? s.max_m / mm : 1.0, 12);
-  const auto bins = static_cast<std::size_t>(std::floor(s.max_m / mm / width)) + 1;
-  std::vector<int> counts(bins, 0);
+  std::vector<int> counts(static_cast<std::size_t>(std::floor(s.max_m / mm / width)) + 1, 0);
   for (const MarkError& mark : comparison.marks.marks)
-    ++counts[std::min(bins - 1, static_cast<std::size_t>(mark.distance_m / mm / width))];
-  const int tallest = *std::max_element(counts.begin(), counts.end());
-  const double step = std::max(1.0, round_step(tallest, 4));
-  const Plot plot{
-      52, 58, 430, 200, 0, width * static_cast<double>(bins), 0, step * std::ceil(tallest / step)};
+    ++counts[std::min(counts.size() - 1, static_cast<std::size_t>(mark.distance_m / mm / width))];
+  Axis marks = axis_over("marks", 0, *std::max_element(counts.begin(), counts.end()), 4, true);
+  marks.step = std::max(1.0, marks.step);
   Svg svg(500, 300, fmt::format("Drape {}: histogram of distances", drape));
-  for (const double y : ticks(0, plot.y_max, step)) {
-    svg.line({plot.left, plot.y(y)}, {plot.left + plot.width, plot.y(y)}, kGrid);
-    svg.text({plot.left - 7, plot.y(y) + 4}, fmt::format("{:g}", y), 11, "end", kNote);
-  }
+  Chart chart(svg, {52, 58, 430, 200},
+              {"distance real to virtual (mm)", 0, width * static_cast<double>(counts.size()),
+               counts.size() > 12 ? 2 * width : width},
+              marks);
   const ErrorScale scale = scale_of(comparison);
-  for (std::size_t i = 0; i < bins; ++i) {
+  for (std::size_t i = 0; i < counts.size(); ++i) {
     const double low = width * static_cast<double>(i);
-    svg.rectangle(plot.x(low) + 1, plot.y(counts[i]), plot.x(low + width) - plot.x(low) - 2,
-                  plot.bottom() - plot.y(counts[i]),
-                  fmt::format("fill=\"{}\"", scale.colour(low + width / 2)),
-                  fmt::format("{:g} to {:g} mm: {} marks", low, low + width, counts[i]));
+    chart.bar(low + 0.04 * width, low + 0.96 * width, counts[i],
+              fmt::format("fill=\"{}\"", scale.colour(low + width / 2)),
+              fmt::format("{:g} to {:g} mm: {} marks", low, low + width, counts[i]));
   }
-  svg.line({plot.left, plot.bottom()}, {plot.left + plot.width, plot.bottom()}, kAxis);
-  const std::size_t every = bins > 12 ? 2 : 1;
-  for (std::size_t i = 0; i <= bins; i += every) {
-    const double at = width * static_cast<double>(i);
-    svg.text({plot.x(at), plot.bottom() + 17}, fmt::format("{:g}", at), 11, "middle", kNote);
+  double y = 4;
+  for (const auto& [value_m, label] : {std::pair{s.median_m, "median {:.2f} mm"},
+                                       {s.mean_m, "mean {:.2f} mm"},
+                                       {s.p95_m, "95 % below {:.2f} mm"}}) {
+    const Vector2d foot = chart.at(value_m / mm, 0);
+    const bool flip = foot.x() > 350;
+    svg.line({foot.x(), y}, foot,
+             "stroke=\"#b3261e\" stroke-width=\"1.3\" stroke-dasharray=\"5 3\"");
+    svg.text({foot.x() + (flip ? -4 : 4), y + 8}, fmt::format(fmt::runtime(label), value_m / mm),
+             11.5, flip ? "end" : "start", "fill=\"#8c1d18\"");
+    y += 16;
   }
-  draw_level(svg, plot, s.median_m / mm, fmt::format("median {:.2f} mm", s.median_m / mm), 0);
-  draw_level(svg, plot, s.mean_m / mm, fmt::format("mean {:.2f} mm", s.mean_m / mm), 1);
-  draw_level(svg, plot, s.p95_m / mm, fmt::format("95 % below {:.2f} mm", s.p95_m / mm), 2);
-  svg.text({plot.left + plot.width / 2, 294}, "distance real to virtual (mm)", 12, "middle",
-           "fill=\"#333\"");
-  svg.text(
-      {14, plot.top + plot.height / 2}, "marks", 12, "middle",
-      fmt::format("fill=\"#333\" transform=\"rotate(-90 14 {})\"", plot.top + plot.height / 2));
   return {drape + "-histogram", fmt::format("Distances of the {} marks.", s.marks), svg.finish()};
 }
 
 std::optional<Figure> convergence_figure(const std::string& drape, const DrapeInput& input,
                                          const Report& report) {
-  std::vector<Curve> curves;
+  std::vector<std::pair<std::string, std::vector<Vector2d>>> curves;
   std::string x_name, y_name;
+  Eigen::AlignedBox2d box;
   for (const RealVirtual& row : report.real_virtual) {
     const Simulation& simulation = input.simulations[row.simulation];
-    const auto column =
-        simulation.history ? residual_column(*simulation.history) : std::optional<std::size_t>();
-    if (!column) continue;
-    x_name = simulation.history->names.front();
-    y_name = simulation.history->names[*column];
-    Curve curve{simulation.label(), {}};
-    const auto &x = simulation.history->columns.front(), &y = simulation.history->columns[*column];
-    for (std::size_t i = 0; i < x.size(); ++i)
-      if (y[i] > 0) curve.points.emplace_back(x[i], std::log10(y[i]));
-    curve.points = thinned(curve.points);
-    if (!curve.points.empty()) curves.push_back(std::move(curve));
+    if (!simulation.history) continue;
+    const std::vector<std::string>& names = simulation.history->names;
+    const auto column = std::find_if(names.begin() + 1, names.end(), [](const auto& name) {
+      return name.find("residual") != std::string::npos;
+    });
+    if (column == names.end()) continue;
+    std::vector<Vector2d> points =
+        residual_of(*simulation.history, static_cast<std::size_t>(column - names.begin()));
+    if (points.empty()) continue;
+    for (const Vector2d& p : points) box.extend(p);
+    x_name = names.front();
+    y_name = *column;
+    curves.emplace_back(simulation.label(), std::move(points));
   }
   if (curves.empty()) return std::nullopt;
-  const Plot plot = plot_of(curves);
+  const double low = std::floor(box.min().y()), high = std::max(std::ceil(box.max().y()), low + 1);
   Svg svg(720, 300, fmt::format("Drape {}: convergence of the simulations", drape));
-  draw_curves(svg, plot, curves);
-  svg.line({plot.left, plot.bottom()}, {plot.left + plot.width, plot.bottom()}, kAxis);
-  svg.text({plot.left + plot.width / 2, 292}, axis_label(x_name), 12, "middle", "fill=\"#333\"");
-  svg.text(
-      {14, plot.top + plot.height / 2}, axis_label(y_name), 12, "middle",
-      fmt::format("fill=\"#333\" transform=\"rotate(-90 14 {})\"", plot.top + plot.height / 2));
+  Chart chart(
+      svg, {70, 16, 470, 230},
+      axis_over(axis_label(x_name), box.min().x(), box.max().x(), 5, false),
+      {axis_label(y_name), low, high, std::max(1.0, std::floor((high - low) / 6)), "1e{:+.0f}"});
+  for (std::size_t i = 0; i < curves.size(); ++i) {
+    chart.curve(curves[i].second, series_line(i));
+    draw_legend_line(svg, {560, 26 + 19.0 * static_cast<double>(i)}, series_line(i),
+                     curves[i].first);
+  }
   return Figure{drape + "-convergence", "Residual of each simulation over its run, logarithmic.",
                 svg.finish()};
+}
+
+Figure strain_figure(const std::string& drape, const DrapeInput& input,
+                     const RealVirtual& comparison) {
+  const Sheet& sheet = input.measured.sheet;
+  const double side = 400.0 / std::max(sheet.rows, sheet.cols), top = largest_strain(comparison);
+  const double height = 30 + side * sheet.rows + 50;
+  Svg svg(900, height, fmt::format("Drape {}: strain between marks", drape));
+  for (const bool real : {true, false}) {
+    const double left = real ? 20 : 470;
+    const auto place = [&](MarkId mark) -> Vector2d {
+      return {left + side * (mark.col + 0.5), 24 + side * (mark.row + 0.5)};
+    };
+    svg.text({left, 18}, real ? "measured" : "simulated, same places", 13);
+    for (const AreaStrain& cell : comparison.strain.cells) {
+      const double value = real ? cell.real : cell.simulated;
+      svg.rectangle(place(cell.corner).x() + 3, place(cell.corner).y() + 3, side - 6, side - 6,
+                    fmt::format("fill=\"{}\"", strain_colour(value, top)),
+                    fmt::format("area: {:+.1f} %", value / percent));
+    }
+    for (const EdgeStrain& edge : comparison.strain.edges)
+      svg.line(place(edge.from), place(edge.to),
+               fmt::format("stroke=\"{}\" stroke-width=\"5\"",
+                           strain_colour(real ? edge.real : edge.simulated, top)));
+  }
+  for (int i = 0; i <= 40; ++i)
+    svg.rectangle(300 + 7.0 * i, height - 32, 7.3, 10,
+                  fmt::format("fill=\"{}\"", strain_colour((i / 20.0 - 1) * top, top)));
+  for (const int end : {-1, 0, 1})
+    svg.text({440.0 + 140 * end, height - 8}, fmt::format("{:+.1f} %", end * top / percent), 11,
+             "middle", kNote);
+  return {drape + "-strain",
+          "Length of the straight line between neighbouring marks (lines) and area between four of "
+          "them (tiles) against the flat print. Blue: shorter, as over a fold; orange: longer.",
+          svg.finish()};
+}
+
+std::optional<Figure> hem_figure(const std::string& drape, const DrapeInput& input,
+                                 const Report& report) {
+  std::vector<std::pair<std::string, const Drapemeter*>> hems;
+  const auto add = [&](const std::string& label, const DrapemeterResult& result) {
+    if (result.value && hems.size() < kSeries.size()) hems.emplace_back(label, &*result.value);
+  };
+  add("measured", report.measured_drapemeter);
+  for (const RealVirtual& row : report.real_virtual)
+    add(input.simulations[row.simulation].label(), report.drapemeters[row.simulation]);
+  if (hems.empty()) return std::nullopt;
+  double largest = 1e-3;
+  for (const auto& [label, hem] : hems)
+    for (const Harmonic& h : hem->spectrum) largest = std::max(largest, h.amplitude_m / mm);
+  Svg svg(760, 280, fmt::format("Drape {}: spectrum of the hem", drape));
+  Chart chart(svg, {60, 20, 500, 200}, {"waves around the hem", 0.5, 24.5, 2},
+              axis_over("amplitude (mm)", 0, largest, 4, true));
+  const double bar = 0.8 / static_cast<double>(hems.size());
+  for (std::size_t i = 0; i < hems.size(); ++i) {
+    const auto& [label, hem] = hems[i];
+    const double left = bar * static_cast<double>(i) - 0.4;
+    for (const Harmonic& h : hem->spectrum)
+      chart.bar(h.order + left, h.order + left + bar, h.amplitude_m / mm,
+                fmt::format("fill=\"{}\"", kSeries[i]),
+                fmt::format("{}: order {}, {:.2f} mm", label, h.order, h.amplitude_m / mm));
+    draw_legend_line(svg, {575, 26 + 19.0 * static_cast<double>(i)},
+                     fmt::format("stroke=\"{}\" stroke-width=\"8\"", kSeries[i]), label);
+  }
+  return Figure{drape + "-hem",
+                "Fourier amplitudes of the radius of the hem's shadow over the angle; a square "
+                "patch has its own 4, 8, 12.",
+                svg.finish()};
+}
+
+Figure fabric_figure(const std::string& drape, const std::vector<FabricCurve>& curves) {
+  Svg svg(720, 190.0 * static_cast<double>((curves.size() + 2) / 3),
+          fmt::format("Drape {}: fabric curves", drape));
+  for (std::size_t i = 0; i < curves.size(); ++i)
+    draw_fabric_curve(svg, curves[i], 55 + 240.0 * static_cast<double>(i % 3),
+                      30 + 190.0 * static_cast<double>(i / 3));
+  return {drape + "-fabric",
+          "Curves of the fabric as the simulations read them: loading and, dashed, unloading.",
+          svg.finish()};
 }
 
 }  // namespace drape::compare

@@ -1,198 +1,116 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
-#include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
-#include <cmath>
 
-#include "compare/meshes/obstacle_mesh.hpp"
+#include "compare/metrics/friction_band.hpp"
 #include "compare/report/figures.hpp"
+#include "compare/report/view.hpp"
 #include "core/units.hpp"
 
 namespace drape::compare {
 namespace {
 
+using Eigen::Vector2d;
+using Eigen::Vector3d;
 using units::deg;
 using units::mm;
 
-constexpr double kPanel = 500;             ///< side of one view, picture units
-constexpr double kObjectBehind_m = 0.003;  ///< cloth that touches is drawn over the object
-constexpr double kMarkLift_m = 0.006;      ///< draws a mark before the cells around it
+constexpr double kPanel = 500;         ///< side of one view, picture units
+constexpr double kMarkLift_m = 0.006;  ///< draws a mark before the cells around it
 
-/// Orthographic view from an azimuth and an elevation.
-struct View {
-  Eigen::Vector3d right, up, toward;
-  Eigen::Vector3d centre_m;
-  double scale = 1;  ///< picture units per metre
-  Eigen::Vector2d middle;
-
-  View(double azimuth_rad, double elevation_rad) {
-    const double ca = std::cos(azimuth_rad), sa = std::sin(azimuth_rad);
-    const double ce = std::cos(elevation_rad), se = std::sin(elevation_rad);
-    toward = {ca * ce, sa * ce, se};
-    right = {-sa, ca, 0};
-    up = toward.cross(right);
-  }
-
-  [[nodiscard]] Eigen::Vector2d draw(const Eigen::Vector3d& point) const {
-    const Eigen::Vector3d p = point - centre_m;
-    return middle + scale * Eigen::Vector2d(right.dot(p), -up.dot(p));
-  }
-  [[nodiscard]] double nearness(const Eigen::Vector3d& point) const { return toward.dot(point); }
-};
-
-/// Something to paint, the far ones first.
-struct Item {
-  double nearness = 0;
-  const MarkError* mark = nullptr;       ///< a mark, else the cell
-  std::vector<Eigen::Vector3d> corners;  ///< of a cell
-  bool object = false;                   ///< the cell is of the object under the cloth
-};
-
-std::string cell_colour(const std::vector<Eigen::Vector3d>& corners, const View& view,
-                        bool object) {
-  Eigen::Vector3d normal = (corners[1] - corners[0] + corners[2] - corners[3])
-                               .cross(corners[3] - corners[0] + corners[2] - corners[1]);
-  normal.normalize();
-  const bool printed_side = normal.dot(view.toward) > 0;
-  if (!printed_side) normal = -normal;
-  const Eigen::Vector3d light = (view.toward + 0.55 * view.up - 0.45 * view.right).normalized();
-  const double shade = 0.60 + 0.40 * std::max(0.0, normal.dot(light));
-  const Eigen::Vector3d base = object         ? Eigen::Vector3d(205, 170, 120)
-                               : printed_side ? Eigen::Vector3d(236, 239, 243)
-                                              : Eigen::Vector3d(196, 190, 184);
-  const Eigen::Vector3d colour = shade * base;
-  return fmt::format("#{:02x}{:02x}{:02x}", std::lround(colour.x()), std::lround(colour.y()),
-                     std::lround(colour.z()));
+std::string mark_text(MarkId mark, const std::string& what) {
+  return fmt::format("row {}, col {}: {}", mark.row, mark.col, what);
 }
 
-std::vector<Item> cells_of(const Sheet& sheet, const View& view) {
-  std::vector<Item> items;
-  for (int row = 0; row + 1 < sheet.rows; ++row) {
-    for (int col = 0; col + 1 < sheet.cols; ++col) {
-      const SheetMark *a = sheet.find({row, col}), *b = sheet.find({row + 1, col}),
-                      *c = sheet.find({row + 1, col + 1}), *d = sheet.find({row, col + 1});
-      if (!a || !b || !c || !d) continue;
-      Item item;
-      item.corners = {a->point_in_world, b->point_in_world, c->point_in_world, d->point_in_world};
-      item.nearness = view.nearness(
-          0.25 * (item.corners[0] + item.corners[1] + item.corners[2] + item.corners[3]));
-      items.push_back(item);
-    }
-  }
-  return items;
-}
-
-/// Faces of the object that look at the viewer.
-std::vector<Item> object_items(const DrapeInput& input, const Sheet& cloth, const View& view) {
-  std::vector<Item> items;
-  if (!input.scene) return items;
-  for (const auto& quad : uncovered_quads(*input.scene, cloth)) {
-    if ((quad[2] - quad[0]).cross(quad[3] - quad[1]).dot(view.toward) <= 0) continue;
-    Item item;
-    item.corners.assign(quad.begin(), quad.end());
-    item.nearness = view.nearness(0.25 * (quad[0] + quad[1] + quad[2] + quad[3])) - kObjectBehind_m;
-    item.object = true;
-    items.push_back(item);
-  }
-  return items;
-}
-
-void paint_mark(Svg& svg, const View& view, const MarkError& mark, const ErrorScale& scale) {
+void paint_mark(Svg& svg, const Orthographic& view, const MarkError& mark,
+                const ErrorScale& scale) {
   const std::string colour = scale.colour(mark.distance_m / mm);
-  const Eigen::Vector2d real = view.draw(mark.real_in_world),
-                        simulated = view.draw(mark.virtual_in_world);
+  const Vector2d real = view.at(mark.real_in_world), simulated = view.at(mark.virtual_in_world);
   svg.line(real, simulated, "stroke=\"#1d2733\" stroke-width=\"2.6\" stroke-linecap=\"round\"");
   svg.line(real, simulated,
            fmt::format("stroke=\"{}\" stroke-width=\"1.4\" stroke-linecap=\"round\"", colour));
-  svg.circle(
-      real, 4.2, fmt::format("fill=\"{}\" stroke=\"#1d2733\" stroke-width=\"0.9\"", colour),
-      fmt::format("row {}, col {}: {:.2f} mm", mark.mark.row, mark.mark.col, mark.distance_m / mm));
+  svg.circle(real, 4.2, fmt::format("fill=\"{}\" stroke=\"#1d2733\" stroke-width=\"0.9\"", colour),
+             mark_text(mark.mark, fmt::format("{:.2f} mm", mark.distance_m / mm)));
 }
 
-void paint(Svg& svg, const View& view, const DrapeInput& input, const RealVirtual& comparison,
-           const ErrorScale& scale) {
-  const Sheet& cloth = input.simulations[comparison.simulation].sheet.sheet;
-  std::vector<Item> items = object_items(input, cloth, view);
-  const std::vector<Item> cells = cells_of(cloth, view);
-  items.insert(items.end(), cells.begin(), cells.end());
-  for (const MarkError& mark : comparison.marks.marks) {
-    Item item;
-    item.mark = &mark;
-    item.nearness = kMarkLift_m + std::max(view.nearness(mark.real_in_world),
-                                           view.nearness(mark.virtual_in_world));
-    items.push_back(item);
-  }
-  std::stable_sort(items.begin(), items.end(),
-                   [](const Item& a, const Item& b) { return a.nearness < b.nearness; });
-  for (const Item& item : items) {
-    if (item.mark) {
-      paint_mark(svg, view, *item.mark, scale);
-      continue;
-    }
-    const auto& c = item.corners;
-    const std::string colour = cell_colour(c, view, item.object);
-    const std::string edge = item.object ? fmt::format(" stroke=\"{}\"", colour) : "";
-    svg.polygon({view.draw(c[0]), view.draw(c[1]), view.draw(c[2]), view.draw(c[3])},
-                fmt::format("fill=\"{}\"{}", colour, edge));
-  }
-}
-
-/// Fits the view to everything that is drawn; returns the height that it takes.
-double fit(View& view, const Sheet& sheet, const RealVirtual& comparison, double left) {
-  Eigen::Array2d low(1e9, 1e9), high(-1e9, -1e9);
-  const auto extend = [&](const Eigen::Vector3d& point) {
-    const Eigen::Array2d p(view.right.dot(point), view.up.dot(point));
-    low = low.min(p);
-    high = high.max(p);
-  };
-  for (const SheetMark& mark : sheet.marks) extend(mark.point_in_world);
-  for (const MarkError& mark : comparison.marks.marks) extend(mark.real_in_world);
-  const Eigen::Array2d middle = 0.5 * (low + high);
-  view.centre_m = middle.x() * view.right + middle.y() * view.up;
-  view.scale = (kPanel - 40) / (high - low).maxCoeff();
-  const double height = view.scale * (high.y() - low.y()) + 30;
-  view.middle = {left + kPanel / 2, height / 2};
-  return height;
-}
-
-/// The three world axes, 30 mm long, in the lower left corner of a view.
-void draw_axes(Svg& svg, const View& view, double left, double bottom) {
-  const Eigen::Vector2d origin(left + 45, bottom - 40);
-  const double length_m = 30 * mm;
+/// Draws the three world axes, 30 mm long, in the lower left corner of a view.
+void draw_axes(Svg& svg, const Orthographic& view, const Vector2d& corner) {
   for (int axis = 0; axis < 3; ++axis) {
-    const Eigen::Vector3d unit = Eigen::Vector3d::Unit(axis);
-    const Eigen::Vector2d arm =
-        view.scale * length_m * Eigen::Vector2d(view.right.dot(unit), -view.up.dot(unit));
-    svg.line(origin, origin + arm, "stroke=\"#555\" stroke-width=\"1.2\"");
-    svg.text(origin + 1.22 * arm + Eigen::Vector2d(0, 4), std::string(1, "xyz"[axis]), 11, "middle",
+    const Vector2d arm = view.at(30 * mm * Vector3d::Unit(axis)) - view.origin;
+    svg.line(corner, corner + arm, "stroke=\"#555\" stroke-width=\"1.2\"");
+    svg.text(corner + 1.22 * arm + Vector2d(0, 4), std::string(1, "xyz"[axis]), 11, "middle",
              "fill=\"#555\"");
   }
 }
 
+void draw_band(Svg& svg, const Orthographic& view, const Ensemble& ensemble,
+               const Sheet& measured) {
+  for (const BandMark& one : ensemble.band)
+    svg.circle(view.at(one.mean_in_world), std::max(0.5, view.scale * one.radius95_m),
+               "fill=\"#4c78a8\" fill-opacity=\"0.18\" stroke=\"#4c78a8\" stroke-width=\"0.7\"",
+               mark_text(one.mark, fmt::format("95 % within {:.2f} mm", one.radius95_m / mm)));
+  for (const BandMark& one : ensemble.band) {
+    const SheetMark* real = measured.find(one.mark);
+    if (real == nullptr) continue;
+    const double off_m = (real->point_in_world - one.mean_in_world).norm();
+    svg.circle(view.at(real->point_in_world), 2.2,
+               off_m <= one.radius95_m ? "fill=\"#1b7f3b\"" : "fill=\"#b3261e\"",
+               mark_text(one.mark, fmt::format("real mark {:.2f} mm from the mean", off_m / mm)));
+  }
+}
+
+/// Draws a box about each mark, as far as friction leaves its place open.
+void draw_friction(Svg& svg, const Orthographic& view, const FrictionBand& band) {
+  for (std::size_t k = 0; k < band.marks.size(); ++k) {
+    const auto row = static_cast<Eigen::Index>(k);
+    const Vector2d low = view.at(band.low_in_world.row(row).transpose()),
+                   high = view.at(band.high_in_world.row(row).transpose());
+    svg.rectangle(low.x(), high.y(), high.x() - low.x(), low.y() - high.y(),
+                  "fill=\"none\" stroke=\"#b07a00\" stroke-width=\"0.7\"",
+                  mark_text(band.marks[k], "left open by friction"));
+  }
+}
+
 }  // namespace
+
+std::filesystem::path list_of(const DrapeInput& input, const BranchSet& set) {
+  const Simulation& first = input.simulations[set.branches.front().as_placed.simulation];
+  return first.sheet.file.parent_path() / ".." / "branches.json";
+}
+
+std::optional<Ensemble> ensemble_of(const DrapeInput& input, const BranchSet& set) {
+  return read_ensemble(list_of(input, set), set.sha256);
+}
 
 Figure sheet_figure(const std::string& drape, const DrapeInput& input,
                     const RealVirtual& comparison) {
   const Simulation& simulation = input.simulations[comparison.simulation];
   const Sheet& sheet = simulation.sheet.sheet;
   const ErrorScale scale = scale_of(comparison);
-  std::array<View, 2> views = {View(-60 * deg, 32 * deg), View(120 * deg, 32 * deg)};
-  double height = 0;
-  for (std::size_t side = 0; side < 2; ++side) {
-    const double left = kPanel * static_cast<double>(side);
-    height = std::max(height, fit(views[side], sheet, comparison, left));
-  }
+  std::vector<Vector3d> points;
+  for (const SheetMark& mark : sheet.marks) points.push_back(mark.point_in_world);
+  for (const MarkError& mark : comparison.marks.marks) points.push_back(mark.real_in_world);
+  std::array<Orthographic, 2> views = {Orthographic::from(-60 * deg, 32 * deg),
+                                       Orthographic::from(120 * deg, 32 * deg)};
+  const double height =
+      std::max(views[0].fit(points, 0, kPanel, 20), views[1].fit(points, kPanel, kPanel, 20));
   const double bottom = height + 58;
   Svg svg(
       2 * kPanel, bottom,
       fmt::format("Drape {}: real marks and the simulated sheet {}", drape, simulation.label()));
-  for (std::size_t side = 0; side < 2; ++side) {
-    svg.open_group("stroke=\"#8a94a0\" stroke-width=\"0.5\" stroke-linejoin=\"round\"");
-    paint(svg, views[side], input, comparison, scale);
-    svg.close_group();
-    draw_axes(svg, views[side], kPanel * static_cast<double>(side), bottom);
+  for (const Orthographic& view : views) {
+    Painter painter(view.viewer());
+    if (input.scene) painter.add_objects(*input.scene, sheet);
+    painter.add_cloth(sheet);
+    for (const MarkError& mark : comparison.marks.marks) {
+      const bool real = view.toward.dot(mark.real_in_world - mark.virtual_in_world) > 0;
+      painter.add(real ? mark.real_in_world : mark.virtual_in_world, kMarkLift_m,
+                  [&](Svg& picture) { paint_mark(picture, view, mark, scale); });
+    }
+    painter.paint(svg);
+    draw_axes(svg, view, {(&view == &views[0] ? 0 : kPanel) + 45, bottom - 40});
   }
   const double bar = 50 * mm * views[0].scale;
   svg.line({150, bottom - 22}, {150 + bar, bottom - 22}, "stroke=\"#333\" stroke-width=\"2\"");
@@ -206,6 +124,33 @@ Figure sheet_figure(const std::string& drape, const DrapeInput& input,
                   "the same point of the virtual cloth, true to scale; axes are 30 mm long.",
                   simulation.label()),
       svg.finish()};
+}
+
+std::optional<Figure> band_figure(const std::string& drape, const DrapeInput& input,
+                                  const BranchSet& set) {
+  constexpr double kSide = 380, kMargin = 24;
+  const auto ensemble = ensemble_of(input, set);
+  if (!ensemble || ensemble->band.empty()) return std::nullopt;
+  const std::optional<FrictionBand> friction = read_friction_band(list_of(input, set), set.sha256);
+  std::vector<Vector3d> points;
+  for (const BandMark& one : ensemble->band)
+    for (const double end : {-1, 1})
+      points.emplace_back(one.mean_in_world + Vector3d::Constant(end * one.radius95_m));
+  Svg svg(2 * kSide, kSide + 20, "Bands of the marks of drape " + drape);
+  for (const bool side : {false, true}) {
+    Orthographic view{Vector3d::UnitX(), side ? Vector3d::UnitZ() : Vector3d::UnitY(),
+                      side ? Vector3d(-Vector3d::UnitY()) : Vector3d::UnitZ()};
+    const double left = side ? kSide : 0;
+    view.fit(points, left, kSide, kMargin);
+    svg.text({left + kMargin, 14}, side ? "from the side" : "from above", 12);
+    draw_band(svg, view, *ensemble, input.measured.sheet);
+    if (friction) draw_friction(svg, view, *friction);
+  }
+  return Figure{drape + "-band",
+                "Where the ensemble's drapes have each mark: 95 % of them within the disc. Dots "
+                "are the real marks, green in their band, red outside; boxes are "
+                "what friction leaves open of the scene's own drape.",
+                svg.finish()};
 }
 
 }  // namespace drape::compare

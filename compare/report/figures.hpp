@@ -6,13 +6,12 @@
 #include <vector>
 
 #include "compare/compare.hpp"
-#include "compare/report/svg.hpp"
+#include "compare/metrics/ensemble.hpp"
+#include "compare/report/error_scale.hpp"
 #include "core/calibration.hpp"
 #include "core/detections.hpp"
 
 namespace drape::compare {
-
-inline constexpr const char* kNote = "fill=\"#555\"";  ///< colour of notes
 
 /// A finished picture.
 struct Figure {
@@ -66,6 +65,15 @@ struct FabricCurve {
 /// The patch laid flat, one tile per mark with its distance in mm; gaps are hatched.
 [[nodiscard]] Figure map_figure(const std::string& drape, const DrapeInput& input,
                                 const RealVirtual& comparison);
+
+/// branches.json of a set, in the folder above the first branch's.
+[[nodiscard]] std::filesystem::path list_of(const DrapeInput& input, const BranchSet& set);
+/// The ensemble as a whole that a set's list describes.
+[[nodiscard]] std::optional<Ensemble> ensemble_of(const DrapeInput& input, const BranchSet& set);
+/// From above and from the side: each mark's band as a disc at its true size, the real mark in it
+/// or outside. Nothing without bands.
+[[nodiscard]] std::optional<Figure> band_figure(const std::string& drape, const DrapeInput& input,
+                                                const BranchSet& set);
 
 /// Histogram of the distances with mean, median and 95th percentile.
 [[nodiscard]] Figure histogram_figure(const std::string& drape, const RealVirtual& comparison);

@@ -8,13 +8,11 @@
 
 #include "compare/history/results.hpp"
 #include "compare/report/html.hpp"
-#include "compare/report/svg.hpp"
+#include "core/drawing/chart.hpp"
 #include "core/program/run_record.hpp"
 
 namespace drape::compare {
 namespace {
-
-constexpr double kWidth = 520, kHeight = 170, kLeft = 58, kTop = 14, kBottom = 34;
 
 using Rows = std::vector<std::vector<std::string>>;
 
@@ -22,56 +20,38 @@ double number(const std::string& text) {
   return std::stod(text);
 }
 
-/// Values over imports with the band that the values before each one predict.
+/// Draws values over imports with the band that the values before each one predict.
 std::string chart_of(const std::string& name, const Rows& rows, double alarm_sigmas) {
-  double low = 1e300, high = -1e300;
-  const auto extend = [&](double value) {
-    low = std::min(low, value);
-    high = std::max(high, value);
+  const auto reach_of = [&](const std::vector<std::string>& row) {
+    return alarm_sigmas * number(row[6]) * std::sqrt(1 + 1 / (number(row[1]) - 1));
   };
-  for (const auto& row : rows) {
-    extend(number(row[3]));
-    if (row[5].empty()) continue;
-    const double n = number(row[1]) - 1;
-    const double reach = alarm_sigmas * number(row[6]) * std::sqrt(1 + 1 / n);
-    extend(number(row[5]) - reach);
-    extend(number(row[5]) + reach);
-  }
-  const double step = round_step(std::max(high - low, 1e-3), 4);
-  low = step * std::floor(low / step);
-  high = std::max(step * std::ceil(high / step), low + step);
-  const auto count = static_cast<double>(rows.size());
-  const double wide = kWidth - kLeft - 14, tall = kHeight - kTop - kBottom;
-  const auto x = [&](double n) { return kLeft + wide * (n - 0.5) / count; };
-  const auto y = [&](double value) { return kTop + tall * (high - value) / (high - low); };
-  Svg svg(kWidth, kHeight, name);
-  for (const double value : ticks(low, high, step)) {
-    svg.line({kLeft, y(value)}, {kLeft + wide, y(value)}, "stroke=\"#e3e6ea\"");
-    svg.text({kLeft - 6, y(value) + 4}, fmt::format("{:.4g}", value), 11, "end", "fill=\"#555\"");
-  }
+  double low = 1e300, high = -1e300;
   std::vector<Eigen::Vector2d> line;
   for (const auto& row : rows) {
-    const double n = number(row[1]), value = number(row[3]);
-    if (!row[5].empty()) {
-      const double mean = number(row[5]);
-      const double reach = alarm_sigmas * number(row[6]) * std::sqrt(1 + 1 / (n - 1));
-      svg.rectangle(x(n) - wide / count * 0.4, y(mean + reach), wide / count * 0.8,
-                    std::max(1.0, y(mean - reach) - y(mean + reach)), "fill=\"#dbe6f1\"",
-                    "what the values before predict");
-    }
-    line.emplace_back(x(n), y(value));
+    const double value = number(row[3]), mean = row[5].empty() ? value : number(row[5]);
+    const double reach = row[5].empty() ? 0 : reach_of(row);
+    low = std::min({low, value, mean - reach});
+    high = std::max({high, value, mean + reach});
+    line.emplace_back(number(row[1]), value);
   }
-  svg.polyline(line, "stroke=\"#0072b2\" stroke-width=\"1.6\"");
-  for (const auto& row : rows) {
-    const bool alarm = !row[8].empty();
-    const Eigen::Vector2d at(x(number(row[1])), y(number(row[3])));
+  Svg svg(520, 190, name);
+  Chart chart(svg, {58, 14, 448, 132},
+              {"imports, in order", 0.5, static_cast<double>(rows.size()) + 0.5},
+              axis_over(rows.front()[4], low, std::max(high, low + 1e-3), 4, true));
+  for (const auto& row : rows)
+    if (!row[5].empty())
+      chart.bar(number(row[1]) - 0.4, number(row[1]) + 0.4, number(row[5]) + reach_of(row),
+                "fill=\"#dbe6f1\" stroke=\"#dbe6f1\"", "what the values before predict",
+                number(row[5]) - reach_of(row));
+  chart.curve(line, series_line(0));
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    const bool alarm = !rows[i][8].empty();
+    const Eigen::Vector2d at = chart.at(line[i].x(), line[i].y());
     svg.circle(at, alarm ? 5 : 3, alarm ? "fill=\"#a3231c\"" : "fill=\"#0072b2\"",
-               fmt::format("{}: {} {}", row[2], row[3], row[4]));
+               fmt::format("{}: {} {}", rows[i][2], rows[i][3], rows[i][4]));
     // A second sign beside the colour.
     if (alarm) svg.text(at + Eigen::Vector2d(0, -9), "alarm", 11, "middle", "fill=\"#a3231c\"");
   }
-  svg.text({kLeft + wide / 2, kHeight - 6}, "imports, in order", 11, "middle", "fill=\"#555\"");
-  svg.text({kLeft, kHeight - 6}, rows.front()[4], 11, "start", "fill=\"#555\"");
   return html_figure({name, name + " (" + rows.front()[4] + ")", svg.finish()});
 }
 
@@ -133,30 +113,22 @@ HistoryPage history_page(const StoreReader& store, const TrendOptions& options) 
                             : fmt::format("{} newest values are beyond the alarm", trend.alarms);
   if (no_go > 0) verdict += fmt::format("; {} current comparisons are NO-GO", no_go);
   const bool go = trend.alarms == 0 && no_go == 0;
-  std::string html =
-      "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\"/>\n<meta "
-      "http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; style-src "
-      "'unsafe-inline'\"/>\n<meta "
-      "name=\"viewport\" content=\"width=device-width, initial-scale=1\"/>\n<title>History of "
-      "the bench</title>\n<style>" +
-      html_style() + "</style>\n</head>\n<body>\n<main>\n<h1>drapebench " + version() +
-      " · history of the bench</h1>\n" +
+  std::string body =
+      "<h1>drapebench " + version() + " · history of the bench</h1>\n" +
       fmt::format("<div class=\"verdict {}\"><strong>{}</strong>{} comparisons; {}</div>\n",
                   go ? "go" : "stop", go ? "GO" : "NO-GO", list.rows.size(), verdict) +
-      fmt::format(
-          "<h2>Trends</h2>\n<p class=\"soft\">Blue bands: where {:g} standard deviations "
-          "of the values before each one end (mean ± {:g} s sqrt(1 + 1/n), from {} "
-          "values on).</p>\n",
-          options.alarm_sigmas, options.alarm_sigmas, options.least_before) +
-      charts(trend, options.alarm_sigmas) +
-      "<h2>Real against virtual</h2>\n<p class=\"soft\">The newest import stands first.</p>\n" +
-      html_table(list, "dense") +
-      (pairs.rows.empty() ? std::string()
-                          : "<h2>Virtual against virtual</h2>\n" + html_table(pairs, "dense")) +
-      (drapemeters.rows.empty() ? std::string()
-                                : "<h2>Drapemeter</h2>\n" + html_table(drapemeters, "dense")) +
-      "</main>\n</body>\n</html>\n";
-  return {std::move(html), go};
+      "<h2>Trends</h2>\n" +
+      html_note(fmt::format(
+          "Blue bands: where {:g} standard deviations of the values before each one end "
+          "(mean ± {:g} s sqrt(1 + 1/n), from {} values on).",
+          options.alarm_sigmas, options.alarm_sigmas, options.least_before)) +
+      charts(trend, options.alarm_sigmas) + "<h2>Real against virtual</h2>\n" +
+      html_note("The newest import stands first.") + html_table(list, "dense");
+  for (const auto& [heading, table] :
+       {std::pair{"Virtual against virtual", &pairs}, {"Drapemeter", &drapemeters}})
+    if (!table->rows.empty())
+      body += fmt::format("<h2>{}</h2>\n", heading) + html_table(*table, "dense");
+  return {html_page("History of the bench", body), go};
 }
 
 }  // namespace drape::compare

@@ -142,16 +142,16 @@ std::string html_certificate(const Session& session, const Outcome& outcome) {
     if (report.budget) text += " " + xml(budget_sentence(*report.budget)) + ".";
     text += "</p>\n";
     if (report.match.bases.size() > 1) text += html_table(basis_table(report));
-    if (!report.repeats.empty()) text += html_table(repeats_table(report));
+    text += html_table(repeats_table(report));
   }
   text += html_table(run_table(session, outcome));
-  text +=
-      "<p class=\"soft\">GO says that the marks were measured within their stated uncertainties; "
-      "it "
-      "says nothing of the simulation. Match says whether the simulation could be one more laying "
-      "of the real drape, or, where it was laid fewer than three times, how far it is from it, "
-      "against the total uncertainty. The simulation was chosen before any distance was known: the "
-      "finest grid with five segments.</p>\n<p>";
+  text += html_note(
+              "GO says that the marks were measured within their stated uncertainties; it says "
+              "nothing of the simulation. Match says whether the simulation could be one more "
+              "laying of the real drape, or, where it was laid fewer than three times, how far it "
+              "is from it, against the total uncertainty. The simulation was chosen before any "
+              "distance was known: the finest grid with five segments.") +
+          "<p>";
   for (const Report& report : outcome.reports)
     if (report.headline || !report.real_surface.empty())
       text += link("drape-" + report.name, "Drape " + report.called()) + " · ";
@@ -178,12 +178,10 @@ std::string html_calibration(const Session& session) {
          fmt::format("{:.0f} to {:.0f} of {}", region[1], region[3],
                      camera.camera.model.height_px)});
   }
-  std::string text = "<section id=\"calibration\">\n<h2>Calibration</h2>\n<p>" +
-                     xml(calibration_line(session)) + ".</p>\n" + html_table(table);
-  const Table findings = calibration_findings(session);
-  if (!findings.rows.empty()) text += html_table(findings, "dense");
-  for (const std::string& warning : own.warnings)
-    text += "<p class=\"soft\">" + xml(warning) + "</p>\n";
+  std::string text = "<section id=\"calibration\">\n<h2>Calibration</h2>\n" +
+                     html_paragraph(calibration_line(session) + ".") + html_table(table) +
+                     html_table(calibration_findings(session), "dense");
+  for (const std::string& warning : own.warnings) text += html_note(warning);
   return text + "</section>\n";
 }
 

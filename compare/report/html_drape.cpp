@@ -5,7 +5,6 @@
 #include <cmath>
 #include <map>
 
-#include "compare/report/band.hpp"
 #include "compare/report/html.hpp"
 #include "compare/report/viewer.hpp"
 #include "compare/tables/budget.hpp"
@@ -15,38 +14,11 @@
 namespace drape::compare {
 namespace {
 
+const std::string& set_of(const DrapeFiles& drape) {
+  return std::get<MeasuredSource>(drape.input.measured.sheet.source).set;
+}
+
 using units::mm;
-
-std::string fact(const std::string& value, const std::string& what) {
-  return fmt::format("<li><b>{}</b><span>{}</span></li>\n", xml(value), xml(what));
-}
-
-std::string facts(const DrapeInput& input, const Report& report) {
-  const Measurement& m = report.measurement;
-  const RealVirtual& headline = report.real_virtual[*report.headline];
-  const DistanceStatistics& s = headline.statistics;
-  const Simulation& simulation = input.simulations[headline.simulation];
-  std::string text = "<ul class=\"facts\">\n";
-  text += fact(fmt::format("{:.2f} mm", s.mean_m / mm),
-               fmt::format("mean distance real to virtual ({})", simulation.label()));
-  const std::string of_side = percent_text(s.mean_m, input.measured.sheet.patch_m);
-  const std::size_t sign = of_side.find('%') + 1;
-  text += fact(of_side.substr(0, sign), of_side.substr(sign));
-  text += fact(std::to_string(m.marks), fmt::format("marks measured, {} gaps", m.gaps));
-  if (m.sigma_median_m) {
-    text += fact(fmt::format("{:.3f} mm", *m.sigma_median_m / mm),
-                 fmt::format("uncertainty of a mark (1 sigma, median; largest {:.3f} mm)",
-                             *m.sigma_max_m / mm));
-  }
-  if (report.budget)
-    text +=
-        fact(fmt::format("± {:.3f} mm", report.budget->expanded_m / mm),
-             report.budget->missing.empty() ? "total uncertainty U of the mean (95 %)"
-                                            : "total uncertainty U of the mean (95 %), at least");
-  text += fact(name_of(report.match.match),
-               report.match.rests_on.empty() ? "match" : "match, by " + report.match.rests_on);
-  return text + "</ul>\n";
-}
 
 /// The parts of the error that have a direction, so that warp and weft stay apart.
 Table direction_table(const DrapeInput& input, const Report& report) {
@@ -98,6 +70,27 @@ Table headline_mark_table(const RealVirtual& headline) {
   return table;
 }
 
+/// One mark as each camera saw it, cut out of the photographs of this page; empty without these.
+std::string crops_of_mark(const std::string& drape, const DrapeFiles& files, MarkId mark) {
+  constexpr double kAroundDot = 2.6;  // half side of a crop over the dot's long semi-axis
+  if (!files.detections) return {};
+  std::string crops;
+  for (const FrameDetections& frame : files.detections->frames) {
+    if (frame.set != set_of(files) || !frame.preview_file) continue;
+    const auto seen = std::find_if(frame.detections.begin(), frame.detections.end(),
+                                   [&](const Detection& one) { return one.mark == mark; });
+    if (seen == frame.detections.end()) continue;
+    const double half = std::max(6.0, kAroundDot * seen->semi_axes_px.x());
+    crops += fmt::format(
+        "<svg viewBox=\"{} {} {} {}\" role=\"img\" aria-label=\"{}\"><title>{}</title><use "
+        "href=\"#{}\"/></svg>",
+        coordinate(seen->centre_px.x() - half), coordinate(seen->centre_px.y() - half),
+        coordinate(2 * half), coordinate(2 * half), xml(frame.camera), xml(frame.camera),
+        xml(photo_id(drape, frame.camera)));
+  }
+  return crops;
+}
+
 /// Per-mark table with the marks as the cameras saw them, one part per row of the patch so that
 /// the parts flow into columns.
 std::string mark_tables(const std::string& name, const DrapeFiles& drape,
@@ -131,35 +124,26 @@ Table gap_summary(const Table& gaps) {
   return table;
 }
 
-/// What the report leaves to the certificate itself: the options and the fits of the curves.
-bool is_detail(const std::string& entry) {
-  return entry.starts_with("options.") || entry.starts_with("curves.");
-}
-
-/// One column per simulation, one row per entry of the certificates.
+/// One column per simulation, one row per entry of the certificates but their options and fits.
 Table certificate_table(const DrapeInput& input, const Report& report) {
   Table table;
   table.names = {"certificate entry"};
-  std::vector<std::string> entries;
   for (const RealVirtual& row : report.real_virtual) {
     const Simulation& simulation = input.simulations[row.simulation];
     if (!simulation.certificate) continue;
     table.names.push_back(simulation.label());
-    for (const auto& [name, value] : simulation.certificate->entries)
-      if (!is_detail(name) && std::find(entries.begin(), entries.end(), name) == entries.end())
-        entries.push_back(name);
-  }
-  for (const std::string& entry : entries) {
-    std::vector<std::string> cells = {entry};
-    for (const RealVirtual& row : report.real_virtual) {
-      const Simulation& simulation = input.simulations[row.simulation];
-      if (!simulation.certificate) continue;
-      std::string value;
-      for (const auto& [name, text] : simulation.certificate->entries)
-        if (name == entry) value = text;
-      cells.push_back(value);
+    for (auto& cells : table.rows) cells.emplace_back();
+    for (const auto& [name, value] : simulation.certificate->entries) {
+      if (name.starts_with("options.") || name.starts_with("curves.")) continue;
+      auto cells = std::find_if(table.rows.begin(), table.rows.end(),
+                                [&](const auto& one) { return one.front() == name; });
+      if (cells == table.rows.end()) {
+        table.add(std::vector<std::string>(table.names.size()));
+        cells = table.rows.end() - 1;
+        cells->front() = name;
+      }
+      cells->back() = value;
     }
-    table.add(std::move(cells));
   }
   table.numeric.assign(table.names.size(), false);
   return table;
@@ -178,54 +162,167 @@ Table status_table(const DrapeInput& input, const Report& report) {
   return table;
 }
 
-std::string simulations_part(const DrapeFiles& drape, const Report& report,
-                             const DrapeFigures& figures) {
-  std::string text = "<h3>Simulations</h3>\n" + html_table(status_table(drape.input, report));
-  if (figures.convergence) text += html_figure(*figures.convergence, "chart");
-  if (figures.fabric) text += html_figure(*figures.fabric, "chart");
-  const Table certificates = certificate_table(drape.input, report);
-  if (certificates.rows.empty()) return text;
-  text += html_table(certificates, "dense") +
-          "<p class=\"soft\">Options and curve fits are in the full certificate.json beside each "
-          "simulated sheet, and in the store.</p>\n";
-  return text;
-}
-
-std::string shape_part(const DrapeFiles& drape, const Report& report, const DrapeFigures& figures) {
-  std::string text = "<h3>Shape</h3>\n" + html_table(drapemeter_table(drape.input, report));
-  if (figures.hem) text += html_figure(*figures.hem, "chart");
-  const StrainSummary& s = report.real_virtual[*report.headline].strain.difference;
-  if (s.warp && s.weft && s.area) {
-    text += fmt::format(
-        "<p>Real minus virtual strain between marks, RMS: {:.2f} % along the warp, {:.2f} % along "
-        "the weft, {:.2f} % of area.</p>\n",
-        *s.warp / units::percent, *s.weft / units::percent, *s.area / units::percent);
+/// Tables of equilibria, and the one that the real shape took; empty when there are none.
+std::string html_branches(const DrapeInput& input, const Report& report) {
+  std::string text;
+  for (const BranchSet& set : report.branch_sets) {
+    text += html_table(branch_table(input, report, set)) +
+            html_paragraph("The real shape: " + branch_sentence(input, set) + ".") +
+            html_note(std::string("A cloth can rest in several shapes. Energies are those of the "
+                                  "model, and only their differences mean anything.") +
+                      (set.branches.front().turned
+                           ? " The object is round, so a shape turned about its axis is the same "
+                             "shape: what counts is the mean distance after the turn that makes it "
+                             "smallest."
+                           : ""));
+    const Simulation& one = input.simulations[set.branches.front().as_placed.simulation];
+    if (!one.is_of_cloth_of(*input.speaker())) continue;
+    if (const auto ensemble = ensemble_of(input, set))
+      text += html_paragraph("The ensemble: " + ensemble_sentence(*ensemble) + ".");
+    const bool speaks = input.speaking_branch()->branch->set_sha256 == set.sha256;
+    if (const auto band = friction_band_of(input); band && speaks)
+      text += html_paragraph("Friction: " + friction_sentence(*band) + ".");
+    if (const auto band = memory_band_of(input); band && speaks)
+      text += html_paragraph("Internal friction: " + memory_sentence(*band) + ".");
+    if (const auto figure = band_figure(report.name, input, set)) text += html_figure(*figure);
   }
-  return text + html_figure(figures.strain);
+  return text;
 }
 
 std::string tables_part(const DrapeFiles& drape, const Report& report) {
   Table real = real_virtual_table(drape.input, report);
   real.marked_row = report.headline;
-  std::string text = "<h3>Distances</h3>\n" + html_table(real);
-  text += html_branches(drape.input, report);
-  text += html_surfaces(drape.input, report);
-  if (!report.virtual_virtual.empty()) {
-    text += html_table(virtual_virtual_table(report));
-    text += fmt::format("<p class=\"soft\">Simulations are compared at {}.</p>\n",
-                        report.lattice_has_gaps_filled
-                            ? "all marks of the lattice, the ones that were not measured included"
-                            : "the measured marks");
+  std::string text = "<h3>Distances</h3>\n" + html_table(real) +
+                     html_branches(drape.input, report) + html_surfaces(drape.input, report);
+  if (!report.virtual_virtual.empty())
+    text += html_table(virtual_virtual_table(report)) +
+            html_note(report.lattice_has_gaps_filled
+                          ? "Simulations are compared at all marks of the lattice, the ones that "
+                            "were not measured included."
+                          : "Simulations are compared at the measured marks.");
+  return text + html_table(trust_table(drape.input, report.real_virtual[*report.headline])) +
+         html_note(
+             "± is what the measurement leaves open; the interval is what other marks on the same "
+             "cloth might have given (2,000 bootstrap resamples). The rigid move is shown to judge "
+             "placement; no other number uses it.") +
+         html_table(direction_table(drape.input, report)) +
+         html_note(
+             "Real minus virtual along the warp tangent, the weft tangent and the normal (out of "
+             "the printed side) of the virtual sheet. Where the cloth shears, the two tangents are "
+             "not at right angles and the squares do not add up.");
+}
+
+std::string photographs_part(const Report& report, bool calibrated, const DrapeFigures& figures) {
+  if (figures.overlays.empty()) return {};
+  std::string text =
+      "<h3 id=\"photographs-" + xml(report.name) + "\">Photographs</h3>\n" +
+      html_note(std::string("Dots are the measured marks in the colour of their distance; hollow "
+                            "dots were seen here but not measured in space.") +
+                (calibrated
+                     ? " Pink lines are the rows, columns and edges of the virtual cloth, faint "
+                       "where its back is turned to the camera; a short line leads from each mark "
+                       "to its virtual place."
+                     : "")) +
+      "<div class=\"photos\">\n";
+  for (std::size_t i = 0; i < figures.overlays.size(); ++i) {
+    text += html_figure(figures.overlays[i]);
+    if (i < figures.renders.size()) text += html_figure(figures.renders[i]);
   }
-  text +=
-      html_table(trust_table(drape.input, report.real_virtual[*report.headline])) +
-      "<p class=\"soft\">± is what the measurement leaves open; the interval is what other marks "
-      "on the same cloth might have given (2,000 bootstrap resamples). The rigid move is shown "
-      "to judge placement; no other number uses it.</p>\n";
-  return text + html_table(direction_table(drape.input, report)) +
-         "<p class=\"soft\">Real minus virtual along the warp tangent, the weft tangent and the "
-         "normal (out of the printed side) of the virtual sheet. Where the cloth shears, the two "
-         "tangents are not at right angles and the squares do not add up.</p>\n";
+  return text + "</div>\n";
+}
+
+std::string marks_part(const DrapeFiles& drape, const Report& report, const DrapeFigures& figures) {
+  const Table gaps = gap_table(drape.input, report);
+  return "<h3>Marks</h3>\n<div class=\"columns\">" + html_figure(figures.map) +
+         html_figure(figures.histogram) + "</div>\n" +
+         mark_tables(report.name, drape, report.real_virtual[*report.headline]) +
+         html_note(
+             "dist: distance real to virtual; ±: its standard deviation; sigma: standard deviation "
+             "of the mark along its worst direction; views: cameras that saw it.") +
+         "<h3>Gaps</h3>\n" +
+         (gaps.rows.empty() ? html_paragraph("Every mark was measured.")
+                            : html_table(gap_summary(gaps)) + html_table(gaps, "dense"));
+}
+
+std::string shape_part(const DrapeFiles& drape, const Report& report, const DrapeFigures& figures) {
+  std::string text = "<h3>Shape</h3>\n" + html_table(drapemeter_table(drape.input, report)) +
+                     html_table(shape_table(drape.input), "dense");
+  if (figures.hem) text += html_figure(*figures.hem, "chart");
+  const StrainSummary& s = report.real_virtual[*report.headline].strain.difference;
+  if (s.warp && s.weft && s.area)
+    text += html_paragraph(fmt::format(
+        "Real minus virtual strain between marks, RMS: {:.2f} % along the warp, {:.2f} % along the "
+        "weft, {:.2f} % of area.",
+        *s.warp / units::percent, *s.weft / units::percent, *s.area / units::percent));
+  return text + html_figure(figures.strain);
+}
+
+std::string simulations_part(const DrapeFiles& drape, const Report& report,
+                             const DrapeFigures& figures) {
+  std::string text = "<h3>Simulations</h3>\n" + html_table(status_table(drape.input, report));
+  for (const auto* figure : {&figures.convergence, &figures.fabric})
+    if (*figure) text += html_figure(**figure, "chart");
+  const Table certificates = certificate_table(drape.input, report);
+  if (certificates.rows.empty()) return text;
+  return text + html_table(certificates, "dense") +
+         html_note(
+             "Options and curve fits are in the full certificate.json beside each simulated sheet, "
+             "and in the store.");
+}
+
+/// Where the millimetres come from, as drape sensitivity found; empty when it was not run.
+std::string error_split_part(const DrapeFiles& drape) {
+  if (!drape.error_split) return {};
+  const ErrorSplitFile& split = *drape.error_split;
+  std::string text = "<h3>Where the millimetres come from</h3>\n";
+  if (const std::string sentence = error_split_sentence(split); !sentence.empty())
+    text += html_paragraph("Over " + std::to_string(split.marks) + " marks: " + sentence + ".");
+  return text + html_table(value_effect_table(split)) + html_table(variant_effect_table(split)) +
+         html_note(
+             "drape simulate sensitivity drapes the scene once more (the grid and segments are in its run "
+             "record) and repeats it with one thing changed: from the drape itself, which keeps "
+             "the branch, and from the start, which may end on another. The changes do not add "
+             "up.");
+}
+
+/// Noise makes every distance longer: by at most sigma^2 / d each, to second order.
+std::optional<double> noise_excess_m(const RealVirtual& row) {
+  double sum = 0;
+  for (const MarkError& mark : row.marks.marks) {
+    if (!mark.sigma_mark_m || !(mark.distance_m > 0)) return std::nullopt;
+    sum += std::min(*mark.sigma_mark_m * *mark.sigma_mark_m / mark.distance_m, *mark.sigma_mark_m);
+  }
+  return sum / static_cast<double>(row.marks.marks.size());
+}
+
+/// The stated uncertainty, and what is not in it.
+std::string budget_part(const DrapeFiles& drape, const Report& report) {
+  std::string text = "<h3>Uncertainty</h3>\n";
+  if (report.budget)
+    text += html_table(budget_table(*report.budget)) +
+            html_paragraph(budget_sentence(*report.budget) + ".");
+  if (const auto error = grid_error_of(drape.input, report))
+    text += html_paragraph("The grid's error: " + grid_sentence(*error) + ".");
+  if (const auto& budget = drape.input.measured.sheet.error_budget)
+    text += html_note(fmt::format(
+        "Of a mark, RMS over the sheet: noise of the dots' centres {:.4f} mm, bent and slanted "
+        "dots {:.4f} mm{}.",
+        budget->detection_m / mm, budget->dot_shape_m / mm,
+        budget->calibration_m ? fmt::format(", cameras {:.4f} mm", *budget->calibration_m / mm)
+                              : std::string()));
+  if (const auto excess = noise_excess_m(report.real_virtual[*report.headline]))
+    text += html_note(fmt::format(
+        "Noise only lengthens a distance: the mean is at most {:.4f} mm too long, which is not "
+        "subtracted.",
+        *excess / mm));
+  return text +
+         html_note(
+             "± of a distance is sqrt(u' C u), with u the unit vector from the real to the virtual "
+             "point and C the covariance of the mark. U is half of what holds at least 95 of 100 "
+             "means when all that the mean rests on is drawn together (JCGM 101); each line of the "
+             "table is the spread where it alone is drawn. It holds no repeat of the real drape "
+             "and no other equilibrium, and what friction leaves open only where an ensemble was "
+             "made.");
 }
 
 }  // namespace
@@ -233,88 +330,33 @@ std::string tables_part(const DrapeFiles& drape, const Report& report) {
 std::string html_surfaces(const DrapeInput& input, const Report& report) {
   if (report.real_surface.empty()) return {};
   return html_table(surface_table(input, report)) +
-         "<p class=\"soft\">These meshes do not say which point of the cloth a vertex is. A "
-         "distance to a surface is at most the distance of the same material point: cloth that "
-         "slid along itself has none. The distance from the mesh contains the hem and the gaps, "
-         "where "
-         "nothing was measured.</p>\n";
-}
-
-std::string html_branches(const DrapeInput& input, const Report& report) {
-  std::string text;
-  for (const BranchSet& set : report.branch_sets) {
-    text +=
-        html_table(branch_table(input, report, set)) +
-        "<p>The real shape: " + xml(branch_sentence(input, set)) +
-        ".</p>\n<p class=\"soft\">A cloth can rest in several shapes. Energies are those of the "
-        "model, and only their differences mean anything.";
-    if (set.branches.front().turned)
-      text +=
-          " The object is round, so a shape turned about its axis is the same shape: what counts "
-          "is the mean distance after the turn that makes it smallest.";
-    text += "</p>\n";
-    const Simulation& one = input.simulations[set.branches.front().as_placed.simulation];
-    if (!one.is_of_cloth_of(*input.speaker())) continue;
-    if (const auto ensemble = ensemble_of(input, set))
-      text += "<p>The ensemble: " + xml(ensemble_sentence(*ensemble)) + ".</p>\n";
-    const bool speaks = input.speaking_branch()->branch->set_sha256 == set.sha256;
-    if (const auto band = friction_band_of(input); band && speaks)
-      text += "<p>Friction: " + xml(friction_sentence(*band)) + ".</p>\n";
-    if (const auto band = memory_band_of(input); band && speaks)
-      text += "<p>Internal friction: " + xml(memory_sentence(*band)) + ".</p>\n";
-    if (const auto figure = band_figure(report.name, input, set)) text += html_figure(*figure);
-  }
-  return text;
+         html_note(
+             "These meshes do not say which point of the cloth a vertex is. A distance to a "
+             "surface is at most the distance of the same material point: cloth that slid along "
+             "itself has none. The distance from the mesh contains the hem and the gaps, where "
+             "nothing was measured.");
 }
 
 std::string html_drape(const DrapeFiles& drape, const Report& report, const Session& session,
                        const DrapeFigures& figures, const std::string& values) {
   const RealVirtual& headline = report.real_virtual[*report.headline];
   const Simulation& simulation = drape.input.simulations[headline.simulation];
-  std::string text = fmt::format(
-      "<section id=\"drape-{0}\">\n<h2>Drape {5}</h2>\n<p class=\"soft\">Set {1} of rig {2}, "
-      "fabric "
-      "{3}. Pictures and marks below belong to the headline simulation, {4}.</p>\n",
-      xml(report.name), xml(std::get<MeasuredSource>(drape.input.measured.sheet.source).set),
-      xml(std::get<MeasuredSource>(drape.input.measured.sheet.source).rig),
-      xml(simulation.source().fabric), xml(simulation.label()), xml(report.called()));
-  text += facts(drape.input, report);
+  std::string text =
+      fmt::format("<section id=\"drape-{}\">\n<h2>Drape {}</h2>\n", xml(report.name),
+                  xml(report.called())) +
+      html_note(fmt::format("Set {} of rig {}, fabric {}. Pictures and marks below belong to the "
+                            "headline simulation, {}.",
+                            set_of(drape),
+                            std::get<MeasuredSource>(drape.input.measured.sheet.source).rig,
+                            simulation.source().fabric, simulation.label()));
   if (const std::string sentence = distance_sentence(headline); !sentence.empty())
-    text += "<p>" + xml(sentence) + ".</p>\n";
-  text += viewer_figure(report.name, drape.input, headline);
-  text += html_figure(figures.sheet);
-  text += tables_part(drape, report);
-  if (!figures.overlays.empty()) {
-    text += "<h3 id=\"photographs-" + xml(report.name) +
-            "\">Photographs</h3>\n<p class=\"soft\">Dots are the measured marks in the colour of "
-            "their distance; hollow dots were seen here but not measured in space.";
-    if (session.calibration)
-      text +=
-          " Pink lines are the rows, columns and edges of the virtual cloth, faint where its "
-          "back is turned to the camera; a short line leads from each mark to its virtual "
-          "place.";
-    text += "</p>\n<div class=\"photos\">\n";
-    for (std::size_t i = 0; i < figures.overlays.size(); ++i) {
-      text += html_figure(figures.overlays[i]);
-      if (i < figures.renders.size()) text += html_figure(figures.renders[i]);
-    }
-    text += "</div>\n";
-  }
-  text += "<h3>Marks</h3>\n<div class=\"columns\">" + html_figure(figures.map) +
-          html_figure(figures.histogram) + "</div>\n" + mark_tables(report.name, drape, headline) +
-          "<p class=\"soft\">dist: distance real to virtual; ±: its standard deviation; sigma: "
-          "standard deviation of the mark along its worst direction; views: cameras that saw "
-          "it.</p>\n";
-  const Table gaps = gap_table(drape.input, report);
-  text += "<h3>Gaps</h3>\n" + (gaps.rows.empty()
-                                   ? std::string("<p>Every mark was measured.</p>\n")
-                                   : html_table(gap_summary(gaps)) + html_table(gaps, "dense"));
-  text += shape_part(drape, report, figures);
-  text += simulations_part(drape, report, figures);
-  text += values;
-  text += html_error_split(drape);
-  text += html_budget(drape, report);
-  return text + "</section>\n";
+    text += html_paragraph(sentence + ".");
+  return text + viewer_figure(report.name, drape.input, headline) + html_figure(figures.sheet) +
+         tables_part(drape, report) +
+         photographs_part(report, session.calibration.has_value(), figures) +
+         marks_part(drape, report, figures) + shape_part(drape, report, figures) +
+         simulations_part(drape, report, figures) + values + error_split_part(drape) +
+         budget_part(drape, report) + "</section>\n";
 }
 
 }  // namespace drape::compare

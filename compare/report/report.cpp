@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "compare/report/report.hpp"
-#include "compare/report/band.hpp"
 
 #include <fmt/format.h>
 
@@ -29,38 +28,27 @@ const CalibratedCamera* calibrated(const Session& session, const std::string& na
   return nullptr;
 }
 
-std::vector<Figure> overlays_of(const DrapeFiles& drape, const Report& report,
-                                const Session& session) {
-  std::vector<Figure> figures;
-  if (!drape.detections) return figures;
+/// The photographs of the drape with the marks, and with a calibration what each camera would see.
+void add_photographs(const DrapeFiles& drape, const Report& report, const Session& session,
+                     DrapeFigures& figures) {
+  if (!drape.detections) return;
+  const RealVirtual& headline = report.real_virtual[*report.headline];
   const std::string& set = std::get<MeasuredSource>(drape.input.measured.sheet.source).set;
   for (const FrameDetections& frame : drape.detections->frames) {
     if (frame.set != set) continue;
     std::vector<unsigned char> preview;
     if (frame.preview_file) {
-      const fs::path folder_of_it = drape.detections_file.parent_path();
+      const fs::path folder = drape.detections_file.parent_path();
       const Where where{.file = drape.detections_file.string(), .field = "preview_file"};
-      if (fs::is_regular_file(name_inside(folder_of_it, *frame.preview_file, where)))
-        preview = read_inside(folder_of_it, *frame.preview_file, where);
+      if (fs::is_regular_file(name_inside(folder, *frame.preview_file, where)))
+        preview = read_inside(folder, *frame.preview_file, where);
     }
-    figures.push_back(overlay_figure(report.name, frame, preview, calibrated(session, frame.camera),
-                                     drape.input, report.real_virtual[*report.headline]));
-  }
-  return figures;
-}
-
-std::vector<Figure> renders_of(const DrapeFiles& drape, const Report& report,
-                               const Session& session) {
-  std::vector<Figure> figures;
-  if (!drape.detections) return figures;
-  const std::string& set = std::get<MeasuredSource>(drape.input.measured.sheet.source).set;
-  for (const FrameDetections& frame : drape.detections->frames) {
     const CalibratedCamera* camera = calibrated(session, frame.camera);
-    if (frame.set != set || camera == nullptr) continue;
-    figures.push_back(render_figure(report.name, frame, *camera, drape.input,
-                                    report.real_virtual[*report.headline]));
+    figures.overlays.push_back(
+        overlay_figure(report.name, frame, preview, camera, drape.input, headline));
+    if (camera != nullptr)
+      figures.renders.push_back(render_figure(report.name, frame, *camera, drape.input, headline));
   }
-  return figures;
 }
 
 /// Curves that the headline simulation read and that are still the same.
@@ -83,15 +71,17 @@ std::optional<Figure> fabric_of(const DrapeFiles& drape, const Report& report) {
 
 DrapeFigures figures_of(const DrapeFiles& drape, const Report& report, const Session& session) {
   const RealVirtual& headline = report.real_virtual[*report.headline];
-  return {overlays_of(drape, report, session),
-          renders_of(drape, report, session),
-          sheet_figure(report.name, drape.input, headline),
-          map_figure(report.name, drape.input, headline),
-          histogram_figure(report.name, headline),
-          strain_figure(report.name, drape.input, headline),
-          convergence_figure(report.name, drape.input, report),
-          hem_figure(report.name, drape.input, report),
-          fabric_of(drape, report)};
+  DrapeFigures figures{{},
+                       {},
+                       sheet_figure(report.name, drape.input, headline),
+                       map_figure(report.name, drape.input, headline),
+                       histogram_figure(report.name, headline),
+                       strain_figure(report.name, drape.input, headline),
+                       convergence_figure(report.name, drape.input, report),
+                       hem_figure(report.name, drape.input, report),
+                       fabric_of(drape, report)};
+  add_photographs(drape, report, session, figures);
+  return figures;
 }
 
 std::string verdict_part(const Outcome& outcome) {
@@ -120,14 +110,7 @@ void write_beside(const fs::path& folder, const std::string& name, const std::st
 void write_exports(const fs::path& folder, const DrapeFiles& drape, const Report& report,
                    const DrapeFigures& figures, std::vector<fs::path>& written) {
   const DrapeInput& input = drape.input;
-  std::vector<const Figure*> all;
-  for (const Figure& figure : figures.overlays) all.push_back(&figure);
-  for (const Figure& figure : figures.renders) all.push_back(&figure);
-  for (const Figure* figure : {&figures.sheet, &figures.map, &figures.histogram, &figures.strain})
-    all.push_back(figure);
-  for (const auto* figure : {&figures.convergence, &figures.hem, &figures.fabric})
-    if (*figure) all.push_back(&**figure);
-  for (const Figure* figure : all)
+  for (const Figure* figure : figures.all())
     write_beside(folder, figure->name + ".svg", figure->svg, written);
   const auto csv = [&](const std::string& name, const Table& table) {
     write_beside(folder, report.name + name, csv_of(table), written);
@@ -149,6 +132,8 @@ void write_exports(const fs::path& folder, const DrapeFiles& drape, const Report
   csv("-trust.csv", trust_table(input, headline));
   csv("-strain.csv", strain_table(headline));
   csv("-drapemeter.csv", drapemeter_table(input, report));
+  csv("-folds.csv", shape_table(input));
+  csv("-waves.csv", wave_table(input));
   if (!drape.error_split) return;
   csv("-fabric-values.csv", value_effect_table(*drape.error_split));
   csv("-model-changes.csv", variant_effect_table(*drape.error_split));
@@ -158,10 +143,10 @@ void write_exports(const fs::path& folder, const DrapeFiles& drape, const Report
 /// for the folder may hold files of other people.
 void remove_others(const fs::path& folder, const std::vector<fs::path>& written) {
   static const std::regex of_a_report(
-      "[A-Za-z0-9_-]+-(band|branches|convergence|drapemeter|fabric|fabric-values|gaps|hem|"
+      "[A-Za-z0-9_-]+-(band|branches|convergence|drapemeter|fabric|fabric-values|folds|gaps|hem|"
       "histogram|"
       "map|marks|model-changes|overlay|real-vs-surface|real-vs-virtual|render|sheet|strain|trust|"
-      "virtual-vs-virtual)(-.*)?\\.(csv|svg)");
+      "virtual-vs-virtual|waves)(-.*)?\\.(csv|svg)");
   if (!fs::is_directory(folder)) return;
   std::set<std::string> names;
   for (const fs::path& file : written) names.insert(file.filename().string());
@@ -192,6 +177,15 @@ Outcome with_safe_names(Outcome outcome) {
 
 }  // namespace
 
+std::vector<const Figure*> DrapeFigures::all() const {
+  std::vector<const Figure*> list = {&sheet, &map, &histogram, &strain};
+  for (const auto* figures : {&overlays, &renders})
+    for (const Figure& figure : *figures) list.push_back(&figure);
+  for (const auto* figure : {&convergence, &hem, &fabric})
+    if (*figure) list.push_back(&**figure);
+  return list;
+}
+
 std::vector<fs::path> write_report(const fs::path& file, const Session& session,
                                    const Outcome& outcome) {
   const Outcome safe = with_safe_names(outcome);
@@ -215,26 +209,13 @@ std::vector<fs::path> write_report(const fs::path& file, const Session& session,
     drapes += "<section>\n<h2>Simulations of " + xml(group.name) + "</h2>\n" +
               html_table(virtual_group_table(group)) + "</section>\n";
   remove_others(folder / file.stem(), written);
-  // Nothing but the viewer's own scripts may run, and nothing is fetched.
-  std::string scripts, policy = "default-src 'none'; img-src data:; style-src 'unsafe-inline'";
-  if (drapes.find("class=\"turn\"") != std::string::npos) {
-    policy += "; script-src";
-    for (const std::string& script : viewer_scripts()) {
-      policy += " '" + script_hash(script) + "'";
-      scripts += "<script>" + script + "</script>\n";
-    }
-  }
-  const std::string html =
-      "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\"/>\n"
-      "<meta http-equiv=\"Content-Security-Policy\" content=\"" +
-      policy +
-      "\"/>\n<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\"/>\n"
-      "<title>Real and virtual drapes: measurement " +
-      std::string(outcome.go() ? "GO" : "NO-GO") + "</title>\n<style>" + html_style() +
-      "</style>\n</head>\n<body>\n<main>\n<h1>drapebench " + version() +
-      " · distance between real and virtual drapes</h1>\n" + verdict_part(outcome) +
-      html_certificate(session, safe) + drapes + html_calibration(session) +
-      html_provenance(session, outcome, folder) + "</main>\n" + scripts + "</body>\n</html>\n";
+  const bool turns = drapes.find("class=\"turn\"") != std::string::npos;
+  const std::string html = html_page(
+      std::string("Real and virtual drapes: measurement ") + (outcome.go() ? "GO" : "NO-GO"),
+      "<h1>drapebench " + version() + " · distance between real and virtual drapes</h1>\n" +
+          verdict_part(outcome) + html_certificate(session, safe) + drapes +
+          html_calibration(session) + html_provenance(session, outcome, folder),
+      turns ? viewer_scripts() : std::vector<std::string>());
   write_durable(file, html);
   written.push_back(file);
   return written;

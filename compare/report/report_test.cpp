@@ -3,8 +3,8 @@
 
 #include <gmock/gmock.h>
 
+#include "compare/report/error_scale.hpp"
 #include "compare/report/html.hpp"
-#include "compare/report/svg.hpp"
 #include "compare/tables/tables.hpp"
 #include "compare/test_sheets.hpp"
 #include "core/error.hpp"
@@ -235,22 +235,6 @@ TEST(Report, EveryPictureStandsAlone) {
     EXPECT_THAT(read_text(file), HasSubstr("xmlns=\"http://www.w3.org/2000/svg\""));
   }
   EXPECT_EQ(pictures, 5U) << "sheet, map, histogram, strain, convergence";
-}
-
-TEST(Svg, EscapesText) {
-  EXPECT_EQ(xml("a<b & \"c\">\x01"), "a&lt;b &amp; &quot;c&quot;&gt; ");
-}
-
-TEST(Svg, CoordinatesAreShort) {
-  EXPECT_EQ(coordinate(1.0), "1");
-  EXPECT_EQ(coordinate(-0.001), "0");
-  EXPECT_EQ(coordinate(12.346), "12.35");
-}
-
-TEST(Svg, Base64OfKnownBytes) {  // RFC 4648, section 10
-  EXPECT_EQ(jpeg_data_uri({'f', 'o', 'o', 'b'}), "data:image/jpeg;base64,Zm9vYg==");
-  EXPECT_EQ(jpeg_data_uri({'f', 'o', 'o', 'b', 'a'}), "data:image/jpeg;base64,Zm9vYmE=");
-  EXPECT_EQ(jpeg_data_uri({'f', 'o', 'o', 'b', 'a', 'r'}), "data:image/jpeg;base64,Zm9vYmFy");
 }
 
 TEST(ErrorScale, EndsAtARoundNumberAboveTheLargest) {

@@ -9,8 +9,8 @@
 
 #include "compare/meshes/obstacle_mesh.hpp"
 #include "compare/report/figures.hpp"
-#include "compare/report/svg.hpp"
 #include "compare/report/viewer_assets.hpp"
+#include "core/drawing/svg.hpp"
 #include "core/files/files.hpp"
 #include "core/files/json_file.hpp"
 #include "core/units.hpp"

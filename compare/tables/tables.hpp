@@ -91,6 +91,10 @@ class TableOf {
 [[nodiscard]] Table trust_table(const DrapeInput& input, const RealVirtual& row);
 /// Covered area, drape coefficient, folds and their depth, of every sheet where it is defined.
 [[nodiscard]] Table drapemeter_table(const DrapeInput& input, const Report& report);
+/// Folds and waves of every sheet that is a whole grid, in one number each (descriptors_of()).
+[[nodiscard]] Table shape_table(const DrapeInput& input);
+/// Power of the height and of the curvature of the same sheets by wavelength.
+[[nodiscard]] Table wave_table(const DrapeInput& input);
 /// Edges and cells of the measured lattice with the strain of both sheets, percent.
 [[nodiscard]] Table strain_table(const RealVirtual& row);
 /// One row per measured mark: its sigma and views, and its distance from every simulation.

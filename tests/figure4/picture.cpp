@@ -8,7 +8,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "compare/report/svg.hpp"
+#include "core/drawing/svg.hpp"
 
 namespace drape::test {
 namespace {

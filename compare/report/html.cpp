@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <string_view>
-
 #include "compare/report/html.hpp"
 
-namespace drape::compare {
+#include <fmt/format.h>
 
-std::string html_style() {
-  return R"css(
+#include "compare/report/viewer.hpp"
+
+namespace drape::compare {
+namespace {
+
+constexpr const char* kStyle = R"css(
 :root { --ink: #1c2430; --soft: #5a6572; --line: #dde2e8; --paper: #ffffff; --go: #0b6b3a; --stop: #a3231c; }
 * { box-sizing: border-box; }
 html { color-scheme: light; -webkit-text-size-adjust: 100%; }
@@ -48,9 +50,6 @@ figure svg { display: block; width: 100%; height: auto; }
 .chart { max-width: 46rem; }
 .photos svg { border-radius: 4px; }
 figcaption { font-size: .88rem; color: var(--soft); padding-top: .35rem; max-width: 46rem; }
-.facts { display: flex; flex-wrap: wrap; gap: .9rem 2.6rem; margin: .8rem 0 1.2rem; padding: 0; list-style: none; }
-.facts b { display: block; font-size: 1.5rem; font-weight: 650; line-height: 1.25; font-variant-numeric: tabular-nums; }
-.facts span { color: var(--soft); font-size: .88rem; }
 pre, code { font-family: ui-monospace, "Cascadia Mono", "DejaVu Sans Mono", Consolas, monospace; font-size: .8rem; }
 pre { background: #f5f7f9; padding: .8rem 1rem; white-space: pre-wrap; overflow-wrap: anywhere; line-height: 1.5; border-radius: 4px; }
 td code { overflow-wrap: anywhere; }
@@ -64,62 +63,78 @@ td code { overflow-wrap: anywhere; }
   .certificate { break-after: page; } p { max-width: none; margin: .15rem 0; line-height: 1.35; orphans: 3; widows: 3; } p.soft { font-size: .8rem; }
   h2 { break-before: page; border-top: 0; margin-top: 0; } h3 { break-after: avoid; margin: .6rem 0 .15rem; } h3 + p { break-after: avoid; }
   table { font-size: 7.5pt; } th, td { padding-top: .08rem; padding-bottom: .08rem; line-height: 1.3; } tr, figure { break-inside: avoid; }
-  .scroll { overflow: visible; margin: .1rem 0 .3rem; } .facts { gap: .3rem 1.6rem; margin: .3rem 0; } .facts b { font-size: 1.15rem; }
+  .scroll { overflow: visible; margin: .1rem 0 .3rem; }
   .turn { display: none; } figure { margin: 0 0 .3rem; } figure svg { max-height: 38mm; } figcaption { max-width: none; font-size: .8rem; line-height: 1.25; padding-top: .1rem; }
   .photos { grid-template-columns: repeat(4, 1fr); gap: .3rem; }
   .verdict { border: 1.5pt solid; border-left-width: 6pt; } * { print-color-adjust: exact; -webkit-print-color-adjust: exact; }
 }
 )css";
-}
 
-namespace {
-
-std::string cell(const char* tag, const std::string& text, bool numeric) {
-  // A few words stay on one line; sentences may break.
-  const bool whole = std::string_view(tag) == "td" && !numeric && text.size() <= 26 &&
-                     text.find(' ') != std::string::npos;
-  return std::string("<") + tag +
-         (numeric ? " class=\"n\">"
-          : whole ? " class=\"k\">"
-                  : ">") +
-         xml(text) + "</" + std::string(tag).substr(0, 2) + ">";
-}
-
-std::string row_of(const char* tag, const std::vector<std::string>& cells,
-                   const std::vector<bool>& numeric) {
+std::string row_of(const std::string& tag, const std::string& attribute,
+                   const std::vector<std::string>& cells, const std::vector<bool>& numeric) {
   std::string text;
-  for (std::size_t i = 0; i < cells.size(); ++i) text += cell(tag, cells[i], numeric[i]);
+  for (std::size_t i = 0; i < cells.size(); ++i) {
+    // A few words stay on one line; sentences may break.
+    const bool whole = tag == "td" && cells[i].size() <= 26 && cells[i].find(' ') != cells[i].npos;
+    text += fmt::format("<{0}{1}{2}>{3}</{0}>", tag, attribute,
+                        numeric[i] ? " class=\"n\"" : whole ? " class=\"k\"" : "", xml(cells[i]));
+  }
   return text;
+}
+
+std::string class_of(const std::string& name) {
+  return name.empty() ? "" : " class=\"" + name + "\"";
 }
 
 }  // namespace
 
+std::string html_page(const std::string& title, const std::string& body,
+                      const std::vector<std::string>& scripts) {
+  std::string policy = "default-src 'none'; img-src data:; style-src 'unsafe-inline'", text;
+  if (!scripts.empty()) policy += "; script-src";
+  for (const std::string& script : scripts) {
+    policy += " '" + script_hash(script) + "'";
+    text += "<script>" + script + "</script>\n";
+  }
+  return "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\"/>\n"
+         "<meta http-equiv=\"Content-Security-Policy\" content=\"" +
+         policy +
+         "\"/>\n<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\"/>\n"
+         "<title>" +
+         xml(title) + "</title>\n<style>" + kStyle + "</style>\n</head>\n<body>\n<main>\n" + body +
+         "</main>\n" + text + "</body>\n</html>\n";
+}
+
+std::string html_paragraph(const std::string& text) {
+  return "<p>" + xml(text) + "</p>\n";
+}
+
+std::string html_note(const std::string& text) {
+  return "<p class=\"soft\">" + xml(text) + "</p>\n";
+}
+
 std::string html_table(const Table& table, const std::string& css_class,
                        const PictureColumn& pictures) {
-  const auto picture = [&](std::size_t row) {
-    return row < pictures.cells.size() ? "<td class=\"crop\">" + pictures.cells[row] + "</td>"
-                                       : std::string();
-  };
-  std::string text = "<div class=\"scroll\"><table";
-  if (!css_class.empty()) text += " class=\"" + css_class + "\"";
-  text += ">";
+  if (table.rows.empty()) return {};
+  std::string text = "<div class=\"scroll\"><table" + class_of(css_class) + ">";
   if (!table.title.empty()) text += "<caption>" + xml(table.title) + "</caption>";
   text += "<thead><tr>" +
-          row_of("th scope=\"col\"", table.headings.empty() ? table.names : table.headings,
+          row_of("th", " scope=\"col\"", table.headings.empty() ? table.names : table.headings,
                  table.numeric) +
           (pictures.cells.empty() ? "" : "<th scope=\"col\">" + xml(pictures.head) + "</th>") +
           "</tr></thead><tbody>\n";
   for (std::size_t i = 0; i < table.rows.size(); ++i) {
-    const bool marked = table.marked_row && *table.marked_row == i;
-    text += (marked ? "<tr class=\"best\">" : "<tr>") + row_of("td", table.rows[i], table.numeric) +
-            picture(i) + "</tr>\n";
+    text += (table.marked_row == i ? "<tr class=\"best\">" : "<tr>") +
+            row_of("td", "", table.rows[i], table.numeric);
+    if (i < pictures.cells.size()) text += "<td class=\"crop\">" + pictures.cells[i] + "</td>";
+    text += "</tr>\n";
   }
   return text + "</tbody></table></div>\n";
 }
 
 std::string html_figure(const Figure& figure, const std::string& css_class) {
-  return "<figure" + (css_class.empty() ? "" : " class=\"" + css_class + "\"") + ">\n" +
-         figure.svg + "<figcaption>" + xml(figure.caption) + "</figcaption></figure>\n";
+  return "<figure" + class_of(css_class) + ">\n" + figure.svg + "<figcaption>" +
+         xml(figure.caption) + "</figcaption></figure>\n";
 }
 
 }  // namespace drape::compare
