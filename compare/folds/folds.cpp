@@ -6,7 +6,6 @@
 #include <cmath>
 #include <numbers>
 
-#include "core/error.hpp"
 #include "core/units.hpp"
 
 namespace drape::compare {

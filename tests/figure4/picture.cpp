@@ -72,7 +72,7 @@ Vector2d rounded(double x, double y) {
 }
 
 /// The far faces first (painter's algorithm).
-void draw_sheet(compare::Svg& svg, const SphereDrape& drape, const Sphere& sphere, double middle) {
+void draw_sheet(Svg& svg, const SphereDrape& drape, const Sphere& sphere, double middle) {
   const View view;
   std::vector<Face> faces;
   add_sphere(sphere, view, faces);
@@ -99,7 +99,7 @@ void draw_sheet(compare::Svg& svg, const SphereDrape& drape, const Sphere& spher
   svg.close_group();
 }
 
-void draw_hem(compare::Svg& svg, const SphereDrape& drape, double middle) {
+void draw_hem(Svg& svg, const SphereDrape& drape, double middle) {
   // The warp runs along -y in world, so the mirror u -> -u is y -> -y.
   std::vector<Vector2d> hem, image;
   for (const int i : drape.hem) {
@@ -115,7 +115,7 @@ void draw_hem(compare::Svg& svg, const SphereDrape& drape, double middle) {
 
 std::string svg_of(const std::vector<Panel>& panels, const Sphere& sphere) {
   const double width = kPanel * static_cast<double>(panels.size());
-  compare::Svg svg(width, kHeight, "One cloth over a sphere by quads and by triangles (Fig. 4)");
+  Svg svg(width, kHeight, "One cloth over a sphere by quads and by triangles (Fig. 4)");
   svg.rectangle(0, 0, width, kHeight, "fill=\"#fff\"");
   double middle = kPanel / 2;
   for (const Panel& panel : panels) {
