@@ -248,7 +248,7 @@ const std::vector<CommandWord>& command_words() {
                                                  {"cusick", "simulate", "cusick", false},
                                                  {"piece", "simulate", "piece", false},
                                                  {"drapemeter", "compare", "drapemeter", true},
-                                                 {"folds", "compare", "folds", false},
+                                                 {"folds", "compare", "MEASURED SIMULATED...", false},
                                                  {"repeats", "compare", "repeats", false}};
   return words;
 }
