@@ -7,7 +7,6 @@
 #include <variant>
 
 #include "core/files/files.hpp"
-#include "core/files/json_file.hpp"
 #include "core/files/toml_file.hpp"
 #include "core/scene.hpp"
 
@@ -41,16 +40,6 @@ bool is_among(const fs::path& file, const std::vector<std::pair<fs::path, std::s
 }
 
 }  // namespace
-
-std::optional<AskedScene> read_asked_scene(const fs::path& sheet_json) {
-  const JsonNode source = JsonNode::open(sheet_json, "sheet", 1).at("source");
-  if (!source.has("asked_scene")) return std::nullopt;
-  const JsonNode node = source.at("asked_scene");
-  AskedScene asked{node.name("name"), node.text("sha256"), {}};
-  const JsonNode values = node.at("surroundings");
-  for (const auto& [key, value] : values.members()) asked.surroundings[key] = values.text(key);
-  return asked;
-}
 
 std::optional<SimulatedScene> read_simulated_scene(
     const fs::path& file, const std::vector<std::pair<fs::path, std::string>>& inputs) {

@@ -2,26 +2,14 @@
 #pragma once
 
 #include <filesystem>
-#include <map>
 #include <optional>
 #include <string>
 #include <utility>
 #include <vector>
 
+#include "compare/repeats/sheet_file.hpp"
+
 namespace drape::compare {
-
-/// Table and objects of a scene: each value of its file under its path ("object.1.x_mm"), a mesh as
-/// the SHA-256 of its content.
-using Surroundings = std::map<std::string, std::string>;
-
-/// The scene that the marks of a measured sheet were asked about, `source.asked_scene` of its file.
-struct AskedScene {
-  std::string name, sha256;
-  Surroundings surroundings;
-};
-
-/// Nothing where no scene was asked about, or the file is older than the key.
-[[nodiscard]] std::optional<AskedScene> read_asked_scene(const std::filesystem::path& sheet_json);
 
 /// The scene that a simulation read, where its file is still the same.
 struct SimulatedScene {

@@ -211,7 +211,7 @@ TEST_F(Scenes, AreReadFromTheFilesThatProgramsWrite) {
   EXPECT_EQ(input.simulations[0].scene->surroundings.at("object.1.x_mm"), "-3");
   // A file of an older version says nothing of scenes.
   write_sheet(files[0], read_sheet(files[0]));
-  EXPECT_FALSE(read_asked_scene(fs::path(files[0]).replace_extension(".json")));
+  EXPECT_FALSE(read_sheet_file(files[0]).asked);
 }
 
 /// What `drape simulate piece` leaves of a flat piece, 5 mm above the marks.

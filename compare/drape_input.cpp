@@ -134,8 +134,7 @@ std::string DrapeInput::name() const {
   if (!simulations.empty()) return simulations.front().source().scene;
   if (!surfaces.empty()) return surfaces.front().scene;
   if (scene) return scene->name;
-  return measured.asked ? measured.asked->name
-                        : std::get<MeasuredSource>(measured.sheet.source).set;
+  return measured.asked ? measured.asked->name : measured.measured().set;
 }
 
 bool DrapeInput::speaks_before(const Simulation& one, const Simulation& other) const {

@@ -18,21 +18,6 @@
 
 namespace drape::compare {
 
-/// Which laying of which drape a measured sheet is, where its file says so (`source.repeat`).
-struct RepeatId {
-  std::string scene, repeat, face;  ///< the side of the cloth that lies up; may be empty
-};
-
-/// A sheet as read, with the SHA-256 of its .json (which carries everything).
-struct SheetFile {
-  std::filesystem::path file;
-  std::string sha256;      ///< of <stem>.json: the sheet's identity in the store
-  std::string ply_sha256;  ///< of <stem>.ply
-  Sheet sheet;
-  std::optional<RepeatId> repeat = {};   ///< of a measured sheet that says which laying it is
-  std::optional<AskedScene> asked = {};  ///< of a measured sheet whose marks were asked about one
-};
-
 /// What the simulator states about its result (certificate.json): every entry under its own name,
 /// which ends in its unit.
 struct Certificate {

@@ -119,7 +119,7 @@ void warn_of_other_starts(const DrapeInput& input, Report& report) {
   for (const RealVirtual& row : report.real_virtual) {
     const Simulation& simulation = input.simulations[row.simulation];
     const auto& start = simulation.source().start_sha256;
-    if (start && *start != input.measured.sha256 && *start != input.measured.ply_sha256)
+    if (start && !input.measured.has_content(*start))
       labels += (labels.empty() ? "" : "; ") + simulation.label();
   }
   if (!labels.empty())
@@ -174,15 +174,9 @@ std::vector<SaidDrape> said_drapes(const DrapeInput& input) {
   return drapes;
 }
 
-/// The scene that the measured sheet says to show; empty where it says none.
-std::string scene_of(const SheetFile& measured) {
-  if (measured.repeat) return measured.repeat->scene;
-  return measured.asked ? measured.asked->name : std::string();
-}
-
 /// Of a scene of another name whose set is not known, nothing says whether it is another drape.
 void judge_drapes(const DrapeInput& input, Report& report) {
-  const std::string own = scene_of(input.measured);
+  const std::string own = input.measured.scene();
   for (const SaidDrape& drape : said_drapes(input)) {
     if (own.empty() || drape.scene == own || !drape.set.empty()) continue;
     report.no_go.push_back(
@@ -196,8 +190,8 @@ void judge_drapes(const DrapeInput& input, Report& report) {
 
 void require_one_drape(const DrapeInput& input) {
   const SheetFile& measured = input.measured;
-  const std::string& own_set = std::get<MeasuredSource>(measured.sheet.source).set;
-  const std::string own_scene = scene_of(measured);
+  const std::string& own_set = measured.measured().set;
+  const std::string own_scene = measured.scene();
   for (const SaidDrape& drape : said_drapes(input)) {
     if (drape.scene == own_scene || drape.set == own_set || drape.set.empty()) continue;
     throw bad_input(

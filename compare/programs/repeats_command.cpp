@@ -20,18 +20,10 @@ struct RepeatsArguments {
   double significance = 0.05;
 };
 
-std::vector<RepeatSheet> sheets_of(const std::vector<std::filesystem::path>& files) {
-  std::vector<RepeatSheet> sheets;
-  sheets.reserve(files.size());
-  for (const auto& file : files) sheets.push_back(read_repeat_sheet(file));
+std::vector<SheetFile> sheets_of(const std::vector<std::filesystem::path>& files) {
+  std::vector<SheetFile> sheets;
+  for (const auto& file : files) sheets.push_back(read_sheet_file(file));
   return sheets;
-}
-
-std::vector<NamedSheet> named(const std::vector<RepeatSheet>& sheets) {
-  std::vector<NamedSheet> all;
-  all.reserve(sheets.size());
-  for (const RepeatSheet& sheet : sheets) all.push_back(sheet.named);
-  return all;
 }
 
 int run_repeats(const RepeatsArguments& arguments, std::vector<std::string> words,
@@ -42,14 +34,14 @@ int run_repeats(const RepeatsArguments& arguments, std::vector<std::string> word
   RunRecord record("drape-compare", std::move(words),
                    arguments.out ? run_record_path(*arguments.out) : std::filesystem::path(),
                    files);
-  const std::vector<RepeatSheet> repeats = sheets_of(arguments.repeats);
-  const std::vector<RepeatSheet> compared = sheets_of(arguments.compared);
+  const std::vector<SheetFile> repeats = sheets_of(arguments.repeats);
+  const std::vector<SheetFile> compared = sheets_of(arguments.compared);
   require_one_drape(repeats, compared);
-  const MarkRepeats found = mark_repeats(named(repeats), named(compared), arguments.significance);
+  const MarkRepeats found = mark_repeats(repeats, compared, arguments.significance);
   Ending ending;
   for (const auto* sheets : {&repeats, &compared})
     for (const std::string& reason : no_go_of(*sheets)) ending.rejected.push_back(reason);
-  for (std::string& reason : moved_objects(arguments.repeats, arguments.compared))
+  for (std::string& reason : moved_objects(repeats, compared))
     ending.rejected.push_back(std::move(reason));
   ending.go = ending.rejected.empty();
   ending.verdict =
@@ -58,11 +50,8 @@ int run_repeats(const RepeatsArguments& arguments, std::vector<std::string> word
     ending.numbers.emplace_back(
         match.name, match.verdict + (match.p ? fmt::format(", p {:.3f}", *match.p) : "") +
                         (match.reason.empty() ? "" : "; " + match.reason));
-  if (arguments.out) {
-    std::vector<std::string> names;
-    for (const auto& file : arguments.repeats) names.push_back(file.string());
-    write_json(*arguments.out, repeats_json(found, names, arguments.significance));
-  }
+  if (arguments.out)
+    write_json(*arguments.out, repeats_json(found, repeats, arguments.significance));
   return finish(ending, common, record);
 }
 

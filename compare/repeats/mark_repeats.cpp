@@ -22,11 +22,11 @@ constexpr double kLeastBorder = 0.75;  // of the outermost marks, or the polygon
 using Points = std::vector<Eigen::Vector3d>;
 
 /// Marks of the first repeat that all have.
-std::vector<const SheetMark*> common_marks(const std::vector<NamedSheet>& repeats) {
+std::vector<const SheetMark*> common_marks(const std::vector<SheetFile>& repeats) {
   std::vector<const SheetMark*> common;
   for (const SheetMark& mark : repeats.front().sheet.marks) {
     bool everywhere = true;
-    for (const NamedSheet& other : repeats)
+    for (const SheetFile& other : repeats)
       everywhere = everywhere && other.sheet.find(mark.mark) != nullptr;
     if (everywhere) common.push_back(&mark);
   }
@@ -96,7 +96,7 @@ std::vector<const SheetMark*> border_among(const std::vector<const SheetMark*>& 
 }
 
 /// Hem and spectrum, or why there are none.
-void add_hems(const std::vector<NamedSheet>& repeats, const Surface& surface,
+void add_hems(const std::vector<SheetFile>& repeats, const Surface& surface,
               const std::vector<const SheetMark*>& marks, double significance,
               std::vector<RepeatBasis>& bases) {
   const Sheet& first = repeats.front().sheet;
@@ -110,7 +110,7 @@ void add_hems(const std::vector<NamedSheet>& repeats, const Surface& surface,
         fmt::format("{} of {} outermost marks are on every sheet", outermost.size(), border.size());
   } else {
     try {
-      for (const NamedSheet& repeat : repeats)
+      for (const SheetFile& repeat : repeats)
         hems.push_back(hem_of(places_on(repeat.sheet, outermost)));
       own = hem_of(places_on(surface, outermost));
     } catch (const Error& error) {
@@ -138,17 +138,18 @@ void add_hems(const std::vector<NamedSheet>& repeats, const Surface& surface,
   bases.push_back(std::move(spectrum));
 }
 
-MarkRepeats::Match match_of(const std::vector<NamedSheet>& repeats, const NamedSheet& candidate,
+MarkRepeats::Match match_of(const std::vector<SheetFile>& repeats, const SheetFile& candidate,
                             const std::vector<const SheetMark*>& common, double significance) {
-  const Surface surface(candidate.sheet, candidate.name);
+  const Surface surface(candidate.sheet, candidate.file.string());
   const auto marks = with_place(common, surface);
   if (marks.empty())
-    throw bad_input("the virtual sheet has none of the repeats' marks", {.file = candidate.name},
-                    "give a sheet of the same patch");
-  MarkRepeats::Match match{candidate.name, static_cast<int>(marks.size()), {}, {}, "undecided", {}};
+    throw bad_input("the virtual sheet has none of the repeats' marks",
+                    {.file = candidate.file.string()}, "give a sheet of the same patch");
+  MarkRepeats::Match match{
+      candidate.file.string(), static_cast<int>(marks.size()), {}, {}, "undecided", {}};
   std::vector<Points> points;
   points.reserve(repeats.size());
-  for (const NamedSheet& repeat : repeats) points.push_back(places_on(repeat.sheet, marks));
+  for (const SheetFile& repeat : repeats) points.push_back(places_on(repeat.sheet, marks));
   RepeatBasis basis = basis_of("marks", points, rms_m);
   const Points own = places_on(surface, marks);
   for (const Points& one : points) basis.virtual_to_real_m.push_back(rms_m(one, own));
@@ -193,25 +194,25 @@ Json json_of(const RepeatBasis& basis) {
 
 }  // namespace
 
-MarkRepeats mark_repeats(const std::vector<NamedSheet>& repeats,
-                         const std::vector<NamedSheet>& virtual_sheets, double significance) {
+MarkRepeats mark_repeats(const std::vector<SheetFile>& repeats,
+                         const std::vector<SheetFile>& virtual_sheets, double significance) {
   if (repeats.empty()) throw usage_error("no repeat is named", "give measured sheets");
   const auto marks = common_marks(repeats);
   if (marks.empty())
-    throw bad_input("the repeats have no mark in common", {.file = repeats.front().name},
+    throw bad_input("the repeats have no mark in common", {.file = repeats.front().file.string()},
                     "give sheets of one print");
   MarkRepeats result;
   result.marks = static_cast<int>(marks.size());
   std::vector<Points> points;
   points.reserve(repeats.size());
-  for (const NamedSheet& repeat : repeats) points.push_back(places_on(repeat.sheet, marks));
+  for (const SheetFile& repeat : repeats) points.push_back(places_on(repeat.sheet, marks));
   result.real_to_real_m = basis_of("marks", points, rms_m).real_to_real_m;
-  for (const NamedSheet& candidate : virtual_sheets)
+  for (const SheetFile& candidate : virtual_sheets)
     result.matches.push_back(match_of(repeats, candidate, marks, significance));
   return result;
 }
 
-Json repeats_json(const MarkRepeats& found, const std::vector<std::string>& repeats,
+Json repeats_json(const MarkRepeats& found, const std::vector<SheetFile>& repeats,
                   double significance) {
   Json json;
   json["schema"] = "drapebench/repeats/1";
@@ -220,7 +221,7 @@ Json repeats_json(const MarkRepeats& found, const std::vector<std::string>& repe
   json["repeats"] = Json::array();
   for (std::size_t i = 0; i < repeats.size(); ++i)
     json["repeats"].push_back(
-        {{"sheet", repeats[i]}, {"rms_mm", json_of(found.real_to_real_m[i])}});
+        {{"sheet", repeats[i].file.string()}, {"rms_mm", json_of(found.real_to_real_m[i])}});
   json["matches"] = Json::array();
   for (const auto& match : found.matches) {
     Json bases = Json::array();

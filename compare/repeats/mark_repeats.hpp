@@ -5,16 +5,11 @@
 #include <vector>
 
 #include "compare/repeats/repeats.hpp"
+#include "compare/repeats/sheet_file.hpp"
 #include "core/files/json_file.hpp"
 #include "core/sheet.hpp"
 
 namespace drape::compare {
-
-/// A sheet of repeats and its name for people.
-struct NamedSheet {
-  std::string name;
-  Sheet sheet;
-};
 
 /// One kind of distance between drapes, and what the repeats say of a virtual sheet by it.
 struct RepeatBasis {
@@ -51,12 +46,12 @@ inline constexpr int kLeastRepeats = 3;
 /// marks in common, or whose hem does not go around its centre, are judged by their marks alone.
 /// With fewer than kLeastRepeats the verdict is undecided. Throws Error(bad_input) when the repeats
 /// have no mark in common.
-[[nodiscard]] MarkRepeats mark_repeats(const std::vector<NamedSheet>& repeats,
-                                       const std::vector<NamedSheet>& virtual_sheets,
+[[nodiscard]] MarkRepeats mark_repeats(const std::vector<SheetFile>& repeats,
+                                       const std::vector<SheetFile>& virtual_sheets,
                                        double significance);
 
-/// repeats.json, "drapebench/repeats/1"; `repeats` are their names.
-[[nodiscard]] Json repeats_json(const MarkRepeats& found, const std::vector<std::string>& repeats,
+/// repeats.json, "drapebench/repeats/1".
+[[nodiscard]] Json repeats_json(const MarkRepeats& found, const std::vector<SheetFile>& repeats,
                                 double significance);
 
 }  // namespace drape::compare

@@ -16,27 +16,27 @@ namespace {
 using testing::HasSubstr;
 using units::mm;
 
-RepeatSheet laying(const std::string& name, const std::optional<std::string>& scene) {
-  RepeatSheet sheet{{name, {}}, scene, "printed", name + ".json", name + ".ply"};
-  sheet.named.sheet.patch_m = {220 * mm, 220 * mm};
-  sheet.named.sheet.source = MeasuredSource{"rig", name, {}, "calibration", "detections"};
+SheetFile laying(const std::string& name, const std::string& scene, const std::string& face = "") {
+  SheetFile sheet{name, name + ".json", name + ".ply", {}};
+  if (!scene.empty()) sheet.repeat = RepeatId{scene, name, face};
+  sheet.sheet.patch_m = {220 * mm, 220 * mm};
+  sheet.sheet.source = MeasuredSource{"rig", name, {}, "calibration", "detections"};
   return sheet;
 }
 
-RepeatSheet simulation(const std::string& name, const std::string& scene,
-                       const std::optional<std::string>& placed_by = {}) {
-  RepeatSheet sheet = laying(name, scene);
+SheetFile simulation(const std::string& name, const std::string& scene,
+                     const std::optional<std::string>& placed_by = {}) {
+  SheetFile sheet = laying(name, "");
   SimulatedSource source;
   source.scene = scene;
   source.start_sha256 = placed_by;
   source.status = "at rest";
-  sheet.named.sheet.source = source;
-  sheet.face.clear();
+  sheet.sheet.source = source;
   return sheet;
 }
 
-std::string refusal(const std::vector<RepeatSheet>& repeats,
-                    const std::vector<RepeatSheet>& virtual_sheets) {
+std::string refusal(const std::vector<SheetFile>& repeats,
+                    const std::vector<SheetFile>& virtual_sheets) {
   try {
     require_one_drape(repeats, virtual_sheets);
   } catch (const Error& error) {
@@ -51,8 +51,8 @@ TEST(RepeatSheets, OfOneSceneAreRepeats) {
   EXPECT_EQ(refusal({one, two, three}, {simulation("s", "C")}), "");
   EXPECT_EQ(refusal({one, two, three}, {}), "");
   // The drape's own laying need not say so where it placed the simulation.
-  EXPECT_EQ(refusal({laying("1", {}), two, three}, {simulation("s", "C", "1.json")}), "");
-  EXPECT_EQ(refusal({laying("1", {}), two, three}, {simulation("s", "C", "1.ply")}), "");
+  EXPECT_EQ(refusal({laying("1", ""), two, three}, {simulation("s", "C", "1.json")}), "");
+  EXPECT_EQ(refusal({laying("1", ""), two, three}, {simulation("s", "C", "1.ply")}), "");
 }
 
 TEST(RepeatSheets, LayingsAreMeasuredAndWhatIsJudgedIsSimulated) {
@@ -74,34 +74,33 @@ TEST(RepeatSheets, OfSeveralDrapesAreRefused) {
   EXPECT_THAT(refusal({one, two}, {simulation("s", "C"), simulation("t", "A")}),
               HasSubstr("scene `A`"));
   EXPECT_THAT(refusal({one, two, one}, {}), HasSubstr("copy of 1"));
-  EXPECT_THAT(refusal({one, two, laying("3", {})}, {simulation("s", "C", "1.json")}),
+  EXPECT_THAT(refusal({one, two, laying("3", "")}, {simulation("s", "C", "1.json")}),
               testing::AllOf(HasSubstr("does not say"), HasSubstr("where: 3")));
   // Three drapes of which one placed the simulation.
-  EXPECT_THAT(refusal({laying("C", {}), laying("A", {}), laying("E", {})},
+  EXPECT_THAT(refusal({laying("C", ""), laying("A", ""), laying("E", "")},
                       {simulation("s", "C", "C.json")}),
               HasSubstr("where: A"));
-  EXPECT_THAT(refusal({laying("C", {}), laying("A", {})},
+  EXPECT_THAT(refusal({laying("C", ""), laying("A", "")},
                       {simulation("s", "C", "C.json"), simulation("t", "A", "A.json")}),
               HasSubstr("scene `A`"));
 }
 
 TEST(RepeatSheets, OfAnotherBenchAreRefused) {
   const auto one = laying("1", "C");
-  RepeatSheet other = laying("2", "C");
-  other.face = "back";
+  SheetFile other = laying("2", "C", "back");
   EXPECT_THAT(refusal({one, other}, {}), HasSubstr("face"));
   other = laying("2", "C");
-  std::get<MeasuredSource>(other.named.sheet.source).calibration_sha256 = "other";
+  std::get<MeasuredSource>(other.sheet.source).calibration_sha256 = "other";
   EXPECT_THAT(refusal({one, other}, {}), HasSubstr("another calibration"));
-  RepeatSheet smaller = simulation("s", "C");
-  smaller.named.sheet.patch_m.x() = 200 * mm;
+  SheetFile smaller = simulation("s", "C");
+  smaller.sheet.patch_m.x() = 200 * mm;
   EXPECT_THAT(refusal({one}, {smaller}), HasSubstr("another patch"));
 }
 
 TEST(RepeatSheets, WhatIsNoGoMakesTheRepeatsNoGo) {
-  RepeatSheet measured = laying("1", "C"), falling = simulation("s", "C");
-  measured.named.sheet.no_go = "the target is bent";
-  std::get<SimulatedSource>(falling.named.sheet.source).status = "time is up";
+  SheetFile measured = laying("1", "C"), falling = simulation("s", "C");
+  measured.sheet.no_go = "the target is bent";
+  std::get<SimulatedSource>(falling.sheet.source).status = "time is up";
   EXPECT_THAT(no_go_of({measured, falling, laying("2", "C"), simulation("t", "C")}),
               testing::ElementsAre(HasSubstr("bent"), HasSubstr("time is up")));
 }
@@ -122,18 +121,19 @@ TEST(RepeatSheets, AreReadWithWhatTheirFilesSay) {
                              0.1});
   sheet.source = MeasuredSource{"rig", "C_2", {"cam0"}, std::string(64, 'a'), std::string(64, 'b')};
   write_sheet(file, sheet);
-  const RepeatSheet own = read_repeat_sheet(file);
-  EXPECT_FALSE(own.scene);
+  const SheetFile own = read_sheet_file(file);
+  EXPECT_EQ(own.scene(), "");
   EXPECT_EQ(own.ply_sha256, sha256_of_file(file));
   const auto json = folder.path() / "sheet.json";
   Json content = parse_json(read_text(json));
-  content["source"]["asked_scene"] = {{"name", "E"}};
+  content["source"]["asked_scene"] = {
+      {"name", "E"}, {"sha256", std::string(64, 'c')}, {"surroundings", Json::object()}};
   write_json(json, content);
-  EXPECT_EQ(read_repeat_sheet(file).scene, "E") << "the first laying of a run";
+  EXPECT_EQ(read_sheet_file(file).scene(), "E") << "the first laying of a run";
   content["source"]["repeat"] = {{"scene", "C"}, {"repeat", "2"}, {"face", "back"}};
   write_json(json, content);
-  EXPECT_EQ(read_repeat_sheet(file).scene, "C");
-  EXPECT_EQ(read_repeat_sheet(file).face, "back");
+  EXPECT_EQ(read_sheet_file(file).scene(), "C");
+  EXPECT_EQ(read_sheet_file(file).face(), "back");
 }
 
 }  // namespace

@@ -238,10 +238,10 @@ TEST(Repeats, OfSheetsAreOutsideAsOftenAsTheSignificanceSays) {
   std::map<std::string, int> alarms;
   int n = 0;
   for (const auto& [name, hems] : library.groups) {
-    std::vector<NamedSheet> all;
-    for (const HemRecord* hem : hems) all.push_back({hem->file, cloth_of(hem->hem)});
+    std::vector<SheetFile> all;
+    for (const HemRecord* hem : hems) all.push_back({hem->file, {}, {}, cloth_of(hem->hem)});
     for (std::size_t out = 0; out < all.size(); ++out, ++n) {
-      std::vector<NamedSheet> others = all;
+      std::vector<SheetFile> others = all;
       others.erase(others.begin() + static_cast<std::ptrdiff_t>(out));
       const MarkRepeats::Match match = mark_repeats(others, {all[out]}, 0.05).matches.at(0);
       alarms["joint"] += match.verdict == "outside";
@@ -263,14 +263,14 @@ TEST(Repeats, ASheetOfAnotherFabricTenPointsAwayIsFound) {
     return sum / static_cast<double>(hems.size());
   };
   const auto cloths_of = [](const std::vector<const HemRecord*>& hems) {
-    std::vector<NamedSheet> cloths;
+    std::vector<SheetFile> cloths;
     cloths.reserve(hems.size());
-    for (const HemRecord* hem : hems) cloths.push_back({hem->file, cloth_of(hem->hem)});
+    for (const HemRecord* hem : hems) cloths.push_back({hem->file, {}, {}, cloth_of(hem->hem)});
     return cloths;
   };
   int n = 0, found = 0, near = 0, near_found = 0;
   for (const auto& [name, hems] : library.groups) {
-    const std::vector<NamedSheet> repeats = cloths_of(hems);
+    const std::vector<SheetFile> repeats = cloths_of(hems);
     for (const auto& [other, candidates] : library.groups) {
       const double apart = std::abs(mean(candidates) - mean(hems));
       if (other.first == name.first || apart < 10) continue;
@@ -317,11 +317,12 @@ TEST(MarkRepeats, AFurtherRepeatIsOutsideAsOftenAsTheSignificanceSays) {
   for (const int repeats : {3, 8, 16}) {
     int alarms = 0, alarms_of_marks = 0, found = 0;
     for (int trial = 0; trial < kTrials; ++trial) {
-      std::vector<NamedSheet> real;
+      std::vector<SheetFile> real;
       real.reserve(repeats);
-      for (int i = 0; i < repeats; ++i) real.push_back({"real", laid_sheet(lots, 0)});
+      for (int i = 0; i < repeats; ++i) real.push_back({"real", {}, {}, laid_sheet(lots, 0)});
       const auto result = mark_repeats(
-          real, {{"virtual", laid_sheet(lots, 0)}, {"far", laid_sheet(lots, 0.02)}}, 0.05);
+          real, {{"virtual", {}, {}, laid_sheet(lots, 0)}, {"far", {}, {}, laid_sheet(lots, 0.02)}},
+          0.05);
       alarms += result.matches[0].verdict == "outside";
       const std::optional<double> p = result.matches[0].bases.front().judgement.p;
       alarms_of_marks += p && *p < 0.05;
@@ -345,8 +346,8 @@ TEST(MarkRepeats, AFurtherRepeatIsOutsideAsOftenAsTheSignificanceSays) {
 
 TEST(MarkRepeats, FewRepeatsAreUndecidedAndSayWhy) {
   std::mt19937_64 lots(1);
-  const NamedSheet real{"real", laid_sheet(lots, 0)};
-  const auto result = mark_repeats({real}, {{"virtual", laid_sheet(lots, 0)}}, 0.05);
+  const SheetFile real{"real", {}, {}, laid_sheet(lots, 0)};
+  const auto result = mark_repeats({real}, {{"virtual", {}, {}, laid_sheet(lots, 0)}}, 0.05);
   EXPECT_EQ(result.matches.at(0).verdict, "undecided");
   EXPECT_FALSE(result.matches.at(0).reason.empty());
   EXPECT_EQ(result.marks, 36);

@@ -77,7 +77,10 @@ std::string row_of(const std::string& tag, const std::string& attribute,
     // A few words stay on one line; sentences may break.
     const bool whole = tag == "td" && cells[i].size() <= 26 && cells[i].find(' ') != cells[i].npos;
     text += fmt::format("<{0}{1}{2}>{3}</{0}>", tag, attribute,
-                        numeric[i] ? " class=\"n\"" : whole ? " class=\"k\"" : "", xml(cells[i]));
+                        numeric[i] ? " class=\"n\""
+                        : whole    ? " class=\"k\""
+                                   : "",
+                        xml(cells[i]));
   }
   return text;
 }

@@ -19,14 +19,12 @@ namespace {
 
 using units::mm;
 
-void fact(Table& table, const std::string& name, const std::string& value) {
-  if (!value.empty()) table.add({name, value});
-}
-
-std::string joined(const std::set<std::string>& words) {
-  std::string text;
-  for (const std::string& word : words) text += (text.empty() ? "" : ", ") + word;
-  return text;
+/// Two columns without heads; what has no value is left out.
+Table facts_table(const std::vector<std::pair<std::string, std::string>>& facts) {
+  Table table{{}, {"what", "value"}, {}, {false, false}, {"", ""}, {}};
+  for (const auto& [what, value] : facts)
+    if (!value.empty()) table.add({what, value});
+  return table;
 }
 
 std::string calibration_line(const Session& session) {
@@ -45,15 +43,11 @@ std::string calibration_line(const Session& session) {
       session.calibration_sha256.substr(0, 12));
 }
 
-/// What the run is and rests on.
+/// The run, and what it rests on.
 Table run_table(const Session& session, const Outcome& outcome) {
-  Table table;
-  table.names = {"what", "value"};
-  table.headings = {"", ""};
-  table.numeric = {false, false};
   std::set<std::string> rigs, recordings, fabrics, stand_ins;
   for (const DrapeFiles& drape : session.drapes) {
-    rigs.insert(std::get<MeasuredSource>(drape.input.measured.sheet.source).rig);
+    rigs.insert(drape.input.measured.measured().rig);
     if (drape.recording)
       recordings.insert(fmt::format(
           "{}{}, SHA-256 {}", drape.recording->name,
@@ -65,19 +59,22 @@ Table run_table(const Session& session, const Outcome& outcome) {
   for (const RunValue& value : values_of(session, outcome))
     if (value.key == "stand_ins" && !value.value.empty())
       stand_ins.insert(value.owner + ": " + value.value);
-  if (outcome.run > 0)
-    fact(table, "run",
-         fmt::format("{} of {}, stored {}", outcome.run,
-                     std::filesystem::path(outcome.store).filename().string(), outcome.date));
-  fact(table, "label", outcome.label);
-  fact(table, "operator", outcome.operator_name);
-  fact(table, "rig", joined(rigs));
-  fact(table, "recording", joined(recordings));
-  fact(table, "calibration", calibration_line(session));
-  fact(table, "fabric", joined(fabrics));
-  fact(table, "not measured (stand-ins)", stand_ins.empty() ? "none" : joined(stand_ins));
-  fact(table, "program", "drapebench " + version());
-  return table;
+  if (stand_ins.empty()) stand_ins.insert("none");
+  const auto joined = [](const auto& words) { return fmt::format("{}", fmt::join(words, ", ")); };
+  return facts_table(
+      {{"run",
+        outcome.run == 0
+            ? ""
+            : fmt::format("{} of {}, stored {}", outcome.run,
+                          std::filesystem::path(outcome.store).filename().string(), outcome.date)},
+       {"label", outcome.label},
+       {"operator", outcome.operator_name},
+       {"rig", joined(rigs)},
+       {"recording", joined(recordings)},
+       {"calibration", calibration_line(session)},
+       {"fabric", joined(fabrics)},
+       {"not measured (stand-ins)", joined(stand_ins)},
+       {"program", "drapebench " + version()}});
 }
 
 /// One row per drape: both verdicts, the distance and U.
@@ -105,25 +102,23 @@ Table drapes_table(const Session& session, const Outcome& outcome) {
   return table;
 }
 
-/// What the calibration found out beyond its file: the error on views that it did not use, the
-/// stages. From the ending that its program kept.
+/// Findings of the calibration that its file does not hold: the error on views that it did not use,
+/// the stages. From the ending that its program kept.
 Table calibration_findings(const Session& session) {
-  Table table;
-  table.names = {"what", "value"};
-  table.headings = {"", ""};
-  table.numeric = {false, false};
+  std::vector<std::pair<std::string, std::string>> facts;
   const std::filesystem::path ending = ending_path(run_record_path(session.calibration_file));
-  if (!std::filesystem::is_regular_file(ending)) return table;
+  if (!std::filesystem::is_regular_file(ending)) return {};
   std::istringstream lines(read_text(ending));
   std::string line;
   std::getline(lines, line);  // the verdict
   while (std::getline(lines, line)) {
     const std::size_t begin = line.find_first_not_of(' ');
     const std::size_t gap = begin == std::string::npos ? begin : line.find("  ", begin);
-    if (gap == std::string::npos) continue;
-    table.add({line.substr(begin, gap - begin), line.substr(line.find_first_not_of(' ', gap))});
+    if (gap != std::string::npos)
+      facts.emplace_back(line.substr(begin, gap - begin),
+                         line.substr(line.find_first_not_of(' ', gap)));
   }
-  return table;
+  return facts_table(facts);
 }
 
 std::string link(const std::string& target, const std::string& text) {
@@ -186,22 +181,17 @@ std::string html_calibration(const Session& session) {
 }
 
 std::string html_values(const Session& session, const Outcome& outcome, const std::string& drape) {
-  Table table;
-  table.names = {"file", "value", "is", "measured"};
-  table.numeric = {false, false, false, false};
+  Table table{{}, {"file", "value", "is", "measured"}, {}, std::vector<bool>(4, false), {}, {}};
   std::string fabric;
   for (std::size_t i = 0; i < outcome.reports.size(); ++i) {
     const auto& scene = session.drapes[i].input.scene;
     if (outcome.reports[i].name == drape && scene)
       fabric = "fabric " + scene->fabric_file.stem().string();
   }
-  for (const RunValue& value : values_of(session, outcome)) {
-    if (value.owner != "scene " + drape && value.owner != fabric) continue;
-    if (value.key == "stand_ins") continue;
-    table.add({value.owner, value.key, value.value, value.stand_in ? "no: stand-in" : ""});
-  }
-  if (table.rows.empty()) return {};
-  return "<h3>Scene and fabric</h3>\n" + html_table(table, "dense");
+  for (const RunValue& value : values_of(session, outcome))
+    if ((value.owner == "scene " + drape || value.owner == fabric) && value.key != "stand_ins")
+      table.add({value.owner, value.key, value.value, value.stand_in ? "no: stand-in" : ""});
+  return table.rows.empty() ? "" : "<h3>Scene and fabric</h3>\n" + html_table(table, "dense");
 }
 
 }  // namespace drape::compare

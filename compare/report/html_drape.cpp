@@ -14,10 +14,6 @@
 namespace drape::compare {
 namespace {
 
-const std::string& set_of(const DrapeFiles& drape) {
-  return std::get<MeasuredSource>(drape.input.measured.sheet.source).set;
-}
-
 using units::mm;
 
 /// The parts of the error that have a direction, so that warp and weft stay apart.
@@ -76,7 +72,7 @@ std::string crops_of_mark(const std::string& drape, const DrapeFiles& files, Mar
   if (!files.detections) return {};
   std::string crops;
   for (const FrameDetections& frame : files.detections->frames) {
-    if (frame.set != set_of(files) || !frame.preview_file) continue;
+    if (frame.set != files.input.measured.measured().set || !frame.preview_file) continue;
     const auto seen = std::find_if(frame.detections.begin(), frame.detections.end(),
                                    [&](const Detection& one) { return one.mark == mark; });
     if (seen == frame.detections.end()) continue;
@@ -341,14 +337,13 @@ std::string html_drape(const DrapeFiles& drape, const Report& report, const Sess
                        const DrapeFigures& figures, const std::string& values) {
   const RealVirtual& headline = report.real_virtual[*report.headline];
   const Simulation& simulation = drape.input.simulations[headline.simulation];
-  std::string text =
-      fmt::format("<section id=\"drape-{}\">\n<h2>Drape {}</h2>\n", xml(report.name),
-                  xml(report.called())) +
-      html_note(fmt::format("Set {} of rig {}, fabric {}. Pictures and marks below belong to the "
-                            "headline simulation, {}.",
-                            set_of(drape),
-                            std::get<MeasuredSource>(drape.input.measured.sheet.source).rig,
-                            simulation.source().fabric, simulation.label()));
+  std::string text = fmt::format("<section id=\"drape-{}\">\n<h2>Drape {}</h2>\n", xml(report.name),
+                                 xml(report.called())) +
+                     html_note(fmt::format(
+                         "Set {} of rig {}, fabric {}. Pictures and marks below belong to the "
+                         "headline simulation, {}.",
+                         drape.input.measured.measured().set, drape.input.measured.measured().rig,
+                         simulation.source().fabric, simulation.label()));
   if (const std::string sentence = distance_sentence(headline); !sentence.empty())
     text += html_paragraph(sentence + ".");
   return text + viewer_figure(report.name, drape.input, headline) + html_figure(figures.sheet) +

@@ -33,35 +33,32 @@ std::string command(const StepRecord& made_by, const fs::path& folder) {
   std::string text = made_by.program;
   for (std::size_t i = 0; i < made_by.arguments.size(); ++i) {
     const std::string& argument = made_by.arguments[i];
-    if (argument == "--json" || argument == "--quiet") continue;
-    if (argument == "--threads") {
-      ++i;
-      continue;
-    }
-    text += " " + argument_text(argument, folder);
+    if (argument == "--threads")
+      ++i;  // with its number
+    else if (argument != "--json" && argument != "--quiet")
+      text += " " + argument_text(argument, folder);
   }
   return text;
 }
 
-/// Every step once, in the order in which they run.
+/// Every step, in the order in which they run.
 std::vector<StepRecord> steps_of(const Session& session, const Outcome& outcome) {
-  std::vector<StepRecord> steps;
-  const auto add = [&](const std::optional<StepRecord>& step) {
-    if (step) steps.push_back(*step);
-  };
-  if (session.calibrated_by) {
+  std::vector<std::optional<StepRecord>> steps;
+  if (session.calibrated_by)
     for (const auto& [file, sha256] : session.calibrated_by->inputs)  // the target's marks
-      if (fs::is_regular_file(file) && sha256_of_file(file) == sha256) add(read_made_by(file));
-  }
-  add(session.calibrated_by);
+      if (fs::is_regular_file(file) && sha256_of_file(file) == sha256)
+        steps.push_back(read_made_by(file));
+  steps.push_back(session.calibrated_by);
   for (const DrapeFiles& drape : session.drapes) {
-    add(drape.detected_by);
-    add(drape.measured_by);
-    for (const auto& simulated_by : drape.simulated_by) add(simulated_by);
-    add(drape.split_by);
+    steps.insert(steps.end(), {drape.detected_by, drape.measured_by});
+    steps.insert(steps.end(), drape.simulated_by.begin(), drape.simulated_by.end());
+    steps.push_back(drape.split_by);
   }
-  steps.push_back({"drape-compare", version(), outcome.arguments});
-  return steps;
+  steps.push_back(StepRecord{"drape-compare", version(), outcome.arguments});
+  std::vector<StepRecord> known;
+  for (const auto& step : steps)
+    if (step) known.push_back(*step);
+  return known;
 }
 
 std::string tree_of(RecordBook& book, std::set<fs::path>& followed, const SheetFile& sheet,
@@ -105,27 +102,20 @@ std::string trees(const Session& session, const Outcome& outcome, const fs::path
 
 std::string html_provenance(const Session& session, const Outcome& outcome,
                             const fs::path& report_folder) {
-  Table files;
-  files.names = {"file", "SHA-256"};
-  files.numeric = {false, false};
-  std::set<std::pair<std::string, std::string>> read;  // in one order, however a path was given
+  Table files{{}, {"file", "SHA-256"}, {}, {false, false}, {}, {}};
+  std::set<std::vector<std::string>> read;  // in one order, however a path was given
   for (const auto& [file, sha256] : session.read)
-    read.emplace(from_folder(file, report_folder), sha256);
-  for (const auto& [file, sha256] : read) files.add({file, sha256});
-  std::vector<std::string> programs, lines;
-  const auto add_once = [](std::vector<std::string>& list, const std::string& text) {
-    if (std::find(list.begin(), list.end(), text) == list.end()) list.push_back(text);
-  };
-  for (const StepRecord& step : steps_of(session, outcome)) {
-    add_once(programs, step.program + " " + step.version);
-    add_once(lines, xml(command(step, report_folder)) + "\n");  // several sheets may be of one run
-  }
+    read.insert({from_folder(file, report_folder), sha256});
+  files.rows.assign(read.begin(), read.end());
+  std::set<std::string> programs, seen;
   std::string commands;
-  for (const std::string& line : lines) commands += line;
-  std::sort(programs.begin(), programs.end());
-  std::string list;
-  for (const std::string& program : programs) list += (list.empty() ? "" : ", ") + program;
-  return "<section id=\"provenance\">\n<h2>Provenance</h2>\n<p>Made by " + xml(list) +
+  for (const StepRecord& step : steps_of(session, outcome)) {
+    programs.insert(step.program + " " + step.version);
+    const std::string line = xml(command(step, report_folder)) + "\n";
+    if (seen.insert(line).second) commands += line;  // several sheets may be of one run
+  }
+  return "<section id=\"provenance\">\n<h2>Provenance</h2>\n<p>Made by " +
+         xml(fmt::format("{}", fmt::join(programs, ", "))) +
          ". Clock times are in the run records (<code>*.run.json</code>) beside each file, not "
          "here: the same input gives the same report, byte for byte.</p>\n<h3>Commands</h3>\n"
          "<p>Run in the folder of this report, these make everything above again.</p>\n<pre>" +

@@ -33,7 +33,7 @@ void add_photographs(const DrapeFiles& drape, const Report& report, const Sessio
                      DrapeFigures& figures) {
   if (!drape.detections) return;
   const RealVirtual& headline = report.real_virtual[*report.headline];
-  const std::string& set = std::get<MeasuredSource>(drape.input.measured.sheet.source).set;
+  const std::string& set = drape.input.measured.measured().set;
   for (const FrameDetections& frame : drape.detections->frames) {
     if (frame.set != set) continue;
     std::vector<unsigned char> preview;

@@ -142,8 +142,9 @@ TEST_F(GivenSheets, ALayingOverAnObjectThatMovedIsLeftOut) {
   ASSERT_EQ(lines.size(), 3U);
   EXPECT_EQ(lines[1].left_out, "");
   EXPECT_THAT(lines[2].left_out, HasSubstr("object.1.x_mm is 20 in its scene, 4 for the marks"));
-  EXPECT_THAT(moved_objects({first_[0], second}, {}), testing::IsEmpty());
-  EXPECT_THAT(moved_objects({first_[0], moved}, {first_[1]}),
+  const SheetFile own = read_sheet_file(first_[0]);
+  EXPECT_THAT(moved_objects({own, read_sheet_file(second)}, {}), testing::IsEmpty());
+  EXPECT_THAT(moved_objects({own, read_sheet_file(moved)}, {read_sheet_file(first_[1])}),
               ElementsAre(HasSubstr("object.1.x_mm"), HasSubstr("is not there as simulated")));
 }
 

@@ -35,27 +35,10 @@ void find_recording(DrapeFiles& drape) {
   }
 }
 
-std::optional<RepeatId> read_repeat(const fs::path& json) {
-  const JsonNode source = JsonNode::open(json, "sheet", 1).at("source");
-  if (!source.has("repeat")) return std::nullopt;
-  const JsonNode id = source.at("repeat");
-  return RepeatId{id.name("scene"), id.name("repeat"), id.text("face")};
-}
-
-SheetFile read_sheet_file(const fs::path& file, Session& session) {
-  require_as_recorded(file);
-  fs::path json = file, ply = file;
-  json.replace_extension(".json");
-  ply.replace_extension(".ply");
-  SheetFile sheet{file, {}, {}, read_sheet(file)};
-  if (sheet.sheet.is_measured()) {
-    sheet.repeat = read_repeat(json);
-    sheet.asked = read_asked_scene(json);
-  }
-  sheet.sha256 = sha256_of_file(json);
-  sheet.ply_sha256 = sha256_of_file(ply);
-  session.read.emplace_back(json, sheet.sha256);
-  session.read.emplace_back(ply, sheet.ply_sha256);
+SheetFile read_sheet_of(const fs::path& file, Session& session) {
+  SheetFile sheet = read_sheet_file(file);
+  session.read.emplace_back(fs::path(file).replace_extension(".json"), sheet.sha256);
+  session.read.emplace_back(fs::path(file).replace_extension(".ply"), sheet.ply_sha256);
   return sheet;
 }
 
@@ -262,7 +245,7 @@ void require_no_copy(const SheetFile& sheet, const DrapeInput& drape) {
 /// Joins every drape of its scene but the one that it is the sheet of: of each of them it is
 /// another laying.
 void add_repeat(const fs::path& file, Session& session) {
-  SheetFile sheet = read_sheet_file(file, session);
+  SheetFile sheet = read_sheet_of(file, session);
   if (!sheet.repeat)
     throw bad_input("the sheet does not say which repeat of which drape it is",
                     {.file = file.string(), .field = "source.repeat"},
@@ -295,7 +278,7 @@ Session read_session(const std::vector<fs::path>& sheets, const fs::path& calibr
       add_other(file, session);
       continue;
     }
-    SheetFile sheet = read_sheet_file(file, session);
+    SheetFile sheet = read_sheet_of(file, session);
     if (sheet.sheet.is_measured()) {
       require_new(sheet, session);
       session.drapes.push_back(read_measured(std::move(sheet), session));
@@ -376,35 +359,29 @@ void find_scenes(DrapeFiles& drape, Session& session) {
     take_scene(drape, own->second, sha256, session);
 }
 
-std::vector<std::string> moved_objects(const std::vector<fs::path>& layings,
-                                       const std::vector<fs::path>& simulations) {
+std::vector<std::string> moved_objects(const std::vector<SheetFile>& layings,
+                                       const std::vector<SheetFile>& simulations) {
   std::optional<AskedScene> first;
   std::vector<std::string> reasons;
-  const auto add = [&](const fs::path& sheet, const std::string& why) {
-    reasons.push_back(fmt::format("{}: its object is not where that of {} was: {}", sheet.string(),
-                                  layings.front().string(), why));
+  const auto add = [&](const SheetFile& sheet, const std::optional<std::string>& why) {
+    if (why)
+      reasons.push_back(fmt::format("{}: its object is not where that of {} was: {}",
+                                    sheet.file.string(), layings.front().file.string(), *why));
   };
-  for (const fs::path& sheet : layings) {
-    auto asked = read_asked_scene(fs::path(sheet).replace_extension(".json"));
-    if (!asked) continue;
-    if (!first) {
-      first = std::move(asked);
-    } else if (const auto why =
-                   difference_of(first->surroundings, asked->surroundings, "in its scene")) {
-      add(sheet, *why);
-    }
+  for (const SheetFile& sheet : layings) {
+    if (!first) first = sheet.asked;
+    if (sheet.asked)
+      add(sheet, difference_of(first->surroundings, sheet.asked->surroundings, "in its scene"));
   }
   if (!first) return reasons;
-  for (const fs::path& sheet : simulations) {
-    const Sheet read = read_sheet(sheet);
-    const auto* source = std::get_if<SimulatedSource>(&read.source);
+  for (const SheetFile& sheet : simulations) {
+    const auto* source = std::get_if<SimulatedSource>(&sheet.sheet.source);
     if (source == nullptr || source->scene_sha256 == first->sha256) continue;
-    const auto made_by = read_made_by(sheet);
+    const auto made_by = read_made_by(sheet.file);
     const auto file = scene_file_of(source->scene_sha256, made_by);
     const auto scene = file ? read_simulated_scene(*file, made_by->inputs) : std::nullopt;
-    const auto why = scene ? difference_of(first->surroundings, scene->surroundings)
-                           : std::optional<std::string>("its scene file is not there as simulated");
-    if (why) add(sheet, *why);
+    add(sheet, scene ? difference_of(first->surroundings, scene->surroundings)
+                     : std::optional<std::string>("its scene file is not there as simulated"));
   }
   return reasons;
 }
@@ -414,13 +391,10 @@ void find_ensemble(DrapeFiles& drape) {
   if (one == nullptr) return;
   const fs::path list = one->sheet.file.parent_path() / ".." / "branches.json";
   const SheetFile& measured = drape.input.measured;
-  const auto is_measured = [&](const std::string& sha256) {
-    return sha256 == measured.sha256 || sha256 == measured.ply_sha256;
-  };
   const auto& start = one->source().start_sha256;
-  bool placed = start && is_measured(*start);
+  bool placed = start && measured.has_content(*start);
   if (const auto made_by = read_made_by(list))
-    for (const auto& [file, sha256] : made_by->inputs) placed = placed || is_measured(sha256);
+    for (const auto& [file, sha256] : made_by->inputs) placed = placed || measured.has_content(sha256);
   if (placed) drape.input.ensemble = read_ensemble(list, one->branch->set_sha256);
 }
 

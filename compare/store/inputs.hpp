@@ -61,9 +61,8 @@ void find_scenes(DrapeFiles& drape, Session& session);
 /// Why sheets of one drape lie over objects at other places, a sentence for each that does: layings
 /// whose marks were asked about another scene than the first one's, and simulations over other
 /// objects than that scene's, or over objects of which no record says whether they are the same.
-[[nodiscard]] std::vector<std::string> moved_objects(
-    const std::vector<std::filesystem::path>& layings,
-    const std::vector<std::filesystem::path>& simulations);
+[[nodiscard]] std::vector<std::string> moved_objects(const std::vector<SheetFile>& layings,
+                                                     const std::vector<SheetFile>& simulations);
 
 /// Fills the ensemble of the drape's speaking branch, where its maker read the measured sheet as it
 /// is now: it placed that sheet among the branches. Throws Error for a list that cannot be read.

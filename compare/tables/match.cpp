@@ -16,12 +16,8 @@ using units::mm;
 
 constexpr double kBand = 0.95;  // of the marks in their 95 % bands: the drape is in the band
 
-const std::string& set_of(const SheetFile& file) {
-  return std::get<MeasuredSource>(file.sheet.source).set;
-}
-
 RepeatId id_of(const SheetFile& file) {
-  return file.repeat.value_or(RepeatId{"", set_of(file), ""});
+  return file.repeat.value_or(RepeatId{"", file.measured().set, ""});
 }
 
 std::string face_text(const std::string& face) {
@@ -45,13 +41,11 @@ std::optional<double> apart_m(const Sheet& a, const Sheet& b) {
 std::string left_out(const SheetFile& own_file, const SheetFile& other_file) {
   const Sheet &own = own_file.sheet, &other = other_file.sheet;
   const std::string face = id_of(own_file).face, its_face = id_of(other_file).face;
-  const auto& source = std::get<MeasuredSource>(own.source);
-  const auto& its = std::get<MeasuredSource>(other.source);
   if (other.no_go) return "its measurement is NO-GO: " + *other.no_go;
   if (face != its_face)
     return fmt::format("its upper face is {}, the drape's is {}", face_text(its_face),
                        face_text(face));
-  if (source.calibration_sha256 != its.calibration_sha256)
+  if (own_file.measured().calibration_sha256 != other_file.measured().calibration_sha256)
     return "it was measured with another calibration";
   if (own.rows != other.rows || own.cols != other.cols ||
       (own.patch_m - other.patch_m).norm() > 0.01 * mm)
@@ -222,25 +216,24 @@ void judge_repeats(const DrapeInput& input, const Options& options, Report& repo
   const SheetFile& own = input.measured;
   const auto line_of = [](const SheetFile& file) {
     const RepeatId id = id_of(file);
-    return RepeatLine{{}, set_of(file), id.repeat, id.face, {}, {}};
+    return RepeatLine{{}, file.measured().set, id.repeat, id.face, {}, {}};
   };
   report.repeats.push_back(line_of(own));
-  std::vector<NamedSheet> repeats = {{own.file.string(), own.sheet}};
+  std::vector<SheetFile> repeats = {own};
   for (std::size_t i = 0; i < input.repeats.size(); ++i) {
     const SheetFile& other = input.repeats[i];
     RepeatLine line = line_of(other);
     line.input = i;
     line.left_out = left_out(own, other);
     line.from_own_m = apart_m(own.sheet, other.sheet);
-    if (line.left_out.empty()) repeats.push_back({other.file.string(), other.sheet});
+    if (line.left_out.empty()) repeats.push_back(other);
     report.repeats.push_back(std::move(line));
   }
   if (!report.headline || repeats.size() < 2) return;
   const SheetFile& chosen =
       input.simulations[report.real_virtual[*report.headline].simulation].sheet;
   try {
-    report.among_repeats =
-        mark_repeats(repeats, {{chosen.file.string(), chosen.sheet}}, options.significance);
+    report.among_repeats = mark_repeats(repeats, {chosen}, options.significance);
   } catch (const Error& error) {
     report.warnings.push_back("the repeats cannot be judged: " + error.what_failed());
   }

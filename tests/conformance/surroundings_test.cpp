@@ -38,7 +38,7 @@ TEST(Surroundings, AreTheSameForTheMarksAndForTheSimulationOfOneScene) {
   measured.marks.push_back({{0, 0}, {0.01, 0.01}, {0, 0, 0}, {}, {}, {}});
   write_sheet(sheet, measured);
   triangulate::note_scene(sheet, read_scene(file), {});
-  const auto asked = compare::read_asked_scene(fs::path(sheet).replace_extension(".json"));
+  const auto asked = compare::read_sheet_file(sheet).asked;
   const auto simulated = compare::read_simulated_scene(
       file, {{file, sha256_of_file(file)}, {mesh, sha256_of_file(mesh)}});
   ASSERT_TRUE(asked && simulated);

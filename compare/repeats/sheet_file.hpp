@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <filesystem>
+#include <map>
+#include <optional>
+#include <string>
+
+#include "core/sheet.hpp"
+
+namespace drape::compare {
+
+/// Table and objects of a scene: each value of its file under its path ("object.1.x_mm"), a mesh as
+/// the SHA-256 of its content.
+using Surroundings = std::map<std::string, std::string>;
+
+/// The scene that the marks of a measured sheet were asked about (`source.asked_scene`).
+struct AskedScene {
+  std::string name, sha256;
+  Surroundings surroundings;
+};
+
+/// Which laying of which drape a measured sheet is (`source.repeat`).
+struct RepeatId {
+  std::string scene, repeat, face;  ///< the side of the cloth that lies up; may be empty
+};
+
+/// A sheet as read, with the SHA-256 of its .json (which carries everything).
+struct SheetFile {
+  std::filesystem::path file;
+  std::string sha256;      ///< of <stem>.json: the sheet's identity in the store
+  std::string ply_sha256;  ///< of <stem>.ply
+  Sheet sheet;
+  std::optional<RepeatId> repeat = {};   ///< of a measured sheet that says which laying it is
+  std::optional<AskedScene> asked = {};  ///< of a measured sheet whose marks were asked about one
+
+  /// The scene that the file says to be of; a measured one may say none.
+  [[nodiscard]] std::string scene() const;
+  [[nodiscard]] std::string face() const { return repeat ? repeat->face : std::string(); }
+  [[nodiscard]] const MeasuredSource& measured() const;           ///< of a measured sheet
+  [[nodiscard]] bool has_content(const std::string& hash) const;  ///< of either file
+};
+
+/// Reads both files of a sheet, whichever is named. Throws Error(bad_input) also where they are not
+/// what their run record says.
+[[nodiscard]] SheetFile read_sheet_file(const std::filesystem::path& file);
+
+}  // namespace drape::compare
