@@ -79,7 +79,7 @@ void check_group(const std::vector<Simulation>& simulations) {
                   simulation.setup(),
                   simulation.branch ? simulation.branch->set_sha256 : std::string(),
                   simulation.branch ? simulation.branch->number : 0,
-                  simulation.refined ? simulation.refined->list_sha256 : std::string());
+                  simulation.refined ? simulation.refined->document.sha256() : std::string());
     const auto [first, fresh] = seen.emplace(key, &simulation);
     if (fresh) continue;
     throw bad_input(fmt::format("{} is given twice for one drape, here and in {}",
@@ -320,14 +320,6 @@ double BranchComparison::match_m() const {
   return turned ? turned->mean_m : as_placed.statistics.mean_m;
 }
 
-void Options::check() const {
-  if (!(significance > 0 && significance < 1))
-    throw usage_error("the significance must lie between 0 and 1", "see --significance");
-  if (min_marks < 1) throw usage_error("the limit of marks must be at least 1", "see --min-marks");
-  if (!(max_sigma_ratio > 0))
-    throw usage_error("the limit of uncertainty must be above 0 %", "see --max-sigma-percent");
-}
-
 Eigen::Vector2d percent_of_patch(double length_m, const Eigen::Vector2d& patch_m) {
   return 100.0 * length_m * patch_m.cwiseInverse();
 }
@@ -342,7 +334,6 @@ RealSurface compare_to_surface(const Sheet& measured, const TriangleMesh& mesh) 
 }
 
 Report compare_drape(const DrapeInput& input, const Options& options) {
-  options.check();
   check_group(input.simulations);
   require_one_drape(input);
   for (const Simulation& simulation : input.simulations) check_patch(input, simulation);

@@ -15,9 +15,6 @@ struct Options {
   bool accept_unsettled = false;    ///< a simulation that is not at rest is no reason
   bool accept_penetration = false;  ///< nor one whose certificate states penetration
   double significance = 0.05;       ///< part of real repeats that count as outside of the others
-
-  /// Throws Error(usage).
-  void check() const;
 };
 
 /// Distances of the measured marks, and of the surface between them, to a mesh.

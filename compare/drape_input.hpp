@@ -11,8 +11,6 @@
 #include "compare/asked_scene.hpp"
 #include "compare/metrics/branches.hpp"
 #include "compare/metrics/dense.hpp"
-#include "compare/metrics/ensemble.hpp"
-#include "compare/metrics/refined.hpp"
 #include "core/scene.hpp"
 #include "core/sheet.hpp"
 
@@ -43,7 +41,7 @@ struct Simulation {
   std::optional<std::string> other_simulator = {};  ///< name of another program that made it
   std::filesystem::path other_file = {};            ///< its mesh
   std::optional<Branch> branch = {};                ///< one equilibrium of several
-  std::optional<Refined> refined = {};              ///< carried over from a coarser grid
+  std::optional<RefinementFile> refined = {};              ///< carried over from a coarser grid
   std::optional<SimulatedScene> scene = {};         ///< where its file is still what it read
   /// In what it differs from others of its group, beside grid and segments: {"fabric", "B"}.
   std::vector<std::pair<std::string, std::string>> apart = {};
@@ -87,7 +85,7 @@ struct DrapeInput {
   std::vector<OtherSurface> surfaces = {};
   std::optional<Scene> scene = {};  ///< of what speaks for it, where its file was found unchanged
   std::vector<SheetFile> repeats = {};  ///< the same cloth laid again; each says which repeat it is
-  std::optional<Ensemble> ensemble = {};  ///< that speaking_branch() is of
+  std::optional<PlacedDrape> placed = {};  ///< among the branches of speaking_branch()
 
   /// Its scene, so that a drape has one name in every run; the set where no scene is known.
   [[nodiscard]] std::string name() const;

@@ -146,7 +146,7 @@ TEST_F(HemFiles, ACopyOfARealHemIsNoVirtualOne) {
 
 TEST_F(HemFiles, HemsCsvKeepsTheVerdictTheTestTheAreasAndU) {
   HemReadOptions options;
-  options.geometry = drapemeter_geometry("jis-254");
+  options.geometry = geometry_of(StandardTest::jis_254);
   options.scale_u = 0.01;
   HemSet set = read(table(every(5), {times(0.9), times(0.95)}), options);
   ASSERT_EQ(set.hems.size(), 2U) << set.refused.front();

@@ -282,13 +282,19 @@ TEST(SheetFolders, WhatARunComparesIsFoundAsItsListsNameIt) {
   write_sheet(drape / "repeats" / "second" / "sheet.ply", test::measured_sheet());
   const fs::path grids = drape / "refined" / "refinement.json",
                  branches = drape / "ensemble" / "branches.json";
-  write_json(grids, {{"schema", "drapebench/refinement/1"},
-                     {"used", 1},
-                     {"grids", {{{"sheet", "15x15/sheet.ply"}}, {{"sheet", "23x23/sheet.ply"}}}}});
-  write_json(
-      branches,
-      {{"schema", "drapebench/branches/1"},
-       {"branches", {{{"sheet", "branch-02/sheet.ply"}}, {{"sheet", "branch-01/sheet.ply"}}}}});
+  RefinementFile refined;
+  refined.goal_m = 1e-3;
+  refined.used = 1;
+  refined.left_m = 0;
+  BranchList ensemble;
+  for (const char* name : {"15x15/sheet.ply", "23x23/sheet.ply"})
+    refined.grids.push_back({15, 15, name, "", true, "at rest", 1, {}});
+  for (const char* name : {"branch-02/sheet.ply", "branch-01/sheet.ply"}) {
+    ensemble.branches.emplace_back().sheet = name;
+    ensemble.branches.back().number = static_cast<int>(ensemble.branches.size());
+  }
+  write_record(grids, refined);
+  write_record(branches, ensemble);
   EXPECT_EQ(sheets_in({folder.path()}), expected) << "neither run has ended";
   for (const fs::path& list : {grids, branches}) {
     RunRecord record("drape-simulate", {}, run_record_path(list));

@@ -1,18 +1,22 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "compare/metrics/branches.hpp"
 
+#include <fmt/format.h>
+
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 
 #include "compare/metrics/drapemeter.hpp"
 #include "core/files/files.hpp"
-#include "core/files/json_file.hpp"
+#include "core/statistics/sample.hpp"
 #include "core/units.hpp"
 
 namespace drape::compare {
 namespace {
 
 namespace fs = std::filesystem;
+using units::mm;
 
 constexpr int kTurns = 360;
 
@@ -67,63 +71,76 @@ double refined(const Pairs& pairs, double middle, double step) {
   return (low + high) / 2;
 }
 
-Branch branch_from(const JsonNode& entry, const JsonNode& root,
-                   const std::vector<JsonNode>& entries, const fs::path& list) {
-  Branch branch;
-  branch.set_sha256 = sha256_of_file(list);
-  branch.number = entry.integer("branch");
-  branch.of = static_cast<int>(entries.size());
-  branch.energy_j = entry.number("energy_uJ") * 1e-6;
-  branch.residual = entry.number("largest_residual_per_particle_weight");
-  branch.stable = entry.boolean("stable");
-  branch.starts = static_cast<int>(entry.at("starts").raw().size());
-  branch.hem_nodes = entry.integer("hem_nodes");
-  branch.round = root.boolean("scene_round_about_the_vertical");
-  for (const JsonNode& one : entries)
-    if (one.integer("branch") == 1) branch.least_j = one.number("energy_uJ") * 1e-6;
+/// Path of a list in the folder above the sheet's; nothing when it is not there.
+std::optional<fs::path> file_above(const fs::path& sheet, const char* name) {
+  const fs::path folder = sheet.parent_path();
+  const fs::path file = (folder.empty() ? fs::path(".") : folder) / ".." / name;
+  return fs::is_regular_file(file) ? std::optional(file) : std::nullopt;
+}
+
+/// Whether the sheet that a list names is this one.
+bool is_named(const fs::path& sheet, const std::string& name, const fs::path& list) {
+  std::error_code unreadable;
+  const fs::path named =
+      name_inside(list.parent_path(), name, {.file = list.string(), .field = "sheet"});
+  return fs::equivalent(named, fs::path(sheet).replace_extension(".ply"), unreadable);
+}
+
+Branch branch_from(const ListedBranch& one, const BranchList& list) {
+  Branch branch{list.document.sha256(),
+                one.number,
+                static_cast<int>(list.branches.size()),
+                one.energy_j,
+                one.residual,
+                one.stable,
+                static_cast<int>(one.starts.size()),
+                one.hem_nodes,
+                list.round};
+  for (const ListedBranch& other : list.branches)
+    if (other.number == 1) branch.least_j = other.energy_j;
   return branch;
 }
 
 }  // namespace
 
-std::optional<Branch> branch_in(const fs::path& list, int number) {
-  const JsonNode root = JsonNode::open(list, "branches", kBranchesVersion);
-  const std::vector<JsonNode> entries = root.items("branches");
-  for (const JsonNode& entry : entries)
-    if (entry.integer("branch") == number) return branch_from(entry, root, entries, list);
+std::optional<Branch> branch_in(const fs::path& file, int number) {
+  const auto list = read_record<BranchList>(file);
+  for (const ListedBranch& one : list.branches)
+    if (one.number == number) return branch_from(one, list);
   return std::nullopt;
 }
 
-std::optional<ListedBranch> branch_of(const fs::path& sheet) {
-  const fs::path folder = sheet.parent_path();
-  const fs::path list = (folder.empty() ? fs::path(".") : folder) / ".." / "branches.json";
-  if (!fs::is_regular_file(list)) return std::nullopt;
-  const fs::path ply = fs::path(sheet).replace_extension(".ply");
-  const JsonNode root = JsonNode::open(list, "branches", kBranchesVersion);
-  const std::vector<JsonNode> entries = root.items("branches");
-  for (const JsonNode& entry : entries) {
-    std::error_code unreadable;
-    const fs::path listed =
-        name_inside(list.parent_path(), entry.text("sheet"), entry.where("sheet"));
-    if (!fs::equivalent(listed, ply, unreadable)) continue;
-    return ListedBranch{list.lexically_normal(), branch_from(entry, root, entries, list)};
+std::optional<std::pair<fs::path, Branch>> branch_of(const fs::path& sheet) {
+  const auto file = file_above(sheet, "branches.json");
+  if (!file) return std::nullopt;
+  const auto list = read_record<BranchList>(*file);
+  for (const ListedBranch& one : list.branches)
+    if (is_named(sheet, one.sheet, *file))
+      return std::pair(file->lexically_normal(), branch_from(one, list));
+  return std::nullopt;
+}
+
+std::optional<BranchList> list_above(const fs::path& sheet, const std::string& sha256) {
+  const auto file = file_above(sheet, "branches.json");
+  if (!file) return std::nullopt;
+  const Document document = Document::read(*file);
+  if (document.sha256() != sha256) return std::nullopt;
+  return read_record<BranchList>(document);
+}
+
+std::optional<RefinementFile> refined_of(const fs::path& sheet) {
+  const auto file = file_above(sheet, "refinement.json");
+  if (!file) return std::nullopt;
+  auto list = read_record<RefinementFile>(file->lexically_normal());
+  for (std::size_t k = 0; k < list.grids.size(); ++k) {
+    if (!is_named(sheet, list.grids[k].sheet, *file)) continue;
+    // Another sheet by now: the list is not about it.
+    if (sha256_of_file(fs::path(sheet).replace_extension(".json")) != list.grids[k].sheet_sha256)
+      return std::nullopt;
+    if (list.used != static_cast<int>(k)) list.left_m.reset();
+    return list;
   }
   return std::nullopt;
-}
-
-std::optional<JsonNode> list_with(const std::string& part, const fs::path& list,
-                                  const std::string& sha256) {
-  if (!fs::is_regular_file(list) || sha256_of_file(list) != sha256) return std::nullopt;
-  const JsonNode root = JsonNode::open(list, "branches", kBranchesVersion);
-  return root.has(part) ? std::optional(root) : std::nullopt;
-}
-
-std::optional<Eigen::MatrixX3d> moves_m_of(const JsonNode& end, std::size_t marks) {
-  if (!end.has("moves_mm")) return std::nullopt;
-  const Eigen::MatrixXd moves = end.matrix("moves_mm");
-  if (moves.cols() != 3 || moves.rows() != static_cast<Eigen::Index>(marks))
-    end.reject("moves_mm", "has not three numbers for each mark");
-  return moves * units::mm;
 }
 
 std::optional<Eigen::Vector2d> axis_of(const Scene& scene) {
@@ -152,6 +169,81 @@ std::optional<TurnedDistance> best_turn(const Sheet& measured, const Surface& vi
     if (!best || least < best->mean_m) best = TurnedDistance{least, turn, half_turn, axis_in_world};
   }
   return best;
+}
+
+std::string ensemble_sentence(const BranchList& list) {
+  std::string text = fmt::format("{} starts come to rest", list.members_at_rest.value_or(0));
+  std::vector<double> radii;
+  for (const BandMark& one : list.band) radii.push_back(one.radius95_m);
+  if (!radii.empty())
+    text += fmt::format(
+        "; 95 % of them lie within {:.2f} mm of their mean (median over the marks; {:.2f} mm at "
+        "the loosest mark)",
+        median(radii) / mm, *std::max_element(radii.begin(), radii.end()) / mm);
+  if (!list.measured) return text;
+  const PlacedDrape& real = *list.measured;
+  if (real.nearest && real.distance_m && real.reach_m) {
+    text += real.branch ? fmt::format("; the real drape is on branch {}", *real.branch)
+                        : fmt::format("; the real drape is on no branch, branch {} is the nearest",
+                                      *real.nearest);
+    text += fmt::format(" ({:.2f} mm from its nearest member, branches reach {:.2f} mm)",
+                        *real.distance_m / mm, *real.reach_m / mm);
+  }
+  if (!radii.empty() && real.inside_fraction)
+    text += fmt::format("; {:.0f} % of its marks are in their bands", 1e2 * *real.inside_fraction);
+  if (real.started_there_m)
+    text += fmt::format(
+        "; started from the real shape, the simulation rests {:.2f} mm away: the error of model "
+        "and fabric without the luck of folds",
+        *real.started_there_m / mm);
+  else if (!real.started_there.empty())
+    text += "; started from the real shape, it ends " + real.started_there;
+  return text;
+}
+
+std::string friction_sentence(const FrictionBand& band) {
+  if (band.pushes.empty()) return "without friction the drape of the scene's start has one place";
+  std::string text = fmt::format(
+      "friction {:g} holds the drape of the scene's start anywhere in an interval: pushed by "
+      "{:.2f} "
+      "of its weight from {} sides and let go",
+      band.friction, band.pushes.front().push_per_weight->norm(), band.pushes.size());
+  const std::vector<double> reach = band.reach_m();
+  if (band.counted() > 0 && !reach.empty())
+    text += fmt::format(
+        ", it rests up to {:.3f} mm away (median over the marks; {:.3f} mm at the loosest mark)",
+        median(reach) / mm, *std::max_element(reach.begin(), reach.end()) / mm);
+  const auto lost = band.pushes.size() - static_cast<std::size_t>(band.counted());
+  if (lost > 0)
+    text += fmt::format(
+        "{} {} of these pushes end on another branch or nowhere, and count for "
+        "nothing",
+        band.counted() > 0 ? ";" : ",", lost);
+  return text;
+}
+
+std::string memory_sentence(const MemoryBand& band) {
+  std::string text =
+      "internal friction holds the drape of the scene's start in an interval, as other pasts show";
+  int lost = 0;
+  for (const OtherRest& end : band.ends) {
+    if (!end.moves_m) {
+      ++lost;
+      continue;
+    }
+    const Eigen::VectorXd far = end.moves().rowwise().norm();
+    text += fmt::format("; {}: {:.3f} mm away on average, {:.3f} mm at the loosest mark", end.what,
+                        far.mean() / mm, far.maxCoeff() / mm);
+  }
+  if (band.place_of_rest)
+    text += fmt::format("; from its lowest to its highest end the drape lies at {:.0f} %",
+                        100 * *band.place_of_rest);
+  if (lost > 0)
+    text += fmt::format(
+        "; {} of {} ends lie on another branch or nowhere, and count for "
+        "nothing",
+        lost, band.ends.size());
+  return text;
 }
 
 }  // namespace drape::compare

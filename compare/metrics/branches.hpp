@@ -5,18 +5,17 @@
 #include <filesystem>
 #include <optional>
 #include <string>
-#include <vector>
+#include <utility>
 
 #include "compare/metrics/surface.hpp"
-#include "core/files/json_file.hpp"
+#include "core/branch_list.hpp"
+#include "core/refinement.hpp"
 #include "core/scene.hpp"
 #include "core/sheet.hpp"
 
 namespace drape::compare {
 
-inline constexpr int kBranchesVersion = 1;  ///< of branches.json
-
-/// What drape-simulate branches says of one equilibrium of a drape that has several.
+/// One equilibrium of a drape that has several.
 struct Branch {
   std::string set_sha256;              ///< of branches.json, which lists all of them
   int number = 0;                      ///< 1 has the least energy
@@ -24,33 +23,33 @@ struct Branch {
   double energy_j = 0;                 ///< only differences within one list mean anything
   double residual = 0;                 ///< largest, in weights of a particle
   bool stable = true;                  ///< false: a saddle
-  int starts = 0;                      ///< how many starts ended here
+  int starts = 0;                      ///< number of starts that ended here
   int hem_nodes = 0;                   ///< folds of the border
   bool round = false;                  ///< the scene looks the same turned about a vertical axis
   std::optional<double> least_j = {};  ///< energy of the first of its list, given or not
 };
 
-/// branches.json ("drapebench/branches/1") in the folder above the sheet's, and its entry for this
-/// sheet; nothing when there is no such list or it does not name the sheet. Throws Error(bad_input)
-/// for a list that cannot be read.
-struct ListedBranch {
-  std::filesystem::path list;
-  Branch branch;
-};
-[[nodiscard]] std::optional<ListedBranch> branch_of(const std::filesystem::path& sheet);
+/// The entry for this sheet of branches.json in the folder above the sheet's, and that list's file;
+/// nothing when there is none. Throws Error(bad_input) for a list that cannot be read.
+[[nodiscard]] std::optional<std::pair<std::filesystem::path, Branch>> branch_of(
+    const std::filesystem::path& sheet);
 
 /// The entry of that number in a list, wherever the list lies; nothing when it has none.
 [[nodiscard]] std::optional<Branch> branch_in(const std::filesystem::path& list, int number);
 
-/// The list while it is the one of this hash and has that part; else nothing. Throws
-/// Error(bad_input) for a list that cannot be read.
-[[nodiscard]] std::optional<JsonNode> list_with(const std::string& part,
-                                                const std::filesystem::path& list,
-                                                const std::string& sha256);
+/// The list in the folder above a branch's sheet, while it has these bytes.
+[[nodiscard]] std::optional<BranchList> list_above(const std::filesystem::path& sheet,
+                                                   const std::string& sha256);
 
-/// "moves_mm" of an end of an interval, in m, one row a mark; nothing for an end that counts for
-/// nothing.
-[[nodiscard]] std::optional<Eigen::MatrixX3d> moves_m_of(const JsonNode& end, std::size_t marks);
+/// refinement.json in the folder above the sheet's, where it names this sheet as it is; the
+/// estimates of what its grid leaves only for the finest grid at rest. Throws Error(bad_input) for
+/// a list that cannot be read.
+[[nodiscard]] std::optional<RefinementFile> refined_of(const std::filesystem::path& sheet);
+
+/// Summaries for people, without a full stop.
+[[nodiscard]] std::string ensemble_sentence(const BranchList& list);
+[[nodiscard]] std::string friction_sentence(const FrictionBand& band);
+[[nodiscard]] std::string memory_sentence(const MemoryBand& band);
 
 /// Where the vertical axis of a round scene meets the table: the middle of its first object.
 [[nodiscard]] std::optional<Eigen::Vector2d> axis_of(const Scene& scene);

@@ -182,23 +182,19 @@ TEST(Branches, OnARoundObjectATurnedShapeIsTheSameShape) {
 std::vector<fs::path> write_branches(const fs::path& folder) {
   const fs::path drape = folder / "A", list = drape / "branches" / "branches.json";
   write_sheet(drape / "sheet.ply", test::measured_sheet(folded));
-  Json json;
-  json["schema"] = "drapebench/branches/1";
-  json["scene_round_about_the_vertical"] = false;
-  json["branches"] = Json::array();
+  BranchList branches;
   for (const int k : {1, 2}) {
     const std::string name = "branch-0" + std::to_string(k) + "/sheet.ply";
     const test::Shape shape = k == 1 ? test::Shape(test::flat) : test::Shape(folded);
     write_sheet(drape / "branches" / name, test::simulated_sheet(31, 1, shape));
-    json["branches"].push_back({{"branch", k},
-                                {"sheet", name},
-                                {"energy_uJ", 7188.835040198145 + k},
-                                {"largest_residual_per_particle_weight", 6.3e-8},
-                                {"stable", true},
-                                {"starts", {0, k}},
-                                {"hem_nodes", 3 + k}});
+    ListedBranch& branch = branches.branches.emplace_back();
+    branch.number = k;
+    branch.sheet = name;
+    branch.energy_j = (7188.835040198145 + k) * 1e-6;
+    branch.starts = {0, k};
+    branch.hem_nodes = 3 + k;
   }
-  write_json(list, json);
+  write_record(list, branches);
   return {drape};
 }
 

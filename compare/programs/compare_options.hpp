@@ -5,24 +5,20 @@
 #include <vector>
 
 #include "compare/store/outcome.hpp"
-
-namespace drape {
-class Command;
-}
+#include "core/fields/fields.hpp"
 
 namespace drape::compare {
 
-/// What `drape-compare` is called with.
+/// Words of `drape compare`.
 struct CompareArguments {
   std::vector<std::filesystem::path> sheets;
   std::filesystem::path calibration, store, report, acceptance;
   std::vector<std::filesystem::path> sensitivities, repeats;
   std::vector<std::string> warnings, not_compared;
   RunLabel label;
-  double max_sigma_percent = 10;
   Options options;
 };
 
-void add_compare_options(Command& app, CompareArguments& arguments);
+void fields(Fields& f, CompareArguments& arguments);
 
 }  // namespace drape::compare

@@ -82,7 +82,7 @@ int drapemeter_command(int argc, char** argv) {
   CommonOptions common;
   DrapemeterArguments arguments;
   add_common_options(app, common);
-  add_options(app, arguments);
+  app.add_record(arguments);
   return run_program(app, argc, argv, common,
                      [&] { return run_drapemeter(arguments, arguments_of(argc, argv), common); });
 }

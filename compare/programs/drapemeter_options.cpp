@@ -20,7 +20,7 @@ Scale scale_of_camera(const DrapemeterArguments& arguments) {
     throw bad_input("the calibration is NO-GO: " + *calibration.no_go,
                     {.file = arguments.calibration->string(), .field = "no_go"}, "calibrate again");
   const Camera camera = calibration.camera(arguments.camera).camera;
-  const double z_m = arguments.plane_z_mm * mm;
+  const double z_m = arguments.plane_z_m;
   return [camera, z_m](const Silhouette& silhouette, const std::filesystem::path& file) {
     const Where where{.file = file.string(), .camera = camera.name};
     if (silhouette.width_px != camera.model.width_px ||
@@ -42,9 +42,9 @@ Scale scale_of_camera(const DrapemeterArguments& arguments) {
 }
 
 Scale scale_of(const DrapemeterArguments& arguments, double disc_m) {
-  const int given = arguments.mm_per_px.has_value() + arguments.disc_picture.has_value() +
+  const int given = arguments.m_per_px.has_value() + arguments.disc_picture.has_value() +
                     arguments.calibration.has_value() + arguments.disc_hole +
-                    !arguments.ruler.empty();
+                    arguments.ruler.has_value();
   if (given > 1)
     throw usage_error("the scale is given in more than one form",
                       "keep one of --mm-per-px, --ruler, --disc-picture, --disc-hole, "
@@ -58,14 +58,14 @@ Scale scale_of(const DrapemeterArguments& arguments, double disc_m) {
   }
   if (given == 0) return {};
   PictureScale scale;
-  if (arguments.mm_per_px) {
-    scale = scale_of_pixel(*arguments.mm_per_px * mm, std::nullopt);
+  if (arguments.m_per_px) {
+    scale = scale_of_pixel(*arguments.m_per_px, std::nullopt);
   } else if (arguments.disc_picture) {
     const Silhouette disc = read_silhouette(*arguments.disc_picture);
     scale = scale_of_disc(disc.quarter, disc.half, disc.three_quarters, disc_m,
                           arguments.disc_picture->string());
   } else {
-    const std::vector<double>& r = arguments.ruler;
+    const std::array<double, 5>& r = *arguments.ruler;
     scale = scale_of_ruler({r[0], r[1]}, {r[2], r[3]}, r[4] * mm);
   }
   return [scale](const Silhouette&, const std::filesystem::path&) { return scale; };
@@ -73,71 +73,67 @@ Scale scale_of(const DrapemeterArguments& arguments, double disc_m) {
 
 }  // namespace
 
-void add_options(Command& app, DrapemeterArguments& arguments) {
-  app.add_option("INPUT", arguments.inputs,
-                 "pictures of hems, folders of them, sheets or meshes (PLY, OBJ in mm), or a CSV "
-                 "of radii (r000, r005 .. in mm)")
-      ->required();
-  app.add_option("--compare", arguments.compared,
-                 "virtual hem, or a folder or table of them, again for another: is it inside the "
-                 "repeats of the inputs?")
-      ->one_per_flag();
-  app.add_option("--significance", arguments.significance,
-                 "of that verdict: part of real repeats that would be called outside")
-      ->range(0.001, 0.5)
-      ->capture_default_str();
-  app.add_option("--out", arguments.out, "folder for hems.csv and hems.json");
-  app.add_option("--geometry", arguments.geometry,
-                 "disc 180 mm with specimen 240, 300, 360 mm (ISO 9073-9, BS 5058), or 127 with "
-                 "254 mm (JIS L 1096)")
-      ->one_of({"iso-240", "iso-300", "iso-360", "jis-254"})
-      ->capture_default_str();
-  app.add_option("--disc-mm", arguments.disc_mm,
-                 "another disc's diameter; to be stated for sheets of a bench, which may hang over "
-                 "any object")
-      ->positive();
-  app.add_option("--specimen-mm", arguments.specimen_mm,
-                 "another specimen's diameter; a sheet's specimen is its own flat area")
-      ->positive();
-  app.add_option("--names", arguments.names,
-                 "where fabric, sample, face and repeat stand in the files' paths, such as "
-                 "\"{fabric}/{sample}_{face}_{repeat}\"; * is any text");
-  app.add_option("--mm-per-px", arguments.mm_per_px, "scale of the pictures")->positive();
-  app.add_option("--ruler", arguments.ruler,
-                 "scale by a ruler: X1 Y1 X2 Y2 of two points in px, and its length in mm")
-      ->expected(5, 5);
-  app.add_option("--disc-picture", arguments.disc_picture,
-                 "scale by a picture of the bare disc from the same place (a small tilt is taken "
-                 "out)");
-  app.add_flag(
-      "--disc-hole", arguments.disc_hole,
-      "scale by the disc on top of the cloth, seen as a round hole in each silhouette: its "
-      "grey must be nearer to the table's than to the cloth's");
-  app.add_option("--calibration", arguments.calibration,
-                 "scale by calibration.json (takes out lens and tilt), with --camera and "
-                 "--plane-z-mm");
-  app.add_option("--camera", arguments.camera, "name of the calibrated camera");
-  app.add_option("--plane-z-mm", arguments.plane_z_mm, "height of the hem in the world")
-      ->capture_default_str();
-  app.add_option("--scale-u-percent", arguments.scale_u_percent,
-                 "standard uncertainty of the scale, beside what the scale's own source gives")
-      ->positive();
+void fields(Fields& f, DrapemeterArguments& a) {
+  f(Field{"input",
+          "pictures of hems, folders of them, sheets or meshes (PLY, OBJ in mm), or a CSV of radii "
+          "(r000, r005 .. in mm)"}
+        .called("INPUT"),
+    a.inputs);
+  f.otherwise(Field{"compare",
+                    "virtual hem, or a folder or table of them, again for another: is it inside "
+                    "the repeats of the inputs?"}
+                  .per_flag(),
+              a.compared);
+  f.otherwise(
+      {"significance", "part of real repeats that that verdict would call outside", 1, 0.001, 0.5},
+      a.significance);
+  f({"out", "folder for hems.csv and hems.json"}, a.out);
+  f.otherwise({"geometry",
+               "disc 180 mm with specimen 240, 300, 360 mm (ISO 9073-9, BS 5058), or 127 with 254 "
+               "mm (JIS L 1096)"},
+              a.geometry);
+  f({"disc_mm",
+     "another disc's diameter; to be stated for sheets of a bench, which may hang over any object",
+     mm, above_zero},
+    a.disc_m);
+  f({"specimen_mm", "another specimen's diameter; a sheet's specimen is its own flat area", mm,
+     above_zero},
+    a.specimen_m);
+  f.otherwise({"names",
+               "where fabric, sample, face and repeat stand in the files' paths, such as "
+               "\"{fabric}/{sample}_{face}_{repeat}\"; * is any text"},
+              a.names);
+  f({"mm_per_px", "scale of the pictures", mm, above_zero}, a.m_per_px);
+  f({"ruler", "scale by a ruler: X1 Y1 X2 Y2 of two points in px, and its length in mm"}, a.ruler);
+  f({"disc_picture",
+     "scale by a picture of the bare disc from the same place (a small tilt is taken out)"},
+    a.disc_picture);
+  f.otherwise({"disc_hole",
+               "scale by the disc on top of the cloth, seen as a round hole in each silhouette: "
+               "its grey must be nearer to the table's than to the cloth's"},
+              a.disc_hole);
+  f({"calibration",
+     "scale by calibration.json (takes out lens and tilt), with --camera and --plane-z-mm"},
+    a.calibration);
+  f.otherwise({"camera", "name of the calibrated camera"}, a.camera);
+  f.otherwise({"plane_z_mm", "height of the hem in the world", mm}, a.plane_z_m);
+  f({"scale_u_percent",
+     "standard uncertainty of the scale, beside what the scale's own source gives", units::percent,
+     above_zero},
+    a.scale_u);
 }
 
 HemReadOptions read_options(const DrapemeterArguments& arguments, int threads) {
   HemReadOptions options;
-  options.geometry = drapemeter_geometry(arguments.geometry);
-  if (arguments.disc_mm || arguments.specimen_mm) {
-    options.geometry.name = "own";
-    options.geometry.disc_m = arguments.disc_mm.value_or(options.geometry.disc_m / mm) * mm;
-    options.geometry.specimen_m =
-        arguments.specimen_mm.value_or(options.geometry.specimen_m / mm) * mm;
-  }
+  options.geometry = geometry_of(arguments.geometry);
+  if (arguments.disc_m || arguments.specimen_m)
+    options.geometry = {"own", arguments.disc_m.value_or(options.geometry.disc_m),
+                        arguments.specimen_m.value_or(options.geometry.specimen_m)};
   options.geometry.check();
-  options.disc_stated = arguments.disc_mm.has_value();
-  options.specimen_stated = arguments.specimen_mm.has_value();
+  options.disc_stated = arguments.disc_m.has_value();
+  options.specimen_stated = arguments.specimen_m.has_value();
   options.scale = scale_of(arguments, options.geometry.disc_m);
-  if (arguments.scale_u_percent) options.scale_u = *arguments.scale_u_percent * units::percent;
+  options.scale_u = arguments.scale_u;
   options.names = arguments.names;
   options.threads = threads;
   return options;

@@ -34,8 +34,6 @@ int run_compare(CompareArguments& arguments, const CommonOptions& common,
   const auto& primary = arguments.report.empty() ? arguments.store : arguments.report;
   RunRecord record("drape-compare", command,
                    primary.empty() ? std::filesystem::path() : run_record_path(primary));
-  arguments.options.max_sigma_ratio = arguments.max_sigma_percent / 100;
-  arguments.options.check();
   Progress progress("compare", common.quiet || common.json);
   progress.update(0, "reading sheets");
   const Session session = read_session(arguments.sheets, arguments.calibration, arguments.repeats);
@@ -84,7 +82,7 @@ int compare_command(int argc, char** argv) {
   CommonOptions common;
   CompareArguments arguments;
   add_common_options(app, common);
-  add_compare_options(app, arguments);
+  app.add_record(arguments);
   return run_program(app, argc, argv, common,
                      [&] { return run_compare(arguments, common, arguments_of(argc, argv)); });
 }

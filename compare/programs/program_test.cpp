@@ -108,7 +108,8 @@ TEST_F(Program, AFlagOfAnotherGroupTakesOneFileSoThatItSwallowsNone) {
   write_sheet(path("b.ply"), wider);
   write_sheet(path("c.ply"), bent);
   const std::string others = path("a.ply") + " " + path("b.ply");
-  ASSERT_EQ(run("drape-compare drapemeter", "--disc-mm 90 --compare " + simulated + " " + others), 0)
+  ASSERT_EQ(run("drape-compare drapemeter", "--disc-mm 90 --compare " + simulated + " " + others),
+            0)
       << output_;
   EXPECT_THAT(output_, HasSubstr("2 hems measured"));
 }

@@ -20,6 +20,17 @@ struct RepeatsArguments {
   double significance = 0.05;
 };
 
+void fields(Fields& f, RepeatsArguments& a) {
+  f(Field{"sheet",
+          "measured sheets, repeats of one drape (each says so, or placed a sheet of --compare)"}
+        .called("SHEET"),
+    a.repeats);
+  f.otherwise(Field{"compare", "simulated sheet of the same drape; again for another"}.per_flag(),
+              a.compared);
+  f.otherwise({"significance", "part of repeats called outside", 1, 0.001, 0.5}, a.significance);
+  f({"out", "repeats.json to write"}, a.out);
+}
+
 std::vector<SheetFile> sheets_of(const std::vector<std::filesystem::path>& files) {
   std::vector<SheetFile> sheets;
   for (const auto& file : files) sheets.push_back(read_sheet_file(file));
@@ -63,17 +74,7 @@ int repeats_command(int argc, char** argv) {
   CommonOptions common;
   RepeatsArguments arguments;
   add_common_options(app, common);
-  app.add_option(
-         "SHEET", arguments.repeats,
-         "measured sheets, repeats of one drape (each says so, or placed a sheet of --compare)")
-      ->required();
-  app.add_option("--compare", arguments.compared,
-                 "simulated sheet of the same drape; again for another")
-      ->one_per_flag();
-  app.add_option("--significance", arguments.significance, "part of repeats called outside")
-      ->range(0.001, 0.5)
-      ->capture_default_str();
-  app.add_option("--out", arguments.out, "repeats.json to write");
+  app.add_record(arguments);
   return run_program(app, argc, argv, common,
                      [&] { return run_repeats(arguments, arguments_of(argc, argv), common); });
 }

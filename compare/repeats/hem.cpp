@@ -105,19 +105,11 @@ void DrapemeterGeometry::check() const {
       "give both diameters, the disc's smaller than the specimen's");
 }
 
-const std::vector<DrapemeterGeometry>& drapemeter_geometries() {
-  static const std::vector<DrapemeterGeometry> known = {{"iso-240", 0.180, 0.240},
-                                                        {"iso-300", 0.180, 0.300},
-                                                        {"iso-360", 0.180, 0.360},
-                                                        {"jis-254", 0.127, 0.254}};
-  return known;
-}
-
-DrapemeterGeometry drapemeter_geometry(const std::string& name) {
-  for (const DrapemeterGeometry& geometry : drapemeter_geometries())
-    if (geometry.name == name) return geometry;
-  throw usage_error(fmt::format("`{}` is no drapemeter that is known", name),
-                    "give iso-240, iso-300, iso-360 or jis-254, or --disc-mm and --specimen-mm");
+DrapemeterGeometry geometry_of(StandardTest test) {
+  constexpr std::array<std::pair<double, double>, 4> kDiscAndSpecimen{
+      {{0.180, 0.240}, {0.180, 0.300}, {0.180, 0.360}, {0.127, 0.254}}};
+  const auto [disc_m, specimen_m] = kDiscAndSpecimen.at(static_cast<std::size_t>(test));
+  return {std::string(name_of(test)), disc_m, specimen_m};
 }
 
 Hem hem_of_outline(const std::vector<Vector2d>& outline_m, int rays) {

@@ -6,6 +6,8 @@
 #include <string>
 #include <vector>
 
+#include "core/fields/fields.hpp"
+
 #include "compare/metrics/drapemeter.hpp"
 
 namespace drape::compare {
@@ -19,9 +21,9 @@ struct DrapemeterGeometry {
   void check() const;
 };
 
-/// iso-240, iso-300, iso-360 (ISO 9073-9 and BS 5058: disc 180 mm) and jis-254 (JIS L 1096: 127).
-[[nodiscard]] const std::vector<DrapemeterGeometry>& drapemeter_geometries();
-[[nodiscard]] DrapemeterGeometry drapemeter_geometry(const std::string& name);
+/// Tests of standards: ISO 9073-9 and BS 5058 (disc 180 mm), JIS L 1096 (disc 127 mm).
+enum class StandardTest { iso_240, iso_300, iso_360, jis_254 };
+[[nodiscard]] DrapemeterGeometry geometry_of(StandardTest test);
 
 /// Hem of a draped specimen seen from above, x right, y up or as the world's.
 struct Hem {
@@ -100,3 +102,7 @@ struct HemErrors {
 [[nodiscard]] double hem_distance_m(const Hem& a, const Hem& b);
 
 }  // namespace drape::compare
+
+template <>
+inline constexpr std::string_view drape::names_of<drape::compare::StandardTest>[] = {
+    "iso-240", "iso-300", "iso-360", "jis-254"};

@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <array>
 
-#include "compare/metrics/friction_band.hpp"
 #include "compare/report/figures.hpp"
 #include "compare/report/view.hpp"
 #include "core/units.hpp"
@@ -45,13 +44,13 @@ void draw_axes(Svg& svg, const Orthographic& view, const Vector2d& corner) {
   }
 }
 
-void draw_band(Svg& svg, const Orthographic& view, const Ensemble& ensemble,
+void draw_band(Svg& svg, const Orthographic& view, const std::vector<BandMark>& band,
                const Sheet& measured) {
-  for (const BandMark& one : ensemble.band)
+  for (const BandMark& one : band)
     svg.circle(view.at(one.mean_in_world), std::max(0.5, view.scale * one.radius95_m),
                "fill=\"#4c78a8\" fill-opacity=\"0.18\" stroke=\"#4c78a8\" stroke-width=\"0.7\"",
                mark_text(one.mark, fmt::format("95 % within {:.2f} mm", one.radius95_m / mm)));
-  for (const BandMark& one : ensemble.band) {
+  for (const BandMark& one : band) {
     const SheetMark* real = measured.find(one.mark);
     if (real == nullptr) continue;
     const double off_m = (real->point_in_world - one.mean_in_world).norm();
@@ -63,25 +62,19 @@ void draw_band(Svg& svg, const Orthographic& view, const Ensemble& ensemble,
 
 /// Draws a box about each mark, as far as friction leaves its place open.
 void draw_friction(Svg& svg, const Orthographic& view, const FrictionBand& band) {
-  for (std::size_t k = 0; k < band.marks.size(); ++k) {
-    const auto row = static_cast<Eigen::Index>(k);
-    const Vector2d low = view.at(band.low_in_world.row(row).transpose()),
-                   high = view.at(band.high_in_world.row(row).transpose());
+  for (const MarkInterval& one : band.marks) {
+    const Vector2d low = view.at(one.low_in_world), high = view.at(one.high_in_world);
     svg.rectangle(low.x(), high.y(), high.x() - low.x(), low.y() - high.y(),
                   "fill=\"none\" stroke=\"#b07a00\" stroke-width=\"0.7\"",
-                  mark_text(band.marks[k], "left open by friction"));
+                  mark_text(one.mark, "left open by friction"));
   }
 }
 
 }  // namespace
 
-std::filesystem::path list_of(const DrapeInput& input, const BranchSet& set) {
+std::optional<BranchList> list_of(const DrapeInput& input, const BranchSet& set) {
   const Simulation& first = input.simulations[set.branches.front().as_placed.simulation];
-  return first.sheet.file.parent_path() / ".." / "branches.json";
-}
-
-std::optional<Ensemble> ensemble_of(const DrapeInput& input, const BranchSet& set) {
-  return read_ensemble(list_of(input, set), set.sha256);
+  return list_above(first.sheet.file, set.sha256);
 }
 
 Figure sheet_figure(const std::string& drape, const DrapeInput& input,
@@ -129,11 +122,10 @@ Figure sheet_figure(const std::string& drape, const DrapeInput& input,
 std::optional<Figure> band_figure(const std::string& drape, const DrapeInput& input,
                                   const BranchSet& set) {
   constexpr double kSide = 380, kMargin = 24;
-  const auto ensemble = ensemble_of(input, set);
-  if (!ensemble || ensemble->band.empty()) return std::nullopt;
-  const std::optional<FrictionBand> friction = read_friction_band(list_of(input, set), set.sha256);
+  const auto list = list_of(input, set);
+  if (!list || list->band.empty()) return std::nullopt;
   std::vector<Vector3d> points;
-  for (const BandMark& one : ensemble->band)
+  for (const BandMark& one : list->band)
     for (const double end : {-1, 1})
       points.emplace_back(one.mean_in_world + Vector3d::Constant(end * one.radius95_m));
   Svg svg(2 * kSide, kSide + 20, "Bands of the marks of drape " + drape);
@@ -143,8 +135,8 @@ std::optional<Figure> band_figure(const std::string& drape, const DrapeInput& in
     const double left = side ? kSide : 0;
     view.fit(points, left, kSide, kMargin);
     svg.text({left + kMargin, 14}, side ? "from the side" : "from above", 12);
-    draw_band(svg, view, *ensemble, input.measured.sheet);
-    if (friction) draw_friction(svg, view, *friction);
+    draw_band(svg, view, list->band, input.measured.sheet);
+    if (list->friction_band) draw_friction(svg, view, *list->friction_band);
   }
   return Figure{drape + "-band",
                 "Where the ensemble's drapes have each mark: 95 % of them within the disc. Dots "

@@ -6,7 +6,6 @@
 #include <vector>
 
 #include "compare/compare.hpp"
-#include "compare/metrics/ensemble.hpp"
 #include "compare/report/error_scale.hpp"
 #include "core/calibration.hpp"
 #include "core/detections.hpp"
@@ -66,10 +65,8 @@ struct FabricCurve {
 [[nodiscard]] Figure map_figure(const std::string& drape, const DrapeInput& input,
                                 const RealVirtual& comparison);
 
-/// branches.json of a set, in the folder above the first branch's.
-[[nodiscard]] std::filesystem::path list_of(const DrapeInput& input, const BranchSet& set);
-/// The ensemble as a whole that a set's list describes.
-[[nodiscard]] std::optional<Ensemble> ensemble_of(const DrapeInput& input, const BranchSet& set);
+/// The list of a set of branches, while it is as it was read.
+[[nodiscard]] std::optional<BranchList> list_of(const DrapeInput& input, const BranchSet& set);
 /// From above and from the side: each mark's band as a disc at its true size, the real mark in it
 /// or outside. Nothing without bands.
 [[nodiscard]] std::optional<Figure> band_figure(const std::string& drape, const DrapeInput& input,

@@ -21,7 +21,8 @@ using units::mm;
 
 /// Two columns without heads; what has no value is left out.
 Table facts_table(const std::vector<std::pair<std::string, std::string>>& facts) {
-  Table table{{}, {"what", "value"}, {}, {false, false}, {"", ""}, {}};
+  Table table({"what", "value"});
+  table.headings = {"", ""};
   for (const auto& [what, value] : facts)
     if (!value.empty()) table.add({what, value});
   return table;
@@ -79,11 +80,9 @@ Table run_table(const Session& session, const Outcome& outcome) {
 
 /// One row per drape: both verdicts, the distance and U.
 Table drapes_table(const Session& session, const Outcome& outcome) {
-  Table table;
-  table.names = {"drape",      "measurement",        "marks",          "uncertainty of a mark (mm)",
-                 "simulation", "mean distance (mm)", "± U (mm), 95 %", "match",
-                 "by"};
-  table.numeric = {false, false, true, true, false, true, true, false, false};
+  Table table({"drape", "measurement", "marks", "uncertainty of a mark (mm)", "simulation",
+               "mean distance (mm)", "± U (mm), 95 %", "match", "by"},
+              {2, 3, 5, 6});
   for (std::size_t i = 0; i < outcome.reports.size(); ++i) {
     const Report& report = outcome.reports[i];
     std::string simulation, mean, expanded;
@@ -158,10 +157,9 @@ std::string html_certificate(const Session& session, const Outcome& outcome) {
 std::string html_calibration(const Session& session) {
   if (!session.calibration) return {};
   const Calibration& own = *session.calibration;
-  Table table;
-  table.names = {"camera",   "points",         "RMS (px)",      "largest (px)",
-                 "RMS (mm)", "covered u (px)", "covered v (px)"};
-  table.numeric = {false, true, true, true, true, false, false};
+  Table table({"camera", "points", "RMS (px)", "largest (px)", "RMS (mm)", "covered u (px)",
+               "covered v (px)"},
+              {1, 2, 3, 4});
   for (const CalibratedCamera& camera : own.cameras) {
     const auto& region = camera.valid_region_px;
     table.add(
@@ -181,7 +179,7 @@ std::string html_calibration(const Session& session) {
 }
 
 std::string html_values(const Session& session, const Outcome& outcome, const std::string& drape) {
-  Table table{{}, {"file", "value", "is", "measured"}, {}, std::vector<bool>(4, false), {}, {}};
+  Table table({"file", "value", "is", "measured"});
   std::string fabric;
   for (std::size_t i = 0; i < outcome.reports.size(); ++i) {
     const auto& scene = session.drapes[i].input.scene;

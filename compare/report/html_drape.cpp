@@ -18,18 +18,10 @@ using units::mm;
 
 /// The parts of the error that have a direction, so that warp and weft stay apart.
 Table direction_table(const DrapeInput& input, const Report& report) {
-  Table table;
+  Table table({"grid size", "segments", "mean along warp (mm)", "mean along weft (mm)",
+               "mean along normal (mm)", "RMS warp (mm)", "RMS weft (mm)", "RMS normal (mm)"},
+              {1, 2, 3, 4, 5, 6, 7});
   table.title = "Where the real marks lie, seen from the virtual sheet";
-  table.names = {"grid size",
-                 "segments",
-                 "mean along warp (mm)",
-                 "mean along weft (mm)",
-                 "mean along normal (mm)",
-                 "RMS warp (mm)",
-                 "RMS weft (mm)",
-                 "RMS normal (mm)"};
-  table.numeric.assign(table.names.size(), true);
-  table.numeric.front() = false;
   for (const RealVirtual& row : report.real_virtual) {
     Eigen::Vector3d mean = Eigen::Vector3d::Zero(), squares = Eigen::Vector3d::Zero();
     for (const MarkError& mark : row.marks.marks) {
@@ -52,9 +44,7 @@ Table direction_table(const DrapeInput& input, const Report& report) {
 }
 
 Table headline_mark_table(const RealVirtual& headline) {
-  Table table;
-  table.names = {"row", "col", "dist (mm)", "± (mm)", "sigma (mm)", "views"};
-  table.numeric.assign(table.names.size(), true);
+  Table table({"row", "col", "dist (mm)", "± (mm)", "sigma (mm)", "views"}, {0, 1, 2, 3, 4, 5});
   for (const MarkError& mark : headline.marks.marks) {
     const auto sigma = [](const std::optional<double>& s) {
       return s ? fmt::format("{:.3f}", *s / mm) : std::string("unknown");
@@ -113,9 +103,7 @@ std::string mark_tables(const std::string& name, const DrapeFiles& drape,
 Table gap_summary(const Table& gaps) {
   std::map<std::string, int> counts;
   for (const auto& gap : gaps.rows) ++counts[kind_of_gap(gap.back())];
-  Table table;
-  table.names = {"reason", "marks"};
-  table.numeric = {false, true};
+  Table table({"reason", "marks"}, {1});
   for (const auto& [kind, count] : counts) table.add({kind, std::to_string(count)});
   return table;
 }
@@ -146,9 +134,7 @@ Table certificate_table(const DrapeInput& input, const Report& report) {
 }
 
 Table status_table(const DrapeInput& input, const Report& report) {
-  Table table;
-  table.names = {"grid size", "segments", "model", "solver", "fabric", "status"};
-  table.numeric = {false, true, false, false, false, false};
+  Table table({"grid size", "segments", "model", "solver", "fabric", "status"}, {1});
   for (const RealVirtual& row : report.real_virtual) {
     const Simulation& simulation = input.simulations[row.simulation];
     const SimulatedSource& source = simulation.source();
@@ -173,13 +159,15 @@ std::string html_branches(const DrapeInput& input, const Report& report) {
                            : ""));
     const Simulation& one = input.simulations[set.branches.front().as_placed.simulation];
     if (!one.is_of_cloth_of(*input.speaker())) continue;
-    if (const auto ensemble = ensemble_of(input, set))
-      text += html_paragraph("The ensemble: " + ensemble_sentence(*ensemble) + ".");
-    const bool speaks = input.speaking_branch()->branch->set_sha256 == set.sha256;
-    if (const auto band = friction_band_of(input); band && speaks)
-      text += html_paragraph("Friction: " + friction_sentence(*band) + ".");
-    if (const auto band = memory_band_of(input); band && speaks)
-      text += html_paragraph("Internal friction: " + memory_sentence(*band) + ".");
+    const auto list = list_of(input, set);
+    if (list && list->members_at_rest)
+      text += html_paragraph("The ensemble: " + ensemble_sentence(*list) + ".");
+    if (list && input.speaking_branch()->branch->set_sha256 == set.sha256) {
+      if (const auto& band = list->friction_band)
+        text += html_paragraph("Friction: " + friction_sentence(*band) + ".");
+      if (const auto& band = list->memory_band)
+        text += html_paragraph("Internal friction: " + memory_sentence(*band) + ".");
+    }
     if (const auto figure = band_figure(report.name, input, set)) text += html_figure(*figure);
   }
   return text;
@@ -275,7 +263,8 @@ std::string error_split_part(const DrapeFiles& drape) {
     text += html_paragraph("Over " + std::to_string(split.marks) + " marks: " + sentence + ".");
   return text + html_table(value_effect_table(split)) + html_table(variant_effect_table(split)) +
          html_note(
-             "drape simulate sensitivity drapes the scene once more (the grid and segments are in its run "
+             "drape simulate sensitivity drapes the scene once more (the grid and segments are in "
+             "its run "
              "record) and repeats it with one thing changed: from the drape itself, which keeps "
              "the branch, and from the start, which may end on another. The changes do not add "
              "up.");

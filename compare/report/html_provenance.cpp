@@ -102,7 +102,7 @@ std::string trees(const Session& session, const Outcome& outcome, const fs::path
 
 std::string html_provenance(const Session& session, const Outcome& outcome,
                             const fs::path& report_folder) {
-  Table files{{}, {"file", "SHA-256"}, {}, {false, false}, {}, {}};
+  Table files({"file", "SHA-256"});
   std::set<std::vector<std::string>> read;  // in one order, however a path was given
   for (const auto& [file, sha256] : session.read)
     read.insert({from_folder(file, report_folder), sha256});

@@ -97,7 +97,7 @@ TEST_F(GivenSheets, AnEnsembleOfAnotherFabricDoesNotSpeak) {
     const Session session = read_session(sheets, {});
     Outcome outcome;
     compare_session(session, {}, outcome);
-    const bool placed = session.drapes[0].input.ensemble.has_value();
+    const bool placed = session.drapes[0].input.placed.has_value();
     EXPECT_EQ(outcome.reports[0].match.rests_on,
               placed ? "total uncertainty, ensemble" : "total uncertainty");
     return std::pair(placed, outcome.warnings);

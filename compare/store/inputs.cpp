@@ -8,7 +8,6 @@
 
 #include "compare/meshes/other_mesh.hpp"
 #include "compare/metrics/branches.hpp"
-#include "compare/metrics/refined.hpp"
 #include "compare/records/provenance.hpp"
 #include "core/error.hpp"
 #include "core/files/csv.hpp"
@@ -132,13 +131,12 @@ Simulation read_simulated(SheetFile sheet, Session& session) {
     simulation.history = read_history(file);
     session.read.emplace_back(file, sha256_of_file(file));
   }
-  if (auto listed = refined_of(simulation.sheet.file)) {
-    session.read.emplace_back(listed->list, listed->refined.list_sha256);
-    simulation.refined = std::move(listed->refined);
-  }
+  simulation.refined = refined_of(simulation.sheet.file);
+  if (const auto& list = simulation.refined)
+    session.read.emplace_back(list->document.file(), list->document.sha256());
   if (const auto listed = branch_of(simulation.sheet.file)) {
-    simulation.branch = listed->branch;
-    session.read.emplace_back(listed->list, listed->branch.set_sha256);
+    simulation.branch = listed->second;
+    session.read.emplace_back(listed->first, listed->second.set_sha256);
   }
   if (!simulation.branch && !simulation.refined) require_listed(simulation.sheet.file);
   return simulation;
@@ -394,8 +392,12 @@ void find_ensemble(DrapeFiles& drape) {
   const auto& start = one->source().start_sha256;
   bool placed = start && measured.has_content(*start);
   if (const auto made_by = read_made_by(list))
-    for (const auto& [file, sha256] : made_by->inputs) placed = placed || measured.has_content(sha256);
-  if (placed) drape.input.ensemble = read_ensemble(list, one->branch->set_sha256);
+    for (const auto& [file, sha256] : made_by->inputs)
+      placed = placed || measured.has_content(sha256);
+  const auto branches = list_above(one->sheet.file, one->branch->set_sha256);
+  if (!placed || !branches || !branches->measured) return;
+  drape.input.placed = branches->measured;
+  if (branches->band.empty()) drape.input.placed->inside_fraction.reset();
 }
 
 namespace {
@@ -528,8 +530,9 @@ void add_sheet(const fs::path& folder, std::vector<fs::path>& sheets, Found& fou
 }
 
 /// A sheet that a list names must be there.
-void add_listed(const JsonNode& entry, const fs::path& list, Found& found) {
-  const fs::path sheet = name_inside(list.parent_path(), entry.text("sheet"), entry.where("sheet"));
+void add_listed(const std::string& name, const fs::path& list, Found& found) {
+  const fs::path sheet =
+      name_inside(list.parent_path(), name, {.file = list.string(), .field = "sheet"});
   const bool there = fs::is_regular_file(fs::path(sheet).replace_extension(".json"));
   there ? found.measured.push_back(sheet) : found.gone.push_back(sheet.parent_path());
 }
@@ -539,20 +542,17 @@ bool is_whole(const fs::path& list) {
   return fs::is_regular_file(list) && fs::is_regular_file(run_record_path(list));
 }
 
-/// What `drape run` compares beside the simulations: of several grids the one that speaks, and of
-/// the branches those that the list names, whatever a run before left.
+/// Adds what `drape run` compares beside the simulations: of several grids the one that speaks, and
+/// of the branches those that the list names, whatever a run before left.
 void add_extras(const fs::path& drape, Found& found) {
   if (const fs::path list = drape / "refined" / "refinement.json"; is_whole(list)) {
-    const JsonNode root = JsonNode::open(list, "refinement", kRefinementVersion);
-    const std::vector<JsonNode> grids = root.items("grids");
-    const std::optional<double> used = root.optional_number("used");
-    if (used && *used >= 0 && *used < static_cast<double>(grids.size()))
-      add_listed(grids[static_cast<std::size_t>(*used)], list, found);
+    const auto refined = read_record<RefinementFile>(list);
+    if (refined.used)
+      add_listed(refined.grids[static_cast<std::size_t>(*refined.used)].sheet, list, found);
   }
   if (const fs::path list = drape / "ensemble" / "branches.json"; is_whole(list))
-    for (const JsonNode& branch :
-         JsonNode::open(list, "branches", kBranchesVersion).items("branches"))
-      add_listed(branch, list, found);
+    for (const ListedBranch& branch : read_record<BranchList>(list).branches)
+      add_listed(branch.sheet, list, found);
 }
 
 void walk(const fs::path& folder, int depth, Found& found) {  // NOLINT(misc-no-recursion)

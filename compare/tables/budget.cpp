@@ -45,11 +45,21 @@ void add_neighbour(const DrapeInput& input, const Report& report, bool other_gri
                             true, -change_m, change_m});
 }
 
+MarkId id_of(MarkId mark) {
+  return mark;
+}
+template <class Marked>
+MarkId id_of(const Marked& one) {
+  return one.mark;
+}
+
 /// Places of the headline's marks in another list; nothing where it lacks one.
-std::optional<std::vector<Index>> rows_in(const std::vector<MarkId>& marks, const Report& report) {
+template <class Marks>
+std::optional<std::vector<Index>> rows_in(const Marks& marks, const Report& report) {
   std::vector<Index> rows;
   for (const MarkError& mark : headline_of(report).marks.marks) {
-    const auto at = std::find(marks.begin(), marks.end(), mark.mark);
+    const auto at = std::find_if(marks.begin(), marks.end(),
+                                 [&](const auto& one) { return id_of(one) == mark.mark; });
     if (at == marks.end()) return std::nullopt;
     rows.push_back(at - marks.begin());
   }
@@ -64,31 +74,31 @@ void add_grid(const DrapeInput& input, const Report& report, BudgetInputs& input
   const auto rows = rows_in(refined->marks, report);
   if (!rows) return inputs.lack("grid: the refinement lacks a mark");
   // A mark within a cell is taken by cubics there and straight here.
-  const MatrixX3d moves_m = refined->moves_m(*rows, Eigen::all) +
-                            refined->places_m(*rows, Eigen::all) - *places_on(headline, headline);
+  MatrixX3d moves_m = -*places_on(headline, headline);
+  for (std::size_t k = 0; k < rows->size(); ++k) {
+    const RefinedMark& one = refined->marks[static_cast<std::size_t>((*rows)[k])];
+    moves_m.row(static_cast<Index>(k)) += (one.left_m + one.place_in_world).transpose();
+  }
   inputs.effects.push_back(
       {"grid", "what its refinement may leave, up or down", true, -moves_m, moves_m});
 }
 
-std::filesystem::path list_of(const Simulation& branch) {
-  return branch.sheet.file.parent_path() / ".." / "branches.json";
-}
-
 /// Friction holds the cloth somewhere between what pushes from two sides leave.
 void add_friction_band(const DrapeInput& input, const Report& report, BudgetInputs& inputs) {
-  const std::optional<FrictionBand> band = friction_band_of(input);
-  if (!band) return;
+  const auto list = speaking_list(input);
+  if (!list || !list->friction_band) return;
+  const FrictionBand* band = &*list->friction_band;
   const auto rows = rows_in(band->marks, report);
   if (!rows) return inputs.lack("friction's interval: the ensemble lacks a mark");
-  const auto moves_of = [&](const FrictionPush& push) -> MatrixX3d {
-    if (push.moves_m) return (*push.moves_m)(*rows, Eigen::all);
+  const auto moves_of = [&](const OtherRest& push) -> MatrixX3d {
+    if (push.moves_m) return push.moves()(*rows, Eigen::all);
     return MatrixX3d::Zero(static_cast<Index>(rows->size()), 3);
   };
   for (std::size_t k = 0; k < band->pushes.size(); ++k) {
     for (std::size_t j = 0; j < k; ++j) {
-      const FrictionPush &down = band->pushes[j], &up = band->pushes[k];
-      const Eigen::Vector3d& p = up.push_per_weight;
-      if ((p + down.push_per_weight).norm() > kOpposite * p.norm()) continue;
+      const OtherRest &down = band->pushes[j], &up = band->pushes[k];
+      const Eigen::Vector3d p = *up.push_per_weight;
+      if ((p + *down.push_per_weight).norm() > kOpposite * p.norm()) continue;
       if (!down.moves_m && !up.moves_m) {
         inputs.lack("friction's interval: two pushes end elsewhere");
         continue;
@@ -110,8 +120,9 @@ void add_memory(const DrapeInput& input, const Report& report,
                 const std::optional<ErrorSplitFile>& split, BudgetInputs& inputs) {
   std::vector<MarkId> marks;
   InputEffect effect{"internal friction's interval", {}, true, {}, {}};
-  if (const std::optional<MemoryBand> band = memory_band_of(input)) {
-    marks = band->marks;
+  if (const auto list = speaking_list(input); list && list->memory_band) {
+    const MemoryBand* band = &*list->memory_band;
+    for (const MarkInterval& one : band->marks) marks.push_back(one.mark);
     effect.down_m = band->lowest_m();
     effect.up_m = band->highest_m();
     effect.origin =
@@ -244,16 +255,9 @@ void add_sensitivities(const DrapeInput& input, const Report& report,
 
 }  // namespace
 
-std::optional<FrictionBand> friction_band_of(const DrapeInput& input) {
+std::optional<BranchList> speaking_list(const DrapeInput& input) {
   const Simulation* one = input.speaking_branch();
-  if (one == nullptr) return std::nullopt;
-  return read_friction_band(list_of(*one), one->branch->set_sha256);
-}
-
-std::optional<MemoryBand> memory_band_of(const DrapeInput& input) {
-  const Simulation* one = input.speaking_branch();
-  if (one == nullptr) return std::nullopt;
-  return read_memory_band(list_of(*one), one->branch->set_sha256);
+  return one ? list_above(one->sheet.file, one->branch->set_sha256) : std::nullopt;
 }
 
 BudgetInputs budget_inputs_of(const DrapeInput& input, const Report& report,

@@ -7,8 +7,6 @@
 #include <string>
 #include <vector>
 
-#include "compare/metrics/friction_band.hpp"
-#include "compare/metrics/memory_band.hpp"
 #include "compare/tables/error_split.hpp"
 #include "compare/tables/grid_error.hpp"
 #include "compare/tables/tables.hpp"
@@ -37,11 +35,9 @@ struct BudgetInputs {
 [[nodiscard]] BudgetInputs budget_inputs_of(const DrapeInput& input, const Report& report,
                                             const std::optional<ErrorSplitFile>& split);
 
-/// What the list behind DrapeInput::speaking_branch() says of friction; nothing without one.
-[[nodiscard]] std::optional<FrictionBand> friction_band_of(const DrapeInput& input);
-
-/// The same of internal friction.
-[[nodiscard]] std::optional<MemoryBand> memory_band_of(const DrapeInput& input);
+/// The list of the drape's speaking branch, with the bands of friction and internal friction;
+/// nothing when it is another one by now.
+[[nodiscard]] std::optional<BranchList> speaking_list(const DrapeInput& input);
 
 /// Total uncertainty of the headline's mean distance by propagation of distributions (JCGM 101)
 /// over all inputs together, each mark followed in space.

@@ -10,7 +10,6 @@
 #include "compare/tables/budget.hpp"
 #include "compare/test_sheets.hpp"
 #include "core/files/files.hpp"
-#include "core/files/json_file.hpp"
 #include "core/units.hpp"
 #include "tests/support/paths.hpp"
 
@@ -28,23 +27,31 @@ test::Shape raised(double by_m) {
   return [by_m](const Vector2d& m) -> Vector3d { return test::flat(m) + Vector3d(0, 0, by_m); };
 }
 
+std::vector<Vector3d> moves(double z_mm) {
+  return std::vector<Vector3d>(121, Vector3d(0, 0, z_mm * mm));
+}
+
 /// Pushes up and down, of which the latter counts or not.
-Json band_of(bool counts) {
-  Json marks = Json::array(), up = Json::array(), down = Json::array();
-  for (int k = 0; k < 121; ++k) {
-    marks.push_back({{"row", k / 11},
-                     {"col", k % 11},
-                     {"rest_mm", {0.0, 0.0, 5.0}},
-                     {"low_mm", {0.0, 0.0, 5.0 - kLeft_mm}},
-                     {"high_mm", {0.0, 0.0, 5.0 + kLeft_mm}}});
-    up.push_back({0.0, 0.0, kLeft_mm});
-    down.push_back({0.0, 0.0, -kLeft_mm});
-  }
-  Json pushes = Json::array();
-  pushes.push_back({{"push_per_weight", {0.0, 0.0, -0.1}}, {"ending", "on another branch"}});
-  if (counts) pushes.back()["moves_mm"] = down;
-  pushes.push_back({{"push_per_weight", {0.0, 0.0, 0.1}}, {"ending", "at rest"}, {"moves_mm", up}});
-  return {{"friction", 0.2}, {"pushes", pushes}, {"marks", marks}};
+FrictionBand band_of(bool counts) {
+  FrictionBand band{0.2,
+                    {{"", "on another branch", Vector3d(0, 0, -0.1), {}},
+                     {"", "at rest", Vector3d(0, 0, 0.1), moves(kLeft_mm)}},
+                    {}};
+  if (counts) band.pushes[0].moves_m = moves(-kLeft_mm);
+  for (int k = 0; k < 121; ++k)
+    band.marks.push_back({{k / 11, k % 11},
+                          Vector3d(0, 0, 5 * mm),
+                          Vector3d(0, 0, (5 - kLeft_mm) * mm),
+                          Vector3d(0, 0, (5 + kLeft_mm) * mm)});
+  return band;
+}
+
+/// Writes the list of branches of a drape's third simulation.
+void set_list(const std::filesystem::path& file, const BranchList& list, DrapeInput& input) {
+  write_record(file, list);
+  input.simulations[2].sheet.file = file.parent_path() / "branch-01" / "sheet.ply";
+  std::filesystem::create_directories(file.parent_path() / "branch-01");
+  input.simulations[2].branch = Branch{sha256_of_file(file), 1, 1, 1e-3, 1e-7, true, 32, 4, false};
 }
 
 /// A drape 5 mm above the measured sheet, with a list of branches that has a band.
@@ -53,14 +60,9 @@ DrapeInput drape_with(const std::filesystem::path& folder, bool counts) {
       test::drape_of(test::measured_sheet(), {test::simulated_sheet(31, 5, raised(5 * mm)),
                                               test::simulated_sheet(21, 5, raised(5 * mm)),
                                               test::simulated_sheet(15, 5, raised(5 * mm))});
-  const std::filesystem::path list = folder / "branches.json";
-  Json json;
-  json["schema"] = "drapebench/branches/1";
-  json["friction_band"] = band_of(counts);
-  write_json(list, json);
-  input.simulations[2].sheet.file = folder / "branch-01" / "sheet.ply";
-  std::filesystem::create_directories(folder / "branch-01");
-  input.simulations[2].branch = Branch{sha256_of_file(list), 1, 1, 1e-3, 1e-7, true, 32, 4, false};
+  BranchList list;
+  list.friction_band = band_of(counts);
+  set_list(folder / "branches.json", list, input);
   return input;
 }
 
@@ -83,7 +85,8 @@ TEST(FrictionInTheBudget, IsDrawnBetweenWhatOppositePushesLeave) {
       EXPECT_NEAR(alone_m(inputs.differences_m, *effect) / mm, kLeft_mm / std::sqrt(3.0), 1e-6);
     else
       EXPECT_THAT(effect->origin, HasSubstr("one ends elsewhere"));
-    EXPECT_THAT(friction_sentence(*friction_band_of(input)), HasSubstr("up to 0.200 mm away"));
+    EXPECT_THAT(friction_sentence(*speaking_list(input)->friction_band),
+                HasSubstr("up to 0.200 mm away"));
   }
 }
 
@@ -110,18 +113,13 @@ TEST(InternalFrictionInTheBudget, IsALineOfItsOwn) {
   EXPECT_EQ(by_loops->down_m, -up_m);
   EXPECT_THAT(by_loops->origin, HasSubstr("+0.400 mm"));
 
-  const std::filesystem::path list = folder.path() / "branches.json";
-  Json json = parse_json(read_text(list)), ends = Json::array();
-  for (const double z : {-0.3, -0.1, 0.05}) {
-    Json moves = Json::array();
-    for (int k = 0; k < 121; ++k) moves.push_back({0.0, 0.0, z});
-    ends.push_back({{"what", "pressed"}, {"ending", "at rest"}, {"moves_mm", moves}});
-  }
-  ends.push_back({{"what", "draped once more"}, {"ending", "on another branch"}});
-  json["internal_friction_band"] = {
-      {"place_of_rest", 0.75}, {"ends", ends}, {"marks", json["friction_band"]["marks"]}};
-  write_json(list, json);
-  input.simulations[2].branch->set_sha256 = sha256_of_file(list);
+  BranchList list;
+  list.friction_band = band_of(true);
+  list.memory_band = MemoryBand{0.75, {}, list.friction_band->marks};
+  for (const double z_mm : {-0.3, -0.1, 0.05})
+    list.memory_band->ends.push_back({"pressed", "at rest", {}, moves(z_mm)});
+  list.memory_band->ends.push_back({"draped once more", "on another branch", {}, {}});
+  set_list(folder.path() / "branches.json", list, input);
   const auto by_band = line_of(split);
   ASSERT_TRUE(by_band);
   EXPECT_NEAR(by_band->down_m(60, 2) / mm, -0.3, 1e-12);
@@ -131,7 +129,7 @@ TEST(InternalFrictionInTheBudget, IsALineOfItsOwn) {
           mm,
       std::sqrt(0.175 * 0.175 / 3 + 0.125 * 0.125 / 5), 1e-6)
       << "0.175 t - 0.125 t^2 through the three, for t uniform in -1 .. 1";
-  const std::string text = memory_sentence(*memory_band_of(input));
+  const std::string text = memory_sentence(*speaking_list(input)->memory_band);
   EXPECT_THAT(text, HasSubstr("lies at 75 %"));
   EXPECT_THAT(text, HasSubstr("1 of 4 ends"));
 }
@@ -140,9 +138,9 @@ TEST(FrictionInTheBudget, AListThatIsAnotherByNowHasNone) {
   const drape::test::TemporaryFolder folder;
   const DrapeInput input = drape_with(folder.path(), true);
   const Report report = compare_drape(input, {});
-  ASSERT_TRUE(friction_band_of(input).has_value());
+  ASSERT_TRUE(speaking_list(input)->friction_band);
   write_durable(folder.path() / "branches.json", "{}");
-  EXPECT_FALSE(friction_band_of(input).has_value());
+  EXPECT_FALSE(speaking_list(input));
 }
 
 constexpr double kCurve_m = 400 * mm;
@@ -157,8 +155,8 @@ DrapeInput erring(double order, double coarsest_by_m = 0, int grids = 3) {
     all.push_back(test::simulated_sheet(n, 5, raised(error_m + (n == 11 ? coarsest_by_m : 0))));
   }
   DrapeInput input = test::drape_of(test::measured_sheet(), all);
-  input.ensemble = Ensemble{};
-  input.ensemble->reach_m = kCurve_m;
+  input.placed = PlacedDrape{};
+  input.placed->reach_m = kCurve_m;
   return input;
 }
 
@@ -200,15 +198,15 @@ TEST(GridError, IsExtrapolatedOnOneBranchOnly) {
   const double apart_m = error_of(input).apart_m;
   EXPECT_NEAR(apart_m, kCurve_m * (1.0 / 400 - 1.0 / 900), 1e-12);
   EXPECT_TRUE(error_of(input).left_m.has_value());
-  input.ensemble->reach_m = 0.5 * apart_m;
+  input.placed->reach_m = 0.5 * apart_m;
   const GridError far = error_of(input);
   EXPECT_FALSE(far.left_m.has_value());
   EXPECT_THAT(grid_sentence(far), HasSubstr("other folds, which"));
-  input.ensemble->reach_m = 2 * apart_m;
+  input.placed->reach_m = 2 * apart_m;
   const GridError coarse = error_of(input);
   EXPECT_FALSE(coarse.left_m.has_value());
   EXPECT_THAT(grid_sentence(coarse), HasSubstr("11x11, 5 segments has other folds"));
-  input.ensemble.reset();
+  input.placed.reset();
   const GridError alone = error_of(input);
   EXPECT_FALSE(alone.left_m.has_value());
   EXPECT_THAT(grid_sentence(alone), HasSubstr("without an ensemble"));
@@ -254,7 +252,7 @@ TEST(FrictionInTheBudget, IsThatOfAnEnsembleOfTheHeadlinesCloth) {
     DrapeInput input = drape_with(folder.path(), true);
     kOtherSetups.at(other)(input.simulations[2]);
     const Report report = compare_drape(input, {});
-    EXPECT_FALSE(friction_band_of(input));
+    EXPECT_FALSE(speaking_list(input));
     for (const InputEffect& effect : budget_inputs_of(input, report, std::nullopt).effects)
       EXPECT_THAT(effect.what, testing::Not(HasSubstr("friction's interval")));
     EXPECT_THAT(report.warnings, testing::Contains(HasSubstr("count for neither match nor U")));

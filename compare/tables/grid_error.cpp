@@ -103,7 +103,7 @@ std::optional<GridError> grid_error_of(const DrapeInput& input, const Report& re
   GridError error;
   error.coarser = coarse.run_label();
   error.apart_m = (*places - *places_on(headline, headline)).rowwise().norm().mean();
-  if (input.ensemble) error.reach_m = input.ensemble->reach_m;
+  if (input.placed) error.reach_m = input.placed->reach_m;
   const RealVirtual* last =
       neighbour_of(input, report, true, input.simulations[other->simulation].sheet.sheet.rows);
   const auto last_places = last != nullptr ? places_on(*last, headline) : std::nullopt;

@@ -120,15 +120,17 @@ void add_repeats(const Report& report, std::vector<MatchBasis>& bases) {
   }
 }
 
-void add_ensemble(const std::optional<Ensemble>& ensemble, std::vector<MatchBasis>& bases) {
+void add_ensemble(const std::optional<PlacedDrape>& ensemble, std::vector<MatchBasis>& bases) {
   if (!ensemble || !ensemble->nearest || !ensemble->distance_m || !ensemble->reach_m) return;
-  MatchBasis branch{"branch", ensemble->on ? Match::inside : Match::outside, {}, {}, "mm", {}, {}};
+  MatchBasis branch{"branch", ensemble->branch ? Match::inside : Match::outside, {}, {}, "mm", {},
+                    {}};
   branch.value = *ensemble->distance_m / mm;
   branch.limit = *ensemble->reach_m / mm;
-  branch.reason = ensemble->on
-                      ? fmt::format("the real drape is on branch {} of the ensemble", *ensemble->on)
-                      : fmt::format("the real drape is on no branch of the ensemble, {} is nearest",
-                                    *ensemble->nearest);
+  branch.reason =
+      ensemble->branch
+          ? fmt::format("the real drape is on branch {} of the ensemble", *ensemble->branch)
+          : fmt::format("the real drape is on no branch of the ensemble, {} is nearest",
+                        *ensemble->nearest);
   bases.push_back(std::move(branch));
   if (!ensemble->inside_fraction) return;
   const bool in = *ensemble->inside_fraction >= kBand;
@@ -247,7 +249,7 @@ MatchVerdict match_of(const DrapeInput& input, const Report& report) {
   }
   verdict.bases.push_back(by_uncertainty(report));
   add_repeats(report, verdict.bases);
-  add_ensemble(input.ensemble, verdict.bases);
+  add_ensemble(input.placed, verdict.bases);
   if (!report.go()) {
     verdict.reason = "the measurement is NO-GO: " + report.no_go.front();
     return verdict;

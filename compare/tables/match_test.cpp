@@ -106,21 +106,15 @@ TEST(Match, LeavesOutWhatIsNoRepeatAndSaysWhy) {
 
 TEST(Match, OfADrapeOnABranchIsNotOutsideByOneStart) {
   DrapeInput input = laid(1, 40 * mm);
-  Ensemble ensemble;
-  ensemble.members = 30;
-  ensemble.nearest = ensemble.on = 2;
-  ensemble.distance_m = 1 * mm;
-  ensemble.reach_m = 2 * mm;
-  ensemble.inside_fraction = 0.97;
-  input.ensemble = ensemble;
+  input.placed = PlacedDrape{2, 2, 1 * mm, 2 * mm, {}, 0.97, {}, {}};
   const Report on = judged(input, 0.01 * mm);
   EXPECT_EQ(on.match.match, Match::undecided);
   EXPECT_EQ(on.match.rests_on, "total uncertainty, ensemble");
   EXPECT_THAT(on.match.reason, HasSubstr("on branch 2"));
-  input.ensemble->inside_fraction = 0.5;
+  input.placed->inside_fraction = 0.5;
   EXPECT_EQ(judged(input, 0.01 * mm).match.match, Match::outside);
-  input.ensemble->inside_fraction = 0.97;
-  input.ensemble->on = std::nullopt;
+  input.placed->inside_fraction = 0.97;
+  input.placed->branch = std::nullopt;
   EXPECT_EQ(judged(input, 0.01 * mm).match.match, Match::outside);
 }
 

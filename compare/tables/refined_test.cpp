@@ -9,7 +9,6 @@
 #include "compare/tables/tables.hpp"
 #include "compare/test_sheets.hpp"
 #include "core/files/files.hpp"
-#include "core/files/json_file.hpp"
 #include "core/units.hpp"
 #include "tests/support/paths.hpp"
 
@@ -35,19 +34,13 @@ DrapeInput refined_drape() {
       test::measured_sheet(),
       {test::simulated_sheet(31, 5, lifted(5 * mm)), test::simulated_sheet(31, 1, lifted(6 * mm)),
        test::simulated_sheet(21, 5, lifted(7 * mm)), test::simulated_sheet(61, 5, lifted(4 * mm))});
-  Refined refined;
-  refined.list_sha256 = "list";
+  RefinementFile refined;
   refined.rest_sha256 = input.simulations[0].sheet.sha256;
   refined.left_m = kMayBe_mm * mm;
   refined.sentence = kSentence;
-  refined.moves_m = Eigen::MatrixX3d::Zero(121, 3);
-  refined.moves_m.col(2).setConstant(-kMayBe_mm * mm);
-  refined.places_m = refined.moves_m;
-  for (int k = 0; k < 121; ++k) {
-    refined.marks.push_back({k / 11, k % 11});
-    const auto& mark = input.measured.sheet.marks[static_cast<std::size_t>(k)];
-    refined.places_m.row(k) = mark.point_in_world + Vector3d(0, 0, 4 * mm);
-  }
+  for (const SheetMark& mark : input.measured.sheet.marks)
+    refined.marks.push_back(
+        {mark.mark, mark.point_in_world + Vector3d(0, 0, 4 * mm), Vector3d(0, 0, -kMayBe_mm * mm)});
   input.simulations[3].refined = refined;
   return input;
 }
@@ -99,31 +92,32 @@ TEST(Refined, IsWhatItsListSaysAsLongAsTheSheetIsTheSame) {
   const auto sheet = folder.path() / "61x61" / "sheet.ply";
   write_sheet(sheet, test::simulated_sheet(61, 5, lifted(4 * mm)));
   EXPECT_FALSE(refined_of(sheet));
-  Json json;
-  json["schema"] = "drapebench/refinement/1";
-  json["rest_sha256"] = "ab";
-  json["goal_mm"] = 0.5;
-  json["used"] = 0;
-  json["order"] = nullptr;
-  json["mean_left_mm"] = kMayBe_mm;
-  json["sentence"] = kSentence;
-  json["grids"] =
-      Json::array({{{"sheet", "61x61/sheet.ply"},
-                    {"sheet_sha256", sha256_of_file(folder.path() / "61x61" / "sheet.json")}}});
-  json["marks"] = Json::array(
-      {{{"row", 1}, {"col", 2}, {"place_mm", {1, 2, 3}}, {"left_mm", {0, 0, kMayBe_mm}}}});
-  const auto list = folder.path() / "refinement.json";
-  write_json(list, json);
+  RefinementFile list;
+  list.rest_sha256 = "ab";
+  list.goal_m = 0.5 * mm;
+  list.used = 0;
+  list.left_m = kMayBe_mm * mm;
+  list.sentence = kSentence;
+  list.grids = {{61,
+                 61,
+                 "61x61/sheet.ply",
+                 sha256_of_file(folder.path() / "61x61" / "sheet.json"),
+                 true,
+                 "at rest",
+                 9,
+                 {}}};
+  list.marks = {{{1, 2}, Vector3d(1, 2, 3) * mm, Vector3d(0, 0, kMayBe_mm) * mm}};
+  write_record(folder.path() / "refinement.json", list);
   const auto found = refined_of(sheet);
   ASSERT_TRUE(found);
-  EXPECT_EQ(found->refined.rest_sha256, "ab");
-  EXPECT_FALSE(found->refined.order);
-  EXPECT_NEAR(*found->refined.left_m / mm, kMayBe_mm, 1e-12);
-  ASSERT_EQ(found->refined.marks.size(), 1U);
-  EXPECT_NEAR(found->refined.moves_m(0, 2) / mm, kMayBe_mm, 1e-12);
-  json["used"] = nullptr;
-  write_json(list, json);
-  EXPECT_FALSE(refined_of(sheet)->refined.left_m);
+  EXPECT_EQ(found->rest_sha256, "ab");
+  EXPECT_FALSE(found->order);
+  EXPECT_NEAR(*found->left_m / mm, kMayBe_mm, 1e-12);
+  ASSERT_EQ(found->marks.size(), 1U);
+  EXPECT_NEAR(found->marks[0].left_m.z() / mm, kMayBe_mm, 1e-12);
+  list.used.reset();
+  write_record(folder.path() / "refinement.json", list);
+  EXPECT_FALSE(refined_of(sheet)->left_m);
   write_sheet(sheet, test::simulated_sheet(61, 5, lifted(3 * mm)));
   EXPECT_FALSE(refined_of(sheet));
 }

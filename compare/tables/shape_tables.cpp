@@ -39,9 +39,7 @@ Table shape_table(const DrapeInput& input) {
 }
 
 Table wave_table(const DrapeInput& input) {
-  Table table;
-  table.names = {"sheet", "from_mm", "to_mm", "height_mm2", "curvature_per_m2"};
-  table.numeric = {false, true, true, true, true};
+  Table table({"sheet", "from_mm", "to_mm", "height_mm2", "curvature_per_m2"}, {1, 2, 3, 4});
   visit_shapes(input, [&](const std::string& label, const SheetShape& shape) {
     for (const WaveBand& band : shape.bands)
       table.add({label, fmt::format("{:.5g}", band.from_m / mm),

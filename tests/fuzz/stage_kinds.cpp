@@ -1,9 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "compare/meshes/other_mesh.hpp"
 #include "compare/metrics/branches.hpp"
-#include "compare/metrics/ensemble.hpp"
-#include "compare/metrics/friction_band.hpp"
-#include "compare/metrics/refined.hpp"
 #include "core/error.hpp"
 #include "core/files/files.hpp"
 #include "simulate/fabric/fabric.hpp"
@@ -36,7 +33,8 @@ constexpr const char* kOtherPly =
     "0\n40 40 0\n3 0 1 2\n";
 constexpr const char* kBranches = R"({"schema": "drapebench/branches/1",
  "scene_round_about_the_vertical": false, "members_at_rest": 3,
- "band": [{"row": 0, "col": 1, "mean_mm": [1, 2, 3], "radius95_mm": 0.5}],
+ "band": [{"row": 0, "col": 1, "mean_mm": [1, 2, 3], "low_mm": [1, 2, 3],
+ "high_mm": [1, 2, 3], "radius95_mm": 0.5}],
  "friction_band": {"friction": 0.4,
  "pushes": [{"push_per_weight": [0.2, 0, 0], "ending": "at rest", "moves_mm": [[0.1, 0, 0]]}],
  "marks": [{"row": 0, "col": 1, "rest_mm": [1, 2, 3], "low_mm": [1, 2, 3],
@@ -132,8 +130,6 @@ std::vector<Kind> stage_kinds() {
       {"branches", with("branches.json", kBranches, "branch-01/sheet.ply", "ply\n"),
        [](const fs::path& f) {
          static_cast<void>(compare::branch_of(f.parent_path() / "branch-01/sheet.ply"));
-         static_cast<void>(compare::read_ensemble(f, sha256_of_file(f)));
-         static_cast<void>(compare::read_friction_band(f, sha256_of_file(f)));
        }},
       {"refinement", make_refinement,
        [](const fs::path& f) {

@@ -1,0 +1,147 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "core/branch_list.hpp"
+
+#include <algorithm>
+
+#include "core/units.hpp"
+
+namespace drape {
+
+using Eigen::Index;
+using Eigen::MatrixX3d;
+using units::mm;
+
+namespace {
+
+constexpr double uj = 1e-6;
+
+void row_and_col(Fields& f, MarkId& mark) {
+  f({"row", "mark along the warp", 1, 0}, mark.row);
+  f({"col", "mark along the weft", 1, 0}, mark.col);
+}
+
+/// `known` are the marks of the band: each rest that counts has a move of each.
+void require_moves(Fields& f, const std::vector<OtherRest>& rests, std::size_t known) {
+  for (const OtherRest& rest : rests)
+    f.rule(!rest.moves_m || rest.moves_m->size() == known, "marks",
+           "moves_mm has not three numbers for each mark", make_again);
+}
+
+}  // namespace
+
+MatrixX3d OtherRest::moves() const {
+  MatrixX3d all(static_cast<Index>(moves_m->size()), 3);
+  for (Index k = 0; k < all.rows(); ++k) all.row(k) = (*moves_m)[static_cast<std::size_t>(k)];
+  return all;
+}
+
+int FrictionBand::counted() const {
+  return static_cast<int>(std::count_if(pushes.begin(), pushes.end(), [](const OtherRest& push) {
+    return push.moves_m.has_value();
+  }));
+}
+
+std::vector<double> FrictionBand::reach_m() const {
+  std::vector<double> reach(marks.size(), 0.0);
+  for (const OtherRest& push : pushes)
+    for (std::size_t k = 0; push.moves_m && k < reach.size(); ++k)
+      reach[k] = std::max(reach[k], (*push.moves_m)[k].norm());
+  return reach;
+}
+
+MatrixX3d MemoryBand::extreme_m(double sign) const {
+  MatrixX3d best = MatrixX3d::Zero(static_cast<Index>(marks.size()), 3);
+  for (const OtherRest& end : ends)
+    if (end.moves_m && sign * end.moves().col(2).mean() > sign * best.col(2).mean())
+      best = end.moves();
+  return best;
+}
+
+void fields(Fields& f, ListedBranch& branch) {
+  f({"branch", "number; 1 has the least energy", 1, 1}, branch.number);
+  f({"sheet", "path from the folder of this file"}, branch.sheet);
+  f({"energy_uJ", "energy against the world origin", uj}, branch.energy_j);
+  f({"largest_residual_per_particle_weight", "net force in weights of a mean particle", 1, 0},
+    branch.residual);
+  f({"stable", "false: a saddle"}, branch.stable);
+  f({"starts", "starts that ended there", 1, 0}, branch.starts);
+  f.otherwise({"fraction", "part of the starts", 1, 0, 1}, branch.fraction);
+  f.if_any({"sought", "no start ended there; absent: one did"}, branch.sought);
+  f.otherwise({"friction", "friction of the scene", 1, 0}, branch.friction);
+  f.otherwise({"farthest_member_mm", "mean distance of the farthest member", mm, 0},
+              branch.farthest_member_m);
+  f({"hem_nodes", "folds of the border", 1, 0}, branch.hem_nodes);
+  f.otherwise({"hem_radius_spectrum_mm", "Fourier amplitudes of its radius, orders 0 to 8", mm},
+              branch.hem_amplitudes_m);
+}
+
+void fields(Fields& f, RefusedStarts& one) {
+  f({"starts", "starts that came to this rest", 1, 0}, one.starts);
+  f({"why", "reason against the rest"}, one.why);
+}
+
+void fields(Fields& f, BandMark& one) {
+  row_and_col(f, one.mark);
+  f({"mean_mm", "mean place in the world", mm}, one.mean_in_world);
+  f({"low_mm", "2.5 % per axis", mm}, one.low_in_world);
+  f({"high_mm", "97.5 % per axis", mm}, one.high_in_world);
+  f({"radius95_mm", "radius about the mean that holds 95 %", mm, 0}, one.radius95_m);
+}
+
+void fields(Fields& f, OtherRest& rest) {
+  f.if_any({"what", "past of this rest; absent: that of the drape"}, rest.what);
+  f({"ending", "at rest, or why it counts for nothing"}, rest.ending);
+  f.if_any({"push_per_weight", "largest push in the world"}, rest.push_per_weight);
+  f.if_any({"moves_mm", "way of each mark; absent: it counts for nothing", mm}, rest.moves_m);
+}
+
+void fields(Fields& f, MarkInterval& one) {
+  row_and_col(f, one.mark);
+  f({"rest_mm", "place at the rest", mm}, one.rest_in_world);
+  f({"low_mm", "least over all rests, per axis", mm}, one.low_in_world);
+  f({"high_mm", "largest over all rests, per axis", mm}, one.high_in_world);
+}
+
+void fields(Fields& f, FrictionBand& band) {
+  f({"friction", "friction of the scene", 1, 0}, band.friction);
+  f({"pushes", "each grew and went again; none without friction"}, band.pushes);
+  f({"marks", "marks with their rests"}, band.marks);
+  require_moves(f, band.pushes, band.marks.size());
+  for (const OtherRest& push : band.pushes)
+    f.rule(push.push_per_weight.has_value(), "pushes", "a push has no push_per_weight", make_again);
+}
+
+void fields(Fields& f, MemoryBand& band) {
+  f({"place_of_rest", "0 lowest, 1 highest; null: no other end counts", 1, 0, 1},
+    band.place_of_rest);
+  f({"ends", "rests after other pasts"}, band.ends);
+  f({"marks", "marks in the order of the moves"}, band.marks);
+  f.rule(!band.marks.empty(), "marks", "names no mark", make_again);
+  require_moves(f, band.ends, band.marks.size());
+}
+
+void fields(Fields& f, PlacedDrape& placed) {
+  f({"branch", "branch that it is on; null: none", 1, 1}, placed.branch);
+  f({"nearest_branch", "null: none was found", 1, 1}, placed.nearest);
+  f.if_any({"distance_mm", "mean over the marks, to the nearest member", mm, 0}, placed.distance_m);
+  f.if_any({"reach_mm", "distance up to which a drape is on a branch", mm, 0}, placed.reach_m);
+  f.if_any({"marks", "marks compared", 1, 0}, placed.marks);
+  f.if_any({"fraction_of_marks_in_band", "part of the marks", 1, 0, 1}, placed.inside_fraction);
+  f({"started_there", "ending of a start from the real shape"}, placed.started_there);
+  f({"started_there_distance_mm", "mean distance that it leaves", mm, 0}, placed.started_there_m);
+}
+
+void fields(Fields& f, BranchList& list) {
+  f({"scene_round_about_the_vertical", "the scene looks the same turned"}, list.round);
+  f.otherwise({"linking_distance_mm", "nearer rests are one branch", mm, 0}, list.linked_m);
+  f.otherwise({"starts_not_at_rest", "starts without a rest", 1, 0}, list.not_at_rest);
+  f.otherwise({"refused", "rests that the checker refuses"}, list.refused);
+  f({"branches", "equilibria by energy, lowest first"}, list.branches);
+  f.if_any({"members_at_rest", "starts that came to rest", 1, 0}, list.members_at_rest);
+  f.otherwise({"band", "95 % bands of the marks; empty below 20 members"}, list.band);
+  f.if_any({"friction_band", "interval that friction leaves"}, list.friction_band);
+  f.if_any({"internal_friction_band", "interval that internal friction leaves"}, list.memory_band);
+  f.if_any({"measured", "the real drape among the branches"}, list.measured);
+}
+
+}  // namespace drape
