@@ -225,10 +225,10 @@ Hem shadow_of(const ShadowMesh& mesh, int rays, int lines) {
                     mesh.points_m[b].head<2>() - hem.centre_m);
     }
   }
-  for (const auto& r : radius) {
-    if (!r) throw bad_input("the cloth does not go around its centre", {}, "give a whole specimen");
-    hem.radius_m.push_back(*r);
-  }
+  const auto whole = closed(radius);
+  if (!whole)
+    throw bad_input("the cloth does not go around its centre", {}, "give a whole specimen");
+  hem.radius_m = *whole;
   hem.flat_area_m2 = mesh.flat_area_m2;
   if (!mesh.material_m.empty()) hem.flat_area_m2 = flat_area(mesh);
   return hem;

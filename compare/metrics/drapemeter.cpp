@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
-#include <numeric>
+
 #include "core/statistics/sample.hpp"
 
 namespace drape::compare {
@@ -22,20 +22,6 @@ std::optional<Eigen::Vector2d> projected(const Sheet& sheet, MarkId mark,
   return found->point_in_world.head<2>() - centre;
 }
 
-Harmonic harmonic_of(const std::vector<double>& radius, int order) {
-  const auto n = static_cast<double>(radius.size());
-  double c = 0, s = 0;
-  for (std::size_t i = 0; i < radius.size(); ++i) {
-    const double angle = kTurn * order * static_cast<double>(i) / n;
-    c += radius[i] * std::cos(angle);
-    s += radius[i] * std::sin(angle);
-  }
-  c *= 2 / n;
-  s *= 2 / n;
-  const double amplitude = std::hypot(c, s);
-  return {order, amplitude, amplitude > 0 ? std::atan2(s, c) : 0};
-}
-
 double mean_at(const std::vector<double>& values, const std::vector<std::size_t>& places) {
   double sum = 0;
   for (const std::size_t place : places) sum += values[place];
@@ -43,6 +29,41 @@ double mean_at(const std::vector<double>& values, const std::vector<std::size_t>
 }
 
 }  // namespace
+
+std::vector<std::complex<double>> spectrum_of(const std::vector<double>& radius, int most) {
+  const auto n = static_cast<double>(radius.size());
+  const auto orders = static_cast<std::size_t>(most) + 1;
+  // Real and imaginary parts apart, so that the compiler takes several orders at once.
+  std::vector<double> step_re(orders), step_im(orders), re(orders, 1.0), im(orders, 0.0);
+  std::vector<double> sum_re(orders, 0.0), sum_im(orders, 0.0);
+  for (std::size_t k = 0; k < orders; ++k) {
+    const std::complex<double> step = std::polar(1.0, -kTurn * static_cast<double>(k) / n);
+    step_re[k] = step.real();
+    step_im[k] = step.imag();
+  }
+  for (const double r : radius) {
+    for (std::size_t k = 0; k < orders; ++k) {
+      sum_re[k] += r * re[k];
+      sum_im[k] += r * im[k];
+      const double turned = re[k] * step_re[k] - im[k] * step_im[k];
+      im[k] = re[k] * step_im[k] + im[k] * step_re[k];
+      re[k] = turned;
+    }
+  }
+  std::vector<std::complex<double>> result;
+  for (std::size_t k = 0; k < orders; ++k) {
+    const double part = k == 0 ? 1 / n : 2 / n;
+    result.emplace_back(sum_re[k] * part, sum_im[k] * part);
+  }
+  return result;
+}
+
+std::optional<std::vector<double>> closed(const std::vector<std::optional<double>>& outline) {
+  std::vector<double> radius;
+  for (const auto& r : outline)
+    if (r) radius.push_back(*r);
+  return radius.size() == outline.size() ? std::optional(radius) : std::nullopt;
+}
 
 std::vector<MarkId> border_of(int rows, int cols) {
   std::vector<MarkId> border;
@@ -150,8 +171,11 @@ Drapemeter drapemeter_of(const std::vector<double>& radius_m, double flat_area_m
   result.folds = static_cast<int>(extremes.crests.size());
   if (!extremes.crests.empty() && !extremes.valleys.empty())
     result.fold_depth_m = mean_at(radius_m, extremes.crests) - mean_at(radius_m, extremes.valleys);
-  for (int order = 1; order <= kHarmonics; ++order)
-    result.spectrum.push_back(harmonic_of(radius_m, order));
+  const auto spectrum = spectrum_of(radius_m, kHarmonics);
+  for (int order = 1; order <= kHarmonics; ++order) {
+    const std::complex<double> one = std::conj(spectrum[static_cast<std::size_t>(order)]);
+    result.spectrum.push_back({order, std::abs(one), one == 0.0 ? 0 : std::arg(one)});
+  }
   return result;
 }
 
@@ -175,14 +199,10 @@ DrapemeterResult drapemeter(const Sheet& sheet, const Scene& scene,
   const Obstacle& obstacle = scene.obstacles.front();
   const std::optional<Eigen::Vector2d> centre_m = centre_of(obstacle);
   if (!centre_m) return {{}, "a plane or a mesh has no centre for it"};
-  const auto outline = shadow_outline(sheet, *centre_m, options.rays);
-  std::vector<double> radius;
-  for (const auto& r : outline)
-    if (r) radius.push_back(*r);
-  if (radius.size() != outline.size())
-    return {{}, "the cloth does not lie all around the object's centre"};
+  const auto radius = closed(shadow_outline(sheet, *centre_m, options.rays));
+  if (!radius) return {{}, "the cloth does not lie all around the object's centre"};
   Drapemeter value =
-      drapemeter_of(radius, sheet.patch_m.prod(), support_area_m2(obstacle), options);
+      drapemeter_of(*radius, sheet.patch_m.prod(), support_area_m2(obstacle), options);
   value.centre_in_world = *centre_m;
   return {value, {}};
 }

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <complex>
 #include <optional>
 #include <string>
 #include <vector>
@@ -55,6 +56,14 @@ struct Extremes {
 /// of angle from +x).
 void raise_outline(std::vector<std::optional<double>>& outline, const Eigen::Vector2d& a_m,
                    const Eigen::Vector2d& b_m);
+
+/// The radii of an outline that has one at every ray.
+[[nodiscard]] std::optional<std::vector<double>> closed(
+    const std::vector<std::optional<double>>& outline);
+
+/// Coefficients c_k of radius(angle) = sum over k of Re(c_k exp(i k angle)), k = 0 .. most.
+[[nodiscard]] std::vector<std::complex<double>> spectrum_of(const std::vector<double>& radius,
+                                                            int most);
 
 /// Outline of the shadow: the largest distance from the centre at which a ray meets an edge of the
 /// sheet's cells; exact where the rays meet vertices. Nothing at rays without cloth.

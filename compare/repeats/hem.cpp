@@ -27,35 +27,6 @@ double disc_area(double diameter) {
   return std::numbers::pi / 4 * diameter * diameter;
 }
 
-/// Coefficients c_k of radius(angle) = sum over k of Re(c_k exp(i k angle)), k = 0 .. most.
-std::vector<std::complex<double>> spectrum_of(const std::vector<double>& radius, int most) {
-  const auto n = static_cast<double>(radius.size());
-  const auto orders = static_cast<std::size_t>(most) + 1;
-  // Real and imaginary parts apart, so that the compiler takes several orders at once.
-  std::vector<double> step_re(orders), step_im(orders), re(orders, 1.0), im(orders, 0.0);
-  std::vector<double> sum_re(orders, 0.0), sum_im(orders, 0.0);
-  for (std::size_t k = 0; k < orders; ++k) {
-    const std::complex<double> step = std::polar(1.0, -kTurn * static_cast<double>(k) / n);
-    step_re[k] = step.real();
-    step_im[k] = step.imag();
-  }
-  for (const double r : radius) {
-    for (std::size_t k = 0; k < orders; ++k) {
-      sum_re[k] += r * re[k];
-      sum_im[k] += r * im[k];
-      const double turned = re[k] * step_re[k] - im[k] * step_im[k];
-      im[k] = re[k] * step_im[k] + im[k] * step_re[k];
-      re[k] = turned;
-    }
-  }
-  std::vector<std::complex<double>> result;
-  for (std::size_t k = 0; k < orders; ++k) {
-    const double part = k == 0 ? 1 / n : 2 / n;
-    result.emplace_back(sum_re[k] * part, sum_im[k] * part);
-  }
-  return result;
-}
-
 std::vector<double> synthesised(const std::vector<std::complex<double>>& spectrum, int rays) {
   std::vector<double> radius(static_cast<std::size_t>(rays), spectrum[0].real());
   for (std::size_t k = 1; k < spectrum.size(); ++k) {
@@ -127,10 +98,9 @@ Hem hem_of_outline(const std::vector<Vector2d>& outline_m, int rays) {
   std::vector<std::optional<double>> radius(static_cast<std::size_t>(rays));
   for (std::size_t i = 0; i < n; ++i)
     raise_outline(radius, outline_m[i] - hem.centre_m, outline_m[(i + 1) % n] - hem.centre_m);
-  for (const auto& r : radius) {
-    if (!r) throw bad_input("the hem does not go around its centre", {}, "check the picture");
-    hem.radius_m.push_back(*r);
-  }
+  const auto whole = closed(radius);
+  if (!whole) throw bad_input("the hem does not go around its centre", {}, "check the picture");
+  hem.radius_m = *whole;
   return hem;
 }
 

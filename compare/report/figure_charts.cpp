@@ -26,17 +26,14 @@ std::string gap_text(const Sheet& sheet, const RealVirtual& comparison, MarkId m
 }
 
 /// "residual_force_mN" becomes "residual force (mN)"; a name without unit is a pure number.
-std::string axis_label(const std::string& name) {
-  std::string words = name, unit;
-  for (const std::string ending : {"_gf_cm_per_cm", "_gf_per_cm", "_percent", "_per_cm", "_deg",
-                                   "_mm", "_mN", "_uN", "_N", "_uJ", "_ms", "_s"}) {
-    if (!unit.empty() || !name.ends_with(ending)) continue;
-    unit = " (" + ending.substr(1) + ")";
-    words = name.substr(0, name.size() - ending.size());
-  }
-  words += unit;
-  std::replace(words.begin(), words.end(), '_', ' ');
-  return words;
+std::string axis_label(std::string name) {
+  for (const std::string unit : {"mN", "uN", "N", "uJ", "ms", "s", "mm", "percent"})
+    if (name.ends_with("_" + unit)) {
+      name.replace(name.size() - unit.size() - 1, std::string::npos, " (" + unit + ")");
+      break;
+    }
+  std::replace(name.begin(), name.end(), '_', ' ');
+  return name;
 }
 
 /// Smallest and largest value of each of 300 equal parts, so that long runs stay a small picture.
@@ -80,30 +77,6 @@ double largest_strain(const RealVirtual& comparison) {
   for (const EdgeStrain& edge : comparison.strain.edges)
     sizes.insert(sizes.end(), {std::abs(edge.real), std::abs(edge.simulated)});
   return quantile(sizes, 0.95);
-}
-
-/// Draws loading and, where the file has it, unloading over the same axes: the gap between them is
-/// the hysteresis.
-void draw_fabric_curve(Svg& svg, const FabricCurve& curve, double left, double top) {
-  const auto& columns = curve.points.columns;
-  const std::size_t shown = std::min<std::size_t>(columns.size(), 3);
-  Vector2d low(columns[0].front(), columns[1].front()), high = low;
-  std::vector<std::vector<Vector2d>> lines(shown);
-  for (std::size_t k = 1; k < shown; ++k) {
-    for (std::size_t i = 0; i < columns[0].size(); ++i) {
-      lines[k].emplace_back(columns[0][i], columns[k][i]);
-      low = low.cwiseMin(lines[k].back());
-      high = high.cwiseMax(lines[k].back());
-    }
-  }
-  std::string y_name = curve.points.names[1];
-  if (y_name.starts_with("loading_")) y_name.erase(0, 8);
-  svg.text({left, top - 10}, curve.name, 12, "start", "fill=\"#222\" font-weight=\"600\"");
-  Chart chart(svg, {left, top, 170, 110},
-              axis_over(axis_label(curve.points.names[0]), low.x(), high.x(), 3, false),
-              axis_over(axis_label(y_name), low.y(), high.y(), 4, false));
-  for (std::size_t k = shown - 1; k >= 1; --k)
-    chart.curve(lines[k], series_line(0) + (k == 1 ? "" : " stroke-dasharray=\"4 3\""));
 }
 
 }  // namespace
@@ -284,17 +257,6 @@ std::optional<Figure> hem_figure(const std::string& drape, const DrapeInput& inp
                 "Fourier amplitudes of the radius of the hem's shadow over the angle; a square "
                 "patch has its own 4, 8, 12.",
                 svg.finish()};
-}
-
-Figure fabric_figure(const std::string& drape, const std::vector<FabricCurve>& curves) {
-  Svg svg(720, 190.0 * static_cast<double>((curves.size() + 2) / 3),
-          fmt::format("Drape {}: fabric curves", drape));
-  for (std::size_t i = 0; i < curves.size(); ++i)
-    draw_fabric_curve(svg, curves[i], 55 + 240.0 * static_cast<double>(i % 3),
-                      30 + 190.0 * static_cast<double>(i / 3));
-  return {drape + "-fabric",
-          "Curves of the fabric as the simulations read them: loading and, dashed, unloading.",
-          svg.finish()};
 }
 
 }  // namespace drape::compare

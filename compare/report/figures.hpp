@@ -52,15 +52,6 @@ struct Figure {
 [[nodiscard]] std::optional<Figure> hem_figure(const std::string& drape, const DrapeInput& input,
                                                const Report& report);
 
-/// A Kawabata curve file as it was read.
-struct FabricCurve {
-  std::string name;  ///< "bending warp"
-  History points;
-};
-/// Small charts of the curves, side by side.
-[[nodiscard]] Figure fabric_figure(const std::string& drape,
-                                   const std::vector<FabricCurve>& curves);
-
 /// The patch laid flat, one tile per mark with its distance in mm; gaps are hatched.
 [[nodiscard]] Figure map_figure(const std::string& drape, const DrapeInput& input,
                                 const RealVirtual& comparison);

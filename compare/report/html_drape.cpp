@@ -244,8 +244,7 @@ std::string shape_part(const DrapeFiles& drape, const Report& report, const Drap
 std::string simulations_part(const DrapeFiles& drape, const Report& report,
                              const DrapeFigures& figures) {
   std::string text = "<h3>Simulations</h3>\n" + html_table(status_table(drape.input, report));
-  for (const auto* figure : {&figures.convergence, &figures.fabric})
-    if (*figure) text += html_figure(**figure, "chart");
+  if (figures.convergence) text += html_figure(*figures.convergence, "chart");
   const Table certificates = certificate_table(drape.input, report);
   if (certificates.rows.empty()) return text;
   return text + html_table(certificates, "dense") +

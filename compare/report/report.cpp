@@ -51,24 +51,6 @@ void add_photographs(const DrapeFiles& drape, const Report& report, const Sessio
   }
 }
 
-/// Curves that the headline simulation read and that are still the same.
-std::optional<Figure> fabric_of(const DrapeFiles& drape, const Report& report) {
-  const auto& made_by = drape.simulated_by[report.real_virtual[*report.headline].simulation];
-  if (!made_by) return std::nullopt;
-  std::vector<FabricCurve> curves;
-  for (const auto& [file, sha256] : made_by->inputs) {
-    if (file.extension() != ".csv" || !fs::is_regular_file(file) || sha256_of_file(file) != sha256)
-      continue;
-    std::string name = file.stem().string();
-    std::replace(name.begin(), name.end(), '_', ' ');
-    History points = read_history(file);
-    if (points.names.size() >= 2 && !points.columns[0].empty())
-      curves.push_back({name, std::move(points)});
-  }
-  if (curves.empty()) return std::nullopt;
-  return fabric_figure(report.name, curves);
-}
-
 DrapeFigures figures_of(const DrapeFiles& drape, const Report& report, const Session& session) {
   const RealVirtual& headline = report.real_virtual[*report.headline];
   DrapeFigures figures{{},
@@ -78,8 +60,7 @@ DrapeFigures figures_of(const DrapeFiles& drape, const Report& report, const Ses
                        histogram_figure(report.name, headline),
                        strain_figure(report.name, drape.input, headline),
                        convergence_figure(report.name, drape.input, report),
-                       hem_figure(report.name, drape.input, report),
-                       fabric_of(drape, report)};
+                       hem_figure(report.name, drape.input, report)};
   add_photographs(drape, report, session, figures);
   return figures;
 }
@@ -181,7 +162,7 @@ std::vector<const Figure*> DrapeFigures::all() const {
   std::vector<const Figure*> list = {&sheet, &map, &histogram, &strain};
   for (const auto* figures : {&overlays, &renders})
     for (const Figure& figure : *figures) list.push_back(&figure);
-  for (const auto* figure : {&convergence, &hem, &fabric})
+  for (const auto* figure : {&convergence, &hem})
     if (*figure) list.push_back(&**figure);
   return list;
 }
