@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <functional>
 #include <map>
 
@@ -27,32 +28,6 @@ namespace drape::compare {
 namespace {
 
 namespace fs = std::filesystem;
-
-/// What a run can be asked for as well as a comparison.
-void add_run_filters(Command* command, ResultFilter& filter) {
-  command->add_option("--since", filter.since, "run on this ISO date or later");
-  command->add_option("--until", filter.until, "run on this ISO date or earlier");
-  command->add_option("--calibration", filter.calibration,
-                      "measured with it: the start of its hash, or a part of its name");
-}
-
-void add_filters(Command* command, ResultFilter& filter) {
-  command->add_option("--scene", filter.scene, "only this scene, e.g. A");
-  command->add_option("--fabric", filter.fabric, "only this fabric");
-  command->add_option("--grid", filter.grid, "only this grid, e.g. 21 or 21x21");
-  command->add_option("--segments", filter.segments, "only this number of segments per curve");
-  command->add_option("--rig", filter.rig, "only sheets measured on this rig");
-  command->add_option("--model", filter.model, "only this cloth model");
-  command->add_option("--simulator", filter.simulator, "only this simulator, e.g. drapebench");
-  add_run_filters(command, filter);
-  command->add_option("--run", filter.run, "only what this run compared, replaced or not");
-  command->add_flag("--all", filter.outdated,
-                    "also what a later run of the same photographs replaced, renamed or left out");
-}
-
-void add_out(Command* command, ResultsArguments& arguments) {
-  command->add_option("--out", arguments.file, "file (default: standard output)");
-}
 
 int import_apart(const ResultsArguments& arguments, const CommonOptions& common) {
   const ApartCounts counts = import_simulations(arguments.store, sheets_in(arguments.sheets));
@@ -159,7 +134,7 @@ int verify(const ResultsArguments& arguments, const CommonOptions& common) {
 
 int why(const StoreReader& reader, const ResultsArguments& arguments, const CommonOptions& common) {
   WhyOptions options = arguments.why;
-  if (arguments.mark.size() == 2) options.mark = MarkId{arguments.mark[0], arguments.mark[1]};
+  if (arguments.mark) options.mark = MarkId{(*arguments.mark)[0], (*arguments.mark)[1]};
   const Explanation result = explain(reader, arguments.key, arguments.metric, options);
   write(arguments, common, {&result.number, &result.chain});
   return result.complete ? 0 : 1;
@@ -213,118 +188,149 @@ std::vector<Table> published(const StoreReader& reader, const ResultsArguments& 
       arguments.filter.scene);
 }
 
-void add_reading(Command& app, ResultsArguments& arguments) {
-  add_filters(app.add_subcommand("list", "one line per comparison, real against virtual"),
-              arguments.filter);
-  Command* runs = app.add_subcommand("runs", "one line per run: date, label, verdicts, basis");
-  add_run_filters(runs, arguments.filter);
-  runs->add_option("--scene", arguments.filter.scene, "only runs with this scene");
-  runs->add_option("--rig", arguments.filter.rig, "only runs of this rig");
-  Command* show = app.add_subcommand("show", "metrics, provenance and marks of one comparison");
-  show->add_option("RUN", arguments.key, "start of the comparison's key, from list")->required();
-  Command* tables = app.add_subcommand("tables", "the paper's two tables for each drape");
-  add_filters(tables, arguments.filter);
-  tables
-      ->add_option("--paper", arguments.published,
-                   "the paper's twelve tables with its own numbers beside (default file: "
-                   "rigs/paper/published.csv)")
-      ->expected(0, 1)
-      ->default_str("rigs/paper/published.csv");
-  Command* diff =
-      app.add_subcommand("diff", "two runs by number, or two comparisons by key, side by side");
-  diff->add_option("A", arguments.key, "number of a run, or start of a comparison's key")
-      ->required();
-  diff->add_option("B", arguments.second_key, "of another")->required();
-  Command* save = app.add_subcommand(
-      "export",
-      "a whole table or view as csv, json or sql; results with all behind them as ro-crate");
-  save->add_option("FORMAT", arguments.format, "csv, json, sql or ro-crate")
-      ->required()
-      ->one_of({"csv", "json", "sql", "ro-crate"});
-  save->add_option("--run", arguments.filter.run, "of a crate: only this run (default: all)");
-  save->add_option("--about", arguments.lab,
-                   "of a crate: lab.toml with title, licence and authors");
-  save->add_option("--table", arguments.table, "table or view; sql always writes the whole store");
-  save->add_option("--out", arguments.file,
-                   "file (default: standard output); of a crate: new folder");
-  Command* query = app.add_subcommand("sql", "one read-only SQL query");
-  query->add_option("QUERY", arguments.sql, "e.g. \"SELECT * FROM v_table1\"")->required();
-}
+struct Word {
+  std::string_view name;
+  const char* description;
+};
+constexpr std::array<Word, 15> kCommands{{
+    {"list", "one line per comparison, real against virtual"},
+    {"runs", "one line per run: date, label, verdicts, basis"},
+    {"show", "metrics, provenance and marks of one comparison"},
+    {"tables", "the paper's two tables for each drape"},
+    {"diff", "two runs by number, or two comparisons by key, side by side"},
+    {"export",
+     "a whole table or view as csv, json or sql; results with all behind them as ro-crate"},
+    {"sql", "one read-only SQL query"},
+    {"trend", "drift of the calibration residual and of each drape; exit code 1 on an alarm"},
+    {"history", "the whole store as one HTML page; exit code 1 on an alarm or a NO-GO in it"},
+    {"why",
+     "the trace from a number back to photographs and curves; exit code 1 where it is broken"},
+    {"verify",
+     "finds every altered byte, row and option, and numbers that cannot be recomputed; exit code 1 "
+     "when there is one"},
+    {"sign", "signs the seal, so that nobody else can make one"},
+    {"rescue",
+     "a new store (--store) of all that is whole in a damaged one; exit code 1 when something is "
+     "lost"},
+    {"merge", "adds what other stores hold, each verified by its ledger; again adds nothing"},
+    {"import",
+     "adds sheets, or every sheet below a folder, as drape run and drape study leave them; again "
+     "adds nothing"},
+}};
 
-void add_judging(Command& app, ResultsArguments& arguments) {
-  Command* trend = app.add_subcommand(
-      "trend", "drift of the calibration residual and of each drape; exit code 1 on an alarm");
-  Command* page = app.add_subcommand(
-      "history", "the whole store as one HTML page; exit code 1 on an alarm or a NO-GO in it");
-  Option* by = trend->add_option(
-      "--by", arguments.by,
-      "the distances of all runs, apart by fabric, friction, label or any other key of "
-      "a scene or fabric file; no alarm");
-  for (Command* command : {trend, page}) {
-    command->add_option("--specimen", arguments.trend.specimen,
-                        "only this reference drape, SCENE or SCENE/FABRIC");
-    const Option* sigmas = command->add_option("--sigmas", arguments.trend.alarm_sigmas,
-                                               "alarm beyond these (default 3)");
-    const Option* least = command->add_option("--least", arguments.trend.least_before,
-                                              "values needed before one is judged (default 5)");
-    if (command == trend) by->excludes(sigmas)->excludes(least);
+void fields(Fields& f, CommandWords& words) {
+  ResultsArguments& a = words.arguments;
+  const auto of = [&](auto... names) { return ((words.command == names) || ...); };
+  const bool lists = of("list", "tables");
+  if (of("show", "why"))
+    f(Field{"run",
+            "start of the key of a comparison (from list); for why also of a pair of simulations, "
+            "of a sheet (drapemeter, uncertainty) or of a calibration (residuals)"}
+          .called("RUN"),
+      a.key);
+  if (of("why")) {
+    f(Field{"metric", "e.g. mean_mm, distance_mm, folds, rms_px"}.called("METRIC"), a.metric);
+    f({"mark", "ROW,COL: the number of one mark"}, a.mark);
+    f.otherwise({"camera", "of a calibration: the residual of this camera"}, a.why.camera);
   }
-  add_out(page, arguments);
-  Command* why = app.add_subcommand(
-      "why",
-      "the trace from a number back to photographs and curves; exit code 1 where it is broken");
-  why->add_option("RUN", arguments.key,
-                  "start of the key of a comparison (from list), of a pair of simulations, of a "
-                  "sheet (drapemeter, uncertainty) or of a calibration (residuals)")
-      ->required();
-  why->add_option("METRIC", arguments.metric, "e.g. mean_mm, distance_mm, folds, rms_px")
-      ->required();
-  why->add_option("--mark", arguments.mark, "ROW,COL: the number of one mark")
-      ->delimiter(',')
-      ->expected(2, 2);
-  why->add_option("--camera", arguments.why.camera,
-                  "of a calibration: the residual of this camera");
-  Command* verify = app.add_subcommand("verify",
-                                       "finds every altered byte, row and option, and numbers that "
-                                       "cannot be recomputed; exit code 1 when there is one");
-  verify->add_option("--key", arguments.signing_key,
-                     "Ed25519 public key (PEM): the seal must be signed with its private key");
-  Command* sign = app.add_subcommand("sign", "signs the seal, so that nobody else can make one");
-  sign->add_option("--key", arguments.signing_key, "Ed25519 private key (PEM)")->required();
-  Command* rescue = app.add_subcommand(
-      "rescue",
-      "a new store (--store) of all that is whole in a damaged one; exit code 1 when "
-      "something is lost");
-  rescue->add_option("DAMAGED", arguments.damaged, "the damaged store")->required();
-  verify->add_flag("--no-recompute", arguments.no_recompute, "leave out recomputing the distances");
-  Command* import = app.add_subcommand("import",
-                                       "adds sheets, or every sheet below a folder, as drape run "
-                                       "and drape study leave them; again adds "
-                                       "nothing");
-  import->add_option("SHEET", arguments.sheets, "as for drape-compare, or a folder")->required();
-  import->add_flag("--apart", arguments.apart,
-                   "simulations alone, each by itself: a study; nothing is compared");
-  import->add_option("--label", arguments.label.label, "name of the run in the store");
-  import->add_option("--operator", arguments.label.operator_name, "who ran it");
-  Command* merge = app.add_subcommand(
-      "merge", "adds what other stores hold, each verified by its ledger; again adds nothing");
-  merge->add_option("STORE", arguments.sheets, "the other stores")->required();
-  import->add_option("--calibration", arguments.calibration, "calibration.json of the sheets");
+  if (of("diff")) {
+    f(Field{"a", "number of a run, or start of a comparison's key"}.called("A"), a.key);
+    f(Field{"b", "of another"}.called("B"), a.second_key);
+  }
+  if (of("export")) {
+    auto format = ExportFormat::csv;
+    f(Field{"format", "csv, json, sql or ro-crate"}.called("FORMAT"), format);
+    a.format = format;
+    f.otherwise({"about", "of a crate: lab.toml with title, licence and authors"}, a.lab);
+    f.otherwise({"table", "table or view; sql always writes the whole store"}, a.table);
+  }
+  if (of("sql")) f(Field{"query", "e.g. \"SELECT * FROM v_table1\""}.called("QUERY"), a.sql);
+  if (of("rescue")) f(Field{"damaged", "the damaged store"}.called("DAMAGED"), a.damaged);
+  if (of("merge")) f(Field{"stores", "the other stores"}.called("STORE"), a.sheets);
+  if (of("import")) {
+    f(Field{"sheet", "as for drape-compare, or a folder"}.called("SHEET"), a.sheets);
+    f.otherwise({"apart", "simulations alone, each by itself: a study; nothing is compared"},
+                a.apart);
+    f.otherwise({"label", "name of the run in the store"}, a.label.label);
+    f.otherwise({"operator", "who ran it"}, a.label.operator_name);
+    f.otherwise({"calibration", "calibration.json of the sheets"}, a.calibration);
+  }
+  if (lists || of("runs")) {
+    f.otherwise({"scene", "only this scene, e.g. A"}, a.filter.scene);
+    f.otherwise({"rig", "only sheets measured on this rig"}, a.filter.rig);
+    f.otherwise({"since", "run on this ISO date or later"}, a.filter.since);
+    f.otherwise({"until", "run on this ISO date or earlier"}, a.filter.until);
+    f.otherwise({"calibration", "measured with it: the start of its hash, or a part of its name"},
+                a.filter.calibration);
+  }
+  if (lists) {
+    f.otherwise({"fabric", "only this fabric"}, a.filter.fabric);
+    f.otherwise({"grid", "only this grid, e.g. 21 or 21x21"}, a.filter.grid);
+    f({"segments", "only this number of segments per curve"}, a.filter.segments);
+    f.otherwise({"model", "only this cloth model"}, a.filter.model);
+    f.otherwise({"simulator", "only this simulator, e.g. drapebench"}, a.filter.simulator);
+    f.otherwise(
+        {"all", "also what a later run of the same photographs replaced, renamed or left out"},
+        a.filter.outdated);
+  }
+  if (lists || of("export"))
+    f({"run", "only what this run compared, replaced or not"}, a.filter.run);
+  if (of("trend", "history")) {
+    const bool by = of("trend");
+    f.otherwise({"specimen", "only this reference drape, SCENE or SCENE/FABRIC"}, a.trend.specimen);
+    const Field sigmas{"sigmas", "alarm beyond these"};
+    const Field least{"least", "values needed before one is judged"};
+    f.otherwise(by ? sigmas.without("by") : sigmas, a.trend.alarm_sigmas);
+    f.otherwise(by ? least.without("by") : least, a.trend.least_before);
+    if (by)
+      f.otherwise({"by",
+                   "the distances of all runs, apart by fabric, friction, label or any other key "
+                   "of a scene or fabric file; no alarm"},
+                  a.by);
+  }
+  if (of("verify")) {
+    f.otherwise({"key", "Ed25519 public key (PEM): the seal must be signed with its private key"},
+                a.signing_key);
+    f.otherwise({"no_recompute", "leave out recomputing the distances"}, a.no_recompute);
+  }
+  if (of("sign")) f({"key", "Ed25519 private key (PEM)"}, a.signing_key);
+  if (of("history", "export"))
+    f.otherwise({"out", "file (default: standard output); of a crate: new folder"}, a.file);
 }
 
 }  // namespace
 
-void add_commands(Command& app, ResultsArguments& arguments) {
-  app.add_option("--store", arguments.store, "the store (default: results.sqlite)");
-  app.add_flag("--csv", arguments.csv, "comma-separated values instead of aligned columns");
+ResultsWords::ResultsWords(Command& app) {
+  app.add_option("--store", store, "the store (default: results.sqlite)");
+  app.add_flag("--csv", csv, "comma-separated values instead of aligned columns");
   app.require_subcommand(1, 1);
   app.fallthrough();
-  add_reading(app, arguments);
-  add_judging(app, arguments);
+  for (const Word& word : kCommands) {
+    Command* command = app.add_subcommand(std::string(word.name), word.description);
+    command->add_record(commands.emplace_back(CommandWords{{}, std::string(word.name)}));
+  }
+  app.subcommand("tables")
+      ->add_option("--paper", published,
+                   "the paper's twelve tables with its own numbers beside (default file: "
+                   "rigs/paper/published.csv)")
+      ->expected(0, 1)
+      ->default_str("rigs/paper/published.csv");
 }
 
-int answer(const Command& app, const ResultsArguments& arguments, const CommonOptions& common) {
+ResultsArguments ResultsWords::of(const std::string& command) const {
+  const auto one = std::find_if(commands.begin(), commands.end(), [&](const CommandWords& words) {
+    return words.command == command;
+  });
+  ResultsArguments arguments = one->arguments;
+  arguments.store = store;
+  arguments.csv = csv;
+  arguments.published = published;
+  return arguments;
+}
+
+int answer(const Command& app, const ResultsWords& words, const CommonOptions& common) {
   const std::string command = app.chosen()->name();
+  const ResultsArguments arguments = words.of(command);
   if (command == "import") return import_files(arguments, common);
   if (command == "verify") return verify(arguments, common);
   if (command == "merge") return merge(arguments, common);

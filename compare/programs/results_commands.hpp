@@ -1,25 +1,32 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <array>
+#include <deque>
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "compare/history/results.hpp"
 #include "compare/store/runs.hpp"
+#include "core/fields/fields.hpp"
 #include "core/program/command.hpp"
 #include "core/program/program.hpp"
 
 namespace drape::compare {
 
+enum class ExportFormat { csv, json, sql, ro_crate };
+
 /// Everything that drape-results can be asked.
 struct ResultsArguments {
-  std::string store = "results.sqlite", key, second_key, metric, format, sql, file;
+  std::string store = "results.sqlite", key, second_key, metric, sql, file;
+  std::optional<ExportFormat> format;
   std::filesystem::path calibration = {}, signing_key = {}, damaged = {}, lab = {};
   std::string table = "v_real_vs_virtual";
-  std::string by;         ///< key of a trend
-  std::string published;  ///< published.csv; empty: the store's own tables
-  std::vector<int> mark;  ///< row and column, or empty
+  std::string by;                          ///< key of a trend
+  std::string published;                   ///< published.csv; empty: the store's own tables
+  std::optional<std::array<int, 2>> mark;  ///< row and column
   WhyOptions why;
   bool csv = false;
   bool apart = false;  ///< import without comparing
@@ -30,10 +37,31 @@ struct ResultsArguments {
   RunLabel label;
 };
 
-/// Adds the commands and their options.
-void add_commands(Command& app, ResultsArguments& arguments);
+/// Words of one command.
+struct CommandWords {
+  ResultsArguments arguments;
+  std::string command;
+};
+void fields(Fields& f, CommandWords& words);
+
+/// Words of all commands, read into it while the command line is parsed.
+struct ResultsWords {
+  /// Adds the commands and their options.
+  explicit ResultsWords(Command& app);
+  ResultsWords(const ResultsWords&) = delete;
+  ResultsWords& operator=(const ResultsWords&) = delete;
+  [[nodiscard]] ResultsArguments of(const std::string& command) const;
+
+  std::string store = "results.sqlite", published;
+  bool csv = false;
+  std::deque<CommandWords> commands;
+};
 
 /// Answers the command that was given; returns the exit code.
-int answer(const Command& app, const ResultsArguments& arguments, const CommonOptions& common);
+int answer(const Command& app, const ResultsWords& words, const CommonOptions& common);
 
 }  // namespace drape::compare
+
+template <>
+inline constexpr std::string_view drape::names_of<drape::compare::ExportFormat>[] = {
+    "csv", "json", "sql", "ro-crate"};

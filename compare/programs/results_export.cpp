@@ -30,12 +30,13 @@ int export_crate(const StoreReader& reader, const ResultsArguments& arguments,
 }
 
 /// An option that the format has no use for would seem to have been heeded.
-void require_of_format(const Command& command, const std::string& format) {
-  const bool table = format == "csv" || format == "json", crate = format == "ro-crate";
+void require_of_format(const Command& command, ExportFormat format) {
+  const bool table = format == ExportFormat::csv || format == ExportFormat::json,
+             crate = format == ExportFormat::ro_crate;
   for (const auto& [option, fits] :
        {std::pair{"--table", table}, {"--run", crate}, {"--about", crate}})
     if (command.count(option) > 0 && !fits)
-      throw usage_error(fmt::format("{} says nothing of export {}", option, format),
+      throw usage_error(fmt::format("{} says nothing of export {}", option, name_of(format)),
                         "leave it out; `drape results sql` asks for rows of a table");
 }
 
@@ -43,15 +44,15 @@ void require_of_format(const Command& command, const std::string& format) {
 
 int export_store(const Command& command, const StoreReader& reader,
                  const ResultsArguments& arguments, const CommonOptions& common) {
-  require_of_format(command, arguments.format);
+  require_of_format(command, *arguments.format);
   const LedgerCheck ledger = check_ledger(reader);
   if (!ledger.findings.empty())
     throw bad_input(
         "rows of the results store are not as they were written: " + ledger.findings.front(),
         {.file = arguments.store},
         "see `drape results verify`; `drape results rescue` keeps what is whole");
-  if (arguments.format == "ro-crate") return export_crate(reader, arguments, common);
-  if (arguments.format != "sql") {
+  if (arguments.format == ExportFormat::ro_crate) return export_crate(reader, arguments, common);
+  if (arguments.format != ExportFormat::sql) {
     write(arguments, common, export_table(reader, arguments.table));
     return 0;
   }

@@ -9,8 +9,7 @@ int main(int argc, char** argv) {
   Command app("Answers questions about the results store, imports into it and verifies it.",
               "drape-results");
   CommonOptions common;
-  ResultsArguments arguments;
   add_common_options(app, common);
-  add_commands(app, arguments);
-  return run_program(app, argc, argv, common, [&] { return answer(app, arguments, common); });
+  const ResultsWords words(app);
+  return run_program(app, argc, argv, common, [&] { return answer(app, words, common); });
 }
