@@ -24,7 +24,7 @@ bool touches_a_mark(const std::string& key) {
          key.find(".tags_") == std::string::npos;
 }
 
-/// What is left out has the value 0: a yaw, the radius of an edge.
+/// A value that is left out is 0: a yaw, the radius of an edge.
 std::string value_of(const Surroundings& values, const std::string& key) {
   const auto found = values.find(key);
   return found == values.end() || found->second.empty() ? "0" : found->second;

@@ -214,7 +214,7 @@ TEST_F(Scenes, AreReadFromTheFilesThatProgramsWrite) {
   EXPECT_FALSE(read_sheet_file(files[0]).asked);
 }
 
-/// What `drape simulate piece` leaves of a flat piece, 5 mm above the marks.
+/// Writes the files of `drape simulate piece` for a flat piece, 5 mm above the marks.
 fs::path write_piece(const fs::path& folder, const fs::path& scene, const std::string& verdict) {
   std::string ply =
       "ply\nformat ascii 1.0\nelement vertex 9\nproperty float x\nproperty float y\n"

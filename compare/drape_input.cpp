@@ -13,7 +13,7 @@ namespace {
 
 constexpr std::size_t kShortHash = 8;  ///< characters that tell files apart for people
 
-/// Of a certificate's options: the others are how the cloth gets to its rest.
+/// Options of a certificate that decide where a cloth rests; the others are its way there.
 constexpr std::array<const char*, 5> kRestOptions{"internal_friction", "mass", "round_specimen",
                                                   "contact_between_particles",
                                                   "cloth_thickness_mm"};
@@ -98,7 +98,7 @@ Setup Simulation::setup() const {
               {"scene", own.scene_sha256},
               {"start", own.start_sha256.value_or(std::string())}};
   if (!certificate) return setup;
-  // What certificates leave out where it is not used.
+  // Certificates leave out options that are not used.
   setup[kRestOptions.front()] = "no";
   setup[kFit] = "whole";
   for (const auto& [name, value] : certificate->entries) {

@@ -16,7 +16,7 @@
 
 namespace drape::compare {
 
-/// What the simulator states about its result (certificate.json): every entry under its own name,
+/// Statements of the simulator about its result (certificate.json): every entry under its own name,
 /// which ends in its unit.
 struct Certificate {
   std::string sha256;
@@ -30,7 +30,7 @@ struct History {
   std::vector<std::vector<double>> columns;
 };
 
-/// What simulations have in common that differ by grid and segments alone: model, solver, fabric,
+/// Properties shared by simulations that differ by grid and segments alone: model, solver, fabric,
 /// scene and start (the last three as SHA-256), and the options that decide where a cloth can rest.
 using Setup = std::map<std::string, std::string>;
 
@@ -41,7 +41,7 @@ struct Simulation {
   std::optional<std::string> other_simulator = {};  ///< name of another program that made it
   std::filesystem::path other_file = {};            ///< its mesh
   std::optional<Branch> branch = {};                ///< one equilibrium of several
-  std::optional<RefinementFile> refined = {};              ///< carried over from a coarser grid
+  std::optional<RefinementFile> refined = {};       ///< carried over from a coarser grid
   std::optional<SimulatedScene> scene = {};         ///< where its file is still what it read
   /// In what it differs from others of its group, beside grid and segments: {"fabric", "B"}.
   std::vector<std::pair<std::string, std::string>> apart = {};
@@ -72,7 +72,7 @@ void tell_apart(std::vector<Simulation>& simulations);
 /// corresponds to a mark, so only distances to its surface can be given.
 struct OtherSurface {
   std::filesystem::path file, mesh_file;  ///< its description, and the mesh
-  std::string sha256, mesh_sha256;        ///< of both together (its identity), and of the mesh
+  std::string sha256, mesh_sha256;        ///< hash of both together (its identity), and of the mesh
   std::string simulator, scene;
   std::optional<std::string> fabric;
   TriangleMesh mesh;
@@ -83,19 +83,19 @@ struct DrapeInput {
   SheetFile measured;
   std::vector<Simulation> simulations;
   std::vector<OtherSurface> surfaces = {};
-  std::optional<Scene> scene = {};  ///< of what speaks for it, where its file was found unchanged
+  std::optional<Scene> scene = {};  ///< scene of its speaker, where its file was found unchanged
   std::vector<SheetFile> repeats = {};  ///< the same cloth laid again; each says which repeat it is
   std::optional<PlacedDrape> placed = {};  ///< among the branches of speaking_branch()
 
   /// Its scene, so that a drape has one name in every run; the set where no scene is known.
   [[nodiscard]] std::string name() const;
-  /// Whether the first speaks for the drape rather than the second, in whatever order they were
+  /// True where the first speaks for the drape rather than the second, in whatever order they were
   /// given: a run of drapebench before a branch and this before another simulator; of the scene
   /// that the marks were asked about; of the fabric that its scene names; of the finest grid; with
   /// five segments, else the most. The names and hashes decide between what is left.
   [[nodiscard]] bool speaks_before(const Simulation& one, const Simulation& other) const;
   [[nodiscard]] const Simulation* speaker() const;  ///< null without simulations
-  /// Of the list of branches that says what start and friction leave of the drape: one of the
+  /// A branch of the list that says what start and friction leave of the drape, one of the
   /// speaker's cloth; null where there is none.
   [[nodiscard]] const Simulation* speaking_branch() const;
 };

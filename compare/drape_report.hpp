@@ -21,7 +21,7 @@ struct RealVirtual {
   DistanceStatistics statistics;
   NormalStatistics normal;
   std::optional<RigidAlignment> aligned;  ///< beside the statistics, never in them
-  DistanceStatistics to_surface;  ///< of each mark to the nearest point of the virtual sheet
+  DistanceStatistics to_surface;          ///< each mark to the nearest point of the virtual sheet
   StrainMaps strain;
 };
 
@@ -32,7 +32,7 @@ struct VirtualVirtual {
   std::string apart;                  ///< Simulation::apart_text() of both
   std::size_t paper_order = 0;        ///< place in the paper's tables
   DistanceStatistics statistics;
-  SurfaceDistance surface;  ///< of the two sheets as surfaces, in both directions
+  SurfaceDistance surface;  ///< the two sheets as surfaces, in both directions
 };
 
 /// One equilibrium of a drape against the real cloth.
@@ -46,33 +46,30 @@ struct BranchComparison {
 
 /// The equilibria of one list, and the one to which the real shape is assigned.
 struct BranchSet {
-  std::string sha256;                      ///< of branches.json
+  std::string sha256;                      ///< hash of branches.json
   std::string label;                       ///< "21x21, 1 segment"
   std::vector<BranchComparison> branches;  ///< least energy first
   std::size_t nearest = 0;                 ///< smallest match_m(): the real shape's branch
   std::optional<std::size_t> runner_up;    ///< the next nearest
 };
 
-/// What can be said of a surface without marks. It is at most the distance of corresponding points
+/// Distance to a surface without marks. It is at most the distance of corresponding points
 /// and never stands in a table with it.
 struct RealSurface {
   std::size_t surface = 0;        ///< index into DrapeInput::surfaces
-  DistanceStatistics to_surface;  ///< of each measured mark to the nearest point of the mesh
+  DistanceStatistics to_surface;  ///< each measured mark to the nearest point of the mesh
   /// First to second: the surface between the measured marks (cells with four of them) to the
   /// mesh. Absent when no cell was measured whole.
   std::optional<SurfaceDistance> both_directions;
 };
 
-/// How well the real cloth was measured.
+/// Quality of the measurement of the real cloth.
 struct Measurement {
   int marks = 0;
   int gaps = 0;
-  std::optional<double> sigma_median_m;  ///< of a mark, along its worst direction
+  std::optional<double> sigma_median_m;  ///< one mark, along its worst direction
   std::optional<double> sigma_max_m;
 };
-
-/// How the simulation compares with the real drape; never a verdict on the measurement.
-enum class Match { inside, outside, undecided };
 
 /// One thing that a match is judged against.
 struct MatchBasis {
@@ -106,7 +103,7 @@ struct BudgetLine {
 };
 struct Budget {
   std::vector<BudgetLine> lines;     ///< the largest first
-  std::vector<std::string> missing;  ///< what nothing is known of, and what to do
+  std::vector<std::string> missing;  ///< unknown contributions, and what to do
   double expanded_m = 0;             ///< U: half width that holds 95 of 100 draws or more
 };
 
@@ -125,7 +122,7 @@ struct Report {
   /// Index into real_virtual of the simulation that speaks for the drape, by
   /// DrapeInput::speaks_before(): the rule stands before any distance is known.
   std::optional<std::size_t> headline;
-  std::optional<Budget> budget;     ///< of the headline's mean distance
+  std::optional<Budget> budget;     ///< uncertainty of the headline's mean distance
   std::vector<RepeatLine> repeats;  ///< empty: laid once; else its own first
   /// The headline among the repeats that are not left out; absent where there is but its own.
   std::optional<MarkRepeats> among_repeats;

@@ -17,7 +17,7 @@ namespace {
 
 using units::mm;
 
-/// What rests on a NO-GO is NO-GO, in the words of the first cause, said once.
+/// Passes the NO-GO of a placing sheet on, in the words of the first cause, said once.
 void judge_placing(const Simulation& simulation, const std::optional<std::string>& said,
                    std::vector<std::string>& no_go) {
   const auto& cause = simulation.sheet.sheet.no_go;
@@ -149,7 +149,7 @@ void warn_of_branches(const DrapeInput& input, Report& report) {
   }
 }
 
-/// What a simulation or mesh says of the drape that it is of; an empty set is not known.
+/// Scene and set that a simulation or mesh says to be of; an empty set is not known.
 struct SaidDrape {
   std::string scene, set, label;
   std::filesystem::path file;
@@ -174,7 +174,7 @@ std::vector<SaidDrape> said_drapes(const DrapeInput& input) {
   return drapes;
 }
 
-/// Of a scene of another name whose set is not known, nothing says whether it is another drape.
+/// Refuses a scene of another name whose set is not known: it may be another drape.
 void judge_drapes(const DrapeInput& input, Report& report) {
   const std::string own = input.measured.scene();
   for (const SaidDrape& drape : said_drapes(input)) {

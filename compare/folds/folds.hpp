@@ -14,8 +14,8 @@ namespace drape::compare {
 /// long: shorter lines are dents.
 struct Fold {
   Eigen::Vector2d middle_material_m;  ///< (warp, weft)
-  double length_m = 0;                ///< of the line in the material
-  double direction_rad = 0;           ///< of the line, from warp towards weft, 0 .. pi
+  double length_m = 0;                ///< extent of the line in the material
+  double direction_rad = 0;           ///< its direction, from warp towards weft, 0 .. pi
   double curvature_per_m = 0;         ///< mean of the line; above 0: a ridge on the side that the
                                       ///< normal warp x weft leaves, below 0: a valley
 };

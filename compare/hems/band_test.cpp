@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the drapes of an ensemble, or of several samples, say of their mean.
+// Mean and band of the drapes of an ensemble, or of several samples.
 #include <gtest/gtest.h>
 
 #include <cmath>

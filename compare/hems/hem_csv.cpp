@@ -22,7 +22,7 @@ namespace fs = std::filesystem;
 using units::mm;
 
 const std::regex kRadius("r[0-9]{3}");
-/// What tells hems apart, their test and their verdict.
+/// Columns that tell hems apart, their test and their verdict.
 const std::vector<std::string> kAbout = {"fabric", "sample",  "face",        "repeat",
                                          "file",   "disc_mm", "specimen_mm", "specimen_area_mm2",
                                          "no_go"};
@@ -73,7 +73,7 @@ std::vector<std::string> columns_of_radii(const CsvText& table) {
   return angles;
 }
 
-/// What the reader found out about a row beyond its radii, as far as the table keeps it.
+/// One row of the table.
 class Row {
  public:
   Row(const CsvText& table, std::size_t row) : table_(table), row_(row) {}

@@ -39,23 +39,20 @@ std::string ending_of(const fs::path& file) {
 class NamePattern {
  public:
   explicit NamePattern(const std::string& pattern) {
+    static const std::regex part("\\{([^}]*)\\}?|[^{]");
     std::string expression;
-    for (std::size_t i = 0; i < pattern.size(); ++i) {
-      if (pattern[i] == '{') {
-        const std::size_t end = pattern.find('}', i);
-        const std::string name = pattern.substr(i + 1, end - i - 1);
-        static const std::set<std::string> known = {"fabric", "sample", "face", "repeat"};
-        if (end == std::string::npos || !known.contains(name))
-          throw usage_error(fmt::format("`{}` is no name in a pattern", name),
-                            "use {fabric}, {sample}, {face} and {repeat}");
-        names_.push_back(name);
-        expression += "(.+?)";
-        i = end;
-      } else if (pattern[i] == '*') {
+    for (std::sregex_iterator at(pattern.begin(), pattern.end(), part), end; at != end; ++at) {
+      const std::string text = at->str();
+      if (text == "*") {
         expression += ".*?";
+      } else if (text.front() != '{') {
+        expression += (std::isalnum(static_cast<unsigned char>(text[0])) == 0 ? "\\" : "") + text;
       } else {
-        if (std::isalnum(static_cast<unsigned char>(pattern[i])) == 0) expression += '\\';
-        expression += pattern[i];
+        if (!value_of(HemRecord(), (*at)[1]) || text.back() != '}')
+          throw usage_error(fmt::format("`{}` is no name in a pattern", (*at)[1].str()),
+                            "use {fabric}, {sample}, {face} and {repeat}");
+        names_.push_back((*at)[1]);
+        expression += "(.+?)";
       }
     }
     expression_ = std::regex(expression);
@@ -65,16 +62,19 @@ class NamePattern {
     std::smatch found;
     if (!std::regex_match(path, found, expression_))
       throw bad_input("the file's name does not fit --names", {.file = path}, "change one of them");
-    for (std::size_t i = 0; i < names_.size(); ++i) {
-      std::string& value = names_[i] == "fabric"   ? record.fabric
-                           : names_[i] == "sample" ? record.sample
-                           : names_[i] == "face"   ? record.face
-                                                   : record.repeat;
-      value = found[i + 1];
-    }
+    for (std::size_t i = 0; i < names_.size(); ++i) *value_of(record, names_[i]) = found[i + 1];
   }
 
  private:
+  template <class Record>
+  static std::string* value_of(Record&& record, const std::string& name) {
+    for (const auto& [known, value] : {std::pair{"fabric", &record.fabric},
+                                       {"sample", &record.sample},
+                                       {"face", &record.face},
+                                       {"repeat", &record.repeat}})
+      if (name == known) return value;
+    return nullptr;
+  }
   std::vector<std::string> names_;
   std::regex expression_;
 };
@@ -103,7 +103,8 @@ std::vector<Input> files_of(const fs::path& input) {
   return found;
 }
 
-/// Of a camera whose picture is so wide: a lens sees at most 90 degrees along its longer side.
+/// Least distance of a camera whose picture is so wide: a lens sees at most 90 degrees along its
+/// longer side.
 double least_distance_m(const Silhouette& silhouette, const PictureScale& scale) {
   const Eigen::Vector2d corner = scale.metres_of({0, 0});
   const double across_m = (scale.metres_of({silhouette.width_px, 0}) - corner).norm();
@@ -330,9 +331,11 @@ std::vector<HemMatch> match_hems(const std::vector<HemRecord>& real,
         distances.real_to_real.back().push_back(a == b ? 0 : hem_distance_m(a->hem, b->hem));
     }
     for (const HemRecord& candidate : virtual_hems) {
-      HemMatch match{
-          name.first, name.second, candidate.file, static_cast<int>(repeats.size()), {}, {}, {},
-          {},         {}};
+      HemMatch match;
+      match.fabric = name.first;
+      match.face = name.second;
+      match.virtual_file = candidate.file;
+      match.repeats = static_cast<int>(repeats.size());
       distances.virtual_to_real.clear();
       for (const HemRecord* a : repeats)
         distances.virtual_to_real.push_back(hem_distance_m(a->hem, candidate.hem));
@@ -342,28 +345,22 @@ std::vector<HemMatch> match_hems(const std::vector<HemRecord>& real,
           judge_distance(distances, options.priors.hem_score, kLeast_m, options.significance);
       match.p = joint_p({match.drape_coefficient, match.hem});
       const auto detectable = match.drape_coefficient.detectable;
-      match.verdict = "inside";
       const double width = std::sqrt(repeats.front()->specimen_area_m2);
-      if (!candidate.go) {
-        match.verdict = "undecided";
+      if (!candidate.go)
         match.reason = candidate.warnings.back();
-      } else if (std::abs(std::sqrt(candidate.specimen_area_m2) - width) >
-                 kLengthTolerance * width) {
-        match.verdict = "undecided";
+      else if (std::abs(std::sqrt(candidate.specimen_area_m2) - width) > kLengthTolerance * width)
         match.reason = fmt::format("its specimen has another flat area, {:.0f} and not {:.0f} mm2",
                                    candidate.specimen_area_m2 / (units::mm * units::mm),
                                    width * width / (units::mm * units::mm));
-      } else if (!match.p) {
-        match.verdict = "undecided";
+      else if (!match.p)
         match.reason = "one drape and no prior: nothing is known of its repeats";
-      } else if (*match.p < options.significance) {
-        match.verdict = "outside";
-      } else if (!detectable || *detectable > options.worth_finding_percent) {
-        match.verdict = "undecided";
+      else if (*match.p < options.significance)
+        match.verdict = Match::outside;
+      else if (!detectable || *detectable > options.worth_finding_percent)
         match.reason = fmt::format(
             "the repeats scatter so much that only {:.1f} points are found in 90 of 100 cases",
             detectable.value_or(100));
-      }
+      if (!match.reason.empty()) match.verdict = Match::undecided;
       matches.push_back(std::move(match));
     }
   }

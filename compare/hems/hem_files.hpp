@@ -9,7 +9,7 @@
 #include "compare/hems/silhouette.hpp"
 #include "compare/repeats/hem.hpp"
 #include "compare/repeats/repeats.hpp"
-#include "core/files/json_file.hpp"
+#include "core/fields/records.hpp"
 
 namespace drape::compare {
 
@@ -26,7 +26,7 @@ struct HemRecord {
   std::vector<std::string> warnings;
   bool go = true;                   ///< false for a sheet that is not at rest or rests on a NO-GO
   HemKind kind = HemKind::unknown;  ///< pictures, tables and meshes do not say
-  /// Of a sheet, which is no round specimen of the geometry: its own flat area.
+  /// True of a sheet, which is no round specimen of the geometry: its own flat area.
   bool own_specimen = false;
   double specimen_area_m2 = 0;
 
@@ -71,7 +71,7 @@ struct HemSet {
 /// A copy of a real hem, turned or mirrored, is no virtual one: moves such to what is refused.
 void refuse_copies_of(const HemSet& real, HemSet& virtual_hems);
 
-/// What is judged is no measured sheet, and what it is judged by no simulation: moves such to what
+/// Moves measured sheets among the virtual hems, and simulations among the real ones, to what
 /// is refused.
 void refuse_other_kinds(HemSet& real, HemSet& virtual_hems);
 
@@ -80,12 +80,12 @@ void refuse_other_kinds(HemSet& real, HemSet& virtual_hems);
 /// in common.
 struct EnsembleBand {
   int drapes = 0, samples = 0;
-  double mean = 0;    ///< of samples: of their means
+  double mean = 0;    ///< mean of the samples' means where there are several
   double mean_u = 0;  ///< expanded, 95 %
   /// One more drape lies between them in 95 of 100 cases; absent where samples have several drapes.
   std::optional<std::pair<double, double>> next;
 };
-/// Of the coefficients of the hems of one fabric and face that rest; nothing below two.
+/// Band of the coefficients of the hems of one fabric and face that rest; nothing below two.
 [[nodiscard]] std::optional<EnsembleBand> band_of(const std::vector<const HemRecord*>& hems);
 
 /// A virtual hem beside the repeats of one fabric and face.
@@ -94,8 +94,8 @@ struct HemMatch {
   int repeats = 0;
   Judgement drape_coefficient, hem;
   std::optional<double> p;
-  std::string verdict;  ///< inside, outside or undecided
-  std::string reason;   ///< of undecided; else empty
+  Match verdict = Match::inside;
+  std::string reason;  ///< why it is undecided; else empty
 };
 
 struct MatchOptions {
@@ -117,8 +117,18 @@ struct MatchOptions {
 [[nodiscard]] std::string hems_csv(const DrapemeterGeometry& geometry,
                                    const std::vector<HemRecord>& hems);
 
-/// hems.json, "drapebench/hems/1".
-[[nodiscard]] Json hems_json(const DrapemeterGeometry& geometry, const HemSet& real,
-                             const std::vector<HemMatch>& matches, const MatchOptions& options);
+/// hems.json.
+struct HemsFile {
+  DrapemeterGeometry geometry;
+  std::vector<HemRecord> hems;
+  std::vector<std::string> refused;
+  double significance = 0.05;
+  std::vector<HemMatch> matches;
+};
+void fields(Fields& f, HemsFile& file);
 
 }  // namespace drape::compare
+
+template <>
+inline constexpr drape::Format drape::format_of<drape::compare::HemsFile>{
+    "hems", drape::Syntax::json, 1, "hems.json: hems seen from above, and their repeats."};

@@ -243,7 +243,7 @@ std::filesystem::path write_bench_sheet(const std::filesystem::path& file) {
   return file;
 }
 
-/// Of 5x5 marks, without those that are named.
+/// A sheet of 5x5 marks, without those that are named.
 std::filesystem::path write_measured_sheet(const std::filesystem::path& file,
                                            const std::vector<MarkId>& gaps) {
   Sheet sheet = bench_sheet(5);

@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <fmt/format.h>
-
 #include <map>
 
 #include "compare/hems/hem_files.hpp"
@@ -11,100 +9,115 @@ namespace {
 
 using units::mm;
 
-Json json_of(const HemRecord& record) {
-  Json json;
-  json["file"] = record.file;
-  json["go"] = record.go;
-  for (const auto& [name, value] : {std::pair{"fabric", record.fabric},
-                                    {"sample", record.sample},
-                                    {"face", record.face},
-                                    {"repeat", record.repeat},
-                                    {"scale", record.basis}})
-    json[name] = value.empty() ? Json() : Json(value);
-  json["specimen_area_mm2"] = record.specimen_area_m2 / (mm * mm);
-  json["numbers"] = Json::object();
-  for (const HemNumber& number : record.numbers)
-    json["numbers"][number.name] = {{"value", number.value},
-                                    {"u", number.u ? Json(*number.u) : Json()}};
-  json["nodes"] = Json::array();
-  for (const HemNode& node : record.nodes)
-    json["nodes"].push_back({{"angle_deg", node.angle_rad / units::deg},
-                             {"radius_mm", node.radius_m / mm},
-                             {"amplitude_mm", node.amplitude_m / mm},
-                             {"wavelength_mm", node.wavelength_m / mm}});
-  json["radius_mm"] = Json::array();
-  for (std::size_t i = 0; i < record.hem.radius_m.size(); i += record.hem.radius_m.size() / 72)
-    json["radius_mm"].push_back(record.hem.radius_m[i] / mm);
-  json["warnings"] = record.warnings;
-  return json;
+/// A fabric's drapes with the scatter of its samples and of their repeats.
+struct FabricVariance {
+  std::string fabric;
+  VarianceComponents found;
+};
+
+struct FaceMean {
+  std::string face;
+  double percent = 0;
+};
+
+void fields(Fields& f, FaceMean& one) {
+  f({"face", "side of the cloth that lies up"}, one.face);
+  f({"mean_percent", "mean drape coefficient"}, one.percent);
 }
 
-Json json_of(const Judgement& judgement) {
-  Json json;
-  json["p"] = judgement.p ? Json(*judgement.p) : Json();
-  json["t"] = judgement.t;
-  json["degrees_of_freedom"] = judgement.dof;
-  json["mean"] = judgement.mean;
-  json["sd"] = judgement.sd;
-  json["detectable"] = judgement.detectable ? Json(*judgement.detectable) : Json();
-  return json;
+void fields(Fields& f, FabricVariance& one) {
+  f({"fabric", "name"}, one.fabric);
+  f({"drapes", "hems"}, one.found.drapes);
+  std::vector<FaceMean> faces;
+  for (const auto& [face, mean] : one.found.face_means) faces.push_back({face, mean});
+  f({"faces", "means of the faces"}, faces);
+  f({"samples", "samples"}, one.found.samples);
+  f({"repeat_sd_percent", "standard deviation of repeats"}, one.found.repeat_sd);
+  f({"sample_sd_percent", "standard deviation of samples"}, one.found.sample_sd);
 }
 
-std::map<std::string, std::vector<const HemRecord*>> by_fabric(const std::vector<HemRecord>& hems) {
-  std::map<std::string, std::vector<const HemRecord*>> fabrics;
-  for (const HemRecord& hem : hems) fabrics[hem.fabric].push_back(&hem);
-  return fabrics;
-}
+struct ValueWithU {
+  double value = 0;
+  std::optional<double> u;
+};
 
-Json variance_json(const std::string& fabric, const std::vector<const HemRecord*>& hems) {
-  std::vector<RepeatKey> keys;
-  std::vector<double> values;
-  for (const HemRecord* hem : hems) {
-    keys.push_back(hem->key());
-    values.push_back(hem->drape_coefficient());
-  }
-  const VarianceComponents found = variance_components(keys, values);
-  Json json;
-  json["fabric"] = fabric;
-  json["drapes"] = found.drapes;
-  json["faces"] = Json::array();
-  for (const auto& [face, mean] : found.face_means)
-    json["faces"].push_back({{"face", face}, {"mean_percent", mean}});
-  json["samples"] = found.samples;
-  json["repeat_sd_percent"] = found.repeat_sd ? Json(*found.repeat_sd) : Json();
-  json["sample_sd_percent"] = found.sample_sd ? Json(*found.sample_sd) : Json();
-  return json;
+void fields(Fields& f, ValueWithU& one) {
+  f({"value", "in the unit that the name ends with"}, one.value);
+  f({"u", "expanded uncertainty, k = 2; null: not known"}, one.u);
 }
 
 }  // namespace
 
-Json hems_json(const DrapemeterGeometry& geometry, const HemSet& real,
-               const std::vector<HemMatch>& matches, const MatchOptions& options) {
-  Json json;
-  json["schema"] = "drapebench/hems/1";
-  json["geometry"] = {{"name", geometry.name},
-                      {"disc_mm", geometry.disc_m / mm},
-                      {"specimen_mm", geometry.specimen_m / mm}};
-  json["hems"] = Json::array();
-  for (const HemRecord& record : real.hems) json["hems"].push_back(json_of(record));
-  json["refused"] = real.refused;
-  json["variance"] = Json::array();
-  for (const auto& [fabric, hems] : by_fabric(real.hems))
-    json["variance"].push_back(variance_json(fabric, hems));
-  json["significance"] = options.significance;
-  json["matches"] = Json::array();
-  for (const HemMatch& match : matches) {
-    json["matches"].push_back({{"fabric", match.fabric},
-                               {"face", match.face},
-                               {"virtual", match.virtual_file},
-                               {"repeats", match.repeats},
-                               {"verdict", match.verdict},
-                               {"reason", match.reason.empty() ? Json() : Json(match.reason)},
-                               {"p", match.p ? Json(*match.p) : Json()},
-                               {"drape_coefficient_percent", json_of(match.drape_coefficient)},
-                               {"log_hem_distance", json_of(match.hem)}});
+void fields(Fields& f, DrapemeterGeometry& geometry) {
+  f({"name", "standard test, or own"}, geometry.name);
+  f({"disc_mm", "diameter of the disc", mm}, geometry.disc_m);
+  f({"specimen_mm", "diameter of the specimen", mm}, geometry.specimen_m);
+}
+
+void fields(Fields& f, HemNode& node) {
+  f({"angle_deg", "direction of the crest", units::deg}, node.angle_rad);
+  f({"radius_mm", "radius of the crest", mm}, node.radius_m);
+  f({"amplitude_mm", "half of crest minus valleys", mm}, node.amplitude_m);
+  f({"wavelength_mm", "arc to the next crest", mm}, node.wavelength_m);
+}
+
+void fields(Fields& f, HemRecord& record) {
+  f({"file", "file, and the row"}, record.file);
+  f({"go", "false: not at rest, or on a NO-GO"}, record.go);
+  text_or_null(f, {"fabric", "name"}, record.fabric);
+  text_or_null(f, {"sample", "name"}, record.sample);
+  text_or_null(f, {"face", "side of the cloth that lies up"}, record.face);
+  text_or_null(f, {"repeat", "name"}, record.repeat);
+  text_or_null(f, {"scale", "origin of the scale; null: millimetres"}, record.basis);
+  f({"specimen_area_mm2", "flat area of the specimen", mm * mm}, record.specimen_area_m2);
+  std::vector<std::pair<std::string, ValueWithU>> numbers;
+  for (const HemNumber& number : record.numbers)
+    numbers.emplace_back(number.name, ValueWithU{number.value, number.u});
+  f({"numbers", "numbers of the drapemeter"}, numbers);
+  f({"nodes", "folds of the hem"}, record.nodes);
+  std::vector<double> radius_m;
+  for (std::size_t i = 0; i < record.hem.radius_m.size(); i += record.hem.radius_m.size() / 72)
+    radius_m.push_back(record.hem.radius_m[i]);
+  f({"radius_mm", "radii every 5 degrees", mm}, radius_m);
+  f({"warnings", "doubts"}, record.warnings);
+}
+
+void fields(Fields& f, Judgement& judgement) {
+  f({"p", "probability that a repeat lies as far out"}, judgement.p);
+  f({"t", "deviation in standard deviations"}, judgement.t);
+  f({"degrees_of_freedom", "of t"}, judgement.dof);
+  f({"mean", "of the repeats"}, judgement.mean);
+  f({"sd", "of the repeats, after the prior"}, judgement.sd);
+  f({"detectable", "difference that is found in 90 of 100 cases"}, judgement.detectable);
+}
+
+void fields(Fields& f, HemMatch& match) {
+  f({"fabric", "name"}, match.fabric);
+  f({"face", "side of the cloth that lies up"}, match.face);
+  f({"virtual", "file of the virtual hem"}, match.virtual_file);
+  f({"repeats", "hems of that fabric and face"}, match.repeats);
+  f({"verdict", "beside the repeats"}, match.verdict);
+  text_or_null(f, {"reason", "why it is undecided"}, match.reason);
+  f({"p", "of both judgements"}, match.p);
+  f({"drape_coefficient_percent", "judgement by the drape coefficient"}, match.drape_coefficient);
+  f({"log_hem_distance", "judgement by the hem's shape"}, match.hem);
+}
+
+void fields(Fields& f, HemsFile& file) {
+  f({"geometry", "disc and specimen"}, file.geometry);
+  f({"hems", "hems that were read"}, file.hems);
+  f({"refused", "files that were not, with the reason"}, file.refused);
+  std::map<std::string, std::pair<std::vector<RepeatKey>, std::vector<double>>> fabrics;
+  for (const HemRecord& hem : file.hems) {
+    fabrics[hem.fabric].first.push_back(hem.key());
+    fabrics[hem.fabric].second.push_back(hem.drape_coefficient());
   }
-  return json;
+  std::vector<FabricVariance> variance;
+  for (const auto& [fabric, values] : fabrics)
+    variance.push_back({fabric, variance_components(values.first, values.second)});
+  f({"variance", "scatter of each fabric"}, variance);
+  f({"significance", "part of repeats called outside"}, file.significance);
+  f({"matches", "virtual hems beside the repeats"}, file.matches);
 }
 
 }  // namespace drape::compare

@@ -148,7 +148,7 @@ Moments covered(const ShadowMesh& mesh, int lines) {
 
 namespace {
 
-/// What the list of virtual drapes beside a mesh says of it.
+/// Takes the entry of a mesh in the list of virtual drapes beside it.
 void read_list(const std::filesystem::path& list, const std::string& name, ShadowMesh& mesh) {
   const JsonNode root = JsonNode::open(list, "cusick", 1);
   for (const JsonNode& start : root.items("starts")) {
@@ -168,7 +168,7 @@ void read_list(const std::filesystem::path& list, const std::string& name, Shado
                   "remove a drape of an earlier run; keep other meshes in a folder of their own");
 }
 
-/// What `drape simulate piece` says of the mesh beside it.
+/// Takes status and area from the piece.json beside a mesh.
 void read_piece(const std::filesystem::path& json, ShadowMesh& mesh) {
   const JsonNode piece = JsonNode::open(json, "piece", 1);
   mesh.own_specimen = true;

@@ -18,12 +18,12 @@ struct ShadowMesh {
   std::vector<Eigen::Vector2d> material_m;  ///< empty: not known
   bool own_specimen = false;  ///< a sheet or piece: its file states the specimen, never the disc
   std::vector<std::array<std::size_t, 3>> triangles;
-  std::string status;  ///< of a simulated sheet, "at rest" or why not; empty: not known
+  std::string status;                  ///< simulated: "at rest" or why not; empty: not known
   std::optional<std::string> no_go;    ///< why the measurement that made or placed it is NO-GO
   bool measured = false;               ///< a sheet of marks that cameras saw
   int spanned = 0;                     ///< marks inside the hem that were missing
-  std::optional<double> flat_area_m2;  ///< of the specimen, where a file beside it says so
-  std::string fabric;                  ///< of a start of an ensemble (cusick.json); else empty
+  std::optional<double> flat_area_m2;  ///< flat specimen, where a file beside it says so
+  std::string fabric;                  ///< name in a cusick.json beside it; else empty
   std::optional<double> disc_m, specimen_m;  ///< diameters of its test, where cusick.json has them
 };
 
@@ -34,10 +34,10 @@ struct ShadowMesh {
 /// measured.
 [[nodiscard]] ShadowMesh read_shadow_mesh(const std::filesystem::path& file);
 
-/// Of its triangles as they hang.
+/// Area of its triangles as they hang.
 [[nodiscard]] double surface_m2(const ShadowMesh& mesh);
 
-/// What light from straight above leaves on the table: the area of the union of all triangles
+/// Shadow of light from straight above on the table: the area of the union of all triangles
 /// (midpoint rule over `lines` lines, each exact), radii about its centroid. The specimen's flat
 /// area where the material is known. Throws Error(bad_input) when it does not go around its centre.
 [[nodiscard]] Hem shadow_of(const ShadowMesh& mesh, int rays = 720, int lines = 4096);

@@ -40,7 +40,7 @@ struct EllipseFit {
 
 /// From picture to metres.
 struct PictureScale {
-  std::function<Eigen::Vector2d(const Eigen::Vector2d&)> metres_of;  ///< of (u, -v) in px
+  std::function<Eigen::Vector2d(const Eigen::Vector2d&)> metres_of;  ///< from (u, -v) in px
   std::optional<double> relative_u;  ///< standard uncertainty of lengths
   std::string basis;                 ///< one phrase for the report
   /// Along the slope that a tilted camera sees, of length sin(tilt): what an affine map takes out

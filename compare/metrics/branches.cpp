@@ -78,7 +78,7 @@ std::optional<fs::path> file_above(const fs::path& sheet, const char* name) {
   return fs::is_regular_file(file) ? std::optional(file) : std::nullopt;
 }
 
-/// Whether the sheet that a list names is this one.
+/// True where the sheet that a list names is this one.
 bool is_named(const fs::path& sheet, const std::string& name, const fs::path& list) {
   std::error_code unreadable;
   const fs::path named =

@@ -17,7 +17,7 @@ namespace drape::compare {
 
 /// One equilibrium of a drape that has several.
 struct Branch {
-  std::string set_sha256;              ///< of branches.json, which lists all of them
+  std::string set_sha256;              ///< hash of branches.json, which lists all of them
   int number = 0;                      ///< 1 has the least energy
   int of = 0;                          ///< equilibria that were found
   double energy_j = 0;                 ///< only differences within one list mean anything
@@ -58,7 +58,7 @@ struct Branch {
 /// equilibrium turned is the same equilibrium, so only this distance says which one the cloth took.
 struct TurnedDistance {
   double mean_m = 0;
-  double turn_rad = 0;     ///< of the virtual sheet, from x to y
+  double turn_rad = 0;     ///< turn of the virtual sheet, from x to y
   bool half_turn = false;  ///< the sheet turned by half a turn in its own plane as well
   Eigen::Vector2d axis_in_world = Eigen::Vector2d::Zero();
 };

@@ -10,7 +10,6 @@
 #include "compare/history/seal.hpp"
 #include "compare/store/inputs.hpp"
 #include "compare/store/outcome.hpp"
-#include "compare/store/inputs.hpp"
 #include "compare/test_sheets.hpp"
 #include "core/error.hpp"
 #include "core/files/files.hpp"

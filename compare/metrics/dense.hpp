@@ -40,11 +40,11 @@ struct OneDirection {
   double hausdorff_m = 0;  ///< largest, at the samples
 };
 
-/// What can be said of two surfaces without knowing which point belongs to which. It is always at
+/// Distance of two surfaces without knowing which point belongs to which. It is always at
 /// most the distance of corresponding points: cloth that slid along itself has none.
 struct SurfaceDistance {
   OneDirection first_to_second, second_to_first;
-  [[nodiscard]] double mean_m() const;       ///< of both directions
+  [[nodiscard]] double mean_m() const;       ///< mean of both directions
   [[nodiscard]] double hausdorff_m() const;  ///< larger of both directions
 };
 

@@ -19,12 +19,12 @@ struct Harmonic {
   double phase_rad = 0;  ///< angle of the first crest times the order; 0 when the amplitude is 0
 };
 
-/// What a drapemeter sees: the shadow of the cloth on the table, light from straight above
+/// Numbers of a drapemeter: the shadow of the cloth on the table, light from straight above
 /// (Cusick 1968). Angles from +x about the vertical through `centre`.
 struct Drapemeter {
   Eigen::Vector2d centre_in_world;  ///< metres
-  double covered_area_m2 = 0;       ///< of the shadow
-  double flat_area_m2 = 0;          ///< of the cloth before draping
+  double covered_area_m2 = 0;       ///< area of the shadow
+  double flat_area_m2 = 0;          ///< area of the cloth before draping
   /// (shadow - support) / (flat - support); absent without a flat support under the cloth.
   std::optional<double> drape_coefficient;
   double mean_radius_m = 0;

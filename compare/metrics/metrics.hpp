@@ -28,7 +28,7 @@ struct MarkError {
   std::optional<int> views;
 };
 
-/// How far a statistic may be trusted. The two answer different questions and are not added:
+/// Trust in a statistic. The two answer different questions and are not added:
 /// `sigma_m` is what the measurement of the marks leaves open, `bootstrap` what other marks on the
 /// same cloth might have given.
 struct Trust {

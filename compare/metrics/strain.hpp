@@ -8,7 +8,7 @@
 
 namespace drape::compare {
 
-/// How much longer the straight line between two neighbouring marks is than on the flat print. A
+/// Lengthening of the straight line between two neighbouring marks against the flat print. A
 /// fold between the two makes it shorter although no thread is.
 struct EdgeStrain {
   MarkId from, to;

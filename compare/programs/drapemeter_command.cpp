@@ -16,7 +16,7 @@ namespace drape::compare {
 
 namespace {
 
-/// What is written, and the files that are named; those of folders are found later.
+/// Outputs, and the inputs that are named; those of folders are found later.
 StepFiles named_files(const DrapemeterArguments& arguments) {
   StepFiles files;
   if (arguments.out) files.outputs = {*arguments.out / "hems.csv", *arguments.out / "hems.json"};
@@ -68,7 +68,8 @@ int run_drapemeter(const DrapemeterArguments& arguments, std::vector<std::string
   if (arguments.out) {
     const auto &csv = named.outputs[0], &json = named.outputs[1];
     write_durable(csv, hems_csv(options.geometry, real.hems));
-    write_json(json, hems_json(options.geometry, real, matches, match_options));
+    write_record(json, HemsFile{options.geometry, real.hems, real.refused,
+                                match_options.significance, matches});
     ending.next_command = next_command(real, options.geometry, shell_word(csv.string()));
   }
   return finish(ending, common, record);

@@ -60,7 +60,7 @@ void add_numbers(const std::vector<HemRecord>& hems, Ending& ending) {
 
 void add_matches(const std::vector<HemMatch>& matches, Ending& ending) {
   for (const HemMatch& match : matches) {
-    std::string text = fmt::format("{}, p {}, {} repeats", match.verdict,
+    std::string text = fmt::format("{}, p {}, {} repeats", name_of(match.verdict),
                                    match.p ? fmt::format("{:.3f}", *match.p) : "-", match.repeats);
     if (match.drape_coefficient.detectable)
       text += fmt::format("; {:.1f} points would be found", *match.drape_coefficient.detectable);

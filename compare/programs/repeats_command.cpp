@@ -3,9 +3,9 @@
 
 #include "compare/programs/commands.hpp"
 #include "compare/records/provenance.hpp"
+#include "compare/repeats/mark_repeats.hpp"
 #include "compare/repeats/repeat_sheets.hpp"
 #include "compare/store/inputs.hpp"
-#include "core/files/json_file.hpp"
 #include "core/program/command.hpp"
 #include "core/program/program.hpp"
 #include "core/program/run_record.hpp"
@@ -58,11 +58,12 @@ int run_repeats(const RepeatsArguments& arguments, std::vector<std::string> word
   ending.verdict =
       fmt::format("{} repeats with {} marks in common", arguments.repeats.size(), found.marks);
   for (const auto& match : found.matches)
-    ending.numbers.emplace_back(
-        match.name, match.verdict + (match.p ? fmt::format(", p {:.3f}", *match.p) : "") +
-                        (match.reason.empty() ? "" : "; " + match.reason));
+    ending.numbers.emplace_back(match.name,
+                                std::string(name_of(match.verdict)) +
+                                    (match.p ? fmt::format(", p {:.3f}", *match.p) : "") +
+                                    (match.reason.empty() ? "" : "; " + match.reason));
   if (arguments.out)
-    write_json(*arguments.out, repeats_json(found, repeats, arguments.significance));
+    write_record(*arguments.out, RepeatsFile{arguments.significance, repeats, found});
   return finish(ending, common, record);
 }
 

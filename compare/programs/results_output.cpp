@@ -27,7 +27,7 @@ Table with_its_title(Table table) {
 
 void write(const ResultsArguments& arguments, const CommonOptions& common,
            const std::vector<const Table*>& tables) {
-  // What export was asked for stands above what all commands may be asked for.
+  // The format of an export stands above what all commands may be asked for.
   const bool json = arguments.format ? arguments.format == ExportFormat::json : common.json;
   const bool csv = !json && (arguments.csv || arguments.format == ExportFormat::csv);
   std::string text;

@@ -27,18 +27,18 @@ enum class StandardTest { iso_240, iso_300, iso_360, jis_254 };
 
 /// Hem of a draped specimen seen from above, x right, y up or as the world's.
 struct Hem {
-  Eigen::Vector2d centre_m;      ///< of the covered area
+  Eigen::Vector2d centre_m;      ///< centroid of the covered area
   double area_m2 = 0;            ///< covered
   std::vector<double> radius_m;  ///< about the centre, equal steps of angle from +x towards +y;
                                  ///< where a ray meets the hem more than once, the outermost
-  std::optional<double> flat_area_m2;  ///< of the specimen, where it is known better than by size
+  std::optional<double> flat_area_m2;  ///< flat specimen, where it is known better than by size
 };
 
-/// Of a closed outline without crossings, either sense. Throws Error(bad_input) naming nothing when
-/// the outline does not go around its centre.
+/// Hem of a closed outline without crossings, either sense. Throws Error(bad_input) naming nothing
+/// when the outline does not go around its centre.
 [[nodiscard]] Hem hem_of_outline(const std::vector<Eigen::Vector2d>& outline_m, int rays = 720);
 
-/// Of radii at equal steps of angle, by trigonometric interpolation (orders below half their
+/// Hem of radii at equal steps of angle, by trigonometric interpolation (orders below half their
 /// number); area = pi times the mean square radius, exact for a hem of those orders.
 [[nodiscard]] Hem hem_of_radii(const std::vector<double>& radius_m, int rays = 720);
 
@@ -52,8 +52,8 @@ struct HemOptions {
 
 /// One fold of the hem.
 struct HemNode {
-  double angle_rad = 0;     ///< of its crest
-  double radius_m = 0;      ///< of its crest
+  double angle_rad = 0;     ///< direction of its crest
+  double radius_m = 0;      ///< direction of its crest
   double amplitude_m = 0;   ///< half of crest minus mean of the valleys beside it
   double wavelength_m = 0;  ///< arc of the mean circle to the next crest
 };
@@ -75,7 +75,7 @@ struct HemNumber {
 [[nodiscard]] std::vector<HemNumber> numbers_of(const Hem& hem, const DrapemeterGeometry& geometry,
                                                 const HemOptions& options);
 
-/// What is known of a hem's errors.
+/// Known errors of a hem.
 struct HemErrors {
   /// Hems at the grey levels a quarter and three quarters across the edge: the edge lies between
   /// them, rectangular distribution.

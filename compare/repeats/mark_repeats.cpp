@@ -138,15 +138,15 @@ void add_hems(const std::vector<SheetFile>& repeats, const Surface& surface,
   bases.push_back(std::move(spectrum));
 }
 
-MarkRepeats::Match match_of(const std::vector<SheetFile>& repeats, const SheetFile& candidate,
-                            const std::vector<const SheetMark*>& common, double significance) {
+MarkRepeats::SheetMatch match_of(const std::vector<SheetFile>& repeats, const SheetFile& candidate,
+                                 const std::vector<const SheetMark*>& common, double significance) {
   const Surface surface(candidate.sheet, candidate.file.string());
   const auto marks = with_place(common, surface);
   if (marks.empty())
     throw bad_input("the virtual sheet has none of the repeats' marks",
                     {.file = candidate.file.string()}, "give a sheet of the same patch");
-  MarkRepeats::Match match{
-      candidate.file.string(), static_cast<int>(marks.size()), {}, {}, "undecided", {}};
+  MarkRepeats::SheetMatch match{
+      candidate.file.string(), static_cast<int>(marks.size()), {}, {}, Match::undecided, {}};
   std::vector<Points> points;
   points.reserve(repeats.size());
   for (const SheetFile& repeat : repeats) points.push_back(places_on(repeat.sheet, marks));
@@ -170,26 +170,10 @@ MarkRepeats::Match match_of(const std::vector<SheetFile>& repeats, const SheetFi
   // Copies have no scatter of marks; what is judged in spite of it is rounding.
   if (judgements.front().p) match.p = combined_p(judgements);
   if (match.p)
-    match.verdict = *match.p < significance ? "outside" : "inside";
+    match.verdict = *match.p < significance ? Match::outside : Match::inside;
   else
     match.reason = match.bases.front().reason;
   return match;
-}
-
-Json json_of(const std::vector<double>& lengths_m) {
-  Json row = Json::array();
-  for (const double d : lengths_m) row.push_back(d / mm);
-  return row;
-}
-
-Json json_of(const RepeatBasis& basis) {
-  Json real = Json::array();
-  for (const auto& row : basis.real_to_real_m) real.push_back(json_of(row));
-  return {{"what", basis.what},
-          {"real_to_real_mm", real},
-          {"virtual_to_real_mm", json_of(basis.virtual_to_real_m)},
-          {"p", basis.judgement.p ? Json(*basis.judgement.p) : Json()},
-          {"reason", basis.reason.empty() ? Json() : Json(basis.reason)}};
 }
 
 }  // namespace
@@ -212,29 +196,44 @@ MarkRepeats mark_repeats(const std::vector<SheetFile>& repeats,
   return result;
 }
 
-Json repeats_json(const MarkRepeats& found, const std::vector<SheetFile>& repeats,
-                  double significance) {
-  Json json;
-  json["schema"] = "drapebench/repeats/1";
-  json["significance"] = significance;
-  json["marks"] = found.marks;
-  json["repeats"] = Json::array();
-  for (std::size_t i = 0; i < repeats.size(); ++i)
-    json["repeats"].push_back(
-        {{"sheet", repeats[i].file.string()}, {"rms_mm", json_of(found.real_to_real_m[i])}});
-  json["matches"] = Json::array();
-  for (const auto& match : found.matches) {
-    Json bases = Json::array();
-    for (const RepeatBasis& basis : match.bases) bases.push_back(json_of(basis));
-    json["matches"].push_back({{"sheet", match.name},
-                               {"marks", match.marks},
-                               {"rms_mm", json_of(match.bases.front().virtual_to_real_m)},
-                               {"bases", bases},
-                               {"verdict", match.verdict},
-                               {"reason", match.reason.empty() ? Json() : Json(match.reason)},
-                               {"p", match.p ? Json(*match.p) : Json()}});
-  }
-  return json;
+void fields(Fields& f, RepeatBasis& basis) {
+  f({"what", "marks, hem or spectrum"}, basis.what);
+  f({"real_to_real_mm", "distances of the repeats", mm}, basis.real_to_real_m);
+  f({"virtual_to_real_mm", "distances of the virtual sheet", mm}, basis.virtual_to_real_m);
+  f({"p", "probability that a repeat lies as far out; null: not judged"}, basis.judgement.p);
+  text_or_null(f, {"reason", "why it cannot be judged"}, basis.reason);
+}
+
+void fields(Fields& f, MarkRepeats::SheetMatch& match) {
+  f({"sheet", "virtual sheet"}, match.name);
+  f({"marks", "marks compared"}, match.marks);
+  f({"rms_mm", "RMS distances of its marks from each repeat", mm},
+    match.bases.front().virtual_to_real_m);
+  f({"bases", "kinds of distance"}, match.bases);
+  f({"verdict", "beside the repeats"}, match.verdict);
+  text_or_null(f, {"reason", "why it is undecided"}, match.reason);
+  f({"p", "of all that could be judged"}, match.p);
+}
+
+namespace {
+struct RepeatRow {
+  std::string sheet;
+  std::vector<double> rms_m;
+};
+void fields(Fields& f, RepeatRow& row) {
+  f({"sheet", "file"}, row.sheet);
+  f({"rms_mm", "RMS distances of its marks from each repeat", mm}, row.rms_m);
+}
+}  // namespace
+
+void fields(Fields& f, RepeatsFile& file) {
+  f({"significance", "part of repeats called outside"}, file.significance);
+  f({"marks", "marks that every repeat has"}, file.found.marks);
+  std::vector<RepeatRow> rows;
+  for (std::size_t i = 0; i < file.repeats.size(); ++i)
+    rows.push_back({file.repeats[i].file.string(), file.found.real_to_real_m[i]});
+  f({"repeats", "measured sheets"}, rows);
+  f({"matches", "virtual sheets"}, file.found.matches);
 }
 
 }  // namespace drape::compare

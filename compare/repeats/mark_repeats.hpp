@@ -6,7 +6,7 @@
 
 #include "compare/repeats/repeats.hpp"
 #include "compare/repeats/sheet_file.hpp"
-#include "core/files/json_file.hpp"
+#include "core/fields/records.hpp"
 #include "core/sheet.hpp"
 
 namespace drape::compare {
@@ -25,15 +25,15 @@ struct MarkRepeats {
   /// Root mean square distance of the marks of two repeats, in the world of the bench: nothing is
   /// turned or moved.
   std::vector<std::vector<double>> real_to_real_m;
-  struct Match {
+  struct SheetMatch {
     std::string name;
-    int marks = 0;                   ///< of those, that the virtual sheet has or interpolates
+    int marks = 0;                   ///< those that the virtual sheet has or interpolates
     std::vector<RepeatBasis> bases;  ///< marks, hem and spectrum
-    std::optional<double> p;         ///< of all that could be judged, see combined_p()
-    std::string verdict;             ///< inside, outside or undecided
-    std::string reason;              ///< of undecided; else empty
+    std::optional<double> p;         ///< combined over all that could be judged, see combined_p()
+    Match verdict = Match::undecided;
+    std::string reason;  ///< why it is undecided; else empty
   };
-  std::vector<Match> matches;
+  std::vector<SheetMatch> matches;
 };
 
 /// Repeats below which nothing says how far they lie apart.
@@ -50,8 +50,17 @@ inline constexpr int kLeastRepeats = 3;
                                        const std::vector<SheetFile>& virtual_sheets,
                                        double significance);
 
-/// repeats.json, "drapebench/repeats/1".
-[[nodiscard]] Json repeats_json(const MarkRepeats& found, const std::vector<SheetFile>& repeats,
-                                double significance);
+/// repeats.json.
+struct RepeatsFile {
+  double significance = 0.05;
+  std::vector<SheetFile> repeats;
+  MarkRepeats found;
+};
+void fields(Fields& f, RepeatsFile& file);
 
 }  // namespace drape::compare
+
+template <>
+inline constexpr drape::Format drape::format_of<drape::compare::RepeatsFile>{
+    "repeats", drape::Syntax::json, 1,
+    "repeats.json: distances of repeated drapes, and which virtual sheets lie inside them."};

@@ -37,6 +37,12 @@ Judgement standardised(const std::vector<double>& repeats, double value, double 
 
 }  // namespace
 
+void text_or_null(Fields& f, const Field& field, const std::string& text) {
+  std::optional<std::string> written;
+  if (!text.empty()) written = text;
+  f(field, written);
+}
+
 Judgement judge_value(const std::vector<double>& repeats, double value, const VariancePrior& prior,
                       double significance) {
   if (repeats.empty()) return {};

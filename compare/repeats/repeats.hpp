@@ -8,6 +8,8 @@
 
 #include "compare/repeats/hem.hpp"
 
+#include "core/fields/fields.hpp"
+
 namespace drape::compare {
 
 // "Inside the repeats": a virtual drape matches when it could be one more repeat of the real one
@@ -18,16 +20,23 @@ namespace drape::compare {
 // the mean of (x_i - mean of the others)^2 equals the mean of s^2 (1 + 1/(n - 1)) identically, so
 // that the scale of t is right also where repeats of one sample resemble each other.
 
-/// What the variances of many groups have in common: scaled inverse chi-square with `dof` and
+/// Writes a text that is null where there is none.
+void text_or_null(Fields& f, const Field& field, const std::string& text);
+
+/// A virtual drape beside the real one.
+enum class Match { inside, outside, undecided };
+
+/// Common distribution of the variances of many groups: scaled inverse chi-square with `dof` and
 /// `variance`; dof 0: nothing is known.
 struct VariancePrior {
   double dof = 0, variance = 0;
 };
 
 struct Judgement {
-  std::optional<double> p;  ///< that a further repeat lies as far out; absent: cannot be judged
+  std::optional<double>
+      p;  ///< probability that a further repeat lies as far out; absent: cannot be judged
   double t = 0, dof = 0;
-  double mean = 0, sd = 0;           ///< of the repeats; sd after the prior
+  double mean = 0, sd = 0;           ///< the repeats' own; sd after the prior
   std::optional<double> detectable;  ///< difference that is found in 90 of 100 cases
 };
 
@@ -56,7 +65,7 @@ struct Distances {
 
 /// Bonferroni over several p: the smallest times their number, at most 1.
 [[nodiscard]] std::optional<double> joint_p(const std::vector<Judgement>& judgements);
-/// That of tests which go together, such as marks, hem and spectrum of the same sheets: the sum of
+/// Combines tests which go together, such as marks, hem and spectrum of the same sheets: the sum of
 /// their Cauchy quantiles, exact for independent and for equal tests and near it between (Liu and
 /// Xie 2020). Three times the least would be too strict there.
 [[nodiscard]] std::optional<double> combined_p(const std::vector<Judgement>& judgements);
@@ -64,7 +73,7 @@ struct Distances {
 /// Variances of the scores and values of many published real drapes; see the README for the source.
 struct RepeatPriors {
   VariancePrior drape_coefficient;  ///< percent points squared
-  VariancePrior hem_score;          ///< of log distance
+  VariancePrior hem_score;          ///< variance of log distance
 };
 [[nodiscard]] const RepeatPriors& published_priors();
 
@@ -83,3 +92,7 @@ struct VarianceComponents {
                                                      const std::vector<double>& values);
 
 }  // namespace drape::compare
+
+template <>
+inline constexpr std::string_view drape::names_of<drape::compare::Match>[] = {"inside", "outside",
+                                                                              "undecided"};

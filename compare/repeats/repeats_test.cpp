@@ -179,7 +179,7 @@ TEST(Repeats, AnotherFabricTenPointsAwayIsFound) {
     const auto matches = match_hems(real, others, options);
     ASSERT_EQ(matches.size(), others.size());
     for (std::size_t i = 0; i < matches.size(); ++i) {
-      const bool outside = matches[i].verdict == "outside";
+      const bool outside = matches[i].verdict == Match::outside;
       ++n;
       found += outside;
       near += apart[i] < 15;
@@ -243,8 +243,8 @@ TEST(Repeats, OfSheetsAreOutsideAsOftenAsTheSignificanceSays) {
     for (std::size_t out = 0; out < all.size(); ++out, ++n) {
       std::vector<SheetFile> others = all;
       others.erase(others.begin() + static_cast<std::ptrdiff_t>(out));
-      const MarkRepeats::Match match = mark_repeats(others, {all[out]}, 0.05).matches.at(0);
-      alarms["joint"] += match.verdict == "outside";
+      const MarkRepeats::SheetMatch match = mark_repeats(others, {all[out]}, 0.05).matches.at(0);
+      alarms["joint"] += match.verdict == Match::outside;
       for (const RepeatBasis& basis : match.bases)
         alarms[basis.what] += basis.judgement.p && *basis.judgement.p < 0.05;
     }
@@ -274,9 +274,9 @@ TEST(Repeats, ASheetOfAnotherFabricTenPointsAwayIsFound) {
     for (const auto& [other, candidates] : library.groups) {
       const double apart = std::abs(mean(candidates) - mean(hems));
       if (other.first == name.first || apart < 10) continue;
-      for (const MarkRepeats::Match& match :
+      for (const MarkRepeats::SheetMatch& match :
            mark_repeats(repeats, cloths_of(candidates), 0.05).matches) {
-        const bool outside = match.verdict == "outside";
+        const bool outside = match.verdict == Match::outside;
         ++n;
         found += outside;
         near += apart < 15;
@@ -323,10 +323,10 @@ TEST(MarkRepeats, AFurtherRepeatIsOutsideAsOftenAsTheSignificanceSays) {
       const auto result = mark_repeats(
           real, {{"virtual", {}, {}, laid_sheet(lots, 0)}, {"far", {}, {}, laid_sheet(lots, 0.02)}},
           0.05);
-      alarms += result.matches[0].verdict == "outside";
+      alarms += result.matches[0].verdict == Match::outside;
       const std::optional<double> p = result.matches[0].bases.front().judgement.p;
       alarms_of_marks += p && *p < 0.05;
-      found += result.matches[1].verdict == "outside";
+      found += result.matches[1].verdict == Match::outside;
     }
     RecordProperty("alarms_of_marks_percent_" + std::to_string(repeats),
                    std::to_string(100.0 * alarms_of_marks / kTrials));
@@ -348,7 +348,7 @@ TEST(MarkRepeats, FewRepeatsAreUndecidedAndSayWhy) {
   std::mt19937_64 lots(1);
   const SheetFile real{"real", {}, {}, laid_sheet(lots, 0)};
   const auto result = mark_repeats({real}, {{"virtual", {}, {}, laid_sheet(lots, 0)}}, 0.05);
-  EXPECT_EQ(result.matches.at(0).verdict, "undecided");
+  EXPECT_EQ(result.matches.at(0).verdict, Match::undecided);
   EXPECT_FALSE(result.matches.at(0).reason.empty());
   EXPECT_EQ(result.marks, 36);
 }

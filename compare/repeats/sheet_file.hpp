@@ -28,17 +28,17 @@ struct RepeatId {
 /// A sheet as read, with the SHA-256 of its .json (which carries everything).
 struct SheetFile {
   std::filesystem::path file;
-  std::string sha256;      ///< of <stem>.json: the sheet's identity in the store
-  std::string ply_sha256;  ///< of <stem>.ply
+  std::string sha256;      ///< hash of <stem>.json: the sheet's identity in the store
+  std::string ply_sha256;  ///< hash of <stem>.ply
   Sheet sheet;
-  std::optional<RepeatId> repeat = {};   ///< of a measured sheet that says which laying it is
-  std::optional<AskedScene> asked = {};  ///< of a measured sheet whose marks were asked about one
+  std::optional<RepeatId> repeat = {};   ///< absent: it says no laying
+  std::optional<AskedScene> asked = {};  ///< absent: its marks were asked about none
 
   /// The scene that the file says to be of; a measured one may say none.
   [[nodiscard]] std::string scene() const;
   [[nodiscard]] std::string face() const { return repeat ? repeat->face : std::string(); }
-  [[nodiscard]] const MeasuredSource& measured() const;           ///< of a measured sheet
-  [[nodiscard]] bool has_content(const std::string& hash) const;  ///< of either file
+  [[nodiscard]] const MeasuredSource& measured() const;  ///< its source, where it was measured
+  [[nodiscard]] bool has_content(const std::string& hash) const;  ///< either file has this hash
 };
 
 /// Reads both files of a sheet, whichever is named. Throws Error(bad_input) also where they are not

@@ -38,7 +38,7 @@ class Browser : public testing::Test {
       GTEST_SKIP() << "chromium is absent, so the pages are not looked at";
   }
 
-  /// What Chromium says on both streams when it opens the page with these options.
+  /// Text that Chromium prints on both streams when it opens the page with these options.
   std::string open(const fs::path& page, const std::string& options) {
     const fs::path said = folder_.path() / "said.txt";
     const std::string command = fmt::format(

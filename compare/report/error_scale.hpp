@@ -12,7 +12,7 @@ class ErrorScale {
   /// From 0 to a round number at or above `largest_mm`.
   explicit ErrorScale(double largest_mm);
   [[nodiscard]] std::string colour(double value_mm) const;
-  [[nodiscard]] bool is_dark(double value_mm) const;  ///< whether text on it must be light
+  [[nodiscard]] bool is_dark(double value_mm) const;  ///< text on it must be light
   [[nodiscard]] double top_mm() const { return top_mm_; }
   /// Bar with ticks and the words "distance real to virtual (mm)"; 40 units high.
   void draw(Svg& svg, double x, double y, double width) const;

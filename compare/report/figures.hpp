@@ -14,7 +14,7 @@ namespace drape::compare {
 
 /// A finished picture.
 struct Figure {
-  std::string name;     ///< of its file without extension, e.g. "A-overlay-cam0"
+  std::string name;     ///< file name without extension, e.g. "A-overlay-cam0"
   std::string caption;  ///< one or two sentences
   std::string svg;
 };

@@ -75,7 +75,7 @@ Made make_report(const fs::path& folder) {
   return made;
 }
 
-/// What stands between these tags may hold < and > and is not markup.
+/// Drops the text between these tags, which may hold < and > and is not markup.
 std::string without_style(std::string html) {
   for (const std::string name : {"style", "script"}) {
     std::size_t at = 0;

@@ -16,7 +16,7 @@ namespace drape::compare {
 /// The scripts that bring all such figures of a page to life: three.js and the viewer's own.
 [[nodiscard]] std::vector<std::string> viewer_scripts();
 
-/// What a Content-Security-Policy names a script by.
+/// Name of a script in a Content-Security-Policy.
 [[nodiscard]] std::string script_hash(const std::string& script);
 
 }  // namespace drape::compare

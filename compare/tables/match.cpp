@@ -71,7 +71,7 @@ double mean_apart_m(const RepeatBasis& basis) {
   return mean_of_distances(values);
 }
 
-const MarkRepeats::Match* among(const Report& report) {
+const MarkRepeats::SheetMatch* among(const Report& report) {
   return report.among_repeats ? &report.among_repeats->matches.front() : nullptr;
 }
 
@@ -103,7 +103,7 @@ MatchBasis by_uncertainty(const Report& report) {
 }
 
 void add_repeats(const Report& report, std::vector<MatchBasis>& bases) {
-  const MarkRepeats::Match* match = among(report);
+  const MarkRepeats::SheetMatch* match = among(report);
   if (match == nullptr) return;
   for (const RepeatBasis& one : match->bases) {
     MatchBasis basis{"repeats: " + one.what, Match::undecided, {}, {}, "mm", one.judgement.p, {}};
@@ -166,13 +166,13 @@ std::string ensemble_phrase(const std::vector<MatchBasis>& bases) {
 
 /// By the repeats, which have a p.
 void rest_on_repeats(const Report& report, MatchVerdict& verdict) {
-  const MarkRepeats::Match& match = *among(report);
+  const MarkRepeats::SheetMatch& match = *among(report);
   const MatchBasis& uncertainty = verdict.bases.front();
   const int count = repeats_of(report);
   const std::string figures = fmt::format("(p {:.3f} at a significance of {:g}; marks {})",
                                           *match.p, report.significance, verdict.bases[1].reason);
   verdict.rests_on = fmt::format("{} repeats", count);
-  if (match.verdict == "inside") {
+  if (match.verdict == Match::inside) {
     verdict.match = Match::inside;
     verdict.reason = fmt::format("it could be one more of the {} real drapes {}", count, figures);
   } else if (uncertainty.verdict == Match::inside) {
@@ -254,7 +254,7 @@ MatchVerdict match_of(const DrapeInput& input, const Report& report) {
     verdict.reason = "the measurement is NO-GO: " + report.no_go.front();
     return verdict;
   }
-  if (const MarkRepeats::Match* match = among(report); match != nullptr && match->p)
+  if (const MarkRepeats::SheetMatch* match = among(report); match != nullptr && match->p)
     rest_on_repeats(report, verdict);
   else
     rest_on_uncertainty(report, verdict);
@@ -263,7 +263,7 @@ MatchVerdict match_of(const DrapeInput& input, const Report& report) {
 }
 
 std::string name_of(Match match) {
-  return match == Match::inside ? "inside" : match == Match::outside ? "outside" : "undecided";
+  return std::string(drape::name_of(match));
 }
 
 Table basis_table(const Report& report) {

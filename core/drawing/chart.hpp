@@ -28,7 +28,7 @@ struct Axis {
   std::string label = {};
   double low = 0, high = 1;
   double step = 0;                ///< between ticks; 0: none
-  const char* format = "{:.4g}";  ///< of a tick
+  const char* format = "{:.4g}";  ///< format of a tick
 };
 /// From `low` to `high` with about `count` ticks; whole steps where `whole`.
 [[nodiscard]] Axis axis_over(std::string label, double low, double high, int count, bool whole);
