@@ -5,6 +5,7 @@
 #include <cstdio>
 #include <cstdlib>
 #include <limits>
+#include <numeric>
 #include <random>
 
 #include "core/error.hpp"
@@ -233,13 +234,20 @@ std::pair<int, int> range_of(int count) {
   return {from != nullptr ? std::atoi(from) : 0, to != nullptr ? std::atoi(to) : count};
 }
 
-TEST(RandomScenes, ValidOnesEndFiniteAndHonest) {
-  const auto [from, to] = range_of(test::trial_count(40, 10000));
+Tally tally_of(const std::vector<int>& indices) {
   Tally tally;
-  for (int index = from; index < to; ++index) {
+  for (const int index : indices) {
     Dice dice(index);
     expect_honest(valid_trial(dice, 12000), index, tally);
   }
+  return tally;
+}
+
+TEST(RandomScenes, ValidOnesEndFiniteAndHonest) {
+  const auto [from, to] = range_of(test::trial_count(40, 10000));
+  std::vector<int> indices(static_cast<std::size_t>(to - from));
+  std::iota(indices.begin(), indices.end(), from);
+  const Tally tally = tally_of(indices);
   tally.tell("valid", to - from);
   EXPECT_EQ(tally.in_words, 0);
   EXPECT_EQ(tally.diverged, 0);
@@ -250,31 +258,18 @@ TEST(RandomScenes, ValidOnesEndFiniteAndHonest) {
 
 TEST(RandomScenes, LayersThatMeetBesideAHeldParticleThrowNoneAway) {
   // In these scenes a landing once gave a free particle hundreds of metres per second.
-  Tally tally;
-  for (const int index : {84, 99, 312, 347, 429}) {
-    Dice dice(index);
-    expect_honest(valid_trial(dice, 12000), index, tally);
-  }
-  EXPECT_EQ(tally.diverged, 0);
+  EXPECT_EQ(tally_of({84, 99, 312, 347, 429}).diverged, 0);
 }
 
 TEST(RandomScenes, RestsOnThePointOfAPyramidAreAccepted) {
   // Edges of the sheet press on the point from all sides, and a little beyond an edge's end; in the
   // last one a particle lies on the rim of the pyramid's foot.
-  Tally tally;
-  for (const int index : {6, 429, 1025, 5266}) {
-    Dice dice(index);
-    expect_honest(valid_trial(dice, 12000), index, tally);
-  }
-  EXPECT_EQ(tally.rest, 4);
+  EXPECT_EQ(tally_of({6, 429, 1025, 5266}).rest, 4);
 }
 
 TEST(RandomScenes, ARestOnTwoEdgesOfACylinderIsAccepted) {
   // A line along the top presses at the edge where it lies less deep.
-  Tally tally;
-  Dice dice(4222);
-  expect_honest(valid_trial(dice, 12000), 4222, tally);
-  EXPECT_EQ(tally.rest, 1);
+  EXPECT_EQ(tally_of({4222}).rest, 1);
 }
 
 TEST(RandomScenes, HostileOnesAreRefusedOrEndFinite) {

@@ -13,8 +13,8 @@
 #include "simulate/ensemble/checked.hpp"
 #include "simulate/equilibrium/solver.hpp"
 #include "simulate/simulate.hpp"
+#include "simulate/test_drape.hpp"
 #include "simulate/validation/test_sheets.hpp"
-#include "tests/support/paths.hpp"
 #include "tests/support/trials.hpp"
 
 namespace drape::simulate {
@@ -50,13 +50,13 @@ Scene moved(const Scene& scene) {
   return there;
 }
 
+Sheet moved(Sheet sheet) {
+  for (SheetMark& mark : sheet.marks) mark.point_in_world = moved(mark.point_in_world);
+  return sheet;
+}
+
 SimulateResult run(const Scene& scene, const std::string& solver) {
-  SimulateOptions options;
-  options.rows = options.cols = 11;
-  options.segments = 1;
-  options.solver = solver;
-  return simulate(scene, read_fabric(scene.fabric_file), read_print(scene.print_file), std::nullopt,
-                  options);
+  return drape_of(scene, options_of(11, solver));
 }
 
 Scene scene_of(const std::string& file) {
@@ -76,12 +76,7 @@ TEST(Invariance, AMovedAndTurnedWorldHasTheSameShapesAndVerdicts) {
       const SimulateResult here = run(scene, solver), there = run(moved(scene), solver);
       EXPECT_EQ(here.report.status, there.report.status) << file << " " << solver;
       EXPECT_EQ(here.report.steps, there.report.steps) << file << " " << solver;
-      double farthest = 0;
-      for (std::size_t k = 0; k < here.sheet.marks.size(); ++k) {
-        const Vector3d p = moved(here.sheet.marks[k].point_in_world);
-        farthest = std::max(farthest, (there.sheet.marks[k].point_in_world - p).norm());
-      }
-      EXPECT_LT(farthest, 1e-9) << file << " " << solver;
+      EXPECT_LT(farthest_m(there.sheet, moved(here.sheet)), 1e-9) << file << " " << solver;
     }
   }
 }
@@ -104,12 +99,7 @@ TEST(Invariance, ScenesOfThePaperMovedAndTurnedAreJudgedAlike) {
       const std::string what = names[k] + " at " + std::to_string(particles);
       EXPECT_EQ(here.report.status, there.report.status)
           << what << ": " << here.report.sentence << "; " << there.report.sentence;
-      double farthest = 0;
-      for (std::size_t m = 0; m < here.sheet.marks.size(); ++m)
-        farthest = std::max(farthest, (there.sheet.marks[m].point_in_world -
-                                       moved(here.sheet.marks[m].point_in_world))
-                                          .norm());
-      EXPECT_LT(farthest, 0.01 * mm) << what;  // issue
+      EXPECT_LT(farthest_m(there.sheet, moved(here.sheet)), 0.01 * mm) << what;  // issue
     }
   }
 }

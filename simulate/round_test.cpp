@@ -6,6 +6,7 @@
 
 #include "core/error.hpp"
 #include "simulate/cloth/drape_coefficient.hpp"
+#include "simulate/cloth/test_grid.hpp"
 #include "simulate/dynamics/motion.hpp"
 #include "simulate/simulate.hpp"
 #include "tests/support/paths.hpp"
@@ -14,13 +15,7 @@ namespace drape::simulate {
 namespace {
 
 ClothLaws cotton() {
-  ClothLaws laws;
-  laws.density_kg_per_m2 = 0.138;
-  laws.tensile[0] = laws.tensile[1] = {2000, {}};
-  laws.shear = {30, {}};
-  laws.bending[0] = laws.bending[1] = {7.7e-6, {}};
-  laws.twist_n_m = 1e-5;
-  return laws;
+  return linear_laws(0.138, 2000, 30, 7.7e-6, 1e-5);
 }
 
 /// Flat, with a smooth bump so that every element is strained.

@@ -21,10 +21,10 @@ struct SimulateOptions {
   int cols = 21;       ///< particles along the weft
   bool round = false;  ///< cut the specimen to the ellipse in the patch (Cusick's disc)
   int segments = 5;    ///< line segments per Kawabata curve; 1: G, B, first slope
-  std::string model = "consistent";  ///< or "paper", which ignores `mass`
-  std::optional<CurveReach> reach;   ///< where the curves are fitted; absent: wherever measured
-  bool internal_friction = false;    ///< both branches of bending and shear; "consistent" only
-  std::string solver = "rk4";        ///< "rk4": motion with damping; "static": Newton's method
+  std::string model = "consistent";      ///< or "paper", which ignores `mass`
+  std::optional<CurveReach> reach = {};  ///< where the curves are fitted; absent: wherever measured
+  bool internal_friction = false;        ///< both branches of bending and shear; "consistent" only
+  std::string solver = "rk4";            ///< "rk4": motion with damping; "static": Newton's method
   MassRule mass = MassRule::area;
   double damping_per_s = 4;           ///< beta / m of the paper's F = -beta v
   double air_drag_kg_per_m3 = 0.6;    ///< F = -c area |v| v; half of air's density, factor 1
@@ -46,7 +46,7 @@ struct SimulateOptions {
   /// Layers of cloth keep this apart (m); 0: the sheet passes through itself.
   double cloth_thickness_m = 0.5e-3;
   /// Called now and then with the fraction of the step limit used and the residual so far.
-  std::function<void(double fraction, double residual)> progress;
+  std::function<void(double fraction, double residual)> progress = {};
 
   /// Throws Error(usage) for a value that cannot be simulated.
   void check() const;

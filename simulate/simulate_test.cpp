@@ -12,8 +12,8 @@
 #include "simulate/start/local_frame.hpp"
 #include "simulate/start/start.hpp"
 #include "simulate/start/start_check.hpp"
+#include "simulate/test_drape.hpp"
 #include "tests/support/bench1_truth.hpp"
-#include "tests/support/paths.hpp"
 
 namespace drape::simulate {
 namespace {
@@ -184,9 +184,7 @@ TEST(Simulate, TooFewStepsAreNotCalledRest) {
 }
 
 TEST(Simulate, RestIsCertified) {
-  SimulateOptions options;
-  options.rows = options.cols = 11;
-  options.segments = 1;
+  const SimulateOptions options = options_of(11, "rk4");
   const SimulateResult result = drape_bench1("C", options);
   const SimulateReport& report = result.report;
   ASSERT_EQ(report.status, RestStatus::at_rest) << report.sentence;
@@ -211,9 +209,7 @@ TEST(Simulate, FineClothDoesNotSinkInDeeperAtACubesCorners) {
     const Scene scene =
         read_scene(test::source_root() / "rigs/paper/scenes" / (std::string(name) + ".toml"));
     const Fabric fabric = read_fabric(scene.fabric_file);
-    SimulateOptions options;
-    options.rows = options.cols = 41;
-    options.solver = "fall";
+    const SimulateOptions options = options_of(41, "fall", 5);
     const SimulateResult result =
         simulate_checked(scene, fabric, read_print(scene.print_file), std::nullopt, options);
     EXPECT_EQ(result.report.status, RestStatus::at_rest) << name << result.report.sentence;
@@ -235,8 +231,7 @@ TEST(Simulate, ASheetWithANeedleThroughItIsNotCalledAtRest) {
   SimulateOptions options;
   options.rows = options.cols = 6;
   options.max_steps = 40000;
-  const SimulateResult result = simulate(scene, read_fabric(scene.fabric_file),
-                                         read_print(scene.print_file), std::nullopt, options);
+  const SimulateResult result = drape_of(scene, options);
   EXPECT_EQ(result.report.status, RestStatus::penetrates) << result.report.sentence;
   EXPECT_THAT(result.report.sentence, ::testing::HasSubstr("pierced"));
   EXPECT_GT(result.report.pierced_m, 10 * mm);
@@ -245,10 +240,7 @@ TEST(Simulate, ASheetWithANeedleThroughItIsNotCalledAtRest) {
 TEST(Simulate, ASheetThatDivergesIsRunAgainWithMoreLooks) {
   // Threads ten times softer up to 0.5 %: as the sheet hangs down it stretches past that bend,
   // where the step's limit is a third, and nobody looks at it.
-  Scene scene = read_scene(bench() / "scenes/A.toml");
-  scene.obstacles.clear();
-  scene.start = {StartMode::flat, 0, Vector3d(0, 0, 0.3), 0};
-  scene.pins = {{{0, 0}, Vector3d(-0.0775, 0.1, 0.3)}, {{0, 10}, Vector3d(0.0775, 0.1, 0.3)}};
+  const Scene scene = hanging_scene();
   Fabric fabric = read_fabric(scene.fabric_file);
   for (KawabataCurve& curve : fabric.tensile) {
     const double stiffness = curve.loading.back() / curve.x.back();
@@ -268,18 +260,8 @@ TEST(Simulate, ASheetThatDivergesIsRunAgainWithMoreLooks) {
 }
 
 TEST(Simulate, TwoPinsHoldTheSheet) {
-  Scene scene = read_scene(bench() / "scenes/A.toml");
-  scene.obstacles.clear();
-  scene.start = {StartMode::flat, 0, Vector3d(0, 0, 0.3), 0};
-  const Vector3d left(-0.0775, 0.1, 0.3);
-  const Vector3d right(0.0775, 0.1, 0.3);
-  scene.pins = {{{0, 0}, left}, {{0, 10}, right}};
-  SimulateOptions options;
-  options.rows = options.cols = 12;  // marks lie on no particle
-  options.segments = 1;
-  const Print print = read_print(scene.print_file);
-  const SimulateResult result =
-      simulate(scene, read_fabric(scene.fabric_file), print, std::nullopt, options);
+  // Marks lie on no particle.
+  const SimulateResult result = drape_of(hanging_scene(), options_of(12, "rk4"));
   EXPECT_EQ(result.report.status, RestStatus::at_rest) << result.report.sentence;
   EXPECT_LT(result.report.hold_error_m, 1e-6);
   double lowest = 1;

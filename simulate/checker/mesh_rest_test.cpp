@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "simulate/mesh/cusick.hpp"
+#include "simulate/programs/mesh_rest_of.hpp"
 
 namespace drape::simulate {
 namespace {
@@ -43,16 +44,7 @@ CusickOptions options_of() {
 }
 
 MeshRest rest_of(const CusickDrape& drape, const ClothLaws& laws) {
-  MeshRest rest;
-  rest.material_m = drape.mesh.points_m;
-  rest.triangles = drape.mesh.triangles;
-  for (const MaterialMesh::Edge& edge : drape.mesh.edges)
-    rest.sides.push_back({edge.from, edge.to});
-  const auto points = static_cast<std::ptrdiff_t>(drape.mesh.points_m.size());
-  rest.points_m.assign(drape.state.begin(), drape.state.begin() + points);
-  rest.of_sides.assign(drape.state.begin() + points, drape.state.end());
-  rest.laws = laws;
-  rest.memory = drape.memory;
+  MeshRest rest = mesh_rest_of(drape.mesh, drape.state, laws, drape.memory);
   rest.disc_radius_m = options_of().disc_m / 2;
   rest.residual_tolerance = DescentOptions{}.residual;
   return rest;

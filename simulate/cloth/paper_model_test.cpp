@@ -7,8 +7,8 @@
 #include <iostream>
 
 #include "core/units.hpp"
-#include "simulate/simulate.hpp"
-#include "tests/support/paths.hpp"
+#include "simulate/cloth/test_grid.hpp"
+#include "simulate/test_drape.hpp"
 
 namespace drape::simulate {
 namespace {
@@ -18,44 +18,15 @@ using Eigen::Vector3d;
 const GridSpec kSquare{7, 5, {0.06, 0.04}};
 const GridSpec kOblong{7, 6, {0.06, 0.04}};
 
-ClothLaws laws_of_paper() {
-  ClothLaws laws;
-  laws.density_kg_per_m2 = 0.138;
-  laws.tensile[0] = {4000, {{0.004, 2500}, {0.01, 6000}}};
-  laws.tensile[1] = {2000, {{0.006, 900}}};
-  laws.shear = {34, {{0.05, -10}, {0.12, 8}}};
-  laws.bending[0] = {7.7e-6, {{20, -2e-6}, {60, -1e-6}}};
-  laws.bending[1] = {5.0e-6, {{30, -1e-6}}};
-  laws.twist_n_m = 1.1e-5;
-  return laws;
-}
-
 Cloth paper_cloth(const GridSpec& grid, const ClothLaws& laws) {
   return {grid, laws, MassRule::area, ClothModel::paper};
-}
-
-template <class Map>
-Field shaped_sheet(const GridSpec& grid, Map map) {
-  Field x(3 * static_cast<std::size_t>(grid.count()));
-  for (int i = 0; i < grid.count(); ++i) {
-    const Vector3d p =
-        map(int{i / grid.cols} * grid.warp_spacing_m(), i % grid.cols * grid.weft_spacing_m());
-    for (int axis = 0; axis < 3; ++axis) x[axis * grid.count() + i] = p[axis];
-  }
-  return x;
-}
-
-Field forces_of(Cloth& cloth, const Field& x) {
-  Field force(x.size(), 0.0);
-  cloth.add_forces(x, nullptr, force);
-  return force;
 }
 
 /// Force per width on an inner particle of the first row or column, stretched by `strain` with
 /// the width held.
 double inner_pull(const GridSpec& grid, const ClothLaws& laws, double strain, bool along_warp) {
   Cloth cloth = paper_cloth(grid, laws);
-  const Field force = forces_of(cloth, shaped_sheet(grid, [&](double u, double v) {
+  const Field force = forces_of(cloth, shaped(grid, [&](double u, double v) {
                                   return along_warp ? Vector3d((1 + strain) * u, v, 0)
                                                     : Vector3d(u, (1 + strain) * v, 0);
                                 }));
@@ -66,7 +37,7 @@ double inner_pull(const GridSpec& grid, const ClothLaws& laws, double strain, bo
 TEST(PaperModel, UniaxialStretchOfAnInnerLineGivesKst) {
   // What K'st lacks the diagonals carry to first order in the strain: with s the angle of the
   // diagonals their part differs from K_diag strain by less than 3 strain of itself.
-  const ClothLaws laws = laws_of_paper();
+  const ClothLaws laws = knotted_laws();
   for (const GridSpec& grid : {kSquare, kOblong}) {
     for (const double strain : {-0.01, 1e-6, 0.002, 0.008, 0.03}) {
       const double bound = 3 * strain * strain * laws.shear.slope * 2 + 1e-9;
@@ -78,7 +49,7 @@ TEST(PaperModel, UniaxialStretchOfAnInnerLineGivesKst) {
 
 TEST(PaperModel, UniaxialStretchMatchesItsClosedFormToRounding) {
   // f - K strain + 2 K (1 - d0 / d) (1 + strain), K the limit slope at no shear, square cells.
-  const ClothLaws laws = laws_of_paper();
+  const ClothLaws laws = knotted_laws();
   for (const double strain : {-0.01, 0.002, 0.03}) {
     const double stretched = 1 + strain;
     const double diagonals =
@@ -92,17 +63,11 @@ TEST(PaperModel, PureShearOfOneCellFollowsTheShearCurve) {
   // Exact equality with the curve needs K = f / (sqrt(1 + s) - sqrt(1 - s)), s = sin a; the paper's
   // f / s exceeds that by s^2 / 8 and higher terms.
   const GridSpec grid{3, 3, {0.02, 0.02}};
-  const ClothLaws laws = laws_of_paper();
+  const ClothLaws laws = knotted_laws();
   for (const double angle : {1e-4, 0.02, 8 * units::deg, 0.3}) {
-    const auto trellis = [&](double a) {
-      return shaped_sheet(grid, [&](double u, double v) {
-        return Vector3d(u * std::cos(a / 2) + v * std::sin(a / 2),
-                        u * std::sin(a / 2) + v * std::cos(a / 2), 0);
-      });
-    };
     Cloth cloth = paper_cloth(grid, laws);
-    const Field force = forces_of(cloth, trellis(angle));
-    const Field before = trellis(angle - 1e-6), after = trellis(angle + 1e-6);
+    const Field force = forces_of(cloth, trellis(grid, angle));
+    const Field before = trellis(grid, angle - 1e-6), after = trellis(grid, angle + 1e-6);
     double work = 0;
     for (std::size_t k = 0; k < force.size(); ++k) {
       work -= force[k] * (after[k] - before[k]) / 2e-6;
@@ -117,43 +82,31 @@ TEST(PaperModel, PureShearOfOneCellFollowsTheShearCurve) {
 }
 
 TEST(PaperModel, EveryParticleHasTheSameMass) {
-  const Cloth cloth = paper_cloth(kOblong, laws_of_paper());
+  const Cloth cloth = paper_cloth(kOblong, knotted_laws());
   for (const double mass : cloth.mass_kg()) {
     EXPECT_DOUBLE_EQ(mass, 0.138 * 0.06 * 0.04 / kOblong.count());
   }
 }
 
 TEST(PaperModel, ForcesKeepMomentumAndAngularMomentum) {
-  Cloth cloth = paper_cloth(kOblong, laws_of_paper());
-  const Field x = shaped_sheet(kOblong, [](double u, double v) {
-    return Vector3d(1.012 * u + 0.05 * v + 2e-4 * std::sin(900 * u + 300 * v),
-                    0.99 * v + 0.002 * std::sin(60 * u), 0.006 * std::sin(70 * u + 40 * v));
-  });
-  const Field force = forces_of(cloth, x);
-  Vector3d sum = Vector3d::Zero(), moment = Vector3d::Zero();
-  double scale = 0;
-  for (int i = 0; i < kOblong.count(); ++i) {
-    sum += at(force, i);
-    moment += at(x, i).cross(at(force, i));
-    scale += at(force, i).norm();
-  }
-  EXPECT_LT(sum.norm(), 1e-13 * scale);
-  EXPECT_LT(moment.norm(), 1e-13 * scale * 0.1);
+  Cloth cloth = paper_cloth(kOblong, knotted_laws());
+  const Field x = crumpled(kOblong);
+  expect_balanced(x, forces_of(cloth, x));
 }
 
 TEST(PaperModel, NoTwistAndNoForceAtRest) {
-  Cloth cloth = paper_cloth(kOblong, laws_of_paper());
-  const Field flat = shaped_sheet(kOblong, [](double u, double v) { return Vector3d(u, v, 0); });
+  Cloth cloth = paper_cloth(kOblong, knotted_laws());
+  const Field flat = shaped(kOblong, [](double u, double v) { return Vector3d(u, v, 0); });
   for (const double f : forces_of(cloth, flat)) EXPECT_NEAR(f, 0, 1e-10);
   EXPECT_EQ(cloth.energies(flat).twist_j, 0);
   EXPECT_EQ(cloth.clamped_springs(flat), 0);
 }
 
 TEST(PaperModel, SpringsBelowKdiagAreClampedAndCounted) {
-  ClothLaws laws = laws_of_paper();
+  ClothLaws laws = knotted_laws();
   laws.tensile[1] = {20, {}};  // below the shear slope of 34
   Cloth cloth = paper_cloth(kSquare, laws);
-  const Field flat = shaped_sheet(kSquare, [](double u, double v) { return Vector3d(u, v, 0); });
+  const Field flat = shaped(kSquare, [](double u, double v) { return Vector3d(u, v, 0); });
   EXPECT_EQ(cloth.clamped_springs(flat), 7 * 4);
   const double strain = 1e-5;  // K'st is 0: the diagonals alone pull, with K_diag
   EXPECT_NEAR(inner_pull(kSquare, laws, strain, false), 34 * strain, 1e-4 * 34 * strain);
@@ -162,33 +115,15 @@ TEST(PaperModel, SpringsBelowKdiagAreClampedAndCounted) {
 TEST(PaperModel, StiffnessBoundIsAboveTheHighestFrequency) {
   const GridSpec grid{9, 8, {0.08, 0.07}};
   for (const double shear : {0.0, 0.1, 0.6}) {
-    ClothLaws laws = laws_of_paper();
+    ClothLaws laws = knotted_laws();
     laws.tensile[0] = laws.tensile[1] = {60, {}};  // so that shear weighs in
     Cloth cloth = paper_cloth(grid, laws);
-    const Field x = shaped_sheet(grid, [&](double u, double v) {
+    const Field x = shaped(grid, [&](double u, double v) {
       return Vector3d(1.005 * u + shear * v, 1.003 * v, 0.002 * std::sin(60 * u));
     });
-    Field mode(x.size());
-    for (std::size_t i = 0; i < mode.size(); ++i) mode[i] = std::sin(1.7 * double(i * i));
-    double omega_squared = 0;
-    for (int round = 0; round < 300; ++round) {
-      double norm = 0;
-      for (const double m : mode) norm += m * m;
-      Field plus = x, minus = x;
-      for (std::size_t i = 0; i < x.size(); ++i) {
-        mode[i] /= std::sqrt(norm);
-        plus[i] += 1e-9 * mode[i];
-        minus[i] -= 1e-9 * mode[i];
-      }
-      const Field f_plus = forces_of(cloth, plus), f_minus = forces_of(cloth, minus);
-      omega_squared = 0;
-      for (std::size_t i = 0; i < x.size(); ++i) {
-        const double next = (f_minus[i] - f_plus[i]) / 2e-9 / cloth.mass_kg()[0];
-        omega_squared += next * mode[i];
-        mode[i] = next;
-      }
-    }
-    EXPECT_GT(cloth.stiffness_bound_per_s2(cloth.strains(x)), 0.999 * omega_squared) << shear;
+    EXPECT_GT(cloth.stiffness_bound_per_s2(cloth.strains(x)),
+              0.999 * highest_frequency_squared(cloth, x))
+        << shear;
   }
 }
 
@@ -199,8 +134,7 @@ TEST(PaperModel, BothModelsRestOnTheCube) {
   options.segments = 1;  // with five the model "paper" rattles on the cube's edges, see rigs/paper
   const auto drape_with = [&](const char* model) {
     options.model = model;
-    return simulate(scene, read_fabric(scene.fabric_file), read_print(scene.print_file),
-                    std::nullopt, options);
+    return drape_of(scene, options);
   };
   const SimulateResult ours = drape_with("consistent"), printed = drape_with("paper");
   for (const SimulateResult* result : {&ours, &printed}) {

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <random>
 
+#include "simulate/cloth/test_grid.hpp"
 #include "simulate/contact/neighbours.hpp"
 #include "simulate/contact/self_distance.hpp"
 #include "simulate/equilibrium/solver.hpp"
@@ -20,13 +21,7 @@ constexpr double kGravity = 9.80665;
 constexpr double kThickness = 0.5e-3;
 
 ClothLaws cotton() {
-  ClothLaws laws;
-  laws.density_kg_per_m2 = 0.138;
-  laws.tensile[0] = laws.tensile[1] = {2000, {}};
-  laws.shear = {30, {}};
-  laws.bending[0] = laws.bending[1] = {7.7e-6, {}};
-  laws.twist_n_m = 5e-6;
-  return laws;
+  return linear_laws(0.138, 2000, 30, 7.7e-6, 5e-6);
 }
 
 /// A pair on the first or last particles of two short rows far apart in the sheet.

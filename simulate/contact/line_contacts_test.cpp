@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include "simulate/cloth/test_grid.hpp"
 
 namespace drape::simulate {
 namespace {
@@ -11,13 +12,7 @@ namespace {
 constexpr double kStandardGravity = 9.80665;
 
 ClothLaws woven() {
-  ClothLaws laws;
-  laws.density_kg_per_m2 = 0.138;
-  laws.tensile[0] = laws.tensile[1] = {2000, {}};
-  laws.shear = {30, {}};
-  laws.bending[0] = laws.bending[1] = {7.7e-6, {}};
-  laws.twist_n_m = 5e-6;
-  return laws;
+  return linear_laws(0.138, 2000, 30, 7.7e-6, 5e-6);
 }
 
 TEST(LineContacts, OfAStaticSheetAreNowhereOnAFlatFace) {

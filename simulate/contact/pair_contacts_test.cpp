@@ -6,6 +6,7 @@
 #include <cmath>
 #include <memory>
 
+#include "simulate/cloth/test_grid.hpp"
 #include "simulate/contact/piercing.hpp"
 #include "simulate/contact/self_distance.hpp"
 #include "simulate/dynamics/motion.hpp"
@@ -19,11 +20,7 @@ constexpr double kGravity = 9.80665;
 constexpr double kThickness = 0.5e-3;
 
 ClothLaws stiff_cotton(double bending_n_m = 7.7e-6) {
-  ClothLaws laws;
-  laws.density_kg_per_m2 = 0.138;
-  laws.tensile[0] = laws.tensile[1] = {2000, {}};
-  laws.shear = {30, {}};
-  laws.bending[0] = laws.bending[1] = {bending_n_m, {}};
+  ClothLaws laws = linear_laws(0.138, 2000, 30, bending_n_m);
   laws.stretch_damping_s = 1e-5;
   return laws;
 }

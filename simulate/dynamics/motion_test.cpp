@@ -6,6 +6,7 @@
 #include <numbers>
 
 #include "core/files/csv.hpp"
+#include "simulate/cloth/test_grid.hpp"
 #include "tests/support/paths.hpp"
 
 namespace drape::simulate {
@@ -14,15 +15,6 @@ namespace {
 using Eigen::Vector3d;
 
 constexpr double kG = 9.80665;
-
-ClothLaws linear_laws(double density, double tensile, double bending) {
-  ClothLaws laws;
-  laws.density_kg_per_m2 = density;
-  laws.tensile[0] = laws.tensile[1] = {tensile, {}};
-  laws.shear = {30, {}};
-  laws.bending[0] = laws.bending[1] = {bending, {}};
-  return laws;
-}
 
 /// Lays the grid flat: warp along x, weft along y, at height z.
 void lay_flat(const GridSpec& grid, double z, Field& x) {
@@ -61,7 +53,7 @@ TEST(Motion, HangingStripStretchesByItsWeight) {
   // Tip drop rho g L^2 / (2 K); the lumped chain of area masses gives it exactly.
   const double length = 0.2, density = 0.138, stiffness = 400;
   const GridSpec grid{11, 3, {length, 0.03}};
-  ClothLaws laws = linear_laws(density, stiffness, 1e-6);
+  ClothLaws laws = linear_laws(density, stiffness, 30, 1e-6);
   laws.stretch_damping_s = 1e-4;
   Cloth cloth(grid, laws, MassRule::area);
   const Surroundings nothing;
@@ -94,7 +86,7 @@ TEST(Motion, CantileverFollowsTheMasterCurve) {
     const int rows = 22;
     const double spacing = length / (rows - 1.5);
     const GridSpec grid{rows, 3, {spacing * (rows - 1), 0.01}};
-    ClothLaws laws = linear_laws(density, 3000, bending);
+    ClothLaws laws = linear_laws(density, 3000, 30, bending);
     laws.stretch_damping_s = 2e-6;
     Cloth cloth(grid, laws, MassRule::area);
     const Surroundings nothing;
@@ -116,7 +108,7 @@ TEST(Motion, CatenaryWithoutBending) {
   const double length = 0.2;
   const int rows = 41;
   const GridSpec grid{rows, 2, {length, 0.004}};
-  ClothLaws laws = linear_laws(0.3, 6000, 1e-13);
+  ClothLaws laws = linear_laws(0.3, 6000, 30, 1e-13);
   laws.shear = {0.3, {}};
   laws.stretch_damping_s = 2e-6;
   Cloth cloth(grid, laws, MassRule::area);
@@ -140,7 +132,7 @@ TEST(Motion, CatenaryWithoutBending) {
 TEST(Motion, EnergyIsKeptWithoutDampingAndFallsWithIt) {
   const GridSpec grid{8, 8, {0.1, 0.1}};
   for (const double damping : {0.0, 5.0}) {
-    Cloth cloth(grid, linear_laws(0.138, 2000, 7.7e-6), MassRule::area);
+    Cloth cloth(grid, linear_laws(0.138, 2000, 30, 7.7e-6), MassRule::area);
     const Surroundings nothing;
     Motion motion(cloth, nothing, {{0, 0, -kG}, damping, 0, 0, false});
     lay_flat(grid, 0, motion.position);
@@ -170,7 +162,7 @@ TEST(Motion, EnergyIsKeptWithoutDampingAndFallsWithIt) {
 
 TEST(Motion, FreeFallKeepsMomentumOfTheWholeSheet) {
   const GridSpec grid{6, 5, {0.1, 0.1}};
-  Cloth cloth(grid, linear_laws(0.138, 2000, 7.7e-6), MassRule::area);
+  Cloth cloth(grid, linear_laws(0.138, 2000, 30, 7.7e-6), MassRule::area);
   const Surroundings nothing;
   Motion motion(cloth, nothing, {{0, 0, -kG}, 0, 0, 0, false});
   lay_flat(grid, 0, motion.position);
@@ -192,7 +184,7 @@ TEST(Motion, FreeFallKeepsMomentumOfTheWholeSheet) {
 /// A small stiff sheet on the tilted top of the table: gravity is tilted instead of the table.
 struct Incline {
   GridSpec grid{3, 3, {0.02, 0.02}};
-  Cloth cloth{grid, linear_laws(0.2, 2000, 1e-4), MassRule::area};
+  Cloth cloth{grid, linear_laws(0.2, 2000, 30, 1e-4), MassRule::area};
   Surroundings table;
   explicit Incline(double) { table.add(Table{0}); }
 };
@@ -238,7 +230,7 @@ TEST(Friction, SlidingBlockStopsAfterItsBrakingDistance) {
 
 TEST(Contact, SheetLandsOnTheTableAndStaysOnIt) {
   const GridSpec grid{5, 5, {0.05, 0.05}};
-  Cloth cloth(grid, linear_laws(0.138, 2000, 7.7e-6), MassRule::area);
+  Cloth cloth(grid, linear_laws(0.138, 2000, 30, 7.7e-6), MassRule::area);
   Surroundings table;
   table.add(Table{0.01});
   Motion motion(cloth, table, {{0, 0, -kG}, 0, 0, 0.3, true});
@@ -253,7 +245,7 @@ TEST(Contact, SheetLandsOnTheTableAndStaysOnIt) {
 
 TEST(Contact, LiftedParticlesAreReleased) {
   const GridSpec grid{3, 3, {0.02, 0.02}};
-  Cloth cloth(grid, linear_laws(0.2, 2000, 1e-6), MassRule::area);
+  Cloth cloth(grid, linear_laws(0.2, 2000, 30, 1e-6), MassRule::area);
   Surroundings table;
   table.add(Table{0});
   Motion motion(cloth, table, {{0, 0, kG}, 0, 0, 0.3, true});  // gravity points up
@@ -282,7 +274,7 @@ TEST(Contact, BetweenParticlesKeepsACoarseSheetOffABoxEdge) {
   box.add(Box{{}, {0.08, 0.3, 0.08}, 0.002});
   double depth[2] = {0, 0};
   for (const bool between : {false, true}) {
-    ClothLaws laws = linear_laws(0.138, 2000, 7.7e-6);
+    ClothLaws laws = linear_laws(0.138, 2000, 30, 7.7e-6);
     laws.stretch_damping_s = 1e-5;
     Cloth cloth(grid, laws, MassRule::area);
     Motion motion(cloth, box, {{0, 0, -kG}, 4, 0, 0.5, between});
@@ -305,7 +297,7 @@ TEST(Step, JustAboveTheLimitBlowsUpAndBelowItDoesNot) {
   const GridSpec grid{21, 21, {0.2, 0.2}};
   const double limit = std::numbers::sqrt2 * grid.warp_spacing_m() * std::sqrt(0.138 / 2000);
   for (const double fraction : {0.98, 1.06}) {
-    ClothLaws laws = linear_laws(0.138, 2000, 1e-9);
+    ClothLaws laws = linear_laws(0.138, 2000, 30, 1e-9);
     laws.shear = {1e-6, {}};
     Cloth cloth(grid, laws, MassRule::area);
     const Surroundings nothing;

@@ -8,42 +8,23 @@
 
 #include "core/units.hpp"
 #include "simulate/ensemble/linkage.hpp"
-#include "tests/support/paths.hpp"
+#include "simulate/test_drape.hpp"
 
 namespace drape::simulate {
 namespace {
 
 using units::mm;
 
-struct Case {
-  Scene scene;
-  Fabric fabric;
-  Print print;
-};
-
-Case case_of(const std::string& scene) {
-  Case c;
-  c.scene = read_scene(test::source_root() / "rigs/bench1/scenes" / (scene + ".toml"));
-  const Surroundings objects(c.scene);
-  c.scene.start.mode = StartMode::flat;
-  c.scene.start.centre_in_world = Eigen::Vector3d(0.005, -0.004, objects.top_z_m() + 0.003);
-  c.fabric = read_fabric(c.scene.fabric_file);
-  c.print = read_print(c.scene.print_file);
-  return c;
-}
-
-BranchResult search(const Case& c, int starts, int threads = 1) {
-  SimulateOptions options;
-  options.threads = threads;
-  options.rows = options.cols = 11;
-  options.segments = 1;
-  return simulate_branches(c.scene, c.fabric, c.print, std::nullopt, options, {.starts = starts});
+BranchResult search(const Scene& scene, const SimulateOptions& options, int starts) {
+  return simulate_branches(scene, read_fabric(scene.fabric_file), read_print(scene.print_file),
+                           std::nullopt, options, {.starts = starts});
 }
 
 TEST(Branches, AreRankedAtRestAndTheSameOnTwoThreads) {
-  const Case c = case_of("A");
-  const BranchResult one = search(c, 6);
-  const BranchResult two = search(c, 6, 2);
+  SimulateOptions options = options_of(11, "rk4");
+  const BranchResult one = search(lying_scene("A", 0), options, 6);
+  options.threads = 2;
+  const BranchResult two = search(lying_scene("A", 0), options, 6);
   EXPECT_TRUE(one.branches.round);
   ASSERT_FALSE(one.sheets.empty());
   std::size_t starts = one.branches.not_at_rest.size();
@@ -64,14 +45,9 @@ TEST(Branches, AreRankedAtRestAndTheSameOnTwoThreads) {
 
 // A coarse sheet that touches with its particles only is cut by the cube's edges.
 TEST(Branches, WhatLiesInAnObjectIsNamedAndIsNoBranch) {
-  const Case c = case_of("C");
-  SimulateOptions options;
-  options.rows = options.cols = 7;
-  options.segments = 1;
-  options.solver = "static";
+  SimulateOptions options = options_of(7, "static");
   options.contact_between_particles = false;
-  const BranchResult result =
-      simulate_branches(c.scene, c.fabric, c.print, std::nullopt, options, {.starts = 2});
+  const BranchResult result = search(lying_scene("C", 0), options, 2);
   EXPECT_TRUE(result.branches.found.empty());
   EXPECT_TRUE(result.sheets.empty());
   ASSERT_FALSE(result.branches.refused.empty());

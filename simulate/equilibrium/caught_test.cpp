@@ -15,7 +15,7 @@
 #include "simulate/equilibrium/run.hpp"
 #include "simulate/simulate.hpp"
 #include "simulate/start/start_check.hpp"
-#include "tests/support/paths.hpp"
+#include "simulate/test_drape.hpp"
 
 namespace drape::simulate {
 namespace {
@@ -60,13 +60,9 @@ Scene scene_over(const Obstacle& obstacle) {
 }
 
 SimulateResult drape_over(const Scene& scene, int grid, long most_steps = 2000) {
-  SimulateOptions options;
-  options.rows = options.cols = grid;
-  options.segments = 1;
-  options.solver = "static";
+  SimulateOptions options = options_of(grid, "static");
   options.max_steps = most_steps;
-  return simulate(scene, read_fabric(scene.fabric_file), read_print(scene.print_file), std::nullopt,
-                  options);
+  return drape_of(scene, options);
 }
 
 TEST(Surroundings, SaysWhereAStraightPathEntersAShape) {

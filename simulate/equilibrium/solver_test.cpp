@@ -13,7 +13,7 @@
 #include "simulate/equilibrium/prolong.hpp"
 #include "simulate/equilibrium/run.hpp"
 #include "simulate/simulate.hpp"
-#include "tests/support/paths.hpp"
+#include "simulate/test_drape.hpp"
 
 namespace drape::simulate {
 namespace {
@@ -21,22 +21,8 @@ namespace {
 using Eigen::Vector3d;
 using units::mm;
 
-Scene bench_scene(const std::string& name) {
-  Scene scene = read_scene(test::source_root() / "rigs/bench1/scenes" / (name + ".toml"));
-  const Surroundings objects(scene);
-  scene.start.mode = StartMode::flat;
-  scene.start.centre_in_world = Vector3d(0.005, -0.004, objects.top_z_m() + 0.003);
-  scene.start.yaw_rad = 0.2;
-  return scene;
-}
-
 SimulateResult run(const Scene& scene, int grid, const std::string& solver, int segments = 1) {
-  SimulateOptions options;
-  options.rows = options.cols = grid;
-  options.segments = segments;
-  options.solver = solver;
-  return simulate(scene, read_fabric(scene.fabric_file), read_print(scene.print_file), std::nullopt,
-                  options);
+  return drape_of(scene, options_of(grid, solver, segments));
 }
 
 double distance_m(const Field& a, const Field& b) {
@@ -51,7 +37,7 @@ double distance_m(const Field& a, const Field& b) {
 
 TEST(StaticSolver, DrapesOverTheSphereToRest) {
   for (const int grid : {11, 21}) {
-    const SimulateResult result = run(bench_scene("A"), grid, "static");
+    const SimulateResult result = run(lying_scene("A"), grid, "static");
     EXPECT_EQ(result.report.status, RestStatus::at_rest) << result.report.sentence;
     EXPECT_LE(result.report.residual, 1e-6);
     EXPECT_GT(*result.report.least_gap_object_m, -1e-8);
@@ -63,7 +49,7 @@ TEST(StaticSolver, DrapesOverTheSphereToRest) {
 }
 
 TEST(StaticSolver, TheSameAgainGivesTheSameBytes) {
-  const Scene scene = bench_scene("A");
+  const Scene scene = lying_scene("A");
   const SimulateResult one = run(scene, 11, "static", 5);
   const SimulateResult two = run(scene, 11, "static", 5);
   for (std::size_t i = 0; i < one.sheet.marks.size(); ++i) {
@@ -72,11 +58,7 @@ TEST(StaticSolver, TheSameAgainGivesTheSameBytes) {
 }
 
 TEST(StaticSolver, PinnedSheetHangsAsByRungeKutta) {
-  Scene scene = bench_scene("A");
-  scene.obstacles.clear();
-  scene.start = {StartMode::flat, 0, Vector3d(0, 0, 0.3), 0};
-  scene.pins = {{{0, 0}, Vector3d(-0.0775, 0.1, 0.3)}, {{0, 10}, Vector3d(0.0775, 0.1, 0.3)}};
-  const SimulateResult result = run(scene, 12, "static");
+  const SimulateResult result = run(hanging_scene(), 12, "static");
   EXPECT_EQ(result.report.status, RestStatus::at_rest) << result.report.sentence;
   EXPECT_LT(result.report.hold_error_m, 1e-8);
 }
@@ -96,7 +78,7 @@ TEST(StaticSolver, PinsOfOneCellTravelTogether) {
 
 /// The cube C, slippery, and a sheet that pins keep on its top.
 Scene slippery_cube(const Print& print) {
-  Scene scene = bench_scene("C");
+  Scene scene = lying_scene("C");
   scene.friction = 0;
   const auto& box = std::get<Box>(scene.obstacles.front());
   const double top = Surroundings(scene).top_z_m();
@@ -129,13 +111,10 @@ double triangles_off_cells(const Sheet& sheet) {
 }
 
 TEST(StaticSolver, RestsOnASlipperyCubeAsTheCheckerAgrees) {
-  const Print print = read_print(bench_scene("C").print_file);
+  const Print print = read_print(lying_scene("C").print_file);
   const Scene scene = slippery_cube(print);
   for (const int grid : {15, 21}) {
-    SimulateOptions options;
-    options.rows = options.cols = grid;
-    options.segments = 1;
-    options.solver = "static";
+    const SimulateOptions options = options_of(grid, "static");
     const SimulateResult result =
         simulate_checked(scene, read_fabric(scene.fabric_file), print, std::nullopt, options);
     EXPECT_EQ(result.report.status, RestStatus::at_rest) << grid << ": " << result.report.sentence;
@@ -145,7 +124,7 @@ TEST(StaticSolver, RestsOnASlipperyCubeAsTheCheckerAgrees) {
 }
 
 TEST(StaticSolver, TooFewIterationsAreNotCalledRest) {
-  const Scene scene = bench_scene("C");
+  const Scene scene = lying_scene("C");
   SimulateOptions options;
   options.rows = options.cols = 11;
   options.solver = "static";
@@ -177,7 +156,7 @@ void bring_to_rest(Motion& motion, double residual) {
 /// The largest displacement of a particle when the static solver starts from the rest of
 /// Runge-Kutta.
 double moved_from_runge_kutta_rest_m(const std::string& name, int side) {
-  const Scene scene = bench_scene(name);
+  const Scene scene = lying_scene(name);
   const Fabric fabric = read_fabric(scene.fabric_file);
   const Print print = read_print(scene.print_file);
   const GridSpec grid{side, side, print.patch_m};
@@ -212,7 +191,7 @@ TEST(StaticSolver, RestOfRungeKuttaStaysRest) {
 }
 
 TEST(StaticSolver, HostileScenesNeitherCrashNorLie) {
-  const Scene usual = bench_scene("A");
+  const Scene usual = lying_scene("A");
   std::vector<Scene> scenes;
   scenes.push_back(usual);  // nothing to lie on but the table far below
   scenes.back().obstacles.clear();
@@ -242,7 +221,7 @@ TEST(StaticSolver, HostileScenesNeitherCrashNorLie) {
 
 /// The cloth over the bench's cube, by a solver that stalls after so many iterations in vain.
 StaticDrape over_the_cube(Falls falls, int patience) {
-  const Scene scene = bench_scene("C");
+  const Scene scene = lying_scene("C");
   const Fabric fabric = read_fabric(scene.fabric_file);
   const Print print = read_print(scene.print_file);
   const GridSpec grid{25, 25, print.patch_m};

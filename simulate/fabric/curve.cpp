@@ -84,14 +84,6 @@ FittedCurve fit_knots(const SampledCurve& even, const std::vector<int>& knots) {
   return fit;
 }
 
-bool rises(const ForceCurve& curve) {
-  double slope = curve.slope;
-  bool rising = slope > 0;
-  for (const ForceCurve::Hinge& hinge : curve.hinges)
-    rising = rising && (slope += hinge.change) > 0;
-  return rising;
-}
-
 /// From the end of the fit straight to the end of the measurement.
 FittedCurve with_tail(FittedCurve fit, const SampledCurve& measured) {
   const double rest = measured.x.back() - fit.range;
@@ -112,6 +104,13 @@ double SampledCurve::at(double position) const {
   const auto j = static_cast<std::size_t>(above - x.begin());
   const double t = (position - x[j - 1]) / (x[j] - x[j - 1]);
   return f[j - 1] + t * (f[j] - f[j - 1]);
+}
+
+bool ForceCurve::rises() const {
+  double now = slope;
+  bool rising = now > 0;
+  for (const Hinge& hinge : hinges) rising = rising && (now += hinge.change) > 0;
+  return rising;
 }
 
 double ForceCurve::steepest_up_to(double x) const {
@@ -162,7 +161,7 @@ FittedCurve fit_reached(const SampledCurve& measured, int segments, double reach
   for (int pieces = 1; pieces < segments; ++pieces) {
     if (best.rms_error <= kExact * std::abs(even.f.back())) break;
     const FittedCurve fit = with_tail(fit_knots(even, best_knots(even, pieces)), measured);
-    if (rises(fit.curve) && fit.rms_error < best.rms_error) best = fit;
+    if (fit.curve.rises() && fit.rms_error < best.rms_error) best = fit;
   }
   return best;
 }

@@ -50,6 +50,7 @@ struct ForceCurve {
     for (const Hinge& hinge : hinges) t += x > hinge.at ? hinge.change : 0.0;
     return t;
   }
+  [[nodiscard]] bool rises() const;  ///< every slope is positive
   /// Largest tangent slope for any argument up to x.
   [[nodiscard]] double steepest_up_to(double x) const;
 };

@@ -18,61 +18,35 @@
 namespace drape::simulate {
 namespace {
 
-/// One kind of Kawabata test: column headers, their units, and what textiles give.
-struct TestKind {
-  std::vector<std::string> columns;
-  double x_unit, f_unit;
-  double x_least, x_most;          ///< of the largest abscissa, in file units
-  const char* x_mistake;           ///< likely cause when it lies below or above
-  double slope_least, slope_most;  ///< of the chord to the largest abscissa, in file units
-  const char* slope_mistake;
-  bool one_sided;  ///< the test starts at the origin
+/// Values in file units that textiles give, and the likely cause of others.
+struct Usual {
+  double unit, least, most;
+  const char* mistake;
 };
 
-const TestKind& tensile_kind() {
-  static const TestKind kind = {
-      {"strain_percent", "loading_force_gf_per_cm", "unloading_force_gf_per_cm"},
-      units::percent,
-      units::gf_per_cm,
-      0.3,
-      100,
-      "is the strain a fraction instead of percent?",
-      0.5,
-      3000,
-      "is the force in N/m or N instead of gf/cm?",
-      true};
-  return kind;
-}
-
-const TestKind& shear_kind() {
-  static const TestKind kind = {
-      {"shear_angle_deg", "loading_force_gf_per_cm", "unloading_force_gf_per_cm"},
-      units::deg,
-      units::gf_per_cm,
-      1.5,
-      60,
-      "is the angle in rad instead of degrees?",
-      0.02,
-      20,
-      "is the force in N/m instead of gf/cm, or divided by the angle in rad?",
-      false};
-  return kind;
-}
-
-const TestKind& bending_kind() {
-  static const TestKind kind = {
-      {"curvature_per_cm", "loading_moment_gf_cm_per_cm", "unloading_moment_gf_cm_per_cm"},
-      units::per_cm,
-      units::gf_cm_per_cm,
-      0.2,
-      20,
-      "is the curvature in 1/m or 1/mm instead of 1/cm?",
-      5e-4,
-      20,
-      "is the moment in N or uN instead of gf cm/cm?",
-      false};
-  return kind;
-}
+/// One kind of Kawabata test.
+struct TestKind {
+  std::vector<std::string> columns;
+  Usual x;         ///< largest abscissa
+  Usual f;         ///< slope of the chord to it
+  bool one_sided;  ///< the test starts at the origin
+};
+const TestKind kTensileTest = {
+    {"strain_percent", "loading_force_gf_per_cm", "unloading_force_gf_per_cm"},
+    {units::percent, 0.3, 100, "is the strain a fraction instead of percent?"},
+    {units::gf_per_cm, 0.5, 3000, "is the force in N/m or N instead of gf/cm?"},
+    true};
+const TestKind kShearTest = {
+    {"shear_angle_deg", "loading_force_gf_per_cm", "unloading_force_gf_per_cm"},
+    {units::deg, 1.5, 60, "is the angle in rad instead of degrees?"},
+    {units::gf_per_cm, 0.02, 20,
+     "is the force in N/m instead of gf/cm, or divided by the angle in rad?"},
+    false};
+const TestKind kBendingTest = {
+    {"curvature_per_cm", "loading_moment_gf_cm_per_cm", "unloading_moment_gf_cm_per_cm"},
+    {units::per_cm, 0.2, 20, "is the curvature in 1/m or 1/mm instead of 1/cm?"},
+    {units::gf_cm_per_cm, 5e-4, 20, "is the moment in N or uN instead of gf cm/cm?"},
+    false};
 
 void check_abscissae(const Csv& csv, const TestKind& kind) {
   const std::vector<double>& x = csv.columns[0];
@@ -104,10 +78,10 @@ void check_range(const Csv& csv, const TestKind& kind) {
   const double reach = csv.columns[0].back();
   const Where last{.file = csv.file.string(), .line = csv.lines.back(), .field = kind.columns[0]};
   const auto check_end = [&](double end, const Where& where, const char* sign) {
-    if (end >= kind.x_least && end <= kind.x_most) return;
+    if (end >= kind.x.least && end <= kind.x.most) return;
     throw bad_input(fmt::format("the test ends at {}{}; textiles are tested to {}{} .. {}{}", sign,
-                                end, sign, kind.x_least, sign, kind.x_most),
-                    where, kind.x_mistake);
+                                end, sign, kind.x.least, sign, kind.x.most),
+                    where, kind.x.mistake);
   };
   check_end(reach, last, "");
   if (!kind.one_sided)
@@ -116,11 +90,11 @@ void check_range(const Csv& csv, const TestKind& kind) {
   const double first = kind.one_sided ? 0.0 : csv.columns[1].front();
   const double span = kind.one_sided ? reach : reach - csv.columns[0].front();
   const double slope = (csv.columns[1].back() - first) / span;
-  if (!(slope >= kind.slope_least && slope <= kind.slope_most)) {
+  if (!(slope >= kind.f.least && slope <= kind.f.most)) {
     throw bad_input(fmt::format("the mean slope is {:.4g}; textiles have {} .. {}", slope,
-                                kind.slope_least, kind.slope_most),
+                                kind.f.least, kind.f.most),
                     {.file = last.file, .line = last.line, .field = kind.columns[1]},
-                    kind.slope_mistake);
+                    kind.f.mistake);
   }
 }
 
@@ -189,9 +163,9 @@ KawabataCurve read_curve(const std::filesystem::path& file, const TestKind& kind
   check_rise(csv, kind);
   check_branches(csv, kind);
   KawabataCurve curve{file, csv.columns[0], csv.columns[1], csv.columns[2]};
-  for (double& x : curve.x) x *= kind.x_unit;
-  for (double& f : curve.loading) f *= kind.f_unit;
-  for (double& f : curve.unloading) f *= kind.f_unit;
+  for (double& x : curve.x) x *= kind.x.unit;
+  for (double& f : curve.loading) f *= kind.f.unit;
+  for (double& f : curve.unloading) f *= kind.f.unit;
   return curve;
 }
 
@@ -257,14 +231,14 @@ Fabric read_fabric(const std::filesystem::path& file) {
   const TomlTable bending = root.table("bending");
   const std::string bias = "bias_stiffness_gf_cm2_per_cm";
   if (bending.has(bias)) fabric.bias_bending_n_m = bending.positive(bias) * units::gf_cm2_per_cm;
-  read_pair(bending, bending_kind(), fabric.bending, bending_from_kes);
+  read_pair(bending, kBendingTest, fabric.bending, bending_from_kes);
   if (root.has("tensile")) {
-    read_pair(root.table("tensile"), tensile_kind(), fabric.tensile, tensile_from_kes);
+    read_pair(root.table("tensile"), kTensileTest, fabric.tensile, tensile_from_kes);
   } else {
     fabric.tensile[0] = fabric.tensile[1] = usual_tensile(file);
     fabric.stand_ins.emplace_back("tensile curves: EMT 3 %, LT 0.7, RT 60 %");
   }
-  read_pair(root.table("shear"), shear_kind(), fabric.shear, shear_from_kes);
+  read_pair(root.table("shear"), kShearTest, fabric.shear, shear_from_kes);
   root.finish();
   const Plausibility plausibility = judge(fabric);
   fabric.warnings = plausibility.warnings;

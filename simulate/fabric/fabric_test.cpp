@@ -84,66 +84,57 @@ TEST(Fabric, UnitConversionsAgreeWithTheReferenceTable) {
   EXPECT_NEAR(units::gf_cm_per_cm, factor("2HB"), 1e-9);
 }
 
-TEST_F(SpoiledFabric, NotANumberNamesFileLineAndColumn) {
-  replace("A/bending_warp.csv", "-2.4,-0.180944", "-2.4,nan");
-  const Error error = error_of();
-  EXPECT_EQ(error.kind(), ErrorKind::bad_input);
-  EXPECT_THAT(error.where().file, ::testing::HasSubstr("bending_warp.csv"));
-  EXPECT_EQ(error.where().line, 5);
-  EXPECT_EQ(error.where().field, "loading_moment_gf_cm_per_cm");
-}
+/// One value of a file replaced, or all of it, and what the error says.
+struct Spoiled {
+  const char *file, *old, *now;  ///< no `old`: the whole file
+  const char* in_file;
+  std::optional<int> line;
+  const char *field, *says;
+};
+const char kShearHead[] = "shear_angle_deg,loading_force_gf_per_cm,unloading_force_gf_per_cm\n";
 
-TEST_F(SpoiledFabric, NegativeDensityNamesTheKey) {
-  replace("A.toml", "areal_density_g_per_m2 = 138", "areal_density_g_per_m2 = -138");
-  const Error error = error_of();
-  EXPECT_EQ(error.where().field, "areal_density_g_per_m2");
-  EXPECT_EQ(error.where().line, 5);
-}
-
-TEST_F(SpoiledFabric, DensityInKilogramsIsGuessed) {
-  replace("A.toml", "areal_density_g_per_m2 = 138", "areal_density_g_per_m2 = 0.138");
-  EXPECT_THAT(error_of().what_to_do(), ::testing::HasSubstr("kg/m2"));
-}
-
-TEST_F(SpoiledFabric, WrongUnitSuffixInTheTomlIsNamed) {
-  replace("A.toml", "areal_density_g_per_m2", "areal_density_kg_per_m2");
-  EXPECT_THAT(error_of().what(), ::testing::HasSubstr("areal_density"));
-}
-
-TEST_F(SpoiledFabric, WrongUnitInAColumnHeadIsNamed) {
-  replace("A/shear_weft.csv", "shear_angle_deg", "shear_angle_rad");
-  const Error error = error_of();
-  EXPECT_THAT(error.where().file, ::testing::HasSubstr("shear_weft.csv"));
-  EXPECT_EQ(error.where().line, 2);
-  EXPECT_THAT(error.what_to_do(), ::testing::HasSubstr("shear_angle_deg"));
-}
-
-TEST_F(SpoiledFabric, AbscissaThatDoesNotIncreaseNamesTheLine) {
-  replace("A/shear_warp.csv", "\n-7.5,", "\n-8.5,");
-  const Error error = error_of();
-  EXPECT_EQ(error.where().line, 4);
-  EXPECT_EQ(error.where().field, "shear_angle_deg");
-}
-
-TEST_F(SpoiledFabric, AnglesInRadiansAreGuessed) {
-  std::string text = "shear_angle_deg,loading_force_gf_per_cm,unloading_force_gf_per_cm\n";
-  for (const char* row : {"-0.14,-4.8,-4.8\n", "0,0.5,-0.5\n", "0.14,4.8,4.8\n"}) text += row;
-  write_durable(folder_.path() / "A/shear_warp.csv", text);
-  EXPECT_THAT(error_of().what_to_do(), ::testing::HasSubstr("rad"));
-}
-
-TEST_F(SpoiledFabric, ASideThatWasCutOffIsNamed) {
-  std::string text = "shear_angle_deg,loading_force_gf_per_cm,unloading_force_gf_per_cm\n";
-  for (const char* row : {"-0.05,0.2,-0.2\n", "0,0.5,-0.5\n", "8,5,4.4\n"}) text += row;
-  write_durable(folder_.path() / "A/shear_warp.csv", text);
-  const Error error = error_of();
-  EXPECT_EQ(error.where().line, 2);
-  EXPECT_THAT(error.what(), ::testing::HasSubstr("the test ends at -0.05"));
+TEST_F(SpoiledFabric, IsRefusedByItsPlaceAndTheLikelyMistake) {
+  const std::string head = kShearHead;
+  const std::string radians = head + "-0.14,-4.8,-4.8\n0,0.5,-0.5\n0.14,4.8,4.8\n",
+                    cut = head + "-0.05,0.2,-0.2\n0,0.5,-0.5\n8,5,4.4\n";
+  const char *density = "areal_density_g_per_m2", *shear = "A/shear_warp.csv";
+  const std::vector<Spoiled> cases = {
+      {"A/bending_warp.csv", "-2.4,-0.180944", "-2.4,nan", "bending_warp.csv", 5,
+       "loading_moment_gf_cm_per_cm", ""},
+      {"A.toml", "areal_density_g_per_m2 = 138", "areal_density_g_per_m2 = -138", "A.toml", 5,
+       density, ""},
+      {"A.toml", "areal_density_g_per_m2 = 138", "areal_density_g_per_m2 = 0.138", "A.toml", 5,
+       density, "kg/m2"},
+      {"A.toml", density, "areal_density_kg_per_m2", "A.toml", {}, nullptr, "areal_density"},
+      {"A/shear_weft.csv", "shear_angle_deg", "shear_angle_rad", "shear_weft.csv", 2, nullptr,
+       "shear_angle_deg"},
+      {shear, "\n-7.5,", "\n-8.5,", "shear_warp.csv", 4, "shear_angle_deg", ""},
+      {shear, nullptr, radians.c_str(), "shear_warp.csv", {}, nullptr, "rad"},
+      {shear, nullptr, cut.c_str(), "shear_warp.csv", 2, nullptr, "the test ends at -0.05"},
+      {"A.toml", "[tensile]", "[tensile]\nbias = \"x.csv\"", "A.toml", {}, nullptr, "bias"}};
+  for (const Spoiled& one : cases) {
+    const std::string good = read_text(folder_.path() / one.file);
+    if (one.old != nullptr)
+      replace(one.file, one.old, one.now);
+    else
+      write_durable(folder_.path() / one.file, one.now);
+    const Error error = error_of();
+    EXPECT_EQ(error.kind(), ErrorKind::bad_input) << one.now;
+    EXPECT_THAT(error.where().file, ::testing::HasSubstr(one.in_file)) << one.now;
+    EXPECT_THAT(error.what(), ::testing::HasSubstr(one.says)) << one.now;
+    if (one.line) {
+      EXPECT_EQ(error.where().line, one.line) << one.now;
+    }
+    if (one.field != nullptr) {
+      EXPECT_EQ(error.where().field, one.field) << one.now;
+    }
+    write_durable(folder_.path() / one.file, good);
+  }
 }
 
 TEST_F(SpoiledFabric, ARecordersZeroThatIsOffIsNamed) {
   const auto write = [&](double shift) {
-    std::string text = "shear_angle_deg,loading_force_gf_per_cm,unloading_force_gf_per_cm\n";
+    std::string text = kShearHead;
     for (const double x : {-8.0, -4.0, 0.0, 4.0, 8.0})
       text += std::to_string(x) + "," + std::to_string(0.6 * x + shift + 0.5) + "," +
               std::to_string(0.6 * x + shift - 0.5) + "\n";
@@ -155,11 +146,6 @@ TEST_F(SpoiledFabric, ARecordersZeroThatIsOffIsNamed) {
   const Error error = error_of();
   EXPECT_EQ(error.where().line, 4);
   EXPECT_THAT(error.what_to_do(), ::testing::HasSubstr("zero off both branches"));
-}
-
-TEST_F(SpoiledFabric, UnknownKeyIsRefused) {
-  replace("A.toml", "[tensile]", "[tensile]\nbias = \"x.csv\"");
-  EXPECT_THAT(error_of().what(), ::testing::HasSubstr("bias"));
 }
 
 TEST_F(SpoiledFabric, HashCoversTheCurves) {

@@ -28,35 +28,18 @@ struct FitRange {
 };
 
 FitRange tensile_range(const std::optional<CurveReach>& reach, int direction) {
-  if (!reach) return {kTensileLine, std::nullopt};
-  return {kTensileLine, reach->tensile[direction]};
+  return {kTensileLine, reach ? std::optional(reach->tensile[direction]) : std::nullopt};
 }
-
 FitRange shear_range(const std::optional<CurveReach>& reach) {
-  if (!reach) return {kShearLine, std::nullopt};
-  return {kShearLine, reach->shear_rad};
+  return {kShearLine, reach ? std::optional(reach->shear_rad) : std::nullopt};
 }
-
 FitRange bending_range(const std::optional<CurveReach>& reach) {
-  if (!reach) return {kBendingLine, std::nullopt};
-  return {kBendingLine, reach->curvature_per_m};
+  return {kBendingLine, reach ? std::optional(reach->curvature_per_m) : std::nullopt};
 }
 
 FittedCurve fitted(const SampledCurve& merged, int segments, const FitRange& range) {
   if (range.reach) return fit_reached(merged, segments, *range.reach);
   return segments == 1 ? fit_line(merged, range.line) : fit_segments(merged, segments);
-}
-
-CurveReport report_of(const std::string& name, const std::string& unit, const FittedCurve& fit,
-                      double half_hysteresis) {
-  return {name,
-          unit,
-          1 + static_cast<int>(fit.curve.hinges.size()),
-          fit.curve.slope,
-          fit.range,
-          fit.rms_error,
-          fit.largest_error,
-          half_hysteresis};
 }
 
 /// Mean of the warp and weft shear curves on the points of both.
@@ -95,15 +78,13 @@ Loop shear_loop(const Fabric& fabric) {
 ForceCurve law_of(const Loop& loop, const std::string& name, const std::string& unit, int segments,
                   const FitRange& range, SimulateReport& report) {
   const FittedCurve fit = fitted(loop.mean, segments, range);
-  double slope = fit.curve.slope;
-  bool rising = slope > 0;
-  for (const auto& hinge : fit.curve.hinges) rising = rising && (slope += hinge.change) > 0;
-  if (!rising) {
+  if (!fit.curve.rises())
     throw bad_input(fmt::format("the {} curve does not rise everywhere", name),
                     {.file = loop.file.string()},
                     "a cloth that gets weaker under load has no stable rest; check the points");
-  }
-  report.curves.push_back(report_of(name, unit, fit, loop.half_hysteresis));
+  report.curves.push_back({name, unit, 1 + static_cast<int>(fit.curve.hinges.size()),
+                           fit.curve.slope, fit.range, fit.rms_error, fit.largest_error,
+                           loop.half_hysteresis});
   return fit.curve;
 }
 

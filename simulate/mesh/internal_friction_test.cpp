@@ -6,6 +6,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "simulate/cloth/test_grid.hpp"
 #include "simulate/mesh/cusick.hpp"
 
 namespace drape::simulate {
@@ -60,12 +61,7 @@ class Strip {
         options);
   }
   static ClothLaws laws() {
-    ClothLaws laws;
-    laws.density_kg_per_m2 = kStripDensity;
-    laws.tensile[0] = laws.tensile[1] = {2000, {}};
-    laws.shear = {30, {}};
-    laws.bending[0] = laws.bending[1] = {kStripStiffness, {}};
-    laws.twist_n_m = 1.7 * kStripStiffness;
+    ClothLaws laws = linear_laws(kStripDensity, 2000, 30, kStripStiffness, 1.7 * kStripStiffness);
     const FrictionStack bending{{{kStripSlip, kStripThreshold, 0}}};
     laws.friction = ClothFriction{{bending, bending}, {}};
     return laws;
@@ -170,12 +166,7 @@ TEST(InternalFriction, AFallEndsWhereABeamsMotionDoes) {
 /// descent, longest steps of 0.3 and 1 ended at 77.8 and 81.3 %; 0.5 is a tenth of what the
 /// published coefficient may miss by.
 TEST(InternalFriction, ACoefficientDoesNotDependOnADescentsSteps) {
-  ClothLaws laws;
-  laws.density_kg_per_m2 = 0.1238;
-  laws.tensile[0] = laws.tensile[1] = {500, {}};
-  laws.shear = {33.7, {}};
-  laws.bending[0] = laws.bending[1] = {1.157e-5, {}};
-  laws.twist_n_m = 1.99e-5;
+  ClothLaws laws = linear_laws(0.1238, 500, 33.7, 1.157e-5, 1.99e-5);
   const FrictionStack bending{{{6.08e-5, 6.08e-4, 0}}};
   laws.friction = ClothFriction{{bending, bending}, {}};
   CusickOptions options;

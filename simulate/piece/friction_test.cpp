@@ -11,6 +11,7 @@
 #include <numeric>
 
 #include "core/units.hpp"
+#include "simulate/cloth/test_grid.hpp"
 #include "simulate/piece/object_pushes.hpp"
 #include "simulate/piece/piece.hpp"
 #include "simulate/piece/test_piece.hpp"
@@ -78,13 +79,7 @@ class Mover {
 };
 
 ClothLaws stiff_sheet() {
-  ClothLaws laws;
-  laws.density_kg_per_m2 = 0.2;
-  laws.tensile[0] = laws.tensile[1] = {2000, {}};
-  laws.shear = {1000, {}};
-  laws.bending[0] = laws.bending[1] = {1e-4, {}};
-  laws.twist_n_m = 2e-4;
-  return laws;
+  return linear_laws(0.2, 2000, 1000, 1e-4, 2e-4);
 }
 
 constexpr double kFriction = 0.4;
@@ -148,12 +143,7 @@ TEST(PieceFriction, ABlockOnAnInclineSlidesAsCoulombSays) {
 TEST(PieceFriction, AStripOverACylinderSlipsAsTheCapstanSays) {
   constexpr double kRadius = 20 * mm, kMu = 0.3, kShort = 50 * mm, kWidth = 5 * mm;
   constexpr double kMore = 0.05, kSeconds = 0.16;
-  ClothLaws laws;
-  laws.density_kg_per_m2 = 0.3;
-  laws.tensile[0] = laws.tensile[1] = {2000, {}};
-  laws.shear = {100, {}};
-  laws.bending[0] = laws.bending[1] = {1e-7, {}};
-  laws.twist_n_m = 1e-7;
+  ClothLaws laws = linear_laws(0.3, 2000, 100, 1e-7, 1e-7);
   const double weight = laws.density_kg_per_m2 * kG;
   const double balanced = exact::capstan_tension(weight * kShort, kMu, weight, kRadius) / weight;
   Surroundings around;

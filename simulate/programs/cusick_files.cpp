@@ -8,6 +8,7 @@
 #include "core/files/json_file.hpp"
 #include "core/program/shell_word.hpp"
 #include "core/units.hpp"
+#include "simulate/programs/mesh_rest_of.hpp"
 
 namespace drape::simulate {
 
@@ -57,16 +58,7 @@ JudgedDrape judged_drape(const ClothLaws& laws, const CusickOptions& options) {
   JudgedDrape judged{cusick_drape(laws, options), std::nullopt};
   const CusickDrape& drape = judged.drape;
   if (!drape.report.at_rest) return judged;
-  MeshRest rest;
-  rest.material_m = drape.mesh.points_m;
-  rest.triangles = drape.mesh.triangles;
-  for (const MaterialMesh::Edge& edge : drape.mesh.edges)
-    rest.sides.push_back({edge.from, edge.to});
-  const auto points = static_cast<std::ptrdiff_t>(drape.mesh.points_m.size());
-  rest.points_m.assign(drape.state.begin(), drape.state.begin() + points);
-  rest.of_sides.assign(drape.state.begin() + points, drape.state.end());
-  rest.laws = laws;
-  rest.memory = drape.memory;
+  MeshRest rest = mesh_rest_of(drape.mesh, drape.state, laws, drape.memory);
   rest.disc_radius_m = options.disc_m / 2;
   rest.gravity_m_per_s2 = options.descent.gravity_m_per_s2;
   rest.residual_tolerance = options.descent.residual;

@@ -8,6 +8,7 @@
 #include "core/program/shell_word.hpp"
 #include "core/units.hpp"
 #include "simulate/programs/foundation.hpp"
+#include "simulate/programs/mesh_rest_of.hpp"
 
 namespace drape::simulate {
 
@@ -15,16 +16,7 @@ using units::mm;
 
 MeshJudgement judge_piece(const PieceDrape& piece, const Scene& scene, const ClothLaws& laws,
                           double residual_tolerance) {
-  MeshRest rest;
-  rest.material_m = piece.mesh.points_m;
-  rest.triangles = piece.mesh.triangles;
-  for (const MaterialMesh::Edge& edge : piece.mesh.edges)
-    rest.sides.push_back({edge.from, edge.to});
-  const auto points = static_cast<std::ptrdiff_t>(piece.mesh.points_m.size());
-  rest.points_m.assign(piece.state.begin(), piece.state.begin() + points);
-  rest.of_sides.assign(piece.state.begin() + points, piece.state.end());
-  rest.laws = laws;
-  rest.memory = piece.memory;
+  MeshRest rest = mesh_rest_of(piece.mesh, piece.state, laws, piece.memory);
   rest.scene = &scene;
   rest.pinned = piece.pinned;
   rest.pinned_in_world = piece.pinned_in_world;

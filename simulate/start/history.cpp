@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <regex>
 #include <sstream>
 
 #include "core/error.hpp"
@@ -16,77 +17,59 @@ constexpr double kSharpest = 20 * units::per_cm;  // a radius of 0.5 mm, that of
 constexpr int kMostTimes = 50;
 constexpr double kMostShake = 0.95;  // of gravity; a whole one would throw the cloth
 
-class EventReader {
- public:
-  EventReader(const Scene& scene, const std::string& text) : scene_(scene), text_(text) {
-    std::istringstream stream(text);
-    for (std::string word; stream >> word;) words_.push_back(word);
-  }
+[[noreturn]] void refuse(const Scene& scene, const std::string& text, const std::string& why) {
+  throw bad_input(fmt::format("`{}`: {}", text, why),
+                  {.file = scene.file.string(), .field = "start.history"},
+                  "give texts like \"flat\", \"bent 1.5 per cm along warp\", \"draped 3 times\" "
+                  "and, last, \"shaken 5 times by 40 %\"");
+}
 
-  [[nodiscard]] PastEvent read() const {
-    PastEvent event;
-    if (is({"flat"})) return event;
-    if (is({"bent", "#", "per", "cm", "along", "warp"}) ||
-        is({"bent", "#", "per", "cm", "along", "weft"})) {
-      event.kind = PastEvent::Kind::bent;
-      event.direction = words_.back() == "weft" ? 1 : 0;
-      event.curvature_per_m = number(1) * units::per_cm;
-      if (event.curvature_per_m == 0 || std::abs(event.curvature_per_m) > kSharpest)
-        refuse(fmt::format("a cloth is bent by more than 0 and at most {:g} per cm",
-                           kSharpest / units::per_cm));
-      return event;
-    }
-    if (is({"draped", "#", "times"})) {
-      event.kind = PastEvent::Kind::draped;
-      event.times = times();
-      return event;
-    }
-    if (is({"shaken", "#", "times"}) || is({"shaken", "#", "times", "by", "#", "%"})) {
-      event.kind = PastEvent::Kind::shaken;
-      event.times = times();
-      if (words_.size() > 3) event.part = number(4) * units::percent;
-      if (!(event.part > 0) || event.part > kMostShake)
-        refuse(fmt::format("a shake takes more than 0 and at most {:g} % of gravity",
-                           100 * kMostShake));
-      return event;
-    }
-    refuse("that is no event of a history");
-  }
-
-  [[noreturn]] void refuse(const std::string& why) const {
-    throw bad_input(fmt::format("`{}`: {}", text_, why),
-                    {.file = scene_.file.string(), .field = "start.history"},
-                    "give texts like \"flat\", \"bent 1.5 per cm along warp\", \"draped 3 times\" "
-                    "and, last, \"shaken 5 times by 40 %\"");
-  }
-
- private:
-  /// Word by word; # stands for anything.
-  [[nodiscard]] bool is(const std::vector<std::string>& form) const {
-    if (form.size() != words_.size()) return false;
-    for (std::size_t i = 0; i < form.size(); ++i)
-      if (form[i] != "#" && form[i] != words_[i]) return false;
-    return true;
-  }
-  [[nodiscard]] double number(std::size_t word) const {
-    std::istringstream stream(words_[word]);
+PastEvent event_of(const Scene& scene, const std::string& text) {
+  static const std::regex flat(R"(\s*flat\s*)"),
+      bent(R"(\s*bent\s+(\S+)\s+per\s+cm\s+along\s+(warp|weft)\s*)"),
+      draped(R"(\s*draped\s+(\S+)\s+times\s*)"),
+      shaken(R"(\s*shaken\s+(\S+)\s+times(?:\s+by\s+(\S+)\s+%)?\s*)");
+  std::smatch words;
+  const auto number = [&](std::size_t word) {
+    std::istringstream stream(words[word]);
     stream.imbue(std::locale::classic());
     double value = 0;
     if (!(stream >> value) || !stream.eof() || !std::isfinite(value))
-      refuse(fmt::format("`{}` is no number", words_[word]));
+      refuse(scene, text, fmt::format("`{}` is no number", words[word].str()));
     return value;
-  }
-  [[nodiscard]] int times() const {
+  };
+  const auto times = [&] {
     const double value = number(1);
     if (value != std::floor(value) || value < 1 || value > kMostTimes)
-      refuse(fmt::format("times are a whole number from 1 to {}", kMostTimes));
+      refuse(scene, text, fmt::format("times are a whole number from 1 to {}", kMostTimes));
     return static_cast<int>(value);
+  };
+  PastEvent event;
+  if (std::regex_match(text, flat)) return event;
+  if (std::regex_match(text, words, bent)) {
+    event.kind = PastEvent::Kind::bent;
+    event.direction = words[2] == "weft" ? 1 : 0;
+    event.curvature_per_m = number(1) * units::per_cm;
+    if (event.curvature_per_m == 0 || std::abs(event.curvature_per_m) > kSharpest)
+      refuse(scene, text,
+             fmt::format("a cloth is bent by more than 0 and at most {:g} per cm",
+                         kSharpest / units::per_cm));
+  } else if (std::regex_match(text, words, draped)) {
+    event.kind = PastEvent::Kind::draped;
+    event.times = times();
+  } else if (std::regex_match(text, words, shaken)) {
+    event.kind = PastEvent::Kind::shaken;
+    event.times = times();
+    if (words[2].matched) event.part = number(2) * units::percent;
+    if (!(event.part > 0) || event.part > kMostShake)
+      refuse(
+          scene, text,
+          fmt::format("a shake takes more than 0 and at most {:g} % of gravity", 100 * kMostShake));
+  } else {
+    refuse(scene, text, "that is no event of a history");
   }
-
-  const Scene& scene_;
-  const std::string& text_;
-  std::vector<std::string> words_;
-};
+  return event;
+}
 
 /// Takes every element to one strain.
 void take_to(double strain, const FrictionStack& stack, std::vector<double>& slips) {
@@ -105,11 +88,10 @@ void lay_flat(const ClothFriction& friction, ClothMemory& memory) {
 std::vector<PastEvent> history_of(const Scene& scene) {
   std::vector<PastEvent> history;
   for (const std::string& text : scene.start.history) {
-    const EventReader reader(scene, text);
-    history.push_back(reader.read());
+    history.push_back(event_of(scene, text));
     const bool last = &text == &scene.start.history.back();
     if (history.back().kind == PastEvent::Kind::shaken && !last)
-      reader.refuse("a cloth is shaken where it lies, so nothing follows");
+      refuse(scene, text, "a cloth is shaken where it lies, so nothing follows");
   }
   return history;
 }

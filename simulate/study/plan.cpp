@@ -6,7 +6,6 @@
 #include <charconv>
 #include <map>
 #include <memory>
-#include <mutex>
 #include <optional>
 #include <set>
 
@@ -15,7 +14,6 @@
 #include "core/files/files.hpp"
 #include "core/files/json_file.hpp"
 #include "core/files/toml_file.hpp"
-#include "core/parallel.hpp"
 #include "core/units.hpp"
 #include "simulate/objects/scene_files.hpp"
 
@@ -231,18 +229,13 @@ std::vector<PlannedOutcome> run_part(const StudyPlan& plan, const Part& part, co
                                      const std::function<void(const PlannedOutcome&)>& done) {
   const WriterLock lock(out / "parts" / fmt::format("{}-of-{}.lock", part.index, part.count),
                         "this part of the study is being run already");
-  std::vector<const StudyCase*> cases;
+  std::vector<StudyCase> cases;
   for (std::size_t i = static_cast<std::size_t>(part.index) - 1; i < plan.cases.size();
        i += static_cast<std::size_t>(part.count))
-    cases.push_back(&plan.cases[i]);
-  std::vector<PlannedOutcome> outcomes(cases.size());
-  std::mutex one_at_a_time;
-  parallel_for(cases.size(), plan.options.threads, [&](std::size_t i) {
-    outcomes[i] = run_locked(*cases[i], plan.options, program);
-    const std::lock_guard<std::mutex> only(one_at_a_time);
-    if (done) done(outcomes[i]);
-  });
-  return outcomes;
+    cases.push_back(plan.cases[i]);
+  return run_cases(
+      cases, plan.options.threads,
+      [&](const StudyCase& one) { return run_locked(one, plan.options, program); }, done);
 }
 
 std::vector<PlannedOutcome> plan_status(const StudyPlan& plan) {

@@ -10,28 +10,13 @@
 
 #include "core/units.hpp"
 #include "simulate/study/split.hpp"
-#include "tests/support/paths.hpp"
+#include "simulate/test_drape.hpp"
 
 namespace drape::simulate {
 namespace {
 
 using Eigen::Vector3d;
 using units::mm;
-
-Scene lying_scene(const std::string& name) {
-  Scene scene = read_scene(test::source_root() / "rigs/bench1/scenes" / (name + ".toml"));
-  const Surroundings objects(scene);
-  scene.start = {StartMode::flat, 0, Vector3d(0.005, -0.004, objects.top_z_m() + 0.003), 0.2};
-  return scene;
-}
-
-Scene hanging_scene() {
-  Scene scene = lying_scene("A");
-  scene.obstacles.clear();
-  scene.start = {StartMode::flat, 0, Vector3d(0, 0, 0.3), 0};
-  scene.pins = {{{0, 0}, Vector3d(-0.0775, 0.1, 0.3)}, {{0, 10}, Vector3d(0.0775, 0.1, 0.3)}};
-  return scene;
-}
 
 /// The flat start as a sheet: something to measure a distance from.
 Sheet flat_reference(const Print& print, double z_m) {

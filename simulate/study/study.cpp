@@ -5,13 +5,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <mutex>
 
 #include "core/error.hpp"
 #include "core/files/csv.hpp"
 #include "core/files/files.hpp"
 #include "core/files/json_file.hpp"
-#include "core/parallel.hpp"
 #include "core/units.hpp"
 #include "simulate/ensemble/band.hpp"
 #include "simulate/ensemble/checked.hpp"
@@ -213,14 +211,9 @@ std::vector<StudyCase> study_cases(const fs::path& rig, const fs::path& out,
 std::vector<StudyOutcome> run_study(const std::vector<StudyCase>& cases,
                                     const StudyOptions& options, const fs::path& program,
                                     const std::function<void(const StudyOutcome&)>& done) {
-  std::vector<StudyOutcome> outcomes(cases.size());
-  std::mutex one_at_a_time;
-  parallel_for(cases.size(), options.threads, [&](std::size_t i) {
-    outcomes[i] = run_case(cases[i], options, program);
-    const std::lock_guard<std::mutex> lock(one_at_a_time);
-    if (done) done(outcomes[i]);
-  });
-  return outcomes;
+  return run_cases(
+      cases, options.threads, [&](const StudyCase& one) { return run_case(one, options, program); },
+      done);
 }
 
 std::optional<double> mean_distance_m(const Sheet& a, const Sheet& b, const Sheet& coarsest) {

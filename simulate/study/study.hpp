@@ -3,10 +3,12 @@
 
 #include <filesystem>
 #include <functional>
+#include <mutex>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "core/parallel.hpp"
 #include "core/program/run_record.hpp"
 #include "simulate/simulate.hpp"
 
@@ -82,8 +84,22 @@ struct CaseInputs {
 /// Error(bad_input) for a scene that does not start flat at a given centre.
 [[nodiscard]] Scene seeded(Scene scene, int seed, double& imperfection_m);
 
-/// Simulates what is not up to date. `done` is called after each run, one call at a time.
-/// `program` is the file that runs, for the records.
+/// Runs `run(case)` for all cases, up to `threads` at a time, and calls `done` with each outcome,
+/// one call at a time. Outcomes stand in the order of the cases.
+template <class Run, class Done>
+[[nodiscard]] auto run_cases(const std::vector<StudyCase>& cases, int threads, const Run& run,
+                             const Done& done) {
+  std::vector<decltype(run(cases.front()))> outcomes(cases.size());
+  std::mutex one_at_a_time;
+  parallel_for(cases.size(), threads, [&](std::size_t i) {
+    outcomes[i] = run(cases[i]);
+    const std::lock_guard<std::mutex> only(one_at_a_time);
+    if (done) done(outcomes[i]);
+  });
+  return outcomes;
+}
+
+/// Simulates what is not up to date; `program` is the file that runs, for the records.
 [[nodiscard]] std::vector<StudyOutcome> run_study(
     const std::vector<StudyCase>& cases, const StudyOptions& options,
     const std::filesystem::path& program, const std::function<void(const StudyOutcome&)>& done);

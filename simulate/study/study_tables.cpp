@@ -3,12 +3,10 @@
 #include <fmt/format.h>
 
 #include <array>
-#include <charconv>
-#include <fstream>
 #include <map>
 #include <tuple>
 
-#include "core/error.hpp"
+#include "core/files/csv.hpp"
 #include "core/units.hpp"
 #include "simulate/study/study.hpp"
 
@@ -30,39 +28,17 @@ constexpr std::array<std::pair<Side, Side>, 6> kPairs = {{{{11, 5}, {11, 1}},
 /// Printed mean distances in mm by experiment, grid, segments, other grid, other segments.
 using Printed = std::map<std::tuple<std::string, int, int, int, int>, double>;
 
-std::vector<std::string> cells_of(const std::string& line) {
-  std::vector<std::string> cells(1);
-  for (const char c : line) {
-    if (c == ',') {
-      cells.emplace_back();
-    } else if (c != '\r') {
-      cells.back() += c;
-    }
-  }
-  return cells;
-}
-
-template <class Number>
-Number number_of(const std::string& cell, const std::filesystem::path& file, int line) {
-  Number value{};
-  const auto [end, error] = std::from_chars(cell.data(), cell.data() + cell.size(), value);
-  if (error != std::errc() || end != cell.data() + cell.size())
-    throw bad_input(fmt::format("`{}` is not a number", cell),
-                    {.file = file.string(), .line = line}, "see the README of rigs/paper");
-  return value;
-}
-
 Printed read_printed(const std::filesystem::path& file) {
   Printed printed;
-  std::ifstream in(file);
-  std::string line;
-  for (int number = 1; std::getline(in, line); ++number) {
-    const std::vector<std::string> cells = cells_of(line);
-    if (number == 1 || cells.size() < 8 || cells[2] != "virtual-virtual" || cells[7].empty())
-      continue;
-    printed[{cells[0], number_of<int>(cells[3], file, number),
-             number_of<int>(cells[4], file, number), number_of<int>(cells[5], file, number),
-             number_of<int>(cells[6], file, number)}] = number_of<double>(cells[7], file, number);
+  const CsvText csv = read_csv_text(file);
+  for (std::size_t row = 0; row < csv.rows.size(); ++row) {
+    const auto mean_mm = csv.number(row, "mean_distance_mm");
+    if (!mean_mm || csv.rows[row][csv.column("kind")] != "virtual-virtual") continue;
+    const auto whole = [&](const char* name) {
+      return static_cast<int>(csv.number(row, name).value_or(0));
+    };
+    printed[{csv.rows[row][csv.column("experiment")], whole("grid"), whole("segments"),
+             whole("against_grid"), whole("against_segments")}] = *mean_mm;
   }
   return printed;
 }

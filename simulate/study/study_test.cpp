@@ -6,7 +6,7 @@
 
 #include "core/error.hpp"
 #include "core/units.hpp"
-#include "tests/support/paths.hpp"
+#include "simulate/test_drape.hpp"
 
 namespace drape::simulate {
 namespace {
@@ -26,8 +26,7 @@ SimulateResult drape_paper(const std::string& name, int segments, double higher_
   // The turned start crosses itself during the fall; sheets that hold themselves all end on one
   // side.
   options.cloth_thickness_m = 0;
-  return simulate(scene, read_fabric(scene.fabric_file), read_print(scene.print_file), std::nullopt,
-                  options);
+  return drape_of(scene, options);
 }
 
 Sheet mirrored(Sheet sheet, double y_m) {

@@ -8,15 +8,6 @@
 
 namespace drape::simulate {
 
-ClothLaws linear_laws(double density, double tensile, double shear, double bending) {
-  ClothLaws laws;
-  laws.density_kg_per_m2 = density;
-  laws.tensile[0] = laws.tensile[1] = {tensile, {}};
-  laws.shear = {shear, {}};
-  laws.bending[0] = laws.bending[1] = {bending, {}};
-  return laws;
-}
-
 Field weight(const Cloth& cloth, const Eigen::Vector3d& gravity) {
   Field load(3 * static_cast<std::size_t>(cloth.count()));
   for (int i = 0; i < cloth.count(); ++i) put_at(load, i, cloth.mass_kg()[i] * gravity);

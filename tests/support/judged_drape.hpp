@@ -10,12 +10,18 @@ namespace drape::simulate {
 
 /// A drape of rigs/paper at rest and all that is needed to judge it.
 struct Case {
-  explicit Case(const std::string& name, const std::string& model)
+  Case(const std::string& name, const SimulateOptions& how)
       : scene(read_scene(test::source_root() / "rigs/paper/scenes" / (name + ".toml"))),
         fabric(read_fabric(scene.fabric_file)),
-        print(read_print(scene.print_file)) {
+        print(read_print(scene.print_file)),
+        options(how) {
     options.rows = options.cols = 11;
-    options.model = model;
+    drape();
+  }
+  Case(const std::string& name, const std::string& model)
+      : Case(name, SimulateOptions{.model = model}) {}
+  /// Once more, after a change of what it is made of.
+  void drape() {
     result = simulate(scene, fabric, print, std::nullopt, options);
     claim = claim_of(result, options);
   }

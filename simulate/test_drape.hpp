@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <algorithm>
+#include <string>
+
+#include "simulate/objects/surroundings.hpp"
+#include "simulate/simulate.hpp"
+#include "tests/support/paths.hpp"
+
+/// Drapes for tests.
+namespace drape::simulate {
+
+/// A scene of bench1 with a flat start of its own, 3 mm above its objects and beside their middle.
+[[nodiscard]] inline Scene lying_scene(const std::string& name, double yaw_rad = 0.2) {
+  Scene scene = read_scene(test::source_root() / "rigs/bench1/scenes" / (name + ".toml"));
+  const double top_z_m = Surroundings(scene).top_z_m();
+  scene.start = {StartMode::flat, 0, Eigen::Vector3d(0.005, -0.004, top_z_m + 0.003), yaw_rad};
+  return scene;
+}
+
+/// Bench1's cloth A hung by two marks of its upper hem.
+[[nodiscard]] inline Scene hanging_scene() {
+  Scene scene = lying_scene("A");
+  scene.obstacles.clear();
+  scene.start = {StartMode::flat, 0, Eigen::Vector3d(0, 0, 0.3), 0};
+  scene.pins = {{{0, 0}, Eigen::Vector3d(-0.0775, 0.1, 0.3)},
+                {{0, 10}, Eigen::Vector3d(0.0775, 0.1, 0.3)}};
+  return scene;
+}
+
+/// `grid` x `grid` particles, one line per curve.
+[[nodiscard]] inline SimulateOptions options_of(int grid, const std::string& solver,
+                                                int segments = 1) {
+  SimulateOptions options;
+  options.rows = options.cols = grid;
+  options.segments = segments;
+  options.solver = solver;
+  return options;
+}
+
+/// Largest distance of two sheets' particles.
+[[nodiscard]] inline double farthest_m(const Sheet& a, const Sheet& b) {
+  double farthest = 0;
+  for (std::size_t i = 0; i < a.marks.size(); ++i)
+    farthest = std::max(farthest, (a.marks[i].point_in_world - b.marks[i].point_in_world).norm());
+  return farthest;
+}
+
+/// The scene's own fabric and print, from its own start.
+[[nodiscard]] inline SimulateResult drape_of(const Scene& scene, const SimulateOptions& options) {
+  return simulate(scene, read_fabric(scene.fabric_file), read_print(scene.print_file), std::nullopt,
+                  options);
+}
+
+}  // namespace drape::simulate
