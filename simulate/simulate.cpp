@@ -13,7 +13,6 @@
 #include "simulate/equilibrium/mixture.hpp"
 #include "simulate/equilibrium/run.hpp"
 #include "simulate/motion_run.hpp"
-#include "simulate/overlaps.hpp"
 #include "simulate/start/clamps.hpp"
 #include "simulate/start/history.hpp"
 #include "simulate/start/start.hpp"
@@ -21,6 +20,7 @@
 #include "simulate/world.hpp"
 
 namespace drape::simulate {
+
 namespace {
 
 using Eigen::Vector3d;
@@ -386,6 +386,38 @@ SimulateResult simulate(const Scene& scene, const Fabric& fabric, const Print& p
     result.report.warnings.push_back(std::move(warning));
   judge_clamps(scene, grid, result.sheet, result.report);
   return result;
+}
+
+namespace {
+
+constexpr int kFirstGrid = 15;  // particles per side: a fold or two of any drape, in 0.1 s
+// A crease holds its bend within a few particles, so that its strains grow with their number: to 61
+// per side four times those of the first run.
+constexpr double kFinerGrids = 4;
+constexpr int kFirstSegments = 5;  // those of the paper
+
+}  // namespace
+
+std::optional<CurveReach> find_reach(const Scene& scene, const Fabric& fabric, const Print& print,
+                                     const std::optional<Sheet>& measured) {
+  const LocalScene local = local_scene(scene, measured, Surroundings(scene).top_z_m());
+  SimulateReport ignored;
+  const ClothLaws laws = make_laws(fabric, kFirstSegments, ignored);
+  const Surroundings surroundings(local.scene);
+  const StaticCase the_case{local.scene, print, local.measured, surroundings, laws};
+  SimulateOptions how;
+  how.solver = "fall";
+  const GridSpec grid{kFirstGrid, kFirstGrid, print.patch_m};
+  const StaticDrape first = drape_statically(the_case, grid, static_options(local.scene, how));
+  Cloth cloth(grid, laws, MassRule::area);
+  cloth.clamp(clamps_on(local.scene, grid).places);
+  const Cloth::Strains strains = cloth.strains(first.position);
+  const CurveReach reach{.tensile = {kFinerGrids * std::max(strains.warp_most, 0.0),
+                                     kFinerGrids * std::max(strains.weft_most, 0.0)},
+                         .shear_rad = kFinerGrids * strains.shear_most_rad,
+                         .curvature_per_m = kFinerGrids * strains.curvature_most_per_m};
+  const double sum = reach.tensile[0] + reach.tensile[1] + reach.shear_rad + reach.curvature_per_m;
+  return std::isfinite(sum) ? std::optional(reach) : std::nullopt;
 }
 
 }  // namespace drape::simulate

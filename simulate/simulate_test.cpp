@@ -26,7 +26,7 @@ std::filesystem::path bench() {
   return test::source_root() / "rigs/bench1";
 }
 
-/// What triangulation would give without error: the dots that two cameras see well.
+/// Sheet that triangulation would give without error: the dots that two cameras see well.
 Sheet true_sheet(const std::string& drape, const Print& print) {
   Sheet sheet;
   sheet.rows = print.rows;
@@ -191,7 +191,7 @@ TEST(Simulate, RestIsCertified) {
   EXPECT_LT(report.residual, 1e-3);
   EXPECT_GT(*report.least_gap_object_m, -1e-8);
   EXPECT_LT(std::abs(report.strains.warp_most), 0.01);
-  // What was lost went somewhere: energy only falls, but for what the search of contacts brings.
+  // Lost energy went somewhere: energy only falls, but for what the search of contacts brings.
   EXPECT_LT(report.energy_end_j, report.energy_start_j);
   EXPECT_LE(report.lost_viscous_j + report.lost_kinetic_stops_j,
             report.energy_start_j + report.found_contacts_j - report.energy_end_j);

@@ -6,7 +6,7 @@
 
 namespace drape::simulate {
 
-/// Of the specimen.
+/// Boundary of the specimen.
 [[nodiscard]] double mass_kg(const Fabric& fabric, const Print& print,
                              const SimulateOptions& options);
 

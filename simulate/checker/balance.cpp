@@ -1,13 +1,48 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <Eigen/Core>
 #include <Eigen/Geometry>
 #include <Eigen/SparseCholesky>
+#include <Eigen/SparseCore>
 #include <algorithm>
 #include <cmath>
+#include <vector>
 
-#include "simulate/checker/reaction.hpp"
+#include "simulate/checker/sheet.hpp"
 
 namespace drape::simulate::checker {
+
+using Vector3 = Eigen::Matrix<Real, 3, 1>;
+using Matrix3 = Eigen::Matrix<Real, 3, 3>;
+using VectorX = Eigen::Matrix<Real, Eigen::Dynamic, 1>;
+using Sparse = Eigen::SparseMatrix<Real>;
+
 namespace {
+
+inline Vector3 vector_of(const Point& p) {
+  return {p[0], p[1], p[2]};
+}
+
+inline Real size_of(const Point& f) {
+  return std::sqrt(f[0] * f[0] + f[1] * f[1] + f[2] * f[2]);
+}
+
+inline Real largest_of(const std::vector<Point>& force) {
+  Real most = 0;
+  for (const Point& f : force) most = std::max(most, size_of(f));
+  return most;
+}
+
+/// Force at one support: coordinates are friction times pressing and the two tangential ones, so
+/// that the cone is |tangential| <= first.
+struct Reaction {
+  Matrix3 axes;  ///< force = axes * value
+  Vector3 value, change;
+  Matrix3 own_spread;  ///< inverse of the barrier's second derivative
+
+  [[nodiscard]] static Real room(const Vector3& v) {
+    return v[0] > 0 ? v[0] * v[0] - v[1] * v[1] - v[2] * v[2] : -1;
+  }
+};
 
 constexpr Real kFrictionless = 1e-9;
 constexpr Real kMostFriction = 1e4;     // steeper cones are as good as half spaces
@@ -44,7 +79,7 @@ class Search {
     find_sum();
   }
 
-  /// Whether a particle that nothing supports has too much left, so that no search can help.
+  /// True if a particle that nothing supports has too much left, so that no search can help.
   [[nodiscard]] bool hopeless() const {
     for (std::size_t i = 0; i < force_.size(); ++i) {
       if (row_[i] < 0 && size_of(force_[i]) > tolerance_) return true;
@@ -109,7 +144,7 @@ class Search {
     return r;
   }
 
-  /// Whether what is left, as a direction y, proves that no reactions help whose pressing forces
+  /// True if what is left, as a direction y, proves that no reactions help whose pressing forces
   /// add up to less than kMostPressing: y draws on no cone beyond the cost of pressing, and the
   /// forces draw more on y than that cost could pay.
   [[nodiscard]] bool is_proven_hopeless() const {
@@ -137,7 +172,7 @@ class Search {
     return true;
   }
 
-  /// What force, reactions and the part that may stay add up to, over the largest force.
+  /// Sum of force, reactions and the part that may stay, over the largest force.
   void find_sum() {
     std::vector<Point> sum = force_;
     for (std::size_t s = 0; s < supports_.size(); ++s) {
@@ -360,12 +395,12 @@ class Search {
   const std::vector<Point>& force_;
   const std::vector<Support>& supports_;
   Real tolerance_, unit_, best_ = HUGE_VALL, friction_, ball_, penalty_inverse_ = kFirst;
-  std::vector<int> row_;              ///< of a particle, -1 where nothing touches it
+  std::vector<int> row_;  ///< row of a particle, -1 where nothing touches it
   std::vector<std::size_t> touched_;  ///< the particle of a row
   std::vector<Reaction> reactions_;
   std::vector<Vector3> left_, left_change_, sum_, sum_change_;
   std::vector<Eigen::Triplet<Real>> entries_;
-  std::vector<Eigen::Index> place_;  ///< of each entry among the values of matrix_
+  std::vector<Eigen::Index> place_;  ///< place of each entry among the values of matrix_
   std::size_t next_ = 0;
   Sparse matrix_;
   VectorX right_;

@@ -13,7 +13,7 @@
 
 namespace drape::simulate {
 
-/// What a certificate claims; SI.
+/// Claims of a certificate; SI.
 struct CertificateClaim {
   bool at_rest = false;
   int rows = 0, cols = 0, segments = 0;
@@ -21,18 +21,18 @@ struct CertificateClaim {
       reach;                ///< to where the curves were fitted; absent: all that was measured
   std::string model;        ///< "consistent" or "paper"
   bool paper_mass = false;  ///< total / particles instead of area
-  double residual = 0;      ///< of a particle's weight
+  double residual = 0;      ///< in weights of a particle
   double residual_tolerance = 0;
   double warp_least = 0, warp_most = 0, weft_least = 0, weft_most = 0;  ///< strains
   /// Absent: not compared.
   std::optional<double> shear_most_rad, curvature_most_per_m, twist_n_m;
   std::optional<double> least_gap_object_m;
   double deepest_between_m = 0;
-  double penetration_tolerance_m = 0;        ///< of the sheet between its particles
-  double cloth_thickness_m = 0;              ///< layers press this far apart; 0: they do not press
-  std::optional<ClothMemory> memory;         ///< of a cloth with internal friction, from memory.csv
+  double penetration_tolerance_m = 0;  ///< largest depth of the sheet between its particles
+  double cloth_thickness_m = 0;        ///< layers press this far apart; 0: they do not press
+  std::optional<ClothMemory> memory;   ///< state of a cloth with internal friction, from memory.csv
   std::vector<ContactForce> contact_forces;  ///< from contact_forces.csv; empty: sought
-  /// Of the last row of history.csv; absent: not compared.
+  /// Energies of the last row of history.csv; absent: not compared.
   std::optional<double> gravity_j, stretch_j, shear_j, bending_j, twist_j;
 };
 
@@ -54,11 +54,11 @@ struct CertifyLine {
 
 struct CertifyReport {
   std::vector<CertifyLine> lines;
-  std::vector<std::string> refusals;  ///< what cannot be compared at all, e.g. missing points
-  /// What is odd though the sheet can rest: stated contact forces that do not hold it.
+  std::vector<std::string> refusals;  ///< reasons why nothing can be compared, e.g. missing points
+  /// Oddities with which the sheet can rest: stated contact forces that do not hold it.
   std::vector<std::string> warnings;
   int contacts = 0;     ///< places where the sheet may push on an object
-  int rounds = 0;       ///< of the search for contact forces
+  int rounds = 0;       ///< steps of the search for contact forces
   double residual = 0;  ///< that they leave, of a particle's weight
   [[nodiscard]] bool accepted() const;
 };

@@ -87,7 +87,7 @@ bool are_within(int i, int j, int cols, int steps) {
   return std::abs(i / cols - j / cols) <= steps && std::abs(i % cols - j % cols) <= steps;
 }
 
-/// Whether all four particles lie in one cell.
+/// True if all four particles lie in one cell.
 bool are_in_one_cell(const std::array<int, 4>& particle, int cols) {
   for (const int i : particle) {
     for (const int j : particle) {
@@ -97,8 +97,8 @@ bool are_in_one_cell(const std::array<int, 4>& particle, int cols) {
   return true;
 }
 
-/// How far apart two pieces, the first one of `firsts` particles, may press; nothing where they are
-/// no two layers.
+/// Distance at which two pieces, the first one of `firsts` particles, may press; nothing where they
+/// are no two layers.
 Real reach_of(const std::array<int, 4>& particle, int firsts, int cols, const LayerReach& reach) {
   if (are_in_one_cell(particle, cols)) return 0;
   Real least = reach.layers_m;
@@ -174,7 +174,7 @@ class LayerCollector {
   std::vector<Support> found_;
 };
 
-/// Whether the four particles are a first piece of `firsts` and a second one, each within one cell,
+/// True if the four particles are a first piece of `firsts` and a second one, each within one cell,
 /// and the weights are those of a place on either.
 bool are_pieces(const ContactForce& stated, int firsts, int cols) {
   if (!are_layer_weights(stated.weight, firsts)) return false;

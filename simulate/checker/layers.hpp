@@ -17,7 +17,7 @@ constexpr double kThickestCloth_m = 0.01;
 /// pass through each other.
 [[nodiscard]] int crossings_of(const std::vector<Point>& points, int rows, int cols);
 
-/// How far apart (m) two pieces of the sheet may press on each other.
+/// Distance (m) at which two pieces of the sheet may press on each other.
 struct LayerReach {
   Real layers_m = 0;
   Real neighbours_m = 0;  ///< where a grid step joins them
@@ -28,7 +28,7 @@ struct LayerReach {
 [[nodiscard]] std::vector<Support> layer_supports_of(const std::vector<Point>& points, int rows,
                                                      int cols, const LayerReach& reach);
 
-/// What is left of a force (N) of one layer on another at most `near_m` away, when it is cut to
+/// Rest of a force (N) of one layer on another at most `near_m` away, when it is cut to
 /// what contact can do: pressing along the line between the two places, with what friction adds
 /// across. The places are mixtures of the first `firsts` corners and of the others, whose weights
 /// are negative. Nothing where they are not nearest to each other, or too far apart.
@@ -37,7 +37,7 @@ struct LayerReach {
                                                Real friction, Real near_m,
                                                const Eigen::Vector3d& force_in_world);
 
-/// Whether the weights are those of a place on either piece, the first one of `firsts` corners.
+/// True if the weights are those of a place on either piece, the first one of `firsts` corners.
 [[nodiscard]] bool are_layer_weights(const std::array<double, 4>& weight, int firsts);
 
 /// Adds the stated force (N) of one layer of the sheet on another to `sum`, and its opposite to

@@ -4,10 +4,10 @@
 #include "simulate/checker/mesh_rest.hpp"
 #include "simulate/checker/scene.hpp"
 
-/// What a mesh of cloth touches: the objects of a scene, and itself.
+/// Contact of a mesh of cloth with the objects of a scene, and with itself.
 namespace drape::simulate::checker {
 
-constexpr Real kTouch_m = 1e-7L;       ///< of a point to the object that presses on it
+constexpr Real kTouch_m = 1e-7L;       ///< from a point to the object that presses on it
 constexpr Real kBetween_m = 0.5e-3L;   ///< depth between points that is believed ...
 constexpr Real kBetweenOfSide = 0.1L;  ///< ... or this part of the longest side; as on the grid
 
@@ -15,14 +15,14 @@ constexpr Real kBetweenOfSide = 0.1L;  ///< ... or this part of the longest side
   return {p.x(), p.y(), p.z()};
 }
 
-/// What is left of a force on a point after the nearest object that touches it pushed against it,
+/// Rest of a force on a point after the nearest object that touches it pushed against it,
 /// with friction up to the scene's coefficient of that push.
 [[nodiscard]] Point left_by(const Objects& objects, const Point& point, Point force);
 
 struct MeshDepths {
   Real of_points = 0;
   Real between = 0;
-  Real through = 0;  ///< of the thickness of an object, see through_of()
+  Real through = 0;  ///< share of the thickness of an object, see through_of()
 };
 
 /// Pairs of a side and a triangle that pass through each other and have no corner in common.

@@ -23,13 +23,14 @@ struct MeshRest {
   std::vector<Eigen::Vector3d> of_sides;      ///< derivative along each side's left normal
   ClothLaws laws;
   ClothMemory memory;        ///< where laws.friction is; of bending by triangle, of shear by point
-  double disc_radius_m = 0;  ///< of a drapemeter
+  double disc_radius_m = 0;  ///< the drapemeter's
   const Scene* scene = nullptr;  ///< objects, table and friction; absent: a drapemeter
   std::vector<int> pinned;       ///< points that the scene holds ...
   std::vector<Eigen::Vector3d> pinned_in_world;  ///< ... and where
-  /// What objects do to places of triangles, by weights of their corners in `triangles`' order, and
-  /// to points; a place by corners is that of the surface (checker/mesh_surface.hpp) there. What
-  /// layers do to each other by points of that surface: those of the mesh, then middles of sides.
+  /// Forces of objects on places of triangles, by weights of their corners in `triangles`' order,
+  /// and to points; a place by corners is that of the surface (checker/mesh_surface.hpp) there.
+  /// What layers do to each other by points of that surface: those of the mesh, then middles of
+  /// sides.
   std::vector<ContactForce> contact_forces;
   double layers_apart_m = 0;  ///< layers press when they are nearer than this; 0: they do not press
   Eigen::Vector3d gravity_m_per_s2 = {0, 0, -9.80665};
@@ -39,8 +40,8 @@ struct MeshRest {
 struct MeshJudgement {
   double residual = 0;       ///< largest force left on a free point, in mean weights of a point
   double side_residual = 0;  ///< the same of the sides' moments, over the mean length of a side
-  double deepest_m = 0;  ///< of the cloth in the cylinder below or above the discs, or in objects
-  int crossings = 0;     ///< of a side and a triangle without a common corner
+  double deepest_m = 0;  ///< deepest cloth in the cylinder below or above the discs, or in objects
+  int crossings = 0;     ///< pairs of a side and a triangle without a common corner
   double energy_j = 0;   ///< internal
   std::vector<std::string> refusals;  ///< empty: accepted
 

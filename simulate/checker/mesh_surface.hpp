@@ -26,7 +26,8 @@ class MeshSurface {
   /// `quadratics` of the triangles, in their order.
   MeshSurface(const MeshRest& rest, const std::vector<Quadratic>& quadratics);
 
-  /// Of points, and of places between them: quarters and middles of sides, middles of facets.
+  /// Depths of points, and of places between them: quarters and middles of sides, middles of
+  /// facets.
   [[nodiscard]] MeshDepths depths(const Objects& objects) const;
   /// Adds a stated force at a place of a triangle by its corners, as far as contact can do it, to
   /// points and sides. False where there is no such place or it is farther than kTouch_m outside
@@ -51,11 +52,11 @@ class MeshSurface {
 
   const MeshRest& rest_;
   std::vector<Mixture> middles_;
-  std::vector<std::array<int, 3>> sides_of_;  ///< of each triangle, opposite its corners
+  std::vector<std::array<int, 3>> sides_of_;  ///< sides of each triangle, opposite its corners
   std::map<std::array<int, 3>, int> triangle_at_;
   std::vector<Point> nodes_;                ///< points, then middles of sides
-  std::vector<std::array<int, 3>> facets_;  ///< of nodes, in rising order
-  std::vector<std::array<int, 2>> edges_;   ///< of facets, in order, each once
+  std::vector<std::array<int, 3>> facets_;  ///< nodes, in rising order
+  std::vector<std::array<int, 2>> edges_;   ///< sides of facets, in order, each once
 };
 
 }  // namespace drape::simulate::checker

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What no cloth does, whatever the certificate allows itself.
+// Claims that no cloth fulfils, whatever the certificate allows itself.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

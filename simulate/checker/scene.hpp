@@ -19,7 +19,7 @@ struct Objects {
 
   const Scene* scene;
   std::vector<std::shared_ptr<Surroundings>> meshes;  ///< one per mesh, else absent
-  std::vector<Point> mesh_extents;  ///< of each mesh along its principal axes, the least first
+  std::vector<Point> mesh_extents;  ///< per mesh along its principal axes, the least first
   std::vector<Point> mesh_middle;   ///< mean of each mesh's corners
 };
 
@@ -33,16 +33,16 @@ struct Objects {
                                                   const Point& p);
 
 struct Distances {
-  std::optional<Real> least_to_object;  ///< of a particle
+  std::optional<Real> least_to_object;  ///< distance of a particle
   Real deepest_particle = 0;            ///< in an object or the table
-  Real deepest_between = 0;             ///< of 9 x 9 places in each cell
+  Real deepest_between = 0;             ///< depth of 9 x 9 places in each cell
 };
 [[nodiscard]] Distances distances_of(const Objects& objects, const std::vector<Point>& points,
                                      int rows, int cols);
 
-/// Of an object's thickness: cloth that is deeper in it passes through its middle.
+/// Share of an object's thickness: cloth that is deeper in it passes through its middle.
 constexpr Real kThrough = 0.25L;
-/// How deep a flat piece of cloth lies in an object, over the object's thickness there (the
+/// Depth of a flat piece of cloth in an object, over the object's thickness there (the
 /// shortest line through the deepest place along normals about it; of a mesh its least extent);
 /// the largest over the objects narrower than the piece, 0 for none; 1 between an object's middle
 /// and the table that it stands on.
@@ -57,10 +57,10 @@ constexpr Real kThrough = 0.25L;
                                                const std::vector<Point>& points, int rows, int cols,
                                                Real touch_m);
 
-/// What of a stated contact force (N) at a place object `k` can do: no pull, within the cone of
-/// friction about the normal, which the rounding of the object's place may turn; at an edge within
-/// the cone, of those about its faces' normals, that takes the least away. Nothing where the place
-/// is farther than `touch_m` outside.
+/// Part of a stated contact force (N) that object `k` can do at a place: no pull, within the cone
+/// of friction about the normal, which the rounding of the object's place may turn; at an edge
+/// within the cone, of those about its faces' normals, that takes the least away. Nothing where the
+/// place is farther than `touch_m` outside.
 [[nodiscard]] std::optional<Point> pushed_by(const Objects& objects, std::size_t k, const Point& p,
                                              Real friction, Real touch_m,
                                              const Eigen::Vector3d& stated_n);
@@ -69,5 +69,12 @@ constexpr Real kThrough = 0.25L;
 /// place is not within one cell of the sheet, or farther than `touch_m` outside the object.
 bool add_stated(const Objects& objects, const std::vector<Point>& points, int cols, Real friction,
                 Real touch_m, const ContactForce& stated, std::vector<Point>& sum);
+
+/// Places where the edges and corners of meshes, and of boxes without edge radius, may press on the
+/// sheet, cut into two triangles per cell: edge against edge of the sheet, corner against triangle,
+/// nearer than `touch_m`.
+[[nodiscard]] std::vector<Support> edge_supports_of(const Objects& objects,
+                                                    const std::vector<Point>& points, int rows,
+                                                    int cols, Real touch_m);
 
 }  // namespace drape::simulate::checker

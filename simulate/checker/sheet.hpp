@@ -2,8 +2,11 @@
 #pragma once
 
 #include <array>
+#include <string>
 #include <vector>
 
+#include "core/scene.hpp"
+#include "core/sheet.hpp"
 #include "simulate/cloth/cloth.hpp"
 
 /// The checker's own mechanics of a sheet, in long double, without any code of Cloth.
@@ -12,7 +15,8 @@ namespace drape::simulate::checker {
 using Real = long double;
 using Point = std::array<Real, 3>;
 
-/// Of a particle's weight: what may be left on any sheet at rest, whatever its certificate allows.
+/// Share of a particle's weight that may be left on any sheet at rest, whatever its certificate
+/// allows.
 constexpr double kMostResidual = 1e-3;
 
 [[nodiscard]] inline Point minus(const Point& a, const Point& b) {
@@ -65,7 +69,7 @@ struct Support {
 };
 
 struct Balance {
-  Real largest = 0;  ///< of what is left on a particle, N
+  Real largest = 0;  ///< largest force left on a particle, N
   int rounds = 0;    ///< steps of Newton's method
 };
 /// Looks for forces at the supports, in the friction cones, that leave at most `tolerance` N on any
@@ -73,5 +77,19 @@ struct Balance {
 /// rounding); given up after `most_rounds`.
 [[nodiscard]] Balance balance(const std::vector<Point>& force, const std::vector<Support>& supports,
                               Real friction, Real tolerance, int most_rounds);
+
+/// Effect of a scene's clamps on a sheet.
+struct Clamps {
+  std::vector<HalfTriple> halves;
+  std::vector<Support> supports;  ///< each clamped particle once, held in every direction
+  Real farthest_m = 0;            ///< largest distance of a clamped particle from its place
+  Real turned_rad = 0;            ///< largest angle of a first edge, across the clamp, to `forward`
+  std::vector<std::string> refusals;
+};
+
+/// Every particle of the sheet that lies on a clamp's line in the material. A line that is on no
+/// row of particles is refused: the sheet's free length begins elsewhere.
+[[nodiscard]] Clamps clamps_of(const Scene& scene, const Sheet& sheet,
+                               const std::vector<Point>& points);
 
 }  // namespace drape::simulate::checker

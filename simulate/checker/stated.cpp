@@ -17,7 +17,7 @@ Real length_of_vector(const Point& v) {
   return std::sqrt(checker::dot(v, v));
 }
 
-/// How much the normal turns when the object moves by its rounding (rad).
+/// Angle (rad) by which the normal turns when the object moves by its rounding.
 Real turn_of_normal(const Objects& objects, std::size_t k, const Point& p, const Point& normal) {
   Real most = 0;
   for (int axis = 0; axis < 3; ++axis) {
@@ -28,7 +28,7 @@ Real turn_of_normal(const Objects& objects, std::size_t k, const Point& p, const
   return most / kStep;
 }
 
-/// What of a force is no pull and within the cone of friction about a normal.
+/// Part of a force that is no pull and within the cone of friction about a normal.
 Point within_cone(const Point& force, const Point& normal, Real friction) {
   const Real pressing = std::max<Real>(0, checker::dot(force, normal));
   Point along{}, kept{};
@@ -39,7 +39,7 @@ Point within_cone(const Point& force, const Point& normal, Real friction) {
   return kept;
 }
 
-/// Whether the object is one of the scene and the place one of the sheet: within a single cell.
+/// True if the object is one of the scene and the place one of the sheet: within a single cell.
 bool is_of(const ContactForce& stated, std::size_t objects, std::size_t particles, int cols) {
   if (static_cast<std::size_t>(stated.shape) > objects) return false;
   for (const int i : stated.particle) {

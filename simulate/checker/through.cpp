@@ -47,8 +47,8 @@ Real out_of(const Objects& objects, std::size_t k, const Point& p, const Point& 
   return outside;
 }
 
-/// Of a convex object at a place in it. About the place, because in its middle the object has no
-/// normal.
+/// Thickness of a convex object at a place in it. About the place, because in its middle the object
+/// has no normal.
 Real thickness_at(const Objects& objects, std::size_t k, const Point& p) {
   constexpr Real kAbout = 1e-5L;
   Real least = HUGE_VALL;
@@ -86,7 +86,7 @@ Point middle_of(const Objects& objects, std::size_t k) {
   return objects.mesh_middle[k];
 }
 
-/// Whether the object fills the upright line from its middle to the table, on which it stands.
+/// True if the object fills the upright line from its middle to the table, on which it stands.
 bool stands(const Objects& objects, std::size_t k, const Point& middle) {
   constexpr Real kStands_m = 0.5e-3L;  // no farther: cloth is thicker than the clearance
   constexpr int kPlaces = 16;
@@ -98,7 +98,7 @@ bool stands(const Objects& objects, std::size_t k, const Point& middle) {
   return middle[2] > table;
 }
 
-/// Whether a piece lies on the upright line from an object's middle to the table that it stands on:
+/// True if a piece lies on the upright line from an object's middle to the table that it stands on:
 /// at no depth in the object, but nowhere that cloth comes to but through it.
 bool lies_under(const Objects& objects, std::size_t k, const std::array<Point, 3>& piece) {
   const Point p = middle_of(objects, k);

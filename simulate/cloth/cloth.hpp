@@ -7,11 +7,40 @@
 #include <optional>
 #include <vector>
 
-#include "simulate/cloth/field.hpp"
 #include "simulate/fabric/curve.hpp"
 #include "simulate/fabric/memory.hpp"
 
 namespace drape::simulate {
+
+/// A vector at each of n particles: three blocks x, y, z of n values each, so that loops over all
+/// particles vectorise.
+using Field = std::vector<double>;
+
+/// The vector of particle i.
+[[nodiscard]] inline Eigen::Vector3d at(const Field& x, int i) {
+  const std::size_t n = x.size() / 3;
+  return {x[i], x[n + i], x[2 * n + i]};
+}
+inline void put_at(Field& x, int i, const Eigen::Vector3d& value) {
+  const std::size_t n = x.size() / 3;
+  x[i] = value.x();
+  x[n + i] = value.y();
+  x[2 * n + i] = value.z();
+}
+inline void add_at(Field& x, int i, const Eigen::Vector3d& value) {
+  const std::size_t n = x.size() / 3;
+  x[i] += value.x();
+  x[n + i] += value.y();
+  x[2 * n + i] += value.z();
+}
+
+/// Mean distance of the particles of two sheets of one grid.
+[[nodiscard]] inline double mean_distance_m(const Field& a, const Field& b) {
+  const int n = static_cast<int>(a.size() / 3);
+  double sum = 0;
+  for (int i = 0; i < n; ++i) sum += (at(a, i) - at(b, i)).norm();
+  return sum / n;
+}
 
 /// Particle grid on a rectangular patch: rows along the warp, cols along the weft.
 struct GridSpec {
@@ -51,11 +80,11 @@ struct ClothLaws {
 /// free. The sheet leaves along `forward`; `normal` is that of the sheet there. Both are unit.
 struct ClampedPlace {
   int held = 0, next = 0;
-  int direction = 0;  ///< of the line: 0 warp, 1 weft
+  int direction = 0;  ///< direction of the line: 0 warp, 1 weft
   Eigen::Vector3d forward, normal;
 };
 
-/// How mass is spread over the particles. `area`: by the cloth each stands for. `paper`: density
+/// Spread of the mass over the particles. `area`: by the cloth each stands for. `paper`: density
 /// times area by the number of particles (paper section 4), too heavy on borders.
 enum class MassRule { area, paper };
 
@@ -166,7 +195,7 @@ class Cloth {
       cell = 12,         ///< 1 where there is a cell
       twist = 13,        ///< N/m, of the cells
       part = 14,         ///< per line: k_diag_part
-      // Of a cloth with internal friction, per triple of one direction:
+      // Friction elements of a cloth, per triple of one direction:
       blocks_without_friction = 16,
       normal = 16,  ///< per axis; then N m, the energy's gradient to the curvature vector
       of_a = 19,

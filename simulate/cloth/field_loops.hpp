@@ -37,7 +37,7 @@ struct OuterForces {
 void forces_to_accelerations(const OuterForces& outer, const std::vector<double>& area_m2,
                              const std::vector<double>& inverse_mass, const Field& v, Field& a);
 
-/// What the velocities tell of a step.
+/// Sums over the velocities of a step.
 struct Speeds {
   double kinetic_j = 0;
   double power_w = 0;  ///< that damping and air drag take

@@ -46,7 +46,7 @@ void Cloth::prepare_work() {
     std::copy_n(lines_[d].width.data(), n, work_.of(Work::width + d));
     std::copy_n(lines_[d].triple_width.data(), n, work_.of(Work::triple_width + d));
     std::copy_n(lines_[d].k_diag_part.data(), n, work_.of(Work::part + d));
-    // Of a straight law; others change with the curvature.
+    // Stiffness of a straight law; others change with the curvature.
     const double scale = laws_.bending[d].slope / std::pow(lines_[d].spacing, 3);
     for (int i = 0; i < n; ++i) work_.of(Work::secant + d)[i] = scale * lines_[d].triple_width[i];
   }
@@ -94,7 +94,7 @@ void Cloth::add_forces(const Field& position, const Field* velocity, Field& forc
   if (laws_.friction) add_bending_friction(force);
 }
 
-/// What the next band needs of the row before it.
+/// Values of the row before it that the next band needs.
 void Cloth::keep_last_row(Band band) {
   const std::ptrdiff_t s = grid_.cols;
   const std::ptrdiff_t length = band.end - band.begin;

@@ -68,7 +68,7 @@ CurvatureStencil curvature_stencil(const Cloth& cloth, int direction, int i) {
   return s;
 }
 
-/// What curvature_stencil() weighs at the triple in the middle of which particle i is, for loops
+/// Weights of curvature_stencil() at the triple in the middle of which particle i is, for loops
 /// without branches; `of` are the positions per axis, with zeros beyond the sheet.
 struct Cloth::Places {
   const double* of[3];

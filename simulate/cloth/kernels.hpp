@@ -8,7 +8,7 @@
 #include "simulate/cloth/cloth.hpp"
 #include "simulate/cloth/wide.hpp"
 
-/// What the inner loops of both models have in common; every function vectorises.
+/// Common parts of the inner loops of both models; every function vectorises.
 namespace drape::simulate::kernels {
 
 inline constexpr std::size_t kHingesAtOnce = 4;  ///< a curve of five segments

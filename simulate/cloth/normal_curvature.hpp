@@ -34,7 +34,7 @@ struct CurvatureStencil {
   std::array<int, 5> particle{};
   std::array<double, 5> c{}, a{}, b{};
 };
-/// Of the triple with middle particle i along `direction`.
+/// Curvature of the triple with middle particle i along `direction`.
 [[nodiscard]] CurvatureStencil curvature_stencil(const Cloth& cloth, int direction, int i);
 
 /// The sum of x over a stencil.

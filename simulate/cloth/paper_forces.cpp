@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the model of the paper adds to the springs and triples of the model
+// Forces that the model of the paper adds to the springs and triples of the model
 // "consistent": springs along the cells' diagonals, and what they take off the grid lines.
 #include "simulate/cloth/kernels.hpp"
 

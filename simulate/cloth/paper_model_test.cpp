@@ -35,7 +35,7 @@ double inner_pull(const GridSpec& grid, const ClothLaws& laws, double strain, bo
 }
 
 TEST(PaperModel, UniaxialStretchOfAnInnerLineGivesKst) {
-  // What K'st lacks the diagonals carry to first order in the strain: with s the angle of the
+  // The diagonals carry what K'st lacks to first order in the strain: with s the angle of the
   // diagonals their part differs from K_diag strain by less than 3 strain of itself.
   const ClothLaws laws = knotted_laws();
   for (const GridSpec& grid : {kSquare, kOblong}) {

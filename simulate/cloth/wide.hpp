@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// How the inner loops are built. The wider form computes each element with the same operations
+// Builds the inner loops twice. The wider form computes each element with the same operations
 // (no fused multiply-add is allowed in either), so the bytes do not change with the processor.
 
 // No two arrays of these loops overlap, and the compiler cannot prove it.

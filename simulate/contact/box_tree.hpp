@@ -35,7 +35,7 @@ class BoxTree {
  private:
   struct Node {
     Eigen::AlignedBox3d box;
-    int first = 0, count = 0;  ///< of order_; a leaf has no children
+    int first = 0, count = 0;  ///< range of order_; a leaf has no children
     int left = -1;             ///< children left and left + 1
   };
 

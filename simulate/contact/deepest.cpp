@@ -33,7 +33,7 @@ struct Face {
   [[nodiscard]] int directions() const { return corners - 1; }
 };
 
-/// What makes up the depth of one triangle in one shape.
+/// Terms of the depth of one triangle in one shape.
 struct Depth {
   const Surroundings& surroundings;
   int shape;

@@ -21,13 +21,13 @@ using SheetTriangle = std::array<Eigen::Vector3d, 3>;
 struct DeepestPlace {
   static constexpr double steady_m = 1e-6;
 
-  Eigen::Vector3d weights = Eigen::Vector3d::Constant(1.0 / 3);  ///< of the corners; sum 1
+  Eigen::Vector3d weights = Eigen::Vector3d::Constant(1.0 / 3);  ///< weights of the corners; sum 1
   double depth_m = 0;                                            ///< that least value
   double gap_m = 0;                                              ///< at the place
   Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();  ///< depth's derivative is weights * normal
 };
 
-/// Whether no place of a piece can be deeper than its corners: a convex object shows all of them
+/// True if no place of a piece can be deeper than its corners: a convex object shows all of them
 /// the same plane.
 [[nodiscard]] bool is_seen_flat(const Surroundings& surroundings, int shape,
                                 std::span<const Eigen::Vector3d> corners);

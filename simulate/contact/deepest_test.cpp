@@ -62,7 +62,7 @@ TEST(DeepestPlace, IsWhereADenseSearchFindsIt) {
     const DeepestPlace found = deepest_place(all, shape, triangle);
     EXPECT_GE(found.weights.minCoeff(), 0);
     EXPECT_NEAR(found.weights.sum(), 1, 1e-15);
-    // What is added for the place's sake is at most a third of steady_m.
+    // The term added for the place's sake is at most a third of steady_m.
     EXPECT_LT(found.gap_m, least + DeepestPlace::steady_m / 3);
   }
 }

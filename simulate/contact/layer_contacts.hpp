@@ -68,7 +68,7 @@ class LayerContacts {
     LayerPair of;
     double thickness_m = 0;  ///< nearer than this it presses
     double distance_m = 0;   ///< where the step starts
-    double part = 1;         ///< of edges that are nearly parallel
+    double part = 1;         ///< share of edges that are nearly parallel
     bool lands = false;      ///< review() found that it will press
   };
   struct Cell {

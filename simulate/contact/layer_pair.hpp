@@ -46,7 +46,7 @@ struct NearestPoints {
 /// What a pair counts with: 1, of edges that are nearly parallel less, of parallel ones nothing.
 [[nodiscard]] double part_of(const LayerPair& pair, const Field& position);
 
-/// Whether boxes about the two pieces are more than `reach_m` apart, which costs less than their
+/// True if boxes about the two pieces are more than `reach_m` apart, which costs less than their
 /// distance.
 [[nodiscard]] bool are_apart(const LayerPair& pair, const Field& position, double reach_m);
 

@@ -27,7 +27,7 @@ constexpr int kCellPoints =
 constexpr double kFollow = 1e-3;  // m per slope: how fast a place slides along its line
 constexpr int kSettle = 32;       // looks in which places come to where they stay
 
-/// Whether normals turn within the depth that the stiffer springs allow.
+/// True if normals turn within the depth that the stiffer springs allow.
 bool turns_at_once(const Surroundings& surroundings, int shape) {
   const Cylinder* const cylinder = surroundings.cylinder(shape);
   return is_sharp(surroundings, shape) || (cylinder != nullptr && cylinder->edge_radius_m == 0);

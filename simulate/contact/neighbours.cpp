@@ -11,7 +11,8 @@ namespace {
 
 using Eigen::Vector3d;
 
-// Of the spacing: a cell sheared by up to 60 degrees has its corners farther from its diagonal.
+// Share of the spacing: a cell sheared by up to 60 degrees has its corners farther from its
+// diagonal.
 constexpr double kSharpest = 0.25;
 
 int rows_apart(const GridSpec& grid, int i, int j) {
@@ -58,7 +59,7 @@ bool are_neighbours(const GridSpec& grid, int one, int two) {
   return rows_apart(grid, one, two) < 2 && cols_apart(grid, one, two) < 2;
 }
 
-/// Of an affine image of the grid: two layers are half a diagonal of a cell apart in steps, and the
+/// In an affine image of the grid two layers are half a diagonal of a cell apart in steps, and the
 /// image shortens no distance by more than its smaller singular value. The sheet deviates from it.
 double least_apart_m(const GridSpec& grid, const Field& position, int one, int two) {
   Vector3d middle = Vector3d::Zero(), down = Vector3d::Zero(), right = Vector3d::Zero();

@@ -11,16 +11,16 @@ namespace drape::simulate {
 // edges, `firsts` (1 or 2) of the four particles the first one's. What has a particle in common
 // meets there, and what lies in one cell is kept apart by the cell's own shape.
 
-/// Whether two pieces have no particle in common and do not lie in one cell.
+/// True if two pieces have no particle in common and do not lie in one cell.
 [[nodiscard]] bool are_two_layers(const GridSpec& grid, const std::array<int, 4>& particle,
                                   int firsts);
 
-/// How far two layers keep apart (m): `thickness_m`, and where a grid step joins them no more than
+/// Distance that two layers keep (m): `thickness_m`, and where a grid step joins them no more than
 /// a quarter of the spacing, for a sheared cell is not folded.
 [[nodiscard]] double layers_apart_m(const GridSpec& grid, const std::array<int, 4>& particle,
                                     int firsts, double thickness_m);
 
-/// Whether two cells, named by their first particles, have a particle in common.
+/// True if two cells, named by their first particles, have a particle in common.
 [[nodiscard]] bool are_neighbours(const GridSpec& grid, int one, int two);
 
 /// Lower bound of the distance (m) of two layers in neighbouring cells. Positive where the sheet is

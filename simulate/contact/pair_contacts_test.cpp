@@ -55,7 +55,7 @@ Surroundings blade(double length_m) {
   return solids;
 }
 
-/// Whether the segment from a to b goes through the sheet.
+/// True if the segment from a to b goes through the sheet.
 bool pierced(const GridSpec& grid, const Field& x, const Vector3d& a, const Vector3d& b) {
   const auto through = [&](int i, int j, int k) {
     const Vector3d p = at(x, i), u = at(x, j) - p, v = at(x, k) - p, span = b - a;

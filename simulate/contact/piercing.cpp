@@ -52,7 +52,7 @@ std::optional<double> passes(const SolidEdge& edge, const std::array<Vector3d, 3
   return inside ? std::optional(fraction) : std::nullopt;
 }
 
-/// Whether the piece of a grid line between two particles, or the particle where they are one, is
+/// True if the piece of a grid line between two particles, or the particle where they are one, is
 /// of the sheet's hem.
 bool is_hem(const GridSpec& grid, int i, int j) {
   const int row = std::min(i, j) / grid.cols, col = std::min(i, j) % grid.cols;
@@ -90,11 +90,11 @@ double over_sheet_m(const GridSpec& grid, const Field& position, int cell, const
 
 /// Where an edge passes through the sheet.
 struct Passage {
-  double fraction = 0;  ///< of the edge
+  double fraction = 0;  ///< place along the edge
   int cell = 0;
 };
 
-/// How far the side of an edge that reaches less far, of at most `most_m` each, reaches from the
+/// Reach of the shorter side of an edge, of at most `most_m` each, from the
 /// sheet before it passes through it again. Its height above the plane of the triangle that it
 /// passes through would say nothing: at a small angle a long edge ends over other cells.
 double height_through(const GridSpec& grid, const Field& position, const SolidEdge& edge,
@@ -179,8 +179,8 @@ Vector3d extents_of(const Surroundings& surroundings, int shape) {
   return sizes;
 }
 
-/// Of a convex body at a place in it. Normals are those about the place, since the body's middle
-/// has none.
+/// Thickness of a convex body at a place in it. Normals are those about the place, since the body's
+/// middle has none.
 double thickness_at(const Surroundings& surroundings, int shape, const Vector3d& p) {
   const auto out = [&](const Vector3d& direction) {
     double far = 2 * kInside;
@@ -215,7 +215,7 @@ double through_part(const GridSpec& grid, const Field& position, const Surroundi
       for (const auto& [a, b, c] : corners_of(grid, cell)) {
         const SheetTriangle piece = {at(position, a), at(position, b), at(position, c)};
         const double reach_m = std::max((piece[1] - piece[0]).norm(), (piece[2] - piece[0]).norm());
-        // What is wider meets grid lines: rim_through_m() or its own depth shows it.
+        // A wider body meets grid lines: rim_through_m() or its own depth shows it.
         if (extents_m[1] > reach_m || surroundings.gap_m(shape, piece[0]) > reach_m) continue;
         const DeepestPlace deepest = deepest_place(surroundings, shape, piece);
         if (!(deepest.gap_m < 0)) continue;

@@ -9,8 +9,8 @@ namespace drape::simulate {
 
 /// Nearest points of two features, each given by points in one list of four.
 struct Nearest {
-  /// Of the four points: positive on the first feature, negative on the second, each side adding
-  /// up to one.
+  /// Weights of the four points: positive on the first feature, negative on the second, each side
+  /// adding up to one.
   std::array<double, 4> weight{};
   Eigen::Vector3d apart = Eigen::Vector3d::Zero();  ///< from the second feature to the first
 };

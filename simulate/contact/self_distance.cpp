@@ -18,7 +18,7 @@ struct Triangle {
   std::array<Vector3d, 3> corner;
   std::array<int, 3> particle{};
   Vector3d centre;
-  Eigen::Vector2d in_sheet;  ///< of its cell, or of its middle, in steps along warp and weft
+  Eigen::Vector2d in_sheet;  ///< place of its cell, or of its middle, in steps along warp and weft
 };
 
 std::vector<Triangle> triangles_of(const GridSpec& grid, const Field& x) {
@@ -92,7 +92,7 @@ double edge_edge(const Vector3d& a, const Vector3d& b, const Vector3d& c, const 
   return (w + s * u - t * v).norm();
 }
 
-/// Whether an edge of one passes through the other, of whose particles it has none.
+/// True if an edge of one passes through the other, of whose particles it has none.
 bool pierces(const Triangle& one, const Triangle& t) {
   const Vector3d normal = (t.corner[1] - t.corner[0]).cross(t.corner[2] - t.corner[0]);
   const auto passes = [&](int from, int to) {

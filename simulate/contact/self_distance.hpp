@@ -10,7 +10,7 @@
 
 namespace drape::simulate {
 
-/// How near a sheet comes to itself. Each cell counts as two triangles; of triangles less than
+/// Least distance of a sheet from itself. Each cell counts as two triangles; of triangles less than
 /// three grid steps apart along the sheet no distance counts, but that they pass through each other
 /// does.
 struct SelfDistance {
@@ -18,7 +18,7 @@ struct SelfDistance {
   int crossings = 0;              ///< pairs of triangles that pass through each other
 };
 [[nodiscard]] SelfDistance self_distance(const GridSpec& grid, const Field& position);
-/// Whether there are crossings, at less cost.
+/// True if there are crossings, at less cost.
 [[nodiscard]] bool passes_through_itself(const GridSpec& grid, const Field& position);
 
 /// The same of any triangles, by the flat places (warp, weft) of their corners; a step along the

@@ -27,7 +27,7 @@ struct SolidFeatures {
   std::vector<SolidEdge> edges;
 };
 
-/// Whether a shape is met at its corners and edges: meshes, and boxes whose edges are not rounded.
+/// True if a shape is met at its corners and edges: meshes, and boxes whose edges are not rounded.
 [[nodiscard]] bool is_sharp(const Surroundings& surroundings, int shape);
 
 /// Convex edges and the corners at their ends of all sharp shapes. Edges between faces that lie

@@ -27,7 +27,7 @@ inline constexpr std::size_t kLeastMembers = 20;
 
 [[nodiscard]] std::size_t members_at_rest(const Branches& branches);
 
-/// Of all members at rest; empty with fewer than kLeastMembers.
+/// Means of all members at rest; empty with fewer than kLeastMembers.
 [[nodiscard]] std::vector<MarkBand> band_of(const Branches& branches, const GridSpec& grid,
                                             const Print& print);
 
@@ -37,7 +37,7 @@ struct Assignment {
   double distance_m = 0;       ///< mean over the marks, to that branch's nearest member
   double reach_m = 0;          ///< up to which a drape is on that branch
   std::size_t marks = 0;       ///< compared
-  double inside_fraction = 0;  ///< of the marks, within radius95_m of the band's mean
+  double inside_fraction = 0;  ///< share of the marks within radius95_m of the band's mean
   [[nodiscard]] bool is_on() const { return distance_m <= reach_m; }
 };
 
@@ -50,7 +50,7 @@ struct Assignment {
 /// Mean distance over the marks of `measured` from `sheet`; nothing when it cannot be said.
 [[nodiscard]] std::optional<double> distance_at_marks_m(const Sheet& measured, const Sheet& sheet);
 
-/// What the same scene comes to when it starts at the measured shape: the distance that is left
+/// Rest of the same scene when it starts at the measured shape: the distance that is left
 /// is the model's and the fabric's, without the luck of folds.
 struct FromMeasured {
   std::string sentence;              ///< "at rest", or why not

@@ -213,7 +213,7 @@ void put_mirror_images_in_order(const MirrorPlane& plane, const GridSpec& grid,
   }
 }
 
-/// What hangs free is sought lower, also where some starts ended on the sheet itself.
+/// A sheet that hangs free is sought lower, also where some starts ended on the sheet itself.
 void seek_lower(const StaticCase& the_case, const GridSpec& grid, const StaticOptions& options,
                 int kicks, Branches& branches) {
   std::vector<const Field*> rests;

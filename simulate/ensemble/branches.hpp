@@ -7,17 +7,16 @@
 
 #include "core/files/json_file.hpp"
 #include "simulate/ensemble/friction_band.hpp"
-#include "simulate/ensemble/memory_band.hpp"
 #include "simulate/equilibrium/run.hpp"
 
 namespace drape::simulate {
 
-/// How one start departs from the scene's in what an operator cannot know; as it stands: the
+/// Departure of one start from the scene's in what an operator cannot know; as it stands: the
 /// scene's own.
 struct StartVariation {
   Eigen::Vector2d place_m = Eigen::Vector2d::Zero();  ///< added to the start's place
-  double friction_factor = 1;                         ///< of the scene's coefficient
-  std::optional<double> damping_per_s;                ///< of the fall
+  double friction_factor = 1;                         ///< factor of the scene's coefficient
+  std::optional<double> damping_per_s;                ///< damping of the fall
 
   double noise_m = 0;   ///< height of random waves
   double tilt_rad = 0;  ///< about a horizontal axis
@@ -45,13 +44,13 @@ struct HemLabel {
 /// One equilibrium, found from one or more starts.
 struct Branch {
   Field position;
-  ClothMemory memory = {};  ///< of internal friction
+  ClothMemory memory = {};  ///< state of internal friction
   StaticReport report;
   double energy_j = 0;  ///< gravity, elastic and contact, against the world origin
   HemLabel hem;
   std::vector<int> starts;
   int own_start = 0;    ///< that `position` is from; -1: none, it was sought, see seek_valleys()
-  double friction = 0;  ///< of that start
+  double friction = 0;  ///< friction of that start
   double spread_m = 0;  ///< farthest of its members from `position`, mean over the particles
   std::vector<Branch> others = {};  ///< its other members, each alone, by energy
 };
@@ -59,7 +58,7 @@ struct Branch {
 struct BranchOptions {
   int starts = 32;
   double same_m = 1e-3;  ///< nearer rests are one branch, however dense the others lie
-  int kicks = 384;       ///< of the search for lower rests of a sheet that touches nothing
+  int kicks = 384;       ///< tries of the search for lower rests of a sheet that touches nothing
 };
 
 /// Starts that ended still, but where no sheet can rest; none of a rest that was sought.
@@ -88,7 +87,7 @@ struct Branches {
   std::vector<int> drop_lowest(Branch& branch);
 };
 
-/// Whether all objects are round about one vertical axis.
+/// True if all objects are round about one vertical axis.
 [[nodiscard]] bool is_round(const Scene& scene);
 /// Mean distance of two sheets' particles; `round`: after the best turn about the vertical and
 /// shift along it none, and with the sheet turned by half a turn in its own plane as well.
@@ -104,7 +103,7 @@ struct Branches {
 
 struct BranchResult {
   Branches branches;
-  std::vector<Sheet> sheets;  ///< of branches.found
+  std::vector<Sheet> sheets;  ///< one for each of branches.found
 };
 
 /// Equilibria of a drape; a branch is named by its lowest member that simulate_checked() would

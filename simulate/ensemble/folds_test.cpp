@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "simulate/ensemble/folds.hpp"
+#include "simulate/ensemble/valleys.hpp"
 
 #include <gtest/gtest.h>
 
@@ -8,7 +8,6 @@
 
 #include "core/units.hpp"
 #include "simulate/contact/self_distance.hpp"
-#include "simulate/ensemble/kicks.hpp"
 #include "simulate/equilibrium/mixture.hpp"
 #include "tests/support/paths.hpp"
 
@@ -28,7 +27,7 @@ struct Pinned {
   [[nodiscard]] std::vector<StartChange> starts() const {
     return folded_starts({scene, print, nothing, surroundings, laws});
   }
-  /// Of the sheet's sides.
+  /// Shares of the sheet's sides.
   void pin(const std::vector<Vector2d>& places) {
     scene.pins.clear();
     for (const Vector2d& place : places) {

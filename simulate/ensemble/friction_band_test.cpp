@@ -61,7 +61,7 @@ FrictionBand pushed_strip(double friction) {
   return push_at_rest(solver, options);
 }
 
-/// How far a push left the middle of the free end along the strip.
+/// Distance by which a push left the middle of the free end along the strip.
 double along_m(const FrictionBand& band, std::size_t push) {
   const int tip = 40 * 3 + 1;
   return (at(band.pushes[push].position, tip) - at(band.rest, tip)).x();

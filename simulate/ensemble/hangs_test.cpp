@@ -204,7 +204,8 @@ struct Ends {
   double fall_j = 0, lowest_j = 0, best_start_j = 0, best_random_j = 0;
 };
 
-/// What `drape run` (one fall), `drape simulate branches` and random starts find of hang `seed`.
+/// Rests that `drape run` (one fall), `drape simulate branches` and random starts find of hang
+/// `seed`.
 Ends ends_of(int seed, int particles, int kicks, int randoms) {
   const HangCase here(seed, particles);
   const Hang& hang = here.hang;
@@ -265,7 +266,7 @@ TEST(Hangs, TheLowestBranchIsAsLowAsTheBestOfRandomStarts) {
   for (const int grid : grids) {
     for (const int seed : hangs) {
       const Ends ends = ends_of(seed, grid, whole ? BranchOptions{}.kicks : 32, randoms);
-      // Of the slice's hangs no start finds the lowest rest; hang 9 has one rest alone.
+      // In hangs of the slice no start finds the lowest rest; hang 9 has one rest alone.
       if (!whole) {
         EXPECT_LT(ends.lowest_j, ends.best_start_j - kGoal * std::abs(ends.best_start_j))
             << seed << ", " << grid;
@@ -276,9 +277,9 @@ TEST(Hangs, TheLowestBranchIsAsLowAsTheBestOfRandomStarts) {
   }
 }
 
-/// What is solved, iterated on thrice and corrected four times in a step is half a spacing long at
-/// most each. Corrections of crumpled sheets were many sheets long, and their pairs of layers
-/// filled gigabytes.
+/// A system that is solved, iterated on thrice and corrected four times in a step is half a spacing
+/// long at most each. Corrections of crumpled sheets were many sheets long, and their pairs of
+/// layers filled gigabytes.
 TEST(Hangs, TrialsOfAStepStayNear) {
   const HangCase hang(8, kWithLayers);
   int rests = 0;

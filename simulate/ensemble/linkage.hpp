@@ -12,7 +12,7 @@ namespace drape::simulate {
 /// absolute deviation (Hampel 1974), at least `least`.
 struct Linkage {
   double limit = 0;
-  std::vector<int> group;  ///< of each point; numbered as their first points come
+  std::vector<int> group;  ///< cluster of each point; numbered as their first points come
 };
 [[nodiscard]] Linkage link(int count, const std::function<double(int, int)>& distance,
                            double least);

@@ -7,6 +7,7 @@
 #include "simulate/equilibrium/mixture.hpp"
 
 namespace drape::simulate {
+
 namespace {
 
 using Eigen::Matrix3d;
@@ -29,6 +30,10 @@ constexpr double kShallow = 1e-6;         // m; entries that a step may make
 constexpr double kJustIn = 1e-7;          // m; deeper ones are lifted to here, and press
 constexpr double kFarFromSurface = 1e-4;  // m; beyond, a step meant to leave it
 constexpr double kSlides = 1 + 1e-9;      // a spring this much beyond its limit slides
+
+constexpr double kMostChange = 3;  // of a limit in one step, up or down
+
+constexpr double kWatchPiece = 0.2e-3;  // m; a piece farther from a surface stays off it in a step
 
 }  // namespace
 
@@ -384,6 +389,317 @@ int StaticContacts::between() const {
 int StaticContacts::sliding() const {
   return static_cast<int>(
       std::count_if(contacts_.begin(), contacts_.end(), [](const Contact& c) { return c.slips; }));
+}
+
+Matrix3d StaticContacts::model_block(const Contact& contact, const Field& position,
+                                     bool convex) const {
+  const double pressing = pressing_n(contact, contact.gap);
+  Matrix3d block = Matrix3d::Zero();
+  const Matrix3d across = Matrix3d::Identity() - contact.normal * contact.normal.transpose();
+  const bool presses = pressing > 0 && !contact.slides;  // else see add_piece_hessian()
+  if (presses || contact.change == Change::lands) {
+    block += contact.stiffness * contact.normal * contact.normal.transpose();
+  }
+  if (presses && !convex) {
+    block -= pressing * gap_curvature(*surroundings_, contact.shape, mix(position, contact));
+  }
+  if (contact.limit == 0) return block;
+  if (contact.change == Change::yields) {
+    block += contact.yield.block;
+  } else if (contact.slips && contact.change != Change::holds) {
+    const Vector3d displacement = spring(contact, mix(position, contact)).normalized();
+    const double length = std::max(contact.slip_m, contact.limit / shear_stiffness_);
+    block += contact.limit / length * (across - displacement * displacement.transpose());
+  } else {
+    block += shear_stiffness_ * across;
+  }
+  return block;
+}
+
+void StaticContacts::add_piece_hessian(const Contact& contact, const Field& position, bool convex,
+                                       GridMatrix& hessian) const {
+  const double pressing = pressing_n(contact, contact.gap);
+  if (!(pressing > 0)) return;
+  const DeepestPlace& deepest = contact.deepest;
+  const DepthCurvature curvature =
+      depth_curvature(*surroundings_, contact.shape, piece_of(contact, position), deepest);
+  const Matrix3d across = contact.stiffness * deepest.normal * deepest.normal.transpose();
+  Eigen::Matrix<double, 9, 9> of_corners = pressing * curvature.slides;
+  if (!convex) of_corners += pressing * curvature.bends;
+  for (int a = 0; a < 3; ++a) {
+    for (int b = 0; b < 3; ++b)
+      of_corners.block<3, 3>(3 * a, 3 * b) += deepest.weights[a] * deepest.weights[b] * across;
+  }
+  const QuarterWeights weights = quarter_weights(contact.quarter);
+  for (int k = 0; k < 4; ++k) {
+    for (int l = 0; l <= k; ++l) {
+      Matrix3d block = Matrix3d::Zero();
+      for (int a = 0; a < 3; ++a) {
+        for (int b = 0; b < 3; ++b)
+          block += weights(k, a) * weights(l, b) * of_corners.block<3, 3>(3 * a, 3 * b);
+      }
+      hessian.add(contact.particle[k], contact.particle[l], block);
+    }
+  }
+}
+
+void StaticContacts::add_hessian(const Field& position, bool convex, GridMatrix& hessian) {
+  for (Contact& contact : contacts_) {
+    contact.reviewed = false;
+    contact.block.setZero();
+    if (contact.slides) add_piece_hessian(contact, position, convex, hessian);
+    if (contact.limit == 0 && contact.change != Change::lands &&
+        pressing_n(contact, contact.gap) == 0) {
+      continue;
+    }
+    contact.block = model_block(contact, position, convex);
+    add_mixture(contact, contact.block, hessian);
+  }
+  for (const Hold& hold : holds_) {
+    add_mixture(hold, hold_stiffness_ * Matrix3d::Identity(), hessian);
+  }
+}
+
+void StaticContacts::change_hessian(const Field& position, bool convex, GridMatrix& hessian) {
+  for (Contact& contact : contacts_) {
+    if (!contact.reviewed) continue;
+    contact.reviewed = false;
+    const Matrix3d before = contact.block;
+    contact.block = model_block(contact, position, convex);
+    add_mixture(contact, contact.block - before, hessian);
+  }
+}
+
+void StaticContacts::add_changes(Eigen::VectorXd& gradient) const {
+  for (const Contact& contact : contacts_) {
+    if (contact.change == Change::lands) {
+      const double pull = contact.stiffness * contact.gap - contact.multiplier;
+      gradient.segment<3>(3 * contact.particle[0]) += pull * contact.normal;
+    } else if (contact.change == Change::yields) {
+      spread_step(contact, contact.yield.pull, gradient);
+    }
+  }
+}
+
+double StaticContacts::excess_curve(const Eigen::VectorXd& step) const {
+  double sum = 0;
+  for (const Contact& contact : contacts_) {
+    if (contact.change == Change::lands) {
+      const double along = mix_step(step, contact).dot(contact.normal);
+      sum += contact.stiffness * along * along;
+    } else if (contact.change == Change::yields) {
+      const Yield& yield = contact.yield;
+      const Vector3d displacement = mix_step(step, contact);
+      const Vector3d end =
+          yield.spring + displacement - displacement.dot(contact.normal) * contact.normal;
+      const double gained = friction_j(contact, end.norm()) -
+                            friction_j(contact, yield.spring.norm()) -
+                            shear_stiffness_ * yield.spring.dot(displacement);
+      sum += displacement.dot(yield.block * displacement) - 2 * gained;
+    }
+  }
+  return sum;
+}
+
+/// True if friction that holds changed between holding and yielding along the path of its place.
+bool StaticContacts::review_yield(Contact& contact, const Vector3d& start,
+                                  const Vector3d& end) const {
+  const Vector3d stretched = spring(contact, end);
+  const double size = stretched.norm();
+  const bool beyond = size > contact.limit / shear_stiffness_;
+  const bool changed = beyond != (contact.change == Change::yields);
+  contact.change = beyond ? Change::yields : Change::none;
+  contact.reviewed = contact.reviewed || changed || beyond;
+  if (!beyond) return changed;
+  const Vector3d unit = stretched / size;
+  const Matrix3d across = Matrix3d::Identity() - contact.normal * contact.normal.transpose();
+  Yield& yield = contact.yield;
+  yield.spring = spring(contact, start);
+  yield.block = contact.limit / size * (across - unit * unit.transpose());
+  // Tangent at the end: limit * unit there, so this much more than the spring pulls at the start.
+  yield.pull = contact.limit * unit + yield.block * yield.spring - shear_stiffness_ * yield.spring;
+  return changed;
+}
+
+int StaticContacts::review(const Field& from, const Field& to, double deep_m) {
+  int changed = 0;
+  for (Contact& contact : contacts_) {
+    const Vector3d start = mix(from, contact);
+    const Vector3d end = mix(to, contact);
+    const double pressing = pressing_n(contact, contact.gap);
+    if (pressing == 0 && contact.change == Change::none && contact.rigid) {
+      if (!caught(contact.shape, start, end, deep_m)) continue;
+      contact.change = Change::lands;
+      contact.reviewed = true;
+      ++changed;
+      continue;
+    }
+    const bool holds = contact.limit > 0 && !contact.slips && contact.change != Change::lands;
+    if (yields_ && holds) {
+      changed += review_yield(contact, start, end) ? 1 : 0;
+      continue;
+    }
+    if (contact.slips && contact.change == Change::none &&
+        (end - start).dot(spring(contact, start)) < 0) {
+      contact.change = Change::holds;
+      contact.reviewed = true;
+      ++changed;
+    }
+  }
+  return changed;
+}
+
+void StaticContacts::relinearise(const Field& position) {
+  before_ = contacts_;
+  for (Contact& contact : contacts_) {
+    const Vector3d p = mix(position, contact);
+    contact.change = Change::none;
+    if (contact.slides) {
+      contact.deepest = deepest_of(contact, position);
+      contact.gap = contact.deepest.depth_m;
+      contact.normal = contact.deepest.normal;
+    } else {
+      contact.gap = surroundings_->gap_m(contact.shape, p);
+      contact.normal = surroundings_->normal(contact.shape, p);
+    }
+    if (contact.limit == 0) continue;
+    const double size = spring(contact, p).norm();
+    const double most = contact.limit / shear_stiffness_;
+    contact.slips = size > most;
+    contact.slip_m = std::max(size, most);
+  }
+}
+
+bool StaticContacts::follows(const Contact& contact) const {
+  return contact.limit > 0 && contact.slips && contact.change == Change::none &&
+         pressing_n(contact, contact.gap) > 0;
+}
+
+/// The limit that the pressing force at the end of `displacement` allows.
+double StaticContacts::limit_after(const Contact& contact, const Vector3d& displacement) const {
+  return contact.taken * friction_ *
+         pressing_n(contact, contact.gap + displacement.dot(contact.normal));
+}
+
+void StaticContacts::add_following(const Eigen::VectorXd& displacement,
+                                   Eigen::VectorXd& product) const {
+  for (const Contact& contact : contacts_) {
+    if (!follows(contact)) continue;
+    const double along = mix_step(displacement, contact).dot(contact.normal);
+    spread_step(contact, -contact.taken * friction_ * contact.stiffness * along * contact.slide,
+                product);
+  }
+}
+
+void StaticContacts::add_lag(Eigen::VectorXd& gradient) const {
+  for (const Contact& contact : contacts_) {
+    if (!follows(contact)) continue;
+    const double lag = limit_after(contact, Vector3d::Zero()) - contact.limit;
+    spread_step(contact, lag * contact.slide, gradient);
+  }
+}
+
+void StaticContacts::follow_pressing(const Field& position, const Eigen::VectorXd& displacement,
+                                     Eigen::VectorXd& gradient) {
+  for (Contact& contact : contacts_) {
+    if (!follows(contact)) continue;
+    const double limit = std::clamp(limit_after(contact, mix_step(displacement, contact)),
+                                    contact.limit / kMostChange, contact.limit * kMostChange);
+    spread_step(contact, (limit - contact.limit) * contact.slide, gradient);
+    // As long as the limit allows: so it slides from the start of the step on.
+    contact.anchor = mix(position, contact) - limit / shear_stiffness_ * contact.slide;
+    contact.limit = limit;
+  }
+}
+
+/// The triangle of a cell, its corners the two particles of an edge and the cell's middle.
+SheetTriangle StaticContacts::piece_of(const Contact& contact, const Field& position) const {
+  SheetTriangle triangle;
+  const QuarterWeights weights = quarter_weights(contact.quarter);
+  for (int c = 0; c < 3; ++c) {
+    triangle[c].setZero();
+    for (int k = 0; k < 4; ++k) {
+      if (weights(k, c) != 0) triangle[c] += weights(k, c) * at(position, contact.particle[k]);
+    }
+  }
+  return triangle;
+}
+
+DeepestPlace StaticContacts::deepest_of(const Contact& contact, const Field& position) const {
+  return deepest_place(*surroundings_, contact.shape, piece_of(contact, position));
+}
+
+double StaticContacts::gap_of(const Contact& contact, const Field& position) const {
+  if (contact.slides) return deepest_of(contact, position).depth_m;
+  return surroundings_->gap_m(contact.shape, mix(position, contact));
+}
+
+StaticContacts::Pressing StaticContacts::pressing_at(const Contact& contact,
+                                                     const Field& position) const {
+  if (contact.slides) {
+    const DeepestPlace deepest = deepest_of(contact, position);
+    return {contact.particle, weights_of(contact, deepest), deepest.normal, deepest.depth_m};
+  }
+  const Vector3d p = mix(position, contact);
+  return {contact.particle, contact.weight, surroundings_->normal(contact.shape, p),
+          surroundings_->gap_m(contact.shape, p)};
+}
+
+/// True if a pin puts the piece on the surface. Then only the pin says how deep it is: a piece that
+/// turns about a place on a surface enters it by the square of the angle, and such a contact has no
+/// finite force; two pins on a round body even hold the piece between them inside it.
+bool StaticContacts::is_held_at(int shape, const Contact& piece, const Field& position) const {
+  const auto is_near = [&](const Vector3d& p) {
+    return surroundings_->gap_m(shape, p) < kWatchPiece;
+  };
+  for (int k = 0; k < piece.corners; ++k) {
+    const int i = piece.particle[k];
+    if (is_pinned_[i] != 0 && is_near(at(position, i))) return true;
+  }
+  return std::any_of(holds_.begin(), holds_.end(), [&](const Hold& hold) {
+    for (int k = 0; k < 4; ++k) {
+      const auto end = piece.particle.end();
+      if (hold.weight[k] != 0 && std::find(piece.particle.begin(), end, hold.particle[k]) == end)
+        return false;
+    }
+    return is_near(mix(position, hold));
+  });
+}
+
+std::array<double, 4> StaticContacts::weights_of(const Contact& contact,
+                                                 const DeepestPlace& deepest) {
+  const Eigen::Vector4d weight = quarter_weights(contact.quarter) * deepest.weights;
+  return {weight[0], weight[1], weight[2], weight[3]};
+}
+
+/// Lists the triangles of a cell that are near a surface and may be deeper than their corners.
+void StaticContacts::watch_cell(const Field& position, int corner) {
+  const int cols = cloth_->grid().cols;
+  Contact contact;
+  contact.corners = 4;
+  contact.particle = {corner, corner + 1, corner + cols, corner + cols + 1};
+  contact.slides = true;
+  contact.stiffness = particle_stiffness_;
+  Vector3d middle = Vector3d::Zero();
+  for (const int i : contact.particle) middle += 0.25 * at(position, i);
+  double reach = 0;
+  for (const int i : contact.particle) reach = std::max(reach, (at(position, i) - middle).norm());
+  for (int shape = 0; shape < surroundings_->count(); ++shape) {
+    if (surroundings_->is_flat(shape)) continue;
+    if (surroundings_->gap_m(shape, middle) - reach > kWatchPiece) continue;
+    if (is_held_at(shape, contact, position)) continue;
+    for (contact.quarter = 0; contact.quarter < kQuarters; ++contact.quarter) {
+      const SheetTriangle triangle = piece_of(contact, position);
+      if (is_seen_flat(*surroundings_, shape, triangle)) continue;
+      contact.site =
+          (cloth_->count() + kQuarters * corner + contact.quarter) * surroundings_->count() + shape;
+      contact.deepest = deepest_place(*surroundings_, shape, triangle);
+      if (contact.deepest.depth_m > kWatchPiece) continue;
+      contact.shape = shape;
+      contact.weight = weights_of(contact, contact.deepest);
+      contacts_.push_back(contact);
+    }
+  }
 }
 
 }  // namespace drape::simulate

@@ -124,7 +124,7 @@ class StaticContacts {
   [[nodiscard]] int touching(const Field& position) const;
   [[nodiscard]] int sliding() const;
   [[nodiscard]] int between() const;
-  /// Whether triangles of cells press where they are deepest.
+  /// True if triangles of cells press where they are deepest.
   [[nodiscard]] bool has_pieces() const { return seeks_pieces_; }
 
  private:

@@ -48,7 +48,7 @@ struct StaticDrape {
   double dissipated_j = 0;
 };
 
-/// Whether a sheet that was taken to pass through itself, and did, has to meet itself.
+/// True if a sheet that was taken to pass through itself, and did, has to meet itself.
 [[nodiscard]] bool has_to_meet_itself(const GridSpec& grid, const StaticOptions& options,
                                       const Field& position, const StaticReport& found);
 

@@ -6,8 +6,10 @@
 #include <limits>
 
 #include "simulate/equilibrium/mixture.hpp"
+#include "simulate/equilibrium/residuals.hpp"
 
 namespace drape::simulate {
+
 namespace {
 
 using Eigen::Vector3d;
@@ -42,6 +44,19 @@ constexpr double kSaddle = 1;           // residual below which definiteness is 
 constexpr double kPinned = 1e-9;        // m
 constexpr double kGapDone = 2e-9;       // m
 constexpr double kLoadStep_s = 0.1;     // first pseudo-time step after a change of gravity
+
+constexpr int kSolves = 8;        // with the last factor before a new one is made
+constexpr double kSolved = 0.03;  // of the answer, in the norm of its energy
+constexpr double kAtLeast = 0.3;  // the same; a worse answer asks for a new factor
+constexpr double kRough = 0.2;    // the same, of an early step, if more solves do not better it
+constexpr double kDefect = 0.1;   // of a step's energy; more in single precision is mended
+
+constexpr int kIterations = 3;
+constexpr double kGood = 0.7;    // ratio of energy change from which the step will do
+constexpr double kLonger = 1.2;  // gain in that ratio that a displacement twice as long must bring
+
+constexpr double kLess = 0.9;        // of the least residual so far: progress
+constexpr double kStillFall = 1e-7;  // m; all of the sheet lower by this much: progress
 
 }  // namespace
 
@@ -202,7 +217,7 @@ bool StaticSolver::factorise(bool convex) {
                            sure ? MixedFactor::Doubt::ask_double : MixedFactor::Doubt::believe);
 }
 
-/// Whether the exact Hessian is positive definite.
+/// True if the exact Hessian is positive definite.
 bool StaticSolver::factorise_here() {
   using Judge = GridFactor<double>;
   begin_step();
@@ -387,6 +402,229 @@ StaticReport StaticSolver::solve_nearly(double residual) {
   StaticReport report = solve();
   options_ = exact;
   return report;
+}
+
+/// product = the matrix of the step times x.
+void StaticSolver::multiply(const VectorXd& x, VectorXd& product) const {
+  hessian_.multiply(x, product);
+  for (int i = 0; i < cloth_.count(); ++i) {
+    product.segment<3>(3 * i) += shift_[i] * x.segment<3>(3 * i);
+  }
+}
+
+/// Conjugate gradients with the last factor as preconditioner (Hestenes, Stiefel 1952): where only
+/// some contacts have changed since, or single precision fell short, a few solves do. step_ comes
+/// in as the right side; false when that did not work, with step_ as it came in. `guess` is where
+/// the answer is sought from; nothing: from zero. An early step of a finer grid needs no more than
+/// its direction, and where a guess is not even as good as zero after half the solves, a new factor
+/// is cheaper.
+bool StaticSolver::solve_by_gradients(const VectorXd& guess, StaticReport& report) {
+  VectorXd rest = step_;
+  VectorXd answer = VectorXd::Zero(rest.size());
+  double energy = 0;  // about that of the answer; what is left is measured by it
+  if (guess.size() == rest.size()) {
+    answer = guess;
+    energy = guess.dot(rest);
+    multiply(answer, product_);
+    rest -= product_;
+  }
+  VectorXd preconditioned = rest;
+  factor_.solve(preconditioned);
+  ++report.reused;
+  double size = rest.dot(preconditioned);
+  if (!(energy > 0)) energy = size;
+  const double enough = kSolved * kSolved * energy;
+  if (size < enough) {
+    step_ = answer;
+    return true;
+  }
+  const bool early = !options_.paced && !follows_pressing();
+  VectorXd displacement = preconditioned;
+  for (int k = 0; k < kSolves && size > 0; ++k) {
+    if (early && k == kSolves / 2 && size > energy) return false;
+    multiply(displacement, product_);
+    const double curve = displacement.dot(product_);
+    if (!(curve > 0)) return false;
+    answer += size / curve * displacement;
+    rest -= size / curve * product_;
+    preconditioned = rest;
+    factor_.solve(preconditioned);
+    ++report.reused;
+    const double next = rest.dot(preconditioned);
+    if (next < enough) {
+      step_ = answer;
+      return step_.allFinite();
+    }
+    displacement = preconditioned + next / size * displacement;
+    size = next;
+  }
+  if (!early || !(size < kRough * kRough * energy) || !answer.allFinite()) return false;
+  step_ = answer;
+  return true;
+}
+
+/// Solves with the factor just made of the matrix. In single precision a soft displacement may come
+/// out too short; the energy that the matrix gives it shows that, and conjugate gradients mend it.
+/// False when they do not.
+bool StaticSolver::solve_by_factor(StaticReport& report) {
+  const VectorXd right = step_;
+  factor_.solve(step_);
+  if (factor_.in_double()) return true;
+  if (!step_.allFinite()) return false;
+  multiply(step_, product_);
+  const double defect = 1 - step_.dot(product_) / right.dot(step_);
+  if (!(std::abs(defect) >= kDefect)) return true;
+  const VectorXd guess = step_;
+  step_ = right;
+  return solve_by_gradients(guess, report);
+}
+
+/// Solves, from `guess` on, with limits of friction that follow the pressing forces. The matrix of
+/// that is not symmetric, but near the factor's. step_ comes in as the right side without that
+/// part; false when little was gained, with step_ as it came in.
+bool StaticSolver::solve_following(const VectorXd& guess, StaticReport& report) {
+  VectorXd lag = VectorXd::Zero(step_.size());
+  contacts_.add_lag(lag);
+  release_pinned(lag);
+  const NearlySymmetric system{[this](const VectorXd& x, VectorXd& product) {
+                                 multiply(x, product);
+                                 contacts_.add_following(x, product);
+                                 release_pinned(product);
+                               },
+                               [this](VectorXd& b) { factor_.solve(b); }};
+  const double energy = std::abs(guess.dot(step_));
+  VectorXd answer = guess;
+  const ResidualsLeft left =
+      minimise_residuals(system, step_ - lag, answer, kSolved * kSolved * energy, kSolves);
+  report.reused += left.solves;
+  if (!(left.energy < kAtLeast * kAtLeast * energy) || !answer.allFinite()) return false;
+  step_ = answer;
+  return true;
+}
+
+/// Factors the matrix of the step at trial_, its springs as trial_strains_ say.
+bool StaticSolver::factorise_trial(StaticReport& report) {
+  contacts_.relinearise(trial_);
+  bool definite = false;
+  for (const bool convex : {false, true}) {
+    if (definite || (convex_ && !convex)) continue;
+    hessian_.set_zero();
+    add_hessian(cloth_, trial_, convex, hessian_, &trial_strains_, options_.threads);
+    contacts_.add_hessian(trial_, convex, hessian_);
+    add_layers(trial_, convex);
+    fix_pinned();
+    ++report.factorisations;
+    definite = factorise(convex);
+    if (!definite) ++report.indefinite;
+  }
+  contacts_.restore();
+  return definite;
+}
+
+/// Goes on from trial_ while the potential of the step falls too little. Straight displacements
+/// stretch the springs that turn, by the square of the turn, soon more than they are stretched at
+/// rest; that tension makes the next matrix far too stiff across the springs. With the tension of
+/// the linear model in its place two iterations undo the stretch (Magisano, Leonetti, Garcea 2017).
+/// The potential may rise in between; the best trial is taken.
+void StaticSolver::iterate(StaticReport& report, double predicted, double& ratio,
+                           VectorXd& displacement) {
+  const int n = cloth_.count();
+  Field best = trial_;
+  VectorXd best_displacement = displacement;
+  SpringStrains best_strains = trial_strains_;
+  if (!std::isfinite(ratio)) ratio = std::numeric_limits<double>::lowest();
+  factor_serves_ = false;
+  for (int k = 0; k < kIterations && ratio < kGood; ++k) {
+    find_forces(trial_, trial_force_);
+    const VectorXd here = displacement_to_trial();
+    VectorXd step(3 * n);
+    for (int i = 0; i < n; ++i) {
+      step.segment<3>(3 * i) = at(trial_force_, i) - shift_[i] * here.segment<3>(3 * i);
+    }
+    if (!step.allFinite() || !factorise_trial(report)) break;
+    factor_.solve(step);
+    if (!step.allFinite()) break;
+    cut_to_cap(step);
+    const Field from = trial_;
+    trial_strains_ = linear_strains(cloth_, from, step);
+    move(from, step);
+    (void)hold_back();
+    VectorXd now = displacement_to_trial();
+    const double reached = -potential_change(now) / predicted;
+    if (!(reached > ratio)) continue;
+    ratio = reached;
+    best = trial_;
+    best_displacement = std::move(now);
+    best_strains = trial_strains_;
+  }
+  trial_ = std::move(best);
+  displacement = std::move(best_displacement);
+  trial_strains_ = std::move(best_strains);
+}
+
+/// Doubles a displacement by the convex matrix as long as the potential falls well on. Near a
+/// saddle the sheet leaves in a direction that has no stiffness, while that matrix has some and
+/// would creep.
+void StaticSolver::stretch(double predicted, double& ratio, VectorXd& displacement) {
+  while (2 * largest_of(displacement) <= cap_m_) {
+    const Field before = trial_;
+    move(position, 2 * displacement);
+    (void)hold_back();
+    VectorXd longer = displacement_to_trial();
+    const double reached = -potential_change(longer) / predicted;
+    if (!(reached > kLonger * ratio)) {
+      trial_ = before;
+      return;
+    }
+    ratio = reached;
+    displacement = std::move(longer);
+    trial_strains_ = {};  // no linear model led there
+  }
+}
+
+void StaticSolver::note(StaticReport& report) {
+  report.history.push_back({pseudo_time_s_, residual_, gravity_energy_j(),
+                            contacts_.stored_j(position) + layers_.energy_j(position), inner_,
+                            contacts_.touching(position)});
+}
+
+void StaticSolver::finish(StaticReport& report) {
+  double squares = 0;
+  for (const double f : force_) squares += f * f;
+  report.residual = residual_;
+  report.residual_rms = std::sqrt(squares / cloth_.count()) / weight_n_;
+  report.pin_error_m = contacts_.pin_error_m(position);
+  report.gap_error_m = contacts_.gap_error_m(position);
+  report.longest_trial_m = longest_trial_m_;
+  report.touching = contacts_.touching(position);
+  report.between = contacts_.between();
+  report.contact_forces = contacts_.forces(position);
+  for (const LayerContacts::Push& push : layers_.pushes(position))
+    report.contact_forces.push_back(
+        {surroundings_.count(), push.particle, push.weight, push.force});
+  report.layers = layers_.pressing(position);
+  report.cloth_thickness_m = layers_.thickness_m();
+}
+
+/// True if as many iterations as it has patience for brought neither the least residual nor the
+/// energy down.
+bool StaticSolver::stagnates(const StaticReport& report) {
+  const StaticIteration& now = report.history.back();
+  const double least_fall_j = kStillFall * weight_n_ * cloth_.count();
+  if (now.residual < kLess * best_residual_ || now.sum_j() < best_j_ - least_fall_j) {
+    best_residual_ = std::min(best_residual_, now.residual);
+    best_j_ = std::min(best_j_, now.sum_j());
+    progress_at_ = report.iterations;
+  }
+  // Balanced forces alone are no rest: what presses may still be closing its gaps.
+  if (now.residual < options_.residual_tolerance) {
+    const double gap_m = contacts_.gap_error_m(position);
+    if (gap_m < kLess * best_gap_m_) {
+      best_gap_m_ = gap_m;
+      progress_at_ = report.iterations;
+    }
+  }
+  return report.iterations - progress_at_ >= options_.patience;
 }
 
 }  // namespace drape::simulate

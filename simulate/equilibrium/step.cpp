@@ -211,7 +211,7 @@ bool StaticSolver::take_step(StaticReport& report) {
   return false;
 }
 
-/// Whether a poor step is iterated on. Not while a sheet falls at the pace of motion.
+/// True if a poor step is iterated on. Not while a sheet falls at the pace of motion.
 bool StaticSolver::mixes() const {
   return !options_.paced || mu_ < kPacedMu;
 }

@@ -78,7 +78,7 @@ struct FittedCurve {
 /// the next point that is not.
 [[nodiscard]] FittedCurve fit_reached(const SampledCurve& measured, int segments, double reach);
 
-/// How far a drape strains its cloth, along warp and weft, by shear (rad) and bending (1/m).
+/// Strains of a drape's cloth, along warp and weft, by shear (rad) and bending (1/m).
 struct CurveReach {
   double tensile[2] = {0, 0};
   double shear_rad = 0;

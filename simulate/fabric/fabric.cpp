@@ -9,9 +9,7 @@
 #include "core/error.hpp"
 #include "core/files/csv.hpp"
 #include "core/files/files.hpp"
-#include "core/files/toml_file.hpp"
 #include "core/units.hpp"
-#include "simulate/fabric/kes.hpp"
 #include "simulate/fabric/plausible.hpp"
 #include "simulate/fabric/points.hpp"
 
@@ -169,35 +167,16 @@ KawabataCurve read_curve(const std::filesystem::path& file, const TestKind& kind
   return curve;
 }
 
-double read_density(const TomlTable& root) {
-  const std::string key = "areal_density_g_per_m2";
-  const double density = root.positive(key);
-  if (density < 5) {
-    root.reject(key, fmt::format("no textile weighs {} g/m2", density),
-                "is it in kg/m2 (1000 g/m2 each) or oz/yd2 (33.9)?");
-  }
-  if (density > 3000) {
-    root.reject(key, fmt::format("no textile weighs {} g/m2", density),
-                "is it the density per volume, or in mg/m2?");
-  }
-  return density * units::g_per_m2;
-}
+constexpr const char* kDirections[2] = {"warp", "weft"};
+constexpr const char* kNumbers[2] = {"warp_kes", "weft_kes"};
 
-/// A curve per direction from `warp` and `weft` (CSV files) or `warp_kes` and `weft_kes` (numbers).
-template <class FromNumbers>
-void read_pair(const TomlTable& table, const TestKind& kind, KawabataCurve (&curves)[2],
-               const FromNumbers& from_numbers) {
-  static const char* const kDirections[2] = {"warp", "weft"};
-  for (int d = 0; d < 2; ++d) {
-    const std::string numbers = fmt::format("{}_kes", kDirections[d]);
-    const bool both = table.has(numbers) && table.has(kDirections[d]);
-    if (both) {
-      table.reject(numbers, fmt::format("`{}` gives the same curve as a file", kDirections[d]),
-                   "keep one of the two");
-    }
-    curves[d] = table.has(numbers) ? from_numbers(table.table(numbers))
-                                   : read_curve(table.file_path(kDirections[d]), kind);
-  }
+/// A curve per direction from its CSV or its numbers.
+template <class Numbers>
+void make_curves(const KawabataTest<Numbers>& test, const TestKind& kind,
+                 const std::filesystem::path& file, KawabataCurve (&curves)[2]) {
+  for (int d = 0; d < 2; ++d)
+    curves[d] =
+        test.numbers[d] ? curve_of(*test.numbers[d], file) : read_curve(*test.curve[d], kind);
 }
 
 /// |x| of every point on either side, up to the nearer end.
@@ -212,6 +191,43 @@ std::vector<double> points_of_both_signs(const std::vector<double>& x) {
 
 }  // namespace
 
+template <class Numbers>
+void fields(Fields& f, KawabataTest<Numbers>& test) {
+  for (int d = 0; d < 2; ++d) {
+    f.if_any({kDirections[d], "CSV of the test"}, test.curve[d]);
+    f.if_any({kNumbers[d], "numbers of the test, where there is no CSV"}, test.numbers[d]);
+    f.rule(!test.curve[d] || !test.numbers[d], kNumbers[d],
+           fmt::format("`{}` gives the same curve as a file", kDirections[d]),
+           "keep one of the two");
+    f.rule(test.curve[d] || test.numbers[d], kDirections[d],
+           fmt::format("`{}` is missing", kDirections[d]),
+           fmt::format("name its CSV, or give `{}`", kNumbers[d]));
+  }
+}
+
+void fields(Fields& f, BendingTest& test) {
+  fields(f, static_cast<KawabataTest<BendingNumbers>&>(test));
+  f.if_any({"bias_stiffness_gf_cm2_per_cm", "bending stiffness at 45 degrees", units::gf_cm2_per_cm,
+            above_zero},
+           test.bias_bending_n_m);
+}
+
+void fields(Fields& f, FabricFile& fabric) {
+  const char* density = "areal_density_g_per_m2";
+  f({"name", "name of the fabric"}, fabric.name);
+  f({density, "mass per area", 1, above_zero}, fabric.areal_density_g_per_m2);
+  const std::string weighs =
+      fmt::format("no textile weighs {} g/m2", fabric.areal_density_g_per_m2);
+  f.limit(fabric.areal_density_g_per_m2 >= 5, density, weighs,
+          "is it in kg/m2 (1000 g/m2 each) or oz/yd2 (33.9)?");
+  f.limit(fabric.areal_density_g_per_m2 <= 3000, density, weighs,
+          "is it the density per volume, or in mg/m2?");
+  f.if_any({"stand_ins", "values that nobody measured"}, fabric.stand_ins);
+  f.if_any({"tensile", "force over strain"}, fabric.tensile);
+  f({"shear", "force over angle"}, fabric.shear);
+  f({"bending", "moment over curvature"}, fabric.bending);
+}
+
 std::vector<std::filesystem::path> Fabric::files() const {
   std::vector<std::filesystem::path> all = {file};
   for (const auto* curve :
@@ -222,24 +238,22 @@ std::vector<std::filesystem::path> Fabric::files() const {
 }
 
 Fabric read_fabric(const std::filesystem::path& file) {
-  const TomlTable root = TomlTable::open(file, "fabric");
   Fabric fabric;
+  fabric.stated = read_record<FabricFile>(file);
+  const FabricFile& stated = fabric.stated;
   fabric.file = file;
-  fabric.name = root.text("name");
-  fabric.areal_density_kg_per_m2 = read_density(root);
-  if (root.has("stand_ins")) fabric.stand_ins = root.texts("stand_ins");
-  const TomlTable bending = root.table("bending");
-  const std::string bias = "bias_stiffness_gf_cm2_per_cm";
-  if (bending.has(bias)) fabric.bias_bending_n_m = bending.positive(bias) * units::gf_cm2_per_cm;
-  read_pair(bending, kBendingTest, fabric.bending, bending_from_kes);
-  if (root.has("tensile")) {
-    read_pair(root.table("tensile"), kTensileTest, fabric.tensile, tensile_from_kes);
+  fabric.name = stated.name;
+  fabric.areal_density_kg_per_m2 = stated.areal_density_g_per_m2 * units::g_per_m2;
+  fabric.stand_ins = stated.stand_ins;
+  fabric.bias_bending_n_m = stated.bending.bias_bending_n_m;
+  make_curves(stated.bending, kBendingTest, file, fabric.bending);
+  if (stated.tensile) {
+    make_curves(*stated.tensile, kTensileTest, file, fabric.tensile);
   } else {
-    fabric.tensile[0] = fabric.tensile[1] = usual_tensile(file);
+    fabric.tensile[0] = fabric.tensile[1] = curve_of(kUsualTensile, file);
     fabric.stand_ins.emplace_back("tensile curves: EMT 3 %, LT 0.7, RT 60 %");
   }
-  read_pair(root.table("shear"), kShearTest, fabric.shear, shear_from_kes);
-  root.finish();
+  make_curves(stated.shear, kShearTest, file, fabric.shear);
   const Plausibility plausibility = judge(fabric);
   fabric.warnings = plausibility.warnings;
   for (const Error& problem : plausibility.problems)
@@ -250,7 +264,8 @@ Fabric read_fabric(const std::filesystem::path& file) {
 
 std::string fabric_sha256(const Fabric& fabric) {
   std::string all;
-  for (const std::filesystem::path& file : fabric.files()) all += sha256_of_file(file) + "\n";
+  for (const std::filesystem::path& file : fabric.files())
+    all += (file == fabric.file ? fabric.stated.document.sha256() : sha256_of_file(file)) + "\n";
   return sha256_of(all);
 }
 

@@ -1,12 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <array>
 #include <filesystem>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "core/fields/records.hpp"
 #include "simulate/fabric/curve.hpp"
+#include "simulate/fabric/kes.hpp"
 #include "simulate/fabric/memory.hpp"
 
 namespace drape::simulate {
@@ -18,13 +21,37 @@ struct KawabataCurve {
   std::vector<double> x;          ///< strictly increasing
   std::vector<double> loading;    ///< at x
   std::vector<double> unloading;  ///< at x
-  /// Of a loop made from KES numbers, which is not closed at its ends: the x over which friction
-  /// builds up. Absent: the loop's own ends tell.
+  /// Range of a loop made from KES numbers, which is not closed at its ends: the x over which
+  /// friction builds up. Absent: the loop's own ends tell.
   std::optional<double> slip = std::nullopt;
 };
 
+/// One kind of test as fabric.toml names it: of each direction a CSV or numbers. Index 0 warp, 1
+/// weft.
+template <class Numbers>
+struct KawabataTest {
+  std::array<std::optional<std::filesystem::path>, 2> curve;
+  std::array<std::optional<Numbers>, 2> numbers;
+};
+struct BendingTest : KawabataTest<BendingNumbers> {
+  std::optional<double> bias_bending_n_m;  ///< bending stiffness at 45 degrees (N m)
+};
+
+/// fabric.toml.
+struct FabricFile {
+  Document document;
+  std::string name;
+  double areal_density_g_per_m2 = 0;
+  std::vector<std::string> stand_ins;  ///< values that nobody measured
+  std::optional<KawabataTest<TensileNumbers>> tensile;
+  KawabataTest<ShearNumbers> shear;
+  BendingTest bending;
+};
+void fields(Fields& f, FabricFile& fabric);
+
 /// A fabric (fabric.toml and one CSV per Kawabata curve; paper section 2.1). Index 0 warp, 1 weft.
 struct Fabric {
+  FabricFile stated;
   std::filesystem::path file;
   std::string name;
   double areal_density_kg_per_m2 = 0;
@@ -32,8 +59,8 @@ struct Fabric {
   KawabataCurve shear[2];
   KawabataCurve bending[2];
   std::optional<double> bias_bending_n_m;  ///< bending stiffness at 45 degrees (N m)
-  std::vector<std::string> stand_ins;      ///< what nobody measured
-  std::vector<std::string> warnings;       ///< what few fabrics or none have, see plausible.hpp
+  std::vector<std::string> stand_ins;      ///< quantities that nobody measured
+  std::vector<std::string> warnings;  ///< values that few fabrics or none have, see plausible.hpp
 
   /// The fabric file and its curves, in a fixed order.
   [[nodiscard]] std::vector<std::filesystem::path> files() const;
@@ -60,7 +87,11 @@ struct Fabric {
 /// Half the mean distance of the branches over the middle half of the test: what merging hides.
 [[nodiscard]] double half_hysteresis(const KawabataCurve& curve);
 
-/// Whether one of the texts, of a fabric or a scene, speaks of `word`.
+/// True if one of the texts, of a fabric or a scene, speaks of `word`.
 [[nodiscard]] bool names(const std::vector<std::string>& stand_ins, const std::string& word);
 
 }  // namespace drape::simulate
+
+template <>
+inline constexpr drape::Format drape::format_of<drape::simulate::FabricFile>{
+    "fabric", Syntax::toml, 1, "a fabric: its mass and its Kawabata tests"};

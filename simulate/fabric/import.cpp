@@ -6,7 +6,13 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <filesystem>
 #include <map>
+#include <optional>
+#include <string>
+#include <tuple>
+#include <utility>
+#include <vector>
 
 #include "core/error.hpp"
 #include "core/files/csv.hpp"
@@ -15,14 +21,113 @@
 #include "core/units.hpp"
 #include "simulate/fabric/csv_text.hpp"
 #include "simulate/fabric/fabric.hpp"
-#include "simulate/fabric/kes.hpp"
 #include "simulate/fabric/plausible.hpp"
-#include "simulate/fabric/property_sheet.hpp"
 
 namespace drape::simulate {
-namespace {
 
 namespace fs = std::filesystem;
+using UnitTable = std::vector<std::pair<std::string, double>>;
+
+namespace {
+
+/// Units of a quantity and what one of them is in the unit that fabric.toml has.
+
+/// A sheet of property,unit,warp,weft with its values in the units of fabric.toml.
+class PropertySheet {
+ public:
+  PropertySheet(const std::filesystem::path& file, const std::map<std::string, UnitTable>& known);
+
+  [[nodiscard]] bool has(const std::string& property) const { return rows_.contains(property); }
+  /// Along 0 warp or 1 weft. Refuses a property that has no value there.
+  [[nodiscard]] double along(const std::string& property, int direction) const;
+  /// Value of a property that the whole cloth has: it stands under warp or weft, or is the same
+  /// under both. Absent: no row, or no value in it.
+  [[nodiscard]] std::optional<double> whole(const std::string& property) const;
+  /// File, line and property.
+  [[nodiscard]] Where where(const std::string& property) const;
+
+ private:
+  struct Row {
+    int line = 0;
+    std::array<std::optional<double>, 2> values;
+  };
+  std::filesystem::path file_;
+  std::map<std::string, Row> rows_;
+};
+
+/// Spelling of a unit without what people write differently: spaces, dots, brackets, carets.
+std::string plain_unit(const std::string& unit) {
+  std::string text;
+  for (std::size_t i = 0; i < unit.size(); ++i) {
+    static const std::vector<std::pair<std::string, std::string>> signs = {
+        {"\u00b2", "2"}, {"\u00b7", ""}, {"\u00b0", "deg"}, {"\u00b5", "u"}, {"\u03bc", "u"}};
+    const auto sign = std::find_if(signs.begin(), signs.end(), [&](const auto& known) {
+      return unit.compare(i, known.first.size(), known.first) == 0;
+    });
+    if (sign != signs.end()) {
+      text += sign->second;
+      i += sign->first.size() - 1;
+    } else if (std::string(" .*()^").find(unit[i]) == std::string::npos) {
+      text += unit[i];
+    }
+  }
+  return text;
+}
+
+/// Refuses an unknown unit by name.
+double factor_of(const UnitTable& table, const std::string& unit, const Where& where) {
+  std::string known;
+  for (const auto& [name, factor] : table) {
+    if (name == plain_unit(unit)) return factor;
+    known += (known.empty() ? "" : ", ") + (name.empty() ? std::string("none") : name);
+  }
+  throw bad_input(fmt::format("`{}` is no unit of this property", unit), where, "known: " + known);
+}
+
+PropertySheet::PropertySheet(const std::filesystem::path& file,
+                             const std::map<std::string, UnitTable>& known)
+    : file_(file) {
+  const CsvText table = read_csv_text(file);
+  for (std::size_t row = 0; row < table.rows.size(); ++row) {
+    const std::string property = table.rows[row][table.column("property")];
+    const Where where{.file = file.string(), .line = table.lines[row], .field = property};
+    const auto found = known.find(property);
+    if (found == known.end()) {
+      std::string names;
+      for (const auto& [name, units] : known) names += (names.empty() ? "" : ", ") + name;
+      throw bad_input("an unknown property", where, "known: " + names);
+    }
+    if (has(property)) throw bad_input("a property twice", where, "keep one row");
+    const double factor = factor_of(found->second, table.rows[row][table.column("unit")], where);
+    Row read{table.lines[row], {table.number(row, "warp"), table.number(row, "weft")}};
+    for (auto& value : read.values)
+      if (value) *value *= factor;
+    rows_[property] = read;
+  }
+}
+
+Where PropertySheet::where(const std::string& property) const {
+  Where where{.file = file_.string(), .field = property};
+  if (has(property)) where.line = rows_.at(property).line;
+  return where;
+}
+
+double PropertySheet::along(const std::string& property, int direction) const {
+  if (has(property))
+    if (const auto value = rows_.at(property).values[direction]) return *value;
+  throw bad_input(
+      fmt::format("{} is missing along the {}", property, direction == 0 ? "warp" : "weft"),
+      where(property), "warp and weft are never merged: give both");
+}
+
+std::optional<double> PropertySheet::whole(const std::string& property) const {
+  if (!has(property)) return std::nullopt;
+  const auto& [warp, weft] = rows_.at(property).values;
+  if (warp && weft && *warp != *weft)
+    throw bad_input(fmt::format("{} has two values, but the whole cloth has one", property),
+                    where(property), "keep the right one, or the mean of two specimens");
+  return warp ? warp : weft;
+}
 
 const UnitTable kDensity = {{"g/m2", 1}, {"mg/cm2", 10}, {"kg/m2", 1000}};
 const UnitTable kPercent = {{"%", 1}, {"percent", 1}};
@@ -40,8 +145,6 @@ const UnitTable kShear = {
 const UnitTable kForce = {{"gf/cm", 1}, {"N/m", 1 / units::gf_per_cm}};
 const UnitTable kWork = {{"gfcm/cm2", 1}, {"J/m2", 1 / units::gf_cm_per_cm2}};
 
-const char* const kDirections[2] = {"warp", "weft"};
-
 // Keys of fabric.toml, those of a direction without it.
 const std::string kDensityKey = "areal_density_g_per_m2";
 const std::string kBias = "bending.bias_stiffness_gf_cm2_per_cm";
@@ -53,66 +156,55 @@ const std::string kHg = "shear.hg2_gf_per_cm", kHg5 = "shear.hg5_gf_per_cm";
 // shirtings.
 constexpr double kUsualShear = 0.6;
 
-std::string escaped(const std::string& text) {
-  std::string result;
-  for (const char c : text) {
-    if (c == '"' || c == '\\') result += '\\';
-    result += static_cast<unsigned char>(c) < 0x20 || c == 0x7f ? ' ' : c;
-  }
-  return result;
+/// Without what no name or comment holds.
+std::string plain(std::string text) {
+  for (char& c : text)
+    if (static_cast<unsigned char>(c) < 0x20 || c == 0x7f) c = ' ';
+  return text;
 }
 
-/// Numbers of one fabric in the units of fabric.toml; what is absent becomes a stand-in.
+/// A fabric of numbers from elsewhere; what is absent becomes a stand-in.
 struct Numbers {
-  std::string name, origin;
-  double areal_density = 0;
-  std::array<std::string, 2> tensile;  ///< inline table or, with `curves`, a file; empty: stand-in
-  std::array<std::optional<double>, 2> g, hg, hg5;
-  std::array<double, 2> b{};
-  std::array<std::optional<double>, 2> hb;
-  std::optional<double> b_bias;
-  std::vector<std::string> also_stand_in = {};  ///< what no field of this struct shows
+  FabricFile file;
+  std::string origin;
+  std::vector<std::string> also_stand_in = {};  ///< remarks that no field of the file shows
   std::map<std::string, Where> from = {};       ///< see ImportedFabric
+
+  Numbers(const std::string& name, std::string source, double density_g_per_m2)
+      : origin(std::move(source)) {
+    file.name = plain(name);
+    file.areal_density_g_per_m2 = density_g_per_m2;
+    for (int d = 0; d < 2; ++d) file.shear.numbers[d].emplace(), file.bending.numbers[d].emplace();
+  }
+  void set_bias(const std::optional<double>& gf_cm2_per_cm) {
+    if (gf_cm2_per_cm) file.bending.bias_bending_n_m = *gf_cm2_per_cm * units::gf_cm2_per_cm;
+  }
+  [[nodiscard]] TensileNumbers& tensile(int d) {
+    if (!file.tensile) file.tensile.emplace();
+    auto& numbers = file.tensile->numbers[d];
+    return numbers ? *numbers : numbers.emplace();
+  }
+  [[nodiscard]] ShearNumbers& shear(int d) { return *file.shear.numbers[d]; }
+  [[nodiscard]] BendingNumbers& bending(int d) { return *file.bending.numbers[d]; }
 };
 
-ImportedFabric imported(const Numbers& numbers) {
+ImportedFabric imported(Numbers numbers) {
   ImportedFabric fabric;
   fabric.from = numbers.from;
-  if (numbers.tensile[0].empty()) fabric.stand_ins.emplace_back("tensile curves");
-  if (!numbers.g[0])
-    fabric.stand_ins.push_back(fmt::format("shear: G {} gf/(cm deg)", kUsualShear));
-  if (!numbers.hg[0])
-    fabric.stand_ins.emplace_back(numbers.hg5[0] ? "shear hysteresis: 2HG 0 gf/cm"
-                                                 : "shear hysteresis: none");
-  if (!numbers.hb[0]) fabric.stand_ins.emplace_back("bending hysteresis: none");
-  if (!numbers.b_bias) fabric.stand_ins.emplace_back("bending at 45 degrees");
-  fabric.stand_ins.insert(fabric.stand_ins.end(), numbers.also_stand_in.begin(),
-                          numbers.also_stand_in.end());
-  std::string& t = fabric.toml;
-  t = fmt::format("schema = \"drapebench/fabric/1\"\n# {}\nname = \"{}\"\n",
-                  escaped(numbers.origin), escaped(numbers.name));
-  t += fmt::format("areal_density_g_per_m2 = {}\nstand_ins = [", numbers.areal_density);
-  for (const std::string& what : fabric.stand_ins)
-    if (what != "tensile curves" || !numbers.tensile[0].empty())
-      t += fmt::format("\"{}\", ", escaped(what));
-  t += "]\n";
-  if (!numbers.tensile[0].empty())
-    t += fmt::format("\n[tensile]\n{}\n{}\n", numbers.tensile[0], numbers.tensile[1]);
-  t += "\n[shear]\n";
-  for (int d = 0; d < 2; ++d) {
-    t += fmt::format("{}_kes = {{ g_gf_per_cm_deg = {}", kDirections[d],
-                     numbers.g[d].value_or(kUsualShear));
-    if (numbers.hg[d]) t += fmt::format(", hg2_gf_per_cm = {}", *numbers.hg[d]);
-    if (numbers.hg5[d]) t += fmt::format(", hg5_gf_per_cm = {}", *numbers.hg5[d]);
-    t += " }\n";
+  std::vector<std::string>& stand_ins = numbers.file.stand_ins;
+  if (numbers.shear(0).g_gf_per_cm_deg == 0) {
+    stand_ins.push_back(fmt::format("shear: G {} gf/(cm deg)", kUsualShear));
+    for (int d = 0; d < 2; ++d) numbers.shear(d).g_gf_per_cm_deg = kUsualShear;
   }
-  t += "\n[bending]\n";
-  for (int d = 0; d < 2; ++d) {
-    t += fmt::format("{}_kes = {{ b_gf_cm2_per_cm = {}", kDirections[d], numbers.b[d]);
-    if (numbers.hb[d]) t += fmt::format(", hb2_gf_cm_per_cm = {}", *numbers.hb[d]);
-    t += " }\n";
-  }
-  if (numbers.b_bias) t += fmt::format("bias_stiffness_gf_cm2_per_cm = {}\n", *numbers.b_bias);
+  if (!numbers.shear(0).hg2_gf_per_cm)
+    stand_ins.emplace_back(numbers.shear(0).hg5_gf_per_cm ? "shear hysteresis: 2HG 0 gf/cm"
+                                                          : "shear hysteresis: none");
+  if (!numbers.bending(0).hb2_gf_cm_per_cm) stand_ins.emplace_back("bending hysteresis: none");
+  if (!numbers.file.bending.bias_bending_n_m) stand_ins.emplace_back("bending at 45 degrees");
+  stand_ins.insert(stand_ins.end(), numbers.also_stand_in.begin(), numbers.also_stand_in.end());
+  fabric.toml = fmt::format("# {}\n{}", plain(numbers.origin), text_of(numbers.file));
+  fabric.stand_ins = stand_ins;
+  if (!numbers.file.tensile) fabric.stand_ins.insert(fabric.stand_ins.begin(), "tensile curves");
   return fabric;
 }
 
@@ -122,14 +214,11 @@ std::string key_of(const std::string& key, int direction) {
   return fmt::format("{}.{}_kes{}", key.substr(0, dot), kDirections[direction], key.substr(dot));
 }
 
-/// What a sheet says of the whole cloth.
+/// Values of a sheet for the whole cloth.
 Numbers numbers_of(const PropertySheet& sheet, const std::string& name, const std::string& origin) {
-  Numbers numbers;
-  numbers.name = name;
-  numbers.origin = origin;
   const auto density = sheet.whole("W");
   if (!density) throw bad_input("W is missing", sheet.where("W"), "give the areal density");
-  numbers.areal_density = *density;
+  Numbers numbers(name, origin, *density);
   numbers.from[kDensityKey] = sheet.where("W");
   for (const char* thickness : {"T", "T2", "T100"})  // not used, but of this cloth
     if (const auto value = sheet.whole(thickness); value && !(*value > 0))
@@ -186,35 +275,34 @@ ImportedFabric import_kes(const fs::path& file, const std::string& name) {
                                    {"2HB", kMoment},
                                    {"B45", kBending}});
   Numbers numbers = numbers_of(sheet, name, "KES-FB result sheet " + file.filename().string());
-  numbers.b_bias = sheet.whole("B45");
+  numbers.set_bias(sheet.whole("B45"));
   numbers.from[kBias] = sheet.where("B45");
   const bool has_tensile = sheet.has("EMT") || sheet.has("LT") || sheet.has("WT");
   if (has_tensile && !sheet.has("RT"))
     numbers.also_stand_in.emplace_back("tensile hysteresis: RT 60 %");
-  const std::vector<std::pair<std::string, std::string>> tensile = {
-      {"EMT", "emt_percent"}, {"LT", "lt"}, {"WT", "wt_gf_cm_per_cm2"}, {"RT", "rt_percent"}};
+  using Tensile = std::optional<double> TensileNumbers::*;
+  const std::vector<std::tuple<std::string, std::string, Tensile>> tensile = {
+      {"EMT", "emt_percent", &TensileNumbers::emt_percent},
+      {"LT", "lt", &TensileNumbers::lt},
+      {"WT", "wt_gf_cm_per_cm2", &TensileNumbers::wt_gf_cm_per_cm2},
+      {"RT", "rt_percent", &TensileNumbers::rt_percent}};
   for (int d = 0; d < 2; ++d) {
     const auto take = [&](const std::string& property, const std::string& key) {
       numbers.from[key_of(key, d)] = sheet.where(property);
       return sheet.along(property, d);
     };
-    numbers.b[d] = take("B", kB);
-    if (sheet.has("2HB")) numbers.hb[d] = take("2HB", kHb);
-    if (sheet.has("G")) numbers.g[d] = take("G", kG);
-    if (sheet.has("2HG")) numbers.hg[d] = take("2HG", kHg);
-    if (sheet.has("2HG5")) numbers.hg5[d] = take("2HG5", kHg5);
-    std::string inside;
-    for (const auto& [property, key] : tensile)
-      if (sheet.has(property))
-        inside += fmt::format("{}{} = {}", inside.empty() ? "" : ", ", key,
-                              take(property, "tensile." + key));
-    // What a tensile test lacks is named at the row that stands there.
-    for (const auto& [property, key] : tensile)
-      for (const auto& [given, unused] : tensile)
-        if (!sheet.has(property) && sheet.has(given))
-          numbers.from.try_emplace(key_of("tensile." + key, d), sheet.where(given));
-    if (!inside.empty())
-      numbers.tensile[d] = fmt::format("{}_kes = {{ {} }}", kDirections[d], inside);
+    numbers.bending(d).b_gf_cm2_per_cm = take("B", kB);
+    if (sheet.has("2HB")) numbers.bending(d).hb2_gf_cm_per_cm = take("2HB", kHb);
+    if (sheet.has("G")) numbers.shear(d).g_gf_per_cm_deg = take("G", kG);
+    if (sheet.has("2HG")) numbers.shear(d).hg2_gf_per_cm = take("2HG", kHg);
+    if (sheet.has("2HG5")) numbers.shear(d).hg5_gf_per_cm = take("2HG5", kHg5);
+    for (const auto& [property, key, member] : tensile)
+      if (sheet.has(property)) (numbers.tensile(d).*member) = take(property, "tensile." + key);
+    // Values that a tensile test lacks are named at the row that stands there.
+    for (const auto& [property, key, member] : tensile)
+      for (const auto& other : tensile)
+        if (!sheet.has(property) && sheet.has(std::get<0>(other)))
+          numbers.from.try_emplace(key_of("tensile." + key, d), sheet.where(std::get<0>(other)));
   }
   return imported(numbers);
 }
@@ -232,28 +320,28 @@ ImportedFabric import_fast(const fs::path& file, const std::string& name) {
   Numbers numbers = numbers_of(sheet, name, "FAST result sheet " + file.filename().string());
   // B = w g C^3 (Peirce 1930); W in g/m2, C in mm.
   const auto rigidity = [&](double c_mm) {
-    return numbers.areal_density * units::g_per_m2 * 9.80665 * std::pow(c_mm * units::mm, 3) /
-           units::gf_cm2_per_cm;
+    return numbers.file.areal_density_g_per_m2 * units::g_per_m2 * 9.80665 *
+           std::pow(c_mm * units::mm, 3) / units::gf_cm2_per_cm;
   };
-  if (const auto c = sheet.whole("C45")) numbers.b_bias = rigidity(*c);
+  if (const auto c = sheet.whole("C45")) numbers.set_bias(rigidity(*c));
   numbers.from[kBias] = sheet.where("C45");
   const auto eb5 = sheet.whole("EB5");
   if (eb5 && !(*eb5 > 0)) throw bad_input("EB5 is not above 0", sheet.where("EB5"), "check it");
   ImportedFabric curves;
-  const UsualBending usual = usual_bending(numbers.areal_density);
+  const UsualBending usual = usual_bending(numbers.file.areal_density_g_per_m2);
   for (int d = 0; d < 2; ++d) {
     const double c_mm = sheet.along("C", d);
-    numbers.b[d] = rigidity(c_mm);
-    if (numbers.b[d] < usual.least_possible || numbers.b[d] > usual.most_possible)
-      throw bad_input(
-          fmt::format("a bending length of {:g} mm; fabrics of {:g} to {:g} g/m2 have "
-                      "{:.2g} to {:.2g}",
-                      c_mm, usual.from, usual.to, c_mm * std::cbrt(usual.least / numbers.b[d]),
-                      c_mm * std::cbrt(usual.most / numbers.b[d])),
-          sheet.where("C"), "is it in cm, or the overhang, which is twice the bending length?");
+    const double b = numbers.bending(d).b_gf_cm2_per_cm = rigidity(c_mm);
+    if (b < usual.least_possible || b > usual.most_possible)
+      throw bad_input(fmt::format("a bending length of {:g} mm; fabrics of {:g} to {:g} g/m2 have "
+                                  "{:.2g} to {:.2g}",
+                                  c_mm, usual.from, usual.to, c_mm * std::cbrt(usual.least / b),
+                                  c_mm * std::cbrt(usual.most / b)),
+                      sheet.where("C"),
+                      "is it in cm, or the overhang, which is twice the bending length?");
     numbers.from[key_of(kB, d)] = sheet.where("C");
     if (eb5) {
-      numbers.g[d] = shear_from_bias_extension(*eb5, sheet.where("EB5"));
+      numbers.shear(d).g_gf_per_cm_deg = shear_from_bias_extension(*eb5, sheet.where("EB5"));
       numbers.from[key_of(kG, d)] = sheet.where("EB5");
     }
     const std::string curve = fmt::format("tensile_{}.csv", kDirections[d]);
@@ -272,7 +360,8 @@ ImportedFabric import_fast(const fs::path& file, const std::string& name) {
     curves.curves.emplace_back(
         curve, csv_text({"strain_percent", "loading_force_gf_per_cm", "unloading_force_gf_per_cm"},
                         {strain, force, force}));
-    numbers.tensile[d] = fmt::format("{} = \"{}\"", kDirections[d], curve);
+    if (!numbers.file.tensile) numbers.file.tensile.emplace();
+    numbers.file.tensile->curve[d] = curve;
     if (d == 0)
       numbers.also_stand_in.push_back(fmt::format(
           "tensile hysteresis: unloading as loading, nothing above {:g} gf/cm", force.back()));
@@ -294,19 +383,13 @@ ImportedFabric import_u3m(const fs::path& file, const std::string& name,
   const Json& custom = member(json, file, "custom");
   const Json& fields = custom.size() == 1 ? custom.front() : member(custom, file, "browzwear");
   const double factor = factor_of(kBending, bend_unit, {.file = file.string(), .field = "bend"});
-  Numbers numbers{name,
-                  "U3M physics " + file.filename().string(),
-                  number_of(member(fields, file, "mass"), file, "mass"),
-                  {},
-                  {},
-                  {},
-                  {},
-                  {},
-                  {},
-                  {}};
+  Numbers numbers(name, "U3M physics " + file.filename().string(),
+                  number_of(member(fields, file, "mass"), file, "mass"));
   const Json& bend = member(fields, file, "bend");
-  numbers.b = {factor * number_of(member(bend, file, "length"), file, "bend.length"),
-               factor * number_of(member(bend, file, "width"), file, "bend.width")};
+  numbers.bending(0).b_gf_cm2_per_cm =
+      factor * number_of(member(bend, file, "length"), file, "bend.length");
+  numbers.bending(1).b_gf_cm2_per_cm =
+      factor * number_of(member(bend, file, "width"), file, "bend.width");
   numbers.from = {{kDensityKey, {.file = file.string(), .field = "mass"}},
                   {key_of(kB, 0), {.file = file.string(), .field = "bend.length"}},
                   {key_of(kB, 1), {.file = file.string(), .field = "bend.width"}}};
@@ -371,17 +454,11 @@ ImportedFabric import_published(const PublishedFabric& fabric) {
   if (!fabric.areal_density_g_per_m2 || !fabric.b_warp_gf_cm2_per_cm)
     throw bad_input(fmt::format("{} has no density or no bending rigidity", fabric.id), {},
                     "choose a fabric that `drape fabric list` shows with both");
-  Numbers numbers{fabric.id + " " + fabric.name,
-                  fabric.source,
-                  *fabric.areal_density_g_per_m2,
-                  {},
-                  {},
-                  {},
-                  {},
-                  {*fabric.b_warp_gf_cm2_per_cm,
-                   fabric.b_weft_gf_cm2_per_cm.value_or(*fabric.b_warp_gf_cm2_per_cm)},
-                  {fabric.hb2_gf_cm_per_cm, fabric.hb2_gf_cm_per_cm},
-                  fabric.b_bias_gf_cm2_per_cm};
+  Numbers numbers(fabric.id + " " + fabric.name, fabric.source, *fabric.areal_density_g_per_m2);
+  const double warp = *fabric.b_warp_gf_cm2_per_cm;
+  numbers.bending(0) = {warp, fabric.hb2_gf_cm_per_cm, {}};
+  numbers.bending(1) = {fabric.b_weft_gf_cm2_per_cm.value_or(warp), fabric.hb2_gf_cm_per_cm, {}};
+  numbers.set_bias(fabric.b_bias_gf_cm2_per_cm);
   if (!fabric.b_weft_gf_cm2_per_cm)
     numbers.also_stand_in.emplace_back("bending: one B for warp and weft");
   return imported(numbers);

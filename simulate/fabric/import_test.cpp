@@ -100,7 +100,7 @@ TEST_F(Import, AFastSheetFollowsItsFormulas) {
 const std::string kHead = "property,unit,warp,weft\nW,g/m2,200,\n";
 const std::string kBend = "B,gf.cm2/cm,0.088,0.059\n", kLengths = "C,mm,17,16\n";
 
-/// What the whole cloth has may stand in either column, or the same in both.
+/// Values of the whole cloth may stand in either column, or the same in both.
 TEST_F(Import, ValuesOfTheWholeClothAreTakenFromEitherColumnAndNeverChosen) {
   const auto b45 = [&](const std::string& values) {
     return import_kes(file(kHead + kBend + "B45,gf.cm2/cm," + values + "\n"), "x");

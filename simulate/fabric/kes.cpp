@@ -3,9 +3,12 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
+#include <string>
 
 #include "core/units.hpp"
+#include "simulate/fabric/fabric.hpp"
 
 namespace drape::simulate {
 namespace {
@@ -14,7 +17,7 @@ constexpr double kLargestTension = 500;  // gf/cm, KES-FB1
 constexpr double kShearRange = 8;        // degrees, KES-FB1
 constexpr double kBendingRange = 2.5;    // 1/cm, KES-FB2
 constexpr double kSlipAngle = 0.5;       // degrees, and
-constexpr double kSlipCurvature = 0.1;   // 1/cm: stand-ins, see slip_of()
+constexpr double kSlipCurvature = 0.1;   // 1/cm: stand-ins, see slip()
 constexpr double kAgreement = 0.03;      // of WT against LT and EMT
 constexpr double kLeastShear = 0.02;     // gf/(cm deg), of textiles
 constexpr double kMostShear = 20;
@@ -38,21 +41,6 @@ double rise(double fraction, double exponent) {
   return exponent == 0 ? fraction : std::expm1(exponent * fraction) / std::expm1(exponent);
 }
 
-KawabataCurve tensile_curve(const std::filesystem::path& file, double emt_percent, double lt,
-                            double rt) {
-  KawabataCurve curve;
-  curve.file = file;
-  const double loading = exponent_of(lt);
-  const double unloading = exponent_of(lt * rt);
-  for (int i = 0; i <= kPoints; ++i) {
-    const double fraction = static_cast<double>(i) / kPoints;
-    curve.x.push_back(fraction * emt_percent * units::percent);
-    curve.loading.push_back(kLargestTension * rise(fraction, loading) * units::gf_per_cm);
-    curve.unloading.push_back(kLargestTension * rise(fraction, unloading) * units::gf_per_cm);
-  }
-  return curve;
-}
-
 /// Both branches at half the loop's width from the middle line.
 template <class Width>
 KawabataCurve loop(const std::filesystem::path& file, double range, double slope, double x_unit,
@@ -69,33 +57,15 @@ KawabataCurve loop(const std::filesystem::path& file, double range, double slope
   return curve;
 }
 
-double width_of(const TomlTable& table, const std::string& key, double otherwise) {
-  if (!table.has(key)) return otherwise;
-  const double width = table.not_negative(key);
-  if (width > 20) {
-    table.reject(key, fmt::format("the loop is {:g} wide; textiles have at most 20", width),
-                 "is it in dyn/cm (980 times too large) instead of gf/cm?");
-  }
-  return width;
-}
+/// A unit somebody may have used instead, and the number it makes of 1 in the right one.
+struct LikelyUnit {
+  double factor;
+  const char* unit;
+};
 
-/// How far a loop is driven until friction is built up, which KES numbers do not tell. It must be
-/// done where KES begins to read widths and slopes (0.5 1/cm and, after a reversal at 8 degrees,
-/// 5).
-double slip_of(const TomlTable& table, const std::string& key, double otherwise, double most) {
-  if (!table.has(key)) return otherwise;
-  const double slip = table.positive(key);
-  if (slip > most)
-    table.reject(key, fmt::format("{:g}; KES reads the loop's width from {:g} on", slip, most),
-                 "give the strain over which the loop closes after a reversal, halved");
-  return slip;
-}
-
-}  // namespace
-
-void check_usual(const TomlTable& table, const std::string& key, double value, double least,
-                 double most, const std::vector<LikelyUnit>& units) {
-  if (value >= least && value <= most) return;
+/// Refuses a value outside least .. most; names a unit in which it would be usual.
+void usual(Fields& f, std::string_view key, double value, double least, double most,
+           const std::vector<LikelyUnit>& units) {
   std::string advice = "check the number and its unit";
   for (const LikelyUnit& other : units) {
     const double meant = value / other.factor;
@@ -105,48 +75,109 @@ void check_usual(const TomlTable& table, const std::string& key, double value, d
                          other.factor > 1 ? "large" : "small", other.unit, meant);
     break;
   }
-  table.reject(key, fmt::format("{:g}; textiles have {:g} .. {:g}", value, least, most), advice);
+  f.limit(value >= least && value <= most, key,
+          fmt::format("{:g}; textiles have {:g} .. {:g}", value, least, most), advice);
 }
 
-KawabataCurve tensile_from_kes(const TomlTable& table) {
-  const std::string emt_key = "emt_percent", lt_key = "lt", wt_key = "wt_gf_cm_per_cm2";
-  const int given = table.has(emt_key) + table.has(lt_key) + table.has(wt_key);
-  if (given < 2) {
-    table.reject(table.has(emt_key) ? emt_key : lt_key, "a tensile test needs two of EMT, LT, WT",
-                 "give emt_percent and lt");
-  }
-  double emt = table.has(emt_key) ? table.positive(emt_key) : 0;
-  double lt = table.has(lt_key) ? table.positive(lt_key) : 0;
-  const double wt = table.has(wt_key) ? table.positive(wt_key) : 0;
-  // WT = LT Fm EMT / 2.
-  if (emt == 0) emt = 100 * 2 * wt / (lt * kLargestTension);
-  if (lt == 0) lt = 2 * wt / (kLargestTension * emt / 100);
-  check_usual(table, table.has(emt_key) ? emt_key : wt_key, emt, 0.3, 100,
-              {{0.01, "a fraction instead of percent"}});
-  check_usual(table, table.has(lt_key) ? lt_key : wt_key, lt, 0.2, 1.3,
-              {{100, "percent instead of a fraction"}});
-  const double work = lt * kLargestTension * emt / 100 / 2;
-  if (given == 3 && std::abs(wt - work) > kAgreement * work) {
-    table.reject(wt_key, fmt::format("WT is {:g}, but LT and EMT give {:.4g}", wt, work),
-                 "WT = LT * 500 gf/cm * EMT / 2; one of the three is wrong or of another load");
-  }
-  double rt = 60;
-  if (table.has("rt_percent")) rt = table.positive("rt_percent");
-  check_usual(table, "rt_percent", rt, 5, 100, {{0.01, "a fraction instead of percent"}});
-  return tensile_curve(table.file(), emt, lt, 0.01 * rt);
+void width(Fields& f, std::string_view key, std::optional<double>& value) {
+  f.if_any({key, "full width of the loop", 1, 0}, value);
+  if (value)
+    f.limit(*value <= 20, key,
+            fmt::format("the loop is {:g} wide; textiles have at most 20", *value),
+            "is it in dyn/cm (980 times too large) instead of gf/cm?");
 }
 
-KawabataCurve shear_from_kes(const TomlTable& table) {
-  const std::string key = "g_gf_per_cm_deg";
-  const double g = table.positive(key);
-  check_usual(table, key, g, kLeastShear, kMostShear,
-              {{56.188, "N/(m rad)"}, {980.665, "dyn/(cm deg)"}, {1 / 57.296, "gf/(cm rad)"}});
-  const double hg = width_of(table, "hg2_gf_per_cm", 0);
-  const double hg5 = width_of(table, "hg5_gf_per_cm", hg);
+/// Distance over which a loop is driven until friction is built up, which KES numbers do not tell.
+/// It must be done where KES begins to read widths and slopes (0.5 1/cm and, after a reversal at 8
+/// degrees, 5).
+void slip(Fields& f, std::string_view key, std::optional<double>& value, double most) {
+  f.if_any({key, "strain over which friction builds up", 1, above_zero}, value);
+  if (value)
+    f.limit(*value <= most, key,
+            fmt::format("{:g}; KES reads the loop's width from {:g} on", *value, most),
+            "give the strain over which the loop closes after a reversal, halved");
+}
+
+// WT = LT Fm EMT / 2.
+double emt_of(const TensileNumbers& t) {
+  return t.emt_percent ? *t.emt_percent : 100 * 2 * *t.wt_gf_cm_per_cm2 / (*t.lt * kLargestTension);
+}
+double lt_of(const TensileNumbers& t) {
+  return t.lt ? *t.lt : 2 * *t.wt_gf_cm_per_cm2 / (kLargestTension * emt_of(t) / 100);
+}
+
+}  // namespace
+
+void fields(Fields& f, TensileNumbers& t) {
+  const char *emt_key = "emt_percent", *lt_key = "lt", *wt_key = "wt_gf_cm_per_cm2";
+  f.if_any({emt_key, "extension under 500 gf/cm", 1, above_zero}, t.emt_percent);
+  f.if_any({lt_key, "linearity of the loading curve", 1, above_zero}, t.lt);
+  f.if_any({wt_key, "work of loading", 1, above_zero}, t.wt_gf_cm_per_cm2);
+  f.if_any({"rt_percent", "work given back by unloading", 1, above_zero}, t.rt_percent);
+  const int given = t.emt_percent.has_value() + t.lt.has_value() + t.wt_gf_cm_per_cm2.has_value();
+  f.rule(given >= 2, t.emt_percent ? emt_key : lt_key, "a tensile test needs two of EMT, LT, WT",
+         "give emt_percent and lt");
+  if (given < 2) return;
+  const double emt = emt_of(t), lt = lt_of(t);
+  usual(f, t.emt_percent ? emt_key : wt_key, emt, 0.3, 100,
+        {{0.01, "a fraction instead of percent"}});
+  usual(f, t.lt ? lt_key : wt_key, lt, 0.2, 1.3, {{100, "percent instead of a fraction"}});
+  const double work = lt * kLargestTension * emt / 100 / 2, wt = t.wt_gf_cm_per_cm2.value_or(work);
+  f.limit(given < 3 || std::abs(wt - work) <= kAgreement * work, wt_key,
+          fmt::format("WT is {:g}, but LT and EMT give {:.4g}", wt, work),
+          "WT = LT * 500 gf/cm * EMT / 2; one of the three is wrong or of another load");
+  if (t.rt_percent)
+    usual(f, "rt_percent", *t.rt_percent, 5, 100, {{0.01, "a fraction instead of percent"}});
+}
+
+void fields(Fields& f, ShearNumbers& s) {
+  const char* key = "g_gf_per_cm_deg";
+  f({key, "shear stiffness G", 1, above_zero}, s.g_gf_per_cm_deg);
+  usual(f, key, s.g_gf_per_cm_deg, kLeastShear, kMostShear,
+        {{56.188, "N/(m rad)"}, {980.665, "dyn/(cm deg)"}, {1 / 57.296, "gf/(cm rad)"}});
+  width(f, "hg2_gf_per_cm", s.hg2_gf_per_cm);
+  width(f, "hg5_gf_per_cm", s.hg5_gf_per_cm);
+  slip(f, "slip_angle_deg", s.slip_angle_deg, 1.5);
+}
+
+void fields(Fields& f, BendingNumbers& b) {
+  const char* key = "b_gf_cm2_per_cm";
+  f({key, "bending stiffness B", 1, above_zero}, b.b_gf_cm2_per_cm);
+  usual(f, key, b.b_gf_cm2_per_cm, 5e-4, 20,
+        {{980.665, "dyn cm2/cm"}, {98.0665, "uN m"}, {9.80665e-5, "N m"}});
+  width(f, "hb2_gf_cm_per_cm", b.hb2_gf_cm_per_cm);
+  slip(f, "slip_curvature_per_cm", b.slip_curvature_per_cm, 0.5);
+}
+
+KawabataCurve curve_of(const TensileNumbers& numbers, const std::filesystem::path& file) {
+  KawabataCurve curve;
+  curve.file = file;
+  const double emt_percent = emt_of(numbers), lt = lt_of(numbers);
+  const double loading = exponent_of(lt);
+  const double unloading = exponent_of(lt * (0.01 * numbers.rt_percent.value_or(60)));
+  for (int i = 0; i <= kPoints; ++i) {
+    const double fraction = static_cast<double>(i) / kPoints;
+    curve.x.push_back(fraction * emt_percent * units::percent);
+    curve.loading.push_back(kLargestTension * rise(fraction, loading) * units::gf_per_cm);
+    curve.unloading.push_back(kLargestTension * rise(fraction, unloading) * units::gf_per_cm);
+  }
+  return curve;
+}
+
+KawabataCurve curve_of(const ShearNumbers& numbers, const std::filesystem::path& file) {
+  const double hg = numbers.hg2_gf_per_cm.value_or(0), hg5 = numbers.hg5_gf_per_cm.value_or(hg);
   KawabataCurve curve =
-      loop(table.file(), kShearRange, g, units::deg, units::gf_per_cm,
+      loop(file, kShearRange, numbers.g_gf_per_cm_deg, units::deg, units::gf_per_cm,
            [&](double x) { return std::max(0.0, hg + (hg5 - hg) * (x - 0.5) / 4.5); });
-  curve.slip = slip_of(table, "slip_angle_deg", kSlipAngle, 1.5) * units::deg;
+  curve.slip = numbers.slip_angle_deg.value_or(kSlipAngle) * units::deg;
+  return curve;
+}
+
+KawabataCurve curve_of(const BendingNumbers& numbers, const std::filesystem::path& file) {
+  const double hb = numbers.hb2_gf_cm_per_cm.value_or(0);
+  KawabataCurve curve = loop(file, kBendingRange, numbers.b_gf_cm2_per_cm, units::per_cm,
+                             units::gf_cm_per_cm, [&](double) { return hb; });
+  curve.slip = numbers.slip_curvature_per_cm.value_or(kSlipCurvature) * units::per_cm;
   return curve;
 }
 
@@ -162,22 +193,6 @@ double shear_from_bias_extension(double eb5_percent, const Where& where) {
                                       "{:g}",
                                       100 * eb5_percent)
                         : "give the extension at 45 degrees under 5 gf/cm, in percent");
-}
-
-KawabataCurve bending_from_kes(const TomlTable& table) {
-  const std::string key = "b_gf_cm2_per_cm";
-  const double b = table.positive(key);
-  check_usual(table, key, b, 5e-4, 20,
-              {{980.665, "dyn cm2/cm"}, {98.0665, "uN m"}, {9.80665e-5, "N m"}});
-  const double hb = width_of(table, "hb2_gf_cm_per_cm", 0);
-  KawabataCurve curve = loop(table.file(), kBendingRange, b, units::per_cm, units::gf_cm_per_cm,
-                             [&](double) { return hb; });
-  curve.slip = slip_of(table, "slip_curvature_per_cm", kSlipCurvature, 0.5) * units::per_cm;
-  return curve;
-}
-
-KawabataCurve usual_tensile(const std::filesystem::path& file) {
-  return tensile_curve(file, 3, 0.7, 0.6);
 }
 
 }  // namespace drape::simulate

@@ -49,7 +49,7 @@ SampledCurve mean_of(const SampledCurve& a, const SampledCurve& b) {
   return mean;
 }
 
-/// What a law is made of: the loop's mean curve, its width, and what merging the branches hides.
+/// Sources of a law: the loop's mean curve, its width, and what merging the branches hides.
 struct Loop {
   SampledCurve mean;
   HalfWidth width;

@@ -1,7 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "simulate/fabric/memory.hpp"
 
+#include <Eigen/Dense>
+#include <cmath>
+
+#include "core/error.hpp"
+#include "core/files/csv.hpp"
+#include "simulate/fabric/csv_text.hpp"
+
 namespace drape::simulate {
+
 namespace {
 
 /// Integral of the limit from 0 to x.
@@ -16,6 +24,80 @@ double slips_from(const SlipElement& element, double slip) {
   if (element.limit(slip) == 0) return slip;
   const double pull = element.threshold + element.stiffness * slip;
   return pull / (element.stiffness - (pull >= 0 ? element.growth : -element.growth));
+}
+
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+constexpr int kSlips = 6;                 // range / 2, / 4, .. / 64
+constexpr double kActiveLimit = 1e-9;     // of the largest half width; a smaller limit is none
+constexpr double kGradientNoise = 1e-12;  // of the largest correlation at the start
+
+/// Half the width, over |x|, of the loop that an element makes between -range and range.
+VectorXd half_width_of(const SlipElement& element, const HalfWidth& at, double range) {
+  double slip = 0;
+  for (const double x : {range, -range}) slip = element.settled(x, slip);
+  const double low = slip;  // at -range after a whole cycle
+  const double high = element.settled(range, low);
+  VectorXd h(at.x.size());
+  for (std::size_t i = 0; i < at.x.size(); ++i)
+    h[static_cast<Eigen::Index>(i)] =
+        0.5 * (element.force(at.x[i], low) - element.force(at.x[i], high));
+  return h;
+}
+
+/// The x >= 0 with the least |A x - b| (Lawson and Hanson 1974, chapter 23).
+VectorXd non_negative_least_squares(const MatrixXd& a, const VectorXd& b) {
+  const Eigen::Index n = a.cols();
+  VectorXd x = VectorXd::Zero(n);
+  std::vector<bool> free(static_cast<std::size_t>(n), false);
+  const double noise = kGradientNoise * (a.transpose() * b).cwiseAbs().maxCoeff();
+  for (int round = 0; round < 3 * n; ++round) {
+    const VectorXd gradient = a.transpose() * (b - a * x);
+    Eigen::Index best = -1;
+    for (Eigen::Index k = 0; k < n; ++k)
+      if (!free[k] && gradient[k] > noise && (best < 0 || gradient[k] > gradient[best])) best = k;
+    if (best < 0) break;
+    free[best] = true;
+    for (;;) {
+      std::vector<Eigen::Index> kept;
+      for (Eigen::Index k = 0; k < n; ++k)
+        if (free[k]) kept.push_back(k);
+      const VectorXd solved = a(Eigen::all, kept).colPivHouseholderQr().solve(b);
+      double fraction = 1;
+      Eigen::Index first = -1;  // to become zero on the path there
+      for (Eigen::Index i = 0; i < solved.size(); ++i) {
+        if (solved[i] > 0) continue;
+        const double reach = x[kept[i]] / (x[kept[i]] - solved[i]);
+        if (first >= 0 && reach >= fraction) continue;
+        fraction = reach;
+        first = kept[i];
+      }
+      for (Eigen::Index i = 0; i < solved.size(); ++i)
+        x[kept[i]] += fraction * (solved[i] - x[kept[i]]);
+      if (first < 0) break;
+      x[first] = 0;
+      free[first] = false;
+    }
+  }
+  return x;
+}
+
+void judge_widths(const HalfWidth& loop, const VectorXd& fitted, FittedFriction& fit) {
+  double squares = 0;
+  for (std::size_t i = 0; i < loop.h.size(); ++i) {
+    const double error = std::abs(fitted[static_cast<Eigen::Index>(i)] - loop.h[i]);
+    squares += error * error;
+    fit.largest_error = std::max(fit.largest_error, error);
+  }
+  fit.rms_error = std::sqrt(squares / static_cast<double>(loop.h.size()));
+}
+
+// law: 0 bending along the warp, 1 along the weft, 2 shear; index: place times elements of the law
+// plus element.
+const std::vector<std::string>& memory_columns() {
+  static const std::vector<std::string> names = {"law", "index", "slip_per_m_or_rad"};
+  return names;
 }
 
 }  // namespace
@@ -87,6 +169,90 @@ double FrictionStack::settle(double x, double* slip) const {
     *slip++ = now;
   }
   return taken;
+}
+
+FittedFriction friction_of_numbers(const HalfWidth& loop, double slip) {
+  const auto n = static_cast<Eigen::Index>(loop.x.size());
+  const Eigen::Map<const VectorXd> x(loop.x.data(), n), h(loop.h.data(), n);
+  MatrixXd line(n, 2);
+  line << VectorXd::Ones(n), x;
+  const Eigen::Vector2d found = line.colPivHouseholderQr().solve(h);
+  FittedFriction fit;
+  fit.elastic_range = loop.x.back();
+  SlipElement element{0, found[0], found[1]};
+  const double largest = std::max(element.limit(0), element.limit(loop.x.back()));
+  element.stiffness = largest / slip;
+  if (largest > 0) fit.stack.elements.push_back(element);
+  judge_widths(loop, (line * found).cwiseMax(0.0), fit);
+  return fit;
+}
+
+FittedFriction friction_of_loop(const HalfWidth& loop) {
+  const double range = loop.x.back();
+  const auto n = static_cast<Eigen::Index>(loop.x.size());
+  const Eigen::Map<const VectorXd> h(loop.h.data(), n);
+  std::vector<SlipElement> candidates;
+  std::vector<double> slips;
+  for (int k = 1; k <= kSlips; ++k) {
+    const double slip = range / (1 << k);
+    candidates.push_back({1 / slip, 1, 0});
+    candidates.push_back({1 / slip, 0, 1 / range});
+    slips.insert(slips.end(), {slip, slip});
+  }
+  MatrixXd widths(n, static_cast<Eigen::Index>(candidates.size()));
+  for (Eigen::Index k = 0; k < widths.cols(); ++k)
+    widths.col(k) = half_width_of(candidates[k], loop, range);
+  const VectorXd limits = non_negative_least_squares(widths, h);
+  FittedFriction fit;
+  double longest = 0;
+  for (Eigen::Index k = 0; k < limits.size(); ++k) {
+    if (!(limits[k] > kActiveLimit * h.maxCoeff())) continue;
+    SlipElement element = candidates[k];
+    element.stiffness *= limits[k];
+    element.threshold *= limits[k];
+    element.growth *= limits[k];
+    fit.stack.elements.push_back(element);
+    longest = std::max(longest, slips[k]);
+  }
+  fit.elastic_range = std::max(range / 2, range - 2 * longest);
+  judge_widths(loop, widths * limits, fit);
+  return fit;
+}
+
+std::string memory_csv(const ClothMemory& memory) {
+  std::vector<std::vector<double>> columns(3);
+  const std::vector<double>* const laws[3] = {&memory.bending[0], &memory.bending[1],
+                                              &memory.shear};
+  for (int law = 0; law < 3; ++law) {
+    for (std::size_t k = 0; k < laws[law]->size(); ++k) {
+      columns[0].push_back(law);
+      columns[1].push_back(static_cast<double>(k));
+      columns[2].push_back((*laws[law])[k]);
+    }
+  }
+  return csv_text(memory_columns(), columns);
+}
+
+ClothMemory read_memory(const std::filesystem::path& file) {
+  const Csv csv = read_csv(file, memory_columns());
+  ClothMemory memory;
+  std::vector<double>* const laws[3] = {&memory.bending[0], &memory.bending[1], &memory.shear};
+  for (std::size_t i = 0; i < csv.lines.size(); ++i) {
+    const double law = csv.columns[0][i];
+    if (law != 0 && law != 1 && law != 2) {
+      throw bad_input("a law that is not 0, 1 or 2",
+                      {.file = file.string(), .line = csv.lines[i], .field = "law"},
+                      "simulate again");
+    }
+    std::vector<double>& slips = *laws[static_cast<int>(law)];
+    if (csv.columns[1][i] != static_cast<double>(slips.size())) {
+      throw bad_input("the indices of a law are not 0, 1, 2, ..",
+                      {.file = file.string(), .line = csv.lines[i], .field = "index"},
+                      "simulate again");
+    }
+    slips.push_back(csv.columns[2][i]);
+  }
+  return memory;
 }
 
 }  // namespace drape::simulate

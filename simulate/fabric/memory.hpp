@@ -20,7 +20,7 @@ namespace drape::simulate {
 struct SlipElement {
   double stiffness = 0;  ///< N/m per unit of x (moments: N per unit)
   double threshold = 0;  ///< the slider's limit at x = 0, N/m (moments: N)
-  double growth = 0;     ///< of the limit with |x|
+  double growth = 0;     ///< growth of the limit with |x|
 
   [[nodiscard]] double limit(double x) const;
   /// After a path without reversal from wherever `slip` was settled.
@@ -31,7 +31,7 @@ struct SlipElement {
   [[nodiscard]] double potential(double x, double slip) const;
   /// The memory after that path. The force at x stays what it was.
   [[nodiscard]] double settled(double x, double slip) const;
-  [[nodiscard]] double stored(double x, double slip) const;  ///< of a settled element
+  [[nodiscard]] double stored(double x, double slip) const;  ///< energy of a settled element
 };
 
 /// Elements in parallel (Prandtl 1928, Ishlinskii 1944). With the elastic curve in parallel they
@@ -40,7 +40,7 @@ struct FrictionStack {
   std::vector<SlipElement> elements;
 
   [[nodiscard]] bool empty() const { return elements.empty(); }
-  [[nodiscard]] double stiffness() const;  ///< of all, before any slips
+  [[nodiscard]] double stiffness() const;  ///< stiffness of all, before any slips
   /// `slip` points to one number per element.
   [[nodiscard]] double force(double x, const double* slip) const;
   [[nodiscard]] double tangent(double x, const double* slip) const;
@@ -49,7 +49,7 @@ struct FrictionStack {
   double settle(double x, double* slip) const;
 };
 
-/// What bending and shear dissipate, in parallel with the elastic curves. Index 0 warp, 1 weft.
+/// Friction of bending and shear, in parallel with the elastic curves. Index 0 warp, 1 weft.
 struct ClothFriction {
   FrictionStack bending[2];  ///< N over 1/m, of the curvature along the sheet's normal
   FrictionStack shear;       ///< N/m over rad
@@ -70,7 +70,7 @@ struct ClothMemory {
 struct FittedFriction {
   FrictionStack stack;
   double elastic_range = 0;  ///< up to here the mean of the branches is free of the reversal
-  double rms_error = 0;      ///< of the half width, over the whole loop
+  double rms_error = 0;      ///< error of the half width, over the whole loop
   double largest_error = 0;
 };
 

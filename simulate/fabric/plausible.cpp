@@ -7,7 +7,6 @@
 #include <array>
 #include <tuple>
 
-#include "core/files/toml_file.hpp"
 #include "core/units.hpp"
 #include "simulate/fabric/fabric.hpp"
 
@@ -37,9 +36,7 @@ constexpr const char* kWeigh =
 class Judge {
  public:
   explicit Judge(const Fabric& fabric)
-      : fabric_(fabric),
-        root_(TomlTable::open(fabric.file, "fabric")),
-        density_(fabric.areal_density_kg_per_m2 / units::g_per_m2) {}
+      : fabric_(fabric), density_(fabric.areal_density_kg_per_m2 / units::g_per_m2) {}
 
   void density() {
     const std::string key = "areal_density_g_per_m2";
@@ -47,7 +44,7 @@ class Judge {
         fmt::format("an areal density of {:g} g/m2; fabrics have {:.0f} to {:.0f}", density_,
                     kLightest, kHeaviest);
     if (density_ > kFabrics.back().to)
-      problem(root_, key, what, kWeigh);
+      problem(key, what, kWeigh);
     else if (density_ < kLightest || density_ > kHeaviest)
       warning(key, what);
   }
@@ -60,17 +57,13 @@ class Judge {
         "bending stiffness {:.3g} gf cm2/cm at {:g} g/m2; nine of ten fabrics of {:g} to {:g} g/m2 "
         "have {:.2g} to {:.2g}",
         stiffness, density_, usual.from, usual.to, usual.least, usual.most);
-    const TomlTable table = root_.table("bending");
-    const std::string key = direction == 0 ? "warp" : "weft";
+    const std::string key = direction == 0 ? "bending.warp" : "bending.weft";
     if (stiffness < usual.least_possible || stiffness > usual.most_possible) {
-      const char* advice =
-          "is it in uN m (98 times as large), in dyn cm2/cm (981 times) or in gf cm (per sample)?";
-      if (curve.file == fabric_.file)
-        problem(table.table(key + "_kes"), "b_gf_cm2_per_cm", what, advice);
-      else
-        problem(table, key, what, advice);
+      problem(curve.file == fabric_.file ? key + "_kes.b_gf_cm2_per_cm" : key, what,
+              "is it in uN m (98 times as large), in dyn cm2/cm (981 times) or in gf cm (per "
+              "sample)?");
     } else if (stiffness < usual.least || stiffness > usual.most) {
-      warning("bending." + key, what);
+      warning(key, what);
     }
   }
 
@@ -82,7 +75,7 @@ class Judge {
     const double bias = *fabric_.bias_bending_n_m / units::gf_cm2_per_cm;
     const double warp = stiffness_of(fabric_.bending[0]), weft = stiffness_of(fabric_.bending[1]);
     if (bias >= std::min(warp, weft) / kBeyond && bias <= std::max(warp, weft) * kBeyond) return;
-    problem(root_.table("bending"), "bias_stiffness_gf_cm2_per_cm",
+    problem("bending.bias_stiffness_gf_cm2_per_cm",
             fmt::format("{:g} gf cm2/cm at 45 degrees, {:.3g} and {:.3g} along warp and weft", bias,
                         warp, weft),
             "is a decimal point lost, or is it in uN m (98 times as large)?");
@@ -101,14 +94,12 @@ class Judge {
                   fmt::format("let go at the largest strain of the test the cloth would not go "
                               "back: {} is too large or {} too small",
                               width, slope));
-      const TomlTable shear = root_.table("shear");
-      const char *hg = "hg2_gf_per_cm", *hg5 = "hg5_gf_per_cm";
-      if (!shear.has(key + "_kes")) continue;
-      const TomlTable numbers = shear.table(key + "_kes");
-      if (numbers.has(hg) && numbers.has(hg5) && numbers.number(hg) > numbers.number(hg5))
+      const auto& numbers = fabric_.stated.shear.numbers[direction];
+      if (numbers && numbers->hg2_gf_per_cm && numbers->hg5_gf_per_cm &&
+          *numbers->hg2_gf_per_cm > *numbers->hg5_gf_per_cm)
         warning(fmt::format("shear.{}_kes", key),
                 fmt::format("2HG {:g} gf/cm is above 2HG5 {:g}: are the two exchanged?",
-                            numbers.number(hg), numbers.number(hg5)));
+                            *numbers->hg2_gf_per_cm, *numbers->hg5_gf_per_cm));
     }
   }
 
@@ -120,20 +111,14 @@ class Judge {
     return (curve.loading.back() - curve.loading.front()) / (curve.x.back() - curve.x.front()) /
            units::gf_cm2_per_cm;
   }
-  void problem(const TomlTable& table, const std::string& key, const std::string& what,
-               const char* advice) {
-    try {
-      table.reject(key, what, advice);
-    } catch (const Error& error) {
-      result_.problems.push_back(error);
-    }
+  void problem(const std::string& key, const std::string& what, const char* advice) {
+    result_.problems.push_back(bad_input(what, fabric_.stated.document.where(key), advice));
   }
   void warning(const std::string& field, const std::string& what) {
     result_.warnings.push_back(fmt::format("{}, {}: {}", fabric_.file.string(), field, what));
   }
 
   const Fabric& fabric_;
-  TomlTable root_;
   double density_;
   Plausibility result_;
 };

@@ -10,7 +10,7 @@ namespace drape::simulate {
 
 struct Fabric;
 
-/// What a fabric's density and bending say beside those of measured fabrics.
+/// Places of a fabric's density and bending among those of measured fabrics.
 struct Plausibility {
   std::vector<Error> problems;        ///< no fabric has it: another unit, or a decimal point lost
   std::vector<std::string> warnings;  ///< few fabrics have it; each with file and field

@@ -12,7 +12,7 @@ namespace drape::simulate {
 /// A drapemeter with a clamping disc: a round specimen held flat between two discs.
 struct CusickOptions {
   double disc_m = 0.180, specimen_m = 0.300;
-  double spacing_m = 0.0075;  ///< of the mesh; a third of it at the discs' rim
+  double spacing_m = 0.0075;  ///< spacing of the mesh; a third of it at the discs' rim
   double warp_rad = 0;        ///< from the mesh lattice's first axis to the warp
   unsigned start = 1;         ///< chooses the lattice's jitter and the first waves
   /// The specimen lies on a table at the height of the discs, which goes down by the width of the
@@ -40,7 +40,7 @@ struct CusickOptions {
 struct CusickDrape {
   MaterialMesh mesh;
   MeshCloth::State state;  ///< points, then sides
-  ClothMemory memory;      ///< of internal friction, at this rest
+  ClothMemory memory;      ///< state of internal friction, at this rest
   DescentReport report;
   /// Loads before the last at which it did not come near rest, among them steps of a motion.
   int hurried_loads = 0;

@@ -56,7 +56,7 @@ class Potential {
   struct Balance {
     double energy_j = 0;         ///< with what wall, table and the rest hold, and inertia
     double point = 0, side = 0;  ///< residuals, as in the options
-    double reported = 0;  ///< of points, where support takes what it can; as the checker has it
+    double reported = 0;         ///< on points, less what support takes; as the checker has it
   };
   /// Sets minus the energy's gradient, nothing where held.
   Balance balance(const State& state, State& force) const {

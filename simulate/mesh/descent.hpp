@@ -10,21 +10,21 @@
 
 namespace drape::simulate {
 
-/// What a drapemeter's cloth may meet, both without friction.
+/// Supports that a drapemeter's cloth may meet, both without friction.
 struct Drapemeter {
   double wall_radius_m = 0;  ///< an upright cylinder about the z axis below z = 0, cloth outside
   double table_z_m = -std::numeric_limits<double>::infinity();  ///< a horizontal pad
   double table_n_per_m3 = 0;  ///< its stiffness; 0: cloth sinks in by 0.5 mm under its own weight
 };
 
-/// What a step in time adds to the energy: per point a spring to a place of its own, of so many
+/// Energy that a step in time adds: per point a spring to a place of its own, of so many
 /// times its mass.
 struct Inertia {
   MeshCloth::State towards;
   double per_s2 = 0;
 };
 
-/// What else pushes the cloth, by an energy of its state.
+/// Another push on the cloth, by an energy of its state.
 class Pushes {
  public:
   virtual ~Pushes() = default;
@@ -45,13 +45,15 @@ class Pushes {
 
 struct DescentOptions {
   int most_steps = 20000;
-  /// Of a free point, in mean weights of a point; of a side, in those times the mean side.
+  /// Force left on a free point, in mean weights of a point; of a side, in those times the mean
+  /// side.
   double residual = 1e-3;
   Eigen::Vector3d gravity_m_per_s2 = {0, 0, -9.80665};
-  /// Of a point, in mean sides. Short steps stay with the folds that are there; of 0.15, 0.3, 0.5
-  /// and 1 the one near the lowest energies for each of two fabrics, on 10 and 15 mm.
+  /// Longest step of a point, in mean sides. Short steps stay with the folds that are there; of
+  /// 0.15, 0.3, 0.5 and 1 the one near the lowest energies for each of two fabrics, on 10 and 15
+  /// mm.
   double farthest_step = 0.3;
-  int pairs = 5;             ///< of steps and gradients that are remembered
+  int pairs = 5;             ///< pairs of steps and gradients that are remembered
   int factor_every = 5;      ///< steps between two matrices
   bool keep_matrix = false;  ///< begins with the last descent's, where that is not too old
   const Inertia* inertia = nullptr;

@@ -9,7 +9,7 @@ namespace drape::simulate {
 /// Three coordinates and nothing, in one register or two; a double* may point into it.
 using Four = double __attribute__((vector_size(32), aligned(8), may_alias));
 
-/// So many, none at first.
+/// Makes room for `count` vectors, zero at first.
 class Fours {
  public:
   Fours() = default;

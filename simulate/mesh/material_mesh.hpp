@@ -21,7 +21,7 @@ struct ClothOutline {
   std::filesystem::path file = {};  ///< that it was read from; empty: none
 };
 
-/// Whether a point lies inside a closed polygon of either sense.
+/// True if a point lies inside a closed polygon of either sense.
 [[nodiscard]] bool contains(const Polygon& polygon, const Eigen::Vector2d& point_m);
 /// Distance (m) of a point from the nearest line of a closed polygon.
 [[nodiscard]] double distance_m(const Polygon& polygon, const Eigen::Vector2d& point_m);
@@ -39,7 +39,7 @@ struct MaterialMesh {
     int left = -1, right = -1;  ///< triangles beside it; -1: none
   };
   std::vector<Edge> edges;                   ///< ordered by (from, to)
-  std::vector<std::array<int, 3>> edges_of;  ///< of each triangle: edge k lies opposite corner k
+  std::vector<std::array<int, 3>> edges_of;  ///< per triangle: edge k lies opposite corner k
 
   [[nodiscard]] double area_m2(int triangle) const;
   [[nodiscard]] double area_m2() const;
@@ -52,9 +52,9 @@ struct MaterialMesh {
                                    std::vector<std::array<int, 3>> triangles);
 
 struct MeshOptions {
-  double spacing_m = 0.01;      ///< of points, on lines and inside
-  double lattice_turn_rad = 0;  ///< of the hexagonal lattice inside, from the warp
-  double jitter = 0.1;  ///< of the lattice's points, in spacings; keeps folds from choosing it
+  double spacing_m = 0.01;      ///< spacing of points, on lines and inside
+  double lattice_turn_rad = 0;  ///< angle of the hexagonal lattice inside, from the warp
+  double jitter = 0.1;          ///< in spacings; keeps folds from choosing the lattice
   unsigned seed = 1;
   int smoothing = 3;  ///< rounds in which inner points move to the middle of their neighbours
 };

@@ -41,27 +41,27 @@ class MeshCloth {
   [[nodiscard]] const MaterialMesh& mesh() const { return mesh_; }
   [[nodiscard]] int points() const { return static_cast<int>(mesh_.points_m.size()); }
   [[nodiscard]] int unknowns() const { return points() + static_cast<int>(mesh_.edges.size()); }
-  [[nodiscard]] const std::vector<double>& mass_kg() const { return mass_; }  ///< of the points
+  [[nodiscard]] const std::vector<double>& mass_kg() const { return mass_; }  ///< by point
 
   /// The elements, so that a solver can form second derivatives of its own.
   struct Triangle {
     std::array<int, 3> corner;
     std::array<int, 6> unknown;  ///< corners, then sides
     double area = 0;
-    std::array<double, 3> d_u, d_v;          ///< of the linear triangle
-    std::array<double, 6> d_uu, d_uv, d_vv;  ///< of Morley's
+    std::array<double, 3> d_u, d_v;          ///< gradients of the linear triangle
+    std::array<double, 6> d_uu, d_uv, d_vv;  ///< weights of Morley's
   };
   /// A side between two triangles.
   struct Seam {
-    std::array<int, 12> unknown;    ///< of the triangle on the left, then of that on the right
-    std::array<double, 12> weight;  ///< of the difference of second derivatives along it
+    std::array<int, 12> unknown;    ///< in the triangle on the left, then in that on the right
+    std::array<double, 12> weight;  ///< weights of the difference of second derivatives along it
     double stiffness = 0;           ///< N m^3
   };
   [[nodiscard]] const std::vector<Triangle>& triangles() const { return triangles_; }
   [[nodiscard]] const std::vector<Seam>& seams() const { return seams_; }
   [[nodiscard]] const ClothLaws& laws() const { return laws_; }
   [[nodiscard]] double in_triangles() const { return in_triangles_; }
-  [[nodiscard]] const std::vector<double>& area_m2() const { return area_; }  ///< of the points
+  [[nodiscard]] const std::vector<double>& area_m2() const { return area_; }  ///< by point
   /// Unit vector in material coordinates, to the side's left.
   [[nodiscard]] Eigen::Vector2d normal_of(int edge) const;
   /// Mean over the triangles at each point of (|x_u|^2, x_u . x_v, |x_v|^2).
@@ -111,7 +111,7 @@ class MeshCloth {
   double in_triangles_;
   std::vector<Triangle> triangles_;
   std::vector<Seam> seams_;
-  std::vector<double> mass_, area_;  ///< of the points
+  std::vector<double> mass_, area_;  ///< by point
   ClothMemory memory_;
   double dissipated_j_ = 0;
 };

@@ -260,7 +260,7 @@ TEST(MeshCloth, ForcesWithInternalFrictionAreTheSlopeOfTheStepsEnergy) {
               1e-5 * size);
 }
 
-/// What friction elements bear is carried from mesh to mesh; of a cloth bent alike everywhere and
+/// Forces of friction elements are carried from mesh to mesh; of a cloth bent alike everywhere and
 /// back in part that is one number.
 TEST(MeshCloth, ItsFrictionIsTakenOverFromAnotherMesh) {
   ClothLaws laws = laws_of(true);

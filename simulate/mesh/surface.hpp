@@ -51,8 +51,8 @@ class ClothSurface {
  private:
   const MeshCloth& cloth_;
   std::vector<std::array<int, 3>> facets_;
-  std::vector<std::pair<int, double>> middle_;  ///< of the sides, of unknowns
-  std::vector<std::size_t> begin_ = {0};        ///< of each side's
+  std::vector<std::pair<int, double>> middle_;  ///< weights of the sides, of unknowns
+  std::vector<std::size_t> begin_ = {0};        ///< first weight of each side
 };
 
 }  // namespace drape::simulate

@@ -28,7 +28,7 @@ TimeStepsReport move_in_time(MeshCloth& cloth, MeshCloth::State& state,
   const auto points = static_cast<std::size_t>(cloth.points());
   const double weight_n = descent.gravity_m_per_s2.norm() *
                           std::accumulate(cloth.mass_kg().begin(), cloth.mass_kg().end(), 0.0);
-  // Of the last step and of the one before it.
+  // Displacements of the last step and of the one before it.
   State velocity(points, Vector3d::Zero()), velocity_before = velocity, before = state;
   Inertia inertia{State(points), 0};
   descent.inertia = &inertia;

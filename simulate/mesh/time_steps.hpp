@@ -13,9 +13,9 @@ struct TimeStepsOptions {
   double drag_per_s = 4;   ///< beta / m of the air's F = -beta v, as there
   double quiet_m = 10e-6;  ///< kinetic energy over weight, as there, of a cloth at rest ...
   double quiet_s = 0.1;    ///< ... for so long: cloth that turns has none for a moment
-  double longest_s = 5;    ///< of motion after `least_s` at which it ends, not quiet
-  /// Of each step, in mean weights of a point: what it leaves is an error of the acceleration of so
-  /// many g.
+  double longest_s = 5;    ///< time of motion after `least_s` at which it ends, not quiet
+  /// Residual of each step, in mean weights of a point: what it leaves is an error of the
+  /// acceleration of so many g.
   double residual = 1e-2;
   int factor_every = 10;  ///< steps of descents between two matrices: inertia changes little
 };
@@ -24,8 +24,8 @@ struct TimeStepsReport {
   bool quiet = false;
   double time_s = 0;
   int increments = 0;  ///< steps in time, at each of which friction settled
-  int hurried = 0;     ///< of them, that ended above their residual
-  int steps = 0;       ///< of descents
+  int hurried = 0;     ///< steps that ended above their residual
+  int steps = 0;       ///< steps of descents
 };
 
 using Carry = std::function<void(double time_s, MeshCloth::State& state)>;

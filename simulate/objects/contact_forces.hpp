@@ -9,7 +9,7 @@
 
 namespace drape::simulate {
 
-/// What an object or the table does to one place of the sheet, a mixture of up to four particles,
+/// Force of an object or the table on one place of the sheet, a mixture of up to four particles,
 /// as the solver found it; or one layer of the sheet to another, whose particles come last and have
 /// negative weights. With these in hand a checker only has to look, not to search.
 struct ContactForce {

@@ -70,7 +70,7 @@ class Surroundings {
   [[nodiscard]] std::optional<double> first_entry(int shape, const Eigen::Vector3d& from_in_world,
                                                   const Eigen::Vector3d& to_in_world,
                                                   double deep_m) const;
-  /// Whether the surfaces nearest to two places look away from each other: what goes in at one of
+  /// True if the surfaces nearest to two places look away from each other: what goes in at one of
   /// them and comes out at the other has passed through the body, not round an edge of it.
   [[nodiscard]] bool on_opposite_sides(int shape, const Eigen::Vector3d& a_in_world,
                                        const Eigen::Vector3d& b_in_world) const;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What objects do to a piece between its points.
+// Forces of objects on a piece between its points.
 #include <gmock/gmock.h>
 
 #include <Eigen/LU>

@@ -35,7 +35,7 @@ class LayerPushes : public Pushes {
   [[nodiscard]] double clear_part(const MeshCloth::State& from, const MeshCloth::State& to,
                                   bool led) override;
 
-  /// What layers do to each other, by nodes of the surface; `shape` is that of the cloth itself.
+  /// Forces of layers on each other, by nodes of the surface; `shape` is that of the cloth itself.
   [[nodiscard]] std::vector<ContactForce> stated(const MeshCloth::State& state, int shape);
 
  private:
@@ -48,7 +48,7 @@ class LayerPushes : public Pushes {
   struct Pair {
     LayerPair of;
     double thickness_m = 0;  ///< nearer than this it presses
-    double part = 1;         ///< of edges that are nearly parallel
+    double part = 1;         ///< share that presses: less where edges are nearly parallel
   };
   struct Press {
     std::array<int, 4> node{};
@@ -70,7 +70,7 @@ class LayerPushes : public Pushes {
   Field flat_;  ///< the nodes in (warp, weft, 0)
   BoxTree tree_;
   Field listed_;                 ///< where pairs were listed; empty: not yet
-  std::vector<double> allowed_;  ///< of each node, from there, beside the mean displacement (m)
+  std::vector<double> allowed_;  ///< from there, per node, beside the mean displacement (m)
   Field settled_;                ///< where parts are from
   std::vector<Pair> pairs_;      ///< all that can press while nodes go no farther than allowed
   MeshCloth::State seen_;        ///< looked at last

@@ -63,7 +63,7 @@ Field field_of(const State& surface) {
   return nodes;
 }
 
-/// Of the facets of the surface, by steps of half a side.
+/// Places of the facets of the surface, by steps of half a side.
 SelfDistance distance_of(const MaterialMesh& mesh, const State& surface, double spacing_m) {
   std::vector<Vector2d> material = mesh.points_m;
   for (const MaterialMesh::Edge& edge : mesh.edges)
@@ -241,7 +241,7 @@ TEST(PieceLayers, WhatLayersCannotDoIsRefused) {
   EXPECT_THAT(refusals_of(other, scene), Contains(HasSubstr("passes through itself")));
 }
 
-/// What does not meet itself never sees its layers: the same bytes.
+/// A piece that does not meet itself never sees its layers: the same bytes.
 TEST(PieceLayers, OtherPiecesAreAsTheyWere) {
   Scene scene;
   scene.file = "scene.toml";

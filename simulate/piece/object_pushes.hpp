@@ -37,18 +37,19 @@ class ObjectPushes : public Pushes {
 
   [[nodiscard]] bool holds() const { return friction_ > 0; }
   [[nodiscard]] bool is_firm() const;  ///< springs are as stiff as they become
-  /// How far a point that is pushed lies in an object or off it (m).
+  /// Largest distance of a pushed point from an object's surface, in or off it (m).
   [[nodiscard]] double off_surface_m(const MeshCloth::State& state);
   /// Lets points press as they do now where they enter no more, and makes all springs twice as
   /// stiff, up to the grid's.
   void press_on(const MeshCloth::State& state);
-  /// What presses on the cloth: places of triangles by their corners; the fourth has no weight.
+  /// Forces that press on the cloth: places of triangles by their corners; the fourth has no
+  /// weight.
   [[nodiscard]] std::vector<ContactForce> stated(const MeshCloth::State& state);
 
  private:
   struct Push {
     int site = 0;               ///< point or facet behind the points, times shapes, plus shape
-    std::array<int, 3> node{};  ///< of the surface
+    std::array<int, 3> node{};  ///< nodes of the surface
     Eigen::Vector3d weight = Eigen::Vector3d::UnitX(), place, normal;
     double stiffness = 0, depth_m = 0;  ///< with what is carried on: the force is their product
 
@@ -76,11 +77,11 @@ class ObjectPushes : public Pushes {
   const Surroundings& surroundings_;
   ClothSurface surface_;
   double friction_, stiffness_, grip_stiffness_, firmness_ = 1;
-  std::vector<bool> between_;      ///< of each shape: whether facets press on it
+  std::vector<bool> between_;      ///< for each shape, whether facets press on it
   std::vector<double> carried_n_;  ///< by points, of their sites
   std::vector<Grip> grips_;
   MeshCloth::State seen_, nodes_;  ///< the state looked at last, and its surface
-  std::vector<double> gap_;        ///< of the nodes to a shape
+  std::vector<double> gap_;        ///< distances of the nodes to a shape
   std::vector<Push> pushes_;
 };
 

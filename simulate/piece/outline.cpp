@@ -10,6 +10,7 @@
 
 #include "core/error.hpp"
 #include "core/files/csv.hpp"
+#include "core/geometry/vectors.hpp"
 #include "core/units.hpp"
 #include "simulate/piece/rings.hpp"
 
@@ -20,12 +21,7 @@ using Eigen::Vector2d;
 using units::mm;
 
 double area_of(const Polygon& ring) {
-  double sum = 0;
-  for (std::size_t i = 0; i < ring.size(); ++i) {
-    const Vector2d &a = ring[i], &b = ring[(i + 1) % ring.size()];
-    sum += (a.x() * b.y() - a.y() * b.x()) / 2;
-  }
-  return std::abs(sum);
+  return std::abs(signed_area(ring));
 }
 
 [[noreturn]] void refuse_size(const std::filesystem::path& file) {
@@ -60,7 +56,7 @@ std::vector<Polygon> rings_of_csv(const std::filesystem::path& file, double spac
 
 bool crosses(const Vector2d& a, const Vector2d& b, const Vector2d& c, const Vector2d& d) {
   const auto side = [](const Vector2d& p, const Vector2d& q, const Vector2d& r) {
-    return (q.x() - p.x()) * (r.y() - p.y()) - (q.y() - p.y()) * (r.x() - p.x());
+    return cross(q - p, r - p);
   };
   return side(a, b, c) * side(a, b, d) < 0 && side(c, d, a) * side(c, d, b) < 0;
 }
@@ -117,11 +113,10 @@ class LinesApart {
     return a.ring == b.ring && b.corner == (a.corner + 1) % rings_[a.ring].size();
   }
 
-  /// Of the lines that both lie on, which cross.
+  /// Crossing of the lines on which both lie.
   static Vector2d crossing(const Line& a, const Line& b) {
     const Vector2d along = a.to - a.from, other = b.to - b.from, apart = b.from - a.from;
-    const double turn = along.x() * other.y() - along.y() * other.x();
-    return a.from + (apart.x() * other.y() - apart.y() * other.x()) / turn * along;
+    return a.from + cross(apart, other) / cross(along, other) * along;
   }
 
   void check_corner(const Vector2d& before, const Vector2d& corner, const Vector2d& after) const {

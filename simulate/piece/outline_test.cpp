@@ -107,7 +107,7 @@ TEST_F(Outlines, WhatIsNotSeenAsItIsDrawnIsRefused) {
                Error);
   EXPECT_THROW((void)read("<svg width='9mm' height='9mm' transform='scale(2)'>" + piece + "</svg>"),
                Error);
-  // What editors write of every layer and shape.
+  // Attributes that editors write of every layer and shape.
   const ClothOutline shown = drawn(
       "<style>/* display:none */ .st0{fill:none;stroke-width:2;display:inline}</style>"
       "<g style='display:inline;opacity:0.5' visibility='visible' mask='none'>" +

@@ -13,10 +13,10 @@
 namespace drape::simulate {
 
 struct PieceOptions {
-  double spacing_m = 0.005;  ///< of the mesh
+  double spacing_m = 0.005;  ///< spacing of the mesh
   unsigned seed = 1;         ///< chooses the lattice's jitter
-  /// Of the fall, slow as in a thick fluid or from a hand that lays the cloth: by its drag free
-  /// cloth falls at 0.25 m/s. Quiet: 0.4 mm/s.
+  /// Options of the fall, slow as in a thick fluid or from a hand that lays the cloth: by its drag
+  /// free cloth falls at 0.25 m/s. Quiet: 0.4 mm/s.
   TimeStepsOptions motion = {.step_s = 8e-3, .drag_per_s = 40, .quiet_m = 1e-8, .longest_s = 10};
   DescentOptions descent;
   /// Layers of a piece that else passes through itself press this far apart, as on the particle
@@ -32,12 +32,13 @@ struct PieceDrape {
   ClothMemory memory;
   std::vector<int> pinned;  ///< points of the mesh, in the order of the scene's pins
   std::vector<Eigen::Vector3d> pinned_in_world;
-  /// Of objects by the corners of triangles, whose places stand on the surface; the fourth has no
-  /// weight. Of cloth on cloth by points of the surface, the second layer's weights negative.
+  /// Forces of objects by the corners of triangles, whose places stand on the surface; the fourth
+  /// has no weight. Of cloth on cloth by points of the surface, the second layer's weights
+  /// negative.
   std::vector<ContactForce> contact_forces;
   double layers_apart_m = 0;  ///< that it fell with; 0: its layers did not press
   TimeStepsReport motion;     ///< before the descents to rest
-  DescentReport report;       ///< of these
+  DescentReport report;       ///< the last of these
 };
 
 class ObjectPushes;

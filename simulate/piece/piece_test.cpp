@@ -56,7 +56,7 @@ TEST(Piece, RestsOnABallAndIsAcceptedWithItsFriction) {
   const PieceDrape piece = drape_piece(scene, patch(), std::nullopt, laws, odd_piece(), coarse());
   ASSERT_TRUE(piece.report.at_rest);
   EXPECT_THAT(judge_piece(piece, scene, laws, DescentOptions{}.residual).refusals, IsEmpty());
-  // What holds by friction does not rest without it, and a lifted point is not carried.
+  // A piece held by friction does not rest without it, and a lifted point is not carried.
   const Scene slippery = ball(0);
   EXPECT_THAT(judge_piece(piece, slippery, laws, DescentOptions{}.residual).refusals,
               Contains(HasSubstr("is left on a point")));

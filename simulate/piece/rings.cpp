@@ -1,15 +1,24 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "simulate/piece/rings.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cctype>
+#include <charconv>
 #include <cmath>
 #include <numbers>
+#include <pugixml.hpp>
+#include <regex>
+#include <set>
 #include <utility>
 
-#include "simulate/piece/numbers.hpp"
+#include "core/error.hpp"
+#include "core/files/files.hpp"
+#include "core/units.hpp"
 
 namespace drape::simulate {
+
 namespace {
 
 using Eigen::Vector2d;
@@ -179,6 +188,302 @@ class PathReader {
   Vector2d here_ = Vector2d::Zero(), begin_ = Vector2d::Zero(), control_ = Vector2d::Zero();
 };
 
+using Eigen::Affine2d;
+using units::mm;
+
+constexpr int kDeepest = 100;           // groups within each other
+constexpr std::size_t kLongest = 1000;  // characters of a size or transform
+
+constexpr const char* kHidden =
+    "delete hidden layers, apply transforms, clips and masks, and export as plain SVG";
+
+/// Elements that draw nothing.
+const std::set<std::string> kSilent = {"title", "desc", "metadata", "defs", "style"};
+
+/// Properties of a style that move, cut or redraw a shape (CSS Transforms 1 and 2, CSS Masking 1,
+/// SVG 2).
+const std::set<std::string> kReshaping = {"transform",
+                                          "transform-origin",
+                                          "transform-box",
+                                          "translate",
+                                          "rotate",
+                                          "scale",
+                                          "clip-path",
+                                          "clip",
+                                          "mask",
+                                          "d",
+                                          "x",
+                                          "y",
+                                          "cx",
+                                          "cy",
+                                          "r",
+                                          "rx",
+                                          "ry",
+                                          "width",
+                                          "height"};
+
+std::string in_small_letters(std::string text) {
+  for (char& c : text) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  return text;
+}
+
+std::string without_comments(const std::string& text) {
+  std::string plain;
+  for (std::size_t at = 0; at < text.size();) {
+    const std::size_t from = std::min(text.find("/*", at), text.size());
+    plain += text.substr(at, from - at);
+    const std::size_t to = text.find("*/", from + 2);
+    at = to == std::string::npos ? text.size() : to + 2;
+  }
+  return plain;
+}
+
+std::string first_word(const std::string& text) {
+  const std::size_t from = std::min(text.find_first_not_of(" \t\r\n"), text.size());
+  return text.substr(from, text.find_first_of(" \t\r\n!", from) - from);
+}
+
+/// True if a shape with this property is not seen, or in another form than its element states.
+bool hides_or_reshapes(const std::string& property, const std::string& value) {
+  if (property == "display") return value == "none";
+  if (property == "visibility") return value == "hidden" || value == "collapse";
+  if (property == "opacity") return NumberReader(value).next().value_or(1) == 0;
+  return kReshaping.contains(property) && value != "none";
+}
+
+class SvgReader {
+ public:
+  SvgReader(const std::filesystem::path& file, double spacing_m)
+      : file_(file), builder_(spacing_m) {}
+
+  std::vector<Polygon> read() {
+    const std::string text = read_text(file_);
+    pugi::xml_document document;
+    const auto parsed = document.load_buffer(text.data(), text.size());
+    if (!parsed)
+      throw bad_input(fmt::format("this is no XML: {} at byte {}", parsed.description(),
+                                  static_cast<long>(parsed.offset)),
+                      {.file = file_.string()}, "export the outline as plain SVG");
+    const pugi::xml_node svg = document.child("svg");
+    if (!svg) refuse(svg, "the file has no <svg>", "export the outline as plain SVG");
+    svg.find_node([this](const pugi::xml_node& node) {
+      if (std::string(node.name()) != "style") return false;
+      std::string sheet;
+      for (const pugi::xml_node& part : node.children()) sheet += part.value();
+      require_plain_style(node, sheet);
+      return false;
+    });
+    if (text.find("<?xml-stylesheet") != std::string::npos)
+      refuse(svg, "its style stands in another file", kHidden);
+    if (svg.attribute("transform")) refuse(svg, "its transform is not read", kHidden);
+    visit(svg, scale_of(svg), 0);
+    return builder_.rings();
+  }
+
+ private:
+  [[noreturn]] void refuse(const pugi::xml_node& node, const std::string& why,
+                           const std::string& what_to_do) const {
+    std::string name = node.name();
+    if (const std::string id = node.attribute("id").value(); !id.empty()) name += " id=" + id;
+    throw bad_input(why, {.file = file_.string(), .field = name}, what_to_do);
+  }
+
+  /// Checks declarations alone, or a sheet of rules, whatever they select.
+  void require_plain_style(const pugi::xml_node& node, const std::string& style) const {
+    const std::string text = without_comments(in_small_letters(style));
+    if (text.find("@import") != std::string::npos)
+      refuse(node, "its style stands in another file", kHidden);
+    for (std::size_t at = 0; at < text.size();) {
+      const std::size_t end = std::min(text.find_first_of("{};", at), text.size());
+      const std::string part = text.substr(at, end - at);
+      if (const std::size_t colon = part.find(':'); colon != std::string::npos)
+        require_plain(node, first_word(part.substr(0, colon)), first_word(part.substr(colon + 1)));
+      at = end + 1;
+    }
+  }
+  void require_plain(const pugi::xml_node& node, const std::string& property,
+                     const std::string& value) const {
+    if (hides_or_reshapes(property, value))
+      refuse(node, fmt::format("it is not seen as it is drawn ({}: {})", property, value), kHidden);
+  }
+  /// Refuses shapes that a viewer hides, which are no cloth, or moves.
+  void require_shown(const pugi::xml_node& node) const {
+    for (const char* name : {"display", "visibility", "opacity", "clip-path", "mask"})
+      if (const pugi::xml_attribute attribute = node.attribute(name))
+        require_plain(node, name, in_small_letters(attribute.value()));
+    require_plain_style(node, node.attribute("style").value());
+  }
+
+  /// A length with its unit, in metres; nothing without one.
+  [[nodiscard]] std::optional<double> length_m(const pugi::xml_node& node, const char* name) const {
+    static const std::regex form(R"(\s*([0-9.eE+-]+)\s*(mm|cm|in|px)?\s*)");
+    const std::string text = node.attribute(name).value();
+    std::smatch match;
+    if (text.size() > kLongest || !std::regex_match(text, match, form)) return std::nullopt;
+    NumberReader numbers(match[1].str());
+    const auto value = numbers.next();
+    if (!value || !numbers.at_end() || !(*value > 0)) return std::nullopt;
+    const std::string unit = match[2];
+    if (unit == "mm") return *value * mm;
+    if (unit == "cm") return *value * 10 * mm;
+    if (unit == "in") return *value * 25.4 * mm;
+    return *value * 25.4 / 96 * mm;
+  }
+
+  /// Metres of (weft, warp) from units of the drawing.
+  [[nodiscard]] Affine2d scale_of(const pugi::xml_node& svg) const {
+    const auto width = length_m(svg, "width"), height = length_m(svg, "height");
+    const std::string remedy =
+        "write e.g. <svg width=\"220mm\" height=\"220mm\" viewBox=\"0 0 220 220\">";
+    if (!width || !height) refuse(svg, "its width and height do not state a size", remedy);
+    Affine2d scale = Affine2d::Identity();
+    if (!svg.attribute("viewBox")) {
+      scale.linear() *= 25.4 / 96 * mm;
+      return scale;
+    }
+    NumberReader numbers(svg.attribute("viewBox").value());
+    double box[4] = {};
+    for (double& value : box) {
+      const auto next = numbers.next();
+      if (!next) refuse(svg, "its viewBox has not four numbers", remedy);
+      value = *next;
+    }
+    if (!numbers.at_end()) refuse(svg, "its viewBox has not four numbers", remedy);
+    if (!(box[2] > 0 && box[3] > 0)) refuse(svg, "its viewBox has no area", remedy);
+    const double along_x = *width / box[2], along_y = *height / box[3];
+    if (std::abs(along_x / along_y - 1) > 1e-4)
+      refuse(svg, "its viewBox has other proportions than its width and height", remedy);
+    scale.linear() *= along_x;
+    scale.translation() = -along_x * Vector2d(box[0], box[1]);
+    return scale;
+  }
+
+  /// The product of a list of transforms (SVG 1.1, section 7.6).
+  [[nodiscard]] Affine2d transform_of(const pugi::xml_node& node) const {
+    Affine2d all = Affine2d::Identity();
+    const std::string text = node.attribute("transform").value();
+    if (text.size() > kLongest)
+      refuse(node, "its transform is too long", "export the outline as plain SVG");
+    static const std::regex one(R"(\s*,?\s*([a-zA-Z]+)\s*\(([^)]*)\)\s*)");
+    std::size_t at = 0;
+    for (std::sregex_iterator it(text.begin(), text.end(), one), end; it != end; ++it) {
+      if (static_cast<std::size_t>(it->position()) != at) break;
+      at += static_cast<std::size_t>(it->length());
+      NumberReader numbers((*it)[2].str());
+      std::vector<double> v;
+      while (const auto value = numbers.next()) v.push_back(*value);
+      if (!numbers.at_end()) v.clear();  // a unit, or no number
+      const std::string name = (*it)[1];
+      Affine2d t = Affine2d::Identity();
+      if (name == "matrix" && v.size() == 6) {
+        t.matrix().topRows<2>() << v[0], v[2], v[4], v[1], v[3], v[5];
+      } else if (name == "translate" && (v.size() == 1 || v.size() == 2)) {
+        t.translation() = Vector2d(v[0], v.size() == 2 ? v[1] : 0);
+      } else if (name == "scale" && (v.size() == 1 || v.size() == 2)) {
+        t.linear() = Vector2d(v[0], v.back()).asDiagonal();
+      } else if (name == "rotate" && (v.size() == 1 || v.size() == 3)) {
+        const Vector2d centre = v.size() == 3 ? Vector2d(v[1], v[2]) : Vector2d(0, 0);
+        t = Eigen::Translation2d(centre) * Eigen::Rotation2Dd(v[0] * units::deg) *
+            Eigen::Translation2d(-centre);
+      } else if ((name == "skewX" || name == "skewY") && v.size() == 1) {
+        t.linear()(name == "skewX" ? 0 : 1, name == "skewX" ? 1 : 0) = std::tan(v[0] * units::deg);
+      } else {
+        refuse(node, fmt::format("`{}({})` is no transform", name, (*it)[2].str()),
+               "export the outline as plain SVG");
+      }
+      all = all * t;
+    }
+    if (at != text.size())
+      refuse(node, "its transform cannot be read", "export the outline as plain SVG");
+    return all;
+  }
+
+  double number(const pugi::xml_node& node, const char* name, std::optional<double> otherwise) {
+    const pugi::xml_attribute attribute = node.attribute(name);
+    if (!attribute && otherwise) return *otherwise;
+    NumberReader numbers(attribute.value());
+    const auto value = numbers.next();
+    if (!value || !numbers.at_end())
+      refuse(node, fmt::format("its {} is no number", name), "write it without a unit");
+    return *value;
+  }
+
+  void visit(const pugi::xml_node& node, const Affine2d& outer, int depth) {
+    if (depth > kDeepest) refuse(node, "groups lie too deep in each other", "ungroup the outline");
+    require_shown(node);
+    const Affine2d here = depth == 0 ? outer : outer * transform_of(node);
+    for (const pugi::xml_node& child : node.children()) {
+      if (child.type() != pugi::node_element) continue;
+      const std::string name = child.name();
+      // Editors keep their own settings under prefixes of their own.
+      if (kSilent.contains(name) || name.find(':') != std::string::npos) continue;
+      if (name == "g") {
+        visit(child, here, depth + 1);
+      } else {
+        require_shown(child);
+        builder_.to_metres = here * transform_of(child);
+        draw(child, name);
+        if (builder_.is_beyond_limits())
+          refuse(child,
+                 fmt::format("it reaches beyond {:g} m, or has more than {} corners", kFarthest_m,
+                             kMostCorners),
+                 "check its size and units, or give a wider --spacing-mm");
+      }
+    }
+  }
+
+  void draw(const pugi::xml_node& node, const std::string& name) {
+    if (name == "path") {
+      add_path(node.attribute("d").value(), builder_, [&](const std::string& why, std::size_t at) {
+        refuse(node, fmt::format("{}, at character {} of its path", why, at + 1),
+               "close every line of the outline (z)");
+      });
+    } else if (name == "polygon") {
+      polygon(node);
+    } else if (name == "rect") {
+      if (node.attribute("rx") || node.attribute("ry"))
+        refuse(node, "its corners are rounded", "convert the rectangle to a path");
+      const double x = number(node, "x", 0), y = number(node, "y", 0);
+      const double w = number(node, "width", {}), h = number(node, "height", {});
+      builder_.begin({x, y});
+      for (const Vector2d& p : {Vector2d(x + w, y), Vector2d(x + w, y + h), Vector2d(x, y + h)})
+        builder_.line_to(p);
+      builder_.close();
+    } else if (name == "circle" || name == "ellipse") {
+      const Vector2d centre(number(node, "cx", 0), number(node, "cy", 0));
+      const Vector2d radii = name == "circle"
+                                 ? Vector2d::Constant(number(node, "r", {}))
+                                 : Vector2d(number(node, "rx", {}), number(node, "ry", {}));
+      const auto place = [&](double t) -> Vector2d {
+        const double angle = 2 * std::numbers::pi * t;
+        return centre + Vector2d(radii.x() * std::cos(angle), radii.y() * std::sin(angle));
+      };
+      builder_.begin(place(0));
+      builder_.curve(place);
+      builder_.close();
+    } else {
+      refuse(node, fmt::format("<{}> is no closed outline", name),
+             "keep closed paths, polygons, rectangles, circles and ellipses alone");
+    }
+  }
+
+  void polygon(const pugi::xml_node& node) {
+    NumberReader numbers(node.attribute("points").value());
+    bool first = true;
+    while (const auto x = numbers.next()) {
+      const auto y = numbers.next();
+      if (!y) refuse(node, "its points are an odd number of numbers", "write x,y pairs");
+      first ? builder_.begin({*x, *y}) : builder_.line_to({*x, *y});
+      first = false;
+    }
+    if (first || !numbers.at_end()) refuse(node, "its points cannot be read", "write x,y pairs");
+    builder_.close();
+  }
+
+  std::filesystem::path file_;
+  RingBuilder builder_;
+};
+
 }  // namespace
 
 void RingBuilder::add(const Vector2d& metres) {
@@ -234,6 +539,46 @@ void RingBuilder::close() {
 
 void add_path(const std::string& data, RingBuilder& builder, const PathReader::Refuse& refuse) {
   PathReader(data, builder, refuse).read();
+}
+
+void NumberReader::skip() {
+  while (at_ < text_.size() &&
+         (text_[at_] == ',' || std::isspace(static_cast<unsigned char>(text_[at_])) != 0))
+    ++at_;
+}
+
+std::optional<double> NumberReader::next() {
+  skip();
+  const char* begin = text_.data() + at_;
+  const char* end = text_.data() + text_.size();
+  if (begin < end && *begin == '+') ++begin;  // which from_chars does not take
+  double value = 0;
+  const auto [after, error] = std::from_chars(begin, end, value);
+  if (error != std::errc() || !std::isfinite(value)) return std::nullopt;
+  at_ = static_cast<std::size_t>(after - text_.data());
+  return value;
+}
+
+std::optional<bool> NumberReader::flag() {
+  skip();
+  if (at_ >= text_.size() || (text_[at_] != '0' && text_[at_] != '1')) return std::nullopt;
+  return text_[at_++] == '1';
+}
+
+std::optional<char> NumberReader::letter() {
+  skip();
+  if (at_ >= text_.size() || std::isalpha(static_cast<unsigned char>(text_[at_])) == 0)
+    return std::nullopt;
+  return text_[at_++];
+}
+
+bool NumberReader::at_end() {
+  skip();
+  return at_ == text_.size();
+}
+
+std::vector<Polygon> rings_of_svg(const std::filesystem::path& file, double spacing_m) {
+  return SvgReader(file, spacing_m).read();
 }
 
 }  // namespace drape::simulate

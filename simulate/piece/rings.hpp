@@ -2,18 +2,21 @@
 #pragma once
 
 #include <Eigen/Geometry>
+#include <cstddef>
 #include <filesystem>
 #include <functional>
+#include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "simulate/mesh/material_mesh.hpp"
 
 namespace drape::simulate {
 
-constexpr std::size_t kMostCorners = 20000;  ///< of an outline, after its curves were cut
-constexpr double kFarthest_m = 10;           ///< of a corner from the patch's own
-constexpr double kSamePlace = 1e-3;          ///< of the spacing: two places that are one
+constexpr std::size_t kMostCorners = 20000;  ///< most corners of an outline, after its curves were cut
+constexpr double kFarthest_m = 10;           ///< largest distance of a corner from the patch's own
+constexpr double kSamePlace = 1e-3;          ///< share of the spacing: two places that are one
 
 /// Collects closed rings of lines and curves as polygons (warp, weft) in metres. Curves are cut
 /// into pieces of equal length, about the spacing; corners stay.
@@ -31,7 +34,7 @@ class RingBuilder {
   /// Closes the ring, of as many corners as stand apart from each other.
   void close();
   [[nodiscard]] bool is_open() const { return open_; }
-  /// Whether the present point is where the ring began, within a thousandth of the spacing.
+  /// True if the present point is where the ring began, within a thousandth of the spacing.
   [[nodiscard]] bool has_returned() const;
 
   /// More corners, or longer lines, than a piece of cloth has; what follows is then left out.
@@ -57,5 +60,27 @@ void add_path(const std::string& data, RingBuilder& builder,
 /// Rings of all shapes of an SVG file. Throws as read_outline().
 [[nodiscard]] std::vector<Polygon> rings_of_svg(const std::filesystem::path& file,
                                                 double spacing_m);
+
+/// Numbers of SVG's attributes, parted by spaces and commas, or by nothing where a sign or a second
+/// point begins the next (SVG 1.1, section 8.3.9). Independent of the locale.
+class NumberReader {
+ public:
+  explicit NumberReader(std::string text) : text_(std::move(text)) {}
+
+  /// Nothing where no finite number stands; the place then stays.
+  [[nodiscard]] std::optional<double> next();
+  /// A flag of an arc: the single character 0 or 1.
+  [[nodiscard]] std::optional<bool> flag();
+  /// A letter; nothing where none stands.
+  [[nodiscard]] std::optional<char> letter();
+  [[nodiscard]] bool at_end();
+  [[nodiscard]] std::size_t at() const { return at_; }
+
+ private:
+  void skip();
+
+  std::string text_;
+  std::size_t at_ = 0;
+};
 
 }  // namespace drape::simulate

@@ -8,7 +8,6 @@
 #include "core/program/shell_word.hpp"
 #include "simulate/ensemble/band.hpp"
 #include "simulate/programs/commands.hpp"
-#include "simulate/programs/foundation.hpp"
 #include "simulate/programs/run_inputs.hpp"
 
 namespace drape::simulate {

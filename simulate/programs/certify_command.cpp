@@ -11,7 +11,7 @@
 #include "simulate/checker/certify.hpp"
 #include "simulate/objects/scene_files.hpp"
 #include "simulate/programs/commands.hpp"
-#include "simulate/programs/foundation.hpp"
+#include "simulate/programs/run_inputs.hpp"
 
 namespace drape::simulate {
 

@@ -1,16 +1,192 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
 #include "core/error.hpp"
+#include "core/fields/fields.hpp"
+#include "core/files/files.hpp"
+#include "core/files/json_file.hpp"
 #include "core/parallel.hpp"
 #include "core/program/command.hpp"
 #include "core/program/program.hpp"
 #include "core/program/run_record.hpp"
+#include "core/program/shell_word.hpp"
+#include "core/units.hpp"
+#include "simulate/checker/mesh_rest.hpp"
+#include "simulate/mesh/cusick.hpp"
 #include "simulate/programs/commands.hpp"
-#include "simulate/programs/cusick_files.hpp"
+#include "simulate/programs/mesh_rest_of.hpp"
 #include "simulate/simulate.hpp"
 
 namespace drape::simulate {
 
 namespace {
+
+constexpr int kMostStarts = 99;  // two digits in the files' names
+
+struct CusickArguments : CusickOptions {
+  std::filesystem::path fabric, out;
+  int starts = 1;
+  bool internal_friction = false;
+};
+
+void fields(Fields& f, CusickArguments& a) {
+  using units::mm;
+  f(drape::Field{"fabric", "fabric.toml"}.called("FABRIC"), a.fabric);
+  f({"out", "folder for start-NN.ply and cusick.json"}, a.out);
+  f.otherwise({"starts", "random starts", 1, 1, kMostStarts}, a.starts);
+  f.otherwise({"disc_mm", "diameter of the discs", mm, above_zero}, a.disc_m);
+  f.otherwise({"specimen_mm", "diameter of the specimen", mm, above_zero}, a.specimen_m);
+  f.otherwise({"spacing_mm", "of the mesh; a third of it at the discs' rim", mm, above_zero},
+              a.spacing_m);
+  f.otherwise({"warp_deg", "the mesh turned against the warp", units::deg}, a.warp_rad);
+  f.otherwise({"lowering_steps",
+               "of the table on which the specimen lies at first; 1: let go at once; without "
+               "--internal-friction",
+               1, 1, 1000},
+              a.lowering_steps);
+  f.otherwise({"lowering_s",
+               "in which the table goes down, the cloth in motion; 0: let go at once; with "
+               "--internal-friction",
+               1, 0, 10},
+              a.lowering_s);
+  f.otherwise({"step_ms", "of that motion: at each, internal friction settles", 1e-3, 0.1, 20},
+              a.motion.step_s);
+  f.otherwise({"laid_coarser",
+               "spacing of the mesh on which it is laid, in spacings; 1: the mesh itself, as where "
+               "the ring would have less than six",
+               1, above_zero},
+              a.laid_coarser);
+  f.otherwise({"internal_friction", "use both branches of the bending and shear loops"},
+              a.internal_friction);
+  f.otherwise({"shakes", "times that gravity goes up and down before the last rest", 1, 0, 20},
+              a.shakes);
+  f.otherwise({"shake_percent", "of gravity", units::percent, 0, 100}, a.shake);
+  f.otherwise({"max_steps", "of descent, at each load", 1, 1}, a.descent.most_steps);
+}
+
+/// A drape and what the checker says of it; nothing of one that is not at rest.
+struct JudgedDrape {
+  CusickDrape drape;
+  std::optional<MeshJudgement> judgement;
+
+  [[nodiscard]] bool go() const { return judgement && judgement->accepted(); }
+};
+
+std::string file_of_start(std::size_t start) {
+  return fmt::format("start-{:02d}.ply", start);
+}
+
+/// Throws Error(usage) where an option would change nothing, or a file of the fabric would be
+/// written over.
+void check(const CusickArguments& arguments) {
+  const CusickArguments usual;
+  const bool stepwise = arguments.lowering_steps != usual.lowering_steps;
+  const bool in_time =
+      arguments.lowering_s != usual.lowering_s || arguments.motion.step_s != usual.motion.step_s;
+  if (arguments.internal_friction ? stepwise : in_time)
+    throw usage_error(
+        "--lowering-steps is for cloth without internal friction, --lowering-s and --step-ms are "
+        "for cloth with it",
+        "leave out what does not fit, or --internal-friction");
+  StepFiles replaced{{arguments.out / "cusick.json"}, read_fabric(arguments.fabric).files()};
+  for (std::size_t i = 0; i < kMostStarts; ++i)
+    replaced.outputs.push_back(arguments.out / file_of_start(i));
+  const RunRecord kept_nowhere("drape-simulate", {}, {}, replaced);
+}
+
+/// Drapes a specimen and puts what rests before the checker.
+JudgedDrape judged_drape(const ClothLaws& laws, const CusickOptions& options) {
+  JudgedDrape judged{cusick_drape(laws, options), std::nullopt};
+  const CusickDrape& drape = judged.drape;
+  if (!drape.report.at_rest) return judged;
+  MeshRest rest = mesh_rest_of(drape.mesh, drape.state, laws, drape.memory);
+  rest.disc_radius_m = options.disc_m / 2;
+  rest.gravity_m_per_s2 = options.descent.gravity_m_per_s2;
+  rest.residual_tolerance = options.descent.residual;
+  judged.judgement = judge_mesh(rest);
+  return judged;
+}
+
+/// Drapes that the new list does not name would be taken for those of its fabric.
+void remove_drapes(const std::filesystem::path& folder) {
+  for (std::size_t i = 0; i < kMostStarts; ++i) {
+    const auto file = folder / file_of_start(i);
+    if (std::filesystem::is_regular_file(std::filesystem::symlink_status(file)))
+      std::filesystem::remove(file);
+  }
+}
+
+/// Writes start-NN.ply and cusick.json (schema drapebench/cusick/1) into `out`, where no drape of
+/// an earlier run remains, books them in the record, and says how many drapes the checker takes for
+/// rests.
+Ending write_cusick(const CusickArguments& arguments, const std::string& fabric,
+                    const std::vector<JudgedDrape>& drapes, RunRecord& record) {
+  using units::mm;
+  const std::filesystem::path out = arguments.out;
+  remove_drapes(out);
+  Ending ending;
+  Json json;
+  json["schema"] = "drapebench/cusick/1";
+  json["fabric"] = fabric;
+  json["disc_mm"] = arguments.disc_m / mm;
+  json["specimen_mm"] = arguments.specimen_m / mm;
+  json["starts"] = Json::array();
+  std::size_t resting = 0;
+  for (std::size_t i = 0; i < drapes.size(); ++i) {
+    const CusickDrape& drape = drapes[i].drape;
+    const DescentReport& found = drape.report;
+    const std::string name = file_of_start(i);
+    resting += drapes[i].go() ? 1 : 0;
+    json["starts"].push_back({{"file", name},
+                              {"points", drape.mesh.points_m.size()},
+                              {"specimen_area_mm2", drape.mesh.area_m2() / (mm * mm)},
+                              {"at_rest", drapes[i].go()},
+                              {"steps", found.steps},
+                              {"residual_point_weights", found.residual},
+                              {"energy_uj", found.energy_j * 1e6}});
+    if (const auto& judgement = drapes[i].judgement) {
+      Json& start = json["starts"].back();
+      start["refusals"] = judgement->refusals;
+      start["checked_residual_point_weights"] = judgement->residual;
+      start["deepest_mm"] = judgement->deepest_m / mm;
+      for (const std::string& refusal : judgement->refusals)
+        ending.rejected.push_back(fmt::format("{} is refused by the checker: {}", name, refusal));
+    }
+    if (found.dissipated_j > 0)
+      json["starts"].back()["internal_friction_took_uj"] = found.dissipated_j * 1e6;
+    ending.numbers.emplace_back(
+        name,
+        fmt::format("{} points, {} steps, residual {:.2g} of a point's weight, {:.1f} uJ",
+                    drape.mesh.points_m.size(), found.steps, found.residual, found.energy_j * 1e6));
+    if (!found.at_rest) ending.rejected.push_back(name + " is not at rest");
+    if (drape.hurried_loads > 0) {
+      json["starts"].back()["hurried_loads"] = drape.hurried_loads;
+      ending.warnings.push_back(fmt::format(
+          "{} went on from {} loads before it was near rest, so its folds may be others; raise "
+          "--max-steps",
+          name, drape.hurried_loads));
+    }
+  }
+  // The list first: whenever a run may end, no drape lies beside a list that speaks of another.
+  write_json(out / "cusick.json", json);
+  for (std::size_t i = 0; i < drapes.size(); ++i) {
+    write_durable(out / file_of_start(i), ply_text(drapes[i].drape));
+    record.output(out / file_of_start(i));
+  }
+  record.output(out / "cusick.json");
+  ending.go = resting == drapes.size();
+  ending.verdict = fmt::format("{} of {} drapes of {} at rest and accepted by the checker", resting,
+                               drapes.size(), fabric);
+  ending.next_command =
+      fmt::format("drape drapemeter {} --disc-mm {:g} --specimen-mm {:g}", shell_word(out.string()),
+                  arguments.disc_m / mm, arguments.specimen_m / mm);
+  return ending;
+}
 
 int run_cusick(const CusickArguments& arguments, std::vector<std::string> words,
                const CommonOptions& common) {
@@ -24,7 +200,9 @@ int run_cusick(const CusickArguments& arguments, std::vector<std::string> words,
   if (arguments.internal_friction) add_internal_friction(fabric, 5, laws, report);
   std::vector<JudgedDrape> drapes(static_cast<std::size_t>(arguments.starts));
   parallel_for(drapes.size(), thread_count(common), [&](std::size_t i) {
-    drapes[i] = judged_drape(laws, options_of(arguments, static_cast<unsigned>(i + 1)));
+    CusickOptions options = arguments;
+    options.start = static_cast<unsigned>(i + 1);
+    drapes[i] = judged_drape(laws, options);
   });
   Ending ending = write_cusick(arguments, fabric.name, drapes, record);
   ending.warnings.insert(ending.warnings.begin(), report.warnings.begin(), report.warnings.end());
@@ -39,46 +217,7 @@ int cusick_command(int argc, char** argv) {
   CommonOptions common;
   CusickArguments a;
   add_common_options(app, common);
-  app.add_option("FABRIC", a.fabric, "fabric.toml")->required();
-  app.add_option("--out", a.out, "folder for start-NN.ply and cusick.json")->required();
-  app.add_option("--starts", a.starts, "random starts")->range(1, 99)->capture_default_str();
-  app.add_option("--disc-mm", a.disc_mm, "diameter")->positive()->capture_default_str();
-  app.add_option("--specimen-mm", a.specimen_mm, "diameter")->positive()->capture_default_str();
-  app.add_option("--spacing-mm", a.spacing_mm, "of the mesh; a third of it at the discs' rim")
-      ->positive()
-      ->capture_default_str();
-  app.add_option("--warp-deg", a.warp_deg, "the mesh turned against the warp")
-      ->capture_default_str();
-  app.add_option("--lowering-steps", a.lowering_steps,
-                 "of the table on which the specimen lies at first; 1: let go at once; without "
-                 "--internal-friction")
-      ->range(1, 1000)
-      ->capture_default_str();
-  app.add_option("--lowering-s", a.lowering_s,
-                 "in which the table goes down, the cloth in motion; 0: let go at once; with "
-                 "--internal-friction")
-      ->range(0, 10)
-      ->capture_default_str();
-  app.add_option("--step-ms", a.step_ms, "of that motion: at each, internal friction settles")
-      ->range(0.1, 20)
-      ->capture_default_str();
-  app.add_option(
-         "--laid-coarser", a.laid_coarser,
-         "spacing of the mesh on which it is laid, in spacings; 1: the mesh itself, as where the "
-         "ring would have less than six")
-      ->positive()
-      ->capture_default_str();
-  app.add_flag("--internal-friction", a.internal_friction,
-               "use both branches of the bending and shear loops");
-  app.add_option("--shakes", a.shakes, "times that gravity goes up and down before the last rest")
-      ->range(0, 20)
-      ->capture_default_str();
-  app.add_option("--shake-percent", a.shake_percent, "of gravity")
-      ->range(0, 100)
-      ->capture_default_str();
-  app.add_option("--max-steps", a.most_steps, "of descent, at each load")
-      ->positive()
-      ->capture_default_str();
+  app.add_record(a);
   return run_program(app, argc, argv, common,
                      [&] { return run_cusick(a, arguments_of(argc, argv), common); });
 }

@@ -7,8 +7,8 @@
 #include "core/files/json_file.hpp"
 #include "core/program/shell_word.hpp"
 #include "core/units.hpp"
-#include "simulate/programs/foundation.hpp"
 #include "simulate/programs/mesh_rest_of.hpp"
+#include "simulate/programs/run_inputs.hpp"
 
 namespace drape::simulate {
 

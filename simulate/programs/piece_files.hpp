@@ -12,15 +12,15 @@
 
 namespace drape::simulate {
 
-/// What the checker says of a piece on the scene's objects.
+/// Judgement of the checker on a piece on the scene's objects.
 [[nodiscard]] MeshJudgement judge_piece(const PieceDrape& piece, const Scene& scene,
                                         const ClothLaws& laws, double residual_tolerance);
 
-/// What stands in the files beside the drape itself.
+/// Names in the files beside the drape itself.
 struct PieceNames {
   std::string scene, fabric;
-  Eigen::Vector2d patch_m;           ///< of the print, (warp, weft)
-  std::optional<std::string> no_go;  ///< of the measured sheet that placed it
+  Eigen::Vector2d patch_m;           ///< the print's patch, (warp, weft)
+  std::optional<std::string> no_go;  ///< reason of the measured sheet that placed it
 };
 
 /// Writes piece.ply, its description piece.toml (schema drapebench/mesh/1) for drape compare, and

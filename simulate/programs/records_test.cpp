@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the run records of the programs name: a changed file makes the next run a new one. The mesh
-// stands beside the cloth, so that the drapes take no time.
+// Inputs that the run records of the programs name: a changed file makes the next run a new one.
+// The mesh stands beside the cloth, so that the drapes take no time.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 

@@ -3,6 +3,8 @@
 
 #include <filesystem>
 #include <optional>
+#include <string>
+#include <utility>
 #include <vector>
 
 #include "core/files/json_file.hpp"
@@ -17,7 +19,7 @@
 
 namespace drape::simulate {
 
-/// What the programs that simulate one scene are given alike.
+/// Options common to the programs that simulate one scene.
 struct RunArguments {
   std::filesystem::path scene, out;
   std::optional<std::filesystem::path> fabric, start;
@@ -59,7 +61,7 @@ void require_same_drape(const std::filesystem::path& reference, const Scene& sce
 StepFiles refuse_to_replace(const std::filesystem::path& scene,
                             const std::optional<std::filesystem::path>& fabric, StepFiles files);
 
-/// What is read of --start-from; a record takes them when it begins, before any output is touched.
+/// Files read of --start-from; a record takes them when it begins, before any output is touched.
 [[nodiscard]] std::vector<std::filesystem::path> start_inputs(const RunArguments& args);
 
 /// The same, and throws Error(usage) where it is a sheet in a folder `branch-*` of --out, in whose
@@ -73,5 +75,18 @@ void write_branch_list(const std::filesystem::path& out, const Json& json, RunRe
 /// Reads them, books all but start_inputs() in the record and sets the grid of the options and,
 /// after a first run, the reach of the curves. Throws Error.
 [[nodiscard]] RunInputs read_run_inputs(RunArguments& args, RunRecord& record);
+
+[[nodiscard]] inline std::optional<std::string> no_go_of(const std::optional<Sheet>& measured) {
+  return measured ? measured->no_go : std::nullopt;
+}
+
+/// A drape placed by a measured sheet that is NO-GO is NO-GO, in the words of the first cause.
+[[nodiscard]] inline Ending resting_on(const std::optional<std::string>& no_go, Ending ending) {
+  if (!no_go) return ending;
+  if (!ending.go) ending.rejected.push_back(ending.verdict);
+  ending.go = false;
+  ending.verdict = "placed by a measured sheet that is NO-GO: " + *no_go;
+  return ending;
+}
 
 }  // namespace drape::simulate

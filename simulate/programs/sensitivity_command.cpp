@@ -10,7 +10,6 @@
 #include "core/program/shell_word.hpp"
 #include "core/units.hpp"
 #include "simulate/programs/commands.hpp"
-#include "simulate/programs/foundation.hpp"
 #include "simulate/programs/run_inputs.hpp"
 #include "simulate/start/start_file.hpp"
 #include "simulate/study/split.hpp"

@@ -8,6 +8,7 @@
 #include <numbers>
 
 #include "core/error.hpp"
+#include "core/files/files.hpp"
 #include "core/units.hpp"
 #include "simulate/checker/certify.hpp"
 #include "simulate/equilibrium/prolong.hpp"
@@ -17,6 +18,7 @@
 #include "simulate/world.hpp"
 
 namespace drape::simulate {
+
 namespace {
 
 using Eigen::MatrixX3d;
@@ -109,6 +111,28 @@ void require_refinable(const SimulateOptions& options, const Rest& rest) {
           "use --model consistent");
   require(!options.round && rest.sheet.gaps.empty(), "a sheet with gaps is not refined",
           "give a drape of the whole patch");
+}
+
+constexpr double kLeastOrder = 1, kMostOrder = 3;  // of an error that grids show, to be believed
+
+/// The order p at which (h3^p - h2^p) / (h2^p - h1^p) is `ratio`, of spacings from fine to coarse;
+/// nothing beyond kLeastOrder to kMostOrder. That quotient grows with p.
+std::optional<double> order_of(const std::array<double, 3>& h, double ratio) {
+  const auto ratio_of = [&](double p) {
+    return (std::pow(h[2] / h[1], p) - 1) / (1 - std::pow(h[0] / h[1], p));
+  };
+  double low = kLeastOrder, high = kMostOrder;
+  if (!(ratio >= ratio_of(low) && ratio <= ratio_of(high))) return std::nullopt;
+  for (int k = 0; k < 60; ++k) {
+    const double middle = 0.5 * (low + high);
+    (ratio_of(middle) < ratio ? low : high) = middle;
+  }
+  return 0.5 * (low + high);
+}
+
+/// How far the limit lies beyond the finer of two grids, in displacements from one to the other.
+double beyond(double fine_m, double coarse_m, double order) {
+  return 1 / (std::pow(coarse_m / fine_m, order) - 1);
 }
 
 }  // namespace
@@ -216,6 +240,94 @@ Refinement refine(const Scene& scene, const Fabric& fabric, const Print& print,
     coarse = {grid, drape.position};
   }
   return refinement;
+}
+
+using units::mm;
+
+std::string folder_of(const RefinedGrid& grid) {
+  return fmt::format("{}x{}", grid.result.sheet.rows, grid.result.sheet.cols);
+}
+
+Json refinement_json(const Refinement& refinement, const Print& print, const RefineOptions& how,
+                     const std::string& rest_sha256, const std::filesystem::path& folder) {
+  Json json;
+  json["schema"] = "drapebench/refinement/1";
+  json["rest_sha256"] = rest_sha256;
+  json["finest_allowed"] = how.finest;
+  json["goal_mm"] = how.goal_m / mm;
+  json["grids"] = Json::array();
+  for (const RefinedGrid& grid : refinement.grids) {
+    const std::string sheet = folder_of(grid) + "/sheet.ply";
+    json["grids"].push_back(
+        {{"rows", grid.result.sheet.rows},
+         {"cols", grid.result.sheet.cols},
+         {"sheet", sheet},
+         {"sheet_sha256", sha256_of_file(folder / folder_of(grid) / "sheet.json")},
+         {"at_rest", grid.at_rest()},
+         {"status", grid.result.report.sentence},
+         {"steps", grid.result.report.steps},
+         {"mean_distance_from_coarser_mm", grid.apart_m ? Json(*grid.apart_m / mm) : Json()}});
+  }
+  const auto finest = refinement.finest_at_rest();
+  json["used"] = finest ? Json(*finest) : Json();
+  json["order"] =
+      refinement.left && refinement.left->order ? Json(*refinement.left->order) : Json();
+  json["mean_left_mm"] = refinement.left ? Json(refinement.left->mean_m() / mm) : Json();
+  json["sentence"] = left_sentence(refinement);
+  json["marks"] = Json::array();
+  if (!finest || !refinement.left) return json;
+  for (int k = 0; k < print.rows * print.cols; ++k) {
+    const Eigen::Vector3d place = refinement.grids[*finest].places_m.row(k) / mm;
+    const Eigen::Vector3d left = refinement.left->moves_m.row(k) / mm;
+    json["marks"].push_back({{"row", k / print.cols},
+                             {"col", k % print.cols},
+                             {"place_mm", to_json_vector(place)},
+                             {"left_mm", to_json_vector(left)}});
+  }
+  return json;
+}
+
+std::string left_sentence(const Refinement& refinement) {
+  const auto finest = refinement.finest_at_rest();
+  if (!finest || !refinement.left) return "no finer grid came to rest";
+  const GridLeft& left = *refinement.left;
+  const RefinedGrid& grid = refinement.grids[*finest];
+  const std::string coarse = fmt::format("{}x{}", refinement.coarse.rows, refinement.coarse.cols);
+  std::string text = fmt::format(
+      "{:.3f} mm may be left to a grid without end: {} moves the marks by {:.3f} mm from {}",
+      left.mean_m() / mm, folder_of(grid), *grid.apart_m / mm,
+      *finest > 0 ? folder_of(refinement.grids[*finest - 1]) : coarse);
+  if (left.order)
+    text += fmt::format(", and over three grids the error falls by order {:.1f}{}", *left.order,
+                        *left.order > kModelOrder ? ", of which the model's 2 is relied on" : "");
+  else
+    text += fmt::format(", and the error is taken to fall by order 1, for {}",
+                        *finest > 0 ? "three grids show none of 1 to 3" : "two grids show none");
+  if (*finest > 0)
+    text += fmt::format("; {} lies {:.3f} mm away", coarse,
+                        (grid.places_m - refinement.coarse_places_m).rowwise().norm().mean() / mm);
+  if (*finest + 1 < refinement.grids.size())
+    text += fmt::format("; {} is {}", folder_of(refinement.grids.back()),
+                        refinement.grids.back().result.report.sentence);
+  if (left.mean_m() > refinement.goal_m)
+    text += fmt::format("; the goal of {:g} mm is missed", refinement.goal_m / mm);
+  return text;
+}
+
+GridLeft left_of(double fine_spacing_m, double coarse_spacing_m, const MatrixX3d& fine_m,
+                 const MatrixX3d& coarse_m) {
+  return {std::nullopt,
+          beyond(fine_spacing_m, coarse_spacing_m, kLeastOrder) * (fine_m - coarse_m)};
+}
+
+GridLeft left_of(const std::array<double, 3>& spacing_m,
+                 const std::array<const MatrixX3d*, 3>& places_m) {
+  const MatrixX3d fine_m = *places_m[0] - *places_m[1];
+  const MatrixX3d rough_m = *places_m[1] - *places_m[2];
+  const std::optional<double> order =
+      order_of(spacing_m, (fine_m.array() * rough_m.array()).sum() / fine_m.squaredNorm());
+  if (!order) return left_of(spacing_m[0], spacing_m[1], *places_m[0], *places_m[1]);
+  return {order, beyond(spacing_m[0], spacing_m[1], std::min(*order, kModelOrder)) * fine_m};
 }
 
 }  // namespace drape::simulate

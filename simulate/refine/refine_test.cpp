@@ -14,7 +14,6 @@
 #include "core/files/files.hpp"
 #include "core/units.hpp"
 #include "simulate/ensemble/checked.hpp"
-#include "simulate/refine/refine_json.hpp"
 #include "tests/support/paths.hpp"
 
 namespace drape::simulate {

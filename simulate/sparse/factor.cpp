@@ -290,7 +290,7 @@ bool GridFactor<Real>::factorise(const GridMatrix& matrix, const std::vector<dou
   return nodes_.back().definite;
 }
 
-/// Whether all its couplings have a place, and not too many others.
+/// True if all its couplings have a place, and not too many others.
 template <class Real>
 bool GridFactor<Real>::fits(const GridMatrix& matrix) const {
   const auto& given = matrix.couplings();

@@ -19,7 +19,7 @@ namespace drape::simulate {
 template <class Real>
 class GridFactor {
  public:
-  /// Whether the factor is kept for solve(), or only asked for definiteness, in a quarter of the
+  /// True if the factor is kept for solve(), or only asked for definiteness, in a quarter of the
   /// memory.
   enum class Keep { factor, nothing };
 

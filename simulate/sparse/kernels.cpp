@@ -12,7 +12,7 @@
 #else
 #define DRAPE_X86 0
 #endif
-// Whether the compiler turns a register by places that it does not know.
+// True if the compiler turns a register by places that it does not know.
 #if defined(__GNUC__) && !defined(__clang__)
 #define DRAPE_TURNS 1
 #else

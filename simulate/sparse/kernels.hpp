@@ -8,7 +8,7 @@ namespace drape::simulate {
 /// Vector instructions of a processor, each more than the one before.
 enum class Instructions { plain, avx2, avx512 };
 
-/// The inner loops of static_dense, for Real = float or double. Every form adds in the same order
+/// The inner loops of dense.hpp, for Real = float or double. Every form adds in the same order
 /// and rounds once per product (fused multiply-add), so all give the same bytes.
 template <class Real>
 struct DenseKernels {

@@ -17,7 +17,7 @@ void GridMatrix::set_zero() {
   std::fill(coupling_blocks_.begin(), coupling_blocks_.end(), Eigen::Matrix3d::Zero());
 }
 
-/// Whether the pattern joins two particles.
+/// True if the pattern joins two particles.
 bool GridMatrix::joins(int i, int j) const {
   const int rows = std::abs(i / grid_.cols - j / grid_.cols);
   const int cols = std::abs(i % grid_.cols - j % grid_.cols);

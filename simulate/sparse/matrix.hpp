@@ -56,7 +56,7 @@ class GridMatrix {
   [[nodiscard]] const Eigen::Matrix3d& block(int j, int slot) const {
     return blocks_[static_cast<std::size_t>(j) * slots + slot];
   }
-  /// Whether particle j has a neighbour at that slot.
+  /// True if particle j has a neighbour at that slot.
   [[nodiscard]] bool has(int j, int slot) const;
 
  private:

@@ -14,7 +14,7 @@ namespace drape::simulate {
 /// residual in double precision makes up for (Wilkinson 1963; Langou et al. 2006).
 class MixedFactor {
  public:
-  /// Whether a matrix that is not positive definite in single precision is tried in double.
+  /// True if a matrix that is not positive definite in single precision is tried in double.
   enum class Doubt { believe, ask_double };
 
   MixedFactor(const GridSpec& grid, int threads);

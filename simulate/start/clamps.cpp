@@ -30,7 +30,7 @@ constexpr double kSameDirection = 1e-3;  // sine; the cloth would leave along th
 /// A clamp on a grid.
 struct Line {
   int across = 0;         ///< direction of the threads that leave it: 0 warp, 1 weft
-  int row = 0, last = 0;  ///< of the particles that stand for it; `row` counts along `across`
+  int row = 0, last = 0;  ///< range of the particles that stand for it; `row` counts along `across`
   double offset_m = 0;    ///< from the line to that row
   Vector3d forward, normal;
 };

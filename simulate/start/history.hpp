@@ -20,10 +20,10 @@ struct PastEvent {
     shaken,  ///< "shaken 5 times by 40 %": gravity grows and shrinks, last of all, once it rests
   };
   Kind kind = Kind::flat;
-  int direction = 0;           ///< of `bent`: 0 warp, 1 weft
-  double curvature_per_m = 0;  ///< of `bent`; above 0: towards the printed side
-  int times = 0;               ///< of `draped` and `shaken`
-  double part = 0.5;           ///< of gravity, of `shaken`
+  int direction = 0;           ///< direction of `bent`: 0 warp, 1 weft
+  double curvature_per_m = 0;  ///< curvature of `bent`; above 0: towards the printed side
+  int times = 0;               ///< repetitions of `draped` and `shaken`
+  double part = 0.5;           ///< share of gravity, of `shaken`
 };
 
 /// Throws Error(bad_input) for a text that is none, values that no cloth survives, and `shaken`
@@ -39,7 +39,7 @@ struct PastEvent {
 /// Drapes a cloth with that memory once; its memory at rest, or nothing where it does not rest.
 using DrapeOnce = std::function<std::optional<ClothMemory>(const ClothMemory& memory)>;
 
-/// What a cloth without slips (`fresh`) remembers when the drape begins; nothing where one of the
+/// Memory of a cloth without slips (`fresh`) when the drape begins; nothing where one of the
 /// drapes before did not come to rest.
 [[nodiscard]] std::optional<ClothMemory> memory_after(const std::vector<PastEvent>& history,
                                                       const ClothFriction& friction,

@@ -27,13 +27,13 @@ struct LocalScene {
   Scene scene;
   std::optional<Sheet> measured;
   Eigen::Vector3d origin_in_world = Eigen::Vector3d::Zero();
-  double yaw_rad = 0;  ///< of the local x axis in the world
-  StartReport placed;  ///< of the flat start, in the world
+  double yaw_rad = 0;  ///< angle of the local x axis in the world
+  StartReport placed;  ///< placement of the flat start, in the world
 
   [[nodiscard]] Eigen::Vector3d to_world(const Eigen::Vector3d& local) const;
   /// Rounded as places of objects are.
   [[nodiscard]] Eigen::Vector3d to_local(const Eigen::Vector3d& world) const;
-  /// What gravity's energy of `mass_kg` in the world frame has more than in this one (J).
+  /// Energy of `mass_kg` under gravity in the world frame less that in this one (J).
   [[nodiscard]] double gravity_offset_j(double mass_kg) const;
 };
 

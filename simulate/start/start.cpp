@@ -25,8 +25,8 @@ constexpr double kTopLimit = 12e-3;  // m; marks further below do not place the 
 constexpr double kTopFar = 25e-3;    // m; highest mark this far below the object: not on top
 constexpr double kHuber = 1e-3;      // m; larger misfits lose weight
 constexpr int kReweights = 10;
-// Of a cloth's length: suitings extend by about as much under 100 gf/cm (FAST's E100; De Boos and
-// Tester 1994), and lying on an object they bear far less.
+// Share of a cloth's length: suitings extend by about as much under 100 gf/cm (FAST's E100; De Boos
+// and Tester 1994), and lying on an object they bear far less.
 constexpr double kExtended = 0.05;
 constexpr double kMarkWeight = 100;  // of a mark against a second difference, both in m
 constexpr double kLeastSide_m = 1e-4, kLargestSide_m = 100;  // of a patch: a yarn, a hall
@@ -208,7 +208,8 @@ double rms_m(const TopMarks& top, const Length& length_m) {
   return std::sqrt(sum / total);
 }
 
-/// Of the marks from the flat sheet where the least squares place it; `local` in its own axes.
+/// Distances of the marks from the flat sheet where the least squares place it; `local` in its own
+/// axes.
 double misfit_m(const TopMarks& top, const std::vector<Vector2d>& local) {
   const PlanarFit fit = fit_plane(local, top.world, top.weight);
   const Eigen::Rotation2Dd turn(fit.yaw);

@@ -35,7 +35,7 @@ double deepest_m(const std::vector<Eigen::Vector3d>& places_in_world,
   return deepest;
 }
 
-/// Whether a place lies inside an object where its surface looks down: laid on it from below.
+/// True if a place lies inside an object where its surface looks down: laid on it from below.
 bool is_below_an_object(const std::vector<Eigen::Vector3d>& places_in_world,
                         const Surroundings& surroundings) {
   constexpr double kRounded_m = 1e-6, kDown = -1e-3;

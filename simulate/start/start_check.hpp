@@ -13,7 +13,7 @@
 
 namespace drape::simulate {
 
-/// What is wrong with a sheet that a drape is to start from, in words; empty when nothing is. No
+/// Faults of a sheet that a drape is to start from, in words; empty when nothing is. No
 /// solver takes a sheet out of itself or off an edge that stands through it, so whoever starts
 /// from such a sheet should know before the end is refused.
 [[nodiscard]] std::vector<std::string> faults_of_start(const GridSpec& grid, const Field& position,
@@ -40,13 +40,13 @@ void check_forces(const Scene& scene);
 /// Throws Error(bad_input) for gravity under which nobody measured a drape on Earth.
 void require_gravity_of_earth(const Scene& scene);
 
-/// What a scene's drape should be known for: gravity that is not Earth's, and objects none of which
+/// Oddities of a scene's drape: gravity that is not Earth's, and objects none of which
 /// the cloth touches. `least_gap_m` of any particle, absent without objects.
 [[nodiscard]] std::vector<std::string> warnings_of_scene(const Scene& scene,
                                                          std::optional<double> least_gap_m,
                                                          const GridSpec& grid);
 
-/// What is to be said where particles were inside an object at the start.
+/// Warning where particles were inside an object at the start.
 [[nodiscard]] std::string warning_of_lifted(int particles);
 
 }  // namespace drape::simulate

@@ -10,7 +10,7 @@
 
 namespace drape::simulate {
 
-/// What --start-from names: a measured sheet, or the description of another simulator's mesh
+/// File that --start-from names: a measured sheet, or the description of another simulator's mesh
 /// ("drapebench/mesh/1", *.toml; CONVENTIONS.md). A mesh is taken at every mark of the print,
 /// linear on its triangles, or on two triangles per cell of its [grid]. Throws Error(bad_input)
 /// naming file and field, also where the mesh does not cover a mark of the print.

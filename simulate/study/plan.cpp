@@ -22,7 +22,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr double kMostCases = 1e6;  ///< of a plan: all of them are held in memory
+constexpr double kMostCases = 1e6;  ///< most cases of a plan: all of them are held in memory
 
 /// SHA-256 of files, each read once.
 class Hashes {
@@ -108,7 +108,7 @@ PlannedOutcome run_locked(const StudyCase& the_case, const StudyOptions& options
   return planned;
 }
 
-/// Whether the record is of this case and its ending and outputs are those that it states. Program
+/// True if the record is of this case and its ending and outputs are those that it states. Program
 /// and inputs are in the case's key.
 bool is_whole(const StudyCase& the_case) {
   const fs::path record = run_record_path(the_case.folder / "sheet.ply");

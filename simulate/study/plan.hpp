@@ -32,7 +32,7 @@ struct Part {
 /// "3/8"; throws Error(usage).
 [[nodiscard]] Part part_of(const std::string& text);
 
-/// How a case of a plan stands. One that is impossible was not computed and never can be.
+/// State of a case of a plan. One that is impossible was not computed and never can be.
 enum class CaseState { done, failed, computing, missing, impossible };
 struct PlannedOutcome {
   StudyOutcome outcome;

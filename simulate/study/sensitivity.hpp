@@ -2,11 +2,13 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "core/files/json_file.hpp"
+#include "core/scene.hpp"
 #include "core/sheet.hpp"
 #include "simulate/equilibrium/run.hpp"
 #include "simulate/fabric/fabric.hpp"
@@ -56,19 +58,19 @@ struct Reference {
 /// Displacement of the marks (rows as Reference, m) for a value lower and higher by `step`.
 struct MarkMoves {
   double step = 0;                   ///< in the unit of the value's sensitivity
-  std::optional<double> half_width;  ///< of a stand-in: the true value lies within, same unit
+  std::optional<double> half_width;  ///< a stand-in's: the true value lies within, same unit
   Eigen::MatrixX3d down_m, up_m;
 };
 /// Adds step, down_mm and up_mm, and half_width where there is one.
 void add_moves(const MarkMoves& moves, Json& entry);
 
-/// What an equilibrium does when one value of the fabric grows, to first order.
+/// Change of an equilibrium when one value of the fabric grows, to first order.
 struct Sensitivity {
   FabricValue value = FabricValue::tensile_warp;
   Eigen::VectorXd displacement;  ///< m per relative change; x, y, z of each particle in turn
   double distance_m = 0;         ///< change of the mean distance per relative change
   double mean_moved_m = 0;       ///< mean displacement of the marks per relative change
-  double largest_moved_m = 0;    ///< of a mark
+  double largest_moved_m = 0;    ///< largest displacement of a mark
   /// By one per cent to first order; of a stand-in, by its half-width; absent where the cloth did
   /// not come to rest there.
   std::optional<MarkMoves> moves;
@@ -82,5 +84,31 @@ struct Sensitivity {
 [[nodiscard]] std::optional<std::vector<Sensitivity>> find_sensitivities(
     Cloth& cloth, StaticSolver& solver, const Eigen::Vector3d& gravity_m_per_s2,
     const Reference& reference);
+
+/// Answer of the mean distance from the reference to a measured value of the scene.
+struct SceneEffect {
+  /// "friction", "object_1_x_mm", "object_1_size_mm"; "internal_friction" (of the fabric): 0
+  /// without, 1 with, -1 as far in the other direction
+  std::string value;
+  std::optional<double> change_per_unit;  ///< m per unit; absent when a drape did not come to rest
+  MarkMoves moves;
+};
+
+/// Where the marks of a drape come to rest, one row each (m, world), and their mean distance from
+/// the reference (m).
+struct RestedMarks {
+  Eigen::MatrixX3d places_m;
+  double distance_m = 0;
+};
+
+/// Drapes the scene with one value changed by its standard uncertainty, up and down: place (x, y,
+/// z) and size of each object, and friction; a stand-in by its half-width. `drape` gives nothing
+/// where the cloth does not come to rest; `base_m`: where the marks lie on the unchanged drape.
+[[nodiscard]] std::vector<SceneEffect> scene_effects(
+    const Scene& scene, const std::function<std::optional<RestedMarks>(const Scene&)>& drape,
+    const Eigen::MatrixX3d& base_m);
+
+/// Array of {value, mean_distance_mm_per_unit, step, down_mm, up_mm}, without the absent ones.
+[[nodiscard]] Json scene_effects_json(const std::vector<SceneEffect>& effects);
 
 }  // namespace drape::simulate

@@ -21,7 +21,7 @@ using units::mm;
 constexpr double kReach = 2e-7;         // m; particles this near to a surface press at once
 constexpr double kContinueStep_s = 10;  // first pseudo-time step from an equilibrium
 
-/// What one variant changes.
+/// Changes by one variant.
 struct Variant {
   std::string what;
   SimulateOptions options;
@@ -137,8 +137,8 @@ class Bench {
   }
 
  private:
-  /// What averaging the loops leaves out: a cloth with both branches that came here without a turn
-  /// lies at one end of the interval that history leaves, and this drape about its middle.
+  /// Effect that averaging the loops leaves out: a cloth with both branches that came here without
+  /// a turn lies at one end of the interval that history leaves, and this drape about its middle.
   void add_loops(const Eigen::MatrixX3d& base_m, ErrorSplit& split) {
     if (!has_loops(fabric_)) return;
     const SplitRow row = run(with_loops(base()), true);
@@ -215,7 +215,7 @@ class Bench {
     return solver.position;
   }
 
-  /// What continues the base meets itself where the base did.
+  /// A variant that continues the base meets itself where the base did.
   void keep_layers(StaticOptions& how) const {
     if (layers_m_ > 0) how.cloth_thickness_m = layers_m_;
     how.meets_itself = layers_m_ > 0;

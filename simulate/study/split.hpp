@@ -10,7 +10,6 @@
 #include "core/scene.hpp"
 #include "core/sheet.hpp"
 #include "simulate/simulate.hpp"
-#include "simulate/study/scene_effects.hpp"
 #include "simulate/study/sensitivity.hpp"
 
 namespace drape::simulate {
@@ -21,23 +20,23 @@ struct SplitRow {
   bool continued = false;  ///< from the base's equilibrium, so on its branch; else from the start
   bool at_rest = false;
   double distance_m = 0;  ///< mean over the reference's marks
-  double change_m = 0;    ///< of that distance, against the base
+  double change_m = 0;    ///< change of that distance, against the base
   double moved_m = 0;     ///< mean displacement of the marks from the base
   double energy_j = 0;
-  int folds = 0;  ///< of the hem
+  int folds = 0;  ///< folds of the hem
 };
 
 /// Where the distance between a drape and its reference comes from.
 struct ErrorSplit {
-  SimulateOptions options;  ///< of the base
+  SimulateOptions options;  ///< options of the base
   StaticReport base;
-  std::string base_sentence;  ///< how the base ended, judged as by simulate_checked()
-  std::vector<MarkId> marks;  ///< of the reference that lie on the patch
+  std::string base_sentence;  ///< end of the base, judged as by simulate_checked()
+  std::vector<MarkId> marks;  ///< marks of the reference that lie on the patch
   double friction = 0;
   std::vector<SplitRow> rows;  ///< the base first
   /// Absent when the base is not at rest or a saddle.
   std::optional<std::vector<Sensitivity>> sensitivities;
-  std::optional<std::string> no_go;  ///< of the measurement of the reference or the start
+  std::optional<std::string> no_go;  ///< reason of the measurement of the reference or the start
   std::vector<SceneEffect> scene;    ///< empty when not asked for or the base is not at rest
 };
 

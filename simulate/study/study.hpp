@@ -38,18 +38,18 @@ struct StudyCase {
   int segments = 0;
   std::filesystem::path folder = {};       ///< <out>/<scene>/<model>/<grid>-<segments>
   std::filesystem::path fabric_file = {};  ///< empty: the scene's
-  int seed = 0;                            ///< of the start, see seeded(); 0: the scene's own
-  std::string key = {};                    ///< of a plan, see plan.hpp; empty: named by its words
+  int seed = 0;                            ///< seed of the start, see seeded(); 0: the scene's own
+  std::string key = {};  ///< key of a plan's case, see plan.hpp; empty: named by its words
 };
 
-/// How a run ended, as its certificate says.
+/// End of a run, as its certificate says.
 struct StudyOutcome {
   StudyCase the_case;
   bool at_rest = false;
   bool kept = false;  ///< up to date from before
   std::string solver;
   std::string sentence;
-  double residual = 0;  ///< of a particle's weight
+  double residual = 0;  ///< in weights of a particle
   double energy_j = 0;  ///< gravity, elastic and kinetic, against the world origin
 };
 
@@ -59,7 +59,7 @@ struct StudyOutcome {
                                                  const std::filesystem::path& out,
                                                  const StudyOptions& options);
 
-/// What the files of a case say; where it names no fabric, the scene's.
+/// Files of a case as read; where it names no fabric, the scene's.
 struct CaseInputs {
   Scene scene;
   Fabric fabric;
@@ -76,7 +76,7 @@ struct CaseInputs {
 [[nodiscard]] StudyOutcome run_case(const StudyCase& the_case, const StudyOptions& options,
                                     const std::filesystem::path& program);
 
-/// How a run that is up to date ended, from its certificate.
+/// End of a run that is up to date, from its certificate.
 [[nodiscard]] StudyOutcome outcome_from(const StudyCase& the_case);
 
 /// The scene with the start of a seed: displaced, turned and dropped from higher as start number

@@ -38,7 +38,7 @@ class Cantilever {
     if (x.size() != 3 * static_cast<std::size_t>(grid_.count())) {
       x = shaped(grid_, [](double u, double v) { return Eigen::Vector3d(u, v, 0); });
     }
-    // Of a particle of 41 rows, whatever the grid.
+    // Weight of a particle of 41 rows, whatever the grid.
     const double scale_n = density_ * kGravity * kLength * spacing_ / 80;
     Equilibrium balance(cloth_, weight(cloth_, {0, 0, -kGravity}), held_rows(grid_, {0, 1}),
                         scale_n);

@@ -208,8 +208,8 @@ TEST(FormsByFiles, Patches) {
                [](const Runs& runs) { return runs[0].stretch_j; }});
 }
 
-/// What holds just below a threshold and slides just above it: the middle of the two, else the one
-/// that is wrong.
+/// Threshold below which a sheet holds and above which it slides: the middle of the two, else the
+/// one that is wrong.
 double threshold(const Runs& runs, double exact, double margin) {
   if (!runs[0].rests) return (1 - 2 * margin) * exact;
   return runs[1].rests ? (1 + 2 * margin) * exact : exact;

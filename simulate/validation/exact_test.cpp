@@ -45,7 +45,7 @@ TEST(Exact, LoopChainAndStrutAreTheReferenceCurves) {
 }
 
 TEST(Exact, LateralBucklingTendsToTheSlenderStrips) {
-  // What is held back near the clamp shortens the strip by the root of the stiffening.
+  // Cloth held back near the clamp shortens the strip by the root of the stiffening.
   constexpr double kStiffening = 1e-5;
   EXPECT_NEAR(exact::lateral_buckling(kStiffening),
               exact::kLateralBuckling * (1 + 3 * std::sqrt(kStiffening)), 5e-3);

@@ -41,7 +41,7 @@ struct DoorCase {
   }
 };
 
-/// What a run gives: the shape about the case's own origin, and whether solver and checker accept
+/// Result of a run: the shape about the case's own origin, and whether solver and checker accept
 /// it as at rest.
 struct DoorRun {
   bool rests = false;

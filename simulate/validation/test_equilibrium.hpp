@@ -42,7 +42,7 @@ class Equilibrium {
   Cloth& cloth_;
   Field load_;
   std::vector<int> free_;      ///< coordinates
-  std::vector<int> position_;  ///< of a coordinate in free_, -1 when held
+  std::vector<int> position_;  ///< place of a coordinate in free_, -1 when held
   double force_scale_n_ = 0;
   double asymmetry_ = 0;
 };
