@@ -33,6 +33,37 @@ Eigen::Vector3d flat(const Eigen::Vector2d& material_m) {
   return {material_m.y() - kPatch_m / 2, kPatch_m / 2 - material_m.x(), 0};
 }
 
+Shape raised(double height_m) {
+  return [height_m](const Eigen::Vector2d& material_m) -> Eigen::Vector3d {
+    return flat(material_m) + Eigen::Vector3d(0, 0, height_m);
+  };
+}
+
+ImportCounts add_drape(const fs::path& store, const Sheet& measured,
+                       const std::vector<Sheet>& simulated) {
+  const DrapeInput input = drape_of(measured, simulated);
+  Store results(store);
+  const ImportCounts counts = results.add(input, compare_drape(input, {}));
+  results.close();
+  return counts;
+}
+
+Outcome import_run(const fs::path& store, const Session& session, Seal how, const RunLabel& label) {
+  Outcome outcome;
+  compare_session(session, {}, outcome);
+  const StoreLock lock(store, StoreLock::Kind::alone);
+  outcome.stored = import_session(store, session, outcome, label);
+  std::vector<fs::path> files = files_of(session);
+  if (how == Seal::sheets_and_copies)
+    for (fs::path& copy : keep_copies(store, session)) files.push_back(std::move(copy));
+  if (how != Seal::none) seal_store(lock, store, files);
+  return outcome;
+}
+
+std::string one(const StoreReader& store, const std::string& sql) {
+  return store.query(sql).rows.at(0).at(0);
+}
+
 Sheet measured_sheet(const Shape& shape) {
   Sheet sheet;
   sheet.rows = sheet.cols = 11;

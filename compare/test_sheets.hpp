@@ -1,12 +1,20 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <gtest/gtest.h>
+
 #include <filesystem>
 #include <functional>
 #include <string>
+#include <vector>
 
 #include "compare/compare.hpp"
+#include "compare/history/seal.hpp"
+#include "compare/store/inputs.hpp"
+#include "compare/store/outcome.hpp"
+#include "compare/store/store.hpp"
 #include "core/sheet.hpp"
+#include "tests/support/paths.hpp"
 
 namespace drape::compare::test {
 
@@ -15,6 +23,9 @@ using Shape = std::function<Eigen::Vector3d(const Eigen::Vector2d&)>;
 
 /// Flat in the plane z = 0: x along the weft, y against the warp, printed side up.
 [[nodiscard]] Eigen::Vector3d flat(const Eigen::Vector2d& material_m);
+
+/// The same, higher by that.
+[[nodiscard]] Shape raised(double height_m);
 
 /// 11x11 marks, pitch 20 mm, margin 10 mm, on a 220 mm patch; covariance (0.03 mm)^2 I.
 [[nodiscard]] Sheet measured_sheet(const Shape& shape = flat);
@@ -26,6 +37,18 @@ using Shape = std::function<Eigen::Vector3d(const Eigen::Vector2d&)>;
 [[nodiscard]] SheetFile file_of(const Sheet& sheet);
 [[nodiscard]] DrapeInput drape_of(const Sheet& measured, const std::vector<Sheet>& simulated);
 
+/// Compares a measured sheet with simulations and adds it to a store.
+ImportCounts add_drape(const std::filesystem::path& store, const Sheet& measured,
+                       const std::vector<Sheet>& simulated);
+
+/// Compares what was read and adds it to a store as one run; seals both where that is asked.
+enum class Seal { none, sheets, sheets_and_copies };
+Outcome import_run(const std::filesystem::path& store, const Session& session,
+                   Seal how = Seal::none, const RunLabel& label = {});
+
+/// First cell of the first row of a query.
+[[nodiscard]] std::string one(const StoreReader& store, const std::string& sql);
+
 /// A measured sheet at <folder>/sheet.ply with two gaps and simulations 11-1, 11-5, 21-1, 21-5 in
 /// <folder>/simulations/, each with certificate.json and history.csv. Returns all sheet files.
 [[nodiscard]] std::vector<std::filesystem::path> write_example(const std::filesystem::path& folder);
@@ -34,5 +57,22 @@ using Shape = std::function<Eigen::Vector3d(const Eigen::Vector2d&)>;
 /// fabric with a curve, and run records of the steps that made detections and sheets.
 [[nodiscard]] std::vector<std::filesystem::path> write_recorded_example(
     const std::filesystem::path& folder);
+
+/// A folder with a store of a recorded example in it, imported as one run and sealed.
+class SealedStore : public testing::Test {
+ protected:
+  SealedStore() { import(); }
+  void import(const RunLabel& label = {}) {
+    counts_ = *import_run(store(), read_session(sheets_, {}), Seal::sheets, label).stored;
+  }
+  [[nodiscard]] std::filesystem::path store() const { return folder_.path() / "results.sqlite"; }
+  [[nodiscard]] std::vector<std::string> findings(bool recompute = false) const {
+    return verify_store(store(), recompute).findings;
+  }
+
+  drape::test::TemporaryFolder folder_;
+  std::vector<std::filesystem::path> sheets_ = write_recorded_example(folder_.path());
+  ImportCounts counts_;
+};
 
 }  // namespace drape::compare::test

@@ -50,13 +50,7 @@ class CrateOf : public testing::Test {
   }
 
   void import() {
-    const Session session = read_session(sheets_, {});
-    Outcome outcome;
-    compare_session(session, {}, outcome);
-    (void)import_session(store_, session, outcome);
-    std::vector<fs::path> files = files_of(session);
-    for (fs::path& copy : keep_copies(store_, session)) files.push_back(std::move(copy));
-    seal_store(StoreLock(store_, StoreLock::Kind::alone), store_, files);
+    test::import_run(store_, read_session(sheets_, {}), test::Seal::sheets_and_copies);
   }
   /// Exports into a new folder, which out() names.
   std::vector<std::string> findings(std::optional<int> run, const fs::path& store) {
@@ -81,11 +75,7 @@ class CrateOf : public testing::Test {
         .at(0);
   }
   /// Another shape for the place of the first simulated sheet.
-  static Sheet another() {
-    return test::simulated_sheet(11, 1, [](const Eigen::Vector2d& m) {
-      return Eigen::Vector3d(test::flat(m) + Eigen::Vector3d(0, 0, 7e-3));
-    });
-  }
+  static Sheet another() { return test::simulated_sheet(11, 1, test::raised(7e-3)); }
 
   drape::test::TemporaryFolder folder_;
   fs::path store_ = folder_.path() / "0.sqlite", scene_ = folder_.path() / "scenes" / "A.toml";

@@ -25,17 +25,10 @@ class Merged : public testing::Test {
   /// A store with one drape whose simulations lie `height_m` above the measured sheet.
   fs::path store(const std::string& name, std::initializer_list<double> heights_m) {
     fs::path file = folder_.path() / name;
-    Store store(file);
-    for (const double height_m : heights_m) {
-      const test::Shape raised = [height_m](const Eigen::Vector2d& m) -> Eigen::Vector3d {
-        return test::flat(m) + Eigen::Vector3d(0, 0, height_m);
-      };
-      const DrapeInput input = test::drape_of(
-          test::measured_sheet(),
-          {test::simulated_sheet(11, 5, raised), test::simulated_sheet(21, 5, raised)});
-      store.add(input, compare_drape(input, {}));
-    }
-    store.close();
+    for (const double height_m : heights_m)
+      test::add_drape(file, test::measured_sheet(),
+                      {test::simulated_sheet(11, 5, test::raised(height_m)),
+                       test::simulated_sheet(21, 5, test::raised(height_m))});
     return file;
   }
   [[nodiscard]] fs::path in(const std::string& name) const { return folder_.path() / name; }

@@ -28,22 +28,8 @@ namespace {
 namespace fs = std::filesystem;
 using testing::IsEmpty;
 
-class Damaged : public testing::Test {
+class Damaged : public test::SealedStore {
  protected:
-  Damaged() {
-    import({});
-    good_ = read_text(store());
-  }
-
-  void import(const RunLabel& label) {
-    const Session session = read_session(sheets_, {});
-    Outcome outcome;
-    compare_session(session, {}, outcome);
-    const StoreLock lock(store(), StoreLock::Kind::alone);
-    static_cast<void>(import_session(store(), session, outcome, label));
-    seal_store(lock, store(), files_of(session));
-  }
-  [[nodiscard]] fs::path store() const { return folder_.path() / "results.sqlite"; }
   [[nodiscard]] fs::path damaged() const { return folder_.path() / "damaged.sqlite"; }
   [[nodiscard]] fs::path fresh() const { return folder_.path() / "fresh.sqlite"; }
   [[nodiscard]] std::size_t pages() const { return good_.size() / kPage; }
@@ -77,9 +63,7 @@ class Damaged : public testing::Test {
   }
 
   static constexpr std::size_t kPage = 4096;
-  drape::test::TemporaryFolder folder_;
-  std::vector<fs::path> sheets_ = test::write_recorded_example(folder_.path());
-  std::string good_;
+  std::string good_ = read_text(store());
 };
 
 TEST_F(Damaged, ASoundStoreIsCarriedWhole) {

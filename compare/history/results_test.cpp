@@ -21,12 +21,9 @@ using testing::HasSubstr;
 class Results : public testing::Test {
  protected:
   Results() {
-    const DrapeInput input = test::drape_of(
-        test::measured_sheet(), {test::simulated_sheet(11, 1), test::simulated_sheet(11, 5),
-                                 test::simulated_sheet(21, 1), test::simulated_sheet(21, 5)});
-    Store store(file());
-    store.add(input, compare_drape(input, {}));
-    store.close();
+    test::add_drape(file(), test::measured_sheet(),
+                    {test::simulated_sheet(11, 1), test::simulated_sheet(11, 5),
+                     test::simulated_sheet(21, 1), test::simulated_sheet(21, 5)});
   }
   [[nodiscard]] std::filesystem::path file() const { return folder_.path() / "results.sqlite"; }
 

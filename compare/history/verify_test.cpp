@@ -29,29 +29,11 @@ using testing::HasSubstr;
 using testing::IsEmpty;
 using testing::SizeIs;
 
-/// A store with a recorded example behind it, imported and sealed.
-class Sealed : public testing::Test {
+class Sealed : public test::SealedStore {
  protected:
-  Sealed() { import(); }
-
-  void import() {
-    const Session session = read_session(sheets_, {});
-    Outcome outcome;
-    compare_session(session, {}, outcome);
-    counts_ = import_session(store(), session, outcome);
-    seal_store(StoreLock(store(), StoreLock::Kind::alone), store(), files_of(session));
-  }
-  [[nodiscard]] fs::path store() const { return folder_.path() / "results.sqlite"; }
-  [[nodiscard]] std::vector<std::string> findings(bool recompute = false) const {
-    return verify_store(store(), recompute).findings;
-  }
   [[nodiscard]] std::string first_key() const {
     return StoreReader(store()).query("SELECT sha256 FROM comparison WHERE id = 1").rows[0][0];
   }
-
-  drape::test::TemporaryFolder folder_;
-  std::vector<fs::path> sheets_ = test::write_recorded_example(folder_.path());
-  ImportCounts counts_;
 };
 
 TEST_F(Sealed, AnUntouchedStoreIsVerifiedAndRecomputed) {
@@ -392,6 +374,37 @@ TEST_F(Sealed, PublishedTablesStandBesideTheStore) {
   EXPECT_EQ(tables[2].names.size(), 4U) << "experiment B has no sheet here";
   EXPECT_THAT(tables[2].title, HasSubstr("no measured sheet"));
   EXPECT_EQ(tables[1].names.back(), "not_at_rest");
+}
+
+TEST_F(Sealed, WhatWasAlteredSinceItWasReadIsNotSealedAsWhole) {
+  for (const char* name : {"scene.toml", "points.json"}) {
+    const auto at = std::find_if(fs::recursive_directory_iterator(folder_.path()), {},
+                                 [&](const auto& one) { return one.path().filename() == name; });
+    ASSERT_NE(at, fs::recursive_directory_iterator()) << name;
+    std::ofstream(at->path(), std::ios::app) << " ";
+    import();
+    EXPECT_THAT(findings(), Contains(HasSubstr(name)));
+  }
+}
+
+TEST_F(Sealed, AMeasuredSheetThatItsRunDidNotWriteIsRefused) {
+  const fs::path json = fs::path(sheets_.front()).replace_extension(".json");
+  std::ofstream(json, std::ios::app) << " ";
+  try {
+    import();
+    FAIL() << "an altered sheet was compared";
+  } catch (const Error& error) {
+    EXPECT_THAT(error.what(), HasSubstr("not the one that its run wrote"));
+    EXPECT_THAT(error.what(), HasSubstr(json.filename().string()));
+  }
+}
+
+TEST_F(Sealed, ASealWithoutItsStoreIsNoPlaceForAnother) {
+  require_store_of_seal(store());
+  fs::remove(store());
+  EXPECT_THROW(require_store_of_seal(store()), Error);
+  fs::remove(seal_path(store()));
+  require_store_of_seal(store());
 }
 
 }  // namespace

@@ -24,23 +24,12 @@ namespace fs = std::filesystem;
 using testing::IsEmpty;
 using units::mm;
 
-test::Shape raised(double height_m) {
-  return [height_m](const Eigen::Vector2d& m) -> Eigen::Vector3d {
-    return test::flat(m) + Eigen::Vector3d(0, 0, height_m);
-  };
-}
+using test::one;
 
 void import_height(const fs::path& file, double height_m) {
-  const DrapeInput input =
-      test::drape_of(test::measured_sheet(), {test::simulated_sheet(11, 1, raised(height_m)),
-                                              test::simulated_sheet(11, 5, raised(height_m))});
-  Store store(file);
-  store.add(input, compare_drape(input, {}));
-  store.close();
-}
-
-std::string one(const StoreReader& reader, const std::string& sql) {
-  return reader.query(sql).rows.at(0).at(0);
+  const test::Shape raised = test::raised(height_m);
+  test::add_drape(file, test::measured_sheet(),
+                  {test::simulated_sheet(11, 1, raised), test::simulated_sheet(11, 5, raised)});
 }
 
 TEST(Ledger, HoldsOneEntryForEveryUnit) {

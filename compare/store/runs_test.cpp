@@ -74,7 +74,7 @@ class Runs : public testing::Test {
   }
 
   [[nodiscard]] std::string one(const std::string& sql) const {
-    return StoreReader(store()).query(sql).rows.at(0).at(0);
+    return test::one(StoreReader(store()), sql);
   }
 
   drape::test::TemporaryFolder folder_;

@@ -35,9 +35,7 @@ struct StoreExample {
 };
 
 StoreExample example(double height_m = 5 * mm) {
-  const test::Shape raised = [height_m](const Eigen::Vector2d& m) -> Eigen::Vector3d {
-    return test::flat(m) + Eigen::Vector3d(0, 0, height_m);
-  };
+  const test::Shape raised = test::raised(height_m);
   Sheet measured = test::measured_sheet();
   measured.gaps.push_back({measured.marks.back().mark, "seen by one camera only"});
   measured.marks.pop_back();

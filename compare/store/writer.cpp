@@ -96,26 +96,25 @@ void insert_comparison(Writer& writer, const std::string& key, const DrapeInput&
   const DistanceStatistics& s = row.statistics;
   const NormalStatistics& n = row.normal;
   const Eigen::Vector2d percent = percent_of_patch(s.mean_m, input.measured.sheet.patch_m);
-  const auto aligned = [&](auto value, double unit) {
-    return row.aligned ? Cell(value(*row.aligned) / unit) : Cell();
-  };
-  using A = const RigidAlignment&;
-  writer.insert(
-      "comparison", std::nullopt, key, input.measured.sha256,
-      input.simulations[row.simulation].sheet.sha256, metrics_version(), s.marks,
-      row.marks.excluded.size(), s.mean_m / mm, in_mm(s.sigma_mean_m), s.median_m / mm,
-      s.rms_m / mm, s.p95_m / mm, s.max_m / mm, s.worst_mark.row, s.worst_mark.col, percent.x(),
-      percent.y(), low_mm(s.mean), high_mm(s.mean), in_mm(s.median.sigma_m), low_mm(s.median),
-      high_mm(s.median), in_mm(s.rms.sigma_m), low_mm(s.rms), high_mm(s.rms), in_mm(s.p95.sigma_m),
-      low_mm(s.p95), high_mm(s.p95), in_mm(s.max.sigma_m), low_mm(s.max), high_mm(s.max),
-      n.mean_m / mm, in_mm(n.mean.sigma_m), low_mm(n.mean), high_mm(n.mean), n.rms_m / mm,
-      row.to_surface.mean_m / mm, row.to_surface.max_m / mm,
-      aligned([](A a) { return a.after.mean_m; }, mm),
-      aligned([](A a) { return a.after.rms_m; }, mm),
-      aligned([](A a) { return a.after.max_m; }, mm),
-      aligned([](A a) { return a.centroid_shift_m; }, mm),
-      aligned([](A a) { return a.turn_rad; }, units::deg), in_percent(row.strain.difference.warp),
-      in_percent(row.strain.difference.weft), in_percent(row.strain.difference.area));
+  Cells cells;
+  const auto add = [&](const auto&... values) { (cells.emplace_back(values), ...); };
+  add(std::nullopt, key, input.measured.sha256, input.simulations[row.simulation].sheet.sha256);
+  add(metrics_version(), s.marks, row.marks.excluded.size());
+  add(s.mean_m / mm, in_mm(s.sigma_mean_m), s.median_m / mm, s.rms_m / mm, s.p95_m / mm);
+  add(s.max_m / mm, s.worst_mark.row, s.worst_mark.col, percent.x(), percent.y());
+  add(low_mm(s.mean), high_mm(s.mean));
+  for (const Trust* trust : {&s.median, &s.rms, &s.p95, &s.max})
+    add(in_mm(trust->sigma_m), low_mm(*trust), high_mm(*trust));
+  add(n.mean_m / mm, in_mm(n.mean.sigma_m), low_mm(n.mean), high_mm(n.mean), n.rms_m / mm);
+  add(row.to_surface.mean_m / mm, row.to_surface.max_m / mm);
+  const RigidAlignment move = row.aligned.value_or(RigidAlignment());
+  for (const double value : {move.after.mean_m / mm, move.after.rms_m / mm, move.after.max_m / mm,
+                             move.centroid_shift_m / mm, move.turn_rad / units::deg})
+    add(row.aligned ? Cell(value) : Cell());
+  for (const auto& ratio :
+       {row.strain.difference.warp, row.strain.difference.weft, row.strain.difference.area})
+    add(in_percent(ratio));
+  writer.insert_row("comparison", cells);
   const int id = writer.last_id();
   for (const MarkError& mark : row.marks.marks) insert_mark(writer, id, mark);
   writer.enter("comparison", key);

@@ -25,6 +25,7 @@ class Writer {
   bool insert(const std::string& table, const Values&... values) {
     return insert_row(table, {Cell(values)...});
   }
+  bool insert_row(const std::string& table, const Cells& row);
   /// The same for a row on which no others hang: closes its unit of the ledger.
   template <class... Values>
   bool insert_unit(const std::string& table, const Values&... values) {
@@ -47,7 +48,6 @@ class Writer {
   void commit();
 
  private:
-  bool insert_row(const std::string& table, const Cells& row);
   bool insert_unit_row(const std::string& table, const Cells& row);
 
   SQLite::Database& database_;
