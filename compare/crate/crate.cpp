@@ -61,7 +61,7 @@ std::set<std::string> sheets_of(const StoreReader& store, std::optional<int> run
   return all;
 }
 
-/// What U rests on beside the sheets: files of a drape's sensitivities, where they were sealed.
+/// Adds the sealed files of a drape's sensitivities, on which U rests beside the sheets.
 void add_sensitivities(const std::map<fs::path, std::string>& sealed,
                        std::vector<fs::path>& starts) {
   const std::vector<fs::path> sheets = starts;
@@ -446,7 +446,7 @@ class CrateWriter {
     }
   }
 
-  /// What the columns of the tables mean, with their units.
+  /// Adds meanings and units of the tables' columns.
   void add_metrics() {
     std::vector<Metric> metrics = metric_dictionary(store_);
     metrics.emplace_back(
@@ -523,8 +523,8 @@ class CrateWriter {
   fs::path out_, base_;
   RecordBook book_;
   std::map<fs::path, std::set<std::string>> files_;  ///< with the hashes stated of each
-  std::map<fs::path, std::string> ids_;              ///< of what was copied
-  std::map<std::string, std::size_t> places_;        ///< of the files, in entities_
+  std::map<fs::path, std::string> ids_;              ///< ids of the copies
+  std::map<std::string, std::size_t> places_;        ///< places of the files in entities_
   std::set<std::string> softwares_, columns_;
   std::string published_ = today();
   Json roots_ = Json::array(), entities_ = Json::array(), parts_ = Json::array(),

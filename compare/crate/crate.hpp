@@ -33,11 +33,11 @@ inline constexpr drape::Format drape::format_of<drape::compare::Lab>{
 
 namespace drape::compare {
 
-/// What write_crate() wrote.
+/// Counts of write_crate().
 struct Crate {
   int files = 0;
   int actions = 0;                    ///< runs of programs
-  std::vector<std::string> findings;  ///< what is behind the numbers and not in it; empty: nothing
+  std::vector<std::string> findings;  ///< files behind the numbers that it lacks; empty: none
 };
 
 /// Writes the results of one run, or of the whole store, into the new folder `out`: tables as CSV,

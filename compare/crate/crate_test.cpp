@@ -63,7 +63,7 @@ class CrateOf : public testing::Test {
   std::vector<std::string> findings(std::optional<int> run = 1) { return findings(run, store_); }
   [[nodiscard]] fs::path out() const { return folder_.path() / fmt::format("crate-{}", count_); }
   [[nodiscard]] std::string text(const std::string& name) const { return read_text(out() / name); }
-  /// What `why` says of the mean distance of the first sheet simulated.
+  /// Explanation of the mean distance of the first sheet simulated.
   [[nodiscard]] Explanation why() const {
     return explain(StoreReader(store_), first_key_, "mean_mm");
   }

@@ -47,10 +47,10 @@ double number_of(const std::string& text) {
   return text.empty() ? 0 : std::stod(text);
 }
 
-/// What a number belongs to: its row, and the files it was computed from.
+/// Row of a number, and the files it was computed from.
 struct Subject {
   Table row;
-  std::vector<std::pair<std::string, std::string>> roots;  ///< what it is, and its SHA-256
+  std::vector<std::pair<std::string, std::string>> roots;  ///< name of the file, and its SHA-256
 
   [[nodiscard]] std::optional<std::string> value(const std::string& name) const {
     const auto at = row.column(name);
@@ -214,7 +214,7 @@ Difference difference_of(const StoreReader& store, const std::string& first,
                           fmt::format("{:+.4f}", number_of(two[i]) - number_of(one[i])),
                           std::get<1>(*unit)});
     } else if (unit == units.end() && one[i] != two[i] && rows.names[i] != "id") {
-      // Of a hash its beginning, which every command takes.
+      // Every command takes the beginning of a hash.
       const auto shown = [](const std::string& cell) {
         return cell.size() == 64 ? cell.substr(0, 12) : cell;
       };

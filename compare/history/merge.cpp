@@ -22,7 +22,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// How a column is copied and compared: a number that each store gives out itself stands for the
+/// SQL that copies and compares a column: a number that each store gives out itself stands for the
 /// key of its row.
 struct MergedColumn {
   std::string name, copied, compared;
@@ -161,7 +161,7 @@ class Merge {
     return knows_more;
   }
 
-  /// Of the row itself; rows that hang on it are of one file with it.
+  /// Fills the row itself; rows that hang on it are of one file with it.
   void complete(const UnitTable& table, const std::string& key) {
     std::vector<std::string> values;
     for (const MergedColumn& column : columns_of(table.name))

@@ -21,7 +21,7 @@ void drop_column(Table& table, std::size_t at) {
   for (auto& row : table.rows) row.erase(row.begin() + column);
 }
 
-/// Whether a column says nothing: drapebench alone needs no name, model and solver need one
+/// Tests that a column says nothing: drapebench alone needs no name, model and solver need one
 /// only where they differ within a simulator.
 bool is_alike(const Table& table, std::size_t at) {
   const std::string& name = table.names[at];

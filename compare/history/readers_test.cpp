@@ -32,7 +32,7 @@ constexpr int kEach = 8;          ///< importers, and readers
 constexpr uid_t kNobody = 65534;  ///< user without rights
 constexpr std::size_t kMostText = 400;
 
-/// What the processes of a round have in common.
+/// Memory that the processes of a round share.
 struct Round {
   std::array<std::atomic<bool>, kEach> acknowledged;
   std::atomic<int> reads;

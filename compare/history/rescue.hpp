@@ -7,10 +7,10 @@
 
 namespace drape::compare {
 
-/// What was carried from a damaged store into a new one.
+/// Content carried from a damaged store into a new one.
 struct Rescue {
   long long kept = 0;             ///< units of the ledger: a row with what hangs on it
-  std::vector<std::string> lost;  ///< what the damaged store no longer holds as it was written
+  std::vector<std::string> lost;  ///< units that the damaged store no longer holds as written
   /// Files behind its numbers that are gone or changed since they were sealed, or why its seal
   /// cannot say.
   std::vector<std::string> lost_files;

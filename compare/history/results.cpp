@@ -198,7 +198,7 @@ Table trend_by(const StoreReader& store, const std::string& key, const std::stri
 
 Table export_table(const StoreReader& store, const std::string& name) {
   std::string names;
-  // What the lists of comparisons are made of, which alone has no verdict.
+  // The lists of comparisons are made of this view, which alone has no verdict.
   if (name == "v_comparison")
     return store.query(
         "SELECT v.*, s.run, s.measurement, s.cause, s.state FROM v_comparison AS v LEFT JOIN "

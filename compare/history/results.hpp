@@ -56,7 +56,7 @@ struct StoredKey {
 /// Throws Error(usage) for a number that no run has.
 void require_run(const StoreReader& store, int number);
 
-/// What differs between two runs: values, verdicts, distances; `sentence` names the values.
+/// Differences between two runs: values, verdicts, distances; `sentence` names the values.
 struct RunDifference {
   std::string sentence;
   Table values, drapes;
@@ -108,12 +108,12 @@ inline constexpr const char* kOrder =
 /// "21x21" of "21x21" or "21".
 [[nodiscard]] std::string grid_text(const std::string& grid);
 
-/// What a filter selects, as parts of one query: v_comparison AS v, each row with the last of its
-/// runs that the filter admits AS s (the columns of schema.hpp's state_query).
+/// Rows that a filter selects, as parts of one query: v_comparison AS v, each row with the last of
+/// its runs that the filter admits AS s (the columns of schema.hpp's state_query).
 struct Selection {
   std::string from;
   std::string where = " WHERE 1";
-  Cells parameters;  ///< of both, in their order
+  Cells parameters;  ///< parameters of both, in their order
 
   void add(const std::string& column, const Cell& value);
 };
@@ -134,8 +134,8 @@ void check_specimen(const StoreReader& store, const std::string& specimen);
 
 /// Which of the numbers that have the same name is meant.
 struct WhyOptions {
-  std::optional<MarkId> mark = {};  ///< of a comparison: a column of mark_error
-  std::string camera = {};          ///< of a calibration
+  std::optional<MarkId> mark = {};  ///< mark of a comparison: a column of mark_error
+  std::string camera = {};          ///< camera of a calibration
 };
 
 /// Where one number comes from: its value and definition, the rows it was computed from, and every
@@ -160,7 +160,7 @@ struct TrendOptions {
 };
 struct Trend {
   Table table;     ///< series, value, mean and standard deviation of those before, alarm
-  int alarms = 0;  ///< of the newest value of each series
+  int alarms = 0;  ///< alarms of the newest value of each series
 };
 /// Calibration residual of each camera (RMS, px) and mean distance (mm) of each rig, scene, fabric,
 /// grid and number of segments. A value is judged against the values before it: more than

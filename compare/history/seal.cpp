@@ -69,7 +69,7 @@ Seal seal_in(const std::string& text) {
   const Json json = Json::parse(text, each);
   seal.store = json.at("store").get<std::string>();
   seal.store_sha256 = json.at("store_sha256").get<std::string>();
-  // What is no whole number stays 0, which is not what was read.
+  // A number with a fraction stays 0, which is not what was read.
   const Json& entries = json.at("entries");
   if (entries.is_number_integer()) seal.entries = entries.get<long long>();
   seal.head = json.at("head").get<std::string>();
@@ -179,7 +179,7 @@ void Sealing::add(const std::vector<fs::path>& starts) {
     const auto sha256 = book.sha256(file);
     if (!sha256) continue;
     std::string& sealed = files_[fs::proximate(file, folder).generic_string()];
-    // What was altered since a step read or made it is not sealed as it is now.
+    // A file altered since a step read or made it is not sealed as it is now.
     if (stated.empty() || stated.contains(*sha256))
       sealed = *sha256;
     else if (!stated.contains(sealed))
@@ -247,7 +247,7 @@ class Copies {
   void add(const std::string& name, const std::string& bytes) {
     const fs::path to = name_inside(folder_, name, {.file = folder_.string()});
     all_.push_back(to);
-    // What another lab's store brought under this name is not believed to be this sheet.
+    // A file that another lab's store brought under this name is not believed to be this sheet.
     if (fs::is_regular_file(to) && read_text(to) == bytes) return;
     const fs::path place = to.parent_path(),
                    partial = place / ("." + to.filename().string() + ".partial");
@@ -295,7 +295,7 @@ class Copies {
 
   fs::path folder_;
   std::vector<fs::path> all_;
-  std::map<fs::path, fs::path> partial_;  ///< of each copy that is not there yet
+  std::map<fs::path, fs::path> partial_;  ///< temporary name of each copy that is not there yet
 };
 
 /// Both files of a sheet under the hash of its .json, which says which sheet it is.
@@ -337,7 +337,7 @@ std::vector<fs::path> take_copies(const fs::path& store, const fs::path& other) 
   if (!fs::is_directory(from)) return present;
   for (const auto& entry : fs::recursive_directory_iterator(from)) {
     const std::string name = entry.path().lexically_relative(from).string();
-    // What a killed program left begins with a dot.
+    // Files that a killed program left begin with a dot.
     if (!entry.is_regular_file() || entry.path().filename().string().starts_with('.')) continue;
     // Nothing from elsewhere replaces a copy that is there.
     if (const fs::path there = folder_of_copies(store) / name; fs::is_regular_file(there)) {

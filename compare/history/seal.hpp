@@ -20,7 +20,7 @@ namespace drape::compare {
 struct Seal {
   std::string store;  ///< its file name
   std::string store_sha256;
-  long long entries = 0;                     ///< of the ledger
+  long long entries = 0;                     ///< entries of the ledger
   std::string head;                          ///< chain_sha256 of the last
   std::map<std::string, std::string> files;  ///< path relative to the store's folder, SHA-256
 };
@@ -52,9 +52,9 @@ class Sealing {
   Sealing(const StoreLock& held, std::filesystem::path store);
   /// The files behind `starts` (sheets, calibration, reports).
   void add(const std::vector<std::filesystem::path>& starts);
-  /// What another store's seal knows, hashes and all: a file that was changed since is not sealed
-  /// as it is now. Files that are gone are kept only with `absent_too`. The other's copies are
-  /// those that take_copies() brought. Returns the files that are gone or changed.
+  /// Takes over what another store's seal knows, hashes and all: a file that was changed since is
+  /// not sealed as it is now. Files that are gone are kept only with `absent_too`. The other's
+  /// copies are those that take_copies() brought. Returns the files that are gone or changed.
   std::vector<std::filesystem::path> take_over(const std::filesystem::path& other, bool absent_too);
   /// The run record of the sealing step is written after the seal and stands in none.
   void write(const std::filesystem::path& own_record = {}) const;
@@ -70,7 +70,7 @@ void seal_store(const StoreLock& held, const std::filesystem::path& store,
                 const std::vector<std::filesystem::path>& starts,
                 const std::filesystem::path& own_record = {});
 
-/// What was checked and what was found.
+/// Counts and findings of a check.
 struct Verification {
   std::vector<std::string> findings;  ///< empty: all is as it was written
   long long rows = 0;                 ///< entries of the ledger recomputed

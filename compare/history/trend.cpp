@@ -106,7 +106,7 @@ Trend trend_of(const StoreReader& store, const TrendOptions& options) {
         trend.alarms += alarm && number == series.values.size();
       }
       trend.table.add(std::move(cells));
-      // What is NO-GO says nothing of what is usual.
+      // A NO-GO value says nothing of the usual ones.
       if (verdict == "NO-GO") continue;
       ++good;
       sum += value;

@@ -52,7 +52,7 @@ void check_length(const StoreReader& reader, const fs::path& store, const Seal& 
   }
 }
 
-/// What was committed and, where nothing of it is still in the write-ahead log, the file itself.
+/// Compares what was committed and, with an empty write-ahead log, the file itself.
 bool has_sealed_bytes(const fs::path& store, const Seal& seal, const LedgerCheck& ledger) {
   std::error_code absent;
   const auto log_size = fs::file_size(store.string() + "-wal", absent);
@@ -110,7 +110,7 @@ class Recomputation {
     return found == sheets_.end() ? nullptr : &found->second;
   }
 
-  /// Whether a row comes out with the same bits; nothing where no sealed file holds its sheets.
+  /// Tests that a row comes out with the same bits; nothing where no sealed file holds its sheets.
   void judge(const char* kind, const Text& sha256, const char* sources,
              const std::function<std::optional<bool>()>& comes_out) {
     const Text name = fmt::format("{} {}", kind, sha256.substr(0, 12));
@@ -233,7 +233,7 @@ class Recomputation {
     report_left();
   }
 
-  /// What their list says of equilibria, and their best turns.
+  /// Compares equilibria with their lists, and their best turns.
   void branches() {
     for (const auto& [set, number, energy_uJ, starts, hem_nodes] :
          reader_.rows<Text, int, double, int, int>(
@@ -270,7 +270,7 @@ class Recomputation {
   const StoreReader& reader_;
   const SheetFiles& sheets_;
   Verification& result_;
-  long long left_ = 0;  ///< of the kind at hand, for want of a sealed file
+  long long left_ = 0;  ///< rows of the kind at hand without a sealed file
   Text first_left_;
 };
 

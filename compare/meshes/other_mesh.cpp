@@ -23,7 +23,7 @@ namespace fs = std::filesystem;
 using units::mm;
 
 constexpr double kStep_m = 2 * mm;  ///< points of cloth taken from a textured mesh
-constexpr double kOutside = 1e-9;   ///< of a triangle, in barycentric coordinates
+constexpr double kOutside = 1e-9;   ///< tolerance of a triangle, in barycentric coordinates
 /// No cloth strains by so much where it hangs by its own weight; units differ by 2.54 or more.
 constexpr double kMostStrain = 0.3;
 

@@ -31,14 +31,14 @@ struct OtherMeshId {
 /// Nothing when the file is not a "drapebench/mesh" or its mesh is not there.
 [[nodiscard]] std::optional<OtherMeshId> other_mesh_id(const std::filesystem::path& file);
 
-/// Whether the .json beside a mesh is what `drape simulate piece` writes ("drapebench/piece/1").
+/// Tests that the .json beside a mesh is what `drape simulate piece` writes ("drapebench/piece/1").
 [[nodiscard]] bool is_piece(const std::filesystem::path& json);
 
 /// "at rest", or why not.
 [[nodiscard]] std::string status_of_piece(const JsonNode& piece);
 
-/// Of a mesh that `drape simulate piece` made: adds the verdict that stands in the .json beside its
-/// description ("drapebench/piece/1"), and the scene that its run record names. Any other mesh
+/// For a mesh that `drape simulate piece` made, adds the verdict that stands in the .json beside
+/// its description ("drapebench/piece/1"), and the scene that its run record names. Any other mesh
 /// stays as it is. Throws Error(bad_input) where a file is not what the run wrote.
 void read_piece_beside(const std::filesystem::path& description, Simulation& simulation);
 

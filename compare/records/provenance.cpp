@@ -54,7 +54,7 @@ std::vector<StepRecord> read_folder(const fs::path& folder) {
   return records;
 }
 
-/// Whether the file is one that only a program of ours writes. A recording is what cameras left.
+/// Tests for a file that only a program of ours writes. A recording is what cameras left.
 bool is_written_by_programs(const fs::path& file) {
   if (file.extension() != ".json" || file.filename() == "recording.json") return false;
   try {
@@ -66,7 +66,7 @@ bool is_written_by_programs(const fs::path& file) {
   }
 }
 
-/// What a file that no program of ours made is, with the number of points of a curve.
+/// Kind of a file that no program of ours made, with the number of points of a curve.
 std::string original(const fs::path& file) {
   const std::string end = file.extension().string();
   if (end == ".png") return "photograph";
@@ -85,7 +85,7 @@ std::string original(const fs::path& file) {
   return is_written_by_programs(file) ? "no record of how it was made" : "from elsewhere";
 }
 
-/// Whether the record states another content of the file.
+/// Tests that the record states another content of the file.
 bool contradicts(const StepRecord& record, const fs::path& file, const std::string& sha256) {
   return std::any_of(record.outputs.begin(), record.outputs.end(), [&](const auto& output) {
     return output.first == file && output.second != sha256;

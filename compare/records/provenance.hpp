@@ -11,7 +11,7 @@
 
 namespace drape::compare {
 
-inline constexpr int kRunVersion = 1;  ///< of run records
+inline constexpr int kRunVersion = 1;  ///< version of run records
 
 using HashedFiles = std::vector<std::pair<std::filesystem::path, std::string>>;  ///< SHA-256
 
@@ -38,7 +38,7 @@ class RecordBook {
  private:
   struct Folder {
     std::vector<StepRecord> records;
-    std::map<std::filesystem::path, std::size_t> makers;  ///< of each output
+    std::map<std::filesystem::path, std::size_t> makers;  ///< index of the maker of each output
   };
   std::map<std::filesystem::path, Folder> folders_;
   std::map<std::filesystem::path, std::optional<std::string>> hashes_;

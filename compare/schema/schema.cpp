@@ -388,8 +388,8 @@ CREATE TABLE run_repetition (  -- a run stored again after another run of its ph
   date TEXT NOT NULL  -- UTC, ISO 8601: when it was stored again
 ) STRICT, WITHOUT ROWID)sql";
 
-constexpr int kFirstVersion = 8;  ///< of the store; its columns name no version
-constexpr int kMetricsThen = 2;   ///< of the metrics in it; a changed definition raises it
+constexpr int kFirstVersion = 8;  ///< version of the store whose columns name none
+constexpr int kMetricsThen = 2;   ///< version of its metrics; a changed definition raises it
 
 /// Unit of a metric, which its name ends in.
 std::string unit_of(const std::string& name) {

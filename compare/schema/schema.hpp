@@ -8,7 +8,7 @@ namespace drape::compare {
 
 struct RelationColumn {
   std::string name;
-  std::string unit, definition, better;  ///< of a metric; else empty
+  std::string unit, definition, better;  ///< description of a metric; else empty
   int since = 0;                         ///< store version that brought it; older rows have NULL
 };
 

@@ -34,7 +34,7 @@ constexpr const char* kRunLast =
     WHERE q.recording_sha256 IS NOT NULL GROUP BY q.recording_sha256) AS y
     ON y.recording_sha256 = r.recording_sha256) AS x GROUP BY x.run)sql";
 
-// What the last run says is looked up in a table of runs, all else by an index: of few comparisons
+// The last run's word is looked up in a table of runs, all else by an index: of few comparisons
 // only these are judged. SQLite would make a view again at each of its places.
 constexpr const char* kState = R"sql(WITH moments AS MATERIALIZED (SELECT * FROM v_run_moment),
   pictures_last AS MATERIALIZED ({pictures_last}),

@@ -190,7 +190,7 @@ TEST_F(GivenSheets, DrapesOfOneSceneHaveNamesOfTheirOwn) {
                           HasSubstr("A (drape_A) (" + file.string())));
 }
 
-/// What stands behind a simulation is found through its record: its scene, and whether it is of the
+/// The record of a simulation leads to its scene, and whether it is of the
 /// fabric that this names.
 TEST_F(GivenSheets, TheFabricThatTheSceneNamesIsKnown) {
   const fs::path scene = folder_.path() / "scene.toml", fabric = folder_.path() / "a.toml",

@@ -16,7 +16,7 @@
 #include "core/program/run_record.hpp"
 #include "core/recording.hpp"
 
-// What stands beside a simulated sheet: certificate.json and history.csv.
+// Files beside a simulated sheet: certificate.json and history.csv.
 
 namespace drape::compare {
 namespace {
@@ -322,8 +322,7 @@ std::optional<fs::path> scene_file_of(const std::string& scene_sha256,
   return std::nullopt;
 }
 
-/// Of a drape without simulations: the scene that its marks were held against, while it is as it
-/// was.
+/// Scene that the marks of a drape without simulations were held against, while it is as it was.
 void find_scene_of_marks(DrapeFiles& drape, Session& session) {
   if (!drape.measured_by) return;
   for (const auto& [file, sha256] : drape.measured_by->inputs)

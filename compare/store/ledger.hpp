@@ -31,7 +31,7 @@ struct LedgerKind {
 /// Null where there is none.
 [[nodiscard]] const LedgerKind* ledger_kind(const std::string& table);
 
-/// What is read of a unit where a tree of the file cannot be: whole; by tables alone, without
+/// Way to read a unit of a file with damaged trees: whole; by tables alone, without
 /// their indexes; the row without any that hang on it.
 enum class Reading { whole, tables, alone };
 /// The query of the rows of one table of a unit.

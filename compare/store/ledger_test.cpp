@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the store promises over years: nothing changes, nothing is lost, old stores open.
+// Promises of the store over years: nothing changes, nothing is lost, old stores open.
 #include <SQLiteCpp/SQLiteCpp.h>
 #include <gmock/gmock.h>
 #include <sys/wait.h>

@@ -16,7 +16,7 @@
 namespace drape::compare {
 namespace {
 
-/// What columns hold where a store of version 1 has none of their name; it had no ledger, no number
+/// Values of columns that a store of version 1 has not by name; it had no ledger, no number
 /// of a comparison and no table calibration_file.
 const std::map<std::string, std::map<std::string, std::string>> kFrom1 = {
     {"mark_error",

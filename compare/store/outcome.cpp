@@ -120,7 +120,7 @@ std::vector<std::pair<std::string, std::string>> key_numbers(const DrapeInput& i
                     input.simulations[headline.simulation].label()));
   }
   numbers.emplace_back("match", name_of(report.match.match) + ": " + report.match.reason);
-  // Of one real drape the line above says all of them.
+  // One real drape alone has them all in the line above.
   for (const MatchBasis& basis : report.match.bases)
     if (report.among_repeats)
       numbers.emplace_back("match by " + basis.what,

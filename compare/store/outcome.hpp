@@ -13,26 +13,26 @@
 
 namespace drape::compare {
 
-/// What people say of a run.
+/// Words of people about a run.
 struct RunLabel {
   std::string label = {}, operator_name = {};
 };
 
-/// What drape-compare made of one call.
+/// Result of one call of drape-compare.
 struct Outcome {
-  std::vector<Report> reports;                 ///< as Session::drapes
-  std::vector<VirtualGroup> groups = {};       ///< as Session::virtual_only
-  std::vector<std::string> warnings;           ///< of the stages, the session and of every drape
+  std::vector<Report> reports;            ///< as Session::drapes
+  std::vector<VirtualGroup> groups = {};  ///< as Session::virtual_only
+  std::vector<std::string> warnings;      ///< warnings of the stages, the session and every drape
   std::vector<std::string> not_compared = {};  ///< drapes that came to no sheet, each with why
   /// Why the acceptance of a calibration is NO-GO, by the calibration's SHA-256.
   std::map<std::string, std::string> not_accepted = {};
   std::optional<ImportCounts> stored;
   int run = 0;                         ///< its number in the store; 0 without one
-  std::string date;                    ///< of the run, as stored; empty without one
+  std::string date;                    ///< date of the run, as stored; empty without one
   std::string label, operator_name;    ///< as given
   std::string store;                   ///< as given; may be empty
   std::string report;                  ///< as given; may be empty
-  std::vector<std::string> arguments;  ///< of the program, for the report
+  std::vector<std::string> arguments;  ///< command line, for the report
 
   [[nodiscard]] bool go() const;
   /// "A: only 7 marks could be compared, 10 are asked for"

@@ -64,7 +64,7 @@ void add_file(const std::string& owner, const fs::path& file, std::vector<RunVal
       values.push_back({owner, "stand_ins: " + what, "as in the curves", true});
 }
 
-/// Of the photographs of one set: equal when the same pictures were measured.
+/// Hash of the photographs of one set: equal when the same pictures were measured.
 std::optional<std::string> pictures_of(const DrapeFiles& drape) {
   if (!drape.detections) return std::nullopt;
   const std::string& set = std::get<MeasuredSource>(drape.input.measured.sheet.source).set;
@@ -91,8 +91,8 @@ std::string key_of(const DrapeInput& input, const RealVirtual& row) {
   return comparison_key({input.measured.sha256, input.simulations[row.simulation].sheet.sha256});
 }
 
-/// What makes a run another run: everything but its number, its date, and what is warned of: an
-/// import of the same sheets knows less of that.
+/// Hash of what makes a run another run: everything but its number, its date, and what is warned
+/// of: an import of the same sheets knows less of that.
 std::string content_of(const Session& session, const Outcome& outcome, const RunLabel& label,
                        const std::vector<RunValue>& values) {
   std::string text = fmt::format("drapebench/run-content/1\n{}\n{}\n{}\n{}\n", label.label,

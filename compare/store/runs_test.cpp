@@ -347,7 +347,7 @@ void write_repeat(const fs::path& file, const Sheet& sheet, const std::string& s
   write_json(json, root);
 }
 
-/// What a match rests on is stored with its figures, listed, and part of what makes a run.
+/// The grounds of a match are stored with their figures, listed, and part of the run's key.
 TEST_F(Runs, RepeatsOfADrapeAreStoredWithWhatTheySay) {
   ASSERT_EQ(run(kMarch), 1);
   EXPECT_EQ(one("SELECT rests_on FROM run_match"), "total uncertainty");

@@ -84,7 +84,7 @@ bool is_busy(const SQLite::Exception& exception) {
 struct Store::Connection {
   fs::path file;
   SQLite::Database database;
-  Writer* writer = nullptr;  ///< of the transaction that is open
+  Writer* writer = nullptr;  ///< writer of the transaction that is open
 
   explicit Connection(const fs::path& path)
       : file(prepare_folder(replaceable(path))),

@@ -18,7 +18,7 @@ namespace drape::compare {
 
 inline constexpr int kApplicationId = 0x44726170;  ///< "Drap", so that `file` can tell
 
-/// What an import did.
+/// Result of an import.
 struct ImportCounts {
   int added = 0;    ///< comparisons that are new in the store
   int present = 0;  ///< comparisons it had already
@@ -26,7 +26,7 @@ struct ImportCounts {
 
 /// A recording as the store knows it.
 struct RecordingId {
-  std::string sha256;                      ///< of recording.json
+  std::string sha256;                      ///< SHA-256 of recording.json
   std::optional<std::string> recorded_on;  ///< ISO date
   std::string name = {};                   ///< folder
 };
@@ -125,11 +125,11 @@ class StoreReader {
   friend struct LedgerCheck check_ledger(const StoreReader& store);
 };
 
-/// What the store says about itself: every entry of the ledger recomputed.
+/// State of the store by itself: every entry of the ledger recomputed.
 struct LedgerCheck {
   long long entries = 0;
-  std::string head;                   ///< chain_sha256 of the last entry; empty without one
-  std::string bytes_sha256;           ///< of the file with all that was committed, see seal.hpp
+  std::string head;          ///< chain_sha256 of the last entry; empty without one
+  std::string bytes_sha256;  ///< hash of the file with all that was committed, see seal.hpp
   std::vector<std::string> findings;  ///< empty: every row is as it was written
 };
 [[nodiscard]] LedgerCheck check_ledger(const StoreReader& store);

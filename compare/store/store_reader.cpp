@@ -60,7 +60,7 @@ constexpr auto kLongestQuery = std::chrono::seconds(9);
 constexpr std::size_t kMostText = std::size_t{1} << 27;  ///< bytes of an answer
 constexpr int kMostValue = 1 << 26;                      ///< bytes of one value
 
-/// What stands in store and write-ahead log at one moment. A checkpoint moves bytes from one into
+/// Bytes of store and write-ahead log at one moment. A checkpoint moves bytes from one into
 /// the other and may cut the log while it is read, so both are read twice until nothing moved.
 std::pair<std::string, std::string> bytes_of(const fs::path& file) {
   using Clock = std::chrono::steady_clock;

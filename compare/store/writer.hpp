@@ -42,7 +42,7 @@ class Writer {
   [[nodiscard]] std::optional<T> value(const std::string& sql, const Cells& parameters) {
     return first_of<T>(database_, sql, parameters);
   }
-  /// What a query with one text in each row gives.
+  /// Texts that a query with one text in each row gives.
   [[nodiscard]] std::vector<std::string> texts(const std::string& sql, const Cells& parameters);
   [[nodiscard]] int last_id() const { return static_cast<int>(database_.getLastInsertRowid()); }
   void commit();

@@ -66,7 +66,7 @@ std::optional<std::vector<Index>> rows_in(const Marks& marks, const Report& repo
   return rows;
 }
 
-/// What the headline's grid may leave: as its refinement says, else the next coarser grid.
+/// Adds what the headline's grid may leave: as its refinement says, else the next coarser grid.
 void add_grid(const DrapeInput& input, const Report& report, BudgetInputs& inputs) {
   const RealVirtual& headline = headline_of(report);
   const auto& refined = input.simulations[headline.simulation].refined;

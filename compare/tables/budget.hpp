@@ -13,7 +13,7 @@
 
 namespace drape::compare {
 
-/// What one input's uncertainty does to the differences virtual - real of the marks (rows, m): at
+/// Effect of one input's uncertainty on the differences virtual - real of the marks (rows, m): at
 /// one standard uncertainty below and above its value, or at the ends of a rectangular range.
 /// Between and beyond them the marks follow the parabola through the three.
 struct InputEffect {
@@ -22,7 +22,7 @@ struct InputEffect {
   Eigen::MatrixX3d down_m, up_m;
 };
 
-/// What the mean distance of the headline rests on.
+/// Grounds of the mean distance of the headline.
 struct BudgetInputs {
   Eigen::MatrixX3d differences_m;  ///< virtual - real of each mark
   double marks_m = 0;              ///< standard uncertainty of the mean, each mark by itself

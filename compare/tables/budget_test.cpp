@@ -28,7 +28,7 @@ constexpr double kMark_m = 0.03 * mm;         // as test::measured_sheet() state
 constexpr double kCalibration_m = 0.05 * mm;  // RMS in space, common to all marks
 constexpr double kPlace_m = 0.5 * mm, kSize_m = 0.3 * mm, kFriction = 0.05;
 
-/// What a virtual cloth rests on.
+/// Scene of a virtual cloth.
 struct Values {
   Vector3d place_m = Vector3d::Zero();
   double size_m = 90 * mm;
@@ -109,7 +109,7 @@ double true_distance_m(const Bench& bench) {
   return sum / static_cast<double>(bench.measured.marks.size());
 }
 
-/// What drape simulate sensitivity finds: where the marks move by one per cent to first order, by
+/// Result of drape simulate sensitivity: where the marks move by one per cent to first order, by
 /// one standard uncertainty, and at the ends of a range.
 ErrorSplitFile sensitivities_of(const Bench& bench) {
   ErrorSplitFile split;

@@ -15,23 +15,24 @@ namespace drape::compare {
 
 /// Displacement of the marks for a value lower and higher by `step`, one row each.
 struct MarkMoves {
-  double step = 0;                   ///< per cent of a fabric value, else as the value is named
-  std::optional<double> half_width;  ///< of a stand-in: the true value lies within, same unit
+  double step = 0;  ///< per cent of a fabric value, else as the value is named
+  std::optional<double>
+      half_width;  ///< half width of a stand-in: the true value lies within, same unit
   Eigen::MatrixX3d down_m, up_m;
 };
 
-/// What one per cent more of a fabric value does to the drape, to first order.
+/// Effect of one per cent more of a fabric value on the drape, to first order.
 struct ValueEffect {
   std::string value;    ///< e.g. "bending_warp"
-  double change_m = 0;  ///< of the mean distance
+  double change_m = 0;  ///< change of the mean distance
   double moved_m = 0;   ///< mean displacement of the marks
   std::optional<MarkMoves> moves = std::nullopt;
 };
 
-/// What one unit more of a scene's value does to it: friction, or mm of an object's place or size.
+/// Effect of one unit more of a scene's value: friction, or mm of an object's place or size.
 struct SceneEffect {
   std::string value;             ///< "friction", "object_1_x_mm", "object_1_size_mm"
-  double change_m_per_unit = 0;  ///< of the mean distance
+  double change_m_per_unit = 0;  ///< change of the mean distance
   std::optional<MarkMoves> moves = std::nullopt;
 };
 
@@ -43,21 +44,21 @@ struct VariantEffect {
   double distance_m = 0;  ///< mean over the marks
   double change_m = 0;    ///< against the base
   double moved_m = 0;     ///< mean displacement of the marks from the base
-  int folds = 0;          ///< of the hem
+  int folds = 0;          ///< folds of the hem
 };
 
-/// What `drape simulate sensitivity` says of a drape: where its millimetres come from.
+/// Result of `drape simulate sensitivity`: where a drape's millimetres come from.
 struct ErrorSplitFile {
   Document document;
-  int rows = 0, cols = 0, segments = 0;  ///< of the base; 0 in files of older programs
+  int rows = 0, cols = 0, segments = 0;  ///< size of the base; 0 in files of older programs
   std::string model;
-  double distance_m = 0;  ///< of the base, mean over the marks
+  double distance_m = 0;  ///< distance of the base, mean over the marks
   int marks = 0;
   std::vector<MarkId> marks_at;     ///< rows of the moves
   std::vector<ValueEffect> values;  ///< empty when the base has no first-order answer
   std::vector<SceneEffect> scene;
   std::vector<VariantEffect> variants;
-  std::optional<std::string> no_go = std::nullopt;  ///< of the measurement of reference or start
+  std::optional<std::string> no_go = std::nullopt;  ///< cause of the reference's or start's NO-GO
 };
 
 }  // namespace drape::compare

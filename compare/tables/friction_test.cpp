@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What friction and the grid leave open of a drape, as the budget takes it.
+// Friction and the grid in the budget of a drape.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -90,7 +90,7 @@ TEST(FrictionInTheBudget, IsDrawnBetweenWhatOppositePushesLeave) {
   }
 }
 
-/// Of an ensemble with it: between the ends that lie lowest and highest, the rest among them. Else
+/// With an ensemble: between the ends that lie lowest and highest, the rest among them. Else
 /// as far as the loops move the drape, up and down.
 TEST(InternalFrictionInTheBudget, IsALineOfItsOwn) {
   const drape::test::TemporaryFolder folder;
@@ -217,7 +217,7 @@ SimulatedSource& source_of(Simulation& simulation) {
   return std::get<SimulatedSource>(simulation.sheet.sheet.source);
 }
 
-/// What makes a simulation another drape than the headline's grid or segments alone do.
+/// Settings that make a simulation another drape than grid or segments alone do.
 constexpr std::array<Change, 4> kOtherSetups{
     [](Simulation& one) { source_of(one).fabric_sha256 = std::string(64, 'f'); },
     [](Simulation& one) { source_of(one).scene_sha256 = std::string(64, '0'); },

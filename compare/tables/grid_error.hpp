@@ -24,7 +24,7 @@ namespace drape::compare {
 [[nodiscard]] std::optional<Eigen::MatrixX3d> places_on(const RealVirtual& other,
                                                         const RealVirtual& headline);
 
-/// What the headline's grid leaves, as drape-simulate refine states it where that made the
+/// Error that the headline's grid leaves, as drape-simulate refine states it where that made the
 /// headline, else by the next two coarser ones (Richardson 1911). The latter holds where all three
 /// end on one branch, no farther apart than the ensemble's members are linked by, and where the
 /// marks' displacements fall from grid to grid as an error of order 1 to 3 does. An order above 2,
@@ -32,12 +32,12 @@ namespace drape::compare {
 struct GridError {
   std::string coarser;            ///< "21x21, 5 segments"
   double apart_m = 0;             ///< mean over the marks
-  std::optional<double> reach_m;  ///< of the ensemble's branches; absent: no ensemble
-  std::string coarsest;           ///< of the three; empty: there are two
+  std::optional<double> reach_m;  ///< reach of the ensemble's branches; absent: no ensemble
+  std::string coarsest;           ///< coarsest of the three; empty: there are two
   double below_m = 0;             ///< between the two coarser ones, mean over the marks
-  std::optional<double> order;    ///< that the three show; absent: not 1 to 3
+  std::optional<double> order;    ///< order that the three show; absent: not 1 to 3
   std::optional<double> left_m;   ///< mean over the marks; absent: not known
-  std::string refined;            ///< what drape-simulate refine says, where it made the headline
+  std::string refined;            ///< sentence of drape-simulate refine, where it made the headline
 };
 [[nodiscard]] std::optional<GridError> grid_error_of(const DrapeInput& input, const Report& report);
 /// For people, without a full stop.

@@ -63,7 +63,7 @@ double mean_of_distances(const std::vector<double>& values) {
   return values.empty() ? 0 : sum / static_cast<double>(values.size());
 }
 
-/// Of two different repeats.
+/// Mean distance of two different repeats.
 double mean_apart_m(const RepeatBasis& basis) {
   std::vector<double> values;
   for (std::size_t i = 0; i < basis.real_to_real_m.size(); ++i)
@@ -155,7 +155,7 @@ bool has_ensemble(const std::vector<MatchBasis>& bases) {
                      [](const MatchBasis& basis) { return basis.what == "branch"; });
 }
 
-/// What the ensemble says of the real drape, in one phrase.
+/// Phrase about the real drape in the ensemble.
 std::string ensemble_phrase(const std::vector<MatchBasis>& bases) {
   std::string text;
   for (const MatchBasis& basis : bases)

@@ -73,7 +73,7 @@ TEST(Refined, IsNoPairOfTheTablesAndNoGridOfAFall) {
   EXPECT_EQ(grid_error_of(input, falls)->coarser, "21x21, 5 segments");
 }
 
-// What another number of segments does is known of the fall that it began with.
+// The fall that it began with shows the effect of another number of segments.
 TEST(Refined, IsInTheBudgetByWhatItsGridLeavesAndByItsFall) {
   DrapeInput input = refined_drape();
   const BudgetInputs inputs = budget_inputs_of(input, compare_drape(input, {}), {});

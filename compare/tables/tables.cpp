@@ -69,7 +69,7 @@ bool several_models(const DrapeInput& input) {
   });
 }
 
-/// What tells the simulations of the group apart, but model and solver, which have columns.
+/// Keys that tell the simulations of the group apart, but model and solver, which have columns.
 std::vector<std::string> apart_keys(const DrapeInput& input) {
   std::vector<std::string> keys;
   for (const Simulation& simulation : input.simulations)

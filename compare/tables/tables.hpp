@@ -85,9 +85,9 @@ class TableOf {
 /// The paper's even tables.
 [[nodiscard]] Table virtual_virtual_table(const Report& report);
 [[nodiscard]] Table virtual_group_table(const VirtualGroup& group);
-/// What the paper does not have: each statistic of one comparison with its standard deviation from
-/// the marks and its bootstrap interval, the mean along the normal, and what a rigid move would
-/// leave.
+/// Statistics of one comparison, which the paper does not have: each with its standard deviation
+/// from the marks and its bootstrap interval, the mean along the normal, and what a rigid move
+/// would leave.
 [[nodiscard]] Table trust_table(const DrapeInput& input, const RealVirtual& row);
 /// Covered area, drape coefficient, folds and their depth, of every sheet where it is defined.
 [[nodiscard]] Table drapemeter_table(const DrapeInput& input, const Report& report);
