@@ -466,20 +466,8 @@ Certificate read_certificate(const fs::path& file) {
 }
 
 History read_history(const fs::path& file) {
-  const std::string text = read_text(file);
-  std::size_t begin = 0;
-  while (begin < text.size() && text[begin] == '#') {
-    const std::size_t end = text.find('\n', begin);
-    begin = end == std::string::npos ? text.size() : end + 1;
-  }
-  const std::string head = text.substr(begin, text.find_first_of("\r\n", begin) - begin);
-  std::vector<std::string> names;
-  for (std::size_t at = 0; at <= head.size();) {
-    const std::size_t comma = std::min(head.find(',', at), head.size());
-    names.push_back(head.substr(at, comma - at));
-    at = comma + 1;
-  }
-  return {names, read_csv(file, names).columns};
+  Csv csv = read_csv(file);
+  return {std::move(csv.names), std::move(csv.columns)};
 }
 
 void require_of_sheet(const Certificate& certificate, const Sheet& sheet, const fs::path& file) {

@@ -78,6 +78,24 @@ void complete(SQLite::Database& database) {
 
 }  // namespace
 
+int version_of(SQLite::Database& database, const std::filesystem::path& file) {
+  const auto value = [&](const char* sql) { return database.execAndGet(sql).getInt(); };
+  const int id = value("PRAGMA application_id"), version = value("PRAGMA user_version");
+  if (id == 0 && version == 0 && value("SELECT count(*) FROM sqlite_master") == 0) return 0;
+  if (id != kApplicationId)
+    throw bad_input("this SQLite file is not a drapebench results store", {.file = file.string()},
+                    "name another file with --store");
+  const Where where{.file = file.string(), .field = "user_version"};
+  if (version < 1)
+    throw bad_input(fmt::format("there is no results store of version {}", version), where,
+                    "restore the store from a backup");
+  if (version > store_version())
+    throw bad_input(fmt::format("the results store has version {}, this program knows version {}",
+                                version, store_version()),
+                    where, "use the newer drapebench that wrote it");
+  return version;
+}
+
 void create_store(SQLite::Database& database) {
   database.exec(fmt::format("PRAGMA application_id = {}", kApplicationId));
   make_tables(database, store_version());

@@ -25,36 +25,10 @@ namespace {
 
 namespace fs = std::filesystem;
 
-int pragma_value(SQLite::Database& database, const char* name) {
-  return database.execAndGet(fmt::format("PRAGMA {}", name)).getInt();
-}
-
-[[noreturn]] void refuse_foreign(const fs::path& file) {
-  throw bad_input("this SQLite file is not a drapebench results store", {.file = file.string()},
-                  "name another file with --store");
-}
-
-/// True when the file holds a store of this version, false when it is still empty. The caller holds
-/// a transaction: all is read from one state of the file, whoever writes meanwhile.
-bool check_identity(SQLite::Database& database, const fs::path& file) {
-  const int objects = database.execAndGet("SELECT count(*) FROM sqlite_master").getInt();
-  const int id = pragma_value(database, "application_id");
-  const int version = pragma_value(database, "user_version");
-  if (id == 0 && version == 0 && objects == 0) return false;
-  if (id != kApplicationId || version < 1) refuse_foreign(file);
-  if (version > store_version()) {
-    throw bad_input(fmt::format("the results store has version {}, this program knows version {}",
-                                version, store_version()),
-                    {.file = file.string(), .field = "user_version"},
-                    "use the newer drapebench that wrote it");
-  }
-  return true;
-}
-
 /// All in one transaction, so that a store is either empty or complete.
 void create_tables(SQLite::Database& database, const fs::path& file) {
   SQLite::Transaction transaction(database, SQLite::TransactionBehavior::IMMEDIATE);
-  if (check_identity(database, file)) return;  // another program was faster
+  if (version_of(database, file) > 0) return;  // another program was faster
   create_store(database);
   transaction.commit();
 }
@@ -95,7 +69,7 @@ struct Store::Connection {
       database.execAndGet("PRAGMA journal_mode = WAL").getString();
     database.exec("PRAGMA synchronous = FULL");
     if (!complete) create_tables(database, file);
-    const int version = pragma_value(database, "user_version");
+    const int version = version_of(database, file);
     if (version < store_version()) migrate(database, version);
     database.exec("PRAGMA foreign_keys = ON");
   }
@@ -118,7 +92,7 @@ struct Store::Connection {
  private:
   bool is_complete() {
     const SQLite::Transaction snapshot(database, SQLite::TransactionBehavior::DEFERRED);
-    return check_identity(database, file);
+    return version_of(database, file) > 0;
   }
 };
 

@@ -140,22 +140,10 @@ struct StoreReader::Connection {
                  SQLite::OPEN_READWRITE | SQLite::OPEN_NOMUTEX, kBusyTimeout_ms) {
     sqlite3_limit(database.getHandle(), SQLITE_LIMIT_LENGTH, kMostValue);
     database.exec("PRAGMA query_only = ON");
-    if (database.execAndGet("PRAGMA application_id").getInt() != kApplicationId) {
+    const int version = version_of(database, file);
+    if (version == 0)
       throw bad_input("this SQLite file is not a drapebench results store", {.file = file.string()},
                       "name another file with --store");
-    }
-    const int version = database.execAndGet("PRAGMA user_version").getInt();
-    if (version < 1) {
-      throw bad_input(fmt::format("there is no results store of version {}", version),
-                      {.file = file.string(), .field = "user_version"},
-                      "restore the store from a backup");
-    }
-    if (version > store_version()) {
-      throw bad_input(fmt::format("the results store has version {}, this program knows version {}",
-                                  version, store_version()),
-                      {.file = file.string(), .field = "user_version"},
-                      "use the newer drapebench that wrote it");
-    }
     if (version < store_version()) use_migrated_copy(version);
   }
 

@@ -116,17 +116,18 @@ CsvText read_csv_text(const std::filesystem::path& file) {
 
 Csv read_csv(const std::filesystem::path& file, const std::vector<std::string>& names) {
   const CsvText text = read_csv_text(file);
-  if (text.names != names) {
+  if (!names.empty() && text.names != names) {
     throw bad_input(fmt::format("the column headers are `{}`", fmt::join(text.names, ",")),
                     {.file = file.string(), .line = text.head_line},
                     fmt::format("the first line must be `{}`: units are part of the names",
                                 fmt::join(names, ",")));
   }
-  Csv csv{file, names, std::vector<std::vector<double>>(names.size()), text.lines};
+  Csv csv{file, text.names, std::vector<std::vector<double>>(text.names.size()), text.lines};
   for (std::size_t row = 0; row < text.rows.size(); ++row)
-    for (std::size_t i = 0; i < names.size(); ++i)
-      csv.columns[i].push_back(number_of(
-          text.rows[row][i], {.file = file.string(), .line = text.lines[row], .field = names[i]}));
+    for (std::size_t i = 0; i < csv.names.size(); ++i)
+      csv.columns[i].push_back(
+          number_of(text.rows[row][i],
+                    {.file = file.string(), .line = text.lines[row], .field = csv.names[i]}));
   return csv;
 }
 

@@ -16,10 +16,11 @@ struct Csv {
   std::vector<int> lines;                    ///< 1-based line of each row
 };
 
-/// Reads a CSV whose head must be exactly `names`. Throws Error naming file, line and column for
-/// a wrong head, a missing or surplus cell, and a value that is not a finite number.
+/// Reads a CSV whose head must be exactly `names`, where they are given. Throws Error naming file,
+/// line and column for a wrong head, a missing or surplus cell, and a value that is not a finite
+/// number.
 [[nodiscard]] Csv read_csv(const std::filesystem::path& file,
-                           const std::vector<std::string>& names);
+                           const std::vector<std::string>& names = {});
 
 /// Cells of any text; one in double quotes may hold commas and doubled quotes.
 struct CsvText {
