@@ -23,13 +23,27 @@ namespace {
 
 namespace fs = std::filesystem;
 
+bool is_unchanged(const fs::path& file, const std::string& sha256) {
+  return fs::is_regular_file(file) && sha256_of_file(file) == sha256;
+}
+
+const MeasuredSource& source_of(const DrapeFiles& drape) {
+  return std::get<MeasuredSource>(drape.input.measured.sheet.source);
+}
+
+/// Warns of something of the measured sheet; the first {} becomes its set.
+void warn(Session& session, const DrapeFiles& drape, const char* sentence,
+          const std::string& more = {}) {
+  session.warnings.push_back(fmt::format(fmt::runtime(sentence), source_of(drape).set, more));
+}
+
 /// The recording that the detections were found in; its date when its list is still there.
 void find_recording(DrapeFiles& drape) {
   for (const auto& [file, sha256] : drape.detected_by->inputs) {
     if (file.filename() != "recording.json") continue;
     drape.recording =
         RecordingId{sha256, std::nullopt, file.parent_path().filename().generic_string()};
-    if (fs::is_regular_file(file) && sha256_of_file(file) == sha256)
+    if (is_unchanged(file, sha256))
       drape.recording->recorded_on = read_recording(file.parent_path()).recorded_on;
   }
 }
@@ -44,21 +58,15 @@ SheetFile read_sheet_of(const fs::path& file, Session& session) {
 void read_detections_beside(DrapeFiles& drape, Session& session) {
   const SheetFile& measured = drape.input.measured;
   const fs::path file = measured.file.parent_path() / "detections.json";
-  const auto& source = std::get<MeasuredSource>(measured.sheet.source);
-  if (!fs::is_regular_file(file)) {
-    session.warnings.push_back(fmt::format(
-        "no detections.json lies beside the measured sheet of set {}, so there are no photographs",
-        source.set));
-    return;
-  }
+  if (!fs::is_regular_file(file))
+    return warn(session, drape,
+                "no detections.json lies beside the measured sheet of set {}, so there are no "
+                "photographs");
   const std::string sha256 = sha256_of_file(file);
-  if (sha256 != source.detections_sha256) {
-    session.warnings.push_back(
-        fmt::format("the detections.json beside the measured sheet of set {} is not the file that "
-                    "it was made from, so its photographs are left out",
-                    source.set));
-    return;
-  }
+  if (sha256 != source_of(drape).detections_sha256)
+    return warn(session, drape,
+                "the detections.json beside the measured sheet of set {} is not the file that it "
+                "was made from, so its photographs are left out");
   drape.detections = read_detections(file);
   drape.detections_file = file;
   drape.detected_by = read_made_by(file);
@@ -87,10 +95,10 @@ void read_error_split_beside(DrapeFiles& drape, Session& session) {
       return;
     }
   }
-  session.warnings.push_back(
-      fmt::format("the sensitivity.json beside the measured sheet of set {} {}, so it is left out; "
-                  "run drape simulate sensitivity again",
-                  std::get<MeasuredSource>(measured.sheet.source).set, *why));
+  warn(session, drape,
+       "the sensitivity.json beside the measured sheet of set {} {}, so it is left out; run drape "
+       "simulate sensitivity again",
+       *why);
 }
 
 DrapeFiles read_measured(SheetFile sheet, Session& session) {
@@ -99,10 +107,10 @@ DrapeFiles read_measured(SheetFile sheet, Session& session) {
   read_detections_beside(drape, session);
   drape.measured_by = read_made_by(drape.input.measured.file);
   if (!drape.measured_by)
-    session.warnings.push_back(
-        fmt::format("no run record says what made the measured sheet of set {}, so nothing shows "
-                    "that it is as it was measured",
-                    std::get<MeasuredSource>(drape.input.measured.sheet.source).set));
+    warn(
+        session, drape,
+        "no run record says what made the measured sheet of set {}, so nothing shows that it is as "
+        "it was measured");
   return drape;
 }
 
@@ -155,10 +163,10 @@ void warn_of_unrecorded(const DrapeFiles& drape, Session& session) {
     ++unrecorded;
   }
   if (unrecorded > 0)
-    session.warnings.push_back(fmt::format(
-        "no run record says what made {} of the simulated sheets beside the measured one "
-        "of set {}, so nothing shows that they are as they were simulated",
-        unrecorded, std::get<MeasuredSource>(drape.input.measured.sheet.source).set));
+    warn(session, drape,
+         "no run record says what made {1} of the simulated sheets beside the measured one of set "
+         "{0}, so nothing shows that they are as they were simulated",
+         std::to_string(unrecorded));
 }
 
 void add_other(const fs::path& file, Session& session) {
@@ -198,7 +206,7 @@ void read_calibration_of(const fs::path& file, Session& session) {
   session.calibrated_by = read_made_by(file);
   session.read.emplace_back(file, session.calibration_sha256);
   for (const DrapeFiles& drape : session.drapes) {
-    const auto& source = std::get<MeasuredSource>(drape.input.measured.sheet.source);
+    const MeasuredSource& source = source_of(drape);
     if (source.calibration_sha256 == session.calibration_sha256) continue;
     throw bad_input(
         "the sheet was measured with another calibration (SHA-256 " +
@@ -302,10 +310,6 @@ Session read_session(const std::vector<fs::path>& sheets, const fs::path& calibr
 }
 
 namespace {
-
-bool is_unchanged(const fs::path& file, const std::string& sha256) {
-  return fs::is_regular_file(file) && sha256_of_file(file) == sha256;
-}
 
 void take_scene(DrapeFiles& drape, const fs::path& file, const std::string& sha256,
                 Session& session) {
