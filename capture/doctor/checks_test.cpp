@@ -201,7 +201,8 @@ TEST(DoctorChecks, AnAcceptanceThatIsOutOfDateIsWarnedOf) {
   EXPECT_TRUE(look("2026-03-01").go) << "none is no fault";
   const auto write = [&](bool go, const std::string& sha256) {
     Json json;
-    json["schema"] = "drapebench/acceptance/1";
+    json = {{"schema", "drapebench/acceptance/1"}, {"rig", "lab"}, {"positions", 9}};
+    json["figures"] = Json::array();
     json["calibration_sha256"] = sha256;
     json["date"] = "2026-01-31";
     json["valid_until"] = "2027-01-31";

@@ -48,7 +48,8 @@ constexpr const char* kSensitivity = R"({"schema": "drapebench/sensitivity/1", "
  "variants": [{"what": "mass rule paper", "from": "base", "at_rest": true, "mean_distance_mm": 1.75,
  "change_mm": 0.25, "mean_way_of_marks_mm": 0.5, "hem_folds": 4}]})";
 constexpr const char* kAcceptance = R"({"schema": "drapebench/acceptance/1", "go": false,
- "rig": "bench1", "calibration_sha256": "a1b2", "date": "2026-01-31", "valid_until": "2027-01-31",
+ "rig": "bench1", "date": "2026-01-31", "valid_until": "2027-01-31", "calibration_sha256":
+ "0123456789abcdef0123456789abcdef0123456789abcdef0123456789abcdef",
  "cause": "cam1 moved since the calibration", "positions": 8,
  "figures": [{"name": "length error", "unit": "mm", "where": "set pose_03", "value": 0.012,
  "expanded_uncertainty": 0.02, "limit": 0.05, "go": true},
