@@ -9,11 +9,11 @@
 #include "capture/capture.hpp"
 #include "capture/folder_layout.hpp"
 #include "capture/image_check.hpp"
+#include "capture/recording/set_details.hpp"
 #include "capture/ticker.hpp"
 #include "core/error.hpp"
 #include "core/files/files.hpp"
 #include "core/files/inside.hpp"
-#include "core/files/json_file.hpp"
 #include "core/parallel.hpp"
 
 namespace drape::capture {
@@ -126,34 +126,29 @@ void copy_one(const fs::path& folder, const fs::path& recording_folder, const Pi
                {reinterpret_cast<const char*>(bytes.data()), bytes.size()}, picture.where(folder));
 }
 
-/// What a capture noted in the folder of a set; nothing where the file is not of a capture.
-struct Details {
-  std::string set;  ///< under which it was taken
+/// The notes of a capture in the folder of a set.
+struct Details : SetNotes {
   std::string bytes, sha256;
-  std::optional<double> motion_px, camera_shift_px;
-  std::optional<std::string> no_go;
 };
 
+/// Nothing where the file is not of a capture.
 std::optional<Details> details_in(const fs::path& folder, const std::string& set) {
   const fs::path file = folder / set / "capture.json";
   if (!fs::is_regular_file(file)) return std::nullopt;
-  Details details;
-  details.bytes = read_text(file);
-  const Json json = try_json(details.bytes);
-  if (json.is_discarded())
+  const std::string bytes = read_text(file);
+  std::optional<Document> document;
+  try {
+    document.emplace(file, Syntax::json, bytes);
+  } catch (const Error&) {
     throw bad_input("the file is damaged, so that nobody knows whether the set is a measurement",
                     {.file = file.string(), .set = set},
                     "bring it back from where the set was copied, or record the set again");
-  if (!json.is_object() || !json.contains("schema") || !json["schema"].is_string() ||
-      !json["schema"].get<std::string>().starts_with("drapebench/capture/"))
-    return std::nullopt;
-  const JsonNode root = JsonNode::open(file, "capture", 1), still = root.at("stillness");
-  details.sha256 = sha256_of(details.bytes);
-  details.set = root.text("set");
-  details.motion_px = still.optional_number("motion_px");
-  details.camera_shift_px = still.optional_number("background_shift_px");
-  if (root.has("no_go")) details.no_go = root.optional_text("no_go");
-  if (!details.no_go && still.optional_text("cloth") == "moved")
+  }
+  const Value* schema = document->root().find("schema");
+  const std::string* format = schema == nullptr ? nullptr : schema->get_if<std::string>();
+  if (format == nullptr || !format->starts_with("drapebench/capture/")) return std::nullopt;
+  Details details{read_record<SetNotes>(*document), bytes, document->sha256()};
+  if (!details.no_go && details.cloth == "moved")
     details.no_go = details.motion_px
                         ? fmt::format("the cloth moved by {:.2f} px or more during the burst",
                                       *details.motion_px)

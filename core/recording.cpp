@@ -7,44 +7,48 @@
 
 #include "core/error.hpp"
 #include "core/files/files.hpp"
-#include "core/files/json_file.hpp"
 
 namespace drape {
-namespace {
 
-constexpr int kRecordingVersion = 1;
-
-RecordedFrame read_recorded_frame(const JsonNode& node) {
-  static_cast<void>(name_inside({}, node.text("file"), node.where("file")));
-  return {node.name("camera"),       node.text("file"),
-          node.text("sha256"),       node.integer("width_px"),
-          node.integer("height_px"), node.optional_number("device_time_s")};
-}
-
-Json json_of(const RecordedFrame& frame) {
-  return {{"camera", frame.camera},
-          {"file", frame.file},
-          {"sha256", frame.sha256},
-          {"width_px", frame.width_px},
-          {"height_px", frame.height_px},
-          {"device_time_s", frame.device_time_s ? Json(*frame.device_time_s) : Json()}};
-}
-
-/// Each set once, and in it each camera once: which of two would be measured?
-void check_unique(const JsonNode& root, const Recording& recording) {
-  std::set<std::string> sets;
-  for (const FrameSet& set : recording.sets) {
-    if (!sets.insert(set.name).second)
-      root.reject("sets", fmt::format("the set `{}` is there twice", set.name));
-    std::set<std::string> cameras;
-    for (const RecordedFrame& frame : set.frames)
-      if (!cameras.insert(frame.camera).second)
-        root.reject("sets", fmt::format("the camera `{}` is twice in the set `{}`", frame.camera,
-                                        set.name));
+void fields(Fields& f, RecordedFrame& frame) {
+  f(Field{"camera", "camera of the rig"}.plain_name(), frame.camera);
+  f({"file", "image, relative to the recording"}, frame.file);
+  f({"sha256", "hash of its bytes"}, frame.sha256);
+  f({"width_px", "width", 1, 1}, frame.width_px);
+  f({"height_px", "height", 1, 1}, frame.height_px);
+  f({"device_time_s", "device time on the common clock of live cameras"}, frame.device_time_s);
+  if (!f.reads() || frame.file.empty()) return;
+  try {
+    static_cast<void>(name_inside({}, frame.file, {}));
+  } catch (const Error& error) {
+    f.limit(false, "file", error.what_failed(), error.what_to_do());
   }
 }
 
-}  // namespace
+void fields(Fields& f, FrameSet& set) {
+  f(Field{"name", "set"}.plain_name(), set.name);
+  f({"frames", "one image of each camera"}, set.frames);
+  f.if_any({"details_sha256", "hash of the set's capture.json"}, set.details_sha256);
+  f.if_any({"motion_px", "largest motion between frames of the burst"}, set.motion_px);
+  f.if_any({"camera_shift_px", "of a background against the reference set"}, set.camera_shift_px);
+  f.if_any({"no_go", "why the set is no measurement"}, set.no_go);
+  // Each camera once: which of two would be measured?
+  std::set<std::string> cameras;
+  for (const RecordedFrame& frame : set.frames)
+    f.rule(cameras.insert(frame.camera).second, "frames",
+           fmt::format("the camera `{}` is twice in the set `{}`", frame.camera, set.name),
+           make_again);
+}
+
+void fields(Fields& f, Recording& recording) {
+  f({"source", "import, or the capture method"}, recording.source);
+  f({"recorded_on", "ISO date when known"}, recording.recorded_on);
+  f({"sets", "frames that belong together"}, recording.sets);
+  std::set<std::string> sets;
+  for (const FrameSet& set : recording.sets)
+    f.rule(sets.insert(set.name).second, "sets",
+           fmt::format("the set `{}` is there twice", set.name), make_again);
+}
 
 const FrameSet& Recording::set(const std::string& set_name) const {
   std::string known;
@@ -64,19 +68,8 @@ Recording read_recording(const std::filesystem::path& folder) {
         "not a recording: the manifest is missing", {.file = manifest.string()},
         "record with `drape capture`, or make it with `drape import FOLDER --out RECORDING`");
   }
-  const JsonNode root = JsonNode::open(manifest, "recording", kRecordingVersion);
-  Recording recording{folder, root.text("source"), root.optional_text("recorded_on"), {}};
-  for (const JsonNode& set : root.items("sets")) {
-    recording.sets.push_back({set.name("name"),
-                              {},
-                              set.optional_text("details_sha256"),
-                              set.optional_number("motion_px"),
-                              set.optional_number("camera_shift_px"),
-                              set.optional_text("no_go")});
-    for (const JsonNode& frame : set.items("frames"))
-      recording.sets.back().frames.push_back(read_recorded_frame(frame));
-  }
-  check_unique(root, recording);
+  auto recording = read_record<Recording>(manifest);
+  recording.folder = folder;
   if (recording.sets.empty()) {
     throw bad_input("the recording is empty: it lists no set",
                     {.file = manifest.string(), .field = "/sets"},
@@ -86,23 +79,7 @@ Recording read_recording(const std::filesystem::path& folder) {
 }
 
 void write_recording(const Recording& recording) {
-  Json json;
-  json["schema"] = fmt::format("drapebench/recording/{}", kRecordingVersion);
-  json["source"] = recording.source;
-  json["recorded_on"] = recording.recorded_on ? Json(*recording.recorded_on) : Json();
-  json["sets"] = Json::array();
-  for (const FrameSet& set : recording.sets) {
-    Json item;
-    item["name"] = set.name;
-    item["frames"] = Json::array();
-    for (const RecordedFrame& frame : set.frames) item["frames"].push_back(json_of(frame));
-    if (set.details_sha256) item["details_sha256"] = *set.details_sha256;
-    if (set.motion_px) item["motion_px"] = *set.motion_px;
-    if (set.camera_shift_px) item["camera_shift_px"] = *set.camera_shift_px;
-    if (set.no_go) item["no_go"] = *set.no_go;
-    json["sets"].push_back(std::move(item));
-  }
-  write_json(recording.folder / "recording.json", json);
+  write_record(recording.folder / "recording.json", recording);
 }
 
 std::vector<unsigned char> read_frame(const Recording& recording, const FrameSet& set,

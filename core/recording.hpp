@@ -6,6 +6,8 @@
 #include <string>
 #include <vector>
 
+#include "core/fields/records.hpp"
+
 namespace drape {
 
 /// One image of one camera.
@@ -34,10 +36,17 @@ struct Recording {
   std::string source;                      ///< "import" or the capture method
   std::optional<std::string> recorded_on;  ///< ISO date when known
   std::vector<FrameSet> sets;
+  Document document = {};  ///< recording.json as it was read
 
   /// Throws Error(bad_input) naming the sets that exist.
   [[nodiscard]] const FrameSet& set(const std::string& set_name) const;
 };
+
+void fields(Fields& f, FrameSet& set);
+void fields(Fields& f, Recording& recording);
+template <>
+inline constexpr Format format_of<Recording>{"recording", Syntax::json, 1,
+                                             "sets of frames and their hashes"};
 
 /// Reads <folder>/recording.json; throws when it is absent, newer, or lists no set.
 [[nodiscard]] Recording read_recording(const std::filesystem::path& folder);

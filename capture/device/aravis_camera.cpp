@@ -470,7 +470,7 @@ class AravisCamera final : public CameraDevice {
     stop();
     std::vector<SettingReadBack> read_back = Configuration(features_, s, is_gige_).run();
     payload_ = static_cast<std::size_t>(features_.integer("PayloadSize"));
-    format_ = find_pixel_format(value_of(read_back, "pixel_format").value_or(""));
+    format_ = find_pixel_format(setting_in(read_back, "pixel_format").value_or(""));
     tick_hz_ = tick_rate_hz(features_, is_gige_);
     read_back.push_back({"payload_bytes", fmt::format("{}", payload_)});
     read_back.push_back(

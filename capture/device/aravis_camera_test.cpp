@@ -79,7 +79,7 @@ TEST_F(AravisCamera, IsFoundBySerialAndGivesThePictureBitForBit) {
   EXPECT_EQ(camera->identity().address, "127.0.0.3");
   EXPECT_EQ(camera->identity().host_address, "127.0.0.1");
   const auto settings = camera->configure({});
-  EXPECT_EQ(value_of(settings, "pixel_format"), "Mono8");
+  EXPECT_EQ(setting_in(settings, "pixel_format"), "Mono8");
   camera->start();
   for (int i = 0; i < 3; ++i) {
     const auto frame = camera->next(1.0);
@@ -101,12 +101,12 @@ TEST_F(AravisCamera, SettingsAreWrittenAndReadBackAndAutomaticsAreOff) {
   s.exposure_us = 4000;
   s.gain_db = 3;
   const auto settings = camera->configure(s);
-  EXPECT_EQ(value_of(settings, "ExposureAuto"), "Off");
-  EXPECT_EQ(value_of(settings, "GainAuto"), "Off");
-  EXPECT_EQ(value_of(settings, "exposure_us"), "4000");
-  EXPECT_EQ(value_of(settings, "offset_x_px"), "64");
-  EXPECT_EQ(value_of(settings, "packet_size_bytes"), "8192");
-  EXPECT_EQ(value_of(settings, "trigger"), "Software");
+  EXPECT_EQ(setting_in(settings, "ExposureAuto"), "Off");
+  EXPECT_EQ(setting_in(settings, "GainAuto"), "Off");
+  EXPECT_EQ(setting_in(settings, "exposure_us"), "4000");
+  EXPECT_EQ(setting_in(settings, "offset_x_px"), "64");
+  EXPECT_EQ(setting_in(settings, "packet_size_bytes"), "8192");
+  EXPECT_EQ(setting_in(settings, "trigger"), "Software");
   EXPECT_EQ(device.register_word(test::reg::exposure_auto), 0U);
   EXPECT_EQ(device.register_word(test::reg::width), 320U);
   EXPECT_EQ(device.register_real(test::reg::exposure_us), 4000);
@@ -125,7 +125,7 @@ TEST_F(AravisCamera, SettingsGoInTheOrderTheyDependOnEachOther) {
     s.offset_x_px = s.offset_y_px = offset_px;
     s.exposure_us = 3000;
     s.gain_db = 2;
-    EXPECT_EQ(value_of(camera->configure(s), "offset_y_px"), std::to_string(offset_px));
+    EXPECT_EQ(setting_in(camera->configure(s), "offset_y_px"), std::to_string(offset_px));
     EXPECT_EQ(device.register_word(test::reg::width), static_cast<std::uint32_t>(width_px));
     EXPECT_EQ(device.register_real(test::reg::gain_db), 2);
   }

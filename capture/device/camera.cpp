@@ -15,8 +15,8 @@ void ask_size(FoundDevice& device) {
     const auto camera =
         open_camera({device.backend, network ? device.identity.address : device.name, "", ""});
     const auto settings = camera->configure({});
-    if (const auto px = value_of(settings, "width_px")) device.width_px = std::stoi(*px);
-    if (const auto px = value_of(settings, "height_px")) device.height_px = std::stoi(*px);
+    if (const auto px = setting_in(settings, "width_px")) device.width_px = std::stoi(*px);
+    if (const auto px = setting_in(settings, "height_px")) device.height_px = std::stoi(*px);
     device.identity.host_address = camera->identity().host_address;
   } catch (const Error& error) {
     device.why_not_asked = error.what_failed();

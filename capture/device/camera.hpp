@@ -15,18 +15,25 @@
 #include "capture/pairing/clock_fit.hpp"
 #include "capture/pairing/frame_id.hpp"
 #include "core/error.hpp"
+#include "core/fields/fields.hpp"
 
 namespace drape::capture {
 
 /// A kind of camera, with its name in cameras.toml.
 enum class Backend { aravis, v4l2, replay };
-inline constexpr const char* kBackends[] = {"aravis", "v4l2", "replay"};
-[[nodiscard]] inline std::string to_string(Backend backend) {
-  return kBackends[static_cast<int>(backend)];
-}
-
 /// What makes a camera expose.
 enum class TriggerSource { free_run, software, line, action };
+
+}  // namespace drape::capture
+
+template <>
+inline constexpr std::string_view drape::names_of<drape::capture::Backend>[] = {"aravis", "v4l2",
+                                                                                "replay"};
+template <>
+inline constexpr std::string_view drape::names_of<drape::capture::TriggerSource>[] = {
+    "free_run", "software", "line", "action"};
+
+namespace drape::capture {
 
 /// Which device: never "the first one".
 struct CameraAddress {
@@ -55,9 +62,10 @@ struct CameraIdentity {
 
 /// A number among the settings: described once for cameras.toml, the camera host and every backend.
 struct NumberSetting {
-  const char* name;  ///< with its unit, as in cameras.toml
+  const char *name, *meaning;  ///< with its unit, as in cameras.toml
   std::variant<std::optional<int> CameraSettings::*, std::optional<double> CameraSettings::*>
       member;
+  bool own;               ///< of the camera's table in cameras.toml
   bool positive;          ///< above 0; else 0 or more
   double tolerance;       ///< relative difference between what is asked and taken: a sensor's step
   const char* otherwise;  ///< remedy where a camera cannot be set to it
@@ -71,10 +79,11 @@ struct NumberSetting {
 struct SettingReadBack {
   std::string name;  ///< with its unit, e.g. "exposure_us"
   std::string value;
+  bool operator==(const SettingReadBack&) const = default;
 };
 
 /// The value of a setting; nothing where the camera did not say it.
-[[nodiscard]] std::optional<std::string> value_of(std::span<const SettingReadBack> settings,
+[[nodiscard]] std::optional<std::string> setting_in(std::span<const SettingReadBack> settings,
                                                   std::string_view name);
 
 /// The format of `offered` that was asked for, or else the best for measuring. Throws
@@ -164,6 +173,10 @@ struct FoundDevice {
   std::string why_not_asked;               ///< what it said instead
 };
 
+struct FoundDevices {
+  std::vector<FoundDevice> cameras;
+};
+
 /// A backend's code: one line each in camera.cpp.
 struct CameraDriver {
   std::unique_ptr<CameraDevice> (*open)(const CameraAddress&);
@@ -176,6 +189,18 @@ extern const CameraDriver aravis_driver, v4l2_driver, replay_driver;
 /// Devices of all backends, in order of their names. GigE Vision discovery takes about 1 s.
 /// `sizes`: each is opened for a moment and asked how large its pictures are.
 [[nodiscard]] std::vector<FoundDevice> find_devices(bool sizes = false);
+
+// Descriptions of these records for files and messages.
+void fields(Fields& f, CameraAddress& address);
+void fields(Fields& f, CameraSettings& settings);
+void fields(Fields& f, CameraIdentity& identity);
+void fields(Fields& f, SettingReadBack& setting);
+void fields(Fields& f, CameraCounters& counters);
+void fields(Fields& f, ClockSample& sample);
+void fields(Fields& f, FoundDevice& device);
+void fields(Fields& f, FoundDevices& devices);
+/// Those of a camera that stand in its table of cameras.toml.
+void own_fields(Fields& f, CameraSettings& settings);
 
 /// Error(device) whose field says which device.
 [[nodiscard]] Error device_error(std::string what_failed, const std::string& device,

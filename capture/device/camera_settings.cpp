@@ -14,17 +14,31 @@ namespace {
 constexpr const char* kLeaveOut = "leave it out; the value that the camera has is recorded";
 
 constexpr NumberSetting kNumbers[] = {
-    {"width_px", &CameraSettings::width_px, true, 0, kLeaveOut},
-    {"height_px", &CameraSettings::height_px, true, 0, kLeaveOut},
-    {"offset_x_px", &CameraSettings::offset_x_px, false, 0, kLeaveOut},
-    {"offset_y_px", &CameraSettings::offset_y_px, false, 0, kLeaveOut},
-    {"packet_size_bytes", &CameraSettings::packet_size_bytes, false, 0, kLeaveOut},
-    {"packet_delay_ns", &CameraSettings::packet_delay_ns, false, 0.02, kLeaveOut},
-    {"exposure_us", &CameraSettings::exposure_us, true, 0.02, kLeaveOut},
-    {"gain_db", &CameraSettings::gain_db, false, 0.02, kLeaveOut},
-    {"frame_rate_hz", &CameraSettings::frame_rate_hz, true, 0.02,
+    {"width_px", "width of the pictures", &CameraSettings::width_px, false, true, 0, kLeaveOut},
+    {"height_px", "height of the pictures", &CameraSettings::height_px, false, true, 0, kLeaveOut},
+    {"offset_x_px", "first column of the sensor", &CameraSettings::offset_x_px, true, false, 0,
+     kLeaveOut},
+    {"offset_y_px", "first row of the sensor", &CameraSettings::offset_y_px, true, false, 0,
+     kLeaveOut},
+    {"packet_size_bytes", "packets of the stream", &CameraSettings::packet_size_bytes, true, false,
+     0, kLeaveOut},
+    {"packet_delay_ns", "pause between two packets", &CameraSettings::packet_delay_ns, true, false,
+     0.02, kLeaveOut},
+    {"exposure_us", "exposure time", &CameraSettings::exposure_us, true, true, 0.02, kLeaveOut},
+    {"gain_db", "gain", &CameraSettings::gain_db, true, false, 0.02, kLeaveOut},
+    {"frame_rate_hz", "frame rate", &CameraSettings::frame_rate_hz, false, true, 0.02,
      "use the sync method software_trigger"},
 };
+
+void number_fields(Fields& f, CameraSettings& settings, bool all) {
+  for (const NumberSetting& one : kNumbers)
+    if (all || one.own)
+      std::visit(
+          [&](auto member) {
+            f.if_any({one.name, one.meaning, 1, one.positive ? above_zero : 0}, settings.*member);
+          },
+          one.member);
+}
 
 }  // namespace
 
@@ -41,7 +55,7 @@ std::span<const NumberSetting> number_settings() {
   return kNumbers;
 }
 
-std::optional<std::string> value_of(std::span<const SettingReadBack> settings,
+std::optional<std::string> setting_in(std::span<const SettingReadBack> settings,
                                     std::string_view name) {
   const auto found = std::find_if(settings.begin(), settings.end(),
                                   [&](const SettingReadBack& one) { return one.name == name; });
@@ -87,6 +101,70 @@ void SettingsWriter::apply(std::string_view name, const std::optional<SettingPor
 Error device_error(std::string what_failed, const std::string& device, std::string what_to_do) {
   return Error(ErrorKind::device, std::move(what_failed), {.field = "device " + device},
                std::move(what_to_do));
+}
+
+void own_fields(Fields& f, CameraSettings& settings) {
+  number_fields(f, settings, false);
+  f.if_any({"pixel_format", "name of PFNC or V4L2; the best for measuring if left out"},
+           settings.pixel_format);
+  f.otherwise({"trigger_line", "line of the trigger"}, settings.trigger_line);
+  f.limit(settings.pixel_format.empty() || find_pixel_format(settings.pixel_format) != nullptr,
+          "pixel_format", settings.pixel_format + " frames cannot be recorded",
+          "leave it out, so that the camera's best is taken");
+}
+
+void fields(Fields& f, CameraSettings& settings) {
+  number_fields(f, settings, true);
+  f.if_any({"pixel_format", "name of PFNC or V4L2"}, settings.pixel_format);
+  f({"trigger", "what makes the camera expose"}, settings.trigger);
+  f({"trigger_line", "line of the trigger"}, settings.trigger_line);
+  f({"ptp", "whether PTP is switched on"}, settings.ptp);
+}
+
+void fields(Fields& f, CameraAddress& address) {
+  f({"backend", "library of the camera"}, address.backend);
+  f({"device", "serial number or IP address; V4L2: bus path; a recording's: camera"},
+    address.device);
+  f.if_any({"host_address", "IP address of the network card"}, address.host_address);
+  f.if_any({"recording", "folder of the recording that is replayed"}, address.recording);
+}
+
+void fields(Fields& f, CameraIdentity& identity) {
+  f({"vendor", "maker"}, identity.vendor);
+  f({"model", "model"}, identity.model);
+  f({"serial", "serial number"}, identity.serial);
+  f({"address", "IP address or device file"}, identity.address);
+  f({"host_address", "IP address of the network card"}, identity.host_address);
+}
+
+void fields(Fields& f, SettingReadBack& setting) {
+  f({"name", "setting with its unit"}, setting.name);
+  f({"value", "as the camera has it"}, setting.value);
+}
+
+void fields(Fields& f, CameraCounters& counters) {
+  f({"requested_again", "packets that were asked for again"}, counters.packets_requested_again);
+  f({"resent", "packets that came again"}, counters.packets_resent);
+  f({"repeated", "packets that came twice"}, counters.packets_repeated);
+}
+
+void fields(Fields& f, ClockSample& sample) {
+  f({"before", "host time, ns"}, sample.host_before_ns);
+  f({"device", "device time, ns"}, sample.device_ns);
+  f({"after", "host time, ns"}, sample.host_after_ns);
+}
+
+void fields(Fields& f, FoundDevice& device) {
+  f({"backend", "library of the camera"}, device.backend);
+  f({"device", "what cameras.toml names"}, device.name);
+  fields(f, device.identity);
+  f({"width_px", "width of its pictures"}, device.width_px);
+  f({"height_px", "height of its pictures"}, device.height_px);
+  f({"why_not_asked", "why the size is not known"}, device.why_not_asked);
+}
+
+void fields(Fields& f, FoundDevices& devices) {
+  f({"cameras", "that answer"}, devices.cameras);
 }
 
 }  // namespace drape::capture

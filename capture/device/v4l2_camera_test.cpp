@@ -82,8 +82,8 @@ TEST(V4l2Devices, AreFoundByBusPath) {
 }
 
 TEST_F(V4l2Camera, StreamsAndCountsOnTheHostsClock) {
-  EXPECT_EQ(value_of(read_back_, "GainAuto"), "Off");
-  EXPECT_EQ(value_of(read_back_, "frame_rate_hz"), "25");
+  EXPECT_EQ(setting_in(read_back_, "GainAuto"), "Off");
+  EXPECT_EQ(setting_in(read_back_, "frame_rate_hz"), "25");
   EXPECT_EQ(VividNode(kNode).get("Gain, Automatic"), 0);
   const std::int64_t before = now_ns();
   camera_->start();
@@ -121,13 +121,13 @@ TEST_F(V4l2Camera, RefusesWhatTheDriverDoesNotTake) {
 
 /// Of exposure and gain this driver has the gain alone.
 TEST_F(V4l2Camera, GainIsSetWhileItStreamsAndReadBack) {
-  EXPECT_EQ(value_of(read_back_, "gain_camera_units"), std::to_string(VividNode(kNode).get("Gain")))
+  EXPECT_EQ(setting_in(read_back_, "gain_camera_units"), std::to_string(VividNode(kNode).get("Gain")))
       << "nobody asked for one";
-  EXPECT_EQ(value_of(read_back_, "exposure_us"), std::nullopt);
+  EXPECT_EQ(setting_in(read_back_, "exposure_us"), std::nullopt);
   camera_->start();
   CameraSettings light;
   light.gain_db = 40;
-  EXPECT_EQ(value_of(camera_->set_light(light), "gain_camera_units"), "40");
+  EXPECT_EQ(setting_in(camera_->set_light(light), "gain_camera_units"), "40");
   EXPECT_EQ(VividNode(kNode).get("Gain"), 40);
   EXPECT_TRUE(frame_of(*camera_).complete);
   light.gain_db = 300;  // its largest is 255
@@ -262,7 +262,7 @@ TEST_P(V4l2Formats, EachIsBitExactThroughTheDriver) {
     s.width_px = width_px;
     s.height_px = height_px;
     s.pixel_format = name;
-    EXPECT_EQ(value_of(camera->configure(s), "pixel_format"), name);
+    EXPECT_EQ(setting_in(camera->configure(s), "pixel_format"), name);
     const auto expected = unpack(format, sent, width_px, height_px).values;
     camera->start();
     bool same = false;

@@ -5,33 +5,11 @@
 #include "capture/doctor/commands.hpp"
 #include "capture/doctor/device_list.hpp"
 #include "capture/host/camera_host.hpp"
-#include "core/files/json_file.hpp"
+#include "core/fields/records.hpp"
 #include "core/program/command.hpp"
 #include "core/program/program.hpp"
 
 namespace drape::capture {
-
-namespace {
-
-Json json_of(const std::vector<FoundDevice>& devices) {
-  Json list = Json::array();
-  for (const auto& d : devices) {
-    Json item;
-    item["backend"] = to_string(d.backend);
-    item["device"] = d.name;
-    item["vendor"] = d.identity.vendor;
-    item["model"] = d.identity.model;
-    item["address"] = d.identity.address;
-    item["host_address"] = d.identity.host_address;
-    item["width_px"] = d.width_px ? Json(*d.width_px) : Json();
-    item["height_px"] = d.height_px ? Json(*d.height_px) : Json();
-    item["why_not_asked"] = d.why_not_asked.empty() ? Json() : Json(d.why_not_asked);
-    list.push_back(std::move(item));
-  }
-  return list;
-}
-
-}  // namespace
 
 int cameras_command(int argc, char** argv) {
   Command app(
@@ -45,7 +23,7 @@ int cameras_command(int argc, char** argv) {
   return run_program(app, argc, argv, common, [&] {
     const auto devices = list_devices(camera_host_program(), sizes);
     if (common.json) {
-      fmt::print("{}", pretty({{"cameras", json_of(devices)}}));
+      print_text(pretty(value_of(FoundDevices{devices})));
       return devices.empty() ? 1 : 0;
     }
     Ending ending;
@@ -53,7 +31,7 @@ int cameras_command(int argc, char** argv) {
     ending.verdict = ending.go ? fmt::format("{} camera(s) answer", devices.size())
                                : "no camera answers: check power, cable and network card";
     for (const auto& d : devices) {
-      std::string line = fmt::format("{}, {} {}, {}", to_string(d.backend), d.identity.vendor,
+      std::string line = fmt::format("{}, {} {}, {}", name_of(d.backend), d.identity.vendor,
                                      d.identity.model, d.identity.address);
       if (d.width_px && d.height_px) line += fmt::format(", {} x {} px", *d.width_px, *d.height_px);
       if (sizes && !d.why_not_asked.empty()) line += ", size not known: " + d.why_not_asked;

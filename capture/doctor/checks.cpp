@@ -126,9 +126,9 @@ std::map<std::string, std::vector<Reached>> cameras_by_card(const Evidence& evid
     if (c < evidence.live.report.cameras.size()) {
       const LiveCameraReport& seen = evidence.live.report.cameras[c];
       if (!seen.identity.host_address.empty()) address = seen.identity.host_address;
-      if (const auto size = value_of(seen.settings, "packet_size_bytes"))
+      if (const auto size = setting_in(seen.settings, "packet_size_bytes"))
         reached.packet_size_bytes = std::stoi(*size);
-      if (const auto bytes = value_of(seen.settings, "payload_bytes"))
+      if (const auto bytes = setting_in(seen.settings, "payload_bytes"))
         reached.frame_bytes = std::stod(*bytes);
     }
     // USB3 Vision has no network card.
@@ -138,6 +138,15 @@ std::map<std::string, std::vector<Reached>> cameras_by_card(const Evidence& evid
 }
 
 }  // namespace
+
+void fields(Fields& f, Check& check) {
+  std::string verdict = check.go ? "GO" : "NO-GO";
+  auto to_do = check.go ? std::nullopt : std::optional(check.to_type);
+  f({"check", "what was looked at"}, check.name);
+  f({"verdict", "GO or NO-GO"}, verdict);
+  f({"found", "with units"}, check.found);
+  f({"to_do", "what to type where it is NO-GO"}, to_do);
+}
 
 Evidence look_at_bench(const fs::path& rig, const fs::path& out,
                        const std::optional<fs::path>& calibration) {
@@ -321,7 +330,7 @@ Checks check_usb(const Evidence& evidence) {
     if (camera.address.backend != Backend::v4l2) continue;
     const FoundDevice* device = device_of(camera, evidence.found);
     const PixelFormat* format =
-        find_pixel_format(value_of(reports[c].settings, "pixel_format").value_or(""));
+        find_pixel_format(setting_in(reports[c].settings, "pixel_format").value_or(""));
     if (device == nullptr || format == nullptr || format->lossy()) continue;
     const fs::path usb = usb_device_of(device->identity.address, evidence.sys);
     if (usb.empty()) continue;
@@ -349,13 +358,13 @@ Checks check_usb(const Evidence& evidence) {
 Checks check_receive_buffers(const Evidence& evidence) {
   Checks checks;
   for (const LiveCameraReport& camera : evidence.live.report.cameras) {
-    const auto has = value_of(camera.settings, "receive_buffer_bytes");
-    const auto needs = value_of(camera.settings, "receive_buffer_of_a_frame_bytes");
+    const auto has = setting_in(camera.settings, "receive_buffer_bytes");
+    const auto needs = setting_in(camera.settings, "receive_buffer_of_a_frame_bytes");
     if (!has || !needs) continue;
     // The camera sends no faster than it did in the short capture: too small a buffer alone loses
     // nothing until this machine is busy.
     std::string found = "packet socket, 32 MB";
-    if (value_of(camera.settings, "stream_socket") != "packet") {
+    if (setting_in(camera.settings, "stream_socket") != "packet") {
       const double got = std::stod(*has), frame = std::stod(*needs);
       found = fmt::format("{:.1f} MB; a frame takes {:.1f} MB", got / kMega, frame / kMega);
       if (got < frame)

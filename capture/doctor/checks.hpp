@@ -20,6 +20,7 @@ struct Check {
   std::string found;         ///< with units
   std::string to_type = {};  ///< what to do when it is NO-GO
 };
+void fields(Fields& f, Check& check);
 
 /// What the doctor looks at.
 struct Evidence {

@@ -4,7 +4,7 @@
 
 #include "capture/doctor/checks.hpp"
 #include "capture/doctor/commands.hpp"
-#include "core/files/json_file.hpp"
+#include "core/fields/records.hpp"
 #include "core/program/command.hpp"
 #include "core/program/program.hpp"
 
@@ -15,22 +15,21 @@ namespace fs = std::filesystem;
 namespace {
 
 int tell(const std::vector<Check>& checks, const CommonOptions& common) {
-  Json list = Json::array();
+  Value json, list(Value::List{});
   Ending ending;
   for (const auto& c : checks) {
     ending.go = ending.go && c.go;
     ending.numbers.emplace_back(c.name, fmt::format("{:<5}  {}", c.go ? "GO" : "NO-GO", c.found));
     if (!c.go) ending.rejected.push_back(fmt::format("{}; to do: {}", c.name, c.to_type));
-    list.push_back({{"check", c.name},
-                    {"verdict", c.go ? "GO" : "NO-GO"},
-                    {"found", c.found},
-                    {"to_do", c.go ? Json() : Json(c.to_type)}});
+    list.append(value_of(c));
   }
   ending.verdict = ending.go ? "the bench is fit to measure" : "the bench is not fit to measure";
   ending.next_command =
       ending.go ? "drape capture RIG --set NAME --out RECORDING" : "drape doctor RIG";
   if (!common.json) return finish(ending, common);
-  fmt::print("{}", pretty({{"verdict", ending.go ? "GO" : "NO-GO"}, {"checks", list}}));
+  json["verdict"] = ending.go ? "GO" : "NO-GO";
+  json["checks"] = std::move(list);
+  print_text(pretty(json));
   return ending.go ? 0 : 1;
 }
 

@@ -56,11 +56,8 @@ void CameraHost::launch() {
     address.device = identity_.address;
     address.host_address = identity_.host_address;
   }
-  send_message(control_.get(), {{"do", "open"},
-                                {"address", json_of(address)},
-                                {"settings", json_of(settings_)},
-                                {"slots", options_.slots},
-                                {"slot_bytes", options_.slot_bytes}});
+  send(control_.get(),
+       Order{Order::Kind::open, address, settings_, options_.slots, options_.slot_bytes});
 }
 
 void CameraHost::spawn(int control, int memory) {
@@ -104,30 +101,29 @@ void CameraHost::kill() {
   ready_ = false;
 }
 
-void CameraHost::command(const char* what) {
-  if (control_.get() >= 0) send_message(control_.get(), {{"do", what}});
+void CameraHost::command(Order::Kind what) {
+  if (control_.get() >= 0) send(control_.get(), Order{what});
 }
 
 void CameraHost::set_light(const CameraSettings& wanted) {
   light_wanted_ = wanted;
-  if (!ready_ || fault_) {
+  if (!ready_ || fault_)
     light_answer_ = LightAnswer{"the camera is lost", "wait until it sends frames again"};
-    return;
-  }
-  send_message(control_.get(), {{"do", "light"}, {"settings", json_of(wanted)}});
+  else
+    send(control_.get(), Order{.kind = Order::Kind::light, .settings = wanted});
 }
 
-void CameraHost::take_light(const Json& message) {
-  for (const Json& one : message.at("settings")) {
+void CameraHost::take_light(const News& news) {
+  for (const SettingReadBack& one : news.settings) {
     const auto known = std::find_if(read_back_.begin(), read_back_.end(),
-                                    [&](const SettingReadBack& s) { return s.name == one[0]; });
+                                    [&](const SettingReadBack& s) { return s.name == one.name; });
     if (known == read_back_.end())  // cameras.toml leaves it to the camera
-      read_back_.push_back({one[0], one[1]});
+      read_back_.push_back(one);
     else
-      known->value = one[1];
+      known->value = one.value;
   }
-  light_answer_ = LightAnswer{message.value("what", ""), message.value("do", "")};
-  if (!light_answer_->refused.empty()) return;
+  light_answer_ = LightAnswer{news.what, news.what_to_do};
+  if (!news.what.empty()) return;
   // A camera that is opened again gets them, too.
   if (light_wanted_.exposure_us) settings_.exposure_us = light_wanted_.exposure_us;
   if (light_wanted_.gain_db) settings_.gain_db = light_wanted_.gain_db;
@@ -135,9 +131,9 @@ void CameraHost::take_light(const Json& message) {
 
 void CameraHost::pump() {
   if (fault_ || control_.get() < 0) return;
-  Json message;
+  News news;
   for (;;) {
-    const Received got = receive_message(control_.get(), 0, message);
+    const Received got = receive(control_.get(), 0, news);
     if (got == Received::nothing) break;
     if (got == Received::closed) {
       int status = 0;
@@ -149,7 +145,7 @@ void CameraHost::pump() {
                   "when that repeats, look for junk on the camera's network");
     }
     last_sign_ = std::chrono::steady_clock::now();
-    take(message);
+    take(news);
     if (fault_) return;
   }
   const std::chrono::duration<double> silence = std::chrono::steady_clock::now() - last_sign_;
@@ -157,65 +153,52 @@ void CameraHost::pump() {
     fail("its camera host gives no sign of life", "check cable and power of the camera");
 }
 
-void CameraHost::take(const Json& message) {
-  const std::string is = message.at("is");
-  if (is == "ready") take_ready(message);
-  if (is == "started") started_ = true;
-  if (is == "stopped") started_ = false;
-  if (is == "frame") take_frame(message);
-  if (is == "light") take_light(message);
-  if (is == "error") fail(message.at("what"), message.at("do"));
-  if (is == "alive" && message.contains("clock")) take_clock(message.at("clock"));
-  if (!message.contains("counters")) return;
-  const Json& c = message.at("counters");
-  counters_ = {c[0], c[1], c[2], c[3]};
-  no_slot_ = c[4];
-}
-
-void CameraHost::take_ready(const Json& message) {
-  ready_ = true;
-  identity_ = identity_of(message.at("identity"));
-  read_back_.clear();
-  for (const Json& s : message.at("settings")) read_back_.push_back({s[0], s[1]});
-  ids_ = {message.at("first_id"), message.at("last_id")};
-  on_host_clock_ = message.at("on_host_clock");
-  take_clock(message.at("clock"));
-}
-
-void CameraHost::take_frame(const Json& message) {
-  Waiting waiting;
-  HostFrame& frame = waiting.frame;
-  frame.id = message.at("id");
-  frame.complete = message.at("complete");
-  frame.fault = message.at("fault");
-  if (!message.at("device_ns").is_null())
-    frame.device_ns = message.at("device_ns").get<std::int64_t>();
-  if (frame.complete) {
-    frame.width_px = message.at("width_px");
-    frame.height_px = message.at("height_px");
-    frame.stride_bytes = message.at("stride");
-    waiting.slot = message.at("slot");
-    waiting.bytes = message.at("bytes");
-    if (waiting.bytes > memory_->slot(waiting.slot).size())
-      return fail("a frame is larger than its slot", "correct rig.toml");
+void CameraHost::take(const News& news) {
+  switch (news.kind) {
+    case News::Kind::ready:
+      ready_ = true;
+      identity_ = news.identity.value_or(CameraIdentity{});
+      read_back_ = news.settings;
+      ids_ = {news.first_id, news.last_id};
+      on_host_clock_ = news.on_host_clock;
+      break;
+    case News::Kind::started:
+    case News::Kind::stopped:
+      started_ = news.kind == News::Kind::started;
+      break;
+    case News::Kind::frame:
+      if (news.frame && news.frame->complete &&
+          news.frame->bytes > memory_->slot(news.frame->slot).size())
+        return fail("a frame is larger than its slot", "correct rig.toml");
+      if (news.frame) frames_.push_back(*news.frame);
+      break;
+    case News::Kind::light:
+      take_light(news);
+      break;
+    case News::Kind::error:
+      fail(news.what, news.what_to_do);
+      break;
+    case News::Kind::alive:
+      break;
   }
-  frames_.push_back(std::move(waiting));
+  clock_.insert(clock_.end(), news.clock.begin(), news.clock.end());
+  if (!news.counters) return;
+  counters_ = *news.counters;
+  no_slot_ = news.without_room;
 }
 
 std::optional<HostFrame> CameraHost::next_frame() {
   if (frames_.empty()) return std::nullopt;
-  Waiting waiting = std::move(frames_.front());
+  const FrameNews news = std::move(frames_.front());
   frames_.pop_front();
-  if (waiting.frame.complete) {
-    const auto pixels = memory_->slot(waiting.slot).first(waiting.bytes);
-    waiting.frame.pixels.assign(pixels.begin(), pixels.end());
-    send_message(control_.get(), {{"do", "free"}, {"slot", waiting.slot}});
+  HostFrame frame{news.id,       news.device_ns, news.complete,     news.fault,
+                  news.width_px, news.height_px, news.stride_bytes, {}};
+  if (news.complete) {
+    const auto pixels = memory_->slot(news.slot).first(news.bytes);
+    frame.pixels.assign(pixels.begin(), pixels.end());
+    send(control_.get(), Order{.kind = Order::Kind::free, .slot = news.slot});
   }
-  return std::move(waiting.frame);
-}
-
-void CameraHost::take_clock(const Json& samples) {
-  for (const Json& s : samples) clock_.push_back({s[0], s[1], s[2]});
+  return frame;
 }
 
 void CameraHost::fail(std::string what, std::string what_to_do) {
@@ -224,7 +207,7 @@ void CameraHost::fail(std::string what, std::string what_to_do) {
 }
 
 std::string CameraHost::pixel_format() const {
-  return value_of(read_back_, "pixel_format").value_or("");
+  return setting_in(read_back_, "pixel_format").value_or("");
 }
 
 CameraCounters CameraHost::counters() const {

@@ -49,9 +49,9 @@ class CameraHost {
   void launch();
   void kill();
   void pump();
-  void start() { command("start"); }  ///< streams once started() is true
-  void stop() { command("stop"); }
-  void trigger() { command("trigger"); }
+  void start() { command(Order::Kind::start); }  ///< streams once started() is true
+  void stop() { command(Order::Kind::stop); }
+  void trigger() { command(Order::Kind::trigger); }
   void set_settings(const CameraSettings& settings) { settings_ = settings; }
   /// Exposure and gain that are there, while it streams; light_answer() says what came of it.
   void set_light(const CameraSettings& wanted);
@@ -86,16 +86,9 @@ class CameraHost {
   [[nodiscard]] std::optional<HostFrame> next_frame();
 
  private:
-  struct Waiting {
-    HostFrame frame;
-    std::size_t slot = 0, bytes = 0;
-  };
-  void command(const char* what);
-  void take(const Json& message);
-  void take_ready(const Json& message);
-  void take_frame(const Json& message);
-  void take_clock(const Json& samples);
-  void take_light(const Json& message);
+  void command(Order::Kind what);
+  void take(const News& news);
+  void take_light(const News& news);
   void fail(std::string what, std::string what_to_do);
   void spawn(int control, int memory);
 
@@ -116,7 +109,7 @@ class CameraHost {
   std::vector<ClockSample> clock_;
   CameraCounters counters_, counters_before_;
   std::int64_t no_slot_ = 0;
-  std::deque<Waiting> frames_;
+  std::deque<FrameNews> frames_;  ///< that wait in the shared memory
   CameraSettings light_wanted_;
   std::optional<LightAnswer> light_answer_;
 };

@@ -19,17 +19,6 @@ namespace {
 
 constexpr std::size_t kLargestMessage = 1 << 16;
 
-template <class T>
-void put(Json& json, const char* key, const std::optional<T>& value) {
-  json[key] = value ? Json(*value) : Json();
-}
-
-template <class T>
-std::optional<T> get(const Json& json, const char* key) {
-  if (!json.contains(key) || json[key].is_null()) return std::nullopt;
-  return json[key].get<T>();
-}
-
 }  // namespace
 
 Descriptor& Descriptor::operator=(Descriptor&& other) noexcept {
@@ -78,8 +67,7 @@ std::span<std::uint8_t> SharedFrames::slot(std::size_t index) const {
   return {at_ + index * slot_bytes_, slot_bytes_};
 }
 
-bool send_message(int descriptor, const Json& message) {
-  const std::string text = message.dump();
+bool send_text(int descriptor, std::string_view text) {
   ssize_t sent = -1;
   do {
     sent = ::send(descriptor, text.data(), text.size(), MSG_NOSIGNAL);
@@ -87,76 +75,54 @@ bool send_message(int descriptor, const Json& message) {
   return sent == static_cast<ssize_t>(text.size());
 }
 
-Received receive_message(int descriptor, int timeout_ms, Json& message) {
+Received receive_text(int descriptor, int timeout_ms, std::string& text) {
   pollfd wait{descriptor, POLLIN, 0};
   if (::poll(&wait, 1, timeout_ms) <= 0) return Received::nothing;
-  std::vector<char> buffer(kLargestMessage);
-  const ssize_t got = ::recv(descriptor, buffer.data(), buffer.size(), 0);
+  text.resize(kLargestMessage);
+  const ssize_t got = ::recv(descriptor, text.data(), text.size(), 0);
   if (got < 0 && (errno == EINTR || errno == EAGAIN)) return Received::nothing;
   if (got <= 0) return Received::closed;
-  message = try_json({buffer.data(), static_cast<std::size_t>(got)});
-  return message.is_discarded() ? Received::closed : Received::message;
+  text.resize(static_cast<std::size_t>(got));
+  return Received::message;
 }
 
-Json json_of(const CameraAddress& address) {
-  return {{"backend", static_cast<int>(address.backend)},
-          {"device", address.device},
-          {"host_address", address.host_address},
-          {"recording", address.recording}};
+void fields(Fields& f, Order& order) {
+  f({"do", "what to do"}, order.kind);
+  f.if_any({"address", "device to open"}, order.address);
+  f.if_any({"settings", "settings wanted"}, order.settings);
+  f.otherwise({"slots", "frames in the shared memory"}, order.slots);
+  f.otherwise({"slot_bytes", "size of one of them"}, order.slot_bytes);
+  f.otherwise({"slot", "that is free again"}, order.slot);
 }
 
-CameraAddress address_of(const Json& json) {
-  return {static_cast<Backend>(json.at("backend").get<int>()), json.at("device"),
-          json.at("host_address"), json.at("recording")};
+void fields(Fields& f, FrameNews& frame) {
+  f({"id", "the camera's count"}, frame.id);
+  f({"device_ns", "the camera's time"}, frame.device_ns);
+  f({"complete", "whether every byte arrived"}, frame.complete);
+  f({"fault", "why not"}, frame.fault);
+  f({"slot", "place in the shared memory"}, frame.slot);
+  f({"bytes", "size"}, frame.bytes);
+  f({"stride", "bytes of a row; 0: without padding"}, frame.stride_bytes);
+  f({"width_px", "width"}, frame.width_px);
+  f({"height_px", "height"}, frame.height_px);
 }
 
-Json json_of(const CameraSettings& s) {
-  Json json;
-  put(json, "width_px", s.width_px);
-  put(json, "height_px", s.height_px);
-  put(json, "offset_x_px", s.offset_x_px);
-  put(json, "offset_y_px", s.offset_y_px);
-  json["pixel_format"] = s.pixel_format;
-  put(json, "exposure_us", s.exposure_us);
-  put(json, "gain_db", s.gain_db);
-  put(json, "frame_rate_hz", s.frame_rate_hz);
-  put(json, "packet_size_bytes", s.packet_size_bytes);
-  put(json, "packet_delay_ns", s.packet_delay_ns);
-  json["trigger"] = static_cast<int>(s.trigger);
-  json["trigger_line"] = s.trigger_line;
-  json["ptp"] = s.ptp;
-  return json;
-}
-
-CameraSettings settings_of(const Json& json) {
-  CameraSettings s;
-  s.width_px = get<int>(json, "width_px");
-  s.height_px = get<int>(json, "height_px");
-  s.offset_x_px = get<int>(json, "offset_x_px");
-  s.offset_y_px = get<int>(json, "offset_y_px");
-  s.pixel_format = json.at("pixel_format");
-  s.exposure_us = get<double>(json, "exposure_us");
-  s.gain_db = get<double>(json, "gain_db");
-  s.frame_rate_hz = get<double>(json, "frame_rate_hz");
-  s.packet_size_bytes = get<int>(json, "packet_size_bytes");
-  s.packet_delay_ns = get<int>(json, "packet_delay_ns");
-  s.trigger = static_cast<TriggerSource>(json.at("trigger").get<int>());
-  s.trigger_line = json.at("trigger_line");
-  s.ptp = json.at("ptp");
-  return s;
-}
-
-Json json_of(const CameraIdentity& identity) {
-  return {{"vendor", identity.vendor},
-          {"model", identity.model},
-          {"serial", identity.serial},
-          {"address", identity.address},
-          {"host_address", identity.host_address}};
-}
-
-CameraIdentity identity_of(const Json& json) {
-  return {json.at("vendor"), json.at("model"), json.at("serial"), json.at("address"),
-          json.at("host_address")};
+void fields(Fields& f, News& news) {
+  f({"is", "kind of news"}, news.kind);
+  f.if_any({"what", "fault"}, news.what);
+  f.if_any({"to_do", "remedy"}, news.what_to_do);
+  f.if_any({"identity", "the camera"}, news.identity);
+  f.if_any({"settings", "read back"}, news.settings);
+  f.otherwise({"first_id", "first frame id"}, news.first_id);
+  f.otherwise({"last_id", "last frame id"}, news.last_id);
+  f.otherwise({"on_host_clock", "whether its times are the host's"}, news.on_host_clock);
+  f.if_any({"clock", "readings of its clock"}, news.clock);
+  f.if_any({"counters", "of the backend"}, news.counters);
+  std::int64_t underruns = news.counters ? news.counters->buffer_underruns : 0;
+  f.otherwise({"underruns", "frames without a buffer"}, underruns);
+  if (news.counters) news.counters->buffer_underruns = underruns;
+  f.otherwise({"without_room", "frames that found no slot"}, news.without_room);
+  f.if_any({"frame", "a frame"}, news.frame);
 }
 
 }  // namespace drape::capture

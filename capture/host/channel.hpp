@@ -5,9 +5,12 @@
 #include <cstdint>
 #include <optional>
 #include <span>
+#include <string>
+#include <string_view>
+#include <vector>
 
 #include "capture/device/camera.hpp"
-#include "core/files/json_file.hpp"
+#include "core/fields/records.hpp"
 
 namespace drape::capture {
 
@@ -52,17 +55,73 @@ class SharedFrames {
 };
 
 /// Sends one message; false when the other side is gone.
-bool send_message(int descriptor, const Json& message);
+bool send_text(int descriptor, std::string_view text);
 enum class Received { message, nothing, closed };
 /// The next message within `timeout_ms`.
-[[nodiscard]] Received receive_message(int descriptor, int timeout_ms, Json& message);
+[[nodiscard]] Received receive_text(int descriptor, int timeout_ms, std::string& text);
 
-// What camera and capture tell each other about a camera.
-[[nodiscard]] Json json_of(const CameraAddress& address);
-[[nodiscard]] Json json_of(const CameraSettings& settings);
-[[nodiscard]] Json json_of(const CameraIdentity& identity);
-[[nodiscard]] CameraAddress address_of(const Json& json);
-[[nodiscard]] CameraSettings settings_of(const Json& json);
-[[nodiscard]] CameraIdentity identity_of(const Json& json);
+template <class Message>
+bool send(int descriptor, const Message& message) {
+  return send_text(descriptor, one_line(value_of(message)));
+}
+/// A message that is none closes the channel.
+template <class Message>
+[[nodiscard]] Received receive(int descriptor, int timeout_ms, Message& message) {
+  std::string text;
+  const Received got = receive_text(descriptor, timeout_ms, text);
+  if (got != Received::message) return got;
+  message = {};
+  try {
+    throw_if_any(
+        faults_of_reading(Document(Syntax::json, json_value(text)), walk_through(message)));
+  } catch (const Error&) {
+    return Received::closed;
+  }
+  return got;
+}
+
+/// What the capture asks of a camera host.
+struct Order {
+  enum class Kind { open, start, stop, trigger, light, free };
+  Kind kind = Kind::open;
+  std::optional<CameraAddress> address = {};    ///< open
+  std::optional<CameraSettings> settings = {};  ///< open, light
+  std::size_t slots = 0, slot_bytes = 0;        ///< open
+  std::size_t slot = 0;                         ///< free
+};
+void fields(Fields& f, Order& order);
+
+/// A frame that left the camera, in a slot of the shared memory where it is whole.
+struct FrameNews {
+  std::uint64_t id = 0;
+  std::optional<std::int64_t> device_ns;
+  bool complete = false;
+  std::string fault;
+  std::size_t slot = 0, bytes = 0, stride_bytes = 0;
+  int width_px = 0, height_px = 0;
+};
+
+/// What a camera host says.
+struct News {
+  enum class Kind { ready, started, stopped, frame, alive, light, error };
+  Kind kind = Kind::ready;
+  std::string what = {}, what_to_do = {};       ///< error; light: empty where it was taken
+  std::optional<CameraIdentity> identity = {};  ///< ready
+  std::vector<SettingReadBack> settings = {};   ///< ready, light: read back
+  std::uint64_t first_id = 0, last_id = 0;      ///< ready
+  bool on_host_clock = false;                   ///< ready
+  std::vector<ClockSample> clock = {};          ///< ready, alive
+  std::optional<CameraCounters> counters = {};  ///< frame, alive
+  std::int64_t without_room = 0;                ///< frames that found no slot
+  std::optional<FrameNews> frame = {};
+};
+void fields(Fields& f, News& news);
 
 }  // namespace drape::capture
+
+template <>
+inline constexpr std::string_view drape::names_of<drape::capture::Order::Kind>[] = {
+    "open", "start", "stop", "trigger", "light", "free"};
+template <>
+inline constexpr std::string_view drape::names_of<drape::capture::News::Kind>[] = {
+    "ready", "started", "stopped", "frame", "alive", "light", "error"};

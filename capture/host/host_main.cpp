@@ -1,32 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 // drape-camera-host: one camera in a process of its own, so that a camera, its library or its
 // network cannot take the capture down.
-#include <fmt/format.h>
-
 #include "capture/host/serve.hpp"
 #include "core/program/command.hpp"
 #include "core/program/program.hpp"
 
 using namespace drape;
 using namespace drape::capture;
-
-namespace {
-
-int list(bool sizes) {
-  Json devices = Json::array();
-  for (const FoundDevice& device : find_devices(sizes)) {
-    devices.push_back({{"backend", to_string(device.backend)},
-                       {"name", device.name},
-                       {"identity", json_of(device.identity)},
-                       {"width_px", device.width_px ? Json(*device.width_px) : Json()},
-                       {"height_px", device.height_px ? Json(*device.height_px) : Json()},
-                       {"why_not_asked", device.why_not_asked}});
-  }
-  fmt::print("{}\n", devices.dump());
-  return 0;
-}
-
-}  // namespace
 
 int main(int argc, char** argv) {
   Command app(
@@ -46,7 +26,10 @@ int main(int argc, char** argv) {
   app.add_option("--memory-limit-mb", limit_mb, "address space of this process, in MB");
   return run_program(app, argc, argv, common, [&] {
     become_camera_host(limit_mb);
-    if (listing || control < 0 || memory < 0) return list(sizes);
+    if (listing || control < 0 || memory < 0) {
+      print_text(one_line(value_of(FoundDevices{find_devices(sizes)})) + "\n");
+      return 0;
+    }
     serve_camera(Descriptor(control), Descriptor(memory));
     return 0;
   });

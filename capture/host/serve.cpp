@@ -10,6 +10,7 @@
 #include <chrono>
 #include <condition_variable>
 #include <csignal>
+#include <limits>
 #include <mutex>
 #include <new>
 #include <system_error>
@@ -51,11 +52,11 @@ class Server {
     std::thread grabber;
     try {
       Clock::time_point alive = Clock::now();
-      Json message;
+      Order order;
       while (!failed_) {
-        const Received got = receive_message(control_.get(), 20, message);
+        const Received got = receive(control_.get(), 20, order);
         if (got == Received::closed) break;
-        if (got == Received::message) obey(message);
+        if (got == Received::message) obey(order);
         if (camera_ && !grabber.joinable()) grabber = std::thread([this] { grab(); });
         if (clock_due_.exchange(false)) tell_alive(true);
         if (Clock::now() - alive >= kAliveEvery) {
@@ -79,74 +80,70 @@ class Server {
 
  private:
   void tell(const Error& error) {
-    send_message(control_.get(), {{"is", "error"},
-                                  {"what", error.what_failed()},
-                                  {"where", error.where().field},
-                                  {"do", error.what_to_do()}});
+    send(control_.get(), News{.kind = News::Kind::error,
+                              .what = error.what_failed(),
+                              .what_to_do = error.what_to_do()});
   }
 
-  void obey(const Json& message) {
-    const std::string what = message.at("do");
-    if (what == "open") open(message);
-    if (what == "start") {
-      set_running(true);
-      send_message(control_.get(), {{"is", "started"}});
-    }
-    if (what == "stop") {
-      set_running(false);
-      tell_alive(true);  // the final counts, and a reading after the last frame
-      send_message(control_.get(), {{"is", "stopped"}});
-    }
-    if (what == "trigger" && camera_) camera_->trigger();
-    if (what == "light" && camera_) set_light(settings_of(message.at("settings")));
-    if (what == "free") {
-      const std::lock_guard lock(mutex_);
-      free_.push_back(message.at("slot"));
+  void obey(const Order& order) {
+    switch (order.kind) {
+      case Order::Kind::open:
+        return open(order);
+      case Order::Kind::start:
+        set_running(true);
+        send(control_.get(), News{.kind = News::Kind::started});
+        return;
+      case Order::Kind::stop:
+        set_running(false);
+        tell_alive(true);  // the final counts, and a reading after the last frame
+        send(control_.get(), News{.kind = News::Kind::stopped});
+        return;
+      case Order::Kind::trigger:
+        if (camera_) camera_->trigger();
+        return;
+      case Order::Kind::light:
+        if (camera_ && order.settings) set_light(*order.settings);
+        return;
+      case Order::Kind::free:
+        const std::lock_guard lock(mutex_);
+        free_.push_back(order.slot);
     }
   }
 
-  void open(const Json& message) {
-    camera_ = open_camera(address_of(message.at("address")));
-    const CameraSettings wanted = settings_of(message.at("settings"));
-    const auto settings = camera_->configure(wanted);
-    add_light(settings);
+  void open(const Order& order) {
+    camera_ = open_camera(order.address.value_or(CameraAddress{}));
+    const CameraSettings wanted = order.settings.value_or(CameraSettings{});
+    News ready{.kind = News::Kind::ready, .settings = camera_->configure(wanted)};
+    add_light(ready.settings);
     // Then frames are paired by time, and a set waits for a reading after its frames.
     by_time_ =
         (wanted.trigger == TriggerSource::free_run || wanted.trigger == TriggerSource::line) &&
         !camera_->on_host_clock();
-    const std::size_t slots = message.at("slots");
-    const std::size_t slot_bytes = message.at("slot_bytes");
-    if (camera_->frame_bytes() > slot_bytes)
+    if (camera_->frame_bytes() > order.slot_bytes)
       throw Error(ErrorKind::device, "the camera's frames are larger than the rig says", {},
                   "correct width_px and height_px in rig.toml");
-    frames_.emplace(std::move(memory_), slots, slot_bytes);
-    for (std::size_t i = 0; i < slots; ++i) free_.push_back(i);
-    Json ready{{"is", "ready"}, {"identity", json_of(camera_->identity())}};
-    ready["settings"] = Json::array();
-    for (const SettingReadBack& s : settings) ready["settings"].push_back({s.name, s.value});
-    const FrameIdRange ids = camera_->frame_ids();
-    ready["first_id"] = ids.first;
-    ready["last_id"] = ids.last;
-    ready["on_host_clock"] = camera_->on_host_clock();
-    ready["clock"] = Json::array();
-    for (int i = 0; i < kFirstClockReadings; ++i) add_clock(ready["clock"]);
-    send_message(control_.get(), ready);
+    frames_.emplace(std::move(memory_), order.slots, order.slot_bytes);
+    for (std::size_t i = 0; i < order.slots; ++i) free_.push_back(i);
+    ready.identity = camera_->identity();
+    ready.first_id = camera_->frame_ids().first;
+    ready.last_id = camera_->frame_ids().last;
+    ready.on_host_clock = camera_->on_host_clock();
+    for (int i = 0; i < kFirstClockReadings; ++i) add_clock(ready);
+    send(control_.get(), ready);
   }
 
   /// A camera that refuses keeps what it had.
   void set_light(const CameraSettings& wanted) {
-    Json answer{{"is", "light"}, {"settings", Json::array()}};
-    std::vector<SettingReadBack> now;
+    News answer{.kind = News::Kind::light};
     try {
-      now = camera_->set_light(wanted);
-      add_light(now);
+      answer.settings = camera_->set_light(wanted);
+      add_light(answer.settings);
     } catch (const Error& error) {
-      answer["what"] = error.what_failed();
-      answer["do"] = error.what_to_do();
-      now = light_before(wanted);
+      answer.what = error.what_failed();
+      answer.what_to_do = error.what_to_do();
+      answer.settings = light_before(wanted);
     }
-    for (const SettingReadBack& s : now) answer["settings"].push_back({s.name, s.value});
-    send_message(control_.get(), answer);
+    send(control_.get(), answer);
   }
 
   std::vector<SettingReadBack> light_before(const CameraSettings& refused) {
@@ -160,17 +157,15 @@ class Server {
     }
   }
 
-  /// What the camera says that it has.
+  /// Keeps what the camera says that it has.
   void add_light(const std::vector<SettingReadBack>& settings) {
-    for (const SettingReadBack& s : settings) {
-      if (s.name == "exposure_us") light_.exposure_us = std::stod(s.value);
-      if (s.name == "gain_db" || s.name == "gain_camera_units") light_.gain_db = std::stod(s.value);
-    }
+    if (const auto us = setting_in(settings, "exposure_us")) light_.exposure_us = std::stod(*us);
+    for (const char* name : {"gain_db", "gain_camera_units"})
+      if (const auto gain = setting_in(settings, name)) light_.gain_db = std::stod(*gain);
   }
 
-  void add_clock(Json& to) {
-    if (const auto s = camera_->read_clock())
-      to.push_back({s->host_before_ns, s->device_ns, s->host_after_ns});
+  void add_clock(News& to) {
+    if (const auto sample = camera_->read_clock()) to.clock.push_back(*sample);
   }
 
   void set_running(bool running) {
@@ -181,20 +176,18 @@ class Server {
     changed_.wait(lock, [&] { return failed_ || running_ == running; });
   }
 
-  [[nodiscard]] Json counters() const {
-    const CameraCounters c = camera_->counters();
-    return {c.packets_requested_again, c.packets_resent, c.packets_repeated, c.buffer_underruns,
-            no_slot_.load()};
+  void add_counters(News& to) const {
+    to.counters = camera_->counters();
+    to.without_room = no_slot_;
   }
 
   void tell_alive(bool read_clock = false) {
-    Json alive{{"is", "alive"}};
+    News alive{.kind = News::Kind::alive};
     if (camera_) {
-      alive["clock"] = Json::array();
-      if (++alive_count_ % kClockEvery == 0 || read_clock) add_clock(alive["clock"]);
-      alive["counters"] = counters();
+      if (++alive_count_ % kClockEvery == 0 || read_clock) add_clock(alive);
+      add_counters(alive);
     }
-    send_message(control_.get(), alive);
+    send(control_.get(), alive);
   }
 
   /// The grabber alone starts, stops and reads the stream.
@@ -228,24 +221,26 @@ class Server {
   void grab_one() {
     const auto frame = camera_->next(kPatience_s);
     if (!frame) return;
-    Json message{{"is", "frame"}, {"id", frame->id}, {"complete", frame->complete}};
-    message["device_ns"] =
-        frame->device_ns && *frame->device_ns != 0 ? Json(*frame->device_ns) : Json();
-    message["fault"] = frame->fault;
-    message["counters"] = counters();
+    News news{.kind = News::Kind::frame};
+    FrameNews& now = news.frame.emplace();
+    now.id = std::min<std::uint64_t>(frame->id, std::numeric_limits<std::int64_t>::max());
+    if (frame->device_ns.value_or(0) != 0) now.device_ns = frame->device_ns;
+    now.complete = frame->complete;
+    now.fault = frame->fault;
+    add_counters(news);
     if (frame->complete) {
       const auto slot = take_slot();
       if (!slot) return;
       const auto to = frames_->slot(*slot);
       if (frame->bytes > to.size()) return;
       std::copy_n(frame->pixels, frame->bytes, to.begin());
-      message["slot"] = *slot;
-      message["width_px"] = frame->width_px;
-      message["height_px"] = frame->height_px;
-      message["bytes"] = frame->bytes;
-      message["stride"] = frame->stride_bytes;
+      now.slot = *slot;
+      now.bytes = frame->bytes;
+      now.stride_bytes = frame->stride_bytes;
+      now.width_px = frame->width_px;
+      now.height_px = frame->height_px;
     }
-    send_message(control_.get(), message);
+    send(control_.get(), news);
     clock_due_ = by_time_.load();
   }
 

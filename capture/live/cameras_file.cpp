@@ -5,107 +5,94 @@
 
 #include <algorithm>
 #include <map>
+#include <optional>
+#include <set>
+#include <utility>
 
-#include "capture/pixel/pixel_format.hpp"
 #include "core/error.hpp"
-#include "core/files/toml_file.hpp"
 #include "core/rig.hpp"
+#include "core/units.hpp"
 
 namespace drape::capture {
 namespace {
 
-SyncMethod method_of(const TomlTable& table, const std::string& key, const std::string& name) {
-  for (const SyncMethod m :
-       {SyncMethod::free_run, SyncMethod::software_trigger, SyncMethod::line_trigger,
-        SyncMethod::action, SyncMethod::scheduled_action}) {
-    if (to_string(m) == name) return m;
+/// The table [sync].
+struct Sync {
+  CamerasFile& of;
+};
+
+void fields(Fields& f, Sync& sync) {
+  CamerasFile& of = sync.of;
+  std::optional<double> spread_s;
+  if (!f.reads()) spread_s = of.largest_spread_s;
+  f({"method", "how the cameras expose together"}, of.method);
+  f.if_any({"fall_back", "methods that are tried where a camera cannot"}, of.fall_backs);
+  f.otherwise({"ptp", "switch PTP on where it is there"}, of.ptp);
+  f.otherwise({"pair_by_arrival", "of cameras without a clock in free run"}, of.pair_by_arrival);
+  f({"frame_rate_hz", "free run, and the pace of triggers", 1, above_zero}, of.frame_rate_hz);
+  f.if_any({"largest_spread_ms", "a larger spread is refused", 1e-3, above_zero}, spread_s);
+  of.largest_spread_s = spread_s.value_or(0.4 / of.frame_rate_hz);
+}
+
+/// Refuses two cameras of one name or device, and exposures that a free-running camera has no time
+/// for.
+void require_consistent(const CamerasFile& file) {
+  std::map<std::string, std::string> name_of_device;
+  std::set<std::string> names;
+  for (std::size_t c = 0; c < file.cameras.size(); ++c) {
+    const LiveCamera& camera = file.cameras[c];
+    const auto reject = [&](const char* key, std::string what, std::string what_to_do) {
+      throw bad_input(std::move(what), file.document.where(fmt::format("camera.{}.{}", c, key)),
+                      std::move(what_to_do));
+    };
+    const auto [other, is_new] = name_of_device.try_emplace(
+        fmt::format("{} {}", name_of(camera.address.backend), camera.address.device), camera.name);
+    if (!is_new)
+      reject("device",
+             fmt::format("cameras `{}` and `{}` are the same device", other->second, camera.name),
+             "name another serial number or address");
+    if (!names.insert(camera.name).second)
+      reject("name", fmt::format("camera `{}` is there twice", camera.name), "remove one");
+    if (file.method == SyncMethod::free_run &&
+        1e-6 * camera.settings.exposure_us.value_or(0) > 1 / file.frame_rate_hz)
+      reject("exposure_us",
+             fmt::format("it is longer than the period of {:.1f} ms in which a free-running camera "
+                         "exposes",
+                         1e3 / file.frame_rate_hz),
+             "lower exposure_us or frame_rate_hz");
   }
-  table.reject(key, fmt::format("`{}` does not synchronise cameras", name),
-               "use free_run, software_trigger, line_trigger, action or scheduled_action");
-}
-
-Backend backend_of(const TomlTable& table) {
-  const std::string name = table.text("backend");
-  for (const Backend b : {Backend::aravis, Backend::v4l2, Backend::replay}) {
-    if (to_string(b) == name) return b;
-  }
-  table.reject("backend", fmt::format("`{}` is no backend", name), "use aravis, v4l2 or replay");
-}
-
-std::optional<double> positive_if_there(const TomlTable& table, const std::string& key) {
-  if (!table.has(key)) return std::nullopt;
-  return table.positive(key);
-}
-
-std::optional<int> integer_if_there(const TomlTable& table, const std::string& key) {
-  if (!table.has(key)) return std::nullopt;
-  const int value = table.integer(key);
-  if (value < 0) table.reject(key, "the number is negative", "give 0 or more");
-  return value;
-}
-
-LiveCamera read_camera(const TomlTable& table, const Rig& rig) {
-  LiveCamera camera;
-  camera.name = table.text("name");
-  const RigCamera& in_rig = rig.camera(camera.name);
-  camera.address.backend = backend_of(table);
-  camera.address.device = table.text("device");
-  camera.address.host_address = table.text_or("host_address", "");
-  if (camera.address.backend == Backend::replay)
-    camera.address.recording = table.file_path("recording").string();
-  CameraSettings& s = camera.settings;
-  s.width_px = in_rig.width_px;
-  s.height_px = in_rig.height_px;
-  s.offset_x_px = integer_if_there(table, "offset_x_px");
-  s.offset_y_px = integer_if_there(table, "offset_y_px");
-  s.pixel_format = table.text_or("pixel_format", "");
-  s.exposure_us = positive_if_there(table, "exposure_us");
-  if (table.has("gain_db")) s.gain_db = table.not_negative("gain_db");
-  s.packet_size_bytes = integer_if_there(table, "packet_size_bytes");
-  s.packet_delay_ns = integer_if_there(table, "packet_delay_ns");
-  s.trigger_line = table.text_or("trigger_line", "Line1");
-  if (!s.pixel_format.empty() && find_pixel_format(s.pixel_format) == nullptr)
-    table.reject("pixel_format", fmt::format("{} frames cannot be recorded", s.pixel_format),
-                 "leave it out, so that the camera's best is taken");
-  return camera;
-}
-
-void read_sync(const TomlTable& root, CamerasFile& result) {
-  const TomlTable sync = root.table("sync");
-  result.method = method_of(sync, "method", sync.text("method"));
-  if (sync.has("fall_back"))
-    for (const std::string& name : sync.texts("fall_back"))
-      result.fall_backs.push_back(method_of(sync, "fall_back", name));
-  result.frame_rate_hz = sync.positive("frame_rate_hz");
-  result.ptp = sync.boolean_or("ptp", false);
-  result.pair_by_arrival = sync.boolean_or("pair_by_arrival", false);
-  result.largest_spread_s = sync.has("largest_spread_ms")
-                                ? 1e-3 * sync.positive("largest_spread_ms")
-                                : 0.4 / result.frame_rate_hz;
-}
-
-void read_reference(const TomlTable& root, CamerasFile& result) {
-  if (!root.has("reference")) return;
-  const TomlTable table = root.table("reference");
-  result.reference = ReferenceSet{table.file_path("recording"), table.text("set")};
 }
 
 }  // namespace
 
-std::string to_string(SyncMethod method) {
-  switch (method) {
-    case SyncMethod::free_run:
-      return "free_run";
-    case SyncMethod::software_trigger:
-      return "software_trigger";
-    case SyncMethod::line_trigger:
-      return "line_trigger";
-    case SyncMethod::action:
-      return "action";
-    case SyncMethod::scheduled_action:
-      return "scheduled_action";
-  }
-  return {};
+void fields(Fields& f, ReferenceSet& reference) {
+  f({"recording", "folder of the recording"}, reference.recording);
+  f({"set", "set that shows the bench without a cloth"}, reference.set);
+}
+
+void fields(Fields& f, LiveCamera& camera) {
+  CameraAddress& address = camera.address;
+  std::optional<std::filesystem::path> recording;
+  if (!address.recording.empty()) recording = address.recording;
+  f({"name", "camera of rig.toml"}, camera.name);
+  f({"backend", "library of the camera"}, address.backend);
+  f({"device", "serial number or IP address; V4L2: bus path; of a recording: camera"},
+    address.device);
+  f.if_any({"host_address", "IP address of the network card"}, address.host_address);
+  f.if_any({"recording", "folder that the backend replay plays"}, recording);
+  own_fields(f, camera.settings);
+  f.rule(recording.has_value() == (address.backend == Backend::replay), "recording",
+         recording ? "only the backend replay plays a recording" : "the value is missing",
+         "give `recording` where the backend is replay, and there alone");
+  if (recording) address.recording = recording->string();
+}
+
+void fields(Fields& f, CamerasFile& file) {
+  Sync sync{file};
+  f({"sync", "how all are synchronised"}, sync);
+  f.if_any({"reference", "the bench without a cloth, recorded with the calibration"},
+           file.reference);
+  f({"camera", "one table for each camera of the rig"}, file.cameras);
 }
 
 TriggerSource trigger_of(SyncMethod method) {
@@ -125,47 +112,30 @@ TriggerSource trigger_of(SyncMethod method) {
 
 CamerasFile read_cameras_file(const std::filesystem::path& rig_path) {
   const Rig rig = read_rig(rig_path);
-  CamerasFile result;
-  result.rig_file = rig.file;
-  result.file = rig.file.parent_path() / "cameras.toml";
-  if (!std::filesystem::exists(result.file))
+  const std::filesystem::path file = rig.file.parent_path() / "cameras.toml";
+  if (!std::filesystem::exists(file))
     throw bad_input(
-        "the rig does not say which devices its cameras are", {.file = result.file.string()},
-        "write cameras.toml as capture/README.md shows; `drape capture cameras` lists the devices");
-  const TomlTable root = TomlTable::open(result.file, "cameras");
-  read_sync(root, result);
-  read_reference(root, result);
-  std::map<std::string, LiveCamera> by_name;
-  std::map<std::string, std::string> name_of_device;
-  for (const TomlTable& table : root.tables("camera")) {
-    const LiveCamera camera = read_camera(table, rig);
-    const std::string device = to_string(camera.address.backend) + " " + camera.address.device;
-    const auto [other, is_new] = name_of_device.try_emplace(device, camera.name);
-    if (!is_new)
-      table.reject(
-          "device",
-          fmt::format("cameras `{}` and `{}` are the same device", other->second, camera.name),
-          "name another serial number or address");
-    if (!by_name.try_emplace(camera.name, camera).second)
-      table.reject("name", fmt::format("camera `{}` is there twice", camera.name), "remove one");
-    if (result.method == SyncMethod::free_run && camera.settings.exposure_us &&
-        1e-6 * *camera.settings.exposure_us > 1 / result.frame_rate_hz)
-      table.reject("exposure_us",
-                   fmt::format("it is longer than the period of {:.1f} ms in which a "
-                               "free-running camera exposes",
-                               1e3 / result.frame_rate_hz),
-                   "lower exposure_us or frame_rate_hz");
-  }
-  root.finish();
+        "the rig does not say which devices its cameras are", {.file = file.string()},
+        "write cameras.toml as capture/README.md shows; `drape cameras` lists the devices");
+  auto result = read_record<CamerasFile>(file);
+  result.file = file;
+  result.rig_file = rig.file;
+  require_consistent(result);
+  std::vector<LiveCamera> named = std::exchange(result.cameras, {});
+  for (const LiveCamera& camera : named) static_cast<void>(rig.camera(camera.name));
   for (const RigCamera& camera : rig.cameras) {
-    const auto found = by_name.find(camera.name);
-    if (found == by_name.end())
+    const auto found = std::find_if(named.begin(), named.end(),
+                                    [&](const LiveCamera& one) { return one.name == camera.name; });
+    if (found == named.end())
       throw bad_input("a camera of the rig has no device",
-                      {.file = result.file.string(), .camera = camera.name},
+                      {.file = file.string(), .camera = camera.name},
                       "add a [[camera]] table of that name");
-    found->second.settings.frame_rate_hz = result.frame_rate_hz;
-    found->second.settings.ptp = result.ptp;
-    result.cameras.push_back(found->second);
+    CameraSettings& settings = found->settings;
+    settings.width_px = camera.width_px;
+    settings.height_px = camera.height_px;
+    settings.frame_rate_hz = result.frame_rate_hz;
+    settings.ptp = result.ptp;
+    result.cameras.push_back(std::move(*found));
   }
   return result;
 }

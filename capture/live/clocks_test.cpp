@@ -118,8 +118,8 @@ TEST_F(Clocks, PtpHoldsThemWhereTheCameraHasIt) {
   EXPECT_EQ(live.pairing.sets.size(), 5U) << all_faults(live);
   EXPECT_THAT(all_faults(live), testing::Not(HasSubstr("PTP")));
   for (const LiveCameraReport& camera : live.report.cameras) {
-    EXPECT_EQ(value_of(camera.settings, "ptp_status"), "Slave");
-    EXPECT_EQ(value_of(camera.settings, "ptp_offset_ns"), "300");
+    EXPECT_EQ(setting_in(camera.settings, "ptp_status"), "Slave");
+    EXPECT_EQ(setting_in(camera.settings, "ptp_offset_ns"), "300");
     ASSERT_TRUE(camera.clock);
     // The readings bound the offset: 0 on a clock that PTP holds.
     const auto offset_ns =

@@ -41,11 +41,11 @@ constexpr double kLargestDelay_s = 5;        ///< between exposure and arrival o
 /// Empty where the camera's receive buffer holds a whole frame.
 std::string remedy_for_buffer(const CameraHost& host) {
   const auto bytes = [&](const char* name) {
-    return std::stoll(value_of(host.settings(), name).value_or("0"));
+    return std::stoll(setting_in(host.settings(), name).value_or("0"));
   };
   const std::int64_t frame = bytes("receive_buffer_of_a_frame_bytes");
-  const bool is_small =
-      value_of(host.settings(), "stream_socket") == "udp" && bytes("receive_buffer_bytes") < frame;
+  const bool is_small = setting_in(host.settings(), "stream_socket") == "udp" &&
+                        bytes("receive_buffer_bytes") < frame;
   return is_small ? fmt::format("sudo sysctl -w net.core.rmem_max={}", 2 * frame) : "";
 }
 
@@ -54,7 +54,7 @@ constexpr double kTriggerEarly_s = 2e-3;   ///< clock error allowed before a tri
 constexpr double kStreamEnds_s = 0.3;      ///< once asked to
 
 double tick_hz(const CameraHost& host) {
-  const auto value = value_of(host.settings(), "clock_tick_hz");
+  const auto value = setting_in(host.settings(), "clock_tick_hz");
   return value && value != "not given" ? std::stod(*value) : 1e9;
 }
 
@@ -95,7 +95,7 @@ std::vector<LiveFault> ptp_faults(const std::vector<LiveCameraReport>& cameras) 
   const LiveCameraReport* first = nullptr;
   for (const LiveCameraReport& camera : cameras) {
     const auto status =
-        value_of(camera.settings, "ptp_status");  // absent when it was not asked for
+        setting_in(camera.settings, "ptp_status");  // absent when it was not asked for
     if (status && status != "Slave" && status != "Master") {
       faults.push_back({camera.name,
                         fmt::format("PTP does not hold its clock ({}); offset and drift are "
@@ -555,7 +555,7 @@ class Session {
 
   std::string remedy_for(const CameraHost& host) {
     if (std::string buffer = remedy_for_buffer(host); !buffer.empty()) return buffer;
-    const auto packet = value_of(host.settings(), "packet_size_bytes");
+    const auto packet = setting_in(host.settings(), "packet_size_bytes");
     if (packet && std::stoll(*packet) > kUsualPath_bytes)
       return fmt::format(
           "packet_size_bytes = {}, where a switch or card carries no larger ones; else "
@@ -1060,18 +1060,6 @@ void add_fault(std::vector<LiveFault>& faults, LiveFault fault) {
   } else {
     ++same->times;
   }
-}
-
-std::string to_string(PairedBy paired_by) {
-  switch (paired_by) {
-    case PairedBy::trigger:
-      return "trigger";
-    case PairedBy::time:
-      return "device time";
-    case PairedBy::arrival:
-      return "arrival";
-  }
-  return {};
 }
 
 void LiveOptions::check() const {

@@ -82,7 +82,6 @@ void add_fault(std::vector<LiveFault>& faults, LiveFault fault);
 
 /// What the frames of a set have in common.
 enum class PairedBy { trigger, time, arrival };
-[[nodiscard]] std::string to_string(PairedBy paired_by);
 
 struct LiveCameraReport {
   std::string name;
@@ -120,3 +119,7 @@ struct LiveResult {
 [[nodiscard]] LiveResult capture_live(const CamerasFile& cameras, const LiveOptions& options);
 
 }  // namespace drape::capture
+
+template <>
+inline constexpr std::string_view drape::names_of<drape::capture::PairedBy>[] = {
+    "trigger", "device time", "arrival"};

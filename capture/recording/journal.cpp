@@ -9,7 +9,6 @@
 #include <algorithm>
 #include <cerrno>
 #include <cstring>
-#include <limits>
 #include <map>
 #include <sstream>
 #include <utility>
@@ -17,7 +16,6 @@
 
 #include "core/error.hpp"
 #include "core/files/files.hpp"
-#include "core/files/json_file.hpp"
 #include "core/program/run_record.hpp"
 
 namespace drape::capture {
@@ -37,53 +35,38 @@ Error cannot_write(const fs::path& file) {
                    {.file = file.string()}, "check the rights of the folder and the space on it");
 }
 
-Json json_of(const FrameSet& set) {
-  Json json{{"name", set.name}, {"frames", Json::array()}};
-  for (const RecordedFrame& f : set.frames)
-    json["frames"].push_back({f.camera, f.file, f.sha256, f.width_px, f.height_px,
-                              f.device_time_s ? Json(*f.device_time_s) : Json()});
-  if (set.details_sha256) json["details_sha256"] = *set.details_sha256;
-  if (set.motion_px) json["motion_px"] = *set.motion_px;
-  if (set.camera_shift_px) json["camera_shift_px"] = *set.camera_shift_px;
-  if (set.no_go) json["no_go"] = *set.no_go;
-  return json;
+/// A line of the journal: a set that is whole on the disk, or the new name of one.
+struct JournalLine {
+  std::optional<FrameSet> set = {};
+  std::string burst = {};                 ///< to which the set belongs
+  std::vector<std::string> renamed = {};  ///< from, to
+};
+
+void fields(Fields& f, JournalLine& line) {
+  f.if_any({"set", "as recording.json has it"}, line.set);
+  f.if_any({"burst", "of several sets"}, line.burst);
+  f.if_any(Field{"renamed", "name before and now"}.plain_name(), line.renamed);
+  f.rule(line.set || line.renamed.size() == 2, "set", "the line says nothing", make_again);
 }
 
-Error damaged(const fs::path& journal) {
-  return bad_input("the journal of a capture that was ended is damaged", {.file = journal.string()},
-                   "move it away; the sets that recording.json lists are whole");
-}
-
-void require_name(const Json& name, const fs::path& journal) {
-  require_plain_name(name.get<std::string>(), {.file = journal.string()});
-}
-
-int size_px(const Json& size, const fs::path& journal) {
-  if (!size.is_number_integer() || size < 0 || size > std::numeric_limits<int>::max())
-    throw damaged(journal);
-  return size.get<int>();
-}
-
-FrameSet set_of(const Json& json, const fs::path& journal) {
-  try {
-    FrameSet set{json.at("name"), {}};
-    require_name(json["name"], journal);
-    for (const Json& f : json.at("frames")) {
-      require_name(f.at(0), journal);
-      static_cast<void>(name_inside({}, f.at(1), {.file = journal.string()}));
-      set.frames.push_back({f.at(0), f.at(1), f.at(2), size_px(f.at(3), journal),
-                            size_px(f.at(4), journal), std::nullopt});
-      if (!f.at(5).is_null()) set.frames.back().device_time_s = f.at(5).get<double>();
+/// The lines up to the one that the end cut off: it was never acknowledged. `whole`: their text.
+std::vector<JournalLine> lines_of(const std::string& text, const fs::path& journal,
+                                  std::string& whole) {
+  std::vector<JournalLine> lines;
+  std::istringstream all(text);
+  for (std::string one; std::getline(all, one); whole += one + "\n") {
+    std::optional<Document> document;
+    try {
+      document.emplace(journal, Syntax::json, one);
+    } catch (const Error&) {
+      break;
     }
-    if (json.contains("details_sha256")) set.details_sha256 = json["details_sha256"];
-    if (json.contains("motion_px")) set.motion_px = json["motion_px"].get<double>();
-    if (json.contains("camera_shift_px"))
-      set.camera_shift_px = json["camera_shift_px"].get<double>();
-    if (json.contains("no_go")) set.no_go = json["no_go"].get<std::string>();
-    return set;
-  } catch (const Json::exception&) {  // named below
+    if (!faults_of_reading(*document, walk_through(lines.emplace_back())).empty())
+      throw bad_input("the journal of a capture that was ended is damaged",
+                      {.file = journal.string()},
+                      "move it away; the sets that recording.json lists are whole");
   }
-  throw damaged(journal);
+  return lines;
 }
 
 /// What is known of the motion of a burst is so of each of its sets.
@@ -178,27 +161,17 @@ void Journal::leave_out_gone(std::vector<FrameSet>::iterator first_adopted) {
 void Journal::adopt_lines(const std::string& text) {
   const fs::path journal = journal_of(recording_.folder);
   std::map<std::string, std::vector<std::size_t>> bursts;
-  std::istringstream lines(text);
   std::string whole;
-  for (std::string line; std::getline(lines, line);) {
-    const Json json = try_json(line);
-    if (json.is_discarded()) break;  // the line that the end cut off: never acknowledged
-    whole += line + "\n";
-    if (!json.contains("renamed")) {
-      if (!adopt(set_of(json, journal)) || !json.contains("burst")) continue;
-      if (!json["burst"].is_string()) throw damaged(journal);
-      std::vector<std::size_t>& burst = bursts[json["burst"].get<std::string>()];
+  for (JournalLine& line : lines_of(text, journal, whole)) {
+    if (!line.set) {
+      rename(line.renamed[0], line.renamed[1]);
+      waits_ = true;
+    } else if (adopt(std::move(*line.set)) && !line.burst.empty()) {
+      std::vector<std::size_t>& burst = bursts[line.burst];
       burst.push_back(recording_.sets.size() - 1);
       // The last line knows the motion of them all.
       for (const std::size_t s : burst) judge_like(recording_.sets.back(), recording_.sets[s]);
-      continue;
     }
-    const Json& names = json["renamed"];
-    if (!names.is_array() || names.size() != 2 || !names[0].is_string() || !names[1].is_string())
-      throw damaged(journal);
-    for (const Json& name : names) require_name(name, journal);
-    rename(names[0].get<std::string>(), names[1].get<std::string>());
-    waits_ = true;
   }
   if (whole != text) write_durable(journal, whole);  // half a line would hide those after it
 }
@@ -240,9 +213,7 @@ void Journal::add(FrameSet set, const std::string& burst) {
                     "look what it holds, then remove it, or give another --set");
   sync_folder(folder / (kUnfinished + set.name));
   sync_folder(folder);
-  Json line = json_of(set);
-  if (!burst.empty()) line["burst"] = burst;
-  write_line(line);
+  write_line(one_line(value_of(JournalLine{set, burst})));
   fs::rename(folder / (kUnfinished + set.name), folder / set.name);
   sync_folder(folder);
   recording_.sets.push_back(std::move(set));
@@ -262,7 +233,7 @@ void Journal::replace(const std::string& set) {
   require_plain_name(older, {.file = (recording_.folder / "recording.json").string(), .set = set});
   if (holds(set)) names.insert(names.begin(), {set, older});
   for (const auto& [from, to] : names) {
-    write_line({{"renamed", Json::array({from, to})}});
+    write_line(one_line(value_of(JournalLine{.renamed = {from, to}})));
     rename(from, to);
   }
   waits_ = true;
@@ -283,7 +254,7 @@ void Journal::rename(const std::string& from, const std::string& to) {
   }
 }
 
-void Journal::write_line(const Json& json) {
+void Journal::write_line(const std::string& text) {
   const fs::path folder = recording_.folder;
   if (file_.get() < 0) {
     file_ = Descriptor(::open(journal_of(folder).c_str(),
@@ -291,7 +262,7 @@ void Journal::write_line(const Json& json) {
     if (file_.get() < 0) throw cannot_write(journal_of(folder));
     sync_folder(folder);
   }
-  const std::string line = json.dump() + "\n";
+  const std::string line = text + "\n";
   const off_t before = ::lseek(file_.get(), 0, SEEK_END);
   if (::write(file_.get(), line.data(), line.size()) == static_cast<ssize_t>(line.size()) &&
       ::fsync(file_.get()) == 0)
@@ -305,12 +276,9 @@ void Journal::write_line(const Json& json) {
 std::vector<FrameSet> sets_in_journal(const fs::path& folder) {
   std::vector<FrameSet> sets;
   if (!fs::exists(journal_of(folder))) return sets;
-  std::istringstream lines(read_text(journal_of(folder)));
-  for (std::string line; std::getline(lines, line);) {
-    const Json json = try_json(line);
-    if (json.is_discarded()) break;
-    if (json.contains("name")) sets.push_back(set_of(json, journal_of(folder)));
-  }
+  std::string whole;
+  for (JournalLine& line : lines_of(read_text(journal_of(folder)), journal_of(folder), whole))
+    if (line.set) sets.push_back(std::move(*line.set));
   return sets;
 }
 

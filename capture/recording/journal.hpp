@@ -54,7 +54,7 @@ class Journal {
   void adopt_lines(const std::string& text);
   bool adopt(FrameSet set);
   void leave_out_gone(std::vector<FrameSet>::iterator first_adopted);
-  void write_line(const Json& line);
+  void write_line(const std::string& text);
   void rename(const std::string& from, const std::string& to);
 
   Descriptor lock_, file_;

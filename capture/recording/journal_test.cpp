@@ -100,17 +100,21 @@ TEST(Journal, ACaptureThatStoredNothingLeavesNoFolder) {
 TEST(Journal, ADamagedJournalIsNamed) {
   test::TemporaryFolder temporary;
   const fs::path folder = temporary.path() / "recording";
-  write_durable(folder / "recording.journal", "{\"name\": \"../../etc\", \"frames\": []}\n");
+  write_durable(folder / "recording.journal",
+                "{\"set\": {\"name\": \"../../etc\", \"frames\": []}}\n");
   EXPECT_THROW(Journal(folder, "2026-01-31"), Error);
-  write_durable(folder / "recording.journal", "{\"name\": \"a\", \"frames\": [[1, 2]]}\n");
+  write_durable(folder / "recording.journal",
+                "{\"set\": {\"name\": \"a\", \"frames\": [[1, 2]]}}\n");
   EXPECT_THROW(Journal(folder, "2026-01-31"), Error);
   for (const char* width : {"4294967300", "-1", "4.5"}) {
     write_durable(folder / "recording.journal",
-                  std::string(R"({"name": "a", "frames": [["cam0", "a/cam0.png", "aa", )") + width +
-                      ", 3, null]]}\n");
+                  std::string(R"({"set": {"name": "a", "frames": [{"camera": "cam0", )"
+                              R"("file": "a/cam0.png", "sha256": "aa", "height_px": 3, )"
+                              R"("width_px": )") +
+                      width + "}]}}\n");
     EXPECT_THROW(Journal(folder, "2026-01-31"), Error) << width;
   }
-  write_durable(folder / "recording.journal", "{\"name\": \"a\", \"fra");
+  write_durable(folder / "recording.journal", "{\"set\": {\"name\": \"a\", \"fra");
   EXPECT_EQ(Journal(folder, "2026-01-31").adopted(), 0U);
 }
 

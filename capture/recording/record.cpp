@@ -13,7 +13,6 @@
 #include "capture/recording/set_details.hpp"
 #include "core/error.hpp"
 #include "core/files/files.hpp"
-#include "core/files/json_file.hpp"
 #include "core/parallel.hpp"
 
 namespace drape::capture {
@@ -204,8 +203,8 @@ void Recorder::store(const std::string& name, const LiveSet& set,
   // All at once: the disk is waited for once, and not by one file after the other.
   parallel_for(set.frames.size() + 1, static_cast<int>(set.frames.size()) + 1, [&](std::size_t c) {
     if (c == set.frames.size()) {
-      const std::string details = pretty(set_details(name, set, qualities, averaged, report,
-                                                     still_.report(), options_, stored.no_go));
+      const std::string details = text_of(set_details(name, set, qualities, averaged, report,
+                                                      still_.report(), options_, stored.no_go));
       Journal::write(folder / "capture.json", details);
       stored.details_sha256 = sha256_of(details);
       return;

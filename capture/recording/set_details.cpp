@@ -4,113 +4,163 @@
 #include "core/files/files.hpp"
 
 namespace drape::capture {
+
+void fields(Fields& f, CameraLedger& ledger) {
+  f({"expected", "frames expected"}, ledger.expected);
+  f({"in_set", "frames in sets"}, ledger.in_set);
+  f({"unpaired", "frames without partners"}, ledger.unpaired);
+  f({"incomplete", "frames with bytes missing"}, ledger.incomplete);
+  f({"never_arrived", "frames that never came"}, ledger.never_arrived);
+  f({"repeated_id", "frames whose id was seen before"}, ledger.repeated);
+}
+
+void fields(Fields& f, ClockFit& clock) {
+  std::optional<double> drift_ppm;
+  if (clock.drift_estimated) drift_ppm = clock.drift_ppm;
+  double bound_s = clock.offset_bound_s();
+  f({"drift_ppm", "how much faster the host counts"}, drift_ppm);
+  f({"residual_us", "root mean square of the fit", 1e-6}, clock.residual_s);
+  f({"offset_bound_us", "bound of the offset's error", 1e-6}, bound_s);
+  f({"samples", "readings"}, clock.samples);
+}
+
+void fields(Fields& f, LiveFault& fault) {
+  f({"camera", "name"}, fault.camera);
+  f({"what", "fault"}, fault.what);
+  f({"to_do", "remedy"}, fault.what_to_do);
+  f({"times", "how often"}, fault.times);
+}
+
+void fields(Fields& f, CameraDetails& camera) {
+  LiveCameraReport& report = camera.report;
+  std::vector<std::pair<std::string, std::string>> settings;
+  for (const SettingReadBack& one : report.settings) settings.emplace_back(one.name, one.value);
+  f({"camera", "name"}, report.name);
+  f({"device", "the camera's own words"}, report.identity);
+  f({"settings_read_back", "as the camera has them"}, settings);
+  f({"frame_index", "count of the frame"}, camera.frame_index);
+  f({"time_s", "device time on the common clock"}, camera.time_s);
+  f({"clock_fit", "the camera's clock against the host's"}, report.clock);
+  f({"ledger_frames", "frames up to then"}, report.ledger);
+  f({"packets", "packets up to then"}, report.counters);
+  f({"buffer_underruns", "frames without a buffer"}, report.counters.buffer_underruns);
+  f({"frames_without_room", "frames that found no slot"}, report.frames_without_room);
+  f({"camera_host_launches", "processes of this camera"}, report.host_launches);
+  f({"pixel_format", "as sent"}, camera.pixel_format);
+  f({"bits", "of a sample"}, camera.bits);
+  f({"raw_file", "bytes as sent, where the picture lacks some"}, camera.raw_file);
+  f({"raw_sha256", "hash of that file"}, camera.raw_sha256);
+  f({"mean_level", "mean grey level"}, camera.quality.mean);
+  f({"saturated_share", "saturated pixels"}, camera.quality.saturated_fraction);
+  f({"sharpness_per_px", "steepest edges over contrast"}, camera.quality.sharpness);
+}
+
+void fields(Fields& f, CameraStill& still) {
+  f({"camera", "name"}, still.name);
+  f({"motion_px", "largest motion"}, still.motion_px);
+  f({"speed_mm_per_s", "speed of that motion"}, still.speed_mm_per_s);
+  f({"background_shift_px", "against the reference set"}, still.background_shift_px);
+}
+
 namespace {
 
-Json optional_json(const std::optional<double>& value, double scale = 1) {
-  return value ? Json(*value * scale) : Json();
+/// The table `stillness`.
+struct Stillness {
+  SetDetails& of;
+};
+
+void fields(Fields& f, Stillness& stillness) {
+  StillReport& still = stillness.of.still;
+  StillOptions& limits = stillness.of.still_options;
+  std::vector<std::string> not_judged = still.not_judged();
+  std::optional<std::string> cloth;
+  if (still.cloth_moved) cloth = "moved";
+  if (!cloth && still.motion_px && not_judged.empty()) cloth = "still";
+  f({"cloth", "moved or still; null: not known"}, cloth);
+  f.if_any({"not_judged", "cameras in which nobody knows"}, not_judged);
+  f({"motion_px", "largest motion of the burst"}, still.motion_px);
+  f({"motion_limit_px", "largest motion of a still cloth"}, limits.largest_motion_px);
+  f({"speed_mm_per_s", "speed of that motion"}, still.speed_mm_per_s);
+  f({"sync_error_mm", "motion during the spread"}, still.sync_error_mm);
+  f({"background_shift_px", "against the reference set"}, still.background_shift_px);
+  f({"background_shift_limit_px", "largest shift of a camera in place"}, limits.largest_shift_px);
+  f({"cameras", "each camera"}, still.cameras);
 }
 
-Json json_of(const CameraLedger& ledger) {
-  return {{"expected", ledger.expected},           {"in_set", ledger.in_set},
-          {"unpaired", ledger.unpaired},           {"incomplete", ledger.incomplete},
-          {"never_arrived", ledger.never_arrived}, {"repeated_id", ledger.repeated}};
-}
+/// The part of it that an import keeps.
+struct StillnessNotes {
+  SetNotes& of;
+};
 
-Json json_of(const std::optional<ClockFit>& clock) {
-  if (!clock) return {};
-  Json json;
-  json["drift_ppm"] = clock->drift_estimated ? Json(clock->drift_ppm) : Json();
-  json["residual_us"] = 1e6 * clock->residual_s;
-  json["offset_bound_us"] = 1e6 * clock->offset_bound_s();
-  json["samples"] = clock->samples;
-  return json;
-}
-
-Json camera_json(const LiveCameraReport& camera, const LiveFrame& frame,
-                 const FrameQuality& quality) {
-  Json json;
-  json["camera"] = camera.name;
-  json["device"] = {{"vendor", camera.identity.vendor},
-                    {"model", camera.identity.model},
-                    {"serial", camera.identity.serial},
-                    {"address", camera.identity.address},
-                    {"host_address", camera.identity.host_address}};
-  json["settings_read_back"] = Json::object();
-  for (const SettingReadBack& s : camera.settings) json["settings_read_back"][s.name] = s.value;
-  json["frame_index"] = frame.mark.index;
-  json["time_s"] = optional_json(frame.mark.time_s);
-  json["clock_fit"] = json_of(camera.clock);
-  json["ledger_frames"] = json_of(camera.ledger);
-  json["packets"] = {{"requested_again", camera.counters.packets_requested_again},
-                     {"resent", camera.counters.packets_resent},
-                     {"repeated", camera.counters.packets_repeated}};
-  json["buffer_underruns"] = camera.counters.buffer_underruns;
-  json["frames_without_room"] = camera.frames_without_room;
-  json["camera_host_launches"] = camera.host_launches;
-  json["pixel_format"] = frame.pixel_format;
-  json["bits"] = frame.bits;
-  json["raw_file"] = frame.raw.empty() ? Json() : Json(raw_file(camera.name, frame));
-  json["raw_sha256"] = frame.raw.empty() ? Json() : Json(sha256_of(frame.raw));
-  json["mean_level"] = quality.mean;
-  json["saturated_share"] = quality.saturated_fraction;
-  json["sharpness_per_px"] = quality.sharpness;
-  return json;
-}
-
-Json json_of(const StillReport& still, const StillOptions& options) {
-  Json json;
-  const std::vector<std::string> not_judged = still.not_judged();
-  json["cloth"] = still.cloth_moved                       ? Json("moved")
-                  : still.motion_px && not_judged.empty() ? Json("still")
-                                                          : Json();
-  if (!not_judged.empty()) json["not_judged"] = not_judged;
-  json["motion_px"] = optional_json(still.motion_px);
-  json["motion_limit_px"] = options.largest_motion_px;
-  json["speed_mm_per_s"] = optional_json(still.speed_mm_per_s);
-  json["sync_error_mm"] = optional_json(still.sync_error_mm);
-  json["background_shift_px"] = optional_json(still.background_shift_px);
-  json["background_shift_limit_px"] = options.largest_shift_px;
-  json["cameras"] = Json::array();
-  for (const CameraStill& c : still.cameras)
-    json["cameras"].push_back({{"camera", c.name},
-                               {"motion_px", optional_json(c.motion_px)},
-                               {"speed_mm_per_s", optional_json(c.speed_mm_per_s)},
-                               {"background_shift_px", optional_json(c.background_shift_px)}});
-  return json;
+void fields(Fields& f, StillnessNotes& notes) {
+  f({"cloth", "moved or still; null: not known"}, notes.of.cloth);
+  f({"motion_px", "largest motion of the burst"}, notes.of.motion_px);
+  f({"background_shift_px", "against the reference set"}, notes.of.camera_shift_px);
 }
 
 }  // namespace
+
+void fields(Fields& f, SetDetails& details) {
+  Stillness stillness{details};
+  f(Field{"set", "name under which it was taken"}.plain_name(), details.set);
+  f.if_any({"no_go", "why the set is no measurement"}, details.no_go);
+  f({"recorded_on", "ISO date"}, details.recorded_on);
+  f({"sync_method", "that was used"}, details.method);
+  f({"fallen_back_because", "why not the one wanted"}, details.fallen_back);
+  f({"paired_by", "what the frames have in common"}, details.paired_by);
+  f({"trigger", "number of the trigger"}, details.trigger);
+  f({"spread_ms", "latest minus earliest exposure", 1e-3}, details.spread_s);
+  f({"spread_bound_ms", "within which all exposures lie", 1e-3}, details.spread_bound_s);
+  f({"frames_averaged", "frames of each camera"}, details.averaged);
+  f({"stillness", "of cloth and cameras"}, stillness);
+  f({"cameras", "each camera"}, details.cameras);
+  f({"faults", "that were seen up to then"}, details.faults);
+}
+
+void fields(Fields& f, SetNotes& notes) {
+  StillnessNotes stillness{notes};
+  f(Field{"set", "name under which it was taken"}.plain_name(), notes.set);
+  f.if_any({"no_go", "why the set is no measurement"}, notes.no_go);
+  f({"stillness", "of cloth and cameras"}, stillness);
+}
 
 std::string raw_file(const std::string& camera, const LiveFrame& frame) {
   return camera + "." + frame.pixel_format + ".raw";
 }
 
-Json set_details(const std::string& name, const LiveSet& set,
-                 const std::vector<FrameQuality>& qualities, std::size_t averaged,
-                 const LiveReport& report, const StillReport& still, const RecordOptions& options,
-                 const std::optional<std::string>& no_go) {
-  Json json;
-  json["schema"] = "drapebench/capture/1";
-  json["set"] = name;
-  if (no_go) json["no_go"] = *no_go;
-  json["recorded_on"] = options.recorded_on;
-  json["sync_method"] = to_string(report.method);
-  json["fallen_back_because"] =
-      report.why_fallen_back.empty() ? Json() : Json(report.why_fallen_back);
-  json["paired_by"] = to_string(report.paired_by);
-  json["trigger"] = set.trigger ? Json(*set.trigger) : Json();
-  json["spread_ms"] = optional_json(set.spread_s, 1e3);
-  json["spread_bound_ms"] = optional_json(set.spread_bound_s, 1e3);
-  json["frames_averaged"] = averaged;
-  json["stillness"] = json_of(still, options.still);
-  json["cameras"] = Json::array();
-  for (std::size_t c = 0; c < set.frames.size(); ++c)
-    json["cameras"].push_back(camera_json(report.cameras[c], set.frames[c], qualities[c]));
-  json["faults"] = Json::array();
-  for (const LiveFault& f : report.faults)
-    json["faults"].push_back(
-        {{"camera", f.camera}, {"what", f.what}, {"to_do", f.what_to_do}, {"times", f.times}});
-  return json;
+SetDetails set_details(const std::string& name, const LiveSet& set,
+                       const std::vector<FrameQuality>& qualities, std::size_t averaged,
+                       const LiveReport& report, const StillReport& still,
+                       const RecordOptions& options, const std::optional<std::string>& no_go) {
+  SetDetails details{name,
+                     no_go,
+                     {},
+                     options.recorded_on,
+                     report.method,
+                     report.paired_by,
+                     set.trigger,
+                     set.spread_s,
+                     set.spread_bound_s,
+                     averaged,
+                     still,
+                     options.still,
+                     {},
+                     report.faults};
+  if (!report.why_fallen_back.empty()) details.fallen_back = report.why_fallen_back;
+  for (std::size_t c = 0; c < set.frames.size(); ++c) {
+    const LiveFrame& frame = set.frames[c];
+    CameraDetails& camera = details.cameras.emplace_back();
+    camera.report = report.cameras[c];
+    camera.frame_index = frame.mark.index;
+    camera.time_s = frame.mark.time_s;
+    camera.pixel_format = frame.pixel_format;
+    camera.bits = frame.bits;
+    camera.quality = qualities[c];
+    if (frame.raw.empty()) continue;
+    camera.raw_file = raw_file(camera.report.name, frame);
+    camera.raw_sha256 = sha256_of(frame.raw);
+  }
+  return details;
 }
 
 }  // namespace drape::capture
