@@ -19,6 +19,8 @@
 #include "capture/live/preview.hpp"
 #include "capture/recording/record.hpp"
 #include "core/error.hpp"
+#include "core/fields/fields.hpp"
+#include "core/program/command.hpp"
 #include "core/program/dates.hpp"
 #include "core/program/progress.hpp"
 #include "core/program/run_record.hpp"
@@ -30,6 +32,35 @@ namespace drape::capture {
 namespace {
 
 namespace fs = std::filesystem;
+
+struct CaptureCommand {
+  fs::path rig, recording;
+  std::string set;
+  int frames = 1;
+  bool average = false;
+  FrameFormat format = FrameFormat::png;
+  std::optional<fs::path> calibration;
+  double patience_s = 20;
+  fs::path preview;  ///< of a session: folder for pictures of what the cameras see
+};
+
+void fields(Fields& f, CaptureCommand& c) {
+  f(Field{"rig", "folder with rig.toml and cameras.toml"}.called("RIG"), c.rig);
+  f.otherwise({"set", "name of the set to record; without it a session"}, c.set);
+  f({"out", "recording to make, or to add the set to"}, c.recording);
+  f.otherwise({"frames", "frames per camera: sets NAME_000, NAME_001, ...", 1, 1, 1000}, c.frames);
+  f.otherwise({"average", "store one set, the mean of all frames"}, c.average);
+  f.otherwise({"format", "pgm is faster to write and takes twice the space"}, c.format);
+  f({"calibration", "tells the cloth's speed in mm/s"}, c.calibration);
+  f.otherwise({"preview",
+               "of a session: folder, best in memory, in which each camera's picture is renewed"},
+              c.preview);
+  f.otherwise({"patience_s", "give up when no frame comes for that long", 1, above_zero},
+              c.patience_s);
+  f.rule(!c.set.empty() || (c.frames == 1 && !c.average), "set",
+         "a session takes one frame of each camera at a time",
+         "give --set NAME too, or leave out --frames and --average");
+}
 
 using Clock = std::chrono::steady_clock;
 constexpr int kInterrupted = 130;
@@ -286,8 +317,14 @@ class SessionDesk {
   std::size_t stored = 0, refused = 0;
 };
 
-}  // namespace
-
+/// A session: the cameras stay open, Enter takes the next set of the rig's list. Whoever leads it,
+/// a person or the console, types lines to its standard input (the name of a set; nothing: the next
+/// of the rig; `r`: the last one again; `r NAME`: that one, what was there is kept as NAME.take1;
+/// `exposure_us 3000 CAMERA` or `gain_db 2 CAMERA`: set it, until the end; `q` or the end of the
+/// input: end) and reads its standard
+/// error: `next: ...` when it waits for a line, `GO: NAME stored` once the set is in
+/// recording.json, `GO: CAMERA has exposure_us = ...`, `NO-GO: reason; to do: ...`, and a line for
+/// each camera that is lost or back.
 int run_session(const CaptureCommand& command, std::vector<std::string> arguments,
                 const CommonOptions& common) {
   RunRecord record("drape-capture", std::move(arguments));
@@ -334,11 +371,6 @@ int run_session(const CaptureCommand& command, std::vector<std::string> argument
 
 int run_capture(const CaptureCommand& command, std::vector<std::string> arguments,
                 const CommonOptions& common) {
-  if (command.rig.empty() || command.recording.empty())
-    throw usage_error("a capture needs RIG and --out", "see `drape capture --help`");
-  if (command.set.empty() && (command.frames > 1 || command.average))
-    throw usage_error("a session takes one frame of each camera at a time",
-                      "give --set NAME too, or leave out --frames and --average");
   if (command.set.empty()) return run_session(command, std::move(arguments), common);
   RunRecord record("drape-capture", std::move(arguments));
   const CamerasFile cameras = read_cameras_file(command.rig);
@@ -366,6 +398,26 @@ int run_capture(const CaptureCommand& command, std::vector<std::string> argument
   if (interrupted()) ending.go = false;
   add_adopted(journal, ending);
   return finish_capture(ending, common, record, command, journal);
+}
+
+}  // namespace
+
+int capture_command(int argc, char** argv) {
+  Command app(
+      "Captures sets of frames from the cameras of a rig, makes recordings of images from\n"
+      "elsewhere, and checks recordings.\n\n"
+      "  drape-capture rigs/lab --set drape_A --out recording    one set, all cameras at once\n"
+      "  drape-capture rigs/lab --out recording                  a session: Enter takes the next "
+      "set\n"
+      "  drape-capture import photos --out recording             photos/<set>/<camera>.png\n"
+      "  drape-capture verify recording                          every image against its SHA-256\n",
+      "drape-capture");
+  CommonOptions common;
+  CaptureCommand command;
+  add_common_options(app, common);
+  app.add_record(command);
+  return run_program(app, argc, argv, common,
+                     [&] { return run_capture(command, arguments_of(argc, argv), common); });
 }
 
 }  // namespace drape::capture

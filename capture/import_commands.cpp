@@ -3,6 +3,8 @@
 #include "capture/commands.hpp"
 #include "capture/ending.hpp"
 #include "core/error.hpp"
+#include "core/fields/fields.hpp"
+#include "core/program/command.hpp"
 #include "core/program/progress.hpp"
 #include "core/program/run_record.hpp"
 
@@ -10,6 +12,28 @@ namespace drape::capture {
 namespace {
 
 namespace fs = std::filesystem;
+
+struct ImportOptions {
+  fs::path folder, recording;
+  std::optional<std::string> recorded_on;
+  bool allow_missing = false;
+};
+
+void fields(Fields& f, ImportOptions& o) {
+  f(Field{"folder", "FOLDER/<set>/<camera>.png|jpg|jpeg|tif|tiff"}.called("FOLDER"), o.folder);
+  f({"out", "recording to write; FOLDER itself adds only the manifest"}, o.recording);
+  f({"recorded_on", "day of the recording, as 2026-01-31"}, o.recorded_on);
+  f.otherwise({"allow_missing", "a set may lack a camera's image: a warning, not an error"},
+              o.allow_missing);
+}
+
+struct VerifyOptions {
+  fs::path recording;
+};
+
+void fields(Fields& f, VerifyOptions& o) {
+  f(Field{"recording", "folder with recording.json"}.called("RECORDING"), o.recording);
+}
 
 CaptureOptions options_with(const CommonOptions& common, Progress& progress) {
   CaptureOptions options;
@@ -22,31 +46,46 @@ CaptureOptions options_with(const CommonOptions& common, Progress& progress) {
 
 }  // namespace
 
-int run_import(const fs::path& folder, const fs::path& recording_folder,
-               const std::optional<std::string>& recorded_on, bool allow_missing,
-               std::vector<std::string> arguments, const CommonOptions& common) {
-  require_importable(folder, recording_folder);  // before the record makes a folder
-  const fs::path manifest = recording_folder / "recording.json";
-  RunRecord record("drape-capture", std::move(arguments), run_record_path(manifest));
-  Progress progress("import", common.quiet);
-  CaptureOptions options = options_with(common, progress);
-  options.recorded_on = recorded_on;
-  options.allow_missing = allow_missing;
-  const ImportResult result = import_folder(folder, recording_folder, options);
-  for (const FrameSet& set : result.recording.sets) {
-    for (const RecordedFrame& frame : set.frames) record.input(folder / frame.file, frame.sha256);
-    if (const fs::path notes = folder / set.name / "capture.json"; fs::exists(notes))
-      record.input(notes);
-  }
-  record.output(manifest);  // which holds the hashes of the copied images
-  return finish(ending_of(result, recording_folder), common, record);
+int import_command(int argc, char** argv) {
+  Command app("Makes a recording of images from elsewhere: FOLDER/<set>/<camera>.png|jpg|tif",
+              "drape-capture import");
+  CommonOptions common;
+  ImportOptions o;
+  add_common_options(app, common);
+  app.add_record(o);
+  return run_program(app, argc, argv, common, [&] {
+    require_importable(o.folder, o.recording);  // before the record makes a folder
+    const fs::path manifest = o.recording / "recording.json";
+    RunRecord record("drape-capture", arguments_of(argc, argv), run_record_path(manifest));
+    Progress progress("import", common.quiet);
+    CaptureOptions options = options_with(common, progress);
+    options.recorded_on = o.recorded_on;
+    options.allow_missing = o.allow_missing;
+    const ImportResult result = import_folder(o.folder, o.recording, options);
+    for (const FrameSet& set : result.recording.sets) {
+      for (const RecordedFrame& frame : set.frames)
+        record.input(o.folder / frame.file, frame.sha256);
+      if (const fs::path notes = o.folder / set.name / "capture.json"; fs::exists(notes))
+        record.input(notes);
+    }
+    record.output(manifest);  // which holds the hashes of the copied images
+    return finish(ending_of(result, o.recording), common, record);
+  });
 }
 
-int run_verify(const fs::path& recording_folder, const CommonOptions& common) {
-  Progress progress("verify", common.quiet);
-  const auto report = verify_recording(recording_folder, options_with(common, progress));
-  finish(ending_of(report), common);
-  return report.good() ? 0 : static_cast<int>(ErrorKind::bad_input);
+int verify_command(int argc, char** argv) {
+  Command app("Compares every image of a recording with the hash that was recorded",
+              "drape-capture verify");
+  CommonOptions common;
+  VerifyOptions o;
+  add_common_options(app, common);
+  app.add_record(o);
+  return run_program(app, argc, argv, common, [&] {
+    Progress progress("verify", common.quiet);
+    const auto report = verify_recording(o.recording, options_with(common, progress));
+    finish(ending_of(report), common);
+    return report.good() ? 0 : static_cast<int>(ErrorKind::bad_input);
+  });
 }
 
 }  // namespace drape::capture

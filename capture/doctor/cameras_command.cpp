@@ -2,7 +2,7 @@
 // drape-capture cameras: the cameras that answer, and what to write into cameras.toml.
 #include <fmt/format.h>
 
-#include "capture/doctor/commands.hpp"
+#include "capture/commands.hpp"
 #include "capture/doctor/device_list.hpp"
 #include "capture/host/camera_host.hpp"
 #include "core/fields/records.hpp"

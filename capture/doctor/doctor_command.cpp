@@ -2,8 +2,8 @@
 // drape-capture doctor: is the bench fit to measure? Each check GO or NO-GO, and what to type.
 #include <fmt/format.h>
 
+#include "capture/commands.hpp"
 #include "capture/doctor/checks.hpp"
-#include "capture/doctor/commands.hpp"
 #include "core/fields/records.hpp"
 #include "core/program/command.hpp"
 #include "core/program/program.hpp"
@@ -13,6 +13,17 @@ namespace drape::capture {
 namespace fs = std::filesystem;
 
 namespace {
+
+struct DoctorOptions {
+  fs::path rig, out = ".";
+  std::optional<fs::path> calibration;
+};
+
+void fields(Fields& f, DoctorOptions& o) {
+  f(Field{"rig", "folder with rig.toml and cameras.toml"}.called("RIG"), o.rig);
+  f.otherwise({"out", "where recordings go, for disk space and speed"}, o.out);
+  f({"calibration", "calibration.json in use"}, o.calibration);
+}
 
 int tell(const std::vector<Check>& checks, const CommonOptions& common) {
   Value json, list(Value::List{});
@@ -41,13 +52,11 @@ int doctor_command(int argc, char** argv) {
       "drape-capture doctor");
   CommonOptions common;
   add_common_options(app, common);
-  fs::path rig, out = ".";
-  std::optional<fs::path> calibration;
-  app.add_option("RIG", rig, "folder with rig.toml and cameras.toml")->required();
-  app.add_option("--out", out, "where recordings go, for disk space and speed");
-  app.add_option("--calibration", calibration, "calibration.json in use");
-  return run_program(app, argc, argv, common,
-                     [&] { return tell(check_all(look_at_bench(rig, out, calibration)), common); });
+  DoctorOptions o;
+  app.add_record(o);
+  return run_program(app, argc, argv, common, [&] {
+    return tell(check_all(look_at_bench(o.rig, o.out, o.calibration)), common);
+  });
 }
 
 }  // namespace drape::capture

@@ -1,9 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "capture/host/camera_host.hpp"
 
-#include <fcntl.h>
 #include <fmt/format.h>
-#include <spawn.h>
 #include <sys/socket.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -12,14 +10,9 @@
 #include <csignal>
 
 #include "core/error.hpp"
+#include "core/program/child.hpp"
 
 namespace drape::capture {
-namespace {
-
-constexpr int kControl = 3, kMemory = 4;  ///< descriptors as the child sees them
-
-}  // namespace
-
 CameraHost::CameraHost(CameraAddress address, CameraSettings settings, HostOptions options)
     : address_(std::move(address)), settings_(std::move(settings)), options_(std::move(options)) {}
 
@@ -40,7 +33,11 @@ void CameraHost::launch() {
   control_ = Descriptor(ends[0]);
   const Descriptor theirs(ends[1]);
   memory_.emplace(options_.slots, options_.slot_bytes);
-  spawn(theirs.get(), memory_->descriptor());
+  process_ = start_child(
+      options_.program,
+      {"--control", std::to_string(theirs.get()), "--memory", std::to_string(memory_->descriptor()),
+       "--memory-limit-mb", std::to_string(options_.memory_limit_mb)},
+      {.kept = {theirs.get(), memory_->descriptor()}, .background = true, .quiet = true});
   fault_.reset();
   ready_ = false;
   started_ = false;
@@ -58,37 +55,6 @@ void CameraHost::launch() {
   }
   send(control_.get(),
        Order{Order::Kind::open, address, settings_, options_.slots, options_.slot_bytes});
-}
-
-void CameraHost::spawn(int control, int memory) {
-  posix_spawn_file_actions_t actions;
-  posix_spawn_file_actions_init(&actions);
-  // Copies above the wanted numbers first, so that neither overwrites the other.
-  const Descriptor c(::fcntl(control, F_DUPFD_CLOEXEC, 10));
-  const Descriptor m(::fcntl(memory, F_DUPFD_CLOEXEC, 10));
-  posix_spawn_file_actions_adddup2(&actions, c.get(), kControl);
-  posix_spawn_file_actions_adddup2(&actions, m.get(), kMemory);
-  posix_spawn_file_actions_addopen(&actions, STDIN_FILENO, "/dev/null", O_RDONLY, 0);
-  posix_spawn_file_actions_addopen(&actions, STDOUT_FILENO, "/dev/null", O_WRONLY, 0);
-  posix_spawn_file_actions_addopen(&actions, STDERR_FILENO, "/dev/null", O_WRONLY, 0);
-  std::vector<std::string> words = {options_.program.string(),
-                                    "--control",
-                                    std::to_string(kControl),
-                                    "--memory",
-                                    std::to_string(kMemory),
-                                    "--memory-limit-mb",
-                                    std::to_string(options_.memory_limit_mb)};
-  std::vector<char*> arguments;
-  arguments.reserve(words.size());
-  for (std::string& word : words) arguments.push_back(word.data());
-  arguments.push_back(nullptr);
-  const int refused =
-      ::posix_spawn(&process_, words[0].c_str(), &actions, nullptr, arguments.data(), environ);
-  posix_spawn_file_actions_destroy(&actions);
-  if (refused == 0) return;
-  process_ = -1;
-  throw Error(ErrorKind::device, "the camera host cannot be started", {.file = words[0]},
-              "build or install it beside this program");
 }
 
 void CameraHost::kill() {

@@ -90,7 +90,6 @@ class CameraHost {
   void take(const News& news);
   void take_light(const News& news);
   void fail(std::string what, std::string what_to_do);
-  void spawn(int control, int memory);
 
   CameraAddress address_;
   CameraSettings settings_;

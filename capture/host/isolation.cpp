@@ -14,7 +14,7 @@
 #include <cerrno>
 #include <cstddef>
 #include <cstdint>
-#include <iterator>
+#include <initializer_list>
 #include <vector>
 
 namespace drape::capture {
@@ -31,34 +31,15 @@ constexpr std::uint32_t kArchitecture = 0;  // no filter is known for it
 constexpr std::uint32_t kRefused = SECCOMP_RET_ERRNO | EPERM;
 constexpr std::uint32_t kUnknown = SECCOMP_RET_ERRNO | ENOSYS;
 
-constexpr int kNever[] = {SYS_execve,
-                          SYS_execveat,
-                          SYS_ptrace,
-                          SYS_process_vm_readv,
-                          SYS_process_vm_writev,
-                          SYS_bpf,
-                          SYS_perf_event_open,
-                          SYS_userfaultfd,
-                          SYS_keyctl,
-                          SYS_add_key,
-                          SYS_request_key,
-                          SYS_init_module,
-                          SYS_finit_module,
-                          SYS_delete_module,
-                          SYS_kexec_load,
-                          SYS_mount,
-                          SYS_umount2,
-                          SYS_pivot_root,
-                          SYS_chroot,
-                          SYS_unshare,
-                          SYS_setns,
-                          SYS_reboot,
-                          SYS_swapon,
-                          SYS_open_by_handle_at,
-                          SYS_io_uring_setup,
-                          SYS_sethostname,
-                          SYS_settimeofday,
-                          SYS_clock_settime};
+constexpr std::initializer_list<int> kNever[] = {
+    {SYS_execve, SYS_execveat},
+    {SYS_ptrace, SYS_process_vm_readv, SYS_process_vm_writev},
+    {SYS_bpf, SYS_perf_event_open, SYS_userfaultfd, SYS_io_uring_setup},
+    {SYS_keyctl, SYS_add_key, SYS_request_key},
+    {SYS_init_module, SYS_finit_module, SYS_delete_module, SYS_kexec_load, SYS_reboot},
+    {SYS_mount, SYS_umount2, SYS_pivot_root, SYS_chroot, SYS_swapon, SYS_open_by_handle_at},
+    {SYS_unshare, SYS_setns, SYS_sethostname},
+    {SYS_settimeofday, SYS_clock_settime}};
 
 constexpr int kSockets[] = {AF_UNIX, AF_INET, AF_INET6, AF_NETLINK, AF_PACKET};
 
@@ -78,36 +59,30 @@ sock_filter give(std::uint32_t action) {
 constexpr std::size_t kFirstArgument = offsetof(seccomp_data, args);
 
 std::vector<sock_filter> filter() {
-  // Another architecture's calls have other numbers: none of them.
   std::vector<sock_filter> program = {load(offsetof(seccomp_data, arch)),
                                       BPF_JUMP(BPF_JMP | BPF_JEQ | BPF_K, kArchitecture, 1, 0),
                                       give(kRefused), load(offsetof(seccomp_data, nr))};
-  for (const int call : kNever) {
-    program.push_back(unless_equal_skip(static_cast<std::uint32_t>(call), 1));
-    program.push_back(give(kRefused));
-  }
+  const auto on = [&](int call, const std::vector<sock_filter>& then) {
+    program.push_back(unless_equal_skip(static_cast<std::uint32_t>(call),
+                                        static_cast<std::uint8_t>(then.size())));
+    program.insert(program.end(), then.begin(), then.end());
+  };
+  for (const auto& calls : kNever)
+    for (const int call : calls) on(call, {give(kRefused)});
   // Threads, not processes. clone3 hides its flags: the C library falls back to clone.
-  program.push_back(unless_equal_skip(SYS_clone3, 1));
-  program.push_back(give(kUnknown));
-  program.push_back(unless_equal_skip(SYS_clone, 4));
-  program.push_back(load(kFirstArgument));
-  program.push_back(BPF_JUMP(BPF_JMP | BPF_JSET | BPF_K, CLONE_THREAD, 0, 1));
-  program.push_back(give(SECCOMP_RET_ALLOW));
-  program.push_back(give(kRefused));
+  on(SYS_clone3, {give(kUnknown)});
+  on(SYS_clone, {load(kFirstArgument), BPF_JUMP(BPF_JMP | BPF_JSET | BPF_K, CLONE_THREAD, 0, 1),
+                 give(SECCOMP_RET_ALLOW), give(kRefused)});
 #ifdef SYS_fork
-  for (const int call : {SYS_fork, SYS_vfork}) {
-    program.push_back(unless_equal_skip(static_cast<std::uint32_t>(call), 1));
-    program.push_back(give(kRefused));
-  }
+  for (const int call : {SYS_fork, SYS_vfork}) on(call, {give(kRefused)});
 #endif
-  const auto kinds = static_cast<std::uint8_t>(std::size(kSockets));
-  program.push_back(unless_equal_skip(SYS_socket, static_cast<std::uint8_t>(2 * kinds + 2)));
-  program.push_back(load(kFirstArgument));
+  std::vector<sock_filter> sockets = {load(kFirstArgument)};
   for (const int kind : kSockets) {
-    program.push_back(unless_equal_skip(static_cast<std::uint32_t>(kind), 1));
-    program.push_back(give(SECCOMP_RET_ALLOW));
+    sockets.push_back(unless_equal_skip(static_cast<std::uint32_t>(kind), 1));
+    sockets.push_back(give(SECCOMP_RET_ALLOW));
   }
-  program.push_back(give(kRefused));
+  sockets.push_back(give(kRefused));
+  on(SYS_socket, sockets);
   program.push_back(give(SECCOMP_RET_ALLOW));
   return program;
 }

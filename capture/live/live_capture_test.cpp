@@ -17,7 +17,7 @@
 #include <utility>
 
 #include "capture/live/live_bench.hpp"
-#include "capture/recording/record.hpp"
+#include "capture/recording/test_record.hpp"
 #include "core/error.hpp"
 #include "core/files/files.hpp"
 #include "tests/support/error_of.hpp"

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <limits>
 #include <map>
 #include <numeric>
 #include <set>
@@ -69,14 +70,13 @@ std::vector<Candidates> sift(const std::vector<FrameMark>& frames, const Pairing
 
 std::optional<double> spread_of(const std::vector<FrameMark>& frames,
                                 const std::vector<std::size_t>& members) {
-  double first = 0, last = 0;
-  for (std::size_t m = 0; m < members.size(); ++m) {
-    const std::optional<double>& time = frames[members[m]].time_s;
-    if (!time) return std::nullopt;
-    first = m == 0 ? *time : std::min(first, *time);
-    last = m == 0 ? *time : std::max(last, *time);
+  std::vector<double> times;
+  for (const std::size_t i : members) {
+    if (!frames[i].time_s) return std::nullopt;
+    times.push_back(*frames[i].time_s);
   }
-  return last - first;
+  const auto [first, last] = std::minmax_element(times.begin(), times.end());
+  return *last - *first;
 }
 
 void add_set(const std::vector<FrameMark>& frames, std::vector<std::size_t> members,
@@ -129,42 +129,18 @@ void pair_by_trigger(const std::vector<FrameMark>& frames,
   }
 }
 
-struct NextFrames {
+/// Next frames of all cameras.
+struct Heads {
   std::size_t earliest = 0;  ///< camera
-  double first_s = 0, last_s = 0;
+  double first_s = std::numeric_limits<double>::infinity(), last_s = -first_s;
+
+  void add(std::size_t camera, double time_s) {
+    if (time_s < first_s) earliest = camera;
+    first_s = std::min(first_s, time_s);
+    last_s = std::max(last_s, time_s);
+  }
+  [[nodiscard]] double spread_s() const { return last_s - first_s; }
 };
-
-NextFrames next_frames(const std::vector<FrameMark>& frames,
-                       const std::vector<Candidates>& candidates,
-                       const std::vector<std::size_t>& head) {
-  NextFrames next;
-  for (std::size_t c = 0; c < head.size(); ++c) {
-    const double t = time_of(frames, candidates[c][head[c]]);
-    if (c == 0 || t < next.first_s) {
-      next.earliest = c;
-      next.first_s = t;
-    }
-    next.last_s = c == 0 ? t : std::max(next.last_s, t);
-  }
-  return next;
-}
-
-/// Spread when the earliest camera's head is replaced by its next frame; nothing without one.
-std::optional<double> spread_without_earliest(const std::vector<FrameMark>& frames,
-                                              const std::vector<Candidates>& candidates,
-                                              const std::vector<std::size_t>& head,
-                                              std::size_t earliest) {
-  if (head[earliest] + 1 >= candidates[earliest].size()) return std::nullopt;
-  const double next = time_of(frames, candidates[earliest][head[earliest] + 1]);
-  double first = next, last = next;
-  for (std::size_t c = 0; c < head.size(); ++c) {
-    if (c == earliest) continue;
-    const double t = time_of(frames, candidates[c][head[c]]);
-    first = std::min(first, t);
-    last = std::max(last, t);
-  }
-  return last - first;
-}
 
 /// Walks all cameras in time. The earliest head is part of a set, or no set can hold it: every
 /// other camera's frames lie later, so its best partners are the first ones.
@@ -181,11 +157,16 @@ void pair_by_time(const std::vector<FrameMark>& frames, std::vector<Candidates> 
       if (head[c] == candidates[c].size()) return false;
     return true;
   };
+  const auto time_at = [&](std::size_t c, std::size_t place) {
+    return time_of(frames, candidates[c][place]);
+  };
   while (all_have_one()) {
-    const NextFrames next = next_frames(frames, candidates, head);
-    const double spread = next.last_s - next.first_s;
-    const auto better = spread_without_earliest(frames, candidates, head, next.earliest);
-    if (spread <= window_s && !(better && *better < spread)) {
+    Heads next, better;  // better: with the earliest camera's next frame in its place
+    for (std::size_t c = 0; c < head.size(); ++c) next.add(c, time_at(c, head[c]));
+    const bool has_better = head[next.earliest] + 1 < candidates[next.earliest].size();
+    for (std::size_t c = 0; c < head.size() && has_better; ++c)
+      better.add(c, time_at(c, head[c] + (c == next.earliest ? 1 : 0)));
+    if (next.spread_s() <= window_s && !(has_better && better.spread_s() < next.spread_s())) {
       std::vector<std::size_t> members;
       for (std::size_t c = 0; c < head.size(); ++c) members.push_back(candidates[c][head[c]++]);
       add_set(frames, std::move(members), std::nullopt, result);
@@ -221,34 +202,6 @@ void count_expected(const std::vector<FrameMark>& frames, const PairingOptions& 
 }
 
 }  // namespace
-
-std::string to_string(FrameBin bin) {
-  switch (bin) {
-    case FrameBin::in_set:
-      return "in_set";
-    case FrameBin::unpaired:
-      return "unpaired";
-    case FrameBin::incomplete:
-      return "incomplete";
-  }
-  return {};
-}
-
-std::string to_string(Unpaired reason) {
-  switch (reason) {
-    case Unpaired::no:
-      return "paired";
-    case Unpaired::partner_missing:
-      return "no frame of every other camera within the window";
-    case Unpaired::repeated_id:
-      return "its frame id was seen before";
-    case Unpaired::no_time:
-      return "it has no device time";
-    case Unpaired::no_trigger:
-      return "it answers no trigger";
-  }
-  return {};
-}
 
 void PairingOptions::check() const {
   if (cameras == 0) throw usage_error("no camera to pair frames of", "name at least one camera");

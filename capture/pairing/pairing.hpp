@@ -3,8 +3,10 @@
 
 #include <cstdint>
 #include <optional>
-#include <string>
+#include <string_view>
 #include <vector>
+
+#include "core/fields/fields.hpp"
 
 namespace drape::capture {
 
@@ -24,9 +26,6 @@ enum class FrameBin { in_set, unpaired, incomplete };
 
 /// Why a frame is unpaired.
 enum class Unpaired { no, partner_missing, repeated_id, no_time, no_trigger };
-
-[[nodiscard]] std::string to_string(FrameBin bin);
-[[nodiscard]] std::string to_string(Unpaired reason);
 
 struct FramePlace {
   FrameBin bin = FrameBin::unpaired;
@@ -100,3 +99,8 @@ struct PairingResult {
                                                      double early_s, double latest_s);
 
 }  // namespace drape::capture
+
+template <>
+inline constexpr std::string_view drape::names_of<drape::capture::Unpaired>[] = {
+    "paired", "no frame of every other camera within the window", "its frame id was seen before",
+    "it has no device time", "it answers no trigger"};

@@ -88,8 +88,7 @@ class Recorder {
   std::vector<std::vector<std::uint32_t>> sums_;
 };
 
-/// Stores every good set of a capture that has ended.
-[[nodiscard]] RecordResult record_live(const LiveResult& live, const CamerasFile& cameras,
-                                       RecordOptions options);
-
 }  // namespace drape::capture
+
+template <>
+inline constexpr std::string_view drape::names_of<drape::capture::FrameFormat>[] = {"png", "pgm"};

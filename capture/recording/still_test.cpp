@@ -13,7 +13,7 @@
 
 #include "capture/capture.hpp"
 #include "capture/doctor/checks.hpp"
-#include "capture/recording/record.hpp"
+#include "capture/recording/test_record.hpp"
 #include "core/error.hpp"
 #include "core/files/files.hpp"
 #include "core/files/json_file.hpp"

@@ -79,7 +79,8 @@ pid_t start_child(const std::filesystem::path& program, const std::vector<std::s
       environment.push_back(*one);
   if (streams.progress >= 0) environment.push_back(descriptor.data());
   environment.push_back(nullptr);
-  const int nothing = ::open("/dev/null", O_RDONLY | O_CLOEXEC);
+  const int nothing = ::open("/dev/null", O_RDWR | O_CLOEXEC);
+  const int nowhere = streams.quiet ? nothing : -1;
   const pid_t parent = ::getpid();
   std::fflush(nullptr);
   const pid_t pid = ::fork();
@@ -89,8 +90,10 @@ pid_t start_child(const std::filesystem::path& program, const std::vector<std::s
     if (streams.background) ::setpgid(0, 0);
     if (streams.background || streams.in >= 0)
       ::dup2(streams.in >= 0 ? streams.in : nothing, STDIN_FILENO);
-    if (streams.out >= 0) ::dup2(streams.out, STDOUT_FILENO);
-    if (streams.err >= 0) ::dup2(streams.err, STDERR_FILENO);
+    for (const auto& [given, as] :
+         {std::pair{streams.out, STDOUT_FILENO}, {streams.err, STDERR_FILENO}})
+      if (const int to = given >= 0 ? given : nowhere; to >= 0) ::dup2(to, as);
+    for (const int one : streams.kept) ::fcntl(one, F_SETFD, 0);
     if (streams.progress >= 0) ::fcntl(streams.progress, F_SETFD, 0);
     ::execve(program.c_str(), words.data(), environment.data());
     ::_exit(127);
@@ -114,10 +117,8 @@ ChildEnd await_child(pid_t child) {
 ChildEnd run_child(const std::filesystem::path& program, const std::vector<std::string>& arguments,
                    std::string& output) {
   Pipe out;
-  const int nowhere = ::open("/dev/null", O_WRONLY | O_CLOEXEC);
   const pid_t child =
-      start_child(program, arguments, {.out = out.writing(), .err = nowhere, .background = true});
-  ::close(nowhere);
+      start_child(program, arguments, {.out = out.writing(), .background = true, .quiet = true});
   out.close_writing();
   while (out.reading() >= 0) out.take(output);
   return await_child(child);

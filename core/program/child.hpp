@@ -36,9 +36,11 @@ class Pipe {
 struct ChildStreams {
   int in = -1, out = -1, err = -1;
   int progress = -1;  ///< told to it as DRAPE_PROGRESS_FD
-  /// With an input of its own, or an empty one, and out of reach of Ctrl-C: this process, which
-  /// ends its children in order.
+  std::vector<int> kept = {};  ///< more that it inherits, under the numbers they have here
+  /// With an input of its own, or an empty one, and out of reach of Ctrl-C: this process ends its
+  /// children in order.
   bool background = false;
+  bool quiet = false;  ///< what `out` and `err` do not take goes nowhere
 };
 
 /// Starts a program that dies with this process. Several threads may call it. Throws

@@ -12,7 +12,7 @@
 
 #include "capture/live/develop.hpp"
 #include "capture/pixel/pixel_format.hpp"
-#include "capture/recording/record.hpp"
+#include "capture/recording/test_record.hpp"
 #include "core/detections.hpp"
 #include "core/files/files.hpp"
 #include "core/sheet.hpp"
