@@ -19,10 +19,10 @@
 
 namespace drape::capture {
 
-/// A kind of camera, with its name in cameras.toml.
-enum class Backend { aravis, v4l2, replay };
 /// What makes a camera expose.
 enum class TriggerSource { free_run, software, line, action };
+/// A kind of camera.
+enum class Backend { aravis, v4l2, replay };
 
 }  // namespace drape::capture
 
@@ -177,7 +177,7 @@ struct FoundDevices {
   std::vector<FoundDevice> cameras;
 };
 
-/// A backend's code: one line each in camera.cpp.
+/// A backend's code; camera.cpp has the table of all.
 struct CameraDriver {
   std::unique_ptr<CameraDevice> (*open)(const CameraAddress&);
   std::vector<FoundDevice> (*find)();  ///< null where nothing can be found
