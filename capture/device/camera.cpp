@@ -4,10 +4,11 @@
 #include <algorithm>
 
 namespace drape::capture {
-namespace {
 
 /// In the order of Backend.
-constexpr const CameraDriver* kDrivers[] = {&aravis_driver, &v4l2_driver, &replay_driver};
+static constexpr const CameraDriver* kDrivers[] = {&aravis_driver, &v4l2_driver, &replay_driver};
+
+namespace {
 
 void ask_size(FoundDevice& device) {
   const bool network = device.backend == Backend::aravis && !device.identity.address.empty();

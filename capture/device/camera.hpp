@@ -84,7 +84,7 @@ struct SettingReadBack {
 
 /// The value of a setting; nothing where the camera did not say it.
 [[nodiscard]] std::optional<std::string> setting_in(std::span<const SettingReadBack> settings,
-                                                  std::string_view name);
+                                                    std::string_view name);
 
 /// The format of `offered` that was asked for, or else the best for measuring. Throws
 /// Error(device).

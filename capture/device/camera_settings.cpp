@@ -56,7 +56,7 @@ std::span<const NumberSetting> number_settings() {
 }
 
 std::optional<std::string> setting_in(std::span<const SettingReadBack> settings,
-                                    std::string_view name) {
+                                      std::string_view name) {
   const auto found = std::find_if(settings.begin(), settings.end(),
                                   [&](const SettingReadBack& one) { return one.name == name; });
   return found == settings.end() ? std::nullopt : std::optional(found->value);

@@ -121,7 +121,8 @@ TEST_F(V4l2Camera, RefusesWhatTheDriverDoesNotTake) {
 
 /// Of exposure and gain this driver has the gain alone.
 TEST_F(V4l2Camera, GainIsSetWhileItStreamsAndReadBack) {
-  EXPECT_EQ(setting_in(read_back_, "gain_camera_units"), std::to_string(VividNode(kNode).get("Gain")))
+  EXPECT_EQ(setting_in(read_back_, "gain_camera_units"),
+            std::to_string(VividNode(kNode).get("Gain")))
       << "nobody asked for one";
   EXPECT_EQ(setting_in(read_back_, "exposure_us"), std::nullopt);
   camera_->start();

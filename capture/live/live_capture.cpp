@@ -985,7 +985,8 @@ class Session {
       const FramePlace& place = result.pairing.places[i];
       if (place.bin == FrameBin::unpaired)
         add_fault(report_.faults,
-                  {name(kept[i].camera), fmt::format("a frame is in no set: {}", name_of(place.why_unpaired)),
+                  {name(kept[i].camera),
+                   fmt::format("a frame is in no set: {}", name_of(place.why_unpaired)),
                    remedy_for(place.why_unpaired)});
     }
     for (const LiveCameraReport& camera : report_.cameras)
