@@ -12,11 +12,31 @@
 #include <thread>
 
 #include "console/console.hpp"
+#include "core/fields/fields.hpp"
 #include "core/files/json_file.hpp"
 #include "core/program/command.hpp"
 #include "core/program/program.hpp"
 
 using namespace drape;
+
+namespace drape::console {
+
+static void fields(Fields& f, ConsoleOptions& o) {
+  f(Field{"rig", "folder of the rig, or its rig.toml"}.called("RIG"), o.rig);
+  f.otherwise({"replay", "the recording's sets instead of cameras"}, o.replay);
+  f.otherwise({"recording",
+               "recording to replay (default: the rig's), or to record into (default: "
+               "<out>/recording)"},
+              o.recording);
+  f.otherwise({"out", "output folder (default: out/<rig name>)"}, o.out);
+  f.otherwise({"port", "port; 0: any free one", 1, 0, 65535}, o.port);
+  f.otherwise({"address",
+               "address to listen on; another than this machine's own opens the bench "
+               "to whoever has the token"},
+              o.address);
+}
+
+}  // namespace drape::console
 
 namespace {
 
@@ -66,19 +86,7 @@ int main(int argc, char** argv) {
       "drape-bench");
   console::ConsoleOptions options;
   CommonOptions common;
-  app.add_option("RIG", options.rig, "folder of the rig, or its rig.toml")->required();
-  app.add_flag("--replay", options.replay, "the recording's sets instead of cameras");
-  app.add_option(
-      "--recording", options.recording,
-      "recording to replay (default: the rig's), or to record into (default: <out>/recording)");
-  app.add_option("--out", options.out, "output folder (default: out/<rig name>)");
-  app.add_option("--port", options.port, "port; 0: any free one")
-      ->range(0, 65535)
-      ->capture_default_str();
-  app.add_option("--address", options.address,
-                 "address to listen on; another than this machine's own opens the bench to whoever "
-                 "has the token")
-      ->capture_default_str();
+  app.add_record(options);
   add_common_options(app, common);
   return run_program(app, argc, argv, common, [&] {
     // Some 50 threads answer in turn, and each arena of memory keeps room for its largest answer.
