@@ -41,7 +41,7 @@ struct CaptureCommand {
   FrameFormat format = FrameFormat::png;
   std::optional<fs::path> calibration;
   double patience_s = 20;
-  fs::path preview;  ///< of a session: folder for pictures of what the cameras see
+  fs::path preview;  ///< session alone: folder for pictures of what the cameras see
 };
 
 void fields(Fields& f, CaptureCommand& c) {
@@ -147,7 +147,7 @@ std::deque<std::string> sets_of_rig(const fs::path& rig_path) {
   return sets;
 }
 
-/// What an operator types, a line at a time, without waiting for it.
+/// Reads the lines that an operator types, one at a time, without waiting for it.
 class Keyboard {
  public:
   /// Nothing while no line is there; `ended` once there will be none.
@@ -221,7 +221,7 @@ class SessionDesk {
     return wanted_.empty() ? wait : take;
   }
 
-  /// What was typed of exposure and gain; once.
+  /// Gives the exposure or gain that was typed, once.
   std::optional<LiveOptions::Light> light() { return std::exchange(light_, std::nullopt); }
 
   void lit(std::size_t camera, const CameraHost& host, const CameraHost::LightAnswer& answer) {

@@ -14,7 +14,7 @@ namespace drape::capture {
 /// The last lines after a verification: every fault by name.
 [[nodiscard]] Ending ending_of(const VerifyReport& report);
 
-/// Of a capture: good when every set that was asked for is stored.
+/// The last lines of a capture: good when every set that was asked for is stored.
 [[nodiscard]] Ending ending_of(const LiveReport& report, const RecordResult& stored, int frames,
                                const std::filesystem::path& recording_folder);
 

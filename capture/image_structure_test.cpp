@@ -39,7 +39,7 @@ TEST(ImageCheck, RefusesNumbersThatDetectionDoesNotRead) {
   EXPECT_THROW(static_cast<void>(check_image(bytes, {})), Error);
 }
 
-/// Of which the decoder gives the first and says nothing.
+/// The decoder gives the first page and says nothing.
 TEST(ImageCheck, RefusesATiffOfSeveralPages) {
   std::vector<unsigned char> bytes;
   const cv::Mat page(20, 30, CV_8U, cv::Scalar(90));

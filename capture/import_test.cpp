@@ -117,7 +117,7 @@ TEST_F(Import, ANoGoSetStaysNoGoUnderAnotherNameAndWithOnePictureMore) {
   EXPECT_EQ(renamed.sets[1].no_go, "the cloth moved by 0.30 px");
 }
 
-/// Of a set's folder alone, or where recording.json was given up: capture.json lies in the folder.
+/// capture.json lies in the set's folder, also where recording.json was given up.
 TEST_F(Import, TheNotesOfACaptureKeepANoGo) {
   const auto notes = [](const std::string& set, const char* cloth, const char* more) {
     return fmt::format(
@@ -220,7 +220,7 @@ TEST_F(Import, NeverOverwritesAForeignFile) {
 }
 
 TEST_F(Import, CompletesAnInterruptedImport) {
-  // What a kill leaves: some images, at most one partial file, no manifest.
+  // A kill leaves some images, at most one partial file, no manifest.
   fs::create_directories(out() / "set2");
   fs::copy_file(in() / "set2/cam0.png", out() / "set2/cam0.png");
   write_durable(out() / "set2/.cam1.png.partial", "half");

@@ -33,8 +33,8 @@ namespace drape::console {
 /// Called with the name and the JSON of an event.
 using Tell = std::function<void(const std::string& name, const Json& data)>;
 
-/// What the pages show and do, without HTTP: the rig, what was taken, what the programs made of it.
-/// Safe from several threads. Throws Error(bad_input) for names that the rig does not have.
+/// State and acts of the pages, without HTTP: the rig, what was taken, what the programs made of
+/// it. Safe from several threads. Throws Error(bad_input) for names that the rig does not have.
 class Bench {
  public:
   Bench(const ConsoleOptions& options, Tell tell);
@@ -45,7 +45,7 @@ class Bench {
   // ---- views (bench_views.cpp) ---------------------------------------------------------------
   [[nodiscard]] Json state() const;
   [[nodiscard]] Json marks(const std::string& set) const;  ///< centres in each camera's image
-  [[nodiscard]] Json coverage() const;  ///< of all calibrating sets, and in space
+  [[nodiscard]] Json coverage() const;  ///< marks of all calibrating sets, and in space
   [[nodiscard]] Json coach() const;     ///< the next pose
   [[nodiscard]] Json frame_facts(const std::string& set) const;  ///< saturation, sigma of a dot
   [[nodiscard]] Json sheet(const std::string& drape) const;
@@ -61,7 +61,7 @@ class Bench {
     bool mark_saturation = false;
     std::string jpeg, facts;  ///< facts: JSON in ASCII, as `drape capture --preview` writes them
   };
-  /// What a live camera sees now; nothing before its first picture.
+  /// Newest picture of a live camera; nothing before its first picture.
   [[nodiscard]] std::optional<LivePicture> live_picture(const std::string& camera, int width_px,
                                                         bool mark_saturation) const;
 
@@ -102,7 +102,7 @@ class Bench {
   using Inputs = std::map<std::filesystem::path, std::string>;
   /// SHA-256 of the images of a set by camera.
   using Images = std::map<std::string, std::string>;
-  /// What the pages show of a set's detections; it stays small, whatever was detected.
+  /// Summary of a set's detections for the pages; it stays small, whatever was detected.
   struct SetFacts {
     Json detected;
     std::string verdict, sentence;
@@ -115,7 +115,7 @@ class Bench {
       std::filesystem::path file, marks;
       std::string set;
     };
-    std::string set;  ///< of the cloth
+    std::string set;  ///< set of the cloth
     std::filesystem::path target_marks, calibration, marks, sheet;
     std::vector<Object> objects;  ///< by their plates
   };
@@ -143,7 +143,7 @@ class Bench {
   void open_cameras();
   void close_cameras();
   void ask_doctor();
-  void heard(const std::string& line);               ///< of the capture session
+  void heard(const std::string& line);               ///< a line of the capture session
   [[nodiscard]] std::string next_free_pose() const;  ///< empty: none is left
   [[nodiscard]] bool is_automatic() const;
   void automatic(bool on);
@@ -179,7 +179,7 @@ class Bench {
   [[nodiscard]] std::filesystem::path detections_file(const std::string& set) const;
   [[nodiscard]] std::filesystem::path calibration_file() const { return own_ / "calibration.json"; }
   [[nodiscard]] std::filesystem::path rig_file() const { return own_ / "rig.toml"; }
-  /// Of the sets of the last calibration alone, so that a run does not replace it.
+  /// Rig with the sets of the last calibration alone, so that a run does not replace it.
   [[nodiscard]] std::filesystem::path calibration_rig_file() const {
     return own_ / "calibration-rig.toml";
   }
@@ -190,7 +190,7 @@ class Bench {
   [[nodiscard]] std::filesystem::path sheet_file(const std::string& drape) const;
   [[nodiscard]] std::filesystem::path object_file(const std::string& drape, int object) const;
   [[nodiscard]] std::filesystem::path scene_file(const Drape& drape, std::size_t plates) const;
-  /// Of the plates that were taken, in their order.
+  /// Calls for the plates that were taken, in their order.
   [[nodiscard]] std::vector<Call> object_calls(const Drape& drape) const;
   [[nodiscard]] Scene measured_scene(const Drape& drape) const;  ///< as far as plates show it
   [[nodiscard]] Call detect_call(const std::string& set) const;
@@ -264,7 +264,8 @@ class Bench {
 
   static SetFacts read_set_facts(const std::filesystem::path& file);
   [[nodiscard]] Json set_json(const std::string& set) const;
-  [[nodiscard]] Json outlines(const Drape& drape) const;  ///< of its objects, in every picture
+  [[nodiscard]] Json outlines(
+      const Drape& drape) const;  ///< edges of its objects, in every picture
   [[nodiscard]] Json drape_json(const Drape& drape) const;
   [[nodiscard]] std::filesystem::path best_simulation(const Drape& drape) const;
   [[nodiscard]] Json comparison_of(const Drape& drape, const Json& row) const;
@@ -283,13 +284,13 @@ class Bench {
   Tell tell_;
   WriterLock lock_;
   SessionLog log_;
-  mutable std::mutex mutex_;  ///< of everything below
+  mutable std::mutex mutex_;  ///< guards everything below
   std::map<std::string, bool> taken_;
-  std::map<std::string, Json> held_out_;  ///< of sets, by the calibration before them
+  std::map<std::string, Json> held_out_;  ///< per set, by the calibration before them
   std::string operator_name_;
-  std::string trouble_;      ///< of the log or the disk, for the page
-  mutable KeptFiles kept_;   ///< of those that were used last
-  mutable KeptFiles facts_;  ///< what is small: of every set
+  std::string trouble_;      ///< fault of the log or the disk, for the page
+  mutable KeptFiles kept_;   ///< files that were used last
+  mutable KeptFiles facts_;  ///< small facts of every set
   mutable std::uint64_t uses_ = 0;
   std::vector<Laying> layings_;
   mutable std::map<std::string, Json> kept_results_;
@@ -298,17 +299,17 @@ class Bench {
   mutable std::mutex live_mutex_;  ///< so that many pages cost one scaling
   mutable std::map<std::string, LivePicture> live_;
   mutable std::mutex watch_mutex_;
-  std::optional<StillWatch> watch_;        ///< of live cameras
+  std::optional<StillWatch> watch_;        ///< watches live cameras
   bool automatic_ = false;                 ///< free poses are taken without a key
   mutable double still_asked_s_ = -1e9;    ///< when a page asked last how still it is
   std::string taking_;                     ///< set that the capture was asked for
-  std::vector<std::string> camera_words_;  ///< what the capture said last
+  std::vector<std::string> camera_words_;  ///< last lines of the capture
   bool cameras_ready_ = false;
   Json doctor_;  ///< checks of the last `drape doctor`
   // Last, so that their threads end first.
   Jobs jobs_;
   mutable std::mutex capture_mutex_;
-  std::unique_ptr<CaptureSession> capture_;  ///< of live cameras
+  std::unique_ptr<CaptureSession> capture_;  ///< watches live cameras
   std::unique_ptr<LiveMarks> live_marks_;
 };
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What belongs to the pictures that recording.json lists now. The files say it themselves: marks
-// name the images in which they were measured, a record the content of each input.
+// Files that belong to the pictures that recording.json lists now. The files say it themselves:
+// marks name the images in which they were measured, a record the content of each input.
 #include <fmt/format.h>
 #include <sys/stat.h>
 

@@ -140,7 +140,7 @@ std::string Bench::rig_text(bool for_calibration) const {
   return text;
 }
 
-/// Of scaled pictures, for detect alone.
+/// Rig of scaled pictures, for detect alone.
 std::string Bench::live_rig_text(const fs::path& folder,
                                  const std::map<std::string, std::pair<int, int>>& px) const {
   const auto relative = [&](const fs::path& file) {
@@ -196,7 +196,7 @@ void Bench::merge_detections(const std::vector<std::string>& sets) const {
   write_detections(target_detections_file(), all);
 }
 
-/// What `drape results` answers, asked once for each content of the store.
+/// Answer of `drape results`, asked once for each content of the store.
 Json Bench::results(const std::vector<std::string>& words) const {
   const std::string stamp = stamp_of(store_file());
   if (stamp.empty()) return {};

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Whether a step's inputs still have the content that its record lists.
+// Tells whether a step's inputs still have the content that its record lists.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -132,7 +132,7 @@ std::optional<std::string> Bench::against_pictures(const std::string& set) const
   return std::nullopt;
 }
 
-/// Of what the report is made, and of what that is: simulations, their fabric, scene and print.
+/// Looks through all inputs of the report and theirs: simulations, their fabric, scene and print.
 std::optional<std::string> Bench::against_report(const Drape& drape) const {
   const fs::path folder = one_name(out_ / "report.html").parent_path();
   const fs::path own = folder / drape.scene.name;
@@ -164,7 +164,7 @@ std::optional<std::string> Bench::against_report(const Drape& drape) const {
   return std::nullopt;
 }
 
-/// Of the files that were read when the console started.
+/// First of the files that were edited since the console started.
 std::optional<std::string> Bench::edited_since_start() const {
   for (const auto& [file, sha256] : read_at_start_) {
     const auto now = content_of(file);

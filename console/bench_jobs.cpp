@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What is asked of the other programs, and what comes of it.
+// Jobs for the other programs, and their ends.
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
@@ -20,7 +20,7 @@ void Bench::detect(const std::string& set) {
   jobs_.add("detect", set, {detect_call(set)});
 }
 
-/// What waited when the server before this one ended.
+/// Detects sets that waited when the server before this one ended.
 void Bench::detect_what_lacks() {
   std::vector<std::string> sets;
   const auto recorded = recording();  // holds what is looked through
@@ -93,7 +93,7 @@ void Bench::job_ended(const Job& job) {
   tell_("state", Json::object());
 }
 
-/// How well the calibration before it measures a set that it did not use.
+/// Logs how well the calibration before it measures a set that it did not use.
 void Bench::log_held_out(const std::string& set) {
   const auto by = calibration();
   const auto seen = detections(set);

@@ -21,7 +21,7 @@ std::string stored_in(const std::string& line) {
   return line.substr(begin.size(), line.size() - begin.size() - end.size());
 }
 
-/// Of a camera that was lost or is back: its name, and which of both.
+/// Camera that was lost or is back.
 struct Turn {
   std::string camera;
   bool back = false;
@@ -34,7 +34,7 @@ std::optional<Turn> turn_of(const std::string& line) {
               line.find("`: it sends frames again") == end};
 }
 
-/// Of a PGM file: its second line, without the mark.
+/// Comment of a PGM file: its second line, without the mark.
 std::string comment_of(const std::string& pgm) {
   const std::string begin = "P5\n# ";
   if (!pgm.starts_with(begin)) return "{}";
@@ -43,7 +43,7 @@ std::string comment_of(const std::string& pgm) {
 
 }  // namespace
 
-/// What was stored is part of the recording.
+/// Ends the session; stored sets are part of the recording.
 void Bench::close_cameras() {
   std::unique_ptr<CaptureSession> closing;
   {

@@ -12,7 +12,7 @@ namespace drape::console {
 namespace {
 
 using Eigen::Vector3d;
-using Line = std::vector<Vector3d>;  ///< of points in the world
+using Line = std::vector<Vector3d>;  ///< points in the world
 constexpr int kAlong = 48;  ///< points of a circle; a lens bends an edge in a quarter of it
 
 Line circle(const Vector3d& centre, const Vector3d& a, const Vector3d& b) {

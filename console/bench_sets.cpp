@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a set of the session shows: the target, an object's plate of tags, one laying of a cloth.
+// Content of a set of the session: the target, an object's plate of tags, one laying of a cloth.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -15,7 +15,7 @@ constexpr std::size_t kMostLayings = 100;
 
 }  // namespace
 
-/// Of rig.toml ([[repeat]]) and of the scenes (tags_set).
+/// Reads layings of rig.toml ([[repeat]]) and of the scenes (tags_set).
 void Bench::read_layings() {
   for (Drape& one : drapes_) {
     layings_.push_back({one.scene.name, one.scene.set, one.scene.set, {}});

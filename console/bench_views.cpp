@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the pages show, as JSON. Lengths in mm, places in px, as the keys say.
+// The pages' content, as JSON. Lengths in mm, places in px, as the keys say.
 #include <fmt/format.h>
 
 #include <algorithm>

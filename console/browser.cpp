@@ -30,9 +30,9 @@ namespace {
 
 namespace fs = std::filesystem;
 constexpr int kMostTabs = 300;
-constexpr int kMostLooks = 1500;  ///< of 200 ms
+constexpr int kMostLooks = 1500;  ///< looks of 200 ms
 constexpr int kAnswer_ms = 120000;
-constexpr int kMostWaits = 1200;  ///< of 100 ms, until Firefox listens
+constexpr int kMostWaits = 1200;  ///< waits of 100 ms, until Firefox listens
 
 std::string from_base64(const std::string& text) {
   std::string bytes;
@@ -95,7 +95,7 @@ class OwnProcess : public Browser {
 
   TemporaryFolder profile_;
   int id_ = 0;
-  std::string text_;  ///< of messages that it sent
+  std::string text_;  ///< messages that it sent
 
  private:
   pid_t pid_ = -1;
@@ -215,7 +215,7 @@ constexpr const char* kPreferences =
     "user_pref('network.connectivity-service.enabled', false);\n"
     "user_pref('webgl.force-enabled', true);\n";
 
-/// Of scripts and of console.error(), of pages of this machine.
+/// Errors of scripts and of console.error(), of pages of this machine.
 constexpr const char* kErrors = R"(
   const scripts = Services.console.getMessageArray().filter(m =>
     m instanceof Ci.nsIScriptError && !(m.flags & Ci.nsIScriptError.warningFlag) &&

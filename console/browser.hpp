@@ -19,7 +19,7 @@ class Browser {
   Browser& operator=(const Browser&) = delete;
 
   virtual void open(const std::string& address) = 0;
-  virtual void size(int width_px, int height_px) = 0;  ///< of the page
+  virtual void size(int width_px, int height_px) = 0;  ///< the page's size
   /// A key by its name: "Tab", "Enter", "ArrowLeft", or one character.
   virtual void press(const std::string& key) = 0;
   virtual void type(const std::string& text) = 0;
@@ -41,8 +41,8 @@ class Browser {
 /// "Chromium" or "Firefox"; null where it is not installed.
 [[nodiscard]] std::unique_ptr<Browser> open_browser(const std::string& name);
 
-/// What axe-core calls serious or critical, and a page wider than a phone: words, none when good.
-/// Without axe-core (npm) the width alone, and says so.
+/// Findings that axe-core calls serious or critical, and a page wider than a phone: words, none
+/// when good. Without axe-core (npm) the width alone, and says so.
 [[nodiscard]] Json serious_findings(Browser& browser);
 
 /// A screenshot of this name in the folder DRAPE_SCREENSHOTS, where that is set.

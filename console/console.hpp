@@ -29,7 +29,8 @@ class Console {
   Console(const Console&) = delete;
   Console& operator=(const Console&) = delete;
 
-  [[nodiscard]] std::vector<std::string> addresses() const;  ///< of the page, with the token
+  [[nodiscard]] std::vector<std::string> addresses()
+      const;     ///< address of the page, with the token
   void serve();  ///< until stop() is called from another thread
   void stop();
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the page shows belongs to the pictures that recording.json lists now.
+// The page shows what belongs to the pictures that recording.json lists now.
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 
@@ -18,7 +18,7 @@ namespace {
 namespace fs = std::filesystem;
 using testing::HasSubstr;
 
-/// What a calibration does well without.
+/// Poses that a calibration does well without.
 constexpr const char* kLaterPoses =
     "  \"pose_05\",  \"pose_06\",  \"pose_07\",  \"pose_08\",  \"pose_09\",\n"
     "  \"pose_10\",  \"pose_11\",  \"pose_12\",  \"pose_13\",  \"pose_14\",\n";
@@ -157,7 +157,7 @@ TEST_F(Current, APlateThatIsLeftOutHasNoPartInTheNextSheet) {
               HasSubstr("the plate of `stage_z090` was measured since"));
 }
 
-/// What rests on a NO-GO is NO-GO, however the sets reach the calibration.
+/// Results that rest on a NO-GO are NO-GO, however the sets reach the calibration.
 TEST_F(Current, ASetThatIsNoMeasurementMakesCalibrationAndSheetNoGo) {
   Recording recording = read_recording(bench_.rig() / "recording");
   for (FrameSet& one : recording.sets)
@@ -183,7 +183,8 @@ TEST_F(Current, AnEditedInputSupersedesWhatWasMadeOfItAndIsNamed) {
   const Json before = done(*server, {{"do", "run"}})["drapes"][0];
   ASSERT_TRUE(before["sheet"].is_object() && before["result"].is_object()) << before.dump(1);
   struct Edit {
-    const char *file, *from, *to, *calibration, *sheet, *result;  ///< what names each, if it is
+    const char *file, *from, *to, *calibration, *sheet,
+        *result;  ///< words that name each, if it is
   };
   for (const Edit& edit :
        {Edit{"rig.toml", "z_mm = 30.0", "z_mm = 28.0", "rig.toml", "rig.toml", "z_mm of `stage_z0"},
@@ -205,7 +206,7 @@ TEST_F(Current, AnEditedInputSupersedesWhatWasMadeOfItAndIsNamed) {
       EXPECT_THAT(why.dump(), HasSubstr(named)) << edit.file;
     }
     EXPECT_EQ(state["report_superseded"], true) << edit.file;
-    // What the server read when it started is not used further.
+    // Files that were edited after the server's start are not used further.
     const bool read = std::string(edit.file) != "fabrics/A.toml";
     EXPECT_EQ(server->act({{"do", "take"}, {"set", "pose_02"}}), read ? 400 : 200) << edit.file;
     EXPECT_EQ(state["trouble"] == "", !read) << edit.file;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What is taken with live cameras is whole, and what becomes of them is said.
+// Sets taken with live cameras are whole, and the cameras' state is said.
 #include <sched.h>
 #include <signal.h>
 
@@ -111,7 +111,7 @@ TEST_F(LiveConsole, TakesABoardThatIsHeldStillAndCalibrates) {
   EXPECT_EQ(server.idle_state()["capture"]["automatic"], false);
 }
 
-/// What comes with a live picture.
+/// Facts that come with a live picture.
 Json facts_of(const RunningBench& server, int camera) {
   const CurlAnswer picture = curl(fmt::format(
       "-o /dev/null -D - '{}api/live?camera=cam{}&width=80'", server.address(), camera));
@@ -224,7 +224,7 @@ TEST_F(LiveConsole, FurtherLayingsAndTheirFacesAreAskedForAndKept) {
   const Json state = await(again, is_ready);
   EXPECT_EQ(faces(state), "drape_C printed; drape_C_2 printed; ");
   EXPECT_TRUE(is_recorded(state, "drape_C_2"));
-  // How still it is lies in the same answer as the live marks.
+  // Stillness lies in the same answer as the live marks.
   Json seen = Json::object();
   for (int k = 0; k < 600 && seen.value("still_s", Json::object()).size() < 3; ++k) {
     seen = again.get("api/live-marks?surface=cloth");

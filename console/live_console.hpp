@@ -110,7 +110,7 @@ class LiveConsole : public CameraTest {
     });
   }
 
-  double exposure_step_us = 0;  ///< of the cameras that begin() makes; 0: any
+  double exposure_step_us = 0;  ///< step of the cameras that begin() makes; 0: any
   SmallBench bench{{"C"}};
   std::vector<std::unique_ptr<GigeCamera>> devices;
 };

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a recording can tell, and what it cannot: the real server and programs, no camera.
+// Limits of a recording that is replayed: the real server and programs, no camera.
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 

@@ -127,7 +127,7 @@ double RunningBench::cpu_s() const {
   return (user + system) / static_cast<double>(::sysconf(_SC_CLK_TCK));
 }
 
-/// What the kernel says of the process; its files have no size.
+/// The kernel's text about the process; its files have no size.
 std::string RunningBench::about(const std::string& what) const {
   std::ostringstream text;
   text << std::ifstream(fmt::format("/proc/{}/{}", pid_, what)).rdbuf();

@@ -10,7 +10,7 @@
 
 namespace drape::test {
 
-/// What a server may take at most; a sanitizer takes as much again, and more, for itself.
+/// Most memory of a server; a sanitizer takes as much again, and more, for itself.
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
 inline constexpr double kMost_mb = 1500;
 #else
@@ -34,7 +34,7 @@ class RunningBench {
   [[nodiscard]] std::string token() const;
   [[nodiscard]] bool runs() const;
   [[nodiscard]] double memory_mb() const;  ///< resident, the most so far
-  [[nodiscard]] double cpu_s() const;      ///< of the server alone, so far
+  [[nodiscard]] double cpu_s() const;      ///< CPU time of the server alone, so far
   void kill();                             ///< as a power cut would
   int end(int signal);                     ///< asks it to end; its exit code, -1: by the signal
   void hold_job();                         ///< stops the program of a job, once there is one

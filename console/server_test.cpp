@@ -60,7 +60,7 @@ class RawClient {
     [[maybe_unused]] const ssize_t sent = ::send(socket_, text.data(), text.size(), MSG_NOSIGNAL);
   }
   void finish() const { ::shutdown(socket_, SHUT_WR); }
-  /// What comes until the server closes.
+  /// Reads until the server closes.
   [[nodiscard]] std::string rest() const {
     std::string text;
     char buffer[4096];

@@ -55,7 +55,7 @@ class Watcher {
   Watcher(const Watcher&) = delete;
   Watcher& operator=(const Watcher&) = delete;
 
-  /// Of every picture, from the arrival of its frame in the capture.
+  /// Delay of every picture, from the arrival of its frame in the capture.
   [[nodiscard]] std::vector<double> delays_ms() const {
     const std::lock_guard lock(mutex_);
     return delays_ms_;
@@ -152,11 +152,12 @@ TEST_F(Watched, FiveWatchersLoseNoSet) {
 
 struct Cost {
   double cpu_s = 0;
-  long largest_kB = 0;  ///< of its processes
+  long largest_kB = 0;  ///< its processes
   int exit_code = 0;
 };
 
-/// Of a command, from a process of its own: this one's children hold those of the tests before.
+/// CPU time of a command, from a process of its own: this one's children hold those of the tests
+/// before.
 Cost cost_of(const std::string& line) {
   std::array<int, 2> ends{};
   if (::pipe2(ends.data(), O_CLOEXEC) != 0) throw std::runtime_error("no pipe");

@@ -154,7 +154,7 @@ class AravisFeatures {
     }
   }
 
-  /// Of a feature that is a number, whether integer or real.
+  /// Reads a feature that is a number, whether integer or real.
   [[nodiscard]] double number(const char* feature) const {
     if (is_integer(feature)) return static_cast<double>(integer(feature));
     return ask(fmt::format("reading {}", feature), [&](GError** error) {
@@ -398,7 +398,7 @@ class Configuration : private SettingsWriter {
     return std::nullopt;
   }
 
-  /// What came of it is noted; without a master the camera goes on with the clock it has.
+  /// Notes how PTP ended; without a master the camera goes on with the clock it has.
   void set_ptp() {
     const auto names = ptp_names();
     if (!names) return note("ptp_status", "not there");

@@ -158,7 +158,7 @@ TEST_F(AravisCamera, RefusesWhatIsNotThereOrNotTakenOrNotOurs) {
   EXPECT_THAT(refused(s), HasSubstr("the camera has no pixel format Mono12"));
 }
 
-/// What opening the camera says.
+/// Message with which opening the camera is refused.
 std::string refusal(const CameraAddress& address) {
   const Error error = test::error_of([&] { return open_camera(address); });
   EXPECT_FALSE(error.what_to_do().empty());
@@ -176,7 +176,7 @@ TEST_F(AravisCamera, ASecondControllerAndAWrongNetworkCardAreNamed) {
 }
 
 TEST_F(AravisCamera, LostPacketsAreSentAgainAndCountedExactly) {
-  const int frames = test::trial_count(60, 3400);
+  const int frames = test::trial_count(30, 3400);
   for (const double loss : {0.001, 0.01, 0.05}) {
     GigeCamera device({.width_px = 320, .height_px = 240, .seed = 7});
     const auto pixels = noise(320, 240, 2);

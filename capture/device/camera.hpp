@@ -19,7 +19,7 @@
 
 namespace drape::capture {
 
-/// What makes a camera expose.
+/// Source of the trigger of an exposure.
 enum class TriggerSource { free_run, software, line, action };
 /// A kind of camera.
 enum class Backend { aravis, v4l2, replay };
@@ -45,7 +45,7 @@ struct CameraAddress {
   std::string recording;     ///< replay: folder of the recording
 };
 
-/// What is set on a camera. Absent means: leave as the camera has it, and record what that is.
+/// Settings wanted of a camera. Absent means: leave as the camera has it, and record what that is.
 struct CameraSettings {
   std::optional<int> width_px, height_px, offset_x_px, offset_y_px;
   std::string pixel_format;  ///< empty: the first of pixel_formats() that the camera has
@@ -65,7 +65,7 @@ struct NumberSetting {
   const char *name, *meaning;  ///< with its unit, as in cameras.toml
   std::variant<std::optional<int> CameraSettings::*, std::optional<double> CameraSettings::*>
       member;
-  bool own;               ///< of the camera's table in cameras.toml
+  bool own;               ///< stands in the camera's table of cameras.toml
   bool positive;          ///< above 0; else 0 or more
   double tolerance;       ///< relative difference between what is asked and taken: a sensor's step
   const char* otherwise;  ///< remedy where a camera cannot be set to it
@@ -92,12 +92,13 @@ struct SettingReadBack {
                                               const std::vector<std::string>& offered,
                                               const std::string& device);
 
-/// How a backend reaches a number of the settings, in the setting's unit.
+/// Access of a backend to a number of the settings, in the setting's unit.
 struct SettingPort {
   std::function<void(double)> write;
   std::function<double()> read;
-  double step = 0;         ///< of the camera, where it is known: half of it is no other value
-  std::string named = {};  ///< what the camera counts instead, e.g. "gain_camera_units"
+  double step = 0;  ///< finest step, where it is known: half of it is no other value
+  std::string named =
+      {};  ///< name of another unit that the camera counts, e.g. "gain_camera_units"
 };
 
 /// Writes the settings of one camera and keeps what it read back.
@@ -126,10 +127,10 @@ struct CameraFrame {
   std::string fault;                     ///< why it is not complete
   const std::uint8_t* pixels = nullptr;  ///< as sent, in the pixel format that was set
   std::size_t bytes = 0;
-  std::size_t stride_bytes = 0;  ///< of a row; 0: rows without padding
+  std::size_t stride_bytes = 0;  ///< bytes from row to row; 0: rows without padding
 };
 
-/// What the backend itself counted. Only for information: what is expected is counted by us.
+/// Counts of the backend, for information: the ledger counts what was expected.
 struct CameraCounters {
   std::int64_t packets_requested_again = 0;
   std::int64_t packets_resent = 0;
@@ -168,9 +169,9 @@ class CameraDevice {
 struct FoundDevice {
   Backend backend = Backend::aravis;
   CameraIdentity identity;
-  std::string name;                        ///< what to write as `device`
-  std::optional<int> width_px, height_px;  ///< of its pictures now, when it was asked
-  std::string why_not_asked;               ///< what it said instead
+  std::string name;                        ///< `device` in cameras.toml
+  std::optional<int> width_px, height_px;  ///< size of its pictures, when it was asked
+  std::string why_not_asked;               ///< its fault where the size is not known
 };
 
 struct FoundDevices {
@@ -199,7 +200,7 @@ void fields(Fields& f, CameraCounters& counters);
 void fields(Fields& f, ClockSample& sample);
 void fields(Fields& f, FoundDevice& device);
 void fields(Fields& f, FoundDevices& devices);
-/// Those of a camera that stand in its table of cameras.toml.
+/// Describes the settings that stand in a camera's table of cameras.toml.
 void own_fields(Fields& f, CameraSettings& settings);
 
 /// Error(device) whose field says which device.

@@ -25,7 +25,7 @@ std::vector<std::uint8_t> picture_of(int camera) {
 
 TEST(FirstFrame, IsWholeWithoutResend) {
   DRAPE_REQUIRE_PRIVATE_NETWORK();
-  const int sets = test::trial_count(20, 1000);
+  const int sets = test::trial_count(10, 1000);
   std::vector<std::unique_ptr<test::GigeCamera>> devices;
   std::vector<std::unique_ptr<CameraDevice>> cameras;
   std::vector<std::vector<std::uint8_t>> pictures;

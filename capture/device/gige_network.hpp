@@ -26,7 +26,7 @@ struct NetworkCard {
 };
 [[nodiscard]] std::vector<NetworkCard> network_cards();
 
-/// What a GigE Vision camera says of itself when asked who is there.
+/// Answer of a GigE Vision camera to discovery.
 struct GigeAnswer {
   std::string address, serial;
 };
@@ -55,7 +55,7 @@ void require_own_address(const std::string& address, const std::string& device);
 /// kernel says it is now, in the kernel's count.
 std::size_t set_receive_buffer(int socket, std::size_t bytes);
 
-/// What set_receive_buffer() would reach on a new socket.
+/// Receive buffer that set_receive_buffer() would reach on a new socket.
 [[nodiscard]] std::size_t reachable_receive_buffer(std::size_t bytes);
 
 /// Needs CAP_NET_RAW.

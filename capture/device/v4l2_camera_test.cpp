@@ -47,7 +47,7 @@ CameraFrame frame_of(CameraDevice& camera) {
   return {};
 }
 
-/// What the call says when it refuses; the test fails when it does not.
+/// Message of a call that is refused; fails the test where it is not.
 template <class Call>
 std::string refusal(Call call) {
   const Error error = test::error_of(call);
@@ -119,7 +119,7 @@ TEST_F(V4l2Camera, RefusesWhatTheDriverDoesNotTake) {
   EXPECT_THAT(refusal([&] { static_cast<void>(camera_->configure(s)); }), HasSubstr("exposure_us"));
 }
 
-/// Of exposure and gain this driver has the gain alone.
+/// This driver has a gain and no exposure.
 TEST_F(V4l2Camera, GainIsSetWhileItStreamsAndReadBack) {
   EXPECT_EQ(setting_in(read_back_, "gain_camera_units"),
             std::to_string(VividNode(kNode).get("Gain")))
@@ -228,7 +228,7 @@ TEST_F(V4l2Camera, TheFrameIdWraps) {
 }
 
 struct Loop {
-  int camera;  ///< of vivid
+  int camera;  ///< number in vivid
   const char *capture, *output;
 };
 

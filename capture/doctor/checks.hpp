@@ -18,11 +18,11 @@ struct Check {
   std::string name;
   bool go = true;
   std::string found;         ///< with units
-  std::string to_type = {};  ///< what to do when it is NO-GO
+  std::string to_type = {};  ///< remedy when it is NO-GO
 };
 void fields(Fields& f, Check& check);
 
-/// What the doctor looks at.
+/// Evidence of the doctor's checks.
 struct Evidence {
   CamerasFile cameras = {};
   std::filesystem::path out = ".";  ///< where recordings go

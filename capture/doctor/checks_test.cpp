@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the doctor computes, without a camera; and what a cameras.toml may not say.
+// The doctor's checks without a camera, and refusals of cameras.toml.
 #include "capture/doctor/checks.hpp"
 
 #include <fmt/format.h>

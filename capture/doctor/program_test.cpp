@@ -287,7 +287,7 @@ TEST_F(Programs, ASilentCameraLetsNoMemoryGrow) {
   EXPECT_LE(children.ru_maxrss, 200 * 1024);
 }
 
-/// What is stored stays, and is whole.
+/// Sets that are stored stay, and are whole.
 TEST_F(Programs, CtrlCEndsACaptureWithWhatItHas) {
   write_rig("live", true);
   const auto devices = cameras_of_bench1();

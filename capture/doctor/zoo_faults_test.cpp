@@ -35,7 +35,7 @@ struct SpoiltBench {
 struct BenchFault {
   std::string name;
   std::function<void(SpoiltBench&)> cause;
-  /// What both programs are to say; empty where both are to say GO. Alternatives by `|`.
+  /// Words that both programs are to say; empty where both are to say GO. Alternatives by `|`.
   std::function<std::string(const SpoiltBench&)> said;
 };
 
@@ -110,7 +110,7 @@ const std::vector<BenchFault>& bench_faults() {
 
 class Benches : public test::CameraTest, public testing::WithParamInterface<BenchFault> {
  protected:
-  static inline int benches = 0, agreements = 0;  ///< of all faults that this process tries
+  static inline int benches = 0, agreements = 0;  ///< in all faults that this process tries
 
   static void TearDownTestSuite() {
     std::printf("the doctor agrees in %d of %d benches\n", agreements, benches);

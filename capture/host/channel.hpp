@@ -80,7 +80,7 @@ template <class Message>
   return got;
 }
 
-/// What the capture asks of a camera host.
+/// Message from the capture to a camera host.
 struct Order {
   enum class Kind { open, start, stop, trigger, light, free };
   Kind kind = Kind::open;
@@ -101,7 +101,7 @@ struct FrameNews {
   int width_px = 0, height_px = 0;
 };
 
-/// What a camera host says.
+/// Message from a camera host to the capture.
 struct News {
   enum class Kind { ready, started, stopped, frame, alive, light, error };
   Kind kind = Kind::ready;

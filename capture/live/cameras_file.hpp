@@ -10,7 +10,7 @@
 
 namespace drape::capture {
 
-/// How the cameras are made to expose together, best last.
+/// Ways to make cameras expose together, best last.
 enum class SyncMethod { free_run, software_trigger, line_trigger, action, scheduled_action };
 
 }  // namespace drape::capture

@@ -74,11 +74,11 @@ TEST_F(LiveCapture, ACameraHostIsConfined) {
 TEST_F(LiveCapture, AKilledCameraHostIsBackAndTheOthersLoseNothing) {
   const HostsBench bench(3, SyncMethod::free_run);
   bool killed = false;
-  const LiveResult live = bench.capture(60, 20, true, [&](int sets) {
+  const LiveResult live = bench.capture(25, 20, true, [&](int sets) {
     if (sets >= 10 && !std::exchange(killed, true)) ::kill(camera_hosts().at(0), SIGKILL);
   });
   expect_right_sets(bench, live);
-  ASSERT_EQ(live.pairing.sets.size(), 60U);
+  ASSERT_EQ(live.pairing.sets.size(), 25U);
   EXPECT_THAT(all_faults(live), AllOf(HasSubstr("ended by signal 9"), HasSubstr("opened again")));
   int restarted = 0;
   for (std::size_t c = 0; c < 3; ++c) {
@@ -99,12 +99,12 @@ TEST_F(LiveCapture, AKilledCameraHostIsBackAndTheOthersLoseNothing) {
 TEST_F(LiveCapture, AHostThatHangsIsEndedAndItsCameraIsBack) {
   const HostsBench bench(2, SyncMethod::free_run);
   bool stopped = false;
-  const LiveResult live = bench.capture(60, 20, true, [&](int sets) {
+  const LiveResult live = bench.capture(25, 20, true, [&](int sets) {
     if (sets < 10 || std::exchange(stopped, true)) return;
     ::kill(camera_hosts().at(0), SIGSTOP);
   });
   expect_right_sets(bench, live);
-  EXPECT_EQ(live.pairing.sets.size(), 60U) << all_faults(live);
+  EXPECT_EQ(live.pairing.sets.size(), 25U) << all_faults(live);
   // No frames for 2 periods + 0.5 s, or no sign of life for 1 s: whichever is seen first.
   EXPECT_THAT(all_faults(live),
               AnyOf(HasSubstr("it stopped sending frames"), HasSubstr("gives no sign of life")));
@@ -146,8 +146,8 @@ TEST_F(LiveCapture, AnUnpluggedCameraIsNoticedAndBack) {
     return std::chrono::steady_clock::now().time_since_epoch() / std::chrono::nanoseconds(1);
   };
   std::int64_t unplugged_ns = 0, back_ns = 0;
-  const LiveResult live = bench.capture(60, 20, true, [&](int sets) {
-    if (sets >= 20 && unplugged_ns == 0) {
+  const LiveResult live = bench.capture(25, 20, true, [&](int sets) {
+    if (sets >= 10 && unplugged_ns == 0) {
       bench.devices[1]->unplug();
       unplugged_ns = now_ns();
     } else if (unplugged_ns != 0 && back_ns == 0 && now_ns() - unplugged_ns > 2'000'000'000) {
@@ -156,7 +156,7 @@ TEST_F(LiveCapture, AnUnpluggedCameraIsNoticedAndBack) {
     }
   });
   expect_right_sets(bench, live);
-  EXPECT_EQ(live.pairing.sets.size(), 60U);
+  EXPECT_EQ(live.pairing.sets.size(), 25U);
   EXPECT_THAT(all_faults(live), HasSubstr("cam1: "));
   EXPECT_EQ(live.pairing.cameras[0].never_arrived, 0) << all_faults(live);
   EXPECT_GT(live.pairing.cameras[1].never_arrived, 0);
@@ -174,7 +174,7 @@ TEST_F(LiveCapture, AnUnpluggedCameraIsNoticedAndBack) {
       1e-9 * static_cast<double>(first->host_ns - back_ns));
 }
 
-/// Of a triggered capture, during which camera 1 is troubled after three sets and well again after
+/// A triggered capture, during which camera 1 is troubled after three sets and well again after
 /// the trigger that it missed.
 LiveResult troubled(const HostsBench& bench, const std::function<void()>& trouble,
                     const std::function<void()>& mend) {

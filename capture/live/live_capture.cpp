@@ -30,7 +30,8 @@ constexpr int kOpenedInVain = 10;   ///< then the camera is given up
 constexpr int kTriggersBefore = 3;  ///< until every camera answers
 constexpr std::size_t kMostBytesPerPixel = 3;
 constexpr std::size_t kAroundFrame = 1 << 16;  ///< chunks, padding
-constexpr double kRoom_s = 1.5;  ///< of frames that wait in shared memory while this process does
+constexpr double kRoom_s =
+    1.5;  ///< room for frames that wait in shared memory while this process does
 constexpr int kUsualPath_bytes = 1500;  ///< without jumbo frames
 constexpr double kStopping_s = 2;
 constexpr double kReadings_s = 1;            ///< twice the time between two readings of a clock
@@ -155,7 +156,7 @@ struct Running {
   /// Readings of the clock; a camera that was opened again, or whose clock jumped, has a new one.
   ClockReadings clocks;
   std::size_t clock_taken = 0;
-  std::optional<ClockSample> last_reading;  ///< of the newest of `clocks`
+  std::optional<ClockSample> last_reading;  ///< in the newest of `clocks`
   std::int64_t sure_from_ns = 0;  ///< frames that arrive before may be stamped by the clock before
   bool stamps_are_off = false;
   std::int64_t complete = 0;
@@ -169,20 +170,20 @@ struct Running {
   int silent_triggers = 0;  ///< one after another
 };
 
-/// Whether its frames can be paired by device time.
+/// True where frames of the camera can be paired by device time.
 bool has_clock(const Running& camera) {
   return camera.host->on_host_clock() || fit_clock(camera.host->clock_samples(), {}).has_value();
 }
 
-/// Whether its frames are assigned by counting triggers.
+/// True where its frames are assigned by counting triggers.
 bool never_had_clock(const Running& r) {
   return !r.host->on_host_clock() &&
          std::all_of(r.clocks.begin(), r.clocks.end(),
                      [](const auto& readings) { return readings.empty(); });
 }
 
-/// Whether the camera's clock has been read since the frame came: then no jump that is seen later
-/// touches it.
+/// True where the camera's clock has been read since the frame came: then no jump that is seen
+/// later touches it.
 bool is_confirmed(const Running& r, const Arrival& a) {
   const bool reads = r.last_reading && !r.host->on_host_clock();
   return !reads || r.last_reading->host_before_ns > a.arrived_ns;
@@ -439,7 +440,7 @@ class Session {
     const auto before = std::exchange(r.last_reading, sample);
     const auto jump = before ? clock_jump_s(*before, sample) : std::nullopt;
     if (!jump) {
-      // Of readings after every frame some are enough for the fit.
+      // Some of the readings after every frame are enough for the fit.
       const bool soon = r.newest >= 0 && !clock.empty() &&
                         seconds(sample.host_before_ns - clock.back().host_before_ns) < kFitEvery_s;
       if (!soon) clock.push_back(sample);
@@ -564,7 +565,8 @@ class Session {
     return "raise packet_delay_ns, or lower frame_rate_hz; check cable and switch";
   }
 
-  /// Of a camera that obeys and sends nothing, or nothing that outlives a receive buffer too small.
+  /// Remedy for a camera that obeys and sends nothing, or nothing that outlives a receive buffer
+  /// too small.
   std::string remedy_for_silence(const CameraHost& host) {
     if (host.identity().host_address.empty()) return "check cable and power of the camera";
     const std::string buffer = remedy_for_buffer(host);
@@ -574,7 +576,7 @@ class Session {
         buffer.empty() ? "" : buffer + "; ", host.identity().address);
   }
 
-  /// Whether it streams and sends nothing, although its time came or it was triggered.
+  /// True where it streams and sends nothing, although its time came or it was triggered.
   bool is_silent(std::size_t c) const {
     const Running& r = running_[c];
     const bool live = file_.cameras[c].address.backend != Backend::replay;

@@ -56,9 +56,9 @@ struct LiveFrame {
   int width_px = 0, height_px = 0;
   std::string fault;
   std::vector<std::uint8_t> pixels;  ///< grey 0..255, row by row
-  /// Of more than 8 bits: grey with the sensor's full depth in the high bits of 16.
+  /// Grey of more than 8 bits, with the sensor's full depth in the high bits of 16.
   std::vector<std::uint16_t> deep = {};
-  int bits = 8;  ///< that a sample of the sensor has
+  int bits = 8;  ///< bits in a sample of the sensor
   std::string pixel_format = {};
   std::vector<std::uint8_t> raw = {};  ///< as sent, where the grey does not hold all of it
 };
@@ -80,7 +80,7 @@ struct LiveFault {
 /// Adds to the list, or counts one more of the same.
 void add_fault(std::vector<LiveFault>& faults, LiveFault fault);
 
-/// What the frames of a set have in common.
+/// Property that the frames of a set share.
 enum class PairedBy { trigger, time, arrival };
 
 struct LiveCameraReport {

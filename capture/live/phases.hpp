@@ -7,9 +7,9 @@
 
 namespace drape::capture {
 
-/// How much later than camera 0 each camera exposes, in s: between -period/2 and +period/2, because
-/// free-running cameras of one rate keep the phase they began with and nothing else tells their
-/// frames apart. `exposed_s` holds one exposure of each camera, any, on the common clock.
+/// Delay of each camera's exposure after that of camera 0, in s: between -period/2 and +period/2,
+/// because free-running cameras of one rate keep the phase they began with and nothing else tells
+/// their frames apart. `exposed_s` holds one exposure of each camera, any, on the common clock.
 [[nodiscard]] std::vector<double> phases_s(const std::vector<double>& exposed_s, double period_s);
 
 /// The part of the period that holds an exposure of every camera: the least spread of a set.

@@ -23,7 +23,7 @@ constexpr SyncMethod kMethods[] = {SyncMethod::software_trigger, SyncMethod::fre
                                    SyncMethod::line_trigger, SyncMethod::action,
                                    SyncMethod::scheduled_action};
 
-/// What such a camera cannot do by this method, as the operator reads it; empty when it can.
+/// Refusal of this method by such a camera, as the operator reads it; empty when it can.
 std::string expected_refusal(const Personality& p, SyncMethod method) {
   const bool clock = p.latch != test::Latch::none;
   const bool line = method == SyncMethod::line_trigger;

@@ -20,7 +20,7 @@ struct ClockSample {
 struct ClockFit {
   std::int64_t reference_device_ns = 0;
   std::int64_t reference_host_ns = 0;
-  double drift_ppm = 0;   ///< how much faster the host counts, in parts per million
+  double drift_ppm = 0;   ///< excess of the host's rate, in parts per million
   double residual_s = 0;  ///< root of the weighted mean square of the fit, seconds
   double bound_s = 0;     ///< half the shortest round trip, which bounds one reading's error
   /// Added to that within `least_span_s` of the samples: what an unknown drift up to `largest_ppm`
@@ -47,7 +47,7 @@ struct ClockFitOptions {
 [[nodiscard]] std::optional<ClockFit> fit_clock(const std::vector<ClockSample>& samples,
                                                 const ClockFitOptions& options);
 
-/// How far the device's clock jumped between two readings, beyond what their round trips and a
+/// Jump of the device's clock between two readings, beyond what their round trips and a
 /// drift of `largest_ppm` explain; nothing when it may have run on evenly. Never a false alarm:
 /// both readings bound the clock on both sides.
 [[nodiscard]] std::optional<double> clock_jump_s(const ClockSample& before,

@@ -10,7 +10,7 @@
 
 namespace drape::capture {
 
-/// What pairing knows of one frame that reached the host, whole or not.
+/// Description of one frame for pairing, that reached the host, whole or not.
 struct FrameMark {
   std::size_t camera = 0;
   std::int64_t index = 0;                   ///< unwrapped frame id, see FrameIdUnwrapper

@@ -109,7 +109,7 @@ struct SimulatedCamera {
   double offset_s = 0, drift_ppm = 0;
   std::uint64_t first_id = 1;
 
-  /// What the device's clock shows at host time `t_s`.
+  /// Reading of the device's clock at host time `t_s`.
   [[nodiscard]] std::int64_t device_ns(double t_s) const {
     return std::llround(1e9 * (t_s * (1 - 1e-6 * drift_ppm) + offset_s));
   }

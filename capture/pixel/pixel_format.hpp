@@ -10,7 +10,7 @@
 
 namespace drape::capture {
 
-/// How a camera packs its pixels into bytes.
+/// Packing of pixels into bytes.
 enum class Packing {
   bytes,        ///< one byte a sample
   words,        ///< two bytes a sample, low byte first, value in the low bits
@@ -29,8 +29,8 @@ enum class Mosaic { none, gr, rg, gb, bg };
 /// A pixel format by its name in cameras.toml: that of PFNC (GenICam) or of V4L2.
 struct PixelFormat {
   std::string_view name;
-  std::uint32_t code = 0;  ///< of PFNC, or V4L2's four characters
-  int bits = 8;            ///< that a sample holds
+  std::uint32_t code = 0;  ///< PFNC's, or V4L2's four characters
+  int bits = 8;            ///< in a sample
   Packing packing = Packing::bytes;
   Mosaic mosaic = Mosaic::none;
 

@@ -8,7 +8,7 @@
 
 namespace drape::capture {
 
-/// What can be measured in an 8-bit grey frame without knowing what it shows.
+/// Measures of an 8-bit grey frame without knowing what it shows.
 struct FrameQuality {
   double mean = 0;                ///< grey level, 0..255
   double dark_fraction = 0;       ///< pixels at level 3 or below
@@ -31,7 +31,7 @@ struct QualityLimits {
 [[nodiscard]] std::optional<std::string> quality_fault(const FrameQuality& quality,
                                                        const QualityLimits& limits);
 
-/// What the operator does about it.
+/// Remedy for the operator.
 [[nodiscard]] std::string quality_remedy(const FrameQuality& quality, const QualityLimits& limits);
 
 }  // namespace drape::capture

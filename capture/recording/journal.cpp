@@ -24,7 +24,7 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr const char* kUnfinished = ".unfinished-";
-constexpr int kEnding_ms = 2000;  ///< of a capture that was killed, until the kernel has ended it
+constexpr int kEnding_ms = 2000;  ///< a killed capture may take, until the kernel has ended it
 
 fs::path journal_of(const fs::path& folder) {
   return folder / "recording.journal";
@@ -69,7 +69,7 @@ std::vector<JournalLine> lines_of(const std::string& text, const fs::path& journ
   return lines;
 }
 
-/// What is known of the motion of a burst is so of each of its sets.
+/// The motion of a burst is that of each of its sets.
 void judge_like(const FrameSet& last, FrameSet& set) {
   set.motion_px = last.motion_px;
   set.camera_shift_px = last.camera_shift_px;
@@ -239,7 +239,7 @@ void Journal::replace(const std::string& set) {
   waits_ = true;
 }
 
-/// What was renamed already before the end stays as it is.
+/// Folders that were renamed before the end stay as they are.
 void Journal::rename(const std::string& from, const std::string& to) {
   const fs::path folder = recording_.folder;
   for (FrameSet& set : recording_.sets) {

@@ -69,7 +69,7 @@ class Journal {
 /// Sets that a capture, which goes on or was killed, has stored and recording.json may lack.
 [[nodiscard]] std::vector<FrameSet> sets_in_journal(const std::filesystem::path& folder);
 
-/// Whether no image of `set` is below `folder` any more, because one of `sets` is it by its last
+/// True where no image of `set` is below `folder` any more, because one of `sets` is it by its last
 /// name: a capture was killed after recording.json was written, before the journal was removed.
 [[nodiscard]] bool is_renamed(const std::filesystem::path& folder, std::span<const FrameSet> sets,
                               const FrameSet& set);

@@ -72,7 +72,7 @@ TEST(Journal, AKilledCaptureLosesTheSetInHandAtMost) {
       const FrameSet& set = journal.recording().sets[s];
       EXPECT_NO_THROW(static_cast<void>(read_frame(journal.recording(), set, set.frames[0])));
     }
-    // What was written whole, but not acknowledged any more, counts from now on.
+    // Sets written whole, but not acknowledged any more, count from now on.
     kept = acknowledged = now;
   }
   EXPECT_GT(kept, 0U);

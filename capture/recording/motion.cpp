@@ -32,11 +32,11 @@ struct Block {
 
 /// Sums over a block of the first picture.
 struct Normal {
-  double xx = 0, xy = 0, yy = 0;  ///< of the gradients, about their mean
+  double xx = 0, xy = 0, yy = 0;  ///< sums over gradients, about their mean
   double mean_x = 0, mean_y = 0, mean = 0, variance = 0;
   [[nodiscard]] double smallest() const { return 0.5 * (xx + yy - std::hypot(xx - yy, 2 * xy)); }
   [[nodiscard]] double largest() const { return 0.5 * (xx + yy + std::hypot(xx - yy, 2 * xy)); }
-  /// Of the strongest gradients, from +x.
+  /// Direction of the strongest gradients, from +x.
   [[nodiscard]] double angle_rad() const { return 0.5 * std::atan2(2 * xy, xx - yy); }
 };
 
@@ -125,8 +125,8 @@ double noise_variance(const Plane& a, const Block& b) {
 /// Differences of the second picture, read `dx`, `dy` farther, to the first one.
 struct Misfit {
   double x = 0, y = 0;        ///< gradient-weighted, about the means
-  double variance = 0;        ///< of the difference
-  double other_variance = 0;  ///< of the second picture itself
+  double variance = 0;        ///< variance of the difference
+  double other_variance = 0;  ///< variance of the second picture
 };
 
 Misfit misfit_of(const Plane& a, const Plane& b, const Block& block, const Normal& n, double dx,

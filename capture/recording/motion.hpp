@@ -26,19 +26,19 @@ struct MotionOptions {
   void check() const;  ///< throws Error(usage)
 };
 
-/// How far the content of one block moved, px of the picture.
+/// Motion of one block's content, px of the picture.
 struct BlockMotion {
   double x_px = 0, y_px = 0;     ///< the block's centre
   double dx_px = 0, dy_px = 0;   ///< where it is in the second picture, minus where it was
   double sd_px = 0;              ///< from the noise left after matching; infinite while it iterates
-  double residual_variance = 0;  ///< of the grey values left after matching
+  double residual_variance = 0;  ///< variance of the grey values left after matching
 };
 
 struct MotionResult {
   std::vector<BlockMotion> blocks;
   int textured = 0;  ///< blocks that have something to follow, above their noise
-  int lost = 0;      ///< of these, blocks that are found nowhere near; others are too uncertain
-  /// Of the lost, those that noise as in the found ones, whose variance grows with the grey level,
+  int lost = 0;      ///< blocks among these that are found nowhere near; others are too uncertain
+  /// Lost blocks that noise as in the found ones, whose variance grows with the grey level,
   /// cannot have hidden.
   int gone = 0;
 
@@ -62,7 +62,7 @@ class BlockFollower {
   /// block, cannot have hidden.
   [[nodiscard]] MotionResult motion_across_edges_to(const GreyView& to) const;
   [[nodiscard]] int textured() const;
-  /// Of these, the blocks that noise as in the first picture, `from`, lets find again as well as
+  /// The blocks among these that noise as in the first picture, `from`, lets find again as well as
   /// the options ask.
   [[nodiscard]] int findable(const GreyView& from) const;
   [[nodiscard]] bool has_size_of(const GreyView& other) const;
@@ -83,7 +83,7 @@ class Background {
   /// then the camera moved out of reach, or the cloth covers what could be found again. Nothing
   /// of a picture of another size either.
   [[nodiscard]] std::optional<double> shift_px(const GreyView& now) const;
-  /// Whether the reference has enough texture above its noise to show a shift at all.
+  /// True where the reference has enough texture above its noise to show a shift at all.
   [[nodiscard]] bool is_textured() const { return findable_ >= kLeastBlocks; }
   /// Farthest shift that is followed.
   [[nodiscard]] double reach_px() const { return options_.shrink * options_.largest_px; }

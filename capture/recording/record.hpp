@@ -17,11 +17,12 @@ namespace drape::capture {
 enum class FrameFormat { png, pgm };
 
 struct RecordOptions {
-  std::filesystem::path folder;  ///< of the recording; made, or one to which the set is added
+  std::filesystem::path
+      folder;  ///< folder of the recording; made, or one to which the set is added
   std::string set;
   int frames = 1;        ///< several are <set>_000, <set>_001, ...
   bool average = false;  ///< one set, the mean of all frames, instead of one set per frame
-  bool retake = false;   ///< of a set that is there: stored as <set>.new for Journal::replace
+  bool retake = false;   ///< the set is there: stored as <set>.new for Journal::replace
   double largest_spread_s = 0;
   QualityLimits limits;
   std::string recorded_on;  ///< ISO date
@@ -36,7 +37,7 @@ struct RecordResult {
   StillReport still;
   std::size_t averaged = 0;                ///< frames of each camera in the average
   std::optional<LiveFault> short_average;  ///< stored as NO-GO: it is of fewer frames than asked
-  std::vector<double> spread_bounds_s;     ///< of sets whose spread is not known
+  std::vector<double> spread_bounds_s;     ///< for sets whose spread is not known
 };
 
 /// File of a frame's raw bytes in its set's folder.
@@ -82,7 +83,7 @@ class Recorder {
   StillWatch still_;
   RecordResult result_;
   std::size_t taken_ = 0, summed_ = 0;
-  /// Of the average: the first set, and sums of all on the 16-bit scale.
+  /// The average: its first set, and sums of all on the 16-bit scale.
   std::optional<LiveSet> first_;
   LiveReport first_report_;
   std::vector<std::vector<std::uint32_t>> sums_;

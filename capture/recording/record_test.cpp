@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a capture stores, from frames that need no camera.
+// Storing of a capture's sets, from frames that need no camera.
 #include "capture/recording/record.hpp"
 
 #include <gmock/gmock.h>

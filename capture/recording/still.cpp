@@ -43,7 +43,7 @@ std::optional<double> mm_per_px(const std::optional<Calibration>& calibration,
   return std::nullopt;
 }
 
-/// Of all blocks; 0 when hardly one was found.
+/// Median over all blocks; 0 when hardly one was found.
 double median_px(const MotionResult& motion) {
   std::vector<double> lengths;
   for (const BlockMotion& b : motion.blocks) lengths.push_back(std::hypot(b.dx_px, b.dy_px));

@@ -13,8 +13,9 @@
 namespace drape::capture {
 
 struct StillOptions {
-  double largest_motion_px = 0.05;  ///< of the cloth during a burst
-  double largest_shift_px = 0.5;    ///< of a camera's background against the reference set
+  double largest_motion_px = 0.05;  ///< largest motion of the cloth during a burst
+  double largest_shift_px =
+      0.5;  ///< largest shift of a camera's background against the reference set
   std::optional<std::filesystem::path> calibration;  ///< calibration.json; gives speeds in mm
 };
 
@@ -22,7 +23,7 @@ struct CameraStill {
   std::string name;
   /// Largest of a block between two frames of the burst; absent when it moved out of reach.
   std::optional<double> motion_px;
-  std::optional<double> speed_mm_per_s;  ///< of that block, at the depth of the target
+  std::optional<double> speed_mm_per_s;  ///< speed of that block, at the depth of the target
   std::optional<double> background_shift_px;
   bool lost = false;  ///< blocks moved out of reach
   /// In one frame at least nothing could be followed: the pictures have structure in one direction
@@ -32,7 +33,7 @@ struct CameraStill {
   bool background_lost = false;
 };
 
-/// Whether the cloth was still during a burst, and the cameras where they were when the reference
+/// Stillness of the cloth during a burst, and the cameras where they were when the reference
 /// set of cameras.toml was recorded. Nothing is known without a second frame or a reference.
 struct StillReport {
   std::vector<CameraStill> cameras;
@@ -65,10 +66,10 @@ class StillWatch {
     BlockFollower fine, coarse;
     std::optional<double> time_s;
   };
-  /// What one frame shows against the first one and the reference.
+  /// Comparison of one frame with the first one and the reference.
   struct Sight {
-    std::optional<First> first;  ///< of the first set
-    MotionResult fine, coarse;   ///< of the others
+    std::optional<First> first;  ///< in the first set
+    MotionResult fine, coarse;   ///< in the others
     MotionResult edges;          ///< where nothing else can be followed
     std::optional<double> background_shift_px;
   };

@@ -30,7 +30,7 @@ constexpr int kPoseParameters = 6;
 constexpr int kLeastPoints = 8;
 constexpr double kTilts_deg[] = {-40, -25, 25, 40};  ///< perspective speaks for the lens
 constexpr int kPlaces = 3;                           ///< along each axis of the volume
-constexpr double kReach = 0.75;  ///< of the distance from its middle to its sides
+constexpr double kReach = 0.75;  ///< part of the distance from its middle to its sides
 
 std::optional<Projection> seen(const Camera& camera, const Vector3d& point_in_world) {
   auto image = project(camera.model, camera.cam_from_world * point_in_world);
@@ -40,7 +40,7 @@ std::optional<Projection> seen(const Camera& camera, const Vector3d& point_in_wo
   return image;
 }
 
-/// What of the displacements (three rows a point, any columns) moves all points as one body.
+/// Part of the displacements (three rows a point, any columns) moves all points as one body.
 MatrixXd rigid_part(const std::vector<Vector3d>& points, const MatrixXd& displacements) {
   MatrixXd body(3 * static_cast<Index>(points.size()), kPoseParameters);
   for (std::size_t k = 0; k < points.size(); ++k) {

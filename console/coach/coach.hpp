@@ -75,7 +75,7 @@ class Coach {
   Target target_;
   Volume volume_;
   std::vector<double> sigma_px_;
-  std::vector<Eigen::Index> offsets_;  ///< of each camera among all parameters
+  std::vector<Eigen::Index> offsets_;  ///< each camera's first among all parameters
   std::vector<Eigen::Vector3d> grid_;
   /// d points / d parameters of all grid points, without what moves them all as one body.
   Eigen::MatrixXd gains_;

@@ -60,7 +60,7 @@ Volume volume() {
   return {{-0.1, -0.1, 0}, {0.1, 0.1, 0.1}};
 }
 
-/// What the cameras see of the board, with Gaussian noise.
+/// Detections of the board, with Gaussian noise.
 std::vector<FrameDetections> look(const Calibration& calibration, const WorldFromTarget& pose,
                                   double sigma_px, unsigned seed, const Target& target = board()) {
   std::mt19937 random(seed);

@@ -28,9 +28,9 @@ namespace fs = std::filesystem;
 
 constexpr double kNoise_px = 0.02;
 constexpr int kHeldOut = 20, kFirst = 3, kMost = 10;
-// What the coach's own goal allows: further poses make a measured point better by 5 % at most.
+// Limit that the coach's goal allows: further poses make a measured point better by 5 % at most.
 constexpr double kReached = 1.05;
-constexpr double kPart = 0.1;  ///< of the whole error; squared, it adds a hundredth
+constexpr double kPart = 0.1;  ///< share of the whole error; squared, it adds a hundredth
 
 struct Taken {
   std::string set;
@@ -42,7 +42,7 @@ class Operator {
   Operator(const Rig& rig, const Target& target, unsigned seed)
       : rig_(rig), target_(target), random_(seed) {}
 
-  /// What the true cameras see of the target; every dot's centroid, with noise.
+  /// Detections of the target by the true cameras; every dot's centroid, with noise.
   Taken look(const std::string& set, const WorldFromTarget& pose, double noise_px = kNoise_px) {
     Taken taken{set, {}};
     for (const Camera& camera : test::bench1_truth().cameras) {

@@ -7,7 +7,7 @@
 
 namespace drape::console {
 
-/// What of a request decides whether it is answered.
+/// Parts of a request that decide whether it is answered.
 struct Knock {
   std::string method;
   std::string path;  ///< as sent, still escaped

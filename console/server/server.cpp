@@ -30,7 +30,7 @@ namespace {
 using Clock = std::chrono::steady_clock;
 constexpr std::size_t kMostHead = 65536;  ///< bytes of request line and headers
 constexpr std::size_t kMostPath = 4096;   ///< with its query
-constexpr int kMostRequests = 1000;       ///< of one connection
+constexpr int kMostRequests = 1000;       ///< on one connection
 constexpr auto kIdle = std::chrono::milliseconds(5000);
 constexpr auto kGlance = std::chrono::milliseconds(250);
 constexpr auto kBeat = std::chrono::seconds(10);  ///< between signs of life to a reader of events
@@ -195,7 +195,8 @@ class WebServer::Impl : public httplib::Server {
     };
     Get("/.*", respond);
     Post("/.*", respond);
-    // What the library refuses itself (a line that is no HTTP) has neither token nor sentence.
+    // Requests that the library refuses itself (a line that is no HTTP) has neither token nor
+    // sentence.
     set_error_handler(HandlerWithResponse([](const httplib::Request&, httplib::Response& out) {
       if (!out.body.empty()) return HandlerResponse::Handled;
       add_headers(out, {});
@@ -335,7 +336,7 @@ class WebServer::Impl : public httplib::Server {
   Answer answer_;
   std::optional<Gate> gate_;
   std::atomic<int> watchers_ = 0;
-  // Of the request that this thread serves.
+  // State of the request that this thread serves.
   static thread_local bool refused_;
   static thread_local std::string local_address_;  ///< where it reached this machine
 };

@@ -33,7 +33,7 @@ struct ServerOptions {
   double request_s = 10;           ///< a request that takes longer to arrive is cut
   double write_s = 5;              ///< a client that takes nothing for so long is cut
   int connections = 48;            ///< served at once; one thread each
-  int watchers = 24;               ///< of them readers of events
+  int watchers = 24;               ///< readers of events
   std::size_t body_bytes = 65536;  ///< largest body of a request
 };
 

@@ -23,7 +23,7 @@ namespace drape::console {
 /// from several threads.
 class CaptureSession {
  public:
-  /// What it reports, from its own threads: a line that it printed, a camera with a new picture,
+  /// Reports from its own threads: a line that it printed, a camera with a new picture,
   /// and its end with its last sentence.
   struct Reports {
     std::function<void(const std::string& line)> said;

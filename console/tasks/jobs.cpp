@@ -18,7 +18,7 @@ bool is_over(const Job& job) {
   return job.state != JobState::waiting && job.state != JobState::running;
 }
 
-/// What cannot be looked at is made once more.
+/// True also where that cannot be found out.
 bool is_needed(const Call& call) {
   try {
     return !call.needed || call.needed();

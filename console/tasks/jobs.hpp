@@ -27,9 +27,9 @@ struct Job {
   std::vector<Call> calls;  ///< a verdict NO-GO of one does not stop the next, a failure does
   JobState state = JobState::waiting;
   double fraction = 0;   ///< 0..1
-  std::string now = {};  ///< what its running program says it does
+  std::string now = {};  ///< activity of its running program
   std::string sentence = {};
-  std::string output = {};  ///< what its last program printed
+  std::string output = {};  ///< text that its last program printed
 
   [[nodiscard]] Json json() const;
 };

@@ -33,7 +33,7 @@ class LiveMarks {
   LiveMarks(const LiveMarks&) = delete;
   LiveMarks& operator=(const LiveMarks&) = delete;
 
-  /// What was found last on this surface, in the pixels of the pictures; nothing before the first
+  /// Marks found last on this surface, in the pixels of the pictures; nothing before the first
   /// look. Asks for more looks, for some seconds.
   [[nodiscard]] std::shared_ptr<const Detections> look(Surface surface);
 

@@ -22,7 +22,7 @@ std::string text_of(const Json& json, const char* key) {
   return found != json.end() && found->is_string() ? found->get<std::string>() : std::string();
 }
 
-/// What a program says of its own end in its --json ending.
+/// Sentence of a program about its own end in its --json ending.
 std::string sentence_of(const std::string& output, const ChildEnd& end) {
   const std::size_t begin = output.find('{');
   const Json json = begin == std::string::npos ? Json() : try_json(output.substr(begin));

@@ -16,7 +16,7 @@ namespace drape::console {
 /// One command of the front door: `drape detect ...`.
 struct Call {
   std::vector<std::string> words;  ///< after `drape`, without --json
-  /// What must be written first; throws Error.
+  /// Writes what must be there first; throws Error.
   std::function<void()> before = {};
   /// Asked when its job begins; empty: always.
   std::function<bool()> needed = {};
@@ -27,7 +27,7 @@ struct Call {
 
 struct CallEnd {
   int exit_code = 0;
-  std::string output;    ///< what it printed on standard output
+  std::string output;    ///< text on standard output
   std::string sentence;  ///< its verdict, or why it failed and what to do
 };
 

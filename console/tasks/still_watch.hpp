@@ -11,15 +11,17 @@ namespace drape::console {
 /// When a target that a hand holds is still, and where no set of it was taken yet.
 struct StillOptions {
   double still_s = 0.8;  ///< nothing moves so long; a hand that holds a board pauses longer
-  int pictures = 3;      ///< of each camera, of that time, at least
+  int pictures = 3;      ///< per camera in that time, at least
   /// A pixel has changed by more than this part of the picture's contrast, and by so many standard
   /// deviations of its noise: an edge that moved by a tenth of a pixel of the picture.
   double changed_contrast = 0.1, changed_sigmas = 6;
-  double moving_fraction = 5e-4;  ///< of the pixels have changed since the last picture: it moves
+  double moving_fraction =
+      5e-4;  ///< share of the pixels that changed since the last picture: it moves
   /// Means of blocks tell a new place from a tremor: a dot must leave its block.
   int block_px = 16;
-  double new_fraction = 0.02;  ///< of the blocks have changed since the last set, in so many views:
-  int new_views = 2;           ///< it is a new pose
+  double new_fraction =
+      0.02;           ///< share of the blocks that changed since the last set, in so many views:
+  int new_views = 2;  ///< it is a new pose
 };
 
 /// Looks at the scaled pictures that the cameras send while they wait. One thread at a time.
