@@ -178,19 +178,17 @@ TEST_F(Import, RefusesATruncatedImageByNameAndWritesNothing) {
   EXPECT_FALSE(fs::exists(out()));
 }
 
-TEST_F(Import, RefusesSomethingThatIsNoImage) {
-  write_durable(in() / "set2/cam0.png", "not an image");
-  EXPECT_THAT(refusal(in(), out()), HasSubstr("not a PNG, JPEG or TIFF image"));
-  write_durable(in() / "set2/cam0.png", "");
-  EXPECT_THAT(refusal(in(), out()), HasSubstr("empty"));
-}
-
-TEST_F(Import, RefusesAnImageOfAnotherSize) {
-  test::write_bytes(in() / "set10/cam0.png", test::image_bytes(".png", 9, 65, 48));
-  EXPECT_THAT(refusal(in(), out()), HasSubstr("65 x 48 px"));
-}
-
-TEST_F(Import, RefusesAMissingCamera) {
+TEST_F(Import, RefusesWhatIsNoSetOfImagesOfOneSize) {
+  const auto refuses = [&](const std::string& file, const std::vector<unsigned char>& bytes,
+                           const std::string& why) {
+    const std::vector<unsigned char> before = read_bytes(in() / file);
+    bytes.empty() ? fs::resize_file(in() / file, 0) : test::write_bytes(in() / file, bytes);
+    EXPECT_THAT(refusal(in(), out()), HasSubstr(why));
+    test::write_bytes(in() / file, before);
+  };
+  refuses("set2/cam0.png", {'n', 'o', 'n', 'e'}, "not a PNG, JPEG or TIFF image");
+  refuses("set2/cam0.png", {}, "empty");
+  refuses("set10/cam0.png", test::image_bytes(".png", 9, 65, 48), "65 x 48 px");
   fs::remove(in() / "set10/cam1.png");
   EXPECT_THAT(refusal(in(), out()), HasSubstr("set `set10` has no image of camera `cam1`"));
 }

@@ -12,6 +12,24 @@ namespace {
 
 using testing::HasSubstr;
 
+/// Asks until the answer holds it; the last answer. A limit only so that a failure ends.
+template <class Ask, class Is>
+auto ask_until(Ask ask, Is is) {
+  auto answer = ask();
+  for (int k = 0; k < 600 && !is(answer); ++k) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(100));
+    answer = ask();
+  }
+  return answer;
+}
+
+/// Facts that come with a live picture.
+Json facts_in(const CurlAnswer& picture) {
+  const std::size_t at = picture.body.find("X-Facts: ");
+  if (at == std::string::npos) return {};
+  return parse_json(picture.body.substr(at + 9, picture.body.find('\r', at) - at - 9));
+}
+
 TEST_F(LiveConsole, ShowsWhatTheCamerasSeeAndStoresWhatIsTaken) {
   begin("software_trigger");
   {
@@ -19,17 +37,15 @@ TEST_F(LiveConsole, ShowsWhatTheCamerasSeeAndStoresWhatIsTaken) {
     await(server, is_ready);
     for (int c = 0; c < kCameras; ++c) {
       const std::string file = (bench.folder() / "picture.jpg").string();
-      CurlAnswer picture;
-      for (int k = 0; k < 100 && picture.status != 200; ++k) {
-        picture = curl(fmt::format("-D - -o '{}' '{}api/live?camera=cam{}&width=640&red=1'", file,
-                                   server.address(), c));
-        std::this_thread::sleep_for(std::chrono::milliseconds(100));
-      }
+      const CurlAnswer picture = ask_until(
+          [&] {
+            return curl(fmt::format("-D - -o '{}' '{}api/live?camera=cam{}&width=640&red=1'", file,
+                                    server.address(), c));
+          },
+          [](const CurlAnswer& answer) { return answer.status == 200; });
       ASSERT_EQ(picture.status, 200) << picture.body;
-      const std::size_t at = picture.body.find("X-Facts: ");
-      ASSERT_NE(at, std::string::npos) << picture.body;
-      const Json facts =
-          parse_json(picture.body.substr(at + 9, picture.body.find('\r', at) - at - 9));
+      const Json facts = facts_in(picture);
+      ASSERT_TRUE(facts.is_object()) << picture.body;
       EXPECT_EQ(facts["settings"]["exposure_us"], "2000") << facts.dump();
       EXPECT_EQ(facts["asked"]["exposure_us"], 2000.0);
       const cv::Mat seen = frame_of_bench1(c);
@@ -40,11 +56,9 @@ TEST_F(LiveConsole, ShowsWhatTheCamerasSeeAndStoresWhatIsTaken) {
       EXPECT_EQ(cv::imread(file, cv::IMREAD_GRAYSCALE).cols, 533) << "scaled by a whole number";
     }
     // Marks of the pictures are those of the frames, but for what a third of the pixels costs.
-    Json seen;
-    for (int k = 0; k < 600 && (!seen.is_object() || seen["cameras"].empty()); ++k) {
-      seen = server.get("api/live-marks?surface=target");
-      std::this_thread::sleep_for(std::chrono::milliseconds(100));
-    }
+    const Json seen =
+        ask_until([&] { return server.get("api/live-marks?surface=target"); },
+                  [](const Json& marks) { return marks.is_object() && !marks["cameras"].empty(); });
     for (int c = 0; c < kCameras; ++c) {
       const Json& one = seen["cameras"][fmt::format("cam{}", c)];
       ASSERT_EQ(one["marks"].size(), 108U) << seen.dump();
@@ -111,13 +125,9 @@ TEST_F(LiveConsole, TakesABoardThatIsHeldStillAndCalibrates) {
   EXPECT_EQ(server.idle_state()["capture"]["automatic"], false);
 }
 
-/// Facts that come with a live picture.
 Json facts_of(const RunningBench& server, int camera) {
-  const CurlAnswer picture = curl(fmt::format(
-      "-o /dev/null -D - '{}api/live?camera=cam{}&width=80'", server.address(), camera));
-  const std::size_t at = picture.body.find("X-Facts: ");
-  if (at == std::string::npos) return {};
-  return parse_json(picture.body.substr(at + 9, picture.body.find('\r', at) - at - 9));
+  return facts_in(curl(fmt::format("-o /dev/null -D - '{}api/live?camera=cam{}&width=80'",
+                                   server.address(), camera)));
 }
 
 TEST_F(LiveConsole, ExposureAndGainAreSetAndReadBackFromTheCamera) {
@@ -129,11 +139,10 @@ TEST_F(LiveConsole, ExposureAndGainAreSetAndReadBackFromTheCamera) {
     return server.act({{"do", "light"}, {"camera", "cam1"}, {name, value}});
   };
   const auto await_setting = [&](const char* name, const std::string& value) {
-    Json facts;
-    for (int k = 0; k < 600 && (!facts.is_object() || facts["settings"][name] != value); ++k) {
-      facts = facts_of(server, 1);
-      std::this_thread::sleep_for(std::chrono::milliseconds(100));
-    }
+    Json facts = ask_until([&] { return facts_of(server, 1); },
+                           [&](const Json& now) {
+                             return now.is_object() && now["settings"].value(name, "") == value;
+                           });
     EXPECT_EQ(facts["settings"][name], value) << facts.dump();
     return facts;
   };
@@ -225,11 +234,11 @@ TEST_F(LiveConsole, FurtherLayingsAndTheirFacesAreAskedForAndKept) {
   EXPECT_EQ(faces(state), "drape_C printed; drape_C_2 printed; ");
   EXPECT_TRUE(is_recorded(state, "drape_C_2"));
   // Stillness lies in the same answer as the live marks.
-  Json seen = Json::object();
-  for (int k = 0; k < 600 && seen.value("still_s", Json::object()).size() < 3; ++k) {
-    seen = again.get("api/live-marks?surface=cloth");
-    std::this_thread::sleep_for(std::chrono::milliseconds(100));
-  }
+  const Json seen =
+      ask_until([&] { return again.get("api/live-marks?surface=cloth"); },
+                [](const Json& marks) {
+                  return marks.is_object() && marks.value("still_s", Json::object()).size() >= 3;
+                });
   for (int c = 0; c < kCameras; ++c)
     EXPECT_GE(seen["still_s"][fmt::format("cam{}", c)].get<double>(), 0) << seen.dump();
 }

@@ -28,6 +28,17 @@ cv::Mat frame(const std::string& set, int camera) {
       cv::IMREAD_UNCHANGED);
 }
 
+/// The picture with Gaussian noise.
+cv::Mat noisy(const cv::Mat& image, int seed, double noise_grey) {
+  cv::Mat result, noise(image.size(), CV_16S);
+  cv::RNG random(static_cast<std::uint64_t>(seed));
+  random.fill(noise, cv::RNG::NORMAL, 0, noise_grey);
+  image.convertTo(result, CV_16S);
+  result += noise;
+  result.convertTo(result, CV_8U);
+  return result;
+}
+
 /// The picture turned and shifted, with noise of its own.
 cv::Mat moved(const cv::Mat& image, double dx, double dy, double turn_rad = 0, int seed = 1,
               double noise_grey = 2) {
@@ -35,14 +46,9 @@ cv::Mat moved(const cv::Mat& image, double dx, double dy, double turn_rad = 0, i
   const double mid_x = 0.5 * image.cols, mid_y = 0.5 * image.rows;
   const cv::Mat map = (cv::Mat_<double>(2, 3) << c, -s, mid_x - c * mid_x + s * mid_y + dx, s, c,
                        mid_y - s * mid_x - c * mid_y + dy);
-  cv::Mat result, noise(image.size(), CV_16S);
+  cv::Mat result;
   cv::warpAffine(image, result, map, image.size(), cv::INTER_CUBIC, cv::BORDER_REFLECT);
-  cv::RNG random(static_cast<std::uint64_t>(seed));
-  random.fill(noise, cv::RNG::NORMAL, 0, noise_grey);
-  result.convertTo(result, CV_16S);
-  result += noise;
-  result.convertTo(result, CV_8U);
-  return result;
+  return noisy(result, seed, noise_grey);
 }
 
 MotionResult motion_between(const cv::Mat& first, const cv::Mat& second) {
@@ -51,16 +57,11 @@ MotionResult motion_between(const cv::Mat& first, const cv::Mat& second) {
 
 /// The pattern of Aravis's fake camera: a ramp along the diagonal, from white back to black.
 cv::Mat ramp(int at, double noise_grey, int seed) {
-  cv::Mat image(512, 512, CV_8U), noise(image.size(), CV_16S);
+  cv::Mat image(512, 512, CV_8U);
   for (int y = 0; y < image.rows; ++y)
     for (int x = 0; x < image.cols; ++x)
       image.at<std::uint8_t>(y, x) = static_cast<std::uint8_t>(20 + (x + y + at) % 200);
-  cv::RNG random(static_cast<std::uint64_t>(seed));
-  random.fill(noise, cv::RNG::NORMAL, 0, noise_grey);
-  image.convertTo(image, CV_16S);
-  image += noise;
-  image.convertTo(image, CV_8U);
-  return image;
+  return noisy(image, seed, noise_grey);
 }
 
 StillReport look_at(const std::vector<cv::Mat>& images) {

@@ -55,14 +55,27 @@ class Record : public testing::Test {
     return set;
   }
 
+  [[nodiscard]] Journal open() const { return Journal(options_.folder, options_.recorded_on); }
+
+  /// Adds sets whose cloth is shifted; they are not published.
+  RecordResult add(Journal& journal, const std::vector<int>& shifts_px, bool finishes = true) {
+    Recorder recorder(cameras_, options_, journal);
+    for (const int shift_px : shifts_px) recorder.add(set_of(shift_px), report_);
+    return finishes ? recorder.finish() : RecordResult{};
+  }
+
   void store(const std::string& set) {
     options_.set = set;
     options_.frames = 1;
-    Journal journal(options_.folder, options_.recorded_on);
-    Recorder recorder(cameras_, options_, journal);
-    recorder.add(set_of(), report_);
-    ASSERT_EQ(recorder.finish().sets.size(), 1U);
+    Journal journal = open();
+    ASSERT_EQ(add(journal, {0}).sets.size(), 1U);
     journal.publish();
+  }
+
+  [[nodiscard]] std::vector<std::string> stored() const {
+    std::vector<std::string> names;
+    for (const FrameSet& set : read_recording(options_.folder).sets) names.push_back(set.name);
+    return names;
   }
 
   test::TemporaryFolder temporary_;
@@ -78,7 +91,7 @@ TEST_F(Record, NoNameOfASetMakesTheRecordingUnreadable) {
         std::string("a,b"), std::string("recording.json"), std::string("recording.journal"),
         std::string("recording.run.json"), std::string("good.new"), std::string(186, 'x')}) {
     options_.set = name;
-    Journal journal(options_.folder, options_.recorded_on);
+    Journal journal = open();
     const Error error = test::error_of([&] { return Recorder(cameras_, options_, journal); });
     EXPECT_EQ(error.kind(), ErrorKind::usage) << name;
   }
@@ -95,26 +108,20 @@ TEST_F(Record, TheLongestNameHasRoomForABurstAndARetake) {
   options_.frames = 1000;
   options_.set = longest;
   {
-    Journal journal(options_.folder, options_.recorded_on);
-    Recorder recorder(cameras_, options_, journal);
-    recorder.add(set_of(), report_);
-    static_cast<void>(recorder.finish());
+    Journal journal = open();
+    static_cast<void>(add(journal, {0}));
     journal.publish();
   }
   options_.frames = 1;
   store(longest);
   options_.retake = true;
   {
-    Journal journal(options_.folder, options_.recorded_on);
-    Recorder recorder(cameras_, options_, journal);
-    recorder.add(set_of(), report_);
-    EXPECT_THAT(recorder.finish().sets, ElementsAre(longest + ".new"));
+    Journal journal = open();
+    EXPECT_THAT(add(journal, {0}).sets, ElementsAre(longest + ".new"));
     journal.replace(longest);
     journal.publish();
   }
-  std::vector<std::string> names;
-  for (const FrameSet& set : read_recording(options_.folder).sets) names.push_back(set.name);
-  EXPECT_THAT(names, ElementsAre(longest + "_000", longest + ".take1", longest));
+  EXPECT_THAT(stored(), ElementsAre(longest + "_000", longest + ".take1", longest));
   EXPECT_TRUE(verify_recording(options_.folder, {}).good());
 }
 
@@ -122,9 +129,8 @@ TEST_F(Record, AKilledBurstOfMovingClothIsNoGoFromItsFirstSet) {
   options_.set = "k";
   options_.frames = 30;
   {
-    Journal journal(options_.folder, options_.recorded_on);
-    Recorder recorder(cameras_, options_, journal);
-    for (int k = 0; k < 4; ++k) recorder.add(set_of(k < 3 ? 0 : 2), report_);
+    Journal journal = open();
+    add(journal, {0, 0, 0, 2}, false);
   }  // without finish() and publish(), as SIGKILL leaves it
   store("z");
   const Recording recording = read_recording(options_.folder);
@@ -141,16 +147,15 @@ TEST_F(Record, SetsOfAKilledCaptureWhoseImagesAreGoneAreLeftOutAndNamed) {
   options_.set = "q";
   options_.frames = 4;
   {
-    Journal journal(options_.folder, options_.recorded_on);
-    Recorder recorder(cameras_, options_, journal);
-    for (int k = 0; k < 4; ++k) recorder.add(set_of(), report_);
+    Journal journal = open();
+    add(journal, {0, 0, 0, 0}, false);
   }  // as SIGKILL leaves it
   const Error error = test::error_of([&] { return verify_recording(options_.folder, {}); });
   EXPECT_THAT(error.what(), HasSubstr("4 sets of a capture that goes on, or was ended"));
   fs::remove_all(options_.folder / "q_000");
   fs::remove(options_.folder / "q_002/cam1.pgm");
   {
-    Journal journal(options_.folder, options_.recorded_on);
+    Journal journal = open();
     EXPECT_EQ(journal.adopted(), 3U);
     EXPECT_THAT(journal.gone(), ElementsAre("q_000"));
   }
@@ -167,20 +172,16 @@ TEST_F(Record, ARetakeThatWasNotPublishedIsAdoptedUnderItsName) {
   for (const bool replaced : {true, false}) {
     options_.retake = true;
     {
-      Journal journal(options_.folder, options_.recorded_on);
-      Recorder recorder(cameras_, options_, journal);
-      recorder.add(set_of(replaced ? 1 : 2), report_);
-      static_cast<void>(recorder.finish());
+      Journal journal = open();
+      static_cast<void>(add(journal, {replaced ? 1 : 2}));
       if (replaced) journal.replace("a");
       EXPECT_THAT(verify_recording(options_.folder, {}).in_journal, ElementsAre("a.new"));
     }
-    const Journal journal(options_.folder, options_.recorded_on);
+    const Journal journal = open();
     EXPECT_TRUE(journal.gone().empty());
     EXPECT_EQ(journal.adopted(), 1U);
-    std::vector<std::string> names;
-    for (const FrameSet& set : read_recording(options_.folder).sets) names.push_back(set.name);
-    EXPECT_EQ(names, replaced ? (std::vector<std::string>{"a.take1", "a"})
-                              : (std::vector<std::string>{"a.take1", "a.take2", "a"}));
+    EXPECT_EQ(stored(), replaced ? (std::vector<std::string>{"a.take1", "a"})
+                                 : (std::vector<std::string>{"a.take1", "a.take2", "a"}));
     EXPECT_TRUE(verify_recording(options_.folder, {}).good());
   }
 }
@@ -197,10 +198,8 @@ TEST_F(Record, ARetakeThatIsKilledAnywhereEndsUnderItsName) {
   };
   std::size_t begin = 0;
   {
-    Journal journal(folder, options_.recorded_on);
-    Recorder recorder(cameras_, options_, journal);
-    recorder.add(set_of(), report_);
-    static_cast<void>(recorder.finish());
+    Journal journal = open();
+    static_cast<void>(add(journal, {0}));
     begin = read_text(journal_file).size();
     copy(folder, before);
     journal.replace("a");
@@ -210,19 +209,17 @@ TEST_F(Record, ARetakeThatIsKilledAnywhereEndsUnderItsName) {
   for (std::size_t end = begin; end <= lines.size(); end += 4) {
     copy(before, folder);
     write_durable(journal_file, lines.substr(0, end));
-    EXPECT_TRUE(Journal(folder, options_.recorded_on).gone().empty()) << end;
-    std::vector<std::string> names;
-    for (const FrameSet& set : read_recording(folder).sets) names.push_back(set.name);
-    EXPECT_THAT(names, ElementsAre("a.take1", "a")) << lines.substr(0, end);
+    EXPECT_TRUE(open().gone().empty()) << end;
+    EXPECT_THAT(stored(), ElementsAre("a.take1", "a")) << lines.substr(0, end);
     const VerifyReport report = verify_recording(folder, {});
     EXPECT_TRUE(report.good() && report.not_listed.empty()) << end;
   }
   // recording.json is written, and the journal still there.
   copy(after, folder);
-  { const Journal journal(folder, options_.recorded_on); }
+  { const Journal journal = open(); }
   write_durable(journal_file, lines);
   EXPECT_THAT(verify_recording(folder, {}).in_journal, testing::IsEmpty());
-  const Journal journal(folder, options_.recorded_on);
+  const Journal journal = open();
   EXPECT_THAT(journal.gone(), testing::IsEmpty());
   EXPECT_EQ(journal.adopted(), 0U);
   EXPECT_EQ(journal.recording().sets.size(), 2U);
@@ -236,7 +233,7 @@ TEST_F(Record, ASetThatIsPublishedLeavesNeitherAJournalNorTheRecordBefore) {
   const fs::path ending = options_.folder / "recording.ending.txt";
   write_durable(record, "{}");
   write_durable(ending, "GO\n");
-  Journal journal(options_.folder, options_.recorded_on);
+  Journal journal = open();
   options_.set = "b";
   Recorder recorder(cameras_, options_, journal);
   journal.publish();
@@ -256,10 +253,8 @@ TEST_F(Record, AnAverageOfFewerFramesThanAskedIsNoGo) {
   options_.frames = 5;
   for (const int came : {5, 4, 1}) {
     options_.set = "drape_" + std::to_string(came);
-    Journal journal(options_.folder, options_.recorded_on);
-    Recorder recorder(cameras_, options_, journal);
-    for (int k = 0; k < came; ++k) recorder.add(set_of(), report_);
-    const RecordResult result = recorder.finish();
+    Journal journal = open();
+    const RecordResult result = add(journal, std::vector<int>(static_cast<std::size_t>(came)));
     journal.publish();
     EXPECT_EQ(result.averaged, static_cast<std::size_t>(came));
     EXPECT_EQ(result.short_average.has_value(), came < 5);
@@ -293,7 +288,7 @@ TEST_F(Record, ARecordingOfOtherCamerasIsRefused) {
   cameras_.cameras[1].settings.width_px = 640;
   EXPECT_THAT(refusal(recording, cameras_), HasSubstr("of 320 x 240 px, the rig says 640 x 240"));
   options_.set = "b";
-  Journal journal(options_.folder, options_.recorded_on);
+  Journal journal = open();
   EXPECT_THROW(Recorder(cameras_, options_, journal), Error);
 }
 
@@ -301,7 +296,7 @@ TEST_F(Record, ARecordingOfOtherCamerasIsRefused) {
 TEST_F(Record, ACameraOfTooLongANameStoresNothingThatNobodyCanRead) {
   cameras_.cameras[1].name = std::string(200, 'c');
   options_.set = "a";
-  Journal journal(options_.folder, options_.recorded_on);
+  Journal journal = open();
   Recorder recorder(cameras_, options_, journal);
   EXPECT_THROW(recorder.add(set_of(), report_), Error);
   EXPECT_TRUE(journal.recording().sets.empty());
