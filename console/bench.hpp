@@ -211,6 +211,7 @@ class Bench {
   [[nodiscard]] std::shared_ptr<const T> kept(KeptFiles& files, const std::filesystem::path& file,
                                               T (*read)(const std::filesystem::path&)) const;
   [[nodiscard]] std::shared_ptr<const Recording> recording() const;
+  [[nodiscard]] std::shared_ptr<const FrameSet> recorded_set(const std::string& set) const;
   [[nodiscard]] Images images(const std::string& set) const;  ///< as the recording lists them
   [[nodiscard]] bool is_no_go(const std::string& set) const;
   [[nodiscard]] bool shows(const SetFacts& seen, const std::string& set) const;

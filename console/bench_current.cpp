@@ -76,12 +76,18 @@ std::shared_ptr<const Recording> Bench::recording() const {
   return std::make_shared<const Recording>(Recording{recording_folder_, "capture", {}, {}});
 }
 
-Bench::Images Bench::images(const std::string& set) const {
+/// Null where the recording does not list the set.
+std::shared_ptr<const FrameSet> Bench::recorded_set(const std::string& set) const {
   const auto recorded = recording();
-  Images images;
   for (const FrameSet& one : recorded->sets)
-    if (one.name == set)
-      for (const RecordedFrame& frame : one.frames) images[frame.camera] = frame.sha256;
+    if (one.name == set) return {recorded, &one};
+  return nullptr;
+}
+
+Bench::Images Bench::images(const std::string& set) const {
+  Images images;
+  if (const auto recorded = recorded_set(set))
+    for (const RecordedFrame& frame : recorded->frames) images[frame.camera] = frame.sha256;
   return images;
 }
 
@@ -100,9 +106,8 @@ std::shared_ptr<const Rig> Bench::rig_in(const fs::path& file) const {
 
 /// As the recording says.
 bool Bench::is_no_go(const std::string& set) const {
-  const auto recorded = recording();
-  return std::any_of(recorded->sets.begin(), recorded->sets.end(),
-                     [&](const FrameSet& one) { return one.name == set && one.no_go; });
+  const auto recorded = recorded_set(set);
+  return recorded && recorded->no_go;
 }
 
 bool Bench::shows(const SetFacts& seen, const std::string& set) const {

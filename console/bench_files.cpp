@@ -19,6 +19,18 @@ std::string quoted(const std::string& text) {
   return Json(text).dump();  // TOML's basic strings have JSON's escapes
 }
 
+std::string quoted_from(const fs::path& folder, const fs::path& file) {
+  return quoted(fs::proximate(fs::absolute(file), fs::absolute(folder)).generic_string());
+}
+
+std::string camera_table(const RigCamera& camera, int width_px, int height_px) {
+  return fmt::format(
+      "\n[[camera]]\nname = {}\nwidth_px = {}\nheight_px = {}\npixel_pitch_um = [{:.9f}, "
+      "{:.9f}]\n",
+      quoted(camera.name), width_px, height_px, camera.pixel_pitch_x_m / units::um,
+      camera.pixel_pitch_y_m / units::um);
+}
+
 void write_where_new(const fs::path& file, const std::string& text) {
   if (!fs::is_regular_file(file) || read_text(file) != text) write_durable(file, text);
 }
@@ -101,9 +113,7 @@ Scene Bench::measured_scene(const Drape& drape) const {
 
 /// The rig with what was taken only, so that a bench is measured from the sets it has.
 std::string Bench::rig_text(bool for_calibration) const {
-  const auto relative = [&](const fs::path& file) {
-    return quoted(fs::proximate(fs::absolute(file), fs::absolute(own_)).generic_string());
-  };
+  const auto relative = [&](const fs::path& file) { return quoted_from(own_, file); };
   const auto taken = [&](const std::string& set) { return is_taken(set); };
   std::vector<std::string> poses, scenes;
   std::copy_if(rig_.free_poses.begin(), rig_.free_poses.end(), std::back_inserter(poses), taken);
@@ -132,20 +142,14 @@ std::string Bench::rig_text(bool for_calibration) const {
       if (!one.face.empty()) text += fmt::format("face = {}\n", quoted(one.face));
     }
   for (const RigCamera& camera : rig_.cameras)
-    text += fmt::format(
-        "\n[[camera]]\nname = {}\nwidth_px = {}\nheight_px = {}\npixel_pitch_um = [{:.9f}, "
-        "{:.9f}]\n",
-        quoted(camera.name), camera.width_px, camera.height_px, camera.pixel_pitch_x_m / units::um,
-        camera.pixel_pitch_y_m / units::um);
+    text += camera_table(camera, camera.width_px, camera.height_px);
   return text;
 }
 
 /// Rig of scaled pictures, for detect alone.
 std::string Bench::live_rig_text(const fs::path& folder,
                                  const std::map<std::string, std::pair<int, int>>& px) const {
-  const auto relative = [&](const fs::path& file) {
-    return quoted(fs::proximate(fs::absolute(file), fs::absolute(folder)).generic_string());
-  };
+  const auto relative = [&](const fs::path& file) { return quoted_from(folder, file); };
   std::string text = fmt::format(
       "schema = \"drapebench/rig/1\"\nname = {}\ntarget = {}\nrecording = \"recording\"\n",
       quoted(rig_.name), relative(rig_.target_file));
@@ -155,11 +159,7 @@ std::string Bench::live_rig_text(const fs::path& folder,
   for (const RigCamera& camera : rig_.cameras) {
     const auto size = px.find(camera.name);
     if (size == px.end()) continue;
-    text += fmt::format(
-        "\n[[camera]]\nname = {}\nwidth_px = {}\nheight_px = {}\npixel_pitch_um = [{:.9f}, "
-        "{:.9f}]\n",
-        quoted(camera.name), size->second.first, size->second.second,
-        camera.pixel_pitch_x_m / units::um, camera.pixel_pitch_y_m / units::um);
+    text += camera_table(camera, size->second.first, size->second.second);
   }
   return text;
 }

@@ -120,15 +120,12 @@ std::optional<std::string> Bench::against_inputs(const fs::path& output) const {
 
 /// A picture may be replaced after its marks were measured, or a link lead elsewhere since.
 std::optional<std::string> Bench::against_pictures(const std::string& set) const {
-  const auto recorded = recording();  // holds what is looked through
-  for (const FrameSet& one : recorded->sets) {
-    if (one.name != set) continue;
-    for (const RecordedFrame& frame : one.frames) {
-      const auto content = content_of(recorded->folder / frame.file);
+  if (const auto recorded = recorded_set(set))
+    for (const RecordedFrame& frame : recorded->frames) {
+      const auto content = content_of(recording_folder_ / frame.file);
       if (!content || *content != frame.sha256)
         return fmt::format("the picture `{}` is not as recorded", frame.file);
     }
-  }
   return std::nullopt;
 }
 

@@ -97,9 +97,7 @@ void Bench::open_cameras() {
 }
 
 void Bench::take_live(const std::string& set) {
-  const auto recorded = recording();
-  const bool again = std::any_of(recorded->sets.begin(), recorded->sets.end(),
-                                 [&](const FrameSet& one) { return one.name == set; });
+  const bool again = recorded_set(set) != nullptr;
   {
     const std::lock_guard lock(mutex_);
     if (!cameras_ready_)

@@ -71,6 +71,12 @@ Json optional_json(const std::optional<double>& value) {
   return value ? Json(*value) : Json();
 }
 
+/// "verdict" and "sentence" of an ending; empty where there is none.
+Json said_in(const Json& ending) {
+  return {{"verdict", ending.is_object() ? ending.value("verdict", "") : ""},
+          {"sentence", ending.is_object() ? ending.value("sentence", "") : ""}};
+}
+
 Json detection_json(const Detections& detections) {
   const int printed = detections.lattice.rows * detections.lattice.cols;
   Json cameras = Json::array();
@@ -109,10 +115,9 @@ Bench::SetFacts Bench::read_set_facts(const fs::path& file) {
   SetFacts facts{detection_json(detections), {}, {}, {}, detections.no_go};
   for (const FrameDetections& frame : detections.frames)
     facts.images[frame.set][frame.camera] = frame.image_sha256;
-  const Json ending = ending_of(file);
-  if (!ending.is_object()) return facts;
-  facts.verdict = ending.value("verdict", "");
-  facts.sentence = ending.value("sentence", "");
+  const Json said = said_in(ending_of(file));
+  facts.verdict = said["verdict"];
+  facts.sentence = said["sentence"];
   return facts;
 }
 
@@ -122,9 +127,7 @@ Json Bench::set_json(const std::string& set) const {
     if (stage.set == set) json["z_mm"] = rounded(stage.z_m / mm, 1000);
   if (const std::string drape = drape_of(set); !drape.empty()) json["drape"] = drape;
   if (const Plate* plate = plate_of(set)) json["plate"] = plate->object;
-  const auto recorded = recording();
-  const bool there = std::any_of(recorded->sets.begin(), recorded->sets.end(),
-                                 [&](const FrameSet& one) { return one.name == set; });
+  const bool there = recorded_set(set) != nullptr;
   json["recorded"] = there;
   json["takeable"] = there || !options_.replay;
   json["pictures"] = "";  // another text for other pictures
@@ -168,11 +171,9 @@ Json Bench::drape_json(const Drape& one) const {
   if (why) {
     if (fs::is_regular_file(run_record_path(chain.sheet))) json["sheet_superseded"] = *why;
   } else if (const auto measured = sheet_in(chain.sheet)) {
-    const Json ending = ending_of(sheet_file(name));
-    json["sheet"] = {{"verdict", ending.is_object() ? ending.value("verdict", "") : ""},
-                     {"sentence", ending.is_object() ? ending.value("sentence", "") : ""},
-                     {"marks", measured->marks.size()},
-                     {"gaps", measured->gaps.size()}};
+    json["sheet"] = said_in(ending_of(sheet_file(name)));
+    json["sheet"]["marks"] = measured->marks.size();
+    json["sheet"]["gaps"] = measured->gaps.size();
     if (measured->error_budget) json["sheet"]["sd_mm"] = measured->error_budget->total_m / mm;
   }
   json["layings"] = Json::array();
@@ -183,12 +184,10 @@ Json Bench::drape_json(const Drape& one) const {
   for (std::size_t k = 0; k < one.plates.size(); ++k) {
     const Plate& plate = one.plates[k];
     const Chain::Object& object = chain.objects[k];
-    const Json ending = against_object(chain, object) ? Json() : ending_of(object.file);
-    json["plates"].push_back(
-        {{"object", plate.object},
-         {"set", plate.set},
-         {"verdict", ending.is_object() ? ending.value("verdict", "") : ""},
-         {"sentence", ending.is_object() ? ending.value("sentence", "") : ""}});
+    Json item = said_in(against_object(chain, object) ? Json() : ending_of(object.file));
+    item["object"] = plate.object;
+    item["set"] = plate.set;
+    json["plates"].push_back(std::move(item));
   }
   json["simulations"] = Json::array();
   const bool simulated = !against_sheet(run_chain(one));
@@ -197,12 +196,11 @@ Json Bench::drape_json(const Drape& one) const {
       const fs::path file =
           out_ / name / "simulations" / fmt::format("{}-{}", grid, segment) / "sheet.json";
       const bool there = simulated && fs::is_regular_file(file) && !against_inputs(file);
-      const Json ending = there ? ending_of(file) : Json();
       json["simulations"].push_back(
           {{"grid", grid},
            {"segments", segment},
            {"there", there},
-           {"sentence", ending.is_object() ? ending.value("sentence", "") : ""}});
+           {"sentence", said_in(there ? ending_of(file) : Json())["sentence"]}});
     }
   return json;
 }
