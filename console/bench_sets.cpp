@@ -6,7 +6,6 @@
 
 #include "console/bench.hpp"
 #include "core/error.hpp"
-#include "core/files/toml_file.hpp"
 
 namespace drape::console {
 namespace {
@@ -19,23 +18,16 @@ constexpr std::size_t kMostLayings = 100;
 void Bench::read_layings() {
   for (Drape& one : drapes_) {
     layings_.push_back({one.scene.name, one.scene.set, one.scene.set, {}});
-    int object = 0;
-    for (const TomlTable& table : TomlTable::open(one.scene.file, "scene").tables("object")) {
-      ++object;
-      if (!table.has("tags_set")) continue;
-      Plate plate{object, table.name("tags_set"), table.file_path("tags_target"), {}};
-      for (const auto& [key, option] :
-           {std::pair{"tags_thickness_mm", "--thickness-mm"},
-            std::pair{"tags_hole_mm", "--hole-mm"}, std::pair{"tags_placing_mm", "--placing-mm"}})
-        if (table.has(key))
-          plate.lies.insert(plate.lies.end(), {option, fmt::format("{}", table.number(key))});
+    for (const ObjectTags& tags : one.scene.tags) {
+      Plate plate{tags.object, tags.set, tags.target, {}};
+      for (const auto& [option, value] : tags.lies())
+        plate.lies.insert(plate.lies.end(), {option, fmt::format("{}", value)});
       as_read(plate.target);
       one.plates.push_back(std::move(plate));
     }
   }
-  for (const TomlTable& table : TomlTable::open(rig_.file, "rig").tables("repeat")) {
-    Laying found{table.name("scene"), table.name("set"), {}, table.text_or("face", ""), true};
-    found.repeat = table.has("repeat") ? table.name("repeat") : found.set;
+  for (const DrapeRepeat& repeat : rig_.repeats) {
+    Laying found{repeat.scene, repeat.set, repeat.repeat, repeat.face, true};
     const auto own = std::find_if(layings_.begin(), layings_.end(),
                                   [&](const Laying& one) { return one.set == found.set; });
     own == layings_.end() ? layings_.push_back(std::move(found)) : void(*own = std::move(found));

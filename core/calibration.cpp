@@ -7,7 +7,6 @@
 #include <cmath>
 
 #include "core/error.hpp"
-#include "core/files/json_file.hpp"
 #include "core/units.hpp"
 
 namespace drape {
@@ -16,109 +15,112 @@ namespace {
 using units::mm;
 using units::um;
 
-constexpr int kCalibrationVersion = 1;
 constexpr double kPerMm2 = 1 / (mm * mm);
 
-Json json_of(const BrownLens& lens) {
-  return {{"model", "brown"},    {"fx_px", lens.fx_px}, {"fy_px", lens.fy_px},
-          {"cx_px", lens.cx_px}, {"cy_px", lens.cy_px}, {"k1", lens.k1},
-          {"k2", lens.k2},       {"p1", lens.p1},       {"p2", lens.p2},
-          {"k3", lens.k3}};
-}
-
-Json json_of(const TsaiLens& lens) {
-  return {{"model", "tsai"},
-          {"focal_mm", lens.focal_m / mm},
-          {"kappa1_per_mm2", lens.kappa1_per_m2 / kPerMm2},
-          {"cx_px", lens.cx_px},
-          {"cy_px", lens.cy_px},
-          {"scale_x", lens.scale_x},
-          {"pixel_pitch_x_um", lens.pixel_pitch_x_m / um},
-          {"pixel_pitch_y_um", lens.pixel_pitch_y_m / um}};
-}
-
-std::variant<BrownLens, TsaiLens> read_lens(const JsonNode& node) {
-  const std::string model = node.text("model");
-  if (model == "brown") {
-    return BrownLens{node.number("fx_px"), node.number("fy_px"), node.number("cx_px"),
-                     node.number("cy_px"), node.number("k1"),    node.number("k2"),
-                     node.number("p1"),    node.number("p2"),    node.number("k3")};
+/// A matrix of that many parameters, with their names; both may be left out together.
+void covariance(Fields& f, const Field& names_field, const Field& field, bool may_lack,
+                std::vector<std::string>& names, Eigen::MatrixXd& matrix) {
+  const bool walks = !may_lack || f.documents() || !names.empty() || f.reads();
+  if (!walks) return;
+  if (may_lack) {
+    std::optional<Eigen::MatrixXd> found;
+    if (!names.empty()) found = matrix;
+    f.if_any(names_field, names);
+    f.if_any(field, found);
+    matrix = found.value_or(Eigen::MatrixXd());
+  } else {
+    f(names_field, names);
+    f(field, matrix);
   }
-  if (model != "tsai") node.reject("model", fmt::format("the lens model `{}` is not known", model));
-  return TsaiLens{node.number("focal_mm") * mm,
-                  node.number("kappa1_per_mm2") * kPerMm2,
-                  node.number("cx_px"),
-                  node.number("cy_px"),
-                  node.number("scale_x"),
-                  node.number("pixel_pitch_x_um") * um,
-                  node.number("pixel_pitch_y_um") * um};
-}
-
-Json json_of(const CalibratedCamera& calibrated) {
-  const Camera& camera = calibrated.camera;
-  Json json;
-  json["name"] = camera.name;
-  json["width_px"] = camera.model.width_px;
-  json["height_px"] = camera.model.height_px;
-  json["lens"] = std::visit([](const auto& lens) { return json_of(lens); }, camera.model.lens);
-  json["cam_from_world"]["rotation"] = to_json(camera.cam_from_world.rotation);
-  json["cam_from_world"]["translation_mm"] =
-      to_json_vector(camera.cam_from_world.translation_m / mm);
-  json["centre_in_world_mm"] = to_json_vector(centre_in_world(camera) / mm);
-  json["residuals"]["points"] = calibrated.residuals.points;
-  json["residuals"]["rms_px"] = calibrated.residuals.rms_px;
-  json["residuals"]["max_px"] = calibrated.residuals.max_px;
-  json["residuals"]["object_rms_mm"] = calibrated.residuals.object_rms_mm;
-  json["covariance_parameters"] = calibrated.covariance_parameters;
-  json["covariance"] = to_json(calibrated.covariance);
-  json["valid_region_px"] = to_json_vector(calibrated.valid_region_px);
-  json["worked_point"]["point_in_world_mm"] =
-      to_json_vector(calibrated.worked_point.point_in_world / mm);
-  json["worked_point"]["px"] = to_json_vector(calibrated.worked_point.px);
-  return json;
-}
-
-CamFromWorld read_pose(const JsonNode& node) {
-  CamFromWorld pose{node.matrix3("rotation"), node.vector3("translation_mm") * mm};
-  const double error =
-      (pose.rotation * pose.rotation.transpose() - Eigen::Matrix3d::Identity()).norm();
-  if (error > 1e-6 || pose.rotation.determinant() < 0)
-    node.reject("rotation", "the matrix is not a rotation");
-  return pose;
-}
-
-/// Names and a matrix of that size under `prefix`_parameters and `prefix`.
-void read_covariance(const JsonNode& node, const std::string& prefix,
-                     std::vector<std::string>& names, Eigen::MatrixXd& covariance) {
-  const std::string key = prefix + "_parameters";
-  names = node.texts(key);
-  covariance = node.matrix(prefix);
   const auto parameters = static_cast<Eigen::Index>(names.size());
-  if (covariance.rows() != parameters || covariance.cols() != parameters)
-    node.reject(prefix, fmt::format("its size is not the number of {}", key));
-}
-
-CalibratedCamera read_camera(const JsonNode& node) {
-  CalibratedCamera result;
-  result.camera.name = node.name("name");
-  result.camera.model = {read_lens(node.at("lens")), node.integer("width_px"),
-                         node.integer("height_px")};
-  result.camera.cam_from_world = read_pose(node.at("cam_from_world"));
-  const JsonNode residuals = node.at("residuals");
-  result.residuals = {residuals.integer("points"), residuals.number("rms_px"),
-                      residuals.number("max_px"), residuals.number("object_rms_mm")};
-  read_covariance(node, "covariance", result.covariance_parameters, result.covariance);
-  result.valid_region_px = node.vector("valid_region_px", 4);
-  const JsonNode worked = node.at("worked_point");
-  result.worked_point = {worked.vector3("point_in_world_mm") * mm, worked.vector2("px")};
-  const std::optional<Projection> px = project(
-      result.camera.model, result.camera.cam_from_world * result.worked_point.point_in_world);
-  if (!px || (px->px - result.worked_point.px).norm() > 1e-6)
-    worked.reject("px", "the worked point does not land on its pixel: the file was altered");
-  return result;
+  f.rule(matrix.rows() == parameters && matrix.cols() == parameters, field.name,
+         fmt::format("its size is not the number of {}", names_field.name), make_again);
 }
 
 }  // namespace
+
+void fields(Fields& f, BrownLens& lens) {
+  f({"fx_px", "focal length along u"}, lens.fx_px);
+  f({"fy_px", "focal length along v"}, lens.fy_px);
+  f({"cx_px", "principal point, u"}, lens.cx_px);
+  f({"cy_px", "principal point, v"}, lens.cy_px);
+  f({"k1", "radial distortion, r^2"}, lens.k1);
+  f({"k2", "radial distortion, r^4"}, lens.k2);
+  f({"p1", "tangential distortion"}, lens.p1);
+  f({"p2", "tangential distortion"}, lens.p2);
+  f({"k3", "radial distortion, r^6"}, lens.k3);
+}
+
+void fields(Fields& f, TsaiLens& lens) {
+  f({"focal_mm", "effective focal length", mm}, lens.focal_m);
+  f({"kappa1_per_mm2", "radial distortion, distorted to undistorted", kPerMm2}, lens.kappa1_per_m2);
+  f({"cx_px", "image centre, u"}, lens.cx_px);
+  f({"cy_px", "image centre, v"}, lens.cy_px);
+  f({"scale_x", "horizontal scale factor"}, lens.scale_x);
+  f({"pixel_pitch_x_um", "pitch of the sensor along u", um}, lens.pixel_pitch_x_m);
+  f({"pixel_pitch_y_um", "pitch of the sensor along v", um}, lens.pixel_pitch_y_m);
+}
+
+void fields(Fields& f, std::variant<BrownLens, TsaiLens>& lens) {
+  f.one_of({"model", "model of the lens"}, lens, {"brown", "tsai"});
+}
+
+void fields(Fields& f, CamFromWorld& pose) {
+  f({"rotation", "rows of the matrix"}, pose.rotation);
+  f({"translation_mm", "world's origin in the camera", mm}, pose.translation_m);
+  f.rule((pose.rotation * pose.rotation.transpose() - Eigen::Matrix3d::Identity()).norm() <= 1e-6 &&
+             pose.rotation.determinant() >= 0,
+         "rotation", "the matrix is not a rotation", make_again);
+}
+
+void fields(Fields& f, CalibrationResiduals& residuals) {
+  f({"points", "points of the target"}, residuals.points);
+  f({"rms_px", "RMS distance in the distorted image"}, residuals.rms_px);
+  f({"max_px", "largest distance"}, residuals.max_px);
+  f({"object_rms_mm", "RMS distance of the target's points from the rays"},
+    residuals.object_rms_mm);
+}
+
+void fields(Fields& f, WorkedPoint& point) {
+  f({"point_in_world_mm", "a point in the world", mm}, point.point_in_world);
+  f({"px", "pixel on which it must land"}, point.px);
+}
+
+void fields(Fields& f, CalibratedCamera& calibrated) {
+  Camera& camera = calibrated.camera;
+  f(Field{"name", "name of the camera"}.plain_name(), camera.name);
+  f({"width_px", "columns of its pictures"}, camera.model.width_px);
+  f({"height_px", "rows of its pictures"}, camera.model.height_px);
+  f({"lens", "lens of the camera"}, camera.model.lens);
+  f({"cam_from_world", "pose"}, camera.cam_from_world);
+  Eigen::Vector3d centre_m = centre_in_world(camera);
+  f.otherwise({"centre_in_world_mm", "place of the camera, from its pose", mm}, centre_m);
+  f({"residuals", "distances that the fit left"}, calibrated.residuals);
+  covariance(f, {"covariance_parameters", "names and units of the covariance's parameters"},
+             {"covariance", "rows of the matrix, in the units of the file"}, false,
+             calibrated.covariance_parameters, calibrated.covariance);
+  f({"valid_region_px", "u_min, v_min, u_max, v_max that calibration points covered"},
+    calibrated.valid_region_px);
+  f({"worked_point", "lets an importer check itself"}, calibrated.worked_point);
+  if (!f.reads()) return;
+  const std::optional<Projection> px =
+      project(camera.model, camera.cam_from_world * calibrated.worked_point.point_in_world);
+  f.rule(px && (px->px - calibrated.worked_point.px).norm() <= 1e-6, "worked_point.px",
+         "the worked point does not land on its pixel: the file was altered", make_again);
+}
+
+void fields(Fields& f, Calibration& calibration) {
+  f({"method", "tsai or joint"}, calibration.method);
+  f({"rig", "name of the bench"}, calibration.rig);
+  f({"sets", "frame sets that were used"}, calibration.sets);
+  f({"no_go", "why nothing that is measured with it can be trusted; null: it can"},
+    calibration.no_go);
+  f({"warnings", "oddities that were met"}, calibration.warnings);
+  f({"cameras", "each camera"}, calibration.cameras);
+  covariance(f, {"joint_covariance_parameters", "cam0/fx_px and so on: parameters of all cameras"},
+             {"joint_covariance", "rows of the matrix of all cameras together"}, true,
+             calibration.joint_covariance_parameters, calibration.joint_covariance);
+}
 
 const CalibratedCamera& Calibration::camera(const std::string& name) const {
   for (const CalibratedCamera& candidate : cameras)
@@ -141,38 +143,11 @@ std::vector<std::string> parameter_names(const CameraModel& model) {
 }
 
 Calibration read_calibration(const std::filesystem::path& file) {
-  const JsonNode root = JsonNode::open(file, "calibration", kCalibrationVersion);
-  Calibration calibration;
-  calibration.method = root.text("method");
-  calibration.rig = root.text("rig");
-  calibration.sets = root.texts("sets");
-  calibration.warnings = root.texts("warnings");
-  calibration.no_go = root.optional_text("no_go");
-  for (const JsonNode& node : root.items("cameras"))
-    calibration.cameras.push_back(read_camera(node));
-  if (root.has("joint_covariance")) {
-    read_covariance(root, "joint_covariance", calibration.joint_covariance_parameters,
-                    calibration.joint_covariance);
-  }
-  return calibration;
+  return read_record<Calibration>(file);
 }
 
 void write_calibration(const std::filesystem::path& file, const Calibration& calibration) {
-  Json json;
-  json["schema"] = fmt::format("drapebench/calibration/{}", kCalibrationVersion);
-  json["method"] = calibration.method;
-  json["rig"] = calibration.rig;
-  json["sets"] = calibration.sets;
-  json["no_go"] = calibration.no_go ? Json(*calibration.no_go) : Json();
-  json["warnings"] = calibration.warnings;
-  json["cameras"] = Json::array();
-  for (const CalibratedCamera& camera : calibration.cameras)
-    json["cameras"].push_back(json_of(camera));
-  if (!calibration.joint_covariance_parameters.empty()) {
-    json["joint_covariance_parameters"] = calibration.joint_covariance_parameters;
-    json["joint_covariance"] = to_json(calibration.joint_covariance);
-  }
-  write_json(file, json);
+  write_record(file, calibration);
 }
 
 }  // namespace drape

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "core/camera_model.hpp"
+#include "core/fields/records.hpp"
 
 namespace drape {
 
@@ -47,10 +48,15 @@ struct Calibration {
   Eigen::MatrixXd joint_covariance;
   std::vector<std::string> warnings;
   std::optional<std::string> no_go;  ///< why nothing that is measured with it can be trusted
+  Document document = {};            ///< the file as it was read
 
   [[nodiscard]] const CalibratedCamera& camera(const std::string& name) const;
 };
 
+template <>
+inline constexpr Format format_of<Calibration>{
+    "calibration", Syntax::json, 1, "calibration.json: lenses and places of the cameras"};
+void fields(Fields& f, Calibration& calibration);
 [[nodiscard]] Calibration read_calibration(const std::filesystem::path& file);
 void write_calibration(const std::filesystem::path& file, const Calibration& calibration);
 

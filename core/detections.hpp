@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "core/fields/records.hpp"
 #include "core/marks.hpp"
 
 namespace drape {
@@ -44,6 +45,8 @@ struct TagDetection {
 };
 
 enum class Surface { cloth, target };
+template <>
+inline constexpr std::string_view names_of<Surface>[] = {"cloth", "target"};
 
 /// What the marks are and where they lie on the print, so that the file stands alone.
 struct MarkLattice {
@@ -77,12 +80,17 @@ struct Detections {
   std::vector<FrameDetections> frames;
   /// By set: why nothing that is measured with it can be trusted. Sets not named are GO.
   std::map<std::string, std::string> no_go = {};
+  Document document = {};  ///< the file as it was read
 
   /// A sentence on the first of these sets that is NO-GO, if one is.
   [[nodiscard]] std::optional<std::string> reason_against(
       const std::vector<std::string>& sets) const;
 };
 
+template <>
+inline constexpr Format format_of<Detections>{"detections", Syntax::json, 1,
+                                              "detections.json: marks found in the pictures"};
+void fields(Fields& f, Detections& detections);
 [[nodiscard]] Detections read_detections(const std::filesystem::path& file);
 void write_detections(const std::filesystem::path& file, const Detections& detections);
 

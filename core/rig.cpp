@@ -4,12 +4,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <map>
+#include <array>
 #include <set>
 
 #include "core/error.hpp"
 #include "core/files/lattice_size.hpp"
-#include "core/files/toml_file.hpp"
 #include "core/units.hpp"
 
 namespace drape {
@@ -18,106 +17,168 @@ namespace {
 using units::mm;
 using units::um;
 
-Eigen::Vector2d vector2_m(const TomlTable& table, const std::string& key) {
-  const std::vector<double> values = table.numbers(key, 2);
-  return Eigen::Vector2d(values[0], values[1]) * mm;
+/// Lists of whole numbers from `least` on, each once.
+void whole_numbers(Fields& f, const Field& field, std::vector<int>& values) {
+  f.if_any(field, values);
+  if (!f.reads()) return;
+  f.limit(std::set<int>(values.begin(), values.end()).size() == values.size(), field.name,
+          fmt::format("`{}` holds a number twice", field.name), "give each number once");
 }
 
-RigCamera read_camera(const TomlTable& table) {
-  RigCamera camera;
-  camera.name = table.name("name");
-  camera.width_px = table.positive_integer("width_px");
-  camera.height_px = table.positive_integer("height_px");
-  const std::vector<double> pitch = table.numbers("pixel_pitch_um", 2);
-  if (pitch[0] <= 0 || pitch[1] <= 0)
-    table.reject("pixel_pitch_um", "the pixel pitch is not positive",
-                 "give the pitch of the sensor along x and y");
-  camera.pixel_pitch_x_m = pitch[0] * um;
-  camera.pixel_pitch_y_m = pitch[1] * um;
-  return camera;
+void lattice(Fields& f, int& rows, int& cols, std::string_view along_rows,
+             std::string_view along_cols) {
+  f({"rows", along_rows, 1, 1}, rows);
+  f({"cols", along_cols, 1, 1}, cols);
+  if (f.reads())
+    f.rule(is_lattice_size(rows, cols), "rows", fmt::format("more than {} marks", kMostMarks),
+           "count rows and columns again");
 }
 
-void read_cameras(const TomlTable& root, Rig& rig) {
-  std::set<std::string> names;
-  for (const TomlTable& table : root.tables("camera")) {
-    rig.cameras.push_back(read_camera(table));
-    if (!names.insert(rig.cameras.back().name).second)
-      table.reject("name", fmt::format("two cameras are called `{}`", rig.cameras.back().name),
-                   "give each camera its own name");
+constexpr std::string_view kDotsTouch = "the dots touch each other";
+constexpr std::string_view kSmaller = "the diameter must be smaller than pitch_mm; both are in mm";
+
+/// What carries tags; the keys of the table `tags` depend on it.
+enum class Carrier { dots, board, grid, print };
+
+struct TagTable {
+  Carrier carrier = Carrier::dots;
+  std::string family;
+  double edge_m = 0;
+  std::vector<PrintedTag> tags;
+  int first_id = 0;
+  int border_modules = 2;
+  std::vector<std::array<int, 2>> cells = {};
+};
+
+void fields(Fields& f, TagTable& table) {
+  const Carrier carrier = table.carrier;
+  f({"family", "AprilTag family, e.g. tag36h11"}, table.family);
+  f({"edge_mm", "outer edge of the black square", mm, above_zero}, table.edge_m);
+  if (carrier == Carrier::dots) f.if_any({"tag", "each tag"}, table.tags);
+  if (carrier == Carrier::print) {
+    f({"first_id", "id of the first tag"}, table.first_id);
+    f({"cells", "[row, col] of each tag, from 0"}, table.cells);
   }
-  if (rig.cameras.empty())
-    root.reject("camera", "the rig has no camera", "add a [[camera]] table per camera");
+  if (carrier == Carrier::board || carrier == Carrier::grid ||
+      (f.documents() && carrier != Carrier::print))
+    f.otherwise({"first_id", "id of the first tag of a board"}, table.first_id);
+  if (carrier == Carrier::grid || (f.documents() && carrier != Carrier::print))
+    f.otherwise({"border_modules", "modules of the black rim around a tag's bits", 1, 1},
+                table.border_modules);
 }
 
-void read_calibration_plan(const TomlTable& root, Rig& rig) {
-  const TomlTable plan = root.table("calibration");
-  rig.estimate_scale_x = plan.boolean_or("estimate_scale_x", false);
-  if (plan.has("free_poses")) rig.free_poses = plan.names("free_poses");
-  for (const TomlTable& stage : plan.tables("stage"))
-    rig.stages.push_back({stage.name("set"), stage.number("z_mm") * mm});
+/// The table of tags where there may be one.
+void tag_table(Fields& f, TagTable& table, bool must, bool may) {
+  const Field field{"tags", "its tags"};
+  if (must)
+    f(field, table);
+  else if (f.documents() || (may && (f.reads() || !table.family.empty())))
+    f.otherwise(field, table);
 }
 
-std::vector<int> positive_list(const TomlTable& root, const std::string& key, int least) {
-  std::vector<int> values = root.integers(key);
-  if (values.empty() || *std::min_element(values.begin(), values.end()) < least)
-    root.reject(key, fmt::format("`{}` is empty or holds a number below {}", key, least),
-                fmt::format("give whole numbers from {} on", least));
-  if (std::set<int>(values.begin(), values.end()).size() != values.size())
-    root.reject(key, fmt::format("`{}` holds a number twice", key), "give each number once");
-  return values;
-}
-
-void check_size(const TomlTable& root, int rows, int cols) {
-  if (is_lattice_size(rows, cols)) return;
-  root.reject("rows", fmt::format("more than {} marks", kMostMarks),
-              "count rows and columns again");
-}
-
-/// A rig that is only calibrated has no scenes, and then no grids.
-void read_drapes(const TomlTable& root, Rig& rig) {
-  for (const std::string& scene : root.texts("scenes")) rig.scenes.push_back(root.beside(scene));
-  rig.grids = positive_list(root, "grids", 3);
-  rig.segments = positive_list(root, "segments", 1);
-  for (const int side : rig.grids)
-    if (!is_lattice_size(side, side))
-      root.reject("grids",
-                  fmt::format("{} x {} are more than {} particles", side, side, kMostMarks),
-                  "give the particles along a side, e.g. grids = [21, 31]");
-}
-
-std::vector<PrintedTag> read_print_tags(const TomlTable& tags, const Print& print) {
-  std::vector<PrintedTag> result;
-  int id = tags.integer("first_id");
-  for (const std::vector<int>& cell : tags.integer_rows("cells", 2)) {
-    if (cell[0] < 0 || cell[1] < 0 || cell[0] >= print.rows - 1 || cell[1] >= print.cols - 1)
-      tags.reject("cells", fmt::format("cell [{}, {}] is outside the grid", cell[0], cell[1]),
-                  "cells count from 0 to rows - 2 and cols - 2");
-    const Eigen::Vector2d middle(cell[0] + 0.5, cell[1] + 0.5);
-    result.push_back({id++, print.margin_m + print.pitch_m * middle});
+/// An AprilGrid's tags count from its lower left (Kalibr), those of a ChArUco board from its upper
+/// left (OpenCV, whose boards before 4.6 have a light square there when they have an even number of
+/// rows of squares).
+void place_board_tags(Target& target, int id, bool is_light) {
+  const bool grid = target.kind == TargetKind::aprilgrid;
+  const int rows = target.rows + (grid ? 0 : 1), cols = target.cols + (grid ? 0 : 1);
+  const int light = !grid && is_light ? 0 : 1;
+  target.tags.clear();
+  for (int k = 0; k < rows; ++k) {
+    for (int col = 0; col < cols; ++col) {
+      if (!grid && (k + col) % 2 != light) continue;
+      const int row = grid ? k : rows - 1 - k;
+      const Eigen::Vector2d steps(col - 0.5 * (cols - 1), row - 0.5 * (rows - 1));
+      target.tags.push_back({id++, target.pitch_m * steps});
+    }
   }
-  return result;
-}
-
-DotClasses read_dot_classes(const TomlTable& table, const Print& print) {
-  DotClasses classes;
-  classes.light_centre_diameter_m = table.positive("light_centre_diameter_mm") * mm;
-  if (classes.light_centre_diameter_m >= print.dot_diameter_m)
-    table.reject("light_centre_diameter_mm", "the light centre is as large as the dot",
-                 "give less than dot_diameter_mm");
-  classes.rows = table.texts("rows");
-  const auto fits = [&](const std::string& row) {
-    return row.size() == static_cast<std::size_t>(print.cols) &&
-           row.find_first_not_of("#o") == std::string::npos;
-  };
-  if (classes.rows.size() != static_cast<std::size_t>(print.rows) ||
-      !std::all_of(classes.rows.begin(), classes.rows.end(), fits)) {
-    table.reject("rows", "the signs do not fit the grid",
-                 "give one text a row with one sign a dot: # full, o light centre");
-  }
-  return classes;
+  if (!grid) return;
+  target.rows *= 2;
+  target.cols *= 2;
 }
 
 }  // namespace
+
+void fields(Fields& f, PrintedTag& tag) {
+  f({"id", "number of the tag in its family"}, tag.id);
+  f({"centre_mm", "centre, x and y in the target", mm}, tag.centre_m);
+}
+
+void fields(Fields& f, RigCamera& camera) {
+  f(Field{"name", "name of the camera"}.plain_name(), camera.name);
+  f({"width_px", "columns of its pictures", 1, 1}, camera.width_px);
+  f({"height_px", "rows of its pictures", 1, 1}, camera.height_px);
+  Eigen::Vector2d pitch_m(camera.pixel_pitch_x_m, camera.pixel_pitch_y_m);
+  f({"pixel_pitch_um", "pitch of the sensor along x and y", um, above_zero, Field::infinity,
+     "give the pitch of the sensor along x and y"},
+    pitch_m);
+  camera.pixel_pitch_x_m = pitch_m.x();
+  camera.pixel_pitch_y_m = pitch_m.y();
+}
+
+void fields(Fields& f, TargetStage& stage) {
+  f(Field{"set", "frame set that shows the target"}.plain_name(), stage.set);
+  f({"z_mm", "height of the target above its reference pose", mm}, stage.z_m);
+}
+
+void fields(Fields& f, DrapeRepeat& repeat) {
+  f(Field{"scene", "name of the scene that is laid again"}.plain_name(), repeat.scene);
+  f(Field{"set", "frame set that shows it"}.plain_name(), repeat.set);
+  if (f.reads()) repeat.repeat = repeat.set;
+  f.otherwise(Field{"repeat", "name of this laying; absent: the set"}.plain_name(), repeat.repeat);
+  f.otherwise({"face", "side of the cloth that lies up"}, repeat.face);
+}
+
+namespace {
+
+/// The table `calibration` of a rig.
+struct CalibrationPlan {
+  Rig* rig;
+};
+
+void fields(Fields& f, CalibrationPlan& plan) {
+  f.otherwise({"estimate_scale_x", "whether Tsai's s_x is estimated"}, plan.rig->estimate_scale_x);
+  f.if_any(Field{"free_poses", "frame sets with the target anywhere"}.plain_name(),
+           plan.rig->free_poses);
+  f.if_any({"stage", "frame sets with the target raised by z"}, plan.rig->stages);
+}
+
+}  // namespace
+
+void fields(Fields& f, Rig& rig) {
+  rig.file = rig.document.file();
+  f(Field{"name", "name of the bench"}.plain_name(), rig.name);
+  f({"target", "target file"}, rig.target_file);
+  f({"recording", "folder of the recording"}, rig.recording);
+  f.if_any({"scenes", "scene files, in the order of the report"}, rig.scenes);
+  const bool has_scenes = !rig.scenes.empty();
+  if (has_scenes || f.documents()) {
+    whole_numbers(f, {"grids", "particles per side of the virtual cloths", 1, 3}, rig.grids);
+    whole_numbers(f, {"segments", "line segments per Kawabata curve", 1, 1}, rig.segments);
+    f.limit(!rig.grids.empty(), "grids", "`grids` is missing", "add e.g. `grids = [21, 31]`");
+    f.limit(!rig.segments.empty(), "segments", "`segments` is missing",
+            "add e.g. `segments = [5]`");
+    for (std::size_t i = 0; i < rig.grids.size() && f.reads(); ++i)
+      f.limit(is_lattice_size(rig.grids[i], rig.grids[i]), "grids",
+              fmt::format("{0} x {0} are more than {1} particles", rig.grids[i], kMostMarks),
+              "give the particles along a side, e.g. grids = [21, 31]");
+  }
+  if (has_scenes)
+    f({"print", "print file"}, rig.print_file);
+  else
+    f.otherwise({"print", "print file"}, rig.print_file);
+  f.if_any({"camera", "each camera"}, rig.cameras);
+  f.limit(!rig.cameras.empty(), "camera", "the rig has no camera",
+          "add a [[camera]] table per camera");
+  std::set<std::string> names;
+  for (std::size_t i = 0; i < rig.cameras.size() && f.reads(); ++i)
+    f.rule(names.insert(rig.cameras[i].name).second, fmt::format("camera.{}.name", i),
+           fmt::format("two cameras are called `{}`", rig.cameras[i].name),
+           "give each camera its own name");
+  CalibrationPlan plan{&rig};
+  f({"calibration", "which frame sets calibrate it"}, plan);
+  f.if_any({"repeat", "drapes that were laid again"}, rig.repeats);
+}
 
 Eigen::Vector3d Target::point_in_target(MarkId dot) const {
   if (kind == TargetKind::aprilgrid) {
@@ -142,144 +203,120 @@ const RigCamera& Rig::camera(const std::string& camera_name) const {
 }
 
 Rig read_rig(const std::filesystem::path& path) {
-  Rig rig;
-  rig.file = std::filesystem::is_directory(path) ? path / "rig.toml" : path;
-  const TomlTable root = TomlTable::open(rig.file, "rig");
-  rig.name = root.name("name");
-  rig.target_file = root.file_path("target");
-  rig.recording = root.file_path("recording");
-  if (root.has("scenes")) read_drapes(root, rig);
-  if (root.has("scenes") || root.has("print")) rig.print_file = root.file_path("print");
-  read_cameras(root, rig);
-  read_calibration_plan(root, rig);
-  // The front door's own (front/repeats.hpp).
-  for (const TomlTable& table : root.tables("repeat"))
-    for (const char* key : {"scene", "set", "repeat", "face"})
-      static_cast<void>(table.text_or(key, ""));
-  root.finish();
-  return rig;
+  return read_record<Rig>(std::filesystem::is_directory(path) ? path / "rig.toml" : path);
 }
 
-namespace {
-
-void read_dots(const TomlTable& root, Target& target) {
-  target.dot_diameter_m = root.positive("dot_diameter_mm") * mm;
-  if (target.dot_diameter_m >= target.pitch_m)
-    root.reject("dot_diameter_mm", "the dots touch each other",
-                "the diameter must be smaller than pitch_mm; both are in mm");
-  const auto tags = root.optional_table("tags");
-  if (!tags) return;
-  target.tag_family = tags->text("family");
-  target.tag_edge_m = tags->positive("edge_mm") * mm;
-  for (const TomlTable& tag : tags->tables("tag"))
-    target.tags.push_back({tag.integer("id"), vector2_m(tag, "centre_mm")});
+void fields(Fields& f, KnownLength& known) {
+  std::array<int, 2> from = {known.from.row, known.from.col}, to = {known.to.row, known.to.col};
+  f({"from", "one end, [row, col] from 0", 1, 0}, from);
+  f({"to", "other end, [row, col] from 0", 1, 0}, to);
+  known.from = {from[0], from[1]};
+  known.to = {to[0], to[1]};
+  f({"length_mm", "distance measured on the plate", mm, above_zero}, known.length_m);
+  f({"uncertainty_mm", "standard uncertainty of length_mm", mm, above_zero},
+    known.standard_uncertainty_m);
+  f.rule(known.from != known.to, "to", "a point has no distance from itself",
+         "name the far corner");
 }
 
-/// An AprilGrid's tags count from its lower left (Kalibr), those of a ChArUco board from its upper
-/// left (OpenCV, whose boards before 4.6 have a light square there when they have an even number of
-/// rows of squares).
-void read_board_tags(const TomlTable& root, Target& target) {
-  const TomlTable tags = root.table("tags");
-  target.tag_family = tags.text("family");
-  target.tag_edge_m = tags.positive("edge_mm") * mm;
-  if (target.tag_edge_m >= target.pitch_m)
-    tags.reject("edge_mm", "the tags touch each other", "it must be smaller than the pitch");
-  int id = tags.has("first_id") ? tags.integer("first_id") : 0;
-  const bool grid = target.kind == TargetKind::aprilgrid;
-  const int rows = target.rows + (grid ? 0 : 1), cols = target.cols + (grid ? 0 : 1);
-  const int light = !grid && root.text_or("upper_left_square", "dark") == "light" ? 0 : 1;
-  for (int k = 0; k < rows; ++k) {
-    for (int col = 0; col < cols; ++col) {
-      if (!grid && (k + col) % 2 != light) continue;
-      const int row = grid ? k : rows - 1 - k;
-      const Eigen::Vector2d steps(col - 0.5 * (cols - 1), row - 0.5 * (rows - 1));
-      target.tags.push_back({id++, target.pitch_m * steps});
-    }
+void fields(Fields& f, Target& target) {
+  f({"kind", "its points"}, target.kind);
+  lattice(f, target.rows, target.cols, "rows of points, along y", "points of a row, along x");
+  f({"pitch_mm", "distance of neighbours, or the side of a square", mm, above_zero},
+    target.pitch_m);
+  const bool dots = target.kind == TargetKind::dot_grid;
+  const bool board = target.kind >= TargetKind::charuco;
+  f.when(dots, {"dot_diameter_mm", "diameter of a dot", mm, above_zero}, target.dot_diameter_m);
+  f.rule(!dots || target.dot_diameter_m < target.pitch_m, "dot_diameter_mm", kDotsTouch, kSmaller);
+  f.rule(target.kind != TargetKind::chessboard || std::min(target.rows, target.cols) >= 4, "rows",
+         "the chessboard has fewer than 4 x 4 inner corners",
+         "count the corners where four squares meet, not the squares");
+  std::string square = "dark";
+  if (target.kind == TargetKind::charuco || f.documents())
+    f.otherwise({"upper_left_square", "dark, or light as on OpenCV's boards before 4.6"}, square);
+  TagTable table{dots                                   ? Carrier::dots
+                 : target.kind == TargetKind::aprilgrid ? Carrier::grid
+                                                        : Carrier::board,
+                 target.tag_family, target.tag_edge_m, target.tags};
+  tag_table(f, table, board, dots);
+  f.rule(!board || table.edge_m < target.pitch_m, "tags.edge_mm", "the tags touch each other",
+         "it must be smaller than the pitch");
+  target.tag_family = table.family;
+  target.tag_edge_m = table.edge_m;
+  target.tags = table.tags;
+  f.if_any({"known_length", "a distance that was measured on the plate"}, target.known_length);
+  if (!f.reads()) return;
+  if (board && is_lattice_size(target.rows, target.cols)) {
+    if (target.kind == TargetKind::aprilgrid) target.tag_border = table.border_modules;
+    place_board_tags(target, table.first_id, square == "light");
   }
-  if (!grid) return;
-  target.tag_border = tags.has("border_modules") ? tags.positive_integer("border_modules") : 2;
-  target.rows *= 2;
-  target.cols *= 2;
+  if (!target.known_length) return;
+  for (const auto& [name, mark] : {std::pair{"known_length.from", target.known_length->from},
+                                   std::pair{"known_length.to", target.known_length->to}})
+    f.rule(mark.row < target.rows && mark.col < target.cols, name, "this is no point of the target",
+           "give [row, col], counted from 0");
 }
-
-TargetKind kind_of(const TomlTable& root) {
-  static const std::map<std::string, TargetKind> kinds = {{"dot-grid", TargetKind::dot_grid},
-                                                          {"chessboard", TargetKind::chessboard},
-                                                          {"charuco", TargetKind::charuco},
-                                                          {"aprilgrid", TargetKind::aprilgrid}};
-  const auto kind = kinds.find(root.text("kind"));
-  if (kind != kinds.end()) return kind->second;
-  root.reject("kind", fmt::format("targets of kind `{}` are not known", root.text("kind")),
-              "use `dot-grid`, `chessboard`, `charuco` or `aprilgrid`");
-}
-
-MarkId mark_of(const TomlTable& table, const std::string& key, const Target& target) {
-  const std::vector<int> mark = table.integers(key);
-  if (mark.size() != 2 || mark[0] < 0 || mark[1] < 0 || mark[0] >= target.rows ||
-      mark[1] >= target.cols) {
-    table.reject(key, "this is no point of the target", "give [row, col], counted from 0");
-  }
-  return {mark[0], mark[1]};
-}
-
-KnownLength read_known_length(const TomlTable& table, const Target& target) {
-  const KnownLength known{mark_of(table, "from", target), mark_of(table, "to", target),
-                          table.positive("length_mm") * mm, table.positive("uncertainty_mm") * mm};
-  if (known.from == known.to)
-    table.reject("to", "a point has no distance from itself", "name the far corner");
-  return known;
-}
-
-}  // namespace
 
 Target read_target(const std::filesystem::path& file) {
-  const TomlTable root = TomlTable::open(file, "target");
-  Target target;
-  target.kind = kind_of(root);
-  target.rows = root.positive_integer("rows");
-  target.cols = root.positive_integer("cols");
-  check_size(root, target.rows, target.cols);
-  target.pitch_m = root.positive("pitch_mm") * mm;
-  if (target.kind == TargetKind::dot_grid) read_dots(root, target);
-  if (target.kind >= TargetKind::charuco) read_board_tags(root, target);
-  if (target.kind == TargetKind::chessboard && std::min(target.rows, target.cols) < 4) {
-    root.reject("rows", "the chessboard has fewer than 4 x 4 inner corners",
-                "count the corners where four squares meet, not the squares");
+  return read_record<Target>(file);
+}
+
+void fields(Fields& f, DotClasses& classes) {
+  f({"light_centre_diameter_mm", "diameter of the light centre", mm, above_zero},
+    classes.light_centre_diameter_m);
+  f({"rows", "one text a row, one sign a dot: # full, o light centre"}, classes.rows);
+}
+
+void fields(Fields& f, Print& print) {
+  print.file = print.document.file();
+  lattice(f, print.rows, print.cols, "marks along the warp", "marks along the weft");
+  f({"pitch_mm", "distance of neighbours", mm, above_zero}, print.pitch_m);
+  f({"dot_diameter_mm", "diameter of a dot", mm, above_zero}, print.dot_diameter_m);
+  f({"patch_mm", "size of the cloth along (warp, weft)", mm}, print.patch_m);
+  f({"margin_mm", "material coordinates of mark (0, 0)", mm}, print.margin_m);
+  f.rule(print.dot_diameter_m < print.pitch_m, "dot_diameter_mm", kDotsTouch, kSmaller);
+  const Eigen::Vector2d last = print.material_m({print.rows - 1, print.cols - 1});
+  f.rule(
+      (print.margin_m.array() >= 0).all() && (last.array() <= print.patch_m.array() + 1e-9).all(),
+      "patch_mm", "the marks reach beyond the patch",
+      "margin + (rows - 1) * pitch must not exceed the patch, along warp and weft");
+  TagTable table{Carrier::print, print.tag_family, print.tag_edge_m, {}};
+  if (!print.tags.empty()) table.first_id = print.tags.front().id;
+  for (const PrintedTag& tag : print.tags) {
+    const Eigen::Vector2d cell = (tag.centre_m - print.margin_m) / print.pitch_m;
+    table.cells.push_back({static_cast<int>(cell.x()), static_cast<int>(cell.y())});
   }
-  if (const auto table = root.optional_table("known_length"))
-    target.known_length = read_known_length(*table, target);
-  root.finish();
-  return target;
+  tag_table(f, table, false, true);
+  f.if_any({"dot_classes", "two looks of dots, which label them"}, print.dot_classes);
+  if (!f.reads()) return;
+  print.tag_family = table.family;
+  print.tag_edge_m = table.edge_m;
+  for (std::size_t i = 0; i < table.cells.size(); ++i) {
+    const auto [row, col] = table.cells[i];
+    f.rule(row >= 0 && col >= 0 && row < print.rows - 1 && col < print.cols - 1,
+           fmt::format("tags.cells.{}", i),
+           fmt::format("cell [{}, {}] is outside the grid", row, col),
+           "cells count from 0 to rows - 2 and cols - 2");
+    print.tags.push_back({table.first_id + static_cast<int>(i),
+                          print.margin_m + print.pitch_m * Eigen::Vector2d(row + 0.5, col + 0.5)});
+  }
+  if (!print.dot_classes) return;
+  f.rule(print.dot_classes->light_centre_diameter_m < print.dot_diameter_m,
+         "dot_classes.light_centre_diameter_mm", "the light centre is as large as the dot",
+         "give less than dot_diameter_mm");
+  const auto& rows = print.dot_classes->rows;
+  f.rule(rows.size() == static_cast<std::size_t>(print.rows) &&
+             std::all_of(rows.begin(), rows.end(),
+                         [&](const std::string& row) {
+                           return row.size() == static_cast<std::size_t>(print.cols) &&
+                                  row.find_first_not_of("#o") == std::string::npos;
+                         }),
+         "dot_classes.rows", "the signs do not fit the grid",
+         "give one text a row with one sign a dot: # full, o light centre");
 }
 
 Print read_print(const std::filesystem::path& file) {
-  const TomlTable root = TomlTable::open(file, "print");
-  Print print;
-  print.file = file;
-  print.rows = root.positive_integer("rows");
-  print.cols = root.positive_integer("cols");
-  check_size(root, print.rows, print.cols);
-  print.pitch_m = root.positive("pitch_mm") * mm;
-  print.dot_diameter_m = root.positive("dot_diameter_mm") * mm;
-  print.patch_m = vector2_m(root, "patch_mm");
-  print.margin_m = vector2_m(root, "margin_mm");
-  if (print.dot_diameter_m >= print.pitch_m)
-    root.reject("dot_diameter_mm", "the dots touch each other",
-                "the diameter must be smaller than pitch_mm; both are in mm");
-  const Eigen::Vector2d last = print.material_m({print.rows - 1, print.cols - 1});
-  if ((print.margin_m.array() < 0).any() || (last.array() > print.patch_m.array() + 1e-9).any()) {
-    root.reject("patch_mm", "the marks reach beyond the patch",
-                "margin + (rows - 1) * pitch must not exceed the patch, along warp and weft");
-  }
-  if (const auto tags = root.optional_table("tags")) {
-    print.tag_family = tags->text("family");
-    print.tag_edge_m = tags->positive("edge_mm") * mm;
-    print.tags = read_print_tags(*tags, print);
-  }
-  if (const auto classes = root.optional_table("dot_classes"))
-    print.dot_classes = read_dot_classes(*classes, print);
-  root.finish();
-  return print;
+  return read_record<Print>(file);
 }
 
 }  // namespace drape

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "core/fields/records.hpp"
 #include "core/marks.hpp"
 
 namespace drape {
@@ -32,6 +33,10 @@ enum class TargetKind {
   aprilgrid,   ///< outer corners of a grid of tags (Kalibr's AprilGrid)
 };
 
+template <>
+inline constexpr std::string_view names_of<TargetKind>[] = {"dot-grid", "chessboard", "charuco",
+                                                            "aprilgrid"};
+
 /// Calibration target (target.toml). Frame: origin at the grid's centre, x along the columns,
 /// y along the rows, z out of the printed face. A chessboard's four squares around corner (0, 0)
 /// include a dark one between the corners (0, 0) and (1, 1), which tells its sides apart when
@@ -48,6 +53,7 @@ struct Target {
   std::optional<KnownLength> known_length;
 
   /// A dot's centre or a corner in the target frame, z = 0 (metres).
+  Document document = {};  ///< the file as it was read
   [[nodiscard]] Eigen::Vector3d point_in_target(MarkId dot) const;
 };
 
@@ -64,7 +70,7 @@ struct DotClasses {
 /// metres from the patch corner beside mark (0, 0); warp grows with row, weft with col.
 /// Seen from the printed side with row 0 at the top, col 0 is at the left and tags are upright.
 struct Print {
-  std::filesystem::path file;
+  std::filesystem::path file;  ///< document.file()
   int rows = 0, cols = 0;
   double pitch_m = 0;
   double dot_diameter_m = 0;
@@ -75,6 +81,7 @@ struct Print {
   std::vector<PrintedTag> tags;  ///< centre in material coordinates (warp, weft)
   std::optional<DotClasses> dot_classes;
 
+  Document document = {};  ///< the file as it was read
   [[nodiscard]] Eigen::Vector2d material_m(MarkId mark) const;
 };
 
@@ -90,9 +97,18 @@ struct TargetStage {
   double z_m = 0;
 };
 
+/// One laying of a drape ([[repeat]] in rig.toml): the cloth of a scene laid again on the same
+/// object, or, where its set is the scene's, the scene's own laying.
+struct DrapeRepeat {
+  std::string scene;   ///< name of the scene
+  std::string set;     ///< frame set that shows it
+  std::string repeat;  ///< its name; the set's where none is given
+  std::string face;    ///< side of the cloth that lies up; empty: not stated
+};
+
 /// The bench (rig.toml): cameras, target, and which frame sets calibrate it.
 struct Rig {
-  std::filesystem::path file;
+  std::filesystem::path file;  ///< document.file()
   std::string name;
   std::filesystem::path target_file;
   std::filesystem::path print_file;  ///< empty without scenes
@@ -104,10 +120,24 @@ struct Rig {
   std::vector<std::filesystem::path> scenes;  ///< in the order of the report; may be empty
   std::vector<int> grids;                     ///< particles per side, e.g. 11 21 31
   std::vector<int> segments;                  ///< line segments per Kawabata curve, e.g. 1 5
+  std::vector<DrapeRepeat> repeats;
 
   /// Throws Error(bad_input) when no camera of that name exists.
+  Document document = {};  ///< the file as it was read
   [[nodiscard]] const RigCamera& camera(const std::string& camera_name) const;
 };
+
+template <>
+inline constexpr Format format_of<Rig>{"rig", Syntax::toml, 1, "rig.toml: the bench"};
+template <>
+inline constexpr Format format_of<Target>{"target", Syntax::toml, 1,
+                                          "target.toml: a calibration target"};
+template <>
+inline constexpr Format format_of<Print>{"print", Syntax::toml, 1, "print.toml: marks on a cloth"};
+
+void fields(Fields& f, Rig& rig);
+void fields(Fields& f, Target& target);
+void fields(Fields& f, Print& print);
 
 [[nodiscard]] Rig read_rig(const std::filesystem::path& file);
 [[nodiscard]] Target read_target(const std::filesystem::path& file);

@@ -7,8 +7,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/error.hpp"
-#include "core/files/toml_file.hpp"
 #include "core/units.hpp"
 
 namespace drape {
@@ -17,167 +15,233 @@ using Eigen::Vector3d;
 using units::deg;
 using units::mm;
 
-Vector3d vector3(const TomlTable& table, const std::string& key) {
-  const std::vector<double> values = table.numbers(key, 3);
-  return {values[0], values[1], values[2]};
+constexpr double kLeastObject_mm = 5, kMostObject_mm = 3000;
+constexpr std::string_view kObjectSizes =
+    "what cloth drapes over measures 5 mm to 3 m; lengths are in mm, not in m or cm";
+constexpr double kLargestBench_mm = 10'000;  ///< no cloth lies farther from the target
+
+constexpr Field place(std::string_view name, std::string_view meaning) {
+  return {name,
+          meaning,
+          mm,
+          -kLargestBench_mm,
+          kLargestBench_mm,
+          "places are in mm from the target's middle"};
 }
 
-/// Of an object's longest side: cloth does not see less, and no bench carries more.
-void require_size(const TomlTable& table, const std::string& key, double longest_m) {
-  constexpr double kLeast_m = 5 * mm, kMost_m = 3;
-  if (longest_m >= kLeast_m && longest_m <= kMost_m) return;
-  table.reject(key, fmt::format("the object is {:g} mm long", longest_m / mm),
-               fmt::format("what cloth drapes over measures {:g} mm to {:g} m; lengths are in mm, "
-                           "not in m or cm",
-                           kLeast_m / mm, kMost_m));
+/// The longest side of an object: cloth does not see less, and no bench carries more.
+void limit_size(Fields& f, std::string_view field, double longest_m) {
+  if (!f.reads()) return;
+  f.rule(longest_m / mm >= kLeastObject_mm && longest_m / mm <= kMostObject_mm, field,
+         fmt::format("the object is {:g} mm long", longest_m / mm), kObjectSizes);
 }
 
-Sphere read_sphere(const TomlTable& table) {
-  const double radius_m = 0.5 * table.positive("diameter_mm") * mm;
-  require_size(table, "diameter_mm", 2 * radius_m);
-  return {{table.number("x_mm") * mm, table.number("y_mm") * mm,
-           table.number("z_bottom_mm") * mm + radius_m},
-          radius_m};
+void yaw(Fields& f, Eigen::Matrix3d& rotation) {
+  double yaw_rad = std::atan2(rotation(1, 0), rotation(0, 0));
+  f.otherwise({"yaw_deg", "turn about z, from x towards y", deg, -360, 360,
+               "an angle in degrees, -180 to 180"},
+              yaw_rad);
+  if (f.reads()) rotation = Eigen::AngleAxisd(yaw_rad, Vector3d::UnitZ()).toRotationMatrix();
 }
 
-Box read_box(const TomlTable& table) {
-  Box box;
-  box.size_m = vector3(table, "size_mm") * mm;
-  if (box.size_m.minCoeff() <= 0)
-    table.reject("size_mm", "an edge is not positive", "give three lengths above 0");
-  require_size(table, "size_mm", box.size_m.maxCoeff());
-  box.edge_radius_m = table.has("edge_radius_mm") ? table.not_negative("edge_radius_mm") * mm : 0.0;
-  if (2 * box.edge_radius_m > box.size_m.minCoeff())
-    table.reject("edge_radius_mm", "the rounded edges are larger than the box",
-                 "give at most half of the smallest edge in size_mm");
-  const double yaw_rad = table.number_or("yaw_deg", 0.0) * deg;
-  box.world_from_box.rotation = Eigen::AngleAxisd(yaw_rad, Vector3d::UnitZ()).toRotationMatrix();
-  box.world_from_box.translation_m = {table.number("x_mm") * mm, table.number("y_mm") * mm,
-                                      table.number("z_bottom_mm") * mm + 0.5 * box.size_m.z()};
-  return box;
+/// x, y and the lowest point, which is `reach_m` below the centre.
+void stand(Fields& f, Vector3d& centre_m, double reach_m) {
+  double bottom_m = centre_m.z() - reach_m;
+  f(place("x_mm", "centre in the world"), centre_m.x());
+  f(place("y_mm", "centre in the world"), centre_m.y());
+  f({"z_bottom_mm", "height of its lowest point in the world", mm}, bottom_m);
+  centre_m.z() = bottom_m + reach_m;
 }
 
-Vector3d direction(const TomlTable& table, const std::string& key) {
-  const Vector3d value = vector3(table, key);
-  if (value.norm() < 1e-9) table.reject(key, "the direction has no length", "give e.g. [0, 0, 1]");
-  return value.normalized();
+void direction(Fields& f, const Field& field, Vector3d& unit) {
+  f(field, unit);
+  f.limit(unit.norm() >= 1e-9, field.name, "the direction has no length", "give e.g. [0, 0, 1]");
+  if (f.reads()) unit.normalize();
 }
 
-Cylinder read_cylinder(const TomlTable& table) {
-  Cylinder body;
-  body.radius_m = 0.5 * table.positive("diameter_mm") * mm;
-  body.height_m = table.positive("height_mm") * mm;
-  require_size(table, "diameter_mm", std::max(2 * body.radius_m, body.height_m));
-  if (table.has("edge_radius_mm")) body.edge_radius_m = table.not_negative("edge_radius_mm") * mm;
-  if (body.edge_radius_m > std::min(body.radius_m, 0.5 * body.height_m)) {
-    table.reject("edge_radius_mm", "the rounded edges are larger than the cylinder",
-                 "give at most the radius and half of the height");
-  }
-  const Vector3d axis = table.has("axis") ? direction(table, "axis") : Vector3d(0, 0, 1);
-  body.world_from_cylinder.rotation =
-      Eigen::Quaterniond::FromTwoVectors(Vector3d::UnitZ(), axis).toRotationMatrix();
-  const double reach =
-      0.5 * body.height_m * std::abs(axis.z()) + body.radius_m * std::hypot(axis.x(), axis.y());
-  body.world_from_cylinder.translation_m = {table.number("x_mm") * mm, table.number("y_mm") * mm,
-                                            table.number("z_bottom_mm") * mm + reach};
-  return body;
+constexpr Field standard_uncertainty(std::string_view name, std::string_view meaning) {
+  return {name, meaning, mm, above_zero};
 }
 
-MeshObject read_mesh_object(const TomlTable& table) {
-  MeshObject body{table.file_path("file"), {}};
-  const double yaw_rad = table.number_or("yaw_deg", 0.0) * deg;
-  body.world_from_mesh.rotation = Eigen::AngleAxisd(yaw_rad, Vector3d::UnitZ()).toRotationMatrix();
-  body.world_from_mesh.translation_m = vector3(table, "origin_mm") * mm;
-  return body;
+/// One [[object]]: its parts stand in lists of their own in the scene.
+struct SceneObject {
+  Obstacle shape;
+  ObjectUncertainty uncertainty;
+  std::optional<ObjectTags> tags;
+};
+
+}  // namespace
+
+void fields(Fields& f, Sphere& ball) {
+  double diameter_m = 2 * ball.radius_m;
+  f({"diameter_mm", "diameter", mm, above_zero}, diameter_m);
+  limit_size(f, "diameter_mm", diameter_m);
+  ball.radius_m = 0.5 * diameter_m;
+  stand(f, ball.centre_in_world, ball.radius_m);
 }
 
-Obstacle read_obstacle(const TomlTable& table) {
-  const std::string kind = table.text("kind");
-  if (kind == "sphere") return read_sphere(table);
-  if (kind == "box") return read_box(table);
-  if (kind == "cylinder") return read_cylinder(table);
-  if (kind == "plane") return Plane{vector3(table, "point_mm") * mm, direction(table, "normal")};
-  if (kind == "mesh") return read_mesh_object(table);
-  table.reject("kind", fmt::format("objects of kind `{}` are not known", kind),
-               "use `sphere`, `box`, `cylinder`, `plane` or `mesh`");
+void fields(Fields& f, Box& box) {
+  f({"size_mm", "full edges along x, y, z of the box", mm, above_zero}, box.size_m);
+  limit_size(f, "size_mm", box.size_m.maxCoeff());
+  f.otherwise({"edge_radius_mm", "radius of the rounded edges", mm, 0}, box.edge_radius_m);
+  f.rule(2 * box.edge_radius_m <= box.size_m.minCoeff(), "edge_radius_mm",
+         "the rounded edges are larger than the box",
+         "give at most half of the smallest edge in size_mm");
+  yaw(f, box.world_from_box.rotation);
+  stand(f, box.world_from_box.translation_m, 0.5 * box.size_m.z());
 }
 
-std::optional<double> optional_length(const TomlTable& table, const std::string& key) {
-  return table.has(key) ? std::optional(table.positive(key) * mm) : std::nullopt;
+void fields(Fields& f, Cylinder& body) {
+  double diameter_m = 2 * body.radius_m;
+  f({"diameter_mm", "diameter", mm, above_zero}, diameter_m);
+  f({"height_mm", "length along its axis", mm, above_zero}, body.height_m);
+  limit_size(f, "diameter_mm", std::max(diameter_m, body.height_m));
+  body.radius_m = 0.5 * diameter_m;
+  f.otherwise({"edge_radius_mm", "radius of the rounded edges", mm, 0}, body.edge_radius_m);
+  f.rule(body.edge_radius_m <= std::min(body.radius_m, 0.5 * body.height_m), "edge_radius_mm",
+         "the rounded edges are larger than the cylinder",
+         "give at most the radius and half of the height");
+  std::optional<Vector3d> axis = body.world_from_cylinder.rotation.col(2);
+  if (f.reads()) axis.reset();
+  f.if_any({"axis", "direction of its axis in the world; absent: z"}, axis);
+  const Vector3d unit = axis.value_or(Vector3d::UnitZ());
+  f.limit(unit.norm() >= 1e-9, "axis", "the direction has no length", "give e.g. [0, 0, 1]");
+  const Vector3d along = unit.normalized();
+  if (f.reads())
+    body.world_from_cylinder.rotation =
+        Eigen::Quaterniond::FromTwoVectors(Vector3d::UnitZ(), along).toRotationMatrix();
+  stand(
+      f, body.world_from_cylinder.translation_m,
+      0.5 * body.height_m * std::abs(along.z()) + body.radius_m * std::hypot(along.x(), along.y()));
 }
 
-Eigen::Vector2d material_point_m(const TomlTable& table, const std::string& key) {
-  const std::vector<double> at = table.numbers(key, 2);
-  return {at[0] * mm, at[1] * mm};
+void fields(Fields& f, Plane& plane) {
+  f({"point_mm", "a point of it in the world", mm}, plane.point_in_world);
+  direction(f, {"normal", "out of the solid, any length"}, plane.normal_in_world);
 }
 
-Clamp read_clamp(const TomlTable& table) {
-  return {material_point_m(table, "from_material_mm"), material_point_m(table, "to_material_mm"),
-          vector3(table, "from_mm") * mm, vector3(table, "to_mm") * mm,
-          direction(table, "direction")};
+void fields(Fields& f, MeshObject& body) {
+  f({"file", "closed triangle mesh (PLY or OBJ, millimetres)"}, body.file);
+  yaw(f, body.world_from_mesh.rotation);
+  f({"origin_mm", "its origin in the world", mm}, body.world_from_mesh.translation_m);
 }
 
-Pin read_pin(const TomlTable& table) {
-  Pin pin;
-  if (table.has("at_material_mm")) {
-    pin.at_material_m = material_point_m(table, "at_material_mm");
-  } else {
-    pin.mark = {table.integer("row"), table.integer("col")};
-  }
-  if (table.has("at_mm")) pin.point_in_world = vector3(table, "at_mm") * mm;
-  return pin;
-}
+namespace {
 
-Start read_start(const TomlTable& table) {
-  Start start;
-  if (table.has("history")) start.history = table.texts("history");
-  const std::string mode = table.text("mode");
-  if (mode == "measured") return {StartMode::measured, 0, {}, 0, start.history};
-  if (mode == "flat") {
-    start.mode = StartMode::flat;
-    start.centre_in_world = vector3(table, "centre_mm") * mm;
-    start.yaw_rad = table.number_or("yaw_deg", 0.0) * deg;
-    return start;
-  }
-  if (mode != "flat-from-measured") {
-    table.reject("mode", fmt::format("`{}` is no start", mode),
-                 "use `flat-from-measured`, `measured` or `flat`");
-  }
-  start.clearance_m = table.not_negative("clearance_mm") * mm;
-  return start;
+void fields(Fields& f, SceneObject& object) {
+  f.one_of({"kind", "shape of the object"}, object.shape,
+           {"sphere", "box", "cylinder", "plane", "mesh"});
+  ObjectUncertainty& u = object.uncertainty;
+  f.if_any(standard_uncertainty("place_uncertainty_mm", "standard uncertainty along each axis"),
+           u.stated_place_m);
+  f.if_any(standard_uncertainty("size_uncertainty_mm", "standard uncertainty of its size"),
+           u.stated_size_m);
+  f.otherwise({"on_stand", "whether it stands on something that the scene does not hold"},
+              u.on_stand);
+  ObjectTags tags = object.tags.value_or(ObjectTags{});
+  std::optional<std::string> set = object.tags ? std::optional(tags.set) : std::nullopt;
+  std::optional<std::filesystem::path> target =
+      object.tags ? std::optional(tags.target) : std::nullopt;
+  f.if_any(Field{"tags_set", "frame set that shows its plate of tags"}.plain_name(), set);
+  f.if_any({"tags_target", "description of the plate"}, target);
+  f.if_any({"tags_thickness_mm", "thickness of the plate"}, tags.thickness_mm);
+  f.if_any({"tags_hole_mm", "diameter of the stand's hole"}, tags.hole_mm);
+  f.if_any({"tags_placing_mm", "standard uncertainty of laying the plate on"}, tags.placing_mm);
+  f.rule(!set || target, "tags_target", "`tags_target` is missing",
+         "name the description of the plate that `drape print object-tags` wrote");
+  if (!set) return;
+  tags.set = *set;
+  tags.target = target.value_or("");
+  object.tags = tags;
 }
 
 }  // namespace
 
-Scene read_scene(const std::filesystem::path& file) {
-  const TomlTable root = TomlTable::open(file, "scene");
-  Scene scene;
-  scene.file = file;
-  scene.name = root.name("name");
-  scene.set = root.text_or("set", "");
-  scene.fabric_file = root.file_path("fabric");
-  scene.print_file = root.file_path("print");
-  scene.table_z_m = root.number("table_z_mm") * mm;
-  scene.friction = root.not_negative("friction");
-  if (root.has("gravity_m_per_s2")) scene.gravity_m_per_s2 = vector3(root, "gravity_m_per_s2");
-  if (root.has("stand_ins")) scene.stand_ins = root.texts("stand_ins");
-  scene.stated_table_uncertainty_m = optional_length(root, "table_z_uncertainty_mm");
-  if (root.has("friction_uncertainty"))
-    scene.friction_uncertainty = root.positive("friction_uncertainty");
-  for (const TomlTable& table : root.tables("object")) {
-    for (const char* key : {"tags_set", "tags_target"}) static_cast<void>(table.text_or(key, ""));
-    for (const char* key : {"tags_thickness_mm", "tags_hole_mm", "tags_placing_mm"})
-      static_cast<void>(table.number_or(key, 0));
-    scene.obstacles.push_back(read_obstacle(table));
-    scene.uncertainties.push_back({optional_length(table, "place_uncertainty_mm"),
-                                   optional_length(table, "size_uncertainty_mm"),
-                                   table.boolean_or("on_stand", false)});
+void fields(Fields& f, Pin& pin) {
+  f.if_any({"at_material_mm", "held point of the cloth (warp, weft)", mm}, pin.at_material_m);
+  f.when(!pin.at_material_m, {"row", "held mark, along the warp"}, pin.mark.row);
+  f.when(!pin.at_material_m, {"col", "held mark, along the weft"}, pin.mark.col);
+  f.if_any({"at_mm", "where it is held; absent: where it was measured", mm}, pin.point_in_world);
+}
+
+void fields(Fields& f, Clamp& clamp) {
+  f({"from_material_mm", "end of the held line on the cloth (warp, weft)", mm},
+    clamp.from_material_m);
+  f({"to_material_mm", "other end on the cloth", mm}, clamp.to_material_m);
+  f({"from_mm", "end of the held line in the world", mm}, clamp.from_in_world);
+  f({"to_mm", "other end in the world", mm}, clamp.to_in_world);
+  direction(f, {"direction", "how the cloth leaves, any length"}, clamp.direction_in_world);
+}
+
+void fields(Fields& f, Start& start) {
+  f.if_any({"history", "what the cloth went through before"}, start.history);
+  f({"mode", "how the virtual cloth starts"}, start.mode);
+  f.when(start.mode == StartMode::flat_from_measured,
+         {"clearance_mm", "height above the highest object", mm, 0}, start.clearance_m);
+  if (start.mode != StartMode::flat && !f.documents()) return;
+  Vector3d centre_m = start.centre_in_world.value_or(Vector3d::Zero());
+  f.when(true, {"centre_mm", "centre of the flat cloth", mm}, centre_m);
+  start.centre_in_world = centre_m;
+  f.otherwise({"yaw_deg", "from x to the weft of the flat cloth", deg}, start.yaw_rad);
+}
+
+void fields(Fields& f, Scene& scene) {
+  scene.file = scene.document.file();
+  f(Field{"name", "letter or name of the drape"}.plain_name(), scene.name);
+  f.otherwise({"set", "frame set of the recording that shows it"}, scene.set);
+  f({"fabric", "fabric file"}, scene.fabric_file);
+  f({"print", "print file"}, scene.print_file);
+  f({"table_z_mm", "height of the table in the world", mm}, scene.table_z_m);
+  f({"friction", "Coulomb coefficient of cloth on the object", 1, 0}, scene.friction);
+  f.otherwise({"gravity_m_per_s2", "gravity in the world"}, scene.gravity_m_per_s2);
+  f.if_any({"stand_ins", "values that nobody measured"}, scene.stand_ins);
+  f.if_any(standard_uncertainty("table_z_uncertainty_mm", "standard uncertainty of table_z_mm"),
+           scene.stated_table_uncertainty_m);
+  f.if_any({"friction_uncertainty", "standard uncertainty of friction", 1, above_zero},
+           scene.friction_uncertainty);
+  std::vector<SceneObject> objects(scene.obstacles.size());
+  for (std::size_t i = 0; i < objects.size(); ++i)
+    objects[i] = {scene.obstacles[i], scene.uncertainty_of(i), std::nullopt};
+  for (const ObjectTags& tags : scene.tags)
+    objects.at(static_cast<std::size_t>(tags.object - 1)).tags = tags;
+  f.if_any({"object", "what the cloth lies on"}, objects);
+  scene.obstacles.clear();
+  scene.uncertainties.clear();
+  scene.tags.clear();
+  for (SceneObject& object : objects) {
+    scene.obstacles.push_back(std::move(object.shape));
+    scene.uncertainties.push_back(object.uncertainty);
+    if (!object.tags) continue;
+    object.tags->object = static_cast<int>(scene.obstacles.size());
+    scene.tags.push_back(std::move(*object.tags));
   }
-  for (const TomlTable& table : root.tables("pin")) scene.pins.push_back(read_pin(table));
-  for (const TomlTable& table : root.tables("clamp")) scene.clamps.push_back(read_clamp(table));
-  scene.start = read_start(root.table("start"));
-  root.finish();
-  return scene;
+  f.if_any({"pin", "points of the cloth that are held"}, scene.pins);
+  f.if_any({"clamp", "lines of the cloth that are held"}, scene.clamps);
+  f({"start", "how the virtual cloth starts"}, scene.start);
+}
+
+std::vector<std::pair<std::string, double>> ObjectTags::lies() const {
+  std::vector<std::pair<std::string, double>> options;
+  for (const auto& [option, value_mm] :
+       {std::pair{"--thickness-mm", thickness_mm}, std::pair{"--hole-mm", hole_mm},
+        std::pair{"--placing-mm", placing_mm}})
+    if (value_mm) options.emplace_back(option, *value_mm);
+  return options;
+}
+
+Scene read_scene(const std::filesystem::path& file) {
+  return read_record<Scene>(file);
+}
+
+std::map<std::string, std::string> surroundings_of(
+    const Scene& scene, const std::function<std::string(const std::filesystem::path&)>& hash_of) {
+  std::map<std::string, std::string> values;
+  for (const auto& [key, value] : flat(scene.document.root()))
+    if (key == "table_z_mm" || key.starts_with("object.")) values[key] = value;
+  for (std::size_t i = 0; i < scene.obstacles.size(); ++i)
+    if (const auto* mesh = std::get_if<MeshObject>(&scene.obstacles[i]))
+      values[fmt::format("object.{}.file", i + 1)] = hash_of(mesh->file);
+  return values;
 }
 
 }  // namespace drape

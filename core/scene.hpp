@@ -3,11 +3,14 @@
 
 #include <Eigen/Core>
 #include <filesystem>
+#include <functional>
+#include <map>
 #include <optional>
 #include <string>
 #include <variant>
 #include <vector>
 
+#include "core/fields/records.hpp"
 #include "core/marks.hpp"
 #include "core/pose.hpp"
 #include "core/rig.hpp"
@@ -60,6 +63,18 @@ struct ObjectUncertainty {
   [[nodiscard]] double size_m() const { return stated_size_m.value_or(ruler_m); }
 };
 
+/// Plate of tags on an object (`drape print object-tags`), photographed before the cloth was laid.
+/// Lengths in millimetres, as they go on to `drape object`.
+struct ObjectTags {
+  int object = 1;                ///< number in the scene, from 1
+  std::string set;               ///< frame set that shows it
+  std::filesystem::path target;  ///< its description
+  std::optional<double> thickness_mm, hole_mm, placing_mm;
+
+  /// Options of `drape object` that say how it lies there.
+  [[nodiscard]] std::vector<std::pair<std::string, double>> lies() const;
+};
+
 /// A mark, or any other material point, held in place: where the measured sheet has it, or where
 /// the operator measured it.
 struct Pin {
@@ -80,12 +95,15 @@ struct Clamp {
       direction_in_world;  ///< unit; how cloth leaves, from a line inside to larger ones
 };
 
-/// How the virtual cloth starts.
+/// How the virtual cloth starts; see names_of.
 enum class StartMode {
   flat_from_measured,  ///< flat and horizontal above the obstacle, placed by the measured marks
   measured,            ///< the measured sheet itself, gaps filled
   flat,                ///< flat and horizontal at a centre and yaw given in the scene
 };
+template <>
+inline constexpr std::string_view names_of<StartMode>[] = {"flat-from-measured", "measured",
+                                                           "flat"};
 
 struct Start {
   StartMode mode = StartMode::flat_from_measured;
@@ -97,7 +115,7 @@ struct Start {
 
 /// One drape (scene.toml): what the cloth lies on, how it starts, which fabric it is.
 struct Scene {
-  std::filesystem::path file;
+  std::filesystem::path file;  ///< document.file()
   std::string name;
   std::string set;  ///< frame set of the recording that shows it; may be empty
   std::filesystem::path fabric_file;
@@ -107,6 +125,7 @@ struct Scene {
   Eigen::Vector3d gravity_m_per_s2 = {0, 0, -9.80665};
   std::vector<Obstacle> obstacles;
   std::vector<ObjectUncertainty> uncertainties;  ///< of each obstacle; what is absent is unstated
+  std::vector<ObjectTags> tags;                  ///< plates of tags, in the order of the objects
   std::optional<double> stated_table_uncertainty_m;
   std::optional<double> friction_uncertainty;  ///< standard uncertainty of `friction`
   std::vector<Pin> pins;
@@ -114,6 +133,7 @@ struct Scene {
   Start start;
   std::vector<std::string> stand_ins;  ///< values of this scene that nobody measured
 
+  Document document = {};  ///< the file as it was read
   [[nodiscard]] ObjectUncertainty uncertainty_of(std::size_t obstacle) const {
     return obstacle < uncertainties.size() ? uncertainties[obstacle] : ObjectUncertainty{};
   }
@@ -122,6 +142,15 @@ struct Scene {
   }
 };
 
+template <>
+inline constexpr Format format_of<Scene>{"scene", Syntax::toml, 1, "scene.toml: one drape"};
+
+void fields(Fields& f, Scene& scene);
 [[nodiscard]] Scene read_scene(const std::filesystem::path& file);
+
+/// Table and objects as the file has them ("table_z_mm", "object.1.x_mm"), as text; a mesh by what
+/// `hash_of` makes of its file.
+[[nodiscard]] std::map<std::string, std::string> surroundings_of(
+    const Scene& scene, const std::function<std::string(const std::filesystem::path&)>& hash_of);
 
 }  // namespace drape

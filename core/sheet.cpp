@@ -10,7 +10,6 @@
 
 #include "core/error.hpp"
 #include "core/files/files.hpp"
-#include "core/files/json_file.hpp"
 #include "core/files/lattice_size.hpp"
 #include "core/files/mesh_file.hpp"
 #include "core/units.hpp"
@@ -20,90 +19,8 @@ namespace {
 
 using units::mm;
 
-constexpr int kSheetVersion = 1;
-
 std::filesystem::path with_extension(std::filesystem::path file, const char* extension) {
   return file.replace_extension(extension);
-}
-
-Json json_of(const SheetMark& mark) {
-  return {{"row", mark.mark.row},
-          {"col", mark.mark.col},
-          {"material_mm", to_json_vector(mark.material_m / mm)},
-          {"xyz_mm", to_json_vector(mark.point_in_world / mm)},
-          {"cov_mm2", mark.covariance_m2 ? to_json(*mark.covariance_m2 / (mm * mm)) : Json()},
-          {"views", mark.views ? Json(*mark.views) : Json()},
-          {"reprojection_px", mark.reprojection_px ? Json(*mark.reprojection_px) : Json()}};
-}
-
-SheetMark read_mark(const JsonNode& node) {
-  SheetMark mark{{node.integer("row"), node.integer("col")},
-                 node.vector2("material_mm") * mm,
-                 node.vector3("xyz_mm") * mm,
-                 std::nullopt,
-                 node.optional_integer("views"),
-                 node.optional_number("reprojection_px")};
-  if (node.has("cov_mm2")) mark.covariance_m2 = node.matrix3("cov_mm2") * (mm * mm);
-  return mark;
-}
-
-Json json_of(const MeasuredSource& source) {
-  return {{"rig", source.rig},
-          {"set", source.set},
-          {"cameras", source.cameras},
-          {"calibration_sha256", source.calibration_sha256},
-          {"detections_sha256", source.detections_sha256}};
-}
-
-Json json_of(const SimulatedSource& source) {
-  Json json = {{"scene", source.scene},
-               {"fabric", source.fabric},
-               {"scene_sha256", source.scene_sha256},
-               {"fabric_sha256", source.fabric_sha256},
-               {"start_sha256", source.start_sha256 ? Json(*source.start_sha256) : Json()},
-               {"segments", source.segments},
-               {"model", source.model},
-               {"solver", source.solver},
-               {"status", source.status}};
-  if (source.refined_from_sha256) json["refined_from_sha256"] = *source.refined_from_sha256;
-  return json;
-}
-
-std::variant<MeasuredSource, SimulatedSource> read_source(const JsonNode& root) {
-  const std::string kind = root.text("kind");
-  const JsonNode node = root.at("source");
-  if (kind == "measured") {
-    return MeasuredSource{node.text("rig"), node.name("set"), node.texts("cameras"),
-                          node.text("calibration_sha256"), node.text("detections_sha256")};
-  }
-  if (kind != "simulated")
-    root.reject("kind", fmt::format("a sheet is measured or simulated, not `{}`", kind));
-  return SimulatedSource{node.name("scene"),
-                         node.text("fabric"),
-                         node.text("scene_sha256"),
-                         node.text("fabric_sha256"),
-                         node.optional_text("start_sha256"),
-                         node.integer("segments"),
-                         node.text("model"),
-                         node.text("solver"),
-                         node.text("status"),
-                         node.optional_text("refined_from_sha256")};
-}
-
-Json json_of(const ErrorBudget& budget) {
-  return {{"detection", budget.detection_m / mm},
-          {"calibration", budget.calibration_m ? Json(*budget.calibration_m / mm) : Json()},
-          {"dot_shape", budget.dot_shape_m / mm},
-          {"total", budget.total_m / mm}};
-}
-
-ErrorBudget read_budget(const JsonNode& node) {
-  ErrorBudget budget;
-  budget.detection_m = node.number("detection") * mm;
-  if (node.has("calibration")) budget.calibration_m = node.number("calibration") * mm;
-  budget.dot_shape_m = node.number("dot_shape") * mm;
-  budget.total_m = node.number("total") * mm;
-  return budget;
 }
 
 /// Quads of the lattice whose four corners exist, as indices into the marks.
@@ -161,18 +78,6 @@ void check_ply(const std::filesystem::path& ply, const Sheet& sheet) {
                   "make the sheet again: both files belong together");
 }
 
-void check_marks(const JsonNode& root, const Sheet& sheet) {
-  for (std::size_t i = 0; i < sheet.marks.size(); ++i) {
-    const MarkId mark = sheet.marks[i].mark;
-    const bool inside =
-        mark.row >= 0 && mark.col >= 0 && mark.row < sheet.rows && mark.col < sheet.cols;
-    if (inside && (i == 0 || sheet.marks[i - 1].mark < mark)) continue;
-    root.reject(fmt::format("marks/{}", i),
-                fmt::format("mark ({}, {}) is outside the sheet, twice there or out of order",
-                            mark.row, mark.col));
-  }
-}
-
 }  // namespace
 
 const SheetMark* Sheet::find(MarkId wanted) const {
@@ -182,43 +87,116 @@ const SheetMark* Sheet::find(MarkId wanted) const {
   return found != marks.end() && found->mark == wanted ? &*found : nullptr;
 }
 
+void fields(Fields& f, SheetMark& mark) {
+  f({"row", "along the warp"}, mark.mark.row);
+  f({"col", "along the weft"}, mark.mark.col);
+  f({"material_mm", "(warp, weft) from the corner of the patch", mm}, mark.material_m);
+  f({"xyz_mm", "place in the world", mm}, mark.point_in_world);
+  f({"cov_mm2", "covariance of xyz_mm; null: simulated", mm * mm}, mark.covariance_m2);
+  f({"views", "cameras that saw it"}, mark.views);
+  f({"reprojection_px", "RMS over those views"}, mark.reprojection_px);
+}
+
+void fields(Fields& f, Gap& gap) {
+  f({"row", "along the warp"}, gap.mark.row);
+  f({"col", "along the weft"}, gap.mark.col);
+  f({"reason", "why it has no place"}, gap.reason);
+}
+
+void fields(Fields& f, ErrorBudget& budget) {
+  f({"detection", "noise of the marks' centres", mm}, budget.detection_m);
+  f({"calibration", "share of the cameras; null: their file gives none", mm}, budget.calibration_m);
+  f({"dot_shape", "left by the correction of bent and slanted dots", mm}, budget.dot_shape_m);
+  f({"total", "root sum of squares", mm}, budget.total_m);
+}
+
+void fields(Fields& f, AskedScene& scene) {
+  f(Field{"name", "name of the scene"}.plain_name(), scene.name);
+  f({"sha256", "SHA-256 of its file"}, scene.sha256);
+  f({"surroundings",
+     "table_z_mm and each value of its objects as text (object.1.x_mm), a mesh as the SHA-256 of "
+     "its file"},
+    scene.surroundings);
+}
+
+void fields(Fields& f, RepeatId& repeat) {
+  f(Field{"scene", "name of the scene"}.plain_name(), repeat.scene);
+  f(Field{"repeat", "name of this laying"}.plain_name(), repeat.name);
+  f({"face", "side of the cloth that lies up; empty: not stated"}, repeat.face);
+}
+
+void fields(Fields& f, MeasuredSource& source) {
+  f({"rig", "name of the bench"}, source.rig);
+  f(Field{"set", "frame set"}.plain_name(), source.set);
+  f({"cameras", "names of its cameras"}, source.cameras);
+  f({"calibration_sha256", "SHA-256 of calibration.json"}, source.calibration_sha256);
+  f({"detections_sha256", "SHA-256 of detections.json"}, source.detections_sha256);
+  f.if_any({"asked_scene", "scene that the marks were asked about; absent: none"},
+           source.asked_scene);
+  f.if_any({"repeat", "which laying of which drape it is, where the rig says so"}, source.repeat);
+}
+
+void fields(Fields& f, SimulatedSource& source) {
+  f(Field{"scene", "name of the scene"}.plain_name(), source.scene);
+  f({"fabric", "name of the fabric"}, source.fabric);
+  f({"scene_sha256", "SHA-256 of scene.toml"}, source.scene_sha256);
+  f({"fabric_sha256", "SHA-256 of the fabric file and its curves together"}, source.fabric_sha256);
+  f({"start_sha256", "SHA-256 of the measured sheet that placed the cloth"}, source.start_sha256);
+  f({"segments", "line segments per curve"}, source.segments);
+  f({"model",
+     "consistent or paper; then `, internal friction` and `, whole curves` where they are used"},
+    source.model);
+  f({"solver", "fall, static or rk4"}, source.solver);
+  f({"status", "\"at rest\", or why not"}, source.status);
+  f.if_any({"refined_from_sha256",
+            "SHA-256 of the coarser sheet at rest that was carried over to this grid"},
+           source.refined_from_sha256);
+}
+
+enum class SheetKind { measured, simulated };
+template <>
+inline constexpr std::string_view names_of<SheetKind>[] = {"measured", "simulated"};
+
+void fields(Fields& f, Sheet& sheet) {
+  auto kind = static_cast<SheetKind>(sheet.source.index());
+  f({"kind", "where its points come from"}, kind);
+  f({"rows", "marks along the warp"}, sheet.rows);
+  f({"cols", "marks along the weft"}, sheet.cols);
+  f.rule(is_lattice_size(sheet.rows, sheet.cols), "rows",
+         fmt::format("a sheet has 1 to {} marks", kMostMarks), make_again);
+  f({"patch_mm", "size along (warp, weft)", mm}, sheet.patch_m);
+  f.one_of({"source", "files that it was made from"}, sheet.source, static_cast<std::size_t>(kind));
+  f({"no_go", "first cause why it is no measurement; null: none"}, sheet.no_go);
+  f.if_any({"error_budget_mm", "RMS over the marks of the standard deviation of a mark's place"},
+           sheet.error_budget);
+  f({"marks", "points, by row, then column"}, sheet.marks);
+  f({"gaps", "marks without a place"}, sheet.gaps);
+  for (std::size_t i = 0; i < sheet.marks.size() && f.reads(); ++i) {
+    const MarkId mark = sheet.marks[i].mark;
+    const bool inside =
+        mark.row >= 0 && mark.col >= 0 && mark.row < sheet.rows && mark.col < sheet.cols;
+    if (inside && (i == 0 || sheet.marks[i - 1].mark < mark)) continue;
+    f.rule(false, fmt::format("marks.{}", i),
+           fmt::format("mark ({}, {}) is outside the sheet, twice there or out of order", mark.row,
+                       mark.col),
+           make_again);
+  }
+}
+
 void write_sheet(const std::filesystem::path& file, const Sheet& sheet) {
-  Json json;
-  json["schema"] = fmt::format("drapebench/sheet/{}", kSheetVersion);
-  json["kind"] = sheet.is_measured() ? "measured" : "simulated";
-  json["rows"] = sheet.rows;
-  json["cols"] = sheet.cols;
-  json["patch_mm"] = to_json_vector(sheet.patch_m / mm);
-  json["source"] = std::visit([](const auto& source) { return json_of(source); }, sheet.source);
-  json["no_go"] = sheet.no_go ? Json(*sheet.no_go) : Json();
-  if (sheet.error_budget) json["error_budget_mm"] = json_of(*sheet.error_budget);
-  json["marks"] = Json::array();
-  for (const SheetMark& mark : sheet.marks) json["marks"].push_back(json_of(mark));
-  json["gaps"] = Json::array();
-  for (const Gap& gap : sheet.gaps)
-    json["gaps"].push_back({{"row", gap.mark.row}, {"col", gap.mark.col}, {"reason", gap.reason}});
   // The PLY holds what a reader of the JSON will compute, digit for digit.
   Sheet rounded = sheet;
   for (SheetMark& mark : rounded.marks) mark.point_in_world = (mark.point_in_world / mm) * mm;
   write_durable(with_extension(file, ".ply"), ply_text(rounded));
-  write_json(with_extension(file, ".json"), json);
+  write_record(with_extension(file, ".json"), sheet);
+}
+
+Sheet read_sheet_record(const std::filesystem::path& file) {
+  return read_record<Sheet>(with_extension(file, ".json"));
 }
 
 Sheet read_sheet(const std::filesystem::path& file) {
-  const JsonNode root = JsonNode::open(with_extension(file, ".json"), "sheet", kSheetVersion);
-  Sheet sheet;
-  sheet.rows = root.integer("rows");
-  sheet.cols = root.integer("cols");
-  if (!is_lattice_size(sheet.rows, sheet.cols))
-    root.reject("rows", fmt::format("a sheet has 1 to {} marks", kMostMarks));
-  sheet.patch_m = root.vector2("patch_mm") * mm;
-  sheet.source = read_source(root);
-  sheet.no_go = root.optional_text("no_go");
-  if (root.has("error_budget_mm")) sheet.error_budget = read_budget(root.at("error_budget_mm"));
-  for (const JsonNode& node : root.items("marks")) sheet.marks.push_back(read_mark(node));
-  for (const JsonNode& node : root.items("gaps"))
-    sheet.gaps.push_back({{node.integer("row"), node.integer("col")}, node.text("reason")});
-  check_marks(root, sheet);
+  Sheet sheet = read_sheet_record(file);
   check_ply(with_extension(file, ".ply"), sheet);
   return sheet;
 }

@@ -3,11 +3,13 @@
 
 #include <Eigen/Core>
 #include <filesystem>
+#include <map>
 #include <optional>
 #include <string>
 #include <variant>
 #include <vector>
 
+#include "core/fields/records.hpp"
 #include "core/marks.hpp"
 
 namespace drape {
@@ -37,6 +39,20 @@ struct ErrorBudget {
   double total_m = 0;                   ///< root sum of squares
 };
 
+/// The scene that the marks were asked about: its table and objects decide some gaps.
+struct AskedScene {
+  std::string name;
+  std::string sha256;                               ///< of its file
+  std::map<std::string, std::string> surroundings;  ///< surroundings_of() of that scene
+};
+
+/// Which laying of which drape a sheet is, where the rig says so.
+struct RepeatId {
+  std::string scene;
+  std::string name;
+  std::string face;  ///< side of the cloth that lies up; empty: not stated
+};
+
 /// Where a measured sheet comes from.
 struct MeasuredSource {
   std::string rig;
@@ -44,6 +60,8 @@ struct MeasuredSource {
   std::vector<std::string> cameras;
   std::string calibration_sha256;
   std::string detections_sha256;
+  std::optional<AskedScene> asked_scene = std::nullopt;
+  std::optional<RepeatId> repeat = std::nullopt;
 };
 
 /// Where a simulated sheet comes from.
@@ -72,11 +90,19 @@ struct Sheet {
   /// Why the measurement that made or placed it is NO-GO, in the words of the first cause. A
   /// simulation that does not rest says so in its source, not here.
   std::optional<std::string> no_go = std::nullopt;
+  Document document = {};  ///< the .json as it was read
 
   [[nodiscard]] bool is_measured() const { return std::holds_alternative<MeasuredSource>(source); }
   /// The mark, or nothing when it is a gap.
   [[nodiscard]] const SheetMark* find(MarkId mark) const;
 };
+
+template <>
+inline constexpr Format format_of<Sheet>{
+    "sheet", Syntax::json, 1,
+    "sheet.json: a cloth as points in space, measured or simulated. The PLY beside it has the same "
+    "points."};
+void fields(Fields& f, Sheet& sheet);
 
 /// Writes `<stem>.ply` (points and quads for viewers, millimetres) and then `<stem>.json`, which
 /// carries everything. `file` is either of the two.
@@ -84,5 +110,8 @@ void write_sheet(const std::filesystem::path& file, const Sheet& sheet);
 
 /// Reads `<stem>.json` and checks that `<stem>.ply` holds the same points.
 [[nodiscard]] Sheet read_sheet(const std::filesystem::path& file);
+
+/// The `.json` alone, for whoever asks what the sheet is and not where its points lie.
+[[nodiscard]] Sheet read_sheet_record(const std::filesystem::path& file);
 
 }  // namespace drape

@@ -70,14 +70,14 @@ Step compare_step(const Bench& bench, const fs::path& report, const std::set<fs:
 
 std::vector<Drape> read_drapes(const Rig& rig, const fs::path& out) {
   std::vector<Drape> drapes;
-  const std::vector<DrapeRepeat> repeats = repeats_of(rig.file);
   for (const fs::path& file : rig.scenes) {
     Scene scene = read_scene(file);
     const fs::path folder = out / scene.name;
     std::vector<DrapeRepeat> own;
-    std::copy_if(repeats.begin(), repeats.end(), std::back_inserter(own),
+    std::copy_if(rig.repeats.begin(), rig.repeats.end(), std::back_inserter(own),
                  [&](const DrapeRepeat& one) { return one.scene == scene.name; });
-    drapes.push_back({std::move(scene), folder, object_tags_of(file), std::move(own)});
+    std::vector<ObjectTags> tags = scene.tags;
+    drapes.push_back({std::move(scene), folder, std::move(tags), std::move(own)});
   }
   return drapes;
 }

@@ -9,9 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "front/object_tags.hpp"
 #include "front/plan.hpp"
-#include "front/repeats.hpp"
 
 /// What the steps of a run are made of; for plan*.cpp alone.
 namespace drape::plan {

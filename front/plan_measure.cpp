@@ -122,7 +122,7 @@ Group object_group(const Bench& bench) {
            std::to_string(plate.object), "--scene-out", drape.scene_file(k + 1).string(), "--out",
            output.string(), "--json"},
           output);
-      for (const auto& [option, value] : plate.lies) {
+      for (const auto& [option, value] : plate.lies()) {
         measure.arguments.push_back(option);
         measure.arguments.push_back(fmt::format("{}", value));
       }

@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "front/repeats.hpp"
-
 #include <gmock/gmock.h>
 
 #include <algorithm>
 
 #include "core/files/files.hpp"
+#include "core/rig.hpp"
 #include "front/check/check.hpp"
 #include "front/plan.hpp"
 #include "tests/support/paths.hpp"
@@ -46,7 +45,7 @@ TEST(Repeats, AreReadWithTheirSetsNameWhereNoneIsGiven) {
                                   "[[repeat]]\nscene = \"C\"\nset = \"C_2\"\nface = "
                                   "\"printed\"\n[[repeat]]\nscene = \"C\"\nset "
                                   "= \"C_3\"\nrepeat = \"third\"\n");
-  const std::vector<DrapeRepeat> found = repeats_of(rig / "rig.toml");
+  const std::vector<DrapeRepeat> found = read_rig(rig).repeats;
   ASSERT_EQ(found.size(), 2U);
   EXPECT_EQ(found[0].repeat + found[0].face, "C_2printed");
   EXPECT_EQ(found[1].repeat + found[1].face, "third");

@@ -67,7 +67,7 @@ SimulatedSource source_of(const Scene& scene, const Fabric& fabric, const Simula
                           const SimulateReport& report) {
   return {.scene = scene.name,
           .fabric = fabric.name,
-          .scene_sha256 = sha256_of_file(scene.file),
+          .scene_sha256 = scene.document.sha256(),
           .fabric_sha256 = fabric_sha256(fabric),
           .start_sha256 = std::nullopt,
           .segments = options.segments,

@@ -7,8 +7,6 @@
 #include <map>
 
 #include "core/files/files.hpp"
-#include "core/files/json_file.hpp"
-#include "core/files/toml_file.hpp"
 #include "core/program/shell_word.hpp"
 #include "core/units.hpp"
 
@@ -90,17 +88,6 @@ void add_doubts(Ending& ending, const std::vector<Doubt>& doubts,
   }
 }
 
-/// Table and objects as the scene's file has them, a mesh by its content.
-Json surroundings_of(const Scene& scene) {
-  Json json = Json::object();
-  for (const auto& [key, value] : TomlTable::open(scene.file, "scene").values())
-    if (key == "table_z_mm" || key.starts_with("object.")) json[key] = value;
-  for (std::size_t i = 0; i < scene.obstacles.size(); ++i)
-    if (const auto* mesh = std::get_if<MeshObject>(&scene.obstacles[i]))
-      json[fmt::format("object.{}.file", i + 1)] = sha256_of_file(mesh->file);
-  return json;
-}
-
 }  // namespace
 
 Ending ending_of(const TriangulateResult& result, const TriangulateOptions& options,
@@ -163,15 +150,10 @@ void note_options(RunRecord& record, const TriangulateOptions& options, const st
   record.option("merge_islands", options.merge_islands ? "true" : "false");
 }
 
-void note_scene(const std::filesystem::path& sheet, const Scene& scene, const RepeatId& id) {
-  const auto file = std::filesystem::path(sheet).replace_extension(".json");
-  Json json = parse_json(read_text(file));
-  json["source"]["asked_scene"] = {{"name", scene.name},
-                                   {"sha256", sha256_of_file(scene.file)},
-                                   {"surroundings", surroundings_of(scene)}};
-  if (!id.name.empty())
-    json["source"]["repeat"] = {{"scene", id.scene}, {"repeat", id.name}, {"face", id.face}};
-  write_json(file, json);
+void note_scene(MeasuredSource& source, const Scene& scene, const RepeatId& repeat) {
+  source.asked_scene = {scene.name, scene.document.sha256(),
+                        surroundings_of(scene, sha256_of_file)};
+  if (!repeat.name.empty()) source.repeat = repeat;
 }
 
 }  // namespace drape::triangulate

@@ -17,12 +17,8 @@ namespace drape::triangulate {
 /// The options that a result rests on, as the run record keeps them.
 void note_options(RunRecord& record, const TriangulateOptions& options, const std::string& set);
 
-/// Which laying of which drape a sheet is, where the rig says so ([[repeat]]).
-struct RepeatId {
-  std::string scene, name, face;  ///< the side of the cloth that lies up; may be empty
-};
-/// Adds to the source in the sheet's .json which scene the marks were asked about, with its table
-/// and objects, and the laying, if it has a name.
-void note_scene(const std::filesystem::path& sheet, const Scene& scene, const RepeatId& id);
+/// Notes which scene the marks were asked about, with its table and objects, and the laying, if it
+/// has a name. The hash is that of the bytes that were read.
+void note_scene(MeasuredSource& source, const Scene& scene, const RepeatId& repeat);
 
 }  // namespace drape::triangulate

@@ -86,14 +86,19 @@ int triangulate_command(int argc, char** argv) {
         options.contradictions.push_back(text);
     const Detections detections = read_detections(detections_file);
     if (options.scene) require_detected_print(detections.lattice, *options.scene);
-    TriangulateResult result = drape::triangulate::triangulate(
-        detections, read_calibration(calibration_file), set, options);
+    const Calibration calibration = read_calibration(calibration_file);
+    TriangulateResult result =
+        drape::triangulate::triangulate(detections, calibration, set, options);
     auto& source = std::get<MeasuredSource>(result.sheet.source);
-    source.detections_sha256 = sha256_of_file(detections_file);
-    source.calibration_sha256 = sha256_of_file(calibration_file);
+    source.detections_sha256 = detections.document.sha256();
+    source.calibration_sha256 = calibration.document.sha256();
+    for (const Document* read : {&detections.document, &calibration.document})
+      record.input(read->file(), read->sha256());
+    if (options.scene) {
+      record.input(scene_file, options.scene->document.sha256());
+      note_scene(source, *options.scene, {options.scene->name, repeat.name, repeat.face});
+    }
     write_sheet(out, result.sheet);
-    if (options.scene)
-      note_scene(out, *options.scene, {options.scene->name, repeat.name, repeat.face});
     note_options(record, options, set);
     return finish(ending_of(result, options, out), common, record);
   });

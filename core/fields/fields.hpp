@@ -181,12 +181,18 @@ class Fields {
     }
   }
 
+  /// A value that stands in the file only where the condition holds.
+  template <class T>
+  void when(bool holds, const Field& field, T& value) {
+    if (documents() ? present(field, true, Absence::omitted) : holds) (*this)(field, value);
+  }
+
   /// One of several records, told apart by the word in `tag`; its fields stand beside the tag.
   template <class... Records>
   void one_of(const Field& tag, std::variant<Records...>& value,
               const std::string_view (&words)[sizeof...(Records)]) {
     std::size_t index = value.index();
-    if (!walks_all()) {
+    if (!documents()) {
       if (word(tag, index, words)) alternative(value, index);
       return;
     }
@@ -200,8 +206,8 @@ class Fields {
   /// One of several records under a name of its own, known by its index.
   template <class... Records>
   void one_of(const Field& field, std::variant<Records...>& value, std::size_t index) {
-    const std::size_t first = walks_all() ? 0 : index;
-    const std::size_t last = walks_all() ? sizeof...(Records) : index + 1;
+    const std::size_t first = documents() ? 0 : index;
+    const std::size_t last = documents() ? sizeof...(Records) : index + 1;
     for (std::size_t i = first; i < last; ++i) {
       begin(field);
       alternative(value, i);
@@ -218,6 +224,8 @@ class Fields {
                      std::string_view /*remedy*/) {}
   /// Whether the record's values come from a file or a command line.
   [[nodiscard]] virtual bool reads() const { return false; }
+  /// Whether the walk writes a schema: it goes through every alternative.
+  [[nodiscard]] virtual bool documents() const { return false; }
 
  protected:
   /// Meaning of an absent value, and the way it is written.
@@ -240,8 +248,6 @@ class Fields {
   /// Keys of a table whose keys are not known before.
   virtual std::vector<std::string> begin_members(const Field&, std::vector<std::string> keys) = 0;
   virtual void end() = 0;
-  /// Documents walk through all alternatives of a variant.
-  [[nodiscard]] virtual bool walks_all() const { return false; }
   virtual void begin_alternative(const Field& /*tag*/, std::span<const std::string_view> /*words*/,
                                  std::size_t /*index*/) {}
   virtual void end_alternatives() {}

@@ -66,6 +66,7 @@ class SchemaWriter : public Fields {
  public:
   SchemaWriter(Value& root, Syntax syntax) : syntax_(syntax) { open_.push_back(&root); }
 
+  [[nodiscard]] bool documents() const override { return true; }
   static Value object() {
     Value schema;
     schema["type"] = "object";
@@ -184,7 +185,6 @@ class SchemaWriter : public Fields {
   void end() override { open_.pop_back(); }
 
   // Fields beside a tag: `oneOf` objects with the tag's word; the shared ones stay outside.
-  [[nodiscard]] bool walks_all() const override { return true; }
   void begin_alternative(const Field& tag, std::span<const std::string_view> words,
                          std::size_t index) override {
     if (index == 0) {

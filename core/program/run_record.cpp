@@ -108,6 +108,8 @@ void RunRecord::input(const fs::path& file) {
 
 void RunRecord::input(const fs::path& file, std::string sha256) {
   refuse_output(file);
+  for (auto& [known, hash] : inputs_)
+    if (known == file) return void(hash = std::move(sha256));
   inputs_.emplace_back(file, std::move(sha256));
 }
 

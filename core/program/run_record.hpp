@@ -38,7 +38,9 @@ class RunRecord {
   /// Hashed now, so before it is read: a file changed in between then counts as changed. Throws
   /// Error(usage) where it is one of the outputs named so far.
   void input(const std::filesystem::path& file);
-  void input(const std::filesystem::path& file, std::string sha256);  ///< hash already known
+  /// With the hash of the bytes that were read (Document::sha256()); it takes the place of an
+  /// earlier one.
+  void input(const std::filesystem::path& file, std::string sha256);
   void output(const std::filesystem::path& file);
   void option(const std::string& name, const std::string& value);  ///< resolved value
 

@@ -14,7 +14,6 @@
 #include "core/files/json_file.hpp"
 #include "core/files/toml_file.hpp"
 #include "core/units.hpp"
-#include "front/object_tags.hpp"
 
 namespace drape {
 namespace {
@@ -115,7 +114,7 @@ void check_tags(const Rig& rig, const Target& target, const Print& print, BenchC
 void check_plates(const Rig& rig, const std::vector<Scene>& scenes, BenchCheck& check) {
   std::set<fs::path> seen = {rig.target_file.lexically_normal()};
   for (const Scene& scene : scenes)
-    for (const ObjectTags& plate : object_tags_of(scene.file)) {
+    for (const ObjectTags& plate : scene.tags) {
       if (!seen.insert(plate.target.lexically_normal()).second) continue;
       if (const auto target = collecting(check, [&] { return read_target(plate.target); }))
         check_target(plate.target, *target, check);

@@ -13,8 +13,6 @@
 #include "core/files/picture_head.hpp"
 #include "core/program/similar.hpp"
 #include "front/check/check.hpp"
-#include "front/object_tags.hpp"
-#include "front/repeats.hpp"
 
 namespace drape {
 namespace {
@@ -37,7 +35,7 @@ std::vector<Need> needs_of(const Rig& rig, const std::vector<Scene>& scenes) {
     needs.push_back({pose, rig.file, "calibration.free_poses"});
   for (const Scene& scene : scenes) {
     if (!scene.set.empty()) needs.push_back({scene.set, scene.file, "set"});
-    for (const ObjectTags& plate : object_tags_of(scene.file))
+    for (const ObjectTags& plate : scene.tags)
       needs.push_back(
           {plate.set, scene.file, "object.tags_set", static_cast<std::size_t>(plate.object - 1)});
   }
@@ -47,7 +45,7 @@ std::vector<Need> needs_of(const Rig& rig, const std::vector<Scene>& scenes) {
     });
   };
   std::size_t nth = 0;
-  for (const DrapeRepeat& repeat : repeats_of(rig.file)) {
+  for (const DrapeRepeat& repeat : rig.repeats) {
     if (!own(repeat)) needs.push_back({repeat.set, rig.file, "repeat.set", nth});
     ++nth;
   }

@@ -6,7 +6,6 @@
 
 #include "core/program/similar.hpp"
 #include "front/check/check.hpp"
-#include "front/repeats.hpp"
 
 namespace drape {
 namespace {
@@ -32,7 +31,7 @@ void check_repeats(const Rig& rig, const std::vector<Scene>& scenes, BenchCheck&
   std::map<std::pair<std::string, std::string>, std::string> names;
   std::vector<std::string> known;
   for (const Scene& scene : scenes) known.push_back(scene.name);
-  const std::vector<DrapeRepeat> repeats = repeats_of(rig.file);
+  const std::vector<DrapeRepeat>& repeats = rig.repeats;
   for (; nth < repeats.size(); ++nth) {
     const DrapeRepeat& one = repeats[nth];
     const std::string own = "scene " + one.scene;

@@ -7,7 +7,6 @@
 
 #include "core/units.hpp"
 #include "front/check/check.hpp"
-#include "front/object_tags.hpp"
 
 namespace drape {
 namespace {
@@ -35,7 +34,7 @@ constexpr PlateLimit kPlateLimits[] = {
     {"--hole-mm", "tags_hole_mm", 0, 1, "give the diameter of the stand's hole in mm"}};
 
 void check_plate(const Scene& scene, const ObjectTags& plate, double width_m, BenchCheck& check) {
-  for (const auto& [option, value_mm] : plate.lies) {
+  for (const auto& [option, value_mm] : plate.lies()) {
     for (const PlateLimit& limit : kPlateLimits) {
       if (option != limit.option) continue;
       if (value_mm >= limit.least_mm && value_mm < limit.widths * width_m / mm) continue;
@@ -62,7 +61,7 @@ void check_uncertainty(const Scene& scene, std::size_t index, BenchCheck& check)
                     index + 1, width_m / mm),
         "give one standard deviation in mm, e.g. half of the rule's smallest division", index);
   }
-  for (const ObjectTags& plate : object_tags_of(scene.file))
+  for (const ObjectTags& plate : scene.tags)
     if (static_cast<std::size_t>(plate.object) == index + 1)
       check_plate(scene, plate, width_m, check);
 }

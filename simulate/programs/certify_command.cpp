@@ -23,7 +23,7 @@ void check_same_files(CertifyReport& report, const Sheet& sheet, const Scene& sc
                       const Fabric& fabric) {
   const auto* source = std::get_if<SimulatedSource>(&sheet.source);
   if (source == nullptr) return;
-  if (source->scene_sha256 != sha256_of_file(scene.file))
+  if (source->scene_sha256 != scene.document.sha256())
     report.refusals.emplace_back("the sheet was simulated from another content of the scene file");
   if (source->fabric_sha256 != fabric_sha256(fabric))
     report.refusals.emplace_back("the sheet was simulated from another content of the fabric");
