@@ -109,8 +109,9 @@ void fields(Fields& f, RigCamera& camera) {
   f({"width_px", "columns of its pictures", 1, 1}, camera.width_px);
   f({"height_px", "rows of its pictures", 1, 1}, camera.height_px);
   Eigen::Vector2d pitch_m(camera.pixel_pitch_x_m, camera.pixel_pitch_y_m);
-  f({"pixel_pitch_um", "pitch of the sensor along x and y", um, above_zero, Field::infinity,
-     "give the pitch of the sensor along x and y"},
+  // Area sensors: phones 0.5, astronomy 24, and twice that for binned pixels.
+  f({"pixel_pitch_um", "pitch of the sensor along x and y", um, 0.5, 48,
+     "give the pixel pitch of the data sheet in um, 0.5 to 48, e.g. [3.45, 3.45]"},
     pitch_m);
   camera.pixel_pitch_x_m = pitch_m.x();
   camera.pixel_pitch_y_m = pitch_m.y();
@@ -118,7 +119,9 @@ void fields(Fields& f, RigCamera& camera) {
 
 void fields(Fields& f, TargetStage& stage) {
   f(Field{"set", "frame set that shows the target"}.plain_name(), stage.set);
-  f({"z_mm", "height of the target above its reference pose", mm}, stage.z_m);
+  f({"z_mm", "height of the target above its reference pose", mm, -10'000, 10'000,
+     "no bench is so large; heights are in mm above the first stage"},
+    stage.z_m);
 }
 
 void fields(Fields& f, DrapeRepeat& repeat) {

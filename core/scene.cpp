@@ -18,7 +18,8 @@ using units::mm;
 constexpr double kLeastObject_mm = 5, kMostObject_mm = 3000;
 constexpr std::string_view kObjectSizes =
     "what cloth drapes over measures 5 mm to 3 m; lengths are in mm, not in m or cm";
-constexpr double kLargestBench_mm = 10'000;  ///< no cloth lies farther from the target
+constexpr double kLeastEarth = 9.76, kMostEarth = 9.84;  ///< m/s2; from Huascaran to the pole
+constexpr double kLargestBench_mm = 10'000;              ///< no cloth lies farther from the target
 
 constexpr Field place(std::string_view name, std::string_view meaning) {
   return {name,
@@ -171,6 +172,17 @@ void fields(Fields& f, Clamp& clamp) {
   f({"from_mm", "end of the held line in the world", mm}, clamp.from_in_world);
   f({"to_mm", "other end in the world", mm}, clamp.to_in_world);
   direction(f, {"direction", "how the cloth leaves, any length"}, clamp.direction_in_world);
+  const Eigen::Vector2d along = clamp.to_material_m - clamp.from_material_m;
+  const Vector3d in_space = clamp.to_in_world - clamp.from_in_world;
+  const bool is_long = along.norm() > 1e-6 && in_space.norm() > 1e-6;
+  f.rule(is_long, "to_material_mm", "the clamp has no length",
+         "give two ends apart from each other, or a [[pin]]");
+  f.rule(!is_long || along.cwiseAbs().minCoeff() <= 1e-6, "to_material_mm",
+         "the clamp crosses the threads",
+         "a clamp runs along warp or weft: give both ends the same warp or the same weft");
+  f.rule(!is_long || clamp.direction_in_world.cross(in_space.normalized()).norm() >= 1e-3,
+         "direction", "the clamp is left along itself",
+         "give the direction in which the cloth leaves, across the clamp");
 }
 
 void fields(Fields& f, Start& start) {
@@ -183,6 +195,43 @@ void fields(Fields& f, Start& start) {
   f.when(true, {"centre_mm", "centre of the flat cloth", mm}, centre_m);
   start.centre_in_world = centre_m;
   f.otherwise({"yaw_deg", "from x to the weft of the flat cloth", deg}, start.yaw_rad);
+}
+
+namespace {
+
+/// Friction and gravity that a cloth can have; a real drape hangs under the Earth's.
+void limit_forces(Fields& f, const Scene& scene) {
+  f.limit(
+      scene.friction <= kMostFriction, "friction",
+      fmt::format("a friction coefficient of {:g}; cloth on solids has {:g} to {:g}",
+                  scene.friction, kLeastFriction, kMostFriction),
+      fmt::format("is it {:.3g} (degrees), {:.3g} (per cent) or {:.3g}? Measure it on a tilting "
+                  "plane: the tangent of the angle at which it slides",
+                  std::tan(scene.friction * deg), scene.friction / 100, scene.friction / 10));
+  const double u = scene.friction_uncertainty.value_or(0);
+  f.limit(u == 0 || u < scene.friction, "friction_uncertainty",
+          fmt::format("friction = {:g} with an uncertainty of {:g}: nothing would be known of it",
+                      scene.friction, u),
+          "give one standard deviation, or leave it out and list friction in stand_ins");
+  constexpr double kLeast = 0.01, kMost = 100;  // m/s2; closed forms have weak ones
+  constexpr const char* kUsual = "leave it out, or give [0, 0, -9.80665]";
+  const double gravity = scene.gravity_m_per_s2.norm();
+  f.limit(gravity >= kLeast && gravity <= kMost, "gravity_m_per_s2",
+          fmt::format("gravity of {:g} m/s2", gravity), kUsual);
+  if (scene.set.empty() || !(gravity >= kLeast && gravity <= kMost)) return;
+  f.limit(is_gravity_of_earth(scene), "gravity_m_per_s2",
+          fmt::format("gravity of {:g} m/s2 is not the Earth's, of {:g} to {:g}", gravity,
+                      kLeastEarth, kMostEarth),
+          kUsual);
+  f.limit(!is_gravity_of_earth(scene) || scene.gravity_m_per_s2.z() <= -0.9 * gravity,
+          "gravity_m_per_s2", "gravity does not point down (-z)", kUsual);
+}
+
+}  // namespace
+
+bool is_gravity_of_earth(const Scene& scene) {
+  const double gravity = scene.gravity_m_per_s2.norm();
+  return gravity >= kLeastEarth && gravity <= kMostEarth;
 }
 
 void fields(Fields& f, Scene& scene) {
@@ -199,6 +248,7 @@ void fields(Fields& f, Scene& scene) {
            scene.stated_table_uncertainty_m);
   f.if_any({"friction_uncertainty", "standard uncertainty of friction", 1, above_zero},
            scene.friction_uncertainty);
+  if (f.reads()) limit_forces(f, scene);
   std::vector<SceneObject> objects(scene.obstacles.size());
   for (std::size_t i = 0; i < objects.size(); ++i)
     objects[i] = {scene.obstacles[i], scene.uncertainty_of(i), std::nullopt};

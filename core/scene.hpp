@@ -142,6 +142,12 @@ struct Scene {
   }
 };
 
+/// Cloth on wood, metal, plastic and skin slides between 0.1 and 1.0; coated cloth on rubber 1.5.
+inline constexpr double kLeastFriction = 0.1, kMostFriction = 1.5;
+
+/// Whether gravity has the Earth's strength, which a real drape has.
+[[nodiscard]] bool is_gravity_of_earth(const Scene& scene);
+
 template <>
 inline constexpr Format format_of<Scene>{"scene", Syntax::toml, 1, "scene.toml: one drape"};
 

@@ -10,28 +10,6 @@
 
 namespace drape {
 
-class Error;
-
-/// While it lives, getters of this thread's tables note what is missing or wrong and go on with a
-/// value that no comparison objects to (NaN, 1, an empty text), so that one reading finds all.
-/// What a reader then throws because of such a value is no finding of its own: see `guessed`.
-class ProblemCollector {
- public:
-  explicit ProblemCollector(std::vector<Error>& problems);
-  ~ProblemCollector();
-  ProblemCollector(const ProblemCollector&) = delete;
-  ProblemCollector& operator=(const ProblemCollector&) = delete;
-
-  void note(const Error& problem, bool guessed);
-  /// A whole number or a text was made up, which later checks may trip over.
-  [[nodiscard]] bool guessed() const { return guessed_; }
-
- private:
-  std::vector<Error>* problems_;
-  ProblemCollector* outer_;
-  bool guessed_ = false;
-};
-
 /// One table of a TOML file that people edit. Every getter names file, line and field in its
 /// error; `finish()` refuses keys that nobody asked for, so a misspelt key or a wrong unit
 /// suffix is never ignored.
@@ -55,11 +33,7 @@ class TomlTable {
   /// Array of exactly `count` finite numbers; any length when count is 0.
   [[nodiscard]] std::vector<double> numbers(const std::string& key, std::size_t count = 0) const;
   [[nodiscard]] std::vector<int> integers(const std::string& key) const;
-  /// Array of arrays of `width` integers.
-  [[nodiscard]] std::vector<std::vector<int>> integer_rows(const std::string& key,
-                                                           std::size_t width) const;
   [[nodiscard]] std::vector<std::string> texts(const std::string& key) const;
-  [[nodiscard]] std::vector<std::string> names(const std::string& key) const;
   /// A file named in this file, relative to it.
   [[nodiscard]] std::filesystem::path file_path(const std::string& key) const;
   [[nodiscard]] std::filesystem::path beside(const std::string& relative) const;

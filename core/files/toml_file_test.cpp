@@ -57,20 +57,6 @@ TEST_F(Toml, GivesTypedValues) {
   EXPECT_NO_THROW(table.finish());
 }
 
-/// From each range that the library's table of spaces leaves open.
-TEST_F(Toml, RefusesLettersOutsideTextsAndKeepsThemInside) {
-  for (const std::string letter : {"\u00e9", "\u0449", "\u2c60", "\u3042", "\ufb50"}) {
-    for (const std::string& text :
-         {letter + " = 1\n", "x" + letter + " = 1\n", "x =" + letter + "1\n",
-          "x = 1" + letter + "\n", "x = \"\" " + letter + "\n", "[" + letter + "]\n"}) {
-      const Error error = error_of([&] { static_cast<void>(open(text)); });
-      EXPECT_EQ(error.where().line, 2) << text;
-    }
-    const TomlTable table = open(fmt::format("x = \"\"\"\\\n  {0}\"\"\" # {0}\n", letter));
-    EXPECT_EQ(table.text("x"), letter);
-  }
-}
-
 TEST_F(Toml, NamesFileLineAndFieldOfABadValue) {
   const TomlTable table = open("first = 1\n[part]\nwidth_mm = -4\n");
   const Error error =
@@ -130,26 +116,6 @@ TEST_F(Toml, RefusesAnotherSchemaAndABrokenFile) {
 TEST_F(Toml, ResolvesFilesFromTheFolderOfTheFile) {
   const TomlTable table = open("curve = \"../curves/a.csv\"\n");
   EXPECT_EQ(table.file_path("curve"), (folder_.path() / "../curves/a.csv").lexically_normal());
-}
-
-TEST_F(Toml, ACollectorNotesEveryProblemOfOneReading) {
-  const TomlTable table = open("a = 1\nwrong_mm = \"x\"\nlow = -3\nunknown = 4\n");
-  std::vector<Error> problems;
-  {
-    ProblemCollector collector(problems);
-    EXPECT_EQ(table.integer("a"), 1);
-    EXPECT_TRUE(std::isnan(table.number("wrong_mm")));
-    EXPECT_TRUE(std::isnan(table.positive("low")));
-    EXPECT_TRUE(std::isnan(table.number("absent_mm")));
-    EXPECT_FALSE(collector.guessed());
-    EXPECT_EQ(table.text("no_text"), "");
-    EXPECT_TRUE(collector.guessed());
-    table.finish();
-  }
-  ASSERT_EQ(problems.size(), 5U);
-  EXPECT_EQ(problems[0].where().line, 3);
-  EXPECT_THAT(problems[4].what(), HasSubstr("unknown key `unknown`"));
-  EXPECT_THROW((void)table.number("absent_mm"), Error) << "nobody collects any more";
 }
 
 TEST_F(Toml, ValuesAreListedUnderTheirPaths) {

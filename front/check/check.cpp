@@ -4,16 +4,15 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
 #include <map>
 #include <set>
-#include <sstream>
 
 #include "core/acceptance_file.hpp"
 #include "core/files/files.hpp"
 #include "core/files/json_file.hpp"
-#include "core/files/toml_file.hpp"
+#include "core/program/similar.hpp"
 #include "core/units.hpp"
+#include "front/process.hpp"
 
 namespace drape {
 namespace {
@@ -21,92 +20,68 @@ namespace {
 namespace fs = std::filesystem;
 using units::mm;
 
-/// What `read` gives, with all its problems noted. An error that a made-up value provoked is none.
+/// What `read` gives, with all its faults noted.
 template <class Read>
 auto collecting(BenchCheck& check, const Read& read) -> std::optional<decltype(read())> {
-  ProblemCollector collector(check.problems);
   ++check.files;
   try {
     return read();
   } catch (const Error& error) {
-    if (!collector.guessed()) check.problems.push_back(error);
+    check.add(error.each());
     return std::nullopt;
   }
 }
 
-/// The smallest and the largest pixels of area sensors, um: phones 0.5, astronomy 24, and twice
-/// that for binned pixels.
-constexpr double kLeastPixel_um = 0.5, kMostPixel_um = 48;
-
 void check_cameras_and_stages(const Rig& rig, BenchCheck& check) {
-  for (std::size_t i = 0; i < rig.cameras.size(); ++i) {
-    const RigCamera& camera = rig.cameras[i];
-    if (!std::isfinite(camera.pixel_pitch_x_m + camera.pixel_pitch_y_m))
-      continue;  // named where it was read
-    const auto [least, most] = std::minmax(camera.pixel_pitch_x_m, camera.pixel_pitch_y_m);
-    if (least >= kLeastPixel_um * units::um && most <= kMostPixel_um * units::um) continue;
-    add(check, rig.file, "camera.pixel_pitch_um",
-        fmt::format("pixels of {:g} x {:g} um; sensors have {:g} to {:g}",
-                    camera.pixel_pitch_x_m / units::um, camera.pixel_pitch_y_m / units::um,
-                    kLeastPixel_um, kMostPixel_um),
-        "give the pixel pitch of the data sheet in um, e.g. [3.45, 3.45]", i);
-  }
+  const Document& file = rig.document;
   if (rig.cameras.size() < 2)
-    add(check, rig.file, "camera", fmt::format("{} camera in the rig", rig.cameras.size()),
-        "a point in space needs two views: add [[camera]] tables");
+    check.add(file, "camera", fmt::format("{} camera in the rig", rig.cameras.size()),
+              "a point in space needs two views: add [[camera]] tables");
   const bool joint = !rig.free_poses.empty();
-  if (rig.stages.size() < (joint ? 1 : 2)) {
-    add(check, rig.file, "calibration.stage",
+  if (rig.stages.size() < (joint ? 1 : 2))
+    check.add(
+        file, "calibration.stage",
         joint ? std::string("no target stage: the target's reference pose defines the world")
               : fmt::format("{} target stage(s): Tsai's method needs points at two heights or more",
                             rig.stages.size()),
         "add [[calibration.stage]] tables with set and z_mm");
-  }
-  std::map<std::string, std::string> used;
   std::map<double, std::string> heights;
   for (std::size_t i = 0; i < rig.stages.size(); ++i) {
     const TargetStage& stage = rig.stages[i];
-    if (!std::isfinite(stage.z_m)) continue;  // named where it was read
-    if (std::abs(stage.z_m) > kLargestBench_m)
-      add(check, rig.file, "calibration.stage.z_mm",
-          fmt::format("stage `{}` stands at z_mm = {:g}; no bench is so large", stage.set,
-                      stage.z_m / mm),
-          "heights are in mm above the first stage", i);
     const auto [other, fresh] = heights.emplace(stage.z_m, stage.set);
     if (!fresh)
-      add(check, rig.file, "calibration.stage.z_mm",
-          fmt::format("stages `{}` and `{}` are both at z_mm = {:g}", other->second, stage.set,
-                      stage.z_m / mm),
-          "give each stage the height at which the target stood", i);
+      check.add(file, fmt::format("calibration.stage.{}.z_mm", i),
+                fmt::format("stages `{}` and `{}` are both at z_mm = {:g}", other->second,
+                            stage.set, stage.z_m / mm),
+                "give each stage the height at which the target stood");
   }
   if (!rig.stages.empty() && heights.count(0.0) == 0)
-    add(check, rig.file, "calibration.stage.z_mm", "no stage has z_mm = 0",
-        "the target's reference pose is the world: its stage has z_mm = 0, the others count from "
-        "there");
-  const auto use = [&](const std::string& set, const std::string& what, const std::string& field,
-                       std::size_t nth) {
+    check.add(file, "calibration.stage.0.z_mm", "no stage has z_mm = 0",
+              "the target's reference pose is the world: its stage has z_mm = 0, the others count "
+              "from there");
+  std::map<std::string, std::string> used;
+  const auto use = [&](const std::string& set, const std::string& what, const std::string& field) {
     const auto [other, fresh] = used.emplace(set, what);
     if (!fresh)
-      add(check, rig.file, field,
-          fmt::format("set `{}` is listed as {} and as {}", set, other->second, what),
-          "name each set once", nth);
+      check.add(file, field,
+                fmt::format("set `{}` is listed as {} and as {}", set, other->second, what),
+                "name each set once");
   };
   for (std::size_t i = 0; i < rig.stages.size(); ++i)
-    use(rig.stages[i].set, "stage", "calibration.stage.set", i);
-  for (const std::string& pose : rig.free_poses)
-    use(pose, "free pose", "calibration.free_poses", 0);
+    use(rig.stages[i].set, "stage", fmt::format("calibration.stage.{}.set", i));
+  for (const std::string& pose : rig.free_poses) use(pose, "free pose", "calibration.free_poses");
 }
 
-void check_tags(const Rig& rig, const Target& target, const Print& print, BenchCheck& check) {
+void check_tags(const Target& target, const Print& print, BenchCheck& check) {
   if (target.tag_family.empty() || target.tag_family != print.tag_family) return;
   std::set<int> ids;
   for (const PrintedTag& tag : print.tags) ids.insert(tag.id);
-  for (const PrintedTag& tag : target.tags) {
-    if (ids.count(tag.id) == 0) continue;
-    add(check, rig.target_file, "tags.tag.id",
-        fmt::format("tag {} of {} is printed on target and cloth", tag.id, target.tag_family),
-        fmt::format("give the target other ids than {} uses", print.file.string()));
-    return;
+  for (std::size_t k = 0; k < target.tags.size(); ++k) {
+    if (ids.count(target.tags[k].id) == 0) continue;
+    return check.add(target.document, fmt::format("tags.tag.{}.id", k),
+                     fmt::format("tag {} of {} is printed on target and cloth", target.tags[k].id,
+                                 target.tag_family),
+                     fmt::format("give the target other ids than {} uses", print.file.string()));
   }
 }
 
@@ -114,81 +89,93 @@ void check_tags(const Rig& rig, const Target& target, const Print& print, BenchC
 void check_plates(const Rig& rig, const std::vector<Scene>& scenes, BenchCheck& check) {
   std::set<fs::path> seen = {rig.target_file.lexically_normal()};
   for (const Scene& scene : scenes)
-    for (const ObjectTags& plate : scene.tags) {
-      if (!seen.insert(plate.target.lexically_normal()).second) continue;
-      if (const auto target = collecting(check, [&] { return read_target(plate.target); }))
-        check_target(plate.target, *target, check);
-    }
-}
-
-void check_print_size(const Print& print, BenchCheck& check) {
-  const Eigen::Vector2d marks = print.pitch_m * Eigen::Vector2d(print.rows - 1, print.cols - 1);
-  const Eigen::Vector2d other = print.patch_m - marks - print.margin_m;
-  for (const int side : {0, 1}) {
-    const double equal_mm = 0.5 * (print.patch_m[side] - marks[side]) / mm;
-    if (std::min(other[side], print.margin_m[side]) < 0.5 * print.dot_diameter_m && equal_mm > 0) {
-      add(check, print.file, "margin_mm",
-          fmt::format("the outermost dots lie across the edge of the patch, with {:g} mm on one "
-                      "side along the {} and {:g} mm on the other",
-                      print.margin_m[side] / mm, side == 0 ? "warp" : "weft", other[side] / mm),
-          fmt::format("with equal margins margin_mm is {:g}", equal_mm));
-      continue;
-    }
-    if (!(std::abs(other[side] - print.margin_m[side]) > 0.5 * mm)) continue;
-    if (2 * marks[side] < print.patch_m[side]) {
-      add(check, print.file, "patch_mm",
-          fmt::format("along the {} the marks cover {:g} of the patch's {:g} mm",
-                      side == 0 ? "warp" : "weft", marks[side] / mm, print.patch_m[side] / mm),
-          fmt::format("is it {:g}? Marks on less than half of a patch do not measure its drape",
-                      (marks[side] + 2 * print.margin_m[side]) / mm));
-      continue;
-    }
-    check.warnings.push_back(fmt::format(
-        "{}: along the {} the marks leave {:g} mm on one side of the patch and {:g} mm on the "
-        "other; with equal margins pitch_mm would be {:g}; a print that came out at another size "
-        "has every number in mm scaled alike",
-        print.file.string(), side == 0 ? "warp" : "weft", print.margin_m[side] / mm,
-        other[side] / mm,
-        (print.patch_m[side] - 2 * print.margin_m[side]) / mm /
-            (side == 0 ? print.rows - 1 : print.cols - 1)));
-  }
-}
-
-void check_folder_name(const Scene& scene, BenchCheck& check) {
-  if (is_name_of_a_run(scene.name))
-    add(check, scene.file, "name",
-        fmt::format("`{}` is a name of a run's own files, beside which the drape's folder stands",
-                    scene.name),
-        "give the drape another name");
+    for (const ObjectTags& plate : scene.tags)
+      if (seen.insert(plate.target.lexically_normal()).second)
+        if (const auto target = collecting(check, [&] { return read_target(plate.target); }))
+          check.add(faults_of(*target));
 }
 
 void check_scenes_together(const Rig& rig, const std::vector<Scene>& scenes, BenchCheck& check) {
   std::map<std::string, const Scene*> names, sets;
+  std::set<std::string> of_target(rig.free_poses.begin(), rig.free_poses.end());
+  for (const TargetStage& stage : rig.stages) of_target.insert(stage.set);
   for (const Scene& scene : scenes) {
+    const Document& file = scene.document;
     if (!names.emplace(scene.name, &scene).second)
-      add(check, scene.file, "name", fmt::format("two scenes are called `{}`", scene.name),
-          "give each scene its own name");
-    check_folder_name(scene, check);
+      check.add(file, "name", fmt::format("two scenes are called `{}`", scene.name),
+                "give each scene its own name");
+    if (is_name_of_a_run(scene.name))
+      check.add(
+          file, "name",
+          fmt::format("`{}` is a name of a run's own files, beside which the drape's folder stands",
+                      scene.name),
+          "give the drape another name");
     if (scene.set.empty()) {
-      if (rig.file.empty()) continue;
-      add(check, scene.file, "set", "the scene names no frame set",
-          "add `set = \"...\"`: the set of the recording that shows this drape");
+      if (!rig.file.empty())
+        check.add(file, "set", "the scene names no frame set",
+                  "add `set = \"...\"`: the set of the recording that shows this drape");
       continue;
     }
     const auto [other, fresh] = sets.emplace(scene.set, &scene);
     if (!fresh)
-      add(check, scene.file, "set",
+      check.add(
+          file, "set",
           fmt::format("set `{}` is also the one of {}", scene.set, other->second->file.string()),
           "each drape has a set of its own");
-    for (const TargetStage& stage : rig.stages)
-      if (stage.set == scene.set)
-        add(check, scene.file, "set", fmt::format("set `{}` shows the target", scene.set),
-            "name the set that shows this drape");
-    for (const std::string& pose : rig.free_poses)
-      if (pose == scene.set)
-        add(check, scene.file, "set", fmt::format("set `{}` shows the target", scene.set),
-            "name the set that shows this drape");
+    if (of_target.contains(scene.set))
+      check.add(file, "set", fmt::format("set `{}` shows the target", scene.set),
+                "name the set that shows this drape");
   }
+}
+
+/// Repeats of scenes that are not there, and sets or names that stand there twice.
+void check_repeats(const Rig& rig, const std::vector<Scene>& scenes, BenchCheck& check) {
+  std::map<std::string, std::string> users;  // of each set
+  for (const TargetStage& stage : rig.stages) users[stage.set] = "a target stage";
+  for (const std::string& pose : rig.free_poses) users[pose] = "a free pose";
+  std::vector<std::string> known;
+  for (const Scene& scene : scenes) {
+    users[scene.set] = "scene " + scene.name;
+    known.push_back(scene.name);
+  }
+  std::map<std::pair<std::string, std::string>, std::string> names;
+  for (std::size_t i = 0; i < rig.repeats.size(); ++i) {
+    const DrapeRepeat& one = rig.repeats[i];
+    const std::string own = "scene " + one.scene;
+    const auto refuse = [&](const char* key, const std::string& what, const char* remedy) {
+      check.add(rig.document, fmt::format("repeat.{}.{}", i, key), what, remedy);
+    };
+    if (std::find(known.begin(), known.end(), one.scene) == known.end()) {
+      refuse("scene",
+             fmt::format("set `{}` repeats scene `{}`, which the rig does not name{}", one.set,
+                         one.scene, did_you_mean(one.scene, known)),
+             "give the `name` of one of its scenes");
+      continue;
+    }
+    const auto [user, fresh] = users.emplace(one.set, "a repeat of " + own);
+    if (!fresh && user->second != own)
+      refuse("set", fmt::format("set `{}` is also the one of {}", one.set, user->second),
+             "each laying of a cloth has a set of its own");
+    if (!fresh) user->second = "a repeat of " + own;  // its own laying is named once
+    const auto [other, first] = names.emplace(std::pair{one.scene, one.repeat}, one.set);
+    if (!first)
+      refuse("repeat",
+             fmt::format("sets `{}` and `{}` are both repeat `{}` of scene {}", other->second,
+                         one.set, one.repeat, one.scene),
+             "give each laying its own name");
+  }
+}
+
+/// Objects that are meshes, through `drape simulate`, the reader that the simulation uses.
+void check_meshes(const Scene& scene, BenchCheck& check) {
+  const auto meshes = std::count_if(
+      scene.obstacles.begin(), scene.obstacles.end(),
+      [](const Obstacle& obstacle) { return std::holds_alternative<MeshObject>(obstacle); });
+  if (meshes == 0) return;
+  check.files += static_cast<int>(meshes);
+  if (const auto error =
+          error_of_stage("simulate", {scene.file.string(), "--check-objects", "--json"}))
+    check.problems.push_back(*error);
 }
 
 void give_advice(const Rig& rig, const std::vector<Scene>& scenes, BenchCheck& check) {
@@ -197,9 +184,9 @@ void give_advice(const Rig& rig, const std::vector<Scene>& scenes, BenchCheck& c
         "one grid only: what the grid costs in mm stays unknown; give two in rig.toml, e.g. grids "
         "= [21, 31]");
   for (const Scene& scene : scenes) {
-    bool stated = true;
-    for (const ObjectUncertainty& one : scene.uncertainties)
-      stated = stated && one.stated_place_m && one.stated_size_m;
+    const bool stated =
+        std::all_of(scene.uncertainties.begin(), scene.uncertainties.end(),
+                    [](const auto& one) { return one.stated_place_m && one.stated_size_m; });
     if (!stated)
       check.advice.push_back(fmt::format(
           "{}: state how well each object's place and size are known (place_uncertainty_mm, "
@@ -216,40 +203,30 @@ std::vector<Scene> check_scenes(const std::vector<fs::path>& files, const Rig& r
   std::vector<Scene> scenes;
   std::set<fs::path> fabrics, prints = {rig.print_file};
   for (const fs::path& file : files) {
-    const std::size_t before = check.problems.size();
     const auto scene = collecting(check, [&] { return read_scene(file); });
     if (!scene) continue;
-    if (check.problems.size() == before) check_meshes(*scene, check);
+    check_meshes(*scene, check);
     scenes.push_back(*scene);
-    check_scene(*scene, rig, print ? &*print : nullptr, check);
-    check_stand_ins(file, "scene", check);
+    if (!rig.print_file.empty() && scene->print_file != rig.print_file)
+      check.add(scene->document, "print",
+                fmt::format("the scene's print is {}, the marks are found with {}",
+                            scene->print_file.string(), rig.print_file.string()),
+                "name the same file in rig.toml and in the scene");
+    check.add(faults_of(*scene));
+    if (print) check.add(faults_of(*scene, *print));
+    check.add(faults_of_stand_ins(scene->document));
+    for (const std::string& warning : warnings_of(*scene)) check.warnings.push_back(warning);
     for (const auto& [key, named] :
          {std::pair{"fabric", scene->fabric_file}, std::pair{"print", scene->print_file}})
       if (fs::is_directory(named))
-        add(check, scene->file, key, fmt::format("`{}` is empty, or a folder", key),
-            "give the name of a file");
+        check.add(scene->document, key, fmt::format("`{}` is empty, or a folder", key),
+                  "give the name of a file");
     if (!fs::is_directory(scene->fabric_file) && fabrics.insert(scene->fabric_file).second)
       check_fabric(scene->fabric_file, rig.segments, check);
     if (!fs::is_directory(scene->print_file) && prints.insert(scene->print_file).second)
       static_cast<void>(collecting(check, [&] { return read_print(scene->print_file); }));
   }
   return scenes;
-}
-
-/// What a line of TOML begins: a table, or the value of a key; nothing where the name is empty.
-struct TomlLine {
-  bool is_table = false;
-  std::string name;
-};
-
-TomlLine read_line(const std::string& line) {
-  const std::size_t begin = line.find_first_not_of(" \t[");
-  if (begin == std::string::npos) return {};
-  const std::size_t end = std::min(line.find_first_of(" \t]=,", begin), line.size());
-  const std::size_t sign = line.find_first_not_of(" \t", end);
-  const bool is_table = line.find('[') < begin;
-  if (sign == std::string::npos || line[sign] != (is_table ? ']' : '=')) return {};
-  return {is_table, line.substr(begin, end - begin)};
 }
 
 /// A virtual bench, without rig.toml and cameras: what `drape study` reads.
@@ -272,35 +249,6 @@ bool is_name_of_a_run(const std::string& drape) {
          (dot != std::string::npos && kFiles.contains(drape.substr(0, dot)));
 }
 
-void add(BenchCheck& check, const fs::path& file, const std::string& field, const std::string& what,
-         const std::string& what_to_do, std::size_t nth) {
-  check.problems.push_back(bad_input(what, place_of(file, field, nth), what_to_do));
-}
-
-Where place_of(const fs::path& file, const std::string& field, std::size_t nth) {
-  Where where{.file = file.string(), .field = field};
-  const std::string parent =
-      field.substr(0, field.find('.') == std::string::npos ? 0 : field.rfind('.'));
-  std::istringstream lines(read_text(file));
-  std::string section;
-  std::size_t parents = 0, tables = 0;  // so far: of the parent's name, of the field's own
-  int number = 0;
-  for (std::string line; std::getline(lines, line);) {
-    ++number;
-    const TomlLine begun = read_line(line);
-    if (begun.name.empty()) continue;
-    if (begun.is_table) section = begun.name;
-    if (begun.is_table && section == parent) ++parents;
-    if (field != (begun.is_table || section.empty() ? begun.name : section + "." + begun.name))
-      continue;
-    if (nth != (begun.is_table ? tables++ : std::max<std::size_t>(parents, 1) - 1)) continue;
-    where.line = number;
-    return where;
-  }
-  if (!parent.empty()) where.line = place_of(file, parent, nth).line;
-  return where;
-}
-
 BenchCheck check_bench(const fs::path& rig_path, const fs::path& recording_path) {
   BenchCheck check;
   if (const auto files = virtual_scenes(rig_path)) {
@@ -315,23 +263,19 @@ BenchCheck check_bench(const fs::path& rig_path, const fs::path& recording_path)
   check_cameras_and_stages(*rig, check);
   const auto target = collecting(check, [&] { return read_target(rig->target_file); });
   const auto print = collecting(check, [&] { return read_print(rig->print_file); });
-  if (target && print) check_tags(*rig, *target, *print, check);
-  if (target) check_target(rig->target_file, *target, check);
+  if (target && print) check_tags(*target, *print, check);
+  if (target) check.add(faults_of(*target));
   if (print) {
-    check_print_size(*print, check);
-    check_print(*print, check);
+    check.add(faults_of(*print));
+    for (const std::string& warning : warnings_of(*print)) check.warnings.push_back(warning);
   }
   if (rig->scenes.empty())
-    add(check, rig->file, "scenes", "the rig names no scene",
-        "add the scene files, e.g. scenes = [\"scenes/A.toml\"]");
+    check.add(rig->document, "scenes", "the rig names no scene",
+              "add the scene files, e.g. scenes = [\"scenes/A.toml\"]");
   const std::vector<Scene> scenes = check_scenes(rig->scenes, *rig, print, check);
   check_scenes_together(*rig, scenes, check);
   check_plates(*rig, scenes, check);
-  static_cast<void>(collecting(check, [&] {
-    check_repeats(*rig, scenes, check);
-    return true;
-  }));
-  --check.files;  // the rig was counted
+  check_repeats(*rig, scenes, check);
   if (const fs::path file = rig->file.parent_path() / "acceptance.json"; fs::is_regular_file(file))
     static_cast<void>(collecting(check, [&] {
       static_cast<void>(read_record<AcceptanceFile>(file));

@@ -22,33 +22,31 @@ namespace fs = std::filesystem;
 /// Who asks for a set: a key of a file.
 struct Need {
   std::string set;
-  fs::path file;
-  std::string field;
-  std::size_t nth = 0;  ///< table of that name
+  Where where;
 };
 
 std::vector<Need> needs_of(const Rig& rig, const std::vector<Scene>& scenes) {
   std::vector<Need> needs;
-  for (const TargetStage& stage : rig.stages)
-    needs.push_back({stage.set, rig.file, "calibration.stage.set", needs.size()});
-  for (const std::string& pose : rig.free_poses)
-    needs.push_back({pose, rig.file, "calibration.free_poses"});
+  const auto add = [&](const std::string& set, const Document& file, const std::string& path) {
+    needs.push_back({set, file.where(path)});
+  };
+  for (std::size_t i = 0; i < rig.stages.size(); ++i)
+    add(rig.stages[i].set, rig.document, fmt::format("calibration.stage.{}.set", i));
+  for (const std::string& pose : rig.free_poses) add(pose, rig.document, "calibration.free_poses");
   for (const Scene& scene : scenes) {
-    if (!scene.set.empty()) needs.push_back({scene.set, scene.file, "set"});
+    if (!scene.set.empty()) add(scene.set, scene.document, "set");
     for (const ObjectTags& plate : scene.tags)
-      needs.push_back(
-          {plate.set, scene.file, "object.tags_set", static_cast<std::size_t>(plate.object - 1)});
+      add(plate.set, scene.document, fmt::format("object.{}.tags_set", plate.object - 1));
   }
-  const auto own = [&](const DrapeRepeat& repeat) {
+  // The scene's own laying is asked for by the scene.
+  const auto is_own = [&](const DrapeRepeat& repeat) {
     return std::any_of(scenes.begin(), scenes.end(), [&](const Scene& scene) {
       return scene.name == repeat.scene && scene.set == repeat.set;
     });
   };
-  std::size_t nth = 0;
-  for (const DrapeRepeat& repeat : rig.repeats) {
-    if (!own(repeat)) needs.push_back({repeat.set, rig.file, "repeat.set", nth});
-    ++nth;
-  }
+  for (std::size_t i = 0; i < rig.repeats.size(); ++i)
+    if (!is_own(rig.repeats[i]))
+      add(rig.repeats[i].set, rig.document, fmt::format("repeat.{}.set", i));
   return needs;
 }
 
@@ -61,8 +59,8 @@ void check_frame(const RecordedFrame& frame, const RigCamera& camera, const Rig&
       fmt::format("the rig says {} x {} px, the pictures are {} x {} px", camera.width_px,
                   camera.height_px, frame.width_px, frame.height_px),
       [&] {
-        Where where = place_of(rig.file, "camera.width_px",
-                               static_cast<std::size_t>(&camera - rig.cameras.data()));
+        Where where =
+            rig.document.where(fmt::format("camera.{}.width_px", &camera - rig.cameras.data()));
         where.camera = camera.name;
         return where;
       }(),
@@ -154,8 +152,7 @@ void check_recording(const Recording& recording, const Rig& rig, const std::vect
     if (set == recording.sets.end()) {
       check.problems.push_back(bad_input(
           fmt::format("the recording has no set `{}`{}", need.set, did_you_mean(need.set, names)),
-          place_of(need.file, need.field, need.nth),
-          fmt::format("{} has {}", list, fmt::join(names, ", "))));
+          need.where, fmt::format("{} has {}", list, fmt::join(names, ", "))));
       continue;
     }
     if (set->no_go)

@@ -66,7 +66,6 @@ void write_branch_list(const fs::path& out, const Json& json, RunRecord& record)
 
 RunInputs read_checked(const fs::path& scene_file, const std::optional<fs::path>& fabric_file) {
   const Scene scene = read_scene(scene_file);
-  check_forces(scene);
   RunInputs inputs{scene, read_fabric(fabric_file.value_or(scene.fabric_file)),
                    read_print(scene.print_file), std::nullopt};
   check_pins(inputs.scene, inputs.print, inputs.fabric);

@@ -7,7 +7,6 @@
 #include <cmath>
 
 #include "core/error.hpp"
-#include "core/numbers/friction.hpp"
 #include "core/units.hpp"
 #include "simulate/contact/piercing.hpp"
 #include "simulate/contact/self_distance.hpp"
@@ -99,32 +98,6 @@ void refuse_flat_start_inside(const Scene& scene, const GridSpec& grid,
   }
   refuse_inside(scene, places, surroundings);
 }
-
-void check_forces(const Scene& scene) {
-  constexpr double kLeastGravity = 0.01, kMostGravity = 100;  // m/s2; closed forms have weak ones
-  if (scene.friction > kMostFriction)
-    throw bad_input(fmt::format("a friction coefficient of {:g}; cloth on solids has {:g} to {:g}",
-                                scene.friction, kLeastFriction, kMostFriction),
-                    {.file = scene.file.string(), .field = "friction"},
-                    fmt::format("is it {:.3g} degrees, or {:.3g} %? Then give {:.3g}, or {:.3g}",
-                                scene.friction, scene.friction,
-                                std::tan(scene.friction * units::deg), scene.friction / 100));
-  const double gravity = scene.gravity_m_per_s2.norm();
-  if (!(gravity >= kLeastGravity && gravity <= kMostGravity))
-    throw bad_input(fmt::format("gravity of {:g} m/s2", gravity),
-                    {.file = scene.file.string(), .field = "gravity_m_per_s2"},
-                    "leave it out, or give [0, 0, -9.80665]");
-}
-
-namespace {
-
-bool is_gravity_of_earth(const Scene& scene) {
-  constexpr double kLeast = 9.76, kMost = 9.84;  // m/s2; from Huascaran to the North Pole
-  const double gravity = scene.gravity_m_per_s2.norm();
-  return gravity >= kLeast && gravity <= kMost;
-}
-
-}  // namespace
 
 void require_gravity_of_earth(const Scene& scene) {
   if (is_gravity_of_earth(scene)) return;

@@ -33,10 +33,6 @@ void refuse_inside(const Scene& scene, const std::vector<Eigen::Vector3d>& place
 void refuse_flat_start_inside(const Scene& scene, const GridSpec& grid,
                               const Surroundings& surroundings);
 
-/// Throws Error(bad_input) for a friction that no cloth has on a solid, as degrees or per cent give
-/// it, and for gravity of another unit or none.
-void check_forces(const Scene& scene);
-
 /// Throws Error(bad_input) for gravity under which nobody measured a drape on Earth.
 void require_gravity_of_earth(const Scene& scene);
 

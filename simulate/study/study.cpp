@@ -220,7 +220,6 @@ SimulateOptions prepare_case(const StudyCase& the_case, const StudyOptions& opti
   how.solver = solvers_of(the_case, options).front();
   how.check();
   scene = seeded(std::move(scene), the_case.seed, how.imperfection_m);
-  check_forces(scene);
   if (scene.start.mode != StartMode::flat) (void)need_measured(std::nullopt, scene);
   check_pins(scene, inputs.print, inputs.fabric);
   (void)check_clamps(scene, {how.rows, how.cols, inputs.print.patch_m, how.round});

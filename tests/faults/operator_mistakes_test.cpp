@@ -11,7 +11,7 @@
 #include "core/files/files.hpp"
 #include "core/sheet.hpp"
 #include "detect/families/tag_family.hpp"
-#include "front/check/check.hpp"
+#include "core/rules.hpp"
 #include "tests/faults/operator_mistakes.hpp"
 #include "tests/support/paths.hpp"
 
