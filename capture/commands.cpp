@@ -117,7 +117,7 @@ int finish_capture(const Ending& ending, const CommonOptions& common, RunRecord&
   if (journal.changed()) {
     const fs::path manifest = command.recording / "recording.json";
     record.output(manifest);  // which holds the hashes of the images
-    record.write(run_record_path(manifest), code, text_of(ending));
+    record.write(run_record_path(manifest), code, ending);
   }
   finish(ending, common);
   return code;

@@ -201,7 +201,7 @@ TEST_F(Scenes, AreReadFromTheFilesThatProgramsWrite) {
   record.input(file);
   record.input(tent());
   record.output(files[1]);
-  record.write(0, "GO: an example\n");
+  record.write(0);
   const Session session = read_session({files[0], files[1]}, {});
   const DrapeInput& input = session.drapes.at(0).input;
   ASSERT_TRUE(input.measured.asked);
@@ -233,7 +233,7 @@ fs::path write_piece(const fs::path& folder, const fs::path& scene, const std::s
   RunRecord record("drape-simulate", {}, run_record_path(folder / "piece.ply"));
   record.input(scene);
   for (const char* name : {"piece.ply", "piece.toml", "piece.json"}) record.output(folder / name);
-  record.write(0, "");
+  record.write(0);
   return folder / "piece.toml";
 }
 

@@ -316,7 +316,7 @@ TEST(Inputs, ASheetThatARecordAboveItListsIsWhatItsRunWrote) {
   RunRecord record("drape-simulate", {}, run_record_path(place.parent_path() / "refinement.json"));
   for (const char* name : {"sheet.ply", "sheet.json", "certificate.json"})
     record.output(place / name);
-  record.write(0, "");
+  record.write(0);
   EXPECT_NO_THROW((void)read_session({files[0], files[1]}, {}));
   write_durable(place / "certificate.json",
                 "{\"schema\": \"drapebench/certificate/1\", \"status\": \"another\"}\n");

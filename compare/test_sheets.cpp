@@ -165,7 +165,7 @@ void write_step(const std::string& program, const std::vector<std::string>& argu
   for (const fs::path& file : outputs) record.output(file);
   record.option("method", "the usual one");
   record.option("limit_px", "0.3");
-  record.write(0, "GO: an example\n");
+  record.write(0);
 }
 
 }  // namespace

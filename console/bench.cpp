@@ -6,6 +6,8 @@
 
 #include <algorithm>
 
+#include "core/program/run_record.hpp"
+
 namespace drape::console {
 namespace {
 
@@ -65,7 +67,7 @@ Bench::Bench(const ConsoleOptions& options, Tell tell)
 
 /// The content that a file had when it was read, or just before.
 const fs::path& Bench::as_read(const fs::path& file) {
-  read_at_start_[file] = sha256_of_file(file);
+  read_at_start_[file] = sha256_as_read(file);
   return file;
 }
 

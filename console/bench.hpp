@@ -98,7 +98,7 @@ class Bench {
   };
   /// By file, and what was read from it.
   using KeptFiles = std::map<std::pair<std::filesystem::path, std::type_index>, KeptFile>;
-  /// SHA-256 of each input by its name, as the record of a step has it.
+  /// SHA-256 of each input as it was read, by its name.
   using Inputs = std::map<std::filesystem::path, std::string>;
   /// SHA-256 of the images of a set by camera.
   using Images = std::map<std::string, std::string>;
@@ -243,7 +243,7 @@ class Bench {
   static Inputs read_inputs(const std::filesystem::path& record);
   [[nodiscard]] std::shared_ptr<const Inputs> inputs_of(const std::filesystem::path& output) const;
   [[nodiscard]] std::shared_ptr<const std::string> content_of(
-      const std::filesystem::path& file) const;  ///< its SHA-256; nothing where it is gone
+      const std::filesystem::path& file) const;  ///< its SHA-256 as read; nothing where it is gone
   [[nodiscard]] std::shared_ptr<const Rig> rig_in(const std::filesystem::path& file) const;
   [[nodiscard]] std::string shown(const std::filesystem::path& file) const;
   /// The record of the output lists the input with the content that it has now.

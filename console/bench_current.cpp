@@ -96,7 +96,7 @@ std::shared_ptr<const Bench::Inputs> Bench::inputs_of(const fs::path& output) co
 }
 
 std::shared_ptr<const std::string> Bench::content_of(const fs::path& file) const {
-  return kept<std::string>(facts_, file, sha256_of_file);
+  return kept<std::string>(facts_, file, sha256_as_read);
 }
 
 std::shared_ptr<const Rig> Bench::rig_in(const fs::path& file) const {

@@ -38,18 +38,15 @@ void write_where_new(const fs::path& file, const std::string& text) {
 }  // namespace
 
 Json ending_of(const fs::path& output) {
-  const fs::path file = ending_path(run_record_path(output));
-  if (!fs::is_regular_file(file)) return {};
-  std::istringstream lines(read_text(file));
-  std::string first;
-  std::getline(lines, first);
-  const std::size_t end = first.find(": ");
-  if (end == std::string::npos) return {};
-  Json json = {{"verdict", first.substr(0, end)}, {"sentence", first.substr(end + 2)}};
+  const std::optional<Ending> ending = kept_ending(run_record_path(output));
+  if (!ending) return {};
+  Json json = {{"verdict", ending->go ? "GO" : "NO-GO"}, {"sentence", ending->verdict}};
   json["lines"] = Json::array();
-  for (std::string line; std::getline(lines, line);)
-    if (line.find_first_not_of(' ') != std::string::npos && !line.starts_with("  next: "))
-      json["lines"].push_back(line.substr(line.find_first_not_of(' ')));
+  for (const auto& [name, value] : ending->numbers) json["lines"].push_back(name + "  " + value);
+  for (const auto& [sign, list] :
+       {std::pair("rejected: ", &ending->rejected), std::pair("warning: ", &ending->warnings),
+        std::pair("advice: ", &ending->advice)})
+    for (const std::string& line : *list) json["lines"].push_back(sign + line);
   return json;
 }
 

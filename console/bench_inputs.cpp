@@ -62,8 +62,9 @@ std::optional<std::string> rig_difference(const Rig& made, const Rig& now) {
 Bench::Inputs Bench::read_inputs(const fs::path& record) {
   const fs::path folder = fs::weakly_canonical(fs::absolute(record).parent_path());
   Inputs inputs;
-  for (const JsonNode& item : JsonNode::open(record, "run", 1).items("inputs"))
-    inputs[one_name(folder / item.text("file"))] = item.text("sha256");
+  for (const RecordedFile& input : read_run_file(record).inputs)
+    inputs[one_name(folder / input.file)] =
+        input.sets.empty() ? input.values_sha256.value_or(input.sha256) : input.sha256;
   return inputs;
 }
 

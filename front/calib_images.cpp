@@ -118,8 +118,8 @@ std::optional<Views> views_of(const CalibImagesOptions& options) {
                     "name a folder of images such as left01.jpg, right01.jpg");
   }
   const bool nested = has_folders(options.folder) && pictures_in(options.folder).empty();
-  const bool cameras = options.folders.empty() ? nested && are_cameras(options.folder)
-                                               : options.folders == "cameras";
+  const bool cameras = options.folders ? *options.folders == FoldersOf::cameras
+                                       : nested && are_cameras(options.folder);
   if (nested && !cameras) return std::nullopt;
   Views views = nested ? images_by_camera(options.folder) : flat_images(options.folder);
   if (views.empty()) {
@@ -153,7 +153,7 @@ void claim(const fs::path& out) {
   write_durable(mark, "This folder was made by `drape calib images`, which replaces its files.\n");
 }
 
-/// What is given cannot be, or lie in, what an earlier run wrote and this one removes.
+/// Refuses a given file that is, or lies in, what an earlier run wrote and this one removes.
 void require_apart(const fs::path& given, const fs::path& out) {
   for (const char* own : {"recording", "images", "calibration.json"}) {
     std::error_code absent;
@@ -174,17 +174,13 @@ void remove_earlier(const fs::path& out) {
   for (const char* folder : {"recording", "images"}) fs::remove_all(out / folder);
 }
 
-/// What a stage's ending says of data and verdict, behind the stage's name.
+/// Takes a stage's data and verdict over into the ending, behind the stage's name.
 void take_over(const std::string& stage, const fs::path& output, Ending& ending) {
-  const fs::path file = ending_path(run_record_path(output));
-  if (!fs::is_regular_file(file)) return;  // a stage of another lab may keep none
-  std::istringstream lines(read_text(file));
-  for (std::string line; std::getline(lines, line);) {
-    for (const auto& [sign, list] :
-         {std::pair{"  rejected: ", &ending.rejected}, std::pair{"  warning: ", &ending.warnings}})
-      if (line.starts_with(sign)) list->push_back(stage + ": " + line.substr(std::strlen(sign)));
-    if (line.starts_with("NO-GO: ")) ending.verdict = line.substr(std::strlen("NO-GO: "));
-  }
+  const auto kept = kept_ending(run_record_path(output));
+  if (!kept) return;  // a stage of another lab may keep none
+  for (const std::string& line : kept->rejected) ending.rejected.push_back(stage + ": " + line);
+  for (const std::string& line : kept->warnings) ending.warnings.push_back(stage + ": " + line);
+  if (!kept->go) ending.verdict = kept->verdict;
 }
 
 std::string rig_text(const Recording& recording) {
@@ -217,9 +213,8 @@ std::string target_text(const Board& board, double square_mm) {
 int run_stage(const std::string& stage, std::vector<std::string> arguments,
               const CommonOptions& common) {
   if (common.quiet) arguments.emplace_back("--quiet");
-  StageCall call = call_of(stage, std::move(arguments));
-  const Step step{stage, stage, std::move(call.program), std::move(call.arguments), {}, 1};
-  const StepResult result = run_step(step);
+  const StepResult result = result_of_stage(stage, std::move(arguments));
+  std::fputs(result.errors.c_str(), stderr);
   if (!common.json && !common.quiet) fmt::print("{}\n{}\n", stage, result.output);
   std::fflush(stdout);
   return result.exit_code;
@@ -227,13 +222,34 @@ int run_stage(const std::string& stage, std::vector<std::string> arguments,
 
 }  // namespace
 
+template <>
+inline constexpr std::string_view names_of<FoldersOf>[] = {"views", "cameras"};
+
+void fields(Fields& f, CalibImagesOptions& options) {
+  f(Field{"folder", "folder of the pictures"}.called("FOLDER"), options.folder);
+  f.otherwise({"board", "of a chessboard: inner corners as COLSxROWS, e.g. 9x6"}, options.board);
+  f({"square_mm", "of a chessboard: side of a square, measured", 1, above_zero}, options.square_mm);
+  f.otherwise({"target", "target.toml of another target, instead of --board and --square-mm"},
+              options.target);
+  f({"folders",
+     "what a folder of FOLDER holds (default: views where these are fewer pictures each than "
+     "folders)"},
+    options.folders);
+  f.otherwise(
+      {"thickness_mm", "how far a two-sided target's back lies behind its front", 1, 0, 1000},
+      options.thickness_mm);
+  f({"out", "output folder"}, options.out);
+  f.otherwise({"lens_from", "calibration.json whose cameras of the same names have these lenses"},
+              options.lens_from);
+}
+
 int calibrate_images(const CalibImagesOptions& options, const CommonOptions& common) {
-  if (options.target.empty() == (options.board.empty() || options.square_mm <= 0)) {
+  if (options.target.empty() == (options.board.empty() || !options.square_mm)) {
     throw usage_error("the target is not stated, or twice",
                       "give --board and --square-mm of a chessboard, or --target FILE");
   }
   const std::string target = options.target.empty()
-                                 ? target_text(board_of(options.board), options.square_mm)
+                                 ? target_text(board_of(options.board), *options.square_mm)
                                  : read_text(options.target);
   const fs::path recording = options.out / "recording", rig = options.out / "rig.toml";
   const fs::path detections = options.out / "detections.json";

@@ -2,22 +2,29 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
 #include <string>
 
+#include "core/fields/fields.hpp"
 #include "core/program/program.hpp"
 
 namespace drape {
 
+/// Content of a folder of pictures: a view of all cameras, or a camera.
+enum class FoldersOf { views, cameras };
+
 struct CalibImagesOptions {
-  std::filesystem::path folder;  ///< of the images
-  std::string board;             ///< inner corners as COLSxROWS, e.g. "9x6"
-  double square_mm = 0;          ///< side of a square
-  std::filesystem::path target;  ///< target.toml of any kind, instead of board and square
-  std::string folders;           ///< "views", "cameras", or "" to tell by their number
-  double thickness_mm = 0;       ///< of a two-sided target
+  std::filesystem::path folder;      ///< folder of the images
+  std::string board;                 ///< inner corners as COLSxROWS, e.g. "9x6"
+  std::optional<double> square_mm;   ///< side of a square
+  std::filesystem::path target;      ///< target.toml of any kind, instead of board and square
+  std::optional<FoldersOf> folders;  ///< absent: told by their number
+  double thickness_mm = 0;           ///< distance of the sides of a two-sided target
   std::filesystem::path out;
   std::filesystem::path lens_from;  ///< calibration.json with known lenses, or empty
 };
+
+void fields(Fields& f, CalibImagesOptions& options);
 
 /// `drape calib images`: a plain folder of chessboard pictures to calibration.json, in one command.
 /// Images are FOLDER/<camera><number>.<ending> (left01.jpg, right01.jpg, cam2_07_int.png: of the

@@ -6,6 +6,7 @@
 #include <map>
 
 #include "core/error.hpp"
+#include "core/fields/records.hpp"
 #include "core/program/command.hpp"
 #include "core/program/run_record.hpp"
 #include "core/program/similar.hpp"
@@ -45,123 +46,72 @@ exit codes: 0 good, 1 verdict NO-GO, 2 usage, 3 bad input, 4 device, 5 internal;
 130 and 143 interrupted: what was finished is kept
 )";
 
+/// One of the front door's own commands, whose options are those of the record.
+template <class Options>
+int own_command(int argc, char** argv, const char* name, const char* text,
+                int (*run)(const Options&, const CommonOptions&)) {
+  Command app(text, name);
+  Options options;
+  CommonOptions common;
+  app.add_record(options);
+  add_common_options(app, common);
+  return run_program(app, argc, argv, common, [&] { return run(options, common); });
+}
+
 int run_command(int argc, char** argv) {
-  Command app(
+  return own_command(
+      argc, argv, "drape run",
       "Runs every stage in order, from a recording to results.sqlite and report.html.\n\n"
       "  drape run rigs/bench1 --out out/bench1",
-      "drape run");
-  RunOptions options;
-  CommonOptions common;
-  app.add_option("RIG", options.rig, "folder of the rig, or its rig.toml")->required();
-  app.add_option("--recording", options.recording, "another recording than the rig's");
-  app.add_option("--out", options.out, "output folder (default: out/<rig name>)");
-  app.add_option("--store", options.store, "results store (default: <out>/results.sqlite)");
-  app.add_option("--label", options.label, "name of this run in the store, e.g. \"after washing\"");
-  app.add_flag("--uncertainty", options.uncertainty,
-               "with --single: drape simulate sensitivity for every drape, without which the total "
-               "uncertainty lacks scene and fabric values");
-  app.add_flag(
-      "--single", options.single,
-      "no ensemble, refinement and sensitivity: each drape from the scene's own start only, "
-      "on the rig's own grids");
-  app.add_flag(
-      "!--no-refine", options.refine,
-      "leave out drape simulate refine, which carries the finest drape over to finer grids and "
-      "states what the grid leaves");
-  app.add_option("--finest", options.finest,
-                 "particles per side that drape simulate refine goes up to (default: its own, 61)")
-      ->range(5, 401);
-  app.add_flag("--internal-friction", options.internal_friction,
-               "simulate with both branches of the bending and shear loops");
-  app.add_option("--operator", options.operator_name, "who ran it, for the store");
-  add_common_options(app, common);
-  return run_program(app, argc, argv, common, [&] {
-    options.threads = thread_count(common);
-    return run_bench(options, common);
-  });
+      run_bench);
+}
+
+struct CheckOptions {
+  fs::path rig, recording;
+};
+void fields(Fields& f, CheckOptions& options) {
+  f(Field{"rig", "folder of the rig, or its rig.toml"}.called("RIG"), options.rig);
+  f.otherwise({"recording", "another recording than the rig's"}, options.recording);
+}
+
+int report_bench(const CheckOptions& options, const CommonOptions& common) {
+  return report_check(check_bench(options.rig, options.recording), "drape check", common);
 }
 
 int check_command(int argc, char** argv) {
-  Command app(
+  return own_command(
+      argc, argv, "drape check",
       "Reads every file of a bench and names all that is missing or wrong, with file, line, why "
-      "and\n"
-      "what to write. `drape run` does the same before it starts. Exit code 3 when there is "
+      "and\nwhat to write. `drape run` does the same before it starts. Exit code 3 when there is "
       "any.\n\n"
       "  drape check rigs/bench1",
-      "drape check");
-  fs::path rig, recording;
-  CommonOptions common;
-  app.add_option("RIG", rig, "folder of the rig, or its rig.toml")->required();
-  app.add_option("--recording", recording, "another recording than the rig's");
-  add_common_options(app, common);
-  return run_program(app, argc, argv, common, [&] {
-    return report_check(check_bench(rig, recording), "drape check", common);
-  });
+      report_bench);
 }
 
 int calib_images_command(int argc, char** argv) {
-  Command app(
+  return own_command(
+      argc, argv, "drape calib images",
       "Calibrates cameras from a plain folder of chessboard pictures: left01.jpg, right01.jpg, "
-      "...,\n"
-      "<view>/<camera>.png or <camera>/<number>.png. All cameras together; one alone is fine "
+      "...,\n<view>/<camera>.png or <camera>/<number>.png. All cameras together; one alone is fine "
       "too.\n\n"
       "  drape calib images pictures --board 9x6 --square-mm 30 --out out/pictures",
-      "drape calib images");
-  CalibImagesOptions options;
-  CommonOptions common;
-  app.add_option("FOLDER", options.folder, "folder of the pictures")->required();
-  app.add_option("--board", options.board, "of a chessboard: inner corners as COLSxROWS, e.g. 9x6");
-  app.add_option("--square-mm", options.square_mm, "of a chessboard: side of a square, measured")
-      ->positive();
-  app.add_option("--target", options.target,
-                 "target.toml of another target, instead of --board and --square-mm");
-  app.add_option(
-         "--folders", options.folders,
-         "what a folder of FOLDER holds (default: views where these are fewer pictures each "
-         "than folders)")
-      ->one_of({"views", "cameras"});
-  app.add_option("--thickness-mm", options.thickness_mm,
-                 "how far a two-sided target's back lies behind its front")
-      ->range(0, 1000);
-  app.add_option("--out", options.out, "output folder")->required();
-  app.add_option("--lens-from", options.lens_from,
-                 "calibration.json whose cameras of the same names have these lenses");
-  add_common_options(app, common);
-  return run_program(app, argc, argv, common, [&] { return calibrate_images(options, common); });
+      calibrate_images);
 }
 
 int new_command(int argc, char** argv) {
-  Command app(
+  return own_command(
+      argc, argv, "drape new",
       "Writes the files of a bench of your own into a new folder: rig, target, print, scenes and\n"
       "fabric, commented. Values that only you can measure are left out, for you to fill in.\n\n"
       "  drape new my-rig --cameras cam0,cam1,cam2 --drape A=sphere:90 --drape C=box:128",
-      "drape new");
-  NewRigOptions options;
-  CommonOptions common;
-  app.add_option("RIG", options.folder, "folder to make; its last part names the rig")->required();
-  app.add_option("--cameras", options.cameras, "names, two or more; or auto: those that answer")
-      ->required()
-      ->delimiter(',');
-  app.add_option("--size-px", options.size_px, "image size of the cameras")->capture_default_str();
-  app.add_option("--drape", options.drapes,
-                 "NAME=sphere:DIAMETER_MM, NAME=box:EDGE_MM or NAME=hung:DISTANCE_MM")
-      ->required()
-      ->one_per_flag();
-  app.add_option("--stages-mm", options.stage_z_mm, "heights of the target")
-      ->delimiter(',')
-      ->default_str("0,30,60,90");
-  app.add_option("--free-poses", options.free_poses, "sets with the target anywhere")
-      ->range(0, 99)
-      ->capture_default_str();
-  add_common_options(app, common);
-  return run_program(app, argc, argv, common, [&] { return make_new_rig(options, common); });
+      make_new_rig);
 }
 
 using OwnCommand = int (*)(int, char**);
 const std::map<std::string, OwnCommand> kOwn = {
     {"run", run_command}, {"check", check_command}, {"new", new_command}};
 
-/// What may be typed after `drape`: its own commands, the programs beside it and their words.
+/// Lists what may be typed after `drape`: its own commands, the programs beside it and their words.
 std::vector<std::string> typed_commands() {
   std::vector<std::string> names;
   for (const auto& [name, function] : kOwn) names.push_back(name);
@@ -201,8 +151,9 @@ int dispatch(int argc, char** argv) {
   }
   for (const CommandWord& word : command_words())
     if (command == word.name && !word.typed)
-      throw usage_error(fmt::format("`{}` has moved", command),
-                        fmt::format("type `drape {} {}`", word.stage, word.word));
+      throw usage_error(
+          fmt::format("`{}` has moved", command),
+          fmt::format("type `drape {}{}{}`", word.stage, *word.word == '\0' ? "" : " ", word.word));
   const StageCall call = call_of(command, {words.begin() + 1, words.end()});
   if (fs::is_regular_file(call.program)) become(call.program, call.arguments);
   throw usage_error(

@@ -170,11 +170,11 @@ warp = "cloth/bending_warp.csv"
 weft = "cloth/bending_weft.csv"
 )";
 
-struct Curve {
+struct CurveFile {
   const char* name;
   const char* headings;
 };
-constexpr Curve kCurves[] = {
+constexpr CurveFile kCurveFiles[] = {
     {"tensile", "strain_percent,loading_force_gf_per_cm,unloading_force_gf_per_cm\n"},
     {"shear", "shear_angle_deg,loading_force_gf_per_cm,unloading_force_gf_per_cm\n"},
     {"bending", "curvature_per_cm,loading_moment_gf_cm_per_cm,unloading_moment_gf_cm_per_cm\n"},
@@ -233,11 +233,9 @@ struct FoundCamera {
 };
 
 std::vector<FoundCamera> found_cameras() {
-  Step step;
-  const StageCall call = call_of("cameras", {"--json", "--sizes"});
-  step.program = call.program;
-  step.arguments = call.arguments;
-  const Json json = try_json(run_step(step).output);
+  const StepResult result = result_of_stage("cameras", {"--json", "--sizes"});
+  std::fputs(result.errors.c_str(), stderr);
+  const Json json = try_json(result.output);
   std::vector<FoundCamera> found;
   if (json.is_object() && json.contains("cameras"))
     for (const Json& item : json["cameras"]) {
@@ -278,7 +276,7 @@ std::string cameras_text(const std::vector<FoundCamera>& cameras) {
   return text;
 }
 
-/// What `drape check` asks of a bench: places in space, and the world's own height.
+/// Counts what `drape check` asks of a bench: places in space, and the world's own height.
 void check_plan(const NewRigOptions& options) {
   const std::vector<double>& z_mm = options.stage_z_mm;
   const std::set<double> heights(z_mm.begin(), z_mm.end());
@@ -353,13 +351,24 @@ std::string scene_text(const NewDrape& drape) {
 
 void write_fabric(const fs::path& folder) {
   write_durable(folder / "cloth.toml", kFabric);
-  for (const Curve& curve : kCurves)
+  for (const CurveFile& curve : kCurveFiles)
     for (const char* direction : {"warp", "weft"})
       write_durable(folder / "cloth" / fmt::format("{}_{}.csv", curve.name, direction),
                     curve.headings);
 }
 
 }  // namespace
+
+void fields(Fields& f, NewRigOptions& options) {
+  f(Field{"rig", "folder to make; its last part names the rig"}.called("RIG"), options.folder);
+  f(Field{"cameras", "names, two or more; or auto: those that answer"}.plain_name(),
+    options.cameras);
+  f.otherwise({"size_px", "image size of the cameras"}, options.size_px);
+  f(Field{"drape", "NAME=sphere:DIAMETER_MM, NAME=box:EDGE_MM or NAME=hung:DISTANCE_MM"}.per_flag(),
+    options.drapes);
+  f.otherwise({"stages_mm", "heights of the target"}, options.stage_z_mm);
+  f.otherwise({"free_poses", "sets with the target anywhere", 1, 0, 99}, options.free_poses);
+}
 
 int make_new_rig(const NewRigOptions& options, const CommonOptions& common) {
   const fs::path folder =

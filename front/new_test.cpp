@@ -46,7 +46,7 @@ std::string message_of(const std::function<void()>& action) {
   return "no error";
 }
 
-/// What an operator does with `# name = value`: measures it and removes the sign.
+/// Does what an operator does with `# name = value`: measures it and removes the sign.
 void fill_in(const fs::path& file) {
   std::string text = read_text(file), filled;
   std::size_t begin = 0;

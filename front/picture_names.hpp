@@ -6,7 +6,7 @@
 
 namespace drape {
 
-/// What a picture's name says without its ending: the camera, and the view's number as written.
+/// A picture's name without its ending: the camera, and the view's number as written.
 struct PictureName {
   std::string camera;  ///< empty where the name is nothing but the number
   std::string view;

@@ -2,87 +2,416 @@
 #include "front/plan.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
-#include <iterator>
 
 #include "core/error.hpp"
 #include "core/files/files.hpp"
 #include "core/files/json_file.hpp"
 #include "core/program/run_record.hpp"
 #include "core/units.hpp"
-#include "front/plan_bench.hpp"
 #include "front/toml_quoted.hpp"
 
 namespace drape {
-
-using namespace plan;
-
 namespace {
 
 namespace fs = std::filesystem;
+using Words = std::vector<std::string>;
 
-Step compare_step(const Bench& bench, const fs::path& report, const std::set<fs::path>& failed) {
-  std::vector<std::string> arguments;
-  const auto add = [&](const fs::path& sheet) {
-    const bool there = failed.count(run_record_path(sheet)) == 0;
-    if (there) arguments.push_back(sheet.string());
-    return there;
+constexpr int kEnsembleGrid = 15;     // particles per side, at most: beyond, 32 drapes cost more
+                                      // than all other steps together
+constexpr int kSensitivityGrid = 21;  // particles per side, at most: quick
+constexpr const char* kMadeByRun = "# Made by `drape run`";
+
+struct Drape {
+  Scene scene;
+  fs::path folder;
+  std::vector<ObjectTags> tags;
+  std::vector<DrapeRepeat> repeats;  ///< its own laying among them only where the rig names it
+
+  /// The scene with its objects where the first `plates` plates show them.
+  [[nodiscard]] fs::path scene_file(std::size_t plates) const {
+    return plates == 0 ? scene.file
+                       : folder / fmt::format("scene_{}.toml", tags[plates - 1].object);
+  }
+  /// The scene that is simulated.
+  [[nodiscard]] std::string scene_file() const { return scene_file(tags.size()).string(); }
+  [[nodiscard]] fs::path object_file(const ObjectTags& plate, const char* what = "") const {
+    return folder / fmt::format("object_{}{}.json", plate.object, what);
+  }
+  [[nodiscard]] fs::path sheet() const { return folder / "sheet.ply"; }
+  [[nodiscard]] fs::path simulation(int grid, int segments) const {
+    return folder / "simulations" / fmt::format("{}-{}", grid, segments);
+  }
+  [[nodiscard]] fs::path refinement() const { return folder / "refined/refinement.json"; }
+  [[nodiscard]] fs::path ensemble() const { return folder / "ensemble/branches.json"; }
+  [[nodiscard]] fs::path sensitivity() const { return folder / "sensitivity/sensitivity.json"; }
+};
+
+/// One laying of a drape; `repeat` says which, where the rig does.
+struct Laying {
+  std::string name, set;  ///< who fails where a step of it does, and its photographs
+  fs::path folder;
+  const DrapeRepeat* repeat = nullptr;
+};
+
+/// Its own laying first.
+std::vector<Laying> layings_of(const Drape& drape) {
+  std::vector<Laying> layings = {{drape.scene.name, drape.scene.set, drape.folder}};
+  for (const DrapeRepeat& repeat : drape.repeats) {
+    if (repeat.set == drape.scene.set)
+      layings.front().repeat = &repeat;
+    else
+      layings.push_back({fmt::format("{}, repeat {}", drape.scene.name, repeat.repeat), repeat.set,
+                         drape.folder / "repeats" / repeat.repeat, &repeat});
+  }
+  return layings;
+}
+
+/// Everything the steps are made of.
+struct Bench {
+  RunOptions options;
+  Rig rig;
+  fs::path recording, out, store;
+  std::vector<Drape> drapes;
+
+  [[nodiscard]] bool refines() const {
+    return options.refine && !options.single && !options.internal_friction;
+  }
+  [[nodiscard]] fs::path reduced_rig() const { return out / "rig.toml"; }
+  [[nodiscard]] fs::path target_detections() const { return out / "target-detections.json"; }
+  [[nodiscard]] fs::path calibration() const { return out / "calibration.json"; }
+  [[nodiscard]] fs::path report() const { return out / "report.html"; }
+  [[nodiscard]] int finest_grid() const {
+    return *std::max_element(rig.grids.begin(), rig.grids.end());
+  }
+  /// The segments that speak for a drape: five, else the most.
+  [[nodiscard]] int headline_segments() const {
+    const bool five = std::find(rig.segments.begin(), rig.segments.end(), 5) != rig.segments.end();
+    return five ? 5 : *std::max_element(rig.segments.begin(), rig.segments.end());
+  }
+};
+
+void append(Words& words, const Words& more) {
+  words.insert(words.end(), more.begin(), more.end());
+}
+
+/// One call of a command; `output` is the first of what it writes.
+Step step_of(const std::string& command, const std::string& what, Words words,
+             const fs::path& output, const std::string& drape = {}) {
+  words.emplace_back("--json");
+  StageCall call = call_of(command, std::move(words));
+  Step step;
+  step.stage = command;
+  step.what = what;
+  step.program = std::move(call.program);
+  step.arguments = std::move(call.arguments);
+  step.record = run_record_path(output);
+  step.outputs = {output};
+  if (output.extension() == ".ply")
+    step.outputs.push_back(fs::path(output).replace_extension(".json"));
+  step.drape = drape;
+  return step;
+}
+
+Step detect_step(const Bench& bench, const std::string& what, const std::string& surface,
+                 const Words& sets, const fs::path& output, const std::string& drape,
+                 const Words& more = {}) {
+  Words words = {bench.recording.string(),
+                 "--rig",
+                 bench.reduced_rig().string(),
+                 "--surface",
+                 surface,
+                 "--sets",
+                 fmt::format("{}", fmt::join(sets, ",")),
+                 "--out",
+                 output.string(),
+                 "--threads",
+                 std::to_string(bench.options.threads)};
+  append(words, more);
+  Step step = step_of("detect", what, std::move(words), output, drape);
+  step.weight = static_cast<double>(sets.size());
+  step.warns = true;
+  return step;
+}
+
+std::string name_of(const Drape& drape, const ObjectTags& plate) {
+  return fmt::format("{}, object {}", drape.scene.name, plate.object);
+}
+
+Group detect_group(const Bench& bench) {
+  Words sets;
+  for (const TargetStage& stage : bench.rig.stages) sets.push_back(stage.set);
+  append(sets, bench.rig.free_poses);
+  Group group{"detect",
+              {detect_step(bench, "target", "target", sets, bench.target_detections(), "")}};
+  for (const Drape& drape : bench.drapes) {
+    for (const Laying& laying : layings_of(drape))
+      group.steps.push_back(detect_step(bench, "drape " + laying.name, "cloth", {laying.set},
+                                        laying.folder / "detections.json", laying.name));
+    for (const ObjectTags& plate : drape.tags)
+      group.steps.push_back(detect_step(bench, name_of(drape, plate), "target", {plate.set},
+                                        drape.object_file(plate, "-detections"), drape.scene.name,
+                                        {"--target", plate.target.string()}));
+  }
+  return group;
+}
+
+/// All cameras together where the rig has free poses of the target, else the paper's method.
+Group calib_group(const Bench& bench) {
+  Step step = step_of(
+      "calib", fmt::format("{} cameras", bench.rig.cameras.size()),
+      {bench.target_detections().string(), "--rig", bench.reduced_rig().string(), "--method",
+       bench.rig.free_poses.empty() ? "tsai" : "joint", "--out", bench.calibration().string()},
+      bench.calibration());
+  step.warns = true;
+  return {"calib", {std::move(step)}};
+}
+
+/// Where the objects are, from their plates of tags. One after the other: each writes the scene
+/// that the next one reads.
+Group object_group(const Bench& bench) {
+  Group group{"object", {}, 1, true};
+  for (const Drape& drape : bench.drapes) {
+    for (std::size_t k = 0; k < drape.tags.size(); ++k) {
+      const ObjectTags& plate = drape.tags[k];
+      const fs::path output = drape.object_file(plate), scene = drape.scene_file(k + 1);
+      Words words = {drape.object_file(plate, "-detections").string(),
+                     "--calibration",
+                     bench.calibration().string(),
+                     "--set",
+                     plate.set,
+                     "--scene",
+                     drape.scene_file(k).string(),
+                     "--object",
+                     std::to_string(plate.object),
+                     "--scene-out",
+                     scene.string(),
+                     "--out",
+                     output.string()};
+      for (const auto& [option, value] : plate.lies())
+        append(words, {option, fmt::format("{}", value)});
+      Step step =
+          step_of("object", name_of(drape, plate), std::move(words), output, drape.scene.name);
+      step.outputs.push_back(scene);
+      step.warns = true;
+      group.steps.push_back(std::move(step));
+    }
+  }
+  return group;
+}
+
+Group triangulate_group(const Bench& bench) {
+  Group group{"triangulate", {}, bench.options.threads};
+  for (const Drape& drape : bench.drapes) {
+    for (const Laying& laying : layings_of(drape)) {
+      const fs::path output = laying.folder / "sheet.ply";
+      Words words = {(laying.folder / "detections.json").string(),
+                     "--calibration",
+                     bench.calibration().string(),
+                     "--set",
+                     laying.set,
+                     "--scene",
+                     drape.scene_file(),
+                     "--out",
+                     output.string()};
+      for (const ObjectTags& plate : drape.tags)
+        append(words, {"--object", drape.object_file(plate).string()});
+      if (laying.repeat != nullptr) words.push_back("--repeat=" + laying.repeat->repeat);
+      if (laying.repeat != nullptr && !laying.repeat->face.empty())
+        words.push_back("--face=" + laying.repeat->face);
+      Step step =
+          step_of("triangulate", "drape " + laying.name, std::move(words), output, laying.name);
+      step.is_measurement = step.warns = true;
+      group.steps.push_back(std::move(step));
+    }
+  }
+  return group;
+}
+
+/// Words that a drape and its ensemble have in common.
+Words drape_words(const Bench& bench, const Drape& drape, int grid, int segments,
+                  const fs::path& out) {
+  Words words = {drape.scene_file(),
+                 "--fabric",
+                 drape.scene.fabric_file.string(),
+                 "--grid",
+                 std::to_string(grid),
+                 "--segments",
+                 std::to_string(segments),
+                 "--start-from",
+                 drape.sheet().string(),
+                 "--out",
+                 out.string(),
+                 "--threads",
+                 "1"};
+  if (bench.options.internal_friction) words.emplace_back("--internal-friction");
+  return words;
+}
+
+Group simulate_group(const Bench& bench) {
+  Group group{"simulate", {}, bench.options.threads};
+  for (const int grid : bench.rig.grids) {
+    for (const Drape& drape : bench.drapes) {
+      for (const int segments : bench.rig.segments) {
+        const fs::path folder = drape.simulation(grid, segments);
+        Words words = drape_words(bench, drape, grid, segments, folder);
+        append(words, {"--solver", "fall"});
+        group.steps.push_back(step_of("simulate",
+                                      fmt::format("{}, {}x{}, {} segment{}", drape.scene.name, grid,
+                                                  grid, segments, segments == 1 ? "" : "s"),
+                                      std::move(words), folder / "sheet.ply", drape.scene.name));
+        group.steps.back().weight = static_cast<double>(grid) * grid * grid;
+      }
+    }
+  }
+  // The longest first, so that no core waits for the last one.
+  std::stable_sort(group.steps.begin(), group.steps.end(),
+                   [](const Step& a, const Step& b) { return a.weight > b.weight; });
+  return group;
+}
+
+/// Steps of `command` for every drape, side by side, without which less is said of it.
+Group extra_group(const Bench& bench, const std::string& command, const std::string& what,
+                  fs::path (Drape::*output)() const,
+                  const std::function<Words(const Drape&)>& words) {
+  Group group{command, {}, bench.options.threads};
+  for (const Drape& drape : bench.drapes) {
+    group.steps.push_back(step_of(command, fmt::format(fmt::runtime(what), drape.scene.name),
+                                  words(drape), (drape.*output)(), drape.scene.name));
+    group.steps.back().is_extra = true;
+  }
+  return group;
+}
+
+/// The drape that speaks for each scene on finer grids. A cloth with internal friction has a memory
+/// that belongs to its grid.
+Group refine_group(const Bench& bench) {
+  return extra_group(bench, "refine", "drape {}", &Drape::refinement, [&](const Drape& drape) {
+    Words words = {drape.simulation(bench.finest_grid(), bench.headline_segments()).string(),
+                   "--scene",
+                   drape.scene_file(),
+                   "--fabric",
+                   drape.scene.fabric_file.string(),
+                   "--start-from",
+                   drape.sheet().string(),
+                   "--out",
+                   drape.refinement().parent_path().string(),
+                   "--threads",
+                   "1"};
+    if (bench.options.finest) append(words, {"--finest", std::to_string(*bench.options.finest)});
+    return words;
+  });
+}
+
+/// The equilibria that starts like the scene's come to.
+Group ensemble_group(const Bench& bench) {
+  const int grid = std::min(kEnsembleGrid, bench.finest_grid());
+  return extra_group(bench, "branches", fmt::format("{{}}, {}x{}, ensemble", grid, grid),
+                     &Drape::ensemble, [&](const Drape& drape) {
+                       return drape_words(bench, drape, grid, bench.headline_segments(),
+                                          drape.ensemble().parent_path());
+                     });
+}
+
+/// Sensitivities that the total uncertainty needs: how each distance answers to fabric and scene
+/// values, with the headline's segments.
+Group sensitivity_group(const Bench& bench) {
+  // One of the rig's own grids, so that U speaks of a drape that is compared.
+  int grid = *std::min_element(bench.rig.grids.begin(), bench.rig.grids.end());
+  for (const int one : bench.rig.grids)
+    if (one <= kSensitivityGrid) grid = std::max(grid, one);
+  return extra_group(bench, "sensitivity", "drape {}", &Drape::sensitivity,
+                     [&](const Drape& drape) -> Words {
+                       return {drape.scene_file(),
+                               "--fabric",
+                               drape.scene.fabric_file.string(),
+                               "--reference",
+                               drape.sheet().string(),
+                               "--grid",
+                               std::to_string(grid),
+                               "--segments",
+                               std::to_string(bench.headline_segments()),
+                               "--only-first-order",
+                               "--out",
+                               drape.sensitivity().parent_path().string(),
+                               "--threads",
+                               "1"};
+                     });
+}
+
+/// The list of sheets that a step left, unless it is among those that failed.
+std::optional<JsonNode> list_of(const fs::path& file, const std::string& schema,
+                                const std::set<fs::path>& failed) {
+  if (failed.count(run_record_path(file)) != 0 || !fs::is_regular_file(file)) return std::nullopt;
+  return JsonNode::open(file, schema, 1);
+}
+
+/// The refined sheet of the finest grid that came to rest, and the sheets of the branches.
+Words extra_sheets(const Bench& bench, const Drape& drape, const std::set<fs::path>& failed) {
+  Words sheets;
+  const auto add = [&](const fs::path& list, const JsonNode& item) {
+    sheets.push_back(
+        name_inside(list.parent_path(), item.text("sheet"), item.where("sheet")).string());
+  };
+  if (bench.refines())
+    if (const auto root = list_of(drape.refinement(), "refinement", failed)) {
+      const std::optional<double> used = root->optional_number("used");
+      const std::vector<JsonNode> grids = root->items("grids");
+      if (used && *used >= 0 && *used < static_cast<double>(grids.size()))
+        add(drape.refinement(), grids[static_cast<std::size_t>(*used)]);
+    }
+  if (!bench.options.single)
+    if (const auto root = list_of(drape.ensemble(), "branches", failed))
+      for (const JsonNode& branch : root->items("branches")) add(drape.ensemble(), branch);
+  return sheets;
+}
+
+Step compare_step(const Bench& bench, const std::set<fs::path>& failed) {
+  Words words;
+  const auto add = [&](const fs::path& sheet, const Words& option = {}) {
+    if (failed.count(run_record_path(sheet)) != 0) return false;
+    append(words, option);
+    words.push_back(sheet.string());
+    return true;
   };
   for (const Drape& drape : bench.drapes) {
-    if (!add(drape.folder / "sheet.ply")) continue;
+    if (!add(drape.sheet())) continue;
     bool simulated = false;
     for (const int grid : bench.rig.grids)
       for (const int segments : bench.rig.segments)
-        simulated = add(simulation_folder(drape, grid, segments) / "sheet.ply") || simulated;
-    if (const auto sheet = refined_sheet(bench, drape, failed))
-      arguments.push_back(sheet->string());
-    for (const fs::path& sheet : branch_sheets(bench, drape, failed))
-      arguments.push_back(sheet.string());
-    for (const DrapeRepeat& repeat : drape.repeats) {
-      const fs::path sheet = drape.folder_of(repeat) / "sheet.ply";
-      if (!simulated || drape.is_own(repeat) || failed.count(run_record_path(sheet)) != 0) continue;
-      arguments.emplace_back("--repeat");
-      arguments.push_back(sheet.string());
-    }
-    const fs::path split = drape.folder / "sensitivity" / "sensitivity.json";
+        simulated = add(drape.simulation(grid, segments) / "sheet.ply") || simulated;
+    append(words, extra_sheets(bench, drape, failed));
+    for (const Laying& laying : layings_of(drape))
+      if (simulated && laying.folder != drape.folder)
+        add(laying.folder / "sheet.ply", {"--repeat"});
     // Named, so that a comparison from before it was made is not up to date.
-    if (fs::is_regular_file(split)) {
-      arguments.emplace_back("--sensitivity");
-      arguments.push_back(split.string());
-    }
+    if (fs::is_regular_file(drape.sensitivity()))
+      append(words, {"--sensitivity", drape.sensitivity().string()});
   }
-  for (const std::string& more :
-       {std::string("--calibration"), bench.calibration().string(), std::string("--store"),
-        bench.store.string(), std::string("--report"), report.string()}) {
-    arguments.push_back(more);
-  }
+  append(words, {"--calibration", bench.calibration().string(), "--store", bench.store.string(),
+                 "--report", bench.report().string()});
   const fs::path acceptance = bench.rig.file.parent_path() / "acceptance.json";
-  if (fs::is_regular_file(acceptance)) {
-    arguments.emplace_back("--acceptance");
-    arguments.push_back(acceptance.string());
-  }
-  if (!bench.options.label.empty()) arguments.push_back("--label=" + bench.options.label);
+  if (fs::is_regular_file(acceptance)) append(words, {"--acceptance", acceptance.string()});
+  if (!bench.options.label.empty()) words.push_back("--label=" + bench.options.label);
   if (!bench.options.operator_name.empty())
-    arguments.push_back("--operator=" + bench.options.operator_name);
-  return step("compare", "all drapes", arguments, report);
+    words.push_back("--operator=" + bench.options.operator_name);
+  return step_of("compare", "all drapes", std::move(words), bench.report());
 }
 
 std::vector<Drape> read_drapes(const Rig& rig, const fs::path& out) {
   std::vector<Drape> drapes;
   for (const fs::path& file : rig.scenes) {
-    Scene scene = read_scene(file);
-    const fs::path folder = out / scene.name;
-    std::vector<DrapeRepeat> own;
-    std::copy_if(rig.repeats.begin(), rig.repeats.end(), std::back_inserter(own),
-                 [&](const DrapeRepeat& one) { return one.scene == scene.name; });
-    std::vector<ObjectTags> tags = scene.tags;
-    drapes.push_back({std::move(scene), folder, std::move(tags), std::move(own)});
+    Drape drape{read_scene(file), {}, {}, {}};
+    drape.tags = drape.scene.tags;
+    drape.folder = out / drape.scene.name;
+    for (const DrapeRepeat& repeat : rig.repeats)
+      if (repeat.scene == drape.scene.name) drape.repeats.push_back(repeat);
+    drapes.push_back(std::move(drape));
   }
   return drapes;
 }
-
-constexpr const char* kMadeByRun = "# Made by `drape run`";
 
 /// A rig.toml in the output folder that no run made is somebody's own.
 void refuse_to_replace(const fs::path& reduced_rig) {
@@ -91,9 +420,10 @@ void refuse_to_replace(const fs::path& reduced_rig) {
                   {.file = reduced_rig.string()}, "give another folder with --out");
 }
 
-/// What detect and calib read of the rig, in a file of its own in the output folder, so that other
-/// grids, segments and scenes leave their results up to date. Written only when it changes.
-fs::path write_reduced_rig(const Bench& bench) {
+/// Writes what detect and calib read of the rig into a file of its own in the output folder, so
+/// that other grids, segments and scenes leave their results up to date. Written only when it
+/// changes.
+void write_reduced_rig(const Bench& bench) {
   const auto relative = [&](const fs::path& file) {
     return toml_quoted(fs::proximate(file, bench.out).generic_string());
   };
@@ -114,9 +444,8 @@ fs::path write_reduced_rig(const Bench& bench) {
         "{:.9f}]\n",
         toml_quoted(camera.name), camera.width_px, camera.height_px,
         camera.pixel_pitch_x_m / units::um, camera.pixel_pitch_y_m / units::um);
-  fs::path file = bench.out / "rig.toml";
+  const fs::path file = bench.reduced_rig();
   if (!fs::is_regular_file(file) || read_text(file) != text) write_durable(file, text);
-  return file;
 }
 
 /// The same file has one name, however it was spelled, so that its steps stay up to date.
@@ -125,6 +454,34 @@ fs::path one_name(const fs::path& path) {
 }
 
 }  // namespace
+
+void fields(Fields& f, RunOptions& options) {
+  f(Field{"rig", "folder of the rig, or its rig.toml"}.called("RIG"), options.rig);
+  f.otherwise({"recording", "another recording than the rig's"}, options.recording);
+  f.otherwise({"out", "output folder (default: out/<rig name>)"}, options.out);
+  f.otherwise({"store", "results store (default: <out>/results.sqlite)"}, options.store);
+  f.otherwise({"label", "name of this run in the store, e.g. \"after washing\""}, options.label);
+  f.otherwise({"uncertainty",
+               "with --single: drape simulate sensitivity for every drape, without which the total "
+               "uncertainty lacks scene and fabric values"},
+              options.uncertainty);
+  f.otherwise({"single",
+               "no ensemble, refinement and sensitivity: each drape from the scene's own start "
+               "only, on the rig's own grids"},
+              options.single);
+  bool no_refine = !options.refine;
+  f.otherwise({"no_refine",
+               "leave out drape simulate refine, which carries the finest drape over to finer "
+               "grids and states what the grid leaves"},
+              no_refine);
+  options.refine = !no_refine;
+  f({"finest", "particles per side that drape simulate refine goes up to (default: its own, 61)", 1,
+     5, 401},
+    options.finest);
+  f.otherwise({"internal_friction", "simulate with both branches of the bending and shear loops"},
+              options.internal_friction);
+  f.otherwise({"operator", "who ran it, for the store"}, options.operator_name);
+}
 
 Plan make_plan(const RunOptions& options) {
   Bench bench;
@@ -140,26 +497,19 @@ Plan make_plan(const RunOptions& options) {
   bench.out = one_name(options.out.empty() ? fs::path("out") / bench.rig.name : options.out);
   bench.store = options.store.empty() ? bench.out / "results.sqlite" : one_name(options.store);
   bench.drapes = read_drapes(bench.rig, bench.out);
-  bench.reduced_rig = bench.out / "rig.toml";
-  refuse_to_replace(bench.reduced_rig);
-  const fs::path report = bench.out / "report.html";
-  std::vector<Group> groups = {detect_group(bench), calib_group(bench)};
+  refuse_to_replace(bench.reduced_rig());
+  Plan plan{bench.out, bench.store, bench.report(), {detect_group(bench), calib_group(bench)}};
   if (Group objects = object_group(bench); !objects.steps.empty())
-    groups.push_back(std::move(objects));
-  groups.push_back(triangulate_group(bench));
-  groups.push_back(simulate_group(bench));
-  if (bench.refines()) groups.push_back(refine_group(bench));
-  if (!options.single) groups.push_back(ensemble_group(bench));
+    plan.groups.push_back(std::move(objects));
+  plan.groups.push_back(triangulate_group(bench));
+  plan.groups.push_back(simulate_group(bench));
+  if (bench.refines()) plan.groups.push_back(refine_group(bench));
+  if (!options.single) plan.groups.push_back(ensemble_group(bench));
   if ((options.uncertainty || !options.single) && !options.internal_friction)
-    groups.push_back(sensitivity_group(bench));
-  return {bench.out,
-          bench.store,
-          report,
-          std::move(groups),
-          [bench, report](const std::set<fs::path>& failed) {
-            return compare_step(bench, report, failed);
-          },
-          [bench] { static_cast<void>(write_reduced_rig(bench)); }};
+    plan.groups.push_back(sensitivity_group(bench));
+  plan.compare = [bench](const std::set<fs::path>& failed) { return compare_step(bench, failed); };
+  plan.write_reduced_rig = [bench] { write_reduced_rig(bench); };
+  return plan;
 }
 
 }  // namespace drape

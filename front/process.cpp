@@ -164,18 +164,9 @@ void run_steps(const std::vector<Step>& steps, int at_once, const StepProgress& 
   }
 }
 
-StepResult run_step(const Step& step) {
-  StepResult result;
-  run_steps(
-      {step}, 1, [](std::size_t, double, const std::string&) {},
-      [&](std::size_t, const StepResult& ended) { result = ended; });
-  std::fputs(result.errors.c_str(), stderr);
-  return result;
-}
-
 namespace {
 
-/// What a program that was started with --json printed; null without it.
+/// JSON that a program started with --json printed; null without it.
 Json json_in(const StepResult& result) {
   const std::size_t begin = result.output.find("{\n");
   return begin == std::string::npos ? Json() : try_json(result.output.substr(begin));
@@ -207,14 +198,12 @@ std::vector<std::string> warnings_in(const StepResult& result) {
 
 StepResult result_of_stage(const std::string& stage, std::vector<std::string> arguments) {
   StageCall call = call_of(stage, std::move(arguments));
-  const Step step{stage, stage, std::move(call.program), std::move(call.arguments), {}};
-  std::vector<StepResult> results(1);
-  std::vector<Child> children;
-  children.push_back(start(step, 0));
-  while (is_open(children[0]))
-    serve(children, results, [](std::size_t, double, const std::string&) {});
-  end(children[0].pid, step, {}, results[0]);
-  return results[0];
+  StepResult result;
+  run_steps(
+      {{stage, stage, std::move(call.program), std::move(call.arguments), {}}}, 1,
+      [](std::size_t, double, const std::string&) {},
+      [&](std::size_t, const StepResult& ended) { result = ended; });
+  return result;
 }
 
 std::optional<Error> error_of_stage(const std::string& stage, std::vector<std::string> arguments) {
@@ -231,25 +220,27 @@ void become(const fs::path& program, const std::vector<std::string>& arguments) 
 }
 
 const std::vector<CommandWord>& command_words() {
-  static const std::vector<CommandWord> words = {{"import", "capture", "import", true},
-                                                 {"doctor", "capture", "doctor", true},
-                                                 {"cameras", "capture", "cameras", false},
-                                                 {"print", "detect", "print", true},
-                                                 {"accept", "calib", "accept", false},
-                                                 {"calib-convert", "calib", "convert", false},
-                                                 {"calib-images", "calib", "images", false},
-                                                 {"object", "triangulate", "object", true},
-                                                 {"study", "simulate", "study", true},
-                                                 {"fabric", "simulate", "fabric", true},
-                                                 {"branches", "simulate", "branches", false},
-                                                 {"sensitivity", "simulate", "sensitivity", false},
-                                                 {"refine", "simulate", "refine", false},
-                                                 {"certify", "simulate", "certify", false},
-                                                 {"cusick", "simulate", "cusick", false},
-                                                 {"piece", "simulate", "piece", false},
-                                                 {"drapemeter", "compare", "drapemeter", true},
-                                                 {"folds", "compare", "MEASURED SIMULATED...", false},
-                                                 {"repeats", "compare", "repeats", false}};
+  static const std::vector<CommandWord> words = {
+      {"import", "capture", "import", true},
+      {"doctor", "capture", "doctor", true},
+      {"cameras", "capture", "cameras", false},
+      {"print", "detect", "print", true},
+      {"accept", "calib", "accept", false},
+      {"calib-convert", "calib", "convert", false},
+      {"calib-images", "calib", "images", false},
+      {"object", "triangulate", "object", true},
+      {"study", "simulate", "study", true},
+      {"fabric", "simulate", "fabric", true},
+      {"branches", "simulate", "branches", false},
+      {"sensitivity", "simulate", "sensitivity", false},
+      {"refine", "simulate", "refine", false},
+      {"certify", "simulate", "certify", false},
+      {"cusick", "simulate", "cusick", false},
+      {"piece", "simulate", "piece", false},
+      {"drapemeter", "compare", "drapemeter", true},
+      {"folds", "compare", "", false},
+      {"folds", "compare", "MEASURED SIMULATED...", false},
+      {"repeats", "compare", "repeats", false}};
   return words;
 }
 

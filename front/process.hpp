@@ -19,15 +19,18 @@ struct Step {
   std::vector<std::string> arguments;
   std::filesystem::path record;  ///< run record that proves it up to date
   double weight = 1;             ///< part of the stage's time
-  /// What the step must have written when it ends with a verdict.
+  /// Files that the step must have written when it ends with a verdict.
   std::vector<std::filesystem::path> outputs = {};
-  std::string drape = {};  ///< whose failure stops this one alone; empty: all need it
+  std::string drape = {};       ///< whose failure stops this one alone; empty: all need it
+  bool is_extra = false;        ///< without it less is said of a result, not something wrong
+  bool is_measurement = false;  ///< leaves a measured sheet
+  bool warns = false;  ///< its warnings are those of the result; else report and store have them
 };
 
 struct StepResult {
   int exit_code = 0;
-  std::string output;  ///< what it printed on standard output
-  std::string errors;  ///< what it printed on standard error
+  std::string output;  ///< text on standard output
+  std::string errors;  ///< text on standard error
   std::string fault;   ///< why its end is none that a stage has; empty: it is one
 };
 
@@ -55,9 +58,6 @@ class Interrupts {
 /// children die with this process, so a killed run leaves no writer behind.
 void run_steps(const std::vector<Step>& steps, int at_once, const StepProgress& progress,
                const StepEnded& ended);
-
-/// One step alone; what it prints on standard error goes there.
-[[nodiscard]] StepResult run_step(const Step& step);
 
 /// The error of a program that was started with --json, from what it printed, or its fault; nothing
 /// without one.
@@ -92,7 +92,7 @@ struct StageCall {
   std::vector<std::string> arguments;
 };
 
-/// How a stage, or the name of a command word, is started: drape-<stage> beside the running
+/// Finds how a stage, or the name of a command word, is started: drape-<stage> beside the running
 /// program.
 [[nodiscard]] StageCall call_of(const std::string& command, std::vector<std::string> arguments);
 

@@ -31,7 +31,7 @@ fs::path bench_with(const fs::path& folder, const std::string& tables) {
   return rig;
 }
 
-/// What `drape check` says of it.
+/// Runs `drape check` on it.
 std::string problems_of(const std::string& tables) {
   const test::TemporaryFolder folder;
   return test::run_line(test::program("drape").string() + " check " +

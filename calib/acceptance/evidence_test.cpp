@@ -30,7 +30,7 @@ class Evidence : public testing::Test {
     write_durable(at("calibration.json"), "{}");
     RunRecord record("drape-calib", {}, run_record_path(at("calibration.json")),
                      {{at("calibration.json")}, {at("td.json")}});
-    record.write(0, "");
+    record.write(0);
   }
   [[nodiscard]] fs::path at(const std::string& name) const { return folder_.path() / name; }
 

@@ -28,22 +28,18 @@ CalibrationEvidence detections_behind(const fs::path& calibration, const fs::pat
     evidence.missing = fmt::format("there is no {} beside {}", file.filename().string(), name);
     return evidence;
   }
-  const JsonNode record = JsonNode::open(file, "run", 1);
-  const auto outputs = record.items("outputs");
-  const std::string own = sha256_of_file(calibration);
-  if (std::none_of(outputs.begin(), outputs.end(),
-                   [&](const JsonNode& output) { return output.text("sha256") == own; })) {
+  const RunFile record = read_run_file(file);
+  if (!record.wrote(sha256_of_file(calibration))) {
     evidence.missing =
         fmt::format("{} is the record of another file than {}", file.filename().string(), name);
     return evidence;
   }
   evidence.missing = fmt::format("{} names no detections", file.filename().string());
   const std::string tested_now = sha256_of_file(tested);
-  for (const JsonNode& input : record.items("inputs")) {
-    const std::string recorded = input.text("sha256");
+  for (const RecordedFile& input : record.inputs) {
+    const std::string& recorded = input.sha256;
     // A file that was moved or replaced is still known by its hash.
-    const fs::path named =
-        recorded == tested_now ? tested : (file.parent_path() / input.text("file"));
+    const fs::path named = recorded == tested_now ? tested : place_of(file, input);
     if (!fs::is_regular_file(named)) {
       if (named.extension() == ".json")
         evidence.missing = fmt::format("{}, from which {} was made, is not there",

@@ -58,13 +58,9 @@ std::optional<double> number_in(const fs::path& file) {
 std::optional<double> days_since(const fs::path& calibration) {
   const fs::path record = run_record_path(calibration);
   if (!fs::is_regular_file(record)) return std::nullopt;
-  const JsonNode root = JsonNode::open(record, "run", 1);
-  const std::vector<JsonNode> outputs = root.items("outputs");
-  const std::string sha256 = sha256_of_file(calibration);
-  if (std::none_of(outputs.begin(), outputs.end(),
-                   [&](const JsonNode& one) { return one.text("sha256") == sha256; }))
-    return std::nullopt;
-  const auto ended = utc_time_in(root.text("ended_utc"));
+  const RunFile run = read_run_file(record);
+  if (!run.wrote(sha256_of_file(calibration))) return std::nullopt;
+  const auto ended = utc_time_in(run.ended_utc);
   if (!ended) return std::nullopt;
   return std::chrono::duration<double>(std::chrono::system_clock::now() - *ended).count() / 86400;
 }

@@ -93,11 +93,10 @@ TEST(DoctorChecks, TheAgeOfACalibrationIsThatOfItsRecord) {
   EXPECT_TRUE(unknown.go);
   EXPECT_THAT(unknown.found, HasSubstr("warning, its age is unknown"));
   const auto record = [&](const std::string& ended, const std::string& sha256) {
-    Json json;
-    json["schema"] = "drapebench/run/1";
-    json["outputs"] = {{{"file", "calibration.json"}, {"sha256", sha256}}};
-    json["ended_utc"] = ended;
-    write_json(folder.path() / "calibration.run.json", json);
+    RunFile run;
+    run.outputs = {{"calibration.json", sha256}};
+    run.ended_utc = ended;
+    write_record(folder.path() / "calibration.run.json", run);
   };
   record("2020-01-31T12:00:00Z", sha256_of_file(file));
   EXPECT_FALSE(calibration_check({.calibration = file}).go);

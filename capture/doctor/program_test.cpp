@@ -208,7 +208,8 @@ TEST_F(Programs, ASessionTakesSetsOnEnterAndARetakeErasesNothing) {
   const Outcome verify = run("drape-capture", "verify " + path("a"));
   EXPECT_EQ(verify.exit_code, 0) << verify.text;
   EXPECT_FALSE(fs::exists(temporary_.path() / "a/recording.journal"));
-  EXPECT_THAT(session.text, HasSubstr(read_text(temporary_.path() / "a/recording.ending.txt")));
+  EXPECT_THAT(session.text,
+              HasSubstr(printed(*kept_ending(temporary_.path() / "a/recording.run.json"))));
 }
 
 TEST_F(Programs, TheRunRecordHasTheEndingAndEveryInput) {
@@ -220,13 +221,12 @@ TEST_F(Programs, TheRunRecordHasTheEndingAndEveryInput) {
   const Outcome outcome =
       run("drape-capture", path("replay") + " --set drape_B --out " + path("a"));
   ASSERT_EQ(outcome.exit_code, 0) << outcome.text;
-  EXPECT_EQ(read_text(temporary_.path() / "a/recording.ending.txt"), outcome.text);
+  EXPECT_EQ(printed(*kept_ending(temporary_.path() / "a/recording.run.json")), outcome.text);
   const auto inputs = [&](const std::string& recording) {
     std::vector<std::string> files;
-    for (const JsonNode& input :
-         JsonNode::open(temporary_.path() / recording / "recording.run.json", "run", 1)
-             .items("inputs"))
-      files.push_back(input.text("file"));
+    for (const RecordedFile& input :
+         read_run_file(temporary_.path() / recording / "recording.run.json").inputs)
+      files.push_back(input.file);
     return files;
   };
   EXPECT_THAT(inputs("a"), testing::ElementsAre("../replay/rig.toml", "../replay/cameras.toml",
@@ -300,7 +300,7 @@ TEST_F(Programs, CtrlCEndsACaptureWithWhatItHas) {
   const std::size_t stored = read_recording(temporary_.path() / "a").sets.size();
   EXPECT_GT(stored, 0U) << capture.text;
   EXPECT_THAT(capture.text, HasSubstr(fmt::format("{} of 500 sets stored", stored)));
-  EXPECT_EQ(recorded_exit_code(temporary_.path() / "a/recording.run.json"), 130);
+  EXPECT_EQ(read_run_file(temporary_.path() / "a/recording.run.json").exit_code, 130);
   EXPECT_EQ(run("drape-capture", "verify " + path("a")).exit_code, 0);
 }
 

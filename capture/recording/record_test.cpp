@@ -230,7 +230,7 @@ TEST_F(Record, ARetakeThatIsKilledAnywhereEndsUnderItsName) {
 TEST_F(Record, ASetThatIsPublishedLeavesNeitherAJournalNorTheRecordBefore) {
   store("a");
   const fs::path record = options_.folder / "recording.run.json";
-  const fs::path ending = options_.folder / "recording.ending.txt";
+  const fs::path ending = options_.folder / "recording.ending.json";
   write_durable(record, "{}");
   write_durable(ending, "GO\n");
   Journal journal = open();

@@ -357,30 +357,28 @@ class CrateWriter {
     return id;
   }
 
-  Json references(const JsonNode& root, const std::string& key, const fs::path& folder) {
+  Json references(const fs::path& record, const std::vector<RecordedFile>& files) {
     Json list = Json::array();
-    for (const JsonNode& item : root.items(key)) {
-      const auto found = ids_.find((folder / item.text("file")).lexically_normal());
+    for (const RecordedFile& file : files) {
+      const auto found = ids_.find(place_of(record, file).lexically_normal());
       if (found != ids_.end()) list.push_back(reference(found->second));
     }
     return list;
   }
 
   void add_action(const fs::path& file) {
-    const JsonNode record = JsonNode::open(file, "run", 1);
-    const std::string program = record.text("program");
+    const RunFile record = read_run_file(file);
+    const std::string& program = record.program;
     Json action;
     action["@id"] = "#" + ids_[file];
     action["@type"] = "CreateAction";
     action["name"] = "run of " + program;
-    action["description"] =
-        fmt::format("{} {}", program, fmt::join(record.texts("arguments"), " "));
-    action["startTime"] = with_offset(record.text("started_utc"));
-    action["endTime"] = with_offset(record.text("ended_utc"));
-    action["instrument"] =
-        reference(software(program, record.text("version"), record.text("program_sha256")));
-    action["object"] = references(record, "inputs", file.parent_path());
-    action["result"] = references(record, "outputs", file.parent_path());
+    action["description"] = fmt::format("{} {}", program, fmt::join(record.arguments, " "));
+    action["startTime"] = with_offset(record.started_utc);
+    action["endTime"] = with_offset(record.ended_utc);
+    action["instrument"] = reference(software(program, record.version, record.program_sha256));
+    action["object"] = references(file, record.inputs);
+    action["result"] = references(file, record.outputs);
     action["agent"] = agents();
     describe(action["result"], program, true);
     describe(action["object"], program, false);

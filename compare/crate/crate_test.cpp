@@ -46,7 +46,7 @@ class CrateOf : public testing::Test {
     RunRecord record("drape-simulate", {}, run_record_path(sheet));
     record.input(scene_);
     for (const char* name : {"sheet.ply", "sheet.json"}) record.output(sheet.parent_path() / name);
-    record.write(0, "");
+    record.write(0);
   }
 
   void import() {
@@ -121,7 +121,7 @@ TEST_F(CrateOf, WhatTheUncertaintyRestsOnIsInTheCrate) {
   for (const fs::path& file : {scene_, fabric, fs::path(sheets_[0]).replace_extension(".json")})
     record.input(file);
   record.output(split);
-  record.write(0, "");
+  record.write(0);
   EXPECT_THAT(findings(), IsEmpty());
   EXPECT_FALSE(fs::exists(out() / "files" / "A" / "sensitivity")) << "not in U yet";
   import();

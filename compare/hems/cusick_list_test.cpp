@@ -68,7 +68,7 @@ TEST(Shadow, ADrapeThatIsNotTheOneOfItsRunIsRefused) {
   write_json(file, list);
   RunRecord record("drape-simulate", {}, run_record_path(file));
   for (const auto& output : {mesh, file}) record.output(output);
-  record.write(0, "");
+  record.write(0);
   EXPECT_EQ(read_hems({folder.path()}, {}).hems.size(), 1U);
   write_square(mesh, "119");
   const HemSet set = read_hems({folder.path()}, {});
@@ -103,7 +103,7 @@ TEST(Shadow, APieceStandsWithItsVerdictAndItsArea) {
   EXPECT_EQ(read_hems({json}, options).hems.size(), 1U) << "named by its .json";
   RunRecord record("drape-simulate", {}, run_record_path(ply));
   for (const auto& output : {ply, json}) record.output(output);
-  record.write(0, "");
+  record.write(0);
   write_square(ply, "119");
   EXPECT_THAT(read_hems({ply}, options).refused.at(0),
               testing::HasSubstr("not the one that its run wrote"));

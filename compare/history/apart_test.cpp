@@ -26,7 +26,7 @@ class Apart : public testing::Test {
                   return Eigen::Vector3d(test::flat(m) + Eigen::Vector3d(0, 0, height_m));
                 }));
     if (ended)
-      RunRecord("drape-simulate", {"study", "--key", name}, run_record_path(sheet)).write(0, "");
+      RunRecord("drape-simulate", {"study", "--key", name}, run_record_path(sheet)).write(0);
   }
   ApartCounts import() { return import_simulations(store_, sheets_in({study_})); }
   [[nodiscard]] std::string count(const std::string& table) const {
@@ -64,7 +64,7 @@ TEST_F(Apart, RefusesWhatIsNotWhatItsRunWrote) {
                      run_record_path(study_ / name / "sheet.ply"));
     for (const char* file : {"sheet.ply", "sheet.json", "certificate.json"})
       record.output(study_ / name / file);
-    record.write(0, "");
+    record.write(0);
   }
   const std::string own = read_text(study_ / "a" / "certificate.json");
   const auto refusal = [&] {
@@ -96,7 +96,7 @@ TEST_F(Apart, RefusesASheetWhoseNoGoItCouldNotKeep) {
 
 TEST_F(Apart, RefusesAMeasuredSheet) {
   write_sheet(study_ / "sheet.ply", test::measured_sheet());
-  RunRecord("drape-triangulate", {}, run_record_path(study_ / "sheet.ply")).write(0, "");
+  RunRecord("drape-triangulate", {}, run_record_path(study_ / "sheet.ply")).write(0);
   EXPECT_THROW((void)import(), Error);
 }
 

@@ -296,7 +296,7 @@ TEST(SheetFolders, WhatARunComparesIsFoundAsItsListsNameIt) {
   for (const fs::path& list : {grids, branches}) {
     RunRecord record("drape-simulate", {}, run_record_path(list));
     record.output(list);
-    record.write(0, "");
+    record.write(0);
   }
   expected.push_back(drape / "refined" / "23x23" / "sheet.ply");
   expected.push_back(drape / "ensemble" / "branch-02" / "sheet.ply");

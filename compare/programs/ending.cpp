@@ -35,8 +35,26 @@ std::vector<std::string> rejected_marks(const Session& session, const Outcome& o
   return lines;
 }
 
+std::string tables_of(const Session& session, const Outcome& outcome) {
+  std::string text;
+  const auto add = [&text](const Table& table) { text += text_of(table) + '\n'; };
+  for (std::size_t i = 0; i < outcome.reports.size(); ++i) {
+    const DrapeInput& input = session.drapes[i].input;
+    const Report& report = outcome.reports[i];
+    if (!report.real_virtual.empty()) add(real_virtual_table(input, report));
+    for (const BranchSet& set : report.branch_sets) add(branch_table(input, report, set));
+    if (!report.real_surface.empty()) add(surface_table(input, report));
+    if (!report.virtual_virtual.empty()) add(virtual_virtual_table(report));
+  }
+  for (const VirtualGroup& group : outcome.groups) add(virtual_group_table(group));
+  return text;
+}
+
+}  // namespace
+
 Ending ending_of(const Session& session, const Outcome& outcome) {
   Ending ending;
+  ending.tables = tables_of(session, outcome);
   ending.go = outcome.go();
   ending.verdict = outcome.sentence();
   if (ending.go && !outcome.reports.empty())
@@ -65,6 +83,8 @@ Ending ending_of(const Session& session, const Outcome& outcome) {
                     shell_word(outcome.store));
   return ending;
 }
+
+namespace {
 
 Json json_of(const Session& session, const Outcome& outcome, const Ending& ending) {
   Json json;
@@ -123,27 +143,12 @@ Json json_of(const Session& session, const Outcome& outcome, const Ending& endin
 
 }  // namespace
 
-std::string ending_text(const Session& session, const Outcome& outcome) {
-  std::string text;
-  const auto add = [&text](const Table& table) { text += text_of(table) + '\n'; };
-  for (std::size_t i = 0; i < outcome.reports.size(); ++i) {
-    const DrapeInput& input = session.drapes[i].input;
-    const Report& report = outcome.reports[i];
-    if (!report.real_virtual.empty()) add(real_virtual_table(input, report));
-    for (const BranchSet& set : report.branch_sets) add(branch_table(input, report, set));
-    if (!report.real_surface.empty()) add(surface_table(input, report));
-    if (!report.virtual_virtual.empty()) add(virtual_virtual_table(report));
-  }
-  for (const VirtualGroup& group : outcome.groups) add(virtual_group_table(group));
-  return text + text_of(ending_of(session, outcome));
-}
-
-int print_ending(const Session& session, const Outcome& outcome, const CommonOptions& common) {
-  const Ending ending = ending_of(session, outcome);
+int print_ending(const Session& session, const Outcome& outcome, const Ending& ending,
+                 const CommonOptions& common) {
   if (common.json) {
     print_text(pretty(json_of(session, outcome, ending)));
   } else if (!common.quiet) {
-    print_text(printable(ending_text(session, outcome)));
+    print_text(printable(printed(ending)));
   }
   return ending.go ? 0 : 1;
 }

@@ -6,10 +6,11 @@
 
 namespace drape::compare {
 
-/// Tables and ending as people read them.
-[[nodiscard]] std::string ending_text(const Session& session, const Outcome& outcome);
+/// The ending with the tables in front of it.
+[[nodiscard]] Ending ending_of(const Session& session, const Outcome& outcome);
 
-/// Prints tables and ending as text or JSON; returns the exit code.
-int print_ending(const Session& session, const Outcome& outcome, const CommonOptions& common);
+/// Prints it as text, or with all of the outcome as JSON; returns the exit code.
+int print_ending(const Session& session, const Outcome& outcome, const Ending& ending,
+                 const CommonOptions& common);
 
 }  // namespace drape::compare

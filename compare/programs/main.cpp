@@ -70,8 +70,9 @@ int run_compare(CompareArguments& arguments, const CommonOptions& common,
     seal_store(*lock, arguments.store, files, record.file());
   }
   progress.update(1, "done");
-  record.write(outcome.go() ? 0 : 1, ending_text(session, outcome));
-  return print_ending(session, outcome, common);
+  const Ending ending = ending_of(session, outcome);
+  record.write(outcome.go() ? 0 : 1, ending);
+  return print_ending(session, outcome, ending, common);
 }
 
 }  // namespace

@@ -243,7 +243,7 @@ TEST_F(Program, AMistypedInputLeavesTheOlderResultWithItsRecord) {
 TEST_F(Program, WhatIsNotAsItsRecordSaysIsRefused) {
   RunRecord record("drape-simulate", {}, run_record_path(files_[1]));
   record.output(fs::path(files_[1]).replace_extension(".json"));
-  record.write(0, "");
+  record.write(0);
   EXPECT_EQ(run("drape-compare drapemeter", files_[1].string() + " --disc-mm 90"), 0) << output_;
   Sheet sheet = read_sheet(files_[1]);
   std::get<SimulatedSource>(sheet.source).fabric = "another";
@@ -252,7 +252,7 @@ TEST_F(Program, WhatIsNotAsItsRecordSaysIsRefused) {
   write_json(split, {{"schema", "drapebench/sensitivity/1"}});
   RunRecord of_split("drape-simulate", {}, run_record_path(split));
   of_split.output(split);
-  of_split.write(0, "");
+  of_split.write(0);
   write_json(split, {{"schema", "drapebench/sensitivity/1"}, {"marks", 1}});
   const std::string first = files_[0].string(), second = files_[1].string();
   for (const auto& [program, arguments] :

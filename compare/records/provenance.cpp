@@ -25,16 +25,16 @@ fs::path folder_of(const fs::path& file) {
 }
 
 StepRecord read_step(const fs::path& file) {
-  const JsonNode root = JsonNode::open(file, "run", kRunVersion);
-  const auto files = [&](const char* key) {
-    HashedFiles list;
-    for (const JsonNode& item : root.items(key))
-      list.emplace_back((folder_of(file) / item.text("file")).lexically_normal(),
-                        item.text("sha256"));
-    return list;
-  };
-  return {root.text("program"), root.text("version"), root.texts("arguments"),
-          files("inputs"),      files("outputs"),     file};
+  const RunFile run = read_run_file(file);
+  StepRecord step{run.program, run.version, run.arguments, {}, {}, file, {}};
+  for (const RecordedFile& input : run.inputs) {
+    step.inputs.emplace_back(place_of(file, input).lexically_normal(), input.sha256);
+    if (step.inputs.back().first.extension() == ".toml" && is_as_recorded(file, input))
+      step.as_read.insert(step.inputs.back().first);
+  }
+  for (const RecordedFile& output : run.outputs)
+    step.outputs.emplace_back(place_of(file, output).lexically_normal(), output.sha256);
+  return step;
 }
 
 std::vector<StepRecord> read_folder(const fs::path& folder) {

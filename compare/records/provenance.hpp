@@ -11,8 +11,6 @@
 
 namespace drape::compare {
 
-inline constexpr int kRunVersion = 1;  ///< version of run records
-
 using HashedFiles = std::vector<std::pair<std::filesystem::path, std::string>>;  ///< SHA-256
 
 /// One run record (*.run.json): how outputs were made, with paths absolute or relative to where we
@@ -22,6 +20,8 @@ struct StepRecord {
   std::vector<std::string> arguments;
   HashedFiles inputs = {}, outputs = {};
   std::filesystem::path file = {};
+  /// Inputs that people write and that hold the values that were read, whatever their bytes.
+  std::set<std::filesystem::path> as_read = {};
 };
 
 /// Reads run records as they are asked for, and remembers them and the hashes of files.

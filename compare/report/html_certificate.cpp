@@ -104,20 +104,8 @@ Table drapes_table(const Session& session, const Outcome& outcome) {
 /// Findings of the calibration that its file does not hold: the error on views that it did not use,
 /// the stages. From the ending that its program kept.
 Table calibration_findings(const Session& session) {
-  std::vector<std::pair<std::string, std::string>> facts;
-  const std::filesystem::path ending = ending_path(run_record_path(session.calibration_file));
-  if (!std::filesystem::is_regular_file(ending)) return {};
-  std::istringstream lines(read_text(ending));
-  std::string line;
-  std::getline(lines, line);  // the verdict
-  while (std::getline(lines, line)) {
-    const std::size_t begin = line.find_first_not_of(' ');
-    const std::size_t gap = begin == std::string::npos ? begin : line.find("  ", begin);
-    if (gap != std::string::npos)
-      facts.emplace_back(line.substr(begin, gap - begin),
-                         line.substr(line.find_first_not_of(' ', gap)));
-  }
-  return facts_table(facts);
+  const auto ending = kept_ending(run_record_path(session.calibration_file));
+  return ending ? facts_table(ending->numbers) : Table();
 }
 
 std::string link(const std::string& target, const std::string& text) {

@@ -131,7 +131,9 @@ TEST(Report, NamesEveryStepBackToThePictures) {
   write_durable(target, "{}");
   write_durable(folder.path() / "target-detections.run.json",
                 R"({"schema": "drapebench/run/1", "program": "drape-detect", "version": "0.2.0",
-                    "arguments": ["recording", "--surface", "target"], "inputs": [], "outputs": []})");
+                    "program_sha256": "0", "arguments": ["recording", "--surface", "target"],
+                    "options": {}, "inputs": [], "outputs": [], "started_utc": "", "ended_utc": "",
+                    "exit_code": 0})");
   Session session = read_session(test::write_example(folder.path() / "A"), {});
   Outcome outcome;
   outcome.reports.push_back(compare_drape(session.drapes[0].input, {}));

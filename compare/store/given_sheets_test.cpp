@@ -119,7 +119,7 @@ TEST_F(GivenSheets, ABranchOfAnEarlierRunIsNoSimulation) {
   EXPECT_THAT(refusal_of({first_[0], branch, stale}, {}), HasSubstr("does not name it"));
   RunRecord record("drape-simulate", {}, run_record_path(stale));
   record.output(stale);
-  record.write(0, "");
+  record.write(0);
   EXPECT_EQ(refusal_of({first_[0], branch, stale}, {}), "none") << "another program's own";
 }
 
@@ -208,7 +208,7 @@ TEST_F(GivenSheets, TheFabricThatTheSceneNamesIsKnown) {
     RunRecord record("drape-simulate", {}, run_record_path(first_[i]));
     for (const fs::path& file : {scene, i == 1 ? fabric : other}) record.input(file);
     record.output(first_[i]);
-    record.write(0, "");
+    record.write(0);
   }
   const DrapeInput input = read_session(first_, {}).drapes[0].input;
   EXPECT_TRUE(input.simulations[0].scene->own_fabric);

@@ -311,18 +311,17 @@ Session read_session(const std::vector<fs::path>& sheets, const fs::path& calibr
 
 namespace {
 
-void take_scene(DrapeFiles& drape, const fs::path& file, const std::string& sha256,
-                Session& session) {
+void take_scene(DrapeFiles& drape, const fs::path& file, Session& session) {
+  session.read.emplace_back(file, sha256_of_file(file));
   drape.input.scene = read_scene(file);
-  session.read.emplace_back(file, sha256);
 }
 
-/// The scene file named by the run record, when it is still what the simulation read.
+/// The scene file named by the run record, when it still holds the values that the simulation read.
 std::optional<fs::path> scene_file_of(const std::string& scene_sha256,
                                       const std::optional<StepRecord>& made_by) {
   if (!made_by) return std::nullopt;
   for (const auto& [file, sha256] : made_by->inputs)
-    if (sha256 == scene_sha256 && is_unchanged(file, sha256)) return file;
+    if (sha256 == scene_sha256 && made_by->as_read.contains(file)) return file;
   return std::nullopt;
 }
 
@@ -330,8 +329,7 @@ std::optional<fs::path> scene_file_of(const std::string& scene_sha256,
 void find_scene_of_marks(DrapeFiles& drape, Session& session) {
   if (!drape.measured_by) return;
   for (const auto& [file, sha256] : drape.measured_by->inputs)
-    if (file.extension() == ".toml" && is_unchanged(file, sha256))
-      return take_scene(drape, file, sha256, session);
+    if (drape.measured_by->as_read.contains(file)) return take_scene(drape, file, session);
 }
 
 }  // namespace
@@ -357,7 +355,7 @@ void find_scenes(DrapeFiles& drape, Session& session) {
   }
   const std::string& sha256 = drape.input.speaker()->source().scene_sha256;
   if (const auto own = files.find(sha256); own != files.end())
-    take_scene(drape, own->second, sha256, session);
+    take_scene(drape, own->second, session);
 }
 
 std::vector<std::string> moved_objects(const std::vector<SheetFile>& layings,

@@ -67,7 +67,7 @@ fs::path write_split(const fs::path& measured, const std::string& scene = "scene
   record.input("fabric.toml", sha256_of(std::string_view(fabric)));
   record.input(fs::path(measured).replace_extension(".json"));
   record.output(file);
-  record.write(0, "GO: an example\n");
+  record.write(0);
   return file;
 }
 

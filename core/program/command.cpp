@@ -42,7 +42,7 @@ void suggest(const CLI::App& app) {
 
 using GivenWords = std::vector<std::pair<const CLI::Option*, std::string>>;
 
-/// What was given, of the program and of its command.
+/// Adds the words given to the program and to its command.
 void add_given(const CLI::App& app, GivenWords& given) {
   for (const CLI::Option* option : app.get_options())
     for (const std::string& word : option->results()) given.emplace_back(option, word);

@@ -24,7 +24,7 @@ class Option {
   Option* default_str(const std::string& text);
   Option* delimiter(char separator);
   Option* expected(int least, int most);
-  Option* one_per_flag();  ///< of a list: each flag takes one word, not all that follow it
+  Option* one_per_flag();  ///< each flag of a list takes one word, not all that follow it
   Option* excludes(const Option* other);
   Option* range(double least, double most);
   Option* positive();
@@ -100,7 +100,7 @@ class Command {
 
   [[nodiscard]] const std::string& name() const { return name_; }
   [[nodiscard]] bool parsed() const;
-  /// How often the option was given; `name` as in add_option().
+  /// Counts how often the option was given; `name` as in add_option().
   [[nodiscard]] std::size_t count(const std::string& name) const;
   /// The subcommand that was given; a null pointer without one.
   [[nodiscard]] const Command* chosen() const;

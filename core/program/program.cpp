@@ -2,6 +2,7 @@
 #include "core/program/program.hpp"
 
 #include <dlfcn.h>
+#include <fcntl.h>
 #include <fmt/format.h>
 #include <signal.h>
 #include <unistd.h>
@@ -59,8 +60,22 @@ void on_interrupt(int signal) {
   ::_exit(128 + signal);
 }
 
+/// Descriptors 0 to 2 that whoever started the program closed, so that no file takes their place: a
+/// message would be written into it.
+bool output_is_closed = false;
+
+void occupy_standard_descriptors() {
+  for (int descriptor = 0; descriptor <= STDERR_FILENO; ++descriptor) {
+    if (::fcntl(descriptor, F_GETFD) >= 0) continue;
+    if (descriptor == STDOUT_FILENO) output_is_closed = true;
+    // The lowest free number is this one.
+    [[maybe_unused]] const int ignored = ::open("/dev/null", O_RDWR);
+  }
+}
+
 /// Signals that would end the program without a sentence.
 void prepare_process() {
+  occupy_standard_descriptors();
   below_front_door = std::getenv("DRAPE_PROGRESS_FD") == nullptr ? 0 : 1;
   struct sigaction action {};
   action.sa_handler = &on_interrupt;
@@ -81,7 +96,8 @@ void prepare_process() {
 #endif
 }
 
-/// What no run_guarded() can catch: a library that finds no memory as it starts, or a thread.
+/// Ends on what no run_guarded() can catch: a library that finds no memory as it starts, or a
+/// thread.
 [[noreturn]] void on_terminate() {
   const char* why = "an error that nothing expected";
   try {
@@ -128,19 +144,6 @@ void limit_libraries(int, char** arguments, char** environment) {
 [[gnu::section(".preinit_array"), gnu::used]] void (*at_start)(int, char**,
                                                                char**) = &limit_libraries;
 
-Json json_of(const Ending& ending) {
-  Json json;
-  json["verdict"] = ending.go ? "GO" : "NO-GO";
-  json["sentence"] = ending.verdict;
-  json["numbers"] = Json::object();
-  for (const auto& [name, value] : ending.numbers) json["numbers"][name] = value;
-  json["rejected"] = ending.rejected;
-  json["warnings"] = ending.warnings;
-  json["advice"] = ending.advice;
-  json["next_command"] = ending.next_command;
-  return json;
-}
-
 }  // namespace
 
 void add_common_options(Command& app, CommonOptions& options) {
@@ -152,23 +155,11 @@ void add_common_options(Command& app, CommonOptions& options) {
   app.set_version("drapebench " + version());
 }
 
-std::string text_of(const Ending& ending) {
-  std::string text = fmt::format("{}: {}\n", ending.go ? "GO" : "NO-GO", ending.verdict);
-  std::size_t width = 0;
-  for (const auto& number : ending.numbers) width = std::max(width, number.first.size());
-  for (const auto& [name, value] : ending.numbers)
-    text += fmt::format("  {:<{}}  {}\n", name, width, value);
-  for (const std::string& line : ending.rejected) text += fmt::format("  rejected: {}\n", line);
-  for (const std::string& line : ending.warnings) text += fmt::format("  warning: {}\n", line);
-  for (const std::string& line : ending.advice) text += fmt::format("  advice: {}\n", line);
-  if (!ending.next_command.empty()) text += fmt::format("  next: {}\n", ending.next_command);
-  return text;
-}
-
 void print_text(const std::string& text) {
   const bool written = std::fwrite(text.data(), 1, text.size(), stdout) == text.size();
-  if (written && std::fflush(stdout) == 0 && std::ferror(stdout) == 0) return;
-  const int code = errno;
+  const bool lost = output_is_closed && !text.empty();
+  if (!lost && written && std::fflush(stdout) == 0 && std::ferror(stdout) == 0) return;
+  const int code = lost ? EBADF : errno;
   std::clearerr(stdout);
   throw Error(ErrorKind::internal,
               fmt::format("standard output cannot be written: {}", std::strerror(code)), {},
@@ -177,17 +168,19 @@ void print_text(const std::string& text) {
 
 int finish(const Ending& ending, const CommonOptions& options) {
   if (options.json) {
-    print_text(pretty(json_of(ending)));
+    print_text(pretty(value_of(ending)));
   } else if (!options.quiet) {
-    const std::string text = printable(text_of(ending));
-    const std::size_t end = text.find(':');
-    print_text(coloured(text.substr(0, end), ending.go ? "32" : "1;31", stdout) + text.substr(end));
+    const std::string text = printable(printed(ending));
+    const std::size_t verdict = printable(ending.tables).size(), end = text.find(':', verdict);
+    print_text(text.substr(0, verdict) +
+               coloured(text.substr(verdict, end - verdict), ending.go ? "32" : "1;31", stdout) +
+               text.substr(end));
   }
   return ending.go ? 0 : 1;
 }
 
 int finish(const Ending& ending, const CommonOptions& options, const RunRecord& record) {
-  record.write(ending.go ? 0 : 1, text_of(ending));
+  record.write(ending.go ? 0 : 1, ending);
   return finish(ending, options);
 }
 
@@ -225,7 +218,7 @@ std::string coloured(const std::string& text, const char* code, std::FILE* strea
 
 namespace {
 
-/// Of the running program, for the help of its own job.
+/// Commands of the running program, for the help of its own job.
 std::string list_of_commands;
 
 }  // namespace

@@ -4,8 +4,9 @@
 #include <cstdio>
 #include <functional>
 #include <string>
-#include <utility>
 #include <vector>
+
+#include "core/program/ending.hpp"
 
 namespace drape {
 
@@ -22,26 +23,11 @@ struct CommonOptions {
 /// Adds --json, --quiet, --threads and --version.
 void add_common_options(Command& app, CommonOptions& options);
 
-/// The last lines a person sees: the verdict on the measurement, the few numbers that matter, what
-/// was rejected and why, what to be careful about, what would help, the next command.
-struct Ending {
-  bool go = true;
-  std::string verdict;                                       ///< one sentence
-  std::vector<std::pair<std::string, std::string>> numbers;  ///< name, value with unit
-  std::vector<std::string> rejected = {};  ///< data that were not used, and why, with counts
-  std::vector<std::string> warnings = {};  ///< data that were used though something is odd
-  std::vector<std::string> advice = {};    ///< what would make the next result better
-  std::string next_command;
-};
-
 /// Prints the ending to stdout, as text or JSON; returns the exit code (0 GO, 1 NO-GO).
 int finish(const Ending& ending, const CommonOptions& options);
 
 /// The same as the last act of a step: the ending and the record are kept before it is printed.
 int finish(const Ending& ending, const CommonOptions& options, const RunRecord& record);
-
-/// The ending as people read it.
-[[nodiscard]] std::string text_of(const Ending& ending);
 
 /// The text in a terminal's colour (SGR code, e.g. "31"), plain where `stream` is no terminal or
 /// the environment has NO_COLOR.
@@ -67,7 +53,7 @@ struct StageCommand {
 int run_stage(int argc, char** argv, int (*own)(int, char**),
               const std::vector<StageCommand>& commands);
 
-/// What run_program does around a body that has no command line of its own.
+/// Does what run_program() does, around a body that has no command line of its own.
 int run_guarded(const std::string& name, const CommonOptions& options,
                 const std::function<int()>& body);
 

@@ -3,8 +3,9 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+
 #include "core/error.hpp"
-#include "core/files/json_file.hpp"
 #include "core/program/dates.hpp"
 
 namespace drape {
@@ -12,9 +13,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr int kRunVersion = 1;
-
-/// Of the running executable itself, so that a rebuilt program counts as another one.
+/// Hashes the running executable itself, so that a rebuilt program counts as another one.
 const std::string& program_sha256() {
   static const std::string sha256 = sha256_of_file("/proc/self/exe");
   return sha256;
@@ -33,11 +32,34 @@ std::string relative_to(const fs::path& folder, const fs::path& file) {
       .generic_string();
 }
 
-Json hashes(const fs::path& folder, const std::vector<std::pair<fs::path, std::string>>& files) {
-  Json list = Json::array();
-  for (const auto& [file, sha256] : files)
-    list.push_back({{"file", relative_to(folder, file)}, {"sha256", sha256}});
-  return list;
+/// Nothing where the bytes are the values, or the file cannot be parsed: whoever reads it says why.
+std::optional<std::string> hash_of_values(const fs::path& file, const std::string& bytes,
+                                          const std::vector<std::string>& sets) {
+  const bool is_toml = file.extension() == ".toml";
+  if (!is_toml && sets.empty()) return std::nullopt;
+  try {
+    const Document document(file, is_toml ? Syntax::toml : Syntax::json, bytes);
+    if (sets.empty()) return document.values_sha256();
+    Value root = document.root();
+    if (auto* list = root["sets"].get_if<Value::List>())
+      std::erase_if(*list, [&](const Value& set) {
+        const Value* name = set.find("name");
+        const auto* text = name == nullptr ? nullptr : name->get_if<std::string>();
+        return text != nullptr && std::find(sets.begin(), sets.end(), *text) == sets.end();
+      });
+    return Document(Syntax::json, std::move(root)).values_sha256();
+  } catch (const Error&) {
+    return std::nullopt;
+  }
+}
+
+/// Both hashes of what the file holds now.
+RecordedFile recorded(const fs::path& file, std::vector<std::string> sets) {
+  if (file.extension() != ".toml" && sets.empty()) return {file.string(), sha256_of_file(file)};
+  const std::string bytes = read_text(file);
+  RecordedFile result{file.string(), sha256_of(bytes), hash_of_values(file, bytes, sets), {}};
+  result.sets = std::move(sets);
+  return result;
 }
 
 /// Arguments without those that never change a result; those that name files in one spelling,
@@ -58,26 +80,66 @@ std::vector<std::string> decisive(const std::vector<std::string>& arguments,
   return result;
 }
 
-bool unchanged(const fs::path& folder, const JsonNode& root, const std::string& key) {
-  for (const JsonNode& item : root.items(key)) {
-    const fs::path file = folder / item.text("file");
-    if (!fs::is_regular_file(file) || sha256_of_file(file) != item.text("sha256")) return false;
-  }
-  return true;
+}  // namespace
+
+void fields(Fields& f, RecordedFile& file) {
+  f({"file", "path from the folder of this record"}, file.file);
+  f({"sha256", "SHA-256 of the bytes"}, file.sha256);
+  f.if_any({"values_sha256", "SHA-256 of the values that were read, where it is another one"},
+           file.values_sha256);
+  f.if_any({"sets", "sets of a recording that were read; absent: all"}, file.sets);
 }
 
-}  // namespace
+void fields(Fields& f, RunFile& run) {
+  f({"program", "e.g. drape-simulate"}, run.program);
+  f({"version", "version of drapebench"}, run.version);
+  f({"program_sha256", "SHA-256 of the program"}, run.program_sha256);
+  f({"arguments", "as given, without the program"}, run.arguments);
+  f.otherwise({"decisive_arguments", "arguments that can change a result, paths in one spelling"},
+              run.decisive_arguments);
+  f({"options", "values that options resolved to, by name"}, run.options);
+  f({"inputs", "files that were read"}, run.inputs);
+  f({"outputs", "files that were written"}, run.outputs);
+  f.otherwise({"ending_sha256", "SHA-256 of <stem>.ending.json"}, run.ending_sha256);
+  f({"started_utc", "begin of the run"}, run.started_utc);
+  f({"ended_utc", "end of the run"}, run.ended_utc);
+  f({"exit_code", "0 GO, 1 NO-GO, 130 interrupted", 1, 0, 255}, run.exit_code);
+}
+
+bool RunFile::wrote(const std::string& sha256) const {
+  return std::any_of(outputs.begin(), outputs.end(),
+                     [&](const RecordedFile& output) { return output.sha256 == sha256; });
+}
+
+RunFile read_run_file(const fs::path& record) {
+  return read_record<RunFile>(record);
+}
+
+fs::path place_of(const fs::path& record, const RecordedFile& file) {
+  return folder_of(record) / file.file;
+}
+
+bool is_as_recorded(const fs::path& record, const RecordedFile& file) {
+  const fs::path place = place_of(record, file);
+  if (!fs::is_regular_file(place)) return false;
+  return sha256_of_file(place) == file.sha256 ||
+         (file.values_sha256 &&
+          hash_of_values(place, read_text(place), file.sets) == file.values_sha256);
+}
+
+std::string sha256_as_read(const fs::path& file) {
+  const RecordedFile now = recorded(file, {});
+  return now.values_sha256.value_or(now.sha256);
+}
 
 RunRecord::RunRecord(std::string program, std::vector<std::string> arguments, fs::path file)
     : RunRecord(std::move(program), std::move(arguments), std::move(file), StepFiles{}) {}
 
 RunRecord::RunRecord(std::string program, std::vector<std::string> arguments, fs::path file,
                      const StepFiles& files)
-    : program_(std::move(program)),
-      arguments_(std::move(arguments)),
-      file_(std::move(file)),
-      started_(std::chrono::system_clock::now()),
-      outputs_(files.outputs) {
+    : file_(std::move(file)), started_(std::chrono::system_clock::now()), outputs_(files.outputs) {
+  run_.program = std::move(program);
+  run_.arguments = std::move(arguments);
   for (const fs::path& output : files.outputs) require_replaceable(output);
   for (const fs::path& input : files.inputs) refuse_output(input);
   for (const fs::path& input : files.inputs) this->input(input);
@@ -103,14 +165,23 @@ void RunRecord::begin() {
 }
 
 void RunRecord::input(const fs::path& file) {
-  input(file, sha256_of_file(file));
+  input_sets(file, {});
 }
 
-void RunRecord::input(const fs::path& file, std::string sha256) {
+void RunRecord::input(const fs::path& file, const std::string& sha256) {
   refuse_output(file);
-  for (auto& [known, hash] : inputs_)
-    if (known == file) return void(hash = std::move(sha256));
-  inputs_.emplace_back(file, std::move(sha256));
+  RecordedFile now = file.extension() == ".toml" && fs::is_regular_file(file)
+                         ? recorded(file, {})
+                         : RecordedFile{file.string(), sha256};
+  if (now.sha256 != sha256) now = {file.string(), sha256};
+  for (RecordedFile& known : run_.inputs)
+    if (known.file == now.file) return void(known = std::move(now));
+  run_.inputs.push_back(std::move(now));
+}
+
+void RunRecord::input_sets(const fs::path& file, const std::vector<std::string>& sets) {
+  refuse_output(file);
+  run_.inputs.push_back(recorded(file, sets));
 }
 
 void RunRecord::output(const fs::path& file) {
@@ -118,34 +189,30 @@ void RunRecord::output(const fs::path& file) {
 }
 
 void RunRecord::option(const std::string& name, const std::string& value) {
-  options_.emplace_back(name, value);
+  std::erase_if(run_.options, [&](const auto& one) { return one.first == name; });
+  run_.options.emplace_back(name, value);
 }
 
-void RunRecord::write(int exit_code, std::string_view ending) const {
+void RunRecord::write(int exit_code, const Ending& ending) const {
   if (file_.empty()) return;
   const fs::path folder = folder_of(file_);
-  std::vector<std::pair<fs::path, std::string>> outputs;
-  for (const fs::path& output : outputs_) outputs.emplace_back(output, sha256_of_file(output));
-  write_durable(ending_path(file_), ending);
-  Json json;
-  json["schema"] = fmt::format("drapebench/run/{}", kRunVersion);
-  json["program"] = program_;
-  json["version"] = version();
-  json["program_sha256"] = program_sha256();
-  json["arguments"] = arguments_;
-  json["decisive_arguments"] = decisive(arguments_, folder);
-  json["options"] = Json::object();
-  for (const auto& [name, value] : options_) json["options"][name] = value;
-  json["inputs"] = hashes(folder, inputs_);
-  json["outputs"] = hashes(folder, outputs);
-  json["ending_sha256"] = sha256_of(ending);
-  json["started_utc"] = utc_text(started_);
-  json["ended_utc"] = utc_text(std::chrono::system_clock::now());
-  json["exit_code"] = exit_code;
-  write_json(file_, json);
+  RunFile run = run_;
+  for (RecordedFile& input : run.inputs) input.file = relative_to(folder, input.file);
+  for (const fs::path& output : outputs_)
+    run.outputs.push_back({relative_to(folder, output), sha256_of_file(output)});
+  const std::string text = pretty(value_of(ending));
+  write_durable(ending_path(file_), text);
+  run.version = version();
+  run.program_sha256 = program_sha256();
+  run.decisive_arguments = decisive(run.arguments, folder);
+  run.ending_sha256 = sha256_of(text);
+  run.started_utc = utc_text(started_);
+  run.ended_utc = utc_text(std::chrono::system_clock::now());
+  run.exit_code = exit_code;
+  write_record(file_, run);
 }
 
-void RunRecord::write(const fs::path& file, int exit_code, std::string_view ending) {
+void RunRecord::write(const fs::path& file, int exit_code, const Ending& ending) {
   file_ = file;
   begin();
   write(exit_code, ending);
@@ -156,30 +223,25 @@ fs::path run_record_path(const fs::path& output) {
   return record.replace_extension(".run.json");
 }
 
-fs::path ending_path(const fs::path& record) {
-  fs::path file = record;
-  return file.replace_extension().replace_extension(".ending.txt");
-}
-
 bool is_up_to_date(const fs::path& record, const fs::path& program,
                    const std::vector<std::string>& arguments) {
   if (!fs::is_regular_file(record) || !fs::is_regular_file(program)) return false;
   try {
-    const JsonNode root = JsonNode::open(record, "run", kRunVersion);
-    const fs::path folder = folder_of(record);
-    const int code = root.integer("exit_code");
-    return (code == 0 || code == 1) &&
-           root.texts("decisive_arguments") == decisive(arguments, folder) &&
-           root.text("program_sha256") == sha256_of_file(program) &&
-           root.text("ending_sha256") == sha256_of_file(ending_path(record)) &&
-           unchanged(folder, root, "inputs") && unchanged(folder, root, "outputs");
+    const Document document = Document::read(record);
+    const Value* schema = document.root().find("schema");
+    const auto* kept = schema == nullptr ? nullptr : schema->get_if<std::string>();
+    if (kept == nullptr || *kept != format_of<RunFile>.schema()) return false;
+    const auto run = read_record<RunFile>(document);
+    const auto holds = [&](const RecordedFile& file) { return is_as_recorded(record, file); };
+    return (run.exit_code == 0 || run.exit_code == 1) &&
+           run.decisive_arguments == decisive(arguments, folder_of(record)) &&
+           run.program_sha256 == sha256_of_file(program) &&
+           run.ending_sha256 == sha256_of_file(ending_path(record)) &&
+           std::all_of(run.inputs.begin(), run.inputs.end(), holds) &&
+           std::all_of(run.outputs.begin(), run.outputs.end(), holds);
   } catch (const Error&) {
     return false;  // A damaged record, or one of an older version, proves nothing.
   }
-}
-
-int recorded_exit_code(const fs::path& record) {
-  return JsonNode::open(record, "run", kRunVersion).integer("exit_code");
 }
 
 std::string version() {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/program/run_record.hpp"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include "core/error.hpp"
@@ -25,7 +26,7 @@ class RunRecords : public testing::Test {
     RunRecord record("drape-thing", arguments_, run_record_path(out_));
     record.input(in_);
     record.output(out_);
-    record.write(exit_code, "GO: done\n");
+    record.write(exit_code, {.verdict = "done"});
   }
   [[nodiscard]] bool up_to_date(const std::vector<std::string>& arguments) const {
     return is_up_to_date(run_record_path(out_), fs::canonical("/proc/self/exe"), arguments);
@@ -42,7 +43,7 @@ TEST_F(RunRecords, LieBesideTheOutput) {
 
 TEST_F(RunRecords, ProveAStepUpToDate) {
   EXPECT_TRUE(up_to_date(arguments_));
-  EXPECT_EQ(recorded_exit_code(run_record_path(out_)), 0);
+  EXPECT_EQ(read_run_file(run_record_path(out_)).exit_code, 0);
 }
 
 TEST_F(RunRecords, ForgetOptionsThatChangeNoResult) {
@@ -64,7 +65,7 @@ TEST_F(RunRecords, SeeEveryChangedFile) {
 TEST_F(RunRecords, ANoGoIsAResultAndAFailureIsNot) {
   write(1);
   EXPECT_TRUE(up_to_date(arguments_));
-  EXPECT_EQ(recorded_exit_code(run_record_path(out_)), 1);
+  EXPECT_EQ(read_run_file(run_record_path(out_)).exit_code, 1);
   write(5);
   EXPECT_FALSE(up_to_date(arguments_));
 }
@@ -97,6 +98,42 @@ TEST_F(RunRecords, RefuseAnOutputThatIsAnInputAndTouchNothing) {
   EXPECT_THROW(begun.input(out_), Error);
 }
 
+TEST_F(RunRecords, ACommentChangesNoValue) {
+  const fs::path scene = folder_.path() / "scene.toml";
+  write_durable(scene, "name = \"A\"\nfriction = 0.40\n");
+  {
+    RunRecord record("drape-thing", arguments_, run_record_path(out_));
+    record.input(scene);
+    record.input(scene, sha256_of_file(scene));
+    record.output(out_);
+    record.write(0);
+  }
+  write_durable(scene, "# as measured\nfriction = 0.4\nname = \"A\"\n");
+  EXPECT_TRUE(up_to_date(arguments_));
+  write_durable(scene, "name = \"A\"\nfriction = 0.41\n");
+  EXPECT_FALSE(up_to_date(arguments_));
+}
+
+TEST_F(RunRecords, APictureOfAnotherSetChangesNothingThatWasRead) {
+  const fs::path recording = folder_.path() / "recording.json";
+  const auto list = [](const char* first, const char* second) {
+    return fmt::format(R"({{"rig": "r", "sets": [{{"name": "a", "frames": ["{}"]}},
+                        {{"name": "b", "frames": ["{}"]}}]}})",
+                       first, second);
+  };
+  write_durable(recording, list("1", "2"));
+  {
+    RunRecord record("drape-thing", arguments_, run_record_path(out_));
+    record.input_sets(recording, {"a"});
+    record.output(out_);
+    record.write(0);
+  }
+  write_durable(recording, list("1", "3"));
+  EXPECT_TRUE(up_to_date(arguments_));
+  write_durable(recording, list("4", "2"));
+  EXPECT_FALSE(up_to_date(arguments_));
+}
+
 /// Else it is found out when all is computed.
 TEST_F(RunRecords, RefuseAnOutputThatCannotBeWrittenBeforeAnythingIsDone) {
   const fs::path link = folder_.path() / "link.json";
@@ -107,8 +144,10 @@ TEST_F(RunRecords, RefuseAnOutputThatCannotBeWrittenBeforeAnythingIsDone) {
 }
 
 TEST_F(RunRecords, SeeAChangedEnding) {
-  EXPECT_EQ(read_text(ending_path(run_record_path(out_))), "GO: done\n");
-  write_durable(ending_path(run_record_path(out_)), "NO-GO: done\n");
+  Ending ending = kept_ending(run_record_path(out_)).value();
+  EXPECT_EQ(printed(ending), "GO: done\n");
+  ending.go = false;
+  write_record(ending_path(run_record_path(out_)), ending);
   EXPECT_FALSE(up_to_date(arguments_));
 }
 
@@ -121,7 +160,7 @@ TEST_F(RunRecords, SeeALinkThatWasPointedElsewhere) {
     RunRecord record("drape-thing", arguments_, run_record_path(out_));
     record.input(link / "list.txt");
     record.output(out_);
-    record.write(0, "GO: done\n");
+    record.write(0);
   }
   EXPECT_TRUE(up_to_date(arguments_));
   fs::remove(link);
@@ -142,6 +181,15 @@ TEST_F(RunRecords, KnowAPathInEverySpelling) {
 TEST_F(RunRecords, ADamagedRecordProvesNothing) {
   const std::string text = read_text(run_record_path(out_));
   write_durable(run_record_path(out_), text.substr(0, text.size() / 2));
+  EXPECT_FALSE(up_to_date(arguments_));
+}
+
+TEST_F(RunRecords, ARecordOfVersion1IsReadAndProvesNothing) {
+  const fs::path record = run_record_path(out_);
+  std::string text = read_text(record);
+  text.replace(text.find("run/2"), 5, "run/1");
+  write_durable(record, text);
+  EXPECT_EQ(read_run_file(record).program, "drape-thing");
   EXPECT_FALSE(up_to_date(arguments_));
 }
 

@@ -64,12 +64,13 @@ int detect_command(int argc, char** argv) {
     if (fs::is_directory(rig_file)) rig_file /= "rig.toml";
     require_apart(recording_folder, out, overlay_folder);
     RunRecord record("drape-detect", arguments_of(argc, argv), run_record_path(out),
-                     {{out}, {rig_file, recording_folder / "recording.json"}});
+                     {{out}, {rig_file}});
     Rig rig = read_rig(rig_file);
     if (!target_file.empty()) rig.target_file = target_file;
+    if (options.sets.empty()) options.sets = default_sets(rig, options.surface);
+    record.input_sets(recording_folder / "recording.json", options.sets);
     const Recording recording = read_recording(recording_folder);
     record.input(options.surface == Surface::target ? rig.target_file : rig.print_file);
-    if (options.sets.empty()) options.sets = default_sets(rig, options.surface);
     options.threads = thread_count(common);
     if (out.stem() != "detections") options.preview_prefix = out.stem().string() + "_";
     options.overlays = !overlay_folder.empty();

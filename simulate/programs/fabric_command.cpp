@@ -75,7 +75,7 @@ void write(const ImportedFabric& fabric, const LibraryArguments& arguments, RunR
   ending.next_command = fmt::format("drape fabric {}", shell_word(file.string()));
   for (const auto& [name, text] : fabric.curves) record.output(*arguments.out / name);
   record.output(file);
-  record.write(run_record_path(file), 0, text_of(ending));
+  record.write(run_record_path(file), 0, ending);
 }
 
 Ending shown(const LibraryArguments& arguments, RunRecord& record) {

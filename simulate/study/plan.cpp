@@ -113,12 +113,11 @@ PlannedOutcome run_locked(const StudyCase& the_case, const StudyOptions& options
 bool is_whole(const StudyCase& the_case) {
   const fs::path record = run_record_path(the_case.folder / "sheet.ply");
   try {
-    const JsonNode root = JsonNode::open(record, "run", 1);
-    for (const JsonNode& output : root.items("outputs"))
-      if (sha256_of_file(the_case.folder / output.text("file")) != output.text("sha256"))
-        return false;
-    return root.texts("arguments") == std::vector<std::string>{"study", "--key", the_case.key} &&
-           root.text("ending_sha256") == sha256_of_file(ending_path(record));
+    const RunFile run = read_run_file(record);
+    for (const RecordedFile& output : run.outputs)
+      if (!is_as_recorded(record, output)) return false;
+    return run.arguments == std::vector<std::string>{"study", "--key", the_case.key} &&
+           run.ending_sha256 == sha256_of_file(ending_path(record));
   } catch (const Error&) {
     return false;
   }

@@ -130,7 +130,7 @@ TEST_F(Plan, ACaseWhoseFilesAreNotThoseOfItsRecordIsNotDone) {
   EXPECT_TRUE(is_noticed()) << "the certificate of another drape";
   (void)run_part(two, {}, out, program_, {});
   EXPECT_EQ(csv(out), whole);
-  for (const char* name : {"sheet.ply", "sheet.json", "history.csv", "sheet.ending.txt"}) {
+  for (const char* name : {"sheet.ply", "sheet.json", "history.csv", "sheet.ending.json"}) {
     const std::string bytes = read_text(first / name);
     fs::remove(first / name);
     EXPECT_TRUE(is_noticed()) << name;
@@ -221,7 +221,7 @@ void drape_alone(const StudyCase& one, const StudyOptions& study, const fs::path
   write_outputs(
       folder, simulate_checked(scene, fabric, read_print(scene.print_file), std::nullopt, options),
       options, record);
-  record.write(0, "");
+  record.write(0);
 }
 
 TEST_F(Plan, TakesAtMostFivePercentOfTheCpuForItself) {

@@ -86,7 +86,8 @@ StudyOutcome simulate_case(const StudyCase& the_case, const StudyOptions& option
     if (rests) break;
   }
   write_outputs(the_case.folder, best, used, record);
-  record.write(best.report.status == RestStatus::at_rest ? 0 : 1, "");
+  const bool rests = best.report.status == RestStatus::at_rest;
+  record.write(rests ? 0 : 1, {.go = rests, .verdict = best.report.sentence});
   return outcome_of(the_case, best.report, used.solver);
 }
 

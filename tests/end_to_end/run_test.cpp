@@ -54,7 +54,7 @@ std::map<std::string, std::string> contents(const fs::path& out) {
         name.ends_with(".seal.json"))
       continue;
     result[name] =
-        name.ends_with(".ending.txt") ? said(entry.path()) : drape::sha256_of_file(entry.path());
+        name.ends_with(".ending.json") ? said(entry.path()) : drape::sha256_of_file(entry.path());
   }
   return result;
 }
@@ -220,6 +220,31 @@ TEST(EndToEnd, AMatchRestsOnTheRepeatsThatTheRigNames) {
                 "\"4\"\nface = \"back\"\n",
                 "");
   EXPECT_THAT(bench.run("out").text, HasSubstr("1 made, 12 up to date"));
+}
+
+TEST(EndToEnd, RepeatsOnlyStepsThatReadWhatChanged) {
+  const SmallBench bench({"C"}, drape::test::measured);
+  ASSERT_LE(bench.run("out").exit_code, 1);
+  const fs::path scene = bench.rig() / "scenes/C.toml";
+  drape::write_durable(scene, "# laid by hand\n" + drape::read_text(scene));
+  EXPECT_THAT(bench.run("out").text, HasSubstr("0 made, 6 up to date"));
+  // The same picture in other bytes.
+  const fs::path folder = bench.rig() / "recording/drape_C", picture = folder / "cam0.png";
+  const fs::path original = fs::canonical(folder);
+  const std::string before = drape::sha256_of_file(picture);
+  if (fs::is_symlink(folder)) {
+    fs::remove(folder);
+    fs::copy(original, folder);
+  }
+  const cv::Mat image = cv::imread(picture.string(), cv::IMREAD_UNCHANGED);
+  fs::remove(picture);
+  ASSERT_TRUE(cv::imwrite(picture.string(), image, {cv::IMWRITE_PNG_COMPRESSION, 1}));
+  bench.replace("recording/recording.json", before, drape::sha256_of_file(picture));
+  const Outcome again = bench.run("out");
+  EXPECT_THAT(again.text, ContainsRegex("detect +target +up to date"));
+  EXPECT_THAT(again.text, ContainsRegex("calib +3 cameras +up to date"));
+  EXPECT_THAT(again.text, ContainsRegex("detect +drape C +done"));
+  EXPECT_THAT(again.text, testing::Not(HasSubstr("FAILED")));
 }
 
 TEST(EndToEnd, AnEnsembleSaysWhereTheRealDrapeIsAmongIts) {

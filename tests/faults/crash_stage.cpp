@@ -131,7 +131,7 @@ std::string lasting(const std::string& file, std::string text) {
   static const std::regex hashes("sha256\": \"[0-9a-f]*\"");
   static const std::regex counts("[0-9]+ comparisons added, [0-9]+ were there already");
   if (file.ends_with(".json")) text = std::regex_replace(text, times, "");
-  if (file.ends_with(".ending.txt")) text = std::regex_replace(text, counts, "");
+  if (file.ends_with(".ending.json")) text = std::regex_replace(text, counts, "");
   if (file == "report.run.json" || file == "recording.run.json")
     text = std::regex_replace(text, hashes, "");
   return text;

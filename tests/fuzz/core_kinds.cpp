@@ -155,7 +155,7 @@ std::vector<Kind> core_kinds() {
          write_durable(folder / "in.txt", "x");
          RunRecord record("drape-thing", {"in.txt"}, folder / "out.run.json");
          record.input(folder / "in.txt");
-         record.write(0, "");
+         record.write(0);
          return folder / "out.run.json";
        },
        [](const fs::path& f) {

@@ -21,7 +21,8 @@ def main():
     for file in sorted(pathlib.Path(sys.argv[1]).glob("*.schema.json")):
         schema = read(file)
         jsonschema.Draft202012Validator.check_schema(schema)
-        schemas[schema["title"]] = jsonschema.Draft202012Validator(schema)
+        for name in schema["properties"]["schema"].get("enum", [schema["title"]]):
+            schemas[name] = jsonschema.Draft202012Validator(schema)
     seen, wrong = collections.Counter(), 0
     files = [f for folder in sys.argv[2:] for f in sorted(pathlib.Path(folder).rglob("*.json"))]
     for file in files:
@@ -41,7 +42,7 @@ def main():
             print(f"{file}: /{'/'.join(map(str, error.absolute_path))}: {error.message[:200]}")
             wrong += 1
             break
-    for kind in sorted(schemas):
+    for kind in sorted({s.schema["title"] for s in schemas.values()}):
         print(f"{seen[kind]:6} {kind}")
     return 1 if wrong or not files else 0
 
