@@ -49,7 +49,7 @@ Bench::Bench(const ConsoleOptions& options, Tell tell)
             [this](const Job& job) { job_ended(job); }) {
   for (const fs::path& file : rig_.scenes) {
     const Scene scene = read_scene(as_read(file));
-    drapes_.push_back({scene, read_print(as_read(scene.print_file)), {}});
+    drapes_.push_back({scene, read_print(as_read(scene.print_file))});
   }
   read_layings();
   if (options_.replay) static_cast<void>(read_recording(recording_folder_));
@@ -236,7 +236,7 @@ void Bench::measure(const std::string& name) {
     throw bad_input("the cameras are not calibrated: " + *why, {}, "calibrate first");
   require_not_being_taken(sets_of(one));
   std::vector<Call> calls = {missing_detect_call(set)};
-  for (const Plate& plate : one.plates)
+  for (const ObjectTags& plate : one.scene.tags)
     if (is_taken(plate.set)) calls.push_back(missing_detect_call(plate.set));
   std::vector<Call> objects = object_calls(one);
   const std::size_t plates = objects.size();
@@ -245,7 +245,7 @@ void Bench::measure(const std::string& name) {
                  calibration_file().string(), "--set", set, "--scene",
                  scene_file(one, plates).string(), "--out",
                  fs::path(sheet_file(name)).replace_extension(".ply").string()}};
-  for (const Plate& plate : one.plates)
+  for (const ObjectTags& plate : one.scene.tags)
     if (is_taken(plate.set))
       measured.words.insert(measured.words.end(),
                             {"--object", object_file(name, plate.object).string()});
@@ -274,7 +274,7 @@ void Bench::run() {
   if (taken_target_sets().size() < kLeastSets)
     throw bad_input("the cameras are not calibrated", {}, "calibrate first");
   for (const Drape& one : drapes_)
-    for (const Plate& plate : one.plates)
+    for (const ObjectTags& plate : one.scene.tags)
       if (is_taken(one.scene.set) && is_left_out(plate.set))
         throw bad_input("the plate of tags is left out, but the scene asks for it",
                         {.file = one.scene.file.string(), .field = "tags_set", .set = plate.set},

@@ -74,17 +74,9 @@ class Bench {
   void act(const Json& request);
 
  private:
-  /// A plate of tags on an object of a scene (tags_set in its [[object]]).
-  struct Plate {
-    int object = 1;  ///< number in the scene, from 1
-    std::string set;
-    std::filesystem::path target;
-    std::vector<std::string> lies;  ///< options of `drape object`
-  };
   struct Drape {
     Scene scene;
     Print print;
-    std::vector<Plate> plates;
   };
   /// One laying of a drape's cloth; the first one's set is the scene's.
   struct Laying {
@@ -124,7 +116,7 @@ class Bench {
   [[nodiscard]] std::vector<std::string> target_sets() const;  ///< stages, then free poses
   [[nodiscard]] std::vector<std::string> taken_target_sets() const;
   [[nodiscard]] const Drape& drape(const std::string& name) const;
-  [[nodiscard]] const Plate* plate_of(const std::string& set) const;
+  [[nodiscard]] const ObjectTags* plate_of(const std::string& set) const;
   [[nodiscard]] std::vector<Laying> layings(const std::string& drape = {}) const;
   [[nodiscard]] std::string drape_of(const std::string& set) const;  ///< empty: of the target
   [[nodiscard]] std::vector<std::string> sets_of(const Drape& drape) const;

@@ -159,7 +159,7 @@ Bench::Chain Bench::own_chain(const Drape& drape) const {
               detections_file(drape.scene.set),
               sheet_file(drape.scene.name),
               {}};
-  for (const Plate& plate : drape.plates)
+  for (const ObjectTags& plate : drape.scene.tags)
     chain.objects.push_back(
         {object_file(drape.scene.name, plate.object), detections_file(plate.set), plate.set});
   return chain;
@@ -171,7 +171,7 @@ Bench::Chain Bench::run_chain(const Drape& drape) const {
   Chain chain{drape.scene.set,           out_ / "target-detections.json",
               out_ / "calibration.json", folder / "detections.json",
               folder / "sheet.json",     {}};
-  for (const Plate& plate : drape.plates)
+  for (const ObjectTags& plate : drape.scene.tags)
     chain.objects.push_back({folder / fmt::format("object_{}.json", plate.object),
                              folder / fmt::format("object_{}-detections.json", plate.object),
                              plate.set});

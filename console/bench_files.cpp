@@ -1,34 +1,27 @@
 // SPDX-License-Identifier: Apache-2.0
 // Files of the console's own folder, and those of other programs that it reads.
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <sstream>
+#include <tuple>
 
 #include "console/bench.hpp"
 #include "core/program/run_record.hpp"
-#include "core/units.hpp"
 
 namespace drape::console {
 namespace {
 
 namespace fs = std::filesystem;
 
-std::string quoted(const std::string& text) {
-  return Json(text).dump();  // TOML's basic strings have JSON's escapes
-}
-
-std::string quoted_from(const fs::path& folder, const fs::path& file) {
-  return quoted(fs::proximate(fs::absolute(file), fs::absolute(folder)).generic_string());
-}
-
-std::string camera_table(const RigCamera& camera, int width_px, int height_px) {
-  return fmt::format(
-      "\n[[camera]]\nname = {}\nwidth_px = {}\nheight_px = {}\npixel_pitch_um = [{:.9f}, "
-      "{:.9f}]\n",
-      quoted(camera.name), width_px, height_px, camera.pixel_pitch_x_m / units::um,
-      camera.pixel_pitch_y_m / units::um);
+/// The rig's file in this folder.
+std::string text_in(const fs::path& folder, Rig rig) {
+  const auto beside = [&](fs::path& file) {
+    if (!file.empty()) file = fs::proximate(fs::absolute(file), fs::absolute(folder));
+  };
+  for (fs::path* file : {&rig.target_file, &rig.print_file, &rig.recording}) beside(*file);
+  for (fs::path& scene : rig.scenes) beside(scene);
+  return text_of(rig);
 }
 
 void write_where_new(const fs::path& file, const std::string& text) {
@@ -68,7 +61,7 @@ fs::path Bench::scene_file(const Drape& drape, std::size_t plates) const {
 }
 
 Call Bench::detect_call(const std::string& set) const {
-  const Plate* plate = plate_of(set);
+  const ObjectTags* plate = plate_of(set);
   Call call{{"detect", recording_folder_.string(), "--rig", rig_.file.string(), "--surface",
              plate != nullptr || is_target_set(set) ? "target" : "cloth", "--sets", set, "--out",
              detections_file(set).string(), "--threads", "1"}};
@@ -84,14 +77,15 @@ Call Bench::missing_detect_call(const std::string& set) const {
 
 std::vector<Call> Bench::object_calls(const Drape& drape) const {
   std::vector<Call> calls;
-  for (const Plate& plate : drape.plates) {
+  for (const ObjectTags& plate : drape.scene.tags) {
     if (!is_taken(plate.set)) continue;
     Call call{{"object", detections_file(plate.set).string(), "--calibration",
                calibration_file().string(), "--set", plate.set, "--scene",
                scene_file(drape, calls.size()).string(), "--object", std::to_string(plate.object),
                "--scene-out", scene_file(drape, calls.size() + 1).string(), "--out",
                object_file(drape.scene.name, plate.object).string()}};
-    call.words.insert(call.words.end(), plate.lies.begin(), plate.lies.end());
+    for (const auto& [option, value] : plate.lies())
+      call.words.insert(call.words.end(), {option, fmt::format("{}", value)});
     calls.push_back(std::move(call));
   }
   return calls;
@@ -110,55 +104,41 @@ Scene Bench::measured_scene(const Drape& drape) const {
 
 /// The rig with what was taken only, so that a bench is measured from the sets it has.
 std::string Bench::rig_text(bool for_calibration) const {
-  const auto relative = [&](const fs::path& file) { return quoted_from(own_, file); };
-  const auto taken = [&](const std::string& set) { return is_taken(set); };
-  std::vector<std::string> poses, scenes;
-  std::copy_if(rig_.free_poses.begin(), rig_.free_poses.end(), std::back_inserter(poses), taken);
-  for (const Drape& drape : drapes_)
-    if (!for_calibration && taken(drape.scene.set)) scenes.push_back(relative(drape.scene.file));
-  std::string text = fmt::format(
-      "# Made by `drape bench`: {} with the sets that were taken.\n"
-      "schema = \"drapebench/rig/1\"\nname = {}\ntarget = {}\n",
-      rig_.file.filename().string(), quoted(rig_.name), relative(rig_.target_file));
-  if (!for_calibration && !rig_.print_file.empty())
-    text += fmt::format("print = {}\n", relative(rig_.print_file));
-  text += fmt::format("recording = {}\n", relative(recording_folder_));
-  if (!scenes.empty())
-    text += fmt::format("scenes = [{}]\ngrids = [{}]\nsegments = [{}]\n", fmt::join(scenes, ", "),
-                        fmt::join(rig_.grids, ", "), fmt::join(rig_.segments, ", "));
-  text += fmt::format("\n[calibration]\nestimate_scale_x = {}\nfree_poses = {}\n",
-                      rig_.estimate_scale_x, Json(poses).dump());
-  for (const TargetStage& stage : rig_.stages)
-    if (taken(stage.set))
-      text += fmt::format("\n[[calibration.stage]]\nset = {}\nz_mm = {:.9f}\n", quoted(stage.set),
-                          stage.z_m / units::mm);
-  for (const Laying& one : layings())
-    if (!for_calibration && one.named && taken(one.set) && taken(drape(one.drape).scene.set)) {
-      text += fmt::format("\n[[repeat]]\nscene = {}\nset = {}\nrepeat = {}\n", quoted(one.drape),
-                          quoted(one.set), quoted(one.repeat));
-      if (!one.face.empty()) text += fmt::format("face = {}\n", quoted(one.face));
-    }
-  for (const RigCamera& camera : rig_.cameras)
-    text += camera_table(camera, camera.width_px, camera.height_px);
-  return text;
+  Rig rig = rig_;
+  rig.recording = recording_folder_;
+  std::erase_if(rig.free_poses, [&](const std::string& set) { return !is_taken(set); });
+  std::erase_if(rig.stages, [&](const TargetStage& stage) { return !is_taken(stage.set); });
+  rig.scenes.clear();
+  rig.repeats.clear();
+  if (for_calibration) {
+    rig.print_file.clear();
+  } else {
+    for (const Drape& drape : drapes_)
+      if (is_taken(drape.scene.set)) rig.scenes.push_back(drape.scene.file);
+    for (const Laying& one : layings())
+      if (one.named && is_taken(one.set) && is_taken(drape(one.drape).scene.set))
+        rig.repeats.push_back({one.drape, one.set, one.repeat, one.face});
+  }
+  return fmt::format("# Made by `drape bench`: {} with the sets that were taken.\n",
+                     rig_.file.filename().string()) +
+         text_in(own_, std::move(rig));
 }
 
 /// Rig of scaled pictures, for detect alone.
 std::string Bench::live_rig_text(const fs::path& folder,
                                  const std::map<std::string, std::pair<int, int>>& px) const {
-  const auto relative = [&](const fs::path& file) { return quoted_from(folder, file); };
-  std::string text = fmt::format(
-      "schema = \"drapebench/rig/1\"\nname = {}\ntarget = {}\nrecording = \"recording\"\n",
-      quoted(rig_.name), relative(rig_.target_file));
-  if (!drapes_.empty())
-    text += fmt::format("print = {}\n", relative(drapes_.front().scene.print_file));
-  text += "\n[calibration]\nfree_poses = []\n";
-  for (const RigCamera& camera : rig_.cameras) {
+  Rig rig;
+  rig.name = rig_.name;
+  rig.target_file = rig_.target_file;
+  rig.recording = folder / "recording";
+  if (!drapes_.empty()) rig.print_file = drapes_.front().scene.print_file;
+  for (RigCamera camera : rig_.cameras) {
     const auto size = px.find(camera.name);
     if (size == px.end()) continue;
-    text += camera_table(camera, size->second.first, size->second.second);
+    std::tie(camera.width_px, camera.height_px) = size->second;
+    rig.cameras.push_back(std::move(camera));
   }
-  return text;
+  return text_in(folder, std::move(rig));
 }
 
 void Bench::write_rig() const {

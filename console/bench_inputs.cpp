@@ -25,7 +25,7 @@ bool is_below(const fs::path& file, const fs::path& folder) {
   return !from.empty() && *from.begin() != "..";
 }
 
-/// Files have z_mm to nine decimals.
+/// Heights are written in mm and read back.
 constexpr double kSameHeight_m = 1e-11;
 
 bool is_same_file(const fs::path& a, const fs::path& b) {

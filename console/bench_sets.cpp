@@ -16,15 +16,9 @@ constexpr std::size_t kMostLayings = 100;
 
 /// Reads layings of rig.toml ([[repeat]]) and of the scenes (tags_set).
 void Bench::read_layings() {
-  for (Drape& one : drapes_) {
+  for (const Drape& one : drapes_) {
     layings_.push_back({one.scene.name, one.scene.set, one.scene.set, {}});
-    for (const ObjectTags& tags : one.scene.tags) {
-      Plate plate{tags.object, tags.set, tags.target, {}};
-      for (const auto& [option, value] : tags.lies())
-        plate.lies.insert(plate.lies.end(), {option, fmt::format("{}", value)});
-      as_read(plate.target);
-      one.plates.push_back(std::move(plate));
-    }
+    for (const ObjectTags& tags : one.scene.tags) as_read(tags.target);
   }
   for (const DrapeRepeat& repeat : rig_.repeats) {
     Laying found{repeat.scene, repeat.set, repeat.repeat, repeat.face, true};
@@ -45,14 +39,14 @@ std::string Bench::drape_of(const std::string& set) const {
   for (const Laying& one : layings())
     if (one.set == set) return one.drape;
   for (const Drape& one : drapes_)
-    for (const Plate& plate : one.plates)
+    for (const ObjectTags& plate : one.scene.tags)
       if (plate.set == set) return one.scene.name;
   return {};
 }
 
-const Bench::Plate* Bench::plate_of(const std::string& set) const {
+const ObjectTags* Bench::plate_of(const std::string& set) const {
   for (const Drape& one : drapes_)
-    for (const Plate& plate : one.plates)
+    for (const ObjectTags& plate : one.scene.tags)
       if (plate.set == set) return &plate;
   return nullptr;
 }
@@ -60,7 +54,7 @@ const Bench::Plate* Bench::plate_of(const std::string& set) const {
 /// In the order in which a bench takes them: the objects' places first.
 std::vector<std::string> Bench::sets_of(const Drape& drape) const {
   std::vector<std::string> sets;
-  for (const Plate& plate : drape.plates) sets.push_back(plate.set);
+  for (const ObjectTags& plate : drape.scene.tags) sets.push_back(plate.set);
   for (const Laying& one : layings(drape.scene.name)) sets.push_back(one.set);
   return sets;
 }

@@ -126,7 +126,7 @@ Json Bench::set_json(const std::string& set) const {
   for (const TargetStage& stage : rig_.stages)
     if (stage.set == set) json["z_mm"] = rounded(stage.z_m / mm, 1000);
   if (const std::string drape = drape_of(set); !drape.empty()) json["drape"] = drape;
-  if (const Plate* plate = plate_of(set)) json["plate"] = plate->object;
+  if (const ObjectTags* plate = plate_of(set)) json["plate"] = plate->object;
   const bool there = recorded_set(set) != nullptr;
   json["recorded"] = there;
   json["takeable"] = there || !options_.replay;
@@ -181,8 +181,8 @@ Json Bench::drape_json(const Drape& one) const {
     json["layings"].push_back(
         {{"set", laying.set}, {"repeat", laying.repeat}, {"face", laying.face}});
   json["plates"] = Json::array();
-  for (std::size_t k = 0; k < one.plates.size(); ++k) {
-    const Plate& plate = one.plates[k];
+  for (std::size_t k = 0; k < one.scene.tags.size(); ++k) {
+    const ObjectTags& plate = one.scene.tags[k];
     const Chain::Object& object = chain.objects[k];
     Json item = said_in(against_object(chain, object) ? Json() : ending_of(object.file));
     item["object"] = plate.object;

@@ -168,7 +168,7 @@ void fields(Fields& f, Rig& rig) {
   }
   if (has_scenes)
     f({"print", "print file"}, rig.print_file);
-  else
+  else if (f.reads() || f.documents() || !rig.print_file.empty())
     f.otherwise({"print", "print file"}, rig.print_file);
   f.if_any({"camera", "each camera"}, rig.cameras);
   f.limit(!rig.cameras.empty(), "camera", "the rig has no camera",
