@@ -7,17 +7,12 @@
 #include <variant>
 
 #include "core/files/files.hpp"
-#include "core/files/toml_file.hpp"
 #include "core/scene.hpp"
 
 namespace drape::compare {
 namespace {
 
 namespace fs = std::filesystem;
-
-bool is_of_surroundings(const std::string& key) {
-  return key == "table_z_mm" || key.starts_with("object.");
-}
 
 bool touches_a_mark(const std::string& key) {
   return !key.ends_with("_uncertainty_mm") && !key.ends_with(".on_stand") &&
@@ -45,18 +40,14 @@ std::optional<SimulatedScene> read_simulated_scene(
     const fs::path& file, const std::vector<std::pair<fs::path, std::string>>& inputs) {
   const Scene scene = read_scene(file);
   SimulatedScene simulated{scene.set, {}, scene.friction, is_among(scene.fabric_file, inputs)};
-  for (const auto& [key, value] : TomlTable::open(file, "scene").values())
-    if (is_of_surroundings(key)) simulated.surroundings[key] = value;
-  for (std::size_t i = 0; i < scene.obstacles.size(); ++i) {
-    const auto* mesh = std::get_if<MeshObject>(&scene.obstacles[i]);
-    if (mesh == nullptr) continue;
-    const auto read = std::find_if(inputs.begin(), inputs.end(), [&](const auto& input) {
-      return fs::weakly_canonical(input.first) == fs::weakly_canonical(mesh->file);
-    });
-    if (read == inputs.end()) return std::nullopt;
-    simulated.surroundings[fmt::format("object.{}.file", i + 1)] = read->second;
-  }
-  return simulated;
+  bool are_meshes_known = true;
+  simulated.surroundings = surroundings_of(scene, [&](const fs::path& mesh) {
+    for (const auto& [input, sha256] : inputs)
+      if (fs::weakly_canonical(input) == fs::weakly_canonical(mesh)) return sha256;
+    are_meshes_known = false;
+    return std::string();
+  });
+  return are_meshes_known ? std::optional(simulated) : std::nullopt;
 }
 
 std::optional<std::string> difference_of(const Surroundings& asked, const Surroundings& other,

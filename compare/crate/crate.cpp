@@ -15,9 +15,9 @@
 #include "compare/meshes/other_mesh.hpp"
 #include "compare/records/provenance.hpp"
 #include "core/error.hpp"
+#include "core/fields/document.hpp"
 #include "core/files/files.hpp"
 #include "core/files/json_file.hpp"
-#include "core/files/toml_file.hpp"
 #include "core/program/dates.hpp"
 #include "core/program/run_record.hpp"
 
@@ -35,7 +35,9 @@ using Stated = std::map<fs::path, std::set<std::string>>;
 std::string scene_in(const fs::path& file) {
   if (read_text(file).find("\"drapebench/scene/") == std::string::npos) return {};
   try {
-    return TomlTable::open(file, "scene").text("name");
+    const Value* name = Document::read(file).root().find("name");
+    const auto* text = name == nullptr ? nullptr : name->get_if<std::string>();
+    return text == nullptr ? std::string() : *text;
   } catch (const Error&) {
     return {};  // nothing was simulated with it
   }

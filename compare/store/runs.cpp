@@ -16,8 +16,8 @@
 #include "compare/tables/budget.hpp"
 #include "compare/tables/match.hpp"
 #include "core/error.hpp"
+#include "core/fields/document.hpp"
 #include "core/files/files.hpp"
-#include "core/files/toml_file.hpp"
 #include "core/program/dates.hpp"
 #include "core/program/run_record.hpp"
 #include "core/units.hpp"
@@ -42,18 +42,20 @@ void repeat_run(Writer& writer, const StoredRun& run, const std::string& content
 /// The values of a TOML file; `stand_ins` marks the keys that its list of stand-ins speaks of.
 void add_file(const std::string& owner, const fs::path& file, std::vector<RunValue>& values) {
   if (!fs::is_regular_file(file)) return;
-  const std::string schema = owner.substr(0, owner.find(' '));
-  const TomlTable root = TomlTable::open(file, schema);
+  const Document document = Document::read(file);
   std::vector<std::string> stand_ins;
-  if (root.has("stand_ins")) stand_ins = root.texts("stand_ins");
-  for (const auto& [key, value] : root.values()) {
+  if (const Value* list = document.root().find("stand_ins"))
+    for (const Value& what :
+         list->get_if<Value::List>() ? *list->get_if<Value::List>() : Value::List{})
+      if (const auto* text = what.get_if<std::string>()) stand_ins.push_back(*text);
+  for (const auto& [key, value] : flat(document.root())) {
     if (key == "schema") continue;
     const bool stand_in = std::any_of(
         stand_ins.begin(), stand_ins.end(),
         [&, &name = key](const std::string& what) { return stands_in_for(what, name); });
     std::string text = value;
     // A curve's name stays when its points change; their hash shows it.
-    if (const fs::path curve = root.beside(value);
+    if (const fs::path curve = document.beside(value);
         value.ends_with(".csv") && fs::is_regular_file(curve))
       text += " " + sha256_of_file(curve).substr(0, 12);
     values.push_back({owner, key, text, stand_in});

@@ -10,17 +10,57 @@
 #include <set>
 
 #include "core/error.hpp"
+#include "core/fields/records.hpp"
 #include "core/files/csv.hpp"
 #include "core/files/files.hpp"
 #include "core/files/json_file.hpp"
-#include "core/files/toml_file.hpp"
 #include "core/units.hpp"
 #include "simulate/objects/scene_files.hpp"
 
-namespace drape::simulate {
-namespace {
+namespace drape {
+namespace simulate {
 
 namespace fs = std::filesystem;
+
+/// A study's plan (plan.toml): each list multiplies the cases.
+struct PlanFile {
+  Document document;
+  std::vector<fs::path> scenes, fabrics;
+  std::vector<int> seeds = {0};
+  StudyOptions options;
+};
+
+void fields(Fields& f, PlanFile& plan) {
+  StudyOptions& options = plan.options;
+  f({"scenes", "scene files"}, plan.scenes);
+  f.otherwise({"fabrics", "fabric files; absent: the scene's own"}, plan.fabrics);
+  f.otherwise({"grids", "particles per side"}, options.grids);
+  f.otherwise({"segments", "line segments per Kawabata curve"}, options.segments);
+  f.otherwise({"models", "models of the cloth"}, options.models);
+  f.otherwise({"solvers", "solvers, tried in this order"}, options.solvers);
+  f.otherwise({"seeds", "starts: 0 is the scene's, others are random", 1, 0}, plan.seeds);
+  f.otherwise({"max_steps", "step limit", 1, 1}, options.simulate.max_steps);
+  f.otherwise({"thickness_mm", "thickness of the cloth", units::mm, 0},
+              options.simulate.cloth_thickness_m);
+  f.limit(!plan.scenes.empty(), "scenes", "the list is empty", "name one or more files");
+  f.limit(!f.reads() || plan.document.root().find("fabrics") == nullptr || !plan.fabrics.empty(),
+          "fabrics", "the list is empty", "name one or more files");
+  f.limit(!plan.seeds.empty(), "seeds", "the list is empty", "write e.g. seeds = [0]");
+  std::set<int> different;
+  for (const int seed : plan.seeds)
+    f.limit(different.insert(seed).second, "seeds", fmt::format("seed {} is listed twice", seed),
+            "list it once");
+}
+
+}  // namespace simulate
+
+template <>
+inline constexpr Format format_of<simulate::PlanFile>{"plan", Syntax::toml, 1,
+                                                      "plan.toml: cases of a study"};
+}  // namespace drape
+
+namespace drape::simulate {
+namespace {
 
 constexpr double kMostCases = 1e6;  ///< most cases of a plan: all of them are held in memory
 
@@ -36,13 +76,6 @@ class Hashes {
  private:
   std::map<std::string, std::string> known_;
 };
-
-std::vector<fs::path> paths_of(const TomlTable& root, const std::string& key) {
-  std::vector<fs::path> paths;
-  for (const std::string& name : root.texts(key)) paths.push_back(root.beside(name));
-  if (paths.empty()) root.reject(key, "the list is empty", "name one or more files");
-  return paths;
-}
 
 std::string key_of(const StudyCase& the_case, const StudyOptions& options,
                    const std::vector<fs::path>& files, const fs::path& program, Hashes& hashes) {
@@ -145,40 +178,28 @@ PlannedOutcome look_at(const StudyCase& the_case) {
 }  // namespace
 
 StudyPlan read_plan(const fs::path& file, const fs::path& out, const fs::path& program) {
-  const TomlTable root = TomlTable::open(file, "plan");
+  const auto read = read_record<PlanFile>(file);
   StudyPlan plan;
-  StudyOptions& options = plan.options;
-  const std::vector<fs::path> scenes = paths_of(root, "scenes");
-  std::vector<fs::path> fabrics = {fs::path()};  // the scene's own
-  if (root.has("fabrics")) fabrics = paths_of(root, "fabrics");
-  std::vector<int> seeds = {0};
-  if (root.has("grids")) options.grids = root.integers("grids");
-  if (root.has("segments")) options.segments = root.integers("segments");
-  if (root.has("models")) options.models = root.texts("models");
-  if (root.has("solvers")) options.solvers = root.texts("solvers");
-  if (root.has("seeds")) seeds = root.integers("seeds");
-  if (root.has("max_steps")) options.simulate.max_steps = root.positive_integer("max_steps");
-  if (root.has("thickness_mm"))
-    options.simulate.cloth_thickness_m = root.not_negative("thickness_mm") * units::mm;
-  root.finish();
+  plan.options = read.options;
+  const StudyOptions& options = plan.options;
+  const std::vector<fs::path>& scenes = read.scenes;
+  std::vector<fs::path> fabrics = read.fabrics;
+  if (fabrics.empty()) fabrics.emplace_back();  // the scene's own
+  const std::vector<int>& seeds = read.seeds;
+  const auto refuse = [&](const char* key, const std::string& what, const std::string& remedy) {
+    throw bad_input(what, read.document.where(key), remedy);
+  };
   try {
     options.check();
   } catch (const Error& wrong) {
     throw bad_input(wrong.what_failed(), {.file = file.string()}, wrong.what_to_do());
   }
-  if (seeds.empty()) root.reject("seeds", "the list is empty", "write e.g. seeds = [0]");
-  std::set<int> different;
-  for (const int seed : seeds) {
-    if (!different.insert(seed).second)
-      root.reject("seeds", fmt::format("seed {} is listed twice", seed), "list it once");
-    if (seed < 0) root.reject("seeds", "a seed is negative", "use 0 (the scene's start) or more");
-  }
   const double count = static_cast<double>(scenes.size() * fabrics.size() * seeds.size()) *
                        static_cast<double>(options.models.size() * options.grids.size()) *
                        static_cast<double>(options.segments.size());
   if (count > kMostCases)
-    root.reject("scenes", fmt::format("the plan has {:g} cases", count),
-                fmt::format("make plans of at most {:g}", kMostCases));
+    refuse("scenes", fmt::format("the plan has {:g} cases", count),
+           fmt::format("make plans of at most {:g}", kMostCases));
   Hashes hashes;
   std::map<std::string, const fs::path*> scene_of_key;
   for (const fs::path& scene_file : scenes) {
@@ -196,10 +217,10 @@ StudyPlan read_plan(const fs::path& file, const fs::path& out, const fs::path& p
               one.key = key_of(one, options, files, program, hashes);
               // Also the same bytes under another name.
               if (const auto [first, is_new] = scene_of_key.emplace(one.key, &scene_file); !is_new)
-                root.reject(first->second == &scene_file ? "fabrics" : "scenes",
-                            fmt::format("scene {} with fabric {} is listed twice",
-                                        scene_file.string(), one.fabric_file.string()),
-                            "list each scene and fabric once");
+                refuse(first->second == &scene_file ? "fabrics" : "scenes",
+                       fmt::format("scene {} with fabric {} is listed twice", scene_file.string(),
+                                   one.fabric_file.string()),
+                       "list each scene and fabric once");
               one.folder = out / one.key.substr(0, 2) / one.key;
               plan.cases.push_back(std::move(one));
             }

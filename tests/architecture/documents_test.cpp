@@ -50,7 +50,8 @@ TEST(Documents, ReadmeListsEveryFolder) {
 /// Names of file formats in one line: `schema = "drapebench/<name>/<n>"`, written or checked.
 void add_schemas(const std::string& line, std::set<std::string>& found) {
   static const std::regex written(R"re(schema\b.*drapebench/([a-z][a-z-]*)/(?:[0-9]|\{))re");
-  static const std::regex read(R"re((?:TomlTable|JsonNode)::open\([^"]*"([a-z][a-z-]*)")re");
+  static const std::regex read(
+      R"re((?:JsonNode::open\(|Format format_of<)[^"]*"([a-z][a-z-]*)")re");
   std::smatch match;
   for (const std::regex* pattern : {&written, &read}) {
     if (std::regex_search(line, match, *pattern)) found.insert(match[1]);

@@ -9,8 +9,8 @@
 #include <numbers>
 #include <optional>
 
+#include "core/fields/document.hpp"
 #include "core/files/csv.hpp"
-#include "core/files/toml_file.hpp"
 #include "core/statistics/sample.hpp"
 #include "core/units.hpp"
 #include "triangulate/guards/guards.hpp"
@@ -201,23 +201,28 @@ std::string scale_text(const UnseenScale& unseen) {
 }
 
 double most_strain_of(const Scene& scene, const Eigen::Vector2d& patch_m) {
-  const TomlTable root = TomlTable::open(scene.fabric_file, "fabric");
-  const double density = root.positive("areal_density_g_per_m2") * units::g_per_m2;
-  const auto tensile = root.optional_table("tensile");
-  if (!tensile || !tensile->has("warp") || !tensile->has("weft")) return kStandInFactor * 1e-3;
-  double factor = 1;
-  if (root.has("stand_ins")) {
-    for (const std::string& what : root.texts("stand_ins"))
-      if (what.find("tensile") != std::string::npos) factor = kStandInFactor;
-  }
+  constexpr const char* kDensity = "areal_density_g_per_m2";
+  const Document fabric = Document::read(scene.fabric_file);
+  const Value* density = fabric.root().find(kDensity);
+  if (density == nullptr || !density->is_number() || !(density->number() > 0))
+    throw bad_input(fmt::format("`{}` is missing, or not a number above 0", kDensity),
+                    fabric.where(kDensity), "give the mass per area");
+  const Value* tensile = fabric.root().find("tensile");
+  const Value* stand_ins = fabric.root().find("stand_ins");
+  const bool is_stand_in =
+      stand_ins != nullptr && one_line(*stand_ins).find("tensile") != std::string::npos;
   double strain = 0;
   int side = 0;
   for (const char* key : {"warp", "weft"}) {
-    const double slope = first_slope(tensile->file_path(key));
-    if (slope > 0) strain = std::max(strain, density * kGravity_m_per_s2 * patch_m[side] / slope);
+    const Value* name = tensile == nullptr ? nullptr : tensile->find(key);
+    const auto* curve = name == nullptr ? nullptr : name->get_if<std::string>();
+    if (curve == nullptr) return kStandInFactor * 1e-3;
+    const double slope = first_slope(fabric.beside(*curve));
+    const double weight = density->number() * units::g_per_m2 * kGravity_m_per_s2;
+    if (slope > 0) strain = std::max(strain, weight * patch_m[side] / slope);
     ++side;
   }
-  return factor * strain;
+  return (is_stand_in ? kStandInFactor : 1) * strain;
 }
 
 }  // namespace drape::triangulate
