@@ -112,66 +112,6 @@ Store::~Store() {
   }
 }
 
-void Store::add(const Calibration& calibration, const std::string& sha256) {
-  write([&](Writer& writer) {
-    insert_calibration(writer, sha256, calibration.rig);
-    if (!writer.insert("calibration_file", sha256, calibration.method)) return;
-    for (const CalibratedCamera& camera : calibration.cameras) {
-      const CalibrationResiduals& residuals = camera.residuals;
-      writer.insert("calibration_camera", sha256, camera.camera.name, residuals.points,
-                    residuals.rms_px, residuals.max_px, residuals.object_rms_mm);
-    }
-    writer.enter("calibration_file", sha256);
-  });
-}
-
-ImportCounts Store::add(const DrapeInput& input, const Report& report,
-                        const std::optional<RecordingId>& recording) {
-  ImportCounts counts;
-  const auto count = [&](bool added) { ++(added ? counts.added : counts.present); };
-  write([&](Writer& writer) {
-    insert_measured(writer, input.measured, report.measurement, recording);
-    insert_drapemeter(writer, input.measured.sha256, report.measured_drapemeter);
-    for (const SheetFile& repeat : input.repeats)
-      insert_measured(writer, repeat, measurement_of(repeat.sheet), recording);
-    for (std::size_t i = 0; i < input.simulations.size(); ++i) {
-      insert_simulated(writer, input.simulations[i]);
-      insert_drapemeter(writer, input.simulations[i].sheet.sha256, report.drapemeters[i]);
-    }
-    for (const RealVirtual& row : report.real_virtual)
-      if (!input.simulations[row.simulation].branch) count(add_comparison(writer, input, row));
-    for (const BranchSet& set : report.branch_sets)
-      for (const BranchComparison& one : set.branches)
-        count(add_comparison(writer, input, one.as_placed, one.turned));
-    for (const RealSurface& row : report.real_surface) count(insert_surface(writer, input, row));
-    for (const VirtualVirtual& row : report.virtual_virtual)
-      count(insert_pair(writer, input.measured.sha256, input.simulations,
-                        report.lattice_has_gaps_filled, row));
-  });
-  return counts;
-}
-
-ImportCounts Store::add(const VirtualGroup& group) {
-  ImportCounts counts;
-  write([&](Writer& writer) {
-    for (const Simulation& simulation : group.simulations) insert_simulated(writer, simulation);
-    for (const VirtualVirtual& row : group.pairs) {
-      const bool added = insert_pair(writer, std::nullopt, group.simulations, true, row);
-      ++(added ? counts.added : counts.present);
-    }
-  });
-  return counts;
-}
-
-ImportCounts Store::add(const std::vector<Simulation>& simulations) {
-  ImportCounts counts;
-  write([&](Writer& writer) {
-    for (const Simulation& simulation : simulations)
-      ++(insert_simulated(writer, simulation) ? counts.added : counts.present);
-  });
-  return counts;
-}
-
 void Store::write(const std::function<void(Writer&)>& rows) {
   if (connection_->writer != nullptr) return rows(*connection_->writer);
   struct Closed {
@@ -199,12 +139,6 @@ void Store::close() {
     connection_.reset();
     throw store_error(file, exception);
   }
-}
-
-std::string comparison_key(const std::vector<std::string>& sheet_hashes) {
-  std::string text = fmt::format("drapebench/comparison/{}\n", metrics_version());
-  for (const std::string& hash : sheet_hashes) text += hash + '\n';
-  return sha256_of(std::string_view(text));
 }
 
 namespace {
