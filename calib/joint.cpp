@@ -7,12 +7,12 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
+#include <map>
 
 #include "calib/checks/causes.hpp"
 #include "calib/checks/exchanged_views.hpp"
 #include "calib/checks/joint_checks.hpp"
 #include "calib/checks/known_length.hpp"
-#include "calib/checks/next_view.hpp"
 #include "calib/checks/pictures.hpp"
 #include "calib/joint/covariance.hpp"
 #include "calib/joint/start.hpp"
@@ -120,6 +120,34 @@ LensTerms chosen_lens(const JointModel& solved, const JointFit& fit, const Joint
     return fit.lens;
   }
   return choose_lens(report.held_out);
+}
+
+/// The further pose of the target that would lower the calibration's part of a measured point most.
+std::string next_view(const Calibration& calibration, const JointModel& model,
+                      const JointReport& report) {
+  constexpr int kPlacesPerSide = 2;
+  if (!report.volume_sd_mm) return {};
+  std::map<MarkId, Eigen::Vector3d> points;
+  std::vector<double> variances(model.cameras.size(), 0), counts = variances;
+  for (const JointFrame& frame : model.frames)
+    for (const TargetPoint& point : frame.points) {
+      points.emplace(point.dot, point.point_in_target);
+      variances[frame.camera] += point.covariance_px2.trace() / 2;
+      ++counts[frame.camera];
+    }
+  std::vector<Eigen::Vector3d> in_target;
+  for (const auto& [dot, point] : points) in_target.push_back(point);
+  std::vector<double> sigma_px;
+  for (std::size_t c = 0; c < variances.size(); ++c)
+    sigma_px.push_back(std::sqrt(variances[c] / std::max(counts[c], 1.0)));
+  const PosePlanner planner(calibration, in_target, drape_volume(model), sigma_px);
+  const auto next = planner.next(kPlacesPerSide);
+  if (!next) return "no further pose of the target would help within the cameras' view";
+  return fmt::format(
+      "target {} (seen whole by {} of {} cameras): calibration's part of a measured point {:.4f} "
+      "-> {:.4f} mm",
+      next->words, next->cameras.size(), model.cameras.size(), *report.volume_sd_mm,
+      *report.volume_sd_mm * next->calibration_m / planner.now().calibration_m);
 }
 
 /// Covariances with the choice of the lens in them.
@@ -286,11 +314,9 @@ JointResult calibrate_joint(const JointModel& model, double dot_diameter_m,
   }
   report.rms_px = std::sqrt(sum / report.points);
   const bool has_covariance = calibration.joint_covariance.size() > 0;
-  if (has_covariance)
-    report.volume_sd_mm = volume_sd_mm(calibration, grid_of(drape_volume(solution.model), 3));
   if (has_covariance) {
-    const double now_mm = report.volume_sd_mm.value_or(report.cameras.front().position_sd_mm);
-    report.next_view = next_view(solution.model, fit, now_mm);
+    report.volume_sd_mm = volume_sd_mm(calibration, grid_of(drape_volume(solution.model), 3));
+    report.next_view = next_view(calibration, solution.model, report);
   }
   report.status =
       joint_status(report, solution.converged, has_covariance, measured, options.common);

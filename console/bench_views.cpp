@@ -326,7 +326,7 @@ Json Bench::coach() const {
     return {{"advice", "The coach needs a drape in the rig and a calibration with free poses."}};
   Eigen::Vector2d half(0, 0);
   for (const Drape& one : drapes_) half = half.cwiseMax(0.5 * one.print.patch_m);
-  const Volume volume{{-half.x(), -half.y(), 0}, {half.x(), half.y(), half.maxCoeff()}};
+  const WorldBox volume{{-half.x(), -half.y(), 0}, {half.x(), half.y(), half.maxCoeff()}};
   std::vector<double> sigma;
   for (const CalibratedCamera& camera : now->cameras) {
     std::vector<double> all;
@@ -338,7 +338,11 @@ Json Bench::coach() const {
     if (all.empty()) return {{"advice", "The sets of the calibration are gone; calibrate again."}};
     sigma.push_back(median(std::move(all)));
   }
-  const Coach coach(*now, target_, volume, sigma);
+  const PosePlanner coach(*now, points_of(target_), volume, sigma);
+  if (!coach.sees_volume())
+    return {{"advice",
+             "No two cameras see the volume in which cloths are measured: turn the "
+             "cameras towards the object."}};
   const PredictedError error = coach.now();
   // Squares add: a third of the marks' own noise makes a measured point worse by 5 %.
   const double goal_m = error.marks_m / 3;

@@ -122,9 +122,14 @@ void fields(Fields& f, Calibration& calibration) {
              calibration.joint_covariance_parameters, calibration.joint_covariance);
 }
 
-const CalibratedCamera& Calibration::camera(const std::string& name) const {
+const CalibratedCamera* Calibration::find(const std::string& name) const {
   for (const CalibratedCamera& candidate : cameras)
-    if (candidate.camera.name == name) return candidate;
+    if (candidate.camera.name == name) return &candidate;
+  return nullptr;
+}
+
+const CalibratedCamera& Calibration::camera(const std::string& name) const {
+  if (const CalibratedCamera* found = find(name)) return *found;
   throw bad_input("the calibration has no such camera", {.camera = name},
                   "calibrate the rig with this camera");
 }

@@ -51,6 +51,7 @@ struct Calibration {
   Document document = {};            ///< the file as it was read
 
   [[nodiscard]] const CalibratedCamera& camera(const std::string& name) const;
+  [[nodiscard]] const CalibratedCamera* find(const std::string& name) const;  ///< null: none
 };
 
 template <>

@@ -25,4 +25,9 @@ struct DotInCamera {
 [[nodiscard]] std::optional<Eigen::Vector2d> dot_centroid_px(const CameraModel& model,
                                                              const DotInCamera& dot);
 
+/// By how much that centroid lies beside the image of the dot's centre (px). Nothing where there is
+/// none.
+[[nodiscard]] std::optional<Eigen::Vector2d> eccentricity_px(const CameraModel& model,
+                                                             const DotInCamera& dot);
+
 }  // namespace drape

@@ -28,28 +28,18 @@ SurfacePatch tilted(SurfacePatch patch, const Vector3d& axis, double by_rad) {
   return patch;
 }
 
-/// Image of the dot's centre minus centroid of its image.
-std::optional<Vector2d> offset_px(const Camera& camera, const Vector3d& in_world,
-                                  const SurfacePatch& patch, double dot_diameter_m) {
-  const Eigen::Matrix3d& rotation = camera.cam_from_world.rotation;
-  const Vector3d centre = camera.cam_from_world * in_world;
-  const auto centre_px = project(camera.model, centre);
-  const auto seen_px =
-      dot_centroid_px(camera.model, {centre, rotation * patch.axis_u, rotation * patch.axis_v,
-                                     dot_diameter_m / 2, patch.curvature_per_m});
-  if (!centre_px || !seen_px) return std::nullopt;
-  return Vector2d(centre_px->px - *seen_px);
-}
-
 }  // namespace
 
 std::optional<DotShift> dot_shift(const Camera& camera, const Vector3d& in_world,
                                   const SurfacePatch& patch, double dot_diameter_m) {
   bool complete = true;
   const auto offset = [&](const SurfacePatch& moved) -> Vector2d {
-    const auto px = offset_px(camera, in_world, moved, dot_diameter_m);
+    const Eigen::Matrix3d& rotation = camera.cam_from_world.rotation;
+    const auto px = eccentricity_px(
+        camera.model, {camera.cam_from_world * in_world, rotation * moved.axis_u,
+                       rotation * moved.axis_v, dot_diameter_m / 2, moved.curvature_per_m});
     complete = complete && px.has_value();
-    return px.value_or(Vector2d::Zero());
+    return -px.value_or(Vector2d::Zero());
   };
   const auto by = [](const auto& more, const auto& less, double step) {
     return Vector2d((more - less) / (2 * step));

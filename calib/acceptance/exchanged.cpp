@@ -36,10 +36,8 @@ double disagreement(const Detections& detections, const Calibration& calibration
       if (frame.set == set)
         for (const Detection& d : frame.detections) ++views[d.mark];
     for (const FrameDetections& frame : detections.frames) {
-      const auto own = std::find_if(
-          calibration.cameras.begin(), calibration.cameras.end(),
-          [&](const CalibratedCamera& camera) { return camera.camera.name == frame.camera; });
-      if (frame.set != set || own == calibration.cameras.end()) continue;
+      const CalibratedCamera* own = calibration.find(frame.camera);
+      if (frame.set != set || own == nullptr) continue;
       for (const Detection& d : frame.detections) {
         if (views[d.mark] < 2) continue;
         const auto point = points.find(d.mark);

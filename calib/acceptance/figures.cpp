@@ -8,6 +8,8 @@
 #include <cmath>
 #include <map>
 
+#include "core/dot_image.hpp"
+#include "core/geometry/dense.hpp"
 #include "core/units.hpp"
 
 namespace drape::calib {
@@ -81,8 +83,73 @@ AcceptanceFigure figure_named(const std::string& name, const std::string& unit) 
   return figure;
 }
 
-}  // namespace
+constexpr std::size_t kLeastOfSphere = 12;
 
+struct Ball {
+  Vector3d centre_mm;
+  double radius_mm = 0;
+};
+
+/// Least squares of the distances from the sphere, from the algebraic fit on.
+std::optional<Ball> ball_through(const std::map<MarkId, MeasuredPoint>& points) {
+  const auto count = static_cast<Index>(points.size());
+  MatrixXd a(count, 4);
+  VectorXd b(count);
+  Vector3d middle = Vector3d::Zero();
+  for (const auto& [mark, point] : points) middle += point.in_world_mm / static_cast<double>(count);
+  Index i = 0;
+  for (const auto& [mark, point] : points) {
+    const Vector3d at = point.in_world_mm - middle;
+    a.row(i) << 2 * at.transpose(), 1;
+    b[i++] = at.squaredNorm();
+  }
+  const Eigen::ColPivHouseholderQR<MatrixXd> factor(a);
+  if (factor.rank() < 4) return std::nullopt;
+  const VectorXd algebraic = factor.solve(b);
+  Ball ball{algebraic.head<3>() + middle,
+            std::sqrt(std::max(algebraic[3] + algebraic.head<3>().squaredNorm(), 0.0))};
+  for (int round = 0; round < 30; ++round) {
+    i = 0;
+    for (const auto& [mark, point] : points) {
+      const Vector3d from = point.in_world_mm - ball.centre_mm;
+      a.row(i) << from.normalized().transpose(), 1;
+      b[i++] = from.norm() - ball.radius_mm;
+    }
+    const VectorXd step = least_squares(a, b);
+    ball.centre_mm += step.head<3>();
+    ball.radius_mm += step[3];
+    if (step.norm() < 1e-9) break;
+  }
+  if (!ball.centre_mm.allFinite() || !(ball.radius_mm > 0)) return std::nullopt;
+  return ball;
+}
+
+/// Centroids moved to the images of the dots' centres, the dots lying on the ball.
+Detections without_eccentricity(Detections marks, const Calibration& calibration,
+                                const std::string& set,
+                                const std::map<MarkId, MeasuredPoint>& points, const Ball& ball) {
+  for (FrameDetections& frame : marks.frames) {
+    const CalibratedCamera* own = calibration.find(frame.camera);
+    if (frame.set != set || own == nullptr) continue;
+    const CamFromWorld& pose = own->camera.cam_from_world;
+    for (Detection& d : frame.detections) {
+      const auto point = points.find(d.mark);
+      if (point == points.end()) continue;
+      const Vector3d outward =
+          pose.rotation * (point->second.in_world_mm - ball.centre_mm).normalized();
+      DotInCamera dot;
+      dot.centre = pose * (point->second.in_world_mm * mm);
+      dot.axis_u = outward.unitOrthogonal();
+      dot.axis_v = outward.cross(dot.axis_u);
+      dot.radius_m = marks.lattice.dot_diameter_m / 2;
+      dot.curvature_per_m = Eigen::Matrix2d::Identity() / (ball.radius_mm * mm);
+      if (const auto off = eccentricity_px(own->camera.model, dot)) d.centre_px -= *off;
+    }
+  }
+  return marks;
+}
+
+/// Sets U and the limit from instruments without a fault.
 void set_limit(AcceptanceFigure& figure, const Faultless& faultless,
                const std::optional<double>& stated) {
   figure.expanded = faultless.expanded;
@@ -92,6 +159,8 @@ void set_limit(AcceptanceFigure& figure, const Faultless& faultless,
   figure.smallest = figure.limit;
   figure.smallest_unit = figure.unit;
 }
+
+}  // namespace
 
 AcceptanceFigure length_error(const std::vector<Position>& positions, const Plate& plate,
                               const FigureContext& context, const AcceptanceOptions& options) {
@@ -244,6 +313,65 @@ AcceptanceFigure shift_error(const std::vector<Position>& positions, const Rig& 
   set_limit(figure, faultless_of_normal(worst_sd, shifts, context.false_no_go),
             options.max_shift_error_mm);
   return figure;
+}
+
+std::vector<AcceptanceFigure> sphere_figures(const AcceptanceInput& input,
+                                             const Calibration& calibration,
+                                             const FigureContext& context,
+                                             const AcceptanceOptions& options) {
+  AcceptanceFigure form = figure_named("form of the sphere", "mm"),
+                   size = figure_named("diameter of the sphere", "mm");
+  form.may_lack = size.may_lack = true;
+  form.not_measured = size.not_measured =
+      "record a ball of known diameter that carries the print, and give its marks with --sphere";
+  if (!input.sphere) return {form, size};
+  Largest ranges, sizes;
+  const RowVectorXd reference =
+      input.sphere->standard_uncertainty_mm * context.draws->standard_normal(1) +
+      input.sphere->diameter_mm * context.scale_uncertainty * context.draws->standard_normal(0);
+  unsigned seed = 200;
+  for (const std::string& set : sets_of(input.sphere->marks)) {
+    ++seed;
+    auto points = measured_points(input.sphere->marks, calibration, set);
+    if (points.size() < kLeastOfSphere) continue;
+    auto ball = ball_through(points);
+    if (ball && input.sphere->marks.lattice.dot_diameter_m > 0) {
+      points = measured_points(
+          without_eccentricity(input.sphere->marks, calibration, set, points, *ball), calibration,
+          set);
+      ball = ball_through(points);
+    }
+    if (!ball) continue;
+    const auto count = static_cast<Index>(points.size());
+    MatrixXd shapes = MatrixXd::Ones(count, 4);
+    VectorXd radial(count);
+    Index i = 0;
+    for (const auto& [mark, point] : points) {
+      const Vector3d from = point.in_world_mm - ball->centre_mm;
+      radial[i] = from.norm() - ball->radius_mm;
+      shapes.row(i++).head<3>() = from.normalized();
+    }
+    keep_worst(form, range_of(radial).value(), fmt::format("set {}, {} marks", set, count));
+    keep_worst(size, std::abs(2 * ball->radius_mm - input.sphere->diameter_mm),
+               fmt::format("set {}, {:.3f} mm measured of {:.3f}", set, 2 * ball->radius_mm,
+                           input.sphere->diameter_mm));
+    const MatrixXd along =
+        part_along(context.draws->errors_mm(all_of(points), context.noise_variance, seed),
+                   shapes.leftCols<3>().transpose());
+    const MatrixXd fitted = least_squares(shapes, along);
+    ranges.take(range_of(along - shapes * fitted));
+    sizes.take((2 * fitted.row(3) - reference).cwiseAbs());
+  }
+  if (form.where.empty()) {
+    form.not_measured = size.not_measured = fmt::format(
+        "no set shows {} marks of the ball to two cameras: record more of it", kLeastOfSphere);
+    form.may_lack = size.may_lack = false;
+    return {form, size};
+  }
+  form.not_measured = size.not_measured = "";
+  set_limit(form, ranges.faultless(context.false_no_go), options.max_sphere_form_mm);
+  set_limit(size, sizes.faultless(context.false_no_go), options.max_sphere_size_mm);
+  return {form, size};
 }
 
 AcceptanceFigure noise_floor(const Detections& detections, const std::vector<std::string>& repeats,

@@ -44,8 +44,4 @@ struct FigureContext {
                                            const std::vector<std::string>& repeats,
                                            const AcceptanceOptions& options);
 
-/// Sets U and the limit from what instruments without a fault show.
-void set_limit(AcceptanceFigure& figure, const Faultless& faultless,
-               const std::optional<double>& stated);
-
 }  // namespace drape::calib

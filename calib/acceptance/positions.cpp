@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "core/dot_image.hpp"
+#include "core/geometry/next_pose.hpp"
 #include "core/geometry/rigid_motion.hpp"
 #include "core/units.hpp"
 
@@ -35,12 +36,9 @@ using units::mm;
 
 Plate::Plate(Target described, const Vector2d& bow_mm) : target(std::move(described)) {
   Vector2d half = Vector2d::Constant(1e-9), squares = Vector2d::Zero();
-  for (int row = 0; row < target.rows; ++row) {
-    for (int col = 0; col < target.cols; ++col) {
-      const Vector2d at = target.point_in_target({row, col}).head<2>();
-      half = half.cwiseMax(at.cwiseAbs());
-      squares += at.cwiseAbs2();
-    }
+  for (const Vector3d& point : points_of(target)) {
+    half = half.cwiseMax(point.head<2>().cwiseAbs());
+    squares += point.head<2>().cwiseAbs2();
   }
   bow.half_m = half;
   bow.mean = squares.cwiseQuotient(half.cwiseAbs2()) / (target.rows * target.cols);
@@ -96,17 +94,14 @@ Detections without_eccentricity(Detections detections, const Calibration& calibr
     const auto position =
         std::find_if(positions.begin(), positions.end(),
                      [&](const Position& candidate) { return candidate.set == frame.set; });
-    const auto own = std::find_if(
-        calibration.cameras.begin(), calibration.cameras.end(),
-        [&](const CalibratedCamera& camera) { return camera.camera.name == frame.camera; });
-    if (position == positions.end() || own == calibration.cameras.end()) continue;
+    const CalibratedCamera* own = calibration.find(frame.camera);
+    if (position == positions.end() || own == nullptr) continue;
     const CamFromTarget pose = own->camera.cam_from_world * position->pose;
     for (Detection& d : frame.detections) {
-      const Vector3d centre = pose * plate.point(d.mark);
-      const auto image = project(own->camera.model, centre);
-      const auto centroid = dot_centroid_px(
-          own->camera.model, {centre, pose.rotation.col(0), pose.rotation.col(1), radius_m});
-      if (image && centroid) d.centre_px -= *centroid - image->px;
+      if (const auto off = eccentricity_px(
+              own->camera.model,
+              {pose * plate.point(d.mark), pose.rotation.col(0), pose.rotation.col(1), radius_m}))
+        d.centre_px -= *off;
     }
   }
   return detections;

@@ -109,9 +109,7 @@ Drift drift_between(const Calibration& old, const Calibration& now,
   std::vector<std::string> names;
   for (const CalibratedCamera& camera : now.cameras) {
     const std::string& name = camera.camera.name;
-    const bool known =
-        std::any_of(old.cameras.begin(), old.cameras.end(),
-                    [&](const CalibratedCamera& other) { return other.camera.name == name; });
+    const bool known = old.find(name) != nullptr;
     (known ? names : drift.not_in_old).push_back(name);
   }
   if (names.empty()) {

@@ -43,26 +43,19 @@ double robust_scale(const JointModel& model) {
   return median(std::move(distances)) / kRayleighMedian;
 }
 
-/// Centroid of the disc's image minus the image of its centre (Heikkila 2000).
-Vector2d eccentricity_px(const JointCamera& camera, const Placement& placement, const BoardBow& bow,
-                         const Vector3d& point_in_target, double diameter_m) {
-  const CamFromTarget pose = camera.camera.cam_from_world * placement.world_from_target;
-  const Vector3d centre = pose * bow.bent(point_in_target);
-  const auto centre_px = project(camera.camera.model, centre);
-  const auto seen_px = dot_centroid_px(
-      camera.camera.model, {centre, pose.rotation.col(0), pose.rotation.col(1), diameter_m / 2});
-  if (!centre_px || !seen_px) return Vector2d::Zero();
-  return *seen_px - centre_px->px;
-}
-
 /// Returns the largest change in px.
 double update_eccentricity(JointModel& model, double diameter_m) {
   double largest = 0;
   for (JointFrame& frame : model.frames) {
+    const Camera& camera = model.cameras[frame.camera].camera;
+    const CamFromTarget pose =
+        camera.cam_from_world * model.placements[frame.placement].world_from_target;
     for (TargetPoint& point : frame.points) {
       const Vector2d shift =
-          eccentricity_px(model.cameras[frame.camera], model.placements[frame.placement], model.bow,
-                          point.point_in_target, diameter_m);
+          eccentricity_px(camera.model,
+                          {pose * model.bow.bent(point.point_in_target), pose.rotation.col(0),
+                           pose.rotation.col(1), diameter_m / 2})
+              .value_or(Vector2d::Zero());
       largest = std::max(largest, (shift - point.eccentricity_px).norm());
       point.eccentricity_px = shift;
     }

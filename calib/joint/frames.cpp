@@ -6,6 +6,7 @@
 #include "calib/joint/start.hpp"
 #include "calib/tsai/correspondence.hpp"
 #include "core/error.hpp"
+#include "core/geometry/next_pose.hpp"
 
 namespace drape::calib {
 namespace {
@@ -16,13 +17,9 @@ void set_extent(BoardBow& bow, const Target& target) {
   const Eigen::Vector3d corner =
       target.point_in_target({target.rows - 1, target.cols - 1}).cwiseAbs();
   bow.half_m = corner.head<2>();
-  int points = 0;
-  for (int row = 0; row < target.rows; ++row) {
-    for (int col = 0; col < target.cols; ++col, ++points)
-      bow.mean +=
-          target.point_in_target({row, col}).head<2>().cwiseQuotient(bow.half_m).cwiseAbs2();
-  }
-  bow.mean /= points;
+  for (const Eigen::Vector3d& point : points_of(target))
+    bow.mean += point.head<2>().cwiseQuotient(bow.half_m).cwiseAbs2();
+  bow.mean /= target.rows * target.cols;
 }
 
 std::vector<Placement> placements_of(const Rig& rig) {

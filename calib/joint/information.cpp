@@ -167,19 +167,6 @@ std::vector<ViewInformation> information_by_view(const JointModel& model, const 
   return views;
 }
 
-MatrixXd information_of_view(const JointModel& model, const JointFit& fit,
-                             const Placement& placement, const std::vector<JointFrame>& frames) {
-  const Layout layout(model, fit);
-  const Index shared = layout.bow + layout.bow_size;
-  MatrixXd all = MatrixXd::Zero(shared + placement_parameters, shared + placement_parameters);
-  for (const JointFrame& frame : frames)
-    add_frame(all, layout, frame, derivative(model, layout, frame, placement), shared);
-  const MatrixXd cross = all.topRightCorner(shared, placement_parameters);
-  const MatrixXd own = all.bottomRightCorner<placement_parameters, placement_parameters>();
-  return all.topLeftCorner(shared, shared) -
-         cross * solve_symmetric(own, MatrixXd(cross.transpose()));
-}
-
 MatrixXd inverse_of_information(const MatrixXd& information) {
   // Scaled to a unit diagonal, so that the test of its rank does not depend on units.
   const Eigen::VectorXd scale = information.diagonal().cwiseSqrt().cwiseInverse();

@@ -1,9 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "calib/joint/model.hpp"
 
-#include <Eigen/Cholesky>
 #include <Eigen/Geometry>
-#include <Eigen/LU>
 
 #include "core/camera_derivatives.hpp"
 #include "core/geometry/vectors.hpp"
@@ -88,10 +86,6 @@ std::optional<TargetImage> image_of(const JointCamera& camera, const Placement& 
   out.by_bow =
       by_world * world_from_target.rotation.col(2) * mm * bow.shape(point_in_target).transpose();
   return out;
-}
-
-Matrix2d whitener(const Matrix2d& covariance_px2) {
-  return Matrix2d(covariance_px2.llt().matrixL()).inverse();
 }
 
 JointCamera moved(const JointCamera& camera, const double* p) {

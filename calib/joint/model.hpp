@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "calib/tsai/correspondence.hpp"
 #include "core/camera_model.hpp"
 #include "core/marks.hpp"
 
@@ -91,9 +92,6 @@ struct TargetImage {
 [[nodiscard]] std::optional<TargetImage> image_of(const JointCamera& camera,
                                                   const Placement& placement, const BoardBow& bow,
                                                   const Eigen::Vector3d& point_in_target);
-
-/// W with W'W the inverse of the covariance.
-[[nodiscard]] Eigen::Matrix2d whitener(const Eigen::Matrix2d& covariance_px2);
 
 /// Moves a camera (placement) by parameters as listed above; `p` holds all of them, turns are
 /// relative to the argument's rotation.

@@ -66,12 +66,6 @@ struct MoreColumns {
                                                                const JointFit& fit,
                                                                const MoreColumns& more = {});
 
-/// Information that one more view of the target would add to cameras and bow, its own placement
-/// eliminated. `frames` are the new view's.
-[[nodiscard]] Eigen::MatrixXd information_of_view(const JointModel& model, const JointFit& fit,
-                                                  const Placement& placement,
-                                                  const std::vector<JointFrame>& frames);
-
 /// Inverse of a symmetric positive matrix of mixed units; empty when it is numerically singular.
 [[nodiscard]] Eigen::MatrixXd inverse_of_information(const Eigen::MatrixXd& information);
 

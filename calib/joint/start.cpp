@@ -19,17 +19,10 @@ namespace {
 using Eigen::Vector2d;
 
 /// A rigid motion whose frames are kept by the reader, not by the compiler: this file chains many.
-using Motion = CamFromWorld;
+using Motion = Pose<frame::World, frame::World>;
 
-Motion after(const Motion& a, const Motion& b) {
-  return {a.rotation * b.rotation, a.rotation * b.translation_m + a.translation_m};
-}
-
-Motion inverse(const Motion& a) {
-  return {a.rotation.transpose(), -(a.rotation.transpose() * a.translation_m)};
-}
-
-Motion of(const WorldFromTarget& pose) {
+template <class To, class From>
+To as(const From& pose) {
   return {pose.rotation, pose.translation_m};
 }
 
@@ -88,7 +81,7 @@ Poses poses_of_camera_views(JointModel& model, const StartOptions& options, Side
     for (std::size_t f = 0; f < poses.size(); ++f) {
       if (!alone.views[f]) continue;
       const CamFromTarget& pose = alone.views[f]->cam_from_target;
-      poses[f] = Motion{pose.rotation, pose.translation_m};
+      poses[f] = as<Motion>(pose);
       sides.behind[f] = alone.views[f]->from_behind;
       ++(sides.behind[f] ? back : front);
     }
@@ -140,8 +133,8 @@ void drop_mirrored(const JointModel& model, const std::vector<Motion>& cameras, 
       const auto its =
           other == frame.camera ? std::nullopt : frame_at(model, poses, other, frame.placement);
       if (!its) continue;
-      const Motion seen = after(*poses[f], inverse(*poses[*its]));
-      const Motion found = after(cameras[frame.camera], inverse(cameras[other]));
+      const Motion seen = *poses[f] * poses[*its]->inverse();
+      const Motion found = cameras[frame.camera] * cameras[other].inverse();
       confirmed = confirmed || apart(seen, found) < kAgree;
     }
     if (!confirmed) mirrored.push_back(f);
@@ -191,8 +184,7 @@ std::vector<Motion> relative_cameras(const JointModel& model, const Poses& poses
         const auto mine = frame_at(model, poses, c, p);
         for (std::size_t other = 0; mine && other < found.size(); ++other) {
           const auto its = found[other] ? frame_at(model, poses, other, p) : std::nullopt;
-          if (its)
-            candidates.push_back(after(after(*poses[*mine], inverse(*poses[*its])), *found[other]));
+          if (its) candidates.push_back(*poses[*mine] * poses[*its]->inverse() * *found[other]);
         }
       }
       if (candidates.size() > most.size()) {
@@ -228,7 +220,7 @@ Poses placements_before_camera0(const JointModel& model, const Poses& poses,
   for (std::size_t f = 0; f < model.frames.size(); ++f) {
     const JointFrame& frame = model.frames[f];
     if (poses[f])
-      candidates[frame.placement].push_back(after(inverse(cameras[frame.camera]), *poses[f]));
+      candidates[frame.placement].push_back(cameras[frame.camera].inverse() * *poses[f]);
   }
   Poses result(candidates.size());
   for (std::size_t p = 0; p < candidates.size(); ++p) {
@@ -253,7 +245,7 @@ void place_in_world(JointModel& model, const std::vector<Motion>& cameras, const
   std::vector<Motion> worlds;  // camera0 from world
   for (std::size_t p = 0; p < targets.size(); ++p) {
     if (model.placements[p].known && targets[p])
-      worlds.push_back(after(*targets[p], inverse(of(model.placements[p].world_from_target))));
+      worlds.push_back(*targets[p] * as<Motion>(model.placements[p].world_from_target).inverse());
   }
   if (worlds.empty()) {
     throw bad_input("no view of the target in its reference pose", {},
@@ -261,11 +253,10 @@ void place_in_world(JointModel& model, const std::vector<Motion>& cameras, const
   }
   const Motion world = majority(worlds);
   for (std::size_t c = 0; c < cameras.size(); ++c)
-    model.cameras[c].camera.cam_from_world = after(cameras[c], world);
+    model.cameras[c].camera.cam_from_world = as<CamFromWorld>(cameras[c] * world);
   for (std::size_t p = 0; p < targets.size(); ++p) {
     if (model.placements[p].known || !targets[p]) continue;
-    const Motion placed = after(inverse(world), *targets[p]);
-    model.placements[p].world_from_target = {placed.rotation, placed.translation_m};
+    model.placements[p].world_from_target = as<WorldFromTarget>(world.inverse() * *targets[p]);
   }
 }
 

@@ -22,19 +22,6 @@ WorldBox drape_volume(const JointModel& model) {
   return {{-half.x(), -half.y(), 0}, {half.x(), half.y(), top}};
 }
 
-std::vector<Vector3d> grid_of(const WorldBox& box, int nodes_per_side) {
-  std::vector<Vector3d> nodes;
-  const double last = nodes_per_side - 1;
-  for (int k = 0; k < nodes_per_side; ++k) {
-    for (int j = 0; j < nodes_per_side; ++j) {
-      for (int i = 0; i < nodes_per_side; ++i) {
-        nodes.emplace_back(box.low + (box.high - box.low).cwiseProduct(Vector3d(i, j, k) / last));
-      }
-    }
-  }
-  return nodes;
-}
-
 std::optional<double> projected_sd_px(const CalibratedCamera& camera,
                                       const Vector3d& point_in_world) {
   const auto d = d_px_d_parameters(camera.camera, point_in_world);

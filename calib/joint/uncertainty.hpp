@@ -6,20 +6,12 @@
 #include <vector>
 
 #include "calib/joint/model.hpp"
-#include "core/calibration.hpp"
+#include "core/geometry/next_pose.hpp"
 
 namespace drape::calib {
 
-/// Box in the world (metres) where cloth may hang.
-struct WorldBox {
-  Eigen::Vector3d low, high;
-};
-
 /// Where cloth may hang: over the target, up to its highest stage.
 [[nodiscard]] WorldBox drape_volume(const JointModel& model);
-
-/// Nodes of a regular grid over the box, ends included.
-[[nodiscard]] std::vector<Eigen::Vector3d> grid_of(const WorldBox& box, int nodes_per_side);
 
 /// Standard deviation (px, of one coordinate) that the calibration alone gives the image of a world
 /// point; nothing where the point does not project or the camera has no covariance.

@@ -5,6 +5,7 @@
 
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
+#include <Eigen/LU>
 #include <algorithm>
 #include <set>
 
@@ -30,6 +31,10 @@ const FrameDetections& frame_of(const Detections& detections, const std::string&
 }
 
 }  // namespace
+
+Eigen::Matrix2d whitener(const Eigen::Matrix2d& covariance_px2) {
+  return Eigen::Matrix2d(covariance_px2.llt().matrixL()).inverse();
+}
 
 const FrameDetections* find_frame(const Detections& detections, const std::string& set,
                                   const std::string& camera) {

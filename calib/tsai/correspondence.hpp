@@ -19,6 +19,9 @@ struct Correspondence {
   MarkId dot = {};
 };
 
+/// W with W'W the inverse of the covariance.
+[[nodiscard]] Eigen::Matrix2d whitener(const Eigen::Matrix2d& covariance_px2);
+
 /// Throws Error(bad_input): the detections are of a cloth or of another target.
 void check_lattice(const Detections& detections, const Rig& rig, const Target& target);
 

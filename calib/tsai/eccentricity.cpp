@@ -12,11 +12,10 @@ std::vector<Correspondence> without_eccentricity(const std::vector<Correspondenc
   std::vector<Correspondence> corrected = points;
   const Eigen::Matrix3d& rotation = camera.cam_from_world.rotation;
   for (Correspondence& point : corrected) {
-    const Eigen::Vector3d centre = camera.cam_from_world * point.point_in_world;
-    const auto centre_px = project(camera.model, centre);
-    const auto seen_px = dot_centroid_px(
-        camera.model, {centre, rotation.col(0), rotation.col(1), dot_diameter_m / 2});
-    if (centre_px && seen_px) point.px += centre_px->px - *seen_px;
+    if (const auto off =
+            eccentricity_px(camera.model, {camera.cam_from_world * point.point_in_world,
+                                           rotation.col(0), rotation.col(1), dot_diameter_m / 2}))
+      point.px -= *off;
   }
   return corrected;
 }

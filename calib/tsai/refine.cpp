@@ -4,7 +4,6 @@
 #include <ceres/ceres.h>
 #include <glog/logging.h>
 
-#include <Eigen/Cholesky>
 #include <Eigen/Geometry>
 #include <Eigen/SVD>
 #include <array>
@@ -62,11 +61,6 @@ std::vector<int> kept_parameters(TsaiFree free) {
   if (free == TsaiFree::all) return {};
   if (free == TsaiFree::all_but_scale_x) return {scale};
   return {cx, cy, scale, turn, turn + 1, turn + 2, translation, translation + 1};
-}
-
-/// W with W'W the inverse of the covariance.
-Matrix2d whitener(const Matrix2d& covariance) {
-  return Matrix2d(covariance.llt().matrixL()).inverse();
 }
 
 class PointResidual : public ceres::SizedCostFunction<2, kParameters> {

@@ -56,7 +56,7 @@ Calibration rig_of_three() {
   return calibration;
 }
 
-Volume volume() {
+WorldBox volume() {
   return {{-0.1, -0.1, 0}, {0.1, 0.1, 0.1}};
 }
 
@@ -108,7 +108,7 @@ TEST(MeasuredTarget, FindsThePoseOfABoardThatItKnowsNothingOf) {
 
 TEST(MeasuredTarget, ItsErrorIsThatOfTheMarks) {
   const Calibration calibration = rig_of_three();
-  const Coach coach(calibration, board(), volume(), {0.05, 0.05, 0.05});
+  const PosePlanner coach(calibration, points_of(board()), volume(), {0.05, 0.05, 0.05});
   double sum = 0;
   constexpr int kTimes = 20;
   for (unsigned seed = 0; seed < kTimes; ++seed)
@@ -145,14 +145,15 @@ Vector3d nearest_in_images(const Calibration& calibration,
 
 TEST(Coach, PredictsTheScatterThatRandomCalibrationsHave) {
   const Calibration truth = rig_of_three();
-  const Coach coach(truth, board(), volume(), {0.05, 0.05, 0.05});
+  const PosePlanner coach(truth, points_of(board()), volume(), {0.05, 0.05, 0.05});
   // Only image centres vary: their effect on a triangulated point is found by doing it.
   Calibration known = truth;
   known.joint_covariance.setZero();
   for (const Eigen::Index camera : {0, 1, 2})
     for (const Eigen::Index k : {2, 3})
       known.joint_covariance(15 * camera + k, 15 * camera + k) = 0.04;
-  const double predicted = Coach(known, board(), volume(), {0.05, 0.05, 0.05}).now().calibration_m;
+  const double predicted =
+      PosePlanner(known, points_of(board()), volume(), {0.05, 0.05, 0.05}).now().calibration_m;
   std::mt19937 random(7);
   std::normal_distribution<double> shift(0, 0.2);
   Target corners;  // of the volume, what lies between them, at three heights
@@ -190,7 +191,7 @@ TEST(Coach, PredictsTheScatterThatRandomCalibrationsHave) {
 
 TEST(Coach, ProposesAPoseThatTwoCamerasSeeAndThatHelps) {
   const Calibration calibration = rig_of_three();
-  const Coach coach(calibration, board(), volume(), {0.05, 0.05, 0.05});
+  const PosePlanner coach(calibration, points_of(board()), volume(), {0.05, 0.05, 0.05});
   const auto next = coach.next();
   ASSERT_TRUE(next.has_value());
   EXPECT_GE(next->cameras.size(), 2U);
@@ -209,7 +210,7 @@ TEST(Coach, ProposesAPoseThatTwoCamerasSeeAndThatHelps) {
 TEST(Coach, APerfectCalibrationNeedsNoPose) {
   Calibration calibration = rig_of_three();
   calibration.joint_covariance.setZero();
-  const Coach coach(calibration, board(), volume(), {0.05, 0.05, 0.05});
+  const PosePlanner coach(calibration, points_of(board()), volume(), {0.05, 0.05, 0.05});
   EXPECT_EQ(coach.now().calibration_m, 0);
   EXPECT_FALSE(coach.next().has_value());
 }
@@ -217,8 +218,10 @@ TEST(Coach, APerfectCalibrationNeedsNoPose) {
 TEST(Coach, SaysWhatItLacks) {
   Calibration calibration = rig_of_three();
   calibration.joint_covariance.resize(0, 0);
-  EXPECT_THROW(Coach(calibration, board(), volume(), {1, 1, 1}), Error);
-  EXPECT_THROW(Coach(rig_of_three(), board(), {{5, 5, 0}, {6, 6, 1}}, {1, 1, 1}), Error);
+  EXPECT_THROW(PosePlanner(calibration, points_of(board()), volume(), {1, 1, 1}), Error);
+  const PosePlanner blind(rig_of_three(), points_of(board()), {{5, 5, 0}, {6, 6, 1}}, {1, 1, 1});
+  EXPECT_FALSE(blind.sees_volume());
+  EXPECT_FALSE(blind.next());
 }
 
 }  // namespace

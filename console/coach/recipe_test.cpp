@@ -154,7 +154,7 @@ class Recipe : public testing::Test {
 };
 
 TEST_F(Recipe, TheCoachReachesItWithTenPoses) {
-  const Volume volume{{-0.1, -0.1, 0}, {0.1, 0.1, 0.1}};
+  const WorldBox volume{{-0.1, -0.1, 0}, {0.1, 0.1, 0.1}};
   const auto& poses = test::bench1_truth().poses;
   ASSERT_EQ(poses.size(), 19U);
   const unsigned seeds = static_cast<unsigned>(test::trial_count(1, 10));
@@ -181,7 +181,8 @@ TEST_F(Recipe, TheCoachReachesItWithTenPoses) {
       if (enough == 0 && coach_mm <= kReached * recipe_mm) enough = taken.size();
       if (enough_alone == 0 && coach_alone_mm <= kPart * coach_mm) enough_alone = taken.size();
       if (taken.size() == kMost) break;
-      const auto next = Coach(now, target_, volume, {kNoise_px, kNoise_px, kNoise_px}).next();
+      const auto next =
+          PosePlanner(now, points_of(target_), volume, {kNoise_px, kNoise_px, kNoise_px}).next();
       if (!next) break;
       taken.push_back(hand.look(fmt::format("pose_{:02}", taken.size() - 1),
                                 hand.unsteady(next->world_from_target)));
