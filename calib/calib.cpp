@@ -10,28 +10,27 @@
 #include "calib/checks/pictures.hpp"
 #include "calib/tsai/correspondence.hpp"
 #include "core/error.hpp"
+#include "core/fields/records.hpp"
 
 namespace drape::calib {
-namespace {
-
-void check_positive(const char* option, double value) {
-  if (!(value > 0)) {
-    throw usage_error(fmt::format("{} is {}", option, value), "give a number above zero");
-  }
-}
-
-}  // namespace
-
-void CalibOptions::check() const {
-  check_positive("--max-rms-px", max_rms_px);
-  check_positive("--max-centre-sd-px", max_centre_sd_px);
-  check_positive("--max-focal-sd-percent", max_focal_sd_percent);
-  check_positive("--outlier-sigmas", outlier_sigmas);
-  check_positive("--max-iterations", max_iterations);
-  if (!(max_outliers_percent >= 0)) {
-    throw usage_error(fmt::format("--max-outliers-percent is {}", max_outliers_percent),
-                      "give zero or more");
-  }
+void fields(Fields& f, CalibOptions& o) {
+  f.otherwise({"max_rms_px", "NO-GO above this RMS of a camera, px", 1, above_zero}, o.max_rms_px);
+  f.otherwise(
+      {"max_centre_sd_px", "NO-GO when the image centre is less certain, px", 1, above_zero},
+      o.max_centre_sd_px);
+  f.otherwise(
+      {"max_focal_sd_percent", "NO-GO when the focal length is less certain, %", 1, above_zero},
+      o.max_focal_sd_percent);
+  f.otherwise({"outlier_sigmas",
+               "reject dots farther off than this many robust standard deviations", 1, above_zero},
+              o.outlier_sigmas);
+  f.otherwise({"max_outliers_percent", "NO-GO when more dots are rejected, %", 1, 0},
+              o.max_outliers_percent);
+  f.otherwise({"max_iterations", "iterations of each refinement", 1, 1}, o.max_iterations);
+  bool no_eccentricity = !o.correct_eccentricity;
+  f.otherwise({"no_eccentricity", "take the centroid of a dot's image for the image of its centre"},
+              no_eccentricity);
+  o.correct_eccentricity = !no_eccentricity;
 }
 
 bool CalibReport::good() const {
@@ -41,7 +40,7 @@ bool CalibReport::good() const {
 
 CalibResult calibrate_tsai(const Detections& detections, const Rig& rig, const Target& target,
                            const CalibOptions& options) {
-  options.check();
+  check_record(options);
   check_known_length(target);
   refuse_sets_twice(rig);
   if (rig.stages.empty())

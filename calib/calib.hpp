@@ -9,6 +9,7 @@
 #include "calib/tsai/residuals.hpp"
 #include "core/calibration.hpp"
 #include "core/detections.hpp"
+#include "core/fields/fields.hpp"
 #include "core/rig.hpp"
 
 namespace drape::calib {
@@ -21,10 +22,8 @@ struct CalibOptions {
   double outlier_sigmas = 6;         ///< dots farther off (robust sigma) are rejected by name
   double max_outliers_percent = 3;   ///< more than these and the camera fails
   int max_iterations = 200;
-
-  /// Throws Error(usage) naming an option that makes no sense.
-  void check() const;
 };
+void fields(Fields& f, CalibOptions& options);
 
 /// One stage of Tsai's method for one camera.
 struct TsaiStep {

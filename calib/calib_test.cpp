@@ -8,6 +8,7 @@
 
 #include "calib/test_targets.hpp"
 #include "core/error.hpp"
+#include "core/fields/records.hpp"
 #include "core/units.hpp"
 
 namespace drape::calib {
@@ -270,10 +271,10 @@ TEST(Calib, RefusesDetectionsOfAnotherTargetOrSize) {
 TEST(CalibOptions, RefuseWhatMakesNoSense) {
   CalibOptions options;
   options.max_rms_px = 0;
-  EXPECT_THROW(options.check(), Error);
+  EXPECT_THROW(check_record(options), Error);
   options = {};
   options.max_outliers_percent = -1;
-  EXPECT_THROW(options.check(), Error);
+  EXPECT_THROW(check_record(options), Error);
 }
 
 }  // namespace

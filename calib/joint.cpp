@@ -19,6 +19,7 @@
 #include "calib/joint/stated_fit.hpp"
 #include "calib/tsai/residuals.hpp"
 #include "core/error.hpp"
+#include "core/fields/records.hpp"
 #include "core/units.hpp"
 
 namespace drape::calib {
@@ -255,10 +256,15 @@ void add_warnings(JointReport& report) {
 
 }  // namespace
 
-void JointOptions::check() const {
-  common.check();
-  if (!(thickness_mm >= 0 && thickness_mm < 1000))
-    throw usage_error("--thickness-mm is no thickness of a board", "give it in mm, 0 or more");
+void fields(Fields& f, JointOptions& o) {
+  bool no_bow = !o.estimate_bow;
+  f.otherwise({"no_bow", "joint: take the target's plate for flat"}, no_bow);
+  o.estimate_bow = !no_bow;
+  f.otherwise({"free_stages", "joint: believe no stage's height but the first one's"},
+              o.free_stages);
+  f.otherwise({"thickness_mm", "joint: how far a two-sided target's back lies behind its front", 1,
+               0, 999, "give the thickness of the board in mm"},
+              o.thickness_mm);
 }
 
 JointResult calibrate_joint(const JointModel& model, double dot_diameter_m,
@@ -340,7 +346,8 @@ JointResult calibrate_joint(const JointModel& model, double dot_diameter_m,
 
 JointResult calibrate_joint(const Detections& detections, const Rig& rig, const Target& target,
                             const JointOptions& options) {
-  options.check();
+  check_record(options.common);
+  check_record(options);
   check_known_length(target);
   refuse_sets_twice(rig);
   refuse_pictures_twice({detections, "", sets_of(rig)});

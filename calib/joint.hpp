@@ -26,8 +26,9 @@ struct JointOptions {
   std::optional<Calibration> known_lenses;  ///< lenses calibrated before, by camera name
   double scale_uncertainty = 0;             ///< of the print (1), common to all cameras
   double thickness_mm = 0;                  ///< between the two prints of a two-sided target
-  void check() const;
 };
+/// The options of the joint method alone, without `common`.
+void fields(Fields& f, JointOptions& options);
 
 struct JointCameraReport {
   std::string camera;

@@ -39,11 +39,11 @@ std::optional<Eigen::Vector2d> dot_centroid_px(const CameraModel& model, const D
   return centre->px + offset;
 }
 
-std::optional<Vector2d> eccentricity_px(const CameraModel& model, const DotInCamera& dot) {
+std::optional<Eigen::Vector2d> eccentricity_px(const CameraModel& model, const DotInCamera& dot) {
   const auto centroid = dot_centroid_px(model, dot);
   const auto centre = project(model, dot.centre);
   if (!centroid || !centre) return std::nullopt;
-  return Vector2d(*centroid - centre->px);
+  return Eigen::Vector2d(*centroid - centre->px);
 }
 
 }  // namespace drape

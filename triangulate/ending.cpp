@@ -137,19 +137,6 @@ Ending ending_of(const TriangulateResult& result, const TriangulateOptions& opti
   return ending;
 }
 
-void note_options(RunRecord& record, const TriangulateOptions& options, const std::string& set) {
-  record.option("set", set);
-  record.option("min_marks", fmt::format("{}", options.min_marks));
-  record.option("max_sigmas", fmt::format("{}", options.max_sigmas));
-  record.option("max_stretch", fmt::format("{}", options.max_stretch));
-  record.option("min_angle_deg", fmt::format("{}", options.min_angle_deg));
-  record.option("floor_px", fmt::format("{}", options.floor_px));
-  record.option("doubt_mm", fmt::format("{}", options.doubt_mm));
-  record.option("doubt_sigmas", fmt::format("{}", options.doubt_sigmas));
-  record.option("correct_dot_shape", options.correct_dot_shape ? "true" : "false");
-  record.option("merge_islands", options.merge_islands ? "true" : "false");
-}
-
 void note_scene(MeasuredSource& source, const Scene& scene, const RepeatId& repeat) {
   source.asked_scene = {scene.name, scene.document.sha256(),
                         surroundings_of(scene, sha256_of_file)};

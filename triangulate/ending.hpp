@@ -14,9 +14,6 @@ namespace drape::triangulate {
 [[nodiscard]] Ending ending_of(const TriangulateResult& result, const TriangulateOptions& options,
                                const std::filesystem::path& out);
 
-/// The options that a result rests on, as the run record keeps them.
-void note_options(RunRecord& record, const TriangulateOptions& options, const std::string& set);
-
 /// Notes which scene the marks were asked about, with its table and objects, and the laying, if it
 /// has a name. The hash is that of the bytes that were read.
 void note_scene(MeasuredSource& source, const Scene& scene, const RepeatId& repeat);

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "core/error.hpp"
+#include "core/fields/records.hpp"
 #include "core/parallel.hpp"
 #include "core/statistics/sample.hpp"
 #include "core/units.hpp"
@@ -181,11 +182,6 @@ Detections with_islands(const Detections& detections, const Calibration& calibra
   return std::move(merged.detections);
 }
 
-void check_positive(const char* option, double value) {
-  if (!(value > 0))
-    throw usage_error(fmt::format("{} is {}", option, value), "give a number above zero");
-}
-
 /// Two cameras whose rays miss each other over all marks speak against the calibration.
 void note_moved_camera(TriangulateReport& report) {
   if (!report.has_calibration_covariance) return;
@@ -202,21 +198,37 @@ void note_moved_camera(TriangulateReport& report) {
 
 }  // namespace
 
-void TriangulateOptions::check() const {
-  check_positive("--max-sigmas", max_sigmas);
-  check_positive("--doubt-mm", doubt_mm);
-  check_positive("--doubt-sigmas", doubt_sigmas);
-  check_positive("--min-angle-deg", min_angle_deg);
-  check_positive("--min-marks", min_marks);
-  if (!(max_stretch >= 1))
-    throw usage_error(fmt::format("--max-stretch is {}", max_stretch), "give 1 or more");
-  if (!(floor_px >= 0))
-    throw usage_error(fmt::format("--floor-px is {}", floor_px), "give zero or more");
+void fields(Fields& f, TriangulateOptions& o) {
+  f.otherwise({"min_marks", "NO-GO when fewer marks are measured", 1, 1}, o.min_marks);
+  f.otherwise({"max_sigmas", "views that miss each other by more standard deviations disagree", 1,
+               above_zero},
+              o.max_sigmas);
+  f.otherwise(
+      {"max_stretch",
+       "largest distance of neighbours along warp and weft, as a factor of the print's", 1, 1},
+      o.max_stretch);
+  f.otherwise({"min_angle_deg", "smallest angle between the rays of a mark", 1, above_zero},
+              o.min_angle_deg);
+  f.otherwise({"floor_px", "error of a dot's centre beyond its detection's own, px", 1, 0},
+              o.floor_px);
+  f.otherwise({"doubt_mm", "marks less certain than this in space are named as doubtful, mm", 1,
+               above_zero},
+              o.doubt_mm);
+  f.otherwise(
+      {"doubt_sigmas", "so are marks whose views miss each other by more standard deviations", 1,
+       above_zero},
+      o.doubt_sigmas);
+  bool no_dot_shape = !o.correct_dot_shape, no_islands = !o.merge_islands;
+  f.otherwise({"no_dot_shape", "take the centroid of a dot's image for the image of its centre"},
+              no_dot_shape);
+  f.otherwise({"no_islands", "leave pieces of lattice without labels as they are"}, no_islands);
+  o.correct_dot_shape = !no_dot_shape;
+  o.merge_islands = !no_islands;
 }
 
 TriangulateResult triangulate(const Detections& all_detections, const Calibration& calibration,
                               const std::string& set, const TriangulateOptions& options) {
-  options.check();
+  check_record(options);
   if (all_detections.lattice.surface != Surface::cloth)
     throw bad_input("the detections are of the calibration target, not of a cloth", {.set = set},
                     "give the file that `drape detect --surface cloth` wrote");

@@ -7,6 +7,7 @@
 
 #include "core/calibration.hpp"
 #include "core/detections.hpp"
+#include "core/fields/fields.hpp"
 #include "core/scene.hpp"
 #include "core/sheet.hpp"
 
@@ -26,10 +27,9 @@ struct TriangulateOptions {
   /// What the cloth lies on. Moves no mark: the marks are only asked whether they contradict it.
   std::optional<Scene> scene = std::nullopt;
   std::vector<std::string> contradictions;  ///< of the scene, found elsewhere: NO-GO
-
-  /// Throws Error(usage) naming an option that makes no sense.
-  void check() const;
 };
+/// All but threads, scene and contradictions.
+void fields(Fields& f, TriangulateOptions& options);
 
 /// A mark that is measured, with an honest covariance, but not as well as a mark should be.
 struct Doubt {

@@ -10,6 +10,7 @@
 #include <random>
 
 #include "core/error.hpp"
+#include "core/fields/records.hpp"
 #include "core/units.hpp"
 #include "tests/support/bench1_truth.hpp"
 
@@ -375,7 +376,7 @@ TEST(Triangulate, RefusesByName) {
               HasSubstr("not of a cloth"));
   TriangulateOptions options;
   options.max_stretch = 0.5;
-  EXPECT_THROW(options.check(), Error);
+  EXPECT_THROW(check_record(options), Error);
 }
 
 }  // namespace

@@ -15,6 +15,7 @@
 #include "calib/checks/pictures.hpp"
 #include "calib/tsai/correspondence.hpp"
 #include "core/error.hpp"
+#include "core/fields/records.hpp"
 #include "core/units.hpp"
 
 namespace drape::calib {
@@ -87,30 +88,27 @@ void check_repeats(const AcceptanceInput& input) {
   }
 }
 
-void check_positive(const char* option, double value) {
-  if (!(value > 0))
-    throw usage_error(fmt::format("{} is {}", option, value), "give a number above zero");
-}
-
 }  // namespace
 
-void AcceptanceOptions::check() const {
-  for (const auto& [option, value] : {std::pair("--max-length-error-mm", max_length_error_mm),
-                                      std::pair("--max-flatness-mm", max_flatness_mm),
-                                      std::pair("--max-shift-error-mm", max_shift_error_mm),
-                                      std::pair("--max-sphere-form-mm", max_sphere_form_mm),
-                                      std::pair("--max-sphere-size-mm", max_sphere_size_mm)})
-    if (value) check_positive(option, *value);
-  check_positive("--max-noise-ratio", max_noise_ratio);
-  check_positive("--least-positions", least_positions);
-  if (!(shift_uncertainty_mm >= 0))
-    throw usage_error("--shift-uncertainty-mm is negative", "give zero or more");
-  if (!bow_mm.allFinite()) throw usage_error("--bow-mm is not a number", "give two in mm");
-  if (!bow_sd_mm.allFinite() || bow_sd_mm.minCoeff() < 0)
-    throw usage_error("--bow-sd-mm is no uncertainty", "give two in mm, zero or more");
-  if (!(false_no_go > 0 && false_no_go < 0.1))
-    throw usage_error("the probability of a false NO-GO is not between 0 and 0.1", "");
-  if (draws < 500) throw usage_error("fewer than 500 draws", "give more");
+void fields(Fields& f, AcceptanceOptions& o) {
+  f.if_any({"max_length_error_mm",
+            "limit; a change of plate or cameras that it permits is a warning", 1, above_zero},
+           o.max_length_error_mm);
+  f.if_any({"max_flatness_mm", "limit", 1, above_zero}, o.max_flatness_mm);
+  f.if_any({"max_shift_error_mm", "limit", 1, above_zero}, o.max_shift_error_mm);
+  f.if_any({"max_sphere_form_mm", "limit", 1, above_zero}, o.max_sphere_form_mm);
+  f.if_any({"max_sphere_size_mm", "limit, of the diameter", 1, above_zero}, o.max_sphere_size_mm);
+  f.otherwise({"max_noise_ratio", "limit, of the stated noise", 1, above_zero}, o.max_noise_ratio);
+  f.otherwise({"shift_uncertainty_mm", "standard uncertainty of a height in rig.toml", 1, 0},
+              o.shift_uncertainty_mm);
+  f.otherwise({"least_positions",
+               "places of the target with all five lengths; sets of one place are one", 1, 1},
+              o.least_positions);
+  f.otherwise({"bow_mm",
+               "how far the plate's edges stand above its middle along x and y, as `drape calib` "
+               "found it"},
+              o.bow_mm);
+  f.otherwise({"bow_sd_mm", "standard uncertainty of that bow along x and y", 1, 0}, o.bow_sd_mm);
 }
 
 bool Acceptance::good() const {
@@ -123,7 +121,7 @@ bool Acceptance::good() const {
 
 Acceptance accept(const AcceptanceInput& input, const Calibration& calibration, const Rig& rig,
                   const Target& target, const AcceptanceOptions& options) {
-  options.check();
+  check_record(options);
   check_lattice(input.target, rig, target);
   check_repeats(input);
   for (const FrameDetections& frame : input.target.frames)

@@ -8,6 +8,7 @@
 
 #include "core/calibration.hpp"
 #include "core/detections.hpp"
+#include "core/fields/fields.hpp"
 #include "core/rig.hpp"
 
 namespace drape::calib {
@@ -30,10 +31,8 @@ struct AcceptanceOptions {
   bool own_target = true;      ///< the plate measured here is the one that calibrated
   double false_no_go = 0.005;  ///< of instruments without a fault, all figures together
   int draws = 2000;            ///< of the uncertainty's Monte Carlo
-
-  /// Throws Error(usage) naming an option that makes no sense.
-  void check() const;
 };
+void fields(Fields& f, AcceptanceOptions& options);
 
 /// A ball with the print on it: marks of known names on a sphere of known size.
 struct SphereInput {

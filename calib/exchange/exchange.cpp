@@ -12,15 +12,6 @@
 
 namespace drape::calib {
 
-ExchangeFormat exchange_format(const std::string& name) {
-  if (name == "opencv") return ExchangeFormat::opencv;
-  if (name == "kalibr") return ExchangeFormat::kalibr;
-  if (name == "colmap") return ExchangeFormat::colmap;
-  if (name == "mrcal") return ExchangeFormat::mrcal;
-  throw usage_error(fmt::format("the format `{}` is not known", name),
-                    "give opencv, kalibr, colmap or mrcal");
-}
-
 ExportResult export_calibration(const Calibration& calibration, ExchangeFormat format,
                                 const ExportOptions& options) {
   if (calibration.no_go)

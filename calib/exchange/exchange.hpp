@@ -7,6 +7,8 @@
 
 #include "core/calibration.hpp"
 
+#include "core/fields/fields.hpp"
+
 namespace drape::calib {
 
 /// What other tools read a calibration from. All of them have pinhole lenses with Brown's
@@ -18,8 +20,13 @@ enum class ExchangeFormat {
   mrcal,   ///< one <camera>.cameramodel each: LENSMODEL_OPENCV5
 };
 
-/// The format of a name such as "opencv"; throws Error(usage) for another.
-[[nodiscard]] ExchangeFormat exchange_format(const std::string& name);
+}  // namespace drape::calib
+
+template <>
+inline constexpr std::string_view drape::names_of<drape::calib::ExchangeFormat>[] = {
+    "opencv", "kalibr", "colmap", "mrcal"};
+
+namespace drape::calib {
 
 /// A Brown lens that stands for another lens model.
 struct BrownRefit {

@@ -27,20 +27,6 @@ double shear(const JointCamera& camera) {
 
 }  // namespace
 
-const char* name_of(LensTerms terms) {
-  switch (terms) {
-    case LensTerms::k1:
-      return "k1";
-    case LensTerms::k1_k2:
-      return "k1 k2";
-    case LensTerms::k1_k2_p1_p2:
-      return "k1 k2 p1 p2";
-    case LensTerms::k1_k2_p1_p2_k3:
-      return "k1 k2 p1 p2 k3";
-  }
-  return "";
-}
-
 Vector2d BoardBow::shape(const Vector3d& point_in_target) const {
   return point_in_target.head<2>().cwiseQuotient(half_m).cwiseAbs2() - mean;
 }

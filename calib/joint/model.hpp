@@ -8,6 +8,7 @@
 
 #include "calib/tsai/correspondence.hpp"
 #include "core/camera_model.hpp"
+#include "core/fields/fields.hpp"
 #include "core/marks.hpp"
 
 namespace drape::calib {
@@ -16,7 +17,14 @@ namespace drape::calib {
 enum class LensTerms { k1, k1_k2, k1_k2_p1_p2, k1_k2_p1_p2_k3 };
 inline constexpr LensTerms all_lens_terms[] = {LensTerms::k1, LensTerms::k1_k2,
                                                LensTerms::k1_k2_p1_p2, LensTerms::k1_k2_p1_p2_k3};
-[[nodiscard]] const char* name_of(LensTerms terms);
+
+}  // namespace drape::calib
+
+template <>
+inline constexpr std::string_view drape::names_of<drape::calib::LensTerms>[] = {
+    "k1", "k1 k2", "k1 k2 p1 p2", "k1 k2 p1 p2 k3"};
+
+namespace drape::calib {
 
 /// Order of a camera's parameters: fx fy cx cy k1 k2 p1 p2 k3 (px and 1), skew (px), a turn on top
 /// of the rotation (rad), the translation (mm). Of a placement: turn (rad), translation (mm).

@@ -12,6 +12,7 @@
 
 #include "calib/joint/alone.hpp"
 #include "core/error.hpp"
+#include "core/units.hpp"
 
 namespace drape::calib {
 namespace {
@@ -358,7 +359,7 @@ std::string lost_stages(const JointModel& all, const JointModel& kept) {
     if (!stage.known || had == before.end()) continue;
     std::string& list = has != after.end() && 2 * has->second > had->second ? stayed : lost;
     list += fmt::format("{}{} (z_mm = {:g})", list.empty() ? "" : ", ", stage.set,
-                        stage.world_from_target.translation_m.z() / mm);
+                        stage.world_from_target.translation_m.z() / units::mm);
   }
   if (lost.empty()) return {};
   return fmt::format(

@@ -3,9 +3,9 @@
 
 #include "calib/acceptance/ending.hpp"
 #include "calib/acceptance/positions.hpp"
-#include "calib/acceptance/program_options.hpp"
 #include "calib/programs/commands.hpp"
 #include "core/error.hpp"
+#include "core/fields/fields.hpp"
 #include "core/files/files.hpp"
 #include "core/program/command.hpp"
 #include "core/program/program.hpp"
@@ -14,6 +14,64 @@
 namespace drape::calib {
 
 namespace fs = std::filesystem;
+
+namespace {
+
+struct AcceptanceArguments {
+  fs::path detections, calibration, rig, out;
+  std::optional<fs::path> target, sphere;
+  std::optional<double> sphere_diameter_mm;
+  double sphere_uncertainty_mm = 0.01;
+  std::vector<std::string> repeats;
+  std::string date;
+  int valid_days = 365;
+  AcceptanceOptions options;
+};
+
+void fields(Fields& f, AcceptanceArguments& a) {
+  f(Field{"detections", "detections.json of the target"}.called("DETECTIONS"), a.detections);
+  f({"calibration", "calibration.json to accept"}, a.calibration);
+  f({"rig", "rig folder or its rig.toml"}, a.rig);
+  f({"out",
+     "acceptance.json to write, beside rig.toml for `drape run` and `drape doctor`; a page for "
+     "printing beside it"},
+    a.out);
+  f.if_any({"target",
+            "target file of another plate than the one that calibrated: with its own "
+            "[known_length] it tests the scale too"},
+           a.target);
+  f.if_any(Field{"repeats", "sets of the target at rest, for the noise floor"}.plain_name(),
+           a.repeats);
+  f.if_any(
+      {"sphere", "detections.json of a ball that carries the print, all its marks on the ball"},
+      a.sphere);
+  f.if_any({"sphere_diameter_mm", "diameter over the print, mm", 1, above_zero},
+           a.sphere_diameter_mm);
+  f.otherwise({"sphere_uncertainty_mm", "standard uncertainty of the diameter, mm", 1, 0},
+              a.sphere_uncertainty_mm);
+  f.otherwise({"date", "day of the test, as 2026-01-31"}, a.date);
+  f.otherwise(
+      {"valid_days", "days after which `drape run` and `drape doctor` ask for another test", 1, 1},
+      a.valid_days);
+  fields(f, a.options);
+}
+
+/// Throws Error(usage) for an option that would do nothing: of a ball without --sphere, of a date
+/// without --date; and for a ball of unknown size.
+void refuse_idle_options(const Command& app) {
+  const auto needs = [&](const std::string& option, const std::string& other) {
+    if (app.count(option) > 0 && app.count(other) == 0)
+      throw usage_error(option + " says nothing without " + other,
+                        "add " + other + ", or leave " + option + " out");
+  };
+  for (const char* option : {"--sphere-diameter-mm", "--sphere-uncertainty-mm",
+                             "--max-sphere-form-mm", "--max-sphere-size-mm"})
+    needs(option, "--sphere");
+  needs("--sphere", "--sphere-diameter-mm");
+  needs("--valid-days", "--date");
+}
+
+}  // namespace
 
 int accept_command(int argc, char** argv) {
   Command app(
@@ -30,8 +88,8 @@ int accept_command(int argc, char** argv) {
       "drape-calib accept");
   CommonOptions common;
   AcceptanceArguments arguments;
-  add_acceptance_options(app, arguments);
   add_common_options(app, common);
+  app.add_record(arguments);
   return run_program(app, argc, argv, common, [&] {
     refuse_idle_options(app);
     fs::path rig_file = arguments.rig;
@@ -49,12 +107,9 @@ int accept_command(int argc, char** argv) {
     input.calibrated = detections_behind(arguments.calibration, arguments.detections);
     input.file = arguments.detections.string();
     if (arguments.sphere)
-      input.sphere = SphereInput{read_detections(*arguments.sphere), arguments.sphere_diameter_mm,
+      input.sphere = SphereInput{read_detections(*arguments.sphere), *arguments.sphere_diameter_mm,
                                  arguments.sphere_uncertainty_mm};
     AcceptanceOptions options = arguments.options;
-    if (arguments.bow_mm.size() == 2) options.bow_mm = {arguments.bow_mm[0], arguments.bow_mm[1]};
-    if (arguments.bow_sd_mm.size() == 2)
-      options.bow_sd_mm = {arguments.bow_sd_mm[0], arguments.bow_sd_mm[1]};
     options.own_target = !arguments.target.has_value();
     Acceptance acceptance = accept(input, read_calibration(arguments.calibration), rig,
                                    read_target(target_file), options);

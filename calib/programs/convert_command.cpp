@@ -7,6 +7,7 @@
 #include "calib/exchange/exchange.hpp"
 #include "calib/programs/commands.hpp"
 #include "core/error.hpp"
+#include "core/fields/fields.hpp"
 #include "core/files/files.hpp"
 #include "core/program/command.hpp"
 #include "core/program/program.hpp"
@@ -21,16 +22,29 @@ namespace {
 
 struct ConvertArguments {
   std::vector<fs::path> inputs;
-  std::string to, from, rig = "imported";
+  std::optional<ExchangeFormat> to, from;
+  std::string rig = "imported";
   fs::path out;
   ExportOptions options;
 };
 
+void fields(Fields& f, ConvertArguments& a) {
+  f(Field{"input", "calibration.json, or one file of the other tool per camera"}.called("INPUT"),
+    a.inputs);
+  f.if_any(Field{"to", "tool to write for"}.without("from"), a.to);
+  f.if_any({"from", "tool to read from: opencv or mrcal"}, a.from);
+  f({"out", "folder (--to) or calibration.json (--from) to write"}, a.out);
+  f.otherwise(
+      {"max_refit_px", "refuse when a lens would change by more anywhere in its image, px", 1, 0},
+      a.options.max_refit_px);
+  f.otherwise({"rig", "name of the rig for an imported calibration"}, a.rig);
+}
+
 Ending export_to(const ConvertArguments& given, RunRecord& record) {
   if (given.inputs.size() != 1)
     throw usage_error("--to takes one calibration.json", "give one file");
-  const ExportResult result = export_calibration(read_calibration(given.inputs[0]),
-                                                 exchange_format(given.to), given.options);
+  const ExportResult result =
+      export_calibration(read_calibration(given.inputs[0]), *given.to, given.options);
   Ending ending;
   for (const ExportedFile& file : result.files) {
     write_durable(given.out / file.name, file.text);
@@ -44,17 +58,17 @@ Ending export_to(const ConvertArguments& given, RunRecord& record) {
                                     : fmt::format("lens refitted: RMS {:.6f} px, at most {:.6f} px",
                                                   refit.rms_px, refit.max_px));
   }
-  ending.verdict = fmt::format("{} cameras written for {} in {}", result.cameras.size(), given.to,
-                               given.out.string());
+  ending.verdict = fmt::format("{} cameras written for {} in {}", result.cameras.size(),
+                               name_of(*given.to), given.out.string());
   return ending;
 }
 
 Ending import_from(const ConvertArguments& given) {
-  const Calibration calibration =
-      import_calibration(given.inputs, exchange_format(given.from), given.rig);
+  const Calibration calibration = import_calibration(given.inputs, *given.from, given.rig);
   write_calibration(given.out, calibration);
   Ending ending;
-  ending.verdict = fmt::format("{} cameras read from {}", calibration.cameras.size(), given.from);
+  ending.verdict =
+      fmt::format("{} cameras read from {}", calibration.cameras.size(), name_of(*given.from));
   ending.warnings = calibration.warnings;
   ending.next_command = fmt::format(
       "drape triangulate DETECTIONS --calibration {} --set NAME --scene SCENE.toml --out sheet.ply",
@@ -69,28 +83,19 @@ int convert_command(int argc, char** argv) {
   CommonOptions common;
   ConvertArguments given;
   add_common_options(app, common);
-  app.add_option("INPUT", given.inputs,
-                 "calibration.json, or one file of the other tool per camera")
-      ->required();
-  auto* to = app.add_option("--to", given.to, "opencv, kalibr, colmap or mrcal");
-  app.add_option("--from", given.from, "opencv or mrcal")->excludes(to);
-  app.add_option("--out", given.out, "folder (--to) or calibration.json (--from) to write")
-      ->required();
-  app.add_option("--max-refit-px", given.options.max_refit_px,
-                 "refuse when a lens would change by more anywhere in its image, px");
-  app.add_option("--rig", given.rig, "name of the rig for an imported calibration");
+  app.add_record(given);
   return run_program(app, argc, argv, common, [&] {
-    if (given.to.empty() == given.from.empty())
+    if (!given.to == !given.from)
       throw usage_error("neither --to nor --from is given", "give one of them");
-    if (given.to.empty() ? app.count("--max-refit-px") > 0 : app.count("--rig") > 0)
+    if (!given.to ? app.count("--max-refit-px") > 0 : app.count("--rig") > 0)
       throw usage_error("--max-refit-px is of --to, --rig of --from", "leave the other one out");
     StepFiles files{{}, given.inputs};
-    if (given.to.empty()) files.outputs.push_back(given.out);
+    if (!given.to) files.outputs.push_back(given.out);
     RunRecord record("drape-calib", arguments_of(argc, argv),
-                     given.to.empty() ? run_record_path(given.out) : given.out / "convert.run.json",
+                     !given.to ? run_record_path(given.out) : given.out / "convert.run.json",
                      files);
     record.option("max_refit_px", fmt::format("{}", given.options.max_refit_px));
-    return finish(given.to.empty() ? import_from(given) : export_to(given, record), common, record);
+    return finish(!given.to ? import_from(given) : export_to(given, record), common, record);
   });
 }
 

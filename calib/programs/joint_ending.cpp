@@ -50,14 +50,6 @@ void add_camera_lines(Ending& ending, const JointResult& result) {
 
 }  // namespace
 
-std::optional<LensTerms> lens_named(const std::string& option) {
-  if (option == "k1") return LensTerms::k1;
-  if (option == "k1k2") return LensTerms::k1_k2;
-  if (option == "k1k2p1p2") return LensTerms::k1_k2_p1_p2;
-  if (option == "k1k2p1p2k3") return LensTerms::k1_k2_p1_p2_k3;
-  return std::nullopt;
-}
-
 Ending ending_of(const JointResult& result, const std::filesystem::path& out) {
   const JointReport& report = result.report;
   Ending ending;

@@ -13,7 +13,4 @@ namespace drape::calib {
 /// Verdict, numbers, rejections and next command of a joint calibration, for people.
 [[nodiscard]] Ending ending_of(const JointResult& result, const std::filesystem::path& out);
 
-/// Value of --lens; nothing for "held-out".
-[[nodiscard]] std::optional<LensTerms> lens_named(const std::string& option);
-
 }  // namespace drape::calib

@@ -70,6 +70,13 @@ template <class Record>
     return written(walk_through(record));
 }
 
+/// Throws Error(usage) where a value of a record that was made by a program is not as described.
+template <class Record>
+void check_record(const Record& record) {
+  Record copy = record;
+  throw_if_any(faults_of_reading(Document(Syntax::options, value_of(record)), walk_through(copy)));
+}
+
 /// Text of the record's file.
 template <class Record>
 [[nodiscard]] std::string text_of(const Record& record) {

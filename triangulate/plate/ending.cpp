@@ -10,25 +10,6 @@
 
 namespace drape::triangulate {
 
-Json json_of(const std::vector<ObjectValue>& values, const PlatePose& plate,
-             const std::vector<std::string>& against) {
-  Json json;
-  json["schema"] = "drapebench/object/1";
-  json["values"] = Json::array();
-  for (const ObjectValue& value : values)
-    json["values"].push_back({{"key", value.key},
-                              {"measured", value.measured},
-                              {"standard_uncertainty", value.uncertainty},
-                              {"stated", value.stated},
-                              {"stated_standard_uncertainty", value.stated_uncertainty},
-                              {"contradicts", value.contradicts()}});
-  json["contradictions"] = against;
-  json["dots"] = plate.dots;
-  json["rms_px"] = plate.rms_px;
-  json["chi2_per_dof"] = plate.chi2_per_dof;
-  return json;
-}
-
 std::vector<std::string> contradictions_of(const std::vector<ObjectValue>& values,
                                            const std::string& name) {
   std::vector<std::string> found;

@@ -11,10 +11,6 @@
 
 namespace drape::triangulate {
 
-/// object.json; `against`: why the measured place is none, or the scene's is another.
-[[nodiscard]] Json json_of(const std::vector<ObjectValue>& values, const PlatePose& plate,
-                           const std::vector<std::string>& against);
-
 /// One sentence for each value that the scene states otherwise; `name` is the object's.
 [[nodiscard]] std::vector<std::string> contradictions_of(const std::vector<ObjectValue>& values,
                                                          const std::string& name);

@@ -4,6 +4,7 @@
 #include <filesystem>
 
 #include "core/error.hpp"
+#include "core/fields/records.hpp"
 #include "core/files/files.hpp"
 #include "core/program/command.hpp"
 #include "core/program/program.hpp"
@@ -18,12 +19,27 @@ namespace fs = std::filesystem;
 namespace {
 
 struct ObjectArguments {
-  fs::path detections, calibration, scene, scene_out, out;
+  fs::path detections, calibration, scene, out;
+  std::optional<fs::path> scene_out;
   std::string set;
   int object = 1;
   double floor_px = 0;
   PlateOnObject lies;
 };
+
+void fields(Fields& f, ObjectArguments& a) {
+  f(Field{"detections", "detections.json of the plate"}.called("DETECTIONS"), a.detections);
+  f({"calibration", "calibration.json of the rig"}, a.calibration);
+  f({"set", "frame set that shows the plate"}, a.set);
+  f({"scene", "scene.toml that states the object"}, a.scene);
+  f.otherwise({"object", "number of the object in the scene, from 1", 1, 1}, a.object);
+  fields(f, a.lies);
+  f.otherwise({"floor_px", "error of a dot's centre beyond its detection's own, px", 1, 0},
+              a.floor_px);
+  f.if_any({"scene_out", "scene.toml to write: the scene with the object where the plate shows it"},
+           a.scene_out);
+  f({"out", "object.json to write"}, a.out);
+}
 
 }  // namespace
 
@@ -36,32 +52,18 @@ int object_command(int argc, char** argv) {
   CommonOptions common;
   ObjectArguments given;
   add_common_options(app, common);
-  app.add_option("DETECTIONS", given.detections, "detections.json of the plate")->required();
-  app.add_option("--calibration", given.calibration, "calibration.json of the rig")->required();
-  app.add_option("--set", given.set, "frame set that shows the plate")->required();
-  app.add_option("--scene", given.scene, "scene.toml that states the object")->required();
-  app.add_option("--object", given.object, "number of the object in the scene, from 1");
-  app.add_option("--thickness-mm", given.lies.thickness_mm, "of the sheet on a box");
-  app.add_option("--hole-mm", given.lies.hole_mm, "diameter of the hole that carries a sphere");
-  app.add_option("--placing-mm", given.lies.placing_mm,
-                 "standard uncertainty of laying the plate on");
-  app.add_option("--floor-px", given.floor_px,
-                 "error of a dot's centre beyond its detection's own, px");
-  app.add_option("--scene-out", given.scene_out,
-                 "scene.toml to write: the scene with the object where the plate shows it");
-  app.add_option("--out", given.out, "object.json to write")->required();
+  app.add_record(given);
   return run_program(app, argc, argv, common, [&] {
-    given.lies.check();
     StepFiles files{{given.out}, {given.detections, given.calibration, given.scene}};
-    if (!given.scene_out.empty()) {
-      require_own_scene(given.scene_out);
-      files.outputs.push_back(given.scene_out);
+    if (given.scene_out) {
+      require_own_scene(*given.scene_out);
+      files.outputs.push_back(*given.scene_out);
     }
     RunRecord record("drape-triangulate", arguments_of(argc, argv), run_record_path(given.out),
                      files);
     const Scene scene = read_scene(given.scene);
     const auto index = static_cast<std::size_t>(given.object) - 1;
-    if (given.object < 1 || index >= scene.obstacles.size())
+    if (index >= scene.obstacles.size())
       throw usage_error(fmt::format("the scene has {} objects", scene.obstacles.size()),
                         "give --object from 1 on");
     const Detections detections = read_detections(given.detections);
@@ -74,7 +76,7 @@ int object_command(int argc, char** argv) {
     if (calibration.no_go) against.push_back("the calibration is NO-GO: " + *calibration.no_go);
     if (const auto reason = detections.reason_against({given.set})) against.push_back(*reason);
     // A scene cannot say that its place rests on a measurement that is NO-GO.
-    if (!given.scene_out.empty() && !against.empty())
+    if (given.scene_out && !against.empty())
       throw bad_input("no scene is written from a place that is not measured: " + against.front(),
                       {.file = given.detections.string(), .set = given.set},
                       "mend that first, or leave --scene-out out to see the place");
@@ -82,12 +84,13 @@ int object_command(int argc, char** argv) {
     if (const auto why = why_not_edge_on_edge(detections.lattice, given.lies,
                                               scene.obstacles[index], scene.uncertainty_of(index)))
       against.push_back(name + ": " + *why);
-    write_json(given.out, json_of(values, plate, against));
-    if (!given.scene_out.empty()) {
-      write_durable(given.scene_out, measured_scene(given.scene, index + 1, values,
-                                                    fs::absolute(given.scene_out).parent_path()));
+    write_record(given.out,
+                 MeasuredObject{values, against, plate.dots, plate.rms_px, plate.chi2_per_dof});
+    if (given.scene_out) {
+      write_durable(*given.scene_out, measured_scene(given.scene, index + 1, values,
+                                                     fs::absolute(*given.scene_out).parent_path()));
       // What was written by lines is read again: a scene of another layout ends here.
-      static_cast<void>(read_scene(given.scene_out));
+      static_cast<void>(read_scene(*given.scene_out));
     }
     record.option("set", given.set);
     return finish(ending_of(values, plate, name, against), common, record);

@@ -9,6 +9,7 @@
 #include <tuple>
 
 #include "core/error.hpp"
+#include "core/geometry/vectors.hpp"
 #include "core/units.hpp"
 
 namespace drape::triangulate {
@@ -29,9 +30,7 @@ struct PointOnPlate {
 PointOnPlate point_at(const PlatePose& plate, const Vector3d& offset_m) {
   const Vector3d turned = plate.world_from_plate.rotation * offset_m;
   Eigen::Matrix<double, 3, 6> by_pose;
-  by_pose << Eigen::Matrix3d::Identity(), (Eigen::Matrix3d() << 0, turned.z(), -turned.y(),
-                                           -turned.z(), 0, turned.x(), turned.y(), -turned.x(), 0)
-                                              .finished();
+  by_pose << Eigen::Matrix3d::Identity(), -cross_matrix(turned);
   return {plate.world_from_plate.translation_m + turned,
           by_pose * plate.covariance * by_pose.transpose()};
 }
@@ -63,13 +62,34 @@ double yaw_of(const Eigen::Matrix3d& turn) {
 
 }  // namespace
 
-void PlateOnObject::check() const {
-  for (const auto& [option, value, least] :
-       {std::tuple{"--placing-mm", placing_mm, 1e-3},
-        std::tuple{"--thickness-mm", thickness_mm, 0.0}, std::tuple{"--hole-mm", hole_mm, 0.0}})
-    if (!(std::isfinite(value) && value >= least))
-      throw usage_error(fmt::format("{} is {}", option, value),
-                        fmt::format("give {:g} mm or more", least));
+void fields(Fields& f, PlateOnObject& p) {
+  f.otherwise({"thickness_mm", "thickness of the sheet on a box, mm", 1, 0}, p.thickness_mm);
+  f.otherwise({"hole_mm", "diameter of the hole that carries a sphere, mm", 1, 0}, p.hole_mm);
+  f.otherwise({"placing_mm", "standard uncertainty of laying the plate on, mm", 1, 1e-3},
+              p.placing_mm);
+}
+
+void fields(Fields& f, ObjectValue& v) {
+  f({"key", "key of the scene: x_mm, y_mm, z_bottom_mm or yaw_deg"}, v.key);
+  f({"measured", "value by the plate, in the key's unit"}, v.measured);
+  f({"standard_uncertainty", "standard uncertainty with that of laying the plate on", 1, 0},
+    v.uncertainty);
+  f({"stated", "value in the scene"}, v.stated);
+  f({"stated_standard_uncertainty", "standard uncertainty in the scene", 1, 0},
+    v.stated_uncertainty);
+  bool contradicts = v.contradicts();
+  f({"contradicts", "beyond three standard uncertainties of the difference"}, contradicts);
+}
+
+void fields(Fields& f, MeasuredObject& o) {
+  f({"values", "place and turn of the object"}, o.values);
+  f({"contradictions",
+     "one sentence for each NO-GO that it rests on and each value that contradicts"},
+    o.contradictions);
+  f({"dots", "dots of the plate that were seen", 1, 4}, o.dots);
+  f({"rms_px", "root mean square residual, px", 1, 0}, o.rms_px);
+  f({"chi2_per_dof", "chi-square against the dots' covariance per degree of freedom", 1, 0},
+    o.chi2_per_dof);
 }
 
 bool ObjectValue::contradicts() const {

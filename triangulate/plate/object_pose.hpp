@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "core/fields/records.hpp"
 #include "core/scene.hpp"
 #include "triangulate/plate/plate_pose.hpp"
 
@@ -15,10 +16,8 @@ struct PlateOnObject {
   double thickness_mm = 0.1;  ///< of a box's sheet; its printed face lies so far above the top
   double hole_mm = 0;       ///< hole in the middle of a sphere's stand, whose upper edge carries it
   double placing_mm = 0.2;  ///< standard uncertainty of laying it on, along x and y, and of height
-
-  /// Throws Error(usage) naming an option that makes no sense.
-  void check() const;
 };
+void fields(Fields& f, PlateOnObject& lies);
 
 /// One value of an object as measured and as the scene states it.
 struct ObjectValue {
@@ -31,6 +30,25 @@ struct ObjectValue {
   /// Beyond three standard uncertainties of the difference.
   [[nodiscard]] bool contradicts() const;
 };
+void fields(Fields& f, ObjectValue& value);
+
+/// object.json: where an object stands by its plate of tags, beside what the scene states.
+struct MeasuredObject {
+  std::vector<ObjectValue> values;
+  std::vector<std::string> contradictions;  ///< NO-GO that it rests on, and values that contradict
+  int dots = 0;
+  double rms_px = 0, chi2_per_dof = 0;
+};
+void fields(Fields& f, MeasuredObject& object);
+
+}  // namespace drape::triangulate
+
+template <>
+inline constexpr drape::Format drape::format_of<drape::triangulate::MeasuredObject>{
+    "object", drape::Syntax::json, 1,
+    "object.json: where an object stands by its plate of tags, beside what the scene states"};
+
+namespace drape::triangulate {
 
 /// Place and turn of a box (the plate lies on its top, edge on edge) or a sphere (it rests in the
 /// plate's hole). Size and, for the yaw, which of a box's alike sides is which, are the scene's.

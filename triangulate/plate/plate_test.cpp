@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "core/error.hpp"
+#include "core/fields/records.hpp"
 #include "core/files/files.hpp"
 #include "core/units.hpp"
 #include "tests/support/paths.hpp"
@@ -94,15 +95,15 @@ TEST(PlateOnObject, IsLaidOnAsWellAsItsObjectIsWide) {
   lies.placing_mm = 29;
   EXPECT_NO_THROW(static_cast<void>(object_values(plate, lies, box, {})));
   lies.placing_mm = 200;
-  EXPECT_NO_THROW(lies.check());
+  EXPECT_NO_THROW(check_record(lies));
   EXPECT_THROW(static_cast<void>(object_values(plate, lies, box, {})), Error);
   for (const double placing_mm : {-1.0, 0.0, std::nan(""), HUGE_VAL}) {
     lies.placing_mm = placing_mm;
-    EXPECT_THROW(lies.check(), Error) << placing_mm;
+    EXPECT_THROW(check_record(lies), Error) << placing_mm;
   }
   lies = {};
   lies.thickness_mm = -0.1;
-  EXPECT_THROW(lies.check(), Error);
+  EXPECT_THROW(check_record(lies), Error);
 }
 
 TEST(PlateOnObject, LiesEdgeOnEdgeOnATopOfItsSizeOnly) {

@@ -1,40 +1,36 @@
 // SPDX-License-Identifier: Apache-2.0
 // An option that would do nothing is a wrong call.
-#include "calib/programs/program_options.hpp"
-
 #include <gmock/gmock.h>
 
-#include "calib/acceptance/program_options.hpp"
-#include "core/error.hpp"
+#include <string>
+#include <vector>
+
+#include "calib/programs/commands.hpp"
+#include "tests/support/paths.hpp"
 
 namespace drape::calib {
 namespace {
 
 using testing::HasSubstr;
 
-/// What a call is refused for; "" when it is not.
-template <typename Refuse>
-std::string refused(Command& app, std::vector<std::string> words, const Refuse& refuse) {
-  std::vector<char*> arguments = {const_cast<char*>("program")};
+/// Text for a wrong call; "" for a call that ends by the files that are not there.
+std::string refused(int (*command)(int, char**), std::vector<std::string> words,
+                    const std::vector<std::string>& more) {
+  const test::TemporaryFolder folder;
+  words.insert(words.end(), {"--rig", "no-rig", "--out", (folder.path() / "out.json").string()});
+  words.insert(words.end(), more.begin(), more.end());
+  std::vector<char*> arguments;
   for (std::string& word : words) arguments.push_back(word.data());
-  EXPECT_EQ(app.parse(static_cast<int>(arguments.size()), arguments.data()), -1);
-  try {
-    refuse();
-    return "";
-  } catch (const Error& error) {
-    EXPECT_EQ(error.kind(), ErrorKind::usage);
-    return error.what();
-  }
+  testing::internal::CaptureStderr();
+  const int code = command(static_cast<int>(arguments.size()), arguments.data());
+  const std::string text = testing::internal::GetCapturedStderr();
+  if (code == 2) return text;
+  EXPECT_EQ(code, 3) << text;
+  return "";
 }
 
 std::string calib_refused(const std::string& method, const std::vector<std::string>& words) {
-  Command app("", "drape-calib");
-  JointOptions options;
-  std::string lens, lens_from;
-  add_joint_options(app, options);
-  app.add_option("--lens", lens, "");
-  app.add_option("--lens-from", lens_from, "");
-  return refused(app, words, [&] { refuse_joint_options(app, method); });
+  return refused(calib_command, {"drape-calib", "d.json", "--method", method}, words);
 }
 
 TEST(IdleOptions, OfTheJointMethodAreRefusedBesideTsai) {
@@ -48,15 +44,13 @@ TEST(IdleOptions, OfTheJointMethodAreRefusedBesideTsai) {
     EXPECT_EQ(calib_refused("joint", words), "") << words[0];
   }
   EXPECT_EQ(calib_refused("tsai", {}), "");
+  EXPECT_THAT(calib_refused("tsai", {"--max-rms-px", "0"}), HasSubstr("--max-rms-px"));
+  EXPECT_THAT(calib_refused("joint", {"--lens", "k4"}), HasSubstr("k4"));
 }
 
-std::string accept_refused(std::vector<std::string> words) {
-  Command app("", "drape-calib accept");
-  AcceptanceArguments arguments;
-  add_acceptance_options(app, arguments);
-  words.insert(words.begin(),
-               {"d.json", "--calibration", "c.json", "--rig", "rig", "--out", "a.json"});
-  return refused(app, words, [&] { refuse_idle_options(app); });
+std::string accept_refused(const std::vector<std::string>& words) {
+  return refused(accept_command, {"drape-calib", "accept", "d.json", "--calibration", "c.json"},
+                 words);
 }
 
 TEST(IdleOptions, OfABallOrADateAreRefusedWithoutIt) {
@@ -67,6 +61,7 @@ TEST(IdleOptions, OfABallOrADateAreRefusedWithoutIt) {
   EXPECT_EQ(accept_refused({"--sphere", "s.json", "--sphere-diameter-mm", "80"}), "");
   EXPECT_THAT(accept_refused({"--valid-days", "30"}), HasSubstr("without --date"));
   EXPECT_EQ(accept_refused({"--valid-days", "30", "--date", "2026-01-31"}), "");
+  EXPECT_THAT(accept_refused({"--bow-sd-mm", "-1", "0"}), HasSubstr("--bow-sd-mm"));
 }
 
 }  // namespace
