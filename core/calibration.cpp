@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "core/error.hpp"
+#include "core/geometry/dense.hpp"
 #include "core/units.hpp"
 
 namespace drape {
@@ -35,6 +36,9 @@ void covariance(Fields& f, const Field& names_field, const Field& field, bool ma
   const auto parameters = static_cast<Eigen::Index>(names.size());
   f.rule(matrix.rows() == parameters && matrix.cols() == parameters, field.name,
          fmt::format("its size is not the number of {}", names_field.name), make_again);
+  if (!f.reads() || matrix.rows() != matrix.cols()) return;
+  f.rule(is_covariance(matrix), field.name, "it is no covariance: not symmetric, or negative",
+         make_again);
 }
 
 }  // namespace

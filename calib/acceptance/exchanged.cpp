@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <functional>
 #include <limits>
+#include <tuple>
 #include <utility>
 
 #include "calib/joint/model.hpp"
@@ -55,99 +56,73 @@ double disagreement(const Detections& detections, const Calibration& calibration
   return median(std::move(distances));
 }
 
-/// A simple mistake, and how the detections would be without it.
+/// A simple mistake, and how a frame would be without it.
 struct Mistake {
   std::string sentence;
-  std::function<void(Detections&)> undo;
+  std::function<void(FrameDetections&)> undo;
 };
 
-using FrameChange = std::function<void(FrameDetections&)>;
-
-/// On one camera, or on all of them where `camera` is empty.
-std::function<void(Detections&)> on(const std::string& camera, const FrameChange& change) {
-  return [camera, change](Detections& detections) {
-    for (FrameDetections& frame : detections.frames)
-      if (camera.empty() || frame.camera == camera) change(frame);
-  };
-}
-
-void mirror_columns(FrameDetections& frame, int width_px) {
+void mirror(FrameDetections& frame, const CameraModel& model, bool columns, bool rows) {
   for (Detection& d : frame.detections) {
-    d.centre_px.x() = width_px - 1 - d.centre_px.x();
-    d.covariance_px2(0, 1) = d.covariance_px2(1, 0) = -d.covariance_px2(0, 1);
-  }
-}
-
-void mirror_rows(FrameDetections& frame, int height_px) {
-  for (Detection& d : frame.detections) {
-    d.centre_px.y() = height_px - 1 - d.centre_px.y();
-    d.covariance_px2(0, 1) = d.covariance_px2(1, 0) = -d.covariance_px2(0, 1);
+    if (columns) d.centre_px.x() = model.width_px - 1 - d.centre_px.x();
+    if (rows) d.centre_px.y() = model.height_px - 1 - d.centre_px.y();
+    if (columns != rows) d.covariance_px2(0, 1) = d.covariance_px2(1, 0) = -d.covariance_px2(0, 1);
   }
 }
 
 std::vector<Mistake> mistakes(const Calibration& calibration, const MarkLattice& lattice) {
   std::vector<Mistake> list;
-  const auto& cameras = calibration.cameras;
-  for (std::size_t a = 0; a < cameras.size(); ++a) {
-    for (std::size_t b = a + 1; b < cameras.size(); ++b) {
-      const std::string first = cameras[a].camera.name, second = cameras[b].camera.name;
+  std::vector<std::string> names;
+  for (const CalibratedCamera& camera : calibration.cameras) {
+    const std::string& second = camera.camera.name;
+    for (const std::string& first : names)
       list.push_back({fmt::format("{} and {} are exchanged: give each camera the name that it had "
                                   "when it was calibrated",
                                   first, second),
-                      [first, second](Detections& detections) {
-                        for (FrameDetections& frame : detections.frames) {
-                          if (frame.camera == first) {
-                            frame.camera = second;
-                          } else if (frame.camera == second) {
-                            frame.camera = first;
-                          }
-                        }
+                      [first, second](FrameDetections& frame) {
+                        if (frame.camera == first || frame.camera == second)
+                          frame.camera = frame.camera == first ? second : first;
                       }});
-    }
+    names.push_back(second);
   }
-  std::vector<std::string> names;
-  names.reserve(cameras.size());
-  for (const CalibratedCamera& camera : cameras) names.push_back(camera.camera.name);
-  names.emplace_back();
+  names.emplace_back();  // all cameras
   for (const std::string& name : names) {
-    const std::string whose = name.empty() ? std::string("the images of all cameras are")
-                                           : "the images of " + name + " are";
-    const CameraModel& model =
-        name.empty() ? cameras.front().camera.model : calibration.camera(name).camera.model;
-    const int width = model.width_px, height = model.height_px;
-    list.push_back({whose + " mirrored left to right: take the mirror out of the camera's settings "
-                            "or of its optics",
-                    on(name, [width](FrameDetections& frame) { mirror_columns(frame, width); })});
-    list.push_back({whose + " mirrored top to bottom: take the mirror out of the camera's settings "
-                            "or of its optics",
-                    on(name, [height](FrameDetections& frame) { mirror_rows(frame, height); })});
-    list.push_back({whose + " turned by 180 degrees: turn the camera back, or its setting",
-                    on(name, [width, height](FrameDetections& frame) {
-                      mirror_columns(frame, width);
-                      mirror_rows(frame, height);
-                    })});
-    if (name.empty()) continue;
-    const int rows = lattice.rows, cols = lattice.cols;
-    const auto labels = [&](const std::string& what, bool row, bool col) {
-      list.push_back(
-          {fmt::format("the labels of the plate's points are {} in {}: use a plate whose points "
-                       "have names, or show its whole print",
-                       what, name),
-           on(name, [rows, cols, row, col](FrameDetections& frame) {
-             for (Detection& d : frame.detections) {
-               if (row) d.mark.row = rows - 1 - d.mark.row;
-               if (col) d.mark.col = cols - 1 - d.mark.col;
-             }
-           })});
+    const CameraModel model =
+        (name.empty() ? calibration.cameras.front() : calibration.camera(name)).camera.model;
+    const auto add = [&](const std::string& sentence, auto change) {
+      list.push_back({sentence, [name, change](FrameDetections& frame) {
+                        if (name.empty() || frame.camera == name) change(frame);
+                      }});
     };
-    labels("turned by 180 degrees", true, true);
-    labels("mirrored", false, true);
-    labels("mirrored", true, false);
+    const std::string whose = "the images of " + (name.empty() ? "all cameras" : name) + " are ";
+    for (const auto& [columns, rows, what] :
+         {std::tuple(true, false,
+                     "mirrored left to right: take the mirror out of the camera's settings or of "
+                     "its optics"),
+          {false, true,
+           "mirrored top to bottom: take the mirror out of the camera's settings or of its optics"},
+          {true, true, "turned by 180 degrees: turn the camera back, or its setting"}})
+      add(whose + what, [model, columns = columns, rows = rows](FrameDetections& frame) {
+        mirror(frame, model, columns, rows);
+      });
+    if (name.empty()) continue;
+    for (const auto& [row, col, what] : {std::tuple(true, true, "turned by 180 degrees"),
+                                         {false, true, "mirrored"},
+                                         {true, false, "mirrored"}})
+      add(fmt::format("the labels of the plate's points are {} in {}: use a plate whose points "
+                      "have names, or show its whole print",
+                      what, name),
+          [lattice, row = row, col = col](FrameDetections& frame) {
+            for (Detection& d : frame.detections) {
+              if (row) d.mark.row = lattice.rows - 1 - d.mark.row;
+              if (col) d.mark.col = lattice.cols - 1 - d.mark.col;
+            }
+          });
   }
   return list;
 }
 
-/// Of most positions the cameras see the unprinted side.
+/// Whether the cameras see the unprinted side in most positions.
 bool seen_from_behind(const Calibration& calibration, const std::vector<Position>& positions) {
   std::size_t behind = 0;
   for (const Position& position : positions) {
@@ -184,7 +159,7 @@ std::string exchanged_or_mirrored(const Detections& detections, const Calibratio
   lattice.cols = plate.target.cols;
   for (const Mistake& mistake : mistakes(calibration, lattice)) {
     Detections without = some;
-    mistake.undo(without);
+    for (FrameDetections& frame : without.frames) mistake.undo(frame);
     const double left = disagreement(without, calibration);
     if (left >= least) continue;
     // Mirrored images of all cameras agree in a mirrored world.

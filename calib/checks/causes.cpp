@@ -14,6 +14,7 @@
 #include "calib/checks/late_camera.hpp"
 #include "calib/checks/one_more.hpp"
 #include "calib/checks/wide_lens.hpp"
+#include "core/geometry/dense.hpp"
 #include "core/statistics/distributions.hpp"
 #include "core/units.hpp"
 
@@ -114,10 +115,8 @@ std::vector<PoseVotes> votes_of(const JointModel& model, const JointFit& fit,
       if (is_stage(model, view.placement)) continue;
       const Matrix6d information = view.information.block<6, 6>(at, at);
       // Not seen by this camera, or by this camera only.
-      const Matrix6d whole = information + 1e-30 * Matrix6d::Identity();
-      const Vector6d unit = whole.diagonal().cwiseSqrt().cwiseInverse();
-      const Eigen::LLT<Matrix6d> factor(unit.asDiagonal() * whole * unit.asDiagonal());
-      if (factor.info() != Eigen::Success || !(factor.rcond() > 1e-10)) continue;
+      if (inverse_of_information(information + 1e-30 * Matrix6d::Identity(), 1e-10).size() == 0)
+        continue;
       votes[c].placements.push_back(view.placement);
       votes[c].scores.emplace_back(view.score.segment<6>(at) +
                                    view.information.middleRows<6>(at) * step);

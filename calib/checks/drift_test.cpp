@@ -7,7 +7,7 @@
 
 #include "calib/joint.hpp"
 #include "calib/joint/start.hpp"
-#include "calib/programs/drift_ending.hpp"
+#include "calib/programs/ending.hpp"
 #include "calib/test_rigs.hpp"
 #include "core/error.hpp"
 #include "core/geometry/vectors.hpp"

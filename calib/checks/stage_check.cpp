@@ -10,6 +10,7 @@
 #include <limits>
 
 #include "core/camera_derivatives.hpp"
+#include "core/geometry/dense.hpp"
 #include "core/units.hpp"
 
 namespace drape::calib {
@@ -26,6 +27,7 @@ using ModeVector = Eigen::Matrix<double, kModes, 1>;
 using ModeMatrix = Eigen::Matrix<double, kModes, kModes>;
 
 constexpr double kSigmas = 4;
+constexpr double kLeastCondition = 1e-10;  // of the modes' information
 
 void add_findings(StageCheck& check, double half_m) {
   const double stroke_m = check.stroke_mm * mm;
@@ -85,15 +87,6 @@ StageCheck check_of(const ModeVector& found, const ModeMatrix& covariance, doubl
   check.turn_sd_deg = sd.tail<3>() * stroke_m / deg;
   add_findings(check, half_m);
   return check;
-}
-
-std::optional<ModeMatrix> inverse_of(const ModeMatrix& information) {
-  const ModeVector unit = information.diagonal().cwiseSqrt().cwiseInverse();
-  if (!unit.allFinite()) return std::nullopt;
-  const Eigen::LLT<ModeMatrix> factor(unit.asDiagonal() * information * unit.asDiagonal());
-  if (factor.info() != Eigen::Success || !(factor.rcond() > 1e-10)) return std::nullopt;
-  const ModeMatrix scaled = factor.solve(ModeMatrix::Identity());
-  return ModeMatrix(unit.asDiagonal() * scaled * unit.asDiagonal());
 }
 
 /// A stage that was fitted as a free pose.
@@ -222,10 +215,11 @@ std::optional<StageCheck> check_stages(JointModel model, const JointFit& fit,
   }
   const Eigen::LLT<MatrixXd> weights(covariance);
   if (weights.info() != Eigen::Success) return std::nullopt;
-  const auto spread = inverse_of(modes.transpose() * weights.solve(modes));
-  if (!spread) return std::nullopt;
-  const ModeVector found = *spread * modes.transpose() * weights.solve(deviation);
-  StageCheck check = check_of(found, *spread, high_m - low_m, solution.model.bow.half_m.maxCoeff());
+  const MatrixXd spread =
+      inverse_of_information(modes.transpose() * weights.solve(modes), kLeastCondition);
+  if (spread.size() == 0) return std::nullopt;
+  const ModeVector found = spread * modes.transpose() * weights.solve(deviation);
+  StageCheck check = check_of(found, spread, high_m - low_m, solution.model.bow.half_m.maxCoeff());
   add_strays(check, solution.model, freed, deviation - modes * found, covariance);
   if (!check.contradiction.empty()) name_exchanged(check, solution.model, freed);
   return check;
@@ -264,14 +258,14 @@ std::optional<StageCheck> check_stages(const Camera& camera,
     camera_score += (w * *d).transpose() * (w * (point.px - image->px));
   }
   const ModeMatrix information = own - pull.transpose() * inverse * pull;
-  const auto spread = inverse_of(information);
-  if (!(high_m > low_m) || !spread) return std::nullopt;
+  const MatrixXd spread = inverse_of_information(information, kLeastCondition);
+  if (!(high_m > low_m) || spread.size() == 0) return std::nullopt;
   const Eigen::VectorXd camera_step = inverse * camera_score;
-  const ModeVector found = *spread * (score - pull.transpose() * camera_step);
+  const ModeVector found = spread * (score - pull.transpose() * camera_step);
   const double dof = 2.0 * static_cast<double>(points.size()) - free_parameters(free) - kModes;
   const double explained = camera_score.dot(camera_step) + found.dot(information * found);
   const double factor = std::max(1.0, (chi2 - explained) / dof);
-  return check_of(found, factor * *spread, high_m - low_m, half_m, heights_times);
+  return check_of(found, factor * spread, high_m - low_m, half_m, heights_times);
 }
 
 std::optional<StageCheck> check_stages_far_off(const Camera& camera,

@@ -4,8 +4,6 @@
 
 #include "calib/joint/solve.hpp"
 
-#include "core/geometry/dense.hpp"
-
 namespace drape::calib {
 namespace {
 
@@ -165,18 +163,6 @@ std::vector<ViewInformation> information_by_view(const JointModel& model, const 
     views.push_back(std::move(view));
   }
   return views;
-}
-
-MatrixXd inverse_of_information(const MatrixXd& information) {
-  // Scaled to a unit diagonal, so that the test of its rank does not depend on units.
-  const Eigen::VectorXd scale = information.diagonal().cwiseSqrt().cwiseInverse();
-  if (!scale.allFinite()) return {};
-  const MatrixXd scaled = scale.asDiagonal() * information * scale.asDiagonal();
-  const Eigen::LLT<MatrixXd> factor(scaled);
-  if (factor.info() != Eigen::Success || !(factor.rcond() > 1e-14)) return {};
-  const MatrixXd inverse = factor.solve(MatrixXd::Identity(scaled.rows(), scaled.cols()));
-  const MatrixXd result = scale.asDiagonal() * inverse * scale.asDiagonal();
-  return 0.5 * (result + result.transpose());
 }
 
 }  // namespace drape::calib

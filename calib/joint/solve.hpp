@@ -66,7 +66,4 @@ struct MoreColumns {
                                                                const JointFit& fit,
                                                                const MoreColumns& more = {});
 
-/// Inverse of a symmetric positive matrix of mixed units; empty when it is numerically singular.
-[[nodiscard]] Eigen::MatrixXd inverse_of_information(const Eigen::MatrixXd& information);
-
 }  // namespace drape::calib

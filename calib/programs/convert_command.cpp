@@ -6,13 +6,13 @@
 
 #include "calib/exchange/exchange.hpp"
 #include "calib/programs/commands.hpp"
+#include "calib/programs/ending.hpp"
 #include "core/error.hpp"
 #include "core/fields/fields.hpp"
 #include "core/files/files.hpp"
 #include "core/program/command.hpp"
 #include "core/program/program.hpp"
 #include "core/program/run_record.hpp"
-#include "core/program/shell_word.hpp"
 
 namespace drape::calib {
 
@@ -70,9 +70,7 @@ Ending import_from(const ConvertArguments& given) {
   ending.verdict =
       fmt::format("{} cameras read from {}", calibration.cameras.size(), name_of(*given.from));
   ending.warnings = calibration.warnings;
-  ending.next_command = fmt::format(
-      "drape triangulate DETECTIONS --calibration {} --set NAME --scene SCENE.toml --out sheet.ply",
-      shell_word(given.out.string()));
+  ending.next_command = next_command(given.out);
   return ending;
 }
 

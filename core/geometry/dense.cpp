@@ -4,6 +4,7 @@
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
 #include <Eigen/QR>
+#include <cmath>
 
 namespace drape {
 
@@ -34,6 +35,29 @@ VectorXd solve_positive(const MatrixXd& a, const VectorXd& b) {
 }
 MatrixXd solve_positive(const MatrixXd& a, const MatrixXd& b) {
   return a.llt().solve(b);
+}
+
+MatrixXd inverse_of_information(const MatrixXd& information, double least_condition) {
+  // Scaled to a unit diagonal, so that the test of its rank does not depend on units.
+  const VectorXd scale = information.diagonal().cwiseSqrt().cwiseInverse();
+  if (!scale.allFinite()) return {};
+  const MatrixXd scaled = scale.asDiagonal() * information * scale.asDiagonal();
+  const Eigen::LLT<MatrixXd> factor(scaled);
+  if (factor.info() != Eigen::Success || !(factor.rcond() > least_condition)) return {};
+  const MatrixXd inverse = factor.solve(MatrixXd::Identity(scaled.rows(), scaled.cols()));
+  const MatrixXd result = scale.asDiagonal() * inverse * scale.asDiagonal();
+  return 0.5 * (result + result.transpose());
+}
+
+bool is_covariance(const MatrixXd& matrix) {
+  constexpr double kRounding = 1e-9;
+  if (matrix.size() == 0) return true;
+  if (!(matrix.diagonal().minCoeff() >= 0) || !matrix.allFinite()) return false;
+  const VectorXd scale =
+      matrix.diagonal().unaryExpr([](double v) { return v > 0 ? 1 / std::sqrt(v) : 1.0; });
+  const MatrixXd scaled = scale.asDiagonal() * matrix * scale.asDiagonal();
+  return (scaled - scaled.transpose()).cwiseAbs().maxCoeff() <= kRounding &&
+         symmetric_eigen(scaled).values[0] >= -kRounding * static_cast<double>(scaled.rows());
 }
 
 }  // namespace drape

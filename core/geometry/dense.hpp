@@ -26,4 +26,14 @@ struct SymmetricEigen {
 [[nodiscard]] Eigen::VectorXd solve_positive(const Eigen::MatrixXd& a, const Eigen::VectorXd& b);
 [[nodiscard]] Eigen::MatrixXd solve_positive(const Eigen::MatrixXd& a, const Eigen::MatrixXd& b);
 
+/// Inverse of a symmetric positive matrix of mixed units; empty when it is numerically singular:
+/// the reciprocal condition of the matrix, scaled to a unit diagonal, is not above
+/// `least_condition`.
+[[nodiscard]] Eigen::MatrixXd inverse_of_information(const Eigen::MatrixXd& information,
+                                                     double least_condition = 1e-14);
+
+/// Whether a square matrix is symmetric and positive semidefinite to rounding, whatever the units
+/// of its parameters are.
+[[nodiscard]] bool is_covariance(const Eigen::MatrixXd& matrix);
+
 }  // namespace drape
