@@ -18,7 +18,7 @@ struct CalibOptions {
   double max_rms_px = 0.3;           ///< verdict: largest RMS point distance of a camera
   double max_centre_sd_px = 5;       ///< verdict: above, the image centre is not determined
   double max_focal_sd_percent = 2;   ///< verdict: above, focal length and distance are not
-  bool correct_eccentricity = true;  ///< of the dots' images (Heikkila 2000)
+  bool correct_eccentricity = true;  ///< eccentricity of the dots' images (Heikkila 2000)
   double outlier_sigmas = 6;         ///< dots farther off (robust sigma) are rejected by name
   double max_outliers_percent = 3;   ///< more than these and the camera fails
   int max_iterations = 200;
@@ -41,13 +41,13 @@ struct CameraReport {
   double stage1_scale_x = 1;  ///< Tsai's s_x from stage 1, a check when it is kept at 1
   TsaiStep basic;             ///< after stage 2; never a result (f and Tz are inseparable)
   TsaiStep full;              ///< after stage 3
-  ClassicalErrors errors;     ///< of the full optimisation
+  ClassicalErrors errors;     ///< errors after the full optimisation
   int iterations = 0;
   double max_eccentricity_px = 0;  ///< largest correction of a dot's centre
   double focal_sd_mm = 0;
   double centre_sd_px = 0;            ///< larger of the two coordinates
   double chi2_per_dof = 0;            ///< against the marks' covariances
-  std::optional<StageCheck> stages;   ///< how the target moved on its z stage
+  std::optional<StageCheck> stages;   ///< motion of the target on its z stage
   std::vector<std::string> notes;     ///< limits of these data
   std::vector<std::string> rejected;  ///< dots not used, with set, index and reason
 

@@ -20,7 +20,7 @@ using test::bench1_target_detections;
 using testing::HasSubstr;
 using units::mm;
 
-/// What the Error says, or "" when nothing is thrown.
+/// Text of the Error, or "" when nothing is thrown.
 std::string refusal(const Detections& detections, const Rig& rig = bench1_rig()) {
   try {
     static_cast<void>(calibrate_tsai(detections, rig, bench1_target(), {}));

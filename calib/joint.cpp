@@ -169,7 +169,7 @@ void add_uncertainty(const JointSolution& solution, const JointFit& fit,
   add_scale_uncertainty(calibration.joint_covariance, model, options.scale_uncertainty);
 }
 
-/// Those that calibrate.
+/// Sets that calibrate.
 std::vector<std::string> sets_of(const Rig& rig) {
   std::vector<std::string> sets = rig.free_poses;
   for (const TargetStage& stage : rig.stages) sets.push_back(stage.set);

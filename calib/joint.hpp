@@ -19,12 +19,12 @@ namespace drape::calib {
 struct JointOptions {
   CalibOptions common;
   std::optional<LensTerms> lens;            ///< absent: the held-out error chooses
-  bool estimate_bow = true;                 ///< of the target's plate
+  bool estimate_bow = true;                 ///< bow of the target's plate
   bool estimate_skew = false;               ///< a library option: calibration.json has no skew
-  int held_out_groups = 4;                  ///< of placements, for the lens and the report
+  int held_out_groups = 4;                  ///< groups of placements, for the lens and the report
   bool free_stages = false;                 ///< z stages but the first are free poses
   std::optional<Calibration> known_lenses;  ///< lenses calibrated before, by camera name
-  double scale_uncertainty = 0;             ///< of the print (1), common to all cameras
+  double scale_uncertainty = 0;             ///< relative, of the print (1), common to all cameras
   double thickness_mm = 0;                  ///< between the two prints of a two-sided target
 };
 /// The options of the joint method alone, without `common`.
@@ -36,11 +36,11 @@ struct JointCameraReport {
   double rms_px = 0;
   double focal_px = 0, focal_sd_px = 0;
   double centre_sd_px = 0;    ///< larger of the two coordinates of the principal point
-  double position_sd_mm = 0;  ///< of the camera centre, all three axes together
+  double position_sd_mm = 0;  ///< camera centre, all three axes together
   double skew_px = 0;
-  double image_sd_px = 0;        ///< what calibration leaves open in the middle of the drape volume
+  double image_sd_px = 0;        ///< calibration's part, in the middle of the drape volume
   double image_sd_worst_px = 0;  ///< at the volume's worst corner
-  double covered_percent = 0;    ///< of the image, by the box around all points
+  double covered_percent = 0;    ///< part of the image, by the box around all points
   double largest_tilt_deg = 0;
 };
 
@@ -65,11 +65,12 @@ struct JointReport {
   double rms_px = 0;        ///< point distance, all cameras
   double chi2_per_dof = 0;  ///< against the points' covariances
   double max_eccentricity_px = 0;
-  std::optional<double> volume_sd_mm;  ///< what calibration leaves open in the drape volume
-  std::vector<std::string> rejected;   ///< points and views, with reasons
+  std::optional<double>
+      volume_sd_mm;  ///< calibration's part of a measured point in the drape volume
+  std::vector<std::string> rejected;  ///< points and views, with reasons
   std::vector<std::string> warnings;
-  std::optional<StageCheck> stages;  ///< how the target moved on its z stage
-  std::string print_scale;           ///< what is known of the target's size
+  std::optional<StageCheck> stages;  ///< motion of the target on its z stage
+  std::string print_scale;           ///< sentence about the target's size
   std::string next_view;             ///< the target pose that would help most
 
   [[nodiscard]] bool good() const { return status == "good"; }

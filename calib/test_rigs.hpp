@@ -104,7 +104,7 @@ class SyntheticBench {
 
   [[nodiscard]] const JointModel& true_model() const { return model_; }
 
-  /// What the cameras see, with nothing known of cameras and placements.
+  /// Views of the cameras, with nothing known of cameras and placements.
   [[nodiscard]] JointModel noisy_views() const { return forgotten(model_); }
 
  private:

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// How far apart three views may see one dot that lies on a crease, and how far two dots: what
+// Distance at which three views may see one dot that lies on a crease, and how far two dots: what
 // AgreementLimits::shape_px stands between.
 #include "triangulate/agreement.hpp"
 

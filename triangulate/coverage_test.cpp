@@ -82,7 +82,7 @@ Camera moved(Camera camera, const VectorXd& by) {
   return camera;
 }
 
-/// How a target's noise and its own errors (scale, bow) move a camera that it calibrates.
+/// Errors of a camera from the noise of its target and from the target's own errors (scale, bow).
 struct CameraErrors {
   MatrixXd lower;     ///< Cholesky factor of the covariance from the dots' noise
   MatrixXd by_shape;  ///< by one standard deviation of (scale, bow): shared by all cameras

@@ -26,7 +26,7 @@ constexpr double kLargestMisfit = 0.1;
 
 /// One view's ellipse and the linear map from the world to its pixels.
 struct Outline {
-  Eigen::Matrix<double, 2, 3> px_from_world;  ///< of a dot of unit radius, scaled to about 1
+  Eigen::Matrix<double, 2, 3> px_from_world;  ///< image of a dot of unit radius, scaled to about 1
   Matrix2d shape;                             ///< the ellipse as semi-axes squared, same scale
 };
 
@@ -66,7 +66,7 @@ struct DotTilt {
   Vector3d normal;
   double size = 1;
   double cost = 0;
-  Matrix3d information;  ///< of two angles and the size
+  Matrix3d information;  ///< information on two angles and the size
 };
 
 Vector3d turned(const Vector3d& normal, const Vector3d& u, const Vector3d& v, double a, double b) {

@@ -10,7 +10,7 @@
 
 namespace drape::triangulate {
 
-/// How a dot's shape moves its image in one view.
+/// Shift of a dot's image in one view by the dot's shape.
 struct DotShift {
   Eigen::Vector2d px;  ///< image of its centre minus centroid of its image
   Eigen::Matrix<double, 2, 3> px_per_curvature;  ///< by curvature (uu, uv, vv), px m

@@ -10,7 +10,7 @@
 
 namespace drape::triangulate {
 
-/// What the operator reads after a triangulation: verdict, figures, gaps by reason.
+/// Ending of a triangulation: verdict, figures, gaps by reason.
 [[nodiscard]] Ending ending_of(const TriangulateResult& result, const TriangulateOptions& options,
                                const std::filesystem::path& out);
 

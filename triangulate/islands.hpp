@@ -12,8 +12,8 @@ namespace drape::triangulate {
 struct IslandOptions {
   double most_stretch = 0, min_angle_rad = 0;  ///< as in TriangulateOptions
   double most_sigmas = 3;     ///< by which an island's dot may miss what other views say
-  double shape_px = 0.3;      ///< what a bent dot's centroid may be off, added to each covariance
-  double least_chord = 0.35;  ///< of it; cloth does not fold sharper between two dots
+  double shape_px = 0.3;      ///< error of a bent dot's centroid, added to each covariance
+  double least_chord = 0.35;  ///< part of it; cloth does not fold sharper between two dots
   int least_evidence = 4;     ///< independent pixel coordinates that must agree
   int least_links = 2;        ///< lattice neighbours in space that must be near enough
   int least_refutations = 2;  ///< that every other place must suffer
@@ -30,7 +30,7 @@ struct IslandFate {
 };
 
 struct MergedIslands {
-  Detections detections;  ///< of the set; dots of merged islands are labelled detections now
+  Detections detections;  ///< detections of the set; dots of merged islands are labelled now
   std::vector<IslandFate> fates;
 };
 

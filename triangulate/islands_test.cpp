@@ -32,7 +32,7 @@ Calibration true_cameras() {
   return calibration;
 }
 
-/// What bench1's renderer knows of a drape, with noise: every dot that a camera sees whole.
+/// Detections of a drape by bench1's renderer, with noise: every dot that a camera sees whole.
 Detections seen_dots(const std::string& drape, unsigned seed) {
   std::mt19937 random(seed);
   std::normal_distribution<double> noise(0, 0.03);

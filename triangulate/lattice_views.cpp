@@ -31,7 +31,7 @@ const CalibratedCamera& camera_of(const FrameDetections& frame, const Calibratio
   return camera;
 }
 
-/// What all views of a frame have in common.
+/// Camera and floor that all views of a frame have in common.
 struct FrameCamera {
   const CalibratedCamera* calibrated;
   const InJointCovariance* joint;

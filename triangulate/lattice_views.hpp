@@ -10,7 +10,7 @@
 
 namespace drape::triangulate {
 
-/// What is known about one mark of the lattice before it is placed.
+/// Views of one mark of the lattice before it is placed.
 struct MarkViews {
   MarkId mark;
   std::vector<View> views;           ///< in the order of the frames

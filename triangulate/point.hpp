@@ -26,11 +26,12 @@ struct View {
   const CalibratedCamera* camera = nullptr;
   Eigen::Vector2d px;
   Eigen::Matrix2d covariance_px2;
-  Eigen::Vector2d semi_axes_px = Eigen::Vector2d::Zero();  ///< of the dot's ellipse
+  Eigen::Vector2d semi_axes_px = Eigen::Vector2d::Zero();  ///< axes of the dot's ellipse
   double axis_angle_rad = 0;                               ///< from +u to the major axis
   /// Absent: cameras calibrated apart, each with its own covariance.
   const InJointCovariance* joint = nullptr;
-  SharedUnknowns shape_px = SharedUnknowns(2, 0);  ///< of the dot's shape, see dot_shape.hpp
+  SharedUnknowns shape_px =
+      SharedUnknowns(2, 0);  ///< unknowns of the dot's shape, see dot_shape.hpp
 };
 
 struct Point {
@@ -45,7 +46,7 @@ struct Point {
 
   [[nodiscard]] Eigen::Matrix3d covariance_m2() const;
   [[nodiscard]] double rms_px() const;  ///< root mean square point distance
-  /// How far the views miss each other, in standard deviations of a normal variable.
+  /// Miss of the views, in standard deviations of a normal variable.
   [[nodiscard]] double disagreement_sigmas() const;
 };
 

@@ -18,15 +18,15 @@ constexpr double kUnknownPerM = 40;
 constexpr std::size_t kLeastLines = 20;  // an RMS of so many is known to a sixth
 constexpr double kUnknownTiltRad = 0.3;  // of a mark whose ellipses tell no normal
 
-/// How the cloth leaves the tangent plane towards one neighbour. Lengths along the cloth.
+/// Rise of the cloth off the tangent plane towards one neighbour. Lengths along the cloth.
 struct Arm {
-  Vector3d direction;    ///< unit tangent at the mark towards the neighbour
-  double length_m = 0;   ///< along the cloth
-  double height_m = 0;   ///< of the neighbour over the tangent plane
-  double slope = 0;      ///< of the cloth there against the tangent plane (sine), from its normal
-  Vector3d normal;       ///< of the neighbour
-  double sigma_rad = 0;  ///< of that normal
-  double sigma_here_rad = 0;  ///< of the mark's own
+  Vector3d direction;   ///< unit tangent at the mark towards the neighbour
+  double length_m = 0;  ///< along the cloth
+  double height_m = 0;  ///< height of the neighbour over the tangent plane
+  double slope = 0;  ///< tilt of the cloth there against the tangent plane (sine), from its normal
+  Vector3d normal;   ///< unit normal of the neighbour
+  double sigma_rad = 0;       ///< standard deviation of that normal
+  double sigma_here_rad = 0;  ///< standard deviation of the mark's own normal
 
   /// The stronger bend of the two that height and slope tell, each for a circle.
   [[nodiscard]] double strongest_bend_per_m() const {

@@ -17,10 +17,10 @@ struct MarkOnSurface {
 };
 using MarksOnSurface = std::map<MarkId, MarkOnSurface>;
 
-/// How far the curvature that a mark's neighbours tell can be trusted: its standard deviation is
-/// made of `least_per_m` (bumps and creases that no neighbour shows) and of `fraction` times the
-/// strongest bend seen between the dot and its neighbours. A fraction of 1 says that the bend they
-/// show may lie wholly between them or be twice as sharp at the mark.
+/// Standard deviation of the curvature that a mark's neighbours tell: it is made of `least_per_m`
+/// (bumps and creases that no neighbour shows) and of `fraction` times the strongest bend seen
+/// between the dot and its neighbours. A fraction of 1 says that the bend they show may lie wholly
+/// between them or be twice as sharp at the mark.
 struct CurvatureTrust {
   double least_per_m = 10;
   double fraction = 1;
@@ -37,7 +37,8 @@ struct CurvatureTrust {
 struct SurfacePatch {
   Eigen::Vector3d axis_u, axis_v;   ///< unit tangents at right angles; u x v is the normal
   Eigen::Matrix2d curvature_per_m;  ///< along (u, v), as in DotInCamera
-  Eigen::Vector3d noise_per_m;      ///< of curvatures (uu, uv, vv), from the normals' own noise
+  Eigen::Vector3d noise_per_m;  ///< standard deviations of the curvatures (uu, uv, vv), from the
+                                ///< normals' own noise
   Eigen::Vector3d strongest_per_m;  ///< bend towards the neighbours that show it (uu, uv, vv)
   double normal_sigma_rad = 0;
 

@@ -14,9 +14,10 @@
 namespace drape::triangulate {
 
 struct TriangulateOptions {
-  int min_marks = 10;             ///< verdict: fewer measured marks are NO-GO (paper: 10 to 36)
-  double max_sigmas = 6;          ///< views that miss each other by more than this disagree
-  double max_stretch = 1.05;      ///< of the distance between lattice neighbours along warp or weft
+  int min_marks = 10;     ///< verdict: fewer measured marks are NO-GO (paper: 10 to 36)
+  double max_sigmas = 6;  ///< views that miss each other by more than this disagree
+  double max_stretch =
+      1.05;  ///< ratio of the distance between lattice neighbours along warp or weft
   double min_angle_deg = 2;       ///< between the two most different rays; below: not observable
   double floor_px = 0.02;         ///< error of a dot's centre that its detector cannot know of
   double doubt_mm = 0.05;         ///< marks stated less certain than this in space are doubtful
@@ -24,9 +25,10 @@ struct TriangulateOptions {
   bool correct_dot_shape = true;  ///< eccentricity and curvature of the dots
   bool merge_islands = true;      ///< pieces of lattice that detect could not label
   int threads = 1;                ///< never changes a result
-  /// What the cloth lies on. Moves no mark: the marks are only asked whether they contradict it.
+  /// Scene that the cloth lies on. Moves no mark: the marks are only asked whether they contradict
+  /// it.
   std::optional<Scene> scene = std::nullopt;
-  std::vector<std::string> contradictions;  ///< of the scene, found elsewhere: NO-GO
+  std::vector<std::string> contradictions;  ///< contradictions of the scene, found elsewhere: NO-GO
 };
 /// All but threads, scene and contradictions.
 void fields(Fields& f, TriangulateOptions& options);
@@ -38,7 +40,7 @@ struct Doubt {
   std::optional<double> sigmas;    ///< by which the views miss each other, when that is why
 };
 
-/// How far two cameras miss each other over the marks that both see (epipolar distance).
+/// Miss of two cameras over the marks that both see (epipolar distance).
 struct PairAgreement {
   std::string first, second;
   int marks = 0;
@@ -66,7 +68,7 @@ struct TriangulateReport {
   double median_calibration_sigma_mm = 0;  ///< the calibration's part of it
   bool has_calibration_covariance = false;
   double hidden_bend_per_m = 0;   ///< curvature that no neighbour shows, as learned from the sheet
-  double median_chi_per_dof = 0;  ///< of the views' agreement; about 0.7 to 1 is right
+  double median_chi_per_dof = 0;  ///< agreement of the views; about 0.7 to 1 is right
   double largest_shape_shift_mm = 0;  ///< by the correction of the dots' shape
   double median_shape_shift_mm = 0;
   std::vector<std::string> dropped_views;  ///< mark, camera, reason
@@ -74,10 +76,10 @@ struct TriangulateReport {
   int merged_islands = 0;
   int merged_dots = 0;                    ///< dots that got their label so
   std::vector<std::string> island_fates;  ///< camera, island, dots, what became of it and why
-  std::vector<PairAgreement> pairs;       ///< of cameras, by name
+  std::vector<PairAgreement> pairs;       ///< pairs of cameras, by name
   std::vector<Doubt> doubts;              ///< by mark
   std::vector<std::string> no_go;         ///< why the sheet is no measurement; empty: it is one
-  std::vector<Unseen> unseen;             ///< of the scale and of each object
+  std::vector<Unseen> unseen;             ///< limits for the scale and each object
   std::vector<std::string> warnings;
 };
 

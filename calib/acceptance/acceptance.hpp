@@ -22,15 +22,15 @@ struct AcceptanceOptions {
   std::optional<double> max_flatness_mm;
   std::optional<double> max_shift_error_mm;
   std::optional<double> max_sphere_form_mm;
-  std::optional<double> max_sphere_size_mm;  ///< of its diameter
+  std::optional<double> max_sphere_size_mm;  ///< error of its diameter
   double max_noise_ratio = 1.5;        ///< scatter of repeats over the stated standard deviation
   double shift_uncertainty_mm = 0.01;  ///< standard uncertainty of a height in rig.toml
   int least_positions = 7;             ///< places of the target, five lengths each
-  Eigen::Vector2d bow_mm = Eigen::Vector2d::Zero();     ///< of the plate, edges above the middle
+  Eigen::Vector2d bow_mm = Eigen::Vector2d::Zero();  ///< bow of the plate, edges above the middle
   Eigen::Vector2d bow_sd_mm = Eigen::Vector2d::Zero();  ///< its standard uncertainty
   bool own_target = true;      ///< the plate measured here is the one that calibrated
-  double false_no_go = 0.005;  ///< of instruments without a fault, all figures together
-  int draws = 2000;            ///< of the uncertainty's Monte Carlo
+  double false_no_go = 0.005;  ///< part of the instruments without a fault, all figures together
+  int draws = 2000;            ///< number of Monte Carlo draws of the uncertainty
 };
 void fields(Fields& f, AcceptanceOptions& options);
 
@@ -38,12 +38,12 @@ void fields(Fields& f, AcceptanceOptions& options);
 struct SphereInput {
   Detections marks;
   double diameter_mm = 0;              ///< over the print
-  double standard_uncertainty_mm = 0;  ///< of it
+  double standard_uncertainty_mm = 0;  ///< of the diameter
 };
 
-/// What a calibration rests on, as far as its record tells.
+/// Detections behind a calibration, as far as its record tells.
 struct CalibrationEvidence {
-  std::optional<Detections> detections;  ///< of which calibration.json's `sets` calibrated
+  std::optional<Detections> detections;  ///< those of calibration.json's `sets` calibrated
   std::string file;                      ///< theirs
   std::string missing;                   ///< why there are none; a clause
 };
@@ -53,7 +53,7 @@ struct AcceptanceInput {
   std::vector<std::string> repeats;  ///< sets of the target at rest
   std::optional<SphereInput> sphere;
   CalibrationEvidence calibrated = {};
-  std::string file = {};  ///< of `target`, for messages
+  std::string file = {};  ///< name of the file of `target`, for messages
 };
 
 /// One acceptance figure. Conformity is proven when value and U together stay within the limit
@@ -71,7 +71,7 @@ struct AcceptanceFigure {
   /// Smallest fault that is named in 95 of 100 tests, with its unit.
   double smallest = 0;
   std::string smallest_unit;
-  std::string cause;  ///< of a figure that shows one fault alone: what to say of it
+  std::string cause;  ///< sentence about the fault, where the figure shows one fault alone
 
   [[nodiscard]] bool good() const { return not_measured.empty() && value + expanded <= limit; }
 };

@@ -39,7 +39,7 @@ struct Unknowns {
   [[nodiscard]] Index count() const { return calibration + 3 + 6 * cameras; }
 };
 
-/// What one position says of the unknowns, its own pose taken out.
+/// Information of one position on the unknowns, its own pose eliminated.
 struct Evidence {
   MatrixXd information;
   VectorXd score;
@@ -352,7 +352,7 @@ Changes changes_since(const Detections& detections, const Calibration& calibrati
     const auto found = found_of(sum, unknowns, unknowns.camera(c), 6);
     if (!found) continue;
     const Camera& camera = calibration.cameras[c].camera;
-    // Of two, either may be the one.
+    // Two cameras alone do not tell which one moved.
     const std::string others = calibration.cameras.size() == 2
                                    ? " or " + calibration.cameras[1 - c].camera.name
                                    : std::string();

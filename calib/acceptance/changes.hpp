@@ -9,18 +9,18 @@
 
 namespace drape::calib {
 
-/// What all positions together say of a change since the calibration.
+/// Changes since the calibration, by all positions together.
 struct Changes {
   /// The plate grown, the plate bowed, each camera moved: each as if it were the only change.
   std::vector<AcceptanceFigure> figures;
   std::string cause;          ///< the one beyond its limit that explains most; empty without one
-  double noise_variance = 1;  ///< of the detections over what they state, never below 1
+  double noise_variance = 1;  ///< variance of the detections over the stated one, never below 1
 };
 
-/// What is not exactly known of the plate, as standard uncertainties.
+/// Standard uncertainties of the plate.
 struct PlateUncertainty {
-  double scale = 0;                                  ///< of its size (1)
-  Eigen::Vector2d bow_mm = Eigen::Vector2d::Zero();  ///< of its stated bow along x and y
+  double scale = 0;                                  ///< relative, its size (1)
+  Eigen::Vector2d bow_mm = Eigen::Vector2d::Zero();  ///< stated bow along x and y
   [[nodiscard]] bool has_bow() const { return bow_mm.maxCoeff() > 0; }
 };
 

@@ -33,7 +33,7 @@ class Draws {
   Eigen::MatrixXd root_, unit_;
 };
 
-/// What a figure is on instruments without a fault.
+/// A figure on instruments without a fault.
 struct Faultless {
   double expanded = 0;  ///< U: kCoverage of them stay within
   double largest = 0;   ///< only `false_no_go` of them exceed it
@@ -43,7 +43,7 @@ struct Faultless {
 /// distribution of the draws' mean and standard deviation (Gumbel 1958).
 [[nodiscard]] Faultless faultless_of(std::vector<double> draws, double false_no_go);
 
-/// Of the largest of `count` errors with this standard deviation (Sidak 1967).
+/// The largest of `count` normal errors with this standard deviation (Sidak 1967).
 [[nodiscard]] Faultless faultless_of_normal(double sd, int count, double false_no_go);
 
 /// The value of chi2 / dof that only `p` exceed.

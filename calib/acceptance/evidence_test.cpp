@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What calibrated is known by the record beside calibration.json, and by the content of its files.
+// The calibrating detections are known by the record beside calibration.json, and by the content of
+// its files.
 #include <gmock/gmock.h>
 
 #include <filesystem>

@@ -122,7 +122,7 @@ std::vector<Mistake> mistakes(const Calibration& calibration, const MarkLattice&
   return list;
 }
 
-/// Whether the cameras see the unprinted side in most positions.
+/// True where the cameras see the unprinted side in most positions.
 bool seen_from_behind(const Calibration& calibration, const std::vector<Position>& positions) {
   std::size_t behind = 0;
   for (const Position& position : positions) {

@@ -10,12 +10,12 @@
 
 namespace drape::calib {
 
-/// What all figures have in common.
+/// Inputs that all figures have in common.
 struct FigureContext {
   const Draws* draws = nullptr;
-  double noise_variance = 1;     ///< of the detections over what they state
-  double false_no_go = 0.001;    ///< of one figure
-  double scale_uncertainty = 0;  ///< of the plate's size against the calibration's (1)
+  double noise_variance = 1;     ///< variance of the detections over the stated one
+  double false_no_go = 0.001;    ///< probability, for one figure
+  double scale_uncertainty = 0;  ///< relative, plate's size against the calibration's (1)
 };
 
 /// Two diagonals, the two longest edges and half a diagonal at every position.

@@ -16,7 +16,7 @@
 
 namespace drape::calib {
 
-/// What is measured, as its target file and its stated bow describe it.
+/// The measured plate, as its target file and its stated bow describe it.
 struct Plate {
   Target target;
   BoardBow bow;
@@ -43,9 +43,9 @@ struct Position {
                                                  const Calibration& calibration,
                                                  const Plate& plate);
 
-/// How many of them are places of their own. Nearer to an earlier one than half the plate's pitch
-/// (mean of its points) it is that place again: each point is then still nearest to where it was,
-/// and no other part of the volume is tested.
+/// Counts the positions that are places of their own. Nearer to an earlier one than half the
+/// plate's pitch (mean of its points) it is that place again: each point is then still nearest to
+/// where it was, and no other part of the volume is tested.
 [[nodiscard]] int count_places(const std::vector<const Position*>& positions, const Plate& plate);
 
 /// The same detections with each dot's centroid moved to the image of its centre (Heikkila 2000),
@@ -54,8 +54,8 @@ struct Position {
                                               const Plate& plate,
                                               const std::vector<Position>& positions);
 
-/// What calibrated, as the record beside calibration.json names it; `tested`: the detections that
-/// are to be measured, known by their content too.
+/// The calibrating detections, as the record beside calibration.json names them; `tested`: the
+/// detections that are to be measured, known by their content too.
 [[nodiscard]] CalibrationEvidence detections_behind(const std::filesystem::path& calibration,
                                                     const std::filesystem::path& tested);
 

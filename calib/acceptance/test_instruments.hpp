@@ -15,7 +15,7 @@ namespace drape::calib {
 struct Instrument {
   unsigned seed = 0;
   double noise_px = 0, common_part = 0;
-  /// Of the drawn errors over the stated ones: disturb() adds six shapes, each with a mean square
+  /// Drawn errors over the stated ones: disturb() adds six shapes, each with a mean square
   /// of 1, that the points' covariances do not state.
   [[nodiscard]] double noise_ratio() const { return std::sqrt(1 + 6 * common_part * common_part); }
   JointModel truth;  ///< cameras as they are
@@ -25,7 +25,7 @@ struct Instrument {
 
 [[nodiscard]] Instrument instrument(unsigned seed);
 
-/// What the instrument sees of two stages, eight positions, five repeats and a ball. `fault` may
+/// Detections of the instrument: two stages, eight positions, five repeats and a ball. `fault` may
 /// change what is true since the calibration.
 [[nodiscard]] AcceptanceInput recorded(const Instrument& of,
                                        const std::function<void(JointModel&)>& fault);

@@ -58,12 +58,12 @@ void alone_and_together(const JointModel& model, Causes& causes) {
 /// A shift of the pose of a camera between the views before and from `first` on.
 struct Change {
   double f = 0;          ///< between over within, per degree of freedom
-  double explained = 0;  ///< of the weighted sum of squares
+  double explained = 0;  ///< part of the weighted sum of squares
   std::size_t camera = 0, first = 0;
   Vector6d step = Vector6d::Zero();  ///< turn (rad), shift (mm)
 };
 
-/// What each view says of one camera's pose, all else held.
+/// Information of each view on one camera's pose, all else held.
 struct PoseVotes {
   std::vector<std::size_t> placements;
   std::vector<Vector6d> scores;
@@ -241,7 +241,7 @@ void find_moved_or_late(const JointModel& model, const JointFit& fit, Causes& ca
   }
 }
 
-/// What one camera says of the target's pose at one placement, to first order.
+/// Information of one camera on the target's pose at one placement, to first order.
 struct PoseSums {
   Matrix6d information = Matrix6d::Zero();
   Vector6d score = Vector6d::Zero();

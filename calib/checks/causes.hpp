@@ -8,10 +8,10 @@
 
 namespace drape::calib {
 
-/// What the views say against one rigid bench with still cameras and lenses of Brown's model.
+/// Evidence of the views against one rigid bench with still cameras and lenses of Brown's model.
 struct Causes {
   std::string fatal;                  ///< why the result must not be used; empty when nothing is
-  std::vector<std::string> warnings;  ///< what widens its uncertainty, with the remedy
+  std::vector<std::string> warnings;  ///< causes that widen its uncertainty, with the remedy
   std::vector<double> alone_px, together_px;  ///< RMS by camera: each view with its own pose, and
                                               ///< with the pose that all cameras give it
 };

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Whether the stated uncertainties of a joint calibration hold, over synthetic rigs.
+// Coverage of the stated uncertainties of a joint calibration, over synthetic rigs.
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>

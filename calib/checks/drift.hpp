@@ -9,11 +9,11 @@
 
 namespace drape::calib {
 
-/// How far a camera has drifted between two calibrations, over the places where cloth may hang.
+/// Drift of a camera between two calibrations, over the places where cloth may hang.
 struct CameraDrift {
   std::string camera;
   double moved_px = 0;     ///< RMS distance between the images of one world point, old and new
-  double expected_px = 0;  ///< what the two stated covariances let one expect, RMS
+  double expected_px = 0;  ///< RMS expected by the two stated covariances
   double p = 1;            ///< probability of as large a drift, were there none
   [[nodiscard]] bool drifted() const { return p < 1e-3; }
 };

@@ -52,7 +52,7 @@ Views views_of(const JointModel& all, std::size_t placement) {
   return views;
 }
 
-/// How far the worst of the views lies off the one that agrees best with all others. All of them:
+/// Distance of the worst of the views from the one that agrees best with all others. All of them:
 /// two cameras on opposite sides that are exchanged see a target that is turned, which only a third
 /// one contradicts.
 double contradiction(const JointModel& started, const Views& views) {
@@ -83,7 +83,7 @@ std::string exchanged_views(const JointModel& all, const JointModel& started) {
         if (as_named < contradicting_part) continue;
         std::swap(views[a], views[b]);
         const double exchanged = contradiction(started, views);
-        // Of two bad explanations the better one is none: a quarter, as for a camera that is odd.
+        // The better one of two bad explanations is none: a quarter, as for a camera that is odd.
         if (exchanged < contradicting_part && exchanged < as_named / 4)
           sets.push_back(all.placements[p].set);
       }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Whether stated 95 % intervals hold on real boards: two halves of the views are calibrated each by
+// Coverage of stated 95 % intervals on real boards: two halves of the views are calibrated each by
 // itself, and their difference is judged by the two stated covariances.
 #include <gtest/gtest.h>
 

@@ -15,7 +15,7 @@ void check_known_length(const Target& target);
 /// Standard uncertainty of the print's scale (1), 0 when no length was measured.
 [[nodiscard]] double scale_uncertainty(const Target& target);
 
-/// What is known of the print's scale, for people.
+/// Sentence about the print's scale, for people.
 [[nodiscard]] std::string print_scale_line(const Target& target);
 
 }  // namespace drape::calib

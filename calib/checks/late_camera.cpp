@@ -19,7 +19,7 @@ using Vector6d = Eigen::Matrix<double, 6, 1>;
 
 constexpr int kReach = 2;  ///< sets to each side that say how the target moves
 
-/// How the target moves from set to set at a placement (rad and mm per set): slope of the
+/// Motion of the target from set to set at a placement (rad and mm per set): slope of the
 /// polynomial through it and up to `reach` neighbours on each side. A placement known from rig.toml
 /// has none and is no neighbour: the target was put there.
 std::optional<Vector6d> velocity(const JointModel& model, std::size_t placement,

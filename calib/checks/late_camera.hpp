@@ -14,8 +14,8 @@ namespace drape::calib {
 /// A camera that sees the moving target later than the others.
 struct TimeSkew {
   std::size_t camera = 0;
-  double sets = 0, sd_sets = 0;  ///< of the time between two sets; negative: earlier
-  double explained = 0;          ///< of the weighted sum of squares
+  double sets = 0, sd_sets = 0;  ///< lag, part of the time between two sets; negative: earlier
+  double explained = 0;          ///< part of the weighted sum of squares
   double effect_px = 0;          ///< RMS on the moving target
 };
 

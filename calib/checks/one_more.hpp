@@ -8,7 +8,7 @@
 
 namespace drape::calib {
 
-/// How often a rig without a fault is accused by one of the three tests: 1 in 1,000 by all.
+/// Probability that one of the three tests accuses a rig without a fault: 1 in 1,000 by all.
 inline constexpr double kFalseAlarms = 1e-3 / 3;
 
 /// Parameters more than a fit has, all others fitted along, to first order.
@@ -16,8 +16,8 @@ struct MoreParameters {
   Eigen::VectorXd estimate;    ///< empty where the views cannot tell
   Eigen::MatrixXd covariance;  ///< by the views' own scatter
   double p = 1;                ///< probability of all as far from 0 (Hotelling 1931)
-  double explained = 0;        ///< what the weighted sum of squares loses by them
-  Eigen::MatrixXd others;      ///< how far the other parameters move without each, per unit
+  double explained = 0;        ///< decrease of the weighted sum of squares
+  Eigen::MatrixXd others;      ///< motion of the other parameters without each, per unit
 
   /// Change of all parameters of the views' information, these last.
   [[nodiscard]] Eigen::VectorXd step() const;

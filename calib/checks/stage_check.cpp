@@ -92,7 +92,7 @@ StageCheck check_of(const ModeVector& found, const ModeMatrix& covariance, doubl
 /// A stage that was fitted as a free pose.
 struct FreedStage {
   std::size_t placement = 0;
-  Index at = 0;  ///< of its parameters among those of information_of()
+  Index at = 0;  ///< place of its parameters among those of information_of()
   Vector3d said_m;
 };
 
@@ -125,7 +125,7 @@ std::size_t count_points(const JointModel& model) {
   return points;
 }
 
-/// How far a stage lies from where it was said to: turn (rad) and shift (mm).
+/// Deviation of a stage from its stated place: turn (rad) and shift (mm).
 ModeVector deviation_of(const Placement& placement, const Vector3d& said_m) {
   const Eigen::AngleAxisd turn(placement.world_from_target.rotation);
   ModeVector deviation;

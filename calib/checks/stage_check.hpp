@@ -13,16 +13,17 @@
 
 namespace drape::calib {
 
-/// How the target really moved on its z stage, as far as the views tell.
+/// Real motion of the target on its z stage, as far as the views tell.
 struct StageCheck {
-  double stroke_mm = 0;                   ///< highest minus lowest stage
-  Eigen::Vector2d tilt_deg, tilt_sd_deg;  ///< of the axis off the plate's normal, towards x and y
-  double stroke_percent = 0;              ///< travel minus what rig.toml says; NaN: far off
+  double stroke_mm = 0;  ///< highest minus lowest stage
+  Eigen::Vector2d tilt_deg,
+      tilt_sd_deg;            ///< tilt of the axis off the plate's normal, towards x and y
+  double stroke_percent = 0;  ///< travel minus what rig.toml says; NaN: far off
   double stroke_sd_percent = 0;
-  Eigen::Vector3d turn_deg, turn_sd_deg;  ///< of the plate about x, y, z over the whole stroke
+  Eigen::Vector3d turn_deg, turn_sd_deg;  ///< turn of the plate about x, y, z over the whole stroke
   /// Why the target's pitch and the stage's strokes cannot both be right; empty: they may be.
   std::string contradiction;
-  std::vector<std::string> findings;  ///< what is too large to be believed, with what to do
+  std::vector<std::string> findings;  ///< motions too large to be believed, with the remedy
 
   /// Heights that no stage is wrong by: rig.toml or the target's file has another unit.
   [[nodiscard]] bool other_unit() const { return std::abs(stroke_percent) > 50; }

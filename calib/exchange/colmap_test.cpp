@@ -52,7 +52,7 @@ std::string points_file() {
   return text;
 }
 
-/// What COLMAP says when it drops all observations that are off by more than 1e-6 px.
+/// Output of COLMAP when it drops all observations that are off by more than 1e-6 px.
 std::string filtered(double shift_px) {
   const test::TemporaryFolder folder;
   const Calibration calibration = test::bench1_calibration(false);

@@ -11,7 +11,7 @@
 
 namespace drape::calib {
 
-/// What other tools read a calibration from. All of them have pinhole lenses with Brown's
+/// File formats of other tools for a calibration. All of them have pinhole lenses with Brown's
 /// distortion; all poses are camera from world.
 enum class ExchangeFormat {
   opencv,  ///< one <camera>.yaml each, cv::FileStorage: camera_matrix, distortion_coefficients

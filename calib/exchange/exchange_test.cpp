@@ -63,7 +63,7 @@ TEST(Exchange, ABrownLensGoesOutAndComesBackUnchanged) {
       // Numbers are written with all their digits; a rotation vector costs the last few.
       EXPECT_LT(largest_difference_px(in.cameras[i].camera, out.cameras[i].camera), 1e-9);
     }
-    // What was imported is a calibration like any other.
+    // An imported calibration is one like any other.
     write_calibration(folder.path() / "calibration.json", in);
     EXPECT_EQ(read_calibration(folder.path() / "calibration.json").cameras.size(), 3U);
   }

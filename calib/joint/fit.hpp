@@ -12,7 +12,7 @@ namespace drape::calib {
 /// places are to be known to.
 inline constexpr double harmless_stage_m = 0.03e-3;
 
-/// How measured points are cleaned while they are fitted.
+/// Limits by which measured points are cleaned while they are fitted.
 struct JointCleaning {
   double dot_diameter_m = 0;  ///< 0: corners, which have no eccentricity
   double robust_sigmas = 3;   ///< beyond, a point's weight falls as 1/distance (Huber 1964)
@@ -59,9 +59,9 @@ void clear_unused(JointModel& model, LensTerms terms);
 /// thousands of them.
 [[nodiscard]] LensTerms choose_lens(const std::vector<HeldOut>& table);
 
-/// How often each lens has the least held-out error, were the placements drawn again from those
-/// there are; by the order of `table`, sum 1. Not how often choose_lens() would take it: on real
-/// boards the intervals of that hold less (half_split_test).
+/// Probability that each lens has the least held-out error, were the placements drawn again from
+/// those there are; by the order of `table`, sum 1. Not how often choose_lens() would take it: on
+/// real boards the intervals of that hold less (half_split_test).
 [[nodiscard]] std::vector<double> lens_probabilities(const std::vector<HeldOut>& table);
 
 /// Distance (px) of a point from its image; infinite where it does not project.

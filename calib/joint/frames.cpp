@@ -11,7 +11,7 @@
 namespace drape::calib {
 namespace {
 
-constexpr std::size_t kLeastDots = 4;  ///< of a frame: what its pose needs
+constexpr std::size_t kLeastDots = 4;  ///< least dots of a frame, for its pose
 
 void set_extent(BoardBow& bow, const Target& target) {
   const Eigen::Vector3d corner =

@@ -13,7 +13,7 @@ using Eigen::VectorXd;
 
 /// Where the parameters of cameras, bow and placements begin.
 struct Layout {
-  std::vector<int> moved;  ///< of one camera
+  std::vector<int> moved;  ///< parameters of one camera
   Index bow = 0;           ///< offset
   Index bow_size = 0;
   std::vector<Index> placements;  ///< offsets, -1 when known

@@ -36,11 +36,11 @@ inline constexpr int bow_parameters = 2;
 /// A point of the target as one camera saw it.
 struct TargetPoint {
   MarkId dot;
-  Eigen::Vector3d point_in_target;  ///< of the flat target, metres
+  Eigen::Vector3d point_in_target;  ///< place on the flat target, metres
   Eigen::Vector2d measured_px;
   Eigen::Matrix2d covariance_px2 = Eigen::Matrix2d::Identity();
   Eigen::Vector2d eccentricity_px = Eigen::Vector2d::Zero();  ///< centroid minus image of centre
-  double weight = 1;                                          ///< of the robust loss, 0 to 1
+  double weight = 1;                                          ///< weight of the robust loss, 0 to 1
 
   /// Where the camera saw the point itself.
   [[nodiscard]] Eigen::Vector2d px() const { return measured_px - eccentricity_px; }
@@ -68,7 +68,7 @@ struct JointFrame {
 /// target taken out, so that the world's plane z = 0 stays the plate's mean plane.
 struct BoardBow {
   Eigen::Vector2d half_m = Eigen::Vector2d::Ones();        ///< half width and height
-  Eigen::Vector2d mean = Eigen::Vector2d::Zero();          ///< of the squared relative x and y
+  Eigen::Vector2d mean = Eigen::Vector2d::Zero();          ///< mean of the squared relative x and y
   Eigen::Vector2d edge_rise_mm = Eigen::Vector2d::Zero();  ///< edge above middle, along x and y
 
   /// Height (1) above the plane for one unit of each edge rise.

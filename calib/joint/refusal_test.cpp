@@ -26,7 +26,7 @@ using testing::HasSubstr;
 using testing::Not;
 using units::deg;
 
-/// What the Error says and what it advises, or "" when nothing is refused.
+/// Text of the Error with its advice, or "" when nothing is refused.
 std::string refusal(const JointModel& seen) {
   try {
     JointModel model = forgotten(seen);

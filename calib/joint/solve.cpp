@@ -34,7 +34,7 @@ PlacementBlock block_of(const Placement& placement) {
   return {0, 0, 0, t.x(), t.y(), t.z()};
 }
 
-/// Of a product of two columns over their lengths.
+/// Rounding of a product of two columns over their lengths.
 constexpr double kRounding = 1e-14;
 constexpr int kColumns = camera_parameters + placement_parameters + bow_parameters;
 
@@ -136,7 +136,7 @@ class FrameResidual : public ceres::CostFunction {
   return true;
 }();
 
-/// Of the trust region, so large that the damping is rounding.
+/// Radius of the trust region, so large that the damping is rounding.
 constexpr double kNearRadius = 1e12;
 
 ceres::Solver::Options solver_options(int max_iterations) {

@@ -10,7 +10,7 @@
 
 namespace drape::calib {
 
-/// What a joint fit may move, and how it ends.
+/// Parameters that a joint fit may move, and its limit of iterations.
 struct JointFit {
   LensTerms lens = LensTerms::k1_k2_p1_p2;
   bool skew = false;
@@ -47,7 +47,7 @@ struct JointSolution {
 /// project.
 [[nodiscard]] Eigen::VectorXd residuals_px(const JointModel& model, const JointFrame& frame);
 
-/// What one placement of the target says of cameras and bow, its own pose eliminated.
+/// Information of one placement of the target on cameras and bow, its own pose eliminated.
 struct ViewInformation {
   std::size_t placement = 0;
   Eigen::MatrixXd information;  ///< inverse covariance, from the points' covariances

@@ -147,7 +147,7 @@ void drop_mirrored(const JointModel& model, const std::vector<Motion>& cameras, 
   }
 }
 
-/// What is seen from behind, for the reader: a camera through the target, or both sides of it.
+/// Notes the views from behind, for the reader: a camera through the target, or both sides of it.
 void note_sides(const JointModel& model, const Sides& sides, const Poses& poses,
                 std::vector<std::string>& notes) {
   for (std::size_t c = 0; c < model.cameras.size(); ++c) {

@@ -19,7 +19,8 @@ namespace drape::calib {
 
 struct StartOptions {
   bool lens_known = false;  ///< the model's cameras have their lenses already
-  double thickness_m = 0;   ///< of a two-sided target: its back's points lie so far below z = 0
+  double thickness_m =
+      0;  ///< thickness of a two-sided target: its back's points lie so far below z = 0
 };
 
 /// A view contradicts the others when it lies off by this part of the target's own image or more.

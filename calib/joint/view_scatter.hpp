@@ -7,10 +7,10 @@
 
 namespace drape::calib {
 
-/// How far the views themselves scatter, and what that makes of the parameters' covariance.
+/// Scatter of the views themselves, and the parameters' covariance by it.
 struct ViewScatter {
-  /// Of the cameras' moved parameters and the bow; empty when they cannot be separated. Widened by
-  /// Student's t, so that +-1.96 standard deviations are a 95 % interval.
+  /// Covariance of the cameras' moved parameters and the bow; empty when they cannot be separated.
+  /// Widened by Student's t, so that +-1.96 standard deviations are a 95 % interval.
   Eigen::MatrixXd covariance;
   double inflation = 1;           ///< variance of the views over that of their points' noise
   double shrinkage = 1;           ///< towards one inflation for all parameters, 0 to 1

@@ -13,7 +13,7 @@
 
 namespace drape::calib {
 
-/// What the operator reads after a calibration: verdict, figures of each camera, rejections.
+/// Ending of a calibration by Tsai's method: verdict, figures of each camera, rejections.
 [[nodiscard]] Ending ending_of(const CalibResult& result, const std::filesystem::path& out);
 
 /// Verdict, numbers, rejections and next command of a joint calibration, for people.

@@ -11,7 +11,7 @@
 
 namespace drape::calib {
 
-/// What Tsai's stage 1 must know: sensor pitch (m) and image centre (px), which it keeps.
+/// Inputs of Tsai's stage 1: sensor pitch (m) and image centre (px), which it keeps.
 struct TsaiSensor {
   double pixel_pitch_x_m = 0, pixel_pitch_y_m = 0;
   double cx_px = 0, cy_px = 0;

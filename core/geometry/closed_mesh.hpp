@@ -41,7 +41,7 @@ class ClosedMesh {
   std::vector<Eigen::Vector3d> corners_;
   std::vector<Triangle> triangles_;
   std::vector<Eigen::Vector3d> face_normal_, corner_normal_;
-  std::vector<std::array<Eigen::Vector3d, 3>> edge_normal_;  ///< of edge k -> k + 1
+  std::vector<std::array<Eigen::Vector3d, 3>> edge_normal_;  ///< normal at edge k -> k + 1
   TriangleTree tree_;
 };
 

@@ -32,8 +32,8 @@ struct SymmetricEigen {
 [[nodiscard]] Eigen::MatrixXd inverse_of_information(const Eigen::MatrixXd& information,
                                                      double least_condition = 1e-14);
 
-/// Whether a square matrix is symmetric and positive semidefinite to rounding, whatever the units
-/// of its parameters are.
+/// True for a square matrix that is symmetric and positive semidefinite to rounding, whatever the
+/// units of its parameters are.
 [[nodiscard]] bool is_covariance(const Eigen::MatrixXd& matrix);
 
 }  // namespace drape

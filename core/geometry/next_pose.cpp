@@ -27,7 +27,7 @@ using Eigen::Vector3d;
 constexpr int kPoseParameters = 6;
 constexpr int kGridNodes = 3;                        ///< a side of the volume
 constexpr double kTilts_deg[] = {-40, -25, 25, 40};  ///< perspective speaks for the lens
-constexpr double kReach = 0.75;  ///< of the distance from the volume's middle to its sides
+constexpr double kReach = 0.75;  ///< part of the distance from the volume's middle to its sides
 
 std::optional<Projection> seen(const Camera& camera, const Vector3d& point_in_world) {
   auto image = project(camera.model, camera.cam_from_world * point_in_world);
@@ -129,8 +129,9 @@ std::optional<MatrixXd> PosePlanner::information(const WorldFromTarget& pose,
   MatrixXd all = MatrixXd::Zero(size + kPoseParameters, size + kPoseParameters);
   for (std::size_t c = 0; c < calibration_.cameras.size(); ++c) {
     const Camera& camera = calibration_.cameras[c].camera;
-    if (!std::all_of(corners_.begin(), corners_.end(),
-                     [&](const Vector3d& corner) { return seen(camera, pose * corner).has_value(); }))
+    if (!std::all_of(corners_.begin(), corners_.end(), [&](const Vector3d& corner) {
+          return seen(camera, pose * corner).has_value();
+        }))
       continue;
     cameras.push_back(static_cast<int>(c));
     for (const Vector3d& in_target : points_in_target_) {

@@ -50,7 +50,7 @@ class PosePlanner {
   PosePlanner(Calibration calibration, std::vector<Eigen::Vector3d> points_in_target,
               const WorldBox& volume, std::vector<double> sigma_px);
 
-  /// Whether two cameras see a point of the volume; without one nothing is predicted.
+  /// True where two cameras see a point of the volume; without one nothing is predicted.
   [[nodiscard]] bool sees_volume() const { return !grid_.empty(); }
   [[nodiscard]] PredictedError now() const;
   /// The candidate that lowers calibration_m most; nothing when none lowers it. A candidate is seen
@@ -68,10 +68,10 @@ class PosePlanner {
 
   Calibration calibration_;
   std::vector<Eigen::Vector3d> points_in_target_;
-  std::vector<Eigen::Vector3d> corners_;  ///< of the target, around it
+  std::vector<Eigen::Vector3d> corners_;  ///< corners of the target, around it
   WorldBox volume_;
   std::vector<double> sigma_px_;
-  std::vector<Eigen::Index> offsets_;  ///< of each camera among all parameters
+  std::vector<Eigen::Index> offsets_;  ///< place of each camera among all parameters
   std::vector<Eigen::Vector3d> grid_;
   /// d points / d parameters of all grid points, without what moves them all as one body.
   Eigen::MatrixXd gains_;

@@ -12,7 +12,7 @@ namespace drape {
 /// Half line in the world frame.
 struct Ray {
   Eigen::Vector3d origin_m;
-  Eigen::Vector3d direction;  ///< of length 1
+  Eigen::Vector3d direction;  ///< unit vector
 };
 
 /// Ray of a pixel. Nothing beyond the range of the lens model.
@@ -43,7 +43,7 @@ struct PointFit {
   Eigen::Vector3d in_world = Eigen::Vector3d::Zero();  ///< m
   Eigen::Matrix3Xd by_pixels;      ///< d point / d pixels, m/px; the fields below: where good
   Eigen::VectorXd residuals_px;    ///< measured minus projected
-  Eigen::MatrixXd covariance_px2;  ///< of the pixels, shared unknowns included
+  Eigen::MatrixXd covariance_px2;  ///< covariance of the pixels, shared unknowns included
 };
 
 /// Weighted least squares on distorted pixels from the point nearest to the rays (Gauss-Newton).

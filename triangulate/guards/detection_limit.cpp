@@ -22,7 +22,7 @@ struct Mistake {
   std::function<Obstacle(double)> stated;
 };
 
-/// Of one object of a scene.
+/// Detection limits of one object of a scene.
 struct Guard {
   const SeenCloth& seen;
   const Scene& scene;

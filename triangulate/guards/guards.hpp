@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// What contradicts a measured sheet although each of its marks looks right: a wrong pitch, object
+// Contradictions of a measured sheet although each of its marks looks right: a wrong pitch, object
 // or camera. Each check has a limit that follows from stated uncertainties, and its sentence names
 // file and key, and the value that the marks speak for. Nothing here moves a mark.
 

@@ -14,8 +14,8 @@ namespace drape::triangulate {
 [[nodiscard]] std::vector<double> gaps_to_mesh(const Sheet& sheet, const MeshObject& object,
                                                int threads);
 
-/// How deep a mark may lie in a mesh that is as stated: four values of place and turn, as for a
-/// body of known shape, at the upper half per cent of their chi square, and three standard
+/// Depth to which a mark may lie in a mesh that is as stated: four values of place and turn, as for
+/// a body of known shape, at the upper half per cent of their chi square, and three standard
 /// deviations of the mark.
 [[nodiscard]] double most_inside_m(const ObjectUncertainty& stated, const SheetMark& mark);
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// How far a camera of bench1 must move after the calibration before its sheets are NO-GO, and how
-// often good cameras are.
+// Distance that a camera of bench1 must move after the calibration before its sheets are NO-GO, and
+// how often good cameras are.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 

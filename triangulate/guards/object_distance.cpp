@@ -9,7 +9,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-/// Of a box around the origin with edges rounded by `radius_m` (Quilez' rounded box).
+/// Distance from a box around the origin with edges rounded by `radius_m` (Quilez' rounded box).
 double rounded_box(const Vector3d& point, const Vector3d& half_m, double radius_m) {
   const Vector3d q = point.cwiseAbs() - half_m + Vector3d::Constant(radius_m);
   return q.cwiseMax(0).norm() + std::min(q.maxCoeff(), 0.0) - radius_m;

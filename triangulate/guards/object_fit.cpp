@@ -124,7 +124,7 @@ double chi2_limit(const Obstacle& object) {
 }
 
 double most_lowered_m(const Obstacle& object, const ObjectUncertainty& stated) {
-  // Of a cylinder no height is changed, and a plane and a mesh have none.
+  // A cylinder keeps its height, and a plane and a mesh have none.
   if (!std::holds_alternative<Box>(object) && !std::holds_alternative<Sphere>(object))
     return std::numeric_limits<double>::infinity();
   return normal_quantile(1 - kObjectRisk) * std::hypot(stated.place_m(), stated.size_m());

@@ -13,7 +13,7 @@
 
 namespace drape::triangulate {
 
-/// What may be wrong with an object: shift along x, y, z (mm), turn about z (deg), and growth of
+/// Change of an object: shift along x, y, z (mm), turn about z (deg), and growth of
 /// its size (mm), with its foot where it is.
 using Change = Eigen::Matrix<double, 5, 1>;
 
@@ -32,22 +32,22 @@ constexpr double kObjectRisk = 0.005;
 /// Marks on sharp creases lie off by more than they state, by up to 0.23 mm (README, limits).
 constexpr double kCrease_m = 0.1 * units::mm;
 
-/// What a measured sheet says of where its objects are not.
+/// Evidence of a measured sheet about the places of its objects.
 struct SeenCloth {
   const Sheet& sheet;
   std::vector<ClothSpan> spans;
-  /// Of each object of the scene that is a mesh, the gap to each mark; empty for all others.
+  /// Gaps of each mark to each object of the scene that is a mesh; empty for all others.
   std::vector<std::vector<double>> mesh_gaps_m = {};
 };
 
-/// What speaks against an object where it is: marks inside it, and cloth too short to pass outside.
+/// Evidence against an object where it is: marks inside it, and cloth too short to pass outside.
 struct Against {
   int inside = 0;
   const SheetMark* deepest = nullptr;
   double depth_m = 0;
   const ClothSpan* shortest = nullptr;
   double shortfall_m = 0;
-  double chi2 = 0;  ///< of all, over the marks' standard deviations
+  double chi2 = 0;  ///< sum of squares over the marks' standard deviations
 };
 [[nodiscard]] Against against(const SeenCloth& seen, const Obstacle& object);
 
@@ -56,9 +56,9 @@ struct Against {
 [[nodiscard]] Change least(const std::function<double(const Change&)>& value,
                            const std::vector<int>& free, double enough);
 
-/// Whether no object within the stated uncertainties would do: the least chi square of any object
-/// near the stated one, what it takes to move there and what still speaks against it, is above
-/// chi2_limit(), or its top would have to be lowered by more than most_lowered_m(). Where the
+/// True where no object within the stated uncertainties would do: the least chi square of any
+/// object near the stated one, what it takes to move there and what still speaks against it, is
+/// above chi2_limit(), or its top would have to be lowered by more than most_lowered_m(). Where the
 /// stated uncertainties are right the first is not above that of the true object, whose first part
 /// has as many degrees of freedom as there are values; each is passed by it at most once in 200.
 [[nodiscard]] bool is_contradicted(const SeenCloth& seen, const Obstacle& object,

@@ -96,8 +96,8 @@ struct Length {
   std::size_t places = 0;
 };
 
-/// Of a median; neighbouring places have a mark in common, whose error lengthens one and shortens
-/// the other.
+/// Standard uncertainty of a median; neighbouring places have a mark in common, whose error
+/// lengthens one and shortens the other.
 double median_sd(const std::vector<Place>& places, double scale_sd) {
   double variance = 0;
   for (const Place& place : places) variance += place.sd * place.sd;

@@ -16,7 +16,7 @@ struct ClothSpan {
   const SheetMark* from = nullptr;
   const SheetMark* to = nullptr;
   double cloth_m = 0;  ///< longest length along the cloth: material distance and strain
-  double sigma_m = 0;  ///< of the distance, from both marks
+  double sigma_m = 0;  ///< standard deviation of the distance, from both marks
 };
 
 /// Neighbours of the lattice that are both measured. `most_strain` as in contradictions_of_pitch().

@@ -89,7 +89,7 @@ int object_command(int argc, char** argv) {
     if (given.scene_out) {
       write_durable(*given.scene_out, measured_scene(given.scene, index + 1, values,
                                                      fs::absolute(*given.scene_out).parent_path()));
-      // What was written by lines is read again: a scene of another layout ends here.
+      // A scene that was written by lines is read again: a scene of another layout ends here.
       static_cast<void>(read_scene(*given.scene_out));
     }
     record.option("set", given.set);

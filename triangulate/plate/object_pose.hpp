@@ -11,10 +11,11 @@
 
 namespace drape::triangulate {
 
-/// How the plate lies on the object.
+/// Place of the plate on the object.
 struct PlateOnObject {
-  double thickness_mm = 0.1;  ///< of a box's sheet; its printed face lies so far above the top
-  double hole_mm = 0;       ///< hole in the middle of a sphere's stand, whose upper edge carries it
+  double thickness_mm =
+      0.1;             ///< thickness of a box's sheet; its printed face lies so far above the top
+  double hole_mm = 0;  ///< hole in the middle of a sphere's stand, whose upper edge carries it
   double placing_mm = 0.2;  ///< standard uncertainty of laying it on, along x and y, and of height
 };
 void fields(Fields& f, PlateOnObject& lies);

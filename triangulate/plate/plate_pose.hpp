@@ -16,12 +16,12 @@ namespace drape::triangulate {
 /// middle of the dots, x along the columns, y along the rows, z out of the printed face.
 struct PlatePose {
   WorldFromObject world_from_plate;
-  /// Of the origin (m) and of a small turn about the world's axes (rad), from the dots' noise, in
-  /// the size that the residuals show, and the cameras' covariance together.
+  /// Covariance of the origin (m) and of a small turn about the world's axes (rad), from the dots'
+  /// noise, in the size that the residuals show, and the cameras' covariance together.
   Eigen::Matrix<double, 6, 6> covariance = Eigen::Matrix<double, 6, 6>::Zero();
   int dots = 0;
-  int views = 0;            ///< of dots, over all cameras
-  double rms_px = 0;        ///< of the residuals
+  int views = 0;            ///< views of dots, over all cameras
+  double rms_px = 0;        ///< root mean square of the residuals
   double chi2_per_dof = 0;  ///< against the dots' covariance; about 1 is right
 };
 
