@@ -230,10 +230,7 @@ void require_points(const JointModel& model, const JointModel& all_points, const
   std::vector<std::size_t> points(model.cameras.size(), 0);
   for (const JointFrame& frame : model.frames)
     for (const TargetPoint& point : frame.points)
-      points[frame.camera] +=
-          pixel_of(model.cameras[frame.camera], model.placements[frame.placement], model.bow,
-                   point.point_in_target)
-              .has_value();
+      points[frame.camera] += pixel_of(model, frame, point).has_value();
   const auto none = std::find(points.begin(), points.end(), 0U);
   if (none == points.end()) return;
   const auto stages = check_stages(all_points, fit, cleaning);

@@ -189,8 +189,8 @@ std::optional<Found> found_of(const Sum& sum, const Unknowns& unknowns, Index fr
   found.information = sum.information.block(from, from, count, count);
   VectorXd score = sum.score.segment(from, count);
   if (k > 0) {
-    const Eigen::LLT<MatrixXd> factor(MatrixXd(sum.information.topLeftCorner(k, k)));
-    const MatrixXd taken = factor.solve(sum.information.block(0, from, k, count));
+    const MatrixXd taken = solve_positive(sum.information.topLeftCorner(k, k),
+                                          MatrixXd(sum.information.block(0, from, k, count)));
     found.information -= sum.information.block(from, 0, count, k) * taken;
     score -= taken.transpose() * sum.score.head(k);
   }

@@ -59,9 +59,7 @@ void keep_worst(AcceptanceFigure& figure, double value, const std::string& where
 
 /// Errors along a direction of each point (rows) and what is left of them beside `shapes`.
 MatrixXd beside(const MatrixXd& along, const MatrixXd& shapes) {
-  const Eigen::HouseholderQR<MatrixXd> factor(shapes);
-  const MatrixXd q = factor.householderQ() * MatrixXd::Identity(shapes.rows(), shapes.cols());
-  return along - q * (q.transpose() * along);
+  return along - shapes * least_squares(shapes, along);
 }
 
 /// `errors`: three rows a point; their part along each point's own direction (3 x n).

@@ -45,7 +45,8 @@ void alone_and_together(const JointModel& model, Causes& causes) {
     const MatrixXd d = by_placement(model, frame);
     const VectorXd residuals = residuals_px(model, frame);
     together[frame.camera] += residuals.squaredNorm();
-    const VectorXd taken = d * (d.transpose() * d).ldlt().solve(d.transpose() * residuals);
+    const VectorXd taken =
+        d * solve_symmetric(d.transpose() * d, VectorXd(d.transpose() * residuals));
     alone[frame.camera] += (residuals - taken).squaredNorm();
     points[frame.camera] += static_cast<double>(frame.points.size());
   }

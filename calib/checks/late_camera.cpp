@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "calib/checks/late_camera.hpp"
 
-#include <Eigen/Geometry>
 #include <cmath>
 #include <utility>
 #include <vector>
 
 #include "core/geometry/dense.hpp"
+#include "core/geometry/vectors.hpp"
 #include "core/units.hpp"
 
 namespace drape::calib {
@@ -33,9 +33,9 @@ std::optional<Vector6d> velocity(const JointModel& model, std::size_t placement,
     if (at >= model.placements.size() || model.placements[at].known) continue;
     const WorldFromTarget &from = here.world_from_target,
                           &to = model.placements[at].world_from_target;
-    const Eigen::AngleAxisd turn(to.rotation * from.rotation.transpose());
     Vector6d change;
-    change << turn.angle() * turn.axis(), (to.translation_m - from.translation_m) / units::mm;
+    change << rotation_vector(to.rotation * from.rotation.transpose()),
+        (to.translation_m - from.translation_m) / units::mm;
     neighbours.emplace_back(sets, change);
   }
   if (neighbours.size() < static_cast<std::size_t>(reach)) return std::nullopt;
@@ -62,19 +62,6 @@ double motion_px(const JointModel& model, std::size_t camera) {
   return points > 0 ? std::sqrt(squares / static_cast<double>(points)) : 0;
 }
 
-/// The lag of one camera alone, all else fitted along.
-MoreParameters lag_of(const JointModel& model, const JointFit& fit, std::size_t camera,
-                      int reach = kReach) {
-  const MoreColumns lag{1, [&](const JointFrame& frame) {
-                          MatrixXd d =
-                              MatrixXd::Zero(2 * static_cast<Index>(frame.points.size()), 1);
-                          const auto v = velocity(model, frame.placement, reach);
-                          if (frame.camera == camera && v) d = by_placement(model, frame) * *v;
-                          return d;
-                        }};
-  return fit_more(information_by_view(model, fit, lag), lag.count);
-}
-
 }  // namespace
 
 MatrixXd by_placement(const JointModel& model, const JointFrame& frame) {
@@ -87,15 +74,29 @@ MatrixXd by_placement(const JointModel& model, const JointFrame& frame) {
   return d;
 }
 
-MoreColumns lags_of(const JointModel& model) {
-  const auto count = static_cast<Index>(model.cameras.size()) - 1;
-  return {count, [&model, count](const JointFrame& frame) {
+namespace {
+
+/// Derivative by the lags of `count` cameras from `first` on.
+MoreColumns lags_from(const JointModel& model, std::size_t first, Index count, int reach) {
+  return {count, [&model, first, count, reach](const JointFrame& frame) {
             MatrixXd d = MatrixXd::Zero(2 * static_cast<Index>(frame.points.size()), count);
-            const auto v = velocity(model, frame.placement);
-            if (frame.camera > 0 && v)
-              d.col(static_cast<Index>(frame.camera) - 1) = by_placement(model, frame) * *v;
+            const auto v = velocity(model, frame.placement, reach);
+            const Index at = static_cast<Index>(frame.camera) - static_cast<Index>(first);
+            if (at >= 0 && at < count && v) d.col(at) = by_placement(model, frame) * *v;
             return d;
           }};
+}
+
+/// The lag of one camera alone, all else fitted along.
+MoreParameters lag_of(const JointModel& model, const JointFit& fit, std::size_t camera,
+                      int reach = kReach) {
+  return fit_more(information_by_view(model, fit, lags_from(model, camera, 1, reach)), 1);
+}
+
+}  // namespace
+
+MoreColumns lags_of(const JointModel& model) {
+  return lags_from(model, 1, static_cast<Index>(model.cameras.size()) - 1, kReach);
 }
 
 std::optional<TimeSkew> find_time_skew(const JointModel& model, const MoreParameters& lags,

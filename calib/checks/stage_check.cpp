@@ -3,14 +3,13 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/Cholesky>
-#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <limits>
 
 #include "core/camera_derivatives.hpp"
 #include "core/geometry/dense.hpp"
+#include "core/geometry/vectors.hpp"
 #include "core/units.hpp"
 
 namespace drape::calib {
@@ -127,9 +126,8 @@ std::size_t count_points(const JointModel& model) {
 
 /// Deviation of a stage from its stated place: turn (rad) and shift (mm).
 ModeVector deviation_of(const Placement& placement, const Vector3d& said_m) {
-  const Eigen::AngleAxisd turn(placement.world_from_target.rotation);
   ModeVector deviation;
-  deviation << turn.angle() * turn.axis(),
+  deviation << rotation_vector(placement.world_from_target.rotation),
       (placement.world_from_target.translation_m - said_m) / mm;
   return deviation;
 }
@@ -213,12 +211,10 @@ std::optional<StageCheck> check_stages(JointModel model, const JointFit& fit,
           factor * inverse.block<kModes, kModes>(freed[i].at, freed[j].at);
     }
   }
-  const Eigen::LLT<MatrixXd> weights(covariance);
-  if (weights.info() != Eigen::Success) return std::nullopt;
-  const MatrixXd spread =
-      inverse_of_information(modes.transpose() * weights.solve(modes), kLeastCondition);
+  const MatrixXd weighted = solve_positive(covariance, modes);
+  const MatrixXd spread = inverse_of_information(modes.transpose() * weighted, kLeastCondition);
   if (spread.size() == 0) return std::nullopt;
-  const ModeVector found = spread * modes.transpose() * weights.solve(deviation);
+  const ModeVector found = spread * weighted.transpose() * deviation;
   StageCheck check = check_of(found, spread, high_m - low_m, solution.model.bow.half_m.maxCoeff());
   add_strays(check, solution.model, freed, deviation - modes * found, covariance);
   if (!check.contradiction.empty()) name_exchanged(check, solution.model, freed);

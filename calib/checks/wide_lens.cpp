@@ -64,7 +64,7 @@ double miss_together(const JointModel& model, std::size_t index) {
 
 /// The same in a fit of the camera's own views.
 double typical_miss(JointModel model, std::size_t index) {
-  AloneCamera alone;
+  SeenTargets alone;
   std::vector<std::string> dropped;
   try {
     alone = solve_alone(model, index, false, dropped, LensTerms::k1_k2_p1_p2_k3);
@@ -78,8 +78,8 @@ double typical_miss(JointModel model, std::size_t index) {
     if (model.frames[f].camera != index) continue;
     for (const TargetPoint& point : model.frames[f].points) {
       misses.push_back(kNowhere);
-      if (!alone.views[f]) continue;
-      const CamFromTarget& pose = alone.views[f]->cam_from_target;
+      if (!alone[f]) continue;
+      const CamFromTarget& pose = alone[f]->cam_from_target;
       misses.back() =
           miss_of(camera, {"", {pose.rotation, pose.translation_m}, true}, model.bow, point);
     }

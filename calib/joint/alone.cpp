@@ -59,8 +59,7 @@ std::optional<double> focal_px(const std::vector<Homography>& views, const Vecto
 }
 
 /// The camera's own views, the first of which holds the world.
-JointModel own_views(const JointModel& model, std::size_t camera,
-                     const std::vector<std::optional<SeenTarget>>& views,
+JointModel own_views(const JointModel& model, std::size_t camera, const SeenTargets& views,
                      std::vector<std::size_t>& frames) {
   JointModel own;
   own.bow = model.bow;
@@ -86,7 +85,7 @@ bool plausible(const JointCamera& camera, double start_focal_px) {
 }
 
 /// Refines lens and poses; keeps the start where that fails. Drops the views that stay off.
-void refine(JointModel& model, std::size_t index, bool lens_known, AloneCamera& alone,
+void refine(JointModel& model, std::size_t index, bool lens_known, SeenTargets& alone,
             std::vector<std::string>& dropped, LensTerms lens) {
   JointFit fit;
   fit.lens = lens;
@@ -95,14 +94,14 @@ void refine(JointModel& model, std::size_t index, bool lens_known, AloneCamera& 
   const double start_focal_px = std::get<BrownLens>(model.cameras[index].camera.model.lens).fx_px;
   for (;;) {
     std::vector<std::size_t> frames;
-    JointModel own = own_views(model, index, alone.views, frames);
+    JointModel own = own_views(model, index, alone, frames);
     if (!lens_known && frames.size() < kLeastViewsOfALens) return;
     JointSolution solution = fit_joint(own, fit, {});
     if (!solution.converged || !plausible(solution.model.cameras[0], start_focal_px)) return;
     const std::vector<std::size_t> off = frames_off(solution.model, {});
     if (!off.empty() && frames.size() - off.size() >= kLeastViewsOfALens) {
       for (const std::size_t i : off) {
-        alone.views[frames[i]].reset();
+        alone[frames[i]].reset();
         dropped.push_back(name_of_view(model, frames[i]) +
                           ": not used, most of its points lie off the camera's other views");
       }
@@ -110,8 +109,8 @@ void refine(JointModel& model, std::size_t index, bool lens_known, AloneCamera& 
     }
     model.cameras[index].camera.model.lens = solution.model.cameras[0].camera.model.lens;
     for (std::size_t i = 0; i < frames.size(); ++i) {
-      alone.views[frames[i]]->cam_from_target = solution.model.cameras[0].camera.cam_from_world *
-                                                solution.model.placements[i].world_from_target;
+      alone[frames[i]]->cam_from_target = solution.model.cameras[0].camera.cam_from_world *
+                                          solution.model.placements[i].world_from_target;
     }
     return;
   }
@@ -130,7 +129,7 @@ std::vector<TargetPoint> without_lens(const CameraModel& camera, std::vector<Tar
   return straight;
 }
 
-AloneCamera solve_alone(JointModel& model, std::size_t index, bool lens_known,
+SeenTargets solve_alone(JointModel& model, std::size_t index, bool lens_known,
                         std::vector<std::string>& dropped, LensTerms lens) {
   Camera& camera = model.cameras[index].camera;
   const std::vector<Homography> homographies = homographies_of(model, index, lens_known, dropped);
@@ -155,11 +154,10 @@ AloneCamera solve_alone(JointModel& model, std::size_t index, bool lens_known,
     focal = *found;
     camera.model.lens = BrownLens{focal, focal, middle.x(), middle.y(), 0, 0, 0, 0, 0};
   }
-  AloneCamera alone;
-  alone.views.resize(model.frames.size());
+  SeenTargets alone(model.frames.size());
   for (const Homography& view : homographies) {
     const PlanarPose pose = planar_pose(view.matrix, focal, middle);
-    alone.views[view.frame] = SeenTarget{pose.cam_from_target, pose.mirrored};
+    alone[view.frame] = SeenTarget{pose.cam_from_target, pose.mirrored};
   }
   refine(model, index, lens_known, alone, dropped, lens);
   return alone;

@@ -15,10 +15,8 @@ struct SeenTarget {
   bool from_behind = false;  ///< its z points away from the camera, or its labels are mirrored
 };
 
-/// Lens and views of one camera by itself.
-struct AloneCamera {
-  std::vector<std::optional<SeenTarget>> views;  ///< by frame of the model, nothing when not usable
-};
+/// Views of one camera by frame of the model; nothing for a frame that is not usable.
+using SeenTargets = std::vector<std::optional<SeenTarget>>;
 
 /// Points where a pinhole camera of focal length 1 would see them; none beyond the lens's model.
 [[nodiscard]] std::vector<TargetPoint> without_lens(const CameraModel& camera,
@@ -28,7 +26,7 @@ struct AloneCamera {
 /// (Zhang 1998) or the lens it already has (`lens_known`), then all by robust least squares with
 /// distortion. A view most of whose points lie off is left out; `dropped` names it. Throws
 /// Error(bad_input) naming the camera when it has no usable view or no focal length can be had.
-[[nodiscard]] AloneCamera solve_alone(JointModel& model, std::size_t index, bool lens_known,
+[[nodiscard]] SeenTargets solve_alone(JointModel& model, std::size_t index, bool lens_known,
                                       std::vector<std::string>& dropped,
                                       LensTerms lens = LensTerms::k1_k2);
 

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "calib/joint/covariance.hpp"
 
-#include <Eigen/Geometry>
 #include <Eigen/LU>
 
 #include "core/camera_derivatives.hpp"
@@ -148,12 +147,9 @@ void add_known_lenses(MatrixXd& covariance, const JointModel& model, JointFit fi
 Eigen::Matrix3d centre_covariance_mm2(const CalibratedCamera& camera) {
   // centre = -R' t; a turn w on top of R makes it -R' (1 - [w]x) t.
   const CamFromWorld& pose = camera.camera.cam_from_world;
-  const Eigen::AngleAxisd turn(pose.rotation);
-  const Eigen::Vector3d t = pose.translation_m / units::mm;
-  Eigen::Matrix3d cross;
-  cross << 0, -t.z(), t.y(), t.z(), 0, -t.x(), -t.y(), t.x(), 0;
   Eigen::Matrix<double, 3, 6> d;
-  d << pose.rotation.transpose() * -cross * left_jacobian(turn.angle() * turn.axis()),
+  d << pose.rotation.transpose() * -cross_matrix(pose.translation_m / units::mm) *
+           left_jacobian(rotation_vector(pose.rotation)),
       -pose.rotation.transpose();
   return d * camera.covariance.bottomRightCorner<6, 6>() * d.transpose();
 }

@@ -26,8 +26,7 @@ constexpr double kSettledWeight = 1e-4;
 
 /// Point distance in units of the point's standard deviation.
 double distance_sigmas(const JointModel& model, const JointFrame& frame, const TargetPoint& point) {
-  const auto px = pixel_of(model.cameras[frame.camera], model.placements[frame.placement],
-                           model.bow, point.point_in_target);
+  const auto px = pixel_of(model, frame, point);
   if (!px) return std::numeric_limits<double>::infinity();
   return (whitener(point.covariance_px2) * (*px - point.px())).norm();
 }
@@ -120,8 +119,7 @@ void clear_unused(JointModel& model, LensTerms terms) {
 }
 
 double distance_px(const JointModel& model, const JointFrame& frame, const TargetPoint& point) {
-  const auto px = pixel_of(model.cameras[frame.camera], model.placements[frame.placement],
-                           model.bow, point.point_in_target);
+  const auto px = pixel_of(model, frame, point);
   return px ? (*px - point.px()).norm() : std::numeric_limits<double>::infinity();
 }
 

@@ -77,11 +77,6 @@ void add_pieces(MatrixXd& information, const std::vector<Piece>& pieces,
   }
 }
 
-void add_frame(MatrixXd& information, const Layout& layout, const JointFrame& frame,
-               const MatrixXd& derivative, Index placement_at) {
-  add_pieces(information, pieces_of(layout, frame.camera, placement_at), derivative);
-}
-
 /// In units of each point's standard deviation, robust weight included.
 VectorXd whitened(const JointFrame& frame, const VectorXd& px) {
   VectorXd result(px.size());
@@ -100,8 +95,7 @@ VectorXd residuals_px(const JointModel& model, const JointFrame& frame) {
   VectorXd residuals = VectorXd::Zero(2 * static_cast<Index>(frame.points.size()));
   for (std::size_t i = 0; i < frame.points.size(); ++i) {
     const TargetPoint& point = frame.points[i];
-    const auto px = pixel_of(model.cameras[frame.camera], model.placements[frame.placement],
-                             model.bow, point.point_in_target);
+    const auto px = pixel_of(model, frame, point);
     if (px) residuals.segment<2>(2 * static_cast<Index>(i)) = *px - point.px();
   }
   return residuals;
@@ -116,8 +110,8 @@ MatrixXd information_of(const JointModel& model, const JointFit& fit) {
   MatrixXd information = MatrixXd::Zero(layout.size, layout.size);
   for (const JointFrame& frame : model.frames) {
     const Placement& placement = model.placements[frame.placement];
-    add_frame(information, layout, frame, derivative(model, layout, frame, placement),
-              layout.placements[frame.placement]);
+    add_pieces(information, pieces_of(layout, frame.camera, layout.placements[frame.placement]),
+               derivative(model, layout, frame, placement));
   }
   return information;
 }

@@ -44,6 +44,12 @@ std::optional<Vector2d> pixel_of(const JointCamera& camera, const Placement& pla
                   image->px.y());
 }
 
+std::optional<Vector2d> pixel_of(const JointModel& model, const JointFrame& frame,
+                                 const TargetPoint& point) {
+  return pixel_of(model.cameras[frame.camera], model.placements[frame.placement], model.bow,
+                  point.point_in_target);
+}
+
 std::optional<TargetImage> image_of(const JointCamera& camera, const Placement& placement,
                                     const BoardBow& bow, const Vector3d& point_in_target) {
   const CamFromWorld& cam_from_world = camera.camera.cam_from_world;

@@ -97,6 +97,9 @@ struct TargetImage {
                                                       const Placement& placement,
                                                       const BoardBow& bow,
                                                       const Eigen::Vector3d& point_in_target);
+[[nodiscard]] std::optional<Eigen::Vector2d> pixel_of(const JointModel& model,
+                                                      const JointFrame& frame,
+                                                      const TargetPoint& point);
 [[nodiscard]] std::optional<TargetImage> image_of(const JointCamera& camera,
                                                   const Placement& placement, const BoardBow& bow,
                                                   const Eigen::Vector3d& point_in_target);

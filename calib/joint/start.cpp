@@ -77,13 +77,13 @@ Poses poses_of_camera_views(JointModel& model, const StartOptions& options, Side
   sides.mostly_behind.assign(model.cameras.size(), false);
   sides.behind.assign(model.frames.size(), false);
   for (std::size_t c = 0; c < model.cameras.size(); ++c) {
-    const AloneCamera alone = solve_alone(model, c, options.lens_known, dropped);
+    const SeenTargets alone = solve_alone(model, c, options.lens_known, dropped);
     int back = 0, front = 0;
     for (std::size_t f = 0; f < poses.size(); ++f) {
-      if (!alone.views[f]) continue;
-      const CamFromTarget& pose = alone.views[f]->cam_from_target;
+      if (!alone[f]) continue;
+      const CamFromTarget& pose = alone[f]->cam_from_target;
       poses[f] = as<Motion>(pose);
-      sides.behind[f] = alone.views[f]->from_behind;
+      sides.behind[f] = alone[f]->from_behind;
       ++(sides.behind[f] ? back : front);
     }
     sides.mostly_behind[c] = back > front;
@@ -233,8 +233,7 @@ Poses placements_before_camera0(const JointModel& model, const Poses& poses,
 double rms_px(const JointModel& model, const JointFrame& frame) {
   double sum = 0;
   for (const TargetPoint& point : frame.points) {
-    const auto px = pixel_of(model.cameras[frame.camera], model.placements[frame.placement],
-                             model.bow, point.point_in_target);
+    const auto px = pixel_of(model, frame, point);
     if (!px) return std::numeric_limits<double>::infinity();
     sum += (*px - point.measured_px).squaredNorm();
   }
