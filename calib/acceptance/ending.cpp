@@ -6,41 +6,39 @@
 namespace drape::calib {
 namespace {
 
-Json text_or_null(const std::string& text) {
-  return text.empty() ? Json() : Json(text);
+std::optional<std::string> given(const std::string& text) {
+  return text.empty() ? std::nullopt : std::optional(text);
 }
 
 }  // namespace
 
-Json json_of(const Acceptance& acceptance, const AcceptanceDates& dates) {
-  Json json;
-  json["schema"] = "drapebench/acceptance/1";
-  json["rig"] = acceptance.rig;
-  json["calibration_sha256"] = acceptance.calibration_sha256;
-  json["date"] = text_or_null(dates.on);
-  json["valid_until"] = text_or_null(dates.valid_until);
-  json["positions"] = acceptance.positions;
-  json["go"] = acceptance.good();
-  json["cause"] = text_or_null(acceptance.cause);
-  json["warnings"] = acceptance.warnings;
-  json["figures"] = Json::array();
+AcceptanceFile file_of(const Acceptance& acceptance, const AcceptanceDates& dates) {
+  AcceptanceFile file;
+  file.rig = acceptance.rig;
+  file.calibration_sha256 = acceptance.calibration_sha256;
+  file.date = given(dates.on);
+  file.valid_until = given(dates.valid_until);
+  file.cause = given(acceptance.cause);
+  file.positions = acceptance.positions;
+  file.go = acceptance.good();
+  file.warnings = acceptance.warnings;
   for (const AcceptanceFigure& figure : acceptance.figures) {
-    Json row;
-    row["name"] = figure.name;
-    row["unit"] = figure.unit;
-    const bool measured = figure.not_measured.empty();
-    row["value"] = measured ? Json(figure.value) : Json();
-    row["expanded_uncertainty"] = measured ? Json(figure.expanded) : Json();
-    row["limit"] = measured ? Json(figure.limit) : Json();
-    row["limit_stated"] = figure.limit_stated;
-    row["smallest_fault"] = measured ? Json(figure.smallest) : Json();
-    row["smallest_fault_unit"] = text_or_null(figure.smallest_unit);
-    row["where"] = figure.where;
-    row["go"] = figure.good();
-    row["not_measured"] = text_or_null(figure.not_measured);
-    json["figures"].push_back(row);
+    const auto if_measured = [&](double value) {
+      return figure.not_measured.empty() ? std::optional(value) : std::nullopt;
+    };
+    file.figures.push_back({.name = figure.name,
+                            .unit = figure.unit,
+                            .where = figure.where,
+                            .value = if_measured(figure.value),
+                            .expanded = if_measured(figure.expanded),
+                            .limit = if_measured(figure.limit),
+                            .limit_stated = figure.limit_stated,
+                            .smallest_fault = if_measured(figure.smallest),
+                            .smallest_fault_unit = given(figure.smallest_unit),
+                            .not_measured = given(figure.not_measured),
+                            .go = figure.good()});
   }
-  return json;
+  return file;
 }
 
 Ending ending_of(const Acceptance& acceptance, const std::filesystem::path& page) {

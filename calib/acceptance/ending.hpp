@@ -4,13 +4,12 @@
 #include <filesystem>
 
 #include "calib/acceptance/protocol.hpp"
-#include "core/files/json_file.hpp"
+#include "core/acceptance_file.hpp"
 #include "core/program/program.hpp"
 
 namespace drape::calib {
 
-/// acceptance.json, "drapebench/acceptance/1".
-[[nodiscard]] Json json_of(const Acceptance& acceptance, const AcceptanceDates& dates);
+[[nodiscard]] AcceptanceFile file_of(const Acceptance& acceptance, const AcceptanceDates& dates);
 
 /// Verdict and figures, for people; `page` is the protocol.
 [[nodiscard]] Ending ending_of(const Acceptance& acceptance, const std::filesystem::path& page);

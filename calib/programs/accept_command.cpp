@@ -6,6 +6,7 @@
 #include "calib/programs/commands.hpp"
 #include "core/error.hpp"
 #include "core/fields/fields.hpp"
+#include "core/fields/records.hpp"
 #include "core/files/files.hpp"
 #include "core/program/command.hpp"
 #include "core/program/program.hpp"
@@ -114,7 +115,7 @@ int accept_command(int argc, char** argv) {
     Acceptance acceptance = accept(input, read_calibration(arguments.calibration), rig,
                                    read_target(target_file), options);
     acceptance.calibration_sha256 = sha256_of_file(arguments.calibration);
-    write_json(arguments.out, json_of(acceptance, dates));
+    write_record(arguments.out, file_of(acceptance, dates));
     write_durable(page, protocol_page(acceptance, dates));
     return finish(ending_of(acceptance, page), common, record);
   });
