@@ -4,15 +4,307 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
+#include <optional>
+#include <utility>
 
-#include "calib/calibrate_camera.hpp"
-#include "calib/checks/known_length.hpp"
-#include "calib/checks/pictures.hpp"
+#include "calib/checks/inputs.hpp"
 #include "calib/tsai/correspondence.hpp"
+#include "calib/tsai/refine.hpp"
+#include "calib/tsai/residuals.hpp"
+#include "calib/tsai/tsai.hpp"
+#include "core/dot_image.hpp"
 #include "core/error.hpp"
 #include "core/fields/records.hpp"
+#include "core/statistics/sample.hpp"
+#include "core/units.hpp"
 
 namespace drape::calib {
+namespace {
+
+using units::mm;
+using Points = std::vector<Correspondence>;
+
+/// Points whose pixels are moved from the centroid of the dot's image to the image of the dot's
+/// centre, as the camera predicts it for level dots of this diameter (Heikkila 2000).
+std::vector<Correspondence> without_eccentricity(const std::vector<Correspondence>& points,
+                                                 const Camera& camera, double dot_diameter_m) {
+  std::vector<Correspondence> corrected = points;
+  const Eigen::Matrix3d& rotation = camera.cam_from_world.rotation;
+  for (Correspondence& point : corrected) {
+    if (const auto off =
+            eccentricity_px(camera.model, {camera.cam_from_world * point.point_in_world,
+                                           rotation.col(0), rotation.col(1), dot_diameter_m / 2}))
+      point.px -= *off;
+  }
+  return corrected;
+}
+
+/// Largest distance (px) between the pixels of two lists of the same points.
+double largest_shift_px(const std::vector<Correspondence>& a,
+                        const std::vector<Correspondence>& b) {
+  double largest = 0;
+  for (std::size_t i = 0; i < a.size(); ++i)
+    largest = std::max(largest, (a[i].px - b[i].px).norm());
+  return largest;
+}
+
+constexpr int kCorrectionRounds = 5;
+constexpr double kCorrectionTolerancePx = 1e-7;
+
+TsaiStep step_of(const Camera& camera, const Points& points) {
+  const auto& lens = std::get<TsaiLens>(camera.model.lens);
+  return {lens.focal_m / mm, camera.cam_from_world.translation_m.z() / mm,
+          lens.kappa1_per_m2 * mm * mm, residuals_of(camera, points).rms_px};
+}
+
+/// Stage 1 and the linear part of stage 2.
+struct LinearStart {
+  std::optional<RadialAlignment> alignment;
+  std::optional<FocalAndDepth> depth;
+};
+
+LinearStart start_from_heights(const Points& points, const TsaiSensor& sensor) {
+  LinearStart start{align_non_coplanar(points, sensor), std::nullopt};
+  if (start.alignment) start.depth = solve_focal_and_depth(points, sensor, *start.alignment);
+  return start;
+}
+
+/// One plane fixes the rotation up to a mirror image; the focal length's sign tells which.
+LinearStart start_from_plane(Points points, const TsaiSensor& sensor) {
+  const double height_m = points.front().point_in_world.z();
+  for (Correspondence& point : points) point.point_in_world.z() = 0;
+  LinearStart start{align_coplanar(points, sensor), std::nullopt};
+  if (!start.alignment) return start;
+  start.depth = solve_focal_and_depth(points, sensor, *start.alignment);
+  if (start.depth && start.depth->focal_m < 0) {
+    start.alignment = mirrored(*start.alignment);
+    start.depth = solve_focal_and_depth(points, sensor, *start.alignment);
+  }
+  const Eigen::Vector3d back = height_m * start.alignment->rotation.col(2);
+  start.alignment->tx_m -= back.x();
+  start.alignment->ty_m -= back.y();
+  if (start.depth) start.depth->tz_m -= back.z();
+  return start;
+}
+
+void check_tilt(const Camera& camera) {
+  constexpr double kLeastTiltDeg = 10;
+  const double tilt_deg =
+      std::acos(std::min(1.0, std::abs(camera.cam_from_world.rotation(2, 2)))) / units::deg;
+  if (tilt_deg >= kLeastTiltDeg) return;
+  throw bad_input(fmt::format("too little tilt: the only plane is {:.1f} deg off parallel to the "
+                              "image, so focal length and distance cannot be separated",
+                              tilt_deg),
+                  {.camera = camera.name},
+                  "tilt the camera by 30 degrees against the target, or record a second height");
+}
+
+/// Stages 1 and 2, with kappa1 = 0.
+Camera basic_camera(const Points& points, const RigCamera& rig_camera, bool estimate_scale_x,
+                    CameraReport& report) {
+  const Where where{.camera = rig_camera.name};
+  const TsaiSensor sensor{rig_camera.pixel_pitch_x_m, rig_camera.pixel_pitch_y_m,
+                          (rig_camera.width_px - 1) / 2.0, (rig_camera.height_px - 1) / 2.0};
+  const bool one_plane = report.planes == 1;
+  auto [alignment, depth] =
+      one_plane ? start_from_plane(points, sensor) : start_from_heights(points, sensor);
+  if (!alignment) {
+    throw bad_input("the target points do not determine the camera's rotation (Tsai's stage 1)",
+                    where, "spread the target over the image and over several heights");
+  }
+  report.origin_shifted = alignment->origin_shifted;
+  report.stage1_ty_mm = alignment->ty_m / mm;
+  report.stage1_scale_x = alignment->scale_x;
+  if (!estimate_scale_x && alignment->scale_x != 1) {
+    alignment->scale_x = 1;
+    depth = solve_focal_and_depth(points, sensor, *alignment);
+  }
+  if (!depth) {
+    throw bad_input("the focal length and the distance cannot be separated", where,
+                    "the target must not lie parallel to the image; tilt the camera");
+  }
+  if (depth->focal_m < 0) {
+    throw bad_input("the target points are mirrored: their x, y, z are not right-handed", where,
+                    "check the sign of z_mm in rig.toml (z points out of the printed face) and "
+                    "that the images are not mirrored");
+  }
+  Camera camera = start_camera(sensor, *alignment, *depth);
+  camera.name = rig_camera.name;
+  camera.model.width_px = rig_camera.width_px;
+  camera.model.height_px = rig_camera.height_px;
+  if (one_plane) check_tilt(camera);
+  return camera;
+}
+
+bool all_project(const Camera& camera, const Points& points) {
+  return std::all_of(points.begin(), points.end(), [&](const Correspondence& point) {
+    return std::isfinite(distance_px(camera, point));
+  });
+}
+
+struct Fit {
+  Refinement refinement;
+  Points points;  ///< with the pixels that were fitted
+};
+
+/// Stage 3 with the dots' eccentricity predicted by the camera that results.
+Fit fit_all(const Camera& start, const Points& measured, double dot_diameter_m, TsaiFree free,
+            const CalibOptions& options) {
+  Fit fit{{start, false, 0, 0}, measured};
+  for (int round = 0; round < kCorrectionRounds; ++round) {
+    fit.refinement = refine_tsai(fit.refinement.camera, fit.points, free, options.max_iterations);
+    if (!options.correct_eccentricity || !fit.refinement.converged) break;
+    Points corrected = without_eccentricity(measured, fit.refinement.camera, dot_diameter_m);
+    const bool settled = largest_shift_px(corrected, fit.points) < kCorrectionTolerancePx;
+    fit.points = std::move(corrected);
+    if (settled) break;
+  }
+  return fit;
+}
+
+/// Robust standard deviation of a point distance per coordinate, from the median.
+double robust_sigma_px(const Camera& camera, const Points& points) {
+  std::vector<double> distances;
+  for (const Correspondence& point : points) distances.push_back(distance_px(camera, point));
+  return median(std::move(distances)) / kRayleighMedian;
+}
+
+/// Takes out the points too far off to be noise; returns those that stay.
+Points without_outliers(const Points& measured, const Fit& fit, const CalibOptions& options,
+                        CameraReport& report) {
+  const double limit = options.outlier_sigmas * robust_sigma_px(fit.refinement.camera, fit.points);
+  Points kept;
+  for (std::size_t i = 0; i < measured.size(); ++i) {
+    const double distance = distance_px(fit.refinement.camera, fit.points[i]);
+    // A hundredth of a pixel is never an outlier, however good the other points are.
+    if (distance <= std::max(limit, 0.01)) {
+      kept.push_back(measured[i]);
+      continue;
+    }
+    report.rejected.push_back(fmt::format("set {}, dot ({}, {}): {:.3f} px off, limit {:.3f} px",
+                                          measured[i].set, measured[i].dot.row, measured[i].dot.col,
+                                          distance, limit));
+  }
+  return kept;
+}
+
+WorkedPoint worked_point(const Camera& camera, const Points& points) {
+  // A dot of the target is sure to project.
+  const Eigen::Vector3d point = points[points.size() / 2].point_in_world;
+  return {point, project(camera.model, camera.cam_from_world * point)->px};
+}
+
+/// Why the camera must not be used, or "good".
+std::string status_of(const CameraReport& report, const Fit& fit, bool has_covariance,
+                      std::size_t measured, const CalibOptions& options) {
+  const auto rejected = static_cast<double>(report.rejected.size());
+  if (!fit.refinement.converged)
+    return fmt::format("not converged after {} iterations", fit.refinement.iterations);
+  if (100 * rejected > options.max_outliers_percent * static_cast<double>(measured)) {
+    return fmt::format("{:.0f} of {} dots rejected, more than {:g} %: check labels and heights",
+                       rejected, measured, options.max_outliers_percent);
+  }
+  if (report.full.rms_px > options.max_rms_px) {
+    return fmt::format("RMS {:.3f} px above the limit of {:g} px", report.full.rms_px,
+                       options.max_rms_px);
+  }
+  if (!has_covariance) return "ill-conditioned: the parameters cannot be separated";
+  if (report.centre_sd_px > options.max_centre_sd_px) {
+    return fmt::format("ill-conditioned: image centre known to {:.1f} px only (limit {:g} px)",
+                       report.centre_sd_px, options.max_centre_sd_px);
+  }
+  if (100 * report.focal_sd_mm > options.max_focal_sd_percent * report.full.focal_mm) {
+    return fmt::format("ill-conditioned: focal length known to {:.1f} % only (limit {:g} %)",
+                       100 * report.focal_sd_mm / report.full.focal_mm,
+                       options.max_focal_sd_percent);
+  }
+  return "good";
+}
+
+/// Covariance with the marks' own noise, enlarged when the residuals are larger than that noise
+/// (what the lens model leaves over acts like noise of the same size).
+Eigen::MatrixXd scaled_covariance(const Fit& fit, TsaiFree free, CameraReport& report) {
+  Eigen::MatrixXd covariance = tsai_covariance(fit.refinement.camera, fit.points, free);
+  const double dof = 2.0 * static_cast<double>(fit.points.size()) - free_parameters(free);
+  report.chi2_per_dof = fit.refinement.chi2 / dof;
+  if (covariance.size() == 0) return covariance;
+  covariance *= std::max(1.0, report.chi2_per_dof);
+  report.focal_sd_mm = std::sqrt(covariance(0, 0));
+  report.centre_sd_px = std::sqrt(std::max(covariance(2, 2), covariance(3, 3)));
+  return covariance;
+}
+
+void note_one_plane(bool estimate_scale_x, CameraReport& report) {
+  if (report.planes > 1) return;
+  report.notes.emplace_back(
+      "one view of one plane: a bent or wrongly printed target and a lens with more than one "
+      "radial term do not show in its residuals, and places off the plane rest on the lens alone; "
+      "record a second height, or free poses for --method joint");
+  if (estimate_scale_x)
+    report.notes.emplace_back("s_x kept at 1: one plane cannot tell it from the rotation");
+}
+
+struct CameraResult {
+  std::optional<CalibratedCamera> calibrated;  ///< absent when there is nothing to write
+  CameraReport report;
+};
+
+/// All stages of Tsai's method for one camera.
+CameraResult calibrate_camera(const Points& measured, const RigCamera& rig_camera,
+                              double dot_diameter_m, bool estimate_scale_x,
+                              const CalibOptions& options) {
+  CameraResult result;
+  CameraReport& report = result.report;
+  report.camera = rig_camera.name;
+  report.planes = check_correspondences(measured, rig_camera.name);
+  const bool free_scale_x = estimate_scale_x && report.planes > 1;
+  const TsaiFree free = free_scale_x ? TsaiFree::all : TsaiFree::all_but_scale_x;
+  note_one_plane(estimate_scale_x, report);
+  const Camera start = basic_camera(measured, rig_camera, free_scale_x, report);
+  if (!all_project(start, measured)) {
+    report.status = "stage 2 puts target points behind the camera";
+    return result;
+  }
+  const Refinement basic =
+      refine_tsai(start, measured, TsaiFree::focal_depth_kappa, options.max_iterations);
+  report.basic = step_of(basic.camera, measured);
+  Fit fit = fit_all(basic.camera, measured, dot_diameter_m, free, options);
+  const Points kept = without_outliers(measured, fit, options, report);
+  if (kept.size() < measured.size() && kept.size() >= 11)
+    fit = fit_all(fit.refinement.camera, kept, dot_diameter_m, free, options);
+  report.iterations = fit.refinement.iterations;
+  report.points = static_cast<int>(fit.points.size());
+  report.full = step_of(fit.refinement.camera, fit.points);
+  report.errors = classical_errors(fit.refinement.camera, fit.points);
+  if (fit.points.size() == kept.size())
+    report.max_eccentricity_px = largest_shift_px(fit.points, kept);
+  const Eigen::MatrixXd covariance = scaled_covariance(fit, free, report);
+  if (covariance.size() > 0) {
+    const double dof = 2.0 * static_cast<double>(fit.points.size()) - free_parameters(free);
+    report.stages = check_stages_far_off(fit.refinement.camera, fit.points, free,
+                                         dof * report.chi2_per_dof, options.max_iterations);
+  }
+  report.status = status_of(report, fit, covariance.size() > 0, measured.size(), options);
+  if (report.stages && !report.stages->contradiction.empty()) {
+    report.status = report.good() ? report.stages->contradiction
+                                  : report.stages->contradiction + "; " + report.status;
+  }
+  CalibratedCamera calibrated;
+  calibrated.camera = fit.refinement.camera;
+  calibrated.residuals = residuals_of(calibrated.camera, fit.points);
+  if (covariance.size() > 0) {
+    calibrated.covariance_parameters = parameter_names(calibrated.camera.model);
+    calibrated.covariance = covariance;
+  }
+  calibrated.valid_region_px = covered_region_px(measured);
+  calibrated.worked_point = worked_point(calibrated.camera, fit.points);
+  result.calibrated = calibrated;
+  return result;
+}
+
+}  // namespace
+
 void fields(Fields& f, CalibOptions& o) {
   f.otherwise({"max_rms_px", "NO-GO above this RMS of a camera, px", 1, above_zero}, o.max_rms_px);
   f.otherwise(

@@ -8,15 +8,16 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <vector>
 
 #include "calib/checks/causes.hpp"
 #include "calib/checks/exchanged_views.hpp"
+#include "calib/checks/inputs.hpp"
 #include "calib/checks/joint_checks.hpp"
-#include "calib/checks/known_length.hpp"
-#include "calib/checks/pictures.hpp"
 #include "calib/joint/covariance.hpp"
+#include "calib/joint/fit.hpp"
 #include "calib/joint/start.hpp"
-#include "calib/joint/stated_fit.hpp"
+#include "calib/joint/view_scatter.hpp"
 #include "calib/tsai/residuals.hpp"
 #include "core/error.hpp"
 #include "core/fields/records.hpp"
@@ -149,6 +150,64 @@ std::string next_view(const Calibration& calibration, const JointModel& model,
       "-> {:.4f} mm",
       next->words, next->cameras.size(), model.cameras.size(), *report.volume_sd_mm,
       *report.volume_sd_mm * next->calibration_m / planner.now().calibration_m);
+}
+
+/// A fit and the covariance that may be stated for it, in file units.
+struct StatedFit {
+  JointSolution solution;
+  JointCovariance covariance;
+  ViewScatter scatter;
+};
+
+/// Weighted sum of squares over the degrees of freedom.
+double chi2_per_dof(const JointSolution& solution, const JointFit& fit) {
+  std::size_t points = 0;
+  for (const JointFrame& frame : solution.model.frames) points += frame.points.size();
+  return solution.chi2 / (2.0 * static_cast<double>(points) - free_parameters(solution.model, fit));
+}
+
+StatedFit with_uncertainty(JointSolution solution, const JointFit& fit) {
+  StatedFit out;
+  out.scatter = scatter_of_views(solution.model, fit, std::max(1.0, chi2_per_dof(solution, fit)));
+  out.covariance = joint_covariance(solution.model, fit, out.scatter.covariance);
+  out.solution = std::move(solution);
+  return out;
+}
+
+/// Covariance by the views' scatter, with what the choice of the lens leaves open: the other
+/// lenses' covariances and distances, by the probability that other views would have chosen them
+/// (Buckland, Burnham and Augustin 1997). `table` is empty where the lens was not chosen.
+StatedFit with_lens_choice(const JointSolution& solution, const JointFit& fit,
+                           const JointCleaning& cleaning, const std::vector<HeldOut>& table) {
+  constexpr double kRare = 0.005;
+  StatedFit chosen = with_uncertainty(solution, fit);
+  if (table.empty() || chosen.covariance.cameras.size() == 0) return chosen;
+  const std::vector<double> probability = lens_probabilities(table);
+  MatrixXd sum = MatrixXd::Zero(chosen.covariance.cameras.rows(), chosen.covariance.cameras.cols());
+  Eigen::Vector2d bow = Eigen::Vector2d::Zero();
+  double weights = 0;
+  for (std::size_t i = 0; i < table.size(); ++i) {
+    if (probability[i] < kRare) continue;
+    StatedFit other = chosen;
+    if (table[i].lens != fit.lens) {
+      JointFit with_other = fit;
+      with_other.lens = table[i].lens;
+      JointModel start = solution.model;
+      clear_unused(start, with_other.lens);
+      other = with_uncertainty(fit_joint(start, with_other, cleaning), with_other);
+    }
+    if (other.covariance.cameras.size() == 0) continue;
+    const Eigen::VectorXd apart = file_difference(other.solution.model, solution.model);
+    const Eigen::Vector2d bow_apart =
+        other.solution.model.bow.edge_rise_mm - solution.model.bow.edge_rise_mm;
+    sum += probability[i] * (other.covariance.cameras + apart * apart.transpose());
+    bow += probability[i] * (other.covariance.bow_sd_mm.cwiseAbs2() + bow_apart.cwiseAbs2());
+    weights += probability[i];
+  }
+  if (!(weights > 0)) return chosen;
+  chosen.covariance.cameras = sum / weights;
+  chosen.covariance.bow_sd_mm = (bow / weights).cwiseSqrt();
+  return chosen;
 }
 
 /// Covariances with the choice of the lens in them.

@@ -15,7 +15,6 @@
 #include "core/units.hpp"
 #include "triangulate/agreement.hpp"
 #include "triangulate/dot_shape.hpp"
-#include "triangulate/guards/epipolar.hpp"
 #include "triangulate/guards/guards.hpp"
 #include "triangulate/islands.hpp"
 #include "triangulate/lattice_views.hpp"

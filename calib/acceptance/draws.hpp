@@ -4,7 +4,7 @@
 #include <Eigen/Core>
 #include <vector>
 
-#include "calib/acceptance/measured_point.hpp"
+#include "calib/acceptance/positions.hpp"
 
 namespace drape::calib {
 
