@@ -5,6 +5,8 @@
 #include <cmath>
 #include <limits>
 
+#include "core/geometry/body.hpp"
+
 namespace drape::simulate {
 namespace {
 
@@ -15,8 +17,9 @@ constexpr double kShortest = 1e-3;  // of the path, to the next place looked at
 constexpr int kBisections = 40;     // of the path into a body
 constexpr double kOpposite = -0.1;  // cosine between normals; 0 across the edge of a box
 
-double gap_of(const Sphere& sphere, const Vector3d& p) {
-  return (p - sphere.centre_in_world).norm() - sphere.radius_m;
+template <class Body>
+double gap_of(const Body& body, const Vector3d& p) {
+  return distance_to(body, p);
 }
 
 double gap_of(const Table& table, const Vector3d& p) {
@@ -28,34 +31,9 @@ Vector3d in_box(const Box& box, const Vector3d& p) {
   return box.world_from_box.rotation.transpose() * (p - box.world_from_box.translation_m);
 }
 
-/// Beyond the box shrunk by its edge radius, per axis.
-Vector3d beyond(const Box& box, const Vector3d& q) {
-  return q.cwiseAbs() - 0.5 * box.size_m + Vector3d::Constant(box.edge_radius_m);
-}
-
-double gap_of(const Box& box, const Vector3d& p) {
-  const Vector3d d = beyond(box, in_box(box, p));
-  return d.cwiseMax(0.0).norm() + std::min(0.0, d.maxCoeff()) - box.edge_radius_m;
-}
-
-double gap_of(const Plane& plane, const Vector3d& p) {
-  return plane.normal_in_world.dot(p - plane.point_in_world);
-}
-
 Vector3d in_cylinder(const Cylinder& body, const Vector3d& p) {
   const WorldFromObject& frame = body.world_from_cylinder;
   return frame.rotation.transpose() * (p - frame.translation_m);
-}
-
-/// Beyond the cylinder shrunk by its edge radius: across the axis and along it.
-Eigen::Vector2d beyond(const Cylinder& body, const Vector3d& q) {
-  return {q.head<2>().norm() - body.radius_m + body.edge_radius_m,
-          std::abs(q.z()) - 0.5 * body.height_m + body.edge_radius_m};
-}
-
-double gap_of(const Cylinder& body, const Vector3d& p) {
-  const Eigen::Vector2d d = beyond(body, in_cylinder(body, p));
-  return d.cwiseMax(0.0).norm() + std::min(0.0, d.maxCoeff()) - body.edge_radius_m;
 }
 
 double gap_of(const PlacedMesh& body, const Vector3d& p) {

@@ -10,11 +10,11 @@
 
 #include "core/error.hpp"
 #include "core/files/files.hpp"
+#include "core/geometry/body.hpp"
 #include "core/units.hpp"
 #include "tests/support/paths.hpp"
 #include "triangulate/guards/detection_limit.hpp"
 #include "triangulate/guards/mesh_gaps.hpp"
-#include "triangulate/guards/object_distance.hpp"
 #include "triangulate/guards/taut.hpp"
 
 namespace drape::triangulate {
@@ -347,17 +347,17 @@ TEST(Guards, GapsToABoxOfTrianglesAreThoseToTheBox) {
     mark.point_in_world = {place(random), place(random), place(random)};
   const std::vector<double> gaps = gaps_to_mesh(sheet, object, 1);
   for (std::size_t i = 0; i < gaps.size(); ++i)
-    ASSERT_NEAR(gaps[i], *distance_to(box, sheet.marks[i].point_in_world), 1e-12) << i;
+    ASSERT_NEAR(gaps[i], distance_to(box, sheet.marks[i].point_in_world), 1e-12) << i;
 }
 
 TEST(Guards, DistancesToBodiesAreThoseOfGeometry) {
-  EXPECT_NEAR(*distance_to(Sphere{{0, 0, 1}, 0.5}, {0, 0, 2}), 0.5, 1e-12);
+  EXPECT_NEAR(distance_to(Sphere{{0, 0, 1}, 0.5}, {0, 0, 2}), 0.5, 1e-12);
   Box box;
   box.size_m = {2, 2, 2};
   box.edge_radius_m = 0.1;
-  EXPECT_NEAR(*distance_to(box, {0, 0, 1.5}), 0.5, 1e-12);
-  EXPECT_NEAR(*distance_to(box, {0, 0, 0.75}), -0.25, 1e-12);
-  EXPECT_NEAR(*distance_to(box, {2, 2, 2}), std::sqrt(3) * 1.1 - 0.1, 1e-12);
+  EXPECT_NEAR(distance_to(box, {0, 0, 1.5}), 0.5, 1e-12);
+  EXPECT_NEAR(distance_to(box, {0, 0, 0.75}), -0.25, 1e-12);
+  EXPECT_NEAR(distance_to(box, {2, 2, 2}), std::sqrt(3) * 1.1 - 0.1, 1e-12);
   EXPECT_FALSE(distance_to(MeshObject{}, {0, 0, 0}));
 }
 

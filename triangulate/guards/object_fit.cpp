@@ -4,8 +4,8 @@
 #include <cmath>
 #include <limits>
 
+#include "core/geometry/body.hpp"
 #include "core/statistics/distributions.hpp"
-#include "triangulate/guards/object_distance.hpp"
 
 namespace drape::triangulate {
 namespace {

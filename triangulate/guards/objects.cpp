@@ -5,10 +5,10 @@
 #include <cmath>
 #include <functional>
 
+#include "core/geometry/body.hpp"
 #include "core/units.hpp"
 #include "triangulate/guards/guards.hpp"
 #include "triangulate/guards/mesh_gaps.hpp"
-#include "triangulate/guards/object_distance.hpp"
 #include "triangulate/guards/object_fit.hpp"
 #include "triangulate/guards/taut.hpp"
 
