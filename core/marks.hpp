@@ -14,4 +14,11 @@ struct MarkId {
       default;  // NOLINT(modernize-use-nullptr): by the compiler
 };
 
+[[nodiscard]] constexpr MarkId operator+(MarkId a, MarkId b) {
+  return {a.row + b.row, a.col + b.col};
+}
+[[nodiscard]] constexpr MarkId operator-(MarkId a, MarkId b) {
+  return {a.row - b.row, a.col - b.col};
+}
+
 }  // namespace drape

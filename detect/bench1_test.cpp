@@ -11,9 +11,9 @@
 
 #include "core/error.hpp"
 #include "core/files/files.hpp"
-#include "core/files/json_file.hpp"
 #include "detect/detect.hpp"
 #include "tests/support/bench1_truth.hpp"
+#include "tests/support/error_of.hpp"
 #include "tests/support/paths.hpp"
 
 namespace drape::test {
@@ -37,19 +37,23 @@ Rig rig() {
   return read_rig(rig_folder() / "rig.toml");
 }
 
-DetectResult run(Surface surface, const std::vector<std::string>& sets, int threads = 2) {
+DetectOptions asked(Surface surface, const std::vector<std::string>& sets, int threads = 2) {
   DetectOptions options;
   options.surface = surface;
   options.sets = sets;
   options.threads = threads;
-  return detect::detect(recording(), rig(), options);
+  return options;
+}
+
+DetectResult run(Surface surface, const std::vector<std::string>& sets,
+                 const Recording& source = recording(), const Rig& bench = rig()) {
+  return detect::detect(source, bench, asked(surface, sets));
 }
 
 std::size_t camera_index(const std::string& name) {
   return name.back() - '0';
 }
 
-/// Nothing could find it.
 TEST(TagsOfAPrint, AreThoseOfTheirFamily) {
   const TemporaryFolder folder;
   Rig changed = rig();
@@ -57,18 +61,11 @@ TEST(TagsOfAPrint, AreThoseOfTheirFamily) {
     std::string text = read_text(used);
     const fs::path original = std::exchange(used, folder.path() / "changed.toml");
     write_durable(used, text.replace(text.find(from), from.size(), to));
-    DetectOptions options;
-    options.surface = from.starts_with("first_id") ? Surface::cloth : Surface::target;
-    options.sets = {"drape_A"};
-    std::string what = "taken";
-    try {
-      (void)detect::detect(recording(), changed, options);
-    } catch (const Error& error) {
-      EXPECT_EQ(error.where().file, used.string());
-      what = error.what_failed();
-    }
+    const Surface surface = from.starts_with("first_id") ? Surface::cloth : Surface::target;
+    const Error error = error_of([&] { (void)run(surface, {"drape_A"}, recording(), changed); });
+    EXPECT_EQ(error.where().file, used.string());
     used = original;
-    return what;
+    return error.what_failed();
   };
   EXPECT_EQ(refusal(changed.print_file, "first_id = 0", "first_id = 560"),
             "the family tag36h11 has no tag 587");
@@ -236,8 +233,10 @@ TEST(Bench1Tags, CornersFollowTheReadingOrderWithoutTheHalfPixel) {
 }
 
 TEST(Detect, SameBytesAtAnyThreadCount) {
-  const DetectResult one = run(Surface::cloth, {"drape_A"}, 1);
-  const DetectResult two = run(Surface::cloth, {"drape_A"}, 3);
+  const auto with_threads = [](int threads) {
+    return detect::detect(recording(), rig(), asked(Surface::cloth, {"drape_A"}, threads));
+  };
+  const DetectResult one = with_threads(1), two = with_threads(3);
   const TemporaryFolder folder;
   write_detections(folder.path() / "one.json", one.detections);
   write_detections(folder.path() / "two.json", two.detections);
@@ -264,17 +263,9 @@ Recording with_empty_picture(const std::string& set_name) {
   return source;
 }
 
-DetectResult detected(const Recording& source, Surface surface, std::vector<std::string> sets) {
-  DetectOptions options;
-  options.surface = surface;
-  options.sets = std::move(sets);
-  options.previews = false;
-  return detect::detect(source, rig(), options);
-}
-
 TEST(Detect, ANoGoStandsInTheFileWithItsSet) {
   Detections of_empty =
-      detected(with_empty_picture("drape_C"), Surface::cloth, {"drape_A", "drape_C"}).detections;
+      run(Surface::cloth, {"drape_A", "drape_C"}, with_empty_picture("drape_C")).detections;
   const TemporaryFolder folder;
   write_detections(folder.path() / "d.json", of_empty);
   of_empty = read_detections(folder.path() / "d.json");
@@ -288,12 +279,12 @@ TEST(Detect, ANoGoStandsInTheFileWithItsSet) {
 
 TEST(Detect, ACameraMayNotSeeAFreePoseButMustSeeAStage) {
   const DetectResult pose =
-      detected(with_empty_picture("pose_00"), Surface::target, {"stage_z000", "pose_00"});
+      run(Surface::target, {"stage_z000", "pose_00"}, with_empty_picture("pose_00"));
   EXPECT_TRUE(pose.report.good());
   EXPECT_TRUE(pose.detections.no_go.empty());
   EXPECT_THAT(pose.report.warnings, testing::Contains(HasSubstr("set pose_00, camera cam1")));
   const DetectResult stage =
-      detected(with_empty_picture("stage_z000"), Surface::target, {"stage_z000", "pose_00"});
+      run(Surface::target, {"stage_z000", "pose_00"}, with_empty_picture("stage_z000"));
   EXPECT_FALSE(stage.report.good());
   EXPECT_TRUE(stage.detections.no_go.contains("stage_z000"));
 }
@@ -302,17 +293,15 @@ TEST(Detect, WhatCaptureRefusedStaysRefused) {
   Recording source = recording();
   for (FrameSet& set : source.sets)
     if (set.name == "drape_A") set.no_go = "the cloth moved by 3.1 px";
-  const DetectResult result = detected(source, Surface::cloth, {"drape_A"});
+  const DetectResult result = run(Surface::cloth, {"drape_A"}, source);
   EXPECT_FALSE(result.report.good());
   EXPECT_GT(result.report.marks, 0);
   EXPECT_THAT(result.detections.no_go.at("drape_A"), HasSubstr("the cloth moved by 3.1 px"));
 }
 
 TEST(Detect, ADiameterThatTooFewDotsShowIsNotConfirmed) {
-  DetectOptions options;
-  options.surface = Surface::cloth;
-  options.sets = {"drape_C"};
-  options.least_semi_axis_px = 8.6;  // leaves few
+  DetectOptions options = asked(Surface::cloth, {"drape_C"});
+  options.limits.least_semi_axis_px = 8.6;  // leaves few
   const DetectResult few = detect::detect(recording(), rig(), options);
   EXPECT_GT(few.report.marks, 0);
   EXPECT_FALSE(few.report.dot_size_ratio);
@@ -328,16 +317,8 @@ TEST(Detect, TheWrongPrintLabelsNothing) {
   EXPECT_EQ(result.report.marks, 0);
 }
 
-Error failure(const Recording& source, const Rig& bench, const std::vector<std::string>& sets) {
-  DetectOptions options;
-  options.sets = sets;
-  try {
-    (void)detect::detect(source, bench, options);
-  } catch (const Error& error) {
-    return error;
-  }
-  ADD_FAILURE() << "no error";
-  return internal_error("none");
+Error failure(const Recording& source, const Rig& bench = rig()) {
+  return error_of([&] { (void)run(Surface::cloth, {"drape_A"}, source, bench); });
 }
 
 TEST(Detect, NamesAMissingCamera) {
@@ -345,7 +326,7 @@ TEST(Detect, NamesAMissingCamera) {
   for (FrameSet& set : source.sets) {
     std::erase_if(set.frames, [](const RecordedFrame& f) { return f.camera == "cam1"; });
   }
-  const Error error = failure(source, rig(), {"drape_A"});
+  const Error error = failure(source);
   EXPECT_EQ(error.kind(), ErrorKind::bad_input);
   EXPECT_EQ(error.where().camera, "cam1");
   EXPECT_EQ(error.where().set, "drape_A");
@@ -354,10 +335,7 @@ TEST(Detect, NamesAMissingCamera) {
 TEST(Detect, PicturesOfACameraThatTheRigLacksAreCountedAndNotUsed) {
   Rig bench = rig();
   bench.cameras.pop_back();
-  DetectOptions options;
-  options.surface = Surface::cloth;
-  options.sets = {"drape_C"};
-  const DetectResult result = detect::detect(recording(), bench, options);
+  const DetectResult result = run(Surface::cloth, {"drape_C"}, recording(), bench);
   EXPECT_EQ(result.detections.frames.size(), 2U);
   EXPECT_EQ(result.report.not_in_rig, (std::map<std::string, int>{{"cam2", 1}}));
   EXPECT_TRUE(drapes().report.not_in_rig.empty());
@@ -370,7 +348,7 @@ TEST(Detect, NamesAnAlteredImage) {
       if (set.name == "drape_A" && frame.camera == "cam2") frame.sha256.front() ^= 1;
     }
   }
-  const Error error = failure(source, rig(), {"drape_A"});
+  const Error error = failure(source);
   EXPECT_EQ(error.kind(), ErrorKind::bad_input);
   EXPECT_THAT(error.what(), HasSubstr("cam2"));
   EXPECT_THAT(error.what(), HasSubstr("drape_A"));
@@ -379,7 +357,7 @@ TEST(Detect, NamesAnAlteredImage) {
 TEST(Detect, NamesACameraOfAnotherSize) {
   Rig bench = rig();
   bench.cameras[0].width_px = 1280;
-  const Error error = failure(recording(), bench, {"drape_A"});
+  const Error error = failure(recording(), bench);
   EXPECT_THAT(error.what_failed(), HasSubstr("1600x1200"));
   EXPECT_THAT(error.what_failed(), HasSubstr("1280x1200"));
   EXPECT_EQ(error.where().camera, "cam0");
@@ -392,7 +370,7 @@ TEST(Detect, RefusesOptionsThatMakeNoSense) {
   EXPECT_THROW(options.check(), Error);
   options.sets = {"a"};
   EXPECT_NO_THROW(options.check());
-  options.most_sigma_px = 0;
+  options.limits.most_sigma_px = 0;
   EXPECT_THROW(options.check(), Error);
 }
 

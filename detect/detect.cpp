@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
-#include <memory>
 #include <mutex>
 #include <opencv2/core.hpp>
 #include <set>
@@ -14,16 +13,13 @@
 
 #include "core/files/files.hpp"
 #include "core/parallel.hpp"
+#include "core/prints/tag_family.hpp"
 #include "core/scene.hpp"
 #include "core/statistics/sample.hpp"
-#include "detect/dot_size.hpp"
-#include "detect/families/tag_family.hpp"
-#include "detect/frame.hpp"
 #include "detect/image/image.hpp"
 #include "detect/image/overlay.hpp"
 #include "detect/labels/print_plane.hpp"
-#include "detect/labels/tag_places.hpp"
-#include "detect/picture_quality.hpp"
+#include "detect/plausibility.hpp"
 #include "detect/targets/board.hpp"
 #include "detect/targets/chessboard.hpp"
 
@@ -120,45 +116,12 @@ std::map<std::string, int> not_in_rig(const Recording& recording, const Rig& rig
   return pictures;
 }
 
-/// Tag finders are built on first use and handed from frame to frame.
-class FinderPool {
- public:
-  explicit FinderPool(std::string family) : family_(std::move(family)) {}
-
-  std::unique_ptr<TagFinder> take() {
-    const std::lock_guard lock(mutex_);
-    if (idle_.empty()) return std::make_unique<TagFinder>(family_);
-    std::unique_ptr<TagFinder> finder = std::move(idle_.back());
-    idle_.pop_back();
-    return finder;
-  }
-
-  void give_back(std::unique_ptr<TagFinder> finder) {
-    const std::lock_guard lock(mutex_);
-    idle_.push_back(std::move(finder));
-  }
-
- private:
-  std::string family_;
-  std::mutex mutex_;
-  std::vector<std::unique_ptr<TagFinder>> idle_;
-};
-
 struct Output {
   FrameDetections frame;
   PictureQuality quality;
-  double blur_px = 0;  ///< of the dots' edges
+  double blur_px = 0;  ///< Gaussian width of the dots' edges
   std::optional<Picture> preview, overlay;
 };
-
-FrameDetections detect_marks(const GreyImage& image, const Surroundings& surface,
-                             const DetectOptions& options, FinderPool& pool, double& blur_px) {
-  if (surface.board) return detect_board(image, *surface.board);
-  std::unique_ptr<TagFinder> finder = pool.take();
-  FrameDetections frame = detect_frame(image, surface.plane, *finder, limits_of(options), &blur_px);
-  pool.give_back(std::move(finder));
-  return frame;
-}
 
 GreyImage image_of(const Recording& recording, const Job& job) {
   const std::vector<unsigned char> bytes = read_frame(recording, *job.set, *job.frame);
@@ -169,10 +132,15 @@ GreyImage image_of(const Recording& recording, const Job& job) {
 }
 
 Output run_job(const Recording& recording, const Job& job, const Surroundings& surface,
-               const DetectOptions& options, FinderPool& pool) {
+               const DetectOptions& options) {
   const GreyImage image = image_of(recording, job);
   Output output;
-  output.frame = detect_marks(image, surface, options, pool, output.blur_px);
+  if (surface.board) {
+    output.frame = detect_board(image, *surface.board);
+  } else {
+    TagFinder finder(surface.plane.tag_family);
+    output.frame = detect_frame(image, surface.plane, finder, options.limits, &output.blur_px);
+  }
   output.quality = quality_of(image);
   output.frame.set = job.set->name;
   output.frame.camera = job.camera->name;
@@ -251,7 +219,7 @@ void withdraw_labels(FrameDetections& frame) {
   frame.detections.clear();
 }
 
-/// What looks the same after half a turn; empty for what does not.
+/// Names the kind of a target that looks the same after half a turn; empty for any other.
 std::string twin_of(const Surroundings& surface) {
   if (surface.board) return is_ambiguous(*surface.board) ? "chessboard" : "";
   return surface.plane.tags.empty() && !surface.plane.classes ? "dot grid" : "";
@@ -264,8 +232,8 @@ void blame_print(const FrameDetections& frame, const std::string& why, DetectRes
     result.report.other_print = fmt::format("set {}, camera {}: {}", frame.set, frame.camera, why);
 }
 
-/// What the first picture tells whose dots have no labels, but for a few that chance gave; it
-/// speaks for all such pictures.
+/// Asks the first picture whose dots have no labels, but for a few that chance gave, which print it
+/// shows; it speaks for all such pictures.
 void look_for_other_print(const Recording& recording, const std::vector<Job>& jobs,
                           const Surroundings& surface, const DetectOptions& options,
                           DetectResult& result) {
@@ -275,19 +243,13 @@ void look_for_other_print(const Recording& recording, const std::vector<Job>& jo
     const FrameDetections& frame = result.detections.frames[i];
     if (!frame.detections.empty() && frame.detections.size() >= frame.islands.size()) continue;
     if (!why)
-      why = why_no_mark(image_of(recording, jobs[i]), surface.plane, limits_of(options),
+      why = why_no_mark(image_of(recording, jobs[i]), surface.plane, options.limits,
                         !frame.detections.empty(), surface.file.string());
     blame_print(frame, *why, result);
   }
 }
 
 }  // namespace
-
-FrameLimits limits_of(const DetectOptions& options) {
-  return {options.most_chi2_per_dof, options.most_misfit,       options.most_masked_edge,
-          options.most_one_sided,    options.most_one_sided_px, options.least_semi_axis_px,
-          options.most_sigma_px};
-}
 
 void DetectOptions::check() const {
   if (sets.empty())
@@ -299,12 +261,15 @@ void DetectOptions::check() const {
     if (!good) throw usage_error(what, "give a positive number");
   };
   require(threads >= 1, "the number of threads is below 1");
-  require(most_chi2_per_dof > 0, "the largest chi-square per degree of freedom is not positive");
-  require(most_misfit > 0, "the largest misfit is not positive");
-  require(most_masked_edge >= 0 && most_masked_edge < 1, "the covered fraction is outside 0..1");
-  require(most_one_sided > 0 && most_one_sided_px >= 0, "the one-sided limit is not positive");
-  require(least_semi_axis_px > 0, "the smallest semi-axis in px is not positive");
-  require(most_sigma_px > 0, "the largest standard deviation in px is not positive");
+  require(limits.most_chi2_per_dof > 0,
+          "the largest chi-square per degree of freedom is not positive");
+  require(limits.most_misfit > 0, "the largest misfit is not positive");
+  require(limits.most_masked_edge >= 0 && limits.most_masked_edge < 1,
+          "the covered fraction is outside 0..1");
+  require(limits.most_one_sided > 0 && limits.most_one_sided_px >= 0,
+          "the one-sided limit is not positive");
+  require(limits.least_semi_axis_px > 0, "the smallest semi-axis in px is not positive");
+  require(limits.most_sigma_px > 0, "the largest standard deviation in px is not positive");
 }
 
 DetectResult detect(const Recording& recording, const Rig& rig, const DetectOptions& options,
@@ -314,12 +279,11 @@ DetectResult detect(const Recording& recording, const Rig& rig, const DetectOpti
   cv::setNumThreads(1);
   const Surroundings surface = read_surface(rig, options.surface);
   const std::vector<Job> jobs = plan(recording, rig, options.sets);
-  FinderPool pool(surface.plane.tag_family);
   std::vector<Output> outputs(jobs.size());
   std::mutex mutex;
   std::size_t done = 0;
   parallel_for(jobs.size(), options.threads, [&](std::size_t k) {
-    outputs[k] = run_job(recording, jobs[k], surface, options, pool);
+    outputs[k] = run_job(recording, jobs[k], surface, options);
     const std::lock_guard lock(mutex);
     ++done;
     if (progress) {

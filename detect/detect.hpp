@@ -10,31 +10,23 @@
 #include "core/detections.hpp"
 #include "core/recording.hpp"
 #include "core/rig.hpp"
+#include "detect/frame.hpp"
 
 namespace drape::detect {
 
 struct DetectOptions {
   Surface surface = Surface::cloth;
-  std::vector<std::string> sets;   ///< frame sets, in the order of the output
-  int threads = 1;                 ///< frames at a time; never changes a result
-  bool previews = true;            ///< half-scale JPEG per frame of a cloth
-  std::string preview_prefix;      ///< of their names, so that two runs may write into one folder
-  bool overlays = false;           ///< PNG per frame with what was found and what was rejected
-  double most_chi2_per_dof = 60;   ///< of the fit, in units of the frame's noise
-  double most_misfit = 0.08;       ///< rms of its residuals in contrasts; both must be exceeded
-  double most_masked_edge = 0.25;  ///< fraction of a dot's outline that may be covered
-  double most_one_sided = 30;  ///< chi-square of the leave-an-eighth-out shift, per chi2_per_dof
-  double most_one_sided_px = 0.2;    ///< and that shift; both must be exceeded
-  double least_semi_axis_px = 1.35;  ///< smaller ellipses are no longer measured
-  double most_sigma_px = 0.2;        ///< largest standard deviation of a usable centre
+  std::vector<std::string> sets;  ///< frame sets, in the order of the output
+  int threads = 1;                ///< frames at a time; never changes a result
+  bool previews = true;           ///< half-scale JPEG per frame of a cloth
+  std::string
+      preview_prefix;     ///< prefix of their names, so that two runs may write into one folder
+  bool overlays = false;  ///< PNG per frame with what was found and what was rejected
+  FrameLimits limits;
 
   /// Throws Error(usage) naming an option that makes no sense.
   void check() const;
 };
-
-struct FrameLimits;
-/// The limits of one frame as the options have them.
-[[nodiscard]] FrameLimits limits_of(const DetectOptions& options);
 
 /// A file to be written beside the detections.
 struct Picture {
@@ -45,14 +37,14 @@ struct Picture {
 struct DetectReport {
   int frames = 0;
   int tags = 0;
-  int marks = 0;                                    ///< measured and labelled, over all frames
-  int islands = 0;                                  ///< measured, in pieces without a label
-  std::optional<double> median_sigma_px;            ///< of the marks, root of half the trace
-  std::optional<double> dot_size_ratio;             ///< of the dots, measured over stated diameter
+  int marks = 0;                          ///< measured and labelled, over all frames
+  int islands = 0;                        ///< measured, in pieces without a label
+  std::optional<double> median_sigma_px;  ///< median over the marks, root of half the trace
+  std::optional<double> dot_size_ratio;   ///< measured over stated diameter of the dots
   std::map<std::string, int> rejections_by_reason;  ///< reason without its figures
   std::map<std::string, int> not_in_rig;            ///< pictures of each camera that the rig lacks
-  /// Of pictures that must show marks: "set drape_A, camera cam1". A camera may not see a free
-  /// pose.
+  /// Pictures without marks that must show some: "set drape_A, camera cam1". A camera may not see a
+  /// free pose.
   std::vector<std::string> frames_without_marks;
   std::string refused;                  ///< why a set of the recording is no measurement
   std::string other_print;              ///< why the pictures show another print, if they do

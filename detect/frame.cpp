@@ -7,20 +7,19 @@
 #include <Eigen/LU>
 #include <Eigen/SVD>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <set>
 #include <tuple>
 #include <utility>
 #include <vector>
 
+#include "core/geometry/vectors.hpp"
 #include "core/statistics/sample.hpp"
 #include "detect/dots/local_map.hpp"
 #include "detect/ellipses/ellipse_fit.hpp"
-#include "detect/image/mosaic.hpp"
-#include "detect/labels/dot_scale.hpp"
 #include "detect/labels/labels.hpp"
 #include "detect/labels/lattice.hpp"
-#include "detect/tags/tag_cells.hpp"
 
 namespace drape::detect {
 namespace {
@@ -29,6 +28,95 @@ constexpr std::size_t blur_samples = 9;
 constexpr std::size_t ring_samples = 16;
 constexpr double least_light_centre = 0.35;
 constexpr double most_full_centre = 0.15;
+constexpr double nearest_counted = 0.55;  // of a neighbour, in pitches
+constexpr double farthest_counted = 1.45;
+constexpr int least_neighbours = 2;
+constexpr std::size_t least_dots = 9;  // of a piece of lattice that shows their size
+/// Sizes of the dots in a picture of a usual bench, then of any other.
+constexpr std::array<DotSizes, 3> all_sizes = {{{4, 26}, {1.5, 8}, {16, 100}}};
+
+struct Axes {
+  Eigen::Vector2d semi_px;  // major, minor
+  double angle_rad = 0;
+};
+
+Axes axes_of(const Eigen::Matrix2d& shape) {
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> eigen(shape);
+  const Eigen::Vector2d major = eigen.eigenvectors().col(1);
+  Axes axes;
+  axes.semi_px = eigen.eigenvalues().cwiseMax(0).cwiseSqrt().reverse();
+  axes.angle_rad = std::atan(major.x() == 0 ? 1e300 : major.y() / major.x());
+  return axes;
+}
+
+double semi_major_px(const Blob& blob) {
+  return axes_of(blob.shape_px2).semi_px.x();
+}
+
+/// Blobs as dots to be labelled, before they are fitted.
+std::vector<UnlabelledDot> dots_of(const std::vector<Blob>& blobs) {
+  std::vector<UnlabelledDot> dots;
+  for (const Blob& blob : blobs) dots.push_back({blob.centre_px, blob.shape_px2, true});
+  return dots;
+}
+
+/// Blobs of about the same size a pitch away, as this blob's own ellipse has it.
+int neighbours_of(std::size_t blob, const std::vector<UnlabelledDot>& dots, const DotCells& cells,
+                  const std::vector<double>& radii, const PrintPlane& plane) {
+  const Eigen::Matrix2d undo = symmetric_root(dots[blob].shape_px2).inverse();
+  const double radii_per_pitch = plane.pitch_m / plane.dot_radius_m, radius = radii[blob];
+  int count = 0;
+  for (const std::size_t k :
+       cells.within(dots[blob].centre_px, farthest_counted * radii_per_pitch * radius)) {
+    if (radii[k] < 0.6 * radius || radii[k] > 1.6 * radius) continue;
+    const double pitches =
+        (undo * (dots[k].centre_px - dots[blob].centre_px)).norm() / radii_per_pitch;
+    count += pitches > nearest_counted && pitches < farthest_counted;
+  }
+  return count;
+}
+
+/// Unforeshortened radius of most blobs that have others about a pitch away; nothing when there are
+/// no such blobs.
+std::optional<double> common_radius_px(const std::vector<Blob>& blobs, const PrintPlane& plane) {
+  const std::vector<UnlabelledDot> dots = dots_of(blobs);
+  const DotCells cells(dots);
+  std::vector<double> radii, common;
+  for (const Blob& blob : blobs) radii.push_back(semi_major_px(blob));
+  double area = 0;
+  for (std::size_t k = 0; k < blobs.size(); ++k) {
+    if (neighbours_of(k, dots, cells, radii, plane) < least_neighbours) continue;
+    common.push_back(radii[k]);
+    area += radii[k] * radii[k];
+  }
+  // The median by area: the many small regions inside tags weigh less than the dots.
+  std::sort(common.begin(), common.end());
+  double below = 0;
+  for (const double radius : common) {
+    below += radius * radius;
+    if (below >= area / 2) return radius;
+  }
+  return std::nullopt;
+}
+
+/// Radius of the dots that stand in the largest piece of the print's lattice, looked for at all
+/// sizes; needs no tag. Nothing when no piece has nine dots.
+std::optional<double> lattice_radius_px(const GreyImage& image, const NoiseModel& noise,
+                                        const PrintPlane& plane) {
+  std::size_t most = least_dots - 1;
+  std::optional<double> best;
+  for (const DotSizes& sizes : all_sizes) {
+    const std::vector<Blob> blobs =
+        find_blobs(image, noise, sizes, plane.classes.has_value()).blobs;
+    const auto pieces = grow_pieces(plane, dots_of(blobs), std::vector<char>(blobs.size(), 0));
+    if (pieces.empty() || pieces.front().size() <= most) continue;
+    most = pieces.front().size();
+    std::vector<double> radii;
+    for (const auto& [place, dot] : pieces.front()) radii.push_back(semi_major_px(blobs[dot]));
+    best = median(std::move(radii));
+  }
+  return best;
+}
 
 /// Unforeshortened radius of a dot in this frame: the direction a tag is not tilted in keeps its
 /// length, so the larger singular value of its map is the scale.
@@ -69,8 +157,7 @@ bool inside_tag(const Eigen::Vector2d& px, const TagDetection& tag) {
   for (int k = 0; k < 4; ++k) {
     const Eigen::Vector2d a = tag.corners_px.col(k);
     const Eigen::Vector2d b = tag.corners_px.col((k + 1) % 4);
-    const Eigen::Vector2d along = b - a, to = px - a;
-    if (along.x() * to.y() - along.y() * to.x() < 0) return false;
+    if (cross(b - a, px - a) < 0) return false;
   }
   return true;
 }
@@ -86,20 +173,6 @@ std::vector<DotFit> fit_all(const GreyImage& image, const Blobs& found, const No
     fits.push_back(fit_dot(image, found.map, noise, blob, blur, light_centre_fraction, with_ring));
   }
   return fits;
-}
-
-struct Axes {
-  Eigen::Vector2d semi_px;  // major, minor
-  double angle_rad = 0;
-};
-
-Axes axes_of(const Eigen::Matrix2d& shape) {
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> eigen(shape);
-  const Eigen::Vector2d major = eigen.eigenvectors().col(1);
-  Axes axes;
-  axes.semi_px = eigen.eigenvalues().cwiseMax(0).cwiseSqrt().reverse();
-  axes.angle_rad = std::atan(major.x() == 0 ? 1e300 : major.y() / major.x());
-  return axes;
 }
 
 double largest_sigma(const Eigen::Matrix2d& covariance) {
@@ -160,7 +233,7 @@ struct Found {
 
 void drop_other_sizes(std::vector<Blob>& blobs, const DotSizes& sizes) {
   std::erase_if(blobs, [&](const Blob& blob) {
-    const double major = axes_of(blob.shape_px2).semi_px.x();
+    const double major = semi_major_px(blob);
     return major < sizes.smallest_px || major > sizes.largest_px;
   });
 }
@@ -170,12 +243,11 @@ std::optional<Found> find_by_dots(const GreyImage& image, const NoiseModel& nois
                                   const PrintPlane& plane, const TagFinder& finder) {
   if (!tags_sit_between_dots(plane)) return std::nullopt;
   Found found;
-  found.blobs = find_blobs(image, noise, usual_sizes(), plane.classes.has_value());
+  found.blobs = find_blobs(image, noise, all_sizes.front(), plane.classes.has_value());
   const std::optional<double> radius_px = common_radius_px(found.blobs.blobs, plane);
   if (!radius_px) return std::nullopt;
   drop_other_sizes(found.blobs.blobs, DotSizes::around(*radius_px));
-  found.tags = read_tags_between_dots(image, plane, finder.code(), dots_of(found.blobs.blobs),
-                                      noise.sigma(128));
+  found.tags = finder.read_between_dots(image, plane, dots_of(found.blobs.blobs), noise.sigma(128));
   if (found.tags.empty()) return std::nullopt;
   return found;
 }

@@ -3,13 +3,15 @@
 
 #include <filesystem>
 
+#include "core/error.hpp"
+#include "core/fields/records.hpp"
 #include "core/files/files.hpp"
 #include "core/program/command.hpp"
 #include "core/program/program.hpp"
 #include "core/program/progress.hpp"
 #include "core/program/run_record.hpp"
-#include "synth/ending.hpp"
-#include "synth/program_options.hpp"
+#include "core/program/shell_word.hpp"
+#include "core/units.hpp"
 #include "synth/synth.hpp"
 
 namespace fs = std::filesystem;
@@ -18,13 +20,96 @@ using namespace drape::synth;
 
 namespace {
 
-int predict_rig(const ProgramOptions& options, const Rig& rig, const CommonOptions& common) {
+using units::mm;
+
+struct SynthArguments {
+  fs::path rig, out, calibration, cameras;
+  bool predict = false;
+  SynthOptions synth;
+  PredictOptions prediction;
+};
+
+void fields(Fields& f, SynthArguments& a) {
+  f(Field{"rig", "rig folder or its rig.toml"}.called("RIG"), a.rig);
+  f.otherwise({"out", "folder of the recording to write"}, a.out);
+  f.otherwise({"predict", "no pictures: what accuracy will these cameras give?"}, a.predict);
+  f.otherwise({"cameras", "planned cameras (TOML): focal length, position"}, a.cameras);
+  f.otherwise({"calibration", "or cameras that are already calibrated"}, a.calibration);
+  fields(f, a.prediction);
+  fields(f, a.synth);
+  f.rule(a.predict == a.out.empty(), "out", "neither or both of --out and --predict are given",
+         "give --out RECORDING for pictures, or --predict for the accuracy");
+  f.rule(a.cameras.empty() != a.calibration.empty(), "cameras",
+         "neither or both of --cameras and --calibration are given",
+         "give --cameras PLAN.toml for a bench to be built, or --calibration FILE");
+}
+
+/// The cameras that were given, in the rig's order.
+std::vector<Camera> cameras_for(const SynthArguments& o, const Rig& rig) {
+  if (!o.cameras.empty()) return read_planned_cameras(o.cameras, rig);
+  const Calibration calibration = read_calibration(o.calibration);
+  if (calibration.no_go)
+    throw bad_input("the calibration is NO-GO: " + *calibration.no_go,
+                    {.file = o.calibration.string(), .field = "no_go"},
+                    "calibrate again, or plan the cameras in a file for --cameras");
+  return cameras_of(calibration, rig);
+}
+
+Ending ending_of(const SynthReport& report, const Rig& rig, const std::filesystem::path& out) {
+  Ending ending;
+  ending.verdict =
+      fmt::format("{} pictures of {} cameras written", report.pictures, rig.cameras.size());
+  ending.numbers = {
+      {"marks with known truth", fmt::format("{}", report.marks)},
+      {"of them seen whole", fmt::format("{} times by a camera", report.whole_views)}};
+  for (const std::string& set : report.not_over_objects)
+    ending.warnings.push_back(
+        fmt::format("{}: folds that rest on none of its scene's objects or pins, so drape run "
+                    "calls them NO-GO; "
+                    "--sheet {}=SHEET.json takes a drape, as drape simulate makes it",
+                    set, shell_word(set)));
+  ending.next_command =
+      fmt::format("drape run {} --recording {} --out DIR",
+                  shell_word(rig.file.parent_path().string()), shell_word(out.string()));
+  return ending;
+}
+
+Ending ending_of(const Prediction& prediction, const PredictOptions& options) {
+  Ending ending;
+  ending.go = prediction.go;
+  ending.verdict = fmt::format(
+      "{:.1f} % of the marks that two cameras see, on slopes up to 45 degrees, reach {:g} mm in "
+      "space; {:.0f} % is asked",
+      100 * prediction.reached_fraction, options.asked_sigma_m / mm, 100 * options.asked_fraction);
+  for (const PredictedSlope& slope : prediction.slopes) {
+    const std::string name = fmt::format("slope {:g} degrees", slope.slope_deg);
+    const double seen = 100.0 * slope.seen_by_two / slope.marks;
+    if (slope.seen_by_two == 0) {
+      ending.numbers.emplace_back(name, "seen by no two cameras");
+      continue;
+    }
+    ending.numbers.emplace_back(
+        name, fmt::format("seen by two cameras {:.0f} %; in space {:.4f} mm (median), {:.4f} mm "
+                          "(95 % below), height {:.4f} mm; centre {:.4f} px",
+                          seen, slope.median_m / mm, slope.p95_m / mm, slope.median_height_m / mm,
+                          slope.median_px));
+  }
+  ending.rejected.push_back(fmt::format(
+      "not in these figures: the calibration's part and dots on bends; {:.0f} % of the marks on "
+      "slopes up to 45 degrees are seen by fewer than two cameras",
+      100 * (1 - prediction.seen_fraction)));
+  ending.next_command = prediction.go ? "the same cameras with --out RECORDING give pictures to try"
+                                      : "bring the cameras nearer, apart, or take longer lenses";
+  return ending;
+}
+
+int predict_rig(const SynthArguments& options, const Rig& rig, const CommonOptions& common) {
   const auto prediction =
       predict(cameras_for(options, rig), read_print(rig.print_file), options.prediction);
   return finish(ending_of(prediction, options.prediction), common);
 }
 
-int write_rig(const ProgramOptions& options, const Rig& rig, const CommonOptions& common,
+int write_rig(const SynthArguments& options, const Rig& rig, const CommonOptions& common,
               RunRecord& record) {
   Progress progress("synth", common.quiet);
   const auto report = write_synthetic_recording(
@@ -35,11 +120,7 @@ int write_rig(const ProgramOptions& options, const Rig& rig, const CommonOptions
   for (const auto& [set, file] : options.synth.sheets) record.input(file);
   for (const char* file : {"recording.json", "truth.json", "true_calibration.json"})
     record.output(options.out / file);
-  record.option("seed", fmt::format("{}", options.synth.render.seed));
-  record.option("blur_px", fmt::format("{}", options.synth.render.blur_px));
-  record.option("noise_grey", fmt::format("{}", options.synth.render.noise_grey));
-  record.option("slope_deg", fmt::format("{}", options.synth.folds_slope_deg));
-  record.option("wavelength_mm", fmt::format("{}", options.synth.folds_wavelength_mm));
+  for (const auto& [name, text] : flat(value_of(options.synth))) record.option(name, text);
   return finish(ending_of(report, rig, options.out), common, record);
 }
 
@@ -54,11 +135,11 @@ int main(int argc, char** argv) {
       "  drape synth rigs/bench1 --cameras plan.toml --out recording",
       "drape-synth");
   CommonOptions common;
-  ProgramOptions options;
+  SynthArguments options;
   add_common_options(app, common);
-  add_options(app, options);
+  app.add_record(options);
   return run_program(app, argc, argv, common, [&] {
-    resolve(options);
+    options.prediction.render = options.synth.render;
     options.synth.render.threads = thread_count(common);
     if (fs::is_directory(options.rig)) options.rig /= "rig.toml";
     RunRecord record(

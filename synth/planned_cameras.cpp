@@ -1,10 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <fmt/format.h>
-
 #include <Eigen/Geometry>
 
 #include "core/error.hpp"
-#include "core/files/toml_file.hpp"
 #include "core/units.hpp"
 #include "synth/synth.hpp"
 
@@ -13,11 +10,6 @@ namespace {
 
 using Eigen::Vector3d;
 using units::mm;
-
-Vector3d point_mm(const TomlTable& table, const std::string& key) {
-  const std::vector<double> p = table.numbers(key, 3);
-  return Vector3d(p[0], p[1], p[2]) * mm;
-}
 
 /// Upright camera: its x is level.
 CamFromWorld looking(const Vector3d& from, const Vector3d& at) {
@@ -31,21 +23,18 @@ CamFromWorld looking(const Vector3d& from, const Vector3d& at) {
   return pose;
 }
 
-Camera read_camera(const TomlTable& table, const Rig& rig) {
-  const RigCamera& known = rig.camera(table.text("name"));
-  const Vector3d from = point_mm(table, "position_mm");
-  const Vector3d at = table.has("look_at_mm") ? point_mm(table, "look_at_mm") : Vector3d::Zero();
-  if ((from - at).norm() < 1 * mm)
-    table.reject("position_mm", "the camera stands where it looks at", "give two places");
-  const double focal_m = table.positive("focal_mm") * mm;
+Camera camera_of(const PlannedCamera& plan, const Rig& rig) {
+  const RigCamera& known = rig.camera(plan.name);
   BrownLens lens;
-  lens.fx_px = focal_m / known.pixel_pitch_x_m;
-  lens.fy_px = focal_m / known.pixel_pitch_y_m;
+  lens.fx_px = plan.focal_m / known.pixel_pitch_x_m;
+  lens.fy_px = plan.focal_m / known.pixel_pitch_y_m;
   lens.cx_px = (known.width_px - 1) / 2.0;
   lens.cy_px = (known.height_px - 1) / 2.0;
-  lens.k1 = table.number_or("k1", 0);
-  lens.k2 = table.number_or("k2", 0);
-  return {known.name, {lens, known.width_px, known.height_px}, looking(from, at)};
+  lens.k1 = plan.k1;
+  lens.k2 = plan.k2;
+  return {known.name,
+          {lens, known.width_px, known.height_px},
+          looking(plan.position_m, plan.look_at_m)};
 }
 
 std::vector<Camera> in_order_of(const Rig& rig, const std::vector<Camera>& cameras,
@@ -65,11 +54,26 @@ std::vector<Camera> in_order_of(const Rig& rig, const std::vector<Camera>& camer
 
 }  // namespace
 
+void fields(Fields& f, PlannedCamera& camera) {
+  f(Field{"name", "name of the rig's camera"}.plain_name(), camera.name);
+  f({"focal_mm", "focal length", mm, above_zero}, camera.focal_m);
+  f({"position_mm", "place in the world", mm}, camera.position_m);
+  f.otherwise({"look_at_mm", "point of the world in the middle of the picture", mm},
+              camera.look_at_m);
+  f.otherwise({"k1", "radial distortion"}, camera.k1);
+  f.otherwise({"k2", "radial distortion"}, camera.k2);
+  f.rule((camera.position_m - camera.look_at_m).norm() >= 1 * mm, "position_mm",
+         "the camera stands where it looks at", "give two places");
+}
+
+void fields(Fields& f, CamerasPlan& plan) {
+  f({"camera", "one for each camera of the rig"}, plan.cameras);
+}
+
 std::vector<Camera> read_planned_cameras(const std::filesystem::path& file, const Rig& rig) {
-  const TomlTable root = TomlTable::open(file, "cameras-plan");
   std::vector<Camera> cameras;
-  for (const TomlTable& table : root.tables("camera")) cameras.push_back(read_camera(table, rig));
-  root.finish();
+  for (const PlannedCamera& plan : read_record<CamerasPlan>(file).cameras)
+    cameras.push_back(camera_of(plan, rig));
   return in_order_of(rig, cameras, file.string());
 }
 

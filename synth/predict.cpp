@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "synth/predict.hpp"
 
-#include <fmt/format.h>
-
 #include <Eigen/Cholesky>
 #include <Eigen/Geometry>
 #include <Eigen/LU>
@@ -10,7 +8,6 @@
 #include <cmath>
 #include <numbers>
 
-#include "core/error.hpp"
 #include "core/statistics/sample.hpp"
 #include "core/units.hpp"
 
@@ -109,17 +106,11 @@ PredictedSlope slope_of(const std::vector<Camera>& cameras, const Print& print, 
 
 }  // namespace
 
-void PredictOptions::check() const {
-  render.check();
-  if (!(asked_sigma_m > 0))
-    throw usage_error(fmt::format("the asked accuracy is {:g} mm", asked_sigma_m / units::mm),
-                      "give --accuracy-mm above zero");
-  if (!(height_m >= 0))
-    throw usage_error(fmt::format("the drape's height is {:g} mm", height_m / units::mm),
-                      "give --height-mm of zero or more");
-  if (!(most_facing_deg > 0 && most_facing_deg < 90))
-    throw usage_error(fmt::format("the facing limit is {:g} degrees", most_facing_deg),
-                      "give 1 to 89");
+void fields(Fields& f, PredictOptions& o) {
+  f.otherwise({"accuracy_mm", "asked standard deviation of a mark in space", units::mm, above_zero},
+              o.asked_sigma_m);
+  f.otherwise({"height_mm", "height of the drape's volume above the origin", units::mm, 0},
+              o.height_m);
 }
 
 std::optional<Matrix2d> centre_bound_px2(const Camera& camera, const Vector3d& in_world,
@@ -154,7 +145,6 @@ std::optional<Matrix2d> centre_bound_px2(const Camera& camera, const Vector3d& i
 
 Prediction predict(const std::vector<Camera>& cameras, const Print& print,
                    const PredictOptions& options) {
-  options.check();
   Prediction result;
   Counts counts, gentle;
   for (const double slope_deg : {0.0, 30.0, 45.0, 60.0}) {

@@ -12,15 +12,15 @@
 namespace drape::synth {
 
 struct PredictOptions {
-  double height_m = 0.1;         ///< of the drape volume, above the world's origin
+  double height_m = 0.1;         ///< height of the drape volume above the world's origin
   double floor_px = 0.02;        ///< error of a centre beyond its noise, as in drape triangulate
   double most_facing_deg = 60;   ///< a dot seen more askew is not counted as seen
   double asked_sigma_m = 5e-5;   ///< in space, root sum of the three variances
-  double asked_fraction = 0.95;  ///< of the marks that must reach it
+  double asked_fraction = 0.95;  ///< fraction of the marks that must reach it
   RenderOptions render;          ///< light, blur and noise of the pictures
-
-  void check() const;
 };
+/// Without those of `render`.
+void fields(Fields& f, PredictOptions& options);
 
 /// Marks of one slope over the volume.
 struct PredictedSlope {
@@ -29,14 +29,15 @@ struct PredictedSlope {
   int seen_by_two = 0;             ///< cameras or more
   double median_m = 0, p95_m = 0;  ///< standard deviation in space of those
   double median_height_m = 0;      ///< and of their height alone
-  double median_px = 0;            ///< of a centre in a picture, without the floor
+  double median_px = 0;            ///< median of a centre in a picture, without the floor
 };
 
 struct Prediction {
   std::vector<PredictedSlope> slopes;  ///< 0, 30, 45, 60 degrees, turned to eight sides
-  double reached_fraction = 0;  ///< of all marks that two cameras see: within the asked accuracy
-  double seen_fraction = 0;     ///< of all marks: seen by two cameras or more
-  bool go = false;              ///< both fractions reach what was asked for slopes up to 45 degrees
+  double reached_fraction =
+      0;                     ///< part of the marks that two cameras see within the asked accuracy
+  double seen_fraction = 0;  ///< part of all marks that two cameras or more see
+  bool go = false;           ///< both fractions reach what was asked for slopes up to 45 degrees
 };
 
 /// Smallest covariance (px^2) that any unbiased estimate of a dot's centre can have: Cramer-Rao
@@ -48,7 +49,7 @@ struct Prediction {
                                                               double radius_m,
                                                               const RenderOptions& render);
 
-/// What accuracy these cameras can give over the volume in which the print is draped: the noise of
+/// Accuracy that these cameras can give over the volume in which the print is draped: the noise of
 /// the marks alone, without that of the calibration and of bent dots.
 [[nodiscard]] Prediction predict(const std::vector<Camera>& cameras, const Print& print,
                                  const PredictOptions& options);

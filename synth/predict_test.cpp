@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "synth/predict.hpp"
+#include "synth/synth.hpp"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <numbers>
 
-#include "core/error.hpp"
+#include "core/fields/records.hpp"
 #include "core/units.hpp"
 #include "synth/test_cameras.hpp"
 #include "tests/support/paths.hpp"
@@ -68,9 +68,32 @@ TEST(Predict, CamerasThatSeeNothingTogetherAreNoGo) {
       predict(cameras, read_print(source_root() / "rigs/bench1/print.toml"), PredictOptions{});
   EXPECT_FALSE(found.go);
   EXPECT_EQ(found.slopes[0].seen_by_two, 0);
-  PredictOptions wrong;
-  wrong.asked_sigma_m = 0;
-  EXPECT_THROW((void)predict(cameras, {}, wrong), Error);
+}
+
+TEST(SynthOptions, ValuesOutOfRangeAreRefusedByName) {
+  for (const auto& [name, value] : {std::pair("accuracy_mm", 0.0),
+                                    {"height_mm", -1.0},
+                                    {"white_grey", 0.0},
+                                    {"white_grey", 300.0},
+                                    {"ink_ratio", 1.0},
+                                    {"blur_px", -1.0},
+                                    {"noise_grey", -1.0},
+                                    {"weave_percent", -1.0},
+                                    {"slope_deg", 85.0},
+                                    {"wavelength_mm", 1.0}}) {
+    Value given(Value::Table{});
+    given[name] = value;
+    PredictOptions prediction;
+    SynthOptions options;
+    const auto faults = faults_of_reading(Document(Syntax::options, given), [&](Fields& f) {
+      fields(f, prediction);
+      fields(f, options);
+    });
+    ASSERT_EQ(faults.size(), 1U) << name;
+    EXPECT_NE(std::string(faults.front().what()).find(shown_path(Syntax::options, name)),
+              std::string::npos)
+        << name;
+  }
 }
 
 }  // namespace

@@ -3,7 +3,6 @@
 
 #include "core/error.hpp"
 #include "core/files/files.hpp"
-#include "core/files/json_file.hpp"
 #include "core/units.hpp"
 #include "synth/synth.hpp"
 #include "synth/test_cameras.hpp"
@@ -35,17 +34,17 @@ TEST(SyntheticRecording, IsReadAsAnyOtherAndSaysTheTruth) {
     for (const RecordedFrame& frame : set.frames)
       EXPECT_FALSE(read_frame(recording, set, frame).empty());
   }
-  const JsonNode truth = JsonNode::open(folder.path() / "r/truth.json", "truth", 1);
-  const auto sets = truth.items("sets");
-  ASSERT_EQ(sets.size(), 2U);
-  EXPECT_EQ(sets[0].text("shows"), "target");
-  const auto mark = sets[0].items("marks").front();
-  EXPECT_LT((mark.vector3("xyz_mm") - Eigen::Vector3d(-110, -80, 30)).norm(), 1e-9);
-  const auto seen = mark.items("views")[1];
+  const Truth truth = read_record<Truth>(folder.path() / "r/truth.json");
+  ASSERT_EQ(truth.sets.size(), 2U);
+  EXPECT_EQ(truth.sets[0].shows, Surface::target);
+  const TrueMark& mark = truth.sets[0].marks.front();
+  EXPECT_LT((mark.point_in_world - Eigen::Vector3d(-110, -80, 30) * mm).norm(), 1e-12);
+  const TrueMarkView& seen = mark.views[1];
   const auto image = project(
       cameras[1].model, cameras[1].cam_from_world * Eigen::Vector3d(-110 * mm, -80 * mm, 30 * mm));
-  EXPECT_LT((seen.vector2("px") - image->px).norm(), 1e-9);
-  EXPECT_EQ(seen.number("visible_share"), 1);
+  EXPECT_EQ(seen.camera, "cam1");
+  EXPECT_LT((*seen.px - image->px).norm(), 1e-9);
+  EXPECT_EQ(seen.visible_fraction, 1);
   const Calibration calibration = read_calibration(folder.path() / "r/true_calibration.json");
   EXPECT_EQ(calibration.cameras.size(), 3U);
   EXPECT_THROW((void)write_synthetic_recording(bench_rig(), cameras, folder.path() / "r", options),

@@ -2,31 +2,93 @@
 #include "synth/synth.hpp"
 
 #include <fmt/format.h>
-
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <memory>
 #include <numbers>
+#include <opencv2/core.hpp>
+#include <opencv2/imgcodecs.hpp>
 
 #include "core/error.hpp"
 #include "core/files/files.hpp"
+#include "core/files/inside.hpp"
 #include "core/scene.hpp"
 #include "core/units.hpp"
-#include "synth/plates.hpp"
 #include "synth/random.hpp"
-#include "synth/recording_files.hpp"
 
 namespace drape::synth {
+
 namespace {
 
 using Eigen::Vector3d;
 using units::deg;
 using units::mm;
 
+/// Throws Error(bad_input) where neither a box nor a sphere in its hole can carry the plate.
+WorldFromTarget pose_of(const Scene& scene, const ObjectTags& tags) {
+  const auto index = static_cast<std::size_t>(tags.object - 1);
+  const Obstacle& object = scene.obstacles[index];
+  constexpr double kSheet_mm = 0.1;  // as `drape object` takes it where nothing is stated
+  WorldFromTarget pose;
+  if (const auto* box = std::get_if<Box>(&object)) {
+    pose.rotation = box->world_from_box.rotation;
+    const double above_m = 0.5 * box->size_m.z() + tags.thickness_mm.value_or(kSheet_mm) * mm;
+    pose.translation_m = box->world_from_box * Vector3d(0, 0, above_m);
+    return pose;
+  }
+  const auto* ball = std::get_if<Sphere>(&object);
+  const double hole_m = 0.5 * tags.hole_mm.value_or(0) * mm;
+  if (ball == nullptr || hole_m <= 0 || hole_m >= ball->radius_m)
+    throw bad_input("a plate lies on a box, or carries a sphere in its hole",
+                    scene.document.where(fmt::format("object.{}.tags_set", index)),
+                    "give a sphere's tags_hole_mm, smaller than its diameter");
+  pose.translation_m = ball->centre_in_world;
+  pose.translation_m.z() -= std::sqrt(ball->radius_m * ball->radius_m - hole_m * hole_m);
+  return pose;
+}
+
+/// Writes <folder>/<set>/<camera>.png.
+RecordedFrame write_picture(const std::filesystem::path& folder, const std::string& set,
+                            const std::string& camera, const GreyPicture& picture) {
+  const cv::Mat image(picture.height_px, picture.width_px, CV_8U,
+                      const_cast<std::uint8_t*>(picture.bytes.data()));
+  std::vector<unsigned char> png;
+  if (!cv::imencode(".png", image, png))
+    throw internal_error("the picture could not be encoded", {.camera = camera, .set = set});
+  const std::string file = fmt::format("{}/{}.png", set, camera);
+  write_inside(folder, file, {reinterpret_cast<const char*>(png.data()), png.size()},
+               {.camera = camera, .set = set});
+  return {camera, file, sha256_of(png), picture.width_px, picture.height_px, std::nullopt};
+}
+
+/// Writes the cameras as a calibration without error.
+void write_true_calibration(const std::filesystem::path& file, const Rig& rig,
+                            const std::vector<Camera>& cameras) {
+  Calibration calibration;
+  calibration.method = "joint";
+  calibration.rig = rig.name;
+  for (const Camera& camera : cameras) {
+    CalibratedCamera exact;
+    exact.camera = camera;
+    exact.valid_region_px = {0, 0, camera.model.width_px - 1.0, camera.model.height_px - 1.0};
+    const Eigen::Vector3d at(10 * mm, 20 * mm, 0);
+    const auto image = project(camera.model, camera.cam_from_world * at);
+    if (!image) {
+      throw bad_input("the camera does not look at the world's origin", {.camera = camera.name},
+                      "correct its position and look_at_mm");
+    }
+    exact.worked_point = {at, image->px};
+    calibration.cameras.push_back(exact);
+  }
+  calibration.warnings.emplace_back("these are the cameras of a synthetic recording, not measured");
+  write_calibration(file, calibration);
+}
+
 /// One frame set to be rendered.
 struct Job {
-  std::string set, shows;
+  std::string set;
+  Surface shows;
   SyntheticScene scene;
   std::vector<MarkOnFace> marks;
 };
@@ -49,35 +111,33 @@ constexpr double under_sheet_m = 1.5 * mm;
 
 Job target_job(const std::string& set, const Target& target, const WorldFromTarget& pose) {
   return {set,
-          "target",
-          {surface_of(target, pose), pattern_of(target), table_triangles(-80 * mm)},
+          Surface::target,
+          {surface_of(target, pose), FacePattern(face_of(target)), table_triangles(-80 * mm)},
           marks_of(target)};
 }
 
 /// The object with its plate and without cloth; a sphere is put into its stand afterwards.
-Job plate_job(const Plate& plate, Scene scene) {
+Job plate_job(const ObjectTags& tags, const WorldFromTarget& pose, Scene scene) {
   std::erase_if(scene.obstacles,
                 [](const Obstacle& o) { return std::holds_alternative<Sphere>(o); });
-  const Target target = read_target(plate.target);
-  return {plate.set,
-          "target",
-          {surface_of(target, plate.pose), pattern_of(target),
+  const Target target = read_target(tags.target);
+  return {tags.set,
+          Surface::target,
+          {surface_of(target, pose), FacePattern(face_of(target)),
            triangles_of(drawn_in(scene, under_sheet_m))},
           marks_of(target)};
 }
 
 Job cloth_job(const Scene& scene, const Print& print, const SynthOptions& options,
               std::uint64_t index) {
-  Job job{scene.set, "cloth", {{}, pattern_of(print), {}}, marks_of(print)};
+  Job job{scene.set, Surface::cloth, {{}, FacePattern(face_of(print)), {}}, marks_of(print)};
   const auto sheet = options.sheets.find(scene.set);
   if (sheet != options.sheets.end()) {
     job.scene.surface = surface_of(read_sheet(sheet->second));
     job.scene.scenery = triangles_of(drawn_in(scene, under_sheet_m));
     return job;
   }
-  Folds folds;
-  folds.slope_rad = options.folds_slope_deg * deg;
-  folds.wavelength_m = options.folds_wavelength_mm * mm;
+  Folds folds = options.folds;
   const auto any = [&](std::uint64_t k) {
     return uniform(options.render.seed + 29, 8 * index + k);
   };
@@ -95,7 +155,7 @@ bool is_asked(const SynthOptions& options, const std::string& set) {
          std::find(options.sets.begin(), options.sets.end(), set) != options.sets.end();
 }
 
-/// What to render, built only when its turn comes.
+/// Makes a set to render when its turn comes.
 using MakeJob = std::function<Job()>;
 struct Named {
   std::string set;
@@ -124,8 +184,10 @@ std::vector<Named> jobs_of(const Rig& rig, const SynthOptions& options) {
     if (scene.set.empty()) continue;
     add_job(scene.set,
             [=, &options] { return cloth_job(scene, read_print(scene.print_file), options, own); });
-    for (const Plate& plate : plates_of(scene))
-      add_job(plate.set, [=] { return plate_job(plate, scene); });
+    for (const ObjectTags& tags : scene.tags) {
+      const WorldFromTarget on_object = pose_of(scene, tags);
+      add_job(tags.set, [=] { return plate_job(tags, on_object, scene); });
+    }
   }
   return jobs;
 }
@@ -145,18 +207,45 @@ void require_known(const std::vector<Named>& jobs, const SynthOptions& options) 
 
 }  // namespace
 
-void SynthOptions::check() const {
-  render.check();
-  Folds folds;
-  folds.slope_rad = folds_slope_deg * deg;
-  folds.wavelength_m = folds_wavelength_mm * mm;
-  folds.check();
+void fields(Fields& f, SynthOptions& o) {
+  f.if_any(Field{"sets", "frame sets a,b,c (default: all the rig names)"}.plain_name(), o.sets);
+  std::vector<std::string> sheets;
+  f.if_any(
+      Field{"sheet", "SET=sheet.json: shape of the cloth in a set (default: folds)"}.per_flag(),
+      sheets);
+  for (const std::string& sheet : sheets) {
+    const std::size_t equals = sheet.find('=');
+    const bool names_set = equals != std::string::npos && equals > 0;
+    f.limit(names_set, "sheet", fmt::format("`{}` names no frame set", sheet),
+            "give --sheet SET=sheet.json");
+    if (names_set) o.sheets[sheet.substr(0, equals)] = sheet.substr(equals + 1);
+  }
+  fields(f, o.folds);
+  fields(f, o.render);
+}
+
+void fields(Fields& f, SetTruth& set) {
+  f(Field{"set", "name of the frame set"}.plain_name(), set.set);
+  f({"shows", "printed surface in the pictures"}, set.shows);
+  f({"marks", "marks by row and column"}, set.marks);
+}
+
+void fields(Fields& f, Truth& truth) {
+  f({"rig", "name of the rig"}, truth.rig);
+  f({"sets", "frame sets in the order of the recording"}, truth.sets);
+}
+
+std::vector<DescribedFormat> synth_formats() {
+  const TrueMarkView view{"cam0", Eigen::Vector2d(800, 600), Eigen::Vector2d(800.1, 600), 0.5, 1};
+  const TrueMark mark{{0, 1}, Vector3d(0.01, 0.02, 0), Vector3d::UnitZ(), {view}};
+  return {described(CamerasPlan{
+              {{"cam0", Vector3d(0.4, 0, 0.6), Vector3d(0, 0, 0.04), 0.01, -0.1, 0.01}}}),
+          described(Truth{"bench1", {{"drape_A", Surface::cloth, {mark}}}})};
 }
 
 SynthReport write_synthetic_recording(const Rig& rig, const std::vector<Camera>& cameras,
                                       const std::filesystem::path& folder,
                                       const SynthOptions& options, const SynthProgress& progress) {
-  options.check();
   if (std::filesystem::exists(folder / "recording.json")) {
     throw bad_input("the folder already holds a recording", {.file = folder.string()},
                     "give a new folder");
@@ -168,7 +257,7 @@ SynthReport write_synthetic_recording(const Rig& rig, const std::vector<Camera>&
   for (const Camera& camera : cameras) rays.emplace_back(camera.model);
   SynthReport report;
   Recording recording{folder, "synth", std::nullopt, {}};
-  std::vector<SetTruth> truths;
+  Truth truth{rig.name, {}};
   std::uint64_t frame = 0;
   for (const Named& named : jobs) {
     const Job job = named.make();
@@ -185,15 +274,15 @@ SynthReport write_synthetic_recording(const Rig& rig, const std::vector<Camera>&
           write_picture(folder, job.set, cameras[k].name, picture));
       ++report.pictures;
     }
-    truths.push_back({job.set, job.shows, truth_of(job.scene, job.marks, views)});
+    truth.sets.push_back({job.set, job.shows, truth_of(job.scene, job.marks, views)});
     report.marks += static_cast<int>(job.marks.size());
-    for (const TrueMark& mark : truths.back().marks) {
+    for (const TrueMark& mark : truth.sets.back().marks) {
       for (const TrueMarkView& view : mark.views) report.whole_views += view.is_whole() ? 1 : 0;
     }
     if (progress)
-      progress(static_cast<double>(truths.size()) / static_cast<double>(jobs.size()), job.set);
+      progress(static_cast<double>(truth.sets.size()) / static_cast<double>(jobs.size()), job.set);
   }
-  write_truth(folder / "truth.json", rig, cameras, truths);
+  write_record(folder / "truth.json", truth);
   write_true_calibration(folder / "true_calibration.json", rig, cameras);
   write_recording(recording);
   for (const auto& file : rig.scenes) {

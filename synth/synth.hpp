@@ -9,6 +9,8 @@
 #include <vector>
 
 #include "core/calibration.hpp"
+#include "core/detections.hpp"
+#include "core/fields/records.hpp"
 #include "core/recording.hpp"
 #include "core/rig.hpp"
 #include "synth/predict.hpp"
@@ -22,22 +24,41 @@ struct SynthOptions {
   std::vector<std::string> sets;  ///< empty: all that the rig names
   /// Cloth of a frame set; the others are folded.
   std::map<std::string, std::filesystem::path> sheets;
-  double folds_slope_deg = 30;
-  double folds_wavelength_mm = 100;
+  Folds folds;  ///< of slope and wavelength; place and phase are drawn
   RenderOptions render;
-
-  void check() const;  ///< throws Error(usage)
 };
+void fields(Fields& f, SynthOptions& options);
+
+/// Cameras that are only planned (cameras-plan.toml).
+struct PlannedCamera {
+  std::string name;
+  Eigen::Vector3d position_m = Eigen::Vector3d::Zero();
+  Eigen::Vector3d look_at_m = Eigen::Vector3d::Zero();
+  double focal_m = 0;
+  double k1 = 0, k2 = 0;
+};
+void fields(Fields& f, PlannedCamera& camera);
+struct CamerasPlan {
+  std::vector<PlannedCamera> cameras;
+};
+void fields(Fields& f, CamerasPlan& plan);
 
 struct SetTruth {
   std::string set;
-  std::string shows;  ///< "cloth" or "target"
+  Surface shows = Surface::cloth;
   std::vector<TrueMark> marks;
 };
+void fields(Fields& f, SetTruth& set);
+/// The truth of a recording (truth.json).
+struct Truth {
+  std::string rig;
+  std::vector<SetTruth> sets;
+};
+void fields(Fields& f, Truth& truth);
 
 struct SynthReport {
   int pictures = 0;
-  int whole_views = 0;  ///< of marks, inside the picture and hidden by nothing
+  int whole_views = 0;  ///< views of marks inside the picture and hidden by nothing
   int marks = 0;        ///< over all sets
   std::vector<std::string> not_over_objects;  ///< sets in folds whose scenes have objects or pins
 };
@@ -55,12 +76,23 @@ SynthReport write_synthetic_recording(const Rig& rig, const std::vector<Camera>&
                                       const SynthOptions& options,
                                       const SynthProgress& progress = {});
 
-/// Cameras that are only planned (TOML, schema drapebench/cameras-plan/1): for each of the rig's
-/// cameras focal length, position and what it looks at. Throws Error(bad_input).
+/// The planned cameras of a file in the rig's order. Throws Error(bad_input).
 [[nodiscard]] std::vector<Camera> read_planned_cameras(const std::filesystem::path& file,
                                                        const Rig& rig);
+
+/// The formats of this stage, each with a good example.
+[[nodiscard]] std::vector<DescribedFormat> synth_formats();
 
 /// The cameras of a calibration in the rig's order.
 [[nodiscard]] std::vector<Camera> cameras_of(const Calibration& calibration, const Rig& rig);
 
 }  // namespace drape::synth
+
+namespace drape {
+template <>
+inline constexpr Format format_of<synth::CamerasPlan>{"cameras-plan", Syntax::toml, 1,
+                                                      "cameras that are planned"};
+template <>
+inline constexpr Format format_of<synth::Truth>{"truth", Syntax::json, 1,
+                                                "places of all marks of a synthetic recording"};
+}  // namespace drape

@@ -8,6 +8,8 @@
 #include <numbers>
 
 #include "core/error.hpp"
+#include "core/geometry/vectors.hpp"
+#include "core/units.hpp"
 
 namespace drape::synth {
 namespace {
@@ -63,6 +65,25 @@ std::vector<MarkOnFace> all_marks(const Sheet& sheet) {
 
 }  // namespace
 
+void fields(Fields& f, TrueMarkView& view) {
+  f(Field{"camera", "name of the camera"}.plain_name(), view.camera);
+  f({"px", "image of the mark's centre; null: not in front of the camera"}, view.px);
+  f({"centroid_px", "centroid of the mark's area in the image"}, view.centroid_px);
+  f({"facing_deg", "angle between the printed side's normal and the ray to the camera", units::deg,
+     0, 180},
+    view.facing_rad);
+  f({"visible_share", "part of the mark in the picture and hidden by nothing", 1, 0, 1},
+    view.visible_fraction);
+}
+
+void fields(Fields& f, TrueMark& mark) {
+  f({"row", "row of the mark", 1, 0}, mark.mark.row);
+  f({"col", "column of the mark", 1, 0}, mark.mark.col);
+  f({"xyz_mm", "place in the world", units::mm}, mark.point_in_world);
+  f({"normal_in_world", "direction out of the printed side"}, mark.normal_in_world);
+  f({"views", "the mark in each camera's picture"}, mark.views);
+}
+
 std::vector<MarkOnFace> marks_of(const Print& print) {
   return all_marks(print);
 }
@@ -88,7 +109,7 @@ std::optional<Vector2d> disc_centroid_px(const GridSurface& surface, const Camer
     const auto next = corner(k);
     if (!last || !next) return std::nullopt;
     const Vector2d a = *last - *middle, b = *next - *middle;
-    const double wedge = a.x() * b.y() - a.y() * b.x();
+    const double wedge = cross(a, b);
     twice += wedge;
     moment += wedge * (a + b) / 3;
     last = next;
@@ -112,6 +133,7 @@ std::vector<TrueMark> truth_of(const SyntheticScene& scene, const std::vector<Ma
     for (const SceneView* view : views) {
       TrueMarkView seen;
       const Camera& camera = view->camera();
+      seen.camera = camera.name;
       seen.px = image_of(scene.surface, camera, mark.centre);
       seen.centroid_px = mark.radius_m > 0
                              ? disc_centroid_px(scene.surface, camera, mark.centre, mark.radius_m)

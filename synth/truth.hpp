@@ -3,6 +3,7 @@
 
 #include <Eigen/Core>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "core/marks.hpp"
@@ -11,12 +12,13 @@
 
 namespace drape::synth {
 
-/// What is exactly so of one mark in one camera's picture.
+/// Truth of one mark in one camera's picture.
 struct TrueMarkView {
+  std::string camera;
   std::optional<Eigen::Vector2d> px;           ///< image of the centre; absent: not in front
-  std::optional<Eigen::Vector2d> centroid_px;  ///< of the dot's whole area in the image
+  std::optional<Eigen::Vector2d> centroid_px;  ///< centroid of the dot's whole area in the image
   double facing_rad = 0;        ///< between the printed side's normal and the ray to the camera
-  double visible_fraction = 0;  ///< of the dot's area: inside the picture and hidden by nothing
+  double visible_fraction = 0;  ///< part of the dot inside the picture and hidden by nothing
   [[nodiscard]] bool is_whole() const { return visible_fraction == 1; }
 };
 
@@ -26,6 +28,9 @@ struct TrueMark {
   Eigen::Vector3d normal_in_world;
   std::vector<TrueMarkView> views;  ///< by camera
 };
+
+void fields(Fields& f, TrueMarkView& view);
+void fields(Fields& f, TrueMark& mark);
 
 /// The marks' centres on the face with the dots' radius (0: corners, seen or not as points).
 struct MarkOnFace {

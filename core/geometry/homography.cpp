@@ -54,4 +54,23 @@ std::optional<Matrix3d> homography(const std::vector<Vector2d>& from,
   return result / result.norm();
 }
 
+std::optional<Matrix3d> square_homography(const std::array<Vector2d, 4>& c) {
+  Eigen::Matrix2d sides;
+  sides << c[1] - c[2], c[3] - c[2];
+  if (std::abs(sides.determinant()) < 1e-9) return std::nullopt;
+  const Vector2d gh = sides.inverse() * (c[0] - c[1] + c[2] - c[3]);
+  Matrix3d map;
+  map << c[1] - c[0] + gh.x() * c[1], c[3] - c[0] + gh.y() * c[3], c[0], gh.transpose(), 1;
+  return map;
+}
+
+Vector2d mapped(const Matrix3d& map, const Vector2d& point) {
+  return (map * point.homogeneous()).hnormalized();
+}
+
+Eigen::Matrix2d derivative_at(const Matrix3d& map, const Vector2d& point) {
+  const Vector3d seen = map * point.homogeneous();
+  return (map.topLeftCorner<2, 2>() - seen.hnormalized() * map.row(2).head<2>()) / seen.z();
+}
+
 }  // namespace drape

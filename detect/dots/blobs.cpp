@@ -10,7 +10,7 @@
 #include <opencv2/imgproc.hpp>
 #include <utility>
 
-#include "detect/dots/regions.hpp"
+#include "detect/dots/dark_map.hpp"
 
 namespace drape::detect {
 namespace {
@@ -172,12 +172,10 @@ bool dot_like(const Blob& blob, double area, const DotSizes& sizes) {
 
 Blobs find_blobs(const GreyImage& image, const NoiseModel& noise, const DotSizes& sizes,
                  bool light_centres) {
-  const cv::Mat picture(image.height_px, image.width_px, CV_8U,
-                        const_cast<std::uint8_t*>(image.bytes.data()));
   // Wide enough for the largest dot: a square inside a circle has 1.41 radii.
   const int side_px = static_cast<int>(std::ceil(1.5 * sizes.largest_px)) + 2;
   Blobs result;
-  const std::vector<Region> regions = dark_regions(picture, noise, side_px, result.map);
+  const std::vector<Region> regions = dark_regions(view_of(image), noise, side_px, result.map);
   for (std::size_t k = 0; k < regions.size(); ++k) {
     if (!plausible_size(regions[k], sizes)) continue;
     Blob blob;

@@ -5,31 +5,23 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/geometry/homography.hpp"
+
 namespace drape::detect {
 
 std::optional<LocalMap> map_at_centre(const std::array<Eigen::Vector2d, 4>& print_m,
                                       const Eigen::Matrix<double, 2, 4>& corners_px,
                                       const Eigen::Vector2d& centre_m) {
-  // Scaled print coordinates keep the 8x8 system well conditioned.
-  const double scale_m = (print_m[0] - centre_m).norm();
-  Eigen::Matrix<double, 8, 8> a = Eigen::Matrix<double, 8, 8>::Zero();
-  Eigen::Matrix<double, 8, 1> b;
+  std::vector<Eigen::Vector2d> from, to;
   for (int k = 0; k < 4; ++k) {
-    const Eigen::Vector2d q = (print_m[k] - centre_m) / scale_m;
-    const Eigen::Vector2d p = corners_px.col(k);
-    a.row(2 * k) << q.x(), q.y(), 1, 0, 0, 0, -p.x() * q.x(), -p.x() * q.y();
-    a.row(2 * k + 1) << 0, 0, 0, q.x(), q.y(), 1, -p.y() * q.x(), -p.y() * q.y();
-    b.segment<2>(2 * k) = p;
+    from.push_back(print_m[k]);
+    to.emplace_back(corners_px.col(k));
   }
-  const Eigen::FullPivLU<Eigen::Matrix<double, 8, 8>> solver(a);
-  if (!solver.isInvertible()) return std::nullopt;
-  const Eigen::Matrix<double, 8, 1> h = solver.solve(b);
-  LocalMap map;
-  map.centre_px = {h(2), h(5)};
-  map.px_per_m << h(0) - h(2) * h(6), h(1) - h(2) * h(7), h(3) - h(5) * h(6), h(4) - h(5) * h(7);
-  map.px_per_m /= scale_m;
-  if (!map.px_per_m.allFinite()) return std::nullopt;
-  return map;
+  const auto map = homography(from, to);
+  if (!map) return std::nullopt;
+  const LocalMap here{mapped(*map, centre_m), derivative_at(*map, centre_m)};
+  if (!here.centre_px.allFinite() || !here.px_per_m.allFinite()) return std::nullopt;
+  return here;
 }
 
 Eigen::Matrix2d symmetric_root(const Eigen::Matrix2d& square) {
@@ -54,12 +46,10 @@ Eigen::Matrix2d turned_root(const Eigen::Matrix2d& root_px_per_m,
   return root_px_per_m * (rotation / length) * mirror;
 }
 
-namespace {
-
-/// Miss in units of one step in any direction of the print, plus two pixels so that grazing views
-/// stay finite.
-double in_steps(const Eigen::Vector2d& miss, const LocalMap& from, const LocalMap& to,
-                const Eigen::Vector2d& step_m) {
+double step_error(const LocalMap& from, const LocalMap& to, const Eigen::Vector2d& step_m) {
+  const Eigen::Vector2d predicted = 0.5 * (from.px_per_m + to.px_per_m) * step_m;
+  const Eigen::Vector2d miss = to.centre_px - from.centre_px - predicted;
+  // One step in any direction of the print, plus two pixels so that grazing views stay finite.
   const Eigen::Matrix2d unit =
       0.5 * step_m.squaredNorm() *
           (from.px_per_m * from.px_per_m.transpose() + to.px_per_m * to.px_per_m.transpose()) +
@@ -67,11 +57,86 @@ double in_steps(const Eigen::Vector2d& miss, const LocalMap& from, const LocalMa
   return std::sqrt(miss.dot(unit.inverse() * miss));
 }
 
+DotCells::DotCells(const std::vector<UnlabelledDot>& dots) : dots_(dots), cells_(1) {
+  if (dots.empty()) return;
+  Eigen::Array2d last_px = first_px_ = dots.front().centre_px;
+  for (const UnlabelledDot& dot : dots) {
+    first_px_ = first_px_.min(dot.centre_px.array());
+    last_px = last_px.max(dot.centre_px.array());
+  }
+  const Eigen::Array2d extent_px = last_px - first_px_ + 1;
+  side_px_ = std::max(1.0, std::sqrt(extent_px.prod() / static_cast<double>(dots.size())));
+  size_ = (extent_px / side_px_).cast<int>() + 1;
+  cells_.resize(static_cast<std::size_t>(size_.prod()));
+  for (std::size_t k = 0; k < dots.size(); ++k) {
+    const Eigen::Array2i cell = cell_of(dots[k].centre_px);
+    cells_[static_cast<std::size_t>(cell.y()) * size_.x() + cell.x()].push_back(k);
+  }
+}
+
+Eigen::Array2i DotCells::cell_of(const Eigen::Array2d& px) const {
+  return ((px - first_px_) / side_px_).floor().max(0).min((size_ - 1).cast<double>()).cast<int>();
+}
+
+std::vector<std::size_t> DotCells::within(const Eigen::Vector2d& px, double reach_px) const {
+  std::vector<std::size_t> found;
+  const Eigen::Array2i from = cell_of(px.array() - reach_px), to = cell_of(px.array() + reach_px);
+  for (int y = from.y(); y <= to.y(); ++y) {
+    for (int x = from.x(); x <= to.x(); ++x) {
+      for (const std::size_t k : cells_[static_cast<std::size_t>(y) * size_.x() + x]) {
+        ++looked_at_;
+        if ((dots_[k].centre_px - px).squaredNorm() <= reach_px * reach_px) found.push_back(k);
+      }
+    }
+  }
+  std::sort(found.begin(), found.end());
+  return found;
+}
+
+namespace {
+
+constexpr double clear_lead = 0.55;  // best miss over second best
+constexpr double rival_error = most_step_error / clear_lead;
+
 }  // namespace
 
-double step_error(const LocalMap& from, const LocalMap& to, const Eigen::Vector2d& step_m) {
-  const Eigen::Vector2d predicted = 0.5 * (from.px_per_m + to.px_per_m) * step_m;
-  return in_steps(to.centre_px - from.centre_px - predicted, from, to, step_m);
+bool BestStep::is_clear() const {
+  return error <= most_step_error && error <= clear_lead * second;
+}
+
+DotSteps::DotSteps(const std::vector<UnlabelledDot>& dots, double dot_radius_m)
+    : dots_(dots), cells_(dots) {
+  for (const UnlabelledDot& dot : dots) {
+    roots_.emplace_back(symmetric_root(dot.shape_px2) / dot_radius_m);
+    sizes_.push_back(roots_.back().norm());
+    largest_ = std::max(largest_, sizes_.back());
+  }
+}
+
+BestStep DotSteps::best(const LocalMap& from, const Eigen::Vector2d& step_m,
+                        const std::vector<char>& taken) const {
+  BestStep best;
+  const double step = step_m.norm(), size = from.px_per_m.norm();
+  // A dot so far away that it can be neither the best nor a rival needs no closer look: the miss is
+  // at least the distance less both halves of the step.
+  const auto reach = [&](double other) {
+    return 0.5 * step * (size + other) +
+           rival_error * std::sqrt(0.5 * step * step * (size * size + other * other) + 4);
+  };
+  for (const std::size_t k : cells_.within(from.centre_px, reach(largest_))) {
+    if (taken[k] != 0 || (dots_[k].centre_px - from.centre_px).norm() > reach(sizes_[k])) continue;
+    const LocalMap to = map_at(k, from);
+    const double error = step_error(from, to, step_m);
+    if (error < best.error) {
+      best.second = best.error;
+      best.error = error;
+      best.dot = k;
+      best.to = to;
+    } else if (error < best.second) {
+      best.second = error;
+    }
+  }
+  return best;
 }
 
 }  // namespace drape::detect

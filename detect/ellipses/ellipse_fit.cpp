@@ -11,11 +11,11 @@
 #include <vector>
 
 #include "detect/ellipses/blurred_ellipse.hpp"
-#include "detect/ellipses/centre_solution.hpp"
 #include "detect/ellipses/patch.hpp"
 #include "detect/ellipses/pixel_columns.hpp"
 
 namespace drape::detect {
+
 namespace {
 
 using Model = BlurredEllipse;
@@ -31,18 +31,15 @@ constexpr double clean_chi2 = 2.5;       // fits up to here need no second look 
 constexpr int stranger_rounds = 4;
 constexpr double most_covered_for_blur = 0.1;
 
-void add_prior(Normal& normal, double blur_px, const BlurGuess& guess) {
-  const double weight = 1 / (guess.sigma_px * guess.sigma_px);
-  const double residual = guess.mean_px - blur_px;
-  normal.hessian(Model::blur, Model::blur) += weight;
-  normal.gradient(Model::blur) += weight * residual;
-  normal.chi2 += weight * residual * residual;
-}
-
+/// Sums over the pixels, with what is known of the blur beforehand.
 Normal linearise(const PixelColumns& pixels, const NoiseModel& noise, const Model& model,
                  const BlurGuess& guess) {
   Normal normal = pixels.sum(model, noise);
-  add_prior(normal, model.parameters()(Model::blur), guess);
+  const double weight = 1 / (guess.sigma_px * guess.sigma_px);
+  const double residual = guess.mean_px - model.parameters()(Model::blur);
+  normal.hessian(Model::blur, Model::blur) += weight;
+  normal.gradient(Model::blur) += weight * residual;
+  normal.chi2 += weight * residual * residual;
   return normal;
 }
 
@@ -92,6 +89,40 @@ bool iterate(const Patch& patch, const PixelColumns& pixels, const NoiseModel& n
   return false;
 }
 
+/// The centre's part of the solution of normal equations.
+struct CentreSolution {
+  Eigen::Vector2d step;        ///< change of the centre
+  Eigen::Matrix2d covariance;  ///< the centre's block of the inverse
+};
+
+/// Solves `hessian` x = `gradient` for the centre alone: Cholesky's factor with the centre last
+/// gives both without the other parameters. Nothing when the matrix is not positive definite.
+std::optional<CentreSolution> solve_for_centre(const Matrix& hessian, const Vector& gradient) {
+  constexpr int n = Model::size;
+  static_assert(n == 10 && Model::cx == 4 && Model::cy == 5);
+  constexpr std::array<int, n> order = {0, 1, 2, 3, 6, 7, 8, 9, Model::cx, Model::cy};
+  // Columns of the lower triangle; row n is the right side, which is eliminated with the others.
+  std::array<std::array<double, n + 1>, n> column;
+  for (int k = 0; k < n; ++k) {
+    for (int row = k; row < n; ++row) column[k][row] = hessian(order[row], order[k]);
+    column[k][n] = gradient(order[k]);
+  }
+  for (int k = 0; k < n; ++k) {
+    if (!(column[k][k] > 0)) return std::nullopt;
+    const double per_root = 1 / std::sqrt(column[k][k]);
+    for (int row = k; row <= n; ++row) column[k][row] *= per_root;
+    for (int next = k + 1; next < n; ++next) {
+      const double factor = column[k][next];
+      for (int row = next; row <= n; ++row) column[next][row] -= factor * column[k][row];
+    }
+  }
+  Eigen::Matrix2d root = Eigen::Matrix2d::Zero();
+  root << column[n - 2][n - 2], 0, column[n - 2][n - 1], column[n - 1][n - 1];
+  const Eigen::Matrix2d undo = root.inverse();
+  return CentreSolution{undo.transpose() * Eigen::Vector2d(column[n - 2][n], column[n - 1][n]),
+                        undo.transpose() * undo};
+}
+
 /// Shift of the centre when the pixels of one eighth of the dot are left out. White noise makes
 /// its covariance C_rest - C_all, so a hidden part or a shadow's edge stands out.
 void check_sectors(const PixelColumns& pixels, const NoiseModel& noise, const Model& model,
@@ -135,8 +166,7 @@ std::optional<double> centre_fraction(const GreyImage& image, const Patch& patch
       const int u = patch.origin.x() + x, v = patch.origin.y() + y;
       if (u < 0 || v < 0 || u >= image.width_px || v >= image.height_px) continue;
       const double radius = model.radius(x, y);
-      const double light = p(Model::light) + p(Model::light_x) * x + p(Model::light_y) * y;
-      const double fraction = 1 - (1 - image.level(u, v) / light) / p(Model::print);
+      const double fraction = 1 - (1 - image.level(u, v) / model.light_at(x, y)) / p(Model::print);
       if (radius < most) {
         most = radius;
         nearest = fraction;

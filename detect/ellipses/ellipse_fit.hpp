@@ -26,7 +26,6 @@ struct DotFit {
   Eigen::Matrix2d shape_px2 = Eigen::Matrix2d::Identity();
   Eigen::Matrix2d covariance_px2 = Eigen::Matrix2d::Identity();  ///< for white noise of the frame
   double contrast = 0;                                           ///< k b, grey levels
-  double bright = 0;                                             ///< b at the centre
   double blur_px = 0;                                            ///< s
   double chi2_per_dof = 0;
   double misfit = 0;        ///< rms of the residuals, in contrasts

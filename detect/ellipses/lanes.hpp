@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <array>
 #include <cstring>
 
 // Compiled twice, for processors with 256-bit vectors and for all others; which is taken turns out
@@ -33,30 +32,5 @@ inline __attribute__((always_inline)) float lane_sum(const float* a, const float
   }
   return total(sum);
 }
-
-/// The same as a function of its own, compiled for both kinds of processors.
-[[nodiscard]] float lane_dot(const float* a, const float* b, int count);
-
-/// A grid of pixels, row after row in one plane.
-struct GridRows {
-  int stride = 0;  ///< from one row to the next
-  int count = 0;   ///< values that are written; a multiple of `lanes`
-};
-
-/// Sums over each pixel's neighbours whose squared distance is 0, 1, 2, 4, 5, 8, 9, 10, 13 and 18,
-/// times `used` there. The planes must reach three rows and three pixels beyond `count`.
-void neighbour_sums(const float* plane, const float* used, const GridRows& grid,
-                    const std::array<float*, 10>& sums);
-
-/// Four planes of one grid, and the lanes (their first values' places) where one of them is not 0.
-struct FourPlanes {
-  std::array<const float*, 4> planes;
-  const int* places = nullptr;
-  int count = 0;
-};
-
-/// For each plane the sum of products of its values with those `offset` further on, in the order of
-/// the places.
-void offset_products(const FourPlanes& of, int offset, std::array<float, 4>& sums);
 
 }  // namespace drape::detect

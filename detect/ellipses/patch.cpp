@@ -3,11 +3,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <utility>
 
-#include "detect/ellipses/row_distances.hpp"
+#include "core/statistics/sample.hpp"
+#include "detect/ellipses/lanes.hpp"
 
 namespace drape::detect {
+
 namespace {
 
 constexpr double ring_px = 4.0;         // how far outside the outline pixels are used
@@ -16,6 +17,41 @@ constexpr int foreign_margin_px = 2;    // blur carries a neighbour's darkness t
 constexpr double centre_margin = 0.25;  // around a light centre, in radii of the dot
 constexpr double dark_ring_fraction = 0.7;
 constexpr double saturated_level = 254.5;
+
+/// Signed distances of a row of pixels from an outline (to first order, Sampson 1982), and the
+/// pixels in the coordinates in which the outline is the unit circle.
+struct Row {
+  std::vector<double> d, vx, vy;
+  explicit Row(int count) : d(count), vx(count), vy(count) {}
+
+  /// Eighth of the dot that a pixel lies in.
+  [[nodiscard]] int sector(int k) const {
+    return (vx[k] < 0 ? 1 : 0) + (vy[k] < 0 ? 2 : 0) + (std::abs(vx[k]) > std::abs(vy[k]) ? 4 : 0);
+  }
+};
+
+/// Fills the row of the pixels (first_x, y), (first_x + 1, y) and so on.
+DRAPE_WIDE_VECTORS void fill(const BlurredEllipse& model, int first_x, int y, Row& row) {
+  using Model = BlurredEllipse;
+  const Model::Vector& p = model.parameters();
+  const double cx = p(Model::cx), m11 = p(Model::m11), m12 = p(Model::m12), m22 = p(Model::m22);
+  const double uy = y - p(Model::cy), deepest = model.deepest();
+  double* const __restrict d = row.d.data();
+  double* const __restrict to_vx = row.vx.data();
+  double* const __restrict to_vy = row.vy.data();
+  const int count = static_cast<int>(row.d.size());
+  for (int k = 0; k < count; ++k) {
+    const double ux = static_cast<double>(first_x + k) - cx;
+    const double vx = m11 * ux + m12 * uy, vy = m12 * ux + m22 * uy;
+    const double wx = m11 * vx + m12 * vy, wy = m12 * vx + m22 * vy;
+    const double norm = std::max(std::sqrt(wx * wx + wy * wy), 1e-9);
+    const double rho = std::sqrt(vx * vx + vy * vy);
+    const double out = (rho - 1) * rho / norm;
+    d[k] = rho < Model::shallowest ? deepest : out;
+    to_vx[k] = vx;
+    to_vy[k] = vy;
+  }
+}
 
 /// Marks the pixels of the patch that other dark regions touch.
 std::vector<char> foreign_pixels(const DarkMap& map, const Blob& blob, const Patch& patch) {
@@ -37,12 +73,6 @@ std::vector<char> foreign_pixels(const DarkMap& map, const Blob& blob, const Pat
   return foreign;
 }
 
-double& nth(std::vector<double>& values, std::size_t n) {
-  const auto place = values.begin() + static_cast<std::ptrdiff_t>(n);
-  std::nth_element(values.begin(), place, values.end());
-  return *place;
-}
-
 }  // namespace
 
 Patch cut_patch(const GreyImage& image, const DarkMap& map, const Blob& blob,
@@ -56,12 +86,12 @@ Patch cut_patch(const GreyImage& image, const DarkMap& map, const Blob& blob,
   int edge = 0, hidden = 0;
   std::size_t index = 0;
   const int width = 2 * patch.reach_x + 1;
-  RowDistances row(width);
+  Row row(width);
   for (int y = -patch.reach_y; y <= patch.reach_y; ++y) {
-    row.fill(start, -patch.reach_x, y);
+    fill(start, -patch.reach_x, y, row);
     for (int k = 0; k < width; ++k, ++index) {
       const int x = k - patch.reach_x;
-      const double d = row.distance(k);
+      const double d = row.d[k];
       if (d > ring_px) continue;
       if (light_centre_fraction > 0 && d < -edge_px &&
           start.radius(x, y) < light_centre_fraction + centre_margin) {
@@ -92,7 +122,7 @@ bool set_dark_ring_aside(Patch& patch) {
     levels.push_back(pixel.level);
   }
   if (levels.empty()) return false;
-  const double limit = dark_ring_fraction * nth(levels, levels.size() * 3 / 4);
+  const double limit = dark_ring_fraction * order_statistic(levels, levels.size() * 3 / 4);
   bool any = false;
   for (PatchPixel* pixel : ring) {
     if (pixel->level >= limit) continue;

@@ -186,13 +186,6 @@ DRAPE_WIDE_VECTORS void influence_of(const PixelBlock& block, int count,
   }
 }
 
-Normal& Normal::operator+=(const Normal& other) {
-  hessian += other.hessian;
-  gradient += other.gradient;
-  chi2 += other.chi2;
-  return *this;
-}
-
 PixelColumns::PixelColumns(const Patch& patch) {
   for (const PatchPixel& pixel : patch.pixels) ++count_[pixel.sector];
   for (int k = 0; k < 8; ++k) {

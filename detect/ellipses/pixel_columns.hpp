@@ -16,8 +16,6 @@ struct Normal {
   BlurredEllipse::Matrix hessian = BlurredEllipse::Matrix::Zero();  ///< both triangles
   BlurredEllipse::Vector gradient = BlurredEllipse::Vector::Zero();
   double chi2 = 0;
-
-  Normal& operator+=(const Normal& other);
 };
 
 /// The model at up to `size` pixels: level, derivative by each parameter, and noise.
@@ -41,7 +39,7 @@ struct Influence {
 void influence_of(const PixelBlock& block, int count,
                   const Eigen::Matrix<float, 2, BlurredEllipse::size>& rows, Influence& influence);
 
-/// What a look for strangers changed.
+/// Changes by a look for strangers.
 struct Strangers {
   double lost_edge = 0;  ///< fraction of the outline's weight that is lost
   bool changed = false;  ///< some pixel's trust is another than before

@@ -9,7 +9,75 @@
 #include "core/statistics/sample.hpp"
 
 namespace drape::detect {
+
 namespace {
+
+/// Sum of a[i] * b[i], always in the same order; `count` is a multiple of `lanes`.
+DRAPE_WIDE_VECTORS float lane_dot(const float* a, const float* b, int count) {
+  return lane_sum(a, b, count);
+}
+
+/// A grid of pixels, row after row in one plane.
+struct GridRows {
+  int stride = 0;  ///< from one row to the next
+  int count = 0;   ///< values that are written; a multiple of `lanes`
+};
+
+/// Sums over each pixel's neighbours whose squared distance is 0, 1, 2, 4, 5, 8, 9, 10, 13 and 18,
+/// times `used` there. The planes must reach three rows and three pixels beyond `count`.
+DRAPE_WIDE_VECTORS void neighbour_sums(const float* plane, const float* used, const GridRows& grid,
+                                       const std::array<float*, 10>& sums) {
+  const int one = grid.stride, two = 2 * one, three = 3 * one;
+  const float* const __restrict here = used;
+  const float* const __restrict from = plane;
+  const std::array<float*, 10> to = sums;
+#pragma GCC ivdep
+  for (int i = 0; i < grid.count; ++i) {
+    const float* const p = from + i;
+    // Above and below by as many rows: the pixels there, and those one, two and three beside them.
+    const float up1 = p[-one] + p[one], up2 = p[-two] + p[two], up3 = p[-three] + p[three];
+    const float side1 = p[-1] + p[1], side2 = p[-2] + p[2], side3 = p[-3] + p[3];
+    const auto at = [&](int down, int right) __attribute__((always_inline)) {
+      const int y = down * one;
+      return (p[-y - right] + p[-y + right]) + (p[y - right] + p[y + right]);
+    };
+    to[0][i] = here[i] * p[0];
+    to[1][i] = here[i] * (side1 + up1);
+    to[2][i] = here[i] * at(1, 1);
+    to[3][i] = here[i] * (side2 + up2);
+    to[4][i] = here[i] * (at(1, 2) + at(2, 1));
+    to[5][i] = here[i] * at(2, 2);
+    to[6][i] = here[i] * (side3 + up3);
+    to[7][i] = here[i] * (at(1, 3) + at(3, 1));
+    to[8][i] = here[i] * (at(2, 3) + at(3, 2));
+    to[9][i] = here[i] * at(3, 3);
+  }
+}
+
+/// Four planes of one grid, and the lanes (their first values' places) where one of them is not 0.
+struct FourPlanes {
+  std::array<const float*, 4> planes;
+  const int* places = nullptr;
+  int count = 0;
+};
+
+/// Sums, per plane, the products of its values with those `offset` further on, in the order of the
+/// places.
+DRAPE_WIDE_VECTORS void offset_products(const FourPlanes& of, int offset,
+                                        std::array<float, 4>& sums) {
+  const FourPlanes all = of;
+  Lane sum[4] = {};
+  for (int n = 0; n < all.count; ++n) {
+    const int place = all.places[n];
+    for (int k = 0; k < 4; ++k) {
+      Lane u, v;
+      std::memcpy(&u, all.planes[k] + place, sizeof u);
+      std::memcpy(&v, all.planes[k] + place + offset, sizeof v);
+      sum[k] += u * v;
+    }
+  }
+  for (int k = 0; k < 4; ++k) sums[k] = total(sum[k]);
+}
 
 using Model = BlurredEllipse;
 using Plane = std::vector<float>;
@@ -26,8 +94,9 @@ constexpr double least_ring_pixels = 24;
 struct Grid {
   int stride = 0, first = 0, count = 0;
   Plane residual, used;
-  Plane u, v, light;                      ///< of the outline
-  std::array<Plane, light_planes> basis;  ///< of the ring: what the fit follows, orthonormal
+  Plane u, v, light;  ///< near the outline
+  std::array<Plane, light_planes>
+      basis;  ///< in the ring: directions that the fit follows, orthonormal
 
   explicit Grid(const Patch& patch) : stride(2 * (patch.reach_x + reach) + 1) {
     const int height = 2 * patch.reach_y + 1;

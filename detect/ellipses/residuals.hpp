@@ -13,7 +13,7 @@
 
 namespace drape::detect {
 
-/// What the bright ring around a dot says of the cloth's texture: residuals in units of the noise,
+/// Texture of the cloth in the bright ring around a dot: residuals in units of the noise,
 /// as sums over pairs of pixels by their distance.
 struct RingResiduals {
   static constexpr std::array<int, 10> distances = {0, 1, 2, 4, 5, 8, 9, 10, 13, 18};  ///< squared
@@ -31,11 +31,11 @@ struct RingResiduals {
 struct EdgeResiduals {
   static constexpr int classes = 19;  ///< pairs up to 3 pixels apart in both directions
   double chi2 = 0;  ///< weighted by what a pixel does to the centre; 1: pure noise
-  std::array<double, classes> product = {};  ///< of residuals in units of noise
+  std::array<double, classes> product = {};  ///< products of residuals in units of noise
   std::array<double, classes> pairs = {};
   std::array<double, classes> influence = {};  ///< products of the centre's sensitivities
   double light = 1;                   ///< texture there over that of the ring, as variances
-  std::optional<RingResiduals> ring;  ///< of the fits that were asked for it
+  std::optional<RingResiduals> ring;  ///< only in fits that were asked for it
 };
 
 /// A finished fit of a patch.
@@ -52,7 +52,7 @@ struct FittedPatch {
 /// Correlation of the noise in a frame, pooled over its fits: cloth texture and lens blur correlate
 /// neighbouring pixels.
 struct Correlation {
-  /// Of residuals near outlines by squared distance, as they are.
+  /// Correlation of residuals near outlines by squared distance.
   std::array<double, EdgeResiduals::classes> at = {};
   /// Texture beyond the frame's white noise, in its variances, from the rings.
   RingResiduals::Sums texture = RingResiduals::Sums::Zero();

@@ -1,12 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Pixels to labels on one core, beside OpenCV's findCirclesGrid and the AprilTag library's defaults
-// on the same frames: bench1's drapes (1600x1200 px, 121 dots, 50 tags).
-#include <apriltag/apriltag.h>
-#include <apriltag/tag36h11.h>
+// Pixels to labels on one core: bench1's drapes (1600x1200 px, 121 dots, 50 tags).
 #include <benchmark/benchmark.h>
 
-#include <opencv2/calib3d.hpp>
-#include <opencv2/core.hpp>
 #include <string>
 #include <vector>
 
@@ -48,9 +43,8 @@ const Bench& bench() {
 void pixels_to_labels(benchmark::State& state) {
   const GreyImage& image = bench().frames[state.range(0)];
   TagFinder finder(bench().plane.tag_family);
-  const FrameLimits limits = limits_of(DetectOptions{});
   std::size_t marks = 0;
-  for (auto _ : state) marks = detect_frame(image, bench().plane, finder, limits).detections.size();
+  for (auto _ : state) marks = detect_frame(image, bench().plane, finder, {}).detections.size();
   state.counters["marks"] = static_cast<double>(marks);
 }
 BENCHMARK(pixels_to_labels)->DenseRange(0, 8)->Unit(benchmark::kMillisecond);
@@ -66,38 +60,6 @@ void find_blobs_of_frame(benchmark::State& state) {
     benchmark::DoNotOptimize(find_blobs(bench().frames[0], noise, DotSizes::around(8.5)));
 }
 BENCHMARK(find_blobs_of_frame)->Unit(benchmark::kMillisecond);
-
-void apriltag_library_defaults(benchmark::State& state) {
-  const GreyImage& image = bench().frames[state.range(0)];
-  apriltag_family_t* const family = tag36h11_create();
-  apriltag_detector_t* const detector = apriltag_detector_create();
-  apriltag_detector_add_family(detector, family);
-  image_u8_t view = {image.width_px, image.height_px, image.width_px,
-                     const_cast<std::uint8_t*>(image.bytes.data())};
-  int tags = 0;
-  for (auto _ : state) {
-    zarray_t* const found = apriltag_detector_detect(detector, &view);
-    tags = zarray_size(found);
-    apriltag_detections_destroy(found);
-  }
-  apriltag_detector_destroy(detector);
-  tag36h11_destroy(family);
-  state.counters["tags"] = tags;
-}
-BENCHMARK(apriltag_library_defaults)->Arg(0)->Arg(6)->Unit(benchmark::kMillisecond);
-
-void opencv_find_circles_grid(benchmark::State& state) {
-  const GreyImage& image = bench().frames[state.range(0)];
-  const cv::Mat picture(image.height_px, image.width_px, CV_8U,
-                        const_cast<std::uint8_t*>(image.bytes.data()));
-  bool found = false;
-  for (auto _ : state) {
-    std::vector<cv::Point2f> centres;
-    found = cv::findCirclesGrid(picture, {11, 11}, centres);
-  }
-  state.counters["found"] = found ? 121 : 0;
-}
-BENCHMARK(opencv_find_circles_grid)->Arg(0)->Arg(6)->Unit(benchmark::kMillisecond);
 
 }  // namespace
 }  // namespace drape::test

@@ -2,20 +2,32 @@
 #include "detect/image/image.hpp"
 
 #include <fmt/core.h>
-
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
+#include <utility>
+#include <vector>
 
 #include "core/files/picture_head.hpp"
+#include "core/statistics/sample.hpp"
 
 namespace drape::detect {
+
 namespace {
 
 constexpr const char* record_again =
     "record or import this set again with images of the camera's full size, 8 or 16 bit";
+
+void require_size(std::int64_t width, std::int64_t height, int width_px, int height_px,
+                  const Where& where) {
+  if (width == width_px && height == height_px) return;
+  throw bad_input(fmt::format("the image is {}x{} px, the rig's camera has {}x{} px", width, height,
+                              width_px, height_px),
+                  where, record_again);
+}
 
 /// A PNG states its size in the first bytes: a wrong size is refused before any memory is
 /// allocated.
@@ -27,15 +39,7 @@ void check_png_size(std::span<const unsigned char> bytes, int width_px, int heig
     return (static_cast<std::uint32_t>(bytes[at]) << 24) | (bytes[at + 1] << 16) |
            (bytes[at + 2] << 8) | bytes[at + 3];
   };
-  const std::uint32_t width = big_endian(16);
-  const std::uint32_t height = big_endian(20);
-  if (width == static_cast<std::uint32_t>(width_px) &&
-      height == static_cast<std::uint32_t>(height_px)) {
-    return;
-  }
-  throw bad_input(fmt::format("the image is {}x{} px, the rig's camera has {}x{} px", width, height,
-                              width_px, height_px),
-                  where, record_again);
+  require_size(big_endian(16), big_endian(20), width_px, height_px, where);
 }
 
 cv::Mat decode(std::span<const unsigned char> bytes, const Where& where) {
@@ -80,11 +84,7 @@ GreyImage decode_image(std::span<const unsigned char> bytes, int width_px, int h
                        const Where& where) {
   check_png_size(bytes, width_px, height_px, where);
   const cv::Mat grey = to_grey(decode(bytes, where), where);
-  if (grey.cols != width_px || grey.rows != height_px) {
-    throw bad_input(fmt::format("the image is {}x{} px, the rig's camera has {}x{} px", grey.cols,
-                                grey.rows, width_px, height_px),
-                    where, record_again);
-  }
+  require_size(grey.cols, grey.rows, width_px, height_px, where);
   GreyImage image{width_px, height_px, {}, {}};
   image.bytes.resize(static_cast<std::size_t>(width_px) * height_px);
   cv::Mat narrow(height_px, width_px, CV_8U, image.bytes.data());
@@ -100,14 +100,89 @@ GreyImage decode_image(std::span<const unsigned char> bytes, int width_px, int h
   return image;
 }
 
+cv::Mat view_of(const GreyImage& image) {
+  return {image.height_px, image.width_px, CV_8U, const_cast<std::uint8_t*>(image.bytes.data())};
+}
+
+GreyImage mirrored(GreyImage image) {
+  const auto turn = [&](auto& levels) {
+    for (auto row = levels.begin(); row != levels.end(); row += image.width_px)
+      std::reverse(row, row + image.width_px);
+  };
+  turn(image.bytes);
+  turn(image.levels);
+  return image;
+}
+
 std::vector<unsigned char> half_scale_jpeg(const GreyImage& image) {
-  const cv::Mat full(image.height_px, image.width_px, CV_8U,
-                     const_cast<std::uint8_t*>(image.bytes.data()));
   cv::Mat half;
-  cv::resize(full, half, {}, 0.5, 0.5, cv::INTER_AREA);
+  cv::resize(view_of(image), half, {}, 0.5, 0.5, cv::INTER_AREA);
   std::vector<unsigned char> bytes;
   cv::imencode(".jpg", half, bytes, {cv::IMWRITE_JPEG_QUALITY, 85});
   return bytes;
+}
+
+namespace {
+
+constexpr int every_px = 14;  // even, so that samples begin at the same place of the mosaic
+constexpr float least_level = 40, most_level = 250;
+constexpr float most_change = 0.12F;  // from one 2x2 to the next where a picture is smooth
+constexpr std::size_t least_samples = 200;
+constexpr double least_difference = 0.03;
+
+using Quad = std::array<float, 4>;
+
+Quad quad_at(const GreyImage& image, int x, int y) {
+  return {image.level(x, y), image.level(x + 1, y), image.level(x, y + 1),
+          image.level(x + 1, y + 1)};
+}
+
+/// Level of each place over the mean of the four, median over smooth places.
+std::optional<std::array<double, 4>> fractions_of(const GreyImage& image) {
+  std::array<std::vector<float>, 4> fractions;
+  for (int y = 0; y + 3 < image.height_px; y += every_px) {
+    for (int x = 0; x + 3 < image.width_px; x += every_px) {
+      const Quad quad = quad_at(image, x, y), beside = quad_at(image, x + 2, y + 2);
+      const float mean = (quad[0] + quad[1] + quad[2] + quad[3]) / 4;
+      bool smooth = mean >= least_level;
+      for (int k = 0; k < 4; ++k) {
+        smooth =
+            smooth && quad[k] <= most_level && std::abs(quad[k] - beside[k]) <= most_change * mean;
+      }
+      if (!smooth) continue;
+      for (int k = 0; k < 4; ++k) fractions[k].push_back(quad[k] / mean);
+    }
+  }
+  if (fractions[0].size() < least_samples) return std::nullopt;
+  std::array<double, 4> medians = {};
+  for (int k = 0; k < 4; ++k) {
+    medians[k] = median(std::move(fractions[k]));
+  }
+  return medians;
+}
+
+double difference(const std::array<double, 4>& fractions) {
+  const auto [darkest, brightest] = std::minmax_element(fractions.begin(), fractions.end());
+  return *brightest - *darkest;
+}
+
+}  // namespace
+
+std::optional<GreyImage> without_mosaic(const GreyImage& image) {
+  const auto fractions = fractions_of(image);
+  if (!fractions || difference(*fractions) < least_difference) return std::nullopt;
+  const double brightest = *std::max_element(fractions->begin(), fractions->end());
+  GreyImage even = image;
+  even.levels.resize(image.bytes.size());
+  std::size_t at = 0;
+  for (int y = 0; y < image.height_px; ++y) {
+    for (int x = 0; x < image.width_px; ++x, ++at) {
+      const double gain = brightest / (*fractions)[static_cast<std::size_t>(y % 2) * 2 + x % 2];
+      even.levels[at] = static_cast<float>(gain * image.level(x, y));
+      even.bytes[at] = static_cast<std::uint8_t>(std::min(255L, std::lround(even.levels[at])));
+    }
+  }
+  return even;
 }
 
 }  // namespace drape::detect

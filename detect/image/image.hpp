@@ -2,11 +2,16 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
 
 #include "core/error.hpp"
+
+namespace cv {
+class Mat;
+}
 
 namespace drape::detect {
 
@@ -25,6 +30,12 @@ struct GreyImage {
   }
 };
 
+/// The picture's bytes without a copy, for OpenCV to read.
+[[nodiscard]] cv::Mat view_of(const GreyImage& image);
+
+/// The picture seen in a mirror: left and right exchanged.
+[[nodiscard]] GreyImage mirrored(GreyImage image);
+
 /// Decodes PNG, JPEG or TIFF bytes; colour becomes grey, 16-bit keeps its depth. Throws
 /// Error(bad_input) with `where` when the bytes are no picture, have another depth than 8 or 16
 /// bit, or a size other than `width_px` x `height_px`.
@@ -33,5 +44,11 @@ struct GreyImage {
 
 /// JPEG of the picture at half its size, for reports. The same picture gives the same bytes.
 [[nodiscard]] std::vector<unsigned char> half_scale_jpeg(const GreyImage& image);
+
+/// A colour sensor's raw mosaic read as grey: the four places of each 2x2 pixels see the same white
+/// cloth at different levels. Answers with the picture brought to the brightest place's level, each
+/// place by its own gain (median over smooth places of the picture); nothing for a picture whose
+/// four places agree within 3 %.
+[[nodiscard]] std::optional<GreyImage> without_mosaic(const GreyImage& image);
 
 }  // namespace drape::detect

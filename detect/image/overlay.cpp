@@ -97,39 +97,39 @@ void outline(cv::Mat& picture, const Detection& dot, const cv::Scalar& colour) {
 }  // namespace
 
 std::vector<unsigned char> overlay_png(const GreyImage& image, const FrameDetections& frame) {
-  const cv::Mat grey(image.height_px, image.width_px, CV_8U,
-                     const_cast<std::uint8_t*>(image.bytes.data()));
   cv::Mat picture;
-  cv::cvtColor(grey, picture, cv::COLOR_GRAY2BGR);
+  cv::cvtColor(view_of(image), picture, cv::COLOR_GRAY2BGR);
   for (const TagDetection& tag : frame.tags) {
     for (int k = 0; k < 4; ++k) {
       cv::line(picture, at(tag.corners_px.col(k)), at(tag.corners_px.col((k + 1) % 4)), tag_colour,
                2, cv::LINE_AA);
     }
   }
+  struct Drawn {
+    const Detection& dot;
+    std::string name;
+    const cv::Scalar& colour;
+  };
+  std::vector<Drawn> marks;
+  for (const Detection& dot : frame.detections)
+    marks.push_back({dot, name_of(dot.mark), mark_colour});
+  for (const IslandDot& dot : frame.islands)
+    marks.push_back(
+        {dot.dot, fmt::format("#{} {}", dot.island, name_of(dot.dot.mark)), island_colour});
   Captions captions(picture);
-  for (const Detection& dot : frame.detections) {
-    outline(picture, dot, mark_colour);
-    captions.keep_free(dot.centre_px, 0.7 * dot.semi_axes_px.x());
+  for (const Drawn& mark : marks) {
+    outline(picture, mark.dot, mark.colour);
+    captions.keep_free(mark.dot.centre_px, 0.7 * mark.dot.semi_axes_px.x());
   }
-  for (const IslandDot& dot : frame.islands) {
-    outline(picture, dot.dot, island_colour);
-    captions.keep_free(dot.dot.centre_px, 0.7 * dot.dot.semi_axes_px.x());
-  }
-  for (const Rejection& rejection : frame.rejections) {
-    if (!rejection.centre_px) continue;
+  std::vector<Rejection> seen = frame.rejections;
+  std::erase_if(seen, [](const Rejection& rejection) { return !rejection.centre_px; });
+  for (const Rejection& rejection : seen) {
     cv::drawMarker(picture, at(*rejection.centre_px), reject_colour, cv::MARKER_TILTED_CROSS, 12,
                    1);
     captions.keep_free(*rejection.centre_px, 5);
   }
-  for (const Detection& dot : frame.detections)
-    captions.write(dot.centre_px, name_of(dot.mark), mark_colour);
-  for (const IslandDot& dot : frame.islands) {
-    captions.write(dot.dot.centre_px, fmt::format("#{} {}", dot.island, name_of(dot.dot.mark)),
-                   island_colour);
-  }
-  for (const Rejection& rejection : frame.rejections) {
-    if (!rejection.centre_px) continue;
+  for (const Drawn& mark : marks) captions.write(mark.dot.centre_px, mark.name, mark.colour);
+  for (const Rejection& rejection : seen) {
     const std::string kind = rejection.reason.substr(0, rejection.reason.find(':'));
     captions.write(*rejection.centre_px,
                    rejection.mark ? name_of(*rejection.mark) + " " + kind : kind, reject_colour);

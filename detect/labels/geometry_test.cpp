@@ -5,8 +5,7 @@
 
 #include "core/rig.hpp"
 #include "detect/dots/local_map.hpp"
-#include "detect/dots/noise.hpp"
-#include "detect/labels/print_plane.hpp"
+#include "detect/labels/lattice.hpp"
 #include "tests/support/paths.hpp"
 
 namespace drape::test {
@@ -64,6 +63,42 @@ TEST(LocalMap, StepErrorIsZeroForConstantCurvatureAndOneForTheNextButOne) {
   };
   EXPECT_LT(step_error(map_at(0), map_at(0.02), {0.02, 0}), 1e-9);
   EXPECT_GT(step_error(map_at(0), map_at(0.04), {0.02, 0}), 0.4);
+}
+
+/// A square grid of dots of 3 px, 12 px apart, seen straight on at 3 px a millimetre.
+std::vector<UnlabelledDot> dot_grid(int per_side) {
+  std::vector<UnlabelledDot> dots;
+  for (int k = 0; k < per_side * per_side; ++k)
+    dots.push_back(
+        {12.0 * Eigen::Vector2d(k % per_side, k / per_side), 9 * Eigen::Matrix2d::Identity()});
+  return dots;
+}
+
+TEST(DotSteps, LookAtFewDotsHoweverManyThereAre) {
+  for (const int per_side : {10, 100}) {
+    const std::vector<UnlabelledDot> dots = dot_grid(per_side);
+    const DotSteps steps(dots, 1e-3);
+    const std::vector<char> taken(dots.size(), 0);
+    for (std::size_t k = 0; k < dots.size(); ++k) {
+      const BestStep right =
+          steps.best({dots[k].centre_px, 3000 * Eigen::Matrix2d::Identity()}, {4e-3, 0}, taken);
+      const bool is_last = k % per_side == static_cast<std::size_t>(per_side) - 1;
+      EXPECT_EQ(right.is_clear(), !is_last) << k;
+      EXPECT_TRUE(is_last || right.dot == k + 1) << k;
+    }
+    EXPECT_LT(steps.cells().looked_at(), 60 * dots.size()) << per_side;
+  }
+}
+
+TEST(Lattice, OfTenThousandDotsIsGrownWhole) {
+  PrintPlane plane;
+  plane.rows = plane.cols = 100;
+  plane.pitch_m = 4e-3;
+  plane.dot_radius_m = 1e-3;
+  const std::vector<UnlabelledDot> dots = dot_grid(100);
+  const auto pieces = grow_pieces(plane, dots, std::vector<char>(dots.size(), 0));
+  ASSERT_EQ(pieces.size(), 1U);
+  EXPECT_EQ(pieces.front().size(), dots.size());
 }
 
 TEST(PrintPlane, ClothAndTargetHaveOneFrameWithTheRightHandedness) {

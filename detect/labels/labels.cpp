@@ -6,11 +6,8 @@
 #include <array>
 #include <cmath>
 #include <map>
-#include <queue>
 #include <set>
-#include <tuple>
 
-#include "detect/dots/local_map.hpp"
 #include "detect/labels/lattice.hpp"
 
 namespace drape::detect {
@@ -32,22 +29,8 @@ constexpr double askew = 0.16;           // det / trace^2 of an ellipse whose ax
 
 constexpr std::array<MarkId, 4> corners = {{{-1, -1}, {-1, 0}, {0, -1}, {0, 0}}};
 
-/// A proposal that dot `dot` is mark `mark`.
-struct LabelProposal {
-  double error = 0;
-  MarkId mark;
-  std::size_t dot = 0;
-  Eigen::Matrix2d px_per_m;
-};
-
-struct LaterLabel {
-  bool operator()(const LabelProposal& a, const LabelProposal& b) const {
-    return std::tie(a.error, a.mark, a.dot) > std::tie(b.error, b.mark, b.dot);
-  }
-};
-
 struct CellVotes {
-  int cells = 0;  ///< that the print has around the mark
+  int cells = 0;  ///< cells that the print has around the mark
   int sum = 0;
 };
 
@@ -62,12 +45,12 @@ class Labeller {
         taken_(dots.size(), 0),
         certain_(dots.size(), 0) {}
 
-  /// What the tags say comes before any step from dot to dot: a cloth folded flat upon itself may
+  /// Takes what the tags say before any step from dot to dot: a cloth folded flat upon itself may
   /// show the column after the next where the next one would be. A dot that tags name differently
   /// gets no label.
   void seed(const std::vector<TagDetection>& tags) {
     std::vector<std::map<MarkId, int>> names(dots_.size());
-    std::vector<LabelProposal> proposals;
+    std::vector<DotProposal> proposals;
     for (const TagDetection& tag : tags) {
       const Eigen::Vector2d centre_m = plane_.tags.at(tag.id);
       const auto map = map_at_centre(plane_.tag_corners_m(tag.id), tag.corners_px, centre_m);
@@ -78,7 +61,7 @@ class Labeller {
         const BestStep best = steps_.best(*map, plane_.point_m(mark) - centre_m, taken_);
         if (!best.is_clear()) continue;
         ++names[best.dot][mark];
-        proposals.push_back({best.error, mark, best.dot, best.to.px_per_m});
+        proposals.push_back({best.error, mark, best.dot, best.to});
       }
     }
     for (std::size_t dot = 0; dot < dots_.size(); ++dot) {
@@ -89,7 +72,7 @@ class Labeller {
       }
       certain_[dot] = names[dot].size() == 1 && names[dot].begin()->second > 1;
     }
-    for (const LabelProposal& proposal : proposals) queue_.push(proposal);
+    for (const DotProposal& proposal : proposals) queue_.push(proposal);
     while (!queue_.empty()) (void)take_next();
   }
 
@@ -134,7 +117,7 @@ class Labeller {
   }
 
   std::optional<MarkId> take_next() {
-    const LabelProposal next = queue_.top();
+    const DotProposal next = queue_.top();
     queue_.pop();
     if (taken_[next.dot] != 0 || by_mark_.count(next.mark) != 0 || !credible(next)) {
       return std::nullopt;
@@ -142,41 +125,39 @@ class Labeller {
     labels_[next.dot].mark = next.mark;
     taken_[next.dot] = 1;
     by_mark_[next.mark] = next.dot;
-    maps_[next.mark] = {dots_[next.dot].centre_px, next.px_per_m};
+    maps_[next.mark] = next.map;
     return next.mark;
   }
 
   void lead_on(MarkId from) {
     for (const MarkId step : neighbours) {
-      const MarkId mark{from.row + step.row, from.col + step.col};
+      const MarkId mark = from + step;
       if (!plane_.contains(mark) || by_mark_.count(mark) != 0) continue;
       const LocalMap& here = maps_[from];
       const BestStep best = steps_.best(here, plane_.point_m(mark) - plane_.point_m(from), taken_);
       if (!best.is_clear() || may_be_seam(from, mark, here, best.to)) continue;
-      queue_.push({best.error, mark, best.dot, best.to.px_per_m});
+      queue_.push({best.error, mark, best.dot, best.to});
     }
   }
 
   /// The tolerance of a step grows with the support that the cells around the dot and other
   /// labelled neighbours give the label.
-  bool credible(const LabelProposal& proposal) const {
+  bool credible(const DotProposal& proposal) const {
     const auto& light = dots_[proposal.dot].light_centre;
     if (plane_.classes && light && *light != plane_.classes->is_light(proposal.mark)) return false;
     const CellVotes votes = cell_votes(proposal);
     const int sum = votes.sum + other_supporters(proposal) -
-                    static_cast<int>(contradictions(proposal.mark, {dots_[proposal.dot].centre_px,
-                                                                    proposal.px_per_m})
-                                         .size());
+                    static_cast<int>(contradictions(proposal.mark, proposal.map).size());
     if (sum < 0) return false;
     const double support = std::min(1.0, sum / std::max(2.0, static_cast<double>(votes.cells)));
-    return proposal.error <= blind_step_error + (most_step_error - blind_step_error) * support;
+    return proposal.error <= step_tolerance(support);
   }
 
   /// Labelled neighbours beyond the first from which the dot is one good step away.
-  int other_supporters(const LabelProposal& proposal) const {
+  int other_supporters(const DotProposal& proposal) const {
     int supporters = 0;
     for (const MarkId step : neighbours) {
-      const auto from = maps_.find({proposal.mark.row + step.row, proposal.mark.col + step.col});
+      const auto from = maps_.find(proposal.mark + step);
       if (from == maps_.end()) continue;
       const LocalMap to = steps_.map_at(proposal.dot, from->second);
       const Eigen::Vector2d step_m = plane_.point_m(proposal.mark) - plane_.point_m(from->first);
@@ -190,13 +171,15 @@ class Labeller {
   std::vector<MarkId> contradictions(MarkId mark, const LocalMap& here) const {
     const double reach = 1.5 * plane_.pitch_m * here.px_per_m.norm();
     std::vector<MarkId> found;
-    for (const auto& [other, map] : maps_) {
-      if ((map.centre_px - here.centre_px).squaredNorm() > reach * reach) continue;
+    for (const std::size_t dot : steps_.cells().within(here.centre_px, reach)) {
+      const std::optional<MarkId>& other = labels_[dot].mark;
+      if (!other) continue;
       for (const MarkId step : neighbours) {
-        const MarkId expected{mark.row + step.row, mark.col + step.col};
-        if (other == mark || other == expected) continue;
+        const MarkId expected = mark + step;
+        if (*other == mark || *other == expected) continue;
         const Eigen::Vector2d step_m = plane_.point_m(expected) - plane_.point_m(mark);
-        if (step_error(here, map, step_m) <= contradicting_error) found.push_back(other);
+        if (step_error(here, maps_.at(*other), step_m) <= contradicting_error)
+          found.push_back(*other);
       }
     }
     return found;
@@ -205,9 +188,8 @@ class Labeller {
   /// Takes labels back that stand alone; true when there were any.
   bool withdraw_at_rim() {
     std::vector<MarkId> alone;
-    for (const auto& [mark, dot] : by_mark_) {
+    for (const auto& [mark, dot] : by_mark_)
       if (stands_alone(mark, dot)) alone.push_back(mark);
-    }
     for (const MarkId mark : alone) {
       labels_[by_mark_.at(mark)] = {
           std::nullopt, "no label: at the rim of what is seen, and little around it speaks for it"};
@@ -227,12 +209,12 @@ class Labeller {
       return false;
     }
     for (const MarkId corner : corners) {
-      if (read_cells_.count({mark.row + corner.row, mark.col + corner.col}) != 0) return false;
+      if (read_cells_.count(mark + corner) != 0) return false;
     }
     int around = 0;
     double worst = 0;
     for (const MarkId step : neighbours) {
-      const auto from = maps_.find({mark.row + step.row, mark.col + step.col});
+      const auto from = maps_.find(mark + step);
       if (from == maps_.end()) continue;
       ++around;
       const Eigen::Vector2d step_m = plane_.point_m(mark) - plane_.point_m(from->first);
@@ -240,7 +222,7 @@ class Labeller {
     }
     if (around == static_cast<int>(neighbours.size())) return false;
     if (around < 2) return true;
-    const CellVotes votes = cell_votes({0, mark, dot, maps_.at(mark).px_per_m});
+    const CellVotes votes = cell_votes({0, mark, dot, maps_.at(mark)});
     if (votes.sum <= most_doubtful_votes) return true;
     const Eigen::Matrix2d& shape = dots_[dot].shape_px2;
     const bool is_askew = shape.determinant() < askew * shape.trace() * shape.trace();
@@ -251,11 +233,10 @@ class Labeller {
   static bool runs_along(const std::map<MarkId, std::vector<MarkId>>& seams, MarkId mark) {
     for (const MarkId other : seams.at(mark)) {
       for (const MarkId step : neighbours) {
-        const auto beside = seams.find({mark.row + step.row, mark.col + step.col});
+        const auto beside = seams.find(mark + step);
         if (beside == seams.end()) continue;
-        const MarkId expected{other.row + step.row, other.col + step.col};
         const auto& there = beside->second;
-        if (std::find(there.begin(), there.end(), expected) != there.end()) return true;
+        if (std::find(there.begin(), there.end(), other + step) != there.end()) return true;
       }
     }
     return false;
@@ -267,8 +248,7 @@ class Labeller {
     for (const std::size_t dot : disputed_) {
       const LocalMap there = steps_.map_at(dot, here);
       for (const MarkId step : neighbours) {
-        const Eigen::Vector2d step_m =
-            plane_.point_m({mark.row + step.row, mark.col + step.col}) - plane_.point_m(mark);
+        const Eigen::Vector2d step_m = plane_.point_m(mark + step) - plane_.point_m(mark);
         if (step_error(here, there, step_m) <= contradicting_error) return true;
       }
     }
@@ -284,28 +264,23 @@ class Labeller {
     if (least_px_per_m * plane_.tag_edge_m < least_readable_px) return false;
     const MarkId first = std::min(from, to);
     for (const MarkId beside : {MarkId{0, 0}, from.row == to.row ? MarkId{-1, 0} : MarkId{0, -1}}) {
-      const MarkId cell{first.row + beside.row, first.col + beside.col};
+      const MarkId cell = first + beside;
       if (!plane_.has_tag_in_cell(cell) || read_cells_.count(cell) != 0) continue;
-      const Eigen::Vector2d centre_m = plane_.point_m(cell) +
-                                       0.5 * plane_.pitch_m * Eigen::Vector2d::Ones() -
-                                       plane_.point_m(from);
+      const Eigen::Vector2d centre_m = plane_.cell_centre_m(cell) - plane_.point_m(from);
       if (printed_fraction(at, centre_m) > bare_print_fraction) return true;
     }
     return false;
   }
 
-  /// What the four cells around a dot say about a label: +1 for each that shows a tag (or none)
+  /// Votes of the four cells around a dot on a label: +1 for each that shows a tag (or none)
   /// as the print has it, -1 for each that contradicts.
-  CellVotes cell_votes(const LabelProposal& proposal) const {
+  CellVotes cell_votes(const DotProposal& proposal) const {
     CellVotes votes;
     for (const MarkId corner : corners) {
-      const MarkId cell{proposal.mark.row + corner.row, proposal.mark.col + corner.col};
-      if (!plane_.contains(cell) || !plane_.contains({cell.row + 1, cell.col + 1})) continue;
-      const Eigen::Vector2d centre_m = plane_.point_m(cell) +
-                                       0.5 * plane_.pitch_m * Eigen::Vector2d::Ones() -
-                                       plane_.point_m(proposal.mark);
-      const double printed =
-          printed_fraction({dots_[proposal.dot].centre_px, proposal.px_per_m}, centre_m);
+      const MarkId cell = proposal.mark + corner;
+      if (!plane_.contains(cell) || !plane_.contains(cell + MarkId{1, 1})) continue;
+      const Eigen::Vector2d centre_m = plane_.cell_centre_m(cell) - plane_.point_m(proposal.mark);
+      const double printed = printed_fraction(proposal.map, centre_m);
       ++votes.cells;
       const bool tag = plane_.has_tag_in_cell(cell);
       if (printed > tag_print_fraction) votes.sum += tag ? 1 : -1;
@@ -341,7 +316,7 @@ class Labeller {
   std::vector<char> certain_;          ///< dots that two tags name alike
   std::map<MarkId, std::size_t> by_mark_;
   std::map<MarkId, LocalMap> maps_;
-  std::priority_queue<LabelProposal, std::vector<LabelProposal>, LaterLabel> queue_;
+  DotProposals queue_;
 };
 
 }  // namespace

@@ -9,12 +9,12 @@
 #include "core/detections.hpp"
 #include "core/marks.hpp"
 #include "detect/dots/blobs.hpp"
-#include "detect/dots/dot_steps.hpp"
+#include "detect/dots/local_map.hpp"
 #include "detect/labels/print_plane.hpp"
 
 namespace drape::detect {
 
-/// What became of a dot: a label, or why it has none. A dot can have both: a label that was
+/// Label of a dot, or why it has none. A dot can have both: a label that was
 /// withdrawn, with the reason.
 struct DotLabel {
   std::optional<MarkId> mark;

@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "detect/labels/lattice.hpp"
 
-#include <Eigen/Eigenvalues>
 #include <Eigen/LU>
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <queue>
-#include <tuple>
+
+#include "core/geometry/homography.hpp"
 
 namespace drape::detect {
+
 namespace {
 
 constexpr double nearest_in_pitches = 0.6;  // of a neighbour, in the dot's own map
@@ -27,46 +27,35 @@ struct Start {
   Eigen::Matrix2d px_per_m;
 };
 
-struct Proposal {
-  double error = 0;
-  MarkId place;
-  std::size_t dot = 0;
-  LocalMap map;
-};
-
-struct Later {
-  bool operator()(const Proposal& a, const Proposal& b) const {
-    return std::tie(a.error, a.place, a.dot) > std::tie(b.error, b.place, b.dot);
-  }
-};
-
+/// Rows and columns from the first to the last place of a piece.
 struct Extent {
   MarkId first, last;
   [[nodiscard]] int rows() const { return last.row - first.row + 1; }
   [[nodiscard]] int cols() const { return last.col - first.col + 1; }
+  [[nodiscard]] Extent with(MarkId place) const {
+    return {{std::min(first.row, place.row), std::min(first.col, place.col)},
+            {std::max(last.row, place.row), std::max(last.col, place.col)}};
+  }
 };
 
-template <class Places>
-Extent extent_of(const Places& places) {
-  Extent extent{places.begin()->first, places.begin()->first};
-  for (const auto& [place, unused] : places) {
-    extent.first.row = std::min(extent.first.row, place.row);
-    extent.first.col = std::min(extent.first.col, place.col);
-    extent.last.row = std::max(extent.last.row, place.row);
-    extent.last.col = std::max(extent.last.col, place.col);
-  }
+Extent extent_of(const LatticePiece& piece) {
+  Extent extent{piece.begin()->first, piece.begin()->first};
+  for (const auto& [place, dot] : piece) extent = extent.with(place);
   return extent;
 }
 
-/// No piece is larger than the print, however it is turned.
-bool fits_print(const PrintPlane& plane, const LatticePiece& piece, MarkId place) {
-  Extent extent = extent_of(piece);
-  extent.first.row = std::min(extent.first.row, place.row);
-  extent.first.col = std::min(extent.first.col, place.col);
-  extent.last.row = std::max(extent.last.row, place.row);
-  extent.last.col = std::max(extent.last.col, place.col);
+/// True when a piece is no larger than the print, however it is turned.
+bool fits_print(const PrintPlane& plane, const Extent& extent) {
   const auto [shorter, longer] = std::minmax({extent.rows(), extent.cols()});
   return shorter <= std::min(plane.rows, plane.cols) && longer <= std::max(plane.rows, plane.cols);
+}
+
+/// The piece with its first row and column at 0.
+LatticePiece from_zero(const LatticePiece& piece) {
+  LatticePiece shifted;
+  const MarkId first = extent_of(piece).first;
+  for (const auto& [place, dot] : piece) shifted[place - first] = dot;
+  return shifted;
 }
 
 class PieceGrower {
@@ -103,13 +92,15 @@ class PieceGrower {
 
   /// The map at a dot under which most of the four neighbours are there; its ellipse leaves a
   /// rotation open, which each dot about a pitch away proposes.
-  [[nodiscard]] std::optional<Start> start_at(std::size_t dot) const {
+  [[nodiscard]] std::optional<Start> start_at(std::size_t dot) {
     const Eigen::Matrix2d& root = steps_.root(dot);
     const Eigen::Matrix2d undo = root.inverse();
     const Eigen::Vector2d side(1, plane_.row_sign);  // the printed side is the one that is seen
     std::optional<Start> best;
-    for (std::size_t k = 0; k < dots_.size(); ++k) {
-      if (k == dot || taken_[k] != 0) continue;
+    taken_[dot] = 1;  // no step leads back to it
+    const double reach = farthest_in_pitches * plane_.pitch_m * root.norm();
+    for (const std::size_t k : steps_.cells().within(dots_[dot].centre_px, reach)) {
+      if (taken_[k] != 0) continue;
       const Eigen::Vector2d away =
           undo * (dots_[k].centre_px - dots_[dot].centre_px) / plane_.pitch_m;
       const double distance = away.norm();
@@ -123,15 +114,14 @@ class PieceGrower {
         best = start;
       }
     }
+    taken_[dot] = 0;
     return best;
   }
 
   [[nodiscard]] Start judged(std::size_t dot, const Eigen::Matrix2d& px_per_m) const {
-    std::vector<char> others = taken_;
-    others[dot] = 1;
     Start start{0, 0, dot, px_per_m};
     for (const MarkId step : neighbours) {
-      const BestStep found = steps_.best({dots_[dot].centre_px, px_per_m}, step_m(step), others);
+      const BestStep found = steps_.best({dots_[dot].centre_px, px_per_m}, step_m(step), taken_);
       if (!found.is_clear() || found.error > blind_step_error) continue;
       ++start.directions;
       start.error += found.error;
@@ -142,7 +132,7 @@ class PieceGrower {
 
   LatticePiece grow(const Start& start) {
     maps_.clear();
-    queue_ = {};
+    extent_ = {};
     LatticePiece piece;
     queue_.push({0, {0, 0}, start.dot, {dots_[start.dot].centre_px, start.px_per_m}});
     std::size_t before = 0;
@@ -153,30 +143,27 @@ class PieceGrower {
       for (const auto& [place, dot] : LatticePiece(piece)) lead_on(place);
       drain(piece);
     } while (piece.size() > before);
-    const MarkId first = extent_of(piece).first;
-    LatticePiece result;
-    for (const auto& [place, dot] : piece) {
-      result[{place.row - first.row, place.col - first.col}] = dot;
-    }
-    return result;
+    return from_zero(piece);
   }
 
   void drain(LatticePiece& piece) {
     while (!queue_.empty()) {
-      const Proposal next = queue_.top();
+      const DotProposal next = queue_.top();
       queue_.pop();
-      if (taken_[next.dot] != 0 || piece.count(next.place) != 0) continue;
-      if (!piece.empty() && (!agrees(next) || !fits_print(plane_, piece, next.place))) continue;
-      piece[next.place] = next.dot;
+      if (taken_[next.dot] != 0 || piece.count(next.mark) != 0) continue;
+      const Extent with = extent_.with(next.mark);
+      if (!piece.empty() && (!agrees(next) || !fits_print(plane_, with))) continue;
+      extent_ = with;
+      piece[next.mark] = next.dot;
       taken_[next.dot] = 1;
-      maps_[next.place] = next.map;
-      if (dots_[next.dot].sound) lead_on(next.place);
+      maps_[next.mark] = next.map;
+      if (dots_[next.dot].sound) lead_on(next.mark);
     }
   }
 
   void lead_on(MarkId from) {
     for (const MarkId step : neighbours) {
-      const MarkId place{from.row + step.row, from.col + step.col};
+      const MarkId place = from + step;
       if (maps_.count(place) != 0) continue;
       const BestStep found = steps_.best(maps_.at(from), step_m(step), taken_);
       if (found.is_clear()) queue_.push({found.error, place, found.dot, found.to});
@@ -184,17 +171,17 @@ class PieceGrower {
   }
 
   /// Every neighbour that the piece has must be one step away; one alone must be so by little.
-  [[nodiscard]] bool agrees(const Proposal& proposal) const {
+  [[nodiscard]] bool agrees(const DotProposal& proposal) const {
     int supporters = 0;
     for (const MarkId step : neighbours) {
-      const auto from = maps_.find({proposal.place.row - step.row, proposal.place.col - step.col});
+      const auto from = maps_.find(proposal.mark - step);
       if (from == maps_.end()) continue;
       const LocalMap to = steps_.map_at(proposal.dot, from->second);
       if (step_error(from->second, to, step_m(step)) > most_step_error) return false;
       ++supporters;
     }
     const double support = std::min(1.0, (supporters - 1) / 2.0);
-    return proposal.error <= blind_step_error + (most_step_error - blind_step_error) * support;
+    return proposal.error <= step_tolerance(support);
   }
 
   const PrintPlane& plane_;
@@ -202,60 +189,37 @@ class PieceGrower {
   DotSteps steps_;
   std::vector<char> taken_;
   std::map<MarkId, LocalMap> maps_;
-  std::priority_queue<Proposal, std::vector<Proposal>, Later> queue_;
+  Extent extent_;  ///< extent of the piece that grows, which begins at (0, 0)
+  DotProposals queue_;
 };
 
-using Homography = Eigen::Matrix3d;
-
-/// Projective map from places (col, row) to pixels by least squares on the algebraic error, in
-/// coordinates scaled to about one (Hartley 1997).
-Homography homography_of(const std::vector<UnlabelledDot>& dots, const LatticePiece& piece) {
-  Eigen::Vector2d mean_place = Eigen::Vector2d::Zero(), mean_px = Eigen::Vector2d::Zero();
-  const auto count = static_cast<double>(piece.size());
+/// Projective map from places (col, row) to pixels; nothing for dots on one line.
+std::optional<Eigen::Matrix3d> map_of(const std::vector<UnlabelledDot>& dots,
+                                      const LatticePiece& piece) {
+  std::vector<Eigen::Vector2d> from, to;
   for (const auto& [place, dot] : piece) {
-    mean_place += Eigen::Vector2d(place.col, place.row) / count;
-    mean_px += dots[dot].centre_px / count;
+    from.emplace_back(place.col, place.row);
+    to.push_back(dots[dot].centre_px);
   }
-  double spread_place = 0, spread_px = 0;
-  for (const auto& [place, dot] : piece) {
-    spread_place += (Eigen::Vector2d(place.col, place.row) - mean_place).norm() / count;
-    spread_px += (dots[dot].centre_px - mean_px).norm() / count;
-  }
-  Eigen::Matrix<double, 9, 9> square = Eigen::Matrix<double, 9, 9>::Zero();
-  for (const auto& [place, dot] : piece) {
-    const Eigen::Vector2d q = (Eigen::Vector2d(place.col, place.row) - mean_place) / spread_place;
-    const Eigen::Vector2d p = (dots[dot].centre_px - mean_px) / spread_px;
-    Eigen::Matrix<double, 2, 9> rows;
-    rows << q.x(), q.y(), 1, 0, 0, 0, -p.x() * q.x(), -p.x() * q.y(), -p.x(),  //
-        0, 0, 0, q.x(), q.y(), 1, -p.y() * q.x(), -p.y() * q.y(), -p.y();
-    square += rows.transpose() * rows;
-  }
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix<double, 9, 9>> eigen(square);
-  const Eigen::Matrix<double, 9, 1> h = eigen.eigenvectors().col(0);
-  Homography scaled, from_place, to_px;
-  scaled << h(0), h(1), h(2), h(3), h(4), h(5), h(6), h(7), h(8);
-  from_place << 1 / spread_place, 0, -mean_place.x() / spread_place,  //
-      0, 1 / spread_place, -mean_place.y() / spread_place, 0, 0, 1;
-  to_px << spread_px, 0, mean_px.x(), 0, spread_px, mean_px.y(), 0, 0, 1;
-  return to_px * scaled * from_place;
+  return homography(from, to);
 }
 
-Eigen::Vector2d seen(const Homography& map, MarkId place) {
-  return (map * Eigen::Vector3d(place.col, place.row, 1)).hnormalized();
+Eigen::Vector2d seen(const Eigen::Matrix3d& map, MarkId place) {
+  return mapped(map, {place.col, place.row});
 }
 
 /// The dot nearest to where a place must be seen, if that is near enough and it has a dot's size.
 std::optional<std::size_t> dot_at(const PrintPlane& plane, const std::vector<UnlabelledDot>& dots,
-                                  const Homography& map, MarkId place,
+                                  const DotCells& cells, const Eigen::Matrix3d& map, MarkId place,
                                   const std::vector<char>& taken) {
   const Eigen::Vector2d px = seen(map, place);
   Eigen::Matrix2d pitches;
-  pitches << seen(map, {place.row, place.col + 1}) - px, seen(map, {place.row + 1, place.col}) - px;
+  pitches << seen(map, place + MarkId{0, 1}) - px, seen(map, place + MarkId{1, 0}) - px;
   const double radius = plane.dot_radius_m / plane.pitch_m;
   const double area = std::abs(pitches.determinant()) * radius * radius;
   std::optional<std::size_t> nearest;
   double least = most_flat_miss * pitches.colwise().norm().minCoeff();
-  for (std::size_t k = 0; k < dots.size(); ++k) {
+  for (const std::size_t k : cells.within(px, least)) {
     const double miss = (dots[k].centre_px - px).norm();
     if (taken[k] != 0 || !dots[k].sound || miss > least) continue;
     const double own_area = std::sqrt(std::max(0.0, dots[k].shape_px2.determinant()));
@@ -266,14 +230,50 @@ std::optional<std::size_t> dot_at(const PrintPlane& plane, const std::vector<Unl
   return nearest;
 }
 
-/// How far the columns run to the right, px per column.
+/// Direction of the columns: px to the right per two columns.
 double rightwards(const std::vector<UnlabelledDot>& dots, const LatticePiece& piece) {
-  const Homography map = homography_of(dots, piece);
+  const auto map = map_of(dots, piece);
+  if (!map) return 0;
   const Extent extent = extent_of(piece);
-  const MarkId middle{extent.rows() / 2, extent.cols() / 2};
-  const Eigen::Vector2d along =
-      seen(map, {middle.row, middle.col + 1}) - seen(map, {middle.row, middle.col - 1});
-  return along.x();
+  const MarkId middle{extent.rows() / 2, extent.cols() / 2}, right{0, 1};
+  return (seen(*map, middle + right) - seen(*map, middle - right)).x();
+}
+
+constexpr int least_known = 12;      // dots of the piece that show their class
+constexpr double most_wrong = 0.05;  // fraction of them that may disagree at the right place
+constexpr double least_lead = 0.15;  // fraction by which any other place must be worse
+constexpr int least_lead_dots = 3;
+
+struct Place {
+  int wrong = 0;
+  LatticePiece marks;
+};
+
+int known_classes(const std::vector<UnlabelledDot>& dots, const LatticePiece& piece) {
+  return static_cast<int>(std::count_if(piece.begin(), piece.end(), [&](const auto& entry) {
+    return dots[entry.second].light_centre.has_value();
+  }));
+}
+
+bool disagrees(const DotClasses& classes, const UnlabelledDot& dot, MarkId mark) {
+  return dot.light_centre && *dot.light_centre != classes.is_light(mark);
+}
+
+/// All places that the piece has room for, in one of the four turns.
+void add_places(const PrintPlane& plane, const std::vector<UnlabelledDot>& dots,
+                const LatticePiece& piece, std::vector<Place>& places) {
+  const Extent extent = extent_of(piece);
+  for (int row = 0; row + extent.rows() <= plane.rows; ++row) {
+    for (int col = 0; col + extent.cols() <= plane.cols; ++col) {
+      Place candidate;
+      for (const auto& [place, dot] : piece) {
+        const MarkId mark = place + MarkId{row, col};
+        candidate.marks[mark] = dot;
+        candidate.wrong += disagrees(*plane.classes, dots[dot], mark);
+      }
+      places.push_back(std::move(candidate));
+    }
+  }
 }
 
 /// Half or more of each outer row and column is there: a speck a pitch beside the grid is no row of
@@ -301,29 +301,28 @@ void fill_flat_piece(const PrintPlane& plane, const std::vector<UnlabelledDot>& 
                      LatticePiece& piece) {
   std::vector<char> taken(dots.size(), 0);
   for (const auto& [place, dot] : piece) taken[dot] = 1;
+  const DotCells cells(dots);
   for (std::size_t before = 0; piece.size() >= least_flat_dots && piece.size() > before;) {
     before = piece.size();
-    const Homography map = homography_of(dots, piece);
+    const auto map = map_of(dots, piece);
+    if (!map) break;
     const Extent extent = extent_of(piece);
+    Extent grown = extent;
     // As far as the print can reach beyond what is known, in either direction.
     const int longest = std::max(plane.rows, plane.cols);
     for (int row = extent.last.row - longest + 1; row < extent.first.row + longest; ++row) {
       for (int col = extent.last.col - longest + 1; col < extent.first.col + longest; ++col) {
-        if (piece.count({row, col}) != 0 || !fits_print(plane, piece, {row, col})) continue;
-        const auto dot = dot_at(plane, dots, map, {row, col}, taken);
+        const MarkId place{row, col};
+        if (piece.count(place) != 0 || !fits_print(plane, grown.with(place))) continue;
+        const auto dot = dot_at(plane, dots, cells, *map, place, taken);
         if (!dot) continue;
-        piece[{row, col}] = *dot;
+        grown = grown.with(place);
+        piece[place] = *dot;
         taken[*dot] = 1;
       }
     }
   }
-  if (piece.empty()) return;
-  const MarkId first = extent_of(piece).first;
-  LatticePiece shifted;
-  for (const auto& [place, dot] : piece) {
-    shifted[{place.row - first.row, place.col - first.col}] = dot;
-  }
-  piece = std::move(shifted);
+  if (!piece.empty()) piece = from_zero(piece);
 }
 
 LatticePiece quarter_turn(const LatticePiece& piece) {
@@ -349,6 +348,28 @@ std::optional<LatticePiece> place_whole_piece(const PrintPlane& plane,
     most_rightwards = right;
   }
   return best;
+}
+
+std::optional<LatticePiece> place_by_classes(const PrintPlane& plane,
+                                             const std::vector<UnlabelledDot>& dots,
+                                             const LatticePiece& piece) {
+  const int known = known_classes(dots, piece);
+  if (!plane.classes || known < least_known) return std::nullopt;
+  std::vector<Place> places;
+  LatticePiece turned = piece;
+  for (int quarter = 0; quarter < 4; ++quarter, turned = quarter_turn(turned)) {
+    add_places(plane, dots, turned, places);
+  }
+  std::stable_sort(places.begin(), places.end(),
+                   [](const Place& a, const Place& b) { return a.wrong < b.wrong; });
+  if (places.empty() || places[0].wrong > most_wrong * known) return std::nullopt;
+  const double lead = std::max<double>(least_lead_dots, least_lead * known);
+  if (places.size() > 1 && places[1].wrong < places[0].wrong + lead) return std::nullopt;
+  LatticePiece result = std::move(places[0].marks);
+  std::erase_if(result, [&](const auto& entry) {
+    return disagrees(*plane.classes, dots[entry.second], entry.first);
+  });
+  return result;
 }
 
 }  // namespace drape::detect

@@ -4,16 +4,33 @@
 #include <array>
 #include <map>
 #include <optional>
+#include <queue>
+#include <tuple>
 #include <vector>
 
 #include "core/marks.hpp"
-#include "detect/dots/dot_steps.hpp"
+#include "detect/dots/local_map.hpp"
 #include "detect/labels/print_plane.hpp"
 
 namespace drape::detect {
 
 /// From a mark to those beside it.
 inline constexpr std::array<MarkId, 4> neighbours = {{{0, 1}, {1, 0}, {0, -1}, {-1, 0}}};
+
+/// A proposal that a dot is a mark of the print, or a place in a piece of it.
+struct DotProposal {
+  double error = 0;  ///< error of the step that led to it
+  MarkId mark;
+  std::size_t dot = 0;
+  LocalMap map;
+};
+struct LaterProposal {
+  bool operator()(const DotProposal& a, const DotProposal& b) const {
+    return std::tie(a.error, a.mark, a.dot) > std::tie(b.error, b.mark, b.dot);
+  }
+};
+/// Proposals, the best first.
+using DotProposals = std::priority_queue<DotProposal, std::vector<DotProposal>, LaterProposal>;
 
 /// Dots that stand as a piece of the print's lattice. Rows and columns count from 0 in the piece
 /// and are right up to a shift and quarter turns; they are never mirrored, since only one side of a

@@ -46,15 +46,26 @@ double PrintPlane::light_centre_fraction() const {
   return classes ? 0.5 * classes->light_centre_diameter_m / dot_radius_m : 0.0;
 }
 
-PrintPlane plane_of(const Target& target) {
+namespace {
+
+/// Values that a cloth and a target have alike.
+template <class Sheet>
+PrintPlane common_plane(const Sheet& sheet) {
   PrintPlane plane;
-  plane.rows = target.rows;
-  plane.cols = target.cols;
-  plane.pitch_m = target.pitch_m;
-  plane.dot_radius_m = target.dot_diameter_m / 2;
+  plane.rows = sheet.rows;
+  plane.cols = sheet.cols;
+  plane.pitch_m = sheet.pitch_m;
+  plane.dot_radius_m = sheet.dot_diameter_m / 2;
+  plane.tag_family = sheet.tag_family;
+  plane.tag_edge_m = sheet.tag_edge_m;
+  return plane;
+}
+
+}  // namespace
+
+PrintPlane plane_of(const Target& target) {
+  PrintPlane plane = common_plane(target);
   plane.first_m = target.point_in_target({0, 0}).head<2>();
-  plane.tag_family = target.tag_family;
-  plane.tag_edge_m = target.tag_edge_m;
   plane.row_sign = -1;
   plane.stiff = true;
   for (const PrintedTag& tag : target.tags) plane.tags[tag.id] = tag.centre_m;
@@ -62,19 +73,10 @@ PrintPlane plane_of(const Target& target) {
 }
 
 PrintPlane plane_of(const Print& print) {
-  PrintPlane plane;
-  plane.rows = print.rows;
-  plane.cols = print.cols;
-  plane.pitch_m = print.pitch_m;
-  plane.dot_radius_m = print.dot_diameter_m / 2;
-  plane.first_m = {print.margin_m.y(), print.margin_m.x()};
-  plane.tag_family = print.tag_family;
-  plane.tag_edge_m = print.tag_edge_m;
-  plane.row_sign = 1;
+  PrintPlane plane = common_plane(print);
+  plane.first_m = print.margin_m.reverse();
   plane.classes = print.dot_classes;
-  for (const PrintedTag& tag : print.tags) {
-    plane.tags[tag.id] = {tag.centre_m.y(), tag.centre_m.x()};
-  }
+  for (const PrintedTag& tag : print.tags) plane.tags[tag.id] = tag.centre_m.reverse();
   return plane;
 }
 

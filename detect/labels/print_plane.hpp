@@ -14,7 +14,7 @@
 
 namespace drape::detect {
 
-/// What is printed on a flat surface, cloth or target, in one plane frame: x along the columns, y
+/// Print on a flat surface, cloth or target, in one plane frame: x along the columns, y
 /// along the rows, metres. Seen from the printed side the frame is right-handed for a target (y
 /// up) and left-handed for a cloth (y down).
 struct PrintPlane {
@@ -30,6 +30,10 @@ struct PrintPlane {
   std::map<int, Eigen::Vector2d> tags;  ///< id to centre
 
   [[nodiscard]] Eigen::Vector2d point_m(MarkId mark) const;
+  /// Middle of the cell between a mark and the one a row and a column on.
+  [[nodiscard]] Eigen::Vector2d cell_centre_m(MarkId upper_left) const {
+    return point_m(upper_left) + 0.5 * pitch_m * Eigen::Vector2d::Ones();
+  }
   [[nodiscard]] bool contains(MarkId mark) const;
   /// Corners of a tag: upper left, upper right, lower right, lower left as one reads it.
   [[nodiscard]] std::array<Eigen::Vector2d, 4> tag_corners_m(int id) const;

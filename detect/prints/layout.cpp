@@ -2,18 +2,19 @@
 #include "detect/prints/layout.hpp"
 
 #include <fmt/format.h>
-
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <map>
 
 #include "core/error.hpp"
+#include "core/files/files.hpp"
+#include "core/prints/face.hpp"
+#include "core/program/run_record.hpp"
 #include "core/units.hpp"
-#include "detect/families/tag_family.hpp"
-#include "detect/prints/tags.hpp"
 
 namespace drape::detect {
+
 namespace {
 
 using Eigen::Vector2d;
@@ -27,23 +28,6 @@ constexpr double kCornerLength = 4 * mm;
 constexpr double kText = 2.6 * mm;
 constexpr const char* kDots = "middle of the first to middle of the last dot";
 
-struct Paper {
-  const char* name;
-  Vector2d size_m;
-};
-
-std::vector<Paper> paper_sizes_for(const std::string& wanted) {
-  const std::array<Paper, 3> all = {{{"a4", Vector2d(210, 297) * mm},
-                                     {"a3", Vector2d(297, 420) * mm},
-                                     {"letter", Vector2d(215.9, 279.4) * mm}}};
-  std::vector<Paper> result;
-  for (const Paper& paper : all) {
-    const bool automatic = wanted == "auto" && std::string(paper.name) != "letter";
-    if (automatic || wanted == paper.name) result.push_back(paper);
-  }
-  return result;
-}
-
 /// A sheet of paper and where the print lies on it.
 struct Place {
   std::string paper;
@@ -51,29 +35,35 @@ struct Place {
   Vector2d corner_m;  ///< upper left corner of the print
 };
 
-Place place_on(const Vector2d& print_m, const PrintOptions& options) {
+Place place_on(const Vector2d& print_m, Paper asked) {
+  struct Sheet {
+    Paper paper;
+    Vector2d size_m;
+  };
+  const std::array<Sheet, 3> sheets = {{{Paper::a4, Vector2d(210, 297) * mm},
+                                        {Paper::a3, Vector2d(297, 420) * mm},
+                                        {Paper::letter, Vector2d(215.9, 279.4) * mm}}};
   const Vector2d needed = print_m + Vector2d(2 * kBorder, 2 * kBorder + kFoot);
   const auto on = [&](const std::string& name, const Vector2d& size) {
     return Place{name, size, {(size.x() - print_m.x()) / 2, kBorder}};
   };
-  if (options.paper == "fit") {
+  if (asked == Paper::fit)
     return on(fmt::format("{:g} x {:g} mm", needed.x() / mm, needed.y() / mm), needed);
-  }
   constexpr double kRounding = 1e-9;
-  for (const Paper& paper : paper_sizes_for(options.paper)) {
-    const Vector2d turned(paper.size_m.y(), paper.size_m.x());
-    if ((needed.array() <= paper.size_m.array() + kRounding).all()) {
-      return on(paper.name, paper.size_m);
-    }
-    if ((needed.array() <= turned.array() + kRounding).all()) {
-      return on(std::string(paper.name) + " landscape", turned);
-    }
+  const auto holds = [&](const Vector2d& size) {
+    return (needed.array() <= size.array() + kRounding).all();
+  };
+  for (const auto& [paper, size] : sheets) {
+    if (paper != asked && (asked != Paper::automatic || paper == Paper::letter)) continue;
+    const std::string name(name_of(paper));
+    if (holds(size)) return on(name, size);
+    if (holds(size.reverse())) return on(name + " landscape", size.reverse());
   }
   throw bad_input(
       fmt::format("the print needs {:.1f} x {:.1f} mm of paper with its border and ruler; {} "
                   "does not hold it",
                   needed.x() / mm, needed.y() / mm,
-                  options.paper == "auto" ? "neither a4 nor a3" : options.paper),
+                  asked == Paper::automatic ? "neither a4 nor a3" : name_of(asked)),
       {.field = "--paper"}, "give --paper fit and a printer that takes such a sheet");
 }
 
@@ -106,10 +96,11 @@ double add_ruler(Page& page, const Vector2d& at, double room_m) {
   return length;
 }
 
-void add_foot(PrintedPage& result, const Vector2d& corner, const Vector2d& size,
+/// Ruler and texts below the face, which reaches from `least` to `most`.
+void add_foot(PrintedPage& result, const Vector2d& least, const Vector2d& most,
               const std::string& what) {
-  const Vector2d at = corner + Vector2d(0, size.y() + 3 * mm);
-  const double ruler = add_ruler(result.page, at, size.x());
+  const Vector2d at = result.face_m + Vector2d(least.x(), most.y() + 3 * mm);
+  const double ruler = add_ruler(result.page, at, most.x() - least.x());
   result.page.items.emplace_back(
       PageText{at + Vector2d(0, 3 * mm + 1.4 * kText), kText,
                fmt::format("{}. Print at 100 %. The ruler is {:.0f} mm long.", what, ruler / mm)});
@@ -122,52 +113,6 @@ void set_check_lengths(PrintedPage& result, const Vector2d& lengths_m, const cha
   result.check_m = lengths_m;
   result.check_text = fmt::format("{:.2f} mm along a row, {:.2f} mm along a column, {}",
                                   lengths_m.x() / mm, lengths_m.y() / mm, places);
-}
-
-struct Grid {
-  int rows, cols;
-  double pitch_m, dot_diameter_m;
-};
-
-void add_dots(PrintedPage& result, const Grid& grid) {
-  for (int row = 0; row < grid.rows; ++row) {
-    for (int col = 0; col < grid.cols; ++col) {
-      result.page.items.emplace_back(
-          PageDisc{result.first_m + row * result.by_row_m + col * result.by_col_m,
-                   grid.dot_diameter_m / 2, true});
-    }
-  }
-}
-
-void add_light_centres(PrintedPage& result, const DotClasses& classes) {
-  for (int row = 0; row < static_cast<int>(classes.rows.size()); ++row) {
-    for (int col = 0; col < static_cast<int>(classes.rows[row].size()); ++col) {
-      if (!classes.is_light({row, col})) continue;
-      result.page.items.emplace_back(
-          PageDisc{result.first_m + row * result.by_row_m + col * result.by_col_m,
-                   classes.light_centre_diameter_m / 2, false});
-    }
-  }
-}
-
-/// The board's squares: dark where the sum of a square's row and column is even, the square between
-/// corners (0, 0) and (1, 1) being (0, 0); with tags where no tag lies.
-void add_squares(PrintedPage& result, const Target& target) {
-  PageArea dark;
-  // The first tag's square, counted as the loops below do.
-  const Vector2d light = target.tags.empty() ? Vector2d(0, 1)
-                                             : (target.tags.front().centre_m / target.pitch_m +
-                                                Vector2d(target.cols - 2, target.rows - 2) / 2);
-  const int odd = std::abs(static_cast<int>(std::lround(light.x() + light.y())) + 1) % 2;
-  for (int row = -1; row < target.rows; ++row) {
-    for (int col = -1; col < target.cols; ++col) {
-      if ((row + col + 2) % 2 != odd) continue;
-      // Rows of a target go up the page, so a square hangs above its corner.
-      const Vector2d corner = result.first_m + (row + 1) * result.by_row_m + col * result.by_col_m;
-      dark.boxes.push_back({corner, {target.pitch_m, target.pitch_m}});
-    }
-  }
-  result.page.items.emplace_back(dark);
 }
 
 /// A dot that is cut off with the patch has its centre elsewhere.
@@ -184,115 +129,24 @@ void check_margins(const Print& print) {
 }
 
 /// A tag is read against the white around it: one module must stay free up to the nearest dot.
-void check_quiet_zone(const Grid& grid, double edge_m, const PageArea& tag, const Vector2d& to_dot,
-                      int id) {
-  const Vector2d beyond = (to_dot.cwiseAbs().array() - edge_m / 2).max(0).matrix();
-  const double module_m = tag.boxes.front().size_m.y();
-  if (beyond.norm() - grid.dot_diameter_m / 2 >= module_m) return;
-  throw bad_input(
-      fmt::format(
-          "tag {} (edge {:g} mm) leaves {:.2f} mm to the nearest dot, one module is {:.2f} mm", id,
-          edge_m / mm, (beyond.norm() - grid.dot_diameter_m / 2) / mm, module_m / mm),
-      {.field = "tags.edge_mm"}, "make the tags or the dots smaller");
-}
-
-/// Black squares that fill the gaps' crossings, so that every corner of a tag is one where two dark
-/// and two light quarters meet (Kalibr's AprilGrid).
-void add_small_squares(PrintedPage& result, const Target& target) {
-  const double gap = target.pitch_m - target.tag_edge_m;
-  PageArea squares;
-  for (int row = -1; row < target.rows; row += 2) {
-    for (int col = -1; col < target.cols; col += 2) {
-      const Vector2d steps(0.25 * (2 * col + 2), 0.25 * (2 * row + 2));
-      const Vector2d middle = result.first_m + steps.x() * result.by_col_m +
-                              steps.y() * result.by_row_m - Vector2d(1, -1) * (gap / 2);
-      squares.boxes.push_back({middle - Vector2d::Constant(gap / 2), {gap, gap}});
-    }
-  }
-  result.page.items.emplace_back(squares);
-}
-
-struct PlacedTag {
-  int id;
-  Vector2d centre_m;  ///< on the page
-};
-
-void add_tags(PrintedPage& result, const Grid& grid, const TagLook& look,
-              const std::vector<PlacedTag>& tags) {
-  for (const auto& [id, centre_m] : tags) {
-    PageArea tag = tag_on_page(look, id, centre_m);
-    const Vector2d steps = (centre_m - result.first_m) / grid.pitch_m;
-    const Vector2d to_dot = grid.pitch_m * (steps.array() - steps.array().round()).matrix();
-    if (grid.dot_diameter_m > 0) check_quiet_zone(grid, look.edge_m, tag, to_dot, id);
-    result.page.items.emplace_back(std::move(tag));
+template <class Sheet>
+void check_quiet_zones(const Sheet& sheet) {
+  if (sheet.tags.empty() || sheet.dot_diameter_m <= 0) return;
+  const double module_m = sheet.tag_edge_m / TagFamily(sheet.tag_family).edge_modules();
+  for (const PrintedTag& tag : sheet.tags) {
+    const Vector2d steps =
+        (face_point(sheet, tag) - face_point(sheet, MarkId{0, 0})) / sheet.pitch_m;
+    const Vector2d to_dot = sheet.pitch_m * (steps.array() - steps.array().round()).matrix();
+    const Vector2d beyond = (to_dot.cwiseAbs().array() - sheet.tag_edge_m / 2).max(0).matrix();
+    const double free_m = beyond.norm() - sheet.dot_diameter_m / 2;
+    if (free_m >= module_m) continue;
+    throw bad_input(
+        fmt::format(
+            "tag {} (edge {:g} mm) leaves {:.2f} mm to the nearest dot, one module is {:.2f} mm",
+            tag.id, sheet.tag_edge_m / mm, free_m / mm, module_m / mm),
+        {.field = "tags.edge_mm"}, "make the tags or the dots smaller");
   }
 }
-
-}  // namespace
-
-std::string printing_advice(const std::filesystem::path& description) {
-  return fmt::format(
-      "print at 100 % and measure both check lengths; if both are longer or shorter by one factor, "
-      "multiply every number in mm of {} by it, else print again without fitting to the page",
-      description.string());
-}
-
-void check_windows(const DotClasses& classes) {
-  std::map<std::string, MarkId> seen;
-  for (std::size_t row = 0; row + 2 < classes.rows.size(); ++row) {
-    for (std::size_t col = 0; col + 2 < classes.rows[row].size(); ++col) {
-      std::string window;
-      for (std::size_t i = 0; i < 3; ++i) window += classes.rows[row + i].substr(col, 3);
-      const MarkId here{static_cast<int>(row), static_cast<int>(col)};
-      const auto [first, is_new] = seen.emplace(window, here);
-      if (is_new) continue;
-      throw bad_input(fmt::format("the 3 x 3 dots from ({}, {}) look like those from ({}, {})",
-                                  here.row, here.col, first->second.row, first->second.col),
-                      {.field = "dot_classes.rows"},
-                      "take an arrangement in which every window occurs once");
-    }
-  }
-}
-
-void PrintOptions::check() const {
-  if (paper != "fit" && paper_sizes_for(paper).empty()) {
-    throw usage_error(fmt::format("the paper `{}` is not known", paper),
-                      "give --paper auto, a4, a3, letter or fit");
-  }
-}
-
-PrintedPage page_of(const Print& print, const PrintOptions& options) {
-  options.check();
-  check_margins(print);
-  const Vector2d size(print.patch_m[1], print.patch_m[0]);  // weft to the right, warp down
-  const Place place = place_on(size, options);
-  const Grid grid{print.rows, print.cols, print.pitch_m, print.dot_diameter_m};
-  PrintedPage result;
-  result.paper = place.paper;
-  result.page.size_m = place.size_m;
-  result.page.title = fmt::format("drapebench cloth {}", print.file.stem().string());
-  result.first_m = place.corner_m + Vector2d(print.margin_m[1], print.margin_m[0]);
-  result.by_row_m = {0, print.pitch_m};
-  result.by_col_m = {print.pitch_m, 0};
-  set_check_lengths(result, print.pitch_m * Vector2d(print.cols - 1, print.rows - 1), kDots);
-  result.page.items.emplace_back(corner_marks(place.corner_m, size));
-  add_dots(result, grid);
-  if (print.dot_classes) {
-    check_windows(*print.dot_classes);
-    add_light_centres(result, *print.dot_classes);
-  }
-  std::vector<PlacedTag> tags;
-  for (const PrintedTag& tag : print.tags)
-    tags.push_back({tag.id, place.corner_m + Vector2d(tag.centre_m[1], tag.centre_m[0])});
-  add_tags(result, grid, {print.tag_family, print.tag_edge_m}, tags);
-  add_foot(result, place.corner_m, size,
-           fmt::format("Mark (0, 0) is upper left, rows down along the warp; patch {:g} x {:g} mm, "
-                       "pitch {:g} mm",
-                       size.x() / mm, size.y() / mm, print.pitch_m / mm));
-  return result;
-}
-
-namespace {
 
 /// Half of what the paper must hold around the outermost points, beyond the distance to them.
 Vector2d half_size_of(const Target& target) {
@@ -327,42 +181,134 @@ void check_square_zone(const Target& target) {
       {.field = "tags.edge_mm"}, "make the tags smaller");
 }
 
-}  // namespace
-
-PrintedPage page_of(const Target& target, const std::string& name, const PrintOptions& options) {
-  options.check();
-  const Vector2d size = 2 * half_size_of(target);
-  const Place place = place_on(size, options);
-  const Grid grid{target.rows, target.cols, target.pitch_m, target.dot_diameter_m};
+/// Draws a face with its corner marks and its foot on a page; `least` and `most` are what the page
+/// must hold of it.
+PrintedPage lay_out(const Face& face, const Vector2d& least, const Vector2d& most, Paper paper) {
+  const Vector2d size = most - least;
+  const Place place = place_on(size, paper);
   PrintedPage result;
   result.paper = place.paper;
+  result.face_m = place.corner_m - least;
   result.page.size_m = place.size_m;
+  result.page.items.emplace_back(corner_marks(place.corner_m, size));
+  for (const FaceDisc& disc : face.discs)
+    result.page.items.emplace_back(
+        PageDisc{result.face_m + disc.centre, disc.radius_m, disc.ink > 0});
+  for (const std::vector<FaceBox>& boxes : face.areas) {
+    PageArea area;
+    for (const FaceBox& box : boxes)
+      area.boxes.push_back({result.face_m + box.least, box.most - box.least});
+    result.page.items.emplace_back(std::move(area));
+  }
+  return result;
+}
+
+bool is_output_of(const std::filesystem::path& record, const std::filesystem::path& file) {
+  if (!std::filesystem::is_regular_file(record)) return false;
+  try {
+    return read_run_file(record).wrote(sha256_of_file(file));
+  } catch (const Error&) {
+    return false;  // what cannot be read says nothing of the file
+  }
+}
+
+}  // namespace
+
+std::string printing_advice(const std::filesystem::path& description) {
+  return fmt::format(
+      "print at 100 % and measure both check lengths; if both are longer or shorter by one factor, "
+      "multiply every number in mm of {} by it, else print again without fitting to the page",
+      description.string());
+}
+
+void check_windows(const DotClasses& classes) {
+  std::map<std::string, MarkId> seen;
+  for (std::size_t row = 0; row + 2 < classes.rows.size(); ++row) {
+    for (std::size_t col = 0; col + 2 < classes.rows[row].size(); ++col) {
+      std::string window;
+      for (std::size_t i = 0; i < 3; ++i) window += classes.rows[row + i].substr(col, 3);
+      const MarkId here{static_cast<int>(row), static_cast<int>(col)};
+      const auto [first, is_new] = seen.emplace(window, here);
+      if (is_new) continue;
+      throw bad_input(fmt::format("the 3 x 3 dots from ({}, {}) look like those from ({}, {})",
+                                  here.row, here.col, first->second.row, first->second.col),
+                      {.field = "dot_classes.rows"},
+                      "take an arrangement in which every window occurs once");
+    }
+  }
+}
+
+PrintedPage page_of(const Print& print, Paper paper) {
+  check_margins(print);
+  if (print.dot_classes) check_windows(*print.dot_classes);
+  check_quiet_zones(print);
+  const Vector2d size = print.patch_m.reverse();  // weft to the right, warp down
+  PrintedPage result = lay_out(face_of(print), {0, 0}, size, paper);
+  result.page.title = fmt::format("drapebench cloth {}", print.file.stem().string());
+  set_check_lengths(result, print.pitch_m * Vector2d(print.cols - 1, print.rows - 1), kDots);
+  add_foot(result, {0, 0}, size,
+           fmt::format("Mark (0, 0) is upper left, rows down along the warp; patch {:g} x {:g} mm, "
+                       "pitch {:g} mm",
+                       size.x() / mm, size.y() / mm, print.pitch_m / mm));
+  return result;
+}
+
+PrintedPage page_of(const Target& target, const std::string& name, Paper paper) {
+  const bool dots = target.kind == TargetKind::dot_grid;
+  if (target.kind >= TargetKind::charuco) check_square_zone(target);
+  check_quiet_zones(target);
+  const Vector2d half = half_size_of(target);
+  PrintedPage result = lay_out(face_of(target), -half, half, paper);
   result.page.title = fmt::format("drapebench target {}", name);
-  const Vector2d middle = place.corner_m + size / 2;  // y of the target up, of the page down
-  const Eigen::Vector3d first = target.point_in_target({0, 0});
-  result.first_m = middle + Vector2d(first.x(), -first.y());
-  result.by_row_m = {0, -target.pitch_m};
-  result.by_col_m = {target.pitch_m, 0};
   const Eigen::Vector3d last = target.point_in_target({target.rows - 1, target.cols - 1});
   set_check_lengths(result, 2 * last.head<2>(), check_places(target));
-  result.page.items.emplace_back(corner_marks(place.corner_m, size));
-  if (target.kind == TargetKind::dot_grid) {
-    add_dots(result, grid);
-  } else if (target.kind == TargetKind::aprilgrid) {
-    add_small_squares(result, target);
-  } else {
-    add_squares(result, target);
-  }
-  if (target.kind >= TargetKind::charuco) check_square_zone(target);
-  std::vector<PlacedTag> tags;
-  for (const PrintedTag& tag : target.tags)
-    tags.push_back({tag.id, middle + Vector2d(tag.centre_m.x(), -tag.centre_m.y())});
-  add_tags(result, grid, {target.tag_family, target.tag_edge_m, target.tag_border}, tags);
-  add_foot(
-      result, place.corner_m, size,
-      fmt::format("{} (0, 0) is lower left, x right, y up; pitch {:g} mm",
-                  target.kind == TargetKind::dot_grid ? "Dot" : "Corner", target.pitch_m / mm));
+  add_foot(result, -half, half,
+           fmt::format("{} (0, 0) is lower left, x right, y up; pitch {:g} mm",
+                       dots ? "Dot" : "Corner", target.pitch_m / mm));
   return result;
+}
+
+Target object_plate(double size_m, int first_id) {
+  // As the cloth's print: dots wide enough for a hundredth of a pixel, tags that a camera reads
+  // from where it reads those of the cloth, a module of white between them.
+  constexpr double kLeastPitch_m = 15 * mm;
+  constexpr double kDotPart = 0.3, kTagPart = 0.55;
+  const int dots = static_cast<int>(std::floor(size_m / kLeastPitch_m));
+  if (dots < 3)
+    throw usage_error(fmt::format("a plate of {:g} mm holds too few dots", size_m / mm),
+                      "give --size-mm 45 or more");
+  Target plate;
+  plate.rows = plate.cols = dots;
+  plate.pitch_m = size_m / dots;
+  plate.dot_diameter_m = kDotPart * plate.pitch_m;
+  plate.tag_family = "tag36h11";
+  plate.tag_edge_m = kTagPart * plate.pitch_m;
+  const double corner_m = 0.5 * (dots - 2) * plate.pitch_m;
+  for (const double y : {-corner_m, corner_m})
+    for (const double x : {-corner_m, corner_m}) plate.tags.push_back({first_id++, {x, y}});
+  return plate;
+}
+
+std::string object_plate_toml(const Target& plate) {
+  std::string text = fmt::format(
+      "schema = \"drapebench/target/1\"\n"
+      "# Sheet of {:g} mm on an object: cut along the corner marks and lay it edge on edge on a "
+      "box,\n# or cut a hole in the middle that carries a sphere.\n"
+      "kind = \"dot-grid\"\nrows = {}\ncols = {}\npitch_mm = {:.6f}\ndot_diameter_mm = {:.6f}\n\n"
+      "[tags]\nfamily = \"{}\"\nedge_mm = {:.6f}\n",
+      plate.pitch_m * plate.cols / mm, plate.rows, plate.cols, plate.pitch_m / mm,
+      plate.dot_diameter_m / mm, plate.tag_family, plate.tag_edge_m / mm);
+  for (const PrintedTag& tag : plate.tags)
+    text += fmt::format("\n[[tags.tag]]\nid = {}\ncentre_mm = [{:.6f}, {:.6f}]\n", tag.id,
+                        tag.centre_m.x() / mm, tag.centre_m.y() / mm);
+  return text;
+}
+
+void require_replaceable_plate(const std::filesystem::path& file,
+                               const std::filesystem::path& record) {
+  if (!std::filesystem::exists(file) || is_output_of(record, file)) return;
+  throw bad_input("it is there already, and no plate that this program wrote beside its page",
+                  {.file = file.string()}, "give --out another name");
 }
 
 }  // namespace drape::detect

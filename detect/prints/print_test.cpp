@@ -4,16 +4,16 @@
 
 #include <cstdlib>
 #include <opencv2/imgcodecs.hpp>
-#include <opencv2/imgproc.hpp>
-#include <random>
 #include <set>
 
 #include "core/error.hpp"
 #include "core/files/files.hpp"
+#include "core/prints/face.hpp"
 #include "core/units.hpp"
 #include "detect/detect.hpp"
 #include "detect/frame.hpp"
 #include "detect/prints/layout.hpp"
+#include "detect/test_pictures.hpp"
 #include "tests/support/paths.hpp"
 #include "tests/support/small_bench.hpp"
 
@@ -50,31 +50,17 @@ GreyImage seen(const Page& page) {
   EXPECT_EQ(std::system(line.c_str()), 0);
   cv::Mat drawn = cv::imread((folder.path() / "page.png").string(), cv::IMREAD_GRAYSCALE);
   EXPECT_FALSE(drawn.empty());
-  cv::Mat blurred;
-  cv::GaussianBlur(drawn, blurred, {}, 0.8);
-  std::mt19937 random(4);
-  std::normal_distribution<double> noise(0, 1.5);
-  GreyImage image;
-  image.width_px = blurred.cols;
-  image.height_px = blurred.rows;
-  for (int y = 0; y < blurred.rows; ++y) {
-    for (int x = 0; x < blurred.cols; ++x) {
-      const double level = 40 + 0.6 * blurred.at<unsigned char>(y, x) + noise(random);
-      image.bytes.push_back(static_cast<std::uint8_t>(std::clamp(std::lround(level), 0L, 255L)));
-    }
-  }
-  return image;
-}
-
-FrameDetections found_on(const Page& page, const PrintPlane& plane) {
-  const FrameLimits limits = limits_of(DetectOptions{});
-  TagFinder finder(plane.tag_family);
-  return detect_frame(seen(page), plane, finder, limits);
+  cv::Mat light;
+  drawn.convertTo(light, CV_64F, 0.6, 40);
+  return test::exposed(light, 0.8, 1.5, 4);
 }
 
 /// Every dot and tag found, each where the description puts it on the paper.
-void expect_exact(const PrintedPage& printed, const PrintPlane& plane, const std::string& name) {
-  const FrameDetections found = found_on(printed.page, plane);
+template <class Sheet>
+void expect_exact(const PrintedPage& printed, const Sheet& sheet, const std::string& name) {
+  const PrintPlane plane = plane_of(sheet);
+  TagFinder finder(plane.tag_family);
+  const FrameDetections found = detect_frame(seen(printed.page), plane, finder, {});
   EXPECT_EQ(found.detections.size(), static_cast<std::size_t>(plane.rows) * plane.cols) << name;
   EXPECT_EQ(found.tags.size(), plane.tags.size()) << name;
   const auto upright =
@@ -84,8 +70,7 @@ void expect_exact(const PrintedPage& printed, const PrintPlane& plane, const std
   EXPECT_EQ(upright, static_cast<std::ptrdiff_t>(plane.tags.size())) << name;
   double worst = 0, sum = 0;
   for (const Detection& d : found.detections) {
-    const Eigen::Vector2d on_paper =
-        printed.first_m + d.mark.row * printed.by_row_m + d.mark.col * printed.by_col_m;
+    const Eigen::Vector2d on_paper = printed.face_m + face_point(sheet, d.mark);
     // The first pixel's centre is half a pixel from the paper's edge.
     const Eigen::Vector2d measured = (d.centre_px.array() + 0.5).matrix() / kPxPerMm * mm;
     worst = std::max(worst, (measured - on_paper).norm() / mm);
@@ -102,15 +87,15 @@ TEST(PrintedPage, IsFoundByTheDetectorWhereItShouldBe) {
   for (const std::string name : {"bench1/print.toml", "prints/patch-11.toml",
                                  "prints/patch-21.toml", "prints/patch-11-classes.toml"}) {
     const Print print = print_named(name);
-    expect_exact(page_of(print, {}), plane_of(print), name);
+    expect_exact(page_of(print, Paper::automatic), print, name);
   }
   const Target target = bench1_target();
-  expect_exact(page_of(target, "target", {}), plane_of(target), "bench1/target.toml");
+  expect_exact(page_of(target, "target", Paper::automatic), target, "bench1/target.toml");
 }
 
 TEST(PrintedPage, HasItsNumbersInThePdfAndTheSvg) {
   const Print print = print_named("prints/patch-11.toml");
-  const PrintedPage printed = page_of(print, {});
+  const PrintedPage printed = page_of(print, Paper::automatic);
   EXPECT_EQ(printed.paper, "a4");
   EXPECT_TRUE(printed.check_m.isApprox(Eigen::Vector2d(190, 190) * mm, 1e-12));
   const std::string pdf = pdf_of(printed.page), svg = svg_of(printed.page);
@@ -119,7 +104,7 @@ TEST(PrintedPage, HasItsNumbersInThePdfAndTheSvg) {
   EXPECT_THAT(svg, AllOf(HasSubstr("width=\"210mm\" height=\"297mm\" viewBox=\"0 0 210 297\""),
                          HasSubstr("<circle cx=\"10\" cy=\"10\" r=\"1.5\"/>"),
                          HasSubstr("<circle cx=\"200\" cy=\"200\" r=\"1.5\"/>")));
-  EXPECT_EQ(pdf, pdf_of(page_of(print, {}).page));
+  EXPECT_EQ(pdf, pdf_of(page_of(print, Paper::automatic).page));
   // The file's table of places must be right to the byte.
   const std::size_t table = pdf.find("xref\n");
   EXPECT_THAT(pdf, HasSubstr(fmt::format("startxref\n{}\n", table)));
@@ -149,7 +134,8 @@ TEST(PrintedPage, EveryWindowOfTheClassesOccursOnce) {
     }
   }
   EXPECT_EQ(seen.size(), 4U * 81);
-  const std::string svg = svg_of(page_of(print_named("prints/patch-11-classes.toml"), {}).page);
+  const std::string svg =
+      svg_of(page_of(print_named("prints/patch-11-classes.toml"), Paper::automatic).page);
   // In row 0, col 0 is full and col 1 has a light centre of 1.2 mm.
   EXPECT_THAT(svg, testing::Not(HasSubstr("<circle cx=\"10\" cy=\"10\" r=\"0.6\"")));
   EXPECT_THAT(svg, HasSubstr("<circle cx=\"29\" cy=\"10\" r=\"0.6\" fill=\"#fff\"/>"));
@@ -161,7 +147,7 @@ TEST(PrintedPage, AChessboardHasADarkSquareAboveItsFirstCorner) {
   board.rows = 6;
   board.cols = 9;
   board.pitch_m = 20 * mm;
-  const PrintedPage printed = page_of(board, "board", {});
+  const PrintedPage printed = page_of(board, "board", Paper::automatic);
   EXPECT_EQ(printed.paper, "a4 landscape");
   EXPECT_TRUE(printed.check_m.isApprox(Eigen::Vector2d(160, 100) * mm, 1e-12));
   const auto has_board = [&](const auto& item) {
@@ -172,7 +158,7 @@ TEST(PrintedPage, AChessboardHasADarkSquareAboveItsFirstCorner) {
   const auto found = std::find_if(items.begin(), items.end(), has_board);
   ASSERT_NE(found, items.end()) << "7 x 10 squares, half of them dark";
   const auto& boxes = std::get<PageArea>(*found).boxes;
-  const Eigen::Vector2d above = printed.first_m + Eigen::Vector2d(0, -20 * mm);
+  const Eigen::Vector2d above = printed.face_m + face_point(board, MarkId{1, 0});
   EXPECT_TRUE(std::any_of(boxes.begin(), boxes.end(), [&](const PageBox& box) {
     return (box.corner_m - above).norm() < 1e-12;
   }));
@@ -190,41 +176,37 @@ std::string refusal(F&& call) {
 
 TEST(PrintedPage, RefusesByName) {
   const Print good = print_named("prints/patch-11.toml");
-  PrintOptions a4;
-  a4.paper = "a4";
+  const Paper a4 = Paper::a4;
   EXPECT_EQ(refusal([&] { return page_of(good, a4); }), "");
   Print large = good;
   large.patch_m.x() = 280 * mm;
   EXPECT_THAT(refusal([&] { return page_of(large, a4); }),
               AllOf(HasSubstr("210.0 x 306.0 mm"), HasSubstr("a4"), HasSubstr("--paper fit")));
-  EXPECT_EQ(page_of(large, {}).paper, "a3");
-  PrintOptions fit;
-  fit.paper = "fit";
-  EXPECT_NEAR(page_of(large, fit).page.size_m.y(), 306 * mm, 1e-12);
-  fit.paper = "a5";
-  EXPECT_THAT(refusal([&] { return page_of(good, fit); }), HasSubstr("`a5` is not known"));
+  EXPECT_EQ(page_of(large, Paper::automatic).paper, "a3");
+  EXPECT_NEAR(page_of(large, Paper::fit).page.size_m.y(), 306 * mm, 1e-12);
   Print twice = print_named("prints/patch-11-classes.toml");
   twice.dot_classes->rows[8] = twice.dot_classes->rows[5];
   twice.dot_classes->rows[9] = twice.dot_classes->rows[6];
   twice.dot_classes->rows[10] = twice.dot_classes->rows[7];
-  EXPECT_THAT(refusal([&] { return page_of(twice, {}); }),
+  EXPECT_THAT(refusal([&] { return page_of(twice, Paper::automatic); }),
               AllOf(HasSubstr("(8, 0) look like those from (5, 0)"), HasSubstr("dot_classes")));
   Print crowded = good;
   crowded.tag_edge_m = 17 * mm;
-  EXPECT_THAT(refusal([&] { return page_of(crowded, {}); }),
+  EXPECT_THAT(refusal([&] { return page_of(crowded, Paper::automatic); }),
               AllOf(HasSubstr("tags.edge_mm"), HasSubstr("nearest dot")));
   // A margin smaller than a dot's radius, where the dots begin and where they end.
-  EXPECT_THAT(refusal([&] { return page_of(print_named("paper/print.toml"), {}); }),
+  EXPECT_THAT(refusal([&] { return page_of(print_named("paper/print.toml"), Paper::automatic); }),
               AllOf(HasSubstr("margin_mm"), HasSubstr("across the edge")));
   Print cut = good;
   cut.margin_m.y() += 4 * mm;
-  EXPECT_THAT(refusal([&] { return page_of(cut, {}); }), HasSubstr("1 mm from it"));
+  EXPECT_THAT(refusal([&] { return page_of(cut, Paper::automatic); }), HasSubstr("1 mm from it"));
   Print unknown = good;
   unknown.tag_family = "tag99h1";
-  EXPECT_THAT(refusal([&] { return page_of(unknown, {}); }), HasSubstr("tag36h11"));
+  EXPECT_THAT(refusal([&] { return page_of(unknown, Paper::automatic); }), HasSubstr("tag36h11"));
   Print no_tag = good;
   no_tag.tags[0].id = 100000;
-  EXPECT_THAT(refusal([&] { return page_of(no_tag, {}); }), HasSubstr("no tag 100000"));
+  EXPECT_THAT(refusal([&] { return page_of(no_tag, Paper::automatic); }),
+              HasSubstr("no tag 100000"));
 }
 
 /// The plate's description lies beside its page and never takes the place of another file.

@@ -1,7 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 // Where drape-detect is asked to write what it cannot, it says so before it looks at a frame.
-#include "detect/programs/places.hpp"
-
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 
@@ -11,25 +9,25 @@
 #include "tests/support/paths.hpp"
 #include "tests/support/small_bench.hpp"
 
-namespace drape::detect {
+namespace drape::test {
 namespace {
 
 namespace fs = std::filesystem;
 using testing::HasSubstr;
 
 TEST(Places, AreRefusedBeforeAFrameIsLookedAt) {
-  const test::TemporaryFolder folder;
-  const fs::path rig = test::source_root() / "rigs/bench1", recording = folder.path() / "recording";
+  const TemporaryFolder folder;
+  const fs::path rig = source_root() / "rigs/bench1", recording = folder.path() / "recording";
   const fs::path file = folder.path() / "a.txt", good = folder.path() / "out.json";
   fs::create_directories(folder.path() / "folder.json");
   fs::create_directories(recording / "drape_A");
   write_durable(file, "a file");
   write_durable(recording / "recording.json", read_text(rig / "recording/recording.json"));
   const auto run = [&](const fs::path& out, const fs::path& overlay) {
-    return test::run_line(
-        fmt::format("{} {} --rig {} --surface cloth --sets drape_A --quiet --out {}{}",
-                    test::program("drape-detect").string(), recording.string(), rig.string(),
-                    out.string(), overlay.empty() ? "" : " --overlay " + overlay.string()));
+    return run_line(fmt::format("{} {} --rig {} --surface cloth --sets drape_A --quiet --out {}{}",
+                                program("drape-detect").string(), recording.string(), rig.string(),
+                                out.string(),
+                                overlay.empty() ? "" : " --overlay " + overlay.string()));
   };
   // The pictures are not there, so whoever looks at them first names them.
   EXPECT_THAT(run(good, {}).text, HasSubstr("drape_A/cam0.png"));
@@ -46,4 +44,4 @@ TEST(Places, AreRefusedBeforeAFrameIsLookedAt) {
 }
 
 }  // namespace
-}  // namespace drape::detect
+}  // namespace drape::test

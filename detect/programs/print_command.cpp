@@ -3,13 +3,13 @@
 
 #include <filesystem>
 
+#include "core/fields/fields.hpp"
 #include "core/files/files.hpp"
 #include "core/program/command.hpp"
 #include "core/program/program.hpp"
 #include "core/program/run_record.hpp"
 #include "core/units.hpp"
 #include "detect/prints/layout.hpp"
-#include "detect/prints/object_tags.hpp"
 
 namespace drape::detect {
 
@@ -19,42 +19,35 @@ namespace {
 
 struct PrintArguments {
   fs::path description, out;
-  PrintOptions options;
-  double plate_size_mm = 80;
-  int first_id = 500;
-  std::string plate_toml;
+  Paper paper = Paper::automatic;
 };
 
-void add_paper(Command& app, PrintArguments& given) {
-  app.add_option("--out", given.out, "PDF to write, with the same page as SVG beside it")
-      ->required();
-  app.add_option("--paper", given.options.paper,
-                 "auto (a4, else a3), a4, a3, letter, or fit: as large as needed");
+void fields(Fields& f, PrintArguments& a) {
+  f(Field{"file", "print.toml of the patch, or target.toml"}.called("FILE"), a.description);
+  f({"out", "PDF to write, with the same page as SVG beside it"}, a.out);
+  f.otherwise({"paper", "auto (a4, else a3), a4, a3, letter, or fit: as large as needed"}, a.paper);
 }
 
-void add_options(Command& app, PrintArguments& given, const char* description) {
-  app.add_option("FILE", given.description, description)->required();
-  add_paper(app, given);
+struct PlateArguments {
+  fs::path out;
+  Paper paper = Paper::automatic;
+  double size_m = 80 * units::mm;
+  int first_id = 500;
+};
+
+void fields(Fields& f, PlateArguments& a) {
+  f({"out", "PDF to write, with the same page as SVG beside it"}, a.out);
+  f.otherwise({"paper", "auto (a4, else a3), a4, a3, letter, or fit: as large as needed"}, a.paper);
+  f.otherwise({"size_mm", "edge of the sheet: that of the box's top", units::mm, above_zero},
+              a.size_m);
+  f.otherwise({"first_id", "id of the first of its four tags; other than cloth and target"},
+              a.first_id);
 }
 
-/// Before anything is touched: the record of an earlier plate, too, outlives a refusal.
-PrintedPage make_plate(PrintArguments& given) {
-  given.description = fs::path(given.out).replace_extension(".toml");
-  const Target plate = object_plate(given.plate_size_mm * units::mm, given.first_id);
-  given.plate_toml = object_plate_toml(plate);
-  require_replaceable_plate(given.description, run_record_path(given.out));
-  return page_of(plate, given.description.stem().string(), given.options);
-}
-
-int write(const PrintedPage& printed, const PrintArguments& given, const CommonOptions& common,
-          RunRecord& record) {
-  const fs::path pdf = fs::path(given.out).replace_extension(".pdf");
-  const fs::path svg = fs::path(given.out).replace_extension(".svg");
-  if (!given.plate_toml.empty()) {
-    write_durable(given.description, given.plate_toml);
-    record.output(given.description);
-    record.option("size_mm", fmt::format("{}", given.plate_size_mm));
-  }
+int write(const PrintedPage& printed, const fs::path& description, const fs::path& out,
+          const CommonOptions& common, RunRecord& record) {
+  const fs::path pdf = fs::path(out).replace_extension(".pdf");
+  const fs::path svg = fs::path(out).replace_extension(".svg");
   write_durable(pdf, pdf_of(printed.page));
   write_durable(svg, svg_of(printed.page));
   for (const fs::path& file : {pdf, svg}) record.output(file);
@@ -62,7 +55,7 @@ int write(const PrintedPage& printed, const PrintArguments& given, const CommonO
   Ending ending;
   ending.verdict = fmt::format("{} and its SVG written, {}", pdf.string(), printed.paper);
   ending.numbers = {{"check lengths", printed.check_text}};
-  ending.next_command = printing_advice(given.description);
+  ending.next_command = printing_advice(description);
   return finish(ending, common, record);
 }
 
@@ -72,7 +65,8 @@ int print_command(int argc, char** argv) {
   Command app("Writes the marks of a cloth or a calibration target as an exactly scaled page",
               "drape-detect print");
   CommonOptions common;
-  PrintArguments given;
+  PrintArguments on_cloth, on_target;
+  PlateArguments on_plate;
   add_common_options(app, common);
   app.require_subcommand(1, 1);
   app.fallthrough();
@@ -80,21 +74,30 @@ int print_command(int argc, char** argv) {
   Command* target = app.add_subcommand("target", "a calibration target");
   Command* plate = app.add_subcommand(
       "object-tags", "a sheet for a box's top or a sphere's stand, and its target.toml beside");
-  add_options(*cloth, given, "print.toml of the patch");
-  add_options(*target, given, "target.toml");
-  add_paper(*plate, given);
-  plate->add_option("--size-mm", given.plate_size_mm, "edge of the sheet: that of the box's top");
-  plate->add_option("--first-id", given.first_id, "of its four tags; other than cloth and target");
+  cloth->add_record(on_cloth);
+  target->add_record(on_target);
+  plate->add_record(on_plate);
   return run_program(app, argc, argv, common, [&] {
-    PrintedPage printed;
-    if (plate->parsed()) printed = make_plate(given);
-    RunRecord record("drape-detect", arguments_of(argc, argv), run_record_path(given.out));
-    if (!plate->parsed()) record.input(given.description);
-    if (cloth->parsed()) printed = page_of(read_print(given.description), given.options);
-    if (target->parsed())
-      printed =
-          page_of(read_target(given.description), given.description.stem().string(), given.options);
-    return write(printed, given, common, record);
+    const std::vector<std::string> words = arguments_of(argc, argv);
+    if (plate->parsed()) {
+      // The record of an earlier plate, too, outlives a refusal.
+      const fs::path file = fs::path(on_plate.out).replace_extension(".toml");
+      const Target description = object_plate(on_plate.size_m, on_plate.first_id);
+      require_replaceable_plate(file, run_record_path(on_plate.out));
+      const PrintedPage printed = page_of(description, file.stem().string(), on_plate.paper);
+      RunRecord record("drape-detect", words, run_record_path(on_plate.out));
+      write_durable(file, object_plate_toml(description));
+      record.output(file);
+      record.option("size_mm", fmt::format("{}", on_plate.size_m / units::mm));
+      return write(printed, file, on_plate.out, common, record);
+    }
+    const auto& [file, out, paper] = cloth->parsed() ? on_cloth : on_target;
+    RunRecord record("drape-detect", words, run_record_path(out));
+    record.input(file);
+    const PrintedPage printed = cloth->parsed()
+                                    ? page_of(read_print(file), paper)
+                                    : page_of(read_target(file), file.stem().string(), paper);
+    return write(printed, file, out, common, record);
   });
 }
 

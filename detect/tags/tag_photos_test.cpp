@@ -3,8 +3,6 @@
 // are drawn at these corners, and looked for in the photographs too where they are at hand.
 #include <gtest/gtest.h>
 
-#include <Eigen/Geometry>
-#include <Eigen/LU>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -14,9 +12,11 @@
 #include <vector>
 
 #include "core/files/csv.hpp"
+#include "core/geometry/homography.hpp"
 #include "detect/dots/noise.hpp"
 #include "detect/image/image.hpp"
 #include "detect/tags/tags.hpp"
+#include "detect/test_pictures.hpp"
 #include "tests/support/drawing.hpp"
 #include "tests/support/paths.hpp"
 
@@ -50,45 +50,26 @@ std::vector<KnownTag> known_tags(std::size_t k) {
   return tags;
 }
 
-/// From modules of the tag (x to the right, y down, 0 and `modules` at its edges) to the picture.
-Eigen::Matrix3d picture_from_modules(const KnownTag& tag, int modules) {
-  const double n = modules;
-  const std::array<Eigen::Vector2d, 4> places = {
-      {Eigen::Vector2d(0, n), Eigen::Vector2d(n, n), Eigen::Vector2d(n, 0), Eigen::Vector2d(0, 0)}};
-  Eigen::Matrix<double, 8, 8> rows;
-  Eigen::Matrix<double, 8, 1> seen;
-  for (int k = 0; k < 4; ++k) {
-    const Eigen::Vector2d &q = places[k], &p = tag.corners_px[k];
-    rows.row(2 * k) << q.x(), q.y(), 1, 0, 0, 0, -p.x() * q.x(), -p.x() * q.y();
-    rows.row(2 * k + 1) << 0, 0, 0, q.x(), q.y(), 1, -p.y() * q.x(), -p.y() * q.y();
-    seen.segment<2>(2 * k) = p;
-  }
-  const Eigen::Matrix<double, 8, 1> h = rows.fullPivLu().solve(seen);
-  Eigen::Matrix3d map;
-  map << h(0), h(1), h(2), h(3), h(4), h(5), h(6), h(7), 1;
-  return map;
-}
-
 /// Black squares with their white modules, on grey with a white rim.
-cv::Mat drawn(const std::vector<KnownTag>& tags, const TagCode& code) {
+cv::Mat drawn(const std::vector<KnownTag>& tags, const TagFamily& family) {
   constexpr int kBlack = 30, kWhite = 220;
+  const int modules = family.edge_modules();
   Drawing drawing(799, 533, 120);
   for (const KnownTag& tag : tags) {
-    const Eigen::Matrix3d map = picture_from_modules(tag, code.modules);
-    const auto square = [&](double x, double y, double size, int grey) {
+    const auto& c = tag.corners_px;
+    const Eigen::Matrix3d map = *square_homography({c[3], c[2], c[1], c[0]});
+    const auto square = [&](int x, int y, int size, int grey) {
       std::vector<Eigen::Vector2d> corners;
-      for (const auto& [u, v] :
-           {std::pair(0, 0), std::pair(1, 0), std::pair(1, 1), std::pair(0, 1)})
-        corners.emplace_back((map * Eigen::Vector3d(x + u * size, y + v * size, 1)).hnormalized());
+      for (const auto& [u, v] : {std::pair(0, 0), {1, 0}, {1, 1}, {0, 1}})
+        corners.push_back(
+            mapped(map, Eigen::Vector2d(x + u * size - 1, y + v * size - 1) / modules));
       drawing.polygon(corners, grey);
     };
-    square(-1, -1, code.modules + 2, kWhite);
-    square(0, 0, code.modules, kBlack);
-    for (std::size_t bit = 0; bit < code.bits.size(); ++bit) {
-      const std::uint64_t word = code.words.at(static_cast<std::size_t>(tag.id));
-      if ((word >> (code.bits.size() - 1 - bit) & 1) == 0) continue;
-      square(code.bits[bit][0], code.bits[bit][1], 1, kWhite);
-    }
+    square(0, 0, modules + 2, kWhite);
+    square(1, 1, modules, kBlack);
+    for (int y = 1; y <= modules; ++y)
+      for (int x = 1; x <= modules; ++x)
+        if (!family.black(tag.id, x, y)) square(x, y, 1, kWhite);
   }
   return drawing.picture(0.5);
 }
@@ -111,8 +92,7 @@ double corner_distance(const KnownTag& known, const TagDetection& found) {
 
 void expect_all_found(TagFinder& finder, const cv::Mat& picture, const std::vector<KnownTag>& known,
                       double limit_px, const std::string& name) {
-  GreyImage image{picture.cols, picture.rows, {}, {}};
-  image.bytes.assign(picture.datastart, picture.dataend);
+  const GreyImage image = image_of(picture);
   const std::vector<TagDetection> found = finder.find_all(image, estimate_noise(image).sigma(128));
   EXPECT_EQ(found.size(), known.size()) << name;
   for (const KnownTag& tag : known) {
@@ -128,6 +108,7 @@ void expect_all_found(TagFinder& finder, const cv::Mat& picture, const std::vect
 /// such an edge may lie half a pixel off, and so a corner by that along both of its edges.
 TEST(TagPhotos, AllTagsOfThreePhotographsAndNoOther) {
   TagFinder finder("tag36h11");
+  const TagFamily family("tag36h11");
   const std::array<std::pair<std::string, std::size_t>, 3> photographs = {
       {{"33369213973_9d9bb4cc96_c", 12},
        {"34085369442_304b6bafd9_c", 25},
@@ -137,7 +118,7 @@ TEST(TagPhotos, AllTagsOfThreePhotographsAndNoOther) {
     const auto& [name, count] = photographs[k];
     const std::vector<KnownTag> known = known_tags(k);
     ASSERT_EQ(known.size(), count);
-    expect_all_found(finder, drawn(known, finder.code()), known, std::sqrt(0.5), name + ", drawn");
+    expect_all_found(finder, drawn(known, family), known, std::sqrt(0.5), name + ", drawn");
     if (at_hand)
       expect_all_found(finder,
                        cv::imread((*at_hand / (name + ".jpg")).string(), cv::IMREAD_GRAYSCALE),

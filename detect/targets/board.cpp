@@ -2,77 +2,171 @@
 #include "detect/targets/board.hpp"
 
 #include <fmt/format.h>
-
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <map>
+#include <opencv2/core.hpp>
+#include <opencv2/imgproc.hpp>
 
+#include "core/geometry/homography.hpp"
+#include "core/geometry/vectors.hpp"
 #include "detect/dots/noise.hpp"
-#include "detect/families/tag_family.hpp"
-#include "detect/targets/board_map.hpp"
+#include "detect/tags/tags.hpp"
 #include "detect/targets/chessboard.hpp"
-#include "detect/targets/corner_covariance.hpp"
-#include "detect/targets/corner_point.hpp"
-#include "detect/targets/light_growth.hpp"
+#include "detect/targets/corner.hpp"
 
 namespace drape::detect {
+
 namespace {
 
 using Eigen::Vector2d;
+using Corners = Eigen::Matrix<double, 2, 4>;
 
-constexpr double kEdge_px = 1;               ///< that a blurred edge takes of the free width
-constexpr double kMostPitchFraction = 0.25;  ///< of the window, as for a chessboard
+constexpr std::size_t kTagsPerMap = 4;
+constexpr double kReachPitches = 1.6;
+
+Vector2d centre_of(const Corners& corners) {
+  // The diagonals cross where the tag's centre is, under any perspective.
+  const auto line = [&](int a, int b) -> Eigen::Vector3d {
+    return corners.col(a).homogeneous().cross(corners.col(b).homogeneous());
+  };
+  return line(0, 2).cross(line(1, 3)).hnormalized();
+}
+
+Corners turned(const Corners& corners, int quarters) {
+  Corners result;
+  for (int k = 0; k < 4; ++k) result.col(k) = corners.col((k + quarters) % 4);
+  return result;
+}
+
+/// Quarter turns by which the tags were printed: their centres alone tell where each corner
+/// must be. Upright for fewer than four tags or tags on one line.
+int quarters_turned(const std::vector<Vector2d>& centres_m, const std::vector<Corners>& corners_m,
+                    const std::vector<Corners>& corners_px) {
+  if (centres_m.size() < 4) return 0;
+  std::vector<Vector2d> centres_px;
+  centres_px.reserve(corners_px.size());
+  for (const Corners& corners : corners_px) centres_px.push_back(centre_of(corners));
+  const auto map = projective_map(centres_m, centres_px);
+  if (!map) return 0;
+  int best = 0;
+  double least = std::numeric_limits<double>::infinity();
+  for (int quarters = 0; quarters < 4; ++quarters) {
+    double sum = 0;
+    for (std::size_t i = 0; i < corners_m.size(); ++i) {
+      const Corners px = turned(corners_px[i], quarters);
+      for (int k = 0; k < 4; ++k) {
+        const Vector2d expected = mapped(*map, corners_m[i].col(k));
+        sum += (expected - px.col(k)).norm();
+      }
+    }
+    if (sum >= least) continue;
+    least = sum;
+    best = quarters;
+  }
+  return best;
+}
+
+Corners corners_in_plane(const Vector2d& centre_m, double edge_m) {
+  const double half = edge_m / 2;
+  Corners corners;
+  corners << -half, half, half, -half, half, half, -half, -half;
+  return corners.colwise() + centre_m;
+}
+
+/// Where the points of a tagged target lie in a picture, from the tags near each of them.
+class BoardMap {
+ public:
+  /// `tags` are the target's, each id once.
+  BoardMap(const Target& target, const std::vector<TagDetection>& tags);
+
+  /// Projective map from the target's plane (metres) to pixels as the four nearest tags have it.
+  /// Nothing where no tag lies within 1.6 pitches.
+  [[nodiscard]] std::optional<Eigen::Matrix3d> around(const Eigen::Vector2d& point_m) const;
+
+ private:
+  struct SeenTag {
+    Eigen::Vector2d centre_m;
+    Eigen::Matrix<double, 2, 4> corners_m, corners_px;
+  };
+  double pitch_m_;
+  std::vector<SeenTag> tags_;
+};
+
+BoardMap::BoardMap(const Target& target, const std::vector<TagDetection>& tags)
+    : pitch_m_(target.pitch_m) {
+  std::vector<Vector2d> centres_m;
+  std::vector<Corners> corners_m, corners_px;
+  for (const TagDetection& tag : tags) {
+    const auto printed = std::find_if(target.tags.begin(), target.tags.end(),
+                                      [&](const PrintedTag& t) { return t.id == tag.id; });
+    centres_m.push_back(printed->centre_m);
+    corners_m.push_back(corners_in_plane(printed->centre_m, target.tag_edge_m));
+    corners_px.push_back(tag.corners_px);
+  }
+  const int quarters = quarters_turned(centres_m, corners_m, corners_px);
+  for (std::size_t i = 0; i < tags.size(); ++i)
+    tags_.push_back({centres_m[i], corners_m[i], turned(corners_px[i], quarters)});
+}
+
+std::optional<Eigen::Matrix3d> BoardMap::around(const Vector2d& point_m) const {
+  std::vector<const SeenTag*> nearest;
+  const auto distance = [&](const SeenTag* tag) { return (tag->centre_m - point_m).norm(); };
+  for (const SeenTag& tag : tags_) {
+    if (distance(&tag) <= kReachPitches * pitch_m_) nearest.push_back(&tag);
+  }
+  if (nearest.empty()) return std::nullopt;
+  std::stable_sort(nearest.begin(), nearest.end(),
+                   [&](const SeenTag* a, const SeenTag* b) { return distance(a) < distance(b); });
+  nearest.resize(std::min(nearest.size(), kTagsPerMap));
+  std::vector<Vector2d> from, to;
+  for (const SeenTag* tag : nearest) {
+    for (int k = 0; k < 4; ++k) {
+      from.emplace_back(tag->corners_m.col(k));
+      to.emplace_back(tag->corners_px.col(k));
+    }
+  }
+  return projective_map(from, to);
+}
+
+constexpr double kEdge_px = 1;               ///< part of the free width that a blurred edge takes
+constexpr double kMostPitchFraction = 0.25;  ///< largest half window, as for a chessboard
 constexpr double kLeastContrastSigmas = 6;
 constexpr int kMostGrowth_px = 3;
 
-/// Adds the target's tags that were found to those known; an id seen twice is left out, one of
-/// them is wrong.
-void add_tags(const std::vector<TagDetection>& found, const Target& target,
-              std::map<int, TagDetection>& known) {
-  std::map<int, std::vector<TagDetection>> by_id;
-  for (const TagDetection& tag : found) {
-    const bool ours = std::any_of(target.tags.begin(), target.tags.end(),
-                                  [&](const PrintedTag& t) { return t.id == tag.id; });
-    if (ours) by_id[tag.id].push_back(tag);
-  }
-  for (const auto& [id, seen] : by_id)
-    if (seen.size() == 1) known.try_emplace(id, seen.front());
-}
-
 std::vector<TagDetection> tags_of(const GreyImage& image, const Target& target,
-                                  const TagFamily& family, double noise_sigma) {
+                                  double noise_sigma) {
+  TagFinder finder(target.tag_family, {target.tag_border, 1, true});
+  const PrintPlane plane = plane_of(target);
   std::map<int, TagDetection> known;
-  add_tags(family.find(image, noise_sigma), target, known);
+  for (const TagDetection& tag : finder.find(image, plane, noise_sigma)) known[tag.id] = tag;
   // The small squares of an AprilGrid touch its tags' corners, so that the library takes both for
   // one shape; with light grown into the dark they come apart.
   for (int by_px = 1; target.kind == TargetKind::aprilgrid && by_px <= kMostGrowth_px; ++by_px) {
     if (known.size() == target.tags.size()) break;
-    std::vector<TagDetection> found = family.find(with_light_grown(image, by_px), noise_sigma);
-    for (TagDetection& tag : found) tag.corners_px = without_growth(tag.corners_px, by_px);
-    add_tags(found, target, known);
+    for (TagDetection& tag : finder.find(with_light_grown(image, by_px), plane, noise_sigma)) {
+      tag.corners_px = without_growth(tag.corners_px, by_px);
+      known.try_emplace(tag.id, tag);
+    }
   }
   std::vector<TagDetection> tags;
-  tags.reserve(known.size());
   for (const auto& [id, tag] : known) tags.push_back(tag);
   return tags;
 }
 
 /// Width around a corner in which only its own edges lie: in a ChArUco board up to the tags, in an
 /// AprilGrid up to the far side of the small squares or the rim's inner edge.
-double free_width_m(const Target& target, const TagFamily& family) {
+double free_width_m(const Target& target) {
   const double gap = target.pitch_m - target.tag_edge_m;
   if (target.kind == TargetKind::charuco)
     return std::min(gap / 2, kMostPitchFraction * target.pitch_m);
+  const TagFamily family(target.tag_family, target.tag_border);
   return std::min(gap, target.tag_edge_m * target.tag_border / family.edge_modules());
 }
 
-Vector2d image_of(const Eigen::Matrix3d& map, const Vector2d& point_m) {
-  return (map * point_m.homogeneous()).hnormalized();
-}
-
-/// What one corner's surroundings look like in the picture.
+/// Surroundings of one corner in the picture.
 struct Surroundings {
   Vector2d px;
   double free_px = 0;     ///< to the nearest side of the free square's image
@@ -80,17 +174,17 @@ struct Surroundings {
 };
 
 Surroundings surroundings_of(const Eigen::Matrix3d& map, const Vector2d& point_m, double free_m) {
-  Surroundings around{image_of(map, point_m), std::numeric_limits<double>::infinity(), {}};
+  Surroundings around{mapped(map, point_m), std::numeric_limits<double>::infinity(), {}};
   int k = 0;
   for (const Vector2d& diagonal :
        {Vector2d(1, 1), Vector2d(-1, 1), Vector2d(-1, -1), Vector2d(1, -1)}) {
     const Vector2d along(diagonal.x(), 0), across(0, diagonal.y());
     // Seen aslant the free square is a rhomboid, whose sides are nearer than the ends of its arms.
-    const Vector2d a = image_of(map, point_m + free_m * along) - around.px;
-    const Vector2d b = image_of(map, point_m + free_m * across) - around.px;
-    const double area = std::abs(a.x() * b.y() - a.y() * b.x());
+    const Vector2d a = mapped(map, point_m + free_m * along) - around.px;
+    const Vector2d b = mapped(map, point_m + free_m * across) - around.px;
+    const double area = std::abs(cross(a, b));
     around.free_px = std::min(around.free_px, area / std::max(a.norm(), b.norm()));
-    around.diagonals[k++] = image_of(map, point_m + 0.6 * free_m * diagonal);
+    around.diagonals[k++] = mapped(map, point_m + 0.6 * free_m * diagonal);
   }
   return around;
 }
@@ -153,13 +247,12 @@ FrameDetections detect_face(const GreyImage& image, const Target& target) {
   FrameDetections frame;
   frame.width_px = image.width_px;
   frame.height_px = image.height_px;
-  const TagFamily family(target.tag_family, target.tag_border);
   const double noise_sigma = estimate_noise(image).sigma(128);
   frame.noise_sigma = noise_sigma;
-  frame.tags = tags_of(image, target, family, noise_sigma);
+  frame.tags = tags_of(image, target, noise_sigma);
   if (frame.tags.empty()) return frame;
   const BoardMap board(target, frame.tags);
-  CornerReader reader(image, free_width_m(target, family), noise_sigma, frame);
+  CornerReader reader(image, free_width_m(target), noise_sigma, frame);
   for (int row = 0; row < target.rows; ++row) {
     for (int col = 0; col < target.cols; ++col) {
       const Vector2d point_m = target.point_in_target({row, col}).head<2>();
@@ -168,17 +261,6 @@ FrameDetections detect_face(const GreyImage& image, const Target& target) {
   }
   set_corner_covariances(target, reader.points, frame);
   return frame;
-}
-
-GreyImage mirrored(const GreyImage& image) {
-  GreyImage result = image;
-  const auto width = static_cast<std::ptrdiff_t>(image.width_px);
-  for (std::ptrdiff_t y = 0; y < image.height_px; ++y) {
-    std::reverse(result.bytes.begin() + y * width, result.bytes.begin() + (y + 1) * width);
-    if (!result.levels.empty())
-      std::reverse(result.levels.begin() + y * width, result.levels.begin() + (y + 1) * width);
-  }
-  return result;
 }
 
 /// Measurements of the mirrored picture in the picture itself.
@@ -206,6 +288,32 @@ FrameDetections detect_tagged(const GreyImage& image, const Target& target) {
 }
 
 }  // namespace
+
+GreyImage with_light_grown(const GreyImage& image, int by_px) {
+  GreyImage grown{image.width_px, image.height_px, image.bytes, {}};
+  cv::Mat to = view_of(grown);
+  const int side = 2 * by_px + 1;
+  cv::dilate(view_of(image), to, cv::getStructuringElement(cv::MORPH_RECT, {side, side}));
+  return grown;
+}
+
+Eigen::Matrix<double, 2, 4> without_growth(const Eigen::Matrix<double, 2, 4>& corners_px,
+                                           int by_px) {
+  const Eigen::Vector2d middle = corners_px.rowwise().mean();
+  Eigen::Matrix<double, 3, 4> lines;
+  for (int k = 0; k < 4; ++k) {
+    const Eigen::Vector2d a = corners_px.col(k), along = corners_px.col((k + 1) % 4) - a;
+    Eigen::Vector2d outwards = Eigen::Vector2d(along.y(), -along.x()).normalized();
+    if (outwards.dot(a - middle) < 0) outwards = -outwards;
+    lines.col(k) << outwards, -outwards.dot(a) - by_px * outwards.lpNorm<1>();
+  }
+  Eigen::Matrix<double, 2, 4> corners;
+  for (int k = 0; k < 4; ++k) {
+    const Eigen::Vector3d before = lines.col((k + 3) % 4), after = lines.col(k);
+    corners.col(k) = before.cross(after).hnormalized();
+  }
+  return corners;
+}
 
 FrameDetections detect_board(const GreyImage& image, const Target& target) {
   if (target.kind == TargetKind::chessboard) return detect_chessboard(image, target);

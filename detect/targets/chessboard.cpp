@@ -2,27 +2,200 @@
 #include "detect/targets/chessboard.hpp"
 
 #include <fmt/format.h>
-
+#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <opencv2/calib3d.hpp>
 
-#include "detect/targets/board_grid.hpp"
-#include "detect/targets/corner_covariance.hpp"
-#include "detect/targets/corner_point.hpp"
+#include "core/geometry/homography.hpp"
+#include "core/geometry/vectors.hpp"
+#include "detect/targets/corner.hpp"
 
 namespace drape::detect {
+
 namespace {
+
+using Eigen::Vector2d;
+
+/// Corners of a chessboard, or of a rectangle of it, by row and column; rows run up when columns
+/// run right, as one sees the printed face (core/rig.hpp).
+struct BoardGrid {
+  int rows = 0, cols = 0;
+  std::vector<Eigen::Vector2d> px;
+  int first_row = 0, first_col = 0;  ///< place on the target
+
+  [[nodiscard]] const Eigen::Vector2d& at(int row, int col) const {
+    return px[static_cast<std::size_t>(row) * cols + col];
+  }
+  /// Place `row`, `col` in the pattern, in or beside the grid, by its two nearest corners along
+  /// either axis.
+  [[nodiscard]] Eigen::Vector2d near(double row, double col) const;
+  [[nodiscard]] double nearest_neighbour_px(int row, int col) const;
+  /// True when every corner lies where its neighbours to both sides let one expect it: a third of
+  /// their distance is more than perspective and lens bend, and less than a wrong corner is off.
+  [[nodiscard]] bool is_regular() const;
+
+  /// Turned by a quarter: the last row becomes the first column.
+  [[nodiscard]] BoardGrid turned() const;
+  /// Makes rows run up when columns run right.
+  void unmirror();
+};
+
+/// Fractions of the board's contrast: squares alternate by at least so much, the rim by at most so
+/// much.
+constexpr double kSquares = 0.5, kRim = 0.25;
+
+std::optional<double> level_near(const GreyImage& image, const Vector2d& px) {
+  const long x = std::lround(px.x()), y = std::lround(px.y());
+  if (x < 0 || y < 0 || x >= image.width_px || y >= image.height_px) return std::nullopt;
+  return image.level(static_cast<int>(x), static_cast<int>(y));
+}
+
+/// Levels of the squares `beyond` pitches outside one side, from its one end to the other.
+std::optional<std::vector<double>> squares_beyond(const GreyImage& image, const BoardGrid& grid,
+                                                  bool along_rows, bool high, double beyond) {
+  std::vector<double> levels;
+  const int squares = (along_rows ? grid.rows : grid.cols) - 1;
+  const double across = high ? (along_rows ? grid.cols : grid.rows) - 1 + beyond : -beyond;
+  for (int i = 0; i < squares; ++i) {
+    const auto level =
+        level_near(image, along_rows ? grid.near(i + 0.5, across) : grid.near(across, i + 0.5));
+    if (!level) return std::nullopt;
+    levels.push_back(*level);
+  }
+  return levels;
+}
+
+/// Mean difference of neighbours with alternating sign.
+double alternation(const std::vector<double>& levels) {
+  double sum = 0;
+  for (std::size_t i = 0; i + 1 < levels.size(); ++i)
+    sum += (i % 2 == 0 ? 1 : -1) * (levels[i] - levels[i + 1]);
+  return std::abs(sum) / static_cast<double>(levels.size() - 1);
+}
+
+/// True when the board ends beyond one side of the grid: one more row of squares, then a light rim.
+bool ends(const GreyImage& image, const BoardGrid& grid, bool along_rows, bool high,
+          double contrast) {
+  const auto squares = squares_beyond(image, grid, along_rows, high, 0.5);
+  const auto rim = squares_beyond(image, grid, along_rows, high, 1.4);
+  if (!squares || !rim || alternation(*squares) < kSquares * contrast ||
+      alternation(*rim) > kRim * contrast)
+    return false;
+  const auto [dark, light] = std::minmax_element(squares->begin(), squares->end());
+  return *std::min_element(rim->begin(), rim->end()) > (*dark + *light) / 2;
+}
+
+/// First row or column on the board of an axis of `seen` of its `whole` corners.
+std::optional<int> first_of(int seen, int whole, bool low_end, bool high_end) {
+  if (seen == whole) return 0;
+  if (seen > whole || low_end == high_end) return std::nullopt;
+  return low_end ? 0 : whole - seen;
+}
+
+Vector2d BoardGrid::near(double row, double col) const {
+  const int r = std::clamp(static_cast<int>(std::floor(row)), 0, rows - 2);
+  const int c = std::clamp(static_cast<int>(std::floor(col)), 0, cols - 2);
+  // Projective in the four corners: squares beyond a slanted board's end grow or shrink.
+  const auto map = square_homography({at(r, c), at(r, c + 1), at(r + 1, c + 1), at(r + 1, c)});
+  return map ? mapped(*map, {col - c, row - r}) : at(r, c);
+}
+
+double BoardGrid::nearest_neighbour_px(int row, int col) const {
+  double nearest = std::numeric_limits<double>::infinity();
+  const auto look = [&](int r, int c) {
+    if (r < 0 || c < 0 || r >= rows || c >= cols) return;
+    nearest = std::min(nearest, (at(r, c) - at(row, col)).norm());
+  };
+  look(row - 1, col);
+  look(row + 1, col);
+  look(row, col - 1);
+  look(row, col + 1);
+  return nearest;
+}
+
+bool BoardGrid::is_regular() const {
+  const auto bends = [](const Vector2d& before, const Vector2d& here, const Vector2d& after) {
+    return ((before + after) / 2 - here).norm() > (after - before).norm() / 6;
+  };
+  for (int row = 0; row < rows; ++row) {
+    for (int col = 0; col < cols; ++col) {
+      if (row > 0 && row + 1 < rows && bends(at(row - 1, col), at(row, col), at(row + 1, col)))
+        return false;
+      if (col > 0 && col + 1 < cols && bends(at(row, col - 1), at(row, col), at(row, col + 1)))
+        return false;
+    }
+  }
+  return true;
+}
+
+BoardGrid BoardGrid::turned() const {
+  BoardGrid result{cols, rows, {}, 0, 0};
+  for (int row = 0; row < cols; ++row)
+    for (int col = 0; col < rows; ++col) result.px.push_back(at(rows - 1 - col, row));
+  return result;
+}
+
+void BoardGrid::unmirror() {
+  const Vector2d along_cols = at(0, cols - 1) - at(0, 0);
+  const Vector2d along_rows = at(rows - 1, 0) - at(0, 0);
+  if (cross(along_cols, along_rows) < 0) return;
+  const BoardGrid old = *this;
+  for (int row = 0; row < rows; ++row)
+    for (int col = 0; col < cols; ++col)
+      px[static_cast<std::size_t>(row) * cols + col] = old.at(rows - 1 - row, col);
+}
+
+/// Brightness of the squares with even row + col above that of the others, grey levels.
+double even_over_odd(const GreyImage& image, const BoardGrid& grid) {
+  double sums[2] = {0, 0};
+  int counts[2] = {0, 0};
+  for (int row = 0; row + 1 < grid.rows; ++row) {
+    for (int col = 0; col + 1 < grid.cols; ++col) {
+      const Vector2d middle = (grid.at(row, col) + grid.at(row + 1, col) + grid.at(row, col + 1) +
+                               grid.at(row + 1, col + 1)) /
+                              4;
+      const int parity = (grid.first_row + row + grid.first_col + col) % 2;
+      sums[parity] += image.level(static_cast<int>(std::lround(middle.x())),
+                                  static_cast<int>(std::lround(middle.y())));
+      ++counts[parity];
+    }
+  }
+  return sums[0] / counts[0] - sums[1] / counts[1];
+}
+
+/// Gives a rectangle of corners its place on the board: an axis that is not whole must show one of
+/// the board's two ends, behind whose last squares the light rim runs. Nothing where no place or
+/// more than one agrees with what is seen.
+std::optional<BoardGrid> placed_on_board(const GreyImage& image, const Target& target,
+                                         const BoardGrid& part) {
+  const double contrast = std::abs(even_over_odd(image, part));
+  std::optional<BoardGrid> placed;
+  BoardGrid grid = part;
+  for (int quarter = 0; quarter < 4; ++quarter, grid = grid.turned()) {
+    grid.first_row = grid.first_col = 0;
+    const auto end = [&](bool along_rows, bool high) {
+      return ends(image, grid, along_rows, high, contrast);
+    };
+    const auto row = first_of(grid.rows, target.rows, end(false, false), end(false, true));
+    const auto col = first_of(grid.cols, target.cols, end(true, false), end(true, true));
+    if (!row || !col) continue;
+    grid.first_row = *row;
+    grid.first_col = *col;
+    // The square inside corner (0, 0) is dark.
+    if (even_over_odd(image, grid) > 0) continue;
+    if (placed) return std::nullopt;
+    placed = grid;
+  }
+  return placed;
+}
 
 /// Corners of a part of a board that the finder starts from, along either axis: from three it
 /// sometimes grows a skewed grid, which is no part of a board.
 constexpr int kLeastParts[] = {4, 3};
-constexpr double kWindowFraction = 0.25;  ///< of the distance to the nearest neighbour
-
-/// A view without a copy; OpenCV only reads it.
-cv::Mat view_of(const GreyImage& image) {
-  return {image.height_px, image.width_px, CV_8UC1, const_cast<std::uint8_t*>(image.bytes.data())};
-}
+constexpr double kWindowFraction =
+    0.25;  ///< half window over the distance to the nearest neighbour
 
 BoardGrid grid_of(int rows, int cols, const std::vector<cv::Point2f>& corners) {
   BoardGrid grid{rows, cols, {}, 0, 0};
@@ -65,7 +238,7 @@ std::optional<BoardGrid> part_of_board(const GreyImage& image, const Target& tar
   return std::nullopt;
 }
 
-/// Whether the picture shows the board that the target would be, were its squares counted.
+/// True when the picture shows the board that the target would be, were its squares counted.
 bool squares_were_counted(const GreyImage& image, const Target& target) {
   const cv::Size inner(target.cols - 1, target.rows - 1);
   std::vector<cv::Point2f> corners;

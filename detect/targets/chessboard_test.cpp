@@ -5,8 +5,11 @@
 
 #include <Eigen/Geometry>
 #include <cmath>
+#include <opencv2/core.hpp>
 #include <random>
 
+#include "core/geometry/homography.hpp"
+#include "detect/test_pictures.hpp"
 #include "tests/support/trials.hpp"
 
 namespace drape::detect {
@@ -25,28 +28,15 @@ Target board(int rows, int cols) {
 /// the corners (0, 0) and (1, 1), sampled 8 x 8 per pixel, with noise of 2 grey levels.
 GreyImage picture_of(const Target& target, const Eigen::Matrix3d& image_from_board,
                      int width_px = 640, int height_px = 480) {
-  constexpr int kSamples = 8;
-  GreyImage image{width_px, height_px, {}, {}};
   const Eigen::Matrix3d board_from_image = image_from_board.inverse();
-  std::mt19937 random(7);
-  std::normal_distribution<double> noise(0, 2);
-  for (int v = 0; v < image.height_px; ++v) {
-    for (int u = 0; u < image.width_px; ++u) {
-      double light = 0;
-      for (int k = 0; k < kSamples * kSamples; ++k) {
-        const Eigen::Vector3d px(u - 0.5 + (k % kSamples + 0.5) / kSamples,
-                                 v - 0.5 + (int{k / kSamples} + 0.5) / kSamples, 1);
-        const Eigen::Vector2d place = (board_from_image * px).hnormalized();
-        const int col = static_cast<int>(std::floor(place.x()));
-        const int row = static_cast<int>(std::floor(place.y()));
-        const bool on_board = col >= -1 && row >= -1 && col < target.cols && row < target.rows;
-        light += on_board && (row + col) % 2 == 0 ? 40 : 200;
-      }
-      const double level = light / (kSamples * kSamples) + noise(random);
-      image.bytes.push_back(static_cast<std::uint8_t>(std::clamp(level, 0.0, 255.0)));
-    }
-  }
-  return image;
+  const auto level = [&](const Eigen::Vector2d& px) {
+    const Eigen::Vector2d place = mapped(board_from_image, px);
+    const int col = static_cast<int>(std::floor(place.x()));
+    const int row = static_cast<int>(std::floor(place.y()));
+    const bool on_board = col >= -1 && row >= -1 && col < target.cols && row < target.rows;
+    return on_board && (row + col) % 2 == 0 ? 40.0 : 200.0;
+  };
+  return test::exposed(test::sampled(width_px, height_px, 8, level), 0, 2, 7);
 }
 
 /// Columns to the right and rows up, turned by `angle_deg`, with perspective.
@@ -72,13 +62,21 @@ GreyImage small_picture_of(const Target& target, const Eigen::Matrix3d& image_fr
   return picture_of(target, image_from_board, 320, 240);
 }
 
+Eigen::Vector2d error_px(const Detection& corner, const Eigen::Matrix3d& image_from_board) {
+  return corner.centre_px - mapped(image_from_board, {corner.mark.col, corner.mark.row});
+}
+
 double rms_error_px(const FrameDetections& frame, const Eigen::Matrix3d& image_from_board) {
   double squares = 0;
-  for (const Detection& corner : frame.detections) {
-    const Eigen::Vector3d place(corner.mark.col, corner.mark.row, 1);
-    squares += (corner.centre_px - (image_from_board * place).hnormalized()).squaredNorm();
-  }
+  for (const Detection& corner : frame.detections)
+    squares += error_px(corner, image_from_board).squaredNorm();
   return std::sqrt(squares / static_cast<double>(frame.detections.size()));
+}
+
+/// Squared error along an axis in units of the stated variance.
+double normalised(const Detection& corner, const Eigen::Matrix3d& image_from_board) {
+  const Eigen::Vector2d error = error_px(corner, image_from_board);
+  return error.dot(corner.covariance_px2.inverse() * error) / 2;
 }
 
 TEST(Chessboard, CornersKeepTheirLabelsHoweverTheBoardIsTurned) {
@@ -94,21 +92,19 @@ TEST(Chessboard, CornersKeepTheirLabelsHoweverTheBoardIsTurned) {
 
 TEST(Chessboard, TheStatedUncertaintyIsThatOfTheErrors) {
   const Target target = board(6, 9);
-  double normalised = 0;
+  double sum = 0;
   int corners = 0;
   for (const double angle_deg : {3.0, 20.0, 41.0, 75.0}) {
     const Eigen::Matrix3d image_from_board = view(angle_deg, 30);
     const FrameDetections frame = detect_chessboard(picture_of(target, image_from_board), target);
     for (const Detection& corner : frame.detections) {
-      const Eigen::Vector3d place(corner.mark.col, corner.mark.row, 1);
-      const Eigen::Vector2d error = corner.centre_px - (image_from_board * place).hnormalized();
-      normalised += error.dot(corner.covariance_px2.inverse() * error) / 2;
+      sum += normalised(corner, image_from_board);
       ++corners;
     }
   }
   ASSERT_EQ(corners, 4 * 54);
   // Mean of 216 values with unit mean, the scale itself known from some 80 differences a frame.
-  EXPECT_NEAR(normalised / corners, 1, 0.5);
+  EXPECT_NEAR(sum / corners, 1, 0.5);
 }
 
 Eigen::Matrix3d shifted(Eigen::Matrix3d image_from_board, double right_px, double down_px) {
@@ -135,31 +131,28 @@ TEST(Chessboard, ThePartOfACutOffBoardKeepsItsLabels) {
 // The window of a corner at the picture's edge shrinks, and its stated uncertainty grows with that.
 TEST(Chessboard, NoCornerIsLeftOutAtThePicturesEdge) {
   const Target target = board(6, 9);
-  double normalised = 0;
+  double sum = 0;
   int corners = 0;
   for (const double left_px : {5.2, 6.7, 7.9, 9.4}) {
     Eigen::Matrix3d turned = halved(view(3, 50));
     turned(2, 0) = turned(2, 1) = 0;  // no perspective
     turned /= turned(2, 2);
     double first_px = 320;
-    for (const int row : {0, 5})
-      first_px = std::min(first_px, (turned * Eigen::Vector3d(0, row, 1)).hnormalized().x());
+    for (const int row : {0, 5}) first_px = std::min(first_px, mapped(turned, {0, row}).x());
     const Eigen::Matrix3d image_from_board = shifted(turned, left_px - first_px, 0);
     const FrameDetections frame =
         detect_chessboard(small_picture_of(target, image_from_board), target);
     EXPECT_EQ(frame.detections.size(), 54U) << left_px;
     for (const Detection& corner : frame.detections) {
       if (corner.mark.col > 0) continue;
-      const Eigen::Vector3d place(corner.mark.col, corner.mark.row, 1);
-      const Eigen::Vector2d error = corner.centre_px - (image_from_board * place).hnormalized();
-      normalised += error.dot(corner.covariance_px2.inverse() * error) / 2;
+      sum += normalised(corner, image_from_board);
       ++corners;
     }
   }
   ASSERT_EQ(corners, 4 * 6);
   // Mean of 48 values with unit mean: 3 standard deviations, the scale itself known to a sixth.
-  EXPECT_LT(normalised / corners, 1.8);
-  EXPECT_GT(normalised / corners, 0.4);
+  EXPECT_LT(sum / corners, 1.8);
+  EXPECT_GT(sum / corners, 0.4);
 }
 
 TEST(Chessboard, APartWhosePlaceIsInDoubtIsRefusedByName) {

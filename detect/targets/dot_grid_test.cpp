@@ -4,8 +4,6 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <Eigen/Eigenvalues>
-#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <iostream>
@@ -17,8 +15,10 @@
 
 #include "core/files/csv.hpp"
 #include "core/files/files.hpp"
+#include "core/geometry/homography.hpp"
 #include "detect/detect.hpp"
 #include "detect/frame.hpp"
+#include "detect/test_pictures.hpp"
 #include "tests/support/drawing.hpp"
 #include "tests/support/paths.hpp"
 #include "tests/support/trials.hpp"
@@ -67,40 +67,23 @@ class GridBench {
 
 /// Largest distance from the projective map through all dots, in pitches: a wrong index is one off.
 double worst_in_pitches(const std::vector<Detection>& dots) {
-  Eigen::Matrix<double, 9, 9> square = Eigen::Matrix<double, 9, 9>::Zero();
-  const auto scaled = [](const Detection& dot) -> Eigen::Vector2d {
-    return (dot.centre_px - Eigen::Vector2d(320, 240)) / 200;
-  };
-  const auto place = [](const Detection& dot) -> Eigen::Vector2d {
-    return {(dot.mark.col - 4.5) / 4, (dot.mark.row - 3.5) / 4};
-  };
+  std::vector<Eigen::Vector2d> places, seen;
   for (const Detection& dot : dots) {
-    const Eigen::Vector2d p = scaled(dot), q = place(dot);
-    Eigen::Matrix<double, 2, 9> rows;
-    rows << q.x(), q.y(), 1, 0, 0, 0, -p.x() * q.x(), -p.x() * q.y(), -p.x(),  //
-        0, 0, 0, q.x(), q.y(), 1, -p.y() * q.x(), -p.y() * q.y(), -p.y();
-    square += rows.transpose() * rows;
+    places.emplace_back(dot.mark.col, dot.mark.row);
+    seen.push_back(dot.centre_px);
   }
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix<double, 9, 9>> eigen(square);
-  const Eigen::Matrix<double, 9, 1> h = eigen.eigenvectors().col(0);
-  Eigen::Matrix3d map;
-  map << h(0), h(1), h(2), h(3), h(4), h(5), h(6), h(7), h(8);
-  const auto seen = [&](const Eigen::Vector2d& q) -> Eigen::Vector2d {
-    return (map * q.homogeneous()).hnormalized();
-  };
+  const Eigen::Matrix3d map = homography(places, seen).value();
   double worst = 0;
-  for (const Detection& dot : dots) {
-    const Eigen::Vector2d q = place(dot);
-    const double pitch = std::min((seen(q + Eigen::Vector2d(0.25, 0)) - seen(q)).norm(),
-                                  (seen(q + Eigen::Vector2d(0, 0.25)) - seen(q)).norm());
-    worst = std::max(worst, (seen(q) - scaled(dot)).norm() / pitch);
+  for (std::size_t i = 0; i < dots.size(); ++i) {
+    const double pitch = derivative_at(map, places[i]).colwise().norm().minCoeff();
+    worst = std::max(worst, (mapped(map, places[i]) - seen[i]).norm() / pitch);
   }
   return worst;
 }
 
 /// The picture with one dot gone: its ellipse and the blur around it get the light beside it.
 void paint_out(const Detection& dot, GreyImage& image) {
-  cv::Mat picture(image.height_px, image.width_px, CV_8U, image.bytes.data());
+  cv::Mat picture = view_of(image);
   const auto ellipse = [&](double more_px) {
     const Eigen::Vector2d size = 2 * (dot.semi_axes_px.array() + more_px);
     return cv::RotatedRect(
@@ -129,12 +112,6 @@ std::set<MarkId> random_marks(unsigned seed, std::size_t count) {
   return marks;
 }
 
-GreyImage grey_of(const cv::Mat& picture) {
-  GreyImage image{picture.cols, picture.rows, {}, {}};
-  image.bytes.assign(picture.datastart, picture.dataend);
-  return image;
-}
-
 /// The dots of photograph `k` as they were measured in it (tests/data/dot-grid-photos), drawn dark
 /// on grey: for where the photographs are not.
 cv::Mat drawn(int k) {
@@ -150,11 +127,11 @@ cv::Mat drawn(int k) {
   return drawing.picture(0.7);
 }
 
-/// Of each pose: the dots drawn, and the photograph where it is at hand.
+/// Pictures of a pose: the dots drawn, and the photograph where it is at hand.
 std::vector<GreyImage> pictures_of(int k) {
-  std::vector<GreyImage> pictures{grey_of(drawn(k))};
+  std::vector<GreyImage> pictures{image_of(drawn(k))};
   if (const auto folder = reference_data("dot-grid-photos"))
-    pictures.push_back(grey_of(cv::imread(
+    pictures.push_back(image_of(cv::imread(
         (*folder / ("image0000" + std::to_string(k) + ".jpg")).string(), cv::IMREAD_GRAYSCALE)));
   return pictures;
 }
@@ -202,7 +179,7 @@ PrintPlane grid_plane() {
 
 FrameDetections look(const GreyImage& image) {
   TagFinder no_tags("");
-  return detect_frame(image, grid_plane(), no_tags, limits_of(DetectOptions{}));
+  return detect_frame(image, grid_plane(), no_tags, {});
 }
 
 void expect_the_rest(const FrameDetections& whole, const FrameDetections& rest,

@@ -1,18 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
 // Tags of an AprilGrid, whose corners touch small black squares, with and without light grown into
 // the dark.
-#include "detect/targets/light_growth.hpp"
+#include "detect/targets/board.hpp"
 
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
-#include <algorithm>
 #include <cmath>
 #include <opencv2/core.hpp>
-#include <opencv2/imgproc.hpp>
-#include <random>
 
-#include "detect/families/tag_family.hpp"
+#include "detect/tags/tags.hpp"
+#include "detect/test_pictures.hpp"
 
 namespace drape::test {
 
@@ -34,37 +32,16 @@ class Grid {
     turn_ = Eigen::Rotation2D<double>(turn_rad).toRotationMatrix();
   }
 
-  [[nodiscard]] const TagFamily& family() const { return family_; }
-
   [[nodiscard]] Vector2d corner_px(int id, int corner) const {
     const Vector2d at(corner == 1 || corner == 2 ? tag_px_ : 0, corner > 1 ? tag_px_ : 0);
     return turn_ * (pitch_px() * Vector2d(id % tags_across, id / tags_across) + at) + first_px;
   }
 
-  /// With the lens's blur and noise; each pixel from 16 samples.
   [[nodiscard]] GreyImage draw() const {
-    cv::Mat exact(side_px, side_px, CV_32F), blurred;
-    for (int y = 0; y < side_px; ++y) {
-      for (int x = 0; x < side_px; ++x) {
-        int black = 0;
-        for (int k = 0; k < 16; ++k) {
-          const Vector2d sample(x - 0.375 + 0.25 * (k % 4), y - 0.375 + 0.25 * int{k / 4});
-          black += is_black(turn_.transpose() * (sample - first_px)) ? 1 : 0;
-        }
-        exact.at<float>(y, x) = 190.0F - 150.0F * static_cast<float>(black) / 16.0F;
-      }
-    }
-    cv::GaussianBlur(exact, blurred, {}, 0.6);
-    std::mt19937 random(9);
-    std::normal_distribution<double> noise(0, noise_grey);
-    GreyImage image{side_px, side_px, {}, {}};
-    for (int y = 0; y < side_px; ++y) {
-      for (int x = 0; x < side_px; ++x) {
-        const double level = blurred.at<float>(y, x) + noise(random);
-        image.bytes.push_back(static_cast<std::uint8_t>(std::clamp(std::lround(level), 0L, 255L)));
-      }
-    }
-    return image;
+    const auto level = [&](const Vector2d& px) {
+      return is_black(turn_.transpose() * (px - first_px)) ? 40.0 : 190.0;
+    };
+    return exposed(sampled(side_px, side_px, 4, level), 0.6, noise_grey, 9);
   }
 
  private:
@@ -120,11 +97,11 @@ TEST(LightGrowth, CornersGoBackToWhereTheyWere) {
 TEST(LightGrowth, TagsBetweenSmallSquaresAreReadWithItAndNotWithout) {
   const Grid grid;
   const GreyImage image = grid.draw();
-  const std::size_t all = tags_across * tags_across;
-  EXPECT_LT(grid.family().find(image, noise_grey).size(), all);
-  const std::vector<TagDetection> found =
-      grid.family().find(with_light_grown(image, 2), noise_grey);
-  ASSERT_EQ(found.size(), all);
+  const std::size_t tags = tags_across * tags_across;
+  TagFinder finder("tag36h11", {.border_modules = 2, .wrong_bits = 1, .refine_edges = true});
+  EXPECT_LT(finder.find_all(image, noise_grey).size(), tags);
+  const std::vector<TagDetection> found = finder.find_all(with_light_grown(image, 2), noise_grey);
+  ASSERT_EQ(found.size(), tags);
   for (const TagDetection& tag : found) {
     const Eigen::Matrix<double, 2, 4> corners = without_growth(tag.corners_px, 2);
     for (int k = 0; k < 4; ++k) {

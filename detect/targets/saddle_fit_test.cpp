@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Rendered corners with blur and noise: the fit beside OpenCV's cornerSubPix on the same pictures.
-#include "detect/targets/saddle_fit.hpp"
+#include "detect/targets/corner.hpp"
 
 #include <gtest/gtest.h>
 
@@ -10,7 +10,7 @@
 #include <opencv2/imgproc.hpp>
 #include <random>
 
-#include "detect/targets/corner_point.hpp"
+#include "detect/test_pictures.hpp"
 #include "tests/support/trials.hpp"
 
 namespace drape::detect {
@@ -30,7 +30,6 @@ struct DrawnCorner {
 DrawnCorner drawn_corner(double blur_px, double noise_levels, std::mt19937& random) {
   constexpr int kFine = 6;
   std::uniform_real_distribution<double> unit(0, 1);
-  std::normal_distribution<double> noise(0, noise_levels);
   const double first = std::numbers::pi * unit(random);
   const double second = first + std::numbers::pi * (0.2 + 0.6 * unit(random));
   const double dark = 20 + 40 * unit(random), light = 140 + 80 * unit(random);
@@ -38,31 +37,19 @@ DrawnCorner drawn_corner(double blur_px, double noise_levels, std::mt19937& rand
   DrawnCorner drawn;
   drawn.centre_px =
       Vector2d::Constant((kSide_px - 1) / 2.0) + Vector2d(unit(random) - 0.5, unit(random) - 0.5);
-  cv::Mat fine(kSide_px * kFine, kSide_px * kFine, CV_32F), blurred, coarse;
-  for (int y = 0; y < fine.rows; ++y) {
-    for (int x = 0; x < fine.cols; ++x) {
-      const Vector2d p =
-          Vector2d(x + 0.5, y + 0.5) / kFine - Vector2d::Constant(0.5) - drawn.centre_px;
-      const double a = std::cos(first) * p.y() - std::sin(first) * p.x();
-      const double b = std::cos(second) * p.y() - std::sin(second) * p.x();
-      fine.at<float>(y, x) = static_cast<float>((a * b > 0 ? light : dark) * (1 + slope.dot(p)));
-    }
-  }
-  cv::GaussianBlur(fine, blurred, {0, 0}, blur_px * kFine);
-  cv::resize(blurred, coarse, {kSide_px, kSide_px}, 0, 0, cv::INTER_AREA);
-  drawn.image = {kSide_px, kSide_px, {}, {}};
-  for (int y = 0; y < kSide_px; ++y)
-    for (int x = 0; x < kSide_px; ++x)
-      drawn.image.bytes.push_back(
-          cv::saturate_cast<std::uint8_t>(coarse.at<float>(y, x) + noise(random)));
+  const cv::Mat levels = test::sampled(kSide_px, kSide_px, kFine, [&](const Vector2d& px) {
+    const Vector2d p = px - drawn.centre_px;
+    const double a = std::cos(first) * p.y() - std::sin(first) * p.x();
+    const double b = std::cos(second) * p.y() - std::sin(second) * p.x();
+    return (a * b > 0 ? light : dark) * (1 + slope.dot(p));
+  });
+  drawn.image = test::exposed(levels, blur_px, noise_levels, static_cast<unsigned>(random()));
   return drawn;
 }
 
 Vector2d by_opencv(const DrawnCorner& drawn, const Vector2d& start, int half_window) {
-  const cv::Mat view(kSide_px, kSide_px, CV_8UC1,
-                     const_cast<std::uint8_t*>(drawn.image.bytes.data()));
   std::vector<cv::Point2f> corner{{static_cast<float>(start.x()), static_cast<float>(start.y())}};
-  cv::cornerSubPix(view, corner, {half_window, half_window}, {-1, -1},
+  cv::cornerSubPix(view_of(drawn.image), corner, {half_window, half_window}, {-1, -1},
                    {cv::TermCriteria::EPS + cv::TermCriteria::COUNT, 100, 1e-4});
   return {corner[0].x, corner[0].y};
 }

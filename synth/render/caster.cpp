@@ -53,7 +53,10 @@ PixelRays::PixelRays(const CameraModel& model) : width_(model.width_px), height_
 Vector2d PixelRays::direction(double u, double v) const {
   const int column = std::clamp(static_cast<int>(std::floor(u + 0.5)), 0, width_ - 1);
   const int row = std::clamp(static_cast<int>(std::floor(v + 0.5)), 0, height_ - 1);
-  const double x = u + 0.5 - column, y = v + 0.5 - row;
+  return within(column, row, u + 0.5 - column, v + 0.5 - row);
+}
+
+Vector2d PixelRays::within(int column, int row, double x, double y) const {
   return (1 - y) * ((1 - x) * corner(column, row) + x * corner(column + 1, row)) +
          y * ((1 - x) * corner(column, row + 1) + x * corner(column + 1, row + 1));
 }

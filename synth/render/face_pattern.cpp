@@ -5,7 +5,6 @@
 #include <cmath>
 
 #include "core/geometry/vectors.hpp"
-#include "synth/render/tag_modules.hpp"
 
 namespace drape::synth {
 namespace {
@@ -60,13 +59,13 @@ Cut cut(const Cut& polygon, int axis, double limit, double sign) {
   return result;
 }
 
-double cell_rectangle_area(const FaceCell& cell, const Rectangle& rectangle) {
+double cell_box_area(const FaceCell& cell, const FaceBox& box) {
   Cut polygon;
   polygon.count = 4;
   std::copy(cell.begin(), cell.end(), polygon.points.begin());
   for (int axis = 0; axis < 2; ++axis) {
-    polygon = cut(polygon, axis, rectangle.least[axis], 1);
-    polygon = cut(polygon, axis, rectangle.most[axis], -1);
+    polygon = cut(polygon, axis, box.least[axis], 1);
+    polygon = cut(polygon, axis, box.most[axis], -1);
   }
   return signed_area(polygon.points.data(), polygon.count);
 }
@@ -88,29 +87,30 @@ double polygon_disc_area(const FaceCell& cell, const FacePoint& centre, double r
   return area;
 }
 
-FacePattern::FacePattern(std::vector<Disc> discs, std::vector<Rectangle> rectangles)
-    : discs_(std::move(discs)), rectangles_(std::move(rectangles)) {
-  if (discs_.empty() && rectangles_.empty()) return;
+FacePattern::FacePattern(const Face& face) : discs_(face.discs) {
+  for (const std::vector<FaceBox>& area : face.areas)
+    boxes_.insert(boxes_.end(), area.begin(), area.end());
+  if (discs_.empty() && boxes_.empty()) return;
   FacePoint least = FacePoint::Constant(1e300), most = -least;
-  for (const Disc& disc : discs_) {
+  for (const FaceDisc& disc : discs_) {
     least = least.cwiseMin((disc.centre.array() - disc.radius_m).matrix());
     most = most.cwiseMax((disc.centre.array() + disc.radius_m).matrix());
   }
-  for (const Rectangle& rectangle : rectangles_) {
-    least = least.cwiseMin(rectangle.least);
-    most = most.cwiseMax(rectangle.most);
+  for (const FaceBox& box : boxes_) {
+    least = least.cwiseMin(box.least);
+    most = most.cwiseMax(box.most);
   }
   first_ = least;
   size_ = ((most - least) / bucket_m).cast<int>() + Eigen::Vector2i::Ones();
   buckets_.resize(static_cast<std::size_t>(size_.x()) * size_.y());
   int index = 0;
-  for (const Disc& disc : discs_) {
+  for (const FaceDisc& disc : discs_) {
     const FacePoint reach = FacePoint::Constant(disc.radius_m);
     add(disc.centre - reach, disc.centre + reach, index++, true);
   }
   index = 0;
-  for (const Rectangle& rectangle : rectangles_) {
-    add(rectangle.least, rectangle.most, index++, false);
+  for (const FaceBox& box : boxes_) {
+    add(box.least, box.most, index++, false);
   }
 }
 
@@ -123,7 +123,7 @@ Eigen::Vector2i FacePattern::bucket_of(const FacePoint& point) const {
 void FacePattern::add(const FacePoint& least, const FacePoint& most, int index, bool is_disc) {
   visit(least, most, [&](const Bucket& found) {
     auto& bucket = buckets_[static_cast<std::size_t>(&found - buckets_.data())];
-    (is_disc ? bucket.discs : bucket.rectangles).push_back(index);
+    (is_disc ? bucket.discs : bucket.boxes).push_back(index);
   });
 }
 
@@ -143,7 +143,7 @@ bool FacePattern::has_edge_in(const FaceCell& cell) const {
   bool touched = false;
   visit(bounds.least, bounds.most, [&](const Bucket& bucket) {
     for (const int k : bucket.discs) {
-      const Disc& disc = discs_[k];
+      const FaceDisc& disc = discs_[k];
       double nearest = 1e300, farthest = 0;
       for (const FacePoint& corner : cell) {
         const double distance = (corner - disc.centre).norm();
@@ -153,8 +153,8 @@ bool FacePattern::has_edge_in(const FaceCell& cell) const {
       const double size = (bounds.most - bounds.least).norm();
       touched |= farthest > disc.radius_m && nearest < disc.radius_m + size;
     }
-    for (const int k : bucket.rectangles) {
-      const Rectangle& r = rectangles_[k];
+    for (const int k : bucket.boxes) {
+      const FaceBox& r = boxes_[k];
       const bool apart = (bounds.least.array() >= r.most.array()).any() ||
                          (bounds.most.array() <= r.least.array()).any();
       const bool inside = (bounds.least.array() >= r.least.array()).all() &&
@@ -169,12 +169,12 @@ double FacePattern::coverage(const FaceCell& cell) const {
   const double area = signed_area(cell.data(), 4);
   if (area == 0) return is_printed(cell[0]) ? 1 : 0;
   const Bounds bounds(cell);
-  std::vector<int> discs, rectangles;
+  std::vector<int> discs, boxes;
   visit(bounds.least, bounds.most, [&](const Bucket& bucket) {
     discs.insert(discs.end(), bucket.discs.begin(), bucket.discs.end());
-    rectangles.insert(rectangles.end(), bucket.rectangles.begin(), bucket.rectangles.end());
+    boxes.insert(boxes.end(), bucket.boxes.begin(), bucket.boxes.end());
   });
-  for (std::vector<int>* found : {&discs, &rectangles}) {
+  for (std::vector<int>* found : {&discs, &boxes}) {
     std::sort(found->begin(), found->end());
     found->erase(std::unique(found->begin(), found->end()), found->end());
   }
@@ -182,7 +182,7 @@ double FacePattern::coverage(const FaceCell& cell) const {
   for (const int k : discs) {
     inked += discs_[k].ink * polygon_disc_area(cell, discs_[k].centre, discs_[k].radius_m);
   }
-  for (const int k : rectangles) inked += cell_rectangle_area(cell, rectangles_[k]);
+  for (const int k : boxes) inked += cell_box_area(cell, boxes_[k]);
   return std::clamp(inked / area, 0.0, 1.0);
 }
 
@@ -192,68 +192,12 @@ bool FacePattern::is_printed(const FacePoint& point) const {
     for (const int k : bucket.discs) {
       if ((point - discs_[k].centre).norm() < discs_[k].radius_m) ink += discs_[k].ink;
     }
-    for (const int k : bucket.rectangles) {
-      const Rectangle& r = rectangles_[k];
+    for (const int k : bucket.boxes) {
+      const FaceBox& r = boxes_[k];
       ink += (point.array() >= r.least.array()).all() && (point.array() < r.most.array()).all();
     }
   });
   return ink > 0.5;
-}
-
-FacePoint face_point(const Print& print, MarkId mark) {
-  const Eigen::Vector2d material = print.material_m(mark);
-  return {material.y(), material.x()};
-}
-
-FacePoint face_point(const Target& target, MarkId mark) {
-  const Eigen::Vector3d point = target.point_in_target(mark);
-  return {point.x(), -point.y()};
-}
-
-FacePattern pattern_of(const Print& print) {
-  std::vector<Disc> discs;
-  std::vector<Rectangle> modules;
-  for (int row = 0; row < print.rows; ++row) {
-    for (int col = 0; col < print.cols; ++col) {
-      const FacePoint centre = face_point(print, {row, col});
-      discs.push_back({centre, print.dot_diameter_m / 2, 1});
-      if (print.dot_classes && print.dot_classes->is_light({row, col})) {
-        discs.push_back({centre, print.dot_classes->light_centre_diameter_m / 2, -1});
-      }
-    }
-  }
-  for (const PrintedTag& tag : print.tags) {
-    const auto more = tag_modules(print.tag_family, tag.id, print.tag_edge_m,
-                                  {tag.centre_m.y(), tag.centre_m.x()});
-    modules.insert(modules.end(), more.begin(), more.end());
-  }
-  return {std::move(discs), std::move(modules)};
-}
-
-FacePattern pattern_of(const Target& target) {
-  std::vector<Disc> discs;
-  std::vector<Rectangle> printed;
-  if (target.kind == TargetKind::chessboard) {
-    for (int row = -1; row < target.rows; ++row) {
-      for (int col = -1; col < target.cols; ++col) {
-        if ((row + col) % 2 != 0) continue;
-        const FacePoint least = face_point(target, {row + 1, col});
-        printed.push_back({least, least + FacePoint::Constant(target.pitch_m)});
-      }
-    }
-    return {std::move(discs), std::move(printed)};
-  }
-  for (int row = 0; row < target.rows; ++row) {
-    for (int col = 0; col < target.cols; ++col) {
-      discs.push_back({face_point(target, {row, col}), target.dot_diameter_m / 2, 1});
-    }
-  }
-  for (const PrintedTag& tag : target.tags) {
-    const auto more = tag_modules(target.tag_family, tag.id, target.tag_edge_m,
-                                  {tag.centre_m.x(), -tag.centre_m.y()});
-    printed.insert(printed.end(), more.begin(), more.end());
-  }
-  return {std::move(discs), std::move(printed)};
 }
 
 }  // namespace drape::synth

@@ -106,15 +106,10 @@ Vector3d interpolated(const GridSurface& s, const FacePoint& face) {
 
 }  // namespace
 
-void Folds::check() const {
-  if (!(slope_rad >= 0 && slope_rad < 80 * units::deg)) {
-    throw usage_error(fmt::format("the folds' slope is {:g} degrees", slope_rad / units::deg),
-                      "give 0 to 80 degrees");
-  }
-  if (!(wavelength_m > 5e-3)) {
-    throw usage_error(fmt::format("the folds' wavelength is {:g} mm", wavelength_m / units::mm),
-                      "give more than 5 mm");
-  }
+void fields(Fields& f, Folds& folds) {
+  f.otherwise({"slope_deg", "steepest slope of the folds", units::deg, 0, 80}, folds.slope_rad);
+  f.otherwise({"wavelength_mm", "distance of two crests of the folds", units::mm, 5},
+              folds.wavelength_m);
 }
 
 std::optional<Vector3d> GridSurface::point_in_world(const FacePoint& face) const {
@@ -162,7 +157,6 @@ GridSurface surface_of(const FacePoint& least, const FacePoint& most, double ste
 }
 
 GridSurface folded(const Print& print, const Folds& folds, double step_m) {
-  folds.check();
   const FacePoint most(print.patch_m.y(), print.patch_m.x());
   const FacePoint middle = most / 2;
   const ArcLength arc(folds, most.norm());

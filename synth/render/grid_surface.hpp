@@ -6,9 +6,11 @@
 #include <optional>
 #include <vector>
 
+#include "core/fields/fields.hpp"
 #include "core/pose.hpp"
 #include "core/rig.hpp"
 #include "core/sheet.hpp"
+#include "core/units.hpp"
 #include "synth/render/face_pattern.hpp"
 
 namespace drape::synth {
@@ -17,7 +19,7 @@ namespace drape::synth {
 /// triangles cut from its upper right to its lower left corner. The triangles ARE the surface: what
 /// is rendered and what is true are the same shape.
 struct GridSurface {
-  int rows = 0, cols = 0;  ///< of points; rows follow y of the face, columns x
+  int rows = 0, cols = 0;  ///< number of points; rows follow y of the face, columns x
   FacePoint first = FacePoint::Zero();
   FacePoint step = FacePoint::Zero();
   std::vector<Eigen::Vector3d> points_in_world;
@@ -39,15 +41,14 @@ struct GridSurface {
 /// Folds z = A sin(2 pi x / wavelength + phase) of constant profile, without stretch: distances on
 /// the face are arc lengths on the folds. Printed side up, face centre above `centre`.
 struct Folds {
-  double slope_rad = 0;  ///< steepest slope of the profile
+  double slope_rad = 30 * units::deg;  ///< steepest slope of the profile
   double wavelength_m = 0.1;
   double phase_rad = 0;
   double direction_rad = 0;  ///< from the face's x to the direction of the profile, on the face
   double yaw_rad = 0;        ///< from the world's +x to the face's x
   Eigen::Vector3d centre_in_world = Eigen::Vector3d::Zero();
-
-  void check() const;  ///< throws Error(usage)
 };
+void fields(Fields& f, Folds& folds);
 [[nodiscard]] GridSurface folded(const Print& print, const Folds& folds, double step_m = 1.5e-3);
 
 /// A measured or virtual sheet on a full grid, made finer by cubic interpolation (Catmull, Rom

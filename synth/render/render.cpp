@@ -2,17 +2,46 @@
 #include "synth/render/render.hpp"
 
 #include <fmt/format.h>
-
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 
-#include "core/error.hpp"
 #include "core/parallel.hpp"
+#include "core/units.hpp"
 #include "synth/random.hpp"
 
 namespace drape::synth {
+
 namespace {
+
+std::vector<double> kernel(double sigma_px) {
+  const int reach = static_cast<int>(std::ceil(4 * sigma_px));
+  std::vector<double> weights;
+  double sum = 0;
+  for (int k = -reach; k <= reach; ++k) {
+    weights.push_back(std::exp(-0.5 * k * k / (sigma_px * sigma_px)));
+    sum += weights.back();
+  }
+  for (double& weight : weights) weight /= sum;
+  return weights;
+}
+
+/// Blurs along rows and turns the picture over, so that twice blurs along both axes.
+std::vector<double> blurred_and_turned(const std::vector<double>& from, int width, int height,
+                                       const std::vector<double>& weights, int threads) {
+  const int reach = static_cast<int>(weights.size()) / 2;
+  std::vector<double> to(from.size());
+  parallel_for(static_cast<std::size_t>(height), threads, [&](std::size_t y) {
+    const double* row = from.data() + y * width;
+    for (int x = 0; x < width; ++x) {
+      double sum = 0;
+      for (int k = -reach; k <= reach; ++k)
+        sum += weights[k + reach] * row[std::clamp(x + k, 0, width - 1)];
+      to[static_cast<std::size_t>(x) * height + y] = sum;
+    }
+  });
+  return to;
+}
 
 using Eigen::Vector2d;
 using Eigen::Vector3d;
@@ -20,10 +49,6 @@ using Eigen::Vector3d;
 constexpr int parts = 4;             // cells of a pixel along each side where the print has an edge
 constexpr int band = 8;              // pixel rows rendered together
 constexpr double most_oblique = 12;  // a pixel of cloth seen at 85 degrees is so many times as long
-
-void check_not_negative(const char* option, double value) {
-  if (!(value >= 0)) throw usage_error(fmt::format("{} is {}", option, value), "give 0 or more");
-}
 
 std::vector<Triangle> all_triangles(const SyntheticScene& scene) {
   std::vector<Triangle> all = triangles_of(scene.surface);
@@ -51,22 +76,6 @@ double weave(const FacePoint& face, const RenderOptions& options) {
 }
 
 }  // namespace
-
-void RenderOptions::check() const {
-  if (!(white_grey > 0 && white_grey <= 255))
-    throw usage_error(fmt::format("white_grey is {}", white_grey), "give 1 to 255");
-  if (!(ink_ratio >= 0 && ink_ratio < 1))
-    throw usage_error(fmt::format("ink_ratio is {}", ink_ratio), "give 0 to 0.9");
-  if (!(ambient >= 0 && ambient <= 1))
-    throw usage_error(fmt::format("ambient is {}", ambient), "give 0 to 1");
-  check_not_negative("background_grey", background_grey);
-  check_not_negative("gradient_per_px", gradient_per_px);
-  check_not_negative("weave_rms", weave_rms);
-  check_not_negative("blur_px", blur_px);
-  check_not_negative("noise_grey", noise_grey);
-  if (!(weave_pitch_m > 0))
-    throw usage_error(fmt::format("weave_pitch_m is {}", weave_pitch_m), "give more than 0");
-}
 
 /// Paints rows of pixels of one view.
 class Painter {
@@ -160,8 +169,8 @@ class Painter {
     std::array<Hit, (parts + 1) * (parts + 1)> hits;
     for (int j = 0; j <= parts; ++j) {
       for (int i = 0; i <= parts; ++i) {
-        hits[j * (parts + 1) + i] =
-            caster_.cast(column, row, inside(column, row, i / double(parts), j / double(parts)));
+        hits[j * (parts + 1) + i] = caster_.cast(
+            column, row, view_.rays_.within(column, row, i / double(parts), j / double(parts)));
       }
     }
     double sum = 0;
@@ -188,7 +197,8 @@ class Painter {
       return ink(view_.scene_.pattern.is_printed((cell[0] + cell[2]) / 2) ? 1 : 0);
     }
     const auto at = [&](double x, double y) {
-      return caster_.cast(column, row, inside(column, row, (i + x) / parts, (j + y) / parts));
+      return caster_.cast(column, row,
+                          view_.rays_.within(column, row, (i + x) / parts, (j + y) / parts));
     };
     const Hit top = at(0.5, 0), left = at(0, 0.5), middle = at(0.5, 0.5), right = at(1, 0.5),
               bottom = at(0.5, 1);
@@ -202,20 +212,14 @@ class Painter {
     return ink(fraction);
   }
 
-  [[nodiscard]] Vector2d inside(int column, int row, double x, double y) const {
-    const PixelRays& rays = view_.rays_;
-    return (1 - y) * ((1 - x) * rays.corner(column, row) + x * rays.corner(column + 1, row)) +
-           y * ((1 - x) * rays.corner(column, row + 1) + x * rays.corner(column + 1, row + 1));
-  }
-
   /// Where a silhouette crosses the pixel its parts are sampled one by one.
   [[nodiscard]] double mixed_pixel(int column, int row) const {
     constexpr int samples = 2 * parts;
     double sum = 0;
     for (int j = 0; j < samples; ++j) {
       for (int i = 0; i < samples; ++i) {
-        const Hit hit = caster_.cast(column, row,
-                                     inside(column, row, (i + 0.5) / samples, (j + 0.5) / samples));
+        const Hit hit = caster_.cast(
+            column, row, view_.rays_.within(column, row, (i + 0.5) / samples, (j + 0.5) / samples));
         if (!hit.is_hit()) {
           sum += options_.background_grey;
           continue;
@@ -246,6 +250,18 @@ class Painter {
   Vector3d towards_light_;
 };
 
+void fields(Fields& f, RenderOptions& o) {
+  f.otherwise({"white_grey", "level of the bare cloth", 1, 1, 255}, o.white_grey);
+  f.otherwise({"ink_ratio", "level of the print by that of the cloth", 1, 0, 0.99}, o.ink_ratio);
+  f.otherwise({"blur_px", "standard deviation of the lens's blur", 1, 0}, o.blur_px);
+  f.otherwise({"noise_grey", "standard deviation at grey level 128", 1, 0}, o.noise_grey);
+  f.otherwise({"gradient_percent_per_px", "slope of the light", units::percent, 0},
+              o.gradient_per_px);
+  f.otherwise({"weave_percent", "contrast of the weave's texture, RMS", units::percent, 0},
+              o.weave_rms);
+  f.otherwise({"seed", "start of noise, weave, poses and folds"}, o.seed);
+}
+
 SceneView::SceneView(const SyntheticScene& scene, const Camera& camera, const PixelRays& rays)
     : scene_(scene),
       camera_(camera),
@@ -261,7 +277,6 @@ Hit SceneView::cast(const Vector2d& px) const {
 }
 
 std::vector<double> SceneView::light(const RenderOptions& options) const {
-  options.check();
   const int height = rays_.height();
   std::vector<double> result(static_cast<std::size_t>(rays_.width()) * height);
   const Painter painter(*this, options);
@@ -271,6 +286,27 @@ std::vector<double> SceneView::light(const RenderOptions& options) const {
     painter.paint_band(first, std::min(height, first + band), result);
   });
   return result;
+}
+
+GreyPicture expose(const std::vector<double>& light, int width_px, int height_px,
+                   std::uint64_t frame, const RenderOptions& options) {
+  std::vector<double> level = light;
+  if (options.blur_px > 0) {
+    const auto weights = kernel(options.blur_px);
+    level = blurred_and_turned(level, width_px, height_px, weights, options.threads);
+    level = blurred_and_turned(level, height_px, width_px, weights, options.threads);
+  }
+  GreyPicture picture{width_px, height_px, std::vector<std::uint8_t>(level.size())};
+  const std::uint64_t stream = mixed(options.seed) ^ mixed(frame + 0x517cc1b7ULL);
+  parallel_for(static_cast<std::size_t>(height_px), options.threads, [&](std::size_t y) {
+    for (std::size_t i = y * width_px; i < (y + 1) * width_px; ++i) {
+      const double sigma =
+          options.noise_grey * std::sqrt(0.5 + 0.5 * std::max(0.0, level[i]) / 128);
+      const double noisy = level[i] + (sigma > 0 ? sigma * normal(stream, i) : 0);
+      picture.bytes[i] = static_cast<std::uint8_t>(std::clamp(std::lround(noisy), 0L, 255L));
+    }
+  });
+  return picture;
 }
 
 }  // namespace drape::synth

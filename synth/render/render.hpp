@@ -6,13 +6,14 @@
 #include <vector>
 
 #include "core/camera_model.hpp"
+#include "core/fields/fields.hpp"
 #include "synth/render/caster.hpp"
 #include "synth/render/face_pattern.hpp"
 #include "synth/render/grid_surface.hpp"
 
 namespace drape::synth {
 
-/// How a picture is lit and taken.
+/// Light, lens and sensor of a picture.
 struct RenderOptions {
   double white_grey = 190;      ///< unprinted surface in full light
   double ink_ratio = 0.2;       ///< light from the print, by that from the bare surface
@@ -21,16 +22,15 @@ struct RenderOptions {
   Eigen::Vector3d towards_light_in_world = {0.25, -0.35, 1};
   double gradient_per_px = 0;   ///< relative slope of the light along u, in ramps up and down
   double weave_rms = 0;         ///< relative contrast of the weave's texture
-  double weave_pitch_m = 3e-4;  ///< of its threads
+  double weave_pitch_m = 3e-4;  ///< distance of its threads
   double blur_px = 0.55;    ///< standard deviation of the lens's blur, before the pixel's extent
   double noise_grey = 1.6;  ///< standard deviation at level 128; half its variance is shot noise
-  std::uint64_t seed = 1;   ///< of the noise and the weave
+  std::uint64_t seed = 1;   ///< start of the noise and the weave
   int threads = 1;          ///< never changes a byte
-
-  void check() const;  ///< throws Error(usage) naming the option
 };
+void fields(Fields& f, RenderOptions& options);
 
-/// What stands before the cameras: one printed face and unprinted things.
+/// Scene before the cameras: one printed face and unprinted things.
 struct SyntheticScene {
   GridSurface surface;
   FacePattern pattern;

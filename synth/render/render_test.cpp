@@ -33,7 +33,7 @@ SyntheticScene folds_scene(double slope_deg, bool dots_only) {
   folds.phase_rad = 1.1;
   Print print = bench_print();
   if (dots_only) print.tags.clear();
-  return {folded(print, folds), pattern_of(print), {}};
+  return {folded(print, folds), FacePattern(face_of(print)), {}};
 }
 
 /// Only the print changes the light, so that the missing light is the dot's area.
@@ -84,7 +84,7 @@ Polygon outline_px(const GridSurface& surface, const Camera& camera, const FaceP
   return outline;
 }
 
-/// How far the picture's dot is from where the exact area of each pixel puts it: difference of the
+/// Distance of the picture's dot from where the exact area of each pixel puts it: difference of the
 /// first moments over the dot's area. (The mean of a picture's pixels is not the centroid of what
 /// is on it, since a pixel knows nothing of where in it the light fell; both pictures do so.)
 double centre_error_px(const std::vector<double>& light, int width, const Polygon& outline) {

@@ -67,20 +67,18 @@ class Paper {
 /// Where on the page the rays through a camera's pixel corners end.
 class Rays {
  public:
-  Rays(const Target& target, const PrintedPage& printed, const Camera& camera,
-       const std::vector<Vector3d>& rays, const WorldFromTarget& world_from_target)
+  Rays(const PrintedPage& printed, const Camera& camera, const std::vector<Vector3d>& rays,
+       const WorldFromTarget& world_from_target)
       : width_(camera.model.width_px + 1) {
     const Eigen::Matrix3d target_from_world = world_from_target.rotation.transpose();
     const Vector3d eye =
         target_from_world * (centre_in_world(camera) - world_from_target.translation_m);
     const Eigen::Matrix3d target_from_camera =
         target_from_world * camera.cam_from_world.rotation.transpose();
-    const Vector3d first = target.point_in_target({0, 0});
     for (const Vector3d& in_camera : rays) {
       const Vector3d ray = target_from_camera * in_camera;
       const Vector3d on_target = eye - eye.z() / ray.z() * ray;
-      on_page_.emplace_back(printed.first_m +
-                            Vector2d(on_target.x() - first.x(), first.y() - on_target.y()));
+      on_page_.emplace_back(printed.face_m + Vector2d(on_target.x(), -on_target.y()));
     }
   }
 
@@ -126,11 +124,11 @@ std::vector<Vector3d> corner_rays(const Camera& camera) {
   return rays;
 }
 
-cv::Mat picture_of(const Target& target, const PrintedPage& printed, const Camera& camera,
+cv::Mat picture_of(const PrintedPage& printed, const Camera& camera,
                    const std::vector<Vector3d>& rays, const WorldFromTarget& world_from_target,
                    unsigned seed) {
   const Paper paper(printed.page);
-  const Rays on_page(target, printed, camera, rays, world_from_target);
+  const Rays on_page(printed, camera, rays, world_from_target);
   cv::Mat light(camera.model.height_px, camera.model.width_px, CV_32F), blurred;
   for (int v = 0; v < light.rows; ++v)
     for (int u = 0; u < light.cols; ++u) light.at<float>(v, u) = light_of(paper, on_page, u, v);

@@ -21,7 +21,7 @@ std::vector<Eigen::Vector3d> corner_rays(const Camera& camera);
 /// What a camera sees of a target as `drape print` draws it: light paper without end, dark marks,
 /// blurred by 0.6 px, with noise of 1.5 grey levels. The light of a pixel is the mean of 64 points
 /// where an edge crosses it, along rays of the camera's own lens.
-cv::Mat picture_of(const Target& target, const PrintedPage& printed, const Camera& camera,
+cv::Mat picture_of(const PrintedPage& printed, const Camera& camera,
                    const std::vector<Eigen::Vector3d>& rays,
                    const WorldFromTarget& world_from_target, unsigned seed);
 

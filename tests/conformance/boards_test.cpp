@@ -114,16 +114,13 @@ class Boards : public testing::Test {
     write_durable(at("target.toml"), "schema = \"drapebench/target/1\"\n" + description);
     write_durable(at("rig.toml"), kRig);
     target_ = read_target(at("target.toml"));
-    PrintOptions paper;
-    paper.paper = "fit";
-    const PrintedPage printed = page_of(target_, "board", paper);
+    const PrintedPage printed = page_of(target_, "board", Paper::fit);
     unsigned seed = 11;
     for (const Camera& camera : true_cameras()) {
       const std::vector<Vector3d> rays = corner_rays(camera);
       for (const View& view : views()) {
         fs::create_directories(at("pictures") / view.set);
-        const cv::Mat picture =
-            picture_of(target_, printed, camera, rays, view.world_from_target, ++seed);
+        const cv::Mat picture = picture_of(printed, camera, rays, view.world_from_target, ++seed);
         cv::imwrite((at("pictures") / view.set / (camera.name + ".png")).string(), picture);
       }
     }

@@ -10,7 +10,7 @@
 #include "core/error.hpp"
 #include "core/files/files.hpp"
 #include "core/sheet.hpp"
-#include "detect/families/tag_family.hpp"
+#include "core/prints/tag_family.hpp"
 #include "core/rules.hpp"
 #include "tests/faults/operator_mistakes.hpp"
 #include "tests/support/paths.hpp"
@@ -84,10 +84,10 @@ TEST(KnownTagFamilies, AreThoseOfDetect) {
   std::vector<std::string> known;
   for (const auto& [family, count] : drape::known_tag_families()) {
     known.push_back(family);
-    EXPECT_EQ(drape::detect::TagFamily(family, 1).count(), count) << family;
+    EXPECT_EQ(drape::TagFamily(family).count(), count) << family;
   }
   try {
-    const drape::detect::TagFamily family("none", 1);
+    const drape::TagFamily family("none");
     FAIL();
   } catch (const drape::Error& error) {
     EXPECT_THAT(error.what_to_do(),

@@ -16,7 +16,7 @@
 #include "core/error.hpp"
 #include "core/files/files.hpp"
 #include "core/rig.hpp"
-#include "detect/prints/object_tags.hpp"
+#include "detect/prints/layout.hpp"
 #include "simulate/checker/certify.hpp"
 #include "simulate/study/plan.hpp"
 #include "tests/fuzz/kinds.hpp"

@@ -1,0 +1,122 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "core/prints/tag_family.hpp"
+
+#include <apriltag/apriltag.h>
+#include <apriltag/tag16h5.h>
+#include <apriltag/tag25h9.h>
+#include <apriltag/tag36h10.h>
+#include <apriltag/tag36h11.h>
+#include <apriltag/tagStandard41h12.h>
+#include <fmt/format.h>
+
+#include <array>
+
+#include "core/error.hpp"
+
+namespace drape {
+namespace {
+
+constexpr int kMostBorder = 4;
+
+struct Maker {
+  const char* name;
+  apriltag_family_t* (*create)();
+  void (*destroy)(apriltag_family_t*);
+};
+
+constexpr std::array<Maker, 5> kMakers = {
+    {{"tag36h11", tag36h11_create, tag36h11_destroy},
+     {"tag36h10", tag36h10_create, tag36h10_destroy},
+     {"tag25h9", tag25h9_create, tag25h9_destroy},
+     {"tag16h5", tag16h5_create, tag16h5_destroy},
+     {"tagStandard41h12", tagStandard41h12_create, tagStandard41h12_destroy}}};
+
+std::shared_ptr<apriltag_family> family_named(const std::string& name) {
+  for (const Maker& maker : kMakers)
+    if (name == maker.name) return {maker.create(), maker.destroy};
+  throw bad_input(fmt::format("the tag family `{}` is not known", name), {.field = "tags.family"},
+                  fmt::format("use one of {}; OpenCV prints all but the last as "
+                              "DICT_APRILTAG_..., its own dictionaries such as DICT_4X4_50 are not "
+                              "read",
+                              fmt::join(TagFamily::names(), ", ")));
+}
+
+}  // namespace
+
+TagFamily::TagFamily(const std::string& name, int border_modules)
+    : name_(name), family_(family_named(name)) {
+  if (border_modules < 1 || border_modules > kMostBorder ||
+      (border_modules > 1 && family_->reversed_border)) {
+    throw bad_input(
+        fmt::format("tags of the family {} cannot have a rim of {} modules", name, border_modules),
+        {.field = "tags.border_modules"}, "give 1, or 2 for Kalibr's grids");
+  }
+  // A wider rim moves the bits inwards.
+  const int more = border_modules - 1;
+  family_->width_at_border += 2 * more;
+  family_->total_width += 2 * more;
+  for (std::uint32_t k = 0; k < family_->nbits; ++k) {
+    family_->bit_x[k] += more;
+    family_->bit_y[k] += more;
+  }
+}
+
+std::vector<std::string> TagFamily::names() {
+  std::vector<std::string> names;
+  for (const Maker& maker : kMakers) names.emplace_back(maker.name);
+  return names;
+}
+
+int TagFamily::count() const {
+  return static_cast<int>(family_->ncodes);
+}
+
+int TagFamily::edge_modules() const {
+  return family_->width_at_border;
+}
+
+int TagFamily::total_modules() const {
+  return family_->total_width;
+}
+
+bool TagFamily::black(int id, int x, int y) const {
+  const apriltag_family& family = *family_;
+  // The library's own pictures are upside down beside what OpenCV draws and detectors read.
+  const int rim = (family.total_width - family.width_at_border) / 2;
+  const int column = family.total_width - 1 - x - rim, row = family.total_width - 1 - y - rim;
+  for (std::uint32_t k = 0; k < family.nbits; ++k) {
+    if (static_cast<int>(family.bit_x[k]) != column || static_cast<int>(family.bit_y[k]) != row)
+      continue;
+    return (family.codes[id] >> (family.nbits - 1 - k) & 1U) == 0;
+  }
+  const int side = family.width_at_border;
+  const bool inside = column >= 0 && row >= 0 && column < side && row < side;
+  if (!family.reversed_border) return inside;
+  // Such a family has a white ring in its square's rim and is black wherever no bit lies.
+  const bool within = column > 0 && row > 0 && column < side - 1 && row < side - 1;
+  return !inside || within;
+}
+
+std::vector<FaceBox> TagFamily::boxes(int id, double edge_m, const FacePoint& centre) const {
+  if (id < 0 || id >= count()) {
+    throw bad_input(fmt::format("the family {} has no tag {}", name_, id), {.field = "tags"},
+                    fmt::format("give ids from 0 to {}", count() - 1));
+  }
+  const int side = total_modules();
+  const double module_m = edge_m / edge_modules();
+  const FacePoint corner = centre - FacePoint::Constant(module_m * side / 2);
+  std::vector<FaceBox> modules;
+  for (int y = 0; y < side; ++y) {
+    for (int x = 0; x < side; ++x) {
+      int run = 0;
+      while (x + run < side && black(id, x + run, y)) ++run;
+      if (run == 0) continue;
+      modules.push_back(
+          {corner + module_m * FacePoint(x, y), corner + module_m * FacePoint(x + run, y + 1)});
+      x += run;
+    }
+  }
+  return modules;
+}
+
+}  // namespace drape
