@@ -7,6 +7,7 @@
 
 #include "compare/hems/hem_files.hpp"
 #include "core/files/files.hpp"
+#include "core/files/json_file.hpp"
 #include "core/program/run_record.hpp"
 #include "tests/support/paths.hpp"
 

@@ -218,6 +218,8 @@ constexpr std::array<Word, 15> kCommands{{
      "adds nothing"},
 }};
 
+}  // namespace
+
 void fields(Fields& f, CommandWords& words) {
   ResultsArguments& a = words.arguments;
   const auto of = [&](auto... names) { return ((words.command == names) || ...); };
@@ -297,8 +299,6 @@ void fields(Fields& f, CommandWords& words) {
   if (of("history", "export"))
     f.otherwise({"out", "file (default: standard output); of a crate: new folder"}, a.file);
 }
-
-}  // namespace
 
 ResultsWords::ResultsWords(Command& app) {
   app.add_option("--store", store, "the store (default: results.sqlite)");
