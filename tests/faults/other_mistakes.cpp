@@ -127,7 +127,7 @@ std::vector<Mistake> other_mistakes() {
          bench.replace("scenes/C.toml", object, object + object);
        },
        3,
-       {"C.toml:", "object.kind", "object 2 is object 1 once more"}},
+       {"C.toml:", ".kind`", "object 2 is object 1 once more"}},
       {"curve_of_another_fabric",
        "C",
        [](const SmallBench& bench) {
@@ -176,7 +176,7 @@ std::vector<Mistake> other_mistakes() {
          bench.replace("target.toml", "id = 4\n", "id = 401\n");
        },
        3,
-       {"target.toml", "tags.tag.centre_mm", "2 of 6 tags lie elsewhere"}},
+       {"target.toml", ".centre_mm`", "2 of 6 tags lie elsewhere"}},
       {"stages_counted_downwards",
        "C",
        [](const SmallBench& bench) {
