@@ -15,7 +15,7 @@ constexpr int kNewtonSteps = 50;
 
 struct Distorted {
   Vector2d point;
-  Matrix2d jacobian;  ///< of the distorted with respect to the undistorted point
+  Matrix2d jacobian;  ///< derivative of the distorted by the undistorted point
 };
 
 /// d/dr of the radial displacement r (1 + k1 r^2 + k2 r^4 + k3 r^6); where it is not positive the

@@ -21,7 +21,7 @@ struct Detection {
   Eigen::Vector2d semi_axes_px;  ///< major, minor; of a corner: half the window it was placed in
   double axis_angle_rad = 0;     ///< from +u to the major axis
   double contrast = 0;           ///< grey levels between print and cloth
-  double chi2_per_dof = 0;       ///< of the fit, in units of the frame's noise
+  double chi2_per_dof = 0;       ///< misfit in units of the frame's noise
 };
 
 /// A measured dot that no tag or labelled neighbour leads to, but which lies in a piece of lattice
@@ -48,7 +48,7 @@ enum class Surface { cloth, target };
 template <>
 inline constexpr std::string_view names_of<Surface>[] = {"cloth", "target"};
 
-/// What the marks are and where they lie on the print, so that the file stands alone.
+/// Kind and places of the marks on the print, so that the file stands alone.
 struct MarkLattice {
   Surface surface = Surface::cloth;
   int rows = 0, cols = 0;
@@ -56,7 +56,7 @@ struct MarkLattice {
   double dot_diameter_m = 0;
   Eigen::Vector2d patch_m = Eigen::Vector2d::Zero();   ///< (warp, weft); zero for a target
   Eigen::Vector2d margin_m = Eigen::Vector2d::Zero();  ///< material coordinates of mark (0, 0)
-  std::string sha256;                                  ///< of the print.toml or target.toml
+  std::string sha256;                                  ///< SHA-256 of print.toml or target.toml
 };
 
 struct FrameDetections {

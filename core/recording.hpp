@@ -14,7 +14,7 @@ namespace drape {
 struct RecordedFrame {
   std::string camera;
   std::string file;    ///< relative to the recording's folder
-  std::string sha256;  ///< of the file's bytes
+  std::string sha256;  ///< hash of the file's bytes
   int width_px = 0, height_px = 0;
   std::optional<double> device_time_s;  ///< absent for imported images
 };
@@ -23,11 +23,11 @@ struct RecordedFrame {
 struct FrameSet {
   std::string name;
   std::vector<RecordedFrame> frames;
-  // Of live sets; absent where nobody looked.
-  std::optional<std::string> details_sha256 = {};  ///< of <set>/capture.json
+  // Live sets have these; absent where nobody looked.
+  std::optional<std::string> details_sha256 = {};  ///< hash of <set>/capture.json
   std::optional<double> motion_px = {};            ///< largest motion between frames of the burst
-  std::optional<double> camera_shift_px = {};      ///< of a background against the reference set
-  std::optional<std::string> no_go = {};           ///< why the set is no measurement, if it is none
+  std::optional<double> camera_shift_px = {};  ///< shift of a background against the reference set
+  std::optional<std::string> no_go = {};       ///< why the set is no measurement, if it is none
 };
 
 /// A recording: <set>/<camera>.png and recording.json, which is written last.

@@ -37,7 +37,7 @@ void lattice(Fields& f, int& rows, int& cols, std::string_view along_rows,
 constexpr std::string_view kDotsTouch = "the dots touch each other";
 constexpr std::string_view kSmaller = "the diameter must be smaller than pitch_mm; both are in mm";
 
-/// What carries tags; the keys of the table `tags` depend on it.
+/// Carriers of tags; the keys of the table `tags` depend on them.
 enum class Carrier { dots, board, grid, print };
 
 struct TagTable {

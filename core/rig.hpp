@@ -25,7 +25,7 @@ struct KnownLength {
   double standard_uncertainty_m = 0;
 };
 
-/// What a calibration target's points are.
+/// Kinds of a calibration target's points.
 enum class TargetKind {
   dot_grid,    ///< centres of printed dots; tags, if any, tell one side from the other
   chessboard,  ///< inner corners of a chessboard
@@ -43,12 +43,12 @@ inline constexpr std::string_view names_of<TargetKind>[] = {"dot-grid", "chessbo
 /// rows + cols is odd. A ChArUco board or an AprilGrid is identified by its tags.
 struct Target {
   TargetKind kind = TargetKind::dot_grid;
-  int rows = 0, cols = 0;        ///< dots or corners; rows along y, cols along x
-  double pitch_m = 0;            ///< of the dots or an AprilGrid's tags, or the side of a square
-  double dot_diameter_m = 0;     ///< 0 for a chessboard
-  std::string tag_family;        ///< empty without tags
-  double tag_edge_m = 0;         ///< outer edge of the black square
-  int tag_border = 1;            ///< modules of the black rim around a tag's bits
+  int rows = 0, cols = 0;     ///< dots or corners; rows along y, cols along x
+  double pitch_m = 0;         ///< pitch of the dots or an AprilGrid's tags, or the side of a square
+  double dot_diameter_m = 0;  ///< 0 for a chessboard
+  std::string tag_family;     ///< empty without tags
+  double tag_edge_m = 0;      ///< outer edge of the black square
+  int tag_border = 1;         ///< modules of the black rim around a tag's bits
   std::vector<PrintedTag> tags;  ///< centre (x, y) in the target frame; tag's upper edge towards +y
   std::optional<KnownLength> known_length;
 

@@ -95,7 +95,7 @@ struct Clamp {
       direction_in_world;  ///< unit; how cloth leaves, from a line inside to larger ones
 };
 
-/// How the virtual cloth starts; see names_of.
+/// Starts of the virtual cloth.
 enum class StartMode {
   flat_from_measured,  ///< flat and horizontal above the obstacle, placed by the measured marks
   measured,            ///< the measured sheet itself, gaps filled
@@ -110,7 +110,7 @@ struct Start {
   double clearance_m = 0;                          ///< height above the highest obstacle
   std::optional<Eigen::Vector3d> centre_in_world;  ///< only for flat
   double yaw_rad = 0;                              ///< only for flat: from +x to the weft direction
-  std::vector<std::string> history = {};           ///< what it went through, read by simulate
+  std::vector<std::string> history = {};           ///< loads before, read by simulate
 };
 
 /// One drape (scene.toml): what the cloth lies on, how it starts, which fabric it is.
@@ -124,7 +124,7 @@ struct Scene {
   double friction = 0;   ///< Coulomb coefficient cloth-object; 0 is the paper's case
   Eigen::Vector3d gravity_m_per_s2 = {0, 0, -9.80665};
   std::vector<Obstacle> obstacles;
-  std::vector<ObjectUncertainty> uncertainties;  ///< of each obstacle; what is absent is unstated
+  std::vector<ObjectUncertainty> uncertainties;  ///< one an obstacle; absent: unstated
   std::vector<ObjectTags> tags;                  ///< plates of tags, in the order of the objects
   std::optional<double> stated_table_uncertainty_m;
   std::optional<double> friction_uncertainty;  ///< standard uncertainty of `friction`
@@ -145,7 +145,7 @@ struct Scene {
 /// Cloth on wood, metal, plastic and skin slides between 0.1 and 1.0; coated cloth on rubber 1.5.
 inline constexpr double kLeastFriction = 0.1, kMostFriction = 1.5;
 
-/// Whether gravity has the Earth's strength, which a real drape has.
+/// True where gravity has the Earth's strength, which a real drape has.
 [[nodiscard]] bool is_gravity_of_earth(const Scene& scene);
 
 template <>

@@ -34,15 +34,15 @@ struct Gap {
 /// in space (square root of its covariance's trace), by what it comes from. Metres.
 struct ErrorBudget {
   double detection_m = 0;               ///< noise of the marks' centres in the images
-  std::optional<double> calibration_m;  ///< of the cameras; absent when their file gives none
-  double dot_shape_m = 0;               ///< what the correction of bent and slanted dots may leave
+  std::optional<double> calibration_m;  ///< share of the cameras; absent when their file gives none
+  double dot_shape_m = 0;               ///< rest of the correction of bent and slanted dots
   double total_m = 0;                   ///< root sum of squares
 };
 
 /// The scene that the marks were asked about: its table and objects decide some gaps.
 struct AskedScene {
   std::string name;
-  std::string sha256;                               ///< of its file
+  std::string sha256;                               ///< SHA-256 of its file
   std::map<std::string, std::string> surroundings;  ///< surroundings_of() of that scene
 };
 
@@ -69,19 +69,20 @@ struct SimulatedSource {
   std::string scene;
   std::string fabric;
   std::string scene_sha256;
-  std::string fabric_sha256;                ///< of the fabric file and its curves together
-  std::optional<std::string> start_sha256;  ///< of the measured sheet that placed it
+  std::string fabric_sha256;                ///< SHA-256 of the fabric file and its curves together
+  std::optional<std::string> start_sha256;  ///< SHA-256 of the measured sheet that placed it
   int segments = 0;                         ///< line segments per Kawabata curve
   std::string model;                        ///< "consistent" or "paper"
   std::string solver;                       ///< "fall", "static" or "rk4"
   std::string status;                       ///< "at rest", or why not
-  /// Of the coarser sheet at rest that was carried over to this grid, whose solver stands above.
+  /// SHA-256 of the coarser sheet at rest that was carried over to this grid, whose solver stands
+  /// above.
   std::optional<std::string> refined_from_sha256 = std::nullopt;
 };
 
 /// A cloth in space, real or virtual: one type, indexed alike (paper section 5).
 struct Sheet {
-  int rows = 0, cols = 0;        ///< of the marks or of the particle grid
+  int rows = 0, cols = 0;        ///< size of the grid of marks or particles
   Eigen::Vector2d patch_m;       ///< size along (warp, weft)
   std::vector<SheetMark> marks;  ///< ordered by mark
   std::vector<Gap> gaps;         ///< ordered by mark

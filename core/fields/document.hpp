@@ -14,7 +14,7 @@ namespace drape {
 /// TOML is for what people edit, JSON for what programs write, options for a command line.
 enum class Syntax { toml, json, options };
 
-/// What to do about a file that drapebench writes and cannot read.
+/// Remedy of a file that drapebench writes and cannot read.
 inline constexpr const char* make_again =
     "the file is written by drapebench: make it again with the program that wrote it";
 

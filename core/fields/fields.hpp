@@ -31,7 +31,7 @@ struct Field {
   std::string_view meaning = {};  ///< noun and unit; also the help of an option
   double unit = 1;
   double least = -infinity, most = infinity;  ///< in the file's unit, both allowed
-  std::string_view remedy = {};               ///< what to do when it is missing or out of range
+  std::string_view remedy = {};               ///< action where it is missing or out of range
 
   std::string_view option = {};    ///< "-o": a second name; "SHEET": a positional argument
   std::string_view excludes = {};  ///< option that cannot stand beside it
@@ -222,9 +222,9 @@ class Fields {
   /// A rule about one value, asked whenever that value is good.
   virtual void limit(bool /*holds*/, std::string_view /*field*/, std::string_view /*what*/,
                      std::string_view /*remedy*/) {}
-  /// Whether the record's values come from a file or a command line.
+  /// True where the record's values come from a file or a command line.
   [[nodiscard]] virtual bool reads() const { return false; }
-  /// Whether the walk writes a schema: it goes through every alternative.
+  /// True where the walk writes a schema: it goes through every alternative.
   [[nodiscard]] virtual bool documents() const { return false; }
 
  protected:

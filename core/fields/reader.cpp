@@ -13,7 +13,7 @@ namespace drape {
 namespace {
 
 constexpr std::int64_t kMostWhole = 1 << 30;  ///< in a file of people: tags and marks count from it
-constexpr std::size_t kShownBytes = 60;       ///< of a text that a message quotes
+constexpr std::size_t kShownBytes = 60;       ///< longest quotation of a text in a message
 
 /// "diameter" of "diameter_mm": the part that stays when the unit is wrong.
 std::string_view stem(std::string_view key) {
@@ -179,7 +179,7 @@ class Reader : public Fields {
 
   bool present(const Field& field, bool, Absence) override { return find(field) != nullptr; }
 
-  /// Whether a number is finite and in its range.
+  /// Refuses a number that is not finite or out of its range.
   bool is_in_range(const Field& field, double value, const char* number) {
     if (!std::isfinite(value)) {
       wrong_kind(field, "a finite number");

@@ -19,7 +19,7 @@ namespace drape::fields_detail {
 namespace {
 
 constexpr std::size_t kMostBytes = 8 << 20;  ///< each byte may cost 50 once it is parsed
-constexpr int kMostParts = 20;               ///< of a dotted key: each is a level of tables
+constexpr int kMostParts = 20;               ///< longest dotted key: each part is a level of tables
 constexpr int kDeepest = 100;                ///< levels of tables and lists
 
 [[noreturn]] void fail(const std::string& what, const std::string& file, std::size_t line,

@@ -18,8 +18,9 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr off_t kMostBytes = off_t{768} << 20, kMostText = off_t{256} << 20;  ///< of a whole file
-constexpr std::size_t kLongestName = 200;  ///< bytes; leaves room for what is added to 255
+constexpr off_t kMostBytes = off_t{768} << 20,
+                kMostText = off_t{256} << 20;  ///< largest file that is read
+constexpr std::size_t kLongestName = 200;      ///< bytes; leaves room for what is added to 255
 
 [[noreturn]] void fail_to_write(const fs::path& file, int code) {
   throw bad_input(fmt::format("cannot write: {}", std::strerror(code)), {.file = file.string()},

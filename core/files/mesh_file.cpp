@@ -83,7 +83,7 @@ void drop_repeated(MeshFile& mesh) {
 struct Property {
   std::string name;
   std::string type;
-  std::string count_type;  ///< of a list, else empty
+  std::string count_type;  ///< type of the count of a list, else empty
 };
 
 struct Element {

@@ -8,8 +8,9 @@
 
 namespace drape {
 
-/// Whether a file begins as a PNG, JPEG, TIFF, BMP, PGM or PPM does, and not as a medical picture
-/// (DICOM) after it. To be asked before a decoder: OpenCV's reader of those aborts on some bytes.
+/// True where a file begins as a PNG, JPEG, TIFF, BMP, PGM or PPM does, and not as a medical
+/// picture (DICOM) after it. To be asked before a decoder: OpenCV's reader of those aborts on some
+/// bytes.
 [[nodiscard]] inline bool begins_as_picture(std::span<const unsigned char> bytes) {
   using namespace std::string_view_literals;
   constexpr std::array signatures = {"\x89PNG\r\n\x1a\n"sv,
@@ -29,7 +30,7 @@ namespace drape {
                      [&](auto signature) { return all.starts_with(signature); });
 }
 
-/// Whether a TIFF or BigTIFF has a second page: decoders read the first and say nothing.
+/// True where a TIFF or BigTIFF has a second page: decoders read the first and say nothing.
 [[nodiscard]] inline bool has_more_pages(std::span<const unsigned char> bytes) {
   if (!begins_as_picture(bytes) || bytes[0] != bytes[1]) return false;  // "II" or "MM"
   const auto at = [&](std::size_t offset, std::size_t width) {          // 0 beyond the end

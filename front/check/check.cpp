@@ -20,7 +20,7 @@ namespace {
 namespace fs = std::filesystem;
 using units::mm;
 
-/// What `read` gives, with all its faults noted.
+/// Calls `read` and notes all faults of its file.
 template <class Read>
 auto collecting(BenchCheck& check, const Read& read) -> std::optional<decltype(read())> {
   ++check.files;

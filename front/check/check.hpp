@@ -16,9 +16,9 @@ namespace drape {
 struct BenchCheck {
   std::vector<Error> problems;        ///< each with file, line or field, why and what to do
   std::vector<std::string> warnings;  ///< odd, but possible
-  std::vector<std::string> advice;    ///< what makes the result worth more
+  std::vector<std::string> advice;    ///< measures that make the result worth more
   int files = 0;                      ///< that were read
-  std::string purpose = "a run";      ///< what the files are to serve
+  std::string purpose = "a run";      ///< use that the files are to serve
 
   /// Adds a problem; `path` as in Document::where.
   void add(const Document& document, const std::string& path, const std::string& what,
@@ -40,7 +40,7 @@ struct BenchCheck {
 [[nodiscard]] int report_check(const BenchCheck& check, const std::string& program,
                                const CommonOptions& common);
 
-/// Whether a drape's folder would stand where `drape run` and the console write under names of
+/// True where a drape's folder would stand where `drape run` and the console write under names of
 /// their own.
 [[nodiscard]] bool is_name_of_a_run(const std::string& drape);
 

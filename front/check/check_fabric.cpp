@@ -35,7 +35,7 @@ std::vector<Curve> curves_of(const Document& fabric) {
   return curves;
 }
 
-/// Whether the fabric file says that nobody measured curves of this kind.
+/// True where the fabric file says that nobody measured curves of this kind.
 bool is_stand_in(const Document& fabric, const std::string& kind) {
   const Value* names = fabric.root().find("stand_ins");
   return names != nullptr && one_line(*names).find(kind + " curves") != std::string::npos;
@@ -135,7 +135,7 @@ void check_fabric(const fs::path& file, const std::vector<int>& segments, BenchC
       check.problems.push_back(*error);
       return;
     }
-    // Those that name a place: the others list what nobody measured.
+    // Warnings that name a place: the others list unmeasured values.
     for (const std::string& warning : warnings_in(result))
       if (count == segments.front() && warning.starts_with(file.string() + ", "))
         check.warnings.push_back(warning);

@@ -18,7 +18,7 @@ using test::SmallBench;
 using testing::HasSubstr;
 using testing::MatchesRegex;
 
-/// What `drape check` names, with one text of a file of bench1 replaced.
+/// Problems that `drape check` names, with one text of a file of bench1 replaced.
 Json problems_of(const std::string& file, const std::string& from, const std::string& to) {
   const SmallBench bench({"C"});
   bench.replace(file, from, to);
