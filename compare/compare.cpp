@@ -281,9 +281,9 @@ void measure_drapes(const DrapeInput& input, Report& report) {
     report.drapemeters.assign(input.simulations.size(), {{}, reason});
     return;
   }
-  report.measured_drapemeter = drapemeter(input.measured.sheet, *input.scene, {});
+  report.measured_drapemeter = drapemeter(input.measured.sheet, *input.scene);
   for (const Simulation& simulation : input.simulations)
-    report.drapemeters.push_back(drapemeter(simulation.sheet.sheet, *input.scene, {}));
+    report.drapemeters.push_back(drapemeter(simulation.sheet.sheet, *input.scene));
 }
 
 /// See Report::headline.

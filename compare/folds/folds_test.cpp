@@ -56,8 +56,8 @@ TEST(Folds, ACrestIsOneLineInAnyDirection) {
       return Eigen::Vector3d(v, u, 3e-3 * -std::cos(kTurn * phase({u, v})));
     });
     std::map<long, int> lines;  // by half waves: crests are odd
-    for (const Fold& fold : shape_of(sheet).value().folds)
-      lines[std::lround(2 * phase(fold.middle_material_m))] += 1;
+    const SheetShape shape = shape_of(sheet).value();
+    for (const Fold& fold : shape.folds) lines[std::lround(2 * phase(fold.middle_material_m))] += 1;
     for (const auto& [half_wave, count] : lines)
       EXPECT_EQ(count, 1) << degrees << " degrees, half wave " << half_wave;
     EXPECT_GE(lines.size(), 6U) << degrees;

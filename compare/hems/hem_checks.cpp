@@ -91,8 +91,8 @@ void evaluate(HemRecord& record, HemErrors errors, const HemReadOptions& options
   const double scale_u = std::hypot(errors.scale_u.value_or(0), within_u);
   require_possible(record, scale_u, options.geometry);
   warn_of_disc(record, scale_u, options.geometry);
-  record.numbers = numbers_with_u(record.hem, errors, options.geometry, options.hem);
-  record.nodes = nodes_of(record.hem, options.hem);
+  record.numbers = numbers_with_u(record.hem, errors, options.geometry);
+  record.nodes = nodes_of(record.hem);
 }
 
 void require_geometry(const std::optional<double>& disc_m, const std::optional<double>& specimen_m,

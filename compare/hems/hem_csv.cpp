@@ -31,7 +31,7 @@ const std::vector<std::string> kAbout = {"fabric", "sample",  "face",        "re
 void require_known_columns(const CsvText& table, const HemReadOptions& options) {
   std::vector<std::string> known = kAbout;
   const Hem any = hem_of_radii(std::vector<double>(36, options.geometry.specimen_m / 2));
-  for (const HemNumber& number : numbers_of(any, options.geometry, options.hem))
+  for (const HemNumber& number : numbers_of(any, options.geometry))
     for (const char* before : {"", "u_"}) known.push_back(before + number.name);
   for (auto name = table.names.begin(); name != table.names.end(); ++name) {
     const Where where{.file = table.file.string(), .line = table.head_line, .field = *name};

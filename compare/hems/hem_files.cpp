@@ -190,10 +190,6 @@ std::vector<HemRecord> read_input(const Input& input, const HemReadOptions& opti
   return {std::move(record)};
 }
 
-}  // namespace
-
-namespace {
-
 /// Where names are all that tells fabrics apart, files of one name in several folders are several.
 void tell_apart(std::vector<Input>& files) {
   std::map<std::string, std::set<fs::path>> named;

@@ -40,7 +40,6 @@ struct HemReadOptions {
   DrapemeterGeometry geometry = {"iso-300", 0.180, 0.300};
   bool disc_stated = false;      ///< by the user: a sheet of a bench hangs over any object
   bool specimen_stated = false;  ///< by the user: a sheet of a bench is cut as it is
-  HemOptions hem;
   /// Scale of a picture; unset: pictures are refused.
   std::function<PictureScale(const Silhouette&, const std::filesystem::path&)> scale;
   std::optional<double> scale_u;  ///< relative standard uncertainty; of every input

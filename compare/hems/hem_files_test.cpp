@@ -153,7 +153,7 @@ TEST_F(HemFiles, HemsCsvKeepsTheVerdictTheTestTheAreasAndU) {
   HemRecord& moving = set.hems[1];
   moving.hem.flat_area_m2 = 0.049;
   moving.hem.area_m2 *= 0.98;  // a fold overhangs
-  moving.numbers = numbers_with_u(moving.hem, {{}, options.scale_u}, options.geometry, {});
+  moving.numbers = numbers_with_u(moving.hem, {{}, options.scale_u}, options.geometry);
   moving.go = false;
   moving.warnings = {"not at rest, # of steps\nused up"};
   const std::string text = hems_csv(options.geometry, set.hems);

@@ -300,7 +300,7 @@ TEST(Shadow, OfAMeshOfKnownShape) {
   EXPECT_NEAR(hem.area_m2 / (mm * mm), shape.area(), 5e-5 * shape.area());
   EXPECT_NEAR((hem.centre_m - Eigen::Vector2d(0.02, -0.01)).norm(), 0, 1e-6);
   EXPECT_NEAR(*hem.flat_area_m2, std::numbers::pi * 0.0225, 5e-5 * 0.07);
-  EXPECT_EQ(nodes_of(hem, {}).size(), 6U);
+  EXPECT_EQ(nodes_of(hem).size(), 6U);
   // A point that hangs below the hem, seen from above inside it, changes nothing.
   ShadowMesh folded = mesh;
   folded.points_m.emplace_back(0.05, 0, -1);

@@ -83,12 +83,15 @@ ShadowMesh shadow_mesh_of(Sheet sheet) {
   return mesh;
 }
 
-double flat_area(const ShadowMesh& mesh) {
+/// Area of the triangles over these places of the points.
+template <class Points>
+double area_of(const ShadowMesh& mesh, const Points& points) {
   double area = 0;
   for (const auto& [a, b, c] : mesh.triangles) {
-    const Vector2d u = mesh.material_m[b] - mesh.material_m[a];
-    const Vector2d v = mesh.material_m[c] - mesh.material_m[a];
-    area += std::abs(u.x() * v.y() - u.y() * v.x()) / 2;
+    Eigen::Vector3d u = Eigen::Vector3d::Zero(), v = u;
+    u.head(points[a].size()) = points[b] - points[a];
+    v.head(points[a].size()) = points[c] - points[a];
+    area += u.cross(v).norm() / 2;
   }
   return area;
 }
@@ -112,7 +115,8 @@ void add_line(std::vector<std::pair<double, double>>& pieces, double y, double h
   }
 }
 
-Moments covered(const ShadowMesh& mesh, int lines) {
+Moments covered(const ShadowMesh& mesh) {
+  constexpr int lines = 4096;
   double low = 1e300, high = -1e300;
   for (const auto& point : mesh.points_m) {
     low = std::min(low, point.y());
@@ -143,10 +147,6 @@ Moments covered(const ShadowMesh& mesh, int lines) {
   for (int i = 0; i < lines; ++i) add_line(pieces[i], low + (i + 0.5) * height, height, moments);
   return moments;
 }
-
-}  // namespace
-
-namespace {
 
 /// Takes the entry of a mesh in the list of virtual drapes beside it.
 void read_list(const std::filesystem::path& list, const std::string& name, ShadowMesh& mesh) {
@@ -203,21 +203,15 @@ ShadowMesh read_shadow_mesh(const std::filesystem::path& file) {
 }
 
 double surface_m2(const ShadowMesh& mesh) {
-  double area = 0;
-  for (const auto& [a, b, c] : mesh.triangles) {
-    const Eigen::Vector3d u = mesh.points_m[b] - mesh.points_m[a];
-    const Eigen::Vector3d v = mesh.points_m[c] - mesh.points_m[a];
-    area += u.cross(v).norm() / 2;
-  }
-  return area;
+  return area_of(mesh, mesh.points_m);
 }
 
-Hem shadow_of(const ShadowMesh& mesh, int rays, int lines) {
-  const Moments moments = covered(mesh, lines);
+Hem shadow_of(const ShadowMesh& mesh) {
+  const Moments moments = covered(mesh);
   if (!(moments.area > 0))
     throw bad_input("the mesh covers nothing seen from above", {}, "z is up");
   Hem hem{moments.first / moments.area, moments.area, {}, {}};
-  std::vector<std::optional<double>> radius(static_cast<std::size_t>(rays));
+  std::vector<std::optional<double>> radius(720);
   for (const auto& triangle : mesh.triangles) {
     for (int k = 0; k < 3; ++k) {
       const std::size_t a = triangle[k], b = triangle[(k + 1) % 3];
@@ -230,7 +224,7 @@ Hem shadow_of(const ShadowMesh& mesh, int rays, int lines) {
     throw bad_input("the cloth does not go around its centre", {}, "give a whole specimen");
   hem.radius_m = *whole;
   hem.flat_area_m2 = mesh.flat_area_m2;
-  if (!mesh.material_m.empty()) hem.flat_area_m2 = flat_area(mesh);
+  if (!mesh.material_m.empty()) hem.flat_area_m2 = area_of(mesh, mesh.material_m);
   return hem;
 }
 

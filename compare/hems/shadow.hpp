@@ -38,8 +38,8 @@ struct ShadowMesh {
 [[nodiscard]] double surface_m2(const ShadowMesh& mesh);
 
 /// Shadow of light from straight above on the table: the area of the union of all triangles
-/// (midpoint rule over `lines` lines, each exact), radii about its centroid. The specimen's flat
+/// (midpoint rule over 4096 lines, each exact), radii about its centroid. The specimen's flat
 /// area where the material is known. Throws Error(bad_input) when it does not go around its centre.
-[[nodiscard]] Hem shadow_of(const ShadowMesh& mesh, int rays = 720, int lines = 4096);
+[[nodiscard]] Hem shadow_of(const ShadowMesh& mesh);
 
 }  // namespace drape::compare

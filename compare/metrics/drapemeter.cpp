@@ -14,6 +14,8 @@ namespace {
 
 constexpr double kTurn = 2 * std::numbers::pi;
 constexpr int kHarmonics = 24;
+constexpr int kRays = 720;           ///< directions at which the hem's radius is taken
+constexpr double kFoldRatio = 0.02;  ///< a crest stands out by this part of the mean radius
 
 std::optional<Eigen::Vector2d> projected(const Sheet& sheet, MarkId mark,
                                          const Eigen::Vector2d& centre) {
@@ -156,7 +158,7 @@ std::vector<std::optional<double>> shadow_outline(const Sheet& sheet,
 }
 
 Drapemeter drapemeter_of(const std::vector<double>& radius_m, double flat_area_m2,
-                         std::optional<double> support_area_m2, const DrapemeterOptions& options) {
+                         std::optional<double> support_area_m2) {
   Drapemeter result;
   const std::size_t n = radius_m.size();
   const double wedge = 0.5 * std::sin(kTurn / static_cast<double>(n));
@@ -167,7 +169,7 @@ Drapemeter drapemeter_of(const std::vector<double>& radius_m, double flat_area_m
     result.drape_coefficient =
         (result.covered_area_m2 - *support_area_m2) / (flat_area_m2 - *support_area_m2);
   result.mean_radius_m = mean_of(radius_m);
-  const Extremes extremes = extremes_of(radius_m, options.fold_ratio * result.mean_radius_m);
+  const Extremes extremes = extremes_of(radius_m, kFoldRatio * result.mean_radius_m);
   result.folds = static_cast<int>(extremes.crests.size());
   if (!extremes.crests.empty() && !extremes.valleys.empty())
     result.fold_depth_m = mean_at(radius_m, extremes.crests) - mean_at(radius_m, extremes.valleys);
@@ -192,17 +194,15 @@ std::optional<double> support_area_m2(const Obstacle& obstacle) {
   return box->size_m.x() * box->size_m.y();
 }
 
-DrapemeterResult drapemeter(const Sheet& sheet, const Scene& scene,
-                            const DrapemeterOptions& options) {
+DrapemeterResult drapemeter(const Sheet& sheet, const Scene& scene) {
   if (scene.obstacles.size() != 1) return {{}, "it needs exactly one object under the cloth"};
   if (std::string reason = why_no_hem(sheet); !reason.empty()) return {{}, std::move(reason)};
   const Obstacle& obstacle = scene.obstacles.front();
   const std::optional<Eigen::Vector2d> centre_m = centre_of(obstacle);
   if (!centre_m) return {{}, "a plane or a mesh has no centre for it"};
-  const auto radius = closed(shadow_outline(sheet, *centre_m, options.rays));
+  const auto radius = closed(shadow_outline(sheet, *centre_m, kRays));
   if (!radius) return {{}, "the cloth does not lie all around the object's centre"};
-  Drapemeter value =
-      drapemeter_of(*radius, sheet.patch_m.prod(), support_area_m2(obstacle), options);
+  Drapemeter value = drapemeter_of(*radius, sheet.patch_m.prod(), support_area_m2(obstacle));
   value.centre_in_world = *centre_m;
   return {value, {}};
 }

@@ -33,11 +33,6 @@ struct Drapemeter {
   std::vector<Harmonic> spectrum;  ///< orders 1 to 24
 };
 
-struct DrapemeterOptions {
-  int rays = 720;            ///< directions at which the hem's radius is taken
-  double fold_ratio = 0.02;  ///< a crest stands out by this part of the mean radius, or is no fold
-};
-
 /// The outermost marks of a lattice, in turn.
 [[nodiscard]] std::vector<MarkId> border_of(int rows, int cols);
 
@@ -73,8 +68,7 @@ void raise_outline(std::vector<std::optional<double>>& outline, const Eigen::Vec
 
 /// Area, folds and spectrum of a closed outline with equal steps of angle.
 [[nodiscard]] Drapemeter drapemeter_of(const std::vector<double>& radius_m, double flat_area_m2,
-                                       std::optional<double> support_area_m2,
-                                       const DrapemeterOptions& options);
+                                       std::optional<double> support_area_m2);
 
 /// The whole: centre above the obstacle's centre. `reason` says why there is none: a sheet with
 /// gaps at the hem, no obstacle, or cloth that does not go around the centre.
@@ -82,8 +76,7 @@ struct DrapemeterResult {
   std::optional<Drapemeter> value;
   std::string reason;
 };
-[[nodiscard]] DrapemeterResult drapemeter(const Sheet& sheet, const Scene& scene,
-                                          const DrapemeterOptions& options);
+[[nodiscard]] DrapemeterResult drapemeter(const Sheet& sheet, const Scene& scene);
 
 /// Middle of a sphere, box or cylinder seen from above; a plane or a mesh has none.
 [[nodiscard]] std::optional<Eigen::Vector2d> centre_of(const Obstacle& obstacle);

@@ -44,34 +44,34 @@ TEST(Drapemeter, AreaAndCoefficientOfAnalyticHems) {
                       (0.12 * 0.12 + 0.5 * 0.01 * 0.01 * std::cos(kTurn * 7 / n) +
                        0.5 * 0.004 * 0.004 * std::cos(kTurn * 3 / n));
   const double flat = std::numbers::pi * 0.15 * 0.15, disc = std::numbers::pi * 0.09 * 0.09;
-  const Drapemeter d = drapemeter_of(hem.radii(), flat, disc, {});
+  const Drapemeter d = drapemeter_of(hem.radii(), flat, disc);
   EXPECT_NEAR(d.covered_area_m2, area, 1e-15);
   ASSERT_TRUE(d.drape_coefficient);
   EXPECT_NEAR(*d.drape_coefficient, (area - disc) / (flat - disc), 1e-12);
   EXPECT_NEAR(d.mean_radius_m, 0.12, 1e-15);
-  EXPECT_FALSE(drapemeter_of(hem.radii(), flat, {}, {}).drape_coefficient);
+  EXPECT_FALSE(drapemeter_of(hem.radii(), flat, {}).drape_coefficient);
 }
 
 TEST(Drapemeter, FoldsAndDepthOfAnalyticHems) {
   for (int folds = 2; folds <= 16; ++folds) {
     // Crests and valleys fall on rays when 2 * folds divides the number of rays.
     const int rays = 2 * folds * 40;
-    const Drapemeter d = drapemeter_of(Hem{0.1, {{folds, 0.008}}}.radii(rays), 0.07, {}, {});
+    const Drapemeter d = drapemeter_of(Hem{0.1, {{folds, 0.008}}}.radii(rays), 0.07, {});
     EXPECT_EQ(d.folds, folds);
     EXPECT_NEAR(d.fold_depth_m, 0.016, 1e-12);
   }
 }
 
 TEST(Drapemeter, RipplesBelowTheThresholdAreNoFolds) {
-  const Drapemeter d = drapemeter_of(Hem{0.1, {{5, 0.01}, {60, 0.0004}}}.radii(), 0.07, {}, {});
+  const Drapemeter d = drapemeter_of(Hem{0.1, {{5, 0.01}, {60, 0.0004}}}.radii(), 0.07, {});
   EXPECT_EQ(d.folds, 5);
-  EXPECT_EQ(drapemeter_of(Hem{0.1, {}}.radii(), 0.07, {}, {}).folds, 0);
-  EXPECT_EQ(drapemeter_of(Hem{0.1, {}}.radii(), 0.07, {}, {}).fold_depth_m, 0);
+  EXPECT_EQ(drapemeter_of(Hem{0.1, {}}.radii(), 0.07, {}).folds, 0);
+  EXPECT_EQ(drapemeter_of(Hem{0.1, {}}.radii(), 0.07, {}).fold_depth_m, 0);
 }
 
 TEST(Drapemeter, SpectrumOfAnalyticHems) {
   const Drapemeter d =
-      drapemeter_of(Hem{0.11, {{4, 0.02}, {9, 0.003}, {24, 0.001}}, 0.3}.radii(), 0.07, {}, {});
+      drapemeter_of(Hem{0.11, {{4, 0.02}, {9, 0.003}, {24, 0.001}}, 0.3}.radii(), 0.07, {});
   ASSERT_EQ(d.spectrum.size(), 24U);
   for (const Harmonic& harmonic : d.spectrum) {
     const double expected = harmonic.order == 4    ? 0.02
@@ -123,7 +123,7 @@ TEST(Drapemeter, FlatSquareOverABox) {
   Box box;
   box.size_m = {0.1, 0.1, 0.05};
   scene.obstacles = {box};
-  const DrapemeterResult result = drapemeter(sheet, scene, {});
+  const DrapemeterResult result = drapemeter(sheet, scene);
   ASSERT_TRUE(result.value) << result.reason;
   EXPECT_NEAR(result.value->covered_area_m2, 0.22 * 0.22, 1e-12);
   EXPECT_NEAR(*result.value->drape_coefficient, 1, 1e-9);
@@ -133,15 +133,15 @@ TEST(Drapemeter, FlatSquareOverABox) {
 
 TEST(Drapemeter, SaysWhyThereIsNone) {
   Scene scene;
-  EXPECT_FALSE(drapemeter(test::simulated_sheet(5, 1), scene, {}).reason.empty());
+  EXPECT_FALSE(drapemeter(test::simulated_sheet(5, 1), scene).reason.empty());
   scene.obstacles = {Sphere{{0, 0, 0}, 0.05}};
   Sheet torn = test::measured_sheet();
   torn.marks.erase(torn.marks.begin());
-  EXPECT_FALSE(drapemeter(torn, scene, {}).value);
+  EXPECT_FALSE(drapemeter(torn, scene).value);
   scene.obstacles = {Sphere{{1, 0, 0}, 0.05}};
-  EXPECT_FALSE(drapemeter(test::simulated_sheet(5, 1), scene, {}).value) << "cloth beside it";
+  EXPECT_FALSE(drapemeter(test::simulated_sheet(5, 1), scene).value) << "cloth beside it";
   scene.obstacles = {Sphere{{0, 0, 0}, 0.05}};
-  const DrapemeterResult over_sphere = drapemeter(test::simulated_sheet(5, 1), scene, {});
+  const DrapemeterResult over_sphere = drapemeter(test::simulated_sheet(5, 1), scene);
   ASSERT_TRUE(over_sphere.value);
   EXPECT_FALSE(over_sphere.value->drape_coefficient) << "a sphere has no flat top";
 }

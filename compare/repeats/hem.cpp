@@ -21,16 +21,20 @@ using Eigen::Vector2d;
 using units::mm;
 
 constexpr double kTurn = 2 * std::numbers::pi;
+constexpr int kRays = 720;
 constexpr int kRaysCompared = 72;
+constexpr double kFoldRatio = 0.02;  ///< prominence of a node, part of the mean radius
+constexpr double kSmoothing_rad =
+    0.052;  ///< Gaussian on the radius before nodes are counted (3 degrees)
 
 double disc_area(double diameter) {
   return std::numbers::pi / 4 * diameter * diameter;
 }
 
-std::vector<double> synthesised(const std::vector<std::complex<double>>& spectrum, int rays) {
-  std::vector<double> radius(static_cast<std::size_t>(rays), spectrum[0].real());
+std::vector<double> synthesised(const std::vector<std::complex<double>>& spectrum) {
+  std::vector<double> radius(static_cast<std::size_t>(kRays), spectrum[0].real());
   for (std::size_t k = 1; k < spectrum.size(); ++k) {
-    const std::complex<double> step = std::polar(1.0, kTurn * static_cast<double>(k) / rays);
+    const std::complex<double> step = std::polar(1.0, kTurn * static_cast<double>(k) / kRays);
     std::complex<double> turned = spectrum[k];
     for (double& r : radius) {
       r += turned.real();
@@ -60,6 +64,14 @@ std::vector<double> smoothed(const std::vector<double>& radius, double sigma) {
   return result;
 }
 
+Hem scaled(const Hem& hem, double factor) {
+  Hem result = hem;
+  result.centre_m *= factor;
+  result.area_m2 *= factor * factor;
+  for (double& r : result.radius_m) r *= factor;
+  return result;
+}
+
 std::vector<double> thinned(const std::vector<double>& radius) {
   const std::size_t every = radius.size() / kRaysCompared;
   std::vector<double> result;
@@ -83,7 +95,7 @@ DrapemeterGeometry geometry_of(StandardTest test) {
   return {std::string(name_of(test)), disc_m, specimen_m};
 }
 
-Hem hem_of_outline(const std::vector<Vector2d>& outline_m, int rays) {
+Hem hem_of_outline(const std::vector<Vector2d>& outline_m) {
   const std::size_t n = outline_m.size();
   Hem hem{Vector2d::Zero(), 0, {}, {}};
   if (n < 3) throw bad_input("the outline has fewer than three points", {}, "check the picture");
@@ -95,7 +107,7 @@ Hem hem_of_outline(const std::vector<Vector2d>& outline_m, int rays) {
   }
   hem.centre_m = origin + hem.centre_m / hem.area_m2;
   hem.area_m2 = std::abs(hem.area_m2);
-  std::vector<std::optional<double>> radius(static_cast<std::size_t>(rays));
+  std::vector<std::optional<double>> radius(static_cast<std::size_t>(kRays));
   for (std::size_t i = 0; i < n; ++i)
     raise_outline(radius, outline_m[i] - hem.centre_m, outline_m[(i + 1) % n] - hem.centre_m);
   const auto whole = closed(radius);
@@ -104,28 +116,20 @@ Hem hem_of_outline(const std::vector<Vector2d>& outline_m, int rays) {
   return hem;
 }
 
-Hem hem_of_radii(const std::vector<double>& radius_m, int rays) {
+Hem hem_of_radii(const std::vector<double>& radius_m) {
   if (radius_m.size() < 3) throw bad_input("a hem of fewer than three radii", {}, "give 72");
   double square = 0;
   for (const double r : radius_m) square += r * r;
   const double area = std::numbers::pi * square / static_cast<double>(radius_m.size());
   const auto spectrum = spectrum_of(radius_m, (static_cast<int>(radius_m.size()) - 1) / 2);
-  return {Vector2d::Zero(), area, synthesised(spectrum, rays), {}};
+  return {Vector2d::Zero(), area, synthesised(spectrum), {}};
 }
 
-Hem scaled(const Hem& hem, double factor) {
-  Hem result = hem;
-  result.centre_m *= factor;
-  result.area_m2 *= factor * factor;
-  for (double& r : result.radius_m) r *= factor;
-  return result;
-}
-
-std::vector<HemNode> nodes_of(const Hem& hem, const HemOptions& options) {
-  const std::vector<double> radius = smoothed(hem.radius_m, options.smoothing_rad);
+std::vector<HemNode> nodes_of(const Hem& hem) {
+  const std::vector<double> radius = smoothed(hem.radius_m, kSmoothing_rad);
   const double mean =
       std::accumulate(radius.begin(), radius.end(), 0.0) / static_cast<double>(radius.size());
-  Extremes found = extremes_of(radius, options.fold_ratio * mean);
+  Extremes found = extremes_of(radius, kFoldRatio * mean);
   const std::size_t n = radius.size(), count = found.crests.size();
   const double step = kTurn / static_cast<double>(n);
   std::vector<HemNode> nodes;
@@ -143,16 +147,15 @@ std::vector<HemNode> nodes_of(const Hem& hem, const HemOptions& options) {
   return nodes;
 }
 
-std::vector<HemNumber> numbers_of(const Hem& hem, const DrapemeterGeometry& geometry,
-                                  const HemOptions& options) {
+std::vector<HemNumber> numbers_of(const Hem& hem, const DrapemeterGeometry& geometry) {
   const double disc = disc_area(geometry.disc_m);
   const double specimen = hem.flat_area_m2.value_or(disc_area(geometry.specimen_m));
   const double specimen_radius = std::sqrt(specimen / std::numbers::pi);
   const double ring = specimen_radius - geometry.disc_m / 2;
-  const auto spectrum = spectrum_of(hem.radius_m, options.orders);
+  const auto spectrum = spectrum_of(hem.radius_m, kHemOrders);
   const double mean = spectrum[0].real();
   const auto [least, most] = std::minmax_element(hem.radius_m.begin(), hem.radius_m.end());
-  const std::vector<HemNode> nodes = nodes_of(hem, options);
+  const std::vector<HemNode> nodes = nodes_of(hem);
   double amplitude = 0, wavelength = 0;
   for (const HemNode& node : nodes) {
     amplitude += node.amplitude_m / static_cast<double>(nodes.size());
@@ -169,27 +172,26 @@ std::vector<HemNumber> numbers_of(const Hem& hem, const DrapemeterGeometry& geom
       {"mean_radius_mm", mean / mm, {}},
       {"least_radius_mm", *least / mm, {}},
       {"largest_radius_mm", *most / mm, {}}};
-  for (int k = 0; k <= options.orders; ++k)
+  for (int k = 0; k <= kHemOrders; ++k)
     numbers.push_back({fmt::format("order_{:02d}_mm", k), std::abs(spectrum[k]) / mm, {}});
   return numbers;
 }
 
 std::vector<HemNumber> numbers_with_u(const Hem& hem, const HemErrors& errors,
-                                      const DrapemeterGeometry& geometry,
-                                      const HemOptions& options) {
-  std::vector<HemNumber> numbers = numbers_of(hem, geometry, options);
+                                      const DrapemeterGeometry& geometry) {
+  std::vector<HemNumber> numbers = numbers_of(hem, geometry);
   if (!errors.edges && !errors.scale_u && !errors.tilts) return numbers;
   std::vector<double> squares(numbers.size(), 0.0);
   const auto add = [&](const Hem& low, const Hem& high, double divisor) {
-    const auto a = numbers_of(low, geometry, options), b = numbers_of(high, geometry, options);
+    const auto a = numbers_of(low, geometry), b = numbers_of(high, geometry);
     for (std::size_t i = 0; i < squares.size(); ++i)
       squares[i] += std::pow((b[i].value - a[i].value) / divisor, 2);
   };
   if (errors.edges) add(errors.edges->first, errors.edges->second, 2 * std::sqrt(3.0));
   if (errors.scale_u) add(scaled(hem, 1 - *errors.scale_u), scaled(hem, 1 + *errors.scale_u), 2);
   if (errors.tilts) {
-    const auto a = numbers_of(errors.tilts->first, geometry, options);
-    const auto b = numbers_of(errors.tilts->second, geometry, options);
+    const auto a = numbers_of(errors.tilts->first, geometry);
+    const auto b = numbers_of(errors.tilts->second, geometry);
     for (std::size_t i = 0; i < squares.size(); ++i) {
       const double value = numbers[i].value;  // of an amplitude, both sides may be above it
       squares[i] +=

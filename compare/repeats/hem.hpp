@@ -36,19 +36,14 @@ struct Hem {
 
 /// Hem of a closed outline without crossings, either sense. Throws Error(bad_input) naming nothing
 /// when the outline does not go around its centre.
-[[nodiscard]] Hem hem_of_outline(const std::vector<Eigen::Vector2d>& outline_m, int rays = 720);
+[[nodiscard]] Hem hem_of_outline(const std::vector<Eigen::Vector2d>& outline_m);
 
 /// Hem of radii at equal steps of angle, by trigonometric interpolation (orders below half their
 /// number); area = pi times the mean square radius, exact for a hem of those orders.
-[[nodiscard]] Hem hem_of_radii(const std::vector<double>& radius_m, int rays = 720);
+[[nodiscard]] Hem hem_of_radii(const std::vector<double>& radius_m);
 
-[[nodiscard]] Hem scaled(const Hem& hem, double factor);
-
-struct HemOptions {
-  double fold_ratio = 0.02;      ///< prominence of a node, part of the mean radius
-  double smoothing_rad = 0.052;  ///< Gaussian on the radius before nodes are counted (3 degrees)
-  int orders = 16;               ///< Fourier orders listed
-};
+/// Fourier orders of a hem that are listed and compared, beside 0.
+inline constexpr int kHemOrders = 16;
 
 /// One fold of the hem.
 struct HemNode {
@@ -57,7 +52,7 @@ struct HemNode {
   double amplitude_m = 0;   ///< half of crest minus mean of the valleys beside it
   double wavelength_m = 0;  ///< arc of the mean circle to the next crest
 };
-[[nodiscard]] std::vector<HemNode> nodes_of(const Hem& hem, const HemOptions& options);
+[[nodiscard]] std::vector<HemNode> nodes_of(const Hem& hem);
 
 /// A number of the drapemeter, in the unit that its name ends with.
 struct HemNumber {
@@ -72,8 +67,7 @@ struct HemNumber {
 /// specimen of the same flat area; nodes; mean
 /// node_amplitude_mm and node_wavelength_mm; area_mm2, mean, least and largest radius in mm; the
 /// amplitudes of the Fourier orders of the radius: order_00_mm (its mean) to order_16_mm.
-[[nodiscard]] std::vector<HemNumber> numbers_of(const Hem& hem, const DrapemeterGeometry& geometry,
-                                                const HemOptions& options);
+[[nodiscard]] std::vector<HemNumber> numbers_of(const Hem& hem, const DrapemeterGeometry& geometry);
 
 /// Known errors of a hem.
 struct HemErrors {
@@ -89,8 +83,7 @@ struct HemErrors {
 /// The same numbers with U: each source is moved, the numbers' differences are added in squares
 /// (GUM 5.1, numerically), k = 2.
 [[nodiscard]] std::vector<HemNumber> numbers_with_u(const Hem& hem, const HemErrors& errors,
-                                                    const DrapemeterGeometry& geometry,
-                                                    const HemOptions& options);
+                                                    const DrapemeterGeometry& geometry);
 
 [[nodiscard]] double number_named(const std::vector<HemNumber>& numbers, const std::string& name);
 

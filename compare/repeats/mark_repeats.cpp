@@ -16,7 +16,6 @@ namespace {
 using units::mm;
 
 constexpr double kLeast_m = 1e-6;      // hems that are nearer are copies
-constexpr int kOrders = 16;            // of a hem, as the drapemeter lists them
 constexpr double kLeastBorder = 0.75;  // of the outermost marks, or the polygon cuts folds off
 
 using Points = std::vector<Eigen::Vector3d>;
@@ -124,8 +123,8 @@ void add_hems(const std::vector<SheetFile>& repeats, const Surface& surface,
   RepeatBasis hem = basis_of("hem", hems, hem_distance_m);
   std::vector<std::vector<double>> orders;
   orders.reserve(hems.size());
-  for (const Hem& one : hems) orders.push_back(order_amplitudes_m(one, kOrders));
-  const std::vector<double> own_orders = order_amplitudes_m(*own, kOrders);
+  for (const Hem& one : hems) orders.push_back(order_amplitudes_m(one, kHemOrders));
+  const std::vector<double> own_orders = order_amplitudes_m(*own, kHemOrders);
   RepeatBasis spectrum = basis_of("spectrum", orders, orders_apart_m);
   for (std::size_t i = 0; i < hems.size(); ++i) {
     hem.virtual_to_real_m.push_back(hem_distance_m(hems[i], *own));
