@@ -3,7 +3,6 @@
 
 #include "compare/records/provenance.hpp"
 #include "core/files/files.hpp"
-#include "core/files/json_file.hpp"
 
 namespace drape::compare {
 
@@ -28,18 +27,9 @@ SheetFile read_sheet_file(const fs::path& file) {
   SheetFile read{file, {}, {}, read_sheet(file)};
   read.sha256 = sha256_of_file(json);
   read.ply_sha256 = sha256_of_file(fs::path(file).replace_extension(".ply"));
-  if (!read.sheet.is_measured()) return read;
-  const JsonNode source = JsonNode::open(json, "sheet", 1).at("source");
-  if (source.has("repeat")) {
-    const JsonNode id = source.at("repeat");
-    read.repeat = RepeatId{id.name("scene"), id.name("repeat"), id.text("face")};
-  }
-  if (source.has("asked_scene")) {
-    const JsonNode asked = source.at("asked_scene");
-    read.asked = AskedScene{asked.name("name"), asked.text("sha256"), {}};
-    const JsonNode values = asked.at("surroundings");
-    for (const auto& [key, value] : values.members())
-      read.asked->surroundings[key] = values.text(key);
+  if (read.sheet.is_measured()) {
+    read.repeat = read.measured().repeat;
+    read.asked = read.measured().asked_scene;
   }
   return read;
 }

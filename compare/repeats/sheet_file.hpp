@@ -14,17 +14,6 @@ namespace drape::compare {
 /// the SHA-256 of its content.
 using Surroundings = std::map<std::string, std::string>;
 
-/// The scene that the marks of a measured sheet were asked about (`source.asked_scene`).
-struct AskedScene {
-  std::string name, sha256;
-  Surroundings surroundings;
-};
-
-/// Which laying of which drape a measured sheet is (`source.repeat`).
-struct RepeatId {
-  std::string scene, repeat, face;  ///< the side of the cloth that lies up; may be empty
-};
-
 /// A sheet as read, with the SHA-256 of its .json (which carries everything).
 struct SheetFile {
   std::filesystem::path file;

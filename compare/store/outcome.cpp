@@ -49,7 +49,7 @@ std::vector<std::string> labels_of(const std::vector<DrapeFiles>& drapes) {
   using Words = std::string (*)(const SheetFile&);
   constexpr std::array<Words, 3> kWords{
       [](const SheetFile& sheet) {
-        return sheet.repeat ? "repeat " + sheet.repeat->repeat : std::string();
+        return sheet.repeat ? "repeat " + sheet.repeat->name : std::string();
       },
       [](const SheetFile& sheet) { return std::get<MeasuredSource>(sheet.sheet.source).set; },
       [](const SheetFile& sheet) { return sheet.file.string(); }};

@@ -218,7 +218,7 @@ void judge_repeats(const DrapeInput& input, const Options& options, Report& repo
   const SheetFile& own = input.measured;
   const auto line_of = [](const SheetFile& file) {
     const RepeatId id = id_of(file);
-    return RepeatLine{{}, file.measured().set, id.repeat, id.face, {}, {}};
+    return RepeatLine{{}, file.measured().set, id.name, id.face, {}, {}};
   };
   report.repeats.push_back(line_of(own));
   std::vector<SheetFile> repeats = {own};

@@ -36,8 +36,8 @@ TEST(Surroundings, AreTheSameForTheMarksAndForTheSimulationOfOneScene) {
                                    sha256_of(std::string_view("c")),
                                    sha256_of(std::string_view("d"))};
   measured.marks.push_back({{0, 0}, {0.01, 0.01}, {0, 0, 0}, {}, {}, {}});
+  triangulate::note_scene(std::get<MeasuredSource>(measured.source), read_scene(file), {});
   write_sheet(sheet, measured);
-  triangulate::note_scene(sheet, read_scene(file), {});
   const auto asked = compare::read_sheet_file(sheet).asked;
   const auto simulated = compare::read_simulated_scene(
       file, {{file, sha256_of_file(file)}, {mesh, sha256_of_file(mesh)}});
