@@ -87,7 +87,7 @@ class SchemaWriter : public Fields {
     if (!field.meaning.empty() && field.index == Field::no_index)
       schema["description"] = field.meaning;
     const bool is_nullable = absence_ == Absence::null && syntax_ == Syntax::json;
-    const bool is_required = !absence_ || is_nullable;
+    const bool is_required = !absence_;  // null or absent: a reader takes both
     absence_.reset();
     if (is_nullable) {
       Value either;
