@@ -1,13 +1,37 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tests/formats/formats.hpp"
 
+#include "core/files/files.hpp"
+#include "core/recording.hpp"
+#include "core/scene.hpp"
 #include "synth/synth.hpp"
+#include "tests/fuzz/kinds.hpp"
+#include "tests/support/paths.hpp"
 
 namespace drape::test {
+namespace {
+
+/// Files that people edit and the recording's list from rigs/bench1, the others from small records.
+std::vector<DescribedFormat> core_formats() {
+  const auto bench = [](const char* name) {
+    return read_text(source_root() / "rigs/bench1" / name);
+  };
+  return {described<Rig>(bench("rig.toml")),
+          described<Target>(bench("target.toml")),
+          described<Print>(bench("print.toml")),
+          described<Scene>(bench("scenes/C.toml")),
+          described<Recording>(bench("recording/recording.json")),
+          described(small_sheet()),
+          described(small_detections()),
+          described(small_calibration())};
+}
+
+}  // namespace
 
 std::vector<DescribedFormat> all_formats() {
   std::vector<DescribedFormat> all;
-  for (const auto& room : {synth::synth_formats()}) all.insert(all.end(), room.begin(), room.end());
+  for (const auto& room : {core_formats(), synth::synth_formats()})
+    all.insert(all.end(), room.begin(), room.end());
   return all;
 }
 

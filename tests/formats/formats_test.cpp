@@ -81,6 +81,10 @@ Value resolved(const Value& schema, const Value& value) {
   for (const Value& branch : *several->get_if<Value::List>()) {
     const auto* properties = branch.find("properties")->get_if<Value::Table>();
     const auto& [tag, word] = properties->front();
+    if (word.find("const") == nullptr) {  // a record under a name of its own
+      if (value.find(tag) != nullptr) return branch;
+      continue;
+    }
     const Value* given = value.find(tag);
     if (given == nullptr || one_line(*given) != one_line(*word.find("const"))) continue;
     for (const auto& [key, one] : *properties)

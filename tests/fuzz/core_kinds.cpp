@@ -26,8 +26,6 @@ Sheet small_sheet() {
   return sheet;
 }
 
-namespace {
-
 Detections small_detections() {
   Detections detections;
   detections.rig = "bench";
@@ -60,6 +58,8 @@ Calibration small_calibration() {
   calibration.cameras.push_back(camera);
   return calibration;
 }
+
+namespace {
 
 /// A copy of a file of rigs/bench1, in the folder that its relative paths expect.
 std::function<fs::path(const fs::path&)> copied(const std::string& name) {

@@ -6,6 +6,8 @@
 #include <string>
 #include <vector>
 
+#include "core/calibration.hpp"
+#include "core/detections.hpp"
 #include "core/sheet.hpp"
 
 namespace drape::test {
@@ -28,6 +30,8 @@ struct Kind {
 
 /// 2 x 2 marks, two of them measured.
 [[nodiscard]] Sheet small_sheet();
+[[nodiscard]] Detections small_detections();
+[[nodiscard]] Calibration small_calibration();
 
 /// Reads the file; empty, or why the reader did not keep the promise of one Error(bad_input) that
 /// names a file. Sets `refused` when it threw one.
