@@ -20,6 +20,29 @@ namespace {
 namespace fs = std::filesystem;
 using units::mm;
 
+/// A record as far as its file could be read: what follows from its good values is checked too.
+template <class Record>
+struct Partly {
+  Record record;
+  bool is_good = false;
+};
+
+template <class Record>
+Partly<Record> read_as_far(const fs::path& file, BenchCheck& check) {
+  ++check.files;
+  Partly<Record> read;
+  try {
+    read.record.document = Document::read(file);
+    require_format(read.record.document, format_of<Record>);
+    std::vector<Error> faults = faults_of_reading(read.record.document, walk_through(read.record));
+    read.is_good = faults.empty();
+    check.add(std::move(faults));
+  } catch (const Error& error) {
+    check.add(error.each());
+  }
+  return read;
+}
+
 /// Calls `read` and notes all faults of its file.
 template <class Read>
 auto collecting(BenchCheck& check, const Read& read) -> std::optional<decltype(read())> {
@@ -32,7 +55,7 @@ auto collecting(BenchCheck& check, const Read& read) -> std::optional<decltype(r
   }
 }
 
-void check_cameras_and_stages(const Rig& rig, BenchCheck& check) {
+void check_cameras_and_stages(const Rig& rig, bool is_good, BenchCheck& check) {
   const Document& file = rig.document;
   if (rig.cameras.size() < 2)
     check.add(file, "camera", fmt::format("{} camera in the rig", rig.cameras.size()),
@@ -46,7 +69,7 @@ void check_cameras_and_stages(const Rig& rig, BenchCheck& check) {
                             rig.stages.size()),
         "add [[calibration.stage]] tables with set and z_mm");
   std::map<double, std::string> heights;
-  for (std::size_t i = 0; i < rig.stages.size(); ++i) {
+  for (std::size_t i = 0; is_good && i < rig.stages.size(); ++i) {
     const TargetStage& stage = rig.stages[i];
     const auto [other, fresh] = heights.emplace(stage.z_m, stage.set);
     if (!fresh)
@@ -55,7 +78,7 @@ void check_cameras_and_stages(const Rig& rig, BenchCheck& check) {
                             stage.set, stage.z_m / mm),
                 "give each stage the height at which the target stood");
   }
-  if (!rig.stages.empty() && heights.count(0.0) == 0)
+  if (is_good && !rig.stages.empty() && heights.count(0.0) == 0)
     check.add(file, "calibration.stage.0.z_mm", "no stage has z_mm = 0",
               "the target's reference pose is the world: its stage has z_mm = 0, the others count "
               "from there");
@@ -203,28 +226,31 @@ std::vector<Scene> check_scenes(const std::vector<fs::path>& files, const Rig& r
   std::vector<Scene> scenes;
   std::set<fs::path> fabrics, prints = {rig.print_file};
   for (const fs::path& file : files) {
-    const auto scene = collecting(check, [&] { return read_scene(file); });
-    if (!scene) continue;
-    check_meshes(*scene, check);
-    scenes.push_back(*scene);
-    if (!rig.print_file.empty() && scene->print_file != rig.print_file)
-      check.add(scene->document, "print",
+    const auto [scene, is_good] = read_as_far<Scene>(file, check);
+    if (scene.file.empty()) continue;
+    scenes.push_back(scene);
+    if (is_good) check_meshes(scene, check);
+    if (is_good && !rig.print_file.empty() && scene.print_file != rig.print_file)
+      check.add(scene.document, "print",
                 fmt::format("the scene's print is {}, the marks are found with {}",
-                            scene->print_file.string(), rig.print_file.string()),
+                            scene.print_file.string(), rig.print_file.string()),
                 "name the same file in rig.toml and in the scene");
-    check.add(faults_of(*scene));
-    if (print) check.add(faults_of(*scene, *print));
-    check.add(faults_of_stand_ins(scene->document));
-    for (const std::string& warning : warnings_of(*scene)) check.warnings.push_back(warning);
+    if (is_good) check.add(faults_of(scene));
+    if (is_good && print) check.add(faults_of(scene, *print));
+    check.add(faults_of_stand_ins(scene.document));
+    for (const std::string& warning : warnings_of(scene)) check.warnings.push_back(warning);
     for (const auto& [key, named] :
-         {std::pair{"fabric", scene->fabric_file}, std::pair{"print", scene->print_file}})
-      if (fs::is_directory(named))
-        check.add(scene->document, key, fmt::format("`{}` is empty, or a folder", key),
+         {std::pair{"fabric", scene.fabric_file}, std::pair{"print", scene.print_file}})
+      if (is_good && fs::is_directory(named))
+        check.add(scene.document, key, fmt::format("`{}` is empty, or a folder", key),
                   "give the name of a file");
-    if (!fs::is_directory(scene->fabric_file) && fabrics.insert(scene->fabric_file).second)
-      check_fabric(scene->fabric_file, rig.segments, check);
-    if (!fs::is_directory(scene->print_file) && prints.insert(scene->print_file).second)
-      static_cast<void>(collecting(check, [&] { return read_print(scene->print_file); }));
+    const auto is_file = [](const fs::path& named) {
+      return !named.empty() && !fs::is_directory(named);
+    };
+    if (is_file(scene.fabric_file) && fabrics.insert(scene.fabric_file).second)
+      check_fabric(scene.fabric_file, rig.segments, check);
+    if (is_file(scene.print_file) && prints.insert(scene.print_file).second)
+      static_cast<void>(read_as_far<Print>(scene.print_file, check));
   }
   return scenes;
 }
@@ -258,34 +284,38 @@ BenchCheck check_bench(const fs::path& rig_path, const fs::path& recording_path)
     check_scenes_together(none, check_scenes(*files, none, std::nullopt, check), check);
     return check;
   }
-  const auto rig = collecting(check, [&] { return read_rig(rig_path); });
-  if (!rig) return check;
-  check_cameras_and_stages(*rig, check);
-  const auto target = collecting(check, [&] { return read_target(rig->target_file); });
-  const auto print = collecting(check, [&] { return read_print(rig->print_file); });
+  const auto [rig, is_rig_good] =
+      read_as_far<Rig>(fs::is_directory(rig_path) ? rig_path / "rig.toml" : rig_path, check);
+  if (rig.file.empty()) return check;
+  check_cameras_and_stages(rig, is_rig_good, check);
+  std::optional<Target> target;
+  std::optional<Print> print;
+  if (!rig.target_file.empty())
+    if (auto read = read_as_far<Target>(rig.target_file, check); read.is_good)
+      target = std::move(read.record);
+  if (!rig.print_file.empty())
+    if (auto read = read_as_far<Print>(rig.print_file, check); read.is_good)
+      print = std::move(read.record);
   if (target && print) check_tags(*target, *print, check);
   if (target) check.add(faults_of(*target));
   if (print) {
     check.add(faults_of(*print));
     for (const std::string& warning : warnings_of(*print)) check.warnings.push_back(warning);
   }
-  if (rig->scenes.empty())
-    check.add(rig->document, "scenes", "the rig names no scene",
+  if (is_rig_good && rig.scenes.empty())
+    check.add(rig.document, "scenes", "the rig names no scene",
               "add the scene files, e.g. scenes = [\"scenes/A.toml\"]");
-  const std::vector<Scene> scenes = check_scenes(rig->scenes, *rig, print, check);
-  check_scenes_together(*rig, scenes, check);
-  check_plates(*rig, scenes, check);
-  check_repeats(*rig, scenes, check);
-  if (const fs::path file = rig->file.parent_path() / "acceptance.json"; fs::is_regular_file(file))
-    static_cast<void>(collecting(check, [&] {
-      static_cast<void>(read_record<AcceptanceFile>(file));
-      return true;
-    }));
-  const auto recording = collecting(check, [&] {
-    return read_recording(recording_path.empty() ? rig->recording : recording_path);
-  });
-  if (recording) check_recording(*recording, *rig, scenes, check);
-  give_advice(*rig, scenes, check);
+  const std::vector<Scene> scenes = check_scenes(rig.scenes, rig, print, check);
+  check_scenes_together(rig, scenes, check);
+  check_plates(rig, scenes, check);
+  check_repeats(rig, scenes, check);
+  if (const fs::path file = rig.file.parent_path() / "acceptance.json"; fs::is_regular_file(file))
+    static_cast<void>(collecting(check, [&] { return read_record<AcceptanceFile>(file); }));
+  if (const fs::path folder = recording_path.empty() ? rig.recording : recording_path;
+      !folder.empty())
+    if (const auto recording = collecting(check, [&] { return read_recording(folder); }))
+      check_recording(*recording, rig, scenes, check);
+  give_advice(rig, scenes, check);
   return check;
 }
 
