@@ -116,9 +116,10 @@ Json options_json(const SimulateOptions& options, const SimulateReport& report) 
     fitted["shear_deg"] = reach->shear_rad / deg;
     fitted["curvature_per_cm"] = reach->curvature_per_m / units::per_cm;
   }
-  json["model"] = options.model;
-  json["solver"] = options.solver;
-  json["mass"] = options.mass == MassRule::area && options.model != "paper" ? "area" : "paper";
+  json["model"] = drape::name_of(options.model);
+  json["solver"] = drape::name_of(options.solver);
+  json["mass"] =
+      options.mass == MassRule::area && options.model != ClothModel::paper ? "area" : "paper";
   json["damping_per_s"] = options.damping_per_s;
   json["air_drag_kg_per_m3"] = options.air_drag_kg_per_m3;
   json["spring_damping_ratio"] = options.spring_damping_ratio;
@@ -177,7 +178,8 @@ void write_certificate(const std::filesystem::path& file, const SimulateResult& 
   json["energy"] = energy_json(report);
   json["start"] = start_json(report);
   json["twist_stiffness_uNm"] = report.twist_n_m / kMicro;
-  if (options.model == "paper") json["springs_with_k_st_clamped_at_0"] = report.clamped_springs;
+  if (options.model == ClothModel::paper)
+    json["springs_with_k_st_clamped_at_0"] = report.clamped_springs;
   if (report.drape_coefficient)
     json["drape_coefficient_percent"] = *report.drape_coefficient / percent;
   json["curves"] = curves_json(report);

@@ -93,9 +93,9 @@ Trial valid_trial(Dice& dice, long max_steps) {
   trial.options.max_steps = max_steps;
   trial.options.natural_time_s = 0.02;
   const int kind = dice.below(4);
-  if (kind == 0) trial.options.model = "paper";
-  if (kind == 1) trial.options.solver = "static";
-  if (trial.options.solver == "static") trial.options.max_steps /= 20;
+  if (kind == 0) trial.options.model = ClothModel::paper;
+  if (kind == 1) trial.options.solver = Solver::newton;
+  if (trial.options.solver == Solver::newton) trial.options.max_steps /= 20;
   return trial;
 }
 
@@ -204,8 +204,8 @@ void expect_honest(const Trial& trial, int index, Tally& tally) {
     const SimulateReport& report = result.report;
     tally.book(report);
     if (report.status == RestStatus::diverged || report.status == RestStatus::refused)
-      std::printf("trial %d %s %s: %s\n", index, trial.options.solver.c_str(),
-                  trial.options.model.c_str(), report.sentence.c_str());
+      std::printf("trial %d %s %s: %s\n", index, drape::name_of(trial.options.solver).data(),
+                  drape::name_of(trial.options.model).data(), report.sentence.c_str());
     for (const SheetMark& mark : result.sheet.marks) {
       EXPECT_TRUE(mark.point_in_world.allFinite()) << "trial " << index;
     }

@@ -55,7 +55,7 @@ Sheet moved(Sheet sheet) {
   return sheet;
 }
 
-SimulateResult run(const Scene& scene, const std::string& solver) {
+SimulateResult run(const Scene& scene, Solver solver) {
   return drape_of(scene, options_of(11, solver));
 }
 
@@ -72,11 +72,12 @@ TEST(Invariance, AMovedAndTurnedWorldHasTheSameShapesAndVerdicts) {
   for (const char* file :
        {"rigs/paper/scenes/D.toml", "rigs/bench1/scenes/A.toml", "rigs/bench1/scenes/C.toml"}) {
     const Scene scene = scene_of(file);
-    for (const char* solver : {"fall", "static", "rk4"}) {
+    for (const Solver solver : {Solver::fall, Solver::newton, Solver::rk4}) {
       const SimulateResult here = run(scene, solver), there = run(moved(scene), solver);
-      EXPECT_EQ(here.report.status, there.report.status) << file << " " << solver;
-      EXPECT_EQ(here.report.steps, there.report.steps) << file << " " << solver;
-      EXPECT_LT(farthest_m(there.sheet, moved(here.sheet)), 1e-9) << file << " " << solver;
+      EXPECT_EQ(here.report.status, there.report.status) << file << " " << drape::name_of(solver);
+      EXPECT_EQ(here.report.steps, there.report.steps) << file << " " << drape::name_of(solver);
+      EXPECT_LT(farthest_m(there.sheet, moved(here.sheet)), 1e-9)
+          << file << " " << drape::name_of(solver);
     }
   }
 }
@@ -91,7 +92,7 @@ TEST(Invariance, ScenesOfThePaperMovedAndTurnedAreJudgedAlike) {
       const auto drape = [&](const Scene& one) {
         SimulateOptions options;
         options.rows = options.cols = particles;
-        options.solver = "fall";
+        options.solver = Solver::fall;
         return simulate_checked(one, read_fabric(scene.fabric_file), read_print(scene.print_file),
                                 std::nullopt, options);
       };
@@ -108,7 +109,7 @@ TEST(Invariance, ScenesOfThePaperMovedAndTurnedAreJudgedAlike) {
 /// fall that is polished.
 TEST(Fall, EndsInTheValleyOfMotionAndIsPolished) {
   const Scene scene = scene_of("rigs/paper/scenes/D.toml");
-  const SimulateResult fallen = run(scene, "fall"), moved_there = run(scene, "rk4");
+  const SimulateResult fallen = run(scene, Solver::fall), moved_there = run(scene, Solver::rk4);
   ASSERT_EQ(fallen.report.status, RestStatus::at_rest) << fallen.report.sentence;
   ASSERT_EQ(moved_there.report.status, RestStatus::at_rest) << moved_there.report.sentence;
   EXPECT_LE(fallen.report.residual, 1e-6);

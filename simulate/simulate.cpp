@@ -72,16 +72,16 @@ SimulatedSource source_of(const Scene& scene, const Fabric& fabric, const Simula
           .start_sha256 = std::nullopt,
           .segments = options.segments,
           .model = model_text(options),
-          .solver = options.solver,
+          .solver = std::string(drape::name_of(options.solver)),
           .status = report.sentence};
 }
 
 }  // namespace
 
 std::string model_text(const SimulateOptions& options) {
-  std::string text = options.model;
+  std::string text(drape::name_of(options.model));
   if (options.internal_friction) text += ", internal friction";
-  if (options.model == "consistent" && !options.reach) text += ", whole curves";
+  if (options.model == ClothModel::consistent && !options.reach) text += ", whole curves";
   return text;
 }
 
@@ -89,21 +89,13 @@ void SimulateOptions::check() const {
   const auto require = [](bool good, const char* what, const char* to_do) {
     if (!good) throw usage_error(what, to_do);
   };
-  if (model != "consistent" && model != "paper") {
-    throw usage_error(fmt::format("there is no model `{}`", model),
-                      "use --model consistent or --model paper");
-  }
-  if (solver != "rk4" && solver != "static" && solver != "fall") {
-    throw usage_error(fmt::format("there is no solver `{}`", solver),
-                      "use --solver fall, static or rk4");
-  }
-  require(!internal_friction || model == "consistent", "the model `paper` has no internal friction",
-          "use --model consistent");
-  if (model == "paper" && solver != "rk4") {
+  require(!internal_friction || model == ClothModel::consistent,
+          "the model `paper` has no internal friction", "use --model consistent");
+  if (model == ClothModel::paper && solver != Solver::rk4) {
     throw usage_error("the model `paper` has no energy for the static solver to minimise",
                       "use --solver rk4, or --model consistent");
   }
-  require(!round || (model == "consistent" && solver == "rk4"),
+  require(!round || (model == ClothModel::consistent && solver == Solver::rk4),
           "a round specimen is draped by the model `consistent` and the solver `rk4` only",
           "leave out --round, --model and --solver");
   require(rows >= 3 && cols >= 3 && rows <= 401 && cols <= 401,
@@ -212,8 +204,7 @@ SimulateResult move_with(const StaticCase& the_case, const Fabric& fabric, const
   SimulateReport& report = result.report;
   const Scene& scene = the_case.scene;
   const Surroundings& surroundings = the_case.surroundings;
-  Cloth cloth(grid, the_case.laws, options.mass,
-              options.model == "paper" ? ClothModel::paper : ClothModel::consistent);
+  Cloth cloth(grid, the_case.laws, options.mass, options.model);
   cloth.clamp(clamps_on(scene, grid).places);
   refuse_flat_start_inside(scene, grid, surroundings);
   const StartState start = make_start(scene, the_case.print, grid, the_case.measured,
@@ -233,7 +224,7 @@ SimulateResult move_with(const StaticCase& the_case, const Fabric& fabric, const
         "stiffer than its tensile curve",
         report.clamped_springs));
   }
-  const bool polishes = options.solver == "fall" && report.status == RestStatus::at_rest;
+  const bool polishes = options.solver == Solver::fall && report.status == RestStatus::at_rest;
   const Field end =
       polishes ? polish(the_case, options, start, run, cloth, result) : run.position();
   judge_overlaps(grid, surroundings, end, options, report);
@@ -268,7 +259,7 @@ SimulateResult simulate_by_motion(const StaticCase& the_case, const Fabric& fabr
   if (history.empty() || !the_case.laws.friction)
     return move_once(the_case, fabric, grid, options, result, std::nullopt, {});
   SimulateOptions by_motion = options;
-  by_motion.solver = "rk4";
+  by_motion.solver = Solver::rk4;
   SimulateResult drape;
   int number = 0;
   const auto before = [&](const ClothMemory& memory) -> std::optional<ClothMemory> {
@@ -305,7 +296,7 @@ SimulateResult simulate_here(const Scene& scene, const Fabric& fabric, const Pri
   ClothLaws laws = make_laws(fabric, options.segments, report, options.reach);
   if (options.internal_friction)
     add_internal_friction(fabric, options.segments, laws, report, options.reach);
-  if (options.model == "paper") {
+  if (options.model == ClothModel::paper) {
     laws.twist_n_m = report.twist_n_m = 0;
     report.warnings = fabric.warnings;  // without those of the twist stiffness, which it has not
   }
@@ -318,12 +309,13 @@ SimulateResult simulate_here(const Scene& scene, const Fabric& fabric, const Pri
   laws.stretch_damping_s = spring_damping_s(laws, grid, options.spring_damping_ratio);
   const Surroundings surroundings(scene);
   const StaticCase the_case{scene, print, measured, surroundings, laws, options.mass};
-  if (options.solver == "rk4" || options.round)
+  if (options.solver == Solver::rk4 || options.round)
     return simulate_by_motion(the_case, fabric, grid, options, result);
   SimulateResult fallen = result;
   finish_static(the_case, fabric, grid, options,
                 drape_statically(the_case, grid, static_options(scene, options)), fallen);
-  if (options.solver == "static" || fallen.report.status == RestStatus::at_rest) return fallen;
+  if (options.solver == Solver::newton || fallen.report.status == RestStatus::at_rest)
+    return fallen;
   report.warnings.push_back("fell by Runge-Kutta: by implicit steps it ends " +
                             fallen.report.sentence);
   return simulate_by_motion(the_case, fabric, grid, options, result);
@@ -406,7 +398,7 @@ std::optional<CurveReach> find_reach(const Scene& scene, const Fabric& fabric, c
   const Surroundings surroundings(local.scene);
   const StaticCase the_case{local.scene, print, local.measured, surroundings, laws};
   SimulateOptions how;
-  how.solver = "fall";
+  how.solver = Solver::fall;
   const GridSpec grid{kFirstGrid, kFirstGrid, print.patch_m};
   const StaticDrape first = drape_statically(the_case, grid, static_options(local.scene, how));
   Cloth cloth(grid, laws, MassRule::area);

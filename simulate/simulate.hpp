@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "core/fields/fields.hpp"
 #include "core/rig.hpp"
 #include "core/scene.hpp"
 #include "core/sheet.hpp"
@@ -105,16 +106,20 @@ struct SimulateResult {
   std::vector<ContactForce> contact_forces;
 };
 
+/// `rk4`: motion with damping; `newton`: Newton's method; `fall`: motion by implicit steps, then
+/// it.
+enum class Solver { rk4, newton, fall };
+
 /// Options of a simulation; SI. The defaults are those of the program.
 struct SimulateOptions {
   int rows = 21;       ///< particles along the warp
   int cols = 21;       ///< particles along the weft
   bool round = false;  ///< cut the specimen to the ellipse in the patch (Cusick's disc)
   int segments = 5;    ///< line segments per Kawabata curve; 1: G, B, first slope
-  std::string model = "consistent";      ///< or "paper", which ignores `mass`
+  ClothModel model = ClothModel::consistent;  ///< `paper` ignores `mass`
   std::optional<CurveReach> reach = {};  ///< where the curves are fitted; absent: wherever measured
   bool internal_friction = false;        ///< both branches of bending and shear; "consistent" only
-  std::string solver = "rk4";            ///< "rk4": motion with damping; "static": Newton's method
+  Solver solver = Solver::rk4;
   MassRule mass = MassRule::area;
   double damping_per_s = 4;           ///< beta / m of the paper's F = -beta v
   double air_drag_kg_per_m3 = 0.6;    ///< F = -c area |v| v; half of air's density, factor 1
@@ -141,7 +146,9 @@ struct SimulateOptions {
   /// Throws Error(usage) for a value that cannot be simulated.
   void check() const;
   /// True if it asks for what motion alone can do (solver "rk4").
-  [[nodiscard]] bool only_moves() const { return model == "paper" || round || !kinetic_damping; }
+  [[nodiscard]] bool only_moves() const {
+    return model == ClothModel::paper || round || !kinetic_damping;
+  }
 };
 
 /// The model's name with what else of it is not the default, as sheets state it.
@@ -196,3 +203,10 @@ void write_certificate(const std::filesystem::path& file, const SimulateResult& 
                        const SimulateOptions& options);
 
 }  // namespace drape::simulate
+
+template <>
+inline constexpr std::string_view drape::names_of<drape::simulate::ClothModel>[] = {"consistent",
+                                                                                    "paper"};
+template <>
+inline constexpr std::string_view drape::names_of<drape::simulate::Solver>[] = {"rk4", "static",
+                                                                                "fall"};

@@ -30,8 +30,7 @@ namespace drape::simulate {
 }
 
 /// `grid` x `grid` particles, one line per curve.
-[[nodiscard]] inline SimulateOptions options_of(int grid, const std::string& solver,
-                                                int segments = 1) {
+[[nodiscard]] inline SimulateOptions options_of(int grid, Solver solver, int segments = 1) {
   SimulateOptions options;
   options.rows = options.cols = grid;
   options.segments = segments;

@@ -64,7 +64,7 @@ SheetSpec spec_of(const Sheet& sheet, const Fabric& fabric, const CertificateCla
   spec.cols = sheet.cols;
   spec.patch_warp_m = sheet.patch_m.x();
   spec.patch_weft_m = sheet.patch_m.y();
-  spec.paper_model = claim.model == "paper";
+  spec.paper_model = claim.model == ClothModel::paper;
   spec.paper_mass = claim.paper_mass;
   spec.laws = make_laws(fabric, claim.segments, ignored, claim.reach);
   if (claim.memory) {
@@ -436,7 +436,7 @@ CertificateClaim read_claim(const std::filesystem::path& folder) {
                    .shear_rad = reach.number("shear_deg") * units::deg,
                    .curvature_per_m = reach.number("curvature_per_cm") * units::per_cm};
   }
-  claim.model = options.text("model");
+  claim.model = options.text("model") == "paper" ? ClothModel::paper : ClothModel::consistent;
   claim.paper_mass = options.text("mass") == "paper";
   claim.residual = root.number("largest_residual_per_particle_weight");
   claim.residual_tolerance = root.number("residual_tolerance");

@@ -18,8 +18,8 @@ struct CertificateClaim {
   bool at_rest = false;
   int rows = 0, cols = 0, segments = 0;
   std::optional<CurveReach>
-      reach;                ///< to where the curves were fitted; absent: all that was measured
-  std::string model;        ///< "consistent" or "paper"
+      reach;  ///< to where the curves were fitted; absent: all that was measured
+  ClothModel model = ClothModel::consistent;
   bool paper_mass = false;  ///< total / particles instead of area
   double residual = 0;      ///< in weights of a particle
   double residual_tolerance = 0;

@@ -23,20 +23,21 @@ namespace {
 using units::mm;
 
 TEST(Certify, TrueCertificatesOfTheSphereAndThePinsHold) {
-  for (const char* model : {"consistent", "paper"}) {
+  for (const ClothModel model : {ClothModel::consistent, ClothModel::paper}) {
     for (const char* name : {"A", "D"}) {
       const Case drape(name, model);
-      ASSERT_TRUE(drape.claim.at_rest) << name << " " << model;
+      ASSERT_TRUE(drape.claim.at_rest) << name << " " << drape::name_of(model);
       const CertifyReport report = drape.judge();
-      EXPECT_TRUE(report.accepted()) << name << " " << model << "\n" << listed(report);
+      EXPECT_TRUE(report.accepted()) << name << " " << drape::name_of(model) << "\n"
+                                     << listed(report);
       EXPECT_GT(report.contacts, 0);
     }
   }
 }
 
 TEST(Certify, CurvesFittedWhereTheClothLivesAreJudgedByTheSameFit) {
-  Case drape("A", "consistent");
-  drape.options.solver = "fall";
+  Case drape("A", ClothModel::consistent);
+  drape.options.solver = Solver::fall;
   drape.options.reach = find_reach(drape.scene, drape.fabric, drape.print, std::nullopt);
   ASSERT_TRUE(drape.options.reach);
   drape.result = simulate(drape.scene, drape.fabric, drape.print, std::nullopt, drape.options);
@@ -69,7 +70,7 @@ TEST(Certify, CurvesFittedWhereTheClothLivesAreJudgedByTheSameFit) {
 }
 
 TEST(Certify, AResultIsAtRestOnlyIfItIsAccepted) {
-  Case drape("C", "consistent");
+  Case drape("C", ClothModel::consistent);
   judge_rest(drape.result, drape.scene, drape.fabric, drape.print, drape.options);
   EXPECT_EQ(drape.result.report.status, RestStatus::at_rest);
   ASSERT_TRUE(drape.result.report.check.has_value());
@@ -192,7 +193,7 @@ TEST(Certify, NoForcesAreFoundWhereThereAreNone) {
 }
 
 TEST(Certify, WrongOnesAreRefused) {
-  const Case good("A", "consistent");
+  const Case good("A", ClothModel::consistent);
   ASSERT_TRUE(good.judge().accepted());
   Case moved = good;
   moved.result.sheet.marks[37].point_in_world.z() += 0.02 * mm;
@@ -224,7 +225,7 @@ TEST(Certify, WrongOnesAreRefused) {
 }
 
 TEST(Certify, AMovingSheetThatClaimsRestIsRefused) {
-  Case early("D", "consistent");
+  Case early("D", ClothModel::consistent);
   early.options.max_steps = 3000;
   early.result = simulate(early.scene, early.fabric, early.print, std::nullopt, early.options);
   early.claim = claim_of(early.result, early.options);

@@ -13,19 +13,19 @@
 namespace drape::simulate {
 namespace {
 
-Case remembered(const std::string& solver, bool friction = true) {
+Case remembered(Solver solver, bool friction = true) {
   return {"C", SimulateOptions{.internal_friction = friction, .solver = solver}};
 }
 
 TEST(MemoryCheck, RestsWithInternalFrictionAreAcceptedAndSpoiltMemoriesAreNot) {
-  for (const char* solver : {"fall", "static", "rk4"}) {
+  for (const Solver solver : {Solver::fall, Solver::newton, Solver::rk4}) {
     Case drape = remembered(solver);
     ASSERT_EQ(drape.result.report.status, RestStatus::at_rest)
-        << solver << ": " << drape.result.report.sentence;
+        << drape::name_of(solver) << ": " << drape.result.report.sentence;
     ASSERT_TRUE(drape.result.memory);
     EXPECT_GT(drape.result.report.lost_internal_friction_j.value_or(0), 0);
     const CertifyReport report = drape.judge();
-    EXPECT_TRUE(report.accepted()) << solver << "\n" << listed(report);
+    EXPECT_TRUE(report.accepted()) << drape::name_of(solver) << "\n" << listed(report);
     // The file says the same.
     const test::TemporaryFolder folder;
     write_durable(folder.path() / "memory.csv", memory_csv(*drape.result.memory));
@@ -39,29 +39,31 @@ TEST(MemoryCheck, RestsWithInternalFrictionAreAcceptedAndSpoiltMemoriesAreNot) {
     for (auto* slips : {&memory.bending[0], &memory.bending[1], &memory.shear})
       std::fill(slips->begin(), slips->end(), 0.0);
     drape.claim = claim_of(drape.result, drape.options);
-    EXPECT_FALSE(drape.judge().accepted()) << solver;
+    EXPECT_FALSE(drape.judge().accepted()) << drape::name_of(solver);
     drape.result.memory = whole;
     drape.result.memory->shear.pop_back();
     drape.claim = claim_of(drape.result, drape.options);
-    EXPECT_FALSE(drape.judge().refusals.empty()) << solver;
+    EXPECT_FALSE(drape.judge().refusals.empty()) << drape::name_of(solver);
   }
 }
 
 TEST(MemoryCheck, RestsAfterAHistoryAreAcceptedAndDifferByIt) {
-  for (const char* solver : {"fall", "static", "rk4"}) {
+  for (const Solver solver : {Solver::fall, Solver::newton, Solver::rk4}) {
     Case fresh = remembered(solver), worn = fresh;
     worn.scene.start.history = {"bent 1 per cm along warp", "shaken 1 times by 30 %"};
-    if (solver != std::string("rk4"))
+    if (solver != Solver::rk4)
       worn.scene.start.history.insert(worn.scene.start.history.begin() + 1, "draped 1 times");
     worn.drape();
     ASSERT_EQ(worn.result.report.status, RestStatus::at_rest)
-        << solver << ": " << worn.result.report.sentence;
+        << drape::name_of(solver) << ": " << worn.result.report.sentence;
     const CertifyReport report = worn.judge();
-    EXPECT_TRUE(report.accepted()) << solver << "\n" << listed(report);
-    EXPECT_NE(worn.result.memory->bending[0], fresh.result.memory->bending[0]) << solver;
-    EXPECT_GT(farthest_m(worn.result.sheet, fresh.result.sheet), 0.05 * units::mm) << solver;
+    EXPECT_TRUE(report.accepted()) << drape::name_of(solver) << "\n" << listed(report);
+    EXPECT_NE(worn.result.memory->bending[0], fresh.result.memory->bending[0])
+        << drape::name_of(solver);
+    EXPECT_GT(farthest_m(worn.result.sheet, fresh.result.sheet), 0.05 * units::mm)
+        << drape::name_of(solver);
   }
-  Case plain = remembered("static", false);
+  Case plain = remembered(Solver::newton, false);
   plain.scene.start.history = {"draped 1 times"};
   plain.drape();
   const auto& warnings = plain.result.report.warnings;
@@ -72,7 +74,7 @@ TEST(MemoryCheck, RestsAfterAHistoryAreAcceptedAndDifferByIt) {
 
 /// The interval: what friction holds is another rest than that without, and both are accepted.
 TEST(MemoryCheck, FrictionMovesTheRest) {
-  const Case with = remembered("fall"), without = remembered("fall", false);
+  const Case with = remembered(Solver::fall), without = remembered(Solver::fall, false);
   ASSERT_EQ(with.result.report.status, RestStatus::at_rest);
   ASSERT_EQ(without.result.report.status, RestStatus::at_rest);
   EXPECT_FALSE(without.result.memory);

@@ -21,7 +21,7 @@ namespace {
 using units::mm;
 
 TEST(Certify, AToleranceThatNoRestHasIsRefused) {
-  Case drape("A", "consistent");
+  Case drape("A", ClothModel::consistent);
   drape.claim.residual_tolerance = 1e-3;
   EXPECT_TRUE(drape.judge().accepted()) << listed(drape.judge());
   drape.claim.residual_tolerance = 2e-3;
@@ -45,14 +45,14 @@ TEST(Certify, AToleranceThatNoRestHasIsRefused) {
 }
 
 TEST(Certify, APatchOfAnotherSizeIsRefused) {
-  Case drape("A", "consistent");
+  Case drape("A", ClothModel::consistent);
   drape.print.patch_m *= 1.001;
   EXPECT_FALSE(drape.judge().accepted());
 }
 
 // Its middle never is deeper in the sheet than half its thickness, a tenth of the grid's spacing.
 TEST(Certify, ARodThroughTheClothIsNoRest) {
-  Case drape("D", "consistent");
+  Case drape("D", ClothModel::consistent);
   drape.scene.obstacles = {Cylinder{{}, 1 * mm, 300 * mm, 0}};
   Sheet& sheet = drape.result.sheet;
   const auto passes = [&] {
@@ -90,7 +90,7 @@ TEST(Certify, ARodThroughTheClothIsNoRest) {
   over.table_z_m = -0.05;
   over.friction = 0.4;
   over.start = {StartMode::flat, 0, Eigen::Vector3d(0.003, 0.002, 0.053), 0};
-  drape.options.solver = "static";
+  drape.options.solver = Solver::newton;
   drape.options.rows = drape.options.cols = 21;
   SimulateResult stands = simulate(over, drape.fabric, drape.print, std::nullopt, drape.options);
   ASSERT_EQ(stands.report.status, RestStatus::at_rest) << "flat on the table, through the rod";
@@ -99,7 +99,7 @@ TEST(Certify, ARodThroughTheClothIsNoRest) {
 }
 
 TEST(Certify, PinsBeyondTheClothAreBadInput) {
-  Case drape("D", "consistent");
+  Case drape("D", ClothModel::consistent);
   const auto error = [&](const Pin& one, const Pin& other) -> std::string {
     drape.scene.pins = {one, other};
     try {
@@ -120,7 +120,7 @@ TEST(Certify, PinsBeyondTheClothAreBadInput) {
 }
 
 TEST(Certify, ThreadsStrainedBeyondAllMeasuredAreRefused) {
-  Case drape("D", "consistent");
+  Case drape("D", ClothModel::consistent);
   EXPECT_TRUE(drape.judge().accepted()) << listed(drape.judge());
   const double most = 2 * drape.fabric.tensile[0].x.back();
   for (SheetMark& mark : drape.result.sheet.marks) mark.point_in_world *= 1.1 + most;

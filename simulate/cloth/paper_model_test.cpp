@@ -132,11 +132,12 @@ TEST(PaperModel, BothModelsRestOnTheCube) {
   SimulateOptions options;
   options.rows = options.cols = 11;
   options.segments = 1;  // with five the model "paper" rattles on the cube's edges, see rigs/paper
-  const auto drape_with = [&](const char* model) {
+  const auto drape_with = [&](ClothModel model) {
     options.model = model;
     return drape_of(scene, options);
   };
-  const SimulateResult ours = drape_with("consistent"), printed = drape_with("paper");
+  const SimulateResult ours = drape_with(ClothModel::consistent),
+                       printed = drape_with(ClothModel::paper);
   for (const SimulateResult* result : {&ours, &printed}) {
     EXPECT_EQ(result->report.status, RestStatus::at_rest) << result->report.sentence;
     EXPECT_LT(result->report.residual, 1e-3);

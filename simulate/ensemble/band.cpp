@@ -115,7 +115,7 @@ FromMeasured start_from_measured(const Scene& scene, const Fabric& fabric, const
   Scene there = scene;
   there.start.mode = StartMode::measured;
   SimulateOptions how = options;
-  how.solver = "static";  // it starts near its rest
+  how.solver = Solver::newton;  // it starts near its rest
   const SimulateResult result = simulate_checked(there, fabric, print, measured, how);
   FromMeasured from{result.report.sentence, std::nullopt};
   if (result.report.status == RestStatus::at_rest)

@@ -29,7 +29,7 @@ BranchResult simulate_branches(const Scene& scene, const Fabric& fabric, const P
   Branches& branches = result.branches;
   branches = find_branches(the_case, without, grid, static_options(local.scene, options), how);
   SimulateOptions by_static = options;
-  if (by_static.solver == "rk4") by_static.solver = "static";
+  if (by_static.solver == Solver::rk4) by_static.solver = Solver::newton;
   const auto judge_as = [&](const SimulateOptions& as, const ClothLaws& its, const Field& position,
                             const ClothMemory& memory, const StaticReport& found, double friction) {
     SimulateResult judged;

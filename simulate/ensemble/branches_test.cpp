@@ -21,7 +21,7 @@ BranchResult search(const Scene& scene, const SimulateOptions& options, int star
 }
 
 TEST(Branches, AreRankedAtRestAndTheSameOnTwoThreads) {
-  SimulateOptions options = options_of(11, "rk4");
+  SimulateOptions options = options_of(11, Solver::rk4);
   const BranchResult one = search(lying_scene("A", 0), options, 6);
   options.threads = 2;
   const BranchResult two = search(lying_scene("A", 0), options, 6);
@@ -45,7 +45,7 @@ TEST(Branches, AreRankedAtRestAndTheSameOnTwoThreads) {
 
 // A coarse sheet that touches with its particles only is cut by the cube's edges.
 TEST(Branches, WhatLiesInAnObjectIsNamedAndIsNoBranch) {
-  SimulateOptions options = options_of(7, "static");
+  SimulateOptions options = options_of(7, Solver::newton);
   options.contact_between_particles = false;
   const BranchResult result = search(lying_scene("C", 0), options, 2);
   EXPECT_TRUE(result.branches.found.empty());

@@ -104,7 +104,7 @@ BranchResult drapes(const std::string& scene, int threads) {
   SimulateOptions options;
   options.rows = options.cols = 11;
   options.segments = 1;
-  options.solver = "fall";
+  options.solver = Solver::fall;
   options.threads = threads;
   return simulate_branches(drawn, read_fabric(drawn.fabric_file), read_print(drawn.print_file),
                            std::nullopt, options, {.starts = 4});
@@ -188,7 +188,7 @@ TEST(MemoryBand, HoldsTheRestOfADrapeWithAHistory) {
   const Print print = read_print(scene.print_file);
   SimulateOptions options;
   options.rows = options.cols = 11;
-  options.solver = "fall";
+  options.solver = Solver::fall;
   options.internal_friction = true;
   const BranchResult found =
       simulate_branches(scene, fabric, print, std::nullopt, options, {.starts = 2});
@@ -223,7 +223,7 @@ TEST(MemoryBand, TheErrorSplitHoldsTheLoops) {
   const Print print = read_print(scene.print_file);
   SimulateOptions options;
   options.rows = options.cols = 11;
-  options.solver = "static";
+  options.solver = Solver::newton;
   const Sheet reference = simulate(scene, fabric, print, std::nullopt, options).sheet;
   const ErrorSplit split =
       split_error(scene, fabric, print, std::nullopt, reference, options,

@@ -136,7 +136,7 @@ constexpr int kWithLayers = 13;  // particles per side; beyond, a crumpled sheet
 SimulateOptions by_the_fall(int particles) {
   SimulateOptions options;
   options.rows = options.cols = particles;
-  options.solver = "fall";
+  options.solver = Solver::fall;
   return options;
 }
 

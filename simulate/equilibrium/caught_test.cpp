@@ -60,7 +60,7 @@ Scene scene_over(const Obstacle& obstacle) {
 }
 
 SimulateResult drape_over(const Scene& scene, int grid, long most_steps = 2000) {
-  SimulateOptions options = options_of(grid, "static");
+  SimulateOptions options = options_of(grid, Solver::newton);
   options.max_steps = most_steps;
   return drape_of(scene, options);
 }

@@ -252,7 +252,7 @@ StaticOptions static_options(const Scene& scene, const SimulateOptions& options)
   how.cloth_thickness_m = options.cloth_thickness_m;
   how.residual_tolerance = options.static_tolerance;
   how.threads = options.threads;
-  how.falls = options.solver == "fall" ? Falls::first : Falls::never;
+  how.falls = options.solver == Solver::fall ? Falls::first : Falls::never;
   how.damping_per_s = options.damping_per_s;
   how.natural_time_s = options.natural_time_s;
   how.max_iterations = static_cast<int>(std::min<long>(options.max_steps, how.max_iterations));

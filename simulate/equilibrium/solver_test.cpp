@@ -21,7 +21,7 @@ namespace {
 using Eigen::Vector3d;
 using units::mm;
 
-SimulateResult run(const Scene& scene, int grid, const std::string& solver, int segments = 1) {
+SimulateResult run(const Scene& scene, int grid, Solver solver, int segments = 1) {
   return drape_of(scene, options_of(grid, solver, segments));
 }
 
@@ -37,7 +37,7 @@ double distance_m(const Field& a, const Field& b) {
 
 TEST(StaticSolver, DrapesOverTheSphereToRest) {
   for (const int grid : {11, 21}) {
-    const SimulateResult result = run(lying_scene("A"), grid, "static");
+    const SimulateResult result = run(lying_scene("A"), grid, Solver::newton);
     EXPECT_EQ(result.report.status, RestStatus::at_rest) << result.report.sentence;
     EXPECT_LE(result.report.residual, 1e-6);
     EXPECT_GT(*result.report.least_gap_object_m, -1e-8);
@@ -50,15 +50,15 @@ TEST(StaticSolver, DrapesOverTheSphereToRest) {
 
 TEST(StaticSolver, TheSameAgainGivesTheSameBytes) {
   const Scene scene = lying_scene("A");
-  const SimulateResult one = run(scene, 11, "static", 5);
-  const SimulateResult two = run(scene, 11, "static", 5);
+  const SimulateResult one = run(scene, 11, Solver::newton, 5);
+  const SimulateResult two = run(scene, 11, Solver::newton, 5);
   for (std::size_t i = 0; i < one.sheet.marks.size(); ++i) {
     EXPECT_EQ(one.sheet.marks[i].point_in_world, two.sheet.marks[i].point_in_world);
   }
 }
 
 TEST(StaticSolver, PinnedSheetHangsAsByRungeKutta) {
-  const SimulateResult result = run(hanging_scene(), 12, "static");
+  const SimulateResult result = run(hanging_scene(), 12, Solver::newton);
   EXPECT_EQ(result.report.status, RestStatus::at_rest) << result.report.sentence;
   EXPECT_LT(result.report.hold_error_m, 1e-8);
 }
@@ -69,7 +69,7 @@ TEST(StaticSolver, PinsOfOneCellTravelTogether) {
   Scene scene = read_scene(test::source_root() / "rigs/paper/scenes/D.toml");
   scene.pins.push_back(
       {{}, Vector3d(-74.5, 97, 200.5) * mm, Eigen::Vector2d::Constant(3 * mm).eval()});
-  const SimulateResult result = run(scene, 21, "fall", 5);
+  const SimulateResult result = run(scene, 21, Solver::fall, 5);
   EXPECT_EQ(result.report.status, RestStatus::at_rest) << result.report.sentence;
   EXPECT_LT(result.report.hold_error_m, 1e-8);
   EXPECT_TRUE(std::none_of(result.report.warnings.begin(), result.report.warnings.end(),
@@ -114,7 +114,7 @@ TEST(StaticSolver, RestsOnASlipperyCubeAsTheCheckerAgrees) {
   const Print print = read_print(lying_scene("C").print_file);
   const Scene scene = slippery_cube(print);
   for (const int grid : {15, 21}) {
-    const SimulateOptions options = options_of(grid, "static");
+    const SimulateOptions options = options_of(grid, Solver::newton);
     const SimulateResult result =
         simulate_checked(scene, read_fabric(scene.fabric_file), print, std::nullopt, options);
     EXPECT_EQ(result.report.status, RestStatus::at_rest) << grid << ": " << result.report.sentence;
@@ -127,7 +127,7 @@ TEST(StaticSolver, TooFewIterationsAreNotCalledRest) {
   const Scene scene = lying_scene("C");
   SimulateOptions options;
   options.rows = options.cols = 11;
-  options.solver = "static";
+  options.solver = Solver::newton;
   options.max_steps = 5;
   const SimulateResult result = simulate(scene, read_fabric(scene.fabric_file),
                                          read_print(scene.print_file), std::nullopt, options);
@@ -206,7 +206,7 @@ TEST(StaticSolver, HostileScenesNeitherCrashNorLie) {
   for (std::size_t k = 0; k < scenes.size(); ++k) {
     SimulateOptions options;
     options.rows = options.cols = 9;
-    options.solver = "static";
+    options.solver = Solver::newton;
     options.max_steps = 150;
     const SimulateResult result = simulate(scenes[k], read_fabric(usual.fabric_file),
                                            read_print(usual.print_file), std::nullopt, options);
@@ -227,7 +227,7 @@ StaticDrape over_the_cube(Falls falls, int patience) {
   const GridSpec grid{25, 25, print.patch_m};
   SimulateOptions options;
   options.rows = options.cols = 25;
-  options.solver = "fall";
+  options.solver = Solver::fall;
   const Surroundings surroundings(scene);
   SimulateReport report;
   const ClothLaws laws = make_laws(fabric, options.segments, report);

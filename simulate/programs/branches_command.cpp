@@ -27,7 +27,7 @@ int run_branches(BranchesArguments& args, std::vector<std::string> words,
   RunRecord record("drape-simulate", std::move(words), args.out / "branches.run.json",
                    start_beside_branches(args));
   const RunInputs inputs = read_run_inputs(args, record);
-  args.options.solver = "fall";
+  args.options.solver = Solver::fall;
   args.options.threads = thread_count(common);
   const BranchResult result = simulate_branches(inputs.scene, inputs.fabric, inputs.print,
                                                 inputs.measured, args.options, args.branches);

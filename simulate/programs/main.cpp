@@ -113,16 +113,13 @@ int simulate_command(int argc, char** argv) {
   CommonOptions common;
   add_common_options(app, common);
   SimulateArguments args;
-  args.options.solver = "fall";
+  args.options.solver = Solver::fall;
   add_run_options(app, args, "folder for sheet, history.csv, certificate.json");
   app.add_flag("--check-objects", args.check_objects, "read the scene's objects, and stop");
-  app.add_option("--model", args.options.model, "consistent, paper")->capture_default_str();
-  app.add_option(
-         "--solver", args.options.solver,
-         "fall: motion, then Newton's method; static: Newton only; rk4: motion only, taken by "
-         "itself with --model paper, --round and --no-kinetic-damping")
-      ->one_of({"fall", "static", "rk4"})
-      ->capture_default_str();
+  add_names(app, "--model", args.options.model, "springs of the cloth");
+  add_names(app, "--solver", args.options.solver,
+            "fall: motion, then Newton's method; static: Newton only; rk4: motion only, taken by "
+            "itself with --model paper, --round and --no-kinetic-damping");
   app.add_choice<MassRule>("--mass", args.options.mass,
                            {{"area", MassRule::area}, {"paper", MassRule::paper}},
                            "area: each particle's own cloth; paper: total / particles");
@@ -150,7 +147,7 @@ int simulate_command(int argc, char** argv) {
   app.add_flag("!--particles-only", args.options.contact_between_particles,
                "no contact between the particles");
   return run_program(app, argc, argv, common, [&] {
-    if (app.count("--solver") == 0 && args.options.only_moves()) args.options.solver = "rk4";
+    if (app.count("--solver") == 0 && args.options.only_moves()) args.options.solver = Solver::rk4;
     return run_simulate(args, arguments_of(argc, argv), common);
   });
 }

@@ -47,7 +47,7 @@ SimulateOptions options_of(const CertificateClaim& claim, const SimulatedSource&
   options.reach = claim.reach;
   options.model = claim.model;
   options.mass = claim.paper_mass ? MassRule::paper : MassRule::area;
-  options.solver = source.solver == "rk4" ? "fall" : source.solver;
+  options.solver = source.solver == "static" ? Solver::newton : Solver::fall;
   options.internal_friction = claim.memory.has_value();
   return options;
 }

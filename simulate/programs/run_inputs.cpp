@@ -14,12 +14,10 @@ namespace drape::simulate {
 
 namespace fs = std::filesystem;
 
-void add_fit_option(Command& app, std::string& fit) {
-  app.add_option("--fit", fit,
-                 "drape: the curves up to where a first run strains the cloth; whole: all that was "
-                 "measured, as the paper")
-      ->one_of({"drape", "whole"})
-      ->capture_default_str();
+void add_fit_option(Command& app, CurveFit& fit) {
+  add_names(app, "--fit", fit,
+            "drape: the curves up to where a first run strains the cloth; whole: all that was "
+            "measured, as the paper");
 }
 
 void add_run_options(Command& app, RunArguments& args, const std::string& out_holds) {
@@ -95,7 +93,8 @@ RunInputs read_run_inputs(RunArguments& args, RunRecord& record) {
   for (const fs::path& file : files_of(inputs.scene, inputs.fabric)) record.input(file);
   args.options.rows = args.options.cols = args.grid;
   // The model of the paper and round specimens keep the paper's fit.
-  if (args.fit == "drape" && args.options.model == "consistent" && !args.options.round)
+  if (args.fit == CurveFit::drape && args.options.model == ClothModel::consistent &&
+      !args.options.round)
     args.options.reach = find_reach(inputs.scene, inputs.fabric, inputs.print, inputs.measured);
   return inputs;
 }

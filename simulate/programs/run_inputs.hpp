@@ -19,17 +19,29 @@
 
 namespace drape::simulate {
 
+/// Range over which the Kawabata curves are approximated: where a first run strains the cloth, or
+/// all that was measured, as the paper.
+enum class CurveFit { drape, whole };
+
 /// Options common to the programs that simulate one scene.
 struct RunArguments {
   std::filesystem::path scene, out;
   std::optional<std::filesystem::path> fabric, start;
   int grid = 21;
-  std::string fit = "drape";
+  CurveFit fit = CurveFit::drape;
   SimulateOptions options;
 };
 
-/// --fit, how the Kawabata curves are approximated.
-void add_fit_option(Command& app, std::string& fit);
+/// An option whose words are the names of an enumeration.
+template <class Enum>
+void add_names(Command& app, const std::string& option, Enum& value, const std::string& what) {
+  std::vector<std::pair<std::string, Enum>> choices;
+  for (std::size_t i = 0; i < std::size(names_of<Enum>); ++i)
+    choices.emplace_back(names_of<Enum>[i], static_cast<Enum>(i));
+  app.add_choice<Enum>(option, value, choices, what);
+}
+
+void add_fit_option(Command& app, CurveFit& fit);
 
 /// SCENE, --fabric, --grid, --segments, --start-from; --out with its own words.
 void add_run_options(Command& app, RunArguments& args, const std::string& out_holds);
@@ -90,3 +102,6 @@ void write_branch_list(const std::filesystem::path& out, const Json& json, RunRe
 }
 
 }  // namespace drape::simulate
+
+template <>
+inline constexpr std::string_view drape::names_of<drape::simulate::CurveFit>[] = {"drape", "whole"};

@@ -24,7 +24,7 @@ struct SensitivityArguments {
   fs::path scene, out, reference;
   std::optional<fs::path> fabric, start;
   int grid = 21;
-  std::string fit = "drape";
+  CurveFit fit = CurveFit::drape;
   SimulateOptions options;
   SplitOptions split{.scene_values = true};
 };
@@ -63,10 +63,10 @@ int run_sensitivity(SensitivityArguments& args, std::vector<std::string> words,
   auto [scene, fabric, print, start] = read_checked(args.scene, args.fabric);
   require_same_drape(args.reference, scene);
   start = read_start_of(args.start.value_or(args.reference), scene, print);
-  args.options.solver = "fall";
+  args.options.solver = Solver::fall;
   args.options.rows = args.options.cols = args.grid;
   args.options.threads = thread_count(common);
-  if (args.fit == "drape") args.options.reach = find_reach(scene, fabric, print, start);
+  if (args.fit == CurveFit::drape) args.options.reach = find_reach(scene, fabric, print, start);
   const auto split = split_error(scene, fabric, print, start, read_start(args.reference, print),
                                  args.options, args.split);
   write_json(files.outputs[0], sensitivity_json(split));

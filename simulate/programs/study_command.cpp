@@ -31,8 +31,8 @@ struct PlanArguments {
 constexpr std::size_t kMostNamed = 20;  ///< cases in the ending; study.csv has all
 
 std::string name_of(const StudyCase& c) {
-  return fmt::format("{} {} {} {}-{} seed {}", c.scene, c.fabric_file.stem().string(), c.model,
-                     c.grid, c.segments, c.seed);
+  return fmt::format("{} {} {} {}-{} seed {}", c.scene, c.fabric_file.stem().string(),
+                     drape::name_of(c.model), c.grid, c.segments, c.seed);
 }
 
 Ending ending_of(const std::vector<PlannedOutcome>& outcomes) {
@@ -173,10 +173,10 @@ int run_study(const fs::path& rig, const fs::path& out, StudyOptions options,
   const std::vector<StudyOutcome> outcomes =
       run_study(cases, options, fs::read_symlink("/proc/self/exe"), [&](const StudyOutcome& o) {
         ++ended;
-        progress.update(
-            static_cast<double>(ended) / static_cast<double>(cases.size()),
-            fmt::format("{} {} {}x{}, {} segments: {}", o.the_case.scene, o.the_case.model,
-                        o.the_case.grid, o.the_case.grid, o.the_case.segments, o.sentence));
+        progress.update(static_cast<double>(ended) / static_cast<double>(cases.size()),
+                        fmt::format("{} {} {}x{}, {} segments: {}", o.the_case.scene,
+                                    drape::name_of(o.the_case.model), o.the_case.grid,
+                                    o.the_case.grid, o.the_case.segments, o.sentence));
       });
   std::optional<fs::path> published;
   if (fs::exists(rig / "published.csv")) published = rig / "published.csv";
@@ -192,8 +192,9 @@ int run_study(const fs::path& rig, const fs::path& out, StudyOptions options,
   ending.verdict = fmt::format("{} of {} drapes at rest", resting, outcomes.size());
   for (const StudyOutcome& o : outcomes) {
     if (!o.at_rest)
-      ending.rejected.push_back(fmt::format("{} {} {}-{}: {}", o.the_case.scene, o.the_case.model,
-                                            o.the_case.grid, o.the_case.segments, o.sentence));
+      ending.rejected.push_back(fmt::format("{} {} {}-{}: {}", o.the_case.scene,
+                                            drape::name_of(o.the_case.model), o.the_case.grid,
+                                            o.the_case.segments, o.sentence));
   }
   ending.warnings = fabric_warnings(cases);
   ending.next_command = fmt::format("more {}", shell_word((out / "study.md").string()));
@@ -214,23 +215,10 @@ int study_command(int argc, char** argv) {
   add_plan_options(app, rig, out, plan);
   app.add_option("--scenes", options.scenes, "names, comma-separated; default: all")
       ->delimiter(',');
-  const auto list = [&app](const char* name, auto& values, const char* what) {
-    app.add_option(name, values, what)->delimiter(',')->capture_default_str();
-  };
-  list("--grids", options.grids, "particles per side");
-  list("--segments", options.segments, "line segments per Kawabata curve");
-  list("--models", options.models, "consistent, paper");
-  list("--solvers", options.solvers, "tried in this order until one comes to rest");
-  app.add_option("--max-steps", options.simulate.max_steps, "step limit of a run")
-      ->capture_default_str();
-  double thickness_mm = 0.5;
-  app.add_option("--thickness-mm", thickness_mm,
-                 "layers of cloth keep this apart; 0: the sheet passes through itself (rk4)")
-      ->capture_default_str();
+  app.add_record(options);
   return run_program(app, argc, argv, common, [&] {
     if (is_plan(app, rig)) return run_plan(app, rig, out, plan, common);
     require_no_part(app, "a rig is no plan and has no parts");
-    options.simulate.cloth_thickness_m = thickness_mm * 1e-3;
     return run_study(rig, out, options, arguments_of(argc, argv), common);
   });
 }

@@ -41,7 +41,7 @@ void expect_covered(const std::string& name, int finest, double aim_mm) {
   SimulateOptions options;
   options.rows = options.cols = 31;
   options.segments = 1;
-  options.solver = "static";
+  options.solver = Solver::newton;
   const SimulateResult rest = simulate_checked(scene, fabric, print, std::nullopt, options);
   ASSERT_EQ(rest.report.status, RestStatus::at_rest) << rest.report.sentence;
   RefineOptions how;

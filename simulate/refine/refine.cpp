@@ -107,7 +107,7 @@ void require_refinable(const SimulateOptions& options, const Rest& rest) {
   require(!options.internal_friction,
           "a cloth with internal friction is not refined: its memory belongs to its grid",
           "simulate it on the finer grid itself");
-  require(options.model == "consistent", "the model `paper` is not refined",
+  require(options.model == ClothModel::consistent, "the model `paper` is not refined",
           "use --model consistent");
   require(!options.round && rest.sheet.gaps.empty(), "a sheet with gaps is not refined",
           "give a drape of the whole patch");

@@ -141,7 +141,7 @@ struct Hung {
     options.rows = 21;
     options.cols = 3;
     options.segments = 1;
-    options.solver = "fall";
+    options.solver = Solver::fall;
     options.threads = 1;
   }
 };

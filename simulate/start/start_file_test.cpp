@@ -150,7 +150,7 @@ TEST(StartFile, ADrapeRestsWhereAnotherSolverLeftIt) {
   SimulateOptions options;
   options.rows = options.cols = 81;
   options.segments = 1;
-  options.solver = "static";
+  options.solver = Solver::newton;
   const SimulateResult drape =
       simulate_checked(scene, read_fabric(scene.fabric_file), print, start, options);
   EXPECT_EQ(drape.report.status, RestStatus::at_rest) << drape.report.sentence;

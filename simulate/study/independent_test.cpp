@@ -31,7 +31,7 @@ Found found_of(const std::string& name, int grid, const Fabric& fabric) {
   SimulateOptions options;
   options.rows = options.cols = grid;
   options.segments = 1;
-  options.solver = "static";
+  options.solver = Solver::newton;
   options.threads = 1;
   const SimulateResult drape =
       simulate_checked(scene, fabric, read_print(scene.print_file), std::nullopt, options);

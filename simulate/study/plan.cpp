@@ -31,17 +31,10 @@ struct PlanFile {
 };
 
 void fields(Fields& f, PlanFile& plan) {
-  StudyOptions& options = plan.options;
   f({"scenes", "scene files"}, plan.scenes);
   f.otherwise({"fabrics", "fabric files; absent: the scene's own"}, plan.fabrics);
-  f.otherwise({"grids", "particles per side"}, options.grids);
-  f.otherwise({"segments", "line segments per Kawabata curve"}, options.segments);
-  f.otherwise({"models", "models of the cloth"}, options.models);
-  f.otherwise({"solvers", "solvers, tried in this order"}, options.solvers);
+  fields(f, plan.options);
   f.otherwise({"seeds", "starts: 0 is the scene's, others are random", 1, 0}, plan.seeds);
-  f.otherwise({"max_steps", "step limit", 1, 1}, options.simulate.max_steps);
-  f.otherwise({"thickness_mm", "thickness of the cloth", units::mm, 0},
-              options.simulate.cloth_thickness_m);
   f.limit(!plan.scenes.empty(), "scenes", "the list is empty", "name one or more files");
   f.limit(!f.reads() || plan.document.root().find("fabrics") == nullptr || !plan.fabrics.empty(),
           "fabrics", "the list is empty", "name one or more files");
@@ -82,9 +75,10 @@ std::string key_of(const StudyCase& the_case, const StudyOptions& options,
   std::string text = fmt::format(
       "drapebench/study-key/1\nprogram {}\nmodel {}\ngrid {}\nsegments {}\nseed {}\nsteps {}\n"
       "thickness_mm {}\n",
-      hashes.of(program), the_case.model, the_case.grid, the_case.segments, the_case.seed,
-      options.simulate.max_steps, options.simulate.cloth_thickness_m / units::mm);
-  for (const std::string& solver : options.solvers) text += "solver " + solver + "\n";
+      hashes.of(program), drape::name_of(the_case.model), the_case.grid, the_case.segments,
+      the_case.seed, options.simulate.max_steps, options.simulate.cloth_thickness_m / units::mm);
+  for (const Solver solver : options.solvers)
+    text += fmt::format("solver {}\n", drape::name_of(solver));
   for (const fs::path& file : files) text += "file " + hashes.of(file) + "\n";
   return sha256_of(std::string_view(text));
 }
@@ -207,7 +201,7 @@ StudyPlan read_plan(const fs::path& file, const fs::path& out, const fs::path& p
     for (const fs::path& fabric_file : fabrics) {
       const Fabric fabric = read_fabric(fabric_file.empty() ? scene.fabric_file : fabric_file);
       const std::vector<fs::path> files = files_of(scene, fabric);
-      for (const std::string& model : options.models) {
+      for (const ClothModel model : options.models) {
         for (const int grid : options.grids) {
           for (const int segments : options.segments) {
             for (const int seed : seeds) {
@@ -285,8 +279,8 @@ std::string plan_csv(const std::vector<PlannedOutcome>& outcomes) {
     const StudyCase& c = o.the_case;
     const bool done = planned.state == CaseState::done;
     text += fmt::format("{},{},{},{},{},{},{},{},{},", c.key, csv_cell(c.scene),
-                        csv_cell(c.fabric_file.stem().string()), c.model, c.grid, c.segments,
-                        c.seed, kStates[static_cast<int>(planned.state)], o.solver);
+                        csv_cell(c.fabric_file.stem().string()), drape::name_of(c.model), c.grid,
+                        c.segments, c.seed, kStates[static_cast<int>(planned.state)], o.solver);
     text += done ? fmt::format("{},{},{},\"{}\"\n", o.at_rest ? 1 : 0, o.residual,
                                o.energy_j / 1e-6, o.sentence)
                  : ",,,\n";

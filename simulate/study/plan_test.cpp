@@ -179,7 +179,7 @@ TEST_F(Plan, ACaseThatCanNeverRunIsNamedAndNotMissing) {
   };
   StudyPlan two = plan(out);
   for (const auto& [state, sentence] : stands(two)) EXPECT_EQ(state, CaseState::missing);
-  two.cases[0].model = "paper";  // solvers: static alone
+  two.cases[0].model = ClothModel::paper;  // solvers: static alone
   two.cases[1].grid = 2;
   const fs::path measured = folder_.path() / "measured.toml";
   std::string scene = read_text(two.cases[2].scene_file);

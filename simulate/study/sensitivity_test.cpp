@@ -172,7 +172,7 @@ TEST(ErrorSplit, TabulatesEveryVariantOnceFromTheBaseAndOnceFromTheStart) {
   SimulateOptions options;
   options.rows = options.cols = 9;
   options.segments = 1;
-  options.solver = "static";
+  options.solver = Solver::newton;
   const ErrorSplit split = split_error(scene, read_fabric(scene.fabric_file), print, std::nullopt,
                                        flat_reference(print, 0.15), options, {.starts = 2});
   ASSERT_EQ(split.rows.size(), 1U + 2 * 9 + 2);
@@ -197,7 +197,7 @@ TEST(ErrorSplit, SaysWhereTheMarksGoWhenAValueErrs) {
   SimulateOptions options;
   options.rows = options.cols = 9;
   options.segments = 1;
-  options.solver = "static";
+  options.solver = Solver::newton;
   const ErrorSplit split =
       split_error(scene, fabric, print, std::nullopt, flat_reference(print, 0.15), options,
                   {.starts = 1, .only_first_order = true, .scene_values = true});

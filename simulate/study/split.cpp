@@ -193,7 +193,7 @@ class Bench {
     const ClothLaws laws = make_laws(fabric_, options_.segments, judged.report, options_.reach);
     const StaticCase the_case{scene_, print_, measured_, surroundings_, laws, options_.mass};
     SimulateOptions by_static = options_;
-    by_static.solver = "static";
+    by_static.solver = Solver::newton;
     finish_static(the_case, fabric_, base_grid_, by_static,
                   {{}, base_, split.base, split.base.iterations}, judged);
     judge_rest(judged, scene_, fabric_, print_, by_static);

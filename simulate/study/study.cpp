@@ -33,34 +33,34 @@ std::vector<std::string> words_of(const StudyCase& the_case, const StudyOptions&
   if (!the_case.key.empty()) return {"study", "--key", the_case.key};
   std::vector<std::string> words = {
       "study",          the_case.scene_file.string(),
-      "--model",        the_case.model,
+      "--model",        std::string(drape::name_of(the_case.model)),
       "--grid",         std::to_string(the_case.grid),
       "--segments",     std::to_string(the_case.segments),
       "--max-steps",    std::to_string(options.simulate.max_steps),
       "--thickness-mm", fmt::format("{}", options.simulate.cloth_thickness_m / units::mm),
       "--solvers"};
-  words.insert(words.end(), options.solvers.begin(), options.solvers.end());
+  for (const Solver solver : options.solvers) words.emplace_back(drape::name_of(solver));
   return words;
 }
 
 /// Outcome as outcome_from() reads it in the certificate that write_outputs() leaves.
-StudyOutcome outcome_of(const StudyCase& the_case, const SimulateReport& report,
-                        const std::string& solver) {
+StudyOutcome outcome_of(const StudyCase& the_case, const SimulateReport& report, Solver solver) {
   const auto or_none = [](double value) { return std::isfinite(value) ? value : 0; };
   StudyOutcome outcome;
   outcome.the_case = the_case;
   outcome.at_rest = report.status == RestStatus::at_rest;
   outcome.sentence = report.sentence;
-  outcome.solver = solver;
+  outcome.solver = drape::name_of(solver);
   outcome.residual = or_none(report.residual);
   outcome.energy_j = 1e-6 * or_none(report.energy_end_j / 1e-6);
   return outcome;
 }
 
 /// The static solver is left out for the model `paper` where there is another.
-std::vector<std::string> solvers_of(const StudyCase& the_case, const StudyOptions& options) {
-  std::vector<std::string> solvers = options.solvers;
-  if (the_case.model == "paper" && solvers.size() > 1) std::erase(solvers, "static");
+std::vector<Solver> solvers_of(const StudyCase& the_case, const StudyOptions& options) {
+  std::vector<Solver> solvers = options.solvers;
+  if (the_case.model == ClothModel::paper && solvers.size() > 1)
+    std::erase(solvers, Solver::newton);
   return solvers;
 }
 
@@ -74,7 +74,7 @@ StudyOutcome simulate_case(const StudyCase& the_case, const StudyOptions& option
   SimulateResult best;
   SimulateOptions used = how;
   bool first = true;
-  for (const std::string& solver : solvers_of(the_case, options)) {
+  for (const Solver solver : solvers_of(the_case, options)) {
     how.solver = solver;
     SimulateResult result = simulate_checked(scene, fabric, print, std::nullopt, how);
     const bool rests = result.report.status == RestStatus::at_rest;
@@ -141,8 +141,8 @@ class Tables {
     }
   }
 
-  std::string row(const std::string& scene, const std::string& model) const {
-    std::string text = fmt::format("| {} | {} |", scene, model);
+  std::string row(const std::string& scene, ClothModel model) const {
+    std::string text = fmt::format("| {} | {} |", scene, drape::name_of(model));
     for (const auto& [a, b] : kPairs) {
       const std::string cell = this->cell(scene, model, a, b);
       const auto print = printed_.find({scene, a.grid, a.segments, b.grid, b.segments});
@@ -154,7 +154,7 @@ class Tables {
 
  private:
   /// The mean distance in mm; "*" marks a sheet that is not at rest, "-" a run that is missing.
-  std::string cell(const std::string& scene, const std::string& model, Side a, Side b) const {
+  std::string cell(const std::string& scene, ClothModel model, Side a, Side b) const {
     const auto first = found_.find({scene, model, a.grid, a.segments});
     const auto second = found_.find({scene, model, b.grid, b.segments});
     if (first == found_.end() || second == found_.end()) return "-";
@@ -168,7 +168,7 @@ class Tables {
   }
 
   Printed printed_;
-  std::map<std::tuple<std::string, std::string, int, int>, const StudyOutcome*> found_;
+  std::map<std::tuple<std::string, ClothModel, int, int>, const StudyOutcome*> found_;
   std::map<std::string, const StudyCase*> coarsest_;
 };
 
@@ -236,16 +236,28 @@ StudyOutcome run_case(const StudyCase& the_case, const StudyOptions& options,
   return outcome;
 }
 
+void fields(Fields& f, StudyOptions& options) {
+  f.otherwise({"grids", "particles per side"}, options.grids);
+  f.otherwise({"segments", "line segments per Kawabata curve"}, options.segments);
+  f.otherwise({"models", "models of the cloth"}, options.models);
+  f.otherwise({"solvers", "tried in this order until one comes to rest"}, options.solvers);
+  f.otherwise({"max_steps", "step limit of a run", 1, 1}, options.simulate.max_steps);
+  f.otherwise(
+      {"thickness_mm", "layers of cloth keep this apart; 0: the sheet passes through itself (rk4)",
+       units::mm, 0},
+      options.simulate.cloth_thickness_m);
+}
+
 void StudyOptions::check() const {
   if (grids.empty() || segments.empty() || models.empty() || solvers.empty())
     throw usage_error("a list of the study is empty", "give e.g. --grids 11,21 --segments 1,5");
-  for (const std::string& solver : solvers) {
-    if (solver != "rk4" && solver != "static")
-      throw usage_error(fmt::format("there is no solver `{}`", solver), "use --solvers rk4,static");
-  }
+  if (std::find(solvers.begin(), solvers.end(), Solver::fall) != solvers.end())
+    throw usage_error("a study has no solver `fall`", "use --solvers rk4,static");
+  std::vector<std::string_view> names;
+  for (const ClothModel model : models) names.push_back(drape::name_of(model));
   require_once("grid", grids);
   require_once("number of segments", segments);
-  require_once("model", models);
+  require_once("model", names);
 }
 
 std::vector<StudyCase> study_cases(const fs::path& rig, const fs::path& out,
@@ -272,11 +284,12 @@ std::vector<StudyCase> study_cases(const fs::path& rig, const fs::path& out,
     if (!options.scenes.empty() &&
         std::find(options.scenes.begin(), options.scenes.end(), name) == options.scenes.end())
       continue;
-    for (const std::string& model : options.models) {
+    for (const ClothModel model : options.models) {
       for (const int grid : options.grids) {
         for (const int segments : options.segments) {
-          cases.push_back({file, name, model, grid, segments,
-                           out / name / model / fmt::format("{}-{}", grid, segments)});
+          cases.push_back(
+              {file, name, model, grid, segments,
+               out / name / drape::name_of(model) / fmt::format("{}-{}", grid, segments)});
         }
       }
     }
@@ -310,8 +323,8 @@ std::string study_csv(const std::vector<StudyOutcome>& outcomes) {
       "status\n";
   for (const StudyOutcome& o : outcomes) {
     text += fmt::format("{},{},{},{},{},{},{},{},\"{}\"\n", csv_cell(o.the_case.scene),
-                        o.the_case.model, o.the_case.grid, o.the_case.segments, o.solver,
-                        o.at_rest ? 1 : 0, o.residual, o.energy_j * 1e6, o.sentence);
+                        drape::name_of(o.the_case.model), o.the_case.grid, o.the_case.segments,
+                        o.solver, o.at_rest ? 1 : 0, o.residual, o.energy_j * 1e6, o.sentence);
   }
   return text;
 }
@@ -347,9 +360,9 @@ std::string study_tables(const std::vector<StudyOutcome>& outcomes,
   }
   text += "\n|---|---|---|---|---|---|---|---|\n";
   const Tables tables(outcomes, published ? read_printed(*published) : Printed{});
-  std::pair<std::string, std::string> last;
+  std::pair<std::string, ClothModel> last;
   for (const StudyOutcome& o : outcomes) {
-    const std::pair<std::string, std::string> now{o.the_case.scene, o.the_case.model};
+    const std::pair<std::string, ClothModel> now{o.the_case.scene, o.the_case.model};
     if (now != last) text += tables.row(now.first, now.second);
     last = now;
   }

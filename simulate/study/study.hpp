@@ -19,9 +19,9 @@ struct StudyOptions {
   std::vector<std::string> scenes;  ///< names of files in the rig's scenes/; empty: all
   std::vector<int> grids{11, 21, 31};
   std::vector<int> segments{1, 5};
-  std::vector<std::string> models{"consistent", "paper"};
-  /// Tried in this order until one comes to rest; "static" is left out for the model "paper".
-  std::vector<std::string> solvers{"rk4", "static"};
+  std::vector<ClothModel> models{ClothModel::consistent, ClothModel::paper};
+  /// Tried in this order until one comes to rest; `newton` is left out for the model `paper`.
+  std::vector<Solver> solvers{Solver::rk4, Solver::newton};
   SimulateOptions simulate;  ///< everything else
   int threads = 1;           ///< runs at a time; never changes a result
 
@@ -29,11 +29,14 @@ struct StudyOptions {
   void check() const;
 };
 
+/// Lists, step limit and thickness, alike on the command line and in a plan.
+void fields(Fields& f, StudyOptions& options);
+
 /// One run of a study.
 struct StudyCase {
   std::filesystem::path scene_file;
   std::string scene;  ///< stem of the file
-  std::string model;
+  ClothModel model = ClothModel::consistent;
   int grid = 0;
   int segments = 0;
   std::filesystem::path folder = {};       ///< <out>/<scene>/<model>/<grid>-<segments>

@@ -97,7 +97,7 @@ TEST_F(Study, NamesWhatIsWrong) {
   options.scenes = {"Z"};
   EXPECT_THROW((void)study_cases(rig(), out_, options), Error);
   options.scenes.clear();
-  options.solvers = {"magic"};
+  options.solvers = {Solver::fall};
   EXPECT_THROW((void)study_cases(rig(), out_, options), Error);
   EXPECT_THROW((void)study_cases(out_, out_, StudyOptions{}), Error);
 }

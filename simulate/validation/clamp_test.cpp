@@ -65,10 +65,10 @@ TEST(Clamp, AHeavyStripConvergesWithOrderTwoFromTheLine) {
   std::vector<double> errors, pinned;
   for (const int rows : {11, 21, 41, 81}) {
     const DoorCase c = clamped(rows);
-    errors.push_back(tip_error(c, run_door_case(c, "static", {0, 0, 0})));
+    errors.push_back(tip_error(c, run_door_case(c, Solver::newton, {0, 0, 0})));
     DoorCase two_rows = strip(rows);
     for (int i = 0; i < 2 * two_rows.cols; ++i) two_rows.pinned.push_back(i);
-    pinned.push_back(tip_error(two_rows, run_door_case(two_rows, "static", {0, 0, 0})));
+    pinned.push_back(tip_error(two_rows, run_door_case(two_rows, Solver::newton, {0, 0, 0})));
     std::printf("%d rows: tip %.6f L beside the elastica clamped, %.6f with two rows pinned\n",
                 rows, errors.back(), pinned.back());
   }
@@ -83,13 +83,14 @@ TEST(Clamp, AHeavyStripConvergesWithOrderTwoFromTheLine) {
 // Runge-Kutta is asked for, by less than 1e-4 of it.
 TEST(Clamp, AllSolversFindTheSameStrip) {
   const DoorCase c = clamped(11);
-  const DoorRun reference = run_door_case(c, "static", {0, 0, 0});
+  const DoorRun reference = run_door_case(c, Solver::newton, {0, 0, 0});
   ASSERT_TRUE(reference.rests) << reference.sentence;
-  for (const char* solver : {"fall", "rk4"}) {
+  for (const Solver solver : {Solver::fall, Solver::rk4}) {
     const DoorRun run = run_door_case(c, solver, {0.3, -0.2, 1});
-    EXPECT_TRUE(run.rests) << solver << ": " << run.sentence;
+    EXPECT_TRUE(run.rests) << drape::name_of(solver) << ": " << run.sentence;
     for (int i = 0; i < c.rows * c.cols; ++i)
-      EXPECT_LT((at(run.position, i) - at(reference.position, i)).norm(), 1e-4 * kStrip) << solver;
+      EXPECT_LT((at(run.position, i) - at(reference.position, i)).norm(), 1e-4 * kStrip)
+          << drape::name_of(solver);
   }
 }
 
@@ -97,10 +98,10 @@ TEST(Clamp, AllSolversFindTheSameStrip) {
 TEST(Clamp, ALineInsideHoldsBothSides) {
   DoorCase both = strip(41, 2 * kStrip);
   both.clamps = {level_clamp(both, kStrip)};
-  const DoorRun run = run_door_case(both, "static", {0, 0, 0});
+  const DoorRun run = run_door_case(both, Solver::newton, {0, 0, 0});
   ASSERT_TRUE(run.rests) << run.sentence;
   const DoorCase one = clamped(21);
-  const DoorRun half = run_door_case(one, "static", {0, 0, 0});
+  const DoorRun half = run_door_case(one, Solver::newton, {0, 0, 0});
   const Vector3d shift = one.flat_place(0, 0) - both.flat_place(kStrip, 0);
   for (int row = 0; row < 21; ++row) {
     const Vector3d alone = at(half.position, 3 * row + 1);
@@ -120,7 +121,7 @@ TEST(Clamp, HoldsTheSideOfTheSheetToo) {
     c.bending_n_m *= 5;  // Gamma 2: stands or nearly so
     c.clamps = {level_clamp(c, 0)};
     c.clamps[0].direction_in_world = direction;
-    const DoorRun run = run_door_case(c, "fall", {0, 0, 0});
+    const DoorRun run = run_door_case(c, Solver::fall, {0, 0, 0});
     ASSERT_TRUE(run.rests) << run.sentence;
     const Vector3d edge = at(run.position, 4) - at(run.position, 1);
     EXPECT_GT(edge.normalized().dot(direction), 0.9) << direction.transpose();
@@ -197,7 +198,7 @@ struct Held {
     scene.clamps = {{{0, 0}, {0, 0.2}, {-0.1, 0.1, 0.2}, {0.1, 0.1, 0.2}, {0, -1, 0}}};
     options.rows = options.cols = 11;
     options.segments = 1;
-    options.solver = "static";
+    options.solver = Solver::newton;
   }
   [[nodiscard]] SimulateResult run() const {
     return simulate_checked(scene, fabric, print, std::nullopt, options);
@@ -291,7 +292,7 @@ TEST(Clamp, ASheetFoldedBackInItIsRefused) {
   scene.clamps = {{{0, 0}, {0, 0.2}, {-0.1, 0.1, 0}, {0.1, 0.1, 0}, {0, 0, 1}}};
   SimulateOptions options;
   options.segments = 1;
-  options.solver = "fall";
+  options.solver = Solver::fall;
   const SimulateResult result = simulate_checked(
       scene, read_fabric(scene.fabric_file), read_print(scene.print_file), std::nullopt, options);
   EXPECT_EQ(result.report.status, RestStatus::refused) << result.report.sentence;
@@ -322,7 +323,7 @@ TEST(Clamp, ThatNoGridCanHoldIsNamed) {
   EXPECT_TRUE(has(fault_of([](Clamp& c) { c.from_material_m.x() = c.to_material_m.x() = 0.033; }),
                   "7 mm beside the nearest row"));
   Held held;
-  held.options.solver = "fall";
+  held.options.solver = Solver::fall;
   held.options.internal_friction = true;
   EXPECT_TRUE(has(held.fault(), "internal friction"));
 }

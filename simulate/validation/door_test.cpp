@@ -341,7 +341,8 @@ TEST(FormsByFiles, StickSlipOfAPressedStrip) {
 
 TEST(FormsByFiles, StickSlipTellsATenthOfFrictionApart) {
   const DoorForm form = pressed_form(0.1, kAround, kGoal, 1.1);
-  for (const char* solver : {"fall", "rk4"}) EXPECT_GT(worst_error(form, solver), kGoal) << solver;
+  for (const Solver solver : {Solver::fall, Solver::rk4})
+    EXPECT_GT(worst_error(form, solver), kGoal) << drape::name_of(solver);
 }
 
 }  // namespace

@@ -133,7 +133,7 @@ void write_start(const DoorCase& c, const Vector3d& origin, const fs::path& fold
 
 }  // namespace
 
-DoorRun run_door_case(const DoorCase& c, const std::string& solver, const Vector3d& origin) {
+DoorRun run_door_case(const DoorCase& c, Solver solver, const Vector3d& origin) {
   const Folder folder;
   write_fabric(c, folder.path);
   write_print(c, folder.path);
@@ -166,14 +166,14 @@ DoorRun run_door_case(const DoorCase& c, const std::string& solver, const Vector
   return run;
 }
 
-double worst_error(const DoorForm& form, const std::string& solver) {
+double worst_error(const DoorForm& form, Solver solver) {
   double worst = 0;
   for (const Vector3d& origin : {Vector3d(0, 0, 0), Vector3d(0.3, -0.2, 1)}) {
     std::vector<DoorRun> runs;
     for (const DoorCase& one : form.cases) {
       runs.push_back(run_door_case(one, solver, origin));
       if (!form.all_must_rest || runs.back().rests) continue;
-      ADD_FAILURE() << form.what << ", " << solver << ": " << runs.back().sentence;
+      ADD_FAILURE() << form.what << ", " << drape::name_of(solver) << ": " << runs.back().sentence;
       return std::numeric_limits<double>::infinity();
     }
     const double error = std::abs(form.measure(runs) / form.exact - 1);
@@ -183,8 +183,8 @@ double worst_error(const DoorForm& form, const std::string& solver) {
 }
 
 void expect_form(const DoorForm& form) {
-  for (const std::string solver : {"fall", "rk4"})
-    expect_at_most(fmt::format("{}, by files, {}: error", form.what, solver),
+  for (const Solver solver : {Solver::fall, Solver::rk4})
+    expect_at_most(fmt::format("{}, by files, {}: error", form.what, drape::name_of(solver)),
                    worst_error(form, solver), form.goal);
 }
 

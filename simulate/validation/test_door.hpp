@@ -51,7 +51,7 @@ struct DoorRun {
 };
 
 /// Runs a case with its world moved to `origin`.
-[[nodiscard]] DoorRun run_door_case(const DoorCase& the_case, const std::string& solver,
+[[nodiscard]] DoorRun run_door_case(const DoorCase& the_case, Solver solver,
                                     const Eigen::Vector3d& origin);
 
 /// One or more cases and what they say together.
@@ -66,7 +66,7 @@ struct DoorForm {
 
 /// The larger relative error with the origins 0 and (300, -200, 1000) mm; infinite, and a failure,
 /// where a run that must rest does not.
-[[nodiscard]] double worst_error(const DoorForm& form, const std::string& solver);
+[[nodiscard]] double worst_error(const DoorForm& form, Solver solver);
 /// Expects each of the solvers "fall" and "rk4" to meet the form's goal.
 void expect_form(const DoorForm& form);
 

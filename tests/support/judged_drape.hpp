@@ -18,8 +18,7 @@ struct Case {
     options.rows = options.cols = 11;
     drape();
   }
-  Case(const std::string& name, const std::string& model)
-      : Case(name, SimulateOptions{.model = model}) {}
+  Case(const std::string& name, ClothModel model) : Case(name, SimulateOptions{.model = model}) {}
   /// Once more, after a change of what it is made of.
   void drape() {
     result = simulate(scene, fabric, print, std::nullopt, options);
