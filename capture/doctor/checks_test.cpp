@@ -7,6 +7,7 @@
 
 #include "core/error.hpp"
 #include "core/files/files.hpp"
+#include "core/program/run_record.hpp"
 #include "core/files/json_file.hpp"
 #include "tests/support/bench1_calibration.hpp"
 #include "tests/support/error_of.hpp"
