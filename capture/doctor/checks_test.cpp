@@ -9,6 +9,7 @@
 #include "core/files/files.hpp"
 #include "core/program/run_record.hpp"
 #include "core/files/json_file.hpp"
+#include "core/program/run_record.hpp"
 #include "tests/support/bench1_calibration.hpp"
 #include "tests/support/error_of.hpp"
 #include "tests/support/paths.hpp"
