@@ -68,8 +68,9 @@ void occupy_standard_descriptors() {
   for (int descriptor = 0; descriptor <= STDERR_FILENO; ++descriptor) {
     if (::fcntl(descriptor, F_GETFD) >= 0) continue;
     if (descriptor == STDOUT_FILENO) output_is_closed = true;
-    // The lowest free number is this one.
-    [[maybe_unused]] const int ignored = ::open("/dev/null", O_RDWR);
+    // The lowest free number is this one. A program that takes this one's place finds it closed
+    // too.
+    [[maybe_unused]] const int ignored = ::open("/dev/null", O_RDWR | O_CLOEXEC);
   }
 }
 

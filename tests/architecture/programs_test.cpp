@@ -75,6 +75,16 @@ TEST(Programs, AWrongOptionIsAUsageError) {
   }
 }
 
+TEST(Programs, AnEndingThatCannotBePrintedIsAnError) {
+  for (const char* name : {"drape", "drape-simulate"}) {
+    const int status =
+        std::system(fmt::format("'{}' fabric '{}' >&- 2>/dev/null", program(name).string(),
+                                (source_root() / "rigs/paper/fabrics/A.toml").string())
+                        .c_str());
+    EXPECT_EQ(WEXITSTATUS(status), 5) << name;
+  }
+}
+
 /// Manual pages and completion of all programs, in a folder of their own.
 class Manuals : public testing::Test {
  protected:
