@@ -57,7 +57,7 @@ origin_mm = [900.0, 0.0, 0.0]
     const Scene read = read_scene(scene());
     for (const fs::path& file : files_of(read, read_fabric(read.fabric_file))) {
       const std::string text = read_text(file);
-      write_durable(file, text + "\n");
+      write_durable(file, text + "\nchanged = 1\n");
       EXPECT_FALSE(is_up_to_date(record, program, arguments)) << line << " misses " << file;
       write_durable(file, text);
     }
