@@ -231,8 +231,7 @@ TEST_F(Current, AfterAnEditOfTheTargetCalibrateDetectsAgain) {
   take(*server, {"stage_z000", "pose_00", "pose_01"});
   static_cast<void>(done(*server, {{"do", "calibrate"}}));
   server.reset();
-  const std::string text = read_text(bench_.rig() / "target.toml");
-  write_durable(bench_.rig() / "target.toml", text + "# measured again\n");
+  bench_.replace("target.toml", "pitch_mm = 20.0", "pitch_mm = 20.0001");
   server = std::make_unique<RunningBench>(bench_.rig(), out());
   EXPECT_THAT(server->get("api/state")["calibration_superseded"].dump(), HasSubstr("target.toml"));
   const Json state = done(*server, {{"do", "calibrate"}});
