@@ -57,7 +57,7 @@ cv::Mat drawn(const std::vector<KnownTag>& tags, const TagFamily& family) {
   Drawing drawing(799, 533, 120);
   for (const KnownTag& tag : tags) {
     const auto& c = tag.corners_px;
-    const Eigen::Matrix3d map = *square_homography({c[3], c[2], c[1], c[0]});
+    const Eigen::Matrix3d map = *square_homography({c[1], c[0], c[3], c[2]});
     const auto square = [&](int x, int y, int size, int grey) {
       std::vector<Eigen::Vector2d> corners;
       for (const auto& [u, v] : {std::pair(0, 0), {1, 0}, {1, 1}, {0, 1}})

@@ -114,6 +114,7 @@ void each_value(const Value& schema_of_it, Value& root, const Place& place, bool
     bool required = false;
     for (const Value& name : *schema.find("required")->get_if<Value::List>())
       required = required || *name.get_if<std::string>() == key;
+    required = required && one.find("anyOf") == nullptr;  // null and absent are read alike
     Place next = place;
     next.push_back(key);
     each_value(one, root, next, required, visit);
