@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 // An option that would do nothing is a wrong call.
+#include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <gmock/gmock.h>
 
 #include <string>
 #include <vector>
 
-#include "calib/programs/commands.hpp"
 #include "tests/support/paths.hpp"
+#include "tests/support/small_bench.hpp"
 
 namespace drape::calib {
 namespace {
@@ -14,23 +16,18 @@ namespace {
 using testing::HasSubstr;
 
 /// Text for a wrong call; "" for a call that ends by the files that are not there.
-std::string refused(int (*command)(int, char**), std::vector<std::string> words,
-                    const std::vector<std::string>& more) {
+std::string refused(const std::string& words, const std::vector<std::string>& more) {
   const test::TemporaryFolder folder;
-  words.insert(words.end(), {"--rig", "no-rig", "--out", (folder.path() / "out.json").string()});
-  words.insert(words.end(), more.begin(), more.end());
-  std::vector<char*> arguments;
-  for (std::string& word : words) arguments.push_back(word.data());
-  testing::internal::CaptureStderr();
-  const int code = command(static_cast<int>(arguments.size()), arguments.data());
-  const std::string text = testing::internal::GetCapturedStderr();
-  if (code == 2) return text;
-  EXPECT_EQ(code, 3) << text;
+  const test::Outcome outcome = test::run_line(
+      fmt::format("'{}' {} --rig no-rig --out '{}' {}", test::program("drape-calib").string(),
+                  words, (folder.path() / "out.json").string(), fmt::join(more, " ")));
+  if (outcome.exit_code == 2) return outcome.text;
+  EXPECT_EQ(outcome.exit_code, 3) << outcome.text;
   return "";
 }
 
 std::string calib_refused(const std::string& method, const std::vector<std::string>& words) {
-  return refused(calib_command, {"drape-calib", "d.json", "--method", method}, words);
+  return refused("d.json --method " + method, words);
 }
 
 TEST(IdleOptions, OfTheJointMethodAreRefusedBesideTsai) {
@@ -49,8 +46,7 @@ TEST(IdleOptions, OfTheJointMethodAreRefusedBesideTsai) {
 }
 
 std::string accept_refused(const std::vector<std::string>& words) {
-  return refused(accept_command, {"drape-calib", "accept", "d.json", "--calibration", "c.json"},
-                 words);
+  return refused("accept d.json --calibration c.json", words);
 }
 
 TEST(IdleOptions, OfABallOrADateAreRefusedWithoutIt) {

@@ -327,7 +327,7 @@ TEST(Guards, AMeshThatIsNotUnderTheClothIsNamed) {
   EXPECT_THAT(of(60, 2.6).first, IsEmpty());
   EXPECT_THAT(of(60, 3.3).first, testing::ElementsAre(HasSubstr("deep inside")));
   EXPECT_THAT(of(60, -4).first, testing::ElementsAre(HasSubstr("no mark touches it")));
-  EXPECT_THAT(of(0.06, -60).first, testing::ElementsAre(HasSubstr("no mark touches it")));
+  EXPECT_THROW(of(0.06, -60), Error) << "a mesh in metres is refused";
   EXPECT_THAT(of(60, 0).second.at(0).limits, HasSubstr("deeper inside than 3.0 mm"));
 }
 
