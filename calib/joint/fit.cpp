@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <span>
+#include <random>
 #include <utility>
 
 #include "core/dot_image.hpp"
@@ -239,20 +239,23 @@ constexpr int kDraws = 400;
 
 /// Mean square error per point of each lens (columns) in draws of the placements with replacement.
 std::vector<std::vector<double>> drawn_errors(const std::vector<HeldOut>& table) {
+  std::mt19937 random(1);
+  const std::size_t views = table.front().views.size();
   std::vector<std::vector<double>> draws;
-  bootstrap(table.front().views.size(), kDraws, [&](std::span<const std::int64_t> counts) {
-    std::vector<double> errors;
-    for (const HeldOut& lens : table) {
-      double squares = 0, points = 0;
-      for (std::size_t view = 0; view < counts.size(); ++view) {
-        const auto count = static_cast<double>(counts[view]);
-        squares += count * lens.views[view].squares_px2;
-        points += count * lens.views[view].points;
+  for (int draw = 0; draw < kDraws; ++draw) {
+    std::vector<double> errors(table.size(), 0);
+    std::vector<int> points(table.size(), 0);
+    for (std::size_t i = 0; i < views; ++i) {
+      const std::size_t view = random() % views;
+      for (std::size_t lens = 0; lens < table.size(); ++lens) {
+        errors[lens] += table[lens].views[view].squares_px2;
+        points[lens] += table[lens].views[view].points;
       }
-      errors.push_back(squares / std::max(points, 1.0));
     }
+    for (std::size_t lens = 0; lens < table.size(); ++lens)
+      errors[lens] /= std::max(points[lens], 1);
     draws.push_back(std::move(errors));
-  });
+  }
   return draws;
 }
 
