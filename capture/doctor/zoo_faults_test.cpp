@@ -168,7 +168,7 @@ class Benches : public test::CameraTest, public testing::WithParamInterface<Benc
       const std::string confined = fmt::format(
           "LD_PRELOAD='{}' setpriv --bounding-set=-net_admin,-net_raw", DRAPE_SMALL_BUFFERS);
       return test::run_line(
-          fmt::format("{} '{}' '{}' {} </dev/null", bench.small_buffers ? confined : "",
+          fmt::format("{} {} '{}' {} </dev/null", bench.small_buffers ? confined : "",
                       test::program(name).string(), (folder() / "rig").string(), more));
     };
     const test::Outcome doctor =
