@@ -176,7 +176,7 @@ std::vector<Mistake> other_mistakes() {
          bench.replace("target.toml", "id = 4\n", "id = 401\n");
        },
        3,
-       {"target.toml", ".centre_mm`", "2 of 6 tags lie elsewhere"}},
+       {"target.toml", "tags.tag.centre_mm", "2 of 6 tags lie elsewhere"}},
       {"stages_counted_downwards",
        "C",
        [](const SmallBench& bench) {
