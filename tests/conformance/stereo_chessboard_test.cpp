@@ -56,7 +56,7 @@ class StereoChessboard : public testing::Test {
   [[nodiscard]] Calibration calibrate(const fs::path& folder, const std::string& name) const {
     fs::remove_all(out() / name);
     const Outcome outcome =
-        run_line(program("drape").string() + " calib-images " + folder.string() +
+        run_line(program("drape").string() + " calib images " + folder.string() +
                  " --board 9x6 --square-mm 30 --out " + (out() / name).string());
     EXPECT_EQ(outcome.exit_code, 0) << outcome.text;
     return read_calibration(out() / name / "calibration.json");
@@ -127,7 +127,7 @@ TEST_F(StereoChessboard, TheBaselineIsThePublishedOne) {
 TEST_F(StereoChessboard, AFolderOfSomebodysOwnIsNotTouched) {
   write_durable(out() / "mine/rig.toml", "precious");
   const Outcome outcome =
-      run_line(program("drape").string() + " calib-images " + drawn_.string() +
+      run_line(program("drape").string() + " calib images " + drawn_.string() +
                " --board 9x6 --square-mm 30 --out " + (out() / "mine").string());
   EXPECT_EQ(outcome.exit_code, 3) << outcome.text;
   EXPECT_EQ(read_text(out() / "mine/rig.toml"), "precious");
@@ -137,7 +137,7 @@ TEST_F(StereoChessboard, AFolderOfSomebodysOwnIsNotTouched) {
 TEST_F(StereoChessboard, ACameraMayHaveAnyNameThatAFileCanHave) {
   const fs::path folder = out() / "named";
   static_cast<void>(only("left", drawn_, folder / "le \"ft\" \u00e4"));
-  const Outcome outcome = run_line(program("drape").string() + " calib-images " + folder.string() +
+  const Outcome outcome = run_line(program("drape").string() + " calib images " + folder.string() +
                                    " --board 9x6 --square-mm 30 --out " + (out() / "any").string());
   EXPECT_EQ(outcome.exit_code, 0) << outcome.text;
   EXPECT_EQ(read_calibration(out() / "any/calibration.json").cameras.at(0).camera.name,
@@ -149,7 +149,7 @@ TEST_F(StereoChessboard, WhatTheStagesWarnOfStandsInTheEndingAndNothingOfAnEarli
   draw_stereo_chessboard(narrow, 8);
   cv::imwrite((narrow / "left01.png").string(), Drawing(640, 480, 200).picture(0.7));
   const auto run = [&](const std::string& options) {
-    return run_line(program("drape").string() + " calib-images " + narrow.string() + " --out " +
+    return run_line(program("drape").string() + " calib images " + narrow.string() + " --out " +
                     (out() / "o").string() + " --square-mm 30 --json " + options);
   };
   const Outcome smaller = run("--board 8x6");
@@ -162,14 +162,14 @@ TEST_F(StereoChessboard, WhatTheStagesWarnOfStandsInTheEndingAndNothingOfAnEarli
   EXPECT_EQ(run("--board 8x6 --lens-from " + (out() / "o/calibration.json").string()).exit_code, 2);
   EXPECT_TRUE(fs::exists(out() / "o/calibration.json")) << "a wrong call removes nothing";
   EXPECT_EQ(run_line(program("drape").string() +
-                     " calib-images nothing --board 9x6 --square-mm 30 "
+                     " calib images nothing --board 9x6 --square-mm 30 "
                      "--out " +
                      (out() / "o").string())
                 .exit_code,
             3);
   EXPECT_TRUE(fs::exists(out() / "o/calibration.json")) << "nor a folder that is not there";
   for (const char* own : {"o/recording", "o/recording/view_01"})
-    EXPECT_EQ(run_line(program("drape").string() + " calib-images " + (out() / own).string() +
+    EXPECT_EQ(run_line(program("drape").string() + " calib images " + (out() / own).string() +
                        " --board 9x6 --square-mm 30 --out " + (out() / "o").string())
                   .exit_code,
               2)
