@@ -7,7 +7,6 @@
 
 #include "core/error.hpp"
 #include "core/files/files.hpp"
-#include "core/program/run_record.hpp"
 #include "core/files/json_file.hpp"
 #include "core/program/run_record.hpp"
 #include "tests/support/bench1_calibration.hpp"

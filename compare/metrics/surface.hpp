@@ -30,7 +30,6 @@ class Surface {
   /// cell has collapsed to a line so that it has no normal.
   [[nodiscard]] std::optional<SurfacePoint> at(const Eigen::Vector2d& material_m) const;
 
-
  private:
   [[nodiscard]] const std::optional<Eigen::Vector3d>& point(std::size_t row, std::size_t col) const;
 

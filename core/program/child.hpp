@@ -35,7 +35,7 @@ class Pipe {
 /// Descriptors that a child gets; -1: those of this process.
 struct ChildStreams {
   int in = -1, out = -1, err = -1;
-  int progress = -1;  ///< told to it as DRAPE_PROGRESS_FD
+  int progress = -1;           ///< told to it as DRAPE_PROGRESS_FD
   std::vector<int> kept = {};  ///< more that it inherits, under the numbers they have here
   /// With an input of its own, or an empty one, and out of reach of Ctrl-C: this process ends its
   /// children in order.

@@ -395,7 +395,7 @@ class Search {
   const std::vector<Point>& force_;
   const std::vector<Support>& supports_;
   Real tolerance_, unit_, best_ = HUGE_VALL, friction_, ball_, penalty_inverse_ = kFirst;
-  std::vector<int> row_;  ///< row of a particle, -1 where nothing touches it
+  std::vector<int> row_;              ///< row of a particle, -1 where nothing touches it
   std::vector<std::size_t> touched_;  ///< the particle of a row
   std::vector<Reaction> reactions_;
   std::vector<Vector3> left_, left_change_, sum_, sum_change_;

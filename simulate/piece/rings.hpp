@@ -14,9 +14,10 @@
 
 namespace drape::simulate {
 
-constexpr std::size_t kMostCorners = 20000;  ///< most corners of an outline, after its curves were cut
-constexpr double kFarthest_m = 10;           ///< largest distance of a corner from the patch's own
-constexpr double kSamePlace = 1e-3;          ///< share of the spacing: two places that are one
+constexpr std::size_t kMostCorners =
+    20000;                           ///< most corners of an outline, after its curves were cut
+constexpr double kFarthest_m = 10;   ///< largest distance of a corner from the patch's own
+constexpr double kSamePlace = 1e-3;  ///< share of the spacing: two places that are one
 
 /// Collects closed rings of lines and curves as polygons (warp, weft) in metres. Curves are cut
 /// into pieces of equal length, about the spacing; corners stay.

@@ -103,8 +103,7 @@ Detections detected(Rigged& rig, const std::vector<const synth::SceneView*>& vie
   for (std::size_t k = 0; k < views.size(); ++k) {
     const auto picture = synth::expose(views[k]->light(options), 1600, 1200, k, options);
     const GreyImage image{1600, 1200, picture.bytes, {}};
-    detections.frames.push_back(
-        detect_frame(image, rig.plane, rig.finder, {}));
+    detections.frames.push_back(detect_frame(image, rig.plane, rig.finder, {}));
     detections.frames.back().set = "folds";
     detections.frames.back().camera = rig.cameras[k].name;
   }
@@ -151,7 +150,8 @@ void count_marks(const Sheet& sheet, const std::vector<synth::TrueMark>& truth, 
 
 Tally run_scene(Rigged& rig, int scene, double slope_deg) {
   const synth::SyntheticScene drape{synth::folded(rig.print, folds_of(scene, slope_deg)),
-                                    synth::FacePattern(face_of(rig.print)), synth::table_triangles(-60 * mm)};
+                                    synth::FacePattern(face_of(rig.print)),
+                                    synth::table_triangles(-60 * mm)};
   std::vector<std::unique_ptr<synth::SceneView>> owned;
   std::vector<const synth::SceneView*> views;
   for (std::size_t k = 0; k < rig.cameras.size(); ++k) {

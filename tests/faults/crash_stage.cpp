@@ -118,8 +118,7 @@ void add_replayed_cameras(const fs::path& folder) {
 void add_old_store(const fs::path& folder) {
   add_finished_run(folder);
   fs::create_directory(folder / "old");
-  fs::copy_file(source_root() / "compare/test_data/store_v3.sqlite",
-                folder / "old/results.sqlite");
+  fs::copy_file(source_root() / "compare/test_data/store_v3.sqlite", folder / "old/results.sqlite");
 }
 
 /// What of a file must not depend on interruptions. Clock times are left out, and of the run that

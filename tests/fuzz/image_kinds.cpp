@@ -97,8 +97,7 @@ std::vector<Kind> image_kinds() {
       {"cameras", make_cameras,
        [](const fs::path& f) { static_cast<void>(capture::read_cameras_file(f.parent_path())); }},
       {"journal", make_journal, take_over},
-      {"session_log", make_log,
-       [](const fs::path& f) { console::SessionLog{f}; }, false},
+      {"session_log", make_log, [](const fs::path& f) { console::SessionLog{f}; }, false},
   };
 }
 
