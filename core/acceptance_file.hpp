@@ -14,7 +14,7 @@ struct AcceptanceRow {
   std::string name, unit, where;
   std::optional<double> value, expanded, limit;  ///< absent: not measured
   bool limit_stated = false;
-  std::optional<double> smallest_fault;  ///< that the figure would name
+  std::optional<double> smallest_fault;  ///< smallest fault that the figure would name
   std::optional<std::string> smallest_fault_unit, not_measured;
   bool go = false;
 };

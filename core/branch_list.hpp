@@ -19,7 +19,7 @@ struct ListedBranch {
   double residual = 0;  ///< largest, in weights of a particle
   bool stable = true;   ///< false: a saddle
   std::vector<int> starts;
-  double fraction = 0;         ///< of the starts
+  double fraction = 0;         ///< fraction of the starts
   std::optional<bool> sought;  ///< no start ended there; absent: one did
   double friction = 0;
   double farthest_member_m = 0;
@@ -46,7 +46,7 @@ struct OtherRest {
   std::string what;    ///< that past; empty of a push of a friction band
   std::string ending;  ///< "at rest", or why it counts for nothing
   std::optional<Eigen::Vector3d> push_per_weight;       ///< largest, in the world
-  std::optional<std::vector<Eigen::Vector3d>> moves_m;  ///< of each mark; absent: no count
+  std::optional<std::vector<Eigen::Vector3d>> moves_m;  ///< move of each mark; absent: no count
 
   [[nodiscard]] Eigen::MatrixX3d moves() const;  ///< one row a mark
 };
@@ -91,8 +91,8 @@ struct PlacedDrape {
   std::optional<double> distance_m;  ///< mean over the marks, to the nearest member
   std::optional<double> reach_m;     ///< up to which a drape is on a branch
   std::optional<int> marks;
-  std::optional<double> inside_fraction;  ///< of the marks, in their bands
-  std::string started_there;              ///< how a start from the real shape ends
+  std::optional<double> inside_fraction;  ///< fraction of the marks inside their bands
+  std::string started_there;              ///< end of a start from the real shape
   std::optional<double> started_there_m;  ///< mean distance that it leaves
 };
 

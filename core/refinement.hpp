@@ -15,7 +15,7 @@ namespace drape {
 struct RefinedGrid {
   int rows = 0, cols = 0;
   std::string sheet;         ///< path from the folder of the list
-  std::string sheet_sha256;  ///< of its sheet.json
+  std::string sheet_sha256;  ///< SHA-256 of its sheet.json
   bool at_rest = false;      ///< and accepted by the checker
   std::string status;
   int steps = 0;
@@ -32,7 +32,7 @@ struct RefinedMark {
 /// refinement.json: a drape carried over to finer grids, and what the finest leaves to a grid
 /// without end.
 struct RefinementFile {
-  std::string rest_sha256;         ///< of sheet.json of the drape that it began with
+  std::string rest_sha256;         ///< SHA-256 of sheet.json of the drape that it began with
   int finest_allowed = 5;          ///< particles along the longer side
   double goal_m = 0;               ///< no finer grid was tried where one leaves less
   std::vector<RefinedGrid> grids;  ///< from coarse to fine

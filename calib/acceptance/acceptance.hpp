@@ -38,13 +38,13 @@ void fields(Fields& f, AcceptanceOptions& options);
 struct SphereInput {
   Detections marks;
   double diameter_mm = 0;              ///< over the print
-  double standard_uncertainty_mm = 0;  ///< of the diameter
+  double standard_uncertainty_mm = 0;  ///< standard uncertainty of the diameter
 };
 
 /// Detections behind a calibration, as far as its record tells.
 struct CalibrationEvidence {
-  std::optional<Detections> detections;  ///< those of calibration.json's `sets` calibrated
-  std::string file;                      ///< theirs
+  std::optional<Detections> detections;  ///< detections that calibration.json's `sets` calibrated
+  std::string file;                      ///< file of the detections
   std::string missing;                   ///< why there are none; a clause
 };
 

@@ -40,7 +40,7 @@ struct ChildStreams {
   /// With an input of its own, or an empty one, and out of reach of Ctrl-C: this process ends its
   /// children in order.
   bool background = false;
-  bool quiet = false;  ///< what `out` and `err` do not take goes nowhere
+  bool quiet = false;  ///< output that `out` and `err` do not take goes nowhere
 };
 
 /// Starts a program that dies with this process. Several threads may call it. Throws

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a person can rely on with every program: help, version, and exit code 2 for a wrong call.
+// Promises of every program: help, version, and exit code 2 for a wrong call.
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <sys/wait.h>

@@ -39,7 +39,7 @@ struct SourceFile {
 
 [[nodiscard]] SourceFile read_source(const std::string& path);
 
-/// What an include line names, without brackets or quotes; empty when it is no include line.
+/// Name in an include line, without brackets or quotes; empty when it is no include line.
 [[nodiscard]] std::string included(const std::string& line);
 
 /// "path:line: text", one finding of a test.

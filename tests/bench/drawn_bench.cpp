@@ -113,7 +113,7 @@ void DrawnBench::draw_cloth() {
   cloth_yaw_deg_ = any(-180, 180);
 }
 
-/// What a rule, a caliper and a micrometer read.
+/// Readings of a rule, a caliper and a micrometer.
 void DrawnBench::draw_statement() {
   true_.stages_mm = {0, 30 + error(0.005), 60 + error(0.005), 90 + error(0.005)};
   stated_ = true_;
@@ -137,7 +137,7 @@ void DrawnBench::draw_statement() {
     object.y_mm += error(place_u_mm_);
     object.z_bottom_mm += stated_.table_z_mm - true_.table_z_mm;
     if (object.hole_mm > 0) object.z_bottom_mm += error(place_u_mm_);
-    // Of two ends of an edge.
+    // Turn from two ends of an edge: each errs by the uncertainty of a place.
     if (object.is_box)
       object.yaw_deg += error(std::sqrt(2.0) * place_u_mm_ / object.width_mm / units::deg);
     object.width_mm += error(size_u_mm_);

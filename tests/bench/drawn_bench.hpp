@@ -11,7 +11,8 @@ namespace drape::test {
 struct DrawnObject {
   bool is_box = false;
   double x_mm = 0, y_mm = 0, z_bottom_mm = 0, yaw_deg = 0;
-  double width_mm = 0, depth_mm = 0, height_mm = 0;  ///< of a sphere the first is the diameter
+  double width_mm = 0, depth_mm = 0,
+         height_mm = 0;  ///< full edges; the first is a sphere's diameter
   double edge_radius_mm = 0;
   double hole_mm = 0;  ///< in a sphere's stand
 };
@@ -23,7 +24,7 @@ struct BenchValues {
   std::vector<double> stages_mm;
 };
 
-/// What a bench looks like, drawn from a seed: kind, size, place and turn of the object, number,
+/// Look of a bench, drawn from a seed: kind, size, place and turn of the object, number,
 /// places and lenses of the cameras, size of their pictures, print, fabric, friction, light, blur
 /// and noise. What the operator states differs from it by what he says he may be wrong by.
 class DrawnBench {

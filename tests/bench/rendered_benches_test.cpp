@@ -35,7 +35,7 @@ Json run_rig(const fs::path& folder) {
   return parse_json(outcome.text.substr(begin));
 }
 
-/// What a step that measures says that is not GO, and what it warns of. A simulation of a coarse
+/// Verdicts that are not GO, and warnings, of the steps that measure. A simulation of a coarse
 /// grid is none of them.
 std::string alarms_in(const Json& run) {
   std::string alarms;

@@ -23,7 +23,7 @@ using Eigen::Vector3d;
 using units::deg;
 using units::mm;
 
-constexpr int kPoses = 34;  ///< of one rendered recording
+constexpr int kPoses = 34;  ///< poses in one rendered recording
 
 void must(const std::string& line) {
   const Outcome outcome = run_line(line);

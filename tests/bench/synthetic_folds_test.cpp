@@ -32,17 +32,17 @@ using units::mm;
 constexpr double wrong_px = 4;      // from the dot's own centroid: another dot, or no dot
 constexpr double wrong_m = 3 * mm;  // a mark measured here is not where it says
 
-/// What was found against what could be.
+/// Counts of marks found and of marks that could be found.
 struct Tally {
   int scenes = 0;
   int visible = 0;       ///< dots in a view: whole and facing it within 60 degrees
-  int labelled = 0;      ///< of these
+  int labelled = 0;      ///< visible dots with a label
   int labels = 0;        ///< all labels of single views
-  int wrong_labels = 0;  ///< of these
+  int wrong_labels = 0;  ///< labels that are wrong
   int measurable = 0;    ///< marks visible in two or more views
-  int measured = 0;      ///< of these, in the sheet
+  int measured = 0;      ///< measurable marks in the sheet
   int marks = 0;         ///< all marks of the sheets
-  int wrong_marks = 0;   ///< of these
+  int wrong_marks = 0;   ///< marks of the sheets that are wrong
   int islands = 0, merged = 0;
 
   void add(const Tally& o) {

@@ -18,7 +18,7 @@ using namespace detect;
 /// row by row, one more than pixels along u and v. The same for all its pictures.
 std::vector<Eigen::Vector3d> corner_rays(const Camera& camera);
 
-/// What a camera sees of a target as `drape print` draws it: light paper without end, dark marks,
+/// A camera's view of a target as `drape print` draws it: light paper without end, dark marks,
 /// blurred by 0.6 px, with noise of 1.5 grey levels. The light of a pixel is the mean of 64 points
 /// where an edge crosses it, along rays of the camera's own lens.
 cv::Mat picture_of(const PrintedPage& printed, const Camera& camera,

@@ -171,7 +171,8 @@ class Boards : public testing::Test {
   Target target_;
 };
 
-/// How far a calibration is from the true camera. Four standard deviations: one in 16,000 for each.
+/// Distance of a calibration from the true camera. Four standard deviations: one in 16,000 for
+/// each.
 void expect_true(const CalibratedCamera& calibrated, const Camera& truth) {
   const auto& found = std::get<BrownLens>(calibrated.camera.model.lens);
   const auto& lens = std::get<BrownLens>(truth.model.lens);

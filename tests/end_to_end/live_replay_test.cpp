@@ -151,7 +151,7 @@ TEST_F(LiveIsReplay, ThroughThreeGigeCameras) {
   EXPECT_TRUE(sheet == sheet_of("replay")) << "the measured sheets differ";
 }
 
-/// What the tests in the guest said, as GoogleTest's JSON has it.
+/// Results of the tests in the guest, as GoogleTest's JSON has it.
 void expect_guest_tests_passed(const fs::path& file, const std::string& output) {
   ASSERT_TRUE(fs::exists(file)) << output;
   const Json report = parse_json(read_text(file));

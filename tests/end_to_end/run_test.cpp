@@ -32,7 +32,7 @@ using drape::test::SmallBench;
 using testing::ContainsRegex;
 using testing::HasSubstr;
 
-/// What a step said, without the line that counts what its own run added to the store: a run before
+/// Ending of a step, without the line that counts what its own run added to the store: a run before
 /// may have been killed after it had stored everything.
 std::string said(const fs::path& ending) {
   std::istringstream lines(drape::read_text(ending));

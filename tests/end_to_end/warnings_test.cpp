@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a run warns of and what is NO-GO, in its ending, report and store.
+// Warnings and NO-GO of a run, in its ending, report and store.
 #include <gmock/gmock.h>
 
 #include "core/files/files.hpp"
@@ -40,7 +40,7 @@ TEST(EndToEnd, WarningsAndNoGosReachRunReportAndStore) {
     EXPECT_THAT(report, HasSubstr(warning));
     EXPECT_THAT(warnings, HasSubstr(warning));
   }
-  // What is warned of makes no other run of the same sheets.
+  // A warning makes no other run of the same sheets.
   const std::string store = (out / "results.sqlite").string();
   EXPECT_EQ(
       run_line(program("drape-results").string() + " import " + out.string() + " --store " + store)

@@ -121,8 +121,8 @@ void add_old_store(const fs::path& folder) {
   fs::copy_file(source_root() / "compare/test_data/store_v3.sqlite", folder / "old/results.sqlite");
 }
 
-/// What of a file must not depend on interruptions. Clock times are left out, and of the run that
-/// made the report the store among its outputs and the counts in its ending.
+/// Content of a file that must not depend on interruptions. Clock times are left out, and of the
+/// run that made the report the store among its outputs and the counts in its ending.
 std::string lasting(const std::string& file, std::string text) {
   static const std::regex times(
       "\"(started|ended)_utc\": \"[^\"]*\"|\"device_time_s\": [^\n]*"
@@ -279,7 +279,7 @@ Traces CrashStage::runs() const {
   return runs;
 }
 
-/// What a run after the first, whole or not, leaves is what an undisturbed one leaves.
+/// A run after the first, whole or not, leaves the same as an undisturbed one.
 std::string CrashStage::after_second_run(const Outcome& first) const {
   for (const auto& [key, text] : runs()) {
     const auto whole = expected_runs_.find(key);
@@ -325,7 +325,7 @@ Traces CrashStage::traces() const {
     const std::string file = entry.path().filename().string();
     if (!entry.is_regular_file() || file.front() == '.' || name.starts_with("rig/")) continue;
     if (file.find(".sqlite") != std::string::npos || file == "capture.json") continue;
-    // Of a capture that was ended after its last acknowledgement: nothing reads them.
+    // Leftovers of a capture that was ended after its last acknowledgement: nothing reads them.
     if (!situation_.refused.empty() && file.starts_with("recording.") && file != "recording.json")
       continue;
     traces[name] = lasting(file, read_text(entry.path()));

@@ -18,7 +18,7 @@ struct Situation {
   std::function<void(const std::filesystem::path& folder)> prepare;
   std::string line;          ///< arguments of `drape`, run in that folder
   std::string verify;        ///< arguments of `drape` that must end with 0 after it
-  std::string store = {};    ///< that the line writes, or empty
+  std::string store = {};    ///< file that the line writes, or empty
   std::string refused = {};  ///< said by a second run that finds the first one's work whole
 };
 
@@ -40,7 +40,7 @@ class CrashStage {
   [[nodiscard]] long calls() const { return calls_; }
   [[nodiscard]] double duration_s() const { return duration_s_; }
 
-  /// What is wrong after the call failed or the run died there and was begun again; empty: nothing.
+  /// Fault found after the call failed or the run died there and was begun again; empty: nothing.
   [[nodiscard]] std::string after_fault(long at, const std::string& with) const;
 
   /// The same for a kill at a time of the run.

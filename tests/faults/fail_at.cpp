@@ -66,7 +66,7 @@ Fault next(bool grows) {
   return number == p.at ? p.fault : Fault::none;
 }
 
-/// What was not written through is lost, the journal's tail included: EXT4_IOC_SHUTDOWN with
+/// Data that were not written through are lost, the journal's tail included: EXT4_IOC_SHUTDOWN with
 /// EXT4_GOING_FLAGS_NOLOGFLUSH of the kernel's ext4 documentation.
 void cut_power() {
   const char* mount = std::getenv("DRAPE_FAIL_MOUNT");

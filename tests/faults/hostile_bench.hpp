@@ -19,7 +19,7 @@ inline const std::string kScriptName =
 /// A name that a spreadsheet would evaluate.
 inline const std::string kFormulaName = "=HYPERLINK(\"x\")";
 
-/// What stands in a file that no hostile file may show to anyone.
+/// Content of a file that no hostile file may show to anyone.
 inline const std::string kSecret = "SECRET-7261-OF-SOMEBODY-ELSE";
 
 /// `lab/` holds a finished small run (rig/, out/) and what another lab sent; `outside/` beside it
@@ -43,11 +43,11 @@ class HostileBench {
 
   /// Runs `drape` with these arguments in lab(), for at most 10 s of processor time.
   struct Met : Outcome {
-    long memory_kB = 0;  ///< of the largest of its processes
+    long memory_kB = 0;  ///< peak of the largest of its processes
   };
   [[nodiscard]] Met run(const std::string& arguments) const;
 
-  /// What went wrong outside of lab() or in what was written: an effect, a leak, a script that is
+  /// Harm done outside of lab() or in what was written: an effect, a leak, a script that is
   /// not escaped; empty: nothing.
   [[nodiscard]] std::string harm(const Outcome& outcome) const;
 

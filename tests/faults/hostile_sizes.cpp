@@ -20,7 +20,7 @@ constexpr const char* kCompareSizes =
     "--report out/r/report.html --store out/r/results.sqlite";
 constexpr off_t kSparse = off_t{1900} << 20;  ///< bytes; takes none on the disk
 
-/// What stood in the file, and holes after it.
+/// The file's own bytes, and holes after them.
 HostileFile sparse(const std::string& name, const std::string& file, const std::string& line) {
   return {name,
           [file](const HostileBench& b) {

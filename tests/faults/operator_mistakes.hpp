@@ -14,7 +14,7 @@ struct Mistake {
   std::string scene;
   std::function<void(const SmallBench&)> make;
   int exit_code;
-  std::vector<std::string> named;  ///< what is said of it: file, key, value
+  std::vector<std::string> named;  ///< parts of the message: file, key, value
 };
 
 /// One text in a file of the rig replaced by another.
@@ -22,7 +22,7 @@ struct Mistake {
                                                            const std::string& right,
                                                            const std::string& wrong);
 
-/// What an operator gets wrong at a bench, as changes to bench1: by one word or number typed, and
+/// Mistakes of an operator at a bench, as changes to bench1: by one word or number typed, and
 /// otherwise; and both.
 [[nodiscard]] std::vector<Mistake> typed_mistakes();
 [[nodiscard]] std::vector<Mistake> other_mistakes();

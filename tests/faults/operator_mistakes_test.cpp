@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What an operator gets wrong at a bench, one at a time on bench1: each is named with its file, its
+// Mistakes of an operator at a bench, one at a time on bench1: each is named with its file, its
 // key and, where the data say, the value, and none ends with exit code 0. Mistakes in numbers that
 // only the pictures contradict end in NO-GO (1), all others before any work (3).
 #include <gmock/gmock.h>
@@ -44,7 +44,7 @@ TEST_P(OperatorMistake, IsNamedBeforeItCostsADay) {
   EXPECT_EQ(outcome.exit_code, GetParam().exit_code) << outcome.text;
   for (const std::string& part : GetParam().named) EXPECT_THAT(outcome.text, HasSubstr(part));
   if (GetParam().exit_code != 1) return;
-  // What rests on a NO-GO is NO-GO: title and verdict of the report, and the store's lists.
+  // Results that rest on a NO-GO are NO-GO: title and verdict of the report, and the store's lists.
   if (!fs::exists(bench.folder() / "out/report.html")) return;  // nothing could be compared
   const std::string report = drape::read_text(bench.folder() / "out/report.html");
   EXPECT_THAT(report, HasSubstr("<title>Real and virtual drapes: measurement NO-GO"));

@@ -19,7 +19,7 @@ using testing::HasSubstr;
 struct Spoiled {
   std::string name;
   std::function<void(const SmallBench&)> spoil;
-  std::vector<std::string> said;  ///< what the error must name
+  std::vector<std::string> said;  ///< parts that the error must name
   std::string more = {};          ///< further arguments of `drape run`
 };
 

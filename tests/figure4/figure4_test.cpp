@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What rigs/paper/fig4.svg claims, on the sheets that it draws.
+// Claims of rigs/paper/fig4.svg, on the sheets that it draws.
 #include <gtest/gtest.h>
 
 #include <cmath>

@@ -24,7 +24,7 @@ struct Kind {
 [[nodiscard]] std::vector<Kind> stage_kinds();
 /// Files from cameras and screens, decoded by OpenCV.
 [[nodiscard]] std::vector<Kind> image_kinds();
-/// What comparisons, studies and people's tables leave, and the store.
+/// Files that comparisons, studies and people's tables leave, and the store.
 [[nodiscard]] std::vector<Kind> result_kinds();
 [[nodiscard]] std::vector<Kind> all_kinds();
 

@@ -43,7 +43,7 @@ TEST_P(Reader, GivesAValueOrOneErrorWhateverTheFileHolds) {
   }
 }
 
-/// What a fuzzer found once: tests/fuzz/corpus/<kind>/<any name>.
+/// Findings of fuzzers: tests/fuzz/corpus/<kind>/<any name>.
 TEST_P(Reader, KeepsItsPromiseOnWhatFuzzersFound) {
   const Kind& kind = GetParam();
   const fs::path corpus = source_root() / "tests/fuzz/corpus" / kind.name;

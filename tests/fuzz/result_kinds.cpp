@@ -71,7 +71,7 @@ fs::path make_radii(const fs::path& folder) {
   return folder / "hems.csv";
 }
 
-/// What is refused is not thrown by this reader but listed.
+/// This reader lists refusals and throws none.
 void read_radii(const fs::path& file) {
   const compare::HemSet set = compare::read_hems({file}, {});
   if (!set.refused.empty()) throw bad_input(set.refused.front(), {.file = file.string()}, "");

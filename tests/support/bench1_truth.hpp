@@ -11,7 +11,7 @@
 
 namespace drape::test {
 
-/// What the renderer of bench1 knows exactly (tests/data/bench1/truth.json). Metres and pixels.
+/// Exact values of bench1's renderer (tests/data/bench1/truth.json). Metres and pixels.
 struct TrueView {
   Eigen::Vector2d px;           ///< projection of the dot's centre
   Eigen::Vector2d centroid_px;  ///< centroid of the projected disc

@@ -55,7 +55,7 @@ class HeavyStrip {
     (void)shoot(low);
     for (int j = 0; j <= kPieces; ++j) slip_[j] = element_.settled(curvature_[j], slip_[j]);
   }
-  double x = 0, z = 0;  ///< of the tip
+  double x = 0, z = 0;  ///< place of the tip
 
  private:
   static constexpr int kPieces = 2000;

@@ -9,7 +9,7 @@
 
 namespace drape::test {
 
-/// What a program printed (both streams) and its exit code.
+/// Output (both streams) and exit code of a program.
 struct Outcome {
   int exit_code = 0;
   std::string text;
@@ -53,7 +53,7 @@ class SmallBench {
 /// `folder`.
 struct FinishedBench {
   std::filesystem::path folder;
-  Outcome outcome;  ///< of the run that made it, or of one that found it up to date
+  Outcome outcome;  ///< outcome of the run that made it, or of one that found it up to date
 };
 
 /// Made once for all test programs of a build and kept beside them. Throws where the run fails.

@@ -30,7 +30,7 @@ struct GigeCameraOptions {
   std::string serial = "DB0001";
   int width_px = 640, height_px = 480;
   double clock_offset_s = 0;    ///< device clock minus host clock at the start
-  double clock_drift_ppm = 0;   ///< how much faster the device clock runs
+  double clock_drift_ppm = 0;   ///< relative rate of the device clock
   bool resend = true;           ///< grants packet resend
   bool ptp = false;             ///< enabling PTP brings the device clock onto the host's
   bool ieee1588_names = false;  ///< PTP under the feature names of older cameras
@@ -41,13 +41,13 @@ struct GigeCameraOptions {
   /// period. Absent: all cameras expose together, on a grid of the host's clock.
   std::optional<double> first_exposure_s = {};
   std::uint16_t first_frame_id = 1;
-  unsigned seed = 1;                      ///< of the losses
+  unsigned seed = 1;                      ///< seed of the losses
   std::vector<std::uint32_t> stuck = {};  ///< registers that refuse to be written
   bool held = false;                      ///< another program controls it, and goes on
   std::size_t path_bytes = 65535;  ///< largest packet, with its IP header, that the path carries
 };
 
-/// What goes wrong in transit. Probabilities per packet.
+/// Faults in transit. Probabilities per packet.
 struct GigeFaults {
   double lose = 0;         ///< not sent at first; a resend request brings it
   double lose_resent = 0;  ///< resend request answered by silence

@@ -9,10 +9,10 @@
 
 namespace drape::test {
 
-/// How a camera names its clock's latch: GigE Vision 1, SFNC 2, or not at all.
+/// Names of the clock's latch: GigE Vision 1, SFNC 2, or not at all.
 enum class Latch { gev, sfnc, none };
 
-/// What distinguishes one camera from another: names of its features and how its registers behave.
+/// Differences between cameras: names of its features and how its registers behave.
 struct Personality {
   std::string name = "plain";
   std::string vendor = "Drapebench", model = "TestCamera";

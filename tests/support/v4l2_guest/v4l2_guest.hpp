@@ -14,8 +14,8 @@ namespace drape::test {
 
 struct GuestRun {
   std::optional<std::string> cannot;  ///< why this host runs no guest; the rest is empty then
-  int exit_code = -1;                 ///< of the job; -1 when it did not end
-  std::string output;                 ///< what the job printed
+  int exit_code = -1;                 ///< exit code of the job; -1 when it did not end
+  std::string output;                 ///< output of the job
   std::string without_kvm;            ///< why it ran in software emulation; empty: it ran in KVM
 };
 
