@@ -24,7 +24,7 @@ struct SynthOptions {
   std::vector<std::string> sets;  ///< empty: all that the rig names
   /// Cloth of a frame set; the others are folded.
   std::map<std::string, std::filesystem::path> sheets;
-  Folds folds;  ///< of slope and wavelength; place and phase are drawn
+  Folds folds;  ///< slope and wavelength; place and phase are drawn
   RenderOptions render;
 };
 void fields(Fields& f, SynthOptions& options);
