@@ -57,7 +57,8 @@ fs::path make_cameras(const fs::path& folder) {
 }
 
 constexpr const char* kJournal =
-    R"({"name":"drape_A","frames":[["cam0","drape_A/cam0.png","aa",4,3,0.5]],"burst":"drape"})"
+    R"({"set":{"name":"drape_A","frames":[{"camera":"cam0","file":"drape_A/cam0.png","sha256":"aa",)"
+    R"("width_px":4,"height_px":3,"device_time_s":0.5}]},"burst":"drape"})"
     "\n"
     R"({"renamed":["drape_A","drape_A.take1"]})"
     "\n";
