@@ -30,7 +30,7 @@ constexpr int kProgressSteps = 512;
 
 // m; a particle deeper than this in an object is no result, cloth between particles a warning
 constexpr double kSunk = 0.1e-3;
-constexpr double kThrough = 0.25;  // of a body's thickness; deeper is through its middle
+constexpr double kThrough = 0.25;  // relative to a body's thickness; deeper is through its middle
 constexpr double kTurned_rad = 45 * units::deg;  // a half triple beyond it bends like no curve
 
 }  // namespace

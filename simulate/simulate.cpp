@@ -26,10 +26,10 @@ namespace {
 using Eigen::Vector3d;
 using units::mm;
 
-constexpr double kMostResidual = 1e-3;      // of a particle's weight, on a sheet at rest
+constexpr double kMostResidual = 1e-3;      // relative to a particle's weight, on a sheet at rest
 constexpr double kPolishStep_s = 10;        // first pseudo-time step from a rest of motion
 constexpr double kPolishReach_m = 2e-7;     // particles nearer to a surface press on it
-constexpr double kPolishMove_m = 0.5 * mm;  // of a particle; farther is another valley
+constexpr double kPolishMove_m = 0.5 * mm;  // displacement of a particle; farther is another valley
 
 /// Damping time of the springs for a ratio at the highest stretch frequency omega:
 /// force = tau * stiffness * rate damps it by tau omega / 2.

@@ -46,14 +46,14 @@ struct Reaction {
 
 constexpr Real kFrictionless = 1e-9;
 constexpr Real kMostFriction = 1e4;     // steeper cones are as good as half spaces
-constexpr Real kLeftFraction = 0.98;    // of the tolerance: what may be left on a particle
+constexpr Real kLeftFraction = 0.98;    // relative to the tolerance: what may be left on a particle
 constexpr Real kPinWeight = 1e-4;       // weight of a pin's force squared: keeps it finite
 constexpr Real kPressingWeight = 1e-2;  // the same of pressing forces, for those that oppose
 constexpr Real kMostPressing = 1e6;     // sum of all pressing forces over the largest force
-constexpr Real kFirst = 100;            // of the penalty's inverse, forces over their largest
+constexpr Real kFirst = 100;  // relative to the penalty's inverse, forces over their largest
 constexpr Real kLast = 1e-13;
 constexpr Real kShort = 1e-3;    // fraction of a step that leads nowhere
-constexpr int kShortSteps = 10;  // of them
+constexpr int kShortSteps = 10;  // steps of that kind
 constexpr Real kShrink = 0.1;    // from one penalty to the next
 constexpr Real kCentred = 0.1;   // gain of a step below which the penalty may grow
 constexpr Real kToBoundary = 0.95, kShorter = 0.8, kShortest = 1e-9;

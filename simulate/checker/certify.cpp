@@ -27,8 +27,8 @@ using checker::SheetSpec;
 using checker::Support;
 
 constexpr Real kSunk = 0.1e-3L;  // m; a particle deeper than this in an object cannot rest
-constexpr Real kResidualMargin =
-    1.05L;                      // of the tolerance: rounding of the file, places of contact
+// Relative to the tolerance: rounding of the file, places of contact
+constexpr Real kResidualMargin = 1.05L;
 constexpr Real kTouch = 5e-6L;  // m; a place nearer to an object than this may press on it
 // A sharp edge or corner that presses sinks in elastically, so it may lie this deep.
 constexpr Real kPressedEdge = 0.1e-3L;  // m
@@ -36,12 +36,12 @@ constexpr Real kPressedEdge = 0.1e-3L;  // m
 // no fold.
 constexpr Real kNeighbours = 0.25L;
 constexpr int kRounds = 400;
-constexpr double kEnergyFraction = 1e-6;  // of the sum of the energies
-constexpr double kSlipAllowed = 1e-5;     // of an element's limit: rounding of the file
+constexpr double kEnergyFraction = 1e-6;  // relative to the sum of the energies
+constexpr double kSlipAllowed = 1e-5;     // relative to an element's limit: rounding of the file
 constexpr double kStrainAllowed = 1e-9;
 constexpr double kShearAllowed_rad = 1e-6;        // a sine's last digit at a right angle is 1.5e-8
 constexpr double kCurvatureAllowed_per_m = 1e-6;  // last digits of a kilometre over (2 mm)^2: 3e-8
-constexpr double kTwistFraction = 1e-9;           // of the twist stiffness
+constexpr double kTwistFraction = 1e-9;           // relative to the twist stiffness
 constexpr double kGapAllowed_m = 1e-6;
 constexpr double kPinAllowed_m = 1e-6;
 constexpr Real kMostTurned_deg = 90;  // farther the cloth is folded back in the clamp's own line

@@ -11,9 +11,9 @@
 /// Stretch and shear of a triangle mesh, for the checker.
 namespace drape::simulate::checker {
 
-using CornerJet = Dual<9>;  // of a triangle's corners alone
+using CornerJet = Dual<9>;  // derivatives by a triangle's corners alone
 using CornerPlace = Vector<9>;
-using MetricJet = Dual<3>;  // of |x_u|^2, x_u . x_v, |x_v|^2
+using MetricJet = Dual<3>;  // derivatives by |x_u|^2, x_u . x_v, |x_v|^2
 
 template <int N>
 Dual<N> inverse_root(const Dual<N>& square) {

@@ -16,14 +16,14 @@ namespace drape::simulate {
 namespace {
 
 using namespace checker;
-using Jet = Dual<18>;  // of a triangle's corners and sides
+using Jet = Dual<18>;  // derivatives by a triangle's corners and sides
 using Place = Vector<18>;
-constexpr Real kOnDisc = 1e-5L;      // of the radius: a place this near to the rim lies on it
-constexpr Real kHeld_m = 1e-9L;      // a held point is where it is held up to rounding
-constexpr Real kRounding = 1e-6L;    // of a force, between double and long double
-constexpr Real kOverLimit = 1e-6L;   // of a friction element
+constexpr Real kOnDisc = 1e-5L;  // relative to the radius: a place this near to the rim lies on it
+constexpr Real kHeld_m = 1e-9L;  // a held point is where it is held up to rounding
+constexpr Real kRounding = 1e-6L;    // relative to a force, between double and long double
+constexpr Real kOverLimit = 1e-6L;   // relative to a friction element
 constexpr Real kOfTriangle = 0.05L;  // fraction of stretch and shear by triangle, the rest by point
-constexpr Real kOfSide = 2;          // of bending by sides between two triangles
+constexpr Real kOfSide = 2;          // weight of bending by sides between two triangles
 
 class Judge {
  public:

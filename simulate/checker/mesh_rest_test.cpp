@@ -39,7 +39,8 @@ CusickOptions options_of() {
   options.lowering_steps = 1;
   options.lowering_s = 0;
   options.motion.step_s = 8e-3;
-  options.motion.longest_s = 0.2;  // what it has not lost of its motion it loses in the last rest
+  // The rest of its motion it loses in the last rest
+  options.motion.longest_s = 0.2;
   return options;
 }
 

@@ -15,8 +15,8 @@ namespace drape::simulate::checker {
 
 namespace {
 
-constexpr Real kOfWeights = 1e-12L;  // what stated weights may miss one by
-constexpr Real kOfFlat = 0.25L;      // of the distance on the flat piece: nearer, layers press
+constexpr Real kOfWeights = 1e-12L;  // difference of stated weights from one
+constexpr Real kOfFlat = 0.25L;  // relative to the distance on the flat piece: nearer, layers press
 
 Point mean(std::initializer_list<Point> places) {
   Point sum{};

@@ -284,9 +284,10 @@ Point extents_of(const std::vector<Eigen::Vector3d>& corners) {
   return extents;
 }
 
-constexpr Real kBeyond = 0.05L;    // of an edge or triangle: contacts there count as its own
+constexpr Real kBeyond = 0.05L;  // relative to an edge or triangle: contacts there count as its own
 constexpr Real kBesides = 20e-6L;  // m; the outward side is seen this far from the place
-constexpr Real kAway = 0.999L;  // of that, from the solid: 0.045 rad off the edge's own directions
+// Relative to that, from the solid: 0.045 rad off the edge's own directions
+constexpr Real kAway = 0.999L;
 constexpr Real kParallel = 1e-12L;
 
 struct Edge {

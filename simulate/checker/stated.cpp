@@ -10,8 +10,8 @@ namespace {
 
 // m; solvers round places of objects to 0.12 nm, so the surface may stand this much elsewhere.
 constexpr Real kPlaceRounding = 0.2e-9L;
-constexpr Real kCut = 1e-12L;  // of a force; less taken away asks for no other normal
-constexpr Real kStep = 50;     // how much farther the change of the normal is looked at
+constexpr Real kCut = 1e-12L;  // relative to a force; less taken away asks for no other normal
+constexpr Real kStep = 50;     // factor by which the change of the normal is looked at
 
 Real length_of_vector(const Point& v) {
   return std::sqrt(checker::dot(v, v));

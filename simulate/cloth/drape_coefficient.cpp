@@ -15,7 +15,7 @@ namespace {
 using Eigen::Vector2d;
 
 constexpr double kPixel_m = 0.25e-3;
-constexpr double kMostPixels = 4e7;  // of the picture; a larger sheet gets coarser ones
+constexpr double kMostPixels = 4e7;  // pixels of the picture; a larger sheet gets coarser ones
 constexpr double kUpright = 1e-9;
 
 Vector2d seen(const Field& x, int i) {

@@ -152,7 +152,7 @@ TEST(PaperModel, BothModelsRestOnTheCube) {
   }
   std::cout << "mean distance between the models: " << mean / units::mm << " mm\n";
   EXPECT_GT(mean, 0.01 * units::mm);  // they are two models
-  EXPECT_LT(mean, 20 * units::mm);    // of one cloth of 200 mm
+  EXPECT_LT(mean, 20 * units::mm);    // on one cloth of 200 mm
 }
 
 }  // namespace

@@ -13,8 +13,8 @@ using Eigen::Vector2d;
 using Eigen::Vector3d;
 
 constexpr double kNormalStep = 1e-7;  // m; for the curvature of a surface
-constexpr double kSamePlane = 1e-12;  // of unit normals
-constexpr int kDeepestSteps = 60;     // of Newton's method for a place
+constexpr double kSamePlane = 1e-12;  // relative to unit normals
+constexpr int kDeepestSteps = 60;     // steps of Newton's method for a place
 constexpr int kDeepestHalvings = 20;
 constexpr double kDeepestSlope = 1e-13;  // m per weight; the place is found
 constexpr double kDepthDigits = 1e-17;   // m; a smaller change of the depth is its rounding

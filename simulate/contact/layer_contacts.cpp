@@ -14,8 +14,9 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr double kNotAsked = -1e300;  // of a distance
-constexpr double kSurely = 1 + 1e-9;  // of the thickness: beyond, no rounding makes a pair press
+constexpr double kNotAsked = -1e300;  // a distance that was not asked for
+// Relative to the thickness: beyond, no rounding makes a pair press
+constexpr double kSurely = 1 + 1e-9;
 
 }  // namespace
 

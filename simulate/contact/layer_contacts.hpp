@@ -58,8 +58,8 @@ class LayerContacts {
     Eigen::Matrix<double, 12, 12> matrix;
   };
   [[nodiscard]] std::vector<Block> blocks(const Field& position, bool convex) const;
-  /// What review() adds to the model's gradient, and the curve along a step that the energy has
-  /// not.
+  /// Forces that review() adds to the model's gradient, and the curve along a step that the energy
+  /// has not.
   void add_changes(Eigen::VectorXd& gradient) const;
   [[nodiscard]] double excess_curve(const Eigen::VectorXd& step) const;
 
@@ -79,7 +79,7 @@ class LayerContacts {
     int vertices = 0, edges = 0;
     /// least_apart_m() where the step starts, of the neighbours that come later.
     std::array<double, 4> apart{};
-    // Of the straight path:
+    // On the straight path:
     Eigen::Vector3d centre, displacement;
     double radius = 0, spread = 0;
     bool changed = false;  ///< that path since list() was asked last

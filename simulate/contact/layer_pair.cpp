@@ -12,11 +12,11 @@ using Eigen::Vector3d;
 using Places = std::array<Vector3d, 4>;
 
 constexpr double kParallelEdges = 1e-10;  // squared sine
-constexpr double kNearly = 0.1;           // of the distance still to go at which an advance ends
+constexpr double kNearly = 0.1;  // relative to the distance still to go at which an advance ends
 constexpr int kAdvances = 200;
-constexpr double kNearest = 1e-6;     // of the thickness, as near as its law is asked for
+constexpr double kNearest = 1e-6;     // relative to the thickness, as near as its law is asked for
 constexpr double kSmooth = 1e-3;      // squared sine from which edges count in full
-constexpr double kBeyond = 1 + 1e-9;  // of a reach: beyond, no rounding makes a pair press
+constexpr double kBeyond = 1 + 1e-9;  // relative to a reach: beyond, no rounding makes a pair press
 
 Places places_of(const LayerPair& pair, const Field& position) {
   Places p;

@@ -19,10 +19,11 @@ struct LayerPair {
 /// The nearest points of a pair, of the whole triangle or edges: so the distance is a continuous
 /// function of the particles, and a smooth one but where two edges are parallel.
 struct NearestPoints {
-  /// Of the particles: positive on the first piece, negative on the second, each adding up to one.
+  /// Weights of the particles: positive on the first piece, negative on the second, each adding up
+  /// to one.
   std::array<double, 4> weight{};
   Eigen::Vector3d apart = Eigen::Vector3d::Zero();  ///< from the second point to the first
-  /// How the weights change along the directions in which the points are free.
+  /// Changes of the weights along the directions in which the points are free.
   std::array<std::array<double, 4>, 2> slide{};
   int slides = 0;
 };
@@ -43,16 +44,16 @@ struct NearestPoints {
 
 /// Squared sine of the angle between two edges.
 [[nodiscard]] double crossing_of(const LayerPair& pair, const Field& position);
-/// What a pair counts with: 1, of edges that are nearly parallel less, of parallel ones nothing.
+/// Factor of a pair: 1, of edges that are nearly parallel less, of parallel ones nothing.
 [[nodiscard]] double part_of(const LayerPair& pair, const Field& position);
 
 /// True if boxes about the two pieces are more than `reach_m` apart, which costs less than their
 /// distance.
 [[nodiscard]] bool are_apart(const LayerPair& pair, const Field& position, double reach_m);
 
-/// Of the thickness, below which layers stiffen.
+/// Fraction of the thickness below which layers stiffen.
 inline constexpr double kLayersStiffen = 0.5;
-/// Of a pair's distance, that a step leaves.
+/// Fraction of a pair's distance that a step leaves.
 inline constexpr double kLayersKeep = 0.2;
 
 /// Energy of a pair that is nearer than the thickness, and its derivatives by the distance (N and

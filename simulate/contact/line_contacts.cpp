@@ -16,14 +16,15 @@ using Eigen::Vector3d;
 
 constexpr double kWatch = 0.2e-3;  // m; a point closer than this may touch before the next refresh
 constexpr double kLookAgain = 30e-6;  // m; path after which a watched element is searched again
-constexpr double kFromEdge =
-    0.5e-3;  // m; a piece farther on a face than this stays on it meanwhile
-constexpr double kEndFraction = 0.02;  // what is nearer to a particle than this fraction is its own
-constexpr int kThirdSteps = 14;        // of the ternary search: 0.4 % of the line piece
-constexpr int kHalfSteps = 20;         // of halving: a millionth of it
-constexpr double kFlatSlope = 1e-9;    // of the distance along a line: all its places are as deep
-constexpr int kCellPoints =
-    3;  // per side, inside a cell; fixed, so that no load jumps between them
+// In m: a piece farther on a face than this stays on it meanwhile
+constexpr double kFromEdge = 0.5e-3;
+constexpr double kEndFraction = 0.02;  // places nearer to a particle than this fraction are its own
+constexpr int kThirdSteps = 14;        // steps of the ternary search: 0.4 % of the line piece
+constexpr int kHalfSteps = 20;         // steps of halving: a millionth of it
+// Relative to the distance along a line: all its places are as deep
+constexpr double kFlatSlope = 1e-9;
+// Per side, inside a cell; fixed, so that no load jumps between them
+constexpr int kCellPoints = 3;
 constexpr double kFollow = 1e-3;  // m per slope: how fast a place slides along its line
 constexpr int kSettle = 32;       // looks in which places come to where they stay
 

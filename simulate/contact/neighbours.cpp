@@ -72,7 +72,7 @@ double least_apart_m(const GridSpec& grid, const Field& position, int one, int t
   }
   const int rows = one / grid.cols + two / grid.cols + 1;
   const int cols = one % grid.cols + two % grid.cols + 1;
-  const double row = 0.5 * rows, col = 0.5 * cols;  // of the middle
+  const double row = 0.5 * rows, col = 0.5 * cols;  // row and column of the middle
   double off2 = 0;
   for (const int i : {one, two}) {
     const int first_row = i / grid.cols, first_col = i % grid.cols;

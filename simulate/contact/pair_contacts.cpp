@@ -17,13 +17,15 @@ namespace {
 using Eigen::AlignedBox3d;
 using Eigen::Vector3d;
 
-constexpr double kReachFraction = 0.3;   // of the spacing: pairs this near are watched
+constexpr double kReachFraction = 0.3;   // relative to the spacing: pairs this near are watched
 constexpr double kDeepest = 1e-3;        // m; a solid's feature deeper than this is another place
 constexpr double kFaceTolerance = 0.02;  // rad; a solid's own faces may rise above the contact
-constexpr double kTorn =
-    4;  // times its length: a sheet so stretched diverges, and all its cells meet
-constexpr double kThroughFraction = 0.25;  // of the thickness: longest displacement in one step
-constexpr double kSlack = 0.03;  // of a solid's contact beyond a triangle or edge: no gaps between
+// Times its length: a sheet so stretched diverges, and all its cells meet
+constexpr double kTorn = 4;
+// Relative to the thickness: longest displacement in one step
+constexpr double kThroughFraction = 0.25;
+// Relative to a solid's contact beyond a triangle or edge: no gaps between
+constexpr double kSlack = 0.03;
 
 AlignedBox3d grown(AlignedBox3d box, double by) {
   box.min().array() -= by;
@@ -59,7 +61,7 @@ struct CellElements {
 constexpr double kFastImpact = 0.02;  // m/s; faster approach is stopped, also of pressed pairs
 constexpr double kRestDepth = 10e-6;  // m; nor may deeper pairs approach at all
 constexpr int kLandingSweeps = 3;
-constexpr double kLeastMobility = 0.1;  // of a place whose particles nothing holds
+constexpr double kLeastMobility = 0.1;  // relative to a place whose particles nothing holds
 
 }  // namespace
 
@@ -323,7 +325,7 @@ void PairContacts::choose(const Field& position, double path_m, double margin_m)
   for (int i = 0; i < count_; ++i) {
     if (rows_[i] > 0) most = std::max(most, rows_[i] / (*mass_)[i]);
   }
-  // Of a heavily damped contact the rate of decay bounds the step, not its frequency.
+  // In a heavily damped contact the rate of decay bounds the step, not its frequency.
   frequency2_ = std::max(stiffness_ * most, damping_ * most * damping_ * most);
 }
 

@@ -50,7 +50,7 @@ class PairContacts {
   [[nodiscard]] double longest_path_m() const;
   [[nodiscard]] int near() const { return static_cast<int>(pairs_.size()); }
   [[nodiscard]] int pressing(const Field& position) const;
-  /// How deep a corner or edge of a solid presses into the sheet (m), 0 for none.
+  /// Depth by which a corner or edge of a solid presses into the sheet (m), 0 for none.
   [[nodiscard]] double deepest_solid_m(const Field& position) const;
   [[nodiscard]] double thickness_m() const { return thickness_; }
   [[nodiscard]] double energy_j(const Field& position) const;
@@ -70,7 +70,7 @@ class PairContacts {
     bool pressed = false;
     double clear_until = 0;                            ///< path length up to which it stays apart
     Eigen::Vector3d side = Eigen::Vector3d::Zero();    ///< unit, from second to first layer
-    Eigen::Vector3d spring = Eigen::Vector3d::Zero();  ///< of friction, tangential (m)
+    Eigen::Vector3d spring = Eigen::Vector3d::Zero();  ///< stretch of friction, tangential (m)
   };
   /// A pair as it stands: forces of size p are weight * p * direction at the four nodes.
   struct Meeting {

@@ -171,7 +171,7 @@ TEST(Piercing, ASheetOnAKnifesEdgeIsNotPierced) {
     double& most = time < 0.15 ? fall : rest;
     most = std::max(most, pierced_m(grid, motion.position, solid));
   }
-  EXPECT_LT(fall, 0.5e-3);  // what a simulation calls too deep between particles
+  EXPECT_LT(fall, 0.5e-3);  // a depth that a simulation refuses between particles
   EXPECT_LT(rest, 0.1e-3);
 }
 

@@ -29,7 +29,7 @@ constexpr double kShortestOut = 1e-5;  // m
 constexpr int kHalvings = 30;
 
 constexpr int kAround = 2;           // cells about one, in which the nearest place is sought
-constexpr double kSamePlace = 1e-6;  // of an edge
+constexpr double kSamePlace = 1e-6;  // relative to an edge
 constexpr int kPlaces = 4;           // on each side of an edge, whose heights are looked at
 
 /// Particles of a cell's two triangles.

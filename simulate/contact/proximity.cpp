@@ -9,7 +9,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr double kParallel = 1e-9;  // of the product of the squared lengths
+constexpr double kParallel = 1e-9;  // relative to the product of the squared lengths
 
 /// Parameter, 0 at a and 1 at b, of the point of the segment that is nearest to p.
 double fraction_of(const Vector3d& p, const Vector3d& a, const Vector3d& b) {

@@ -13,11 +13,11 @@ using Eigen::Vector3d;
 
 constexpr double kRk4ImaginaryLimit = 2.828;
 constexpr double kImpactDepth = 10e-6;  // m; shallower hits land without going back in time
-constexpr double kClearMargin =
-    1e-3;  // m; covers the displacement within a step and released particles
+// In m: covers the displacement within a step and released particles
+constexpr double kClearMargin = 1e-3;
 constexpr double kSurfacing = 2e-3;         // s; a shallow hit is lifted to the surface this gently
 constexpr double kLiftGap = 1e-6;           // m; a touching particle further out has left
-constexpr double kShortestFraction = 0.02;  // of a step when going back to an impact
+constexpr double kShortestFraction = 0.02;  // relative to a step when going back to an impact
 constexpr int kRefreshSteps = 50;  // at most, between searches for contacts between particles
 constexpr int kFollowSteps = 4;    // between two looks where on its line a place presses
 constexpr double kRefreshTravel = 50e-6;  // m; at most any particle's path between searches

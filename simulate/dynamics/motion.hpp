@@ -13,7 +13,7 @@
 
 namespace drape::simulate {
 
-/// What the explicit motion and the implicit fall agree on.
+/// Limits common to the explicit motion and the implicit fall.
 inline constexpr double kPinTravelTime = 0.3;  ///< s; pins move from the start to their places
 inline constexpr double kQuietHeight =
     10e-6;  ///< m; rest is judged below weight * this kinetic energy
@@ -27,8 +27,8 @@ struct Hold {
 struct MotionOptions {
   Eigen::Vector3d gravity_m_per_s2{0, 0, -9.80665};
   double damping_per_s = 0;  ///< beta / m of F = -beta v (paper section 4.2)
-  double air_drag_kg_per_m3 =
-      0;                ///< c of F = -c area |v| v, half the air density times drag factor
+  /// Coefficient c of F = -c area |v| v, half the air density times drag factor
+  double air_drag_kg_per_m3 = 0;
   double friction = 0;  ///< Coulomb coefficient with the objects and the table
   bool contact_between_particles = true;
   double cloth_thickness_m = 0;  ///< layers keep this apart; 0: the sheet does not meet itself

@@ -306,7 +306,7 @@ TEST(Step, JustAboveTheLimitBlowsUpAndBelowItDoesNot) {
     for (int i = 0; i < grid.count(); ++i) motion.position[i] += (i / 21 % 2 == 0 ? 1e-9 : -1e-9);
     const double start = cloth.energies(motion.position).sum_j();
     double end = start;
-    // What blows up is watched only until it has: its numbers overflow before long.
+    // A motion that blows up is watched only until it has: its numbers overflow before long.
     for (int k = 0; k < 200 && !(end > 100 * start); ++k) {
       motion.step(fraction * limit);
       end = motion.kinetic_energy_j() + cloth.energies(motion.position).sum_j();

@@ -24,7 +24,7 @@ using Eigen::Vector3d;
 using units::mm;
 
 constexpr double kSameAxis = 1e-6;    // m
-constexpr double kSameEnergy = 1e-9;  // of the energy
+constexpr double kSameEnergy = 1e-9;  // relative to the energy
 constexpr double kPlace = 2e-3;       // m; by which a hand lays a sheet beside its place
 
 Vector3d middle_of(const Field& x) {
@@ -142,7 +142,7 @@ void group(std::vector<Branch> rests, double least_m, Branches& branches) {
   const Linkage linkage = link(static_cast<int>(rests.size()), apart_m, least_m);
   branches.linked_m = linkage.limit;
   std::vector<double> spread_m(rests.size(), 0.0);
-  std::vector<int> first(rests.size(), -1);  // of each group
+  std::vector<int> first(rests.size(), -1);  // first rest of each group
   for (std::size_t k = 0; k < rests.size(); ++k) {
     int& lowest = first[linkage.group[k]];
     if (lowest < 0) {

@@ -99,7 +99,7 @@ TEST(Kicks, MoveAPartOrJoinPartsOfTwoRests) {
       const Vector3d p = at(start, i);
       EXPECT_LT((p - at(low, i)).head<2>().norm(), 1e-12)
           << index;          // a flat part moves across itself
-      if (index % 2 == 0) {  // of two rests
+      if (index % 2 == 0) {  // two rests
         EXPECT_GE(p.z(), 0) << index;
         EXPECT_LE(p.z(), 0.1 + 1e-12) << index;
         EXPECT_LT((at(alone, i) - at(low, i)).norm(), 1e-12) << index;

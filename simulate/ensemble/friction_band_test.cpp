@@ -20,7 +20,7 @@ using Eigen::Vector3d;
 
 constexpr double kSunk_m = 2e-6;  // at which a particle presses with its weight
 constexpr double kLength_m = 0.4, kStiffness = 50, kDensity = 0.15, kGravity = 9.80665;
-constexpr double kHeld = 0.9;  // of the limit, at which the strip lies before it is pushed
+constexpr double kHeld = 0.9;  // relative to the limit, at which the strip lies before it is pushed
 // The solver lets friction slip at 0.98 of its limit, and keeps a limit that is 0.95 to 1 of it.
 constexpr double kCoulomb = 0.98, kSlack = 0.03;
 

@@ -76,7 +76,7 @@ std::string pins_text(Draw& draw, double side) {
   const bool on_marks = draw.uniform(0, 1) < 0.6;
   const double near = draw.uniform(0.7, 0.98);
   const double uneven = draw.uniform(0, 1) < 0.5 ? 0.1 * side : 0;
-  std::vector<Eigen::Vector2d> places;  // of the side
+  std::vector<Eigen::Vector2d> places;  // fractions of the side
   while (static_cast<int>(places.size()) < count) {
     Eigen::Vector2d p(draw.uniform(0, 1), draw.uniform(0, 1));
     if (on_marks) p = (p * 10).array().round() / 10;
@@ -197,7 +197,7 @@ std::optional<HangRest> rest_of_random_start(const HangCase& hang, int index) {
                   drape.report.longest_trial_m};
 }
 
-constexpr double kGoal = 0.01 * percent;  // of the energy against the pins' height
+constexpr double kGoal = 0.01 * percent;  // relative to the energy against the pins' height
 constexpr int kReported = 25;             // random starts between two lines of what they found
 
 struct Ends {
@@ -312,7 +312,7 @@ TEST(Hangs, AreSoughtLowerWhereAStartPressesOnItself) {
     count(branch);
     std::for_each(branch.others.begin(), branch.others.end(), count);
   }
-  EXPECT_EQ(pressing, 1);  // what this test is about
+  EXPECT_EQ(pressing, 1);  // the case of this test
   EXPECT_GT(sought, 0);
   EXPECT_EQ(branches_json(result.branches).dump(),
             branches_json(seek(hang, options, 2).branches).dump());

@@ -19,8 +19,8 @@ namespace {
 using Eigen::Vector3d;
 
 constexpr double kInPlane = 1e-9;      // m
-constexpr double kSameEnergy = 1e-6;   // of the energy; nearer rests are one
-constexpr double kFirstStep_s = 0.03;  // of pseudo-time, as on a finer grid
+constexpr double kSameEnergy = 1e-6;   // relative to the energy; nearer rests are one
+constexpr double kFirstStep_s = 0.03;  // step of pseudo-time, as on a finer grid
 
 /// Different rests, lowest first.
 class Pool {
@@ -104,8 +104,8 @@ std::vector<GridSpec> search_grids(const GridSpec& finest, int particles) {
 using Eigen::Vector2d;
 
 constexpr double kTurn = 1.2;    // rad, by which a side hangs down; upright sides would meet
-constexpr double kRound = 0.05;  // of the pins' distance in the sheet: the fold's radius
-constexpr double kHigh = 0.1;    // of that distance: the height of waves
+constexpr double kRound = 0.05;  // relative to the pins' distance in the sheet: the fold's radius
+constexpr double kHigh = 0.1;    // relative to that distance: the height of waves
 constexpr double kSteep = 1e-3;  // horizontal part of the pins' direction below which none is seen
 
 /// The line through the pins, in the sheet and in the world.
@@ -231,7 +231,7 @@ std::vector<StaticDrape> seek_valleys(const StaticCase& the_case, const GridSpec
   if (!folded.empty()) return fallen_from(folded, the_case, grid, options, how.finished);
   StaticOptions exact = options;
   exact.threads = 1;
-  exact.cloth_thickness_m = 0;  // what would meet itself is no rest that is sought
+  exact.cloth_thickness_m = 0;  // a sheet that would meet itself is no rest that is sought
   StaticOptions rough = exact;
   rough.judge_stability = false;
   const auto take = [&](StaticDrape drape, const GridSpec& on, Pool& pool) {

@@ -162,7 +162,7 @@ TEST(Piercing, MeasuresHowFarARimStandsThroughTheSheet) {
   const GridSpec grid{21, 21, {0.2, 0.2}};
   Surroundings objects;
   objects.add(plate(1 * mm));
-  const Vector3d corner(-0.067, -0.059, 0.0);  // of the plate, seen from above
+  const Vector3d corner(-0.067, -0.059, 0.0);  // corner of the plate, seen from above
   const auto upright = [&](double x) {
     Field sheet(3 * static_cast<std::size_t>(grid.count()));
     for (int i = 0; i < grid.count(); ++i) {

@@ -31,7 +31,7 @@ constexpr double kJustIn = 1e-7;          // m; deeper ones are lifted to here, 
 constexpr double kFarFromSurface = 1e-4;  // m; beyond, a step meant to leave it
 constexpr double kSlides = 1 + 1e-9;      // a spring this much beyond its limit slides
 
-constexpr double kMostChange = 3;  // of a limit in one step, up or down
+constexpr double kMostChange = 3;  // relative to a limit in one step, up or down
 
 constexpr double kWatchPiece = 0.2e-3;  // m; a piece farther from a surface stays off it in a step
 
@@ -246,7 +246,7 @@ double StaticContacts::energy_j(const Field& position) const {
   return sum;
 }
 
-/// What presses and rubs there (N).
+/// Pressing and rubbing forces there (N).
 Vector3d StaticContacts::force_of(const Contact& contact, const Pressing& here,
                                   const Field& position) const {
   const double pressing = pressing_n(contact, here.gap);
@@ -606,7 +606,7 @@ void StaticContacts::follow_pressing(const Field& position, const Eigen::VectorX
     const double limit = std::clamp(limit_after(contact, mix_step(displacement, contact)),
                                     contact.limit / kMostChange, contact.limit * kMostChange);
     spread_step(contact, (limit - contact.limit) * contact.slide, gradient);
-    // As long as the limit allows: so it slides from the start of the step on.
+    // While the limit allows it, so it slides from the start of the step on.
     contact.anchor = mix(position, contact) - limit / shear_stiffness_ * contact.slide;
     contact.limit = limit;
   }

@@ -80,22 +80,23 @@ class StaticContacts {
   [[nodiscard]] double energy_j(const Field& position) const;
   /// Minus the gradient of energy_j() (N).
   void add_forces(const Field& position, Field& force) const;
-  /// What presses and rubs, place by place; without pins.
+  /// Pressing and rubbing forces, place by place; without pins.
   [[nodiscard]] std::vector<ContactForce> forces(const Field& position) const;
   /// Second derivatives of the step's quadratic model at its start, with what review() changed.
   void add_hessian(const Field& position, bool convex, GridMatrix& hessian);
   /// Changes what add_hessian() added to what review() made of it since.
   void change_hessian(const Field& position, bool convex, GridMatrix& hessian);
-  /// What review() adds to the model's gradient: pulls of particles that will land, friction that
-  /// will yield.
+  /// Forces that review() adds to the model's gradient: pulls of particles that will land, friction
+  /// that will yield.
   void add_changes(Eigen::VectorXd& gradient) const;
-  /// What the model's second derivative along the step has that the energy of that step has not.
+  /// Curvature that the model's second derivative along the step has that the energy of that step
+  /// has not.
   [[nodiscard]] double excess_curve(const Eigen::VectorXd& step) const;
-  /// What friction that slides changes along `displacement` because pressing forces, and so its
+  /// Change of sliding friction along `displacement` because pressing forces, and so its
   /// limits, do; added to the product of the model's matrix with it. No potential has this part: it
   /// is not symmetric (Alart and Curnier 1991).
   void add_following(const Eigen::VectorXd& displacement, Eigen::VectorXd& product) const;
-  /// What is lacking in the model's gradient where limits are not those of the pressing forces.
+  /// Force missing in the model's gradient where limits are not those of the pressing forces.
   void add_lag(Eigen::VectorXd& gradient) const;
   /// Sets the limits of what slides, until the next begin(), to those at the end of `displacement`,
   /// and adds to the gradient what that changes at its start.
@@ -119,7 +120,7 @@ class StaticContacts {
   void stiffen();
 
   [[nodiscard]] double pin_error_m(const Field& position) const;
-  [[nodiscard]] double gap_error_m(const Field& position) const;  ///< of pressed particles
+  [[nodiscard]] double gap_error_m(const Field& position) const;  ///< error of pressed particles
   [[nodiscard]] double stored_j(const Field& position) const;     ///< pressing between particles
   [[nodiscard]] int touching(const Field& position) const;
   [[nodiscard]] int sliding() const;
@@ -142,16 +143,16 @@ class StaticContacts {
     int site = 0;
     int shape = 0;
     int corners = 1;
-    int quarter = 0;  ///< of a cell: the triangle between one of its edges and its middle
+    int quarter = 0;  ///< quarter of a cell: the triangle between one of its edges and its middle
     std::array<int, 4> particle{};
     std::array<double, 4> weight{};
     double stiffness = 0;  ///< N/m
     bool rigid = false;    ///< a particle, not a point between particles
     bool slides = false;   ///< a piece of the sheet that presses where it is deepest
-    DeepestPlace deepest;  ///< of such a piece, where the quadratic model is taken
+    DeepestPlace deepest;  ///< deepest place of such a piece, where the quadratic model is taken
     double multiplier = 0;
     bool anchored = false, slips = false;
-    double limit = 0;   ///< of friction in this step (N)
+    double limit = 0;   ///< largest friction in this step (N)
     double taken = 0;   ///< that limit as a part of what the pressing force allows
     double slip_m = 0;  ///< distance slid in the last step
     Eigen::Vector3d slide = Eigen::Vector3d::Zero();  ///< unit vector of the spring

@@ -13,12 +13,12 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr double kGrowStep = 2, kShrinkStep = 0.5;    // of the step
+constexpr double kGrowStep = 2, kShrinkStep = 0.5;    // relative to the step
 constexpr double kGoodRatio = 0.7, kPoorRatio = 0.3;  // ratios of energy change at which it does
 constexpr double kShortest_s = 1e-6;                  // step below which the fall is given up
-constexpr double kReach = 0.5;  // of the longest displacement, that a step may be
-constexpr double kFarForContacts =
-    200e-6;  // m; displacement after which contacts are searched again
+constexpr double kReach = 0.5;  // relative to the longest displacement, that a step may be
+// In m: displacement after which contacts are searched again
+constexpr double kFarForContacts = 200e-6;
 constexpr int kMostSteps = 5000;
 // Steps without a lower energy after which the fall ends: layers beside places on a mesh, which are
 // found again ever so often, can keep a sheet trembling for ever.

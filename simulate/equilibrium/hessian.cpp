@@ -160,8 +160,8 @@ Matrix3d cross_matrix(const Vector3d& v) {
 /// Second derivatives of a scalar of up to three vectors; [u][v] by vector u and vector v.
 using Blocks = std::array<std::array<Matrix3d, 3>, 3>;
 
-/// Of value force(x) with x = c . n: tangent * gradient gradient^T + force * its own second
-/// derivatives, vectors in the order c, a, b.
+/// Second derivative of a potential with force(x), x = c . n: tangent * gradient gradient^T + force
+/// * its own second derivatives, vectors in the order c, a, b.
 Blocks curvature_blocks(const Vector3d& c, const Vector3d& a, const Vector3d& b, double force,
                         double tangent, bool convex) {
   const NormalCurvature k = normal_curvature(c, a, b);
@@ -192,7 +192,7 @@ Blocks curvature_blocks(const Vector3d& c, const Vector3d& a, const Vector3d& b,
   return blocks;
 }
 
-/// Of value force(x) with x the shear angle of a and b.
+/// Second derivative of a potential with force(x), x the shear angle of a and b.
 Blocks shear_friction_blocks(const Vector3d& a, const Vector3d& b, double force, double tangent,
                              bool convex) {
   const ShearAngle x = shear_angle(a, b);

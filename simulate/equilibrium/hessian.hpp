@@ -13,7 +13,7 @@ namespace drape::simulate {
 /// Strain of every spring, by direction (warp, weft) and first particle.
 using SpringStrains = std::array<std::vector<double>, 2>;
 
-/// What the linear model at `from` says of the strains after `displacement` (m; x, y, z of each
+/// Strains by the linear model at `from` after `displacement` (m; x, y, z of each
 /// particle in turn): without the stretch that a straight displacement of a turning spring brings.
 SpringStrains linear_strains(const Cloth& cloth, const Field& from,
                              const Eigen::VectorXd& displacement);

@@ -55,7 +55,8 @@ Eigen::VectorXd interleaved(const Field& field) {
   return v;
 }
 
-/// What the exact Hessian of a crumpled sheet and differences of its forces say of one direction.
+/// Curvatures of a crumpled sheet along one direction by the exact Hessian and differences of
+/// forces.
 void expect_derivative_of_forces(const GridSpec& grid, unsigned seed) {
   Cloth cloth(grid, knotted_laws(), MassRule::area);
   const std::size_t n = grid.count();

@@ -101,7 +101,7 @@ TEST(MemoryStrip, HeavyCantileverLoadedAndUnloaded) {
     EXPECT_NEAR(width, exact.x, 3e-3 * exact.x) << loads[k];
     if (k + 1 == kSteps) loaded_height = height;
   }
-  // What friction holds: unloaded to a tenth, an elastic strip would hang far higher.
+  // Friction holds it: unloaded to a tenth, an elastic strip would hang far higher.
   EXPECT_GT(-exact.z, 0.5 * loaded_height);
   EXPECT_GT(cloth.dissipated_j(), 0);
 }

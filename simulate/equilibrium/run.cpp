@@ -25,24 +25,25 @@ constexpr int kCoarsest = 21;  // particles per side
 // Particles per side above which a grid's start has 0.7 times as many, not half: there a step costs
 // much, and Richardson's start is the better the nearer two grids are.
 constexpr int kGentle = 70;
-// Of a particle's weight; enough to start a finer grid. The first finds the fold, the others are
-// far from the finer one's rest whatever their own: those between only have to take out what
-// carrying over brought in.
+// Residual in a particle's weight; enough to start a finer grid. The first finds the fold, the
+// others are far from the finer one's rest whatever their own: those between only have to take out
+// what carrying over brought in.
 constexpr double kFirstResidual = 1e-2;
 constexpr double kBetweenResidual = 1000;
 constexpr double kLastCoarseResidual = 10;
-// Of all but the first; a worse start costs a large grid more than that.
+// Residual of all but the first; a worse start costs a large grid more than that.
 constexpr double kBeforeLarge = 1;
-constexpr int kLarge = 121;                 // particles per side
-constexpr double kFinerStep_s = 0.03;       // first pseudo-time step on a finer grid
-constexpr double kThicknessFraction = 0.5;  // of the spacing: thicker layers would meet themselves
-constexpr int kAsymptotic = 51;             // particles per side from which the model's order shows
+constexpr int kLarge = 121;            // particles per side
+constexpr double kFinerStep_s = 0.03;  // first pseudo-time step on a finer grid
+// Relative to the spacing: thicker layers would meet themselves
+constexpr double kThicknessFraction = 0.5;
+constexpr int kAsymptotic = 51;  // particles per side from which the model's order shows
 
 int larger_side(const GridSpec& grid) {
   return std::max(grid.rows, grid.cols);
 }
 
-/// How near its rest a coarser grid has to come.
+/// Distance from its rest to which a coarser grid has to come.
 double start_residual(std::size_t level, const std::vector<GridSpec>& levels) {
   if (level == 0) return kFirstResidual;
   if (larger_side(levels.back()) >= kLarge) return kBeforeLarge;
@@ -110,7 +111,7 @@ std::vector<GridSpec> static_levels(const GridSpec& grid) {
 
 namespace {
 
-/// What a cloth brings along.
+/// State that a cloth brings along.
 struct Past {
   std::optional<ClothMemory> memory;
   PastEvent shakes;  ///< once it rests

@@ -14,7 +14,7 @@
 
 namespace drape::simulate {
 
-/// What a static run on a scene is made of; the references must outlive it.
+/// Inputs of a static run on a scene; the references must outlive it.
 struct StaticCase {
   const Scene& scene;
   const Print& print;
@@ -40,11 +40,11 @@ using StartChange = std::function<void(const GridSpec& grid, Field& position)>;
 using AfterRest = std::function<void(StaticSolver& solver, const StaticReport& report)>;
 
 struct StaticDrape {
-  StartState start;  ///< of the coarsest grid
+  StartState start;  ///< start of the coarsest grid
   Field position;
-  StaticReport report;      ///< of the finest grid
-  int iterations = 0;       ///< of all grids together
-  ClothMemory memory = {};  ///< of internal friction, as the sheet ends
+  StaticReport report;      ///< report of the finest grid
+  int iterations = 0;       ///< sum over all grids
+  ClothMemory memory = {};  ///< state of internal friction, as the sheet ends
   double dissipated_j = 0;
 };
 
@@ -75,7 +75,7 @@ void book_static(const StaticCase& the_case, const GridSpec& grid, const StaticO
 
 namespace drape::simulate {
 
-/// What simulate() makes of a drape that the static solver found: report with gaps and overlaps
+/// Result of simulate() from a drape that the static solver found: report with gaps and overlaps
 /// judged, history, sheet and its source. `options` as given to simulate(), solver "static".
 void finish_static(const StaticCase& the_case, const Fabric& fabric, const GridSpec& grid,
                    const SimulateOptions& options, const StaticDrape& drape,

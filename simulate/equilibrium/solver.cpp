@@ -15,14 +15,15 @@ namespace {
 using Eigen::Vector3d;
 using Eigen::VectorXd;
 
-constexpr double kFaster = 0.5;      // residual over that before, else the old factor is too old
-constexpr double kStepCap = 0.5;     // of the spacing; longest displacement of a particle in a step
-constexpr double kPinStep = 0.5;     // of that cap; displacement of a pin between two steps
-constexpr double kWatch = 3;         // of that cap; nearer particles are watched during a step
-constexpr double kShrinkFailed = 4;  // of mu, by a failed step
-constexpr double kRestartMu = 10;    // 1/s^2; after an indefinite matrix
-constexpr double kFoldedMu = 100;    // 1/s^2; above, a finer grid's sheet is compressed
-constexpr double kSettled = 1e-2;    // residual below which points between particles are found
+constexpr double kFaster = 0.5;  // residual over that before, else the old factor is too old
+// Relative to the spacing; longest displacement of a particle in a step
+constexpr double kStepCap = 0.5;
+constexpr double kPinStep = 0.5;  // relative to that cap; displacement of a pin between two steps
+constexpr double kWatch = 3;  // relative to that cap; nearer particles are watched during a step
+constexpr double kShrinkFailed = 4;      // relative to mu, by a failed step
+constexpr double kRestartMu = 10;        // 1/s^2; after an indefinite matrix
+constexpr double kFoldedMu = 100;        // 1/s^2; above, a finer grid's sheet is compressed
+constexpr double kSettled = 1e-2;        // residual below which points between particles are found
 constexpr double kSettledOnFiner = 1;    // the same on a finer grid, which starts near its rest
 constexpr double kNearRest = 0.1;        // residual below which contacts are made rigid
 constexpr double kNearRestOnFiner = 10;  // the same on a finer grid
@@ -38,7 +39,7 @@ constexpr double kSeldom = 1.2;
 constexpr int kFallsOn = 3;             // from where it stalled
 constexpr int kSearches = 3;            // for points between particles near rest; then they stay
 constexpr int kSearchesOnFiner = 2;     // the same on a finer grid
-constexpr int kStates = 20;             // of friction, tried for a first-order displacement
+constexpr int kStates = 20;             // states of friction, tried for a first-order displacement
 constexpr double kSmallStep_m = 1e-10;  // m; at which the states are looked at
 constexpr double kSaddle = 1;           // residual below which definiteness is decided in double
 constexpr double kPinned = 1e-9;        // m
@@ -46,16 +47,16 @@ constexpr double kGapDone = 2e-9;       // m
 constexpr double kLoadStep_s = 0.1;     // first pseudo-time step after a change of gravity
 
 constexpr int kSolves = 8;        // with the last factor before a new one is made
-constexpr double kSolved = 0.03;  // of the answer, in the norm of its energy
+constexpr double kSolved = 0.03;  // relative to the answer, in the norm of its energy
 constexpr double kAtLeast = 0.3;  // the same; a worse answer asks for a new factor
 constexpr double kRough = 0.2;    // the same, of an early step, if more solves do not better it
-constexpr double kDefect = 0.1;   // of a step's energy; more in single precision is mended
+constexpr double kDefect = 0.1;   // relative to a step's energy; more in single precision is mended
 
 constexpr int kIterations = 3;
 constexpr double kGood = 0.7;    // ratio of energy change from which the step will do
 constexpr double kLonger = 1.2;  // gain in that ratio that a displacement twice as long must bring
 
-constexpr double kLess = 0.9;        // of the least residual so far: progress
+constexpr double kLess = 0.9;        // relative to the least residual so far: progress
 constexpr double kStillFall = 1e-7;  // m; all of the sheet lower by this much: progress
 
 }  // namespace
@@ -116,7 +117,7 @@ void StaticSolver::fix_pinned() {
     }
     hessian_.release(i);
     const Eigen::Matrix3d own = hessian_.diagonal(i);
-    const double stiffness = own.trace() > 0 ? own.trace() / 3 : 1;  // of its neighbours' size
+    const double stiffness = own.trace() > 0 ? own.trace() / 3 : 1;  // as large as its neighbours'
     hessian_.add(i, i, Eigen::Matrix3d(stiffness * Eigen::Matrix3d::Identity() - own));
   }
 }

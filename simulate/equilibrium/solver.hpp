@@ -28,19 +28,19 @@ struct StaticOptions {
   /// Layers keep this apart; 0: the sheet passes through itself. Only where meets_itself is set.
   double cloth_thickness_m = 0;
   bool meets_itself = false;
-  double residual_tolerance = 1e-6;  ///< of the mean particle's weight
+  double residual_tolerance = 1e-6;  ///< in the mean particle's weight
   int max_iterations = 2000;         ///< per level
   int patience = 50;                 ///< iterations without progress, after which it stalls
   double first_step_s = 5e-3;        ///< pseudo-time step at the start
   bool paced = true;                 ///< short steps while the sheet falls, see StaticSolver
   bool only_a_start = false;         ///< ends at that residual, whatever gaps are left
   bool judge_stability = true;       ///< at rest; takes one factorisation in double precision
-  int threads = 1;                   ///< of factors and second derivatives; never changes a result
+  int threads = 1;                   ///< for factors and second derivatives; never changes a result
   Falls falls = Falls::never;
   double longest_fall_step_s = 4e-3;
   double damping_per_s = 4;     ///< beta / m of F = -beta v while it falls
   double natural_time_s = 0.4;  ///< before velocities are zeroed at peaks of kinetic energy
-  double fall_residual = 0.05;  ///< of the mean particle's weight, at which the fall ends
+  double fall_residual = 0.05;  ///< in the mean particle's weight, at which the fall ends
   double longest_fall_s = 20;
 };
 
@@ -180,7 +180,7 @@ class StaticSolver {
   double weight_n_ = 0, mu_ = 0, residual_ = 0, pseudo_time_s_ = 0, cap_m_ = 0, moved_m_ = 0,
          longest_trial_m_ = 0;
   double best_residual_ = 0, best_j_ = 0,
-         best_gap_m_ = 0;  ///< so far, and the iteration that found them
+         best_gap_m_ = 0;  ///< least values so far, and the iteration that found them
   int progress_at_ = 0;
   double drag_per_s2_ = 0, last_ratio_ = 0;
   double potential_j_ = 0, model_curve_ = 0, factor_mu_ = 0, last_residual_ = 0;

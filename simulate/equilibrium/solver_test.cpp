@@ -96,7 +96,7 @@ Scene slippery_cube(const Print& print) {
   return scene;
 }
 
-/// How far the triangles of a cell, which press, are from the bilinear cell that the depth is
+/// Distance of the triangles of a cell, which press, from the bilinear cell that the depth is
 /// measured in: at most a sixteenth of its twist x00 - x01 - x10 + x11.
 double triangles_off_cells(const Sheet& sheet) {
   double most = 0;

@@ -12,14 +12,14 @@ namespace {
 using Eigen::Vector3d;
 using Eigen::VectorXd;
 
-constexpr int kHalvings = 4;   // of a step that does not lower the potential
+constexpr int kHalvings = 4;   // halvings of a step that does not lower the potential
 constexpr double kPoor = 0.5;  // ratio of energy change; below, a step is corrected, iterated on
-constexpr double kSoft =
-    1.5;  // ratio above which a displacement by the convex matrix may be too short
+// Ratio above which a displacement by the convex matrix may be too short
+constexpr double kSoft = 1.5;
 constexpr double kAtSaddle = 0.1;  // residual below which a paced run may go so far, too
-constexpr int kCorrections = 4;    // of a step, with its factor
+constexpr int kCorrections = 4;    // corrections of a step, with its factor
 constexpr double kWorth = 0.02;    // gain of a correction that is worth its cost, of the prediction
-constexpr double kGrow = 0.25, kShrink = 4;  // of mu
+constexpr double kGrow = 0.25, kShrink = 4;  // relative to mu
 // While the sheet still falls its pseudo-time step stays below 0.03 s: longer ones jump from the
 // fold that forms first to others, which motion does not find.
 constexpr double kFalling = 20;    // residual
@@ -78,7 +78,7 @@ VectorXd StaticSolver::displacement_to_trial() const {
   return displacement;
 }
 
-/// What the displacement to trial_ adds to the potential, pseudo-time's part in.
+/// Energy that the displacement to trial_ adds to the potential, pseudo-time's part in.
 double StaticSolver::potential_change(const VectorXd& displacement) {
   double change = 0;
   double gravity = 0;

@@ -7,7 +7,7 @@ namespace drape::simulate {
 namespace {
 
 constexpr int kFitPoints = 100;
-constexpr double kExact = 1e-5;  // of the largest force: no measured curve is known better
+constexpr double kExact = 1e-5;  // relative to the largest force: no measured curve is known better
 
 /// The measured curve on equidistant points 0 .. range, so that dense samples do not weigh more.
 SampledCurve resampled(const SampledCurve& measured, double range) {

@@ -98,7 +98,7 @@ void check_range(const Csv& csv, const TestKind& kind) {
 
 /// At 0 one branch lies above and one below, or both near it: else the recorder's zero was off.
 void check_zero(const Csv& csv, const TestKind& kind) {
-  constexpr double kNear = 0.1;  // of the largest value: cloth has two faces
+  constexpr double kNear = 0.1;  // relative to the largest value: cloth has two faces
   if (kind.one_sided) return;
   const std::vector<double>& x = csv.columns[0];
   const auto after = std::lower_bound(x.begin(), x.end(), 0.0) - x.begin();
@@ -119,7 +119,8 @@ void check_zero(const Csv& csv, const TestKind& kind) {
 
 /// Cloth gives back no more work than was done on it, but for the noise of a test.
 void check_branches(const Csv& csv, const TestKind& kind) {
-  constexpr double kNoise = 0.01;  // of the work: a hundredth of full scale, as charts are read
+  // Relative to the work: a hundredth of full scale, as charts are read
+  constexpr double kNoise = 0.01;
   double work = 0, lost = 0;
   for (std::size_t i = 1; i < csv.lines.size(); ++i) {
     const double step = 0.5 * (csv.columns[0][i] - csv.columns[0][i - 1]);

@@ -29,9 +29,10 @@ double slips_from(const SlipElement& element, double slip) {
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-constexpr int kSlips = 6;                 // range / 2, / 4, .. / 64
-constexpr double kActiveLimit = 1e-9;     // of the largest half width; a smaller limit is none
-constexpr double kGradientNoise = 1e-12;  // of the largest correlation at the start
+constexpr int kSlips = 6;  // range / 2, / 4, .. / 64
+// Relative to the largest half width; a smaller limit is none
+constexpr double kActiveLimit = 1e-9;
+constexpr double kGradientNoise = 1e-12;  // relative to the largest correlation at the start
 
 /// Half the width, over |x|, of the loop that an element makes between -range and range.
 VectorXd half_width_of(const SlipElement& element, const HalfWidth& at, double range) {

@@ -11,7 +11,7 @@ namespace drape::simulate {
 /// end: what only one of them has is interpolated in the other.
 [[nodiscard]] inline std::vector<double> points_of_both(const std::vector<double>& a,
                                                         const std::vector<double>& b) {
-  constexpr double kSame = 1e-9;  // of the range: one point, up to rounding
+  constexpr double kSame = 1e-9;  // relative to the range: one point, up to rounding
   const double reach = std::min(a.back(), b.back());
   std::vector<double> all;
   std::merge(a.begin(), a.end(), b.begin(), b.end(), std::back_inserter(all));

@@ -21,10 +21,10 @@ using Eigen::Vector3d;
 constexpr double kFirstWave = 2e-4;  // m
 constexpr int kWaves = 16;
 constexpr double kFinerAtTheClamp = 3;  // times than the mesh's spacing
-constexpr double kWidening = 1.1;       // of one ring's spacing to the next
+constexpr double kWidening = 1.1;       // relative to one ring's spacing to the next
 constexpr double kPassingResidual = 1;  // mean weights of a point; where loads turn
-constexpr double kOnDisc = 1e-6;        // of its radius
-constexpr double kLaidPieces = 6;       // of the free ring, at least, that show its folds
+constexpr double kOnDisc = 1e-6;        // relative to its radius
+constexpr double kLaidPieces = 6;       // pieces of the free ring, at least, that show its folds
 constexpr int kAround = 16;             // points from which a shape is carried over
 
 /// Number in 0 .. 1 of a fixed sequence.

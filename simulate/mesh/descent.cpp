@@ -13,14 +13,16 @@ using Eigen::Matrix3d;
 using Eigen::Vector3d;
 using State = MeshCloth::State;
 
-constexpr double kSink_m = 0.5e-3;    // of cloth into the table, by its own weight
-constexpr double kOnWall = 1e-5;      // of the wall's radius; the checker takes it as on the wall
+constexpr double kSink_m = 0.5e-3;  // depth of cloth in the table, by its own weight
+// Relative to the wall's radius; the checker takes it as on the wall
+constexpr double kOnWall = 1e-5;
 constexpr double kWallWeights = 100;  // mean weights of a point that press it in so far
-constexpr double kArmijo = 1e-4;      // of the slope, that a step must gain (Nocedal and Wright)
-constexpr double kRounding = 1e-14;   // of the energy, that a step may lose
-constexpr double kShorter = 0.5, kShortest = 0.1;  // of a step that was too long
+// Relative to the slope, that a step must gain (Nocedal and Wright)
+constexpr double kArmijo = 1e-4;
+constexpr double kRounding = 1e-14;                // relative to the energy, that a step may lose
+constexpr double kShorter = 0.5, kShortest = 0.1;  // relative to a step that was too long
 constexpr int kTries = 12;
-constexpr double kFlat = 1e-8;  // of a step's slope: less curvature is not remembered
+constexpr double kFlat = 1e-8;  // relative to a step's slope: less curvature is not remembered
 
 Eigen::Map<Eigen::VectorXd> flat(State& state) {
   return {state.front().data(), 3 * static_cast<Eigen::Index>(state.size())};

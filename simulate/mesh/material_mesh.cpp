@@ -20,10 +20,10 @@ namespace {
 
 using Eigen::Vector2d;
 
-constexpr double kNear = 0.6;    // of the spacing: inner points keep so far from lines
-constexpr double kSame = 1e-6;   // of the spacing: two points that are one
-constexpr double kExact = 1e-6;  // of area and border: a mesh that is its outline's
-constexpr double kThin = 1e-9;   // of the squared longest side: a triangle without area
+constexpr double kNear = 0.6;    // relative to the spacing: inner points keep so far from lines
+constexpr double kSame = 1e-6;   // relative to the spacing: two points that are one
+constexpr double kExact = 1e-6;  // relative to area and border: a mesh that is its outline's
+constexpr double kThin = 1e-9;   // relative to the squared longest side: a triangle without area
 
 double length_of(const Polygon& polygon) {
   double sum = 0;

@@ -14,7 +14,8 @@ namespace {
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-constexpr double kSeam = 2;  // of the jump's energy over the triangles beside; see MeshCloth
+// Relative to the jump's energy over the triangles beside; see MeshCloth
+constexpr double kSeam = 2;
 
 }  // namespace
 

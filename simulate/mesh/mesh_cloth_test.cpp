@@ -153,10 +153,10 @@ double energy_of_a_wave(double spacing) {
   for (const auto& edge : cloth.mesh().edges) held.push_back(edge.left < 0 || edge.right < 0);
   MeshStiffness stiffness(cloth, held);
   DescentOptions descent;
-  descent.residual = 1e-9;  // of the sides: the points are held
+  descent.residual = 1e-9;  // asked of the sides: the points are held
   EXPECT_TRUE(descend(cloth, state, held, stiffness, {}, descent).at_rest);
   const double area = cloth.mesh().area_m2();
-  double smooth = 0;  // of cos^2 over the patch, by its triangles' middles
+  double smooth = 0;  // integral of cos^2 over the patch, by its triangles' middles
   for (int t = 0; t < static_cast<int>(cloth.mesh().triangles.size()); ++t) {
     Vector2d middle(0, 0);
     for (const int corner : cloth.mesh().triangles[t]) middle += cloth.mesh().points_m[corner] / 3;

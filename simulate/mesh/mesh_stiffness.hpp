@@ -20,7 +20,7 @@ struct Support {
 /// A symmetric positive definite matrix near the second derivatives of a MeshCloth's energy, and
 /// its factor: what a descent divides by.
 ///
-/// Of the membrane it has the products of first derivatives and the tension of each triangle, not
+/// Holds of the membrane the products of first derivatives and the tension of each triangle, not
 /// its compression. Bending is that of the points alone, with the sides' derivatives taken from the
 /// linear triangles on both sides (weighted so that a bend across the side is exact; at the hem,
 /// where nothing holds a side, from the triangle's own least energy). What the sides' derivatives

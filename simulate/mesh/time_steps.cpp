@@ -61,7 +61,7 @@ TimeStepsReport move_in_time(MeshCloth& cloth, MeshCloth::State& state,
       if (pushes != nullptr) go_clear(free, state, *pushes, true);
     }
     bodies.table_z_m = table_z_m(report.time_s);
-    descent.keep_matrix = report.increments > 2;  // of the second step on, inertia is the same
+    descent.keep_matrix = report.increments > 2;  // from the second step on, inertia is the same
     const DescentReport found = descend(cloth, state, held, stiffness, bodies, descent, pushes);
     report.steps += found.steps;
     report.hurried += found.at_rest ? 0 : 1;

@@ -13,8 +13,8 @@ namespace {
 using Eigen::Vector3d;
 
 constexpr double kThinnest = 1e-4;  // m; of a body that is always found on a path
-constexpr double kShortest = 1e-3;  // of the path, to the next place looked at
-constexpr int kBisections = 40;     // of the path into a body
+constexpr double kShortest = 1e-3;  // relative to the path, to the next place looked at
+constexpr int kBisections = 40;     // halvings of the path into a body
 constexpr double kOpposite = -0.1;  // cosine between normals; 0 across the edge of a box
 
 template <class Body>

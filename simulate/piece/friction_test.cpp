@@ -112,7 +112,7 @@ void lay_flat(Mover& sheet) {
 TEST(PieceFriction, ABlockOnAnInclineSticksBelowTheAngleOfFriction) {
   const double slope = 0.99 * std::atan(kFriction);
   Mover sheet = block();
-  sheet.motion.residual = 1e-3;  // of g; the slope leaves 4e-3
+  sheet.motion.residual = 1e-3;  // in g; the slope leaves 4e-3
   lay_flat(sheet);
   sheet.move({0, 0, -kG * std::cos(slope)}, 0.48);
   const double before = sheet.middle().x();

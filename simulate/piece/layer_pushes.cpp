@@ -16,9 +16,10 @@ using Eigen::Matrix3d;
 using Eigen::Vector3d;
 using State = MeshCloth::State;
 
-constexpr double kOfFlat = 0.25;    // of the distance on the flat piece, as on the particle grid
+// Relative to the distance on the flat piece, as on the particle grid
+constexpr double kOfFlat = 0.25;
 constexpr double kAllowed = 0.5;    // thicknesses that nodes go before pairs are listed again
-constexpr double kMore = 1 + 1e-9;  // of a displacement: what rounding adds
+constexpr double kMore = 1 + 1e-9;  // relative to a displacement: rounding adds less
 
 int count_of(const Field& nodes) {
   return static_cast<int>(nodes.size() / 3);

@@ -16,10 +16,11 @@ using Eigen::Vector3d;
 using State = MeshCloth::State;
 
 constexpr double kGrip_m = 2e-6;    // that a point's weight stretches what holds it along a surface
-constexpr double kSink_m = 2.5e-3;  // of the whole piece on one place at first ...
+constexpr double kSink_m = 2.5e-3;  // depth of the whole piece on one place at first ...
 constexpr double kFirm = 10, kFirmer = 2;  // ... and stiffer by this in the end: 0.25 mm
 constexpr double kFree_m = 1e-6;           // that a facet may enter: points on a face bear it all
-constexpr double kNearPin_m = 0.2e-3;      // of a surface: a pin there says how deep the cloth is
+// Distance from a surface: a pin there says how deep the cloth is
+constexpr double kNearPin_m = 0.2e-3;
 
 }  // namespace
 

@@ -25,11 +25,11 @@ using Eigen::Vector2d;
 using Eigen::Vector3d;
 using units::mm;
 
-constexpr double kMostPoints = 1e5;  // of a mesh
+constexpr double kMostPoints = 1e5;  // points of a mesh
 constexpr double kLeastPoints = 16;  // a mesh of fewer does not drape
 constexpr double kSame_m = 1e-6;     // a pin this near to the hem is on it
 constexpr double kOn_m = 5e-8;   // in or off: a point lies on a surface; half the checker's limit
-constexpr int kMostRounds = 60;  // of descents and of points that carry on their pushes
+constexpr int kMostRounds = 60;  // rounds of descents and of points that carry on their pushes
 constexpr double kPassingResidual = 0.1;  // weights of a point, while places still press softly
 
 void check_pins(const Scene& scene, const Print& print, const ClothOutline& outline) {

@@ -113,7 +113,8 @@ void require_refinable(const SimulateOptions& options, const Rest& rest) {
           "give a drape of the whole patch");
 }
 
-constexpr double kLeastOrder = 1, kMostOrder = 3;  // of an error that grids show, to be believed
+// Orders of an error that grids show, to be believed.
+constexpr double kLeastOrder = 1, kMostOrder = 3;
 
 /// The order p at which (h3^p - h2^p) / (h2^p - h1^p) is `ratio`, of spacings from fine to coarse;
 /// nothing beyond kLeastOrder to kMostOrder. That quotient grows with p.
@@ -130,7 +131,7 @@ std::optional<double> order_of(const std::array<double, 3>& h, double ratio) {
   return 0.5 * (low + high);
 }
 
-/// How far the limit lies beyond the finer of two grids, in displacements from one to the other.
+/// Distance of the limit beyond the finer of two grids, in displacements from one to the other.
 double beyond(double fine_m, double coarse_m, double order) {
   return 1 / (std::pow(coarse_m / fine_m, order) - 1);
 }

@@ -18,8 +18,9 @@ namespace drape::simulate {
 inline constexpr double kModelOrder = 2;  ///< by which the cloth's elements converge
 
 struct RefineOptions {
-  int finest = 61;         ///< particles along the longer side, at most
-  double goal_m = 0.5e-3;  ///< what the grid may leave, mean over the marks; then no finer one
+  int finest = 61;  ///< particles along the longer side, at most
+  /// Error that the grid may leave, mean over the marks; then no finer one
+  double goal_m = 0.5e-3;
 
   /// Throws Error(usage) for a value that cannot be refined to.
   void check() const;
@@ -27,20 +28,21 @@ struct RefineOptions {
 
 /// A sheet at rest that finer grids go on from.
 struct Rest {
-  Sheet sheet;                               ///< in the world, every particle there
-  std::vector<ContactForce> contact_forces;  ///< what friction holds there; empty: nothing known
+  Sheet sheet;  ///< in the world, every particle there
+  /// Forces that friction holds there; empty: nothing known
+  std::vector<ContactForce> contact_forces;
 };
 
 /// The rest on one of the finer grids.
 struct RefinedGrid {
   SimulateResult result;      ///< judged by the checker
-  Eigen::MatrixX3d places_m;  ///< of the print's marks
+  Eigen::MatrixX3d places_m;  ///< places of the print's marks
   std::optional<double>
       apart_m;  ///< mean over the marks, from the grid before; absent: no whole sheet
   [[nodiscard]] bool at_rest() const { return result.report.status == RestStatus::at_rest; }
 };
 
-/// What separates a grid from one without end.
+/// Difference of a grid from one without end.
 struct GridLeft {
   std::optional<double> order;  ///< that three grids show; absent: none of 1 to 3
   /// From the finest grid to that limit, by mark; without an order at most so far, to either side.
@@ -54,7 +56,7 @@ struct Refinement {
   GridSpec coarse;
   Eigen::MatrixX3d coarse_places_m;
   std::vector<RefinedGrid> grids;  ///< from coarse to fine; the last may have come to no rest
-  std::optional<GridLeft> left;    ///< of the finest grid at rest; absent: none is
+  std::optional<GridLeft> left;    ///< report of the finest grid at rest; absent: none is
   /// Index of that grid.
   [[nodiscard]] std::optional<std::size_t> finest_at_rest() const;
 };
@@ -95,7 +97,7 @@ struct Refinement {
                                    const RefineOptions& how, const std::string& rest_sha256,
                                    const std::filesystem::path& folder);
 
-/// What the grid leaves, for people, without a full stop.
+/// Sentence about the error that the grid leaves, for people, without a full stop.
 [[nodiscard]] std::string left_sentence(const Refinement& refinement);
 
 }  // namespace drape::simulate

@@ -146,7 +146,7 @@ struct Hung {
   }
 };
 
-/// Of a chain of kLength that hangs over kSpan.
+/// Sag of a chain of kLength that hangs over kSpan.
 double catenary_sag_m() {
   double low = 0.01, high = 1;
   for (int k = 0; k < 100; ++k) {

@@ -16,7 +16,8 @@ constexpr int kSeparator = 2;  // lines
 
 using Particles = std::vector<int>;
 
-/// What grows by one from a line of particles to the next: row times warp plus col times weft.
+/// Number that grows by one from a line of particles to the next: row times warp plus col times
+/// weft.
 struct Across {
   int row = 0, col = 0;
 };

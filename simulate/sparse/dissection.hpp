@@ -11,7 +11,8 @@ namespace drape::simulate {
 /// A region of a grid under nested dissection. Its own particles are eliminated after those of its
 /// children and before those of its border.
 struct Region {
-  std::vector<int> own;     ///< what parts the children, or all of it; in order of elimination
+  /// Particles that part the children, or all of it; in order of elimination
+  std::vector<int> own;
   std::vector<int> border;  ///< particles outside that meet one inside, in the same order
   std::array<int, 2> children{-1, -1};  ///< places among the regions; -1: not cut further
 };

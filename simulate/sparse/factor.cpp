@@ -15,7 +15,7 @@ using factor_parts::Run;
 
 namespace {
 
-constexpr int kMostDepth = 6;  // of the tree of threads: 64 of them
+constexpr int kMostDepth = 6;  // depth of the tree of threads: 64 of them
 // Values of a factor from which a solve is worth threads.
 constexpr std::size_t kWorthThreads = 1000000;
 

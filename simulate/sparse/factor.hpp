@@ -64,10 +64,10 @@ class GridFactor {
   Keep keep_;
   std::vector<GridMatrix::Coupling> couplings_;  ///< that the structure has a place for
   std::vector<Node> nodes_;                      ///< children before their parent
-  std::unique_ptr<Real[]> values_;               ///< of the factor, node after node
+  std::unique_ptr<Real[]> values_;               ///< values of the factor, node after node
   std::vector<Workspace> workspaces_;            ///< one per thread
   std::vector<int> rank_;                 ///< place in the order of elimination, per particle
-  std::vector<std::size_t> coupling_at_;  ///< of the matrix, by place among couplings_
+  std::vector<std::size_t> coupling_at_;  ///< places of the matrix, by place among couplings_
   const GridMatrix* matrix_ = nullptr;
   const std::vector<double>* shift_ = nullptr;
   mutable std::vector<Vector> work_;

@@ -10,7 +10,7 @@
 #include "simulate/sparse/dissection.hpp"
 #include "simulate/sparse/factor.hpp"
 
-/// What a GridFactor is made of; for factor.cpp alone.
+/// Parts of a GridFactor; for factor.cpp alone.
 namespace drape::simulate {
 
 namespace factor_parts {
@@ -63,9 +63,9 @@ struct GridFactor<Real>::Node : Region {
   Eigen::Index rows = 0;   ///< values of own and border
   Eigen::Index cols = 0;   ///< values of own
   Real* lower = nullptr;   ///< the factor, a trapezoid of rows x cols
-  Real* update = nullptr;  ///< what the border's matrix loses; lower triangle, on `stack`
+  Real* update = nullptr;  ///< part that the border's matrix loses; lower triangle, on `stack`
   Stack* stack = nullptr;
-  int workspace = 0;  ///< of the thread that works here
+  int workspace = 0;  ///< number of the thread that works here
 
   [[nodiscard]] std::size_t lower_size() const {
     return static_cast<std::size_t>(trapezoid_size<Real>(rows, cols));
@@ -99,8 +99,8 @@ void GridFactor<Real>::for_each_column(const Node& child, const Use& use) {
   }
 }
 
-/// What one thread needs. The updates of a node's children are taken from one stack after its own
-/// has been put on the other: so both work in turn, level by level.
+/// Memory that one thread needs. The updates of a node's children are taken from one stack after
+/// its own has been put on the other: so both work in turn, level by level.
 template <class Real>
 struct GridFactor<Real>::Workspace {
   DenseScratch<Real> dense;

@@ -14,7 +14,7 @@ using Eigen::Vector3d;
 using Vertices = std::vector<int>;
 
 constexpr std::size_t kUncut = 12;  // vertices of a region that is not cut further
-constexpr int kDirections = 4;      // of lines that are tried
+constexpr int kDirections = 4;      // directions of lines that are tried
 
 }  // namespace
 

@@ -26,7 +26,7 @@ class GraphMatrix {
 
  private:
   std::vector<std::vector<int>> neighbours_, rows_;  ///< rows: of each column, from the diagonal on
-  std::vector<int> begin_;                           ///< of a column's blocks
+  std::vector<int> begin_;                           ///< first of a column's blocks
   std::vector<Eigen::Matrix3d> blocks_;
 };
 
@@ -55,7 +55,7 @@ class GraphFactor {
     std::vector<int> own, border, children;
     std::vector<Entry> entries;
     std::vector<std::vector<int>>
-        in_parent;                      ///< of each child: its border's places among own + border
+        in_parent;                      ///< for each child, its border's places among own + border
     std::ptrdiff_t rows = 0, cols = 0;  ///< values of own and border; of own
     std::vector<float> lower, update;   ///< the factor; what the border's matrix loses
   };
@@ -64,7 +64,7 @@ class GraphFactor {
 
   std::vector<Front> fronts_;  ///< children before their parent
   DenseScratch<float> scratch_;
-  mutable std::vector<Eigen::VectorXf> work_;  ///< of each front
+  mutable std::vector<Eigen::VectorXf> work_;  ///< one for each front
 };
 
 }  // namespace drape::simulate

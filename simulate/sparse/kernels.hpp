@@ -38,7 +38,7 @@ struct DenseKernels {
               std::ptrdiff_t count, Real* result);
 };
 
-/// What this processor has.
+/// Instructions that this processor has.
 [[nodiscard]] Instructions best_instructions();
 /// The kernels for this processor, with no more than `most`.
 template <class Real>

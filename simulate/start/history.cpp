@@ -15,7 +15,7 @@ namespace {
 
 constexpr double kSharpest = 20 * units::per_cm;  // a radius of 0.5 mm, that of a sharp crease
 constexpr int kMostTimes = 50;
-constexpr double kMostShake = 0.95;  // of gravity; a whole one would throw the cloth
+constexpr double kMostShake = 0.95;  // relative to gravity; a whole one would throw the cloth
 
 [[noreturn]] void refuse(const Scene& scene, const std::string& text, const std::string& why) {
   throw bad_input(fmt::format("`{}`: {}", text, why),

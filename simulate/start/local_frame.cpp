@@ -13,7 +13,7 @@ using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
 constexpr double kGrain = 0x1p-33;       // m, and of unit vectors
-constexpr double kSlopeGrain = 0x1p-42;  // of the direction in which cloth leaves a clamp
+constexpr double kSlopeGrain = 0x1p-42;  // relative to the direction in which cloth leaves a clamp
 
 double rounded(double value) {
   return std::round(value / kGrain) * kGrain;

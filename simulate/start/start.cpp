@@ -28,8 +28,8 @@ constexpr int kReweights = 10;
 // Share of a cloth's length: suitings extend by about as much under 100 gf/cm (FAST's E100; De Boos
 // and Tester 1994), and lying on an object they bear far less.
 constexpr double kExtended = 0.05;
-constexpr double kMarkWeight = 100;  // of a mark against a second difference, both in m
-constexpr double kLeastSide_m = 1e-4, kLargestSide_m = 100;  // of a patch: a yarn, a hall
+constexpr double kMarkWeight = 100;  // weight of a mark against a second difference, both in m
+constexpr double kLeastSide_m = 1e-4, kLargestSide_m = 100;  // sides of a patch: a yarn, a hall
 
 /// Weighted rigid 2D fit world = centre + R(yaw) local.
 struct PlanarFit {

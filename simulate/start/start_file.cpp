@@ -27,7 +27,7 @@ MaterialSurface read_surface(const fs::path& file) {
   if (drape.grid.has_value() == drape.uv.has_value())
     drape.reject("mesh", "a start needs either [grid] or [uv]",
                  "say where the material points of the mesh are");
-  constexpr double kOnTriangle = 1e-6;  // of it; what files round to
+  constexpr double kOnTriangle = 1e-6;  // relative to it; files round to
   return {drape, kOnTriangle};
 }
 

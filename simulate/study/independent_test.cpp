@@ -90,7 +90,7 @@ TEST(IndependentDrapes, AreMet) {
 }
 
 TEST(IndependentDrapes, TellWrongParametersApart) {
-  constexpr double kLimit_m = 0.03 * mm;  // of the hang, as above
+  constexpr double kLimit_m = 0.03 * mm;  // relative to the hang, as above
   Fabric exchanged = twin();
   std::swap(exchanged.bending[0], exchanged.bending[1]);
   const std::pair<const char*, Fabric> wrong[] = {{"bending + 10 %", changed(1.1, 1)},

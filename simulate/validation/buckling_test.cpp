@@ -59,7 +59,7 @@ double edge_load(const GridSpec& grid, double length, double twist) {
     Field x = shaped(grid, [](double u, double v) { return Vector3d(u, 0, v); });
     const Field load = weight(cloth, {0, 0, -kGravity});
     (void)Equilibrium(cloth, load, flat).find(x, grid.warp_spacing_m(), kUpright);
-    // Of a flat sheet no move within its plane changes the forces across it.
+    // In a flat sheet no move within its plane changes the forces across it.
     return Equilibrium(cloth, load, sideways).unstable_directions(x) > 0;
   });
 }

@@ -12,7 +12,7 @@
 namespace drape::simulate {
 namespace {
 
-constexpr double kStride = 0.5 * kLength / 40;  // of a coordinate in an iteration
+constexpr double kStride = 0.5 * kLength / 40;  // step of a coordinate in an iteration
 
 /// Tensile modulus over weight of the strip per width. On fine grids a stiffer strip's forces are
 /// rounded by more than they are to balance.

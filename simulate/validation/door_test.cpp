@@ -98,7 +98,7 @@ TEST(FormsByFiles, Struts) {
     c.spacing_m = kSheetLength / (c.rows - 1);
     c.bending_n_m = 1e-3;
     c.tensile.slope = 2e5 * c.bending_n_m / (kSheetLength * kSheetLength);
-    constexpr double kLight = 5e-3;  // of gravity
+    constexpr double kLight = 5e-3;  // relative to gravity
     c.gravity_m_per_s2 *= kLight;
     c.motion_tolerance = 1e-3;
     c.static_tolerance /= kLight;
@@ -171,7 +171,7 @@ DoorCase flat_patch(int rows, double edge) {
   c.rows = c.cols = rows;
   c.spacing_m = edge / (rows - 1);
   c.bending_n_m = c.twist_n_m = 1e-3;
-  constexpr double kLight = 1e-2;  // of gravity
+  constexpr double kLight = 1e-2;  // relative to gravity
   c.gravity_m_per_s2 *= kLight;
   c.motion_tolerance = 1e-3;
   c.static_tolerance /= kLight;
@@ -287,7 +287,7 @@ double friction_used(const DoorRun& run, const DoorCase& c) {
 /// stays, of those tried in rising order; beyond them when it does the same with all. The farther a
 /// tip slips, the more friction it needs, so it does not stop nearby.
 double slip_threshold(const Runs& runs, const DoorCase& c, const std::vector<double>& tried) {
-  constexpr double kFar = 1e-3;  // of the strip; friction's springs yield by less
+  constexpr double kFar = 1e-3;  // relative to the strip; friction's springs yield by less
   constexpr double kBeyond = 1.2;
   double slips = tried.front() / kBeyond, stays = kBeyond * tried.back();
   for (std::size_t k = 0; k < tried.size(); ++k) {

@@ -9,9 +9,10 @@ namespace {
 
 using Matrix = Eigen::SparseMatrix<double>;
 
-constexpr int kReach = 2;              // particles: how far one particle's move changes forces
-constexpr double kDifference = 1e-5;   // of the spacing
-constexpr double kConverged = 1e-6;    // of the force scale; Newton's last step goes far below
+constexpr int kReach = 2;             // particles: how far one particle's move changes forces
+constexpr double kDifference = 1e-5;  // relative to the spacing
+// Relative to the force scale; Newton's last step goes far below
+constexpr double kConverged = 1e-6;
 constexpr double kEnergyNoise = 1e-9;  // relative; below this an energy rise is rounding
 
 }  // namespace

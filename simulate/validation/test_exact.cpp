@@ -49,7 +49,7 @@ Eigen::Vector4d from_bottom(double gamma, double curvature, double load) {
 /// is carried along as one of the six 2x2 minors of the two, which fast growth does not cancel
 /// (compound matrices, Ng and Reid 1979).
 double clamp_determinant(double k, double load) {
-  using Minors = Eigen::Vector<double, 6>;  // of derivatives 0 1, 0 2, 0 3, 1 2, 1 3, 2 3
+  using Minors = Eigen::Vector<double, 6>;  // minors of derivatives 0 1, 0 2, 0 3, 1 2, 1 3, 2 3
   const auto slope = [&](double x, const Minors& m) {
     const double pull = 0.25 * load * load * std::pow(x, 4) / k;
     return Minors{
