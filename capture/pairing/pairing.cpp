@@ -130,7 +130,7 @@ void pair_by_trigger(const std::vector<FrameMark>& frames,
 }
 
 /// Next frames of all cameras.
-struct Heads {
+struct FirstFrames {
   std::size_t earliest = 0;  ///< camera
   double first_s = std::numeric_limits<double>::infinity(), last_s = -first_s;
 
@@ -161,7 +161,7 @@ void pair_by_time(const std::vector<FrameMark>& frames, std::vector<Candidates> 
     return time_of(frames, candidates[c][place]);
   };
   while (all_have_one()) {
-    Heads next, better;  // better: with the earliest camera's next frame in its place
+    FirstFrames next, better;  // better: with the earliest camera's next frame in its place
     for (std::size_t c = 0; c < head.size(); ++c) next.add(c, time_at(c, head[c]));
     const bool has_better = head[next.earliest] + 1 < candidates[next.earliest].size();
     for (std::size_t c = 0; c < head.size() && has_better; ++c)

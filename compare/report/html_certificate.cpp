@@ -19,7 +19,7 @@ namespace {
 
 using units::mm;
 
-/// Two columns without heads; what has no value is left out.
+/// Two columns without a header row; an absent value is left out.
 Table facts_table(const std::vector<std::pair<std::string, std::string>>& facts) {
   Table table({"what", "value"});
   table.headings = {"", ""};
