@@ -269,7 +269,7 @@ TEST_F(LiveConsole, AFullDiskIsSaidAndWhatWasStoredStays) {
     EXPECT_TRUE(is_recorded(await(server, is_ready), "stage_z000"));
     take(server, "stage_z030");
   }
-  await_descendants();  // what the server had begun still writes
+  await_descendants();  // programs that the server had begun still write
   EXPECT_EQ(run_line("umount " + disk).exit_code, 0);
 }
 

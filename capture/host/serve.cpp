@@ -68,7 +68,7 @@ class Server {
       tell(error);
     } catch (const std::bad_alloc&) {
       tell(no_memory());
-    } catch (const std::system_error&) {  // of a thread: its stack has no room
+    } catch (const std::system_error&) {  // the stack of a thread has no room
       tell(no_memory());
     } catch (const std::exception& error) {
       tell(internal_error(error.what()));

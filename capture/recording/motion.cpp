@@ -285,7 +285,7 @@ MotionResult BlockFollower::motion_to(const GreyView& to) const {
   const double scale = options.shrink;
   MotionResult result;
   result.textured = textured();
-  std::vector<double> noises, levels;  // of the found: variances left, mean greys
+  std::vector<double> noises, levels;  // variances left and mean greys of the found
   std::vector<const Normal*> lost;
   for (const auto& [block, normal] : first_->blocks) {
     const auto motion = follow(first_->plane, now, block, normal, options, Along::both);

@@ -156,7 +156,7 @@ TEST(Coach, PredictsTheScatterThatRandomCalibrationsHave) {
       PosePlanner(known, points_of(board()), volume(), {0.05, 0.05, 0.05}).now().calibration_m;
   std::mt19937 random(7);
   std::normal_distribution<double> shift(0, 0.2);
-  Target corners;  // of the volume, what lies between them, at three heights
+  Target corners;  // corners of the volume and points between them, at three heights
   corners.rows = corners.cols = 3;
   corners.pitch_m = 0.1;
   double sum = 0;

@@ -44,7 +44,7 @@ std::shared_ptr<const Detections> LiveMarks::look(Surface surface) {
 }
 
 void LiveMarks::work() {
-  ::setpriority(PRIO_PROCESS, 0, kLowest);  // of this thread, and of the programs it starts
+  ::setpriority(PRIO_PROCESS, 0, kLowest);  // this thread, and the programs it starts
   while (!ending_) {
     Surface surface = Surface::target;
     {
