@@ -116,7 +116,7 @@ CamerasFile read_cameras_file(const std::filesystem::path& rig_path) {
   if (!std::filesystem::exists(file))
     throw bad_input(
         "the rig does not say which devices its cameras are", {.file = file.string()},
-        "write cameras.toml as capture/README.md shows; `drape cameras` lists the devices");
+        "write cameras.toml as capture/README.md shows; `drape capture cameras` lists the devices");
   auto result = read_record<CamerasFile>(file);
   result.file = file;
   result.rig_file = rig.file;

@@ -253,7 +253,7 @@ std::string simulations_part(const DrapeFiles& drape, const Report& report,
              "and in the store.");
 }
 
-/// Where the millimetres come from, as drape sensitivity found; empty when it was not run.
+/// Shares of the millimetres as `drape simulate sensitivity` found them; empty when it was not run.
 std::string error_split_part(const DrapeFiles& drape) {
   if (!drape.error_split) return {};
   const ErrorSplitFile& split = *drape.error_split;
