@@ -131,7 +131,7 @@ struct Details : SetNotes {
   std::string bytes, sha256;
 };
 
-/// Nothing where the file is not of a capture.
+/// Reads what a capture noted of its sets; empty where the file is of another program.
 std::optional<Details> details_in(const fs::path& folder, const std::string& set) {
   const fs::path file = folder / set / "capture.json";
   if (!fs::is_regular_file(file)) return std::nullopt;

@@ -204,7 +204,7 @@ class Chromium final : public OwnProcess {
   std::vector<std::string> errors_;
 };
 
-/// Nothing is fetched from elsewhere; any free port, which it writes into its profile.
+/// Options that let it fetch nothing and take any free port, which it writes into its profile.
 constexpr const char* kPreferences =
     "user_pref('marionette.port', 0);\n"
     "user_pref('app.update.enabled', false);\n"

@@ -283,7 +283,7 @@ class V4l2Camera final : public CameraDevice {
         }};
   }
 
-  /// Nothing where the camera has no such control; `unit` is what one of its counts.
+  /// Makes a port of a control, none where the camera lacks it; `unit`: size of one of its counts.
   [[nodiscard]] std::optional<SettingPort> control(std::uint32_t id, double unit,
                                                    const char* named) const {
     v4l2_control now{id, 0};

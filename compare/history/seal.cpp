@@ -339,7 +339,7 @@ std::vector<fs::path> take_copies(const fs::path& store, const fs::path& other) 
     const std::string name = entry.path().lexically_relative(from).string();
     // Files that a killed program left begin with a dot.
     if (!entry.is_regular_file() || entry.path().filename().string().starts_with('.')) continue;
-    // Nothing from elsewhere replaces a copy that is there.
+    // A copy that is there is kept, whatever comes from elsewhere.
     if (const fs::path there = folder_of_copies(store) / name; fs::is_regular_file(there)) {
       present.push_back(there);
       continue;

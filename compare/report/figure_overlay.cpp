@@ -44,7 +44,8 @@ class Photograph {
     unit = crop.sizes().x() / 1000;
   }
 
-  /// Nothing without a calibration, outside the sheet or behind the camera.
+  /// Projects a place of the sheet; absent without a calibration, outside the sheet or behind the
+  /// camera.
   [[nodiscard]] std::optional<Seen> see(const Vector2d& material_m) const {
     const auto point = camera_ ? surface.at(material_m) : std::nullopt;
     const auto px = point ? place(point->point_in_world) : std::nullopt;

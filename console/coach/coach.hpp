@@ -20,7 +20,7 @@ struct MeasuredTarget {
   std::vector<Eigen::Vector3d> points_in_world;
 };
 
-/// Nothing where fewer than 8 points are seen by two cameras.
+/// Measures the target in space; absent where two cameras see fewer than 8 points.
 [[nodiscard]] std::optional<MeasuredTarget> measure_target(
     const Calibration& calibration, const Target& target,
     const std::vector<FrameDetections>& frames);

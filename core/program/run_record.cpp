@@ -32,7 +32,8 @@ std::string relative_to(const fs::path& folder, const fs::path& file) {
       .generic_string();
 }
 
-/// Nothing where the bytes are the values, or the file cannot be parsed: whoever reads it says why.
+/// Hash of the values that were read; absent where the bytes are the values, or the file cannot be
+/// parsed: whoever reads it says why.
 std::optional<std::string> hash_of_values(const fs::path& file, const std::string& bytes,
                                           const std::vector<std::string>& sets) {
   const bool is_toml = file.extension() == ".toml";

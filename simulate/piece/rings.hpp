@@ -68,7 +68,7 @@ class NumberReader {
  public:
   explicit NumberReader(std::string text) : text_(std::move(text)) {}
 
-  /// Nothing where no finite number stands; the place then stays.
+  /// Reads a number; absent, and the place stays, where no finite one is there.
   [[nodiscard]] std::optional<double> next();
   /// A flag of an arc: the single character 0 or 1.
   [[nodiscard]] std::optional<bool> flag();

@@ -9,6 +9,7 @@
 
 #include "core/error.hpp"
 #include "core/files/files.hpp"
+#include "core/statistics/convergence.hpp"
 #include "core/units.hpp"
 #include "simulate/checker/certify.hpp"
 #include "simulate/equilibrium/prolong.hpp"
@@ -111,24 +112,6 @@ void require_refinable(const SimulateOptions& options, const Rest& rest) {
           "use --model consistent");
   require(!options.round && rest.sheet.gaps.empty(), "a sheet with gaps is not refined",
           "give a drape of the whole patch");
-}
-
-// Orders of an error that grids show, to be believed.
-constexpr double kLeastOrder = 1, kMostOrder = 3;
-
-/// The order p at which (h3^p - h2^p) / (h2^p - h1^p) is `ratio`, of spacings from fine to coarse;
-/// nothing beyond kLeastOrder to kMostOrder. That quotient grows with p.
-std::optional<double> order_of(const std::array<double, 3>& h, double ratio) {
-  const auto ratio_of = [&](double p) {
-    return (std::pow(h[2] / h[1], p) - 1) / (1 - std::pow(h[0] / h[1], p));
-  };
-  double low = kLeastOrder, high = kMostOrder;
-  if (!(ratio >= ratio_of(low) && ratio <= ratio_of(high))) return std::nullopt;
-  for (int k = 0; k < 60; ++k) {
-    const double middle = 0.5 * (low + high);
-    (ratio_of(middle) < ratio ? low : high) = middle;
-  }
-  return 0.5 * (low + high);
 }
 
 /// Distance of the limit beyond the finer of two grids, in displacements from one to the other.
