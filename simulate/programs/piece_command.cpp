@@ -5,7 +5,7 @@
 #include "core/program/run_record.hpp"
 #include "core/units.hpp"
 #include "simulate/objects/scene_files.hpp"
-#include "simulate/piece/outline.hpp"
+#include "simulate/drape/outline.hpp"
 #include "simulate/programs/commands.hpp"
 #include "simulate/programs/piece_files.hpp"
 #include "simulate/programs/run_inputs.hpp"

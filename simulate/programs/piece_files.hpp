@@ -8,7 +8,7 @@
 #include "core/program/program.hpp"
 #include "core/program/run_record.hpp"
 #include "simulate/checker/mesh_rest.hpp"
-#include "simulate/piece/piece.hpp"
+#include "simulate/drape/piece.hpp"
 
 namespace drape::simulate {
 

@@ -8,8 +8,8 @@
 
 #include "core/error.hpp"
 #include "core/units.hpp"
-#include "simulate/piece/object_pushes.hpp"
-#include "simulate/piece/piece.hpp"
+#include "simulate/drape/object_pushes.hpp"
+#include "simulate/drape/piece.hpp"
 #include "simulate/simulate.hpp"
 #include "simulate/start/start.hpp"
 #include "tests/support/paths.hpp"

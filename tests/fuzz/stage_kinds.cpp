@@ -5,7 +5,7 @@
 #include "core/files/files.hpp"
 #include "simulate/fabric/fabric.hpp"
 #include "simulate/fabric/import.hpp"
-#include "simulate/piece/outline.hpp"
+#include "simulate/drape/outline.hpp"
 #include "simulate/start/start_file.hpp"
 #include "tests/fuzz/kinds.hpp"
 #include "tests/support/paths.hpp"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "simulate/piece/object_pushes.hpp"
+#include "simulate/drape/object_pushes.hpp"
 
 #include <algorithm>
 #include <cmath>

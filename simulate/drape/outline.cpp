@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "simulate/piece/outline.hpp"
+#include "simulate/drape/outline.hpp"
 
 #include <fmt/format.h>
 
@@ -12,7 +12,7 @@
 #include "core/files/csv.hpp"
 #include "core/geometry/vectors.hpp"
 #include "core/units.hpp"
-#include "simulate/piece/rings.hpp"
+#include "simulate/drape/rings.hpp"
 
 namespace drape::simulate {
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "simulate/piece/piece.hpp"
+#include "simulate/drape/piece.hpp"
 
 #include <fmt/format.h>
 
@@ -13,8 +13,8 @@
 #include "core/units.hpp"
 #include "simulate/contact/self_distance.hpp"
 #include "simulate/objects/surroundings.hpp"
-#include "simulate/piece/layer_pushes.hpp"
-#include "simulate/piece/object_pushes.hpp"
+#include "simulate/drape/layer_pushes.hpp"
+#include "simulate/drape/object_pushes.hpp"
 #include "simulate/start/start.hpp"
 #include "simulate/start/start_check.hpp"
 

@@ -9,8 +9,8 @@
 
 #include "core/files/csv.hpp"
 #include "core/units.hpp"
-#include "simulate/piece/object_pushes.hpp"
-#include "simulate/piece/test_piece.hpp"
+#include "simulate/drape/object_pushes.hpp"
+#include "simulate/drape/test_piece.hpp"
 #include "simulate/programs/piece_files.hpp"
 #include "tests/support/paths.hpp"
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "simulate/piece/layer_pushes.hpp"
+#include "simulate/drape/layer_pushes.hpp"
 
 #include <Eigen/Geometry>
 #include <algorithm>

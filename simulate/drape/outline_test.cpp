@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "simulate/piece/outline.hpp"
+#include "simulate/drape/outline.hpp"
 
 #include <fmt/format.h>
 #include <gmock/gmock.h>

@@ -9,8 +9,8 @@
 
 #include "core/units.hpp"
 #include "simulate/contact/self_distance.hpp"
-#include "simulate/piece/layer_pushes.hpp"
-#include "simulate/piece/test_piece.hpp"
+#include "simulate/drape/layer_pushes.hpp"
+#include "simulate/drape/test_piece.hpp"
 #include "simulate/programs/piece_files.hpp"
 
 namespace drape::simulate {

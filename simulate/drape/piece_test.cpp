@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "simulate/piece/piece.hpp"
+#include "simulate/drape/piece.hpp"
 
 #include <gmock/gmock.h>
 
@@ -8,7 +8,7 @@
 
 #include "core/error.hpp"
 #include "core/units.hpp"
-#include "simulate/piece/test_piece.hpp"
+#include "simulate/drape/test_piece.hpp"
 #include "simulate/programs/piece_files.hpp"
 
 namespace drape::simulate {

@@ -12,9 +12,9 @@
 
 #include "core/units.hpp"
 #include "simulate/cloth/test_grid.hpp"
-#include "simulate/piece/object_pushes.hpp"
-#include "simulate/piece/piece.hpp"
-#include "simulate/piece/test_piece.hpp"
+#include "simulate/drape/object_pushes.hpp"
+#include "simulate/drape/piece.hpp"
+#include "simulate/drape/test_piece.hpp"
 #include "simulate/validation/test_exact.hpp"
 
 namespace drape::simulate {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "simulate/piece/rings.hpp"
+#include "simulate/drape/rings.hpp"
 
 #include <fmt/format.h>
 

@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <Eigen/Core>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/fields/records.hpp"
+#include "core/marks.hpp"
+
+namespace drape {
+
+/// One mesh of a drape in nested levels.
+struct DrapeLevelRecord {
+  double spacing_m = 0;
+  int points = 0;
+  bool at_rest = false;
+  std::string status;  ///< "at rest", or why not
+  int steps = 0;
+  std::optional<double> from_coarser_m;  ///< mean distance of the marks; absent on the coarsest
+};
+
+/// Place of a mark on the finest mesh, and what that mesh leaves there.
+struct LevelMark {
+  MarkId mark;
+  Eigen::Vector3d place_in_world = Eigen::Vector3d::Zero();
+  double left_m = 0;  ///< distance from where a mesh without end would have it
+};
+
+/// levels.json: the meshes of a drape from coarse to fine, and what the finest leaves to a mesh
+/// without end.
+struct LevelsFile {
+  std::string sheet_sha256;  ///< SHA-256 of the sheet.json beside it
+  std::vector<DrapeLevelRecord> levels;
+  std::optional<double> left_m;  ///< mean over the marks; absent: not at rest
+  std::string sentence;
+  std::vector<LevelMark> marks;
+  Document document;
+};
+template <>
+inline constexpr Format format_of<LevelsFile>{
+    "levels", Syntax::json, 1, "levels.json: the meshes of a drape, and what the finest leaves."};
+
+void fields(Fields& f, LevelsFile& file);
+
+}  // namespace drape

@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "simulate/drape/level.hpp"
+
+namespace drape::simulate {
+
+/// What one mesh of a drape gave.
+struct LevelReport {
+  double spacing_m = 0;
+  int points = 0;
+  RestReport rest;
+  /// Mean distance of the print's marks from the next coarser mesh; absent on the coarsest.
+  std::optional<double> moved_m;
+};
+
+/// A cloth from its start to rest on the finest mesh.
+struct Drape {
+  std::shared_ptr<DrapeLevel> level;  ///< the finest
+  ClothMoment rest;
+  std::vector<LevelReport> levels;  ///< from coarse to fine; the drape ends with the last
+  /// Places of the print's marks on each level (local frame), one row each, in the order of
+  /// `marks`.
+  std::vector<Eigen::MatrixX3d> marks_of_level;
+  std::vector<MarkId> marks;
+  /// Distance (m) of each mark from where a mesh without end would have it, as the last levels
+  /// show; larger than a third of their distance near points and lines that hold the cloth.
+  Eigen::VectorXd mesh_error_m;
+  std::vector<std::string> warnings;
+
+  [[nodiscard]] bool at_rest() const { return levels.back().rest.at_rest; }
+};
+
+/// Called with the level's index, their number and the fraction of the work that is done.
+using DrapeProgress = std::function<void(double fraction)>;
+
+/// Drapes a cloth in nested levels: a fall in time on the coarsest mesh, then shape, friction and
+/// memory carried to each finer mesh and taken down to rest there. A start from the measured shape
+/// and a cloth with a history begin as start.hpp says. A cloth that passes through itself is draped
+/// again from the same start with its layers apart.
+[[nodiscard]] Drape drape_cloth(const DrapeCase& drape, const DrapeOptions& options,
+                                const StartVariation& variation = {},
+                                const DrapeProgress& progress = {});
+
+/// Goes on from a rest on a coarser mesh, as drape_cloth() does from its coarsest.
+[[nodiscard]] Drape polished(const DrapeCase& drape, const DrapeOptions& options,
+                             std::shared_ptr<DrapeLevel> coarse, const ClothMoment& rest);
+
+}  // namespace drape::simulate
