@@ -25,23 +25,26 @@ struct DrapeLevelRecord {
 struct LevelMark {
   MarkId mark;
   Eigen::Vector3d place_in_world = Eigen::Vector3d::Zero();
-  double left_m = 0;  ///< distance from where a mesh without end would have it
+  double left_m = 0;  ///< distance from where a mesh without end would have it, at most
 };
 
 /// levels.json: the meshes of a drape from coarse to fine, and what the finest leaves to a mesh
-/// without end.
+/// without end. It lies beside its sheet.
 struct LevelsFile {
   std::string sheet_sha256;  ///< SHA-256 of the sheet.json beside it
   std::vector<DrapeLevelRecord> levels;
-  std::optional<double> left_m;  ///< mean over the marks; absent: not at rest
-  std::string sentence;
+  std::optional<double> left_m;  ///< mean over the marks; absent: not at rest, or one level alone
   std::vector<LevelMark> marks;
-  Document document;
+  Document document = {};
 };
 template <>
 inline constexpr Format format_of<LevelsFile>{
     "levels", Syntax::json, 1, "levels.json: the meshes of a drape, and what the finest leaves."};
 
 void fields(Fields& f, LevelsFile& file);
+
+/// "mesh error up to 0.125 mm in the mean of the marks; `--spacing-mm 1.25` lowers it", or why none
+/// is known.
+[[nodiscard]] std::string mesh_error_sentence(const LevelsFile& file);
 
 }  // namespace drape

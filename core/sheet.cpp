@@ -144,9 +144,15 @@ void fields(Fields& f, SimulatedSource& source) {
   f({"start_sha256", "SHA-256 of the measured sheet that placed the cloth"}, source.start_sha256);
   f({"segments", "line segments per curve"}, source.segments);
   f({"model",
-     "consistent or paper; then `, internal friction` and `, whole curves` where they are used"},
+     "triangles or paper, consistent in older files; then `, internal friction` and `, whole "
+     "curves` where they are used"},
     source.model);
-  f({"solver", "fall, static or rk4"}, source.solver);
+  f.if_any({"spacing_mm",
+            "spacing of the finest mesh, whose surface the marks sample; absent: the marks are the "
+            "particles of a grid",
+            mm, above_zero},
+           source.spacing_m);
+  f.if_any({"solver", "fall, static or rk4; older files alone"}, source.solver);
   f({"status", "\"at rest\", or why not"}, source.status);
   f.if_any({"refined_from_sha256",
             "SHA-256 of the coarser sheet at rest that was carried over to this grid"},
