@@ -156,9 +156,13 @@ void fields(Fields& f, Rig& rig) {
   f.if_any({"scenes", "scene files, in the order of the report"}, rig.scenes);
   const bool has_scenes = !rig.scenes.empty();
   if (has_scenes || f.documents()) {
-    whole_numbers(f, {"grids", "particles per side of the virtual cloths", 1, 3}, rig.grids);
+    f.otherwise({"spacing_mm", "spacing of the virtual cloth's finest mesh", mm, 0.5, 50,
+                 "give e.g. spacing_mm = 2.5"},
+                rig.spacing_m);
+    whole_numbers(f, {"grids", "particles per side of the paper's model (--paper)", 1, 3},
+                  rig.grids);
+    if (f.reads() && rig.grids.empty()) rig.grids = Rig{}.grids;
     whole_numbers(f, {"segments", "line segments per Kawabata curve", 1, 1}, rig.segments);
-    f.limit(!rig.grids.empty(), "grids", "`grids` is missing", "add e.g. `grids = [21, 31]`");
     f.limit(!rig.segments.empty(), "segments", "`segments` is missing",
             "add e.g. `segments = [5]`");
     for (std::size_t i = 0; i < rig.grids.size() && f.reads(); ++i)

@@ -118,7 +118,8 @@ struct Rig {
   std::vector<std::string> free_poses;        ///< frame sets with the target anywhere
   bool estimate_scale_x = false;              ///< Tsai's s_x; fixed at 1 when false
   std::vector<std::filesystem::path> scenes;  ///< in the order of the report; may be empty
-  std::vector<int> grids;                     ///< particles per side, e.g. 11 21 31
+  std::vector<int> grids = {11, 21, 31};      ///< particles per side of the paper's model
+  double spacing_m = 2.5e-3;                  ///< spacing of the cloth's finest mesh
   std::vector<int> segments;                  ///< line segments per Kawabata curve, e.g. 1 5
   std::vector<DrapeRepeat> repeats;
 

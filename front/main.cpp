@@ -55,6 +55,10 @@ int own_command(int argc, char** argv, const char* name, const char* text,
   CommonOptions common;
   app.add_record(options);
   add_common_options(app, common);
+  if constexpr (std::is_same_v<Options, RunOptions>) {
+    app.moved("--finest", "--spacing-mm says the finest mesh");
+    app.moved("--no-refine", "--spacing-mm 10 drapes the coarsest mesh alone");
+  }
   return run_program(app, argc, argv, common, [&] { return run(options, common); });
 }
 

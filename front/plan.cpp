@@ -6,9 +6,9 @@
 
 #include <algorithm>
 
+#include "core/branch_list.hpp"
 #include "core/error.hpp"
 #include "core/files/files.hpp"
-#include "core/files/json_file.hpp"
 #include "core/program/run_record.hpp"
 #include "core/units.hpp"
 #include "front/toml_quoted.hpp"
@@ -19,9 +19,6 @@ namespace {
 namespace fs = std::filesystem;
 using Words = std::vector<std::string>;
 
-constexpr int kEnsembleGrid = 15;     // particles per side, at most: beyond, 32 drapes cost more
-                                      // than all other steps together
-constexpr int kSensitivityGrid = 21;  // particles per side, at most: quick
 constexpr const char* kMadeByRun = "# Made by `drape run`";
 
 struct Drape {
@@ -41,10 +38,11 @@ struct Drape {
     return folder / fmt::format("object_{}{}.json", plate.object, what);
   }
   [[nodiscard]] fs::path sheet() const { return folder / "sheet.ply"; }
-  [[nodiscard]] fs::path simulation(int grid, int segments) const {
-    return folder / "simulations" / fmt::format("{}-{}", grid, segments);
+  /// `mesh`: "2.5mm" of the cloth, "measured-2.5mm" from the measured shape, "21" of the paper's
+  /// grid.
+  [[nodiscard]] fs::path simulation(const std::string& mesh, int segments) const {
+    return folder / "simulations" / fmt::format("{}-{}", mesh, segments);
   }
-  [[nodiscard]] fs::path refinement() const { return folder / "refined/refinement.json"; }
   [[nodiscard]] fs::path ensemble() const { return folder / "ensemble/branches.json"; }
   [[nodiscard]] fs::path sensitivity() const { return folder / "sensitivity/sensitivity.json"; }
 };
@@ -76,16 +74,14 @@ struct Bench {
   fs::path recording, out, store;
   std::vector<Drape> drapes;
 
-  [[nodiscard]] bool refines() const {
-    return options.refine && !options.single && !options.internal_friction;
-  }
   [[nodiscard]] fs::path reduced_rig() const { return out / "rig.toml"; }
   [[nodiscard]] fs::path target_detections() const { return out / "target-detections.json"; }
   [[nodiscard]] fs::path calibration() const { return out / "calibration.json"; }
   [[nodiscard]] fs::path report() const { return out / "report.html"; }
-  [[nodiscard]] int finest_grid() const {
-    return *std::max_element(rig.grids.begin(), rig.grids.end());
+  [[nodiscard]] double spacing_mm() const {
+    return options.spacing_m.value_or(rig.spacing_m) / units::mm;
   }
+  [[nodiscard]] std::string mesh() const { return fmt::format("{:g}mm", spacing_mm()); }
   /// The segments that speak for a drape: five, else the most.
   [[nodiscard]] int headline_segments() const {
     const bool five = std::find(rig.segments.begin(), rig.segments.end(), 5) != rig.segments.end();
@@ -231,13 +227,10 @@ Group triangulate_group(const Bench& bench) {
 }
 
 /// Words that a drape and its ensemble have in common.
-Words drape_words(const Bench& bench, const Drape& drape, int grid, int segments,
-                  const fs::path& out) {
+Words drape_words(const Bench& bench, const Drape& drape, int segments, const fs::path& out) {
   Words words = {drape.scene_file(),
                  "--fabric",
                  drape.scene.fabric_file.string(),
-                 "--grid",
-                 std::to_string(grid),
                  "--segments",
                  std::to_string(segments),
                  "--start-from",
@@ -250,20 +243,53 @@ Words drape_words(const Bench& bench, const Drape& drape, int grid, int segments
   return words;
 }
 
+/// One simulation; `more`: words of its discretisation and start.
+struct Simulation {
+  std::string mesh, what;
+  int segments = 0;
+  Words more;
+  double weight = 0;
+};
+
+/// The cloth from the scene's start, with each number of segments, and for the headline from the
+/// measured shape; with --paper the paper's model on the rig's grids beside the headline.
+std::vector<Simulation> simulations_of(const Bench& bench) {
+  std::vector<Simulation> all;
+  const Words spacing = {"--spacing-mm", fmt::format("{:g}", bench.spacing_mm())};
+  const double points = 1e6 / (bench.spacing_mm() * bench.spacing_mm());
+  const int headline = bench.headline_segments();
+  for (const int segments : bench.rig.segments)
+    if (!bench.options.paper || segments == headline)
+      all.push_back({bench.mesh(), bench.mesh(), segments, spacing, points});
+  if (!bench.options.single) {
+    Words words = spacing;
+    words.emplace_back("--from-measured");
+    all.push_back({"measured-" + bench.mesh(), bench.mesh() + " from the measured shape", headline,
+                   words, points});
+  }
+  if (!bench.options.paper) return all;
+  for (const int grid : bench.rig.grids)
+    for (const int segments : bench.rig.segments)
+      all.push_back({std::to_string(grid),
+                     fmt::format("{0}x{0} of the paper", grid),
+                     segments,
+                     {"--paper", "--grid", std::to_string(grid)},
+                     static_cast<double>(grid) * grid * grid});
+  return all;
+}
+
 Group simulate_group(const Bench& bench) {
   Group group{"simulate", {}, bench.options.threads};
-  for (const int grid : bench.rig.grids) {
+  for (const Simulation& one : simulations_of(bench)) {
     for (const Drape& drape : bench.drapes) {
-      for (const int segments : bench.rig.segments) {
-        const fs::path folder = drape.simulation(grid, segments);
-        Words words = drape_words(bench, drape, grid, segments, folder);
-        append(words, {"--solver", "fall"});
-        group.steps.push_back(step_of("simulate",
-                                      fmt::format("{}, {}x{}, {} segment{}", drape.scene.name, grid,
-                                                  grid, segments, segments == 1 ? "" : "s"),
-                                      std::move(words), folder / "sheet.ply", drape.scene.name));
-        group.steps.back().weight = static_cast<double>(grid) * grid * grid;
-      }
+      const fs::path folder = drape.simulation(one.mesh, one.segments);
+      Words words = drape_words(bench, drape, one.segments, folder);
+      append(words, one.more);
+      group.steps.push_back(step_of("simulate",
+                                    fmt::format("{}, {}, {} segment{}", drape.scene.name, one.what,
+                                                one.segments, one.segments == 1 ? "" : "s"),
+                                    std::move(words), folder / "sheet.ply", drape.scene.name));
+      group.steps.back().weight = one.weight;
     }
   }
   // The longest first, so that no core waits for the last one.
@@ -285,43 +311,16 @@ Group extra_group(const Bench& bench, const std::string& command, const std::str
   return group;
 }
 
-/// The drape that speaks for each scene on finer grids. A cloth with internal friction has a memory
-/// that belongs to its grid.
-Group refine_group(const Bench& bench) {
-  return extra_group(bench, "refine", "drape {}", &Drape::refinement, [&](const Drape& drape) {
-    Words words = {drape.simulation(bench.finest_grid(), bench.headline_segments()).string(),
-                   "--scene",
-                   drape.scene_file(),
-                   "--fabric",
-                   drape.scene.fabric_file.string(),
-                   "--start-from",
-                   drape.sheet().string(),
-                   "--out",
-                   drape.refinement().parent_path().string(),
-                   "--threads",
-                   "1"};
-    if (bench.options.finest) append(words, {"--finest", std::to_string(*bench.options.finest)});
-    return words;
+/// The equilibria that starts like the scene's come to.
+Group ensemble_group(const Bench& bench) {
+  return extra_group(bench, "branches", "{}, ensemble", &Drape::ensemble, [&](const Drape& drape) {
+    return drape_words(bench, drape, bench.headline_segments(), drape.ensemble().parent_path());
   });
 }
 
-/// The equilibria that starts like the scene's come to.
-Group ensemble_group(const Bench& bench) {
-  const int grid = std::min(kEnsembleGrid, bench.finest_grid());
-  return extra_group(bench, "branches", fmt::format("{{}}, {}x{}, ensemble", grid, grid),
-                     &Drape::ensemble, [&](const Drape& drape) {
-                       return drape_words(bench, drape, grid, bench.headline_segments(),
-                                          drape.ensemble().parent_path());
-                     });
-}
-
-/// Sensitivities that the total uncertainty needs: how each distance answers to fabric and scene
-/// values, with the headline's segments.
+/// Sensitivities that the total uncertainty needs: the answer of each distance to fabric and scene
+/// values, on the headline's mesh and with its segments.
 Group sensitivity_group(const Bench& bench) {
-  // One of the rig's own grids, so that U speaks of a drape that is compared.
-  int grid = *std::min_element(bench.rig.grids.begin(), bench.rig.grids.end());
-  for (const int one : bench.rig.grids)
-    if (one <= kSensitivityGrid) grid = std::max(grid, one);
   return extra_group(bench, "sensitivity", "drape {}", &Drape::sensitivity,
                      [&](const Drape& drape) -> Words {
                        return {drape.scene_file(),
@@ -329,11 +328,10 @@ Group sensitivity_group(const Bench& bench) {
                                drape.scene.fabric_file.string(),
                                "--reference",
                                drape.sheet().string(),
-                               "--grid",
-                               std::to_string(grid),
+                               "--spacing-mm",
+                               fmt::format("{:g}", bench.spacing_mm()),
                                "--segments",
                                std::to_string(bench.headline_segments()),
-                               "--only-first-order",
                                "--out",
                                drape.sensitivity().parent_path().string(),
                                "--threads",
@@ -341,30 +339,17 @@ Group sensitivity_group(const Bench& bench) {
                      });
 }
 
-/// The list of sheets that a step left, unless it is among those that failed.
-std::optional<JsonNode> list_of(const fs::path& file, const std::string& schema,
-                                const std::set<fs::path>& failed) {
-  if (failed.count(run_record_path(file)) != 0 || !fs::is_regular_file(file)) return std::nullopt;
-  return JsonNode::open(file, schema, 1);
-}
-
-/// The refined sheet of the finest grid that came to rest, and the sheets of the branches.
-Words extra_sheets(const Bench& bench, const Drape& drape, const std::set<fs::path>& failed) {
+/// The sheets of the branches, unless their step failed.
+Words branch_sheets(const Bench& bench, const Drape& drape, const std::set<fs::path>& failed) {
+  const fs::path file = drape.ensemble();
   Words sheets;
-  const auto add = [&](const fs::path& list, const JsonNode& item) {
+  if (bench.options.single || failed.count(run_record_path(file)) != 0 ||
+      !fs::is_regular_file(file))
+    return sheets;
+  const auto list = read_record<BranchList>(file);
+  for (const ListedBranch& branch : list.branches)
     sheets.push_back(
-        name_inside(list.parent_path(), item.text("sheet"), item.where("sheet")).string());
-  };
-  if (bench.refines())
-    if (const auto root = list_of(drape.refinement(), "refinement", failed)) {
-      const std::optional<double> used = root->optional_number("used");
-      const std::vector<JsonNode> grids = root->items("grids");
-      if (used && *used >= 0 && *used < static_cast<double>(grids.size()))
-        add(drape.refinement(), grids[static_cast<std::size_t>(*used)]);
-    }
-  if (!bench.options.single)
-    if (const auto root = list_of(drape.ensemble(), "branches", failed))
-      for (const JsonNode& branch : root->items("branches")) add(drape.ensemble(), branch);
+        name_inside(file.parent_path(), branch.sheet, list.document.where("branches")).string());
   return sheets;
 }
 
@@ -379,10 +364,9 @@ Step compare_step(const Bench& bench, const std::set<fs::path>& failed) {
   for (const Drape& drape : bench.drapes) {
     if (!add(drape.sheet())) continue;
     bool simulated = false;
-    for (const int grid : bench.rig.grids)
-      for (const int segments : bench.rig.segments)
-        simulated = add(drape.simulation(grid, segments) / "sheet.ply") || simulated;
-    append(words, extra_sheets(bench, drape, failed));
+    for (const Simulation& one : simulations_of(bench))
+      simulated = add(drape.simulation(one.mesh, one.segments) / "sheet.ply") || simulated;
+    append(words, branch_sheets(bench, drape, failed));
     for (const Laying& laying : layings_of(drape))
       if (simulated && laying.folder != drape.folder)
         add(laying.folder / "sheet.ply", {"--repeat"});
@@ -421,7 +405,7 @@ void refuse_to_replace(const fs::path& reduced_rig) {
 }
 
 /// Writes what detect and calib read of the rig into a file of its own in the output folder, so
-/// that other grids, segments and scenes leave their results up to date. Written only when it
+/// that other meshes, segments and scenes leave their results up to date. Written only when it
 /// changes.
 void write_reduced_rig(const Bench& bench) {
   const auto relative = [&](const fs::path& file) {
@@ -466,18 +450,13 @@ void fields(Fields& f, RunOptions& options) {
                "uncertainty lacks scene and fabric values"},
               options.uncertainty);
   f.otherwise({"single",
-               "no ensemble, refinement and sensitivity: each drape from the scene's own start "
-               "only, on the rig's own grids"},
+               "no ensemble, sensitivity and start from the measured shape: each drape from the "
+               "scene's own start only"},
               options.single);
-  bool no_refine = !options.refine;
-  f.otherwise({"no_refine",
-               "leave out drape simulate refine, which carries the finest drape over to finer "
-               "grids and states what the grid leaves"},
-              no_refine);
-  options.refine = !no_refine;
-  f({"finest", "particles per side that drape simulate refine goes up to (default: its own, 61)", 1,
-     5, 401},
-    options.finest);
+  f({"spacing_mm", "spacing of the cloth's finest mesh (default: the rig's, 2.5)", units::mm, 0.5,
+     50},
+    options.spacing_m);
+  f.otherwise({"paper", "beside the cloth the paper's model on the rig's grids"}, options.paper);
   f.otherwise({"internal_friction", "simulate with both branches of the bending and shear loops"},
               options.internal_friction);
   f.otherwise({"operator", "who ran it, for the store"}, options.operator_name);
@@ -486,9 +465,6 @@ void fields(Fields& f, RunOptions& options) {
 Plan make_plan(const RunOptions& options) {
   Bench bench;
   bench.options = options;
-  if (options.finest && !bench.refines())
-    throw usage_error("--finest is given, but nothing is refined",
-                      "leave out --single, --no-refine and --internal-friction, or --finest");
   if (options.uncertainty && options.internal_friction)
     throw usage_error("--uncertainty speaks of a cloth without internal friction",
                       "leave out one of both");
@@ -503,7 +479,6 @@ Plan make_plan(const RunOptions& options) {
     plan.groups.push_back(std::move(objects));
   plan.groups.push_back(triangulate_group(bench));
   plan.groups.push_back(simulate_group(bench));
-  if (bench.refines()) plan.groups.push_back(refine_group(bench));
   if (!options.single) plan.groups.push_back(ensemble_group(bench));
   if ((options.uncertainty || !options.single) && !options.internal_friction)
     plan.groups.push_back(sensitivity_group(bench));

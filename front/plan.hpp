@@ -22,12 +22,11 @@ struct RunOptions {
   std::filesystem::path store;      ///< empty: <out>/results.sqlite
   std::string label;                ///< name of the run in the store; may be empty
   std::string operator_name;
-  bool uncertainty = false;  ///< with `single`: still the sensitivities that U needs
-  bool single = false;       ///< no ensemble of starts for each drape
-  bool refine = true;        ///< carry each drape over to finer grids; not with `single`
-  std::optional<int>
-      finest;  ///< particles per side of the finest; absent: drape simulate refine's own
-  bool internal_friction = false;  ///< simulate with both branches of the curves' loops
+  bool uncertainty = false;         ///< with `single`: still the sensitivities that U needs
+  bool single = false;              ///< the scene's own start alone
+  std::optional<double> spacing_m;  ///< of the finest mesh; absent: the rig's
+  bool paper = false;               ///< beside the cloth the paper's model on the rig's grids
+  bool internal_friction = false;   ///< simulate with both branches of the curves' loops
   int threads = 1;
 };
 

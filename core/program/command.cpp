@@ -29,12 +29,18 @@ void add_names(const CLI::App& app, std::vector<std::string>& names) {
   }
 }
 
-/// For each word that the program does not know the one that was likely meant.
-void suggest(const CLI::App& app) {
+/// For each word that the program does not know the one that replaced it or was likely meant.
+void suggest(const CLI::App& app, const std::vector<std::pair<std::string, std::string>>& moved) {
   std::vector<std::string> known;
   add_names(app, known);
   for (const std::string& word : app.remaining(true)) {
     const std::string name = word.substr(0, word.find('='));
+    const auto gone = std::find_if(moved.begin(), moved.end(),
+                                   [&](const auto& one) { return one.first == name; });
+    if (gone != moved.end()) {
+      std::fprintf(stderr, "`%s` is gone: %s\n", name.c_str(), gone->second.c_str());
+      continue;
+    }
     const std::string best = most_similar(name, known);
     if (!best.empty()) std::fprintf(stderr, "did you mean `%s`?\n", best.c_str());
   }
@@ -287,6 +293,10 @@ Command* Command::subcommand(const std::string& name) const {
   return nullptr;
 }
 
+void Command::moved(const std::string& option, const std::string& replacement) {
+  moved_.emplace_back(option, replacement);
+}
+
 int Command::parse(int argc, char** argv) {
   try {
     const auto own = std::count(name_.begin(), name_.end(), ' ');
@@ -304,7 +314,7 @@ int Command::parse(int argc, char** argv) {
     return -1;
   } catch (const CLI::ParseError& error) {
     if (parser_->app->exit(error) == 0) return 0;
-    suggest(*parser_->app);
+    suggest(*parser_->app, moved_);
     return kUsage;
   }
 }

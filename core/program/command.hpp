@@ -90,6 +90,8 @@ class Command {
     add_walk([&record](Fields& f) { fields(f, record); },
              [&shown](Fields& f) { fields(f, shown); });
   }
+  /// An option that is gone: whoever gives it is told what replaces it (exit code 2).
+  void moved(const std::string& option, const std::string& replacement);
   Command* add_subcommand(const std::string& name, const std::string& description);
   void require_subcommand(int least, int most);
   /// The options added so far may stand behind a subcommand too; those of the program that are
@@ -131,6 +133,7 @@ class Command {
   std::vector<std::unique_ptr<Option>> options_;
   std::vector<std::unique_ptr<Command>> subcommands_;
   std::vector<std::function<std::vector<Error>()>> records_;
+  std::vector<std::pair<std::string, std::string>> moved_;  ///< options, and their replacements
 };
 
 }  // namespace drape
