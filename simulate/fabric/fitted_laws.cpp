@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "simulate/fabric/fitted_laws.hpp"
+
 #include <fmt/format.h>
 
 #include <cmath>
@@ -6,7 +8,6 @@
 #include "core/error.hpp"
 #include "core/units.hpp"
 #include "simulate/fabric/points.hpp"
-#include "simulate/simulate.hpp"
 
 namespace drape::simulate {
 namespace {
@@ -76,15 +77,14 @@ Loop shear_loop(const Fabric& fabric) {
 }
 
 ForceCurve law_of(const Loop& loop, const std::string& name, const std::string& unit, int segments,
-                  const FitRange& range, SimulateReport& report) {
+                  const FitRange& range, std::vector<CurveReport>& curves) {
   const FittedCurve fit = fitted(loop.mean, segments, range);
   if (!fit.curve.rises())
     throw bad_input(fmt::format("the {} curve does not rise everywhere", name),
                     {.file = loop.file.string()},
                     "a cloth that gets weaker under load has no stable rest; check the points");
-  report.curves.push_back({name, unit, 1 + static_cast<int>(fit.curve.hinges.size()),
-                           fit.curve.slope, fit.range, fit.rms_error, fit.largest_error,
-                           loop.half_hysteresis});
+  curves.push_back({name, unit, 1 + static_cast<int>(fit.curve.hinges.size()), fit.curve.slope,
+                    fit.range, fit.rms_error, fit.largest_error, loop.half_hysteresis});
   return fit.curve;
 }
 
@@ -105,55 +105,21 @@ SampledCurve cut_at(const SampledCurve& curve, double range) {
   return cut;
 }
 
-}  // namespace
-
-ClothLaws make_laws(const Fabric& fabric, int segments, SimulateReport& report,
-                    const std::optional<CurveReach>& reach) {
-  static const char* const kDirections[2] = {"warp", "weft"};
-  report.warnings.insert(report.warnings.end(), fabric.warnings.begin(), fabric.warnings.end());
-  ClothLaws laws;
-  laws.density_kg_per_m2 = fabric.areal_density_kg_per_m2;
-  for (int d = 0; d < 2; ++d) {
-    const KawabataCurve& tensile = fabric.tensile[d];
-    laws.tensile[d] =
-        law_of({merged_tensile(tensile), {}, half_hysteresis(tensile), std::nullopt, tensile.file},
-               fmt::format("tensile {}", kDirections[d]), "gf/cm", segments,
-               tensile_range(reach, d), report);
-    laws.bending[d] = law_of(loop_of(fabric.bending[d]), fmt::format("bending {}", kDirections[d]),
-                             "gf cm/cm", segments, bending_range(reach), report);
-  }
-  laws.shear = law_of(shear_loop(fabric), "shear (mean of warp and weft)", "gf/cm", segments,
-                      shear_range(reach), report);
-  const double warp = laws.bending[0].slope;
-  const double weft = laws.bending[1].slope;
-  laws.twist_n_m = fabric.bias_bending_n_m ? 4 * *fabric.bias_bending_n_m - warp - weft
-                                           : kUsualTwistRatio * 2 * std::sqrt(warp * weft);
-  if (!fabric.bias_bending_n_m) {
-    report.warnings.push_back(
-        fmt::format("no bias bending stiffness in the fabric: the twist stiffness is {:.2f} times "
-                    "2 sqrt(B_warp B_weft), the median of 618 fabrics",
-                    kUsualTwistRatio));
-  } else if (laws.twist_n_m < 0) {
-    laws.twist_n_m = 0;
-    report.warnings.emplace_back(
-        "4 B_bias - B_warp - B_weft is negative; the twist stiffness is set to 0");
-  }
-  report.twist_n_m = laws.twist_n_m;
-  return laws;
-}
-
-void add_internal_friction(const Fabric& fabric, int segments, ClothLaws& laws,
-                           SimulateReport& report, const std::optional<CurveReach>& reach) {
+/// Splits the loops of bending and shear into an elastic curve and friction elements. Tension stays
+/// on its loading branch: under a drape's own weight its loop holds no energy worth counting.
+/// Twist, of which KES measures no loop, stays elastic.
+ClothFriction split_loops(const Fabric& fabric, int segments,
+                          const std::optional<CurveReach>& reach, FittedLaws& fitted) {
   const auto split = [&](Loop loop, const std::string& name, const std::string& unit,
                          const FitRange& range, ForceCurve& elastic) {
     const FittedFriction fit =
         loop.slip ? friction_of_numbers(loop.width, *loop.slip) : friction_of_loop(loop.width);
-    SimulateReport refit;
+    std::vector<CurveReport> refit;
     loop.mean = cut_at(loop.mean, fit.elastic_range);
     elastic = law_of(loop, name, unit, segments, range, refit);
-    for (CurveReport& known : report.curves)
-      if (known.name == name) known = refit.curves.front();
-    report.curves.push_back({friction_name(name), unit, static_cast<int>(fit.stack.elements.size()),
+    for (CurveReport& known : fitted.curves)
+      if (known.name == name) known = refit.front();
+    fitted.curves.push_back({friction_name(name), unit, static_cast<int>(fit.stack.elements.size()),
                              fit.stack.stiffness(), loop.width.x.back(), fit.rms_error,
                              fit.largest_error, loop.half_hysteresis});
     return fit.stack;
@@ -162,10 +128,48 @@ void add_internal_friction(const Fabric& fabric, int segments, ClothLaws& laws,
   for (int d = 0; d < 2; ++d)
     friction.bending[d] =
         split(loop_of(fabric.bending[d]), d == 0 ? "bending warp" : "bending weft", "gf cm/cm",
-              bending_range(reach), laws.bending[d]);
+              bending_range(reach), fitted.laws.bending[d]);
   friction.shear = split(shear_loop(fabric), "shear (mean of warp and weft)", "gf/cm",
-                         shear_range(reach), laws.shear);
-  laws.friction = friction;
+                         shear_range(reach), fitted.laws.shear);
+  return friction;
+}
+
+}  // namespace
+
+FittedLaws fit_laws(const Fabric& fabric, int segments, const std::optional<CurveReach>& reach,
+                    bool internal_friction) {
+  static const char* const kDirections[2] = {"warp", "weft"};
+  FittedLaws fitted;
+  fitted.warnings = fabric.warnings;
+  ClothLaws& laws = fitted.laws;
+  laws.density_kg_per_m2 = fabric.areal_density_kg_per_m2;
+  for (int d = 0; d < 2; ++d) {
+    const KawabataCurve& tensile = fabric.tensile[d];
+    laws.tensile[d] =
+        law_of({merged_tensile(tensile), {}, half_hysteresis(tensile), std::nullopt, tensile.file},
+               fmt::format("tensile {}", kDirections[d]), "gf/cm", segments,
+               tensile_range(reach, d), fitted.curves);
+    laws.bending[d] = law_of(loop_of(fabric.bending[d]), fmt::format("bending {}", kDirections[d]),
+                             "gf cm/cm", segments, bending_range(reach), fitted.curves);
+  }
+  laws.shear = law_of(shear_loop(fabric), "shear (mean of warp and weft)", "gf/cm", segments,
+                      shear_range(reach), fitted.curves);
+  const double warp = laws.bending[0].slope;
+  const double weft = laws.bending[1].slope;
+  laws.twist_n_m = fabric.bias_bending_n_m ? 4 * *fabric.bias_bending_n_m - warp - weft
+                                           : kUsualTwistRatio * 2 * std::sqrt(warp * weft);
+  if (!fabric.bias_bending_n_m) {
+    fitted.warnings.push_back(
+        fmt::format("no bias bending stiffness in the fabric: the twist stiffness is {:.2f} times "
+                    "2 sqrt(B_warp B_weft), the median of 618 fabrics",
+                    kUsualTwistRatio));
+  } else if (laws.twist_n_m < 0) {
+    laws.twist_n_m = 0;
+    fitted.warnings.emplace_back(
+        "4 B_bias - B_warp - B_weft is negative; the twist stiffness is set to 0");
+  }
+  if (internal_friction) laws.friction = split_loops(fabric, segments, reach, fitted);
+  return fitted;
 }
 
 }  // namespace drape::simulate
