@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "core/scene.hpp"
-#include "simulate/cloth/cloth.hpp"
+#include "simulate/fabric/laws.hpp"
 #include "simulate/objects/contact_forces.hpp"
 
 namespace drape::simulate {

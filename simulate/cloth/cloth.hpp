@@ -4,11 +4,9 @@
 #include <Eigen/Core>
 #include <array>
 #include <cstddef>
-#include <optional>
 #include <vector>
 
-#include "simulate/fabric/curve.hpp"
-#include "simulate/fabric/memory.hpp"
+#include "simulate/fabric/laws.hpp"
 
 namespace drape::simulate {
 
@@ -65,17 +63,6 @@ struct GridSpec {
   [[nodiscard]] double weft_spacing_m() const { return patch_m.y() / (cols - 1); }
 };
 
-/// Laws of a fabric in SI. Index 0 warp, 1 weft.
-struct ClothLaws {
-  double density_kg_per_m2 = 0;
-  ForceCurve tensile[2];         ///< N/m over strain
-  ForceCurve shear;              ///< N/m over rad, odd
-  ForceCurve bending[2];         ///< N over 1/m, odd
-  double twist_n_m = 0;          ///< J of the energy 1/2 J kappa12^2 per area
-  double stretch_damping_s = 0;  ///< damping force of a spring = this * slope * strain rate
-  std::optional<ClothFriction> friction = std::nullopt;  ///< absent: the cloth has no memory
-};
-
 /// A place where a line of particles begins at a clamp: `held` stands on the clamp and `next` is
 /// free. The sheet leaves along `forward`; `normal` is that of the sheet there. Both are unit.
 struct ClampedPlace {
@@ -90,11 +77,6 @@ enum class MassRule { area, paper };
 
 /// `consistent`: energy form, see Cloth. `paper`: springs as the paper prints them (section 4.1).
 enum class ClothModel { consistent, paper };
-
-struct InternalEnergies {
-  double stretch_j = 0, shear_j = 0, bending_j = 0, twist_j = 0;
-  [[nodiscard]] double sum_j() const { return stretch_j + shear_j + bending_j + twist_j; }
-};
 
 /// The cloth of paper section 4.1 in energy form (model "consistent"): every force is the
 /// gradient of an energy per area, so momentum and angular momentum are kept.

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "simulate/cloth/wide.hpp"
+#include "simulate/fabric/wide.hpp"
 
 namespace drape::simulate {
 

@@ -6,7 +6,7 @@
 #include <cstdint>
 
 #include "simulate/cloth/cloth.hpp"
-#include "simulate/cloth/wide.hpp"
+#include "simulate/fabric/wide.hpp"
 
 /// Common parts of the inner loops of both models; every function vectorises.
 namespace drape::simulate::kernels {

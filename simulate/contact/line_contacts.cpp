@@ -5,9 +5,9 @@
 #include <cmath>
 #include <numeric>
 
-#include "simulate/cloth/wide.hpp"
 #include "simulate/contact/deepest.hpp"
 #include "simulate/contact/solid_features.hpp"
+#include "simulate/fabric/wide.hpp"
 
 namespace drape::simulate {
 namespace {

@@ -11,10 +11,10 @@
 #include <numeric>
 
 #include "core/units.hpp"
-#include "simulate/cloth/test_grid.hpp"
 #include "simulate/drape/object_pushes.hpp"
 #include "simulate/drape/piece.hpp"
 #include "simulate/drape/test_piece.hpp"
+#include "simulate/fabric/test_laws.hpp"
 #include "simulate/validation/test_exact.hpp"
 
 namespace drape::simulate {

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "core/rig.hpp"
-#include "simulate/cloth/cloth.hpp"
+#include "simulate/fabric/laws.hpp"
 
 /// A fabric and a print for tests of pieces.
 namespace drape::simulate {

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "simulate/cloth/test_grid.hpp"
+#include "simulate/fabric/test_laws.hpp"
 #include "simulate/mesh/cusick.hpp"
 
 namespace drape::simulate {

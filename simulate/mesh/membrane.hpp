@@ -6,7 +6,7 @@
 #include <array>
 #include <cmath>
 
-#include "simulate/cloth/cloth.hpp"
+#include "simulate/fabric/laws.hpp"
 
 namespace drape::simulate {
 

@@ -5,7 +5,7 @@
 #include <array>
 #include <vector>
 
-#include "simulate/cloth/cloth.hpp"
+#include "simulate/fabric/laws.hpp"
 #include "simulate/mesh/material_mesh.hpp"
 
 namespace drape::simulate {

@@ -3,11 +3,11 @@
 #include <algorithm>
 #include <cmath>
 
-#include "simulate/cloth/normal_curvature.hpp"
-#include "simulate/cloth/wide.hpp"
+#include "simulate/fabric/wide.hpp"
 #include "simulate/mesh/four.hpp"
 #include "simulate/mesh/membrane.hpp"
 #include "simulate/mesh/mesh_cloth.hpp"
+#include "simulate/mesh/normal_curvature.hpp"
 
 namespace drape::simulate {
 

@@ -8,7 +8,7 @@
 #include <utility>
 #include <vector>
 
-#include "simulate/cloth/wide.hpp"
+#include "simulate/fabric/wide.hpp"
 #include "simulate/mesh/four.hpp"
 #include "simulate/mesh/membrane.hpp"
 #include "simulate/sparse/graph_factor.hpp"

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "simulate/cloth/cloth.hpp"
+#include "simulate/fabric/laws.hpp"
 #include "simulate/mesh/material_mesh.hpp"
 
 /// Cloth for the tests of this room.
