@@ -5,6 +5,8 @@
 #include <cmath>
 #include <vector>
 
+#include "core/certificate.hpp"
+
 namespace drape::simulate {
 
 /// Sampled force or moment per width over strain, shear angle (rad) or curvature (1/m), SI, as
@@ -77,12 +79,5 @@ struct FittedCurve {
 /// is. A reach below the measurement's first point, or too short for a rising line, is widened to
 /// the next point that is not.
 [[nodiscard]] FittedCurve fit_reached(const SampledCurve& measured, int segments, double reach);
-
-/// Strains of a drape's cloth, along warp and weft, by shear (rad) and bending (1/m).
-struct CurveReach {
-  double tensile[2] = {0, 0};
-  double shear_rad = 0;
-  double curvature_per_m = 0;
-};
 
 }  // namespace drape::simulate
