@@ -87,6 +87,12 @@ const SheetMark* Sheet::find(MarkId wanted) const {
   return found != marks.end() && found->mark == wanted ? &*found : nullptr;
 }
 
+std::string Sheet::discretisation() const {
+  const auto& own = std::get<SimulatedSource>(source);
+  return own.spacing_m ? fmt::format("{:g} mm", *own.spacing_m / mm)
+                       : fmt::format("{}x{}", rows, cols);
+}
+
 void fields(Fields& f, SheetMark& mark) {
   f({"row", "along the warp"}, mark.mark.row);
   f({"col", "along the weft"}, mark.mark.col);
@@ -152,6 +158,8 @@ void fields(Fields& f, SimulatedSource& source) {
             "particles of a grid",
             mm, above_zero},
            source.spacing_m);
+  f.otherwise({"from_measured", "began in the measured shape, not as the scene says"},
+              source.from_measured);
   f.if_any({"solver", "fall, static or rk4; older files alone"}, source.solver);
   f({"status", "\"at rest\", or why not"}, source.status);
   f.if_any({"refined_from_sha256",

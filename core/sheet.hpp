@@ -81,6 +81,7 @@ struct SimulatedSource {
   /// Spacing of the finest mesh, whose surface the sheet samples on a grid with the print's marks;
   /// absent: the sheet's points are the particles of a grid.
   std::optional<double> spacing_m = std::nullopt;
+  bool from_measured = false;  ///< began in the measured shape, not as the scene says
 };
 
 /// A cloth in space, real or virtual: one type, indexed alike (paper section 5).
@@ -97,6 +98,8 @@ struct Sheet {
   Document document = {};  ///< the .json as it was read
 
   [[nodiscard]] bool is_measured() const { return std::holds_alternative<MeasuredSource>(source); }
+  /// Of a simulated sheet: "2.5 mm", the spacing of its finest mesh, or its grid, "21x21".
+  [[nodiscard]] std::string discretisation() const;
   /// The mark, or nothing when it is a gap.
   [[nodiscard]] const SheetMark* find(MarkId mark) const;
 };
