@@ -35,9 +35,10 @@ struct SimulateOptions {
   int segments = 5;  ///< line segments per Kawabata curve; 1: G, B, first slope
   /// Where the curves are fitted, see find_reach(); absent: wherever measured.
   std::optional<CurveReach> reach = {};
-  bool internal_friction = false;  ///< both branches of bending and shear; triangles only
-  bool from_measured = false;      ///< starts from the measured shape, whatever the scene says
-  DrapeOptions drape;              ///< of triangles
+  bool internal_friction = false;       ///< both branches of bending and shear; triangles only
+  bool from_measured = false;           ///< starts from the measured shape, whatever the scene says
+  DrapeOptions drape;                   ///< of triangles
+  std::optional<ClothOutline> outline;  ///< cut of the cloth; absent: the whole patch
   PaperOptions paper;
   /// Called now and then with the fraction of the work that is done.
   std::function<void(double fraction)> progress = {};

@@ -8,8 +8,6 @@ int branches_command(int argc, char** argv);
 int certify_command(int argc, char** argv);
 int cusick_command(int argc, char** argv);
 int fabric_command(int argc, char** argv);
-int piece_command(int argc, char** argv);
-int refine_command(int argc, char** argv);
 int sensitivity_command(int argc, char** argv);
 int study_command(int argc, char** argv);
 

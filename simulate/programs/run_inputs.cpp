@@ -3,9 +3,11 @@
 
 #include <fmt/format.h>
 
+#include <regex>
+
 #include "core/error.hpp"
-#include "core/files/json_file.hpp"
-#include "simulate/earlier_sheets.hpp"
+#include "core/files/files.hpp"
+#include "core/units.hpp"
 #include "simulate/objects/scene_files.hpp"
 #include "simulate/start/start_check.hpp"
 #include "simulate/start/start_file.hpp"
@@ -13,56 +15,62 @@
 namespace drape::simulate {
 
 namespace fs = std::filesystem;
+using units::mm;
 
-void add_fit_option(Command& app, CurveFit& fit) {
-  add_names(app, "--fit", fit,
-            "drape: the curves up to where a first run strains the cloth; whole: all that was "
-            "measured, as the paper");
-}
+namespace {
 
-void add_run_options(Command& app, RunArguments& args, const std::string& out_holds) {
-  app.add_option("SCENE", args.scene, "scene.toml: objects, table, pins, start");
-  app.add_option("--fabric", args.fabric, "fabric.toml; default: the scene's");
-  app.add_option("--grid", args.grid, "particles per side")->capture_default_str();
-  app.add_option("--segments", args.options.segments, "line segments per Kawabata curve")
-      ->capture_default_str();
-  add_fit_option(app, args.fit);
-  app.add_option("--start-from", args.start,
-                 "measured sheet.ply, or mesh.toml of another simulator, for start and pins");
-  app.add_option("--out", args.out, out_holds);
+/// Folders `branch-NN` that the branches.json of an earlier run in `out` names. The list is written
+/// before its sheets, so it names whatever a run that was ended left there.
+std::vector<fs::path> earlier_branches(const fs::path& out) {
+  static const std::regex of_a_branch("branch-[0-9]+/sheet\\.ply");
+  std::vector<fs::path> folders;
+  if (!fs::exists(out / "branches.json")) return folders;
+  for (const ListedBranch& branch : read_record<BranchList>(out / "branches.json").branches)
+    if (std::regex_match(branch.sheet, of_a_branch))
+      folders.push_back((out / branch.sheet).parent_path());
+  return folders;
 }
 
 std::vector<fs::path> start_inputs(const RunArguments& args) {
   return args.start ? start_files(*args.start) : std::vector<fs::path>{};
 }
 
-StepFiles refuse_to_replace(const fs::path& scene_file, const std::optional<fs::path>& fabric_file,
-                            StepFiles files) {
-  const Scene scene = read_scene(scene_file);
-  for (const fs::path& file : files_of(scene, read_fabric(fabric_file.value_or(scene.fabric_file))))
-    files.inputs.push_back(file);
-  const RunRecord kept_nowhere("drape-simulate", {}, {}, files);
-  return files;
+}  // namespace
+
+void fields(Fields& f, RunArguments& args) {
+  f(Field{"scene", "scene.toml: objects, table, pins, start"}.called("SCENE"), args.scene);
+  f({"fabric", "fabric.toml; default: the scene's"}, args.fabric);
+  f.otherwise({"segments", "line segments per Kawabata curve", 1, 1, 20}, args.options.segments);
+  f.otherwise({"fit",
+               "drape: the curves up to where a first run strains the cloth; whole: all that was "
+               "measured, as the paper"},
+              args.fit);
+  f({"start_from", "measured sheet.ply, or mesh.toml of another simulator, for start and pins"},
+    args.start);
+  f.otherwise({"internal_friction",
+               "both branches of the bending and shear loops: the cloth remembers, also the "
+               "scene's start.history"},
+              args.options.internal_friction);
+  f({"out", "folder for the results"}, args.out);
 }
 
-StepFiles start_beside_branches(const RunArguments& args) {
-  (void)earlier_branches(args.out);  // a list that cannot be read is named before hours of work
-  StepFiles replaced{{}, start_inputs(args)};
-  std::error_code absent;
-  for (const auto& entry : fs::directory_iterator(args.out, absent))
-    if (entry.path().filename().string().starts_with("branch-"))
-      for (const fs::path& file : sheet_files(entry.path())) replaced.outputs.push_back(file);
-  refuse_to_replace(args.scene, args.fabric, replaced);
-  return {{}, replaced.inputs};
+void mesh_fields(Fields& f, DrapeOptions& options, bool finest) {
+  if (finest)
+    f.otherwise({"spacing_mm", "spacing of the finest mesh", mm, 0.5, 50}, options.spacing_m);
+  f.otherwise({"coarsest_mm", "spacing of the mesh on which the cloth falls", mm, 0.5, 50},
+              options.coarsest_m);
+  f.otherwise({"seed", "of the meshes' jitter: another one for another mesh", 1, 0, 1000000},
+              options.seed);
+  f.otherwise({"thickness_mm", "distance of layers that else cross; 0: none", mm, 0, 10},
+              options.thickness_m);
 }
 
-void write_branch_list(const fs::path& out, const Json& json, RunRecord& record) {
-  remove_sheets(earlier_branches(out));
-  write_json(out / "branches.json", json);
-  record.output(out / "branches.json");
+std::vector<fs::path> RunInputs::files() const {
+  return files_of(scene, fabric);
 }
 
 RunInputs read_checked(const fs::path& scene_file, const std::optional<fs::path>& fabric_file) {
+  if (scene_file.empty()) throw usage_error("SCENE is missing", "give a scene.toml");
   const Scene scene = read_scene(scene_file);
   RunInputs inputs{scene, read_fabric(fabric_file.value_or(scene.fabric_file)),
                    read_print(scene.print_file), std::nullopt};
@@ -70,33 +78,63 @@ RunInputs read_checked(const fs::path& scene_file, const std::optional<fs::path>
   return inputs;
 }
 
-void require_same_drape(const fs::path& reference, const Scene& scene) {
-  const fs::path file = fs::path(reference).replace_extension(".json");
-  const JsonNode source = JsonNode::open(file, "sheet", 1).at("source");
-  if (!source.has("asked_scene")) return;
-  const std::string asked = source.at("asked_scene").text("name");
-  if (asked != scene.name)
-    throw bad_input(
-        fmt::format("the reference is a drape of scene `{}`, not of `{}`", asked, scene.name),
-        {.file = file.string(), .field = "source.asked_scene"},
-        "give the sheet that was measured of this scene");
-}
-
 Sheet read_start_of(const fs::path& file, const Scene& scene, const Print& print) {
   require_gravity_of_earth(scene);
   return read_start(file, print);
 }
 
-RunInputs read_run_inputs(RunArguments& args, RunRecord& record) {
+void require_same_drape(const Sheet& reference, const Scene& scene) {
+  const auto* source = std::get_if<MeasuredSource>(&reference.source);
+  if (source == nullptr || !source->asked_scene || source->asked_scene->name == scene.name) return;
+  throw bad_input(fmt::format("the reference is a drape of scene `{}`, not of `{}`",
+                              source->asked_scene->name, scene.name),
+                  reference.document.where("source.asked_scene"),
+                  "give the sheet that was measured of this scene");
+}
+
+RunInputs read_run_inputs(const RunArguments& args, const std::vector<fs::path>& outputs) {
+  if (args.out.empty()) throw usage_error("--out is missing", "give a folder");
   RunInputs inputs = read_checked(args.scene, args.fabric);
+  StepFiles files{outputs, inputs.files()};
+  for (const fs::path& file : start_inputs(args)) files.inputs.push_back(file);
+  const RunRecord kept_nowhere("drape-simulate", {}, {}, files);
   if (args.start) inputs.measured = read_start_of(*args.start, inputs.scene, inputs.print);
-  for (const fs::path& file : files_of(inputs.scene, inputs.fabric)) record.input(file);
-  args.options.rows = args.options.cols = args.grid;
-  // The model of the paper and round specimens keep the paper's fit.
-  if (args.fit == CurveFit::drape && args.options.model == ClothModel::consistent &&
-      !args.options.round)
-    args.options.reach = find_reach(inputs.scene, inputs.fabric, inputs.print, inputs.measured);
   return inputs;
+}
+
+RunRecord record_of(const RunArguments& args, const RunInputs& inputs,
+                    std::vector<std::string> words, const fs::path& file) {
+  RunRecord record("drape-simulate", std::move(words), file, {{}, start_inputs(args)});
+  for (const fs::path& read : inputs.files()) record.input(read);
+  return record;
+}
+
+void set_reach(RunArguments& args, const RunInputs& inputs) {
+  // The paper's model keeps the paper's fit.
+  if (args.fit == CurveFit::drape && args.options.model == ClothModel::triangles)
+    args.options.reach = find_reach(inputs.scene, inputs.fabric, inputs.print, inputs.measured);
+}
+
+std::vector<fs::path> earlier_branch_files(const fs::path& out) {
+  (void)earlier_branches(out);  // a list that cannot be read is named before hours of work
+  std::vector<fs::path> files;
+  std::error_code absent;
+  for (const auto& entry : fs::directory_iterator(out, absent))
+    if (entry.path().filename().string().starts_with("branch-"))
+      for (const fs::path& file : output_files(entry.path())) files.push_back(file);
+  return files;
+}
+
+void write_branch_list(const fs::path& out, const BranchList& list, RunRecord& record) {
+  for (const fs::path& folder : earlier_branches(out)) {
+    if (!fs::is_directory(fs::symlink_status(folder))) continue;
+    for (const fs::path& file : output_files(folder))
+      if (fs::is_regular_file(fs::symlink_status(file))) remove_durable(file);
+    std::error_code not_empty;
+    fs::remove(folder, not_empty);
+  }
+  write_record(out / "branches.json", list);
+  record.output(out / "branches.json");
 }
 
 }  // namespace drape::simulate

@@ -7,7 +7,7 @@
 #include <utility>
 #include <vector>
 
-#include "core/files/json_file.hpp"
+#include "core/branch_list.hpp"
 #include "core/program/command.hpp"
 #include "core/program/program.hpp"
 #include "core/program/run_record.hpp"
@@ -19,32 +19,18 @@
 
 namespace drape::simulate {
 
-/// Range over which the Kawabata curves are approximated: where a first run strains the cloth, or
-/// all that was measured, as the paper.
-enum class CurveFit { drape, whole };
-
 /// Options common to the programs that simulate one scene.
 struct RunArguments {
   std::filesystem::path scene, out;
   std::optional<std::filesystem::path> fabric, start;
-  int grid = 21;
   CurveFit fit = CurveFit::drape;
   SimulateOptions options;
 };
 
-/// An option whose words are the names of an enumeration.
-template <class Enum>
-void add_names(Command& app, const std::string& option, Enum& value, const std::string& what) {
-  std::vector<std::pair<std::string, Enum>> choices;
-  for (std::size_t i = 0; i < std::size(names_of<Enum>); ++i)
-    choices.emplace_back(names_of<Enum>[i], static_cast<Enum>(i));
-  app.add_choice<Enum>(option, value, choices, what);
-}
-
-void add_fit_option(Command& app, CurveFit& fit);
-
-/// SCENE, --fabric, --grid, --segments, --start-from; --out with its own words.
-void add_run_options(Command& app, RunArguments& args, const std::string& out_holds);
+/// SCENE, --fabric, --segments, --fit, --start-from, --internal-friction, --out.
+void fields(Fields& f, RunArguments& args);
+/// --coarsest-mm, --seed, --thickness-mm, and `finest`: --spacing-mm too.
+void mesh_fields(Fields& f, DrapeOptions& options, bool finest);
 
 /// The files behind them.
 struct RunInputs {
@@ -52,10 +38,14 @@ struct RunInputs {
   Fabric fabric;
   Print print;
   std::optional<Sheet> measured;
+
+  /// Every file that was read but the start: scene, print, fabric with its curves, meshes.
+  [[nodiscard]] std::vector<std::filesystem::path> files() const;
 };
 
-/// Scene, its fabric or another, and print. Throws Error(bad_input) where no cloth has such a
-/// friction or gravity, or the pins are farther apart than the fabric was stretched.
+/// Scene, its fabric or another, and print. Throws Error(usage) where SCENE is missing,
+/// Error(bad_input) where no cloth has such a friction or gravity, or the pins are farther apart
+/// than the fabric was stretched.
 [[nodiscard]] RunInputs read_checked(const std::filesystem::path& scene,
                                      const std::optional<std::filesystem::path>& fabric);
 
@@ -65,28 +55,29 @@ struct RunInputs {
                                   const Print& print);
 
 /// Throws Error(bad_input) where the sheet says that it was measured of another scene.
-void require_same_drape(const std::filesystem::path& reference, const Scene& scene);
+void require_same_drape(const Sheet& reference, const Scene& scene);
 
-/// Throws Error(usage), before anything is touched, where an output is one of the inputs or a file
-/// of the scene or its fabric, of which nothing is given for the scene's own. Returns
-/// the files with those among the inputs.
-StepFiles refuse_to_replace(const std::filesystem::path& scene,
-                            const std::optional<std::filesystem::path>& fabric, StepFiles files);
+/// Reads the inputs of `args`. Throws Error(usage), before anything is touched, where --out is
+/// missing or an output is one of the inputs.
+[[nodiscard]] RunInputs read_run_inputs(const RunArguments& args,
+                                        const std::vector<std::filesystem::path>& outputs);
 
-/// Files read of --start-from; a record takes them when it begins, before any output is touched.
-[[nodiscard]] std::vector<std::filesystem::path> start_inputs(const RunArguments& args);
+/// A record of a run, with the inputs booked.
+[[nodiscard]] RunRecord record_of(const RunArguments& args, const RunInputs& inputs,
+                                  std::vector<std::string> words,
+                                  const std::filesystem::path& file);
 
-/// The same, and throws Error(usage) where it is a sheet in a folder `branch-*` of --out, in whose
-/// place a branch would be written, and Error(bad_input) where the list there cannot be read.
-[[nodiscard]] StepFiles start_beside_branches(const RunArguments& args);
+/// Sets the reach of the curves after a first run, where the fit asks for it.
+void set_reach(RunArguments& args, const RunInputs& inputs);
+
+/// Files in a folder `branch-*` of `out`, in whose place a branch would be written. Throws
+/// Error(bad_input) where the list there cannot be read.
+[[nodiscard]] std::vector<std::filesystem::path> earlier_branch_files(
+    const std::filesystem::path& out);
 
 /// Writes branches.json after removing the sheets that the earlier one names, and before any new
 /// sheet: whenever a run may end, every sheet of a branch stands in the list.
-void write_branch_list(const std::filesystem::path& out, const Json& json, RunRecord& record);
-
-/// Reads them, books all but start_inputs() in the record and sets the grid of the options and,
-/// after a first run, the reach of the curves. Throws Error.
-[[nodiscard]] RunInputs read_run_inputs(RunArguments& args, RunRecord& record);
+void write_branch_list(const std::filesystem::path& out, const BranchList& list, RunRecord& record);
 
 [[nodiscard]] inline std::optional<std::string> no_go_of(const std::optional<Sheet>& measured) {
   return measured ? measured->no_go : std::nullopt;
@@ -102,6 +93,3 @@ void write_branch_list(const std::filesystem::path& out, const Json& json, RunRe
 }
 
 }  // namespace drape::simulate
-
-template <>
-inline constexpr std::string_view drape::names_of<drape::simulate::CurveFit>[] = {"drape", "whole"};
