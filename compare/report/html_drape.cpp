@@ -256,7 +256,7 @@ std::string simulations_part(const DrapeFiles& drape, const Report& report,
 /// Shares of the millimetres as `drape simulate sensitivity` found them; empty when it was not run.
 std::string error_split_part(const DrapeFiles& drape) {
   if (!drape.error_split) return {};
-  const ErrorSplitFile& split = *drape.error_split;
+  const SensitivityFile& split = *drape.error_split;
   std::string text = "<h3>Where the millimetres come from</h3>\n";
   if (const std::string sentence = error_split_sentence(split); !sentence.empty())
     text += html_paragraph("Over " + std::to_string(split.marks) + " marks: " + sentence + ".");

@@ -84,7 +84,7 @@ void read_error_split_beside(DrapeFiles& drape, Session& session) {
   auto made_by = read_made_by(file);
   auto why = other_origin(made_by ? made_by->inputs : HashedFiles(), drape.input);
   if (!why) {
-    ErrorSplitFile split = read_record<ErrorSplitFile>(file);
+    SensitivityFile split = read_record<SensitivityFile>(file);
     why = other_base(split, drape.input);
     if (!why && split.no_go && split.no_go != measured.sheet.no_go)
       why = "rests on a measurement that is NO-GO: " + *split.no_go;

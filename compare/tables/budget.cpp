@@ -117,7 +117,7 @@ void add_friction_band(const DrapeInput& input, const Report& report, BudgetInpu
 /// Internal friction holds the cloth somewhere between where two pasts leave it; a drape without it
 /// lies about the middle of what a cloth with it leaves open.
 void add_memory(const DrapeInput& input, const Report& report,
-                const std::optional<ErrorSplitFile>& split, BudgetInputs& inputs) {
+                const std::optional<SensitivityFile>& split, BudgetInputs& inputs) {
   std::vector<MarkId> marks;
   InputEffect effect{"internal friction's interval", {}, true, {}, {}};
   if (const auto list = speaking_list(input); list && list->memory_band) {
@@ -137,7 +137,7 @@ void add_memory(const DrapeInput& input, const Report& report,
     effect.up_m = one->moves->up_m;
     effect.origin =
         fmt::format("both branches of the loops give {:+.3f} mm; as much may be left, up or down",
-                    one->change_m_per_unit / mm);
+                    one->change_m_per_unit.value_or(0) / mm);
   } else {
     return;
   }
@@ -231,7 +231,7 @@ void add_moves(const std::string& value, const std::optional<MarkMoves>& moves,
 }
 
 void add_sensitivities(const DrapeInput& input, const Report& report,
-                       const std::optional<ErrorSplitFile>& split, BudgetInputs& inputs) {
+                       const std::optional<SensitivityFile>& split, BudgetInputs& inputs) {
   if (!split || !input.scene) {
     return inputs.lack(
         "place and size of the objects, friction and fabric values, which drape run --uncertainty "
@@ -261,7 +261,7 @@ std::optional<BranchList> speaking_list(const DrapeInput& input) {
 }
 
 BudgetInputs budget_inputs_of(const DrapeInput& input, const Report& report,
-                              const std::optional<ErrorSplitFile>& split) {
+                              const std::optional<SensitivityFile>& split) {
   BudgetInputs inputs;
   add_measurement(input, report, inputs);
   if (input.simulations[headline_of(report).simulation].other_simulator) {

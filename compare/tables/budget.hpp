@@ -33,7 +33,7 @@ struct BudgetInputs {
 };
 /// `report` has a headline.
 [[nodiscard]] BudgetInputs budget_inputs_of(const DrapeInput& input, const Report& report,
-                                            const std::optional<ErrorSplitFile>& split);
+                                            const std::optional<SensitivityFile>& split);
 
 /// The list of the drape's speaking branch, with the bands of friction and internal friction;
 /// nothing when it is another one by now.

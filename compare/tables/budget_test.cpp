@@ -111,8 +111,8 @@ double true_distance_m(const Bench& bench) {
 
 /// Result of drape simulate sensitivity: where the marks move by one per cent to first order, by
 /// one standard uncertainty, and at the ends of a range.
-ErrorSplitFile sensitivities_of(const Bench& bench) {
-  ErrorSplitFile split;
+SensitivityFile sensitivities_of(const Bench& bench) {
+  SensitivityFile split;
   for (const SheetMark& mark : bench.measured.marks) split.marks_at.push_back(mark.mark);
   const auto by = [&](double step, const std::function<void(Values&, double)>& change) {
     Values other = bench.stated;

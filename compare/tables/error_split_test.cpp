@@ -27,8 +27,7 @@ using units::mm;
 Json variant(const char* what, const char* from, bool at_rest, double change_mm) {
   return {{"what", what},           {"from", from},
           {"at_rest", at_rest},     {"mean_distance_mm", 1.5 + change_mm},
-          {"change_mm", change_mm}, {"mean_way_of_marks_mm", 2 * std::abs(change_mm)},
-          {"hem_folds", 4}};
+          {"change_mm", change_mm}, {"mean_way_of_marks_mm", 2 * std::abs(change_mm)}};
 }
 
 /// A run of drape-simulate sensitivity as it leaves its files beside a measured sheet.
@@ -111,7 +110,7 @@ TEST(ErrorSplit, OfADrapeThatIsNotComparedIsLeftOutWithAWarning) {
            {"rows", 13, "is of 13x21, 5 segments (consistent), which is not compared"},
            {"segments", 1, nullptr},
            {"model", "consistent, internal friction", "(consistent, internal friction), which is"},
-           {"rows", 0, "does not say of which grid it is"}}) {
+           {"rows", nullptr, "does not say of which mesh it is"}}) {
     Json changes = Json::object();
     changes[key] = value;
     write_split(example.sheets.front(), "scene", "fabric", "", changes);
@@ -155,7 +154,7 @@ TEST(ErrorSplit, ADamagedFileIsRefusedByName) {
   text.replace(text.find("change_mm"), 9, "change_um");
   write_durable(example.split, text);
   try {
-    static_cast<void>(read_record<ErrorSplitFile>(example.split));
+    static_cast<void>(read_record<SensitivityFile>(example.split));
     FAIL() << "a file with a misspelt key was read";
   } catch (const Error& error) {
     EXPECT_THAT(error.what(), HasSubstr("sensitivity.json"));
@@ -165,7 +164,7 @@ TEST(ErrorSplit, ADamagedFileIsRefusedByName) {
 
 TEST(ErrorSplit, TheGreatestChangeAtRestIsNamed) {
   const Example example;
-  const ErrorSplitFile split = read_record<ErrorSplitFile>(example.split);
+  const SensitivityFile split = read_record<SensitivityFile>(example.split);
   EXPECT_EQ(variant_effect_table(split).marked_row, 2U) << "the greatest of all is not at rest";
   EXPECT_EQ(value_effect_table(split).rows.front()[0], "areal density");
   EXPECT_THAT(error_split_sentence(split), HasSubstr("twist < none"));
@@ -186,7 +185,7 @@ TEST(ErrorSplit, StandsInTheReportAndInTablesBesideIt) {
   EXPECT_THAT(html, Not(HasSubstr("twist < none")));
   EXPECT_TRUE(fs::is_regular_file(example.folder.path() / "report" / "A-fabric-values.csv"));
   EXPECT_THAT(read_text(example.folder.path() / "report" / "A-model-changes.csv"),
-              HasSubstr("twist < none,the start,0.750,-0.750,1.500,4,yes"));
+              HasSubstr("twist < none,the start,0.750,-0.750,1.500,yes"));
 }
 
 }  // namespace

@@ -95,14 +95,14 @@ TEST(FrictionInTheBudget, IsDrawnBetweenWhatOppositePushesLeave) {
 TEST(InternalFrictionInTheBudget, IsALineOfItsOwn) {
   const drape::test::TemporaryFolder folder;
   DrapeInput input = drape_with(folder.path(), true);
-  const auto line_of = [&](const std::optional<ErrorSplitFile>& split) {
+  const auto line_of = [&](const std::optional<SensitivityFile>& split) {
     const Report report = compare_drape(input, {});
     for (const InputEffect& effect : budget_inputs_of(input, report, split).effects)
       if (effect.what == "internal friction's interval") return std::optional(effect);
     return std::optional<InputEffect>();
   };
   EXPECT_FALSE(line_of(std::nullopt));
-  ErrorSplitFile split;
+  SensitivityFile split;
   Eigen::MatrixX3d up_m = Eigen::MatrixX3d::Zero(121, 3);
   up_m.col(2).setConstant(0.4 * mm);
   for (int k = 0; k < 121; ++k) split.marks_at.push_back({k / 11, k % 11});
