@@ -228,6 +228,13 @@ double distance_m(const Polygon& polygon, const Vector2d& p) {
   return least;
 }
 
+bool is_on(const ClothOutline& outline, const Vector2d& p, double near_m) {
+  if (!contains(outline.outer, p) && distance_m(outline.outer, p) > near_m) return false;
+  return std::none_of(outline.holes.begin(), outline.holes.end(), [&](const Polygon& hole) {
+    return contains(hole, p) && distance_m(hole, p) > near_m;
+  });
+}
+
 Polygon circle(const Vector2d& centre_m, double radius_m, int count, double turn_rad) {
   Polygon polygon;
   for (int i = 0; i < count; ++i) {

@@ -25,6 +25,9 @@ struct ClothOutline {
 [[nodiscard]] bool contains(const Polygon& polygon, const Eigen::Vector2d& point_m);
 /// Distance (m) of a point from the nearest line of a closed polygon.
 [[nodiscard]] double distance_m(const Polygon& polygon, const Eigen::Vector2d& point_m);
+/// True if a point lies on the cloth or no farther than `near_m` beside its border.
+[[nodiscard]] bool is_on(const ClothOutline& outline, const Eigen::Vector2d& point_m,
+                         double near_m);
 
 /// `count` corners on a circle, one at angle `turn_rad` from the warp.
 [[nodiscard]] Polygon circle(const Eigen::Vector2d& centre_m, double radius_m, int count,

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "core/scene.hpp"
-#include "simulate/cloth/cloth.hpp"
+#include "simulate/fabric/memory.hpp"
 
 namespace drape::simulate {
 

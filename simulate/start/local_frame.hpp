@@ -10,15 +10,6 @@
 
 namespace drape::simulate {
 
-/// The measured sheet, or an Error that says why it is needed.
-[[nodiscard]] const Sheet& need_measured(const std::optional<Sheet>& measured, const Scene& scene);
-
-/// Where a sheet that starts flat lies; `report` says which marks placed it. Throws
-/// Error(bad_input) where they miss the flat cloth by more than they have come down and it can be
-/// extended.
-[[nodiscard]] FlatPose flat_start(const Scene& scene, const std::optional<Sheet>& measured,
-                                  double top_z_m, StartReport& report);
-
 /// A scene in the frame of its sheet: origin at the middle of the start, x along the weft, z up.
 /// There every coordinate is small, and a world that is moved or turned about the vertical gives
 /// the same numbers: places of objects and pins are rounded to 0.12 nm, far above the rounding of
@@ -37,7 +28,7 @@ struct LocalScene {
   [[nodiscard]] double gravity_offset_j(double mass_kg) const;
 };
 
-/// `top_z_m` is the highest point of the objects in the world. Throws Error as make_start() does.
+/// `top_z_m` is the highest point of the objects in the world. Throws Error as flat_start() does.
 [[nodiscard]] LocalScene local_scene(const Scene& world, const std::optional<Sheet>& measured,
                                      double top_z_m);
 

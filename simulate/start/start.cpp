@@ -6,12 +6,13 @@
 #include <Eigen/Geometry>
 #include <Eigen/Sparse>
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <initializer_list>
+#include <utility>
 
 #include "core/error.hpp"
 #include "core/units.hpp"
-#include "simulate/start/clamps.hpp"
-#include "simulate/start/local_frame.hpp"
 
 namespace drape::simulate {
 namespace {
@@ -28,7 +29,9 @@ constexpr int kReweights = 10;
 // Share of a cloth's length: suitings extend by about as much under 100 gf/cm (FAST's E100; De Boos
 // and Tester 1994), and lying on an object they bear far less.
 constexpr double kExtended = 0.05;
-constexpr double kMarkWeight = 100;  // weight of a mark against a second difference, both in m
+constexpr double kFill_m = 5e-3;      // spacing on which marks that were not measured are filled
+constexpr double kMarkWeight = 100;   // weight of a mark against a second difference, both in m
+constexpr double kPushed_m = 0.5e-3;  // farther out of an object: beyond a mark's uncertainty
 constexpr double kLeastSide_m = 1e-4, kLargestSide_m = 100;  // sides of a patch: a yarn, a hall
 
 /// Weighted rigid 2D fit world = centre + R(yaw) local.
@@ -76,11 +79,6 @@ const Sheet& need(const std::optional<Sheet>& measured, const Scene& scene, cons
                   "give the measured sheet with --start-from");
 }
 
-/// Wavy, deterministic, without the symmetries of a square: lets a symmetric start choose a fold.
-double imperfection(int row, int col) {
-  return std::sin(1.3 * row + 0.7 * col + 0.4) + 0.5 * std::sin(0.9 * col - 2.1 * row + 1.1);
-}
-
 std::string name_of(const Pin& pin) {
   return pin.at_material_m ? fmt::format("material point ({:g}, {:g}) mm",
                                          pin.at_material_m->x() / mm, pin.at_material_m->y() / mm)
@@ -106,59 +104,11 @@ std::optional<Vector3d> measured_point(const Sheet& sheet, const Print& print, c
   return sum;
 }
 
-void add_holds(const Scene& scene, const Print& print, const GridSpec& grid,
-               const std::optional<Sheet>& measured, StartState& start) {
-  for (const Pin& pin : scene.pins) {
-    const Vector2d at = pin.material_m(print);
-    if ((at.array() < 0).any() || (at.array() > print.patch_m.array() + 1e-9).any() ||
-        (!pin.at_material_m && (pin.mark.row < 0 || pin.mark.col < 0 ||
-                                pin.mark.row >= print.rows || pin.mark.col >= print.cols))) {
-      throw bad_input(fmt::format("the pin holds {}, which the print does not have", name_of(pin)),
-                      {.file = scene.file.string(), .field = "pin"},
-                      fmt::format("rows 0 to {}, cols 0 to {}", print.rows - 1, print.cols - 1));
-    }
-    const auto place =
-        pin.point_in_world
-            ? pin.point_in_world
-            : measured_point(need(measured, scene, "pin.at_mm", "a pin has no point in space"),
-                             print, at);
-    if (!place) {
-      throw bad_input(
-          fmt::format("the pin holds {}, which was not measured", name_of(pin)),
-          {.file = scene.file.string(), .field = "pin"},
-          "give its position as at_mm, or pin a point whose marks around it were measured");
-    }
-    start.hold_in_world.push_back(*place);
-    start.holds.push_back(hold_at(grid, at));
-  }
-  for (const ClampedParticle& held : clamps_on(scene, grid).held) {
-    start.hold_in_world.push_back(held.place_in_world);
-    start.holds.push_back(
-        {{held.particle, held.particle, held.particle, held.particle}, {1, 0, 0, 0}});
-  }
-}
-
 }  // namespace
 
 Vector3d FlatPose::point_in_world(const Vector2d& material_m, const Vector2d& patch_m) const {
   const Vector2d p = Eigen::Rotation2Dd(yaw_rad) * local_of(material_m, patch_m);
   return centre_in_world + Vector3d(p.x(), p.y(), 0);
-}
-
-Vector2d material_of(const GridSpec& grid, int row, int col) {
-  return {row * grid.warp_spacing_m(), col * grid.weft_spacing_m()};
-}
-
-Hold hold_at(const GridSpec& grid, const Vector2d& material_m) {
-  const double u = material_m.x() / grid.warp_spacing_m();
-  const double v = material_m.y() / grid.weft_spacing_m();
-  const int row = std::clamp(static_cast<int>(std::floor(u)), 0, grid.rows - 2);
-  const int col = std::clamp(static_cast<int>(std::floor(v)), 0, grid.cols - 2);
-  const double a = u - row;
-  const double b = v - col;
-  const int i = grid.index(row, col);
-  return {{i, i + 1, i + grid.cols, i + grid.cols + 1},
-          {(1 - a) * (1 - b), (1 - a) * b, a * (1 - b), a * b}};
 }
 
 namespace {
@@ -272,50 +222,6 @@ FlatPose fit_flat(const Sheet& measured, double top_z_m, StartReport& report) {
   return {{fit.centre.x(), fit.centre.y(), top_z_m}, fit.yaw};
 }
 
-Field fill_measured(const Sheet& measured, const GridSpec& grid) {
-  using Entry = Eigen::Triplet<double>;
-  const int n = grid.count();
-  std::vector<Entry> entries;
-  int row_count = 0;
-  Eigen::MatrixXd target(static_cast<Eigen::Index>(measured.marks.size()) + 3 * n, 3);
-  target.setZero();
-  for (const SheetMark& mark : measured.marks) {
-    const Hold hold = hold_at(grid, mark.material_m);
-    for (int k = 0; k < 4; ++k) {
-      entries.emplace_back(row_count, hold.particle[k], kMarkWeight * hold.weight[k]);
-    }
-    target.row(row_count++) = kMarkWeight * mark.point_in_world.transpose();
-  }
-  for (int r = 0; r < grid.rows; ++r) {
-    for (int c = 0; c < grid.cols; ++c) {
-      const int i = grid.index(r, c);
-      const auto second = [&](int before, int after) {
-        entries.emplace_back(row_count, before, 1.0);
-        entries.emplace_back(row_count, i, -2.0);
-        entries.emplace_back(row_count++, after, 1.0);
-      };
-      if (r > 0 && r + 1 < grid.rows) second(i - grid.cols, i + grid.cols);
-      if (c > 0 && c + 1 < grid.cols) second(i - 1, i + 1);
-      if (r + 1 < grid.rows && c + 1 < grid.cols) {
-        entries.emplace_back(row_count, i, 1.0);
-        entries.emplace_back(row_count, i + 1, -1.0);
-        entries.emplace_back(row_count, i + grid.cols, -1.0);
-        entries.emplace_back(row_count++, i + grid.cols + 1, 1.0);
-      }
-    }
-  }
-  Eigen::SparseMatrix<double> matrix(row_count, n);
-  matrix.setFromTriplets(entries.begin(), entries.end());
-  const Eigen::SparseMatrix<double> normal = matrix.transpose() * matrix;
-  const Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>> solver(normal);
-  const Eigen::MatrixXd solution = solver.solve(matrix.transpose() * target.topRows(row_count));
-  if (solver.info() != Eigen::Success || !solution.allFinite()) {
-    throw bad_input("the measured marks do not span a surface", {},
-                    "at least three marks off one line are needed to start from them");
-  }
-  return {solution.data(), solution.data() + solution.size()};
-}
-
 const Sheet& need_measured(const std::optional<Sheet>& measured, const Scene& scene) {
   return need(measured, scene, "start.mode", "the scene starts from the measured sheet");
 }
@@ -333,41 +239,164 @@ FlatPose flat_start(const Scene& scene, const std::optional<Sheet>& measured, do
 }
 
 /// No cloth is larger, and far beyond (1e12 m) places are rounded to what the checker sees.
-void require_sized(const GridSpec& grid, const Scene& scene) {
-  const auto side = grid.patch_m.array();
+void require_sized(const Print& print, const Scene& scene) {
+  const auto side = print.patch_m.array();
   if ((side >= kLeastSide_m).all() && (side <= kLargestSide_m).all()) return;
   throw bad_input(fmt::format("a side of the patch of {:g} x {:g} mm is not in 0.1 mm .. 100 m",
-                              grid.patch_m.x() / mm, grid.patch_m.y() / mm),
+                              print.patch_m.x() / mm, print.patch_m.y() / mm),
                   {.file = scene.print_file.string(), .field = "patch_mm"},
                   "state in the print what the cloth measures");
 }
 
-StartState make_start(const Scene& scene, const Print& print, const GridSpec& grid,
-                      const std::optional<Sheet>& measured, double top_z_m, double imperfection_m) {
-  require_sized(grid, scene);
-  StartState start;
-  const int n = grid.count();
-  if (scene.start.mode == StartMode::measured) {
-    start.position = fill_measured(need_measured(measured, scene), grid);
-    start.report.marks_used = static_cast<int>(measured->marks.size());
-  } else {
-    start.report.flat = flat_start(scene, measured, top_z_m, start.report);
-    start.position.assign(3 * static_cast<std::size_t>(n), 0.0);
-    for (int r = 0; r < grid.rows; ++r) {
-      for (int c = 0; c < grid.cols; ++c) {
-        const Vector3d p = start.report.flat.point_in_world(material_of(grid, r, c), grid.patch_m);
-        for (int axis = 0; axis < 3; ++axis) {
-          start.position[static_cast<std::size_t>(axis) * n + grid.index(r, c)] = p[axis];
-        }
+std::vector<Vector3d> pin_places(const Scene& scene, const Print& print,
+                                 const std::optional<Sheet>& measured) {
+  std::vector<Vector3d> places;
+  for (const Pin& pin : scene.pins) {
+    const Where where{.file = scene.file.string(), .field = "pin"};
+    if (!pin.at_material_m && (pin.mark.row < 0 || pin.mark.col < 0 || pin.mark.row >= print.rows ||
+                               pin.mark.col >= print.cols))
+      throw bad_input(fmt::format("the pin holds {}, which the print does not have", name_of(pin)),
+                      where,
+                      fmt::format("rows 0 to {}, cols 0 to {}", print.rows - 1, print.cols - 1));
+    const auto place =
+        pin.point_in_world
+            ? pin.point_in_world
+            : measured_point(need(measured, scene, "pin.at_mm", "a pin has no point in space"),
+                             print, pin.material_m(print));
+    if (!place)
+      throw bad_input(
+          fmt::format("the pin holds {}, which was not measured", name_of(pin)), where,
+          "give its position as at_mm, or pin a point whose marks around it were measured");
+    places.push_back(*place);
+  }
+  return places;
+}
+
+double push_out(std::vector<Vector3d>& places, const Surroundings& surroundings) {
+  constexpr int kRounds = 20;  // between two objects each pushes into the other
+  double farthest_m = 0;
+  for (Vector3d& place : places) {
+    const Vector3d from = place;
+    bool inside = true;
+    for (int round = 0; inside && round < kRounds; ++round) {
+      inside = false;
+      for (int shape = 0; shape < surroundings.count(); ++shape) {
+        const double gap_m = surroundings.gap_m(shape, place);
+        if (gap_m >= 0) continue;
+        place -= gap_m * surroundings.normal(shape, place);
+        inside = true;
       }
     }
+    farthest_m = std::max(farthest_m, (place - from).norm());
   }
-  for (int i = 0; i < n; ++i) {
-    start.position[2 * static_cast<std::size_t>(n) + i] +=
-        imperfection_m * imperfection(i / grid.cols, i % grid.cols);
+  return farthest_m;
+}
+
+namespace {
+
+/// Nodes in rows along the warp, `spacing_m` apart, one of them on mark (0, 0), that cover a patch.
+struct FillGrid {
+  explicit FillGrid(const Print& print)
+      : spacing_m(print.pitch_m / std::max(1.0, std::round(print.pitch_m / kFill_m))) {
+    const auto steps = [&](double length_m) {
+      return static_cast<int>(std::ceil(length_m / spacing_m - 1e-6));
+    };
+    for (int d = 0; d < 2; ++d) {
+      const int before = steps(print.margin_m[d]);
+      first_m[d] = print.margin_m[d] - before * spacing_m;
+      count[d] = before + steps(print.patch_m[d] - print.margin_m[d]) + 1;
+    }
   }
-  add_holds(scene, print, grid, measured, start);
-  return start;
+  [[nodiscard]] int index(int row, int col) const { return row * count[1] + col; }
+  [[nodiscard]] Vector2d material_m(int row, int col) const {
+    return first_m + spacing_m * Vector2d(row, col);
+  }
+
+  double spacing_m;
+  Vector2d first_m;
+  std::array<int, 2> count{};
+};
+
+/// Rows of a least squares problem: weights of nodes, and what their sum is to be.
+struct Equations {
+  void add(std::initializer_list<std::pair<int, double>> weights, const Vector3d& sum) {
+    for (const auto& [node, weight] : weights)
+      entries.emplace_back(static_cast<int>(sums.size()), node, weight);
+    sums.push_back(sum);
+  }
+  std::vector<Eigen::Triplet<double>> entries;
+  std::vector<Vector3d> sums;
+};
+
+void add_marks(const Sheet& measured, const FillGrid& grid, Equations& equations) {
+  for (const SheetMark& mark : measured.marks) {
+    const Vector2d at = (mark.material_m - grid.first_m) / grid.spacing_m;
+    const int row = std::clamp(static_cast<int>(std::floor(at.x())), 0, grid.count[0] - 2);
+    const int col = std::clamp(static_cast<int>(std::floor(at.y())), 0, grid.count[1] - 2);
+    const double a = at.x() - row, b = at.y() - col, w = kMarkWeight;
+    equations.add({{grid.index(row, col), w * (1 - a) * (1 - b)},
+                   {grid.index(row, col + 1), w * (1 - a) * b},
+                   {grid.index(row + 1, col), w * a * (1 - b)},
+                   {grid.index(row + 1, col + 1), w * a * b}},
+                  w * mark.point_in_world);
+  }
+}
+
+void add_second_differences(const FillGrid& grid, Equations& equations) {
+  for (int row = 0; row < grid.count[0]; ++row) {
+    for (int col = 0; col < grid.count[1]; ++col) {
+      const int i = grid.index(row, col), below = i + grid.count[1];
+      if (row > 0 && row + 1 < grid.count[0])
+        equations.add({{i - grid.count[1], 1}, {i, -2}, {below, 1}}, Vector3d::Zero());
+      if (col > 0 && col + 1 < grid.count[1])
+        equations.add({{i - 1, 1}, {i, -2}, {i + 1, 1}}, Vector3d::Zero());
+      if (row + 1 < grid.count[0] && col + 1 < grid.count[1])
+        equations.add({{i, 1}, {i + 1, -1}, {below, -1}, {below + 1, 1}}, Vector3d::Zero());
+    }
+  }
+}
+
+}  // namespace
+
+MaterialShape measured_shape(const Scene& scene, const std::optional<Sheet>& measured,
+                             const Print& print, const Surroundings& surroundings) {
+  const Sheet& sheet = need_measured(measured, scene);
+  const FillGrid grid(print);
+  Equations equations;
+  add_marks(sheet, grid, equations);
+  add_second_differences(grid, equations);
+  const auto rows = static_cast<Eigen::Index>(equations.sums.size());
+  Eigen::MatrixX3d sums(rows, 3);
+  for (Eigen::Index k = 0; k < rows; ++k) sums.row(k) = equations.sums[k].transpose();
+  Eigen::SparseMatrix<double> matrix(rows, grid.count[0] * grid.count[1]);
+  matrix.setFromTriplets(equations.entries.begin(), equations.entries.end());
+  const Eigen::SparseMatrix<double> normal = matrix.transpose() * matrix;
+  const Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>> solver(normal);
+  const Eigen::MatrixX3d solution = solver.solve(matrix.transpose() * sums);
+  if (solver.info() != Eigen::Success || !solution.allFinite())
+    throw bad_input("the measured marks do not span a surface",
+                    {.file = scene.file.string(), .field = "start.mode"},
+                    "measure at least three marks off one line, or start flat");
+  MaterialShape shape;
+  for (int row = 0; row < grid.count[0]; ++row) {
+    for (int col = 0; col < grid.count[1]; ++col) {
+      shape.material_m.push_back(grid.material_m(row, col));
+      shape.places.emplace_back(solution.row(grid.index(row, col)).transpose());
+    }
+  }
+  shape.pushed_out_m = push_out(shape.places, surroundings);
+  const int marks = sheet.rows * sheet.cols;
+  shape.filled = 1 - static_cast<double>(sheet.marks.size()) / marks;
+  if (shape.filled > 0)
+    shape.warnings.push_back(fmt::format(
+        "start from the measured shape: {} of {} marks ({:.0f} %) were not measured; the surface "
+        "of least second differences through the others stands for them",
+        marks - static_cast<int>(sheet.marks.size()), marks, 100 * shape.filled));
+  if (shape.pushed_out_m > kPushed_m)
+    shape.warnings.push_back(
+        fmt::format("start from the measured shape: moved out of the objects by up to {:.2g} mm",
+                    shape.pushed_out_m / mm));
+  return shape;
 }
 
 }  // namespace drape::simulate

@@ -8,8 +8,6 @@
 
 #include "core/error.hpp"
 #include "core/units.hpp"
-#include "simulate/contact/piercing.hpp"
-#include "simulate/contact/self_distance.hpp"
 #include "simulate/start/start.hpp"
 
 namespace drape::simulate {
@@ -17,7 +15,7 @@ namespace {
 
 using units::mm;
 
-constexpr double kPierced = 1e-4;    // m; less is a sheet that lies on an edge
+constexpr double kSame_m = 1e-6;     // a pin this near to the hem is on it
 constexpr double kWritten_m = 1e-3;  // two places written to a whole millimetre
 
 /// Woven cloth is thinner (KES-FB-3 at 0.5 gf/cm2): a start that is laid on an object is not
@@ -48,23 +46,6 @@ bool is_below_an_object(const std::vector<Eigen::Vector3d>& places_in_world,
 
 }  // namespace
 
-std::vector<std::string> faults_of_start(const GridSpec& grid, const Field& position,
-                                         const Surroundings& surroundings) {
-  std::vector<std::string> faults;
-  const int crossings = self_distance(grid, position).crossings;
-  if (crossings > 0) {
-    faults.push_back(
-        fmt::format("the start passes through itself in {} pairs of triangles", crossings));
-  }
-  const double through_m = std::max(pierced_m(grid, position, surroundings),
-                                    rim_through_m(grid, position, surroundings));
-  if (through_m > kPierced) {
-    faults.push_back(fmt::format(
-        "the start is pierced: an edge of an object stands {:.2g} mm through it", through_m / mm));
-  }
-  return faults;
-}
-
 void refuse_inside(const Scene& scene, const std::vector<Eigen::Vector3d>& places_in_world,
                    const Surroundings& surroundings) {
   const double deep_m = deepest_m(places_in_world, surroundings, 0);
@@ -81,22 +62,33 @@ void refuse_inside(const Scene& scene, const std::vector<Eigen::Vector3d>& place
                   raised_m / mm));
 }
 
-void refuse_flat_start_inside(const Scene& scene, const GridSpec& grid,
+void refuse_flat_start_inside(const Scene& scene, const Print& print, const ClothOutline& outline,
                               const Surroundings& surroundings) {
   if (scene.start.mode != StartMode::flat) return;
-  require_sized(grid, scene);
+  require_sized(print, scene);
   constexpr int kPlaces = 110;  // along each side: nearer together than half a small object
   const FlatPose flat{scene.start.centre_in_world.value_or(Eigen::Vector3d::Zero()),
                       scene.start.yaw_rad};
   std::vector<Eigen::Vector3d> places;
   for (int i = 0; i <= kPlaces; ++i) {
     for (int k = 0; k <= kPlaces; ++k) {
-      const Eigen::Vector2d at(i / double{kPlaces}, k / double{kPlaces});
-      if (grid.round && (2 * at - Eigen::Vector2d::Ones()).norm() > 1) continue;
-      places.push_back(flat.point_in_world(at.cwiseProduct(grid.patch_m), grid.patch_m));
+      const Eigen::Vector2d at =
+          print.patch_m.cwiseProduct(Eigen::Vector2d(i, k) / double{kPlaces});
+      if (is_on(outline, at, kSame_m)) places.push_back(flat.point_in_world(at, print.patch_m));
     }
   }
   refuse_inside(scene, places, surroundings);
+}
+
+void refuse_pins_beside(const Scene& scene, const Print& print, const ClothOutline& outline) {
+  for (const Pin& pin : scene.pins) {
+    const Eigen::Vector2d at = pin.material_m(print);
+    if (is_on(outline, at, kSame_m)) continue;
+    throw bad_input(fmt::format("the pin at warp {:g}, weft {:g} mm is not on the cloth",
+                                at.x() / mm, at.y() / mm),
+                    {.file = scene.file.string(), .field = "pin"},
+                    "pin a point inside the outline");
+  }
 }
 
 void require_gravity_of_earth(const Scene& scene) {
@@ -109,12 +101,12 @@ void require_gravity_of_earth(const Scene& scene) {
 }
 
 std::vector<std::string> warnings_of_scene(const Scene& scene, std::optional<double> least_gap_m,
-                                           const GridSpec& grid) {
+                                           double spacing_m) {
   std::vector<std::string> warnings;
   if (!is_gravity_of_earth(scene))
     warnings.push_back(fmt::format("gravity of {:g} m/s2 is not Earth's, of 9.76 to 9.84",
                                    scene.gravity_m_per_s2.norm()));
-  if (least_gap_m && *least_gap_m > std::max(grid.warp_spacing_m(), grid.weft_spacing_m()))
+  if (least_gap_m && *least_gap_m > spacing_m)
     warnings.push_back(
         fmt::format("the cloth touches none of the scene's objects: the nearest is {:.1f} mm away",
                     *least_gap_m / units::mm));
@@ -139,11 +131,6 @@ void check_pins(const Scene& scene, const Print& print, const Fabric& fabric) {
           "is a place wrong, or a mark's row or column exchanged?");
     }
   }
-}
-
-std::string warning_of_lifted(int particles) {
-  return fmt::format("{} particles started inside an object and were set on its surface",
-                     particles);
 }
 
 }  // namespace drape::simulate

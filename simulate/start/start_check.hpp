@@ -7,17 +7,11 @@
 
 #include "core/rig.hpp"
 #include "core/scene.hpp"
-#include "simulate/cloth/cloth.hpp"
 #include "simulate/fabric/fabric.hpp"
+#include "simulate/mesh/material_mesh.hpp"
 #include "simulate/objects/surroundings.hpp"
 
 namespace drape::simulate {
-
-/// Faults of a sheet that a drape is to start from, in words; empty when nothing is. No
-/// solver takes a sheet out of itself or off an edge that stands through it, so whoever starts
-/// from such a sheet should know before the end is refused.
-[[nodiscard]] std::vector<std::string> faults_of_start(const GridSpec& grid, const Field& position,
-                                                       const Surroundings& surroundings);
 
 /// Throws Error(bad_input) naming two pins that are farther apart in space than the cloth between
 /// them reaches: along its threads, each stretched to the end of its measured curve.
@@ -29,20 +23,20 @@ void check_pins(const Scene& scene, const Print& print, const Fabric& fabric);
 void refuse_inside(const Scene& scene, const std::vector<Eigen::Vector3d>& places_in_world,
                    const Surroundings& surroundings);
 
-/// The same for the scene's own flat start of a grid; starts of other modes lie outside.
-void refuse_flat_start_inside(const Scene& scene, const GridSpec& grid,
+/// The same for the scene's own flat start of a cloth; starts of other modes lie outside.
+void refuse_flat_start_inside(const Scene& scene, const Print& print, const ClothOutline& outline,
                               const Surroundings& surroundings);
+
+/// Throws Error(bad_input) naming a pin that does not hold a point of the cloth.
+void refuse_pins_beside(const Scene& scene, const Print& print, const ClothOutline& outline);
 
 /// Throws Error(bad_input) for gravity under which nobody measured a drape on Earth.
 void require_gravity_of_earth(const Scene& scene);
 
 /// Oddities of a scene's drape: gravity that is not Earth's, and objects none of which
-/// the cloth touches. `least_gap_m` of any particle, absent without objects.
+/// the cloth touches: `least_gap_m` of any point, absent without objects, above the mesh's spacing.
 [[nodiscard]] std::vector<std::string> warnings_of_scene(const Scene& scene,
                                                          std::optional<double> least_gap_m,
-                                                         const GridSpec& grid);
-
-/// Warning where particles were inside an object at the start.
-[[nodiscard]] std::string warning_of_lifted(int particles);
+                                                         double spacing_m);
 
 }  // namespace drape::simulate
