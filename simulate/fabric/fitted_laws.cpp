@@ -76,15 +76,15 @@ Loop shear_loop(const Fabric& fabric) {
   return mean;
 }
 
-ForceCurve law_of(const Loop& loop, const std::string& name, const std::string& unit, int segments,
-                  const FitRange& range, std::vector<CurveReport>& curves) {
+ForceCurve law_of(const Loop& loop, const std::string& name, int segments, const FitRange& range,
+                  std::vector<CurveReport>& curves) {
   const FittedCurve fit = fitted(loop.mean, segments, range);
   if (!fit.curve.rises())
     throw bad_input(fmt::format("the {} curve does not rise everywhere", name),
                     {.file = loop.file.string()},
                     "a cloth that gets weaker under load has no stable rest; check the points");
-  curves.push_back({name, unit, 1 + static_cast<int>(fit.curve.hinges.size()), fit.curve.slope,
-                    fit.range, fit.rms_error, fit.largest_error, loop.half_hysteresis});
+  curves.push_back({name, 1 + static_cast<int>(fit.curve.hinges.size()), fit.curve.slope, fit.range,
+                    fit.rms_error, fit.largest_error, loop.half_hysteresis});
   return fit.curve;
 }
 
@@ -110,16 +110,16 @@ SampledCurve cut_at(const SampledCurve& curve, double range) {
 /// Twist, of which KES measures no loop, stays elastic.
 ClothFriction split_loops(const Fabric& fabric, int segments,
                           const std::optional<CurveReach>& reach, FittedLaws& fitted) {
-  const auto split = [&](Loop loop, const std::string& name, const std::string& unit,
-                         const FitRange& range, ForceCurve& elastic) {
+  const auto split = [&](Loop loop, const std::string& name, const FitRange& range,
+                         ForceCurve& elastic) {
     const FittedFriction fit =
         loop.slip ? friction_of_numbers(loop.width, *loop.slip) : friction_of_loop(loop.width);
     std::vector<CurveReport> refit;
     loop.mean = cut_at(loop.mean, fit.elastic_range);
-    elastic = law_of(loop, name, unit, segments, range, refit);
+    elastic = law_of(loop, name, segments, range, refit);
     for (CurveReport& known : fitted.curves)
       if (known.name == name) known = refit.front();
-    fitted.curves.push_back({friction_name(name), unit, static_cast<int>(fit.stack.elements.size()),
+    fitted.curves.push_back({friction_name(name), static_cast<int>(fit.stack.elements.size()),
                              fit.stack.stiffness(), loop.width.x.back(), fit.rms_error,
                              fit.largest_error, loop.half_hysteresis});
     return fit.stack;
@@ -127,10 +127,10 @@ ClothFriction split_loops(const Fabric& fabric, int segments,
   ClothFriction friction;
   for (int d = 0; d < 2; ++d)
     friction.bending[d] =
-        split(loop_of(fabric.bending[d]), d == 0 ? "bending warp" : "bending weft", "gf cm/cm",
+        split(loop_of(fabric.bending[d]), d == 0 ? "bending warp" : "bending weft",
               bending_range(reach), fitted.laws.bending[d]);
-  friction.shear = split(shear_loop(fabric), "shear (mean of warp and weft)", "gf/cm",
-                         shear_range(reach), fitted.laws.shear);
+  friction.shear = split(shear_loop(fabric), "shear (mean of warp and weft)", shear_range(reach),
+                         fitted.laws.shear);
   return friction;
 }
 
@@ -147,12 +147,12 @@ FittedLaws fit_laws(const Fabric& fabric, int segments, const std::optional<Curv
     const KawabataCurve& tensile = fabric.tensile[d];
     laws.tensile[d] =
         law_of({merged_tensile(tensile), {}, half_hysteresis(tensile), std::nullopt, tensile.file},
-               fmt::format("tensile {}", kDirections[d]), "gf/cm", segments,
-               tensile_range(reach, d), fitted.curves);
+               fmt::format("tensile {}", kDirections[d]), segments, tensile_range(reach, d),
+               fitted.curves);
     laws.bending[d] = law_of(loop_of(fabric.bending[d]), fmt::format("bending {}", kDirections[d]),
-                             "gf cm/cm", segments, bending_range(reach), fitted.curves);
+                             segments, bending_range(reach), fitted.curves);
   }
-  laws.shear = law_of(shear_loop(fabric), "shear (mean of warp and weft)", "gf/cm", segments,
+  laws.shear = law_of(shear_loop(fabric), "shear (mean of warp and weft)", segments,
                       shear_range(reach), fitted.curves);
   const double warp = laws.bending[0].slope;
   const double weft = laws.bending[1].slope;

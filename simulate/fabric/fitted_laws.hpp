@@ -5,22 +5,11 @@
 #include <string>
 #include <vector>
 
+#include "core/certificate.hpp"
 #include "simulate/fabric/fabric.hpp"
 #include "simulate/fabric/laws.hpp"
 
 namespace drape::simulate {
-
-/// Approximation of one Kawabata curve.
-struct CurveReport {
-  std::string name;        ///< e.g. "tensile warp"
-  std::string unit;        ///< unit of the errors: "gf/cm" or "gf cm/cm"
-  int segments = 0;        ///< distinct slopes used
-  double first_slope = 0;  ///< SI: N/m, N/(m rad) or N m
-  double range = 0;        ///< SI: strain, rad or 1/m
-  double rms_error = 0;    ///< SI: N/m or N
-  double largest_error = 0;
-  double half_hysteresis = 0;  ///< SI; what merging the two branches hides
-};
 
 /// The laws of a cloth as its measured curves give them.
 struct FittedLaws {
