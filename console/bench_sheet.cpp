@@ -64,34 +64,32 @@ Json quads_json(const Sheet& sheet) {
 
 }  // namespace
 
-/// Before there is a comparison: the finest grid, five segments or else the most.
+/// Before there is a comparison: five segments or else the most.
 fs::path Bench::best_simulation(const Drape& drape) const {
   if (against_sheet(run_chain(drape))) return {};
-  std::vector<int> grids = rig_.grids, segments = rig_.segments;
-  std::sort(grids.rbegin(), grids.rend());
+  std::vector<int> segments = rig_.segments;
   std::sort(segments.rbegin(), segments.rend());
   std::stable_partition(segments.begin(), segments.end(), [](int s) { return s == 5; });
-  for (const int grid : grids)
-    for (const int segment : segments) {
-      fs::path file = out_ / drape.scene.name / "simulations" /
-                      fmt::format("{}-{}", grid, segment) / "sheet.json";
-      if (!against_inputs(file)) return file;
-    }
+  for (const int segment : segments) {
+    fs::path file =
+        out_ / drape.scene.name / simulation_folder(rig_.spacing_m, segment) / "sheet.json";
+    if (!against_inputs(file)) return file;
+  }
   return {};
 }
 
-/// The comparison that a row of the distances sums up; the same grid may have several branches.
+/// The comparison that a row of the distances sums up; the same mesh may have several branches.
 Json Bench::comparison_of(const Drape& drape, const Json& row) const {
   for (const Json& item : comparisons(drape, row.value("run", Json())))
-    if (item.value("grid_size", "") == row.value("grid_size", "") &&
+    if (item.value("discretisation", "") == row.value("discretisation", "") &&
         item.value("segments", 0.0) == row.value("segments", 0.0) &&
         item.value("mean_dist_mm", 0.0) == row.value("mean_dist_mm", 0.0))
       return item;
   return {};
 }
 
-/// The sheet that a comparison is of, where the report still has it; a refined one lies elsewhere
-/// than those of the rig's grids.
+/// The sheet that a comparison is of, where the report still has it; branches lie elsewhere than
+/// the rig's own simulations.
 fs::path Bench::simulation_of(const Json& comparison) const {
   const Json of = results({"sql", fmt::format("SELECT simulated_sha256 AS sheet FROM comparison "
                                               "WHERE substr(sha256, 1, 12) = '{}'",

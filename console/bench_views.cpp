@@ -191,17 +191,15 @@ Json Bench::drape_json(const Drape& one) const {
   }
   json["simulations"] = Json::array();
   const bool simulated = !against_sheet(run_chain(one));
-  for (const int grid : rig_.grids)
-    for (const int segment : rig_.segments) {
-      const fs::path file =
-          out_ / name / "simulations" / fmt::format("{}-{}", grid, segment) / "sheet.json";
-      const bool there = simulated && fs::is_regular_file(file) && !against_inputs(file);
-      json["simulations"].push_back(
-          {{"grid", grid},
-           {"segments", segment},
-           {"there", there},
-           {"sentence", said_in(there ? ending_of(file) : Json())["sentence"]}});
-    }
+  for (const int segment : rig_.segments) {
+    const fs::path file = out_ / name / simulation_folder(rig_.spacing_m, segment) / "sheet.json";
+    const bool there = simulated && fs::is_regular_file(file) && !against_inputs(file);
+    json["simulations"].push_back(
+        {{"spacing_mm", rig_.spacing_m / units::mm},
+         {"segments", segment},
+         {"there", there},
+         {"sentence", said_in(there ? ending_of(file) : Json())["sentence"]}});
+  }
   return json;
 }
 

@@ -246,11 +246,9 @@ TEST_F(Current, TheVirtualSheetIsTheOneOfTheDistances) {
   const Json result = done(server, {{"do", "run"}})["drapes"][0]["result"];
   ASSERT_TRUE(result.is_object());
   const Json sheet = server.get("api/sheet?drape=C");
-  const std::string grid = result["grid_size"];
-  const auto side = static_cast<std::size_t>(std::stoi(grid));
-  ASSERT_GT(side, 11U) << "the refined one speaks for the drape";
-  EXPECT_EQ(sheet["comparison"]["grid_size"], grid);
-  EXPECT_EQ(sheet["virtual"].size(), (side - 1) * (side - 1) * 12) << "corners of its cells";
+  EXPECT_EQ(result["discretisation"], "10 mm");
+  EXPECT_EQ(sheet["comparison"]["discretisation"], "10 mm");
+  EXPECT_EQ(sheet["virtual"].size(), 20U * 20U * 12U) << "corners of the cells of two to a mark";
 }
 
 TEST_F(Current, ThePageShowsThePicturesOfARetake) {

@@ -209,6 +209,10 @@ const RigCamera& Rig::camera(const std::string& camera_name) const {
       "add a [[camera]] table of that name, or name the image after a camera of the rig");
 }
 
+std::filesystem::path simulation_folder(double spacing_m, int segments) {
+  return std::filesystem::path("simulations") / fmt::format("{:g}mm-{}", spacing_m / mm, segments);
+}
+
 Rig read_rig(const std::filesystem::path& path) {
   return read_record<Rig>(std::filesystem::is_directory(path) ? path / "rig.toml" : path);
 }

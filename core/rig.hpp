@@ -140,6 +140,10 @@ void fields(Fields& f, Rig& rig);
 void fields(Fields& f, Target& target);
 void fields(Fields& f, Print& print);
 
+/// Folder of a simulation below its drape's: "simulations/2.5mm-5" of a mesh's finest spacing and
+/// the segments of a curve.
+[[nodiscard]] std::filesystem::path simulation_folder(double spacing_m, int segments);
+
 [[nodiscard]] Rig read_rig(const std::filesystem::path& file);
 [[nodiscard]] Target read_target(const std::filesystem::path& file);
 [[nodiscard]] Print read_print(const std::filesystem::path& file);

@@ -38,7 +38,7 @@ constexpr const char* kHelp =
   calib images FOLDER --board 9x6 ...          a plain folder of chessboard pictures to cameras
   results                                      the history in results.sqlite
   drapemeter PICTURE|SHEET ...                 drape coefficient and folds of round specimens
-  study RIG                                    every scene on several grids, in parts if large
+  study RIG                                    many drapes: meshes, fabrics, in parts if large
   synth RIG                                    pictures and accuracy of planned cameras
 
 `drape help COMMAND` shows a command's options. All have --json, --quiet, --threads N, --version.

@@ -27,8 +27,8 @@ print = "print.toml"
 recording = "recording"
 scenes = [{scenes}]
 
-# What `drape run` simulates: particles per side, and line segments per Kawabata curve.
-grids = [11, 21, 31]
+# What `drape run` simulates: spacing of the cloth's finest mesh, and line segments per Kawabata curve.
+spacing_mm = 2.5
 segments = [1, 5]
 
 [calibration]

@@ -38,11 +38,6 @@ struct Drape {
     return folder / fmt::format("object_{}{}.json", plate.object, what);
   }
   [[nodiscard]] fs::path sheet() const { return folder / "sheet.ply"; }
-  /// `mesh`: "2.5mm" of the cloth, "measured-2.5mm" from the measured shape, "21" of the paper's
-  /// grid.
-  [[nodiscard]] fs::path simulation(const std::string& mesh, int segments) const {
-    return folder / "simulations" / fmt::format("{}-{}", mesh, segments);
-  }
   [[nodiscard]] fs::path ensemble() const { return folder / "ensemble/branches.json"; }
   [[nodiscard]] fs::path sensitivity() const { return folder / "sensitivity/sensitivity.json"; }
 };
@@ -78,10 +73,8 @@ struct Bench {
   [[nodiscard]] fs::path target_detections() const { return out / "target-detections.json"; }
   [[nodiscard]] fs::path calibration() const { return out / "calibration.json"; }
   [[nodiscard]] fs::path report() const { return out / "report.html"; }
-  [[nodiscard]] double spacing_mm() const {
-    return options.spacing_m.value_or(rig.spacing_m) / units::mm;
-  }
-  [[nodiscard]] std::string mesh() const { return fmt::format("{:g}mm", spacing_mm()); }
+  [[nodiscard]] double spacing_m() const { return options.spacing_m.value_or(rig.spacing_m); }
+  [[nodiscard]] std::string spacing() const { return fmt::format("{:g}", spacing_m() / units::mm); }
   /// The segments that speak for a drape: five, else the most.
   [[nodiscard]] int headline_segments() const {
     const bool five = std::find(rig.segments.begin(), rig.segments.end(), 5) != rig.segments.end();
@@ -243,9 +236,10 @@ Words drape_words(const Bench& bench, const Drape& drape, int segments, const fs
   return words;
 }
 
-/// One simulation; `more`: words of its discretisation and start.
+/// One simulation of each drape; `more`: words of its discretisation and start.
 struct Simulation {
-  std::string mesh, what;
+  fs::path folder;  ///< below the drape's
+  std::string what;
   int segments = 0;
   Words more;
   double weight = 0;
@@ -255,22 +249,23 @@ struct Simulation {
 /// measured shape; with --paper the paper's model on the rig's grids beside the headline.
 std::vector<Simulation> simulations_of(const Bench& bench) {
   std::vector<Simulation> all;
-  const Words spacing = {"--spacing-mm", fmt::format("{:g}", bench.spacing_mm())};
-  const double points = 1e6 / (bench.spacing_mm() * bench.spacing_mm());
+  const double spacing_m = bench.spacing_m();
+  Words words = {"--spacing-mm", bench.spacing()};
   const int headline = bench.headline_segments();
   for (const int segments : bench.rig.segments)
     if (!bench.options.paper || segments == headline)
-      all.push_back({bench.mesh(), bench.mesh(), segments, spacing, points});
+      all.push_back({simulation_folder(spacing_m, segments), bench.spacing() + " mm", segments,
+                     words, 1 / (spacing_m * spacing_m)});
   if (!bench.options.single) {
-    Words words = spacing;
     words.emplace_back("--from-measured");
-    all.push_back({"measured-" + bench.mesh(), bench.mesh() + " from the measured shape", headline,
-                   words, points});
+    all.push_back({simulation_folder(spacing_m, headline).string() + "-measured",
+                   bench.spacing() + " mm from the measured shape", headline, words,
+                   1 / (spacing_m * spacing_m)});
   }
   if (!bench.options.paper) return all;
   for (const int grid : bench.rig.grids)
     for (const int segments : bench.rig.segments)
-      all.push_back({std::to_string(grid),
+      all.push_back({fmt::format("simulations/paper-{}-{}", grid, segments),
                      fmt::format("{0}x{0} of the paper", grid),
                      segments,
                      {"--paper", "--grid", std::to_string(grid)},
@@ -282,7 +277,7 @@ Group simulate_group(const Bench& bench) {
   Group group{"simulate", {}, bench.options.threads};
   for (const Simulation& one : simulations_of(bench)) {
     for (const Drape& drape : bench.drapes) {
-      const fs::path folder = drape.simulation(one.mesh, one.segments);
+      const fs::path folder = drape.folder / one.folder;
       Words words = drape_words(bench, drape, one.segments, folder);
       append(words, one.more);
       group.steps.push_back(step_of("simulate",
@@ -329,7 +324,7 @@ Group sensitivity_group(const Bench& bench) {
                                "--reference",
                                drape.sheet().string(),
                                "--spacing-mm",
-                               fmt::format("{:g}", bench.spacing_mm()),
+                               bench.spacing(),
                                "--segments",
                                std::to_string(bench.headline_segments()),
                                "--out",
@@ -365,7 +360,7 @@ Step compare_step(const Bench& bench, const std::set<fs::path>& failed) {
     if (!add(drape.sheet())) continue;
     bool simulated = false;
     for (const Simulation& one : simulations_of(bench))
-      simulated = add(drape.simulation(one.mesh, one.segments) / "sheet.ply") || simulated;
+      simulated = add(drape.folder / one.folder / "sheet.ply") || simulated;
     append(words, branch_sheets(bench, drape, failed));
     for (const Laying& laying : layings_of(drape))
       if (simulated && laying.folder != drape.folder)

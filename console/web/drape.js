@@ -10,7 +10,7 @@ const faces = new Map();  // of a set: what was typed and not taken yet
 function resultWords(drape) {
   const result = drape.result;
   if (!result) return h('p', {}, drape.result_superseded ? `The comparison is superseded: ${drape.result_superseded}. Simulate and compare again.` : 'No simulation was compared yet.');
-  return h('p', {id: 'result', class: 'result'}, `Mean distance real to virtual ${number(result.mean_dist_mm, 3)} mm, U (k = 2) ${number(result.expanded_uncertainty_mm, 3)} mm, ${result.grid_size}, ${result.segments} segments. Measurement `,
+  return h('p', {id: 'result', class: 'result'}, `Mean distance real to virtual ${number(result.mean_dist_mm, 3)} mm, U (k = 2) ${number(result.expanded_uncertainty_mm, 3)} mm, ${result.discretisation}, ${result.segments} segments. Measurement `,
     verdict(result.measurement), ', match ', verdict(result.match), '.');
 }
 
@@ -106,8 +106,8 @@ export async function draw(state, redraw) {
     sheet.marks.length ? await sheetView(sheet) : null,
     h('h2', {}, 'Simulations'),
     h('p', {}, `${done} of ${drape.simulations.length} are there.`),
-    table('simulations', ['particles', 'segments', ''], drape.simulations.map(one =>
-      [`${one.grid} x ${one.grid}`, figure(one.segments, 0), one.there ? one.sentence || 'done' : '–'])),
+    table('simulations', ['mesh', 'segments', ''], drape.simulations.map(one =>
+      [`${one.spacing_mm} mm`, figure(one.segments, 0), one.there ? one.sentence || 'done' : '–'])),
     drape.stand_ins.length ? h('p', {}, `Values that nobody measured: ${drape.stand_ins.join(', ')}.`) : null,
     command(...['measure', 'run'].map(kind => state.jobs.filter(job => job.kind === kind).pop()?.commands.slice(-1)[0])),
   ];

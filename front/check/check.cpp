@@ -202,10 +202,6 @@ void check_meshes(const Scene& scene, BenchCheck& check) {
 }
 
 void give_advice(const Rig& rig, const std::vector<Scene>& scenes, BenchCheck& check) {
-  if (rig.grids.size() == 1)
-    check.advice.emplace_back(
-        "one grid only: what the grid costs in mm stays unknown; give two in rig.toml, e.g. grids "
-        "= [21, 31]");
   for (const Scene& scene : scenes) {
     const bool stated =
         std::all_of(scene.uncertainties.begin(), scene.uncertainties.end(),

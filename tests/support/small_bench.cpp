@@ -64,7 +64,7 @@ void make_rig(const fs::path& rig, const std::vector<std::string>& scenes) {
     if (entry.is_directory()) fs::create_directory_symlink(entry.path(), to);
     if (entry.is_regular_file()) fs::copy(entry.path(), to);
   }
-  replace_in(rig / "rig.toml", "grids = [11, 21, 31]", "grids = [11]");
+  replace_in(rig / "rig.toml", "spacing_mm = 2.5", "spacing_mm = 10");
   replace_in(rig / "rig.toml", "segments = [1, 5]", "segments = [1]");
   std::string list;
   for (const std::string& scene : scenes)
