@@ -146,8 +146,8 @@ TEST_F(Manuals, BashCompletesCommandsOptionsAndValues) {
   };
   EXPECT_THAT(completed("drape si", 1), HasSubstr(" simulate "));
   EXPECT_THAT(completed("drape ne", 1), HasSubstr(" new "));
-  EXPECT_THAT(completed("drape simulate --sol", 2), HasSubstr(" --solver "));
-  EXPECT_EQ(completed("drape simulate --solver st", 3), " static \n");
+  EXPECT_THAT(completed("drape simulate --fi", 2), HasSubstr(" --fit "));
+  EXPECT_EQ(completed("drape simulate --fit wh", 3), " whole \n");
   EXPECT_THAT(completed("drape results li", 2), HasSubstr(" list "));
   EXPECT_THAT(completed("drape results list --sc", 3), HasSubstr(" --scene "));
   EXPECT_THAT(completed("drape run comp", 2), HasSubstr(" completions "));

@@ -18,6 +18,7 @@
 
 #include "core/files/files.hpp"
 #include "core/files/json_file.hpp"
+#include "core/levels.hpp"
 #include "core/sheet.hpp"
 #include "core/units.hpp"
 #include "tests/support/bench1_truth.hpp"
@@ -159,7 +160,7 @@ TEST(EndToEnd, SecondRunMakesNothingAndShowsTheTablesAgain) {
   EXPECT_EQ(second.exit_code, first.exit_code);
   EXPECT_THAT(first.text, HasSubstr("6 made, 0 up to date"));
   EXPECT_THAT(second.text, HasSubstr("0 made, 6 up to date"));
-  EXPECT_THAT(second.text, HasSubstr("11x11"));
+  EXPECT_THAT(second.text, HasSubstr("10 mm"));
 }
 
 /// The set of drape C as another one, with the noise of other pictures.
@@ -260,11 +261,10 @@ TEST(EndToEnd, AnEnsembleSaysWhereTheRealDrapeIsAmongIts) {
   // U speaks of the drape that is compared.
   EXPECT_THAT(drape::read_text(out / "report.html"), HasSubstr("\ndrape-simulate sensitivity "));
   const auto split = drape::parse_json(drape::read_text(out / "C/sensitivity/sensitivity.json"));
-  EXPECT_THAT(first.text, ContainsRegex(fmt::format("11x11 +1 +{:.3f} ",
+  EXPECT_THAT(first.text, ContainsRegex(fmt::format("10 mm +1 +{:.3f} ",
                                                     split["mean_distance_mm"].get<double>())));
   const drape::Json list = drape::parse_json(drape::read_text(out / "C/ensemble/branches.json"));
-  ASSERT_GE(list["members_at_rest"].get<int>(), 20);
-  EXPECT_EQ(list["band"].size(), 121U);
+  ASSERT_GE(list["members_at_rest"].get<int>(), 8);
   ASSERT_FALSE(list["branches"].empty());
   EXPECT_GT(list["measured"]["started_there_distance_mm"].get<double>(), 0);
   const std::string report = drape::read_text(out / "report.html");
@@ -288,65 +288,49 @@ TEST(EndToEnd, AnEnsembleSaysWhereTheRealDrapeIsAmongIts) {
   EXPECT_THAT(drape::read_text(out / "report.html"), Not(HasSubstr("The ensemble:")));
 }
 
-TEST(EndToEnd, ADrapeIsRefinedAndTheReportStatesWhatTheGridLeaves) {
+TEST(EndToEnd, AFinerMeshLowersTheErrorThatTheReportStates) {
   const SmallBench bench({"C"}, drape::test::measured);
-  const std::string line = "cd " + bench.folder().string() + " && exec " +
-                           drape::test::program("drape").string() + " run rig --out out";
-  const Outcome first = drape::test::run_line(line + " --finest 29");
-  ASSERT_LE(first.exit_code, 1) << first.text;
   const fs::path out = bench.folder() / "out";
-  const drape::Json list = drape::parse_json(drape::read_text(out / "C/refined/refinement.json"));
-  ASSERT_TRUE(list["used"].is_number()) << list["sentence"];
-  EXPECT_EQ(list["marks"].size(), 121U);
-  const drape::Json& grid = list["grids"][list["used"].get<std::size_t>()];
-  EXPECT_EQ(list["rest_sha256"], drape::sha256_of_file(out / "C/simulations/11-1/sheet.json"));
-  const auto refined = drape::read_sheet(out / "C/refined" / grid["sheet"].get<std::string>());
-  EXPECT_EQ(refined.rows, grid["rows"]);
-  EXPECT_GT(refined.rows, 11);
-  EXPECT_EQ(std::get<drape::SimulatedSource>(refined.source).refined_from_sha256,
-            list["rest_sha256"].get<std::string>());
-  const std::string sentence = list["sentence"];
-  EXPECT_THAT(sentence, HasSubstr("may be left to a grid without end"));
-  const std::size_t stated = first.text.find("C, grid's error ");
-  ASSERT_NE(stated, std::string::npos) << first.text;
-  EXPECT_THAT(first.text.substr(stated), HasSubstr(sentence));
-  EXPECT_THAT(first.text, HasSubstr("refined, 1 segment"));
-  EXPECT_THAT(drape::read_text(out / "report.html"),
-              HasSubstr("may be left to a grid without end"));
-  const std::string results = drape::test::program("drape-results").string();
-  const std::string store = " --store " + (out / "results.sqlite").string();
-  const Outcome stored = drape::test::run_line(
-      results + " --csv sql \"SELECT value FROM run_value WHERE owner = 'grid_error_mm'\"" + store);
-  const Outcome carried = drape::test::run_line(
-      results + " --csv sql \"SELECT DISTINCT rest_sha256 FROM refinement\"" + store);
-  EXPECT_EQ(carried.text, "rest_sha256\n" + list["rest_sha256"].get<std::string>() + "\n");
-  double left_mm = 0;
-  ASSERT_EQ(std::sscanf(stored.text.c_str(), "value\n%lf", &left_mm), 1) << stored.text;
-  EXPECT_NEAR(left_mm, list["mean_left_mm"].get<double>(), 1e-4);
-  EXPECT_EQ(drape::test::run_line(results + " verify" + store).exit_code, 0);
-  EXPECT_THAT(drape::test::run_line(line + " --finest 29").text, HasSubstr("0 made"));
-  const std::string refine = "cd " + bench.folder().string() + " && " +
-                             drape::test::program("drape-simulate refine").string() +
-                             " out/C/simulations/11-1 --scene rig/scenes/C.toml --start-from "
-                             "out/C/sheet.ply --finest 21 --quiet --threads ";
-  EXPECT_EQ(drape::test::run_line(refine + "1 --out one").exit_code, 0);
-  EXPECT_EQ(drape::test::run_line(refine + "2 --out two").exit_code, 0);
-  EXPECT_EQ(contents(bench.folder() / "one/21x21"), contents(bench.folder() / "two/21x21"));
-  // Where nothing is finer the drape's own grid speaks, the run is as good, and the step says why.
-  const Outcome none = drape::test::run_line(line + " --finest 11");
-  EXPECT_EQ(none.exit_code, first.exit_code) << none.text;
-  EXPECT_THAT(none.text, HasSubstr("11x11 particles are as fine as --finest 11 allows"));
-  EXPECT_THAT(none.text, Not(HasSubstr("without end")));
-  const Outcome without = drape::test::run_line(line + " --no-refine");
-  EXPECT_THAT(without.text, HasSubstr("1 made")) << "a comparison without the warning";
-  EXPECT_THAT(without.text, Not(HasSubstr("allows")));
-  EXPECT_THAT(without.text, Not(HasSubstr("without end")));
+  const Outcome first = bench.run("out", "--spacing-mm 5");
+  ASSERT_LE(first.exit_code, 1) << first.text;
+  const fs::path folder = out / "C/simulations/5mm-1";
+  const auto levels = drape::read_record<drape::LevelsFile>(folder / "levels.json");
+  ASSERT_EQ(levels.levels.size(), 2U);
+  EXPECT_TRUE(levels.levels.back().at_rest);
+  EXPECT_EQ(levels.sheet_sha256, drape::sha256_of_file(folder / "sheet.json"));
+  EXPECT_EQ(levels.marks.size(), 121U);
+  ASSERT_TRUE(levels.left_m);
+  EXPECT_GT(*levels.left_m, 0);
+  const std::string sentence = drape::mesh_error_sentence(levels);
+  EXPECT_THAT(sentence, HasSubstr("--spacing-mm 2.5"));
+  EXPECT_THAT(first.text, HasSubstr(sentence));
+  EXPECT_THAT(drape::read_text(out / "report.html"), HasSubstr(sentence));
+  EXPECT_EQ(drape::test::run_line(drape::test::program("drape-results").string() +
+                                  " verify --store " + (out / "results.sqlite").string())
+                .exit_code,
+            0);
+  EXPECT_THAT(bench.run("out", "--spacing-mm 5").text, HasSubstr("0 made"));
+  const Outcome finer = bench.run("out", "--spacing-mm 2.5");
+  ASSERT_LE(finer.exit_code, 1) << finer.text;
+  const auto fine =
+      drape::read_record<drape::LevelsFile>(out / "C/simulations/2.5mm-1/levels.json");
+  ASSERT_TRUE(fine.left_m);
+  EXPECT_LT(*fine.left_m, *levels.left_m);
+}
+
+TEST(EndToEnd, ThePapersModelStandsBesideTheCloth) {
+  const SmallBench bench({"C"}, drape::test::measured);
+  bench.replace("rig.toml", "grids = [11, 21, 31]", "grids = [11]");
+  const Outcome run = bench.run("out", "--paper");
+  ASSERT_LE(run.exit_code, 1) << run.text;
+  EXPECT_THAT(run.text, AllOf(HasSubstr("10 mm"), HasSubstr("11x11")));
+  EXPECT_EQ(drape::read_sheet(bench.folder() / "out/C/simulations/paper-11-1/sheet.ply").rows, 11);
 }
 
 TEST(EndToEnd, InternalFrictionMakesTheDrapesAgainAndMeasuresNothingAgain) {
   const SmallBench bench({"C"});
   ASSERT_LE(bench.run("out").exit_code, 1);
-  const fs::path folder = bench.folder() / "out/C/simulations/11-1";
+  const fs::path folder = bench.folder() / "out/C/simulations/10mm-1";
   const std::string without = drape::read_text(folder / "sheet.json");
   EXPECT_FALSE(fs::exists(folder / "memory.csv"));
   const Outcome with = bench.run("out", "--internal-friction");

@@ -82,7 +82,7 @@ void add_failed_run(const fs::path& folder) {
   // The simulation alone fails, so that the front door has removed what it would have made.
   const fs::path fabric = folder / "rig/fabrics/A.toml";
   replace_in(fabric, kDensity, kOtherDensity);
-  const fs::path simulation = folder / "out/C/simulations/11-1";
+  const fs::path simulation = folder / "out/C/simulations/10mm-1";
   fs::remove_all(simulation);
   write_durable(simulation, "a file where a folder is needed");
   must_end_with(3, run_in(folder, drape_line(kRun)));

@@ -187,7 +187,7 @@ std::vector<HostileFile> hostile_images() {
        },
        "run rig --single --out out"},
       {"output_is_a_device", [](const HostileBench&) {},
-       "compare out/C/sheet.json out/C/simulations/11-1/sheet.json --report /dev/null"},
+       "compare out/C/sheet.json out/C/simulations/10mm-1/sheet.json --report /dev/null"},
   };
 }
 

@@ -9,10 +9,11 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr const char* kMeasured = "out/C/sheet.json";
-constexpr const char* kSimulated = "out/C/simulations/11-1/sheet.json";
-constexpr const char* kCertificate = "out/C/simulations/11-1/certificate.json";
+constexpr const char* kSimulated = "out/C/simulations/10mm-1/sheet.json";
+constexpr const char* kCertificate = "out/C/simulations/10mm-1/certificate.json";
 constexpr const char* kCompare =
-    "compare out/C/sheet.json out/C/simulations/11-1/sheet.json --calibration out/calibration.json "
+    "compare out/C/sheet.json out/C/simulations/10mm-1/sheet.json --calibration "
+    "out/calibration.json "
     "--report out/r/report.html --store out/r/results.sqlite";
 constexpr const char* kOther =
     "compare out/C/sheet.json other.toml --report out/r/report.html --store out/r/results.sqlite";
@@ -78,7 +79,7 @@ std::string other_mesh(const std::string& name, const std::string& mesh) {
 }
 
 void add_other(const HostileBench& bench, const std::string& name) {
-  bench.write("other.toml", other_mesh(name, "out/C/simulations/11-1/sheet.ply"));
+  bench.write("other.toml", other_mesh(name, "out/C/simulations/10mm-1/sheet.ply"));
 }
 
 void set_text(const HostileBench& bench, const std::string& file, const std::string& pointer,
@@ -169,7 +170,7 @@ std::vector<HostileFile> hostile_names() {
        "results verify --store out/results.sqlite"},
       {"crate_of_a_record_that_names_the_secret",
        [](const HostileBench& b) {
-         set_text(b, "out/C/simulations/11-1/sheet.run.json", "/inputs/0/file",
+         set_text(b, "out/C/simulations/10mm-1/sheet.run.json", "/inputs/0/file",
                   "../../../../../outside/secret.txt");
          static_cast<void>(b.run("results import out --store s/results.sqlite"));
          b.write("lab.toml",
@@ -187,7 +188,7 @@ std::vector<HostileFile> hostile_names() {
       {"output_folder_is_a_link",
        [](const HostileBench& b) {
          fs::create_directory_symlink(b.outside(), b.lab() / "linked");
-         b.write("other.toml", other_mesh("x", "out/C/simulations/11-1/sheet.ply"));
+         b.write("other.toml", other_mesh("x", "out/C/simulations/10mm-1/sheet.ply"));
        },
        kOther},
   };

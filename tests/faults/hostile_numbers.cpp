@@ -9,12 +9,13 @@ namespace {
 
 constexpr const char* kMeasuredSheet = "out/C/sheet.json";
 constexpr const char* kCompareNumbers =
-    "compare out/C/sheet.json out/C/simulations/11-1/sheet.json --report out/r/report.html";
+    "compare out/C/sheet.json out/C/simulations/10mm-1/sheet.json --report out/r/report.html";
 constexpr const char* kTriangulate =
     "triangulate out/C/detections.json --calibration out/calibration.json --set drape_C --out "
     "out/t/sheet.ply";
 constexpr const char* kSimulate =
-    "simulate rig/scenes/C.toml --fabric rig/fabrics/A.toml --grid 11 --segments 1 --out out/s";
+    "simulate rig/scenes/C.toml --fabric rig/fabrics/A.toml --spacing-mm 10 --segments 1 --out "
+    "out/s";
 constexpr const char* kCompareOther =
     "compare out/C/sheet.json other.toml --report out/r/report.html";
 
@@ -117,7 +118,9 @@ std::vector<HostileFile> hostile_numbers() {
                 "size_mm = [1e-300, 1e-300, 1e-300]", kSimulate),
       with_text("density_of_1e300", "rig/fabrics/A.toml", "areal_density_g_per_m2 = 138",
                 "areal_density_g_per_m2 = 1e300", kSimulate),
-      with_text("grid_of_a_billion", "rig/rig.toml", "grids = [11]", "grids = [1000000000]",
+      with_text("grid_of_a_billion", "rig/rig.toml", "grids = [11, 21, 31]", "grids = [1000000000]",
+                "check rig"),
+      with_text("spacing_of_a_nanometre", "rig/rig.toml", "spacing_mm = 10", "spacing_mm = 1e-6",
                 "check rig"),
       with_text("segments_of_a_billion", "rig/rig.toml", "segments = [1]",
                 "segments = [1000000000]", "check rig"),

@@ -16,7 +16,8 @@ namespace fs = std::filesystem;
 
 constexpr const char* kRun = "run rig --single --out out";
 constexpr const char* kCompareSizes =
-    "compare out/C/sheet.json out/C/simulations/11-1/sheet.json --calibration out/calibration.json "
+    "compare out/C/sheet.json out/C/simulations/10mm-1/sheet.json --calibration "
+    "out/calibration.json "
     "--report out/r/report.html --store out/r/results.sqlite";
 constexpr off_t kSparse = off_t{1900} << 20;  ///< bytes; takes none on the disk
 
@@ -47,7 +48,7 @@ HostileFile long_file(const std::string& name, const std::string& file, const st
 
 /// Each of so many records makes its file from that of the next.
 void write_chain(const HostileBench& bench, int steps) {
-  const std::string folder = "out/C/simulations/11-1/";
+  const std::string folder = "out/C/simulations/10mm-1/";
   const std::string sha256 = sha256_of(std::string_view("x"));
   const auto file = [&](int i) {
     return Json::array({{{"file", "f" + std::to_string(i)}, {"sha256", sha256}}});
@@ -65,8 +66,8 @@ void write_chain(const HostileBench& bench, int steps) {
 }
 
 constexpr const char* kPlan =
-    "schema = \"drapebench/plan/1\"\nscenes = [\"rig/scenes/C.toml\"]\ngrids = [5]\nsegments = "
-    "[1]\nmodels = [\"consistent\"]\nsolvers = [\"static\"]\nseeds = [";
+    "schema = \"drapebench/plan/1\"\nscenes = [\"rig/scenes/C.toml\"]\nspacings_mm = [20]\n"
+    "segments = [1]\nseeds = [";
 
 }  // namespace
 
@@ -93,7 +94,7 @@ std::vector<HostileFile> hostile_sizes() {
       {"formula_as_name_of_a_hem",
        [](const HostileBench& b) {
          fs::create_directory(b.lab() / "hems");
-         fs::copy(b.lab() / "out/C/simulations/11-1/sheet.ply",
+         fs::copy(b.lab() / "out/C/simulations/10mm-1/sheet.ply",
                   b.lab() / "hems" / (kFormulaName + ".ply"));
        },
        "drapemeter hems --out out/dm"},

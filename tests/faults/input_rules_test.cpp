@@ -24,8 +24,8 @@ TEST(InputRules, AreAskedByEveryProgramThatReadsAScene) {
                     other = (bench.rig() / "rig.toml").string();
   const std::vector<std::string> lines = {
       fmt::format("{} check {}", program("drape").string(), bench.rig().string()),
-      fmt::format("{} {} --grid 5 --segments 1 --out {}", program("drape-simulate").string(), scene,
-                  (bench.folder() / "virtual").string()),
+      fmt::format("{} {} --spacing-mm 10 --segments 1 --out {}", program("drape-simulate").string(),
+                  scene, (bench.folder() / "virtual").string()),
       fmt::format("{} {} --calibration {} --set drape_C --scene {} --out {}",
                   program("drape-triangulate").string(), other, other, scene,
                   (bench.folder() / "sheet.ply").string())};

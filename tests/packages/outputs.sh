@@ -12,7 +12,7 @@ trap 'rm -rf "$work"' EXIT
 
 small_run() {
   cp -r "$root/rigs/bench1" "$work/rig"
-  sed -i 's/^grids = .*/grids = [11]/; s/^segments = .*/segments = [1]/; s|"scenes/A.toml", ||; s|, "scenes/E.toml"||' "$work/rig/rig.toml"
+  sed -i 's/^spacing_mm = .*/spacing_mm = 10/; s/^segments = .*/segments = [1]/; s|"scenes/A.toml", ||; s|, "scenes/E.toml"||' "$work/rig/rig.toml"
   grep -q '"scenes/C.toml"\]' "$work/rig/rig.toml"
   verdict drape run "$work/rig" --out "$work/out" --label small --operator nobody
 }
