@@ -9,8 +9,7 @@
 #include "core/error.hpp"
 #include "core/files/files.hpp"
 #include "core/units.hpp"
-#include "simulate/drape/cloth_file.hpp"
-#include "simulate/judge.hpp"
+#include "simulate/judge_drape.hpp"
 #include "simulate/start/history.hpp"
 #include "simulate/start/start_check.hpp"
 
@@ -78,31 +77,6 @@ void judge_reach(Certificate& certificate) {
         "all that was measured",
         curve.name, most / curve.range));
   }
-}
-
-CertificateDistances distances_of(const DrapeLevel& level, const ClothMoment& rest,
-                                  const MeshJudgement* judged) {
-  CertificateDistances distances;
-  const Surroundings& around = *level.drape().around;
-  const MeshCloth::State nodes = level.surface(rest);
-  for (int shape = 0; shape < around.count(); ++shape) {
-    double least = std::numeric_limits<double>::infinity();
-    for (const Vector3d& node : nodes) least = std::min(least, around.gap_m(shape, node));
-    if (around.is_table(shape))
-      distances.to_table_m = least;
-    else
-      distances.to_object_m = std::min(distances.to_object_m.value_or(least), least);
-  }
-  for (std::size_t k = 0; k < level.pinned().size(); ++k)
-    distances.hold_error_m = std::max(
-        distances.hold_error_m, (rest.state[level.pinned()[k]] - level.pinned_at()[k]).norm());
-  if (judged != nullptr) {
-    distances.deepest_m = judged->deepest_m;
-    distances.crossings = judged->crossings;
-  }
-  if (rest.layers_apart_m > 0) distances.layers_apart_m = rest.layers_apart_m;
-  distances.contact_forces = static_cast<int>(level.contact_forces(rest).size());
-  return distances;
 }
 
 LevelsFile levels_of(const DrapeCase& drape_case, const Drape& drape) {
@@ -224,9 +198,10 @@ SimulateResult result_of(const Scene& scene, const Fabric& fabric, const FittedL
   certificate.time_s = drape.levels.front().rest.motion.time_s;
   std::optional<MeshJudgement> judged;
   if (end.at_rest) {
-    judged = judge_moment(level, drape.rest, certificate.residual_tolerance);
+    judged = judge_drape(level, drape.rest, scene, certificate.residual_tolerance);
     certificate.at_rest = judged->accepted();
-    certificate.check = check_of(*judged);
+    certificate.check = certificate_check(*judged);
+    certificate.distances = certificate_distances(level, drape.rest, *judged);
     if (!certificate.at_rest)
       certificate.status = "still, but the checker refuses it: " + judged->refusals.front();
   }
@@ -235,7 +210,6 @@ SimulateResult result_of(const Scene& scene, const Fabric& fabric, const FittedL
                                            {strains.weft_least, strains.weft_most},
                                            strains.shear_most_rad,
                                            strains.curvature_most_per_m};
-  certificate.distances = distances_of(level, drape.rest, judged ? &*judged : nullptr);
   CertificateEnergies energies;
   energies.end_j = level.energy_j(drape.rest) + drape_case->local.gravity_offset_j(level.mass_kg());
   if (judged) energies.internal_j = judged->energy_j;
@@ -251,8 +225,9 @@ SimulateResult result_of(const Scene& scene, const Fabric& fabric, const FittedL
   certificate.cloth = mesh;
   certificate.warnings.insert(certificate.warnings.end(), drape.warnings.begin(),
                               drape.warnings.end());
-  for (std::string& warning :
-       warnings_of_scene(scene, certificate.distances->to_object_m, options.drape.spacing_m))
+  for (std::string& warning : warnings_of_scene(
+           scene, certificate.distances ? certificate.distances->to_object_m : std::nullopt,
+           options.drape.spacing_m))
     certificate.warnings.push_back(std::move(warning));
   if (!options.internal_friction && !history_of(scene).empty())
     certificate.warnings.emplace_back(
@@ -313,7 +288,7 @@ void write_outputs(const fs::path& out, const SimulateResult& result, RunRecord&
     levels.sheet_sha256 = sha256_of_file(out / "sheet.json");
     write_record(out / "levels.json", levels);
   }
-  if (result.drape) write_cloth(out, *result.drape->level, result.drape->rest);
+  if (result.drape) (void)write_rest(out, *result.drape->level, result.drape->rest);
   if (!result.history.empty()) write_durable(out / "history.csv", history_csv(result.history));
   for (const fs::path& file : output_files(out))
     if (fs::is_regular_file(file)) record.output(file);
