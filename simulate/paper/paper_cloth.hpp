@@ -1,0 +1,74 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "core/certificate.hpp"
+#include "simulate/fabric/laws.hpp"
+
+namespace drape::simulate {
+
+/// Positions (m), velocities (m/s), accelerations or forces, one column per particle.
+using Places = Eigen::Matrix3Xd;
+
+/// Particle grid on a rectangular patch: rows along the warp, cols along the weft.
+struct ParticleGrid {
+  int rows = 0, cols = 0;
+  Eigen::Vector2d patch_m = Eigen::Vector2d::Zero();  ///< (warp, weft)
+
+  [[nodiscard]] int count() const { return rows * cols; }
+  [[nodiscard]] Eigen::Vector2d spacing_m() const {
+    return {patch_m.x() / (rows - 1), patch_m.y() / (cols - 1)};
+  }
+  /// Material coordinates of a particle.
+  [[nodiscard]] Eigen::Vector2d material_m(int particle) const {
+    return spacing_m().cwiseProduct(Eigen::Vector2d(particle / cols, particle % cols));
+  }
+};
+
+/// The cloth of paper section 4.1. Springs of stiffness K'st = f(strain) / strain - Kdiag, not
+/// below 0, join neighbours along warp and weft; springs of stiffness Kdiag = f_sh(a) / sin(a), a
+/// the cell's shear angle, join the corners of each cell. Each line of three neighbours bends by
+/// its moment per width at the curvature |x- - 2 x + x+| / spacing^2. Border lines count like inner
+/// ones. Every particle has the mass density * area / number. Forces act along springs, so momentum
+/// and angular momentum are kept; Kdiag changes with the angle, so the forces have no exact
+/// potential, and energies are those of the springs at their present stiffness.
+class PaperCloth {
+ public:
+  PaperCloth(const ParticleGrid& grid, ClothLaws laws);
+
+  [[nodiscard]] const ParticleGrid& grid() const { return grid_; }
+  [[nodiscard]] double particle_kg() const { return particle_kg_; }
+  [[nodiscard]] double area_m2(int particle) const;  ///< of the cloth around a particle
+
+  /// Adds internal forces (N); with `velocity` (m/s) also the damping of the grid line springs,
+  /// force = laws.stretch_damping_s * slope * strain rate per width. Returns the strains.
+  CertificateStrains add_forces(const Places& position, const Places* velocity,
+                                Places& force) const;
+  [[nodiscard]] InternalEnergies energies(const Places& position) const;
+  [[nodiscard]] CertificateStrains strains(const Places& position) const;
+  /// Number of grid line springs whose K'st would be negative and is 0.
+  [[nodiscard]] int clamped_springs(const Places& position) const;
+
+  /// Upper bound of the highest natural frequency squared (1/s^2) at such strains.
+  [[nodiscard]] double stiffness_bound_per_s2(const CertificateStrains& strains) const;
+
+ private:
+  template <class Visitor>
+  void visit(const Places& x, Visitor& visitor) const;
+  [[nodiscard]] bool has_next(int particle, int direction) const {
+    return direction == 0 ? particle + grid_.cols < grid_.count()
+                          : particle % grid_.cols + 1 < grid_.cols;
+  }
+  [[nodiscard]] bool has_before(int particle, int direction) const {
+    return direction == 0 ? particle >= grid_.cols : particle % grid_.cols > 0;
+  }
+
+  ParticleGrid grid_;
+  ClothLaws laws_;
+  Eigen::Vector2d spacing_;
+  double particle_kg_ = 0;
+};
+
+}  // namespace drape::simulate
