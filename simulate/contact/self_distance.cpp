@@ -21,25 +21,9 @@ struct Triangle {
   Eigen::Vector2d in_sheet;  ///< place of its cell, or of its middle, in steps along warp and weft
 };
 
-std::vector<Triangle> triangles_of(const GridSpec& grid, const Field& x) {
-  std::vector<Triangle> all;
-  for (int r = 0; r + 1 < grid.rows; ++r) {
-    for (int c = 0; c + 1 < grid.cols; ++c) {
-      if (!grid.has_cell(r, c)) continue;
-      const int i = grid.index(r, c);
-      const Vector3d a = at(x, i), b = at(x, i + 1), d = at(x, i + grid.cols),
-                     e = at(x, i + grid.cols + 1);
-      const int s = grid.cols;
-      all.push_back({{a, b, d}, {i, i + 1, i + s}, (a + b + d) / 3, {r, c}});
-      all.push_back({{b, e, d}, {i + 1, i + s + 1, i + s}, (b + e + d) / 3, {r, c}});
-    }
-  }
-  return all;
-}
-
 std::vector<Triangle> triangles_of(const std::vector<std::array<int, 3>>& facets,
                                    const std::vector<Eigen::Vector2d>& material_m, double step_m,
-                                   const Field& x) {
+                                   const std::vector<Vector3d>& x) {
   std::vector<Triangle> all;
   for (const auto& f : facets) {
     Triangle t;
@@ -47,7 +31,7 @@ std::vector<Triangle> triangles_of(const std::vector<std::array<int, 3>>& facets
     t.centre.setZero();
     t.in_sheet.setZero();
     for (int k = 0; k < 3; ++k) {
-      t.corner[k] = at(x, f[k]);
+      t.corner[k] = x[f[k]];
       t.centre += t.corner[k] / 3;
       if (!material_m.empty()) t.in_sheet += material_m[f[k]] / (3 * step_m);
     }
@@ -220,23 +204,15 @@ SelfDistance distance_of(const std::vector<Triangle>& triangles, double cap) {
 
 }  // namespace
 
-bool passes_through_itself(const GridSpec& grid, const Field& position) {
-  return any_pierces(triangles_of(grid, position));
-}
-
-bool passes_through_itself(const std::vector<std::array<int, 3>>& facets, const Field& position) {
-  return any_pierces(triangles_of(facets, {}, 1, position));
-}
-
-SelfDistance self_distance(const GridSpec& grid, const Field& position) {
-  return distance_of(triangles_of(grid, position),
-                     std::max(grid.warp_spacing_m(), grid.weft_spacing_m()));
+bool passes_through_itself(const std::vector<std::array<int, 3>>& facets,
+                           const std::vector<Vector3d>& places) {
+  return any_pierces(triangles_of(facets, {}, 1, places));
 }
 
 SelfDistance self_distance(const std::vector<std::array<int, 3>>& facets,
                            const std::vector<Eigen::Vector2d>& material_m, double step_m,
-                           const Field& position) {
-  return distance_of(triangles_of(facets, material_m, step_m, position), step_m);
+                           const std::vector<Vector3d>& places) {
+  return distance_of(triangles_of(facets, material_m, step_m, places), step_m);
 }
 
 }  // namespace drape::simulate
