@@ -38,11 +38,109 @@ bool is_cloth(const ClothOutline& outline, const Vector2d& p) {
                       [&](const Polygon& hole) { return contains(hole, p); });
 }
 
-void add_line(const Polygon& polygon, double spacing, std::vector<Vector2d>& points) {
-  for (std::size_t i = 0; i < polygon.size(); ++i) {
-    const Vector2d &a = polygon[i], &b = polygon[(i + 1) % polygon.size()];
-    const int pieces = std::max(1, static_cast<int>(std::lround((b - a).norm() / spacing)));
-    for (int k = 0; k < pieces; ++k) points.emplace_back(a + (b - a) * k / pieces);
+/// A straight piece of a line that triangles do not cross, and where others meet it.
+struct Side {
+  Vector2d from, to;
+  bool open = false;  ///< of a line, not of a polygon
+  std::vector<Vector2d> cuts = {};
+
+  [[nodiscard]] double distance_m(const Vector2d& p) const {
+    return simulate::distance_m({from, to}, p);
+  }
+  /// Points that part it into pieces of the spacing, without its end.
+  [[nodiscard]] std::vector<Vector2d> points(double spacing) const {
+    std::vector<Vector2d> ends = cuts, points;
+    ends.push_back(to);
+    std::sort(ends.begin(), ends.end(), [&](const Vector2d& p, const Vector2d& q) {
+      return (p - from).squaredNorm() < (q - from).squaredNorm();
+    });
+    Vector2d a = from;
+    for (const Vector2d& b : ends) {
+      if ((b - a).norm() <= kSame * spacing) continue;
+      const int pieces = std::max(1, static_cast<int>(std::lround((b - a).norm() / spacing)));
+      for (int k = 0; k < pieces; ++k) points.emplace_back(a + (b - a) * k / pieces);
+      a = b;
+    }
+    return points;
+  }
+};
+
+/// Cuts two pieces where they meet.
+void cut_at_meeting(Side& a, Side& b, double near) {
+  for (const Vector2d& end : {b.from, b.to})
+    if (a.distance_m(end) <= near) a.cuts.push_back(end);
+  for (const Vector2d& end : {a.from, a.to})
+    if (b.distance_m(end) <= near) b.cuts.push_back(end);
+  const Vector2d u = a.to - a.from, v = b.to - b.from, between = b.from - a.from;
+  const double area = cross(u, v);
+  if (std::abs(area) <= kThin * u.norm() * v.norm()) return;
+  const double on_a = cross(between, v) / area, on_b = cross(between, u) / area;
+  if (on_a <= 0 || on_a >= 1 || on_b <= 0 || on_b >= 1) return;
+  a.cuts.emplace_back(a.from + on_a * u);
+  b.cuts.push_back(a.cuts.back());
+}
+
+/// Cuts an open line beside a named point that its pieces else would not see between their ends.
+void cut_beside(Side& line, const Vector2d& named, double spacing) {
+  const double away = line.distance_m(named);
+  if (away <= kSame * spacing || away >= kNear * spacing) return;
+  const Vector2d along = (line.to - line.from).normalized();
+  const double at = along.dot(named - line.from);
+  if (at > 0 && at < (line.to - line.from).norm()) line.cuts.emplace_back(line.from + at * along);
+}
+
+/// Points of all lines, each once: those of the polygons, then those of open lines.
+std::vector<Vector2d> line_points(const ClothOutline& outline,
+                                  const std::vector<const Polygon*>& polygons, double h) {
+  std::vector<Side> sides;
+  for (const Polygon* polygon : polygons)
+    for (std::size_t i = 0; i < polygon->size(); ++i)
+      sides.push_back({(*polygon)[i], (*polygon)[(i + 1) % polygon->size()]});
+  for (const auto& [from, to] : outline.lines) sides.push_back({from, to, true});
+  for (std::size_t i = 0; i < sides.size(); ++i) {
+    if (!sides[i].open) continue;
+    for (std::size_t k = 0; k < i; ++k) cut_at_meeting(sides[k], sides[i], kSame * h);
+    for (const Vector2d& named : outline.points) cut_beside(sides[i], named, h);
+  }
+  std::vector<Vector2d> points;
+  const auto add_once = [&](const Vector2d& p) {
+    if (std::none_of(points.begin(), points.end(),
+                     [&](const Vector2d& q) { return (p - q).norm() <= 2 * kSame * h; }))
+      points.push_back(p);
+  };
+  for (std::size_t i = 0; i < sides.size(); ++i) {
+    std::vector<Vector2d> own = sides[i].points(h);
+    if (!sides[i].open) {
+      points.insert(points.end(), own.begin(), own.end());
+      continue;
+    }
+    own.push_back(sides[i].to);
+    for (const Vector2d& p : own) {
+      const bool elsewhere =
+          std::any_of(sides.begin(), sides.begin() + static_cast<long>(i),
+                      [&](const Side& s) { return s.distance_m(p) <= kSame * h; });
+      if (!elsewhere) add_once(p);
+    }
+  }
+  return points;
+}
+
+/// Throws Error(bad_input) where sides of the mesh leave a line of the outline.
+void require_sides(const ClothOutline& outline, const MaterialMesh& mesh, double h) {
+  for (const auto& [from, to] : outline.lines) {
+    double missing = (to - from).norm();
+    for (const MaterialMesh::Edge& edge : mesh.edges) {
+      const Vector2d &a = mesh.points_m[edge.from], &b = mesh.points_m[edge.to];
+      if (distance_m({from, to}, a) <= 2 * kSame * h && distance_m({from, to}, b) <= 2 * kSame * h)
+        missing -= (b - a).norm();
+    }
+    if (missing > kExact * (to - from).norm())
+      throw bad_input(
+          fmt::format("the line from warp {:.1f}, weft {:.1f} mm to {:.1f}, {:.1f} mm is not "
+                      "followed by the mesh",
+                      from.x() / units::mm, from.y() / units::mm, to.x() / units::mm,
+                      to.y() / units::mm),
+          {.file = outline.file.string()}, "give a finer --spacing-mm, or move pins off it");
   }
 }
 
@@ -60,14 +158,26 @@ std::vector<std::array<int, 3>> cloth_triangles(const ClothOutline& outline,
   return kept;
 }
 
-/// Adds the points that the caller names; one that stands near a line's own point takes its place,
-/// unless that is a corner.
-void add_named(const ClothOutline& outline, const std::vector<const Polygon*>& lines, double h,
+/// Adds the points that the caller names; one that stands on a line near the line's own point takes
+/// its place, unless others meet there.
+void add_named(const ClothOutline& outline, const std::vector<const Polygon*>& polygons, double h,
                std::vector<Vector2d>& points) {
   const auto is_corner = [&](const Vector2d& p) {
-    return std::any_of(lines.begin(), lines.end(), [&](const Polygon* line) {
-      return std::find(line->begin(), line->end(), p) != line->end();
-    });
+    return std::any_of(polygons.begin(), polygons.end(),
+                       [&](const Polygon* polygon) {
+                         return std::find(polygon->begin(), polygon->end(), p) != polygon->end();
+                       }) ||
+           std::any_of(outline.lines.begin(), outline.lines.end(), [&](const auto& line) {
+             return (line[0] - p).norm() <= kSame * h || (line[1] - p).norm() <= kSame * h;
+           });
+  };
+  const auto on_line = [&](const Vector2d& p) {
+    return std::any_of(
+               polygons.begin(), polygons.end(),
+               [&](const Polygon* polygon) { return distance_m(*polygon, p) <= kSame * h; }) ||
+           std::any_of(outline.lines.begin(), outline.lines.end(), [&](const auto& line) {
+             return distance_m({line[0], line[1]}, p) <= kSame * h;
+           });
   };
   for (const Vector2d& named : outline.points) {
     const auto nearest =
@@ -75,7 +185,8 @@ void add_named(const ClothOutline& outline, const std::vector<const Polygon*>& l
           return (a - named).squaredNorm() < (b - named).squaredNorm();
         });
     const double away = (*nearest - named).norm();
-    if (away < kSame * h || (away < kNear / 2 * h && !is_corner(*nearest))) {
+    if (away < kSame * h ||
+        (away < kNear / 2 * h && !is_corner(*nearest) && on_line(*nearest) && on_line(named))) {
       *nearest = named;
     } else {
       points.push_back(named);
@@ -342,8 +453,7 @@ MaterialMesh triangulated(const ClothOutline& outline, const MeshOptions& option
               line->front().x() / units::mm, line->front().y() / units::mm, inside * 1e6),
           where, "make it wider or the mesh finer (--spacing-mm)");
   }
-  std::vector<Vector2d> points;
-  for (const Polygon* line : lines) add_line(*line, h, points);
+  std::vector<Vector2d> points = line_points(outline, lines, h);
   add_named(outline, lines, h, points);
   const std::size_t fixed = points.size();
   Vector2d low = outline.outer.front(), high = low;
@@ -366,6 +476,10 @@ MaterialMesh triangulated(const ClothOutline& outline, const MeshOptions& option
       if (is_cloth(outline, p) &&
           std::all_of(lines.begin(), lines.end(),
                       [&](const Polygon* line) { return distance_m(*line, p) >= kNear * h; }) &&
+          std::all_of(outline.lines.begin(), outline.lines.end(),
+                      [&](const auto& line) {
+                        return distance_m({line[0], line[1]}, p) >= kNear * h;
+                      }) &&
           std::all_of(outline.points.begin(), outline.points.end(),
                       [&](const Vector2d& named) { return (named - p).norm() >= kNear * h; }))
         points.push_back(p);
@@ -404,6 +518,7 @@ MaterialMesh triangulated(const ClothOutline& outline, const MeshOptions& option
                     "with {:.6g} mm",
                     mesh.area_m2() * 1e6, mesh.border_m() * 1e3, area * 1e6, border * 1e3),
         where, "the outline is finer than the spacing: give a finer mesh");
+  require_sides(outline, mesh, h);
   return mesh;
 }
 

@@ -18,6 +18,9 @@ struct ClothOutline {
   std::vector<Polygon> creases;
   /// Material points that become points of the mesh, such as pins; on a line it is cut there.
   std::vector<Eigen::Vector2d> points = {};
+  /// Straight lines on the cloth that triangles do not cross, such as clamps; also along the
+  /// border.
+  std::vector<std::array<Eigen::Vector2d, 2>> lines = {};
   std::filesystem::path file = {};  ///< that it was read from; empty: none
 };
 
@@ -64,9 +67,9 @@ struct MeshOptions {
 
 /// Lines are cut into pieces of the spacing, the inside is filled with a hexagonal lattice, and all
 /// points are joined by a Delaunay triangulation (Bowyer and Watson 1981), of which what lies
-/// outside the outline or in holes is left out. Throws Error(bad_input) for an outline with fewer
-/// than three corners, without area, or finer than the spacing can follow: area and border of the
-/// mesh are those of the outline.
+/// outside the outline or in holes is left out. Lines become sides of the mesh. Throws
+/// Error(bad_input) for an outline with fewer than three corners, without area, or finer than the
+/// spacing can follow: area and border of the mesh are those of the outline.
 [[nodiscard]] MaterialMesh triangulated(const ClothOutline& outline, const MeshOptions& options);
 
 /// Corners of the outer border, in its order.
