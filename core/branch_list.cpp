@@ -60,8 +60,8 @@ MatrixX3d MemoryBand::extreme_m(double sign) const {
 void fields(Fields& f, ListedBranch& branch) {
   f({"branch", "number; 1 has the least energy", 1, 1}, branch.number);
   f({"sheet", "path from the folder of this file"}, branch.sheet);
-  f({"energy_uJ", "energy against the world origin", uj}, branch.energy_j);
-  f({"largest_residual_per_particle_weight", "net force in weights of a mean particle", 1, 0},
+  f({"energy_uJ", "energy against the world origin, on the coarsest mesh", uj}, branch.energy_j);
+  f({"largest_residual_per_particle_weight", "net force in mean weights of a point", 1, 0},
     branch.residual);
   f({"stable", "false: a saddle"}, branch.stable);
   f({"starts", "starts that ended there", 1, 0}, branch.starts);
@@ -73,6 +73,18 @@ void fields(Fields& f, ListedBranch& branch) {
   f({"hem_nodes", "folds of the border", 1, 0}, branch.hem_nodes);
   f.otherwise({"hem_radius_spectrum_mm", "Fourier amplitudes of its radius, orders 0 to 8", mm},
               branch.hem_amplitudes_m);
+  f.if_any({"spacing_mm", "spacing of the mesh of the sheet", mm, 0}, branch.spacing_m);
+  f.if_any({"polish_mm", "mean move of the marks from the coarsest mesh", mm, 0}, branch.polish_m);
+  f.if_any({"not_polished", "reason why the rest on the finer mesh is not given"},
+           branch.not_polished);
+}
+
+void fields(Fields& f, UnseenBranches& unseen) {
+  f({"rests", "starts on branches", 1, 0}, unseen.rests);
+  f({"seen_once", "branches with one start", 1, 0}, unseen.seen_once);
+  f({"fraction", "estimated part of starts on branches that were not seen", 1, 0, 1},
+    unseen.fraction);
+  f({"upper95", "its upper 95 % bound", 1, 0, 1}, unseen.upper95);
 }
 
 void fields(Fields& f, RefusedStarts& one) {
@@ -121,10 +133,15 @@ void fields(Fields& f, MemoryBand& band) {
 }
 
 void fields(Fields& f, PlacedDrape& placed) {
-  f({"branch", "branch that it is on; null: none", 1, 1}, placed.branch);
+  f({"branch", "branch that it is on; null: none, or without reach_mm not said", 1, 1},
+    placed.branch);
   f({"nearest_branch", "null: none was found", 1, 1}, placed.nearest);
   f.if_any({"distance_mm", "mean over the marks, to the nearest member", mm, 0}, placed.distance_m);
-  f.if_any({"reach_mm", "distance up to which a drape is on a branch", mm, 0}, placed.reach_m);
+  f.if_any(
+      {"reach_mm",
+       "distance up to which a drape is on a branch; absent: branches are no farther apart", mm, 0},
+      placed.reach_m);
+  f.if_any({"apart_mm", "distance of the nearest branch from the next one", mm, 0}, placed.apart_m);
   f.if_any({"marks", "marks compared", 1, 0}, placed.marks);
   f.if_any({"fraction_of_marks_in_band", "part of the marks", 1, 0, 1}, placed.inside_fraction);
   f({"started_there", "ending of a start from the real shape"}, placed.started_there);
@@ -137,6 +154,8 @@ void fields(Fields& f, BranchList& list) {
   f.otherwise({"starts_not_at_rest", "starts without a rest", 1, 0}, list.not_at_rest);
   f.otherwise({"refused", "rests that the checker refuses"}, list.refused);
   f({"branches", "equilibria by energy, lowest first"}, list.branches);
+  f.if_any({"starts", "seeded starts", 1, 0}, list.starts);
+  f.if_any({"unseen", "part of starts on branches that were not seen"}, list.unseen);
   f.if_any({"members_at_rest", "starts that came to rest", 1, 0}, list.members_at_rest);
   f.otherwise({"band", "95 % bands of the marks; empty below 20 members"}, list.band);
   f.if_any({"friction_band", "interval that friction leaves"}, list.friction_band);

@@ -15,8 +15,8 @@ namespace drape {
 struct ListedBranch {
   int number = 0;       ///< 1 has the least energy
   std::string sheet;    ///< path from the folder of the list
-  double energy_j = 0;  ///< only differences within one list mean anything
-  double residual = 0;  ///< largest, in weights of a particle
+  double energy_j = 0;  ///< on the coarsest mesh; only differences within one list mean anything
+  double residual = 0;  ///< largest, in mean weights of a point
   bool stable = true;   ///< false: a saddle
   std::vector<int> starts;
   double fraction = 0;         ///< fraction of the starts
@@ -25,6 +25,18 @@ struct ListedBranch {
   double farthest_member_m = 0;
   int hem_nodes = 0;                     ///< folds of the border
   std::vector<double> hem_amplitudes_m;  ///< Fourier amplitudes of its radius, orders 0 to 8
+  std::optional<double> spacing_m;       ///< spacing of the mesh of `sheet`
+  std::optional<double> polish_m;  ///< mean move of the marks from the coarsest mesh; absent: none
+  std::string not_polished;        ///< why its rest on the finer mesh is not given
+};
+
+/// Fraction of starts that would end on branches that the starts so far have not shown, estimated
+/// by those that one start alone has shown (Good 1953).
+struct UnseenBranches {
+  int rests = 0;        ///< starts on branches
+  int seen_once = 0;    ///< branches with one start
+  double fraction = 0;  ///< seen_once / rests
+  double upper95 = 1;   ///< its upper 95 % bound (Clopper and Pearson 1934); 3 / rests for none
 };
 
 struct RefusedStarts {
@@ -86,14 +98,17 @@ struct MemoryBand {
 
 /// The real drape among the branches.
 struct PlacedDrape {
-  std::optional<int> branch;  ///< absent: it is on none
+  std::optional<int> branch;  ///< absent: it is on none, or nothing can be said (`reach_m`)
   std::optional<int> nearest;
   std::optional<double> distance_m;  ///< mean over the marks, to the nearest member
-  std::optional<double> reach_m;     ///< up to which a drape is on a branch
+  /// Distance up to which a drape is on a branch; absent where branches are not farther apart, or
+  /// there is one alone: being on it says nothing.
+  std::optional<double> reach_m;
   std::optional<int> marks;
   std::optional<double> inside_fraction;  ///< fraction of the marks inside their bands
   std::string started_there;              ///< end of a start from the real shape
   std::optional<double> started_there_m;  ///< mean distance that it leaves
+  std::optional<double> apart_m = {};     ///< distance of the nearest branch from the next one
 };
 
 /// branches.json: the equilibria of one drape, from an ensemble of starts.
@@ -103,6 +118,8 @@ struct BranchList {
   std::vector<int> not_at_rest;  ///< starts
   std::vector<RefusedStarts> refused;
   std::vector<ListedBranch> branches;  ///< by energy, lowest first
+  std::optional<int> starts;           ///< seeded starts; absent: not stated
+  std::optional<UnseenBranches> unseen;
   std::optional<int> members_at_rest;  ///< absent: no ensemble
   std::vector<BandMark> band;          ///< empty below 20 members at rest
   std::optional<FrictionBand> friction_band;

@@ -180,14 +180,24 @@ std::string ensemble_sentence(const BranchList& list) {
         "; 95 % of them lie within {:.2f} mm of their mean (median over the marks; {:.2f} mm at "
         "the loosest mark)",
         median(radii) / mm, *std::max_element(radii.begin(), radii.end()) / mm);
+  if (list.unseen)
+    text += fmt::format(
+        "; {:.0f} % of starts may end on branches that none showed, at most {:.0f} "
+        "% (95 %)",
+        100 * list.unseen->fraction, 100 * list.unseen->upper95);
   if (!list.measured) return text;
   const PlacedDrape& real = *list.measured;
-  if (real.nearest && real.distance_m && real.reach_m) {
-    text += real.branch ? fmt::format("; the real drape is on branch {}", *real.branch)
-                        : fmt::format("; the real drape is on no branch, branch {} is the nearest",
-                                      *real.nearest);
-    text += fmt::format(" ({:.2f} mm from its nearest member, branches reach {:.2f} mm)",
-                        *real.distance_m / mm, *real.reach_m / mm);
+  if (real.nearest && real.distance_m) {
+    const bool known = real.reach_m.has_value();  // else being on a branch says nothing
+    text += known && real.branch
+                ? fmt::format("; the real drape is on branch {}", *real.branch)
+                : fmt::format("; {}branch {} is the nearest",
+                              known ? "the real drape is on no branch, " : "", *real.nearest);
+    text += fmt::format(" ({:.2f} mm from its nearest member", *real.distance_m / mm);
+    if (real.apart_m)
+      text += fmt::format(", the next branch {:.2f} mm from it", *real.apart_m / mm);
+    if (known) text += fmt::format(", branches reach {:.2f} mm", *real.reach_m / mm);
+    text += ")";
   }
   if (!radii.empty() && real.inside_fraction)
     text += fmt::format("; {:.0f} % of its marks are in their bands", 1e2 * *real.inside_fraction);

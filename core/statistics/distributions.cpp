@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/statistics/distributions.hpp"
 
+#include <boost/math/distributions/binomial.hpp>
 #include <boost/math/distributions/chi_squared.hpp>
 #include <boost/math/distributions/fisher_f.hpp>
 #include <boost/math/distributions/normal.hpp>
@@ -33,6 +34,11 @@ double chi_square_beyond(double p, double dof) {
 double f_tail(double f, double numerator_dof, double denominator_dof) {
   if (!(f > 0)) return 1;
   return bm::cdf(bm::complement(bm::fisher_f(numerator_dof, denominator_dof), f));
+}
+
+double probability_bound(int seen, int trials, double confidence) {
+  if (seen >= trials) return 1;
+  return bm::binomial::find_upper_bound_on_p(trials, seen, 1 - confidence);
 }
 
 }  // namespace drape

@@ -21,4 +21,9 @@ namespace drape {
 /// Probability that Fisher's F is larger; 1 for f <= 0.
 [[nodiscard]] double f_tail(double f, double numerator_dof, double denominator_dof);
 
+/// Upper bound, at this confidence, of the probability of an event that `seen` of `trials` > 0
+/// trials showed (Clopper and Pearson 1934); about 3 / trials at 95 % where none did (the rule of
+/// three).
+[[nodiscard]] double probability_bound(int seen, int trials, double confidence);
+
 }  // namespace drape

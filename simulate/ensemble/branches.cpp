@@ -6,38 +6,30 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
-#include <cstdint>
-#include <numbers>
+#include <numeric>
+#include <utility>
 
 #include "core/parallel.hpp"
-#include "core/statistics/random.hpp"
+#include "core/statistics/distributions.hpp"
 #include "core/units.hpp"
+#include "simulate/ensemble/bands.hpp"
+#include "simulate/ensemble/folded_starts.hpp"
 #include "simulate/ensemble/linkage.hpp"
-#include "simulate/ensemble/valleys.hpp"
-#include "simulate/equilibrium/mixture.hpp"
+#include "simulate/judge_drape.hpp"
 
 namespace drape::simulate {
 namespace {
 
+using Eigen::Index;
+using Eigen::MatrixX3d;
 using Eigen::Vector2d;
 using Eigen::Vector3d;
-using units::mm;
 
-constexpr double kSameAxis = 1e-6;    // m
-constexpr double kSameEnergy = 1e-9;  // relative to the energy
-constexpr double kPlace = 2e-3;       // m; by which a hand lays a sheet beside its place
-
-Vector3d middle_of(const Field& x) {
-  const int n = static_cast<int>(x.size() / 3);
-  Vector3d sum = Vector3d::Zero();
-  for (int i = 0; i < n; ++i) sum += at(x, i);
-  return sum / n;
-}
+constexpr double kSameAxis = 1e-6;  // m
+constexpr int kBatch = 8, kMostStarts = 32;
 
 std::optional<Vector2d> axis_of(const Obstacle& obstacle) {
-  if (const auto* sphere = std::get_if<Sphere>(&obstacle)) {
-    return sphere->centre_in_world.head<2>();
-  }
+  if (const auto* sphere = std::get_if<Sphere>(&obstacle)) return sphere->centre_in_world.head<2>();
   if (const auto* body = std::get_if<Cylinder>(&obstacle)) {
     const Vector3d axis = body->world_from_cylinder.rotation.col(2);
     if (axis.head<2>().norm() < kSameAxis) return body->world_from_cylinder.translation_m.head<2>();
@@ -46,74 +38,181 @@ std::optional<Vector2d> axis_of(const Obstacle& obstacle) {
 }
 
 /// After the turn about the vertical and the horizontal shift that fit best.
-double distance_after_turn(const Field& a, const Field& b, bool reversed) {
-  const int n = static_cast<int>(a.size() / 3);
-  const Vector3d ma = middle_of(a);
-  const Vector3d mb = middle_of(b);
-  double dot = 0;
-  double cross = 0;
-  for (int i = 0; i < n; ++i) {
-    const Vector3d p = at(a, i) - ma;
-    const Vector3d q = at(b, reversed ? n - 1 - i : i) - mb;
-    dot += q.x() * p.x() + q.y() * p.y();
-    cross += q.x() * p.y() - q.y() * p.x();
-  }
-  const Eigen::Rotation2Dd turn(std::atan2(cross, dot));
+double distance_after_turn(const MatrixX3d& a, const MatrixX3d& b) {
+  const Eigen::RowVector3d middle_a = a.colwise().mean(), middle_b = b.colwise().mean();
+  const MatrixX3d p = a.rowwise() - middle_a;
+  MatrixX3d q = b.rowwise() - middle_b;
+  const double dot = q.leftCols<2>().cwiseProduct(p.leftCols<2>()).sum();
+  const double cross = q.col(0).dot(p.col(1)) - q.col(1).dot(p.col(0));
+  const Eigen::Matrix2d turn = Eigen::Rotation2Dd(std::atan2(cross, dot)).toRotationMatrix();
+  q.leftCols<2>() = (q.leftCols<2>() * turn.transpose()).eval();
+  q.col(2).array() += middle_b.z() - middle_a.z();
+  return (p - q).rowwise().norm().mean();
+}
+
+/// Rows of marks that are on the cloth.
+MatrixX3d rows_on_cloth(const MatrixX3d& places) {
+  std::vector<Index> rows;
+  for (Index k = 0; k < places.rows(); ++k)
+    if (places.row(k).allFinite()) rows.push_back(k);
+  return places(rows, Eigen::all);
+}
+
+/// Mean distance of the measured marks from their places on the cloth; nothing without any.
+std::optional<double> from_measured_m(const DrapeLevel& level, const ClothMoment& moment) {
+  const std::optional<Sheet>& measured = level.drape().local.measured;
+  if (!measured) return std::nullopt;
+  std::vector<Vector2d> material_m;
+  for (const SheetMark& mark : measured->marks) material_m.push_back(mark.material_m);
+  const MatrixX3d places = level.places(moment, material_m);
   double sum = 0;
-  for (int i = 0; i < n; ++i) {
-    const Vector3d q = at(b, reversed ? n - 1 - i : i) - mb;
-    const Vector2d flat = turn * q.head<2>() + ma.head<2>();
-    sum += (at(a, i) - Vector3d(flat.x(), flat.y(), q.z() + mb.z())).norm();
+  int count = 0;
+  for (std::size_t k = 0; k < material_m.size(); ++k) {
+    const Vector3d place = places.row(static_cast<Index>(k));
+    if (!place.allFinite()) continue;
+    sum += (place - measured->marks[k].point_in_world).norm();
+    ++count;
   }
-  return sum / n;
+  return count > 0 ? std::optional(sum / count) : std::nullopt;
+}
+
+/// A rest is stable where a small change of forces has a first-order answer.
+bool is_stable(DrapeLevel& level, const ClothMoment& moment) {
+  MeshCloth::State change(static_cast<std::size_t>(level.cloth().unknowns()), Vector3d::Zero());
+  for (int i = 0; i < level.cloth().points(); ++i) {
+    const double t = i;  // all directions and wavelengths take part
+    change[i] =
+        level.cloth().mass_kg()[i] * Vector3d(std::sin(t), std::sin(t * t), std::cos(2 * t));
+  }
+  return level.first_order(moment, change).has_value();
+}
+
+Member member_of(const EnsembleCase& coarse, int start, StartVariation variation,
+                 const DrapeStart& begin = {}) {
+  const EnsembleCase own =
+      coarse.with_friction(coarse.scene.friction * std::exchange(variation.friction_factor, 1.0));
+  Member member;
+  member.start = start;
+  member.friction = own.scene.friction;
+  member.drape = drape_cloth(*own.drape, own.options.drape, variation, {}, begin);
+  DrapeLevel& level = *member.drape.level;
+  const ClothMoment& rest = member.drape.rest;
+  member.ending = own.ending_of(level, rest, member.drape.levels.back().rest);
+  if (member.rests()) {
+    member.energy_j = level.energy_j(rest);
+    member.mass_kg = level.mass_kg();
+    member.stable = is_stable(level, rest);
+    member.hem = label_hem(level, rest);
+    member.marks = rows_on_cloth(member.drape.marks_of_level.back());
+    member.from_measured_m = from_measured_m(level, rest);
+  }
+  member.drape.level.reset();
+  return member;
+}
+
+/// Groups the members at rest.
+void group(Ensemble& ensemble, double least_m) {
+  const std::vector<Member>& members = ensemble.members;
+  std::vector<int> rests;
+  for (std::size_t k = 0; k < members.size(); ++k)
+    if (members[k].rests()) rests.push_back(static_cast<int>(k));
+  std::stable_sort(rests.begin(), rests.end(),
+                   [&](int a, int b) { return members[a].energy_j < members[b].energy_j; });
+  const auto apart_m = [&](int a, int b) {
+    return mean_distance_m(members[rests[a]].marks, members[rests[b]].marks, ensemble.round);
+  };
+  const Linkage linkage = link(static_cast<int>(rests.size()), apart_m, least_m);
+  ensemble.linked_m = linkage.limit;
+  ensemble.branches.clear();
+  for (std::size_t k = 0; k < rests.size(); ++k) {
+    const auto branch = static_cast<std::size_t>(linkage.group[k]);
+    if (branch == ensemble.branches.size()) ensemble.branches.emplace_back();
+    ensemble.branches[branch].push_back(rests[k]);
+  }
+}
+
+/// True if the last batch of starts brought a branch; of the first batch, a second one.
+bool brought_new(const Ensemble& ensemble) {
+  const int before = ensemble.starts - kBatch;
+  int fresh = 0;
+  for (const std::vector<int>& branch : ensemble.branches)
+    fresh += std::all_of(branch.begin(), branch.end(), [&](int k) { return k >= before; });
+  return fresh > (before > 0 ? 0 : 1);
 }
 
 }  // namespace
 
-StartVariation variation_of(int index, bool friction_known) {
-  StartVariation v;
-  if (index == 0) return v;
-  const auto pick = [&](int what, double low, double high) {
-    return low +
-           (high - low) * SplitMix64(0, static_cast<std::uint64_t>(index) * 16 + what).uniform();
-  };
-  v.noise_m = std::pow(10.0, pick(0, -6, -3.5));
-  v.tilt_rad = pick(1, 0, 0.08);
-  v.tilt_axis_rad = pick(2, 0, 2 * std::numbers::pi);
-  v.yaw_rad = pick(3, -0.03, 0.03);
-  v.lift_m = pick(4, 0, 0.01);
-  v.folds = 2 + static_cast<int>(pick(5, 0, 6.999));
-  v.fold_m = pick(6, 0, 6e-3);
-  v.fold_phase_rad = pick(7, 0, 2 * std::numbers::pi);
-  v.place_m = {pick(8, -kPlace, kPlace), pick(9, -kPlace, kPlace)};
-  v.friction_factor = friction_known ? pick(10, 0.9, 1.1) : std::exp2(pick(10, -1, 1));
-  v.damping_per_s = std::exp2(pick(11, 0, 4));
-  return v;
+void fields(Fields& f, EnsembleOptions& options) {
+  f({"starts",
+     "seeded starts, of which the first is the scene's own; default: 8, and 8 more while new "
+     "branches come, at most 32",
+     1, 1, 10000},
+    options.starts);
 }
 
-void apply(const StartVariation& v, const GridSpec& grid, Field& position) {
-  const Vector3d middle = middle_of(position);
-  const Vector3d axis(std::cos(v.tilt_axis_rad), std::sin(v.tilt_axis_rad), 0);
-  const Eigen::Matrix3d turn =
-      (Eigen::AngleAxisd(v.tilt_rad, axis) * Eigen::AngleAxisd(v.yaw_rad, Vector3d::UnitZ()))
-          .toRotationMatrix();
-  const double reach = 0.5 * grid.patch_m.norm();
-  const std::size_t n = grid.count();
-  double lowest = 0;
-  std::vector<Vector3d> moved(n);
-  for (std::size_t i = 0; i < n; ++i) {
-    const Vector3d flat = at(position, static_cast<int>(i)) - middle;
-    const double out = flat.head<2>().norm() / reach;
-    const double angle = std::atan2(flat.y(), flat.x());
-    const double noise = v.noise_m * (2 * SplitMix64(0, 7919 * (i + 1)).uniform() - 1);
-    const double wave = v.fold_m * out * out * std::cos(v.folds * angle - v.fold_phase_rad);
-    moved[i] = turn * (flat + Vector3d(0, 0, noise + wave));
-    lowest = std::min(lowest, moved[i].z());
-  }
-  for (std::size_t i = 0; i < n; ++i) {
-    moved[i] += middle + Vector3d(v.place_m.x(), v.place_m.y(), v.lift_m - lowest);
-    for (std::size_t a = 0; a < 3; ++a) position[a * n + i] = moved[i][static_cast<int>(a)];
-  }
+EnsembleCase EnsembleCase::with_friction(double coefficient) const {
+  EnsembleCase other = *this;
+  auto changed = std::make_shared<DrapeCase>(*drape);
+  other.scene.friction = changed->local.scene.friction = coefficient;
+  other.drape = std::move(changed);
+  return other;
+}
+
+EnsembleCase EnsembleCase::with_history(std::vector<std::string> history) const {
+  EnsembleCase other = *this;
+  auto changed = std::make_shared<DrapeCase>(*drape);
+  other.scene.start.history = changed->local.scene.start.history = std::move(history);
+  other.drape = std::move(changed);
+  return other;
+}
+
+EnsembleCase EnsembleCase::with_laws(FittedLaws laws) const {
+  EnsembleCase other = *this;
+  auto changed = std::make_shared<DrapeCase>(*drape);
+  changed->laws = laws.laws;
+  other.fitted = std::move(laws);
+  other.options.internal_friction = changed->laws.friction.has_value();
+  other.drape = std::move(changed);
+  return other;
+}
+
+EnsembleCase EnsembleCase::with_levels(std::size_t count) const {
+  const std::vector<double> spacings_m = level_spacings_m(options.drape);
+  EnsembleCase other = *this;
+  other.options.drape.coarsest_m = spacings_m.front();
+  other.options.drape.spacing_m = spacings_m[std::min(count, spacings_m.size()) - 1];
+  return other;
+}
+
+std::string EnsembleCase::ending_of(const DrapeLevel& level, const ClothMoment& moment,
+                                    const RestReport& report) const {
+  if (!report.at_rest) return "it does not come to rest: " + report.why;
+  const MeshJudgement judged = judge_drape(level, moment, scene, options.drape.descent.residual);
+  if (judged.accepted()) return "at rest";
+  return fmt::format("the checker refuses it: {}", fmt::join(judged.refusals, "; "));
+}
+
+SimulateResult EnsembleCase::result(Drape made) const {
+  return result_of(scene, fabric, fitted, options, drape, std::move(made));
+}
+
+EnsembleCase ensemble_case(const Scene& scene, const Fabric& fabric, const Print& print,
+                           const std::optional<Sheet>& measured, const SimulateOptions& options) {
+  options.check();
+  EnsembleCase own{scene, fabric,
+                   fit_laws(fabric, options.segments, options.reach, options.internal_friction),
+                   options, nullptr};
+  own.drape = std::make_shared<const DrapeCase>(
+      drape_case(scene, print, measured, own.fitted.laws, options.outline));
+  return own;
+}
+
+std::vector<int> Ensemble::starts_of(std::size_t branch) const {
+  std::vector<int> own;
+  for (const int k : branches[branch])
+    if (members[k].start >= 0) own.push_back(members[k].start);
+  std::sort(own.begin(), own.end());
+  return own;
 }
 
 bool is_round(const Scene& scene) {
@@ -127,215 +226,195 @@ bool is_round(const Scene& scene) {
   return common.has_value() && scene.gravity_m_per_s2.head<2>().isZero(0);
 }
 
-double mean_distance_m(const Field& a, const Field& b, bool round) {
-  if (!round) return mean_distance_m(a, b);
-  return std::min(distance_after_turn(a, b, false), distance_after_turn(a, b, true));
+double mean_distance_m(const MatrixX3d& a, const MatrixX3d& b, bool round) {
+  if (!round) return (a - b).rowwise().norm().mean();
+  return std::min(distance_after_turn(a, b), distance_after_turn(a, b.colwise().reverse()));
 }
 
-namespace {
-
-/// Groups rests, which are ordered by energy, into branches named by their lowest.
-void group(std::vector<Branch> rests, double least_m, Branches& branches) {
-  const auto apart_m = [&](int a, int b) {
-    return mean_distance_m(rests[a].position, rests[b].position, branches.round);
+Ensemble find_branches(const EnsembleCase& own, const EnsembleOptions& how) {
+  Ensemble ensemble;
+  ensemble.round = is_round(own.drape->local.scene);
+  const EnsembleCase coarse = own.with_levels(1);
+  const bool friction_known = !names(own.scene.stand_ins, "friction");
+  const auto add = [&](std::size_t count, const auto& drape_one) {
+    const std::size_t first = ensemble.members.size();
+    ensemble.members.resize(first + count);
+    parallel_for(count, how.threads,
+                 [&](std::size_t k) { ensemble.members[first + k] = drape_one(k); });
+    group(ensemble, how.same_m);
   };
-  const Linkage linkage = link(static_cast<int>(rests.size()), apart_m, least_m);
-  branches.linked_m = linkage.limit;
-  std::vector<double> spread_m(rests.size(), 0.0);
-  std::vector<int> first(rests.size(), -1);  // first rest of each group
-  for (std::size_t k = 0; k < rests.size(); ++k) {
-    int& lowest = first[linkage.group[k]];
-    if (lowest < 0) {
-      lowest = static_cast<int>(k);
-      continue;
-    }
-    spread_m[lowest] = std::max(spread_m[lowest], apart_m(lowest, static_cast<int>(k)));
-    rests[lowest].starts.push_back(rests[k].starts.front());
-    rests[lowest].others.push_back(std::move(rests[k]));
+  do {
+    const int first = ensemble.starts;
+    const int count = how.starts.value_or(kBatch);
+    add(static_cast<std::size_t>(count), [&](std::size_t k) {
+      const int start = first + static_cast<int>(k);
+      return member_of(coarse, start, variation_of(start, friction_known));
+    });
+    ensemble.starts += count;
+  } while (!how.starts && ensemble.starts < kMostStarts && brought_new(ensemble));
+  const std::vector<DrapeStart> folded = folded_starts(*own.drape);
+  if (!folded.empty())
+    add(folded.size(), [&](std::size_t k) { return member_of(coarse, -1, {}, folded[k]); });
+  for (const Member& member : ensemble.members) {
+    if (!member.rests()) continue;
+    const MatrixX3d& places = member.drape.marks_of_level.back();
+    for (std::size_t k = 0; k < member.drape.marks.size(); ++k)
+      if (places.row(static_cast<Index>(k)).allFinite())
+        ensemble.marks.push_back(member.drape.marks[k]);
+    break;
   }
-  for (const int lowest : first) {
-    if (lowest < 0) continue;
-    rests[lowest].spread_m = spread_m[lowest];
-    std::sort(rests[lowest].starts.begin(), rests[lowest].starts.end());
-    branches.found.push_back(std::move(rests[lowest]));
-  }
+  return ensemble;
 }
 
-Branch branch_of(StaticDrape drape, const GridSpec& grid, int start, double friction) {
-  Branch branch;
-  branch.energy_j = drape.report.history.back().sum_j();
-  branch.hem = label_hem(grid, drape.position);
-  branch.position = std::move(drape.position);
-  branch.memory = std::move(drape.memory);
-  branch.report = std::move(drape.report);
-  branch.own_start = start;
-  if (start >= 0) branch.starts = {start};
-  branch.friction = friction;
-  return branch;
+UnseenBranches unseen_of(const std::vector<int>& starts) {
+  UnseenBranches unseen;
+  for (const int count : starts) {
+    unseen.rests += count;
+    unseen.seen_once += count == 1;
+  }
+  if (unseen.rests == 0) {
+    unseen.fraction = 1;
+    return unseen;
+  }
+  unseen.fraction = static_cast<double>(unseen.seen_once) / unseen.rests;
+  unseen.upper95 = probability_bound(unseen.seen_once, unseen.rests, 0.95);
+  return unseen;
 }
 
-bool is_lower(const Branch& a, const Branch& b) {
-  return a.energy_j < b.energy_j;
+BranchList list_of(const Ensemble& ensemble, const EnsembleCase& own) {
+  BranchList list;
+  list.round = ensemble.round;
+  list.linked_m = ensemble.linked_m;
+  list.starts = ensemble.starts;
+  int at_rest = 0;
+  for (const Member& member : ensemble.members) {
+    const std::vector<int> start(member.start >= 0 ? 1 : 0, member.start);
+    at_rest += member.rests() && member.start >= 0;
+    if (member.rests()) continue;
+    if (member.drape.at_rest())
+      list.refused.push_back({start, member.ending});
+    else
+      list.not_at_rest.insert(list.not_at_rest.end(), start.begin(), start.end());
+  }
+  list.members_at_rest = at_rest;
+  std::vector<int> seen;
+  for (std::size_t k = 0; k < ensemble.branches.size(); ++k) {
+    const Member& lowest = ensemble.members[ensemble.branches[k].front()];
+    ListedBranch one;
+    one.number = static_cast<int>(k) + 1;
+    one.sheet = fmt::format("branch-{:02}/sheet.ply", one.number);
+    one.energy_j = lowest.energy_j + own.drape->local.gravity_offset_j(lowest.mass_kg);
+    one.residual = lowest.drape.levels.back().rest.descent.residual;
+    one.stable = lowest.stable;
+    one.starts = ensemble.starts_of(k);
+    one.fraction = static_cast<double>(one.starts.size()) / ensemble.starts;
+    if (one.starts.empty()) one.sought = true;
+    one.friction = lowest.friction;
+    for (const int member : ensemble.branches[k])
+      one.farthest_member_m =
+          std::max(one.farthest_member_m,
+                   mean_distance_m(lowest.marks, ensemble.members[member].marks, ensemble.round));
+    one.hem_nodes = lowest.hem.nodes;
+    one.hem_amplitudes_m.assign(lowest.hem.amplitude_m.begin(), lowest.hem.amplitude_m.end());
+    one.spacing_m = lowest.drape.levels.back().spacing_m;
+    if (!one.starts.empty()) seen.push_back(static_cast<int>(one.starts.size()));
+    list.branches.push_back(std::move(one));
+  }
+  list.unseen = unseen_of(seen);
+  list.band = band_of(ensemble, own.drape->local);
+  return list;
 }
 
-/// Adds a rest that was sought: to the branch that it would be linked with, else as one of its own.
-void add_sought(Branch sought, Branches& branches) {
-  const auto is_near = [&](const Branch& member) {
-    return mean_distance_m(sought.position, member.position, branches.round) <= branches.linked_m;
-  };
-  for (Branch& branch : branches.found) {
-    const bool linked =
-        is_near(branch) || std::any_of(branch.others.begin(), branch.others.end(), is_near);
-    if (!linked) continue;
-    if (sought.energy_j > branch.energy_j - kSameEnergy * std::abs(branch.energy_j)) return;
-    sought.starts = branch.starts;
-    sought.spread_m = branch.spread_m;
-    sought.others = std::move(branch.others);
-    branch.others.clear();
-    sought.others.insert(sought.others.begin(), std::move(branch));
-    branch = std::move(sought);
-    return;
+std::vector<std::size_t> could_be_real(const Ensemble& ensemble) {
+  std::vector<double> distance_m(ensemble.branches.size(), 0.0);
+  for (std::size_t k = 0; k < distance_m.size(); ++k) {
+    distance_m[k] = std::numeric_limits<double>::infinity();
+    for (const int member : ensemble.branches[k])
+      distance_m[k] = std::min(distance_m[k], ensemble.members[member].from_measured_m.value_or(0));
   }
-  branches.found.push_back(std::move(sought));
-}
-
-/// Mirror images weigh the same but for rounding, and rounding is not to choose: the one that is
-/// reported comes first, with the same energy.
-void put_mirror_images_in_order(const MirrorPlane& plane, const GridSpec& grid,
-                                std::vector<Branch>& found) {
-  for (std::size_t k = 0; k + 1 < found.size(); ++k) {
-    const double same_j = kSameEnergy * std::abs(found[k].energy_j);
-    if (found[k + 1].energy_j - found[k].energy_j > same_j) continue;
-    found[k + 1].energy_j = found[k].energy_j;
-    if (!plane.is_reported(grid, found[k].position) &&
-        plane.is_reported(grid, found[k + 1].position))
-      std::swap(found[k], found[k + 1]);
-  }
-}
-
-/// A sheet that hangs free is sought lower, also where some starts ended on the sheet itself.
-void seek_lower(const StaticCase& the_case, const GridSpec& grid, const StaticOptions& options,
-                int kicks, Branches& branches) {
-  std::vector<const Field*> rests;
-  for (const Branch& branch : branches.found) {
-    if (branch.report.touching + branch.report.between > 0) return;
-    rests.push_back(&branch.position);
-    for (const Branch& other : branch.others) rests.push_back(&other.position);
-  }
-  ValleySearch how;
-  how.kicks = kicks;
-  const std::optional<MirrorPlane> plane = MirrorPlane::of(the_case);
-  for (StaticDrape& drape : seek_valleys(the_case, grid, options, rests, how)) {
-    if (plane && !plane->is_reported(grid, drape.position)) plane->mirror(drape.position);
-    add_sought(branch_of(std::move(drape), grid, -1, options.friction), branches);
-  }
-  std::stable_sort(branches.found.begin(), branches.found.end(), is_lower);
-  if (plane) put_mirror_images_in_order(*plane, grid, branches.found);
-}
-
-}  // namespace
-
-Branches find_branches(const StaticCase& the_case, const ClothLaws& without, const GridSpec& grid,
-                       const StaticOptions& options, const BranchOptions& how) {
-  Branches branches;
-  branches.round = is_round(the_case.scene);
-  const bool friction_known = !names(the_case.scene.stand_ins, "friction");
-  std::vector<StaticDrape> drapes(how.starts);
-  std::vector<double> friction(how.starts);
-  parallel_for(drapes.size(), options.threads, [&](std::size_t k) {
-    const StartVariation variation = variation_of(static_cast<int>(k), friction_known);
-    StaticOptions alone = options;
-    alone.threads = 1;  // starts are drapes of their own, so the threads are theirs
-    alone.friction *= variation.friction_factor;
-    alone.damping_per_s = variation.damping_per_s.value_or(options.damping_per_s);
-    friction[k] = alone.friction;
-    const auto change = [&](const GridSpec& here, Field& position) {
-      if (k > 0) apply(variation, here, position);
-    };
-    const auto push = [&](StaticSolver& solver, const StaticReport& found) {
-      branches.friction_band.reset();
-      if (found.touching + found.between > 0) branches.friction_band = push_at_rest(solver, alone);
-      if (the_case.laws.friction)
-        branches.memory_band = ends_of_memory(the_case, without, grid, solver, alone, found);
-    };
-    drapes[k] =
-        drape_statically(the_case, grid, alone, change, k == 0 ? AfterRest(push) : AfterRest());
-  });
-  branches.members.resize(how.starts);
-  std::vector<Branch> rests;
-  for (std::size_t k = 0; k < drapes.size(); ++k) {
-    StaticDrape& drape = drapes[k];
-    const int start = static_cast<int>(k);
-    if (drape.report.status != StaticStatus::at_rest || drape.report.history.empty()) {
-      branches.not_at_rest.push_back(start);
-      continue;
-    }
-    branches.members[k] = drape.position;
-    rests.push_back(branch_of(std::move(drape), grid, start, friction[k]));
-  }
-  // By energy, so that each branch is named by its lowest.
-  std::stable_sort(rests.begin(), rests.end(), is_lower);
-  group(std::move(rests), how.same_m, branches);
-  if (how.kicks > 0 && !the_case.laws.friction)
-    seek_lower(the_case, grid, options, how.kicks, branches);
+  std::vector<std::size_t> branches;
+  for (std::size_t k = 0; k < distance_m.size(); ++k)
+    if (distance_m[k] <=
+        *std::min_element(distance_m.begin(), distance_m.end()) + ensemble.linked_m)
+      branches.push_back(k);
   return branches;
 }
 
-std::vector<int> Branches::drop_lowest(Branch& branch) {
-  std::vector<Branch> others = std::move(branch.others);
-  std::vector<int> starts = std::move(branch.starts);
-  std::vector<int> dropped;
-  if (branch.own_start >= 0) {
-    dropped = {branch.own_start};
-    members[branch.own_start].clear();
-    std::erase(starts, branch.own_start);
+FinishedBranch finish_branch(const Ensemble& ensemble, std::size_t branch, const EnsembleCase& own,
+                             bool polish, ListedBranch& entry) {
+  const Member& lowest = ensemble.members[ensemble.branches[branch].front()];
+  const EnsembleCase fine = own.with_friction(lowest.friction).with_levels(2);
+  const EnsembleCase coarse = fine.with_levels(1);
+  Drape drape = lowest.drape;
+  drape.level = std::make_shared<DrapeLevel>(*coarse.drape, coarse.options.drape,
+                                             coarse.options.drape.spacing_m);
+  if (polish && level_spacings_m(own.options.drape).size() > 1) {
+    FinishedBranch finer{
+        fine.result(polished(*fine.drape, fine.options.drape, drape.level, lowest.drape.rest)),
+        {},
+        {}};
+    if (finer.result.at_rest()) {
+      const Drape& found = *finer.result.drape;
+      finer.marks = rows_on_cloth(found.marks_of_level.back());
+      finer.from_measured_m = from_measured_m(*found.level, found.rest);
+      entry.polish_m = mean_distance_m(finer.marks, lowest.marks, false);
+      entry.spacing_m = fine.options.drape.spacing_m;
+      entry.residual = finer.result.certificate.residual;
+      return finer;
+    }
+    entry.not_polished = finer.result.certificate.status;
   }
-  const double spread_m = branch.spread_m;
-  if (others.empty()) {
-    branch.starts.clear();
-    return dropped;
-  }
-  branch = std::move(others.front());
-  others.erase(others.begin());
-  branch.others = std::move(others);
-  branch.starts = std::move(starts);
-  branch.spread_m = spread_m;
-  return dropped;
+  return {coarse.result(std::move(drape)), lowest.marks, lowest.from_measured_m};
 }
 
-Json branches_json(const Branches& branches) {
-  Json json;
-  json["schema"] = "drapebench/branches/1";
-  json["scene_round_about_the_vertical"] = branches.round;
-  json["linking_distance_mm"] = branches.linked_m / mm;
-  json["starts_not_at_rest"] = branches.not_at_rest;
-  json["refused"] = Json::array();
-  for (const RefusedStarts& one : branches.refused) {
-    json["refused"].push_back({{"starts", one.starts}, {"why", one.why}});
+PlacedDrape place_measured(const Ensemble& ensemble, const EnsembleCase& own,
+                           const std::vector<FinishedBranch>& finished,
+                           const std::vector<BandMark>& band) {
+  PlacedDrape placed;
+  std::size_t nearest = 0;
+  for (std::size_t k = 0; k < finished.size(); ++k) {
+    const auto look = [&](const std::optional<double>& distance_m) {
+      if (!distance_m || (placed.distance_m && *placed.distance_m <= *distance_m)) return;
+      placed.distance_m = distance_m;
+      nearest = k;
+    };
+    look(finished[k].from_measured_m);
+    for (const int member : ensemble.branches[k]) look(ensemble.members[member].from_measured_m);
   }
-  Json list = Json::array();
-  for (std::size_t k = 0; k < branches.found.size(); ++k) {
-    const Branch& branch = branches.found[k];
-    Json one;
-    one["branch"] = k + 1;
-    one["sheet"] = fmt::format("branch-{:02}/sheet.ply", k + 1);
-    one["energy_uJ"] = branch.energy_j / 1e-6;
-    one["largest_residual_per_particle_weight"] = branch.report.residual;
-    one["stable"] = branch.report.stable;
-    one["starts"] = branch.starts;
-    one["fraction"] = static_cast<double>(branch.starts.size()) /
-                      static_cast<double>(std::max<std::size_t>(branches.members.size(), 1));
-    if (branch.own_start < 0) one["sought"] = true;
-    one["friction"] = branch.friction;
-    one["farthest_member_mm"] = branch.spread_m / mm;
-    one["hem_nodes"] = branch.hem.nodes;
-    Json spectrum = Json::array();
-    for (const double amplitude : branch.hem.amplitude_m) spectrum.push_back(amplitude / mm);
-    one["hem_radius_spectrum_mm"] = spectrum;
-    list.push_back(one);
+  if (placed.distance_m) {
+    placed.nearest = static_cast<int>(nearest) + 1;
+    for (std::size_t k = 0; k < finished.size(); ++k) {
+      if (k == nearest) continue;
+      const double apart_m =
+          mean_distance_m(finished[nearest].marks, finished[k].marks, ensemble.round);
+      placed.apart_m = std::min(placed.apart_m.value_or(apart_m), apart_m);
+    }
+    if (placed.apart_m && ensemble.linked_m < *placed.apart_m) {
+      placed.reach_m = ensemble.linked_m;
+      if (*placed.distance_m <= *placed.reach_m) placed.branch = placed.nearest;
+    }
+    int marks = 0, inside = 0, judged = 0;
+    const LocalScene& local = own.drape->local;
+    for (const SheetMark& mark : local.measured->marks) {
+      ++marks;
+      for (const BandMark& one : band) {
+        if (one.mark != mark.mark) continue;
+        ++judged;
+        inside +=
+            (local.to_world(mark.point_in_world) - one.mean_in_world).norm() <= one.radius95_m;
+      }
+    }
+    placed.marks = marks;
+    if (judged > 0) placed.inside_fraction = static_cast<double>(inside) / judged;
   }
-  json["branches"] = list;
-  return json;
+  EnsembleCase there = own.with_levels(2);
+  auto from_shape = std::make_shared<DrapeCase>(*there.drape);
+  from_shape->local.scene.start.mode = StartMode::measured;
+  const Drape drape = drape_cloth(*from_shape, there.options.drape);
+  placed.started_there = there.ending_of(*drape.level, drape.rest, drape.levels.back().rest);
+  if (placed.started_there == "at rest")
+    placed.started_there_m = from_measured_m(*drape.level, drape.rest);
+  return placed;
 }
 
 }  // namespace drape::simulate

@@ -1,29 +1,43 @@
 // SPDX-License-Identifier: Apache-2.0
-// Folds of a sheet's border.
+#include "simulate/ensemble/hem_label.hpp"
+
 #include <algorithm>
 #include <cmath>
 #include <complex>
 #include <numbers>
 
-#include "simulate/ensemble/branches.hpp"
-
 namespace drape::simulate {
 namespace {
 
 using Eigen::Vector2d;
-using Eigen::Vector3d;
 
 constexpr double kFold = 3e-3;  // m; by which a fold of the hem stands out
 constexpr int kHemSamples = 256;
 
-/// Particles along the border, once round.
-std::vector<int> border_of(const GridSpec& grid) {
-  std::vector<int> border;
-  for (int c = 0; c + 1 < grid.cols; ++c) border.push_back(grid.index(0, c));
-  for (int r = 0; r + 1 < grid.rows; ++r) border.push_back(grid.index(r, grid.cols - 1));
-  for (int c = grid.cols - 1; c > 0; --c) border.push_back(grid.index(grid.rows - 1, c));
-  for (int r = grid.rows - 1; r > 0; --r) border.push_back(grid.index(r, 0));
-  return border;
+/// Nodes of the surface along the border, once round: corners and the middles of the sides between
+/// them.
+std::vector<int> border_nodes(const MaterialMesh& mesh) {
+  const std::vector<int> corners = border_of(mesh);
+  std::vector<int> nodes;
+  for (std::size_t k = 0; k < corners.size(); ++k) {
+    const std::pair<int, int> ends = std::minmax({corners[k], corners[(k + 1) % corners.size()]});
+    const auto side = std::lower_bound(mesh.edges.begin(), mesh.edges.end(), ends,
+                                       [](const MaterialMesh::Edge& edge, const auto& key) {
+                                         return std::pair(edge.from, edge.to) < key;
+                                       });
+    nodes.push_back(corners[k]);
+    nodes.push_back(static_cast<int>(mesh.points_m.size()) +
+                    static_cast<int>(side - mesh.edges.begin()));
+  }
+  return nodes;
+}
+
+/// Material place of a node.
+Vector2d material_of(const MaterialMesh& mesh, int node) {
+  const auto points = static_cast<int>(mesh.points_m.size());
+  if (node < points) return mesh.points_m[node];
+  const MaterialMesh::Edge& edge = mesh.edges[node - points];
+  return (mesh.points_m[edge.from] + mesh.points_m[edge.to]) / 2;
 }
 
 /// Maxima that stand out by kFold from the lowest value towards a higher one on both sides.
@@ -48,28 +62,34 @@ int count_folds(const std::vector<double>& radius) {
 
 }  // namespace
 
-HemLabel label_hem(const GridSpec& grid, const Field& position) {
-  const std::vector<int> border = border_of(grid);
+HemLabel label_hem(const DrapeLevel& level, const ClothMoment& moment) {
+  const MaterialMesh& mesh = level.cloth().mesh();
+  const MeshCloth::State places = level.surface(moment);
   Vector2d middle = Vector2d::Zero();
-  for (int i = 0; i < grid.count(); ++i) middle += at(position, i).head<2>();
-  middle /= grid.count();
-  const auto count = static_cast<double>(border.size());
+  for (int i = 0; i < level.cloth().points(); ++i)
+    middle += level.cloth().mass_kg()[i] / level.mass_kg() * places[i].head<2>();
+  std::vector<int> nodes = border_nodes(mesh);
+  nodes.push_back(nodes.front());
+  std::vector<double> along_m = {0};  // length in the cloth up to each node
+  for (std::size_t k = 1; k < nodes.size(); ++k)
+    along_m.push_back(along_m.back() +
+                      (material_of(mesh, nodes[k]) - material_of(mesh, nodes[k - 1])).norm());
   HemLabel label;
   std::vector<double> radius(kHemSamples);
+  std::size_t next = 1;
   for (int k = 0; k < kHemSamples; ++k) {
-    const double place = k * count / kHemSamples;
-    const auto first = static_cast<std::size_t>(place);
-    const double fraction = place - static_cast<double>(first);
-    const Vector3d p = (1 - fraction) * at(position, border[first]) +
-                       fraction * at(position, border[(first + 1) % border.size()]);
-    radius[k] = (p.head<2>() - middle).norm();
+    const double here_m = along_m.back() * k / kHemSamples;
+    while (along_m[next] <= here_m) ++next;
+    const double part = (here_m - along_m[next - 1]) / (along_m[next] - along_m[next - 1]);
+    const Vector2d place =
+        (1 - part) * places[nodes[next - 1]].head<2>() + part * places[nodes[next]].head<2>();
+    radius[k] = (place - middle).norm();
   }
   for (std::size_t m = 0; m < label.amplitude_m.size(); ++m) {
     std::complex<double> sum = 0;
-    for (int k = 0; k < kHemSamples; ++k) {
+    for (int k = 0; k < kHemSamples; ++k)
       sum +=
           std::polar(radius[k], -2 * std::numbers::pi * static_cast<double>(m) * k / kHemSamples);
-    }
     label.amplitude_m[m] = (m == 0 ? 1.0 : 2.0) * std::abs(sum) / kHemSamples;
   }
   label.nodes = count_folds(radius);

@@ -1,0 +1,235 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "simulate/ensemble/bands.hpp"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <array>
+#include <functional>
+
+#include "core/parallel.hpp"
+#include "core/statistics/sample.hpp"
+#include "simulate/start/history.hpp"
+
+namespace drape::simulate {
+namespace {
+
+using Eigen::Index;
+using Eigen::MatrixX3d;
+using Eigen::Vector3d;
+
+constexpr double kPart = 0.5;  // of friction and of the weight
+constexpr int kPushSteps = 2;  // in which a push grows, and in which it goes again
+
+/// Two horizontals and the vertical, x nearest to the first.
+std::array<Vector3d, 3> axes_of(const Vector3d& gravity) {
+  const Vector3d up = -gravity.normalized();
+  const Vector3d beside = std::abs(up.x()) < 0.9 ? Vector3d::UnitX() : Vector3d::UnitY();
+  const Vector3d first = (beside - beside.dot(up) * up).normalized();
+  return {first, up.cross(first), up};
+}
+
+/// Rest of the cloth after another past, in the frame of the case.
+struct Other {
+  OtherRest rest;
+  MatrixX3d marks;
+  int folds = 0;
+};
+
+/// Makes the rests about that of the scene's own start.
+class OtherRests {
+ public:
+  OtherRests(const Ensemble& ensemble, const EnsembleCase& coarse, int threads)
+      : ensemble_(ensemble), coarse_(coarse), threads_(threads) {
+    for (const MarkId mark : ensemble.marks)
+      material_m_.push_back(coarse.drape->print.material_m(mark));
+  }
+
+  [[nodiscard]] const Member& own() const { return ensemble_.members.front(); }
+
+  /// A push from each side by so many weights along the axes; 0: not along that one.
+  void add_pushes(const Vector3d& per_weight, const std::string& what) {
+    const std::array<Vector3d, 3> axes = axes_of(coarse_.drape->local.scene.gravity_m_per_s2);
+    for (std::size_t k = 0; k < axes.size(); ++k) {
+      if (per_weight[static_cast<int>(k)] <= 0) continue;
+      for (const double sign : {-1.0, 1.0}) {
+        const Vector3d by = sign * per_weight[static_cast<int>(k)] * axes[k];
+        tasks_.emplace_back([this, by, what] {
+          Other other = continued(coarse_, own().drape.rest, what, [&](auto& level, auto& moment) {
+            return push(level, moment, by);
+          });
+          const LocalScene& local = coarse_.drape->local;
+          other.rest.push_per_weight = local.to_world(by) - local.to_world(Vector3d::Zero());
+          return other;
+        });
+      }
+    }
+  }
+  void add_without_memory(const FittedLaws& without) {
+    tasks_.emplace_back([this, without] {
+      ClothMoment moment = own().drape.rest;
+      moment.memory = {};
+      return continued(coarse_.with_laws(without), moment, "without internal friction, from there",
+                       [](auto& level, auto& from) { return level.rest(from); });
+    });
+  }
+  void add_drape(std::vector<std::string> history, const std::string& what) {
+    tasks_.emplace_back([this, history, what] {
+      const EnsembleCase other = coarse_.with_history(history);
+      const Drape drape = drape_cloth(*other.drape, other.options.drape);
+      return other_of(other, *drape.level, drape.rest, drape.levels.back().rest, what);
+    });
+  }
+
+  /// All of them, in the order in which they were added.
+  [[nodiscard]] std::vector<Other> made() {
+    std::vector<Other> others(tasks_.size());
+    parallel_for(tasks_.size(), threads_, [&](std::size_t k) { others[k] = tasks_[k](); });
+    tasks_.clear();
+    return others;
+  }
+
+  /// States which of them count, their moves, and the intervals that they span.
+  void state(std::vector<Other> others, double reach_m, bool same_folds,
+             std::vector<OtherRest>& rests, std::vector<MarkInterval>& intervals) const {
+    const LocalScene& local = coarse_.drape->local;
+    for (std::size_t k = 0; k < ensemble_.marks.size(); ++k) {
+      const Vector3d place = local.to_world(own().marks.row(static_cast<Index>(k)).transpose());
+      intervals.push_back({ensemble_.marks[k], place, place, place});
+    }
+    for (Other& other : others) {
+      if (other.rest.ending == "at rest" &&
+          (mean_distance_m(other.marks, own().marks, ensemble_.round) > reach_m ||
+           (same_folds && other.folds != own().hem.nodes)))
+        other.rest.ending = "on another branch";
+      if (other.rest.ending == "at rest") {
+        other.rest.moves_m.emplace();
+        for (std::size_t k = 0; k < intervals.size(); ++k) {
+          const Vector3d there = local.to_world(other.marks.row(static_cast<Index>(k)).transpose());
+          intervals[k].low_in_world = intervals[k].low_in_world.cwiseMin(there);
+          intervals[k].high_in_world = intervals[k].high_in_world.cwiseMax(there);
+          other.rest.moves_m->push_back(there - intervals[k].rest_in_world);
+        }
+      }
+      rests.push_back(std::move(other.rest));
+    }
+  }
+
+ private:
+  [[nodiscard]] Other other_of(const EnsembleCase& from, const DrapeLevel& level,
+                               const ClothMoment& moment, const RestReport& report,
+                               const std::string& what) const {
+    Other other;
+    other.rest.what = what;
+    other.rest.ending = from.ending_of(level, moment, report);
+    if (other.rest.ending != "at rest") return other;
+    other.marks = level.places(moment, material_m_);
+    other.folds = label_hem(level, moment).nodes;
+    return other;
+  }
+  template <class Change>
+  [[nodiscard]] Other continued(const EnsembleCase& from, ClothMoment moment,
+                                const std::string& what, const Change& change) const {
+    DrapeLevel level(*from.drape, from.options.drape, from.options.drape.spacing_m);
+    const RestReport report = change(level, moment);
+    return other_of(from, level, moment, report, what);
+  }
+
+  const Ensemble& ensemble_;
+  const EnsembleCase& coarse_;
+  int threads_;
+  std::vector<Eigen::Vector2d> material_m_;
+  std::vector<std::function<Other()>> tasks_;
+};
+
+/// Place of the rest in the vertical interval, summed over the marks: 0 lowest, 1 highest; nothing
+/// where there is none.
+std::optional<double> place_of_rest(const std::vector<MarkInterval>& marks) {
+  double below_m = 0, width_m = 0;
+  for (const MarkInterval& mark : marks) {
+    below_m += mark.rest_in_world.z() - mark.low_in_world.z();
+    width_m += mark.high_in_world.z() - mark.low_in_world.z();
+  }
+  return width_m > 0 ? std::optional(below_m / width_m) : std::nullopt;
+}
+
+}  // namespace
+
+std::vector<BandMark> band_of(const Ensemble& ensemble, const LocalScene& local) {
+  std::vector<const Member*> members;
+  for (const Member& member : ensemble.members)
+    if (member.start >= 0 && member.rests()) members.push_back(&member);
+  std::vector<BandMark> band;
+  if (members.size() < kLeastMembers) return band;
+  for (std::size_t k = 0; k < ensemble.marks.size(); ++k) {
+    BandMark one;
+    one.mark = ensemble.marks[k];
+    std::vector<Vector3d> places;
+    for (const Member* member : members)
+      places.push_back(local.to_world(member->marks.row(static_cast<Index>(k)).transpose()));
+    for (const Vector3d& p : places) one.mean_in_world += p / static_cast<double>(places.size());
+    std::vector<double> distance_m;
+    for (const Vector3d& p : places) distance_m.push_back((p - one.mean_in_world).norm());
+    one.radius95_m = quantile(distance_m, 0.95);
+    for (int axis = 0; axis < 3; ++axis) {
+      std::vector<double> along;
+      for (const Vector3d& p : places) along.push_back(p[axis]);
+      one.low_in_world[axis] = quantile(along, 0.025);
+      one.high_in_world[axis] = quantile(along, 0.975);
+    }
+    band.push_back(one);
+  }
+  return band;
+}
+
+RestReport push(DrapeLevel& level, ClothMoment& moment, const Vector3d& per_weight) {
+  const Vector3d gravity = level.drape().local.scene.gravity_m_per_s2;
+  RestReport report;
+  for (int k = 1; k <= 2 * kPushSteps; ++k) {
+    const double part = static_cast<double>(std::min(k, 2 * kPushSteps - k)) / kPushSteps;
+    level.set_gravity(gravity + part * gravity.norm() * per_weight);
+    report = level.rest(moment);
+    if (!report.at_rest) break;
+  }
+  level.set_gravity(gravity);
+  return report;
+}
+
+OwnBands bands_of_own(const Ensemble& ensemble, const EnsembleCase& own, const FittedLaws& without,
+                      const EnsembleOptions& how) {
+  OwnBands bands;
+  if (ensemble.members.empty() || !ensemble.members.front().rests()) return bands;
+  const EnsembleCase coarse = own.with_levels(1);
+  const DrapeCase& drape = *coarse.drape;
+  OtherRests others(ensemble, coarse, how.threads);
+  const bool touches = !DrapeLevel(drape, coarse.options.drape, coarse.options.drape.spacing_m)
+                            .contact_forces(others.own().drape.rest)
+                            .empty();
+  double reach_m = how.same_m;
+  if (drape.laws.friction) {
+    others.add_without_memory(without);
+    const double sideways = touches ? 0 : kPart;
+    others.add_pushes({sideways, sideways, kPart}, "pushed and let go");
+    std::vector<std::string> once_more = own.scene.start.history;
+    const bool shaken = shakes_of(history_of(own.scene)).times > 0;
+    once_more.insert(once_more.end() - (shaken ? 1 : 0), "draped 1 times");
+    others.add_drape(once_more, "draped once more");
+    if (!own.scene.start.history.empty()) others.add_drape({}, "as if it had no history");
+    std::vector<Other> made = others.made();
+    if (made.front().rest.ending == "at rest")
+      reach_m = std::max(
+          reach_m, 2 * mean_distance_m(made.front().marks, others.own().marks, ensemble.round));
+    MemoryBand& band = bands.memory.emplace();
+    others.state(std::move(made), reach_m, true, band.ends, band.marks);
+    band.place_of_rest = place_of_rest(band.marks);
+  }
+  if (touches) {
+    const double friction = own.scene.friction;
+    others.add_pushes(Vector3d::Constant(kPart * friction), "");
+    FrictionBand& band = bands.friction.emplace();
+    band.friction = friction;
+    others.state(others.made(), reach_m, false, band.pushes, band.marks);
+  }
+  return bands;
+}
+
+}  // namespace drape::simulate
