@@ -21,6 +21,8 @@ constexpr double kFirm = 10, kFirmer = 2;  // ... and stiffer by this in the end
 constexpr double kFree_m = 1e-6;           // that a facet may enter: points on a face bear it all
 // Distance from a surface: a pin there says how deep the cloth is
 constexpr double kNearPin_m = 0.2e-3;
+// Relative to the square root of a point's area: places nearer than this are taken over from
+constexpr double kSamePlace = 1.5;
 
 }  // namespace
 
@@ -274,6 +276,71 @@ std::vector<ContactForce> ObjectPushes::stated(const State& state) {
     forces.push_back(stated);
   }
   return forces;
+}
+
+Eigen::Vector2d ObjectPushes::material_of(const std::array<int, 3>& node,
+                                          const Vector3d& weight) const {
+  const MaterialMesh& mesh = cloth_.mesh();
+  Eigen::Vector2d sum = Eigen::Vector2d::Zero();
+  for (int k = 0; k < 3; ++k) {
+    const int side = node[k] - cloth_.points();
+    if (side < 0)
+      sum += weight[k] * mesh.points_m[node[k]];
+    else
+      sum += weight[k] / 2 *
+             (mesh.points_m[mesh.edges[side].from] + mesh.points_m[mesh.edges[side].to]);
+  }
+  return sum;
+}
+
+void ObjectPushes::remember(const State& state, ContactMemory& memory) {
+  look(state);
+  const int shapes = surroundings_.count();
+  memory.firmness = firmness_;
+  for (const Push& push : pushes_) {
+    ContactMemory::Place place;
+    place.shape = push.site % shapes;
+    place.material_m = material_of(push.node, push.weight);
+    if (const int point = push.site / shapes; point < cloth_.points())
+      place.pressed_n_per_m2 = carried_n_[push.site] / cloth_.area_m2()[point];
+    const auto grip = std::lower_bound(grips_.begin(), grips_.end(), push.site,
+                                       [](const Grip& g, int site) { return g.site < site; });
+    if (grip != grips_.end() && grip->site == push.site) place.stretch_m = stretch_of(*grip);
+    memory.objects.push_back(place);
+  }
+}
+
+void ObjectPushes::take_over(const ContactMemory& memory, const State& own) {
+  firmness_ = memory.firmness;
+  const int shapes = surroundings_.count(), points = cloth_.points();
+  double area = 0;
+  for (const double of_point : cloth_.area_m2()) area += of_point;
+  const double reach = kSamePlace * std::sqrt(area / points);
+  const auto nearest = [&](int shape, const Eigen::Vector2d& at) {
+    const ContactMemory::Place* found = nullptr;
+    double least = reach * reach;
+    for (const ContactMemory::Place& place : memory.objects) {
+      const double away = (place.material_m - at).squaredNorm();
+      if (place.shape != shape || away >= least) continue;
+      least = away;
+      found = &place;
+    }
+    return found;
+  };
+  for (int i = 0; i < points; ++i)
+    for (int shape = 0; shape < shapes; ++shape)
+      if (const auto* place = nearest(shape, cloth_.mesh().points_m[i]))
+        carried_n_[i * shapes + shape] = place->pressed_n_per_m2 * cloth_.area_m2()[i];
+  seen_.clear();
+  grips_.clear();
+  settle(own);
+  for (Grip& grip : grips_) {
+    const auto* place = nearest(grip.site % shapes, material_of(grip.node, grip.weight));
+    if (place == nullptr) continue;
+    grip.stretch = place->stretch_m - place->stretch_m.dot(grip.normal) * grip.normal;
+    const double size = grip_stiffness_ * grip.stretch.norm();
+    if (size > grip.limit_n) grip.stretch *= grip.limit_n / size;
+  }
 }
 
 }  // namespace drape::simulate

@@ -5,6 +5,7 @@
 #include <array>
 #include <vector>
 
+#include "simulate/drape/contact_memory.hpp"
 #include "simulate/mesh/descent.hpp"
 #include "simulate/mesh/surface.hpp"
 #include "simulate/objects/contact_forces.hpp"
@@ -46,6 +47,12 @@ class ObjectPushes : public Pushes {
   /// weight.
   [[nodiscard]] std::vector<ContactForce> stated(const MeshCloth::State& state);
 
+  /// Adds what presses and holds in a state.
+  void remember(const MeshCloth::State& state, ContactMemory& memory);
+  /// Goes on from what the same cloth remembers, of this mesh or another, in a state of this one:
+  /// each place takes over what the nearest one on the same shape bore.
+  void take_over(const ContactMemory& memory, const MeshCloth::State& own);
+
  private:
   struct Push {
     int site = 0;               ///< point or facet behind the points, times shapes, plus shape
@@ -69,6 +76,8 @@ class ObjectPushes : public Pushes {
   [[nodiscard]] Eigen::Vector3d friction_of(const Grip& grip) const;
   void add_support(int site, const Eigen::Vector3d& weight, const Eigen::Matrix3d& stiffness,
                    std::vector<Support>& found) const;
+  [[nodiscard]] Eigen::Vector2d material_of(const std::array<int, 3>& node,
+                                            const Eigen::Vector3d& weight) const;
   [[nodiscard]] Eigen::Vector3d mix(const std::array<int, 3>& node,
                                     const Eigen::Vector3d& weight) const;
 

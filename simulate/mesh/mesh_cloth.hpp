@@ -3,6 +3,7 @@
 
 #include <Eigen/Core>
 #include <array>
+#include <utility>
 #include <vector>
 
 #include "simulate/fabric/laws.hpp"
@@ -89,6 +90,8 @@ class MeshCloth {
 
   /// Internal friction, as Cloth has it; slips of bending by triangle, of shear by point.
   [[nodiscard]] const ClothMemory& memory() const { return memory_; }
+  /// Goes on from a memory of this mesh.
+  void remember(ClothMemory memory) { memory_ = std::move(memory); }
   double settle(const State& state);
   /// Takes over what each friction element of the same cloth on another mesh bears, from the
   /// nearest there to the nearest here.

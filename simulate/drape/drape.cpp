@@ -1,0 +1,186 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "simulate/drape/drape.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "core/units.hpp"
+#include "simulate/start/history.hpp"
+
+namespace drape::simulate {
+namespace {
+
+using Eigen::Vector2d;
+
+/// A drape that grows by levels.
+class Levels {
+ public:
+  Levels(const DrapeCase& drape, const DrapeOptions& options, const StartVariation& variation,
+         const DrapeProgress& progress)
+      : case_(drape),
+        options_(options),
+        variation_(variation),
+        progress_(progress),
+        spacings_(level_spacings_m(options)) {
+    for (int row = 0; row < drape.print.rows; ++row)
+      for (int col = 0; col < drape.print.cols; ++col) marks_.push_back({row, col});
+  }
+
+  [[nodiscard]] Drape from_start() {
+    Drape drape = fallen(0);
+    if (options_.thickness_m > 0 && drape.level->meets_itself(drape.rest))
+      drape = fallen(options_.thickness_m);
+    while (drape.at_rest() && drape.levels.size() < spacings_.size()) {
+      refine(drape);
+      // Finer cloth may fold where coarser one did not.
+      if (drape.rest.layers_apart_m == 0 && options_.thickness_m > 0 &&
+          drape.level->meets_itself(drape.rest))
+        drape = fallen(options_.thickness_m);
+    }
+    finish(drape);
+    return drape;
+  }
+
+  [[nodiscard]] Drape from_rest(std::shared_ptr<DrapeLevel> coarse, const ClothMoment& rest) {
+    Drape drape;
+    RestReport known;
+    known.at_rest = true;
+    add(drape, std::move(coarse), rest, known);
+    std::erase_if(spacings_, [&](double s) { return !(s < drape.level->spacing_m()); });
+    spacings_.insert(spacings_.begin(), drape.level->spacing_m());
+    while (drape.at_rest() && drape.levels.size() < spacings_.size()) refine(drape);
+    finish(drape);
+    return drape;
+  }
+
+ private:
+  /// From the start to rest on the coarsest mesh, after what the cloth went through before.
+  Drape fallen(double layers_apart_m) {
+    auto level = std::make_shared<DrapeLevel>(case_, options_, spacings_.front());
+    const ClothMoment start = level->start(variation_);
+    const auto drape_with = [&](const ClothMemory& memory) {
+      ClothMoment moment = start;
+      moment.memory = memory;
+      moment.layers_apart_m = layers_apart_m;
+      RestReport report = level->fall(moment, variation_);
+      return std::pair(std::move(moment), std::move(report));
+    };
+    Drape drape;
+    ClothMemory memory = start.memory;
+    std::vector<PastEvent> history;
+    if (case_.laws.friction) history = history_of(case_.local.scene);
+    if (!history.empty()) {
+      int number = 0;
+      std::optional<std::pair<ClothMoment, RestReport>> failed;
+      const auto after = memory_after(history, *case_.laws.friction, memory,
+                                      [&](const ClothMemory& so_far) -> std::optional<ClothMemory> {
+                                        ++number;
+                                        auto once = drape_with(so_far);
+                                        if (once.second.at_rest) return once.first.memory;
+                                        failed = std::move(once);
+                                        return std::nullopt;
+                                      });
+      if (!after) {
+        drape.warnings.push_back(not_at_rest_before(number));
+        add(drape, level, failed->first, failed->second);
+        return drape;
+      }
+      memory = *after;
+    }
+    auto [moment, report] = drape_with(memory);
+    shake(*level, shakes_of(history), moment, report);
+    add(drape, level, moment, report);
+    return drape;
+  }
+
+  /// Follows gravity up and down from a rest, and back to where it was.
+  void shake(DrapeLevel& level, const PastEvent& shakes, ClothMoment& moment,
+             RestReport& report) const {
+    std::vector<double> loads;
+    for (int k = 0; k < shakes.times; ++k)
+      loads.insert(loads.end(), {1 + shakes.part, 1 - shakes.part});
+    if (shakes.times > 0) loads.push_back(1);
+    const Eigen::Vector3d gravity = case_.local.scene.gravity_m_per_s2;
+    for (const double load : loads) {
+      if (!report.at_rest) break;
+      level.set_gravity(load * gravity);
+      const TimeStepsReport motion = report.motion;
+      const int steps = report.steps;
+      report = level.rest(moment);
+      report.motion = motion;
+      report.steps += steps;
+    }
+    level.set_gravity(gravity);
+  }
+
+  void refine(Drape& drape) const {
+    auto level = std::make_shared<DrapeLevel>(case_, options_, spacings_[drape.levels.size()]);
+    ClothMoment moment = level->carried(*drape.level, drape.rest);
+    RestReport report = level->rest(moment);
+    add(drape, std::move(level), std::move(moment), std::move(report));
+  }
+
+  void add(Drape& drape, std::shared_ptr<DrapeLevel> level, ClothMoment moment,
+           RestReport report) const {
+    std::vector<Vector2d> material;
+    for (const MarkId& mark : marks_) material.push_back(case_.print.material_m(mark));
+    LevelReport own{level->spacing_m(), level->cloth().points(), std::move(report), {}};
+    Eigen::MatrixX3d marks = level->places(moment, material);
+    if (!drape.marks_of_level.empty()) {
+      double sum = 0;
+      int count = 0;
+      const auto& coarser = drape.marks_of_level.back();
+      for (Eigen::Index i = 0; i < marks.rows(); ++i) {
+        const double moved = (marks.row(i) - coarser.row(i)).norm();
+        if (std::isnan(moved)) continue;
+        sum += moved;
+        ++count;
+      }
+      if (count > 0) own.moved_m = sum / count;
+    }
+    drape.levels.push_back(std::move(own));
+    drape.marks_of_level.push_back(std::move(marks));
+    drape.level = std::move(level);
+    drape.rest = std::move(moment);
+    if (progress_)
+      progress_(std::min(
+          1.0, static_cast<double>(drape.levels.size()) / static_cast<double>(spacings_.size())));
+  }
+
+  /// Leaves out the marks that are not on the cloth, and says what the last mesh leaves.
+  void finish(Drape& drape) const {
+    std::vector<Eigen::Index> on;
+    for (Eigen::Index i = 0; i < std::ssize(marks_); ++i) {
+      if (drape.marks_of_level.back().row(i).hasNaN()) continue;
+      on.push_back(i);
+      drape.marks.push_back(marks_[i]);
+    }
+    for (Eigen::MatrixX3d& marks : drape.marks_of_level)
+      marks = marks(on, Eigen::placeholders::all).eval();
+    if (drape.marks_of_level.size() < 2) return;
+    drape.mesh_error_m =
+        (drape.marks_of_level.back() - *(drape.marks_of_level.end() - 2)).rowwise().norm();
+  }
+
+  const DrapeCase& case_;
+  const DrapeOptions& options_;
+  const StartVariation& variation_;
+  const DrapeProgress& progress_;
+  std::vector<double> spacings_;
+  std::vector<MarkId> marks_;
+};
+
+}  // namespace
+
+Drape drape_cloth(const DrapeCase& drape, const DrapeOptions& options,
+                  const StartVariation& variation, const DrapeProgress& progress) {
+  return Levels(drape, options, variation, progress).from_start();
+}
+
+Drape polished(const DrapeCase& drape, const DrapeOptions& options,
+               std::shared_ptr<DrapeLevel> coarse, const ClothMoment& rest) {
+  return Levels(drape, options, {}, {}).from_rest(std::move(coarse), rest);
+}
+
+}  // namespace drape::simulate

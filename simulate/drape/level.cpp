@@ -1,0 +1,549 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "simulate/drape/level.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <numeric>
+#include <utility>
+
+#include "core/error.hpp"
+#include "core/geometry/vectors.hpp"
+#include "core/units.hpp"
+#include "simulate/contact/self_distance.hpp"
+#include "simulate/drape/layer_pushes.hpp"
+#include "simulate/drape/object_pushes.hpp"
+#include "simulate/drape/smooth_surface.hpp"
+#include "simulate/mesh/membrane.hpp"
+#include "simulate/start/start.hpp"
+#include "simulate/start/start_check.hpp"
+
+namespace drape::simulate {
+namespace {
+
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+using units::mm;
+using State = MeshCloth::State;
+
+constexpr double kMostPoints = 1e5;  // points of a mesh
+constexpr double kLeastPoints = 16;  // a mesh of fewer does not drape
+constexpr double kSame_m = 1e-6;     // two material points that are one
+constexpr double kOn_m = 5e-8;   // in or off: a point lies on a surface; half the checker's limit
+constexpr int kMostRounds = 60;  // rounds of descents and of points that carry on their pushes
+constexpr double kPassingResidual = 0.1;  // weights of a point, while places still press softly
+constexpr double kBeside = 1e-6;          // of a triangle's weights: a place on its border is in it
+constexpr double kLeastRatio = 1.5;       // of two spacings that are levels of their own
+
+void require_on_cloth(const DrapeCase& drape) {
+  const ClothOutline& outline = drape.outline;
+  for (const Pin& pin : drape.local.scene.pins) {
+    const Vector2d at = pin.material_m(drape.print);
+    const bool on = contains(outline.outer, at) || distance_m(outline.outer, at) < kSame_m;
+    const bool in_hole = std::any_of(
+        outline.holes.begin(), outline.holes.end(),
+        [&](const Polygon& hole) { return contains(hole, at) && distance_m(hole, at) >= kSame_m; });
+    if (on && !in_hole) continue;
+    throw bad_input(fmt::format("the pin at warp {:g}, weft {:g} mm is not on the cloth",
+                                at.x() / mm, at.y() / mm),
+                    {.file = drape.local.scene.file.string(), .field = "pin"},
+                    "pin a point inside the outline");
+  }
+}
+
+void require_size(const ClothOutline& outline, double spacing_m) {
+  Vector2d low = outline.outer.front(), high = low;
+  for (const Vector2d& p : outline.outer) {
+    low = low.cwiseMin(p);
+    high = high.cwiseMax(p);
+  }
+  const double points = ((high - low) / spacing_m).prod();
+  if (points < kLeastPoints)
+    throw bad_input(
+        fmt::format("the outline holds {:.3g} x {:.3g} mm, fewer than {:g} spacings of "
+                    "{:g} mm squared",
+                    (high - low).x() / mm, (high - low).y() / mm, kLeastPoints, spacing_m / mm),
+        {.file = outline.file.string()}, "give mm, not cm; or a smaller --spacing-mm");
+  if (points <= kMostPoints) return;
+  throw usage_error(
+      fmt::format("a mesh of {:g} mm would have some {:.0f} points", spacing_m / mm, points),
+      fmt::format("give a wider --spacing-mm; up to {:g} points are taken", kMostPoints));
+}
+
+MaterialMesh mesh_of_case(const DrapeCase& drape, const DrapeOptions& options, double spacing_m) {
+  require_size(drape.outline, spacing_m);
+  ClothOutline outline = drape.outline;
+  for (const Pin& pin : drape.local.scene.pins)
+    outline.points.push_back(pin.material_m(drape.print));
+  MeshOptions how;
+  how.spacing_m = spacing_m;
+  how.seed = options.seed;
+  return triangulated(outline, how);
+}
+
+/// An unknown that the scene holds, and its value.
+struct HeldUnknown {
+  int unknown = 0;
+  Vector3d value;
+};
+
+/// Carries what is held from where the cloth has it to its place, as fast as free cloth sinks.
+class HeldCarried {
+ public:
+  HeldCarried(const std::vector<HeldUnknown>& held, int points, const State& state,
+              double speed_m_per_s)
+      : held_(held) {
+    for (const HeldUnknown& h : held) {
+      from_.push_back(state[h.unknown]);
+      if (h.unknown < points)
+        arrival_s_ = std::max(arrival_s_, (h.value - from_.back()).norm() / speed_m_per_s);
+    }
+  }
+  [[nodiscard]] double arrival_s() const { return arrival_s_; }
+  void operator()(double time_s, State& state) const {
+    for (std::size_t k = 0; k < held_.size(); ++k)
+      state[held_[k].unknown] =
+          time_s < arrival_s_
+              ? (from_[k] + time_s / arrival_s_ * (held_[k].value - from_[k])).eval()
+              : held_[k].value;
+  }
+
+ private:
+  const std::vector<HeldUnknown>& held_;
+  double arrival_s_ = 0;
+  std::vector<Vector3d> from_;
+};
+
+/// Objects, and cloth on cloth where its layers press.
+class AllPushes : public Pushes {
+ public:
+  AllPushes(const MeshCloth& cloth, const std::vector<bool>& held, const Surroundings& around,
+            double friction, double gravity_m_per_s2, const ClothMoment& moment)
+      : objects(cloth, held, around, friction, gravity_m_per_s2) {
+    if (moment.contact) objects.take_over(*moment.contact, moment.state);
+    if (moment.layers_apart_m > 0) layers.emplace(cloth, gravity_m_per_s2, moment.layers_apart_m);
+  }
+
+  [[nodiscard]] double energy_j(const State& state) override {
+    return objects.energy_j(state) + (layers ? layers->energy_j(state) : 0);
+  }
+  void add_forces(const State& state, State& force) override {
+    objects.add_forces(state, force);
+    if (layers) layers->add_forces(state, force);
+  }
+  [[nodiscard]] std::vector<Support> supports(const State& state) override {
+    std::vector<Support> found = objects.supports(state);
+    if (!layers) return found;
+    const std::vector<Support> more = layers->supports(state);
+    found.insert(found.end(), more.begin(), more.end());
+    return found;
+  }
+  void settle(const State& state) override {
+    objects.settle(state);
+    if (layers) layers->settle(state);
+  }
+  [[nodiscard]] double clear_part(const State& from, const State& to, bool led) override {
+    return layers ? layers->clear_part(from, to, led) : 1;
+  }
+  [[nodiscard]] std::shared_ptr<const ContactMemory> memory(const State& state) {
+    auto found = std::make_shared<ContactMemory>();
+    objects.remember(state, *found);
+    return found;
+  }
+
+  ObjectPushes objects;
+  std::optional<LayerPushes> layers;
+};
+
+Field field_of(const State& places) {
+  Field nodes(3 * places.size());
+  for (std::size_t i = 0; i < places.size(); ++i) put_at(nodes, static_cast<int>(i), places[i]);
+  return nodes;
+}
+
+/// Finds the triangle that holds a material point, in cells about as large as a triangle.
+class TriangleFinder {
+ public:
+  explicit TriangleFinder(const MaterialMesh& mesh) : mesh_(mesh), low_(mesh.points_m.front()) {
+    Vector2d high = low_;
+    for (const Vector2d& p : mesh.points_m) {
+      low_ = low_.cwiseMin(p);
+      high = high.cwiseMax(p);
+    }
+    cell_m_ = std::sqrt((high - low_).prod() / static_cast<double>(mesh.triangles.size()));
+    cells_ = ((high - low_) / cell_m_).array().floor().cast<int>() + 1;
+    of_.resize(static_cast<std::size_t>(cells_.prod()));
+    for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+      Vector2d from = corner(t, 0), to = from;
+      for (int k = 1; k < 3; ++k) {
+        from = from.cwiseMin(corner(t, k));
+        to = to.cwiseMax(corner(t, k));
+      }
+      const Eigen::Array2i first = cell_of(from.array() - kSame_m),
+                           last = cell_of(to.array() + kSame_m);
+      for (int i = first.x(); i <= last.x(); ++i)
+        for (int j = first.y(); j <= last.y(); ++j)
+          of_[i * cells_.y() + j].push_back(static_cast<int>(t));
+    }
+  }
+
+  /// The triangle and the weights of its corners; the first one of several; absent: none.
+  [[nodiscard]] std::optional<std::pair<int, Vector3d>> find(const Vector2d& p) const {
+    const Eigen::Array2i cell = cell_of(p);
+    std::optional<std::pair<int, Vector3d>> found;
+    double best = -kBeside;
+    for (const int t : of_[cell.x() * cells_.y() + cell.y()]) {
+      Vector3d weight;
+      for (int k = 0; k < 3; ++k)
+        weight[k] =
+            cross(corner(t, (k + 2) % 3) - corner(t, (k + 1) % 3), p - corner(t, (k + 1) % 3)) /
+            (2 * mesh_.area_m2(t));
+      if (weight.minCoeff() <= best) continue;
+      best = weight.minCoeff();
+      found = {t, weight};
+    }
+    return found;
+  }
+
+ private:
+  [[nodiscard]] const Vector2d& corner(std::size_t t, int k) const {
+    return mesh_.points_m[mesh_.triangles[t][k]];
+  }
+  [[nodiscard]] Eigen::Array2i cell_of(const Vector2d& p) const {
+    return ((p - low_) / cell_m_).array().floor().max(0).min(cells_.cast<double>() - 1).cast<int>();
+  }
+
+  const MaterialMesh& mesh_;
+  Vector2d low_;
+  double cell_m_ = 0;
+  Eigen::Array2i cells_;
+  std::vector<std::vector<int>> of_;
+};
+
+}  // namespace
+
+std::vector<double> level_spacings_m(const DrapeOptions& options) {
+  std::vector<double> spacings = {options.spacing_m};
+  while (spacings.back() * kLeastRatio <= options.coarsest_m)
+    spacings.push_back(std::min(2 * spacings.back(), options.coarsest_m));
+  std::reverse(spacings.begin(), spacings.end());
+  return spacings;
+}
+
+DrapeCase drape_case(const Scene& world, const Print& print, const std::optional<Sheet>& measured,
+                     ClothLaws laws, std::optional<ClothOutline> outline) {
+  const Vector2d& p = print.patch_m;
+  DrapeCase drape{
+      local_scene(world, measured, Surroundings(world).top_z_m()), print, std::move(laws),
+      outline ? std::move(*outline) : ClothOutline{{{0, 0}, {p.x(), 0}, p, {0, p.y()}}, {}, {}},
+      nullptr};
+  drape.around = std::make_shared<Surroundings>(drape.local.scene);
+  require_on_cloth(drape);
+  return drape;
+}
+
+struct DrapeLevel::Parts {
+  const DrapeCase& drape;
+  DrapeOptions options;
+  double spacing_m;
+  MeshCloth cloth;
+  ClothSurface surface;
+  TriangleFinder finder;
+  std::vector<int> pinned;
+  std::vector<HeldUnknown> values;  ///< of what is held
+  std::vector<bool> held;
+  std::unique_ptr<MeshStiffness> stiffness;
+  Vector3d gravity;
+  double friction;
+
+  Parts(const DrapeCase& of, const DrapeOptions& how, double spacing)
+      : drape(of),
+        options(how),
+        spacing_m(spacing),
+        cloth(mesh_of_case(of, how, spacing), of.laws),
+        surface(cloth),
+        finder(cloth.mesh()),
+        held(static_cast<std::size_t>(cloth.unknowns()), false),
+        gravity(of.local.scene.gravity_m_per_s2),
+        friction(of.local.scene.friction) {
+    hold_pins();
+    stiffness = std::make_unique<MeshStiffness>(cloth, held);
+  }
+
+  void hold_pins() {
+    const Scene& scene = drape.local.scene;
+    if (!scene.clamps.empty())
+      throw bad_input("the cloth takes no clamp yet",
+                      {.file = scene.file.string(), .field = "clamp"}, "hold it with [[pin]]");
+    const StartState start = make_start(scene, drape.print, {2, 2, drape.print.patch_m},
+                                        drape.local.measured, drape.around->top_z_m(), 0);
+    for (std::size_t k = 0; k < scene.pins.size(); ++k) {
+      const Vector2d at = scene.pins[k].material_m(drape.print);
+      const auto& points = cloth.mesh().points_m;
+      const auto nearest =
+          std::min_element(points.begin(), points.end(), [&](const Vector2d& a, const Vector2d& b) {
+            return (a - at).squaredNorm() < (b - at).squaredNorm();
+          });
+      if ((*nearest - at).norm() > kSame_m)
+        throw bad_input(
+            fmt::format("the pin at warp {:g}, weft {:g} mm is nearer to another one than "
+                        "a mesh of {:g} mm can tell apart",
+                        at.x() / mm, at.y() / mm, spacing_m / mm),
+            {.file = scene.file.string(), .field = "pin"}, "give a finer --spacing-mm");
+      pinned.push_back(static_cast<int>(nearest - points.begin()));
+      hold(pinned.back(), start.hold_in_world[k]);
+    }
+  }
+
+  void hold(int unknown, const Vector3d& value) {
+    held[unknown] = true;
+    values.push_back({unknown, value});
+  }
+
+  /// Material points of the surface's nodes.
+  [[nodiscard]] std::vector<Vector2d> material_of_nodes() const {
+    const MaterialMesh& mesh = cloth.mesh();
+    std::vector<Vector2d> found = mesh.points_m;
+    for (const MaterialMesh::Edge& edge : mesh.edges)
+      found.push_back((mesh.points_m[edge.from] + mesh.points_m[edge.to]) / 2);
+    return found;
+  }
+
+  [[nodiscard]] State state_of(const SmoothSurface& shape) const {
+    return cloth.state_of([&](const Vector2d& p) { return shape.at(p); });
+  }
+
+  [[nodiscard]] AllPushes pushes_of(const ClothMoment& moment, double friction_factor = 1) const {
+    return {cloth, held, *drape.around, friction_factor * friction, gravity.norm(), moment};
+  }
+
+  [[nodiscard]] DescentOptions descent() const {
+    DescentOptions how = options.descent;
+    how.gravity_m_per_s2 = gravity;
+    return how;
+  }
+
+  /// Begins what changes a moment.
+  void begin(const ClothMoment& moment) {
+    if (drape.laws.friction) cloth.remember(moment.memory);
+  }
+  void end(ClothMoment& moment, AllPushes& pushes) const {
+    moment.memory = cloth.memory();
+    moment.contact = pushes.memory(moment.state);
+  }
+
+  /// Rounds of descents, each one increment at whose end friction settles: at rest nothing is left
+  /// after that.
+  void descend_to_rest(ClothMoment& moment, AllPushes& pushes, const DescentOptions& how,
+                       RestReport& report) {
+    for (int round = 0; round < kMostRounds; ++round) {
+      DescentOptions now = how;
+      if (!pushes.objects.is_firm()) now.residual = std::max(now.residual, kPassingResidual);
+      now.most_steps -= report.steps;
+      report.descent = descend(cloth, moment.state, held, *stiffness, {}, now, &pushes);
+      report.steps += report.descent.steps;
+      if (!report.descent.at_rest) {
+        report.why = report.steps >= how.most_steps
+                         ? fmt::format(
+                               "no rest after {} steps: forces of {:.3g} mean weights of a "
+                               "point are left",
+                               report.steps, report.descent.residual)
+                         : fmt::format(
+                               "descent stagnates at forces of {:.3g} mean weights of a "
+                               "point",
+                               report.descent.residual);
+        return;
+      }
+      const bool on =
+          pushes.objects.is_firm() && pushes.objects.off_surface_m(moment.state) <= kOn_m;
+      report.at_rest = on && report.descent.steps == 0;
+      if (report.at_rest) return;
+      if (!on) pushes.objects.press_on(moment.state);
+    }
+    report.why = fmt::format("friction or contact does not settle in {} rounds", kMostRounds);
+  }
+};
+
+DrapeLevel::DrapeLevel(const DrapeCase& drape, const DrapeOptions& options, double spacing_m)
+    : parts_(std::make_unique<Parts>(drape, options, spacing_m)) {}
+DrapeLevel::~DrapeLevel() = default;
+
+const DrapeCase& DrapeLevel::drape() const {
+  return parts_->drape;
+}
+const MeshCloth& DrapeLevel::cloth() const {
+  return parts_->cloth;
+}
+double DrapeLevel::spacing_m() const {
+  return parts_->spacing_m;
+}
+const std::vector<bool>& DrapeLevel::held() const {
+  return parts_->held;
+}
+const std::vector<int>& DrapeLevel::pinned() const {
+  return parts_->pinned;
+}
+double DrapeLevel::mass_kg() const {
+  const std::vector<double>& mass = parts_->cloth.mass_kg();
+  return std::accumulate(mass.begin(), mass.end(), 0.0);
+}
+
+void DrapeLevel::set_gravity(const Vector3d& gravity_m_per_s2) {
+  parts_->gravity = gravity_m_per_s2;
+}
+void DrapeLevel::set_friction(double coefficient) {
+  parts_->friction = coefficient;
+}
+
+ClothMoment DrapeLevel::start(const StartVariation& variation) const {
+  const DrapeCase& drape = parts_->drape;
+  const Scene& scene = drape.local.scene;
+  if (scene.start.mode == StartMode::measured)
+    throw bad_input("the cloth does not start from a measured shape yet",
+                    {.file = scene.file.string(), .field = "start.mode"},
+                    "write mode = \"flat\" or \"flat_from_measured\"");
+  const FlatPose flat{scene.start.centre_in_world.value_or(Vector3d::Zero()), scene.start.yaw_rad};
+  const Eigen::Rotation2Dd turn(flat.yaw_rad);
+  const Vector2d warp = turn * -Vector2d::UnitY(), weft = turn * Vector2d::UnitX();
+  ClothMoment moment;
+  moment.state = parts_->cloth.state_of([&](const Vector2d& p) {
+    return MeshCloth::Jet{flat.point_in_world(p, drape.print.patch_m),
+                          {warp.x(), warp.y(), 0},
+                          {weft.x(), weft.y(), 0}};
+  });
+  std::vector<Vector3d> places = surface(moment);
+  const std::vector<Vector3d> before = places;
+  apply(variation, places);
+  if (places != before) moment = start_at(parts_->material_of_nodes(), places);
+  refuse_inside(scene, surface(moment), *drape.around);
+  moment.memory = MeshCloth(parts_->cloth).memory();
+  return moment;
+}
+
+ClothMoment DrapeLevel::start_at(const std::vector<Vector2d>& material_m,
+                                 const std::vector<Vector3d>& places) const {
+  ClothMoment moment;
+  moment.state = parts_->state_of(SmoothSurface(material_m, places));
+  for (const HeldUnknown& h : parts_->values) moment.state[h.unknown] = h.value;
+  return moment;
+}
+
+ClothMoment DrapeLevel::carried(const DrapeLevel& from, const ClothMoment& rest) const {
+  ClothMoment moment = start_at(from.parts_->material_of_nodes(), from.surface(rest));
+  if (parts_->drape.laws.friction) {
+    from.parts_->cloth.remember(rest.memory);
+    parts_->cloth.take_over(from.parts_->cloth, rest.state, moment.state);
+  }
+  moment.memory = parts_->cloth.memory();
+  moment.contact = rest.contact;
+  moment.layers_apart_m = rest.layers_apart_m;
+  return moment;
+}
+
+RestReport DrapeLevel::fall(ClothMoment& moment, const StartVariation& variation) {
+  Parts& my = *parts_;
+  my.begin(moment);
+  AllPushes pushes = my.pushes_of(moment, variation.friction_factor);
+  const DescentOptions descent = my.descent();
+  TimeStepsOptions motion = my.options.motion;
+  if (variation.drag_per_s) motion.drag_per_s = *variation.drag_per_s;
+  // Where nothing holds by friction a fall chooses folds, and no more is remembered of it.
+  if (!pushes.objects.holds() && !my.drape.laws.friction) {
+    motion.quiet_m = TimeStepsOptions{}.quiet_m;
+    motion.residual = 1;
+  }
+  const auto no_table = [](double) { return -std::numeric_limits<double>::infinity(); };
+  const HeldCarried carried(my.values, my.cloth.points(), moment.state,
+                            my.gravity.norm() / motion.drag_per_s);
+  RestReport report;
+  report.motion = move_in_time(my.cloth, moment.state, my.held, *my.stiffness, {}, no_table,
+                               carried.arrival_s(), descent, motion, &pushes, carried);
+  my.descend_to_rest(moment, pushes, descent, report);
+  my.end(moment, pushes);
+  return report;
+}
+
+RestReport DrapeLevel::rest(ClothMoment& moment, std::optional<double> residual) {
+  Parts& my = *parts_;
+  my.begin(moment);
+  AllPushes pushes = my.pushes_of(moment);
+  DescentOptions descent = my.descent();
+  if (residual) descent.residual = *residual;
+  RestReport report;
+  my.descend_to_rest(moment, pushes, descent, report);
+  my.end(moment, pushes);
+  return report;
+}
+
+double DrapeLevel::energy_j(const ClothMoment& moment) const {
+  Parts& my = *parts_;
+  my.begin(moment);
+  double sum =
+      my.cloth.energies(moment.state).sum_j() + my.pushes_of(moment).energy_j(moment.state);
+  for (int i = 0; i < my.cloth.points(); ++i)
+    sum -= my.cloth.mass_kg()[i] * my.gravity.dot(moment.state[i]);
+  return sum;
+}
+
+State DrapeLevel::surface(const ClothMoment& moment) const {
+  return parts_->surface.nodes(moment.state);
+}
+
+Eigen::MatrixX3d DrapeLevel::places(const ClothMoment& moment,
+                                    const std::vector<Vector2d>& material_m) const {
+  const State nodes = surface(moment);
+  const MaterialMesh& mesh = parts_->cloth.mesh();
+  Eigen::MatrixX3d found(static_cast<Eigen::Index>(material_m.size()), 3);
+  for (std::size_t i = 0; i < material_m.size(); ++i) {
+    const auto row = static_cast<Eigen::Index>(i);
+    found.row(row).setConstant(std::numeric_limits<double>::quiet_NaN());
+    const auto at = parts_->finder.find(material_m[i]);
+    if (!at) continue;
+    const auto& [triangle, w] = *at;
+    Vector3d sum = Vector3d::Zero();
+    for (int k = 0; k < 3; ++k)
+      sum += w[k] * (2 * w[k] - 1) * nodes[mesh.triangles[triangle][k]] +
+             4 * w[(k + 1) % 3] * w[(k + 2) % 3] *
+                 nodes[parts_->cloth.points() + mesh.edges_of[triangle][k]];
+    found.row(row) = sum.transpose();
+  }
+  return found;
+}
+
+std::vector<ContactForce> DrapeLevel::contact_forces(const ClothMoment& moment) const {
+  AllPushes pushes = parts_->pushes_of(moment);
+  std::vector<ContactForce> forces = pushes.objects.stated(moment.state);
+  if (!pushes.layers) return forces;
+  const auto of_layers = pushes.layers->stated(moment.state, parts_->drape.around->count());
+  forces.insert(forces.end(), of_layers.begin(), of_layers.end());
+  return forces;
+}
+
+ClothStrains DrapeLevel::strains(const ClothMoment& moment) const {
+  ClothStrains found;
+  constexpr double kNone = std::numeric_limits<double>::infinity();
+  found.warp_least = found.weft_least = kNone;
+  found.warp_most = found.weft_most = -kNone;
+  for (const Vector3d& metric : parts_->cloth.metrics(moment.state)) {
+    const MetricStrain strain(metric);
+    found.warp_least = std::min(found.warp_least, strain.a - 1);
+    found.warp_most = std::max(found.warp_most, strain.a - 1);
+    found.weft_least = std::min(found.weft_least, strain.b - 1);
+    found.weft_most = std::max(found.weft_most, strain.b - 1);
+    found.shear_most_rad = std::max(found.shear_most_rad, std::abs(strain.angle()));
+  }
+  for (const MeshCloth::Triangle& t : parts_->cloth.triangles())
+    for (const auto* second : {&t.d_uu, &t.d_vv})
+      found.curvature_most_per_m =
+          std::max(found.curvature_most_per_m, combined(*second, t.unknown, moment.state).norm());
+  return found;
+}
+
+bool DrapeLevel::meets_itself(const ClothMoment& moment) const {
+  return passes_through_itself(parts_->surface.facets(), field_of(surface(moment)));
+}
+
+}  // namespace drape::simulate
