@@ -67,6 +67,10 @@ class Levels {
       return std::pair(std::move(moment), std::move(report));
     };
     Drape drape;
+    drape.warnings = warnings_of_clamps(case_.lines);
+    if (case_.shape)
+      drape.warnings.insert(drape.warnings.end(), case_.shape->warnings.begin(),
+                            case_.shape->warnings.end());
     ClothMemory memory = start.memory;
     std::vector<PastEvent> history;
     if (case_.laws.friction) history = history_of(case_.local.scene);
@@ -156,8 +160,7 @@ class Levels {
       on.push_back(i);
       drape.marks.push_back(marks_[i]);
     }
-    for (Eigen::MatrixX3d& marks : drape.marks_of_level)
-      marks = marks(on, Eigen::placeholders::all).eval();
+    for (Eigen::MatrixX3d& marks : drape.marks_of_level) marks = marks(on, Eigen::all).eval();
     if (drape.marks_of_level.size() < 2) return;
     drape.mesh_error_m =
         (drape.marks_of_level.back() - *(drape.marks_of_level.end() - 2)).rowwise().norm();

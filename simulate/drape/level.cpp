@@ -38,22 +38,6 @@ constexpr double kPassingResidual = 0.1;  // weights of a point, while places st
 constexpr double kBeside = 1e-6;          // of a triangle's weights: a place on its border is in it
 constexpr double kLeastRatio = 1.5;       // of two spacings that are levels of their own
 
-void require_on_cloth(const DrapeCase& drape) {
-  const ClothOutline& outline = drape.outline;
-  for (const Pin& pin : drape.local.scene.pins) {
-    const Vector2d at = pin.material_m(drape.print);
-    const bool on = contains(outline.outer, at) || distance_m(outline.outer, at) < kSame_m;
-    const bool in_hole = std::any_of(
-        outline.holes.begin(), outline.holes.end(),
-        [&](const Polygon& hole) { return contains(hole, at) && distance_m(hole, at) >= kSame_m; });
-    if (on && !in_hole) continue;
-    throw bad_input(fmt::format("the pin at warp {:g}, weft {:g} mm is not on the cloth",
-                                at.x() / mm, at.y() / mm),
-                    {.file = drape.local.scene.file.string(), .field = "pin"},
-                    "pin a point inside the outline");
-  }
-}
-
 void require_size(const ClothOutline& outline, double spacing_m) {
   Vector2d low = outline.outer.front(), high = low;
   for (const Vector2d& p : outline.outer) {
@@ -78,17 +62,81 @@ MaterialMesh mesh_of_case(const DrapeCase& drape, const DrapeOptions& options, d
   ClothOutline outline = drape.outline;
   for (const Pin& pin : drape.local.scene.pins)
     outline.points.push_back(pin.material_m(drape.print));
+  for (const HeldLine& line : drape.lines) outline.lines.push_back({line.from_m, line.to_m});
   MeshOptions how;
   how.spacing_m = spacing_m;
   how.seed = options.seed;
   return triangulated(outline, how);
 }
 
+}  // namespace
+
 /// An unknown that the scene holds, and its value.
 struct HeldUnknown {
   int unknown = 0;
   Vector3d value;
 };
+
+/// Finds the triangle that holds a material point, in cells about as large as a triangle.
+class TriangleFinder {
+ public:
+  explicit TriangleFinder(const MaterialMesh& mesh) : mesh_(mesh), low_(mesh.points_m.front()) {
+    Vector2d high = low_;
+    for (const Vector2d& p : mesh.points_m) {
+      low_ = low_.cwiseMin(p);
+      high = high.cwiseMax(p);
+    }
+    cell_m_ = std::sqrt((high - low_).prod() / static_cast<double>(mesh.triangles.size()));
+    cells_ = ((high - low_) / cell_m_).array().floor().cast<int>() + 1;
+    of_.resize(static_cast<std::size_t>(cells_.prod()));
+    for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+      Vector2d from = corner(t, 0), to = from;
+      for (int k = 1; k < 3; ++k) {
+        from = from.cwiseMin(corner(t, k));
+        to = to.cwiseMax(corner(t, k));
+      }
+      const Eigen::Array2i first = cell_of(from.array() - kSame_m),
+                           last = cell_of(to.array() + kSame_m);
+      for (int i = first.x(); i <= last.x(); ++i)
+        for (int j = first.y(); j <= last.y(); ++j)
+          of_[i * cells_.y() + j].push_back(static_cast<int>(t));
+    }
+  }
+
+  /// The triangle and the weights of its corners; the first one of several; absent: none.
+  [[nodiscard]] std::optional<std::pair<int, Vector3d>> find(const Vector2d& p) const {
+    const Eigen::Array2i cell = cell_of(p);
+    std::optional<std::pair<int, Vector3d>> found;
+    double best = -kBeside;
+    for (const int t : of_[cell.x() * cells_.y() + cell.y()]) {
+      Vector3d weight;
+      for (int k = 0; k < 3; ++k)
+        weight[k] =
+            cross(corner(t, (k + 2) % 3) - corner(t, (k + 1) % 3), p - corner(t, (k + 1) % 3)) /
+            (2 * mesh_.area_m2(t));
+      if (weight.minCoeff() <= best) continue;
+      best = weight.minCoeff();
+      found = {t, weight};
+    }
+    return found;
+  }
+
+ private:
+  [[nodiscard]] const Vector2d& corner(std::size_t t, int k) const {
+    return mesh_.points_m[mesh_.triangles[t][k]];
+  }
+  [[nodiscard]] Eigen::Array2i cell_of(const Vector2d& p) const {
+    return ((p - low_) / cell_m_).array().floor().max(0).min(cells_.cast<double>() - 1).cast<int>();
+  }
+
+  const MaterialMesh& mesh_;
+  Vector2d low_;
+  double cell_m_ = 0;
+  Eigen::Array2i cells_;
+  std::vector<std::vector<int>> of_;
+};
+
+namespace {
 
 /// Carries what is held from where the cloth has it to its place, as fast as free cloth sinks.
 class HeldCarried {
@@ -164,65 +212,6 @@ Field field_of(const State& places) {
   return nodes;
 }
 
-/// Finds the triangle that holds a material point, in cells about as large as a triangle.
-class TriangleFinder {
- public:
-  explicit TriangleFinder(const MaterialMesh& mesh) : mesh_(mesh), low_(mesh.points_m.front()) {
-    Vector2d high = low_;
-    for (const Vector2d& p : mesh.points_m) {
-      low_ = low_.cwiseMin(p);
-      high = high.cwiseMax(p);
-    }
-    cell_m_ = std::sqrt((high - low_).prod() / static_cast<double>(mesh.triangles.size()));
-    cells_ = ((high - low_) / cell_m_).array().floor().cast<int>() + 1;
-    of_.resize(static_cast<std::size_t>(cells_.prod()));
-    for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
-      Vector2d from = corner(t, 0), to = from;
-      for (int k = 1; k < 3; ++k) {
-        from = from.cwiseMin(corner(t, k));
-        to = to.cwiseMax(corner(t, k));
-      }
-      const Eigen::Array2i first = cell_of(from.array() - kSame_m),
-                           last = cell_of(to.array() + kSame_m);
-      for (int i = first.x(); i <= last.x(); ++i)
-        for (int j = first.y(); j <= last.y(); ++j)
-          of_[i * cells_.y() + j].push_back(static_cast<int>(t));
-    }
-  }
-
-  /// The triangle and the weights of its corners; the first one of several; absent: none.
-  [[nodiscard]] std::optional<std::pair<int, Vector3d>> find(const Vector2d& p) const {
-    const Eigen::Array2i cell = cell_of(p);
-    std::optional<std::pair<int, Vector3d>> found;
-    double best = -kBeside;
-    for (const int t : of_[cell.x() * cells_.y() + cell.y()]) {
-      Vector3d weight;
-      for (int k = 0; k < 3; ++k)
-        weight[k] =
-            cross(corner(t, (k + 2) % 3) - corner(t, (k + 1) % 3), p - corner(t, (k + 1) % 3)) /
-            (2 * mesh_.area_m2(t));
-      if (weight.minCoeff() <= best) continue;
-      best = weight.minCoeff();
-      found = {t, weight};
-    }
-    return found;
-  }
-
- private:
-  [[nodiscard]] const Vector2d& corner(std::size_t t, int k) const {
-    return mesh_.points_m[mesh_.triangles[t][k]];
-  }
-  [[nodiscard]] Eigen::Array2i cell_of(const Vector2d& p) const {
-    return ((p - low_) / cell_m_).array().floor().max(0).min(cells_.cast<double>() - 1).cast<int>();
-  }
-
-  const MaterialMesh& mesh_;
-  Vector2d low_;
-  double cell_m_ = 0;
-  Eigen::Array2i cells_;
-  std::vector<std::vector<int>> of_;
-};
-
 }  // namespace
 
 std::vector<double> level_spacings_m(const DrapeOptions& options) {
@@ -236,12 +225,26 @@ std::vector<double> level_spacings_m(const DrapeOptions& options) {
 DrapeCase drape_case(const Scene& world, const Print& print, const std::optional<Sheet>& measured,
                      ClothLaws laws, std::optional<ClothOutline> outline) {
   const Vector2d& p = print.patch_m;
-  DrapeCase drape{
-      local_scene(world, measured, Surroundings(world).top_z_m()), print, std::move(laws),
-      outline ? std::move(*outline) : ClothOutline{{{0, 0}, {p.x(), 0}, p, {0, p.y()}}, {}, {}},
-      nullptr};
-  drape.around = std::make_shared<Surroundings>(drape.local.scene);
-  require_on_cloth(drape);
+  require_sized(print, world);
+  DrapeCase drape{local_scene(world, measured, Surroundings(world).top_z_m()),
+                  print,
+                  std::move(laws),
+                  {},
+                  nullptr,
+                  {},
+                  {},
+                  {}};
+  const Scene& scene = drape.local.scene;
+  drape.outline =
+      outline ? std::move(*outline) : ClothOutline{{{0, 0}, {p.x(), 0}, p, {0, p.y()}}, {}, {}};
+  drape.around = std::make_shared<Surroundings>(scene);
+  refuse_pins_beside(scene, print, drape.outline);
+  drape.pins_at = pin_places(scene, print, drape.local.measured);
+  drape.lines = held_lines(scene, print, drape.outline);
+  if (scene.start.mode == StartMode::measured)
+    drape.shape = measured_shape(scene, drape.local.measured, print, *drape.around);
+  else
+    refuse_flat_start_inside(scene, print, drape.outline, *drape.around);
   return drape;
 }
 
@@ -250,6 +253,7 @@ struct DrapeLevel::Parts {
   DrapeOptions options;
   double spacing_m;
   MeshCloth cloth;
+  ClothMemory fresh;  ///< memory of cloth that has slipped nowhere
   ClothSurface surface;
   TriangleFinder finder;
   std::vector<int> pinned;
@@ -264,22 +268,19 @@ struct DrapeLevel::Parts {
         options(how),
         spacing_m(spacing),
         cloth(mesh_of_case(of, how, spacing), of.laws),
+        fresh(cloth.memory()),
         surface(cloth),
         finder(cloth.mesh()),
         held(static_cast<std::size_t>(cloth.unknowns()), false),
         gravity(of.local.scene.gravity_m_per_s2),
         friction(of.local.scene.friction) {
     hold_pins();
+    for (const HeldLine& line : of.lines) hold_line(line);
     stiffness = std::make_unique<MeshStiffness>(cloth, held);
   }
 
   void hold_pins() {
     const Scene& scene = drape.local.scene;
-    if (!scene.clamps.empty())
-      throw bad_input("the cloth takes no clamp yet",
-                      {.file = scene.file.string(), .field = "clamp"}, "hold it with [[pin]]");
-    const StartState start = make_start(scene, drape.print, {2, 2, drape.print.patch_m},
-                                        drape.local.measured, drape.around->top_z_m(), 0);
     for (std::size_t k = 0; k < scene.pins.size(); ++k) {
       const Vector2d at = scene.pins[k].material_m(drape.print);
       const auto& points = cloth.mesh().points_m;
@@ -294,11 +295,26 @@ struct DrapeLevel::Parts {
                         at.x() / mm, at.y() / mm, spacing_m / mm),
             {.file = scene.file.string(), .field = "pin"}, "give a finer --spacing-mm");
       pinned.push_back(static_cast<int>(nearest - points.begin()));
-      hold(pinned.back(), start.hold_in_world[k]);
+      hold(pinned.back(), drape.pins_at[k]);
+    }
+  }
+
+  /// Points on the line, and the derivative across it of the sides there.
+  void hold_line(const HeldLine& line) {
+    const MaterialMesh& mesh = cloth.mesh();
+    for (int i = 0; i < cloth.points(); ++i)
+      if (line.holds(mesh.points_m[i])) hold(i, line.place(mesh.points_m[i]));
+    for (int e = 0; e < static_cast<int>(mesh.edges.size()); ++e) {
+      if (!line.holds(mesh.points_m[mesh.edges[e].from]) ||
+          !line.holds(mesh.points_m[mesh.edges[e].to]))
+        continue;
+      const Vector2d n = cloth.normal_of(e);
+      hold(cloth.points() + e, line.x_u * n.x() + line.x_v * n.y());
     }
   }
 
   void hold(int unknown, const Vector3d& value) {
+    if (held[unknown]) return;
     held[unknown] = true;
     values.push_back({unknown, value});
   }
@@ -327,9 +343,7 @@ struct DrapeLevel::Parts {
   }
 
   /// Begins what changes a moment.
-  void begin(const ClothMoment& moment) {
-    if (drape.laws.friction) cloth.remember(moment.memory);
-  }
+  void begin(const ClothMoment& moment) { cloth.remember(moment.memory); }
   void end(ClothMoment& moment, AllPushes& pushes) const {
     moment.memory = cloth.memory();
     moment.contact = pushes.memory(moment.state);
@@ -386,6 +400,9 @@ const std::vector<bool>& DrapeLevel::held() const {
 const std::vector<int>& DrapeLevel::pinned() const {
   return parts_->pinned;
 }
+const std::vector<Vector3d>& DrapeLevel::pinned_at() const {
+  return parts_->drape.pins_at;
+}
 double DrapeLevel::mass_kg() const {
   const std::vector<double>& mass = parts_->cloth.mass_kg();
   return std::accumulate(mass.begin(), mass.end(), 0.0);
@@ -401,10 +418,11 @@ void DrapeLevel::set_friction(double coefficient) {
 ClothMoment DrapeLevel::start(const StartVariation& variation) const {
   const DrapeCase& drape = parts_->drape;
   const Scene& scene = drape.local.scene;
-  if (scene.start.mode == StartMode::measured)
-    throw bad_input("the cloth does not start from a measured shape yet",
-                    {.file = scene.file.string(), .field = "start.mode"},
-                    "write mode = \"flat\" or \"flat_from_measured\"");
+  if (drape.shape) {
+    std::vector<Vector3d> places = drape.shape->places;
+    apply(variation, places);
+    return start_at(drape.shape->material_m, places);
+  }
   const FlatPose flat{scene.start.centre_in_world.value_or(Vector3d::Zero()), scene.start.yaw_rad};
   const Eigen::Rotation2Dd turn(flat.yaw_rad);
   const Vector2d warp = turn * -Vector2d::UnitY(), weft = turn * Vector2d::UnitX();
@@ -414,12 +432,12 @@ ClothMoment DrapeLevel::start(const StartVariation& variation) const {
                           {warp.x(), warp.y(), 0},
                           {weft.x(), weft.y(), 0}};
   });
-  std::vector<Vector3d> places = surface(moment);
-  const std::vector<Vector3d> before = places;
+  State places = surface(moment);
+  const State before = places;
   apply(variation, places);
-  if (places != before) moment = start_at(parts_->material_of_nodes(), places);
-  refuse_inside(scene, surface(moment), *drape.around);
-  moment.memory = MeshCloth(parts_->cloth).memory();
+  if (places != before)
+    moment.state = parts_->state_of(SmoothSurface(parts_->material_of_nodes(), places));
+  moment.memory = parts_->fresh;
   return moment;
 }
 
@@ -428,6 +446,7 @@ ClothMoment DrapeLevel::start_at(const std::vector<Vector2d>& material_m,
   ClothMoment moment;
   moment.state = parts_->state_of(SmoothSurface(material_m, places));
   for (const HeldUnknown& h : parts_->values) moment.state[h.unknown] = h.value;
+  moment.memory = parts_->fresh;
   return moment;
 }
 
@@ -449,7 +468,7 @@ RestReport DrapeLevel::fall(ClothMoment& moment, const StartVariation& variation
   AllPushes pushes = my.pushes_of(moment, variation.friction_factor);
   const DescentOptions descent = my.descent();
   TimeStepsOptions motion = my.options.motion;
-  if (variation.drag_per_s) motion.drag_per_s = *variation.drag_per_s;
+  motion.drag_per_s *= variation.drag_factor;
   // Where nothing holds by friction a fall chooses folds, and no more is remembered of it.
   if (!pushes.objects.holds() && !my.drape.laws.friction) {
     motion.quiet_m = TimeStepsOptions{}.quiet_m;

@@ -13,6 +13,7 @@
 #include "simulate/mesh/time_steps.hpp"
 #include "simulate/objects/contact_forces.hpp"
 #include "simulate/objects/surroundings.hpp"
+#include "simulate/start/clamps.hpp"
 #include "simulate/start/local_frame.hpp"
 #include "simulate/start/variation.hpp"
 
@@ -42,10 +43,14 @@ struct DrapeCase {
   ClothLaws laws;
   ClothOutline outline;  ///< in material coordinates (warp, weft) of the print's patch, m
   std::shared_ptr<const Surroundings> around;
+  std::vector<Eigen::Vector3d> pins_at;  ///< places of the pins, in the order of the scene's
+  std::vector<HeldLine> lines;           ///< lines that clamps hold
+  std::optional<MaterialShape> shape;    ///< measured shape; only where the cloth starts from it
 };
 
 /// The case of a scene in the world; without an outline the cloth is the print's whole patch.
-/// Throws Error(bad_input) for a pin or clamp beside the cloth, and as local_scene().
+/// Throws Error(bad_input) for a pin or clamp beside the cloth, a start inside an object, and as
+/// local_scene(), pin_places(), held_lines() and measured_shape().
 [[nodiscard]] DrapeCase drape_case(const Scene& world, const Print& print,
                                    const std::optional<Sheet>& measured, ClothLaws laws,
                                    std::optional<ClothOutline> outline = std::nullopt);
@@ -92,13 +97,15 @@ class DrapeLevel {
   [[nodiscard]] double spacing_m() const;
   [[nodiscard]] const std::vector<bool>& held() const;   ///< by unknown
   [[nodiscard]] const std::vector<int>& pinned() const;  ///< points, in the order of scene.pins
+  [[nodiscard]] const std::vector<Eigen::Vector3d>& pinned_at() const;  ///< places of these points
   [[nodiscard]] double mass_kg() const;
 
-  /// The scene's start, flat or from the measured shape, with pins and clamps in place or carried
-  /// there by fall(). Throws Error(bad_input) for a start inside an object.
+  /// The scene's start: flat, from where fall() carries pins and clamps to their places, or the
+  /// measured shape with pins and clamps in place.
   [[nodiscard]] ClothMoment start(const StartVariation& variation = {}) const;
-  /// The start that any other shape gives: places (local frame) of material points, at least ten
-  /// of them and not on a line; what they do not cover is continued (SmoothSurface).
+  /// The start that any other shape gives: places (local frame) of material points, not all on a
+  /// line; what they do not cover is continued (drape/smooth_surface.hpp). Pins and clamps are in
+  /// place.
   [[nodiscard]] ClothMoment start_at(const std::vector<Eigen::Vector2d>& material_m,
                                      const std::vector<Eigen::Vector3d>& places) const;
   /// A rest of the same cloth on another mesh, carried to this one with friction and memory.

@@ -22,7 +22,7 @@ constexpr double kFree_m = 1e-6;           // that a facet may enter: points on 
 // Distance from a surface: a pin there says how deep the cloth is
 constexpr double kNearPin_m = 0.2e-3;
 // Relative to the square root of a point's area: places nearer than this are taken over from
-constexpr double kSamePlace = 1.5;
+constexpr double kTakenFrom = 1.5;
 
 }  // namespace
 
@@ -315,7 +315,7 @@ void ObjectPushes::take_over(const ContactMemory& memory, const State& own) {
   const int shapes = surroundings_.count(), points = cloth_.points();
   double area = 0;
   for (const double of_point : cloth_.area_m2()) area += of_point;
-  const double reach = kSamePlace * std::sqrt(area / points);
+  const double reach = kTakenFrom * std::sqrt(area / points);
   const auto nearest = [&](int shape, const Eigen::Vector2d& at) {
     const ContactMemory::Place* found = nullptr;
     double least = reach * reach;
