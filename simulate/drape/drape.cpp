@@ -17,11 +17,12 @@ using Eigen::Vector2d;
 class Levels {
  public:
   Levels(const DrapeCase& drape, const DrapeOptions& options, const StartVariation& variation,
-         const DrapeProgress& progress)
+         const DrapeProgress& progress, const DrapeStart& start)
       : case_(drape),
         options_(options),
         variation_(variation),
         progress_(progress),
+        start_(start),
         spacings_(level_spacings_m(options)) {
     for (int row = 0; row < drape.print.rows; ++row)
       for (int col = 0; col < drape.print.cols; ++col) marks_.push_back({row, col});
@@ -58,7 +59,7 @@ class Levels {
   /// From the start to rest on the coarsest mesh, after what the cloth went through before.
   Drape fallen(double layers_apart_m) {
     auto level = std::make_shared<DrapeLevel>(case_, options_, spacings_.front());
-    const ClothMoment start = level->start(variation_);
+    const ClothMoment start = start_ ? start_(*level) : level->start(variation_);
     const auto drape_with = [&](const ClothMemory& memory) {
       ClothMoment moment = start;
       moment.memory = memory;
@@ -170,6 +171,7 @@ class Levels {
   const DrapeOptions& options_;
   const StartVariation& variation_;
   const DrapeProgress& progress_;
+  const DrapeStart& start_;
   std::vector<double> spacings_;
   std::vector<MarkId> marks_;
 };
@@ -177,13 +179,14 @@ class Levels {
 }  // namespace
 
 Drape drape_cloth(const DrapeCase& drape, const DrapeOptions& options,
-                  const StartVariation& variation, const DrapeProgress& progress) {
-  return Levels(drape, options, variation, progress).from_start();
+                  const StartVariation& variation, const DrapeProgress& progress,
+                  const DrapeStart& start) {
+  return Levels(drape, options, variation, progress, start).from_start();
 }
 
 Drape polished(const DrapeCase& drape, const DrapeOptions& options,
                std::shared_ptr<DrapeLevel> coarse, const ClothMoment& rest) {
-  return Levels(drape, options, {}, {}).from_rest(std::move(coarse), rest);
+  return Levels(drape, options, {}, {}, {}).from_rest(std::move(coarse), rest);
 }
 
 }  // namespace drape::simulate

@@ -37,16 +37,19 @@ struct Drape {
   [[nodiscard]] bool at_rest() const { return levels.back().rest.at_rest; }
 };
 
-/// Called with the level's index, their number and the fraction of the work that is done.
+/// Start of a cloth on the coarsest mesh, in place of DrapeLevel::start().
+using DrapeStart = std::function<ClothMoment(const DrapeLevel& level)>;
+
+/// Called with the fraction of the work that is done.
 using DrapeProgress = std::function<void(double fraction)>;
 
 /// Drapes a cloth in nested levels: a fall in time on the coarsest mesh, then shape, friction and
 /// memory carried to each finer mesh and taken down to rest there. A start from the measured shape
 /// and a cloth with a history begin as start.hpp says. A cloth that passes through itself is draped
-/// again from the same start with its layers apart.
+/// again from the same start with its layers apart. `start`: another start than the scene's.
 [[nodiscard]] Drape drape_cloth(const DrapeCase& drape, const DrapeOptions& options,
                                 const StartVariation& variation = {},
-                                const DrapeProgress& progress = {});
+                                const DrapeProgress& progress = {}, const DrapeStart& start = {});
 
 /// Goes on from a rest on a coarser mesh, as drape_cloth() does from its coarsest.
 [[nodiscard]] Drape polished(const DrapeCase& drape, const DrapeOptions& options,

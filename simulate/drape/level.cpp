@@ -206,12 +206,6 @@ class AllPushes : public Pushes {
   std::optional<LayerPushes> layers;
 };
 
-Field field_of(const State& places) {
-  Field nodes(3 * places.size());
-  for (std::size_t i = 0; i < places.size(); ++i) put_at(nodes, static_cast<int>(i), places[i]);
-  return nodes;
-}
-
 }  // namespace
 
 std::vector<double> level_spacings_m(const DrapeOptions& options) {
@@ -562,7 +556,7 @@ ClothStrains DrapeLevel::strains(const ClothMoment& moment) const {
 }
 
 bool DrapeLevel::meets_itself(const ClothMoment& moment) const {
-  return passes_through_itself(parts_->surface.facets(), field_of(surface(moment)));
+  return passes_through_itself(parts_->surface.facets(), surface(moment));
 }
 
 }  // namespace drape::simulate
