@@ -62,7 +62,7 @@ void fields(Fields& f, SensitivityFile& file) {
   f.if_any({"cols", "particles of a base on a grid along the weft"}, file.cols);
   f.otherwise({"segments", "segments of each curve"}, file.segments);
   f.otherwise({"model", "cloth model"}, file.model);
-  f.otherwise({"at_rest", "the base is at rest, and accepted by the checker"}, file.at_rest);
+  f.otherwise({"status", "of the base: \"at rest\", or why not"}, file.status);
   f({"marks", "marks of the mean", 1, 0}, file.marks);
   std::vector<std::array<int, 2>> places;
   for (const MarkId& mark : file.marks_at) places.push_back({mark.row, mark.col});

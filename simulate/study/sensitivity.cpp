@@ -3,46 +3,37 @@
 
 #include <fmt/format.h>
 
+#include <Eigen/Geometry>
 #include <algorithm>
+#include <functional>
 
 #include "core/error.hpp"
+#include "core/parallel.hpp"
 #include "core/units.hpp"
-#include "simulate/equilibrium/mixture.hpp"
+#include "simulate/start/start.hpp"
 
 namespace drape::simulate {
-
 namespace {
 
+using Eigen::Index;
+using Eigen::MatrixX3d;
+using Eigen::Vector2d;
 using Eigen::Vector3d;
-using Eigen::VectorXd;
+using units::mm;
+
+constexpr double kPlace_m = ObjectUncertainty::ruler_m;  // of pins and clamps, along each axis
+constexpr double kLevel_rad = 0.2 * units::deg;          // of a bench by a spirit level
+constexpr int kMostHalvings = 3;                         // of a step that leads to another rest
+constexpr double kOdd = 0.2;         // even part of moves over their odd part that shows one branch
+constexpr double kFollows = 0.5;     // departure of a move from twice that of half its step
+constexpr double kNoise_m = 2e-5;    // departure that rests of a part of the cloth's weight leave
+constexpr double kOnClamp_m = 1e-6;  // distance of a held point from the line that holds it
 
 ForceCurve times(ForceCurve curve, double factor) {
   curve.slope *= factor;
   for (ForceCurve::Hinge& hinge : curve.hinges) hinge.change *= factor;
   return curve;
 }
-
-/// Derivative of the forces with respect to a relative change of the value. Forces are
-/// proportional to it, so the difference to twice the value is exact.
-VectorXd force_change(Cloth& cloth, const Field& position, FabricValue value,
-                      const Vector3d& gravity) {
-  const int n = cloth.count();
-  VectorXd change(3 * n);
-  if (value == FabricValue::areal_density) {
-    for (int i = 0; i < n; ++i) change.segment<3>(3 * i) = cloth.mass_kg()[i] * gravity;
-    return change;
-  }
-  Field once(position.size(), 0.0);
-  Field twice(position.size(), 0.0);
-  cloth.add_forces(position, nullptr, once);
-  Cloth stronger(cloth.grid(), scaled(cloth.laws(), value, 2), MassRule::area);
-  stronger.clamp(cloth.clamped_places());
-  stronger.add_forces(position, nullptr, twice);
-  for (int i = 0; i < n; ++i) change.segment<3>(3 * i) = at(twice, i) - at(once, i);
-  return change;
-}
-
-using units::mm;
 
 struct Move {
   Vector3d moved_m;
@@ -75,30 +66,359 @@ struct Grow {
   void operator()(MeshObject&) const {}
 };
 
-}  // namespace
+/// Marks of the reference that lie on the cloth.
+struct Reference {
+  std::vector<MarkId> marks;
+  std::vector<Vector2d> material_m;
+  MatrixX3d in_world;
 
-std::string name_of(FabricValue value) {
-  switch (value) {
-    case FabricValue::tensile_warp:
-      return "tensile_warp";
-    case FabricValue::tensile_weft:
-      return "tensile_weft";
-    case FabricValue::shear:
-      return "shear";
-    case FabricValue::bending_warp:
-      return "bending_warp";
-    case FabricValue::bending_weft:
-      return "bending_weft";
-    case FabricValue::twist:
-      return "twist";
-    case FabricValue::areal_density:
-      break;
+  Reference(const Sheet& sheet, const DrapeLevel& level, const ClothMoment& rest) {
+    std::vector<Vector2d> all_m;
+    for (const SheetMark& mark : sheet.marks) all_m.push_back(mark.material_m);
+    const MatrixX3d places = level.places(rest, all_m);
+    std::vector<Vector3d> found;
+    for (std::size_t k = 0; k < sheet.marks.size(); ++k) {
+      const SheetMark& mark = sheet.marks[k];
+      if (!places.row(static_cast<Index>(k)).allFinite() || !mark.point_in_world.allFinite())
+        continue;
+      marks.push_back(mark.mark);
+      material_m.push_back(mark.material_m);
+      found.push_back(mark.point_in_world);
+    }
+    if (marks.empty())
+      throw bad_input("the reference sheet has no mark on the cloth", {.field = "material_mm"},
+                      "give the measured sheet of the same print");
+    in_world.resize(static_cast<Index>(found.size()), 3);
+    for (std::size_t k = 0; k < found.size(); ++k)
+      in_world.row(static_cast<Index>(k)) = found[k].transpose();
   }
-  return "areal_density";
+  [[nodiscard]] double distance_m(const MatrixX3d& places) const {
+    return (places - in_world).rowwise().norm().mean();
+  }
+};
+
+double mean_m(const MatrixX3d& moves) {
+  return moves.rowwise().norm().mean();
 }
 
+/// A change of one value by an amount (SI) of a drape and of what holds it.
+struct Change {
+  std::string name;
+  double step = 0, unit = 1;         ///< SI; the name's unit
+  std::optional<double> half_width;  ///< of a stand-in, SI
+  std::function<void(DrapeCase&, ClothMoment&, double)> apply;
+};
+
+/// A part of the model that another drape has otherwise.
+struct Variant {
+  std::string what;
+  std::function<void(DrapeCase&, DrapeOptions&)> apply;
+  bool same_mesh = true;
+};
+
+/// A drape at rest, and where it goes from there.
+class Base {
+ public:
+  Base(const SimulateResult& result, const Fabric& fabric, const Sheet& reference,
+       const SensitivityOptions& options)
+      : case_(*result.drape_case),
+        fabric_(fabric),
+        options_(options),
+        level_(*result.drape->level),
+        rest_(result.drape->rest),
+        reference_(reference, level_, rest_),
+        base_m_(places(level_, rest_)) {}
+
+  void describe(SensitivityFile& file) const {
+    file.spacing_m = level_.spacing_m();
+    file.marks_at = reference_.marks;
+    file.marks = static_cast<int>(reference_.marks.size());
+    file.distance_m = reference_.distance_m(base_m_);
+  }
+
+  /// Fabric values, then those of the scene; nothing where the base is a saddle.
+  void find(SensitivityFile& file) {
+    std::vector<Change> ends;  // of stand-ins
+    for (std::size_t i = 0; i < std::size(names_of<FabricValue>); ++i) {
+      const auto value = static_cast<FabricValue>(i);
+      const std::optional<MeshCloth::State> way = first_order(level_, rest_, value);
+      if (!way) return file.values.clear();
+      file.values.push_back(to_first_order(value, *way));
+      if (!is_stand_in(fabric_, value)) continue;
+      file.values.back().moves.reset();
+      ends.push_back({std::string(name_of(value)), kStandInPart, 0.01, kStandInPart,
+                      [=](DrapeCase& drape, ClothMoment&, double part) {
+                        drape.laws = scaled(drape.laws, value, 1 + part);
+                      }});
+    }
+    const auto carried_on = rested(case_, rest_);
+    if (!carried_on) return;
+    carried_on_m_ = *carried_on;
+    const std::vector<SceneEffect> of_ends = answers(ends);
+    for (std::size_t i = 0; i < ends.size(); ++i)
+      for (ValueEffect& value : file.values)
+        if (value.value == ends[i].name) value.moves = of_ends[i].moves;
+    file.scene = answers(scene_changes());
+    if (has_loops()) file.scene.push_back(loops());
+  }
+
+  void find_variants(SensitivityFile& file) const {
+    for (const Variant& variant : variants()) {
+      DrapeCase changed = case_;
+      DrapeOptions how = options_.simulate.drape;
+      variant.apply(changed, how);
+      if (variant.same_mesh) file.variants.push_back(row(variant, true, rested(changed, rest_)));
+      const Drape again = drape_cloth(changed, how);
+      file.variants.push_back(
+          row(variant, false,
+              again.at_rest() ? std::optional(places(*again.level, again.rest)) : std::nullopt));
+    }
+  }
+
+ private:
+  [[nodiscard]] MatrixX3d places(const DrapeLevel& level, const ClothMoment& moment) const {
+    MatrixX3d all = level.places(moment, reference_.material_m);
+    for (Index k = 0; k < all.rows(); ++k)
+      all.row(k) = case_.local.to_world(all.row(k).transpose()).transpose();
+    return all;
+  }
+
+  /// Places of the marks where the cloth comes to rest from a moment.
+  [[nodiscard]] std::optional<MatrixX3d> rested(const DrapeCase& changed,
+                                                ClothMoment moment) const {
+    DrapeLevel level(changed, options_.simulate.drape, level_.spacing_m());
+    if (changed.laws.friction && !case_.laws.friction) moment.memory = level.cloth().memory();
+    if (!level.rest(moment).at_rest) return std::nullopt;
+    return places(level, moment);
+  }
+
+  [[nodiscard]] ValueEffect to_first_order(FabricValue value, const MeshCloth::State& way) const {
+    ClothMoment moved = rest_;
+    for (std::size_t i = 0; i < way.size(); ++i) moved.state[i] += 0.01 * way[i];
+    const MatrixX3d up_m = places(level_, moved) - base_m_, away_m = base_m_ - reference_.in_world;
+    ValueEffect effect{std::string(name_of(value)), 0, mean_m(up_m),
+                       MarkMoves{1, std::nullopt, -up_m, up_m}};
+    for (Index k = 0; k < up_m.rows(); ++k) {
+      // A mark that lies on its reference only moves away from it.
+      const double far = away_m.row(k).norm();
+      effect.change_m += far > 0 ? up_m.row(k).dot(away_m.row(k)) / far : up_m.row(k).norm();
+    }
+    effect.change_m /= static_cast<double>(up_m.rows());
+    return effect;
+  }
+
+  using Pair = std::pair<MatrixX3d, MatrixX3d>;  ///< moves down and up
+
+  [[nodiscard]] std::optional<Pair> both(const Change& change, double step) const {
+    Pair moves;
+    for (const bool up : {false, true}) {
+      DrapeCase changed = case_;
+      ClothMoment moment = rest_;
+      change.apply(changed, moment, up ? step : -step);
+      const auto places = rested(changed, std::move(moment));
+      if (!places) return std::nullopt;
+      (up ? moves.second : moves.first) = *places - carried_on_m_;
+    }
+    return moves;
+  }
+
+  static bool is_odd(const Pair& moves) {
+    return mean_m(moves.first + moves.second) <= kOdd * mean_m(moves.second - moves.first);
+  }
+  static bool follows(const MatrixX3d& whole, const MatrixX3d& half) {
+    return mean_m(whole - 2 * half) <= std::max(kNoise_m, kFollows * mean_m(whole));
+  }
+
+  [[nodiscard]] SceneEffect answer(const Change& change) const {
+    SceneEffect effect{change.name};
+    double step = change.step;
+    std::optional<Pair> found = both(change, step);
+    for (int halvings = 0; halvings < kMostHalvings; ++halvings, step /= 2) {
+      std::optional<Pair> half;
+      bool good = found && is_odd(*found);
+      if (!good) {
+        half = both(change, step / 2);
+        good = found && half && follows(found->first, half->first) &&
+               follows(found->second, half->second);
+      }
+      if (good) {
+        const double steps = step / change.unit;
+        effect.change_m_per_unit = (reference_.distance_m(carried_on_m_ + found->second) -
+                                    reference_.distance_m(carried_on_m_ + found->first)) /
+                                   (2 * steps);
+        effect.moves = {steps, std::nullopt, found->first, found->second};
+        if (change.half_width) effect.moves->half_width = *change.half_width / change.unit;
+        return effect;
+      }
+      found = std::move(half);
+    }
+    effect.absent =
+        fmt::format("{} for a change of {:g}", found ? "the cloth goes to another rest" : "no rest",
+                    step / change.unit);
+    return effect;
+  }
+
+  [[nodiscard]] std::vector<SceneEffect> answers(const std::vector<Change>& changes) const {
+    std::vector<SceneEffect> all(changes.size());
+    parallel_for(changes.size(), options_.threads,
+                 [&](std::size_t i) { all[i] = answer(changes[i]); });
+    return all;
+  }
+
+  [[nodiscard]] Vector3d local_axis(int axis) const {
+    return Eigen::AngleAxisd(-case_.local.yaw_rad, Vector3d::UnitZ()) * Vector3d::Unit(axis);
+  }
+
+  [[nodiscard]] std::vector<Change> scene_changes() const {
+    std::vector<Change> all;
+    const Scene& scene = case_.local.scene;
+    const auto along_axes = [&](const std::string& name, double u_m, const auto& move) {
+      for (int axis = 0; axis < 3; ++axis)
+        all.push_back(
+            {fmt::format("{}_{}_mm", name, "xyz"[axis]), u_m, mm, std::nullopt,
+             [=, along = local_axis(axis)](DrapeCase& drape, ClothMoment& moment, double by_m) {
+               move(drape, moment, Vector3d(by_m * along));
+             }});
+    };
+    for (std::size_t i = 0; i < scene.obstacles.size(); ++i) {
+      const std::string name = fmt::format("object_{}", i + 1);
+      along_axes(name, scene.uncertainty_of(i).place_m(),
+                 [=](DrapeCase& drape, ClothMoment&, const Vector3d& by_m) {
+                   std::visit(Move{by_m}, drape.local.scene.obstacles[i]);
+                   drape.around = std::make_shared<Surroundings>(drape.local.scene);
+                 });
+      if (std::holds_alternative<Plane>(scene.obstacles[i]) ||
+          std::holds_alternative<MeshObject>(scene.obstacles[i]))
+        continue;
+      all.push_back({name + "_size_mm", scene.uncertainty_of(i).size_m(), mm, std::nullopt,
+                     [=](DrapeCase& drape, ClothMoment&, double by_m) {
+                       std::visit(Grow{by_m}, drape.local.scene.obstacles[i]);
+                       drape.around = std::make_shared<Surroundings>(drape.local.scene);
+                     }});
+    }
+    if (scene.friction > 0) all.push_back(friction_change());
+    const std::vector<Vector3d> pinned = pin_places(scene, case_.print, case_.local.measured);
+    for (std::size_t k = 0; k < pinned.size(); ++k)
+      along_axes(fmt::format("pin_{}", k + 1), kPlace_m,
+                 [=, point = level_.pinned()[k], from = pinned[k]](
+                     DrapeCase& drape, ClothMoment& moment, const Vector3d& by_m) {
+                   drape.local.scene.pins[k].point_in_world = from + by_m;
+                   moment.state[static_cast<std::size_t>(point)] += by_m;
+                 });
+    for (std::size_t k = 0; k < scene.clamps.size(); ++k)
+      along_axes(fmt::format("clamp_{}", k + 1), kPlace_m,
+                 [=, points = points_of(scene.clamps[k])](DrapeCase& drape, ClothMoment& moment,
+                                                          const Vector3d& by_m) {
+                   drape.local.scene.clamps[k].from_in_world += by_m;
+                   drape.local.scene.clamps[k].to_in_world += by_m;
+                   for (const std::size_t point : points) moment.state[point] += by_m;
+                 });
+    for (int axis = 0; axis < 2; ++axis)
+      all.push_back({fmt::format("level_{}_deg", "xy"[axis]), kLevel_rad, units::deg, std::nullopt,
+                     [along = local_axis(axis)](DrapeCase& drape, ClothMoment&, double by_rad) {
+                       Vector3d& gravity = drape.local.scene.gravity_m_per_s2;
+                       gravity = Eigen::AngleAxisd(by_rad, along) * gravity;
+                     }});
+    return all;
+  }
+
+  [[nodiscard]] Change friction_change() const {
+    const Scene& scene = case_.local.scene;
+    const bool stand_in = !scene.friction_uncertainty && names(scene.stand_ins, "friction");
+    const double step = stand_in
+                            ? kStandInPart * scene.friction
+                            : scene.friction_uncertainty.value_or(kMeasuredPart * scene.friction);
+    return {"friction", std::min(step, scene.friction), 1,
+            stand_in ? std::optional(step) : std::nullopt,
+            [](DrapeCase& drape, ClothMoment&, double by) { drape.local.scene.friction += by; }};
+  }
+
+  /// Held points on the line of a clamp.
+  [[nodiscard]] std::vector<std::size_t> points_of(const Clamp& clamp) const {
+    std::vector<std::size_t> found;
+    const Vector2d from = clamp.from_material_m, along = clamp.to_material_m - from;
+    const auto& points = level_.cloth().mesh().points_m;
+    for (std::size_t i = 0; i < points.size(); ++i) {
+      const double part = std::clamp((points[i] - from).dot(along) / along.squaredNorm(), 0.0, 1.0);
+      if (level_.held()[i] && (points[i] - from - part * along).norm() < kOnClamp_m)
+        found.push_back(i);
+    }
+    return found;
+  }
+
+  [[nodiscard]] ClothLaws laws(int segments, bool internal_friction) const {
+    return fit_laws(fabric_, segments, options_.simulate.reach, internal_friction).laws;
+  }
+  [[nodiscard]] bool has_loops() const {
+    if (options_.simulate.internal_friction) return false;
+    const auto friction = laws(1, true).friction;
+    return !friction->shear.empty() || !friction->bending[0].empty() ||
+           !friction->bending[1].empty();
+  }
+
+  /// Effect that averaging the loops leaves out: a cloth with both branches that came here without
+  /// a turn lies at one end of the interval that history leaves, and this drape about its middle.
+  [[nodiscard]] SceneEffect loops() const {
+    SceneEffect effect{"internal_friction"};
+    DrapeCase changed = case_;
+    changed.laws = laws(options_.simulate.segments, true);
+    const auto there = rested(changed, rest_);
+    if (!there) {
+      effect.absent = "no rest with both branches of the loops";
+      return effect;
+    }
+    const MatrixX3d up_m = *there - carried_on_m_;
+    effect.change_m_per_unit = reference_.distance_m(*there) - reference_.distance_m(carried_on_m_);
+    effect.moves = MarkMoves{1, 1.0, -up_m, up_m};
+    return effect;
+  }
+
+  [[nodiscard]] std::vector<Variant> variants() const {
+    const SimulateOptions& how = options_.simulate;
+    std::vector<Variant> all = {
+        {"no twist stiffness", [](DrapeCase& drape, DrapeOptions&) { drape.laws.twist_n_m = 0; }},
+        {"friction halved",
+         [](DrapeCase& drape, DrapeOptions&) { drape.local.scene.friction *= 0.5; }},
+        {"friction doubled",
+         [](DrapeCase& drape, DrapeOptions&) { drape.local.scene.friction *= 2; }}};
+    const int segments = how.segments == 1 ? 5 : 1;
+    all.push_back({fmt::format("{} segments per curve", segments),
+                   [this, segments](DrapeCase& drape, DrapeOptions&) {
+                     drape.laws = laws(segments, options_.simulate.internal_friction);
+                   }});
+    if (has_loops())
+      all.push_back({"with internal friction", [this](DrapeCase& drape, DrapeOptions&) {
+                       drape.laws = laws(options_.simulate.segments, true);
+                     }});
+    all.push_back({fmt::format("spacing {:g} mm", 2 * how.drape.spacing_m / mm),
+                   [](DrapeCase&, DrapeOptions& coarser) { coarser.spacing_m *= 2; }, false});
+    return all;
+  }
+
+  [[nodiscard]] VariantEffect row(const Variant& variant, bool continued,
+                                  const std::optional<MatrixX3d>& there) const {
+    VariantEffect effect{variant.what, continued, there.has_value()};
+    if (!there) return effect;
+    effect.distance_m = reference_.distance_m(*there);
+    effect.change_m = effect.distance_m - reference_.distance_m(base_m_);
+    effect.moved_m = mean_m(*there - base_m_);
+    return effect;
+  }
+
+  const DrapeCase& case_;
+  const Fabric& fabric_;
+  const SensitivityOptions& options_;
+  DrapeLevel& level_;
+  const ClothMoment& rest_;
+  Reference reference_;
+  MatrixX3d base_m_;        ///< places of the marks at the base's rest
+  MatrixX3d carried_on_m_;  ///< the same after it was carried on unchanged, as what differs is
+};
+
+}  // namespace
+
 bool is_stand_in(const Fabric& fabric, FabricValue value) {
-  const std::string name = name_of(value);
+  const std::string name(name_of(value));
   const std::string kind = name.substr(0, name.find('_'));
   if (value == FabricValue::twist && !fabric.bias_bending_n_m) return true;
   return std::any_of(fabric.stand_ins.begin(), fabric.stand_ins.end(),
@@ -141,138 +461,42 @@ ClothLaws scaled(ClothLaws laws, FabricValue value, double factor) {
   return laws;
 }
 
-Reference reference_on(const GridSpec& grid, const Sheet& sheet) {
-  constexpr double kBeyond = 1e-6;  // m
-  Reference reference;
-  for (const SheetMark& mark : sheet.marks) {
-    const Eigen::Array2d m = mark.material_m.array();
-    if ((m < -kBeyond).any() || (m > grid.patch_m.array() + kBeyond).any()) continue;
-    if (!mark.point_in_world.allFinite()) continue;
-    reference.marks.push_back(mark.mark);
-    reference.points.push_back(hold_at(grid, mark.material_m));
-    reference.in_world.push_back(mark.point_in_world);
+std::optional<MeshCloth::State> first_order(DrapeLevel& level, const ClothMoment& rest,
+                                            FabricValue value) {
+  const MeshCloth& cloth = level.cloth();
+  MeshCloth::State change(static_cast<std::size_t>(cloth.unknowns()), Vector3d::Zero());
+  if (value == FabricValue::areal_density) {
+    for (std::size_t i = 0; i < cloth.mass_kg().size(); ++i)
+      change[i] = cloth.mass_kg()[i] * level.drape().local.scene.gravity_m_per_s2;
+  } else {
+    ClothLaws elastic = cloth.laws();
+    elastic.friction.reset();
+    MeshCloth::State once = change;
+    MeshCloth(cloth.mesh(), elastic, cloth.in_triangles()).add_forces(rest.state, once);
+    MeshCloth(cloth.mesh(), scaled(elastic, value, 2), cloth.in_triangles())
+        .add_forces(rest.state, change);
+    for (std::size_t i = 0; i < change.size(); ++i) change[i] -= once[i];
   }
-  if (reference.points.empty()) {
-    throw bad_input("the reference sheet has no mark on the patch", {.field = "material_mm"},
-                    "give the measured sheet of the same print");
-  }
-  return reference;
+  for (std::size_t i = 0; i < change.size(); ++i)
+    if (level.held()[i]) change[i].setZero();
+  return level.first_order(rest, change);
 }
 
-Eigen::MatrixX3d marks_on(const Reference& reference, const Field& position) {
-  Eigen::MatrixX3d places(reference.points.size(), 3);
-  for (std::size_t k = 0; k < reference.points.size(); ++k)
-    places.row(static_cast<Eigen::Index>(k)) = mix(position, reference.points[k]);
-  return places;
-}
-
-void add_moves(const MarkMoves& moves, Json& entry) {
-  entry["step"] = moves.step;
-  if (moves.half_width) entry["half_width"] = *moves.half_width;
-  entry["down_mm"] = to_json(moves.down_m / units::mm);
-  entry["up_mm"] = to_json(moves.up_m / units::mm);
-}
-
-double mean_distance_m(const Reference& reference, const Field& position) {
-  double sum = 0;
-  for (std::size_t k = 0; k < reference.points.size(); ++k) {
-    sum += (mix(position, reference.points[k]) - reference.in_world[k]).norm();
-  }
-  return sum / static_cast<double>(reference.points.size());
-}
-
-double mean_moved_m(const Reference& from, const Field& from_position, const Reference& to,
-                    const Field& to_position) {
-  double sum = 0;
-  for (std::size_t k = 0; k < from.points.size(); ++k) {
-    sum += (mix(to_position, to.points[k]) - mix(from_position, from.points[k])).norm();
-  }
-  return sum / static_cast<double>(from.points.size());
-}
-
-std::optional<std::vector<Sensitivity>> find_sensitivities(Cloth& cloth, StaticSolver& solver,
-                                                           const Vector3d& gravity_m_per_s2,
-                                                           const Reference& reference) {
-  std::vector<Sensitivity> list;
-  for (const FabricValue value : kFabricValues) {
-    Sensitivity one;
-    one.value = value;
-    const VectorXd change = force_change(cloth, solver.position, value, gravity_m_per_s2);
-    const std::optional<VectorXd> up = solver.first_order_displacement(change);
-    const std::optional<VectorXd> down = solver.first_order_displacement(-change);
-    if (!up || !down) return std::nullopt;
-    one.displacement = 0.5 * (*up - *down);
-    const auto count = static_cast<double>(reference.points.size());
-    MarkMoves moves{1, std::nullopt, {}, Eigen::MatrixX3d(reference.points.size(), 3)};
-    for (std::size_t k = 0; k < reference.points.size(); ++k) {
-      const Vector3d apart = mix(solver.position, reference.points[k]) - reference.in_world[k];
-      const Vector3d displacement = mix_step(one.displacement, reference.points[k]);
-      // A mark that lies on its reference only moves away from it.
-      one.distance_m +=
-          (apart.norm() > 0 ? apart.normalized().dot(displacement) : displacement.norm()) / count;
-      one.mean_moved_m += displacement.norm() / count;
-      one.largest_moved_m = std::max(one.largest_moved_m, displacement.norm());
-      moves.up_m.row(static_cast<Eigen::Index>(k)) = 0.01 * displacement;
-    }
-    moves.down_m = -moves.up_m;
-    one.moves = std::move(moves);
-    list.push_back(std::move(one));
-  }
-  return list;
-}
-
-std::vector<SceneEffect> scene_effects(
-    const Scene& scene, const std::function<std::optional<RestedMarks>(const Scene&)>& drape,
-    const Eigen::MatrixX3d& base_m) {
-  std::vector<SceneEffect> effects;
-  /// `change(scene, amount)`, up and down by `step` (in SI); `unit` is that of the sensitivity.
-  const auto add = [&](const std::string& name, double step, double unit,
-                       const std::function<void(Scene&, double)>& change) {
-    Scene higher = scene, lower = scene;
-    change(higher, step);
-    change(lower, -step);
-    const auto up = drape(higher), down = drape(lower);
-    SceneEffect effect{name, std::nullopt, {}};
-    if (up && down) {
-      effect.change_per_unit = (up->distance_m - down->distance_m) / (2 * step / unit);
-      effect.moves = {step / unit, std::nullopt, down->places_m - base_m, up->places_m - base_m};
-    }
-    effects.push_back(effect);
-  };
-  for (std::size_t i = 0; i < scene.obstacles.size(); ++i) {
-    for (int axis = 0; axis < 3; ++axis) {
-      add(fmt::format("object_{}_{}_mm", i + 1, "xyz"[axis]), scene.uncertainty_of(i).place_m(), mm,
-          [&](Scene& one, double by_m) {
-            std::visit(Move{by_m * Vector3d::Unit(axis)}, one.obstacles[i]);
-          });
-    }
-    if (std::holds_alternative<Plane>(scene.obstacles[i]) ||
-        std::holds_alternative<MeshObject>(scene.obstacles[i]))
-      continue;
-    add(fmt::format("object_{}_size_mm", i + 1), scene.uncertainty_of(i).size_m(), mm,
-        [&](Scene& one, double by_m) { std::visit(Grow{by_m}, one.obstacles[i]); });
-  }
-  if (scene.friction > 0) {
-    const bool stand_in = !scene.friction_uncertainty && names(scene.stand_ins, "friction");
-    const double step = stand_in
-                            ? kStandInPart * scene.friction
-                            : scene.friction_uncertainty.value_or(kMeasuredPart * scene.friction);
-    add("friction", std::min(step, scene.friction), 1,
-        [](Scene& one, double by) { one.friction += by; });
-    if (stand_in) effects.back().moves.half_width = step;
-  }
-  return effects;
-}
-
-Json scene_effects_json(const std::vector<SceneEffect>& effects) {
-  Json list = Json::array();
-  for (const SceneEffect& effect : effects) {
-    if (!effect.change_per_unit) continue;
-    list.push_back(
-        {{"value", effect.value}, {"mean_distance_mm_per_unit", *effect.change_per_unit / mm}});
-    add_moves(effect.moves, list.back());
-  }
-  return list;
+SensitivityFile find_sensitivities(const Scene& scene, const Fabric& fabric, const Print& print,
+                                   const std::optional<Sheet>& measured, const Sheet& reference,
+                                   const SensitivityOptions& options) {
+  const SimulateResult result = simulate(scene, fabric, print, measured, options.simulate);
+  SensitivityFile file;
+  file.segments = options.simulate.segments;
+  file.model = std::get<SimulatedSource>(result.sheet.source).model;
+  file.no_go = reference.no_go || !measured ? reference.no_go : measured->no_go;
+  file.status = result.certificate.status;
+  Base base(result, fabric, reference, options);
+  base.describe(file);
+  if (!result.at_rest()) return file;
+  base.find(file);
+  if (options.variants) base.find_variants(file);
+  return file;
 }
 
 }  // namespace drape::simulate
