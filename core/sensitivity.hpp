@@ -55,8 +55,8 @@ struct SensitivityFile {
   std::optional<int> rows, cols;    ///< particles of a base on a grid, of older programs
   int segments = 0;
   std::string model;
-  bool at_rest = true;    ///< the checker accepts the base
-  double distance_m = 0;  ///< distance of the base, mean over the marks
+  std::string status = "at rest";  ///< of the base: "at rest", or why not
+  double distance_m = 0;           ///< distance of the base, mean over the marks
   int marks = 0;
   std::vector<MarkId> marks_at;     ///< rows of the moves
   std::vector<ValueEffect> values;  ///< empty when the base has no first-order answer

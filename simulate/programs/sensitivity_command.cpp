@@ -1,9 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
-#include <span>
-
-#include "core/files/files.hpp"
 #include "core/program/command.hpp"
 #include "core/program/program.hpp"
 #include "core/program/run_record.hpp"
@@ -12,7 +9,7 @@
 #include "simulate/programs/commands.hpp"
 #include "simulate/programs/run_inputs.hpp"
 #include "simulate/start/start_file.hpp"
-#include "simulate/study/split.hpp"
+#include "simulate/study/sensitivity.hpp"
 
 namespace drape::simulate {
 
@@ -20,82 +17,86 @@ namespace fs = std::filesystem;
 using units::mm;
 
 namespace {
-struct SensitivityArguments {
-  fs::path scene, out, reference;
-  std::optional<fs::path> fabric, start;
-  int grid = 21;
-  CurveFit fit = CurveFit::drape;
-  SimulateOptions options;
-  SplitOptions split{.scene_values = true};
+
+struct SensitivityArguments : RunArguments {
+  fs::path reference;
+  bool variants = false;
 };
 
-Ending ending_of(const ErrorSplit& split, const fs::path& out) {
+void fields(Fields& f, SensitivityArguments& args) {
+  fields(f, static_cast<RunArguments&>(args));
+  mesh_fields(f, args.options.drape, true);
+  f({"reference", "sheet.ply to measure from; it places start and pins without --start-from"},
+    args.reference);
+  f.otherwise({"variants", "drapes again with one part of the model changed, from rest and start"},
+              args.variants);
+}
+
+Ending ending_of(const SensitivityFile& file, const fs::path& written) {
   Ending ending;
-  const SplitRow& base = split.rows.front();
-  ending.go = base.at_rest && split.sensitivities.has_value();
-  ending.verdict = !base.at_rest ? "the base: " + split.base_sentence
-                   : ending.go   ? fmt::format("mean distance {:.3f} mm over {} marks",
-                                               base.distance_m / mm, split.marks.size())
-                                 : "the base is a saddle: it has no first-order answer";
-  if (split.sensitivities)
-    for (const Sensitivity& one : *split.sensitivities)
-      ending.numbers.push_back(
-          {name_of(one.value) + " +1 %",
-           fmt::format("{:+.4f} mm, marks move by {:.4f} mm", 0.01 * one.distance_m / mm,
-                       0.01 * one.mean_moved_m / mm)});
-  for (const SplitRow& row : std::span(split.rows).subspan(1))
-    ending.numbers.push_back(
-        {row.what + (row.continued ? ", from the base" : ""),
-         fmt::format("{:+.3f} mm, marks move by {:.3f} mm, {} folds{}", row.change_m / mm,
-                     row.moved_m / mm, row.folds, row.at_rest ? "" : ", not at rest")});
-  const char* table = split.rows.size() > 1 ? "error_split.csv" : "sensitivity.json";
-  ending.next_command = fmt::format("more {}", shell_word((out / table).string()));
+  const bool at_rest = file.status == "at rest";
+  ending.go = at_rest && !file.values.empty();
+  ending.verdict = !at_rest    ? "the base: " + file.status
+                   : ending.go ? fmt::format("mean distance {:.3f} mm over {} marks",
+                                             file.distance_m / mm, file.marks)
+                               : "the base is a saddle: it has no first-order answer";
+  for (const ValueEffect& one : file.values)
+    ending.numbers.emplace_back(
+        one.value + " +1 %",
+        fmt::format("{:+.4f} mm, marks move by {:.4f} mm", one.change_m / mm, one.moved_m / mm));
+  for (const SceneEffect& one : file.scene) {
+    if (!one.moves)
+      ending.warnings.push_back(fmt::format("{} has no answer: {}", one.value, one.absent));
+    else
+      ending.numbers.emplace_back(
+          fmt::format("{} +{:g}", one.value, one.moves->step),
+          fmt::format("{:+.4f} mm, marks move by {:.4f} mm",
+                      one.change_m_per_unit.value_or(0) * one.moves->step / mm,
+                      one.moves->up_m.rowwise().norm().mean() / mm));
+  }
+  for (const VariantEffect& one : file.variants)
+    ending.numbers.emplace_back(one.what + (one.continued ? ", from the base" : ""),
+                                one.at_rest ? fmt::format("{:+.3f} mm, marks move by {:.3f} mm",
+                                                          one.change_m / mm, one.moved_m / mm)
+                                            : "not at rest");
+  ending.next_command = fmt::format("more {}", shell_word(written.string()));
   return ending;
 }
 
-int run_sensitivity(SensitivityArguments& args, std::vector<std::string> words,
+int run_sensitivity(SensitivityArguments args, std::vector<std::string> words,
                     const CommonOptions& common) {
-  StepFiles files{{args.out / "sensitivity.json", args.out / "error_split.csv"},
-                  {fs::path(args.reference).replace_extension(".json")}};
-  if (args.start) files.inputs.push_back(fs::path(*args.start).replace_extension(".json"));
-  files = refuse_to_replace(args.scene, args.fabric, files);
-  RunRecord record("drape-simulate", std::move(words), args.out / "sensitivity.run.json", files);
-  auto [scene, fabric, print, start] = read_checked(args.scene, args.fabric);
-  require_same_drape(args.reference, scene);
-  start = read_start_of(args.start.value_or(args.reference), scene, print);
-  args.options.solver = Solver::fall;
-  args.options.rows = args.options.cols = args.grid;
-  args.options.threads = thread_count(common);
-  if (args.fit == CurveFit::drape) args.options.reach = find_reach(scene, fabric, print, start);
-  const auto split = split_error(scene, fabric, print, start, read_start(args.reference, print),
-                                 args.options, args.split);
-  write_json(files.outputs[0], sensitivity_json(split));
-  write_durable(files.outputs[1], split_csv(split));
-  Ending ending = ending_of(split, args.out);
-  ending.warnings = fabric.warnings;
-  return finish(resting_on(split.no_go, std::move(ending)), common, record);
+  if (!args.start) args.start = args.reference;
+  const fs::path written = args.out / "sensitivity.json";
+  const RunInputs inputs = read_run_inputs(args, {written});
+  const Sheet reference = read_start(args.reference, inputs.print);
+  require_same_drape(reference, inputs.scene);
+  RunRecord record = record_of(args, inputs, std::move(words), args.out / "sensitivity.run.json");
+  if (*args.start != args.reference)
+    for (const fs::path& file : start_files(args.reference)) record.input(file);
+  set_reach(args, inputs);
+  const SensitivityFile file =
+      find_sensitivities(inputs.scene, inputs.fabric, inputs.print, inputs.measured, reference,
+                         {args.options, args.variants, thread_count(common)});
+  write_record(written, file);
+  record.output(written);
+  Ending ending = ending_of(file, written);
+  ending.warnings.insert(ending.warnings.begin(), inputs.fabric.warnings.begin(),
+                         inputs.fabric.warnings.end());
+  return finish(resting_on(file.no_go, std::move(ending)), common, record);
 }
 
 }  // namespace
 
 int sensitivity_command(int argc, char** argv) {
-  Command app("Says which fabric value and which part of the model the distance comes from.",
+  Command app("Finds what each value of fabric and scene moves, and what a part of the model does.",
               "drape-simulate sensitivity");
   CommonOptions common;
   add_common_options(app, common);
   SensitivityArguments args;
-  app.add_option("SCENE", args.scene, "scene.toml")->required();
-  app.add_option("--reference", args.reference, "sheet.ply to measure from")->required();
-  app.add_option("--start-from", args.start, "sheet.ply that places start and pins; default: it");
-  app.add_option("--fabric", args.fabric, "fabric.toml; default: the scene's");
-  app.add_option("--grid", args.grid, "particles per side")->capture_default_str();
-  app.add_option("--segments", args.options.segments, "segments per curve")->capture_default_str();
-  add_fit_option(app, args.fit);
-  app.add_option("--starts", args.split.starts, "seeded starts for the rows about the branch")
-      ->range(1, 10000)
-      ->capture_default_str();
-  app.add_flag("--only-first-order", args.split.only_first_order, "the base only, no variants");
-  app.add_option("--out", args.out, "folder for the two tables")->required();
+  app.add_record(args);
+  app.moved("--grid", "--spacing-mm says the finest mesh");
+  app.moved("--starts", "drape simulate branches finds the branches");
+  app.moved("--only-first-order", "it is the default; --variants adds the changed models");
   return run_program(app, argc, argv, common,
                      [&] { return run_sensitivity(args, arguments_of(argc, argv), common); });
 }
