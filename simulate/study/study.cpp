@@ -5,100 +5,178 @@
 
 #include <algorithm>
 #include <array>
-#include <cmath>
+#include <charconv>
 #include <map>
+#include <memory>
+#include <mutex>
 #include <tuple>
 
 #include "core/error.hpp"
 #include "core/files/csv.hpp"
 #include "core/files/files.hpp"
-#include "core/files/json_file.hpp"
+#include "core/parallel.hpp"
 #include "core/units.hpp"
-#include "simulate/ensemble/band.hpp"
-#include "simulate/ensemble/checked.hpp"
-#include "simulate/equilibrium/mixture.hpp"
 #include "simulate/objects/scene_files.hpp"
-#include "simulate/start/clamps.hpp"
 #include "simulate/start/local_frame.hpp"
 #include "simulate/start/start_check.hpp"
 
 namespace drape::simulate {
-
 namespace {
 
 namespace fs = std::filesystem;
+using Eigen::Vector2d;
+using Eigen::Vector3d;
 
-/// Words that make a run a different one, for the record.
-std::vector<std::string> words_of(const StudyCase& the_case, const StudyOptions& options) {
-  if (!the_case.key.empty()) return {"study", "--key", the_case.key};
-  std::vector<std::string> words = {
-      "study",          the_case.scene_file.string(),
-      "--model",        std::string(drape::name_of(the_case.model)),
-      "--grid",         std::to_string(the_case.grid),
-      "--segments",     std::to_string(the_case.segments),
-      "--max-steps",    std::to_string(options.simulate.max_steps),
-      "--thickness-mm", fmt::format("{}", options.simulate.cloth_thickness_m / units::mm),
-      "--solvers"};
-  for (const Solver solver : options.solvers) words.emplace_back(drape::name_of(solver));
-  return words;
+fs::path record_of(const StudyCase& one) {
+  return run_record_path(one.folder / "sheet.ply");
 }
 
-/// Outcome as outcome_from() reads it in the certificate that write_outputs() leaves.
-StudyOutcome outcome_of(const StudyCase& the_case, const SimulateReport& report, Solver solver) {
-  const auto or_none = [](double value) { return std::isfinite(value) ? value : 0; };
-  StudyOutcome outcome;
-  outcome.the_case = the_case;
-  outcome.at_rest = report.status == RestStatus::at_rest;
-  outcome.sentence = report.sentence;
-  outcome.solver = drape::name_of(solver);
-  outcome.residual = or_none(report.residual);
-  outcome.energy_j = 1e-6 * or_none(report.energy_end_j / 1e-6);
+std::vector<std::string> words_of(const StudyCase& one) {
+  return {"study", "--key", one.key};
+}
+
+/// Files of a case as read; the scene starts as its seed says.
+struct CaseInputs {
+  Scene scene;
+  Fabric fabric;
+  Print print;
+};
+
+CaseInputs read_inputs(const StudyCase& one) {
+  Scene scene = read_scene(one.scene_file);
+  scene.fabric_file = one.fabric_file;
+  return {scene, read_fabric(one.fabric_file), read_print(scene.print_file)};
+}
+
+/// Sets the start of the seed. Throws Error for a case that can never run: of what is known before
+/// a drape begins.
+CaseInputs prepared(CaseInputs inputs, const StudyCase& one) {
+  inputs.scene = seeded(std::move(inputs.scene), one.seed);
+  one.options.check();
+  if (inputs.scene.start.mode != StartMode::flat) (void)need_measured(std::nullopt, inputs.scene);
+  check_pins(inputs.scene, inputs.print, inputs.fabric);
+  return inputs;
+}
+
+void simulate_case(const StudyCase& one) {
+  RunRecord record("drape-simulate", words_of(one), record_of(one));
+  const CaseInputs inputs = prepared(read_inputs(one), one);
+  for (const fs::path& file : files_of(inputs.scene, inputs.fabric)) record.input(file);
+  const SimulateResult result =
+      simulate(inputs.scene, inputs.fabric, inputs.print, std::nullopt, one.options);
+  write_outputs(one.folder, result, record);
+  const bool rests = result.at_rest();
+  record.write(rests ? 0 : 1, {.go = rests, .verdict = result.certificate.status});
+}
+
+void read_certificate_of(const StudyCase& one, StudyOutcome& outcome) {
+  const Certificate certificate = read_certificate(one.folder / "certificate.json");
+  outcome.state = CaseState::done;
+  outcome.at_rest = certificate.at_rest;
+  outcome.status = certificate.status;
+  outcome.residual = certificate.residual;
+  if (certificate.energies) outcome.energy_j = certificate.energies->end_j;
+}
+
+fs::path failure_of(const StudyCase& one) {
+  return one.folder / "failed.txt";
+}
+
+/// Nothing when another run computes the case.
+std::unique_ptr<WriterLock> lock_of(const StudyCase& one) {
+  fs::create_directories(one.folder);
+  try {
+    return std::make_unique<WriterLock>(one.folder / "lock", "this case is being computed");
+  } catch (const Error&) {
+    return nullptr;
+  }
+}
+
+/// True if the record is of this case and its ending and outputs are those that it states. Program
+/// and inputs are in the case's key.
+bool is_whole(const StudyCase& one) {
+  const fs::path record = record_of(one);
+  try {
+    const RunFile run = read_run_file(record);
+    return run.arguments == words_of(one) &&
+           run.ending_sha256 == sha256_of_file(ending_path(record)) &&
+           std::all_of(run.outputs.begin(), run.outputs.end(),
+                       [&](const RecordedFile& output) { return is_as_recorded(record, output); });
+  } catch (const Error&) {
+    return false;
+  }
+}
+
+StudyOutcome run_case(const StudyCase& one) {
+  StudyOutcome outcome{one};
+  const std::unique_ptr<WriterLock> lock = lock_of(one);
+  if (!lock) {
+    outcome.state = CaseState::computing;
+    return outcome;
+  }
+  try {
+    outcome.kept = is_whole(one);
+    if (!outcome.kept) simulate_case(one);
+    read_certificate_of(one, outcome);
+    fs::remove(failure_of(one));
+  } catch (const Error& error) {
+    outcome.status = error.what();
+    outcome.state = CaseState::failed;
+    write_durable(failure_of(one), outcome.status + "\n");
+  }
   return outcome;
 }
 
-/// The static solver is left out for the model `paper` where there is another.
-std::vector<Solver> solvers_of(const StudyCase& the_case, const StudyOptions& options) {
-  std::vector<Solver> solvers = options.solvers;
-  if (the_case.model == ClothModel::paper && solvers.size() > 1)
-    std::erase(solvers, Solver::newton);
-  return solvers;
-}
-
-StudyOutcome simulate_case(const StudyCase& the_case, const StudyOptions& options) {
-  RunRecord record("drape-simulate", words_of(the_case, options),
-                   run_record_path(the_case.folder / "sheet.ply"));
-  CaseInputs inputs = read_inputs(the_case);
-  SimulateOptions how = prepare_case(the_case, options, inputs);
-  const auto& [scene, fabric, print] = inputs;
-  for (const fs::path& file : files_of(scene, fabric)) record.input(file);
-  SimulateResult best;
-  SimulateOptions used = how;
-  bool first = true;
-  for (const Solver solver : solvers_of(the_case, options)) {
-    how.solver = solver;
-    SimulateResult result = simulate_checked(scene, fabric, print, std::nullopt, how);
-    const bool rests = result.report.status == RestStatus::at_rest;
-    if (first || rests) {
-      best = std::move(result);
-      used = how;
-    }
-    first = false;
-    if (rests) break;
+StudyOutcome look_at(const StudyCase& one) {
+  StudyOutcome outcome{one};
+  const bool has_record = fs::is_regular_file(record_of(one));
+  if (has_record && is_whole(one)) {
+    read_certificate_of(one, outcome);
+  } else if (fs::exists(one.folder / "lock") && !lock_of(one)) {
+    outcome.state = CaseState::computing;
+  } else if (has_record) {
+    outcome.state = CaseState::failed;
+    outcome.status = "its files are not those of its record; run the study again";
+  } else if (fs::exists(failure_of(one))) {
+    outcome.state = CaseState::failed;
+    outcome.status = read_text(failure_of(one));
   }
-  write_outputs(the_case.folder, best, used, record);
-  const bool rests = best.report.status == RestStatus::at_rest;
-  record.write(rests ? 0 : 1, {.go = rests, .verdict = best.report.sentence});
-  return outcome_of(the_case, best.report, used.solver);
+  return outcome;
 }
 
-/// A case that is listed twice would be counted twice.
-template <typename T>
-void require_once(const char* what, std::vector<T> values) {
-  std::sort(values.begin(), values.end());
-  const auto twice = std::adjacent_find(values.begin(), values.end());
-  if (twice != values.end())
-    throw usage_error(fmt::format("{} {} is listed twice", what, *twice), "list it once");
-}
+/// A sheet on a grid of material coordinates.
+class GridSurface {
+ public:
+  explicit GridSurface(const Sheet& sheet) : sheet_(sheet) {
+    if (!is_whole()) return;
+    for (int r = 0; r < sheet.rows; ++r) warp_.push_back(at(r, 0).material_m.x());
+    for (int c = 0; c < sheet.cols; ++c) weft_.push_back(at(0, c).material_m.y());
+  }
+  [[nodiscard]] bool is_whole() const {
+    return sheet_.rows > 1 && sheet_.cols > 1 &&
+           sheet_.marks.size() == static_cast<std::size_t>(sheet_.rows) * sheet_.cols;
+  }
+  [[nodiscard]] Vector3d point(const Vector2d& material_m) const {
+    const auto [r, down] = cell_of(warp_, material_m.x());
+    const auto [c, across] = cell_of(weft_, material_m.y());
+    return (1 - down) *
+               ((1 - across) * at(r, c).point_in_world + across * at(r, c + 1).point_in_world) +
+           down * ((1 - across) * at(r + 1, c).point_in_world +
+                   across * at(r + 1, c + 1).point_in_world);
+  }
+
+ private:
+  [[nodiscard]] const SheetMark& at(int row, int col) const {
+    return sheet_.marks[static_cast<std::size_t>(row) * sheet_.cols + col];
+  }
+  static std::pair<int, double> cell_of(const std::vector<double>& lines, double place) {
+    const auto next = std::upper_bound(lines.begin() + 1, lines.end() - 1, place);
+    const double from = *(next - 1), to = *next;
+    return {static_cast<int>(next - lines.begin()) - 1, (place - from) / (to - from)};
+  }
+  const Sheet& sheet_;
+  std::vector<double> warp_, weft_;  ///< coordinates of rows and columns
+};
 
 struct Side {
   int grid, segments;
@@ -115,7 +193,7 @@ constexpr std::array<std::pair<Side, Side>, 6> kPairs = {{{{11, 5}, {11, 1}},
 /// Printed mean distances in mm by experiment, grid, segments, other grid, other segments.
 using Printed = std::map<std::tuple<std::string, int, int, int, int>, double>;
 
-Printed read_printed(const std::filesystem::path& file) {
+Printed read_printed(const fs::path& file) {
   Printed printed;
   const CsvText csv = read_csv_text(file);
   for (std::size_t row = 0; row < csv.rows.size(); ++row) {
@@ -130,66 +208,143 @@ Printed read_printed(const std::filesystem::path& file) {
   return printed;
 }
 
-class Tables {
+/// Drapes of one scene, and the sheet at whose points they are compared.
+class SceneDrapes {
  public:
-  Tables(const std::vector<StudyOutcome>& outcomes, Printed printed)
-      : printed_(std::move(printed)) {
-    for (const StudyOutcome& o : outcomes) {
-      found_[{o.the_case.scene, o.the_case.model, o.the_case.grid, o.the_case.segments}] = &o;
-      const StudyCase*& coarsest = coarsest_[o.the_case.scene];
-      if (coarsest == nullptr || o.the_case.grid < coarsest->grid) coarsest = &o.the_case;
-    }
+  void add(const StudyOutcome& outcome) {
+    if (outcome.state != CaseState::done) return;
+    const StudyCase& one = outcome.the_case;
+    drapes_.emplace_back(&outcome, read_sheet(one.folder / "sheet.ply"));
   }
-
-  std::string row(const std::string& scene, ClothModel model) const {
-    std::string text = fmt::format("| {} | {} |", scene, drape::name_of(model));
-    for (const auto& [a, b] : kPairs) {
-      const std::string cell = this->cell(scene, model, a, b);
-      const auto print = printed_.find({scene, a.grid, a.segments, b.grid, b.segments});
-      text += " " + cell + (print == printed_.end() ? "" : fmt::format(" ({:g})", print->second)) +
-              " |";
-    }
-    return text + "\n";
+  /// Mean distance in mm; "*" marks a sheet that is not at rest, "-" a drape that is missing.
+  [[nodiscard]] std::string cell(const std::string& a, int segments_a, const std::string& b,
+                                 int segments_b) const {
+    const auto *first = find(a, segments_a), *second = find(b, segments_b);
+    if (first == nullptr || second == nullptr) return "-";
+    const auto coarsest =
+        std::min_element(drapes_.begin(), drapes_.end(), [](const auto& one, const auto& other) {
+          return one.second.marks.size() < other.second.marks.size();
+        });
+    const auto distance = mean_distance_m(first->second, second->second, coarsest->second);
+    if (!distance) return "-";
+    return fmt::format("{:.2f}{}", *distance / units::mm,
+                       first->first->at_rest && second->first->at_rest ? "" : "*");
   }
 
  private:
-  /// The mean distance in mm; "*" marks a sheet that is not at rest, "-" a run that is missing.
-  std::string cell(const std::string& scene, ClothModel model, Side a, Side b) const {
-    const auto first = found_.find({scene, model, a.grid, a.segments});
-    const auto second = found_.find({scene, model, b.grid, b.segments});
-    if (first == found_.end() || second == found_.end()) return "-";
-    const std::optional<double> distance =
-        mean_distance_m(read_sheet(first->second->the_case.folder / "sheet.ply"),
-                        read_sheet(second->second->the_case.folder / "sheet.ply"),
-                        read_sheet(coarsest_.at(scene)->folder / "sheet.ply"));
-    if (!distance) return "-";
-    return fmt::format("{:.2f}{}", *distance / units::mm,
-                       first->second->at_rest && second->second->at_rest ? "" : "*");
+  using One = std::pair<const StudyOutcome*, Sheet>;
+  [[nodiscard]] const One* find(const std::string& cloth, int segments) const {
+    for (const One& one : drapes_)
+      if (one.first->the_case.discretisation() == cloth &&
+          one.first->the_case.options.segments == segments)
+        return &one;
+    return nullptr;
   }
-
-  Printed printed_;
-  std::map<std::tuple<std::string, ClothModel, int, int>, const StudyOutcome*> found_;
-  std::map<std::string, const StudyCase*> coarsest_;
+  std::vector<One> drapes_;
 };
+
+std::string paper_table(const std::vector<std::string>& scenes,
+                        const std::map<std::string, SceneDrapes>& drapes, const Printed& printed) {
+  std::string text =
+      "Mean distance in mm by the paper's model at the points of the scene's coarsest sheet (in "
+      "brackets: as the paper prints it; *: not at rest)\n\n| scene |";
+  for (const auto& [a, b] : kPairs)
+    text += a.grid == b.grid ? fmt::format(" {}: {} vs {} seg |", a.grid, a.segments, b.segments)
+                             : fmt::format(" {} seg: {} vs {} |", a.segments, a.grid, b.grid);
+  text += "\n|---|---|---|---|---|---|---|\n";
+  for (const std::string& scene : scenes) {
+    text += fmt::format("| {} |", scene);
+    for (const auto& [a, b] : kPairs) {
+      const auto print = printed.find({scene, a.grid, a.segments, b.grid, b.segments});
+      text += fmt::format(" {}{} |",
+                          drapes.at(scene).cell(fmt::format("{0}x{0}", a.grid), a.segments,
+                                                fmt::format("{0}x{0}", b.grid), b.segments),
+                          print == printed.end() ? "" : fmt::format(" ({:g})", print->second));
+    }
+    text += "\n";
+  }
+  return text + "\n";
+}
+
+/// Values in the order in which they first come.
+template <class T>
+void add_new(std::vector<T>& list, const T& value) {
+  if (std::find(list.begin(), list.end(), value) == list.end()) list.push_back(value);
+}
 
 }  // namespace
 
-StudyOutcome outcome_from(const StudyCase& the_case) {
-  const JsonNode certificate =
-      JsonNode::open(the_case.folder / "certificate.json", "certificate", 1);
-  StudyOutcome outcome;
-  outcome.the_case = the_case;
-  outcome.at_rest = certificate.boolean("at_rest");
-  outcome.sentence = certificate.text("status");
-  outcome.solver = certificate.at("options").text("solver");
-  // A diverged run has no finite residual, and its file says null.
-  outcome.residual =
-      certificate.optional_number("largest_residual_per_particle_weight").value_or(0);
-  outcome.energy_j = 1e-6 * certificate.at("energy").optional_number("end_uJ").value_or(0);
-  return outcome;
+Part part_of(const std::string& text) {
+  Part part;
+  const char* const end = text.data() + text.size();
+  const auto first = std::from_chars(text.data(), end, part.index);
+  const bool slash = first.ec == std::errc() && first.ptr != end && *first.ptr == '/';
+  const auto second = std::from_chars(slash ? first.ptr + 1 : end, end, part.count);
+  if (!slash || second.ec != std::errc() || second.ptr != end || part.index < 1 ||
+      part.index > part.count)
+    throw usage_error(fmt::format("`{}` is not a part", text), "write e.g. --part 3/8");
+  return part;
 }
 
-Scene seeded(Scene scene, int seed, double& imperfection_m) {
+std::vector<StudyOutcome> run_part(const StudyPlan& plan, const Part& part, const fs::path& out,
+                                   int threads,
+                                   const std::function<void(const StudyOutcome&)>& done) {
+  const WriterLock lock(out / "parts" / fmt::format("{}-of-{}.lock", part.index, part.count),
+                        "this part of the study is being run already");
+  std::vector<const StudyCase*> cases;
+  for (std::size_t i = static_cast<std::size_t>(part.index) - 1; i < plan.cases.size();
+       i += static_cast<std::size_t>(part.count))
+    cases.push_back(&plan.cases[i]);
+  std::vector<StudyOutcome> outcomes(cases.size());
+  std::mutex one_at_a_time;
+  parallel_for(cases.size(), threads, [&](std::size_t i) {
+    outcomes[i] = run_case(*cases[i]);
+    const std::lock_guard<std::mutex> only(one_at_a_time);
+    if (done) done(outcomes[i]);
+  });
+  return outcomes;
+}
+
+std::vector<StudyOutcome> plan_status(const StudyPlan& plan) {
+  std::vector<StudyOutcome> outcomes;
+  std::optional<CaseInputs> inputs;  // of the last case: those of one scene and fabric follow
+  const StudyCase* last = nullptr;
+  for (const StudyCase& one : plan.cases) {
+    outcomes.push_back(look_at(one));
+    if (outcomes.back().state != CaseState::missing) continue;
+    try {
+      if (last == nullptr || last->scene_file != one.scene_file ||
+          last->fabric_file != one.fabric_file)
+        inputs = read_inputs(one);
+      last = &one;
+      (void)prepared(*inputs, one);
+    } catch (const Error& error) {
+      outcomes.back().state = CaseState::impossible;
+      outcomes.back().status = error.what();
+    }
+  }
+  return outcomes;
+}
+
+std::string study_csv(const std::vector<StudyOutcome>& outcomes) {
+  std::string text =
+      "key,scene,fabric,model,discretisation,segments,seed,state,at_rest,"
+      "largest_residual_per_point_weight,energy_uJ,status\n";
+  for (const StudyOutcome& o : outcomes) {
+    const StudyCase& c = o.the_case;
+    text += fmt::format("{},{},{},{},{},{},{},{},", c.key, csv_cell(c.scene),
+                        csv_cell(c.fabric_file.stem().string()), drape::name_of(c.options.model),
+                        c.discretisation(), c.options.segments, c.seed, drape::name_of(o.state));
+    text += o.state == CaseState::done
+                ? fmt::format("{},{},{},{}\n", o.at_rest ? 1 : 0, o.residual,
+                              o.energy_j ? fmt::format("{}", *o.energy_j / 1e-6) : "",
+                              csv_cell(o.status))
+                : ",,,\n";
+  }
+  return text;
+}
+
+Scene seeded(Scene scene, int seed) {
   if (seed == 0) return scene;
   if (scene.start.mode != StartMode::flat || !scene.start.centre_in_world)
     throw bad_input("a seed needs a scene that starts flat at a given centre",
@@ -197,175 +352,60 @@ Scene seeded(Scene scene, int seed, double& imperfection_m) {
   const StartVariation variation = variation_of(seed);
   scene.start.yaw_rad += variation.yaw_rad;
   *scene.start.centre_in_world +=
-      Eigen::Vector3d(variation.place_m.x(), variation.place_m.y(), variation.lift_m);
-  imperfection_m = variation.noise_m;
+      Vector3d(variation.place_m.x(), variation.place_m.y(), variation.lift_m);
   return scene;
 }
 
-CaseInputs read_inputs(const StudyCase& the_case) {
-  CaseInputs inputs;
-  inputs.scene = read_scene(the_case.scene_file);
-  if (!the_case.fabric_file.empty()) inputs.scene.fabric_file = the_case.fabric_file;
-  inputs.fabric = read_fabric(inputs.scene.fabric_file);
-  inputs.print = read_print(inputs.scene.print_file);
-  return inputs;
-}
-
-SimulateOptions prepare_case(const StudyCase& the_case, const StudyOptions& options,
-                             CaseInputs& inputs) {
-  Scene& scene = inputs.scene;
-  SimulateOptions how = options.simulate;
-  how.rows = how.cols = the_case.grid;
-  how.segments = the_case.segments;
-  how.model = the_case.model;
-  how.solver = solvers_of(the_case, options).front();
-  how.check();
-  scene = seeded(std::move(scene), the_case.seed, how.imperfection_m);
-  if (scene.start.mode != StartMode::flat) (void)need_measured(std::nullopt, scene);
-  check_pins(scene, inputs.print, inputs.fabric);
-  (void)check_clamps(scene, {how.rows, how.cols, inputs.print.patch_m, how.round});
-  return how;
-}
-
-StudyOutcome run_case(const StudyCase& the_case, const StudyOptions& options,
-                      const fs::path& program) {
-  const fs::path record = run_record_path(the_case.folder / "sheet.ply");
-  const bool kept = is_up_to_date(record, program, words_of(the_case, options));
-  StudyOutcome outcome = kept ? outcome_from(the_case) : simulate_case(the_case, options);
-  outcome.kept = kept;
-  return outcome;
-}
-
-void fields(Fields& f, StudyOptions& options) {
-  f.otherwise({"grids", "particles per side"}, options.grids);
-  f.otherwise({"segments", "line segments per Kawabata curve"}, options.segments);
-  f.otherwise({"models", "models of the cloth"}, options.models);
-  f.otherwise({"solvers", "tried in this order until one comes to rest"}, options.solvers);
-  f.otherwise({"max_steps", "step limit of a run", 1, 1}, options.simulate.max_steps);
-  f.otherwise(
-      {"thickness_mm", "layers of cloth keep this apart; 0: the sheet passes through itself (rk4)",
-       units::mm, 0},
-      options.simulate.cloth_thickness_m);
-}
-
-void StudyOptions::check() const {
-  if (grids.empty() || segments.empty() || models.empty() || solvers.empty())
-    throw usage_error("a list of the study is empty", "give e.g. --grids 11,21 --segments 1,5");
-  if (std::find(solvers.begin(), solvers.end(), Solver::fall) != solvers.end())
-    throw usage_error("a study has no solver `fall`", "use --solvers rk4,static");
-  std::vector<std::string_view> names;
-  for (const ClothModel model : models) names.push_back(drape::name_of(model));
-  require_once("grid", grids);
-  require_once("number of segments", segments);
-  require_once("model", names);
-}
-
-std::vector<StudyCase> study_cases(const fs::path& rig, const fs::path& out,
-                                   const StudyOptions& options) {
-  options.check();
-  std::vector<fs::path> files;
-  const fs::path folder = rig / "scenes";
-  if (!fs::is_directory(folder))
-    throw bad_input("the rig has no folder `scenes`", {.file = rig.string()},
-                    "give a rig folder, e.g. rigs/paper");
-  for (const auto& entry : fs::directory_iterator(folder)) {
-    if (entry.path().extension() == ".toml") files.push_back(entry.path());
-  }
-  std::sort(files.begin(), files.end());
-  for (const std::string& name : options.scenes) {
-    if (std::none_of(files.begin(), files.end(),
-                     [&](const fs::path& f) { return f.stem() == name; }))
-      throw usage_error(fmt::format("the rig has no scene `{}`", name),
-                        fmt::format("see {}", folder.string()));
-  }
-  std::vector<StudyCase> cases;
-  for (const fs::path& file : files) {
-    const std::string name = file.stem().string();
-    if (!options.scenes.empty() &&
-        std::find(options.scenes.begin(), options.scenes.end(), name) == options.scenes.end())
-      continue;
-    for (const ClothModel model : options.models) {
-      for (const int grid : options.grids) {
-        for (const int segments : options.segments) {
-          cases.push_back(
-              {file, name, model, grid, segments,
-               out / name / drape::name_of(model) / fmt::format("{}-{}", grid, segments)});
-        }
-      }
-    }
-  }
-  return cases;
-}
-
-std::vector<StudyOutcome> run_study(const std::vector<StudyCase>& cases,
-                                    const StudyOptions& options, const fs::path& program,
-                                    const std::function<void(const StudyOutcome&)>& done) {
-  return run_cases(
-      cases, options.threads, [&](const StudyCase& one) { return run_case(one, options, program); },
-      done);
-}
-
-std::optional<double> mean_distance_m(const Sheet& a, const Sheet& b, const Sheet& coarsest) {
-  const GridSpec grid_a = grid_of(a), grid_b = grid_of(b);
-  const Field field_a = field_of(a), field_b = field_of(b);
+std::optional<double> mean_distance_m(const Sheet& a, const Sheet& b, const Sheet& points) {
+  const GridSurface on_a(a), on_b(b);
+  if (!on_a.is_whole() || !on_b.is_whole()) return std::nullopt;
   double sum = 0;
-  for (const SheetMark& particle : coarsest.marks)
-    sum += (mix(field_a, hold_at(grid_a, particle.material_m)) -
-            mix(field_b, hold_at(grid_b, particle.material_m)))
-               .norm();
-  sum /= static_cast<double>(coarsest.marks.size());
+  for (const SheetMark& mark : points.marks)
+    sum += (on_a.point(mark.material_m) - on_b.point(mark.material_m)).norm();
+  sum /= static_cast<double>(points.marks.size());
   return std::isfinite(sum) ? std::optional(sum) : std::nullopt;
 }
 
-std::string study_csv(const std::vector<StudyOutcome>& outcomes) {
-  std::string text =
-      "scene,model,grid,segments,solver,at_rest,largest_residual_per_particle_weight,energy_uJ,"
-      "status\n";
-  for (const StudyOutcome& o : outcomes) {
-    text += fmt::format("{},{},{},{},{},{},{},{},\"{}\"\n", csv_cell(o.the_case.scene),
-                        drape::name_of(o.the_case.model), o.the_case.grid, o.the_case.segments,
-                        o.solver, o.at_rest ? 1 : 0, o.residual, o.energy_j * 1e6, o.sentence);
-  }
-  return text;
-}
-
-void write_outputs(const fs::path& out, const SimulateResult& result,
-                   const SimulateOptions& options, RunRecord& record) {
-  write_sheet(out / "sheet.ply", result.sheet);
-  write_durable(out / "history.csv", history_csv(result.history));
-  write_certificate(out / "certificate.json", result, options);
-  for (const char* name : {"sheet.ply", "sheet.json", "history.csv", "certificate.json"}) {
-    record.output(out / name);
-  }
-  // Files that an earlier run left there are no part of this drape.
-  const auto write_or_remove = [&](const char* name, const std::string& text) {
-    if (text.empty()) return remove_durable(out / name);
-    write_durable(out / name, text);
-    record.output(out / name);
-  };
-  write_or_remove("memory.csv", result.memory ? memory_csv(*result.memory) : "");
-  write_or_remove("contact_forces.csv",
-                  result.contact_forces.empty() ? "" : contact_forces_csv(result.contact_forces));
-}
-
 std::string study_tables(const std::vector<StudyOutcome>& outcomes,
-                         const std::optional<std::filesystem::path>& published) {
-  std::string text =
-      "Mean distance in mm at the particles of the scene's coarsest grid (in brackets: as the "
-      "paper "
-      "prints it; *: not at rest)\n\n| scene | model |";
-  for (const auto& [a, b] : kPairs) {
-    text += a.grid == b.grid ? fmt::format(" {}: {} vs {} seg |", a.grid, a.segments, b.segments)
-                             : fmt::format(" {} seg: {} vs {} |", a.segments, a.grid, b.grid);
-  }
-  text += "\n|---|---|---|---|---|---|---|---|\n";
-  const Tables tables(outcomes, published ? read_printed(*published) : Printed{});
-  std::pair<std::string, ClothModel> last;
+                         const std::optional<fs::path>& published) {
+  std::vector<std::string> scenes, cloths;
+  std::vector<int> segments;
+  std::map<std::string, SceneDrapes> drapes;
+  std::optional<StudyCase> finest;
+  bool paper = false;
   for (const StudyOutcome& o : outcomes) {
-    const std::pair<std::string, ClothModel> now{o.the_case.scene, o.the_case.model};
-    if (now != last) text += tables.row(now.first, now.second);
-    last = now;
+    const StudyCase& one = o.the_case;
+    add_new(scenes, one.scene);
+    add_new(cloths, one.discretisation());
+    add_new(segments, one.options.segments);
+    drapes[one.scene].add(o);
+    if (one.options.model == ClothModel::paper)
+      paper = true;
+    else if (!finest || one.options.drape.spacing_m < finest->options.drape.spacing_m)
+      finest = one;
   }
+  std::string text;
+  if (paper) text = paper_table(scenes, drapes, published ? read_printed(*published) : Printed{});
+  if (!finest || cloths.size() < 2) return text;
+  const std::string last = finest->discretisation();
+  std::erase(cloths, last);
+  text += fmt::format(
+      "Mean distance in mm from the cloth on its mesh of {} (*: not at rest)\n\n"
+      "| scene | segments |",
+      last);
+  std::string line = "|---|---|";
+  for (const std::string& cloth : cloths) {
+    text += fmt::format(" {} |", cloth);
+    line += "---|";
+  }
+  text += "\n" + line + "\n";
+  for (const std::string& scene : scenes)
+    for (const int count : segments) {
+      text += fmt::format("| {} | {} |", scene, count);
+      for (const std::string& cloth : cloths)
+        text += fmt::format(" {} |", drapes.at(scene).cell(cloth, count, last, count));
+      text += "\n";
+    }
   return text;
 }
 
