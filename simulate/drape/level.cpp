@@ -414,7 +414,7 @@ ClothMoment DrapeLevel::start(const StartVariation& variation) const {
   const Scene& scene = drape.local.scene;
   if (drape.shape) {
     std::vector<Vector3d> places = drape.shape->places;
-    apply(variation, places);
+    vary(variation, places);
     return start_at(drape.shape->material_m, places);
   }
   const FlatPose flat{scene.start.centre_in_world.value_or(Vector3d::Zero()), scene.start.yaw_rad};
@@ -428,7 +428,7 @@ ClothMoment DrapeLevel::start(const StartVariation& variation) const {
   });
   State places = surface(moment);
   const State before = places;
-  apply(variation, places);
+  vary(variation, places);
   if (places != before)
     moment.state = parts_->state_of(SmoothSurface(parts_->material_of_nodes(), places));
   moment.memory = parts_->fresh;

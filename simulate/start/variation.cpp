@@ -35,7 +35,7 @@ StartVariation variation_of(int index, bool friction_known) {
   return v;
 }
 
-void apply(const StartVariation& v, std::vector<Vector3d>& places) {
+void vary(const StartVariation& v, std::vector<Vector3d>& places) {
   if (places.empty()) return;
   Vector3d middle = Vector3d::Zero();
   for (const Vector3d& place : places) middle += place / static_cast<double>(places.size());

@@ -31,6 +31,6 @@ struct StartVariation {
 
 /// Moves the places of a start (m), whose middle and reach are those of all of them. No place is
 /// lowered, so that a flat start above all objects stays above them.
-void apply(const StartVariation& variation, std::vector<Eigen::Vector3d>& places);
+void vary(const StartVariation& variation, std::vector<Eigen::Vector3d>& places);
 
 }  // namespace drape::simulate
