@@ -327,8 +327,6 @@ Sheet PaperRun::sheet() const {
 }  // namespace
 
 void fields(Fields& f, PaperOptions& options) {
-  f.otherwise({"rows", "particles along the warp", 1, 3, 401, "give 21"}, options.rows);
-  f.otherwise({"cols", "particles along the weft", 1, 3, 401, "give 21"}, options.cols);
   f.otherwise({"damping_per_s", "beta / m of F = -beta v", 1, 0}, options.damping_per_s);
   f.otherwise({"air_drag_kg_per_m3", "c of F = -c area |v| v", 1, 0}, options.air_drag_kg_per_m3);
   f.otherwise({"spring_damping_ratio", "damping ratio of the fastest stretch vibration", 1, 0, 0.5,

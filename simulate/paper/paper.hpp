@@ -29,6 +29,7 @@ struct PaperOptions {
   long max_steps = 400000;
   double history_interval_s = 0.02;  ///< between rows of history.csv
 };
+/// All but the grid, whose sides a program names in its own way.
 void fields(Fields& f, PaperOptions& options);
 
 /// One row of history.csv.
