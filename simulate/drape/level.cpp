@@ -29,11 +29,10 @@ using Eigen::Vector3d;
 using units::mm;
 using State = MeshCloth::State;
 
-constexpr double kMostPoints = 1e5;  // points of a mesh
-constexpr double kLeastPoints = 16;  // a mesh of fewer does not drape
-constexpr double kSame_m = 1e-6;     // two material points that are one
-constexpr double kOn_m = 5e-8;   // in or off: a point lies on a surface; half the checker's limit
-constexpr int kMostRounds = 60;  // rounds of descents and of points that carry on their pushes
+constexpr double kMostPoints = 1e5;       // points of a mesh
+constexpr double kLeastPoints = 16;       // a mesh of fewer does not drape
+constexpr double kSame_m = 1e-6;          // two material points that are one
+constexpr int kMostRounds = 60;           // rounds of descents, at the end of each friction settles
 constexpr double kPassingResidual = 0.1;  // weights of a point, while places still press softly
 constexpr double kBeside = 1e-6;          // of a triangle's weights: a place on its border is in it
 constexpr double kLeastRatio = 1.5;       // of two spacings that are levels of their own
@@ -196,9 +195,9 @@ class AllPushes : public Pushes {
   [[nodiscard]] double clear_part(const State& from, const State& to, bool led) override {
     return layers ? layers->clear_part(from, to, led) : 1;
   }
-  [[nodiscard]] std::shared_ptr<const ContactMemory> memory(const State& state) {
+  [[nodiscard]] std::shared_ptr<const ContactMemory> memory() const {
     auto found = std::make_shared<ContactMemory>();
-    objects.remember(state, *found);
+    objects.remember(*found);
     return found;
   }
 
@@ -338,9 +337,9 @@ struct DrapeLevel::Parts {
 
   /// Begins what changes a moment.
   void begin(const ClothMoment& moment) { cloth.remember(moment.memory); }
-  void end(ClothMoment& moment, AllPushes& pushes) const {
+  void end(ClothMoment& moment, const AllPushes& pushes) const {
     moment.memory = cloth.memory();
-    moment.contact = pushes.memory(moment.state);
+    moment.contact = pushes.memory();
   }
 
   /// Rounds of descents, each one increment at whose end friction settles: at rest nothing is left
@@ -365,13 +364,11 @@ struct DrapeLevel::Parts {
                                report.descent.residual);
         return;
       }
-      const bool on =
-          pushes.objects.is_firm() && pushes.objects.off_surface_m(moment.state) <= kOn_m;
-      report.at_rest = on && report.descent.steps == 0;
+      report.at_rest = pushes.objects.is_firm() && report.descent.steps == 0;
       if (report.at_rest) return;
-      if (!on) pushes.objects.press_on(moment.state);
+      pushes.objects.make_firmer(moment.state);
     }
-    report.why = fmt::format("friction or contact does not settle in {} rounds", kMostRounds);
+    report.why = fmt::format("friction does not settle in {} rounds", kMostRounds);
   }
 };
 

@@ -1,28 +1,41 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "simulate/drape/object_pushes.hpp"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <limits>
+#include <map>
 #include <numeric>
-
-#include "simulate/contact/deepest.hpp"
-#include "simulate/contact/solid_features.hpp"
 
 namespace drape::simulate {
 namespace {
 
 using Eigen::Matrix3d;
+using Eigen::Vector2d;
 using Eigen::Vector3d;
 using State = MeshCloth::State;
 
-constexpr double kGrip_m = 2e-6;    // that a point's weight stretches what holds it along a surface
-constexpr double kSink_m = 2.5e-3;  // depth of the whole piece on one place at first ...
-constexpr double kFirm = 10, kFirmer = 2;  // ... and stiffer by this in the end: 0.25 mm
-constexpr double kFree_m = 1e-6;           // that a facet may enter: points on a face bear it all
+constexpr double kSunk_m = 0.1e-6;   // depth of cloth that bears its own weight alone
+constexpr double kStiffen_m = 2e-6;  // depth from which places stiffen
+constexpr double kGrip_m = 0.2e-6;   // stretch of springs that bear a weight along a surface
+constexpr double kSoft = 0.1;        // relative stiffness before places are firm
+constexpr double kFirmPlaces_m = 0.5e-3, kSoftPlaces_m = 2e-3;
+constexpr double kMargin_m = 0.5e-3;  // displacement of nodes before sites are listed again
 // Distance from a surface: a pin there says how deep the cloth is
 constexpr double kNearPin_m = 0.2e-3;
-// Relative to the square root of a point's area: places nearer than this are taken over from
-constexpr double kTakenFrom = 1.5;
+// Distance, in those of places, within which another mesh's place is taken over
+constexpr double kReach = 2;
+
+/// Weights of place `k` of a triangle whose sides are cut in `cuts`: middles of equal parts.
+Vector3d weights_of(int k, int cuts) {
+  int row = 0;  // of 2 (cuts - row) - 1 parts
+  for (; k >= 2 * (cuts - row) - 1; ++row) k -= 2 * (cuts - row) - 1;
+  const int column = k / 2;
+  const double third = k % 2 == 0 ? 1.0 / 3 : 2.0 / 3;
+  const double u = (row + third) / cuts, v = (column + third) / cuts;
+  return {1 - u - v, u, v};
+}
 
 }  // namespace
 
@@ -33,314 +46,362 @@ ObjectPushes::ObjectPushes(const MeshCloth& cloth, const std::vector<bool>& held
       held_(held),
       surroundings_(surroundings),
       surface_(cloth),
-      friction_(friction),
-      carried_n_(static_cast<std::size_t>(cloth.points()) * surroundings.count(), 0.0) {
-  const double weight =
-      gravity_m_per_s2 * std::accumulate(cloth.mass_kg().begin(), cloth.mass_kg().end(), 0.0);
-  grip_stiffness_ = weight / cloth.points() / kGrip_m;
-  stiffness_ = weight / kSink_m;
-  for (int shape = 0; shape < surroundings.count(); ++shape) {
-    const Cylinder* const cylinder = surroundings.cylinder(shape);
-    const bool sharp =
-        is_sharp(surroundings, shape) || (cylinder != nullptr && cylinder->edge_radius_m == 0);
-    between_.push_back(!sharp && !surroundings.is_flat(shape));
-  }
+      friction_(friction) {
+  const auto sum = [](const std::vector<double>& of) {
+    return std::accumulate(of.begin(), of.end(), 0.0);
+  };
+  const double weight_pa = gravity_m_per_s2 * sum(cloth.mass_kg()) / sum(cloth.area_m2());
+  stiffness_ = weight_pa / kSunk_m;
+  grip_stiffness_ = weight_pa / kGrip_m;
+  divide();
 }
 
-Vector3d ObjectPushes::mix(const std::array<int, 3>& node, const Vector3d& weight) const {
-  return weight[0] * nodes_[node[0]] + weight[1] * nodes_[node[1]] + weight[2] * nodes_[node[2]];
+double ObjectPushes::places_m() const {
+  return firmness_ > 0 ? kFirmPlaces_m : kSoftPlaces_m;
+}
+
+void ObjectPushes::divide() {
+  cuts_.clear();
+  first_.clear();
+  int places = 0;
+  for (const MeshCloth::Triangle& triangle : cloth_.triangles())
+    for (int facet = 0; facet < 4; ++facet) {
+      cuts_.push_back(
+          std::max(1, static_cast<int>(std::ceil(std::sqrt(triangle.area / 4) / places_m()))));
+      first_.push_back(places);
+      places += cuts_.back() * cuts_.back();
+    }
+  until_m_.assign(cloth_.triangles().size() * surroundings_.count(), 0.0);
+  travelled_m_ = 0;
+  listed_.clear();
+  seen_.clear();
+  sites_.clear();
+}
+
+Vector3d ObjectPushes::place_of(const Site& site) const {
+  const std::array<int, 3>& node = surface_.facets()[site.facet];
+  return site.weight[0] * nodes_[node[0]] + site.weight[1] * nodes_[node[1]] +
+         site.weight[2] * nodes_[node[2]];
+}
+
+bool ObjectPushes::is_on_pin(int facet, int shape) const {
+  const std::array<int, 3>& node = surface_.facets()[facet];
+  return std::any_of(node.begin(), node.end(), [&](int k) {
+    return k < cloth_.points() && held_[k] && surroundings_.gap_m(shape, nodes_[k]) < kNearPin_m;
+  });
+}
+
+/// Sites that may press while no node goes farther than the margin, and those that remember.
+void ObjectPushes::list() {
+  double far2 = 0;
+  for (std::size_t i = 0; i < listed_.size(); ++i)
+    far2 = std::max(far2, (nodes_[i] - listed_[i]).squaredNorm());
+  travelled_m_ += std::sqrt(far2);
+  listed_ = nodes_;
+  const int shapes = surroundings_.count();
+  std::vector<Site> before;
+  before.swap(sites_);
+  auto old = before.begin();
+  const auto keep_until = [&](int id) {
+    for (; old != before.end() && old->id < id; ++old)
+      if (old->grip.limit > 0) sites_.push_back(*old);
+  };
+  /// Distance of a ball about places from a shape, and its radius.
+  const auto gap_beyond = [&](int shape, std::initializer_list<std::array<int, 3>> corners) {
+    Vector3d middle = Vector3d::Zero();
+    double radius2 = 0;
+    for (const auto& corner : corners)
+      for (const int i : corner) middle += nodes_[i] / (3 * static_cast<double>(corners.size()));
+    for (const auto& corner : corners)
+      for (const int i : corner) radius2 = std::max(radius2, (nodes_[i] - middle).squaredNorm());
+    return surroundings_.gap_m(shape, middle) - std::sqrt(radius2);
+  };
+  const auto& facets = surface_.facets();
+  std::vector<int> near, on_facet;
+  for (std::size_t t = 0; t < cloth_.triangles().size(); ++t) {
+    near.clear();
+    for (int shape = 0; shape < shapes; ++shape) {
+      double& until = until_m_[t * shapes + shape];
+      if (until > travelled_m_ + kMargin_m) continue;
+      until =
+          travelled_m_ + gap_beyond(shape, {facets[4 * t], facets[4 * t + 1], facets[4 * t + 2]});
+      if (until <= travelled_m_ + kMargin_m) near.push_back(shape);
+    }
+    for (int f = 4 * static_cast<int>(t); !near.empty() && f < 4 * static_cast<int>(t) + 4; ++f) {
+      on_facet.clear();
+      for (const int shape : near)
+        if (gap_beyond(shape, {facets[f]}) <= kMargin_m && !is_on_pin(f, shape))
+          on_facet.push_back(shape);
+      if (on_facet.empty()) continue;
+      for (int k = 0; k < cuts_[f] * cuts_[f]; ++k)
+        for (const int shape : on_facet) {
+          const int id = (first_[f] + k) * shapes + shape;
+          keep_until(id);
+          if (old != before.end() && old->id == id)
+            sites_.push_back(*old++);
+          else
+            sites_.push_back(site_of(id, f));
+        }
+    }
+  }
+  keep_until(std::numeric_limits<int>::max());
+}
+
+ObjectPushes::Site ObjectPushes::site_of(int id, int facet) const {
+  Site site;
+  site.id = id;
+  site.facet = facet;
+  site.shape = id % surroundings_.count();
+  site.weight = weights_of(id / surroundings_.count() - first_[facet], cuts_[facet]);
+  site.area_m2 = cloth_.triangles()[facet / 4].area / (4 * cuts_[facet] * cuts_[facet]);
+  return site;
 }
 
 void ObjectPushes::look(const State& state) {
   if (seen_ == state) return;
   seen_ = state;
-  // Without facets that press the middles of sides are not asked for.
-  if (std::find(between_.begin(), between_.end(), true) != between_.end())
-    nodes_ = surface_.nodes(state);
-  else
-    nodes_.assign(state.begin(), state.begin() + cloth_.points());
-  pushes_.clear();
-  gap_.resize(nodes_.size());
-  const auto points = static_cast<std::size_t>(cloth_.points());
-  const int shapes = surroundings_.count();
-  const double stiffness = firmness_ * stiffness_;
-  for (int shape = 0; shape < shapes; ++shape) {
-    for (std::size_t i = 0; i < points; ++i) {
-      gap_[i] = surroundings_.gap_m(shape, nodes_[i]);
-      if (held_[i]) continue;
-      const std::size_t site = i * shapes + shape;
-      const double depth = carried_n_[site] / stiffness - gap_[i];
-      if (depth <= 0) continue;
-      Push push;
-      push.site = static_cast<int>(site);
-      push.node.fill(static_cast<int>(i));
-      push.place = nodes_[i];
-      push.normal = surroundings_.normal(shape, nodes_[i]);
-      push.stiffness = stiffness;
-      push.depth_m = depth;
-      pushes_.push_back(push);
-    }
-    if (between_[shape]) look_at_facets(shape);
+  nodes_ = surface_.nodes(state);
+  bool listed = !listed_.empty();
+  for (std::size_t i = 0; listed && i < nodes_.size(); ++i)
+    listed = (nodes_[i] - listed_[i]).squaredNorm() <= kMargin_m * kMargin_m;
+  if (!listed) list();
+  for (Site& site : sites_) {
+    const Vector3d place = place_of(site);
+    // No distance changes faster than a place.
+    if (site.gap_m > 0 && (place - site.looked_at).squaredNorm() < site.gap_m * site.gap_m)
+      continue;
+    site.looked_at = place;
+    site.gap_m = surroundings_.gap_m(site.shape, place);
+    press(site);
+    if (site.pressure_pa > 0) site.normal = surroundings_.normal(site.shape, place);
   }
 }
 
-void ObjectPushes::look_at_facets(int shape) {
-  for (std::size_t k = static_cast<std::size_t>(cloth_.points()); k < nodes_.size(); ++k)
-    gap_[k] = surroundings_.gap_m(shape, nodes_[k]);
-  const auto& facets = surface_.facets();
-  for (std::size_t f = 0; f < facets.size(); ++f) {
-    const std::array<int, 3>& node = facets[f];
-    const SheetTriangle corners = {nodes_[node[0]], nodes_[node[1]], nodes_[node[2]]};
-    const double longest2 =
-        std::max({(corners[1] - corners[0]).squaredNorm(), (corners[2] - corners[1]).squaredNorm(),
-                  (corners[0] - corners[2]).squaredNorm()});
-    const double least = std::min({gap_[node[0]], gap_[node[1]], gap_[node[2]]});
-    // No place is farther from all corners than a longest side, nor a distance steeper than one.
-    if (least > 0 && least * least > longest2) continue;
-    if (surroundings_.is_convex(shape)) {
-      // A convex body lies behind the plane through its nearest point.
-      const Vector3d middle = (corners[0] + corners[1] + corners[2]) / 3;
-      const double gap = surroundings_.gap_m(shape, middle);
-      const Vector3d normal = surroundings_.normal(shape, middle);
-      bool clear = true;
-      for (const Vector3d& corner : corners)
-        clear = clear && gap + normal.dot(corner - middle) > -kFree_m;
-      if (clear) continue;
-    }
-    // Points bear it all where nothing between them can be deeper.
-    if (is_seen_flat(surroundings_, shape, corners)) continue;
-    const bool by_pin = std::any_of(node.begin(), node.end(), [&](int k) {
-      return k < cloth_.points() && held_[k] && gap_[k] < kNearPin_m;
-    });
-    if (by_pin) continue;
-    const DeepestPlace deepest = deepest_place(surroundings_, shape, corners);
-    const double depth = -deepest.depth_m - kFree_m;
-    if (depth <= 0) continue;
-    Push push;
-    push.site = (cloth_.points() + static_cast<int>(f)) * surroundings_.count() + shape;
-    push.node = node;
-    push.weight = deepest.weights;
-    push.place = mix(node, deepest.weights);
-    push.normal = deepest.normal;
-    push.stiffness = firmness_ * stiffness_;
-    push.depth_m = depth;
-    pushes_.push_back(push);
-  }
+void ObjectPushes::press(Site& site) const {
+  const double depth = std::max(0.0, -site.gap_m), times = depth / kStiffen_m;
+  const double stiffness = is_firm() ? stiffness_ : kSoft * stiffness_;
+  const double more = firmness_ > 0 ? times * times : 0;
+  site.pressure_pa = stiffness * depth * (1 + more);
+  site.energy_j_per_m2 = stiffness * depth * depth * (1 + more / 2) / 2;
+  site.n_per_m3 = stiffness * (1 + 3 * more);
 }
 
-Vector3d ObjectPushes::stretch_of(const Grip& grip) const {
-  const Vector3d stretch = grip.stretch + mix(grip.node, grip.weight) - grip.place;
+Vector3d ObjectPushes::stretch_of(const Site& site) const {
+  const ContactMemory::Grip& grip = site.grip;
+  const Vector3d stretch = grip.stretch + place_of(site) - grip.place;
   return stretch - stretch.dot(grip.normal) * grip.normal;
 }
 
-Vector3d ObjectPushes::friction_of(const Grip& grip) const {
-  const Vector3d stretch = stretch_of(grip);
+Vector3d ObjectPushes::traction_of(const Site& site) const {
+  const Vector3d stretch = stretch_of(site);
   const double size = grip_stiffness_ * stretch.norm();
-  return -grip_stiffness_ * (size > grip.limit_n ? grip.limit_n / size : 1) * stretch;
+  return -grip_stiffness_ * (size > site.grip.limit ? site.grip.limit / size : 1) * stretch;
 }
 
 double ObjectPushes::energy_j(const State& state) {
   look(state);
   double sum = 0;
-  for (const Push& push : pushes_) sum += push.force_n() * push.depth_m / 2;
-  for (const Grip& grip : grips_) {
-    const double size = stretch_of(grip).norm(), most = grip.limit_n / grip_stiffness_;
-    sum += size <= most ? grip_stiffness_ / 2 * size * size : grip.limit_n * (size - most / 2);
+  for (const Site& site : sites_) {
+    sum += site.area_m2 * site.energy_j_per_m2;
+    if (site.grip.limit <= 0) continue;
+    const double limit = site.grip.limit, size = stretch_of(site).norm();
+    const double most = limit / grip_stiffness_;
+    sum += site.area_m2 *
+           (size <= most ? grip_stiffness_ / 2 * size * size : limit * (size - most / 2));
   }
   return sum;
+}
+
+Vector3d ObjectPushes::force_on(const Site& site) const {
+  Vector3d force = Vector3d::Zero();
+  if (site.pressure_pa > 0) force += site.area_m2 * site.pressure_pa * site.normal;
+  if (site.grip.limit > 0) force += site.area_m2 * traction_of(site);
+  return force;
 }
 
 void ObjectPushes::add_forces(const State& state, State& force) {
   look(state);
   State on_nodes(nodes_.size(), Vector3d::Zero());
-  const auto add = [&](const std::array<int, 3>& node, const Vector3d& weight, const Vector3d& f) {
-    for (int k = 0; k < 3; ++k) on_nodes[node[k]] += weight[k] * f;
-  };
-  for (const Push& push : pushes_) add(push.node, push.weight, push.force_n() * push.normal);
-  for (const Grip& grip : grips_) add(grip.node, grip.weight, friction_of(grip));
+  for (const Site& site : sites_) {
+    if (!site.acts()) continue;
+    const Vector3d on_site = force_on(site);
+    const std::array<int, 3>& node = surface_.facets()[site.facet];
+    for (int k = 0; k < 3; ++k) on_nodes[node[k]] += site.weight[k] * on_site;
+  }
   surface_.add_forces(on_nodes, force);
 }
 
-/// The matrix has points and sides apart: places of facets are mixed from the triangle's corners,
-/// and from what the sides bend them out.
-void ObjectPushes::add_support(int site, const Vector3d& weight, const Matrix3d& stiffness,
-                               std::vector<Support>& found) const {
-  const int item = site / surroundings_.count(), facet = item - cloth_.points();
-  if (facet < 0) {
-    found.push_back({item, item, stiffness});
-    return;
-  }
-  const std::array<double, 3> of = surface_.corner_weights(facet, weight);
-  const auto& corner = cloth_.triangles()[facet / 4].corner;
-  for (int a = 0; a < 3; ++a)
-    for (int b = 0; b <= a; ++b) found.push_back({corner[a], corner[b], of[a] * of[b] * stiffness});
-  // Sides have a place each in the matrix: the pairs go there, so that it is no softer.
-  const auto sides = surface_.side_weights(facet, weight);
-  double all = 0;
-  for (const auto& [side, of_side] : sides) all += std::abs(of_side);
-  for (const auto& [side, of_side] : sides)
-    found.push_back({side, side, std::abs(of_side) * all * stiffness});
-}
-
+/// The matrix has points and sides apart: places are mixed from the triangle's corners, and from
+/// what the sides bend them out. Sides have a place each in the matrix: with w the weights of a
+/// mixture, (sum w x)^2 <= sum |w| sum |w| x^2.
 std::vector<Support> ObjectPushes::supports(const State& state) {
   look(state);
   std::vector<Support> found;
-  for (const Push& push : pushes_)
-    add_support(push.site, push.weight, push.stiffness * push.normal * push.normal.transpose(),
-                found);
-  for (const Grip& grip : grips_) {
-    const double size = grip_stiffness_ * stretch_of(grip).norm();
-    const double secant = grip_stiffness_ * (size > grip.limit_n ? grip.limit_n / size : 1);
-    add_support(grip.site, grip.weight,
-                secant * (Matrix3d::Identity() - grip.normal * grip.normal.transpose()), found);
+  std::vector<Matrix3d> on_middle(nodes_.size() - cloth_.points(), Matrix3d::Zero());
+  std::array<Matrix3d, 6> pairs;  // of corners of the triangle
+  int triangle = -1, facet = -1;
+  Matrix3d corners;  // weights of the triangle's corners, by node of the facet
+  const auto finish = [&] {
+    if (triangle < 0) return;
+    const auto& corner = cloth_.triangles()[triangle].corner;
+    for (int a = 0, pair = 0; a < 3; ++a)
+      for (int b = 0; b <= a; ++b, ++pair)
+        if (!pairs[pair].isZero(0)) found.push_back({corner[a], corner[b], pairs[pair]});
+  };
+  for (const Site& site : sites_) {
+    if (!site.acts()) continue;
+    if (site.facet != facet) {
+      facet = site.facet;
+      for (int k = 0; k < 3; ++k) {
+        const std::array<double, 3> of = surface_.corner_weights(facet, Vector3d::Unit(k));
+        corners.col(k) = Vector3d(of[0], of[1], of[2]);
+      }
+    }
+    if (facet / 4 != triangle) {
+      finish();
+      triangle = facet / 4;
+      pairs.fill(Matrix3d::Zero());
+    }
+    Matrix3d stiffness = Matrix3d::Zero();
+    if (site.pressure_pa > 0)
+      stiffness += site.area_m2 * site.n_per_m3 * site.normal * site.normal.transpose();
+    if (site.grip.limit > 0) {
+      const double size = grip_stiffness_ * stretch_of(site).norm();
+      const double secant = grip_stiffness_ * (size > site.grip.limit ? site.grip.limit / size : 1);
+      stiffness += site.area_m2 * secant *
+                   (Matrix3d::Identity() - site.grip.normal * site.grip.normal.transpose());
+    }
+    const Vector3d of = corners * site.weight;
+    for (int a = 0, pair = 0; a < 3; ++a)
+      for (int b = 0; b <= a; ++b, ++pair) pairs[pair] += of[a] * of[b] * stiffness;
+    for (int k = 0; k < 3; ++k) {
+      const int middle = surface_.facets()[facet][k] - cloth_.points();
+      if (middle >= 0) on_middle[middle] += site.weight[k] * stiffness;
+    }
+  }
+  finish();
+  for (std::size_t m = 0; m < on_middle.size(); ++m) {
+    if (on_middle[m].isZero(0)) continue;
+    const auto sides = surface_.side_weights(static_cast<int>(m));
+    double all = 0;
+    for (const auto& [side, of] : sides) all += std::abs(of);
+    for (const auto& [side, of] : sides)
+      found.push_back({side, side, std::abs(of) * all * on_middle[m]});
   }
   return found;
 }
 
 void ObjectPushes::settle(const State& state) {
-  if (friction_ <= 0) return;
   look(state);
-  std::vector<Grip> before;
-  before.swap(grips_);
-  std::sort(pushes_.begin(), pushes_.end(),
-            [](const Push& a, const Push& b) { return a.site < b.site; });
-  auto old = before.begin();
-  for (const Push& push : pushes_) {
-    while (old != before.end() && old->site < push.site) ++old;
-    Grip grip;
-    grip.site = push.site;
-    grip.node = push.node;
-    grip.weight = push.weight;
-    grip.place = push.place;
-    grip.normal = push.normal;
-    grip.limit_n = friction_ * push.force_n();
-    grip.stretch.setZero();
-    if (old != before.end() && old->site == push.site) grip.stretch = stretch_of(*old);
-    grip.stretch -= grip.stretch.dot(grip.normal) * grip.normal;
-    const double size = grip_stiffness_ * grip.stretch.norm();
-    if (size > grip.limit_n) grip.stretch *= grip.limit_n / size;
-    grips_.push_back(grip);
+  for (Site& site : sites_) {
+    ContactMemory::Grip& grip = site.grip;
+    if (site.pressure_pa <= 0 || friction_ <= 0) {
+      grip = {};
+      continue;
+    }
+    if (grip.limit > 0)
+      grip.stretch = stretch_of(site);
+    else
+      grip.stretch.setZero();
+    grip.place = place_of(site);
+    grip.normal = site.normal;
+    grip.limit = friction_ * site.pressure_pa;
+    hold(grip);
   }
 }
 
-double ObjectPushes::off_surface_m(const State& state) {
-  look(state);
-  const int points = cloth_.points() * surroundings_.count();
-  double farthest = 0;
-  for (const Push& push : pushes_)
-    if (push.site < points)
-      farthest =
-          std::max(farthest, std::abs(push.depth_m - carried_n_[push.site] / push.stiffness));
-  return farthest;
+void ObjectPushes::hold(ContactMemory::Grip& grip) const {
+  grip.stretch -= grip.stretch.dot(grip.normal) * grip.normal;
+  const double size = grip_stiffness_ * grip.stretch.norm();
+  if (size > grip.limit) grip.stretch *= grip.limit / size;
 }
 
-bool ObjectPushes::is_firm() const {
-  return firmness_ >= kFirm;
-}
-
-void ObjectPushes::press_on(const State& state) {
-  look(state);
-  const int points = cloth_.points() * surroundings_.count();
-  std::fill(carried_n_.begin(), carried_n_.end(), 0.0);
-  for (const Push& push : pushes_)
-    if (push.site < points) carried_n_[push.site] = push.force_n();
-  firmness_ = std::min(kFirm, kFirmer * firmness_);
-  seen_.clear();
+void ObjectPushes::make_firmer(const State& state) {
+  if (is_firm()) return;
+  ContactMemory memory;
+  remember(memory);
+  ++memory.firmness;
+  take_over(memory, state);
 }
 
 std::vector<ContactForce> ObjectPushes::stated(const State& state) {
   look(state);
-  const int shapes = surroundings_.count();
   std::vector<ContactForce> forces;
-  for (const Push& push : pushes_) {
-    ContactForce stated;
-    stated.shape = push.site % shapes;
-    stated.force_in_world = push.force_n() * push.normal;
-    const auto grip = std::lower_bound(grips_.begin(), grips_.end(), push.site,
-                                       [](const Grip& g, int site) { return g.site < site; });
-    if (grip != grips_.end() && grip->site == push.site)
-      stated.force_in_world += friction_of(*grip);
-    const int facet = push.site / shapes - cloth_.points();
-    if (facet < 0) {
-      stated.particle.fill(push.node[0]);
-      stated.weight = {1, 0, 0, 0};
-    } else {
-      const std::array<double, 3> weight = surface_.corner_weights(facet, push.weight);
-      const auto& corner = cloth_.triangles()[facet / 4].corner;
-      for (int k = 0; k < 3; ++k) {
-        stated.particle[k] = corner[k];
-        stated.weight[k] = weight[k];
-      }
-      stated.particle[3] = corner[0];
-    }
-    forces.push_back(stated);
+  for (const Site& site : sites_) {
+    if (site.pressure_pa <= 0) continue;
+    ContactForce force;
+    force.shape = site.shape;
+    force.force_in_world = force_on(site);
+    const std::array<int, 3>& node = surface_.facets()[site.facet];
+    force.particle = {node[0], node[1], node[2], node[0]};
+    force.weight = {site.weight[0], site.weight[1], site.weight[2], 0};
+    forces.push_back(force);
   }
   return forces;
 }
 
-Eigen::Vector2d ObjectPushes::material_of(const std::array<int, 3>& node,
-                                          const Vector3d& weight) const {
-  const MaterialMesh& mesh = cloth_.mesh();
-  Eigen::Vector2d sum = Eigen::Vector2d::Zero();
-  for (int k = 0; k < 3; ++k) {
-    const int side = node[k] - cloth_.points();
-    if (side < 0)
-      sum += weight[k] * mesh.points_m[node[k]];
-    else
-      sum += weight[k] / 2 *
-             (mesh.points_m[mesh.edges[side].from] + mesh.points_m[mesh.edges[side].to]);
-  }
+void ObjectPushes::remember(ContactMemory& memory) const {
+  memory.mesh_m = cloth_.mesh().points_m;
+  memory.places_m = places_m();
+  memory.firmness = firmness_;
+  memory.objects.clear();
+  for (const Site& site : sites_)
+    if (site.grip.limit > 0)
+      memory.objects.push_back({site.id, site.shape, material_of(site), site.grip});
+}
+
+Vector2d ObjectPushes::material_of(const Site& site) const {
+  Vector2d sum = Vector2d::Zero();
+  const std::array<double, 3> of = surface_.corner_weights(site.facet, site.weight);
+  for (int k = 0; k < 3; ++k)
+    sum += of[k] * cloth_.mesh().points_m[cloth_.triangles()[site.facet / 4].corner[k]];
   return sum;
 }
 
-void ObjectPushes::remember(const State& state, ContactMemory& memory) {
-  look(state);
-  const int shapes = surroundings_.count();
-  memory.firmness = firmness_;
-  for (const Push& push : pushes_) {
-    ContactMemory::Place place;
-    place.shape = push.site % shapes;
-    place.material_m = material_of(push.node, push.weight);
-    if (const int point = push.site / shapes; point < cloth_.points())
-      place.pressed_n_per_m2 = carried_n_[push.site] / cloth_.area_m2()[point];
-    const auto grip = std::lower_bound(grips_.begin(), grips_.end(), push.site,
-                                       [](const Grip& g, int site) { return g.site < site; });
-    if (grip != grips_.end() && grip->site == push.site) place.stretch_m = stretch_of(*grip);
-    memory.objects.push_back(place);
-  }
-}
-
-void ObjectPushes::take_over(const ContactMemory& memory, const State& own) {
+void ObjectPushes::take_over(const ContactMemory& memory, const State& state) {
   firmness_ = memory.firmness;
-  const int shapes = surroundings_.count(), points = cloth_.points();
-  double area = 0;
-  for (const double of_point : cloth_.area_m2()) area += of_point;
-  const double reach = kTakenFrom * std::sqrt(area / points);
-  const auto nearest = [&](int shape, const Eigen::Vector2d& at) {
-    const ContactMemory::Place* found = nullptr;
-    double least = reach * reach;
-    for (const ContactMemory::Place& place : memory.objects) {
-      const double away = (place.material_m - at).squaredNorm();
-      if (place.shape != shape || away >= least) continue;
-      least = away;
-      found = &place;
+  divide();
+  if (memory.mesh_m == cloth_.mesh().points_m && memory.places_m == places_m()) {
+    for (const ContactMemory::OnObject& place : memory.objects) {
+      const auto after =
+          std::upper_bound(first_.begin(), first_.end(), place.site / surroundings_.count());
+      sites_.push_back(site_of(place.site, static_cast<int>(after - first_.begin()) - 1));
+      sites_.back().grip = place.grip;
     }
-    return found;
-  };
-  for (int i = 0; i < points; ++i)
-    for (int shape = 0; shape < shapes; ++shape)
-      if (const auto* place = nearest(shape, cloth_.mesh().points_m[i]))
-        carried_n_[i * shapes + shape] = place->pressed_n_per_m2 * cloth_.area_m2()[i];
-  seen_.clear();
-  grips_.clear();
-  settle(own);
-  for (Grip& grip : grips_) {
-    const auto* place = nearest(grip.site % shapes, material_of(grip.node, grip.weight));
-    if (place == nullptr) continue;
-    grip.stretch = place->stretch_m - place->stretch_m.dot(grip.normal) * grip.normal;
-    const double size = grip_stiffness_ * grip.stretch.norm();
-    if (size > grip.limit_n) grip.stretch *= grip.limit_n / size;
+    return;
   }
+  const double reach = kReach * std::max(places_m(), memory.places_m);
+  const auto cell_of = [&](const Vector2d& p, int shape) {
+    return std::array<int, 3>{shape, static_cast<int>(std::floor(p.x() / reach)),
+                              static_cast<int>(std::floor(p.y() / reach))};
+  };
+  std::map<std::array<int, 3>, std::vector<const ContactMemory::OnObject*>> cells;
+  for (const ContactMemory::OnObject& place : memory.objects)
+    cells[cell_of(place.material_m, place.shape)].push_back(&place);
+  look(state);
+  for (Site& site : sites_) {
+    const Vector2d at = material_of(site);
+    const std::array<int, 3> cell = cell_of(at, site.shape);
+    const ContactMemory::OnObject* nearest = nullptr;
+    double least2 = reach * reach;
+    for (int i = -1; i <= 1; ++i)
+      for (int j = -1; j <= 1; ++j) {
+        const auto found = cells.find({cell[0], cell[1] + i, cell[2] + j});
+        if (found == cells.end()) continue;
+        for (const ContactMemory::OnObject* place : found->second) {
+          const double distance2 = (place->material_m - at).squaredNorm();
+          if (distance2 >= least2) continue;
+          least2 = distance2;
+          nearest = place;
+        }
+      }
+    if (nearest == nullptr || friction_ <= 0) continue;
+    site.grip = nearest->grip;
+    site.grip.place = place_of(site);
+    site.grip.normal = surroundings_.normal(site.shape, site.grip.place);
+    hold(site.grip);
+  }
+  seen_.clear();
 }
 
 }  // namespace drape::simulate

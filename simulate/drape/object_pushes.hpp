@@ -13,21 +13,23 @@
 
 namespace drape::simulate {
 
-/// Objects and table that push a piece of cloth.
+/// Objects and table that push a cloth.
 ///
-/// Points press where they enter, and between them the facets of the cloth's surface where they are
-/// deepest (contact/deepest.hpp), beyond a depth that on flat faces leaves all to the points. Both
-/// press by soft springs at first. press_on() carries on the points' forces until they no longer
-/// enter (augmented Lagrangian, Hestenes 1969), and stiffens all springs, for stiff ones
-/// from the start on make a descent's steps short. What lies beside a pin is left out: two pins on
-/// a round body hold the cloth between them inside it. On solids of sharp edges, whose normals turn
-/// at once, points press alone.
+/// Places all over the cloth's surface press, each for its share of the area: at depth d by
+/// p = k d (1 + d^2 / d0^2), where k lets cloth lie 0.1 um deep under its own weight and d0 = 2 um,
+/// so that edges and corners of any sharpness are entered by some hundredths of a millimetre. The
+/// places are 0.5 mm apart on the cloth whatever its mesh. While a cloth falls they are fewer, and
+/// p = k d / 10 is softer, for stiff places make a descent's steps short. Facets with a corner that
+/// is held on a surface are left out: two pins on a round body hold the cloth between them inside
+/// it.
 ///
-/// Friction is elastic and plastic: each place that presses has a tangential spring that yields
-/// at the coefficient times its push; settle() moves it, once per increment of load or of time, and
-/// pushes and places stay those of the last settle() meanwhile, so that there is an energy.
+/// Friction is elastic and plastic: each place that presses has a tangential spring that yields at
+/// the coefficient times its pressure; settle() moves it, once per increment of load or of time.
+/// Limits and places of springs stay those of the last settle() meanwhile, so that there is an
+/// energy.
 class ObjectPushes : public Pushes {
  public:
+  /// Soft, for a fall. No argument may go before this object.
   ObjectPushes(const MeshCloth& cloth, const std::vector<bool>& held,
                const Surroundings& surroundings, double friction, double gravity_m_per_s2);
 
@@ -36,62 +38,63 @@ class ObjectPushes : public Pushes {
   [[nodiscard]] std::vector<Support> supports(const MeshCloth::State& state) override;
   void settle(const MeshCloth::State& state) override;
 
+  void set_friction(double coefficient) { friction_ = coefficient; }
   [[nodiscard]] bool holds() const { return friction_ > 0; }
-  [[nodiscard]] bool is_firm() const;  ///< springs are as stiff as they become
-  /// Largest distance of a pushed point from an object's surface, in or off it (m).
-  [[nodiscard]] double off_surface_m(const MeshCloth::State& state);
-  /// Lets points press as they do now where they enter no more, and makes all springs twice as
-  /// stiff, up to the grid's.
-  void press_on(const MeshCloth::State& state);
-  /// Forces that press on the cloth: places of triangles by their corners; the fourth has no
-  /// weight.
+  [[nodiscard]] bool is_firm() const { return firmness_ == kFirm; }
+  /// Makes places as many as they are at a rest, then as stiff.
+  void make_firmer(const MeshCloth::State& state);
+
+  /// Forces (N) on places of the surface's facets, by their nodes (the points, then the middles of
+  /// sides); the fourth has no weight.
   [[nodiscard]] std::vector<ContactForce> stated(const MeshCloth::State& state);
 
-  /// Adds what presses and holds in a state.
-  void remember(const MeshCloth::State& state, ContactMemory& memory);
-  /// Goes on from what the same cloth remembers, of this mesh or another, in a state of this one:
-  /// each place takes over what the nearest one on the same shape bore.
-  void take_over(const ContactMemory& memory, const MeshCloth::State& own);
+  /// Writes its part of the memory.
+  void remember(ContactMemory& memory) const;
+  /// Goes on from a memory in a state of this cloth. Springs of another mesh keep their force per
+  /// area, turned into the surface and within the limit of friction.
+  void take_over(const ContactMemory& memory, const MeshCloth::State& state);
 
  private:
-  struct Push {
-    int site = 0;               ///< point or facet behind the points, times shapes, plus shape
-    std::array<int, 3> node{};  ///< nodes of the surface
-    Eigen::Vector3d weight = Eigen::Vector3d::UnitX(), place, normal;
-    double stiffness = 0, depth_m = 0;  ///< with what is carried on: the force is their product
+  static constexpr int kFirm = 2;
+  /// A place of the cloth near an object.
+  struct Site {
+    int id = 0;  ///< place times shapes, plus shape
+    int facet = 0, shape = 0;
+    Eigen::Vector3d weight;  ///< of the facet's nodes
+    double area_m2 = 0;
+    ContactMemory::Grip grip;
+    Eigen::Vector3d looked_at;  ///< where the gap is from
+    double gap_m = 0, pressure_pa = 0, energy_j_per_m2 = 0, n_per_m3 = 0;
+    Eigen::Vector3d normal;  ///< where it presses
 
-    [[nodiscard]] double force_n() const { return stiffness * depth_m; }
+    [[nodiscard]] bool acts() const { return pressure_pa > 0 || grip.limit > 0; }
   };
-  /// A tangential spring.
-  struct Grip {
-    int site = 0;
-    std::array<int, 3> node{};
-    Eigen::Vector3d weight, place, normal;  ///< as when it was settled
-    Eigen::Vector3d stretch;                ///< then (m)
-    double limit_n = 0;
-  };
+  [[nodiscard]] double places_m() const;
+  void divide();
+  void press(Site& site) const;
   void look(const MeshCloth::State& state);
-  void look_at_facets(int shape);
-  [[nodiscard]] Eigen::Vector3d stretch_of(const Grip& grip) const;
-  [[nodiscard]] Eigen::Vector3d friction_of(const Grip& grip) const;
-  void add_support(int site, const Eigen::Vector3d& weight, const Eigen::Matrix3d& stiffness,
-                   std::vector<Support>& found) const;
-  [[nodiscard]] Eigen::Vector2d material_of(const std::array<int, 3>& node,
-                                            const Eigen::Vector3d& weight) const;
-  [[nodiscard]] Eigen::Vector3d mix(const std::array<int, 3>& node,
-                                    const Eigen::Vector3d& weight) const;
+  void list();
+  [[nodiscard]] Site site_of(int id, int facet) const;
+  [[nodiscard]] bool is_on_pin(int facet, int shape) const;
+  [[nodiscard]] Eigen::Vector2d material_of(const Site& site) const;
+  [[nodiscard]] Eigen::Vector3d force_on(const Site& site) const;
+  void hold(ContactMemory::Grip& grip) const;
+  [[nodiscard]] Eigen::Vector3d place_of(const Site& site) const;
+  [[nodiscard]] Eigen::Vector3d stretch_of(const Site& site) const;
+  [[nodiscard]] Eigen::Vector3d traction_of(const Site& site) const;  ///< Pa
 
   const MeshCloth& cloth_;
   const std::vector<bool>& held_;
   const Surroundings& surroundings_;
   ClothSurface surface_;
-  double friction_, stiffness_, grip_stiffness_, firmness_ = 1;
-  std::vector<bool> between_;      ///< for each shape, whether facets press on it
-  std::vector<double> carried_n_;  ///< by points, of their sites
-  std::vector<Grip> grips_;
+  double friction_, stiffness_, grip_stiffness_;  ///< N/m^3
+  int firmness_ = 0;
+  std::vector<int> cuts_, first_;  ///< by facet: parts of a side; first place
+  std::vector<Site> sites_;        ///< by id
   MeshCloth::State seen_, nodes_;  ///< the state looked at last, and its surface
-  std::vector<double> gap_;        ///< distances of the nodes to a shape
-  std::vector<Push> pushes_;
+  MeshCloth::State listed_;        ///< nodes when sites were listed
+  double travelled_m_ = 0;         ///< sum of the largest displacements between lists
+  std::vector<double> until_m_;    ///< by triangle and shape: travelled_m_ until it may be near
 };
 
 }  // namespace drape::simulate
