@@ -407,14 +407,17 @@ PlacedDrape place_measured(const Ensemble& ensemble, const EnsembleCase& own,
     placed.marks = marks;
     if (judged > 0) placed.inside_fraction = static_cast<double>(inside) / judged;
   }
-  EnsembleCase there = own.with_levels(2);
-  auto from_shape = std::make_shared<DrapeCase>(*there.drape);
-  from_shape->local.scene.start.mode = StartMode::measured;
-  const Drape drape = drape_cloth(*from_shape, there.options.drape);
-  placed.started_there = there.ending_of(*drape.level, drape.rest, drape.levels.back().rest);
-  if (placed.started_there == "at rest")
-    placed.started_there_m = from_measured_m(*drape.level, drape.rest);
   return placed;
+}
+
+void start_from_measured(const EnsembleCase& own, PlacedDrape& placed) {
+  const EnsembleCase there = own.with_levels(2);
+  DrapeCase drape = *there.drape;
+  drape.local.scene.start.mode = StartMode::measured;
+  const Drape found = drape_cloth(drape, there.options.drape);
+  placed.started_there = there.ending_of(*found.level, found.rest, found.levels.back().rest);
+  if (placed.started_there == "at rest")
+    placed.started_there_m = from_measured_m(*found.level, found.rest);
 }
 
 }  // namespace drape::simulate

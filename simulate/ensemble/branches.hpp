@@ -118,12 +118,15 @@ struct FinishedBranch {
                                            const EnsembleCase& own, bool polish,
                                            ListedBranch& entry);
 
-/// Places the measured sheet, which the case has, among the branches, and drapes the cloth once
-/// more from the measured shape. `finished`: of each branch. The real drape is on its nearest
-/// branch when it is no farther from one of its members than members are linked by, and branches
-/// lie farther apart.
+/// Places the measured sheet, which the case has, among the branches. `finished`: of each branch.
+/// The real drape is on its nearest branch when it is no farther from one of its members than
+/// members are linked by, and branches lie farther apart.
 [[nodiscard]] PlacedDrape place_measured(const Ensemble& ensemble, const EnsembleCase& own,
                                          const std::vector<FinishedBranch>& finished,
                                          const std::vector<BandMark>& band);
+
+/// Drapes the cloth from the measured shape, as finely as branches are polished: the distance that
+/// is left is the model's and the fabric's, without the luck of folds.
+void start_from_measured(const EnsembleCase& own, PlacedDrape& placed);
 
 }  // namespace drape::simulate

@@ -3,74 +3,113 @@
 
 #include <gtest/gtest.h>
 
+#include <Eigen/Geometry>
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 
-#include "core/units.hpp"
 #include "simulate/ensemble/linkage.hpp"
-#include "simulate/test_drape.hpp"
+#include "simulate/ensemble/test_ensemble.hpp"
 
 namespace drape::simulate {
 namespace {
 
+using Eigen::MatrixX3d;
+using Eigen::Vector2d;
+using Eigen::Vector3d;
 using units::mm;
 
-BranchResult search(const Scene& scene, const SimulateOptions& options, int starts) {
-  return simulate_branches(scene, read_fabric(scene.fabric_file), read_print(scene.print_file),
-                           std::nullopt, options, {.starts = starts});
-}
-
 TEST(Branches, AreRankedAtRestAndTheSameOnTwoThreads) {
-  SimulateOptions options = options_of(11, Solver::rk4);
-  const BranchResult one = search(lying_scene("A", 0), options, 6);
-  options.threads = 2;
-  const BranchResult two = search(lying_scene("A", 0), options, 6);
-  EXPECT_TRUE(one.branches.round);
-  ASSERT_FALSE(one.sheets.empty());
-  std::size_t starts = one.branches.not_at_rest.size();
-  for (std::size_t k = 0; k < one.sheets.size(); ++k) {
-    const Branch& branch = one.branches.found[k];
-    starts += branch.starts.size();
-    EXPECT_LE(branch.report.residual, 1e-6);
+  const EnsembleCase own = test::coarse_case(test::lying("A"));
+  EnsembleOptions how{.starts = 6};
+  const Ensemble one = find_branches(own, how);
+  const BranchList list = list_of(one, own);
+  EXPECT_TRUE(one.round);
+  EXPECT_EQ(one.starts, 6);
+  ASSERT_FALSE(list.branches.empty());
+  std::size_t starts = list.not_at_rest.size() + list.refused.size();
+  for (std::size_t k = 0; k < list.branches.size(); ++k) {
+    starts += list.branches[k].starts.size();
+    EXPECT_LE(list.branches[k].residual, own.options.drape.descent.residual);
     if (k > 0) {
-      EXPECT_GE(branch.energy_j, one.branches.found[k - 1].energy_j);
+      EXPECT_GE(list.branches[k].energy_j, list.branches[k - 1].energy_j);
     }
-    for (std::size_t j = 0; j < k; ++j) {
-      EXPECT_GE(mean_distance_m(branch.position, one.branches.found[j].position, true), 1e-3);
-    }
+    for (std::size_t j = 0; j < k; ++j)
+      EXPECT_GE(mean_distance_m(one.members[one.branches[k].front()].marks,
+                                one.members[one.branches[j].front()].marks, true),
+                how.same_m);
   }
   EXPECT_EQ(starts, 6U);
-  EXPECT_EQ(branches_json(one.branches).dump(), branches_json(two.branches).dump());
+  EXPECT_EQ(static_cast<int>(one.marks.size()), own.drape->print.rows * own.drape->print.cols);
+  how.threads = 2;
+  EXPECT_EQ(text_of(list_of(find_branches(own, how), own)), text_of(list));
 }
 
-// A coarse sheet that touches with its particles only is cut by the cube's edges.
-TEST(Branches, WhatLiesInAnObjectIsNamedAndIsNoBranch) {
-  SimulateOptions options = options_of(7, Solver::newton);
-  options.contact_between_particles = false;
-  const BranchResult result = search(lying_scene("C", 0), options, 2);
-  EXPECT_TRUE(result.branches.found.empty());
-  EXPECT_TRUE(result.sheets.empty());
-  ASSERT_FALSE(result.branches.refused.empty());
-  EXPECT_NE(result.branches.refused.front().why.find("inside an object"), std::string::npos)
-      << result.branches.refused.front().why;
+/// It ends at 8, 16, 24 or 32 starts, the last eight of which brought no branch.
+TEST(Branches, AreSoughtWhileNewOnesCome) {
+  const EnsembleCase own = test::coarse_case(test::lying("C"));
+  const Ensemble found = find_branches(own, {});
+  ASSERT_FALSE(found.branches.empty());
+  EXPECT_EQ(found.starts % 8, 0);
+  const auto is_new = [&](const std::vector<int>& branch) {
+    return std::all_of(branch.begin(), branch.end(),
+                       [&](int member) { return member >= found.starts - 8; });
+  };
+  const auto fresh = std::count_if(found.branches.begin(), found.branches.end(), is_new);
+  if (found.starts < 32) {
+    EXPECT_EQ(fresh, found.starts == 8 ? 1 : 0);
+  }
+  const BranchList list = list_of(found, own);
+  EXPECT_EQ(list.unseen->rests, *list.members_at_rest);
+  EXPECT_GE(list.unseen->upper95, 1 - std::pow(0.05, 1.0 / found.starts) - 1e-12);
+}
+
+/// A branch as it is given lies on the next finer mesh, near its lowest member.
+TEST(Branches, ThatCouldBeRealArePolished) {
+  const EnsembleCase own = test::coarse_case(test::lying("C"));
+  const Ensemble found = find_branches(own, {.starts = 2});
+  ASSERT_FALSE(found.branches.empty());
+  EXPECT_EQ(could_be_real(found).size(), found.branches.size()) << "no measured sheet";
+  BranchList list = list_of(found, own);
+  EXPECT_NEAR(*list.branches[0].spacing_m / mm, 20, 1e-9);
+  const FinishedBranch fine = finish_branch(found, 0, own, true, list.branches[0]);
+  EXPECT_TRUE(fine.result.at_rest()) << fine.result.certificate.status;
+  EXPECT_EQ(list.branches[0].not_polished, "");
+  EXPECT_NEAR(*list.branches[0].spacing_m / mm, 10, 1e-9);
+  ASSERT_TRUE(list.branches[0].polish_m);
+  EXPECT_GT(*list.branches[0].polish_m, 0);
+  EXPECT_LT(*list.branches[0].polish_m, 20 * mm) << "a spacing of the coarse mesh";
+  const FinishedBranch coarse = finish_branch(found, 0, own, false, list.branches[0]);
+  EXPECT_TRUE(coarse.result.at_rest()) << coarse.result.certificate.status;
+  EXPECT_EQ(coarse.marks, found.members[found.branches[0].front()].marks);
+}
+
+/// Good's estimate, and the bound of Clopper and Pearson: 1 - 0.05^(1/n) where none is seen once.
+TEST(Branches, UnseenOnesAreBounded) {
+  const UnseenBranches none = unseen_of({8});
+  EXPECT_EQ(none.fraction, 0);
+  EXPECT_NEAR(none.upper95, 1 - std::pow(0.05, 1.0 / 8), 1e-12);
+  const UnseenBranches three = unseen_of({5, 1, 1, 1});
+  EXPECT_EQ(three.seen_once, 3);
+  EXPECT_EQ(three.fraction, 3.0 / 8);
+  EXPECT_NEAR(three.upper95, 0.7107591834981906, 1e-9);
+  EXPECT_EQ(unseen_of({1}).upper95, 1);
+  EXPECT_EQ(unseen_of({}).fraction, 1);
 }
 
 TEST(Branches, ASheetTurnedAboutARoundObjectIsTheSame) {
-  const GridSpec grid{7, 7, {0.2, 0.2}};
-  const std::size_t n = grid.count();
-  Field a(3 * n);
-  Field b(3 * n);
-  for (std::size_t i = 0; i < n; ++i) {
-    const double x = 0.03 * static_cast<double>(std::size_t{i / 7}) - 0.07;
-    const double y = 0.02 * static_cast<double>(i % 7);
-    const double z = x * y + 3 * x * x;
-    a[i] = x, a[n + i] = y, a[2 * n + i] = z;
-    b[i] = x * std::cos(1.1) - y * std::sin(1.1);
-    b[n + i] = x * std::sin(1.1) + y * std::cos(1.1);
-    b[2 * n + i] = z;
+  MatrixX3d a(49, 3), b(49, 3);
+  const Eigen::AngleAxisd turn(1.1, Vector3d::UnitZ());
+  for (int i = 0; i < 49; ++i) {
+    const double x = 0.03 * int{i / 7} - 0.07, y = 0.02 * (i % 7);
+    a.row(i) << x, y, x * y + 3 * x * x;
+    b.row(i) = turn * Vector3d(a.row(i)) + Vector3d(0.01, 0.02, 0);
   }
   EXPECT_LT(mean_distance_m(a, b, true), 1e-12);
+  EXPECT_LT(mean_distance_m(a, b.colwise().reverse(), true), 1e-12);
   EXPECT_GT(mean_distance_m(a, b, false), 0.01);
+  b.col(2).array() += 1e-3;
+  EXPECT_NEAR(mean_distance_m(a, b, true), 1e-3, 1e-12) << "height is no symmetry";
 }
 
 TEST(Branches, AreWhatGapsSeparate) {
@@ -87,31 +126,32 @@ TEST(Branches, AreWhatGapsSeparate) {
   EXPECT_EQ(link(0, {}, 0.5).group, std::vector<int>());
 }
 
+/// A cloth whose border, at each fraction of its length, lies at a radius with five waves.
 TEST(Branches, TheHemsFoldsAreCounted) {
-  const GridSpec grid{21, 21, {0.2, 0.2}};
-  const std::size_t n = grid.count();
-  Field sheet(3 * n);
-  for (std::size_t i = 0; i < n; ++i) {
-    const double u = static_cast<double>(std::size_t{i / 21}) / 10.0 - 1;
-    const double v = static_cast<double>(i % 21) / 10.0 - 1;
-    const double out = std::max(std::abs(u), std::abs(v));
-    // The same fraction of the border as seen from the middle of the sheet.
-    double fraction = 0;
-    if (out > 0) {
+  EnsembleCase own = test::coarse_case(test::lying("A"));
+  const DrapeLevel level(*own.drape, own.options.drape, 10 * mm);
+  const Vector2d patch_m = own.drape->print.patch_m;
+  std::vector<Vector2d> material_m;
+  std::vector<Vector3d> places;
+  for (int i = 0; i <= 40; ++i)
+    for (int j = 0; j <= 40; ++j) {
+      const double u = i / 20.0 - 1, v = j / 20.0 - 1;
+      const double out = std::max(std::abs(u), std::abs(v));
+      double fraction = 0;
       if (u == -out) fraction = (v / out + 1) / 8;
       if (v == out) fraction = (u / out + 1) / 8 + 0.25;
       if (u == out) fraction = (1 - v / out) / 8 + 0.5;
       if (v == -out && u != -out) fraction = (1 - u / out) / 8 + 0.75;
+      if (out == 0) fraction = 0;
+      const double angle = 2 * std::numbers::pi * fraction;
+      const double radius = out * (0.08 + 0.01 * std::cos(5 * angle));
+      material_m.push_back(0.5 * Vector2d(1 + u, 1 + v).cwiseProduct(patch_m));
+      places.push_back({radius * std::cos(angle), radius * std::sin(angle), 0.3});
     }
-    const double angle = 2 * std::numbers::pi * fraction;
-    const double radius = out * (0.08 + 0.01 * std::cos(5 * angle));
-    sheet[i] = radius * std::cos(angle);
-    sheet[n + i] = radius * std::sin(angle);
-  }
-  const HemLabel label = label_hem(grid, sheet);
+  const HemLabel label = label_hem(level, level.start_at(material_m, places));
   EXPECT_EQ(label.nodes, 5);
-  EXPECT_NEAR(label.amplitude_m[5] / mm, 10, 0.5);
-  EXPECT_NEAR(label.amplitude_m[0] / mm, 80, 0.5);
+  EXPECT_NEAR(label.amplitude_m[5] / mm, 10, 1);
+  EXPECT_NEAR(label.amplitude_m[0] / mm, 80, 1);
 }
 
 }  // namespace

@@ -86,7 +86,10 @@ int run_branches(BranchesArguments args, std::vector<std::string> words,
     write_outputs((args.out / list.branches[k].sheet).parent_path(), one.result, record);
     one.result.drape.reset();  // meshes and factors of many branches need much memory
   }
-  if (inputs.measured) list.measured = place_measured(ensemble, own, finished, list.band);
+  if (inputs.measured) {
+    list.measured = place_measured(ensemble, own, finished, list.band);
+    start_from_measured(own, *list.measured);
+  }
   write_record(args.out / "branches.json", list);
   Ending ending = ending_of(list);
   ending.warnings.insert(ending.warnings.begin(), own.fitted.warnings.begin(),
