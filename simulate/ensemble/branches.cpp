@@ -101,7 +101,6 @@ Member member_of(const EnsembleCase& coarse, int start, StartVariation variation
   if (member.rests()) {
     member.energy_j = level.energy_j(rest);
     member.mass_kg = level.mass_kg();
-    member.stable = is_stable(level, rest);
     member.hem = label_hem(level, rest);
     member.marks = rows_on_cloth(member.drape.marks_of_level.back());
     member.from_measured_m = from_measured_m(level, rest);
@@ -291,7 +290,7 @@ BranchList list_of(const Ensemble& ensemble, const EnsembleCase& own) {
     const std::vector<int> start(member.start >= 0 ? 1 : 0, member.start);
     at_rest += member.rests() && member.start >= 0;
     if (member.rests()) continue;
-    if (member.drape.at_rest())
+    if (member.drape.at_rest() || start.empty())
       list.refused.push_back({start, member.ending});
     else
       list.not_at_rest.insert(list.not_at_rest.end(), start.begin(), start.end());
@@ -305,7 +304,6 @@ BranchList list_of(const Ensemble& ensemble, const EnsembleCase& own) {
     one.sheet = fmt::format("branch-{:02}/sheet.ply", one.number);
     one.energy_j = lowest.energy_j + own.drape->local.gravity_offset_j(lowest.mass_kg);
     one.residual = lowest.drape.levels.back().rest.descent.residual;
-    one.stable = lowest.stable;
     one.starts = ensemble.starts_of(k);
     one.fraction = static_cast<double>(one.starts.size()) / ensemble.starts;
     if (one.starts.empty()) one.sought = true;
@@ -360,10 +358,12 @@ FinishedBranch finish_branch(const Ensemble& ensemble, std::size_t branch, const
       entry.polish_m = mean_distance_m(finer.marks, lowest.marks, false);
       entry.spacing_m = fine.options.drape.spacing_m;
       entry.residual = finer.result.certificate.residual;
+      entry.stable = is_stable(*found.level, found.rest);
       return finer;
     }
     entry.not_polished = finer.result.certificate.status;
   }
+  entry.stable = is_stable(*drape.level, drape.rest);
   return {coarse.result(std::move(drape)), lowest.marks, lowest.from_measured_m};
 }
 

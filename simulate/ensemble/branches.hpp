@@ -57,7 +57,6 @@ struct Member {
   std::string ending = "at rest";  ///< or why it is no rest
   double energy_j = 0;             ///< gravity about the origin of the frame
   double mass_kg = 0;
-  bool stable = true;  ///< false: a saddle
   HemLabel hem;
   Eigen::MatrixX3d marks;                 ///< places of Ensemble::marks, one row each
   std::optional<double> from_measured_m;  ///< mean distance of the measured marks
@@ -112,7 +111,8 @@ struct FinishedBranch {
 };
 
 /// Takes the lowest member of a branch, polished on the next finer mesh where there is one and
-/// `polish`; `entry` takes what that changes. Where the polished cloth is no rest, `entry` says why
+/// `polish`; `entry` takes what that changes, and whether the rest is stable: whether a small
+/// change of forces has a first-order answer. Where the polished cloth is no rest, `entry` says why
 /// and the member itself is given.
 [[nodiscard]] FinishedBranch finish_branch(const Ensemble& ensemble, std::size_t branch,
                                            const EnsembleCase& own, bool polish,
