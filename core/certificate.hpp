@@ -104,8 +104,9 @@ struct CertificateGrid {
 /// certificate.json: claims of a simulated drape about itself, so that others can judge them.
 struct Certificate {
   bool at_rest = false;
-  std::string status;   ///< "at rest", or why not
-  double residual = 0;  ///< largest force left on a free point, in mean weights of a point
+  std::string status;  ///< "at rest", or why not
+  /// Largest force left on a free point, in mean weights of a point; absent: it diverged.
+  std::optional<double> residual;
   double residual_tolerance = 0;                  ///< at which it counts as at rest
   std::optional<CertificateCheck> check;          ///< absent: not checked
   double time_s = 0;                              ///< of the fall

@@ -9,6 +9,7 @@
 #include "core/error.hpp"
 #include "core/files/files.hpp"
 #include "core/units.hpp"
+#include "simulate/checker/certify.hpp"
 #include "simulate/judge_drape.hpp"
 #include "simulate/start/history.hpp"
 #include "simulate/start/start_check.hpp"
@@ -198,7 +199,8 @@ SimulateResult result_of(const Scene& scene, const Fabric& fabric, const FittedL
   certificate.time_s = drape.levels.front().rest.motion.time_s;
   std::optional<MeshJudgement> judged;
   if (end.at_rest) {
-    judged = judge_drape(level, drape.rest, scene, certificate.residual_tolerance);
+    judged = judge_drape(level, drape.rest, scene, certificate.residual_tolerance,
+                         strain_limits(fabric));
     certificate.at_rest = judged->accepted();
     certificate.check = certificate_check(*judged);
     certificate.distances = certificate_distances(level, drape.rest, *judged);

@@ -54,6 +54,10 @@ void check_indices(const MeshFile& mesh, const fs::path& file) {
     for (const auto& [point, uv] : triangle)
       if (point >= mesh.points.size() || (!mesh.uvs.empty() && uv >= mesh.uvs.size()))
         reject(file, fmt::format("a face names vertex {} of {}", point, mesh.points.size()));
+  for (const MeshSide& side : mesh.sides)
+    for (const std::uint32_t end : side.ends)
+      if (end >= mesh.points.size())
+        reject(file, fmt::format("a side names vertex {} of {}", end, mesh.points.size()));
 }
 
 /// Faces without area by their corners, and faces that are there already, only cost time.
@@ -264,6 +268,19 @@ void read_vertex(PlyBody& body, const Element& element, MeshFile& mesh, const fs
   if (element.has("row") && element.has("col")) mesh.lattice.push_back(lattice);
 }
 
+void read_side(PlyBody& body, const Element& element, MeshFile& mesh, const fs::path& file) {
+  MeshSide side;
+  for (const Property& property : element.properties) {
+    if (!property.count_type.empty()) reject(file, "a side holds a list");
+    const double value = body.next(property.type);
+    if (property.name == "from") side.ends[0] = index_of(value, file);
+    if (property.name == "to") side.ends[1] = index_of(value, file);
+    for (int axis = 0; axis < 3; ++axis)
+      if (property.name == std::string(1, "xyz"[axis])) side.slope[axis] = value;
+  }
+  mesh.sides.push_back(side);
+}
+
 void read_other(PlyBody& body, const Element& element, MeshFile& mesh, const fs::path& file) {
   for (const Property& property : element.properties) {
     if (property.count_type.empty()) {
@@ -292,6 +309,8 @@ MeshFile read_ply(const fs::path& file) {
     for (std::size_t i = 0; i < element.count; ++i) {
       if (element.name == "vertex") {
         read_vertex(body, element, mesh, file);
+      } else if (element.name == "side") {
+        read_side(body, element, mesh, file);
       } else {
         read_other(body, element, mesh, file);
       }

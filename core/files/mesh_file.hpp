@@ -15,6 +15,13 @@ struct MeshCorner {
   std::uint32_t uv = 0;  ///< index into MeshFile::uvs; only when these are not empty
 };
 
+/// A side of a cloth's mesh (element `side` of a PLY): its ends, and the derivative of the place
+/// along its left normal in material coordinates.
+struct MeshSide {
+  std::array<std::uint32_t, 2> ends{};
+  Eigen::Vector3d slope = Eigen::Vector3d::Zero();
+};
+
 /// A mesh as the file holds it, in the file's own unit and axes. Faces are cut into triangles.
 struct MeshFile {
   std::vector<Eigen::Vector3d> points;
@@ -22,6 +29,7 @@ struct MeshFile {
   std::vector<std::array<MeshCorner, 3>> triangles;
   /// Row and column of each vertex; empty unless every vertex of a PLY has `row` and `col`.
   std::vector<std::array<int, 2>> lattice;
+  std::vector<MeshSide> sides;  ///< empty: the file states none
 };
 
 /// Reads PLY (ascii, binary of either byte order; texture coordinates as vertex properties s, t or

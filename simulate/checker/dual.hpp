@@ -6,7 +6,8 @@
 #include <cmath>
 #include <vector>
 
-#include "simulate/checker/sheet.hpp"
+#include "simulate/checker/vectors.hpp"
+#include "simulate/fabric/laws.hpp"
 
 /// The checker's dual numbers, and the laws of an element in them.
 namespace drape::simulate::checker {

@@ -9,8 +9,8 @@
 #include <utility>
 
 #include "simulate/checker/dual.hpp"
-#include "simulate/checker/mesh_membrane.hpp"
-#include "simulate/checker/mesh_surface.hpp"
+#include "simulate/checker/membrane.hpp"
+#include "simulate/checker/surface.hpp"
 
 namespace drape::simulate {
 namespace {
@@ -19,7 +19,11 @@ using namespace checker;
 using Jet = Dual<18>;  // derivatives by a triangle's corners and sides
 using Place = Vector<18>;
 constexpr Real kOnDisc = 1e-5L;  // relative to the radius: a place this near to the rim lies on it
-constexpr Real kHeld_m = 1e-9L;  // a held point is where it is held up to rounding
+/// Share of a point's weight that may be left on any cloth at rest, whatever is claimed.
+constexpr double kMostResidual = 1e-3;
+constexpr double kThickestCloth_m = 0.01;
+constexpr Real kOnLine_m = 2e-6L;    // m, in the material: what files round to
+constexpr Real kHeldSlope = 1e-7L;   // difference of a held slope: a clamp's ends are rounded
 constexpr Real kRounding = 1e-6L;    // relative to a force, between double and long double
 constexpr Real kOverLimit = 1e-6L;   // relative to a friction element
 constexpr Real kOfTriangle = 0.05L;  // fraction of stretch and shear by triangle, the rest by point
@@ -33,24 +37,30 @@ class Judge {
 
   MeshJudgement judge() {
     if (!fits()) return std::move(result_);
-    force_.assign(rest_.points_m.size(), Point{});
-    moment_.assign(rest_.sides.size(), Point{});
-    mass_.assign(rest_.points_m.size(), 0);
-    for (std::size_t t = 0; t < rest_.triangles.size(); ++t) add(static_cast<int>(t));
+    force_.assign(rest_.shape.points_m.size(), Point{});
+    moment_.assign(rest_.shape.sides.size(), Point{});
+    mass_.assign(rest_.shape.points_m.size(), 0);
+    for (std::size_t t = 0; t < rest_.shape.triangles.size(); ++t) add(static_cast<int>(t));
     if (result_.refusals.empty()) {
       stretch();
       bend_over_sides();
     }
+    for (int d = 0; d < 2; ++d)
+      if (result_.strains.most[d] > rest_.most_strain[d])
+        refuse("{} is strained by {:.3g} %, {:.3g} % are believed: it was measured to half of that",
+               d == 0 ? "warp" : "weft", result_.strains.most[d] * 100, rest_.most_strain[d] * 100);
     if (over_limit_ > 1 + kOverLimit)
       refuse("a friction element bears {:.2g} of its limit", double(over_limit_));
-    hold();
-    if (objects_ && seen_.size() == rest_.triangles.size()) {
+    if (seen_.size() == rest_.shape.triangles.size()) {
       surface_.emplace(rest_, seen_);
-      press();
+      for (const Eigen::Vector2d& asked : rest_.asked_m)
+        result_.places.push_back(surface_->place(asked));
     }
+    hold();
+    if (objects_ && surface_) press();
     balance();
     enter();
-    result_.crossings = surface_ ? surface_->crossings() : crossings_of(rest_);
+    if (surface_) result_.crossings = surface_->crossings();
     if (result_.crossings > 0)
       refuse("the cloth passes through itself in {} places", result_.crossings);
     return std::move(result_);
@@ -64,36 +74,36 @@ class Judge {
 
   /// Sizes, indices and finite numbers.
   bool fits() {
-    const auto count = static_cast<int>(rest_.points_m.size());
-    bool fit = rest_.material_m.size() == rest_.points_m.size() &&
-               rest_.sides.size() == rest_.of_sides.size() && count > 2;
-    for (const Eigen::Vector3d& p : rest_.points_m) fit = fit && p.allFinite();
-    for (const Eigen::Vector3d& p : rest_.of_sides) fit = fit && p.allFinite();
-    for (std::size_t s = 0; fit && s < rest_.sides.size(); ++s) {
-      const auto [from, to] = rest_.sides[s];
+    const auto count = static_cast<int>(rest_.shape.points_m.size());
+    bool fit = rest_.shape.material_m.size() == rest_.shape.points_m.size() &&
+               rest_.shape.sides.size() == rest_.shape.of_sides.size() && count > 2;
+    for (const Eigen::Vector3d& p : rest_.shape.points_m) fit = fit && p.allFinite();
+    for (const Eigen::Vector3d& p : rest_.shape.of_sides) fit = fit && p.allFinite();
+    for (std::size_t s = 0; fit && s < rest_.shape.sides.size(); ++s) {
+      const auto [from, to] = rest_.shape.sides[s];
       fit = from >= 0 && from < to && to < count &&
-            side_at_.emplace(rest_.sides[s], static_cast<int>(s)).second;
+            side_at_.emplace(rest_.shape.sides[s], static_cast<int>(s)).second;
     }
-    for (std::size_t t = 0; fit && t < rest_.triangles.size(); ++t)
+    for (std::size_t t = 0; fit && t < rest_.shape.triangles.size(); ++t)
       for (int k = 0; k < 3 && fit; ++k) {
-        const int a = rest_.triangles[t][(k + 1) % 3], b = rest_.triangles[t][(k + 2) % 3];
+        const int a = rest_.shape.triangles[t][(k + 1) % 3],
+                  b = rest_.shape.triangles[t][(k + 2) % 3];
         fit = side_at_.contains({std::min(a, b), std::max(a, b)});
       }
-    fit = fit && rest_.pinned.size() == rest_.pinned_in_world.size();
-    for (const int i : rest_.pinned) fit = fit && i >= 0 && i < count;
     if (fit && rest_.laws.friction) {
       const ClothFriction& friction = *rest_.laws.friction;
-      const std::size_t triangles = rest_.triangles.size();
+      const std::size_t triangles = rest_.shape.triangles.size();
       for (int d = 0; d < 2; ++d)
         fit &= rest_.memory.bending[d].size() == triangles * friction.bending[d].elements.size();
-      fit &= rest_.memory.shear.size() == rest_.points_m.size() * friction.shear.elements.size();
+      fit &=
+          rest_.memory.shear.size() == rest_.shape.points_m.size() * friction.shear.elements.size();
     }
     if (!fit) refuse("points, sides and triangles do not fit each other");
     return fit;
   }
 
   void add(int t) {
-    const std::array<int, 3>& corner = rest_.triangles[t];
+    const std::array<int, 3>& corner = rest_.shape.triangles[t];
     const auto first = between(rest_, corner[0], corner[1]),
                second = between(rest_, corner[0], corner[2]);
     const Real area = (first[0] * second[1] - first[1] * second[0]) / 2;
@@ -132,7 +142,8 @@ class Judge {
     }
     std::vector<Place> corners(6);
     for (int k = 0; k < 6; ++k) {
-      const Point p = point_of(k < 3 ? rest_.points_m[unknown[k]] : rest_.of_sides[unknown[k]]);
+      const Point p =
+          point_of(k < 3 ? rest_.shape.points_m[unknown[k]] : rest_.shape.of_sides[unknown[k]]);
       for (int axis = 0; axis < 3; ++axis) {
         corners[k][axis].v = p[axis];
         corners[k][axis].d[3 * k + axis] = 1;
@@ -152,8 +163,10 @@ class Judge {
   Jet bending_of(int t, const Place& x_u, const Place& x_v, const Place& x_uu, const Place& x_uv,
                  const Place& x_vv) {
     const ClothLaws& laws = rest_.laws;
-    Jet sum = work_under(laws.bending[0], root(dot(x_uu, x_uu))) +
-              work_under(laws.bending[1], root(dot(x_vv, x_vv))) +
+    const Jet warp = root(dot(x_uu, x_uu)), weft = root(dot(x_vv, x_vv));
+    double& most = result_.strains.curvature_most_per_m;
+    most = std::max({most, double(warp.v), double(weft.v)});
+    Jet sum = work_under(laws.bending[0], warp) + work_under(laws.bending[1], weft) +
               (Real(laws.twist_n_m) / 2) * dot(x_uv, x_uv);
     if (!laws.friction) return sum;
     Place normal;
@@ -172,11 +185,12 @@ class Judge {
   /// around each; a part in the triangles.
   void stretch() {
     std::vector<Metric> metric;
-    std::vector<Real> area(rest_.points_m.size(), 0);
-    std::vector<std::array<Real, 3>> mean(rest_.points_m.size()), stress(rest_.points_m.size());
-    for (std::size_t t = 0; t < rest_.triangles.size(); ++t) {
+    std::vector<Real> area(rest_.shape.points_m.size(), 0);
+    std::vector<std::array<Real, 3>> mean(rest_.shape.points_m.size()),
+        stress(rest_.shape.points_m.size());
+    for (std::size_t t = 0; t < rest_.shape.triangles.size(); ++t) {
       metric.push_back(metric_of(rest_, static_cast<int>(t)));
-      for (const int i : rest_.triangles[t]) {
+      for (const int i : rest_.shape.triangles[t]) {
         area[i] += metric[t].area / 3;
         for (int k = 0; k < 3; ++k) mean[i][k] += metric[t].area / 3 * metric[t].of[k].v;
       }
@@ -185,6 +199,12 @@ class Judge {
       if (!(area[i] > 0)) continue;
       for (Real& m : mean[i]) m /= area[i];
       const Membrane found = membrane_of(rest_.laws, mean[i]);
+      MeshStrains& strains = result_.strains;
+      const Eigen::Vector2d strain(double(std::sqrt(mean[i][0]) - 1),
+                                   double(std::sqrt(mean[i][2]) - 1));
+      strains.least = strains.least.cwiseMin(strain);
+      strains.most = strains.most.cwiseMax(strain);
+      strains.shear_most_rad = std::max(strains.shear_most_rad, std::abs(double(found.angle.v)));
       MetricJet energy = (1 - kOfTriangle) * found.energy;
       if (rest_.laws.friction)
         energy = energy + slipped(rest_.laws.friction->shear, rest_.memory.shear,
@@ -193,7 +213,7 @@ class Judge {
       stress[i] = energy.d;
     }
     for (std::size_t t = 0; t < metric.size(); ++t) {
-      const std::array<int, 3>& corner = rest_.triangles[t];
+      const std::array<int, 3>& corner = rest_.shape.triangles[t];
       const MetricJet own =
           kOfTriangle *
           membrane_of(rest_.laws, {metric[t].of[0].v, metric[t].of[1].v, metric[t].of[2].v}).energy;
@@ -212,12 +232,12 @@ class Judge {
   /// Bending of what two quadratics differ by along their common side.
   void bend_over_sides() {
     const ClothLaws& laws = rest_.laws;
-    std::vector<std::vector<const Quadratic*>> beside(rest_.sides.size());
+    std::vector<std::vector<const Quadratic*>> beside(rest_.shape.sides.size());
     for (const Quadratic& q : seen_)
       for (int k = 3; k < 6; ++k) beside[q.unknown[k]].push_back(&q);
     for (std::size_t s = 0; s < beside.size(); ++s) {
       if (beside[s].size() != 2) continue;
-      const auto d = between(rest_, rest_.sides[s][0], rest_.sides[s][1]);
+      const auto d = between(rest_, rest_.shape.sides[s][0], rest_.shape.sides[s][1]);
       const Real square = d[0] * d[0] + d[1] * d[1];
       const Real u2 = d[0] * d[0] / square, v2 = d[1] * d[1] / square;
       const Real cross = 2 * d[0] * d[1] / square;
@@ -228,8 +248,8 @@ class Judge {
       for (const int side : {0, 1})
         for (int k = 0; k < 6; ++k) {
           const Quadratic& q = *beside[s][side];
-          const Point p =
-              point_of(k < 3 ? rest_.points_m[q.unknown[k]] : rest_.of_sides[q.unknown[k]]);
+          const Point p = point_of(k < 3 ? rest_.shape.points_m[q.unknown[k]]
+                                         : rest_.shape.of_sides[q.unknown[k]]);
           for (int axis = 0; axis < 3; ++axis)
             differ[axis] += (side == 0 ? 1 : -1) * weight(q, k) * p[axis];
         }
@@ -252,73 +272,144 @@ class Judge {
     if (!(rest_.layers_apart_m >= 0 && rest_.layers_apart_m <= kThickestCloth_m))
       refuse("layers {:g} mm apart are no contact", rest_.layers_apart_m * 1e3);
     int unknown = 0;
+    result_.places_pressed = static_cast<int>(rest_.contact_forces.size());
     for (const ContactForce& stated : rest_.contact_forces)
       unknown += surface_->add(*objects_, stated, force_, moment_) ? 0 : 1;
     if (unknown > 0) refuse("{} stated contact forces press on nothing", unknown);
+    if (surface_->deepest_pressed() > kSunk_m)
+      refuse("a place that is pressed lies {:.3g} mm deep in an object",
+             double(surface_->deepest_pressed()) * 1e3);
+    if (const auto& nearest = surface_->nearest_layers()) result_.to_itself_m = double(*nearest);
   }
 
-  [[nodiscard]] bool is_held(int i) const {
-    if (rest_.scene != nullptr)
-      return std::find(rest_.pinned.begin(), rest_.pinned.end(), i) != rest_.pinned.end();
-    return rest_.material_m[i].norm() <= rest_.disc_radius_m * (1 + double(kOnDisc));
+  /// Notes a held point, and its distance from where it must be.
+  void hold_point(std::size_t i, const Point& place) {
+    held_[i] = true;
+    const Real off = length(minus(point_of(rest_.shape.points_m[i]), place));
+    result_.hold_error_m = std::max(result_.hold_error_m, double(off));
+  }
+  void hold_side(std::size_t s, const Point& slope) {
+    held_side_[s] = true;
+    turned_ = std::max(turned_, length(minus(point_of(rest_.shape.of_sides[s]), slope)));
+  }
+
+  void hold() {
+    held_.assign(rest_.shape.points_m.size(), false);
+    held_side_.assign(rest_.shape.sides.size(), false);
+    if (rest_.scene == nullptr) {
+      hold_disc();
+    } else {
+      for (const HeldPoint& pin : rest_.pins) hold_pin(pin);
+      for (const Clamp& clamp : rest_.scene->clamps) hold_clamp(clamp);
+    }
+    if (result_.hold_error_m > kRounding_m)
+      refuse("a held point lies {:.3g} mm from its place", result_.hold_error_m * 1e3);
+    if (turned_ > kHeldSlope) refuse("the held cloth is bent by {:.3g}", double(turned_));
   }
 
   /// Held points lie in the plane at their material places, and the sides between them too.
-  void hold() {
-    Real off = 0, turned = 0;
-    for (std::size_t k = 0; k < rest_.pinned.size(); ++k) {
-      const Point d =
-          minus(point_of(rest_.points_m[rest_.pinned[k]]), point_of(rest_.pinned_in_world[k]));
-      off = std::max(off, std::sqrt(checker::dot(d, d)));
+  void hold_disc() {
+    for (std::size_t i = 0; i < held_.size(); ++i) {
+      const Eigen::Vector2d& at = rest_.shape.material_m[i];
+      if (at.norm() <= rest_.disc_radius_m * (1 + double(kOnDisc)))
+        hold_point(i, {at.x(), at.y(), 0});
     }
-    for (std::size_t i = 0; i < rest_.points_m.size(); ++i) {
-      if (rest_.scene != nullptr || !is_held(static_cast<int>(i))) continue;
-      const Eigen::Vector2d& at = rest_.material_m[i];
-      const Point d = minus(point_of(rest_.points_m[i]), {at.x(), at.y(), 0});
-      off = std::max(off, std::sqrt(checker::dot(d, d)));
+    for (std::size_t s = 0; s < held_side_.size(); ++s) {
+      const auto [from, to] = rest_.shape.sides[s];
+      if (!held_[from] || !held_[to]) continue;
+      const std::array<Real, 2> left = left_of(s);
+      hold_side(s, {left[0], left[1], 0});
     }
-    for (std::size_t s = 0; s < rest_.sides.size(); ++s) {
-      const auto [from, to] = rest_.sides[s];
-      if (rest_.scene != nullptr || !is_held(from) || !is_held(to)) continue;
-      const auto d = between(rest_, from, to);
-      const Real length = std::sqrt(d[0] * d[0] + d[1] * d[1]);
-      const Point left = minus(point_of(rest_.of_sides[s]), {-d[1] / length, d[0] / length, 0});
-      turned = std::max(turned, std::sqrt(checker::dot(left, left)));
+  }
+
+  void hold_pin(const HeldPoint& pin) {
+    std::size_t nearest = 0;
+    const auto off = [&](std::size_t i) {
+      return (rest_.shape.material_m[i] - pin.material_m).norm();
+    };
+    for (std::size_t i = 1; i < held_.size(); ++i)
+      if (off(i) < off(nearest)) nearest = i;
+    if (!(off(nearest) <= double(kOnLine_m)))
+      return refuse("no point of the mesh is where a pin holds the cloth");
+    hold_point(nearest, point_of(pin.place.value_or(rest_.shape.points_m[nearest])));
+  }
+
+  /// Points of a clamp's line lie on its line in space; its sides turn as the cloth leaves it: to
+  /// larger coordinates, but where all cloth beside it has smaller ones.
+  void hold_clamp(const Clamp& clamp) {
+    const Point from = point_of(clamp.from_in_world), to = point_of(clamp.to_in_world);
+    const Eigen::Vector2d first = clamp.from_material_m, line = clamp.to_material_m - first;
+    const int across = std::abs(line.x()) < std::abs(line.y()) ? 0 : 1;
+    const Real extent = Real(line[1 - across]);
+    if (!(std::abs(line[across]) < kOnLine_m && std::abs(extent) > kOnLine_m &&
+          length(minus(to, from)) > kOnLine_m))
+      return refuse("a clamp runs along no thread or has no length");
+    const Point along = times(1 / length(minus(to, from)), minus(to, from));
+    const Point out = point_of(clamp.direction_in_world);
+    const Point leaving = plus(out, along, -dot(out, along));
+    if (!(length(leaving) > 0)) return refuse("a clamp is left along itself");
+    const auto part = [&](int i) {
+      return (Real(rest_.shape.material_m[i][1 - across]) - first[1 - across]) / extent;
+    };
+    std::vector<bool> on_line(held_.size(), false);
+    int found = 0;
+    for (std::size_t i = 0; i < held_.size(); ++i) {
+      const Real beyond = kOnLine_m / std::abs(extent), at = part(static_cast<int>(i));
+      on_line[i] = std::abs(rest_.shape.material_m[i][across] - first[across]) < kOnLine_m &&
+                   at > -beyond && at < 1 + beyond;
+      if (!on_line[i]) continue;
+      ++found;
+      hold_point(i, plus(from, minus(to, from), at));
     }
-    if (off > kHeld_m) refuse("a held point lies {:.3g} mm from its place", double(off) * 1e3);
-    if (turned > kHeld_m) refuse("the held cloth is bent by {:.3g}", double(turned));
+    if (found < 2) return refuse("a clamp holds no points of the mesh");
+    bool far_hem = true;
+    for (const std::array<int, 3>& corner : rest_.shape.triangles) {
+      bool at_line = false, beyond = false;
+      for (const int i : corner) {
+        at_line = at_line || on_line[i];
+        beyond = beyond || rest_.shape.material_m[i][across] > first[across] + double(kOnLine_m);
+      }
+      far_hem = far_hem && !(at_line && beyond);
+    }
+    const Point slope = times((far_hem ? -1 : 1) / length(leaving), leaving);
+    for (std::size_t s = 0; s < held_side_.size(); ++s) {
+      const auto [a, b] = rest_.shape.sides[s];
+      if (on_line[a] && on_line[b]) hold_side(s, times(left_of(s)[across], slope));
+    }
+  }
+
+  /// Unit vector in material coordinates to a side's left.
+  [[nodiscard]] std::array<Real, 2> left_of(std::size_t s) const {
+    const auto d = between(rest_, rest_.shape.sides[s][0], rest_.shape.sides[s][1]);
+    const Real size = std::sqrt(d[0] * d[0] + d[1] * d[1]);
+    return {-d[1] / size, d[0] / size};
   }
 
   void balance() {
     Real total = 0, length = 0;
     const Eigen::Vector3d& g = rest_.gravity_m_per_s2;
     for (const Real m : mass_) total += m;
-    for (const auto& [from, to] : rest_.sides) {
+    for (const auto& [from, to] : rest_.shape.sides) {
       const auto d = between(rest_, from, to);
-      length += std::sqrt(d[0] * d[0] + d[1] * d[1]) / static_cast<Real>(rest_.sides.size());
+      length += std::sqrt(d[0] * d[0] + d[1] * d[1]) / static_cast<Real>(rest_.shape.sides.size());
     }
     const Real weight = total * Real(g.norm()) / static_cast<Real>(mass_.size());
     Real points = 0, sides = 0;
     for (std::size_t i = 0; i < force_.size(); ++i) {
-      if (is_held(static_cast<int>(i))) continue;
-      Point f = force_[i];
-      for (int axis = 0; axis < 3; ++axis) f[axis] += mass_[i] * Real(g[axis]);
-      const Point p = point_of(rest_.points_m[i]);
-      if (objects_) f = left_by(*objects_, p, f);
+      if (held_[i]) continue;
+      Point f = plus(force_[i], point_of(g), mass_[i]);
+      const Point p = point_of(rest_.shape.points_m[i]);
       const Real r = std::sqrt(p[0] * p[0] + p[1] * p[1]);
       // The cylinder pushes outwards, and no other direction.
       if (!objects_ && p[2] < 0 && r > 0 && r <= Real(rest_.disc_radius_m) * (1 + kOnDisc)) {
         const Point out = {p[0] / r, p[1] / r, 0};
         const Real in = std::min<Real>(0, checker::dot(f, out));
-        for (int axis = 0; axis < 3; ++axis) f[axis] -= in * out[axis];
+        f = plus(f, out, -in);
       }
-      points = std::max(points, std::sqrt(checker::dot(f, f)));
+      points = std::max(points, checker::length(f));
     }
-    for (std::size_t s = 0; s < moment_.size(); ++s) {
-      const auto [from, to] = rest_.sides[s];
-      if (rest_.scene == nullptr && is_held(from) && is_held(to)) continue;
-      sides = std::max(sides, std::sqrt(checker::dot(moment_[s], moment_[s])));
-    }
+    for (std::size_t s = 0; s < moment_.size(); ++s)
+      if (!held_side_[s]) sides = std::max(sides, checker::length(moment_[s]));
     result_.residual = double(points / weight);
     result_.side_residual = double(sides / (weight * length));
     if (!(rest_.residual_tolerance <= kMostResidual))
@@ -333,21 +424,15 @@ class Judge {
              result_.side_residual);
   }
 
-  /// Points may not, cloth between them only as the particle grid's may.
   void enter_objects() {
-    Real longest = 0;
-    for (const auto& [from, to] : rest_.sides) {
-      const auto d = between(rest_, from, to);
-      longest = std::max(longest, std::sqrt(d[0] * d[0] + d[1] * d[1]));
-    }
     if (!surface_) return;
     const MeshDepths found = surface_->depths(*objects_);
-    result_.deepest_m = double(std::max(found.of_points, found.between));
-    if (found.of_points > kTouch_m)
-      refuse("a point lies {:.3g} mm deep in an object", double(found.of_points) * 1e3);
-    if (found.between > std::max(kBetween_m, kBetweenOfSide * longest))
-      refuse("the cloth lies {:.3g} mm deep in an object between its points: give a finer mesh",
-             double(found.between) * 1e3);
+    result_.deepest_m = double(found.deepest);
+    if (found.to_object) result_.to_object_m = double(*found.to_object);
+    result_.to_table_m = double(found.to_table);
+    if (found.over > 0)
+      refuse("the cloth lies {:.3g} mm deep in an object, {:.3g} mm more than it may",
+             double(found.deepest) * 1e3, double(found.over) * 1e3);
     if (found.through > kThrough)
       refuse("the cloth passes through an object, {:.2g} of its thickness deep",
              double(found.through));
@@ -358,9 +443,10 @@ class Judge {
     if (objects_) return enter_objects();
     const Real disc = rest_.disc_radius_m;
     Real deepest = 0, longest = 0;
-    for (const auto& [from, to] : rest_.sides) {
-      if (is_held(from) && is_held(to)) continue;
-      const Point a = point_of(rest_.points_m[from]), d = minus(point_of(rest_.points_m[to]), a);
+    for (const auto& [from, to] : rest_.shape.sides) {
+      if (held_[from] && held_[to]) continue;
+      const Point a = point_of(rest_.shape.points_m[from]),
+                  d = minus(point_of(rest_.shape.points_m[to]), a);
       longest = std::max(longest, checker::dot(d, d));
       const Real flat = d[0] * d[0] + d[1] * d[1];
       const Real at = flat > 0 ? std::clamp<Real>(-(a[0] * d[0] + a[1] * d[1]) / flat, 0, 1) : 0;
@@ -380,7 +466,8 @@ class Judge {
   std::vector<Point> force_, moment_;
   std::vector<Real> mass_;
   std::vector<Quadratic> seen_;
-  Real over_limit_ = 0;
+  std::vector<bool> held_, held_side_;
+  Real over_limit_ = 0, turned_ = 0;
   MeshJudgement result_;
 };
 

@@ -5,7 +5,7 @@
 #include <utility>
 #include <variant>
 
-#include "simulate/checker/scene.hpp"
+#include "simulate/checker/objects.hpp"
 
 namespace drape::simulate::checker {
 namespace {
@@ -32,17 +32,13 @@ std::pair<Real, Real> least_of(Function value) {
   return at_one < at_two ? std::pair{at_one, one} : std::pair{at_two, two};
 }
 
-Point towards(const Point& p, const Point& direction, Real far) {
-  return {p[0] + far * direction[0], p[1] + far * direction[1], p[2] + far * direction[2]};
-}
-
 /// From a place in a convex object, how far it is out of it.
 Real out_of(const Objects& objects, std::size_t k, const Point& p, const Point& direction) {
   Real inside = 0, outside = 1e-5L;
-  while (gap_of(objects, k, towards(p, direction, outside)) < 0) outside *= 2;
+  while (gap_of(objects, k, plus(p, direction, outside)) < 0) outside *= 2;
   for (int halving = 0; halving < 40; ++halving) {
     const Real middle = (inside + outside) / 2;
-    (gap_of(objects, k, towards(p, direction, middle)) < 0 ? inside : outside) = middle;
+    (gap_of(objects, k, plus(p, direction, middle)) < 0 ? inside : outside) = middle;
   }
   return outside;
 }
@@ -57,8 +53,8 @@ Real thickness_at(const Objects& objects, std::size_t k, const Point& p) {
       Point about = p;
       about[axis] += side;
       const Point normal = normal_of(objects, k, about);
-      least = std::min(least, out_of(objects, k, p, normal) +
-                                  out_of(objects, k, p, {-normal[0], -normal[1], -normal[2]}));
+      least =
+          std::min(least, out_of(objects, k, p, normal) + out_of(objects, k, p, times(-1, normal)));
     }
   }
   return least;
@@ -77,12 +73,12 @@ Real width_of(const Objects& objects, std::size_t k) {
 }
 
 Point middle_of(const Objects& objects, std::size_t k) {
-  const auto point = [](const Eigen::Vector3d& p) { return Point{p.x(), p.y(), p.z()}; };
   const Obstacle& object = objects.scene->obstacles[k];
-  if (const auto* ball = std::get_if<Sphere>(&object)) return point(ball->centre_in_world);
-  if (const auto* box = std::get_if<Box>(&object)) return point(box->world_from_box.translation_m);
+  if (const auto* ball = std::get_if<Sphere>(&object)) return point_of(ball->centre_in_world);
+  if (const auto* box = std::get_if<Box>(&object))
+    return point_of(box->world_from_box.translation_m);
   if (const auto* rod = std::get_if<Cylinder>(&object))
-    return point(rod->world_from_cylinder.translation_m);
+    return point_of(rod->world_from_cylinder.translation_m);
   return objects.mesh_middle[k];
 }
 
@@ -117,15 +113,13 @@ Real through_of(const Objects& objects, const std::array<Point, 3>& piece) {
   const Point u = minus(piece[1], piece[0]), v = minus(piece[2], piece[0]);
   const Real reach = std::sqrt(std::max(dot(u, u), dot(v, v)));
   Real most = 0;
-  for (std::size_t k = 0; k < objects.scene->obstacles.size(); ++k) {
+  for (std::size_t k = 0; k < objects.count(); ++k) {
     if (std::holds_alternative<Plane>(objects.scene->obstacles[k])) continue;
     if (lies_under(objects, k, piece)) return 1;
     if (gap_of(objects, k, piece[0]) > reach) continue;
     // At the rim of a wider one, less than a cell of the cloth may be in it.
     if (width_of(objects, k) > reach) continue;
-    const auto place = [&](Real s, Real t) {
-      return towards(towards(piece[0], u, s * (1 - t)), v, t);
-    };
+    const auto place = [&](Real s, Real t) { return plus(plus(piece[0], u, s * (1 - t)), v, t); };
     const auto over = [&](Real t) {
       return least_of([&](Real s) { return gap_of(objects, k, place(s, t)); });
     };
@@ -136,18 +130,6 @@ Real through_of(const Objects& objects, const std::array<Point, 3>& piece) {
                                : thickness_at(objects, k, place(over(t).second, t));
     most = std::max(most, -gap / thickness);
   }
-  return most;
-}
-
-Real through_of(const Objects& objects, const std::vector<Point>& points, int rows, int cols) {
-  Real most = 0;
-  for (int r = 0; r + 1 < rows; ++r)
-    for (int c = 0; c + 1 < cols; ++c) {
-      const int i = r * cols + c;
-      for (const auto& [a, b, d] :
-           {std::array{i, i + 1, i + cols}, std::array{i + 1, i + cols + 1, i + cols}})
-        most = std::max(most, through_of(objects, {points[a], points[b], points[d]}));
-    }
   return most;
 }
 

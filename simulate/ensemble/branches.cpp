@@ -357,7 +357,7 @@ FinishedBranch finish_branch(const Ensemble& ensemble, std::size_t branch, const
       finer.from_measured_m = from_measured_m(*found.level, found.rest);
       entry.polish_m = mean_distance_m(finer.marks, lowest.marks, false);
       entry.spacing_m = fine.options.drape.spacing_m;
-      entry.residual = finer.result.certificate.residual;
+      entry.residual = finer.result.certificate.residual.value_or(0);
       entry.stable = is_stable(*found.level, found.rest);
       return finer;
     }

@@ -17,9 +17,9 @@
 #include "core/program/shell_word.hpp"
 #include "core/units.hpp"
 #include "simulate/checker/mesh_rest.hpp"
+#include "simulate/judge_drape.hpp"
 #include "simulate/mesh/cusick.hpp"
 #include "simulate/programs/commands.hpp"
-#include "simulate/programs/mesh_rest_of.hpp"
 #include "simulate/simulate.hpp"
 
 namespace drape::simulate {
@@ -104,7 +104,10 @@ JudgedDrape judged_drape(const ClothLaws& laws, const CusickOptions& options) {
   JudgedDrape judged{cusick_drape(laws, options), std::nullopt};
   const CusickDrape& drape = judged.drape;
   if (!drape.report.at_rest) return judged;
-  MeshRest rest = mesh_rest_of(drape.mesh, drape.state, laws, drape.memory);
+  MeshRest rest;
+  rest.shape = shape_of(drape.mesh, drape.state);
+  rest.laws = laws;
+  rest.memory = drape.memory;
   rest.disc_radius_m = options.disc_m / 2;
   rest.gravity_m_per_s2 = options.descent.gravity_m_per_s2;
   rest.residual_tolerance = options.descent.residual;

@@ -23,7 +23,7 @@ Dual<N> inverse_root(const Dual<N>& square) {
 
 /// (warp, weft) of one point less another.
 [[nodiscard]] inline std::array<Real, 2> between(const MeshRest& rest, int from, int to) {
-  const Eigen::Vector2d &a = rest.material_m[from], &b = rest.material_m[to];
+  const Eigen::Vector2d &a = rest.shape.material_m[from], &b = rest.shape.material_m[to];
   return {Real(b.x()) - Real(a.x()), Real(b.y()) - Real(a.y())};
 }
 
@@ -33,7 +33,7 @@ struct Metric {
   std::array<CornerJet, 3> of;
 };
 [[nodiscard]] inline Metric metric_of(const MeshRest& rest, int t) {
-  const std::array<int, 3>& corner = rest.triangles[t];
+  const std::array<int, 3>& corner = rest.shape.triangles[t];
   const auto first = between(rest, corner[0], corner[1]),
              second = between(rest, corner[0], corner[2]);
   const Real twice = first[0] * second[1] - first[1] * second[0];
@@ -41,7 +41,8 @@ struct Metric {
   for (int k = 0; k < 2; ++k)
     for (int axis = 0; axis < 3; ++axis) {
       CornerJet& at = side[k][axis];
-      at.v = Real(rest.points_m[corner[k + 1]][axis]) - Real(rest.points_m[corner[0]][axis]);
+      at.v = Real(rest.shape.points_m[corner[k + 1]][axis]) -
+             Real(rest.shape.points_m[corner[0]][axis]);
       at.d[3 * (k + 1) + axis] = 1;
       at.d[axis] = -1;
     }

@@ -1,0 +1,96 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <map>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include "simulate/checker/mesh_rest.hpp"
+#include "simulate/checker/objects.hpp"
+
+/// The surface of a mesh of cloth between its points, and forces that press there.
+namespace drape::simulate::checker {
+
+/// A quadratic over a triangle: its area, unknowns (corners, sides) and their weights in its second
+/// derivatives.
+struct Quadratic {
+  Real area;
+  std::array<int, 6> unknown;
+  std::vector<Real> uu, uv, vv;
+};
+
+/// Items by the boxes of a lattice that they reach into.
+class Lattice {
+ public:
+  explicit Lattice(Real size) : size_(size) {}
+  void insert(const Point& low, const Point& high, int item);
+  /// Items that share a box with another range, each once, in rising order.
+  [[nodiscard]] std::vector<int> near(const Point& low, const Point& high) const;
+
+ private:
+  using Key = std::array<long, 3>;
+  template <class Visit>
+  void visit(const Point& low, const Point& high, Visit visit) const;
+
+  Real size_;
+  std::map<Key, std::vector<int>> items_;
+};
+
+/// Depths of a surface in the objects of a scene, looked at in steps of kPlaces_m.
+struct MeshDepths {
+  std::optional<Real> to_object;  ///< least distance of a node; absent without objects
+  Real to_table = 0;
+  Real deepest = 0;
+  Real over = 0;     ///< largest excess over allowed_between_m()
+  Real through = 0;  ///< share of the thickness of an object, see through_of()
+};
+
+/// Each triangle is four flat facets between its corners and the middles of its sides, where the
+/// quadratics beside a side put them in the mean. Nodes are the points, then these middles.
+class MeshSurface {
+ public:
+  /// `quadratics` of the triangles, in their order.
+  MeshSurface(const MeshRest& rest, const std::vector<Quadratic>& quadratics);
+
+  [[nodiscard]] MeshDepths depths(const Objects& objects) const;
+  /// Adds a stated force at a place of a facet by its nodes, as far as contact can do it, to points
+  /// and sides. False where there is no such place or it is farther than kTouch_m outside the
+  /// object. Forces of one layer on another act between a node and a facet or between two edges of
+  /// facets, without a common node, that are nearest to each other, nearer than the rest's
+  /// thickness and than a quarter of what they are apart on the flat piece.
+  [[nodiscard]] bool add(const Objects& objects, const ContactForce& stated,
+                         std::vector<Point>& on_points, std::vector<Point>& on_sides);
+  /// Pairs of an edge and a facet that pass through each other and have no node in common.
+  [[nodiscard]] int crossings() const;
+  /// Place of a material point (m), by the quadratic through the six nodes of its triangle; nothing
+  /// beside the cloth.
+  [[nodiscard]] std::optional<Eigen::Vector3d> place(const Eigen::Vector2d& material_m) const;
+
+  [[nodiscard]] Real deepest_pressed() const { return deepest_pressed_; }
+  [[nodiscard]] const std::optional<Real>& nearest_layers() const { return nearest_layers_; }
+
+ private:
+  using Nodes = std::array<int, 3>;
+  /// Weights of points and of sides in a place.
+  struct Mixture {
+    std::map<int, Real> points, sides;
+  };
+  [[nodiscard]] bool is_piece(std::vector<int> nodes) const;
+  [[nodiscard]] std::optional<Point> layer_force(const ContactForce& stated, int firsts,
+                                                 Real friction);
+  [[nodiscard]] std::optional<Point> object_force(const Objects& objects,
+                                                  const ContactForce& stated);
+
+  const MeshRest& rest_;
+  std::vector<Mixture> middles_;
+  std::vector<Point> nodes_, flat_;  ///< in space, and in material coordinates (warp, weft, 0)
+  std::vector<Nodes> facets_, sorted_;
+  std::vector<std::array<int, 2>> edges_;  ///< sides of facets, in order, each once
+  mutable std::optional<Lattice> by_material_;
+  Real deepest_pressed_ = 0;
+  std::optional<Real> nearest_layers_;
+};
+
+}  // namespace drape::simulate::checker
