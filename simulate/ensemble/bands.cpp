@@ -75,7 +75,7 @@ class OtherRests {
   }
   void add_drape(std::vector<std::string> history, const std::string& what) {
     tasks_.emplace_back([this, history, what] {
-      const EnsembleCase other = coarse_.with_history(history);
+      const EnsembleCase other = coarse_.with([&](Scene& scene) { scene.start.history = history; });
       const Drape drape = drape_cloth(*other.drape, other.options.drape);
       return other_of(other, *drape.level, drape.rest, drape.levels.back().rest, what);
     });

@@ -16,6 +16,7 @@
 #include "simulate/ensemble/folded_starts.hpp"
 #include "simulate/ensemble/linkage.hpp"
 #include "simulate/judge_drape.hpp"
+#include "simulate/start/start.hpp"
 
 namespace drape::simulate {
 namespace {
@@ -87,10 +88,14 @@ bool is_stable(DrapeLevel& level, const ClothMoment& moment) {
   return level.first_order(moment, change).has_value();
 }
 
+EnsembleCase with_friction(const EnsembleCase& own, double coefficient) {
+  return own.with([&](Scene& scene) { scene.friction = coefficient; });
+}
+
 Member member_of(const EnsembleCase& coarse, int start, StartVariation variation,
                  const DrapeStart& begin = {}) {
   const EnsembleCase own =
-      coarse.with_friction(coarse.scene.friction * std::exchange(variation.friction_factor, 1.0));
+      with_friction(coarse, coarse.scene.friction * std::exchange(variation.friction_factor, 1.0));
   Member member;
   member.start = start;
   member.friction = own.scene.friction;
@@ -149,18 +154,11 @@ void fields(Fields& f, EnsembleOptions& options) {
     options.starts);
 }
 
-EnsembleCase EnsembleCase::with_friction(double coefficient) const {
+EnsembleCase EnsembleCase::with(const std::function<void(Scene&)>& change) const {
   EnsembleCase other = *this;
   auto changed = std::make_shared<DrapeCase>(*drape);
-  other.scene.friction = changed->local.scene.friction = coefficient;
-  other.drape = std::move(changed);
-  return other;
-}
-
-EnsembleCase EnsembleCase::with_history(std::vector<std::string> history) const {
-  EnsembleCase other = *this;
-  auto changed = std::make_shared<DrapeCase>(*drape);
-  other.scene.start.history = changed->local.scene.start.history = std::move(history);
+  change(other.scene);
+  change(changed->local.scene);
   other.drape = std::move(changed);
   return other;
 }
@@ -341,7 +339,7 @@ std::vector<std::size_t> could_be_real(const Ensemble& ensemble) {
 FinishedBranch finish_branch(const Ensemble& ensemble, std::size_t branch, const EnsembleCase& own,
                              bool polish, ListedBranch& entry) {
   const Member& lowest = ensemble.members[ensemble.branches[branch].front()];
-  const EnsembleCase fine = own.with_friction(lowest.friction).with_levels(2);
+  const EnsembleCase fine = with_friction(own, lowest.friction).with_levels(2);
   const EnsembleCase coarse = fine.with_levels(1);
   Drape drape = lowest.drape;
   drape.level = std::make_shared<DrapeLevel>(*coarse.drape, coarse.options.drape,
@@ -414,6 +412,7 @@ void start_from_measured(const EnsembleCase& own, PlacedDrape& placed) {
   const EnsembleCase there = own.with_levels(2);
   DrapeCase drape = *there.drape;
   drape.local.scene.start.mode = StartMode::measured;
+  drape.shape = measured_shape(drape.local.scene, drape.local.measured, drape.print, *drape.around);
   const Drape found = drape_cloth(drape, there.options.drape);
   placed.started_there = there.ending_of(*found.level, found.rest, found.levels.back().rest);
   if (placed.started_there == "at rest")

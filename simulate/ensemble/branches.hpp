@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -31,8 +32,8 @@ struct EnsembleCase {
   SimulateOptions options;
   std::shared_ptr<const DrapeCase> drape;
 
-  [[nodiscard]] EnsembleCase with_friction(double coefficient) const;
-  [[nodiscard]] EnsembleCase with_history(std::vector<std::string> history) const;
+  /// A value of the scene changed, in the world and in the frame of the case.
+  [[nodiscard]] EnsembleCase with(const std::function<void(Scene&)>& change) const;
   [[nodiscard]] EnsembleCase with_laws(FittedLaws laws) const;
   /// The first `count` levels of the drape's own alone.
   [[nodiscard]] EnsembleCase with_levels(std::size_t count) const;

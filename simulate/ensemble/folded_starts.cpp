@@ -7,8 +7,6 @@
 #include <numbers>
 #include <utility>
 
-#include "simulate/start/start.hpp"
-
 namespace drape::simulate {
 namespace {
 
@@ -59,7 +57,7 @@ Vector3d folded(const Line& line, bool left, bool right, int halves, const Vecto
 std::vector<DrapeStart> folded_starts(const DrapeCase& drape) {
   const Scene& scene = drape.local.scene;
   if (scene.pins.size() != 2 || !scene.clamps.empty()) return {};
-  const std::vector<Vector3d> pinned = pin_places(scene, drape.print, drape.local.measured);
+  const std::vector<Vector3d>& pinned = drape.pins_at;
   Line line;
   line.from_m = scene.pins[0].material_m(drape.print);
   line.from = pinned[0];
