@@ -84,7 +84,10 @@ std::vector<DrapeStart> folded_starts(const DrapeCase& drape) {
         places.reserve(material_m.size());
         for (const Vector2d& point : material_m)
           places.push_back(folded(line, left, right, halves, point));
-        return level.start_at(material_m, places);
+        ClothMoment moment = level.start_at(material_m, places);
+        for (const int pin : level.pinned())
+          moment.state[pin] = places[pin];  // carried by the fall
+        return moment;
       });
     }
   return starts;

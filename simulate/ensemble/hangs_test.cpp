@@ -145,7 +145,10 @@ std::optional<double> energy_of_random_start(const EnsembleCase& own, int index)
                  std::sin(kTurn / 2 * (wave.u * part.x() + wave.v * part.y()) + wave.phase);
           places.push_back(turn * p);
         }
-        return level.start_at(material_m, places);
+        ClothMoment moment = level.start_at(material_m, places);
+        for (const int pin : level.pinned())
+          moment.state[pin] = places[pin];  // carried by the fall
+        return moment;
       });
   if (own.ending_of(*drape.level, drape.rest, drape.levels.back().rest) != "at rest")
     return std::nullopt;

@@ -2,15 +2,12 @@
 #pragma once
 
 #include <cmath>
-#include <optional>
-#include <string>
 #include <vector>
 
 #include "core/units.hpp"
-#include "simulate/equilibrium/run.hpp"
-#include "simulate/start/local_frame.hpp"
+#include "simulate/fabric/laws.hpp"
 
-/// Strips with internal friction: as a drape, and as a boundary-value problem.
+/// A strip with internal friction as a boundary-value problem.
 namespace drape::simulate::test {
 
 /// Cotton broad of Matsudaira et al. 2015: B, 2HB and density.
@@ -93,52 +90,6 @@ class HeavyStrip {
   double length_, weight_ = 0;
   SlipElement element_;
   std::vector<double> slip_, curvature_;
-};
-
-/// A strip of `rows` x 2 particles at that spacing, clamped in its first two rows, which drapes
-/// from flat after a history.
-class ClampedStrip {
- public:
-  ClampedStrip(const std::vector<std::string>& history, const Eigen::Vector3d& gravity, int rows,
-               double spacing)
-      : grid_{rows, 2, {spacing * (rows - 1), spacing}},
-        laws_(cotton(grid_.patch_m.x(), kFrictionMoment)) {
-    print_.rows = print_.cols = 2;
-    print_.pitch_m = spacing;
-    print_.patch_m = grid_.patch_m;
-    print_.margin_m.setZero();
-    scene_.file = "strip.toml";
-    scene_.gravity_m_per_s2 = gravity;
-    scene_.start = {StartMode::flat, 0, Eigen::Vector3d(0, 0, 0), 0, history};
-    StartReport ignored;
-    const FlatPose flat = flat_start(scene_, std::nullopt, 0, ignored);
-    for (const double u : {0.0, spacing})
-      for (const double v : {0.0, spacing})
-        scene_.pins.push_back(
-            {{}, flat.point_in_world({u, v}, print_.patch_m), Eigen::Vector2d(u, v)});
-  }
-  [[nodiscard]] StaticCase the_case() const {
-    return {scene_, print_, unmeasured_, nothing_, laws_};
-  }
-  [[nodiscard]] StaticOptions options(double tolerance) const {
-    StaticOptions options;
-    options.gravity_m_per_s2 = scene_.gravity_m_per_s2;
-    options.residual_tolerance = tolerance;
-    options.first_step_s = 0.1;
-    return options;
-  }
-  [[nodiscard]] const GridSpec& grid() const { return grid_; }
-  [[nodiscard]] StaticDrape drape(double tolerance, const AfterRest& after = {}) const {
-    return drape_statically(the_case(), grid_, options(tolerance), {}, after);
-  }
-
- private:
-  GridSpec grid_;
-  ClothLaws laws_;
-  Print print_;
-  Scene scene_;
-  Surroundings nothing_;
-  std::optional<Sheet> unmeasured_;
 };
 
 }  // namespace drape::simulate::test
