@@ -50,6 +50,26 @@ void fields(Fields& f, SimulateArguments& args) {
   if (args.grid) args.options.paper.rows = args.options.paper.cols = *args.grid;
 }
 
+std::vector<std::pair<std::string, std::string>> numbers_of(const Certificate& certificate) {
+  std::vector<std::pair<std::string, std::string>> numbers;
+  numbers.emplace_back("largest residual force",
+                       fmt::format("{:.2g} of a point's weight", certificate.residual));
+  if (const auto& strains = certificate.strains)
+    numbers.emplace_back(
+        "strain warp, weft",
+        fmt::format("{:.2f} to {:.2f} %, {:.2f} to {:.2f} %", 1e2 * strains->warp.x(),
+                    1e2 * strains->warp.y(), 1e2 * strains->weft.x(), 1e2 * strains->weft.y()));
+  if (const auto& distances = certificate.distances)
+    numbers.emplace_back("deepest in an object",
+                         fmt::format("{:.3f} mm", distances->deepest_m / units::mm));
+  if (const auto& check = certificate.check)
+    numbers.emplace_back(
+        "independent check",
+        check->accepted ? fmt::format("accepted, {:.2g} of a point's weight left", check->residual)
+                        : "refused");
+  return numbers;
+}
+
 /// The last lines of drape-simulate: NO-GO when the cloth did not come to rest.
 Ending ending_of(const SimulateResult& result, const fs::path& out) {
   const Certificate& certificate = result.certificate;
