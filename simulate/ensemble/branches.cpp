@@ -12,6 +12,7 @@
 #include "core/parallel.hpp"
 #include "core/statistics/distributions.hpp"
 #include "core/units.hpp"
+#include "simulate/checker/certify.hpp"
 #include "simulate/ensemble/bands.hpp"
 #include "simulate/ensemble/folded_starts.hpp"
 #include "simulate/ensemble/linkage.hpp"
@@ -184,7 +185,8 @@ EnsembleCase EnsembleCase::with_levels(std::size_t count) const {
 std::string EnsembleCase::ending_of(const DrapeLevel& level, const ClothMoment& moment,
                                     const RestReport& report) const {
   if (!report.at_rest) return "it does not come to rest: " + report.why;
-  const MeshJudgement judged = judge_drape(level, moment, scene, options.drape.descent.residual);
+  const MeshJudgement judged =
+      judge_drape(level, moment, scene, options.drape.descent.residual, strain_limits(fabric));
   if (judged.accepted()) return "at rest";
   return fmt::format("the checker refuses it: {}", fmt::join(judged.refusals, "; "));
 }
