@@ -35,7 +35,9 @@ constexpr double kSame_m = 1e-6;          // two material points that are one
 constexpr int kMostRounds = 60;           // rounds of descents, at the end of each friction settles
 constexpr double kPassingResidual = 0.1;  // weights of a point, while places still press softly
 constexpr double kBeside = 1e-6;          // of a triangle's weights: a place on its border is in it
-constexpr double kLeastRatio = 1.5;       // of two spacings that are levels of their own
+constexpr double kSolved = 1e-8;          // relative norm of what a first-order answer leaves
+constexpr int kMostProducts = 5000;
+constexpr double kLeastRatio = 1.5;  // of two spacings that are levels of their own
 
 void require_size(const ClothOutline& outline, double spacing_m) {
   Vector2d low = outline.outer.front(), high = low;
@@ -187,6 +189,10 @@ class AllPushes : public Pushes {
     const std::vector<Support> more = layers->supports(state);
     found.insert(found.end(), more.begin(), more.end());
     return found;
+  }
+  void add_products(const State& state, const State& direction, State& product) override {
+    objects.add_products(state, direction, product);
+    if (layers) layers->add_products(state, direction, product);
   }
   void settle(const State& state) override {
     objects.settle(state);
@@ -554,6 +560,46 @@ ClothStrains DrapeLevel::strains(const ClothMoment& moment) const {
 
 bool DrapeLevel::meets_itself(const ClothMoment& moment) const {
   return passes_through_itself(parts_->surface.facets(), surface(moment));
+}
+
+std::optional<State> DrapeLevel::first_order(const ClothMoment& rest, const State& force_change) {
+  Parts& my = *parts_;
+  my.begin(rest);
+  AllPushes pushes = my.pushes_of(rest);
+  if (!my.stiffness->factorise(rest.state, pushes.supports(rest.state))) return std::nullopt;
+  const auto flat = [](State& state) {
+    return Eigen::Map<Eigen::VectorXd>(state.front().data(),
+                                       3 * static_cast<Eigen::Index>(state.size()));
+  };
+  const auto let_go = [&](State& of) {
+    for (std::size_t i = 0; i < of.size(); ++i)
+      if (my.held[i]) of[i].setZero();
+  };
+  // Conjugate gradients (Hestenes and Stiefel 1952).
+  State found(force_change.size(), Vector3d::Zero()), left = force_change, product = found;
+  let_go(left);
+  State way = left;
+  my.stiffness->solve(way);
+  State direction = way;
+  double size = flat(left).dot(flat(way));
+  const double first = size;
+  for (int k = 0; k < kMostProducts; ++k) {
+    if (!(size > kSolved * kSolved * first)) return found;
+    std::fill(product.begin(), product.end(), Vector3d::Zero());
+    my.cloth.add_products(rest.state, direction, product);
+    pushes.add_products(rest.state, direction, product);
+    let_go(product);
+    const double curvature = flat(direction).dot(flat(product));
+    if (!(curvature > 0)) return std::nullopt;
+    flat(found) += size / curvature * flat(direction);
+    flat(left) -= size / curvature * flat(product);
+    way = left;
+    my.stiffness->solve(way);
+    const double next = flat(left).dot(flat(way));
+    flat(direction) = flat(way) + next / size * flat(direction);
+    size = next;
+  }
+  return std::nullopt;
 }
 
 }  // namespace drape::simulate

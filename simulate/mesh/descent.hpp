@@ -33,6 +33,10 @@ class Pushes {
   virtual void add_forces(const MeshCloth::State& state, MeshCloth::State& force) = 0;
   /// For MeshStiffness.
   [[nodiscard]] virtual std::vector<Support> supports(const MeshCloth::State& state) = 0;
+  /// Adds the energy's second derivative times a direction. Contacts keep their state: pressed
+  /// places stay pressed, sticking ones stick, sliding ones resist across their slip alone.
+  virtual void add_products(const MeshCloth::State& state, const MeshCloth::State& direction,
+                            MeshCloth::State& product) = 0;
   /// After an increment of load: takes it over into what holds by friction.
   virtual void settle(const MeshCloth::State& state) = 0;
   /// The part of the straight path between two states that cloth may go, 1 for all of it. `led`:
@@ -54,7 +58,7 @@ struct DescentOptions {
   /// mm.
   double farthest_step = 0.3;
   int pairs = 5;             ///< pairs of steps and gradients that are remembered
-  int factor_every = 5;      ///< steps between two matrices
+  int factor_every = 10;     ///< steps between two matrices
   bool keep_matrix = false;  ///< begins with the last descent's, where that is not too old
   const Inertia* inertia = nullptr;
 };

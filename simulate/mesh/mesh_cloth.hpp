@@ -101,6 +101,9 @@ class MeshCloth {
   [[nodiscard]] InternalEnergies energies(const State& state) const;
   /// Adds minus the energy's gradient (N; N m for the sides) and returns the energies.
   InternalEnergies add_forces(const State& state, State& force) const;
+  /// Adds the energy's second derivative times a direction, element by element; curves of straight
+  /// pieces and friction elements by their tangent.
+  void add_products(const State& state, const State& direction, State& product) const;
 
  private:
   [[nodiscard]] Seam seam_of(int edge) const;
