@@ -269,11 +269,13 @@ TEST(EndToEnd, AnEnsembleSaysWhereTheRealDrapeIsAmongIts) {
   EXPECT_GT(list["measured"]["started_there_distance_mm"].get<double>(), 0);
   const std::string report = drape::read_text(out / "report.html");
   EXPECT_THAT(report, HasSubstr("started from the real shape"));
-  EXPECT_TRUE(fs::exists(out / "report/C-band.svg"));
-  const auto branch = list["measured"]["branch"];
-  EXPECT_THAT(first.text, HasSubstr(branch.is_null() ? "on no branch of the ensemble"
-                                                     : "the real drape is on branch"));
-  EXPECT_THAT(first.text, HasSubstr("it rests on U and the ensemble alone"));
+  EXPECT_EQ(fs::exists(out / "report/C-band.svg"), !list["band"].empty());
+  if (!list["measured"]["reach_mm"].is_null()) {
+    const auto branch = list["measured"]["branch"];
+    EXPECT_THAT(first.text, HasSubstr(branch.is_null() ? "on no branch of the ensemble"
+                                                       : "the real drape is on branch"));
+    EXPECT_THAT(first.text, HasSubstr("it rests on U and the ensemble alone"));
+  }
   const Outcome stored = drape::test::run_line(
       drape::test::program("drape-results").string() +
       " --csv sql 'SELECT count(*) FROM v_branches' --store " + (out / "results.sqlite").string());
