@@ -3,46 +3,53 @@
 
 #include <string>
 
+#include "core/units.hpp"
 #include "simulate/checker/certify.hpp"
+#include "simulate/simulate.hpp"
 #include "tests/support/paths.hpp"
 
 namespace drape::simulate {
 
-/// A drape of rigs/paper at rest and all that is needed to judge it.
+/// Options of a drape on one mesh of 10 mm, with a line per curve.
+[[nodiscard]] inline SimulateOptions coarse_options() {
+  SimulateOptions options;
+  options.segments = 1;
+  options.drape.spacing_m = options.drape.coarsest_m = 10 * units::mm;
+  return options;
+}
+
+/// A drape of rigs/paper, and all that is needed to judge it.
 struct Case {
-  Case(const std::string& name, const SimulateOptions& how)
+  explicit Case(const std::string& name, SimulateOptions how = coarse_options())
       : scene(read_scene(test::source_root() / "rigs/paper/scenes" / (name + ".toml"))),
         fabric(read_fabric(scene.fabric_file)),
         print(read_print(scene.print_file)),
-        options(how) {
-    options.rows = options.cols = 11;
-    drape();
-  }
-  Case(const std::string& name, ClothModel model) : Case(name, SimulateOptions{.model = model}) {}
-  /// Once more, after a change of what it is made of.
+        options(std::move(how)) {}
+  /// Drapes it, writes its files and reads them back.
   void drape() {
     result = simulate(scene, fabric, print, std::nullopt, options);
-    claim = claim_of(result, options);
+    const test::TemporaryFolder folder;
+    RunRecord record("test", {}, folder.path() / "run.json");
+    write_outputs(folder.path(), result, record);
+    files = read_rest_files(folder.path());
   }
-  [[nodiscard]] CertifyReport judge() const {
-    return certify(result.sheet, scene, fabric, print, claim);
-  }
+  [[nodiscard]] CertifyReport judge() const { return certify(files, scene, fabric, print); }
 
   Scene scene;
   Fabric fabric;
   Print print;
   SimulateOptions options;
   SimulateResult result;
-  CertificateClaim claim;
+  RestFiles files;
 };
 
-inline std::string listed(const CertifyReport& report) {
+/// The lines that do not pass, and the refusals.
+[[nodiscard]] inline std::string listed(const CertifyReport& report) {
   std::string text;
-  for (const CertifyLine& line : report.lines) {
+  for (const CertifyLine& line : report.lines)
     if (!line.passes())
       text += line.what + ": found " + std::to_string(line.found) + " claimed " +
               std::to_string(line.claimed) + " allowed " + std::to_string(line.allowed) + "\n";
-  }
   for (const std::string& refusal : report.refusals) text += refusal + "\n";
   return text;
 }
