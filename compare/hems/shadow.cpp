@@ -9,6 +9,7 @@
 
 #include "compare/meshes/other_mesh.hpp"
 #include "compare/records/provenance.hpp"
+#include "core/cusick.hpp"
 #include "core/error.hpp"
 #include "core/files/json_file.hpp"
 #include "core/files/mesh_file.hpp"
@@ -150,17 +151,16 @@ Moments covered(const ShadowMesh& mesh) {
 
 /// Takes the entry of a mesh in the list of virtual drapes beside it.
 void read_list(const std::filesystem::path& list, const std::string& name, ShadowMesh& mesh) {
-  const JsonNode root = JsonNode::open(list, "cusick", 1);
-  for (const JsonNode& start : root.items("starts")) {
-    if (start.text("file") != name) continue;
-    mesh.fabric = root.text("fabric");
-    mesh.status = start.boolean("at_rest") ? "at rest" : "relaxation ended before";
-    if (start.has("refusals"))
-      for (const std::string& refusal : start.texts("refusals"))
-        mesh.status = "refused by the checker: " + refusal;
-    mesh.flat_area_m2 = start.number("specimen_area_mm2") * units::mm * units::mm;
-    if (root.has("disc_mm")) mesh.disc_m = root.number("disc_mm") * units::mm;
-    if (root.has("specimen_mm")) mesh.specimen_m = root.number("specimen_mm") * units::mm;
+  const auto read = read_record<CusickFile>(list);
+  for (const CusickStart& start : read.starts) {
+    if (start.file != name) continue;
+    mesh.fabric = read.fabric;
+    mesh.status = start.at_rest ? "at rest" : "relaxation ended before";
+    for (const std::string& refusal : start.refusals)
+      mesh.status = "refused by the checker: " + refusal;
+    mesh.flat_area_m2 = start.specimen_area_m2;
+    mesh.disc_m = read.disc_m;
+    mesh.specimen_m = read.specimen_m;
     return;
   }
   throw bad_input("the list beside the mesh does not name it",

@@ -6,10 +6,10 @@
 #include <string>
 #include <vector>
 
+#include "core/cusick.hpp"
 #include "core/error.hpp"
 #include "core/fields/fields.hpp"
 #include "core/files/files.hpp"
-#include "core/files/json_file.hpp"
 #include "core/parallel.hpp"
 #include "core/program/command.hpp"
 #include "core/program/program.hpp"
@@ -17,10 +17,10 @@
 #include "core/program/shell_word.hpp"
 #include "core/units.hpp"
 #include "simulate/checker/mesh_rest.hpp"
+#include "simulate/fabric/fitted_laws.hpp"
 #include "simulate/judge_drape.hpp"
 #include "simulate/mesh/cusick.hpp"
 #include "simulate/programs/commands.hpp"
-#include "simulate/simulate.hpp"
 
 namespace drape::simulate {
 
@@ -124,59 +124,55 @@ void remove_drapes(const std::filesystem::path& folder) {
   }
 }
 
-/// Writes start-NN.ply and cusick.json (schema drapebench/cusick/1) into `out`, where no drape of
-/// an earlier run remains, books them in the record, and says how many drapes the checker takes for
-/// rests.
+/// Entry of a drape in the list.
+CusickStart entry_of(const JudgedDrape& judged, const std::string& name) {
+  const DescentReport& found = judged.drape.report;
+  CusickStart start{.file = name,
+                    .points = static_cast<int>(judged.drape.mesh.points_m.size()),
+                    .specimen_area_m2 = judged.drape.mesh.area_m2(),
+                    .at_rest = judged.go(),
+                    .steps = found.steps,
+                    .residual = found.residual,
+                    .energy_j = found.energy_j,
+                    .hurried_loads = judged.drape.hurried_loads};
+  if (found.dissipated_j > 0) start.dissipated_j = found.dissipated_j;
+  if (!judged.judgement) return start;
+  start.refusals = judged.judgement->refusals;
+  start.checked_residual = judged.judgement->residual;
+  start.deepest_m = judged.judgement->deepest_m;
+  return start;
+}
+
+/// Writes start-NN.ply and cusick.json into `out`, where no drape of an earlier run remains, books
+/// them in the record, and says how many drapes the checker takes for rests.
 Ending write_cusick(const CusickArguments& arguments, const std::string& fabric,
                     const std::vector<JudgedDrape>& drapes, RunRecord& record) {
   using units::mm;
   const std::filesystem::path out = arguments.out;
   remove_drapes(out);
   Ending ending;
-  Json json;
-  json["schema"] = "drapebench/cusick/1";
-  json["fabric"] = fabric;
-  json["disc_mm"] = arguments.disc_m / mm;
-  json["specimen_mm"] = arguments.specimen_m / mm;
-  json["starts"] = Json::array();
+  CusickFile list{fabric, arguments.disc_m, arguments.specimen_m, {}};
   std::size_t resting = 0;
   for (std::size_t i = 0; i < drapes.size(); ++i) {
-    const CusickDrape& drape = drapes[i].drape;
-    const DescentReport& found = drape.report;
-    const std::string name = file_of_start(i);
-    resting += drapes[i].go() ? 1 : 0;
-    json["starts"].push_back({{"file", name},
-                              {"points", drape.mesh.points_m.size()},
-                              {"specimen_area_mm2", drape.mesh.area_m2() / (mm * mm)},
-                              {"at_rest", drapes[i].go()},
-                              {"steps", found.steps},
-                              {"residual_point_weights", found.residual},
-                              {"energy_uj", found.energy_j * 1e6}});
-    if (const auto& judgement = drapes[i].judgement) {
-      Json& start = json["starts"].back();
-      start["refusals"] = judgement->refusals;
-      start["checked_residual_point_weights"] = judgement->residual;
-      start["deepest_mm"] = judgement->deepest_m / mm;
-      for (const std::string& refusal : judgement->refusals)
-        ending.rejected.push_back(fmt::format("{} is refused by the checker: {}", name, refusal));
-    }
-    if (found.dissipated_j > 0)
-      json["starts"].back()["internal_friction_took_uj"] = found.dissipated_j * 1e6;
+    const CusickStart start = entry_of(drapes[i], file_of_start(i));
+    list.starts.push_back(start);
+    resting += start.at_rest ? 1 : 0;
+    for (const std::string& refusal : start.refusals)
+      ending.rejected.push_back(
+          fmt::format("{} is refused by the checker: {}", start.file, refusal));
     ending.numbers.emplace_back(
-        name,
+        start.file,
         fmt::format("{} points, {} steps, residual {:.2g} of a point's weight, {:.1f} uJ",
-                    drape.mesh.points_m.size(), found.steps, found.residual, found.energy_j * 1e6));
-    if (!found.at_rest) ending.rejected.push_back(name + " is not at rest");
-    if (drape.hurried_loads > 0) {
-      json["starts"].back()["hurried_loads"] = drape.hurried_loads;
+                    start.points, start.steps, start.residual, start.energy_j * 1e6));
+    if (!drapes[i].drape.report.at_rest) ending.rejected.push_back(start.file + " is not at rest");
+    if (start.hurried_loads > 0)
       ending.warnings.push_back(fmt::format(
           "{} went on from {} loads before it was near rest, so its folds may be others; raise "
           "--max-steps",
-          name, drape.hurried_loads));
-    }
+          start.file, start.hurried_loads));
   }
   // The list first: whenever a run may end, no drape lies beside a list that speaks of another.
-  write_json(out / "cusick.json", json);
+  write_record(out / "cusick.json", list);
   for (std::size_t i = 0; i < drapes.size(); ++i) {
     write_durable(out / file_of_start(i), ply_text(drapes[i].drape));
     record.output(out / file_of_start(i));
@@ -198,17 +194,15 @@ int run_cusick(const CusickArguments& arguments, std::vector<std::string> words,
   RunRecord record("drape-simulate", std::move(words), run_record_path(list));
   const Fabric fabric = read_fabric(arguments.fabric);
   for (const auto& file : fabric.files()) record.input(file);
-  SimulateReport report;
-  ClothLaws laws = make_laws(fabric, 5, report);
-  if (arguments.internal_friction) add_internal_friction(fabric, 5, laws, report);
+  const FittedLaws fitted = fit_laws(fabric, 5, {}, arguments.internal_friction);
   std::vector<JudgedDrape> drapes(static_cast<std::size_t>(arguments.starts));
   parallel_for(drapes.size(), thread_count(common), [&](std::size_t i) {
     CusickOptions options = arguments;
     options.start = static_cast<unsigned>(i + 1);
-    drapes[i] = judged_drape(laws, options);
+    drapes[i] = judged_drape(fitted.laws, options);
   });
   Ending ending = write_cusick(arguments, fabric.name, drapes, record);
-  ending.warnings.insert(ending.warnings.begin(), report.warnings.begin(), report.warnings.end());
+  ending.warnings.insert(ending.warnings.begin(), fitted.warnings.begin(), fitted.warnings.end());
   return finish(ending, common, record);
 }
 

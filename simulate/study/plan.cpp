@@ -40,7 +40,7 @@ std::string key_of(const StudyCase& one, const std::vector<fs::path>& files,
       "drapebench/study-key/2\nprogram {}\nmodel {}\ncloth {}\nsegments {}\nseed {}\n",
       hashes.of(program), drape::name_of(how.model), one.discretisation(), how.segments, one.seed);
   text += how.model == ClothModel::paper
-              ? fmt::format("steps {}\n", how.paper.most_steps)
+              ? fmt::format("steps {}\n", how.paper.max_steps)
               : fmt::format("thickness_mm {}\n", how.drape.thickness_m / mm);
   for (const fs::path& file : files) text += "file " + hashes.of(file) + "\n";
   return sha256_of(std::string_view(text));
@@ -139,7 +139,7 @@ void fields(Fields& f, PlanFile& plan) {
   f.otherwise({"segments", "line segments per Kawabata curve", 1, 1, 20}, plan.segments);
   f.otherwise({"seeds", "starts: 0 is the scene's, others are random", 1, 0}, plan.seeds);
   f.otherwise({"max_steps", "step limit of the paper's model", 1, 1},
-              plan.simulate.paper.most_steps);
+              plan.simulate.paper.max_steps);
   f.otherwise({"thickness_mm", "distance of layers that else cross; 0: none", mm, 0, 10},
               plan.simulate.drape.thickness_m);
   f.limit(!plan.scenes.empty(), "scenes", "the list is empty", "name one or more files");
@@ -198,6 +198,7 @@ StudyPlan read_plan(const fs::path& rig_or_plan, const PlanChoice& choice, const
       for (const SimulateOptions& how : options) {
         for (const int seed : plan.seeds) {
           StudyCase one{scene_file, fabric_file, scene_file.stem().string(), how, seed, {}, {}};
+          if (seed != 0) one.options.paper.imperfection_m = variation_of(seed).noise_m;
           one.key = key_of(one, files, program, hashes);
           // Also the same bytes under another name.
           if (const auto [first, is_new] = scene_of_key.emplace(one.key, scene_file); !is_new)
