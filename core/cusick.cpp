@@ -14,9 +14,9 @@ static void fields(Fields& f, CusickStart& start) {
   f({"specimen_area_mm2", "flat area of the specimen", mm * mm, 0}, start.specimen_area_m2);
   f({"at_rest", "at rest, and accepted by the checker"}, start.at_rest);
   f.otherwise({"steps", "steps to rest", 1, 0}, start.steps);
-  f.otherwise({"residual_point_weights", "largest force left, in mean weights of a point"},
+  f.if_any({"residual_point_weights", "largest force left, in mean weights of a point"},
               start.residual);
-  f.otherwise({"energy_uj", "energy of cloth and height", kMicrojoule}, start.energy_j);
+  f.if_any({"energy_uj", "energy of cloth and height", kMicrojoule}, start.energy_j);
   f.if_any({"refusals", "the checker's reasons"}, start.refusals);
   f.if_any({"checked_residual_point_weights", "the same as the checker finds it"},
            start.checked_residual);

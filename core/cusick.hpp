@@ -16,8 +16,8 @@ struct CusickStart {
   double specimen_area_m2 = 0;
   bool at_rest = false;  ///< accepted by the checker
   int steps = 0;
-  double residual = 0;  ///< in mean weights of a point
-  double energy_j = 0;
+  std::optional<double> residual = {};  ///< in mean weights of a point; absent: it diverged
+  std::optional<double> energy_j = {};
   std::vector<std::string> refusals = {};  ///< the checker's reasons
   std::optional<double> checked_residual = {}, deepest_m = {};
   std::optional<double> dissipated_j = {};  ///< by internal friction

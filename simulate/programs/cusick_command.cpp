@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
+#include <cmath>
 #include <filesystem>
 #include <optional>
 #include <string>
@@ -132,9 +133,9 @@ CusickStart entry_of(const JudgedDrape& judged, const std::string& name) {
                     .specimen_area_m2 = judged.drape.mesh.area_m2(),
                     .at_rest = judged.go(),
                     .steps = found.steps,
-                    .residual = found.residual,
-                    .energy_j = found.energy_j,
                     .hurried_loads = judged.drape.hurried_loads};
+  if (std::isfinite(found.residual)) start.residual = found.residual;
+  if (std::isfinite(found.energy_j)) start.energy_j = found.energy_j;
   if (found.dissipated_j > 0) start.dissipated_j = found.dissipated_j;
   if (!judged.judgement) return start;
   start.refusals = judged.judgement->refusals;
@@ -155,6 +156,7 @@ Ending write_cusick(const CusickArguments& arguments, const std::string& fabric,
   std::size_t resting = 0;
   for (std::size_t i = 0; i < drapes.size(); ++i) {
     const CusickStart start = entry_of(drapes[i], file_of_start(i));
+    const DescentReport& found = drapes[i].drape.report;
     list.starts.push_back(start);
     resting += start.at_rest ? 1 : 0;
     for (const std::string& refusal : start.refusals)
@@ -163,8 +165,8 @@ Ending write_cusick(const CusickArguments& arguments, const std::string& fabric,
     ending.numbers.emplace_back(
         start.file,
         fmt::format("{} points, {} steps, residual {:.2g} of a point's weight, {:.1f} uJ",
-                    start.points, start.steps, start.residual, start.energy_j * 1e6));
-    if (!drapes[i].drape.report.at_rest) ending.rejected.push_back(start.file + " is not at rest");
+                    start.points, start.steps, found.residual, found.energy_j * 1e6));
+    if (!found.at_rest) ending.rejected.push_back(start.file + " is not at rest");
     if (start.hurried_loads > 0)
       ending.warnings.push_back(fmt::format(
           "{} went on from {} loads before it was near rest, so its folds may be others; raise "

@@ -96,8 +96,8 @@ fs::path make_plan(const fs::path& folder) {
   write_durable(folder / "program", "x");
   write_durable(folder / "plan.toml",
                 "schema = \"drapebench/plan/1\"\nscenes = [\"scenes/A.toml\"]\nfabrics = "
-                "[\"fabrics/A.toml\"]\ngrids = [5, 7]\nsegments = [1]\nmodels = [\"consistent\"]\n"
-                "solvers = [\"static\"]\nseeds = [0, 1]\nmax_steps = 50\nthickness_mm = 0.5\n");
+                "[\"fabrics/A.toml\"]\nmodel = \"paper\"\ngrids = [5, 7]\nspacings_mm = [5]\n"
+                "segments = [1]\nseeds = [0, 1]\nmax_steps = 50\nthickness_mm = 0.5\n");
   return folder / "plan.toml";
 }
 
@@ -154,7 +154,7 @@ std::vector<Kind> result_kinds() {
        [](const fs::path& f) { static_cast<void>(read_record<SensitivityFile>(f)); }},
       {"plan", make_plan,
        [](const fs::path& f) {
-         static_cast<void>(simulate::read_plan(f, "out", f.parent_path() / "program"));
+         static_cast<void>(simulate::read_plan(f, {}, "out", f.parent_path() / "program"));
        }},
       {"acceptance", result_file("acceptance.json", kAcceptance),
        [](const fs::path& f) { static_cast<void>(read_record<AcceptanceFile>(f)); }},
