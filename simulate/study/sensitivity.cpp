@@ -10,7 +10,6 @@
 #include "core/error.hpp"
 #include "core/parallel.hpp"
 #include "core/units.hpp"
-#include "simulate/start/start.hpp"
 
 namespace drape::simulate {
 namespace {
@@ -24,10 +23,9 @@ using units::mm;
 constexpr double kPlace_m = ObjectUncertainty::ruler_m;  // of pins and clamps, along each axis
 constexpr double kLevel_rad = 0.2 * units::deg;          // of a bench by a spirit level
 constexpr int kMostHalvings = 3;                         // of a step that leads to another rest
-constexpr double kOdd = 0.2;         // even part of moves over their odd part that shows one branch
-constexpr double kFollows = 0.5;     // departure of a move from twice that of half its step
-constexpr double kNoise_m = 2e-5;    // departure that rests of a part of the cloth's weight leave
-constexpr double kOnClamp_m = 1e-6;  // distance of a held point from the line that holds it
+constexpr double kOdd = 0.2;       // even part of moves over their odd part that shows one branch
+constexpr double kFollows = 0.5;   // departure of a move from twice that of half its step
+constexpr double kNoise_m = 2e-5;  // departure that rests of a part of the cloth's weight leave
 
 ForceCurve times(ForceCurve curve, double factor) {
   curve.slope *= factor;
@@ -297,21 +295,21 @@ class Base {
                      }});
     }
     if (scene.friction > 0) all.push_back(friction_change());
-    const std::vector<Vector3d> pinned = pin_places(scene, case_.print, case_.local.measured);
-    for (std::size_t k = 0; k < pinned.size(); ++k)
+    for (std::size_t k = 0; k < case_.pins_at.size(); ++k)
       along_axes(fmt::format("pin_{}", k + 1), kPlace_m,
-                 [=, point = level_.pinned()[k], from = pinned[k]](
-                     DrapeCase& drape, ClothMoment& moment, const Vector3d& by_m) {
-                   drape.local.scene.pins[k].point_in_world = from + by_m;
+                 [k, point = level_.pinned()[k]](DrapeCase& drape, ClothMoment& moment,
+                                                 const Vector3d& by_m) {
+                   drape.pins_at[k] += by_m;
                    moment.state[static_cast<std::size_t>(point)] += by_m;
                  });
-    for (std::size_t k = 0; k < scene.clamps.size(); ++k)
+    for (std::size_t k = 0; k < case_.lines.size(); ++k)
       along_axes(fmt::format("clamp_{}", k + 1), kPlace_m,
-                 [=, points = points_of(scene.clamps[k])](DrapeCase& drape, ClothMoment& moment,
-                                                          const Vector3d& by_m) {
-                   drape.local.scene.clamps[k].from_in_world += by_m;
-                   drape.local.scene.clamps[k].to_in_world += by_m;
-                   for (const std::size_t point : points) moment.state[point] += by_m;
+                 [k, this](DrapeCase& drape, ClothMoment& moment, const Vector3d& by_m) {
+                   drape.lines[k].from += by_m;
+                   drape.lines[k].to += by_m;
+                   const auto& points = level_.cloth().mesh().points_m;
+                   for (std::size_t i = 0; i < points.size(); ++i)
+                     if (case_.lines[k].holds(points[i])) moment.state[i] += by_m;
                  });
     for (int axis = 0; axis < 2; ++axis)
       all.push_back({fmt::format("level_{}_deg", "xy"[axis]), kLevel_rad, units::deg, std::nullopt,
@@ -331,19 +329,6 @@ class Base {
     return {"friction", std::min(step, scene.friction), 1,
             stand_in ? std::optional(step) : std::nullopt,
             [](DrapeCase& drape, ClothMoment&, double by) { drape.local.scene.friction += by; }};
-  }
-
-  /// Held points on the line of a clamp.
-  [[nodiscard]] std::vector<std::size_t> points_of(const Clamp& clamp) const {
-    std::vector<std::size_t> found;
-    const Vector2d from = clamp.from_material_m, along = clamp.to_material_m - from;
-    const auto& points = level_.cloth().mesh().points_m;
-    for (std::size_t i = 0; i < points.size(); ++i) {
-      const double part = std::clamp((points[i] - from).dot(along) / along.squaredNorm(), 0.0, 1.0);
-      if (level_.held()[i] && (points[i] - from - part * along).norm() < kOnClamp_m)
-        found.push_back(i);
-    }
-    return found;
   }
 
   [[nodiscard]] ClothLaws laws(int segments, bool internal_friction) const {

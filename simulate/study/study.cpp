@@ -335,10 +335,12 @@ std::string study_csv(const std::vector<StudyOutcome>& outcomes) {
     text += fmt::format("{},{},{},{},{},{},{},{},", c.key, csv_cell(c.scene),
                         csv_cell(c.fabric_file.stem().string()), drape::name_of(c.options.model),
                         c.discretisation(), c.options.segments, c.seed, drape::name_of(o.state));
+    const auto number = [](const std::optional<double>& value, double unit) {
+      return value ? fmt::format("{}", *value / unit) : "";
+    };
     text += o.state == CaseState::done
-                ? fmt::format("{},{},{},{}\n", o.at_rest ? 1 : 0, o.residual,
-                              o.energy_j ? fmt::format("{}", *o.energy_j / 1e-6) : "",
-                              csv_cell(o.status))
+                ? fmt::format("{},{},{},{}\n", o.at_rest ? 1 : 0, number(o.residual, 1),
+                              number(o.energy_j, 1e-6), csv_cell(o.status))
                 : ",,,\n";
   }
   return text;

@@ -21,8 +21,9 @@ struct StudyOutcome {
   CaseState state = CaseState::missing;
   bool kept = false;  ///< up to date from before
   bool at_rest = false;
-  std::string status = {};              ///< the certificate's; of a case that failed: why
-  double residual = 0;                  ///< largest force left, in mean weights of a point
+  std::string status = {};  ///< the certificate's; of a case that failed: why
+  /// Largest force left, in mean weights of a point; absent: diverged.
+  std::optional<double> residual = {};
   std::optional<double> energy_j = {};  ///< gravity, elastic, contact and kinetic; absent: diverged
 };
 
