@@ -37,10 +37,9 @@ constexpr std::array<PaperPair, 7> kPairs{{{11, 5, 11, 1},
                                            {11, 5, 31, 5},
                                            {21, 5, 31, 5}}};
 
-/// A branch is in no pair: the paper compares grids and segments, not equilibria; and falls, not
-/// what was refined.
+/// A branch is in no pair: the paper compares grids and segments, not equilibria.
 bool is(const Simulation& simulation, int grid, int segments) {
-  return !simulation.branch && !simulation.refined && simulation.sheet.sheet.rows == grid &&
+  return !simulation.branch && simulation.is_grid() && simulation.sheet.sheet.rows == grid &&
          simulation.sheet.sheet.cols == grid && simulation.segments() == segments;
 }
 
@@ -65,7 +64,7 @@ void check_patch(const DrapeInput& input, const Simulation& simulation) {
 
 /// One scene per group, and no two simulations that the tables could not tell apart.
 void check_group(const std::vector<Simulation>& simulations) {
-  using Key = std::tuple<int, int, int, Setup, std::string, int, std::string>;
+  using Key = std::tuple<std::string, int, Setup, std::string, int>;
   std::map<Key, const Simulation*> seen;
   for (const Simulation& simulation : simulations) {
     const SimulatedSource& source = simulation.source();
@@ -75,17 +74,15 @@ void check_group(const std::vector<Simulation>& simulations) {
                       {.file = simulation.sheet.file.string(), .field = "source.scene"},
                       "put the measured sheet of each drape before its simulations");
     }
-    const Key key(simulation.sheet.sheet.rows, simulation.sheet.sheet.cols, source.segments,
-                  simulation.setup(),
+    const Key key(simulation.discretisation(), source.segments, simulation.setup(),
                   simulation.branch ? simulation.branch->set_sha256 : std::string(),
-                  simulation.branch ? simulation.branch->number : 0,
-                  simulation.refined ? simulation.refined->document.sha256() : std::string());
+                  simulation.branch ? simulation.branch->number : 0);
     const auto [first, fresh] = seen.emplace(key, &simulation);
     if (fresh) continue;
     throw bad_input(fmt::format("{} is given twice for one drape, here and in {}",
                                 simulation.label(), first->second->sheet.file.string()),
                     {.file = simulation.sheet.file.string()},
-                    "give each grid and number of segments once per measured sheet");
+                    "give each mesh, grid and number of segments once per measured sheet");
   }
 }
 
@@ -94,7 +91,8 @@ std::vector<std::size_t> paper_order(const DrapeInput& input) {
   std::iota(order.begin(), order.end(), std::size_t{0});
   const auto key = [&](std::size_t i) {
     const Simulation& s = input.simulations[i];
-    return std::tuple(-s.source().segments, -s.sheet.sheet.rows, -s.sheet.sheet.cols);
+    const auto [is_mesh, fineness] = s.fineness();
+    return std::tuple(-s.source().segments, !is_mesh, -fineness, -s.sheet.sheet.cols);
   };
   std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
     if (key(a) != key(b)) return key(a) < key(b);
@@ -366,7 +364,8 @@ VirtualGroup compare_virtual_group(std::vector<Simulation> simulations) {
   const auto coarsest =
       std::min_element(group.simulations.begin(), group.simulations.end(),
                        [](const Simulation& a, const Simulation& b) {
-                         return a.sheet.sheet.marks.size() < b.sheet.sheet.marks.size();
+                         return std::pair(!a.is_grid(), a.sheet.sheet.marks.size()) <
+                                std::pair(!b.is_grid(), b.sheet.sheet.marks.size());
                        });
   std::vector<Eigen::Vector2d> places;
   for (const SheetMark& particle : coarsest->sheet.sheet.marks)

@@ -56,20 +56,20 @@ const SimulatedSource& Simulation::source() const {
   return std::get<SimulatedSource>(sheet.sheet.source);
 }
 
-std::string Simulation::grid() const {
-  return fmt::format("{}x{}", sheet.sheet.rows, sheet.sheet.cols);
+std::string Simulation::discretisation() const {
+  return sheet.sheet.discretisation();
 }
 
-std::string Simulation::grid_text() const {
-  if (branch) return fmt::format("{}, branch {}", grid(), branch->number);
-  return refined ? grid() + ", refined" : grid();
+std::pair<bool, double> Simulation::fineness() const {
+  return is_grid() ? std::pair(false, static_cast<double>(sheet.sheet.rows))
+                   : std::pair(true, -*source().spacing_m);
 }
 
 std::string Simulation::run_label() const {
-  if (other_simulator) return fmt::format("{}, {}", *other_simulator, grid());
+  if (other_simulator) return fmt::format("{}, {}", *other_simulator, discretisation());
   const int count = source().segments;
-  return fmt::format("{}{}, {} segment{}{}", grid(), refined ? " refined" : "", count,
-                     count == 1 ? "" : "s", apart_text());
+  return fmt::format("{}, {} segment{}{}", discretisation(), count, count == 1 ? "" : "s",
+                     apart_text());
 }
 
 std::string Simulation::label() const {
@@ -96,7 +96,8 @@ Setup Simulation::setup() const {
               {"solver", own.solver},
               {"fabric", own.fabric_sha256},
               {"scene", own.scene_sha256},
-              {"start", own.start_sha256.value_or(std::string())}};
+              {"start", own.start_sha256.value_or(std::string())},
+              {"begins", own.from_measured ? "in_the_measured_shape" : "as_its_scene_says"}};
   if (!certificate) return setup;
   // Certificates leave out options that are not used.
   setup[kRestOptions.front()] = "no";
@@ -149,7 +150,8 @@ bool DrapeInput::speaks_before(const Simulation& one, const Simulation& other) c
     const int count = s.segments().value_or(0);
     return std::tuple(!s.other_simulator, !s.branch,
                       measured.asked && measured.asked->sha256 == s.source().scene_sha256,
-                      is_of_own_fabric(s), s.sheet.sheet.rows, count == kSegments, count);
+                      is_of_own_fabric(s), !s.source().from_measured, s.fineness(),
+                      count == kSegments, count);
   };
   const auto names = [](const Simulation& s) {
     return std::tuple(s.source().model, s.source().fabric, s.setup(),

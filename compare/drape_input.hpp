@@ -11,6 +11,7 @@
 #include "compare/asked_scene.hpp"
 #include "compare/metrics/branches.hpp"
 #include "compare/metrics/dense.hpp"
+#include "core/levels.hpp"
 #include "core/scene.hpp"
 #include "core/sheet.hpp"
 
@@ -30,8 +31,9 @@ struct History {
   std::vector<std::vector<double>> columns;
 };
 
-/// Properties shared by simulations that differ by grid and segments alone: model, solver, fabric,
-/// scene and start (the last three as SHA-256), and the options that decide where a cloth can rest.
+/// Properties shared by simulations that differ by discretisation and segments alone: model,
+/// solver, fabric, scene and start (the last three as SHA-256), whether it began in the measured
+/// shape, and the options that decide where a cloth can rest.
 using Setup = std::map<std::string, std::string>;
 
 struct Simulation {
@@ -41,9 +43,9 @@ struct Simulation {
   std::optional<std::string> other_simulator = {};  ///< name of another program that made it
   std::filesystem::path other_file = {};            ///< its mesh
   std::optional<Branch> branch = {};                ///< one equilibrium of several
-  std::optional<RefinementFile> refined = {};       ///< carried over from a coarser grid
+  std::optional<LevelsFile> levels = {};            ///< levels.json beside it: its meshes
   std::optional<SimulatedScene> scene = {};         ///< where its file is still what it read
-  /// In what it differs from others of its group, beside grid and segments: {"fabric", "B"}.
+  /// In what it differs from others of its group, beside mesh and segments: {"fabric", "B"}.
   std::vector<std::pair<std::string, std::string>> apart = {};
   bool piece =
       false;  ///< by `drape simulate piece`: a mesh like another simulator's, with its verdict
@@ -51,9 +53,12 @@ struct Simulation {
   /// Made by drapebench, so that it says whether it rests and what it read.
   [[nodiscard]] bool says_its_verdict() const { return piece || !other_simulator; }
   [[nodiscard]] const SimulatedSource& source() const;
-  [[nodiscard]] std::string grid() const;       ///< "21x21"
-  [[nodiscard]] std::string grid_text() const;  ///< "21x21", "21x21, branch 3" or "61x61, refined"
-  /// "21x21, 5 segments"; "21x21, 5 segments, fabric B"; "Blender 3.4, 111x111"
+  /// Particles of a grid, whose size the sheet has; else the sheet samples a mesh.
+  [[nodiscard]] bool is_grid() const { return !source().spacing_m; }
+  [[nodiscard]] std::string discretisation() const;  ///< "2.5 mm", or "21x21" of a grid
+  /// Larger is finer: any mesh before any grid.
+  [[nodiscard]] std::pair<bool, double> fineness() const;
+  /// "2.5 mm, 5 segments"; "21x21, 5 segments, fabric B"; "Blender 3.4, 111x111"
   [[nodiscard]] std::string run_label() const;
   [[nodiscard]] std::string label() const;  ///< the same, and "..., branch 3"
   /// Line segments per Kawabata curve; another simulator has none.
@@ -91,8 +96,9 @@ struct DrapeInput {
   [[nodiscard]] std::string name() const;
   /// True where the first speaks for the drape rather than the second, in whatever order they were
   /// given: a run of drapebench before a branch and this before another simulator; of the scene
-  /// that the marks were asked about; of the fabric that its scene names; of the finest grid; with
-  /// five segments, else the most. The names and hashes decide between what is left.
+  /// that the marks were asked about; of the fabric that its scene names; of the scene's own start;
+  /// of the finest mesh before the finest grid; with five segments, else the most. The names and
+  /// hashes decide between what is left.
   [[nodiscard]] bool speaks_before(const Simulation& one, const Simulation& other) const;
   [[nodiscard]] const Simulation* speaker() const;  ///< null without simulations
   /// A branch of the list that says what start and friction leave of the drape, one of the

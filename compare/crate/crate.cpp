@@ -161,7 +161,8 @@ constexpr const char* kSurfaces =
 constexpr const char* kSimulations =
     "SELECT s.sheet_sha256, s.simulator, s.scene, s.scene_sha256, coalesce(f.name, "
     "s.fabric_stated) AS fabric, s.fabric_sha256, s.start_sha256, s.grid_rows, s.grid_cols, "
-    "s.segments, s.model, s.solver, s.status, s.at_rest, s.certificate_sha256, "
+    "s.spacing_mm, s.from_measured, s.segments, s.model, s.solver, s.status, s.at_rest, "
+    "s.certificate_sha256, "
     "json_extract(s.certificate_json, '$.\"energy.end_uJ\"') AS energy_end_uJ, "
     "json_extract(s.certificate_json, '$.largest_residual_per_particle_weight') AS "
     "largest_residual_per_particle_weight FROM simulation AS s LEFT JOIN fabric AS f ON f.sha256 = "
@@ -176,7 +177,8 @@ Table comparisons(const StoreReader& store, std::optional<int> run) {
   const Selection of = selection_of(store, filter);
   return store.query(
       "SELECT s.run, s.date, s.measurement, s.cause, coalesce(s.state, 'current') AS state, "
-      "v.scene, v.grid_size, v.segments, v.fabric, v.simulator, v.model, v.solver, v.status, "
+      "v.scene, v.discretisation, v.segments, v.begins, v.fabric, v.simulator, v.model, v.solver, "
+      "v.status, "
       "v.branch, v.gaps, v.recorded_on, m.* FROM " +
           of.from + " JOIN comparison AS m ON m.id = v.id" + of.where + " ORDER BY m.sha256",
       of.parameters);

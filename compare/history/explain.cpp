@@ -192,9 +192,10 @@ Difference difference_of(const StoreReader& store, const std::string& first,
                          const std::string& second) {
   const std::string a = full_key(store, first), b = full_key(store, second);
   const Table rows = store.query(
-      "SELECT s.scene, s.grid_rows || 'x' || s.grid_cols AS grid_size, s.segments, "
-      "s.simulator, s.model, c.*, coalesce(z.measurement, 'not stated') AS measurement FROM "
-      "comparison AS c JOIN simulation AS s ON s.sheet_sha256 = c.simulated_sha256 JOIN (" +
+      "SELECT s.scene, " + std::string(kDiscretisation) +
+          " AS discretisation, s.segments, "
+          "s.simulator, s.model, c.*, coalesce(z.measurement, 'not stated') AS measurement FROM "
+          "comparison AS c JOIN simulation AS s ON s.sheet_sha256 = c.simulated_sha256 JOIN (" +
           state_query() +
           ") AS z ON z.comparison_id = c.id WHERE c.sha256 IN (?1, ?2) ORDER BY c.sha256 <> ?1",
       {a, b});

@@ -9,6 +9,7 @@
 
 #include "compare/schema/schema.hpp"
 #include "core/error.hpp"
+#include "core/units.hpp"
 
 namespace drape::compare {
 namespace {
@@ -53,7 +54,6 @@ constexpr const char* kScenes =
 constexpr const char* kFabrics =
     "SELECT coalesce(f.name, s.fabric_stated) AS name FROM simulation AS s LEFT JOIN fabric AS f "
     "ON f.sha256 = s.fabric_sha256 UNION ALL SELECT fabric_stated FROM surface_comparison";
-constexpr const char* kGrids = "SELECT grid_rows || 'x' || grid_cols AS name FROM simulation";
 constexpr const char* kSegments = "SELECT CAST(segments AS TEXT) AS name FROM simulation";
 constexpr const char* kRigs = "SELECT name FROM rig";
 constexpr const char* kModels = "SELECT model AS name FROM simulation";
@@ -88,7 +88,13 @@ std::string window_of(const ResultFilter& filter, Cells& parameters) {
 
 }  // namespace
 
-std::string grid_text(const std::string& grid) {
+std::string in_order() {
+  return fmt::format(" ORDER BY scene, measured, {}, branch, comparison", kFinestFirst);
+}
+
+std::string discretisation_of(const ResultFilter& filter) {
+  if (filter.spacing_m) return fmt::format("{:g} mm", *filter.spacing_m / units::mm);
+  const std::string& grid = filter.grid;
   return grid.empty() || grid.find('x') != std::string::npos ? grid : grid + "x" + grid;
 }
 
@@ -107,7 +113,8 @@ void check_filter(const StoreReader& store, const ResultFilter& filter) {
   check_date("--until", filter.until);
   check_known(store, "scene", filter.scene, kScenes);
   check_known(store, "fabric", filter.fabric, kFabrics);
-  check_known(store, "grid", grid_text(filter.grid), kGrids);
+  check_known(store, filter.spacing_m ? "mesh" : "grid", discretisation_of(filter),
+              fmt::format("SELECT {} AS name FROM simulation AS s", kDiscretisation).c_str());
   check_known(store, "segments", filter.segments ? std::to_string(*filter.segments) : "",
               kSegments);
   check_known(store, "rig", filter.rig, kRigs);
@@ -142,7 +149,7 @@ Selection selection_of(const StoreReader& store, const ResultFilter& filter) {
                                state_query(window));
   selection.add("scene", filter.scene);
   selection.add("fabric", filter.fabric);
-  selection.add("grid_size", grid_text(filter.grid));
+  selection.add("discretisation", discretisation_of(filter));
   if (filter.segments) selection.add("segments", *filter.segments);
   selection.add("rig", filter.rig);
   selection.add("model", filter.model);

@@ -86,12 +86,13 @@ void add_drapes(const StoreReader& store, const Selection& chosen, std::vector<T
     Selection same = chosen;
     same.add("scene", scene);
     same.add("measured", measured);
-    add_table(tables,
-              store.query("SELECT grid_size, segments, round(mean_dist_mm, 2) AS mean_dist_mm, "
-                          "simulator, fabric, model, solver FROM " +
-                              same.from + same.where + " AND branch IS NULL" + kOrder,
-                          same.parameters),
-              "Real vs virtual " + title, {"simulator", "fabric", "model", "solver"});
+    add_table(
+        tables,
+        store.query("SELECT discretisation, segments, round(mean_dist_mm, 2) AS mean_dist_mm, "
+                    "simulator, fabric, model, solver, begins FROM " +
+                        same.from + same.where + " AND branch IS NULL" + in_order(),
+                    same.parameters),
+        "Real vs virtual " + title, {"simulator", "fabric", "model", "solver", "begins"});
     add_table(tables,
               pairs_of(store, "= ?", "SELECT v.simulated FROM " + same.from + same.where,
                        {scene, measured}, same.parameters),
@@ -99,8 +100,8 @@ void add_drapes(const StoreReader& store, const Selection& chosen, std::vector<T
   }
 }
 
-bool of_particles(const ResultFilter& filter) {
-  return !filter.grid.empty() || filter.segments || !filter.model.empty();
+bool of_cloths(const ResultFilter& filter) {
+  return !discretisation_of(filter).empty() || filter.segments || !filter.model.empty();
 }
 
 bool of_runs(const ResultFilter& filter) {
@@ -141,7 +142,7 @@ void add_alone(const StoreReader& store, const ResultFilter& filter, std::vector
       "simulation AS s LEFT JOIN fabric AS f ON f.sha256 = s.fabric_sha256", " WHERE 1", {}};
   sheets.add("s.scene", filter.scene);
   sheets.add("coalesce(f.name, s.fabric_stated)", filter.fabric);
-  sheets.add("s.grid_rows || 'x' || s.grid_cols", grid_text(filter.grid));
+  sheets.add(kDiscretisation, discretisation_of(filter));
   if (filter.segments) sheets.add("s.segments", *filter.segments);
   sheets.add("s.model", filter.model);
   sheets.add("s.simulator", filter.simulator);
@@ -160,16 +161,17 @@ std::vector<Table> paper_tables(const StoreReader& store, const ResultFilter& fi
   const Selection chosen = selection_of(store, filter);
   std::vector<Table> tables;
   add_drapes(store, chosen, tables);
-  add_table(tables,
-            store.query("SELECT scene, fabric, grid_size, segments, branch, round(energy_uJ, 2) AS "
-                        "energy_uJ, round(above_least_uJ, 2) AS above_least_uJ, starts, hem_nodes, "
-                        "round(mean_dist_mm, 3) AS mean_dist_mm, round(match_mm, 3) AS match_mm, "
-                        "least_energy, nearest, measured, comparison FROM v_branches WHERE "
-                        "comparison IN (SELECT v.comparison FROM " +
-                            chosen.from + chosen.where + ")",
-                        chosen.parameters),
-            "Branches (equilibria of one drape, by energy)", {"fabric"});
-  if (!of_particles(filter))
+  add_table(
+      tables,
+      store.query("SELECT scene, fabric, discretisation, segments, branch, round(energy_uJ, 2) AS "
+                  "energy_uJ, round(above_least_uJ, 2) AS above_least_uJ, starts, hem_nodes, "
+                  "round(mean_dist_mm, 3) AS mean_dist_mm, round(match_mm, 3) AS match_mm, "
+                  "least_energy, nearest, measured, comparison FROM v_branches WHERE "
+                  "comparison IN (SELECT v.comparison FROM " +
+                      chosen.from + chosen.where + ")",
+                  chosen.parameters),
+      "Branches (equilibria of one drape, by energy)", {"fabric"});
+  if (!of_cloths(filter))
     add_table(tables, surfaces_of(store, filter),
               "Real vs surface (meshes without material correspondence)", {"fabric"});
   if (!of_runs(filter) && filter.rig.empty() && filter.calibration.empty())
@@ -225,8 +227,8 @@ struct PublishedColumn {
 constexpr const char* kRealColumns =
     "SELECT rig || '_' || measured_set || '_' || substr(measured, 1, 6) AS head, measured, model, "
     "solver, max(coalesce(measurement, '') = 'NO-GO') FROM v_real_vs_virtual WHERE scene = ?1 AND "
-    "simulator = 'drapebench' AND branch IS NULL AND coalesce(state, 'current') = 'current' GROUP "
-    "BY head, measured, model, solver ORDER BY head, model, solver";
+    "simulator = 'drapebench' AND begins = 'scene' AND branch IS NULL AND coalesce(state, "
+    "'current') = 'current' GROUP BY head, measured, model, solver ORDER BY head, model, solver";
 constexpr const char* kPairColumns =
     "SELECT coalesce((SELECT m.rig_name || '_' || m.set_name || '_' || substr(m.sha256, 1, 6) FROM "
     "sheet AS m WHERE substr(m.sha256, 1, 12) = v.measured), 'virtual') AS head, "
@@ -235,12 +237,18 @@ constexpr const char* kPairColumns =
     "BY head, measured, model, solver ORDER BY measured IS NOT NULL, head, model, solver";
 constexpr const char* kRealCells =
     "SELECT round(mean_dist_mm, 2), status = 'at rest' FROM v_real_vs_virtual WHERE scene = ?1 AND "
-    "measured = ?2 AND model = ?3 AND solver = ?4 AND grid_size = ?5 AND CAST(segments AS TEXT) = "
-    "?6 AND simulator = 'drapebench' AND branch IS NULL AND coalesce(state, 'current') = 'current' "
-    "ORDER BY id";
+    "measured = ?2 AND model = ?3 AND coalesce(solver, '') = ?4 AND discretisation = ?5 AND "
+    "CAST(segments AS TEXT) = ?6 AND simulator = 'drapebench' AND begins = 'scene' AND branch IS "
+    "NULL AND coalesce(state, 'current') = 'current' ORDER BY id";
+/// The finest mesh of the cloth with the most segments.
+constexpr const char* kCloth =
+    "SELECT discretisation, segments FROM v_real_vs_virtual WHERE scene = ?1 AND spacing_mm IS NOT "
+    "NULL AND begins = 'scene' AND branch IS NULL AND coalesce(state, 'current') = 'current' ORDER "
+    "BY spacing_mm, segments DESC LIMIT 1";
 constexpr const char* kPairCells =
     "SELECT round(mean_dist_mm, 2), both_at_rest FROM v_virtual_vs_virtual WHERE scene = ?1 AND "
-    "coalesce(measured, '') = ?2 AND model = ?3 AND solver = ?4 AND pair = ?5 AND coalesce(state, "
+    "coalesce(measured, '') = ?2 AND model = ?3 AND coalesce(solver, '') = ?4 AND pair = ?5 AND "
+    "coalesce(state, "
     "'current') = 'current'";
 
 /// Sheets that were compared for the experiment and not replaced since; the model is named where
@@ -254,8 +262,9 @@ std::vector<PublishedColumn> columns_of(const StoreReader& store, const Publishe
     const auto same = std::count_if(found.begin(), found.end(), [&](const auto& other) {
       return std::get<1>(other) == std::get<1>(found[columns.size()]);
     });
-    columns.push_back({same > 1 ? fmt::format("{}_{}_{}_mm", head, model, solver) : head + "_mm",
-                       measured, model, solver, !no_go});
+    std::string name = head;
+    if (same > 1) name += "_" + model + (solver.empty() ? "" : "_" + solver);
+    columns.push_back({name + "_mm", measured, model, solver, !no_go});
   }
   return columns;
 }
@@ -275,7 +284,7 @@ std::pair<std::string, bool> cell_of(const StoreReader& store, const Published& 
 }
 
 Table head_of(const Published& row, const std::vector<PublishedColumn>& columns) {
-  Table table = row.real ? Table({"grid_size", "segments", "published_mm"}, {1, 2})
+  Table table = row.real ? Table({"discretisation", "segments", "published_mm"}, {1, 2})
                          : Table({"pair", "published_mm"}, {1});
   table.title = fmt::format("Table {}. {}, experiment {}{}", row.table,
                             row.real ? "Real vs virtual" : "Virtual vs virtual", row.experiment,
@@ -292,33 +301,42 @@ Table head_of(const Published& row, const std::vector<PublishedColumn>& columns)
   return table;
 }
 
+void add_row(const StoreReader& store, const Published& row,
+             const std::vector<PublishedColumn>& columns, Table& table) {
+  std::vector<std::string> cells = {row.grid};
+  if (row.real) cells.push_back(row.segments);
+  cells.push_back(row.mean_mm);
+  std::string moving;
+  for (const PublishedColumn& column : columns) {
+    const auto [mean_mm, at_rest] = cell_of(store, row, column);
+    cells.push_back(mean_mm);
+    if (!at_rest) moving += (moving.empty() ? "" : ", ") + column.head;
+  }
+  cells.push_back(moving);
+  table.add(std::move(cells));
+}
+
 }  // namespace
 
 std::vector<Table> published_tables(const StoreReader& store, const std::string& published_csv,
                                     const std::string& experiment) {
   std::vector<Table> tables;
   std::vector<PublishedColumn> columns;
-  int number = 0;
   std::set<std::string> known;
-  for (const Published& row : read_published(published_csv)) {
+  const std::vector<Published> list = read_published(published_csv);
+  for (std::size_t i = 0; i < list.size(); ++i) {
+    const Published& row = list[i];
     known.insert(row.experiment);
     if (!experiment.empty() && row.experiment != experiment) continue;
-    if (row.table != number) {
-      number = row.table;
+    if (i == 0 || tables.empty() || row.table != list[i - 1].table) {
       columns = columns_of(store, row);
       tables.push_back(head_of(row, columns));
     }
-    std::vector<std::string> cells = {row.grid};
-    if (row.real) cells.push_back(row.segments);
-    cells.push_back(row.mean_mm);
-    std::string moving;
-    for (const PublishedColumn& column : columns) {
-      const auto [mean_mm, at_rest] = cell_of(store, row, column);
-      cells.push_back(mean_mm);
-      if (!at_rest) moving += (moving.empty() ? "" : ", ") + column.head;
-    }
-    cells.push_back(moving);
-    tables.back().add(std::move(cells));
+    add_row(store, row, columns, tables.back());
+    if (!row.real || (i + 1 < list.size() && list[i + 1].table == row.table)) continue;
+    for (const auto& [mesh, segments] :
+         store.rows<std::string, std::string>(kCloth, {row.experiment}))
+      add_row(store, {row.experiment, true, mesh, segments, "", row.table}, columns, tables.back());
   }
   if (tables.empty() && !experiment.empty())
     throw usage_error(fmt::format("the paper has no experiment `{}`", experiment),

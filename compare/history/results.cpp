@@ -59,12 +59,12 @@ Table list_results(const StoreReader& store, const ResultFilter& filter) {
       "SELECT comparison, s.run, substr(s.date, 1, 10) AS date, coalesce(s.measurement, 'not "
       "stated') "
       "AS measurement, coalesce(s.state, 'current') AS state, "
-      "scene, grid_size, segments, round(mean_dist_mm, 3) AS mean_dist_mm, "
+      "scene, discretisation, segments, begins, round(mean_dist_mm, 3) AS mean_dist_mm, "
       "round(sigma_mean_mm, 4) AS sigma_mean_mm, round(max_mm, 3) AS max_mm, "
       "round(mean_percent_of_warp_side, 2) AS mean_percent_of_warp_side, "
       "round(mean_percent_of_weft_side, 2) AS mean_percent_of_weft_side, marks, gaps, fabric, "
       "simulator, status, branch, recorded_on, measured, s.cause AS cause FROM " +
-          selection.from + selection.where + kOrder,
+          selection.from + selection.where + in_order(),
       selection.parameters);
 }
 
@@ -100,20 +100,25 @@ ShownResult show_result(const StoreReader& store, const std::string& key) {
   shown.provenance = turned(store.query(
       "SELECT z.run, substr(z.date, 1, 10) AS date, coalesce(z.measurement, 'not stated') AS "
       "measurement, z.cause, coalesce(z.state, 'current') AS state, z.match, z.match_reason, "
-      "s.scene, s.grid_rows || 'x' || s.grid_cols AS grid_size, s.segments, s.simulator, "
-      "coalesce(f.name, s.fabric_stated) AS fabric, s.model, s.solver, s.status, m.rig_name AS "
-      "rig, m.set_name AS measured_set, "
-      "c.marks, m.gaps, k.method AS calibration_method, c.sha256 AS comparison_sha256, "
-      "c.measured_sha256, c.simulated_sha256, m.detections_sha256, m.calibration_sha256, "
-      "s.scene_sha256, s.fabric_sha256, s.start_sha256, s.certificate_sha256, "
-      "(SELECT rest_sha256 FROM refinement WHERE sheet_sha256 = s.sheet_sha256) AS "
-      "refined_from_sha256, "
-      "s.certificate_json AS certificate FROM comparison AS c JOIN sheet AS m ON m.sha256 = "
-      "c.measured_sha256 JOIN simulation AS s ON s.sheet_sha256 = c.simulated_sha256 LEFT JOIN "
-      "fabric "
-      "AS f ON f.sha256 = s.fabric_sha256 LEFT JOIN calibration_file AS k ON k.calibration_sha256 "
-      "= "
-      "m.calibration_sha256 JOIN (" +
+      "s.scene, " +
+          std::string(kDiscretisation) +
+          " AS discretisation, s.segments, CASE s.from_measured WHEN 1 THEN 'measured shape' END "
+          "AS "
+          "begins, s.simulator, "
+          "coalesce(f.name, s.fabric_stated) AS fabric, s.model, s.solver, s.status, m.rig_name AS "
+          "rig, m.set_name AS measured_set, "
+          "c.marks, m.gaps, k.method AS calibration_method, c.sha256 AS comparison_sha256, "
+          "c.measured_sha256, c.simulated_sha256, m.detections_sha256, m.calibration_sha256, "
+          "s.scene_sha256, s.fabric_sha256, s.start_sha256, s.certificate_sha256, "
+          "(SELECT rest_sha256 FROM refinement WHERE sheet_sha256 = s.sheet_sha256) AS "
+          "refined_from_sha256, "
+          "s.certificate_json AS certificate FROM comparison AS c JOIN sheet AS m ON m.sha256 = "
+          "c.measured_sha256 JOIN simulation AS s ON s.sheet_sha256 = c.simulated_sha256 LEFT JOIN "
+          "fabric "
+          "AS f ON f.sha256 = s.fabric_sha256 LEFT JOIN calibration_file AS k ON "
+          "k.calibration_sha256 "
+          "= "
+          "m.calibration_sha256 JOIN (" +
           state_query() + ") AS z ON z.comparison_id = c.id WHERE c.sha256 = ?",
       {full}));
   shown.marks = store.query(
@@ -186,7 +191,7 @@ Table trend_by(const StoreReader& store, const std::string& key, const std::stri
   }
   Table table = store.query(
       chosen + "SELECT d.scene, " + value +
-          " AS by_value, d.run, substr(d.date, 1, 10) AS date, d.grid_size, d.segments, "
+          " AS by_value, d.run, substr(d.date, 1, 10) AS date, d.discretisation, d.segments, "
           "round(d.mean_dist_mm, 3) AS mean_dist_mm, round(d.expanded_uncertainty_mm, 3) AS "
           "expanded_uncertainty_mm, " +
           kUncertaintyIs + ", d.measurement, d.match, d.match_rests_on FROM v_run_drape AS d" +
@@ -265,7 +270,8 @@ RunDifference difference_of_runs(const StoreReader& store, int first, int second
   }
   if (difference.sentence.empty()) difference.sentence = "no value differs";
   difference.drapes = store.query(
-      "SELECT d.run, d.scene, d.grid_size, d.segments, round(d.mean_dist_mm, 3) AS mean_dist_mm, "
+      "SELECT d.run, d.scene, d.discretisation, d.segments, round(d.mean_dist_mm, 3) AS "
+      "mean_dist_mm, "
       "round(d.expanded_uncertainty_mm, 3) AS expanded_uncertainty_mm, " +
           std::string(kUncertaintyIs) +
           ", d.measurement, d.match, d.match_rests_on FROM v_run_drape AS d WHERE d.run IN "

@@ -16,7 +16,8 @@ namespace drape::compare {
 struct ResultFilter {
   std::string scene = {};
   std::string fabric = {};
-  std::string grid = {};  ///< "21x21" or "21"
+  std::string grid = {};                 ///< "21x21" or "21"
+  std::optional<double> spacing_m = {};  ///< of the finest mesh
   std::optional<int> segments = {};
   std::string rig = {};
   std::string model = {};
@@ -101,12 +102,10 @@ inline constexpr const char* kUncertaintyIs =
     "= d.comparison) AS uncertainty_is";
 
 /// As in the view v_real_vs_virtual.
-inline constexpr const char* kOrder =
-    " ORDER BY scene, measured, simulator <> 'drapebench', segments DESC, grid_rows DESC, model, "
-    "solver, branch, comparison";
+[[nodiscard]] std::string in_order();
 
-/// "21x21" of "21x21" or "21".
-[[nodiscard]] std::string grid_text(const std::string& grid);
+/// "21x21" or "2.5 mm"; empty where the filter asks for neither.
+[[nodiscard]] std::string discretisation_of(const ResultFilter& filter);
 
 /// Rows that a filter selects, as parts of one query: v_comparison AS v, each row with the last of
 /// its runs that the filter admits AS s (the columns of schema.hpp's state_query).
@@ -163,7 +162,7 @@ struct Trend {
   int alarms = 0;  ///< alarms of the newest value of each series
 };
 /// Calibration residual of each camera (RMS, px) and mean distance (mm) of each rig, scene, fabric,
-/// grid and number of segments. A value is judged against the values before it: more than
+/// discretisation and number of segments. A value is judged against the values before it: more than
 /// alarm_sigmas times s sqrt(1 + 1/n) off their mean, s their standard deviation, is an alarm.
 [[nodiscard]] Trend trend_of(const StoreReader& store, const TrendOptions& options);
 
@@ -177,8 +176,9 @@ struct Difference {
 
 /// The paper's twelve tables, or those of one experiment: the published numbers of `published_csv`
 /// beside every result of the same scene, grid and segments in the store, one column per measured
-/// sheet and one for simulations without a real cloth (more where models or solvers differ). The
-/// last column names the columns whose simulations are not at rest. Throws Error(usage) for an
+/// sheet and one for simulations without a real cloth (more where models or solvers differ); below
+/// them the cloth's on its finest mesh, once per scene. The last column names the columns whose
+/// simulations are not at rest. Throws Error(usage) for an
 /// experiment that the paper has not.
 [[nodiscard]] std::vector<Table> published_tables(const StoreReader& store,
                                                   const std::string& published_csv,

@@ -40,9 +40,10 @@ constexpr const char *
     kDistances =
        "SELECT 'mean distance ' || v.rig || ' ' || v.scene || ' ' || coalesce(v.fabric, '') || ' ' "
        "|| "
-       "v.grid_size || coalesce(' ' || v.segments || ' seg ', ' ') || v.simulator || ' ' || "
-       "v.model "
-       "|| ' ' || v.solver || coalesce(', friction ' || f.value, '') AS name, 'mm', v.comparison, "
+       "v.discretisation || coalesce(' ' || v.segments || ' seg ', ' ') || v.simulator || ' ' || "
+       "v.model || coalesce(' ' || v.solver, '') || CASE v.begins WHEN 'scene' THEN '' ELSE ' from "
+       "the ' || v.begins END || coalesce(', friction ' || f.value, '') AS name, 'mm', "
+       "v.comparison, "
        "v.mean_dist_mm, s.measurement FROM v_comparison AS v JOIN (",
    *kOfSpecimen =
        ") AS s ON s.comparison_id = v.id LEFT JOIN run_value AS f ON f.run = s.run AND f.owner = "

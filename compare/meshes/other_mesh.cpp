@@ -173,7 +173,6 @@ Simulation read_other_mesh(const fs::path& file, const Sheet& measured) {
   source.scene = drape.scene;
   source.fabric = drape.fabric.value_or("not stated");
   source.model = *simulation.other_simulator;
-  source.solver = "not stated";
   source.status = "as exported";
   if (drape.grid.has_value() == drape.uv.has_value())
     drape.reject("mesh", "it needs [grid] or [uv], and not both",

@@ -128,21 +128,6 @@ std::optional<BranchList> list_above(const fs::path& sheet, const std::string& s
   return read_record<BranchList>(document);
 }
 
-std::optional<RefinementFile> refined_of(const fs::path& sheet) {
-  const auto file = file_above(sheet, "refinement.json");
-  if (!file) return std::nullopt;
-  auto list = read_record<RefinementFile>(file->lexically_normal());
-  for (std::size_t k = 0; k < list.grids.size(); ++k) {
-    if (!is_named(sheet, list.grids[k].sheet, *file)) continue;
-    // Another sheet by now: the list is not about it.
-    if (sha256_of_file(fs::path(sheet).replace_extension(".json")) != list.grids[k].sheet_sha256)
-      return std::nullopt;
-    if (list.used != static_cast<int>(k)) list.left_m.reset();
-    return list;
-  }
-  return std::nullopt;
-}
-
 std::optional<Eigen::Vector2d> axis_of(const Scene& scene) {
   for (const Obstacle& obstacle : scene.obstacles)
     if (auto centre = centre_of(obstacle)) return centre;

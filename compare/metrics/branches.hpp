@@ -9,7 +9,6 @@
 
 #include "compare/metrics/surface.hpp"
 #include "core/branch_list.hpp"
-#include "core/refinement.hpp"
 #include "core/scene.hpp"
 #include "core/sheet.hpp"
 
@@ -40,11 +39,6 @@ struct Branch {
 /// The list in the folder above a branch's sheet, while it has these bytes.
 [[nodiscard]] std::optional<BranchList> list_above(const std::filesystem::path& sheet,
                                                    const std::string& sha256);
-
-/// refinement.json in the folder above the sheet's, where it names this sheet as it is; the
-/// estimates of what its grid leaves only for the finest grid at rest. Throws Error(bad_input) for
-/// a list that cannot be read.
-[[nodiscard]] std::optional<RefinementFile> refined_of(const std::filesystem::path& sheet);
 
 /// Summaries for people, without a full stop.
 [[nodiscard]] std::string ensemble_sentence(const BranchList& list);

@@ -23,6 +23,7 @@
 #include "core/files/files.hpp"
 #include "core/program/command.hpp"
 #include "core/program/shell_word.hpp"
+#include "core/units.hpp"
 
 namespace drape::compare {
 namespace {
@@ -267,7 +268,10 @@ void fields(Fields& f, CommandWords& words) {
   }
   if (lists) {
     f.otherwise({"fabric", "only this fabric"}, a.filter.fabric);
-    f.otherwise({"grid", "only this grid, e.g. 21 or 21x21"}, a.filter.grid);
+    f.otherwise(Field{"grid", "only this grid, e.g. 21 or 21x21"}.without("spacing_mm"),
+                a.filter.grid);
+    f({"spacing_mm", "only meshes whose finest has this spacing", units::mm, above_zero},
+      a.filter.spacing_m);
     f({"segments", "only this number of segments per curve"}, a.filter.segments);
     f.otherwise({"model", "only this cloth model"}, a.filter.model);
     f.otherwise({"simulator", "only this simulator, e.g. drapebench"}, a.filter.simulator);

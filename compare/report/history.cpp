@@ -8,6 +8,7 @@
 
 #include "compare/history/results.hpp"
 #include "compare/report/html.hpp"
+#include "compare/schema/schema.hpp"
 #include "core/drawing/chart.hpp"
 #include "core/program/run_record.hpp"
 
@@ -75,25 +76,27 @@ std::string charts(const Trend& trend, double alarm_sigmas) {
 HistoryPage history_page(const StoreReader& store, const TrendOptions& options) {
   const Trend trend = trend_of(store, options);
   Table list = store.query(
-      "SELECT scene, fabric, simulator, grid_size AS grid, segments AS seg, round(mean_dist_mm, 3) "
+      "SELECT scene, fabric, simulator, discretisation, segments AS seg, round(mean_dist_mm, 3) "
       "AS mean, round(sigma_mean_mm, 4) AS sigma, round(mean_low_mm, 2) AS low, "
       "round(mean_high_mm, 2) AS high, round(max_mm, 2) AS max, marks, gaps, status, recorded_on, "
       "comparison, coalesce(measurement, 'not stated') AS measurement, cause, coalesce(state, "
       "'current') AS state FROM v_real_vs_virtual ORDER BY id DESC");
-  list.headings = {"scene",       "fabric", "simulator",      "grid",     "segments",
-                   "mean (mm)",   "± (mm)", "95 % from (mm)", "to (mm)",  "largest (mm)",
-                   "marks",       "gaps",   "status",         "recorded", "comparison",
+  list.headings = {"scene",       "fabric", "simulator",      "discretisation", "segments",
+                   "mean (mm)",   "± (mm)", "95 % from (mm)", "to (mm)",        "largest (mm)",
+                   "marks",       "gaps",   "status",         "recorded",       "comparison",
                    "measurement", "cause",  "state"};
   Table drapemeters = store.query(
-      "SELECT coalesce(s.scene, m.set_name) AS drape, coalesce(s.simulator, 'measured') AS sheet, "
-      "s.grid_rows || 'x' || s.grid_cols AS grid_size, s.segments, round(d.covered_area_mm2) AS "
+      "SELECT coalesce(s.scene, m.set_name) AS drape, coalesce(s.simulator, 'measured') AS "
+      "sheet, " +
+      std::string(kDiscretisation) +
+      " AS discretisation, s.segments, round(d.covered_area_mm2) AS "
       "covered_area_mm2, round(d.drape_coefficient_percent, 1) AS drape_coefficient_percent, "
       "d.folds, round(d.fold_depth_mm, 1) AS fold_depth_mm, substr(m.sha256, 1, 12) AS sheet_key "
       "FROM drapemeter AS d JOIN sheet AS m ON "
       "m.sha256 = d.sheet_sha256 LEFT JOIN simulation AS s ON s.sheet_sha256 = d.sheet_sha256 "
       "ORDER "
-      "BY drape, sheet, s.segments, s.grid_rows, d.sheet_sha256");
-  drapemeters.headings = {"drape",    "sheet",           "grid",
+      "BY drape, sheet, s.segments, s.spacing_mm, s.grid_rows, d.sheet_sha256");
+  drapemeters.headings = {"drape",    "sheet",           "discretisation",
                           "segments", "covered (mm²)",   "drape coefficient (%)",
                           "folds",    "fold depth (mm)", "key of the sheet"};
   Table pairs = store.query(

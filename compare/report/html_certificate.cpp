@@ -132,7 +132,7 @@ std::string html_certificate(const Session& session, const Outcome& outcome) {
               "nothing of the simulation. Match says whether the simulation could be one more "
               "laying of the real drape, or, where it was laid fewer than three times, how far it "
               "is from it, against the total uncertainty. The simulation was chosen before any "
-              "distance was known: the finest grid with five segments.") +
+              "distance was known: the scene's own start on the finest mesh with five segments.") +
           "<p>";
   for (const Report& report : outcome.reports)
     if (report.headline || !report.real_surface.empty())

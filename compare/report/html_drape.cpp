@@ -18,7 +18,7 @@ using units::mm;
 
 /// The parts of the error that have a direction, so that warp and weft stay apart.
 Table direction_table(const DrapeInput& input, const Report& report) {
-  Table table({"grid size", "segments", "mean along warp (mm)", "mean along weft (mm)",
+  Table table({"discretisation", "segments", "mean along warp (mm)", "mean along weft (mm)",
                "mean along normal (mm)", "RMS warp (mm)", "RMS weft (mm)", "RMS normal (mm)"},
               {1, 2, 3, 4, 5, 6, 7});
   table.title = "Where the real marks lie, seen from the virtual sheet";
@@ -31,7 +31,7 @@ Table direction_table(const DrapeInput& input, const Report& report) {
     const auto n = static_cast<double>(row.marks.marks.size());
     const Eigen::Vector3d average = mean / n / mm, rms = (squares / n).cwiseSqrt() / mm;
     const Simulation& simulation = input.simulations[row.simulation];
-    std::vector<std::string> cells = {simulation.grid() + simulation.apart_text(),
+    std::vector<std::string> cells = {simulation.discretisation() + simulation.apart_text(),
                                       simulation.segments_text()};
     // Adding zero turns a rounded -0.00 into +0.00.
     for (int k = 0; k < 3; ++k)
@@ -134,12 +134,12 @@ Table certificate_table(const DrapeInput& input, const Report& report) {
 }
 
 Table status_table(const DrapeInput& input, const Report& report) {
-  Table table({"grid size", "segments", "model", "solver", "fabric", "status"}, {1});
+  Table table({"discretisation", "segments", "model", "fabric", "status"}, {1});
   for (const RealVirtual& row : report.real_virtual) {
     const Simulation& simulation = input.simulations[row.simulation];
     const SimulatedSource& source = simulation.source();
-    table.add({simulation.grid(), simulation.segments_text(), source.model, source.solver,
-               source.fabric, source.status});
+    table.add({simulation.discretisation(), simulation.segments_text(), source.model, source.fabric,
+               source.status});
   }
   return table;
 }
@@ -262,8 +262,8 @@ std::string error_split_part(const DrapeFiles& drape) {
     text += html_paragraph("Over " + std::to_string(split.marks) + " marks: " + sentence + ".");
   return text + html_table(value_effect_table(split)) + html_table(variant_effect_table(split)) +
          html_note(
-             "drape simulate sensitivity drapes the scene once more (the grid and segments are in "
-             "its run "
+             "drape simulate sensitivity drapes the scene once more (mesh and segments are in its "
+             "run "
              "record) and repeats it with one thing changed: from the drape itself, which keeps "
              "the branch, and from the start, which may end on another. The changes do not add "
              "up.");
@@ -285,8 +285,8 @@ std::string budget_part(const DrapeFiles& drape, const Report& report) {
   if (report.budget)
     text += html_table(budget_table(*report.budget)) +
             html_paragraph(budget_sentence(*report.budget) + ".");
-  if (const auto error = grid_error_of(drape.input, report))
-    text += html_paragraph("The grid's error: " + grid_sentence(*error) + ".");
+  if (const std::string sentence = mesh_sentence(drape.input, report); !sentence.empty())
+    text += html_paragraph("The mesh: " + sentence + ".");
   if (const auto& budget = drape.input.measured.sheet.error_budget)
     text += html_note(fmt::format(
         "Of a mark, RMS over the sheet: noise of the dots' centres {:.4f} mm, bent and slanted "

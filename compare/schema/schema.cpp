@@ -14,8 +14,9 @@ namespace drape::compare {
 namespace {
 
 /// Every table. A comment that begins with "smaller:" or "neither:" makes its column a metric:
-/// which value is the better one, the store version that brought it where that is not the first,
-/// and the definition. The name of a metric ends in its unit.
+/// which value is the better one, the store version that brought it where that is not the first
+/// ("smaller, since 9: ..."), and the definition. The name of a metric ends in its unit. "since 9:"
+/// alone is a later column that is no metric.
 constexpr const char* kTables = R"sql(CREATE TABLE metric (
   name TEXT NOT NULL PRIMARY KEY,  -- a column of comparison, simulation_pair or mark_error
   unit TEXT NOT NULL,
@@ -92,15 +93,18 @@ CREATE TABLE simulation (
   fabric_sha256 TEXT REFERENCES fabric (sha256),
   fabric_stated TEXT,  -- a name without a fabric file
   start_sha256 TEXT,  -- of the measured sheet that placed the cloth
-  grid_rows INTEGER NOT NULL,
-  grid_cols INTEGER NOT NULL,
+  grid_rows INTEGER,  -- of a grid of particles, or of another simulator's points; NULL: a mesh
+  grid_cols INTEGER,
   segments INTEGER,  -- NULL: another simulator
   model TEXT NOT NULL,
-  solver TEXT NOT NULL,
+  solver TEXT,  -- NULL: the one that each model has today
   status TEXT NOT NULL,
   at_rest INTEGER CHECK (at_rest IN (0, 1)),  -- NULL: not stated
   certificate_sha256 TEXT,
-  certificate_json TEXT  -- names end in their units
+  certificate_json TEXT,  -- names end in their units
+  spacing_mm REAL,  -- since 9: spacing of the finest mesh; NULL: a grid
+  from_measured INTEGER CHECK (from_measured IN (0, 1)),  -- since 9: began in the measured shape
+  CHECK ((grid_rows IS NULL) = (grid_cols IS NULL) AND (grid_rows IS NULL) <> (spacing_mm IS NULL))
 ) STRICT, WITHOUT ROWID;
 
 CREATE TABLE refinement (  -- of a sheet that a coarser one at rest was carried over to
@@ -401,16 +405,20 @@ std::string unit_of(const std::string& name) {
 
 Relation relation_of(const std::string& statement) {
   static const std::regex column(
-      R"re(\s*"?(\w+)"? (?:TEXT|INTEGER|REAL)\b.*?(?:-- (smaller|neither)(?:, since (\d+))?: (.*))?)re");
+      R"re(\s*"?(\w+)"? (?:TEXT|INTEGER|REAL)\b.*?(?:-- (?:(smaller|neither)(?:, since (\d+))?|since (\d+)): (.*))?)re");
   Relation relation;
   relation.statement = statement;
   relation.name = statement.substr(13, statement.find(' ', 13) - 13);
   std::istringstream lines(statement);
   std::smatch part;
   for (std::string line; std::getline(lines, line);)
-    if (std::regex_match(line, part, column))
-      relation.columns.push_back({part[1], part[2].matched ? unit_of(part[1]) : "", part[4],
-                                  part[2], part[3].matched ? std::stoi(part[3]) : 0});
+    if (std::regex_match(line, part, column)) {
+      const bool metric = part[2].matched;
+      const std::string since = part[3].str() + part[4].str();
+      relation.columns.push_back({part[1], metric ? unit_of(part[1]) : "",
+                                  metric ? part[5].str() : "", part[2],
+                                  since.empty() ? 0 : std::stoi(since)});
+    }
   return relation;
 }
 
@@ -453,7 +461,7 @@ int metrics_version() {
     std::set<int> versions;
     for (const Relation& one : relations())
       for (const RelationColumn& column : one.columns)
-        if (column.since > 0) versions.insert(column.since);
+        if (column.since > 0 && !column.definition.empty()) versions.insert(column.since);
     return kMetricsThen + static_cast<int>(versions.size());
   }();
   return version;

@@ -25,6 +25,15 @@ struct Relation {
 /// Raised by each version of the store that brought a metric.
 [[nodiscard]] int metrics_version();
 
+/// SQL of "2.5 mm" or "21x21" of a simulation AS s.
+inline constexpr const char* kDiscretisation =
+    "coalesce(s.grid_rows || 'x' || s.grid_cols, printf('%g mm', s.spacing_mm))";
+/// The same of simulations and of v_comparison: own before others', many segments before few, fine
+/// before coarse.
+inline constexpr const char* kFinestFirst =
+    "simulator <> 'drapebench', segments DESC, spacing_mm IS NULL, spacing_mm, grid_rows DESC, "
+    "model, solver, begins";
+
 /// The statements that make views, indexes and triggers around tables that are there.
 [[nodiscard]] std::vector<std::string> surrounding_statements();
 

@@ -12,7 +12,8 @@ constexpr const char* kIndexes[] = {
     R"sql(CREATE INDEX comparison_in_short ON comparison (sha256, mean_mm, simulated_sha256))sql",
     // All that the views ask of a simulation: its certificate makes the table's own tree deep.
     R"sql(CREATE INDEX simulation_in_short ON simulation (sheet_sha256, simulator, scene,
-  fabric_sha256, fabric_stated, grid_rows, grid_cols, segments, model, solver, status))sql",
+  fabric_sha256, fabric_stated, grid_rows, grid_cols, spacing_mm, from_measured, segments, model,
+  solver, status))sql",
     R"sql(CREATE INDEX pair_by_measured ON simulation_pair (measured_sha256))sql",
     R"sql(CREATE INDEX pair_by_sheets ON simulation_pair (first_sha256, second_sha256))sql",
 };
@@ -94,7 +95,7 @@ FROM run AS r)sql",
     // them.
     R"sql(CREATE VIEW v_run_drape AS
 SELECT d.run AS run, r.date AS date, r.label AS label, d.scene AS scene,
-  coalesce(f.name, s.fabric_stated) AS fabric, s.grid_rows || 'x' || s.grid_cols AS grid_size,
+  coalesce(f.name, s.fabric_stated) AS fabric, {discretisation} AS discretisation,
   s.segments AS segments, s.simulator AS simulator, c.mean_mm AS mean_dist_mm,
   d.expanded_uncertainty_mm AS expanded_uncertainty_mm, d.measurement AS measurement,
   d.match AS match, m.rests_on AS match_rests_on, m.repeats AS repeats, m.p AS match_p,
@@ -129,7 +130,7 @@ std::string state_of(const std::string& table, const std::string& subject, const
 /// Only the newest definition of the metrics for each pair of sheets. It is not sorted, so that
 /// SQLite can fold it into the query that uses it.
 constexpr const char* kComparisonView = R"sql(CREATE VIEW v_comparison AS
-SELECT s.scene AS scene, s.grid_rows || 'x' || s.grid_cols AS grid_size, s.segments AS segments,
+SELECT s.scene AS scene, {discretisation} AS discretisation, s.segments AS segments,
   c.mean_mm AS mean_dist_mm, c.sigma_mean_mm AS sigma_mean_mm, c.mean_low_mm AS mean_low_mm,
   c.mean_high_mm AS mean_high_mm, c.median_mm AS median_mm,
   c.rms_mm AS rms_mm, c.p95_mm AS p95_mm, c.max_mm AS max_mm,
@@ -140,8 +141,9 @@ SELECT s.scene AS scene, s.grid_rows || 'x' || s.grid_cols AS grid_size, s.segme
   s.solver AS solver, s.status AS status,
   m.rig_name AS rig, m.set_name AS measured_set, r.recorded_on AS recorded_on,
   substr(m.sha256, 1, 12) AS measured, m.calibration_sha256 AS calibration_sha256,
-  b.number AS branch, substr(c.sha256, 1, 12) AS comparison, s.grid_rows AS grid_rows, c.id AS id,
-  substr(c.simulated_sha256, 1, 12) AS simulated
+  b.number AS branch, substr(c.sha256, 1, 12) AS comparison, s.grid_rows AS grid_rows,
+  s.spacing_mm AS spacing_mm, CASE s.from_measured WHEN 1 THEN 'measured shape' ELSE 'scene' END
+    AS begins, c.id AS id, substr(c.simulated_sha256, 1, 12) AS simulated
 FROM comparison AS c
   JOIN simulation AS s INDEXED BY simulation_in_short ON s.sheet_sha256 = c.simulated_sha256
   JOIN sheet AS m ON m.sha256 = c.measured_sha256
@@ -155,13 +157,14 @@ WHERE NOT EXISTS (SELECT 1 FROM comparison AS n WHERE n.measured_sha256 = c.meas
 constexpr const char* kRealView = R"sql(CREATE VIEW v_real_vs_virtual AS
 SELECT v.*, s.run AS run, s.measurement AS measurement, s.cause AS cause, s.match AS match,
   s.state AS state
-FROM v_comparison AS v JOIN ({state}) AS s ON s.comparison_id = v.id ORDER BY scene, measured, simulator <> 'drapebench', segments DESC,
-  grid_rows DESC, model, solver, branch, comparison)sql";
+FROM v_comparison AS v JOIN ({state}) AS s ON s.comparison_id = v.id
+ORDER BY scene, measured, {finest_first}, branch, comparison)sql";
 
 /// The equilibria of each list with their distance to each measured sheet. `match_mm` says which
 /// one the real shape took; `least_energy` and `nearest` mark one row of each list.
 constexpr const char* kBranchView = R"sql(CREATE VIEW v_branches AS
-SELECT c.scene AS scene, c.grid_size AS grid_size, c.segments AS segments, b.number AS branch,
+SELECT c.scene AS scene, c.discretisation AS discretisation, c.segments AS segments,
+  b.number AS branch,
   b.found AS found, b.energy_uJ AS energy_uJ,
   b.energy_uJ - min(b.energy_uJ) OVER one AS above_least_uJ, b.starts AS starts,
   b.hem_nodes AS hem_nodes, b.stable AS stable, c.mean_dist_mm AS mean_dist_mm,
@@ -235,15 +238,18 @@ std::vector<std::string> surrounding_statements() {
   std::vector<std::string> statements(std::begin(kIndexes), std::end(kIndexes));
   const auto add = [&](const char* statement) {
     statements.push_back(fmt::format(fmt::runtime(statement), fmt::arg("state", state_query()),
-                                     fmt::arg("sheet_state", sheet_state_query())));
+                                     fmt::arg("sheet_state", sheet_state_query()),
+                                     fmt::arg("discretisation", kDiscretisation),
+                                     fmt::arg("finest_first", kFinestFirst)));
   };
   for (const char* view : {kComparisonView, kRealView, kVirtualView, kSurfaceView, kBranchView})
     add(view);
-  statements.insert(statements.end(), std::begin(kViews), std::end(kViews));
+  for (const char* statement : kViews) add(statement);
   statements.push_back("CREATE VIEW v_pictures_last AS\n" + pictures_last("v_run_moment"));
   statements.push_back("CREATE VIEW v_run_last AS\n" + run_last("v_run_moment", "v_pictures_last"));
   statements.push_back("CREATE VIEW v_state AS\n" + state_query() + "\nWHERE d.run IS NOT NULL");
-  // Tables 1 to 12 of the paper: experiments A to F, real against virtual and virtual pairs.
+  // Tables 1 to 12 of the paper: experiments A to F, real against virtual and virtual pairs, on
+  // grids of particles.
   for (int experiment = 0; experiment < 6; ++experiment)
     for (const bool pairs : {false, true})
       statements.push_back(fmt::format(
@@ -251,9 +257,10 @@ std::vector<std::string> surrounding_statements() {
           "AND "
           "{}coalesce(state, 'current') = 'current'",
           2 * experiment + (pairs ? 2 : 1),
-          pairs ? "pair, mean_dist_mm, points" : "grid_size, segments, mean_dist_mm, marks",
+          pairs ? "pair, mean_dist_mm, points"
+                : "discretisation, segments, mean_dist_mm, marks, model",
           pairs ? "v_virtual_vs_virtual" : "v_real_vs_virtual", static_cast<char>('A' + experiment),
-          pairs ? "" : "branch IS NULL AND "));
+          pairs ? "" : "branch IS NULL AND grid_rows IS NOT NULL AND "));
   for (const Relation& table : relations())
     for (const char* change : {"UPDATE", "DELETE"})
       statements.push_back(

@@ -9,14 +9,15 @@
 #include "compare/meshes/other_mesh.hpp"
 #include "compare/metrics/branches.hpp"
 #include "compare/records/provenance.hpp"
+#include "core/certificate.hpp"
 #include "core/error.hpp"
 #include "core/files/csv.hpp"
 #include "core/files/files.hpp"
-#include "core/files/json_file.hpp"
 #include "core/program/run_record.hpp"
 #include "core/recording.hpp"
+#include "core/units.hpp"
 
-// Files beside a simulated sheet: certificate.json and history.csv.
+// Files beside a simulated sheet: certificate.json, levels.json and history.csv.
 
 namespace drape::compare {
 namespace {
@@ -116,13 +117,10 @@ DrapeFiles read_measured(SheetFile sheet, Session& session) {
 
 /// Left by an earlier run of what wrote the list above it, whose files it is not among any more.
 void require_listed(const fs::path& sheet) {
-  const fs::path above = sheet.parent_path() / "..";
-  for (const char* list : {"branches.json", "refinement.json"})
-    if (fs::is_regular_file(above / list) && !read_made_by(sheet))
-      throw bad_input(fmt::format("no record says what made this sheet, and {} above it does not "
-                                  "name it",
-                                  list),
-                      {.file = sheet.string()}, "leave it out: it is of an earlier run");
+  if (fs::is_regular_file(sheet.parent_path() / ".." / "branches.json") && !read_made_by(sheet))
+    throw bad_input(
+        "no record says what made this sheet, and branches.json above it does not name it",
+        {.file = sheet.string()}, "leave it out: it is of an earlier run");
 }
 
 /// The sheet with the files beside it, and the run record of what made it.
@@ -139,14 +137,18 @@ Simulation read_simulated(SheetFile sheet, Session& session) {
     simulation.history = read_history(file);
     session.read.emplace_back(file, sha256_of_file(file));
   }
-  simulation.refined = refined_of(simulation.sheet.file);
-  if (const auto& list = simulation.refined)
-    session.read.emplace_back(list->document.file(), list->document.sha256());
+  if (const fs::path file = folder / "levels.json"; fs::is_regular_file(file)) {
+    simulation.levels = read_record<LevelsFile>(file);
+    if (!simulation.sheet.has_content(simulation.levels->sheet_sha256))
+      throw bad_input("the meshes are of another sheet than the one beside them",
+                      {.file = file.string(), .field = "sheet_sha256"}, "simulate the drape again");
+    session.read.emplace_back(file, simulation.levels->document.sha256());
+  }
   if (const auto listed = branch_of(simulation.sheet.file)) {
     simulation.branch = listed->second;
     session.read.emplace_back(listed->first, listed->second.set_sha256);
   }
-  if (!simulation.branch && !simulation.refined) require_listed(simulation.sheet.file);
+  if (!simulation.branch) require_listed(simulation.sheet.file);
   return simulation;
 }
 
@@ -344,10 +346,9 @@ void find_scenes(DrapeFiles& drape, Session& session) {
     if (!file) {
       if (made_by)
         session.warnings.push_back(
-            fmt::format("the scene of the {}x{} simulation with {} segments is not as that read "
-                        "it, so that the values of its scene and fabric are not stored",
-                        simulations[i].sheet.sheet.rows, simulations[i].sheet.sheet.cols,
-                        simulations[i].source().segments));
+            fmt::format("the scene of the simulation {} is not as that read it, so that the values "
+                        "of its scene and fabric are not stored",
+                        simulations[i].label()));
       continue;
     }
     simulations[i].scene = read_simulated_scene(*file, made_by->inputs);
@@ -403,67 +404,60 @@ void find_ensemble(DrapeFiles& drape) {
 
 namespace {
 
-constexpr int kCertificateVersion = 1;
-
-std::string scalar_text(const Json& value) {
-  if (value.is_string()) return value.get<std::string>();
-  if (value.is_boolean()) return value.get<bool>() ? "yes" : "no";
+std::string entry_text(const Value& value) {
+  if (const auto* text = value.get_if<std::string>()) return *text;
+  if (const auto* truth = value.get_if<bool>()) return *truth ? "yes" : "no";
+  if (const auto* number = value.get_if<double>()) return fmt::format("{:.6g}", *number);
   if (value.is_null()) return "not stated";
-  if (value.is_number_float()) return fmt::format("{:.6g}", value.get<double>());
-  return value.dump();
-}
-
-/// Numbers and words of an array in one line.
-std::string list_text(const Json& array) {
+  const auto* list = value.get_if<Value::List>();
+  if (list == nullptr) return one_line(value);
   std::string text;
-  for (const Json& item : array) {
-    if (!text.empty()) text += "; ";
-    text += scalar_text(item);
-  }
+  for (const Value& item : *list) text += (text.empty() ? "" : "; ") + entry_text(item);
   return text.empty() ? "none" : text;
 }
 
-/// Every scalar under its path. Objects in an array are called by their first text.
-void flatten(const Json& value, const std::string& path, Certificate& certificate) {
-  if (value.is_object()) {
-    for (const auto& [key, member] : value.items()) {
-      if (path.empty() && key == "schema") continue;
-      flatten(member, path.empty() ? key : fmt::format("{}.{}", path, key), certificate);
-    }
+/// Every plain value under its path. Tables of a list are called by their first text.
+void flatten(const Value& value, const std::string& path, Certificate& certificate) {
+  const auto* list = value.get_if<Value::List>();
+  if (const auto* table = value.get_if<Value::Table>()) {
+    for (const auto& [key, member] : *table)
+      if (!path.empty() || key != "schema")
+        flatten(member, path.empty() ? key : fmt::format("{}.{}", path, key), certificate);
     return;
   }
-  if (value.is_array() && !value.empty() && value.front().is_object()) {
-    for (std::size_t i = 0; i < value.size(); ++i) {
-      Json item = value[i];
+  if (list != nullptr && !list->empty() && list->front().get_if<Value::Table>() != nullptr) {
+    for (std::size_t i = 0; i < list->size(); ++i) {
+      Value item = (*list)[i];
       std::string name = std::to_string(i);
-      for (auto member = item.begin(); member != item.end(); ++member) {
-        if (!member->is_string()) continue;
-        name = member->get<std::string>();
-        item.erase(member);
-        break;
+      if (auto* table = item.get_if<Value::Table>()) {
+        const auto named = std::find_if(table->begin(), table->end(), [](const auto& member) {
+          return member.second.template get_if<std::string>() != nullptr;
+        });
+        if (named != table->end()) {
+          name = *named->second.get_if<std::string>();
+          table->erase(named);
+        }
       }
       flatten(item, fmt::format("{}.{}", path, name), certificate);
     }
     return;
   }
-  if (value.is_array()) {
-    certificate.entries.emplace_back(path, list_text(value));
-    return;
-  }
-  certificate.entries.emplace_back(path, scalar_text(value));
+  certificate.entries.emplace_back(path, entry_text(value));
   const std::string_view name = path;
-  if (value.is_boolean() &&
+  if (const auto* truth = value.get_if<bool>();
+      truth != nullptr &&
       (name.ends_with("penetration_accepted") || name.ends_with("penetration.accepted")))
-    certificate.penetration_accepted = value.get<bool>();
+    certificate.penetration_accepted = *truth;
 }
 
 }  // namespace
 
 Certificate read_certificate(const fs::path& file) {
-  const JsonNode root = JsonNode::open(file, "certificate", kCertificateVersion);
+  const Document document = Document::read(file);
+  require_format(document, format_of<drape::Certificate>);
   Certificate certificate;
-  certificate.sha256 = sha256_of_file(file);
-  flatten(root.raw(), "", certificate);
+  certificate.sha256 = document.sha256();
+  flatten(document.root(), "", certificate);
   return certificate;
 }
 
@@ -478,6 +472,8 @@ void require_of_sheet(const Certificate& certificate, const Sheet& sheet, const 
       {"options.rows", std::to_string(sheet.rows)},
       {"options.cols", std::to_string(sheet.cols)},
       {"options.segments", std::to_string(source.segments)},
+      {"options.spacing_mm", source.spacing_m ? fmt::format("{:.6g}", *source.spacing_m / units::mm)
+                                              : std::string("not stated")},
       {"at_rest", source.status == "at rest" ? "yes" : "no"}};
   for (const auto& [name, wanted] : of_sheet)
     for (const auto& [entry, value] : certificate.entries)
@@ -490,16 +486,11 @@ void require_of_sheet(const Certificate& certificate, const Sheet& sheet, const 
 
 namespace {
 
-constexpr int kSheetVersion = 1;
 constexpr int kDeepest = 8;  ///< folders below the given one
 
 struct Found {
   std::vector<fs::path> alone, measured, repeats, gone;
 };
-
-bool is_measured(const fs::path& sheet_json) {
-  return JsonNode::open(sheet_json, "sheet", kSheetVersion).text("kind") == "measured";
-}
 
 std::vector<fs::path> folders_of(const fs::path& folder) {
   std::vector<fs::path> folders;
@@ -531,21 +522,16 @@ bool is_whole(const fs::path& list) {
   return fs::is_regular_file(list) && fs::is_regular_file(run_record_path(list));
 }
 
-/// Adds what `drape run` compares beside the simulations: of several grids the one that speaks, and
-/// of the branches those that the list names, whatever a run before left.
+/// Adds the branches that the ensemble's list names, whatever a run before left.
 void add_extras(const fs::path& drape, Found& found) {
-  if (const fs::path list = drape / "refined" / "refinement.json"; is_whole(list)) {
-    const auto refined = read_record<RefinementFile>(list);
-    if (refined.used)
-      add_listed(refined.grids[static_cast<std::size_t>(*refined.used)].sheet, list, found);
-  }
   if (const fs::path list = drape / "ensemble" / "branches.json"; is_whole(list))
     for (const ListedBranch& branch : read_record<BranchList>(list).branches)
       add_listed(branch.sheet, list, found);
 }
 
 void walk(const fs::path& folder, int depth, Found& found) {  // NOLINT(misc-no-recursion)
-  if (fs::is_regular_file(folder / "sheet.json") && is_measured(folder / "sheet.json")) {
+  if (fs::is_regular_file(folder / "sheet.json") &&
+      read_sheet_record(folder / "sheet.json").is_measured()) {
     found.measured.push_back(folder / "sheet.ply");
     for (const char* below : {"simulations", "branches"})
       if (fs::is_directory(folder / below))

@@ -44,11 +44,12 @@ struct Session {
 
 /// Reads the sheets (each measured one opens a group; simulated ones before any of these are only
 /// compared with each other), and beside them detections.json, sensitivity/sensitivity.json,
-/// certificate.json, history.csv, the run records and through these the scene, where they exist. A
-/// .toml is another simulator's mesh (other_mesh.hpp). `calibration_file` may be empty. Throws
-/// Error(bad_input) when a sheet was measured with another calibration than the one given, or when
-/// a measured sheet is given twice, or a simulation is not what its run record says. Each of
-/// `repeats`, a measured sheet that says which repeat it is, joins every drape of its scene.
+/// certificate.json, levels.json, history.csv, the run records and through these the scene, where
+/// they exist. A .toml is another simulator's mesh (other_mesh.hpp). `calibration_file` may be
+/// empty. Throws Error(bad_input) when a sheet was measured with another calibration than the one
+/// given, or when a measured sheet is given twice, or a simulation is not what its run record says.
+/// Each of `repeats`, a measured sheet that says which repeat it is, joins every drape of its
+/// scene.
 [[nodiscard]] Session read_session(const std::vector<std::filesystem::path>& sheets,
                                    const std::filesystem::path& calibration_file,
                                    const std::vector<std::filesystem::path>& repeats = {});
@@ -68,7 +69,7 @@ void find_scenes(DrapeFiles& drape, Session& session);
 /// is now: it placed that sheet among the branches. Throws Error for a list that cannot be read.
 void find_ensemble(DrapeFiles& drape);
 
-/// Reads certificate.json ("drapebench/certificate/1"). Any entry may be absent.
+/// Reads certificate.json of any version. Any entry may be absent.
 [[nodiscard]] Certificate read_certificate(const std::filesystem::path& file);
 
 /// Throws Error(bad_input) naming the entry where a certificate contradicts the simulated sheet
@@ -82,7 +83,7 @@ void require_of_sheet(const Certificate& certificate, const Sheet& sheet,
 /// Files stay as they are given; a folder becomes the sheets below it, in the order that
 /// read_session() wants: first the simulations that stand alone (a virtual bench), then each
 /// measured sheet with what lies in the folders `simulations` and `branches` beside it, by name,
-/// then what the lists of `refined` and `ensemble` name, as `drape run` compares them. Links are
+/// then what the list of `ensemble` names, as `drape run` compares them. Links are
 /// not followed. Throws Error(usage) when there is no sheet at all, and Error(bad_input) for a run
 /// record or list whose sheet is gone.
 [[nodiscard]] std::vector<std::filesystem::path> sheets_in(

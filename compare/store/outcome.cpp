@@ -131,8 +131,9 @@ std::vector<std::pair<std::string, std::string>> key_numbers(const DrapeInput& i
       numbers.emplace_back("repeat " + line.repeat, "left out: " + line.left_out);
   if (report.budget && report.headline)
     numbers.emplace_back("total uncertainty", budget_sentence(*report.budget));
-  if (const auto error = grid_error_of(input, report))
-    numbers.emplace_back("grid's error", grid_sentence(*error));
+  if (report.headline)
+    if (std::string sentence = mesh_sentence(input, report); !sentence.empty())
+      numbers.emplace_back("mesh", std::move(sentence));
   for (const BranchSet& set : report.branch_sets)
     numbers.emplace_back("branches of " + set.label, branch_sentence(input, set));
   numbers.emplace_back("marks",

@@ -161,6 +161,7 @@ bool insert_simulated(Writer& writer, const Simulation& simulation) {
   const SimulatedSource& source = simulation.source();
   const bool own = !simulation.other_simulator;
   const auto if_own = [&](Cell value) { return own ? std::move(value) : Cell(); };
+  const auto if_grid = [&](int size) { return simulation.is_grid() ? Cell(size) : Cell(); };
   if (own) writer.insert_unit("fabric", source.fabric_sha256, source.fabric);
   const std::string& key = simulation.sheet.sha256;
   const bool fresh =
@@ -168,13 +169,13 @@ bool insert_simulated(Writer& writer, const Simulation& simulation) {
                          sheet.patch_m.y() / mm, sheet.marks.size(), sheet.gaps.size());
   writer.insert_unit("simulation", key, simulation.other_simulator.value_or("drapebench"),
                      source.scene, if_own(source.scene_sha256), if_own(source.fabric_sha256),
-                     own ? Cell() : Cell(source.fabric), source.start_sha256, sheet.rows,
-                     sheet.cols, simulation.segments(), source.model, source.solver, source.status,
+                     own ? Cell() : Cell(source.fabric), source.start_sha256, if_grid(sheet.rows),
+                     if_grid(sheet.cols), simulation.segments(), source.model,
+                     source.solver.empty() ? Cell() : Cell(source.solver), source.status,
                      if_own(source.status == "at rest"),
                      simulation.certificate ? Cell(simulation.certificate->sha256) : Cell(),
-                     certificate_json(simulation));
-  if (source.refined_from_sha256)
-    writer.insert_unit("refinement", key, *source.refined_from_sha256);
+                     certificate_json(simulation), in_mm(source.spacing_m),
+                     source.from_measured ? Cell(1) : Cell());
   if (const auto& b = simulation.branch)
     writer.insert_unit("branch", key, b->set_sha256, b->number, b->of, b->energy_j / kMicrojoule,
                        b->residual, b->stable, b->starts, b->hem_nodes, b->round);

@@ -5,11 +5,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <numbers>
 #include <random>
 #include <utility>
 
-#include "compare/tables/grid_error.hpp"
 #include "core/statistics/sample.hpp"
 #include "core/units.hpp"
 
@@ -26,23 +26,45 @@ using Eigen::MatrixX3d;
 constexpr double kMeasuredPart = 0.05;
 constexpr double kOpposite = 1e-6;  // of a push; two that differ by less but in sign are a pair
 
-void add_neighbour(const DrapeInput& input, const Report& report, bool other_grid,
-                   BudgetInputs& inputs) {
-  const std::string what = other_grid ? "grid" : "segments per curve";
-  const RealVirtual& headline = headline_of(report);
-  const RealVirtual* fall = fall_of(input, report);
-  const RealVirtual* other = neighbour_of(input, report, other_grid);
-  const auto places = other != nullptr ? places_on(*other, headline) : std::nullopt;
-  const auto own = fall != nullptr ? places_on(*fall, headline) : std::nullopt;
-  if (!places || !own) {
-    return inputs.lack(what + ": simulate two");
+const RealVirtual& headline_of(const Report& report) {
+  return report.real_virtual[*report.headline];
+}
+
+/// Virtual places of the headline's marks on another simulation (m, world); nothing where one has
+/// no place.
+std::optional<MatrixX3d> places_on(const RealVirtual& other, const RealVirtual& headline) {
+  MatrixX3d places(headline.marks.marks.size(), 3);
+  std::map<MarkId, Eigen::Vector3d> known;
+  for (const MarkError& mark : other.marks.marks) known[mark.mark] = mark.virtual_in_world;
+  for (std::size_t k = 0; k < headline.marks.marks.size(); ++k) {
+    const auto found = known.find(headline.marks.marks[k].mark);
+    if (found == known.end()) return std::nullopt;
+    places.row(static_cast<Index>(k)) = found->second;
   }
-  const MatrixX3d change_m = *places - *own;
-  inputs.effects.push_back({what,
-                            fmt::format("{} gives {:+.3f} mm; as much may be left, up or down",
-                                        input.simulations[other->simulation].run_label(),
-                                        (other->statistics.mean_m - fall->statistics.mean_m) / mm),
-                            true, -change_m, change_m});
+  return places;
+}
+
+/// Adds the effect of another number of segments, where the same drape has one.
+void add_segments(const DrapeInput& input, const Report& report, BudgetInputs& inputs) {
+  const RealVirtual& headline = headline_of(report);
+  const Simulation& chosen = input.simulations[headline.simulation];
+  const RealVirtual* other = nullptr;
+  for (const RealVirtual& row : report.real_virtual) {
+    const Simulation& one = input.simulations[row.simulation];
+    if (!one.other_simulator && !one.branch && one.setup() == chosen.setup() &&
+        one.discretisation() == chosen.discretisation() &&
+        one.source().segments != chosen.source().segments)
+      other = &row;
+  }
+  const auto places = other != nullptr ? places_on(*other, headline) : std::nullopt;
+  if (!places) return inputs.lack("segments per curve: simulate two");
+  const MatrixX3d change_m = *places - *places_on(headline, headline);
+  inputs.effects.push_back(
+      {"segments per curve",
+       fmt::format("{} gives {:+.3f} mm; as much may be left, up or down",
+                   input.simulations[other->simulation].run_label(),
+                   (other->statistics.mean_m - headline.statistics.mean_m) / mm),
+       true, -change_m, change_m});
 }
 
 MarkId id_of(MarkId mark) {
@@ -66,21 +88,21 @@ std::optional<std::vector<Index>> rows_in(const Marks& marks, const Report& repo
   return rows;
 }
 
-/// Adds what the headline's grid may leave: as its refinement says, else the next coarser grid.
-void add_grid(const DrapeInput& input, const Report& report, BudgetInputs& inputs) {
-  const RealVirtual& headline = headline_of(report);
-  const auto& refined = input.simulations[headline.simulation].refined;
-  if (!refined || !refined->left_m) return add_neighbour(input, report, true, inputs);
-  const auto rows = rows_in(refined->marks, report);
-  if (!rows) return inputs.lack("grid: the refinement lacks a mark");
-  // A mark within a cell is taken by cubics there and straight here.
-  MatrixX3d moves_m = -*places_on(headline, headline);
-  for (std::size_t k = 0; k < rows->size(); ++k) {
-    const RefinedMark& one = refined->marks[static_cast<std::size_t>((*rows)[k])];
-    moves_m.row(static_cast<Index>(k)) += (one.left_m + one.place_in_world).transpose();
-  }
-  inputs.effects.push_back(
-      {"grid", "what its refinement may leave, up or down", true, -moves_m, moves_m});
+/// Adds what the headline's finest mesh may leave, as its levels say.
+void add_mesh(const DrapeInput& input, const Report& report, BudgetInputs& inputs) {
+  const auto& levels = input.simulations[headline_of(report).simulation].levels;
+  if (!levels || !levels->left_m)
+    return inputs.lack("the mesh error, which its sheet does not state");
+  const auto rows = rows_in(levels->marks, report);
+  if (!rows) return inputs.lack("mesh error: levels.json lacks a mark");
+  MatrixX3d away_m = inputs.differences_m.rowwise().normalized();
+  for (Index k = 0; k < away_m.rows(); ++k)
+    away_m.row(k) *=
+        levels->marks[static_cast<std::size_t>((*rows)[static_cast<std::size_t>(k)])].left_m;
+  inputs.effects.push_back({"mesh",
+                            "what its finest mesh may leave, as if every mark moved along its "
+                            "distance",
+                            true, -away_m, away_m});
 }
 
 /// Friction holds the cloth somewhere between what pushes from two sides leave.
@@ -255,6 +277,16 @@ void add_sensitivities(const DrapeInput& input, const Report& report,
 
 }  // namespace
 
+std::string mesh_sentence(const DrapeInput& input, const Report& report) {
+  const Simulation& own = input.simulations[headline_of(report).simulation];
+  if (own.other_simulator) return {};
+  if (own.levels) return mesh_error_sentence(*own.levels);
+  return own.is_grid()
+             ? "mesh error not known: a grid of particles does not state it; simulate the "
+               "cloth without --paper"
+             : "mesh error not known: no levels.json lies beside the sheet";
+}
+
 std::optional<BranchList> speaking_list(const DrapeInput& input) {
   const Simulation* one = input.speaking_branch();
   return one ? list_above(one->sheet.file, one->branch->set_sha256) : std::nullopt;
@@ -266,12 +298,13 @@ BudgetInputs budget_inputs_of(const DrapeInput& input, const Report& report,
   add_measurement(input, report, inputs);
   if (input.simulations[headline_of(report).simulation].other_simulator) {
     inputs.lack(
-        "grid, place and size of the objects, friction and fabric values of another simulator: "
+        "mesh error, place and size of the objects, friction and fabric values of another "
+        "simulator: "
         "compare a sheet of drape simulate");
     return inputs;
   }
-  add_grid(input, report, inputs);
-  add_neighbour(input, report, false, inputs);
+  add_mesh(input, report, inputs);
+  add_segments(input, report, inputs);
   add_friction_band(input, report, inputs);
   add_memory(input, report, split, inputs);
   add_sensitivities(input, report, split, inputs);

@@ -8,7 +8,6 @@
 #include <vector>
 
 #include "compare/tables/error_split.hpp"
-#include "compare/tables/grid_error.hpp"
 #include "compare/tables/tables.hpp"
 
 namespace drape::compare {
@@ -45,8 +44,11 @@ struct BudgetInputs {
 
 /// One row per contribution, the largest first, and the total.
 [[nodiscard]] Table budget_table(const Budget& budget);
-/// "U = 0.52 mm (95 %), most of it from the grid, friction and the place of object 1".
+/// "U = 0.52 mm (95 %), most of it from the mesh, friction and the place of object 1".
 [[nodiscard]] std::string budget_sentence(const Budget& budget);
+/// The error that the headline's mesh may leave, or why it is not known; empty of another
+/// simulator. Without a full stop.
+[[nodiscard]] std::string mesh_sentence(const DrapeInput& input, const Report& report);
 /// "5.10 mm: 0.30 without a turn of 2.4 degrees and a shift of 3.2 mm, 0.5 of shape".
 [[nodiscard]] std::string distance_sentence(const RealVirtual& row);
 

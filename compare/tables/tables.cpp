@@ -61,21 +61,18 @@ std::string fine_mm(const std::optional<double>& length_m) {
   return length_m ? fmt::format("{:.4f}", *length_m / mm) : std::string();
 }
 
-/// Names of the columns that only matter when simulations differ in them.
 bool several_models(const DrapeInput& input) {
   return std::any_of(input.simulations.begin(), input.simulations.end(), [&](const auto& s) {
-    return s.other_simulator || s.source().model != input.simulations.front().source().model ||
-           s.source().solver != input.simulations.front().source().solver;
+    return s.other_simulator || s.source().model != input.simulations.front().source().model;
   });
 }
 
-/// Keys that tell the simulations of the group apart, but model and solver, which have columns.
+/// Keys that tell the simulations of the group apart, but the model, which has a column.
 std::vector<std::string> apart_keys(const DrapeInput& input) {
   std::vector<std::string> keys;
   for (const Simulation& simulation : input.simulations)
     for (const auto& [key, value] : simulation.apart)
-      if (key != "model" && key != "solver" &&
-          std::find(keys.begin(), keys.end(), key) == keys.end())
+      if (key != "model" && std::find(keys.begin(), keys.end(), key) == keys.end())
         keys.push_back(key);
   return keys;
 }
@@ -162,7 +159,10 @@ Table real_virtual_table(const DrapeInput& input, const Report& report) {
     });
   };
   using S = DistanceStatistics;
-  table.word("grid_size", "grid size", [=](R row) { return of(row).grid_text(); });
+  table.word("discretisation", "discretisation", [=](R row) {
+    const auto& branch = of(row).branch;
+    return of(row).discretisation() + (branch ? fmt::format(", branch {}", branch->number) : "");
+  });
   table.number("segments", "segments", [=](R row) { return of(row).segments_text(); });
   length("mean_dist_mm", "mean dist (mm)", &S::mean_m);
   length("sigma_mean_mm", "± (mm)", &S::sigma_mean_m);
@@ -178,10 +178,8 @@ Table real_virtual_table(const DrapeInput& input, const Report& report) {
            : of(row).source().status == "at rest" ? "yes"
                                                   : "no";
   });
-  if (several_models(input)) {
+  if (several_models(input))
     table.word("model", "model", [=](R row) { return of(row).source().model; });
-    table.word("solver", "solver", [=](R row) { return of(row).source().solver; });
-  }
   for (const std::string& key : apart_keys(input))
     table.word(key, key, [=](R row) { return apart_value(of(row), key); });
   return table.of(report.real_virtual);
@@ -232,9 +230,10 @@ Table mark_table(const DrapeInput& input, const Report& report) {
   const std::vector<std::string> keys = apart_keys(input);
   for (const RealVirtual& row : report.real_virtual) {
     const Simulation& simulation = input.simulations[row.simulation];
-    std::string name = fmt::format("dist_{}_{}", simulation.grid(), simulation.segments_text());
-    if (several_models(input) || simulation.other_simulator)
-      name += fmt::format("_{}_{}", simulation.source().model, simulation.source().solver);
+    std::string name =
+        fmt::format("dist_{}_{}", simulation.discretisation(), simulation.segments_text());
+    std::erase(name, ' ');
+    if (several_models(input)) name += "_" + simulation.source().model;
     for (const std::string& key : keys)
       if (const std::string value = apart_value(simulation, key); !value.empty())
         name += fmt::format("_{}_{}", key, value);

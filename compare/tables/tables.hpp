@@ -71,7 +71,7 @@ class TableOf {
 /// none), empty cells null.
 [[nodiscard]] Json json_of(const Table& table);
 
-/// The paper's odd tables: grid size, segments, mean distance, and then the measures the paper
+/// The paper's odd tables: discretisation, segments, mean distance, and then the measures the paper
 /// does not have.
 [[nodiscard]] Table real_virtual_table(const DrapeInput& input, const Report& report);
 /// The equilibria of one list by energy: which has the least, and which is nearest to the real
