@@ -229,9 +229,13 @@ std::vector<RunValue> values_of(const Session& session, const Outcome& outcome) 
     std::string list;
     for (const std::string& run : runs) list += (list.empty() ? "" : "; ") + run;
     values.push_back({"simulations", outcome.reports[i].name, list, false});
-    if (const auto error = grid_error_of(drape.input, outcome.reports[i]); error && error->left_m)
-      values.push_back({"grid_error_mm", outcome.reports[i].name,
-                        fmt::format("{:.4f}", *error->left_m / mm), false});
+    if (const auto& headline = outcome.reports[i].headline) {
+      const RealVirtual& row = outcome.reports[i].real_virtual[*headline];
+      const auto& levels = drape.input.simulations[row.simulation].levels;
+      if (levels && levels->left_m)
+        values.push_back({"mesh_error_mm", outcome.reports[i].name,
+                          fmt::format("{:.4f}", *levels->left_m / mm), false});
+    }
     if (!drape.input.scene) continue;
     add_file("scene " + outcome.reports[i].name, drape.input.scene->file, values);
     const fs::path& fabric = drape.input.scene->fabric_file;
