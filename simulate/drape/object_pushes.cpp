@@ -21,11 +21,18 @@ constexpr double kStiffen_m = 2e-6;  // depth from which places stiffen
 constexpr double kGrip_m = 0.2e-6;   // stretch of springs that bear a weight along a surface
 constexpr double kSoft = 0.1;        // relative stiffness before places are firm
 constexpr double kFirmPlaces_m = 0.5e-3, kSoftPlaces_m = 2e-3;
+constexpr int kOfSharp = 2;   // times as many on objects of sharp edges, which press between places
+constexpr int kFlatCuts = 2;  // of a facet's sides, on flat objects: depth is linear there
 constexpr double kMargin_m = 0.5e-3;  // displacement of nodes before sites are listed again
 // Distance from a surface: a pin there says how deep the cloth is
 constexpr double kNearPin_m = 0.2e-3;
 // Distance, in those of places, within which another mesh's place is taken over
 constexpr double kReach = 2;
+constexpr double kNormalStep_m = 1e-7;  // for the curvature of a surface
+// Relative stiffness of the matrix along a surface: cloth that nothing holds there has one too
+constexpr double kLoose = 1e-4;
+constexpr double kTurn = 0.1;          // of a normal over that step: an edge, which has none
+constexpr double kSliding = 1 - 1e-6;  // relative to the limit
 
 /// Weights of place `k` of a triangle whose sides are cut in `cuts`: middles of equal parts.
 Vector3d weights_of(int k, int cuts) {
@@ -56,6 +63,11 @@ ObjectPushes::ObjectPushes(const MeshCloth& cloth, const std::vector<bool>& held
   divide();
 }
 
+int ObjectPushes::cuts_of(int facet, int shape) const {
+  if (surroundings_.is_flat(shape)) return std::min(kFlatCuts, cuts_[facet]);
+  return surroundings_.is_sharp(shape) ? cuts_[facet] : (cuts_[facet] + 1) / kOfSharp;
+}
+
 double ObjectPushes::places_m() const {
   return firmness_ > 0 ? kFirmPlaces_m : kSoftPlaces_m;
 }
@@ -66,8 +78,8 @@ void ObjectPushes::divide() {
   int places = 0;
   for (const MeshCloth::Triangle& triangle : cloth_.triangles())
     for (int facet = 0; facet < 4; ++facet) {
-      cuts_.push_back(
-          std::max(1, static_cast<int>(std::ceil(std::sqrt(triangle.area / 4) / places_m()))));
+      cuts_.push_back(std::max(
+          1, static_cast<int>(std::ceil(std::sqrt(triangle.area / 4) / places_m() * kOfSharp))));
       first_.push_back(places);
       places += cuts_.back() * cuts_.back();
     }
@@ -135,6 +147,7 @@ void ObjectPushes::list() {
       if (on_facet.empty()) continue;
       for (int k = 0; k < cuts_[f] * cuts_[f]; ++k)
         for (const int shape : on_facet) {
+          if (k >= cuts_of(f, shape) * cuts_of(f, shape)) continue;
           const int id = (first_[f] + k) * shapes + shape;
           keep_until(id);
           if (old != before.end() && old->id == id)
@@ -152,8 +165,9 @@ ObjectPushes::Site ObjectPushes::site_of(int id, int facet) const {
   site.id = id;
   site.facet = facet;
   site.shape = id % surroundings_.count();
-  site.weight = weights_of(id / surroundings_.count() - first_[facet], cuts_[facet]);
-  site.area_m2 = cloth_.triangles()[facet / 4].area / (4 * cuts_[facet] * cuts_[facet]);
+  const int cuts = cuts_of(facet, site.shape);
+  site.weight = weights_of(id / surroundings_.count() - first_[facet], cuts);
+  site.area_m2 = cloth_.triangles()[facet / 4].area / (4 * cuts * cuts);
   return site;
 }
 
@@ -231,6 +245,46 @@ void ObjectPushes::add_forces(const State& state, State& force) {
   surface_.add_forces(on_nodes, force);
 }
 
+/// Law of a pressure: a (p' n n^T - p G) with G the curvature of the distance. Coulomb's of a
+/// spring that slides: (limit / size) across the stretch.
+Vector3d ObjectPushes::product_of(const Site& site, const Vector3d& displacement) const {
+  Vector3d sum = Vector3d::Zero();
+  const double size = displacement.norm();
+  if (size <= 0) return sum;
+  if (site.pressure_pa > 0) {
+    sum += site.n_per_m3 * site.normal.dot(displacement) * site.normal;
+    const Vector3d step = kNormalStep_m / size * displacement, place = place_of(site);
+    const Vector3d turn = surroundings_.normal(site.shape, place + step) -
+                          surroundings_.normal(site.shape, place - step);
+    if (turn.norm() < kTurn) sum -= site.pressure_pa * size / (2 * kNormalStep_m) * turn;
+  }
+  if (site.grip.limit > 0) {
+    const Vector3d& normal = site.grip.normal;
+    Vector3d along = displacement - displacement.dot(normal) * normal;
+    const Vector3d stretch = stretch_of(site);
+    const double force = grip_stiffness_ * stretch.norm();
+    if (force >= kSliding * site.grip.limit)
+      along -= along.dot(stretch) / stretch.squaredNorm() * stretch;
+    sum += grip_stiffness_ * std::min(1.0, site.grip.limit / force) * along;
+  }
+  return site.area_m2 * sum;
+}
+
+void ObjectPushes::add_products(const State& state, const State& direction, State& product) {
+  look(state);
+  const State moved = surface_.nodes(direction);
+  State on_nodes(nodes_.size(), Vector3d::Zero());
+  for (const Site& site : sites_) {
+    if (!site.acts()) continue;
+    const std::array<int, 3>& node = surface_.facets()[site.facet];
+    Vector3d displacement = Vector3d::Zero();
+    for (int k = 0; k < 3; ++k) displacement += site.weight[k] * moved[node[k]];
+    const Vector3d of = product_of(site, displacement);
+    for (int k = 0; k < 3; ++k) on_nodes[node[k]] += site.weight[k] * of;
+  }
+  surface_.add_forces(on_nodes, product);
+}
+
 /// The matrix has points and sides apart: places are mixed from the triangle's corners, and from
 /// what the sides bend them out. Sides have a place each in the matrix: with w the weights of a
 /// mixture, (sum w x)^2 <= sum |w| sum |w| x^2.
@@ -264,7 +318,8 @@ std::vector<Support> ObjectPushes::supports(const State& state) {
     }
     Matrix3d stiffness = Matrix3d::Zero();
     if (site.pressure_pa > 0)
-      stiffness += site.area_m2 * site.n_per_m3 * site.normal * site.normal.transpose();
+      stiffness += site.area_m2 * (kLoose * stiffness_ * Matrix3d::Identity() +
+                                   site.n_per_m3 * site.normal * site.normal.transpose());
     if (site.grip.limit > 0) {
       const double size = grip_stiffness_ * stretch_of(site).norm();
       const double secant = grip_stiffness_ * (size > site.grip.limit ? site.grip.limit / size : 1);

@@ -37,8 +37,11 @@ class ObjectPushes : public Pushes {
   void add_forces(const MeshCloth::State& state, MeshCloth::State& force) override;
   [[nodiscard]] std::vector<Support> supports(const MeshCloth::State& state) override;
   void settle(const MeshCloth::State& state) override;
+  /// Adds the second derivative's product with a direction: pressed places stay pressed, sticking
+  /// springs hold, sliding ones give way along their stretch.
+  void add_products(const MeshCloth::State& state, const MeshCloth::State& direction,
+                    MeshCloth::State& product);
 
-  void set_friction(double coefficient) { friction_ = coefficient; }
   [[nodiscard]] bool holds() const { return friction_ > 0; }
   [[nodiscard]] bool is_firm() const { return firmness_ == kFirm; }
   /// Makes places as many as they are at a rest, then as stiff.
@@ -71,6 +74,7 @@ class ObjectPushes : public Pushes {
   };
   [[nodiscard]] double places_m() const;
   void divide();
+  [[nodiscard]] int cuts_of(int facet, int shape) const;
   void press(Site& site) const;
   void look(const MeshCloth::State& state);
   void list();
@@ -78,6 +82,8 @@ class ObjectPushes : public Pushes {
   [[nodiscard]] bool is_on_pin(int facet, int shape) const;
   [[nodiscard]] Eigen::Vector2d material_of(const Site& site) const;
   [[nodiscard]] Eigen::Vector3d force_on(const Site& site) const;
+  [[nodiscard]] Eigen::Vector3d product_of(const Site& site,
+                                           const Eigen::Vector3d& displacement) const;
   void hold(ContactMemory::Grip& grip) const;
   [[nodiscard]] Eigen::Vector3d place_of(const Site& site) const;
   [[nodiscard]] Eigen::Vector3d stretch_of(const Site& site) const;

@@ -135,6 +135,13 @@ void Surroundings::add(const MeshObject& object) {
                  object.world_from_mesh});
 }
 
+bool Surroundings::is_sharp(int shape) const {
+  const Box* const box = this->box(shape);
+  const Cylinder* const cylinder = this->cylinder(shape);
+  return mesh(shape) != nullptr || (box != nullptr && box->edge_radius_m == 0) ||
+         (cylinder != nullptr && cylinder->edge_radius_m == 0);
+}
+
 double Surroundings::gap_m(int shape, const Vector3d& p) const {
   return std::visit([&p](const auto& s) { return gap_of(s, p); }, shapes_[shape]);
 }

@@ -48,6 +48,8 @@ class Surroundings {
   [[nodiscard]] bool is_flat(int shape) const {
     return is_table(shape) || std::holds_alternative<Plane>(shapes_[shape]);
   }
+  /// True if its normals turn at once somewhere: meshes, boxes and cylinders without edge radius.
+  [[nodiscard]] bool is_sharp(int shape) const;
   /// The shape where it is of that kind, else null.
   [[nodiscard]] const Box* box(int shape) const { return std::get_if<Box>(&shapes_[shape]); }
   [[nodiscard]] const Cylinder* cylinder(int shape) const {
