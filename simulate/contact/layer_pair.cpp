@@ -18,9 +18,9 @@ constexpr double kNearest = 1e-6;     // relative to the thickness, as near as i
 constexpr double kSmooth = 1e-3;      // squared sine from which edges count in full
 constexpr double kBeyond = 1 + 1e-9;  // relative to a reach: beyond, no rounding makes a pair press
 
-Places places_of(const LayerPair& pair, const Field& position) {
+Places places_of(const LayerPair& pair, const Nodes& position) {
   Places p;
-  for (int k = 0; k < 4; ++k) p[k] = at(position, pair.particle[k]);
+  for (int k = 0; k < 4; ++k) p[k] = position[pair.node[k]];
   return p;
 }
 
@@ -119,7 +119,7 @@ NearestPoints nearest_of(const LayerPair& pair, const Places& p) {
 
 }  // namespace
 
-NearestPoints nearest_points(const LayerPair& pair, const Field& position) {
+NearestPoints nearest_points(const LayerPair& pair, const Nodes& position) {
   return nearest_of(pair, places_of(pair, position));
 }
 
@@ -127,7 +127,7 @@ NearestPoints nearest_points(const LayerPair& pair, const Field& position) {
 /// f_xx - f_xq f_qq^-1 f_qx.
 Eigen::Matrix<double, 12, 12> distance_curvature(const LayerPair& pair,
                                                  const NearestPoints& nearest,
-                                                 const Field& position) {
+                                                 const Nodes& position) {
   const Places p = places_of(pair, position);
   Eigen::Matrix<double, 12, 12> all;
   for (int k = 0; k < 4; ++k) {
@@ -154,7 +154,7 @@ Eigen::Matrix<double, 12, 12> distance_curvature(const LayerPair& pair,
   return all;
 }
 
-double clear_fraction(const LayerPair& pair, const Field& from, const Field& to, double distance_m,
+double clear_fraction(const LayerPair& pair, const Nodes& from, const Nodes& to, double distance_m,
                       double least_m, double most) {
   Places p = places_of(pair, from), displacement = places_of(pair, to);
   Vector3d mean = Vector3d::Zero();
@@ -186,28 +186,22 @@ double clear_fraction(const LayerPair& pair, const Field& from, const Field& to,
   return fraction;
 }
 
-double crossing_of(const LayerPair& pair, const Field& position) {
+double part_of(const LayerPair& pair, const Nodes& position) {
+  if (!pair.edges) return 1;
   const Places p = places_of(pair, position);
   const Vector3d u = p[1] - p[0], v = p[3] - p[2];
   const double sizes = u.squaredNorm() * v.squaredNorm();
-  return sizes > 0 ? u.cross(v).squaredNorm() / sizes : 0.0;
-}
-
-double part_of(const LayerPair& pair, const Field& position) {
-  if (!pair.edges) return 1;
-  const double crossing = crossing_of(pair, position) / kSmooth;
+  const double crossing = sizes > 0 ? u.cross(v).squaredNorm() / sizes / kSmooth : 0.0;
   return crossing < 1 ? crossing * (2 - crossing) : 1.0;
 }
 
-bool are_apart(const LayerPair& pair, const Field& position, double reach_m) {
+bool are_apart(const LayerPair& pair, const Nodes& position, double reach_m) {
   const int firsts = pair.edges ? 2 : 1;
-  const std::size_t n = position.size() / 3;
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    const double* x = position.data() + axis * n;
+  for (int axis = 0; axis < 3; ++axis) {
     double low[2], high[2];
     for (int k = 0; k < 4; ++k) {
       const int side = k < firsts ? 0 : 1;
-      const double value = x[pair.particle[k]];
+      const double value = position[pair.node[k]][axis];
       const bool first = k == 0 || k == firsts;
       low[side] = first ? value : std::min(low[side], value);
       high[side] = first ? value : std::max(high[side], value);

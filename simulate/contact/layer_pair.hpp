@@ -3,23 +3,25 @@
 
 #include <Eigen/Core>
 #include <array>
-
-#include "simulate/cloth/cloth.hpp"
+#include <vector>
 
 namespace drape::simulate {
 
-/// Two pieces of a sheet that may press on each other: a particle and a triangle, or two edges.
+/// Places of the nodes of a surface (m).
+using Nodes = std::vector<Eigen::Vector3d>;
+
+/// Two pieces of a surface that may press on each other: a node and a triangle, or two edges.
 struct LayerPair {
   bool edges = false;
-  std::array<int, 4> particle{};  ///< one, then three; or two, then two
+  std::array<int, 4> node{};  ///< one, then three; or two, then two
   auto operator<=>(const LayerPair&) const =
       default;  // NOLINT(modernize-use-nullptr): by the compiler
 };
 
 /// The nearest points of a pair, of the whole triangle or edges: so the distance is a continuous
-/// function of the particles, and a smooth one but where two edges are parallel.
+/// function of the nodes, and a smooth one but where two edges are parallel.
 struct NearestPoints {
-  /// Weights of the particles: positive on the first piece, negative on the second, each adding up
+  /// Weights of the nodes: positive on the first piece, negative on the second, each adding up
   /// to one.
   std::array<double, 4> weight{};
   Eigen::Vector3d apart = Eigen::Vector3d::Zero();  ///< from the second point to the first
@@ -27,29 +29,27 @@ struct NearestPoints {
   std::array<std::array<double, 4>, 2> slide{};
   int slides = 0;
 };
-[[nodiscard]] NearestPoints nearest_points(const LayerPair& pair, const Field& position);
+[[nodiscard]] NearestPoints nearest_points(const LayerPair& pair, const Nodes& position);
 
-/// Second derivative of half the squared distance (m^0), particle by particle: the points slide
+/// Second derivative of half the squared distance (m^0), node by node: the points slide
 /// with it.
 [[nodiscard]] Eigen::Matrix<double, 12, 12> distance_curvature(const LayerPair& pair,
                                                                const NearestPoints& nearest,
-                                                               const Field& position);
+                                                               const Nodes& position);
 
 /// The part of the straight path from `from` to `to` that brings the pair no nearer than `least_m`,
 /// 1 for all of it, by steps that relative displacements cannot use up (additive conservative
 /// advancement: Li, Kaufman and Jiang 2021). Never too large. The pair is `distance_m` apart at
 /// `from`. A part of `most` or more is not looked for any further.
-[[nodiscard]] double clear_fraction(const LayerPair& pair, const Field& from, const Field& to,
+[[nodiscard]] double clear_fraction(const LayerPair& pair, const Nodes& from, const Nodes& to,
                                     double distance_m, double least_m, double most = 1);
 
-/// Squared sine of the angle between two edges.
-[[nodiscard]] double crossing_of(const LayerPair& pair, const Field& position);
 /// Factor of a pair: 1, of edges that are nearly parallel less, of parallel ones nothing.
-[[nodiscard]] double part_of(const LayerPair& pair, const Field& position);
+[[nodiscard]] double part_of(const LayerPair& pair, const Nodes& position);
 
 /// True if boxes about the two pieces are more than `reach_m` apart, which costs less than their
 /// distance.
-[[nodiscard]] bool are_apart(const LayerPair& pair, const Field& position, double reach_m);
+[[nodiscard]] bool are_apart(const LayerPair& pair, const Nodes& position, double reach_m);
 
 /// Fraction of the thickness below which layers stiffen.
 inline constexpr double kLayersStiffen = 0.5;

@@ -7,8 +7,6 @@
 #include <numeric>
 #include <set>
 
-#include "simulate/contact/line_contacts.hpp"
-
 namespace drape::simulate {
 namespace {
 
@@ -16,30 +14,42 @@ using Eigen::Matrix3d;
 using Eigen::Vector3d;
 using State = MeshCloth::State;
 
-// Relative to the distance on the flat piece, as on the particle grid
-constexpr double kOfFlat = 0.25;
-constexpr double kAllowed = 0.5;    // thicknesses that nodes go before pairs are listed again
-constexpr double kMore = 1 + 1e-9;  // relative to a displacement: rounding adds less
+constexpr double kSink_m = 2e-6;       // depth at which a mean node bears its weight
+constexpr double kOfFlat = 0.25;       // relative to the distance on the flat piece
+constexpr double kAllowed = 0.5;       // thicknesses that nodes go before pairs are listed again
+constexpr double kReach = 2;           // mean distances of nodes within which memory is taken over
+constexpr double kSliding = 1 - 1e-6;  // relative to the limit of friction
+constexpr double kMore = 1 + 1e-9;     // relative to a displacement: rounding adds less
 
-int count_of(const Field& nodes) {
-  return static_cast<int>(nodes.size() / 3);
+/// Mixture of the nodes of a pair.
+Vector3d mix(const LayerPair& pair, const std::array<double, 4>& weight, const Nodes& nodes) {
+  Vector3d sum = Vector3d::Zero();
+  for (int k = 0; k < 4; ++k) sum += weight[k] * nodes[pair.node[k]];
+  return sum;
 }
 
-Vector3d mean_of(const Field& nodes) {
+/// Puts a spring into the tangent plane and within its limit.
+void hold(ContactMemory::Grip& grip, double stiffness) {
+  grip.stretch -= grip.stretch.dot(grip.normal) * grip.normal;
+  const double size = stiffness * grip.stretch.norm();
+  if (size > grip.limit) grip.stretch *= grip.limit / size;
+}
+
+Vector3d mean_of(const Nodes& nodes) {
   Vector3d sum = Vector3d::Zero();
-  for (int i = 0; i < count_of(nodes); ++i) sum += at(nodes, i) / count_of(nodes);
+  for (const Vector3d& node : nodes) sum += node / static_cast<double>(nodes.size());
   return sum;
 }
 
 }  // namespace
 
-LayerPushes::LayerPushes(const MeshCloth& cloth, double gravity_m_per_s2, double thickness_m)
-    : cloth_(cloth), surface_(cloth), thickness_(thickness_m) {
+LayerPushes::LayerPushes(const MeshCloth& cloth, double friction, double gravity_m_per_s2,
+                         double thickness_m)
+    : cloth_(cloth), surface_(cloth), friction_(friction), thickness_(thickness_m) {
   const double mass = std::accumulate(cloth.mass_kg().begin(), cloth.mass_kg().end(), 0.0);
-  stiffness_ = mass * gravity_m_per_s2 / cloth.unknowns() / LineContacts::sink_m;
+  stiffness_ = mass * gravity_m_per_s2 / cloth.unknowns() / kSink_m;
   const MaterialMesh& mesh = cloth.mesh();
   const int points = cloth.points();
-  flat_.assign(3 * static_cast<std::size_t>(cloth.unknowns()), 0.0);
   for (int i = 0; i < cloth.unknowns(); ++i) {
     Eigen::Vector2d place;
     if (i < points)
@@ -48,7 +58,7 @@ LayerPushes::LayerPushes(const MeshCloth& cloth, double gravity_m_per_s2, double
       place =
           (mesh.points_m[mesh.edges[i - points].from] + mesh.points_m[mesh.edges[i - points].to]) /
           2;
-    put_at(flat_, i, {place.x(), place.y(), 0});
+    flat_.emplace_back(place.x(), place.y(), 0);
   }
   std::vector<bool> owned(static_cast<std::size_t>(cloth.unknowns()), false);
   std::set<std::array<int, 2>> edges;
@@ -63,41 +73,34 @@ LayerPushes::LayerPushes(const MeshCloth& cloth, double gravity_m_per_s2, double
       const std::array<int, 2> edge = {std::min(a, b), std::max(a, b)};
       if (edges.insert(edge).second) facet.edges.push_back(edge);
     }
-    centres.push_back((at(flat_, node[0]) + at(flat_, node[1]) + at(flat_, node[2])) / 3);
+    centres.push_back((flat_[node[0]] + flat_[node[1]] + flat_[node[2]]) / 3);
     facets_.push_back(std::move(facet));
   }
   tree_ = BoxTree(centres);
 }
 
-Field LayerPushes::nodes_of(const State& state) const {
-  const State places = surface_.nodes(state);
-  Field nodes(3 * places.size());
-  for (std::size_t i = 0; i < places.size(); ++i) put_at(nodes, static_cast<int>(i), places[i]);
-  return nodes;
-}
-
 /// A displacement of all nodes alike brings no pair nearer.
-bool LayerPushes::is_listed(const Field& nodes) const {
+bool LayerPushes::is_listed(const Nodes& nodes) const {
   if (listed_.empty()) return false;
   const Vector3d mean = mean_of(nodes) - mean_of(listed_);
-  for (int i = 0; i < count_of(nodes); ++i)
-    if (!((at(nodes, i) - at(listed_, i) - mean).norm() <= allowed_[i])) return false;
+  for (std::size_t i = 0; i < nodes.size(); ++i)
+    if (!((nodes[i] - listed_[i] - mean).norm() <= allowed_[i])) return false;
   return true;
 }
 
 /// Pairs that may press anywhere on straight paths from `nodes` to `to`.
-void LayerPushes::list(const Field& nodes, const Field& to) {
+void LayerPushes::list(const Nodes& nodes, const Nodes& to) {
   listed_ = nodes;
   const Vector3d mean = mean_of(to) - mean_of(nodes);
-  allowed_.assign(static_cast<std::size_t>(count_of(nodes)), kAllowed * thickness_);
-  for (int i = 0; i < count_of(nodes); ++i)
-    allowed_[i] = std::max(allowed_[i], kMore * (at(to, i) - at(nodes, i) - mean).norm());
+  allowed_.assign(nodes.size(), kAllowed * thickness_);
+  for (std::size_t i = 0; i < nodes.size(); ++i)
+    allowed_[i] = std::max(allowed_[i], kMore * (to[i] - nodes[i] - mean).norm());
   std::vector<Eigen::AlignedBox3d> boxes;
   for (const Facet& facet : facets_) {
     Eigen::AlignedBox3d box;
     double reach = 0;
     for (const int i : facet.node) {
-      box.extend(at(nodes, i));
+      box.extend(nodes[i]);
       reach = std::max(reach, allowed_[i]);
     }
     reach += thickness_ / 2;
@@ -120,9 +123,9 @@ void LayerPushes::offer(const LayerPair& pair) {
   double first = 0, second = 0;
   for (int k = 0; k < 4; ++k) {
     for (int l = firsts; k < firsts && l < 4; ++l)
-      if (pair.particle[k] == pair.particle[l]) return;
+      if (pair.node[k] == pair.node[l]) return;
     double& most = k < firsts ? first : second;
-    most = std::max(most, allowed_[pair.particle[k]]);
+    most = std::max(most, allowed_[pair.node[k]]);
   }
   if (are_apart(pair, listed_, thickness_ + first + second)) return;
   Pair found{pair, thickness_, 1};
@@ -137,35 +140,94 @@ void LayerPushes::offer(const LayerPair& pair) {
 void LayerPushes::look(const State& state) {
   if (seen_ == state) return;
   seen_ = state;
-  const Field nodes = nodes_of(state);
-  if (settled_.empty()) settled_ = nodes;
-  if (!is_listed(nodes)) list(nodes, nodes);
+  nodes_ = surface_.nodes(state);
+  if (settled_.empty()) settled_ = nodes_;
+  if (!is_listed(nodes_)) list(nodes_, nodes_);
   presses_.clear();
   for (const Pair& pair : pairs_) {
-    if (pair.part == 0 || are_apart(pair.of, nodes, pair.thickness_m)) continue;
-    const NearestPoints nearest = nearest_points(pair.of, nodes);
+    if (pair.part == 0 || are_apart(pair.of, nodes_, pair.thickness_m)) continue;
+    const NearestPoints nearest = nearest_points(pair.of, nodes_);
     const double distance = nearest.apart.norm();
     if (!(distance < pair.thickness_m) || !(distance > 0)) continue;
     const LayerLaw law = layer_law(distance, pair.thickness_m, pair.part * stiffness_);
-    presses_.push_back({pair.of.particle, nearest.weight, nearest.apart / distance, law.energy_j,
+    presses_.push_back({pair.of, nearest.weight, nearest.apart / distance, law.energy_j,
                         -law.slope_n, law.stiffness_n_per_m});
   }
+}
+
+Vector3d LayerPushes::stretch_of(const Spring& spring) const {
+  const ContactMemory::Grip& grip = spring.grip;
+  const Vector3d stretch = grip.stretch + mix(spring.of, spring.weight, nodes_) - grip.place;
+  return stretch - stretch.dot(grip.normal) * grip.normal;
+}
+
+Vector3d LayerPushes::force_of(const Spring& spring) const {
+  const Vector3d stretch = stretch_of(spring);
+  const double size = stiffness_ * stretch.norm(), limit = spring.grip.limit;
+  return -stiffness_ * (size > limit ? limit / size : 1) * stretch;
+}
+
+const LayerPushes::Spring* LayerPushes::spring_of(const LayerPair& pair) const {
+  const auto found =
+      std::lower_bound(springs_.begin(), springs_.end(), pair,
+                       [](const Spring& spring, const LayerPair& of) { return spring.of < of; });
+  return found != springs_.end() && found->of == pair ? &*found : nullptr;
 }
 
 double LayerPushes::energy_j(const State& state) {
   look(state);
   double sum = 0;
   for (const Press& press : presses_) sum += press.energy_j;
+  for (const Spring& spring : springs_) {
+    const double size = stretch_of(spring).norm(), limit = spring.grip.limit;
+    const double most = limit / stiffness_;
+    sum += size <= most ? stiffness_ / 2 * size * size : limit * (size - most / 2);
+  }
   return sum;
 }
 
 void LayerPushes::add_forces(const State& state, State& force) {
   look(state);
   State on_nodes(state.size(), Vector3d::Zero());
-  for (const Press& press : presses_)
-    for (int k = 0; k < 4; ++k)
-      on_nodes[press.node[k]] += press.weight[k] * press.force_n * press.normal;
+  const auto add = [&](const auto& of, const Vector3d& f) {
+    for (int k = 0; k < 4; ++k) on_nodes[of.of.node[k]] += of.weight[k] * f;
+  };
+  for (const Press& press : presses_) add(press, press.force_n * press.normal);
+  for (const Spring& spring : springs_) add(spring, force_of(spring));
   surface_.add_forces(on_nodes, force);
+}
+
+/// Second derivative of a pair's energy f of the distance D: f'' n n^T + f' (C - n n^T) / D by
+/// displacements of the nodes, with C that of half the squared distance.
+void LayerPushes::add_products(const State& state, const State& direction, State& product) {
+  look(state);
+  const Nodes moved = surface_.nodes(direction);
+  State on_nodes(state.size(), Vector3d::Zero());
+  for (const Press& press : presses_) {
+    const NearestPoints nearest = nearest_points(press.of, nodes_);
+    Eigen::Matrix<double, 12, 1> nodes, across;
+    for (int k = 0; k < 4; ++k) {
+      nodes.segment<3>(3 * k) = moved[press.of.node[k]];
+      across.segment<3>(3 * k) = press.weight[k] * press.normal;
+    }
+    const double nearer = across.dot(nodes), bend = press.force_n / nearest.apart.norm();
+    const Eigen::Matrix<double, 12, 1> of =
+        (press.n_per_m + bend) * nearer * across -
+        bend * (distance_curvature(press.of, nearest, nodes_) * nodes);
+    for (int k = 0; k < 4; ++k) on_nodes[press.of.node[k]] += of.segment<3>(3 * k);
+  }
+  for (const Spring& spring : springs_) {
+    const ContactMemory::Grip& grip = spring.grip;
+    Vector3d along = mix(spring.of, spring.weight, moved);
+    along -= along.dot(grip.normal) * grip.normal;
+    const Vector3d stretch = stretch_of(spring);
+    const double size = stiffness_ * stretch.norm();
+    if (size >= kSliding * grip.limit)
+      along -= along.dot(stretch) / stretch.squaredNorm() * stretch;
+    along *= stiffness_ * (size > grip.limit ? grip.limit / size : 1);
+    for (int k = 0; k < 4; ++k) on_nodes[spring.of.node[k]] += spring.weight[k] * along;
+  }
+  surface_.add_forces(on_nodes, product);
 }
 
 /// The matrix has no pairs of points across layers: with w the weights of both, whose sizes sum to
@@ -173,36 +235,62 @@ void LayerPushes::add_forces(const State& state, State& force) {
 std::vector<Support> LayerPushes::supports(const State& state) {
   look(state);
   std::vector<Support> found;
-  for (const Press& press : presses_) {
-    const Matrix3d all = 2 * press.n_per_m * press.normal * press.normal.transpose();
+  const auto add = [&](const auto& of, const Matrix3d& stiffness) {
     for (int k = 0; k < 4; ++k) {
-      const double weight = std::abs(press.weight[k]);
-      const int side = press.node[k] - cloth_.points();
-      if (weight == 0) continue;
+      const Matrix3d on_node = 2 * std::abs(of.weight[k]) * stiffness;
+      const int side = of.of.node[k] - cloth_.points();
+      if (of.weight[k] == 0) continue;
       if (side < 0) {
-        found.push_back({press.node[k], press.node[k], weight * all});
+        found.push_back({of.of.node[k], of.of.node[k], on_node});
         continue;
       }
       const MaterialMesh::Edge& edge = cloth_.mesh().edges[side];
-      for (const int end : {edge.from, edge.to}) found.push_back({end, end, weight / 2 * all});
+      for (const int end : {edge.from, edge.to}) found.push_back({end, end, on_node / 2});
       const auto of_sides = surface_.side_weights(side);
       double sum = 0;
-      for (const auto& [unknown, of] : of_sides) sum += std::abs(of);
-      for (const auto& [unknown, of] : of_sides)
-        found.push_back({unknown, unknown, weight * sum * std::abs(of) * all});
+      for (const auto& [unknown, weight] : of_sides) sum += std::abs(weight);
+      for (const auto& [unknown, weight] : of_sides)
+        found.push_back({unknown, unknown, sum * std::abs(weight) * on_node});
     }
+  };
+  for (const Press& press : presses_)
+    add(press, press.n_per_m * press.normal * press.normal.transpose());
+  for (const Spring& spring : springs_) {
+    const double size = stiffness_ * stretch_of(spring).norm(), limit = spring.grip.limit;
+    add(spring, stiffness_ * (size > limit ? limit / size : 1) *
+                    (Matrix3d::Identity() - spring.grip.normal * spring.grip.normal.transpose()));
   }
   return found;
 }
 
 void LayerPushes::settle(const State& state) {
-  settled_ = nodes_of(state);
+  look(state);
+  add_springs(state);
+  settled_ = nodes_;
   for (Pair& pair : pairs_) pair.part = part_of(pair.of, settled_);
   seen_.clear();
 }
 
+/// Springs of the pairs that press now, which keep the stretch of what pressed before.
+void LayerPushes::add_springs(const State& state) {
+  look(state);
+  std::vector<Spring> now;
+  for (const Press& press : presses_) {
+    if (friction_ <= 0) break;
+    Spring spring{press.of, press.weight, {}};
+    spring.grip.place = mix(press.of, press.weight, nodes_);
+    spring.grip.normal = press.normal;
+    spring.grip.limit = friction_ * press.force_n;
+    if (const Spring* before = spring_of(press.of)) spring.grip.stretch = stretch_of(*before);
+    hold(spring.grip, stiffness_);
+    now.push_back(spring);
+  }
+  std::sort(now.begin(), now.end(), [](const Spring& a, const Spring& b) { return a.of < b.of; });
+  springs_ = std::move(now);
+}
+
 double LayerPushes::clear_part(const State& from, const State& to, bool led) {
-  const Field start = nodes_of(from), end = nodes_of(to);
+  const Nodes start = surface_.nodes(from), end = surface_.nodes(to);
   if (settled_.empty()) settled_ = start;
   if (!is_listed(start) || !is_listed(end)) list(start, end);
   double part = 1;
@@ -218,9 +306,56 @@ double LayerPushes::clear_part(const State& from, const State& to, bool led) {
 std::vector<ContactForce> LayerPushes::stated(const State& state, int shape) {
   look(state);
   std::vector<ContactForce> forces;
-  for (const Press& press : presses_)
-    forces.push_back({shape, press.node, press.weight, press.force_n * press.normal});
+  for (const Press& press : presses_) {
+    forces.push_back({shape, press.of.node, press.weight, press.force_n * press.normal});
+    if (const Spring* spring = spring_of(press.of))
+      forces.back().force_in_world += force_of(*spring);
+  }
   return forces;
+}
+
+std::array<Eigen::Vector2d, 2> LayerPushes::material_of(const LayerPair& pair,
+                                                        const std::array<double, 4>& weight) const {
+  std::array<Eigen::Vector2d, 2> sum = {Eigen::Vector2d::Zero(), Eigen::Vector2d::Zero()};
+  const int firsts = pair.edges ? 2 : 1;
+  for (int k = 0; k < 4; ++k)
+    sum[k < firsts ? 0 : 1] += std::abs(weight[k]) * flat_[pair.node[k]].head<2>();
+  return sum;
+}
+
+void LayerPushes::remember(ContactMemory& memory) const {
+  memory.mesh_m = cloth_.mesh().points_m;
+  memory.layers.clear();
+  for (const Spring& spring : springs_) {
+    const auto [first, second] = material_of(spring.of, spring.weight);
+    memory.layers.push_back(
+        {spring.of.edges, spring.of.node, spring.weight, first, second, spring.grip});
+  }
+}
+
+void LayerPushes::take_over(const ContactMemory& memory, const State& state) {
+  springs_.clear();
+  if (memory.mesh_m == cloth_.mesh().points_m) {
+    for (const ContactMemory::OnLayer& on : memory.layers)
+      springs_.push_back({{on.edges, on.node}, on.weight, on.grip});
+    return;
+  }
+  add_springs(state);
+  const double area = std::accumulate(cloth_.area_m2().begin(), cloth_.area_m2().end(), 0.0);
+  const double reach = kReach * std::sqrt(area / static_cast<double>(memory.mesh_m.size()));
+  for (Spring& spring : springs_) {
+    const auto [first, second] = material_of(spring.of, spring.weight);
+    double least = reach;
+    for (const ContactMemory::OnLayer& on : memory.layers)
+      for (const bool turned : {false, true}) {
+        const double away = std::max(((turned ? on.second_m : on.first_m) - first).norm(),
+                                     ((turned ? on.first_m : on.second_m) - second).norm());
+        if (away >= least) continue;
+        least = away;
+        spring.grip.stretch = turned ? Vector3d(-on.grip.stretch) : on.grip.stretch;
+      }
+    hold(spring.grip, stiffness_);
+  }
 }
 
 }  // namespace drape::simulate

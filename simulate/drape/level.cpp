@@ -173,7 +173,9 @@ class AllPushes : public Pushes {
             double friction, double gravity_m_per_s2, const ClothMoment& moment)
       : objects(cloth, held, around, friction, gravity_m_per_s2) {
     if (moment.contact) objects.take_over(*moment.contact, moment.state);
-    if (moment.layers_apart_m > 0) layers.emplace(cloth, gravity_m_per_s2, moment.layers_apart_m);
+    if (moment.layers_apart_m <= 0) return;
+    layers.emplace(cloth, friction, gravity_m_per_s2, moment.layers_apart_m);
+    if (moment.contact) layers->take_over(*moment.contact, moment.state);
   }
 
   [[nodiscard]] double energy_j(const State& state) override {
@@ -204,6 +206,7 @@ class AllPushes : public Pushes {
   [[nodiscard]] std::shared_ptr<const ContactMemory> memory() const {
     auto found = std::make_shared<ContactMemory>();
     objects.remember(*found);
+    if (layers) layers->remember(*found);
     return found;
   }
 

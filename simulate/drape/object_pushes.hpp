@@ -37,10 +37,8 @@ class ObjectPushes : public Pushes {
   void add_forces(const MeshCloth::State& state, MeshCloth::State& force) override;
   [[nodiscard]] std::vector<Support> supports(const MeshCloth::State& state) override;
   void settle(const MeshCloth::State& state) override;
-  /// Adds the second derivative's product with a direction: pressed places stay pressed, sticking
-  /// springs hold, sliding ones give way along their stretch.
   void add_products(const MeshCloth::State& state, const MeshCloth::State& direction,
-                    MeshCloth::State& product);
+                    MeshCloth::State& product) override;
 
   [[nodiscard]] bool holds() const { return friction_ > 0; }
   [[nodiscard]] bool is_firm() const { return firmness_ == kFirm; }
