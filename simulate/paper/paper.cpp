@@ -260,7 +260,6 @@ void PaperRun::certify() {
     return row.kinetic_j + row.gravity_j + row.stretch_j + row.shear_j + row.bending_j;
   };
   c.time_s = time_s_;
-  c.residual = last.residual;
   c.residual_tolerance = options_.residual_tolerance;
   steps_.backtracked_steps = motion_.backtracked_steps();
   if (!std::isfinite(last.residual + last.kinetic_j)) {
@@ -268,6 +267,7 @@ void PaperRun::certify() {
     c.status = fmt::format("diverged after {} steps", steps_.steps);
     return;
   }
+  c.residual = last.residual;
   c.strains = cloth_.strains(motion_.position);
   c.distances = distances();
   c.energies = {energy_j(first), energy_j(last),
@@ -294,7 +294,7 @@ void PaperRun::certify() {
                        : fmt::format(
                              "not at rest after {} steps: residual {:.2g} of a "
                              "particle's weight",
-                             steps_.steps, c.residual);
+                             steps_.steps, last.residual);
   if (fault.empty()) return;
   if (c.at_rest) {
     c.status = fmt::format("still, but {}, after {} steps", fault, steps_.steps);
