@@ -22,6 +22,7 @@ std::vector<DescribedFormat> core_formats() {
           described<Scene>(bench("scenes/C.toml")),
           described<Recording>(bench("recording/recording.json")),
           described(small_sheet()),
+          described(small_certificate()),
           described(small_detections()),
           described(small_calibration())};
 }

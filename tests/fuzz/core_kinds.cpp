@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/calibration.hpp"
+#include "core/certificate.hpp"
 #include "core/detections.hpp"
 #include "core/files/csv.hpp"
 #include "core/files/files.hpp"
@@ -24,6 +25,30 @@ Sheet small_sheet() {
   sheet.gaps = {{{1, 0}, "seen by one camera"}, {{1, 1}, "seen by no camera"}};
   sheet.source = MeasuredSource{"bench", "drape_A", {"cam0", "cam1"}, "aa", "bb"};
   return sheet;
+}
+
+Certificate small_certificate() {
+  Certificate certificate;
+  certificate.at_rest = true;
+  certificate.status = "at rest";
+  certificate.residual = 1e-4;
+  certificate.residual_tolerance = 1e-3;
+  certificate.check = CertificateCheck{true, 1e-4, 1e-5, 1e-7, 0, 12, {}};
+  certificate.strains = CertificateStrains{{-0.002, 0.005}, {-0.005, 0.01}, 0.1, 50};
+  certificate.distances = CertificateDistances{.to_object_m = 0,
+                                               .to_table_m = 0.1,
+                                               .to_itself_m = 4e-4,
+                                               .layers_apart_m = 5e-4,
+                                               .contact_forces = 12};
+  certificate.energies = CertificateEnergies{0.01, 0.005, 0, 3e-4, 1e-5, 1e-4};
+  certificate.curves = {{"tensile warp", 5, 500, 0.04, 1, 2, 3},
+                        {"shear", 1, 30, 0.14, 0.1, 0.2, 0.3},
+                        {"bending weft", 1, 8e-6, 250, 1e-6, 2e-6, 1e-4}};
+  certificate.segments = 5;
+  certificate.reach = CurveReach{{0.01, 0.02}, 0.2, 100};
+  certificate.cloth = CertificateMesh{2.5e-3, 0.01, 1, 5e-4, {{0.01, 580, 200}, {5e-3, 2200, 90}}};
+  certificate.warnings = {"an oddity"};
+  return certificate;
 }
 
 Detections small_detections() {
@@ -150,6 +175,12 @@ std::vector<Kind> core_kinds() {
          return folder / "sheet.ply";
        },
        [](const fs::path& f) { static_cast<void>(read_sheet(f)); }},
+      {"certificate",
+       [](const fs::path& folder) {
+         write_record(folder / "certificate.json", small_certificate());
+         return folder / "certificate.json";
+       },
+       [](const fs::path& f) { static_cast<void>(read_certificate(f)); }},
       {"run_record",
        [](const fs::path& folder) {
          write_durable(folder / "in.txt", "x");

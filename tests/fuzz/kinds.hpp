@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "core/calibration.hpp"
+#include "core/certificate.hpp"
 #include "core/detections.hpp"
 #include "core/sheet.hpp"
 
@@ -30,6 +31,8 @@ struct Kind {
 
 /// 2 x 2 marks, two of them measured.
 [[nodiscard]] Sheet small_sheet();
+/// A cloth of triangles with every part that may be absent.
+[[nodiscard]] Certificate small_certificate();
 [[nodiscard]] Detections small_detections();
 [[nodiscard]] Calibration small_calibration();
 

@@ -17,7 +17,7 @@
 #include "core/files/files.hpp"
 #include "core/rig.hpp"
 #include "detect/prints/layout.hpp"
-#include "simulate/checker/certify.hpp"
+#include "simulate/objects/cloth_shape.hpp"
 #include "simulate/study/plan.hpp"
 #include "tests/fuzz/kinds.hpp"
 #include "tests/support/paths.hpp"
@@ -27,13 +27,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr const char* kCertificate = R"({"schema": "drapebench/certificate/1", "at_rest": true,
- "status": "at rest", "largest_residual_per_particle_weight": 1.5e-10, "residual_tolerance": 1e-06,
- "strain": {"warp_percent": [-0.002, 0.005], "weft_percent": [-0.005, 0.010]},
- "distance": {"least_particle_to_object_mm": null, "deepest_between_particles_mm": 0.58},
- "curves": [{"curve": "bending warp", "segments_used": 1}],
- "options": {"rows": 11, "cols": 11, "segments": 1, "model": "consistent", "mass": "area",
- "penetration_tolerance_mm": 2.2, "cloth_thickness_mm": 0.0}})";
 constexpr const char* kHistory =
     "time_s,kinetic_energy_uJ,gravity_energy_uJ,stretch_energy_uJ,shear_energy_uJ,"
     "bending_energy_uJ,twist_energy_uJ,contact_energy_uJ,largest_residual_per_particle_weight,"
@@ -101,21 +94,12 @@ fs::path make_plan(const fs::path& folder) {
   return folder / "plan.toml";
 }
 
-fs::path make_certificate(const fs::path& folder) {
-  write_durable(folder / "history.csv", kHistory);
-  write_durable(folder / "certificate.json", kCertificate);
-  return folder / "certificate.json";
-}
-
-fs::path make_history(const fs::path& folder) {
-  static_cast<void>(make_certificate(folder));
-  return folder / "history.csv";
-}
-
-void read_claim_of(const fs::path& file) {
-  static_cast<void>(compare::read_certificate(file.parent_path() / "certificate.json"));
-  static_cast<void>(compare::read_history(file.parent_path() / "history.csv"));
-  static_cast<void>(simulate::read_claim(file.parent_path()));
+simulate::ClothShape small_shape() {
+  return {.material_m = {{0, 0}, {0.01, 0}, {0, 0.01}},
+          .triangles = {{0, 1, 2}},
+          .sides = {{0, 1}, {0, 2}, {1, 2}},
+          .points_m = {{0, 0, 0}, {0.01, 0, 0}, {0, 0.01, 0}},
+          .of_sides = {{0, 1, 0}, {-1, 0, 0}, {-0.7, -0.7, 0}}};
 }
 
 /// A store without a comparison, sealed; its rows are metrics.
@@ -158,8 +142,14 @@ std::vector<Kind> result_kinds() {
        }},
       {"acceptance", result_file("acceptance.json", kAcceptance),
        [](const fs::path& f) { static_cast<void>(read_record<AcceptanceFile>(f)); }},
-      {"certificate", make_certificate, read_claim_of},
-      {"history", make_history, read_claim_of},
+      {"history", result_file("history.csv", kHistory),
+       [](const fs::path& f) { static_cast<void>(compare::read_history(f)); }},
+      {"cloth_ply",
+       [](const fs::path& folder) {
+         simulate::write_cloth_shape(folder / "cloth.ply", small_shape());
+         return folder / "cloth.ply";
+       },
+       [](const fs::path& f) { static_cast<void>(simulate::read_cloth_shape(f)); }},
       {"lab", result_file("lab.toml", kLab),
        [](const fs::path& f) { static_cast<void>(read_record<compare::Lab>(f)); }},
       {"plate", result_file("target.toml", detect::object_plate_toml(detect::object_plate(0.1, 0))),
