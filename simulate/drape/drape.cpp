@@ -13,6 +13,8 @@ namespace {
 
 using Eigen::Vector2d;
 
+constexpr double kCoarseResidual = 1e-2;  // mean weights of a point
+
 /// A drape that grows by levels.
 class Levels {
  public:
@@ -56,9 +58,17 @@ class Levels {
   }
 
  private:
+  /// A mesh; one that a finer one follows comes only as near to rest as its own error needs.
+  [[nodiscard]] std::shared_ptr<DrapeLevel> level_of(std::size_t index) const {
+    DrapeOptions options = options_;
+    if (index + 1 < spacings_.size())
+      options.descent.residual = std::max(options.descent.residual, kCoarseResidual);
+    return std::make_shared<DrapeLevel>(case_, options, spacings_[index]);
+  }
+
   /// From the start to rest on the coarsest mesh, after what the cloth went through before.
   Drape fallen(double layers_apart_m) {
-    auto level = std::make_shared<DrapeLevel>(case_, options_, spacings_.front());
+    auto level = level_of(0);
     const ClothMoment start = start_ ? start_(*level) : level->start(variation_);
     const auto drape_with = [&](const ClothMemory& memory) {
       ClothMoment moment = start;
@@ -120,7 +130,7 @@ class Levels {
   }
 
   void refine(Drape& drape) const {
-    auto level = std::make_shared<DrapeLevel>(case_, options_, spacings_[drape.levels.size()]);
+    auto level = level_of(drape.levels.size());
     ClothMoment moment = level->carried(*drape.level, drape.rest);
     RestReport report = level->rest(moment);
     add(drape, std::move(level), std::move(moment), std::move(report));

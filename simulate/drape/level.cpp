@@ -29,13 +29,15 @@ using Eigen::Vector3d;
 using units::mm;
 using State = MeshCloth::State;
 
-constexpr double kMostPoints = 1e5;       // points of a mesh
-constexpr double kLeastPoints = 16;       // a mesh of fewer does not drape
-constexpr double kSame_m = 1e-6;          // two material points that are one
-constexpr int kMostRounds = 60;           // rounds of descents, at the end of each friction settles
-constexpr double kPassingResidual = 0.1;  // weights of a point, while places still press softly
-constexpr double kBeside = 1e-6;          // of a triangle's weights: a place on its border is in it
-constexpr double kSolved = 1e-8;          // relative norm of what a first-order answer leaves
+constexpr double kMostPoints = 1e5;  // points of a mesh
+constexpr double kLeastPoints = 16;  // a mesh of fewer does not drape
+constexpr double kSame_m = 1e-6;     // two material points that are one
+constexpr int kMostRounds = 60;      // rounds of descents, at the end of each friction settles
+// Mean weights of a point: residual of a descent while places still press softly, and its factor
+// from each round to the next while friction settles
+constexpr double kPassingResidual = 0.1, kNearer = 0.5;
+constexpr double kBeside = 1e-6;  // of a triangle's weights: a place on its border is in it
+constexpr double kSolved = 1e-8;  // relative norm of what a first-order answer leaves
 constexpr int kMostProducts = 5000;
 constexpr double kLeastRatio = 1.5;  // of two spacings that are levels of their own
 
@@ -355,9 +357,11 @@ struct DrapeLevel::Parts {
   /// after that.
   void descend_to_rest(ClothMoment& moment, AllPushes& pushes, const DescentOptions& how,
                        RestReport& report) {
+    double passing = kPassingResidual;
     for (int round = 0; round < kMostRounds; ++round) {
       DescentOptions now = how;
-      if (!pushes.objects.is_firm()) now.residual = std::max(now.residual, kPassingResidual);
+      if (pushes.objects.is_firm()) passing *= kNearer;
+      now.residual = std::max(how.residual, passing);
       now.most_steps -= report.steps;
       report.descent = descend(cloth, moment.state, held, *stiffness, {}, now, &pushes);
       report.steps += report.descent.steps;
@@ -373,7 +377,8 @@ struct DrapeLevel::Parts {
                                report.descent.residual);
         return;
       }
-      report.at_rest = pushes.objects.is_firm() && report.descent.steps == 0;
+      report.at_rest =
+          now.residual == how.residual && pushes.objects.is_firm() && report.descent.steps == 0;
       if (report.at_rest) return;
       pushes.objects.make_firmer(moment.state);
     }
