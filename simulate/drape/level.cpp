@@ -357,10 +357,12 @@ struct DrapeLevel::Parts {
   /// after that.
   void descend_to_rest(ClothMoment& moment, AllPushes& pushes, const DescentOptions& how,
                        RestReport& report) {
+    // Without friction there is nothing to settle.
+    const double nearer = pushes.objects.holds() || drape.laws.friction ? kNearer : 0;
     double passing = kPassingResidual;
     for (int round = 0; round < kMostRounds; ++round) {
       DescentOptions now = how;
-      if (pushes.objects.is_firm()) passing *= kNearer;
+      if (pushes.objects.is_firm()) passing *= nearer;
       now.residual = std::max(how.residual, passing);
       now.most_steps -= report.steps;
       report.descent = descend(cloth, moment.state, held, *stiffness, {}, now, &pushes);
