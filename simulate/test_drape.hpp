@@ -6,7 +6,7 @@
 
 #include "simulate/objects/surroundings.hpp"
 #include "simulate/simulate.hpp"
-#include "tests/support/paths.hpp"
+#include "tests/support/judged_drape.hpp"
 
 /// Drapes for tests.
 namespace drape::simulate {
@@ -29,25 +29,17 @@ namespace drape::simulate {
   return scene;
 }
 
-/// `grid` x `grid` particles, one line per curve.
-[[nodiscard]] inline SimulateOptions options_of(int grid, Solver solver, int segments = 1) {
-  SimulateOptions options;
-  options.rows = options.cols = grid;
-  options.segments = segments;
-  options.solver = solver;
-  return options;
-}
-
-/// Largest distance of two sheets' particles.
+/// Largest distance of two sheets' places.
 [[nodiscard]] inline double farthest_m(const Sheet& a, const Sheet& b) {
-  double farthest = 0;
-  for (std::size_t i = 0; i < a.marks.size(); ++i)
+  double farthest = a.marks.size() == b.marks.size() ? 0 : 1;
+  for (std::size_t i = 0; i < std::min(a.marks.size(), b.marks.size()); ++i)
     farthest = std::max(farthest, (a.marks[i].point_in_world - b.marks[i].point_in_world).norm());
   return farthest;
 }
 
 /// The scene's own fabric and print, from its own start.
-[[nodiscard]] inline SimulateResult drape_of(const Scene& scene, const SimulateOptions& options) {
+[[nodiscard]] inline SimulateResult drape_of(const Scene& scene,
+                                             const SimulateOptions& options = coarse_options()) {
   return simulate(scene, read_fabric(scene.fabric_file), read_print(scene.print_file), std::nullopt,
                   options);
 }
