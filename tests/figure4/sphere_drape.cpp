@@ -4,12 +4,14 @@
 #include <Eigen/LU>
 #include <cmath>
 #include <iterator>
+#include <limits>
 #include <optional>
 
 #include "core/error.hpp"
 #include "core/units.hpp"
+#include "simulate/drape/level.hpp"
 #include "simulate/drape/object_pushes.hpp"
-#include "simulate/drape/piece.hpp"
+#include "simulate/mesh/mesh_stiffness.hpp"
 #include "simulate/simulate.hpp"
 #include "simulate/start/start.hpp"
 #include "tests/support/paths.hpp"
@@ -19,6 +21,8 @@ namespace {
 
 using Eigen::Vector2d;
 using Eigen::Vector3d;
+
+constexpr int kMostRounds = 300;  // of descents, at whose ends friction settles
 
 /// Places of a lattice of material points on a draped mesh, linear in each triangle.
 std::vector<Vector3d> marks_of(const simulate::MaterialMesh& mesh,
@@ -65,17 +69,18 @@ const Sphere& sphere_of(const SphereScene& scene) {
 
 SphereDrape drape_grid(const SphereScene& scene, int side) {
   simulate::SimulateOptions options;
-  options.rows = options.cols = side;
-  options.imperfection_m = 0;
+  options.model = simulate::ClothModel::paper;
+  options.paper.rows = options.paper.cols = side;
+  options.paper.imperfection_m = 0;
   options.reach = simulate::find_reach(scene.scene, scene.fabric, scene.print, std::nullopt);
   const simulate::SimulateResult result =
       simulate::simulate(scene.scene, scene.fabric, scene.print, std::nullopt, options);
   // A sheet that diverged has no marks.
   if (std::ssize(result.sheet.marks) != side * side)
-    throw bad_input("the particle grid: " + result.report.sentence, {}, "choose another spacing");
+    throw bad_input("the particle grid: " + result.certificate.status, {},
+                    "choose another spacing");
   SphereDrape drape;
-  drape.at_rest = result.report.status == simulate::RestStatus::at_rest;
-  drape.residual = result.report.residual;
+  drape.at_rest = result.at_rest();
   drape.side = side;
   for (const SheetMark& mark : result.sheet.marks) drape.points_m.push_back(mark.point_in_world);
   drape.marks_m = drape.points_m;
@@ -93,29 +98,37 @@ SphereDrape drape_grid(const SphereScene& scene, int side) {
 
 SphereDrape drape_mesh(const SphereScene& scene, simulate::MaterialMesh mesh, double in_triangles,
                        int side) {
-  simulate::SimulateReport fits;
-  const simulate::ClothLaws laws = simulate::make_laws(
-      scene.fabric, simulate::SimulateOptions{}.segments, fits,
-      simulate::find_reach(scene.scene, scene.fabric, scene.print, std::nullopt));
+  const simulate::ClothLaws laws =
+      simulate::fit_laws(scene.fabric, simulate::SimulateOptions{}.segments,
+                         simulate::find_reach(scene.scene, scene.fabric, scene.print, std::nullopt))
+          .laws;
   simulate::MeshCloth cloth(std::move(mesh), laws, in_triangles);
   const simulate::FlatPose flat{scene.scene.start.centre_in_world.value(), 0};
-  simulate::PieceDrape piece;
-  piece.state = cloth.state_of([&](const Vector2d& p) {
+  simulate::MeshCloth::State state = cloth.state_of([&](const Vector2d& p) {
     return simulate::MeshCloth::Jet{
         flat.point_in_world(p, scene.print.patch_m), {0, -1, 0}, {1, 0, 0}};
   });
   const std::vector<bool> held(static_cast<std::size_t>(cloth.unknowns()), false);
+  simulate::MeshStiffness stiffness(cloth, held);
   simulate::DescentOptions descent;
   descent.gravity_m_per_s2 = scene.scene.gravity_m_per_s2;
   const simulate::Surroundings around(scene.scene);
   simulate::ObjectPushes pushes(cloth, held, around, scene.scene.friction,
                                 descent.gravity_m_per_s2.norm());
-  fall_to_rest(cloth, piece, held, pushes, pushes, simulate::PieceOptions{}.motion, descent);
+  (void)simulate::move_in_time(
+      cloth, state, held, stiffness, {},
+      [](double) { return -std::numeric_limits<double>::infinity(); }, 0, descent,
+      simulate::DrapeOptions{}.motion, &pushes);
   SphereDrape drape;
-  drape.at_rest = piece.report.at_rest;
-  drape.residual = piece.report.residual;
+  for (int round = 0; round < kMostRounds && !drape.at_rest; ++round) {
+    const simulate::DescentReport found =
+        simulate::descend(cloth, state, held, stiffness, {}, descent, &pushes);
+    if (!found.at_rest) break;
+    drape.at_rest = found.steps == 0 && pushes.is_firm();
+    if (!drape.at_rest) pushes.make_firmer(state);
+  }
   drape.side = side;
-  drape.points_m.assign(piece.state.begin(), piece.state.begin() + cloth.points());
+  drape.points_m.assign(state.begin(), state.begin() + cloth.points());
   for (const auto& t : cloth.mesh().triangles) drape.faces.push_back({t[0], t[1], t[2]});
   drape.hem = border_of(cloth.mesh());
   drape.marks_m = marks_of(cloth.mesh(), drape.points_m, scene.print.patch_m, side);

@@ -23,7 +23,6 @@ struct SphereScene {
 
 struct SphereDrape {
   bool at_rest = false;
-  double residual = 0;                    ///< in weights of a mean point
   std::vector<Eigen::Vector3d> points_m;  ///< in world; warp along -y, weft along +x
   std::vector<std::vector<int>> faces;    ///< corners in order
   std::vector<int> hem;                   ///< border points in order
@@ -34,7 +33,7 @@ struct SphereDrape {
   }
 };
 
-/// `drape simulate` with its defaults on `side` x `side` particles, and no waves on the start.
+/// The paper's model on `side` x `side` particles, without waves on the start.
 [[nodiscard]] SphereDrape drape_grid(const SphereScene& scene, int side);
 
 /// Fall of a triangle mesh with friction on the sphere, from the same start; marks every
