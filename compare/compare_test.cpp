@@ -313,7 +313,7 @@ TEST(Inputs, ASheetThatARecordAboveItListsIsWhatItsRunWrote) {
   const drape::test::TemporaryFolder folder;
   const auto files = test::write_example(folder.path());
   const std::filesystem::path place = files[1].parent_path();
-  RunRecord record("drape-simulate", {}, run_record_path(place.parent_path() / "refinement.json"));
+  RunRecord record("drape-simulate", {}, run_record_path(place.parent_path() / "branches.json"));
   for (const char* name : {"sheet.ply", "sheet.json", "certificate.json"})
     record.output(place / name);
   record.write(0);
@@ -332,8 +332,8 @@ TEST(Inputs, ACertificateOfAnotherGridIsRefused) {
   const drape::test::TemporaryFolder folder;
   const auto files = test::write_example(folder.path());
   const std::filesystem::path certificate = files[1].parent_path() / "certificate.json";
-  for (const char* entry :
-       {"\"options\": {\"rows\": 31}", "\"options\": {\"segments\": 9}", "\"at_rest\": false"}) {
+  for (const char* entry : {"\"options\": {\"rows\": 31}", "\"options\": {\"segments\": 9}",
+                            "\"options\": {\"spacing_mm\": 2.5}", "\"at_rest\": false"}) {
     write_durable(certificate,
                   std::string("{\"schema\": \"drapebench/certificate/1\", ") + entry + "}\n");
     try {

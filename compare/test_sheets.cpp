@@ -107,6 +107,25 @@ Sheet simulated_sheet(int n, int segments, const Shape& shape) {
   return sheet;
 }
 
+Sheet mesh_sheet(double spacing_m, int segments, const Shape& shape) {
+  Sheet sheet = simulated_sheet(23, segments, shape);
+  auto& source = std::get<SimulatedSource>(sheet.source);
+  source.model = "triangles";
+  source.solver.clear();
+  source.spacing_m = spacing_m;
+  return sheet;
+}
+
+LevelsFile levels_of(const Sheet& measured, double left_m) {
+  LevelsFile levels;
+  levels.levels = {{10 * mm, 600, true, "at rest", 90, std::nullopt},
+                   {2.5 * mm, 9000, true, "at rest", 200, 3 * left_m}};
+  levels.left_m = left_m;
+  for (const SheetMark& mark : measured.marks)
+    levels.marks.push_back({mark.mark, mark.point_in_world, left_m});
+  return levels;
+}
+
 SheetFile file_of(const Sheet& sheet) {
   std::string content;
   for (const SheetMark& mark : sheet.marks) {
@@ -114,7 +133,8 @@ SheetFile file_of(const Sheet& sheet) {
                            mark.point_in_world.y(), mark.point_in_world.z());
   }
   if (const auto* source = std::get_if<SimulatedSource>(&sheet.source))
-    content += fmt::format("{} {} {}", source->segments, source->model, source->status);
+    content += fmt::format("{} {} {} {} {}", source->segments, source->model, source->status,
+                           source->spacing_m.value_or(0), source->from_measured);
   return {"sheet.ply", sha256_of("json" + content), sha256_of("ply" + content), sheet};
 }
 

@@ -33,6 +33,12 @@ using Shape = std::function<Eigen::Vector3d(const Eigen::Vector2d&)>;
 /// n x n particles over the whole patch, at rest.
 [[nodiscard]] Sheet simulated_sheet(int n, int segments, const Shape& shape = flat);
 
+/// A cloth at rest on a mesh of that finest spacing, sampled every 10 mm.
+[[nodiscard]] Sheet mesh_sheet(double spacing_m, int segments, const Shape& shape = flat);
+
+/// levels.json of a mesh sheet whose finest mesh may leave `left_m` at each mark of `measured`.
+[[nodiscard]] LevelsFile levels_of(const Sheet& measured, double left_m);
+
 /// Writes the sheet to folder/name and gives what read_session would: with its hashes.
 [[nodiscard]] SheetFile file_of(const Sheet& sheet);
 [[nodiscard]] DrapeInput drape_of(const Sheet& measured, const std::vector<Sheet>& simulated);

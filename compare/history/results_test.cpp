@@ -70,7 +70,7 @@ TEST_F(Results, TablesHaveTheLayoutOfThePaper) {
   const StoreReader reader(file());
   const auto tables = paper_tables(reader, {});
   ASSERT_EQ(tables.size(), 2U);
-  EXPECT_THAT(tables[0].names, ElementsAre("grid_size", "segments", "mean_dist_mm"));
+  EXPECT_THAT(tables[0].names, ElementsAre("discretisation", "segments", "mean_dist_mm"));
   EXPECT_THAT(tables[1].names, ElementsAre("pair", "mean_dist_mm"));
   EXPECT_EQ(tables[1].rows[2][0], "1 seg: 11x11 vs 21x21");
 }
@@ -82,7 +82,6 @@ TEST_F(Results, TablesNameSimulatorsAndFabricsWhereThereAreSeveral) {
   input.simulations[1].other_simulator = "Other";
   auto& other = std::get<SimulatedSource>(input.simulations[1].sheet.sheet.source);
   other.model = "Other";
-  other.solver = "not stated";
   const auto add = [&](const std::string& name) {
     const fs::path file = folder_.path() / name;
     Store store(file);
@@ -93,7 +92,7 @@ TEST_F(Results, TablesNameSimulatorsAndFabricsWhereThereAreSeveral) {
   const StoreReader two(add("two.sqlite"));
   const auto tables = paper_tables(two, {});
   EXPECT_THAT(tables.at(0).names,
-              ElementsAre("grid_size", "segments", "mean_dist_mm", "simulator"));
+              ElementsAre("discretisation", "segments", "mean_dist_mm", "simulator"));
   EXPECT_EQ(tables[0].rows.back()[3], "Other");
   const auto alone = paper_tables(two, {.simulator = "Other"});
   ASSERT_EQ(alone.size(), 1U) << "no pair of it";
@@ -106,7 +105,7 @@ TEST_F(Results, TablesNameSimulatorsAndFabricsWhereThereAreSeveral) {
   const StoreReader more(add("more.sqlite"));
   EXPECT_THAT(
       paper_tables(more, {}).at(0).names,
-      ElementsAre("grid_size", "segments", "mean_dist_mm", "simulator", "fabric", "solver"));
+      ElementsAre("discretisation", "segments", "mean_dist_mm", "simulator", "fabric", "solver"));
 }
 
 TEST_F(Results, AFilterHoldsInEveryTable) {
@@ -267,38 +266,25 @@ TEST(SheetFolders, AFolderThatFollowsAFileStaysInItsGroup) {
   EXPECT_EQ(sheets_in({sheets[1].parent_path(), sheets[0]}), apart);
 }
 
-/// As `drape run` leaves a folder: with other grids and branches than its lists name.
+/// As `drape run` leaves a folder: with other branches than its list names.
 TEST(SheetFolders, WhatARunComparesIsFoundAsItsListsNameIt) {
   const drape::test::TemporaryFolder folder;
   const fs::path drape = folder.path() / "C";
   auto expected = test::write_example(drape);
-  for (const char* name : {"15x15", "23x23", "31x31"})
-    write_sheet(drape / "refined" / name / "sheet.ply", test::simulated_sheet(31, 5));
   for (const char* name : {"branch-01", "branch-02", "branch-03"})
     write_sheet(drape / "ensemble" / name / "sheet.ply", test::simulated_sheet(11, 5));
   write_sheet(drape / "repeats" / "second" / "sheet.ply", test::measured_sheet());
-  const fs::path grids = drape / "refined" / "refinement.json",
-                 branches = drape / "ensemble" / "branches.json";
-  RefinementFile refined;
-  refined.goal_m = 1e-3;
-  refined.used = 1;
-  refined.left_m = 0;
+  const fs::path branches = drape / "ensemble" / "branches.json";
   BranchList ensemble;
-  for (const char* name : {"15x15/sheet.ply", "23x23/sheet.ply"})
-    refined.grids.push_back({15, 15, name, "", true, "at rest", 1, {}});
   for (const char* name : {"branch-02/sheet.ply", "branch-01/sheet.ply"}) {
     ensemble.branches.emplace_back().sheet = name;
     ensemble.branches.back().number = static_cast<int>(ensemble.branches.size());
   }
-  write_record(grids, refined);
   write_record(branches, ensemble);
-  EXPECT_EQ(sheets_in({folder.path()}), expected) << "neither run has ended";
-  for (const fs::path& list : {grids, branches}) {
-    RunRecord record("drape-simulate", {}, run_record_path(list));
-    record.output(list);
-    record.write(0);
-  }
-  expected.push_back(drape / "refined" / "23x23" / "sheet.ply");
+  EXPECT_EQ(sheets_in({folder.path()}), expected) << "its run has not ended";
+  RunRecord record("drape-simulate", {}, run_record_path(branches));
+  record.output(branches);
+  record.write(0);
   expected.push_back(drape / "ensemble" / "branch-02" / "sheet.ply");
   expected.push_back(drape / "ensemble" / "branch-01" / "sheet.ply");
   EXPECT_EQ(sheets_in({folder.path()}), expected);

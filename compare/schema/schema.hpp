@@ -32,7 +32,7 @@ inline constexpr const char* kDiscretisation =
 /// before coarse.
 inline constexpr const char* kFinestFirst =
     "simulator <> 'drapebench', segments DESC, spacing_mm IS NULL, spacing_mm, grid_rows DESC, "
-    "model, solver, begins";
+    "model, solver, begins DESC";
 
 /// The statements that make views, indexes and triggers around tables that are there.
 [[nodiscard]] std::vector<std::string> surrounding_statements();

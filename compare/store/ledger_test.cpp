@@ -6,6 +6,7 @@
 #include <unistd.h>
 
 #include <iostream>
+#include <map>
 
 #include "compare/history/results.hpp"
 #include "compare/history/seal.hpp"
@@ -124,7 +125,8 @@ TEST(Ledger, EightWritersAtOnceLoseNothing) {
 
 /// A store as drapebench wrote it: version 1 before there was a ledger, version 2 before surfaces
 /// without marks were kept, version 3 before branches were, version 4 (drapebench 0.1.0, bench1)
-/// before runs were, version 5 (drapebench 0.2.0, bench1's C) before what a match rests on was.
+/// before runs were, version 5 (drapebench 0.2.0, bench1's C) before what a match rests on was,
+/// version 8 before meshes were.
 void make_version(int version, const fs::path& file) {
   fs::copy_file(drape::test::source_root() /
                     ("compare/test_data/store_v" + std::to_string(version) + ".sqlite"),
@@ -185,14 +187,26 @@ TEST(Migration, Version1KeepsEveryNumber) {
   EXPECT_THAT(check_ledger(reader).findings, IsEmpty());
 }
 
-/// Every row of every table that a store of version 2 had, in the order of its columns.
-std::string rows_of_version_2(const fs::path& file) {
-  SQLite::Database database(file.string(), SQLite::OPEN_READWRITE);
+/// The columns of every table of a store.
+using Columns = std::vector<std::pair<std::string, std::string>>;
+Columns columns_of(const fs::path& file) {
+  SQLite::Database database(file.string());
+  SQLite::Statement query(database,
+                          "SELECT t.name, group_concat('\"' || c.name || '\"', ', ') FROM "
+                          "sqlite_master AS t, pragma_table_info(t.name) AS c WHERE t.type = "
+                          "'table' AND t.name NOT IN ('ledger', 'metric') GROUP BY t.name");
+  Columns columns;
+  while (query.executeStep())
+    columns.emplace_back(query.getColumn(0).getString(), query.getColumn(1).getString());
+  return columns;
+}
+
+/// Every row of these columns.
+std::string rows_of(const fs::path& file, const Columns& columns) {
+  SQLite::Database database(file.string());
   std::string text;
-  for (const char* table : {"rig", "calibration", "calibration_file", "calibration_camera",
-                            "recording", "fabric", "sheet", "gap", "simulation", "drapemeter",
-                            "hem_harmonic", "comparison", "mark_error", "simulation_pair"}) {
-    SQLite::Statement query(database, std::string("SELECT * FROM ") + table);
+  for (const auto& [table, names] : columns) {
+    SQLite::Statement query(database, "SELECT " + names + " FROM " + table);
     while (query.executeStep()) {
       for (int i = 0; i < query.getColumnCount(); ++i) text += query.getColumn(i).getString() + "|";
       text += '\n';
@@ -207,7 +221,8 @@ TEST_P(KeptVersion, KeepsEveryRowAndItsChain) {
   const drape::test::TemporaryFolder folder;
   const fs::path file = folder.path() / "old.sqlite";
   make_version(GetParam(), file);
-  const std::string before = rows_of_version_2(file);
+  const Columns columns = columns_of(file);
+  const std::string before = rows_of(file, columns);
   ASSERT_GT(before.size(), 10000U);
   const auto chain = [&] {
     return SQLite::Database(file.string())
@@ -215,12 +230,11 @@ TEST_P(KeptVersion, KeepsEveryRowAndItsChain) {
         .getString();
   };
   const std::string head = chain();
-  EXPECT_EQ(list_results(StoreReader(file), {}).rows.size(), GetParam() < 4    ? 3U
-                                                             : GetParam() == 4 ? 6U
-                                                                               : 1U)
+  const std::map<int, std::size_t> comparisons = {{2, 3}, {3, 3}, {4, 6}, {5, 1}, {8, 4}};
+  EXPECT_EQ(list_results(StoreReader(file), {}).rows.size(), comparisons.at(GetParam()))
       << "a reader needs no migration";
   Store(file).close();
-  EXPECT_EQ(rows_of_version_2(file), before);
+  EXPECT_EQ(rows_of(file, columns), before);
   EXPECT_EQ(chain(), head) << "what was sealed is still the beginning of the chain";
   const StoreReader reader(file);
   EXPECT_THAT(check_ledger(reader).findings, IsEmpty());
@@ -243,22 +257,31 @@ TEST(Migration, RunsOfVersion5StayAndSayNothingOfWhatTheirMatchRestsOn) {
   EXPECT_EQ(list_runs(reader, {}).rows.size(), 1U);
 }
 
-TEST(Migration, Version6LackedWhatARefinedSheetWasCarriedOverFrom) {
+TEST(Migration, GridsOfVersion8StayGridsWithTheirModelSolverAndOrigin) {
   const drape::test::TemporaryFolder folder;
   const fs::path file = folder.path() / "old.sqlite";
-  import_height(file, 5 * mm);
-  {
-    SQLite::Database database(file.string(), SQLite::OPEN_READWRITE);
-    database.exec("DROP TABLE refinement");
-    database.exec("PRAGMA user_version = 6");
-  }
-  const auto had = list_results(StoreReader(file), {}).rows;
-  ASSERT_EQ(had.size(), 2U) << "a reader needs no migration";
+  make_version(8, file);
   Store(file).close();
   const StoreReader reader(file);
-  EXPECT_EQ(list_results(reader, {}).rows, had);
-  EXPECT_EQ(one(reader, "SELECT count(*) FROM refinement"), "0");
-  EXPECT_THAT(check_ledger(reader).findings, IsEmpty());
+  const char* simulations =
+      "SELECT discretisation, segments, model, solver, status, begins, spacing_mm FROM "
+      "v_comparison ORDER BY model, segments";
+  const std::string grid = "11x11", rest = "at rest";
+  EXPECT_EQ(reader.query(simulations).rows,
+            (std::vector<std::vector<std::string>>{
+                {grid, "1", "consistent", "static", rest, "scene", ""},
+                {grid, "3", "consistent", "fall", rest, "scene", ""},
+                {grid, "5", "consistent", "static", rest, "scene", ""},
+                {grid, "5", "paper", "rk4", "kinetic energy still 3 uJ", "scene", ""}}));
+  EXPECT_EQ(one(reader, "SELECT count(*) FROM v_table5"), "4");
+  EXPECT_EQ(one(reader,
+                "SELECT s.segments FROM refinement AS r JOIN simulation AS s USING (sheet_sha256) "
+                "WHERE r.rest_sha256 LIKE 'ef95c136d9dc%'"),
+            "3");
+  const std::string refined = one(reader, "SELECT comparison FROM v_comparison WHERE segments = 3");
+  const auto facts = show_result(reader, refined).provenance.rows;
+  EXPECT_THAT(facts, testing::Contains(testing::ElementsAre("refined_from_sha256",
+                                                            testing::StartsWith("ef95c136d9dc"))));
 }
 
 TEST(Migration, Version7KnewOfNoRunThatWasStoredAgainAndHadOtherViews) {
@@ -297,7 +320,7 @@ TEST_P(KeptVersion, SealedItIsVerifiedAsItIs) {
   EXPECT_FALSE(verify_store(file, false).findings.empty());
 }
 
-INSTANTIATE_TEST_SUITE_P(Migration, KeptVersion, testing::Values(2, 3, 4, 5));
+INSTANTIATE_TEST_SUITE_P(Migration, KeptVersion, testing::Values(2, 3, 4, 5, 8));
 
 TEST(Migration, AMigratedStoreHasTheSchemaOfANewOneAndGrows) {
   const drape::test::TemporaryFolder folder;
@@ -305,7 +328,7 @@ TEST(Migration, AMigratedStoreHasTheSchemaOfANewOneAndGrows) {
   Store(new_file).close();
   const char* schema =
       "SELECT type, name, sql FROM sqlite_master WHERE sql IS NOT NULL ORDER BY 1, 2";
-  for (const int version : {1, 2, 3, 4, 5}) {
+  for (const int version : {1, 2, 3, 4, 5, 8}) {
     const fs::path old_file = folder.path() / ("old" + std::to_string(version) + ".sqlite");
     make_version(version, old_file);
     const auto had = list_results(StoreReader(old_file), {}).rows.size();

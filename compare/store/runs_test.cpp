@@ -68,7 +68,8 @@ class Runs : public testing::Test {
   static std::vector<std::vector<std::string>> states(const fs::path& file) {
     return StoreReader(file)
         .query(
-            "SELECT c.grid_size, c.segments, s.state, s.date FROM v_comparison AS c JOIN v_state "
+            "SELECT c.discretisation, c.segments, s.state, s.date FROM v_comparison AS c JOIN "
+            "v_state "
             "AS s ON s.comparison_id = c.id ORDER BY 1, 2, 3, 4")
         .rows;
   }

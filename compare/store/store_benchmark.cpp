@@ -159,12 +159,12 @@ void query(benchmark::State& state, const std::string& sql) {
   fs::remove_all(folder());
 }
 BENCHMARK_CAPTURE(query, mean_by_fabric_grid_segments,
-                  "SELECT fabric, grid_size, segments, avg(mean_dist_mm), count(*) FROM "
-                  "v_real_vs_virtual GROUP BY fabric, grid_size, segments")
+                  "SELECT fabric, discretisation, segments, avg(mean_dist_mm), count(*) FROM "
+                  "v_real_vs_virtual GROUP BY fabric, discretisation, segments")
     ->Unit(benchmark::kMillisecond);
 BENCHMARK_CAPTURE(query, mean_by_fabric_grid_segments_from_unsorted_view,
-                  "SELECT fabric, grid_size, segments, avg(mean_dist_mm), count(*) FROM "
-                  "v_comparison GROUP BY fabric, grid_size, segments")
+                  "SELECT fabric, discretisation, segments, avg(mean_dist_mm), count(*) FROM "
+                  "v_comparison GROUP BY fabric, discretisation, segments")
     ->Unit(benchmark::kMillisecond);
 BENCHMARK_CAPTURE(
     query, mean_by_fabric_grid_segments_from_tables,

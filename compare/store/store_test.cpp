@@ -74,7 +74,8 @@ TEST(Store, KeepsWhatWasCompared) {
   const StoreExample made = example();
   EXPECT_EQ(import_into(file, made).added, 8);
   const StoreReader reader(file);
-  const Table rows = reader.query("SELECT grid_size, segments, mean_dist_mm, marks FROM v_table1");
+  const Table rows =
+      reader.query("SELECT discretisation, segments, mean_dist_mm, marks FROM v_table1");
   ASSERT_EQ(rows.rows.size(), 4U);
   EXPECT_EQ(rows.rows[0][0], "21x21");
   EXPECT_EQ(rows.rows[0][1], "5");
@@ -102,28 +103,34 @@ TEST(Store, EveryColumnIsTypedAndEveryMetricDefined) {
   EXPECT_TRUE(undefined.rows.empty()) << undefined.rows[0][0];
 }
 
-TEST(Store, NamesTheSheetThatARefinedOneWasCarriedOverFrom) {
+TEST(Store, SaysTheSpacingOfAMeshAndTheSizeOfAGrid) {
   const drape::test::TemporaryFolder folder;
   const fs::path file = folder.path() / "results.sqlite";
-  const std::string rest(64, 'b');
-  Sheet refined = test::simulated_sheet(21, 5);
-  std::get<SimulatedSource>(refined.source).refined_from_sha256 = rest;
-  StoreExample made;
-  made.input = test::drape_of(test::measured_sheet(), {refined, test::simulated_sheet(11, 5)});
-  made.report = compare_drape(made.input, {});
-  import_into(file, made);
+  Sheet from_measured = test::mesh_sheet(2.5 * mm, 5, test::raised(3 * mm));
+  std::get<SimulatedSource>(from_measured.source).from_measured = true;
+  Sheet paper = test::simulated_sheet(21, 5);
+  auto& source = std::get<SimulatedSource>(paper.source);
+  source.model = "paper";
+  source.solver.clear();
+  test::add_drape(file, test::measured_sheet(),
+                  {from_measured, paper, test::mesh_sheet(2.5 * mm, 5, test::raised(1 * mm)),
+                   test::mesh_sheet(10 * mm, 5, test::raised(2 * mm))});
   const StoreReader reader(file);
-  const auto stored = reader.query(
-      "SELECT grid_rows, rest_sha256 FROM refinement JOIN simulation USING (sheet_sha256)");
-  ASSERT_EQ(stored.rows.size(), 1U);
-  EXPECT_EQ(stored.rows[0], (std::vector<std::string>{"21", rest}));
-  std::map<std::string, std::string> shown;  // by grid
-  for (const auto& row : reader.query("SELECT comparison, grid_size FROM v_comparison").rows) {
-    for (const auto& fact : show_result(reader, row[0]).provenance.rows)
-      if (fact[0] == "refined_from_sha256") shown[row[1]] = fact[1];
-  }
-  EXPECT_EQ(shown.at("21x21"), rest);
-  EXPECT_EQ(shown.count("11x11"), 0U) << "it was carried over from none";
+  const Table rows = reader.query(
+      "SELECT discretisation, begins, grid_rows, spacing_mm, model, solver, state FROM "
+      "v_real_vs_virtual");
+  const std::vector<std::vector<std::string>> expected = {
+      {"2.5 mm", "scene", "", "2.5", "triangles", "", ""},
+      {"2.5 mm", "measured shape", "", "2.5", "triangles", "", ""},
+      {"10 mm", "scene", "", "10", "triangles", "", ""},
+      {"21x21", "scene", "21", "", "paper", "", ""}};
+  EXPECT_EQ(rows.rows, expected) << "fine before coarse, meshes before grids";
+  const Table paper_rows = reader.query("SELECT discretisation, model FROM v_table1");
+  EXPECT_EQ(paper_rows.rows, (std::vector<std::vector<std::string>>{{"21x21", "paper"}}));
+  EXPECT_EQ(list_results(reader, {.spacing_m = 10 * mm}).rows.size(), 1U);
+  EXPECT_EQ(list_results(reader, {.grid = "21"}).rows.size(), 1U);
+  EXPECT_THROW((void)list_results(reader, {.spacing_m = 5 * mm}), Error);
+  EXPECT_THAT(check_ledger(reader).findings, testing::IsEmpty());
 }
 
 TEST(Store, ImportingAgainAddsNothingAndChangesNoByte) {

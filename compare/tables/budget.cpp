@@ -24,7 +24,8 @@ using Eigen::MatrixX3d;
 /// A measured Kawabata value and a friction coefficient repeat within 5 % (one standard deviation);
 /// stated, not derived.
 constexpr double kMeasuredPart = 0.05;
-constexpr double kOpposite = 1e-6;  // of a push; two that differ by less but in sign are a pair
+constexpr double kLevel_deg = 0.06;  // standard uncertainty of a bench's level
+constexpr double kOpposite = 1e-6;   // of a push; two that differ by less but in sign are a pair
 
 const RealVirtual& headline_of(const Report& report) {
   return report.real_virtual[*report.headline];
@@ -196,10 +197,15 @@ void add_measurement(const DrapeInput& input, const Report& report, BudgetInputs
 
 /// The values of a scene that err, by the names of drape simulate sensitivity.
 std::vector<std::string> values_of(const Scene& scene) {
-  std::vector<std::string> values;
-  for (std::size_t i = 0; i < scene.obstacles.size(); ++i) {
+  std::vector<std::string> values = {"level_x_deg", "level_y_deg"};
+  const auto add_place = [&](const char* what, std::size_t i) {
     for (const char* axis : {"x", "y", "z"})
-      values.push_back(fmt::format("object_{}_{}_mm", i + 1, axis));
+      values.push_back(fmt::format("{}_{}_{}_mm", what, i + 1, axis));
+  };
+  for (std::size_t i = 0; i < scene.pins.size(); ++i) add_place("pin", i);
+  for (std::size_t i = 0; i < scene.clamps.size(); ++i) add_place("clamp", i);
+  for (std::size_t i = 0; i < scene.obstacles.size(); ++i) {
+    add_place("object", i);
     if (!std::holds_alternative<Plane>(scene.obstacles[i]) &&
         !std::holds_alternative<MeshObject>(scene.obstacles[i]))
       values.push_back(fmt::format("object_{}_size_mm", i + 1));
@@ -214,6 +220,11 @@ std::pair<double, std::string> scene_uncertainty(const Scene& scene, const std::
     return std::pair(
         u, fmt::format("{:g}{} {}", u, unit, stated ? "as stated" : "assumed, nothing is stated"));
   };
+  if (value.starts_with("level"))
+    return {kLevel_deg, fmt::format("{:g} degrees, of a bench by its level", kLevel_deg)};
+  if (!value.starts_with("object") && value != "friction")
+    return {ObjectUncertainty::ruler_m / mm,
+            fmt::format("{:g} mm, by a ruler", ObjectUncertainty::ruler_m / mm)};
   if (value == "friction") {
     if (scene.friction_uncertainty) return from(*scene.friction_uncertainty, "", true);
     return {kMeasuredPart * scene.friction, fmt::format("{:g} % of it", 100 * kMeasuredPart)};
@@ -235,12 +246,14 @@ InputEffect effect_of(const MarkMoves& moves, double width, const std::vector<In
 
 /// Adds one value's effect, or what is missing of it.
 void add_moves(const std::string& value, const std::optional<MarkMoves>& moves,
-               std::pair<double, std::string> standard, const std::vector<Index>& rows,
-               BudgetInputs& inputs) {
+               const std::string& absent, std::pair<double, std::string> standard,
+               const std::vector<Index>& rows, BudgetInputs& inputs) {
   std::string name = value;
   std::replace(name.begin(), name.end(), '_', ' ');
   if (!moves) {
-    return inputs.lack(name + ": drape simulate sensitivity does not say where the marks go");
+    return inputs.lack(
+        name + ": " +
+        (absent.empty() ? "drape simulate sensitivity does not say where the marks go" : absent));
   }
   if (moves->half_width)
     standard = {*moves->half_width, fmt::format("stand-in: within {:g}{}", *moves->half_width,
@@ -256,21 +269,22 @@ void add_sensitivities(const DrapeInput& input, const Report& report,
                        const std::optional<SensitivityFile>& split, BudgetInputs& inputs) {
   if (!split || !input.scene) {
     return inputs.lack(
-        "place and size of the objects, friction and fabric values, which drape run --uncertainty "
-        "adds");
+        "place of objects and pins, level, friction and fabric values, which drape run "
+        "--uncertainty adds");
   }
   const auto rows = rows_in(split->marks_at, report);
   if (!rows)
     return inputs.lack("scene and fabric values, which drape run --uncertainty finds again");
   for (const ValueEffect& one : split->values)
-    add_moves(one.value, one.moves,
+    add_moves(one.value, one.moves, "",
               {100 * kMeasuredPart, fmt::format("{:g} % of it", 100 * kMeasuredPart)}, *rows,
               inputs);
   if (split->values.empty()) inputs.lack("fabric values: the base has no first-order answer");
   for (const std::string& value : values_of(*input.scene)) {
     const auto one = std::find_if(split->scene.begin(), split->scene.end(),
                                   [&](const SceneEffect& e) { return e.value == value; });
-    add_moves(value, one == split->scene.end() ? std::nullopt : one->moves,
+    const bool known = one != split->scene.end();
+    add_moves(value, known ? one->moves : std::nullopt, known ? one->absent : "",
               scene_uncertainty(*input.scene, value), *rows, inputs);
   }
 }
@@ -298,9 +312,8 @@ BudgetInputs budget_inputs_of(const DrapeInput& input, const Report& report,
   add_measurement(input, report, inputs);
   if (input.simulations[headline_of(report).simulation].other_simulator) {
     inputs.lack(
-        "mesh error, place and size of the objects, friction and fabric values of another "
-        "simulator: "
-        "compare a sheet of drape simulate");
+        "mesh error, scene and fabric values of another simulator: compare a sheet of drape "
+        "simulate");
     return inputs;
   }
   add_mesh(input, report, inputs);

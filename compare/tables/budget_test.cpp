@@ -27,25 +27,29 @@ using units::mm;
 constexpr double kMark_m = 0.03 * mm;         // as test::measured_sheet() states it
 constexpr double kCalibration_m = 0.05 * mm;  // RMS in space, common to all marks
 constexpr double kPlace_m = 0.5 * mm, kSize_m = 0.3 * mm, kFriction = 0.05;
+constexpr double kLevel_rad = 0.06 * units::deg;
+constexpr double kMesh = 0.004;  // part of the height that the mesh may leave
 
 /// Scene of a virtual cloth.
 struct Values {
   Vector3d place_m = Vector3d::Zero();
   double size_m = 90 * mm;
   double friction = 0.4;
-  double bending = 1, density = 1;           ///< by their true values
-  double grid_error = 0, segment_error = 0;  ///< parts of the height
+  double bending = 1, density = 1;  ///< by their true values
+  Vector2d level_rad = Vector2d::Zero();
+  double mesh_error = 0, segment_error = 0;  ///< parts of the height
 };
 
 /// Cloth over a bump whose height and width answer to the values. Wider cloth where it is stiff or
 /// slides little.
 Vector3d cloth_at(const Vector2d& material_m, const Values& values) {
   const Vector3d flat = test::flat(material_m) - test::flat(Vector2d(0.11, 0.11));
-  const double height_m = 0.5 * values.size_m * (1 + values.grid_error + values.segment_error) *
+  const double height_m = 0.5 * values.size_m * (1 + values.mesh_error + values.segment_error) *
                           std::pow(values.density, -0.1);
   const double width_m =
       0.07 * (1 + 0.1 * std::log(values.bending) - 0.4 * std::expm1(values.friction - 0.4));
-  const Vector2d away = (flat - values.place_m).head<2>() / width_m;
+  constexpr double kSlide_m = 0.2;  // on a bench that is not level, by a radian
+  const Vector2d away = ((flat - values.place_m).head<2>() - kSlide_m * values.level_rad) / width_m;
   return flat + Vector3d(0, 0, values.place_m.z() + height_m * std::exp(-0.5 * away.squaredNorm()));
 }
 
@@ -58,7 +62,7 @@ Vector3d real_at(const Vector2d& material_m, const Values& truth) {
 
 struct Bench {
   Values truth, stated;
-  double other_grid = 0, other_segments = 0;  ///< errors of the coarse grid and of one segment
+  double other_segments = 0;  ///< error of one segment
   Sheet measured;
   Scene scene;
   bool stand_in = false;
@@ -83,9 +87,9 @@ Bench some_bench(int seed, bool stand_in) {
   const double standard = 0.05 * normal(random), rectangular = within(0.5);
   bench.stated.bending /= 1 + (stand_in ? rectangular : standard);
   bench.stand_in = stand_in;
-  constexpr double kGrid = 0.004, kSegments = 0.002;
-  bench.stated.grid_error = within(kGrid);
-  bench.other_grid = bench.stated.grid_error + (within(1) < 0 ? -kGrid : kGrid);
+  bench.stated.level_rad = kLevel_rad * Vector2d(normal(random), normal(random));
+  constexpr double kSegments = 0.002;
+  bench.stated.mesh_error = within(kMesh);
   bench.stated.segment_error = within(kSegments);
   bench.other_segments = bench.stated.segment_error + (within(1) < 0 ? -kSegments : kSegments);
   const Vector3d common_m =
@@ -141,6 +145,9 @@ SensitivityFile sensitivities_of(const Bench& bench) {
   for (int axis = 0; axis < 3; ++axis)
     add(std::string("object_1_") + "xyz"[axis] + "_mm", kPlace_m, mm,
         [=](Values& v, double by_m) { v.place_m[axis] += by_m; });
+  for (int axis = 0; axis < 2; ++axis)
+    add(std::string("level_") + "xy"[axis] + "_deg", kLevel_rad, units::deg,
+        [=](Values& v, double by_rad) { v.level_rad[axis] += by_rad; });
   add("object_1_size_mm", kSize_m, mm, [](Values& v, double by_m) { v.size_m += by_m; });
   add("friction", kFriction, 1, [](Values& v, double by_one) { v.friction += by_one; });
   return split;
@@ -152,18 +159,22 @@ struct Found {
 };
 
 Found found_on(const Bench& bench) {
-  const auto simulated = [&](int n, int segments, double grid_error, double segment_error) {
+  const auto simulated = [&](int segments, double segment_error) {
     Values values = bench.stated;
-    values.grid_error = grid_error;
     values.segment_error = segment_error;
-    return test::simulated_sheet(n, segments,
-                                 [=](const Vector2d& m) { return cloth_at(m, values); });
+    return test::mesh_sheet(2.5 * mm, segments,
+                            [=](const Vector2d& m) { return cloth_at(m, values); });
   };
-  const Values& stated = bench.stated;
-  DrapeInput input =
-      test::drape_of(bench.measured, {simulated(41, 5, stated.grid_error, stated.segment_error),
-                                      simulated(31, 5, bench.other_grid, stated.segment_error),
-                                      simulated(41, 1, stated.grid_error, bench.other_segments)});
+  DrapeInput input = test::drape_of(bench.measured, {simulated(5, bench.stated.segment_error),
+                                                     simulated(1, bench.other_segments)});
+  Values other_mesh = bench.stated;
+  other_mesh.mesh_error += kMesh;
+  LevelsFile levels = test::levels_of(bench.measured, 0);
+  for (std::size_t k = 0; k < levels.marks.size(); ++k) {
+    const Vector2d& at = bench.measured.marks[k].material_m;
+    levels.marks[k].left_m = (cloth_at(at, other_mesh) - cloth_at(at, bench.stated)).norm();
+  }
+  input.simulations[0].levels = levels;
   input.scene = bench.scene;
   const Report report = compare_drape(input, {});
   return {report.real_virtual.at(*report.headline).statistics.mean_m - true_distance_m(bench),

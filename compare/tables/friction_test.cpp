@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Friction and the grid in the budget of a drape.
+// Friction and segments in the budget of a drape.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -143,81 +143,12 @@ TEST(FrictionInTheBudget, AListThatIsAnotherByNowHasNone) {
   EXPECT_FALSE(speaking_list(input));
 }
 
-constexpr double kCurve_m = 400 * mm;
-
-/// Grids of 31, 21 and 11 whose marks err by kCurve_m over their spacings to the power of `order`,
-/// the coarsest by more than that: it has other folds.
-DrapeInput erring(double order, double coarsest_by_m = 0, int grids = 3) {
-  std::vector<Sheet> all;
-  for (const int n : {31, 21, 11}) {
-    if (static_cast<int>(all.size()) == grids) break;
-    const double error_m = kCurve_m * std::pow(n - 1, -order);
-    all.push_back(test::simulated_sheet(n, 5, raised(error_m + (n == 11 ? coarsest_by_m : 0))));
-  }
-  DrapeInput input = test::drape_of(test::measured_sheet(), all);
-  input.placed = PlacedDrape{};
-  input.placed->reach_m = kCurve_m;
-  return input;
-}
-
-GridError error_of(const DrapeInput& input) {
-  return grid_error_of(input, compare_drape(input, {})).value();
-}
-
-// Where the marks err by a power of the spacing, what is left is exact: up to the model's order.
-TEST(GridError, IsExtrapolatedByTheOrderThatThreeGridsShow) {
-  for (const double order : {1.2, 1.6, 2.0}) {
-    const GridError error = error_of(erring(order));
-    ASSERT_TRUE(error.order && error.left_m) << order;
-    EXPECT_NEAR(*error.order, order, 1e-9);
-    EXPECT_NEAR(*error.left_m, kCurve_m * std::pow(30, -order), 1e-12);
-  }
-  const GridError steep = error_of(erring(2.7));
-  ASSERT_TRUE(steep.order && steep.left_m);
-  EXPECT_NEAR(*steep.order, 2.7, 1e-9);
-  EXPECT_NEAR(*steep.left_m, steep.apart_m / (1.5 * 1.5 - 1), 1e-12);
-  EXPECT_GT(*steep.left_m, kCurve_m * std::pow(30, -2.7));
-  EXPECT_THAT(grid_sentence(steep), HasSubstr("order 2.7, of which the model's 2"));
-}
-
-TEST(GridError, IsTheDifferenceAloneWhereNoOrderIsSeen) {
-  // The third: displacements that turn round from grid to grid fall by no order.
-  for (const DrapeInput& input : {erring(0.7), erring(3.4), erring(2, -2 * kCurve_m / 100)}) {
-    const GridError error = error_of(input);
-    EXPECT_FALSE(error.order || error.left_m);
-    EXPECT_GT(error.apart_m, 0);
-    EXPECT_THAT(grid_sentence(error), HasSubstr("nothing is extrapolated"));
-  }
-  const GridError two = error_of(erring(2, 0, 2));
-  EXPECT_FALSE(two.left_m.has_value());
-  EXPECT_THAT(grid_sentence(two), HasSubstr("two grids do not show"));
-}
-
-TEST(GridError, IsExtrapolatedOnOneBranchOnly) {
-  DrapeInput input = erring(2);
-  const double apart_m = error_of(input).apart_m;
-  EXPECT_NEAR(apart_m, kCurve_m * (1.0 / 400 - 1.0 / 900), 1e-12);
-  EXPECT_TRUE(error_of(input).left_m.has_value());
-  input.placed->reach_m = 0.5 * apart_m;
-  const GridError far = error_of(input);
-  EXPECT_FALSE(far.left_m.has_value());
-  EXPECT_THAT(grid_sentence(far), HasSubstr("other folds, which"));
-  input.placed->reach_m = 2 * apart_m;
-  const GridError coarse = error_of(input);
-  EXPECT_FALSE(coarse.left_m.has_value());
-  EXPECT_THAT(grid_sentence(coarse), HasSubstr("11x11, 5 segments has other folds"));
-  input.placed.reset();
-  const GridError alone = error_of(input);
-  EXPECT_FALSE(alone.left_m.has_value());
-  EXPECT_THAT(grid_sentence(alone), HasSubstr("without an ensemble"));
-}
-
 using Change = void (*)(Simulation&);
 SimulatedSource& source_of(Simulation& simulation) {
   return std::get<SimulatedSource>(simulation.sheet.sheet.source);
 }
 
-/// Settings that make a simulation another drape than grid or segments alone do.
+/// Settings that make a simulation another drape than mesh or segments alone do.
 constexpr std::array<Change, 4> kOtherSetups{
     [](Simulation& one) { source_of(one).fabric_sha256 = std::string(64, 'f'); },
     [](Simulation& one) { source_of(one).scene_sha256 = std::string(64, '0'); },
@@ -226,23 +157,21 @@ constexpr std::array<Change, 4> kOtherSetups{
       one.certificate = Certificate{"c", {{"options.internal_friction", "yes"}}, {}};
     }};
 
-TEST(GridError, IsSeenInTheHeadlinesOwnSetupOnly) {
+TEST(SegmentsInTheBudget, AreThoseOfTheHeadlinesOwnSetup) {
+  const std::string absent = "segments per curve: simulate two";
   for (const Change change : kOtherSetups) {
     DrapeInput input =
         test::drape_of(test::measured_sheet(), {test::simulated_sheet(31, 5, raised(5 * mm)),
                                                 test::simulated_sheet(21, 5, raised(8 * mm)),
                                                 test::simulated_sheet(31, 1, raised(6 * mm))});
-    EXPECT_EQ(error_of(input).coarser, "21x21, 5 segments");
+    const auto missing = [&] {
+      return budget_inputs_of(input, compare_drape(input, {}), std::nullopt).missing;
+    };
+    EXPECT_THAT(missing(), testing::Not(testing::Contains(absent)));
     change(input.simulations[1]);
     change(input.simulations[2]);
-    const Report report = compare_drape(input, {});
-    EXPECT_FALSE(grid_error_of(input, report));
-    EXPECT_THAT(budget_inputs_of(input, report, std::nullopt).missing,
-                testing::IsSupersetOf({"grid: simulate two", "segments per curve: simulate two"}));
-    EXPECT_TRUE(report.virtual_virtual.empty()) << "and is in no pair of the tables";
-    Simulation coarse{test::file_of(test::simulated_sheet(21, 5, raised(9 * mm))), {}, {}};
-    input.simulations.insert(input.simulations.begin(), coarse);
-    EXPECT_NEAR(error_of(input).apart_m, 4 * mm, 1e-12) << "whichever was given first";
+    EXPECT_THAT(missing(), testing::Contains(absent));
+    EXPECT_TRUE(compare_drape(input, {}).virtual_virtual.empty()) << "and in no pair of the tables";
   }
 }
 
