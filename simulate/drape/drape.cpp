@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "core/units.hpp"
@@ -13,6 +14,8 @@ namespace {
 
 using Eigen::Vector2d;
 
+// See Drape::mesh_error_m
+constexpr double kSafety = 1.25, kLeastShrunk = 2, kMostShrunk = 4, kMostShrunkHeld = 3;
 constexpr double kCoarseResidual = 1e-2;  // mean weights of a point
 
 /// A drape that grows by levels.
@@ -173,8 +176,15 @@ class Levels {
     }
     for (Eigen::MatrixX3d& marks : drape.marks_of_level) marks = marks(on, Eigen::all).eval();
     if (drape.marks_of_level.size() < 2) return;
-    drape.mesh_error_m =
+    const auto levels = drape.levels.end();
+    const double last = (levels - 1)->moved_m.value_or(0);
+    double shrunk = kLeastShrunk;
+    if (drape.levels.size() > 2 && last > 0)
+      shrunk = std::clamp((levels - 2)->moved_m.value_or(0) / last, kLeastShrunk,
+                          case_.pins_at.empty() ? kMostShrunk : kMostShrunkHeld);
+    const Eigen::VectorXd moved =
         (drape.marks_of_level.back() - *(drape.marks_of_level.end() - 2)).rowwise().norm();
+    drape.mesh_error_m = kSafety / (shrunk - 1) * moved.cwiseMax(last / 2);
   }
 
   const DrapeCase& case_;
