@@ -426,7 +426,7 @@ class Judge {
 
   void enter_objects() {
     if (!surface_) return;
-    const MeshDepths found = surface_->depths(*objects_);
+    const MeshDepths found = surface_->depths(*objects_, held_);
     result_.deepest_m = double(found.deepest);
     if (found.to_object) result_.to_object_m = double(*found.to_object);
     result_.to_table_m = double(found.to_table);

@@ -12,6 +12,9 @@ constexpr Real kOfWeights = 1e-12L;  // difference of stated weights from one
 constexpr Real kOfFlat = 0.25L;
 // Slope of the distance along a piece, where it is least
 constexpr Real kNearestAllowed = 1e-6L;
+// Two pins on a round body hold the cloth between them inside it: from this distance of a pin on,
+// this share of a facet's longest side.
+constexpr Real kNearPin_m = 0.2e-3L, kOfFacetByPin = 0.1L;
 constexpr Real kBeside =
     1e-6L;  // share of a triangle: material points this far beside it are on it
 
@@ -150,7 +153,7 @@ MeshSurface::MeshSurface(const MeshRest& rest, const std::vector<Quadratic>& qua
   edges_.erase(std::unique(edges_.begin(), edges_.end()), edges_.end());
 }
 
-MeshDepths MeshSurface::depths(const Objects& objects) const {
+MeshDepths MeshSurface::depths(const Objects& objects, const std::vector<bool>& held) const {
   MeshDepths found;
   for (std::size_t k = 0; k <= objects.count(); ++k) {
     const Real allowed = allowed_between_m(objects, k);
@@ -161,7 +164,7 @@ MeshDepths MeshSurface::depths(const Objects& objects) const {
       found.to_table = least;
     else
       found.to_object = std::min(found.to_object.value_or(least), least);
-    Real deepest = -least;
+    found.deepest = std::max(found.deepest, -least);
     for (const Nodes& facet : facets_) {
       const Point& o = nodes_[facet[0]];
       const Point u = minus(nodes_[facet[1]], o), v = minus(nodes_[facet[2]], o);
@@ -169,14 +172,19 @@ MeshDepths MeshSurface::depths(const Objects& objects) const {
       // A distance changes by no more than the length on the way.
       if (gap[facet[0]] > longest) continue;
       const int steps = static_cast<int>(std::ceil(longest / kPlaces_m));
+      Real deepest = 0;
       for (int s = 0; s <= steps; ++s)
         for (int t = 0; s + t <= steps; ++t)
           deepest = std::max(deepest, -gap_of(objects, k,
                                               plus(plus(o, u, static_cast<Real>(s) / steps), v,
                                                    static_cast<Real>(t) / steps)));
+      const bool by_pin = std::any_of(facet.begin(), facet.end(), [&](int node) {
+        return static_cast<std::size_t>(node) < held.size() && held[node] && gap[node] < kNearPin_m;
+      });
+      found.deepest = std::max(found.deepest, deepest);
+      found.over = std::max(
+          found.over, deepest - (by_pin ? std::max(allowed, kOfFacetByPin * longest) : allowed));
     }
-    found.deepest = std::max(found.deepest, deepest);
-    found.over = std::max(found.over, deepest - allowed);
   }
   for (const Nodes& facet : facets_)
     found.through = std::max(

@@ -54,7 +54,8 @@ class MeshSurface {
   /// `quadratics` of the triangles, in their order.
   MeshSurface(const MeshRest& rest, const std::vector<Quadratic>& quadratics);
 
-  [[nodiscard]] MeshDepths depths(const Objects& objects) const;
+  /// `held`: points that pins or clamps hold.
+  [[nodiscard]] MeshDepths depths(const Objects& objects, const std::vector<bool>& held) const;
   /// Adds a stated force at a place of a facet by its nodes, as far as contact can do it, to points
   /// and sides. False where there is no such place or it is farther than kTouch_m outside the
   /// object. Forces of one layer on another act between a node and a facet or between two edges of
