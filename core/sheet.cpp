@@ -162,9 +162,6 @@ void fields(Fields& f, SimulatedSource& source) {
               source.from_measured);
   f.if_any({"solver", "fall, static or rk4; older files alone"}, source.solver);
   f({"status", "\"at rest\", or why not"}, source.status);
-  f.if_any({"refined_from_sha256",
-            "SHA-256 of the coarser sheet at rest that was carried over to this grid"},
-           source.refined_from_sha256);
 }
 
 enum class SheetKind { measured, simulated };

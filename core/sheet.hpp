@@ -75,9 +75,6 @@ struct SimulatedSource {
   std::string model;                        ///< "triangles" or "paper"; "consistent" of older files
   std::string solver = {};                  ///< of older files: "fall", "static" or "rk4"
   std::string status = {};                  ///< "at rest", or why not
-  /// SHA-256 of the coarser sheet at rest that was carried over to this grid, whose solver stands
-  /// above.
-  std::optional<std::string> refined_from_sha256 = std::nullopt;
   /// Spacing of the finest mesh, whose surface the sheet samples on a grid with the print's marks;
   /// absent: the sheet's points are the particles of a grid.
   std::optional<double> spacing_m = std::nullopt;

@@ -23,6 +23,7 @@ std::vector<DescribedFormat> core_formats() {
           described<Recording>(bench("recording/recording.json")),
           described(small_sheet()),
           described(small_certificate()),
+          described(small_levels()),
           described(small_detections()),
           described(small_calibration())};
 }

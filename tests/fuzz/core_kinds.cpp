@@ -27,6 +27,16 @@ Sheet small_sheet() {
   return sheet;
 }
 
+LevelsFile small_levels() {
+  LevelsFile levels;
+  levels.sheet_sha256 = std::string(64, 'a');
+  levels.levels = {{0.01, 580, true, "at rest", 200, std::nullopt},
+                   {5e-3, 2200, true, "at rest", 90, 6e-4}};
+  levels.left_m = 2e-4;
+  levels.marks = {{{0, 1}, {0.01, 0.02, 0.03}, 3e-4}};
+  return levels;
+}
+
 Certificate small_certificate() {
   Certificate certificate;
   certificate.at_rest = true;
@@ -181,6 +191,14 @@ std::vector<Kind> core_kinds() {
          return folder / "certificate.json";
        },
        [](const fs::path& f) { static_cast<void>(read_certificate(f)); }},
+      {"levels",
+       [](const fs::path& folder) {
+         write_record(folder / "levels.json", small_levels());
+         return folder / "levels.json";
+       },
+       [](const fs::path& f) {
+         static_cast<void>(mesh_error_sentence(read_record<LevelsFile>(f)));
+       }},
       {"run_record",
        [](const fs::path& folder) {
          write_durable(folder / "in.txt", "x");

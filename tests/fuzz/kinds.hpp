@@ -9,6 +9,7 @@
 #include "core/calibration.hpp"
 #include "core/certificate.hpp"
 #include "core/detections.hpp"
+#include "core/levels.hpp"
 #include "core/sheet.hpp"
 
 namespace drape::test {
@@ -33,6 +34,7 @@ struct Kind {
 [[nodiscard]] Sheet small_sheet();
 /// A cloth of triangles with every part that may be absent.
 [[nodiscard]] Certificate small_certificate();
+[[nodiscard]] LevelsFile small_levels();
 [[nodiscard]] Detections small_detections();
 [[nodiscard]] Calibration small_calibration();
 

@@ -33,12 +33,13 @@ constexpr const char* kHistory =
     "particles_touching\n0.1,0,7143,0.12,2.5,222,36,1.5,0.05,13\n0.2,0,7142,0.12,2.5,222,36,1.5,0."
     "01,"
     "13\n";
-constexpr const char* kSensitivity = R"({"schema": "drapebench/sensitivity/1", "marks": 119,
+constexpr const char* kSensitivity = R"({"schema": "drapebench/sensitivity/1", "spacing_mm": 2.5,
+ "segments": 5, "model": "triangles", "marks": 119,
  "mean_distance_mm": 1.5, "marks_at": [[0, 0], [0, 1]],
  "sensitivities": [{"value": "bending_warp", "mean_distance_mm_per_percent": 0.01,
  "mean_way_of_marks_mm_per_percent": 0.05, "step": 50, "half_width": 50,
  "down_mm": [[0, 0, -1.5], [0, 0, -2]], "up_mm": [[0, 0, 1], [0.5, 0, 1]]}],
- "variants": [{"what": "mass rule paper", "from": "base", "at_rest": true, "mean_distance_mm": 1.75,
+ "variants": [{"what": "no twist stiffness", "from": "base", "at_rest": true, "mean_distance_mm": 1.75,
  "change_mm": 0.25, "mean_way_of_marks_mm": 0.5}]})";
 constexpr const char* kAcceptance = R"({"schema": "drapebench/acceptance/1", "go": false,
  "rig": "bench1", "date": "2026-01-31", "valid_until": "2027-01-31", "calibration_sha256":

@@ -49,12 +49,6 @@ constexpr const char* kOutline =
     "<svg xmlns='http://www.w3.org/2000/svg' width='20cm' height='20cm' viewBox='0 0 200 200'><g "
     "transform='translate(1,2) rotate(30 100 100) scale(.9)'><path d='M10 10h150a20 20 0 0 1 0 "
     "40V190C90 170 60 150 10 190Q0 100 10 10z'/><circle cx='80' cy='90' r='12'/></g></svg>";
-constexpr const char* kRefinement = R"({"schema": "drapebench/refinement/1",
- "rest_sha256": "ab", "finest_allowed": 61, "goal_mm": 0.5, "used": 0, "order": 1.9,
- "mean_left_mm": 0.3, "sentence": "0.3 mm may be left",
- "grids": [{"rows": 43, "cols": 43, "sheet": "43x43/sheet.ply", "sheet_sha256": "cd",
- "at_rest": true, "status": "at rest", "steps": 20, "mean_distance_from_coarser_mm": 0.5}],
- "marks": [{"row": 0, "col": 1, "place_mm": [1, 2, 3], "left_mm": [0.1, 0, 0]}]})";
 
 /// A file of this text, and perhaps another beside it.
 std::function<fs::path(const fs::path&)> with(const std::string& name, const std::string& text,
@@ -77,13 +71,6 @@ fs::path make_fabric(const fs::path& folder) {
 fs::path make_published(const fs::path& folder) {
   write_durable(folder / "published.csv", read_text(source_root() / "rigs/fabrics/published.csv"));
   return folder / "published.csv";
-}
-
-fs::path make_refinement(const fs::path& folder) {
-  write_durable(folder / "43x43/sheet.json", "{}");
-  write_durable(folder / "43x43/sheet.ply", "ply\n");
-  write_durable(folder / "refinement.json", kRefinement);
-  return folder / "refinement.json";
 }
 
 void import_all(const fs::path& file) {
@@ -130,10 +117,6 @@ std::vector<Kind> stage_kinds() {
       {"branches", with("branches.json", kBranches, "branch-01/sheet.ply", "ply\n"),
        [](const fs::path& f) {
          static_cast<void>(compare::branch_of(f.parent_path() / "branch-01/sheet.ply"));
-       }},
-      {"refinement", make_refinement,
-       [](const fs::path& f) {
-         static_cast<void>(compare::refined_of(f.parent_path() / "43x43/sheet.ply"));
        }},
   };
 }
