@@ -216,65 +216,6 @@ TEST_F(Scenes, AreReadFromTheFilesThatProgramsWrite) {
   EXPECT_FALSE(read_sheet_file(files[0]).asked);
 }
 
-/// Writes the files of `drape simulate piece` for a flat piece, 5 mm above the marks.
-fs::path write_piece(const fs::path& folder, const fs::path& scene, const std::string& verdict) {
-  std::string ply =
-      "ply\nformat ascii 1.0\nelement vertex 9\nproperty float x\nproperty float y\n"
-      "property float z\nelement face 0\nproperty list uchar int vertex_indices\n"
-      "end_header\n";
-  for (int row = 0; row < 3; ++row)
-    for (int col = 0; col < 3; ++col)
-      ply += fmt::format("{} {} 5\n", 110 * col - 110, 110 - 110 * row);
-  write_durable(folder / "piece.ply", ply);
-  write_durable(folder / "piece.toml",
-                "schema = \"drapebench/mesh/1\"\nname = \"drapebench, piece\"\n"
-                "mesh = \"piece.ply\"\nunit_mm = 1.0\nscene = \"A\"\n[grid]\n"
-                "inner = \"weft\"\ninner_count = 3\nwarp_from_mm = 0.0\nwarp_to_mm = 220.0\n"
-                "weft_from_mm = 0.0\nweft_to_mm = 220.0\n");
-  write_durable(folder / "piece.json", "{\"schema\": \"drapebench/piece/1\", " + verdict + "}\n");
-  RunRecord record("drape-simulate", {}, run_record_path(folder / "piece.ply"));
-  record.input(scene);
-  for (const char* name : {"piece.ply", "piece.toml", "piece.json"}) record.output(folder / name);
-  record.write(0);
-  return folder / "piece.toml";
-}
-
-TEST_F(Scenes, APieceHasItsVerdictAndItsScene) {
-  fs::create_directories(folder_.path() / "out");
-  const fs::path asked = scene("asked"), solid = folder_.path() / "solid.toml";
-  std::string text = read_text(asked);
-  write_durable(solid, text.erase(text.rfind("[[object]]")));
-  const auto reasons = [&](const std::string& verdict, const std::string& size = "128.0") {
-    DrapeInput input = drape();
-    input.measured.asked =
-        AskedScene{"A", sha256_of_file(solid), read_simulated_scene(solid, {})->surroundings};
-    const fs::path simulated = folder_.path() / "simulated.toml";
-    std::string other = read_text(solid);
-    write_durable(simulated, other.replace(other.find("128.0"), 5, size));
-    input.simulations = {read_other_mesh(write_piece(folder_.path() / "out", simulated, verdict),
-                                         input.measured.sheet)};
-    EXPECT_EQ(refusal_of(input), "none");
-    return compare_drape(input, {}).no_go;
-  };
-  const std::string rest = "\"at_rest\": true";
-  EXPECT_THAT(reasons(rest), IsEmpty());
-  EXPECT_THAT(reasons("\"at_rest\": false"), ElementsAre(HasSubstr("not at rest")));
-  EXPECT_THAT(reasons("\"at_rest\": false, \"refusals\": [\"too deep\"]"),
-              ElementsAre(HasSubstr("refused by the checker: too deep")));
-  EXPECT_THAT(reasons(rest + ", \"no_go\": \"cam1 moved\""),
-              ElementsAre(HasSubstr("placed by a sheet that is NO-GO: cam1 moved")));
-  EXPECT_THAT(reasons(rest, "60.0"), ElementsAre(HasSubstr("object.1.size_mm is 60")));
-  write_durable(folder_.path() / "simulated.toml", "# edited since\n");
-  Simulation gone = read_other_mesh(folder_.path() / "out/piece.toml", measured_sheet());
-  EXPECT_TRUE(gone.piece);
-  EXPECT_FALSE(gone.scene);
-  write_durable(folder_.path() / "out/piece.json",
-                "{\"schema\": \"drapebench/piece/1\", \"at_rest\": true}\n");
-  write_durable(folder_.path() / "out/piece.ply",
-                read_text(folder_.path() / "out/piece.ply") + " ");
-  EXPECT_THROW((void)read_other_mesh(folder_.path() / "out/piece.toml", measured_sheet()), Error);
-}
-
 TEST_F(Scenes, ASheetThatIsNoGoMakesHemsNoGo) {
   const auto files = test::write_example(folder_.path() / "A");
   const fs::path out = folder_.path() / "out";

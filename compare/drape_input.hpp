@@ -47,11 +47,7 @@ struct Simulation {
   std::optional<SimulatedScene> scene = {};         ///< where its file is still what it read
   /// In what it differs from others of its group, beside mesh and segments: {"fabric", "B"}.
   std::vector<std::pair<std::string, std::string>> apart = {};
-  bool piece =
-      false;  ///< by `drape simulate piece`: a mesh like another simulator's, with its verdict
 
-  /// Made by drapebench, so that it says whether it rests and what it read.
-  [[nodiscard]] bool says_its_verdict() const { return piece || !other_simulator; }
   [[nodiscard]] const SimulatedSource& source() const;
   /// Particles of a grid, whose size the sheet has; else the sheet samples a mesh.
   [[nodiscard]] bool is_grid() const { return !source().spacing_m; }

@@ -60,7 +60,7 @@ void judge_measurement(const Options& options, Report& report) {
 
 void judge_simulation(const Simulation& simulation, const Options& options,
                       std::vector<std::string>& no_go, std::vector<std::string>& warnings) {
-  if (simulation.says_its_verdict() && simulation.source().status != "at rest")
+  if (!simulation.other_simulator && simulation.source().status != "at rest")
     (options.accept_unsettled ? warnings : no_go)
         .push_back(
             fmt::format("simulation {}: {}", simulation.label(), simulation.source().status));
@@ -80,7 +80,7 @@ void judge_scenes(const DrapeInput& input, Report& report) {
     labels += (labels.empty() ? "" : "; ") + simulation.label();
   };
   for (const Simulation& simulation : input.simulations) {
-    if (!asked || !simulation.says_its_verdict()) continue;
+    if (!asked || simulation.other_simulator) continue;
     if (simulation.scene) {
       if (const auto why = difference_of(asked->surroundings, simulation.scene->surroundings))
         add(simulation, differences[*why]);

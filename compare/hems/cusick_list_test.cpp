@@ -78,38 +78,6 @@ TEST(Shadow, ADrapeThatIsNotTheOneOfItsRunIsRefused) {
   EXPECT_THAT(set.refused[0], testing::HasSubstr("not the one that its run wrote"));
 }
 
-TEST(Shadow, APieceStandsWithItsVerdictAndItsArea) {
-  const test::TemporaryFolder folder;
-  const auto ply = folder.path() / "piece.ply", json = folder.path() / "piece.json";
-  write_square(ply);
-  const auto read = [&](const std::string& verdict, bool disc_stated = true) {
-    write_durable(json,
-                  "{\"schema\": \"drapebench/piece/1\", \"area_mm2\": 70000, " + verdict + "}");
-    HemReadOptions options;
-    options.disc_stated = disc_stated;
-    return read_hems({ply}, options);
-  };
-  const HemSet good = read("\"at_rest\": true");
-  ASSERT_EQ(good.hems.size(), 1U) << good.refused.front();
-  EXPECT_TRUE(good.hems[0].go);
-  EXPECT_EQ(good.hems[0].kind, HemKind::simulated);
-  const double disc = std::numbers::pi * 8100;
-  EXPECT_NEAR(good.hems[0].drape_coefficient(), 100 * (28800 - disc) / (70000 - disc), 1e-3);
-  for (const char* verdict : {"\"at_rest\": false", "\"at_rest\": true, \"no_go\": \"cam1 moved\""})
-    EXPECT_FALSE(read(verdict).hems.at(0).go) << verdict;
-  EXPECT_THAT(read("\"at_rest\": true", false).refused.at(0),
-              testing::HasSubstr("over which disc"));
-  HemReadOptions options;
-  options.disc_stated = true;
-  EXPECT_EQ(read_hems({json}, options).hems.size(), 1U) << "named by its .json";
-  RunRecord record("drape-simulate", {}, run_record_path(ply));
-  for (const auto& output : {ply, json}) record.output(output);
-  record.write(0);
-  write_square(ply, "119");
-  EXPECT_THAT(read_hems({ply}, options).refused.at(0),
-              testing::HasSubstr("not the one that its run wrote"));
-}
-
 TEST(Shadow, ADrapeOverAnotherDiscIsRefusedWithTheOptionsThatFit) {
   const test::TemporaryFolder folder;
   write_square(folder.path() / "start-00.ply");

@@ -7,11 +7,9 @@
 #include <map>
 #include <utility>
 
-#include "compare/meshes/other_mesh.hpp"
 #include "compare/records/provenance.hpp"
 #include "core/cusick.hpp"
 #include "core/error.hpp"
-#include "core/files/json_file.hpp"
 #include "core/files/mesh_file.hpp"
 #include "core/sheet.hpp"
 #include "core/units.hpp"
@@ -168,34 +166,22 @@ void read_list(const std::filesystem::path& list, const std::string& name, Shado
                   "remove a drape of an earlier run; keep other meshes in a folder of their own");
 }
 
-/// Takes status and area from the piece.json beside a mesh.
-void read_piece(const std::filesystem::path& json, ShadowMesh& mesh) {
-  const JsonNode piece = JsonNode::open(json, "piece", 1);
-  mesh.own_specimen = true;
-  mesh.status = status_of_piece(piece);
-  mesh.no_go = piece.optional_text("no_go");
-  mesh.flat_area_m2 = piece.number("area_mm2") * units::mm * units::mm;
-}
-
 }  // namespace
 
 ShadowMesh read_shadow_mesh(const std::filesystem::path& file) {
-  std::filesystem::path json = file, ply = file;
+  std::filesystem::path json = file;
   json.replace_extension(".json");
-  const bool piece = is_piece(json);
   if (std::filesystem::exists(json)) {
     require_as_recorded(json);
-    if (!piece) return shadow_mesh_of(read_sheet(json));
-    ply.replace_extension(".ply");
+    return shadow_mesh_of(read_sheet(json));
   }
-  const MeshFile read = read_mesh_file(ply);
+  const MeshFile read = read_mesh_file(file);
   ShadowMesh mesh;
   for (const auto& point : read.points) mesh.points_m.emplace_back(point * units::mm);
   for (const auto& t : read.triangles)
     mesh.triangles.push_back({t[0].point, t[1].point, t[2].point});
-  if (piece) read_piece(json, mesh);
   const std::filesystem::path list = file.parent_path() / "cusick.json";
-  if (!piece && std::filesystem::exists(list)) {
+  if (std::filesystem::exists(list)) {
     require_as_recorded(list);
     read_list(list, file.filename().string(), mesh);
   }

@@ -16,7 +16,7 @@ namespace drape::compare {
 struct ShadowMesh {
   std::vector<Eigen::Vector3d> points_m;
   std::vector<Eigen::Vector2d> material_m;  ///< empty: not known
-  bool own_specimen = false;  ///< a sheet or piece: its file states the specimen, never the disc
+  bool own_specimen = false;  ///< a sheet: its file states the specimen, never the disc
   std::vector<std::array<std::size_t, 3>> triangles;
   std::string status;                  ///< simulated: "at rest" or why not; empty: not known
   std::optional<std::string> no_go;    ///< why the measurement that made or placed it is NO-GO
@@ -27,9 +27,9 @@ struct ShadowMesh {
   std::optional<double> disc_m, specimen_m;  ///< diameters of its test, where cusick.json has them
 };
 
-/// A sheet with its sheet.json (gaps inside the hem are spanned by their neighbours), a piece with
-/// its piece.json, or any PLY or OBJ in mm with z up; where a cusick.json stands beside it, with
-/// the status and specimen that this has for the file. Throws Error(bad_input) naming the file,
+/// A sheet with its sheet.json (gaps inside the hem are spanned by their neighbours), or any PLY or
+/// OBJ in mm with z up; where a cusick.json stands beside it, with the status and specimen that this
+/// has for the file. Throws Error(bad_input) naming the file,
 /// also of a mesh that the list does not name, and of a sheet whose outermost marks were not all
 /// measured.
 [[nodiscard]] ShadowMesh read_shadow_mesh(const std::filesystem::path& file);

@@ -8,11 +8,9 @@
 #include <map>
 
 #include "compare/metrics/surface.hpp"
-#include "compare/records/provenance.hpp"
 #include "core/drape_mesh.hpp"
 #include "core/error.hpp"
 #include "core/files/files.hpp"
-#include "core/program/run_record.hpp"
 #include "core/statistics/sample.hpp"
 #include "core/units.hpp"
 
@@ -185,48 +183,7 @@ Simulation read_other_mesh(const fs::path& file, const Sheet& measured) {
   simulation.other_file = mesh_file;
   source.scene_sha256 = source.fabric_sha256 = sha256_of("not stated: " + source.fabric);
   sheet.source = source;
-  read_piece_beside(file, simulation);
   return simulation;
-}
-
-namespace {
-
-void read_record_of_piece(const StepRecord& record, Simulation& simulation) {
-  for (const auto& [file, sha256] : record.outputs)
-    if (fs::is_regular_file(file) && sha256_of_file(file) != sha256)
-      throw bad_input(
-          "this file is not the one that its run wrote", {.file = file.string()},
-          "run drape simulate piece again, or restore what " + record.file.string() + " lists");
-  if (record.inputs.empty()) return;
-  const auto& [scene, sha256] = record.inputs.front();  // the first file that the program reads
-  std::get<SimulatedSource>(simulation.sheet.sheet.source).scene_sha256 = sha256;
-  if (fs::is_regular_file(scene) && sha256_of_file(scene) == sha256)
-    simulation.scene = read_simulated_scene(scene, record.inputs);
-}
-
-}  // namespace
-
-bool is_piece(const fs::path& json) {
-  return fs::is_regular_file(json) &&
-         read_text(json).find("\"drapebench/piece/") != std::string::npos;
-}
-
-std::string status_of_piece(const JsonNode& piece) {
-  if (piece.boolean("at_rest")) return "at rest";
-  if (!piece.has("refusals") || piece.texts("refusals").empty()) return "not at rest";
-  return "refused by the checker: " + piece.texts("refusals").front();
-}
-
-void read_piece_beside(const fs::path& description, Simulation& simulation) {
-  fs::path file = description;
-  file.replace_extension(".json");
-  if (!is_piece(file)) return;
-  const JsonNode piece = JsonNode::open(file, "piece", 1);
-  simulation.piece = true;
-  simulation.sheet.sheet.no_go = piece.optional_text("no_go");
-  std::get<SimulatedSource>(simulation.sheet.sheet.source).status = status_of_piece(piece);
-  if (fs::is_regular_file(run_record_path(description)))
-    read_record_of_piece(*read_made_by(description), simulation);
 }
 
 }  // namespace drape::compare
