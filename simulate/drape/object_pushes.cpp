@@ -21,8 +21,7 @@ constexpr double kStiffen_m = 2e-6;  // depth from which places stiffen
 constexpr double kGrip_m = 0.2e-6;   // stretch of springs that bear a weight along a surface
 constexpr double kSoft = 0.1;        // relative stiffness before places are firm
 constexpr double kFirmPlaces_m = 0.5e-3, kSoftPlaces_m = 2e-3;
-constexpr int kOfSharp = 2;   // times as many on objects of sharp edges, which press between places
-constexpr int kFlatCuts = 2;  // of a facet's sides, on flat objects: depth is linear there
+constexpr int kOfSharp = 2;  // times as many on objects of sharp edges, which press between places
 constexpr double kMargin_m = 0.5e-3;  // displacement of nodes before sites are listed again
 // Distance from a surface: a pin there says how deep the cloth is
 constexpr double kNearPin_m = 0.2e-3;
@@ -34,14 +33,21 @@ constexpr double kLoose = 1e-4;
 constexpr double kTurn = 0.1;          // of a normal over that step: an edge, which has none
 constexpr double kSliding = 1 - 1e-6;  // relative to the limit
 
-/// Weights of place `k` of a triangle whose sides are cut in `cuts`: middles of equal parts.
+/// Places of a triangle whose sides are cut in `cuts`: corners of its parts.
+int places_of(int cuts) {
+  return (cuts + 1) * (cuts + 2) / 2;
+}
+
 Vector3d weights_of(int k, int cuts) {
-  int row = 0;  // of 2 (cuts - row) - 1 parts
-  for (; k >= 2 * (cuts - row) - 1; ++row) k -= 2 * (cuts - row) - 1;
-  const int column = k / 2;
-  const double third = k % 2 == 0 ? 1.0 / 3 : 2.0 / 3;
-  const double u = (row + third) / cuts, v = (column + third) / cuts;
-  return {1 - u - v, u, v};
+  int row = 0;
+  for (; k > cuts - row; ++row) k -= cuts - row + 1;
+  return Vector3d(cuts - row - k, row, k) / cuts;
+}
+
+/// Share of the triangle's area: a third of each part that the place is a corner of.
+double share_of(const Vector3d& weights, int cuts) {
+  const auto zeros = (weights.array() == 0).count();
+  return (zeros == 0 ? 2.0 : zeros == 1 ? 1.0 : 1.0 / 3) / (cuts * cuts);
 }
 
 }  // namespace
@@ -64,7 +70,7 @@ ObjectPushes::ObjectPushes(const MeshCloth& cloth, const std::vector<bool>& held
 }
 
 int ObjectPushes::cuts_of(int facet, int shape) const {
-  if (surroundings_.is_flat(shape)) return std::min(kFlatCuts, cuts_[facet]);
+  if (surroundings_.is_flat(shape)) return 1;  // nothing between nodes is deeper
   return surroundings_.is_sharp(shape) ? cuts_[facet] : (cuts_[facet] + 1) / kOfSharp;
 }
 
@@ -81,7 +87,7 @@ void ObjectPushes::divide() {
       cuts_.push_back(std::max(
           1, static_cast<int>(std::ceil(std::sqrt(triangle.area / 4) / places_m() * kOfSharp))));
       first_.push_back(places);
-      places += cuts_.back() * cuts_.back();
+      places += places_of(cuts_.back());
     }
   until_m_.assign(cloth_.triangles().size() * surroundings_.count(), 0.0);
   travelled_m_ = 0;
@@ -145,9 +151,9 @@ void ObjectPushes::list() {
         if (gap_beyond(shape, {facets[f]}) <= kMargin_m && !is_on_pin(f, shape))
           on_facet.push_back(shape);
       if (on_facet.empty()) continue;
-      for (int k = 0; k < cuts_[f] * cuts_[f]; ++k)
+      for (int k = 0; k < places_of(cuts_[f]); ++k)
         for (const int shape : on_facet) {
-          if (k >= cuts_of(f, shape) * cuts_of(f, shape)) continue;
+          if (k >= places_of(cuts_of(f, shape))) continue;
           const int id = (first_[f] + k) * shapes + shape;
           keep_until(id);
           if (old != before.end() && old->id == id)
@@ -167,7 +173,7 @@ ObjectPushes::Site ObjectPushes::site_of(int id, int facet) const {
   site.shape = id % surroundings_.count();
   const int cuts = cuts_of(facet, site.shape);
   site.weight = weights_of(id / surroundings_.count() - first_[facet], cuts);
-  site.area_m2 = cloth_.triangles()[facet / 4].area / (4 * cuts * cuts);
+  site.area_m2 = cloth_.triangles()[facet / 4].area / 4 * share_of(site.weight, cuts);
   return site;
 }
 
