@@ -16,13 +16,15 @@ using Eigen::Vector2d;
 using Eigen::Vector3d;
 using State = MeshCloth::State;
 
-constexpr double kSunk_m = 0.1e-6;   // depth of cloth that bears its own weight alone
-constexpr double kStiffen_m = 2e-6;  // depth from which places stiffen
-constexpr double kGrip_m = 0.2e-6;   // stretch of springs that bear a weight along a surface
-constexpr double kSoft = 0.1;        // relative stiffness before places are firm
-constexpr double kFirmPlaces_m = 0.5e-3, kSoftPlaces_m = 2e-3;
+constexpr double kSunk_m = 0.1e-6;      // depth of cloth that bears its own weight alone
+constexpr double kStiffen_m = 2e-6;     // depth from which places stiffen
+constexpr double kGrip_m = 0.2e-6;      // stretch of springs that bear a weight along a surface
+constexpr double kSoft = 0.1;           // relative stiffness before places are firm
+constexpr double kSoftPlaces_m = 2e-3;  // distance of places before they are firm
+// Distance of firm places, and displacement of nodes before sites are listed again; relative to the
+// root of a triangle's mean area on wide meshes
+constexpr double kPlaces_m = 0.5e-3, kOfWide = 0.15;
 constexpr int kOfSharp = 2;  // times as many on objects of sharp edges, which press between places
-constexpr double kMargin_m = 0.5e-3;  // displacement of nodes before sites are listed again
 // Distance from a surface: a pin there says how deep the cloth is
 constexpr double kNearPin_m = 0.2e-3;
 // Distance, in those of places, within which another mesh's place is taken over
@@ -66,6 +68,9 @@ ObjectPushes::ObjectPushes(const MeshCloth& cloth, const std::vector<bool>& held
   const double weight_pa = gravity_m_per_s2 * sum(cloth.mass_kg()) / sum(cloth.area_m2());
   stiffness_ = weight_pa / kSunk_m;
   grip_stiffness_ = weight_pa / kGrip_m;
+  reach_m_ = std::max(
+      kPlaces_m,
+      kOfWide * std::sqrt(sum(cloth.area_m2()) / static_cast<double>(cloth.triangles().size())));
   divide();
 }
 
@@ -75,7 +80,7 @@ int ObjectPushes::cuts_of(int facet, int shape) const {
 }
 
 double ObjectPushes::places_m() const {
-  return firmness_ > 0 ? kFirmPlaces_m : kSoftPlaces_m;
+  return firmness_ > 0 ? reach_m_ : kSoftPlaces_m;
 }
 
 void ObjectPushes::divide() {
@@ -117,11 +122,11 @@ void ObjectPushes::list() {
   travelled_m_ += std::sqrt(far2);
   listed_ = nodes_;
   const int shapes = surroundings_.count();
-  std::vector<Site> before;
-  before.swap(sites_);
-  auto old = before.begin();
+  before_.swap(sites_);
+  sites_.clear();
+  auto old = before_.begin();
   const auto keep_until = [&](int id) {
-    for (; old != before.end() && old->id < id; ++old)
+    for (; old != before_.end() && old->id < id; ++old)
       if (old->grip.limit > 0) sites_.push_back(*old);
   };
   /// Distance of a ball about places from a shape, and its radius.
@@ -140,15 +145,15 @@ void ObjectPushes::list() {
     near.clear();
     for (int shape = 0; shape < shapes; ++shape) {
       double& until = until_m_[t * shapes + shape];
-      if (until > travelled_m_ + kMargin_m) continue;
+      if (until > travelled_m_ + reach_m_) continue;
       until =
           travelled_m_ + gap_beyond(shape, {facets[4 * t], facets[4 * t + 1], facets[4 * t + 2]});
-      if (until <= travelled_m_ + kMargin_m) near.push_back(shape);
+      if (until <= travelled_m_ + reach_m_) near.push_back(shape);
     }
     for (int f = 4 * static_cast<int>(t); !near.empty() && f < 4 * static_cast<int>(t) + 4; ++f) {
       on_facet.clear();
       for (const int shape : near)
-        if (gap_beyond(shape, {facets[f]}) <= kMargin_m && !is_on_pin(f, shape))
+        if (gap_beyond(shape, {facets[f]}) <= reach_m_ && !is_on_pin(f, shape))
           on_facet.push_back(shape);
       if (on_facet.empty()) continue;
       for (int k = 0; k < places_of(cuts_[f]); ++k)
@@ -156,7 +161,7 @@ void ObjectPushes::list() {
           if (k >= places_of(cuts_of(f, shape))) continue;
           const int id = (first_[f] + k) * shapes + shape;
           keep_until(id);
-          if (old != before.end() && old->id == id)
+          if (old != before_.end() && old->id == id)
             sites_.push_back(*old++);
           else
             sites_.push_back(site_of(id, f));
@@ -183,7 +188,7 @@ void ObjectPushes::look(const State& state) {
   nodes_ = surface_.nodes(state);
   bool listed = !listed_.empty();
   for (std::size_t i = 0; listed && i < nodes_.size(); ++i)
-    listed = (nodes_[i] - listed_[i]).squaredNorm() <= kMargin_m * kMargin_m;
+    listed = (nodes_[i] - listed_[i]).squaredNorm() <= reach_m_ * reach_m_;
   if (!listed) list();
   for (Site& site : sites_) {
     const Vector3d place = place_of(site);

@@ -18,7 +18,8 @@ namespace drape::simulate {
 /// Places all over the cloth's surface press, each for its share of the area: at depth d by
 /// p = k d (1 + d^2 / d0^2), where k lets cloth lie 0.1 um deep under its own weight and d0 = 2 um,
 /// so that edges and corners of any sharpness are entered by some hundredths of a millimetre. The
-/// places are 0.5 mm apart on the cloth whatever its mesh. While a cloth falls they are fewer, and
+/// places are 0.5 mm apart on the cloth (1 mm on meshes of 10 mm), half that on objects of sharp
+/// edges. While a cloth falls they are fewer, and
 /// p = k d / 10 is softer, for stiff places make a descent's steps short. Facets with a corner that
 /// is held on a surface are left out: two pins on a round body hold the cloth between them inside
 /// it.
@@ -92,9 +93,11 @@ class ObjectPushes : public Pushes {
   const Surroundings& surroundings_;
   ClothSurface surface_;
   double friction_, stiffness_, grip_stiffness_;  ///< N/m^3
+  double reach_m_ = 0;
   int firmness_ = 0;
   std::vector<int> cuts_, first_;  ///< by facet: parts of a side; first place
   std::vector<Site> sites_;        ///< by id
+  std::vector<Site> before_;       ///< those of the last list; kept for its memory
   MeshCloth::State seen_, nodes_;  ///< the state looked at last, and its surface
   MeshCloth::State listed_;        ///< nodes when sites were listed
   double travelled_m_ = 0;         ///< sum of the largest displacements between lists

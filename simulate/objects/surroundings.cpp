@@ -15,6 +15,7 @@ using Eigen::Vector3d;
 constexpr double kThinnest = 1e-4;  // m; of a body that is always found on a path
 constexpr double kShortest = 1e-3;  // relative to the path, to the next place looked at
 constexpr int kBisections = 40;     // halvings of the path into a body
+constexpr double kRound_m = 2e-3;   // radius from which an edge is not sharp
 constexpr double kOpposite = -0.1;  // cosine between normals; 0 across the edge of a box
 
 template <class Body>
@@ -138,8 +139,8 @@ void Surroundings::add(const MeshObject& object) {
 bool Surroundings::is_sharp(int shape) const {
   const Box* const box = this->box(shape);
   const Cylinder* const cylinder = this->cylinder(shape);
-  return mesh(shape) != nullptr || (box != nullptr && box->edge_radius_m == 0) ||
-         (cylinder != nullptr && cylinder->edge_radius_m == 0);
+  return mesh(shape) != nullptr || (box != nullptr && box->edge_radius_m < kRound_m) ||
+         (cylinder != nullptr && cylinder->edge_radius_m < kRound_m);
 }
 
 double Surroundings::gap_m(int shape, const Vector3d& p) const {

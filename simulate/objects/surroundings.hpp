@@ -48,7 +48,7 @@ class Surroundings {
   [[nodiscard]] bool is_flat(int shape) const {
     return is_table(shape) || std::holds_alternative<Plane>(shapes_[shape]);
   }
-  /// True if its normals turn at once somewhere: meshes, boxes and cylinders without edge radius.
+  /// True for meshes, and for boxes and cylinders whose edges have a radius below 2 mm.
   [[nodiscard]] bool is_sharp(int shape) const;
   /// The shape where it is of that kind, else null.
   [[nodiscard]] const Box* box(int shape) const { return std::get_if<Box>(&shapes_[shape]); }

@@ -101,7 +101,7 @@ DrawnScene drawn_scene(int index, const std::filesystem::path& folder) {
   Scene& scene = drawn.scene;
   scene.name = fmt::format("drawn {}", index);
   scene.file = folder / "scene.toml";
-  scene.friction = dice.coin() ? 0 : dice.between(0.1, 0.6);
+  scene.friction = dice.between(0, 1) < 0.2 ? 0 : dice.between(0.1, 0.6);
   scene.table_z_m = 0;
   const double reach = dice.between(20, 40) * mm;
   const int kind = index % 7;
