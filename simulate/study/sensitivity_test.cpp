@@ -5,18 +5,42 @@
 
 #include <algorithm>
 #include <cmath>
-#include <iterator>
-#include <vector>
 
 #include "core/units.hpp"
-#include "simulate/study/split.hpp"
-#include "simulate/test_drape.hpp"
+#include "tests/support/paths.hpp"
 
 namespace drape::simulate {
 namespace {
 
 using Eigen::Vector3d;
 using units::mm;
+
+constexpr double kSpacing_m = 20 * mm;
+constexpr double kResidual = 1e-6;  // of rests that are compared with a first-order answer
+
+/// Bench1's cloth A hung by two marks of its upper hem.
+Scene hanging_scene() {
+  Scene scene = read_scene(test::source_root() / "rigs/bench1/scenes/A.toml");
+  scene.obstacles.clear();
+  scene.start = {StartMode::flat, 0, Vector3d(0, 0, 0.3), 0};
+  scene.pins = {{{0, 0}, Vector3d(-0.0775, 0.1, 0.3)}, {{0, 10}, Vector3d(0.0775, 0.1, 0.3)}};
+  return scene;
+}
+
+/// Bench1's cube with a flat start of its own, 3 mm above it and beside its middle.
+Scene cube_scene() {
+  Scene scene = read_scene(test::source_root() / "rigs/bench1/scenes/C.toml");
+  scene.start = {StartMode::flat, 0, Vector3d(0.005, -0.004, Surroundings(scene).top_z_m() + 0.003),
+                 0.2};
+  return scene;
+}
+
+SimulateOptions coarse() {
+  SimulateOptions options;
+  options.segments = 1;
+  options.drape.spacing_m = kSpacing_m;
+  return options;
+}
 
 /// The flat start as a sheet: something to measure a distance from.
 Sheet flat_reference(const Print& print, double z_m) {
@@ -34,192 +58,159 @@ Sheet flat_reference(const Print& print, double z_m) {
   return sheet;
 }
 
-/// A sheet at rest whose laws can be changed while contacts and friction stay as they are.
-struct Rested {
-  Scene scene;
-  Print print;
-  Surroundings surroundings;
-  GridSpec grid;
-  ClothLaws laws;
-  Cloth cloth;
-  StaticSolver solver;
-  StaticReport report;
+double norm(const MeshCloth::State& state) {
+  double squares = 0;
+  for (const Vector3d& one : state) squares += one.squaredNorm();
+  return std::sqrt(squares);
+}
 
-  Rested(const Scene& the_scene, int side)
-      : scene(the_scene),
-        print(read_print(scene.print_file)),
-        surroundings(scene),
-        grid{side, side, print.patch_m},
-        laws(laws_of(scene)),
-        cloth(grid, laws, MassRule::area),
-        solver(cloth, surroundings, options_of(scene)) {
-    const StartState start =
-        make_start(scene, print, grid, std::nullopt, surroundings.top_z_m(), 1e-6);
-    solver.contacts().hold(start.holds, start.hold_in_world);
-    solver.position = start.position;
-    report = solver.solve();
+/// The hanging cloth, at rest on one mesh.
+class HangingCloth : public ::testing::Test {
+ protected:
+  HangingCloth() {
+    Drape found = drape_cloth(case_, how_);
+    level_ = found.level;
+    rest_ = found.rest;
+    EXPECT_TRUE(level_->rest(rest_, kResidual).at_rest);
   }
-  static ClothLaws laws_of(const Scene& scene) {
-    SimulateReport ignored;
-    return make_laws(read_fabric(scene.fabric_file), 1, ignored);
+  MeshCloth::State rested_with(FabricValue value, double factor) const {
+    DrapeCase changed = case_;
+    changed.laws = scaled(changed.laws, value, factor);
+    DrapeLevel level(changed, how_, kSpacing_m);
+    ClothMoment moment = rest_;
+    EXPECT_TRUE(level.rest(moment, kResidual).at_rest) << name_of(value);
+    return moment.state;
   }
-  static StaticOptions options_of(const Scene& scene) {
-    StaticOptions how;
-    how.friction = scene.friction;
-    how.residual_tolerance = 1e-7;
-    return how;
-  }
+
+  Scene scene_ = hanging_scene();
+  DrapeOptions how_ = coarse().drape;
+  DrapeCase case_ = drape_case(scene_, read_print(scene_.print_file), std::nullopt,
+                               fit_laws(read_fabric(scene_.fabric_file), 1).laws);
+  std::shared_ptr<DrapeLevel> level_;
+  ClothMoment rest_;
 };
 
-/// Moves a rested sheet to where one value is changed, the points between its particles that touch
-/// kept; the displacement, x, y, z of each particle.
-Eigen::VectorXd displacement_with(const Scene& scene, int side, FabricValue value, double factor) {
-  Rested rested(scene, side);
-  const Field before = rested.solver.position;
-  rested.solver.contacts().keep_points();
-  rested.cloth = Cloth(rested.grid, scaled(rested.laws, value, factor), MassRule::area);
-  EXPECT_EQ(rested.solver.solve().status, StaticStatus::at_rest) << name_of(value);
-  const auto n = static_cast<std::size_t>(rested.grid.count());
-  Eigen::VectorXd displacement(static_cast<Eigen::Index>(3 * n));
-  for (std::size_t i = 0; i < n; ++i) {
-    for (std::size_t a = 0; a < 3; ++a) {
-      displacement[static_cast<Eigen::Index>(3 * i + a)] =
-          rested.solver.position[a * n + i] - before[a * n + i];
+TEST_F(HangingCloth, FirstOrderAnswersAreCentralDifferences) {
+  constexpr double kChange = 3e-3;
+  for (std::size_t v = 0; v < std::size(names_of<FabricValue>); ++v) {
+    const auto value = static_cast<FabricValue>(v);
+    const auto found = first_order(*level_, rest_, value);
+    ASSERT_TRUE(found) << name_of(value);
+    MeshCloth::State difference = rested_with(value, 1 + kChange);
+    const MeshCloth::State lower = rested_with(value, 1 - kChange);
+    MeshCloth::State error = *found;
+    for (std::size_t i = 0; i < error.size(); ++i) {
+      difference[i] = (difference[i] - lower[i]) / (2 * kChange);
+      error[i] -= difference[i];
     }
+    EXPECT_LT(norm(error), 1e-3 * norm(difference)) << name_of(value);
   }
-  return displacement;
 }
 
-/// Departure of the first-order displacements from central differences, over the size of the
-/// differences: the worst value's, and that of all values together.
-struct Departure {
-  double worst = 0, together = 0;
-};
-
-Departure departure_from_differences(const Scene& scene, int side, double change,
-                                     const std::vector<FabricValue>& values) {
-  Rested rested(scene, side);
-  EXPECT_EQ(rested.report.status, StaticStatus::at_rest);
-  const Reference reference =
-      reference_on(rested.grid, flat_reference(rested.print, rested.surroundings.top_z_m() + 0.1));
-  const auto list =
-      find_sensitivities(rested.cloth, rested.solver, scene.gravity_m_per_s2, reference);
-  if (!list) {
-    ADD_FAILURE() << "the equilibrium is a saddle";
-    return {1, 1};
-  }
-  Departure departure;
-  double errors = 0, sizes = 0;
-  for (const FabricValue value : values) {
-    const Eigen::VectorXd difference = (displacement_with(scene, side, value, 1 + change) -
-                                        displacement_with(scene, side, value, 1 - change)) /
-                                       (2 * change);
-    const Sensitivity& found = (*list)[static_cast<std::size_t>(value)];
-    EXPECT_EQ(found.value, value);
-    const double error = (found.displacement - difference).norm() / difference.norm();
-    ::testing::Test::RecordProperty("error_of_" + name_of(value), std::to_string(error));
-    departure.worst = std::max(departure.worst, error);
-    errors += (found.displacement - difference).squaredNorm();
-    sizes += difference.squaredNorm();
-  }
-  departure.together = std::sqrt(errors / sizes);
-  return departure;
-}
-
-TEST(Sensitivity, OfAHangingSheetIsThatOfCentralDifferences) {
-  EXPECT_LT(departure_from_differences(hanging_scene(), 9, 1e-3,
-                                       {std::begin(kFabricValues), std::end(kFabricValues)})
-                .worst,
-            1e-3);
-}
-
-// With friction that lets little slide. What slides all the same has no derivative, and which
-// places do depends on rounding; nor has a drape that does not rest, of those that stick so well.
-TEST(Sensitivity, OfASheetThatSticksToACubeIsNearCentralDifferencesAtMostFrictions) {
-  std::vector<double> together;
-  for (const double friction : {4, 5, 6, 8, 10, 12, 15, 20, 50}) {
-    Scene scene = lying_scene("C");
-    scene.friction = friction;
-    if (Rested(scene, 9).report.status != StaticStatus::at_rest) continue;
-    together.push_back(departure_from_differences(scene, 9, 1e-4,
-                                                  {FabricValue::shear, FabricValue::bending_warp,
-                                                   FabricValue::areal_density})
-                           .together);
-  }
-  ASSERT_GT(together.size(), 5U);
-  std::ranges::sort(together);
-  EXPECT_LT(together[together.size() / 2], 0.01) << "the median";
-}
-
-TEST(Sensitivity, AllStiffnessesAndTheWeightTogetherMoveNothing) {
-  Rested rested(hanging_scene(), 9);
-  const Reference reference = reference_on(rested.grid, flat_reference(rested.print, 0.3));
-  const auto list =
-      find_sensitivities(rested.cloth, rested.solver, rested.scene.gravity_m_per_s2, reference);
-  ASSERT_TRUE(list.has_value());
-  Eigen::VectorXd sum = Eigen::VectorXd::Zero(3 * rested.grid.count());
+TEST_F(HangingCloth, AllStiffnessesAndTheWeightTogetherMoveNothing) {
+  MeshCloth::State sum(rest_.state.size(), Vector3d::Zero());
   double largest = 0;
-  for (const Sensitivity& one : *list) {
-    sum += one.displacement;
-    largest = std::max(largest, one.displacement.norm());
+  for (std::size_t v = 0; v < std::size(names_of<FabricValue>); ++v) {
+    const auto found = first_order(*level_, rest_, static_cast<FabricValue>(v));
+    ASSERT_TRUE(found);
+    for (std::size_t i = 0; i < sum.size(); ++i) sum[i] += (*found)[i];
+    largest = std::max(largest, norm(*found));
   }
-  EXPECT_LT(sum.norm(), 1e-4 * largest);
+  EXPECT_LT(norm(sum), 1e-4 * largest);
 }
 
-TEST(ErrorSplit, TabulatesEveryVariantOnceFromTheBaseAndOnceFromTheStart) {
-  const Scene scene = lying_scene("C");
+const SceneEffect* effect_of(const SensitivityFile& file, const std::string& value) {
+  const auto one = std::find_if(file.scene.begin(), file.scene.end(),
+                                [&](const SceneEffect& effect) { return effect.value == value; });
+  return one == file.scene.end() ? nullptr : &*one;
+}
+
+TEST(Sensitivities, HoldPinsAndLevelOfAHangingCloth) {
+  const Scene scene = hanging_scene();
   const Print print = read_print(scene.print_file);
-  SimulateOptions options;
-  options.rows = options.cols = 9;
-  options.segments = 1;
-  options.solver = Solver::newton;
-  const ErrorSplit split = split_error(scene, read_fabric(scene.fabric_file), print, std::nullopt,
-                                       flat_reference(print, 0.15), options, {.starts = 2});
-  ASSERT_EQ(split.rows.size(), 1U + 2 * 9 + 2);
-  EXPECT_TRUE(split.sensitivities.has_value());
-  EXPECT_EQ(split.rows.front().change_m, 0);
-  for (const SplitRow& row : split.rows) {
-    EXPECT_TRUE(std::isfinite(row.distance_m)) << row.what;
-    EXPECT_TRUE(row.at_rest) << row.what << (row.continued ? " from the base" : "");
+  const SensitivityFile file =
+      find_sensitivities(scene, read_fabric(scene.fabric_file), print, std::nullopt,
+                         flat_reference(print, 0.3), {coarse()});
+  ASSERT_EQ(file.status, "at rest");
+  EXPECT_EQ(file.values.size(), std::size(names_of<FabricValue>));
+  ASSERT_EQ(file.spacing_m, kSpacing_m);
+  // Both pins higher by the same lift the cloth by it.
+  Eigen::MatrixX3d lifted = Eigen::MatrixX3d::Zero(static_cast<Eigen::Index>(file.marks), 3);
+  double step_m = 0;
+  for (const char* pin : {"pin_1_z_mm", "pin_2_z_mm"}) {
+    const SceneEffect* effect = effect_of(file, pin);
+    ASSERT_TRUE(effect != nullptr && effect->moves) << pin;
+    lifted += 0.5 * (effect->moves->up_m - effect->moves->down_m);
+    step_m = effect->moves->step * mm;
   }
-  EXPECT_GT(split.rows[1].moved_m, 0.01 * mm);  // mass rule
-  EXPECT_LE(split.rows.back().distance_m, split.rows[split.rows.size() - 2].distance_m);
+  EXPECT_LT((lifted.rowwise() - Eigen::RowVector3d(0, 0, step_m)).rowwise().norm().maxCoeff(),
+            0.1 * step_m);
+  // The bench turned about the line of the pins turns the cloth with gravity.
+  const SceneEffect* level = effect_of(file, "level_x_deg");
+  ASSERT_TRUE(level != nullptr && level->moves);
+  const double turn_rad = level->moves->step * units::deg;
+  const double lowest_m = 0.3 - 0.1;  // about the patch's height below the pins
+  const double swung_m = level->moves->up_m.col(1).cwiseAbs().maxCoeff();
+  EXPECT_GT(swung_m, 0.3 * turn_rad * lowest_m);
+  EXPECT_LT(swung_m, 3 * turn_rad * lowest_m);
 }
 
-TEST(ErrorSplit, SaysWhereTheMarksGoWhenAValueErrs) {
-  Scene scene = lying_scene("C");
+TEST(Sensitivities, SayWhereTheMarksGoWhenAValueErrs) {
+  Scene scene = cube_scene();
   scene.stand_ins = {"friction"};
   scene.friction_uncertainty.reset();
   const Print print = read_print(scene.print_file);
   Fabric fabric = read_fabric(scene.fabric_file);
   fabric.stand_ins = {"shear curves"};
   fabric.bias_bending_n_m = 1e-6;
-  SimulateOptions options;
-  options.rows = options.cols = 9;
-  options.segments = 1;
-  options.solver = Solver::newton;
-  const ErrorSplit split =
-      split_error(scene, fabric, print, std::nullopt, flat_reference(print, 0.15), options,
-                  {.starts = 1, .only_first_order = true, .scene_values = true});
-  ASSERT_TRUE(split.sensitivities);
-  const auto rows = static_cast<Eigen::Index>(split.marks.size());
-  for (const Sensitivity& one : *split.sensitivities) {
-    ASSERT_TRUE(one.moves) << name_of(one.value);
-    EXPECT_EQ(one.moves->up_m.rows(), rows);
-    const bool stand_in = one.value == FabricValue::shear;
-    EXPECT_EQ(one.moves->half_width.has_value(), stand_in) << name_of(one.value);
-    EXPECT_EQ(one.moves->step, stand_in ? 50 : 1);
-    EXPECT_EQ(one.moves->down_m == -one.moves->up_m, !stand_in) << name_of(one.value);
+  const SensitivityFile file = find_sensitivities(scene, fabric, print, std::nullopt,
+                                                  flat_reference(print, 0.15), {coarse()});
+  ASSERT_EQ(file.status, "at rest");
+  for (const ValueEffect& one : file.values) {
+    if (one.value != "shear") {
+      ASSERT_TRUE(one.moves) << one.value;
+      EXPECT_EQ(one.moves->up_m.rows(), file.marks);
+      EXPECT_EQ(one.moves->down_m, -one.moves->up_m) << one.value;
+      EXPECT_FALSE(one.moves->half_width) << one.value;
+    } else if (one.moves) {
+      EXPECT_EQ(one.moves->half_width, 50);
+    }
   }
-  ASSERT_EQ(split.scene.size(), 6U);  // x, y, z, size, friction, internal friction
-  ASSERT_TRUE(split.scene[2].change_per_unit);
   // Cloth that lies on a cube goes up and down with it: the middle one of 5 x 5 marks.
-  ASSERT_EQ(rows, 25);
-  const double up_m = split.scene[2].moves.step * mm;
-  EXPECT_NEAR(split.scene[2].moves.up_m(12, 2), up_m, 0.1 * up_m);
-  EXPECT_NEAR(split.scene[2].moves.down_m(12, 2), -up_m, 0.1 * up_m);
-  EXPECT_EQ(split.scene[4].moves.half_width, kStandInPart * scene.friction);
-  EXPECT_EQ(split.scene[5].value, "internal_friction");
+  ASSERT_EQ(file.marks, 25);
+  const SceneEffect* higher = effect_of(file, "object_1_z_mm");
+  ASSERT_TRUE(higher != nullptr && higher->moves);
+  const double up_m = higher->moves->step * mm;
+  EXPECT_NEAR(higher->moves->up_m(12, 2), up_m, 0.1 * up_m);
+  EXPECT_NEAR(higher->moves->down_m(12, 2), -up_m, 0.1 * up_m);
+  for (const char* value : {"object_1_x_mm", "object_1_y_mm", "object_1_size_mm", "friction",
+                            "level_x_deg", "level_y_deg", "internal_friction"}) {
+    const SceneEffect* effect = effect_of(file, value);
+    ASSERT_NE(effect, nullptr) << value;
+    EXPECT_NE(effect->moves.has_value(), !effect->absent.empty()) << value;
+  }
+  const SceneEffect* friction = effect_of(file, "friction");
+  if (friction->moves) {
+    EXPECT_EQ(friction->moves->half_width, kStandInPart * scene.friction);
+  }
+}
+
+TEST(Sensitivities, TabulateChangedModelsFromRestAndFromStart) {
+  const Scene scene = cube_scene();
+  const Print print = read_print(scene.print_file);
+  SensitivityOptions options{coarse()};
+  options.variants = true;
+  const SensitivityFile file =
+      find_sensitivities(scene, read_fabric(scene.fabric_file), print, std::nullopt,
+                         flat_reference(print, 0.15), options);
+  ASSERT_EQ(file.status, "at rest");
+  ASSERT_EQ(file.variants.size(), 2U * 5 + 1);
+  for (const VariantEffect& row : file.variants) {
+    EXPECT_TRUE(row.at_rest) << row.what << (row.continued ? " from the base" : "");
+    EXPECT_TRUE(std::isfinite(row.distance_m)) << row.what;
+  }
+  EXPECT_EQ(file.variants.back().what, "spacing 40 mm");
+  EXPECT_GT(file.variants.back().moved_m, 0.01 * mm);
 }
 
 }  // namespace

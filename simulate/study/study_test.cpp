@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "simulate/study/study.hpp"
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "core/error.hpp"
 #include "core/units.hpp"
-#include "simulate/test_drape.hpp"
+#include "tests/support/paths.hpp"
 
 namespace drape::simulate {
 namespace {
@@ -17,16 +18,13 @@ std::filesystem::path rig() {
   return test::source_root() / "rigs/paper";
 }
 
-SimulateResult drape_paper(const std::string& name, int segments, double higher_m = 0) {
-  Scene scene = read_scene(rig() / "scenes" / (name + ".toml"));
-  if (higher_m != 0) scene.start.centre_in_world->z() += higher_m;
+SimulateResult drape_paper(const std::string& name, int segments) {
+  const Scene scene = read_scene(rig() / "scenes" / (name + ".toml"));
   SimulateOptions options;
-  options.rows = options.cols = 11;
   options.segments = segments;
-  // The turned start crosses itself during the fall; sheets that hold themselves all end on one
-  // side.
-  options.cloth_thickness_m = 0;
-  return drape_of(scene, options);
+  options.drape.spacing_m = 10 * mm;
+  return simulate(scene, read_fabric(scene.fabric_file), read_print(scene.print_file), std::nullopt,
+                  options);
 }
 
 Sheet mirrored(Sheet sheet, double y_m) {
@@ -34,75 +32,66 @@ Sheet mirrored(Sheet sheet, double y_m) {
   return sheet;
 }
 
-bool is_mirror_image(const Sheet& one, const Sheet& two) {
-  return *mean_distance_m(one, mirrored(two, 0.1), one) < 10 * mm;
-}
-
-/// The turned sheet passes through itself as it falls, so that the last bits of the numbers decide
-/// where it ends: several heights of the start, until one ends on the other side.
-SimulateResult drape_turned(const Sheet& flat, int segments) {
-  SimulateResult turned = drape_paper("D_turned", segments);
-  for (int k = 1; k < 12 && !is_mirror_image(flat, turned.sheet); ++k)
-    turned = drape_paper("D_turned", segments, k * 0.1 * mm);
-  return turned;
-}
-
-TEST(PaperD, TwoStartsLeadToTwoEquilibriaThatAreNearlyMirrorImages) {
+TEST(PaperD, TwoStartsLeadToTwoRestsThatAreNearlyMirrorImages) {
   // Paper, Fig. 10 and 11: one cloth, two pins, two resting shapes.
-  for (const int segments : {1, 5}) {
-    const SimulateResult flat = drape_paper("D", segments);
-    const SimulateResult above = drape_paper("D_above", segments);
-    const SimulateResult turned = drape_turned(flat.sheet, segments);
-    for (const SimulateResult* result : {&flat, &above, &turned}) {
-      EXPECT_EQ(result->report.status, RestStatus::at_rest) << result->report.sentence;
-    }
-    EXPECT_LT(*mean_distance_m(flat.sheet, above.sheet, flat.sheet), 1 * mm);
-    EXPECT_GT(*mean_distance_m(flat.sheet, turned.sheet, flat.sheet), 30 * mm);
-    // The pins stand at y = 100 mm; which side the belly hangs on costs next to no energy.
-    EXPECT_LT(*mean_distance_m(flat.sheet, mirrored(turned.sheet, 0.1), flat.sheet), 10 * mm);
-    EXPECT_NEAR(turned.report.energy_end_j, flat.report.energy_end_j,
-                0.01 * flat.report.energy_end_j);
-  }
+  const SimulateResult flat = drape_paper("D", 1), above = drape_paper("D_above", 1),
+                       turned = drape_paper("D_turned", 1);
+  for (const SimulateResult* result : {&flat, &above, &turned})
+    EXPECT_TRUE(result->at_rest()) << result->certificate.status;
+  EXPECT_LT(*mean_distance_m(flat.sheet, above.sheet, flat.sheet), 1 * mm);
+  EXPECT_GT(*mean_distance_m(flat.sheet, turned.sheet, flat.sheet), 30 * mm);
+  // The pins stand at y = 100 mm; which side the belly hangs on costs next to no energy.
+  EXPECT_LT(*mean_distance_m(flat.sheet, mirrored(turned.sheet, 0.1), flat.sheet), 10 * mm);
+  EXPECT_NEAR(turned.certificate.energies->end_j, flat.certificate.energies->end_j,
+              0.01 * flat.certificate.energies->end_j);
 }
 
-class Study : public ::testing::Test {
- protected:
-  test::TemporaryFolder folder_;
-  std::filesystem::path out_ = folder_.path();
-};
-
-TEST_F(Study, RunsOnceAndKeepsWhatIsUpToDate) {
-  StudyOptions options;
-  options.scenes = {"D"};
-  options.grids = {5};
-  options.segments = {1};
-  options.threads = 2;
-  const std::vector<StudyCase> cases = study_cases(rig(), out_, options);
-  ASSERT_EQ(cases.size(), 2U);
+TEST(RigStudy, PutsTheClothBesideThePapersGrids) {
+  const test::TemporaryFolder folder;
   const std::filesystem::path program = std::filesystem::read_symlink("/proc/self/exe");
-  const std::vector<StudyOutcome> first = run_study(cases, options, program, {});
+  PlanChoice choice;
+  choice.scenes = {"D"};
+  choice.grids = {5};
+  choice.segments = {1};
+  choice.spacings_m = {20 * mm};
+  const StudyPlan plan = read_plan(rig(), choice, folder.path(), program);
+  ASSERT_EQ(plan.cases.size(), 2U);
+  EXPECT_TRUE(plan.by_name);
+  EXPECT_EQ(plan.cases[0].folder, folder.path() / "D/paper/5x5-1");
+  EXPECT_EQ(plan.cases[1].folder, folder.path() / "D/triangles/20mm-1");
+  const std::vector<StudyOutcome> first = run_part(plan, {}, folder.path(), 2);
   for (const StudyOutcome& outcome : first) {
     EXPECT_FALSE(outcome.kept);
-    EXPECT_TRUE(outcome.at_rest) << outcome.sentence;
+    EXPECT_TRUE(outcome.at_rest) << outcome.status;
   }
   const std::string csv = study_csv(first);
-  EXPECT_THAT(csv, testing::HasSubstr("D,consistent,5,1,"));
+  EXPECT_THAT(csv, testing::HasSubstr(",D,A,paper,5x5,1,0,done,1,"));
+  EXPECT_THAT(csv, testing::HasSubstr(",D,A,triangles,20 mm,1,0,done,1,"));
   const std::string tables = study_tables(first, rig() / "published.csv");
-  EXPECT_THAT(tables, testing::HasSubstr("| D | paper | - (4.6) |"));
-  EXPECT_EQ(study_csv(run_study(cases, options, program, {})), csv);
+  EXPECT_THAT(tables, testing::HasSubstr("| D | - (4.6) |"));
+  EXPECT_THAT(tables, testing::ContainsRegex("\\| D \\| 1 \\| [0-9]+\\.[0-9]+ \\|"));
+  EXPECT_EQ(study_csv(run_part(plan, {}, folder.path())), csv);
 }
 
-TEST_F(Study, NamesWhatIsWrong) {
-  StudyOptions options;
-  options.scenes = {"Z"};
-  EXPECT_THROW((void)study_cases(rig(), out_, options), Error);
-  options.scenes.clear();
-  options.solvers = {Solver::fall};
-  EXPECT_THROW((void)study_cases(rig(), out_, options), Error);
-  EXPECT_THROW((void)study_cases(out_, out_, StudyOptions{}), Error);
+TEST(RigStudy, NamesWhatIsWrong) {
+  const auto refusal = [](const std::filesystem::path& of, const PlanChoice& choice) {
+    try {
+      return fmt::format("{} cases", read_plan(of, choice, "out", "/proc/self/exe").cases.size());
+    } catch (const Error& error) {
+      return std::string(error.what());
+    }
+  };
+  const std::filesystem::path physics = test::source_root() / "rigs/physics";
+  PlanChoice choice;
+  choice.scenes = {"Z"};
+  EXPECT_THAT(refusal(rig(), choice), testing::HasSubstr("no scene `Z`"));
+  choice = {};
+  choice.grids = {11};
+  EXPECT_THAT(refusal(physics, choice), testing::HasSubstr("--spacings-mm"));
+  EXPECT_THAT(refusal(test::source_root() / "docs", {}), testing::HasSubstr("no plan.toml"));
 }
 
-TEST(MeanDistance, IsTakenAtTheParticlesOfTheCoarsestSheet) {
+TEST(MeanDistance, IsTakenAtThePointsOfTheThirdSheet) {
   const auto flat = [](int side, double z_m) {
     Sheet sheet;
     sheet.rows = sheet.cols = side;
