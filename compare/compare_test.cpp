@@ -288,9 +288,6 @@ TEST(Inputs, MeasuredSheetsOpenGroups) {
     EXPECT_EQ(drape.input.simulations.size(), 4U);
     ASSERT_TRUE(drape.input.simulations[0].certificate);
     EXPECT_FALSE(drape.input.simulations[0].certificate->penetration_accepted);
-    ASSERT_TRUE(drape.input.simulations[0].history);
-    EXPECT_THAT(drape.input.simulations[0].history->names,
-                ElementsAre("time_s", "residual_force_mN"));
     EXPECT_EQ(drape.input.measured.sha256,
               sha256_of_file(drape.input.measured.file.parent_path() / "sheet.json"));
   }
@@ -354,19 +351,6 @@ TEST(Inputs, DetectionsOfAnotherSheetAreLeftOut) {
   EXPECT_THAT(session.warnings,
               ElementsAre(HasSubstr("is not the file"), HasSubstr("what made the measured sheet"),
                           HasSubstr("what made 4 of the simulated sheets")));
-}
-
-TEST(Inputs, DamagedHistoryNamesFileLineAndColumn) {
-  const drape::test::TemporaryFolder folder;
-  const auto file = folder.path() / "history.csv";
-  write_durable(file, "time_s,residual_mN\n0,1\n1,nan\n");
-  try {
-    (void)read_history(file);
-    FAIL() << "a NaN was read";
-  } catch (const Error& error) {
-    EXPECT_EQ(error.where().line, 3);
-    EXPECT_THAT(error.what(), HasSubstr("residual_mN"));
-  }
 }
 
 }  // namespace

@@ -25,12 +25,6 @@ struct Certificate {
   std::optional<bool> penetration_accepted;  ///< absent when the simulator does not say
 };
 
-/// history.csv of a simulation: columns[k][sample].
-struct History {
-  std::vector<std::string> names;
-  std::vector<std::vector<double>> columns;
-};
-
 /// Properties shared by simulations that differ by discretisation and segments alone: model,
 /// solver, fabric, scene and start (the last three as SHA-256), whether it began in the measured
 /// shape, and the options that decide where a cloth can rest.
@@ -39,7 +33,6 @@ using Setup = std::map<std::string, std::string>;
 struct Simulation {
   SheetFile sheet;
   std::optional<Certificate> certificate;
-  std::optional<History> history;
   std::optional<std::string> other_simulator = {};  ///< name of another program that made it
   std::filesystem::path other_file = {};            ///< its mesh
   std::optional<Branch> branch = {};                ///< one equilibrium of several

@@ -25,45 +25,6 @@ std::string gap_text(const Sheet& sheet, const RealVirtual& comparison, MarkId m
   return fmt::format("row {}, col {}: not in the sheet", mark.row, mark.col);
 }
 
-/// "residual_force_mN" becomes "residual force (mN)"; a name without unit is a pure number.
-std::string axis_label(std::string name) {
-  for (const std::string unit : {"mN", "uN", "N", "uJ", "ms", "s", "mm", "percent"})
-    if (name.ends_with("_" + unit)) {
-      name.replace(name.size() - unit.size() - 1, std::string::npos, " (" + unit + ")");
-      break;
-    }
-  std::replace(name.begin(), name.end(), '_', ' ');
-  return name;
-}
-
-/// Smallest and largest value of each of 300 equal parts, so that long runs stay a small picture.
-std::vector<Vector2d> thinned(const std::vector<Vector2d>& points) {
-  constexpr std::size_t kParts = 300;
-  if (points.size() <= 2 * kParts) return points;
-  std::vector<Vector2d> kept;
-  for (std::size_t part = 0; part < kParts; ++part) {
-    const auto at = [&](std::size_t k) {
-      return points.begin() + static_cast<std::ptrdiff_t>(k * points.size() / kParts);
-    };
-    auto [low, high] = std::minmax_element(
-        at(part), at(part + 1), [](const Vector2d& a, const Vector2d& b) { return a.y() < b.y(); });
-    if (high < low) std::swap(low, high);
-    kept.push_back(*low);
-    if (high != low) kept.push_back(*high);
-  }
-  if (kept.back() != points.back()) kept.push_back(points.back());
-  return kept;
-}
-
-/// The residual of a run over its first column, as decimal logarithm.
-std::vector<Vector2d> residual_of(const History& history, std::size_t column) {
-  std::vector<Vector2d> points;
-  const auto &x = history.columns.front(), &y = history.columns[column];
-  for (std::size_t i = 0; i < x.size(); ++i)
-    if (y[i] > 0) points.emplace_back(x[i], std::log10(y[i]));
-  return thinned(points);
-}
-
 /// Blue where shorter, orange where longer, white at zero: safe for colour-blind readers.
 std::string strain_colour(double ratio, double top) {
   const double t = std::clamp(ratio / top, -1.0, 1.0);
@@ -152,43 +113,6 @@ Figure histogram_figure(const std::string& drape, const RealVirtual& comparison)
     y += 16;
   }
   return {drape + "-histogram", fmt::format("Distances of the {} marks.", s.marks), svg.finish()};
-}
-
-std::optional<Figure> convergence_figure(const std::string& drape, const DrapeInput& input,
-                                         const Report& report) {
-  std::vector<std::pair<std::string, std::vector<Vector2d>>> curves;
-  std::string x_name, y_name;
-  Eigen::AlignedBox2d box;
-  for (const RealVirtual& row : report.real_virtual) {
-    const Simulation& simulation = input.simulations[row.simulation];
-    if (!simulation.history) continue;
-    const std::vector<std::string>& names = simulation.history->names;
-    const auto column = std::find_if(names.begin() + 1, names.end(), [](const auto& name) {
-      return name.find("residual") != std::string::npos;
-    });
-    if (column == names.end()) continue;
-    std::vector<Vector2d> points =
-        residual_of(*simulation.history, static_cast<std::size_t>(column - names.begin()));
-    if (points.empty()) continue;
-    for (const Vector2d& p : points) box.extend(p);
-    x_name = names.front();
-    y_name = *column;
-    curves.emplace_back(simulation.label(), std::move(points));
-  }
-  if (curves.empty()) return std::nullopt;
-  const double low = std::floor(box.min().y()), high = std::max(std::ceil(box.max().y()), low + 1);
-  Svg svg(720, 300, fmt::format("Drape {}: convergence of the simulations", drape));
-  Chart chart(
-      svg, {70, 16, 470, 230},
-      axis_over(axis_label(x_name), box.min().x(), box.max().x(), 5, false),
-      {axis_label(y_name), low, high, std::max(1.0, std::floor((high - low) / 6)), "1e{:+.0f}"});
-  for (std::size_t i = 0; i < curves.size(); ++i) {
-    chart.curve(curves[i].second, series_line(i));
-    draw_legend_line(svg, {560, 26 + 19.0 * static_cast<double>(i)}, series_line(i),
-                     curves[i].first);
-  }
-  return Figure{drape + "-convergence", "Residual of each simulation over its run, logarithmic.",
-                svg.finish()};
 }
 
 Figure strain_figure(const std::string& drape, const DrapeInput& input,

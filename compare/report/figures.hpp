@@ -66,9 +66,4 @@ struct Figure {
 /// Histogram of the distances with mean, median and 95th percentile.
 [[nodiscard]] Figure histogram_figure(const std::string& drape, const RealVirtual& comparison);
 
-/// Residual of every simulation over its run, logarithmic; nothing when no history was found.
-[[nodiscard]] std::optional<Figure> convergence_figure(const std::string& drape,
-                                                       const DrapeInput& input,
-                                                       const Report& report);
-
 }  // namespace drape::compare

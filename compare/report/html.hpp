@@ -18,7 +18,7 @@ struct DrapeFigures {
   std::vector<Figure> overlays;
   std::vector<Figure> renders;  ///< as overlays; empty without a calibration
   Figure sheet, map, histogram, strain;
-  std::optional<Figure> convergence, hem;
+  std::optional<Figure> hem;
 
   [[nodiscard]] std::vector<const Figure*> all() const;
 };

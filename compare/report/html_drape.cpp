@@ -241,10 +241,8 @@ std::string shape_part(const DrapeFiles& drape, const Report& report, const Drap
   return text + html_figure(figures.strain);
 }
 
-std::string simulations_part(const DrapeFiles& drape, const Report& report,
-                             const DrapeFigures& figures) {
+std::string simulations_part(const DrapeFiles& drape, const Report& report) {
   std::string text = "<h3>Simulations</h3>\n" + html_table(status_table(drape.input, report));
-  if (figures.convergence) text += html_figure(*figures.convergence, "chart");
   const Table certificates = certificate_table(drape.input, report);
   if (certificates.rows.empty()) return text;
   return text + html_table(certificates, "dense") +
@@ -338,7 +336,7 @@ std::string html_drape(const DrapeFiles& drape, const Report& report, const Sess
          tables_part(drape, report) +
          photographs_part(report, session.calibration.has_value(), figures) +
          marks_part(drape, report, figures) + shape_part(drape, report, figures) +
-         simulations_part(drape, report, figures) + values + error_split_part(drape) +
+         simulations_part(drape, report) + values + error_split_part(drape) +
          budget_part(drape, report) + "</section>\n";
 }
 

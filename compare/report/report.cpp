@@ -59,7 +59,6 @@ DrapeFigures figures_of(const DrapeFiles& drape, const Report& report, const Ses
                        map_figure(report.name, drape.input, headline),
                        histogram_figure(report.name, headline),
                        strain_figure(report.name, drape.input, headline),
-                       convergence_figure(report.name, drape.input, report),
                        hem_figure(report.name, drape.input, report)};
   add_photographs(drape, report, session, figures);
   return figures;
@@ -162,8 +161,7 @@ std::vector<const Figure*> DrapeFigures::all() const {
   std::vector<const Figure*> list = {&sheet, &map, &histogram, &strain};
   for (const auto* figures : {&overlays, &renders})
     for (const Figure& figure : *figures) list.push_back(&figure);
-  for (const auto* figure : {&convergence, &hem})
-    if (*figure) list.push_back(&**figure);
+  if (hem) list.push_back(&*hem);
   return list;
 }
 

@@ -236,7 +236,7 @@ TEST(Report, EveryPictureStandsAlone) {
     EXPECT_EQ(xml_fault(read_text(file)), "") << file;
     EXPECT_THAT(read_text(file), HasSubstr("xmlns=\"http://www.w3.org/2000/svg\""));
   }
-  EXPECT_EQ(pictures, 5U) << "sheet, map, histogram, strain, convergence";
+  EXPECT_EQ(pictures, 4U) << "sheet, map, histogram, strain";
 }
 
 TEST(ErrorScale, EndsAtARoundNumberAboveTheLargest) {

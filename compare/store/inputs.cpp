@@ -11,13 +11,12 @@
 #include "compare/records/provenance.hpp"
 #include "core/certificate.hpp"
 #include "core/error.hpp"
-#include "core/files/csv.hpp"
 #include "core/files/files.hpp"
 #include "core/program/run_record.hpp"
 #include "core/recording.hpp"
 #include "core/units.hpp"
 
-// Files beside a simulated sheet: certificate.json, levels.json and history.csv.
+// Files beside a simulated sheet: certificate.json and levels.json.
 
 namespace drape::compare {
 namespace {
@@ -132,10 +131,6 @@ Simulation read_simulated(SheetFile sheet, Session& session) {
     simulation.certificate = read_certificate(file);
     require_of_sheet(*simulation.certificate, simulation.sheet.sheet, file);
     session.read.emplace_back(file, simulation.certificate->sha256);
-  }
-  if (const fs::path file = folder / "history.csv"; fs::is_regular_file(file)) {
-    simulation.history = read_history(file);
-    session.read.emplace_back(file, sha256_of_file(file));
   }
   if (const fs::path file = folder / "levels.json"; fs::is_regular_file(file)) {
     simulation.levels = read_record<LevelsFile>(file);
@@ -459,11 +454,6 @@ Certificate read_certificate(const fs::path& file) {
   certificate.sha256 = document.sha256();
   flatten(document.root(), "", certificate);
   return certificate;
-}
-
-History read_history(const fs::path& file) {
-  Csv csv = read_csv(file);
-  return {std::move(csv.names), std::move(csv.columns)};
 }
 
 void require_of_sheet(const Certificate& certificate, const Sheet& sheet, const fs::path& file) {

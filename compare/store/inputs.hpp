@@ -44,7 +44,7 @@ struct Session {
 
 /// Reads the sheets (each measured one opens a group; simulated ones before any of these are only
 /// compared with each other), and beside them detections.json, sensitivity/sensitivity.json,
-/// certificate.json, levels.json, history.csv, the run records and through these the scene, where
+/// certificate.json, levels.json, the run records and through these the scene, where
 /// they exist. A .toml is another simulator's mesh (other_mesh.hpp). `calibration_file` may be
 /// empty. Throws Error(bad_input) when a sheet was measured with another calibration than the one
 /// given, or when a measured sheet is given twice, or a simulation is not what its run record says.
@@ -76,9 +76,6 @@ void find_ensemble(DrapeFiles& drape);
 /// that it lies beside: a run that was killed leaves that of the run before.
 void require_of_sheet(const Certificate& certificate, const Sheet& sheet,
                       const std::filesystem::path& file);
-
-/// Reads a CSV of finite numbers with any head. Throws Error naming file, line and column.
-[[nodiscard]] History read_history(const std::filesystem::path& file);
 
 /// Files stay as they are given; a folder becomes the sheets below it, in the order that
 /// read_session() wants: first the simulations that stand alone (a virtual bench), then each

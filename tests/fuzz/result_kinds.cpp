@@ -27,12 +27,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr const char* kHistory =
-    "time_s,kinetic_energy_uJ,gravity_energy_uJ,stretch_energy_uJ,shear_energy_uJ,"
-    "bending_energy_uJ,twist_energy_uJ,contact_energy_uJ,largest_residual_per_particle_weight,"
-    "particles_touching\n0.1,0,7143,0.12,2.5,222,36,1.5,0.05,13\n0.2,0,7142,0.12,2.5,222,36,1.5,0."
-    "01,"
-    "13\n";
 constexpr const char* kSensitivity = R"({"schema": "drapebench/sensitivity/1", "spacing_mm": 2.5,
  "segments": 5, "model": "triangles", "marks": 119,
  "mean_distance_mm": 1.5, "marks_at": [[0, 0], [0, 1]],
@@ -143,8 +137,6 @@ std::vector<Kind> result_kinds() {
        }},
       {"acceptance", result_file("acceptance.json", kAcceptance),
        [](const fs::path& f) { static_cast<void>(read_record<AcceptanceFile>(f)); }},
-      {"history", result_file("history.csv", kHistory),
-       [](const fs::path& f) { static_cast<void>(compare::read_history(f)); }},
       {"cloth_ply",
        [](const fs::path& folder) {
          simulate::write_cloth_shape(folder / "cloth.ply", small_shape());
