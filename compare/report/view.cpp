@@ -15,10 +15,28 @@ namespace {
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
+constexpr int kMostCells = 40;             ///< a side; finer sheets are drawn by every k-th row
 constexpr double kFar_m = 1000;            ///< to the eye of an orthographic view
 constexpr double kObjectBehind_m = 0.003;  ///< cloth that touches is drawn over the object
 
 }  // namespace
+
+std::vector<std::array<Vector3d, 4>> drawn_cells(const Sheet& sheet) {
+  const int step = std::max(1, std::max(sheet.rows, sheet.cols) / kMostCells);
+  std::vector<std::array<Vector3d, 4>> cells;
+  for (int row = 0; row + 1 < sheet.rows; row += step) {
+    for (int col = 0; col + 1 < sheet.cols; col += step) {
+      const int below = std::min(row + step, sheet.rows - 1);
+      const int right = std::min(col + step, sheet.cols - 1);
+      const SheetMark *a = sheet.find({row, col}), *b = sheet.find({below, col}),
+                      *c = sheet.find({below, right}), *d = sheet.find({row, right});
+      if (a && b && c && d)
+        cells.push_back(
+            {a->point_in_world, b->point_in_world, c->point_in_world, d->point_in_world});
+    }
+  }
+  return cells;
+}
 
 Orthographic Orthographic::from(double azimuth_rad, double elevation_rad) {
   const double ca = std::cos(azimuth_rad), sa = std::sin(azimuth_rad);
@@ -71,15 +89,7 @@ void Painter::add_face(const std::array<Vector3d, 4>& corners, const Vector3d& r
 }
 
 void Painter::add_cloth(const Sheet& cloth) {
-  for (int row = 0; row + 1 < cloth.rows; ++row) {
-    for (int col = 0; col + 1 < cloth.cols; ++col) {
-      const SheetMark *a = cloth.find({row, col}), *b = cloth.find({row + 1, col}),
-                      *c = cloth.find({row + 1, col + 1}), *d = cloth.find({row, col + 1});
-      if (a && b && c && d)
-        add_face({a->point_in_world, b->point_in_world, c->point_in_world, d->point_in_world},
-                 {232, 234, 238}, true);
-    }
-  }
+  for (const auto& cell : drawn_cells(cloth)) add_face(cell, {232, 234, 238}, true);
 }
 
 void Painter::add_objects(const Scene& scene, const Sheet& cloth) {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
 #include <functional>
 #include <optional>
 #include <vector>
@@ -11,6 +12,10 @@
 #include "core/sheet.hpp"
 
 namespace drape::compare {
+
+/// Cells of a sheet as pictures draw them, some 40 a side at most, corners in turn; without those
+/// that lack a corner.
+[[nodiscard]] std::vector<std::array<Eigen::Vector3d, 4>> drawn_cells(const Sheet& sheet);
 
 /// Where the points of the world lie in a picture, and the point that they are seen from.
 struct Viewer {

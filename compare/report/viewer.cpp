@@ -9,6 +9,7 @@
 
 #include "compare/meshes/obstacle_mesh.hpp"
 #include "compare/report/figures.hpp"
+#include "compare/report/view.hpp"
 #include "compare/report/viewer_assets.hpp"
 #include "core/drawing/svg.hpp"
 #include "core/files/files.hpp"
@@ -25,18 +26,11 @@ void append_point(Json& list, const Eigen::Vector3d& point_m) {
   for (int k = 0; k < 3; ++k) list.push_back(std::round(point_m[k] / mm * 10) / 10 + 0.0);
 }
 
-Json sheet_json(const Sheet& sheet) {
-  // Sheets of other simulators may be fine: every point of a 41 x 41 grid is enough to look at.
-  const int step = std::max(1, std::max(sheet.rows, sheet.cols) / 40);
+/// Quads, corner by corner.
+Json quads_json(const std::vector<std::array<Eigen::Vector3d, 4>>& cells) {
   Json quads = Json::array();
-  for (int row = 0; row + step < sheet.rows; row += step) {
-    for (int col = 0; col + step < sheet.cols; col += step) {
-      const SheetMark *a = sheet.find({row, col}), *b = sheet.find({row + step, col}),
-                      *c = sheet.find({row + step, col + step}), *d = sheet.find({row, col + step});
-      if (!a || !b || !c || !d) continue;
-      for (const SheetMark* corner : {a, b, c, d}) append_point(quads, corner->point_in_world);
-    }
-  }
+  for (const auto& cell : cells)
+    for (const Eigen::Vector3d& corner : cell) append_point(quads, corner);
   return quads;
 }
 
@@ -69,12 +63,9 @@ std::string viewer_figure(const std::string& drape, const DrapeInput& input,
                           const RealVirtual& comparison) {
   const ErrorScale scale = scale_of(comparison);
   Json json;
-  json["cloth"] = sheet_json(input.simulations[comparison.simulation].sheet.sheet);
+  json["cloth"] = quads_json(drawn_cells(input.simulations[comparison.simulation].sheet.sheet));
   json["object"] = Json::array();
-  if (input.scene) {
-    for (const auto& quad : obstacle_quads(*input.scene))
-      for (const Eigen::Vector3d& corner : quad) append_point(json["object"], corner);
-  }
+  if (input.scene) json["object"] = quads_json(obstacle_quads(*input.scene));
   json["real"] = real_json(input.measured.sheet, comparison, scale);
   json["marks"] = Json::array();
   for (const MarkError& mark : comparison.marks.marks) {
