@@ -356,11 +356,25 @@ void add_second_differences(const FillGrid& grid, Equations& equations) {
   }
 }
 
+/// True if marks lie on one line of the cloth, so that a surface may turn about it.
+bool on_a_line(const std::vector<SheetMark>& marks, double pitch_m) {
+  Eigen::Matrix2d scatter = Eigen::Matrix2d::Zero();
+  for (const SheetMark& mark : marks) {
+    const Vector2d from = mark.material_m - marks.front().material_m;
+    scatter += from * from.transpose();
+  }
+  return marks.size() < 3 || scatter.determinant() < std::pow(0.1 * pitch_m, 4);
+}
+
 }  // namespace
 
 MaterialShape measured_shape(const Scene& scene, const std::optional<Sheet>& measured,
                              const Print& print, const Surroundings& surroundings) {
   const Sheet& sheet = need_measured(measured, scene);
+  if (on_a_line(sheet.marks, print.pitch_m))
+    throw bad_input("the measured marks do not span a surface",
+                    {.file = scene.file.string(), .field = "start.mode"},
+                    "measure at least three marks off one line, or start flat");
   const FillGrid grid(print);
   Equations equations;
   add_marks(sheet, grid, equations);
@@ -373,10 +387,6 @@ MaterialShape measured_shape(const Scene& scene, const std::optional<Sheet>& mea
   const Eigen::SparseMatrix<double> normal = matrix.transpose() * matrix;
   const Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>> solver(normal);
   const Eigen::MatrixX3d solution = solver.solve(matrix.transpose() * sums);
-  if (solver.info() != Eigen::Success || !solution.allFinite())
-    throw bad_input("the measured marks do not span a surface",
-                    {.file = scene.file.string(), .field = "start.mode"},
-                    "measure at least three marks off one line, or start flat");
   MaterialShape shape;
   for (int row = 0; row < grid.count[0]; ++row) {
     for (int col = 0; col < grid.count[1]; ++col) {
