@@ -15,7 +15,7 @@ namespace {
 
 using units::mm;
 
-constexpr double kSame_m = 1e-6;     // a pin this near to the hem is on it
+constexpr double kAtHem_m = 1e-6;    // a pin this near to the hem is on it
 constexpr double kWritten_m = 1e-3;  // two places written to a whole millimetre
 
 /// Woven cloth is thinner (KES-FB-3 at 0.5 gf/cm2): a start that is laid on an object is not
@@ -74,7 +74,7 @@ void refuse_flat_start_inside(const Scene& scene, const Print& print, const Clot
     for (int k = 0; k <= kPlaces; ++k) {
       const Eigen::Vector2d at =
           print.patch_m.cwiseProduct(Eigen::Vector2d(i, k) / double{kPlaces});
-      if (is_on(outline, at, kSame_m)) places.push_back(flat.point_in_world(at, print.patch_m));
+      if (is_on(outline, at, kAtHem_m)) places.push_back(flat.point_in_world(at, print.patch_m));
     }
   }
   refuse_inside(scene, places, surroundings);
@@ -83,7 +83,7 @@ void refuse_flat_start_inside(const Scene& scene, const Print& print, const Clot
 void refuse_pins_beside(const Scene& scene, const Print& print, const ClothOutline& outline) {
   for (const Pin& pin : scene.pins) {
     const Eigen::Vector2d at = pin.material_m(print);
-    if (is_on(outline, at, kSame_m)) continue;
+    if (is_on(outline, at, kAtHem_m)) continue;
     throw bad_input(fmt::format("the pin at warp {:g}, weft {:g} mm is not on the cloth",
                                 at.x() / mm, at.y() / mm),
                     {.file = scene.file.string(), .field = "pin"},

@@ -10,7 +10,8 @@
 #include "core/files/csv.hpp"
 #include "core/files/files.hpp"
 #include "core/units.hpp"
-#include "simulate/ensemble/checked.hpp"
+#include "simulate/drape/drape.hpp"
+#include "simulate/fabric/fitted_laws.hpp"
 #include "tests/support/paths.hpp"
 
 namespace drape::simulate {
@@ -139,7 +140,8 @@ TEST(StartFile, ASheetOfAnotherPrintIsRefused) {
   EXPECT_NE(fault_of(fewer).find("rows"), std::string::npos);
 }
 
-// The limit is that of the data's makers for this grid, see study/independent_test.cpp.
+/// The one cloth and the other solver leave 0.04 mm to each other (study/independent_test.cpp), and
+/// a mark's surface between the other's vertices some more.
 TEST(StartFile, ADrapeRestsWhereAnotherSolverLeftIt) {
   const Hang hang;
   const test::TemporaryFolder folder;
@@ -147,22 +149,20 @@ TEST(StartFile, ADrapeRestsWhereAnotherSolverLeftIt) {
   scene.start.mode = StartMode::measured;
   const Print print = read_print(scene.print_file);
   const Sheet start = read_start(hang.write_grid(folder.path()), print);
-  SimulateOptions options;
-  options.rows = options.cols = 81;
-  options.segments = 1;
-  options.solver = Solver::newton;
-  const SimulateResult drape =
-      simulate_checked(scene, read_fabric(scene.fabric_file), print, start, options);
-  EXPECT_EQ(drape.report.status, RestStatus::at_rest) << drape.report.sentence;
+  const Fabric fabric = read_fabric(scene.fabric_file);
+  const DrapeCase drape_from_it =
+      drape_case(scene, print, start, fit_laws(fabric, 1, std::nullopt, false).laws);
+  const Drape drape = drape_cloth(drape_from_it, DrapeOptions{});
+  ASSERT_TRUE(drape.at_rest()) << drape.levels.back().rest.why;
   double distance_m = 0;
-  for (int k = 0; k < kMarks * kMarks; ++k) {
-    const SheetMark* mark = drape.sheet.find({2 * (k / kMarks), 2 * (k % kMarks)});
-    ASSERT_NE(mark, nullptr);
-    distance_m += (mark->point_in_world - mm * hang.points_mm[k]).norm() / (kMarks * kMarks);
+  for (std::size_t k = 0; k < drape.marks.size(); ++k) {
+    const Vector3d place = drape_from_it.local.to_world(
+        drape.marks_of_level.back().row(static_cast<Eigen::Index>(k)).transpose());
+    distance_m += (place - start.find(drape.marks[k])->point_in_world).norm() /
+                  static_cast<double>(drape.marks.size());
   }
-  std::printf("hang started from the other solver's mesh, 81x81: %.4f mm from it\n",
-              distance_m / mm);
-  EXPECT_LE(distance_m, 0.03 * mm);
+  std::printf("hang started from the other solver's mesh: %.4f mm from it\n", distance_m / mm);
+  EXPECT_LE(distance_m, 0.08 * mm);
 }
 
 }  // namespace

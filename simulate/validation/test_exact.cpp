@@ -111,6 +111,12 @@ Cantilever cantilever(double gamma) {
   return {gamma, clamp[2] / reach, clamp[3] / reach, 0.5 * kPi - std::exp(low)};
 }
 
+Eigen::Vector2d Cantilever::at(double arc) const {
+  const double reach = std::cbrt(gamma);
+  const Eigen::Vector4d y = from_tip(std::log(0.5 * kPi - tip_rad), reach * (1 - arc));
+  return {width - y[2] / reach, y[3] / reach - height};
+}
+
 Cantilever cantilever_at_chord_angle(double chord_rad) {
   double low = 1e-3;
   double high = 1e3;

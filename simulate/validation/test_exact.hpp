@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <Eigen/Core>
 #include <numbers>
 
 namespace drape::simulate {
@@ -17,6 +18,7 @@ namespace drape::simulate::exact {
 /// 1e-6.
 struct Cantilever {
   double gamma = 0, width = 0, height = 0, tip_rad = 0;
+  [[nodiscard]] Eigen::Vector2d at(double arc) const;  ///< seen from the clamp: along and up
 };
 [[nodiscard]] Cantilever cantilever(double gamma);
 /// The one whose chord from clamp to tip hangs at this angle (Peirce 1930: 41.5 degrees).

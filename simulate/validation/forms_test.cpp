@@ -1,0 +1,303 @@
+// SPDX-License-Identifier: Apache-2.0
+// Closed forms of strips and sheets without contact: cantilevers, loops, struts, chains, buckling,
+// order of convergence.
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include <Eigen/Eigenvalues>
+#include <cmath>
+#include <numbers>
+
+#include "simulate/validation/test_exact.hpp"
+#include "simulate/validation/test_forms.hpp"
+
+namespace drape::simulate {
+namespace {
+
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+
+/// Bending stiffness (N m) of a strip of a length by its rho g L^3 / B.
+double bending_of(double gamma, double length_m = kLength) {
+  return kWeight * std::pow(length_m, 3) / gamma;
+}
+
+/// A strip clamped level at warp 0.
+FormSheet cantilever(double gamma, double spacing_m, double width_m) {
+  FormSheet strip({kLength, width_m}, bending_of(gamma), spacing_m);
+  strip.clamp_flat(0);
+  return strip;
+}
+
+/// Its tip seen from the clamp, in units of the length: along, and down.
+Vector2d tip_of(const FormRest& rest, double warp_m = kLength) {
+  const Vector2d size = rest.drape->print.patch_m;
+  const Vector3d tip = rest.place(warp_m, size.y() / 2);
+  return Vector2d(size.x() / 2 - tip.y(), -tip.z()) / kLength;
+}
+
+TEST(Cantilever, LiesOnTheMasterCurve) {
+  for (int k = -4; k <= 8; ++k) {
+    const double gamma = std::pow(10.0, 0.5 * k);
+    const exact::Cantilever shape = exact::cantilever(gamma);
+    // The clamp's bend is (B / rho g)^(1/3) long; H / W weighs what is left there the more, the
+    // less the strip reaches out.
+    const double spacing_m = std::min(1.0 / 40, 1 / (24 * std::cbrt(gamma))) * kLength;
+    const FormRest rest =
+        rest_of(cantilever(gamma, spacing_m, 2 * spacing_m), [&](double arc_m) -> Vector2d {
+          return kLength * (shape.at(arc_m / kLength) - Vector2d(0.5, 0));
+        });
+    const Vector2d tip = tip_of(rest);
+    expect_relative(fmt::format("cantilever H/W, Gamma {:.4g}", gamma), shape.height / shape.width,
+                    tip.y() / tip.x(), 1e-3);
+    const Vector2d last = tip - tip_of(rest, kLength - spacing_m);
+    if (k % 4 == 0)
+      expect_relative(fmt::format("cantilever tip angle (rad), Gamma {:.4g}", gamma), shape.tip_rad,
+                      std::atan2(last.y(), last.x()), 1e-2);
+  }
+}
+
+TEST(Cantilever, FallsFromFlatOnToTheCurve) {
+  for (const double gamma : {1.0, 10.0, 100.0}) {
+    const exact::Cantilever shape = exact::cantilever(gamma);
+    FormSheet strip = cantilever(gamma, 1.25e-3, 0.02);
+    strip.options.coarsest_m = 5e-3;
+    const FormRest flat = start_of(strip);
+    const Drape drape = drape_cloth(*flat.drape, strip.options);
+    ASSERT_TRUE(drape.at_rest()) << drape.levels.back().rest.why;
+    const Vector3d tip = drape.level->places(drape.rest, {{kLength, 0.01}}).row(0).transpose();
+    expect_relative(fmt::format("cantilever H/W in levels from flat, Gamma {:g}", gamma),
+                    shape.height / shape.width, -tip.z() / (kLength / 2 - tip.y()), 1e-3);
+  }
+}
+
+/// An operator reads B = rho g L^3 / Gamma where the chord hangs at 41.5 degrees (Peirce 1930): the
+/// strip made with B hangs between those made with a thousandth more and less.
+TEST(Cantilever, OfPeirceGivesBackTheStiffness) {
+  constexpr double kPeirce = 8.0042;  // Gamma at which it does
+  const Vector2d tip = tip_of(rest_of(cantilever(kPeirce, 2.5e-3, 5e-3)));
+  expect_relative("chord of Peirce's cantilever (deg)", 41.5,
+                  std::atan2(tip.y(), tip.x()) * 180 / kPi, 1e-3);
+  const exact::Cantilever less = exact::cantilever(0.999 * kPeirce),
+                          more = exact::cantilever(1.001 * kPeirce);
+  EXPECT_GT(tip.y() / tip.x(), less.height / less.width);
+  EXPECT_LT(tip.y() / tip.x(), more.height / more.width);
+}
+
+/// Clamped upwards from flat: carried, it may not stay bent back at the clamp.
+TEST(Clamp, HoldsTheSideOfTheClothToo) {
+  for (const Vector3d& direction : {Vector3d(0, 0, 1), Vector3d(0, 0.6, 0.8)}) {
+    FormSheet strip({kLength, 5e-3}, bending_of(2), 2.5e-3);  // Gamma 2: stands or nearly so
+    strip.clamp(0, strip.flat_place({0, 2.5e-3}), direction);
+    const FormRest rest = rest_of(strip);
+    const Vector3d edge = rest.place(2e-3, 2.5e-3) - rest.place(0, 2.5e-3);
+    EXPECT_GT(edge.normalized().dot(direction), 0.99) << direction.transpose();
+  }
+}
+
+/// Parts the cloth: on both sides hangs the strip of half the length.
+TEST(Clamp, ALineInsideHoldsBothSides) {
+  FormSheet both({2 * kLength, 0.01}, bending_of(10), 2.5e-3);
+  both.clamp_flat(kLength);
+  const FormRest rest = rest_of(both);
+  const exact::Cantilever shape = exact::cantilever(10);
+  for (const double warp_m : {0.0, 2 * kLength}) {
+    const Vector3d tip = rest.place(warp_m, 5e-3) / kLength;
+    expect_at_most(fmt::format("tip at warp {:g} m beside the elastica, over its length", warp_m),
+                   std::hypot(std::abs(tip.y()) - shape.width, tip.z() + shape.height), 2e-4);
+  }
+}
+
+/// Mean error of the tip over meshes of one spacing.
+template <class Error>
+double order_of(double coarse_m, const Error& error) {
+  double sums[2] = {0, 0};
+  for (const unsigned seed : {1U, 2U, 3U})
+    for (const int k : {0, 1}) sums[k] += error(coarse_m / (1 + k), seed);
+  return std::log2(sums[0] / sums[1]);
+}
+
+TEST(Order, OfAHeavyStripFromItsClampIsTwo) {
+  const exact::Cantilever shape = exact::cantilever(10);
+  for (const double coarse_m : {10e-3, 5e-3}) {
+    const double order = order_of(coarse_m, [&](double spacing_m, unsigned seed) {
+      FormSheet strip = cantilever(10, spacing_m, 0.02);
+      strip.laws.tensile[0].slope *= 100;
+      strip.options.seed = seed;
+      return (tip_of(rest_of(strip)) - Vector2d(shape.width, shape.height)).norm();
+    });
+    expect_at_least(fmt::format("order of a strip's tip, Gamma 10, from {:g} mm", 1e3 * coarse_m),
+                    order, 1.8);
+  }
+}
+
+/// A square clamped along one hem in a sideways and downward gravity: stretch, shear, bending along
+/// both threads and twist all work. Its free corner, against that on a much finer mesh.
+TEST(Order, OfABentAndTwistedSheetIsTwo) {
+  const auto corner = [](double spacing_m, unsigned seed) {
+    FormSheet sheet({0.06, 0.06}, 7.7e-6, spacing_m);
+    sheet.laws.tensile[0].slope = sheet.laws.tensile[1].slope = 300;
+    sheet.laws.shear.slope = 20;
+    sheet.laws.bending[1].slope = 5e-6;
+    sheet.laws.twist_n_m = 1.1e-5;
+    sheet.scene.gravity_m_per_s2 = {0.5 * kGravity, 0, -0.8 * kGravity};
+    sheet.options.seed = seed;
+    sheet.clamp_flat(0);
+    return rest_of(sheet).place(0.06, 0.06);
+  };
+  const Vector3d converged = corner(0.75e-3, 1);
+  expect_at_least(
+      "order of a bent and twisted sheet's corner, from 6 mm",
+      order_of(6e-3, [&](double spacing_m,
+                         unsigned seed) { return (corner(spacing_m, seed) - converged).norm(); }),
+      1.8);
+}
+
+/// Both ends clamped upright in one place.
+TEST(Loop, HangsAsTheHeartLoop) {
+  constexpr double kLoop = 0.12, kSpacing = kLoop / 96;
+  constexpr int kSteps = 4000;
+  // From up (90 degrees) over the right shoulder to the lowest point and up the left one.
+  std::vector<Vector2d> curve = {Vector2d::Zero()};
+  for (int k = 0; k < kSteps; ++k) {
+    const double s = (k + 0.5) / kSteps;
+    const double angle = 0.5 * kPi - 3 * kPi * s - 0.67 * std::sin(2 * kPi * s);
+    curve.emplace_back(curve.back() + kLoop / kSteps * Vector2d(std::cos(angle), std::sin(angle)));
+  }
+  for (const double gamma : {1e-2, 24.0, 100.0, 390.0}) {
+    FormSheet strip({kLoop, 2 * kSpacing}, bending_of(gamma, kLoop), kSpacing);
+    for (const double end_m : {0.0, kLoop}) strip.clamp(end_m, Vector3d::Zero(), Vector3d::UnitZ());
+    const FormRest rest =
+        rest_of(strip, [&](double arc_m) { return curve[std::lround(arc_m / kLoop * kSteps)]; });
+    expect_relative(fmt::format("heart loop height over length, Gamma {:g}", gamma),
+                    exact::heart_loop_height(gamma), -rest.place(kLoop / 2, kSpacing).z() / kLoop,
+                    2e-3);
+  }
+}
+
+/// A strut with hinged ends and hardly any weight, pushed to a chord.
+TEST(Strut, BearsTheLoadOfTheElastica) {
+  constexpr double kBending = 1e-3, kSpacing = kLength / 64, kLight = 5e-3;
+  constexpr double kEuler = kPi * kPi * kBending / (kLength * kLength);
+  for (const double degrees : {20.0, 60.0, 100.0}) {
+    const double alpha = degrees * kPi / 180, k = std::sin(alpha / 2);
+    const exact::Elastica strut = exact::elastica(alpha);
+    const double rise = k / std::comp_ellint_1(k), chord_m = strut.chord * kLength;
+    FormSheet strip({kLength, kSpacing}, kBending, kSpacing);
+    strip.laws.tensile[0].slope = strip.laws.tensile[1].slope = 2e4 * kEuler;
+    strip.scene.gravity_m_per_s2 *= kLight;
+    strip.options.descent.residual = 1e-3;
+    strip.pin_ends(0, Vector3d::Zero());
+    strip.pin_ends(kLength, -chord_m * FormSheet::kY);
+    const FormRest rest = rest_of(strip, [&](double arc_m) -> Vector2d {
+      const double part = arc_m / kLength;
+      return {chord_m * part, rise * kLength * std::sin(kPi * part)};
+    });
+    expect_relative(fmt::format("strut load over Euler's, end slope {:g} deg", degrees), strut.load,
+                    rest.reaction_n(kLength).y() / kSpacing / kEuler, 2e-3);
+    expect_relative(fmt::format("strut's rise over its length, end slope {:g} deg", degrees), rise,
+                    rest.place(kLength / 2, kSpacing / 2).z() / kLength, 2e-3);
+  }
+}
+
+TEST(Chain, SagsAsTheCatenary) {
+  constexpr double kChain = 0.2, kSpacing = kChain / 96;
+  for (const double chord : {0.5, 0.775, 0.95}) {
+    const double sag = exact::catenary_sag(chord);
+    FormSheet strip({kChain, kSpacing}, 1e-8, kSpacing);
+    strip.laws.tensile[0].slope = strip.laws.tensile[1].slope = 1e4 * kWeight * kChain;
+    strip.laws.twist_n_m = 1e-5;  // a chain cannot twist
+    strip.pin_ends(0, Vector3d::Zero());
+    strip.pin_ends(kChain, -chord * kChain * FormSheet::kY);
+    // A parabola of about the right sag; its arc need not fit.
+    const FormRest rest = rest_of(strip, [&](double arc_m) -> Vector2d {
+      const double t = 2 * arc_m / kChain - 1;
+      return kChain * Vector2d(0.5 * chord * (t + 1), sag * (t * t - 1));
+    });
+    expect_relative(fmt::format("catenary sag over length, chord {:g}", chord), sag,
+                    -rest.place(kChain / 2, kSpacing / 2).z() / kChain, 1e-3);
+  }
+}
+
+TEST(Strip, StretchesByItsWeight) {
+  constexpr double kStrip = 0.2, kTensile = 400;
+  FormSheet strip({kStrip, 0.03}, 1e-5, 5e-3);
+  strip.laws.tensile[0].slope = strip.laws.tensile[1].slope = kTensile;
+  strip.scene.gravity_m_per_s2 = {0, -kGravity, 0};
+  strip.clamp_flat(0);
+  const FormRest rest = rest_of(strip);
+  expect_relative("hanging strip: drop of its end (m)", kWeight * kStrip * kStrip / (2 * kTensile),
+                  -kStrip / 2 - rest.place(kStrip, 0.015).y(), 2e-3);
+}
+
+/// Load of its own plane, over `load`, at which a flat sheet buckles: the sideways stiffness falls
+/// in proportion to the load, K0 + (load / at)(K - K0), until it is singular. K by differences of
+/// the forces, which sideways are odd about a flat state.
+double buckling_load(const FormSheet& sheet) {
+  FormRest rest = start_of(sheet);
+  const MeshCloth& cloth = rest.level->cloth();
+  std::vector<int> free;
+  for (int i = 0; i < cloth.unknowns(); ++i)
+    if (!rest.level->held()[i]) free.push_back(i);
+  const auto stiffness = [&] {
+    constexpr double kStep_m = 1e-8;
+    Eigen::MatrixXd k(free.size(), free.size());
+    for (std::size_t col = 0; col < free.size(); ++col) {
+      const double step = free[col] < cloth.points() ? kStep_m : kStep_m / sheet.options.spacing_m;
+      MeshCloth::State moved = rest.moment.state, force(moved.size(), Vector3d::Zero());
+      moved[free[col]].z() += step;
+      cloth.add_forces(moved, force);
+      for (std::size_t row = 0; row < free.size(); ++row)
+        k(row, col) = -force[free[row]].z() / step;
+    }
+    return ((k + k.transpose()) / 2).eval();
+  };
+  const Eigen::MatrixXd unloaded = stiffness();
+  const RestReport report = rest.level->rest(rest.moment);
+  EXPECT_TRUE(report.at_rest) << report.why;
+  const Eigen::GeneralizedSelfAdjointEigenSolver<Eigen::MatrixXd> modes(
+      unloaded - stiffness(), unloaded, Eigen::EigenvaluesOnly);
+  return 1 / modes.eigenvalues().maxCoeff();
+}
+
+/// A strip standing on its clamp: gravity in its plane, towards the clamp.
+TEST(Buckling, OfAnUprightStripUnderItsWeight) {
+  constexpr double kGamma = 7;
+  FormSheet strip = cantilever(kGamma, kLength / 40, kLength / 20);
+  strip.laws.tensile[0].slope = strip.laws.tensile[1].slope = 1e7 * bending_of(kGamma) / 0.01;
+  strip.scene.gravity_m_per_s2 = {0, kGravity, 0};
+  expect_relative("self-buckling Gamma of an upright strip", exact::kSelfBuckling,
+                  kGamma * buckling_load(strip), 5e-3);
+}
+
+/// A strip clamped on edge: gravity in its plane, across it. Cross-sections are kept straight.
+TEST(Buckling, OfAStripOnEdgeOverItsWidth) {
+  struct Strip {
+    double width, twist, spacing;  ///< over length, over bending stiffness, over length
+  };
+  constexpr double kGoal = 1e-2, kGamma = 15;
+  double widest = 0;
+  for (const Strip& form : {Strip{0.05, 2, 1. / 40},
+                            {0.1, 2, 1. / 40},
+                            {0.2, 2, 1. / 30},
+                            {0.2, 0.5, 1. / 30},
+                            {0.4, 2, 1. / 20}}) {
+    FormSheet strip = cantilever(kGamma, form.spacing * kLength, form.width * kLength);
+    const double bending = bending_of(kGamma), stiff = 3e7 * bending / (kLength * kLength);
+    strip.laws.tensile[0].slope = strip.laws.tensile[1].slope = strip.laws.shear.slope = stiff;
+    strip.laws.bending[1].slope = 1e3 * bending;
+    strip.laws.twist_n_m = form.twist * bending;
+    strip.scene.gravity_m_per_s2 = {kGravity, 0, 0};
+    widest = kGamma * buckling_load(strip) / std::sqrt(form.twist);
+    expect_relative(
+        fmt::format("lateral buckling load, width {:g} L, twist {:g} B", form.width, form.twist),
+        exact::lateral_buckling(form.width * form.width / (12 * form.twist)), widest, kGoal);
+  }
+  // The same load in units of half the twist stiffness, or of a strip half as wide, is another.
+  EXPECT_GT(std::abs(std::sqrt(2.0) * widest / exact::lateral_buckling(0.4 * 0.4 / 12) - 1),
+            20 * kGoal);
+  EXPECT_GT(std::abs(widest / exact::lateral_buckling(0.2 * 0.2 / 24) - 1), 10 * kGoal);
+}
+
+}  // namespace
+}  // namespace drape::simulate
