@@ -87,6 +87,7 @@ void PaperMotion::settle_touches(const Places& a) {
       touch.shape = -1;
       continue;
     }
+    touch.press_m_per_s2 = -outward;
     const Vector3d along = pull - outward * touch.normal;
     if (touch.stuck && along.norm() > -forces_.friction * outward) {
       touch.stuck = false;
@@ -160,7 +161,7 @@ void PaperMotion::land() {
       if (into >= 0) continue;
       velocity.col(column) -= into * normal;
       const double speed = velocity.col(column).norm();
-      touch_[i] = {shape, speed == 0, gap, normal, Vector3d::Zero()};
+      touch_[i] = {shape, speed == 0, 0, gap, normal, Vector3d::Zero()};
       if (speed > 0) touch_[i].slide = velocity.col(column) / speed;
       break;
     }
@@ -194,8 +195,10 @@ void PaperMotion::follow_surfaces(double step_s) {
       break;
     }
     const double speed = v.norm();
-    // Friction has stopped the particle when its velocity has turned round within the step.
-    touch.stuck = touch.stuck || speed == 0 || (forces_.friction > 0 && v.dot(touch.slide) <= 0);
+    // Friction that keeps its direction for a step turns slower particles from side to side, ever
+    // farther; what it would stop within half a step, or has turned round, sticks.
+    touch.stuck = touch.stuck || speed <= 0.5 * forces_.friction * touch.press_m_per_s2 * step_s ||
+                  (forces_.friction > 0 && v.dot(touch.slide) <= 0);
     if (touch.stuck) v.setZero();
     touch.slide = touch.stuck ? Vector3d(Vector3d::Zero()) : Vector3d(v / speed);
     position.col(column) = p;

@@ -57,7 +57,8 @@ class PaperMotion {
   struct Touch {
     int shape = -1;
     bool stuck = false;
-    double gap = 0;  ///< distance kept from the surface; a shallow hit starts below 0
+    double press_m_per_s2 = 0;  ///< pressing force over mass
+    double gap = 0;             ///< distance kept from the surface; a shallow hit starts below 0
     Eigen::Vector3d normal, slide;  ///< unit; `slide` is zero where nothing slides
   };
 
