@@ -10,9 +10,9 @@
 #include "core/error.hpp"
 #include "core/files/files.hpp"
 #include "core/units.hpp"
+#include "simulate/fabric/fitted_laws.hpp"
 #include "simulate/fabric/plausible.hpp"
 #include "simulate/fabric/plot.hpp"
-#include "simulate/simulate.hpp"
 #include "tests/support/paths.hpp"
 
 namespace drape::simulate {
@@ -54,8 +54,7 @@ TEST(Fabric, Bench1HasItsMeasuredBendingStiffnessAndDensity) {
         read_fabric(test::source_root() / "rigs/bench1/fabrics" / (k == 0 ? "A.toml" : "B.toml"));
     EXPECT_DOUBLE_EQ(fabric.areal_density_kg_per_m2, density[k]);
     for (const int segments : {1, 5}) {
-      SimulateReport report;
-      const ClothLaws laws = make_laws(fabric, segments, report);
+      const auto [laws, curves, warnings] = fit_laws(fabric, segments);
       for (const auto& bending : laws.bending) {
         EXPECT_NEAR(bending.slope, stiffness[k], 1e-3 * stiffness[k]);
         EXPECT_TRUE(bending.hinges.empty());
@@ -63,7 +62,7 @@ TEST(Fabric, Bench1HasItsMeasuredBendingStiffnessAndDensity) {
       // The same stiffness at 45 degrees: J = 2 B.
       EXPECT_NEAR(laws.twist_n_m, 2 * stiffness[k], 4e-3 * stiffness[k]);
       EXPECT_NEAR(laws.shear.slope, 0.6 * units::gf_per_cm_deg, 1e-3 * 33.7);
-      EXPECT_EQ(report.curves.size(), 5u);
+      EXPECT_EQ(curves.size(), 5u);
     }
     EXPECT_THAT(fabric.stand_ins, ::testing::Contains("tensile curves"));
     EXPECT_THAT(fabric.warnings, ::testing::IsEmpty());
@@ -223,15 +222,13 @@ TEST(Merging, ShearIsTheSameWithWarpAndWeftExchanged) {
     }
     Fabric exchanged = fabric;
     std::swap(exchanged.shear[0], exchanged.shear[1]);
-    SimulateReport report, other;
-    ClothLaws laws = make_laws(fabric, 5, report), swapped = make_laws(exchanged, 5, other);
-    add_internal_friction(fabric, 5, laws, report);
-    add_internal_friction(exchanged, 5, swapped, other);
+    const FittedLaws own = fit_laws(fabric, 5, {}, true), other = fit_laws(exchanged, 5, {}, true);
+    const ClothLaws &laws = own.laws, &swapped = other.laws;
     for (const double x : {0.5, 2.0, 5.0, 7.9})
       EXPECT_DOUBLE_EQ(laws.shear.value(x), swapped.shear.value(x)) << x;
     EXPECT_DOUBLE_EQ(laws.friction->shear.stiffness(), swapped.friction->shear.stiffness());
-    for (std::size_t k = 0; k < report.curves.size(); ++k)
-      EXPECT_DOUBLE_EQ(report.curves[k].half_hysteresis, other.curves[k].half_hysteresis);
+    for (std::size_t k = 0; k < own.curves.size(); ++k)
+      EXPECT_DOUBLE_EQ(own.curves[k].half_hysteresis, other.curves[k].half_hysteresis);
   }
 }
 
@@ -279,8 +276,7 @@ TEST_F(KesNumbers, GiveCurvesThatGiveTheNumbersBack) {
   }
   EXPECT_NEAR(loading, 7.0 * units::gf_per_cm, 2e-3 * loading);  // WT; trapezoids of 50 points
   EXPECT_NEAR(unloading / loading, 0.55, 3e-3);                  // RT
-  SimulateReport report;
-  const ClothLaws laws = make_laws(fabric, 1, report);
+  const ClothLaws laws = fit_laws(fabric, 1).laws;
   EXPECT_NEAR(laws.shear.slope, 0.6 * units::gf_per_cm_deg, 1e-9);
   EXPECT_NEAR(laws.bending[0].slope, 0.088 * units::gf_cm2_per_cm, 1e-15);
   EXPECT_NEAR(half_hysteresis(fabric.bending[0]), 0.02 * units::gf_cm_per_cm, 1e-12);
@@ -301,8 +297,7 @@ TEST_F(KesNumbers, ALinearityAboveOneKeepsItsWork) {
 TEST_F(KesNumbers, BAndGAloneAreEnoughAndTheRestIsMarked) {
   const Fabric fabric = read("", "g_gf_per_cm_deg = 0.6", "b_gf_cm2_per_cm = 0.088");
   EXPECT_THAT(fabric.stand_ins, testing::Contains(testing::HasSubstr("tensile curves")));
-  SimulateReport report;
-  EXPECT_GT(make_laws(fabric, 5, report).tensile[0].slope, 1000);
+  EXPECT_GT(fit_laws(fabric, 5).laws.tensile[0].slope, 1000);
 }
 
 TEST_F(KesNumbers, WrongUnitsAreNamed) {
@@ -327,11 +322,10 @@ TEST_F(KesNumbers, WrongUnitsAreNamed) {
 TEST_F(KesNumbers, ASheetThatIsNoTextileIsSimulatedWithAWarning) {
   const Fabric board = read(tensile_, shear_, "b_gf_cm2_per_cm = 8.6");  // 0.088 in uN m
   EXPECT_THROW(require_textile(board), Error);
-  SimulateReport report;
-  (void)make_laws(board, 1, report);
-  EXPECT_THAT(report.warnings, testing::Contains(testing::AllOf(
-                                   testing::HasSubstr("bending.warp_kes.b_gf_cm2_per_cm"),
-                                   testing::HasSubstr("uN m"))));
+  EXPECT_THAT(
+      fit_laws(board, 1).warnings,
+      testing::Contains(testing::AllOf(testing::HasSubstr("bending.warp_kes.b_gf_cm2_per_cm"),
+                                       testing::HasSubstr("uN m"))));
 }
 
 TEST_F(KesNumbers, ThePlotShowsEveryCurveWithItsApproximation) {

@@ -8,7 +8,7 @@
 
 #include "core/files/files.hpp"
 #include "core/units.hpp"
-#include "simulate/simulate.hpp"
+#include "simulate/fabric/fitted_laws.hpp"
 #include "tests/support/paths.hpp"
 
 namespace drape::simulate {
@@ -76,9 +76,7 @@ TEST(Memory, GivesKesNumbersBack) {
       "{ g_gf_per_cm_deg = 0.6, hg2_gf_per_cm = 0.5, "
       "hg5_gf_per_cm = 1.4 }",
       "{ b_gf_cm2_per_cm = 0.118, hb2_gf_cm_per_cm = 0.124 }");
-  SimulateReport report;
-  ClothLaws laws = make_laws(fabric, 5, report);
-  add_internal_friction(fabric, 5, laws, report);
+  const ClothLaws laws = fit_laws(fabric, 5, {}, true).laws;
   ASSERT_TRUE(laws.friction);
   const double cm = units::per_cm, deg = units::deg;
   const KesReading bending =
@@ -115,11 +113,9 @@ TEST(Memory, FollowsLoopsFromFilesWithinTheStatedError) {
   for (const char* name : {"A", "B"}) {
     const Fabric fabric =
         read_fabric(test::source_root() / "rigs/bench1/fabrics" / (std::string(name) + ".toml"));
-    SimulateReport report;
-    ClothLaws laws = make_laws(fabric, 5, report);
-    add_internal_friction(fabric, 5, laws, report);
+    const auto [laws, curves, warnings] = fit_laws(fabric, 5, {}, true);
     int seen = 0;
-    for (const CurveReport& curve : report.curves) {
+    for (const CurveReport& curve : curves) {
       if (!curve.name.starts_with("bending friction")) continue;
       const int d = curve.name.find("warp") != std::string::npos ? 0 : 1;
       expect_stated_error(laws.friction->bending[d], half_width(fabric.bending[d]), curve);

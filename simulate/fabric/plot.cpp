@@ -8,7 +8,7 @@
 
 #include "core/drawing/chart.hpp"
 #include "core/units.hpp"
-#include "simulate/simulate.hpp"
+#include "simulate/fabric/fitted_laws.hpp"
 
 namespace drape::simulate {
 namespace {
@@ -74,9 +74,7 @@ void draw(Svg& svg, const Panel& panel, double left, double top) {
 }  // namespace
 
 std::string curves_svg(const Fabric& fabric, int segments) {
-  SimulateReport ignored;
-  const ClothLaws line = make_laws(fabric, 1, ignored);
-  const ClothLaws pieces = make_laws(fabric, segments, ignored);
+  const ClothLaws line = fit_laws(fabric, 1).laws, pieces = fit_laws(fabric, segments).laws;
   const std::string title =
       fmt::format("{}, {:g} g/m2", fabric.name, fabric.areal_density_kg_per_m2 / units::g_per_m2);
   Svg svg(3 * kWidth, 2 * kHeight + 60, title);

@@ -13,11 +13,11 @@
 #include "core/program/run_record.hpp"
 #include "core/program/shell_word.hpp"
 #include "core/units.hpp"
+#include "simulate/fabric/fitted_laws.hpp"
 #include "simulate/fabric/import.hpp"
 #include "simulate/fabric/plausible.hpp"
 #include "simulate/fabric/plot.hpp"
 #include "simulate/programs/commands.hpp"
-#include "simulate/simulate.hpp"
 
 namespace drape::simulate {
 
@@ -166,20 +166,21 @@ int run_fabric(const fs::path& file, const std::optional<fs::path>& plot, int se
                    files);
   const Fabric fabric = read_fabric(file);
   require_textile(fabric);
-  SimulateReport report;
-  const ClothLaws laws = make_laws(fabric, segments, report);
+  const FittedLaws fitted = fit_laws(fabric, segments);
   Ending ending;
   ending.verdict = fmt::format("{}: its curves are those of a textile", fabric.name);
-  for (const CurveReport& curve : report.curves) {
-    const double unit = curve.unit == "gf/cm" ? units::gf_per_cm : units::gf_cm_per_cm;
+  for (const CurveReport& curve : fitted.curves) {
+    const bool bends = curve.name.starts_with("bending");
+    const double unit = bends ? units::gf_cm_per_cm : units::gf_per_cm;
     ending.numbers.emplace_back(
         curve.name,
         fmt::format("{} segments, error rms {:.3g}, largest {:.3g} {}; half loop {:.3g}",
-                    curve.segments, curve.rms_error / unit, curve.largest_error / unit, curve.unit,
-                    curve.half_hysteresis / unit));
+                    curve.segments, curve.rms_error / unit, curve.largest_error / unit,
+                    bends ? "gf cm/cm" : "gf/cm", curve.half_hysteresis / unit));
   }
-  ending.numbers.emplace_back("twist stiffness", fmt::format("{:.3g} uN m", laws.twist_n_m * 1e6));
-  ending.warnings = report.warnings;
+  ending.numbers.emplace_back("twist stiffness",
+                              fmt::format("{:.3g} uN m", fitted.laws.twist_n_m * 1e6));
+  ending.warnings = fitted.warnings;
   for (const std::string& what : fabric.stand_ins)
     ending.warnings.push_back("not measured: " + what);
   ending.next_command =
