@@ -46,11 +46,9 @@ std::string key_of(const StudyCase& one, const std::vector<fs::path>& files,
   return sha256_of(std::string_view(text));
 }
 
-/// A list that is not empty, with no value twice.
+/// A list with no value twice.
 template <class List>
-void require_each_once(Fields& f, const char* name, const List& list) {
-  f.limit(!list.empty(), name, "the list is empty", "write one value or more");
-  auto sorted = list;
+void require_each_once(Fields& f, const char* name, List sorted) {
   std::sort(sorted.begin(), sorted.end());
   f.limit(std::adjacent_find(sorted.begin(), sorted.end()) == sorted.end(), name,
           "a value is listed twice", "list it once");
@@ -142,7 +140,13 @@ void fields(Fields& f, PlanFile& plan) {
               plan.simulate.paper.max_steps);
   f.otherwise({"thickness_mm", "distance of layers that else cross; 0: none", mm, 0, 10},
               plan.simulate.drape.thickness_m);
-  f.limit(!plan.scenes.empty(), "scenes", "the list is empty", "name one or more files");
+  const bool has_fabrics = f.reads() && plan.document.root().find("fabrics") != nullptr;
+  for (const auto& [name, empty] :
+       {std::pair("scenes", plan.scenes.empty()),
+        std::pair("fabrics", has_fabrics && plan.fabrics.empty()),
+        std::pair("grids", plan.grids.empty()), std::pair("spacings_mm", plan.spacings_m.empty()),
+        std::pair("segments", plan.segments.empty()), std::pair("seeds", plan.seeds.empty())})
+    f.limit(!empty, name, "the list is empty", "write one value or more");
   require_each_once(f, "grids", plan.grids);
   require_each_once(f, "spacings_mm", plan.spacings_m);
   require_each_once(f, "segments", plan.segments);
@@ -155,6 +159,9 @@ void fields(Fields& f, PlanChoice& choice) {
   f.otherwise({"grids", "particles per side of the paper's model", 1, 3, 401}, choice.grids);
   f.otherwise({"spacings_mm", "spacings of the finest meshes", mm, 0.5, 50}, choice.spacings_m);
   f.otherwise({"segments", "line segments per Kawabata curve", 1, 1, 20}, choice.segments);
+  require_each_once(f, "grids", choice.grids);
+  require_each_once(f, "spacings_mm", choice.spacings_m);
+  require_each_once(f, "segments", choice.segments);
 }
 
 std::string StudyCase::discretisation() const {
