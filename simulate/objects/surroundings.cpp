@@ -16,7 +16,6 @@ constexpr double kThinnest = 1e-4;  // m; of a body that is always found on a pa
 constexpr double kShortest = 1e-3;  // relative to the path, to the next place looked at
 constexpr int kBisections = 40;     // halvings of the path into a body
 constexpr double kRound_m = 2e-3;   // radius from which an edge is not sharp
-constexpr double kOpposite = -0.1;  // cosine between normals; 0 across the edge of a box
 
 template <class Body>
 double gap_of(const Body& body, const Vector3d& p) {
@@ -168,10 +167,6 @@ std::optional<double> Surroundings::first_entry(int shape, const Vector3d& from,
     (gap_at(middle) < -deep_m ? inside : outside) = middle;
   }
   return inside;
-}
-
-bool Surroundings::on_opposite_sides(int shape, const Vector3d& a, const Vector3d& b) const {
-  return normal(shape, a).dot(normal(shape, b)) < kOpposite;
 }
 
 double Surroundings::top_z_m() const {

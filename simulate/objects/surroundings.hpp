@@ -58,9 +58,6 @@ class Surroundings {
   [[nodiscard]] const PlacedMesh* mesh(int shape) const {
     return std::get_if<PlacedMesh>(&shapes_[shape]);
   }
-  [[nodiscard]] bool is_convex(int shape) const {
-    return !std::holds_alternative<PlacedMesh>(shapes_[shape]);
-  }
   /// Signed distance of a world point from the surface (m), negative inside.
   [[nodiscard]] double gap_m(int shape, const Eigen::Vector3d& point_in_world) const;
   /// Outward unit normal at the nearest surface point, world frame.
@@ -72,10 +69,6 @@ class Surroundings {
   [[nodiscard]] std::optional<double> first_entry(int shape, const Eigen::Vector3d& from_in_world,
                                                   const Eigen::Vector3d& to_in_world,
                                                   double deep_m) const;
-  /// True if the surfaces nearest to two places look away from each other: what goes in at one of
-  /// them and comes out at the other has passed through the body, not round an edge of it.
-  [[nodiscard]] bool on_opposite_sides(int shape, const Eigen::Vector3d& a_in_world,
-                                       const Eigen::Vector3d& b_in_world) const;
   /// Highest point of all objects but planes and the table (m), or the table when there is none.
   [[nodiscard]] double top_z_m() const;
 

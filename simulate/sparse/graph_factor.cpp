@@ -133,9 +133,9 @@ GraphFactor::GraphFactor(const GraphMatrix& pattern, const std::vector<Vector2d>
       front.in_parent.emplace_back();
       for (const int v : fronts_[child].border) front.in_parent.back().push_back(local[v]);
     }
-    front.lower.resize(static_cast<std::size_t>(trapezoid_size<float>(front.rows, front.cols)));
+    front.lower.resize(static_cast<std::size_t>(trapezoid_size(front.rows, front.cols)));
     const std::ptrdiff_t rest = front.rows - front.cols;
-    front.update.resize(static_cast<std::size_t>(trapezoid_size<float>(rest, rest)));
+    front.update.resize(static_cast<std::size_t>(trapezoid_size(rest, rest)));
     work_.emplace_back(front.rows);
   }
 }
@@ -151,11 +151,11 @@ void GraphFactor::add_children(std::vector<Front>& fronts, Front& front, bool to
       const std::ptrdiff_t first = 3 * static_cast<std::ptrdiff_t>(places[j]);
       if ((first < front.cols) != to_own) continue;
       for (std::ptrdiff_t c = 0; c < 3; ++c) {
-        const float* from = child.update.data() +
-                            trapezoid_column<float>(size, 3 * static_cast<std::ptrdiff_t>(j) + c);
-        float* to = to_own ? front.lower.data() + trapezoid_column<float>(front.rows, first + c)
-                           : front.update.data() +
-                                 trapezoid_column<float>(rest, first + c - front.cols) - front.cols;
+        const float* from =
+            child.update.data() + trapezoid_column(size, 3 * static_cast<std::ptrdiff_t>(j) + c);
+        float* to = to_own ? front.lower.data() + trapezoid_column(front.rows, first + c)
+                           : front.update.data() + trapezoid_column(rest, first + c - front.cols) -
+                                 front.cols;
         for (std::size_t i = j; i < places.size(); ++i)
           for (int r = 0; r < 3; ++r) to[3 * places[i] + r] += from[3 * i + r];
       }
@@ -169,8 +169,8 @@ bool GraphFactor::factorise(const GraphMatrix& matrix) {
     for (const Entry& entry : front.entries) {
       const Eigen::Matrix3d& block = matrix.block(entry.place);
       for (int c = 0; c < 3; ++c) {
-        float* to = front.lower.data() + trapezoid_column<float>(front.rows, 3 * entry.col + c) +
-                    3 * entry.row;
+        float* to =
+            front.lower.data() + trapezoid_column(front.rows, 3 * entry.col + c) + 3 * entry.row;
         for (int r = 0; r < 3; ++r)
           to[r] += static_cast<float>(entry.transposed ? block(c, r) : block(r, c));
       }

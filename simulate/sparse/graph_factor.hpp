@@ -63,7 +63,7 @@ class GraphFactor {
   static void add_children(std::vector<Front>& fronts, Front& front, bool to_own);
 
   std::vector<Front> fronts_;  ///< children before their parent
-  DenseScratch<float> scratch_;
+  DenseScratch scratch_;
   mutable std::vector<Eigen::VectorXf> work_;  ///< one for each front
 };
 

@@ -5,7 +5,10 @@
 
 #include <Eigen/Dense>
 #include <cmath>
+#include <cstring>
 #include <limits>
+#include <random>
+#include <utility>
 
 namespace drape::simulate {
 namespace {
@@ -87,6 +90,89 @@ TEST(GraphFactor, SaysWhatIsNotDefinite) {
   GraphFactor factor(matrix, graph.places);
   EXPECT_FALSE(factor.factorise(matrix));
 }
+
+// Fused multiply-add rounds once wherever it is computed, so the bytes do not depend on the
+// processor: the plain kernels are what one without these instructions runs.
+TEST(DenseKernels, GiveTheSameBytesWithAnyInstructions) {
+  std::mt19937 random(7);
+  std::uniform_real_distribution<double> value(-1, 1);
+  for (const auto& [rows, cols] :
+       {std::pair{1, 1}, {5, 3}, {13, 12}, {37, 29}, {91, 60}, {130, 130}, {210, 110}}) {
+    std::vector<float> matrix(trapezoid_size(rows, cols));
+    for (float& v : matrix) v = static_cast<float>(value(random));
+    for (int c = 0; c < cols; ++c) {
+      matrix[trapezoid_column(rows, c) + c] = static_cast<float>(2 * rows);
+    }
+    std::vector<float> x(rows);
+    for (float& v : x) v = static_cast<float>(value(random));
+    std::vector<float> bytes[3];
+    for (const Instructions most :
+         {Instructions::plain, Instructions::avx2, Instructions::avx512}) {
+      DenseScratch scratch;
+      scratch.most = most;
+      std::vector<float>& all = bytes[static_cast<int>(most)];
+      all = matrix;
+      ASSERT_TRUE(factor_columns(all.data(), rows, cols, scratch));
+      std::vector<float> triangle(trapezoid_size(rows - cols, rows - cols));
+      set_minus_outer(all.data(), rows, cols, triangle.data(), scratch);
+      std::vector<float> forward = x;
+      solve_columns(all.data(), rows, cols, forward.data(), most);
+      std::vector<float> back = x;
+      solve_columns_transposed(all.data(), rows, cols, back.data(), most);
+      for (const auto& part : {triangle, forward, back}) {
+        all.insert(all.end(), part.begin(), part.end());
+      }
+    }
+    for (const int k : {0, 1}) {
+      EXPECT_EQ(std::memcmp(bytes[k].data(), bytes[2].data(), bytes[2].size() * sizeof(float)), 0)
+          << rows << " rows, instructions " << k;
+    }
+  }
+  if (best_instructions() != Instructions::avx512) {
+    GTEST_SKIP() << "AVX-512 is missing on this processor: its kernels were not compared";
+  }
+}
+
+// L L^T is the matrix, L stored with its diagonal inverted, and the rest loses what the rows below
+// make: Eigen says the same.
+TEST(DenseKernels, FactorIsEigens) {
+  constexpr int width = DenseKernels::tile_rows;
+  constexpr double rounding = 100 * std::numeric_limits<float>::epsilon();
+  std::mt19937 random(8);
+  std::uniform_real_distribution<double> value(-1, 1);
+  for (const auto& [rows, cols] : {std::pair{3, 2}, {24, 24}, {61, 25}, {133, 77}, {190, 130}}) {
+    Eigen::MatrixXd full(rows, rows);
+    for (double& v : full.reshaped()) v = value(random);
+    full = (full * full.transpose()).eval() + rows * Eigen::MatrixXd::Identity(rows, rows);
+    std::vector<float> part(trapezoid_size(rows, cols));
+    for (int c = 0; c < cols; ++c) {
+      for (int r = c - c % width; r < rows; ++r) {
+        part[trapezoid_column(rows, c) + r] = static_cast<float>(full(r, c));
+      }
+    }
+    DenseScratch scratch;
+    ASSERT_TRUE(factor_columns(part.data(), rows, cols, scratch));
+    const int rest = rows - cols;
+    std::vector<float> triangle(trapezoid_size(rest, rest));
+    set_minus_outer(part.data(), rows, cols, triangle.data(), scratch);
+    const Eigen::MatrixXd lower = full.llt().matrixL();
+    for (int c = 0; c < cols; ++c) {
+      for (int r = c; r < rows; ++r) {
+        const double stored = part[trapezoid_column(rows, c) + r];
+        EXPECT_NEAR(r == c ? 1 / stored : stored, lower(r, c), rounding * rows);
+      }
+    }
+    const Eigen::MatrixXd below = lower.bottomLeftCorner(rest, cols);
+    const Eigen::MatrixXd loss = below * below.transpose();
+    for (int c = 0; c < rest; ++c) {
+      for (int r = c; r < rest; ++r) {
+        EXPECT_NEAR(triangle[trapezoid_column(rest, c) + r], -loss(r, c), rounding * rows);
+      }
+    }
+  }
+}
+
+// Single precision is off by its rounding times the condition number; solving again for what is
 
 }  // namespace
 }  // namespace drape::simulate

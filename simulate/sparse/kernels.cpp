@@ -26,10 +26,9 @@ namespace {
 
 using Index = std::ptrdiff_t;
 
-constexpr Index kCols = DenseKernels<double>::tile_cols;
-constexpr Index kDots = DenseKernels<double>::dots;
-template <class Real>
-using Tile = typename DenseKernels<Real>::Tile;
+constexpr Index kCols = DenseKernels::tile_cols;
+constexpr Index kDots = DenseKernels::dots;
+using Tile = DenseKernels::Tile;
 
 /// `size` values in one register; `fused` where the instruction set has a fused multiply-add,
 /// which the compiler then makes of a product and a sum (this file allows it to).
@@ -61,8 +60,8 @@ struct Pack {
 template <class Real, Index bytes, bool fused>
 struct Loops {
   static constexpr Index size = bytes / Index{sizeof(Real)};
-  static constexpr Index rows = DenseKernels<Real>::tile_rows;
-  static constexpr Index lanes = DenseKernels<Real>::lanes;
+  static constexpr Index rows = DenseKernels::tile_rows;
+  static constexpr Index lanes = DenseKernels::lanes;
   /// Columns of a tile whose sums fit into the registers together with their factors.
   static constexpr Index columns = bytes == 64 ? kCols : 4;
   using Register = Pack<Real, size, fused>;
@@ -91,7 +90,7 @@ struct Loops {
   }
 
   DRAPE_INLINE static void subtract_product(const Real* wide, const Real* narrow, Index depth,
-                                            const Tile<Real>& tile) {
+                                            const Tile& tile) {
     Real product[rows * kCols];
     for (Index c = 0; c < kCols; c += columns) {
       for (Index r = 0; r < tile.height; r += 3 * size) {
@@ -269,7 +268,7 @@ struct Loops {
   struct Set {                                                                                   \
     using L = Loops<Real, bytes, fused>;                                                         \
     attribute static void subtract_product(const Real* wide, const Real* narrow, Index depth,    \
-                                           const Tile<Real>& tile) {                             \
+                                           const Tile& tile) {                                   \
       L::subtract_product(wide, narrow, depth, tile);                                            \
     }                                                                                            \
     attribute static void add(Real* to, const Real* from, Index count) {                         \
@@ -283,7 +282,7 @@ struct Loops {
                               Index count, Real* dots) {                                         \
       L::dot_columns(panel, lead, vector, height, count, dots);                                  \
     }                                                                                            \
-    static constexpr DenseKernels<Real> kernels{subtract_product, add, subtract, dot};           \
+    static constexpr DenseKernels kernels{subtract_product, add, subtract, dot};                 \
   };
 // NOLINTEND(bugprone-macro-parentheses)
 
@@ -303,23 +302,19 @@ Instructions best_instructions() {
   return Instructions::plain;
 }
 
-template <class Real>
-const DenseKernels<Real>& dense_kernels([[maybe_unused]] Instructions most) {
+const DenseKernels& dense_kernels([[maybe_unused]] Instructions most) {
 #if DRAPE_X86
   static const Instructions best = best_instructions();
   switch (std::min(most, best)) {
     case Instructions::avx512:
-      return Avx512<Real>::kernels;
+      return Avx512<float>::kernels;
     case Instructions::avx2:
-      return Avx2<Real>::kernels;
+      return Avx2<float>::kernels;
     case Instructions::plain:
       break;
   }
 #endif
-  return Plain<Real>::kernels;
+  return Plain<float>::kernels;
 }
-
-template const DenseKernels<double>& dense_kernels(Instructions);
-template const DenseKernels<float>& dense_kernels(Instructions);
 
 }  // namespace drape::simulate
