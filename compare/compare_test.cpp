@@ -179,7 +179,7 @@ TEST(Speaker, SimulationsOfOneGridHaveNamesOfTheirOwn) {
   Simulation slippery = input.simulations[0], remembers = input.simulations[0];
   source_of(slippery).scene_sha256 = std::string(64, '0');
   slippery.scene = SimulatedScene{"drape_A", {}, 0.9, true};
-  remembers.certificate = Certificate{"c", {{"options.internal_friction", "yes"}}, {}};
+  remembers.certificate = Certificate{"c", {{"options.internal_friction", "yes"}}};
   input.simulations.push_back(slippery);
   input.simulations.push_back(remembers);
   tell_apart(input.simulations);
@@ -227,15 +227,6 @@ TEST(Verdict, UnknownUncertaintyIsNoGo) {
   DrapeInput input = drape_of(measured_sheet(), {simulated_sheet(11, 5, raised_by(5 * mm))});
   input.measured.sheet.marks[3].covariance_m2.reset();
   EXPECT_THAT(compare_drape(input, {}).no_go, ElementsAre(HasSubstr("no covariance")));
-}
-
-TEST(Verdict, PenetrationThatIsNotAcceptedIsNoGo) {
-  DrapeInput input = drape_of(measured_sheet(), {simulated_sheet(11, 5, raised_by(5 * mm))});
-  input.simulations.front().certificate = Certificate{"", {}, false};
-  EXPECT_THAT(compare_drape(input, {}).no_go, ElementsAre(HasSubstr("penetrates")));
-  EXPECT_TRUE(compare_drape(input, {.accept_penetration = true}).go());
-  input.simulations.front().certificate->penetration_accepted = true;
-  EXPECT_TRUE(compare_drape(input, {}).go());
 }
 
 TEST(CompareDrape, AnotherSimulatorStandsBesideAndIsNotTheBest) {
@@ -287,7 +278,6 @@ TEST(Inputs, MeasuredSheetsOpenGroups) {
   for (const DrapeFiles& drape : session.drapes) {
     EXPECT_EQ(drape.input.simulations.size(), 4U);
     ASSERT_TRUE(drape.input.simulations[0].certificate);
-    EXPECT_FALSE(drape.input.simulations[0].certificate->penetration_accepted);
     EXPECT_EQ(drape.input.measured.sha256,
               sha256_of_file(drape.input.measured.file.parent_path() / "sheet.json"));
   }

@@ -22,7 +22,6 @@ namespace drape::compare {
 struct Certificate {
   std::string sha256;
   std::vector<std::pair<std::string, std::string>> entries;
-  std::optional<bool> penetration_accepted;  ///< absent when the simulator does not say
 };
 
 /// Properties shared by simulations that differ by discretisation and segments alone: model,

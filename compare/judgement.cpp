@@ -64,10 +64,6 @@ void judge_simulation(const Simulation& simulation, const Options& options,
     (options.accept_unsettled ? warnings : no_go)
         .push_back(
             fmt::format("simulation {}: {}", simulation.label(), simulation.source().status));
-  if (simulation.certificate && simulation.certificate->penetration_accepted == false)
-    (options.accept_penetration ? warnings : no_go)
-        .push_back(fmt::format("simulation {} penetrates the object more than it accepts",
-                               simulation.label()));
 }
 
 /// Objects and table of a simulation must be those that the marks were asked about; other values of

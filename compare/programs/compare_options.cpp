@@ -48,8 +48,6 @@ void fields(Fields& f, CompareArguments& a) {
               a.options.max_sigma_ratio);
   f.otherwise({"accept_unsettled", "a simulation that is not at rest is a warning, not NO-GO"},
               a.options.accept_unsettled);
-  f.otherwise({"accept_penetration", "penetration stated by a simulation is a warning, not NO-GO"},
-              a.options.accept_penetration);
 }
 
 }  // namespace drape::compare

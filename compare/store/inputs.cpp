@@ -4,7 +4,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <string_view>
 
 #include "compare/meshes/other_mesh.hpp"
 #include "compare/metrics/branches.hpp"
@@ -438,11 +437,6 @@ void flatten(const Value& value, const std::string& path, Certificate& certifica
     return;
   }
   certificate.entries.emplace_back(path, entry_text(value));
-  const std::string_view name = path;
-  if (const auto* truth = value.get_if<bool>();
-      truth != nullptr &&
-      (name.ends_with("penetration_accepted") || name.ends_with("penetration.accepted")))
-    certificate.penetration_accepted = *truth;
 }
 
 }  // namespace

@@ -154,7 +154,7 @@ constexpr std::array<Change, 4> kOtherSetups{
     [](Simulation& one) { source_of(one).scene_sha256 = std::string(64, '0'); },
     [](Simulation& one) { source_of(one).start_sha256 = std::string(64, '1'); },
     [](Simulation& one) {
-      one.certificate = Certificate{"c", {{"options.internal_friction", "yes"}}, {}};
+      one.certificate = Certificate{"c", {{"options.internal_friction", "yes"}}};
     }};
 
 TEST(SegmentsInTheBudget, AreThoseOfTheHeadlinesOwnSetup) {
