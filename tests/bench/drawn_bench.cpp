@@ -245,11 +245,9 @@ void DrawnBench::make(const fs::path& folder) const {
   for (std::size_t drape = 0; drape < true_.objects.size(); ++drape) {
     const std::string name = drape_name(drape);
     const fs::path out = folder / "true/out" / name;
-    // Marks are every fourth particle.
-    const Outcome simulated = run_line(fmt::format(
-        "{} {} --grid {} --segments 5 --solver fall --out {} --threads 2",
-        program("drape-simulate").string(), (folder / "true/scenes" / (name + ".toml")).string(),
-        4 * marks_ + 1, out.string()));
+    const Outcome simulated = run_line(
+        fmt::format("{} {} --segments 5 --out {} --threads 2", program("drape-simulate").string(),
+                    (folder / "true/scenes" / (name + ".toml")).string(), out.string()));
     if (simulated.exit_code > 1) throw std::runtime_error(simulated.text);
     if (simulated.exit_code == 1) fmt::print("true drape {}: {}\n", name, simulated.text);
     sheets += fmt::format(" --sheet drape_{}={}", name, (out / "sheet.json").string());

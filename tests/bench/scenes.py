@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Draws realistic scenes and counts how many of their drapes are certified.
 
-    scenes.py BIN COUNT [--grids 21,31] [--seed 1] [--solver fall] [--jobs 2] [--out FOLDER] [--only 3,17]
+    scenes.py BIN COUNT [--spacings-mm 5,2.5] [--seed 1] [--jobs 2] [--out FOLDER] [--only 3,17]
               [--internal-friction]
 
 Bodies: sphere, box, cylinder (standing or lying), closed triangle mesh of 500 to 5,000 facets, none
@@ -143,7 +143,7 @@ def draw(folder, seed, number, internal_friction):
             + "".join(f"f {a + 1} {b + 1} {c + 1}\n" for a, b, c in faces))
         body = '[[object]]\nkind = "mesh"\nfile = "body.obj"\norigin_mm = [0, 0, 0]\n'
     else:
-        # Pins on particles of every grid, drawn together by a part of the cloth between them.
+        # Pins on marks of the print, drawn together by a part of the cloth between them.
         marks = r.sample([(0, 0), (0, 10), (10, 0), (10, 10), (0, 5), (5, 0), (5, 10), (10, 5)], r.randint(2, 4))
         near = r.uniform(0.3, 0.5) if kind == "folded" else r.uniform(0.75, 0.98)
         turn = math.radians(yaw)
@@ -161,13 +161,13 @@ def draw(folder, seed, number, internal_friction):
 
 
 def drape(task):
-    args, number, grid = task
+    args, number, spacing = task
     folder = args.out / f"{number:04d}"
     kind = draw(folder, args.seed, number, args.internal_friction)
-    out = folder / f"{args.solver}-{grid}"
+    out = folder / f"{spacing}mm"
     began = time.monotonic()
-    line = [args.bin / "drape-simulate", folder / "scene.toml", "--grid", str(grid), "--segments", "5", "--solver",
-            args.solver, "--threads", "1", "--quiet", "--json", "--out", out]
+    line = [args.bin / "drape-simulate", folder / "scene.toml", "--spacing-mm", spacing, "--segments", "5",
+            "--threads", "1", "--quiet", "--json", "--out", out]
     line += ["--internal-friction"] if args.internal_friction else []
     done = subprocess.run(line, capture_output=True, text=True)
     lasted = time.monotonic() - began
@@ -176,34 +176,34 @@ def drape(task):
         status = certificate.get("status", certificate.get("result", "?"))
     except OSError:
         certificate, status = {}, (done.stderr.strip().splitlines() or ["?"])[-1]
-    return number, kind, grid, done.returncode, status, lasted, done.stdout
+    return number, kind, spacing, done.returncode, status, lasted, done.stdout
 
 
 def main():
     words = argparse.ArgumentParser()
     words.add_argument("bin", type=pathlib.Path)
     words.add_argument("count", type=int)
-    words.add_argument("--grids", default="21,31")
+    words.add_argument("--spacings-mm", default="5,2.5")
     words.add_argument("--seed", type=int, default=1)
-    words.add_argument("--solver", default="fall")
     words.add_argument("--jobs", type=int, default=2)
     words.add_argument("--internal-friction", action="store_true")
     words.add_argument("--only", default="")
     words.add_argument("--out", type=pathlib.Path, default=pathlib.Path("scenes"))
     args = words.parse_args()
     numbers = [int(n) for n in args.only.split(",")] if args.only else range(args.count)
-    tasks = [(args, n, int(g)) for n in numbers for g in args.grids.split(",")]
+    spacings = args.spacings_mm.split(",")
+    tasks = [(args, n, s) for n in numbers for s in spacings]
     good, seen = collections.Counter(), collections.Counter()
     with concurrent.futures.ThreadPoolExecutor(args.jobs) as pool:
-        for number, kind, grid, code, status, lasted, said in pool.map(drape, tasks):
-            seen[kind, grid] += 1
-            good[kind, grid] += code == 0
+        for number, kind, spacing, code, status, lasted, said in pool.map(drape, tasks):
+            seen[kind, spacing] += 1
+            good[kind, spacing] += code == 0
             if code != 0:
-                print(f"{number:4d} {kind:9s} {grid}: {status} ({lasted:.1f} s)", flush=True)
-    for grid in args.grids.split(","):
-        row = [f"{k} {good[k, int(grid)]}/{seen[k, int(grid)]}" for k in KINDS]
-        total = sum(good[k, int(grid)] for k in KINDS), sum(seen[k, int(grid)] for k in KINDS)
-        print(f"{grid}x{grid}: {total[0]} of {total[1]} GO; " + ", ".join(row))
+                print(f"{number:4d} {kind:9s} {spacing} mm: {status} ({lasted:.1f} s)", flush=True)
+    for spacing in spacings:
+        row = [f"{k} {good[k, spacing]}/{seen[k, spacing]}" for k in KINDS]
+        total = sum(good[k, spacing] for k in KINDS), sum(seen[k, spacing] for k in KINDS)
+        print(f"{spacing} mm: {total[0]} of {total[1]} GO; " + ", ".join(row))
     share = sum(good.values()) / max(1, sum(seen.values()))
     return 0 if share >= 0.98 else 1
 
