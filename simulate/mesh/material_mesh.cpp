@@ -171,6 +171,9 @@ void add_named(const ClothOutline& outline, const std::vector<const Polygon*>& p
              return (line[0] - p).norm() <= kSame * h || (line[1] - p).norm() <= kSame * h;
            });
   };
+  const auto is_named = [&](const Vector2d& p) {
+    return std::find(outline.points.begin(), outline.points.end(), p) != outline.points.end();
+  };
   const auto on_line = [&](const Vector2d& p) {
     return std::any_of(
                polygons.begin(), polygons.end(),
@@ -185,8 +188,8 @@ void add_named(const ClothOutline& outline, const std::vector<const Polygon*>& p
           return (a - named).squaredNorm() < (b - named).squaredNorm();
         });
     const double away = (*nearest - named).norm();
-    if (away < kSame * h ||
-        (away < kNear / 2 * h && !is_corner(*nearest) && on_line(*nearest) && on_line(named))) {
+    if (away < kSame * h || (away < kNear / 2 * h && !is_corner(*nearest) && !is_named(*nearest) &&
+                             on_line(*nearest) && on_line(named))) {
       *nearest = named;
     } else {
       points.push_back(named);
