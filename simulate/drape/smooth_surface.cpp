@@ -17,7 +17,7 @@ using Eigen::Vector3d;
 constexpr int kNearest = 24;          // points of a polynomial
 constexpr double kInCell = 6;         // points of a cell in the mean
 constexpr double kFalling = 2.5;      // of the weights' exponent
-constexpr double kReach = 1.05;       // relative to the farthest of the points
+constexpr double kSupport = 1.05;       // relative to the farthest of the points
 constexpr double kDetermined = 1e-4;  // relative to the largest pivot
 constexpr int kTerms[] = {3, 6, 10};  // of a polynomial of degree 1, 2, 3
 
@@ -86,7 +86,7 @@ std::vector<SmoothSurface::Near> SmoothSurface::nearest(const Vector2d& p) const
 MeshCloth::Jet SmoothSurface::at(const Vector2d& p) const {
   const std::vector<Near> near = nearest(p);
   const auto count = static_cast<Eigen::Index>(near.size());
-  const double reach = kReach * std::sqrt(near.back().distance2);
+  const double reach = kSupport * std::sqrt(near.back().distance2);
   Eigen::Matrix<double, Eigen::Dynamic, 10, 0, kNearest, 10> rows(count, 10);
   Eigen::Matrix<double, Eigen::Dynamic, 3, 0, kNearest, 3> values(count, 3);
   for (Eigen::Index k = 0; k < count; ++k) {
