@@ -11,13 +11,47 @@ namespace drape::simulate {
 /// it is of goes on from it exactly; another mesh of the same cloth takes over the stretch of the
 /// nearest places' springs, which stands for a force per area.
 struct ContactMemory {
-  /// Spring of friction, as it was settled last.
+  /// Elastic and plastic spring of friction between a place of the cloth and what it touches, as
+  /// it was settled last. Per area (N/m^3, Pa) or not (N/m, N).
   struct Grip {
     Eigen::Vector3d place = Eigen::Vector3d::Zero();
     Eigen::Vector3d normal = Eigen::Vector3d::Zero();
     Eigen::Vector3d stretch = Eigen::Vector3d::Zero();  ///< tangential (m)
     double limit = 0;  ///< coefficient times push: Pa on an object, N of a pair of layers
+
+    /// Tangential stretch with the place elsewhere.
+    [[nodiscard]] Eigen::Vector3d stretch_at(const Eigen::Vector3d& now) const {
+      const Eigen::Vector3d moved = stretch + now - place;
+      return moved - moved.dot(normal) * normal;
+    }
+    /// Secant stiffness at a stretch.
+    [[nodiscard]] double stiffness_at(const Eigen::Vector3d& stretched, double stiffness) const {
+      const double size = stiffness * stretched.norm();
+      return stiffness * (size > limit ? limit / size : 1);
+    }
+    [[nodiscard]] double energy_at(const Eigen::Vector3d& stretched, double stiffness) const {
+      const double size = stretched.norm(), most = limit / stiffness;
+      return size <= most ? stiffness / 2 * size * size : limit * (size - most / 2);
+    }
+    /// Second derivative of the energy times a displacement: a sliding spring resists across its
+    /// stretch alone.
+    [[nodiscard]] Eigen::Vector3d product_at(const Eigen::Vector3d& stretched, double stiffness,
+                                             const Eigen::Vector3d& displacement) const {
+      constexpr double kSliding = 1 - 1e-6;  // relative to the limit
+      Eigen::Vector3d along = displacement - displacement.dot(normal) * normal;
+      if (stiffness * stretched.norm() >= kSliding * limit && !stretched.isZero(0))
+        along -= along.dot(stretched) / stretched.squaredNorm() * stretched;
+      return stiffness_at(stretched, stiffness) * along;
+    }
+    /// Turns the stretch into the tangent plane and yields at the limit.
+    void settle(double stiffness) {
+      stretch -= stretch.dot(normal) * normal;
+      stretch *= stiffness_at(stretch, stiffness) / stiffness;
+    }
   };
+  /// Distances of remembered places within which others take over from them.
+  static constexpr double kReach = 2;
+
   /// Place of the cloth on an object.
   struct OnObject {
     int site = 0, shape = 0;  ///< number of the place on its mesh; of the object

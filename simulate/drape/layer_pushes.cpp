@@ -14,25 +14,16 @@ using Eigen::Matrix3d;
 using Eigen::Vector3d;
 using State = MeshCloth::State;
 
-constexpr double kSink_m = 2e-6;       // depth at which a mean node bears its weight
-constexpr double kOfFlat = 0.25;       // relative to the distance on the flat piece
-constexpr double kAllowed = 0.5;       // thicknesses that nodes go before pairs are listed again
-constexpr double kReach = 2;           // mean distances of nodes within which memory is taken over
-constexpr double kSliding = 1 - 1e-6;  // relative to the limit of friction
-constexpr double kMore = 1 + 1e-9;     // relative to a displacement: rounding adds less
+constexpr double kSink_m = 2e-6;    // depth at which a mean node bears its weight
+constexpr double kOfFlat = 0.25;    // relative to the distance on the flat piece
+constexpr double kAllowed = 0.5;    // thicknesses that nodes go before pairs are listed again
+constexpr double kMore = 1 + 1e-9;  // relative to a displacement: rounding adds less
 
 /// Mixture of the nodes of a pair.
 Vector3d mix(const LayerPair& pair, const std::array<double, 4>& weight, const Nodes& nodes) {
   Vector3d sum = Vector3d::Zero();
   for (int k = 0; k < 4; ++k) sum += weight[k] * nodes[pair.node[k]];
   return sum;
-}
-
-/// Puts a spring into the tangent plane and within its limit.
-void hold(ContactMemory::Grip& grip, double stiffness) {
-  grip.stretch -= grip.stretch.dot(grip.normal) * grip.normal;
-  const double size = stiffness * grip.stretch.norm();
-  if (size > grip.limit) grip.stretch *= grip.limit / size;
 }
 
 Vector3d mean_of(const Nodes& nodes) {
@@ -156,15 +147,12 @@ void LayerPushes::look(const State& state) {
 }
 
 Vector3d LayerPushes::stretch_of(const Spring& spring) const {
-  const ContactMemory::Grip& grip = spring.grip;
-  const Vector3d stretch = grip.stretch + mix(spring.of, spring.weight, nodes_) - grip.place;
-  return stretch - stretch.dot(grip.normal) * grip.normal;
+  return spring.grip.stretch_at(mix(spring.of, spring.weight, nodes_));
 }
 
 Vector3d LayerPushes::force_of(const Spring& spring) const {
   const Vector3d stretch = stretch_of(spring);
-  const double size = stiffness_ * stretch.norm(), limit = spring.grip.limit;
-  return -stiffness_ * (size > limit ? limit / size : 1) * stretch;
+  return -spring.grip.stiffness_at(stretch, stiffness_) * stretch;
 }
 
 const LayerPushes::Spring* LayerPushes::spring_of(const LayerPair& pair) const {
@@ -178,11 +166,8 @@ double LayerPushes::energy_j(const State& state) {
   look(state);
   double sum = 0;
   for (const Press& press : presses_) sum += press.energy_j;
-  for (const Spring& spring : springs_) {
-    const double size = stretch_of(spring).norm(), limit = spring.grip.limit;
-    const double most = limit / stiffness_;
-    sum += size <= most ? stiffness_ / 2 * size * size : limit * (size - most / 2);
-  }
+  for (const Spring& spring : springs_)
+    sum += spring.grip.energy_at(stretch_of(spring), stiffness_);
   return sum;
 }
 
@@ -217,14 +202,8 @@ void LayerPushes::add_products(const State& state, const State& direction, State
     for (int k = 0; k < 4; ++k) on_nodes[press.of.node[k]] += of.segment<3>(3 * k);
   }
   for (const Spring& spring : springs_) {
-    const ContactMemory::Grip& grip = spring.grip;
-    Vector3d along = mix(spring.of, spring.weight, moved);
-    along -= along.dot(grip.normal) * grip.normal;
-    const Vector3d stretch = stretch_of(spring);
-    const double size = stiffness_ * stretch.norm();
-    if (size >= kSliding * grip.limit)
-      along -= along.dot(stretch) / stretch.squaredNorm() * stretch;
-    along *= stiffness_ * (size > grip.limit ? grip.limit / size : 1);
+    const Vector3d along = spring.grip.product_at(stretch_of(spring), stiffness_,
+                                                  mix(spring.of, spring.weight, moved));
     for (int k = 0; k < 4; ++k) on_nodes[spring.of.node[k]] += spring.weight[k] * along;
   }
   surface_.add_forces(on_nodes, product);
@@ -255,11 +234,9 @@ std::vector<Support> LayerPushes::supports(const State& state) {
   };
   for (const Press& press : presses_)
     add(press, press.n_per_m * press.normal * press.normal.transpose());
-  for (const Spring& spring : springs_) {
-    const double size = stiffness_ * stretch_of(spring).norm(), limit = spring.grip.limit;
-    add(spring, stiffness_ * (size > limit ? limit / size : 1) *
+  for (const Spring& spring : springs_)
+    add(spring, spring.grip.stiffness_at(stretch_of(spring), stiffness_) *
                     (Matrix3d::Identity() - spring.grip.normal * spring.grip.normal.transpose()));
-  }
   return found;
 }
 
@@ -282,7 +259,7 @@ void LayerPushes::add_springs(const State& state) {
     spring.grip.normal = press.normal;
     spring.grip.limit = friction_ * press.force_n;
     if (const Spring* before = spring_of(press.of)) spring.grip.stretch = stretch_of(*before);
-    hold(spring.grip, stiffness_);
+    spring.grip.settle(stiffness_);
     now.push_back(spring);
   }
   std::sort(now.begin(), now.end(), [](const Spring& a, const Spring& b) { return a.of < b.of; });
@@ -342,7 +319,8 @@ void LayerPushes::take_over(const ContactMemory& memory, const State& state) {
   }
   add_springs(state);
   const double area = std::accumulate(cloth_.area_m2().begin(), cloth_.area_m2().end(), 0.0);
-  const double reach = kReach * std::sqrt(area / static_cast<double>(memory.mesh_m.size()));
+  const double reach =
+      ContactMemory::kReach * std::sqrt(area / static_cast<double>(memory.mesh_m.size()));
   for (Spring& spring : springs_) {
     const auto [first, second] = material_of(spring.of, spring.weight);
     double least = reach;
@@ -354,7 +332,7 @@ void LayerPushes::take_over(const ContactMemory& memory, const State& state) {
         least = away;
         spring.grip.stretch = turned ? Vector3d(-on.grip.stretch) : on.grip.stretch;
       }
-    hold(spring.grip, stiffness_);
+    spring.grip.settle(stiffness_);
   }
 }
 

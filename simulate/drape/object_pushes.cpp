@@ -27,13 +27,10 @@ constexpr double kPlaces_m = 0.5e-3, kOfWide = 0.15;
 constexpr int kOfSharp = 2;  // times as many on objects of sharp edges, which press between places
 // Distance from a surface: a pin there says how deep the cloth is
 constexpr double kNearPin_m = 0.2e-3;
-// Distance, in those of places, within which another mesh's place is taken over
-constexpr double kReach = 2;
 constexpr double kNormalStep_m = 1e-7;  // for the curvature of a surface
 // Relative stiffness of the matrix along a surface: cloth that nothing holds there has one too
 constexpr double kLoose = 1e-4;
-constexpr double kTurn = 0.1;          // of a normal over that step: an edge, which has none
-constexpr double kSliding = 1 - 1e-6;  // relative to the limit
+constexpr double kTurn = 0.1;  // of a normal over that step: an edge, which has none
 
 /// Places of a triangle whose sides are cut in `cuts`: corners of its parts.
 int places_of(int cuts) {
@@ -211,28 +208,13 @@ void ObjectPushes::press(Site& site) const {
   site.n_per_m3 = stiffness * (1 + 3 * more);
 }
 
-Vector3d ObjectPushes::stretch_of(const Site& site) const {
-  const ContactMemory::Grip& grip = site.grip;
-  const Vector3d stretch = grip.stretch + place_of(site) - grip.place;
-  return stretch - stretch.dot(grip.normal) * grip.normal;
-}
-
-Vector3d ObjectPushes::traction_of(const Site& site) const {
-  const Vector3d stretch = stretch_of(site);
-  const double size = grip_stiffness_ * stretch.norm();
-  return -grip_stiffness_ * (size > site.grip.limit ? site.grip.limit / size : 1) * stretch;
-}
-
 double ObjectPushes::energy_j(const State& state) {
   look(state);
   double sum = 0;
   for (const Site& site : sites_) {
     sum += site.area_m2 * site.energy_j_per_m2;
-    if (site.grip.limit <= 0) continue;
-    const double limit = site.grip.limit, size = stretch_of(site).norm();
-    const double most = limit / grip_stiffness_;
-    sum += site.area_m2 *
-           (size <= most ? grip_stiffness_ / 2 * size * size : limit * (size - most / 2));
+    if (site.grip.limit > 0)
+      sum += site.area_m2 * site.grip.energy_at(stretch_of(site), grip_stiffness_);
   }
   return sum;
 }
@@ -240,7 +222,10 @@ double ObjectPushes::energy_j(const State& state) {
 Vector3d ObjectPushes::force_on(const Site& site) const {
   Vector3d force = Vector3d::Zero();
   if (site.pressure_pa > 0) force += site.area_m2 * site.pressure_pa * site.normal;
-  if (site.grip.limit > 0) force += site.area_m2 * traction_of(site);
+  if (site.grip.limit > 0) {
+    const Vector3d stretch = stretch_of(site);
+    force -= site.area_m2 * site.grip.stiffness_at(stretch, grip_stiffness_) * stretch;
+  }
   return force;
 }
 
@@ -256,8 +241,7 @@ void ObjectPushes::add_forces(const State& state, State& force) {
   surface_.add_forces(on_nodes, force);
 }
 
-/// Law of a pressure: a (p' n n^T - p G) with G the curvature of the distance. Coulomb's of a
-/// spring that slides: (limit / size) across the stretch.
+/// a (p' n n^T - p G), with G the curvature of the distance, and the spring's.
 Vector3d ObjectPushes::product_of(const Site& site, const Vector3d& displacement) const {
   Vector3d sum = Vector3d::Zero();
   const double size = displacement.norm();
@@ -269,15 +253,8 @@ Vector3d ObjectPushes::product_of(const Site& site, const Vector3d& displacement
                           surroundings_.normal(site.shape, place - step);
     if (turn.norm() < kTurn) sum -= site.pressure_pa * size / (2 * kNormalStep_m) * turn;
   }
-  if (site.grip.limit > 0) {
-    const Vector3d& normal = site.grip.normal;
-    Vector3d along = displacement - displacement.dot(normal) * normal;
-    const Vector3d stretch = stretch_of(site);
-    const double force = grip_stiffness_ * stretch.norm();
-    if (force >= kSliding * site.grip.limit)
-      along -= along.dot(stretch) / stretch.squaredNorm() * stretch;
-    sum += grip_stiffness_ * std::min(1.0, site.grip.limit / force) * along;
-  }
+  if (site.grip.limit > 0)
+    sum += site.grip.product_at(stretch_of(site), grip_stiffness_, displacement);
   return site.area_m2 * sum;
 }
 
@@ -331,12 +308,9 @@ std::vector<Support> ObjectPushes::supports(const State& state) {
     if (site.pressure_pa > 0)
       stiffness += site.area_m2 * (kLoose * stiffness_ * Matrix3d::Identity() +
                                    site.n_per_m3 * site.normal * site.normal.transpose());
-    if (site.grip.limit > 0) {
-      const double size = grip_stiffness_ * stretch_of(site).norm();
-      const double secant = grip_stiffness_ * (size > site.grip.limit ? site.grip.limit / size : 1);
-      stiffness += site.area_m2 * secant *
+    if (site.grip.limit > 0)
+      stiffness += site.area_m2 * site.grip.stiffness_at(stretch_of(site), grip_stiffness_) *
                    (Matrix3d::Identity() - site.grip.normal * site.grip.normal.transpose());
-    }
     const Vector3d of = corners * site.weight;
     for (int a = 0, pair = 0; a < 3; ++a)
       for (int b = 0; b <= a; ++b, ++pair) pairs[pair] += of[a] * of[b] * stiffness;
@@ -365,21 +339,12 @@ void ObjectPushes::settle(const State& state) {
       grip = {};
       continue;
     }
-    if (grip.limit > 0)
-      grip.stretch = stretch_of(site);
-    else
-      grip.stretch.setZero();
+    grip.stretch = grip.limit > 0 ? stretch_of(site) : Vector3d::Zero();
     grip.place = place_of(site);
     grip.normal = site.normal;
     grip.limit = friction_ * site.pressure_pa;
-    hold(grip);
+    grip.settle(grip_stiffness_);
   }
-}
-
-void ObjectPushes::hold(ContactMemory::Grip& grip) const {
-  grip.stretch -= grip.stretch.dot(grip.normal) * grip.normal;
-  const double size = grip_stiffness_ * grip.stretch.norm();
-  if (size > grip.limit) grip.stretch *= grip.limit / size;
 }
 
 void ObjectPushes::make_firmer(const State& state) {
@@ -436,7 +401,7 @@ void ObjectPushes::take_over(const ContactMemory& memory, const State& state) {
     }
     return;
   }
-  const double reach = kReach * std::max(places_m(), memory.places_m);
+  const double reach = ContactMemory::kReach * std::max(places_m(), memory.places_m);
   const auto cell_of = [&](const Vector2d& p, int shape) {
     return std::array<int, 3>{shape, static_cast<int>(std::floor(p.x() / reach)),
                               static_cast<int>(std::floor(p.y() / reach))};
@@ -465,7 +430,7 @@ void ObjectPushes::take_over(const ContactMemory& memory, const State& state) {
     site.grip = nearest->grip;
     site.grip.place = place_of(site);
     site.grip.normal = surroundings_.normal(site.shape, site.grip.place);
-    hold(site.grip);
+    site.grip.settle(grip_stiffness_);
   }
   seen_.clear();
 }

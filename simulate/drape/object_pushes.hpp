@@ -83,10 +83,10 @@ class ObjectPushes : public Pushes {
   [[nodiscard]] Eigen::Vector3d force_on(const Site& site) const;
   [[nodiscard]] Eigen::Vector3d product_of(const Site& site,
                                            const Eigen::Vector3d& displacement) const;
-  void hold(ContactMemory::Grip& grip) const;
   [[nodiscard]] Eigen::Vector3d place_of(const Site& site) const;
-  [[nodiscard]] Eigen::Vector3d stretch_of(const Site& site) const;
-  [[nodiscard]] Eigen::Vector3d traction_of(const Site& site) const;  ///< Pa
+  [[nodiscard]] Eigen::Vector3d stretch_of(const Site& site) const {
+    return site.grip.stretch_at(place_of(site));
+  }
 
   const MeshCloth& cloth_;
   const std::vector<bool>& held_;
