@@ -37,14 +37,14 @@ if(TARGET drape-bench)
   install(FILES tools/desktop/drapebench-console.metainfo.xml DESTINATION share/metainfo COMPONENT tools)
   install(FILES tools/desktop/drapebench.svg DESTINATION share/icons/hicolor/scalable/apps COMPONENT tools)
 endif()
-if(TARGET drape_simulate_cloth)
+if(TARGET drape_simulate_mesh)
   install(FILES rigs/fabrics/published.csv DESTINATION share/drapebench/rigs/fabrics COMPONENT simulate)
   install(DIRECTORY tools/jobs DESTINATION share/drapebench COMPONENT simulate USE_SOURCE_PERMISSIONS)
 endif()
 
-# Core and the cloth for other people's programs: find_package(drapebench), drapebench::simulate_cloth.
-set(libraries drape_core drape_core_drawing drape_simulate_fabric drape_simulate_cloth)
-if(TARGET drape_simulate_cloth)
+# Core and the cloth for other people's programs: find_package(drapebench), drapebench::simulate_mesh.
+set(libraries drape_core drape_core_drawing drape_simulate_fabric drape_simulate_sparse drape_simulate_mesh)
+if(TARGET drape_simulate_mesh)
   list(APPEND uses dev)
   install(TARGETS ${libraries} EXPORT drapebench COMPONENT dev ARCHIVE DESTINATION lib/drapebench
           FILE_SET HEADERS DESTINATION include/drapebench
@@ -142,7 +142,7 @@ endforeach()
 drape_package(tools NAME drapebench DEPENDS ${tools_need}
               SUMMARY "measures how far a simulated drape is from the real one"
               TEXT "Calibration, marks, triangulation, comparison, results store and\nreport, and an example bench with recorded images.")
-if(TARGET drape_simulate_cloth)
+if(TARGET drape_simulate_mesh)
   drape_package(dev NAME drapebench-dev
                 DEPENDS libeigen3-dev libfmt-dev nlohmann-json3-dev libssl-dev
                 SUMMARY "cloth model of drapebench as a C++ library"

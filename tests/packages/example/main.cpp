@@ -1,13 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 // The energy of a patch of cloth that is bent to a quarter of a cylinder, and its largest force.
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <numeric>
 
-#include "simulate/cloth/cloth.hpp"
+#include "simulate/mesh/mesh_cloth.hpp"
 
 int main() {
   using namespace drape;
-  const simulate::GridSpec grid{21, 21, {0.2, 0.2}};
   simulate::ClothLaws laws;
   laws.density_kg_per_m2 = 0.15;
   for (int i = 0; i < 2; ++i) {
@@ -15,20 +16,22 @@ int main() {
     laws.bending[i].slope = 8e-6;  // N m
   }
   laws.shear.slope = 30;  // N/(m rad)
-  simulate::Cloth cloth(grid, laws, simulate::MassRule::area);
-  const double radius_m = 0.4 / M_PI;
-  simulate::Field position(3 * grid.count()), force(position.size());
-  for (int i = 0; i < grid.count(); ++i) {
-    const int row = i / grid.cols;
-    const double angle = row * grid.warp_spacing_m() / radius_m;
-    position[i] = radius_m * std::sin(angle);
-    position[grid.count() + i] = (i % grid.cols) * grid.weft_spacing_m();
-    position[2 * grid.count() + i] = radius_m * (1 - std::cos(angle));
-  }
-  cloth.add_forces(position, nullptr, force);
+  const double side_m = 0.2, radius_m = 0.4 / M_PI;
+  simulate::ClothOutline outline;
+  outline.outer = {{0, 0}, {side_m, 0}, {side_m, side_m}, {0, side_m}};
+  const simulate::MeshCloth cloth(simulate::triangulated(outline, {.spacing_m = 0.01}), laws);
+  const simulate::MeshCloth::State state = cloth.state_of([&](const Eigen::Vector2d& p) {
+    const double angle = p.x() / radius_m;
+    return simulate::MeshCloth::Jet{
+        {radius_m * std::sin(angle), p.y(), radius_m * (1 - std::cos(angle))},
+        {std::cos(angle), 0, std::sin(angle)},
+        {0, 1, 0}};
+  });
+  simulate::MeshCloth::State force(state.size(), Eigen::Vector3d::Zero());
+  cloth.add_forces(state, force);
   double largest_n = 0;
-  for (const double f : force) largest_n = std::max(largest_n, std::abs(f));
+  for (int i = 0; i < cloth.points(); ++i) largest_n = std::max(largest_n, force[i].norm());
   std::printf("bending %.3f uJ, largest force %.3f mN, mass %.2f g\n",
-              cloth.energies(position).bending_j / 1e-6, largest_n * 1e3,
-              cloth.total_mass_kg() * 1e3);
+              cloth.energies(state).bending_j / 1e-6, largest_n * 1e3,
+              std::accumulate(cloth.mass_kg().begin(), cloth.mass_kg().end(), 0.0) * 1e3);
 }
