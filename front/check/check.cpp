@@ -201,7 +201,7 @@ void check_meshes(const Scene& scene, BenchCheck& check) {
     check.problems.push_back(*error);
 }
 
-void give_advice(const Rig& rig, const std::vector<Scene>& scenes, BenchCheck& check) {
+void give_advice(const std::vector<Scene>& scenes, BenchCheck& check) {
   for (const Scene& scene : scenes) {
     const bool stated =
         std::all_of(scene.uncertainties.begin(), scene.uncertainties.end(),
@@ -311,7 +311,7 @@ BenchCheck check_bench(const fs::path& rig_path, const fs::path& recording_path)
       !folder.empty())
     if (const auto recording = collecting(check, [&] { return read_recording(folder); }))
       check_recording(*recording, rig, scenes, check);
-  give_advice(rig, scenes, check);
+  give_advice(scenes, check);
   return check;
 }
 

@@ -52,8 +52,9 @@ void fields(Fields& f, SimulateArguments& args) {
 
 std::vector<std::pair<std::string, std::string>> numbers_of(const Certificate& certificate) {
   std::vector<std::pair<std::string, std::string>> numbers;
-  numbers.emplace_back("largest residual force",
-                       fmt::format("{:.2g} of a point's weight", certificate.residual));
+  if (certificate.residual)
+    numbers.emplace_back("largest residual force",
+                         fmt::format("{:.2g} of a point's weight", *certificate.residual));
   if (const auto& strains = certificate.strains)
     numbers.emplace_back(
         "strain warp, weft",
