@@ -9,6 +9,7 @@
 #include "core/error.hpp"
 #include "core/files/json_file.hpp"
 #include "core/program/run_record.hpp"
+#include "core/units.hpp"
 #include "tests/support/paths.hpp"
 
 namespace drape::compare {
@@ -149,6 +150,28 @@ TEST_F(Results, PublishedTablesAreThoseOfTheExperimentThatIsAskedFor) {
   ASSERT_EQ(tables.size(), 2U);
   for (const Table& table : tables) EXPECT_THAT(table.title, HasSubstr("experiment E"));
   EXPECT_THROW((void)published_tables(reader, paper, "Z"), Error);
+}
+
+TEST_F(Results, PublishedTablesEndWithTheClothOnItsFinestMesh) {
+  const fs::path file = folder_.path() / "cloth.sqlite";
+  Sheet paper = test::simulated_sheet(21, 5, test::raised(4 * units::mm)),
+        from_measured = test::mesh_sheet(2.5 * units::mm, 5);
+  std::get<SimulatedSource>(paper.source).model = "paper";
+  std::get<SimulatedSource>(from_measured.source).from_measured = true;
+  test::add_drape(file, test::measured_sheet(),
+                  {paper, from_measured, test::mesh_sheet(2.5 * units::mm, 5, test::raised(0.003)),
+                   test::mesh_sheet(5 * units::mm, 5, test::raised(0.002))});
+  const Table table =
+      published_tables(StoreReader(file),
+                       (drape::test::source_root() / "rigs/paper/published.csv").string(), "A")
+          .at(0);
+  ASSERT_EQ(table.rows.size(), 5U) << "the paper's four, then the cloth once";
+  EXPECT_THAT(table.names.at(3), HasSubstr("_paper_"));
+  EXPECT_THAT(table.names.at(4), HasSubstr("_triangles_mm"));
+  EXPECT_THAT(table.rows.front(), ElementsAre("21x21", "5", "3.37", testing::Ne(""), "", ""));
+  EXPECT_NEAR(std::stod(table.rows.front().at(3)), 4, 1e-9);
+  EXPECT_THAT(table.rows.back(), ElementsAre("2.5 mm", "5", "", "", testing::Ne(""), ""));
+  EXPECT_NEAR(std::stod(table.rows.back().at(4)), 3, 1e-9);
 }
 
 TEST_F(Results, RunsAreFoundByTheCalibrationOfTheirSheets) {
