@@ -23,8 +23,7 @@ void fields(Fields& f, LevelMark& one) {
   f({"row", "mark along the warp", 1, 0}, one.mark.row);
   f({"col", "mark along the weft", 1, 0}, one.mark.col);
   f({"place_mm", "place in the world on the finest mesh", mm}, one.place_in_world);
-  f({"mesh_error_mm", "distance from where a mesh without end would have it, at most", mm, 0},
-    one.left_m);
+  f({"mesh_error_mm", "largest distance from the limit of ever finer meshes", mm, 0}, one.left_m);
 }
 
 void fields(Fields& f, LevelsFile& file) {

@@ -21,15 +21,15 @@ struct DrapeLevelRecord {
   std::optional<double> from_coarser_m;  ///< mean distance of the marks; absent on the coarsest
 };
 
-/// Place of a mark on the finest mesh, and what that mesh leaves there.
+/// Place of a mark on the finest mesh, and the error that this mesh may leave there.
 struct LevelMark {
   MarkId mark;
   Eigen::Vector3d place_in_world = Eigen::Vector3d::Zero();
-  double left_m = 0;  ///< distance from where a mesh without end would have it, at most
+  double left_m = 0;  ///< largest distance from the limit of ever finer meshes
 };
 
-/// levels.json: the meshes of a drape from coarse to fine, and what the finest leaves to a mesh
-/// without end. It lies beside its sheet.
+/// levels.json: the meshes of a drape from coarse to fine, and the error that the finest may leave.
+/// It lies beside its sheet.
 struct LevelsFile {
   std::string sheet_sha256;  ///< SHA-256 of the sheet.json beside it
   std::vector<DrapeLevelRecord> levels;
@@ -39,7 +39,8 @@ struct LevelsFile {
 };
 template <>
 inline constexpr Format format_of<LevelsFile>{
-    "levels", Syntax::json, 1, "levels.json: the meshes of a drape, and what the finest leaves."};
+    "levels", Syntax::json, 1,
+    "levels.json: the meshes of a drape, and the error that the finest may leave."};
 
 void fields(Fields& f, LevelsFile& file);
 

@@ -73,7 +73,7 @@ struct SimulatedSource {
   std::optional<std::string> start_sha256;  ///< SHA-256 of the measured sheet that placed it
   int segments = 0;                         ///< line segments per Kawabata curve
   std::string model;                        ///< "triangles" or "paper"; "consistent" of older files
-  std::string solver = {};                  ///< of older files: "fall", "static" or "rk4"
+  std::string solver = {};                  ///< "fall", "static" or "rk4" of older files
   std::string status = {};                  ///< "at rest", or why not
   /// Spacing of the finest mesh, whose surface the sheet samples on a grid with the print's marks;
   /// absent: the sheet's points are the particles of a grid.
@@ -95,7 +95,7 @@ struct Sheet {
   Document document = {};  ///< the .json as it was read
 
   [[nodiscard]] bool is_measured() const { return std::holds_alternative<MeasuredSource>(source); }
-  /// Of a simulated sheet: "2.5 mm", the spacing of its finest mesh, or its grid, "21x21".
+  /// "2.5 mm", the spacing of the finest mesh, or "21x21", the grid, of a simulated sheet.
   [[nodiscard]] std::string discretisation() const;
   /// The mark, or nothing when it is a gap.
   [[nodiscard]] const SheetMark* find(MarkId mark) const;

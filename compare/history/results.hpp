@@ -17,7 +17,7 @@ struct ResultFilter {
   std::string scene = {};
   std::string fabric = {};
   std::string grid = {};                 ///< "21x21" or "21"
-  std::optional<double> spacing_m = {};  ///< of the finest mesh
+  std::optional<double> spacing_m = {};  ///< spacing of the finest mesh
   std::optional<int> segments = {};
   std::string rig = {};
   std::string model = {};
