@@ -33,7 +33,7 @@ struct CusickFile {
 };
 template <>
 inline constexpr Format format_of<CusickFile>{
-    "cusick", Syntax::json, 1, "cusick.json: virtual drapes of a round specimen from many starts"};
+    "cusick", Syntax::json, 1, "cusick.json: virtual drapes of a round specimen from many starts."};
 
 void fields(Fields& f, CusickFile& file);
 

@@ -66,7 +66,8 @@ struct SensitivityFile {
 };
 template <>
 inline constexpr Format format_of<SensitivityFile>{
-    "sensitivity", Syntax::json, 1, "what values of fabric and scene and parts of the model move"};
+    "sensitivity", Syntax::json, 1,
+    "sensitivity.json: what values of fabric and scene and parts of the model move."};
 
 void fields(Fields& f, SensitivityFile& file);
 

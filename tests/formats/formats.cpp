@@ -24,6 +24,8 @@ std::vector<DescribedFormat> core_formats() {
           described(small_sheet()),
           described(small_certificate()),
           described(small_levels()),
+          described(small_sensitivity()),
+          described(small_cusick()),
           described(small_detections()),
           described(small_calibration())};
 }

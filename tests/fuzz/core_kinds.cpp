@@ -37,6 +37,33 @@ LevelsFile small_levels() {
   return levels;
 }
 
+SensitivityFile small_sensitivity() {
+  SensitivityFile file;
+  file.spacing_m = 2.5e-3;
+  file.segments = 5;
+  file.model = "triangles";
+  file.distance_m = 1.5e-3;
+  file.marks = 2;
+  file.marks_at = {{0, 0}, {0, 1}};
+  const Eigen::MatrixX3d up_m = Eigen::MatrixX3d::Constant(2, 3, 1e-3);
+  file.values = {{"bending_warp", 1e-5, 5e-5, MarkMoves{50, 50, -up_m, up_m}}};
+  file.scene = {{"level_x_deg", 1e-3, MarkMoves{0.2, std::nullopt, -up_m, up_m}, ""},
+                {"friction", std::nullopt, std::nullopt, "no rest for a change of 0.1"}};
+  file.variants = {{"no twist stiffness", true, true, 1.75e-3, 2.5e-4, 5e-4}};
+  file.no_go = "cam1 moved";
+  return file;
+}
+
+CusickFile small_cusick() {
+  CusickStart start{.file = "start-00.ply", .points = 1500, .specimen_area_m2 = 0.07, .steps = 90};
+  start.residual = start.checked_residual = 1e-4;
+  start.energy_j = 1e-4;
+  start.dissipated_j = 1e-6;
+  start.deepest_m = 1e-5;
+  start.refusals = {"1.2 of a point's weight is left on a point"};
+  return {"wool", 0.18, 0.3, {start}, {}};
+}
+
 Certificate small_certificate() {
   Certificate certificate;
   certificate.at_rest = true;

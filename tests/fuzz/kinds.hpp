@@ -8,8 +8,10 @@
 
 #include "core/calibration.hpp"
 #include "core/certificate.hpp"
+#include "core/cusick.hpp"
 #include "core/detections.hpp"
 #include "core/levels.hpp"
+#include "core/sensitivity.hpp"
 #include "core/sheet.hpp"
 
 namespace drape::test {
@@ -35,6 +37,10 @@ struct Kind {
 /// A cloth of triangles with every part that may be absent.
 [[nodiscard]] Certificate small_certificate();
 [[nodiscard]] LevelsFile small_levels();
+/// Two marks, a value of each kind, one without moves.
+[[nodiscard]] SensitivityFile small_sensitivity();
+/// One drape that the checker refuses.
+[[nodiscard]] CusickFile small_cusick();
 [[nodiscard]] Detections small_detections();
 [[nodiscard]] Calibration small_calibration();
 

@@ -27,14 +27,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr const char* kSensitivity = R"({"schema": "drapebench/sensitivity/1", "spacing_mm": 2.5,
- "segments": 5, "model": "triangles", "marks": 119,
- "mean_distance_mm": 1.5, "marks_at": [[0, 0], [0, 1]],
- "sensitivities": [{"value": "bending_warp", "mean_distance_mm_per_percent": 0.01,
- "mean_way_of_marks_mm_per_percent": 0.05, "step": 50, "half_width": 50,
- "down_mm": [[0, 0, -1.5], [0, 0, -2]], "up_mm": [[0, 0, 1], [0.5, 0, 1]]}],
- "variants": [{"what": "no twist stiffness", "from": "base", "at_rest": true, "mean_distance_mm": 1.75,
- "change_mm": 0.25, "mean_way_of_marks_mm": 0.5}]})";
 constexpr const char* kAcceptance = R"({"schema": "drapebench/acceptance/1", "go": false,
  "rig": "bench1", "date": "2026-01-31", "valid_until": "2027-01-31", "calibration_sha256":
  "0123456789abcdef0123456789abcdef0123456789abcdef0123456789abcdef",
@@ -129,8 +121,10 @@ std::vector<Kind> result_kinds() {
       {"radii", make_radii, read_radii},
       {"silhouette", make_silhouette,
        [](const fs::path& f) { static_cast<void>(compare::read_silhouette(f)); }},
-      {"sensitivity", result_file("sensitivity.json", kSensitivity),
+      {"sensitivity", result_file("sensitivity.json", text_of(small_sensitivity())),
        [](const fs::path& f) { static_cast<void>(read_record<SensitivityFile>(f)); }},
+      {"cusick", result_file("cusick.json", text_of(small_cusick())),
+       [](const fs::path& f) { static_cast<void>(read_record<CusickFile>(f)); }},
       {"plan", make_plan,
        [](const fs::path& f) {
          static_cast<void>(simulate::read_plan(f, {}, "out", f.parent_path() / "program"));
