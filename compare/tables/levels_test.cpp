@@ -21,9 +21,9 @@ using testing::Contains;
 using testing::HasSubstr;
 using units::mm;
 
-constexpr double kLeft_mm = 0.25;
+constexpr double kMeshLeft_mm = 0.25;
 
-/// Rests 5 mm above the measured sheet, which its mesh may miss by kLeft_mm; from the measured
+/// Rests 5 mm above the measured sheet, which its mesh may miss by kMeshLeft_mm; from the measured
 /// shape 1 mm; on the paper's grid 7 mm.
 DrapeInput drape_on_a_mesh() {
   Sheet from_measured = test::mesh_sheet(2.5 * mm, 5, test::raised(1 * mm));
@@ -33,7 +33,7 @@ DrapeInput drape_on_a_mesh() {
                                test::mesh_sheet(2.5 * mm, 5, test::raised(5 * mm)),
                                test::mesh_sheet(2.5 * mm, 1, test::raised(6 * mm)),
                                test::mesh_sheet(5 * mm, 5, test::raised(4 * mm))});
-  input.simulations[2].levels = test::levels_of(input.measured.sheet, kLeft_mm * mm);
+  input.simulations[2].levels = test::levels_of(input.measured.sheet, kMeshLeft_mm * mm);
   tell_apart(input.simulations);
   return input;
 }
@@ -61,8 +61,8 @@ TEST(Levels, AreInTheBudgetAlongTheDistanceOfEachMark) {
                          [&](const InputEffect& effect) { return effect.what == what; });
   };
   EXPECT_TRUE(of("mesh").rectangular);
-  EXPECT_NEAR(of("mesh").up_m(60, 2) / mm, kLeft_mm, 1e-9);
-  EXPECT_NEAR(of("mesh").down_m(60, 2) / mm, -kLeft_mm, 1e-9);
+  EXPECT_NEAR(of("mesh").up_m(60, 2) / mm, kMeshLeft_mm, 1e-9);
+  EXPECT_NEAR(of("mesh").down_m(60, 2) / mm, -kMeshLeft_mm, 1e-9);
   EXPECT_NEAR(of("segments per curve").up_m(60, 2) / mm, 1, 1e-9);
 
   const std::string unknown = "the mesh error, which its sheet does not state";
@@ -76,7 +76,7 @@ TEST(Levels, AreInTheBudgetAlongTheDistanceOfEachMark) {
 }
 
 TEST(Levels, OfAMeshThatIsNotAtRestOrAloneSayWhyNothingIsKnown) {
-  LevelsFile levels = test::levels_of(test::measured_sheet(), kLeft_mm * mm);
+  LevelsFile levels = test::levels_of(test::measured_sheet(), kMeshLeft_mm * mm);
   levels.left_m.reset();
   levels.levels.back().at_rest = false;
   levels.levels.back().status = "stagnates";
@@ -93,13 +93,13 @@ TEST(Levels, AreThoseOfTheSheetBesideThem) {
                  file = sheet.parent_path() / "levels.json";
   write_sheet(folder.path() / "sheet.ply", test::measured_sheet());
   write_sheet(sheet, test::mesh_sheet(2.5 * mm, 5));
-  LevelsFile levels = test::levels_of(test::measured_sheet(), kLeft_mm * mm);
+  LevelsFile levels = test::levels_of(test::measured_sheet(), kMeshLeft_mm * mm);
   levels.sheet_sha256 = sha256_of_file(sheet.parent_path() / "sheet.json");
   write_record(file, levels);
   const Session session = read_session({folder.path() / "sheet.ply", sheet}, {});
   const auto& read = session.drapes.at(0).input.simulations.at(0).levels;
   ASSERT_TRUE(read);
-  EXPECT_NEAR(*read->left_m / mm, kLeft_mm, 1e-12);
+  EXPECT_NEAR(*read->left_m / mm, kMeshLeft_mm, 1e-12);
   EXPECT_EQ(read->marks.size(), 121U);
   EXPECT_EQ(read->levels.back().points, 9000);
   EXPECT_THAT(session.read, Contains(testing::Pair(file, sha256_of_file(file))));

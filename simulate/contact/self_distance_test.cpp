@@ -10,17 +10,17 @@ namespace drape::simulate {
 namespace {
 
 using Eigen::Vector3d;
-using Places = std::vector<Vector3d>;
+using Points = std::vector<Vector3d>;
 
 /// A sheet of 200 x 40 mm in cells of 10 mm, two triangles each.
 constexpr int kRows = 21, kCols = 5;
 constexpr double kStep = 0.01;  // m
 
-struct Sheet {
+struct SheetMesh {
   std::vector<std::array<int, 3>> triangles;
   std::vector<Eigen::Vector2d> material;
 
-  Sheet() {
+  SheetMesh() {
     for (int i = 0; i < kRows * kCols; ++i) {
       const int row = i / kCols, col = i % kCols;
       material.emplace_back(kStep * row, kStep * col);
@@ -30,26 +30,26 @@ struct Sheet {
     }
   }
   template <class Map>
-  [[nodiscard]] Places shaped(const Map& map) const {
-    Places places;
+  [[nodiscard]] Points shaped(const Map& map) const {
+    Points places;
     for (const Eigen::Vector2d& m : material) places.push_back(map(m.x(), m.y()));
     return places;
   }
-  [[nodiscard]] SelfDistance distance(const Places& places) const {
+  [[nodiscard]] SelfDistance distance(const Points& places) const {
     const SelfDistance found = self_distance(triangles, material, kStep, places);
     EXPECT_EQ(passes_through_itself(triangles, places), found.crossings > 0);
     return found;
   }
 };
-const Sheet kSheet;
+const SheetMesh kSheet;
 
-Places flat() {
+Points flat() {
   return kSheet.shaped([](double u, double v) { return Vector3d(u, v, 0); });
 }
 
 /// A hairpin: half the sheet, a bend, and the other half above it, at an angle in plan so that
 /// edges and not corners are nearest.
-Places hairpin(double gap_m, double shift_m) {
+Points hairpin(double gap_m, double shift_m) {
   return kSheet.shaped([=](double u, double v) {
     const double half = 0.1;
     if (u < half) return Vector3d(u, v, 0);
@@ -58,7 +58,7 @@ Places hairpin(double gap_m, double shift_m) {
 }
 
 /// Wavy pleats against each other, each moved a little so that no corners meet.
-Places pleats(double gap_m) {
+Points pleats(double gap_m) {
   return kSheet.shaped([=](double u, double v) {
     const double pleat = 0.02;
     const int k = static_cast<int>(u / pleat);
@@ -84,13 +84,13 @@ TEST(SelfDistance, AHairpinIsAsFarFromItselfAsItsGap) {
 }
 
 TEST(SelfDistance, IsTheSameHoweverTheSheetIsTurned) {
-  for (const Places& sheet :
+  for (const Points& sheet :
        {hairpin(0.003, 0.0037), pleats(0.004), pleats(0.0015), pleats(0.0001)}) {
     const SelfDistance still = kSheet.distance(sheet);
     ASSERT_TRUE(still.least_m.has_value());
     for (const Vector3d& about :
          {Vector3d(1, 0, 0), Vector3d(0, 1, 0), Vector3d(0.48, 0.6, 0.64)}) {
-      Places turned = sheet;
+      Points turned = sheet;
       for (Vector3d& p : turned) p = Eigen::AngleAxisd(1.234, about) * p;
       const SelfDistance found = kSheet.distance(turned);
       EXPECT_EQ(found.crossings, still.crossings);
@@ -101,7 +101,7 @@ TEST(SelfDistance, IsTheSameHoweverTheSheetIsTurned) {
 
 /// The flat sheet, its twelfth row standing up and a corner of the tenth drawn `rows` along it.
 SelfDistance drawn(double rows) {
-  Places x = flat();
+  Points x = flat();
   for (int c = 0; c < kCols; ++c) x[12 * kCols + c].z() = 0.008;
   x[10 * kCols + 2] += Vector3d(rows * kStep, 0, 0.004);
   return kSheet.distance(x);

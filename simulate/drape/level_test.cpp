@@ -52,7 +52,7 @@ SmoothSurface scattered(int count, MeshCloth::Jet (*map)(const Vector2d&)) {
 
 TEST(SmoothSurface, ReproducesACubicAlsoBeyondItsPoints) {
   const SmoothSurface surface = scattered(400, cubic);
-  for (const Vector2d p : {Vector2d(0.1, 0.05), Vector2d(0.003, 0.09), Vector2d(0.21, 0.11)})
+  for (const Vector2d& p : {Vector2d(0.1, 0.05), Vector2d(0.003, 0.09), Vector2d(0.21, 0.11)})
     expect_same(surface.at(p), cubic(p), 1e-12);
 }
 

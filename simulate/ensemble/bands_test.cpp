@@ -65,7 +65,7 @@ EnsembleCase measured_at(double z_m) {
   auto drape = std::make_shared<DrapeCase>();
   Sheet& sheet = drape->local.measured.emplace();
   for (int i = 0; i < 9; ++i) {
-    SheetMark mark;
+    SheetMark mark{};
     mark.mark = {i / 3, i % 3};
     mark.point_in_world = flat_marks(z_m).row(i);
     sheet.marks.push_back(mark);

@@ -336,9 +336,8 @@ class Base {
   }
   [[nodiscard]] bool has_loops() const {
     if (options_.simulate.internal_friction) return false;
-    const auto friction = laws(1, true).friction;
-    return !friction->shear.empty() || !friction->bending[0].empty() ||
-           !friction->bending[1].empty();
+    const ClothFriction friction = laws(1, true).friction.value();
+    return !friction.shear.empty() || !friction.bending[0].empty() || !friction.bending[1].empty();
   }
 
   /// Effect that averaging the loops leaves out: a cloth with both branches that came here without

@@ -13,8 +13,9 @@ TEST(StandIns, AreWhatFilesAndImportsCallThem) {
   const auto named = [&](const std::string& text) {
     fabric.stand_ins = {text};
     std::string values;
-    for (const FabricValue value : kFabricValues)
-      if (is_stand_in(fabric, value)) values += name_of(value) + " ";
+    for (std::size_t i = 0; i < std::size(names_of<FabricValue>); ++i)
+      if (is_stand_in(fabric, static_cast<FabricValue>(i)))
+        values += std::string(names_of<FabricValue>[i]) + " ";
     return values;
   };
   EXPECT_EQ(named("tensile curves: EMT 3 %, LT 0.7, RT 60 %"), "tensile_warp tensile_weft ");
