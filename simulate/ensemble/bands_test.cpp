@@ -67,6 +67,7 @@ EnsembleCase measured_at(double z_m) {
   for (int i = 0; i < 9; ++i) {
     SheetMark mark{};
     mark.mark = {i / 3, i % 3};
+    mark.material_m = {0.1 * int{i / 3}, 0.1 * (i % 3)};
     mark.point_in_world = flat_marks(z_m).row(i);
     sheet.marks.push_back(mark);
   }
