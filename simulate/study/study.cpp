@@ -144,39 +144,24 @@ StudyOutcome look_at(const StudyCase& one) {
   return outcome;
 }
 
-/// A sheet on a grid of material coordinates.
-class GridSurface {
- public:
-  explicit GridSurface(const Sheet& sheet) : sheet_(sheet) {
-    if (!is_whole()) return;
-    for (int r = 0; r < sheet.rows; ++r) warp_.push_back(at(r, 0).material_m.x());
-    for (int c = 0; c < sheet.cols; ++c) weft_.push_back(at(0, c).material_m.y());
-  }
-  [[nodiscard]] bool is_whole() const {
-    return sheet_.rows > 1 && sheet_.cols > 1 &&
-           sheet_.marks.size() == static_cast<std::size_t>(sheet_.rows) * sheet_.cols;
-  }
-  [[nodiscard]] Vector3d point(const Vector2d& material_m) const {
-    const auto [r, down] = cell_of(warp_, material_m.x());
-    const auto [c, across] = cell_of(weft_, material_m.y());
-    return (1 - down) *
-               ((1 - across) * at(r, c).point_in_world + across * at(r, c + 1).point_in_world) +
-           down * ((1 - across) * at(r + 1, c).point_in_world +
-                   across * at(r + 1, c + 1).point_in_world);
-  }
+bool is_whole(const Sheet& sheet) {
+  return sheet.rows > 1 && sheet.cols > 1 &&
+         sheet.marks.size() == static_cast<std::size_t>(sheet.rows) * sheet.cols;
+}
 
- private:
-  [[nodiscard]] const SheetMark& at(int row, int col) const {
-    return sheet_.marks[static_cast<std::size_t>(row) * sheet_.cols + col];
-  }
-  static std::pair<int, double> cell_of(const std::vector<double>& lines, double place) {
-    const auto next = std::upper_bound(lines.begin() + 1, lines.end() - 1, place);
-    const double from = *(next - 1), to = *next;
-    return {static_cast<int>(next - lines.begin()) - 1, (place - from) / (to - from)};
-  }
-  const Sheet& sheet_;
-  std::vector<double> warp_, weft_;  ///< coordinates of rows and columns
-};
+/// Bilinear on a whole sheet, whose points are equally far apart from hem to hem.
+Vector3d point_on(const Sheet& sheet, const Vector2d& material_m) {
+  const Vector2d at = material_m.cwiseQuotient(sheet.patch_m)
+                          .cwiseProduct(Vector2d(sheet.rows - 1, sheet.cols - 1));
+  const int r = std::clamp(static_cast<int>(at.x()), 0, sheet.rows - 2);
+  const int c = std::clamp(static_cast<int>(at.y()), 0, sheet.cols - 2);
+  const double down = at.x() - r, across = at.y() - c;
+  const auto corner = [&](int row, int col) {
+    return sheet.marks[static_cast<std::size_t>(row) * sheet.cols + col].point_in_world;
+  };
+  return (1 - down) * ((1 - across) * corner(r, c) + across * corner(r, c + 1)) +
+         down * ((1 - across) * corner(r + 1, c) + across * corner(r + 1, c + 1));
+}
 
 struct Side {
   int grid, segments;
@@ -359,11 +344,10 @@ Scene seeded(Scene scene, int seed) {
 }
 
 std::optional<double> mean_distance_m(const Sheet& a, const Sheet& b, const Sheet& points) {
-  const GridSurface on_a(a), on_b(b);
-  if (!on_a.is_whole() || !on_b.is_whole()) return std::nullopt;
+  if (!is_whole(a) || !is_whole(b)) return std::nullopt;
   double sum = 0;
   for (const SheetMark& mark : points.marks)
-    sum += (on_a.point(mark.material_m) - on_b.point(mark.material_m)).norm();
+    sum += (point_on(a, mark.material_m) - point_on(b, mark.material_m)).norm();
   sum /= static_cast<double>(points.marks.size());
   return std::isfinite(sum) ? std::optional(sum) : std::nullopt;
 }
