@@ -162,15 +162,16 @@ TEST(PaperCloth, SpringsBelowKdiagAreClampedAndCounted) {
 /// Square of the highest frequency (1/s) about a state, by power iteration on differences of the
 /// forces.
 double highest_frequency_squared(const PaperCloth& cloth, const Places& x) {
-  constexpr double kStep = 1e-9;
+  constexpr double kPlateStep = 1e-9;
   Places mode(3, x.cols());
   for (Eigen::Index i = 0; i < mode.size(); ++i)
     mode(i) = std::sin(1.7 * static_cast<double>(i * i));
   double omega_squared = 0;
   for (int round = 0; round < 300; ++round) {
     mode /= mode.norm();
-    const Places next = (forces_of(cloth, x - kStep * mode) - forces_of(cloth, x + kStep * mode)) /
-                        (2 * kStep * cloth.particle_kg());
+    const Places next =
+        (forces_of(cloth, x - kPlateStep * mode) - forces_of(cloth, x + kPlateStep * mode)) /
+        (2 * kPlateStep * cloth.particle_kg());
     omega_squared = next.cwiseProduct(mode).sum();
     mode = next;
   }
@@ -258,11 +259,11 @@ TEST(PaperMotion, CantileverFollowsTheMasterCurve) {
   const double density = 0.138, bending = 7.7e-6;
   for (const double gamma : {1.0, 10.0}) {
     const double length = std::cbrt(gamma * bending / (density * kG));
-    constexpr int kRows = 62, kCols = 3;
-    const double spacing = length / (kRows - 1.5);
-    const ParticleGrid grid{kRows, kCols, {spacing * (kRows - 1), 0.01}};
+    constexpr int kSheetRows = 62, kSheetCols = 3;
+    const double spacing = length / (kSheetRows - 1.5);
+    const ParticleGrid grid{kSheetRows, kSheetCols, {spacing * (kSheetRows - 1), 0.01}};
     // Weight per line over what its width of cloth weighs.
-    const double heavier = (kRows - 1.0) / kRows * kCols / (kCols - 1.0);
+    const double heavier = (kSheetRows - 1.0) / kSheetRows * kSheetCols / (kSheetCols - 1.0);
     ClothLaws laws = linear_laws(density * heavier, 3000, 30, bending);
     laws.stretch_damping_s = 2e-6;
     const PaperCloth cloth(grid, laws);
@@ -271,7 +272,7 @@ TEST(PaperMotion, CantileverFollowsTheMasterCurve) {
     motion.position = flat(grid);
     hold(motion, {0, 1, 2, 3, 4, 5});
     ASSERT_TRUE(settle(motion, 1e-2, 2000000));
-    const Vector3d tip = motion.position.col((kRows - 1) * kCols + 1);
+    const Vector3d tip = motion.position.col((kSheetRows - 1) * kSheetCols + 1);
     const double ratio = -tip.z() / (tip.x() - 0.5 * spacing);
     EXPECT_NEAR(ratio, master(gamma), 0.06 * master(gamma)) << "Gamma " << gamma;
   }
