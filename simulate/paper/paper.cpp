@@ -87,7 +87,7 @@ class PaperRun {
         certificate_(certificate),
         motion_(cloth, around,
                 {local.scene.gravity_m_per_s2, options.damping_per_s, options.air_drag_kg_per_m3,
-                 local.scene.friction}),
+                 local.scene.friction, options.thickness_m}),
         steps_(std::get<CertificateGrid>(certificate.cloth)) {}
 
   void start(const Print& print);
@@ -159,6 +159,7 @@ HistoryRow PaperRun::moment() const {
           inner.stretch_j,
           inner.shear_j,
           inner.bending_j,
+          motion_.layers_j(),
           motion_.residual(),
           motion_.contacts()};
 }
@@ -215,7 +216,7 @@ void PaperRun::go(const std::function<void(double)>& progress) {
 
 CertificateDistances PaperRun::distances() const {
   const ParticleGrid& grid = cloth_.grid();
-  const Places& x = motion_.position;
+  const Particles& x = motion_.position;
   CertificateDistances found;
   found.to_table_m = 1e9;
   std::vector<Vector3d> places;
@@ -257,7 +258,8 @@ void PaperRun::certify() {
   Certificate& c = certificate_;
   const HistoryRow &first = history_.front(), &last = history_.back();
   const auto energy_j = [](const HistoryRow& row) {
-    return row.kinetic_j + row.gravity_j + row.stretch_j + row.shear_j + row.bending_j;
+    return row.kinetic_j + row.gravity_j + row.stretch_j + row.shear_j + row.bending_j +
+           row.layers_j;
   };
   c.time_s = time_s_;
   c.residual_tolerance = options_.residual_tolerance;
@@ -356,6 +358,7 @@ std::string history_csv(const std::vector<HistoryRow>& history) {
                                        "stretch_energy_uJ",
                                        "shear_energy_uJ",
                                        "bending_energy_uJ",
+                                       "layers_energy_uJ",
                                        "largest_residual_per_particle_weight",
                                        "particles_touching"};
   std::vector<std::vector<double>> columns(names.size());
@@ -366,6 +369,7 @@ std::string history_csv(const std::vector<HistoryRow>& history) {
                              row.stretch_j / kMicro,
                              row.shear_j / kMicro,
                              row.bending_j / kMicro,
+                             row.layers_j / kMicro,
                              row.residual,
                              static_cast<double>(row.contacts)};
     for (std::size_t i = 0; i < names.size(); ++i) columns[i].push_back(values[i]);

@@ -25,6 +25,7 @@ struct PaperOptions {
   bool kinetic_damping = true;        ///< zero all velocities at each peak of kinetic energy
   double residual_tolerance = 1e-3;   ///< in weights of a particle
   double imperfection_m = 1e-6;       ///< height of the waves on the flat start
+  double thickness_m = 0.5e-3;        ///< layers of cloth keep this apart; 0: they do not meet
   double step_fraction = 0.9;         ///< share of the stability limit of the step
   long max_steps = 400000;
   double history_interval_s = 0.02;  ///< between rows of history.csv
@@ -35,7 +36,7 @@ void fields(Fields& f, PaperOptions& options);
 /// One row of history.csv.
 struct HistoryRow {
   double time_s = 0, kinetic_j = 0, gravity_j = 0, stretch_j = 0, shear_j = 0, bending_j = 0,
-         residual = 0;
+         layers_j = 0, residual = 0;
   int contacts = 0;
 };
 /// history.csv: time, energies, residual, contacts, with units.

@@ -72,7 +72,7 @@ double PaperCloth::area_m2(int particle) const {
 
 /// Calls visitor.shear() of each cell's angle and visitor() of each spring and triple.
 template <class Visitor>
-void PaperCloth::visit(const Places& x, Visitor& visitor) const {
+void PaperCloth::visit(const Particles& x, Visitor& visitor) const {
   const int n = grid_.count(), stride[2] = {grid_.cols, 1};
   const double rest = spacing_.norm();
   // In a cell that is not square this stiffness gives the same modulus G; 1 in a square.
@@ -115,12 +115,12 @@ void PaperCloth::visit(const Places& x, Visitor& visitor) const {
   }
 }
 
-CertificateStrains PaperCloth::add_forces(const Places& x, const Places* velocity,
-                                          Places& force) const {
+CertificateStrains PaperCloth::add_forces(const Particles& x, const Particles* velocity,
+                                          Particles& force) const {
   struct Visitor : StrainVisitor {
     const PaperCloth& cloth;
-    const Places* velocity;
-    Places& force;
+    const Particles* velocity;
+    Particles& force;
 
     void pull(int a, int b, const Vector3d& on_a) const {
       force.col(a) += on_a;
@@ -153,7 +153,7 @@ CertificateStrains PaperCloth::add_forces(const Places& x, const Places* velocit
   return visitor.strains;
 }
 
-InternalEnergies PaperCloth::energies(const Places& x) const {
+InternalEnergies PaperCloth::energies(const Particles& x) const {
   struct Visitor {
     const PaperCloth& cloth;
     InternalEnergies sum = {};
@@ -175,13 +175,13 @@ InternalEnergies PaperCloth::energies(const Places& x) const {
   return visitor.sum;
 }
 
-CertificateStrains PaperCloth::strains(const Places& x) const {
+CertificateStrains PaperCloth::strains(const Particles& x) const {
   StrainVisitor visitor;
   visit(x, visitor);
   return visitor.strains;
 }
 
-int PaperCloth::clamped_springs(const Places& x) const {
+int PaperCloth::clamped_springs(const Particles& x) const {
   struct Visitor {
     int count = 0;
 

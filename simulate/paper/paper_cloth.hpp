@@ -10,7 +10,7 @@
 namespace drape::simulate {
 
 /// Positions (m), velocities (m/s), accelerations or forces, one column per particle.
-using Places = Eigen::Matrix3Xd;
+using Particles = Eigen::Matrix3Xd;
 
 /// Particle grid on a rectangular patch: rows along the warp, cols along the weft.
 struct ParticleGrid {
@@ -44,19 +44,19 @@ class PaperCloth {
 
   /// Adds internal forces (N); with `velocity` (m/s) also the damping of the grid line springs,
   /// force = laws.stretch_damping_s * slope * strain rate per width. Returns the strains.
-  CertificateStrains add_forces(const Places& position, const Places* velocity,
-                                Places& force) const;
-  [[nodiscard]] InternalEnergies energies(const Places& position) const;
-  [[nodiscard]] CertificateStrains strains(const Places& position) const;
+  CertificateStrains add_forces(const Particles& position, const Particles* velocity,
+                                Particles& force) const;
+  [[nodiscard]] InternalEnergies energies(const Particles& position) const;
+  [[nodiscard]] CertificateStrains strains(const Particles& position) const;
   /// Number of grid line springs whose K'st would be negative and is 0.
-  [[nodiscard]] int clamped_springs(const Places& position) const;
+  [[nodiscard]] int clamped_springs(const Particles& position) const;
 
   /// Upper bound of the highest natural frequency squared (1/s^2) at such strains.
   [[nodiscard]] double stiffness_bound_per_s2(const CertificateStrains& strains) const;
 
  private:
   template <class Visitor>
-  void visit(const Places& x, Visitor& visitor) const;
+  void visit(const Particles& x, Visitor& visitor) const;
   [[nodiscard]] bool has_next(int particle, int direction) const {
     return direction == 0 ? particle + grid_.cols < grid_.count()
                           : particle % grid_.cols + 1 < grid_.cols;

@@ -21,10 +21,14 @@ constexpr double kShortestFraction = 0.02;  // of a step that goes back to an im
 
 PaperMotion::PaperMotion(const PaperCloth& cloth, const Surroundings& around,
                          const PaperForces& forces)
-    : cloth_(cloth), around_(around), forces_(forces) {
+    : cloth_(cloth),
+      around_(around),
+      forces_(forces),
+      layers_(cloth.grid(), cloth.particle_kg(), forces.gravity_m_per_s2.norm(),
+              forces.thickness_m) {
   const int n = cloth.grid().count();
-  position = velocity = Places::Zero(3, n);
-  a_.fill(Places::Zero(3, n));
+  position = velocity = Particles::Zero(3, n);
+  a_.fill(Particles::Zero(3, n));
   area_per_mass_.resize(n);
   for (int i = 0; i < n; ++i) area_per_mass_[i] = cloth.area_m2(i) / cloth.particle_kg();
   touch_.resize(n);
@@ -44,7 +48,7 @@ void PaperMotion::move_holds(const Eigen::Matrix3Xd& rate_m_per_s) {
 
 /// Takes from the values what moves the held points otherwise than with `rate`; all particles are
 /// equally heavy.
-void PaperMotion::project_holds(Places& values, const Eigen::Matrix3Xd* rate) const {
+void PaperMotion::project_holds(Particles& values, const Eigen::Matrix3Xd* rate) const {
   if (holds_.rows() == 0) return;
   Eigen::Matrix3Xd wrong = values * holds_.transpose();
   if (rate != nullptr) wrong -= *rate;
@@ -65,9 +69,11 @@ int PaperMotion::push_out() {
   return moved;
 }
 
-CertificateStrains PaperMotion::accelerate(const Places& x, const Places& v, Places& a) const {
+CertificateStrains PaperMotion::accelerate(const Particles& x, const Particles& v,
+                                           Particles& a) const {
   a.setZero();
   const CertificateStrains strains = cloth_.add_forces(x, &v, a);
+  layers_.add_forces(x, &v, a);
   a = (a / cloth_.particle_kg()).colwise() + forces_.gravity_m_per_s2;
   for (Eigen::Index i = 0; i < a.cols(); ++i)
     a.col(i) -=
@@ -77,7 +83,7 @@ CertificateStrains PaperMotion::accelerate(const Places& x, const Places& v, Pla
 }
 
 /// Lets go what is pulled off its surface, and what slides against its friction.
-void PaperMotion::settle_touches(const Places& a) {
+void PaperMotion::settle_touches(const Particles& a) {
   for (std::size_t i = 0; i < touch_.size(); ++i) {
     Touch& touch = touch_[i];
     if (touch.shape < 0) continue;
@@ -96,7 +102,7 @@ void PaperMotion::settle_touches(const Places& a) {
   }
 }
 
-void PaperMotion::constrain(Places& a) const {
+void PaperMotion::constrain(Particles& a) const {
   for (std::size_t i = 0; i < touch_.size(); ++i) {
     const Touch& touch = touch_[i];
     if (touch.shape < 0) continue;
@@ -112,7 +118,7 @@ void PaperMotion::constrain(Places& a) const {
 
 /// From start_x_, start_v_ and the constrained acceleration there, a_[0].
 void PaperMotion::runge_kutta(double dt) {
-  Places x = start_x_ + 0.5 * dt * start_v_, v = start_v_ + 0.5 * dt * a_[0];
+  Particles x = start_x_ + 0.5 * dt * start_v_, v = start_v_ + 0.5 * dt * a_[0];
   for (int stage = 1; stage < 4; ++stage) {
     (void)accelerate(x, v, a_[stage]);
     constrain(a_[stage]);
@@ -207,11 +213,13 @@ void PaperMotion::follow_surfaces(double step_s) {
 }
 
 double PaperMotion::step(double fraction, double longest_s) {
+  layers_.follow(position);
   start_x_ = position;
   start_v_ = velocity;
   const CertificateStrains strains = accelerate(start_x_, start_v_, a_[0]);
-  double step_s = std::min(
-      longest_s, fraction * kRk4ImaginaryLimit / std::sqrt(cloth_.stiffness_bound_per_s2(strains)));
+  double step_s = std::min(longest_s, fraction * kRk4ImaginaryLimit /
+                                          std::sqrt(cloth_.stiffness_bound_per_s2(strains) +
+                                                    layers_.stiffness_bound_per_s2()));
   settle_touches(a_[0]);
   constrain(a_[0]);
   project_holds(a_[0]);
@@ -254,8 +262,9 @@ double PaperMotion::gravity_j() const {
 }
 
 double PaperMotion::residual() const {
-  Places net = Places::Zero(3, position.cols());
+  Particles net = Particles::Zero(3, position.cols());
   (void)cloth_.add_forces(position, nullptr, net);
+  layers_.add_forces(position, nullptr, net);
   net = (net / cloth_.particle_kg()).colwise() + forces_.gravity_m_per_s2;
   for (std::size_t i = 0; i < touch_.size(); ++i) {
     if (touch_[i].shape < 0) continue;

@@ -7,6 +7,7 @@
 
 #include "simulate/objects/surroundings.hpp"
 #include "simulate/paper/paper_cloth.hpp"
+#include "simulate/paper/paper_layers.hpp"
 
 namespace drape::simulate {
 
@@ -15,20 +16,21 @@ struct PaperForces {
   Eigen::Vector3d gravity_m_per_s2{0, 0, -9.80665};
   double damping_per_s = 0;  ///< beta / m of F = -beta v
   double air_drag_kg_per_m3 =
-      0;                ///< c of F = -c area |v| v: half the air's density times drag factor
-  double friction = 0;  ///< Coulomb coefficient with the objects and the table
+      0;                   ///< c of F = -c area |v| v: half the air's density times drag factor
+  double friction = 0;     ///< Coulomb coefficient with the objects and the table
+  double thickness_m = 0;  ///< layers of cloth keep this apart; 0: they do not meet
 };
 
 /// The particles in motion: classical Runge-Kutta of order four (paper Fig. 5) with pins and
 /// collisions (paper section 4.3). A particle that would enter an object stops the step at the
 /// first time of impact; there its normal velocity is zeroed (inelastic) and from then on the
 /// pressing part of its force, until the force pulls. Coulomb friction sticks or slides. Cloth
-/// between particles may enter objects, and cloth does not meet itself.
+/// between particles may enter objects; layers press on each other (paper_layers.hpp).
 class PaperMotion {
  public:
   PaperMotion(const PaperCloth& cloth, const Surroundings& around, const PaperForces& forces);
 
-  Places position, velocity;
+  Particles position, velocity;
 
   /// Holds material points, each a mixture of particles by a row of weights.
   void hold(const Eigen::MatrixXd& weights);
@@ -50,6 +52,7 @@ class PaperMotion {
   [[nodiscard]] double residual() const;
   [[nodiscard]] int contacts() const;
   [[nodiscard]] int backtracked_steps() const { return backtracked_; }
+  [[nodiscard]] double layers_j() const { return layers_.energy_j(position); }
   [[nodiscard]] double viscous_j() const { return viscous_j_; }  ///< lost to damping and air
 
  private:
@@ -62,10 +65,10 @@ class PaperMotion {
     Eigen::Vector3d normal, slide;  ///< unit; `slide` is zero where nothing slides
   };
 
-  CertificateStrains accelerate(const Places& x, const Places& v, Places& a) const;
-  void settle_touches(const Places& a);
-  void constrain(Places& a) const;
-  void project_holds(Places& values, const Eigen::Matrix3Xd* rate = nullptr) const;
+  CertificateStrains accelerate(const Particles& x, const Particles& v, Particles& a) const;
+  void settle_touches(const Particles& a);
+  void constrain(Particles& a) const;
+  void project_holds(Particles& values, const Eigen::Matrix3Xd* rate = nullptr) const;
   void runge_kutta(double step_s);
   [[nodiscard]] double first_impact();
   void land();
@@ -74,14 +77,15 @@ class PaperMotion {
   const PaperCloth& cloth_;
   const Surroundings& around_;
   PaperForces forces_;
+  PaperLayers layers_;
   Eigen::RowVectorXd area_per_mass_;
   std::vector<Touch> touch_;         ///< by particle
   std::vector<double> clear_until_;  ///< value of path_m_ up to which a particle cannot touch
   double path_m_ = 0;                ///< sum of the fastest particle's path lengths
   Eigen::MatrixXd holds_, hold_response_;
   Eigen::Matrix3Xd hold_rate_;
-  Places start_x_, start_v_;
-  std::array<Places, 4> a_;
+  Particles start_x_, start_v_;
+  std::array<Particles, 4> a_;
   int backtracked_ = 0;
   double viscous_j_ = 0;
 };

@@ -27,26 +27,27 @@ const ParticleGrid kSquare{7, 5, {0.06, 0.04}}, kOblong{7, 6, {0.06, 0.04}};
 
 /// Positions by a map from material coordinates (m) to space.
 template <class Map>
-Places shaped(const ParticleGrid& grid, const Map& map) {
-  Places x(3, grid.count());
+Particles shaped(const ParticleGrid& grid, const Map& map) {
+  Particles x(3, grid.count());
   for (int i = 0; i < grid.count(); ++i) {
     const Eigen::Vector2d m = grid.material_m(i);
     x.col(i) = map(m.x(), m.y());
   }
   return x;
 }
-Places flat(const ParticleGrid& grid, double z = 0) {
+Particles flat(const ParticleGrid& grid, double z = 0) {
   return shaped(grid, [&](double u, double v) { return Vector3d(u, v, z); });
 }
 /// Both thread families keep their length and turn by half the angle.
-Places trellis(const ParticleGrid& grid, double angle) {
+Particles trellis(const ParticleGrid& grid, double angle) {
   const double c = std::cos(angle / 2), s = std::sin(angle / 2);
   return shaped(grid,
                 [=](double u, double v) { return Vector3d(u * c + v * s, u * s + v * c, 0); });
 }
 
-Places forces_of(const PaperCloth& cloth, const Places& x, const Places* velocity = nullptr) {
-  Places force = Places::Zero(3, x.cols());
+Particles forces_of(const PaperCloth& cloth, const Particles& x,
+                    const Particles* velocity = nullptr) {
+  Particles force = Particles::Zero(3, x.cols());
   (void)cloth.add_forces(x, velocity, force);
   return force;
 }
@@ -54,10 +55,10 @@ Places forces_of(const PaperCloth& cloth, const Places& x, const Places* velocit
 /// Force per width on an inner particle of the first row or column, stretched by `strain` with
 /// the width held.
 double inner_pull(const ParticleGrid& grid, const ClothLaws& laws, double strain, bool along_warp) {
-  const Places x = shaped(grid, [&](double u, double v) {
+  const Particles x = shaped(grid, [&](double u, double v) {
     return along_warp ? Vector3d((1 + strain) * u, v, 0) : Vector3d(u, (1 + strain) * v, 0);
   });
-  const Places force = forces_of(PaperCloth(grid, laws), x);
+  const Particles force = forces_of(PaperCloth(grid, laws), x);
   return along_warp ? force(0, 2) / grid.spacing_m().y()
                     : force(1, 2 * grid.cols) / grid.spacing_m().x();
 }
@@ -90,7 +91,7 @@ TEST(PaperCloth, PureShearFollowsTheShearCurve) {
   const ClothLaws laws = knotted_laws();
   const PaperCloth cloth(grid, laws);
   for (const double angle : {1e-4, 0.02, 8 * units::deg, 0.3}) {
-    const Places slope = (trellis(grid, angle + 1e-6) - trellis(grid, angle - 1e-6)) / 2e-6;
+    const Particles slope = (trellis(grid, angle + 1e-6) - trellis(grid, angle - 1e-6)) / 2e-6;
     const double shear_force =
         -forces_of(cloth, trellis(grid, angle)).cwiseProduct(slope).sum() / grid.patch_m.prod();
     const double s = std::sin(angle);
@@ -107,7 +108,7 @@ TEST(PaperCloth, ARolledStripBendsByTheMomentCurve) {
   for (const double curvature : {10.0, 45.0, 90.0}) {
     const double turn = 2 * std::asin(0.5 * curvature * l);
     const double radius = 0.5 * l / std::sin(0.5 * turn);
-    const Places x = shaped(grid, [&](double u, double v) {
+    const Particles x = shaped(grid, [&](double u, double v) {
       const double angle = turn * u / l;
       return Vector3d(radius * std::sin(angle), v, radius * (1 - std::cos(angle)));
     });
@@ -128,14 +129,14 @@ TEST(PaperCloth, ForcesKeepMomentumAndAngularMomentum) {
   ClothLaws laws = knotted_laws();
   laws.stretch_damping_s = 1e-5;
   const PaperCloth cloth(kOblong, laws);
-  const Places x = shaped(kOblong, [](double u, double v) {
+  const Particles x = shaped(kOblong, [](double u, double v) {
     return Vector3d(1.012 * u + 0.05 * v + 2e-4 * std::sin(900 * u + 300 * v),
                     0.99 * v + 0.002 * std::sin(60 * u), 0.006 * std::sin(70 * u + 40 * v));
   });
-  Places v(3, kOblong.count());
+  Particles v(3, kOblong.count());
   for (Eigen::Index i = 0; i < v.size(); ++i) v(i) = std::sin(0.37 * static_cast<double>(i));
-  for (const Places* velocity : {static_cast<const Places*>(nullptr), &std::as_const(v)}) {
-    const Places force = forces_of(cloth, x, velocity);
+  for (const Particles* velocity : {static_cast<const Particles*>(nullptr), &std::as_const(v)}) {
+    const Particles force = forces_of(cloth, x, velocity);
     Vector3d moment = Vector3d::Zero();
     for (Eigen::Index i = 0; i < x.cols(); ++i)
       moment += Vector3d(x.col(i)).cross(Vector3d(force.col(i)));
@@ -161,15 +162,15 @@ TEST(PaperCloth, SpringsBelowKdiagAreClampedAndCounted) {
 
 /// Square of the highest frequency (1/s) about a state, by power iteration on differences of the
 /// forces.
-double highest_frequency_squared(const PaperCloth& cloth, const Places& x) {
+double highest_frequency_squared(const PaperCloth& cloth, const Particles& x) {
   constexpr double kPlateStep = 1e-9;
-  Places mode(3, x.cols());
+  Particles mode(3, x.cols());
   for (Eigen::Index i = 0; i < mode.size(); ++i)
     mode(i) = std::sin(1.7 * static_cast<double>(i * i));
   double omega_squared = 0;
   for (int round = 0; round < 300; ++round) {
     mode /= mode.norm();
-    const Places next =
+    const Particles next =
         (forces_of(cloth, x - kPlateStep * mode) - forces_of(cloth, x + kPlateStep * mode)) /
         (2 * kPlateStep * cloth.particle_kg());
     omega_squared = next.cwiseProduct(mode).sum();
@@ -184,7 +185,7 @@ TEST(PaperCloth, StiffnessBoundIsAboveTheHighestFrequency) {
     ClothLaws laws = knotted_laws();
     laws.tensile[0] = laws.tensile[1] = {60, {}};  // so that shear weighs in
     const PaperCloth cloth(grid, laws);
-    const Places x = shaped(grid, [&](double u, double v) {
+    const Particles x = shaped(grid, [&](double u, double v) {
       return Vector3d(1.005 * u + shear * v, 1.003 * v, 0.002 * std::sin(60 * u));
     });
     EXPECT_GT(cloth.stiffness_bound_per_s2(cloth.strains(x)),
@@ -392,6 +393,37 @@ TEST(PaperMotion, ASheetGoesBackToTheImpactAndStaysOnTheTable) {
   EXPECT_GT(motion.backtracked_steps(), 0);
   EXPECT_LT((motion.position.row(2).array() - 0.01).abs().maxCoeff(), 1e-9);
   EXPECT_LT(motion.residual(), 1e-6);
+}
+
+/// A sheet that is folded over itself, its upper half falling at `speed` on to the lower one.
+TEST(PaperMotion, LayersComeToRestAThicknessApart) {
+  const ParticleGrid grid{21, 5, {0.1, 0.02}};
+  constexpr double kThickness = 0.5e-3;
+  for (const double speed : {0.0, 0.5}) {
+    ClothLaws laws = linear_laws(0.138, 2000, 30, 1e-9);
+    laws.stretch_damping_s = 1e-5;
+    const PaperCloth cloth(grid, laws);
+    Surroundings table;
+    table.add(Table{0});
+    PaperMotion motion(cloth, table, {{0, 0, -kG}, 20, 0, 0.3, kThickness});
+    const double fold = 0.05, radius = 2e-3, bend = std::numbers::pi * radius;
+    motion.position = shaped(grid, [&](double u, double v) {
+      const double over = u - fold;
+      if (over < 0) return Vector3d(u, v, 1e-6);
+      if (over < bend)
+        return Vector3d(fold + radius * std::sin(over / radius), v,
+                        1e-6 + radius * (1 - std::cos(over / radius)));
+      return Vector3d(fold - (over - bend), 1e-3 + v, 1e-6 + 2 * radius);
+    });
+    for (Eigen::Index i = 0; i < motion.position.cols(); ++i)
+      if (motion.position(2, i) > 1.9 * radius) motion.velocity(2, i) = -speed;
+    ASSERT_TRUE(settle(motion, 1e-3, 60000)) << speed;
+    // The far end of the upper half lies on the lower one, and nowhere below it.
+    const double height = motion.position(2, grid.count() - 3);
+    EXPECT_LT(height, 1.2 * kThickness) << speed;
+    EXPECT_GT(height, 0.9 * kThickness) << speed;
+    EXPECT_GT(motion.layers_j(), 0) << speed;
+  }
 }
 
 TEST(PaperMotion, TheStepIsWithinItsLimit) {
