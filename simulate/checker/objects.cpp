@@ -162,8 +162,8 @@ Real allowed_between_m(const Objects& objects, std::size_t k) {
   if (const auto* ball = std::get_if<Sphere>(&object)) radius = ball->radius_m;
   if (const auto* box = std::get_if<Box>(&object)) radius = box->edge_radius_m;
   if (const auto* rod = std::get_if<Cylinder>(&object)) radius = rod->edge_radius_m;
-  const Real at_edge = kPlaces_m / 2;
-  return kSunk_m + (radius > 0 ? std::min(at_edge, kPlaces_m * kPlaces_m / (8 * radius)) : at_edge);
+  if (radius <= kFarthest_m) return kSunk_m + kFarthest_m;
+  return kSunk_m + radius - std::sqrt(radius * radius - kFarthest_m * kFarthest_m);
 }
 
 Point within_cone(const Point& force, const Point& normal, Real friction) {

@@ -15,7 +15,10 @@ namespace drape::simulate::checker {
 
 constexpr Real kTouch_m = 0.02e-3L;  ///< nearer than this an object may press
 constexpr Real kSunk_m = 0.05e-3L;   ///< depth of a place that is pressed
-constexpr Real kPlaces_m = 0.5e-3L;  ///< distance of the places of a surface that are pressed
+constexpr Real kLook_m = 0.5e-3L;    ///< steps in which a surface is looked at
+/// Largest distance of cloth from a place where objects may press: places stand on triangles of
+/// 0.75 mm.
+constexpr Real kFarthest_m = 0.45e-3L;
 constexpr Real kRounding_m = 1e-9L;  ///< of places in files and in a frame of their own
 
 struct Objects {
@@ -34,9 +37,8 @@ struct Objects {
 /// Its gradient by central differences.
 [[nodiscard]] Point normal_of(const Objects& objects, std::size_t k, const Point& p);
 
-/// Depth that flat pieces of cloth may have in an object between places that are kSunk_m deep and
-/// kPlaces_m apart: the sagitta over its narrowest rounding, over a right-angled edge half their
-/// distance.
+/// Depth that flat pieces of cloth may have in an object between places that are kSunk_m deep: the
+/// sagitta over its narrowest rounding, over a sharp edge no more than the distance itself.
 [[nodiscard]] Real allowed_between_m(const Objects& objects, std::size_t k);
 
 /// Share of an object's thickness: cloth that is deeper in it passes through its middle.

@@ -171,7 +171,7 @@ MeshDepths MeshSurface::depths(const Objects& objects, const std::vector<bool>& 
       const Real longest = std::max({length(u), length(v), length(minus(u, v))});
       // A distance changes by no more than the length on the way.
       if (gap[facet[0]] > longest) continue;
-      const int steps = static_cast<int>(std::ceil(longest / kPlaces_m));
+      const int steps = static_cast<int>(std::ceil(longest / kLook_m));
       Real deepest = 0;
       for (int s = 0; s <= steps; ++s)
         for (int t = 0; s + t <= steps; ++t)

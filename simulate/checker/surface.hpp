@@ -38,7 +38,7 @@ class Lattice {
   std::map<Key, std::vector<int>> items_;
 };
 
-/// Depths of a surface in the objects of a scene, looked at in steps of kPlaces_m.
+/// Depths of a surface in the objects of a scene, looked at in steps of kLook_m.
 struct MeshDepths {
   std::optional<Real> to_object;  ///< least distance of a node; absent without objects
   Real to_table = 0;
