@@ -203,7 +203,8 @@ class AllPushes : public Pushes {
     if (layers) layers->settle(state);
   }
   [[nodiscard]] double clear_part(const State& from, const State& to, bool led) override {
-    return layers ? layers->clear_part(from, to, led) : 1;
+    const double part = objects.clear_part(from, to, led);
+    return layers ? std::min(part, layers->clear_part(from, to, led)) : part;
   }
   [[nodiscard]] std::shared_ptr<const ContactMemory> memory() const {
     auto found = std::make_shared<ContactMemory>();

@@ -28,6 +28,9 @@ constexpr int kOfSharp = 2;  // times as many on objects of sharp edges, which p
 // Distance from a surface: a pin there says how deep the cloth is
 constexpr double kNearPin_m = 0.2e-3;
 constexpr double kNormalStep_m = 1e-7;  // for the curvature of a surface
+// Path of a node that may lead through an object, and halvings of it where it does
+constexpr double kThrough_m = 0.1e-3;
+constexpr int kHalvings = 20;
 // Relative stiffness of the matrix along a surface: cloth that nothing holds there has one too
 constexpr double kLoose = 1e-4;
 constexpr double kTurn = 0.1;  // of a normal over that step: an edge, which has none
@@ -345,6 +348,32 @@ void ObjectPushes::settle(const State& state) {
     grip.limit = friction_ * site.pressure_pa;
     grip.settle(grip_stiffness_);
   }
+}
+
+double ObjectPushes::clear_part(const State& from, const State& to, bool led) {
+  if (led) return 1;
+  const State start = surface_.nodes(from), end = surface_.nodes(to);
+  double part = 1;
+  for (std::size_t i = 0; i < start.size(); ++i) {
+    const double path = (end[i] - start[i]).norm();
+    if (path < kThrough_m) continue;
+    for (int shape = 0; shape < surroundings_.count(); ++shape) {
+      const auto beyond = [&](double fraction) {
+        return surroundings_.on_opposite_sides(shape, start[i],
+                                               start[i] + fraction * (end[i] - start[i]));
+      };
+      if (surroundings_.is_flat(shape) || surroundings_.gap_m(shape, start[i]) > path ||
+          !beyond(part) || !surroundings_.first_entry(shape, start[i], end[i], kThrough_m / 2))
+        continue;
+      double clear = 0;
+      for (int halving = 0; halving < kHalvings; ++halving) {
+        const double middle = (clear + part) / 2;
+        (beyond(middle) ? part : clear) = middle;
+      }
+      part = clear;
+    }
+  }
+  return part;
 }
 
 void ObjectPushes::make_firmer(const State& state) {

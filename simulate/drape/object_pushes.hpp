@@ -41,6 +41,10 @@ class ObjectPushes : public Pushes {
   void add_products(const MeshCloth::State& state, const MeshCloth::State& direction,
                     MeshCloth::State& product) override;
 
+  /// No node goes through the middle of an object on its way to the other side.
+  [[nodiscard]] double clear_part(const MeshCloth::State& from, const MeshCloth::State& to,
+                                  bool led) override;
+
   [[nodiscard]] bool holds() const { return friction_ > 0; }
   [[nodiscard]] bool is_firm() const { return firmness_ == kFirm; }
   /// Makes places as many as they are at a rest, then as stiff.
