@@ -1,17 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
-// A piece that lies on itself.
+// A cloth that lies on itself.
 #include <gmock/gmock.h>
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <numbers>
 
 #include "core/units.hpp"
 #include "simulate/contact/self_distance.hpp"
+#include "simulate/drape/drape.hpp"
 #include "simulate/drape/layer_pushes.hpp"
-#include "simulate/drape/test_piece.hpp"
-#include "simulate/programs/piece_files.hpp"
+#include "simulate/drape/test_drape.hpp"
+#include "simulate/judge_drape.hpp"
 
 namespace drape::simulate {
 namespace {
@@ -57,25 +57,19 @@ State hairpin(const MeshCloth& cloth, double gap_m, double down_m = 0) {
   });
 }
 
-Field field_of(const State& surface) {
-  Field nodes(3 * surface.size());
-  for (std::size_t i = 0; i < surface.size(); ++i) put_at(nodes, static_cast<int>(i), surface[i]);
-  return nodes;
-}
-
 /// Places of the facets of the surface, by steps of half a side.
 SelfDistance distance_of(const MaterialMesh& mesh, const State& surface, double spacing_m) {
   std::vector<Vector2d> material = mesh.points_m;
   for (const MaterialMesh::Edge& edge : mesh.edges)
     material.push_back((mesh.points_m[edge.from] + mesh.points_m[edge.to]) / 2);
-  return self_distance(facets_of(mesh), material, spacing_m / 2, field_of(surface));
+  return self_distance(facets_of(mesh), material, spacing_m / 2, surface);
 }
 
 TEST(LayerPushes, ForcesAreTheGradientOfTheirEnergy) {
   const MeshCloth cloth = strip(5 * mm);
   // Above and below half a thickness.
   for (const double gap : {0.8 * kThickness, 0.3 * kThickness}) {
-    LayerPushes pushes(cloth, kGravity, kThickness);
+    LayerPushes pushes(cloth, 0.3, kGravity, kThickness);
     State state = hairpin(cloth, gap);
     pushes.settle(state);
     for (int i = 0; i < cloth.points(); ++i)
@@ -101,10 +95,10 @@ TEST(LayerPushes, ForcesAreTheGradientOfTheirEnergy) {
   }
 }
 
-/// A flat piece, however fine, does not press on itself.
+/// A flat cloth, however fine, does not press on itself.
 TEST(LayerPushes, NeighboursDoNotPressForBeingNeighbours) {
   const MeshCloth cloth = strip(2 * mm);
-  LayerPushes pushes(cloth, kGravity, 3 * mm);
+  LayerPushes pushes(cloth, 0.3, kGravity, 3 * mm);
   const State flat = cloth.state_of([](const Vector2d& p) {
     return MeshCloth::Jet{{p.x(), p.y(), 0}, {1, 0, 0}, {0, 1, 0}};
   });
@@ -123,7 +117,7 @@ TEST(LayerPushes, NoPathLeadsThroughAnotherLayer) {
     const State to = hairpin(cloth, 4 * mm, down);
     ASSERT_GT(least(to).crossings, 0);
     for (const bool led : {false, true}) {
-      LayerPushes pushes(cloth, kGravity, kThickness);
+      LayerPushes pushes(cloth, 0.3, kGravity, kThickness);
       const double part = pushes.clear_part(from, to, led);
       EXPECT_GT(part, 0);
       ASSERT_LT(part, 1);
@@ -135,7 +129,7 @@ TEST(LayerPushes, NoPathLeadsThroughAnotherLayer) {
     }
   }
   // Apart it may go as far as it likes.
-  LayerPushes pushes(cloth, kGravity, kThickness);
+  LayerPushes pushes(cloth, 0.3, kGravity, kThickness);
   EXPECT_EQ(pushes.clear_part(from, hairpin(cloth, 4 * mm, -10 * mm), false), 1);
 }
 
@@ -157,103 +151,47 @@ Scene curtain() {
   return scene;
 }
 
-PieceDrape draped(const Scene& scene, double thickness_m) {
-  PieceOptions options;
-  options.spacing_m = 10 * mm;
-  options.cloth_thickness_m = thickness_m;
-  return drape_piece(scene, whole_patch(), std::nullopt, cotton(), outline_of(whole_patch()),
-                     options);
-}
-
-std::vector<std::string> refusals_of(const PieceDrape& piece, const Scene& scene) {
-  return judge_piece(piece, scene, cotton(), DescentOptions{}.residual).refusals;
-}
-
-TEST(PieceLayers, APieceThatMeetsItselfRestsWithItsLayersApart) {
+/// The checker refuses what layers cannot do in checker/mesh_rest_test.cpp.
+TEST(Layers, AClothThatMeetsItselfRestsWithItsLayersApart) {
   const Scene scene = curtain();
-  const PieceDrape through = draped(scene, 0);
-  EXPECT_EQ(through.layers_apart_m, 0);
-  EXPECT_GT(distance_of(through.mesh, through.surface, 10 * mm).crossings, 0);
-  EXPECT_THAT(refusals_of(through, scene), Contains(HasSubstr("passes through itself")));
-  const PieceDrape piece = draped(scene, kThickness);
-  EXPECT_EQ(piece.layers_apart_m, kThickness);
-  ASSERT_TRUE(piece.report.at_rest);
-  EXPECT_THAT(refusals_of(piece, scene), IsEmpty());
-  const SelfDistance found = distance_of(piece.mesh, piece.surface, 10 * mm);
+  const DrapeCase drape = drape_case(scene, whole_patch(), std::nullopt, cotton());
+  DrapeOptions options;
+  options.spacing_m = 10 * mm;
+  options.thickness_m = 0;
+  const Drape through = drape_cloth(drape, options);
+  EXPECT_EQ(through.rest.layers_apart_m, 0);
+  EXPECT_TRUE(through.level->meets_itself(through.rest));
+  const auto refusals = [&](const Drape& found) {
+    return judge_drape(*found.level, found.rest, scene, options.descent.residual).refusals;
+  };
+  EXPECT_THAT(refusals(through), Contains(HasSubstr("passes through itself")));
+  options.thickness_m = kThickness;
+  const Drape apart = drape_cloth(drape, options);
+  EXPECT_EQ(apart.rest.layers_apart_m, kThickness);
+  ASSERT_TRUE(apart.at_rest()) << apart.levels.back().rest.why;
+  EXPECT_THAT(refusals(apart), IsEmpty());
+  const SelfDistance found =
+      distance_of(apart.level->cloth().mesh(), apart.level->surface(apart.rest), 10 * mm);
   EXPECT_EQ(found.crossings, 0);
   ASSERT_TRUE(found.least_m.has_value());
   EXPECT_GT(*found.least_m, 0.5 * kThickness);
   EXPECT_LT(*found.least_m, kThickness);
-  std::printf("curtain: %zu pairs of layers press, the nearest %.3f mm apart\n",
-              piece.contact_forces.size(), *found.least_m / mm);
+  const auto forces = apart.level->contact_forces(apart.rest);
+  EXPECT_TRUE(std::any_of(forces.begin(), forces.end(), [&](const ContactForce& force) {
+    return force.shape == drape.around->count();
+  }));
 }
 
-TEST(PieceLayers, WhatLayersCannotDoIsRefused) {
-  const Scene scene = curtain();
-  const PieceDrape piece = draped(scene, kThickness);
-  ASSERT_THAT(refusals_of(piece, scene), IsEmpty());
-  ASSERT_FALSE(piece.contact_forces.empty());
-  const std::size_t hardest = static_cast<std::size_t>(
-      std::max_element(piece.contact_forces.begin(), piece.contact_forces.end(),
-                       [](const ContactForce& a, const ContactForce& b) {
-                         return a.force_in_world.norm() < b.force_in_world.norm();
-                       }) -
-      piece.contact_forces.begin());
-  PieceDrape other = piece;
-  other.contact_forces.clear();
-  EXPECT_THAT(refusals_of(other, scene), Contains(HasSubstr("is left on a point")));
-  for (const double times : {-1.0, 2.0}) {
-    other = piece;
-    other.contact_forces[hardest].force_in_world *= times;
-    EXPECT_THAT(refusals_of(other, scene), Contains(HasSubstr("is left on a point"))) << times;
-  }
-  // Places that are not nearest, of no facet, of no node, and farther apart than the thickness.
-  other = piece;
-  ContactForce& force = other.contact_forces[hardest];
-  const int node = force.particle[3];
-  force.particle[3] = force.particle[0];
-  EXPECT_THAT(refusals_of(other, scene), Contains(HasSubstr("press on nothing")));
-  force.particle[3] = static_cast<int>(piece.surface.size());
-  EXPECT_THAT(refusals_of(other, scene), Contains(HasSubstr("press on nothing")));
-  force.particle[3] = node;
-  EXPECT_THAT(refusals_of(other, scene), IsEmpty());
-  for (const double thickness : {0.0, 0.1 * mm}) {
-    other.layers_apart_m = thickness;
-    EXPECT_THAT(refusals_of(other, scene), Contains(HasSubstr("press on nothing")));
-  }
-  other.layers_apart_m = 20 * mm;
-  EXPECT_THAT(refusals_of(other, scene), Contains(HasSubstr("no contact")));
-  // A point through the other layer, and all that presses on it as it was.
-  other = piece;
-  for (int k = 0; k < 4; ++k) {
-    const int i = piece.contact_forces[hardest].particle[k];
-    const double weight = piece.contact_forces[hardest].weight[k];
-    if (weight <= 0) continue;
-    const Vector3d back = -5 * mm * piece.contact_forces[hardest].force_in_world.normalized();
-    const auto points = static_cast<int>(piece.mesh.points_m.size());
-    if (i < points) {
-      other.state[i] += back;
-    } else {
-      other.state[piece.mesh.edges[i - points].from] += back;
-      other.state[piece.mesh.edges[i - points].to] += back;
-    }
-  }
-  EXPECT_THAT(refusals_of(other, scene), Contains(HasSubstr("passes through itself")));
-}
-
-/// A piece that does not meet itself never sees its layers: the same bytes.
-TEST(PieceLayers, OtherPiecesAreAsTheyWere) {
-  Scene scene;
-  scene.file = "scene.toml";
-  scene.name = "ball";
-  scene.table_z_m = -60 * mm;
-  scene.friction = 0.3;
-  scene.obstacles = {Sphere{{0, 0, -30 * mm}, 30 * mm}};
-  scene.start.mode = StartMode::flat;
-  scene.start.centre_in_world = Vector3d(0, 0, 1 * mm);
-  const PieceDrape with = draped(scene, kThickness), without = draped(scene, 0);
-  EXPECT_EQ(with.layers_apart_m, 0);
-  EXPECT_EQ(ply_text(with, whole_patch().patch_m), ply_text(without, whole_patch().patch_m));
+/// A cloth that does not meet itself never sees its layers: the same numbers.
+TEST(Layers, OtherClothsAreAsTheyWere) {
+  const DrapeCase drape = case_of(ball(0.3));
+  DrapeOptions options;
+  options.spacing_m = 10 * mm;
+  const Drape with = drape_cloth(drape, options);
+  options.thickness_m = 0;
+  const Drape without = drape_cloth(drape, options);
+  EXPECT_EQ(with.rest.layers_apart_m, 0);
+  EXPECT_EQ(with.rest.state, without.rest.state);
 }
 
 }  // namespace

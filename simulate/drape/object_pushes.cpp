@@ -31,6 +31,7 @@ constexpr double kNormalStep_m = 1e-7;  // for the curvature of a surface
 // Path of a node that may lead through an object, and halvings of it where it does
 constexpr double kThrough_m = 0.1e-3;
 constexpr int kHalvings = 20;
+constexpr double kOpposite = -0.1;  // cosine between normals; 0 across the edge of a box
 // Relative stiffness of the matrix along a surface: cloth that nothing holds there has one too
 constexpr double kLoose = 1e-4;
 constexpr double kTurn = 0.1;  // of a normal over that step: an edge, which has none
@@ -359,8 +360,9 @@ double ObjectPushes::clear_part(const State& from, const State& to, bool led) {
     if (path < kThrough_m) continue;
     for (int shape = 0; shape < surroundings_.count(); ++shape) {
       const auto beyond = [&](double fraction) {
-        return surroundings_.on_opposite_sides(shape, start[i],
-                                               start[i] + fraction * (end[i] - start[i]));
+        const Vector3d there = start[i] + fraction * (end[i] - start[i]);
+        return surroundings_.normal(shape, start[i]).dot(surroundings_.normal(shape, there)) <
+               kOpposite;
       };
       if (surroundings_.is_flat(shape) || surroundings_.gap_m(shape, start[i]) > path ||
           !beyond(part) || !surroundings_.first_entry(shape, start[i], end[i], kThrough_m / 2))

@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: Apache-2.0
+// Scenes drawn at random, and what the checker says of their rests.
+#include <gtest/gtest.h>
+
+#include <cstdio>
+#include <cstdlib>
+#include <string>
+
+#include "core/units.hpp"
+#include "simulate/drape/drape.hpp"
+#include "simulate/judge_drape.hpp"
+#include "simulate/validation/drawn_scenes.hpp"
+#include "tests/support/paths.hpp"
+
+namespace drape::simulate {
+namespace {
+
+/// At least 98 in 100 are at rest and accepted; what the checker refuses is not called at rest.
+TEST(DrawnScenes, AreCertified) {
+  const char* const trials = std::getenv("DRAPE_LONG_TESTS");
+  const int count = trials != nullptr && std::string(trials) == "1" ? 210 : 7;
+  const test::TemporaryFolder folder;
+  int certified = 0;
+  for (int index = 0; index < count; ++index) {
+    const DrawnScene drawn = drawn_scene(index, folder.path());
+    const DrapeCase drape = drape_case(drawn.scene, drawn.print, std::nullopt, drawn.laws);
+    DrapeOptions options;
+    options.spacing_m = 5 * units::mm;
+    const Drape found = drape_cloth(drape, options);
+    const MeshJudgement judged =
+        judge_drape(*found.level, found.rest, drawn.scene, options.descent.residual);
+    if (found.at_rest() && judged.accepted()) {
+      ++certified;
+      continue;
+    }
+    std::printf(
+        "%s: %s\n", drawn.scene.name.c_str(),
+        found.at_rest() ? judged.refusals.front().c_str() : found.levels.back().rest.why.c_str());
+    for (const std::string& refusal : judged.refusals) {
+      const bool through = refusal.find("through") != std::string::npos;
+      EXPECT_FALSE(found.at_rest() && through) << index << ": " << refusal;
+    }
+  }
+  EXPECT_GE(certified, 0.98 * count);
+}
+
+}  // namespace
+}  // namespace drape::simulate
