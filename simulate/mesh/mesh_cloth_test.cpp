@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 
@@ -51,6 +52,43 @@ TEST(Mesher, NoPointLiesInTheCircleOfATriangle) {
                                      u.x() * v.squaredNorm() - v.x() * u.squaredNorm()) /
                             twice;
     for (const Vector2d& p : points) EXPECT_GE((p - a - centre).norm(), centre.norm() * (1 - 1e-9));
+  }
+}
+
+/// Length of the mesh's sides on a line.
+double followed_m(const MaterialMesh& mesh, const Vector2d& from, const Vector2d& to) {
+  double sum = 0;
+  for (const MaterialMesh::Edge& edge : mesh.edges) {
+    const Vector2d &a = mesh.points_m[edge.from], &b = mesh.points_m[edge.to];
+    if (std::max(distance_m({from, to}, a), distance_m({from, to}, b)) < 1e-9)
+      sum += (b - a).norm();
+  }
+  return sum;
+}
+
+TEST(Mesher, SidesFollowLinesWherePinsStandBesideAndOnThem) {
+  ClothOutline outline{{{0, 0}, {0.1, 0}, {0.1, 0.1}, {0, 0.1}}, {}, {}};
+  // Part of the hem, across the cloth, another that crosses it, and one that ends on it.
+  outline.lines = {{{{0, 0.013}, {0, 0.061}}},
+                   {{{0.0337, 0}, {0.0337, 0.1}}},
+                   {{{0.01, 0.05}, {0.08, 0.05}}},
+                   {{{0.0337, 0.0812}, {0.1, 0.0812}}}};
+  outline.points = {{0.0337, 0.0222}, {0.0352, 0.0623}, {0.001, 0.04}};
+  for (const unsigned seed : {1U, 2U, 3U}) {
+    MeshOptions options;
+    options.seed = seed;
+    for (const double spacing : {0.02, 0.01, 0.005}) {
+      options.spacing_m = spacing;
+      const MaterialMesh mesh = triangulated(outline, options);
+      for (const auto& [from, to] : outline.lines) {
+        EXPECT_NEAR(followed_m(mesh, from, to), (to - from).norm(), 1e-9) << spacing;
+        for (const Vector2d& end : {from, to})
+          EXPECT_TRUE(std::any_of(mesh.points_m.begin(), mesh.points_m.end(),
+                                  [&](const Vector2d& p) { return (p - end).norm() < 1e-9; }));
+      }
+      for (const Vector2d& pin : outline.points)
+        EXPECT_NE(std::find(mesh.points_m.begin(), mesh.points_m.end(), pin), mesh.points_m.end());
+    }
   }
 }
 
