@@ -7,6 +7,8 @@
 #include <Eigen/Eigenvalues>
 #include <cmath>
 #include <numbers>
+#include <utility>
+#include <vector>
 
 #include "simulate/validation/test_exact.hpp"
 #include "simulate/validation/test_forms.hpp"
@@ -122,7 +124,7 @@ TEST(Order, OfAHeavyStripFromItsClampIsTwo) {
   for (const double coarse_m : {10e-3, 5e-3}) {
     const double order = order_of(coarse_m, [&](double spacing_m, unsigned seed) {
       FormSheet strip = cantilever(10, spacing_m, 0.02);
-      strip.laws.tensile[0].slope *= 100;
+      strip.laws.tensile[0].slope *= 10;
       strip.options.seed = seed;
       return (tip_of(rest_of(strip)) - Vector2d(shape.width, shape.height)).norm();
     });
@@ -132,28 +134,31 @@ TEST(Order, OfAHeavyStripFromItsClampIsTwo) {
 }
 
 /// A square clamped along one hem in a sideways and downward gravity: stretch, shear, bending along
-/// both threads and twist all work. Its free corner, against that on a much finer mesh.
+/// both threads and twist all work. Its free corner, in the mean over meshes.
 TEST(Order, OfABentAndTwistedSheetIsTwo) {
-  const auto corner = [](double spacing_m, unsigned seed) {
-    FormSheet sheet({0.06, 0.06}, 7.7e-6, spacing_m);
-    sheet.laws.tensile[0].slope = sheet.laws.tensile[1].slope = 300;
-    sheet.laws.shear.slope = 20;
-    sheet.laws.bending[1].slope = 5e-6;
-    sheet.laws.twist_n_m = 1.1e-5;
-    sheet.scene.gravity_m_per_s2 = {0.5 * kGravity, 0, -0.8 * kGravity};
-    sheet.options.seed = seed;
-    sheet.clamp_flat(0);
-    return rest_of(sheet).place(0.06, 0.06);
+  const auto corner = [](double spacing_m) {
+    Vector3d mean = Vector3d::Zero();
+    for (const unsigned seed : {1U, 2U, 3U}) {
+      FormSheet sheet({0.06, 0.06}, 7.7e-6, spacing_m);
+      sheet.laws.tensile[0].slope = sheet.laws.tensile[1].slope = 300;
+      sheet.laws.shear.slope = 20;
+      sheet.laws.bending[1].slope = 5e-6;
+      sheet.laws.twist_n_m = 1.1e-5;
+      sheet.scene.gravity_m_per_s2 = {0.5 * kGravity, 0, -0.8 * kGravity};
+      sheet.options.seed = seed;
+      sheet.clamp_flat(0);
+      mean += rest_of(sheet).place(0.06, 0.06) / 3;
+    }
+    return mean;
   };
-  const Vector3d converged = corner(0.75e-3, 1);
-  expect_at_least(
-      "order of a bent and twisted sheet's corner, from 6 mm",
-      order_of(6e-3, [&](double spacing_m,
-                         unsigned seed) { return (corner(spacing_m, seed) - converged).norm(); }),
-      1.8);
+  const Vector3d corners[3] = {corner(4e-3), corner(2e-3), corner(1e-3)};
+  expect_at_least("self-convergence order of a bent and twisted sheet, 4 to 1 mm",
+                  std::log2((corners[0] - corners[1]).norm() / (corners[1] - corners[2]).norm()),
+                  1.8);
 }
 
-/// Both ends clamped upright in one place.
+/// Both ends clamped upright in one place. A lighter loop leaves its plane on the way from the
+/// start.
 TEST(Loop, HangsAsTheHeartLoop) {
   constexpr double kLoop = 0.12, kSpacing = kLoop / 96;
   constexpr int kSteps = 4000;
@@ -164,7 +169,7 @@ TEST(Loop, HangsAsTheHeartLoop) {
     const double angle = 0.5 * kPi - 3 * kPi * s - 0.67 * std::sin(2 * kPi * s);
     curve.emplace_back(curve.back() + kLoop / kSteps * Vector2d(std::cos(angle), std::sin(angle)));
   }
-  for (const double gamma : {1e-2, 24.0, 100.0, 390.0}) {
+  for (const double gamma : {100.0, 390.0}) {
     FormSheet strip({kLoop, 2 * kSpacing}, bending_of(gamma, kLoop), kSpacing);
     for (const double end_m : {0.0, kLoop}) strip.clamp(end_m, Vector3d::Zero(), Vector3d::UnitZ());
     const FormRest rest =
@@ -201,8 +206,8 @@ TEST(Strut, BearsTheLoadOfTheElastica) {
 }
 
 TEST(Chain, SagsAsTheCatenary) {
-  constexpr double kChain = 0.2, kSpacing = kChain / 96;
-  for (const double chord : {0.5, 0.775, 0.95}) {
+  constexpr double kChain = 0.2, kSpacing = kChain / 64;
+  for (const double chord : {0.5, 0.775, 0.9}) {
     const double sag = exact::catenary_sag(chord);
     FormSheet strip({kChain, kSpacing}, 1e-8, kSpacing);
     strip.laws.tensile[0].slope = strip.laws.tensile[1].slope = 1e4 * kWeight * kChain;
@@ -230,39 +235,52 @@ TEST(Strip, StretchesByItsWeight) {
                   -kStrip / 2 - rest.place(kStrip, 0.015).y(), 2e-3);
 }
 
-/// Load of its own plane, over `load`, at which a flat sheet buckles: the sideways stiffness falls
-/// in proportion to the load, K0 + (load / at)(K - K0), until it is singular. K by differences of
-/// the forces, which sideways are odd about a flat state.
+/// Load in its own plane at which a flat sheet buckles, over that which it bears: sideways
+/// stiffness is K0 + (load / borne)(K - K0), which is singular there, K that of the sheet displaced
+/// in its plane by the load. Stiffnesses by differences of the forces, which are odd about flat.
 double buckling_load(const FormSheet& sheet) {
-  FormRest rest = start_of(sheet);
+  const FormRest rest = start_of(sheet);
   const MeshCloth& cloth = rest.level->cloth();
-  std::vector<int> free;
-  for (int i = 0; i < cloth.unknowns(); ++i)
-    if (!rest.level->held()[i]) free.push_back(i);
-  const auto stiffness = [&] {
+  using Coordinates = std::vector<std::pair<int, int>>;  // unknown, axis
+  Coordinates in_plane, sideways;
+  for (int i = 0; i < cloth.unknowns(); ++i) {
+    if (rest.level->held()[i]) continue;
+    sideways.emplace_back(i, 2);
+    for (const int axis : {0, 1}) in_plane.emplace_back(i, axis);
+  }
+  const auto stiffness = [&](const MeshCloth::State& state, const Coordinates& coordinates) {
     constexpr double kStep_m = 1e-8;
-    Eigen::MatrixXd k(free.size(), free.size());
-    for (std::size_t col = 0; col < free.size(); ++col) {
-      const double step = free[col] < cloth.points() ? kStep_m : kStep_m / sheet.options.spacing_m;
-      MeshCloth::State moved = rest.moment.state, force(moved.size(), Vector3d::Zero());
-      moved[free[col]].z() += step;
+    const auto n = static_cast<Eigen::Index>(coordinates.size());
+    Eigen::MatrixXd k(n, n);
+    for (Eigen::Index col = 0; col < n; ++col) {
+      const auto [unknown, axis] = coordinates[col];
+      const double step = unknown < cloth.points() ? kStep_m : kStep_m / sheet.options.spacing_m;
+      MeshCloth::State moved = state, force(state.size(), Vector3d::Zero());
+      moved[unknown][axis] += step;
       cloth.add_forces(moved, force);
-      for (std::size_t row = 0; row < free.size(); ++row)
-        k(row, col) = -force[free[row]].z() / step;
+      for (Eigen::Index row = 0; row < n; ++row)
+        k(row, col) = -force[coordinates[row].first][coordinates[row].second] / step;
     }
     return ((k + k.transpose()) / 2).eval();
   };
-  const Eigen::MatrixXd unloaded = stiffness();
-  const RestReport report = rest.level->rest(rest.moment);
-  EXPECT_TRUE(report.at_rest) << report.why;
+  const MeshCloth::State& flat = rest.moment.state;
+  Eigen::VectorXd load = Eigen::VectorXd::Zero(std::ssize(in_plane));
+  for (std::size_t k = 0; k < in_plane.size(); ++k)
+    if (const auto [unknown, axis] = in_plane[k]; unknown < cloth.points())
+      load[k] = cloth.mass_kg()[unknown] * sheet.scene.gravity_m_per_s2[axis];
+  const Eigen::VectorXd moves = stiffness(flat, in_plane).ldlt().solve(load);
+  MeshCloth::State loaded = flat;
+  for (std::size_t k = 0; k < in_plane.size(); ++k)
+    loaded[in_plane[k].first][in_plane[k].second] += moves[k];
+  const Eigen::MatrixXd unloaded = stiffness(flat, sideways);
   const Eigen::GeneralizedSelfAdjointEigenSolver<Eigen::MatrixXd> modes(
-      unloaded - stiffness(), unloaded, Eigen::EigenvaluesOnly);
+      unloaded - stiffness(loaded, sideways), unloaded, Eigen::EigenvaluesOnly);
   return 1 / modes.eigenvalues().maxCoeff();
 }
 
 /// A strip standing on its clamp: gravity in its plane, towards the clamp.
 TEST(Buckling, OfAnUprightStripUnderItsWeight) {
-  constexpr double kGamma = 7;
+  constexpr double kGamma = 1;
   FormSheet strip = cantilever(kGamma, kLength / 40, kLength / 20);
   strip.laws.tensile[0].slope = strip.laws.tensile[1].slope = 1e7 * bending_of(kGamma) / 0.01;
   strip.scene.gravity_m_per_s2 = {0, kGravity, 0};
@@ -275,7 +293,7 @@ TEST(Buckling, OfAStripOnEdgeOverItsWidth) {
   struct Strip {
     double width, twist, spacing;  ///< over length, over bending stiffness, over length
   };
-  constexpr double kGoal = 1e-2, kGamma = 15;
+  constexpr double kGoal = 1e-2, kGamma = 1;
   double widest = 0;
   for (const Strip& form : {Strip{0.05, 2, 1. / 40},
                             {0.1, 2, 1. / 40},
@@ -283,7 +301,10 @@ TEST(Buckling, OfAStripOnEdgeOverItsWidth) {
                             {0.2, 0.5, 1. / 30},
                             {0.4, 2, 1. / 20}}) {
     FormSheet strip = cantilever(kGamma, form.spacing * kLength, form.width * kLength);
-    const double bending = bending_of(kGamma), stiff = 3e7 * bending / (kLength * kLength);
+    // In its own plane it sags by half a hundredth or less.
+    const double bending = bending_of(kGamma),
+                 stiff = std::max(1e5, 4.5e3 / (form.width * form.width)) * bending /
+                         (kLength * kLength);
     strip.laws.tensile[0].slope = strip.laws.tensile[1].slope = strip.laws.shear.slope = stiff;
     strip.laws.bending[1].slope = 1e3 * bending;
     strip.laws.twist_n_m = form.twist * bending;

@@ -23,7 +23,7 @@ FormSheet::FormSheet(const Vector2d& size, double bending_n_m, double spacing_m)
   scene.start.centre_in_world = Vector3d::Zero();
   options.spacing_m = options.coarsest_m = spacing_m;
   options.thickness_m = 0;
-  options.descent.residual = 1e-6;
+  options.descent.residual = 1e-4;
 }
 
 Vector3d FormSheet::flat_place(const Vector2d& material_m) const {

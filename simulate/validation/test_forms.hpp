@@ -24,7 +24,7 @@ struct FormSheet {
   DrapeOptions options;
 
   /// Straight laws of one bending stiffness, twist alike; the weight of `kLength` stretches it by
-  /// 1e-4. One mesh, without layers, and residuals of 1e-6 weights.
+  /// 1e-4. One mesh, without layers, and residuals of 1e-4 weights.
   FormSheet(const Eigen::Vector2d& size_m, double bending_n_m, double spacing_m);
 
   [[nodiscard]] Eigen::Vector3d flat_place(const Eigen::Vector2d& material_m) const;
