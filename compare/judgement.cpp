@@ -152,7 +152,7 @@ struct SaidDrape {
 };
 
 std::vector<SaidDrape> said_drapes(const DrapeInput& input) {
-  std::map<std::string, std::string> sets;  // of scenes, from the simulations that know theirs
+  std::map<std::string, std::string> sets;  // scene to set, from the simulations that know theirs
   for (const Simulation& one : input.simulations)
     if (one.scene && !one.scene->set.empty()) sets.emplace(one.source().scene, one.scene->set);
   const auto set_of = [&](const std::string& scene) {

@@ -15,7 +15,7 @@ static void fields(Fields& f, CusickStart& start) {
   f({"at_rest", "at rest, and accepted by the checker"}, start.at_rest);
   f.otherwise({"steps", "steps to rest", 1, 0}, start.steps);
   f.if_any({"residual_point_weights", "largest force left, in mean weights of a point"},
-              start.residual);
+           start.residual);
   f.if_any({"energy_uj", "energy of cloth and height", kMicrojoule}, start.energy_j);
   f.if_any({"refusals", "the checker's reasons"}, start.refusals);
   f.if_any({"checked_residual_point_weights", "the same as the checker finds it"},

@@ -292,7 +292,7 @@ TEST_F(HemFiles, ASheetsSpecimenIsItsOwnFlatArea) {
   const auto number = [](const HemRecord& hem, const std::string& name) {
     return number_named(hem.numbers, name);
   };
-  const double radius = 250 / std::sqrt(std::numbers::pi);  // of a circle of that area
+  const double radius = 250 / std::sqrt(std::numbers::pi);  // circle of that area
   const double mean = number(set.hems[0], "mean_radius_mm");
   EXPECT_NEAR(number(set.hems[0], "drape_distance_ratio_percent"),
               100 * (radius - mean) / (radius - 90), 1e-9);

@@ -28,10 +28,9 @@ struct ShadowMesh {
 };
 
 /// A sheet with its sheet.json (gaps inside the hem are spanned by their neighbours), or any PLY or
-/// OBJ in mm with z up; where a cusick.json stands beside it, with the status and specimen that this
-/// has for the file. Throws Error(bad_input) naming the file,
-/// also of a mesh that the list does not name, and of a sheet whose outermost marks were not all
-/// measured.
+/// OBJ in mm with z up; where a cusick.json stands beside it, with the status and specimen that
+/// this has for the file. Throws Error(bad_input) naming the file, also of a mesh that the list
+/// does not name, and of a sheet whose outermost marks were not all measured.
 [[nodiscard]] ShadowMesh read_shadow_mesh(const std::filesystem::path& file);
 
 /// Area of its triangles as they hang.

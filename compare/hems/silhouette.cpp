@@ -23,10 +23,10 @@ namespace {
 
 using Eigen::Vector2d;
 
-constexpr double kLeastContrast = 0.05;  // of the full range: less is paper, not cloth
-constexpr double kLeastSize = 0.001;     // of the picture's area: less is dust
-constexpr double kSpeck = 0.01;         // of the silhouette's area: other things above it are named
-constexpr double kMostMisfit = 0.02;    // of a disc's ellipse
+constexpr double kLeastContrast = 0.05;  // share of the full range; less is paper, not cloth
+constexpr double kLeastSize = 0.001;     // share of the picture's area; less is dust
+constexpr double kSpeck = 0.01;  // share of the silhouette's area; other things above it are named
+constexpr double kMostMisfit = 0.02;    // share of a disc's ellipse
 constexpr double kMostTilt = 0.0603;    // 1 - cos(20 degrees)
 constexpr double kRulerPoint_px = 0.5;  // a point set by hand
 

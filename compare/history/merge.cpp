@@ -304,7 +304,7 @@ MergeCounts merge_stores(const fs::path& named, const std::vector<fs::path>& sou
   for (const auto& [head, source] : copies.by_head())
     merge_one(copies.staged(), source.copy, source.store, &Merge::stage, counts);
   Store(target).close();
-  counts.added = 0;  // of the target
+  counts.added = 0;  // counts the target now
   merge_one(target, copies.staged(), target, &Merge::finish, counts);
   Store(target).close();
   for (const auto& [head, source] : copies.by_head()) {

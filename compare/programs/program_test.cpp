@@ -299,7 +299,8 @@ TEST_F(Program, ResultsHeedEachOptionOrRefuseIt) {
   EXPECT_EQ(run("drape-results", "--json tables --grid 21 --segments 5" + store), 0);
   EXPECT_EQ(parse_json(output_).at(0).at("rows").size(), 1U) << "one table as several";
   EXPECT_EQ(run("drape-results", "--csv tables" + store), 0);
-  EXPECT_THAT(output_, HasSubstr("table,discretisation,segments,mean_dist_mm\n\"Real vs virtual (exp"));
+  EXPECT_THAT(output_,
+              HasSubstr("table,discretisation,segments,mean_dist_mm\n\"Real vs virtual (exp"));
   EXPECT_THAT(output_, HasSubstr("\n\ntable,pair,mean_dist_mm\n\"Virtual vs virtual (exp"));
   EXPECT_EQ(run("drape-results", "import " + files_[1].string() + " " + files_[2].string() +
                                      " --store " + path("pairs.sqlite")),

@@ -193,7 +193,7 @@ std::vector<HemNumber> numbers_with_u(const Hem& hem, const HemErrors& errors,
     const auto a = numbers_of(errors.tilts->first, geometry);
     const auto b = numbers_of(errors.tilts->second, geometry);
     for (std::size_t i = 0; i < squares.size(); ++i) {
-      const double value = numbers[i].value;  // of an amplitude, both sides may be above it
+      const double value = numbers[i].value;  // both sides of an amplitude may be above it
       squares[i] +=
           std::pow(std::max(std::abs(a[i].value - value), std::abs(b[i].value - value)), 2) / 3;
     }

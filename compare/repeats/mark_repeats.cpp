@@ -15,8 +15,9 @@ namespace {
 
 using units::mm;
 
-constexpr double kLeast_m = 1e-6;      // hems that are nearer are copies
-constexpr double kLeastBorder = 0.75;  // of the outermost marks, or the polygon cuts folds off
+constexpr double kLeast_m = 1e-6;  // hems that are nearer are copies
+constexpr double kLeastBorder =
+    0.75;  // share of the outermost marks; with fewer the polygon cuts folds off
 
 using Points = std::vector<Eigen::Vector3d>;
 

@@ -27,7 +27,7 @@ struct Relation {
 
 /// SQL of "2.5 mm" or "21x21" of a simulation AS s.
 inline constexpr const char* kDiscretisation =
-    "coalesce(s.grid_rows || 'x' || s.grid_cols, printf('%g mm', s.spacing_mm))";
+    "coalesce(s.grid_rows || 'x' || s.grid_cols, format('%g mm', s.spacing_mm))";
 /// The same of simulations and of v_comparison: own before others', many segments before few, fine
 /// before coarse.
 inline constexpr const char* kFinestFirst =

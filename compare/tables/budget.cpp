@@ -25,7 +25,8 @@ using Eigen::MatrixX3d;
 /// stated, not derived.
 constexpr double kMeasuredPart = 0.05;
 constexpr double kLevel_deg = 0.06;  // standard uncertainty of a bench's level
-constexpr double kOpposite = 1e-6;   // of a push; two that differ by less but in sign are a pair
+constexpr double kOpposite =
+    1e-6;  // share of a push; two that differ by less but in sign are a pair
 
 const RealVirtual& headline_of(const Report& report) {
   return report.real_virtual[*report.headline];

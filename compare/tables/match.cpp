@@ -14,7 +14,7 @@ namespace {
 
 using units::mm;
 
-constexpr double kBand = 0.95;  // of the marks in their 95 % bands: the drape is in the band
+constexpr double kBand = 0.95;  // share of marks in their 95 % bands: the drape is in the band
 
 RepeatId id_of(const SheetFile& file) {
   return file.repeat.value_or(RepeatId{"", file.measured().set, ""});

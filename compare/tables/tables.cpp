@@ -174,7 +174,7 @@ Table real_virtual_table(const DrapeInput& input, const Report& report) {
   percent("mean_percent_of_weft_side", "mean (% of weft)", 1);
   table.number("marks", "marks", [](R row) { return std::to_string(row.statistics.marks); });
   table.word("at rest", "at rest", [=](R row) {
-    return of(row).other_simulator            ? "not stated"
+    return of(row).other_simulator                ? "not stated"
            : of(row).source().status == "at rest" ? "yes"
                                                   : "no";
   });
