@@ -97,7 +97,7 @@ Setup Simulation::setup() const {
               {"fabric", own.fabric_sha256},
               {"scene", own.scene_sha256},
               {"start", own.start_sha256.value_or(std::string())},
-              {"begins", own.from_measured ? "in_the_measured_shape" : "as_its_scene_says"}};
+              {"from", own.from_measured ? "measured shape" : "scene"}};
   if (!certificate) return setup;
   // Certificates leave out options that are not used.
   setup[kRestOptions.front()] = "no";

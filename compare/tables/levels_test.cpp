@@ -45,8 +45,7 @@ TEST(Levels, TheScenesOwnStartOnTheFinestMeshSpeaksForTheDrape) {
   EXPECT_EQ(report.real_virtual[*report.headline].simulation, 2U);
   EXPECT_NEAR(report.real_virtual[*report.headline].statistics.mean_m / mm, 5, 1e-9);
   EXPECT_EQ(input.simulations[4].discretisation(), "5 mm");
-  EXPECT_THAT(input.simulations[1].label(),
-              HasSubstr("2.5 mm, 5 segments, begins in_the_measured_shape"));
+  EXPECT_THAT(input.simulations[1].label(), HasSubstr("2.5 mm, 5 segments, from measured shape"));
   EXPECT_TRUE(report.virtual_virtual.empty()) << "the paper's pairs are of grids";
   EXPECT_EQ(mesh_sentence(input, report),
             "mesh error up to 0.250 mm in the mean of the marks; `--spacing-mm 1.25` lowers it");

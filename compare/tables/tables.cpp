@@ -232,12 +232,12 @@ Table mark_table(const DrapeInput& input, const Report& report) {
     const Simulation& simulation = input.simulations[row.simulation];
     std::string name =
         fmt::format("dist_{}_{}", simulation.discretisation(), simulation.segments_text());
-    std::erase(name, ' ');
     if (several_models(input)) name += "_" + simulation.source().model;
     for (const std::string& key : keys)
       if (const std::string value = apart_value(simulation, key); !value.empty())
         name += fmt::format("_{}_{}", key, value);
     if (simulation.branch) name += fmt::format("_branch_{}", simulation.branch->number);
+    std::erase(name, ' ');
     number(name + "_mm", [&row](M mark) -> std::string {
       const auto& marks = row.marks.marks;
       const auto found =
