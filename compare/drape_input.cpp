@@ -14,9 +14,7 @@ namespace {
 constexpr std::size_t kShortHash = 8;  ///< characters that tell files apart for people
 
 /// Options of a certificate that decide where a cloth rests; the others are its way there.
-constexpr std::array<const char*, 5> kRestOptions{"internal_friction", "mass", "round_specimen",
-                                                  "contact_between_particles",
-                                                  "cloth_thickness_mm"};
+constexpr std::array<const char*, 2> kRestOptions{"internal_friction", "cloth_thickness_mm"};
 constexpr const char* kFit = "curves_fitted";
 
 std::string hash_text(const std::string& sha256) {
@@ -117,16 +115,20 @@ bool Simulation::is_of_cloth_of(const Simulation& other) const {
 }
 
 void tell_apart(std::vector<Simulation>& simulations) {
-  std::map<std::string, std::set<std::string>> values;
+  // An option that a model does not have tells none of its simulations apart.
+  std::map<std::string, std::set<std::string>> models, values;
   for (const Simulation& one : simulations)
-    for (const auto& [key, value] : one.setup()) values[key];
-  for (auto& [key, seen] : values)
+    for (const auto& [key, value] : one.setup()) models[key].insert(one.source().model);
+  const auto is_told = [&](const Simulation& one, const std::string& key) {
+    return is_compared(one, key) && models[key].contains(one.source().model);
+  };
+  for (const auto& [key, known] : models)
     for (const Simulation& one : simulations)
-      if (is_compared(one, key)) seen.insert(stated_value(one.setup(), key));
+      if (is_told(one, key)) values[key].insert(stated_value(one.setup(), key));
   for (Simulation& one : simulations) {
     const Setup setup = one.setup();
     for (const auto& [key, seen] : values)
-      if (seen.size() > 1 && is_compared(one, key))
+      if (seen.size() > 1 && is_told(one, key))
         one.apart.emplace_back(key, shown(one, key, stated_value(setup, key), simulations));
   }
 }
