@@ -98,9 +98,9 @@ void fields(Fields& f, SheetMark& mark) {
   f({"col", "along the weft"}, mark.mark.col);
   f({"material_mm", "(warp, weft) from the corner of the patch", mm}, mark.material_m);
   f({"xyz_mm", "place in the world", mm}, mark.point_in_world);
-  f({"cov_mm2", "covariance of xyz_mm; null: simulated", mm * mm}, mark.covariance_m2);
-  f({"views", "cameras that saw it"}, mark.views);
-  f({"reprojection_px", "RMS over those views"}, mark.reprojection_px);
+  f.if_any({"cov_mm2", "covariance of xyz_mm; absent: simulated", mm * mm}, mark.covariance_m2);
+  f.if_any({"views", "cameras that saw it"}, mark.views);
+  f.if_any({"reprojection_px", "RMS over those views"}, mark.reprojection_px);
 }
 
 void fields(Fields& f, Gap& gap) {
