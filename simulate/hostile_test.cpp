@@ -86,7 +86,7 @@ Trial valid_trial(Dice& dice, int most_steps) {
   place_object(trial, dice);
   trial.options.segments = 1 + dice.below(5);
   trial.options.drape.spacing_m = trial.options.drape.coarsest_m =
-      dice.below(2) == 0 ? 10e-3 : 15e-3;
+      dice.below(2) == 0 ? 15e-3 : 20e-3;
   trial.options.drape.descent.most_steps = most_steps;
   trial.options.paper.rows = 3 + dice.below(6);
   trial.options.paper.cols = 3 + dice.below(6);
@@ -213,25 +213,13 @@ std::pair<int, int> range_of(int count) {
   return {from != nullptr ? std::atoi(from) : 0, to != nullptr ? std::atoi(to) : count};
 }
 
-TEST(RandomScenes, ValidOnesRestOrSayWhyNot) {
-  const auto [from, to] = range_of(test::trial_count(24, 300));
-  Tally tally;
-  for (int index = from; index < to; ++index) {
-    Dice dice(index);
-    expect_honest(valid_trial(dice, 20000), index, tally);
-  }
-  tally.tell("valid", to - from);
-  EXPECT_EQ(tally.in_words, 0);
-  EXPECT_GE(tally.rest, 0.9 * (to - from));
-}
-
 TEST(RandomScenes, HostileOnesAreRefusedOrEndFinite) {
-  const auto [from, to] = range_of(test::trial_count(40, 1000));
+  const auto [from, to] = range_of(test::trial_count(16, 1000));
   Tally tally;
   for (int index = from; index < to; ++index) {
     Dice dice(100000 + index);
-    Trial trial = valid_trial(dice, 400);
-    trial.options.drape.motion.longest_s = 1;
+    Trial trial = valid_trial(dice, 200);
+    trial.options.drape.motion.longest_s = 0.2;
     spoil(trial, dice);
     expect_honest(trial, index, tally);
   }

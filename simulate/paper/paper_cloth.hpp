@@ -40,7 +40,7 @@ class PaperCloth {
 
   [[nodiscard]] const ParticleGrid& grid() const { return grid_; }
   [[nodiscard]] double particle_kg() const { return particle_kg_; }
-  [[nodiscard]] double area_m2(int particle) const;  ///< of the cloth around a particle
+  [[nodiscard]] double area_m2(int particle) const;  ///< area of the cloth around a particle
 
   /// Adds internal forces (N); with `velocity` (m/s) also the damping of the grid line springs,
   /// force = laws.stretch_damping_s * slope * strain rate per width. Returns the strains.

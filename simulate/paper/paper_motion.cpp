@@ -15,7 +15,7 @@ constexpr double kImpactDepth = 10e-6;      // m; shallower hits land without go
 constexpr double kClearMargin = 1e-3;       // m; covers a step's path and released particles
 constexpr double kSurfacing = 2e-3;         // s; a shallow hit is lifted to the surface this gently
 constexpr double kLiftGap = 1e-6;           // m; a touching particle further out has left
-constexpr double kShortestFraction = 0.02;  // of a step that goes back to an impact
+constexpr double kShortestFraction = 0.02;  // relative to a step that goes back to an impact
 
 }  // namespace
 

@@ -22,13 +22,14 @@ namespace {
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-constexpr int kMostRounds = 300;  // of descents, at whose ends friction settles
+constexpr int kMostRounds = 300;  // descents, at whose ends friction settles
 
 /// Places of a lattice of material points on a draped mesh, linear in each triangle.
 std::vector<Vector3d> marks_of(const simulate::MaterialMesh& mesh,
                                const std::vector<Vector3d>& points, const Vector2d& patch,
                                int side) {
-  constexpr double kRounding = 1e-9;  // of a triangle, outside of which its border still counts
+  constexpr double kRounding =
+      1e-9;  // relative to a triangle, outside of which its border still counts
   std::vector<Vector3d> marks;
   for (int row = 0; row < side; ++row) {
     for (int col = 0; col < side; ++col) {
