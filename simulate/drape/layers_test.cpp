@@ -95,6 +95,42 @@ TEST(LayerPushes, ForcesAreTheGradientOfTheirEnergy) {
   }
 }
 
+/// A layer that is led along the other is held by springs at first, then by the coefficient times
+/// its push, whichever way it came.
+TEST(LayerPushes, HoldEachOtherAsCoulombSays) {
+  constexpr double kFriction = 0.3;
+  const MeshCloth cloth = strip(5 * mm);
+  LayerPushes pushes(cloth, kFriction, kGravity, kThickness);
+  const State start = hairpin(cloth, 0.98 * kThickness);
+  pushes.settle(start);
+  const int shape = 1;
+  State state = start;
+  const auto lead = [&](double along) {
+    for (int i = 0; i < cloth.points(); ++i)
+      if (cloth.mesh().points_m[i].x() > 0.05) state[i].y() += along;
+    pushes.settle(state);
+    // Part of the push that holds against +y, beside the bend. Forces are on the first pieces.
+    const State nodes = ClothSurface(cloth).nodes(state);
+    double push = 0, hold = 0;
+    for (const ContactForce& of : pushes.stated(state, shape)) {
+      if (std::any_of(of.particle.begin(), of.particle.end(),
+                      [&](int node) { return nodes[node].x() > 0.04; }))
+        continue;
+      push += std::abs(of.force_in_world.z());
+      hold -= std::copysign(1.0, of.force_in_world.z()) * of.force_in_world.y();
+    }
+    return hold / push;
+  };
+  const double sticks = lead(0.2e-6);
+  EXPECT_GT(sticks, 0);
+  EXPECT_LT(sticks, 0.5 * kFriction);
+  for (const double sign : {1.0, -1.0}) {
+    double slides = 0;
+    for (int step = 0; step < 10; ++step) slides = lead(sign * 10e-6);
+    EXPECT_NEAR(slides, sign * kFriction, 0.01 * kFriction);
+  }
+}
+
 /// A flat cloth, however fine, does not press on itself.
 TEST(LayerPushes, NeighboursDoNotPressForBeingNeighbours) {
   const MeshCloth cloth = strip(2 * mm);
