@@ -573,6 +573,16 @@ bool DrapeLevel::meets_itself(const ClothMoment& moment) const {
   return passes_through_itself(parts_->surface.facets(), surface(moment));
 }
 
+State DrapeLevel::forces(const ClothMoment& moment) const {
+  Parts& my = *parts_;
+  my.begin(moment);
+  State force(moment.state.size(), Vector3d::Zero());
+  my.cloth.add_forces(moment.state, force);
+  for (int i = 0; i < my.cloth.points(); ++i) force[i] += my.cloth.mass_kg()[i] * my.gravity;
+  my.pushes_of(moment).add_forces(moment.state, force);
+  return force;
+}
+
 std::optional<State> DrapeLevel::first_order(const ClothMoment& rest, const State& force_change) {
   Parts& my = *parts_;
   my.begin(rest);

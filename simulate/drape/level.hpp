@@ -135,6 +135,10 @@ class DrapeLevel {
   [[nodiscard]] ClothStrains strains(const ClothMoment& moment) const;
   [[nodiscard]] bool meets_itself(const ClothMoment& moment) const;
 
+  /// Net force on the unknowns (N; N m for sides): internal, gravity and contact. Surroundings are
+  /// those that the case has at the call.
+  [[nodiscard]] MeshCloth::State forces(const ClothMoment& moment) const;
+
   /// Displacement (of all unknowns, in their units) that a small change of the forces (N; N m for
   /// sides) leads to: H dx = df, by conjugate gradients on exact products of the second derivative
   /// (pressed places stay pressed, sticking ones stick, sliding ones follow), with the factor as

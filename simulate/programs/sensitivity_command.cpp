@@ -76,7 +76,7 @@ int run_sensitivity(SensitivityArguments args, std::vector<std::string> words,
   set_reach(args, inputs);
   const SensitivityFile file =
       find_sensitivities(inputs.scene, inputs.fabric, inputs.print, inputs.measured, reference,
-                         {args.options, args.variants, thread_count(common)});
+                         {args.options, args.variants});
   write_record(written, file);
   record.output(written);
   Ending ending = ending_of(file, written);

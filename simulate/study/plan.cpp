@@ -196,8 +196,9 @@ StudyPlan read_plan(const fs::path& rig_or_plan, const PlanChoice& choice, const
            fmt::format("make plans of at most {:g}", kMostCases));
   StudyPlan study{{}, is_rig ? rig_or_plan : rig_or_plan.parent_path(), by_name};
   Hashes hashes;
-  std::map<std::string, fs::path> scene_of_key;
-  for (const fs::path& scene_file : plan.scenes) {
+  std::map<std::string, std::size_t> scene_of_key;
+  for (std::size_t k = 0; k < plan.scenes.size(); ++k) {
+    const fs::path& scene_file = plan.scenes[k];
     const Scene scene = read_scene(scene_file);
     for (const fs::path& fabric : plan.fabrics) {
       const fs::path fabric_file = fabric.empty() ? scene.fabric_file : fabric;
@@ -208,8 +209,8 @@ StudyPlan read_plan(const fs::path& rig_or_plan, const PlanChoice& choice, const
           if (seed != 0) one.options.paper.imperfection_m = variation_of(seed).noise_m;
           one.key = key_of(one, files, program, hashes);
           // Also the same bytes under another name.
-          if (const auto [first, is_new] = scene_of_key.emplace(one.key, scene_file); !is_new)
-            refuse(first->second == scene_file ? "fabrics" : "scenes",
+          if (const auto [first, is_new] = scene_of_key.emplace(one.key, k); !is_new)
+            refuse(first->second == k ? "fabrics" : "scenes",
                    fmt::format("scene {} with fabric {} is listed twice", scene_file.string(),
                                fabric_file.string()),
                    "list each scene and fabric once");

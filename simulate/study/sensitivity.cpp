@@ -8,7 +8,6 @@
 #include <functional>
 
 #include "core/error.hpp"
-#include "core/parallel.hpp"
 #include "core/units.hpp"
 
 namespace drape::simulate {
@@ -22,10 +21,7 @@ using units::mm;
 
 constexpr double kPlace_m = ObjectUncertainty::ruler_m;  // of pins and clamps, along each axis
 constexpr double kLevel_rad = 0.2 * units::deg;          // of a bench by a spirit level
-constexpr int kMostHalvings = 3;                         // of a step that leads to another rest
-constexpr double kOdd = 0.2;       // even part of moves over their odd part that shows one branch
-constexpr double kFollows = 0.5;   // departure of a move from twice that of half its step
-constexpr double kNoise_m = 2e-5;  // departure that rests of a part of the cloth's weight leave
+constexpr double kSmall = 1e-6;  // part of a step over which forces are differenced
 
 ForceCurve times(ForceCurve curve, double factor) {
   curve.slope *= factor;
@@ -99,12 +95,12 @@ double mean_m(const MatrixX3d& moves) {
   return moves.rowwise().norm().mean();
 }
 
-/// A change of one value by an amount (SI) of a drape and of what holds it.
+/// A change of one value by an amount (SI) of a drape, its level and what is held.
 struct Change {
   std::string name;
   double step = 0, unit = 1;         ///< SI; the name's unit
   std::optional<double> half_width;  ///< of a stand-in, SI
-  std::function<void(DrapeCase&, ClothMoment&, double)> apply;
+  std::function<void(DrapeCase&, DrapeLevel&, MeshCloth::State&, double)> apply;
 };
 
 /// A part of the model that another drape has otherwise.
@@ -136,36 +132,41 @@ class Base {
 
   /// Fabric values, then those of the scene; nothing where the base is a saddle.
   void find(SensitivityFile& file) {
-    std::vector<Change> ends;  // of stand-ins
+    std::vector<ValueEffect> values;
     for (std::size_t i = 0; i < std::size(names_of<FabricValue>); ++i) {
       const auto value = static_cast<FabricValue>(i);
       const std::optional<MeshCloth::State> way = first_order(level_, rest_, value);
-      if (!way) return file.values.clear();
-      file.values.push_back(to_first_order(value, *way));
-      if (!is_stand_in(fabric_, value)) continue;
-      file.values.back().moves.reset();
-      ends.push_back({std::string(name_of(value)), kStandInPart, 0.01, kStandInPart,
-                      [=](DrapeCase& drape, ClothMoment&, double part) {
-                        drape.laws = scaled(drape.laws, value, 1 + part);
-                      }});
+      if (!way) return;
+      const MatrixX3d up_m = moved(*way, 0.01);
+      values.push_back({std::string(name_of(value)), change_of_distance_m(up_m), mean_m(up_m),
+                        MarkMoves{1, std::nullopt, -up_m, up_m}});
+      if (is_stand_in(fabric_, value)) values.back().moves->half_width = 100 * kStandInPart;
     }
-    const auto carried_on = rested(case_, rest_);
-    if (!carried_on) return;
-    carried_on_m_ = *carried_on;
-    const std::vector<SceneEffect> of_ends = answers(ends);
-    for (std::size_t i = 0; i < ends.size(); ++i)
-      for (ValueEffect& value : file.values)
-        if (value.value == ends[i].name) value.moves = of_ends[i].moves;
-    file.scene = answers(scene_changes());
-    if (has_loops()) file.scene.push_back(loops());
+    DrapeCase probed = case_;
+    DrapeLevel probe(probed, options_.simulate.drape, level_.spacing_m());
+    std::vector<SceneEffect> scene;
+    for (const Change& change : scene_changes()) {
+      const std::optional<MeshCloth::State> way = answer(change, probed, probe);
+      if (!way) return;
+      const MatrixX3d up_m = moved(*way, 1);
+      const double steps = change.step / change.unit;
+      scene.push_back({change.name,
+                       change_of_distance_m(up_m) / steps,
+                       MarkMoves{steps, std::nullopt, -up_m, up_m},
+                       {}});
+      if (change.half_width) scene.back().moves->half_width = *change.half_width / change.unit;
+    }
+    file.values = std::move(values);
+    file.scene = std::move(scene);
   }
 
   void find_variants(SensitivityFile& file) const {
+    if (has_loops()) file.scene.push_back(loops());
     for (const Variant& variant : variants()) {
       DrapeCase changed = case_;
       DrapeOptions how = options_.simulate.drape;
       variant.apply(changed, how);
-      if (variant.same_mesh) file.variants.push_back(row(variant, true, rested(changed, rest_)));
+      if (variant.same_mesh) file.variants.push_back(row(variant, true, rested(changed)));
       const Drape again = drape_cloth(changed, how);
       file.variants.push_back(
           row(variant, false,
@@ -181,86 +182,55 @@ class Base {
     return all;
   }
 
-  /// Places of the marks where the cloth comes to rest from a moment.
-  [[nodiscard]] std::optional<MatrixX3d> rested(const DrapeCase& changed,
-                                                ClothMoment moment) const {
+  /// Places of the marks where the cloth of a changed case comes to rest from the base's rest.
+  [[nodiscard]] std::optional<MatrixX3d> rested(const DrapeCase& changed) const {
+    ClothMoment moment = rest_;
     DrapeLevel level(changed, options_.simulate.drape, level_.spacing_m());
     if (changed.laws.friction && !case_.laws.friction) moment.memory = level.cloth().memory();
     if (!level.rest(moment).at_rest) return std::nullopt;
     return places(level, moment);
   }
 
-  [[nodiscard]] ValueEffect to_first_order(FabricValue value, const MeshCloth::State& way) const {
-    ClothMoment moved = rest_;
-    for (std::size_t i = 0; i < way.size(); ++i) moved.state[i] += 0.01 * way[i];
-    const MatrixX3d up_m = places(level_, moved) - base_m_, away_m = base_m_ - reference_.in_world;
-    ValueEffect effect{std::string(name_of(value)), 0, mean_m(up_m),
-                       MarkMoves{1, std::nullopt, -up_m, up_m}};
-    for (Index k = 0; k < up_m.rows(); ++k) {
-      // A mark that lies on its reference only moves away from it.
+  /// Displacement of the marks by a part of a displacement of the unknowns.
+  [[nodiscard]] MatrixX3d moved(const MeshCloth::State& way, double part) const {
+    ClothMoment there = rest_;
+    for (std::size_t i = 0; i < way.size(); ++i) there.state[i] += part * way[i];
+    return places(level_, there) - base_m_;
+  }
+
+  /// A mark that lies on its reference only moves away from it.
+  [[nodiscard]] double change_of_distance_m(const MatrixX3d& moves) const {
+    const MatrixX3d away_m = base_m_ - reference_.in_world;
+    double sum = 0;
+    for (Index k = 0; k < moves.rows(); ++k) {
       const double far = away_m.row(k).norm();
-      effect.change_m += far > 0 ? up_m.row(k).dot(away_m.row(k)) / far : up_m.row(k).norm();
+      sum += far > 0 ? moves.row(k).dot(away_m.row(k)) / far : moves.row(k).norm();
     }
-    effect.change_m /= static_cast<double>(up_m.rows());
-    return effect;
+    return sum / static_cast<double>(moves.rows());
   }
 
-  using Pair = std::pair<MatrixX3d, MatrixX3d>;  ///< moves down and up
-
-  [[nodiscard]] std::optional<Pair> both(const Change& change, double step) const {
-    Pair moves;
-    for (const bool up : {false, true}) {
-      DrapeCase changed = case_;
+  /// Displacement of the unknowns by a step of a value; `probe` is a level of `probed`, which is
+  /// the base's case again afterwards.
+  [[nodiscard]] std::optional<MeshCloth::State> answer(const Change& change, DrapeCase& probed,
+                                                       DrapeLevel& probe) {
+    MeshCloth::State difference(rest_.state.size(), Vector3d::Zero()), held = difference;
+    for (const double side : {1, -1}) {
       ClothMoment moment = rest_;
-      change.apply(changed, moment, up ? step : -step);
-      const auto places = rested(changed, std::move(moment));
-      if (!places) return std::nullopt;
-      (up ? moves.second : moves.first) = *places - carried_on_m_;
-    }
-    return moves;
-  }
-
-  static bool is_odd(const Pair& moves) {
-    return mean_m(moves.first + moves.second) <= kOdd * mean_m(moves.second - moves.first);
-  }
-  static bool follows(const MatrixX3d& whole, const MatrixX3d& half) {
-    return mean_m(whole - 2 * half) <= std::max(kNoise_m, kFollows * mean_m(whole));
-  }
-
-  [[nodiscard]] SceneEffect answer(const Change& change) const {
-    SceneEffect effect{change.name};
-    double step = change.step;
-    std::optional<Pair> found = both(change, step);
-    for (int halvings = 0; halvings < kMostHalvings; ++halvings, step /= 2) {
-      std::optional<Pair> half;
-      bool good = found && is_odd(*found);
-      if (!good) {
-        half = both(change, step / 2);
-        good = found && half && follows(found->first, half->first) &&
-               follows(found->second, half->second);
+      change.apply(probed, probe, moment.state, side * kSmall * change.step);
+      const MeshCloth::State force = probe.forces(moment);
+      for (std::size_t i = 0; i < force.size(); ++i) {
+        difference[i] += side / (2 * kSmall) * force[i];
+        held[i] += side / (2 * kSmall) * (moment.state[i] - rest_.state[i]);
       }
-      if (good) {
-        const double steps = step / change.unit;
-        effect.change_m_per_unit = (reference_.distance_m(carried_on_m_ + found->second) -
-                                    reference_.distance_m(carried_on_m_ + found->first)) /
-                                   (2 * steps);
-        effect.moves = {steps, std::nullopt, found->first, found->second};
-        if (change.half_width) effect.moves->half_width = *change.half_width / change.unit;
-        return effect;
-      }
-      found = std::move(half);
+      probed.around = case_.around;
+      probed.local.scene.obstacles = case_.local.scene.obstacles;
+      probe.set_friction(case_.local.scene.friction);
+      probe.set_gravity(case_.local.scene.gravity_m_per_s2);
     }
-    effect.absent =
-        fmt::format("{} for a change of {:g}", found ? "the cloth goes to another rest" : "no rest",
-                    step / change.unit);
-    return effect;
-  }
-
-  [[nodiscard]] std::vector<SceneEffect> answers(const std::vector<Change>& changes) const {
-    std::vector<SceneEffect> all(changes.size());
-    parallel_for(changes.size(), options_.threads,
-                 [&](std::size_t i) { all[i] = answer(changes[i]); });
-    return all;
+    std::optional<MeshCloth::State> way = level_.first_order(rest_, difference);
+    if (!way) return way;
+    for (std::size_t i = 0; i < way->size(); ++i) (*way)[i] += held[i];
+    return way;
   }
 
   [[nodiscard]] Vector3d local_axis(int axis) const {
@@ -272,16 +242,16 @@ class Base {
     const Scene& scene = case_.local.scene;
     const auto along_axes = [&](const std::string& name, double u_m, const auto& move) {
       for (int axis = 0; axis < 3; ++axis)
-        all.push_back(
-            {fmt::format("{}_{}_mm", name, "xyz"[axis]), u_m, mm, std::nullopt,
-             [=, along = local_axis(axis)](DrapeCase& drape, ClothMoment& moment, double by_m) {
-               move(drape, moment, Vector3d(by_m * along));
-             }});
+        all.push_back({fmt::format("{}_{}_mm", name, "xyz"[axis]), u_m, mm, std::nullopt,
+                       [=, along = local_axis(axis)](DrapeCase& drape, DrapeLevel&,
+                                                     MeshCloth::State& state, double by_m) {
+                         move(drape, state, Vector3d(by_m * along));
+                       }});
     };
     for (std::size_t i = 0; i < scene.obstacles.size(); ++i) {
       const std::string name = fmt::format("object_{}", i + 1);
       along_axes(name, scene.uncertainty_of(i).place_m(),
-                 [=](DrapeCase& drape, ClothMoment&, const Vector3d& by_m) {
+                 [i](DrapeCase& drape, MeshCloth::State&, const Vector3d& by_m) {
                    std::visit(Move{by_m}, drape.local.scene.obstacles[i]);
                    drape.around = std::make_shared<Surroundings>(drape.local.scene);
                  });
@@ -289,33 +259,29 @@ class Base {
           std::holds_alternative<MeshObject>(scene.obstacles[i]))
         continue;
       all.push_back({name + "_size_mm", scene.uncertainty_of(i).size_m(), mm, std::nullopt,
-                     [=](DrapeCase& drape, ClothMoment&, double by_m) {
+                     [i](DrapeCase& drape, DrapeLevel&, MeshCloth::State&, double by_m) {
                        std::visit(Grow{by_m}, drape.local.scene.obstacles[i]);
                        drape.around = std::make_shared<Surroundings>(drape.local.scene);
                      }});
     }
     if (scene.friction > 0) all.push_back(friction_change());
     for (std::size_t k = 0; k < case_.pins_at.size(); ++k)
-      along_axes(fmt::format("pin_{}", k + 1), kPlace_m,
-                 [k, point = level_.pinned()[k]](DrapeCase& drape, ClothMoment& moment,
-                                                 const Vector3d& by_m) {
-                   drape.pins_at[k] += by_m;
-                   moment.state[static_cast<std::size_t>(point)] += by_m;
-                 });
+      along_axes(
+          fmt::format("pin_{}", k + 1), kPlace_m,
+          [point = static_cast<std::size_t>(level_.pinned()[k])](
+              DrapeCase&, MeshCloth::State& state, const Vector3d& by_m) { state[point] += by_m; });
     for (std::size_t k = 0; k < case_.lines.size(); ++k)
       along_axes(fmt::format("clamp_{}", k + 1), kPlace_m,
-                 [k, this](DrapeCase& drape, ClothMoment& moment, const Vector3d& by_m) {
-                   drape.lines[k].from += by_m;
-                   drape.lines[k].to += by_m;
+                 [k, this](DrapeCase&, MeshCloth::State& state, const Vector3d& by_m) {
                    const auto& points = level_.cloth().mesh().points_m;
                    for (std::size_t i = 0; i < points.size(); ++i)
-                     if (case_.lines[k].holds(points[i])) moment.state[i] += by_m;
+                     if (case_.lines[k].holds(points[i])) state[i] += by_m;
                  });
     for (int axis = 0; axis < 2; ++axis)
       all.push_back({fmt::format("level_{}_deg", "xy"[axis]), kLevel_rad, units::deg, std::nullopt,
-                     [along = local_axis(axis)](DrapeCase& drape, ClothMoment&, double by_rad) {
-                       Vector3d& gravity = drape.local.scene.gravity_m_per_s2;
-                       gravity = Eigen::AngleAxisd(by_rad, along) * gravity;
+                     [gravity = scene.gravity_m_per_s2, along = local_axis(axis)](
+                         DrapeCase&, DrapeLevel& level, MeshCloth::State&, double by_rad) {
+                       level.set_gravity(Eigen::AngleAxisd(by_rad, along) * gravity);
                      }});
     return all;
   }
@@ -326,9 +292,9 @@ class Base {
     const double step = stand_in
                             ? kStandInPart * scene.friction
                             : scene.friction_uncertainty.value_or(kMeasuredPart * scene.friction);
-    return {"friction", std::min(step, scene.friction), 1,
-            stand_in ? std::optional(step) : std::nullopt,
-            [](DrapeCase& drape, ClothMoment&, double by) { drape.local.scene.friction += by; }};
+    return {"friction", step, 1, stand_in ? std::optional(step) : std::nullopt,
+            [friction = scene.friction](DrapeCase&, DrapeLevel& level, MeshCloth::State&,
+                                        double by) { level.set_friction(friction + by); }};
   }
 
   [[nodiscard]] ClothLaws laws(int segments, bool internal_friction) const {
@@ -346,13 +312,13 @@ class Base {
     SceneEffect effect{"internal_friction"};
     DrapeCase changed = case_;
     changed.laws = laws(options_.simulate.segments, true);
-    const auto there = rested(changed, rest_);
+    const auto there = rested(changed);
     if (!there) {
       effect.absent = "no rest with both branches of the loops";
       return effect;
     }
-    const MatrixX3d up_m = *there - carried_on_m_;
-    effect.change_m_per_unit = reference_.distance_m(*there) - reference_.distance_m(carried_on_m_);
+    const MatrixX3d up_m = *there - base_m_;
+    effect.change_m_per_unit = reference_.distance_m(*there) - reference_.distance_m(base_m_);
     effect.moves = MarkMoves{1, 1.0, -up_m, up_m};
     return effect;
   }
@@ -395,8 +361,7 @@ class Base {
   DrapeLevel& level_;
   const ClothMoment& rest_;
   Reference reference_;
-  MatrixX3d base_m_;        ///< places of the marks at the base's rest
-  MatrixX3d carried_on_m_;  ///< the same after it was carried on unchanged, as what differs is
+  MatrixX3d base_m_;  ///< places of the marks at the base's rest
 };
 
 }  // namespace
@@ -461,8 +426,6 @@ std::optional<MeshCloth::State> first_order(DrapeLevel& level, const ClothMoment
         .add_forces(rest.state, change);
     for (std::size_t i = 0; i < change.size(); ++i) change[i] -= once[i];
   }
-  for (std::size_t i = 0; i < change.size(); ++i)
-    if (level.held()[i]) change[i].setZero();
   return level.first_order(rest, change);
 }
 

@@ -39,16 +39,13 @@ inline constexpr double kStandInPart = 0.5, kMeasuredPart = 0.05;
 struct SensitivityOptions {
   SimulateOptions simulate;
   bool variants = false;  ///< drapes again with one part of the model changed
-  int threads = 1;        ///< rests at a time; never changes a result
 };
 
 /// Drapes the scene and finds where its marks, and so their mean distance from `reference`, go with
-/// each value: fabric values to first order (a stand-in to the ends of its range), values of the
-/// scene by a rest from the base's rest, each lower and higher by its standard uncertainty: place
-/// and size of the objects, friction, places of pins and clamps, level of the bench. A step whose
-/// answer is not twice that of its half, within half, leads to another rest: the step is halved, at
-/// most three times, then the value's moves are absent, with the reason. Throws Error for wrong
-/// input.
+/// each value, to first order at the rest: fabric values, place and size of the objects, friction,
+/// places of pins and clamps, level of the bench. Pressed places stay pressed, so that no answer
+/// leads to another branch. A place that slides follows a change that draws it on and stays with
+/// one that draws it back: friction's answer is the mean of both. Throws Error for wrong input.
 [[nodiscard]] SensitivityFile find_sensitivities(const Scene& scene, const Fabric& fabric,
                                                  const Print& print,
                                                  const std::optional<Sheet>& measured,

@@ -16,7 +16,8 @@ using Eigen::Vector3d;
 using units::mm;
 
 constexpr double kSpacing_m = 20 * mm;
-constexpr double kResidual = 1e-6;  // of rests that are compared with a first-order answer
+constexpr double kOnCube_m = 10 * mm;  // coarser meshes cut into its edges
+constexpr double kResidual = 1e-8;     // of rests that are compared with a first-order answer
 
 /// Bench1's cloth A hung by two marks of its upper hem.
 Scene hanging_scene() {
@@ -35,10 +36,10 @@ Scene cube_scene() {
   return scene;
 }
 
-SimulateOptions coarse() {
+SimulateOptions coarse(double spacing_m = kSpacing_m) {
   SimulateOptions options;
   options.segments = 1;
-  options.drape.spacing_m = kSpacing_m;
+  options.drape.spacing_m = spacing_m;
   return options;
 }
 
@@ -144,7 +145,7 @@ TEST(Sensitivities, HoldPinsAndLevelOfAHangingCloth) {
     step_m = effect->moves->step * mm;
   }
   EXPECT_LT((lifted.rowwise() - Eigen::RowVector3d(0, 0, step_m)).rowwise().norm().maxCoeff(),
-            0.1 * step_m);
+            1e-3 * step_m);
   // The bench turned about the line of the pins turns the cloth with gravity.
   const SceneEffect* level = effect_of(file, "level_x_deg");
   ASSERT_TRUE(level != nullptr && level->moves);
@@ -164,17 +165,13 @@ TEST(Sensitivities, SayWhereTheMarksGoWhenAValueErrs) {
   fabric.stand_ins = {"shear curves"};
   fabric.bias_bending_n_m = 1e-6;
   const SensitivityFile file = find_sensitivities(scene, fabric, print, std::nullopt,
-                                                  flat_reference(print, 0.15), {coarse()});
+                                                  flat_reference(print, 0.15), {coarse(kOnCube_m)});
   ASSERT_EQ(file.status, "at rest");
   for (const ValueEffect& one : file.values) {
-    if (one.value != "shear") {
-      ASSERT_TRUE(one.moves) << one.value;
-      EXPECT_EQ(one.moves->up_m.rows(), file.marks);
-      EXPECT_EQ(one.moves->down_m, -one.moves->up_m) << one.value;
-      EXPECT_FALSE(one.moves->half_width) << one.value;
-    } else if (one.moves) {
-      EXPECT_EQ(one.moves->half_width, 50);
-    }
+    ASSERT_TRUE(one.moves) << one.value;
+    EXPECT_EQ(one.moves->up_m.rows(), file.marks);
+    EXPECT_EQ(one.moves->down_m, -one.moves->up_m) << one.value;
+    EXPECT_EQ(one.moves->half_width.value_or(0), one.value == "shear" ? 50 : 0) << one.value;
   }
   // Cloth that lies on a cube goes up and down with it: the middle one of 5 x 5 marks.
   ASSERT_EQ(file.marks, 25);
@@ -182,23 +179,20 @@ TEST(Sensitivities, SayWhereTheMarksGoWhenAValueErrs) {
   ASSERT_TRUE(higher != nullptr && higher->moves);
   const double up_m = higher->moves->step * mm;
   EXPECT_NEAR(higher->moves->up_m(12, 2), up_m, 0.1 * up_m);
-  EXPECT_NEAR(higher->moves->down_m(12, 2), -up_m, 0.1 * up_m);
-  for (const char* value : {"object_1_x_mm", "object_1_y_mm", "object_1_size_mm", "friction",
-                            "level_x_deg", "level_y_deg", "internal_friction"}) {
+  for (const char* value : {"object_1_x_mm", "object_1_y_mm", "object_1_size_mm", "level_x_deg",
+                            "level_y_deg", "friction"}) {
     const SceneEffect* effect = effect_of(file, value);
-    ASSERT_NE(effect, nullptr) << value;
-    EXPECT_NE(effect->moves.has_value(), !effect->absent.empty()) << value;
-  }
-  const SceneEffect* friction = effect_of(file, "friction");
-  if (friction->moves) {
-    EXPECT_EQ(friction->moves->half_width, kStandInPart * scene.friction);
+    ASSERT_TRUE(effect != nullptr && effect->moves) << value;
+    EXPECT_TRUE(effect->moves->up_m.allFinite()) << value;
+    EXPECT_EQ(effect->moves->half_width.value_or(0),
+              std::string(value) == "friction" ? kStandInPart * scene.friction : 0);
   }
 }
 
 TEST(Sensitivities, TabulateChangedModelsFromRestAndFromStart) {
   const Scene scene = cube_scene();
   const Print print = read_print(scene.print_file);
-  SensitivityOptions options{coarse()};
+  SensitivityOptions options{coarse(kOnCube_m)};
   options.variants = true;
   const SensitivityFile file =
       find_sensitivities(scene, read_fabric(scene.fabric_file), print, std::nullopt,
@@ -209,7 +203,7 @@ TEST(Sensitivities, TabulateChangedModelsFromRestAndFromStart) {
     EXPECT_TRUE(row.at_rest) << row.what << (row.continued ? " from the base" : "");
     EXPECT_TRUE(std::isfinite(row.distance_m)) << row.what;
   }
-  EXPECT_EQ(file.variants.back().what, "spacing 40 mm");
+  EXPECT_EQ(file.variants.back().what, "spacing 20 mm");
   EXPECT_GT(file.variants.back().moved_m, 0.01 * mm);
 }
 
