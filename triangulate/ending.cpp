@@ -131,7 +131,7 @@ Ending ending_of(const TriangulateResult& result, const TriangulateOptions& opti
   ending.warnings.insert(ending.warnings.end(), report.warnings.begin(), report.warnings.end());
   if (ending.go) {
     ending.next_command =
-        fmt::format("drape simulate SCENE.toml --grid 21 --segments 5 --start-from {} --out DIR",
+        fmt::format("drape simulate SCENE.toml --segments 5 --start-from {} --out DIR",
                     shell_word(out.string()));
   }
   return ending;

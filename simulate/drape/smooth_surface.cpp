@@ -17,7 +17,7 @@ using Eigen::Vector3d;
 constexpr int kNearest = 24;          // points of a polynomial
 constexpr double kInCell = 6;         // points of a cell in the mean
 constexpr double kFalling = 2.5;      // of the weights' exponent
-constexpr double kSupport = 1.05;       // relative to the farthest of the points
+constexpr double kSupport = 1.05;     // relative to the farthest of the points
 constexpr double kDetermined = 1e-4;  // relative to the largest pivot
 constexpr int kTerms[] = {3, 6, 10};  // of a polynomial of degree 1, 2, 3
 

@@ -140,8 +140,8 @@ TEST(StartFile, ASheetOfAnotherPrintIsRefused) {
   EXPECT_NE(fault_of(fewer).find("rows"), std::string::npos);
 }
 
-/// Limits of the two: 0.05 mm is the goal of the one cloth on this scene, 0.03 mm that of the data's
-/// makers (study/independent_test.cpp).
+/// Limits of the two: 0.05 mm is the goal of the one cloth on this scene, 0.03 mm that of the
+/// data's makers (study/independent_test.cpp).
 TEST(StartFile, ADrapeRestsWhereAnotherSolverLeftIt) {
   const Hang hang;
   const test::TemporaryFolder folder;
