@@ -15,7 +15,6 @@ struct ClothLaws {
   ForceCurve shear;              ///< N/m over rad, odd
   ForceCurve bending[2];         ///< N over 1/m, odd
   double twist_n_m = 0;          ///< J of the energy 1/2 J kappa12^2 per area
-  double stretch_damping_s = 0;  ///< damping force of a spring = this * slope * strain rate
   std::optional<ClothFriction> friction = std::nullopt;  ///< absent: the cloth has no memory
 };
 

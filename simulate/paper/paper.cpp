@@ -387,9 +387,7 @@ PaperDrape run_paper_model(const LocalScene& local, const Print& print, const Cl
   whole.outer = {{0, 0}, {print.patch_m.x(), 0}, print.patch_m, {0, print.patch_m.y()}};
   refuse_pins_beside(local.scene, print, whole);
   refuse_flat_start_inside(local.scene, print, whole, around);
-  ClothLaws damped = laws;
-  damped.stretch_damping_s = spring_damping_s(laws, grid, options.spring_damping_ratio);
-  const PaperCloth cloth(grid, damped);
+  const PaperCloth cloth(grid, laws, spring_damping_s(laws, grid, options.spring_damping_ratio));
   CertificateGrid of_grid;
   of_grid.rows = options.rows;
   of_grid.cols = options.cols;

@@ -58,8 +58,11 @@ struct StrainVisitor {
 
 }  // namespace
 
-PaperCloth::PaperCloth(const ParticleGrid& grid, ClothLaws laws)
-    : grid_(grid), laws_(std::move(laws)), spacing_(grid.spacing_m()) {
+PaperCloth::PaperCloth(const ParticleGrid& grid, ClothLaws laws, double stretch_damping_s)
+    : grid_(grid),
+      laws_(std::move(laws)),
+      spacing_(grid.spacing_m()),
+      stretch_damping_s_(stretch_damping_s) {
   particle_kg_ = laws_.density_kg_per_m2 * grid.patch_m.prod() / grid.count();
 }
 
@@ -134,7 +137,7 @@ CertificateStrains PaperCloth::add_forces(const Particles& x, const Particles* v
       const ForceCurve& law = cloth.laws_.tensile[s.direction];
       double per_width = law.value(s.strain) - s.less * s.strain;
       if (velocity != nullptr)
-        per_width += cloth.laws_.stretch_damping_s * law.slope / cloth.spacing_[s.direction] *
+        per_width += cloth.stretch_damping_s_ * law.slope / cloth.spacing_[s.direction] *
                      s.edge.dot(velocity->col(s.b) - velocity->col(s.a)) / s.length;
       pull(s.a, s.b, per_width * cloth.spacing_[1 - s.direction] / s.length * s.edge);
     }

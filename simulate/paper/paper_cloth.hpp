@@ -36,14 +36,15 @@ struct ParticleGrid {
 /// potential, and energies are those of the springs at their present stiffness.
 class PaperCloth {
  public:
-  PaperCloth(const ParticleGrid& grid, ClothLaws laws);
+  /// `stretch_damping_s`: damping force of a grid line spring = this * slope * strain rate per
+  /// width.
+  PaperCloth(const ParticleGrid& grid, ClothLaws laws, double stretch_damping_s = 0);
 
   [[nodiscard]] const ParticleGrid& grid() const { return grid_; }
   [[nodiscard]] double particle_kg() const { return particle_kg_; }
   [[nodiscard]] double area_m2(int particle) const;  ///< area of the cloth around a particle
 
-  /// Adds internal forces (N); with `velocity` (m/s) also the damping of the grid line springs,
-  /// force = laws.stretch_damping_s * slope * strain rate per width. Returns the strains.
+  /// Adds internal forces (N), with `velocity` (m/s) also the damping. Returns the strains.
   CertificateStrains add_forces(const Particles& position, const Particles* velocity,
                                 Particles& force) const;
   [[nodiscard]] InternalEnergies energies(const Particles& position) const;
@@ -68,7 +69,7 @@ class PaperCloth {
   ParticleGrid grid_;
   ClothLaws laws_;
   Eigen::Vector2d spacing_;
-  double particle_kg_ = 0;
+  double stretch_damping_s_, particle_kg_ = 0;
 };
 
 }  // namespace drape::simulate

@@ -126,9 +126,7 @@ TEST(PaperCloth, EveryParticleHasTheSameMass) {
 }
 
 TEST(PaperCloth, ForcesKeepMomentumAndAngularMomentum) {
-  ClothLaws laws = knotted_laws();
-  laws.stretch_damping_s = 1e-5;
-  const PaperCloth cloth(kOblong, laws);
+  const PaperCloth cloth(kOblong, knotted_laws(), 1e-5);
   const Particles x = shaped(kOblong, [](double u, double v) {
     return Vector3d(1.012 * u + 0.05 * v + 2e-4 * std::sin(900 * u + 300 * v),
                     0.99 * v + 0.002 * std::sin(60 * u), 0.006 * std::sin(70 * u + 40 * v));
@@ -229,9 +227,7 @@ TEST(PaperMotion, HangingStripStretchesByItsWeight) {
   // lines are as stiff as inner ones.
   const double density = 0.138, stiffness = 400;
   const ParticleGrid grid{11, 3, {0.2, 0.03}};
-  ClothLaws laws = linear_laws(density, stiffness, 1e-9, 1e-6);
-  laws.stretch_damping_s = 1e-4;
-  const PaperCloth cloth(grid, laws);
+  const PaperCloth cloth(grid, linear_laws(density, stiffness, 1e-9, 1e-6), 1e-4);
   const Surroundings nothing;
   PaperMotion motion(cloth, nothing, {{kG, 0, 0}, 4, 0, 0});
   motion.position = flat(grid);
@@ -265,9 +261,7 @@ TEST(PaperMotion, CantileverFollowsTheMasterCurve) {
     const ParticleGrid grid{kSheetRows, kSheetCols, {spacing * (kSheetRows - 1), 0.01}};
     // Weight per line over what its width of cloth weighs.
     const double heavier = (kSheetRows - 1.0) / kSheetRows * kSheetCols / (kSheetCols - 1.0);
-    ClothLaws laws = linear_laws(density * heavier, 3000, 30, bending);
-    laws.stretch_damping_s = 2e-6;
-    const PaperCloth cloth(grid, laws);
+    const PaperCloth cloth(grid, linear_laws(density * heavier, 3000, 30, bending), 2e-6);
     const Surroundings nothing;
     PaperMotion motion(cloth, nothing, {{0, 0, -kG}, 4, 0, 0});
     motion.position = flat(grid);
@@ -400,9 +394,7 @@ TEST(PaperMotion, LayersComeToRestAThicknessApart) {
   const ParticleGrid grid{21, 5, {0.1, 0.02}};
   constexpr double kThickness = 0.5e-3;
   for (const double speed : {0.0, 0.5}) {
-    ClothLaws laws = linear_laws(0.138, 2000, 30, 1e-9);
-    laws.stretch_damping_s = 1e-5;
-    const PaperCloth cloth(grid, laws);
+    const PaperCloth cloth(grid, linear_laws(0.138, 2000, 30, 1e-9), 1e-5);
     Surroundings table;
     table.add(Table{0});
     PaperMotion motion(cloth, table, {{0, 0, -kG}, 20, 0, 0.3, kThickness});
