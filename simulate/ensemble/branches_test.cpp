@@ -47,7 +47,7 @@ TEST(Branches, AreRankedAtRestAndTheSameOnTwoThreads) {
 
 /// It ends at 8, 16, 24 or 32 starts, the last eight of which brought no branch.
 TEST(Branches, AreSoughtWhileNewOnesCome) {
-  const EnsembleCase own = test::coarse_case(test::lying("C"));
+  const EnsembleCase own = test::coarse_case(test::on_round_box());
   const Ensemble found = find_branches(own, {});
   ASSERT_FALSE(found.branches.empty());
   EXPECT_EQ(found.starts % 8, 0);
@@ -66,7 +66,7 @@ TEST(Branches, AreSoughtWhileNewOnesCome) {
 
 /// A branch as it is given lies on the next finer mesh, near its lowest member.
 TEST(Branches, ThatCouldBeRealArePolished) {
-  const EnsembleCase own = test::coarse_case(test::lying("C"));
+  const EnsembleCase own = test::coarse_case(test::on_round_box());
   const Ensemble found = find_branches(own, {.starts = 2});
   ASSERT_FALSE(found.branches.empty());
   EXPECT_EQ(could_be_real(found).size(), found.branches.size()) << "no measured sheet";

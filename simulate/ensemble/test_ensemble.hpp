@@ -19,6 +19,13 @@ namespace drape::simulate::test {
   return scene;
 }
 
+/// Bench1's cube with edges of 30 mm radius, which meshes of 20 mm can follow.
+[[nodiscard]] inline Scene on_round_box() {
+  Scene scene = lying("C");
+  std::get<Box>(scene.obstacles.front()).edge_radius_m = 30 * units::mm;
+  return scene;
+}
+
 /// On meshes of 20 and 10 mm, one line per curve; without a sheet that places it.
 [[nodiscard]] inline EnsembleCase coarse_case(const Scene& scene, bool internal_friction = false) {
   SimulateOptions options;
