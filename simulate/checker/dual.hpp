@@ -57,12 +57,16 @@ Dual<N> root(const Dual<N>& a) {
 template <int N>
 using Vector = std::array<Dual<N>, 3>;
 
+/// Sum of an element's own places, whose coordinates the derivatives are to.
 template <int N>
-Vector<N> combine(const std::vector<Vector<N>>& corners, const std::vector<Real>& weights) {
+Vector<N> combine(const std::array<std::array<Real, 3>, N / 3>& places,
+                  const std::vector<Real>& weights) {
   Vector<N> sum;
-  for (std::size_t c = 0; c < corners.size(); ++c) {
-    for (int axis = 0; axis < 3; ++axis) sum[axis] = sum[axis] + weights[c] * corners[c][axis];
-  }
+  for (std::size_t c = 0; c < places.size(); ++c)
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      sum[axis].v += weights[c] * places[c][axis];
+      sum[axis].d[3 * c + axis] = weights[c];
+    }
   return sum;
 }
 template <int N>

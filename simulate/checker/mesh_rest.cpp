@@ -140,19 +140,13 @@ class Judge {
       unknown[3 + k] = side_at_.at({std::min(from, to), std::max(from, to)});
       mass_[corner[k]] += Real(rest_.laws.density_kg_per_m2) * area / 3;
     }
-    std::vector<Place> corners(6);
-    for (int k = 0; k < 6; ++k) {
-      const Point p =
+    std::array<Point, 6> places;
+    for (int k = 0; k < 6; ++k)
+      places[k] =
           point_of(k < 3 ? rest_.shape.points_m[unknown[k]] : rest_.shape.of_sides[unknown[k]]);
-      for (int axis = 0; axis < 3; ++axis) {
-        corners[k][axis].v = p[axis];
-        corners[k][axis].d[3 * k + axis] = 1;
-      }
-    }
     seen_.push_back({area, unknown, uu, uv, vv});
-    const Jet energy =
-        area * bending_of(t, combine(corners, u), combine(corners, v), combine(corners, uu),
-                          combine(corners, uv), combine(corners, vv));
+    const auto jet = [&](const std::vector<Real>& weights) { return combine<18>(places, weights); };
+    const Jet energy = area * bending_of(t, jet(u), jet(v), jet(uu), jet(uv), jet(vv));
     result_.energy_j += double(energy.v);
     for (int k = 0; k < 6; ++k)
       for (int axis = 0; axis < 3; ++axis)

@@ -18,18 +18,6 @@ constexpr Real kNearPin_m = 0.2e-3L, kOfFacetByPin = 0.1L;
 constexpr Real kBeside =
     1e-6L;  // share of a triangle: material points this far beside it are on it
 
-struct Range {
-  Point low, high;
-
-  explicit Range(const Point& p) : low(p), high(p) {}
-  void take(const Point& p) {
-    for (int axis = 0; axis < 3; ++axis) {
-      low[axis] = std::min(low[axis], p[axis]);
-      high[axis] = std::max(high[axis], p[axis]);
-    }
-  }
-};
-
 template <class Nodes>
 Range range_of(const std::vector<Point>& places, const Nodes& nodes) {
   Range range(places[nodes[0]]);
@@ -78,27 +66,23 @@ bool are_weights(const std::array<double, 4>& weight, int firsts) {
 
 }  // namespace
 
-template <class Visit>
-void Lattice::visit(const Point& low, const Point& high, Visit visit) const {
-  const auto box = [&](Real x) { return static_cast<long>(std::floor(x / size_)); };
-  for (long x = box(low[0]); x <= box(high[0]); ++x)
-    for (long y = box(low[1]); y <= box(high[1]); ++y)
-      for (long z = box(low[2]); z <= box(high[2]); ++z) visit(Key{x, y, z});
+void Range::take(const Point& p) {
+  for (int axis = 0; axis < 3; ++axis) {
+    low[axis] = std::min(low[axis], p[axis]);
+    high[axis] = std::max(high[axis], p[axis]);
+  }
 }
 
-void Lattice::insert(const Point& low, const Point& high, int item) {
-  visit(low, high, [&](const Key& key) { items_[key].push_back(item); });
+bool Range::meets(const Range& other) const {
+  for (int axis = 0; axis < 3; ++axis)
+    if (low[axis] > other.high[axis] || high[axis] < other.low[axis]) return false;
+  return true;
 }
 
-std::vector<int> Lattice::near(const Point& low, const Point& high) const {
-  std::vector<int> found;
-  visit(low, high, [&](const Key& key) {
-    if (const auto at = items_.find(key); at != items_.end())
-      found.insert(found.end(), at->second.begin(), at->second.end());
-  });
-  std::sort(found.begin(), found.end());
-  found.erase(std::unique(found.begin(), found.end()), found.end());
-  return found;
+void Lattice::insert(const Range& range) {
+  const auto item = static_cast<int>(ranges_.size());
+  ranges_.push_back(range);
+  visit_cells(range, [&](std::uint64_t cell) { items_[cell].push_back(item); });
 }
 
 MeshSurface::MeshSurface(const MeshRest& rest, const std::vector<Quadratic>& quadratics)
@@ -282,23 +266,14 @@ int MeshSurface::crossings() const {
   const Real size = size_of(nodes_, facets_);
   if (!(size > 0)) return 0;
   Lattice lattice(size);
-  std::vector<Range> ranges;
-  for (std::size_t f = 0; f < facets_.size(); ++f) {
-    ranges.push_back(range_of(nodes_, facets_[f]));
-    lattice.insert(ranges[f].low, ranges[f].high, static_cast<int>(f));
-  }
+  for (const Nodes& facet : facets_) lattice.insert(range_of(nodes_, facet));
   int crossings = 0;
-  for (const std::array<int, 2>& edge : edges_) {
-    const Range range = range_of(nodes_, edge);
-    for (const int f : lattice.near(range.low, range.high)) {
-      bool apart = false;
-      for (int axis = 0; axis < 3; ++axis)
-        apart = apart || range.low[axis] > ranges[f].high[axis] ||
-                range.high[axis] < ranges[f].low[axis];
-      for (const int node : facets_[f]) apart = apart || node == edge[0] || node == edge[1];
-      crossings += !apart && passes(nodes_, edge, facets_[f]) ? 1 : 0;
-    }
-  }
+  for (const std::array<int, 2>& edge : edges_)
+    lattice.visit_meeting(range_of(nodes_, edge), [&](int f) {
+      bool joined = false;
+      for (const int node : facets_[f]) joined = joined || node == edge[0] || node == edge[1];
+      crossings += !joined && passes(nodes_, edge, facets_[f]) ? 1 : 0;
+    });
   return crossings;
 }
 
@@ -308,26 +283,30 @@ std::optional<Eigen::Vector3d> MeshSurface::place(const Eigen::Vector2d& materia
     for (std::size_t f = 0; f < facets_.size(); f += 4) {
       Range range = range_of(flat_, facets_[f + 1]);
       for (const std::size_t corner : {f + 2, f + 3}) range.take(flat_[facets_[corner][0]]);
-      by_material_->insert(range.low, range.high, static_cast<int>(f));
+      by_material_->insert(range);
     }
   }
   const Point at = {material_m.x(), material_m.y(), 0}, about = {kRounding_m, kRounding_m, 0};
-  for (const int f : by_material_->near(minus(at, about), plus(at, about))) {
-    const Nodes corner = {facets_[f + 1][0], facets_[f + 2][0], facets_[f + 3][0]};
+  Range range(minus(at, about));
+  range.take(plus(at, about));
+  std::optional<Eigen::Vector3d> found;
+  by_material_->visit_meeting(range, [&](int triangle) {
+    const Nodes* const facet = &facets_[4 * static_cast<std::size_t>(triangle)];
+    const Nodes corner = {facet[1][0], facet[2][0], facet[3][0]};
     const Point u = minus(flat_[corner[1]], flat_[corner[0]]),
                 v = minus(flat_[corner[2]], flat_[corner[0]]), w = minus(at, flat_[corner[0]]);
     const Real area = u[0] * v[1] - u[1] * v[0];
     const Real s = (w[0] * v[1] - w[1] * v[0]) / area, t = (u[0] * w[1] - u[1] * w[0]) / area;
-    if (s < -kBeside || t < -kBeside || s + t > 1 + kBeside) continue;
+    if (found || s < -kBeside || t < -kBeside || s + t > 1 + kBeside) return;
     const Real weight[3] = {1 - s - t, s, t};
     Point p{};
     for (int k = 0; k < 3; ++k) {
       p = plus(p, nodes_[corner[k]], weight[k] * (2 * weight[k] - 1));
-      p = plus(p, nodes_[facets_[f][k]], 4 * weight[(k + 1) % 3] * weight[(k + 2) % 3]);
+      p = plus(p, nodes_[facet[0][k]], 4 * weight[(k + 1) % 3] * weight[(k + 2) % 3]);
     }
-    return Eigen::Vector3d(double(p[0]), double(p[1]), double(p[2]));
-  }
-  return std::nullopt;
+    found = Eigen::Vector3d(double(p[0]), double(p[1]), double(p[2]));
+  });
+  return found;
 }
 
 }  // namespace drape::simulate::checker

@@ -1,9 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <algorithm>
 #include <array>
+#include <cmath>
+#include <cstdint>
 #include <map>
 #include <optional>
+#include <unordered_map>
 #include <utility>
 #include <vector>
 
@@ -21,21 +25,52 @@ struct Quadratic {
   std::vector<Real> uu, uv, vv;
 };
 
-/// Items by the boxes of a lattice that they reach into.
+/// A box that holds points.
+struct Range {
+  Point low, high;
+
+  explicit Range(const Point& p) : low(p), high(p) {}
+  void take(const Point& p);
+  [[nodiscard]] bool meets(const Range& other) const;
+};
+
+/// Ranges by the cells of a lattice that they reach into.
 class Lattice {
  public:
   explicit Lattice(Real size) : size_(size) {}
-  void insert(const Point& low, const Point& high, int item);
-  /// Items that share a box with another range, each once, in rising order.
-  [[nodiscard]] std::vector<int> near(const Point& low, const Point& high) const;
+  void insert(const Range& range);
+  /// Calls visit(i) once for each range that meets another, i counting the inserted ones.
+  template <class Visit>
+  void visit_meeting(const Range& range, Visit visit) const {
+    visit_cells(range, [&](std::uint64_t cell) {
+      const auto at = items_.find(cell);
+      if (at == items_.end()) return;
+      for (const int item : at->second) {
+        if (!ranges_[item].meets(range)) continue;
+        Point first;  // lowest corner of the common box, in whose cell alone the pair is seen
+        for (int axis = 0; axis < 3; ++axis)
+          first[axis] = std::max(range.low[axis], ranges_[item].low[axis]);
+        visit_cells(Range(first), [&](std::uint64_t home) {
+          if (home == cell) visit(item);
+        });
+      }
+    });
+  }
 
  private:
-  using Key = std::array<long, 3>;
   template <class Visit>
-  void visit(const Point& low, const Point& high, Visit visit) const;
+  void visit_cells(const Range& range, Visit visit) const {
+    constexpr std::int64_t kMask = (1 << 21) - 1;
+    const auto cell = [&](Real x) { return static_cast<std::int64_t>(std::floor(x / size_)); };
+    for (std::int64_t x = cell(range.low[0]); x <= cell(range.high[0]); ++x)
+      for (std::int64_t y = cell(range.low[1]); y <= cell(range.high[1]); ++y)
+        for (std::int64_t z = cell(range.low[2]); z <= cell(range.high[2]); ++z)
+          visit(static_cast<std::uint64_t>((x & kMask) << 42 | (y & kMask) << 21 | (z & kMask)));
+  }
 
   Real size_;
-  std::map<Key, std::vector<int>> items_;
+  std::vector<Range> ranges_;
+  std::unordered_map<std::uint64_t, std::vector<int>> items_;
 };
 
 /// Depths of a surface in the objects of a scene, looked at in steps of kLook_m.
