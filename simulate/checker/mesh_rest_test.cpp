@@ -5,6 +5,7 @@
 
 #include <cmath>
 #include <optional>
+#include <random>
 #include <utility>
 
 #include "core/files/files.hpp"
@@ -213,6 +214,26 @@ TEST(MeshRest, ClothThroughClothIsFound) {
   EXPECT_GT(judge_mesh(pieces.rest).crossings, 0);
   for (int i = 3; i < 6; ++i) pieces.rest.shape.points_m[i].x() += 1;
   EXPECT_EQ(judge_mesh(pieces.rest).crossings, 0);
+}
+
+TEST(MeshRest, CrossingsDoNotDependOnThePlace) {
+  std::mt19937 engine(1);
+  const auto random = [&] {
+    const auto one = [&] { return 0.1 * (engine() / 4294967295.0 - 0.5); };
+    const double x = one(), y = one(), z = one();
+    return Eigen::Vector3d(x, y, z);
+  };
+  Pieces pieces;
+  for (int i = 0; i < 60; ++i) {
+    const Eigen::Vector3d corner = random(), u = random(), v = random();
+    pieces.add(corner, u, v);
+  }
+  const int crossings = pieces.surface().crossings();
+  EXPECT_GT(crossings, 100);
+  for (Eigen::Vector3d& p : pieces.rest.shape.points_m) p += Eigen::Vector3d(0.37, -0.11, 0.05);
+  EXPECT_EQ(pieces.surface().crossings(), crossings);
+  pieces.add({9, 9, 9}, {1, 0, 0}, {0, 1, 0});
+  EXPECT_EQ(pieces.surface().crossings(), crossings) << "with a lattice ten times as wide";
 }
 
 /// A flat triangle 1 um above the table, and another 0.4 mm above it; stated forces on

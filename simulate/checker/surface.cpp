@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace drape::simulate::checker {
 namespace {
@@ -30,7 +31,8 @@ Real size_of(const std::vector<Point>& places, const std::vector<std::array<int,
   Real size = 0;
   for (const auto& facet : facets) {
     const Range range = range_of(places, facet);
-    for (int axis = 0; axis < 3; ++axis) size = std::max(size, range.high[axis] - range.low[axis]);
+    for (int axis = 0; axis < 3; ++axis)
+      size = std::max(size, Real(range.high[axis] - range.low[axis]));
   }
   return size;
 }
@@ -66,23 +68,25 @@ bool are_weights(const std::array<double, 4>& weight, int firsts) {
 
 }  // namespace
 
+Range::Range(const Point& p) {
+  low.fill(std::numeric_limits<float>::infinity());
+  high.fill(-std::numeric_limits<float>::infinity());
+  take(p);
+}
+
 void Range::take(const Point& p) {
+  constexpr float kFar = std::numeric_limits<float>::max();
   for (int axis = 0; axis < 3; ++axis) {
-    low[axis] = std::min(low[axis], p[axis]);
-    high[axis] = std::max(high[axis], p[axis]);
+    const auto x = static_cast<float>(p[axis]);
+    low[axis] = std::min(low[axis], std::nextafter(x, -kFar));
+    high[axis] = std::max(high[axis], std::nextafter(x, kFar));
   }
 }
 
-bool Range::meets(const Range& other) const {
-  for (int axis = 0; axis < 3; ++axis)
-    if (low[axis] > other.high[axis] || high[axis] < other.low[axis]) return false;
-  return true;
-}
-
 void Lattice::insert(const Range& range) {
-  const auto item = static_cast<int>(ranges_.size());
-  ranges_.push_back(range);
-  visit_cells(range, [&](std::uint64_t cell) { items_[cell].push_back(item); });
+  visit_cells(range.low, range.high,
+              [&](std::uint64_t cell) { items_[cell].emplace_back(range, count_); });
+  ++count_;
 }
 
 MeshSurface::MeshSurface(const MeshRest& rest, const std::vector<Quadratic>& quadratics)
@@ -286,11 +290,9 @@ std::optional<Eigen::Vector3d> MeshSurface::place(const Eigen::Vector2d& materia
       by_material_->insert(range);
     }
   }
-  const Point at = {material_m.x(), material_m.y(), 0}, about = {kRounding_m, kRounding_m, 0};
-  Range range(minus(at, about));
-  range.take(plus(at, about));
+  const Point at = {material_m.x(), material_m.y(), 0};
   std::optional<Eigen::Vector3d> found;
-  by_material_->visit_meeting(range, [&](int triangle) {
+  by_material_->visit_meeting(Range(at), [&](int triangle) {
     const Nodes* const facet = &facets_[4 * static_cast<std::size_t>(triangle)];
     const Nodes corner = {facet[1][0], facet[2][0], facet[3][0]};
     const Point u = minus(flat_[corner[1]], flat_[corner[0]]),

@@ -25,33 +25,38 @@ struct Quadratic {
   std::vector<Real> uu, uv, vv;
 };
 
-/// A box that holds points.
+/// A box that holds points, in floats, rounded outwards, so that many are compared in little time.
 struct Range {
-  Point low, high;
+  std::array<float, 3> low, high;
 
-  explicit Range(const Point& p) : low(p), high(p) {}
+  explicit Range(const Point& p);
   void take(const Point& p);
-  [[nodiscard]] bool meets(const Range& other) const;
+  [[nodiscard]] bool meets(const Range& other) const {
+    bool apart = false;
+    for (int axis = 0; axis < 3; ++axis)
+      apart |= low[axis] > other.high[axis] || high[axis] < other.low[axis];
+    return !apart;
+  }
 };
 
 /// Ranges by the cells of a lattice that they reach into.
 class Lattice {
  public:
-  explicit Lattice(Real size) : size_(size) {}
+  explicit Lattice(Real size) : per_m_(static_cast<float>(1 / size)) {}
   void insert(const Range& range);
   /// Calls visit(i) once for each range that meets another, i counting the inserted ones.
   template <class Visit>
   void visit_meeting(const Range& range, Visit visit) const {
-    visit_cells(range, [&](std::uint64_t cell) {
+    visit_cells(range.low, range.high, [&](std::uint64_t cell) {
       const auto at = items_.find(cell);
       if (at == items_.end()) return;
-      for (const int item : at->second) {
-        if (!ranges_[item].meets(range)) continue;
-        Point first;  // lowest corner of the common box, in whose cell alone the pair is seen
+      for (const auto& [other, item] : at->second) {
+        if (!other.meets(range)) continue;
+        std::array<float, 3> first;  // lowest corner of the common box: its cell sees the pair
         for (int axis = 0; axis < 3; ++axis)
-          first[axis] = std::max(range.low[axis], ranges_[item].low[axis]);
-        visit_cells(Range(first), [&](std::uint64_t home) {
-          if (home == cell) visit(item);
+          first[axis] = std::max(range.low[axis], other.low[axis]);
+        visit_cells(first, first, [&, i = item](std::uint64_t home) {
+          if (home == cell) visit(i);
         });
       }
     });
@@ -59,18 +64,19 @@ class Lattice {
 
  private:
   template <class Visit>
-  void visit_cells(const Range& range, Visit visit) const {
+  void visit_cells(const std::array<float, 3>& low, const std::array<float, 3>& high,
+                   Visit visit) const {
     constexpr std::int64_t kMask = (1 << 21) - 1;
-    const auto cell = [&](Real x) { return static_cast<std::int64_t>(std::floor(x / size_)); };
-    for (std::int64_t x = cell(range.low[0]); x <= cell(range.high[0]); ++x)
-      for (std::int64_t y = cell(range.low[1]); y <= cell(range.high[1]); ++y)
-        for (std::int64_t z = cell(range.low[2]); z <= cell(range.high[2]); ++z)
+    const auto cell = [&](float x) { return static_cast<std::int64_t>(std::floor(x * per_m_)); };
+    for (std::int64_t x = cell(low[0]); x <= cell(high[0]); ++x)
+      for (std::int64_t y = cell(low[1]); y <= cell(high[1]); ++y)
+        for (std::int64_t z = cell(low[2]); z <= cell(high[2]); ++z)
           visit(static_cast<std::uint64_t>((x & kMask) << 42 | (y & kMask) << 21 | (z & kMask)));
   }
 
-  Real size_;
-  std::vector<Range> ranges_;
-  std::unordered_map<std::uint64_t, std::vector<int>> items_;
+  float per_m_;
+  int count_ = 0;
+  std::unordered_map<std::uint64_t, std::vector<std::pair<Range, int>>> items_;
 };
 
 /// Depths of a surface in the objects of a scene, looked at in steps of kLook_m.
