@@ -7,6 +7,7 @@
 #include <cmath>
 #include <functional>
 #include <map>
+#include <ostream>
 
 #include "core/error.hpp"
 #include "core/files/files.hpp"
@@ -69,6 +70,9 @@ struct Forgery {
   std::function<void(Case&)> forge;
   const char* refusal;
 };
+void PrintTo(const Forgery& forgery, std::ostream* out) {
+  *out << forgery.name;
+}
 
 /// A point far from what holds or touches the cloth.
 std::size_t lowest(const Case& drape) {

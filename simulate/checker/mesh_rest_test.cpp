@@ -219,7 +219,7 @@ TEST(MeshRest, ClothThroughClothIsFound) {
 TEST(MeshRest, CrossingsDoNotDependOnThePlace) {
   std::mt19937 engine(1);
   const auto random = [&] {
-    const auto one = [&] { return 0.1 * (engine() / 4294967295.0 - 0.5); };
+    const auto one = [&] { return 0.1 * (static_cast<double>(engine()) / 4294967295 - 0.5); };
     const double x = one(), y = one(), z = one();
     return Eigen::Vector3d(x, y, z);
   };
