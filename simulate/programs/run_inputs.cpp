@@ -51,7 +51,7 @@ void fields(Fields& f, RunArguments& args) {
                "both branches of the bending and shear loops: the cloth remembers, also the "
                "scene's start.history"},
               args.options.internal_friction);
-  f({"out", "folder for the results"}, args.out);
+  f.otherwise({"out", "folder for the results"}, args.out);
 }
 
 void mesh_fields(Fields& f, DrapeOptions& options, bool finest) {
