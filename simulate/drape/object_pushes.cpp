@@ -20,11 +20,10 @@ constexpr double kSunk_m = 0.1e-6;      // depth of cloth that bears its own wei
 constexpr double kStiffen_m = 2e-6;     // depth from which places stiffen
 constexpr double kGrip_m = 0.2e-6;      // stretch of springs that bear a weight along a surface
 constexpr double kSoft = 0.1;           // relative stiffness before places are firm
-constexpr double kSoftPlaces_m = 2e-3;  // distance of places before they are firm
+constexpr double kSoftPlaces_m = 4e-3;  // distance of places before they are firm
 // Distance of firm places, and displacement of nodes before sites are listed again; relative to the
 // root of a triangle's mean area on wide meshes
 constexpr double kPlaces_m = 0.5e-3, kOfWide = 0.15;
-constexpr int kOfSharp = 2;  // times as many on objects of sharp edges, which press between places
 // Distance from a surface: a pin there says how deep the cloth is
 constexpr double kNearPin_m = 0.2e-3;
 constexpr double kNormalStep_m = 1e-7;  // for the curvature of a surface
@@ -77,11 +76,16 @@ ObjectPushes::ObjectPushes(const MeshCloth& cloth, const std::vector<bool>& held
 
 int ObjectPushes::cuts_of(int facet, int shape) const {
   if (surroundings_.is_flat(shape)) return 1;  // nothing between nodes is deeper
-  return surroundings_.is_sharp(shape) ? cuts_[facet] : (cuts_[facet] + 1) / kOfSharp;
+  if (surroundings_.is_sharp(shape)) return cuts_[facet];
+  return static_cast<int>(std::ceil(cuts_[facet] * sharp_places_m() / places_m()));
 }
 
 double ObjectPushes::places_m() const {
   return firmness_ > 0 ? reach_m_ : kSoftPlaces_m;
+}
+
+double ObjectPushes::sharp_places_m() const {
+  return firmness_ > 0 ? std::min(kPlaces_m, places_m() / 2) : places_m() / 2;
 }
 
 void ObjectPushes::divide() {
@@ -91,7 +95,7 @@ void ObjectPushes::divide() {
   for (const MeshCloth::Triangle& triangle : cloth_.triangles())
     for (int facet = 0; facet < 4; ++facet) {
       cuts_.push_back(std::max(
-          1, static_cast<int>(std::ceil(std::sqrt(triangle.area / 4) / places_m() * kOfSharp))));
+          1, static_cast<int>(std::ceil(std::sqrt(triangle.area / 4) / sharp_places_m()))));
       first_.push_back(places);
       places += places_of(cuts_.back());
     }
@@ -191,15 +195,32 @@ void ObjectPushes::look(const State& state) {
   for (std::size_t i = 0; listed && i < nodes_.size(); ++i)
     listed = (nodes_[i] - listed_[i]).squaredNorm() <= reach_m_ * reach_m_;
   if (!listed) list();
+  energy_j_ = 0;
+  on_nodes_.assign(nodes_.size(), Vector3d::Zero());
   for (Site& site : sites_) {
-    const Vector3d place = place_of(site);
+    site.place = place_of(site);
     // No distance changes faster than a place.
-    if (site.gap_m > 0 && (place - site.looked_at).squaredNorm() < site.gap_m * site.gap_m)
-      continue;
-    site.looked_at = place;
-    site.gap_m = surroundings_.gap_m(site.shape, place);
-    press(site);
-    if (site.pressure_pa > 0) site.normal = surroundings_.normal(site.shape, place);
+    if (!(site.gap_m > 0) ||
+        (site.place - site.looked_at).squaredNorm() >= site.gap_m * site.gap_m) {
+      site.looked_at = site.place;
+      site.gap_m = surroundings_.gap_m(site.shape, site.place);
+      press(site);
+    }
+    if (!site.acts()) continue;
+    Vector3d force = Vector3d::Zero();
+    if (site.pressure_pa > 0) {
+      site.normal = surroundings_.normal(site.shape, site.place);
+      energy_j_ += site.area_m2 * site.energy_j_per_m2;
+      force = site.area_m2 * site.pressure_pa * site.normal;
+    }
+    if (site.grip.limit > 0) {
+      const Vector3d stretch = stretch_of(site);
+      energy_j_ += site.area_m2 * site.grip.energy_at(stretch, grip_stiffness_);
+      force -= site.area_m2 * site.grip.stiffness_at(stretch, grip_stiffness_) * stretch;
+    }
+    site.force_n = force;
+    const std::array<int, 3>& node = surface_.facets()[site.facet];
+    for (int k = 0; k < 3; ++k) on_nodes_[node[k]] += site.weight[k] * force;
   }
 }
 
@@ -214,35 +235,12 @@ void ObjectPushes::press(Site& site) const {
 
 double ObjectPushes::energy_j(const State& state) {
   look(state);
-  double sum = 0;
-  for (const Site& site : sites_) {
-    sum += site.area_m2 * site.energy_j_per_m2;
-    if (site.grip.limit > 0)
-      sum += site.area_m2 * site.grip.energy_at(stretch_of(site), grip_stiffness_);
-  }
-  return sum;
-}
-
-Vector3d ObjectPushes::force_on(const Site& site) const {
-  Vector3d force = Vector3d::Zero();
-  if (site.pressure_pa > 0) force += site.area_m2 * site.pressure_pa * site.normal;
-  if (site.grip.limit > 0) {
-    const Vector3d stretch = stretch_of(site);
-    force -= site.area_m2 * site.grip.stiffness_at(stretch, grip_stiffness_) * stretch;
-  }
-  return force;
+  return energy_j_;
 }
 
 void ObjectPushes::add_forces(const State& state, State& force) {
   look(state);
-  State on_nodes(nodes_.size(), Vector3d::Zero());
-  for (const Site& site : sites_) {
-    if (!site.acts()) continue;
-    const Vector3d on_site = force_on(site);
-    const std::array<int, 3>& node = surface_.facets()[site.facet];
-    for (int k = 0; k < 3; ++k) on_nodes[node[k]] += site.weight[k] * on_site;
-  }
-  surface_.add_forces(on_nodes, force);
+  surface_.add_forces(on_nodes_, force);
 }
 
 /// a (p' n n^T - p G), with G the curvature of the distance, and the spring's.
@@ -252,9 +250,9 @@ Vector3d ObjectPushes::product_of(const Site& site, const Vector3d& displacement
   if (size <= 0) return sum;
   if (site.pressure_pa > 0) {
     sum += site.n_per_m3 * site.normal.dot(displacement) * site.normal;
-    const Vector3d step = kNormalStep_m / size * displacement, place = place_of(site);
-    const Vector3d turn = surroundings_.normal(site.shape, place + step) -
-                          surroundings_.normal(site.shape, place - step);
+    const Vector3d step = kNormalStep_m / size * displacement;
+    const Vector3d turn = surroundings_.normal(site.shape, site.place + step) -
+                          surroundings_.normal(site.shape, site.place - step);
     if (turn.norm() < kTurn) sum -= site.pressure_pa * size / (2 * kNormalStep_m) * turn;
   }
   if (site.grip.limit > 0)
@@ -359,7 +357,7 @@ void ObjectPushes::settle(const State& state) {
       of.lost += site.area_m2 * grip.stiffness_at(stretch, grip_stiffness_) * stretch;
     grip = {};
     if (site.pressure_pa <= 0 || friction_ <= 0) continue;
-    grip = {place_of(site), site.normal, stretch, friction_ * site.pressure_pa};
+    grip = {site.place, site.normal, stretch, friction_ * site.pressure_pa};
     grip.settle(grip_stiffness_);
     of.lost -= site.area_m2 * grip_stiffness_ * grip.stretch;
     of.free_n += site.area_m2 * free_of(site);
@@ -370,10 +368,14 @@ void ObjectPushes::settle(const State& state) {
     site.grip.stretch += free_of(site) / (grip_stiffness_ * of.free_n) * of.lost;
     site.grip.settle(grip_stiffness_);
   }
+  seen_.clear();
 }
 
 double ObjectPushes::clear_part(const State& from, const State& to, bool led) {
-  if (led) return 1;
+  bool far = false;
+  for (int i = 0; !led && !far && i < cloth_.points(); ++i)
+    far = (to[i] - from[i]).squaredNorm() > kThrough_m * kThrough_m / 4;
+  if (!far) return 1;
   const State start = surface_.nodes(from), end = surface_.nodes(to);
   double part = 1;
   for (std::size_t i = 0; i < start.size(); ++i) {
@@ -414,7 +416,7 @@ std::vector<ContactForce> ObjectPushes::stated(const State& state) {
     if (site.pressure_pa <= 0) continue;
     ContactForce force;
     force.shape = site.shape;
-    force.force_in_world = force_on(site);
+    force.force_in_world = site.force_n;
     const std::array<int, 3>& node = surface_.facets()[site.facet];
     force.particle = {node[0], node[1], node[2], node[0]};
     force.weight = {site.weight[0], site.weight[1], site.weight[2], 0};
@@ -480,7 +482,7 @@ void ObjectPushes::take_over(const ContactMemory& memory, const State& state) {
       }
     if (nearest == nullptr || friction_ <= 0) continue;
     site.grip = nearest->grip;
-    site.grip.place = place_of(site);
+    site.grip.place = site.place;
     site.grip.normal = surroundings_.normal(site.shape, site.grip.place);
     site.grip.settle(grip_stiffness_);
   }

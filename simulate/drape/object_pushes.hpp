@@ -71,11 +71,13 @@ class ObjectPushes : public Pushes {
     ContactMemory::Grip grip;
     Eigen::Vector3d looked_at;  ///< where the gap is from
     double gap_m = 0, pressure_pa = 0, energy_j_per_m2 = 0, n_per_m3 = 0;
-    Eigen::Vector3d normal;  ///< where it presses
+    Eigen::Vector3d place;            ///< as looked at last
+    Eigen::Vector3d normal, force_n;  ///< where it acts
 
     [[nodiscard]] bool acts() const { return pressure_pa > 0 || grip.limit > 0; }
   };
   [[nodiscard]] double places_m() const;
+  [[nodiscard]] double sharp_places_m() const;
   void divide();
   [[nodiscard]] int cuts_of(int facet, int shape) const;
   void press(Site& site) const;
@@ -84,12 +86,11 @@ class ObjectPushes : public Pushes {
   [[nodiscard]] Site site_of(int id, int facet) const;
   [[nodiscard]] bool is_on_pin(int facet, int shape) const;
   [[nodiscard]] Eigen::Vector2d material_of(const Site& site) const;
-  [[nodiscard]] Eigen::Vector3d force_on(const Site& site) const;
   [[nodiscard]] Eigen::Vector3d product_of(const Site& site,
                                            const Eigen::Vector3d& displacement) const;
   [[nodiscard]] Eigen::Vector3d place_of(const Site& site) const;
   [[nodiscard]] Eigen::Vector3d stretch_of(const Site& site) const {
-    return site.grip.stretch_at(place_of(site));
+    return site.grip.stretch_at(site.place);
   }
 
   const MeshCloth& cloth_;
@@ -101,6 +102,8 @@ class ObjectPushes : public Pushes {
   int firmness_ = 0;
   std::vector<int> cuts_, first_;  ///< by facet: parts of a side; first place
   std::vector<Site> sites_;        ///< by id
+  double energy_j_ = 0;            ///< of the state looked at last
+  MeshCloth::State on_nodes_;      ///< forces (N) there
   std::vector<Site> before_;       ///< those of the last list; kept for its memory
   MeshCloth::State seen_, nodes_;  ///< the state looked at last, and its surface
   MeshCloth::State listed_;        ///< nodes when sites were listed
