@@ -285,7 +285,7 @@ void PaperRun::certify() {
   if (c.distances->deepest_m > kSunk_m)
     c.warnings.push_back(
         fmt::format("between its particles the sheet reaches {:.2f} mm into an "
-                    "object: only particles collide",
+                    "object: only particles collide with objects",
                     c.distances->deepest_m / mm));
   std::string fault;
   if (depth_m > kSunk_m)
