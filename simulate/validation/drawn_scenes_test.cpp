@@ -9,7 +9,7 @@
 #include "core/units.hpp"
 #include "simulate/drape/drape.hpp"
 #include "simulate/judge_drape.hpp"
-#include "simulate/validation/drawn_scenes.hpp"
+#include "simulate/validation/test_drawn_scenes.hpp"
 #include "tests/support/paths.hpp"
 
 namespace drape::simulate {

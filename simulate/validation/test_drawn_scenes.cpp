@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "simulate/validation/drawn_scenes.hpp"
+#include "simulate/validation/test_drawn_scenes.hpp"
 
 #include <fmt/format.h>
 
