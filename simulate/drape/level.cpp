@@ -37,7 +37,7 @@ constexpr int kMostRounds = 60;      // rounds of descents, at the end of each f
 // from each round to the next while friction settles
 constexpr double kPassingResidual = 0.1, kNearer = 0.5;
 constexpr double kBeside = 1e-6;  // of a triangle's weights: a place on its border is in it
-constexpr double kSolved = 1e-8;  // relative norm of what a first-order answer leaves
+constexpr double kSolved = 1e-6;  // relative norm of what a first-order answer leaves
 constexpr int kMostProducts = 5000;
 constexpr double kLeastRatio = 1.5;  // of two spacings that are levels of their own
 
@@ -354,6 +354,44 @@ struct DrapeLevel::Parts {
     moment.contact = pushes.memory();
   }
 
+  /// H x = change for what is free, by conjugate gradients (Hestenes and Stiefel 1952) with the
+  /// factor as preconditioner. Nothing where H is not positive definite.
+  [[nodiscard]] std::optional<State> solved(const State& state, AllPushes& pushes,
+                                            const State& change) {
+    const auto flat = [](State& of) {
+      return Eigen::Map<Eigen::VectorXd>(of.front().data(),
+                                         3 * static_cast<Eigen::Index>(of.size()));
+    };
+    const auto let_go = [&](State& of) {
+      for (std::size_t i = 0; i < of.size(); ++i)
+        if (held[i]) of[i].setZero();
+    };
+    State found(change.size(), Vector3d::Zero()), left = change, product = found;
+    let_go(left);
+    State way = left;
+    stiffness->solve(way);
+    State direction = way;
+    double size = flat(left).dot(flat(way));
+    const double first = size;
+    for (int k = 0; k < kMostProducts; ++k) {
+      if (!(size > kSolved * kSolved * first)) return found;
+      std::fill(product.begin(), product.end(), Vector3d::Zero());
+      cloth.add_products(state, direction, product);
+      pushes.add_products(state, direction, product);
+      let_go(product);
+      const double curvature = flat(direction).dot(flat(product));
+      if (!(curvature > 0)) return std::nullopt;
+      flat(found) += size / curvature * flat(direction);
+      flat(left) -= size / curvature * flat(product);
+      way = left;
+      stiffness->solve(way);
+      const double next = flat(left).dot(flat(way));
+      flat(direction) = flat(way) + next / size * flat(direction);
+      size = next;
+    }
+    return std::nullopt;
+  }
+
   /// Rounds of descents, each one increment at whose end friction settles: at rest nothing is left
   /// after that.
   void descend_to_rest(ClothMoment& moment, AllPushes& pushes, const DescentOptions& how,
@@ -584,43 +622,23 @@ State DrapeLevel::forces(const ClothMoment& moment) const {
 }
 
 std::optional<State> DrapeLevel::first_order(const ClothMoment& rest, const State& force_change) {
+  auto found = first_order(rest, std::vector<State>{force_change});
+  return found ? std::optional(std::move(found->front())) : std::nullopt;
+}
+
+std::optional<std::vector<State>> DrapeLevel::first_order(const ClothMoment& rest,
+                                                          const std::vector<State>& force_changes) {
   Parts& my = *parts_;
   my.begin(rest);
   AllPushes pushes = my.pushes_of(rest);
   if (!my.stiffness->factorise(rest.state, pushes.supports(rest.state))) return std::nullopt;
-  const auto flat = [](State& state) {
-    return Eigen::Map<Eigen::VectorXd>(state.front().data(),
-                                       3 * static_cast<Eigen::Index>(state.size()));
-  };
-  const auto let_go = [&](State& of) {
-    for (std::size_t i = 0; i < of.size(); ++i)
-      if (my.held[i]) of[i].setZero();
-  };
-  // Conjugate gradients (Hestenes and Stiefel 1952).
-  State found(force_change.size(), Vector3d::Zero()), left = force_change, product = found;
-  let_go(left);
-  State way = left;
-  my.stiffness->solve(way);
-  State direction = way;
-  double size = flat(left).dot(flat(way));
-  const double first = size;
-  for (int k = 0; k < kMostProducts; ++k) {
-    if (!(size > kSolved * kSolved * first)) return found;
-    std::fill(product.begin(), product.end(), Vector3d::Zero());
-    my.cloth.add_products(rest.state, direction, product);
-    pushes.add_products(rest.state, direction, product);
-    let_go(product);
-    const double curvature = flat(direction).dot(flat(product));
-    if (!(curvature > 0)) return std::nullopt;
-    flat(found) += size / curvature * flat(direction);
-    flat(left) -= size / curvature * flat(product);
-    way = left;
-    my.stiffness->solve(way);
-    const double next = flat(left).dot(flat(way));
-    flat(direction) = flat(way) + next / size * flat(direction);
-    size = next;
+  std::vector<State> all;
+  for (const State& change : force_changes) {
+    auto found = my.solved(rest.state, pushes, change);
+    if (!found) return std::nullopt;
+    all.push_back(std::move(*found));
   }
-  return std::nullopt;
+  return all;
 }
 
 }  // namespace drape::simulate

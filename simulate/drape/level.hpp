@@ -145,6 +145,9 @@ class DrapeLevel {
   /// preconditioner. Nothing where H is not positive definite.
   [[nodiscard]] std::optional<MeshCloth::State> first_order(const ClothMoment& rest,
                                                             const MeshCloth::State& force_change);
+  /// The same for several changes.
+  [[nodiscard]] std::optional<std::vector<MeshCloth::State>> first_order(
+      const ClothMoment& rest, const std::vector<MeshCloth::State>& force_changes);
 
  private:
   struct Parts;

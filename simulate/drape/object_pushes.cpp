@@ -262,17 +262,32 @@ Vector3d ObjectPushes::product_of(const Site& site, const Vector3d& displacement
 
 void ObjectPushes::add_products(const State& state, const State& direction, State& product) {
   look(state);
+  if (products_at_ != state) list_products();
+  products_at_ = state;
   const State moved = surface_.nodes(direction);
   State on_nodes(nodes_.size(), Vector3d::Zero());
-  for (const Site& site : sites_) {
-    if (!site.acts()) continue;
-    const std::array<int, 3>& node = surface_.facets()[site.facet];
-    Vector3d displacement = Vector3d::Zero();
-    for (int k = 0; k < 3; ++k) displacement += site.weight[k] * moved[node[k]];
-    const Vector3d of = product_of(site, displacement);
-    for (int k = 0; k < 3; ++k) on_nodes[node[k]] += site.weight[k] * of;
+  Eigen::Matrix<double, 9, 1> of_nodes;
+  for (const FacetProducts& one : products_) {
+    const std::array<int, 3>& node = surface_.facets()[one.facet];
+    for (int k = 0; k < 3; ++k) of_nodes.segment<3>(3 * k) = moved[node[k]];
+    const Eigen::Matrix<double, 9, 1> of = one.second * of_nodes;
+    for (int k = 0; k < 3; ++k) on_nodes[node[k]] += of.segment<3>(3 * k);
   }
   surface_.add_forces(on_nodes, product);
+}
+
+void ObjectPushes::list_products() {
+  products_.clear();
+  for (const Site& site : sites_) {
+    if (!site.acts()) continue;
+    if (products_.empty() || products_.back().facet != site.facet)
+      products_.push_back({site.facet, Eigen::Matrix<double, 9, 9>::Zero()});
+    Matrix3d of;
+    for (int axis = 0; axis < 3; ++axis) of.col(axis) = product_of(site, Vector3d::Unit(axis));
+    for (int a = 0; a < 3; ++a)
+      for (int b = 0; b < 3; ++b)
+        products_.back().second.block<3, 3>(3 * a, 3 * b) += site.weight[a] * site.weight[b] * of;
+  }
 }
 
 /// The matrix has points and sides apart: places are mixed from the triangle's corners, and from
@@ -338,6 +353,7 @@ std::vector<Support> ObjectPushes::supports(const State& state) {
 /// object bear what a place bore that presses less, as far as their limits let them.
 void ObjectPushes::settle(const State& state) {
   look(state);
+  products_at_.clear();
   struct Held {
     Vector3d lost = Vector3d::Zero();  ///< force (N)
     double free_n = 0;                 ///< below the limits
@@ -444,6 +460,7 @@ Vector2d ObjectPushes::material_of(const Site& site) const {
 }
 
 void ObjectPushes::take_over(const ContactMemory& memory, const State& state) {
+  products_at_.clear();
   firmness_ = memory.firmness;
   divide();
   if (memory.mesh_m == cloth_.mesh().points_m && memory.places_m == places_m()) {

@@ -76,6 +76,11 @@ class ObjectPushes : public Pushes {
 
     [[nodiscard]] bool acts() const { return pressure_pa > 0 || grip.limit > 0; }
   };
+  /// Second derivative of the energy of a facet's places, by its nodes.
+  struct FacetProducts {
+    int facet = 0;
+    Eigen::Matrix<double, 9, 9> second;
+  };
   [[nodiscard]] double places_m() const;
   [[nodiscard]] double sharp_places_m() const;
   void divide();
@@ -88,6 +93,7 @@ class ObjectPushes : public Pushes {
   [[nodiscard]] Eigen::Vector2d material_of(const Site& site) const;
   [[nodiscard]] Eigen::Vector3d product_of(const Site& site,
                                            const Eigen::Vector3d& displacement) const;
+  void list_products();
   [[nodiscard]] Eigen::Vector3d place_of(const Site& site) const;
   [[nodiscard]] Eigen::Vector3d stretch_of(const Site& site) const {
     return site.grip.stretch_at(site.place);
@@ -100,15 +106,17 @@ class ObjectPushes : public Pushes {
   double friction_, stiffness_, grip_stiffness_;  ///< N/m^3
   double reach_m_ = 0;
   int firmness_ = 0;
-  std::vector<int> cuts_, first_;  ///< by facet: parts of a side; first place
-  std::vector<Site> sites_;        ///< by id
-  double energy_j_ = 0;            ///< of the state looked at last
-  MeshCloth::State on_nodes_;      ///< forces (N) there
-  std::vector<Site> before_;       ///< those of the last list; kept for its memory
-  MeshCloth::State seen_, nodes_;  ///< the state looked at last, and its surface
-  MeshCloth::State listed_;        ///< nodes when sites were listed
-  double travelled_m_ = 0;         ///< sum of the largest displacements between lists
-  std::vector<double> until_m_;    ///< by triangle and shape: travelled_m_ until it may be near
+  std::vector<int> cuts_, first_;        ///< by facet: parts of a side; first place
+  std::vector<Site> sites_;              ///< by id
+  double energy_j_ = 0;                  ///< of the state looked at last
+  MeshCloth::State on_nodes_;            ///< forces (N) there
+  std::vector<Site> before_;             ///< those of the last list; kept for its memory
+  MeshCloth::State seen_, nodes_;        ///< the state looked at last, and its surface
+  MeshCloth::State products_at_;         ///< state of products_; empty: none
+  std::vector<FacetProducts> products_;  ///< by facet, where something acts
+  MeshCloth::State listed_;              ///< nodes when sites were listed
+  double travelled_m_ = 0;               ///< sum of the largest displacements between lists
+  std::vector<double> until_m_;  ///< by triangle and shape: travelled_m_ until it may be near
 };
 
 }  // namespace drape::simulate

@@ -132,32 +132,35 @@ class Base {
 
   /// Fabric values, then those of the scene; nothing where the base is a saddle.
   void find(SensitivityFile& file) {
-    std::vector<ValueEffect> values;
-    for (std::size_t i = 0; i < std::size(names_of<FabricValue>); ++i) {
-      const auto value = static_cast<FabricValue>(i);
-      const std::optional<MeshCloth::State> way = first_order(level_, rest_, value);
-      if (!way) return;
-      const MatrixX3d up_m = moved(*way, 0.01);
-      values.push_back({std::string(name_of(value)), change_of_distance_m(up_m), mean_m(up_m),
-                        MarkMoves{1, std::nullopt, -up_m, up_m}});
-      if (is_stand_in(fabric_, value)) values.back().moves->half_width = 100 * kStandInPart;
-    }
+    constexpr std::size_t kValues = std::size(names_of<FabricValue>);
+    const std::vector<Change> changes = scene_changes();
+    std::vector<MeshCloth::State> forces, held;
+    for (std::size_t i = 0; i < kValues; ++i)
+      forces.push_back(force_change(level_, rest_, static_cast<FabricValue>(i)));
     DrapeCase probed = case_;
     DrapeLevel probe(probed, options_.simulate.drape, level_.spacing_m());
-    std::vector<SceneEffect> scene;
-    for (const Change& change : scene_changes()) {
-      const std::optional<MeshCloth::State> way = answer(change, probed, probe);
-      if (!way) return;
-      const MatrixX3d up_m = moved(*way, 1);
-      const double steps = change.step / change.unit;
-      scene.push_back({change.name,
-                       change_of_distance_m(up_m) / steps,
-                       MarkMoves{steps, std::nullopt, -up_m, up_m},
-                       {}});
-      if (change.half_width) scene.back().moves->half_width = *change.half_width / change.unit;
+    for (const Change& change : changes) difference(change, probed, probe, forces, held);
+    const auto ways = level_.first_order(rest_, forces);
+    if (!ways) return;
+    for (std::size_t i = 0; i < kValues; ++i) {
+      const auto value = static_cast<FabricValue>(i);
+      const MatrixX3d up_m = moved((*ways)[i], 0.01);
+      file.values.push_back({std::string(name_of(value)), change_of_distance_m(up_m), mean_m(up_m),
+                             MarkMoves{1, std::nullopt, -up_m, up_m}});
+      if (is_stand_in(fabric_, value)) file.values.back().moves->half_width = 100 * kStandInPart;
     }
-    file.values = std::move(values);
-    file.scene = std::move(scene);
+    for (std::size_t k = 0; k < changes.size(); ++k) {
+      MeshCloth::State way = (*ways)[kValues + k];
+      for (std::size_t i = 0; i < way.size(); ++i) way[i] += held[k][i];
+      const MatrixX3d up_m = moved(way, 1);
+      const double steps = changes[k].step / changes[k].unit;
+      file.scene.push_back({changes[k].name,
+                            change_of_distance_m(up_m) / steps,
+                            MarkMoves{steps, std::nullopt, -up_m, up_m},
+                            {}});
+      if (changes[k].half_width)
+        file.scene.back().moves->half_width = *changes[k].half_width / changes[k].unit;
+    }
   }
 
   void find_variants(SensitivityFile& file) const {
@@ -209,28 +212,26 @@ class Base {
     return sum / static_cast<double>(moves.rows());
   }
 
-  /// Displacement of the unknowns by a step of a value; `probe` is a level of `probed`, which is
-  /// the base's case again afterwards.
-  [[nodiscard]] std::optional<MeshCloth::State> answer(const Change& change, DrapeCase& probed,
-                                                       DrapeLevel& probe) {
-    MeshCloth::State difference(rest_.state.size(), Vector3d::Zero()), held = difference;
+  /// Adds the change of the forces by a step of a value, and the displacement of what is held.
+  /// `probe` is a level of `probed`, which is the base's case again afterwards.
+  void difference(const Change& change, DrapeCase& probed, DrapeLevel& probe,
+                  std::vector<MeshCloth::State>& forces,
+                  std::vector<MeshCloth::State>& held) const {
+    forces.emplace_back(rest_.state.size(), Vector3d::Zero());
+    held.emplace_back(rest_.state.size(), Vector3d::Zero());
     for (const double side : {1, -1}) {
       ClothMoment moment = rest_;
       change.apply(probed, probe, moment.state, side * kSmall * change.step);
       const MeshCloth::State force = probe.forces(moment);
       for (std::size_t i = 0; i < force.size(); ++i) {
-        difference[i] += side / (2 * kSmall) * force[i];
-        held[i] += side / (2 * kSmall) * (moment.state[i] - rest_.state[i]);
+        forces.back()[i] += side / (2 * kSmall) * force[i];
+        held.back()[i] += side / (2 * kSmall) * (moment.state[i] - rest_.state[i]);
       }
       probed.around = case_.around;
       probed.local.scene.obstacles = case_.local.scene.obstacles;
       probe.set_friction(case_.local.scene.friction);
       probe.set_gravity(case_.local.scene.gravity_m_per_s2);
     }
-    std::optional<MeshCloth::State> way = level_.first_order(rest_, difference);
-    if (!way) return way;
-    for (std::size_t i = 0; i < way->size(); ++i) (*way)[i] += held[i];
-    return way;
   }
 
   [[nodiscard]] Vector3d local_axis(int axis) const {
@@ -410,23 +411,22 @@ ClothLaws scaled(ClothLaws laws, FabricValue value, double factor) {
   return laws;
 }
 
-std::optional<MeshCloth::State> first_order(DrapeLevel& level, const ClothMoment& rest,
-                                            FabricValue value) {
+MeshCloth::State force_change(const DrapeLevel& level, const ClothMoment& rest, FabricValue value) {
   const MeshCloth& cloth = level.cloth();
   MeshCloth::State change(static_cast<std::size_t>(cloth.unknowns()), Vector3d::Zero());
   if (value == FabricValue::areal_density) {
     for (std::size_t i = 0; i < cloth.mass_kg().size(); ++i)
       change[i] = cloth.mass_kg()[i] * level.drape().local.scene.gravity_m_per_s2;
-  } else {
-    ClothLaws elastic = cloth.laws();
-    elastic.friction.reset();
-    MeshCloth::State once = change;
-    MeshCloth(cloth.mesh(), elastic, cloth.in_triangles()).add_forces(rest.state, once);
-    MeshCloth(cloth.mesh(), scaled(elastic, value, 2), cloth.in_triangles())
-        .add_forces(rest.state, change);
-    for (std::size_t i = 0; i < change.size(); ++i) change[i] -= once[i];
+    return change;
   }
-  return level.first_order(rest, change);
+  ClothLaws elastic = cloth.laws();
+  elastic.friction.reset();
+  MeshCloth::State once = change;
+  MeshCloth(cloth.mesh(), elastic, cloth.in_triangles()).add_forces(rest.state, once);
+  MeshCloth(cloth.mesh(), scaled(elastic, value, 2), cloth.in_triangles())
+      .add_forces(rest.state, change);
+  for (std::size_t i = 0; i < change.size(); ++i) change[i] -= once[i];
+  return change;
 }
 
 SensitivityFile find_sensitivities(const Scene& scene, const Fabric& fabric, const Print& print,

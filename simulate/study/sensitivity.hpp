@@ -29,12 +29,10 @@ inline constexpr double kStandInPart = 0.5, kMeasuredPart = 0.05;
 /// The laws with one value times `factor`.
 [[nodiscard]] ClothLaws scaled(ClothLaws laws, FabricValue value, double factor);
 
-/// Displacement (of all unknowns, in their units) of a rest per relative change of a value, to
-/// first order: H dx = df. Forces are proportional to the value, so that df is exact. Absent where
-/// the rest is a saddle.
-[[nodiscard]] std::optional<MeshCloth::State> first_order(DrapeLevel& level,
-                                                          const ClothMoment& rest,
-                                                          FabricValue value);
+/// Change of the forces on the unknowns of a rest per relative change of a value: exact, for forces
+/// are proportional to it.
+[[nodiscard]] MeshCloth::State force_change(const DrapeLevel& level, const ClothMoment& rest,
+                                            FabricValue value);
 
 struct SensitivityOptions {
   SimulateOptions simulate;
