@@ -191,20 +191,20 @@ TEST(Sensitivities, SayWhereTheMarksGoWhenAValueErrs) {
 }
 
 TEST(Sensitivities, TabulateChangedModelsFromRestAndFromStart) {
-  const Scene scene = cube_scene();
+  const Scene scene = hanging_scene();
   const Print print = read_print(scene.print_file);
-  SensitivityOptions options{coarse(kOnCube_m)};
+  SensitivityOptions options{coarse()};
   options.variants = true;
   const SensitivityFile file =
       find_sensitivities(scene, read_fabric(scene.fabric_file), print, std::nullopt,
-                         flat_reference(print, 0.15), options);
+                         flat_reference(print, 0.3), options);
   ASSERT_EQ(file.status, "at rest");
   ASSERT_EQ(file.variants.size(), 2U * 5 + 1);
   for (const VariantEffect& row : file.variants) {
     EXPECT_TRUE(row.at_rest) << row.what << (row.continued ? " from the base" : "");
     EXPECT_TRUE(std::isfinite(row.distance_m)) << row.what;
   }
-  EXPECT_EQ(file.variants.back().what, "spacing 20 mm");
+  EXPECT_EQ(file.variants.back().what, "spacing 40 mm");
   EXPECT_GT(file.variants.back().moved_m, 0.01 * mm);
 }
 
