@@ -114,8 +114,8 @@ EnsembleCase draw_hang(const fs::path& folder, int seed, int meshes) {
                        std::nullopt, options);
 }
 
-/// Energy, against the pins' height, at which random start `index` rests: bent, crumpled and, by
-/// turns, turned cloths that fall. Nothing where it is no rest.
+/// Energy, against the pins' height, at which, without contact with itself, random start `index`
+/// rests: bent, crumpled and, by turns, turned cloths that fall. Nothing where it is no rest.
 std::optional<double> energy_of_random_start(const EnsembleCase& own, int index) {
   Draw draw(1000003ULL * (index + 1));
   const Vector3d axis(draw.uniform(-1, 1), draw.uniform(-1, 1), draw.uniform(-1, 1));
@@ -131,25 +131,25 @@ std::optional<double> energy_of_random_start(const EnsembleCase& own, int index)
     const Vector3d along(0.3 * draw.uniform(-1, 1), 0.3 * draw.uniform(-1, 1), draw.uniform(-1, 1));
     waves.push_back({u, v, draw.uniform(0, kTurn), along * high / (1 + std::hypot(u, v))});
   }
+  DrapeOptions options = own.options.drape;
+  options.thickness_m = 0;  // crumpled layers take minutes; cloth through itself is no rest
   const Eigen::Matrix3d turn = Eigen::AngleAxisd(angle, axis.normalized()).toRotationMatrix();
-  const Drape drape =
-      drape_cloth(*own.drape, own.options.drape, {}, {}, [&](const DrapeLevel& level) {
-        const std::vector<Eigen::Vector2d>& material_m = level.cloth().mesh().points_m;
-        const ClothMoment flat = level.start();
-        std::vector<Vector3d> places;
-        for (std::size_t i = 0; i < material_m.size(); ++i) {
-          const Eigen::Vector2d part = material_m[i].cwiseQuotient(own.drape->print.patch_m);
-          Vector3d p = flat.state[i];
-          for (const Wave& wave : waves)
-            p += wave.height *
-                 std::sin(kTurn / 2 * (wave.u * part.x() + wave.v * part.y()) + wave.phase);
-          places.push_back(turn * p);
-        }
-        ClothMoment moment = level.start_at(material_m, places);
-        for (const int pin : level.pinned())
-          moment.state[pin] = places[pin];  // carried by the fall
-        return moment;
-      });
+  const Drape drape = drape_cloth(*own.drape, options, {}, {}, [&](const DrapeLevel& level) {
+    const std::vector<Eigen::Vector2d>& material_m = level.cloth().mesh().points_m;
+    const ClothMoment flat = level.start();
+    std::vector<Vector3d> places;
+    for (std::size_t i = 0; i < material_m.size(); ++i) {
+      const Eigen::Vector2d part = material_m[i].cwiseQuotient(own.drape->print.patch_m);
+      Vector3d p = flat.state[i];
+      for (const Wave& wave : waves)
+        p += wave.height *
+             std::sin(kTurn / 2 * (wave.u * part.x() + wave.v * part.y()) + wave.phase);
+      places.push_back(turn * p);
+    }
+    ClothMoment moment = level.start_at(material_m, places);
+    for (const int pin : level.pinned()) moment.state[pin] = places[pin];  // carried by the fall
+    return moment;
+  });
   if (own.ending_of(*drape.level, drape.rest, drape.levels.back().rest) != "at rest")
     return std::nullopt;
   return drape.level->energy_j(drape.rest);
