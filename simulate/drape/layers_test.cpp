@@ -98,9 +98,9 @@ TEST(LayerPushes, ForcesAreTheGradientOfTheirEnergy) {
 /// A layer that is led along the other is held by springs at first, then by the coefficient times
 /// its push, whichever way it came.
 TEST(LayerPushes, HoldEachOtherAsCoulombSays) {
-  constexpr double kFriction = 0.3;
+  constexpr double kLayerFriction = 0.3;
   const MeshCloth cloth = strip(5 * mm);
-  LayerPushes pushes(cloth, kFriction, kGravity, kThickness);
+  LayerPushes pushes(cloth, kLayerFriction, kGravity, kThickness);
   const State start = hairpin(cloth, 0.98 * kThickness);
   pushes.settle(start);
   const int shape = 1;
@@ -123,11 +123,11 @@ TEST(LayerPushes, HoldEachOtherAsCoulombSays) {
   };
   const double sticks = lead(0.2e-6);
   EXPECT_GT(sticks, 0);
-  EXPECT_LT(sticks, 0.5 * kFriction);
+  EXPECT_LT(sticks, 0.5 * kLayerFriction);
   for (const double sign : {1.0, -1.0}) {
     double slides = 0;
     for (int step = 0; step < 10; ++step) slides = lead(sign * 10e-6);
-    EXPECT_NEAR(slides, sign * kFriction, 0.01 * kFriction);
+    EXPECT_NEAR(slides, sign * kLayerFriction, 0.01 * kLayerFriction);
   }
 }
 
