@@ -44,23 +44,6 @@ Eigen::Vector4d from_bottom(double gamma, double curvature, double load) {
   return y;
 }
 
-/// Determinant of the clamp's conditions phi = phi' = 0 over the two solutions that are free at the
-/// other end, of k phi'''' - phi'' = load^2 / 4 x^4 phi with k phi''' = phi', phi'' = 0 there. It
-/// is carried along as one of the six 2x2 minors of the two, which fast growth does not cancel
-/// (compound matrices, Ng and Reid 1979).
-double clamp_determinant(double k, double load) {
-  using Minors = Eigen::Vector<double, 6>;  // minors of derivatives 0 1, 0 2, 0 3, 1 2, 1 3, 2 3
-  const auto slope = [&](double x, const Minors& m) {
-    const double pull = 0.25 * load * load * std::pow(x, 4) / k;
-    return Minors{
-        {m[1], m[2] + m[3], m[4] + m[1] / k, m[4], m[5] + m[3] / k - pull * m[0], -pull * m[1]}};
-  };
-  constexpr int kSteps = 2000;
-  Minors m{{1, 0, 1 / k, 0, 0, 0}};
-  for (int i = 0; i < kSteps; ++i) m = step(m, 1.0 * i / kSteps, 1.0 / kSteps, slope).normalized();
-  return m[0];
-}
-
 /// A pressed strip from its clamp to an arc length: angle from straight down, curvature, sideways,
 /// drop.
 Eigen::Vector4d from_clamp(const PressedStrip& strip, double arc) {
@@ -160,17 +143,6 @@ Elastica elastica(double alpha_rad) {
   const double first = std::comp_ellint_1(k);
   const double root = 2 * first / kPi;
   return {root * root, 2 * std::comp_ellint_2(k) / first - 1};
-}
-
-double lateral_buckling(double stiffening) {
-  double low = 0;
-  double high = 1;
-  for (; clamp_determinant(stiffening, high) > 0; ++high) low = high;
-  for (int i = 0; i < 40; ++i) {
-    const double middle = 0.5 * (low + high);
-    (clamp_determinant(stiffening, middle) > 0 ? low : high) = middle;
-  }
-  return low;
 }
 
 double PressedStrip::friction() const {

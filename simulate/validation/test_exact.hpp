@@ -39,16 +39,6 @@ struct Elastica {
 
 /// rho g L^3 / B at which a clamped vertical strip buckles under its weight (Greenhill 1881).
 inline constexpr double kSelfBuckling = 7.8373474;
-/// rho g w L^3 / sqrt(B w C) at which a strip clamped on edge buckles sideways under its weight: C
-/// is its torsional rigidity, the constant 6 times the first zero of the Bessel function J_-1/6.
-inline constexpr double kLateralBuckling = 12.85374;
-
-/// rho g L^3 / sqrt(B J) at which a strip of any width w clamped on edge buckles sideways, its
-/// cross-sections staying straight: with its deflection v + z phi, the energy to second order per
-/// length is (B w v''^2 + B w^3/12 phi''^2 + J w phi'^2) / 2 + v' (M phi)', M = rho g w x^2 / 2 at
-/// x from the free end (Michell 1899 and Prandtl 1899 without the second term). v drops out, as B w
-/// v'' = M phi. `stiffening` is B w^2 / (12 J L^2); without it kLateralBuckling.
-[[nodiscard]] double lateral_buckling(double stiffening);
 
 /// A heavy strip clamped pointing down whose tip stands on a flat floor straight below the clamp,
 /// which is lower than the strip is long: a planar elastica held at its tip by one force alone.
