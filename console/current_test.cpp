@@ -248,7 +248,7 @@ TEST_F(Current, TheVirtualSheetIsTheOneOfTheDistances) {
   const Json sheet = server.get("api/sheet?drape=C");
   EXPECT_EQ(result["discretisation"], "10 mm");
   EXPECT_EQ(sheet["comparison"]["discretisation"], "10 mm");
-  EXPECT_EQ(sheet["virtual"].size(), 20U * 20U * 12U) << "corners of the cells of two to a mark";
+  EXPECT_EQ(sheet["virtual"].size(), 22U * 22U * 12U) << "corners of cells of 10 mm";
 }
 
 TEST_F(Current, ThePageShowsThePicturesOfARetake) {

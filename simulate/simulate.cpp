@@ -129,6 +129,20 @@ SimulateResult simulate_paper(const Scene& scene, const Fabric& fabric, const Pr
   return result;
 }
 
+/// Places along a side, about `step_m` apart, with the print's marks among them where a part of the
+/// pitch divides side and margin; so no mark is taken between places.
+int places_along(double side_m, double margin_m, double pitch_m, double step_m) {
+  const auto divides = [](double part_m, double length_m) {
+    const double times = length_m / part_m;
+    return std::abs(times - std::round(times)) < 1e-6;
+  };
+  const int first = std::max(1, static_cast<int>(std::lround(pitch_m / step_m)));
+  for (int parts = first; parts <= 4 * first; ++parts)
+    if (divides(pitch_m / parts, side_m) && divides(pitch_m / parts, margin_m))
+      return static_cast<int>(std::lround(side_m * parts / pitch_m)) + 1;
+  return static_cast<int>(std::lround(side_m / step_m)) + 1;
+}
+
 constexpr double kFirstMeshes = 14;  // spacings along a side: a fold or two of any drape
 // A crease holds its bend within a few points, so that its strains grow with their number: on the
 // finest mesh four times those of the first run.
@@ -153,14 +167,9 @@ void SimulateOptions::check() const {
 Sheet sheet_of(const DrapeLevel& level, const ClothMoment& moment, double step_m) {
   const Print& print = level.drape().print;
   const LocalScene& local = level.drape().local;
-  // Steps between two marks of the print, so that the marks are among the places.
-  const auto count = [&](int marks, double side_m) {
-    const double apart_m = side_m / (marks - 1);
-    return (marks - 1) * std::max(1, static_cast<int>(std::lround(apart_m / step_m))) + 1;
-  };
   Sheet sheet;
-  sheet.rows = count(print.rows, print.patch_m.x());
-  sheet.cols = count(print.cols, print.patch_m.y());
+  sheet.rows = places_along(print.patch_m.x(), print.margin_m.x(), print.pitch_m, step_m);
+  sheet.cols = places_along(print.patch_m.y(), print.margin_m.y(), print.pitch_m, step_m);
   sheet.patch_m = print.patch_m;
   std::vector<Vector2d> material_m;
   for (int r = 0; r < sheet.rows; ++r)
