@@ -229,8 +229,7 @@ TEST_F(Records, EveryProgramWarnsOfARareFabricAndRefusesFrictionThatNoClothHas) 
                     out("parts").string())}) {
     const auto [code, said] = run(line);
     EXPECT_LE(code, 1) << line << said;
-    EXPECT_NE(said.find("an areal density of 1380 g/m2"), std::string::npos)
-        << line << said;
+    EXPECT_NE(said.find("an areal density of 1380 g/m2"), std::string::npos) << line << said;
   }
   std::string steep = read_text(scene());
   steep.replace(steep.find("friction = 0.4"), 14, "friction = 22.0");
