@@ -76,7 +76,7 @@ TEST(Check, AnAcceptanceThatCompareWouldRefuseIsNamedBefore) {
 }
 
 TEST(Check, NamesANumberThatIsGivenTwice) {
-  EXPECT_THAT(problem_of("rig.toml", "grids = [11]", "grids = [11, 21, 11]"),
+  EXPECT_THAT(problem_of("rig.toml", "grids = [11, 21, 31]", "grids = [11, 21, 11]"),
               MatchesRegex("`grids` holds a number twice\n.*rig.toml:[0-9]+, field `grids`"));
   EXPECT_THAT(problem_of("rig.toml", "segments = [1]", "segments = [1, 1]"),
               MatchesRegex("`segments` holds a number twice\n.*rig.toml:[0-9]+, field `segments`"));
