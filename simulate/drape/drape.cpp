@@ -15,7 +15,8 @@ namespace {
 using Eigen::Vector2d;
 
 // See Drape::mesh_error_m
-constexpr double kSafety = 1.25, kLeastShrunk = 2, kMostShrunk = 4, kMostShrunkHeld = 3;
+constexpr double kSafety = 1.25, kSafetyOfTwo = 3, kLeastShrunk = 2, kMostShrunk = 4,
+                 kMostShrunkHeld = 3;
 constexpr double kCoarseResidual = 1e-2;  // mean weights of a point
 
 /// A drape that grows by levels.
@@ -178,13 +179,14 @@ class Levels {
     if (drape.marks_of_level.size() < 2) return;
     const auto levels = drape.levels.end();
     const double last = (levels - 1)->moved_m.value_or(0);
-    double shrunk = kLeastShrunk;
-    if (drape.levels.size() > 2 && last > 0)
+    const bool held = !case_.pins_at.empty(), three = drape.levels.size() > 2 && last > 0;
+    double shrunk = held ? kLeastShrunk : kMostShrunk;
+    if (three)
       shrunk = std::clamp((levels - 2)->moved_m.value_or(0) / last, kLeastShrunk,
-                          case_.pins_at.empty() ? kMostShrunk : kMostShrunkHeld);
+                          held ? kMostShrunkHeld : kMostShrunk);
     const Eigen::VectorXd moved =
         (drape.marks_of_level.back() - *(drape.marks_of_level.end() - 2)).rowwise().norm();
-    drape.mesh_error_m = kSafety / (shrunk - 1) * moved.cwiseMax(last / 2);
+    drape.mesh_error_m = (three ? kSafety : kSafetyOfTwo) / (shrunk - 1) * moved.cwiseMax(last / 2);
   }
 
   const DrapeCase& case_;

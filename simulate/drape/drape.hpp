@@ -31,10 +31,11 @@ struct Drape {
   std::vector<MarkId> marks;
   /// Distance (m) of each mark from where a mesh without end would have it; empty of one level.
   /// With d its distance between the last two levels and r by how much the mean of d shrank from
-  /// the level before: 1.25 d / (r - 1) (grid convergence index: Roache 1994). r is within 2, as
-  /// of two levels alone, and 4, for contact and bending converge as spacing^2; or 3 where points
-  /// are held, beside which the stretch grows with the logarithm of the spacing, at first hidden
-  /// under the rest. d is at least half the mean over the marks: a mark may cross its limit.
+  /// the level before: 1.25 d / (r - 1) (grid convergence index: Roache 1994), r within 2 and 4,
+  /// for contact and bending converge as spacing^2; or 3 where points are held, beside which the
+  /// stretch grows with the logarithm of the spacing, at first hidden under the rest. Of two levels
+  /// alone, whose r is not known, 3 d / (r - 1) with r = 4, or 2 where points are held. d is at
+  /// least half the mean over the marks: a mark may cross its limit.
   Eigen::VectorXd mesh_error_m;
   std::vector<std::string> warnings;
 
