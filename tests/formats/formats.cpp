@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tests/formats/formats.hpp"
 
+#include "core/branch_list.hpp"
 #include "core/files/files.hpp"
 #include "core/recording.hpp"
 #include "core/scene.hpp"
@@ -10,6 +11,21 @@
 
 namespace drape::test {
 namespace {
+
+BranchList small_branches() {
+  BranchList list;
+  list.branches.emplace_back();
+  ListedBranch& branch = list.branches.back();
+  branch.number = 1;
+  branch.sheet = "branch-01/sheet.ply";
+  branch.starts = {0, 1};
+  branch.spacing_m = 5e-3;
+  branch.polish_m = 1e-4;
+  list.starts = 8;
+  list.unseen = UnseenBranches{.rests = 8, .seen_once = 0, .fraction = 0, .upper95 = 0.31};
+  list.members_at_rest = 8;
+  return list;
+}
 
 /// Files that people edit and the recording's list from rigs/bench1, the others from small records.
 std::vector<DescribedFormat> core_formats() {
@@ -21,6 +37,7 @@ std::vector<DescribedFormat> core_formats() {
           described<Print>(bench("print.toml")),
           described<Scene>(bench("scenes/C.toml")),
           described<Recording>(bench("recording/recording.json")),
+          described(small_branches()),
           described(small_sheet()),
           described(small_certificate()),
           described(small_levels()),
