@@ -11,7 +11,7 @@
 
 namespace drape::simulate {
 
-/// What one mesh of a drape gave.
+/// Result of one mesh of a drape.
 struct LevelReport {
   double spacing_m = 0;
   int points = 0;

@@ -55,7 +55,7 @@ struct DrapeCase {
                                    const std::optional<Sheet>& measured, ClothLaws laws,
                                    std::optional<ClothOutline> outline = std::nullopt);
 
-/// What contact remembers: springs of friction and carried forces by material place, so that
+/// Memory of contact: springs of friction and carried forces by material place, so that
 /// another mesh of the same cloth can go on from them (drape/object_pushes.hpp, layer_pushes.hpp).
 struct ContactMemory;
 

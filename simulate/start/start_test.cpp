@@ -153,7 +153,7 @@ TEST(MeasuredShape, KeepsTheMarksAndFillsTheOthersOutsideObjects) {
       for (std::size_t k = 0; k < shape.places.size(); ++k)
         if ((shape.material_m[k] - mark.material_m).norm() < 1e-9)
           nearest_m = (shape.places[k] - mark.point_in_world).norm();
-      // What is printed thinner than the cloth lies under it touches the object.
+      // Measured marks may lie in the object by the noise of their places: 0.1 mm.
       EXPECT_LT(nearest_m, 0.1 * mm) << name;
     }
   }

@@ -82,7 +82,7 @@ fs::path failure_of(const StudyCase& one) {
   return one.folder / "failed.txt";
 }
 
-/// Nothing when another run computes the case.
+/// Takes the lock of a case; null when another run computes it.
 std::unique_ptr<WriterLock> lock_of(const StudyCase& one) {
   fs::create_directories(one.folder);
   try {
