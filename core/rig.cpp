@@ -185,6 +185,11 @@ void fields(Fields& f, Rig& rig) {
   CalibrationPlan plan{&rig};
   f({"calibration", "which frame sets calibrate it"}, plan);
   f.if_any({"repeat", "drapes that were laid again"}, rig.repeats);
+  f.if_any({"tolerance_mm",
+            "mean distance up to which a simulated drape matches; used where no "
+            "drape was laid again",
+            mm, above_zero},
+           rig.tolerance_m);
 }
 
 Eigen::Vector3d Target::point_in_target(MarkId dot) const {

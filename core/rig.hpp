@@ -122,6 +122,8 @@ struct Rig {
   double spacing_m = 2.5e-3;                  ///< spacing of the cloth's finest mesh
   std::vector<int> segments;                  ///< line segments per Kawabata curve, e.g. 1 5
   std::vector<DrapeRepeat> repeats;
+  /// Mean distance up to which a simulated drape is called a match where nothing was laid again.
+  std::optional<double> tolerance_m;
 
   /// Throws Error(bad_input) when no camera of that name exists.
   Document document = {};  ///< the file as it was read

@@ -163,6 +163,9 @@ void fields(Fields& f, Pin& pin) {
   f.when(!pin.at_material_m, {"row", "held mark, along the warp"}, pin.mark.row);
   f.when(!pin.at_material_m, {"col", "held mark, along the weft"}, pin.mark.col);
   f.if_any({"at_mm", "where it is held; absent: where it was measured", mm}, pin.point_in_world);
+  f.if_any(standard_uncertainty("place_uncertainty_mm",
+                                "standard uncertainty of at_mm along each axis; absent: 0.5 mm"),
+           pin.stated_place_m);
 }
 
 void fields(Fields& f, Clamp& clamp) {
@@ -172,6 +175,10 @@ void fields(Fields& f, Clamp& clamp) {
   f({"from_mm", "end of the held line in the world", mm}, clamp.from_in_world);
   f({"to_mm", "other end in the world", mm}, clamp.to_in_world);
   direction(f, {"direction", "how the cloth leaves, any length"}, clamp.direction_in_world);
+  f.if_any(
+      standard_uncertainty("place_uncertainty_mm",
+                           "standard uncertainty of both ends along each axis; absent: 0.5 mm"),
+      clamp.stated_place_m);
   const Eigen::Vector2d along = clamp.to_material_m - clamp.from_material_m;
   const Vector3d in_space = clamp.to_in_world - clamp.from_in_world;
   const bool is_long = along.norm() > 1e-6 && in_space.norm() > 1e-6;
@@ -248,6 +255,11 @@ void fields(Fields& f, Scene& scene) {
            scene.stated_table_uncertainty_m);
   f.if_any({"friction_uncertainty", "standard uncertainty of friction", 1, above_zero},
            scene.friction_uncertainty);
+  f.if_any({"level_uncertainty_deg",
+            "standard uncertainty of the bench's level, of gravity's direction about each level "
+            "axis; absent: 0.06 degrees, 1 mm per m",
+            deg, above_zero, 10, "give one standard deviation in degrees, e.g. 0.06"},
+           scene.stated_level_rad);
   if (f.reads()) limit_forces(f, scene);
   std::vector<SceneObject> objects(scene.obstacles.size());
   for (std::size_t i = 0; i < objects.size(); ++i)

@@ -14,6 +14,7 @@
 #include "core/marks.hpp"
 #include "core/pose.hpp"
 #include "core/rig.hpp"
+#include "core/units.hpp"
 
 namespace drape {
 
@@ -81,7 +82,13 @@ struct Pin {
   MarkId mark;                                    ///< says nothing when there is a material point
   std::optional<Eigen::Vector3d> point_in_world;  ///< absent: where the measured sheet has it
   std::optional<Eigen::Vector2d> at_material_m = std::nullopt;  ///< (warp, weft)
+  std::optional<double> stated_place_m = std::nullopt;  ///< standard uncertainty along each axis
 
+  /// Standard uncertainty of the operator's `point_in_world` along each axis; a pin without one is
+  /// where its mark was measured, and as uncertain as that.
+  [[nodiscard]] double place_m() const {
+    return stated_place_m.value_or(ObjectUncertainty::ruler_m);
+  }
   [[nodiscard]] Eigen::Vector2d material_m(const Print& print) const {
     return at_material_m.value_or(print.material_m(mark));
   }
@@ -93,6 +100,12 @@ struct Clamp {
   Eigen::Vector3d from_in_world, to_in_world;
   Eigen::Vector3d
       direction_in_world;  ///< unit; how cloth leaves, from a line inside to larger ones
+  std::optional<double> stated_place_m = std::nullopt;  ///< standard uncertainty along each axis
+
+  /// Standard uncertainty of each end along each axis.
+  [[nodiscard]] double place_m() const {
+    return stated_place_m.value_or(ObjectUncertainty::ruler_m);
+  }
 };
 
 /// Starts of the virtual cloth.
@@ -128,6 +141,7 @@ struct Scene {
   std::vector<ObjectTags> tags;                  ///< plates of tags, in the order of the objects
   std::optional<double> stated_table_uncertainty_m;
   std::optional<double> friction_uncertainty;  ///< standard uncertainty of `friction`
+  std::optional<double> stated_level_rad;      ///< standard uncertainty of gravity's direction
   std::vector<Pin> pins;
   std::vector<Clamp> clamps;
   Start start;
@@ -140,6 +154,9 @@ struct Scene {
   [[nodiscard]] double table_uncertainty_m() const {
     return stated_table_uncertainty_m.value_or(ObjectUncertainty::ruler_m);
   }
+  /// Standard uncertainty of gravity's direction about each axis across it; unstated, a spirit
+  /// level's 1 mm per m.
+  [[nodiscard]] double level_rad() const { return stated_level_rad.value_or(0.06 * units::deg); }
 };
 
 /// Cloth on wood, metal, plastic and skin slides between 0.1 and 1.0; coated cloth on rubber 1.5.
