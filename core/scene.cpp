@@ -220,6 +220,13 @@ void limit_forces(Fields& f, const Scene& scene) {
           fmt::format("friction = {:g} with an uncertainty of {:g}: nothing would be known of it",
                       scene.friction, u),
           "give one standard deviation, or leave it out and list friction in stand_ins");
+  if (scene.stated_friction_range)
+    f.limit(scene.stated_friction_range->front() <= scene.friction &&
+                scene.friction <= scene.stated_friction_range->back(),
+            "friction_range",
+            fmt::format("friction = {:g} is not between {:g} and {:g}", scene.friction,
+                        scene.stated_friction_range->front(), scene.stated_friction_range->back()),
+            "give the least and the largest friction of cloth and object, and `friction` between");
   constexpr double kLeast = 0.01, kMost = 100;  // m/s2; closed forms have weak ones
   constexpr const char* kUsual = "leave it out, or give [0, 0, -9.80665]";
   const double gravity = scene.gravity_m_per_s2.norm();
@@ -241,6 +248,14 @@ bool is_gravity_of_earth(const Scene& scene) {
   return gravity >= kLeastEarth && gravity <= kMostEarth;
 }
 
+std::optional<std::array<double, 2>> Scene::friction_range() const {
+  const bool is_stand_in = std::any_of(
+      stand_ins.begin(), stand_ins.end(),
+      [](const std::string& text) { return text.find("friction") != std::string::npos; });
+  if (stated_friction_range || !is_stand_in) return stated_friction_range;
+  return {{0.5 * friction, 2 * friction}};
+}
+
 void fields(Fields& f, Scene& scene) {
   scene.file = scene.document.file();
   f(Field{"name", "letter or name of the drape"}.plain_name(), scene.name);
@@ -255,6 +270,8 @@ void fields(Fields& f, Scene& scene) {
            scene.stated_table_uncertainty_m);
   f.if_any({"friction_uncertainty", "standard uncertainty of friction", 1, above_zero},
            scene.friction_uncertainty);
+  f.if_any({"friction_range", "least and largest friction that can be", 1, above_zero},
+           scene.stated_friction_range);
   f.if_any({"level_uncertainty_deg",
             "standard uncertainty of the bench's level, of gravity's direction about each level "
             "axis; absent: 0.06 degrees, 1 mm per m",

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
 #include <filesystem>
 #include <functional>
 #include <map>
@@ -141,7 +142,8 @@ struct Scene {
   std::vector<ObjectTags> tags;                  ///< plates of tags, in the order of the objects
   std::optional<double> stated_table_uncertainty_m;
   std::optional<double> friction_uncertainty;  ///< standard uncertainty of `friction`
-  std::optional<double> stated_level_rad;      ///< standard uncertainty of gravity's direction
+  std::optional<std::array<double, 2>> stated_friction_range;  ///< least and largest
+  std::optional<double> stated_level_rad;  ///< standard uncertainty of gravity's direction
   std::vector<Pin> pins;
   std::vector<Clamp> clamps;
   Start start;
@@ -154,6 +156,9 @@ struct Scene {
   [[nodiscard]] double table_uncertainty_m() const {
     return stated_table_uncertainty_m.value_or(ObjectUncertainty::ruler_m);
   }
+  /// Least and largest friction: as stated; half and twice of a stand-in; nothing where friction
+  /// was measured.
+  [[nodiscard]] std::optional<std::array<double, 2>> friction_range() const;
   /// Standard uncertainty of gravity's direction about each axis across it; unstated, a spirit
   /// level's 1 mm per m.
   [[nodiscard]] double level_rad() const { return stated_level_rad.value_or(0.06 * units::deg); }
