@@ -121,7 +121,8 @@ ClosedMesh::Distance ClosedMesh::distance(const Vector3d& point) const {
   const Triangle& triangle = triangles_[nearest.triangle];
   const Vector3d& face = face_normal_[nearest.triangle];
   // Linear in the point: near the surface the difference of two places has no direction.
-  if (nearest.feature == 0) return {face.dot(point - corners_[triangle[0]]), face};
+  if (nearest.feature == 0)
+    return {face.dot(point - corners_[triangle[0]]), face, nearest.triangle};
   const Vector3d& pseudo = nearest.feature >= 4
                                ? corner_normal_[triangle[nearest.feature - 4]]
                                : edge_normal_[nearest.triangle][nearest.feature - 1];

@@ -27,6 +27,7 @@ class ClosedMesh {
   struct Distance {
     double gap_m = 0;                                   ///< negative inside
     Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();  ///< unit, outwards
+    int face = -1;  ///< triangle whose inside the nearest point is in; -1: an edge or a corner
   };
   /// Nearest point of the surface; the sign by the angle-weighted pseudo-normal of the feature it
   /// lies on (Baerentzen and Aanaes 2005), which is exact for closed surfaces.

@@ -56,6 +56,7 @@ struct ContactMemory {
   struct OnObject {
     int site = 0, shape = 0;  ///< number of the place on its mesh; of the object
     Eigen::Vector2d material_m;
+    double reach_m = 0;  ///< how far from it another mesh takes over
     Grip grip;
   };
   /// Two places of the cloth that hold each other, by nodes of the surface.
@@ -69,6 +70,7 @@ struct ContactMemory {
   std::vector<Eigen::Vector2d> mesh_m;  ///< points of the mesh
   double places_m = 0;                  ///< distance of places on objects
   int firmness = 0;                     ///< of places on objects
+  std::vector<bool> by_nodes;           ///< facets that touch flat faces alone; by facet and shape
   std::vector<OnObject> objects;        ///< by site
   std::vector<OnLayer> layers;
 };

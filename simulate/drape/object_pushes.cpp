@@ -21,19 +21,20 @@ constexpr double kStiffen_m = 2e-6;     // depth from which places stiffen
 constexpr double kGrip_m = 0.2e-6;      // stretch of springs that bear a weight along a surface
 constexpr double kSoft = 0.1;           // relative stiffness before places are firm
 constexpr double kSoftPlaces_m = 4e-3;  // distance of places before they are firm
-// Distance of firm places, and displacement of nodes before sites are listed again; relative to the
-// root of a triangle's mean area on wide meshes
+// Distance of firm places, and largest displacement of nodes before sites are listed again;
+// relative to the root of a triangle's mean area on wide meshes
 constexpr double kPlaces_m = 0.5e-3, kOfWide = 0.15;
+// Looks at one list of sites between which its margin stays; its least, relative to the largest
+constexpr int kFewLooks = 4, kManyLooks = 16;
+constexpr double kLeastMargin = 1.0 / 64;
 // Distance from a surface: a pin there says how deep the cloth is
 constexpr double kNearPin_m = 0.2e-3;
-constexpr double kNormalStep_m = 1e-7;  // for the curvature of a surface
 // Path of a node that may lead through an object, and halvings of it where it does
 constexpr double kThrough_m = 0.1e-3;
 constexpr int kHalvings = 20;
 constexpr double kOpposite = -0.1;  // cosine between normals; 0 across the edge of a box
 // Relative stiffness of the matrix along a surface: cloth that nothing holds there has one too
 constexpr double kLoose = 1e-4;
-constexpr double kTurn = 0.1;  // of a normal over that step: an edge, which has none
 
 /// Places of a triangle whose sides are cut in `cuts`: corners of its parts.
 int places_of(int cuts) {
@@ -66,16 +67,25 @@ ObjectPushes::ObjectPushes(const MeshCloth& cloth, const std::vector<bool>& held
     return std::accumulate(of.begin(), of.end(), 0.0);
   };
   const double weight_pa = gravity_m_per_s2 * sum(cloth.mass_kg()) / sum(cloth.area_m2());
+  nodes_m_ = std::sqrt(sum(cloth.area_m2()) / cloth.unknowns());
   stiffness_ = weight_pa / kSunk_m;
   grip_stiffness_ = weight_pa / kGrip_m;
   reach_m_ = std::max(
       kPlaces_m,
       kOfWide * std::sqrt(sum(cloth.area_m2()) / static_cast<double>(cloth.triangles().size())));
+  const auto& facets = surface_.facets();
+  first_of_node_.assign(static_cast<std::size_t>(cloth.unknowns()) + 1, 0);
+  for (const auto& facet : facets)
+    for (const int node : facet) ++first_of_node_[node + 1];
+  std::partial_sum(first_of_node_.begin(), first_of_node_.end(), first_of_node_.begin());
+  facet_of_node_.resize(3 * facets.size());
+  std::vector<int> next = first_of_node_;
+  for (int f = 0; f < std::ssize(facets); ++f)
+    for (const int node : facets[f]) facet_of_node_[next[node]++] = f;
   divide();
 }
 
 int ObjectPushes::cuts_of(int facet, int shape) const {
-  if (surroundings_.is_flat(shape)) return 1;  // nothing between nodes is deeper
   if (surroundings_.is_sharp(shape)) return cuts_[facet];
   return static_cast<int>(std::ceil(cuts_[facet] * sharp_places_m() / places_m()));
 }
@@ -91,22 +101,42 @@ double ObjectPushes::sharp_places_m() const {
 void ObjectPushes::divide() {
   cuts_.clear();
   first_.clear();
+  owns_.clear();
+  std::vector<bool> owned(static_cast<std::size_t>(cloth_.unknowns()), false);
   int places = 0;
-  for (const MeshCloth::Triangle& triangle : cloth_.triangles())
-    for (int facet = 0; facet < 4; ++facet) {
-      cuts_.push_back(std::max(
-          1, static_cast<int>(std::ceil(std::sqrt(triangle.area / 4) / sharp_places_m()))));
-      first_.push_back(places);
-      places += places_of(cuts_.back());
+  for (std::size_t f = 0; f < surface_.facets().size(); ++f) {
+    const double side = std::sqrt(cloth_.triangles()[f / 4].area / 4);
+    cuts_.push_back(std::max(1, static_cast<int>(std::ceil(side / sharp_places_m()))));
+    first_.push_back(places);
+    places += places_of(cuts_.back()) + 3;
+    owns_.emplace_back();
+    for (int k = 0; k < 3; ++k) {
+      const int node = surface_.facets()[f][k];
+      owns_.back()[k] = !owned[node];
+      owned[node] = true;
     }
+  }
+  places_.resize(1 + *std::max_element(cuts_.begin(), cuts_.end()));
+  for (int cuts = 1; cuts < static_cast<int>(places_.size()); ++cuts) {
+    places_[cuts].clear();
+    for (int k = 0; k < places_of(cuts); ++k) {
+      const Vector3d weights = weights_of(k, cuts);
+      places_[cuts].push_back({weights, share_of(weights, cuts)});
+    }
+  }
   until_m_.assign(cloth_.triangles().size() * surroundings_.count(), 0.0);
   travelled_m_ = 0;
+  by_nodes_.clear();
+  node_area_m2_.clear();
+  margin_m_ = reach_m_;
   listed_.clear();
+  free_m2_.clear();
   seen_.clear();
   sites_.clear();
 }
 
 Vector3d ObjectPushes::place_of(const Site& site) const {
+  if (site.node >= 0) return nodes_[site.node];
   const std::array<int, 3>& node = surface_.facets()[site.facet];
   return site.weight[0] * nodes_[node[0]] + site.weight[1] * nodes_[node[1]] +
          site.weight[2] * nodes_[node[2]];
@@ -119,13 +149,74 @@ bool ObjectPushes::is_on_pin(int facet, int shape) const {
   });
 }
 
-/// Sites that may press while no node goes farther than the margin, and those that remember.
-void ObjectPushes::list() {
+/// Finds triangles that may be near a shape while no node goes farther than the reach.
+void ObjectPushes::wake() {
   double far2 = 0;
   for (std::size_t i = 0; i < listed_.size(); ++i)
     far2 = std::max(far2, (nodes_[i] - listed_[i]).squaredNorm());
   travelled_m_ += std::sqrt(far2);
   listed_ = nodes_;
+  for (int t = 0; t < std::ssize(cloth_.triangles()); ++t)
+    for (int shape = 0; shape < surroundings_.count(); ++shape)
+      if (is_awake(t, shape)) until_m_[at(t, shape)] = travelled_m_ + gap_beyond(shape, 4 * t, 3);
+}
+
+/// Distance of a ball about facets from a shape, and its radius.
+double ObjectPushes::gap_beyond(int shape, int facet, int facets) const {
+  Vector3d middle = Vector3d::Zero();
+  for (int f = facet; f < facet + facets; ++f)
+    for (const int i : surface_.facets()[f]) middle += nodes_[i] / (3 * facets);
+  double radius2 = 0;
+  for (int f = facet; f < facet + facets; ++f)
+    for (const int i : surface_.facets()[f])
+      radius2 = std::max(radius2, (nodes_[i] - middle).squaredNorm());
+  return surroundings_.gap_m(shape, middle) - std::sqrt(radius2);
+}
+
+/// Chooses the facets that press by their nodes.
+void ObjectPushes::choose() {
+  constexpr int kUnknown = -2;
+  const bool first = by_nodes_.empty();
+  by_nodes_.resize(surface_.facets().size() * surroundings_.count());
+  std::vector<int> faces(nodes_.size());
+  for (int shape = 0; shape < surroundings_.count(); ++shape) {
+    std::fill(faces.begin(), faces.end(), kUnknown);
+    const auto face_of = [&](int node) {
+      if (faces[node] == kUnknown) faces[node] = surroundings_.nearest(shape, nodes_[node]).face;
+      return faces[node];
+    };
+    for (int f = 0; f < std::ssize(surface_.facets()); ++f) {
+      auto chosen = by_nodes_[at(f, shape)];
+      if (surroundings_.is_flat(shape)) chosen = true;
+      if (surroundings_.is_flat(shape) || !is_awake(f / 4, shape)) continue;
+      if (is_firm() && !first && !chosen) continue;
+      const std::array<int, 3>& node = surface_.facets()[f];
+      const int face = face_of(node[0]);
+      chosen = face >= 0 && face_of(node[1]) == face && face_of(node[2]) == face;
+    }
+  }
+}
+
+/// Finds the area that nodes press with. True where it changed.
+bool ObjectPushes::weigh() {
+  std::vector<double> area(nodes_.size() * surroundings_.count(), 0.0);
+  for (int f = 0; f < std::ssize(surface_.facets()); ++f)
+    for (int shape = 0; shape < surroundings_.count(); ++shape) {
+      if (!by_nodes_[at(f, shape)] || is_on_pin(f, shape)) continue;
+      for (const int node : surface_.facets()[f])
+        area[at(node, shape)] += cloth_.triangles()[f / 4].area / 12;
+    }
+  area.swap(node_area_m2_);
+  return area != node_area_m2_;
+}
+
+/// Lists sites that may press while no node near a shape goes farther than the margin, and those
+/// that remember.
+void ObjectPushes::list() {
+  wake();
+  if (by_nodes_.empty()) choose();
+  if (node_area_m2_.empty()) (void)weigh();
+  free_m2_.assign(nodes_.size(), reach_m_ * reach_m_);
   const int shapes = surroundings_.count();
   before_.swap(sites_);
   sites_.clear();
@@ -134,42 +225,36 @@ void ObjectPushes::list() {
     for (; old != before_.end() && old->id < id; ++old)
       if (old->grip.limit > 0) sites_.push_back(*old);
   };
-  /// Distance of a ball about places from a shape, and its radius.
-  const auto gap_beyond = [&](int shape, std::initializer_list<std::array<int, 3>> corners) {
-    Vector3d middle = Vector3d::Zero();
-    double radius2 = 0;
-    for (const auto& corner : corners)
-      for (const int i : corner) middle += nodes_[i] / (3 * static_cast<double>(corners.size()));
-    for (const auto& corner : corners)
-      for (const int i : corner) radius2 = std::max(radius2, (nodes_[i] - middle).squaredNorm());
-    return surroundings_.gap_m(shape, middle) - std::sqrt(radius2);
-  };
   const auto& facets = surface_.facets();
-  std::vector<int> near, on_facet;
-  for (std::size_t t = 0; t < cloth_.triangles().size(); ++t) {
+  struct OnFacet {
+    int shape = 0, places = 0;  ///< that press beside nodes
+  };
+  std::vector<int> near;
+  std::vector<OnFacet> on_facet;
+  for (int t = 0; t < std::ssize(cloth_.triangles()); ++t) {
     near.clear();
-    for (int shape = 0; shape < shapes; ++shape) {
-      double& until = until_m_[t * shapes + shape];
-      if (until > travelled_m_ + reach_m_) continue;
-      until =
-          travelled_m_ + gap_beyond(shape, {facets[4 * t], facets[4 * t + 1], facets[4 * t + 2]});
-      if (until <= travelled_m_ + reach_m_) near.push_back(shape);
-    }
-    for (int f = 4 * static_cast<int>(t); !near.empty() && f < 4 * static_cast<int>(t) + 4; ++f) {
+    for (int shape = 0; shape < shapes; ++shape)
+      if (is_awake(t, shape)) near.push_back(shape);
+    for (int f = 4 * t; !near.empty() && f < 4 * t + 4; ++f) {
+      for (const int i : facets[f]) free_m2_[i] = margin_m_ * margin_m_;
       on_facet.clear();
-      for (const int shape : near)
-        if (gap_beyond(shape, {facets[f]}) <= reach_m_ && !is_on_pin(f, shape))
-          on_facet.push_back(shape);
-      if (on_facet.empty()) continue;
-      for (int k = 0; k < places_of(cuts_[f]); ++k)
-        for (const int shape : on_facet) {
-          if (k >= places_of(cuts_of(f, shape))) continue;
-          const int id = (first_[f] + k) * shapes + shape;
-          keep_until(id);
-          if (old != before_.end() && old->id == id)
-            sites_.push_back(*old++);
-          else
-            sites_.push_back(site_of(id, f));
+      for (const int shape : near) {
+        if (gap_beyond(shape, f, 1) > margin_m_) continue;
+        const bool places = !by_nodes_[at(f, shape)] && !is_on_pin(f, shape);
+        on_facet.push_back({shape, places ? places_of(cuts_of(f, shape)) : 0});
+      }
+      const int places = places_of(cuts_[f]);
+      for (int k = 0; !on_facet.empty() && k < places + 3; ++k)
+        for (const auto& [shape, pressing] : on_facet) {
+          const int corner = k - places;
+          if (corner < 0 ? k >= pressing
+                         : !owns_[f][corner] || node_area_m2_[at(facets[f][corner], shape)] <= 0)
+            continue;
+          Site site = site_of((first_[f] + k) * shapes + shape, f);
+          keep_until(site.id);
+          if (old != before_.end() && old->id == site.id) site.grip = (old++)->grip;
+          if (site.grip.limit > 0 || surroundings_.gap_m(shape, place_of(site)) <= margin_m_)
+            sites_.push_back(site);
         }
     }
   }
@@ -181,36 +266,55 @@ ObjectPushes::Site ObjectPushes::site_of(int id, int facet) const {
   site.id = id;
   site.facet = facet;
   site.shape = id % surroundings_.count();
-  const int cuts = cuts_of(facet, site.shape);
-  site.weight = weights_of(id / surroundings_.count() - first_[facet], cuts);
-  site.area_m2 = cloth_.triangles()[facet / 4].area / 4 * share_of(site.weight, cuts);
+  const int place = id / surroundings_.count() - first_[facet];
+  const int corner = place - places_of(cuts_[facet]);
+  if (corner >= 0) {
+    site.node = surface_.facets()[facet][corner];
+    site.weight = Vector3d::Unit(corner);
+    site.area_m2 = node_area_m2_[at(site.node, site.shape)];
+  } else {
+    const Place& of = places_[cuts_of(facet, site.shape)][place];
+    site.weight = of.weight;
+    site.area_m2 = cloth_.triangles()[facet / 4].area / 4 * of.share;
+  }
   return site;
 }
 
-void ObjectPushes::look(const State& state) {
+void ObjectPushes::see(const State& state) {
   if (seen_ == state) return;
   seen_ = state;
-  nodes_ = surface_.nodes(state);
-  bool listed = !listed_.empty();
+  surface_.find_nodes(state, nodes_);
+  looked_ = false;
+}
+
+void ObjectPushes::look(const State& state) {
+  see(state);
+  if (looked_) return;
+  looked_ = true;
+  products_.clear();
+  const double least_m = kLeastMargin * reach_m_;
+  bool listed = !free_m2_.empty() && (looks_ <= kManyLooks || margin_m_ <= least_m);
   for (std::size_t i = 0; listed && i < nodes_.size(); ++i)
-    listed = (nodes_[i] - listed_[i]).squaredNorm() <= reach_m_ * reach_m_;
-  if (!listed) list();
+    listed = (nodes_[i] - listed_[i]).squaredNorm() <= free_m2_[i];
+  if (!listed) {
+    if (looks_ < kFewLooks) margin_m_ *= 2;
+    if (looks_ > kManyLooks) margin_m_ /= 4;
+    margin_m_ = std::clamp(margin_m_, least_m, reach_m_);
+    looks_ = 0;
+    list();
+  }
+  ++looks_;
   energy_j_ = 0;
   on_nodes_.assign(nodes_.size(), Vector3d::Zero());
   for (Site& site : sites_) {
     site.place = place_of(site);
-    // No distance changes faster than a place.
-    if (!(site.gap_m > 0) ||
-        (site.place - site.looked_at).squaredNorm() >= site.gap_m * site.gap_m) {
-      site.looked_at = site.place;
-      site.gap_m = surroundings_.gap_m(site.shape, site.place);
-      press(site);
-    }
+    const Surroundings::Nearest nearest = surroundings_.nearest(site.shape, site.place);
+    const double pressed_j_per_m2 = press(site, nearest.gap_m);
     if (!site.acts()) continue;
     Vector3d force = Vector3d::Zero();
     if (site.pressure_pa > 0) {
-      site.normal = surroundings_.normal(site.shape, site.place);
-      energy_j_ += site.area_m2 * site.energy_j_per_m2;
+      site.normal = nearest.normal;
+      energy_j_ += site.area_m2 * pressed_j_per_m2;
       force = site.area_m2 * site.pressure_pa * site.normal;
     }
     if (site.grip.limit > 0) {
@@ -219,18 +323,23 @@ void ObjectPushes::look(const State& state) {
       force -= site.area_m2 * site.grip.stiffness_at(stretch, grip_stiffness_) * stretch;
     }
     site.force_n = force;
+    if (site.node >= 0) {
+      on_nodes_[site.node] += force;
+      continue;
+    }
     const std::array<int, 3>& node = surface_.facets()[site.facet];
     for (int k = 0; k < 3; ++k) on_nodes_[node[k]] += site.weight[k] * force;
   }
 }
 
-void ObjectPushes::press(Site& site) const {
-  const double depth = std::max(0.0, -site.gap_m), times = depth / kStiffen_m;
+/// Pressure and stiffness; returns the energy per area (J/m^2).
+double ObjectPushes::press(Site& site, double gap_m) const {
+  const double depth = std::max(0.0, -gap_m), times = depth / kStiffen_m;
   const double stiffness = is_firm() ? stiffness_ : kSoft * stiffness_;
   const double more = firmness_ > 0 ? times * times : 0;
   site.pressure_pa = stiffness * depth * (1 + more);
-  site.energy_j_per_m2 = stiffness * depth * depth * (1 + more / 2) / 2;
   site.n_per_m3 = stiffness * (1 + 3 * more);
+  return stiffness * depth * depth * (1 + more / 2) / 2;
 }
 
 double ObjectPushes::energy_j(const State& state) {
@@ -243,50 +352,35 @@ void ObjectPushes::add_forces(const State& state, State& force) {
   surface_.add_forces(on_nodes_, force);
 }
 
-/// a (p' n n^T - p G), with G the curvature of the distance, and the spring's.
-Vector3d ObjectPushes::product_of(const Site& site, const Vector3d& displacement) const {
-  Vector3d sum = Vector3d::Zero();
-  const double size = displacement.norm();
-  if (size <= 0) return sum;
-  if (site.pressure_pa > 0) {
-    sum += site.n_per_m3 * site.normal.dot(displacement) * site.normal;
-    const Vector3d step = kNormalStep_m / size * displacement;
-    const Vector3d turn = surroundings_.normal(site.shape, site.place + step) -
-                          surroundings_.normal(site.shape, site.place - step);
-    if (turn.norm() < kTurn) sum -= site.pressure_pa * size / (2 * kNormalStep_m) * turn;
-  }
-  if (site.grip.limit > 0)
-    sum += site.grip.product_at(stretch_of(site), grip_stiffness_, displacement);
-  return site.area_m2 * sum;
-}
-
 void ObjectPushes::add_products(const State& state, const State& direction, State& product) {
   look(state);
-  if (products_at_ != state) list_products();
-  products_at_ = state;
+  if (products_.empty()) list_products();
   const State moved = surface_.nodes(direction);
   State on_nodes(nodes_.size(), Vector3d::Zero());
-  Eigen::Matrix<double, 9, 1> of_nodes;
-  for (const FacetProducts& one : products_) {
+  for (const SiteProduct& one : products_) {
     const std::array<int, 3>& node = surface_.facets()[one.facet];
-    for (int k = 0; k < 3; ++k) of_nodes.segment<3>(3 * k) = moved[node[k]];
-    const Eigen::Matrix<double, 9, 1> of = one.second * of_nodes;
-    for (int k = 0; k < 3; ++k) on_nodes[node[k]] += of.segment<3>(3 * k);
+    Vector3d along = Vector3d::Zero();
+    for (int k = 0; k < 3; ++k) along += one.weight[k] * moved[node[k]];
+    along = one.second * along;
+    for (int k = 0; k < 3; ++k) on_nodes[node[k]] += one.weight[k] * along;
   }
   surface_.add_forces(on_nodes, product);
 }
 
+/// Second derivatives a (p' n n^T - p G), with G that of the distance, and the springs'.
 void ObjectPushes::list_products() {
-  products_.clear();
   for (const Site& site : sites_) {
     if (!site.acts()) continue;
-    if (products_.empty() || products_.back().facet != site.facet)
-      products_.push_back({site.facet, Eigen::Matrix<double, 9, 9>::Zero()});
-    Matrix3d of;
-    for (int axis = 0; axis < 3; ++axis) of.col(axis) = product_of(site, Vector3d::Unit(axis));
-    for (int a = 0; a < 3; ++a)
-      for (int b = 0; b < 3; ++b)
-        products_.back().second.block<3, 3>(3 * a, 3 * b) += site.weight[a] * site.weight[b] * of;
+    Matrix3d second = Matrix3d::Zero();
+    if (site.pressure_pa > 0)
+      second = site.n_per_m3 * site.normal * site.normal.transpose() -
+               site.pressure_pa * surroundings_.curvature(site.shape, site.place);
+    if (site.grip.limit > 0) {
+      const Vector3d stretch = stretch_of(site);
+      for (int axis = 0; axis < 3; ++axis)
+        second.col(axis) += site.grip.product_at(stretch, grip_stiffness_, Vector3d::Unit(axis));
+    }
+    products_.push_back({site.facet, site.weight, site.area_m2 * second});
   }
 }
 
@@ -350,41 +444,64 @@ std::vector<Support> ObjectPushes::supports(const State& state) {
 
 /// Places press by tenths of a micrometre and take turns with their neighbours. So that a settling
 /// loses no traction, and the cloth does not creep, the others of a triangle that press on the same
-/// object bear what a place bore that presses less, as far as their limits let them.
+/// object bear what a place bore that presses less, as far as their limits let them. A node has its
+/// part in each triangle around.
 void ObjectPushes::settle(const State& state) {
   look(state);
-  products_at_.clear();
   struct Held {
     Vector3d lost = Vector3d::Zero();  ///< force (N)
     double free_n = 0;                 ///< below the limits
   };
   std::vector<Held> held(until_m_.size());
-  const auto held_of = [&](const Site& site) -> Held& {
-    return held[site.facet / 4 * surroundings_.count() + site.shape];
+  /// visit(triangle's, area) for each part of a site.
+  const auto visit_parts = [&](const Site& site, auto visit) {
+    if (site.node < 0) return visit(held[at(site.facet / 4, site.shape)], site.area_m2);
+    for (int k = first_of_node_[site.node]; k < first_of_node_[site.node + 1]; ++k) {
+      const int f = facet_of_node_[k];
+      if (by_nodes_[at(f, site.shape)] && !is_on_pin(f, site.shape))
+        visit(held[at(f / 4, site.shape)], cloth_.triangles()[f / 4].area / 12);
+    }
   };
   const auto free_of = [&](const Site& site) {
     return std::max(0.0, site.grip.limit - grip_stiffness_ * site.grip.stretch.norm());
   };
   for (Site& site : sites_) {
     ContactMemory::Grip& grip = site.grip;
-    const Vector3d stretch = grip.limit > 0 ? stretch_of(site) : Vector3d::Zero();
-    Held& of = held_of(site);
-    if (grip.limit > 0)
-      of.lost += site.area_m2 * grip.stiffness_at(stretch, grip_stiffness_) * stretch;
+    if (grip.limit <= 0) continue;
+    grip.stretch = stretch_of(site);
+    visit_parts(site, [&](Held& of, double area_m2) {
+      of.lost += area_m2 * grip.stiffness_at(grip.stretch, grip_stiffness_) * grip.stretch;
+    });
+    grip.limit = 0;
+  }
+  choose();
+  if (weigh()) {
+    list();
+    looked_ = false;
+    look(state);
+  }
+  for (Site& site : sites_) {
+    ContactMemory::Grip& grip = site.grip;
+    const Vector3d stretch = grip.stretch;
     grip = {};
     if (site.pressure_pa <= 0 || friction_ <= 0) continue;
     grip = {site.place, site.normal, stretch, friction_ * site.pressure_pa};
     grip.settle(grip_stiffness_);
-    of.lost -= site.area_m2 * grip_stiffness_ * grip.stretch;
-    of.free_n += site.area_m2 * free_of(site);
+    visit_parts(site, [&](Held& of, double area_m2) {
+      of.lost -= area_m2 * grip_stiffness_ * grip.stretch;
+      of.free_n += area_m2 * free_of(site);
+    });
   }
   for (Site& site : sites_) {
-    const Held& of = held_of(site);
-    if (site.grip.limit <= 0 || of.free_n <= 0) continue;
-    site.grip.stretch += free_of(site) / (grip_stiffness_ * of.free_n) * of.lost;
+    if (site.grip.limit <= 0) continue;
+    Vector3d more = Vector3d::Zero();
+    visit_parts(site, [&](const Held& of, double area_m2) {
+      if (of.free_n > 0) more += area_m2 / of.free_n * of.lost;
+    });
+    site.grip.stretch += free_of(site) / (grip_stiffness_ * site.area_m2) * more;
     site.grip.settle(grip_stiffness_);
   }
-  seen_.clear();
+  looked_ = false;
 }
 
 double ObjectPushes::clear_part(const State& from, const State& to, bool led) {
@@ -392,12 +509,16 @@ double ObjectPushes::clear_part(const State& from, const State& to, bool led) {
   for (int i = 0; !led && !far && i < cloth_.points(); ++i)
     far = (to[i] - from[i]).squaredNorm() > kThrough_m * kThrough_m / 4;
   if (!far) return 1;
-  const State start = surface_.nodes(from), end = surface_.nodes(to);
+  const bool known = seen_ == from && !listed_.empty();
+  const State start = known ? nodes_ : surface_.nodes(from), end = surface_.nodes(to);
   double part = 1;
-  for (std::size_t i = 0; i < start.size(); ++i) {
+  for (int corner = 0; corner < 3 * std::ssize(owns_); ++corner) {
+    if (!owns_[corner / 3][corner % 3]) continue;
+    const int i = surface_.facets()[corner / 3][corner % 3];
     const double path = (end[i] - start[i]).norm();
     if (path < kThrough_m) continue;
     for (int shape = 0; shape < surroundings_.count(); ++shape) {
+      if (known && until_m_[at(corner / 12, shape)] > travelled_m_ + reach_m_ + path) continue;
       const auto beyond = [&](double fraction) {
         const Vector3d there = start[i] + fraction * (end[i] - start[i]);
         return surroundings_.normal(shape, start[i]).dot(surroundings_.normal(shape, there)) <
@@ -445,10 +566,11 @@ void ObjectPushes::remember(ContactMemory& memory) const {
   memory.mesh_m = cloth_.mesh().points_m;
   memory.places_m = places_m();
   memory.firmness = firmness_;
+  memory.by_nodes = by_nodes_;
   memory.objects.clear();
   for (const Site& site : sites_)
     if (site.grip.limit > 0)
-      memory.objects.push_back({site.id, site.shape, material_of(site), site.grip});
+      memory.objects.push_back({site.id, site.shape, material_of(site), reach_of(site), site.grip});
 }
 
 Vector2d ObjectPushes::material_of(const Site& site) const {
@@ -459,20 +581,31 @@ Vector2d ObjectPushes::material_of(const Site& site) const {
   return sum;
 }
 
+/// Distance from a site within which another mesh goes on from it.
+double ObjectPushes::reach_of(const Site& site) const {
+  return site.node >= 0 ? nodes_m_ : ContactMemory::kReach * places_m();
+}
+
 void ObjectPushes::take_over(const ContactMemory& memory, const State& state) {
-  products_at_.clear();
   firmness_ = memory.firmness;
   divide();
-  if (memory.mesh_m == cloth_.mesh().points_m && memory.places_m == places_m()) {
-    for (const ContactMemory::OnObject& place : memory.objects) {
-      const auto after =
-          std::upper_bound(first_.begin(), first_.end(), place.site / surroundings_.count());
-      sites_.push_back(site_of(place.site, static_cast<int>(after - first_.begin()) - 1));
-      sites_.back().grip = place.grip;
+  if (memory.mesh_m == cloth_.mesh().points_m) {
+    by_nodes_ = memory.by_nodes;
+    if (memory.places_m == places_m()) {
+      see(state);
+      if (!by_nodes_.empty()) (void)weigh();
+      for (const ContactMemory::OnObject& place : memory.objects) {
+        const auto after =
+            std::upper_bound(first_.begin(), first_.end(), place.site / surroundings_.count());
+        sites_.push_back(site_of(place.site, static_cast<int>(after - first_.begin()) - 1));
+        sites_.back().grip = place.grip;
+      }
+      return;
     }
-    return;
   }
-  const double reach = ContactMemory::kReach * std::max(places_m(), memory.places_m);
+  double reach = std::max(nodes_m_, ContactMemory::kReach * places_m());
+  for (const ContactMemory::OnObject& place : memory.objects)
+    reach = std::max(reach, place.reach_m);
   const auto cell_of = [&](const Vector2d& p, int shape) {
     return std::array<int, 3>{shape, static_cast<int>(std::floor(p.x() / reach)),
                               static_cast<int>(std::floor(p.y() / reach))};
@@ -482,17 +615,18 @@ void ObjectPushes::take_over(const ContactMemory& memory, const State& state) {
     cells[cell_of(place.material_m, place.shape)].push_back(&place);
   look(state);
   for (Site& site : sites_) {
-    const Vector2d at = material_of(site);
-    const std::array<int, 3> cell = cell_of(at, site.shape);
+    const Vector2d here = material_of(site);
+    const std::array<int, 3> cell = cell_of(here, site.shape);
     const ContactMemory::OnObject* nearest = nullptr;
-    double least2 = reach * reach;
+    double least2 = std::numeric_limits<double>::infinity();
     for (int i = -1; i <= 1; ++i)
       for (int j = -1; j <= 1; ++j) {
         const auto found = cells.find({cell[0], cell[1] + i, cell[2] + j});
         if (found == cells.end()) continue;
         for (const ContactMemory::OnObject* place : found->second) {
-          const double distance2 = (place->material_m - at).squaredNorm();
-          if (distance2 >= least2) continue;
+          const double distance2 = (place->material_m - here).squaredNorm();
+          const double most = std::max(reach_of(site), place->reach_m);
+          if (distance2 >= std::min(least2, most * most)) continue;
           least2 = distance2;
           nearest = place;
         }
@@ -503,7 +637,7 @@ void ObjectPushes::take_over(const ContactMemory& memory, const State& state) {
     site.grip.normal = surroundings_.normal(site.shape, site.grip.place);
     site.grip.settle(grip_stiffness_);
   }
-  seen_.clear();
+  looked_ = false;
 }
 
 }  // namespace drape::simulate

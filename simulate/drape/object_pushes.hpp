@@ -24,6 +24,13 @@ namespace drape::simulate {
 /// is held on a surface are left out: two pins on a round body hold the cloth between them inside
 /// it.
 ///
+/// A facet whose corners all face one flat face presses by its nodes alone: the gap is linear
+/// between them, so nothing is deeper. Which facets do is chosen by settle(), for a choice amid a
+/// descent would make its energy jump; once places are firm, a facet only leaves them.
+///
+/// Places are listed with those that may touch until a node moves by a margin, and looked at
+/// alone; the margin follows the motion, and the energy does not depend on it.
+///
 /// Friction is elastic and plastic: each place that presses has a tangential spring that yields at
 /// the coefficient times its pressure; settle() moves it, once per increment of load or of time.
 /// Limits and places of springs stay those of the last settle() meanwhile, so that there is an
@@ -66,37 +73,52 @@ class ObjectPushes : public Pushes {
   struct Site {
     int id = 0;  ///< place times shapes, plus shape
     int facet = 0, shape = 0;
+    int node = -1;           ///< of the surface, where a node presses; -1: a place of the facet
     Eigen::Vector3d weight;  ///< of the facet's nodes
     double area_m2 = 0;
     ContactMemory::Grip grip;
-    Eigen::Vector3d looked_at;  ///< where the gap is from
-    double gap_m = 0, pressure_pa = 0, energy_j_per_m2 = 0, n_per_m3 = 0;
-    Eigen::Vector3d place;            ///< as looked at last
-    Eigen::Vector3d normal, force_n;  ///< where it acts
+    double pressure_pa = 0, n_per_m3 = 0;
+    Eigen::Vector3d place, normal, force_n;  ///< as looked at last, where it acts
 
     [[nodiscard]] bool acts() const { return pressure_pa > 0 || grip.limit > 0; }
   };
-  /// Second derivative of the energy of a facet's places, by its nodes.
-  struct FacetProducts {
+  /// A place of a facet, and its share of the area.
+  struct Place {
+    Eigen::Vector3d weight;
+    double share = 0;
+  };
+  /// Second derivative of a site's energy, by its place.
+  struct SiteProduct {
     int facet = 0;
-    Eigen::Matrix<double, 9, 9> second;
+    Eigen::Vector3d weight;
+    Eigen::Matrix3d second;
   };
   [[nodiscard]] double places_m() const;
   [[nodiscard]] double sharp_places_m() const;
   void divide();
   [[nodiscard]] int cuts_of(int facet, int shape) const;
-  void press(Site& site) const;
+  [[nodiscard]] double press(Site& site, double gap_m) const;
+  void see(const MeshCloth::State& state);
   void look(const MeshCloth::State& state);
+  void wake();
   void list();
+  void choose();
+  bool weigh();
+  [[nodiscard]] double gap_beyond(int shape, int facet, int facets) const;
+  [[nodiscard]] double reach_of(const Site& site) const;
   [[nodiscard]] Site site_of(int id, int facet) const;
   [[nodiscard]] bool is_on_pin(int facet, int shape) const;
   [[nodiscard]] Eigen::Vector2d material_of(const Site& site) const;
-  [[nodiscard]] Eigen::Vector3d product_of(const Site& site,
-                                           const Eigen::Vector3d& displacement) const;
   void list_products();
   [[nodiscard]] Eigen::Vector3d place_of(const Site& site) const;
   [[nodiscard]] Eigen::Vector3d stretch_of(const Site& site) const {
     return site.grip.stretch_at(site.place);
+  }
+  [[nodiscard]] std::size_t at(int item, int shape) const {
+    return static_cast<std::size_t>(item) * surroundings_.count() + shape;
+  }
+  [[nodiscard]] bool is_awake(int triangle, int shape) const {
+    return until_m_[at(triangle, shape)] <= travelled_m_ + reach_m_;
   }
 
   const MeshCloth& cloth_;
@@ -104,19 +126,27 @@ class ObjectPushes : public Pushes {
   const Surroundings& surroundings_;
   ClothSurface surface_;
   double friction_, stiffness_, grip_stiffness_;  ///< N/m^3
-  double reach_m_ = 0;
+  double reach_m_ = 0, nodes_m_ = 0;              ///< distance of nodes
   int firmness_ = 0;
-  std::vector<int> cuts_, first_;        ///< by facet: parts of a side; first place
-  std::vector<Site> sites_;              ///< by id
-  double energy_j_ = 0;                  ///< of the state looked at last
-  MeshCloth::State on_nodes_;            ///< forces (N) there
-  std::vector<Site> before_;             ///< those of the last list; kept for its memory
-  MeshCloth::State seen_, nodes_;        ///< the state looked at last, and its surface
-  MeshCloth::State products_at_;         ///< state of products_; empty: none
-  std::vector<FacetProducts> products_;  ///< by facet, where something acts
-  MeshCloth::State listed_;              ///< nodes when sites were listed
-  double travelled_m_ = 0;               ///< sum of the largest displacements between lists
-  std::vector<double> until_m_;  ///< by triangle and shape: travelled_m_ until it may be near
+  std::vector<int> cuts_, first_;                   ///< by facet: parts of a side; first place
+  std::vector<std::vector<Place>> places_;          ///< by cuts
+  std::vector<std::array<bool, 3>> owns_;           ///< by facet: no facet before has that node
+  std::vector<int> first_of_node_, facet_of_node_;  ///< facets around a node
+  std::vector<bool> by_nodes_;                      ///< by facet and shape; empty: not chosen yet
+  std::vector<double> node_area_m2_;                ///< by node and shape; empty: not weighed yet
+  std::vector<Site> sites_;                         ///< by id
+  double energy_j_ = 0;                             ///< of the state looked at last
+  MeshCloth::State on_nodes_;                       ///< forces (N) there
+  std::vector<Site> before_;                        ///< those of the last list; kept for its memory
+  MeshCloth::State seen_, nodes_;                   ///< the state seen last, and its surface
+  bool looked_ = false;                ///< energy and forces are those of the state seen last
+  std::vector<SiteProduct> products_;  ///< of the state looked at; empty: not listed
+  MeshCloth::State listed_;            ///< nodes when sites were listed
+  double margin_m_ = 0;                ///< gap up to which sites were listed
+  std::vector<double> free_m2_;        ///< squared displacement that a node may have meanwhile
+  int looks_ = 0;                      ///< at this list
+  double travelled_m_ = 0;             ///< sum of the largest displacements between lists
+  std::vector<double> until_m_;        ///< by triangle and shape: travelled_m_ until it may be near
 };
 
 }  // namespace drape::simulate

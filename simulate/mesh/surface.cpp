@@ -74,15 +74,21 @@ ClothSurface::ClothSurface(const MeshCloth& cloth)
 }
 
 MeshCloth::State ClothSurface::nodes(const MeshCloth::State& state) const {
-  MeshCloth::State places(state.begin(), state.begin() + cloth_.points());
-  places.reserve(state.size());
+  MeshCloth::State places;
+  find_nodes(state, places);
+  return places;
+}
+
+void ClothSurface::find_nodes(const MeshCloth::State& state, MeshCloth::State& places) const {
+  const auto points = static_cast<std::size_t>(cloth_.points());
+  places.resize(state.size());
+  std::copy_n(state.begin(), points, places.begin());
   for (std::size_t e = 0; e + 1 < begin_.size(); ++e) {
     Vector3d sum = Vector3d::Zero();
     for (std::size_t k = begin_[e]; k < begin_[e + 1]; ++k)
       sum += middle_[k].second * state[middle_[k].first];
-    places.push_back(sum);
+    places[points + e] = sum;
   }
-  return places;
 }
 
 void ClothSurface::add_forces(const MeshCloth::State& on_nodes, MeshCloth::State& force) const {

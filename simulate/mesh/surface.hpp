@@ -34,6 +34,7 @@ class ClothSurface {
   [[nodiscard]] const std::vector<std::array<int, 3>>& facets() const { return facets_; }
   /// Places of all nodes (m).
   [[nodiscard]] MeshCloth::State nodes(const MeshCloth::State& state) const;
+  void find_nodes(const MeshCloth::State& state, MeshCloth::State& places) const;
   /// Adds what forces (N) on the nodes, or on the points alone, do to the unknowns (N; N m for the
   /// sides).
   void add_forces(const MeshCloth::State& on_nodes, MeshCloth::State& force) const;

@@ -10,12 +10,14 @@
 namespace drape::simulate {
 namespace {
 
+using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
 constexpr double kThinnest = 1e-4;  // m; of a body that is always found on a path
 constexpr double kShortest = 1e-3;  // relative to the path, to the next place looked at
 constexpr int kBisections = 40;     // halvings of the path into a body
 constexpr double kRound_m = 2e-3;   // radius from which an edge is not sharp
+constexpr double kSharp_m = 2e-6;   // radius below which a surface has no curvature
 
 template <class Body>
 double gap_of(const Body& body, const Vector3d& p) {
@@ -41,51 +43,112 @@ double gap_of(const PlacedMesh& body, const Vector3d& p) {
   return body.mesh->distance(frame.rotation.transpose() * (p - frame.translation_m)).gap_m;
 }
 
-Vector3d normal_of(const Plane& plane, const Vector3d&) {
-  return plane.normal_in_world;
+using Nearest = Surroundings::Nearest;
+
+Nearest nearest_of(const Plane& plane, const Vector3d& p) {
+  return {distance_to(plane, p), plane.normal_in_world, 0};
 }
 
-Vector3d normal_of(const Cylinder& body, const Vector3d& p) {
-  const Vector3d q = in_cylinder(body, p);
-  Eigen::Vector2d out = beyond(body, q).cwiseMax(0.0);
-  if (out.isZero(0)) {
-    const Eigen::Vector2d d = beyond(body, q);
-    (d.x() > d.y() ? out.x() : out.y()) = 1;
+Nearest nearest_of(const Table& table, const Vector3d& p) {
+  return {gap_of(table, p), Vector3d::UnitZ(), 0};
+}
+
+Nearest nearest_of(const Sphere& sphere, const Vector3d& p) {
+  const Vector3d out = p - sphere.centre_in_world;
+  const double distance = out.norm();
+  return {distance - sphere.radius_m, distance > 0 ? Vector3d(out / distance) : Vector3d::UnitZ(),
+          -1};
+}
+
+Nearest nearest_of(const PlacedMesh& body, const Vector3d& p) {
+  const WorldFromObject& frame = body.world_from_mesh;
+  const ClosedMesh::Distance found =
+      body.mesh->distance(frame.rotation.transpose() * (p - frame.translation_m));
+  return {found.gap_m, frame.rotation * found.normal, found.face};
+}
+
+/// Gap and outward direction, in its own coordinates, of a body that is grown by a radius from
+/// where `over` is not positive; where at most one coordinate is over, the axis of its face.
+template <int N>
+struct Grown {
+  double gap_m = 0;
+  Eigen::Matrix<double, N, 1> out;
+  int axis = -1;
+
+  Grown(const Eigen::Matrix<double, N, 1>& over, double radius_m) : out(over.cwiseMax(0.0)) {
+    Eigen::Index most = 0;
+    const double farthest = over.maxCoeff(&most), beyond = out.norm();
+    gap_m = beyond + std::min(0.0, farthest) - radius_m;
+    if ((over.array() > 0).count() <= 1) {
+      axis = static_cast<int>(most);
+      out.setZero();
+      out[most] = 1;
+    } else {
+      out /= beyond;
+    }
   }
+};
+
+Nearest nearest_of(const Cylinder& body, const Vector3d& p) {
+  const Vector3d q = in_cylinder(body, p);
+  const Grown<2> grown(beyond(body, q), body.edge_radius_m);
   const double across = q.head<2>().norm();
   const Eigen::Vector2d away =
       across > 0 ? Eigen::Vector2d(q.head<2>() / across) : Eigen::Vector2d::UnitX();
-  const Vector3d local(out.x() * away.x(), out.x() * away.y(), std::copysign(out.y(), q.z()));
-  return body.world_from_cylinder.rotation * local.normalized();
+  const Vector3d local(grown.out.x() * away.x(), grown.out.x() * away.y(),
+                       std::copysign(grown.out.y(), q.z()));
+  return {grown.gap_m, body.world_from_cylinder.rotation * local,
+          grown.axis == 1 ? (q.z() > 0 ? 1 : 0) : -1};
 }
 
-Vector3d normal_of(const PlacedMesh& body, const Vector3d& p) {
-  const WorldFromObject& frame = body.world_from_mesh;
-  return frame.rotation *
-         body.mesh->distance(frame.rotation.transpose() * (p - frame.translation_m)).normal;
-}
-
-Vector3d normal_of(const Sphere& sphere, const Vector3d& p) {
-  const Vector3d out = p - sphere.centre_in_world;
-  const double distance = out.norm();
-  return distance > 0 ? Vector3d(out / distance) : Vector3d::UnitZ();
-}
-
-Vector3d normal_of(const Table&, const Vector3d&) {
-  return Vector3d::UnitZ();
-}
-
-Vector3d normal_of(const Box& box, const Vector3d& p) {
+Nearest nearest_of(const Box& box, const Vector3d& p) {
   const Vector3d q = in_box(box, p);
-  const Vector3d d = beyond(box, q);
-  Vector3d out = d.cwiseMax(0.0);
-  if (out.isZero(0)) {
-    Eigen::Index axis = 0;
-    d.maxCoeff(&axis);
-    out[axis] = 1;
-  }
-  for (int i = 0; i < 3; ++i) out[i] = std::copysign(out[i], q[i]);
-  return box.world_from_box.rotation * out.normalized();
+  Grown<3> grown(beyond(box, q), box.edge_radius_m);
+  for (int i = 0; i < 3; ++i) grown.out[i] = std::copysign(grown.out[i], q[i]);
+  const int axis = grown.axis;
+  return {grown.gap_m, box.world_from_box.rotation * grown.out,
+          axis < 0 ? -1 : 2 * axis + (q[axis] > 0 ? 1 : 0)};
+}
+
+/// Curvature of a sphere about the point's nearest place, among the directions of `across`.
+Matrix3d curved(const Vector3d& normal, double radius_m, const Matrix3d& across) {
+  if (radius_m < kSharp_m) return Matrix3d::Zero();
+  return (across - normal * normal.transpose()) / radius_m;
+}
+
+template <class Flat>
+Matrix3d curvature_of(const Flat&, const Vector3d&) {
+  return Matrix3d::Zero();
+}
+
+Matrix3d curvature_of(const Sphere& sphere, const Vector3d& p) {
+  const Nearest nearest = nearest_of(sphere, p);
+  return curved(nearest.normal, sphere.radius_m + nearest.gap_m, Matrix3d::Identity());
+}
+
+Matrix3d curvature_of(const Box& box, const Vector3d& p) {
+  const Nearest nearest = nearest_of(box, p);
+  if (nearest.face >= 0) return Matrix3d::Zero();
+  const Vector3d over = beyond(box, in_box(box, p));
+  const Matrix3d& turn = box.world_from_box.rotation;
+  const Vector3d along = (over.array() > 0).cast<double>();
+  return curved(nearest.normal, box.edge_radius_m + nearest.gap_m,
+                turn * along.asDiagonal() * turn.transpose());
+}
+
+Matrix3d curvature_of(const Cylinder& body, const Vector3d& p) {
+  const Vector3d q = in_cylinder(body, p);
+  const double across = q.head<2>().norm();
+  if (!(across > kSharp_m)) return Matrix3d::Zero();
+  const Nearest nearest = nearest_of(body, p);
+  const Matrix3d& turn = body.world_from_cylinder.rotation;
+  const Vector3d around = turn * Vector3d(-q.y() / across, q.x() / across, 0);
+  const Vector3d away = turn * Vector3d(q.x() / across, q.y() / across, 0);
+  Matrix3d sum = nearest.normal.dot(away) / across * around * around.transpose();
+  if ((beyond(body, q).array() > 0).all())
+    sum += curved(nearest.normal, body.edge_radius_m + nearest.gap_m,
+                  Matrix3d::Identity() - around * around.transpose());
+  return sum;
 }
 
 double top_of(const Sphere& sphere) {
@@ -146,8 +209,12 @@ double Surroundings::gap_m(int shape, const Vector3d& p) const {
   return std::visit([&p](const auto& s) { return gap_of(s, p); }, shapes_[shape]);
 }
 
-Vector3d Surroundings::normal(int shape, const Vector3d& p) const {
-  return std::visit([&p](const auto& s) { return normal_of(s, p); }, shapes_[shape]);
+Surroundings::Nearest Surroundings::nearest(int shape, const Vector3d& p) const {
+  return std::visit([&p](const auto& s) { return nearest_of(s, p); }, shapes_[shape]);
+}
+
+Matrix3d Surroundings::curvature(int shape, const Vector3d& p) const {
+  return std::visit([&p](const auto& s) { return curvature_of(s, p); }, shapes_[shape]);
 }
 
 std::optional<double> Surroundings::first_entry(int shape, const Vector3d& from, const Vector3d& to,

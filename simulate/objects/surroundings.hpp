@@ -60,8 +60,19 @@ class Surroundings {
   }
   /// Signed distance of a world point from the surface (m), negative inside.
   [[nodiscard]] double gap_m(int shape, const Eigen::Vector3d& point_in_world) const;
-  /// Outward unit normal at the nearest surface point, world frame.
-  [[nodiscard]] Eigen::Vector3d normal(int shape, const Eigen::Vector3d& point_in_world) const;
+  struct Nearest {
+    double gap_m = 0;        ///< as gap_m()
+    Eigen::Vector3d normal;  ///< outward unit normal at the nearest surface point, world frame
+    /// Number of the flat face that the point lies before or behind, -1: none, as at edges and on
+    /// round bodies. Between points of one face the gap is linear.
+    int face = -1;
+  };
+  [[nodiscard]] Nearest nearest(int shape, const Eigen::Vector3d& point_in_world) const;
+  /// Second derivative of the gap (1/m). None where a surface is sharper than 2 um, and of meshes.
+  [[nodiscard]] Eigen::Matrix3d curvature(int shape, const Eigen::Vector3d& point_in_world) const;
+  [[nodiscard]] Eigen::Vector3d normal(int shape, const Eigen::Vector3d& point_in_world) const {
+    return nearest(shape, point_in_world).normal;
+  }
   /// The first place on the segment between two points that lies deeper than `deep_m` in the
   /// shape, as a fraction of it; nothing when there is none. The segment is walked by the distance
   /// that is free around each place (Hart 1996); what is thinner than 0.1 mm or a thousandth of

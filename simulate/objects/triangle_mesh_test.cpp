@@ -117,5 +117,44 @@ TEST(Cylinder, DistancesAreExact) {
   EXPECT_NEAR(shapes.top_z_m(), 0.05, 1e-15);
 }
 
+/// Gap, normal and curvature are derivatives of each other, at faces, edges, corners and rims.
+TEST(Surroundings, NormalAndCurvatureAreTheDerivativesOfTheGap) {
+  Surroundings shapes;
+  const WorldFromObject turned{
+      Eigen::AngleAxisd(0.6, Vector3d(1, 2, 3).normalized()).toRotationMatrix(),
+      Vector3d(0.003, 0, 0.001)};
+  shapes.add(drape::Sphere{{0.001, 0, 0}, 0.02});
+  shapes.add(Box{turned, {0.03, 0.02, 0.04}, 0.005});
+  shapes.add(drape::Cylinder{turned, 0.02, 0.03, 0.005});
+  shapes.add(drape::Plane{Vector3d::Zero(), Vector3d(1, 2, 3).normalized()});
+  constexpr double kStep = 1e-7;
+  int on_faces = 0, looked_at = 0;
+  for (int shape = 0; shape < shapes.count(); ++shape)
+    for (int k = 0; k < 300; ++k) {
+      Vector3d p(0.02 * std::sin(1.1 * k), 0.02 * std::sin(2.3 * k + 1),
+                 0.02 * std::sin(0.7 * k + 2));
+      for (int pull = 0; pull < 3; ++pull) {
+        const Surroundings::Nearest nearest = shapes.nearest(shape, p);
+        p += (1e-4 - nearest.gap_m) * nearest.normal;
+      }
+      if (shapes.gap_m(shape, p) < 0) continue;
+      ++looked_at;
+      const Surroundings::Nearest here = shapes.nearest(shape, p);
+      EXPECT_NEAR(here.gap_m, shapes.gap_m(shape, p), 1e-15);
+      on_faces += here.face >= 0 ? 1 : 0;
+      const Eigen::Matrix3d curvature = shapes.curvature(shape, p);
+      EXPECT_TRUE(here.face < 0 || curvature.norm() < 1e-12);
+      for (int axis = 0; axis < 3; ++axis) {
+        const Vector3d step = kStep * Vector3d::Unit(axis);
+        EXPECT_NEAR((shapes.gap_m(shape, p + step) - shapes.gap_m(shape, p - step)) / (2 * kStep),
+                    here.normal[axis], 1e-6);
+        const Vector3d turn = shapes.normal(shape, p + step) - shapes.normal(shape, p - step);
+        EXPECT_LT((turn / (2 * kStep) - curvature.col(axis)).norm(), 1e-3) << shape << " " << k;
+      }
+    }
+  EXPECT_GT(on_faces, 300);
+  EXPECT_GT(looked_at - on_faces, 300);
+}
+
 }  // namespace
 }  // namespace drape::simulate
