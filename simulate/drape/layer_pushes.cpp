@@ -131,10 +131,12 @@ void LayerPushes::offer(const LayerPair& pair) {
 void LayerPushes::look(const State& state) {
   if (seen_ == state) return;
   seen_ = state;
-  nodes_ = surface_.nodes(state);
+  surface_.find_nodes(state, nodes_);
   if (settled_.empty()) settled_ = nodes_;
   if (!is_listed(nodes_)) list(nodes_, nodes_);
   presses_.clear();
+  products_.clear();
+  are_products_ = false;
   for (const Pair& pair : pairs_) {
     if (pair.part == 0 || are_apart(pair.of, nodes_, pair.thickness_m)) continue;
     const NearestPoints nearest = nearest_points(pair.of, nodes_);
@@ -186,27 +188,25 @@ void LayerPushes::add_forces(const State& state, State& force) {
 /// displacements of the nodes, with C that of half the squared distance.
 void LayerPushes::add_products(const State& state, const State& direction, State& product) {
   look(state);
-  const Nodes moved = surface_.nodes(direction);
-  State on_nodes(state.size(), Vector3d::Zero());
-  for (const Press& press : presses_) {
-    const NearestPoints nearest = nearest_points(press.of, nodes_);
-    Eigen::Matrix<double, 12, 1> nodes, across;
-    for (int k = 0; k < 4; ++k) {
-      nodes.segment<3>(3 * k) = moved[press.of.node[k]];
-      across.segment<3>(3 * k) = press.weight[k] * press.normal;
+  if (!are_products_) {
+    for (const Press& press : presses_) {
+      const NearestPoints nearest = nearest_points(press.of, nodes_);
+      Eigen::Matrix<double, 12, 1> across;
+      for (int k = 0; k < 4; ++k) across.segment<3>(3 * k) = press.weight[k] * press.normal;
+      const double bend = press.force_n / nearest.apart.norm();
+      products_.add(press.of.node, (press.n_per_m + bend) * across * across.transpose() -
+                                       bend * distance_curvature(press.of, nearest, nodes_));
     }
-    const double nearer = across.dot(nodes), bend = press.force_n / nearest.apart.norm();
-    const Eigen::Matrix<double, 12, 1> of =
-        (press.n_per_m + bend) * nearer * across -
-        bend * (distance_curvature(press.of, nearest, nodes_) * nodes);
-    for (int k = 0; k < 4; ++k) on_nodes[press.of.node[k]] += of.segment<3>(3 * k);
+    for (const Spring& spring : springs_) {
+      const Vector3d stretch = stretch_of(spring);
+      Matrix3d second;
+      for (int axis = 0; axis < 3; ++axis)
+        second.col(axis) = spring.grip.product_at(stretch, stiffness_, Vector3d::Unit(axis));
+      products_.add(spring.of.node, spring.weight, second);
+    }
+    are_products_ = true;
   }
-  for (const Spring& spring : springs_) {
-    const Vector3d along = spring.grip.product_at(stretch_of(spring), stiffness_,
-                                                  mix(spring.of, spring.weight, moved));
-    for (int k = 0; k < 4; ++k) on_nodes[spring.of.node[k]] += spring.weight[k] * along;
-  }
-  surface_.add_forces(on_nodes, product);
+  products_.add_products(surface_, direction, product);
 }
 
 /// The matrix has no pairs of points across layers: with w the weights of both, whose sizes sum to

@@ -99,6 +99,8 @@ class LayerPushes : public Pushes {
   Nodes nodes_;                  ///< of its surface
   std::vector<Press> presses_;
   std::vector<Spring> springs_;  ///< by pair
+  SurfaceProducts products_;     ///< of the state looked at ...
+  bool are_products_ = false;    ///< ... if they are listed
 };
 
 }  // namespace drape::simulate

@@ -292,6 +292,7 @@ void ObjectPushes::look(const State& state) {
   if (looked_) return;
   looked_ = true;
   products_.clear();
+  are_products_ = false;
   const double least_m = kLeastMargin * reach_m_;
   bool listed = !free_m2_.empty() && (looks_ <= kManyLooks || margin_m_ <= least_m);
   for (std::size_t i = 0; listed && i < nodes_.size(); ++i)
@@ -352,25 +353,11 @@ void ObjectPushes::add_forces(const State& state, State& force) {
   surface_.add_forces(on_nodes_, force);
 }
 
+/// Second derivatives a (p' n n^T - p G), with G that of the distance, and the springs'.
 void ObjectPushes::add_products(const State& state, const State& direction, State& product) {
   look(state);
-  if (products_.empty()) list_products();
-  const State moved = surface_.nodes(direction);
-  State on_nodes(nodes_.size(), Vector3d::Zero());
-  for (const SiteProduct& one : products_) {
-    const std::array<int, 3>& node = surface_.facets()[one.facet];
-    Vector3d along = Vector3d::Zero();
-    for (int k = 0; k < 3; ++k) along += one.weight[k] * moved[node[k]];
-    along = one.second * along;
-    for (int k = 0; k < 3; ++k) on_nodes[node[k]] += one.weight[k] * along;
-  }
-  surface_.add_forces(on_nodes, product);
-}
-
-/// Second derivatives a (p' n n^T - p G), with G that of the distance, and the springs'.
-void ObjectPushes::list_products() {
   for (const Site& site : sites_) {
-    if (!site.acts()) continue;
+    if (are_products_ || !site.acts()) continue;
     Matrix3d second = Matrix3d::Zero();
     if (site.pressure_pa > 0)
       second = site.n_per_m3 * site.normal * site.normal.transpose() -
@@ -380,8 +367,11 @@ void ObjectPushes::list_products() {
       for (int axis = 0; axis < 3; ++axis)
         second.col(axis) += site.grip.product_at(stretch, grip_stiffness_, Vector3d::Unit(axis));
     }
-    products_.push_back({site.facet, site.weight, site.area_m2 * second});
+    const ContactForce of = force_of(site);
+    products_.add(of.particle, of.weight, site.area_m2 * second);
   }
+  are_products_ = true;
+  products_.add_products(surface_, direction, product);
 }
 
 /// The matrix has points and sides apart: places are mixed from the triangle's corners, and from
@@ -551,15 +541,24 @@ std::vector<ContactForce> ObjectPushes::stated(const State& state) {
   std::vector<ContactForce> forces;
   for (const Site& site : sites_) {
     if (site.pressure_pa <= 0) continue;
-    ContactForce force;
-    force.shape = site.shape;
-    force.force_in_world = site.force_n;
-    const std::array<int, 3>& node = surface_.facets()[site.facet];
-    force.particle = {node[0], node[1], node[2], node[0]};
-    force.weight = {site.weight[0], site.weight[1], site.weight[2], 0};
-    forces.push_back(force);
+    forces.push_back(force_of(site));
   }
   return forces;
+}
+
+ContactForce ObjectPushes::force_of(const Site& site) const {
+  ContactForce force;
+  force.shape = site.shape;
+  force.force_in_world = site.force_n;
+  if (site.node >= 0) {
+    force.particle.fill(site.node);
+    force.weight = {1, 0, 0, 0};
+    return force;
+  }
+  const std::array<int, 3>& node = surface_.facets()[site.facet];
+  force.particle = {node[0], node[1], node[2], node[0]};
+  force.weight = {site.weight[0], site.weight[1], site.weight[2], 0};
+  return force;
 }
 
 void ObjectPushes::remember(ContactMemory& memory) const {

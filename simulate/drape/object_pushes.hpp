@@ -87,12 +87,6 @@ class ObjectPushes : public Pushes {
     Eigen::Vector3d weight;
     double share = 0;
   };
-  /// Second derivative of a site's energy, by its place.
-  struct SiteProduct {
-    int facet = 0;
-    Eigen::Vector3d weight;
-    Eigen::Matrix3d second;
-  };
   [[nodiscard]] double places_m() const;
   [[nodiscard]] double sharp_places_m() const;
   void divide();
@@ -109,7 +103,7 @@ class ObjectPushes : public Pushes {
   [[nodiscard]] Site site_of(int id, int facet) const;
   [[nodiscard]] bool is_on_pin(int facet, int shape) const;
   [[nodiscard]] Eigen::Vector2d material_of(const Site& site) const;
-  void list_products();
+  [[nodiscard]] ContactForce force_of(const Site& site) const;
   [[nodiscard]] Eigen::Vector3d place_of(const Site& site) const;
   [[nodiscard]] Eigen::Vector3d stretch_of(const Site& site) const {
     return site.grip.stretch_at(site.place);
@@ -139,14 +133,15 @@ class ObjectPushes : public Pushes {
   MeshCloth::State on_nodes_;                       ///< forces (N) there
   std::vector<Site> before_;                        ///< those of the last list; kept for its memory
   MeshCloth::State seen_, nodes_;                   ///< the state seen last, and its surface
-  bool looked_ = false;                ///< energy and forces are those of the state seen last
-  std::vector<SiteProduct> products_;  ///< of the state looked at; empty: not listed
-  MeshCloth::State listed_;            ///< nodes when sites were listed
-  double margin_m_ = 0;                ///< gap up to which sites were listed
-  std::vector<double> free_m2_;        ///< squared displacement that a node may have meanwhile
-  int looks_ = 0;                      ///< at this list
-  double travelled_m_ = 0;             ///< sum of the largest displacements between lists
-  std::vector<double> until_m_;        ///< by triangle and shape: travelled_m_ until it may be near
+  bool looked_ = false;          ///< energy and forces are those of the state seen last
+  SurfaceProducts products_;     ///< of the state looked at ...
+  bool are_products_ = false;    ///< ... if they are listed
+  MeshCloth::State listed_;      ///< nodes when sites were listed
+  double margin_m_ = 0;          ///< gap up to which sites were listed
+  std::vector<double> free_m2_;  ///< squared displacement that a node may have meanwhile
+  int looks_ = 0;                ///< at this list
+  double travelled_m_ = 0;       ///< sum of the largest displacements between lists
+  std::vector<double> until_m_;  ///< by triangle and shape: travelled_m_ until it may be near
 };
 
 }  // namespace drape::simulate

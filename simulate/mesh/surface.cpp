@@ -80,26 +80,32 @@ MeshCloth::State ClothSurface::nodes(const MeshCloth::State& state) const {
 }
 
 void ClothSurface::find_nodes(const MeshCloth::State& state, MeshCloth::State& places) const {
-  const auto points = static_cast<std::size_t>(cloth_.points());
   places.resize(state.size());
-  std::copy_n(state.begin(), points, places.begin());
-  for (std::size_t e = 0; e + 1 < begin_.size(); ++e) {
-    Vector3d sum = Vector3d::Zero();
-    for (std::size_t k = begin_[e]; k < begin_[e + 1]; ++k)
-      sum += middle_[k].second * state[middle_[k].first];
-    places[points + e] = sum;
+  for (int node = 0; node < std::ssize(state); ++node) places[node] = place(state, node);
+}
+
+Vector3d ClothSurface::place(const MeshCloth::State& state, int node) const {
+  const int side = node - cloth_.points();
+  if (side < 0) return state[node];
+  Vector3d sum = Vector3d::Zero();
+  for (std::size_t k = begin_[side]; k < begin_[side + 1]; ++k)
+    sum += middle_[k].second * state[middle_[k].first];
+  return sum;
+}
+
+void ClothSurface::add_force(int node, const Vector3d& on_node, MeshCloth::State& force) const {
+  const int side = node - cloth_.points();
+  if (side < 0) {
+    force[node] += on_node;
+    return;
   }
+  for (std::size_t k = begin_[side]; k < begin_[side + 1]; ++k)
+    force[middle_[k].first] += middle_[k].second * on_node;
 }
 
 void ClothSurface::add_forces(const MeshCloth::State& on_nodes, MeshCloth::State& force) const {
-  const auto points = static_cast<std::size_t>(cloth_.points());
-  for (std::size_t i = 0; i < points; ++i) force[i] += on_nodes[i];
-  for (std::size_t e = 0; points + e < on_nodes.size(); ++e) {
-    const Vector3d& of = on_nodes[points + e];
-    if (of.isZero(0)) continue;
-    for (std::size_t k = begin_[e]; k < begin_[e + 1]; ++k)
-      force[middle_[k].first] += middle_[k].second * of;
-  }
+  for (int node = 0; node < std::ssize(on_nodes); ++node)
+    if (!on_nodes[node].isZero(0)) add_force(node, on_nodes[node], force);
 }
 
 std::array<double, 3> ClothSurface::corner_weights(int facet, const Vector3d& weights) const {
@@ -142,6 +148,57 @@ std::vector<std::pair<int, double>> ClothSurface::side_weights(int side) const {
   for (std::size_t m = begin_[side]; m < begin_[side + 1]; ++m)
     if (middle_[m].first >= cloth_.points()) weights.push_back(middle_[m]);
   return weights;
+}
+
+void SurfaceProducts::clear() {
+  mixed_.clear();
+  whole_.clear();
+  for (const int node : nodes_) number_[node] = -1;
+  nodes_.clear();
+}
+
+std::array<int, 4> SurfaceProducts::numbers_of(const std::array<int, 4>& nodes) {
+  std::array<int, 4> numbers{};
+  for (int k = 0; k < 4; ++k) {
+    const auto node = static_cast<std::size_t>(nodes[k]);
+    if (node >= number_.size()) number_.resize(node + 1, -1);
+    if (number_[node] < 0) {
+      number_[node] = static_cast<int>(nodes_.size());
+      nodes_.push_back(nodes[k]);
+    }
+    numbers[k] = number_[node];
+  }
+  return numbers;
+}
+
+void SurfaceProducts::add(const std::array<int, 4>& nodes, const std::array<double, 4>& weights,
+                          const Eigen::Matrix3d& second) {
+  mixed_.push_back({numbers_of(nodes), weights, second});
+}
+
+void SurfaceProducts::add(const std::array<int, 4>& nodes,
+                          const Eigen::Matrix<double, 12, 12>& second) {
+  whole_.push_back({numbers_of(nodes), second});
+}
+
+void SurfaceProducts::add_products(const ClothSurface& surface, const MeshCloth::State& direction,
+                                   MeshCloth::State& product) const {
+  MeshCloth::State moved, on_nodes(nodes_.size(), Vector3d::Zero());
+  for (const int node : nodes_) moved.push_back(surface.place(direction, node));
+  for (const Mixed& of : mixed_) {
+    Vector3d along = Vector3d::Zero();
+    for (int k = 0; k < 4; ++k) along += of.weight[k] * moved[of.node[k]];
+    along = of.second * along;
+    for (int k = 0; k < 4; ++k) on_nodes[of.node[k]] += of.weight[k] * along;
+  }
+  Eigen::Matrix<double, 12, 1> four;
+  for (const Whole& of : whole_) {
+    for (int k = 0; k < 4; ++k) four.segment<3>(3 * k) = moved[of.node[k]];
+    four = of.second * four;
+    for (int k = 0; k < 4; ++k) on_nodes[of.node[k]] += four.segment<3>(3 * k);
+  }
+  for (std::size_t i = 0; i < nodes_.size(); ++i)
+    surface.add_force(nodes_[i], on_nodes[i], product);
 }
 
 }  // namespace drape::simulate

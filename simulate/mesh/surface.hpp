@@ -38,6 +38,9 @@ class ClothSurface {
   /// Adds what forces (N) on the nodes, or on the points alone, do to the unknowns (N; N m for the
   /// sides).
   void add_forces(const MeshCloth::State& on_nodes, MeshCloth::State& force) const;
+  /// The same of one node.
+  [[nodiscard]] Eigen::Vector3d place(const MeshCloth::State& state, int node) const;
+  void add_force(int node, const Eigen::Vector3d& on_node, MeshCloth::State& force) const;
   /// Weights of the triangle's corners that name a place of a facet, whose own corners are the
   /// triangle's or halves of two.
   [[nodiscard]] std::array<double, 3> corner_weights(int facet,
@@ -54,6 +57,36 @@ class ClothSurface {
   std::vector<std::array<int, 3>> facets_;
   std::vector<std::pair<int, double>> middle_;  ///< weights of the sides, of unknowns
   std::vector<std::size_t> begin_ = {0};        ///< first weight of each side
+};
+
+/// Sum of second derivatives of energies by places of a surface, for products with directions.
+class SurfaceProducts {
+ public:
+  void clear();
+  [[nodiscard]] bool empty() const { return mixed_.empty() && whole_.empty(); }
+  /// Energy of the place that weights mix of nodes, with its second derivative (N/m).
+  void add(const std::array<int, 4>& nodes, const std::array<double, 4>& weights,
+           const Eigen::Matrix3d& second);
+  /// Energy of four nodes.
+  void add(const std::array<int, 4>& nodes, const Eigen::Matrix<double, 12, 12>& second);
+  void add_products(const ClothSurface& surface, const MeshCloth::State& direction,
+                    MeshCloth::State& product) const;
+
+ private:
+  struct Mixed {
+    std::array<int, 4> node;  ///< numbers in nodes_
+    std::array<double, 4> weight;
+    Eigen::Matrix3d second;
+  };
+  struct Whole {
+    std::array<int, 4> node;
+    Eigen::Matrix<double, 12, 12> second;
+  };
+  [[nodiscard]] std::array<int, 4> numbers_of(const std::array<int, 4>& nodes);
+
+  std::vector<Mixed> mixed_;
+  std::vector<Whole> whole_;
+  std::vector<int> nodes_, number_;  ///< number_ by node, -1: not in nodes_
 };
 
 }  // namespace drape::simulate
