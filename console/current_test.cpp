@@ -173,7 +173,7 @@ TEST_F(Current, ASetThatIsNoMeasurementMakesCalibrationAndSheetNoGo) {
   EXPECT_EQ(state["drapes"][0]["sheet"]["verdict"], "NO-GO") << state["drapes"][0].dump(1);
 }
 
-/// Whatever the record of a step lists as an input.
+/// The inputs are those that the record of a step lists.
 TEST_F(Current, AnEditedInputSupersedesWhatWasMadeOfItAndIsNamed) {
   bench_.replace("rig.toml", kLaterPoses, "");
   const auto server = std::make_unique<RunningBench>(bench_.rig(), out());
@@ -182,6 +182,11 @@ TEST_F(Current, AnEditedInputSupersedesWhatWasMadeOfItAndIsNamed) {
   static_cast<void>(done(*server, {{"do", "measure"}, {"drape", "C"}}));
   const Json before = done(*server, {{"do", "run"}})["drapes"][0];
   ASSERT_TRUE(before["sheet"].is_object() && before["result"].is_object()) << before.dump(1);
+  // The virtual sheet is the one of the distances.
+  const Json sheet = server->get("api/sheet?drape=C");
+  EXPECT_EQ(before["result"]["discretisation"], "10 mm");
+  EXPECT_EQ(sheet["comparison"]["discretisation"], "10 mm");
+  EXPECT_EQ(sheet["virtual"].size(), 22U * 22U * 12U) << "corners of cells of 10 mm";
   struct Edit {
     const char *file, *from, *to, *calibration, *sheet,
         *result;  ///< words that name each, if it is
@@ -237,18 +242,6 @@ TEST_F(Current, AfterAnEditOfTheTargetCalibrateDetectsAgain) {
   const Json state = done(*server, {{"do", "calibrate"}});
   EXPECT_EQ(state["calibration"]["verdict"], "GO") << state["jobs"].dump(1);
   EXPECT_TRUE(state["calibration_superseded"].is_null());
-}
-
-TEST_F(Current, TheVirtualSheetIsTheOneOfTheDistances) {
-  bench_.replace("rig.toml", kLaterPoses, "");
-  const RunningBench server(bench_.rig(), out());
-  take(server, {"stage_z000", "stage_z030", "pose_00", "pose_01", "drape_C"});
-  const Json result = done(server, {{"do", "run"}})["drapes"][0]["result"];
-  ASSERT_TRUE(result.is_object());
-  const Json sheet = server.get("api/sheet?drape=C");
-  EXPECT_EQ(result["discretisation"], "10 mm");
-  EXPECT_EQ(sheet["comparison"]["discretisation"], "10 mm");
-  EXPECT_EQ(sheet["virtual"].size(), 22U * 22U * 12U) << "corners of cells of 10 mm";
 }
 
 TEST_F(Current, ThePageShowsThePicturesOfARetake) {

@@ -184,7 +184,7 @@ std::string DrawnBench::scene_text(const BenchValues& values, std::size_t drape,
 void DrawnBench::write_rig(const fs::path& folder, const BenchValues& values, bool is_true) const {
   std::string rig = fmt::format(
       "schema = \"drapebench/rig/1\"\nname = \"drawn{}\"\ntarget = \"target.toml\"\n"
-      "print = \"print.toml\"\nrecording = \"recording\"\ngrids = [21]\nsegments = [1]\n"
+      "print = \"print.toml\"\nrecording = \"recording\"\nspacing_mm = 10\nsegments = [1]\n"
       "scenes = [",
       seed_);
   for (std::size_t drape = 0; drape < values.objects.size(); ++drape)
@@ -245,9 +245,10 @@ void DrawnBench::make(const fs::path& folder) const {
   for (std::size_t drape = 0; drape < true_.objects.size(); ++drape) {
     const std::string name = drape_name(drape);
     const fs::path out = folder / "true/out" / name;
-    const Outcome simulated = run_line(
-        fmt::format("{} {} --segments 5 --out {} --threads 2", program("drape-simulate").string(),
-                    (folder / "true/scenes" / (name + ".toml")).string(), out.string()));
+    const Outcome simulated =
+        run_line(fmt::format("{} {} --spacing-mm 5 --segments 5 --out {} --threads 2",
+                             program("drape-simulate").string(),
+                             (folder / "true/scenes" / (name + ".toml")).string(), out.string()));
     if (simulated.exit_code > 1) throw std::runtime_error(simulated.text);
     if (simulated.exit_code == 1) fmt::print("true drape {}: {}\n", name, simulated.text);
     sheets += fmt::format(" --sheet drape_{}={}", name, (out / "sheet.json").string());

@@ -42,7 +42,7 @@ class Programs {
 };
 
 TEST(ForeignStage, APythonTriangulationRunsTheBenchToItsEnd) {
-  const SmallBench bench({"C"});
+  const SmallBench bench({"C"}, measured);
   const Programs programs("drape-triangulate",
                           read_text(source_root() / "tests/end_to_end/foreign_triangulate.py"));
   const Outcome outcome = programs.run(bench);
@@ -59,7 +59,7 @@ TEST(ForeignStage, APythonTriangulationRunsTheBenchToItsEnd) {
 }
 
 TEST(ForeignStage, AProgramThatCrashesIsNoVerdictAndLosesNoOther) {
-  const SmallBench bench({"C"});
+  const SmallBench bench({"C"}, measured);
   const std::string crashes = "#!/bin/sh\necho 'Traceback: oops' >&2\nexit 1\n";
   const Outcome unmeasured = Programs("drape-triangulate", crashes).run(bench);
   EXPECT_GT(unmeasured.exit_code, 1) << unmeasured.text;

@@ -152,17 +152,6 @@ TEST(EndToEnd, DistancesFromBlendersOwnMeshesAreTheErrorsOfTheMarks) {
   EXPECT_GE(inside, 0.92 * all) << "distances agree with the truth within what the sheets state";
 }
 
-TEST(EndToEnd, SecondRunMakesNothingAndShowsTheTablesAgain) {
-  const SmallBench bench({"C"});
-  const Outcome first = bench.run("out");
-  ASSERT_LE(first.exit_code, 1) << first.text;
-  const Outcome second = bench.run("out");
-  EXPECT_EQ(second.exit_code, first.exit_code);
-  EXPECT_THAT(first.text, HasSubstr("6 made, 0 up to date"));
-  EXPECT_THAT(second.text, HasSubstr("0 made, 6 up to date"));
-  EXPECT_THAT(second.text, HasSubstr("10 mm"));
-}
-
 /// The set of drape C as another one, with the noise of other pictures.
 void photograph_again(const SmallBench& bench, const std::string& set, int seed) {
   const fs::path recording = bench.rig() / "recording";
@@ -330,7 +319,7 @@ TEST(EndToEnd, ThePapersModelStandsBesideTheCloth) {
 }
 
 TEST(EndToEnd, InternalFrictionMakesTheDrapesAgainAndMeasuresNothingAgain) {
-  const SmallBench bench({"C"});
+  const SmallBench bench({"C"}, drape::test::measured);
   ASSERT_LE(bench.run("out").exit_code, 1);
   const fs::path folder = bench.folder() / "out/C/simulations/10mm-1";
   const std::string without = drape::read_text(folder / "sheet.json");
@@ -344,16 +333,6 @@ TEST(EndToEnd, InternalFrictionMakesTheDrapesAgainAndMeasuresNothingAgain) {
   ASSERT_LE(bench.run("out").exit_code, 1);
   EXPECT_EQ(drape::read_text(folder / "sheet.json"), without);
   EXPECT_FALSE(fs::exists(folder / "memory.csv"));
-}
-
-TEST(EndToEnd, SameBytesAtOneAndTwoThreads) {
-  const SmallBench one({"C"});
-  const SmallBench two({"C"});
-  ASSERT_LE(one.run("out", "--threads 1").exit_code, 1);
-  ASSERT_LE(two.run("out", "--threads 2").exit_code, 1);
-  const auto bytes = contents(one.folder() / "out");
-  EXPECT_EQ(bytes, contents(two.folder() / "out"));
-  EXPECT_EQ(bytes.count("results.sqlite"), 1U);
 }
 
 /// Starts the run and kills it with all its children as soon as `file` exists.
@@ -373,9 +352,24 @@ void kill_when(const SmallBench& bench, const fs::path& file) {
   drape::test::await_descendants();
 }
 
-TEST(EndToEnd, KilledRunsCompleteToTheSameContent) {
+TEST(EndToEnd, SameContentAtOneAndTwoThreadsTwiceAndKilled) {
   const SmallBench undisturbed({"C"});
-  ASSERT_LE(undisturbed.run("out").exit_code, 1);
+  const Outcome first = undisturbed.run("out", "--threads 1");
+  ASSERT_LE(first.exit_code, 1) << first.text;
+  EXPECT_THAT(first.text, HasSubstr("6 made, 0 up to date"));
+  auto before = contents(undisturbed.folder() / "out");
+  EXPECT_EQ(before.count("results.sqlite"), 1U);
+  // A second run makes nothing and shows the tables again.
+  const Outcome second = undisturbed.run("out", "--threads 1");
+  EXPECT_EQ(second.exit_code, first.exit_code);
+  EXPECT_THAT(second.text, HasSubstr("0 made, 6 up to date"));
+  EXPECT_THAT(second.text, HasSubstr("10 mm"));
+  EXPECT_EQ(contents(undisturbed.folder() / "out"), before);
+  {
+    const SmallBench two({"C"});
+    ASSERT_LE(two.run("out", "--threads 2").exit_code, 1);
+    EXPECT_EQ(contents(two.folder() / "out"), before);
+  }
   const SmallBench killed({"C"});
   const fs::path out = killed.folder() / "out";
   for (const char* file :
@@ -391,7 +385,7 @@ TEST(EndToEnd, KilledRunsCompleteToTheSameContent) {
   const Outcome mended = drape::test::run_line("cd " + killed.folder().string() + dump);
   EXPECT_EQ(whole.exit_code, 0) << whole.text;
   EXPECT_EQ(whole.text, mended.text);
-  auto before = contents(undisturbed.folder() / "out"), after = contents(out);
+  auto after = contents(out);
   before.erase("results.sqlite");
   after.erase(
       "results.sqlite");  // Compared by content above: a killed writer may leave free pages.

@@ -23,7 +23,7 @@ fs::path own(const SmallBench& bench, const std::string& set) {
 }
 
 TEST(EndToEnd, WarningsAndNoGosReachRunReportAndStore) {
-  const SmallBench bench({"C"});
+  const SmallBench bench({"C"}, measured);
   const fs::path out = bench.folder() / "out", acceptance = bench.rig() / "acceptance.json";
   const auto answer = [&](const std::string& sql) {
     return run_line(program("drape-results").string() + " --csv sql \"" + sql + "\" --store " +
@@ -82,7 +82,7 @@ TEST(EndToEnd, WarningsAndNoGosReachRunReportAndStore) {
 }
 
 TEST(EndToEnd, ADrapeThatCameToNoSheetIsInTheVerdictOfStoreAndReport) {
-  const SmallBench bench({"C", "E"});
+  const SmallBench bench({"C", "E"}, measured);
   const fs::path picture = own(bench, "drape_C") / "cam1.png";
   const std::string whole = read_text(picture);
   write_durable(picture, whole + "x");

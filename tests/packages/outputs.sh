@@ -14,5 +14,5 @@ small_run() {
   cp -r "$root/rigs/bench1" "$work/rig"
   sed -i 's/^spacing_mm = .*/spacing_mm = 10/; s/^segments = .*/segments = [1]/; s|"scenes/A.toml", ||; s|, "scenes/E.toml"||' "$work/rig/rig.toml"
   grep -q '"scenes/C.toml"\]' "$work/rig/rig.toml"
-  verdict drape run "$work/rig" --out "$work/out" --label small --operator nobody
+  verdict drape run "$work/rig" --single --out "$work/out" --label small --operator nobody
 }
