@@ -117,8 +117,11 @@ void fields(Fields& f, MarkInterval& one) {
 void fields(Fields& f, FrictionBand& band) {
   f({"friction", "friction of the scene", 1, 0}, band.friction);
   f({"pushes", "each grew and went again; none without friction"}, band.pushes);
+  f.if_any({"other_frictions", "rests of the same start with the least and the largest friction"},
+           band.ends);
   f({"marks", "marks with their rests"}, band.marks);
   require_moves(f, band.pushes, band.marks.size());
+  require_moves(f, band.ends, band.marks.size());
   for (const OtherRest& push : band.pushes)
     f.rule(push.push_per_weight.has_value(), "pushes", "a push has no push_per_weight", make_again);
 }
@@ -130,6 +133,12 @@ void fields(Fields& f, MemoryBand& band) {
   f({"marks", "marks in the order of the moves"}, band.marks);
   f.rule(!band.marks.empty(), "marks", "names no mark", make_again);
   require_moves(f, band.ends, band.marks.size());
+}
+
+void fields(Fields& f, OtherFriction& other) {
+  f({"friction", "coefficient", 1, 0}, other.friction);
+  f({"ending", "\"at rest\", or why it counts for nothing"}, other.ending);
+  f({"distance_mm", "mean distance that it leaves", mm, 0}, other.distance_m);
 }
 
 void fields(Fields& f, PlacedDrape& placed) {
@@ -146,6 +155,8 @@ void fields(Fields& f, PlacedDrape& placed) {
   f.if_any({"fraction_of_marks_in_band", "part of the marks", 1, 0, 1}, placed.inside_fraction);
   f({"started_there", "ending of a start from the real shape"}, placed.started_there);
   f({"started_there_distance_mm", "mean distance that it leaves", mm, 0}, placed.started_there_m);
+  f.if_any({"other_frictions", "the same at the ends of the range of an unmeasured friction"},
+           placed.other_frictions);
 }
 
 void fields(Fields& f, BranchList& list) {

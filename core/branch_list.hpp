@@ -74,7 +74,8 @@ struct MarkInterval {
 /// Interval in which friction holds the drape of the scene's own start, as far as pushes show.
 struct FrictionBand {
   double friction = 0;
-  std::vector<OtherRest> pushes;  ///< each grew and went again; none without friction
+  std::vector<OtherRest> pushes;     ///< each grew and went again; none without friction
+  std::vector<OtherRest> ends = {};  ///< of the same start with the scene's friction_ends()
   std::vector<MarkInterval> marks;
 
   [[nodiscard]] int counted() const;
@@ -96,6 +97,13 @@ struct MemoryBand {
   [[nodiscard]] Eigen::MatrixX3d extreme_m(double sign) const;
 };
 
+/// End of a start from the real shape with another friction.
+struct OtherFriction {
+  double friction = 0;
+  std::string ending;                ///< "at rest", or why it counts for nothing
+  std::optional<double> distance_m;  ///< mean over the marks
+};
+
 /// The real drape among the branches.
 struct PlacedDrape {
   std::optional<int> branch;  ///< absent: it is on none, or nothing can be said (`reach_m`)
@@ -108,7 +116,9 @@ struct PlacedDrape {
   std::optional<double> inside_fraction;  ///< fraction of the marks inside their bands
   std::string started_there;              ///< end of a start from the real shape
   std::optional<double> started_there_m;  ///< mean distance that it leaves
-  std::optional<double> apart_m = {};     ///< distance of the nearest branch from the next one
+  /// Starts from the real shape at the ends of the range of a friction that nobody measured.
+  std::vector<OtherFriction> other_frictions = {};
+  std::optional<double> apart_m = {};  ///< distance of the nearest branch from the next one
 };
 
 /// branches.json: the equilibria of one drape, from an ensemble of starts.

@@ -24,6 +24,7 @@ void fields(Fields& f, LevelMark& one) {
   f({"col", "mark along the weft", 1, 0}, one.mark.col);
   f({"place_mm", "place in the world on the finest mesh", mm}, one.place_in_world);
   f({"mesh_error_mm", "largest distance from the limit of ever finer meshes", mm, 0}, one.left_m);
+  f.if_any({"from_coarser_mm", "move from the next coarser mesh", mm}, one.from_coarser_m);
 }
 
 void fields(Fields& f, LevelsFile& file) {

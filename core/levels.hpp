@@ -26,6 +26,7 @@ struct LevelMark {
   MarkId mark;
   Eigen::Vector3d place_in_world = Eigen::Vector3d::Zero();
   double left_m = 0;  ///< largest distance from the limit of ever finer meshes
+  std::optional<Eigen::Vector3d> from_coarser_m;  ///< move from the next coarser mesh, in the world
 };
 
 /// levels.json: the meshes of a drape from coarse to fine, and the error that the finest may leave.

@@ -248,12 +248,20 @@ bool is_gravity_of_earth(const Scene& scene) {
   return gravity >= kLeastEarth && gravity <= kMostEarth;
 }
 
+bool names(const std::vector<std::string>& stand_ins, const std::string& word) {
+  return std::any_of(stand_ins.begin(), stand_ins.end(),
+                     [&](const std::string& what) { return what.find(word) != std::string::npos; });
+}
+
 std::optional<std::array<double, 2>> Scene::friction_range() const {
-  const bool is_stand_in = std::any_of(
-      stand_ins.begin(), stand_ins.end(),
-      [](const std::string& text) { return text.find("friction") != std::string::npos; });
-  if (stated_friction_range || !is_stand_in) return stated_friction_range;
+  if (stated_friction_range || !names(stand_ins, "friction")) return stated_friction_range;
   return {{0.5 * friction, 2 * friction}};
+}
+
+std::array<double, 2> Scene::friction_ends() const {
+  if (!friction_uncertainty)
+    if (const auto range = friction_range()) return *range;
+  return {std::max(0.0, friction - friction_u()), friction + friction_u()};
 }
 
 void fields(Fields& f, Scene& scene) {

@@ -159,10 +159,17 @@ struct Scene {
   /// Least and largest friction: as stated; half and twice of a stand-in; nothing where friction
   /// was measured.
   [[nodiscard]] std::optional<std::array<double, 2>> friction_range() const;
+  /// Friction as it may be: the ends of its range, else one standard uncertainty below and above.
+  [[nodiscard]] std::array<double, 2> friction_ends() const;
+  /// Standard uncertainty of a friction that was measured: 5 % where nothing is stated.
+  [[nodiscard]] double friction_u() const { return friction_uncertainty.value_or(0.05 * friction); }
   /// Standard uncertainty of gravity's direction about each axis across it; unstated, a spirit
   /// level's 1 mm per m.
   [[nodiscard]] double level_rad() const { return stated_level_rad.value_or(0.06 * units::deg); }
 };
+
+/// True if one of the texts, of a fabric or a scene, speaks of `word`.
+[[nodiscard]] bool names(const std::vector<std::string>& stand_ins, const std::string& word);
 
 /// Cloth on wood, metal, plastic and skin slides between 0.1 and 1.0; coated cloth on rubber 1.5.
 inline constexpr double kLeastFriction = 0.1, kMostFriction = 1.5;

@@ -11,6 +11,9 @@
 
 namespace drape {
 
+/// Beside the sheet of the drape that it speaks of.
+inline constexpr const char* kSensitivityName = "sensitivity.json";
+
 /// Displacement of the marks for a value lower and higher by `step`, one row each.
 struct MarkMoves {
   double step = 0;  ///< per cent of a fabric value, else as the value is named
@@ -30,8 +33,8 @@ struct ValueEffect {
 /// Effect of one unit more of a scene's value.
 struct SceneEffect {
   /// "friction", "object_1_x_mm", "object_1_size_mm", "pin_1_x_mm", "clamp_1_x_mm"; "level_x_deg":
-  /// a turn of the bench about x; "internal_friction" (of the fabric): 0 without, 1 with, -1 as far
-  /// in the other direction
+  /// a turn of the bench about x; "curve_segments" (of the fabric): 1 with twenty per curve;
+  /// "internal_friction" (of the fabric): 0 without, 1 with, -1 as far in the other direction
   std::string value;
   std::optional<double> change_m_per_unit = std::nullopt;  ///< change of the mean distance
   std::optional<MarkMoves> moves = std::nullopt;

@@ -10,6 +10,7 @@
 #include "core/error.hpp"
 #include "core/files/files.hpp"
 #include "core/program/run_record.hpp"
+#include "core/sensitivity.hpp"
 #include "core/units.hpp"
 #include "front/toml_quoted.hpp"
 
@@ -39,7 +40,6 @@ struct Drape {
   }
   [[nodiscard]] fs::path sheet() const { return folder / "sheet.ply"; }
   [[nodiscard]] fs::path ensemble() const { return folder / "ensemble/branches.json"; }
-  [[nodiscard]] fs::path sensitivity() const { return folder / "sensitivity/sensitivity.json"; }
 };
 
 /// One laying of a drape; `repeat` says which, where the rig does.
@@ -75,6 +75,14 @@ struct Bench {
   [[nodiscard]] fs::path report() const { return out / "report.html"; }
   [[nodiscard]] double spacing_m() const { return options.spacing_m.value_or(rig.spacing_m); }
   [[nodiscard]] std::string spacing() const { return fmt::format("{:g}", spacing_m() / units::mm); }
+  /// Whether the headline says what each value moves, without which U lacks scene and fabric.
+  [[nodiscard]] bool sensitivities() const {
+    return (options.uncertainty || !options.single) && !options.internal_friction;
+  }
+  /// The headline's sensitivities, beside its sheet.
+  [[nodiscard]] fs::path sensitivity(const Drape& drape) const {
+    return drape.folder / simulation_folder(spacing_m(), headline_segments()) / kSensitivityName;
+  }
   /// The segments that speak for a drape: five, else the most.
   [[nodiscard]] int headline_segments() const {
     const bool five = std::find(rig.segments.begin(), rig.segments.end(), 5) != rig.segments.end();
@@ -253,9 +261,12 @@ std::vector<Simulation> simulations_of(const Bench& bench) {
   Words words = {"--spacing-mm", bench.spacing()};
   const int headline = bench.headline_segments();
   for (const int segments : bench.rig.segments)
-    if (!bench.options.paper || segments == headline)
+    if (!bench.options.paper || segments == headline) {
       all.push_back({simulation_folder(spacing_m, segments), bench.spacing() + " mm", segments,
                      words, 1 / (spacing_m * spacing_m)});
+      if (segments == headline && bench.sensitivities())
+        all.back().more.emplace_back("--sensitivity");
+    }
   if (!bench.options.single) {
     words.emplace_back("--from-measured");
     all.push_back({simulation_folder(spacing_m, headline).string() + "-measured",
@@ -313,31 +324,6 @@ Group ensemble_group(const Bench& bench) {
   });
 }
 
-/// Sensitivities that the total uncertainty needs: the answer of each distance to fabric and scene
-/// values, with the headline's segments on the next coarser mesh of its drape, whose first-order
-/// answers cost a third.
-Group sensitivity_group(const Bench& bench) {
-  constexpr double kCoarsest_m = 10e-3;  // mesh on which a drape falls
-  const double next_m = 2 * bench.spacing_m();
-  const double spacing_m = next_m <= kCoarsest_m * (1 + 1e-9) ? next_m : bench.spacing_m();
-  return extra_group(bench, "sensitivity", "drape {}", &Drape::sensitivity,
-                     [&bench, spacing_m](const Drape& drape) -> Words {
-                       return {drape.scene_file(),
-                               "--fabric",
-                               drape.scene.fabric_file.string(),
-                               "--reference",
-                               drape.sheet().string(),
-                               "--spacing-mm",
-                               fmt::format("{:g}", spacing_m / units::mm),
-                               "--segments",
-                               std::to_string(bench.headline_segments()),
-                               "--out",
-                               drape.sensitivity().parent_path().string(),
-                               "--threads",
-                               "1"};
-                     });
-}
-
 /// The sheets of the branches, unless their step failed.
 Words branch_sheets(const Bench& bench, const Drape& drape, const std::set<fs::path>& failed) {
   const fs::path file = drape.ensemble();
@@ -370,9 +356,11 @@ Step compare_step(const Bench& bench, const std::set<fs::path>& failed) {
       if (simulated && laying.folder != drape.folder)
         add(laying.folder / "sheet.ply", {"--repeat"});
     // Named, so that a comparison from before it was made is not up to date.
-    if (fs::is_regular_file(drape.sensitivity()))
-      append(words, {"--sensitivity", drape.sensitivity().string()});
+    if (fs::is_regular_file(bench.sensitivity(drape)))
+      append(words, {"--sensitivity", bench.sensitivity(drape).string()});
   }
+  if (bench.rig.tolerance_m)
+    append(words, {"--tolerance-mm", fmt::format("{:g}", *bench.rig.tolerance_m / units::mm)});
   append(words, {"--calibration", bench.calibration().string(), "--store", bench.store.string(),
                  "--report", bench.report().string()});
   const fs::path acceptance = bench.rig.file.parent_path() / "acceptance.json";
@@ -444,10 +432,11 @@ void fields(Fields& f, RunOptions& options) {
   f.otherwise({"out", "output folder (default: out/<rig name>)"}, options.out);
   f.otherwise({"store", "results store (default: <out>/results.sqlite)"}, options.store);
   f.otherwise({"label", "name of this run in the store, e.g. \"after washing\""}, options.label);
-  f.otherwise({"uncertainty",
-               "with --single: drape simulate sensitivity for every drape, without which the total "
-               "uncertainty lacks scene and fabric values"},
-              options.uncertainty);
+  f.otherwise(
+      {"uncertainty",
+       "with --single: what each value moves, without which the total uncertainty lacks scene "
+       "and fabric values"},
+      options.uncertainty);
   f.otherwise({"single",
                "no ensemble, sensitivity and start from the measured shape: each drape from the "
                "scene's own start only"},
@@ -479,8 +468,6 @@ Plan make_plan(const RunOptions& options) {
   plan.groups.push_back(triangulate_group(bench));
   plan.groups.push_back(simulate_group(bench));
   if (!options.single) plan.groups.push_back(ensemble_group(bench));
-  if ((options.uncertainty || !options.single) && !options.internal_friction)
-    plan.groups.push_back(sensitivity_group(bench));
   plan.compare = [bench](const std::set<fs::path>& failed) { return compare_step(bench, failed); };
   plan.write_reduced_rig = [bench] { write_reduced_rig(bench); };
   return plan;

@@ -8,6 +8,7 @@
 
 #include "core/error.hpp"
 #include "core/files/files.hpp"
+#include "core/sensitivity.hpp"
 #include "core/units.hpp"
 #include "simulate/checker/certify.hpp"
 #include "simulate/judge_drape.hpp"
@@ -90,12 +91,16 @@ LevelsFile levels_of(const DrapeCase& drape_case, const Drape& drape) {
                            .steps = one.rest.motion.steps + one.rest.steps,
                            .from_coarser_m = one.moved_m});
   if (!drape.at_rest() || drape.mesh_error_m.size() == 0) return file;
-  const Eigen::MatrixX3d& places = drape.marks_of_level.back();
+  const Eigen::MatrixX3d &places = drape.marks_of_level.back(),
+                         &coarser = *(drape.marks_of_level.end() - 2);
   for (std::size_t k = 0; k < drape.marks.size(); ++k) {
     const auto row = static_cast<Eigen::Index>(k);
     if (!places.row(row).allFinite()) continue;
-    file.marks.push_back({drape.marks[k], drape_case.local.to_world(places.row(row).transpose()),
-                          drape.mesh_error_m[row]});
+    const Vector3d place = drape_case.local.to_world(places.row(row).transpose());
+    file.marks.push_back({drape.marks[k], place, drape.mesh_error_m[row], std::nullopt});
+    if (coarser.row(row).allFinite())
+      file.marks.back().from_coarser_m =
+          place - drape_case.local.to_world(coarser.row(row).transpose());
   }
   double sum = 0;
   for (const LevelMark& mark : file.marks) sum += mark.left_m;
@@ -282,8 +287,9 @@ std::optional<CurveReach> find_reach(const Scene& scene, const Fabric& fabric, c
 
 std::vector<fs::path> output_files(const fs::path& folder) {
   std::vector<fs::path> files;
-  for (const char* name : {"sheet.json", "sheet.ply", "certificate.json", "levels.json",
-                           "cloth.ply", "contact_forces.csv", "memory.csv", "history.csv"})
+  for (const char* name :
+       {"sheet.json", "sheet.ply", "certificate.json", "levels.json", "cloth.ply",
+        "contact_forces.csv", "memory.csv", "history.csv", kSensitivityName})
     files.push_back(folder / name);
   return files;
 }

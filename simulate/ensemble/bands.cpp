@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "simulate/ensemble/bands.hpp"
 
+#include <fmt/format.h>
+
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
@@ -78,6 +80,15 @@ class OtherRests {
       const EnsembleCase other = coarse_.with([&](Scene& scene) { scene.start.history = history; });
       const Drape drape = drape_cloth(*other.drape, other.options.drape);
       return other_of(other, *drape.level, drape.rest, drape.levels.back().rest, what);
+    });
+  }
+
+  void add_friction(double coefficient) {
+    tasks_.emplace_back([this, coefficient] {
+      const EnsembleCase other = coarse_.with([&](Scene& scene) { scene.friction = coefficient; });
+      const Drape drape = drape_cloth(*other.drape, other.options.drape);
+      return other_of(other, *drape.level, drape.rest, drape.levels.back().rest,
+                      fmt::format("friction {:g}", coefficient));
     });
   }
 
@@ -229,6 +240,11 @@ OwnBands bands_of_own(const Ensemble& ensemble, const EnsembleCase& own, const F
     FrictionBand& band = bands.friction.emplace();
     band.friction = friction;
     others.state(others.made(), reach_m, false, band.pushes, band.marks);
+    if (friction > 0) {
+      for (const double end : own.scene.friction_ends()) others.add_friction(end);
+      std::vector<MarkInterval> unused;
+      others.state(others.made(), std::max(reach_m, ensemble.linked_m), false, band.ends, unused);
+    }
   }
   return bands;
 }

@@ -23,7 +23,8 @@ RestReport push(DrapeLevel& level, ClothMoment& moment, const Eigen::Vector3d& p
 struct OwnBands {
   /// Pushed by half of what slides a sheet over a flat table (friction times its weight) from six
   /// sides and let go: what lies as a whole stays, and what friction holds locally is tried. Absent
-  /// where nothing touches the cloth.
+  /// where nothing touches the cloth. Its ends: the same start with the scene's friction_ends(), as
+  /// far as rests of one branch lie apart.
   std::optional<FrictionBand> friction;
   /// After other pasts: without internal friction; pushed up and down by half of the weight, where
   /// nothing touches also sideways, and let go; draped once more; without its history. Farther than

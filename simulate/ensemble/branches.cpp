@@ -134,6 +134,13 @@ void group(Ensemble& ensemble, double least_m) {
     if (branch == ensemble.branches.size()) ensemble.branches.emplace_back();
     ensemble.branches[branch].push_back(rests[k]);
   }
+  for (std::vector<int>& branch : ensemble.branches)
+    std::stable_partition(branch.begin(), branch.end(),
+                          [&](int k) { return members[k].start == 0; });
+  std::stable_sort(ensemble.branches.begin(), ensemble.branches.end(),
+                   [&](const std::vector<int>& a, const std::vector<int>& b) {
+                     return members[a.front()].energy_j < members[b.front()].energy_j;
+                   });
 }
 
 /// True if the last batch of starts brought a branch; of the first batch, a second one.
@@ -298,23 +305,23 @@ BranchList list_of(const Ensemble& ensemble, const EnsembleCase& own) {
   list.members_at_rest = at_rest;
   std::vector<int> seen;
   for (std::size_t k = 0; k < ensemble.branches.size(); ++k) {
-    const Member& lowest = ensemble.members[ensemble.branches[k].front()];
+    const Member& first = ensemble.members[ensemble.branches[k].front()];
     ListedBranch one;
     one.number = static_cast<int>(k) + 1;
     one.sheet = fmt::format("branch-{:02}/sheet.ply", one.number);
-    one.energy_j = lowest.energy_j + own.drape->local.gravity_offset_j(lowest.mass_kg);
-    one.residual = lowest.drape.levels.back().rest.descent.residual;
+    one.energy_j = first.energy_j + own.drape->local.gravity_offset_j(first.mass_kg);
+    one.residual = first.drape.levels.back().rest.descent.residual;
     one.starts = ensemble.starts_of(k);
     one.fraction = static_cast<double>(one.starts.size()) / ensemble.starts;
     if (one.starts.empty()) one.sought = true;
-    one.friction = lowest.friction;
+    one.friction = first.friction;
     for (const int member : ensemble.branches[k])
       one.farthest_member_m =
           std::max(one.farthest_member_m,
-                   mean_distance_m(lowest.marks, ensemble.members[member].marks, ensemble.round));
-    one.hem_nodes = lowest.hem.nodes;
-    one.hem_amplitudes_m.assign(lowest.hem.amplitude_m.begin(), lowest.hem.amplitude_m.end());
-    one.spacing_m = lowest.drape.levels.back().spacing_m;
+                   mean_distance_m(first.marks, ensemble.members[member].marks, ensemble.round));
+    one.hem_nodes = first.hem.nodes;
+    one.hem_amplitudes_m.assign(first.hem.amplitude_m.begin(), first.hem.amplitude_m.end());
+    one.spacing_m = first.drape.levels.back().spacing_m;
     if (!one.starts.empty()) seen.push_back(static_cast<int>(one.starts.size()));
     list.branches.push_back(std::move(one));
   }
@@ -340,22 +347,22 @@ std::vector<std::size_t> could_be_real(const Ensemble& ensemble) {
 
 FinishedBranch finish_branch(const Ensemble& ensemble, std::size_t branch, const EnsembleCase& own,
                              bool polish, ListedBranch& entry) {
-  const Member& lowest = ensemble.members[ensemble.branches[branch].front()];
-  const EnsembleCase fine = with_friction(own, lowest.friction).with_levels(2);
+  const Member& first = ensemble.members[ensemble.branches[branch].front()];
+  const EnsembleCase fine = with_friction(own, first.friction).with_levels(2);
   const EnsembleCase coarse = fine.with_levels(1);
-  Drape drape = lowest.drape;
+  Drape drape = first.drape;
   drape.level = std::make_shared<DrapeLevel>(*coarse.drape, coarse.options.drape,
                                              coarse.options.drape.spacing_m);
   if (polish && level_spacings_m(own.options.drape).size() > 1) {
     FinishedBranch finer{
-        fine.result(polished(*fine.drape, fine.options.drape, drape.level, lowest.drape.rest)),
+        fine.result(polished(*fine.drape, fine.options.drape, drape.level, first.drape.rest)),
         {},
         {}};
     if (finer.result.at_rest()) {
       const Drape& found = *finer.result.drape;
       finer.marks = rows_on_cloth(found.marks_of_level.back());
       finer.from_measured_m = from_measured_m(*found.level, found.rest);
-      entry.polish_m = mean_distance_m(finer.marks, lowest.marks, false);
+      entry.polish_m = mean_distance_m(finer.marks, first.marks, false);
       entry.spacing_m = fine.options.drape.spacing_m;
       entry.residual = finer.result.certificate.residual.value_or(0);
       entry.stable = is_stable(*found.level, found.rest);
@@ -364,7 +371,7 @@ FinishedBranch finish_branch(const Ensemble& ensemble, std::size_t branch, const
     entry.not_polished = finer.result.certificate.status;
   }
   entry.stable = is_stable(*drape.level, drape.rest);
-  return {coarse.result(std::move(drape)), lowest.marks, lowest.from_measured_m};
+  return {coarse.result(std::move(drape)), first.marks, first.from_measured_m};
 }
 
 PlacedDrape place_measured(const Ensemble& ensemble, const EnsembleCase& own,
@@ -411,14 +418,23 @@ PlacedDrape place_measured(const Ensemble& ensemble, const EnsembleCase& own,
 }
 
 void start_from_measured(const EnsembleCase& own, PlacedDrape& placed) {
-  const EnsembleCase there = own.with_levels(2);
-  DrapeCase drape = *there.drape;
-  drape.local.scene.start.mode = StartMode::measured;
-  drape.shape = measured_shape(drape.local.scene, drape.local.measured, drape.print, *drape.around);
-  const Drape found = drape_cloth(drape, there.options.drape);
-  placed.started_there = there.ending_of(*found.level, found.rest, found.levels.back().rest);
-  if (placed.started_there == "at rest")
-    placed.started_there_m = from_measured_m(*found.level, found.rest);
+  const auto started = [&](double friction) {
+    const EnsembleCase there = with_friction(own, friction).with_levels(2);
+    DrapeCase drape = *there.drape;
+    drape.local.scene.start.mode = StartMode::measured;
+    drape.shape =
+        measured_shape(drape.local.scene, drape.local.measured, drape.print, *drape.around);
+    const Drape found = drape_cloth(drape, there.options.drape);
+    OtherFriction end{
+        friction, there.ending_of(*found.level, found.rest, found.levels.back().rest), {}};
+    if (end.ending == "at rest") end.distance_m = from_measured_m(*found.level, found.rest);
+    return end;
+  };
+  const OtherFriction own_end = started(own.scene.friction);
+  placed.started_there = own_end.ending;
+  placed.started_there_m = own_end.distance_m;
+  if (const auto range = own.scene.friction_range())
+    for (const double friction : *range) placed.other_frictions.push_back(started(friction));
 }
 
 }  // namespace drape::simulate

@@ -72,8 +72,8 @@ struct Ensemble {
   std::vector<MarkId> marks;    ///< marks of the print that are on the cloth
   bool round = false;           ///< the scene looks the same turned about a vertical axis
   double linked_m = 0;          ///< rests nearer than this to any member of a branch are on it
-  /// Indices of the members of each branch by energy, lowest first; the first names it. Branches
-  /// are in the order of their first.
+  /// Indices of the members of each branch by energy, lowest first, but the scene's own start
+  /// before all; the first names it. Branches are in the order of the energies of their first.
   std::vector<std::vector<int>> branches;
 
   /// Starts that ended on a branch, ascending.
@@ -111,7 +111,7 @@ struct FinishedBranch {
   std::optional<double> from_measured_m;  ///< the same
 };
 
-/// Takes the lowest member of a branch, polished on the next finer mesh where there is one and
+/// Takes the member that names a branch, polished on the next finer mesh where there is one and
 /// `polish`; `entry` takes what that changes, and whether the rest is stable: whether a small
 /// change of forces has a first-order answer. Where the polished cloth is no rest, `entry` says why
 /// and the member itself is given.
@@ -127,7 +127,8 @@ struct FinishedBranch {
                                          const std::vector<BandMark>& band);
 
 /// Drapes the cloth from the measured shape, as finely as branches are polished: the distance that
-/// is left is the model's and the fabric's, without the luck of folds.
+/// is left is the model's and the fabric's, without the luck of folds; also at the ends of the
+/// range of a friction that nobody measured.
 void start_from_measured(const EnsembleCase& own, PlacedDrape& placed);
 
 }  // namespace drape::simulate

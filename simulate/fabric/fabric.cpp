@@ -310,9 +310,4 @@ double half_hysteresis(const KawabataCurve& curve) {
   return count == 0 ? 0.0 : sum / count;
 }
 
-bool names(const std::vector<std::string>& stand_ins, const std::string& word) {
-  return std::any_of(stand_ins.begin(), stand_ins.end(),
-                     [&](const std::string& what) { return what.find(word) != std::string::npos; });
-}
-
 }  // namespace drape::simulate

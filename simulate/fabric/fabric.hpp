@@ -87,9 +87,6 @@ struct Fabric {
 /// Half the mean distance of the branches over the middle half of the test: what merging hides.
 [[nodiscard]] double half_hysteresis(const KawabataCurve& curve);
 
-/// True if one of the texts, of a fabric or a scene, speaks of `word`.
-[[nodiscard]] bool names(const std::vector<std::string>& stand_ins, const std::string& word);
-
 }  // namespace drape::simulate
 
 template <>

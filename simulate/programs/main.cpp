@@ -15,6 +15,7 @@
 #include "simulate/programs/commands.hpp"
 #include "simulate/programs/run_inputs.hpp"
 #include "simulate/simulate.hpp"
+#include "simulate/study/sensitivity.hpp"
 
 namespace drape::simulate {
 
@@ -23,7 +24,7 @@ namespace fs = std::filesystem;
 namespace {
 
 struct SimulateArguments : RunArguments {
-  bool paper = false, check_objects = false;
+  bool paper = false, check_objects = false, sensitivity = false;
   std::optional<int> grid;
   std::optional<fs::path> outline;
 };
@@ -40,12 +41,19 @@ void fields(Fields& f, SimulateArguments& args) {
   f.otherwise({"paper", "the particle grid of the paper in place of the mesh"}, args.paper);
   f({"grid", "particles per side, with --paper (default: 21)", 1, 3, 401}, args.grid);
   fields(f, args.options.paper);
+  f.otherwise({"sensitivity",
+               "sensitivity.json too: where each mark of --start-from goes with each value of "
+               "fabric and scene, to first order at this rest"},
+              args.sensitivity);
   f.otherwise({"check_objects", "read the scene's objects, and stop"}, args.check_objects);
   f.rule(args.paper || !args.grid, "grid", "--grid belongs to --paper",
          "--spacing-mm says the finest mesh of the cloth");
   f.rule(!args.paper || (!args.outline && !args.options.from_measured), "paper",
          "--paper drapes the whole patch from the scene's start",
          "leave out --outline and --from-measured");
+  f.rule(!args.sensitivity || (args.start && !args.paper && !args.options.internal_friction),
+         "sensitivity", "--sensitivity measures a cloth without memory from a measured sheet",
+         "give --start-from SHEET, and neither --paper nor --internal-friction");
   args.options.model = args.paper ? ClothModel::paper : ClothModel::triangles;
   if (args.grid) args.options.paper.rows = args.options.paper.cols = *args.grid;
 }
@@ -115,6 +123,12 @@ int run_simulate(SimulateArguments args, std::vector<std::string> words,
       simulate(inputs.scene, inputs.fabric, inputs.print, inputs.measured, args.options);
   result.sheet.no_go = no_go_of(inputs.measured);
   write_outputs(args.out, result, record);
+  if (args.sensitivity) {
+    const fs::path written = args.out / kSensitivityName;
+    write_record(written,
+                 sensitivities_of(result, inputs.fabric, *inputs.measured, {args.options}));
+    record.output(written);
+  }
   return finish(ending_of(result, args.out), common, record);
 }
 

@@ -74,9 +74,10 @@ int run_sensitivity(SensitivityArguments args, std::vector<std::string> words,
   if (*args.start != args.reference)
     for (const fs::path& file : start_files(args.reference)) record.input(file);
   set_reach(args, inputs);
-  const SensitivityFile file =
-      find_sensitivities(inputs.scene, inputs.fabric, inputs.print, inputs.measured, reference,
-                         {args.options, args.variants});
+  SensitivityFile file = sensitivities_of(
+      simulate(inputs.scene, inputs.fabric, inputs.print, inputs.measured, args.options),
+      inputs.fabric, reference, {args.options, args.variants});
+  if (!file.no_go) file.no_go = no_go_of(inputs.measured);
   write_record(written, file);
   record.output(written);
   Ending ending = ending_of(file, written);

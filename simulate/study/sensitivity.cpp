@@ -19,9 +19,8 @@ using Eigen::Vector2d;
 using Eigen::Vector3d;
 using units::mm;
 
-constexpr double kPlace_m = ObjectUncertainty::ruler_m;  // of pins and clamps, along each axis
-constexpr double kLevel_rad = 0.2 * units::deg;          // of a bench by a spirit level
-constexpr double kSmall = 1e-6;  // part of a step over which forces are differenced
+constexpr double kSmall = 1e-6;    // part of a step over which forces are differenced
+constexpr int kManySegments = 20;  // beside them a curve of fewer is an approximation
 
 ForceCurve times(ForceCurve curve, double factor) {
   curve.slope *= factor;
@@ -140,6 +139,7 @@ class Base {
     DrapeCase probed = case_;
     DrapeLevel probe(probed, options_.simulate.drape, level_.spacing_m());
     for (const Change& change : changes) difference(change, probed, probe, forces, held);
+    forces.push_back(force_change(level_, rest_, laws(kManySegments, false)));
     const auto ways = level_.first_order(rest_, forces);
     if (!ways) return;
     for (std::size_t i = 0; i < kValues; ++i) {
@@ -149,6 +149,11 @@ class Base {
                              MarkMoves{1, std::nullopt, -up_m, up_m}});
       if (is_stand_in(fabric_, value)) file.values.back().moves->half_width = 100 * kStandInPart;
     }
+    const MatrixX3d finer_m = moved(ways->back(), 1);
+    file.scene.push_back({"curve_segments",
+                          change_of_distance_m(finer_m),
+                          MarkMoves{1, 1.0, -finer_m, finer_m},
+                          {}});
     for (std::size_t k = 0; k < changes.size(); ++k) {
       MeshCloth::State way = (*ways)[kValues + k];
       for (std::size_t i = 0; i < way.size(); ++i) way[i] += held[k][i];
@@ -268,18 +273,19 @@ class Base {
     if (scene.friction > 0) all.push_back(friction_change());
     for (std::size_t k = 0; k < case_.pins_at.size(); ++k)
       along_axes(
-          fmt::format("pin_{}", k + 1), kPlace_m,
+          fmt::format("pin_{}", k + 1), ObjectUncertainty::ruler_m,
           [point = static_cast<std::size_t>(level_.pinned()[k])](
               DrapeCase&, MeshCloth::State& state, const Vector3d& by_m) { state[point] += by_m; });
     for (std::size_t k = 0; k < case_.lines.size(); ++k)
-      along_axes(fmt::format("clamp_{}", k + 1), kPlace_m,
+      along_axes(fmt::format("clamp_{}", k + 1), ObjectUncertainty::ruler_m,
                  [k, this](DrapeCase&, MeshCloth::State& state, const Vector3d& by_m) {
                    const auto& points = level_.cloth().mesh().points_m;
                    for (std::size_t i = 0; i < points.size(); ++i)
                      if (case_.lines[k].holds(points[i])) state[i] += by_m;
                  });
     for (int axis = 0; axis < 2; ++axis)
-      all.push_back({fmt::format("level_{}_deg", "xy"[axis]), kLevel_rad, units::deg, std::nullopt,
+      all.push_back({fmt::format("level_{}_deg", "xy"[axis]), 0.1 * units::deg, units::deg,
+                     std::nullopt,
                      [gravity = scene.gravity_m_per_s2, along = local_axis(axis)](
                          DrapeCase&, DrapeLevel& level, MeshCloth::State&, double by_rad) {
                        level.set_gravity(Eigen::AngleAxisd(by_rad, along) * gravity);
@@ -413,30 +419,33 @@ ClothLaws scaled(ClothLaws laws, FabricValue value, double factor) {
 
 MeshCloth::State force_change(const DrapeLevel& level, const ClothMoment& rest, FabricValue value) {
   const MeshCloth& cloth = level.cloth();
+  if (value != FabricValue::areal_density)
+    return force_change(level, rest, scaled(cloth.laws(), value, 2));
   MeshCloth::State change(static_cast<std::size_t>(cloth.unknowns()), Vector3d::Zero());
-  if (value == FabricValue::areal_density) {
-    for (std::size_t i = 0; i < cloth.mass_kg().size(); ++i)
-      change[i] = cloth.mass_kg()[i] * level.drape().local.scene.gravity_m_per_s2;
-    return change;
-  }
-  ClothLaws elastic = cloth.laws();
-  elastic.friction.reset();
+  for (std::size_t i = 0; i < cloth.mass_kg().size(); ++i)
+    change[i] = cloth.mass_kg()[i] * level.drape().local.scene.gravity_m_per_s2;
+  return change;
+}
+
+MeshCloth::State force_change(const DrapeLevel& level, const ClothMoment& rest, ClothLaws laws) {
+  const MeshCloth& cloth = level.cloth();
+  ClothLaws own = cloth.laws();
+  own.friction.reset();
+  laws.friction.reset();
+  MeshCloth::State change(static_cast<std::size_t>(cloth.unknowns()), Vector3d::Zero());
   MeshCloth::State once = change;
-  MeshCloth(cloth.mesh(), elastic, cloth.in_triangles()).add_forces(rest.state, once);
-  MeshCloth(cloth.mesh(), scaled(elastic, value, 2), cloth.in_triangles())
-      .add_forces(rest.state, change);
+  MeshCloth(cloth.mesh(), own, cloth.in_triangles()).add_forces(rest.state, once);
+  MeshCloth(cloth.mesh(), std::move(laws), cloth.in_triangles()).add_forces(rest.state, change);
   for (std::size_t i = 0; i < change.size(); ++i) change[i] -= once[i];
   return change;
 }
 
-SensitivityFile find_sensitivities(const Scene& scene, const Fabric& fabric, const Print& print,
-                                   const std::optional<Sheet>& measured, const Sheet& reference,
-                                   const SensitivityOptions& options) {
-  const SimulateResult result = simulate(scene, fabric, print, measured, options.simulate);
+SensitivityFile sensitivities_of(const SimulateResult& result, const Fabric& fabric,
+                                 const Sheet& reference, const SensitivityOptions& options) {
   SensitivityFile file;
   file.segments = options.simulate.segments;
   file.model = std::get<SimulatedSource>(result.sheet.source).model;
-  file.no_go = reference.no_go || !measured ? reference.no_go : measured->no_go;
+  file.no_go = reference.no_go;
   file.status = result.certificate.status;
   Base base(result, fabric, reference, options);
   base.describe(file);

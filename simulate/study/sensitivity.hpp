@@ -33,22 +33,24 @@ inline constexpr double kStandInPart = 0.5, kMeasuredPart = 0.05;
 /// are proportional to it.
 [[nodiscard]] MeshCloth::State force_change(const DrapeLevel& level, const ClothMoment& rest,
                                             FabricValue value);
+/// The same where the cloth has other laws.
+[[nodiscard]] MeshCloth::State force_change(const DrapeLevel& level, const ClothMoment& rest,
+                                            ClothLaws laws);
 
 struct SensitivityOptions {
   SimulateOptions simulate;
   bool variants = false;  ///< drapes again with one part of the model changed
 };
 
-/// Drapes the scene and finds where its marks, and so their mean distance from `reference`, go with
-/// each value, to first order at the rest: fabric values, place and size of the objects, friction,
-/// places of pins and clamps, level of the bench. Pressed places stay pressed, so that no answer
-/// leads to another branch. A place that slides follows a change that draws it on and stays with
-/// one that draws it back: friction's answer is the mean of both. Throws Error for wrong input.
-[[nodiscard]] SensitivityFile find_sensitivities(const Scene& scene, const Fabric& fabric,
-                                                 const Print& print,
-                                                 const std::optional<Sheet>& measured,
-                                                 const Sheet& reference,
-                                                 const SensitivityOptions& options);
+/// Where the marks of a drape, and so their mean distance from `reference`, go with each value, to
+/// first order at its rest, so on its mesh and its branch: fabric values, more segments per curve,
+/// place and size of the objects, friction, places of pins and clamps, level of the bench. Pressed
+/// places stay pressed, so that no answer leads to another branch. A place that slides follows a
+/// change that draws it on and stays with one that draws it back: friction's answer is the mean of
+/// both. `options.simulate`: those of the drape.
+[[nodiscard]] SensitivityFile sensitivities_of(const SimulateResult& result, const Fabric& fabric,
+                                               const Sheet& reference,
+                                               const SensitivityOptions& options);
 
 }  // namespace drape::simulate
 

@@ -59,6 +59,13 @@ Sheet flat_reference(const Print& print, double z_m) {
   return sheet;
 }
 
+SensitivityFile found(const Scene& scene, const Fabric& fabric, double reference_z_m,
+                      const SensitivityOptions& options) {
+  const Print print = read_print(scene.print_file);
+  return sensitivities_of(simulate(scene, fabric, print, std::nullopt, options.simulate), fabric,
+                          flat_reference(print, reference_z_m), options);
+}
+
 double norm(const MeshCloth::State& state) {
   double squares = 0;
   for (const Vector3d& one : state) squares += one.squaredNorm();
@@ -129,10 +136,7 @@ const SceneEffect* effect_of(const SensitivityFile& file, const std::string& val
 
 TEST(Sensitivities, HoldPinsAndLevelOfAHangingCloth) {
   const Scene scene = hanging_scene();
-  const Print print = read_print(scene.print_file);
-  const SensitivityFile file =
-      find_sensitivities(scene, read_fabric(scene.fabric_file), print, std::nullopt,
-                         flat_reference(print, 0.3), {coarse()});
+  const SensitivityFile file = found(scene, read_fabric(scene.fabric_file), 0.3, {coarse()});
   ASSERT_EQ(file.status, "at rest");
   EXPECT_EQ(file.values.size(), std::size(names_of<FabricValue>));
   ASSERT_EQ(file.spacing_m, kSpacing_m);
@@ -161,12 +165,10 @@ TEST(Sensitivities, SayWhereTheMarksGoWhenAValueErrs) {
   Scene scene = cube_scene();
   scene.stand_ins = {"friction"};
   scene.friction_uncertainty.reset();
-  const Print print = read_print(scene.print_file);
   Fabric fabric = read_fabric(scene.fabric_file);
   fabric.stand_ins = {"shear curves"};
   fabric.bias_bending_n_m = 1e-6;
-  const SensitivityFile file = find_sensitivities(scene, fabric, print, std::nullopt,
-                                                  flat_reference(print, 0.15), {coarse(kOnCube_m)});
+  const SensitivityFile file = found(scene, fabric, 0.15, {coarse(kOnCube_m)});
   ASSERT_EQ(file.status, "at rest");
   for (const ValueEffect& one : file.values) {
     ASSERT_TRUE(one.moves) << one.value;
@@ -192,12 +194,9 @@ TEST(Sensitivities, SayWhereTheMarksGoWhenAValueErrs) {
 
 TEST(Sensitivities, TabulateChangedModelsFromRestAndFromStart) {
   const Scene scene = hanging_scene();
-  const Print print = read_print(scene.print_file);
   SensitivityOptions options{coarse()};
   options.variants = true;
-  const SensitivityFile file =
-      find_sensitivities(scene, read_fabric(scene.fabric_file), print, std::nullopt,
-                         flat_reference(print, 0.3), options);
+  const SensitivityFile file = found(scene, read_fabric(scene.fabric_file), 0.3, options);
   ASSERT_EQ(file.status, "at rest");
   ASSERT_EQ(file.variants.size(), 2U * 5 + 1);
   for (const VariantEffect& row : file.variants) {

@@ -32,9 +32,9 @@ class Programs {
     write_durable(folder_.path() / replaced, text);
     ::chmod((folder_.path() / replaced).c_str(), 0755);
   }
-  [[nodiscard]] Outcome run(const SmallBench& bench, const std::string& more = "") const {
+  [[nodiscard]] Outcome run(const SmallBench& bench, const std::string& more = " --single") const {
     return run_line("cd " + bench.folder().string() + " && exec " +
-                    (folder_.path() / "drape").string() + " run rig --single --out out" + more);
+                    (folder_.path() / "drape").string() + " run rig --out out" + more);
   }
 
  private:
@@ -68,12 +68,12 @@ TEST(ForeignStage, AProgramThatCrashesIsNoVerdictAndLosesNoOther) {
       HasSubstr("triangulate (drape C) ended with exit code 1 but did not write out/C/sheet"));
   EXPECT_THAT(unmeasured.text, Not(HasSubstr("GO: ")));
   // An extra that no drape has: the results are there without it.
-  const std::string only_sensitivities = "#!/bin/sh\n[ \"$1\" = sensitivity ] || exec '" +
-                                         program("drape-simulate").string() + "' \"$@\"\n" +
-                                         crashes.substr(crashes.find('\n') + 1);
-  const Outcome extra = Programs("drape-simulate", only_sensitivities).run(bench, " --uncertainty");
+  const std::string only_branches = "#!/bin/sh\n[ \"$1\" = branches ] || exec '" +
+                                    program("drape-simulate").string() + "' \"$@\"\n" +
+                                    crashes.substr(crashes.find('\n') + 1);
+  const Outcome extra = Programs("drape-simulate", only_branches).run(bench, "");
   EXPECT_EQ(extra.exit_code, 0) << extra.text;
-  const std::string said = "sensitivity (drape C): failed, so nothing of it is in the result";
+  const std::string said = "branches (C, ensemble): failed, so nothing of it is in the result";
   EXPECT_THAT(extra.text, HasSubstr("GO: the bench ran"));
   EXPECT_THAT(extra.text, HasSubstr("warning: " + said));
   EXPECT_THAT(read_text(bench.folder() / "out/report.html"), HasSubstr(said));
@@ -85,7 +85,7 @@ TEST(ForeignStage, AProgramThatCrashesIsNoVerdictAndLosesNoOther) {
   EXPECT_THAT(uncompared.text, HasSubstr("\nNO-GO: triangulate (drape C): "));
   EXPECT_THAT(uncompared.text, HasSubstr("nothing was compared, stored or reported: compare "));
   // For scripts it has the keys of any run, and no report.
-  const Outcome read = comparing.run(bench, " --json 2>/dev/null");
+  const Outcome read = comparing.run(bench, " --single --json 2>/dev/null");
   EXPECT_EQ(read.exit_code, 1) << read.text;
   const Json json = Json::parse(read.text);
   EXPECT_EQ(json.at("verdict"), "NO-GO");
