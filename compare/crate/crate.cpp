@@ -68,7 +68,7 @@ void add_sensitivities(const std::map<fs::path, std::string>& sealed,
                        std::vector<fs::path>& starts) {
   const std::vector<fs::path> sheets = starts;
   for (const fs::path& sheet : sheets) {
-    const fs::path file = sheet.parent_path() / "sensitivity" / "sensitivity.json";
+    const fs::path file = sheet.parent_path() / kSensitivityName;
     if (sealed.contains(file)) starts.push_back(file);
   }
 }

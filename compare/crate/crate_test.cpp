@@ -106,13 +106,13 @@ TEST_F(CrateOf, AnUntouchedRunIsWholeWithItsUncertaintyAsItIs) {
 }
 
 TEST_F(CrateOf, WhatTheUncertaintyRestsOnIsInTheCrate) {
-  const fs::path split = sheets_[0].parent_path() / "sensitivity" / "sensitivity.json",
+  const fs::path split = sheets_.back().parent_path() / kSensitivityName,
                  fabric = folder_.path() / "fabric.toml";
   write_durable(fabric, "fabric");
   write_json(split, {{"schema", "drapebench/sensitivity/1"},
-                     {"rows", 11},
-                     {"cols", 11},
-                     {"segments", 1},
+                     {"rows", 21},
+                     {"cols", 21},
+                     {"segments", 5},
                      {"model", "consistent"},
                      {"marks", 0},
                      {"mean_distance_mm", 1.5},
@@ -123,11 +123,12 @@ TEST_F(CrateOf, WhatTheUncertaintyRestsOnIsInTheCrate) {
   record.output(split);
   record.write(0);
   EXPECT_THAT(findings(), IsEmpty());
-  EXPECT_FALSE(fs::exists(out() / "files" / "A" / "sensitivity")) << "not in U yet";
+  const std::string beside = "A/simulations/21-5/sensitivity";
+  EXPECT_FALSE(fs::exists(out() / "files" / (beside + ".json"))) << "not in U yet";
   import();
   EXPECT_THAT(findings(), IsEmpty());
-  for (const char* name :
-       {"A/sensitivity/sensitivity.json", "A/sensitivity/sensitivity.run.json", "fabric.toml"})
+  for (const std::string& name :
+       {beside + ".json", beside + ".run.json", std::string("fabric.toml")})
     EXPECT_TRUE(fs::exists(out() / "files" / name)) << name;
   fs::remove(split);
   EXPECT_THAT(findings(), Contains("gone: " + split.string()));

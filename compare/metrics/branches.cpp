@@ -95,7 +95,8 @@ Branch branch_from(const ListedBranch& one, const BranchList& list) {
                 one.stable,
                 static_cast<int>(one.starts.size()),
                 one.hem_nodes,
-                list.round};
+                list.round,
+                one.fraction};
   for (const ListedBranch& other : list.branches)
     if (other.number == 1) branch.least_j = other.energy_j;
   return branch;

@@ -25,6 +25,7 @@ struct Branch {
   int starts = 0;                      ///< number of starts that ended here
   int hem_nodes = 0;                   ///< folds of the border
   bool round = false;                  ///< the scene looks the same turned about a vertical axis
+  std::optional<double> share = {};    ///< of the seeded starts
   std::optional<double> least_j = {};  ///< energy of the first of its list, given or not
 };
 

@@ -36,8 +36,13 @@ void fields(Fields& f, CompareArguments& a) {
   f.otherwise({"significance", "part of real repeats that count as outside of the others", 1,
                above_zero, 1},
               a.options.significance);
+  f({"tolerance_mm",
+     "limit of the mean distance that the match is judged against where the drape was laid fewer "
+     "than three times; default: none, and no match",
+     units::mm, above_zero},
+    a.options.tolerance_m);
   f.otherwise(
-      Field{"sensitivity", "sensitivity.json that must lie beside a measured sheet"}.per_flag(),
+      Field{"sensitivity", "sensitivity.json that must lie beside a simulated sheet"}.per_flag(),
       a.sensitivities);
   f.otherwise({"min_marks", "NO-GO below this number of compared marks", 1, 1},
               a.options.min_marks);

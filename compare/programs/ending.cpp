@@ -86,6 +86,17 @@ Ending ending_of(const Session& session, const Outcome& outcome) {
 
 namespace {
 
+Json json_of(const std::optional<ModelRest>& model) {
+  if (!model) return nullptr;
+  return {{"mean_mm", model->distance_m / mm},
+          {"least_mm", model->least_m / mm},
+          {"largest_mm", model->largest_m / mm},
+          {"range", model->range},
+          {"ends_without_rest", model->lost},
+          {"from_headline_mm", model->apart_m ? Json(*model->apart_m / mm) : Json()},
+          {"other_branch", model->other_branch ? Json(*model->other_branch) : Json()}};
+}
+
 Json json_of(const Session& session, const Outcome& outcome, const Ending& ending) {
   Json json;
   json["verdict"] = ending.go ? "GO" : "NO-GO";
@@ -107,10 +118,17 @@ Json json_of(const Session& session, const Outcome& outcome, const Ending& endin
     drape["match"] = name_of(report.match.match);
     drape["match_reason"] = report.match.reason;
     drape["match_rests_on"] = report.match.rests_on;
+    drape["match_value_mm"] = in_mm(report.match.value_m);
+    drape["match_limit_mm"] = in_mm(report.match.limit_m);
+    drape["match_remedies"] = report.match.remedies;
+    drape["error_number"] = report.match.error_number ? Json(*report.match.error_number) : Json();
+    drape["from_measured_shape"] = json_of(report.match.model);
     drape["match_bases"] = json_of(basis_table(report));
     drape["repeats"] = json_of(repeats_table(report));
     drape["expanded_uncertainty_mm"] =
         report.budget ? Json(report.budget->expanded_m / mm) : Json();
+    drape["inputs_uncertainty_mm"] = report.budget ? Json(report.budget->inputs_m / mm) : Json();
+    drape["own_error_mm"] = report.budget ? Json(report.budget->own_m / mm) : Json();
     drape["budget_complete"] = report.budget ? Json(report.budget->missing.empty()) : Json();
     if (report.budget) drape["budget"] = json_of(budget_table(*report.budget));
     drape["marks"] = report.measurement.marks;

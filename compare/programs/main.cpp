@@ -22,11 +22,10 @@ void record_sensitivity(const std::filesystem::path& file, const Session& sessio
     if (read == file) return;
   record.input(file);
   for (const DrapeFiles& drape : session.drapes)
-    if (equivalent(absolute(file).parent_path().parent_path(),
-                   absolute(drape.input.measured.file).parent_path()))
-      return;
-  throw bad_input("no sheet of this sensitivity.json's drape is given", {.file = file.string()},
-                  "give the measured sheet.ply that it lies beside, or leave it out");
+    for (const Simulation& one : drape.input.simulations)
+      if (equivalent(absolute(file).parent_path(), absolute(one.sheet.file).parent_path())) return;
+  throw bad_input("the simulation of this sensitivity.json is not given", {.file = file.string()},
+                  "give the sheet.ply that it lies beside, or leave it out");
 }
 
 int run_compare(CompareArguments& arguments, const CommonOptions& common,

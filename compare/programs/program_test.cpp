@@ -71,11 +71,11 @@ TEST_F(Program, JsonSaysTheSame) {
 }
 
 TEST_F(Program, ASplitThatIsLeftOutIsNamedByTheRecordSoThatAnotherIsCompared) {
-  const std::string split = path("A/sensitivity/sensitivity.json");
+  const std::string split = path("A/simulations/21-5/sensitivity.json");
   write_json(split, {{"schema", "drapebench/sensitivity/1"}});
   for (int time = 0; time < 2; ++time) {
     ASSERT_EQ(compare("--sensitivity " + split), 0) << output_;
-    EXPECT_THAT(output_, HasSubstr("so it is left out; run drape simulate sensitivity again"));
+    EXPECT_THAT(output_, HasSubstr("so it is left out; simulate the drape again"));
     EXPECT_THAT(read_text(path("report.run.json")), HasSubstr(sha256_of_file(split)));
     write_json(split, {{"schema", "drapebench/sensitivity/1"}, {"marks", 1}});
   }
@@ -83,12 +83,12 @@ TEST_F(Program, ASplitThatIsLeftOutIsNamedByTheRecordSoThatAnotherIsCompared) {
   fs::create_directories(path("B/sensitivity"));
   fs::rename(split, others);
   EXPECT_EQ(compare("--sensitivity " + others), 3) << output_;
-  EXPECT_THAT(output_, HasSubstr("no sheet of this sensitivity.json's drape is given"));
+  EXPECT_THAT(output_, HasSubstr("the simulation of this sensitivity.json is not given"));
   EXPECT_EQ(compare("--sensitivity " + split), 3) << output_;
 }
 
 TEST_F(Program, SheetsThatFollowAFileOfAFlagAreComparedToo) {
-  const std::string split = path("A/sensitivity/sensitivity.json");
+  const std::string split = path("A/simulations/21-5/sensitivity.json");
   write_json(split, {{"schema", "drapebench/sensitivity/1"}});
   std::string arguments = "--json";
   for (const fs::path& file : files_)
@@ -248,7 +248,7 @@ TEST_F(Program, WhatIsNotAsItsRecordSaysIsRefused) {
   Sheet sheet = read_sheet(files_[1]);
   std::get<SimulatedSource>(sheet.source).fabric = "another";
   write_sheet(files_[1], sheet);
-  const std::string split = path("A/sensitivity/sensitivity.json");
+  const std::string split = path("A/simulations/11-5/sensitivity.json");
   write_json(split, {{"schema", "drapebench/sensitivity/1"}});
   RunRecord of_split("drape-simulate", {}, run_record_path(split));
   of_split.output(split);

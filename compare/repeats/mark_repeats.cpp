@@ -3,11 +3,14 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include "compare/metrics/drapemeter.hpp"
 #include "compare/metrics/surface.hpp"
 #include "core/error.hpp"
+#include "core/statistics/sample.hpp"
 #include "core/units.hpp"
 
 namespace drape::compare {
@@ -95,7 +98,20 @@ std::vector<const SheetMark*> border_among(const std::vector<const SheetMark*>& 
   return kept;
 }
 
-/// Hem and spectrum, or why there are none.
+/// Judgement where the virtual sheet lies `times` as far from every repeat.
+Judgement judged(const RepeatBasis& basis, double times, double significance) {
+  Distances distances{basis.real_to_real_m, basis.virtual_to_real_m};
+  for (double& d : distances.virtual_to_real) d *= times;
+  return basis.what == "hem" ? judge_distance(distances, basis.prior, kLeast_m, significance)
+                             : judge_points(distances, basis.prior);
+}
+
+/// Radius of the circle of the same area.
+double radius_of(const Hem& hem) {
+  return std::sqrt(hem.area_m2 / std::numbers::pi);
+}
+
+/// Hem, spectrum and area, or why there are none.
 void add_hems(const std::vector<SheetFile>& repeats, const Surface& surface,
               const std::vector<const SheetMark*>& marks, double significance,
               std::vector<RepeatBasis>& bases) {
@@ -118,10 +134,20 @@ void add_hems(const std::vector<SheetFile>& repeats, const Surface& surface,
     }
   }
   if (!own) {
-    for (const char* what : {"hem", "spectrum"}) bases.push_back({what, {}, {}, {}, reason});
+    for (const char* what : {"hem", "spectrum", "area"})
+      bases.push_back({what, {}, {}, {}, reason});
     return;
   }
   RepeatBasis hem = basis_of("hem", hems, hem_distance_m);
+  hem.prior = published_priors().hem_score;
+  RepeatBasis area = basis_of("area", hems, [](const Hem& a, const Hem& b) {
+    return std::abs(radius_of(a) - radius_of(b));
+  });
+  Points flat;
+  for (const SheetMark* mark : outermost)
+    flat.emplace_back(mark->material_m.x(), mark->material_m.y(), 0);
+  area.prior = published_priors().covered_radius;
+  area.prior.variance *= std::pow(radius_of(hem_of(flat)), 2);
   std::vector<std::vector<double>> orders;
   orders.reserve(hems.size());
   for (const Hem& one : hems) orders.push_back(order_amplitudes_m(one, kHemOrders));
@@ -130,12 +156,14 @@ void add_hems(const std::vector<SheetFile>& repeats, const Surface& surface,
   for (std::size_t i = 0; i < hems.size(); ++i) {
     hem.virtual_to_real_m.push_back(hem_distance_m(hems[i], *own));
     spectrum.virtual_to_real_m.push_back(orders_apart_m(orders[i], own_orders));
+    area.virtual_to_real_m.push_back(std::abs(radius_of(hems[i]) - radius_of(*own)));
   }
-  hem.judgement = judge_distance({hem.real_to_real_m, hem.virtual_to_real_m},
-                                 published_priors().hem_score, kLeast_m, significance);
-  spectrum.judgement = judge_points({spectrum.real_to_real_m, spectrum.virtual_to_real_m});
+  hem.judgement = judged(hem, 1, significance);
+  spectrum.judgement = judged(spectrum, 1, significance);
+  area.judgement = judged(area, 1, significance);
   bases.push_back(std::move(hem));
   bases.push_back(std::move(spectrum));
+  bases.push_back(std::move(area));
 }
 
 MarkRepeats::SheetMatch match_of(const std::vector<SheetFile>& repeats, const SheetFile& candidate,
@@ -159,7 +187,7 @@ MarkRepeats::SheetMatch match_of(const std::vector<SheetFile>& repeats, const Sh
     match.bases.push_back(std::move(basis));
     return match;
   }
-  basis.judgement = judge_points({basis.real_to_real_m, basis.virtual_to_real_m});
+  basis.judgement = judged(basis, 1, significance);
   match.bases.push_back(std::move(basis));
   add_hems(repeats, surface, marks, significance, match.bases);
   std::vector<Judgement> judgements;
@@ -196,8 +224,25 @@ MarkRepeats mark_repeats(const std::vector<SheetFile>& repeats,
   return result;
 }
 
+std::optional<double> limit_m(const MarkRepeats::SheetMatch& match, double significance) {
+  if (!match.p) return std::nullopt;
+  const auto p_at = [&](double times) {
+    std::vector<Judgement> judgements;
+    for (const RepeatBasis& basis : match.bases)
+      if (basis.judgement.p) judgements.push_back(judged(basis, times, significance));
+    return combined_p(judgements).value_or(1);
+  };
+  double low = 0, high = 1;
+  while (p_at(high) >= significance && high < 1e9) high *= 2;
+  for (int step = 0; step < 60; ++step) {
+    const double middle = 0.5 * (low + high);
+    (p_at(middle) >= significance ? low : high) = middle;
+  }
+  return low * mean_of(match.bases.front().virtual_to_real_m);
+}
+
 void fields(Fields& f, RepeatBasis& basis) {
-  f({"what", "marks, hem or spectrum"}, basis.what);
+  f({"what", "marks, hem, spectrum or area"}, basis.what);
   f({"real_to_real_mm", "distances of the repeats", mm}, basis.real_to_real_m);
   f({"virtual_to_real_mm", "distances of the virtual sheet", mm}, basis.virtual_to_real_m);
   f({"p", "probability that a repeat lies as far out; null: not judged"}, basis.judgement.p);

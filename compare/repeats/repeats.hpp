@@ -23,8 +23,8 @@ namespace drape::compare {
 /// Writes a text that is null where there is none.
 void text_or_null(Fields& f, const Field& field, const std::string& text);
 
-/// A virtual drape beside the real one.
-enum class Match { inside, outside, undecided };
+/// A virtual drape beside the real one; none: there is no limit.
+enum class Match { inside, outside, undecided, none };
 
 /// Common distribution of the variances of many groups: scaled inverse chi-square with `dof` and
 /// `variance`; dof 0: nothing is known.
@@ -60,8 +60,9 @@ struct Distances {
 /// 1946), from unbiased estimates of both sums. Below six repeats nu cannot be estimated and is 1,
 /// which makes the test stricter on alarms than the significance says. Needs three repeats. `t` is
 /// the root of F, `dof` is nu, mean is absent (0), sd the repeats' root mean square distance from
-/// their mean.
-[[nodiscard]] Judgement judge_points(const Distances& distances);
+/// their mean. With a prior they are values on a line: nu is 1, and their variance is drawn towards
+/// the prior's.
+[[nodiscard]] Judgement judge_points(const Distances& distances, const VariancePrior& prior = {});
 
 /// Bonferroni over several p: the smallest times their number, at most 1.
 [[nodiscard]] std::optional<double> joint_p(const std::vector<Judgement>& judgements);
@@ -74,6 +75,7 @@ struct Distances {
 struct RepeatPriors {
   VariancePrior drape_coefficient;  ///< percent points squared
   VariancePrior hem_score;          ///< variance of log distance
+  VariancePrior covered_radius;     ///< of the covered area's circle, in parts of the flat one's
 };
 [[nodiscard]] const RepeatPriors& published_priors();
 
@@ -95,4 +97,4 @@ struct VarianceComponents {
 
 template <>
 inline constexpr std::string_view drape::names_of<drape::compare::Match>[] = {"inside", "outside",
-                                                                              "undecided"};
+                                                                              "undecided", "none"};

@@ -300,9 +300,9 @@ std::string budget_part(const DrapeFiles& drape, const Report& report) {
   return text +
          html_note(
              "± of a distance is sqrt(u' C u), with u the unit vector from the real to the virtual "
-             "point and C the covariance of the mark. U is half of what holds at least 95 of 100 "
-             "means when all that the mean rests on is drawn together (JCGM 101); each line of the "
-             "table is the spread where it alone is drawn. It holds no repeat of the real drape "
+             "point and C the covariance of the mark. U is the half width that holds 95 of "
+             "100 means, the root of the sum of the squares of the lines with its coverage factor; "
+             "each line is what its input alone moves. It holds no repeat of the real drape "
              "and no other equilibrium, and what friction leaves open only where an ensemble was "
              "made.");
 }

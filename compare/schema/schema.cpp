@@ -330,11 +330,12 @@ CREATE TABLE run_drape (
   pictures_sha256 TEXT,  -- of the hashes of the photographs: what was measured
   measurement TEXT NOT NULL CHECK (measurement IN ('GO', 'NO-GO')),
   cause TEXT,
-  match TEXT NOT NULL CHECK (match IN ('inside', 'outside', 'undecided')),
+  match TEXT NOT NULL CHECK (match IN ('inside', 'outside', 'undecided', 'none')),
   match_reason TEXT NOT NULL,
   headline_sha256 TEXT REFERENCES comparison (sha256),  -- the simulation chosen beforehand
   expanded_uncertainty_mm REAL,  -- U (95 %) of its mean distance; at least, where a part is missing
   budget_complete INTEGER CHECK (budget_complete IN (0, 1)),
+  match_limit_mm REAL,  -- since 10: scatter of the repeats, else the tolerance; NULL: no limit
   PRIMARY KEY (run, measured_sha256)
 ) STRICT, WITHOUT ROWID;
 

@@ -73,11 +73,11 @@ void read_detections_beside(DrapeFiles& drape, Session& session) {
   if (drape.detected_by) find_recording(drape);
 }
 
-/// `drape simulate sensitivity` writes what it found beside the sheet that it measured distances
-/// from.
-void read_error_split_beside(DrapeFiles& drape, Session& session) {
-  const SheetFile& measured = drape.input.measured;
-  const fs::path file = measured.file.parent_path() / "sensitivity" / "sensitivity.json";
+/// Reads what `drape simulate` found beside the sheet that speaks for the drape.
+void read_error_split(DrapeFiles& drape, Session& session) {
+  const Simulation* speaker = drape.input.speaker();
+  if (speaker == nullptr || speaker->other_simulator) return;
+  const fs::path file = speaker->sheet.file.parent_path() / kSensitivityName;
   if (!fs::is_regular_file(file)) return;
   require_as_recorded(file);
   auto made_by = read_made_by(file);
@@ -85,7 +85,7 @@ void read_error_split_beside(DrapeFiles& drape, Session& session) {
   if (!why) {
     SensitivityFile split = read_record<SensitivityFile>(file);
     why = other_base(split, drape.input);
-    if (!why && split.no_go && split.no_go != measured.sheet.no_go)
+    if (!why && split.no_go && split.no_go != drape.input.measured.sheet.no_go)
       why = "rests on a measurement that is NO-GO: " + *split.no_go;
     if (!why) {
       session.read.emplace_back(file, split.document.sha256());
@@ -95,8 +95,8 @@ void read_error_split_beside(DrapeFiles& drape, Session& session) {
     }
   }
   warn(session, drape,
-       "the sensitivity.json beside the measured sheet of set {} {}, so it is left out; run drape "
-       "simulate sensitivity again",
+       "the sensitivity.json of the simulation that speaks for set {} {}, so it is left out; "
+       "simulate the drape again with --sensitivity",
        *why);
 }
 
@@ -297,7 +297,7 @@ Session read_session(const std::vector<fs::path>& sheets, const fs::path& calibr
     find_scenes(drape, session);
     find_ensemble(drape);
     tell_apart(drape.input.simulations);
-    read_error_split_beside(drape, session);
+    read_error_split(drape, session);
   }
   for (auto& group : session.virtual_only) tell_apart(group);
   for (const fs::path& file : repeats) add_repeat(file, session);

@@ -21,14 +21,18 @@ using units::mm;
 
 namespace {
 
+constexpr double kManyGaps = 0.05;  // part of the print's marks
+
 /// The mean is that of the marks that were measured. U says nothing of the others, so a warning
-/// says how far the choice of marks may move it, where that is more than U.
+/// says how far the choice of marks may move it, where many are missing or that is more than U.
 std::optional<std::string> warning_of_gaps(const DrapeFiles& drape, const Report& report) {
   if (!report.headline || report.measurement.gaps == 0) return std::nullopt;
   const auto& interval = report.real_virtual[*report.headline].statistics.mean.bootstrap;
   const double expanded_m = report.budget ? report.budget->expanded_m : 0;
-  if (!interval || interval->high - interval->low <= 2 * expanded_m) return std::nullopt;
-  const int marks = report.measurement.marks;
+  const int marks = report.measurement.marks, gaps = report.measurement.gaps;
+  if (!interval) return std::nullopt;
+  if (gaps < kManyGaps * (marks + gaps) && interval->high - interval->low <= 2 * expanded_m)
+    return std::nullopt;
   std::string views;
   if (drape.detections)
     for (const FrameDetections& frame : drape.detections->frames)
@@ -111,8 +115,9 @@ std::vector<std::pair<std::string, std::string>> key_numbers(const DrapeInput& i
   if (report.headline) {
     const RealVirtual& headline = report.real_virtual[*report.headline];
     std::string value = mm_text(headline.statistics.mean_m);
-    if (headline.statistics.sigma_mean_m)
-      value += fmt::format(" ± {:.4f}", *headline.statistics.sigma_mean_m / mm);
+    if (report.budget)
+      value += fmt::format(" ± {:.3f}{}", report.budget->expanded_m / mm,
+                           report.budget->missing.empty() ? "" : " at least");
     numbers.emplace_back(
         "mean distance",
         fmt::format("{} mm ({}; {})", value,
@@ -120,6 +125,10 @@ std::vector<std::pair<std::string, std::string>> key_numbers(const DrapeInput& i
                     input.simulations[headline.simulation].label()));
   }
   numbers.emplace_back("match", name_of(report.match.match) + ": " + report.match.reason);
+  if (report.headline)
+    if (std::string sentence = distance_sentence(report.real_virtual[*report.headline]);
+        !sentence.empty())
+      numbers.emplace_back("shape and place", std::move(sentence));
   // One real drape alone has them all in the line above.
   for (const MatchBasis& basis : report.match.bases)
     if (report.among_repeats)
@@ -175,7 +184,7 @@ void compare_session(const Session& session, const Options& options, Outcome& ou
     if (report.headline)
       report.budget = budget_of(budget_inputs_of(drape.input, report, drape.error_split));
     judge_repeats(drape.input, options, report);
-    report.match = match_of(drape.input, report);
+    report.match = match_of(drape.input, options, report);
     if (auto warning = warning_of_gaps(drape, report))
       report.warnings.push_back(std::move(*warning));
     for (const std::string& warning : report.warnings)

@@ -147,7 +147,8 @@ std::string key_of_run(Writer& writer, const std::string& content, const Session
 void insert_drape(Writer& writer, int run, const DrapeFiles& drape, const Report& report) {
   const DrapeInput& input = drape.input;
   const auto& source = std::get<MeasuredSource>(input.measured.sheet.source);
-  Cell headline, expanded_mm, complete;
+  Cell headline, expanded_mm, complete, limit_mm;
+  if (report.match.limit_m) limit_mm = *report.match.limit_m / mm;
   if (report.headline) headline = key_of(input, report.real_virtual[*report.headline]);
   if (report.budget) {
     expanded_mm = report.budget->expanded_m / mm;
@@ -156,7 +157,7 @@ void insert_drape(Writer& writer, int run, const DrapeFiles& drape, const Report
   writer.insert("run_drape", run, input.measured.sha256, report.name, source.set,
                 pictures_of(drape), report.go() ? "GO" : "NO-GO",
                 report.go() ? Cell() : Cell(report.no_go.front()), name_of(report.match.match),
-                report.match.reason, headline, expanded_mm, complete);
+                report.match.reason, headline, expanded_mm, complete, limit_mm);
   const auto add = [&](const RealVirtual& row) {
     if (const auto id =
             writer.value<int>("SELECT id FROM comparison WHERE sha256 = ?", {key_of(input, row)}))

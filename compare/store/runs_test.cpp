@@ -92,7 +92,8 @@ TEST_F(Runs, ARunIsOneRowWithItsDateLabelAndVerdicts) {
   EXPECT_EQ(one("SELECT date FROM run"), "2026-03-01T00:00:00Z");
   EXPECT_EQ(one("SELECT label || operator FROM run"), "before washingA. Miller");
   EXPECT_EQ(one("SELECT measurement FROM run"), "GO");
-  EXPECT_THAT(one("SELECT match FROM run_drape"), testing::AnyOf("inside", "outside", "undecided"));
+  EXPECT_EQ(one("SELECT match FROM run_drape"), "none") << "neither repeats nor a tolerance";
+  EXPECT_EQ(one("SELECT count(*) FROM run_drape WHERE match_limit_mm IS NULL"), "1");
   EXPECT_NE(one("SELECT count(*) FROM run_value WHERE owner = 'scene A'"), "0");
 }
 
@@ -278,7 +279,8 @@ TEST_F(Runs, WhatALaterRunCallsOtherwiseOrLacksIsLeftOutAndNamed) {
           number, recording));
       database.exec(fmt::format(
           "INSERT INTO run_drape SELECT {}, measured_sha256, '{}', set_name, {}, measurement, "
-          "cause, match, match_reason, headline_sha256, expanded_uncertainty_mm, budget_complete "
+          "cause, match, match_reason, headline_sha256, expanded_uncertainty_mm, budget_complete, "
+          "match_limit_mm "
           "FROM run_drape WHERE run = 1",
           number, scene, pictures));
     };
@@ -351,7 +353,7 @@ void write_repeat(const fs::path& file, const Sheet& sheet, const std::string& s
 /// The grounds of a match are stored with their figures, listed, and part of the run's key.
 TEST_F(Runs, RepeatsOfADrapeAreStoredWithWhatTheySay) {
   ASSERT_EQ(run(kMarch), 1);
-  EXPECT_EQ(one("SELECT rests_on FROM run_match"), "total uncertainty");
+  EXPECT_EQ(one("SELECT rests_on FROM run_match"), "");
   EXPECT_EQ(one("SELECT repeats FROM run_match"), "1");
   EXPECT_EQ(one("SELECT count(*) FROM real_repeat"), "0");
   std::vector<fs::path> repeats;
@@ -372,7 +374,8 @@ TEST_F(Runs, RepeatsOfADrapeAreStoredWithWhatTheySay) {
   ASSERT_EQ(outcome.run, 2) << "repeats make another run";
   EXPECT_EQ(one("SELECT rests_on FROM run_match WHERE repeats = 3"), "3 repeats");
   EXPECT_EQ(one("SELECT group_concat(basis, ', ') FROM match_basis WHERE p IS NOT NULL"),
-            "repeats: hem, repeats: marks, repeats: spectrum");
+            "repeats, repeats: area, repeats: hem, repeats: marks, repeats: spectrum");
+  EXPECT_EQ(one("SELECT match_limit_mm > 0 FROM run_drape WHERE run = 2"), "1");
   EXPECT_EQ(one("SELECT set_name FROM real_repeat WHERE face = 'back' AND left_out IS NOT NULL"),
             "again_4");
   EXPECT_EQ(one("SELECT from_own_rms_mm > 3 FROM real_repeat WHERE repeat = '3'"), "1");

@@ -2,15 +2,13 @@
 #include "compare/tables/budget.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
-#include <map>
-#include <numbers>
-#include <random>
+#include <functional>
 #include <utility>
 
-#include "core/statistics/sample.hpp"
 #include "core/units.hpp"
 
 namespace drape::compare {
@@ -24,49 +22,18 @@ using Eigen::MatrixX3d;
 /// A measured Kawabata value and a friction coefficient repeat within 5 % (one standard deviation);
 /// stated, not derived.
 constexpr double kMeasuredPart = 0.05;
-constexpr double kLevel_deg = 0.06;  // standard uncertainty of a bench's level
+constexpr double kNormal = 1.96, kRectangular = 1.6454;  // 0.95 sqrt(3): coverage factors of 95 %
+constexpr double kBend = 2.4;  // within 1 % of two rectangular, 3 % of one and a normal
 constexpr double kOpposite =
     1e-6;  // share of a push; two that differ by less but in sign are a pair
 
+/// Change of the mean distance where the marks move.
+double mean_change_m(const MatrixX3d& differences_m, const MatrixX3d& moves_m) {
+  return ((differences_m + moves_m).rowwise().norm() - differences_m.rowwise().norm()).mean();
+}
+
 const RealVirtual& headline_of(const Report& report) {
   return report.real_virtual[*report.headline];
-}
-
-/// Virtual places of the headline's marks on another simulation (m, world); nothing where one has
-/// no place.
-std::optional<MatrixX3d> places_on(const RealVirtual& other, const RealVirtual& headline) {
-  MatrixX3d places(headline.marks.marks.size(), 3);
-  std::map<MarkId, Eigen::Vector3d> known;
-  for (const MarkError& mark : other.marks.marks) known[mark.mark] = mark.virtual_in_world;
-  for (std::size_t k = 0; k < headline.marks.marks.size(); ++k) {
-    const auto found = known.find(headline.marks.marks[k].mark);
-    if (found == known.end()) return std::nullopt;
-    places.row(static_cast<Index>(k)) = found->second;
-  }
-  return places;
-}
-
-/// Adds the effect of another number of segments, where the same drape has one.
-void add_segments(const DrapeInput& input, const Report& report, BudgetInputs& inputs) {
-  const RealVirtual& headline = headline_of(report);
-  const Simulation& chosen = input.simulations[headline.simulation];
-  const RealVirtual* other = nullptr;
-  for (const RealVirtual& row : report.real_virtual) {
-    const Simulation& one = input.simulations[row.simulation];
-    if (!one.other_simulator && !one.branch && one.setup() == chosen.setup() &&
-        one.discretisation() == chosen.discretisation() &&
-        one.source().segments != chosen.source().segments)
-      other = &row;
-  }
-  const auto places = other != nullptr ? places_on(*other, headline) : std::nullopt;
-  if (!places) return inputs.lack("segments per curve: simulate two");
-  const MatrixX3d change_m = *places - *places_on(headline, headline);
-  inputs.effects.push_back(
-      {"segments per curve",
-       fmt::format("{} gives {:+.3f} mm; as much may be left, up or down",
-                   input.simulations[other->simulation].run_label(),
-                   (other->statistics.mean_m - headline.statistics.mean_m) / mm),
-       true, -change_m, change_m});
 }
 
 MarkId id_of(MarkId mark) {
@@ -90,21 +57,29 @@ std::optional<std::vector<Index>> rows_in(const Marks& marks, const Report& repo
   return rows;
 }
 
-/// Adds what the headline's finest mesh may leave, as its levels say.
+/// Adds what the headline's finest mesh may leave, as its levels say: along the way of each mark
+/// from the next coarser mesh, else along its distance.
 void add_mesh(const DrapeInput& input, const Report& report, BudgetInputs& inputs) {
   const auto& levels = input.simulations[headline_of(report).simulation].levels;
   if (!levels || !levels->left_m)
     return inputs.lack("the mesh error, which its sheet does not state");
   const auto rows = rows_in(levels->marks, report);
   if (!rows) return inputs.lack("mesh error: levels.json lacks a mark");
-  MatrixX3d away_m = inputs.differences_m.rowwise().normalized();
-  for (Index k = 0; k < away_m.rows(); ++k)
-    away_m.row(k) *=
-        levels->marks[static_cast<std::size_t>((*rows)[static_cast<std::size_t>(k)])].left_m;
-  inputs.effects.push_back({"mesh",
-                            "what its finest mesh may leave, as if every mark moved along its "
-                            "distance",
-                            true, -away_m, away_m});
+  MatrixX3d way_m = inputs.differences_m.rowwise().normalized();
+  double sum_m = 0;
+  for (Index k = 0; k < way_m.rows(); ++k) {
+    const LevelMark& mark =
+        levels->marks[static_cast<std::size_t>((*rows)[static_cast<std::size_t>(k)])];
+    if (mark.from_coarser_m && mark.from_coarser_m->norm() > 0)
+      way_m.row(k) = mark.from_coarser_m->normalized();
+    way_m.row(k) *= mark.left_m;
+    sum_m += mark.left_m;
+  }
+  inputs.effects.push_back(
+      {"mesh", "what its finest mesh may leave, along each mark's way from the next coarser one",
+       true, -way_m, way_m,
+       fmt::format("`--spacing-mm {:g}`", levels->levels.back().spacing_m / mm / 2),
+       sum_m / static_cast<double>(way_m.rows())});
 }
 
 /// Friction holds the cloth somewhere between what pushes from two sides leave.
@@ -196,98 +171,174 @@ void add_measurement(const DrapeInput& input, const Report& report, BudgetInputs
        false, -away_m, away_m});
 }
 
-/// The values of a scene that err, by the names of drape simulate sensitivity.
-std::vector<std::string> values_of(const Scene& scene) {
-  std::vector<std::string> values = {"level_x_deg", "level_y_deg"};
-  const auto add_place = [&](const char* what, std::size_t i) {
+/// Uncertainty of one value: its standard uncertainty, or how far its range reaches down and up.
+struct Width {
+  double down = 0, up = 0;  ///< in the value's unit; per cent of a fabric value
+  bool rectangular = false;
+  std::string origin, remedy;
+};
+
+/// One of which the operator states the standard uncertainty, or could.
+Width standard(double u, const char* unit, bool stated, const std::string& measure) {
+  return {u, u, false,
+          fmt::format("{:g}{} {}", u, unit, stated ? "as stated" : "assumed, nothing is stated"),
+          stated ? "" : measure};
+}
+
+/// A value of a scene that errs, by the name that drape simulate gives it.
+struct SceneValue {
+  std::string name;
+  Width width;
+};
+
+Width friction_width(const Scene& scene) {
+  const auto [least, largest] = scene.friction_ends();
+  if (scene.friction_range() && !scene.friction_uncertainty)
+    return {scene.friction - least, largest - scene.friction, true,
+            fmt::format("not measured: between {:g} and {:g}", least, largest), "measure friction"};
+  return standard(scene.friction_u(), "", scene.friction_uncertainty.has_value(),
+                  "state friction_uncertainty");
+}
+
+/// `pin_m`: standard uncertainty of a pin that is where its mark was measured.
+std::vector<SceneValue> values_of(const Scene& scene,
+                                  const std::function<double(const Pin&)>& pin_m) {
+  std::vector<SceneValue> values;
+  const auto add_place = [&](const std::string& what, std::size_t i, const Width& width) {
     for (const char* axis : {"x", "y", "z"})
-      values.push_back(fmt::format("{}_{}_{}_mm", what, i + 1, axis));
+      values.push_back({fmt::format("{}_{}_{}_mm", what, i + 1, axis), width});
   };
-  for (std::size_t i = 0; i < scene.pins.size(); ++i) add_place("pin", i);
-  for (std::size_t i = 0; i < scene.clamps.size(); ++i) add_place("clamp", i);
+  const auto place_of = [](const std::string& what, std::size_t i, double u_m, bool stated) {
+    return standard(u_m / mm, " mm", stated,
+                    fmt::format("measure {} {} and state place_uncertainty_mm", what, i + 1));
+  };
+  for (const char* axis : {"x", "y"})
+    values.push_back(
+        {fmt::format("level_{}_deg", axis),
+         standard(scene.level_rad() / units::deg, " degrees", scene.stated_level_rad.has_value(),
+                  "level the bench and state level_uncertainty_deg")});
+  for (std::size_t i = 0; i < scene.pins.size(); ++i) {
+    const Pin& pin = scene.pins[i];
+    add_place("pin", i,
+              pin.point_in_world ? place_of("pin", i, pin.place_m(), pin.stated_place_m.has_value())
+                                 : Width{pin_m(pin) / mm, pin_m(pin) / mm, false,
+                                         "where its mark was measured", ""});
+  }
+  for (std::size_t i = 0; i < scene.clamps.size(); ++i)
+    add_place("clamp", i,
+              place_of("clamp", i, scene.clamps[i].place_m(),
+                       scene.clamps[i].stated_place_m.has_value()));
   for (std::size_t i = 0; i < scene.obstacles.size(); ++i) {
-    add_place("object", i);
+    const ObjectUncertainty own = scene.uncertainty_of(i);
+    add_place("object", i, place_of("object", i, own.place_m(), own.stated_place_m.has_value()));
     if (!std::holds_alternative<Plane>(scene.obstacles[i]) &&
         !std::holds_alternative<MeshObject>(scene.obstacles[i]))
-      values.push_back(fmt::format("object_{}_size_mm", i + 1));
+      values.push_back(
+          {fmt::format("object_{}_size_mm", i + 1),
+           standard(own.size_m() / mm, " mm", own.stated_size_m.has_value(),
+                    fmt::format("measure object {} and state size_uncertainty_mm", i + 1))});
   }
-  if (scene.friction > 0) values.emplace_back("friction");
+  if (scene.friction > 0) values.push_back({"friction", friction_width(scene)});
   return values;
-}
-
-/// Standard uncertainty of such a value, in its unit, and its origin.
-std::pair<double, std::string> scene_uncertainty(const Scene& scene, const std::string& value) {
-  const auto from = [](double u, const char* unit, bool stated) {
-    return std::pair(
-        u, fmt::format("{:g}{} {}", u, unit, stated ? "as stated" : "assumed, nothing is stated"));
-  };
-  if (value.starts_with("level"))
-    return {kLevel_deg, fmt::format("{:g} degrees, of a bench by its level", kLevel_deg)};
-  if (!value.starts_with("object") && value != "friction")
-    return {ObjectUncertainty::ruler_m / mm,
-            fmt::format("{:g} mm, by a ruler", ObjectUncertainty::ruler_m / mm)};
-  if (value == "friction") {
-    if (scene.friction_uncertainty) return from(*scene.friction_uncertainty, "", true);
-    return {kMeasuredPart * scene.friction, fmt::format("{:g} % of it", 100 * kMeasuredPart)};
-  }
-  const std::size_t index = std::stoul(value.substr(std::string("object_").size())) - 1;
-  const ObjectUncertainty own = scene.uncertainty_of(index);
-  return value.find("size") != std::string::npos
-             ? from(own.size_m() / mm, " mm", own.stated_size_m.has_value())
-             : from(own.place_m() / mm, " mm", own.stated_place_m.has_value());
-}
-
-/// The parabola through the moves, taken to `width` instead of the step.
-InputEffect effect_of(const MarkMoves& moves, double width, const std::vector<Index>& rows) {
-  const double to = width / moves.step;
-  const MatrixX3d down_m = moves.down_m(rows, Eigen::all), up_m = moves.up_m(rows, Eigen::all);
-  const MatrixX3d slope_m = 0.5 * to * (up_m - down_m), curve_m = 0.5 * to * to * (up_m + down_m);
-  return {{}, {}, false, curve_m - slope_m, curve_m + slope_m};
 }
 
 /// Adds one value's effect, or what is missing of it.
 void add_moves(const std::string& value, const std::optional<MarkMoves>& moves,
-               const std::string& absent, std::pair<double, std::string> standard,
-               const std::vector<Index>& rows, BudgetInputs& inputs) {
+               const std::string& absent, const Width& width, const std::vector<Index>& rows,
+               BudgetInputs& inputs) {
   std::string name = value;
   std::replace(name.begin(), name.end(), '_', ' ');
-  if (!moves) {
+  if (!moves)
     return inputs.lack(
         name + ": " +
-        (absent.empty() ? "drape simulate sensitivity does not say where the marks go" : absent));
+        (absent.empty() ? "sensitivity.json does not say where the marks go" : absent));
+  // The parabola through the moves, taken to the width instead of the step.
+  const MatrixX3d down_m = moves->down_m(rows, Eigen::all), up_m = moves->up_m(rows, Eigen::all);
+  const auto at = [&](double steps) -> MatrixX3d {
+    return 0.5 * steps * (up_m - down_m) + 0.5 * steps * steps * (up_m + down_m);
+  };
+  inputs.effects.push_back({name,
+                            width.origin,
+                            width.rectangular,
+                            at(-width.down / moves->step),
+                            at(width.up / moves->step),
+                            width.remedy,
+                            {}});
+}
+
+/// Adds what another friction does to the ensemble's drape of the scene's own start; where one end
+/// of its range leads elsewhere, as much as the other end, to the other side.
+void add_friction_ends(const FrictionBand& band, const Width& width, const Report& report,
+                       BudgetInputs& inputs) {
+  const auto rows = rows_in(band.marks, report);
+  if (!rows) return inputs.lack("friction: the ensemble lacks a mark");
+  std::vector<std::string> lost;
+  std::vector<std::optional<MatrixX3d>> moves_m;
+  for (const OtherRest& end : band.ends) {
+    moves_m.emplace_back();
+    if (end.moves_m)
+      moves_m.back() = end.moves()(*rows, Eigen::all);
+    else
+      lost.push_back(fmt::format("{}: {}", end.what, end.ending));
   }
-  if (moves->half_width)
-    standard = {*moves->half_width, fmt::format("stand-in: within {:g}{}", *moves->half_width,
-                                                value == "friction" ? "" : " %")};
-  InputEffect effect = effect_of(*moves, standard.first, rows);
-  effect.what = name;
-  effect.origin = standard.second;
-  effect.rectangular = moves->half_width.has_value();
-  inputs.effects.push_back(std::move(effect));
+  if (moves_m.size() != 2 || (!moves_m[0] && !moves_m[1]))
+    return inputs.lack(fmt::format("friction ({})", fmt::join(lost, "; ")));
+  for (std::size_t k = 0; k < 2; ++k)
+    if (!moves_m[k]) moves_m[k] = -*moves_m[1 - k];
+  inputs.effects.push_back({"friction",
+                            lost.empty() ? width.origin : width.origin + "; " + lost.front(),
+                            width.rectangular,
+                            *moves_m[0],
+                            *moves_m[1],
+                            width.remedy,
+                            {}});
 }
 
 void add_sensitivities(const DrapeInput& input, const Report& report,
                        const std::optional<SensitivityFile>& split, BudgetInputs& inputs) {
-  if (!split || !input.scene) {
+  if (!split || !input.scene)
     return inputs.lack(
-        "place of objects and pins, level, friction and fabric values, which drape run "
-        "--uncertainty adds");
-  }
+        "place of objects and pins, level, friction, segments and fabric values: `drape run` "
+        "without --single adds them");
   const auto rows = rows_in(split->marks_at, report);
-  if (!rows)
-    return inputs.lack("scene and fabric values, which drape run --uncertainty finds again");
-  for (const ValueEffect& one : split->values)
-    add_moves(one.value, one.moves, "",
-              {100 * kMeasuredPart, fmt::format("{:g} % of it", 100 * kMeasuredPart)}, *rows,
-              inputs);
-  if (split->values.empty()) inputs.lack("fabric values: the base has no first-order answer");
-  for (const std::string& value : values_of(*input.scene)) {
-    const auto one = std::find_if(split->scene.begin(), split->scene.end(),
-                                  [&](const SceneEffect& e) { return e.value == value; });
-    const bool known = one != split->scene.end();
-    add_moves(value, known ? one->moves : std::nullopt, known ? one->absent : "",
-              scene_uncertainty(*input.scene, value), *rows, inputs);
+  if (!rows) return inputs.lack("scene and fabric values: `drape run` finds them again");
+  for (const ValueEffect& one : split->values) {
+    const auto half = one.moves ? one.moves->half_width : std::nullopt;
+    std::string name = one.value;
+    std::replace(name.begin(), name.end(), '_', ' ');
+    const double width = half.value_or(100 * kMeasuredPart);
+    add_moves(
+        one.value, one.moves, "",
+        {width, width, half.has_value(),
+         half ? fmt::format("stand-in: within {:g} %", *half) : fmt::format("{:g} % of it", width),
+         half ? "measure " + name : ""},
+        *rows, inputs);
   }
+  if (split->values.empty()) inputs.lack("fabric values: the base has no first-order answer");
+  const auto find = [&](const std::string& value) {
+    return std::find_if(split->scene.begin(), split->scene.end(),
+                        [&](const SceneEffect& e) { return e.value == value; });
+  };
+  const auto add = [&](const std::string& value, const Width& width) {
+    const auto one = find(value);
+    const bool known = one != split->scene.end();
+    add_moves(value, known ? one->moves : std::nullopt, known ? one->absent : "", width, *rows,
+              inputs);
+  };
+  const auto pin_m = [&](const Pin& pin) {
+    const SheetMark* mark = input.measured.sheet.find(pin.mark);
+    return mark != nullptr && mark->covariance_m2 ? worst_sigma_m(*mark->covariance_m2) : 0.0;
+  };
+  const auto list = speaking_list(input);
+  for (const auto& [value, width] : values_of(*input.scene, pin_m))
+    if (value == "friction" && list && list->friction_band && !list->friction_band->ends.empty())
+      add_friction_ends(*list->friction_band, width, report, inputs);
+    else
+      add(value, width);
+  add("curve_segments", {1, 1, true, "beside twenty segments; as much may be left, up or down",
+                         "more segments in the rig"});
+  if (InputEffect& last = inputs.effects.back(); last.what == "curve segments")
+    last.own_m = std::abs(mean_change_m(inputs.differences_m, last.up_m));
 }
 
 }  // namespace
@@ -318,22 +369,39 @@ BudgetInputs budget_inputs_of(const DrapeInput& input, const Report& report,
     return inputs;
   }
   add_mesh(input, report, inputs);
-  add_segments(input, report, inputs);
   add_friction_band(input, report, inputs);
   add_memory(input, report, split, inputs);
   add_sensitivities(input, report, split, inputs);
   return inputs;
 }
 
-Budget budget_of(const BudgetInputs& inputs, int draws) {
+double half_width_m(const std::vector<BudgetLine>& lines) {
+  double squares = 0, rectangular = 0;
+  for (const BudgetLine& line : lines) {
+    squares += line.u_m * line.u_m;
+    if (line.rectangular) rectangular += std::pow(line.u_m, 4);
+  }
+  if (!(squares > 0)) return 0;
+  const double part = rectangular / (squares * squares);  // of a rectangular one's kurtosis
+  return (kNormal - (kNormal - kRectangular) * std::pow(part, kBend)) * std::sqrt(squares);
+}
+
+Budget budget_of(const BudgetInputs& inputs) {
   Budget budget;
   budget.missing = inputs.missing;
   budget.lines.push_back({"marks, each by itself", inputs.marks_m, "covariance of each mark"});
   for (const InputEffect& effect : inputs.effects)
-    budget.lines.push_back({effect.what, alone_m(inputs.differences_m, effect), effect.origin});
+    budget.lines.push_back({effect.what, alone_m(inputs.differences_m, effect), effect.origin,
+                            effect.rectangular, effect.remedy, effect.own_m});
   std::stable_sort(budget.lines.begin(), budget.lines.end(),
                    [](const BudgetLine& a, const BudgetLine& b) { return a.u_m > b.u_m; });
-  budget.expanded_m = half_width_m(inputs.differences_m, inputs.effects, inputs.marks_m, draws);
+  budget.expanded_m = half_width_m(budget.lines);
+  std::vector<BudgetLine> of_inputs;
+  for (const BudgetLine& line : budget.lines) {
+    budget.own_m += line.own_m.value_or(0);
+    if (!line.own_m) of_inputs.push_back(line);
+  }
+  budget.inputs_m = half_width_m(of_inputs);
   return budget;
 }
 
@@ -348,8 +416,7 @@ Table budget_table(const Budget& budget) {
                squares > 0 ? fmt::format("{:.1f}", 100 * line.u_m * line.u_m / squares) : "",
                line.origin});
   for (const std::string& what : budget.missing) table.add({what, "", "", "missing"});
-  table.add({"U: at least 95 of 100 draws of all together lie within",
-             fmt::format("{:.4f}", budget.expanded_m / mm), "", ""});
+  table.add({"U, which holds 95 of 100", fmt::format("{:.4f}", budget.expanded_m / mm), "", ""});
   return table;
 }
 
@@ -375,85 +442,13 @@ std::string distance_sentence(const RealVirtual& row) {
       row.aligned->turn_rad / units::deg, row.aligned->centroid_shift_m / mm);
 }
 
-namespace {
-
-double mean_norm(const MatrixX3d& rows) {
-  return rows.rowwise().norm().mean();
-}
-
-/// Uniform in (0, 1) and standard normal, the same on every platform.
-class StandardDraws {
- public:
-  double uniform() { return (static_cast<double>(words_()) + 0.5) / 4294967296.0; }
-  double normal() {  // Box and Muller 1958
-    return std::sqrt(-2 * std::log(uniform())) * std::cos(2 * std::numbers::pi * uniform());
-  }
-  double of(bool rectangular) { return rectangular ? 2 * uniform() - 1 : normal(); }
-
- private:
-  std::mt19937 words_{101};
-};
-
-/// The parabola's slope and curvature.
-struct Parabola {
-  explicit Parabola(const InputEffect& effect)
-      : slope(0.5 * (effect.up_m - effect.down_m)),
-        curve(0.5 * (effect.up_m + effect.down_m)),
-        node(std::sqrt(effect.rectangular ? 0.6 : 3.0)),
-        weight(effect.rectangular ? 5.0 / 18 : 1.0 / 6) {}
-  MatrixX3d slope, curve;
-  double node, weight;  ///< outer nodes of Gauss quadrature of order five, and their weight
-};
-
-/// Variance of the mean norm where one input alone errs about `z`, at which the rows are `at_m`.
-double variance_alone(const MatrixX3d& at_m, double mean, const Parabola& path, double z) {
-  double squares = 0;
-  for (const double step : {-path.node, path.node}) {
-    const double bend = (2 * z + step) * step;
-    double sum = 0;
-    for (Eigen::Index k = 0; k < at_m.rows(); ++k)
-      sum += (at_m.row(k) + step * path.slope.row(k) + bend * path.curve.row(k)).norm();
-    squares += path.weight * std::pow(sum / static_cast<double>(at_m.rows()) - mean, 2);
-  }
-  return squares;
-}
-
-}  // namespace
-
 double alone_m(const MatrixX3d& differences_m, const InputEffect& effect) {
-  return std::sqrt(variance_alone(differences_m, mean_norm(differences_m), Parabola(effect), 0));
-}
-
-double half_width_m(const MatrixX3d& differences_m, const std::vector<InputEffect>& effects,
-                    double added_m, int draws) {
-  const std::vector<Parabola> paths(effects.begin(), effects.end());
-  StandardDraws random;
-  const double mean = mean_norm(differences_m);
-  std::vector<double> z(effects.size(), 0.0);
-  const auto deviation = [&](const MatrixX3d& at_m, double at_mean) {
-    double variance = added_m * added_m;
-    for (std::size_t i = 0; i < paths.size(); ++i)
-      variance += variance_alone(at_m, at_mean, paths[i], z[i]);
-    return std::sqrt(variance);
-  };
-  const double here = deviation(differences_m, mean);
-  if (!(here > 0)) return 0;
-  const auto count = static_cast<std::size_t>(draws);
-  std::vector<double> off_m(count), by_deviation(count);
-  MatrixX3d drawn;
-  for (std::size_t k = 0; k < count; ++k) {
-    drawn = differences_m;
-    for (std::size_t i = 0; i < effects.size(); ++i) {
-      z[i] = random.of(effects[i].rectangular);
-      drawn += z[i] * paths[i].slope + z[i] * z[i] * paths[i].curve;
-    }
-    const double there = mean_norm(drawn);
-    off_m[k] = std::abs(there + added_m * random.normal() - mean);
-    by_deviation[k] = off_m[k] / deviation(drawn, there);
-  }
-  const auto rank = static_cast<std::size_t>(0.95 * draws);
-  return std::max(order_statistic(std::move(off_m), rank),
-                  here * order_statistic(std::move(by_deviation), rank));
+  const double reach = effect.rectangular ? 1 : kNormal;
+  const MatrixX3d slope_m = 0.5 * reach * (effect.up_m - effect.down_m),
+                  curve_m = 0.5 * reach * reach * (effect.up_m + effect.down_m);
+  const double farthest_m = std::max(std::abs(mean_change_m(differences_m, curve_m - slope_m)),
+                                     std::abs(mean_change_m(differences_m, curve_m + slope_m)));
+  return farthest_m / (effect.rectangular ? std::sqrt(3.0) : kNormal);
 }
 
 }  // namespace drape::compare

@@ -48,12 +48,6 @@ bool hold_fabric(const HashedFiles& inputs, const std::string& sha256) {
   return false;
 }
 
-/// True of a mesh of nested levels whose finest has the other spacing.
-bool is_level_of(double spacing_m, double finest_m) {
-  const double halvings = std::log2(spacing_m / finest_m);
-  return halvings > -1e-6 && std::abs(std::remainder(halvings, 1)) < 1e-6;
-}
-
 }  // namespace
 
 std::optional<std::string> other_origin(const HashedFiles& inputs, const DrapeInput& drape) {
@@ -70,22 +64,20 @@ std::optional<std::string> other_origin(const HashedFiles& inputs, const DrapeIn
 
 std::optional<std::string> other_base(const SensitivityFile& split, const DrapeInput& drape) {
   if (!split.spacing_m && !split.rows) return "does not say of which mesh it is";
-  for (const Simulation& simulation : drape.simulations) {
-    if (simulation.other_simulator || simulation.branch) continue;
-    const SimulatedSource& source = simulation.source();
-    const Sheet& sheet = simulation.sheet.sheet;
-    const bool same_cloth =
-        split.spacing_m && source.spacing_m
-            ? is_level_of(*split.spacing_m, *source.spacing_m)
-            : !source.spacing_m && sheet.rows == split.rows && sheet.cols == split.cols;
-    if (same_cloth && source.segments == split.segments && source.model == split.model)
-      return std::nullopt;
-  }
+  const Simulation& speaker = *drape.speaker();
+  const SimulatedSource& source = speaker.source();
+  const Sheet& sheet = speaker.sheet.sheet;
+  const bool same_cloth =
+      split.spacing_m && source.spacing_m
+          ? std::abs(*split.spacing_m - *source.spacing_m) < 1e-6 * mm
+          : !source.spacing_m && sheet.rows == split.rows && sheet.cols == split.cols;
+  if (same_cloth && source.segments == split.segments && source.model == split.model)
+    return std::nullopt;
   const std::string cloth = split.spacing_m
                                 ? fmt::format("{:g} mm", *split.spacing_m / mm)
                                 : fmt::format("{}x{}", *split.rows, split.cols.value_or(0));
-  return fmt::format("is of {}, {} segment{} ({}), which is not compared", cloth, split.segments,
-                     split.segments == 1 ? "" : "s", split.model);
+  return fmt::format("is of {}, {} segment{} ({}), not of {}", cloth, split.segments,
+                     split.segments == 1 ? "" : "s", split.model, speaker.label());
 }
 
 Table value_effect_table(const SensitivityFile& split) {

@@ -30,11 +30,11 @@ Json variant(const char* what, const char* from, bool at_rest, double change_mm)
           {"change_mm", change_mm}, {"mean_way_of_marks_mm", 2 * std::abs(change_mm)}};
 }
 
-/// A run of drape-simulate sensitivity as it leaves its files beside a measured sheet.
+/// A run of drape-simulate sensitivity as it leaves its files beside the sheet of the speaker.
 fs::path write_split(const fs::path& measured, const std::string& scene = "scene",
                      const std::string& fabric = "fabric", const std::string& no_go = {},
                      const Json& changes = Json::object()) {
-  fs::path file = measured.parent_path() / "sensitivity" / "sensitivity.json";
+  fs::path file = measured.parent_path() / "simulations/21-5" / kSensitivityName;
   Json json = {
       {"schema", "drapebench/sensitivity/1"},
       {"rows", 21},
@@ -76,7 +76,7 @@ struct Example {
   fs::path split = write_split(sheets.front());
 };
 
-TEST(ErrorSplit, IsReadBesideTheSheetItWasMadeFrom) {
+TEST(ErrorSplit, IsReadBesideTheSheetThatSpeaksForTheDrape) {
   const Example example;
   const Session session = read_session(example.sheets, {});
   const auto& split = session.drapes.front().error_split;
@@ -101,15 +101,15 @@ TEST(ErrorSplit, OfAnotherSheetIsLeftOutWithAWarning) {
   const Session session = read_session(example.sheets, {});
   EXPECT_FALSE(session.drapes.front().error_split);
   EXPECT_THAT(session.warnings,
-              testing::Contains(HasSubstr("run drape simulate sensitivity again")));
+              testing::Contains(HasSubstr("simulate the drape again with --sensitivity")));
 }
 
 TEST(ErrorSplit, OfADrapeThatIsNotComparedIsLeftOutWithAWarning) {
   const Example example;
   for (const auto& [key, value, said] : std::vector<std::tuple<const char*, Json, const char*>>{
-           {"rows", 13, "is of 13x21, 5 segments (consistent), which is not compared"},
-           {"segments", 1, nullptr},
-           {"model", "consistent, internal friction", "(consistent, internal friction), which is"},
+           {"rows", 13, "is of 13x21, 5 segments (consistent), not of 21x21, 5 segments"},
+           {"segments", 1, "is of 21x21, 1 segment (consistent), not of"},
+           {"model", "consistent, internal friction", "(consistent, internal friction), not of"},
            {"rows", nullptr, "does not say of which mesh it is"}}) {
     Json changes = Json::object();
     changes[key] = value;

@@ -52,7 +52,7 @@ TEST(Levels, TheScenesOwnStartOnTheFinestMeshSpeaksForTheDrape) {
   EXPECT_THAT(text_of(real_virtual_table(input, report)), HasSubstr("2.5 mm"));
 }
 
-TEST(Levels, AreInTheBudgetAlongTheDistanceOfEachMark) {
+TEST(Levels, AreInTheBudgetAlongTheWayFromTheCoarserMeshElseTheDistance) {
   DrapeInput input = drape_on_a_mesh();
   const BudgetInputs inputs = budget_inputs_of(input, compare_drape(input, {}), {});
   const auto of = [&](const std::string& what) {
@@ -62,7 +62,15 @@ TEST(Levels, AreInTheBudgetAlongTheDistanceOfEachMark) {
   EXPECT_TRUE(of("mesh").rectangular);
   EXPECT_NEAR(of("mesh").up_m(60, 2) / mm, kMeshLeft_mm, 1e-9);
   EXPECT_NEAR(of("mesh").down_m(60, 2) / mm, -kMeshLeft_mm, 1e-9);
-  EXPECT_NEAR(of("segments per curve").up_m(60, 2) / mm, 1, 1e-9);
+  EXPECT_NEAR(*of("mesh").own_m / mm, kMeshLeft_mm, 1e-9);
+
+  input.simulations[2].levels->marks[60].from_coarser_m = Eigen::Vector3d(0, -3 * mm, 0);
+  const BudgetInputs along = budget_inputs_of(input, compare_drape(input, {}), {});
+  for (const InputEffect& effect : along.effects)
+    if (effect.what == "mesh") {
+      EXPECT_NEAR(effect.up_m(60, 1) / mm, -kMeshLeft_mm, 1e-9);
+      EXPECT_NEAR(effect.up_m(60, 2), 0, 1e-12);
+    }
 
   const std::string unknown = "the mesh error, which its sheet does not state";
   EXPECT_THAT(inputs.missing, testing::Not(Contains(unknown)));

@@ -2,11 +2,14 @@
 #include "compare/tables/match.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
 
+#include "compare/tables/budget.hpp"
 #include "core/error.hpp"
+#include "core/statistics/sample.hpp"
 #include "core/units.hpp"
 
 namespace drape::compare {
@@ -57,18 +60,12 @@ std::string left_out(const SheetFile& own_file, const SheetFile& other_file) {
   return apart_m(own, other) ? "" : "it has no mark in common with the drape's own";
 }
 
-double mean_of_distances(const std::vector<double>& values) {
-  double sum = 0;
-  for (const double v : values) sum += v;
-  return values.empty() ? 0 : sum / static_cast<double>(values.size());
-}
-
 /// Mean distance of two different repeats.
 double mean_apart_m(const RepeatBasis& basis) {
   std::vector<double> values;
   for (std::size_t i = 0; i < basis.real_to_real_m.size(); ++i)
     for (std::size_t j = 0; j < i; ++j) values.push_back(basis.real_to_real_m[i][j]);
-  return mean_of_distances(values);
+  return values.empty() ? 0 : mean_of(values);
 }
 
 const MarkRepeats::SheetMatch* among(const Report& report) {
@@ -81,27 +78,6 @@ int repeats_of(const Report& report) {
                     [](const RepeatLine& line) { return line.left_out.empty(); }));
 }
 
-MatchBasis by_uncertainty(const Report& report) {
-  MatchBasis basis{"total uncertainty", Match::undecided, {}, {}, "mm", {}, {}};
-  const double distance = report.real_virtual[*report.headline].statistics.mean_m / mm;
-  const double limit = report.budget->expanded_m / mm;
-  basis.value = distance;
-  basis.limit = limit;
-  if (distance <= limit) {
-    basis.verdict = Match::inside;
-    basis.reason = fmt::format("{:.3f} mm is within the total uncertainty U = {:.3f} mm (95 %)",
-                               distance, limit);
-  } else if (!report.budget->missing.empty()) {
-    basis.reason = fmt::format("{:.3f} mm is above U = {:.3f} mm, but the budget lacks {}",
-                               distance, limit, fmt::join(report.budget->missing, "; "));
-  } else {
-    basis.verdict = Match::outside;
-    basis.reason = fmt::format("{:.3f} mm is above the total uncertainty U = {:.3f} mm (95 %)",
-                               distance, limit);
-  }
-  return basis;
-}
-
 void add_repeats(const Report& report, std::vector<MatchBasis>& bases) {
   const MarkRepeats::SheetMatch* match = among(report);
   if (match == nullptr) return;
@@ -110,7 +86,7 @@ void add_repeats(const Report& report, std::vector<MatchBasis>& bases) {
     if (one.virtual_to_real_m.empty()) {
       basis.reason = one.reason;
     } else {
-      basis.value = mean_of_distances(one.virtual_to_real_m) / mm;
+      basis.value = mean_of(one.virtual_to_real_m) / mm;
       basis.reason = fmt::format("{:.3f} mm from the repeats, which lie {:.3f} mm apart",
                                  *basis.value, mean_apart_m(one) / mm);
       if (!one.reason.empty()) basis.reason += "; " + one.reason;
@@ -142,68 +118,189 @@ void add_ensemble(const std::optional<PlacedDrape>& ensemble, std::vector<MatchB
   bases.push_back(std::move(band));
 }
 
-/// The real drape is one that another start gives.
-bool is_on_branch(const std::vector<MatchBasis>& bases) {
-  int inside = 0;
-  for (const MatchBasis& basis : bases)
-    inside += (basis.what == "branch" || basis.what == "band") && basis.verdict == Match::inside;
-  return inside == 2;
+/// What the match is judged against.
+struct Limit {
+  double value_m = 0, limit_m = 0;
+  std::string what, rests_on;
+  std::optional<double> p;
+};
+
+std::optional<Limit> limit_of(const Options& options, const Report& report) {
+  if (const MarkRepeats::SheetMatch* match = among(report))
+    if (const auto limit = limit_m(*match, report.significance))
+      return Limit{mean_of(match->bases.front().virtual_to_real_m), *limit, "repeats",
+                   fmt::format("{} repeats", repeats_of(report)), match->p};
+  if (!options.tolerance_m) return std::nullopt;
+  return Limit{report.real_virtual[*report.headline].statistics.mean_m,
+               *options.tolerance_m,
+               "tolerance",
+               "tolerance",
+               {}};
 }
 
-bool has_ensemble(const std::vector<MatchBasis>& bases) {
-  return std::any_of(bases.begin(), bases.end(),
-                     [](const MatchBasis& basis) { return basis.what == "branch"; });
+/// Remedies that could change an answer which needs less than `room_m` to be open: the largest
+/// contributions that something lowers (a mesh of half the spacing by half, all else wholly), as
+/// many as it takes, and none where all together do not.
+std::vector<std::string> remedies_of(const Budget& budget, double room_m) {
+  std::vector<BudgetLine> lines = budget.lines;
+  const auto open_m = [&] {
+    double own_m = 0;
+    std::vector<BudgetLine> of_inputs;
+    for (const BudgetLine& line : lines)
+      if (line.own_m)
+        own_m += *line.own_m;
+      else
+        of_inputs.push_back(line);
+    return half_width_m(of_inputs) + own_m;
+  };
+  std::vector<BudgetLine*> open;
+  for (BudgetLine& line : lines)
+    if (!line.remedy.empty()) open.push_back(&line);
+  const auto size_m = [](const BudgetLine* line) { return line->own_m.value_or(2 * line->u_m); };
+  std::stable_sort(open.begin(), open.end(),
+                   [&](const BudgetLine* a, const BudgetLine* b) { return size_m(a) > size_m(b); });
+  std::vector<std::string> remedies;
+  for (BudgetLine* line : open) {
+    if (open_m() < room_m) break;
+    if (size_m(line) > 0 &&
+        std::find(remedies.begin(), remedies.end(), line->remedy) == remedies.end())
+      remedies.push_back(line->remedy);
+    if (line->own_m) line->own_m = 0.5 * *line->own_m;
+    line->u_m = 0;
+  }
+  return open_m() < room_m ? remedies : std::vector<std::string>();
 }
 
-/// Phrase about the real drape in the ensemble.
-std::string ensemble_phrase(const std::vector<MatchBasis>& bases) {
-  std::string text;
-  for (const MatchBasis& basis : bases)
-    if (basis.what == "branch" || basis.what == "band")
-      text += (text.empty() ? "; " : ", ") + basis.reason;
+/// A branch that another start gives, within the limit where the headline is not; nothing where
+/// branches cannot be told apart at the headline's distance.
+const BranchComparison* branch_within(const DrapeInput& input, const Report& report,
+                                      const Limit& limit) {
+  const auto list = speaking_list(input);
+  if (!list || !(list->linked_m < limit.value_m)) return nullptr;
+  for (const BranchSet& set : report.branch_sets) {
+    if (set.sha256 != list->document.sha256()) continue;
+    for (const BranchComparison& one : set.branches)
+      if (one.as_placed.statistics.mean_m <= limit.limit_m &&
+          input.simulations[one.as_placed.simulation].branch->starts > 0)
+        return &one;
+  }
+  return nullptr;
+}
+
+/// Mean distance of the marks of two simulations, on a round object after the best turn.
+std::optional<double> apart_m(const DrapeInput& input, const RealVirtual& one,
+                              const RealVirtual& other, bool round) {
+  Sheet places = input.measured.sheet;
+  places.marks.clear();
+  for (const MarkError& mark : one.marks.marks) {
+    SheetMark moved = *input.measured.sheet.find(mark.mark);
+    moved.point_in_world = mark.virtual_in_world;
+    places.marks.push_back(moved);
+  }
+  const SheetFile& sheet = input.simulations[other.simulation].sheet;
+  const Surface surface(sheet.sheet, sheet.file.string());
+  const auto axis = round && input.scene ? axis_of(*input.scene) : std::nullopt;
+  if (axis)
+    if (const auto turned = best_turn(places, surface, *axis)) return turned->mean_m;
+  const MarkComparison compared = compare_marks(places, surface);
+  return compared.marks.empty() ? std::nullopt
+                                : std::optional(statistics_of(compared.marks).mean_m);
+}
+
+/// The drape of the headline's cloth from the measured shape, on its mesh.
+const RealVirtual* from_measured(const DrapeInput& input, const Report& report) {
+  const Simulation& own = input.simulations[report.real_virtual[*report.headline].simulation];
+  for (const RealVirtual& row : report.real_virtual) {
+    const Simulation& one = input.simulations[row.simulation];
+    if (!one.other_simulator && !one.branch && one.source().from_measured &&
+        one.source().status == "at rest" && one.is_of_cloth_of(own) &&
+        one.discretisation() == own.discretisation() && one.segments() == own.segments())
+      return &row;
+  }
+  return nullptr;
+}
+
+std::optional<ModelRest> model_of(const DrapeInput& input, const Report& report) {
+  const RealVirtual* row = from_measured(input, report);
+  const auto& placed = input.placed;
+  if (row == nullptr && !(placed && placed->started_there_m)) return std::nullopt;
+  ModelRest model;
+  model.distance_m = row != nullptr ? row->statistics.mean_m : *placed->started_there_m;
+  model.least_m = model.largest_m = model.distance_m;
+  const auto range = input.scene ? input.scene->friction_range() : std::nullopt;
+  if (range && placed) {
+    const auto widen = [&](double at_m) {
+      model.least_m = std::min(model.least_m, at_m);
+      model.largest_m = std::max(model.largest_m, at_m);
+    };
+    model.range = fmt::format("friction {:g} to {:g}", range->front(), range->back());
+    if (placed->started_there_m) widen(*placed->started_there_m);
+    for (const OtherFriction& other : placed->other_frictions)
+      if (other.distance_m)
+        widen(*other.distance_m);
+      else
+        model.lost.push_back(fmt::format("friction {:g}: {}", other.friction, other.ending));
+  }
+  if (const auto list = speaking_list(input); list && row != nullptr) {
+    model.apart_m = apart_m(input, report.real_virtual[*report.headline], *row, list->round);
+    if (model.apart_m) model.other_branch = *model.apart_m > list->linked_m;
+  }
+  return model;
+}
+
+/// "; from the measured shape it rests at 13.2 mm (8.4 to 13.2 mm for friction 0.2 to 0.8, which
+/// nobody measured), on another branch".
+std::string model_phrase(const ModelRest& model) {
+  std::string text =
+      fmt::format("; from the measured shape it rests at {:.3f} mm", model.distance_m / mm);
+  if (!model.range.empty())
+    text += fmt::format(" ({:.3f} to {:.3f} mm for {}, which nobody measured{})",
+                        model.least_m / mm, model.largest_m / mm, model.range,
+                        model.lost.empty() ? "" : fmt::format("; {}", fmt::join(model.lost, "; ")));
+  if (model.other_branch) text += *model.other_branch ? ", on another branch" : ", on this branch";
   return text;
 }
 
-/// By the repeats, which have a p.
-void rest_on_repeats(const Report& report, MatchVerdict& verdict) {
-  const MarkRepeats::SheetMatch& match = *among(report);
-  const MatchBasis& uncertainty = verdict.bases.front();
-  const int count = repeats_of(report);
-  const std::string figures = fmt::format("(p {:.3f} at a significance of {:g}; marks {})",
-                                          *match.p, report.significance, verdict.bases[1].reason);
-  verdict.rests_on = fmt::format("{} repeats", count);
-  if (match.verdict == Match::inside) {
-    verdict.match = Match::inside;
-    verdict.reason = fmt::format("it could be one more of the {} real drapes {}", count, figures);
-  } else if (uncertainty.verdict == Match::inside) {
-    verdict.reason = fmt::format(
-        "it lies outside of the {} real drapes {}, but within the total uncertainty U: fabric or "
-        "scene values may be why",
-        count, figures);
-  } else {
-    verdict.match = Match::outside;
-    verdict.reason = fmt::format("it lies outside of the {} real drapes {}", count, figures);
-  }
+/// "3.887 mm beside T = 3.500 mm (tolerance): undecided, for 0.2 mm by inputs and 0.5 mm by the
+/// mesh are open".
+std::string decision_text(const Limit& limit, const Budget& budget) {
+  return fmt::format(
+      "{:.3f} mm beside a limit of {:.3f} mm ({}), with {:.3f} mm open by the inputs (95 %) and "
+      "{:.3f} mm by the simulation's own error",
+      limit.value_m / mm, limit.limit_m / mm, limit.rests_on, budget.inputs_m / mm,
+      budget.own_m / mm);
 }
 
-/// By the total uncertainty and the ensemble: what there is of one drape.
-void rest_on_uncertainty(const Report& report, MatchVerdict& verdict) {
-  const MatchBasis& uncertainty = verdict.bases.front();
-  const bool ensemble = has_ensemble(verdict.bases);
-  verdict.match = uncertainty.verdict;
-  verdict.reason = uncertainty.reason;
-  if (uncertainty.verdict == Match::outside && is_on_branch(verdict.bases)) {
+/// Decides by the limit; what keeps it from a decision is said, with what could bring one.
+void judge_by(const Limit& limit, const DrapeInput& input, const Report& report,
+              MatchVerdict& verdict) {
+  const Budget& budget = *report.budget;
+  verdict.value_m = limit.value_m;
+  verdict.limit_m = limit.limit_m;
+  verdict.rests_on = limit.rests_on;
+  verdict.match = decide(limit.value_m, budget.inputs_m + budget.own_m, limit.limit_m);
+  verdict.reason = decision_text(limit, budget);
+  if (!budget.missing.empty()) {
     verdict.match = Match::undecided;
-    verdict.reason += ", but another start may give the real drape";
+    verdict.reason += fmt::format("; the budget lacks {}", fmt::join(budget.missing, "; "));
+  } else if (verdict.match == Match::undecided) {
+    verdict.remedies = remedies_of(budget, std::abs(limit.value_m - limit.limit_m));
+    if (verdict.remedies.empty() && limit.what == "tolerance")
+      verdict.remedies.push_back("lay the cloth three times: their scatter is then the limit");
+  } else if (verdict.match == Match::outside) {
+    if (const BranchComparison* other = branch_within(input, report, limit)) {
+      verdict.match = Match::undecided;
+      const RealVirtual& there = other->as_placed;
+      verdict.reason += fmt::format("; another start gives branch {}, {:.3f} mm away",
+                                    input.simulations[there.simulation].branch->number,
+                                    there.statistics.mean_m / mm);
+    }
   }
-  verdict.rests_on = ensemble ? "total uncertainty, ensemble" : "total uncertainty";
-  const int count = std::max(1, repeats_of(report));
-  verdict.reason += fmt::format(
-      "; it rests on {} alone: {}", ensemble ? "U and the ensemble" : "U",
-      count == 1 ? std::string("of one real drape nothing says how far repeats lie apart")
-      : count < kLeastRepeats
-          ? fmt::format("{} real drapes do not say how far repeats lie apart", count)
-          : "the real drapes are copies of each other");
+  if (!verdict.remedies.empty())
+    verdict.reason += fmt::format("; to decide: {}", fmt::join(verdict.remedies, ", "));
+  MatchBasis basis{limit.what, verdict.match, limit.value_m / mm,          limit.limit_m / mm,
+                   "mm",       limit.p,       decision_text(limit, budget)};
+  verdict.bases.insert(verdict.bases.begin(), std::move(basis));
 }
 
 std::string number_text(const std::optional<double>& value, const std::string& unit) {
@@ -241,24 +338,37 @@ void judge_repeats(const DrapeInput& input, const Options& options, Report& repo
   }
 }
 
-MatchVerdict match_of(const DrapeInput& input, const Report& report) {
+Match decide(double value_m, double open_m, double limit_m) {
+  return value_m + open_m <= limit_m  ? Match::inside
+         : value_m - open_m > limit_m ? Match::outside
+                                      : Match::undecided;
+}
+
+MatchVerdict match_of(const DrapeInput& input, const Options& options, const Report& report) {
   MatchVerdict verdict;
   if (!report.headline || !report.budget) {
     verdict.reason = "nothing was compared mark by mark";
     return verdict;
   }
-  verdict.bases.push_back(by_uncertainty(report));
+  if (report.budget->expanded_m > 0)
+    verdict.error_number =
+        report.real_virtual[*report.headline].statistics.mean_m / report.budget->expanded_m;
   add_repeats(report, verdict.bases);
   add_ensemble(input.placed, verdict.bases);
+  verdict.model = model_of(input, report);
   if (!report.go()) {
+    verdict.match = Match::undecided;
     verdict.reason = "the measurement is NO-GO: " + report.no_go.front();
     return verdict;
   }
-  if (const MarkRepeats::SheetMatch* match = among(report); match != nullptr && match->p)
-    rest_on_repeats(report, verdict);
-  else
-    rest_on_uncertainty(report, verdict);
-  verdict.reason += ensemble_phrase(verdict.bases);
+  if (const auto limit = limit_of(options, report)) {
+    judge_by(*limit, input, report, verdict);
+  } else {
+    verdict.remedies = {"lay the cloth three times", "state tolerance_mm in the rig"};
+    verdict.reason = "nothing says how far a match may lie: " + verdict.remedies.front() + ", or " +
+                     verdict.remedies.back();
+  }
+  if (verdict.model) verdict.reason += model_phrase(*verdict.model);
   return verdict;
 }
 

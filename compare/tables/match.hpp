@@ -12,12 +12,15 @@ namespace drape::compare {
 /// headline is among them: Report::repeats and among_repeats.
 void judge_repeats(const DrapeInput& input, const Options& options, Report& report);
 
-/// Inside, outside or undecided, and what that rests on. With kLeastRepeats real drapes or more:
-/// inside when the headline could be one more of them at the stated significance; outside else,
-/// but undecided within the total uncertainty U, for then fabric and scene values may be why. With
-/// fewer: inside within U; above it outside, but undecided where the budget lacks a part, or where
-/// the real drape is on a branch of the ensemble and in its band, for then the start may be why.
-[[nodiscard]] MatchVerdict match_of(const DrapeInput& input, const Report& report);
+/// Where a value is beside a limit that everything open may move it by `open_m` from (ISO 14253-1).
+[[nodiscard]] Match decide(double value_m, double open_m, double limit_m);
+
+/// Decision of the headline. The limit is the scatter of kLeastRepeats real drapes or more, for
+/// their mean distance, else the tolerance, for the mean distance of the drape's own; open are the
+/// inputs' 95 % range and, added, the simulation's own error. Undecided too where the budget lacks
+/// a part, and outside the limit where another start's branch is within it.
+[[nodiscard]] MatchVerdict match_of(const DrapeInput& input, const Options& options,
+                                    const Report& report);
 
 [[nodiscard]] std::string name_of(Match match);
 /// One row per thing the match is judged against.

@@ -159,13 +159,28 @@ Table real_virtual_table(const DrapeInput& input, const Report& report) {
     });
   };
   using S = DistanceStatistics;
+  const auto moved = [](R row, auto value, const char* format) {
+    return row.aligned ? fmt::format(fmt::runtime(format), value(*row.aligned)) : std::string();
+  };
   table.word("discretisation", "discretisation", [=](R row) {
     const auto& branch = of(row).branch;
     return of(row).discretisation() + (branch ? fmt::format(", branch {}", branch->number) : "");
   });
   table.number("segments", "segments", [=](R row) { return of(row).segments_text(); });
   length("mean_dist_mm", "mean dist (mm)", &S::mean_m);
-  length("sigma_mean_mm", "± (mm)", &S::sigma_mean_m);
+  length("sigma_mean_mm", "noise of the marks in it (mm)", &S::sigma_mean_m);
+  table.number("shape_mm", "shape: after a rigid move (mm)", [=](R row) {
+    return moved(
+        row, [](const RigidAlignment& a) { return a.after.mean_m / mm; }, "{:.3f}");
+  });
+  table.number("place_mm", "place: the move (mm)", [=](R row) {
+    return moved(
+        row, [](const RigidAlignment& a) { return a.centroid_shift_m / mm; }, "{:.3f}");
+  });
+  table.number("place_deg", "and turn (°)", [=](R row) {
+    return moved(
+        row, [](const RigidAlignment& a) { return a.turn_rad / units::deg; }, "{:.2f}");
+  });
   length("median_mm", "median (mm)", &S::median_m);
   length("rms_mm", "RMS (mm)", &S::rms_m);
   length("p95_mm", "p95 (mm)", &S::p95_m);
@@ -411,11 +426,16 @@ Table branch_table(const DrapeInput& input, const Report& report, const BranchSe
     return fmt::format("{:.2f}", (fact(one).energy_j - least_j) / kMicrojoule);
   });
   table.number("starts", "starts", [=](B one) { return std::to_string(fact(one).starts); });
+  table.number("share_percent", "share of starts (%)", [=](B one) {
+    return fact(one).share ? fmt::format("{:.0f}", 100 * *fact(one).share) : std::string();
+  });
   table.number("hem_nodes", "folds of the hem",
                [=](B one) { return std::to_string(fact(one).hem_nodes); });
   table.word("stable", "stable", [=](B one) { return fact(one).stable ? "yes" : "no, a saddle"; });
   length("mean_dist_mm", "mean dist (mm)", &DistanceStatistics::mean_m);
-  length("sigma_mean_mm", "± (mm)", &DistanceStatistics::sigma_mean_m);
+  table.number("shape_mm", "shape (mm)", [](B one) {
+    return one.as_placed.aligned ? mm_text(one.as_placed.aligned->after.mean_m) : std::string();
+  });
   length("max_mm", "max (mm)", &DistanceStatistics::max_m);
   if (set.branches.front().turned) {
     table.number("turned_mean_mm", "mean after best turn (mm)",
