@@ -75,7 +75,7 @@ struct Bench {
   [[nodiscard]] fs::path report() const { return out / "report.html"; }
   [[nodiscard]] double spacing_m() const { return options.spacing_m.value_or(rig.spacing_m); }
   [[nodiscard]] std::string spacing() const { return fmt::format("{:g}", spacing_m() / units::mm); }
-  /// Whether the headline says what each value moves, without which U lacks scene and fabric.
+  /// True where the headline finds what each value moves, without which U lacks scene and fabric.
   [[nodiscard]] bool sensitivities() const {
     return (options.uncertainty || !options.single) && !options.internal_friction;
   }

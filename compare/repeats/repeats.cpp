@@ -17,7 +17,7 @@ namespace {
 
 constexpr double kPower = 0.9;
 constexpr std::size_t kLeastForModes = 6;  // repeats
-// Of a test that is combined: what lies near by one does not hide what lies far by another.
+// Largest p of a test that is combined: near by one does not hide far by another.
 constexpr double kMostP = 0.99;
 constexpr double kMostModes = 100;         // beyond, F no longer depends on their number
 

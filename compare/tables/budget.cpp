@@ -178,7 +178,7 @@ struct Width {
   std::string origin, remedy;
 };
 
-/// One of which the operator states the standard uncertainty, or could.
+/// Standard uncertainty that the operator states, or could.
 Width standard(double u, const char* unit, bool stated, const std::string& measure) {
   return {u, u, false,
           fmt::format("{:g}{} {}", u, unit, stated ? "as stated" : "assumed, nothing is stated"),

@@ -118,7 +118,7 @@ void add_ensemble(const std::optional<PlacedDrape>& ensemble, std::vector<MatchB
   bases.push_back(std::move(band));
 }
 
-/// What the match is judged against.
+/// Limit of the match, and the value that is compared with it.
 struct Limit {
   double value_m = 0, limit_m = 0;
   std::string what, rests_on;
