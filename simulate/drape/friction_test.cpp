@@ -95,7 +95,7 @@ class Mover {
   /// Lets it move for a time.
   void move(const Vector3d& gravity, double seconds) {
     descent.gravity_m_per_s2 = gravity;
-    motion.longest_s = 0;
+    motion.longest_s = motion.longest_step_s = 0;
     const auto no_table = [](double) { return -std::numeric_limits<double>::infinity(); };
     const TimeStepsReport report = move_in_time(cloth_, state_, held_, stiffness_, {}, no_table,
                                                 seconds, descent, motion, pushes_.get());

@@ -33,12 +33,17 @@ constexpr double kMostPoints = 1e5;  // points of a mesh
 constexpr double kLeastPoints = 16;  // a mesh of fewer does not drape
 constexpr double kSame_m = 1e-6;     // two material points that are one
 constexpr int kMostRounds = 60;      // rounds of descents, at the end of each friction settles
-// Mean weights of a point: residual of a descent while places still press softly, and its factor
-// from each round to the next while friction settles
-constexpr double kPassingResidual = 0.1, kNearer = 0.5;
-constexpr double kBeside = 1e-6;  // of a triangle's weights: a place on its border is in it
-constexpr double kSolved = 1e-6;  // relative norm of what a first-order answer leaves
+// Mean weights of a point: residual of the first round, and its factor from each to the next, while
+// friction settles
+constexpr double kPassingResidual = 0.1, kNearer = 0.2;
+constexpr double kStageResidual = 0.1;  // of a step in time while contact becomes firm
+constexpr int kCarriedFirmness = 2;     // of contact that is carried to another mesh
+constexpr double kBeside = 1e-6;        // of a triangle's weights: a place on its border is in it
+constexpr double kSolved = 1e-6;        // relative norm of what a first-order answer leaves
 constexpr int kMostProducts = 5000;
+double no_table(double) {
+  return -std::numeric_limits<double>::infinity();
+}
 constexpr double kLeastRatio = 1.5;  // of two spacings that are levels of their own
 
 void require_size(const ClothOutline& outline, double spacing_m) {
@@ -368,6 +373,7 @@ struct DrapeLevel::Parts {
     };
     State found(change.size(), Vector3d::Zero()), left = change, product = found;
     let_go(left);
+    const ClothTangent tangent(cloth, state);
     State way = left;
     stiffness->solve(way);
     State direction = way;
@@ -376,7 +382,7 @@ struct DrapeLevel::Parts {
     for (int k = 0; k < kMostProducts; ++k) {
       if (!(size > kSolved * kSolved * first)) return found;
       std::fill(product.begin(), product.end(), Vector3d::Zero());
-      cloth.add_products(state, direction, product);
+      tangent.add_products(direction, product);
       pushes.add_products(state, direction, product);
       let_go(product);
       const double curvature = flat(direction).dot(flat(product));
@@ -392,6 +398,21 @@ struct DrapeLevel::Parts {
     return std::nullopt;
   }
 
+  /// Makes contact firm by stages, with a step in time for each, so that friction follows what the
+  /// cloth does meanwhile.
+  void firm_in_time(ClothMoment& moment, AllPushes& pushes, const DescentOptions& how,
+                    TimeStepsOptions motion, TimeStepsReport& report) {
+    motion.longest_s = motion.step_s = std::max(motion.step_s, motion.longest_step_s);
+    motion.residual = std::max(motion.residual, kStageResidual);
+    while (!pushes.objects.is_firm()) {
+      pushes.objects.make_firmer(moment.state);
+      const TimeStepsReport found = move_in_time(cloth, moment.state, held, *stiffness, {},
+                                                 no_table, 0, how, motion, &pushes);
+      report.increments += found.increments;
+      report.steps += found.steps;
+    }
+  }
+
   /// Rounds of descents, each one increment at whose end friction settles: at rest nothing is left
   /// after that.
   void descend_to_rest(ClothMoment& moment, AllPushes& pushes, const DescentOptions& how,
@@ -399,9 +420,10 @@ struct DrapeLevel::Parts {
     // Without friction there is nothing to settle.
     const double nearer = pushes.objects.holds() || drape.laws.friction ? kNearer : 0;
     double passing = kPassingResidual;
+    stiffness->outdate();
     for (int round = 0; round < kMostRounds; ++round) {
       DescentOptions now = how;
-      if (pushes.objects.is_firm()) passing *= nearer;
+      passing *= nearer;
       now.residual = std::max(how.residual, passing);
       now.most_steps -= report.steps;
       report.descent = descend(cloth, moment.state, held, *stiffness, {}, now, &pushes);
@@ -418,10 +440,8 @@ struct DrapeLevel::Parts {
                                report.descent.residual);
         return;
       }
-      report.at_rest =
-          now.residual == how.residual && pushes.objects.is_firm() && report.descent.steps == 0;
+      report.at_rest = now.residual == how.residual && report.descent.steps == 0;
       if (report.at_rest) return;
-      pushes.objects.make_firmer(moment.state);
     }
     report.why = fmt::format("friction does not settle in {} rounds", kMostRounds);
   }
@@ -503,7 +523,11 @@ ClothMoment DrapeLevel::carried(const DrapeLevel& from, const ClothMoment& rest)
     parts_->cloth.take_over(from.parts_->cloth, rest.state, moment.state);
   }
   moment.memory = parts_->cloth.memory();
-  moment.contact = rest.contact;
+  if (rest.contact) {
+    auto memory = std::make_shared<ContactMemory>(*rest.contact);
+    memory->firmness = std::min(memory->firmness, kCarriedFirmness);
+    moment.contact = std::move(memory);
+  }
   moment.layers_apart_m = rest.layers_apart_m;
   return moment;
 }
@@ -520,12 +544,12 @@ RestReport DrapeLevel::fall(ClothMoment& moment, const StartVariation& variation
     motion.quiet_m = TimeStepsOptions{}.quiet_m;
     motion.residual = 1;
   }
-  const auto no_table = [](double) { return -std::numeric_limits<double>::infinity(); };
   const HeldCarried carried(my.values, my.cloth.points(), moment.state,
                             my.gravity.norm() / motion.drag_per_s);
   RestReport report;
   report.motion = move_in_time(my.cloth, moment.state, my.held, *my.stiffness, {}, no_table,
                                carried.arrival_s(), descent, motion, &pushes, carried);
+  my.firm_in_time(moment, pushes, descent, motion, report.motion);
   my.descend_to_rest(moment, pushes, descent, report);
   my.end(moment, pushes);
   return report;
@@ -538,6 +562,7 @@ RestReport DrapeLevel::rest(ClothMoment& moment, std::optional<double> residual)
   DescentOptions descent = my.descent();
   if (residual) descent.residual = *residual;
   RestReport report;
+  my.firm_in_time(moment, pushes, descent, my.options.motion, report.motion);
   my.descend_to_rest(moment, pushes, descent, report);
   my.end(moment, pushes);
   return report;

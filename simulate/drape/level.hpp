@@ -26,7 +26,8 @@ struct DrapeOptions {
   unsigned seed = 1;          ///< chooses the jitter of each mesh's lattice
   /// Options of the fall, slow as in a thick fluid or from a hand that lays the cloth: by its drag
   /// free cloth falls at 0.25 m/s. Quiet: 0.4 mm/s.
-  TimeStepsOptions motion = {.step_s = 8e-3, .drag_per_s = 40, .quiet_m = 1e-8, .longest_s = 10};
+  TimeStepsOptions motion = {
+      .step_s = 8e-3, .longest_step_s = 64e-3, .drag_per_s = 40, .quiet_m = 1e-8, .longest_s = 10};
   DescentOptions descent;
   /// Layers of a cloth that else passes through itself press this far apart; 0: they do not press.
   double thickness_m = 0.5e-3;

@@ -16,13 +16,14 @@ using Eigen::Vector2d;
 using Eigen::Vector3d;
 using State = MeshCloth::State;
 
-constexpr double kSunk_m = 0.1e-6;      // depth of cloth that bears its own weight alone
-constexpr double kStiffen_m = 2e-6;     // depth from which places stiffen
-constexpr double kGrip_m = 0.2e-6;      // stretch of springs that bear a weight along a surface
-constexpr double kSoft = 0.1;           // relative stiffness before places are firm
-constexpr double kSoftPlaces_m = 4e-3;  // distance of places before they are firm
-// Distance of firm places, and largest displacement of nodes before sites are listed again;
-// relative to the root of a triangle's mean area on wide meshes
+constexpr double kSunk_m = 0.1e-6;   // depth of cloth that bears its own weight alone
+constexpr double kStiffen_m = 2e-6;  // depth from which places stiffen
+constexpr double kGrip_m = 0.2e-6;   // stretch of springs that bear a weight along a surface
+// Before places are firm: their stiffness at first, and what is left of the stiffening at each
+// stage
+constexpr double kSoft = 0.1, kLinear = 0.125;
+// Distance of places, and displacement of nodes before sites are listed again; relative to the
+// root of a triangle's mean area on wide meshes
 constexpr double kPlaces_m = 0.5e-3, kOfWide = 0.15;
 // Looks at one list of sites between which its margin stays; its least, relative to the largest
 constexpr int kFewLooks = 4, kManyLooks = 16;
@@ -91,11 +92,11 @@ int ObjectPushes::cuts_of(int facet, int shape) const {
 }
 
 double ObjectPushes::places_m() const {
-  return firmness_ > 0 ? reach_m_ : kSoftPlaces_m;
+  return reach_m_;
 }
 
 double ObjectPushes::sharp_places_m() const {
-  return firmness_ > 0 ? std::min(kPlaces_m, places_m() / 2) : places_m() / 2;
+  return std::min(kPlaces_m, reach_m_ / 2);
 }
 
 void ObjectPushes::divide() {
@@ -336,8 +337,9 @@ void ObjectPushes::look(const State& state) {
 /// Pressure and stiffness; returns the energy per area (J/m^2).
 double ObjectPushes::press(Site& site, double gap_m) const {
   const double depth = std::max(0.0, -gap_m), times = depth / kStiffen_m;
-  const double stiffness = is_firm() ? stiffness_ : kSoft * stiffness_;
-  const double more = firmness_ > 0 ? times * times : 0;
+  const int left = kFirm - firmness_;
+  const double stiffness = stiffness_ * std::pow(kSoft, static_cast<double>(left) / kFirm);
+  const double more = firmness_ > 0 ? times * times * std::pow(kLinear, left) : 0;
   site.pressure_pa = stiffness * depth * (1 + more);
   site.n_per_m3 = stiffness * (1 + 3 * more);
   return stiffness * depth * depth * (1 + more / 2) / 2;

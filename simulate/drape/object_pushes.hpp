@@ -19,10 +19,10 @@ namespace drape::simulate {
 /// p = k d (1 + d^2 / d0^2), where k lets cloth lie 0.1 um deep under its own weight and d0 = 2 um,
 /// so that edges and corners of any sharpness are entered by some hundredths of a millimetre. The
 /// places are 0.5 mm apart on the cloth (1 mm on meshes of 10 mm), half that on objects of sharp
-/// edges. While a cloth falls they are fewer, and
-/// p = k d / 10 is softer, for stiff places make a descent's steps short. Facets with a corner that
-/// is held on a surface are left out: two pins on a round body hold the cloth between them inside
-/// it.
+/// edges. While a cloth falls p = k d / 10,
+/// for stiff places make a descent's steps short; then stages lead from there to the firm law.
+/// Facets with a corner that is held on a surface are left out: two pins on a round body hold the
+/// cloth between them inside it.
 ///
 /// A facet whose corners all face one flat face presses by its nodes alone: the gap is linear
 /// between them, so nothing is deeper. Which facets do is chosen by settle(), for a choice amid a
@@ -54,7 +54,7 @@ class ObjectPushes : public Pushes {
 
   [[nodiscard]] bool holds() const { return friction_ > 0; }
   [[nodiscard]] bool is_firm() const { return firmness_ == kFirm; }
-  /// Makes places as many as they are at a rest, then as stiff.
+  /// Takes the pressure's law a stage nearer to that of a rest.
   void make_firmer(const MeshCloth::State& state);
 
   /// Forces (N) on places of the surface's facets, by their nodes (the points, then the middles of
@@ -68,7 +68,7 @@ class ObjectPushes : public Pushes {
   void take_over(const ContactMemory& memory, const MeshCloth::State& state);
 
  private:
-  static constexpr int kFirm = 2;
+  static constexpr int kFirm = 5;
   /// A place of the cloth near an object.
   struct Site {
     int id = 0;  ///< place times shapes, plus shape

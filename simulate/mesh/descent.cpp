@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <deque>
 #include <numeric>
 
 namespace drape::simulate {
@@ -21,8 +20,14 @@ constexpr double kWallWeights = 100;  // mean weights of a point that press it i
 constexpr double kArmijo = 1e-4;
 constexpr double kRounding = 1e-14;                // relative to the energy, that a step may lose
 constexpr double kShorter = 0.5, kShortest = 0.1;  // relative to a step that was too long
-constexpr int kTries = 12;
-constexpr double kFlat = 1e-8;  // relative to a step's slope: less curvature is not remembered
+constexpr int kTries = 20;
+// Norm of the forces that a solution leaves, relative to those before; largest force left,
+// relative to the residual asked of the descent; curvature that counts as none
+constexpr double kSolved = 0.1, kOfResidual = 0.25, kFlat = 1e-6;
+constexpr int kProducts = 60;  // of one step
+// Products of a step, and path of a point in mean sides, up to which the next step keeps the matrix
+constexpr int kFewProducts = 12;
+constexpr double kKeepsMatrix = 0.01;
 
 Eigen::Map<Eigen::VectorXd> flat(State& state) {
   return {state.front().data(), 3 * static_cast<Eigen::Index>(state.size())};
@@ -38,15 +43,22 @@ class Potential {
         bodies_(bodies),
         gravity_(options.gravity_m_per_s2),
         inertia_(options.inertia),
-        pushes_(pushes) {
+        pushes_(pushes),
+        side_m_(cloth.mesh().mean_side_m()) {
     const double mass = std::accumulate(cloth.mass_kg().begin(), cloth.mass_kg().end(), 0.0);
     weight_n_ = gravity_.norm() * mass / cloth.points();
     wall_n_per_m_ = kWallWeights * weight_n_ / (kOnWall * std::max(bodies.wall_radius_m, 1e-9));
-    for (const MaterialMesh::Edge& edge : cloth.mesh().edges)
-      side_m_ += (cloth.mesh().points_m[edge.to] - cloth.mesh().points_m[edge.from]).norm() /
-                 static_cast<double>(cloth.mesh().edges.size());
   }
 
+  /// Largest force: of a point in mean weights of one, of a side in those times the mean side.
+  [[nodiscard]] double largest(const State& force) const {
+    double points2 = 0, sides2 = 0;
+    for (int i = 0; i < cloth_.unknowns(); ++i) {
+      double& most2 = i < cloth_.points() ? points2 : sides2;
+      most2 = std::max(most2, force[i].squaredNorm());
+    }
+    return std::max(std::sqrt(points2), std::sqrt(sides2) / side_m_) / weight_n_;
+  }
   [[nodiscard]] double mean_side_m() const { return side_m_; }
 
   /// Internal and of height.
@@ -101,6 +113,20 @@ class Potential {
     }
     return found;
   }
+  /// Sets the energy's second derivative times a direction, nothing where held. Contacts keep their
+  /// state.
+  void set_products(const State& state, const ClothTangent& tangent, const State& direction,
+                    State& product) const {
+    std::fill(product.begin(), product.end(), Vector3d::Zero());
+    tangent.add_products(direction, product);
+    if (pushes_ != nullptr) pushes_->add_products(state, direction, product);
+    visit_inertia([&](int i, double stiffness) { product[i] += stiffness * direction[i]; });
+    visit_supports(state, [&](int i, const Vector3d& normal, double, double stiffness) {
+      product[i] += stiffness * normal.dot(direction[i]) * normal;
+    });
+    for (int i = 0; i < cloth_.unknowns(); ++i)
+      if (held_[i]) product[i].setZero();
+  }
   [[nodiscard]] std::vector<Support> supports(const State& state) const {
     std::vector<Support> found;
     visit_supports(state, [&](int i, const Vector3d& normal, double, double stiffness) {
@@ -146,48 +172,39 @@ class Potential {
   Vector3d gravity_;
   const Inertia* inertia_;
   Pushes* pushes_;
-  double weight_n_ = 0, wall_n_per_m_ = 0, side_m_ = 0;
+  double side_m_, weight_n_ = 0, wall_n_per_m_ = 0;
 };
 
-/// Steps and what the forces lost over them; the newest last.
-class Pairs {
- public:
-  explicit Pairs(int most) : most_(static_cast<std::size_t>(most)) {}
-  [[nodiscard]] bool empty() const { return pairs_.empty(); }
-  void clear() { pairs_.clear(); }
-  void add(const Eigen::VectorXd& step, const Eigen::VectorXd& lost, double product) {
-    if (pairs_.size() >= most_) {
-      pairs_.push_back(std::move(pairs_.front()));
-      pairs_.pop_front();
-    } else {
-      pairs_.emplace_back();
+/// Sets the Newton step that a force leads to, by conjugate gradients on exact products with the
+/// factor as preconditioner (Steihaug 1983): as near as a tenth, or as the residual asks, and up to
+/// the first direction of negative curvature.
+int solve(const Potential& potential, const ClothTangent& tangent, const State& state,
+          const MeshStiffness& stiffness, double residual, const State& force, State& step) {
+  State left = force, way = force, product(force.size());
+  stiffness.solve(way);
+  State direction = way;
+  std::fill(step.begin(), step.end(), Vector3d::Zero());
+  double size = flat(left).dot(flat(way));
+  const double first = size;
+  for (int k = 0; k < kProducts; ++k) {
+    if (size <= kSolved * kSolved * first || potential.largest(left) <= kOfResidual * residual)
+      return k;
+    potential.set_products(state, tangent, direction, product);
+    const double curvature = flat(direction).dot(flat(product));
+    if (!(curvature > kFlat * size)) {
+      if (k == 0) step = direction;
+      return kProducts;
     }
-    pairs_.back().step = step.cast<float>();
-    pairs_.back().lost = lost.cast<float>();
-    pairs_.back().product = product;
+    flat(step) += size / curvature * flat(direction);
+    flat(left) -= size / curvature * flat(product);
+    way = left;
+    stiffness.solve(way);
+    const double next = flat(left).dot(flat(way));
+    flat(direction) = flat(way) + next / size * flat(direction);
+    size = next;
   }
-  /// The inverse of what they tell of the second derivatives, times a force, in place.
-  void apply(State& force, const MeshStiffness& stiffness) const {
-    std::vector<double> taken(pairs_.size());
-    for (std::size_t k = pairs_.size(); k-- > 0;) {
-      taken[k] = pairs_[k].step.cast<double>().dot(flat(force)) / pairs_[k].product;
-      flat(force) -= taken[k] * pairs_[k].lost.cast<double>();
-    }
-    stiffness.solve(force);
-    for (std::size_t k = 0; k < pairs_.size(); ++k) {
-      const double put = pairs_[k].lost.cast<double>().dot(flat(force)) / pairs_[k].product;
-      flat(force) += (taken[k] - put) * pairs_[k].step.cast<double>();
-    }
-  }
-
- private:
-  struct Pair {
-    Eigen::VectorXf step, lost;  ///< single precision: they only choose the next step
-    double product = 0;
-  };
-  std::size_t most_;
-  std::deque<Pair> pairs_;
-};
+  return kProducts;
+}
 
 }  // namespace
 
@@ -196,31 +213,31 @@ DescentReport descend(MeshCloth& cloth, State& state, const std::vector<bool>& h
                       const DescentOptions& options, Pushes* pushes) {
   const Potential potential(cloth, held, bodies, options, pushes);
   State force(state.size()), step(state.size()), next(state.size()), next_force(state.size());
-  Pairs pairs(options.pairs);
-  Eigen::VectorXd moved(3 * static_cast<Eigen::Index>(state.size())), lost(moved.size());
   DescentReport report;
   Potential::Balance now = potential.balance(state, force);
-  if (!options.keep_matrix) stiffness.outdate();
+  // The matrix of another inertia serves badly.
+  if (options.inertia != nullptr) stiffness.outdate();
   while (std::isfinite(now.energy_j)) {
     report.at_rest = std::max(now.point, now.side) <= options.residual;
     if (report.at_rest || report.steps >= options.most_steps) break;
-    if (stiffness.solves() >= options.factor_every &&
+    if (!stiffness.serves(state, kKeepsMatrix * potential.mean_side_m()) &&
         !stiffness.factorise(state, potential.supports(state)))
       break;
-    step = force;
-    pairs.apply(step, stiffness);
+    if (solve(potential, ClothTangent(cloth, state), state, stiffness, options.residual, force,
+              step) > kFewProducts)
+      stiffness.outdate();
     const double slope = flat(force).dot(flat(step));
+    if (!(slope > 0)) break;
     double far = 0;
     for (int i = 0; i < cloth.points(); ++i) far = std::max(far, step[i].norm());
     double part = std::min(1.0, options.farthest_step * potential.mean_side_m() / far);
-    if (pushes != nullptr && slope > 0) {
+    if (pushes != nullptr) {
       flat(next) = flat(state) + part * flat(step);
       part *= pushes->clear_part(state, next, false);
     }
     Potential::Balance then;
     bool down = false;
-    int tries = 0;
-    for (; slope > 0 && tries < kTries && !down; ++tries) {
+    for (int tries = 0; tries < kTries && !down; ++tries) {
       flat(next) = flat(state) + part * flat(step);
       then = potential.balance(next, next_force);
       const double gain = now.energy_j - then.energy_j;
@@ -231,23 +248,17 @@ DescentReport descend(MeshCloth& cloth, State& state, const std::vector<bool>& h
       part = std::isfinite(least) ? std::clamp(least, kShortest * part, kShorter * part)
                                   : kShortest * part;
     }
+    if (!down && stiffness.serves(state, 0)) break;
     if (!down) {
-      // With a fresh matrix and nothing remembered nothing but rounding leads down.
-      if (pairs.empty() && stiffness.solves() == 1) break;
-      pairs.clear();
       stiffness.outdate();
       continue;
     }
-    moved = flat(next) - flat(state);
-    lost = flat(force) - flat(next_force);
-    const double product = moved.dot(lost);
-    if (product > kFlat * part * slope) pairs.add(moved, lost, product);
-    if (tries > 1) stiffness.outdate();
     std::swap(state, next);
     std::swap(force, next_force);
     now = then;
     ++report.steps;
   }
+  if (options.inertia != nullptr) stiffness.outdate();
   cloth.settle(state);
   if (pushes != nullptr) pushes->settle(state);
   report.residual = now.reported;

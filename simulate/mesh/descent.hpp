@@ -57,9 +57,6 @@ struct DescentOptions {
   /// 0.15, 0.3, 0.5 and 1 the one near the lowest energies for each of two fabrics, on 10 and 15
   /// mm.
   double farthest_step = 0.3;
-  int pairs = 5;             ///< pairs of steps and gradients that are remembered
-  int factor_every = 10;     ///< steps between two matrices
-  bool keep_matrix = false;  ///< begins with the last descent's, where that is not too old
   const Inertia* inertia = nullptr;
 };
 
@@ -71,8 +68,9 @@ struct DescentReport {
   double dissipated_j = 0;  ///< by internal friction
 };
 
-/// Goes down the energy to a rest by the method of Nocedal (1980, limited memory, with Armijo's
-/// line search), with MeshStiffness in place of a multiple of the identity.
+/// Goes down the energy to a rest by Newton's method with Armijo's line search: each step solves
+/// with the exact second derivative by conjugate gradients, which MeshStiffness preconditions, up
+/// to a direction of negative curvature (Steihaug 1983).
 /// A descent is one increment of load: internal friction and that of `pushes` keep the memory of
 /// its start, so that there is one energy whatever a descent's steps are, and settle once, at the
 /// end.

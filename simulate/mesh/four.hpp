@@ -4,10 +4,26 @@
 #include <Eigen/Core>
 #include <vector>
 
+#include "simulate/fabric/wide.hpp"
+
 namespace drape::simulate {
 
 /// Three coordinates and nothing, in one register or two; a double* may point into it.
 using Four = double __attribute__((vector_size(32), aligned(8), may_alias));
+
+[[nodiscard]] DRAPE_INLINE double dot(const Four& a, const Four& b) {
+  const Four product = a * b;
+  return product[0] + product[1] + product[2];
+}
+
+/// Sets the sum of `x` at `N` unknowns with weights.
+template <std::size_t N, class Weights, class Unknowns>
+DRAPE_INLINE void set_sum(Four& sum, const Weights& weight, const Unknowns& unknown,
+                          const Four* x) {
+  sum = weight[0] * x[unknown[0]];
+#pragma GCC unroll 12
+  for (std::size_t k = 1; k < N; ++k) sum += weight[k] * x[unknown[k]];
+}
 
 /// Makes room for `count` vectors, zero at first.
 class Fours {

@@ -369,6 +369,12 @@ double MaterialMesh::area_m2() const {
   return sum;
 }
 
+double MaterialMesh::mean_side_m() const {
+  double sum = 0;
+  for (const Edge& edge : edges) sum += (points_m[edge.to] - points_m[edge.from]).norm();
+  return sum / static_cast<double>(edges.size());
+}
+
 double MaterialMesh::border_m() const {
   double sum = 0;
   for (const Edge& edge : edges)

@@ -49,6 +49,7 @@ struct MaterialMesh {
 
   [[nodiscard]] double area_m2(int triangle) const;
   [[nodiscard]] double area_m2() const;
+  [[nodiscard]] double mean_side_m() const;
   [[nodiscard]] double border_m() const;  ///< length of the edges that have one triangle
 };
 

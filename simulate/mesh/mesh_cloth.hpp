@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "simulate/fabric/laws.hpp"
+#include "simulate/mesh/four.hpp"
 #include "simulate/mesh/material_mesh.hpp"
 
 namespace drape::simulate {
@@ -101,11 +102,11 @@ class MeshCloth {
   [[nodiscard]] InternalEnergies energies(const State& state) const;
   /// Adds minus the energy's gradient (N; N m for the sides) and returns the energies.
   InternalEnergies add_forces(const State& state, State& force) const;
-  /// Adds the energy's second derivative times a direction, element by element; curves of straight
-  /// pieces and friction elements by their tangent.
-  void add_products(const State& state, const State& direction, State& product) const;
 
  private:
+  friend class ClothTangent;
+  /// Takes from the forces what the seams pull; returns their energy.
+  DRAPE_WIDE static double pull_seams(const std::vector<Seam>& seams, const Four* x, Four* force);
   [[nodiscard]] Seam seam_of(int edge) const;
   [[nodiscard]] Eigen::Vector2d middle_of(int edge) const;
   template <class Visit>
@@ -120,6 +121,30 @@ class MeshCloth {
   std::vector<double> mass_, area_;  ///< by point
   ClothMemory memory_;
   double dissipated_j_ = 0;
+};
+
+/// Second derivative of a MeshCloth's energy at a state; curves of straight pieces and friction
+/// elements by their tangent. The cloth must outlive it and keep its memory.
+class ClothTangent {
+ public:
+  ClothTangent(const MeshCloth& cloth, const MeshCloth::State& state);
+  /// Adds its product with a direction (N; N m for the sides).
+  void add_products(const MeshCloth::State& direction, MeshCloth::State& product) const;
+
+  struct Element {
+    Four u, v, stress;          ///< slopes; derivatives of the energy (J) to the metric
+    Four change[3];             ///< of the triangle's own stress, by each entry of the metric
+    Four bent[2];               ///< unit vectors of curvature along warp and weft
+    double secant[2], rise[2];  ///< bending stiffness (N m^3) across them; more along them
+  };
+
+ private:
+  void add_friction_products(const MeshCloth::State& direction, MeshCloth::State& product) const;
+
+  const MeshCloth& cloth_;
+  MeshCloth::State state_;  ///< only with internal friction
+  std::vector<Element> elements_;
+  mutable Fours at_points_;  ///< three for each point, as Element::change
 };
 
 }  // namespace drape::simulate

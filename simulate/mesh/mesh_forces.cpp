@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "simulate/fabric/wide.hpp"
 #include "simulate/mesh/four.hpp"
 #include "simulate/mesh/membrane.hpp"
 #include "simulate/mesh/mesh_cloth.hpp"
@@ -14,18 +13,6 @@ namespace drape::simulate {
 namespace {
 
 using Eigen::Vector3d;
-
-DRAPE_INLINE double dot(const Four& a, const Four& b) {
-  const Four product = a * b;
-  return product[0] + product[1] + product[2];
-}
-template <std::size_t N, class Weights, class Unknowns>
-DRAPE_INLINE void set_sum(Four& sum, const Weights& weight, const Unknowns& unknown,
-                          const Four* x) {
-  sum = weight[0] * x[unknown[0]];
-#pragma GCC unroll 12
-  for (std::size_t k = 1; k < N; ++k) sum += weight[k] * x[unknown[k]];
-}
 
 /// First derivatives of the triangles, and their part of the metric at each corner times the area.
 DRAPE_WIDE void find_slopes(const std::vector<MeshCloth::Triangle>& triangles, const Four* x,
@@ -68,11 +55,11 @@ DRAPE_WIDE void pull_triangles(const std::vector<MeshCloth::Triangle>& triangles
   sum.twist_j += twist / 2;
 }
 
-/// The same of the seams; returns their energy.
-DRAPE_WIDE double pull_seams(const std::vector<MeshCloth::Seam>& seams, const Four* x,
-                             Four* force) {
+}  // namespace
+
+double MeshCloth::pull_seams(const std::vector<Seam>& seams, const Four* x, Four* force) {
   double sum = 0;
-  for (const MeshCloth::Seam& seam : seams) {
+  for (const Seam& seam : seams) {
     Four jump;
     set_sum<12>(jump, seam.weight, seam.unknown, x);
     const Four pull = seam.stiffness * jump;
@@ -81,8 +68,6 @@ DRAPE_WIDE double pull_seams(const std::vector<MeshCloth::Seam>& seams, const Fo
   }
   return sum / 2;
 }
-
-}  // namespace
 
 InternalEnergies MeshCloth::energies(const State& state) const {
   State unused(state.size(), Vector3d::Zero());

@@ -12,12 +12,6 @@ namespace {
 using Eigen::Vector3d;
 using State = MeshCloth::State;
 
-/// Derivative of metric_of() along (du, dv).
-Vector3d metric_change(const Vector3d& u, const Vector3d& v, const Vector3d& du,
-                       const Vector3d& dv) {
-  return {2 * u.dot(du), u.dot(dv) + v.dot(du), 2 * v.dot(dv)};
-}
-
 /// Derivative of the stress of a metric, elastic and of friction elements with these slips.
 Vector3d stress_change(const MetricStrain& strain, const Vector3d& dm, const ClothLaws& laws,
                        double elastic, const double* slip) {
@@ -44,15 +38,6 @@ Vector3d stress_change(const MetricStrain& strain, const Vector3d& dm, const Clo
          Vector3d(stretch(laws.tensile[0], a, da), 0, stretch(laws.tensile[1], b, db));
 }
 
-/// Derivative of the pull of a curve on a curvature vector.
-Vector3d bending_change(const ForceCurve& curve, const Vector3d& c, const Vector3d& dc) {
-  const double size = c.norm();
-  if (!(size > 0)) return curve.slope * dc;
-  const double secant = curve.value(size) / size;
-  const Vector3d along = c / size;
-  return secant * dc + (curve.tangent(size) - secant) * along.dot(dc) * along;
-}
-
 /// Derivative of the gradient of normal_curvature() along (dc, da, db).
 NormalCurvature curvature_change(const Vector3d& c, const Vector3d& a, const Vector3d& b,
                                  const Vector3d& dc, const Vector3d& da, const Vector3d& db) {
@@ -67,74 +52,136 @@ NormalCurvature curvature_change(const Vector3d& c, const Vector3d& a, const Vec
   return {dvalue, dn, db.cross(of) + b.cross(dof), dof.cross(a) + of.cross(da)};
 }
 
+void set(Four& to, const Vector3d& of) {
+  to = Four{of.x(), of.y(), of.z(), 0};
+}
+
+/// Change of each triangle's slopes, and of the metric at its corners times the area.
+DRAPE_WIDE void find_changes(const std::vector<MeshCloth::Triangle>& triangles,
+                             const ClothTangent::Element* element, const Four* x, Four* changes,
+                             Four* at_points) {
+  for (const MeshCloth::Triangle& t : triangles) {
+    const ClothTangent::Element& e = *element++;
+    Four &du = *changes++, &dv = *changes++, &metric = *changes++;
+    set_sum<3>(du, t.d_u, t.corner, x);
+    set_sum<3>(dv, t.d_v, t.corner, x);
+    metric = Four{2 * dot(e.u, du), dot(e.u, dv) + dot(e.v, du), 2 * dot(e.v, dv), 0};
+    const Four part = t.area / 3 * metric;
+    for (const int corner : t.corner) at_points[corner] += part;
+  }
+}
+
+DRAPE_WIDE void add_elements(const std::vector<MeshCloth::Triangle>& triangles, double twist_n_m,
+                             const ClothTangent::Element* element, const Four* x,
+                             const Four* changes, const Four* at_points, Four* product) {
+  for (const MeshCloth::Triangle& t : triangles) {
+    const ClothTangent::Element& e = *element++;
+    const Four du = *changes++, dv = *changes++, metric = *changes++;
+    const Four by =
+        metric[0] * e.change[0] + metric[1] * e.change[1] + metric[2] * e.change[2] +
+        t.area * (at_points[t.corner[0]] + at_points[t.corner[1]] + at_points[t.corner[2]]);
+    const Four of_u = 2 * by[0] * e.u + by[1] * e.v + 2 * e.stress[0] * du + e.stress[1] * dv;
+    const Four of_v = by[1] * e.u + 2 * by[2] * e.v + e.stress[1] * du + 2 * e.stress[2] * dv;
+    for (int k = 0; k < 3; ++k) product[t.corner[k]] += t.d_u[k] * of_u + t.d_v[k] * of_v;
+    Four warp, weft, across;
+    set_sum<6>(warp, t.d_uu, t.unknown, x);
+    set_sum<6>(weft, t.d_vv, t.unknown, x);
+    set_sum<6>(across, t.d_uv, t.unknown, x);
+    const Four of_uu = e.secant[0] * warp + e.rise[0] * dot(e.bent[0], warp) * e.bent[0];
+    const Four of_vv = e.secant[1] * weft + e.rise[1] * dot(e.bent[1], weft) * e.bent[1];
+    const Four of_uv = t.area * twist_n_m * across;
+    for (int k = 0; k < 6; ++k)
+      product[t.unknown[k]] += t.d_uu[k] * of_uu + t.d_vv[k] * of_vv + t.d_uv[k] * of_uv;
+  }
+}
+
 }  // namespace
 
-void MeshCloth::add_products(const State& state, const State& direction, State& product) const {
-  struct Slopes {
-    Vector3d u, v, du, dv;
-  };
-  std::vector<Slopes> slopes;
-  std::vector<Vector3d> metric(area_.size(), Vector3d::Zero()), change = metric;
-  for (const Triangle& t : triangles_) {
-    slopes.push_back({combined(t.d_u, t.unknown, state), combined(t.d_v, t.unknown, state),
-                      combined(t.d_u, t.unknown, direction),
-                      combined(t.d_v, t.unknown, direction)});
-    const auto& [u, v, du, dv] = slopes.back();
-    for (const int corner : t.corner) {
-      metric[corner] += t.area / 3 * metric_of(u, v);
-      change[corner] += t.area / 3 * metric_change(u, v, du, dv);
-    }
-  }
-  std::vector<Vector3d> stress(area_.size()), stress_by(area_.size());
-  for (std::size_t i = 0; i < area_.size(); ++i) {
-    const MetricStrain strain(metric[i] / area_[i]);
-    const double* slip =
-        laws_.friction ? memory_.shear.data() + laws_.friction->shear.elements.size() * i : nullptr;
-    stress[i] = (1 - in_triangles_) * stress_of(strain, strain.angle(), laws_);
+ClothTangent::ClothTangent(const MeshCloth& cloth, const State& state)
+    : cloth_(cloth), elements_(cloth.triangles_.size()), at_points_(3 * cloth.area_.size()) {
+  const ClothLaws& laws = cloth.laws_;
+  if (laws.friction) state_ = state;
+  const double in_triangles = cloth.in_triangles_, at_points = 1 - in_triangles;
+  const std::vector<Vector3d> metric = cloth.metrics(state);
+  std::vector<Vector3d> stress(metric.size());
+  for (std::size_t i = 0; i < metric.size(); ++i) {
+    const MetricStrain strain(metric[i]);
+    const double* slip = laws.friction
+                             ? cloth.memory_.shear.data() + laws.friction->shear.elements.size() * i
+                             : nullptr;
+    stress[i] = at_points * stress_of(strain, strain.angle(), laws);
     if (slip != nullptr)
-      stress[i] += strain.of_angle(laws_.friction->shear.force(strain.angle(), slip));
-    stress_by[i] = stress_change(strain, change[i] / area_[i], laws_, 1 - in_triangles_, slip);
+      stress[i] += strain.of_angle(laws.friction->shear.force(strain.angle(), slip));
+    for (int k = 0; k < 3; ++k)
+      set(at_points_[3 * i + k],
+          stress_change(strain, Vector3d::Unit(k), laws, at_points, slip) / 3);
   }
-  for (std::size_t i = 0; i < triangles_.size(); ++i) {
-    const Triangle& t = triangles_[i];
-    const auto& [u, v, du, dv] = slopes[i];
+  for (std::size_t i = 0; i < elements_.size(); ++i) {
+    const MeshCloth::Triangle& t = cloth.triangles_[i];
+    Element& e = elements_[i];
+    const Vector3d u = combined(t.d_u, t.unknown, state), v = combined(t.d_v, t.unknown, state);
     const MetricStrain strain(metric_of(u, v));
-    Vector3d pull = in_triangles_ * stress_of(strain, strain.angle(), laws_);
-    Vector3d by = stress_change(strain, metric_change(u, v, du, dv), laws_, in_triangles_, nullptr);
-    for (const int corner : t.corner) {
-      pull += stress[corner] / 3;
-      by += stress_by[corner] / 3;
+    Vector3d pull = in_triangles * stress_of(strain, strain.angle(), laws);
+    for (const int corner : t.corner) pull += stress[corner] / 3;
+    set(e.u, u);
+    set(e.v, v);
+    set(e.stress, t.area * pull);
+    for (int k = 0; k < 3; ++k)
+      set(e.change[k],
+          t.area * stress_change(strain, Vector3d::Unit(k), laws, in_triangles, nullptr));
+    for (int d = 0; d < 2; ++d) {
+      const Vector3d c = combined(d == 0 ? t.d_uu : t.d_vv, t.unknown, state);
+      const ForceCurve& curve = laws.bending[d];
+      const double size = c.norm(), secant = size > 0 ? curve.value(size) / size : curve.slope;
+      e.secant[d] = t.area * secant;
+      e.rise[d] = size > 0 ? t.area * (curve.tangent(size) - secant) : 0;
+      set(e.bent[d], size > 0 ? Vector3d(c / size) : c);
     }
-    const Vector3d of_u = t.area * (2 * by[0] * u + by[1] * v + 2 * pull[0] * du + pull[1] * dv);
-    const Vector3d of_v = t.area * (by[1] * u + 2 * by[2] * v + pull[1] * du + 2 * pull[2] * dv);
-    for (int k = 0; k < 3; ++k) product[t.corner[k]] += t.d_u[k] * of_u + t.d_v[k] * of_v;
-    const Vector3d second[2] = {combined(t.d_uu, t.unknown, state),
-                                combined(t.d_vv, t.unknown, state)};
-    const Vector3d second_by[2] = {combined(t.d_uu, t.unknown, direction),
-                                   combined(t.d_vv, t.unknown, direction)};
-    const Vector3d twist = t.area * laws_.twist_n_m * combined(t.d_uv, t.unknown, direction);
-    for (int k = 0; k < 6; ++k) product[t.unknown[k]] += t.d_uv[k] * twist;
+  }
+}
+
+void ClothTangent::add_products(const State& direction, State& product) const {
+  const std::size_t count = direction.size(), points = cloth_.area_.size();
+  Fours x(count), found(count), changes(3 * elements_.size()), at_points(points);
+  for (std::size_t i = 0; i < count; ++i) set(x[i], direction[i]);
+  find_changes(cloth_.triangles_, elements_.data(), x.data(), changes.data(), at_points.data());
+  for (std::size_t i = 0; i < points; ++i) {
+    const Four of = at_points[i] / cloth_.area_[i];
+    at_points[i] =
+        of[0] * at_points_[3 * i] + of[1] * at_points_[3 * i + 1] + of[2] * at_points_[3 * i + 2];
+  }
+  MeshCloth::pull_seams(cloth_.seams_, x.data(), found.data());
+  for (std::size_t i = 0; i < count; ++i) found[i] = -found[i];
+  add_elements(cloth_.triangles_, cloth_.laws_.twist_n_m, elements_.data(), x.data(),
+               changes.data(), at_points.data(), found.data());
+  for (std::size_t i = 0; i < count; ++i)
+    product[i] += Vector3d(found[i][0], found[i][1], found[i][2]);
+  if (cloth_.laws_.friction) add_friction_products(direction, product);
+}
+
+void ClothTangent::add_friction_products(const State& direction, State& product) const {
+  const ClothFriction& friction = *cloth_.laws_.friction;
+  for (std::size_t i = 0; i < elements_.size(); ++i) {
+    const MeshCloth::Triangle& t = cloth_.triangles_[i];
+    const Vector3d u = combined(t.d_u, t.unknown, state_), v = combined(t.d_v, t.unknown, state_);
+    const Vector3d du = combined(t.d_u, t.unknown, direction),
+                   dv = combined(t.d_v, t.unknown, direction);
     for (int d = 0; d < 2; ++d) {
       const std::array<double, 6>& weight = d == 0 ? t.d_uu : t.d_vv;
-      Vector3d of_second = bending_change(laws_.bending[d], second[d], second_by[d]);
-      if (laws_.friction) {
-        const FrictionStack& stack = laws_.friction->bending[d];
-        const double* slip = memory_.bending[d].data() + stack.elements.size() * i;
-        const NormalCurvature own = normal_curvature(second[d], u, v);
-        const NormalCurvature other = curvature_change(second[d], u, v, second_by[d], du, dv);
-        const double force = stack.force(own.value, slip);
-        const double rise = stack.tangent(own.value, slip) * other.value;
-        of_second += rise * own.of_c + force * other.of_c;
-        const Vector3d of_a = t.area * (rise * own.of_a + force * other.of_a);
-        const Vector3d of_b = t.area * (rise * own.of_b + force * other.of_b);
-        for (int k = 0; k < 3; ++k) product[t.corner[k]] += t.d_u[k] * of_a + t.d_v[k] * of_b;
-      }
-      for (int k = 0; k < 6; ++k) product[t.unknown[k]] += t.area * weight[k] * of_second;
+      const Vector3d c = combined(weight, t.unknown, state_);
+      const FrictionStack& stack = friction.bending[d];
+      const double* slip = cloth_.memory_.bending[d].data() + stack.elements.size() * i;
+      const NormalCurvature own = normal_curvature(c, u, v);
+      const NormalCurvature other =
+          curvature_change(c, u, v, combined(weight, t.unknown, direction), du, dv);
+      const double force = t.area * stack.force(own.value, slip);
+      const double rise = t.area * stack.tangent(own.value, slip) * other.value;
+      const Vector3d of_c = rise * own.of_c + force * other.of_c;
+      const Vector3d of_a = rise * own.of_a + force * other.of_a;
+      const Vector3d of_b = rise * own.of_b + force * other.of_b;
+      for (int k = 0; k < 3; ++k) product[t.corner[k]] += t.d_u[k] * of_a + t.d_v[k] * of_b;
+      for (int k = 0; k < 6; ++k) product[t.unknown[k]] += weight[k] * of_c;
     }
-  }
-  for (const Seam& seam : seams_) {
-    const Vector3d jump = seam.stiffness * combined(seam.weight, seam.unknown, direction);
-    for (int k = 0; k < 12; ++k) product[seam.unknown[k]] += seam.weight[k] * jump;
   }
 }
 

@@ -439,17 +439,19 @@ bool MeshStiffness::factorise(const MeshCloth::State& state, const std::vector<S
       block += support.stiffness.transpose();
   }
   my.sides->press(on_sides);
-  const bool definite = my.factor->factorise(*my.matrix);
-  if (definite)
-    solves_ = 0;
-  else
-    outdate();
-  return definite;
+  formed_at_ = state;
+  return my.factor->factorise(*my.matrix);
+}
+
+bool MeshStiffness::serves(const MeshCloth::State& state, double near_m) const {
+  for (int i = 0; i < parts_->cloth.points(); ++i)
+    if (formed_at_.empty() || (state[i] - formed_at_[i]).squaredNorm() > near_m * near_m)
+      return false;
+  return true;
 }
 
 void MeshStiffness::solve(MeshCloth::State& b) const {
   const Parts& my = *parts_;
-  ++solves_;
   for (std::size_t k = 0; k < my.free_points.size(); ++k) my.of_points[k] = b[my.free_points[k]];
   for (std::size_t k = 0; k < my.free_sides.size(); ++k) {
     const Vector3d& own = my.of_sides[k] = b[my.free_sides[k]];

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <limits>
 #include <memory>
 #include <vector>
 
@@ -18,7 +17,7 @@ struct Support {
 };
 
 /// A symmetric positive definite matrix near the second derivatives of a MeshCloth's energy, and
-/// its factor: what a descent divides by.
+/// its factor: the preconditioner of a descent's steps.
 ///
 /// Holds of the membrane the products of first derivatives and the tension of each triangle, not
 /// its compression. Bending is that of the points alone, with the sides' derivatives taken from the
@@ -37,9 +36,9 @@ class MeshStiffness {
   /// Forms and factors the matrix of a state with `supports`. False when rounding leaves it not
   /// positive definite.
   [[nodiscard]] bool factorise(const MeshCloth::State& state, const std::vector<Support>& supports);
-  /// Counts as so old that the next step needs another.
-  void outdate() { solves_ = std::numeric_limits<int>::max(); }
-  [[nodiscard]] int solves() const { return solves_; }  ///< with the last factor
+  /// Whether the last factor still serves: no point went farther than `near_m` since then.
+  [[nodiscard]] bool serves(const MeshCloth::State& state, double near_m) const;
+  void outdate() { formed_at_.clear(); }
   /// Solves in place; nothing for what is held.
   void solve(MeshCloth::State& b) const;
 
@@ -49,7 +48,7 @@ class MeshStiffness {
   class SidesMatrix;
   struct Parts;
   std::unique_ptr<Parts> parts_;
-  mutable int solves_ = std::numeric_limits<int>::max();
+  MeshCloth::State formed_at_;  ///< empty: none
 };
 
 }  // namespace drape::simulate

@@ -24,7 +24,9 @@ TimeStepsReport move_in_time(MeshCloth& cloth, MeshCloth::State& state,
                              const TimeStepsOptions& options, Pushes* pushes, const Carry& carry) {
   using State = MeshCloth::State;
   using Eigen::Vector3d;
-  const double dt = options.step_s;
+  const double longest_s = std::max(options.step_s, options.longest_step_s);
+  const double farthest_m = options.farthest * cloth.mesh().mean_side_m();
+  double dt = options.step_s, last_dt = dt;
   const auto points = static_cast<std::size_t>(cloth.points());
   const double weight_n = descent.gravity_m_per_s2.norm() *
                           std::accumulate(cloth.mass_kg().begin(), cloth.mass_kg().end(), 0.0);
@@ -33,16 +35,16 @@ TimeStepsReport move_in_time(MeshCloth& cloth, MeshCloth::State& state,
   Inertia inertia{State(points), 0};
   descent.inertia = &inertia;
   descent.residual = std::max(descent.residual, options.residual);
-  descent.factor_every = options.factor_every;
   TimeStepsReport report;
   double quiet_s = 0;
   while (report.time_s < least_s + options.longest_s) {
-    const bool second = report.increments > 0;
-    report.time_s = ++report.increments * dt;
-    const double h = second ? 2 * dt / 3 : dt;  // velocity = (state - known) / h
+    // Coefficients of the differences: velocity = (state - known) / h.
+    const double w = report.increments++ > 0 ? dt / last_dt : 0;
+    report.time_s += dt;
+    const double h = dt * (1 + w) / (1 + 2 * w);
     const double mass_per_s2 = 1 / (h * h), drag_per_s2 = options.drag_per_s / h;
     const auto known = [&](const State& now, const State& last, std::size_t i) -> Vector3d {
-      return second ? ((4 * now[i] - last[i]) / 3).eval() : now[i];
+      return now[i] + w * w / (1 + 2 * w) * (now[i] - last[i]);
     };
     State from(points);
     inertia.per_s2 = mass_per_s2 + drag_per_s2;
@@ -53,7 +55,8 @@ TimeStepsReport move_in_time(MeshCloth& cloth, MeshCloth::State& state,
     }
     const State last = state;
     for (std::size_t i = 0; i < state.size(); ++i)
-      if (!held[i]) state[i] += i < points ? (dt * velocity[i]).eval() : state[i] - before[i];
+      if (!held[i])
+        state[i] += i < points ? (dt * velocity[i]).eval() : (w * (state[i] - before[i])).eval();
     if (pushes != nullptr) go_clear(last, state, *pushes, false);
     if (carry) {
       const State free = state;
@@ -61,21 +64,25 @@ TimeStepsReport move_in_time(MeshCloth& cloth, MeshCloth::State& state,
       if (pushes != nullptr) go_clear(free, state, *pushes, true);
     }
     bodies.table_z_m = table_z_m(report.time_s);
-    descent.keep_matrix = report.increments > 2;  // from the second step on, inertia is the same
     const DescentReport found = descend(cloth, state, held, stiffness, bodies, descent, pushes);
     report.steps += found.steps;
     report.hurried += found.at_rest ? 0 : 1;
     before = last;
     velocity_before = velocity;
-    double kinetic_j = 0;
+    double kinetic_j = 0, fastest = 0;
     for (std::size_t i = 0; i < points; ++i) {
       velocity[i] = (state[i] - from[i]) / h;
+      fastest = std::max(fastest, velocity[i].norm());
       kinetic_j += cloth.mass_kg()[i] / 2 * velocity[i].squaredNorm();
     }
     if (!std::isfinite(kinetic_j)) break;
     quiet_s = kinetic_j <= weight_n * options.quiet_m ? quiet_s + dt : 0;
     report.quiet = quiet_s >= options.quiet_s && report.time_s >= least_s;
     if (report.quiet) break;
+    last_dt = dt;
+    // Doubled at most, for which the differences are stable.
+    if (2 * dt <= longest_s && 2 * dt * fastest <= farthest_m) dt *= 2;
+    while (dt > options.step_s && dt * fastest > farthest_m) dt /= 2;
   }
   return report;
 }
