@@ -42,11 +42,14 @@ void replace_in(const fs::path& file, const std::string& from, const std::string
   write_durable(file, text.replace(at, from.size(), to));
 }
 
+void add_folder_of(const SmallBench& bench, const std::string& name, const fs::path& folder) {
+  fs::copy(bench.folder() / name, folder / name,
+           fs::copy_options::recursive | fs::copy_options::copy_symlinks);
+}
+
 /// rig/ of a small bench with one drape and few poses of the target, its images linked.
 void add_rig(const fs::path& folder) {
-  const SmallBench bench({"C"});
-  fs::copy(bench.rig(), folder / "rig",
-           fs::copy_options::recursive | fs::copy_options::copy_symlinks);
+  add_folder_of(SmallBench({"C"}), "rig", folder);
   for (const char* poses :
        {"  \"pose_05\",  \"pose_06\",  \"pose_07\",  \"pose_08\",  \"pose_09\",\n",
         "  \"pose_10\",  \"pose_11\",  \"pose_12\",  \"pose_13\",  \"pose_14\",\n"})
@@ -58,18 +61,15 @@ constexpr const char* kDensity = "areal_density_g_per_m2 = 138";
 constexpr const char* kOtherDensity = "areal_density_g_per_m2 = 150";
 constexpr const char* kVerifyRun = "results verify --store out/results.sqlite";
 
-void add_finished_run(const fs::path& folder) {
-  add_rig(folder);
-  must_end_with(0, run_in(folder, drape_line(kRun)));
-}
-
 /// A finished run without its last step.
 void add_run_before_comparison(const fs::path& folder) {
-  add_finished_run(folder);
-  for (const auto& entry : fs::directory_iterator(folder / "out")) {
-    const std::string name = entry.path().filename().string();
-    if (name.starts_with("report") || name.starts_with("results")) fs::remove_all(entry.path());
-  }
+  const SmallBench bench({"C"}, measured);
+  for (const char* name : {"rig", "out"}) add_folder_of(bench, name, folder);
+}
+
+void add_finished_run(const fs::path& folder) {
+  add_run_before_comparison(folder);
+  must_end_with(0, run_in(folder, drape_line(kRun)));
 }
 
 void add_run_with_other_fabric(const fs::path& folder) {
