@@ -28,8 +28,10 @@ void fields(Fields& f, AcceptanceFile& acceptance) {
   f({"date", "ISO date of the test, as the operator states it"}, acceptance.date);
   f({"valid_until", "ISO date"}, acceptance.valid_until);
   f({"positions", "positions of the artefact", 1, 0}, acceptance.positions);
-  f({"go", "the instrument is accepted"}, acceptance.go);
+  f({"go", "the instrument is accepted, or its interim check passed"}, acceptance.go);
   f({"cause", "reason of a NO-GO"}, acceptance.cause);
+  f.otherwise({"lacks", "parts of an acceptance that are missing; with any it is an interim check"},
+              acceptance.lacks);
   f.otherwise({"warnings", "warnings"}, acceptance.warnings);
   f({"figures", "figures of merit"}, acceptance.figures);
 }

@@ -27,6 +27,7 @@ struct AcceptanceFile {
   int positions = 0;
   bool go = false;
   std::vector<std::string> warnings;
+  std::vector<std::string> lacks;  ///< parts of an acceptance; with any it is an interim check
   std::vector<AcceptanceRow> figures;
 };
 template <>

@@ -4,6 +4,8 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <Eigen/Eigenvalues>
+#include <Eigen/Geometry>
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
@@ -244,6 +246,65 @@ std::string exchanged_or_mirrored(const Detections& detections, const Calibratio
   return best;
 }
 
+constexpr double kLeastOutOfPlane_deg = 20;
+constexpr double kLeastOfVolume = 2.0 / 3;
+
+/// Largest angle between a measured length and the plane nearest to all of them.
+double out_of_plane_deg(const std::vector<Position>& positions, const Target& target) {
+  std::vector<Vector3d> directions;
+  Eigen::Matrix3d scatter = Eigen::Matrix3d::Zero();
+  for (const Position& position : positions)
+    for (const auto& [from, to] : lengths_of(target)) {
+      directions.push_back(
+          position.pose.rotation *
+          (target.point_in_target(to) - target.point_in_target(from)).normalized());
+      scatter += directions.back() * directions.back().transpose();
+    }
+  const Vector3d normal =
+      Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(scatter).eigenvectors().col(0);
+  double most = 0;
+  for (const Vector3d& direction : directions)
+    most = std::max(most, std::abs(direction.dot(normal)));
+  return std::asin(std::min(1.0, most)) / units::deg;
+}
+
+/// Lengths of the box along x, y and z that holds all points of all positions.
+Vector3d extent_mm(const std::vector<Position>& positions) {
+  Eigen::AlignedBox3d box;
+  for (const Position& position : positions)
+    for (const auto& [mark, point] : position.points) box.extend(point.in_world_mm);
+  return box.isEmpty() ? Vector3d::Zero() : Vector3d(box.sizes());
+}
+
+/// What an acceptance needs besides figures within their limits.
+std::vector<std::string> lacks_of(const AcceptanceInput& input, const Calibration& calibration,
+                                  const Plate& plate, const std::vector<Position>& positions,
+                                  const AcceptanceOptions& options) {
+  std::vector<std::string> lacks;
+  if (options.own_target)
+    lacks.emplace_back("another plate than the one that calibrated (--target)");
+  if (!plate.target.known_length)
+    lacks.emplace_back("a calibrated length of the plate with its uncertainty ([known_length])");
+  if (!options.max_length_error_mm) lacks.emplace_back("a stated limit (--max-length-error-mm)");
+  if (!input.calibrated.detections) {
+    lacks.emplace_back("the calibrating detections, whose volume the positions have to span");
+    return lacks;
+  }
+  Detections calibrating = *input.calibrated.detections;
+  std::erase_if(calibrating.frames, [&](const FrameDetections& frame) {
+    return !calibration.sets.empty() && std::find(calibration.sets.begin(), calibration.sets.end(),
+                                                  frame.set) == calibration.sets.end();
+  });
+  const Vector3d all = extent_mm(positions_of(calibrating, calibration, plate)),
+                 own = extent_mm(positions);
+  for (const int axis : {0, 1, 2})
+    if (own[axis] < kLeastOfVolume * all[axis])
+      lacks.push_back(
+          fmt::format("positions over two thirds of the volume along {} ({:.0f} of {:.0f} mm)",
+                      "xyz"[axis], own[axis], all[axis]));
+  return lacks;
+}
+
 }  // namespace
 
 void fields(Fields& f, AcceptanceOptions& o) {
@@ -303,6 +364,16 @@ Acceptance accept(const AcceptanceInput& input, const Calibration& calibration, 
   all.reserve(positions.size());
   for (const Position& position : positions) all.push_back(&position);
   acceptance.positions = count_places(all, plate);
+  acceptance.lacks = lacks_of(input, calibration, plate, positions, options);
+  const double tilt_deg = out_of_plane_deg(positions, target);
+  if (acceptance.cause.empty() && tilt_deg < kLeastOutOfPlane_deg)
+    acceptance.cause = fmt::format(
+        "the positions test no volume: all lengths lie within {:.1f} degrees of one plane; record "
+        "the plate tilted by {:g} degrees or more, to two sides{}",
+        tilt_deg, kLeastOutOfPlane_deg,
+        acceptance.lacks.empty()
+            ? ""
+            : fmt::format("; an acceptance needs also {}", fmt::join(acceptance.lacks, ", ")));
   const double print = scale_uncertainty(target);
   MatrixXd covariance = calibration_covariance(calibration);
   if (options.own_target) covariance = without_print_scale(covariance, calibration, print);

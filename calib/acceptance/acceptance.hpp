@@ -82,6 +82,9 @@ struct Acceptance {
   std::vector<AcceptanceFigure> figures;
   std::string cause;                  ///< the one fault that explains most; empty without one
   std::vector<std::string> warnings;  ///< a change that the operator's own limits permit
+  /// Parts of an acceptance in the sense of ISO 10360-13 and VDI/VDE 2634 that this test does not
+  /// have; with any of them it is an interim check.
+  std::vector<std::string> lacks;
 
   [[nodiscard]] bool good() const;
 };
@@ -89,10 +92,13 @@ struct Acceptance {
 /// Measures a plate with the calibrated cameras, on sets that its calibration did not use: lengths
 /// and flatness at each position, the heights of the z stage, a ball, the scatter of `repeats`; and
 /// what would explain all sets together: the plate grown or bowed since, a camera moved, exchanged
-/// or mirrored. What rests on a NO-GO is NO-GO, and so are sets of names that calibrated, where the
-/// pictures that calibrated are not known. Throws Error(bad_input) when the detections are not
-/// of this target, no set is seen by two cameras, or a picture is there twice or calibrated;
-/// Error(usage) where a set of `repeats` is not there.
+/// or mirrored. Positions whose lengths all lie within 20 degrees of one plane are NO-GO: they test
+/// no volume. It is an interim check where the plate calibrated the rig or has no calibrated
+/// length, no limit is stated, or the positions reach over less than two thirds of what the
+/// calibrating ones did along x, y or z. What rests on a NO-GO is NO-GO, and so are sets of names
+/// that calibrated, where the pictures that calibrated are not known. Throws Error(bad_input) when
+/// the detections are not of this target, no set is seen by two cameras, or a picture is there
+/// twice or calibrated; Error(usage) where a set of `repeats` is not there.
 [[nodiscard]] Acceptance accept(const AcceptanceInput& input, const Calibration& calibration,
                                 const Rig& rig, const Target& target,
                                 const AcceptanceOptions& options);

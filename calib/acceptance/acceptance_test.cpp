@@ -203,6 +203,45 @@ TEST(Acceptance, ABowThatIsKnownToATenthPermitsATenth) {
   EXPECT_THAT(accepted(made, far, options).cause, HasSubstr("the plate is bowed"));
 }
 
+/// Nine places beside each other, 84 x 30 mm, the plate never tilted.
+void lay_parallel(JointModel& model) {
+  for (std::size_t i = 0; i < model.placements.size(); ++i) {
+    WorldFromTarget& pose = model.placements[i].world_from_target;
+    pose.rotation = Eigen::Matrix3d::Identity();
+    pose.translation_m = Eigen::Vector3d(42.0 * static_cast<double>(i % 3) - 42,
+                                         15.0 * static_cast<double>(i / 3 % 3) - 15, 0) *
+                         mm;
+  }
+}
+
+TEST(Acceptance, RefusesParallelPositionsWithWhatIsMissing) {
+  const Instrument made = instrument(7);
+  AcceptanceOptions options;
+  options.max_length_error_mm = 1;
+  const Acceptance result = accepted(made, recorded(made, lay_parallel), options);
+  EXPECT_FALSE(result.good());
+  EXPECT_THAT(result.cause, AllOf(HasSubstr("test no volume"), HasSubstr("tilted by 20 degrees"),
+                                  HasSubstr("another plate"), HasSubstr("along z")));
+}
+
+TEST(Acceptance, IsAnInterimCheckWithoutArtefactLimitAndVolume) {
+  const Instrument made = instrument(7);
+  const AcceptanceInput input = recorded(made, no_fault);
+  const Acceptance interim = accepted(made, input);
+  EXPECT_TRUE(interim.good()) << interim.cause;
+  EXPECT_THAT(interim.lacks,
+              testing::IsSupersetOf({HasSubstr("--target"), HasSubstr("[known_length]"),
+                                     HasSubstr("--max-length-error-mm")}));
+  AcceptanceOptions options;
+  options.own_target = false;
+  options.max_length_error_mm = 1;
+  Target certified = target_of_tests();
+  certified.known_length = KnownLength{{0, 0}, {8, 11}, 0.1 * std::hypot(2.2, 1.6), 2e-6};
+  const Acceptance whole = accept(input, made.calibration, made.rig, certified, options);
+  EXPECT_TRUE(whole.good()) << whole.cause;
+  EXPECT_THAT(whole.lacks, testing::IsEmpty());
+}
+
 TEST(Acceptance, ABallOfAnotherSizeIsNoGo) {
   const Instrument made = instrument(8);
   AcceptanceInput input = recorded(made, no_fault);

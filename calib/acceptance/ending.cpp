@@ -2,6 +2,7 @@
 #include "calib/acceptance/ending.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 namespace drape::calib {
 namespace {
@@ -22,6 +23,7 @@ AcceptanceFile file_of(const Acceptance& acceptance, const AcceptanceDates& date
   file.positions = acceptance.positions;
   file.go = acceptance.good();
   file.warnings = acceptance.warnings;
+  file.lacks = acceptance.lacks;
   for (const AcceptanceFigure& figure : acceptance.figures) {
     const auto if_measured = [&](double value) {
       return figure.not_measured.empty() ? std::optional(value) : std::nullopt;
@@ -64,7 +66,12 @@ Ending ending_of(const Acceptance& acceptance, const std::filesystem::path& page
   if (!acceptance.cause.empty()) ending.verdict = acceptance.cause;
   if (ending.go)
     ending.verdict =
-        fmt::format("the instrument is accepted from {} positions", acceptance.positions);
+        acceptance.lacks.empty()
+            ? fmt::format("the instrument is accepted from {} positions", acceptance.positions)
+            : fmt::format(
+                  "the interim check is passed at {} positions; an acceptance (ISO "
+                  "10360-13, VDI/VDE 2634) needs also {}",
+                  acceptance.positions, fmt::join(acceptance.lacks, ", "));
   ending.warnings = acceptance.warnings;
   ending.numbers.emplace_back("protocol", page.string());
   return ending;

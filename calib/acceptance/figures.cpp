@@ -24,15 +24,6 @@ using units::mm;
 
 constexpr std::size_t kLeastOfPlane = 12;  ///< points that show a plane's form
 
-std::vector<std::pair<MarkId, MarkId>> lengths_of(const Target& target) {
-  const int row = target.rows - 1, col = target.cols - 1;
-  return {{{0, 0}, {row, col}},
-          {{0, col}, {row, 0}},
-          {{0, 0}, {0, col}},
-          {{0, 0}, {row, 0}},
-          {{0, 0}, {row / 2, col / 2}}};
-}
-
 std::vector<const MeasuredPoint*> all_of(const std::map<MarkId, MeasuredPoint>& points) {
   std::vector<const MeasuredPoint*> list;
   list.reserve(points.size());
@@ -159,6 +150,15 @@ void set_limit(AcceptanceFigure& figure, const Faultless& faultless,
 }
 
 }  // namespace
+
+std::vector<std::pair<MarkId, MarkId>> lengths_of(const Target& target) {
+  const int row = target.rows - 1, col = target.cols - 1;
+  return {{{0, 0}, {row, col}},
+          {{0, col}, {row, 0}},
+          {{0, 0}, {0, col}},
+          {{0, 0}, {row, 0}},
+          {{0, 0}, {row / 2, col / 2}}};
+}
 
 AcceptanceFigure length_error(const std::vector<Position>& positions, const Plate& plate,
                               const FigureContext& context, const AcceptanceOptions& options) {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "calib/acceptance/acceptance.hpp"
@@ -18,7 +19,10 @@ struct FigureContext {
   double scale_uncertainty = 0;  ///< relative, plate's size against the calibration's (1)
 };
 
-/// Two diagonals, the two longest edges and half a diagonal at every position.
+/// Two diagonals, the two longest edges and half a diagonal of a plate.
+[[nodiscard]] std::vector<std::pair<MarkId, MarkId>> lengths_of(const Target& target);
+
+/// Largest error of lengths_of() at every position.
 [[nodiscard]] AcceptanceFigure length_error(const std::vector<Position>& positions,
                                             const Plate& plate, const FigureContext& context,
                                             const AcceptanceOptions& options);

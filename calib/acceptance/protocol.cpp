@@ -45,10 +45,13 @@ std::string protocol_page(const Acceptance& acceptance, const AcceptanceDates& d
       "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><title>Acceptance of "
       "{0}</title>\n<style>body{{font:11pt sans-serif;margin:2cm}}table{{border-collapse:collapse}}"
       "td,th{{border:1px solid #888;padding:4px 8px;text-align:left}}</style></head><body>\n"
-      "<h1>Acceptance of {0}: {1}</h1>\n<p>{2}, {3} positions of the target, calibration {4}</p>\n",
+      "<h1>{5} of {0}: {1}</h1>\n<p>{2}, {3} positions of the target, calibration {4}</p>\n",
       xml(acceptance.rig), acceptance.good() ? "GO" : "NO-GO",
       xml(dates.on.empty() ? "no date" : dates.on + ", valid until " + dates.valid_until),
-      acceptance.positions, xml(acceptance.calibration_sha256));
+      acceptance.positions, xml(acceptance.calibration_sha256),
+      acceptance.lacks.empty() ? "Acceptance" : "Interim check");
+  for (const std::string& part : acceptance.lacks)
+    page += "<p>An acceptance needs also " + xml(part) + "</p>\n";
   if (!acceptance.cause.empty()) page += "<p>" + xml(acceptance.cause) + "</p>\n";
   for (const std::string& warning : acceptance.warnings)
     page += "<p>Warning: " + xml(warning) + "</p>\n";

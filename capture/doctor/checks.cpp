@@ -238,7 +238,8 @@ Checks check_acceptance(const Evidence& evidence) {
   if (!fs::exists(file)) return {check};
   const auto acceptance = read_record<AcceptanceFile>(file);
   const auto& until = acceptance.valid_until;
-  check.found = "of " + acceptance.date.value_or("no stated day");
+  check.found = (acceptance.lacks.empty() ? "of " : "an interim check alone, of ") +
+                acceptance.date.value_or("no stated day");
   if (until) check.found += ", valid until " + *until;
   check.to_type = "record the target in new places, then drape calib accept";
   if (calibration && fs::exists(*calibration) &&
