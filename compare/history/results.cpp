@@ -3,6 +3,10 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <map>
+#include <utility>
+
 #include "compare/schema/schema.hpp"
 #include "compare/store/runs.hpp"
 #include "core/error.hpp"
@@ -151,6 +155,73 @@ Table list_runs(const StoreReader& store, const ResultFilter& filter) {
   return store.query(sql + " ORDER BY run", parameters);
 }
 
+namespace {
+
+/// Values of every run by owner, but for those of these keys.
+using Values = std::map<std::string, std::string>;
+using ValuesOfRuns = std::map<std::string, std::map<std::string, Values>>;
+
+ValuesOfRuns other_values(const StoreReader& store, const Cells& keys, const std::string& key) {
+  std::string list;
+  for (std::size_t i = 0; i < keys.size(); ++i) list += fmt::format("{}?", i == 0 ? "" : ", ");
+  ValuesOfRuns values;
+  for (auto& [run, owner, name, value] :
+       store.rows<std::string, std::string, std::string, std::string>(
+           fmt::format(
+               "SELECT run, owner, key, value FROM run_value WHERE (owner LIKE 'scene %' OR "
+               "owner LIKE 'fabric %' OR owner = 'calibration') AND key NOT IN ({})",
+               list),
+           keys))
+    if (name != key) values[run][owner][name] = std::move(value);
+  return values;
+}
+
+/// Numbers the rows of each scene by what they have in common besides the value of the trend, and
+/// names what differs from the first of them. The last column comes with the fabric's name.
+void set_series_apart(Table& table, const ValuesOfRuns& runs, bool by_fabric) {
+  const auto at = [&](const char* name) { return *table.column(name); };
+  const std::size_t scene = at("scene"), run = at("run"), series = at("series"),
+                    mesh = at("discretisation"), segments = at("segments"),
+                    otherwise = at("otherwise");
+  std::map<std::string, std::vector<Values>> known;
+  for (auto& row : table.rows) {
+    Values all = {{"discretisation", row[mesh]}, {"segments", row[segments]}};
+    const auto add = [&](const std::string& owner) {
+      const auto values = runs.find(row[run]);
+      if (values == runs.end() || !values->second.contains(owner)) return;
+      for (const auto& [name, value] : values->second.at(owner)) all[owner + " " + name] = value;
+    };
+    add("scene " + row[scene]);
+    add("calibration");
+    if (!by_fabric) {
+      all["fabric"] = row[otherwise];
+      add("fabric " + row[otherwise]);
+    } else {
+      all.erase("scene " + row[scene] + " fabric");
+    }
+    std::vector<Values>& of_scene = known[row[scene]];
+    const auto same = std::find(of_scene.begin(), of_scene.end(), all);
+    row[series] = std::to_string(same - of_scene.begin() + 1);
+    if (same == of_scene.end()) of_scene.push_back(all);
+    constexpr int kNamed = 3;
+    int differ = 0;
+    row[otherwise].clear();
+    for (const auto& [name, value] : all) {
+      const auto first = of_scene.front().find(name);
+      const std::string old = first == of_scene.front().end() ? "absent" : first->second;
+      if (old == value || ++differ > kNamed) continue;
+      row[otherwise] += fmt::format("{}{} {} -> {}", differ == 1 ? "" : ", ", name, old, value);
+    }
+    if (differ > kNamed) row[otherwise] += fmt::format(" and {} more", differ - kNamed);
+  }
+  std::stable_sort(table.rows.begin(), table.rows.end(), [&](const auto& one, const auto& other) {
+    return std::pair(one[scene], std::stoi(one[series])) <
+           std::pair(other[scene], std::stoi(other[series]));
+  });
+}
+
+}  // namespace
+
 Table trend_by(const StoreReader& store, const std::string& key, const std::string& specimen) {
   check_specimen(store, specimen);
   std::string value = "d." + key, chosen;
@@ -191,12 +262,17 @@ Table trend_by(const StoreReader& store, const std::string& key, const std::stri
   }
   Table table = store.query(
       chosen + "SELECT d.scene, " + value +
-          " AS by_value, d.run, substr(d.date, 1, 10) AS date, d.discretisation, d.segments, "
+          " AS by_value, '' AS series, d.run, substr(d.date, 1, 10) AS date, d.discretisation, "
+          "d.segments, "
           "round(d.mean_dist_mm, 3) AS mean_dist_mm, round(d.expanded_uncertainty_mm, 3) AS "
           "expanded_uncertainty_mm, " +
-          kUncertaintyIs + ", d.measurement, d.match, d.match_rests_on FROM v_run_drape AS d" +
+          kUncertaintyIs +
+          ", d.measurement, d.match, d.match_rests_on, coalesce(d.fabric, '') AS otherwise FROM "
+          "v_run_drape AS d" +
           of_specimen + " ORDER BY d.scene, by_value, d.date, d.run",
       keys);
+  if (!specimen.empty()) keys.pop_back();
+  set_series_apart(table, other_values(store, keys, key), key == "fabric");
   table.names[1] = key;
   return table;
 }

@@ -65,9 +65,11 @@ struct RunDifference {
 /// Throws Error(usage) for a number that no run has.
 [[nodiscard]] RunDifference difference_of_runs(const StoreReader& store, int first, int second);
 
-/// The headline distance of each drape over the runs, one series for each value of `key` ("fabric",
-/// "friction", any key of a scene or fabric file), of all specimens or one as in TrendOptions.
-/// Throws Error(usage) for a key no run has.
+/// The headline distance of each drape over the runs by the value of `key` ("fabric", "friction",
+/// any key of a scene or fabric file), of all specimens or one as in TrendOptions. Rows of one
+/// `series` agree in every other value of scene, fabric, calibration, mesh and segments;
+/// `otherwise` names what differs from the scene's first series. Throws Error(usage) for a key no
+/// run has.
 [[nodiscard]] Table trend_by(const StoreReader& store, const std::string& key,
                              const std::string& specimen = {});
 

@@ -10,6 +10,7 @@
 
 #include "compare/history/acceptance.hpp"
 #include "compare/history/apart.hpp"
+#include "compare/history/marks.hpp"
 #include "compare/history/merge.hpp"
 #include "compare/history/rescue.hpp"
 #include "compare/history/seal.hpp"
@@ -161,6 +162,16 @@ void diff(const StoreReader& reader, const ResultsArguments& arguments,
   write(arguments, common, {&found.metrics, &found.marks});
 }
 
+int marks(const StoreReader& reader, const ResultsArguments& arguments,
+          const CommonOptions& common) {
+  const MovedMarks found = moved_marks(reader, arguments.runs[0], arguments.runs[1]);
+  if (!common.json && !arguments.csv) fmt::print("{}\n\n", found.sentence);
+  write(arguments, common, {&found.sets, &found.marks});
+  const bool none = std::all_of(found.sets.rows.begin(), found.sets.rows.end(),
+                                [](const auto& row) { return row[3] == "0"; });
+  return none ? 0 : 1;
+}
+
 int trend(const StoreReader& reader, const ResultsArguments& arguments,
           const CommonOptions& common) {
   if (!arguments.by.empty()) {
@@ -193,12 +204,15 @@ struct Word {
   std::string_view name;
   const char* description;
 };
-constexpr std::array<Word, 15> kCommands{{
+constexpr std::array<Word, 16> kCommands{{
     {"list", "one line per comparison, real against virtual"},
     {"runs", "one line per run: date, label, verdicts, basis"},
     {"show", "metrics, provenance and marks of one comparison"},
     {"tables", "the paper's two tables for each drape"},
     {"diff", "two runs by number, or two comparisons by key, side by side"},
+    {"marks",
+     "whether the marks moved between two runs, e.g. by a recalibration; exit code 1 where one "
+     "did"},
     {"export",
      "a whole table or view as csv, json or sql; results with all behind them as ro-crate"},
     {"sql", "one read-only SQL query"},
@@ -235,6 +249,10 @@ void fields(Fields& f, CommandWords& words) {
     f(Field{"metric", "e.g. mean_mm, distance_mm, folds, rms_px"}.called("METRIC"), a.metric);
     f({"mark", "ROW,COL: the number of one mark"}, a.mark);
     f.otherwise({"camera", "of a calibration: the residual of this camera"}, a.why.camera);
+  }
+  if (of("marks")) {
+    f(Field{"first", "number of a run"}.called("RUN1"), a.runs[0]);
+    f(Field{"second", "number of another"}.called("RUN2"), a.runs[1]);
   }
   if (of("diff")) {
     f(Field{"a", "number of a run, or start of a comparison's key"}.called("A"), a.key);
@@ -343,6 +361,7 @@ int answer(const Command& app, const ResultsWords& words, const CommonOptions& c
   const StoreReader reader(arguments.store);
   if (!arguments.file.empty()) require_apart_from_store(arguments.file, arguments.store);
   if (command == "why") return why(reader, arguments, common);
+  if (command == "marks") return marks(reader, arguments, common);
   if (command == "trend") return trend(reader, arguments, common);
   if (command == "export") return export_store(*app.chosen(), reader, arguments, common);
   if (command == "history") return history(reader, arguments);

@@ -27,6 +27,7 @@ struct ResultsArguments {
   std::string by;                          ///< key of a trend
   std::string published;                   ///< published.csv; empty: the store's own tables
   std::optional<std::array<int, 2>> mark;  ///< row and column
+  std::array<int, 2> runs = {};
   WhyOptions why;
   bool csv = false;
   bool apart = false;  ///< import without comparing

@@ -6,6 +6,8 @@
 #include <gmock/gmock.h>
 #include <stdlib.h>
 
+#include <map>
+
 #include "compare/history/merge.hpp"
 #include "compare/history/results.hpp"
 #include "compare/report/history.hpp"
@@ -168,6 +170,31 @@ TEST_F(Runs, ADifferenceNamesTheValueThatWasChanged) {
   EXPECT_EQ(trend.rows.back()[1], "0.4");
   EXPECT_THROW((void)difference_of_runs(StoreReader(store()), 1, 7), Error);
   EXPECT_THROW((void)trend_by(StoreReader(store()), "frictoin"), Error);
+}
+
+TEST_F(Runs, ATrendByAValueSetsApartWhatDiffersInAnother) {
+  const auto type = [&](const std::string& from, const std::string& to) {
+    std::string text = read_text(scene());
+    const auto at = text.find(from);
+    ASSERT_NE(at, std::string::npos) << from;
+    write_durable(scene(), text.replace(at, from.size(), to));
+  };
+  run(kMarch);
+  type("friction = 0.4", "friction = 0.25");
+  run(kMay);
+  type("friction = 0.25", "friction = 0.3");
+  type("clearance_mm = 3", "clearance_mm = 5");
+  run("1780272000");  // 2026-06-01
+  const Table trend = trend_by(StoreReader(store()), "friction");
+  const std::size_t series = *trend.column("series"), otherwise = *trend.column("otherwise");
+  std::map<std::string, std::string> series_of, otherwise_of;
+  for (const auto& row : trend.rows) {
+    series_of[row[1]] = row[series];
+    otherwise_of[row[1]] = row[otherwise];
+  }
+  EXPECT_EQ(series_of["0.4"], series_of["0.25"]);
+  EXPECT_NE(series_of["0.3"], series_of["0.4"]);
+  EXPECT_THAT(otherwise_of["0.3"] + otherwise_of["0.4"], HasSubstr("clearance_mm"));
 }
 
 TEST_F(Runs, WhatALaterRunOfTheSamePhotographsReplacedIsLeftOut) {
