@@ -3,12 +3,15 @@
 
 #include <fmt/format.h>
 
+#include <Eigen/Cholesky>
 #include <algorithm>
-#include <map>
+#include <optional>
 
 #include "compare/records/provenance.hpp"
 #include "core/error.hpp"
 #include "core/files/files.hpp"
+#include "core/statistics/distributions.hpp"
+#include "core/statistics/sample.hpp"
 #include "core/units.hpp"
 
 namespace drape::compare {
@@ -90,6 +93,46 @@ std::vector<std::string> no_go_of(const std::vector<SheetFile>& sheets) {
     else if (source != nullptr && source->status != "at rest")
       reasons.push_back(fmt::format("{}: the simulation is not at rest: {}", sheet.file.string(),
                                     source->status));
+  }
+  return reasons;
+}
+
+namespace {
+
+/// Median of chi square over the marks that both have; nothing where fewer than ten have
+/// covariances.
+std::optional<double> median_chi2(const Sheet& first, const Sheet& second) {
+  constexpr std::size_t kLeastMarks = 10;
+  std::vector<double> chi2;
+  for (const SheetMark& mark : first.marks) {
+    const SheetMark* other = second.find(mark.mark);
+    if (other == nullptr || !mark.covariance_m2 || !other->covariance_m2) continue;
+    const Eigen::Vector3d apart_m = other->point_in_world - mark.point_in_world;
+    chi2.push_back(
+        apart_m.dot((*mark.covariance_m2 + *other->covariance_m2).ldlt().solve(apart_m)));
+  }
+  return chi2.size() < kLeastMarks ? std::nullopt : std::optional(median(std::move(chi2)));
+}
+
+}  // namespace
+
+std::map<std::string, std::string> layings_twice(const std::vector<const SheetFile*>& sheets) {
+  constexpr double kRisk = 0.005;
+  std::map<std::string, std::string> reasons;
+  for (auto own = sheets.begin(); own != sheets.end(); ++own) {
+    for (auto other = sheets.begin(); other != own; ++other) {
+      const std::string &set = (*own)->measured().set, &earlier = (*other)->measured().set;
+      if (set == earlier) continue;
+      const auto chi2 = median_chi2((*own)->sheet, (*other)->sheet);
+      if (!chi2 || *chi2 > chi_square_beyond(kRisk, 3)) continue;
+      const std::string text = fmt::format(
+          "sets {} and {} show one laying: half of their marks lie at the same places within chi "
+          "square {:.1f}; look which drape the pictures of each set show, and record the other "
+          "again",
+          earlier, set, *chi2);
+      reasons[(*own)->sha256] = text;
+      reasons[(*other)->sha256] = text;
+    }
   }
   return reasons;
 }

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <filesystem>
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -20,5 +21,11 @@ void require_one_drape(const std::vector<SheetFile>& repeats,
 /// Why what rests on these sheets is NO-GO: measurements that are, simulations that are not at
 /// rest. A line per sheet.
 [[nodiscard]] std::vector<std::string> no_go_of(const std::vector<SheetFile>& sheets);
+
+/// Why a measured sheet shows the laying of another frame set, by the SHA-256 of both: half of at
+/// least ten marks that both have agree within chi square's upper half per cent (three degrees of
+/// freedom, both covariances). Cloth that is laid again lies millimetres off.
+[[nodiscard]] std::map<std::string, std::string> layings_twice(
+    const std::vector<const SheetFile*>& sheets);
 
 }  // namespace drape::compare

@@ -136,5 +136,24 @@ TEST(RepeatSheets, AreReadWithWhatTheirFilesSay) {
   EXPECT_EQ(read_sheet_file(file).face(), "back");
 }
 
+TEST(RepeatSheets, OneLayingUnderTwoSetsIsNamed) {
+  const auto measured = [](const std::string& name, double x_mm) {
+    SheetFile sheet = laying(name, "");
+    for (int i = 0; i < 16; ++i)
+      sheet.sheet.marks.push_back({{i / 4, i % 4},
+                                   {20 * mm * (i / 4), 20 * mm * (i % 4)},
+                                   Eigen::Vector3d(x_mm + 20 * i, 0, 0) * mm,
+                                   Eigen::Matrix3d::Identity() * std::pow(0.03 * mm, 2),
+                                   3,
+                                   0.05});
+    return sheet;
+  };
+  const SheetFile a = measured("A", 0), again = measured("A_again", 0.05), b = measured("B", 1);
+  const auto found = layings_twice({&a, &again, &b});
+  ASSERT_EQ(found.size(), 2U);
+  EXPECT_THAT(found.at(a.sha256), HasSubstr("sets A and A_again show one laying"));
+  EXPECT_FALSE(found.contains(b.sha256));
+}
+
 }  // namespace
 }  // namespace drape::compare

@@ -5,8 +5,11 @@
 
 #include <algorithm>
 #include <array>
+#include <map>
+#include <set>
 
 #include "compare/judgement.hpp"
+#include "compare/repeats/repeat_sheets.hpp"
 #include "compare/store/runs.hpp"
 #include "compare/store/writer.hpp"
 #include "compare/tables/budget.hpp"
@@ -169,6 +172,12 @@ void compare_session(const Session& session, const Options& options, Outcome& ou
   }
   const bool bad_calibration = session.calibration && session.calibration->no_go;
   const std::vector<std::string> labels = labels_of(session.drapes);
+  std::vector<const SheetFile*> layings;
+  for (const DrapeFiles& drape : session.drapes) {
+    layings.push_back(&drape.input.measured);
+    for (const SheetFile& repeat : drape.input.repeats) layings.push_back(&repeat);
+  }
+  const std::map<std::string, std::string> twice = layings_twice(layings);
   for (std::size_t i = 0; i < labels.size(); ++i) {
     const DrapeFiles& drape = session.drapes[i];
     outcome.reports.push_back(compare_drape(drape.input, options));
@@ -181,6 +190,14 @@ void compare_session(const Session& session, const Options& options, Outcome& ou
     if (const auto why = outcome.not_accepted.find(source.calibration_sha256);
         why != outcome.not_accepted.end())
       report.no_go.insert(report.no_go.begin() + (bad_calibration ? 1 : 0), why->second);
+    std::set<std::string> same;
+    const auto note = [&](const SheetFile& sheet) {
+      if (const auto found = twice.find(sheet.sha256); found != twice.end())
+        same.insert(found->second);
+    };
+    note(drape.input.measured);
+    std::for_each(drape.input.repeats.begin(), drape.input.repeats.end(), note);
+    report.no_go.insert(report.no_go.end(), same.begin(), same.end());
     if (report.headline)
       report.budget = budget_of(budget_inputs_of(drape.input, report, drape.error_split));
     judge_repeats(drape.input, options, report);
