@@ -215,6 +215,9 @@ Group triangulate_group(const Bench& bench) {
                      output.string()};
       for (const ObjectTags& plate : drape.tags)
         append(words, {"--object", drape.object_file(plate).string()});
+      for (const Drape& other : bench.drapes)
+        if (&other != &drape && other.tags.empty())
+          append(words, {"--other-scene", other.scene_file()});
       if (laying.repeat != nullptr) words.push_back("--repeat=" + laying.repeat->repeat);
       if (laying.repeat != nullptr && !laying.repeat->face.empty())
         words.push_back("--face=" + laying.repeat->face);

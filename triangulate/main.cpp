@@ -22,7 +22,7 @@ namespace {
 struct TriangulateArguments {
   fs::path detections, calibration, out;
   std::optional<fs::path> scene;
-  std::vector<fs::path> objects;
+  std::vector<fs::path> objects, others;
   std::string set;
   std::optional<std::string> repeat, face;
   TriangulateOptions options;
@@ -41,9 +41,24 @@ void fields(Fields& f, TriangulateArguments& a) {
   f.if_any(Field{"repeat", "name of this laying of the drape, kept in the sheet; needs --scene"}
                .plain_name(),
            a.repeat);
+  f.if_any(
+      Field{"other_scene", "another scene of the rig: named where the marks agree with it alone"}
+          .per_flag(),
+      a.others);
   f.if_any({"face", "side of the cloth that lies up; with --repeat"}, a.face);
   f({"out", "sheet.ply to write, with sheet.json beside it"}, a.out);
   fields(f, a.options);
+}
+
+/// True where the marks of the set contradict nothing of the other scene of the same print.
+bool agrees_with_other(const Detections& detections, const Calibration& calibration,
+                       const std::string& set, const TriangulateOptions& other) {
+  try {
+    require_detected_print(detections.lattice, *other.scene);
+  } catch (const Error&) {
+    return false;
+  }
+  return drape::triangulate::triangulate(detections, calibration, set, other).report.no_go.empty();
 }
 
 }  // namespace
@@ -81,6 +96,19 @@ int triangulate_command(int argc, char** argv) {
     const Calibration calibration = read_calibration(given.calibration);
     TriangulateResult result =
         drape::triangulate::triangulate(detections, calibration, given.set, options);
+    // Other scenes are inputs only where the own one is contradicted.
+    if (options.scene && !result.report.no_go.empty()) {
+      for (const fs::path& file : given.others) {
+        TriangulateOptions other = options;
+        other.scene = read_scene(file);
+        record.input(file, other.scene->document.sha256());
+        if (!agrees_with_other(detections, calibration, given.set, other)) continue;
+        result.report.no_go.front() +=
+            fmt::format("; the marks agree with {} (drape {}): which drape does set {} show?",
+                        file.string(), other.scene->name, given.set);
+        result.sheet.no_go = result.report.no_go.front();
+      }
+    }
     auto& source = std::get<MeasuredSource>(result.sheet.source);
     source.detections_sha256 = detections.document.sha256();
     source.calibration_sha256 = calibration.document.sha256();

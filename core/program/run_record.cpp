@@ -63,15 +63,17 @@ RecordedFile recorded(const fs::path& file, std::vector<std::string> sets) {
   return result;
 }
 
-/// Arguments without those that never change a result; those that name files in one spelling,
-/// whatever folder the program was called from.
+/// Arguments without those that never change a result (another scene of the rig is only named in
+/// the message of a NO-GO); those that name files in one spelling, whatever folder the program was
+/// called from.
 std::vector<std::string> decisive(const std::vector<std::string>& arguments,
                                   const fs::path& folder) {
   std::vector<std::string> result;
   for (std::size_t i = 0; i < arguments.size(); ++i) {
     const std::string& argument = arguments[i];
-    if (argument == "--threads") ++i;
-    if (argument == "--threads" || argument == "--json" || argument == "--quiet") continue;
+    const bool is_pair = argument == "--threads" || argument == "--other-scene";
+    if (is_pair) ++i;
+    if (is_pair || argument == "--json" || argument == "--quiet") continue;
     std::error_code unreachable;
     const bool is_path =
         !argument.empty() && argument.front() != '-' &&

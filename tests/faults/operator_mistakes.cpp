@@ -311,7 +311,7 @@ std::vector<Mistake> typed_mistakes() {
        "A",
        typed(a, "diameter_mm = 90.0", "diameter_mm = 45.0"),
        1,
-       {"A.toml", "no mark touches it", "diameter_mm"}},
+       {"A.toml", "no mark touches it", "measure it again"}},
       {"target_pitch_by_one_percent",
        "C",
        typed("target.toml", "pitch_mm = 20.0", "pitch_mm = 20.2"),
@@ -346,12 +346,12 @@ std::vector<Mistake> typed_mistakes() {
        "C",
        typed(c, "[128.0, 128.0, 128.0]", "[138.0, 138.0, 138.0]"),
        1,
-       {"C.toml", "inside it", "size_mm about 12"}},
+       {"C.toml", "inside it", "size_mm = [1"}},
       {"ball_too_small",
        "A",
        typed(a, "diameter_mm = 90.0", "diameter_mm = 80.0"),
        1,
-       {"A.toml", "no mark touches it", "diameter_mm"}},
+       {"A.toml", "no mark touches it", "measure it again"}},
   };
 }
 

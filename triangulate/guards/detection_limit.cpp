@@ -32,7 +32,8 @@ struct Guard {
     if (is_contradicted(seen, stated, scene.uncertainty_of(object))) return true;
     Scene other = scene;
     other.obstacles[object] = stated;
-    return untouched(seen, other).has_value();
+    return untouched(seen, other).has_value() ||
+           (floating(seen, other).has_value() && !floating(seen, scene).has_value());
   }
 
   /// The smallest error from which on the guard names the object; nothing where it names none up to

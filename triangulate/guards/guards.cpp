@@ -7,6 +7,7 @@
 #include "core/rig.hpp"
 #include "core/units.hpp"
 #include "triangulate/guards/detection_limit.hpp"
+#include "triangulate/guards/held.hpp"
 #include "triangulate/guards/mesh_gaps.hpp"
 
 namespace drape::triangulate {
@@ -75,11 +76,17 @@ std::vector<std::string> contradictions_of(const Detections& detections,
   add(contradictions_of_pitch(placed, lattice.pitch_m, strain, scale_sd_of(sheet, lattice),
                               options.scene ? options.scene->print_file.string() : "print.toml"));
   if (!options.scene) return found;
-  // Lengths of cloth say nothing of objects while they contradict the print themselves.
-  if (found.empty())
-    add(contradictions_of_objects(seen_cloth(sheet, strain, *options.scene, options.threads),
-                                  *options.scene));
-  add(contradictions_of_pins(sheet, *options.scene));
+  // Lengths of cloth say nothing of objects while they contradict the print themselves, and level
+  // cloth in the air less than an object that is contradicted already.
+  if (found.empty()) {
+    const SeenCloth seen = seen_cloth(sheet, strain, *options.scene, options.threads);
+    add(contradictions_of_objects(seen, *options.scene));
+    if (found.empty()) add(contradictions_of_support(seen, *options.scene));
+  }
+  const std::vector<std::string> held = contradictions_of_held(sheet, *options.scene, lattice);
+  add(held);
+  // Where the cloth hangs by other points than stated, its centre of mass says nothing.
+  if (held.empty()) add(contradictions_of_gravity(MeasuredCloth(sheet), *options.scene, lattice));
   return found;
 }
 
@@ -91,6 +98,9 @@ std::vector<Unseen> unseen_errors_of(const Detections& detections,
   if (options.scene)
     unseen = detection_limits(seen_cloth(sheet, strain, *options.scene, options.threads),
                               *options.scene);
+  if (options.scene)
+    for (const auto& [name, limits] : unseen_of_held(sheet, *options.scene, lattice))
+      unseen.push_back({name, limits});
   unseen.push_back({"scale", scale_text(unseen_scale(sheet.marks, lattice.pitch_m, strain,
                                                      scale_sd_of(sheet, lattice)))});
   return unseen;

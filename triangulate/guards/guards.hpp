@@ -54,9 +54,9 @@ struct UnseenScale {
 [[nodiscard]] std::vector<std::string> contradictions_of_objects(const SeenCloth& seen,
                                                                  const Scene& scene);
 
-/// Pins that take their place from a mark that was not measured.
-[[nodiscard]] std::vector<std::string> contradictions_of_pins(const Sheet& sheet,
-                                                              const Scene& scene);
+/// Level cloth that neither table nor any object of the scene holds up (floating()).
+[[nodiscard]] std::vector<std::string> contradictions_of_support(const SeenCloth& seen,
+                                                                 const Scene& scene);
 
 /// By how much the views of marks miss each other: the median in standard deviations, over all
 /// marks with two or more views, whether they became a point or a gap.

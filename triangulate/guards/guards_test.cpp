@@ -14,6 +14,7 @@
 #include "core/units.hpp"
 #include "tests/support/paths.hpp"
 #include "triangulate/guards/detection_limit.hpp"
+#include "triangulate/guards/held.hpp"
 #include "triangulate/guards/mesh_gaps.hpp"
 #include "triangulate/guards/taut.hpp"
 
@@ -247,7 +248,9 @@ TEST(Guards, MarksInsideTheObjectNameItAndTheHeightThatFits) {
   ASSERT_EQ(found.size(), 1U);
   EXPECT_THAT(found[0], HasSubstr("C.toml, object 1"));
   EXPECT_THAT(found[0], HasSubstr("inside it"));
-  EXPECT_THAT(found[0], HasSubstr("the marks speak for"));
+  EXPECT_THAT(found[0], HasSubstr("z_bottom_mm = -10"));
+  // Flat cloth tells no place.
+  EXPECT_THAT(found[0], HasSubstr("none is suggested"));
 }
 
 TEST(Guards, ATopIsTooHighBeyondItsOwnStandardDeviations) {
@@ -291,7 +294,10 @@ TEST(Guards, APinOfAMarkThatIsAGapIsNamedWithItsReason) {
   sheet.gaps.push_back({{0, 0}, "seen by one camera (cam1)"});
   Scene scene;
   scene.pins = {{{0, 0}, std::nullopt}, {{0, 10}, std::nullopt}};
-  const auto found = contradictions_of_pins(sheet, scene);
+  MarkLattice lattice;
+  lattice.rows = lattice.cols = 11;
+  lattice.pitch_m = kPitch_m;
+  const auto found = contradictions_of_held(sheet, scene, lattice);
   ASSERT_EQ(found.size(), 1U);
   EXPECT_THAT(found[0], HasSubstr("(0, 0), which was not measured (seen by one camera (cam1))"));
   EXPECT_THAT(found[0], HasSubstr("at_material_mm"));

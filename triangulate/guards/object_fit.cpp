@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "triangulate/guards/object_fit.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -57,6 +58,31 @@ std::vector<int> free_of(const Obstacle& object) {
   if (std::holds_alternative<Plane>(object)) return {0, 1, 2};
   return {0, 1, 2, 4};
 }
+
+/// True over the middle of an object, where cloth that lies on it touches: over its flat top, or
+/// where a sphere or a lying cylinder slopes by less than 30 degrees.
+struct OverTop {
+  Vector3d point_in_world;
+
+  bool operator()(const Sphere& body) const {
+    return (point_in_world - body.centre_in_world).head<2>().norm() < 0.5 * body.radius_m;
+  }
+  bool operator()(const Box& body) const {
+    const Vector3d at = body.world_from_box.inverse() * point_in_world;
+    return (at.cwiseAbs() - 0.5 * body.size_m).head<2>().maxCoeff() < 0;
+  }
+  bool operator()(const Cylinder& body) const {
+    const Vector3d axis = body.world_from_cylinder.rotation.col(2);
+    const Vector3d from_m = point_in_world - body.world_from_cylinder.translation_m;
+    if (std::abs(axis.z()) > std::cos(5 * deg)) return from_m.head<2>().norm() < body.radius_m;
+    const Vector3d across = Vector3d::UnitZ().cross(axis).normalized();
+    return std::abs(axis.z()) < std::sin(5 * deg) &&
+           std::abs(from_m.dot(across)) < 0.5 * body.radius_m &&
+           std::abs(from_m.dot(axis)) < 0.5 * body.height_m;
+  }
+  bool operator()(const Plane&) const { return true; }
+  bool operator()(const MeshObject&) const { return true; }
+};
 
 }  // namespace
 
@@ -149,6 +175,24 @@ bool is_contradicted(const SeenCloth& seen, const Obstacle& object,
   return lowest >= limit;
 }
 
+const SheetMark* below_table(const Sheet& sheet, const Scene& scene, double table_z_m) {
+  const auto lowest = std::min_element(sheet.marks.begin(), sheet.marks.end(),
+                                       [](const SheetMark& one, const SheetMark& other) {
+                                         return one.point_in_world.z() < other.point_in_world.z();
+                                       });
+  if (lowest == sheet.marks.end()) return nullptr;
+  const double below_m = table_z_m - lowest->point_in_world.z();
+  return below_m > kObjectSigmas * std::hypot(scene.table_uncertainty_m(), sigma_m(*lowest))
+             ? &*lowest
+             : nullptr;
+}
+
+double SeenCloth::gap_m(const Scene& scene, std::size_t object, std::size_t mark) const {
+  return std::holds_alternative<MeshObject>(scene.obstacles[object])
+             ? mesh_gaps_m.at(object).at(mark)
+             : distance_to(scene.obstacles[object], sheet.marks[mark].point_in_world).value();
+}
+
 std::optional<Untouched> untouched(const SeenCloth& seen, const Scene& scene) {
   const Sheet& sheet = seen.sheet;
   if (scene.obstacles.empty() || !scene.pins.empty() || !scene.clamps.empty() ||
@@ -158,16 +202,55 @@ std::optional<Untouched> untouched(const SeenCloth& seen, const Scene& scene) {
   for (std::size_t i = 0; i < scene.obstacles.size(); ++i) {
     const ObjectUncertainty stated = scene.uncertainty_of(i);
     const double stated_m = std::hypot(stated.place_m(), stated.size_m());
+    const auto is_over = [&](const SheetMark& mark) {
+      return std::visit(OverTop{mark.point_in_world}, scene.obstacles[i]);
+    };
+    const bool any_over = std::any_of(sheet.marks.begin(), sheet.marks.end(), is_over);
     for (std::size_t k = 0; k < sheet.marks.size(); ++k) {
       const SheetMark& mark = sheet.marks[k];
-      const double gap_m = std::holds_alternative<MeshObject>(scene.obstacles[i])
-                               ? seen.mesh_gaps_m.at(i).at(k)
-                               : distance_to(scene.obstacles[i], mark.point_in_world).value();
-      if (gap_m >= found.nearest_m) continue;
+      const double gap_m = seen.gap_m(scene, i, k);
+      if (gap_m >= found.nearest_m || (any_over && !is_over(mark))) continue;
       found = {i, gap_m, kThickest_m + kObjectSigmas * std::hypot(stated_m, sigma_m(mark))};
     }
   }
   return found.nearest_m > found.allowed_m ? std::optional(found) : std::nullopt;
+}
+
+std::optional<Floating> floating(const SeenCloth& seen, const Scene& scene) {
+  if (!scene.pins.empty() || !scene.clamps.empty()) return std::nullopt;
+  const std::vector<SheetMark>& marks = seen.sheet.marks;
+  std::vector<double> spare_m;  // gap to the nearest support beyond what cloth on it may have
+  spare_m.reserve(marks.size());
+  for (std::size_t k = 0; k < marks.size(); ++k) {
+    const double sd_m = sigma_m(marks[k]);
+    double spare = marks[k].point_in_world.z() - scene.table_z_m - kThickest_m -
+                   kObjectSigmas * std::hypot(scene.table_uncertainty_m(), sd_m);
+    for (std::size_t i = 0; i < scene.obstacles.size(); ++i) {
+      const ObjectUncertainty stated = scene.uncertainty_of(i);
+      spare = std::min(
+          spare, seen.gap_m(scene, i, k) - kThickest_m -
+                     kObjectSigmas * Vector3d(stated.place_m(), stated.size_m(), sd_m).norm());
+    }
+    spare_m.push_back(spare);
+  }
+  std::optional<Floating> found;
+  for (const SheetMark& mark : marks) {
+    double low_m = mark.point_in_world.z(), high_m = low_m, spare = 1, side_m = 0;
+    bool whole = true;
+    for (int i = 0; i < 9 && whole; ++i) {
+      const SheetMark* part = seen.sheet.find(mark.mark + MarkId{i / 3, i % 3});
+      whole = part != nullptr;
+      if (!whole) break;
+      low_m = std::min(low_m, part->point_in_world.z());
+      high_m = std::max(high_m, part->point_in_world.z());
+      spare = std::min(spare, spare_m[static_cast<std::size_t>(part - marks.data())]);
+      side_m = std::max(side_m, part->material_m.x() - mark.material_m.x());
+    }
+    const double sag_m = side_m * side_m / (8 * seen.sheet.patch_m.maxCoeff());
+    if (!whole || spare <= 0 || high_m - low_m > 0.25 * sag_m) continue;
+    if (!found || low_m < found->z_m) found = {mark.mark, low_m, high_m - low_m, spare};
+  }
+  return found;
 }
 
 }  // namespace drape::triangulate

@@ -38,6 +38,9 @@ struct SeenCloth {
   std::vector<ClothSpan> spans;
   /// Gaps of each mark to each object of the scene that is a mesh; empty for all others.
   std::vector<std::vector<double>> mesh_gaps_m = {};
+
+  /// Signed distance of a mark from an object of the scene, negative inside.
+  [[nodiscard]] double gap_m(const Scene& scene, std::size_t object, std::size_t mark) const;
 };
 
 /// Evidence against an object where it is: marks inside it, and cloth too short to pass outside.
@@ -70,12 +73,31 @@ struct Against {
 /// Upper half per cent of how much too high the top is stated: place and size in one direction.
 [[nodiscard]] double most_lowered_m(const Obstacle& object, const ObjectUncertainty& stated);
 
-/// The nearest mark to any object, when it lies farther above than cloth that rests on it can.
+/// The lowest mark, where it lies farther below a table at this height than three standard
+/// deviations of the table's height and the mark.
+[[nodiscard]] const SheetMark* below_table(const Sheet& sheet, const Scene& scene,
+                                           double table_z_m);
+
+/// The nearest mark over the top of any object (anywhere, where none lies over a top), when it lies
+/// farther above than cloth that rests on it can.
 struct Untouched {
   std::size_t object = 0;
   double nearest_m = 1;
   double allowed_m = 0;  ///< thickest cloth and three standard deviations of place, size and mark
 };
 [[nodiscard]] std::optional<Untouched> untouched(const SeenCloth& seen, const Scene& scene);
+
+/// Three by three marks that lie level although nothing in the scene is below them. Cloth that
+/// spans a length L without support sags by at least L^2 / (8 H), H the patch's longest side, for
+/// its tension is at most the weight of the whole patch; level is a quarter of that. A single mark
+/// says less: stiff cloth lifts a free edge above its support.
+struct Floating {
+  MarkId first;
+  double z_m = 0;      ///< of the lowest of them
+  double range_m = 0;  ///< from the lowest to the highest
+  double spare_m = 0;  ///< by which they are too high for every support
+};
+/// The lowest of them; nothing where pins or clamps pull on the cloth.
+[[nodiscard]] std::optional<Floating> floating(const SeenCloth& seen, const Scene& scene);
 
 }  // namespace drape::triangulate
