@@ -33,7 +33,7 @@ LevelsFile small_levels() {
   levels.levels = {{0.01, 580, true, "at rest", 200, std::nullopt},
                    {5e-3, 2200, true, "at rest", 90, 6e-4}};
   levels.left_m = 2e-4;
-  levels.marks = {{{0, 1}, {0.01, 0.02, 0.03}, 3e-4}};
+  levels.marks = {{{0, 1}, {0.01, 0.02, 0.03}, 3e-4, std::nullopt}};
   return levels;
 }
 
