@@ -126,6 +126,7 @@ void ObjectPushes::divide() {
     }
   }
   until_m_.assign(cloth_.triangles().size() * surroundings_.count(), 0.0);
+  facet_until_m_.assign(4 * until_m_.size(), 0.0);
   travelled_m_ = 0;
   by_nodes_.clear();
   node_area_m2_.clear();
@@ -240,7 +241,10 @@ void ObjectPushes::list() {
       for (const int i : facets[f]) free_m2_[i] = margin_m_ * margin_m_;
       on_facet.clear();
       for (const int shape : near) {
-        if (gap_beyond(shape, f, 1) > margin_m_) continue;
+        double& until = facet_until_m_[at(f, shape)];
+        if (until > travelled_m_ + margin_m_) continue;
+        until = travelled_m_ + gap_beyond(shape, f, 1);
+        if (until > travelled_m_ + margin_m_) continue;
         const bool places = !by_nodes_[at(f, shape)] && !is_on_pin(f, shape);
         on_facet.push_back({shape, places ? places_of(cuts_of(f, shape)) : 0});
       }
@@ -254,8 +258,9 @@ void ObjectPushes::list() {
           Site site = site_of((first_[f] + k) * shapes + shape, f);
           keep_until(site.id);
           if (old != before_.end() && old->id == site.id) site.grip = (old++)->grip;
-          if (site.grip.limit > 0 || surroundings_.gap_m(shape, place_of(site)) <= margin_m_)
-            sites_.push_back(site);
+          site.looked_at = place_of(site);
+          site.gap_m = surroundings_.gap_m(shape, site.looked_at);
+          if (site.grip.limit > 0 || site.gap_m <= margin_m_) sites_.push_back(site);
         }
     }
   }
@@ -306,19 +311,26 @@ void ObjectPushes::look(const State& state) {
     list();
   }
   ++looks_;
+  const int left = kFirm - firmness_;
+  const double stiffness = stiffness_ * std::pow(kSoft, static_cast<double>(left) / kFirm);
+  const double stiffening = firmness_ > 0 ? std::pow(kLinear, left) / (kStiffen_m * kStiffen_m) : 0;
   energy_j_ = 0;
   on_nodes_.assign(nodes_.size(), Vector3d::Zero());
   for (Site& site : sites_) {
     site.place = place_of(site);
-    const Surroundings::Nearest nearest = surroundings_.nearest(site.shape, site.place);
-    const double pressed_j_per_m2 = press(site, nearest.gap_m);
-    if (!site.acts()) continue;
     Vector3d force = Vector3d::Zero();
-    if (site.pressure_pa > 0) {
+    site.pressure_pa = 0;
+    // No distance changes faster than a place.
+    if (!(site.gap_m > 0) ||
+        (site.place - site.looked_at).squaredNorm() >= site.gap_m * site.gap_m) {
+      const Surroundings::Nearest nearest = surroundings_.nearest(site.shape, site.place);
+      site.looked_at = site.place;
+      site.gap_m = nearest.gap_m;
       site.normal = nearest.normal;
-      energy_j_ += site.area_m2 * pressed_j_per_m2;
+      energy_j_ += site.area_m2 * press(site, stiffness, stiffening);
       force = site.area_m2 * site.pressure_pa * site.normal;
     }
+    if (!site.acts()) continue;
     if (site.grip.limit > 0) {
       const Vector3d stretch = stretch_of(site);
       energy_j_ += site.area_m2 * site.grip.energy_at(stretch, grip_stiffness_);
@@ -334,15 +346,12 @@ void ObjectPushes::look(const State& state) {
   }
 }
 
-/// Pressure and stiffness; returns the energy per area (J/m^2).
-double ObjectPushes::press(Site& site, double gap_m) const {
-  const double depth = std::max(0.0, -gap_m), times = depth / kStiffen_m;
-  const int left = kFirm - firmness_;
-  const double stiffness = stiffness_ * std::pow(kSoft, static_cast<double>(left) / kFirm);
-  const double more = firmness_ > 0 ? times * times * std::pow(kLinear, left) : 0;
-  site.pressure_pa = stiffness * depth * (1 + more);
-  site.n_per_m3 = stiffness * (1 + 3 * more);
-  return stiffness * depth * depth * (1 + more / 2) / 2;
+/// p = k d (1 + b d^2) of a site; returns the energy per area (J/m^2).
+double ObjectPushes::press(Site& site, double k_n_per_m3, double b_per_m2) {
+  const double depth = std::max(0.0, -site.gap_m), more = b_per_m2 * depth * depth;
+  site.pressure_pa = k_n_per_m3 * depth * (1 + more);
+  site.n_per_m3 = k_n_per_m3 * (1 + 3 * more);
+  return k_n_per_m3 * depth * depth * (1 + more / 2) / 2;
 }
 
 double ObjectPushes::energy_j(const State& state) {

@@ -77,7 +77,8 @@ class ObjectPushes : public Pushes {
     Eigen::Vector3d weight;  ///< of the facet's nodes
     double area_m2 = 0;
     ContactMemory::Grip grip;
-    double pressure_pa = 0, n_per_m3 = 0;
+    Eigen::Vector3d looked_at;  ///< where the gap is from
+    double gap_m = 0, pressure_pa = 0, n_per_m3 = 0;
     Eigen::Vector3d place, normal, force_n;  ///< as looked at last, where it acts
 
     [[nodiscard]] bool acts() const { return pressure_pa > 0 || grip.limit > 0; }
@@ -91,7 +92,7 @@ class ObjectPushes : public Pushes {
   [[nodiscard]] double sharp_places_m() const;
   void divide();
   [[nodiscard]] int cuts_of(int facet, int shape) const;
-  [[nodiscard]] double press(Site& site, double gap_m) const;
+  [[nodiscard]] static double press(Site& site, double k_n_per_m3, double b_per_m2);
   void see(const MeshCloth::State& state);
   void look(const MeshCloth::State& state);
   void wake();
@@ -141,7 +142,8 @@ class ObjectPushes : public Pushes {
   std::vector<double> free_m2_;  ///< squared displacement that a node may have meanwhile
   int looks_ = 0;                ///< at this list
   double travelled_m_ = 0;       ///< sum of the largest displacements between lists
-  std::vector<double> until_m_;  ///< by triangle and shape: travelled_m_ until it may be near
+  /// By triangle, or facet, and shape: travelled_m_ until it may be near.
+  std::vector<double> until_m_, facet_until_m_;
 };
 
 }  // namespace drape::simulate
