@@ -152,7 +152,8 @@ constexpr double kFirstMeshes = 14;  // spacings along a side: a fold or two of 
 // A crease holds its bend within a few points, so that its strains grow with their number: on the
 // finest mesh four times those of the first run.
 constexpr double kFinerMeshes = 4;
-constexpr int kFirstSegments = 5;  // those of the paper
+constexpr int kFirstSegments = 5;       // those of the paper
+constexpr double kFirstResidual = 0.1;  // mean weights of a point: strains move by 0.1 %
 
 }  // namespace
 
@@ -276,6 +277,7 @@ std::optional<CurveReach> find_reach(const Scene& scene, const Fabric& fabric, c
   const DrapeCase first = drape_case(scene, print, measured, fit_laws(fabric, kFirstSegments).laws);
   DrapeOptions options;
   options.spacing_m = options.coarsest_m = print.patch_m.maxCoeff() / kFirstMeshes;
+  options.motion.residual = options.descent.residual = kFirstResidual;
   const Drape drape = drape_cloth(first, options);
   if (!drape.at_rest()) return std::nullopt;
   const ClothStrains strains = drape.level->strains(drape.rest);

@@ -32,14 +32,12 @@ using State = MeshCloth::State;
 constexpr double kMostPoints = 1e5;  // points of a mesh
 constexpr double kLeastPoints = 16;  // a mesh of fewer does not drape
 constexpr double kSame_m = 1e-6;     // two material points that are one
-constexpr int kMostRounds = 60;      // rounds of descents, at the end of each friction settles
-// Mean weights of a point: residual of the first round, and its factor from each to the next, while
-// friction settles
-constexpr double kPassingResidual = 0.1, kNearer = 0.2;
-constexpr double kStageResidual = 0.1;  // of a step in time while contact becomes firm
-constexpr int kCarriedFirmness = 2;     // of contact that is carried to another mesh
-constexpr double kBeside = 1e-6;        // of a triangle's weights: a place on its border is in it
-constexpr double kSolved = 1e-6;        // relative norm of what a first-order answer leaves
+constexpr int kMostRounds = 100;     // rounds of descents, at the end of each friction settles
+constexpr double kPassingResidual = 0.02;  // mean weights of a point: of rounds before the last
+constexpr double kStageResidual = 0.1;     // of a step in time while contact becomes firm
+constexpr int kCarriedFirmness = 3;        // of contact that is carried to another mesh
+constexpr double kBeside = 1e-6;  // of a triangle's weights: a place on its border is in it
+constexpr double kSolved = 1e-6;  // relative norm of what a first-order answer leaves
 constexpr int kMostProducts = 5000;
 double no_table(double) {
   return -std::numeric_limits<double>::infinity();
@@ -418,13 +416,11 @@ struct DrapeLevel::Parts {
   void descend_to_rest(ClothMoment& moment, AllPushes& pushes, const DescentOptions& how,
                        RestReport& report) {
     // Without friction there is nothing to settle.
-    const double nearer = pushes.objects.holds() || drape.laws.friction ? kNearer : 0;
-    double passing = kPassingResidual;
+    const bool settles = pushes.objects.holds() || drape.laws.friction;
     stiffness->outdate();
     for (int round = 0; round < kMostRounds; ++round) {
       DescentOptions now = how;
-      passing *= nearer;
-      now.residual = std::max(how.residual, passing);
+      now.passing = settles ? kPassingResidual : 0;
       now.most_steps -= report.steps;
       report.descent = descend(cloth, moment.state, held, *stiffness, {}, now, &pushes);
       report.steps += report.descent.steps;
@@ -440,7 +436,7 @@ struct DrapeLevel::Parts {
                                report.descent.residual);
         return;
       }
-      report.at_rest = now.residual == how.residual && report.descent.steps == 0;
+      report.at_rest = report.descent.steps == 0;
       if (report.at_rest) return;
     }
     report.why = fmt::format("friction does not settle in {} rounds", kMostRounds);

@@ -24,7 +24,8 @@ constexpr int kTries = 20;
 // Norm of the forces that a solution leaves, relative to those before; largest force left,
 // relative to the residual asked of the descent; curvature that counts as none
 constexpr double kSolved = 0.1, kOfResidual = 0.25, kFlat = 1e-6;
-constexpr int kProducts = 60;  // of one step
+constexpr double kPassingPart = 0.25;  // see DescentOptions::passing
+constexpr int kProducts = 60;          // of one step
 // Products of a step, and path of a point in mean sides, up to which the next step keeps the matrix
 constexpr int kFewProducts = 12;
 constexpr double kKeepsMatrix = 0.01;
@@ -215,16 +216,18 @@ DescentReport descend(MeshCloth& cloth, State& state, const std::vector<bool>& h
   State force(state.size()), step(state.size()), next(state.size()), next_force(state.size());
   DescentReport report;
   Potential::Balance now = potential.balance(state, force);
+  const double residual = std::max(
+      options.residual, std::min(options.passing, kPassingPart * std::max(now.point, now.side)));
   // The matrix of another inertia serves badly.
   if (options.inertia != nullptr) stiffness.outdate();
   while (std::isfinite(now.energy_j)) {
-    report.at_rest = std::max(now.point, now.side) <= options.residual;
+    report.at_rest = std::max(now.point, now.side) <= residual;
     if (report.at_rest || report.steps >= options.most_steps) break;
     if (!stiffness.serves(state, kKeepsMatrix * potential.mean_side_m()) &&
         !stiffness.factorise(state, potential.supports(state)))
       break;
-    if (solve(potential, ClothTangent(cloth, state), state, stiffness, options.residual, force,
-              step) > kFewProducts)
+    if (solve(potential, ClothTangent(cloth, state), state, stiffness, residual, force, step) >
+        kFewProducts)
       stiffness.outdate();
     const double slope = flat(force).dot(flat(step));
     if (!(slope > 0)) break;

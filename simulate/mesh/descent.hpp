@@ -52,6 +52,8 @@ struct DescentOptions {
   /// Force left on a free point, in mean weights of a point; of a side, in those times the mean
   /// side.
   double residual = 1e-3;
+  /// Also ends below this residual, where it is a quarter of that at its start: for one of several.
+  double passing = 0;
   Eigen::Vector3d gravity_m_per_s2 = {0, 0, -9.80665};
   /// Longest step of a point, in mean sides. Short steps stay with the folds that are there; of
   /// 0.15, 0.3, 0.5 and 1 the one near the lowest energies for each of two fabrics, on 10 and 15
