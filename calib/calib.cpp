@@ -205,14 +205,17 @@ std::string status_of(const CameraReport& report, const Fit& fit, bool has_covar
     return fmt::format("{:.0f} of {} dots rejected, more than {:g} %: check labels and heights",
                        rejected, measured, options.max_outliers_percent);
   }
-  if (report.full.rms_px > options.max_rms_px) {
-    return fmt::format("RMS {:.3f} px above the limit of {:g} px", report.full.rms_px,
-                       options.max_rms_px);
+  if (report.object_rms_mm > options.max_rms_mm) {
+    return fmt::format("RMS {:.3f} mm at the target ({:.3f} px), above the limit of {:g} mm",
+                       report.object_rms_mm, report.full.rms_px, options.max_rms_mm);
   }
   if (!has_covariance) return "ill-conditioned: the parameters cannot be separated";
-  if (report.centre_sd_px > options.max_centre_sd_px) {
-    return fmt::format("ill-conditioned: image centre known to {:.1f} px only (limit {:g} px)",
-                       report.centre_sd_px, options.max_centre_sd_px);
+  const double focal_px = report.full.focal_mm * mm /
+                          std::get<TsaiLens>(fit.refinement.camera.model.lens).pixel_pitch_x_m;
+  if (100 * report.centre_sd_px > options.max_centre_sd_percent * focal_px) {
+    return fmt::format(
+        "ill-conditioned: image centre known to {:.1f} px only (limit {:g} % of the focal length)",
+        report.centre_sd_px, options.max_centre_sd_percent);
   }
   if (100 * report.focal_sd_mm > options.max_focal_sd_percent * report.full.focal_mm) {
     return fmt::format("ill-conditioned: focal length known to {:.1f} % only (limit {:g} %)",
@@ -277,6 +280,7 @@ CameraResult calibrate_camera(const Points& measured, const RigCamera& rig_camer
   report.points = static_cast<int>(fit.points.size());
   report.full = step_of(fit.refinement.camera, fit.points);
   report.errors = classical_errors(fit.refinement.camera, fit.points);
+  report.object_rms_mm = residuals_of(fit.refinement.camera, fit.points).object_rms_mm;
   if (fit.points.size() == kept.size())
     report.max_eccentricity_px = largest_shift_px(fit.points, kept);
   const Eigen::MatrixXd covariance = scaled_covariance(fit, free, report);
@@ -306,10 +310,13 @@ CameraResult calibrate_camera(const Points& measured, const RigCamera& rig_camer
 }  // namespace
 
 void fields(Fields& f, CalibOptions& o) {
-  f.otherwise({"max_rms_px", "NO-GO above this RMS of a camera, px", 1, above_zero}, o.max_rms_px);
-  f.otherwise(
-      {"max_centre_sd_px", "NO-GO when the image centre is less certain, px", 1, above_zero},
-      o.max_centre_sd_px);
+  f.otherwise({"max_rms_mm",
+               "NO-GO above this RMS distance of the target's points from a camera's rays, mm", 1,
+               above_zero},
+              o.max_rms_mm);
+  f.otherwise({"max_centre_sd_percent",
+               "NO-GO when the image centre is less certain, % of the focal length", 1, above_zero},
+              o.max_centre_sd_percent);
   f.otherwise(
       {"max_focal_sd_percent", "NO-GO when the focal length is less certain, %", 1, above_zero},
       o.max_focal_sd_percent);
@@ -333,7 +340,7 @@ bool CalibReport::good() const {
 CalibResult calibrate_tsai(const Detections& detections, const Rig& rig, const Target& target,
                            const CalibOptions& options) {
   check_record(options);
-  check_known_length(target);
+  check_known_lengths(target, 0);
   refuse_sets_twice(rig);
   if (rig.stages.empty())
     throw bad_input(

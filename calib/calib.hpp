@@ -15,8 +15,10 @@
 namespace drape::calib {
 
 struct CalibOptions {
-  double max_rms_px = 0.3;           ///< verdict: largest RMS point distance of a camera
-  double max_centre_sd_px = 5;       ///< verdict: above, the image centre is not determined
+  /// Verdict: largest RMS distance of the target's points from their rays, a tenth of the virtual
+  /// cloth's default spacing.
+  double max_rms_mm = 0.25;
+  double max_centre_sd_percent = 1;  ///< verdict: of the focal length; above, not determined
   double max_focal_sd_percent = 2;   ///< verdict: above, focal length and distance are not
   bool correct_eccentricity = true;  ///< eccentricity of the dots' images (Heikkila 2000)
   double outlier_sigmas = 6;         ///< dots farther off (robust sigma) are rejected by name
@@ -46,6 +48,7 @@ struct CameraReport {
   double max_eccentricity_px = 0;  ///< largest correction of a dot's centre
   double focal_sd_mm = 0;
   double centre_sd_px = 0;            ///< larger of the two coordinates
+  double object_rms_mm = 0;           ///< distance of the target's points from their rays
   double chi2_per_dof = 0;            ///< against the marks' covariances
   std::optional<StageCheck> stages;   ///< motion of the target on its z stage
   std::vector<std::string> notes;     ///< limits of these data

@@ -200,7 +200,7 @@ TEST(Calib, IsNoGoWhenTheParametersAreHardlyDetermined) {
                   [](const Detection& d) { return d.mark.row > 2 || d.mark.col > 2; });
   }
   CalibOptions options;
-  options.max_rms_px = 10;
+  options.max_rms_mm = 10;
   const CalibResult result = calibrate_tsai(detections, rig, bench1_target(), options);
   EXPECT_FALSE(result.report.good());
   EXPECT_THAT(result.report.cameras[0].status,
@@ -270,7 +270,7 @@ TEST(Calib, RefusesDetectionsOfAnotherTargetOrSize) {
 
 TEST(CalibOptions, RefuseWhatMakesNoSense) {
   CalibOptions options;
-  options.max_rms_px = 0;
+  options.max_rms_mm = 0;
   EXPECT_THROW(check_record(options), Error);
   options = {};
   options.max_outliers_percent = -1;

@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <utility>
 #include <vector>
 
 #include "calib/checks/causes.hpp"
@@ -41,8 +42,8 @@ std::vector<Correspondence> correspondences(const JointModel& model, std::size_t
     if (frame.camera != camera) continue;
     const Placement& placement = model.placements[frame.placement];
     for (const TargetPoint& p : frame.points) {
-      points.push_back({placement.world_from_target * model.bow.bent(p.point_in_target), p.px(),
-                        p.covariance_px2, placement.set, p.dot});
+      points.push_back({placement.world_from_target * model.board.bent(p.point_in_target, p.place),
+                        p.px(), p.covariance_px2, placement.set, p.dot});
     }
   }
   return points;
@@ -78,6 +79,7 @@ JointCameraReport camera_report(const JointModel& model, std::size_t index,
   report.camera = calibrated.camera.name;
   report.points = calibrated.residuals.points;
   report.rms_px = calibrated.residuals.rms_px;
+  report.object_rms_mm = calibrated.residuals.object_rms_mm;
   report.focal_px = lens.fx_px;
   report.skew_px = model.cameras[index].skew_px;
   report.covered_percent = covered_percent(model, index);
@@ -106,22 +108,64 @@ double largest_eccentricity(const JointModel& model) {
   return largest;
 }
 
-/// The lens by held-out error; the table goes into the report.
-LensTerms chosen_lens(const JointModel& solved, const JointFit& fit, const JointOptions& options,
-                      JointReport& report) {
-  if (options.lens || options.known_lenses) return fit.lens;
-  for (const LensTerms lens : all_lens_terms) {
-    JointFit candidate = fit;
-    candidate.lens = lens;
-    report.held_out.push_back(held_out_error(solved, candidate, options.held_out_groups));
+/// Least placements that can tell each point of a board from its drawing.
+constexpr std::size_t kViewsOfABoard = 8;
+
+/// Chooses board and lens by held-out error, without the views and points that lie off the richest
+/// fit; the tables go into the report. Returns the fit's start.
+JointModel chosen(const JointModel& first, JointFit& fit, const JointCleaning& cleaning,
+                  const JointOptions& options, JointReport& report) {
+  const bool any_lens = !options.lens && !options.known_lenses;
+  const bool any_board = !options.board && !first.board.measured &&
+                         !first.board.point_sd_mm.empty() &&
+                         first.placements.size() >= kViewsOfABoard;
+  if (!any_lens && !any_board) return first;
+  JointFit rich = fit;
+  if (any_lens) rich.lens = LensTerms::k1_k2_p1_p2_k3;
+  if (any_board) rich.board = BoardKind::free;
+  // Heights of stages are judged later: here all but the first are free.
+  JointModel loose = first;
+  bool world_kept = false;
+  for (Placement& placement : loose.placements)
+    placement.known = placement.known && !std::exchange(world_kept, world_kept || placement.known);
+  const JointSolution richest = fit_joint(loose, rich, cleaning);
+  JointModel clean = richest.converged ? richest.model : loose;
+  std::vector<std::size_t> off = frames_off(clean, cleaning);
+  for (; !off.empty() && 3 * off.size() <= clean.frames.size(); off.pop_back())
+    clean.frames.erase(clean.frames.begin() + static_cast<std::ptrdiff_t>(off.back()));
+  static_cast<void>(reject_outliers(clean, cleaning));
+  std::vector<HeldOut> best;  // lens of each board
+  std::vector<std::vector<HeldOut>> tables;
+  for (const BoardKind board : {any_board ? BoardKind::bow : fit.board, BoardKind::free}) {
+    JointFit candidate = rich;
+    candidate.board = board;
+    std::vector<HeldOut> table;
+    for (const LensTerms lens : all_lens_terms) {
+      candidate.lens = any_lens ? lens : fit.lens;
+      table.push_back(held_out_error(clean, candidate, options.held_out_groups));
+      if (!any_lens) break;
+    }
+    best.push_back(table[choose(table)]);
+    tables.push_back(std::move(table));
+    if (!any_board) break;
   }
-  if (report.held_out.front().points == 0) {
+  if (best.front().points == 0) {
     report.warnings.emplace_back(
         "one placement of the target only: the lens could not be chosen by held-out error");
-    report.held_out.clear();
-    return fit.lens;
+    return first;
   }
-  return choose_lens(report.held_out);
+  const std::size_t taken = choose(best);
+  fit.board = best[taken].board;
+  fit.lens = best[taken].lens;
+  if (any_board) report.boards = best;
+  if (any_lens) report.held_out = tables[taken];
+  JointModel start = first;
+  if (fit.board == BoardKind::free && richest.converged) {
+    start = richest.model;
+    start.placements = first.placements;
+  }
+  clear_unused(start, fit);
+  return start;
 }
 
 /// The further pose of the target that would lower the calibration's part of a measured point most.
@@ -168,49 +212,53 @@ double chi2_per_dof(const JointSolution& solution, const JointFit& fit) {
 
 StatedFit with_uncertainty(JointSolution solution, const JointFit& fit) {
   StatedFit out;
-  out.scatter = scatter_of_views(solution.model, fit, std::max(1.0, chi2_per_dof(solution, fit)));
+  // Views enough to free the board tell the points' noise better than a stated one does.
+  const double noise = chi2_per_dof(solution, fit);
+  out.scatter = scatter_of_views(solution.model, fit,
+                                 fit.board == BoardKind::free ? noise : std::max(1.0, noise));
   out.covariance = joint_covariance(solution.model, fit, out.scatter.covariance);
   out.solution = std::move(solution);
   return out;
 }
 
-/// Covariance by the views' scatter, with what the choice of the lens leaves open: the other
-/// lenses' covariances and distances, by the probability that other views would have chosen them
-/// (Buckland, Burnham and Augustin 1997). `table` is empty where the lens was not chosen.
-StatedFit with_lens_choice(const JointSolution& solution, const JointFit& fit,
-                           const JointCleaning& cleaning, const std::vector<HeldOut>& table) {
+/// Covariance by the views' scatter, with what the choice of lens and board leaves open: the other
+/// fits' covariances and distances, by the probability that other views would have chosen them
+/// (Buckland, Burnham and Augustin 1997).
+StatedFit with_choices(const JointSolution& solution, const JointFit& fit,
+                       const JointCleaning& cleaning, const JointReport& report) {
   constexpr double kRare = 0.005;
   StatedFit chosen = with_uncertainty(solution, fit);
-  if (table.empty() || chosen.covariance.cameras.size() == 0) return chosen;
-  const std::vector<double> probability = lens_probabilities(table);
-  MatrixXd sum = MatrixXd::Zero(chosen.covariance.cameras.rows(), chosen.covariance.cameras.cols());
-  Eigen::Vector2d bow = Eigen::Vector2d::Zero();
-  double weights = 0;
-  for (std::size_t i = 0; i < table.size(); ++i) {
-    if (probability[i] < kRare) continue;
-    StatedFit other = chosen;
-    if (table[i].lens != fit.lens) {
-      JointFit with_other = fit;
-      with_other.lens = table[i].lens;
+  if (chosen.covariance.cameras.size() == 0) return chosen;
+  const MatrixXd own = chosen.covariance.cameras;
+  const Eigen::VectorXd own_board = chosen.covariance.board_sd.cwiseAbs2();
+  Eigen::VectorXd board = own_board;
+  for (const std::vector<HeldOut>* table : {&report.held_out, &report.boards}) {
+    if (table->empty()) continue;
+    const std::vector<double> shares = probabilities(*table);
+    for (std::size_t i = 0; i < table->size(); ++i) {
+      JointFit other_fit = fit;
+      other_fit.lens = (*table)[i].lens;
+      other_fit.board = (*table)[i].board;
+      if (shares[i] < kRare || (other_fit.lens == fit.lens && other_fit.board == fit.board))
+        continue;
       JointModel start = solution.model;
-      clear_unused(start, with_other.lens);
-      other = with_uncertainty(fit_joint(start, with_other, cleaning), with_other);
+      clear_unused(start, other_fit);
+      const StatedFit other = with_uncertainty(fit_joint(start, other_fit, cleaning), other_fit);
+      if (other.covariance.cameras.size() == 0) continue;
+      const Eigen::VectorXd apart = file_difference(other.solution.model, solution.model);
+      chosen.covariance.cameras +=
+          shares[i] * (other.covariance.cameras - own + apart * apart.transpose());
+      const Eigen::VectorXd board_apart =
+          other.solution.model.board.parameters() - solution.model.board.parameters();
+      board +=
+          shares[i] * (other.covariance.board_sd.cwiseAbs2() - own_board + board_apart.cwiseAbs2());
     }
-    if (other.covariance.cameras.size() == 0) continue;
-    const Eigen::VectorXd apart = file_difference(other.solution.model, solution.model);
-    const Eigen::Vector2d bow_apart =
-        other.solution.model.bow.edge_rise_mm - solution.model.bow.edge_rise_mm;
-    sum += probability[i] * (other.covariance.cameras + apart * apart.transpose());
-    bow += probability[i] * (other.covariance.bow_sd_mm.cwiseAbs2() + bow_apart.cwiseAbs2());
-    weights += probability[i];
   }
-  if (!(weights > 0)) return chosen;
-  chosen.covariance.cameras = sum / weights;
-  chosen.covariance.bow_sd_mm = (bow / weights).cwiseSqrt();
+  chosen.covariance.board_sd = board.cwiseMax(0).cwiseSqrt();
   return chosen;
 }
 
-/// Covariances with the choice of the lens in them.
+/// Covariances with the choices of lens and board in them.
 void add_uncertainty(const JointSolution& solution, const JointFit& fit,
                      const JointCleaning& cleaning, const JointOptions& options,
                      JointResult& result) {
@@ -218,9 +266,13 @@ void add_uncertainty(const JointSolution& solution, const JointFit& fit,
   JointReport& report = result.report;
   Calibration& calibration = result.calibration;
   report.chi2_per_dof = chi2_per_dof(solution, fit);
-  const StatedFit own = with_lens_choice(solution, fit, cleaning, report.held_out);
+  const StatedFit own = with_choices(solution, fit, cleaning, report);
   report.view_inflation = own.scatter.inflation;
-  report.bow_sd_mm = own.covariance.bow_sd_mm;
+  report.print = model.board.parameters();
+  report.print_sd = own.covariance.board_sd;
+  for (const Eigen::Vector3d& shift : model.board.shift_mm)
+    report.print_rms_mm += shift.squaredNorm() / static_cast<double>(model.board.shift_mm.size());
+  report.print_rms_mm = std::sqrt(report.print_rms_mm);
   calibration.joint_covariance_parameters = own.covariance.names;
   calibration.joint_covariance = own.covariance.cameras;
   if (options.known_lenses)
@@ -244,6 +296,16 @@ Rig with_free_stages(Rig rig) {
   rig.free_poses.insert(rig.free_poses.begin(), free.begin(), free.end());
   rig.stages.resize(1);
   return rig;
+}
+
+/// Lets the measured lengths say how large the print is.
+void take_lengths(JointModel& model, const Target& target) {
+  if (!(model.board.information(4, 4) > 0))
+    model.board.information(4, 4) = 1 / (print_sd * print_sd);
+  for (const KnownLength& known : target.known_lengths)
+    model.lengths.push_back({place_of(target, known.from), place_of(target, known.to),
+                             target.point_in_target(known.from), target.point_in_target(known.to),
+                             known.length_m / units::mm, known.standard_uncertainty_m / units::mm});
 }
 
 /// Takes out the views that stay off as a whole, and fits again. Not where they are no minority: a
@@ -313,9 +375,6 @@ void add_warnings(JointReport& report) {
 }  // namespace
 
 void fields(Fields& f, JointOptions& o) {
-  bool no_bow = !o.estimate_bow;
-  f.otherwise({"no_bow", "joint: take the target's plate for flat"}, no_bow);
-  o.estimate_bow = !no_bow;
   f.otherwise({"free_stages", "joint: believe no stage's height but the first one's"},
               o.free_stages);
   f.otherwise({"thickness_mm", "joint: how far a two-sided target's back lies behind its front", 1,
@@ -333,12 +392,15 @@ JointResult calibrate_joint(const JointModel& model, double dot_diameter_m,
   fit.lens_known = options.known_lenses.has_value();
   if (fit.lens_known) fit.lens = LensTerms::k1_k2_p1_p2_k3;
   fit.skew = options.estimate_skew;
-  fit.bow = options.estimate_bow;
+  fit.board = options.board.value_or(model.board.measured ? BoardKind::free : BoardKind::bow);
   fit.max_iterations = options.common.max_iterations;
   JointCleaning cleaning;
   cleaning.dot_diameter_m = options.common.correct_eccentricity ? dot_diameter_m : 0;
   cleaning.outlier_sigmas = options.common.outlier_sigmas;
   JointSolution solution = fit_joint(model, fit, cleaning);
+  solution = fit_joint(chosen(solution.model, fit, cleaning, options, report), fit, cleaning);
+  report.lens = fit.lens;
+  report.board = fit.board;
   const Causes causes = causes_of(solution.model, fit);
   report.alone_px = causes.alone_px;
   report.warnings.insert(report.warnings.end(), causes.warnings.begin(), causes.warnings.end());
@@ -347,10 +409,7 @@ JointResult calibrate_joint(const JointModel& model, double dot_diameter_m,
   const JointModel all_points = solution.model;
   const std::vector<std::string> outliers = reject_outliers(solution.model, cleaning);
   report.rejected.insert(report.rejected.end(), outliers.begin(), outliers.end());
-  fit.lens = chosen_lens(solution.model, fit, options, report);
-  report.lens = fit.lens;
-  clear_unused(solution.model, fit.lens);
-  solution = fit_joint(solution.model, fit, cleaning);
+  if (!outliers.empty()) solution = fit_joint(solution.model, fit, cleaning);
   require_points(solution.model, all_points, fit, cleaning);
   report.stages = check_stages(all_points, fit, cleaning);
   if (report.stages) {
@@ -359,7 +418,6 @@ JointResult calibrate_joint(const JointModel& model, double dot_diameter_m,
   }
   report.iterations = solution.iterations;
   report.points = static_cast<int>(count_points(solution.model));
-  report.bow_mm = solution.model.bow.edge_rise_mm;
   report.max_eccentricity_px = largest_eccentricity(solution.model);
   report.views = view_reports(solution.model);
   add_uncertainty(solution, fit, cleaning, options, result);
@@ -380,6 +438,10 @@ JointResult calibrate_joint(const JointModel& model, double dot_diameter_m,
     report.volume_sd_mm = volume_sd_mm(calibration, grid_of(drape_volume(solution.model), 3));
     report.next_view = next_view(calibration, solution.model, report);
   }
+  if (fit.board == BoardKind::free && has_covariance)
+    report.plate = measured_plate(solution.model, fit, report.view_inflation, report.print);
+  if (report.plate) report.print_sd = report.plate->common_covariance.diagonal().cwiseSqrt();
+  const std::string not_square = judge_squares(solution.model, calibration, report);
   report.status =
       joint_status(report, solution.converged, has_covariance, measured, options.common);
   const bool contradicted = report.stages && !report.stages->contradiction.empty();
@@ -388,6 +450,8 @@ JointResult calibrate_joint(const JointModel& model, double dot_diameter_m,
   } else if (contradicted) {
     report.status = report.good() ? report.stages->contradiction
                                   : report.stages->contradiction + "; " + report.status;
+  } else if (!not_square.empty()) {
+    report.status = report.good() ? not_square : not_square + "; " + report.status;
   } else if (!report.good() && !causes.warnings.empty()) {
     report.status += "; a likely cause: " + causes.warnings.front();
   }
@@ -404,7 +468,10 @@ JointResult calibrate_joint(const Detections& detections, const Rig& rig, const 
                             const JointOptions& options) {
   check_record(options.common);
   check_record(options);
-  check_known_length(target);
+  // Without a stage the lengths are the print's scale, else the heights are.
+  const bool scaled = options.board.value_or(BoardKind::free) == BoardKind::free &&
+                      rig.stages.empty() && !target.known_lengths.empty();
+  check_known_lengths(target, scaled ? print_sd : 0);
   refuse_sets_twice(rig);
   refuse_pictures_twice({detections, "", sets_of(rig)});
   std::vector<std::string> notes;
@@ -420,9 +487,12 @@ JointResult calibrate_joint(const Detections& detections, const Rig& rig, const 
       start_joint(model, {options.known_lenses.has_value(), options.thickness_mm * units::mm});
   notes.insert(notes.end(), dropped.begin(), dropped.end());
   JointOptions with_scale = options;
-  with_scale.scale_uncertainty = scale_uncertainty(target);
+  if (scaled)
+    take_lengths(model, target);
+  else
+    with_scale.scale_uncertainty = scale_uncertainty(target);
   JointResult result = calibrate_joint(model, target.dot_diameter_m, with_scale);
-  if (!target.known_length && !result.report.stages) {
+  if (target.known_lengths.empty() && !result.report.stages) {
     const std::string unchecked =
         "nothing checks the scale: two heights of a z stage, or [known_length] in the target's "
         "file, would show a wrong pitch_mm";

@@ -19,7 +19,7 @@ namespace drape::calib {
 struct JointOptions {
   CalibOptions common;
   std::optional<LensTerms> lens;            ///< absent: the held-out error chooses
-  bool estimate_bow = true;                 ///< bow of the target's plate
+  std::optional<BoardKind> board;           ///< absent: the held-out error chooses
   bool estimate_skew = false;               ///< a library option: calibration.json has no skew
   int held_out_groups = 4;                  ///< groups of placements, for the lens and the report
   bool free_stages = false;                 ///< z stages but the first are free poses
@@ -33,7 +33,7 @@ void fields(Fields& f, JointOptions& options);
 struct JointCameraReport {
   std::string camera;
   int views = 0, points = 0;
-  double rms_px = 0;
+  double rms_px = 0, object_rms_mm = 0;
   double focal_px = 0, focal_sd_px = 0;
   double centre_sd_px = 0;    ///< larger of the two coordinates of the principal point
   double position_sd_mm = 0;  ///< camera centre, all three axes together
@@ -55,12 +55,18 @@ struct ViewReport {
 struct JointReport {
   std::string status;  ///< "good", or why the result must not be used
   LensTerms lens = LensTerms::k1_k2;
+  BoardKind board = BoardKind::bow;
   std::vector<HeldOut> held_out;  ///< each lens on views it never saw
+  std::vector<HeldOut> boards;    ///< each board on views it never saw
   std::vector<double> alone_px;   ///< RMS by camera with each view's own pose of the target
   double view_inflation = 1;      ///< variance of the views over that of their points' noise
   std::vector<JointCameraReport> cameras;
   std::vector<ViewReport> views;
-  Eigen::Vector2d bow_mm = Eigen::Vector2d::Zero(), bow_sd_mm = Eigen::Vector2d::Zero();
+  /// Bow along x and y (mm), stretch of x against y, shear and scale of the print (1).
+  Eigen::Matrix<double, board_parameters, 1> print =
+                                                 Eigen::Matrix<double, board_parameters, 1>::Zero(),
+                                             print_sd = print;
+  double print_rms_mm = 0;  ///< shifts of free points
   int iterations = 0, points = 0;
   double rms_px = 0;        ///< point distance, all cameras
   double chi2_per_dof = 0;  ///< against the points' covariances
@@ -69,9 +75,10 @@ struct JointReport {
       volume_sd_mm;  ///< calibration's part of a measured point in the drape volume
   std::vector<std::string> rejected;  ///< points and views, with reasons
   std::vector<std::string> warnings;
-  std::optional<StageCheck> stages;  ///< motion of the target on its z stage
-  std::string print_scale;           ///< sentence about the target's size
-  std::string next_view;             ///< the target pose that would help most
+  std::optional<StageCheck> stages;    ///< motion of the target on its z stage
+  std::string print_scale;             ///< sentence about the target's size
+  std::optional<MeasuredPlate> plate;  ///< the board, for other calibrations
+  std::string next_view;               ///< the target pose that would help most
 
   [[nodiscard]] bool good() const { return status == "good"; }
 };

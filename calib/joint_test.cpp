@@ -54,7 +54,7 @@ TEST(Joint, FindsBench1sCamerasWithinAHundredthOfAPercentAnd30Micrometres) {
   EXPECT_EQ(result.report.held_out.size(), 4u);
   EXPECT_NEAR(result.report.chi2_per_dof, 1, 0.05);
   // The renderer's plate is flat.
-  EXPECT_LT(result.report.bow_mm.norm(), 4 * result.report.bow_sd_mm.norm());
+  EXPECT_LT(result.report.print.head<2>().norm(), 4 * result.report.print_sd.head<2>().norm());
   EXPECT_EQ(result.calibration.joint_covariance.rows(), 45);
   EXPECT_EQ(result.calibration.joint_covariance_parameters[15], "cam1/fx_px");
   EXPECT_THAT(result.report.next_view, HasSubstr("target tilted by"));
@@ -155,7 +155,7 @@ TEST(Joint, DerivativesEqualDifferences) {
   }();
   const Placement& placement = model.placements[2];
   const Eigen::Vector3d point(0.05, -0.03, 0);
-  const TargetImage image = *image_of(camera, placement, model.bow, point);
+  const TargetImage image = *image_of(camera, placement, model.board, point);
   const auto& l = std::get<BrownLens>(camera.camera.model.lens);
   const Eigen::Vector3d t = camera.camera.cam_from_world.translation_m / mm;
   const double base[camera_parameters] = {l.fx_px, l.fy_px, l.cx_px, l.cy_px, l.k1, l.k2,
@@ -168,15 +168,15 @@ TEST(Joint, DerivativesEqualDifferences) {
     std::copy(base, base + camera_parameters, high);
     low[i] -= step;
     high[i] += step;
-    const Eigen::Vector2d slope = (*pixel_of(moved(camera, high), placement, model.bow, point) -
-                                   *pixel_of(moved(camera, low), placement, model.bow, point)) /
+    const Eigen::Vector2d slope = (*pixel_of(moved(camera, high), placement, model.board, point) -
+                                   *pixel_of(moved(camera, low), placement, model.board, point)) /
                                   (2 * step);
     EXPECT_LT((slope - image.by_camera.col(i)).norm(), 1e-5 * (1 + slope.norm())) << i;
   }
-  BoardBow bent = model.bow;
+  Board bent = model.board;
   bent.edge_rise_mm.x() += 1e-3;
   const Eigen::Vector2d slope = (*pixel_of(camera, placement, bent, point) - image.px) / 1e-3;
-  EXPECT_LT((slope - image.by_bow.col(0)).norm(), 1e-4);
+  EXPECT_LT((slope - image.by_board.col(0)).norm(), 1e-4);
 }
 
 /// Zhang's corners: one camera, five views. His axes run y down, z away from the camera: turned
@@ -208,7 +208,7 @@ TEST(Joint, ZhangsSetGivesHisPublishedDigits) {
   JointFit fit;
   fit.lens = LensTerms::k1_k2;
   fit.skew = true;
-  fit.bow = false;
+  fit.board = BoardKind::drawn;
   const JointSolution solution = solve_joint(model, fit);
   EXPECT_TRUE(solution.converged);
   EXPECT_NEAR(std::sqrt(solution.chi2 / (5 * 256)), 0.336434, 1e-6);

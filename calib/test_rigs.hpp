@@ -55,7 +55,7 @@ inline void see(JointModel& model, double noise_px, unsigned seed, double common
       for (int dot = 0; dot < 108; ++dot) {
         const int row = dot / 12, col = dot % 12;
         const Eigen::Vector3d flat((col - 5.5) * 0.02, (row - 4) * 0.02, 0);
-        const auto px = pixel_of(model.cameras[c], model.placements[p], model.bow, flat);
+        const auto px = pixel_of(model.cameras[c], model.placements[p], model.board, flat);
         if (!px) continue;
         frame.points.push_back({{row, col},
                                 flat,
@@ -71,7 +71,7 @@ inline void see(JointModel& model, double noise_px, unsigned seed, double common
 /// The same views with cameras, free placements and bow not known.
 inline JointModel forgotten(const JointModel& model) {
   JointModel views = model;
-  views.bow.edge_rise_mm.setZero();
+  views.board.edge_rise_mm.setZero();
   for (JointCamera& camera : views.cameras) {
     camera.camera.model.lens = BrownLens{};
     camera.camera.cam_from_world = {};
@@ -89,9 +89,9 @@ class SyntheticBench {
   explicit SyntheticBench(unsigned seed, int free_poses = 8, double noise_px = 0.05,
                           double common_part = 0)
       : random_(seed) {
-    model_.bow.half_m = {0.11, 0.08};
-    model_.bow.mean = {0.394, 0.417};  // of 12 and 9 equally spaced points
-    model_.bow.edge_rise_mm = {number(-0.1, 0.1), number(-0.1, 0.1)};
+    model_.board.half_m = {0.11, 0.08};
+    model_.board.mean = {0.394, 0.417};  // of 12 and 9 equally spaced points
+    model_.board.edge_rise_mm = {number(-0.1, 0.1), number(-0.1, 0.1)};
     for (int i = 0; i < 3; ++i) model_.cameras.push_back(camera(i));
     for (const double z_m : {0.0, 0.06}) {
       Placement stage{"stage" + std::to_string(model_.placements.size()), {}, true};

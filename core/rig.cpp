@@ -9,6 +9,7 @@
 
 #include "core/error.hpp"
 #include "core/files/lattice_size.hpp"
+#include "core/geometry/dense.hpp"
 #include "core/units.hpp"
 
 namespace drape {
@@ -115,6 +116,10 @@ void fields(Fields& f, RigCamera& camera) {
     pitch_m);
   camera.pixel_pitch_x_m = pitch_m.x();
   camera.pixel_pitch_y_m = pitch_m.y();
+  f.if_any({"square_pixels_percent",
+            "standard uncertainty to which the sensor's pixels are square; absent: not promised",
+            0.01, above_zero, 10, "give the data sheet's tolerance, e.g. 0.01"},
+           camera.square_pixels);
 }
 
 void fields(Fields& f, TargetStage& stage) {
@@ -193,6 +198,10 @@ void fields(Fields& f, Rig& rig) {
 }
 
 Eigen::Vector3d Target::point_in_target(MarkId dot) const {
+  const auto place = static_cast<std::size_t>(dot.row) * static_cast<std::size_t>(cols) +
+                     static_cast<std::size_t>(dot.col);
+  if (measured && dot.row >= 0 && dot.col >= 0 && place < measured->points_m.size())
+    return measured->points_m[place];
   if (kind == TargetKind::aprilgrid) {
     const auto along = [&](int index, int count) {
       return (int{index / 2} - 0.25 * (count - 2)) * pitch_m + (index % 2 - 0.5) * tag_edge_m;
@@ -235,6 +244,17 @@ void fields(Fields& f, KnownLength& known) {
          "name the far corner");
 }
 
+void fields(Fields& f, MeasuredPlate& plate) {
+  f({"points_mm", "x, y, z of each point, by row, then column", mm}, plate.points_m);
+  f({"sd_mm", "standard uncertainty of each", mm, above_zero}, plate.sd_m);
+  f({"common_covariance",
+     "of what all points share: bow along x and y (mm), stretch of x against y, shear, scale"},
+    plate.common_covariance);
+  if (!f.reads()) return;
+  f.rule(is_covariance(plate.common_covariance), "common_covariance",
+         "it is no covariance: not symmetric, or negative", make_again);
+}
+
 void fields(Fields& f, Target& target) {
   f({"kind", "its points"}, target.kind);
   lattice(f, target.rows, target.cols, "rows of points, along y", "points of a row, along x");
@@ -260,17 +280,34 @@ void fields(Fields& f, Target& target) {
   target.tag_family = table.family;
   target.tag_edge_m = table.edge_m;
   target.tags = table.tags;
-  f.if_any({"known_length", "a distance that was measured on the plate"}, target.known_length);
+  const Field lengths{"known_length", "distances that were measured on the plate"};
+  const Value* given = f.reads() ? target.document.root().find(lengths.name) : nullptr;
+  if (given && given->get_if<Value::Table>())
+    f(lengths, target.known_lengths.emplace_back());
+  else
+    f.if_any(lengths, target.known_lengths);
+  f.if_any({"print_error_mm",
+            "standard uncertainty of a point's place on the print; absent: 1 % of the pitch", mm,
+            above_zero},
+           target.print_error_m);
+  f.if_any({"measured", "places that views of the plate measured"}, target.measured);
   if (!f.reads()) return;
   if (board && is_lattice_size(target.rows, target.cols)) {
     if (target.kind == TargetKind::aprilgrid) target.tag_border = table.border_modules;
     place_board_tags(target, table.first_id, square == "light");
   }
-  if (!target.known_length) return;
-  for (const auto& [name, mark] : {std::pair{"known_length.from", target.known_length->from},
-                                   std::pair{"known_length.to", target.known_length->to}})
-    f.rule(mark.row < target.rows && mark.col < target.cols, name, "this is no point of the target",
-           "give [row, col], counted from 0");
+  const auto points = static_cast<std::size_t>(target.rows) * static_cast<std::size_t>(target.cols);
+  f.rule(!target.measured ||
+             (target.measured->points_m.size() == points && target.measured->sd_m.size() == points),
+         "measured.points_mm", "not one measured place for each point", make_again);
+  for (std::size_t i = 0; i < target.known_lengths.size(); ++i) {
+    const std::string at = given->get_if<Value::Table>() ? "" : fmt::format(".{}", i);
+    for (const auto& [end, mark] : {std::pair{"from", target.known_lengths[i].from},
+                                    std::pair{"to", target.known_lengths[i].to}})
+      f.rule(mark.row < target.rows && mark.col < target.cols,
+             fmt::format("known_length{}.{}", at, end), "this is no point of the target",
+             "give [row, col], counted from 0");
+  }
 }
 
 Target read_target(const std::filesystem::path& file) {

@@ -25,6 +25,13 @@ struct KnownLength {
   double standard_uncertainty_m = 0;
 };
 
+/// A target whose points were measured by calibrated views, in the target frame.
+struct MeasuredPlate {
+  std::vector<Eigen::Vector3d> points_m, sd_m;  ///< by row, then column
+  /// What all points have in common: bow along x and y (mm), stretch of x against y, shear, scale.
+  Eigen::Matrix<double, 5, 5> common_covariance = Eigen::Matrix<double, 5, 5>::Zero();
+};
+
 /// Kinds of a calibration target's points.
 enum class TargetKind {
   dot_grid,    ///< centres of printed dots; tags, if any, tell one side from the other
@@ -50,9 +57,11 @@ struct Target {
   double tag_edge_m = 0;      ///< outer edge of the black square
   int tag_border = 1;         ///< modules of the black rim around a tag's bits
   std::vector<PrintedTag> tags;  ///< centre (x, y) in the target frame; tag's upper edge towards +y
-  std::optional<KnownLength> known_length;
+  std::vector<KnownLength> known_lengths;
+  std::optional<double> print_error_m;  ///< standard uncertainty of a point's place on the print
+  std::optional<MeasuredPlate> measured;
 
-  /// A dot's centre or a corner in the target frame, z = 0 (metres).
+  /// A dot's centre or a corner in the target frame (metres): as measured, else as drawn, z = 0.
   Document document = {};  ///< the file as it was read
   [[nodiscard]] Eigen::Vector3d point_in_target(MarkId dot) const;
 };
@@ -89,6 +98,7 @@ struct RigCamera {
   std::string name;
   int width_px = 0, height_px = 0;
   double pixel_pitch_x_m = 0, pixel_pitch_y_m = 0;
+  std::optional<double> square_pixels = {};  ///< promised: standard uncertainty of fy/fx = 1
 };
 
 /// A frame set that shows the target lying parallel to its reference pose, raised by z.
@@ -139,6 +149,7 @@ template <>
 inline constexpr Format format_of<Print>{"print", Syntax::toml, 1, "print.toml: marks on a cloth"};
 
 void fields(Fields& f, Rig& rig);
+void fields(Fields& f, MeasuredPlate& plate);
 void fields(Fields& f, Target& target);
 void fields(Fields& f, Print& print);
 

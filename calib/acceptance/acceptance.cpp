@@ -283,7 +283,7 @@ std::vector<std::string> lacks_of(const AcceptanceInput& input, const Calibratio
   std::vector<std::string> lacks;
   if (options.own_target)
     lacks.emplace_back("another plate than the one that calibrated (--target)");
-  if (!plate.target.known_length)
+  if (plate.target.known_lengths.empty())
     lacks.emplace_back("a calibrated length of the plate with its uncertainty ([known_length])");
   if (!options.max_length_error_mm) lacks.emplace_back("a stated limit (--max-length-error-mm)");
   if (!input.calibrated.detections) {

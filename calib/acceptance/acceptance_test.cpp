@@ -236,7 +236,7 @@ TEST(Acceptance, IsAnInterimCheckWithoutArtefactLimitAndVolume) {
   options.own_target = false;
   options.max_length_error_mm = 1;
   Target certified = target_of_tests();
-  certified.known_length = KnownLength{{0, 0}, {8, 11}, 0.1 * std::hypot(2.2, 1.6), 2e-6};
+  certified.known_lengths = {{{0, 0}, {8, 11}, 0.1 * std::hypot(2.2, 1.6), 2e-6}};
   const Acceptance whole = accept(input, made.calibration, made.rig, certified, options);
   EXPECT_TRUE(whole.good()) << whole.cause;
   EXPECT_THAT(whole.lacks, testing::IsEmpty());
@@ -353,7 +353,7 @@ TEST(Acceptance, AnotherPlateBringsItsOwnScale) {
     for (Placement& placement : model.placements) placement.world_from_target.rotation *= 1.0002;
   });
   Target other = target_of_tests();
-  other.known_length = KnownLength{{0, 0}, {8, 11}, 0.272, 0.272 * 0.0002};
+  other.known_lengths = {{{0, 0}, {8, 11}, 0.272, 0.272 * 0.0002}};
   AcceptanceOptions options;
   options.own_target = false;
   const Acceptance result = accept(input, made.calibration, made.rig, other, options);

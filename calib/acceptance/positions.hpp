@@ -32,7 +32,7 @@ struct MeasuredPoint {
 /// The measured plate, as its target file and its stated bow describe it.
 struct Plate {
   Target target;
-  BoardBow bow;
+  Board bow;
 
   /// `bow_mm`: how far its edges stand above its middle along x and y.
   Plate(Target described, const Eigen::Vector2d& bow_mm);

@@ -34,8 +34,7 @@ using Matrix6d = Eigen::Matrix<double, 6, 6>;
 MatrixXd by_placement(const JointModel& model, const JointFrame& frame) {
   MatrixXd d = MatrixXd::Zero(2 * static_cast<Index>(frame.points.size()), placement_parameters);
   for (std::size_t i = 0; i < frame.points.size(); ++i) {
-    const auto image = image_of(model.cameras[frame.camera], model.placements[frame.placement],
-                                model.bow, frame.points[i].point_in_target);
+    const auto image = image_of(model, frame, frame.points[i]);
     if (image) d.middleRows<2>(2 * static_cast<Index>(i)) = image->by_placement;
   }
   return d;
@@ -237,12 +236,12 @@ Change strongest_change(const PoseVotes& votes, std::size_t camera,
 
 /// `step`: a change of all parameters that the scores are taken after, to first order.
 std::vector<PoseVotes> votes_of(const JointModel& model, const JointFit& fit,
-                                const std::vector<ViewInformation>& views, const VectorXd& step) {
+                                const ViewsInformation& views, const VectorXd& step) {
   const auto width = static_cast<Index>(moved_camera_parameters(fit).size());
   std::vector<PoseVotes> votes(model.cameras.size());
   for (std::size_t c = 0; c < votes.size(); ++c) {
     const Index at = width * static_cast<Index>(c + 1) - 6;
-    for (const ViewInformation& view : views) {
+    for (const ViewInformation& view : views.views) {
       if (is_stage(model, view.placement)) continue;
       const Matrix6d information = view.information.block<6, 6>(at, at);
       // Not seen by this camera, or by this camera only.
@@ -257,27 +256,38 @@ std::vector<PoseVotes> votes_of(const JointModel& model, const JointFit& fit,
   return votes;
 }
 
-/// RMS distance (px) by which a camera's step of turn and shift moves its points.
-double effect_px(const JointModel& model, std::size_t camera, const Vector6d& step) {
-  double sum = 0;
+/// RMS distance by which a camera's step of turn and shift moves its points, in its images and at
+/// the target.
+struct Effect {
+  double px = 0, m = 0;
+};
+
+Effect effect_of(const JointModel& model, std::size_t camera, const Vector6d& step) {
+  const Camera& moved = model.cameras[camera].camera;
+  const double focal_px = std::get<BrownLens>(moved.model.lens).fx_px;
+  Effect sum;
   int points = 0;
   for (const JointFrame& frame : model.frames) {
     if (frame.camera != camera) continue;
+    const CamFromTarget pose =
+        moved.cam_from_world * model.placements[frame.placement].world_from_target;
     for (const TargetPoint& point : frame.points) {
-      const auto image = image_of(model.cameras[camera], model.placements[frame.placement],
-                                  model.bow, point.point_in_target);
+      const auto image = image_of(model, frame, point);
       if (!image) continue;
-      sum += (image->by_camera.rightCols<6>() * step).squaredNorm();
+      const double squares = (image->by_camera.rightCols<6>() * step).squaredNorm();
+      sum.px += squares;
+      sum.m += squares * std::pow((pose * point.point_in_target).z() / focal_px, 2);
       ++points;
     }
   }
-  return points > 0 ? std::sqrt(sum / points) : 0;
+  if (points == 0) return {};
+  return {std::sqrt(sum.px / points), std::sqrt(sum.m / points)};
 }
 
 /// A camera that moved between two views, beyond what other orders of the views show, as one bad
 /// view would; by Fisher's F and by permutation.
 std::optional<Change> find_change(const JointModel& model, const JointFit& fit,
-                                  const std::vector<ViewInformation>& views, const VectorXd& step,
+                                  const ViewsInformation& views, const VectorXd& step,
                                   const Causes& causes, std::size_t& last) {
   constexpr int kOrders = 300;
   const std::vector<PoseVotes> votes = votes_of(model, fit, views, step);
@@ -292,8 +302,9 @@ std::optional<Change> find_change(const JointModel& model, const JointFit& fit,
     if (!(p < kFalseAlarms) || (best && change.explained <= best->explained)) continue;
     best = change;
   }
-  if (!best || effect_px(model, best->camera, best->step) < causes.alone_px[best->camera])
-    return std::nullopt;
+  if (!best) return std::nullopt;
+  const Effect effect = effect_of(model, best->camera, best->step);
+  if (effect.px < causes.alone_px[best->camera] || effect.m < harmless_m) return std::nullopt;
   const PoseVotes& own = votes[best->camera];
   std::vector<std::size_t> order(own.scores.size());
   std::iota(order.begin(), order.end(), std::size_t{0});
@@ -318,8 +329,7 @@ std::optional<Change> moved_camera(const JointModel& model, const JointFit& fit,
           MatrixXd d = MatrixXd::Zero(2 * static_cast<Index>(frame.points.size()), 6);
           if (frame.camera != c || frame.placement <= last) return d;
           for (std::size_t i = 0; i < frame.points.size(); ++i) {
-            const auto image = image_of(model.cameras[c], model.placements[frame.placement],
-                                        model.bow, frame.points[i].point_in_target);
+            const auto image = image_of(model, frame, frame.points[i]);
             if (image) d.middleRows<2>(2 * static_cast<Index>(i)) = image->by_camera.rightCols<6>();
           }
           return d;
@@ -337,12 +347,12 @@ std::optional<Change> moved_camera(const JointModel& model, const JointFit& fit,
 /// are taken out, and explains more than any one lag.
 void find_moved_or_late(const JointModel& model, const JointFit& fit, Causes& causes) {
   const MoreColumns columns = lags_of(model);
-  const std::vector<ViewInformation> views = information_by_view(model, fit, columns);
-  if (views.empty()) return;
+  const ViewsInformation views = information_by_view(model, fit, columns);
+  if (views.views.empty()) return;
   const MoreParameters lags = fit_more(views, columns.count);
   auto skew = find_time_skew(model, lags, causes);
   std::size_t last = 0, after_lags = 0;
-  auto change = find_change(model, fit, views, VectorXd::Zero(views[0].score.size()), causes, last);
+  auto change = find_change(model, fit, views, VectorXd::Zero(views.stated.rows()), causes, last);
   if (change && skew && !find_change(model, fit, views, lags.step(), causes, after_lags))
     change = std::nullopt;
   if (const auto moved = change ? moved_camera(model, fit, *change, last) : std::nullopt) {
@@ -360,7 +370,7 @@ void find_moved_or_late(const JointModel& model, const JointFit& fit, Causes& ca
         "camera clamped",
         model.cameras[change->camera].camera.name, model.placements[last].set,
         change->step.head<3>().norm() / units::deg, change->step.tail<3>().norm(),
-        effect_px(model, change->camera, change->step));
+        effect_of(model, change->camera, change->step).px);
   } else if (skew) {
     causes.warnings.push_back(fmt::format(
         "{} sees the target {:.4f} +- {:.4f} of the time between two sets {} than the other "
@@ -420,7 +430,7 @@ std::optional<std::size_t> odd_camera(const JointModel& model) {
 }
 
 /// Cameras that agree with themselves but not with each other.
-void compare_alone_with_together(const JointModel& model, Causes& causes) {
+void compare_alone_with_together(const JointModel& model, const JointFit& fit, Causes& causes) {
   if (model.cameras.size() < 2 || !causes.fatal.empty() || !causes.warnings.empty()) return;
   double alone = 0, together = 0;
   for (std::size_t c = 0; c < model.cameras.size(); ++c) {
@@ -429,7 +439,10 @@ void compare_alone_with_together(const JointModel& model, Causes& causes) {
   }
   const double apart_px = std::sqrt((together - alone) / static_cast<double>(model.cameras.size()));
   const double alone_px = std::sqrt(alone / static_cast<double>(model.cameras.size()));
-  if (!(apart_px > alone_px)) return;
+  // Free points take up what repeats from view to view of the corners' errors, and leave less
+  // alone.
+  const double most = fit.board == BoardKind::free ? std::sqrt(2.0) : 1;
+  if (!(apart_px > most * alone_px)) return;
   const auto odd = odd_camera(model);
   causes.warnings.push_back(fmt::format(
       "{} on where the target is by {:.3f} px RMS, more than the {:.3f} px that each leaves alone: "
@@ -449,7 +462,7 @@ Causes causes_of(const JointModel& model, const JointFit& fit) {
   if (!fit.lens_known) causes.fatal = wide_lens(model, fit);
   if (causes.fatal.empty() && model.cameras.size() > 1) {
     find_moved_or_late(model, fit, causes);
-    compare_alone_with_together(model, causes);
+    compare_alone_with_together(model, fit, causes);
   }
   return causes;
 }

@@ -198,7 +198,7 @@ void through_fisheye(JointModel& model, double scale) {
     for (TargetPoint& point : frame.points) {
       const Eigen::Vector3d at =
           camera.cam_from_world * (model.placements[frame.placement].world_from_target *
-                                   model.bow.bent(point.point_in_target));
+                                   model.board.bent(point.point_in_target));
       const double radius = at.head<2>().norm(), angle = std::atan2(radius, at.z());
       const Eigen::Vector2d place = 560 * scale * angle * at.head<2>() / radius;
       point.measured_px = place + scale * Eigen::Vector2d(799.5, 599.5) +

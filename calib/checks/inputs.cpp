@@ -17,10 +17,8 @@ namespace {
 
 using units::mm;
 
-double nominal_m(const Target& target) {
-  return (target.point_in_target(target.known_length->to) -
-          target.point_in_target(target.known_length->from))
-      .norm();
+double nominal_m(const Target& target, const KnownLength& known) {
+  return (target.point_in_target(known.to) - target.point_in_target(known.from)).norm();
 }
 
 /// Pictures met so far. Places of marks are equal to the last digit in one picture only, however it
@@ -67,37 +65,43 @@ class Pictures {
 
 }  // namespace
 
-void check_known_length(const Target& target) {
-  if (!target.known_length) return;
-  const KnownLength& known = *target.known_length;
-  const double nominal = nominal_m(target);
-  const double sigmas = std::abs(known.length_m - nominal) / known.standard_uncertainty_m;
-  if (sigmas <= 3) return;
-  throw bad_input(
-      fmt::format("wrong target size: from point ({}, {}) to ({}, {}) the pitch of {:g} mm gives "
-                  "{:.3f} mm, the operator measured {:.3f} +- {:.3f} mm, {:.1f} standard "
-                  "uncertainties apart; all measured lengths would be wrong by {:+.3f} %",
-                  known.from.row, known.from.col, known.to.row, known.to.col, target.pitch_m / mm,
-                  nominal / mm, known.length_m / mm, known.standard_uncertainty_m / mm, sigmas,
-                  100 * (nominal / known.length_m - 1)),
-      {.field = "known_length"},
-      fmt::format("set pitch_mm = {:.4f} in the target file, or measure again",
-                  target.pitch_m * known.length_m / nominal / mm));
+void check_known_lengths(const Target& target, double tolerance) {
+  for (const KnownLength& known : target.known_lengths) {
+    const double nominal = nominal_m(target, known);
+    const double sd_m = std::hypot(known.standard_uncertainty_m, tolerance * nominal);
+    const double sigmas = std::abs(known.length_m - nominal) / sd_m;
+    if (sigmas <= 3) continue;
+    throw bad_input(
+        fmt::format("wrong target size: from point ({}, {}) to ({}, {}) the pitch of {:g} mm gives "
+                    "{:.3f} mm, the operator measured {:.3f} +- {:.3f} mm, {:.1f} standard "
+                    "uncertainties apart; all measured lengths would be wrong by {:+.3f} %",
+                    known.from.row, known.from.col, known.to.row, known.to.col, target.pitch_m / mm,
+                    nominal / mm, known.length_m / mm, known.standard_uncertainty_m / mm, sigmas,
+                    100 * (nominal / known.length_m - 1)),
+        {.field = "known_length"},
+        fmt::format("set pitch_mm = {:.4f} in the target file, or measure again",
+                    target.pitch_m * known.length_m / nominal / mm));
+  }
 }
 
 double scale_uncertainty(const Target& target) {
-  if (!target.known_length) return 0;
-  return target.known_length->standard_uncertainty_m / target.known_length->length_m;
+  double least = 0;
+  for (const KnownLength& known : target.known_lengths) {
+    const double own = known.standard_uncertainty_m / known.length_m;
+    least = least > 0 ? std::min(least, own) : own;
+  }
+  return least;
 }
 
 std::string print_scale_line(const Target& target) {
-  if (!target.known_length) {
+  if (target.known_lengths.empty())
     return "not checked: measure two far points of the target and add [known_length] to its file";
-  }
-  const KnownLength& known = *target.known_length;
-  return fmt::format("agrees with the measured {:.3f} +- {:.3f} mm, known to {:.4f} %",
-                     known.length_m / mm, known.standard_uncertainty_m / mm,
-                     100 * scale_uncertainty(target));
+  std::string lengths;
+  for (const KnownLength& known : target.known_lengths)
+    lengths += fmt::format("{}{:.3f} +- {:.3f} mm ({:.3f} as drawn)", lengths.empty() ? "" : ", ",
+                           known.length_m / mm, known.standard_uncertainty_m / mm,
+                           nominal_m(target, known) / mm);
+  return fmt::format("by {}, known to {:.4f} %", lengths, 100 * scale_uncertainty(target));
 }
 
 void refuse_pictures_twice(const PictureSource& source) {

@@ -9,10 +9,11 @@
 
 namespace drape::calib {
 
-/// Throws Error(bad_input) when the length that the operator measured on the target contradicts its
-/// pitch by more than three standard uncertainties: every measured millimetre would be wrong by the
-/// same fraction. Names the pitch that would agree.
-void check_known_length(const Target& target);
+/// Throws Error(bad_input) when a length that the operator measured on the target contradicts its
+/// pitch by more than three standard uncertainties, with the `tolerance` (1) of a print that may be
+/// off: every measured millimetre would be wrong by the same fraction. Names the pitch that would
+/// agree.
+void check_known_lengths(const Target& target, double tolerance);
 
 /// Standard uncertainty of the print's scale (1), 0 when no length was measured.
 [[nodiscard]] double scale_uncertainty(const Target& target);

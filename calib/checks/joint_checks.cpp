@@ -172,6 +172,46 @@ std::vector<ViewReport> view_reports(const JointModel& model) {
   return views;
 }
 
+std::string judge_squares(const JointModel& model, const Calibration& calibration,
+                          JointReport& report) {
+  constexpr double kNamed = 1e-3, kSigmas = 3;
+  const double stretch = report.print[2];
+  if (std::abs(stretch) > kNamed && std::abs(stretch) > kSigmas * report.print_sd[2])
+    report.warnings.push_back(fmt::format(
+        "the print is {:.2f} +- {:.2f} % longer along its {} than along its {} against the "
+        "drawing; the calibration takes that into account",
+        100 * std::abs(stretch), 100 * report.print_sd[2], stretch > 0 ? "rows (x)" : "columns (y)",
+        stretch > 0 ? "columns (y)" : "rows (x)"));
+  std::string contradiction;
+  for (std::size_t c = 0; c < model.cameras.size(); ++c) {
+    const Eigen::MatrixXd& covariance = calibration.cameras[c].covariance;
+    if (covariance.size() == 0) continue;
+    const auto& lens = std::get<BrownLens>(model.cameras[c].camera.model.lens);
+    const double ratio = lens.fy_px / lens.fx_px;
+    const Vector2d by(-ratio / lens.fx_px, 1 / lens.fx_px);
+    const double sd = std::sqrt(by.dot(covariance.topLeftCorner<2, 2>() * by));
+    if (std::abs(ratio - 1) < kNamed || std::abs(ratio - 1) < kSigmas * sd) continue;
+    const double promised = model.cameras[c].square_sd;
+    const std::string found = fmt::format(
+        "{}: fy/fx is {:.4f} +- {:.4f}: the target's print is stretched, or the pixels are not "
+        "square",
+        model.cameras[c].camera.name, ratio, sd);
+    if (promised > 0 && std::abs(ratio - 1) > kSigmas * std::hypot(sd, promised)) {
+      if (contradiction.empty())
+        contradiction = fmt::format(
+            "{}, which rig.toml promises (square_pixels_percent = {:g}): calibrate with --board "
+            "free, or measure the print along x and y and add [[known_length]]",
+            found, 100 * promised);
+    } else {
+      report.warnings.push_back(
+          found +
+          "; to tell, measure the print along x and y, or turn it by 90 degrees in half of "
+          "the views");
+    }
+  }
+  return contradiction;
+}
+
 std::string joint_status(const JointReport& report, bool converged, bool has_covariance,
                          std::size_t measured, const CalibOptions& options) {
   if (!converged) return fmt::format("not converged after {} iterations", report.iterations);
@@ -183,19 +223,19 @@ std::string joint_status(const JointReport& report, bool converged, bool has_cov
         rejected, measured, options.max_outliers_percent);
   }
   for (const JointCameraReport& camera : report.cameras) {
-    if (camera.rms_px > options.max_rms_px) {
-      return fmt::format("{}: RMS {:.3f} px above the limit of {:g} px", camera.camera,
-                         camera.rms_px, options.max_rms_px);
+    if (camera.object_rms_mm > options.max_rms_mm) {
+      return fmt::format("{}: RMS {:.3f} mm at the target ({:.3f} px), above the limit of {:g} mm",
+                         camera.camera, camera.object_rms_mm, camera.rms_px, options.max_rms_mm);
     }
   }
   if (!has_covariance)
     return "ill-conditioned: the parameters cannot be separated; add views with other tilts";
   for (const JointCameraReport& camera : report.cameras) {
-    if (camera.centre_sd_px > options.max_centre_sd_px) {
+    if (100 * camera.centre_sd_px > options.max_centre_sd_percent * camera.focal_px) {
       return fmt::format(
-          "{}: ill-conditioned: image centre known to {:.1f} px only (limit {:g} "
-          "px); add views with other tilts",
-          camera.camera, camera.centre_sd_px, options.max_centre_sd_px);
+          "{}: ill-conditioned: image centre known to {:.1f} px only (limit {:g} % of the focal "
+          "length); add views with other tilts",
+          camera.camera, camera.centre_sd_px, options.max_centre_sd_percent);
     }
     if (100 * camera.focal_sd_px > options.max_focal_sd_percent * camera.focal_px) {
       return fmt::format(

@@ -25,6 +25,12 @@ void check_views(const JointModel& started, bool lens_known, std::vector<std::st
 /// Residuals of each view; those above twice the median are marked.
 [[nodiscard]] std::vector<ViewReport> view_reports(const JointModel& model);
 
+/// Warns of pixels that are not square by the fit, and of a stretched print, each by more than 0.1
+/// % and three standard deviations. Returns the contradiction with square pixels that the rig
+/// promises, or "".
+[[nodiscard]] std::string judge_squares(const JointModel& model, const Calibration& calibration,
+                                        JointReport& report);
+
 /// Why the result must not be used, or "good".
 [[nodiscard]] std::string joint_status(const JointReport& report, bool converged,
                                        bool has_covariance, std::size_t measured,

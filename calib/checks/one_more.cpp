@@ -18,17 +18,15 @@ VectorXd MoreParameters::step() const {
   return step;
 }
 
-MoreParameters fit_more(const std::vector<ViewInformation>& views, Index count) {
+MoreParameters fit_more(const ViewsInformation& given, Index count) {
   MoreParameters out;
+  const std::vector<ViewInformation>& views = given.views;
   const auto n = static_cast<Index>(views.size());
   if (n < count + 3) return out;
   const Index size = views[0].score.size(), fitted = size - count;
-  MatrixXd all = MatrixXd::Zero(size, size);
+  const MatrixXd all = given.sum();
   VectorXd score = VectorXd::Zero(size);
-  for (const ViewInformation& view : views) {
-    all += view.with_world;
-    score += view.score;
-  }
+  for (const ViewInformation& view : views) score += view.score;
   const VectorXd unit = all.diagonal().cwiseMax(1e-30).cwiseSqrt().cwiseInverse();
   const MatrixXd scaled = unit.asDiagonal() * all * unit.asDiagonal();
   const MatrixXd others = unit.head(fitted).asDiagonal() *

@@ -24,7 +24,6 @@ struct MoreParameters {
 };
 
 /// `views` by information_by_view() with those parameters last.
-[[nodiscard]] MoreParameters fit_more(const std::vector<ViewInformation>& views,
-                                      Eigen::Index count);
+[[nodiscard]] MoreParameters fit_more(const ViewsInformation& views, Eigen::Index count);
 
 }  // namespace drape::calib

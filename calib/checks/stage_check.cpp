@@ -31,7 +31,7 @@ constexpr double kLeastCondition = 1e-10;  // of the modes' information
 void add_findings(StageCheck& check, double half_m) {
   const double stroke_m = check.stroke_mm * mm;
   const auto large = [&](double value, double sd, double effect_m) {
-    return std::abs(value) > kSigmas * sd && std::abs(effect_m) > harmless_stage_m;
+    return std::abs(value) > kSigmas * sd && std::abs(effect_m) > harmless_m;
   };
   const char* remedy =
       "square or measure the stage, or calibrate with --method joint --free-stages, which takes "
@@ -106,15 +106,8 @@ std::vector<FreedStage> free_stages(JointModel& model, const JointFit& fit) {
     world_kept = world_kept || placement.known;
   }
   for (const FreedStage& stage : freed) model.placements[stage.placement].known = false;
-  Index at = static_cast<Index>(moved_camera_parameters(fit).size() * model.cameras.size()) +
-             (fit.bow ? bow_parameters : 0);
-  for (std::size_t p = 0; p < model.placements.size(); ++p) {
-    if (model.placements[p].known) continue;
-    for (FreedStage& stage : freed) {
-      if (stage.placement == p) stage.at = at;
-    }
-    at += placement_parameters;
-  }
+  const JointLayout layout(model, fit);
+  for (FreedStage& stage : freed) stage.at = layout.placements[stage.placement];
   return freed;
 }
 
@@ -149,7 +142,7 @@ void add_strays(StageCheck& check, const JointModel& model, const std::vector<Fr
     const Vector3d shift = left.segment<3>(static_cast<Index>(kModes * i) + 3);
     const Vector3d sd =
         covariance.diagonal().segment<3>(static_cast<Index>(kModes * i) + 3).cwiseSqrt();
-    if (shift.norm() < harmless_stage_m / mm || shift.cwiseQuotient(sd).norm() < kSigmas) continue;
+    if (shift.norm() < harmless_m / mm || shift.cwiseQuotient(sd).norm() < kSigmas) continue;
     check.findings.push_back(fmt::format(
         "z stage: set {} lies ({:+.3f}, {:+.3f}, {:+.3f}) mm off the line of the others; correct "
         "its z_mm in rig.toml or calibrate with --free-stages",
@@ -215,7 +208,8 @@ std::optional<StageCheck> check_stages(JointModel model, const JointFit& fit,
   const MatrixXd spread = inverse_of_information(modes.transpose() * weighted, kLeastCondition);
   if (spread.size() == 0) return std::nullopt;
   const ModeVector found = spread * weighted.transpose() * deviation;
-  StageCheck check = check_of(found, spread, high_m - low_m, solution.model.bow.half_m.maxCoeff());
+  StageCheck check =
+      check_of(found, spread, high_m - low_m, solution.model.board.half_m.maxCoeff());
   add_strays(check, solution.model, freed, deviation - modes * found, covariance);
   if (!check.contradiction.empty()) name_exchanged(check, solution.model, freed);
   return check;

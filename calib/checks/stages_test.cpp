@@ -242,7 +242,7 @@ TEST(OnePlane, RaisedByItsStageIsTheSameCameraHigherUp) {
 TEST(OnePlane, IsNoGoWithTheReasonWhereNoiseLeavesTheCameraOpen) {
   Detections detections = bench1_target_detections(0.3);
   CalibOptions options;
-  options.max_rms_px = 10;
+  options.max_rms_mm = 10;
   const CalibResult result = calibrate_tsai(detections, one_stage(), bench1_target(), options);
   EXPECT_FALSE(result.report.good());
   EXPECT_THAT(result.report.cameras[0].status,

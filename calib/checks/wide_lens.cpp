@@ -44,9 +44,9 @@ double largest_radius(const JointModel& model, std::size_t camera) {
   return largest;
 }
 
-double miss_of(const JointCamera& camera, const Placement& placement, const BoardBow& bow,
+double miss_of(const JointCamera& camera, const Placement& placement, const Board& board,
                const TargetPoint& point) {
-  const auto px = pixel_of(camera, placement, bow, point.point_in_target);
+  const auto px = pixel_of(camera, placement, board, point.point_in_target, point.place);
   return px ? (whitener(point.covariance_px2) * (*px - point.px())).norm() : kNowhere;
 }
 
@@ -57,7 +57,7 @@ double miss_together(const JointModel& model, std::size_t index) {
     if (frame.camera != index) continue;
     for (const TargetPoint& point : frame.points)
       misses.push_back(
-          miss_of(model.cameras[index], model.placements[frame.placement], model.bow, point));
+          miss_of(model.cameras[index], model.placements[frame.placement], model.board, point));
   }
   return misses.empty() ? 0 : median(misses);
 }
@@ -81,7 +81,7 @@ double typical_miss(JointModel model, std::size_t index) {
       if (!alone[f]) continue;
       const CamFromTarget& pose = alone[f]->cam_from_target;
       misses.back() =
-          miss_of(camera, {"", {pose.rotation, pose.translation_m}, true}, model.bow, point);
+          miss_of(camera, {"", {pose.rotation, pose.translation_m}, true}, model.board, point);
     }
   }
   return misses.empty() ? kNowhere : median(misses);
@@ -120,6 +120,11 @@ std::string fisheye(const JointModel& model, std::size_t index) {
   // One camera's parallel views may not hold a lens that all cameras together hold.
   double brown = miss_together(model, index);
   if (brown > 2 * kRayleighMedian) brown = std::min(brown, typical_miss(model, index));
+  // Where cameras contradict each other, the board that all of them see is no evidence either.
+  if (JointModel drawn = model; brown > 2 * kRayleighMedian) {
+    drawn.board.edge_rise_mm.setZero();
+    brown = std::min(brown, typical_miss(std::move(drawn), index));
+  }
   if (!(brown > 2 * kRayleighMedian)) return "";
   const CameraModel& image = model.cameras[index].camera.model;
   const double half_px = std::hypot(image.width_px, image.height_px) / 2;

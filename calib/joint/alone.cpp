@@ -62,7 +62,7 @@ std::optional<double> focal_px(const std::vector<Homography>& views, const Vecto
 JointModel own_views(const JointModel& model, std::size_t camera, const SeenTargets& views,
                      std::vector<std::size_t>& frames) {
   JointModel own;
-  own.bow = model.bow;
+  own.board = model.board;
   own.cameras = {model.cameras[camera]};
   own.cameras[0].camera.cam_from_world = {};
   for (std::size_t f = 0; f < model.frames.size(); ++f) {
@@ -89,7 +89,7 @@ void refine(JointModel& model, std::size_t index, bool lens_known, SeenTargets& 
             std::vector<std::string>& dropped, LensTerms lens) {
   JointFit fit;
   fit.lens = lens;
-  fit.bow = false;
+  fit.board = BoardKind::drawn;
   fit.lens_known = lens_known;
   const double start_focal_px = std::get<BrownLens>(model.cameras[index].camera.model.lens).fx_px;
   for (;;) {

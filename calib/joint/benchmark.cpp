@@ -35,7 +35,7 @@ void fit_alone(benchmark::State& state) {
   const JointModel seen = views();
   JointFit fit;
   fit.lens = LensTerms::k1_k2;
-  fit.bow = false;
+  fit.board = BoardKind::drawn;
   for ([[maybe_unused]] auto _ : state) {
     JointModel model = seen;
     start_joint(model);

@@ -2,6 +2,8 @@
 #include "calib/joint/covariance.hpp"
 
 #include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
 
 #include "core/camera_derivatives.hpp"
 #include "core/error.hpp"
@@ -14,6 +16,7 @@ namespace {
 
 using Eigen::Index;
 using Eigen::MatrixXd;
+using Eigen::VectorXd;
 
 constexpr Index kFileParameters = 15;  ///< Brown's nine and the pose; the skew has no place there
 
@@ -54,7 +57,10 @@ JointCovariance joint_covariance(const JointModel& model, const JointFit& fit,
   const auto cameras = static_cast<Index>(moved.size() * model.cameras.size());
   const MatrixXd map = to_file(model, moved, cameras);
   out.cameras = map * all.topLeftCorner(cameras, cameras) * map.transpose();
-  if (fit.bow) out.bow_sd_mm = all.diagonal().segment<bow_parameters>(cameras).cwiseSqrt();
+  const std::vector<int> board = moved_board_parameters(model, fit);
+  for (std::size_t i = 0; i < board.size(); ++i)
+    out.board_sd[board[i]] =
+        std::sqrt(all(cameras + static_cast<Index>(i), cameras + static_cast<Index>(i)));
   for (const JointCamera& camera : model.cameras) {
     for (const std::string& name : parameter_names(camera.camera.model))
       out.names.push_back(camera.camera.name + "/" + name);
@@ -114,14 +120,7 @@ void add_known_lenses(MatrixXd& covariance, const JointModel& model, JointFit fi
   fit.lens = LensTerms::k1_k2_p1_p2_k3;
   const std::vector<int> moved = moved_camera_parameters(fit);
   const auto cameras = static_cast<Index>(model.cameras.size());
-  MatrixXd information;
-  for (const ViewInformation& view : information_by_view(model, fit)) {
-    if (information.size() == 0) {
-      information = view.with_world;
-    } else {
-      information += view.with_world;
-    }
-  }
+  const MatrixXd information = information_by_view(model, fit).sum();
   std::vector<Index> lens, pose;
   for (Index i = 0; i < information.rows(); ++i) {
     const bool of_lens = i < kFileParameters * cameras && i % kFileParameters < kLens;
@@ -142,6 +141,63 @@ void add_known_lenses(MatrixXd& covariance, const JointModel& model, JointFit fi
   const MatrixXd map =
       to_file(model, moved, kFileParameters * cameras) * follows.topRows(kFileParameters * cameras);
   covariance += map * own * map.transpose();
+}
+
+std::optional<MeasuredPlate> measured_plate(const JointModel& model, const JointFit& fit,
+                                            double inflation,
+                                            Eigen::Matrix<double, board_parameters, 1>& print) {
+  NormalEquations normal(model, fit);
+  normal.eliminate_points();
+  const JointLayout& layout = normal.layout;
+  const Index all = layout.lengths_at, lengths = layout.size - all, values = 3 * layout.points;
+  const MatrixXd covariance = inverse_of_information(information_of(model, fit));
+  if (covariance.size() == 0) return std::nullopt;
+  MatrixXd steps = MatrixXd::Identity(layout.size, all);
+  if (lengths > 0)
+    steps.bottomRows(lengths) =
+        solve_symmetric(MatrixXd(-normal.matrix.bottomRightCorner(lengths, lengths)),
+                        MatrixXd(normal.matrix.bottomLeftCorner(lengths, all)));
+  MatrixXd follow = normal.points_after(steps, false);
+  // Shapes that all points share: those of the board, then shifts and turns of the whole.
+  MatrixXd shapes = MatrixXd::Zero(values, board_parameters + 6);
+  for (Index i = 0; i < layout.points; ++i) {
+    const Eigen::Vector3d& drawn = model.board.drawn[static_cast<std::size_t>(i)];
+    auto own = shapes.middleRows<3>(3 * i);
+    own.leftCols<board_parameters>() = model.board.shapes(drawn);
+    own.middleCols<3>(board_parameters).setIdentity();
+    own.rightCols<3>() = -cross_matrix(drawn / units::mm);
+    for (std::size_t k = 0; k < layout.board.size(); ++k)
+      follow.block<3, 1>(3 * i, layout.board_at + static_cast<Index>(k)) +=
+          own.col(layout.board[k]);
+  }
+  VectorXd moved_mm(values);
+  for (Index i = 0; i < layout.points; ++i) {
+    const Eigen::Vector3d& drawn = model.board.drawn[static_cast<std::size_t>(i)];
+    moved_mm.segment<3>(3 * i) = (model.board.bent(drawn, static_cast<int>(i)) - drawn) / units::mm;
+  }
+  const MatrixXd shared =
+      solve_symmetric(MatrixXd(shapes.transpose() * shapes), MatrixXd(shapes.transpose()));
+  const MatrixXd together = shared * follow, apart = follow - shapes * together;
+  MatrixXd common = together * covariance * together.transpose();
+  const VectorXd spread = (apart * covariance).cwiseProduct(apart).rowwise().sum();
+  MeasuredPlate plate;
+  for (Index i = 0; i < layout.points; ++i) {
+    const Eigen::Matrix3d own = normal.points.middleCols<3>(3 * i);
+    common += shared.middleCols<3>(3 * i) * own * shared.middleCols<3>(3 * i).transpose();
+    plate.points_m.push_back(model.board.drawn[static_cast<std::size_t>(i)] +
+                             units::mm * moved_mm.segment<3>(3 * i));
+    plate.sd_m.emplace_back(units::mm *
+                            (inflation * (own.diagonal() + spread.segment<3>(3 * i))).cwiseSqrt());
+  }
+  plate.common_covariance = inflation * common.topLeftCorner<board_parameters, board_parameters>();
+  plate.common_covariance =
+      (0.5 * (plate.common_covariance + plate.common_covariance.transpose())).eval();
+  if (std::find(layout.board.begin(), layout.board.end(), 4) == layout.board.end()) {
+    plate.common_covariance.row(4).setZero();  // the scale is as drawn
+    plate.common_covariance.col(4).setZero();
+  }
+  print = (shared * moved_mm).head<board_parameters>();
+  return plate;
 }
 
 Eigen::Matrix3d centre_covariance_mm2(const CalibratedCamera& camera) {

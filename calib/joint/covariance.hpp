@@ -7,17 +7,20 @@
 
 #include "calib/joint/solve.hpp"
 #include "core/calibration.hpp"
+#include "core/rig.hpp"
 
 namespace drape::calib {
 
 struct JointCovariance {
   std::vector<std::string> names;  ///< "cam0/fx_px" ..., by parameter_names()
   Eigen::MatrixXd cameras;         ///< in file units; empty when singular
-  Eigen::Vector2d bow_sd_mm = Eigen::Vector2d::Zero();
+  /// Standard deviations of the board's parameters; 0 where the fit keeps one.
+  Eigen::Matrix<double, board_parameters, 1> board_sd =
+      Eigen::Matrix<double, board_parameters, 1>::Zero();
 };
 
 /// Covariance of all cameras' parameters in file units from that of the cameras' moved parameters
-/// and the bow (`parameters`). What the fit keeps has zero rows and columns; empty from empty.
+/// and the board (`parameters`). What the fit keeps has zero rows and columns; empty from empty.
 [[nodiscard]] JointCovariance joint_covariance(const JointModel& model, const JointFit& fit,
                                                const Eigen::MatrixXd& parameters);
 
@@ -38,6 +41,13 @@ void use_lenses(JointModel& model, const Calibration& known);
 /// follow a lens. `covariance` is of the cameras' parameters in file units.
 void add_known_lenses(Eigen::MatrixXd& covariance, const JointModel& model, JointFit fit,
                       const Calibration& known);
+
+/// The board of a fit with free points as a plate for other calibrations: places, the covariance of
+/// what they share (`print`), and what is left of each; `inflation`: variance over that of the
+/// points' noise. Nothing where the parameters cannot be separated.
+[[nodiscard]] std::optional<MeasuredPlate> measured_plate(
+    const JointModel& model, const JointFit& fit, double inflation,
+    Eigen::Matrix<double, board_parameters, 1>& print);
 
 /// Covariance (mm^2) of the camera centre in the world, from the camera's own covariance.
 [[nodiscard]] Eigen::Matrix3d centre_covariance_mm2(const CalibratedCamera& camera);

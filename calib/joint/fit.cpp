@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
 #include <random>
 #include <utility>
 
@@ -22,7 +23,7 @@ using units::mm;
 
 constexpr int kRounds = 8;
 constexpr double kSettledPx = 1e-6;
-constexpr double kSettledWeight = 1e-4;
+constexpr double kSettledWeight = 1e-4, kSettledNoise = 0.01, kSettledPrint = 0.05;
 
 /// Point distance in units of the point's standard deviation.
 double distance_sigmas(const JointModel& model, const JointFrame& frame, const TargetPoint& point) {
@@ -52,8 +53,8 @@ double update_eccentricity(JointModel& model, double diameter_m) {
     for (TargetPoint& point : frame.points) {
       const Vector2d shift =
           eccentricity_px(camera.model,
-                          {pose * model.bow.bent(point.point_in_target), pose.rotation.col(0),
-                           pose.rotation.col(1), diameter_m / 2})
+                          {pose * model.board.bent(point.point_in_target, point.place),
+                           pose.rotation.col(0), pose.rotation.col(1), diameter_m / 2})
               .value_or(Vector2d::Zero());
       largest = std::max(largest, (shift - point.eccentricity_px).norm());
       point.eccentricity_px = shift;
@@ -78,6 +79,38 @@ double update_weights(JointModel& model, double robust_sigmas) {
   return largest;
 }
 
+/// Takes what a fit leaves for the points' noise, against which the print's error is weighed;
+/// returns the relative change.
+double update_noise(JointSolution& solution, const JointFit& fit) {
+  const JointLayout layout(solution.model, fit);
+  double values = 0;
+  for (const JointFrame& frame : solution.model.frames)
+    values += 2 * static_cast<double>(frame.points.size());
+  const double left = values - static_cast<double>(layout.lengths_at + 3 * layout.points);
+  if (!(left > 0)) return 0;
+  const double noise = solution.chi2 / left;
+  return std::abs(std::exchange(solution.model.noise, noise) / noise - 1);
+}
+
+/// Takes the print's error, where none is stated, from the shifts that the views find: in the plane
+/// and out of it; returns the relative change.
+double update_print(JointModel& model, const JointFit& fit) {
+  Board& board = model.board;
+  if (fit.board != BoardKind::free || board.error_stated) return 0;
+  NormalEquations normal(model, fit);
+  normal.eliminate_points();
+  Vector3d squares = Vector3d::Zero();
+  for (std::size_t i = 0; i < board.shift_mm.size(); ++i)
+    squares +=
+        board.shift_mm[i].cwiseAbs2() +
+        model.noise * normal.points.middleCols<3>(3 * static_cast<Eigen::Index>(i)).diagonal();
+  squares /= static_cast<double>(board.shift_mm.size());
+  squares.head<2>().setConstant(squares.head<2>().mean());
+  const Vector3d before = board.point_sd_mm.front();
+  board.point_sd_mm.assign(board.point_sd_mm.size(), squares.cwiseSqrt());
+  return (before.cwiseQuotient(board.point_sd_mm.front()).array() - 1).abs().maxCoeff();
+}
+
 /// Frames of the placements that are (not) in the group.
 JointModel part_of(const JointModel& model, const std::vector<bool>& in_group, bool inside) {
   JointModel part = model;
@@ -88,7 +121,19 @@ JointModel part_of(const JointModel& model, const std::vector<bool>& in_group, b
   return part;
 }
 
-void add_errors(HeldOut& sum, const JointModel& model) {
+/// Placements in an order that depends on what was seen alone, not on names or numbers of views.
+std::vector<std::size_t> order_of(const JointModel& model) {
+  std::vector<double> keys(model.placements.size(), 0);
+  for (const JointFrame& frame : model.frames)
+    for (const TargetPoint& point : frame.points) keys[frame.placement] += point.measured_px.sum();
+  std::vector<std::size_t> order(keys.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::stable_sort(order.begin(), order.end(),
+                   [&](std::size_t a, std::size_t b) { return keys[a] < keys[b]; });
+  return order;
+}
+
+void add_errors(HeldOut& sum, const JointModel& model, const std::vector<std::size_t>& rank) {
   sum.views.resize(model.placements.size());
   for (const JointFrame& frame : model.frames) {
     const Camera& camera = model.cameras[frame.camera].camera;
@@ -99,8 +144,8 @@ void add_errors(HeldOut& sum, const JointModel& model) {
           camera.cam_from_world *
           (model.placements[frame.placement].world_from_target * point.point_in_target);
       sum.rms_px += px * px;
-      sum.views[frame.placement].squares_px2 += px * px;
-      ++sum.views[frame.placement].points;
+      sum.views[rank[frame.placement]].squares_px2 += px * px;
+      ++sum.views[rank[frame.placement]].points;
       sum.object_mm += std::pow(px * in_camera.z() / (focal * mm), 2);
       ++sum.points;
     }
@@ -109,7 +154,13 @@ void add_errors(HeldOut& sum, const JointModel& model) {
 
 }  // namespace
 
-void clear_unused(JointModel& model, LensTerms terms) {
+void clear_unused(JointModel& model, const JointFit& fit) {
+  const LensTerms terms = fit.lens;
+  if (fit.board != BoardKind::free) model.board.shift_mm.clear();
+  const std::vector<int> moves = moved_board_parameters(model, fit);
+  if (std::find(moves.begin(), moves.end(), 2) == moves.end()) model.board.stretch.setZero();
+  if (fit.board == BoardKind::drawn) model.board.edge_rise_mm.setZero();
+  if (fit.lens_known) return;
   for (JointCamera& camera : model.cameras) {
     auto& lens = std::get<BrownLens>(camera.camera.model.lens);
     if (terms < LensTerms::k1_k2_p1_p2_k3) lens.k3 = 0;
@@ -128,6 +179,7 @@ JointSolution fit_joint(const JointModel& start, const JointFit& fit,
   JointSolution solution;
   solution.model = start;
   int iterations = 0;
+  const bool stated = fit.board == BoardKind::free || !start.lengths.empty();
   for (int round = 0; round < kRounds; ++round) {
     solution = solve_joint(std::move(solution.model), fit, round > 0);
     iterations += solution.iterations;
@@ -136,7 +188,11 @@ JointSolution fit_joint(const JointModel& start, const JointFit& fit,
                              ? update_eccentricity(solution.model, cleaning.dot_diameter_m)
                              : 0;
     const double change = update_weights(solution.model, cleaning.robust_sigmas);
-    if (shift < kSettledPx && change < kSettledWeight) break;
+    const double noisier = stated ? update_noise(solution, fit) : 0;
+    const double print = update_print(solution.model, fit);
+    if (shift < kSettledPx && change < kSettledWeight && noisier < kSettledNoise &&
+        print < kSettledPrint)
+      break;
   }
   solution.iterations = iterations;
   return solution;
@@ -144,21 +200,18 @@ JointSolution fit_joint(const JointModel& start, const JointFit& fit,
 
 namespace {
 
-// A hundredth of a pixel is never an outlier, however good the other points are.
-constexpr double kNeverOutlier_px = 0.01;
-
-/// Beyond `limit` sigmas, and farther off than a hundredth of a pixel or a stage's harmless error:
-/// all points of a stage miss alike, and check_stages() judges them together.
+/// Beyond `limit` sigmas, and farther off at the target than a harmless error, however good the
+/// other points are.
 bool is_off(const JointModel& model, const JointFrame& frame, const TargetPoint& point,
             double limit) {
   if (distance_sigmas(model, frame, point) <= limit) return false;
-  const double px = distance_px(model, frame, point);
-  const Placement& placement = model.placements[frame.placement];
-  if (px <= kNeverOutlier_px || !placement.known) return px > kNeverOutlier_px;
   const Camera& camera = model.cameras[frame.camera].camera;
   const double away_m =
-      (camera.cam_from_world * (placement.world_from_target * point.point_in_target)).z();
-  return px * away_m > harmless_stage_m * std::get<BrownLens>(camera.model.lens).fx_px;
+      (camera.cam_from_world *
+       (model.placements[frame.placement].world_from_target * point.point_in_target))
+          .z();
+  return distance_px(model, frame, point) * away_m >
+         harmless_m * std::get<BrownLens>(camera.model.lens).fx_px;
 }
 
 }  // namespace
@@ -198,33 +251,42 @@ std::vector<std::string> reject_outliers(JointModel& model, const JointCleaning&
 }
 
 HeldOut held_out_error(const JointModel& solved, JointFit fit, int groups) {
+  constexpr double kEnough = 1e-7;  // a thousandth of what the draws of views leave open
   HeldOut sum;
   sum.lens = fit.lens;
+  fit.settled = kEnough;
+  sum.board = fit.board;
   JointModel all = solved;
-  clear_unused(all, fit.lens);
-  std::vector<std::size_t> candidates;
-  bool world_kept = false;
-  for (std::size_t p = 0; p < all.placements.size(); ++p) {
-    if (all.placements[p].known && !world_kept) {
-      world_kept = true;
-    } else {
-      candidates.push_back(p);
-    }
+  clear_unused(all, fit);
+  const std::vector<std::size_t> order = order_of(all);
+  std::vector<std::size_t> candidates, rank(order.size());
+  bool world_kept = all.world_by_first_view;
+  for (std::size_t i = 0; i < order.size(); ++i) {
+    rank[order[i]] = i;
+    const bool holds_world = all.placements[order[i]].known && !world_kept;
+    world_kept = world_kept || holds_world;
+    if (!holds_world) candidates.push_back(order[i]);
   }
-  groups = std::min<int>(groups, static_cast<int>(candidates.size()));
+  const auto count = static_cast<int>(candidates.size());
+  if (count < 2 && all.world_by_first_view) return sum;
+  groups = std::min(groups, count);
   for (int group = 0; group < groups; ++group) {
     std::vector<bool> in_group(all.placements.size(), false);
     for (std::size_t i = 0; i < candidates.size(); ++i)
       in_group[candidates[i]] = static_cast<int>(i) % groups == group;
-    JointSolution trained = solve_joint(part_of(all, in_group, false), fit, true);
+    JointModel seen = part_of(all, in_group, false);
+    if (all.world_by_first_view)
+      for (std::size_t p = 0; p < in_group.size(); ++p)
+        seen.placements[p].known = p == candidates[static_cast<std::size_t>(group == 0)];
+    JointSolution trained = solve_joint(std::move(seen), fit, true);
     JointModel unseen = part_of(all, in_group, true);
     unseen.cameras = trained.model.cameras;
-    unseen.bow = trained.model.bow;
+    unseen.board = trained.model.board;
     for (Placement& placement : unseen.placements) placement.known = false;
     JointFit place_only = fit;
     place_only.cameras = false;
-    place_only.bow = false;
-    add_errors(sum, solve_joint(std::move(unseen), place_only).model);
+    place_only.board = BoardKind::drawn;
+    add_errors(sum, solve_joint(std::move(unseen), place_only).model, rank);
   }
   if (sum.points > 0) {
     sum.rms_px = std::sqrt(sum.rms_px / sum.points);
@@ -278,20 +340,20 @@ std::size_t choice(const std::vector<double>& errors,
 
 }  // namespace
 
-std::vector<double> lens_probabilities(const std::vector<HeldOut>& table) {
-  std::vector<double> probabilities(table.size(), 0);
+std::vector<double> probabilities(const std::vector<HeldOut>& table) {
+  std::vector<double> shares(table.size(), 0);
   for (const std::vector<double>& errors : drawn_errors(table)) {
     const auto least = std::min_element(errors.begin(), errors.end());
-    probabilities[static_cast<std::size_t>(least - errors.begin())] += 1.0 / kDraws;
+    shares[static_cast<std::size_t>(least - errors.begin())] += 1.0 / kDraws;
   }
-  return probabilities;
+  return shares;
 }
 
-LensTerms choose_lens(const std::vector<HeldOut>& table) {
+std::size_t choose(const std::vector<HeldOut>& table) {
   std::vector<double> errors;
   errors.reserve(table.size());
   for (const HeldOut& lens : table) errors.push_back(lens.rms_px * lens.rms_px);
-  return table[choice(errors, drawn_errors(table))].lens;
+  return choice(errors, drawn_errors(table));
 }
 
 }  // namespace drape::calib

@@ -27,17 +27,33 @@ double shear(const JointCamera& camera) {
 
 }  // namespace
 
-Vector2d BoardBow::shape(const Vector3d& point_in_target) const {
+Vector2d Board::shape(const Vector3d& point_in_target) const {
   return point_in_target.head<2>().cwiseQuotient(half_m).cwiseAbs2() - mean;
 }
 
-Vector3d BoardBow::bent(const Vector3d& point_in_target) const {
-  return point_in_target + shape(point_in_target).dot(edge_rise_mm) * mm * Vector3d::UnitZ();
+Eigen::Matrix<double, 3, board_parameters> Board::shapes(const Vector3d& point) const {
+  Eigen::Matrix<double, 3, board_parameters> shapes;
+  const Vector2d bow = shape(point);
+  const Vector2d at = point.head<2>() / mm;
+  shapes << 0, 0, at.x() / 2, at.y() / 2, at.x(),  //
+      0, 0, -at.y() / 2, at.x() / 2, at.y(),       //
+      bow.x(), bow.y(), 0, 0, 0;
+  return shapes;
+}
+
+Eigen::Matrix<double, board_parameters, 1> Board::parameters() const {
+  return {edge_rise_mm.x(), edge_rise_mm.y(), stretch.x(), stretch.y(), stretch.z()};
+}
+
+Vector3d Board::bent(const Vector3d& point, int place) const {
+  const Vector3d moved_mm = shapes(point) * parameters();
+  const auto at = static_cast<std::size_t>(place);
+  return point + mm * (place >= 0 && at < shift_mm.size() ? moved_mm + shift_mm[at] : moved_mm);
 }
 
 std::optional<Vector2d> pixel_of(const JointCamera& camera, const Placement& placement,
-                                 const BoardBow& bow, const Vector3d& point_in_target) {
-  const Vector3d in_world = placement.world_from_target * bow.bent(point_in_target);
+                                 const Board& board, const Vector3d& point_in_target, int place) {
+  const Vector3d in_world = placement.world_from_target * board.bent(point_in_target, place);
   const auto image = project(camera.camera.model, camera.camera.cam_from_world * in_world);
   if (!image) return std::nullopt;
   return Vector2d(image->px.x() + shear(camera) * (image->px.y() - lens_of(camera).cy_px),
@@ -46,15 +62,16 @@ std::optional<Vector2d> pixel_of(const JointCamera& camera, const Placement& pla
 
 std::optional<Vector2d> pixel_of(const JointModel& model, const JointFrame& frame,
                                  const TargetPoint& point) {
-  return pixel_of(model.cameras[frame.camera], model.placements[frame.placement], model.bow,
-                  point.point_in_target);
+  return pixel_of(model.cameras[frame.camera], model.placements[frame.placement], model.board,
+                  point.point_in_target, point.place);
 }
 
 std::optional<TargetImage> image_of(const JointCamera& camera, const Placement& placement,
-                                    const BoardBow& bow, const Vector3d& point_in_target) {
+                                    const Board& board, const Vector3d& point_in_target,
+                                    int place) {
   const CamFromWorld& cam_from_world = camera.camera.cam_from_world;
   const WorldFromTarget& world_from_target = placement.world_from_target;
-  const Vector3d turned = world_from_target.rotation * bow.bent(point_in_target);
+  const Vector3d turned = world_from_target.rotation * board.bent(point_in_target, place);
   const Vector3d rotated = cam_from_world.rotation * (turned + world_from_target.translation_m);
   const Vector3d in_camera = rotated + cam_from_world.translation_m;
   const auto image = project(camera.camera.model, in_camera);
@@ -75,9 +92,15 @@ std::optional<TargetImage> image_of(const JointCamera& camera, const Placement& 
   const Eigen::Matrix<double, 2, 3> by_world = by_point * cam_from_world.rotation;
   out.by_placement.leftCols<3>() = -by_world * cross_matrix(turned);
   out.by_placement.rightCols<3>() = by_world * mm;
-  out.by_bow =
-      by_world * world_from_target.rotation.col(2) * mm * bow.shape(point_in_target).transpose();
+  out.by_point = by_world * world_from_target.rotation * mm;
+  out.by_board = out.by_point * board.shapes(point_in_target);
   return out;
+}
+
+std::optional<TargetImage> image_of(const JointModel& model, const JointFrame& frame,
+                                    const TargetPoint& point) {
+  return image_of(model.cameras[frame.camera], model.placements[frame.placement], model.board,
+                  point.point_in_target, point.place);
 }
 
 JointCamera moved(const JointCamera& camera, const double* p) {

@@ -189,8 +189,7 @@ TEST(JointRefusals, NumbersThatAreNotFinite) {
 
 TEST(JointRefusals, AWrongTargetSizeByTheKnownLength) {
   Target target = test::bench1_target();
-  target.known_length =
-      KnownLength{{0, 0}, {8, 11}, 0.2734, 0.00005};  // the pitch gives 272.029 mm
+  target.known_lengths = {{{0, 0}, {8, 11}, 0.2734, 0.00005}};  // the pitch gives 272.029 mm
   const Detections detections = test::bench1_target_detections(0.01);
   for (const bool joint : {false, true}) {
     try {
@@ -212,7 +211,7 @@ TEST(JointRefusals, AKnownLengthThatAgreesMakesTheScalesUncertaintyKnown) {
   Target target = test::bench1_target();
   const Detections detections = test::bench1_target_detections(0.01);
   const JointResult without = calibrate_joint(detections, rig, target, {});
-  target.known_length = KnownLength{{0, 0}, {8, 11}, 0.27205, 0.00005};
+  target.known_lengths = {{{0, 0}, {8, 11}, 0.27205, 0.00005}};
   const JointResult with = calibrate_joint(detections, rig, target, {});
   EXPECT_EQ(with.report.status, "good");
   // The camera stands about 0.78 m from the origin: 0.05 mm in 272 mm is 0.14 mm there.
@@ -228,7 +227,7 @@ TEST(JointRefusals, AWrongPitchContradictsTheStagesHeights) {
   for (JointFrame& frame : model.frames) {
     for (TargetPoint& point : frame.points) point.point_in_target *= 1.02;
   }
-  EXPECT_THAT(refusal(model), HasSubstr("RMS"));
+  EXPECT_THAT(refusal(model), HasSubstr("pitch and the z stage's strokes contradict each other"));
 }
 
 }  // namespace

@@ -13,6 +13,7 @@
 #include "calib/joint/alone.hpp"
 #include "calib/tsai/correspondence.hpp"
 #include "core/error.hpp"
+#include "core/geometry/dense.hpp"
 #include "core/geometry/next_pose.hpp"
 #include "core/units.hpp"
 
@@ -319,13 +320,37 @@ void hold_the_world(JointModel& model, const Poses& poses) {
 
 constexpr std::size_t kLeastDots = 4;  ///< least dots of a frame, for its pose
 
-void set_extent(BoardBow& bow, const Target& target) {
+/// Standard deviation of a print's point, in pitches, where none is stated.
+constexpr double kPointError = 0.01;
+
+Board board_of(const Target& target) {
+  Board board;
   const Eigen::Vector3d corner =
       target.point_in_target({target.rows - 1, target.cols - 1}).cwiseAbs();
-  bow.half_m = corner.head<2>();
-  for (const Eigen::Vector3d& point : points_of(target))
-    bow.mean += point.head<2>().cwiseQuotient(bow.half_m).cwiseAbs2();
-  bow.mean /= target.rows * target.cols;
+  board.half_m = corner.head<2>();
+  const std::vector<Eigen::Vector3d> points = points_of(target);
+  for (const Eigen::Vector3d& point : points)
+    board.mean += point.head<2>().cwiseQuotient(board.half_m).cwiseAbs2();
+  board.mean /= target.rows * target.cols;
+  board.drawn = points;
+  if (target.measured) {
+    for (const Eigen::Vector3d& sd_m : target.measured->sd_m)
+      board.point_sd_mm.push_back(sd_m / units::mm);
+    board.measured = board.error_stated = true;
+    const auto& covariance = target.measured->common_covariance;
+    std::vector<int> stated;
+    for (int i = 0; i < board_parameters; ++i)
+      if (covariance(i, i) > 0) stated.push_back(i);
+    const Eigen::MatrixXd inverse =
+        inverse_of_information(Eigen::MatrixXd(covariance(stated, stated)));
+    if (inverse.size() > 0) board.information(stated, stated) = inverse;
+    return board;
+  }
+  board.error_stated = target.print_error_m.has_value();
+  const double sd_mm = target.print_error_m.value_or(kPointError * target.pitch_m) / units::mm;
+  board.point_sd_mm.assign(points.size(), Eigen::Vector3d::Constant(sd_mm));
+  board.information(2, 2) = board.information(3, 3) = 1 / (print_sd * print_sd);
+  return board;
 }
 
 std::vector<Placement> placements_of(const Rig& rig) {
@@ -369,10 +394,11 @@ JointModel joint_frames(const Detections& detections, const Rig& rig, const Targ
                         std::vector<std::string>& notes) {
   check_lattice(detections, rig, target);
   JointModel model;
-  set_extent(model.bow, target);
+  model.board = board_of(target);
   model.placements = placements_of(rig);
   for (const RigCamera& rig_camera : rig.cameras) {
     JointCamera camera;
+    camera.square_sd = rig_camera.square_pixels.value_or(0);
     camera.camera.name = rig_camera.name;
     camera.camera.model = {BrownLens{}, rig_camera.width_px, rig_camera.height_px};
     model.cameras.push_back(camera);
@@ -394,6 +420,7 @@ JointModel joint_frames(const Detections& detections, const Rig& rig, const Targ
         check_detection(d, *frame);
         used.points.push_back(
             {d.mark, target.point_in_target(d.mark), d.centre_px, d.covariance_px2});
+        used.points.back().place = place_of(target, d.mark);
       }
       model.frames.push_back(std::move(used));
     }
@@ -418,15 +445,27 @@ std::vector<std::string> start_joint(JointModel& model, const StartOptions& opti
   }
   refuse_majority(model, poses);
   note_sides(model, sides, poses, dropped);
+  const auto front = static_cast<int>(model.board.point_sd_mm.size());
+  bool two_sided = false;
   std::vector<JointFrame> kept;
   for (std::size_t f = 0; f < model.frames.size(); ++f) {
     if (!poses[f]) continue;
-    if (sides.behind[f])
-      for (TargetPoint& point : model.frames[f].points)
+    if (sides.behind[f] && options.thickness_m > 0) {
+      for (TargetPoint& point : model.frames[f].points) {
         point.point_in_target.z() -= options.thickness_m;
+        if (point.place >= 0) point.place += front;  // another print
+      }
+      two_sided = true;
+    }
     kept.push_back(std::move(model.frames[f]));
   }
   model.frames = std::move(kept);
+  if (two_sided && front > 0) {
+    model.board.point_sd_mm.resize(2 * model.board.drawn.size(), model.board.point_sd_mm.front());
+    std::vector<Eigen::Vector3d> back = model.board.drawn;
+    for (Eigen::Vector3d& point : back) point.z() -= options.thickness_m;
+    model.board.drawn.insert(model.board.drawn.end(), back.begin(), back.end());
+  }
   drop_unseen_placements(model);
   return dropped;
 }

@@ -17,6 +17,11 @@ namespace drape::calib {
 [[nodiscard]] JointModel joint_frames(const Detections& detections, const Rig& rig,
                                       const Target& target, std::vector<std::string>& notes);
 
+/// Index of a point among the board's shifts.
+[[nodiscard]] inline int place_of(const Target& target, MarkId dot) {
+  return dot.row * target.cols + dot.col;
+}
+
 struct StartOptions {
   bool lens_known = false;  ///< the model's cameras have their lenses already
   double thickness_m =

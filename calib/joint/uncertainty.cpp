@@ -18,7 +18,7 @@ WorldBox drape_volume(const JointModel& model) {
   for (const Placement& placement : model.placements) {
     if (placement.known) top = std::max(top, placement.world_from_target.translation_m.z());
   }
-  const Eigen::Vector2d half = model.bow.half_m;
+  const Eigen::Vector2d half = model.board.half_m;
   return {{-half.x(), -half.y(), 0}, {half.x(), half.y(), top}};
 }
 

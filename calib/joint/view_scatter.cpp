@@ -43,10 +43,10 @@ VectorXd without_leverage(const MatrixXd& own, const VectorXd& pull) {
 
 ViewScatter scatter_of_views(const JointModel& model, const JointFit& fit, double least_inflation) {
   ViewScatter out;
-  const std::vector<ViewInformation> views = information_by_view(model, fit);
+  const ViewsInformation information = information_by_view(model, fit);
+  const std::vector<ViewInformation>& views = information.views;
   if (views.empty()) return out;
-  MatrixXd all = MatrixXd::Zero(views[0].score.size(), views[0].score.size());
-  for (const ViewInformation& view : views) all += view.with_world;
+  const MatrixXd all = information.sum();
   const MatrixXd whiten = whitener_of(all);
   if (whiten.size() == 0) return out;
   const Index size = all.rows();
@@ -76,6 +76,8 @@ ViewScatter scatter_of_views(const JointModel& model, const JointFit& fit, doubl
   MatrixXd whitened =
       out.shrinkage * mean +
       own_part * (scatter + out.inflation * (MatrixXd::Identity(size, size) - seen));
+  // A stated error is as large as stated, whatever the views scatter.
+  whitened -= (out.inflation - model.noise) * whiten * information.stated * whiten.transpose();
   const SymmetricEigen eigen = symmetric_eigen(whitened);
   whitened = eigen.vectors * eigen.values.cwiseMax(least_inflation).asDiagonal() *
              eigen.vectors.transpose();

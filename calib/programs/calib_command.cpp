@@ -21,6 +21,9 @@ namespace {
 
 enum class Method { tsai, joint };
 
+/// The target as its file draws it, with a bow or free, or which of them unseen views choose.
+enum class BoardChoice { held_out, drawn, bow, free };
+
 /// The lens's terms, or which of them views choose that no fit has seen.
 enum class LensChoice { held_out, k1, k1k2, k1k2p1p2, k1k2p1p2k3 };
 
@@ -29,6 +32,9 @@ enum class LensChoice { held_out, k1, k1k2, k1k2p1p2, k1k2p1p2k3 };
 
 template <>
 inline constexpr std::string_view drape::names_of<drape::calib::Method>[] = {"tsai", "joint"};
+template <>
+inline constexpr std::string_view drape::names_of<drape::calib::BoardChoice>[] = {
+    "held-out", "drawn", "bow", "free"};
 template <>
 inline constexpr std::string_view drape::names_of<drape::calib::LensChoice>[] = {
     "held-out", "k1", "k1k2", "k1k2p1p2", "k1k2p1p2k3"};
@@ -40,8 +46,9 @@ struct CalibArguments {
   fs::path detections, rig, out;
   Method method = Method::tsai;
   LensChoice lens = LensChoice::held_out;
+  BoardChoice board = BoardChoice::held_out;
   JointOptions options;
-  std::optional<fs::path> lens_from, compare;
+  std::optional<fs::path> lens_from, compare, plate;
 };
 
 /// The values that a calibration rests on, besides its files.
@@ -57,6 +64,10 @@ void fields(Fields& f, CalibSettings& settings) {
       a.method);
   fields(f, a.options.common);
   f.otherwise({"lens", "joint: the lens's terms, or held-out to choose by unseen views"}, a.lens);
+  f.otherwise({"board",
+               "joint: the target's points as drawn, on a bow, free within the print's error, or "
+               "held-out to choose by unseen views"},
+              a.board);
   fields(f, a.options);
 }
 
@@ -69,6 +80,10 @@ void fields(Fields& f, CalibArguments& a) {
   f.if_any(
       {"lens_from", "joint: calibration.json whose cameras of the same names have these lenses"},
       a.lens_from);
+  f.if_any({"plate",
+            "joint: target file to write, with the places of the target's points as the views "
+            "measured them, for other calibrations"},
+           a.plate);
   f.if_any({"compare", "older calibration.json: how far each camera drifted since"}, a.compare);
 }
 
@@ -76,7 +91,7 @@ void fields(Fields& f, CalibArguments& a) {
 void refuse_joint_options(const Command& app, Method method) {
   if (method == Method::joint) return;
   for (const std::string option :
-       {"--lens", "--lens-from", "--no-bow", "--free-stages", "--thickness-mm"})
+       {"--lens", "--lens-from", "--board", "--plate", "--free-stages", "--thickness-mm"})
     if (app.count(option) > 0)
       throw usage_error(fmt::format("{} does nothing with --method {}", option, name_of(method)),
                         "add --method joint, or leave " + option + " out");
@@ -90,10 +105,29 @@ void refuse(Ending& ending, const std::string& cause) {
   ending.next_command.clear();
 }
 
+/// The target's file with the measured places; NO-GO of the calibration, or a board that is taken
+/// as drawn, leaves none.
+void write_plate(const fs::path& file, const Target& target, const JointResult& result,
+                 Ending& ending) {
+  if (!ending.go || !result.report.plate) {
+    ending.warnings.push_back(
+        "no measured plate is written: " +
+        std::string(!ending.go ? "the calibration is NO-GO"
+                               : "the views do not ask for another target than the drawn one; "
+                                 "--board free measures it all the same"));
+    return;
+  }
+  Value root = target.document.root();
+  root["measured"] = value_of(*result.report.plate);
+  write_value(file, root);
+  ending.numbers.emplace_back("measured plate", file.string());
+}
+
 /// The calibration and how the program ends, by either method.
 std::pair<Calibration, Ending> calibrate(const Detections& detections, const Rig& rig,
                                          Method method, const JointOptions& options,
-                                         const fs::path& out) {
+                                         const fs::path& out,
+                                         const std::optional<fs::path>& plate) {
   const Target target = read_target(rig.target_file);
   const auto judged = [&](Calibration calibration, Ending ending) {
     if (const auto against = detections.reason_against(calibration.sets)) refuse(ending, *against);
@@ -107,7 +141,9 @@ std::pair<Calibration, Ending> calibrate(const Detections& detections, const Rig
     return judged(result.calibration, ending_of(result, out));
   }
   const JointResult result = calibrate_joint(detections, rig, target, options);
-  return judged(result.calibration, ending_of(result, out));
+  auto [calibration, ending] = judged(result.calibration, ending_of(result, out));
+  if (plate) write_plate(*plate, target, result, ending);
+  return {std::move(calibration), std::move(ending)};
 }
 
 }  // namespace
@@ -123,17 +159,20 @@ int calib_command(int argc, char** argv) {
     JointOptions& options = given.options;
     if (given.lens != LensChoice::held_out)
       options.lens = static_cast<LensTerms>(static_cast<int>(given.lens) - 1);
+    if (given.board != BoardChoice::held_out)
+      options.board = static_cast<BoardKind>(static_cast<int>(given.board) - 1);
     if (given.lens_from) options.known_lenses = read_calibration(*given.lens_from);
     fs::path rig_file = given.rig;
     if (fs::is_directory(rig_file)) rig_file /= "rig.toml";
     StepFiles files{{given.out}, {rig_file, given.detections}};
+    if (given.plate) files.outputs.push_back(*given.plate);
     for (const auto& file : {given.lens_from, given.compare})
       if (file) files.inputs.push_back(*file);
     RunRecord record("drape-calib", arguments_of(argc, argv), run_record_path(given.out), files);
     const Rig rig = read_rig(rig_file);
     record.input(rig.target_file);
-    auto [calibration, ending] =
-        calibrate(read_detections(given.detections), rig, given.method, options, given.out);
+    auto [calibration, ending] = calibrate(read_detections(given.detections), rig, given.method,
+                                           options, given.out, given.plate);
     if (given.compare)
       add_drift(ending, read_calibration(*given.compare), calibration, rig,
                 read_target(rig.target_file));

@@ -128,14 +128,30 @@ Ending ending_of(const JointResult& result, const std::filesystem::path& out) {
           : report.status;
   if (!report.held_out.empty())
     ending.numbers.emplace_back("error on views not used, by lens", held_out_figures(report));
+  if (!report.boards.empty()) {
+    std::string boards;
+    for (const HeldOut& row : report.boards)
+      boards += fmt::format("{}{} {:.5f} px ({:.5f} mm){}", boards.empty() ? "" : ", ",
+                            name_of(row.board), row.rms_px, row.object_mm,
+                            row.board == report.board ? " <- used" : "");
+    ending.numbers.emplace_back("the same, by board", boards);
+  }
   for (const JointCameraReport& camera : report.cameras)
     ending.numbers.emplace_back(camera.camera, camera_figures(camera));
   add_centres(ending, result.calibration);
   ending.numbers.emplace_back(
-      "target's bow", fmt::format("edges ({:+.4f}, {:+.4f}) +- ({:.4f}, {:.4f}) mm above the "
-                                  "middle along x and y",
-                                  report.bow_mm.x(), report.bow_mm.y(), report.bow_sd_mm.x(),
-                                  report.bow_sd_mm.y()));
+      "target's bow",
+      fmt::format("edges ({:+.4f}, {:+.4f}) +- ({:.4f}, {:.4f}) mm above the "
+                  "middle along x and y",
+                  report.print[0], report.print[1], report.print_sd[0], report.print_sd[1]));
+  if (report.board == BoardKind::free) {
+    ending.numbers.emplace_back(
+        "target's print",
+        fmt::format("stretch {:+.3f} +- {:.3f} %, shear {:+.3f} +- {:.3f} %, points off the "
+                    "drawing by {:.4f} mm RMS beyond that",
+                    100 * report.print[2], 100 * report.print_sd[2], 100 * report.print[3],
+                    100 * report.print_sd[3], report.print_rms_mm));
+  }
   if (report.stages) ending.numbers.emplace_back("z stage", text_of(*report.stages));
   ending.numbers.emplace_back(
       "fit", fmt::format("chi2/dof {:.2f}, views scatter {:.2f} times as wide as their points' "

@@ -31,17 +31,15 @@ std::string calib_refused(const std::string& method, const std::vector<std::stri
 }
 
 TEST(IdleOptions, OfTheJointMethodAreRefusedBesideTsai) {
-  const std::vector<std::vector<std::string>> calls = {{"--lens", "k1"},
-                                                       {"--lens-from", "c.json"},
-                                                       {"--no-bow"},
-                                                       {"--free-stages"},
-                                                       {"--thickness-mm", "5"}};
+  const std::vector<std::vector<std::string>> calls = {
+      {"--lens", "k1"},      {"--lens-from", "c.json"}, {"--board", "bow"},
+      {"--plate", "t.toml"}, {"--free-stages"},         {"--thickness-mm", "5"}};
   for (const std::vector<std::string>& words : calls) {
     EXPECT_THAT(calib_refused("tsai", words), HasSubstr(words[0] + " does nothing"));
     EXPECT_EQ(calib_refused("joint", words), "") << words[0];
   }
   EXPECT_EQ(calib_refused("tsai", {}), "");
-  EXPECT_THAT(calib_refused("tsai", {"--max-rms-px", "0"}), HasSubstr("--max-rms-px"));
+  EXPECT_THAT(calib_refused("tsai", {"--max-rms-mm", "0"}), HasSubstr("--max-rms-mm"));
   EXPECT_THAT(calib_refused("joint", {"--lens", "k4"}), HasSubstr("k4"));
 }
 
