@@ -42,7 +42,7 @@ struct ValueWithU {
 };
 
 void fields(Fields& f, ValueWithU& one) {
-  f({"value", "in the unit that the name ends with"}, one.value);
+  f({"value", "value in the unit that the name ends with"}, one.value);
   f({"u", "expanded uncertainty, k = 2; null: not known"}, one.u);
 }
 
@@ -85,9 +85,9 @@ void fields(Fields& f, HemRecord& record) {
 void fields(Fields& f, Judgement& judgement) {
   f({"p", "probability that a repeat lies as far out"}, judgement.p);
   f({"t", "deviation in standard deviations"}, judgement.t);
-  f({"degrees_of_freedom", "of t"}, judgement.dof);
-  f({"mean", "of the repeats"}, judgement.mean);
-  f({"sd", "of the repeats, after the prior"}, judgement.sd);
+  f({"degrees_of_freedom", "degrees of freedom of t"}, judgement.dof);
+  f({"mean", "mean of the repeats"}, judgement.mean);
+  f({"sd", "standard deviation of the repeats, after the prior"}, judgement.sd);
   f({"detectable", "difference that is found in 90 of 100 cases"}, judgement.detectable);
 }
 
@@ -96,9 +96,9 @@ void fields(Fields& f, HemMatch& match) {
   f({"face", "side of the cloth that lies up"}, match.face);
   f({"virtual", "file of the virtual hem"}, match.virtual_file);
   f({"repeats", "hems of that fabric and face"}, match.repeats);
-  f({"verdict", "beside the repeats"}, match.verdict);
-  text_or_null(f, {"reason", "why it is undecided"}, match.reason);
-  f({"p", "of both judgements"}, match.p);
+  f({"verdict", "verdict beside the repeats"}, match.verdict);
+  text_or_null(f, {"reason", "reason where it is undecided"}, match.reason);
+  f({"p", "probability of both judgements together"}, match.p);
   f({"drape_coefficient_percent", "judgement by the drape coefficient"}, match.drape_coefficient);
   f({"log_hem_distance", "judgement by the hem's shape"}, match.hem);
 }
@@ -109,6 +109,7 @@ void fields(Fields& f, HemsFile& file) {
   f({"refused", "files that were not, with the reason"}, file.refused);
   std::map<std::string, std::pair<std::vector<RepeatKey>, std::vector<double>>> fabrics;
   for (const HemRecord& hem : file.hems) {
+    if (hem.numbers.empty()) continue;  // walks that write nothing
     fabrics[hem.fabric].first.push_back(hem.key());
     fabrics[hem.fabric].second.push_back(hem.drape_coefficient());
   }

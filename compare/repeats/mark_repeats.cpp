@@ -246,18 +246,19 @@ void fields(Fields& f, RepeatBasis& basis) {
   f({"real_to_real_mm", "distances of the repeats", mm}, basis.real_to_real_m);
   f({"virtual_to_real_mm", "distances of the virtual sheet", mm}, basis.virtual_to_real_m);
   f({"p", "probability that a repeat lies as far out; null: not judged"}, basis.judgement.p);
-  text_or_null(f, {"reason", "why it cannot be judged"}, basis.reason);
+  text_or_null(f, {"reason", "reason where it cannot be judged"}, basis.reason);
 }
 
 void fields(Fields& f, MarkRepeats::SheetMatch& match) {
   f({"sheet", "virtual sheet"}, match.name);
   f({"marks", "marks compared"}, match.marks);
-  f({"rms_mm", "RMS distances of its marks from each repeat", mm},
-    match.bases.front().virtual_to_real_m);
+  std::vector<double> rms_m;
+  if (!match.bases.empty()) rms_m = match.bases.front().virtual_to_real_m;
+  f({"rms_mm", "RMS distances of its marks from each repeat", mm}, rms_m);
   f({"bases", "kinds of distance"}, match.bases);
-  f({"verdict", "beside the repeats"}, match.verdict);
-  text_or_null(f, {"reason", "why it is undecided"}, match.reason);
-  f({"p", "of all that could be judged"}, match.p);
+  f({"verdict", "verdict beside the repeats"}, match.verdict);
+  text_or_null(f, {"reason", "reason where it is undecided"}, match.reason);
+  f({"p", "probability by all that could be judged"}, match.p);
 }
 
 namespace {

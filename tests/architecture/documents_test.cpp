@@ -50,8 +50,7 @@ TEST(Documents, ReadmeListsEveryFolder) {
 /// Names of file formats in one line: `schema = "drapebench/<name>/<n>"`, written or checked.
 void add_schemas(const std::string& line, std::set<std::string>& found) {
   static const std::regex written(R"re(schema\b.*drapebench/([a-z][a-z-]*)/(?:[0-9]|\{))re");
-  static const std::regex read(
-      R"re((?:JsonNode::open\(|Format format_of<)[^"]*"([a-z][a-z-]*)")re");
+  static const std::regex read(R"re(Format format_of<[^"]*"([a-z][a-z-]*)")re");
   static const std::regex described(R"re("([a-z][a-z-]*)", Syntax::(?:json|toml))re");
   std::smatch match;
   for (const std::regex* pattern : {&written, &read, &described}) {

@@ -51,7 +51,7 @@ std::vector<DescribedFormat> core_formats() {
 
 std::vector<DescribedFormat> all_formats() {
   std::vector<DescribedFormat> all;
-  for (const auto& room : {core_formats(), synth::synth_formats()})
+  for (const auto& room : {core_formats(), stage_formats(), synth::synth_formats()})
     all.insert(all.end(), room.begin(), room.end());
   return all;
 }

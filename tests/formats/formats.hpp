@@ -9,5 +9,7 @@ namespace drape::test {
 
 /// All formats that are described as records, each with a good example.
 [[nodiscard]] std::vector<DescribedFormat> all_formats();
+/// Those that one stage owns.
+[[nodiscard]] std::vector<DescribedFormat> stage_formats();
 
 }  // namespace drape::test

@@ -11,8 +11,11 @@
 #include <functional>
 #include <limits>
 #include <ostream>
+#include <regex>
+#include <set>
 
 #include "core/files/files.hpp"
+#include "tests/architecture/source_files.hpp"
 #include "tests/support/paths.hpp"
 
 namespace drape {
@@ -161,6 +164,21 @@ TEST_P(Formats, RefuseEverySpoiledValueByName) {
                expect_refused(root, "left out");
              });
   EXPECT_GT(spoiled, 0);
+}
+
+TEST(AllFormats, HoldEveryFormatOfTheSources) {
+  static const std::regex named(R"re(format_of<[^>]+>\s*\{\s*"([a-z-]+)")re");
+  std::set<std::string> missing;
+  for (const SourceFile& file : cpp_files()) {
+    if (!file.is_header()) continue;
+    const std::string text = read_text(source_root() / file.path);
+    for (std::sregex_iterator it(text.begin(), text.end(), named), end; it != end; ++it)
+      missing.insert((*it)[1]);
+  }
+  EXPECT_GT(missing.size(), 20);
+  for (const DescribedFormat& format : all_formats())
+    missing.erase(std::string(format.format.name));
+  EXPECT_THAT(missing, IsEmpty()) << "formats without an example: add them to stage_formats()";
 }
 
 INSTANTIATE_TEST_SUITE_P(All, Formats, testing::ValuesIn(all_formats()), [](const auto& format) {

@@ -4,15 +4,12 @@
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
 
-#include "compare/crate/crate.hpp"
 #include "compare/hems/hem_files.hpp"
 #include "compare/hems/silhouette.hpp"
-#include "compare/history/acceptance.hpp"
 #include "compare/history/results.hpp"
 #include "compare/history/seal.hpp"
 #include "compare/store/inputs.hpp"
 #include "compare/store/store.hpp"
-#include "compare/tables/error_split.hpp"
 #include "core/error.hpp"
 #include "core/files/files.hpp"
 #include "core/rig.hpp"
@@ -26,19 +23,6 @@ namespace drape::test {
 namespace {
 
 namespace fs = std::filesystem;
-
-constexpr const char* kAcceptance = R"({"schema": "drapebench/acceptance/1", "go": false,
- "rig": "bench1", "date": "2026-01-31", "valid_until": "2027-01-31", "calibration_sha256":
- "0123456789abcdef0123456789abcdef0123456789abcdef0123456789abcdef",
- "cause": "cam1 moved since the calibration", "positions": 8,
- "figures": [{"name": "length error", "unit": "mm", "where": "set pose_03", "value": 0.012,
- "expanded_uncertainty": 0.02, "limit": 0.05, "go": true},
- {"name": "known shift", "unit": "mm", "where": "", "value": null, "expanded_uncertainty": null,
- "limit": null, "go": false}]})";
-constexpr const char* kLab =
-    "schema = \"drapebench/lab/1\"\ntitle = \"A cloth\"\ndescription = \"one drape\"\nlicense = "
-    "\"https://example.org\"\nlicense_name = \"free\"\n[[author]]\nname = \"Ada\"\norcid = "
-    "\"https://orcid.org/0000\"\n";
 
 /// A row of radii in mm every 10 degrees.
 fs::path make_radii(const fs::path& folder) {
@@ -106,12 +90,9 @@ void read_store(const fs::path& file) {
   static_cast<void>(compare::dump_sql(reader));
 }
 
-std::function<fs::path(const fs::path&)> result_file(const std::string& name,
-                                                     const std::string& text) {
-  return [=](const fs::path& folder) {
-    write_durable(folder / name, text);
-    return folder / name;
-  };
+fs::path make_plate(const fs::path& folder) {
+  write_durable(folder / "target.toml", detect::object_plate_toml(detect::object_plate(0.1, 0)));
+  return folder / "target.toml";
 }
 
 }  // namespace
@@ -121,26 +102,17 @@ std::vector<Kind> result_kinds() {
       {"radii", make_radii, read_radii},
       {"silhouette", make_silhouette,
        [](const fs::path& f) { static_cast<void>(compare::read_silhouette(f)); }},
-      {"sensitivity", result_file("sensitivity.json", text_of(small_sensitivity())),
-       [](const fs::path& f) { static_cast<void>(read_record<SensitivityFile>(f)); }},
-      {"cusick", result_file("cusick.json", text_of(small_cusick())),
-       [](const fs::path& f) { static_cast<void>(read_record<CusickFile>(f)); }},
       {"plan", make_plan,
        [](const fs::path& f) {
          static_cast<void>(simulate::read_plan(f, {}, "out", f.parent_path() / "program"));
        }},
-      {"acceptance", result_file("acceptance.json", kAcceptance),
-       [](const fs::path& f) { static_cast<void>(read_record<AcceptanceFile>(f)); }},
       {"cloth_ply",
        [](const fs::path& folder) {
          simulate::write_cloth_shape(folder / "cloth.ply", small_shape());
          return folder / "cloth.ply";
        },
        [](const fs::path& f) { static_cast<void>(simulate::read_cloth_shape(f)); }},
-      {"lab", result_file("lab.toml", kLab),
-       [](const fs::path& f) { static_cast<void>(read_record<compare::Lab>(f)); }},
-      {"plate", result_file("target.toml", detect::object_plate_toml(detect::object_plate(0.1, 0))),
-       [](const fs::path& f) { static_cast<void>(read_target(f)); }},
+      {"plate", make_plate, [](const fs::path& f) { static_cast<void>(read_target(f)); }},
       {"store", make_store, read_store},
       {"seal", [](const fs::path& folder) { return compare::seal_path(make_store(folder)); },
        [](const fs::path& f) {
