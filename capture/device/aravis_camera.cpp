@@ -785,6 +785,6 @@ std::vector<FoundDevice> find_aravis_devices() {
 
 }  // namespace
 
-const CameraDriver aravis_driver{open_aravis_camera, find_aravis_devices};
+extern const CameraDriver aravis_driver{open_aravis_camera, find_aravis_devices};
 
 }  // namespace drape::capture

@@ -5,6 +5,8 @@
 
 namespace drape::capture {
 
+extern const CameraDriver aravis_driver, v4l2_driver, replay_driver;
+
 /// In the order of Backend.
 static constexpr const CameraDriver* kDrivers[] = {&aravis_driver, &v4l2_driver, &replay_driver};
 

@@ -21,9 +21,9 @@ namespace drape::capture {
 
 /// Source of the trigger of an exposure.
 enum class TriggerSource { free_run, software, line, action };
+
 /// A kind of camera.
 enum class Backend { aravis, v4l2, replay };
-
 }  // namespace drape::capture
 
 template <>
@@ -35,7 +35,7 @@ inline constexpr std::string_view drape::names_of<drape::capture::TriggerSource>
 
 namespace drape::capture {
 
-/// Which device: never "the first one".
+/// Address of one device: never "the first one".
 struct CameraAddress {
   Backend backend = Backend::aravis;
   /// aravis: serial number or IP address; v4l2: bus path or device file; replay: the camera's name
@@ -125,7 +125,7 @@ struct CameraFrame {
   int width_px = 0, height_px = 0;
   bool complete = false;
   std::string fault;                     ///< why it is not complete
-  const std::uint8_t* pixels = nullptr;  ///< as sent, in the pixel format that was set
+  const std::uint8_t* pixels = nullptr;  ///< bytes as sent, in the pixel format that was set
   std::size_t bytes = 0;
   std::size_t stride_bytes = 0;  ///< bytes from row to row; 0: rows without padding
 };
@@ -158,7 +158,7 @@ class CameraDevice {
   virtual void trigger() {}
   /// The next frame, or nothing within `timeout_s`.
   [[nodiscard]] virtual std::optional<CameraFrame> next(double timeout_s) = 0;
-  /// Nothing when the device's clock cannot be read, or is the host's own.
+  /// A reading of the device's clock; empty when it cannot be read or is the host's own.
   [[nodiscard]] virtual std::optional<ClockSample> read_clock() { return std::nullopt; }
   /// True when the device's times are on the host's monotonic clock already.
   [[nodiscard]] virtual bool on_host_clock() const { return true; }
@@ -183,7 +183,6 @@ struct CameraDriver {
   std::unique_ptr<CameraDevice> (*open)(const CameraAddress&);
   std::vector<FoundDevice> (*find)();  ///< null where nothing can be found
 };
-extern const CameraDriver aravis_driver, v4l2_driver, replay_driver;
 
 [[nodiscard]] std::unique_ptr<CameraDevice> open_camera(const CameraAddress& address);
 

@@ -93,6 +93,6 @@ std::unique_ptr<CameraDevice> open_replay_camera(const CameraAddress& address) {
 
 }  // namespace
 
-const CameraDriver replay_driver{open_replay_camera, nullptr};
+extern const CameraDriver replay_driver{open_replay_camera, nullptr};
 
 }  // namespace drape::capture

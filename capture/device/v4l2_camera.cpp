@@ -429,6 +429,6 @@ std::vector<FoundDevice> find_v4l2_devices() {
 
 }  // namespace
 
-const CameraDriver v4l2_driver{open_v4l2_camera, find_v4l2_devices};
+extern const CameraDriver v4l2_driver{open_v4l2_camera, find_v4l2_devices};
 
 }  // namespace drape::capture
