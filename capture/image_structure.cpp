@@ -121,7 +121,7 @@ struct TiffFile {
     return unsigned_at(bytes, offset, width, little_endian);
   }
 
-  /// Where an entry's values lie: in the entry itself when they fit into four bytes. Nothing when
+  /// Offset of an entry's values: in the entry itself when they fit into four bytes. Empty when
   /// they reach beyond the end of the file or their type is unknown.
   [[nodiscard]] std::optional<std::size_t> values_offset(std::size_t entry) const {
     constexpr std::array<std::size_t, 13> type_sizes = {0, 1, 1, 2, 4, 8, 1, 1, 2, 4, 8, 4, 8};

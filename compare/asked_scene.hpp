@@ -25,8 +25,8 @@ struct SimulatedScene {
     const std::filesystem::path& scene,
     const std::vector<std::pair<std::filesystem::path, std::string>>& inputs);
 
-/// Where solid and table differ in what a mark can touch, as a sentence: their stated uncertainties
-/// and tags may differ. `in_other`: what the other is.
+/// Difference of solid and table in what a mark can touch, as a sentence: their stated
+/// uncertainties and tags may differ. `in_other`: what the other is.
 [[nodiscard]] std::optional<std::string> difference_of(
     const Surroundings& asked, const Surroundings& other,
     const std::string& in_other = "in the simulation");

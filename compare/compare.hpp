@@ -8,7 +8,7 @@
 
 namespace drape::compare {
 
-/// When a comparison counts as good.
+/// Limits of a good comparison.
 struct Options {
   int min_marks = 10;                 ///< the paper used 10 to 36 marks (section 5)
   double max_sigma_ratio = 0.1;       ///< median sigma of a mark over the best mean distance

@@ -37,7 +37,7 @@ struct VirtualVirtual {
 
 /// One equilibrium of a drape against the real cloth.
 struct BranchComparison {
-  RealVirtual as_placed;                 ///< where the branch lies
+  RealVirtual as_placed;                 ///< at the place of the branch
   std::optional<TurnedDistance> turned;  ///< on a round object only
 
   /// The mean distance that says how much the real shape is like this branch.
@@ -77,7 +77,7 @@ struct MatchBasis {
   Match verdict = Match::undecided;
   std::optional<double> value, limit;  ///< in `unit`; inside: value up to the limit
   std::string unit = {};               ///< "mm" or "%"
-  std::optional<double> p = {};        ///< that one more repeat lies as far out
+  std::optional<double> p = {};        ///< probability that one more repeat lies as far out
   std::string reason = {};             ///< one phrase for people
 };
 /// The rest that the model reaches from the measured shape: whether it rests where the real cloth
@@ -118,7 +118,7 @@ struct RepeatLine {
 struct BudgetLine {
   std::string what;
   double u_m = 0;      ///< standard uncertainty of the mean distance, where this alone errs
-  std::string origin;  ///< where it comes from
+  std::string origin;  ///< source of the value
   bool rectangular = false;
   std::string remedy = {};           ///< lowers it; empty: nothing does
   std::optional<double> own_m = {};  ///< of the simulation's own error: bound of its effect
@@ -137,7 +137,7 @@ struct Report {
   std::string label = {};  ///< the name, and what tells it from others of one run: "C (repeat 2)"
   Measurement measurement;
   std::vector<RealVirtual> real_virtual;  ///< 5 before 1 segments, fine before coarse grids
-  std::vector<RealSurface> real_surface;  ///< as DrapeInput::surfaces
+  std::vector<RealSurface> real_surface;  ///< index in DrapeInput::surfaces
   /// Equilibria of one drape. They are in no other table; where there is no other simulation, the
   /// nearest of each set stands in real_virtual too.
   std::vector<BranchSet> branch_sets;
@@ -152,7 +152,7 @@ struct Report {
   std::optional<MarkRepeats> among_repeats;
   double significance = 0.05;
   MatchVerdict match;
-  std::vector<DrapemeterResult> drapemeters;  ///< as DrapeInput::simulations
+  std::vector<DrapemeterResult> drapemeters;  ///< index in DrapeInput::simulations
   DrapemeterResult measured_drapemeter;
   std::vector<std::string> no_go;  ///< why the measurement is NO-GO, the first cause first
   std::vector<std::string> warnings;

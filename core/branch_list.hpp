@@ -44,7 +44,7 @@ struct RefusedStarts {
   std::string why;
 };
 
-/// Where one mark lies in 95 % of an ensemble's drapes.
+/// Region of one mark in 95 % of an ensemble's drapes.
 struct BandMark {
   MarkId mark;
   Eigen::Vector3d mean_in_world = Eigen::Vector3d::Zero();
@@ -55,7 +55,7 @@ struct BandMark {
 
 /// A rest of the scene's own drape after a push, or after another past.
 struct OtherRest {
-  std::string what;    ///< that past; empty of a push of a friction band
+  std::string what;    ///< name of that past; empty for a push of a friction band
   std::string ending;  ///< "at rest", or why it counts for nothing
   std::optional<Eigen::Vector3d> push_per_weight;       ///< largest, in the world
   std::optional<std::vector<Eigen::Vector3d>> moves_m;  ///< move of each mark; absent: no count

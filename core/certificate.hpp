@@ -55,15 +55,15 @@ struct CertificateDistances {
   double deepest_m = 0;                  ///< between points inside an object
   int crossings = 0;                     ///< places where the cloth passes through itself
   double hold_error_m = 0;               ///< largest distance of a held point from its place
-  std::optional<double> layers_apart_m;  ///< nearer than this layers press; absent: they do not
+  std::optional<double> layers_apart_m;  ///< distance at which layers press; absent: never
   int contact_forces = 0;                ///< rows of contact_forces.csv beside it
 };
 
 struct CertificateEnergies {
   std::optional<double> start_j;  ///< gravity, elastic, contact and kinetic
   double end_j = 0;
-  double kinetic_j = 0;                       ///< of motion at the end
-  std::optional<double> internal_j;           ///< of the cloth alone, at the end
+  double kinetic_j = 0;                       ///< kinetic energy at the end
+  std::optional<double> internal_j;           ///< energy of the cloth alone at the end
   std::optional<double> internal_friction_j;  ///< lost to it; absent: the option was off
   std::optional<double> viscous_j;            ///< lost to damping and air
 };
@@ -109,7 +109,7 @@ struct Certificate {
   std::optional<double> residual;
   double residual_tolerance = 0;                  ///< at which it counts as at rest
   std::optional<CertificateCheck> check;          ///< absent: not checked
-  double time_s = 0;                              ///< of the fall
+  double time_s = 0;                              ///< duration of the fall
   std::optional<CertificateStrains> strains;      ///< absent: it diverged
   std::optional<CertificateDistances> distances;  ///< absent: it diverged
   std::optional<CertificateEnergies> energies;    ///< absent: it diverged

@@ -17,7 +17,7 @@ std::optional<Eigen::Vector2d> dot_centroid_px(const CameraModel& model, const D
   const Vector3d normal = dot.axis_u.cross(dot.axis_v);
   const double r = dot.radius_m;
   double area2 = 0;                    // twice the area
-  Vector2d moment = Vector2d::Zero();  // of the area, from the centre's image
+  Vector2d moment = Vector2d::Zero();  // first moment of the area about the centre's image
   for (int i = 0; i < kNodes; ++i) {
     const double angle = 2 * std::numbers::pi * i / kNodes;
     const Vector2d e(std::cos(angle), std::sin(angle));

@@ -41,7 +41,7 @@ struct VertexGrid {
   MaterialRange range;
 };
 struct TextureMap {
-  TextureDirection warp = TextureDirection::v;  ///< which one runs along the warp
+  TextureDirection warp = TextureDirection::v;  ///< texture coordinate along the warp
   MaterialRange range;
 };
 

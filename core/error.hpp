@@ -12,7 +12,7 @@ namespace drape {
 /// Why a program stopped; the value is the exit code (1 is kept for a NO-GO verdict).
 enum class ErrorKind { usage = 2, bad_input = 3, device = 4, internal = 5 };
 
-/// Where the fault lies. Empty parts are unknown or do not apply.
+/// Place of a fault. Empty parts are unknown or do not apply.
 struct Where {
   std::string file = {};         ///< path as the user gave it
   std::optional<int> line = {};  ///< 1-based line of the file

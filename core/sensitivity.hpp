@@ -58,7 +58,7 @@ struct SensitivityFile {
   std::optional<int> rows, cols;    ///< particles of a base on a grid, of older programs
   int segments = 0;
   std::string model;
-  std::string status = "at rest";  ///< of the base: "at rest", or why not
+  std::string status = "at rest";  ///< the base: "at rest", or why not
   double distance_m = 0;           ///< distance of the base, mean over the marks
   int marks = 0;
   std::vector<MarkId> marks_at;     ///< rows of the moves

@@ -46,14 +46,14 @@ struct AskedScene {
   std::map<std::string, std::string> surroundings;  ///< surroundings_of() of that scene
 };
 
-/// Which laying of which drape a sheet is, where the rig says so.
+/// Laying of a drape that a sheet shows, where the rig says so.
 struct RepeatId {
   std::string scene;
   std::string name;
   std::string face;  ///< side of the cloth that lies up; empty: not stated
 };
 
-/// Where a measured sheet comes from.
+/// Origin of a measured sheet.
 struct MeasuredSource {
   std::string rig;
   std::string set;
@@ -64,7 +64,7 @@ struct MeasuredSource {
   std::optional<RepeatId> repeat = std::nullopt;
 };
 
-/// Where a simulated sheet comes from.
+/// Origin of a simulated sheet.
 struct SimulatedSource {
   std::string scene;
   std::string fabric;

@@ -28,10 +28,10 @@ constexpr std::size_t blur_samples = 9;
 constexpr std::size_t ring_samples = 16;
 constexpr double least_light_centre = 0.35;
 constexpr double most_full_centre = 0.15;
-constexpr double nearest_counted = 0.55;  // of a neighbour, in pitches
+constexpr double nearest_counted = 0.55;  // distance of a neighbour, in pitches
 constexpr double farthest_counted = 1.45;
 constexpr int least_neighbours = 2;
-constexpr std::size_t least_dots = 9;  // of a piece of lattice that shows their size
+constexpr std::size_t least_dots = 9;  // dots of a piece of lattice that shows their size
 /// Sizes of the dots in a picture of a usual bench, then of any other.
 constexpr std::array<DotSizes, 3> all_sizes = {{{4, 26}, {1.5, 8}, {16, 100}}};
 

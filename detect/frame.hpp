@@ -14,7 +14,7 @@ struct FrameLimits {
   double most_misfit = 0.08;       ///< rms of its residuals in contrasts; both must be exceeded
   double most_masked_edge = 0.25;  ///< fraction of a dot's outline that may be covered
   double most_one_sided = 30;  ///< chi-square of the leave-an-eighth-out shift, per chi2_per_dof
-  double most_one_sided_px = 0.2;    ///< that shift; both must be exceeded
+  double most_one_sided_px = 0.2;    ///< the shift itself; both must be exceeded
   double least_semi_axis_px = 1.35;  ///< smaller ellipses are no longer measured
   double most_sigma_px = 0.2;        ///< largest standard deviation of a usable centre
 };

@@ -19,7 +19,7 @@ namespace {
 
 constexpr int kStride = 3;           ///< lines that are looked at; a picture has a thousand
 constexpr double kPart = 0.5;        ///< fraction of the marks, light or sharpness of others
-constexpr std::size_t kFewTags = 3;  ///< tags that chance does not decode
+constexpr std::size_t kFewTags = 3;  ///< tags that cannot be there by chance
 constexpr double kLeastLight = 16;   ///< grey level; 4 of 8 bits are not used below it
 constexpr double kSaturated = 0.02;  ///< more than highlights: the cloth itself, or a part of it
 
@@ -182,7 +182,7 @@ std::optional<double> dot_size_ratio(const std::vector<FrameDetections>& frames,
                                      const MarkLattice& lattice) {
   constexpr std::size_t kFewest = 20;
   if (!(lattice.dot_diameter_m > 0)) return std::nullopt;
-  std::vector<double> inner, all;  // of dots between neighbours, and beside any
+  std::vector<double> inner, all;  // dots between neighbours; dots beside any
   for (std::size_t i = 0; i < frames.size(); ++i) {
     const FrameDetections& frame = frames[i];
     std::map<std::pair<int, int>, const Detection*> at;

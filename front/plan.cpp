@@ -44,7 +44,7 @@ struct Drape {
 
 /// One laying of a drape; `repeat` says which, where the rig does.
 struct Laying {
-  std::string name, set;  ///< who fails where a step of it does, and its photographs
+  std::string name, set;  ///< name in messages; frame set of its photographs
   fs::path folder;
   const DrapeRepeat* repeat = nullptr;
 };
@@ -166,7 +166,7 @@ Group calib_group(const Bench& bench) {
   return {"calib", {std::move(step)}};
 }
 
-/// Where the objects are, from their plates of tags. One after the other: each writes the scene
+/// Measures the objects by their plates of tags. One after the other: each writes the scene
 /// that the next one reads.
 Group object_group(const Bench& bench) {
   Group group{"object", {}, 1, true};

@@ -24,7 +24,7 @@ struct RunOptions {
   std::string operator_name;
   bool uncertainty = false;         ///< with `single`: still the sensitivities that U needs
   bool single = false;              ///< the scene's own start alone
-  std::optional<double> spacing_m;  ///< of the finest mesh; absent: the rig's
+  std::optional<double> spacing_m;  ///< spacing of the finest mesh; absent: the rig's
   bool paper = false;               ///< beside the cloth the paper's model on the rig's grids
   bool internal_friction = false;   ///< simulate with both branches of the curves' loops
   int threads = 1;

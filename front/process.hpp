@@ -81,7 +81,7 @@ void run_steps(const std::vector<Step>& steps, int at_once, const StepProgress& 
 /// A command that is a word of a stage's program.
 struct CommandWord {
   const char* name;          ///< "certify"
-  const char *stage, *word;  ///< as `drape simulate certify`
+  const char *stage, *word;  ///< the words of `drape simulate certify`
   bool typed;                ///< `drape NAME` is that command; else it says where it has moved to
 };
 [[nodiscard]] const std::vector<CommandWord>& command_words();

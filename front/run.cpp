@@ -299,7 +299,7 @@ class BenchRun {
     return finish(ending, common_);
   }
 
-  /// Nothing could be stored, for the reason `why`, of what is NO-GO.
+  /// Ends a run that could store nothing, for the reason `why`.
   int end_early(const std::string& why) const {
     remove_report();
     Ending ending;

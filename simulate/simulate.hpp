@@ -33,11 +33,11 @@ enum class CurveFit { drape, whole };
 struct SimulateOptions {
   ClothModel model = ClothModel::triangles;
   int segments = 5;  ///< line segments per Kawabata curve; 1: G, B, first slope
-  /// Where the curves are fitted, see find_reach(); absent: wherever measured.
+  /// Range of the fitted curves, see find_reach(); absent: wherever measured.
   std::optional<CurveReach> reach = {};
   bool internal_friction = false;       ///< both branches of bending and shear; triangles only
   bool from_measured = false;           ///< starts from the measured shape, whatever the scene says
-  DrapeOptions drape;                   ///< of triangles
+  DrapeOptions drape;                   ///< triangles only
   std::optional<ClothOutline> outline;  ///< cut of the cloth; absent: the whole patch
   PaperOptions paper;
   /// Called now and then with the fraction of the work that is done.
@@ -48,14 +48,14 @@ struct SimulateOptions {
 };
 
 struct SimulateResult {
-  /// Of triangles: the surface at the print's marks and, between them, at equal steps of about the
+  /// Triangles: the surface at the print's marks and, between them, at equal steps of about the
   /// finest spacing. Of the paper: the particles.
   Sheet sheet;
   Certificate certificate;
-  std::optional<LevelsFile> levels;             ///< of triangles
-  std::shared_ptr<const DrapeCase> drape_case;  ///< of triangles; `drape` refers to it
-  std::optional<Drape> drape;                   ///< of triangles, in the frame of its case
-  std::vector<HistoryRow> history;              ///< of the paper
+  std::optional<LevelsFile> levels;             ///< triangles only
+  std::shared_ptr<const DrapeCase> drape_case;  ///< triangles only; `drape` refers to it
+  std::optional<Drape> drape;                   ///< triangles only, in the frame of its case
+  std::vector<HistoryRow> history;              ///< paper's model only
 
   [[nodiscard]] bool at_rest() const { return certificate.at_rest; }
 };

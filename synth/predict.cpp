@@ -123,7 +123,7 @@ std::optional<Matrix2d> centre_bound_px2(const Camera& camera, const Vector3d& i
   const double variance =
       render.noise_grey * render.noise_grey * (0.5 + 0.5 * (white + black) / 2 / 128);
   const double blur = std::sqrt(render.blur_px * render.blur_px + 1.0 / 12);
-  Matrix2d around = Matrix2d::Zero();  // of the outline's normal, px
+  Matrix2d around = Matrix2d::Zero();  // sum over the outline of its normal's outer product, px
   std::optional<Vector2d> last;
   for (int k = 0; k <= nodes; ++k) {
     const double angle = 2 * std::numbers::pi * k / nodes;

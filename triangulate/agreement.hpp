@@ -10,7 +10,7 @@
 namespace drape::triangulate {
 
 struct AgreementLimits {
-  double max_sigmas = 0, min_angle_rad = 0;  ///< as in TriangulateOptions
+  double max_sigmas = 0, min_angle_rad = 0;  ///< see TriangulateOptions
   /// Three or more views that miss each other by less than this (rms) see the same dot, whatever
   /// the sigmas say; the point's covariance is then widened to what the views show. A sharp crease
   /// of 15 degrees anywhere under a dot of 8 px radius moves its image by up to 0.27 px from view
@@ -27,7 +27,7 @@ struct Agreed {
   std::vector<std::size_t> used;       ///< indices of the views that made it
   std::optional<std::size_t> dropped;  ///< view left out because the others agree without it
   double disagreement_sigmas = 0;      ///< with all views
-  std::string gap_reason;              ///< when there is no point
+  std::string gap_reason;              ///< reason where there is no point
 };
 
 /// Solves the point from all views; when they disagree and there are three or more, leaves out the

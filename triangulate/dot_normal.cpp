@@ -20,8 +20,8 @@ using Eigen::VectorXd;
 
 constexpr int kStartDirections = 400;  // start directions over the sphere, about 10 degrees apart
 constexpr int kSteps = 12;
-constexpr double kShapeSigma = 0.02;  // of a squared semi-axis, as a fraction of the dot's own
-constexpr double kSizeSigma = 0.03;   // of the print: dots bleed or shrink alike in all views
+constexpr double kShapeSigma = 0.02;  // sigma of a squared semi-axis, relative to the dot's own
+constexpr double kSizeSigma = 0.03;   // sigma of the print: dots bleed or shrink alike in all views
 constexpr double kLargestMisfit = 0.1;
 
 /// One view's ellipse and the linear map from the world to its pixels.

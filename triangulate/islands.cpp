@@ -99,7 +99,7 @@ class Labelled {
     return others;
   }
 
-  /// Where views meet, if they do.
+  /// Point in which views meet, if they do.
   [[nodiscard]] std::optional<Vector3d> agreed(const std::vector<View>& views) const {
     const Point point = solve_point(views, options_.min_angle_rad);
     if (point.status != PointStatus::good || point.disagreement_sigmas() > options_.most_sigmas) {

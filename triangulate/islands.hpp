@@ -10,13 +10,13 @@
 namespace drape::triangulate {
 
 struct IslandOptions {
-  double most_stretch = 0, min_angle_rad = 0;  ///< as in TriangulateOptions
+  double most_stretch = 0, min_angle_rad = 0;  ///< see TriangulateOptions
   double most_sigmas = 3;     ///< by which an island's dot may miss what other views say
   double shape_px = 0.3;      ///< error of a bent dot's centroid, added to each covariance
   double least_chord = 0.35;  ///< part of it; cloth does not fold sharper between two dots
   int least_evidence = 4;     ///< independent pixel coordinates that must agree
   int least_links = 2;        ///< lattice neighbours in space that must be near enough
-  int least_refutations = 2;  ///< that every other place must suffer
+  int least_refutations = 2;  ///< refutations of every other place
 };
 
 /// One island of a frame and what became of it.

@@ -17,7 +17,7 @@ struct MarkViews {
   std::vector<std::string> refused;  ///< "cam1 rejected it: bad fit"
 };
 
-/// Where each camera of a calibration stands in its joint covariance; empty when it has none.
+/// Columns of each camera in the calibration's joint covariance; empty when it has none.
 /// Points into the calibration. Throws Error(bad_input) when a camera has no parameter there.
 using JointPlaces = std::map<std::string, InJointCovariance>;
 [[nodiscard]] JointPlaces joint_places(const Calibration& calibration);

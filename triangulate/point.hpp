@@ -15,13 +15,13 @@ namespace drape::triangulate {
 /// deviation of 1; as many columns in every view of the mark.
 using SharedUnknowns = Eigen::Matrix<double, 2, Eigen::Dynamic>;
 
-/// Where a camera's parameters stand in a covariance over all cameras together.
+/// Columns of a camera's parameters in a covariance over all cameras.
 struct InJointCovariance {
   const Eigen::MatrixXd* covariance = nullptr;
   std::vector<Eigen::Index> places;  ///< by parameter; -1: it was held fixed, its error is none
 };
 
-/// Where one camera saw a mark.
+/// Image of a mark in one camera.
 struct View {
   const CalibratedCamera* camera = nullptr;
   Eigen::Vector2d px;

@@ -31,7 +31,7 @@ void note_statistics(const std::vector<MarkViews>& marks, const std::vector<Plac
                                            const std::vector<Placed>& placed, const Sheet& sheet,
                                            const TriangulateOptions& options);
 
-/// Which camera cost how many marks, and why: what it saw and could not use of marks that became
+/// Marks that each camera cost, and why: what it saw and could not use of marks that became
 /// gaps for want of a second view ("cam1 cost 12 marks: saturated; lower its exposure").
 [[nodiscard]] std::vector<std::string> costs_of_views(const std::vector<MarkViews>& marks,
                                                       const Sheet& sheet);

@@ -16,7 +16,7 @@ using Eigen::Vector3d;
 /// Curvature of a fold that nothing is known about, as seen on draped cloth.
 constexpr double kUnknownPerM = 40;
 constexpr std::size_t kLeastLines = 20;  // an RMS of so many is known to a sixth
-constexpr double kUnknownTiltRad = 0.3;  // of a mark whose ellipses tell no normal
+constexpr double kUnknownTiltRad = 0.3;  // tilt of a mark whose ellipses tell no normal
 
 /// Rise of the cloth off the tangent plane towards one neighbour. Lengths along the cloth.
 struct Arm {

@@ -24,7 +24,7 @@ using MarksOnSurface = std::map<MarkId, MarkOnSurface>;
 struct CurvatureTrust {
   double least_per_m = 10;
   double fraction = 1;
-  int lines = 0;  ///< that least_per_m was learned from; 0: it is the default
+  int lines = 0;  ///< lines that least_per_m was learned from; 0: it is the default
 };
 
 /// Learns least_per_m from the cloth itself: along each line of marks the curvature that every

@@ -318,7 +318,7 @@ std::optional<Change> find_change(const JointModel& model, const JointFit& fit,
   return best;
 }
 
-/// Which camera moved after the placement `last`, all else fitted along: the votes, which hold all
+/// Camera that moved after the placement `last`, all else fitted along: the votes, which hold all
 /// else, can accuse a neighbour of a small move. Nothing where the views are too few for that.
 std::optional<Change> moved_camera(const JointModel& model, const JointFit& fit, Change change,
                                    std::size_t last) {

@@ -25,7 +25,7 @@ void check_known_lengths(const Target& target, double tolerance);
 struct PictureSource {
   const Detections& detections;
   std::string file;               ///< for messages; may be empty
-  std::vector<std::string> sets;  ///< that count; empty: all
+  std::vector<std::string> sets;  ///< cameras that count; empty: all
 };
 
 /// Throws Error(bad_input) naming both frames where one picture is there twice, in two sets or for

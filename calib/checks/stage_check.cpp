@@ -26,7 +26,7 @@ using ModeVector = Eigen::Matrix<double, kModes, 1>;
 using ModeMatrix = Eigen::Matrix<double, kModes, kModes>;
 
 constexpr double kSigmas = 4;
-constexpr double kLeastCondition = 1e-10;  // of the modes' information
+constexpr double kLeastCondition = 1e-10;  // least reciprocal condition of the modes' information
 
 void add_findings(StageCheck& check, double half_m) {
   const double stroke_m = check.stroke_mm * mm;

@@ -13,7 +13,7 @@
 
 namespace drape::calib {
 
-/// Which of Brown's coefficients a fit may move; the others stay 0.
+/// Brown's coefficients that a fit may move; the others stay 0.
 enum class LensTerms { k1, k1_k2, k1_k2_p1_p2, k1_k2_p1_p2_k3 };
 inline constexpr LensTerms all_lens_terms[] = {LensTerms::k1, LensTerms::k1_k2,
                                                LensTerms::k1_k2_p1_p2, LensTerms::k1_k2_p1_p2_k3};
@@ -47,7 +47,7 @@ struct TargetPoint {
   double weight = 1;                                          ///< weight of the robust loss, 0 to 1
   int place = -1;  ///< index among the board's shifts; -1: the point has none
 
-  /// Where the camera saw the point itself.
+  /// Image of the point itself.
   [[nodiscard]] Eigen::Vector2d px() const { return measured_px - eccentricity_px; }
 };
 

@@ -65,7 +65,7 @@ std::string name_of(const JointModel& model, std::size_t frame) {
   return fmt::format("set {}, {}", where.set, where.camera);
 }
 
-/// Which side of the target is seen: by camera that of most of its views, by frame its own.
+/// Side of the target that is seen: by camera that of most of its views, by frame its own.
 struct Sides {
   std::vector<bool> mostly_behind, behind;
 

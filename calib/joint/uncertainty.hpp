@@ -10,7 +10,7 @@
 
 namespace drape::calib {
 
-/// Where cloth may hang: over the target, up to its highest stage.
+/// Region in which cloth may hang: over the target, up to its highest stage.
 [[nodiscard]] WorldBox drape_volume(const JointModel& model);
 
 /// Standard deviation (px, of one coordinate) that the calibration alone gives the image of a world

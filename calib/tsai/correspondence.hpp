@@ -13,7 +13,7 @@ namespace drape::calib {
 /// A target point and where a camera saw it.
 struct Correspondence {
   Eigen::Vector3d point_in_world;  ///< metres
-  Eigen::Vector2d px;              ///< as measured
+  Eigen::Vector2d px;              ///< measured place
   Eigen::Matrix2d covariance_px2 = Eigen::Matrix2d::Identity();
   std::string set = {};
   MarkId dot = {};

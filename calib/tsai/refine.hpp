@@ -9,7 +9,7 @@
 
 namespace drape::calib {
 
-/// Which parameters a refinement may move.
+/// Parameters that a refinement may move.
 enum class TsaiFree {
   focal_depth_kappa,  ///< f, Tz, kappa1: the nonlinear part of stage 2
   all_but_scale_x,    ///< stage 3 with s_x kept

@@ -25,13 +25,13 @@ void fields(Fields& f, Check& check);
 /// Evidence of the doctor's checks.
 struct Evidence {
   CamerasFile cameras = {};
-  std::filesystem::path out = ".";  ///< where recordings go
+  std::filesystem::path out = ".";  ///< folder of the recordings
   std::optional<std::filesystem::path> calibration = {};
   double largest_days = 30;  ///< age of the calibration
   std::string today = {};    ///< ISO date
   std::vector<FoundDevice> found = {};
   std::size_t wanted = 3;           ///< sets of a short burst
-  LiveResult live = {};             ///< that burst
+  LiveResult live = {};             ///< result of that burst
   StillReport still = {};           ///< and what it shows
   std::optional<Error> fault = {};  ///< why there is none
   std::filesystem::path sys = "/sys";
@@ -74,7 +74,7 @@ using Checks = std::vector<Check>;
 
 struct LinkNeeds {
   double bytes_per_s = 0;   ///< image data and packet headers of one camera
-  int packet_delay_ns = 0;  ///< that lets `cameras` use one link without colliding
+  int packet_delay_ns = 0;  ///< delay that lets `cameras` use one link without colliding
 };
 
 /// Budget of cameras on one link. A packet of `packet_size_bytes` goes with 18 bytes of

@@ -33,7 +33,7 @@ struct HostFrame {
   std::string fault;
   int width_px = 0, height_px = 0;
   std::size_t stride_bytes = 0;
-  std::vector<std::uint8_t> pixels;  ///< as sent, in CameraHost::pixel_format()
+  std::vector<std::uint8_t> pixels;  ///< bytes as sent, in CameraHost::pixel_format()
 };
 
 /// One camera behind its own process, seen from the capture. launch() starts a process (a fresh one
@@ -108,7 +108,7 @@ class CameraHost {
   std::vector<ClockSample> clock_;
   CameraCounters counters_, counters_before_;
   std::int64_t no_slot_ = 0;
-  std::deque<FrameNews> frames_;  ///< that wait in the shared memory
+  std::deque<FrameNews> frames_;  ///< frames that wait in the shared memory
   CameraSettings light_wanted_;
   std::optional<LightAnswer> light_answer_;
 };

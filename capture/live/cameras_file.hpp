@@ -27,7 +27,7 @@ namespace drape::capture {
 [[nodiscard]] TriggerSource trigger_of(SyncMethod method);
 
 struct LiveCamera {
-  std::string name;  ///< as in rig.toml
+  std::string name;  ///< name in rig.toml
   CameraAddress address;
   CameraSettings settings;
 };

@@ -128,8 +128,8 @@ std::vector<LiveFault> ptp_faults(const std::vector<LiveCameraReport>& cameras) 
 struct Arrival {
   std::size_t camera = 0;
   std::int64_t index = 0;
-  std::optional<std::size_t> clock;  ///< which of the camera's clocks stamped it, when that is sure
-  std::optional<std::int64_t> counted_trigger;  ///< that it answers, where the camera has no clock
+  std::optional<std::size_t> clock;  ///< clock of the camera that stamped it, when that is sure
+  std::optional<std::int64_t> counted_trigger;  ///< trigger answered by a camera without a clock
   std::optional<std::size_t> settled;           ///< number of the set it was given out in
   std::int64_t arrived_ns = 0;
   HostFrame frame;

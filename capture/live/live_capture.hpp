@@ -60,7 +60,7 @@ struct LiveFrame {
   std::vector<std::uint16_t> deep = {};
   int bits = 8;  ///< bits in a sample of the sensor
   std::string pixel_format = {};
-  std::vector<std::uint8_t> raw = {};  ///< as sent, where the grey does not hold all of it
+  std::vector<std::uint8_t> raw = {};  ///< bytes as sent, where the grey does not hold all of them
 };
 
 /// One frame of every camera, of one instant.
@@ -97,7 +97,7 @@ struct LiveCameraReport {
 };
 
 struct LiveReport {
-  SyncMethod method = SyncMethod::free_run;  ///< that was used
+  SyncMethod method = SyncMethod::free_run;  ///< method that was used
   std::string why_fallen_back;               ///< empty when it is the one asked for
   PairedBy paired_by = PairedBy::time;
   std::int64_t triggers = 0;

@@ -21,7 +21,7 @@ struct FrameMark {
   bool given_up = false;                    ///< no partner came while its pixels were kept
 };
 
-/// Where a frame went. A frame that never arrived has no FrameMark; it is counted per camera.
+/// Destination of a frame. A frame that never arrived has no FrameMark; it is counted per camera.
 enum class FrameBin { in_set, unpaired, incomplete };
 
 /// Why a frame is unpaired.

@@ -24,7 +24,8 @@ class Journal {
   Journal(const Journal&) = delete;
   Journal& operator=(const Journal&) = delete;
 
-  /// Where a set is written before it is whole: nothing reads it, and the next capture removes it.
+  /// Folder in which a set is written before it is whole: nothing reads it, and the next capture
+  /// removes it.
   [[nodiscard]] std::filesystem::path begin(const std::string& set) const;
   /// A file of such a set. It is on the disk, and has its name there once add() has returned.
   static void write(const std::filesystem::path& file, std::string_view content);

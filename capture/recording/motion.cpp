@@ -260,7 +260,7 @@ int BlockFollower::textured() const {
 
 int BlockFollower::findable(const GreyView& from) const {
   const MotionOptions& options = first_->options;
-  const Plane full = shrunk(from, 1);  // where fine texture looks least like noise
+  const Plane full = shrunk(from, 1);  // shift at which fine texture looks least like noise
   const int scale = options.shrink;
   return static_cast<int>(std::count_if(
       first_->blocks.begin(), first_->blocks.end(), [&](const First::Textured& textured) {

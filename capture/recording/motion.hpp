@@ -29,7 +29,7 @@ struct MotionOptions {
 /// Motion of one block's content, px of the picture.
 struct BlockMotion {
   double x_px = 0, y_px = 0;     ///< the block's centre
-  double dx_px = 0, dy_px = 0;   ///< where it is in the second picture, minus where it was
+  double dx_px = 0, dy_px = 0;   ///< place in the second picture minus that in the first
   double sd_px = 0;              ///< from the noise left after matching; infinite while it iterates
   double residual_variance = 0;  ///< variance of the grey values left after matching
 };

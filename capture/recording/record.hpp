@@ -31,7 +31,7 @@ struct RecordOptions {
 };
 
 struct RecordResult {
-  std::vector<std::string> sets;   ///< that were stored
+  std::vector<std::string> sets;   ///< sets that were stored
   std::vector<LiveFault> refused;  ///< frames and sets that were not, with reason and remedy
   std::vector<std::string> files;  ///< images, relative to the folder
   StillReport still;

@@ -39,7 +39,7 @@ struct StillReport {
   std::vector<CameraStill> cameras;
   /// Largest of all cameras; absent where that of one is beyond reach.
   std::optional<double> motion_px, speed_mm_per_s, background_shift_px;
-  std::optional<double> sync_error_mm;  ///< that speed times the largest spread of a set
+  std::optional<double> sync_error_mm;  ///< speed times the largest spread of a set
   bool cloth_moved = false;
   std::vector<LiveFault> moved_cameras;
   std::optional<std::string> calibration_no_go;  ///< why no speed is given

@@ -11,7 +11,7 @@
 
 namespace drape::compare {
 
-/// Who answers for published results, and how they may be used (lab.toml, schema drapebench/lab/1).
+/// Authors and licence of published results (lab.toml, schema drapebench/lab/1).
 struct Lab {
   struct Author {
     std::string name;
@@ -20,7 +20,7 @@ struct Lab {
   };
   std::string title, description;
   std::string license, license_name;  ///< URL and name
-  std::string program_url;  ///< where others find the programs; empty: named by their hash
+  std::string program_url;            ///< URL of the programs; empty: named by their hash
   std::vector<Author> authors;
 };
 void fields(Fields& f, Lab& lab);

@@ -63,7 +63,7 @@ std::vector<std::string> columns_of_radii(const CsvText& table) {
                     {.file = table.file.string()}, asked);
   for (std::size_t i = 0; i < angles.size(); ++i) {
     const double expected = 360.0 * static_cast<double>(i) / static_cast<double>(angles.size());
-    if (std::abs(std::stoi(angles[i].substr(1)) - expected) > 0.5)  // names are whole degrees
+    if (std::abs(std::stoi(angles[i].substr(1)) - expected) > 0.5)  // whole degrees
       throw bad_input(
           fmt::format("the {} columns of radii do not go round in equal steps: at {:.1f} "
                       "degrees stands {}",

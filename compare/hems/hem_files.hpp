@@ -22,7 +22,7 @@ struct HemRecord {
   Hem hem;
   std::vector<HemNumber> numbers;
   std::vector<HemNode> nodes;
-  std::string basis;  ///< where the scale comes from; empty: the input is in millimetres
+  std::string basis;  ///< origin of the scale; empty: the input is in millimetres
   std::vector<std::string> warnings;
   bool go = true;                   ///< false for a sheet that is not at rest or rests on a NO-GO
   HemKind kind = HemKind::unknown;  ///< pictures, tables and meshes do not say
@@ -43,7 +43,7 @@ struct HemReadOptions {
   /// Scale of a picture; unset: pictures are refused.
   std::function<PictureScale(const Silhouette&, const std::filesystem::path&)> scale;
   std::optional<double> scale_u;  ///< relative standard uncertainty; of every input
-  /// Where fabric, sample, face and repeat stand in a file's path (below the folder that was given,
+  /// Pattern of fabric, sample, face and repeat in a file's path (below the folder that was given,
   /// without ending), such as "{fabric}/s{sample}_f{face}_{repeat}"; `*` is any text. Empty: only
   /// the file's name is kept (where two have one name: the path), as the fabric; of a start of an
   /// ensemble (cusick.json) as its repeat.

@@ -9,7 +9,7 @@
 
 namespace drape::compare {
 
-/// Which rows of the store are wanted; empty parts do not filter. Each comparison is listed with
+/// Filter on the rows of the store; empty parts do not filter. Each comparison is listed with
 /// the last of its runs that the filter admits. Functions that take one throw Error(usage) for a
 /// date that does not exist and for a value that nothing in the store has, naming those that it
 /// has.
@@ -103,7 +103,7 @@ inline constexpr const char* kUncertaintyIs =
     "run_drape AS k WHERE k.run = d.run AND k.scene = d.scene AND substr(k.headline_sha256, 1, 12) "
     "= d.comparison) AS uncertainty_is";
 
-/// As in the view v_real_vs_virtual.
+/// Columns of the view v_real_vs_virtual.
 [[nodiscard]] std::string in_order();
 
 /// "21x21" or "2.5 mm"; empty where the filter asks for neither.
@@ -133,13 +133,13 @@ void check_specimen(const StoreReader& store, const std::string& specimen);
 /// one run; with its parameters, which are appended.
 [[nodiscard]] std::string runs_of(const ResultFilter& filter, Cells& parameters);
 
-/// Which of the numbers that have the same name is meant.
+/// Choice among numbers of the same name.
 struct WhyOptions {
   std::optional<MarkId> mark = {};  ///< mark of a comparison: a column of mark_error
   std::string camera = {};          ///< camera of a calibration
 };
 
-/// Where one number comes from: its value and definition, the rows it was computed from, and every
+/// Origin of one number: its value and definition, the rows it was computed from, and every
 /// file behind it down to photographs and curves, through the run records beside each output. The
 /// store's seal tells where the sheets lie. `key` is the start of the key of a comparison, of a
 /// pair of simulations, of a sheet (drapemeter and uncertainty) or of a calibration (residuals),

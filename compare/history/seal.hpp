@@ -25,7 +25,7 @@ struct Seal {
   std::map<std::string, std::string> files;  ///< path relative to the store's folder, SHA-256
 };
 
-/// Where the store stands.
+/// Folder of the store.
 [[nodiscard]] std::filesystem::path folder_of(const std::filesystem::path& store);
 
 [[nodiscard]] std::filesystem::path seal_path(const std::filesystem::path& store);

@@ -183,8 +183,9 @@ class Recomputation {
     report_left();
   }
 
-  /// Where two simulations may have been compared: at the marks of the measured lattice, or at the
-  /// particles of the coarsest grid of their group, which is one with as many on the same cloth.
+  /// Places at which two simulations may have been compared: at the marks of the measured lattice,
+  /// or at the particles of the coarsest grid of their group, which is one with as many on the same
+  /// cloth.
   [[nodiscard]] std::vector<Places> places_of(const std::optional<Text>& measured,
                                               const Text& first, const Text& second,
                                               int points) const {

@@ -27,7 +27,7 @@ struct OtherMeshId {
   std::filesystem::path mesh;
   std::string mesh_sha256;
 };
-/// Nothing when the file is not a "drapebench/mesh" or its mesh is not there.
+/// Empty when the file is not a "drapebench/mesh" or its mesh is not there.
 [[nodiscard]] std::optional<OtherMeshId> other_mesh_id(const std::filesystem::path& file);
 
 }  // namespace drape::compare

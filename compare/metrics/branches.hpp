@@ -46,7 +46,7 @@ struct Branch {
 [[nodiscard]] std::string friction_sentence(const FrictionBand& band);
 [[nodiscard]] std::string memory_sentence(const MemoryBand& band);
 
-/// Where the vertical axis of a round scene meets the table: the middle of its first object.
+/// Foot of the vertical axis of a round scene on the table: the middle of its first object.
 [[nodiscard]] std::optional<Eigen::Vector2d> axis_of(const Scene& scene);
 
 /// Mean distance after the turn about a vertical axis that makes it smallest. On a round object an

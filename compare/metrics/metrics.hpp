@@ -47,7 +47,7 @@ struct DistanceStatistics {
   double rms_m = 0;
   double p95_m = 0;  ///< 95th percentile, linear between order statistics
   double max_m = 0;
-  MarkId worst_mark;  ///< where the maximum is (the first one)
+  MarkId worst_mark;  ///< mark of the maximum (the first one)
   /// 1 sigma of the mean: sqrt(sum sigma_i^2) / n for independent marks. Absent when any mark
   /// has no covariance.
   std::optional<double> sigma_mean_m;

@@ -26,7 +26,7 @@ class Surface {
   /// or fewer than 2x2 of them exist.
   Surface(const Sheet& sheet, const std::string& file);
 
-  /// Nothing outside the grid (1 nm tolerance), in a cell with a missing corner, or where the
+  /// Empty outside the grid (1 nm tolerance), in a cell with a missing corner, or where the
   /// cell has collapsed to a line so that it has no normal.
   [[nodiscard]] std::optional<SurfacePoint> at(const Eigen::Vector2d& material_m) const;
 

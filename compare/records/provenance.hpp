@@ -60,7 +60,7 @@ void require_as_recorded(const std::filesystem::path& output);
 struct ChainLink {
   int depth = 0;
   std::filesystem::path file;
-  std::string sha256;   ///< as the step that used it recorded it
+  std::string sha256;   ///< hash recorded by the step that used it
   std::string state;    ///< "unchanged", "altered", "not there" or "not traced"
   std::string made_by;  ///< command, or what an original file is
 };

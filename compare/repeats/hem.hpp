@@ -30,7 +30,7 @@ struct Hem {
   Eigen::Vector2d centre_m;      ///< centroid of the covered area
   double area_m2 = 0;            ///< covered
   std::vector<double> radius_m;  ///< about the centre, equal steps of angle from +x towards +y;
-                                 ///< where a ray meets the hem more than once, the outermost
+                                 ///< the outermost where a ray meets the hem more than once
   std::optional<double> flat_area_m2;  ///< flat specimen, where it is known better than by size
 };
 

@@ -22,13 +22,13 @@ struct RepeatBasis {
 };
 
 struct MarkRepeats {
-  int marks = 0;  ///< that every repeat has
+  int marks = 0;  ///< marks that every repeat has
   /// Root mean square distance of the marks of two repeats, in the world of the bench: nothing is
   /// turned or moved.
   std::vector<std::vector<double>> real_to_real_m;
   struct SheetMatch {
     std::string name;
-    int marks = 0;                   ///< those that the virtual sheet has or interpolates
+    int marks = 0;                   ///< marks that the virtual sheet has or interpolates
     std::vector<RepeatBasis> bases;  ///< marks, hem, spectrum and area
     std::optional<double> p;         ///< combined over all that could be judged, see combined_p()
     Match verdict = Match::undecided;

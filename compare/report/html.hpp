@@ -16,7 +16,7 @@ namespace drape::compare {
 /// The pictures of one drape; `headline` of Report is set.
 struct DrapeFigures {
   std::vector<Figure> overlays;
-  std::vector<Figure> renders;  ///< as overlays; empty without a calibration
+  std::vector<Figure> renders;  ///< overlays; empty without a calibration
   Figure sheet, map, histogram, strain;
   std::optional<Figure> hem;
 

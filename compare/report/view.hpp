@@ -17,7 +17,7 @@ namespace drape::compare {
 /// that lack a corner.
 [[nodiscard]] std::vector<std::array<Eigen::Vector3d, 4>> drawn_cells(const Sheet& sheet);
 
-/// Where the points of the world lie in a picture, and the point that they are seen from.
+/// Projection of the world into a picture, and its centre.
 struct Viewer {
   std::function<std::optional<Eigen::Vector2d>(const Eigen::Vector3d&)> place;
   Eigen::Vector3d eye_in_world;

@@ -24,7 +24,7 @@ struct DrapeFiles {
   std::optional<StepRecord> detected_by;
   std::optional<StepRecord> measured_by;
   std::optional<RecordingId> recording;                 ///< through the record of the detections
-  std::vector<std::optional<StepRecord>> simulated_by;  ///< as DrapeInput::simulations
+  std::vector<std::optional<StepRecord>> simulated_by;  ///< index in DrapeInput::simulations
   std::optional<SensitivityFile> error_split;           ///< sensitivity.json beside its speaker
   std::optional<StepRecord> split_by;
 };

@@ -20,8 +20,8 @@ struct RunLabel {
 
 /// Result of one call of drape-compare.
 struct Outcome {
-  std::vector<Report> reports;            ///< as Session::drapes
-  std::vector<VirtualGroup> groups = {};  ///< as Session::virtual_only
+  std::vector<Report> reports;            ///< in the order of Session::drapes
+  std::vector<VirtualGroup> groups = {};  ///< in the order of Session::virtual_only
   std::vector<std::string> warnings;      ///< warnings of the stages, the session and every drape
   std::vector<std::string> not_compared = {};  ///< drapes that came to no sheet, each with why
   /// Why the acceptance of a calibration is NO-GO, by the calibration's SHA-256.

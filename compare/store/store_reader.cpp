@@ -23,7 +23,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Where the first statement ends: the `;` outside of quotes, or the end of the text.
+/// End of the first statement: the `;` outside of quotes, or the end of the text.
 std::size_t end_of_statement(const std::string& sql) {
   char quote = 0;
   for (std::size_t i = 0; i < sql.size(); ++i) {

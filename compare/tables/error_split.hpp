@@ -11,7 +11,7 @@
 
 namespace drape::compare {
 
-/// Which of these a run with such inputs was not made from, in a sentence, if any: the drape's
+/// A sentence on inputs that a run was not made from, if any: the drape's
 /// measured sheet, scene and fabric of the simulation that speaks for it.
 [[nodiscard]] std::optional<std::string> other_origin(const HashedFiles& inputs,
                                                       const DrapeInput& drape);
@@ -24,7 +24,7 @@ namespace drape::compare {
 [[nodiscard]] Table value_effect_table(const SensitivityFile& split);
 /// Changed models in the order of the file; the greatest change among those at rest is marked.
 [[nodiscard]] Table variant_effect_table(const SensitivityFile& split);
-/// Which change moves the mean distance most: one sentence without a full stop; empty when nothing
+/// Change that moves the mean distance most, one sentence without a full stop; empty when nothing
 /// was changed.
 [[nodiscard]] std::string error_split_sentence(const SensitivityFile& split);
 

@@ -8,7 +8,7 @@
 
 namespace drape::compare {
 
-/// Which layings of the drape are repeats of each other, how far they lie apart, and where the
+/// Layings of the drape that repeat each other, their distances, and the place of the
 /// headline is among them: Report::repeats and among_repeats.
 void judge_repeats(const DrapeInput& input, const Options& options, Report& report);
 

@@ -10,7 +10,7 @@ namespace drape::console {
 
 /// When a target that a hand holds is still, and where no set of it was taken yet.
 struct StillOptions {
-  double still_s = 0.8;  ///< nothing moves so long; a hand that holds a board pauses longer
+  double still_s = 0.8;  ///< time without motion; a hand that holds a board pauses longer
   int pictures = 3;      ///< per camera in that time, at least
   /// A pixel has changed by more than this part of the picture's contrast, and by so many standard
   /// deviations of its noise: an edge that moved by a tenth of a pixel of the picture.

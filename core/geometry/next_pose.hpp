@@ -35,7 +35,7 @@ struct PredictedError {
 struct NextPose {
   WorldFromTarget world_from_target;
   double calibration_m = 0;  ///< predicted with it
-  std::vector<int> cameras;  ///< that see the whole target
+  std::vector<int> cameras;  ///< cameras that see the whole target
   std::string words;         ///< "tilted by +30 deg about its x axis, centre at (40, 0, 60) mm"
   /// Outline of the target in each of them, px: a closed polygon.
   std::vector<std::vector<Eigen::Vector2d>> outline_px;

@@ -23,7 +23,7 @@ struct Ray {
 [[nodiscard]] std::optional<Eigen::Vector3d> nearest_to_rays(const std::vector<Ray>& rays,
                                                              double min_angle_rad = 0);
 
-/// Where a camera sees a point, with the covariance of its place in the picture.
+/// Image of a point in a camera, with its covariance.
 struct PixelView {
   const Camera* camera = nullptr;
   Eigen::Vector2d px;

@@ -30,8 +30,8 @@ class TriangleTree {
   struct Nearest {
     double squared = std::numeric_limits<double>::infinity();  ///< distance^2
     Eigen::Vector3d point = Eigen::Vector3d::Zero();
-    int triangle = 0;  ///< as given
-    int feature = 0;   ///< as in OnTriangle
+    int triangle = 0;  ///< in the order given
+    int feature = 0;   ///< weights, see OnTriangle
   };
   [[nodiscard]] Nearest nearest(const Eigen::Vector3d& point) const;
 

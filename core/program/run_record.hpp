@@ -107,7 +107,7 @@ class RunRecord {
   std::vector<std::filesystem::path> outputs_;
 };
 
-/// Where the record of an output lies: `<stem>.run.json` beside it.
+/// Record of an output: `<stem>.run.json` beside it.
 [[nodiscard]] std::filesystem::path run_record_path(const std::filesystem::path& output);
 
 /// True when the record exists, was written by the same program file with the same arguments (paths

@@ -18,7 +18,7 @@ namespace {
 constexpr double least_fill = 0.80;
 constexpr double most_dark_ring = 0.45;
 constexpr int ring_samples = 32;
-constexpr double full_core = 0.4;  // where a dot is dark, in its radii
+constexpr double full_core = 0.4;  // radius of the dark middle, in radii of the dot
 constexpr double ring_core = 0.7;  // the same with a light centre
 
 /// The light that falls on the unprinted surface: a morphological closing, which fills whatever is

@@ -8,7 +8,7 @@
 
 namespace drape::detect {
 
-/// Where a printed point is seen and how the print maps to the image around it.
+/// Image of a printed point, and how the print maps to the image around it.
 struct LocalMap {
   Eigen::Vector2d centre_px;
   Eigen::Matrix2d px_per_m;  ///< derivative of the pixel by the position on the print

@@ -24,9 +24,9 @@ using Matrix = Model::Matrix;
 
 constexpr int most_iterations = 15;
 constexpr double converged_px = 1e-3;    // Newton's next step is then far below a thousandth
-constexpr double quick_ratio = 0.2;      // of a step's length to the one before
-constexpr double converged_gain = 2e-4;  // of chi-square, a tenth of one pixel's part
-constexpr double chi2_scatter = 1e-6;    // of sums in single precision
+constexpr double quick_ratio = 0.2;      // ratio of a step's length to the one before
+constexpr double converged_gain = 2e-4;  // gain of chi-square: a tenth of one pixel's part
+constexpr double chi2_scatter = 1e-6;    // rounding of sums in single precision
 constexpr double clean_chi2 = 2.5;       // fits up to here need no second look at strangers
 constexpr int stranger_rounds = 4;
 constexpr double most_covered_for_blur = 0.1;

@@ -31,7 +31,7 @@ struct DotFit {
   double misfit = 0;        ///< rms of the residuals, in contrasts
   double masked_edge = 0;   ///< fraction of the outline hidden by masks or the image border
   double one_sided = 0;     ///< largest chi-square of the centre's shift when an eighth is left out
-  double one_sided_px = 0;  ///< that shift
+  double one_sided_px = 0;  ///< the shift itself
   bool saturated = false;
   std::optional<double> centre_fraction;  ///< light of the core: 0 as the print, 1 as the cloth
   EdgeResiduals edge;

@@ -11,8 +11,8 @@ namespace drape::detect {
 
 namespace {
 
-constexpr double ring_px = 4.0;         // how far outside the outline pixels are used
-constexpr double edge_px = 1.5;         // what counts as outline when lost fractions are counted
+constexpr double ring_px = 4.0;         // margin outside the outline in which pixels are used
+constexpr double edge_px = 1.5;         // width of the outline when lost fractions are counted
 constexpr int foreign_margin_px = 2;    // blur carries a neighbour's darkness this far
 constexpr double centre_margin = 0.25;  // around a light centre, in radii of the dot
 constexpr double dark_ring_fraction = 0.7;

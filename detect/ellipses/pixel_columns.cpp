@@ -13,10 +13,10 @@ namespace {
 using Model = BlurredEllipse;
 constexpr float far_in_blurs = 3.5F;
 constexpr auto shallowest = static_cast<float>(Model::shallowest);
-constexpr float outline_px = 1.5F;      // what counts as outline when lost fractions are counted
+constexpr float outline_px = 1.5F;      // width of the outline when lost fractions are counted
 constexpr float stranger_px = 0.3F;     // strangers are sought from here outwards
 constexpr double biweight_limit = 6.0;  // in residual scales
-constexpr double gross_misfit = 0.15;   // of the contrast
+constexpr double gross_misfit = 0.15;   // fraction of the contrast
 constexpr double noticeable_trust = 0.05;
 
 /// exp(-z^2 / 2) / sqrt(2 pi) for |z| <= 3.5 to 2e-6: Taylor's series of an eighth of it.

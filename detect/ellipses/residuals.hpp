@@ -21,8 +21,8 @@ struct RingResiduals {
   using Sums = Eigen::Matrix<double, count, 1>;
   Sums product = Sums::Zero();
   double pixels = 0;
-  /// Expected products (rows) per unit of the texture's correlation (columns): the fit follows a
-  /// part of what it is to tell of.
+  /// Expected products (rows) per unit of the texture's correlation (columns); below 1, since the
+  /// fit follows a part of the texture.
   Eigen::Matrix<double, count, count> seen = Eigen::Matrix<double, count, count>::Zero();
 };
 

@@ -17,14 +17,14 @@ namespace {
 constexpr double tag_print_fraction = 0.35;
 constexpr double bare_print_fraction = 0.10;
 
-constexpr double contradicting_error = 0.15;  // of a step to a dot that is another mark
-constexpr double most_flat_change = 0.12;     // of the map along a step on flat cloth
+constexpr double contradicting_error = 0.15;  // error of a step to another mark, in steps
+constexpr double most_flat_change = 0.12;     // change of the map along a step on flat cloth
 constexpr double least_readable_px = 22;      // edge of a tag across its shorter direction
 
 // At the rim of what is seen; set after a look at 25 drawn cloths in folds of 60 degrees and
 // bench1.
-constexpr int most_doubtful_votes = 0;   // of the four cells around a dot
-constexpr double most_rim_error = 0.25;  // of a step to a dot that is seen askew
+constexpr int most_doubtful_votes = 0;   // votes among the four cells around a dot
+constexpr double most_rim_error = 0.25;  // error of a step to a dot seen askew, in steps
 constexpr double askew = 0.16;           // det / trace^2 of an ellipse whose axes are as 1 to 2
 
 constexpr std::array<MarkId, 4> corners = {{{-1, -1}, {-1, 0}, {0, -1}, {0, 0}}};

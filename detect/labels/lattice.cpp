@@ -12,9 +12,9 @@ namespace drape::detect {
 
 namespace {
 
-constexpr double nearest_in_pitches = 0.6;  // of a neighbour, in the dot's own map
+constexpr double nearest_in_pitches = 0.6;  // distance of a neighbour in the dot's own map
 constexpr double farthest_in_pitches = 1.4;
-constexpr int least_directions = 3;  // of the four, in which a start has a clear neighbour
+constexpr int least_directions = 3;  // directions in which a start has a clear neighbour
 constexpr std::size_t least_piece = 4;
 constexpr double most_flat_miss = 0.2;  // in pitches
 constexpr double most_area_ratio = 1.6;

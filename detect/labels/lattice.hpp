@@ -53,9 +53,9 @@ void fill_flat_piece(const PrintPlane& plane, const std::vector<UnlabelledDot>& 
 /// The piece turned by a quarter: its columns to the right become rows downwards.
 [[nodiscard]] LatticePiece quarter_turn(const LatticePiece& piece);
 
-/// Where two looks of dots make every window of 3 x 3 unique, a piece may find its own place: the
-/// one at which the classes of its dots agree and at every other place do not. Dots that disagree
-/// there are left out. Nothing when too few dots show their class or two places fit nearly as well.
+/// Places a piece by two looks of dots that make every window of 3 x 3 unique: at the only place
+/// where the classes of its dots agree. Dots that disagree there are left out. Empty when too few
+/// dots show their class or two places fit nearly as well.
 [[nodiscard]] std::optional<LatticePiece> place_by_classes(const PrintPlane& plane,
                                                            const std::vector<UnlabelledDot>& dots,
                                                            const LatticePiece& piece);

@@ -37,8 +37,8 @@ constexpr double nearest_in_pitches = 0.55;
 constexpr double farthest_in_pitches = 1.45;
 constexpr double most_cosine = 0.5;           // between the two sides of a cell
 constexpr double most_fourth_corner = 0.45;   // miss of the parallelogram, in sides
-constexpr int most_wrong_pairs = 2;           // of eight places on the frame
-constexpr double least_frame_fraction = 0.8;  // of the frame's modules that must have their colour
+constexpr int most_wrong_pairs = 2;           // wrong pairs among eight places on the frame
+constexpr double least_frame_fraction = 0.8;  // modules of the frame with their colour
 
 /// Four corners, clockwise as seen; the third one may have no dot of its own.
 struct Corners {
@@ -51,7 +51,7 @@ struct Neighbour {
   Eigen::Vector2d in_pitches;
 };
 
-/// Which dots may be each other's neighbours.
+/// Dots that may be each other's neighbours.
 class Cells {
  public:
   Cells(const std::vector<UnlabelledDot>& dots, const PrintPlane& plane)
@@ -120,7 +120,7 @@ class Cells {
   std::vector<std::vector<Neighbour>> neighbours_;
 };
 
-constexpr double least_depth = 0.1;  // of a cell's corner, against the first one's
+constexpr double least_depth = 0.1;  // depth of a cell's corner over the first one's
 
 /// Cubic from a to b whose ends run along the given tangents.
 Eigen::Vector2d hermite(const Eigen::Vector2d& a, const Eigen::Vector2d& tangent_a,
@@ -132,7 +132,7 @@ Eigen::Vector2d hermite(const Eigen::Vector2d& a, const Eigen::Vector2d& tangent
 
 using Quad = std::array<Eigen::Vector2d, 4>;
 
-/// Where the points of a cell between four dots are seen: the unit square, corners (0, 0), (1, 0),
+/// Map of a cell between four dots to the picture: the unit square, corners (0, 0), (1, 0),
 /// (1, 1), (0, 1), to pixels.
 using CellMap = std::function<Eigen::Vector2d(const Eigen::Vector2d&)>;
 
@@ -368,7 +368,7 @@ std::optional<TagDetection> read_cell(const GreyImage& image, const Corners& at,
     corners[2] = centre(*at.opposite);
     maps[2] = root(*at.opposite);
   } else {
-    // Where the maps of its two neighbours put the corner that has no dot.
+    // Place of the corner that has no dot, by the maps of its two neighbours.
     Eigen::Matrix2d rough;
     rough << corners[1] - corners[0], corners[3] - corners[0];
     for (const int k : {1, 3}) maps[k] = turned_root(maps[k], rough);

@@ -76,7 +76,7 @@ Corners corners_in_plane(const Vector2d& centre_m, double edge_m) {
   return corners.colwise() + centre_m;
 }
 
-/// Where the points of a tagged target lie in a picture, from the tags near each of them.
+/// Images of the points of a tagged target in a picture, from the tags near each of them.
 class BoardMap {
  public:
   /// `tags` are the target's, each id once.

@@ -21,8 +21,8 @@ constexpr double kStrainAllowed = 1e-9;           // rounding
 constexpr double kShearAllowed_rad = 1e-6;        // a sine's last digit at a right angle is 1.5e-8
 constexpr double kCurvatureAllowed_per_m = 1e-6;  // last digits of a metre over (1 mm)^2: 1e-10
 constexpr double kTwistFraction = 1e-9;           // relative to the twist stiffness
-constexpr double kPlaceAllowed_m = 1e-6;          // of distances, and of the sheet on the surface
-constexpr double kMostOfMeasured = 2;  // beyond, more of the strain is guessed than was measured
+constexpr double kPlaceAllowed_m = 1e-6;  // error of distances and of the sheet on the surface
+constexpr double kMostOfMeasured = 2;     // beyond, more of the strain is guessed than was measured
 
 void compare(CertifyReport& report, const std::string& what, double claimed, double found,
              double allowed) {

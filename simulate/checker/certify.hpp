@@ -20,7 +20,7 @@ struct RestFiles {
   Sheet sheet;
   Certificate certificate;
   ClothShape shape;
-  ClothMemory memory;  ///< of a cloth with internal friction
+  ClothMemory memory;  ///< memory of a cloth with internal friction
   std::vector<ContactForce> contact_forces;
   std::vector<std::filesystem::path> files;
 };

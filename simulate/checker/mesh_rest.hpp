@@ -28,8 +28,8 @@ struct HeldPoint {
 struct MeshRest {
   ClothShape shape;
   ClothLaws laws;
-  ClothMemory memory;        ///< where laws.friction is; of bending by triangle, of shear by point
-  double disc_radius_m = 0;  ///< the drapemeter's; its material coordinates are from the middle
+  ClothMemory memory;            ///< slip of laws.friction: bending by triangle, shear by point
+  double disc_radius_m = 0;      ///< the drapemeter's; its material coordinates are from the middle
   const Scene* scene = nullptr;  ///< objects, table, clamps and friction; absent: a drapemeter
   std::vector<HeldPoint> pins;
   /// Forces of objects on places of facets of the surface (checker/surface.hpp), by their nodes:
@@ -37,7 +37,7 @@ struct MeshRest {
   std::vector<ContactForce> contact_forces;
   double layers_apart_m = 0;  ///< layers press when they are nearer than this; 0: they do not press
   Eigen::Vector3d gravity_m_per_s2 = {0, 0, -9.80665};
-  double residual_tolerance = 0;  ///< that was claimed, in mean weights of a point
+  double residual_tolerance = 0;  ///< claimed residual, in mean weights of a point
   /// Largest strain (warp, weft) that is believed, see strain_limits().
   Eigen::Vector2d most_strain = Eigen::Vector2d::Constant(std::numeric_limits<double>::infinity());
   std::vector<Eigen::Vector2d> asked_m = {};  ///< material points whose places are asked for
@@ -60,9 +60,9 @@ struct MeshJudgement {
   double hold_error_m = 0;            ///< largest distance of a held point from its place
   std::optional<double> to_object_m;  ///< least distance of the surface's nodes
   double to_table_m = 0;              ///< the same
-  std::optional<double> to_itself_m;  ///< of layers that press on each other
+  std::optional<double> to_itself_m;  ///< least distance of layers that press on each other
   MeshStrains strains;
-  std::vector<std::optional<Eigen::Vector3d>> places;  ///< of MeshRest::asked_m; absent: beside it
+  std::vector<std::optional<Eigen::Vector3d>> places;  ///< MeshRest::asked_m; absent: beside it
   std::vector<std::string> refusals;                   ///< empty: accepted
 
   [[nodiscard]] bool accepted() const { return refusals.empty(); }

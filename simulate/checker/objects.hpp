@@ -19,7 +19,7 @@ constexpr Real kLook_m = 0.5e-3L;    ///< steps in which a surface is looked at
 /// Largest distance of cloth from a place where objects may press: places stand on triangles of
 /// 0.75 mm.
 constexpr Real kFarthest_m = 0.45e-3L;
-constexpr Real kRounding_m = 1e-9L;  ///< of places in files and in a frame of their own
+constexpr Real kRounding_m = 1e-9L;  ///< rounding of places in files and in frames of their own
 
 struct Objects {
   explicit Objects(const Scene& objects_of);

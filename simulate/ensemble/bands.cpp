@@ -19,7 +19,7 @@ using Eigen::Index;
 using Eigen::MatrixX3d;
 using Eigen::Vector3d;
 
-constexpr double kPart = 0.5;      // of friction and of the weight
+constexpr double kPart = 0.5;      // part of friction and of the weight
 constexpr double kBetween = 1e-2;  // residual of all but the last, in mean weights of a point
 constexpr int kPushSteps = 2;      // in which a push grows, and in which it goes again
 

@@ -52,7 +52,7 @@ struct EnsembleCase {
 
 /// End of one start on the coarsest mesh, in the frame of the case.
 struct Member {
-  int start = -1;  ///< of the sequence of variation_of(); -1: folded, see folded_starts()
+  int start = -1;  ///< index for variation_of(); -1: folded, see folded_starts()
   double friction = 0;
   Drape drape;                     ///< without its level, of which all members have the same
   std::string ending = "at rest";  ///< or why it is no rest

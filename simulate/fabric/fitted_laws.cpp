@@ -21,7 +21,7 @@ constexpr double kTensileLine = 0.5 * units::percent;
 // Median of J / (2 sqrt(Bwarp Bweft)) of 618 woven and knitted fabrics (after Feng et al. 2022).
 constexpr double kUsualTwistRatio = 0.86;
 
-/// Where a curve is fitted: up to `reach`, or wherever it is measured, but a single line up to
+/// Range of a fit: up to `reach`, or wherever it is measured, but a single line up to
 /// `line`.
 struct FitRange {
   double line = 0;

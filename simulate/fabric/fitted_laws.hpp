@@ -15,7 +15,7 @@ namespace drape::simulate {
 struct FittedLaws {
   ClothLaws laws;
   std::vector<CurveReport> curves;
-  std::vector<std::string> warnings;  ///< those of the fabric, and of the twist stiffness
+  std::vector<std::string> warnings;  ///< warnings of the fabric and of its twist stiffness
 };
 
 /// Fits the measured curves up to `reach` or, without one, wherever they are measured (a single

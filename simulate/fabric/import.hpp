@@ -17,7 +17,7 @@ struct ImportedFabric {
   std::string toml;                                         ///< text of fabric.toml
   std::vector<std::pair<std::string, std::string>> curves;  ///< name beside it, text of the CSV
   std::vector<std::string> stand_ins;  ///< quantities that the source does not give
-  /// Where the source states what a key of fabric.toml, a line of a curve ("tensile_warp.csv:4") or
+  /// Place in the source of what a key of fabric.toml, a line of a curve ("tensile_warp.csv:4") or
   /// a curve is made of.
   std::map<std::string, Where> from;
 };

@@ -81,8 +81,8 @@ class Judge {
             "is a decimal point lost, or is it in uN m (98 times as large)?");
   }
 
-  /// A cloth that is let go at the largest strain that KES reaches goes back, or its slope and
-  /// width say nothing; and a loop of shear is no narrower at 5 degrees than at 0.5.
+  /// Judges the loops: the unloading branch is positive at the largest strain of KES, and a loop of
+  /// shear is at least as wide at 5 degrees as at 0.5.
   void loops() {
     for (const int direction : {0, 1}) {
       const std::string key = direction == 0 ? "warp" : "weft";

@@ -14,7 +14,7 @@ struct DenseKernels {
   static constexpr std::ptrdiff_t lanes = 64 / sizeof(float);  ///< partial sums of a dot product
   static constexpr std::ptrdiff_t tile_rows = 3 * lanes, tile_cols = 8, dots = 8;
 
-  /// Where the tile of a product goes: column-major, `height` x `width` of it.
+  /// Destination of a tile of a product: column-major, `height` x `width` of it.
   struct Tile {
     float* to = nullptr;
     std::ptrdiff_t lead = 0, height = 0, width = 0;

@@ -18,7 +18,7 @@ using Eigen::Vector2d;
 using Eigen::Vector3d;
 using units::mm;
 
-constexpr double kSame_m = 1e-6;         // what files round to
+constexpr double kSame_m = 1e-6;         // rounding of files
 constexpr double kSameDirection = 1e-3;  // sine; the cloth would leave along the clamp
 constexpr double kKink = 0.02;           // rad; a kink that the eye sees
 constexpr double kLook_m = 1e-3;         // steps along a clamp in search of gaps in the cloth

@@ -15,7 +15,7 @@ namespace drape::simulate {
 struct PastEvent {
   enum class Kind {
     flat,    ///< "flat": pressed flat, so that it forgets what was before
-    bent,    ///< "bent 1.5 per cm along warp": as a whole, and laid flat
+    bent,    ///< "bent 1.5 per cm along warp": the whole cloth, then flat
     draped,  ///< "draped 3 times": from the scene's start to rest, and laid flat
     shaken,  ///< "shaken 5 times by 40 %": gravity grows and shrinks, last of all, once it rests
   };

@@ -50,7 +50,7 @@ struct StudyCase {
 /// The cases of a plan in their order: scene, fabric, model, grid or spacing, segments, seed.
 struct StudyPlan {
   std::vector<StudyCase> cases;
-  std::filesystem::path folder;  ///< of the plan or rig
+  std::filesystem::path folder;  ///< folder of the plan or rig
   bool by_name = false;          ///< folders are named by scene and options, one drape each: tables
 };
 

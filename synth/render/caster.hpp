@@ -33,7 +33,7 @@ struct Triangle {
 /// triangles from mark to mark, then lies before them everywhere.
 [[nodiscard]] Scene drawn_in(Scene scene, double by_m);
 
-/// Where a ray meets the scene first.
+/// First point of a ray on the scene.
 struct Hit {
   int triangle = -1;  ///< -1: nothing
   double b1 = 0, b2 = 0;

@@ -27,7 +27,7 @@ struct GridSurface {
   [[nodiscard]] const Eigen::Vector3d& at(int row, int col) const {
     return points_in_world[static_cast<std::size_t>(row) * cols + col];
   }
-  /// Where a point of the face lies; nothing beyond the surface's border.
+  /// Place of a point of the face; empty beyond the surface's border.
   [[nodiscard]] std::optional<Eigen::Vector3d> point_in_world(const FacePoint& face) const;
   /// Unit normal out of the printed side, of the smooth surface through the points.
   [[nodiscard]] Eigen::Vector3d vertex_normal(int row, int col) const;

@@ -17,7 +17,7 @@ namespace drape::synth {
 struct RenderOptions {
   double white_grey = 190;      ///< unprinted surface in full light
   double ink_ratio = 0.2;       ///< light from the print, by that from the bare surface
-  double background_grey = 25;  ///< where no surface is
+  double background_grey = 25;  ///< grey where no surface is
   double ambient = 0.45;        ///< fraction of the light that has no direction
   Eigen::Vector3d towards_light_in_world = {0.25, -0.35, 1};
   double gradient_per_px = 0;   ///< relative slope of the light along u, in ramps up and down

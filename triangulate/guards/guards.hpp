@@ -80,7 +80,7 @@ struct Misses {
     const TriangulateOptions& options, const Misses& misses, const std::vector<SheetMark>& placed,
     const Sheet& sheet);
 
-/// Which errors of scale (unseen_scale()) and of the scene's objects (detection_limits()) this
+/// Errors of scale (unseen_scale()) and of the scene's objects (detection_limits()) that this
 /// sheet would not contradict.
 [[nodiscard]] std::vector<Unseen> unseen_errors_of(const Detections& detections,
                                                    const TriangulateOptions& options,

@@ -62,7 +62,7 @@ struct Normal {
   int views = 0;
 };
 
-/// Where each camera's parameters stand in the columns of one covariance over all.
+/// Columns of each camera's parameters in one covariance over all.
 struct CameraColumns {
   MatrixXd covariance = MatrixXd(0, 0);
   std::map<const CalibratedCamera*, std::vector<Eigen::Index>> places;

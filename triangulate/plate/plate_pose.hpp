@@ -12,7 +12,7 @@
 
 namespace drape::triangulate {
 
-/// Where a plate of dots with tags lies. Its frame is that of a calibration target: origin in the
+/// Pose of a plate of dots with tags. Its frame is that of a calibration target: origin in the
 /// middle of the dots, x along the columns, y along the rows, z out of the printed face.
 struct PlatePose {
   WorldFromObject world_from_plate;
