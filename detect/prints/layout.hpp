@@ -18,7 +18,7 @@ struct PrintedPage {
   Page page;
   std::string paper;        ///< chosen, with its direction
   Eigen::Vector2d check_m;  ///< to be measured on the paper: along a row, a column
-  std::string check_text;   ///< these lengths, and from where to where
+  std::string check_text;   ///< lengths, and their ends
   Eigen::Vector2d face_m;   ///< origin of the face (core/prints) on the page
 };
 

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "core/drawing/svg.hpp"
 #include "core/units.hpp"
 
 namespace drape::detect {
@@ -22,22 +23,11 @@ std::string text_of(double metres) {
   return text == "-0" ? "0" : text;
 }
 
-std::string escaped(const std::string& text, const std::string& special,
-                    const std::vector<std::string>& by) {
-  std::string result;
-  for (const char c : text) {
-    const std::size_t found = special.find(c);
-    result += found == std::string::npos ? std::string(1, c) : by[found];
-  }
-  return result;
-}
-
-std::string xml_text(const std::string& text) {
-  return escaped(text, "&<>", {"&amp;", "&lt;", "&gt;"});
-}
-
 std::string pdf_text(const std::string& text) {
-  return escaped(text, "\\()", {"\\\\", "\\(", "\\)"});
+  std::string result;
+  for (const char c : text)
+    result += (c == '\\' || c == '(' || c == ')' ? "\\" : "") + std::string(1, c);
+  return result;
 }
 
 /// Draws in PDF's content language, y turned to point down.
@@ -110,7 +100,7 @@ struct SvgContent {
   void operator()(const PageText& line) {
     text += fmt::format("<text x=\"{}\" y=\"{}\" font-size=\"{}\">{}</text>\n",
                         text_of(line.baseline_m.x()), text_of(line.baseline_m.y()),
-                        text_of(line.height_m), xml_text(line.text));
+                        text_of(line.height_m), xml(line.text));
   }
 };
 
@@ -150,7 +140,7 @@ std::string svg_of(const Page& page) {
       "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{0}mm\" height=\"{1}mm\" "
       "viewBox=\"0 0 {0} {1}\" font-family=\"Helvetica, Arial, sans-serif\">\n<title>{2}</title>\n"
       "<rect width=\"{0}\" height=\"{1}\" fill=\"#fff\"/>\n{3}</svg>\n",
-      text_of(page.size_m.x()), text_of(page.size_m.y()), xml_text(page.title), content.text);
+      text_of(page.size_m.x()), text_of(page.size_m.y()), xml(page.title), content.text);
 }
 
 }  // namespace drape::detect
