@@ -255,6 +255,40 @@ void fields(Fields& f, MeasuredPlate& plate) {
          "it is no covariance: not symmetric, or negative", make_again);
 }
 
+namespace {
+
+constexpr std::string_view kNoPoint = "this is no point of the target";
+constexpr std::string_view kFromZero = "give [row, col], counted from 0";
+constexpr double kUsualHole = 1.0 / 3;  ///< of a dot's diameter
+
+/// The keys of a plate of dots alone.
+void plate_of_dots(Fields& f, Target& target) {
+  f.otherwise({"arrangement", "square, or staggered: dots only where row + col is even"},
+              target.arrangement);
+  f.otherwise({"dot_colour", "black, or white on a black plate"}, target.dot_colour);
+  std::vector<std::array<int, 2>> hollow;
+  for (const MarkId mark : target.hollow) hollow.push_back({mark.row, mark.col});
+  f.if_any({"hollow", "[row, col] of each dot with a hole, from 0", 1, 0}, hollow);
+  if (!hollow.empty() || f.documents())
+    f.otherwise(
+        {"hollow_diameter_mm", "diameter of the holes; absent: a third of a dot's", mm, above_zero},
+        target.hollow_diameter_m);
+  if (!f.reads()) return;
+  target.hollow.clear();
+  for (const auto& [row, col] : hollow) {
+    target.hollow.push_back({row, col});
+    f.rule(target.has(target.hollow.back()), "hollow", kNoPoint, kFromZero);
+  }
+  if (hollow.empty()) return;
+  f.rule(hollow.size() >= 3, "hollow", "fewer than three hollow dots do not place a plate",
+         "give at least three, e.g. that at the origin, one along x, one along y");
+  if (target.hollow_diameter_m == 0) target.hollow_diameter_m = kUsualHole * target.dot_diameter_m;
+  f.rule(target.hollow_diameter_m < target.dot_diameter_m, "hollow_diameter_mm",
+         "the hole is as large as the dot", "it must be smaller than dot_diameter_mm");
+}
+
+}  // namespace
+
 void fields(Fields& f, Target& target) {
   f({"kind", "its points"}, target.kind);
   lattice(f, target.rows, target.cols, "rows of points, along y", "points of a row, along x");
@@ -264,9 +298,10 @@ void fields(Fields& f, Target& target) {
   const bool board = target.kind >= TargetKind::charuco;
   f.when(dots, {"dot_diameter_mm", "diameter of a dot", mm, above_zero}, target.dot_diameter_m);
   f.rule(!dots || target.dot_diameter_m < target.pitch_m, "dot_diameter_mm", kDotsTouch, kSmaller);
-  f.rule(target.kind != TargetKind::chessboard || std::min(target.rows, target.cols) >= 4, "rows",
-         "the chessboard has fewer than 4 x 4 inner corners",
+  f.rule(target.kind != TargetKind::chessboard || std::min(target.rows, target.cols) >= 3, "rows",
+         "the chessboard has fewer than 3 x 3 inner corners",
          "count the corners where four squares meet, not the squares");
+  if (dots || f.documents()) plate_of_dots(f, target);
   std::string square = "dark";
   if (target.kind == TargetKind::charuco || f.documents())
     f.otherwise({"upper_left_square", "dark, or light as on OpenCV's boards before 4.6"}, square);
@@ -280,6 +315,10 @@ void fields(Fields& f, Target& target) {
   target.tag_family = table.family;
   target.tag_edge_m = table.edge_m;
   target.tags = table.tags;
+  f.rule(target.tags.empty() || (target.dot_colour == DotColour::black &&
+                                 target.arrangement == DotArrangement::square),
+         "tags", "tags stand between black dots in a square grid only",
+         "leave out `tags`, or mark the plate by `hollow` dots");
   const Field lengths{"known_length", "distances that were measured on the plate"};
   const Value* given = f.reads() ? target.document.root().find(lengths.name) : nullptr;
   if (given && given->get_if<Value::Table>())
@@ -304,9 +343,7 @@ void fields(Fields& f, Target& target) {
     const std::string at = given->get_if<Value::Table>() ? "" : fmt::format(".{}", i);
     for (const auto& [end, mark] : {std::pair{"from", target.known_lengths[i].from},
                                     std::pair{"to", target.known_lengths[i].to}})
-      f.rule(mark.row < target.rows && mark.col < target.cols,
-             fmt::format("known_length{}.{}", at, end), "this is no point of the target",
-             "give [row, col], counted from 0");
+      f.rule(target.has(mark), fmt::format("known_length{}.{}", at, end), kNoPoint, kFromZero);
   }
 }
 

@@ -44,6 +44,18 @@ template <>
 inline constexpr std::string_view names_of<TargetKind>[] = {"dot-grid", "chessboard", "charuco",
                                                             "aprilgrid"};
 
+/// Where a dot grid has its dots: at every place, or, row by row, at every second one, so that row
+/// + col is even (OpenCV's asymmetric circle grid; pitch: from row to row).
+enum class DotArrangement { square, staggered };
+
+template <>
+inline constexpr std::string_view names_of<DotArrangement>[] = {"square", "staggered"};
+
+enum class DotColour { black, white };  ///< white dots stand on a black plate
+
+template <>
+inline constexpr std::string_view names_of<DotColour>[] = {"black", "white"};
+
 /// Calibration target (target.toml). Frame: origin at the grid's centre, x along the columns,
 /// y along the rows, z out of the printed face. A chessboard's four squares around corner (0, 0)
 /// include a dark one between the corners (0, 0) and (1, 1), which tells its sides apart when
@@ -53,9 +65,15 @@ struct Target {
   int rows = 0, cols = 0;     ///< dots or corners; rows along y, cols along x
   double pitch_m = 0;         ///< pitch of the dots or an AprilGrid's tags, or the side of a square
   double dot_diameter_m = 0;  ///< 0 for a chessboard
-  std::string tag_family;     ///< empty without tags
-  double tag_edge_m = 0;      ///< outer edge of the black square
-  int tag_border = 1;         ///< modules of the black rim around a tag's bits
+  DotArrangement arrangement = DotArrangement::square;
+  DotColour dot_colour = DotColour::black;
+  /// Dots with a hole, which tell the plate from itself shifted or turned, as on plates of digital
+  /// image correlation; none or three and more.
+  std::vector<MarkId> hollow;
+  double hollow_diameter_m = 0;  ///< of their holes
+  std::string tag_family;        ///< empty without tags
+  double tag_edge_m = 0;         ///< outer edge of the black square
+  int tag_border = 1;            ///< modules of the black rim around a tag's bits
   std::vector<PrintedTag> tags;  ///< centre (x, y) in the target frame; tag's upper edge towards +y
   std::vector<KnownLength> known_lengths;
   std::optional<double> print_error_m;  ///< standard uncertainty of a point's place on the print
@@ -64,6 +82,11 @@ struct Target {
   /// A dot's centre or a corner in the target frame (metres): as measured, else as drawn, z = 0.
   Document document = {};  ///< the file as it was read
   [[nodiscard]] Eigen::Vector3d point_in_target(MarkId dot) const;
+  /// True where the target has a point.
+  [[nodiscard]] bool has(MarkId dot) const {
+    return dot.row >= 0 && dot.col >= 0 && dot.row < rows && dot.col < cols &&
+           (arrangement == DotArrangement::square || (dot.row + dot.col) % 2 == 0);
+  }
 };
 
 /// Two looks of a cloth's dots, full and with a light centre, arranged so that every window of

@@ -198,20 +198,26 @@ void check_family(const std::string& family, const std::vector<PrintedTag>& tags
   std::string lower = family;
   std::transform(lower.begin(), lower.end(), lower.begin(),
                  [](unsigned char letter) { return static_cast<char>(std::tolower(letter)); });
-  list.add(
-      "tags.family",
-      fmt::format("the tag family `{}` is not known{}", family, did_you_mean(lower, known)),
-      fmt::format("use one of {}; OpenCV's own dictionaries are not read", fmt::join(known, ", ")));
+  list.add("tags.family",
+           fmt::format("the tag family `{}` is not known{}", family, did_you_mean(lower, known)),
+           fmt::format("use one of {}; OpenCV's DICT_APRILTAG_36h11 is tag36h11",
+                       fmt::join(known, ", ")));
 }
 
 }  // namespace
 
 std::vector<std::pair<std::string, int>> known_tag_families() {
-  return {{"tag36h11", 587},
-          {"tag36h10", 2320},
-          {"tag25h9", 35},
-          {"tag16h5", 30},
-          {"tagStandard41h12", 2115}};
+  std::vector<std::pair<std::string, int>> known = {{"tag36h11", 587},
+                                                    {"tag36h10", 2320},
+                                                    {"tag25h9", 35},
+                                                    {"tag16h5", 30},
+                                                    {"tagStandard41h12", 2115}};
+  // OpenCV's dictionaries, in the order of its enumeration.
+  for (const int side : {4, 5, 6, 7})
+    for (const int count : {50, 100, 250, 1000})
+      known.emplace_back(fmt::format("DICT_{0}X{0}_{1}", side, count), count);
+  known.emplace_back("DICT_ARUCO_ORIGINAL", 1024);
+  return known;
 }
 
 std::vector<Error> faults_of(const Scene& scene) {

@@ -370,7 +370,7 @@ TEST(Detect, RefusesOptionsThatMakeNoSense) {
   EXPECT_THROW(options.check(), Error);
   options.sets = {"a"};
   EXPECT_NO_THROW(options.check());
-  options.limits.most_sigma_px = 0;
+  options.limits.most_sigma_radii = 0;
   EXPECT_THROW(options.check(), Error);
 }
 

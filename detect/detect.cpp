@@ -266,10 +266,10 @@ void DetectOptions::check() const {
   require(limits.most_misfit > 0, "the largest misfit is not positive");
   require(limits.most_masked_edge >= 0 && limits.most_masked_edge < 1,
           "the covered fraction is outside 0..1");
-  require(limits.most_one_sided > 0 && limits.most_one_sided_px >= 0,
+  require(limits.most_one_sided > 0 && limits.most_one_sided_radii >= 0,
           "the one-sided limit is not positive");
   require(limits.least_semi_axis_px > 0, "the smallest semi-axis in px is not positive");
-  require(limits.most_sigma_px > 0, "the largest standard deviation in px is not positive");
+  require(limits.most_sigma_radii > 0, "the largest standard deviation in radii is not positive");
 }
 
 DetectResult detect(const Recording& recording, const Rig& rig, const DetectOptions& options,

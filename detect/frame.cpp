@@ -190,6 +190,7 @@ bool misfits(const DotFit& fit, const FrameLimits& limits) {
 std::string fault(const DotFit& fit, const Eigen::Matrix2d& covariance, const FrameLimits& limits) {
   if (!fit.converged) return "bad fit: no blurred ellipse fits it";
   const Axes axes = axes_of(fit.shape_px2);
+  const double radius_px = axes.semi_px.x();  // of the dot unforeshortened
   if (fit.masked_edge > limits.most_masked_edge) {
     return fmt::format(
         "partly covered: {:.0f} % of its outline lies beside a tag, another dark "
@@ -206,15 +207,16 @@ std::string fault(const DotFit& fit, const Eigen::Matrix2d& covariance, const Fr
         100 * fit.misfit, fit.chi2_per_dof);
   }
   if (fit.one_sided > limits.most_one_sided * std::max(1.0, fit.chi2_per_dof) &&
-      fit.one_sided_px > limits.most_one_sided_px) {
+      fit.one_sided_px > limits.most_one_sided_radii * radius_px) {
     return fmt::format(
-        "partly hidden or shadowed: the centre moves by {:.3f} px without one "
+        "partly hidden or shadowed: the centre moves by {:.1f} % of the dot's radius without one "
         "eighth of the outline",
-        fit.one_sided_px);
+        100 * fit.one_sided_px / radius_px);
   }
   const double sigma = largest_sigma(covariance);
-  if (sigma > limits.most_sigma_px) {
-    return fmt::format("too uncertain: standard deviation {:.2f} px", sigma);
+  if (sigma > limits.most_sigma_radii * radius_px) {
+    return fmt::format("too uncertain: standard deviation {:.2f} px, {:.1f} % of the dot's radius",
+                       sigma, 100 * sigma / radius_px);
   }
   return {};
 }
@@ -342,6 +344,14 @@ void join_flat_pieces(const PrintPlane& plane, const std::vector<UnlabelledDot>&
   std::erase_if(pieces, [](const LatticePiece& piece) { return piece.empty(); });
 }
 
+void withdraw_off_plate(const std::vector<UnlabelledDot>& dots, std::vector<DotLabel>& labels) {
+  LatticePiece labelled;
+  for (std::size_t k = 0; k < labels.size(); ++k)
+    if (labels[k].mark && labels[k].reason.empty()) labelled[*labels[k].mark] = k;
+  for (const std::size_t dot : off_the_plate(dots, labelled))
+    labels[dot].reason = "no label: it lies off the plate's grid";
+}
+
 Labels label_all(const PrintPlane& plane, const Found& found,
                  const std::vector<UnlabelledDot>& dots) {
   Labels result;
@@ -349,12 +359,13 @@ Labels label_all(const PrintPlane& plane, const Found& found,
   std::vector<char> taken(dots.size(), 0);
   for (std::size_t k = 0; k < result.labels.size(); ++k) taken[k] = result.labels[k].mark ? 1 : 0;
   result.islands = grow_pieces(plane, dots, taken);
-  if (plane.classes) label_by_classes(plane, dots, result);
-  if (!plane.tags.empty() || plane.classes) return result;
-  if (plane.stiff && !result.islands.empty()) {
+  if (plane.stiff && plane.tags.empty() && !result.islands.empty())
     join_flat_pieces(plane, dots, result.islands);
-  }
-  result.labels = label_by_outline(plane, dots, result.islands);
+  if (plane.classes)
+    label_by_classes(plane, dots, result);
+  else if (plane.tags.empty())
+    result.labels = label_by_outline(plane, dots, result.islands);
+  if (plane.stiff) withdraw_off_plate(dots, result.labels);
   return result;
 }
 
@@ -397,7 +408,9 @@ void sort_out(const std::vector<DotFit>& fits, const Labels& found, const FrameL
 FrameDetections detect_frame(const GreyImage& picture, const PrintPlane& plane, TagFinder& finder,
                              const FrameLimits& limits, double* blur_px) {
   const std::optional<GreyImage> even = without_mosaic(picture);
-  const GreyImage& image = even ? *even : picture;
+  std::optional<GreyImage> negative;
+  if (plane.white_dots) negative = negative_of(even ? *even : picture);
+  const GreyImage& image = negative ? *negative : even ? *even : picture;
   FrameDetections frame;
   frame.width_px = image.width_px;
   frame.height_px = image.height_px;

@@ -117,10 +117,38 @@ std::string unused_levels(const std::vector<FrameDetections>& frames,
                      frames[first].camera, more, what);
 }
 
+namespace {
+
+/// The same where dots alone tell where they are.
+std::string why_no_plate(const GreyImage& image, const PrintPlane& plane, const FrameLimits& limits,
+                         const std::string& file) {
+  constexpr std::size_t kFewDots = 9;
+  if (!plane.stiff) return {};
+  TagFinder no_tags("");
+  const auto dots_of = [&](const PrintPlane& described) {
+    const FrameDetections frame = detect_frame(image, described, no_tags, limits);
+    return std::max(frame.detections.size(), frame.islands.size());
+  };
+  const std::size_t dots = dots_of(plane);
+  PrintPlane other = plane;
+  other.white_dots = !plane.white_dots;
+  if (dots < kFewDots && dots_of(other) >= kFewDots)
+    return fmt::format("it shows {} dots, {} has {} ones (dot_colour)",
+                       other.white_dots ? "white" : "black", file,
+                       plane.white_dots ? "white" : "black");
+  if (dots < kFewDots || !plane.classes) return {};
+  return fmt::format(
+      "{} dots stand in a grid, but no place of it shows all hollow dots of {} (hollow, "
+      "hollow_diameter_mm, rows, cols); all of them must be in the picture",
+      dots, file);
+}
+
+}  // namespace
+
 std::string why_no_mark(const GreyImage& image, const PrintPlane& plane, const FrameLimits& limits,
                         bool has_labels, const std::string& file) {
   constexpr double kNoise = 1;
-  if (plane.tag_family.empty()) return {};
+  if (plane.tag_family.empty()) return why_no_plate(image, plane, limits, file);
   TagFinder finder(plane.tag_family);
   const std::vector<TagDetection> own = finder.find_all(image, kNoise);
   std::string best_family = plane.tag_family;
@@ -200,9 +228,15 @@ std::optional<double> dot_size_ratio(const std::vector<FrameDetections>& frames,
         const Detection& to = after == at.end() ? dot : *after->second;
         return Vector2d((to.centre_px - from.centre_px) / found);
       };
-      const auto row = step(1, 0), col = step(0, 1);
+      auto row = step(1, 0), col = step(0, 1);
+      double cells = 1;
+      if (around == 0) {  // a staggered grid has its neighbours along the diagonals
+        row = step(1, 1);
+        col = step(1, -1);
+        cells = 2;
+      }
       if (!row || !col) continue;
-      const double cell_px2 = std::abs(cross(*row, *col));
+      const double cell_px2 = std::abs(cross(*row, *col)) / cells;
       const double area_px2 =
           std::numbers::pi * (dot.semi_axes_px.prod() + blurs_px[i] * blurs_px[i]);
       const double stated = 0.25 * std::numbers::pi * std::pow(lattice.dot_diameter_m, 2);

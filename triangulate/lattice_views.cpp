@@ -4,8 +4,14 @@
 #include <fmt/format.h>
 
 #include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
 
 #include "core/error.hpp"
+#include "core/units.hpp"
 
 namespace drape::triangulate {
 namespace {
@@ -131,10 +137,66 @@ std::vector<MarkViews> collect_views(const Detections& detections, const Calibra
   return marks;
 }
 
-std::string too_few_views(const MarkViews& mark) {
-  std::string reason = mark.views.empty() ? "seen by no camera"
-                                          : fmt::format("seen by one camera ({})",
-                                                        mark.views.front().camera->camera.name);
+std::optional<std::vector<Looker>> lookers_at(MarkId mark, const std::vector<SheetMark>& placed,
+                                              const std::vector<const CalibratedCamera*>& cameras) {
+  constexpr int kNearSteps = 2;
+  constexpr double kLeastAcross = 0.4;  // of the neighbours across their longest line, in steps
+  std::vector<const SheetMark*> near;
+  for (const SheetMark& other : placed) {
+    const MarkId step = other.mark - mark;
+    if (std::max(std::abs(step.row), std::abs(step.col)) <= kNearSteps) near.push_back(&other);
+  }
+  const auto count = static_cast<Eigen::Index>(near.size());
+  if (count < 4) return std::nullopt;
+  // Place, step along the warp, step along the weft.
+  Eigen::MatrixX3d steps(count, 3), places(count, 3);
+  for (Eigen::Index i = 0; i < count; ++i) {
+    const MarkId step = near[static_cast<std::size_t>(i)]->mark - mark;
+    steps.row(i) << 1, step.row, step.col;
+    places.row(i) = near[static_cast<std::size_t>(i)]->point_in_world.transpose();
+  }
+  const Eigen::Matrix3d normal = steps.transpose() * steps;
+  const Eigen::Matrix2d spread = (normal.bottomRightCorner<2, 2>() -
+                                  normal.block<2, 1>(1, 0) * normal.block<1, 2>(0, 1) / count) /
+                                 count;
+  if (Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d>(spread).eigenvalues()(0) <
+      kLeastAcross * kLeastAcross)
+    return std::nullopt;
+  const Eigen::Matrix3d plane = normal.ldlt().solve(steps.transpose() * places).transpose();
+  const Eigen::Vector3d at = plane.col(0), face = plane.col(1).cross(plane.col(2)).normalized();
+  std::vector<Looker> lookers;
+  for (const CalibratedCamera* calibrated : cameras) {
+    const Camera& camera = calibrated->camera;
+    const auto seen = project(camera.model, camera.cam_from_world * at);
+    if (!seen || seen->px.minCoeff() < 0 || seen->px.x() > camera.model.width_px - 1 ||
+        seen->px.y() > camera.model.height_px - 1)
+      continue;
+    const double angle_deg =
+        std::acos(std::clamp(face.dot((centre_in_world(camera) - at).normalized()), -1.0, 1.0)) /
+        units::deg;
+    if (angle_deg < 90) lookers.push_back({camera.name, angle_deg});
+  }
+  return lookers;
+}
+
+std::string too_few_views(const MarkViews& mark,
+                          const std::optional<std::vector<Looker>>& lookers) {
+  const std::string* own = mark.views.empty() ? nullptr : &mark.views.front().camera->camera.name;
+  std::vector<std::string> others;
+  for (const Looker& looker : lookers.value_or(std::vector<Looker>{}))
+    if (own == nullptr || looker.camera != *own)
+      others.push_back(fmt::format("{:.0f} degrees ({})", looker.angle_deg, looker.camera));
+  const std::string at = fmt::format("{}", fmt::join(others, ", "));
+  std::string reason;
+  if (own != nullptr)
+    reason = fmt::format("seen by one camera ({}){}", *own,
+                         others.empty() ? "" : "; not measured from " + at);
+  else if (!others.empty())
+    reason = fmt::format(
+        "seen by {} at {}, measured by none",
+        others.size() == 1 ? "one camera" : fmt::format("{} cameras", others.size()), at);
+  else
+    reason = lookers ? "seen by no camera: none looks at its printed face" : "seen by no camera";
   for (const std::string& refused : mark.refused) reason += "; " + refused;
   return reason;
 }

@@ -2,10 +2,12 @@
 #pragma once
 
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "core/detections.hpp"
+#include "core/sheet.hpp"
 #include "triangulate/point.hpp"
 
 namespace drape::triangulate {
@@ -31,7 +33,22 @@ using JointPlaces = std::map<std::string, InJointCovariance>;
                                                    const JointPlaces& places,
                                                    const std::string& set, double floor_px);
 
-/// Reason for a mark with fewer than two views.
-[[nodiscard]] std::string too_few_views(const MarkViews& mark);
+/// A camera that looks at the printed face of a mark without a point.
+struct Looker {
+  std::string camera;
+  double angle_deg = 0;  ///< from the face's normal
+};
+
+/// Cameras that have a mark without a point in their picture and look at its printed face, by the
+/// plane through the placed marks up to two steps away; what may stand between is not asked.
+/// Nothing where these marks determine no plane.
+[[nodiscard]] std::optional<std::vector<Looker>> lookers_at(
+    MarkId mark, const std::vector<SheetMark>& placed,
+    const std::vector<const CalibratedCamera*>& cameras);
+
+/// Reason for a mark with fewer than two views: "seen by one camera at 71 degrees (cam0), measured
+/// by none".
+[[nodiscard]] std::string too_few_views(const MarkViews& mark,
+                                        const std::optional<std::vector<Looker>>& lookers);
 
 }  // namespace drape::triangulate

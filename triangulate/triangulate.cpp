@@ -102,7 +102,9 @@ SheetMark sheet_mark(const MarkViews& mark, const Placed& placed, const MarkLatt
 /// Returns every mark that has a point, also those that its neighbours refuse.
 std::vector<SheetMark> fill_sheet(const std::vector<MarkViews>& marks,
                                   const std::vector<Placed>& placed, const MarkLattice& lattice,
-                                  const TriangulateOptions& options, Sheet& sheet) {
+                                  const TriangulateOptions& options,
+                                  const std::vector<const CalibratedCamera*>& cameras,
+                                  Sheet& sheet) {
   std::vector<SheetMark> candidates;
   for (std::size_t i = 0; i < marks.size(); ++i) {
     if (placed[i].agreed.point) candidates.push_back(sheet_mark(marks[i], placed[i], lattice));
@@ -116,9 +118,11 @@ std::vector<SheetMark> fill_sheet(const std::vector<MarkViews>& marks,
     if (stretched != bad.end()) {
       sheet.gaps.push_back({marks[i].mark, stretched->second});
     } else if (!placed[i].agreed.point) {
-      sheet.gaps.push_back({marks[i].mark, marks[i].views.size() < 2
-                                               ? too_few_views(marks[i])
-                                               : placed[i].agreed.gap_reason});
+      sheet.gaps.push_back(
+          {marks[i].mark,
+           marks[i].views.size() < 2
+               ? too_few_views(marks[i], lookers_at(marks[i].mark, sheet.marks, cameras))
+               : placed[i].agreed.gap_reason});
     }
   }
   return candidates;
@@ -248,7 +252,11 @@ TriangulateResult triangulate(const Detections& all_detections, const Calibratio
   result.sheet.cols = lattice.cols;
   result.sheet.patch_m = lattice.patch_m;
   result.sheet.source = MeasuredSource{detections.rig, set, cameras_of(detections, set), {}, {}};
-  const std::vector<SheetMark> all = fill_sheet(marks, placed, lattice, options, result.sheet);
+  std::vector<const CalibratedCamera*> cameras;
+  for (const std::string& name : cameras_of(detections, set))
+    cameras.push_back(&calibration.camera(name));
+  const std::vector<SheetMark> all =
+      fill_sheet(marks, placed, lattice, options, cameras, result.sheet);
   TriangulateReport& report = result.report;
   report.measured = static_cast<int>(result.sheet.marks.size());
   report.gaps = static_cast<int>(result.sheet.gaps.size());

@@ -15,11 +15,25 @@ void add_tags(const Sheet& sheet, int border_modules, Face& face) {
     face.areas.push_back(family.boxes(tag.id, sheet.tag_edge_m, face_point(sheet, tag)));
 }
 
-template <class Sheet>
-void add_dots(const Sheet& sheet, Face& face) {
-  for (int row = 0; row < sheet.rows; ++row)
-    for (int col = 0; col < sheet.cols; ++col)
-      face.discs.push_back({face_point(sheet, {row, col}), sheet.dot_diameter_m / 2, 1});
+void add_dots(const Print& print, Face& face) {
+  for (int row = 0; row < print.rows; ++row)
+    for (int col = 0; col < print.cols; ++col)
+      face.discs.push_back({face_point(print, {row, col}), print.dot_diameter_m / 2, 1});
+}
+
+/// White dots are left out of a black plate, which ends half a pitch beyond them.
+void add_dots(const Target& target, Face& face) {
+  const double ink = target.dot_colour == DotColour::white ? -1 : 1;
+  for (int row = 0; row < target.rows; ++row)
+    for (int col = 0; col < target.cols; ++col)
+      if (target.has({row, col}))
+        face.discs.push_back({face_point(target, {row, col}), target.dot_diameter_m / 2, ink});
+  for (const MarkId mark : target.hollow)
+    face.discs.push_back({face_point(target, mark), target.hollow_diameter_m / 2, -ink});
+  if (ink > 0) return;
+  const FacePoint most =
+      face_point(target, {0, target.cols - 1}) + FacePoint::Constant(target.pitch_m / 2);
+  face.areas.push_back({{-most, most}});
 }
 
 /// The board's squares: dark where the sum of a square's row and column is even, the square between

@@ -12,13 +12,14 @@ namespace drape {
 struct FaceDisc {
   FacePoint centre;
   double radius_m = 0;
-  double ink = 1;  ///< +1 prints, -1 takes the print of a disc below away
+  double ink = 1;  ///< +1 prints, -1 takes the print of a disc or area below away
 };
 
 /// All that is printed on a cloth or a calibration target.
 struct Face {
-  std::vector<FaceDisc> discs;              ///< dots, then light centres on them
-  std::vector<std::vector<FaceBox>> areas;  ///< squares of a board, then the modules of each tag
+  std::vector<FaceDisc> discs;  ///< dots, then light centres on them
+  /// Black of a plate or squares of a board, then the modules of each tag; below the discs.
+  std::vector<std::vector<FaceBox>> areas;
 };
 
 /// Throw Error(bad_input) where the print's tag family is not known or has no such tag.

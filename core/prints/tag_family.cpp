@@ -9,9 +9,15 @@
 #include <apriltag/tagStandard41h12.h>
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
+#include <opencv2/aruco/dictionary.hpp>
+#include <tuple>
+#include <utility>
+#include <vector>
 
 #include "core/error.hpp"
+#include "core/rules.hpp"
 
 namespace drape {
 namespace {
@@ -31,14 +37,64 @@ constexpr std::array<Maker, 5> kMakers = {
      {"tag16h5", tag16h5_create, tag16h5_destroy},
      {"tagStandard41h12", tagStandard41h12_create, tagStandard41h12_destroy}}};
 
+/// OpenCV's markers as the AprilTag library describes its own: the bits of a quarter of the square,
+/// then those of the next ones in the same order, then the middle of an odd square.
+struct Dictionary {
+  apriltag_family family = {};
+  std::vector<std::uint64_t> codes;
+  std::vector<std::uint32_t> x, y;
+
+  explicit Dictionary(int number) {
+    const cv::Ptr<cv::aruco::Dictionary> known = cv::aruco::getPredefinedDictionary(number);
+    const int side = known->markerSize;
+    for (int quarter = 0; quarter < 4; ++quarter)
+      for (int row = 1; row <= side / 2; ++row)
+        for (int col = 1; col <= (side + 1) / 2; ++col) {
+          int turned_x = col, turned_y = row;
+          for (int k = 0; k < quarter; ++k)
+            std::tie(turned_x, turned_y) = std::pair(side + 1 - turned_y, turned_x);
+          x.push_back(turned_x);
+          y.push_back(turned_y);
+        }
+    if (side % 2 == 1) {
+      x.push_back(side / 2 + 1);
+      y.push_back(side / 2 + 1);
+    }
+    for (int id = 0; id < known->bytesList.rows; ++id) {
+      const cv::Mat bits =
+          cv::aruco::Dictionary::getBitsFromByteList(known->bytesList.rowRange(id, id + 1), side);
+      std::uint64_t code = 0;
+      // The library's tags stand upside down beside what OpenCV draws.
+      for (std::size_t k = 0; k < x.size(); ++k)
+        code = code << 1U | bits.at<std::uint8_t>(side - int(y[k]), side - int(x[k]));
+      codes.push_back(code);
+    }
+    family.ncodes = static_cast<std::uint32_t>(codes.size());
+    family.codes = codes.data();
+    family.width_at_border = side + 2;
+    family.total_width = side + 4;
+    family.nbits = static_cast<std::uint32_t>(x.size());
+    family.bit_x = x.data();
+    family.bit_y = y.data();
+    family.h = 2 * static_cast<std::uint32_t>(std::max(0, known->maxCorrectionBits)) + 1;
+  }
+};
+
 std::shared_ptr<apriltag_family> family_named(const std::string& name) {
   for (const Maker& maker : kMakers)
     if (name == maker.name) return {maker.create(), maker.destroy};
+  // OpenCV's dictionaries follow the library's families, in the order of its enumeration.
+  std::vector<std::string> known;
+  for (const auto& [family, count] : known_tag_families()) {
+    known.push_back(family);
+    if (name != family) continue;
+    const auto dictionary =
+        std::make_shared<Dictionary>(static_cast<int>(known.size() - 1 - kMakers.size()));
+    return {dictionary, &dictionary->family};
+  }
   throw bad_input(fmt::format("the tag family `{}` is not known", name), {.field = "tags.family"},
-                  fmt::format("use one of {}; OpenCV prints all but the last as "
-                              "DICT_APRILTAG_..., its own dictionaries such as DICT_4X4_50 are not "
-                              "read",
-                              fmt::join(TagFamily::names(), ", ")));
+                  fmt::format("use one of {}; OpenCV's DICT_APRILTAG_36h11 is tag36h11",
+                              fmt::join(known, ", ")));
 }
 
 }  // namespace

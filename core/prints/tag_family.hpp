@@ -20,14 +20,15 @@ struct FaceBox {
   FacePoint least, most;
 };
 
-/// The tags of one AprilTag family with a black rim of one or more modules around their bits: one
-/// is the library's own, Kalibr's grids have two (Olson 2011; the AprilTag 3 library).
+/// The tags of one AprilTag family or of one of OpenCV's dictionaries, with a black rim of one or
+/// more modules around their bits: one is the library's own, Kalibr's grids have two (Olson 2011;
+/// the AprilTag 3 library).
 class TagFamily {
  public:
   /// Throws Error(bad_input) for a family that is not known or a rim outside 1 to 4 modules.
   explicit TagFamily(const std::string& name, int border_modules = 1);
 
-  /// Names of the families that are known.
+  /// Names of the AprilTag families that are known, without OpenCV's dictionaries.
   [[nodiscard]] static std::vector<std::string> names();
 
   [[nodiscard]] int count() const;         ///< number of different tags

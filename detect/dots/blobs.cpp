@@ -18,6 +18,10 @@ namespace {
 constexpr double least_fill = 0.80;
 constexpr double most_dark_ring = 0.45;
 constexpr int ring_samples = 32;
+constexpr double ink_level = 0.5;  // of the light around it, at most
+/// The same in a picture whose light and dark are exchanged: white dots in dim light are far from
+/// the largest level, which a black plate nearly has everywhere.
+constexpr double negative_ink_level = 0.85;
 constexpr double full_core = 0.4;  // radius of the dark middle, in radii of the dot
 constexpr double ring_core = 0.7;  // the same with a light centre
 
@@ -44,13 +48,15 @@ cv::Mat surface_light(const cv::Mat& picture, int side_px) {
   return half;
 }
 
-/// Regions of pixels darker than half the surface's light, by more than noise can be.
-std::vector<Region> dark_regions(const cv::Mat& picture, const NoiseModel& noise, int side_px,
+/// Regions of pixels darker than a part of the surface's light, by more than noise can be.
+std::vector<Region> dark_regions(const GreyImage& image, const NoiseModel& noise, int side_px,
                                  DarkMap& map) {
+  const cv::Mat picture = view_of(image);
+  const double ink = image.negative ? negative_ink_level : ink_level;
   std::array<std::uint8_t, 256> limit = {};
   for (int light = 0; light < 256; ++light) {
     const double least_contrast = std::max(6.0, 5.0 * noise.sigma(light));
-    const double darkest = std::floor(std::min(0.5 * light, light - least_contrast));
+    const double darkest = std::floor(std::min(ink * light, light - least_contrast));
     limit[light] = static_cast<std::uint8_t>(std::max(0.0, darkest));
   }
   const cv::Mat light = surface_light(picture, side_px);
@@ -175,7 +181,7 @@ Blobs find_blobs(const GreyImage& image, const NoiseModel& noise, const DotSizes
   // Wide enough for the largest dot: a square inside a circle has 1.41 radii.
   const int side_px = static_cast<int>(std::ceil(1.5 * sizes.largest_px)) + 2;
   Blobs result;
-  const std::vector<Region> regions = dark_regions(view_of(image), noise, side_px, result.map);
+  const std::vector<Region> regions = dark_regions(image, noise, side_px, result.map);
   for (std::size_t k = 0; k < regions.size(); ++k) {
     if (!plausible_size(regions[k], sizes)) continue;
     Blob blob;

@@ -95,6 +95,12 @@ std::vector<std::size_t> DotCells::within(const Eigen::Vector2d& px, double reac
 
 namespace {
 
+/// Largest factor by which a matrix lengthens a vector.
+double largest_stretch(const Eigen::Matrix2d& m) {
+  const double half = 0.5 * m.squaredNorm(), det = m.determinant();
+  return std::sqrt(half + std::sqrt(std::max(0.0, half * half - det * det)));
+}
+
 constexpr double clear_lead = 0.55;  // best miss over second best
 constexpr double rival_error = most_step_error / clear_lead;
 
@@ -108,7 +114,7 @@ DotSteps::DotSteps(const std::vector<UnlabelledDot>& dots, double dot_radius_m)
     : dots_(dots), cells_(dots) {
   for (const UnlabelledDot& dot : dots) {
     roots_.emplace_back(symmetric_root(dot.shape_px2) / dot_radius_m);
-    sizes_.push_back(roots_.back().norm());
+    sizes_.push_back(largest_stretch(roots_.back()));
     largest_ = std::max(largest_, sizes_.back());
   }
 }
@@ -116,15 +122,16 @@ DotSteps::DotSteps(const std::vector<UnlabelledDot>& dots, double dot_radius_m)
 BestStep DotSteps::best(const LocalMap& from, const Eigen::Vector2d& step_m,
                         const std::vector<char>& taken) const {
   BestStep best;
-  const double step = step_m.norm(), size = from.px_per_m.norm();
-  // A dot so far away that it can be neither the best nor a rival needs no closer look: the miss is
-  // at least the distance less both halves of the step.
+  const double step = step_m.norm(), size = largest_stretch(from.px_per_m);
+  const Eigen::Vector2d middle_px = from.centre_px + 0.5 * from.px_per_m * step_m;
+  // A dot so far from where half the step leads that it can be neither the best nor a rival needs
+  // no closer look: the miss is at least that distance less the other half of the step.
   const auto reach = [&](double other) {
-    return 0.5 * step * (size + other) +
+    return 0.5 * step * other +
            rival_error * std::sqrt(0.5 * step * step * (size * size + other * other) + 4);
   };
-  for (const std::size_t k : cells_.within(from.centre_px, reach(largest_))) {
-    if (taken[k] != 0 || (dots_[k].centre_px - from.centre_px).norm() > reach(sizes_[k])) continue;
+  for (const std::size_t k : cells_.within(middle_px, reach(largest_))) {
+    if (taken[k] != 0 || (dots_[k].centre_px - middle_px).norm() > reach(sizes_[k])) continue;
     const LocalMap to = map_at(k, from);
     const double error = step_error(from, to, step_m);
     if (error < best.error) {

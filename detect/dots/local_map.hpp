@@ -106,7 +106,7 @@ class DotSteps {
   const std::vector<UnlabelledDot>& dots_;
   DotCells cells_;
   std::vector<Eigen::Matrix2d> roots_;
-  std::vector<double> sizes_;  ///< Frobenius norms of the roots
+  std::vector<double> sizes_;  ///< by how much the roots lengthen a vector at most
   double largest_ = 0;         ///< largest of the sizes
 };
 

@@ -22,7 +22,7 @@ using Model = BlurredEllipse;
 using Vector = Model::Vector;
 using Matrix = Model::Matrix;
 
-constexpr int most_iterations = 15;
+constexpr int most_iterations = 40;
 constexpr double converged_px = 1e-3;    // Newton's next step is then far below a thousandth
 constexpr double quick_ratio = 0.2;      // ratio of a step's length to the one before
 constexpr double converged_gain = 2e-4;  // gain of chi-square: a tenth of one pixel's part

@@ -105,7 +105,8 @@ Patch cut_patch(const GreyImage& image, const DarkMap& map, const Blob& blob,
       hidden += on_edge && !usable;
       if (!usable) continue;
       const double level = image.level(u, v);
-      patch.saturated = patch.saturated || level >= saturated_level;
+      patch.saturated =
+          patch.saturated || (image.negative ? 255 - level : level) >= saturated_level;
       patch.pixels.push_back({x, y, level, d, row.sector(k), 1.0});
     }
   }

@@ -114,6 +114,13 @@ GreyImage mirrored(GreyImage image) {
   return image;
 }
 
+GreyImage negative_of(GreyImage image) {
+  for (std::uint8_t& byte : image.bytes) byte = static_cast<std::uint8_t>(255 - byte);
+  for (float& level : image.levels) level = 255 - level;
+  image.negative = !image.negative;
+  return image;
+}
+
 std::vector<unsigned char> half_scale_jpeg(const GreyImage& image) {
   cv::Mat half;
   cv::resize(view_of(image), half, {}, 0.5, 0.5, cv::INTER_AREA);

@@ -22,6 +22,7 @@ struct GreyImage {
   std::vector<std::uint8_t> bytes;  ///< row-major, 0..255
   /// 16-bit sources only: the same picture on the scale 0..255 with its full depth.
   std::vector<float> levels;
+  bool negative = false;  ///< light and dark exchanged
 
   /// Grey level 0..255 of a pixel inside the image.
   [[nodiscard]] float level(int x, int y) const {
@@ -35,6 +36,9 @@ struct GreyImage {
 
 /// The picture seen in a mirror: left and right exchanged.
 [[nodiscard]] GreyImage mirrored(GreyImage image);
+
+/// The picture with light and dark exchanged.
+[[nodiscard]] GreyImage negative_of(GreyImage image);
 
 /// Decodes PNG, JPEG or TIFF bytes; colour becomes grey, 16-bit keeps its depth. Throws
 /// Error(bad_input) with `where` when the bytes are no picture, have another depth than 8 or 16

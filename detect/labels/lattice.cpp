@@ -50,6 +50,14 @@ bool fits_print(const PrintPlane& plane, const Extent& extent) {
   return shorter <= std::min(plane.rows, plane.cols) && longer <= std::max(plane.rows, plane.cols);
 }
 
+/// The square lattice that the dots of a print stand in: a staggered one runs along its diagonals.
+PrintPlane grown_plane(PrintPlane plane) {
+  if (!plane.staggered) return plane;
+  plane.pitch_m *= std::sqrt(2.0);
+  plane.rows = plane.cols = (plane.rows + plane.cols + 1) / 2;
+  return plane;
+}
+
 /// The piece with its first row and column at 0.
 LatticePiece from_zero(const LatticePiece& piece) {
   LatticePiece shifted;
@@ -58,11 +66,28 @@ LatticePiece from_zero(const LatticePiece& piece) {
   return shifted;
 }
 
+/// The piece in rows and columns of the print, up to a shift and quarter turns.
+LatticePiece along_rows(const PrintPlane& plane, const LatticePiece& piece) {
+  if (!plane.staggered) return piece;
+  LatticePiece turned;
+  for (const auto& [place, dot] : piece)
+    turned[{place.row + place.col, place.col - place.row}] = dot;
+  return from_zero(turned);
+}
+
+/// The piece turned by a quarter: its columns to the right become rows downwards.
+LatticePiece quarter_turn(const LatticePiece& piece) {
+  const int last_row = extent_of(piece).last.row;
+  LatticePiece turned;
+  for (const auto& [place, dot] : piece) turned[{place.col, last_row - place.row}] = dot;
+  return turned;
+}
+
 class PieceGrower {
  public:
   PieceGrower(const PrintPlane& plane, const std::vector<UnlabelledDot>& dots,
               const std::vector<char>& taken)
-      : plane_(plane), dots_(dots), steps_(dots, plane.dot_radius_m), taken_(taken) {}
+      : plane_(grown_plane(plane)), dots_(dots), steps_(dots, plane.dot_radius_m), taken_(taken) {}
 
   std::vector<LatticePiece> grow_all() {
     std::vector<Start> starts;
@@ -120,7 +145,9 @@ class PieceGrower {
 
   [[nodiscard]] Start judged(std::size_t dot, const Eigen::Matrix2d& px_per_m) const {
     Start start{0, 0, dot, px_per_m};
+    int left = static_cast<int>(neighbours.size());
     for (const MarkId step : neighbours) {
+      if (start.directions + left-- < least_directions) break;
       const BestStep found = steps_.best({dots_[dot].centre_px, px_per_m}, step_m(step), taken_);
       if (!found.is_clear() || found.error > blind_step_error) continue;
       ++start.directions;
@@ -184,7 +211,7 @@ class PieceGrower {
     return proposal.error <= step_tolerance(support);
   }
 
-  const PrintPlane& plane_;
+  const PrintPlane plane_;
   const std::vector<UnlabelledDot>& dots_;
   DotSteps steps_;
   std::vector<char> taken_;
@@ -243,10 +270,15 @@ constexpr int least_known = 12;      // dots of the piece that show their class
 constexpr double most_wrong = 0.05;  // fraction of them that may disagree at the right place
 constexpr double least_lead = 0.15;  // fraction by which any other place must be worse
 constexpr int least_lead_dots = 3;
+constexpr int few_lights = 10;          // marks a light centre, from which on these are few
+constexpr double most_off_line = 0.25;  // of a pitch, of a plate's dot
 
+/// A place of a piece on the print.
 struct Place {
-  int wrong = 0;
-  LatticePiece marks;
+  int wrong = 0;   ///< dots whose class disagrees
+  int lights = 0;  ///< dots with a light centre that agree
+  int quarter = 0;
+  MarkId shift;
 };
 
 int known_classes(const std::vector<UnlabelledDot>& dots, const LatticePiece& piece) {
@@ -259,34 +291,37 @@ bool disagrees(const DotClasses& classes, const UnlabelledDot& dot, MarkId mark)
   return dot.light_centre && *dot.light_centre != classes.is_light(mark);
 }
 
-/// All places that the piece has room for, in one of the four turns.
+/// Adds all places that the piece has room for in one of its four turns.
 void add_places(const PrintPlane& plane, const std::vector<UnlabelledDot>& dots,
-                const LatticePiece& piece, std::vector<Place>& places) {
+                const LatticePiece& piece, int quarter, std::vector<Place>& places) {
   const Extent extent = extent_of(piece);
   for (int row = 0; row + extent.rows() <= plane.rows; ++row) {
     for (int col = 0; col + extent.cols() <= plane.cols; ++col) {
-      Place candidate;
+      Place candidate{0, 0, quarter, {row, col}};
+      if (!plane.contains(piece.begin()->first + candidate.shift)) continue;
       for (const auto& [place, dot] : piece) {
-        const MarkId mark = place + MarkId{row, col};
-        candidate.marks[mark] = dot;
+        const MarkId mark = place + candidate.shift;
         candidate.wrong += disagrees(*plane.classes, dots[dot], mark);
+        candidate.lights += dots[dot].light_centre == true && plane.classes->is_light(mark);
       }
-      places.push_back(std::move(candidate));
+      places.push_back(candidate);
     }
   }
 }
 
 /// Half or more of each outer row and column is there: a speck a pitch beside the grid is no row of
 /// it, and taken for one it would shift all labels.
-bool edges_are_full(const LatticePiece& piece, const Extent& extent) {
-  int top = 0, bottom = 0, left = 0, right = 0;
-  for (const auto& [place, dot] : piece) {
-    top += place.row == extent.first.row ? 1 : 0;
-    bottom += place.row == extent.last.row ? 1 : 0;
-    left += place.col == extent.first.col ? 1 : 0;
-    right += place.col == extent.last.col ? 1 : 0;
-  }
-  return 2 * std::min(top, bottom) >= extent.cols() && 2 * std::min(left, right) >= extent.rows();
+bool edges_are_full(const PrintPlane& plane, const LatticePiece& piece) {
+  const auto full = [&](MarkId from, MarkId step) {
+    int here = 0, all = 0;
+    for (MarkId mark = from; mark.row < plane.rows && mark.col < plane.cols; mark = mark + step) {
+      all += plane.contains(mark);
+      here += piece.count(mark) != 0;
+    }
+    return 2 * here >= all;
+  };
+  return full({0, 0}, {0, 1}) && full({plane.rows - 1, 0}, {0, 1}) && full({0, 0}, {1, 0}) &&
+         full({0, plane.cols - 1}, {1, 0});
 }
 
 }  // namespace
@@ -297,8 +332,9 @@ std::vector<LatticePiece> grow_pieces(const PrintPlane& plane,
   return PieceGrower(plane, dots, taken).grow_all();
 }
 
-void fill_flat_piece(const PrintPlane& plane, const std::vector<UnlabelledDot>& dots,
+void fill_flat_piece(const PrintPlane& print, const std::vector<UnlabelledDot>& dots,
                      LatticePiece& piece) {
+  const PrintPlane plane = grown_plane(print);
   std::vector<char> taken(dots.size(), 0);
   for (const auto& [place, dot] : piece) taken[dot] = 1;
   const DotCells cells(dots);
@@ -325,23 +361,16 @@ void fill_flat_piece(const PrintPlane& plane, const std::vector<UnlabelledDot>& 
   if (!piece.empty()) piece = from_zero(piece);
 }
 
-LatticePiece quarter_turn(const LatticePiece& piece) {
-  const int last_row = extent_of(piece).last.row;
-  LatticePiece turned;
-  for (const auto& [place, dot] : piece) turned[{place.col, last_row - place.row}] = dot;
-  return turned;
-}
-
 std::optional<LatticePiece> place_whole_piece(const PrintPlane& plane,
                                               const std::vector<UnlabelledDot>& dots,
                                               const LatticePiece& piece) {
   std::optional<LatticePiece> best;
   double most_rightwards = 0;
-  LatticePiece turned = piece;
+  LatticePiece turned = along_rows(plane, piece);
   for (int quarter = 0; quarter < 4; ++quarter, turned = quarter_turn(turned)) {
     const Extent extent = extent_of(turned);
     if (extent.rows() != plane.rows || extent.cols() != plane.cols) continue;
-    if (!edges_are_full(turned, extent)) continue;
+    if (!plane.contains(turned.begin()->first) || !edges_are_full(plane, turned)) continue;
     const double right = rightwards(dots, turned);
     if (best && right <= most_rightwards) continue;
     best = turned;
@@ -356,20 +385,56 @@ std::optional<LatticePiece> place_by_classes(const PrintPlane& plane,
   const int known = known_classes(dots, piece);
   if (!plane.classes || known < least_known) return std::nullopt;
   std::vector<Place> places;
-  LatticePiece turned = piece;
-  for (int quarter = 0; quarter < 4; ++quarter, turned = quarter_turn(turned)) {
-    add_places(plane, dots, turned, places);
+  std::array<LatticePiece, 4> turned = {along_rows(plane, piece)};
+  for (int quarter = 0; quarter < 4; ++quarter) {
+    if (quarter > 0) turned[quarter] = quarter_turn(turned[quarter - 1]);
+    add_places(plane, dots, turned[quarter], quarter, places);
   }
+  int lights = 0;
+  for (const std::string& row : plane.classes->rows)
+    lights += static_cast<int>(std::count(row.begin(), row.end(), 'o'));
+  const bool few = few_lights * lights < plane.rows * plane.cols;
+  if (few) std::erase_if(places, [&](const Place& place) { return place.lights < lights; });
   std::stable_sort(places.begin(), places.end(),
                    [](const Place& a, const Place& b) { return a.wrong < b.wrong; });
   if (places.empty() || places[0].wrong > most_wrong * known) return std::nullopt;
   const double lead = std::max<double>(least_lead_dots, least_lead * known);
-  if (places.size() > 1 && places[1].wrong < places[0].wrong + lead) return std::nullopt;
-  LatticePiece result = std::move(places[0].marks);
-  std::erase_if(result, [&](const auto& entry) {
-    return disagrees(*plane.classes, dots[entry.second], entry.first);
-  });
+  if (places.size() > 1 && (few || places[1].wrong < places[0].wrong + lead)) return std::nullopt;
+  LatticePiece result;
+  for (const auto& [place, dot] : turned[places[0].quarter]) {
+    const MarkId mark = place + places[0].shift;
+    if (!disagrees(*plane.classes, dots[dot], mark)) result[mark] = dot;
+  }
   return result;
+}
+
+std::vector<std::size_t> off_the_plate(const std::vector<UnlabelledDot>& dots,
+                                       const LatticePiece& labelled) {
+  const auto at = [&](MarkId mark) -> const Eigen::Vector2d* {
+    const auto found = labelled.find(mark);
+    return found == labelled.end() ? nullptr : &dots[found->second].centre_px;
+  };
+  std::vector<std::size_t> off;
+  for (const auto& [mark, dot] : labelled) {
+    int asked = 0, missed = 0;
+    const auto ask = [&](const Eigen::Vector2d& expected, const Eigen::Vector2d& step) {
+      ++asked;
+      missed += (expected - dots[dot].centre_px).norm() > most_off_line * step.norm();
+    };
+    constexpr std::array<MarkId, 4> lines = {{{0, 1}, {1, 0}, {1, 1}, {1, -1}}};
+    for (const MarkId step : lines) {
+      const auto *before = at(mark - step), *after = at(mark + step);
+      if (before != nullptr && after != nullptr)
+        ask((*before + *after) / 2, (*after - *before) / 2);
+    }
+    for (std::size_t k = 0; k < 2 * lines.size() && asked == 0; ++k) {
+      const MarkId step = k % 2 == 0 ? lines[k / 2] : MarkId{0, 0} - lines[k / 2];
+      const auto *next = at(mark + step), *second = at(mark + step + step);
+      if (next != nullptr && second != nullptr) ask(2 * *next - *second, *next - *second);
+    }
+    if (2 * missed > asked) off.push_back(dot);
+  }
+  return off;
 }
 
 }  // namespace drape::detect

@@ -50,12 +50,10 @@ using LatticePiece = std::map<MarkId, std::size_t>;  ///< place in the piece -> 
 void fill_flat_piece(const PrintPlane& plane, const std::vector<UnlabelledDot>& dots,
                      LatticePiece& piece);
 
-/// The piece turned by a quarter: its columns to the right become rows downwards.
-[[nodiscard]] LatticePiece quarter_turn(const LatticePiece& piece);
-
 /// Places a piece by two looks of dots that make every window of 3 x 3 unique: at the only place
-/// where the classes of its dots agree. Dots that disagree there are left out. Empty when too few
-/// dots show their class or two places fit nearly as well.
+/// where the classes of its dots agree. Empty when too few dots show their class or two places fit
+/// nearly as well. Where only some dots of the print have a light centre, it is the one place at
+/// which the piece shows all of them. Dots that disagree there are left out.
 [[nodiscard]] std::optional<LatticePiece> place_by_classes(const PrintPlane& plane,
                                                            const std::vector<UnlabelledDot>& dots,
                                                            const LatticePiece& piece);
@@ -66,5 +64,10 @@ void fill_flat_piece(const PrintPlane& plane, const std::vector<UnlabelledDot>& 
 [[nodiscard]] std::optional<LatticePiece> place_whole_piece(const PrintPlane& plane,
                                                             const std::vector<UnlabelledDot>& dots,
                                                             const LatticePiece& piece);
+
+/// Dots of a plate that lie off the places that those on both sides of them, or else the two next
+/// on one side, let one expect by more than a quarter of a pitch: no lens bends a plate so.
+[[nodiscard]] std::vector<std::size_t> off_the_plate(const std::vector<UnlabelledDot>& dots,
+                                                     const LatticePiece& labelled);
 
 }  // namespace drape::detect

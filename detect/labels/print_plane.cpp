@@ -10,7 +10,8 @@ Eigen::Vector2d PrintPlane::point_m(MarkId mark) const {
 }
 
 bool PrintPlane::contains(MarkId mark) const {
-  return mark.row >= 0 && mark.row < rows && mark.col >= 0 && mark.col < cols;
+  return mark.row >= 0 && mark.row < rows && mark.col >= 0 && mark.col < cols &&
+         (!staggered || (mark.row + mark.col) % 2 == 0);
 }
 
 std::array<Eigen::Vector2d, 4> PrintPlane::tag_corners_m(int id) const {
@@ -68,6 +69,13 @@ PrintPlane plane_of(const Target& target) {
   plane.first_m = target.point_in_target({0, 0}).head<2>();
   plane.row_sign = -1;
   plane.stiff = true;
+  plane.white_dots = target.dot_colour == DotColour::white;
+  plane.staggered = target.arrangement == DotArrangement::staggered;
+  if (!target.hollow.empty()) {
+    const std::vector<std::string> full(target.rows, std::string(target.cols, '#'));
+    plane.classes = DotClasses{target.hollow_diameter_m, full};
+    for (const MarkId mark : target.hollow) plane.classes->rows[mark.row][mark.col] = 'o';
+  }
   for (const PrintedTag& tag : target.tags) plane.tags[tag.id] = tag.centre_m;
   return plane;
 }

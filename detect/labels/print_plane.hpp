@@ -27,6 +27,8 @@ struct PrintPlane {
   double row_sign = 1;  ///< +1: rows run down when tags are upright (cloth), -1: up (target)
   std::optional<DotClasses> classes;
   bool stiff = false;                   ///< a plate, not a cloth
+  bool white_dots = false;              ///< on a black plate
+  bool staggered = false;               ///< dots only where row + col is even
   std::map<int, Eigen::Vector2d> tags;  ///< id to centre
 
   [[nodiscard]] Eigen::Vector2d point_m(MarkId mark) const;

@@ -191,15 +191,15 @@ PrintedPage lay_out(const Face& face, const Vector2d& least, const Vector2d& mos
   result.face_m = place.corner_m - least;
   result.page.size_m = place.size_m;
   result.page.items.emplace_back(corner_marks(place.corner_m, size));
-  for (const FaceDisc& disc : face.discs)
-    result.page.items.emplace_back(
-        PageDisc{result.face_m + disc.centre, disc.radius_m, disc.ink > 0});
   for (const std::vector<FaceBox>& boxes : face.areas) {
     PageArea area;
     for (const FaceBox& box : boxes)
       area.boxes.push_back({result.face_m + box.least, box.most - box.least});
     result.page.items.emplace_back(std::move(area));
   }
+  for (const FaceDisc& disc : face.discs)
+    result.page.items.emplace_back(
+        PageDisc{result.face_m + disc.centre, disc.radius_m, disc.ink > 0});
   return result;
 }
 

@@ -303,11 +303,15 @@ std::uint64_t word_of(const std::vector<char>& bits, const apriltag_family& code
   return word;
 }
 
+/// Wrong bits up to which a family's word is nearer to its own tag than to any other.
+int bearable_bits(const apriltag_family& code) {
+  return (static_cast<int>(code.h) - 1) / 2;
+}
+
 /// Wrong bits that a reading may have: one fewer than the usual families' words can bear (36h11
 /// bears five, 25h9 four), since only the print's ids are looked for.
 int wrong_bits_of(const apriltag_family& code) {
-  if (code.nbits >= 36) return 4;
-  return code.nbits >= 25 ? 3 : 2;
+  return std::min(bearable_bits(code), code.nbits >= 36 ? 4 : code.nbits >= 25 ? 3 : 2);
 }
 
 /// The id of the print whose word is near enough in one of four orientations.
@@ -402,7 +406,9 @@ TagFinder::TagFinder(const std::string& family, const TagSearch& search) : searc
 
 void TagFinder::make_detector() {
   detector_ = {apriltag_detector_create(), apriltag_detector_destroy};
-  apriltag_detector_add_family_bits(detector_.get(), family_->library(), search_.wrong_bits);
+  apriltag_detector_add_family_bits(
+      detector_.get(), family_->library(),
+      std::min(search_.wrong_bits, bearable_bits(*family_->library())));
   detector_->nthreads = 1;
   detector_->quad_decimate = 1.0F;
   detector_->refine_edges = search_.refine_edges;

@@ -7,6 +7,8 @@
 #include <cmath>
 #include <limits>
 #include <opencv2/calib3d.hpp>
+#include <opencv2/imgproc.hpp>
+#include <utility>
 
 #include "core/geometry/homography.hpp"
 #include "core/geometry/vectors.hpp"
@@ -204,48 +206,72 @@ BoardGrid grid_of(int rows, int cols, const std::vector<cv::Point2f>& corners) {
   return grid;
 }
 
-/// By quadrangles, and where these fail by the sector-based finder (Duda and Frese 2018).
-std::optional<BoardGrid> whole_board(const GreyImage& image, const Target& target) {
-  const cv::Mat view = view_of(image);
-  const cv::Size size(target.cols, target.rows);
+/// Corners by the sector-based finder (Duda and Frese 2018), whose time is bounded; with
+/// CALIB_CB_LARGER those of a board with at least `size` corners.
+std::optional<BoardGrid> by_sectors(const GreyImage& image, const cv::Size& size, int flags) {
   std::vector<cv::Point2f> corners;
-  if (!cv::findChessboardCorners(view, size, corners,
-                                 cv::CALIB_CB_ADAPTIVE_THRESH | cv::CALIB_CB_NORMALIZE_IMAGE) &&
-      !cv::findChessboardCornersSB(view, size, corners,
-                                   cv::CALIB_CB_NORMALIZE_IMAGE | cv::CALIB_CB_EXHAUSTIVE)) {
+  cv::Mat pattern;
+  if (!cv::findChessboardCornersSB(view_of(image), size, corners,
+                                   cv::CALIB_CB_NORMALIZE_IMAGE | flags, pattern) ||
+      corners.size() != pattern.total())
     return std::nullopt;
-  }
-  return grid_of(target.rows, target.cols, corners);
+  return grid_of(pattern.rows, pattern.cols, corners);
 }
 
-/// The largest rectangle of corners that is seen, where its place on the board is beyond doubt.
-std::optional<BoardGrid> part_of_board(const GreyImage& image, const Target& target) {
-  if (is_ambiguous(target)) return std::nullopt;
+/// Pixels of a picture on which the quadrangles' finder ends within a second, whatever it shows.
+constexpr double kQuadrangles_px = 0.3e6;
+
+/// Corners by quadrangles, which need no light rim, on a picture that is reduced where it is large.
+std::optional<BoardGrid> by_quadrangles(const GreyImage& image, const cv::Size& size) {
+  const cv::Mat view = view_of(image);
+  const double scale = std::min(1.0, std::sqrt(kQuadrangles_px / double(view.total())));
+  cv::Mat reduced = view;
+  if (scale < 1) cv::resize(view, reduced, {}, scale, scale, cv::INTER_AREA);
+  std::vector<cv::Point2f> corners;
+  if (!cv::findChessboardCorners(
+          reduced, size, corners,
+          cv::CALIB_CB_ADAPTIVE_THRESH | cv::CALIB_CB_NORMALIZE_IMAGE | cv::CALIB_CB_FAST_CHECK))
+    return std::nullopt;
+  const float by_x = float(view.cols) / float(reduced.cols),
+              by_y = float(view.rows) / float(reduced.rows);
+  for (cv::Point2f& corner : corners)
+    corner = {(corner.x + 0.5F) * by_x - 0.5F, (corner.y + 0.5F) * by_y - 0.5F};
+  return grid_of(size.height, size.width, corners);
+}
+
+/// What a picture shows of a board.
+struct SeenBoard {
+  std::optional<BoardGrid> whole, part;  ///< a part whose place on the board is beyond doubt
+  bool most = false;  ///< a regular grid of half as many corners or more is in the picture
+};
+
+SeenBoard seen_board(const GreyImage& image, const Target& target) {
+  const cv::Size size(target.cols, target.rows);
+  SeenBoard seen;
+  seen.whole = by_sectors(image, size, 0);
+  if (!seen.whole) seen.whole = by_quadrangles(image, size);
+  if (seen.whole) return seen;
   for (const int least : kLeastParts) {
-    std::vector<cv::Point2f> corners;
-    cv::Mat pattern;
-    if (!cv::findChessboardCornersSB(
-            view_of(image), {least, least}, corners,
-            cv::CALIB_CB_NORMALIZE_IMAGE | cv::CALIB_CB_EXHAUSTIVE | cv::CALIB_CB_LARGER,
-            pattern) ||
-        corners.size() != pattern.total()) {
-      continue;
+    auto grid = by_sectors(image, {least, least}, cv::CALIB_CB_EXHAUSTIVE | cv::CALIB_CB_LARGER);
+    if (!grid || !grid->is_regular()) continue;
+    seen.most |= 2 * grid->rows * grid->cols >= target.rows * target.cols;
+    if (grid->rows == target.cols && grid->cols == target.rows) grid = grid->turned();
+    if (grid->rows == target.rows && grid->cols == target.cols) {
+      seen.whole = std::move(grid);
+      return seen;
     }
-    const BoardGrid grid = grid_of(pattern.rows, pattern.cols, corners);
-    if (!grid.is_regular()) continue;
-    if (auto placed = placed_on_board(image, target, grid)) return placed;
+    if (is_ambiguous(target)) continue;
+    seen.part = placed_on_board(image, target, *grid);
+    if (seen.part) return seen;
   }
-  return std::nullopt;
+  seen.whole = by_sectors(image, size, cv::CALIB_CB_EXHAUSTIVE);
+  return seen;
 }
 
 /// True when the picture shows the board that the target would be, were its squares counted.
 bool squares_were_counted(const GreyImage& image, const Target& target) {
-  const cv::Size inner(target.cols - 1, target.rows - 1);
-  std::vector<cv::Point2f> corners;
-  return inner.width > 2 && inner.height > 2 &&
-         cv::findChessboardCorners(
-             view_of(image), inner, corners,
-             cv::CALIB_CB_ADAPTIVE_THRESH | cv::CALIB_CB_NORMALIZE_IMAGE | cv::CALIB_CB_FAST_CHECK);
+  return std::min(target.cols, target.rows) > 3 &&
+         by_quadrangles(image, {target.cols - 1, target.rows - 1});
 }
 
 /// Turns the labels by half a turn unless the square inside corner (0, 0) is dark; a board that
@@ -266,16 +292,13 @@ FrameDetections detect_chessboard(const GreyImage& image, const Target& target) 
   FrameDetections frame;
   frame.width_px = image.width_px;
   frame.height_px = image.height_px;
-  std::optional<BoardGrid> grid = whole_board(image, target);
-  if (grid) {
-    orient(image, target, *grid);
-  } else {
-    grid = part_of_board(image, target);
-  }
+  SeenBoard seen = seen_board(image, target);
+  if (seen.whole) orient(image, target, *seen.whole);
+  const std::optional<BoardGrid> grid = seen.whole ? std::move(seen.whole) : std::move(seen.part);
   if (!grid) {
     frame.rejections.push_back(
         {std::nullopt, std::nullopt,
-         squares_were_counted(image, target)
+         seen.most && squares_were_counted(image, target)
              ? fmt::format("squares counted for corners: the board has {} x {} inner corners, not "
                            "{} x {}",
                            target.cols - 1, target.rows - 1, target.cols, target.rows)

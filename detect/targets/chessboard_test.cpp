@@ -4,9 +4,12 @@
 #include <gmock/gmock.h>
 
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <cmath>
+#include <ctime>
 #include <opencv2/core.hpp>
 #include <random>
+#include <tuple>
 
 #include "core/geometry/homography.hpp"
 #include "detect/test_pictures.hpp"
@@ -187,6 +190,38 @@ TEST(Chessboard, SquaresCountedForCornersAreNamed) {
     EXPECT_THAT(frame.rejections[0].reason, testing::HasSubstr("squares counted for corners")) << i;
   }
 }
+
+TEST(Chessboard, ABoardOfFourByThreeCornersIsRead) {
+  const Target small = board(3, 4);
+  const Eigen::Matrix3d map = halved(view(20, 60));
+  const FrameDetections frame = detect_chessboard(small_picture_of(small, map), small);
+  ASSERT_EQ(frame.detections.size(), 12U);
+  EXPECT_LT(rms_error_px(frame, map), 0.1);
+}
+
+#if defined(NDEBUG) && !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
+TEST(Chessboard, PicturesOfTwoMegapixelsWithoutABoardTakeBelowTwoSeconds) {
+  cv::setNumThreads(1);
+  std::mt19937 random(3);
+  // A dark picture with noise, and blocks of noise, on which the quadrangles' finder is slowest.
+  for (const auto& [block_px, mean, spread] :
+       {std::tuple(1, 8, 5), std::tuple(1, 128, 60), std::tuple(4, 128, 120)}) {
+    GreyImage image{1600, 1200, std::vector<std::uint8_t>(1600 * 1200), {}};
+    std::uniform_int_distribution<int> level(mean - spread, mean + spread);
+    std::vector<std::uint8_t> row(1600);
+    for (int y = 0; y < 1200; ++y) {
+      if (y % block_px == 0)
+        for (int x = 0; x < 1600; ++x)
+          row[x] = x % block_px == 0 ? static_cast<std::uint8_t>(level(random)) : row[x - 1];
+      std::copy(row.begin(), row.end(), image.bytes.begin() + 1600 * y);
+    }
+    const std::clock_t start = std::clock();
+    EXPECT_TRUE(detect_chessboard(image, board(6, 9)).detections.empty());
+    EXPECT_LT(static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC, 2.0)
+        << block_px << ", " << mean;
+  }
+}
+#endif
 
 TEST(Chessboard, KnowsWhenItsSidesLookAlike) {
   EXPECT_FALSE(is_ambiguous(board(6, 9)));
