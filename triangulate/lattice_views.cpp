@@ -185,18 +185,18 @@ std::string too_few_views(const MarkViews& mark,
   std::vector<std::string> others;
   for (const Looker& looker : lookers.value_or(std::vector<Looker>{}))
     if (own == nullptr || looker.camera != *own)
-      others.push_back(fmt::format("{:.0f} degrees ({})", looker.angle_deg, looker.camera));
-  const std::string at = fmt::format("{}", fmt::join(others, ", "));
-  std::string reason;
+      others.push_back(fmt::format("{} at {:.0f} degrees", looker.camera, looker.angle_deg));
+  const std::string from = fmt::format("{}", fmt::join(others, ", "));
+  std::string reason = "seen by no camera";
   if (own != nullptr)
     reason = fmt::format("seen by one camera ({}){}", *own,
-                         others.empty() ? "" : "; not measured from " + at);
+                         others.empty() ? "" : "; not measured by " + from);
   else if (!others.empty())
     reason = fmt::format(
-        "seen by {} at {}, measured by none",
-        others.size() == 1 ? "one camera" : fmt::format("{} cameras", others.size()), at);
-  else
-    reason = lookers ? "seen by no camera: none looks at its printed face" : "seen by no camera";
+        "seen by {}, measured by none: {}",
+        others.size() == 1 ? "one camera" : fmt::format("{} cameras", others.size()), from);
+  else if (lookers)
+    reason += ": none looks at its printed face";
   for (const std::string& refused : mark.refused) reason += "; " + refused;
   return reason;
 }

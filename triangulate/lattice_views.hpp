@@ -46,8 +46,8 @@ struct Looker {
     MarkId mark, const std::vector<SheetMark>& placed,
     const std::vector<const CalibratedCamera*>& cameras);
 
-/// Reason for a mark with fewer than two views: "seen by one camera at 71 degrees (cam0), measured
-/// by none".
+/// Reason for a mark with fewer than two views: "seen by one camera, measured by none: cam0 at 71
+/// degrees".
 [[nodiscard]] std::string too_few_views(const MarkViews& mark,
                                         const std::optional<std::vector<Looker>>& lookers);
 

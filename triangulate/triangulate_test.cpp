@@ -188,6 +188,23 @@ TEST(Triangulate, ACameraThatMovedSinceItsCalibrationMissesTheOthers) {
   }
 }
 
+TEST(Triangulate, AGapNamesTheCamerasThatLookAtItAndTheirAngles) {
+  Detections detections = true_detections("A", Seen::centre, 0.02);
+  const MarkId gone{5, 5};
+  std::vector<std::string> saw;
+  for (FrameDetections& frame : detections.frames)
+    if (std::erase_if(frame.detections, [&](const Detection& d) { return d.mark == gone; }) > 0)
+      saw.push_back(frame.camera);
+  ASSERT_FALSE(saw.empty());
+  const TriangulateResult result = triangulate(detections, true_calibration(), "drape_A", plain());
+  const auto gap = std::find_if(result.sheet.gaps.begin(), result.sheet.gaps.end(),
+                                [&](const Gap& g) { return g.mark == gone; });
+  ASSERT_NE(gap, result.sheet.gaps.end());
+  EXPECT_THAT(gap->reason, AllOf(HasSubstr("measured by none: "), HasSubstr(" degrees")));
+  for (const std::string& camera : saw)
+    EXPECT_THAT(gap->reason, HasSubstr(camera + " at ")) << gap->reason;
+}
+
 TEST(Triangulate, EveryMarkIsMeasuredOnceOrAGapWithAReason) {
   Detections detections = true_detections("A", Seen::centre, 0.02);
   detections.frames[1].rejections.push_back({MarkId{10, 10}, std::nullopt, "bad fit"});
