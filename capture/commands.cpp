@@ -116,7 +116,7 @@ int finish_capture(const Ending& ending, const CommonOptions& common, RunRecord&
   const int code = interrupted() ? kInterrupted : ending.go ? 0 : 1;
   if (journal.changed()) {
     const fs::path manifest = command.recording / "recording.json";
-    record.output(manifest);  // which holds the hashes of the images
+    record.output(manifest);  // recording.json holds the hashes of the images
     record.write(run_record_path(manifest), code, ending);
   }
   finish(ending, common);
@@ -403,7 +403,8 @@ int run_capture(const CaptureCommand& command, std::vector<std::string> argument
 }  // namespace
 
 int capture_command(int argc, char** argv) {
-  Command app(
+  return run_command<CaptureCommand>(
+      argc, argv, "drape-capture",
       "Captures sets of frames from the cameras of a rig, makes recordings of images from\n"
       "elsewhere, and checks recordings.\n\n"
       "  drape-capture rigs/lab --set drape_A --out recording    one set, all cameras at once\n"
@@ -411,13 +412,7 @@ int capture_command(int argc, char** argv) {
       "set\n"
       "  drape-capture import photos --out recording             photos/<set>/<camera>.png\n"
       "  drape-capture verify recording                          every image against its SHA-256\n",
-      "drape-capture");
-  CommonOptions common;
-  CaptureCommand command;
-  add_common_options(app, common);
-  app.add_record(command);
-  return run_program(app, argc, argv, common,
-                     [&] { return run_capture(command, arguments_of(argc, argv), common); });
+      run_capture);
 }
 
 }  // namespace drape::capture

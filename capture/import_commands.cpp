@@ -47,16 +47,11 @@ CaptureOptions options_with(const CommonOptions& common, Progress& progress) {
 }  // namespace
 
 int import_command(int argc, char** argv) {
-  Command app("Makes a recording of images from elsewhere: FOLDER/<set>/<camera>.png|jpg|tif",
-              "drape-capture import");
-  CommonOptions common;
-  ImportOptions o;
-  add_common_options(app, common);
-  app.add_record(o);
-  return run_program(app, argc, argv, common, [&] {
+  const auto run = [](const ImportOptions& o, const std::vector<std::string>& words,
+                      const CommonOptions& common) {
     require_importable(o.folder, o.recording);  // before the record makes a folder
     const fs::path manifest = o.recording / "recording.json";
-    RunRecord record("drape-capture", arguments_of(argc, argv), run_record_path(manifest));
+    RunRecord record("drape-capture", words, run_record_path(manifest));
     Progress progress("import", common.quiet);
     CaptureOptions options = options_with(common, progress);
     options.recorded_on = o.recorded_on;
@@ -68,24 +63,24 @@ int import_command(int argc, char** argv) {
       if (const fs::path notes = o.folder / set.name / "capture.json"; fs::exists(notes))
         record.input(notes);
     }
-    record.output(manifest);  // which holds the hashes of the copied images
+    record.output(manifest);  // recording.json holds the hashes of the copied images
     return finish(ending_of(result, o.recording), common, record);
-  });
+  };
+  return run_command<ImportOptions>(
+      argc, argv, "drape-capture import",
+      "Makes a recording of images from elsewhere: FOLDER/<set>/<camera>.png|jpg|tif", run);
 }
 
 int verify_command(int argc, char** argv) {
-  Command app("Compares every image of a recording with the hash that was recorded",
-              "drape-capture verify");
-  CommonOptions common;
-  VerifyOptions o;
-  add_common_options(app, common);
-  app.add_record(o);
-  return run_program(app, argc, argv, common, [&] {
+  const auto run = [](const VerifyOptions& o, const CommonOptions& common) {
     Progress progress("verify", common.quiet);
     const auto report = verify_recording(o.recording, options_with(common, progress));
     finish(ending_of(report), common);
     return report.good() ? 0 : static_cast<int>(ErrorKind::bad_input);
-  });
+  };
+  return run_command<VerifyOptions>(
+      argc, argv, "drape-capture verify",
+      "Compares every image of a recording with the hash that was recorded", run);
 }
 
 }  // namespace drape::capture

@@ -46,28 +46,14 @@ exit codes: 0 good, 1 verdict NO-GO, 2 usage, 3 bad input, 4 device, 5 internal;
 130 and 143 interrupted: what was finished is kept
 )";
 
-/// One of the front door's own commands, whose options are those of the record.
-template <class Options>
-int own_command(int argc, char** argv, const char* name, const char* text,
-                int (*run)(const Options&, const CommonOptions&)) {
-  Command app(text, name);
-  Options options;
-  CommonOptions common;
-  app.add_record(options);
-  add_common_options(app, common);
-  if constexpr (std::is_same_v<Options, RunOptions>) {
-    app.moved("--finest", "--spacing-mm says the finest mesh");
-    app.moved("--no-refine", "--spacing-mm 10 drapes the coarsest mesh alone");
-  }
-  return run_program(app, argc, argv, common, [&] { return run(options, common); });
-}
-
-int run_command(int argc, char** argv) {
-  return own_command(
+int bench_command(int argc, char** argv) {
+  return run_command<RunOptions>(
       argc, argv, "drape run",
       "Runs every stage in order, from a recording to results.sqlite and report.html.\n\n"
       "  drape run rigs/bench1 --out out/bench1",
-      run_bench);
+      run_bench,
+      {{"--finest", "--spacing-mm says the finest mesh"},
+       {"--no-refine", "--spacing-mm 10 drapes the coarsest mesh alone"}});
 }
 
 struct CheckOptions {
@@ -83,7 +69,7 @@ int report_bench(const CheckOptions& options, const CommonOptions& common) {
 }
 
 int check_command(int argc, char** argv) {
-  return own_command(
+  return run_command<CheckOptions>(
       argc, argv, "drape check",
       "Reads every file of a bench and names all that is missing or wrong, with file, line, why "
       "and\nwhat to write. `drape run` does the same before it starts. Exit code 3 when there is "
@@ -93,7 +79,7 @@ int check_command(int argc, char** argv) {
 }
 
 int calib_images_command(int argc, char** argv) {
-  return own_command(
+  return run_command<CalibImagesOptions>(
       argc, argv, "drape calib images",
       "Calibrates cameras from a plain folder of chessboard pictures: left01.jpg, right01.jpg, "
       "...,\n<view>/<camera>.png or <camera>/<number>.png. All cameras together; one alone is fine "
@@ -103,7 +89,7 @@ int calib_images_command(int argc, char** argv) {
 }
 
 int new_command(int argc, char** argv) {
-  return own_command(
+  return run_command<NewRigOptions>(
       argc, argv, "drape new",
       "Writes the files of a bench of your own into a new folder: rig, target, print, scenes and\n"
       "fabric, commented. Values that only you can measure are left out, for you to fill in.\n\n"
@@ -113,7 +99,7 @@ int new_command(int argc, char** argv) {
 
 using OwnCommand = int (*)(int, char**);
 const std::map<std::string, OwnCommand> kOwn = {
-    {"run", run_command}, {"check", check_command}, {"new", new_command}};
+    {"run", bench_command}, {"check", check_command}, {"new", new_command}};
 
 /// Lists what may be typed after `drape`: its own commands, the programs beside it and their words.
 std::vector<std::string> typed_commands() {

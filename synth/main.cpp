@@ -127,26 +127,24 @@ int write_rig(const SynthArguments& options, const Rig& rig, const CommonOptions
 }  // namespace
 
 int main(int argc, char** argv) {
-  Command app(
+  const auto run = [](SynthArguments& options, const std::vector<std::string>& words,
+                      const CommonOptions& common) {
+    options.prediction.render = options.synth.render;
+    options.synth.render.threads = thread_count(common);
+    if (fs::is_directory(options.rig)) options.rig /= "rig.toml";
+    RunRecord record(
+        "drape-synth", words,
+        options.predict ? fs::path() : run_record_path(options.out / "recording.json"));
+    const Rig rig = read_rig(options.rig);
+    return options.predict ? predict_rig(options, rig, common)
+                           : write_rig(options, rig, common, record);
+  };
+  return run_command<SynthArguments>(
+      argc, argv, "drape-synth",
       "A synthetic bench: the pictures that cameras would take of a rig's target and cloth, with "
       "the\n"
       "truth beside them; or what accuracy the cameras can give.\n\n"
       "  drape synth rigs/bench1 --cameras plan.toml --predict --accuracy-mm 0.05\n"
       "  drape synth rigs/bench1 --cameras plan.toml --out recording",
-      "drape-synth");
-  CommonOptions common;
-  SynthArguments options;
-  add_common_options(app, common);
-  app.add_record(options);
-  return run_program(app, argc, argv, common, [&] {
-    options.prediction.render = options.synth.render;
-    options.synth.render.threads = thread_count(common);
-    if (fs::is_directory(options.rig)) options.rig /= "rig.toml";
-    RunRecord record(
-        "drape-synth", arguments_of(argc, argv),
-        options.predict ? fs::path() : run_record_path(options.out / "recording.json"));
-    const Rig rig = read_rig(options.rig);
-    return options.predict ? predict_rig(options, rig, common)
-                           : write_rig(options, rig, common, record);
-  });
+      run);
 }

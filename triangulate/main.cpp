@@ -66,13 +66,8 @@ bool agrees_with_other(const Detections& detections, const Calibration& calibrat
 int object_command(int argc, char** argv);
 
 int triangulate_command(int argc, char** argv) {
-  Command app("Places the marks of a cloth in space from two or more calibrated views",
-              "drape-triangulate");
-  CommonOptions common;
-  TriangulateArguments given;
-  add_common_options(app, common);
-  app.add_record(given);
-  return run_program(app, argc, argv, common, [&] {
+  const auto run = [](TriangulateArguments& given, const std::vector<std::string>& words,
+                      const CommonOptions& common) {
     TriangulateOptions& options = given.options;
     options.threads = thread_count(common);
     StepFiles files{{fs::path(given.out).replace_extension(".ply"),
@@ -80,8 +75,7 @@ int triangulate_command(int argc, char** argv) {
                     {given.detections, given.calibration}};
     if (given.scene) files.inputs.push_back(*given.scene);
     files.inputs.insert(files.inputs.end(), given.objects.begin(), given.objects.end());
-    RunRecord record("drape-triangulate", arguments_of(argc, argv), run_record_path(given.out),
-                     files);
+    RunRecord record("drape-triangulate", words, run_record_path(given.out), files);
     if (given.scene) options.scene = read_scene(*given.scene);
     for (const Obstacle& object :
          options.scene ? options.scene->obstacles : std::vector<Obstacle>{})
@@ -123,7 +117,10 @@ int triangulate_command(int argc, char** argv) {
     record.option("set", given.set);
     for (const auto& [name, value] : flat(value_of(options))) record.option(name, value);
     return finish(ending_of(result, options, given.out), common, record);
-  });
+  };
+  return run_command<TriangulateArguments>(
+      argc, argv, "drape-triangulate",
+      "Places the marks of a cloth in space from two or more calibrated views", run);
 }
 
 }  // namespace drape::triangulate

@@ -11,17 +11,20 @@
 
 namespace drape::capture {
 
-int cameras_command(int argc, char** argv) {
-  Command app(
-      "Lists the cameras that answer: GigE Vision, USB3 Vision and V4L2. Takes about a second.\n"
-      "`device` is what cameras.toml of a rig names.\n",
-      "drape-capture cameras");
-  CommonOptions common;
-  add_common_options(app, common);
+namespace {
+
+struct CamerasArguments {
   bool sizes = false;
-  app.add_flag("--sizes", sizes, "open each for a moment and ask for the size of its pictures");
-  return run_program(app, argc, argv, common, [&] {
-    const auto devices = list_devices(camera_host_program(), sizes);
+};
+void fields(Fields& f, CamerasArguments& a) {
+  f.otherwise({"sizes", "open each for a moment and ask for the size of its pictures"}, a.sizes);
+}
+
+}  // namespace
+
+int cameras_command(int argc, char** argv) {
+  const auto run = [](const CamerasArguments& given, const CommonOptions& common) {
+    const auto devices = list_devices(camera_host_program(), given.sizes);
     if (common.json) {
       print_text(pretty(value_of(FoundDevices{devices})));
       return devices.empty() ? 1 : 0;
@@ -34,12 +37,17 @@ int cameras_command(int argc, char** argv) {
       std::string line = fmt::format("{}, {} {}, {}", name_of(d.backend), d.identity.vendor,
                                      d.identity.model, d.identity.address);
       if (d.width_px && d.height_px) line += fmt::format(", {} x {} px", *d.width_px, *d.height_px);
-      if (sizes && !d.why_not_asked.empty()) line += ", size not known: " + d.why_not_asked;
+      if (given.sizes && !d.why_not_asked.empty()) line += ", size not known: " + d.why_not_asked;
       ending.numbers.emplace_back(d.name, line);
     }
     ending.next_command = "drape doctor RIG";
     return finish(ending, common);
-  });
+  };
+  return run_command<CamerasArguments>(
+      argc, argv, "drape-capture cameras",
+      "Lists the cameras that answer: GigE Vision, USB3 Vision and V4L2. Takes about a second.\n"
+      "`device` is what cameras.toml of a rig names.\n",
+      run);
 }
 
 }  // namespace drape::capture

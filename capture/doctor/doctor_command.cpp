@@ -47,16 +47,13 @@ int tell(const std::vector<Check>& checks, const CommonOptions& common) {
 }  // namespace
 
 int doctor_command(int argc, char** argv) {
-  Command app(
-      "Looks whether the bench is fit to measure: each check GO or NO-GO, and what to type.\n",
-      "drape-capture doctor");
-  CommonOptions common;
-  add_common_options(app, common);
-  DoctorOptions o;
-  app.add_record(o);
-  return run_program(app, argc, argv, common, [&] {
+  const auto run = [](const DoctorOptions& o, const CommonOptions& common) {
     return tell(check_all(look_at_bench(o.rig, o.out, o.calibration)), common);
-  });
+  };
+  return run_command<DoctorOptions>(
+      argc, argv, "drape-capture doctor",
+      "Looks whether the bench is fit to measure: each check GO or NO-GO, and what to type.\n",
+      run);
 }
 
 }  // namespace drape::capture

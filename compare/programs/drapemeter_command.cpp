@@ -78,14 +78,10 @@ int run_drapemeter(const DrapemeterArguments& arguments, std::vector<std::string
 }  // namespace
 
 int drapemeter_command(int argc, char** argv) {
-  Command app("Drape coefficient, nodes and Fourier orders of hems, from pictures or sheets.",
-              "drape-compare drapemeter");
-  CommonOptions common;
-  DrapemeterArguments arguments;
-  add_common_options(app, common);
-  app.add_record(arguments);
-  return run_program(app, argc, argv, common,
-                     [&] { return run_drapemeter(arguments, arguments_of(argc, argv), common); });
+  return run_command<DrapemeterArguments>(
+      argc, argv, "drape-compare drapemeter",
+      "Drape coefficient, nodes and Fourier orders of hems, from pictures or sheets.",
+      run_drapemeter);
 }
 
 }  // namespace drape::compare

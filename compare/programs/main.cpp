@@ -28,8 +28,8 @@ void record_sensitivity(const std::filesystem::path& file, const Session& sessio
                   "give the sheet.ply that it lies beside, or leave it out");
 }
 
-int run_compare(CompareArguments& arguments, const CommonOptions& common,
-                const std::vector<std::string>& command) {
+int run_compare(CompareArguments& arguments, const std::vector<std::string>& command,
+                const CommonOptions& common) {
   const auto& primary = arguments.report.empty() ? arguments.store : arguments.report;
   RunRecord record("drape-compare", command,
                    primary.empty() ? std::filesystem::path() : run_record_path(primary));
@@ -77,14 +77,9 @@ int run_compare(CompareArguments& arguments, const CommonOptions& common,
 }  // namespace
 
 int compare_command(int argc, char** argv) {
-  Command app("Measures the distance between real and virtual drapes, stores and reports it.",
-              "drape-compare");
-  CommonOptions common;
-  CompareArguments arguments;
-  add_common_options(app, common);
-  app.add_record(arguments);
-  return run_program(app, argc, argv, common,
-                     [&] { return run_compare(arguments, common, arguments_of(argc, argv)); });
+  return run_command<CompareArguments>(
+      argc, argv, "drape-compare",
+      "Measures the distance between real and virtual drapes, stores and reports it.", run_compare);
 }
 
 }  // namespace drape::compare

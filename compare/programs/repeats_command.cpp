@@ -70,14 +70,10 @@ int run_repeats(const RepeatsArguments& arguments, std::vector<std::string> word
 }  // namespace
 
 int repeats_command(int argc, char** argv) {
-  Command app("Is a virtual sheet inside the repeats of the real one, by marks, hem and spectrum?",
-              "drape-compare repeats");
-  CommonOptions common;
-  RepeatsArguments arguments;
-  add_common_options(app, common);
-  app.add_record(arguments);
-  return run_program(app, argc, argv, common,
-                     [&] { return run_repeats(arguments, arguments_of(argc, argv), common); });
+  return run_command<RepeatsArguments>(
+      argc, argv, "drape-compare repeats",
+      "Is a virtual sheet inside the repeats of the real one, by marks, hem and spectrum?",
+      run_repeats);
 }
 
 }  // namespace drape::compare

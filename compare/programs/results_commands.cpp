@@ -195,9 +195,7 @@ std::vector<Table> published(const StoreReader& reader, const ResultsArguments& 
   if (arguments.filter != scene_alone)
     throw usage_error("of the filters --paper takes --scene alone",
                       "leave the others out, or leave --paper out");
-  return published_tables(
-      reader, arguments.published.empty() ? "rigs/paper/published.csv" : arguments.published,
-      arguments.filter.scene);
+  return published_tables(reader, arguments.published, arguments.filter.scene);
 }
 
 struct Word {
@@ -276,6 +274,10 @@ void fields(Fields& f, CommandWords& words) {
     f.otherwise({"operator", "who ran it"}, a.label.operator_name);
     f.otherwise({"calibration", "calibration.json of the sheets"}, a.calibration);
   }
+  if (of("tables")) {
+    f.otherwise({"paper", "the paper's twelve tables with its own numbers beside"}, a.paper);
+    f.otherwise({"published", "CSV of the paper's numbers"}, a.published);
+  }
   if (lists || of("runs")) {
     f.otherwise({"scene", "only this scene, e.g. A"}, a.filter.scene);
     f.otherwise({"rig", "only sheets measured on this rig"}, a.filter.rig);
@@ -322,21 +324,19 @@ void fields(Fields& f, CommandWords& words) {
     f.otherwise({"out", "file (default: standard output); of a crate: new folder"}, a.file);
 }
 
+void fields(Fields& f, StoreWords& words) {
+  f.otherwise({"store", "the store"}, words.store);
+  f.otherwise({"csv", "comma-separated values instead of aligned columns"}, words.csv);
+}
+
 ResultsWords::ResultsWords(Command& app) {
-  app.add_option("--store", store, "the store (default: results.sqlite)");
-  app.add_flag("--csv", csv, "comma-separated values instead of aligned columns");
+  app.add_record(all);
   app.require_subcommand(1, 1);
   app.fallthrough();
   for (const Word& word : kCommands) {
     Command* command = app.add_subcommand(std::string(word.name), word.description);
     command->add_record(commands.emplace_back(CommandWords{{}, std::string(word.name)}));
   }
-  app.subcommand("tables")
-      ->add_option("--paper", published,
-                   "the paper's twelve tables with its own numbers beside (default file: "
-                   "rigs/paper/published.csv)")
-      ->expected(0, 1)
-      ->default_str("rigs/paper/published.csv");
 }
 
 ResultsArguments ResultsWords::of(const std::string& command) const {
@@ -344,9 +344,8 @@ ResultsArguments ResultsWords::of(const std::string& command) const {
     return words.command == command;
   });
   ResultsArguments arguments = one->arguments;
-  arguments.store = store;
-  arguments.csv = csv;
-  arguments.published = published;
+  arguments.store = all.store;
+  arguments.csv = all.csv;
   return arguments;
 }
 
@@ -374,7 +373,7 @@ int answer(const Command& app, const ResultsWords& words, const CommonOptions& c
     diff(reader, arguments, common);
   } else if (command == "runs") {
     write(arguments, common, list_runs(reader, arguments.filter));
-  } else if (command == "tables" && app.subcommand("tables")->count("--paper") > 0) {
+  } else if (command == "tables" && arguments.paper) {
     write_list(arguments, common, published(reader, arguments));
   } else if (command == "tables") {
     write_list(arguments, common, paper_tables(reader, arguments.filter));

@@ -24,19 +24,27 @@ struct ResultsArguments {
   std::optional<ExportFormat> format;
   std::filesystem::path calibration = {}, signing_key = {}, damaged = {}, lab = {};
   std::string table = "v_real_vs_virtual";
-  std::string by;                          ///< key of a trend
-  std::string published;                   ///< published.csv; empty: the store's own tables
-  std::optional<std::array<int, 2>> mark;  ///< row and column
+  std::string by;      ///< key of a trend
+  bool paper = false;  ///< the paper's tables beside its own numbers
+  std::string published = "rigs/paper/published.csv";  ///< those numbers
+  std::optional<std::array<int, 2>> mark;              ///< row and column
   std::array<int, 2> runs = {};
   WhyOptions why;
   bool csv = false;
-  bool apart = false;  ///< import without comparing
+  bool apart = false;  ///< imports without comparing
   bool no_recompute = false;
   ResultFilter filter;
   TrendOptions trend;
   std::vector<std::filesystem::path> sheets;
   RunLabel label;
 };
+
+/// Words of every command.
+struct StoreWords {
+  std::string store = "results.sqlite";
+  bool csv = false;
+};
+void fields(Fields& f, StoreWords& words);
 
 /// Words of one command.
 struct CommandWords {
@@ -53,8 +61,7 @@ struct ResultsWords {
   ResultsWords& operator=(const ResultsWords&) = delete;
   [[nodiscard]] ResultsArguments of(const std::string& command) const;
 
-  std::string store = "results.sqlite", published;
-  bool csv = false;
+  StoreWords all;
   std::deque<CommandWords> commands;
 };
 

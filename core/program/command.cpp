@@ -3,11 +3,8 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
-#include <cmath>
 #include <cstdio>
-#include <cstdlib>
 #include <filesystem>
-#include <optional>
 #include <system_error>
 #include <utility>
 
@@ -69,95 +66,7 @@ void refuse_overwriting(const CLI::App& app) {
   }
 }
 
-template <typename T>
-struct ValueOf {
-  using type = T;
-};
-template <typename T>
-struct ValueOf<std::optional<T>> {
-  using type = T;
-};
-template <typename T>
-struct ValueOf<std::vector<T>> {
-  using type = T;
-};
-
-/// Empty where the word is a number as people write it: finite, and whole ones in tens, where a
-/// leading 0 would ask for eights.
-template <typename Number>
-std::string fault_of_number(const std::string& word) {
-  if constexpr (std::is_floating_point_v<Number>) {
-    if (!std::isfinite(std::strtod(word.c_str(), nullptr))) return word + " is no finite number";
-  } else {
-    const std::size_t first = word.find_first_not_of("+-");
-    if (first != word.npos && word[first] == '0' && first + 1 < word.size())
-      return word + ": write a whole number without a leading 0";
-  }
-  return "";
-}
-
-CLI::Option& option_of(void* option) {
-  return *static_cast<CLI::Option*>(option);
-}
-
 }  // namespace
-
-Option* Option::required() {
-  option_of(option_).required();
-  return this;
-}
-
-Option* Option::capture_default_str() {
-  option_of(option_).capture_default_str();
-  return this;
-}
-
-Option* Option::default_str(const std::string& text) {
-  option_of(option_).default_str(text);
-  return this;
-}
-
-Option* Option::delimiter(char separator) {
-  option_of(option_).delimiter(separator);
-  return this;
-}
-
-Option* Option::expected(int least, int most) {
-  option_of(option_).expected(least, most);
-  return this;
-}
-
-Option* Option::one_per_flag() {
-  option_of(option_).allow_extra_args(false);
-  return this;
-}
-
-Option* Option::excludes(const Option* other) {
-  option_of(option_).excludes(static_cast<CLI::Option*>(other->option_));
-  return this;
-}
-
-Option* Option::range(double least, double most) {
-  CLI::Option& option = option_of(option_);
-  if (option.get_type_name().rfind(CLI::detail::type_name<double>(), 0) == 0)
-    option.check(CLI::Range(least, most));
-  else
-    option.check(CLI::Range(static_cast<long>(least), static_cast<long>(most)));
-  return this;
-}
-
-Option* Option::positive() {
-  const auto above_zero = [](std::string& word) {
-    return std::strtod(word.c_str(), nullptr) > 0 ? std::string() : word + " is not above 0";
-  };
-  option_of(option_).check(CLI::Validator(above_zero, "POSITIVE"));
-  return this;
-}
-
-Option* Option::one_of(const std::vector<std::string>& values) {
-  option_of(option_).check(CLI::IsMember(values));
-  return this;
-}
 
 struct Command::Parser {
   std::unique_ptr<CLI::App> owned;
@@ -174,49 +83,6 @@ Command::Command(std::unique_ptr<Parser> parser, std::string name)
     : parser_(std::move(parser)), name_(std::move(name)) {}
 
 Command::~Command() = default;
-
-Option* Command::keep(void* option) {
-  options_.push_back(std::unique_ptr<Option>(new Option(option)));
-  return options_.back().get();
-}
-
-template <typename T>
-Option* Command::add_option(const std::string& names, T& variable, const std::string& description) {
-  CLI::Option* option = parser_->app->add_option(names, variable, description);
-  using Value = typename ValueOf<T>::type;
-  if constexpr (std::is_arithmetic_v<Value>) option->check(fault_of_number<Value>);
-  return keep(option);
-}
-
-#define DRAPE_OPTION_OF(type) \
-  template Option* Command::add_option(const std::string&, type&, const std::string&) /* NOLINT */
-#define DRAPE_OPTIONS_OF(type)          \
-  DRAPE_OPTION_OF(type);                \
-  DRAPE_OPTION_OF(std::optional<type>); \
-  DRAPE_OPTION_OF(std::vector<type>)
-DRAPE_OPTIONS_OF(int);
-DRAPE_OPTIONS_OF(double);
-DRAPE_OPTIONS_OF(std::string);
-DRAPE_OPTIONS_OF(std::filesystem::path);
-DRAPE_OPTION_OF(long);
-DRAPE_OPTION_OF(unsigned long);
-#undef DRAPE_OPTIONS_OF
-#undef DRAPE_OPTION_OF
-
-Option* Command::add_flag(const std::string& names, bool& variable,
-                          const std::string& description) {
-  return keep(parser_->app->add_flag(names, variable, description));
-}
-
-Option* Command::add_words(const std::string& names, const std::vector<std::string>& words,
-                           const std::string& now,
-                           const std::function<void(const std::string&)>& set,
-                           const std::string& description) {
-  CLI::Option* option = parser_->app->add_option_function<std::string>(names, set, description);
-  option->check(CLI::IsMember(words));
-  if (!now.empty()) option->default_str(now);
-  return keep(option);
-}
 
 void Command::add_spec(const OptionSpec& spec,
                        const std::function<void(const std::vector<std::string>&)>& take) {
@@ -287,12 +153,6 @@ const Command* Command::chosen() const {
   return nullptr;
 }
 
-Command* Command::subcommand(const std::string& name) const {
-  for (const auto& command : subcommands_)
-    if (command->name() == name) return command.get();
-  return nullptr;
-}
-
 void Command::moved(const std::string& option, const std::string& replacement) {
   moved_.emplace_back(option, replacement);
 }
@@ -301,6 +161,8 @@ int Command::parse(int argc, char** argv) {
   try {
     const auto own = std::count(name_.begin(), name_.end(), ' ');
     parser_->app->parse(argc - static_cast<int>(own), argv + own);
+    std::vector<Error> faults;
+    read_records(faults);  // first, so that --json holds for what is refused below
     const auto options = parser_->app->get_options();
     for (std::size_t i = shared_; chosen() != nullptr && i < options.size(); ++i)
       if (options[i]->count() > 0)
@@ -308,8 +170,6 @@ int Command::parse(int argc, char** argv) {
                               options[i]->results()[0] + ")",
                           "see its --help");
     refuse_overwriting(*parser_->app);
-    std::vector<Error> faults;
-    read_records(faults);
     throw_if_any(std::move(faults));
     return -1;
   } catch (const CLI::ParseError& error) {

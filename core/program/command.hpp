@@ -4,39 +4,18 @@
 #include <functional>
 #include <memory>
 #include <string>
+#include <type_traits>
 #include <utility>
 #include <vector>
 
 #include "core/error.hpp"
+#include "core/program/program.hpp"
 
 namespace drape {
 
 class Fields;
 
-/// One option or positional argument of a Command; every function returns the option itself, so
-/// that calls can be chained. Only command.cpp knows CLI11, whose header is a third of what a
-/// program takes to compile.
-class Option {
- public:
-  Option* required();
-  /// Shows the variable's present value in --help as the default.
-  Option* capture_default_str();
-  Option* default_str(const std::string& text);
-  Option* delimiter(char separator);
-  Option* expected(int least, int most);
-  Option* one_per_flag();  ///< each flag of a list takes one word, not all that follow it
-  Option* excludes(const Option* other);
-  Option* range(double least, double most);
-  Option* positive();
-  Option* one_of(const std::vector<std::string>& values);
-
- private:
-  friend class Command;
-  explicit Option(void* option) : option_(option) {}
-  void* option_;  ///< CLI::Option, owned by the command's parser
-};
-
-/// An option as a described record asks for it (options.hpp).
+/// An option as a described record asks for it (options.cpp).
 struct OptionSpec {
   std::string names;  ///< "--out,-o", or a bare word for a positional argument
   std::string type;   ///< as help shows it; empty: a flag
@@ -49,8 +28,9 @@ struct OptionSpec {
   bool commas = false;  ///< commas part words too
 };
 
-/// A program's command line, or a subcommand of it. A variable given to an option must outlive
-/// parse(). Wrong words end in Error(usage) or in the text of --help, see run_program().
+/// A program's command line, or a subcommand of it: the options are those of described records.
+/// CLI11, whose header is a third of what a program takes to compile, stays in command.cpp. Wrong
+/// words end in Error(usage) or in the text of --help, see run_program().
 class Command {
  public:
   /// `name` as it is typed, e.g. "drape-simulate certify".
@@ -59,29 +39,6 @@ class Command {
   Command(const Command&) = delete;
   Command& operator=(const Command&) = delete;
 
-  /// `names` as "--out,-o", or a bare word for a positional argument. Defined for the types that
-  /// command.cpp lists: numbers, text, paths, and optionals and lists of these.
-  template <typename T>
-  Option* add_option(const std::string& names, T& variable, const std::string& description);
-  Option* add_flag(const std::string& names, bool& variable, const std::string& description);
-  /// An option whose words stand for values; its present value is shown as the default.
-  template <typename T>
-  Option* add_choice(const std::string& names, T& variable,
-                     const std::vector<std::pair<std::string, T>>& choices,
-                     const std::string& description) {
-    std::vector<std::string> words;
-    std::string now;
-    for (const auto& [word, value] : choices) {
-      words.push_back(word);
-      if (value == variable) now = word;
-    }
-    const auto set = [&variable, choices](const std::string& given) {
-      for (const auto& [word, value] : choices) {
-        if (word == given) variable = value;
-      }
-    };
-    return add_words(names, words, now, set, description);
-  }
   /// Declares an option for each field of the record, which must outlive parse(); parse() reads the
   /// words by the record's description, so ranges and messages are those of files.
   template <class Record>
@@ -102,11 +59,10 @@ class Command {
 
   [[nodiscard]] const std::string& name() const { return name_; }
   [[nodiscard]] bool parsed() const;
-  /// Counts how often the option was given; `name` as in add_option().
+  /// Counts how often the option was given; `name` as "--out".
   [[nodiscard]] std::size_t count(const std::string& name) const;
   /// The subcommand that was given; a null pointer without one.
   [[nodiscard]] const Command* chosen() const;
-  [[nodiscard]] Command* subcommand(const std::string& name) const;
 
   /// Reads the words behind those of the name: "drape-simulate certify" takes the first one as its
   /// own. An exit code to end with (0 after --help or --version, 2 for a wrong call,
@@ -116,24 +72,39 @@ class Command {
  private:
   struct Parser;
   explicit Command(std::unique_ptr<Parser> parser, std::string name);
-  Option* keep(void* option);
   void add_walk(std::function<void(Fields&)> read, const std::function<void(Fields&)>& show);
   void add_spec(const OptionSpec& spec,
                 const std::function<void(const std::vector<std::string>&)>& take);
   void exclude(const OptionSpec& spec);
   /// Reads the records of the command and of the subcommand that was given.
   void read_records(std::vector<Error>& faults) const;
-  Option* add_words(const std::string& names, const std::vector<std::string>& words,
-                    const std::string& now, const std::function<void(const std::string&)>& set,
-                    const std::string& description);
 
   std::unique_ptr<Parser> parser_;
   std::string name_;
   std::size_t shared_ = 0;  ///< options that stand beside a subcommand, the first of all
-  std::vector<std::unique_ptr<Option>> options_;
   std::vector<std::unique_ptr<Command>> subcommands_;
   std::vector<std::function<std::vector<Error>()>> records_;
   std::vector<std::pair<std::string, std::string>> moved_;  ///< options, and their replacements
 };
+
+/// Runs a command whose words are the record `Arguments`: `body(arguments, common)`, or
+/// `body(arguments, words, common)` with the words for a run record, gives the exit code. `moved`:
+/// options that are gone, and their replacements.
+template <class Arguments, class Body>
+int run_command(int argc, char** argv, const char* name, const char* text, const Body& body,
+                const std::vector<std::pair<std::string, std::string>>& moved = {}) {
+  Command app(text, name);
+  Arguments arguments;
+  CommonOptions common;
+  app.add_record(arguments);
+  add_common_options(app, common);
+  for (const auto& [option, replacement] : moved) app.moved(option, replacement);
+  return run_program(app, argc, argv, common, [&] {
+    if constexpr (std::is_invocable_v<Body, Arguments&, const CommonOptions&>)
+      return body(arguments, common);
+    else
+      return body(arguments, arguments_of(argc, argv), common);
+  });
+}
 
 }  // namespace drape

@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/program/command.hpp"
 
-#include <gtest/gtest.h>
+#include <gmock/gmock.h>
 
 #include <cstdio>
 
 #include "core/error.hpp"
+#include "core/fields/records.hpp"
 #include "core/files/files.hpp"
 #include "core/program/shell_word.hpp"
 #include "tests/support/paths.hpp"
@@ -15,20 +16,27 @@ namespace {
 
 struct Given {
   double part = 0;
-  int starts = 0;
+  int starts = 1;
 };
+void fields(Fields& f, Given& given) {
+  f.otherwise({"part_percent", "part of gravity", 1, 0, 100}, given.part);
+  f.otherwise({"starts", "random starts", 1, 1, 99}, given.starts);
+}
 
-/// Exit code of a program with an option that takes fractions and one that does not; -1: it goes
-/// on.
-int parse(std::vector<std::string> words, Given& given) {
-  Command app("A program.", "program");
-  app.add_option("--part-percent", given.part, "of gravity")->range(0, 100);
-  app.add_option("--starts", given.starts, "random starts")->range(1, 99);
+/// Exit code of the command line; -1: it goes on.
+int parse(Command& app, std::vector<std::string> words) {
   words.insert(words.begin(), "program");
   std::vector<char*> arguments;
   arguments.reserve(words.size());
   for (std::string& word : words) arguments.push_back(word.data());
   return app.parse(static_cast<int>(arguments.size()), arguments.data());
+}
+
+/// The same of a program with an option that takes fractions and one that does not.
+int parse(const std::vector<std::string>& words, Given& given) {
+  Command app("A program.", "program");
+  app.add_record(given);
+  return parse(app, words);
 }
 
 TEST(Command, ARangeWithWholeLimitsTakesFractionsOfWhatIsNotCounted) {
@@ -47,24 +55,36 @@ TEST(Command, ARangeWithWholeLimitsTakesFractionsOfWhatIsNotCounted) {
                                              {"--starts", "011"},  // eights, or eleven?
                                              {"--starts", "0x11"},
                                              {"--starts", "0"}})
-    EXPECT_EQ(parse(wrong, given), 2) << wrong[0] << ' ' << wrong[1];
+    EXPECT_THAT([&] { static_cast<void>(parse(wrong, given)); },
+                testing::ThrowsMessage<Error>(testing::HasSubstr(wrong[0])))
+        << wrong[1];
+}
+
+struct OwnWords {
+  std::string rig, set;
+};
+void fields(Fields& f, OwnWords& own) {
+  f.otherwise(Field{"rig", "argument of the program alone"}.called("RIG"), own.rig);
+  f.otherwise({"set", "option of the program alone"}, own.set);
+}
+struct ImportWords {
+  std::string folder;
+};
+void fields(Fields& f, ImportWords& words) {
+  f.otherwise(Field{"folder", "folder to read"}.called("FOLDER"), words.folder);
 }
 
 /// Exit code of a program with an own option and argument, and a subcommand; -1: it goes on.
-int parse_with_subcommand(std::vector<std::string> words) {
+int parse_with_subcommand(const std::vector<std::string>& words) {
   Command app("A program.", "program");
-  bool json = false;
-  std::string rig, set, folder;
-  app.add_flag("--json", json, "shared");
+  CommonOptions common;
+  OwnWords own;
+  ImportWords import;
+  add_common_options(app, common);
   app.fallthrough();
-  app.add_option("RIG", rig, "of the program alone");
-  app.add_option("--set", set, "of the program alone");
-  app.add_subcommand("import", "a subcommand")->add_option("FOLDER", folder, "to read");
-  words.insert(words.begin(), "program");
-  std::vector<char*> arguments;
-  arguments.reserve(words.size());
-  for (std::string& word : words) arguments.push_back(word.data());
-  return app.parse(static_cast<int>(arguments.size()), arguments.data());
+  app.add_record(own);
+  app.add_subcommand("import", "a subcommand")->add_record(import);
+  return parse(app, words);
 }
 
 TEST(Command, WhatASubcommandDoesNotTakeIsRefused) {
@@ -97,19 +117,24 @@ TEST(ShellWord, GoesThroughAShellWhole) {
   }
 }
 
+struct Files {
+  std::vector<std::filesystem::path> inputs;
+  std::filesystem::path out;
+};
+void fields(Fields& f, Files& files) {
+  f(Field{"input", "files to read"}.called("INPUT"), files.inputs);
+  f(Field{"out", "file to write"}.called("-o"), files.out);
+}
+
 TEST(Command, NeverWritesOverAFileThatItReads) {
   const test::TemporaryFolder folder;
   const std::string file = folder.path() / "a.json", other = folder.path() / "b.json";
   write_durable(file, "{}");
-  const auto call = [](std::string input, std::string out) {
+  const auto call = [](const std::string& input, const std::string& out) {
     Command app("A program.", "program");
-    std::vector<std::filesystem::path> inputs;
-    std::filesystem::path output;
-    app.add_option("INPUT", inputs, "files to read");
-    app.add_option("--out,-o", output, "file to write");
-    std::string program = "program", option = "--out";
-    char* words[] = {program.data(), input.data(), option.data(), out.data()};
-    return app.parse(4, words);
+    Files files;
+    app.add_record(files);
+    return parse(app, {input, "--out", out});
   };
   EXPECT_EQ(call(file, other), -1);
   EXPECT_THROW(static_cast<void>(call(file, file)), Error);

@@ -147,12 +147,15 @@ void limit_libraries(int, char** arguments, char** environment) {
 
 }  // namespace
 
+static void fields(Fields& f, CommonOptions& options) {
+  f.otherwise({"json", "print the ending as JSON on standard output"}, options.json);
+  f.otherwise({"quiet", "no progress and no ending, only errors"}, options.quiet);
+  f.otherwise({"threads", "worker threads, 0 = all cores; never changes a result", 1, 0, 1024},
+              options.threads);
+}
+
 void add_common_options(Command& app, CommonOptions& options) {
-  app.add_flag("--json", options.json, "print the ending as JSON on standard output");
-  app.add_flag("--quiet", options.quiet, "no progress and no ending, only errors");
-  app.add_option("--threads", options.threads,
-                 "worker threads, 0 = all cores; never changes a result")
-      ->range(0, 1024);
+  app.add_record(options);
   app.set_version("drapebench " + version());
 }
 

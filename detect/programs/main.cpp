@@ -139,16 +139,11 @@ void fields(Fields& f, DetectArguments& a) {
 int print_command(int argc, char** argv);
 
 int detect_command(int argc, char** argv) {
-  Command app("Finds, labels and measures the printed marks of a recording", "drape-detect");
-  CommonOptions common;
-  DetectArguments given;
-  add_common_options(app, common);
-  app.add_record(given);
-  return run_program(app, argc, argv, common, [&] {
+  const auto run = [](DetectArguments& given, const std::vector<std::string>& words,
+                      const CommonOptions& common) {
     if (fs::is_directory(given.rig)) given.rig /= "rig.toml";
     require_apart(given.recording, given.out, given.overlay);
-    RunRecord record("drape-detect", arguments_of(argc, argv), run_record_path(given.out),
-                     {{given.out}, {given.rig}});
+    RunRecord record("drape-detect", words, run_record_path(given.out), {{given.out}, {given.rig}});
     Rig rig = read_rig(given.rig);
     if (!given.target.empty()) rig.target_file = given.target;
     DetectOptions options;
@@ -174,7 +169,10 @@ int detect_command(int argc, char** argv) {
     return finish(
         ending_of(result.report, given.surface, !given.target.empty(), given.out.string()), common,
         record);
-  });
+  };
+  return run_command<DetectArguments>(argc, argv, "drape-detect",
+                                      "Finds, labels and measures the printed marks of a recording",
+                                      run);
 }
 
 }  // namespace drape::detect

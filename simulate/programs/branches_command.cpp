@@ -104,15 +104,11 @@ int run_branches(BranchesArguments args, std::vector<std::string> words,
 }  // namespace
 
 int branches_command(int argc, char** argv) {
-  Command app("Finds the equilibria of a drape from many starts.", "drape-simulate branches");
-  CommonOptions common;
-  add_common_options(app, common);
-  BranchesArguments args;
-  app.add_record(args);
-  app.moved("--grid", "--coarsest-mm is the mesh of the starts, --spacing-mm the finest");
-  app.moved("--kicks", "a cloth on two pins falls folded as well, and no other rests are sought");
-  return run_program(app, argc, argv, common,
-                     [&] { return run_branches(args, arguments_of(argc, argv), common); });
+  return run_command<BranchesArguments>(
+      argc, argv, "drape-simulate branches", "Finds the equilibria of a drape from many starts.",
+      run_branches,
+      {{"--grid", "--coarsest-mm is the mesh of the starts, --spacing-mm the finest"},
+       {"--kicks", "a cloth on two pins falls folded as well, and no other rests are sought"}});
 }
 
 }  // namespace drape::simulate

@@ -78,14 +78,9 @@ int run_certify(const CertifyArguments& arguments, std::vector<std::string> word
 }  // namespace
 
 int certify_command(int argc, char** argv) {
-  Command app("Judges the stored cloth of a simulation with code of its own.",
-              "drape-simulate certify");
-  CommonOptions common;
-  CertifyArguments arguments;
-  add_common_options(app, common);
-  app.add_record(arguments);
-  return run_program(app, argc, argv, common,
-                     [&] { return run_certify(arguments, arguments_of(argc, argv), common); });
+  return run_command<CertifyArguments>(
+      argc, argv, "drape-simulate certify",
+      "Judges the stored cloth of a simulation with code of its own.", run_certify);
 }
 
 }  // namespace drape::simulate

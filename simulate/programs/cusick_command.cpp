@@ -211,14 +211,9 @@ int run_cusick(const CusickArguments& arguments, std::vector<std::string> words,
 }  // namespace
 
 int cusick_command(int argc, char** argv) {
-  Command app("Drapes a round specimen of a fabric, held between two discs, from many starts.",
-              "drape-simulate cusick");
-  CommonOptions common;
-  CusickArguments a;
-  add_common_options(app, common);
-  app.add_record(a);
-  return run_program(app, argc, argv, common,
-                     [&] { return run_cusick(a, arguments_of(argc, argv), common); });
+  return run_command<CusickArguments>(
+      argc, argv, "drape-simulate cusick",
+      "Drapes a round specimen of a fabric, held between two discs, from many starts.", run_cusick);
 }
 
 }  // namespace drape::simulate

@@ -25,12 +25,51 @@ namespace fs = std::filesystem;
 
 namespace {
 
-/// The words of `drape fabric list`, `show` and `import`.
-struct LibraryArguments {
-  std::filesystem::path library, file;  ///< no library: that of the installation
-  std::optional<std::filesystem::path> out;
-  std::string id, name, format = "kes", bend_unit;
+/// Formats of a result sheet.
+enum class SheetFormat { kes, fast, u3m };
+
+}  // namespace
+}  // namespace drape::simulate
+
+template <>
+inline constexpr std::string_view drape::names_of<drape::simulate::SheetFormat>[] = {"kes", "fast",
+                                                                                     "u3m"};
+
+namespace drape::simulate {
+namespace {
+
+/// Words of `drape fabric` itself.
+struct FabricArguments {
+  fs::path file;
+  std::optional<fs::path> plot;
+  int segments = 5;
 };
+void fields(Fields& f, FabricArguments& a) {
+  f.otherwise(Field{"fabric", "fabric.toml"}.called("FABRIC"), a.file);
+  f({"plot", "SVG of every curve with its approximations"}, a.plot);
+  f.otherwise({"segments", "line segments per curve", 1, 1, 20}, a.segments);
+}
+
+/// Words of `drape fabric list`, `show` and `import`.
+struct LibraryArguments {
+  std::string_view word = {};
+  fs::path library = {}, file = {};  ///< no library: that of the installation
+  std::optional<fs::path> out = {};
+  std::string id = {}, name = {}, bend_unit = {};
+  SheetFormat format = SheetFormat::kes;
+};
+void fields(Fields& f, LibraryArguments& a) {
+  if (a.word == "import") {
+    f(Field{"file", "the sheet: property,unit,warp,weft; or physics JSON"}.called("FILE"), a.file);
+    f.otherwise({"format", "format of the sheet"}, a.format);
+    f.otherwise({"name", "name of the fabric (default: the file's)"}, a.name);
+    f.otherwise({"bend_unit", "unit of a U3M's bend, which names none"}, a.bend_unit);
+  } else {
+    f.otherwise({"library", "CSV of published fabrics (default: the installed one)"}, a.library);
+  }
+  if (a.word == "show") f(Field{"id", "as `drape fabric list` shows it"}.called("ID"), a.id);
+  if (a.word != "list") f({"out", "new folder for fabric.toml and its curves"}, a.out);
+}
 
 /// The CSV that was named, else that beside the program: installed, or in the tree it was built in.
 fs::path library_of(const LibraryArguments& arguments) {
@@ -105,61 +144,36 @@ Ending shown(const LibraryArguments& arguments, RunRecord& record) {
 
 Ending imported(const LibraryArguments& arguments, RunRecord& record) {
   const std::string name = arguments.name.empty() ? arguments.file.stem().string() : arguments.name;
-  if (arguments.format == "u3m" && arguments.bend_unit.empty())
+  const bool u3m = arguments.format == SheetFormat::u3m;
+  if (u3m && arguments.bend_unit.empty())
     throw usage_error("U3M names no unit for bend", "give --bend-unit, such as dyn.cm");
-  if (arguments.format != "u3m" && !arguments.bend_unit.empty())
+  if (!u3m && !arguments.bend_unit.empty())
     throw usage_error("--bend-unit is for U3M: a sheet of KES or FAST names the unit of each row",
                       "leave it out, or give --format u3m");
   record.input(arguments.file);
-  const ImportedFabric fabric = arguments.format == "kes" ? import_kes(arguments.file, name)
-                                : arguments.format == "fast"
-                                    ? import_fast(arguments.file, name)
-                                    : import_u3m(arguments.file, name, arguments.bend_unit);
+  const ImportedFabric fabric = u3m ? import_u3m(arguments.file, name, arguments.bend_unit)
+                                : arguments.format == SheetFormat::kes
+                                    ? import_kes(arguments.file, name)
+                                    : import_fast(arguments.file, name);
   Ending ending;
   ending.verdict = fmt::format("{}: its numbers are those of a textile", name);
   write(fabric, arguments, record, ending);
   return ending;
 }
 
-void add_library_commands(Command& app, LibraryArguments& arguments) {
-  app.require_subcommand(0, 1);
-  Command* list = app.add_subcommand("list", "the published fabrics of the library");
-  Command* show = app.add_subcommand("show", "one of them with its source; --out writes its files");
-  Command* import =
-      app.add_subcommand("import", "a fabric from a result sheet of KES or FAST, or from U3M");
-  for (Command* command : {list, show})
-    command->add_option("--library", arguments.library,
-                        "CSV of published fabrics (default: the installed one)");
-  show->add_option("ID", arguments.id, "as `drape fabric list` shows it")->required();
-  import->add_option("FILE", arguments.file, "the sheet: property,unit,warp,weft; or physics JSON")
-      ->required();
-  import->add_option("--format", arguments.format, "what it is")
-      ->one_of({"kes", "fast", "u3m"})
-      ->capture_default_str();
-  import->add_option("--name", arguments.name, "of the fabric (default: the file's)");
-  import->add_option("--bend-unit", arguments.bend_unit, "of a U3M's bend, which names none");
-  for (Command* command : {show, import})
-    command->add_option("--out", arguments.out, "new folder for fabric.toml and its curves");
-}
-
-/// The ending of the subcommand that was given; nothing without one. Writes where `--out` says,
-/// with a record of `words`.
-std::optional<Ending> run_library_command(const Command& app, const LibraryArguments& arguments,
-                                          std::vector<std::string> words) {
-  const Command* chosen = app.chosen();
-  if (chosen == nullptr) return std::nullopt;
-  if (chosen->name() == "list") return listed(arguments);
+/// The ending of the words that were given. Writes where `--out` says, with a record of `words`.
+Ending answer(const LibraryArguments& arguments, std::vector<std::string> words) {
+  if (arguments.word == "list") return listed(arguments);
   RunRecord record("drape-simulate", std::move(words));
-  if (chosen->name() == "show") return shown(arguments, record);
+  if (arguments.word == "show") return shown(arguments, record);
   if (!arguments.out) throw usage_error("--out is missing", "name a new folder");
   return imported(arguments, record);
 }
 
-int run_fabric(const fs::path& file, const std::optional<fs::path>& plot, int segments,
-               std::vector<std::string> words, const CommonOptions& common) {
+int run_fabric(const FabricArguments& arguments, std::vector<std::string> words,
+               const CommonOptions& common) {
+  const auto& [file, plot, segments] = arguments;
   if (file.empty()) throw usage_error("FABRIC is missing", "give a fabric.toml");
-  if (segments < 1 || segments > 20)
-    throw usage_error("a curve has 1 to 20 segments", "give --segments 5");
   StepFiles files{{}, read_fabric(file).files()};
   if (plot) files.outputs.push_back(*plot);
   RunRecord record("drape-simulate", std::move(words), plot ? run_record_path(*plot) : fs::path(),
@@ -199,18 +213,20 @@ int fabric_command(int argc, char** argv) {
   CommonOptions common;
   add_common_options(app, common);
   app.fallthrough();
-  fs::path file;
-  std::optional<fs::path> plot;
-  int segments = 5;
-  app.add_option("FABRIC", file, "fabric.toml");
-  app.add_option("--plot", plot, "SVG of every curve with its approximations");
-  app.add_option("--segments", segments, "line segments per curve")->capture_default_str();
-  LibraryArguments library;
-  add_library_commands(app, library);
+  FabricArguments fabric;
+  app.add_record(fabric);
+  app.require_subcommand(0, 1);
+  LibraryArguments list{.word = "list"}, show{.word = "show"}, import{.word = "import"};
+  app.add_subcommand("list", "the published fabrics of the library")->add_record(list);
+  app.add_subcommand("show", "one of them with its source; --out writes its files")
+      ->add_record(show);
+  app.add_subcommand("import", "a fabric from a result sheet of KES or FAST, or from U3M")
+      ->add_record(import);
   return run_program(app, argc, argv, common, [&] {
-    if (const auto ending = run_library_command(app, library, arguments_of(argc, argv)))
-      return finish(*ending, common);
-    return run_fabric(file, plot, segments, arguments_of(argc, argv), common);
+    for (const LibraryArguments* one : {&list, &show, &import})
+      if (app.chosen() != nullptr && app.chosen()->name() == one->word)
+        return finish(answer(*one, arguments_of(argc, argv)), common);
+    return run_fabric(fabric, arguments_of(argc, argv), common);
   });
 }
 

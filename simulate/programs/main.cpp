@@ -135,16 +135,12 @@ int run_simulate(SimulateArguments args, std::vector<std::string> words,
 }  // namespace
 
 int simulate_command(int argc, char** argv) {
-  Command app("Drapes a fabric over the objects of a scene until it rests.", "drape-simulate");
-  CommonOptions common;
-  add_common_options(app, common);
-  SimulateArguments args;
-  app.add_record(args);
-  app.moved("--model", "--paper drapes the particle grid of the paper");
-  app.moved("--solver", "there is one way to rest");
-  app.moved("--round", "--outline cuts the cloth; drape simulate cusick is the drapemeter");
-  return run_program(app, argc, argv, common,
-                     [&] { return run_simulate(args, arguments_of(argc, argv), common); });
+  return run_command<SimulateArguments>(
+      argc, argv, "drape-simulate", "Drapes a fabric over the objects of a scene until it rests.",
+      run_simulate,
+      {{"--model", "--paper drapes the particle grid of the paper"},
+       {"--solver", "there is one way to rest"},
+       {"--round", "--outline cuts the cloth; drape simulate cusick is the drapemeter"}});
 }
 
 }  // namespace drape::simulate

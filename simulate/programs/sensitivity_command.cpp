@@ -89,17 +89,13 @@ int run_sensitivity(SensitivityArguments args, std::vector<std::string> words,
 }  // namespace
 
 int sensitivity_command(int argc, char** argv) {
-  Command app("Finds what each value of fabric and scene moves, and what a part of the model does.",
-              "drape-simulate sensitivity");
-  CommonOptions common;
-  add_common_options(app, common);
-  SensitivityArguments args;
-  app.add_record(args);
-  app.moved("--grid", "--spacing-mm says the finest mesh");
-  app.moved("--starts", "drape simulate branches finds the branches");
-  app.moved("--only-first-order", "it is the default; --variants adds the changed models");
-  return run_program(app, argc, argv, common,
-                     [&] { return run_sensitivity(args, arguments_of(argc, argv), common); });
+  return run_command<SensitivityArguments>(
+      argc, argv, "drape-simulate sensitivity",
+      "Finds what each value of fabric and scene moves, and what a part of the model does.",
+      run_sensitivity,
+      {{"--grid", "--spacing-mm says the finest mesh"},
+       {"--starts", "drape simulate branches finds the branches"},
+       {"--only-first-order", "it is the default; --variants adds the changed models"}});
 }
 
 }  // namespace drape::simulate

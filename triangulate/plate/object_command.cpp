@@ -44,23 +44,14 @@ void fields(Fields& f, ObjectArguments& a) {
 }  // namespace
 
 int object_command(int argc, char** argv) {
-  Command app(
-      "Where an object stands, from a set that shows it with its plate of tags and without cloth "
-      "(`drape print object-tags`).\nNO-GO where the scene states another place.\n\n"
-      "  drape object C/plate.json --calibration calibration.json --set object_C --scene C.toml",
-      "drape-triangulate object");
-  CommonOptions common;
-  ObjectArguments given;
-  add_common_options(app, common);
-  app.add_record(given);
-  return run_program(app, argc, argv, common, [&] {
+  const auto run = [](const ObjectArguments& given, const std::vector<std::string>& words,
+                      const CommonOptions& common) {
     StepFiles files{{given.out}, {given.detections, given.calibration, given.scene}};
     if (given.scene_out) {
       require_own_scene(*given.scene_out);
       files.outputs.push_back(*given.scene_out);
     }
-    RunRecord record("drape-triangulate", arguments_of(argc, argv), run_record_path(given.out),
-                     files);
+    RunRecord record("drape-triangulate", words, run_record_path(given.out), files);
     const Scene scene = read_scene(given.scene);
     const auto index = static_cast<std::size_t>(given.object) - 1;
     if (index >= scene.obstacles.size())
@@ -94,7 +85,13 @@ int object_command(int argc, char** argv) {
     }
     record.option("set", given.set);
     return finish(ending_of(values, plate, name, against), common, record);
-  });
+  };
+  return run_command<ObjectArguments>(
+      argc, argv, "drape-triangulate object",
+      "Where an object stands, from a set that shows it with its plate of tags and without cloth "
+      "(`drape print object-tags`).\nNO-GO where the scene states another place.\n\n"
+      "  drape object C/plate.json --calibration calibration.json --set object_C --scene C.toml",
+      run);
 }
 
 }  // namespace drape::triangulate
