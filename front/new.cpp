@@ -8,8 +8,8 @@
 #include <set>
 
 #include "core/error.hpp"
+#include "core/fields/records.hpp"
 #include "core/files/files.hpp"
-#include "core/files/json_file.hpp"
 #include "core/program/shell_word.hpp"
 #include "front/check/check.hpp"
 #include "front/process.hpp"
@@ -227,33 +227,47 @@ std::vector<std::string> numbered(const std::string& stem, int count) {
   return texts;
 }
 
+/// A camera of the list that `drape-capture cameras --json` prints.
 struct FoundCamera {
-  std::string name, backend, device, host_address, about;
-  int width_px = 0, height_px = 0;
+  std::string name, backend, device, host_address, vendor, model;
+  std::optional<int> width_px, height_px;
+  std::string why_not_asked;
 };
+void fields(Fields& f, FoundCamera& camera) {
+  f({"backend", "kind of camera"}, camera.backend);
+  f({"device", "device in cameras.toml"}, camera.device);
+  f.otherwise({"host_address", "IP address of the network card"}, camera.host_address);
+  f.otherwise({"vendor", "maker"}, camera.vendor);
+  f.otherwise({"model", "model"}, camera.model);
+  f({"width_px", "width of its pictures"}, camera.width_px);
+  f({"height_px", "height of its pictures"}, camera.height_px);
+  f.otherwise({"why_not_asked", "fault where the size is not known"}, camera.why_not_asked);
+}
+struct FoundCameras {
+  std::vector<FoundCamera> cameras;
+};
+void fields(Fields& f, FoundCameras& list) {
+  f.if_any({"cameras", "cameras that answer"}, list.cameras);
+}
 
 std::vector<FoundCamera> found_cameras() {
   const StepResult result = result_of_stage("cameras", {"--json", "--sizes"});
   std::fputs(result.errors.c_str(), stderr);
-  const Json json = try_json(result.output);
-  std::vector<FoundCamera> found;
-  if (json.is_object() && json.contains("cameras"))
-    for (const Json& item : json["cameras"]) {
-      FoundCamera camera{fmt::format("cam{}", found.size()), item.at("backend"), item.at("device"),
-                         item.at("host_address"),
-                         fmt::format("{} {}", item.at("vendor").get<std::string>(),
-                                     item.at("model").get<std::string>())};
-      if (item.at("width_px").is_null())
-        throw Error(ErrorKind::device, "a camera does not say how large its pictures are",
-                    {.field = "device " + camera.device}, item.value("why_not_asked", ""));
-      camera.width_px = item.at("width_px");
-      camera.height_px = item.at("height_px");
-      found.push_back(std::move(camera));
-    }
-  if (found.empty())
+  FoundCameras found;
+  if (!result.output.empty())
+    throw_if_any(
+        faults_of_reading(Document(Syntax::json, json_value(result.output)), walk_through(found)));
+  if (found.cameras.empty())
     throw Error(ErrorKind::device, "no camera answers", {},
                 "check power, cable and network card; or give --cameras with names");
-  return found;
+  for (std::size_t i = 0; i < found.cameras.size(); ++i) {
+    FoundCamera& camera = found.cameras[i];
+    camera.name = fmt::format("cam{}", i);
+    if (!camera.width_px || !camera.height_px)
+      throw Error(ErrorKind::device, "a camera does not say how large its pictures are",
+                  {.field = "device " + camera.device}, camera.why_not_asked);
+  }
+  return found.cameras;
 }
 
 constexpr const char* kCameras = R"(schema = "drapebench/cameras/1"
@@ -267,8 +281,8 @@ frame_rate_hz = 5.0
 std::string cameras_text(const std::vector<FoundCamera>& cameras) {
   std::string text = kCameras;
   for (const FoundCamera& c : cameras) {
-    text += fmt::format("\n# {}\n[[camera]]\nname = \"{}\"\nbackend = \"{}\"\ndevice = {}\n",
-                        c.about, c.name, c.backend, toml_quoted(c.device));
+    text += fmt::format("\n# {} {}\n[[camera]]\nname = \"{}\"\nbackend = \"{}\"\ndevice = {}\n",
+                        c.vendor, c.model, c.name, c.backend, toml_quoted(c.device));
     if (!c.host_address.empty())
       text += fmt::format("host_address = {}\n", toml_quoted(c.host_address));
     text += "# exposure_us = 8000.0\n";
@@ -306,7 +320,7 @@ std::string rig_text(const NewRigOptions& options, const std::string& name,
     text += fmt::format(kStage, fmt::arg("index", index++), fmt::arg("z", z_mm));
   for (const FoundCamera& camera : found)
     text += fmt::format(kCamera, fmt::arg("name", toml_quoted(camera.name)),
-                        fmt::arg("width", camera.width_px), fmt::arg("height", camera.height_px));
+                        fmt::arg("width", *camera.width_px), fmt::arg("height", *camera.height_px));
   if (!found.empty()) return text;
   std::set<std::string> names;
   for (const std::string& camera : options.cameras) {

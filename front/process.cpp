@@ -13,8 +13,9 @@
 #include <cstring>
 
 #include "core/error.hpp"
-#include "core/files/json_file.hpp"
+#include "core/fields/document.hpp"
 #include "core/program/child.hpp"
+#include "core/program/ending.hpp"
 
 namespace drape {
 namespace {
@@ -35,7 +36,7 @@ void remember(int signal) {
   last_signal = signal;
 }
 
-/// Which content a file name stands for: it changes with every write and every replacement.
+/// Identity of a file's content: it changes with every write and every replacement.
 struct Version {
   ino_t inode = 0;
   timespec changed{};
@@ -166,10 +167,16 @@ void run_steps(const std::vector<Step>& steps, int at_once, const StepProgress& 
 
 namespace {
 
-/// JSON that a program started with --json printed; null without it.
-Json json_in(const StepResult& result) {
+/// The error in what a program started with --json printed; a null pointer without one.
+const Value* printed_error(const StepResult& result, Value& json) {
   const std::size_t begin = result.output.find("{\n");
-  return begin == std::string::npos ? Json() : try_json(result.output.substr(begin));
+  if (begin == std::string::npos) return nullptr;
+  try {
+    json = json_value(std::string_view(result.output).substr(begin));
+  } catch (const Error&) {
+    return nullptr;
+  }
+  return json.find("error");
 }
 
 }  // namespace
@@ -180,20 +187,23 @@ std::optional<Error> error_in(const StepResult& result) {
                  "see what it printed above; run again, steps that were finished are kept");
   }
   if (result.exit_code <= 1) return std::nullopt;
-  const Json json = json_in(result);
+  Value json;
+  const Value* error = printed_error(result, json);
   const auto kind = static_cast<ErrorKind>(result.exit_code);
-  if (!json.is_object() || !json.contains("error"))
+  if (error == nullptr)
     return Error(kind, fmt::format("a program ended with code {}", result.exit_code), {}, "");
-  const Json& error = json["error"];
+  const auto text = [&](const char* key) {
+    const Value* value = error->find(key);
+    const auto* words = value == nullptr ? nullptr : value->get_if<std::string>();
+    return words == nullptr ? std::string() : *words;
+  };
   // The place is one phrase already.
-  return Error(kind, error.value("what_failed", ""), {.file = error.value("where", "")},
-               error.value("what_to_do", ""));
+  return Error(kind, text("what_failed"), {.file = text("where")}, text("what_to_do"));
 }
 
 std::vector<std::string> warnings_in(const StepResult& result) {
-  const Json json = json_in(result);
-  if (!json.is_object()) return {};
-  return json.value("warnings", std::vector<std::string>());
+  const auto ending = ending_in(result.output);
+  return ending ? ending->warnings : std::vector<std::string>();
 }
 
 StepResult result_of_stage(const std::string& stage, std::vector<std::string> arguments) {

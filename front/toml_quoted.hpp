@@ -3,13 +3,13 @@
 
 #include <string>
 
-#include "core/files/json_file.hpp"
+#include "core/fields/value.hpp"
 
 namespace drape {
 
 /// The text as TOML writes it, with its quotes; basic strings have JSON's escapes.
 inline std::string toml_quoted(const std::string& text) {
-  return Json(text).dump();
+  return one_line(Value(text));
 }
 
 }  // namespace drape

@@ -5,7 +5,6 @@
 
 #include "calib/acceptance/positions.hpp"
 #include "core/files/files.hpp"
-#include "core/files/json_file.hpp"
 #include "core/program/run_record.hpp"
 
 namespace drape::calib {
@@ -13,9 +12,14 @@ namespace {
 
 namespace fs = std::filesystem;
 
-bool has_schema(const fs::path& file, const std::string& schema) {
-  const Json json = try_json(read_text(file));
-  return json.is_object() && json.contains("schema") && json["schema"] == schema;
+/// Tells detections from other files; what cannot be read is none.
+bool is_detections(const fs::path& file) {
+  try {
+    require_format(Document::read(file), format_of<Detections>);
+    return true;
+  } catch (const Error&) {
+    return false;
+  }
 }
 
 }  // namespace
@@ -46,7 +50,7 @@ CalibrationEvidence detections_behind(const fs::path& calibration, const fs::pat
                                        named.lexically_normal().string(), name);
       continue;
     }
-    if (!has_schema(named, "drapebench/detections/1")) continue;
+    if (!is_detections(named)) continue;
     if (recorded == tested_now || sha256_of_file(named) == recorded)
       return {read_detections(named), named.lexically_normal().string(), ""};
     evidence.missing = fmt::format("{}, from which {} was made, has another content now",

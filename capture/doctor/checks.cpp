@@ -19,7 +19,6 @@
 #include "core/calibration.hpp"
 #include "core/error.hpp"
 #include "core/files/files.hpp"
-#include "core/files/json_file.hpp"
 #include "core/program/dates.hpp"
 #include "core/program/run_record.hpp"
 

@@ -121,15 +121,13 @@ TEST_F(Programs, LiveIsReplayBitForBit) {
               read_bytes(temporary_.path() / "b" / file));
   }
   EXPECT_EQ(run("drape-capture", "verify " + path("a")).exit_code, 0);
-  const JsonNode details =
-      JsonNode::open(temporary_.path() / "a/drape_A/capture.json", "capture", 1);
-  EXPECT_EQ(details.text("sync_method"), "software_trigger");
-  ASSERT_EQ(details.items("cameras").size(), 3U);
+  const Json details = parse_json(read_text(temporary_.path() / "a/drape_A/capture.json"));
+  EXPECT_EQ(details["sync_method"], "software_trigger");
+  ASSERT_EQ(details["cameras"].size(), 3U);
   for (std::size_t c = 0; c < 3; ++c) {
     // A packet that is merely late on a busy machine is asked for, too; a lost one always.
     const auto counts = devices[c]->counts();
-    const auto resent =
-        static_cast<std::uint64_t>(details.items("cameras")[c].at("packets").integer("resent"));
+    const auto resent = details["cameras"][c]["packets"]["resent"].get<std::uint64_t>();
     EXPECT_GE(resent, counts.packets_lost);
     EXPECT_LE(resent, counts.packets_resent);
   }

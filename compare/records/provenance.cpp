@@ -8,9 +8,9 @@
 #include <set>
 
 #include "core/error.hpp"
+#include "core/fields/document.hpp"
 #include "core/files/csv.hpp"
 #include "core/files/files.hpp"
-#include "core/files/json_file.hpp"
 #include "core/program/run_record.hpp"
 
 namespace drape::compare {
@@ -58,9 +58,10 @@ std::vector<StepRecord> read_folder(const fs::path& folder) {
 bool is_written_by_programs(const fs::path& file) {
   if (file.extension() != ".json" || file.filename() == "recording.json") return false;
   try {
-    const Json json = parse_json(read_text(file));
-    return json.is_object() && json.contains("schema") && json["schema"].is_string() &&
-           json["schema"].get<std::string>().starts_with("drapebench/");
+    const Value json = json_value(read_text(file));
+    const Value* schema = json.find("schema");
+    const auto* name = schema == nullptr ? nullptr : schema->get_if<std::string>();
+    return name != nullptr && name->starts_with("drapebench/");
   } catch (const std::exception&) {
     return false;  // its bytes are judged by their hash
   }

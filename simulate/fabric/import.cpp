@@ -15,9 +15,9 @@
 #include <vector>
 
 #include "core/error.hpp"
+#include "core/fields/document.hpp"
 #include "core/files/csv.hpp"
 #include "core/files/files.hpp"
-#include "core/files/json_file.hpp"
 #include "core/units.hpp"
 #include "simulate/fabric/csv_text.hpp"
 #include "simulate/fabric/fabric.hpp"
@@ -233,7 +233,7 @@ Numbers numbers_of(const PropertySheet& sheet, const std::string& name, const st
   return numbers;
 }
 
-/// Where the source states what was refused in the files made from it.
+/// Place in the source of what was refused in the files made from it.
 Where in_source(const ImportedFabric& fabric, const Where& where) {
   const std::string name = fs::path(where.file).filename().string();
   for (const std::string& key :
@@ -242,19 +242,18 @@ Where in_source(const ImportedFabric& fabric, const Where& where) {
   return where;
 }
 
-double number_of(const Json& json, const fs::path& file, const std::string& key) {
-  if (json.is_number()) return json.get<double>();
-  if (json.is_string()) {  // some writers quote their numbers
-    const std::string text = json.get<std::string>();
+double number_of(const Value& json, const fs::path& file, const std::string& key) {
+  if (json.is_number()) return json.number();
+  if (const auto* text = json.get_if<std::string>()) {  // some writers quote their numbers
     char* end = nullptr;
-    const double value = std::strtod(text.c_str(), &end);
-    if (end == text.c_str() + text.size() && !text.empty() && std::isfinite(value)) return value;
+    const double value = std::strtod(text->c_str(), &end);
+    if (end == text->c_str() + text->size() && !text->empty() && std::isfinite(value)) return value;
   }
   throw bad_input("not a number", {.file = file.string(), .field = key}, "export it again");
 }
 
-const Json& member(const Json& json, const fs::path& file, const std::string& key) {
-  if (json.is_object() && json.contains(key) && !json[key].is_null()) return json[key];
+const Value& member(const Value& json, const fs::path& file, const std::string& key) {
+  if (const Value* found = json.find(key); found != nullptr && !found->is_null()) return *found;
   throw bad_input("a field of U3M physics is missing", {.file = file.string(), .field = key},
                   "export the physics with its section `custom`");
 }
@@ -373,19 +372,16 @@ ImportedFabric import_fast(const fs::path& file, const std::string& name) {
 
 ImportedFabric import_u3m(const fs::path& file, const std::string& name,
                           const std::string& bend_unit) {
-  Json json;
-  try {
-    json = parse_json(read_text(file), file.string());
-  } catch (const Json::exception& error) {
-    throw bad_input(fmt::format("no JSON: {}", error.what()), {.file = file.string()},
-                    "give the physics JSON of a U3M 1.1 material");
-  }
-  const Json& custom = member(json, file, "custom");
-  const Json& fields = custom.size() == 1 ? custom.front() : member(custom, file, "browzwear");
+  const Value json = json_value(read_text(file), file.string());
+  const Value& custom = member(json, file, "custom");
+  const auto* sections = custom.get_if<Value::Table>();
+  const Value& fields = sections != nullptr && sections->size() == 1
+                            ? sections->front().second
+                            : member(custom, file, "browzwear");
   const double factor = factor_of(kBending, bend_unit, {.file = file.string(), .field = "bend"});
   Numbers numbers(name, "U3M physics " + file.filename().string(),
                   number_of(member(fields, file, "mass"), file, "mass"));
-  const Json& bend = member(fields, file, "bend");
+  const Value& bend = member(fields, file, "bend");
   numbers.bending(0).b_gf_cm2_per_cm =
       factor * number_of(member(bend, file, "length"), file, "bend.length");
   numbers.bending(1).b_gf_cm2_per_cm =

@@ -5,7 +5,6 @@
 #include <string>
 #include <vector>
 
-#include "core/files/json_file.hpp"
 #include "core/program/program.hpp"
 #include "triangulate/plate/object_pose.hpp"
 

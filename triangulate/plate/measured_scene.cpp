@@ -9,8 +9,8 @@
 #include <sstream>
 
 #include "core/error.hpp"
+#include "core/fields/value.hpp"
 #include "core/files/files.hpp"
-#include "core/files/json_file.hpp"
 
 namespace drape::triangulate {
 namespace {
@@ -42,7 +42,7 @@ std::string file_line(const std::string& key, const std::string& line, const fs:
                     {.file = scene.string(), .field = key}, "write it on a line of its own");
   const fs::path file =
       (scene.parent_path() / line.substr(begin + 1, end - begin - 1)).lexically_normal();
-  return fmt::format("{} = {}", key, Json(fs::proximate(file, folder).generic_string()).dump());
+  return fmt::format("{} = {}", key, one_line(Value(fs::proximate(file, folder).generic_string())));
 }
 
 }  // namespace
