@@ -7,6 +7,7 @@
 #include <algorithm>
 
 #include "core/program/run_record.hpp"
+#include "core/rules.hpp"
 
 namespace drape::console {
 namespace {
@@ -49,7 +50,8 @@ Bench::Bench(const ConsoleOptions& options, Tell tell)
             [this](const Job& job) { job_ended(job); }) {
   for (const fs::path& file : rig_.scenes) {
     const Scene scene = read_scene(as_read(file));
-    drapes_.push_back({scene, read_print(as_read(scene.print_file))});
+    static_cast<void>(as_read(scene.print_file));
+    drapes_.push_back({scene, print_of(scene)});
   }
   read_layings();
   if (options_.replay) static_cast<void>(read_recording(recording_folder_));

@@ -10,6 +10,7 @@
 #include "core/error.hpp"
 #include "core/files/lattice_size.hpp"
 #include "core/geometry/dense.hpp"
+#include "core/rules.hpp"
 #include "core/units.hpp"
 
 namespace drape {
@@ -348,7 +349,9 @@ void fields(Fields& f, Target& target) {
 }
 
 Target read_target(const std::filesystem::path& file) {
-  return read_record<Target>(file);
+  auto target = read_record<Target>(file);
+  throw_if_any(faults_of(target));
+  return target;
 }
 
 void fields(Fields& f, DotClasses& classes) {
@@ -406,7 +409,9 @@ void fields(Fields& f, Print& print) {
 }
 
 Print read_print(const std::filesystem::path& file) {
-  return read_record<Print>(file);
+  auto print = read_record<Print>(file);
+  throw_if_any(faults_of(print));
+  return print;
 }
 
 }  // namespace drape

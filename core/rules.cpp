@@ -133,7 +133,7 @@ void check_clamps(const Scene& scene, const Print& print, FaultList& list) {
 /// Two pins farther apart in space than the cloth between them is long along its threads; a cloth
 /// that is sheared reaches as far as that, and no farther.
 void check_pins_apart(const Scene& scene, const Print& print, FaultList& list) {
-  constexpr double kMostStretch = 0.03;  // as of a clamped edge
+  constexpr double kMostStretch = 0.03;  // factor of a clamped edge
   constexpr double kWritten_m = 1e-3;    // two places written to a whole millimetre
   for (std::size_t k = 0; k < scene.pins.size(); ++k) {
     for (std::size_t i = 0; i < k; ++i) {
@@ -229,6 +229,7 @@ std::vector<Error> faults_of(const Scene& scene) {
   if (!scene.set.empty() && scene.obstacles.empty() && scene.pins.empty() && scene.clamps.empty())
     list.add("object", "the scene has neither an [[object]] nor a [[pin]] or a [[clamp]]",
              "describe what the cloth lies on or hangs from");
+  for (Error& fault : faults_of_stand_ins(scene.document)) list.faults.push_back(std::move(fault));
   const Value* objects = scene.document.root().find("object");
   std::map<std::string, std::size_t> seen;
   for (std::size_t i = 0; objects != nullptr && i < scene.obstacles.size(); ++i) {
@@ -277,6 +278,12 @@ std::vector<Error> faults_of(const Scene& scene, const Print& print) {
                          scene.start.clearance_m / mm, print.patch_m.maxCoeff() / mm),
              "give the height in mm from which the cloth was laid, a few mm");
   return std::move(list.faults);
+}
+
+Print print_of(const Scene& scene) {
+  Print print = read_print(scene.print_file);
+  throw_if_any(faults_of(scene, print));
+  return print;
 }
 
 std::vector<Error> faults_of(const Target& target) {

@@ -11,7 +11,8 @@
 namespace drape {
 
 /// Rules about a file that was read, beyond those of its description: each fault with file, line,
-/// field and remedy. An empty list means that the bench can be as the file says.
+/// field and remedy. An empty list means that the bench can be as the file says. read_scene(),
+/// read_target() and read_print() ask them, so every program does.
 
 /// Objects that are not where a table can carry them, uncertainties wider than the object itself,
 /// a drape that nothing holds.
@@ -20,6 +21,8 @@ namespace drape {
 /// Pins and clamps that hold no point of the print's cloth, or more cloth than there is between
 /// them; a start from above the room.
 [[nodiscard]] std::vector<Error> faults_of(const Scene& scene, const Print& print);
+/// Reads the scene's print and asks the rules between both. Throws every fault at once.
+[[nodiscard]] Print print_of(const Scene& scene);
 
 /// Tags of a family that is not known, two of one id, and tags that would lie over a dot.
 [[nodiscard]] std::vector<Error> faults_of(const Target& target);

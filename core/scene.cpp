@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/rules.hpp"
 #include "core/units.hpp"
 
 namespace drape {
@@ -317,7 +318,9 @@ std::vector<std::pair<std::string, double>> ObjectTags::lies() const {
 }
 
 Scene read_scene(const std::filesystem::path& file) {
-  return read_record<Scene>(file);
+  auto scene = read_record<Scene>(file);
+  throw_if_any(faults_of(scene));
+  return scene;
 }
 
 std::map<std::string, std::string> surroundings_of(

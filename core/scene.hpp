@@ -181,7 +181,7 @@ template <>
 inline constexpr Format format_of<Scene>{"scene", Syntax::toml, 1, "scene.toml: one drape"};
 
 void fields(Fields& f, Scene& scene);
-[[nodiscard]] Scene read_scene(const std::filesystem::path& file);
+[[nodiscard]] Scene read_scene(const std::filesystem::path& file);  ///< checked by rules.hpp
 
 /// Table and objects as the file has them ("table_z_mm", "object.1.x_mm"), as text; a mesh by what
 /// `hash_of` makes of its file.

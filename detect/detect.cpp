@@ -13,7 +13,6 @@
 
 #include "core/files/files.hpp"
 #include "core/parallel.hpp"
-#include "core/prints/tag_family.hpp"
 #include "core/scene.hpp"
 #include "core/statistics/sample.hpp"
 #include "detect/image/image.hpp"
@@ -32,21 +31,8 @@ struct Surroundings {
   std::filesystem::path file;  ///< target.toml or print.toml
   PrintPlane plane;
   MarkLattice lattice;
-  std::optional<Target> board;  ///< when the surface is a target of corners, not of dots
+  std::optional<Target> board;  ///< set for a target of corners, not of dots
 };
-
-/// No picture shows a tag that its family does not have.
-void require_tags_of_family(const Surroundings& surface) {
-  const PrintPlane& plane = surface.plane;
-  if (plane.tag_family.empty()) return;
-  const int count =
-      TagFamily(plane.tag_family, surface.board ? surface.board->tag_border : 1).count();
-  for (const auto& [id, centre] : plane.tags)
-    if (id < 0 || id >= count)
-      throw bad_input(fmt::format("the family {} has no tag {}", plane.tag_family, id),
-                      {.file = surface.file.string(), .field = "tags"},
-                      fmt::format("its ids are 0 to {}: give those that are printed", count - 1));
-}
 
 Surroundings read_surface(const Rig& rig, Surface surface) {
   Surroundings result;
@@ -63,7 +49,6 @@ Surroundings read_surface(const Rig& rig, Surface surface) {
     lattice.patch_m = print.patch_m;
     lattice.margin_m = print.margin_m;
   }
-  require_tags_of_family(result);
   lattice.sha256 = sha256_of_file(result.file);
   lattice.rows = result.plane.rows;
   lattice.cols = result.plane.cols;

@@ -13,6 +13,7 @@
 #include "core/error.hpp"
 #include "core/files/files.hpp"
 #include "core/files/inside.hpp"
+#include "core/rules.hpp"
 #include "core/scene.hpp"
 #include "core/units.hpp"
 #include "synth/random.hpp"
@@ -182,8 +183,7 @@ std::vector<Named> jobs_of(const Rig& rig, const SynthOptions& options) {
     const Scene scene = read_scene(file);
     const std::uint64_t own = index++;
     if (scene.set.empty()) continue;
-    add_job(scene.set,
-            [=, &options] { return cloth_job(scene, read_print(scene.print_file), options, own); });
+    add_job(scene.set, [=, &options] { return cloth_job(scene, print_of(scene), options, own); });
     for (const ObjectTags& tags : scene.tags) {
       const WorldFromTarget on_object = pose_of(scene, tags);
       add_job(tags.set, [=] { return plate_job(tags, on_object, scene); });

@@ -125,10 +125,9 @@ void write_plate(const fs::path& file, const Target& target, const JointResult& 
 
 /// The calibration and how the program ends, by either method.
 std::pair<Calibration, Ending> calibrate(const Detections& detections, const Rig& rig,
-                                         Method method, const JointOptions& options,
-                                         const fs::path& out,
+                                         const Target& target, Method method,
+                                         const JointOptions& options, const fs::path& out,
                                          const std::optional<fs::path>& plate) {
-  const Target target = read_target(rig.target_file);
   const auto judged = [&](Calibration calibration, Ending ending) {
     if (const auto against = detections.reason_against(calibration.sets)) refuse(ending, *against);
     if (options.known_lenses && options.known_lenses->no_go)
@@ -171,11 +170,11 @@ int calib_command(int argc, char** argv) {
     RunRecord record("drape-calib", arguments_of(argc, argv), run_record_path(given.out), files);
     const Rig rig = read_rig(rig_file);
     record.input(rig.target_file);
-    auto [calibration, ending] = calibrate(read_detections(given.detections), rig, given.method,
-                                           options, given.out, given.plate);
+    const Target target = read_target(rig.target_file);
+    auto [calibration, ending] = calibrate(read_detections(given.detections), rig, target,
+                                           given.method, options, given.out, given.plate);
     if (given.compare)
-      add_drift(ending, read_calibration(*given.compare), calibration, rig,
-                read_target(rig.target_file));
+      add_drift(ending, read_calibration(*given.compare), calibration, rig, target);
     write_calibration(given.out, calibration);
     for (const auto& [name, value] : flat(value_of(CalibSettings{given})))
       record.option(name, value);

@@ -153,7 +153,7 @@ void check_scenes_together(const Rig& rig, const std::vector<Scene>& scenes, Ben
 
 /// Repeats of scenes that are not there, and sets or names that stand there twice.
 void check_repeats(const Rig& rig, const std::vector<Scene>& scenes, BenchCheck& check) {
-  std::map<std::string, std::string> users;  // of each set
+  std::map<std::string, std::string> users;  // user of each set
   for (const TargetStage& stage : rig.stages) users[stage.set] = "a target stage";
   for (const std::string& pose : rig.free_poses) users[pose] = "a free pose";
   std::vector<std::string> known;
@@ -233,7 +233,6 @@ std::vector<Scene> check_scenes(const std::vector<fs::path>& files, const Rig& r
                 "name the same file in rig.toml and in the scene");
     if (is_good) check.add(faults_of(scene));
     if (is_good && print) check.add(faults_of(scene, *print));
-    check.add(faults_of_stand_ins(scene.document));
     for (const std::string& warning : warnings_of(scene)) check.warnings.push_back(warning);
     for (const auto& [key, named] :
          {std::pair{"fabric", scene.fabric_file}, std::pair{"print", scene.print_file}})

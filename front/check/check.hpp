@@ -17,7 +17,7 @@ struct BenchCheck {
   std::vector<Error> problems;        ///< each with file, line or field, why and what to do
   std::vector<std::string> warnings;  ///< odd, but possible
   std::vector<std::string> advice;    ///< measures that make the result worth more
-  int files = 0;                      ///< that were read
+  int files = 0;                      ///< files that were read
   std::string purpose = "a run";      ///< use that the files are to serve
 
   /// Adds a problem; `path` as in Document::where.

@@ -19,7 +19,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Who asks for a set: a key of a file.
+/// Key of a file that asks for a set.
 struct Need {
   std::string set;
   Where where;

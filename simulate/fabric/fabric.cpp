@@ -9,6 +9,7 @@
 #include "core/error.hpp"
 #include "core/files/csv.hpp"
 #include "core/files/files.hpp"
+#include "core/rules.hpp"
 #include "core/units.hpp"
 #include "simulate/fabric/plausible.hpp"
 #include "simulate/fabric/points.hpp"
@@ -241,6 +242,9 @@ std::vector<std::filesystem::path> Fabric::files() const {
 Fabric read_fabric(const std::filesystem::path& file) {
   Fabric fabric;
   fabric.stated = read_record<FabricFile>(file);
+  throw_if_any(faults_of_stand_ins(
+      fabric.stated.document, {"all", "areal density", "tensile curves", "tensile", "shear curves",
+                               "shear", "bending curves", "bending", "twist", "bias"}));
   const FabricFile& stated = fabric.stated;
   fabric.file = file;
   fabric.name = stated.name;

@@ -7,6 +7,7 @@
 
 #include "core/error.hpp"
 #include "core/files/files.hpp"
+#include "core/rules.hpp"
 #include "core/units.hpp"
 #include "simulate/objects/scene_files.hpp"
 #include "simulate/start/start_check.hpp"
@@ -72,8 +73,8 @@ std::vector<fs::path> RunInputs::files() const {
 RunInputs read_checked(const fs::path& scene_file, const std::optional<fs::path>& fabric_file) {
   if (scene_file.empty()) throw usage_error("SCENE is missing", "give a scene.toml");
   const Scene scene = read_scene(scene_file);
-  RunInputs inputs{scene, read_fabric(fabric_file.value_or(scene.fabric_file)),
-                   read_print(scene.print_file), std::nullopt};
+  RunInputs inputs{scene, read_fabric(fabric_file.value_or(scene.fabric_file)), print_of(scene),
+                   std::nullopt};
   check_pins(inputs.scene, inputs.print, inputs.fabric);
   return inputs;
 }

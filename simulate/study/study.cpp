@@ -15,6 +15,7 @@
 #include "core/files/csv.hpp"
 #include "core/files/files.hpp"
 #include "core/parallel.hpp"
+#include "core/rules.hpp"
 #include "core/units.hpp"
 #include "simulate/objects/scene_files.hpp"
 #include "simulate/start/local_frame.hpp"
@@ -45,7 +46,7 @@ struct CaseInputs {
 CaseInputs read_inputs(const StudyCase& one) {
   Scene scene = read_scene(one.scene_file);
   scene.fabric_file = one.fabric_file;
-  return {scene, read_fabric(one.fabric_file), read_print(scene.print_file)};
+  return {scene, read_fabric(one.fabric_file), print_of(scene)};
 }
 
 /// Sets the start of the seed. Throws Error for a case that can never run: of what is known before
@@ -292,7 +293,7 @@ std::vector<StudyOutcome> run_part(const StudyPlan& plan, const Part& part, cons
 
 std::vector<StudyOutcome> plan_status(const StudyPlan& plan) {
   std::vector<StudyOutcome> outcomes;
-  std::optional<CaseInputs> inputs;  // of the last case: those of one scene and fabric follow
+  std::optional<CaseInputs> inputs;  // the last case's: those of one scene and fabric follow
   const StudyCase* last = nullptr;
   for (const StudyCase& one : plan.cases) {
     outcomes.push_back(look_at(one));

@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// A rule about a scene is asked by every program that reads it, in the same words.
+// A rule about a scene, print, target or fabric is asked by every program that reads it, in the
+// same words.
 #include <fmt/format.h>
 #include <gmock/gmock.h>
-
-#include <tuple>
 
 #include "core/files/files.hpp"
 #include "core/scene.hpp"
@@ -17,47 +16,124 @@ using testing::HasSubstr;
 
 constexpr const char* kScene = "scenes/C.toml";
 
-TEST(InputRules, AreAskedByEveryProgramThatReadsAScene) {
-  const SmallBench bench({"C"});
-  const std::string good = read_text(bench.rig() / kScene);
-  const std::string scene = (bench.rig() / kScene).string(),
-                    other = (bench.rig() / "rig.toml").string();
-  const std::vector<std::string> lines = {
-      fmt::format("{} check {}", program("drape").string(), bench.rig().string()),
-      fmt::format("{} {} --spacing-mm 10 --segments 1 --out {}", program("drape-simulate").string(),
-                  scene, (bench.folder() / "virtual").string()),
-      fmt::format("{} {} --calibration {} --set drape_C --scene {} --out {}",
-                  program("drape-triangulate").string(), other, other, scene,
-                  (bench.folder() / "sheet.ply").string())};
-  const std::string friction = "friction = 0.4";
-  for (const auto& [from, to, said] :
-       {std::tuple{friction, "friction = 21.8", "a friction coefficient of 21.8"},
-        std::tuple{friction, "friction = 0.4\nfriction_uncertainty = 0.5",
-                   "nothing would be known"},
-        std::tuple{friction, "friction = 0.4\ngravity_m_per_s2 = [0, 0, -1.6]",
-                   "gravity of 1.6 m/s2 is not the Earth's"},
-        std::tuple{friction, "friction = 0.4\ngravity_m_per_s2 = [0, 0, 9.8]",
-                   "gravity does not point down"},
-        std::tuple{std::string("size_mm = [128.0, 128.0, 128.0]"), "size_mm = [0.1, 0.1, 0.1]",
-                   "the object is 0.1 mm long"},
-        std::tuple{std::string("edge_radius_mm = 1.5"), "edge_radius_mm = 80",
-                   "the rounded edges are larger than the box"},
-        std::tuple{std::string("x_mm = -3.0"), "x_mm = -30000", "places are in mm"},
-        std::tuple{std::string("yaw_deg = 14.0"), "yaw_deg = 1400", "an angle in degrees"},
-        std::tuple{std::string("clearance_mm = 3.0"), "clearence_mm = 3.0",
-                   "start.clearance_mm"}}) {
-    write_durable(bench.rig() / kScene, good);
-    bench.replace(kScene, from, to);
-    for (const std::string& line : lines) {
-      const Outcome outcome = run_line(line);
-      EXPECT_EQ(outcome.exit_code, 3) << line << outcome.text;
-      EXPECT_THAT(outcome.text, HasSubstr(said)) << line;
-      EXPECT_THAT(outcome.text, HasSubstr("C.toml:")) << line;
+/// A value typed wrongly in one file of a bench, and the words of the rule that it breaks.
+struct BrokenRule {
+  std::string from, to, said;
+};
+
+class InputRules : public testing::Test {
+ protected:
+  /// Breaks each rule in turn; every line is expected to end with 3, the words and the place.
+  void expect_refused(const char* file, const std::vector<BrokenRule>& rules,
+                      const std::vector<std::string>& lines) const {
+    const std::string good = read_text(bench_.rig() / file);
+    for (const auto& [from, to, said] : rules) {
+      bench_.replace(file, from, to);
+      for (const std::string& line : lines) {
+        const Outcome outcome = run_line(line);
+        EXPECT_EQ(outcome.exit_code, 3) << line << outcome.text;
+        EXPECT_THAT(outcome.text, HasSubstr(said)) << line;
+        EXPECT_THAT(outcome.text, HasSubstr(fs::path(file).filename().string() + ":")) << line;
+      }
+      write_durable(bench_.rig() / file, good);
     }
   }
+
+  [[nodiscard]] static std::string line(const char* name, const std::string& words) {
+    return fmt::format("{} {}", program(name).string(), words);
+  }
+  [[nodiscard]] std::string path(const char* file) const { return (bench_.rig() / file).string(); }
+  [[nodiscard]] std::string out(const char* file) const {
+    return " --out " + (bench_.folder() / file).string();
+  }
+  [[nodiscard]] std::string checked() const { return line("drape", "check " + path("")); }
+  /// A console that starts although it must not would serve for ever.
+  [[nodiscard]] std::string console() const {
+    return "timeout 60 " + line("drape-bench", path("") + " --replay --port 0" + out("bench"));
+  }
+  [[nodiscard]] std::string drawn() const {
+    return line("drape-synth", path("") + " --sets drape_C --cameras " +
+                                   (source_root() / "rigs/plans/three-cameras.toml").string() +
+                                   out("drawn"));
+  }
+  [[nodiscard]] std::string detected(const char* surface) const {
+    return line("drape-detect", path("recording") + " --rig " + path("rig.toml") + " --surface " +
+                                    surface + out("found.json"));
+  }
+  [[nodiscard]] std::string simulated(const char* word) const {
+    return line("drape-simulate",
+                word + (' ' + path(kScene)) + " --spacing-mm 10 --segments 1" + out("virtual"));
+  }
+
+  const SmallBench bench_{{"C"}};
+};
+
+TEST_F(InputRules, OfAScene) {
+  const std::string friction = "friction = 0.4", any = path("rig.toml");
+  expect_refused(
+      kScene,
+      {{friction, "friction = 21.8", "a friction coefficient of 21.8"},
+       {friction, "friction = 0.4\nfriction_uncertainty = 0.5", "nothing would be known"},
+       {friction, "friction = 0.4\ngravity_m_per_s2 = [0, 0, -1.6]",
+        "gravity of 1.6 m/s2 is not the Earth's"},
+       {friction, "friction = 0.4\ngravity_m_per_s2 = [0, 0, 9.8]", "gravity does not point down"},
+       {"size_mm = [128.0, 128.0, 128.0]", "size_mm = [0.1, 0.1, 0.1]",
+        "the object is 0.1 mm long"},
+       {"edge_radius_mm = 1.5", "edge_radius_mm = 80", "the rounded edges are larger"},
+       {"x_mm = -3.0", "x_mm = -30000", "places are in mm"},
+       {"yaw_deg = 14.0", "yaw_deg = 1400", "an angle in degrees"},
+       {"yaw_deg = 14.0\n", "", "`yaw_deg` of a box is missing"},
+       {"clearance_mm = 3.0", "clearence_mm = 3.0", "start.clearance_mm"},
+       {"table_z_mm = -6.0", "table_z_mm = 60.0", "below the table"},
+       {"table_z_mm = -6.0", "table_z_mm = -60.0", "floats"},
+       {"stand_ins = [\"friction\"]", "stand_ins = [\"fricton\"]", "did you mean `friction`"},
+       {friction, "friction = 0.4\n[[pin]]\nrow = 11\ncol = 0", "pin"}},
+      {checked(), simulated(""), simulated("branches"), simulated("sensitivity"),
+       line("drape-simulate", "study " + path("") + out("study")), drawn(), console(),
+       line("drape-triangulate", any + " --calibration " + any + " --set drape_C --scene " +
+                                     path(kScene) + out("sheet.ply")),
+       line("drape-triangulate", "object " + any + " --calibration " + any +
+                                     " --set drape_C --scene " + path(kScene) +
+                                     out("object.json"))});
 }
 
-TEST(InputRules, AFileThatIsEditedMeanwhileCountsAsItWasRead) {
+TEST_F(InputRules, OfAPrint) {
+  expect_refused("print.toml",
+                 {{"tag36h11", "TAG36H11", "did you mean `tag36h11`"},
+                  {"first_id = 0", "first_id = 560", "the family tag36h11 has no tag 587"},
+                  {"edge_mm = 12.0", "edge_mm = 24.0", "would be printed over dot"},
+                  {"patch_mm = [220.0, 220.0]", "patch_mm = [2200.0, 2200.0]", "is it 220?"},
+                  {"dot_diameter_mm = 4.0", "dot_diameter_mm = 24.0", "smaller than pitch_mm"}},
+                 {checked(), detected("cloth"), simulated(""), drawn(), console(),
+                  line("drape-detect", "print cloth " + path("print.toml") + out("print.pdf"))});
+}
+
+TEST_F(InputRules, OfATarget) {
+  const std::string any = path("rig.toml");
+  expect_refused("target.toml",
+                 {{"tag36h11", "TAG36H11", "did you mean `tag36h11`"},
+                  {"id = 403", "id = 4003", "the family tag36h11 has no tag 4003"},
+                  {"id = 403", "id = 402", "two tags have the id 402"},
+                  {"[-80.0, -50.0]", "[-8.0, -5.0]", "would be printed over dot"},
+                  {"dot_diameter_mm = 8.0", "dot_diameter_mm = 28.0", "smaller than pitch_mm"}},
+                 {checked(), detected("target"), drawn(), console(),
+                  line("drape-detect", "print target " + path("target.toml") + out("target.pdf")),
+                  line("drape-calib", any + " --rig " + any + out("calibration.json"))});
+}
+
+TEST_F(InputRules, OfAFabric) {
+  const std::string density = "areal_density_g_per_m2 = 138", fabric = path("fabrics/A.toml");
+  expect_refused("fabrics/A.toml",
+                 {{density, "areal_density_g_per_m2 = 0.138", "kg/m2"},
+                  {density, "areal_density_g_per_m2 = 13800", "no textile weighs"},
+                  {"\"shear curves\"", "\"sheer curves\"", "did you mean `shear curves`"},
+                  {"warp = \"A/shear_warp.csv\"\n", "", "`warp` is missing"}},
+                 {checked(), simulated(""), simulated("branches"), simulated("sensitivity"),
+                  line("drape-simulate", "fabric " + fabric),
+                  line("drape-simulate", "cusick " + fabric + out("cusick"))});
+}
+
+TEST(EditedInput, CountsAsItWasRead) {
   const SmallBench bench({"C"});
   const std::string before = sha256_of_file(bench.rig() / kScene);
   const Scene scene = read_scene(bench.rig() / kScene);

@@ -5,6 +5,7 @@
 
 #include "core/error.hpp"
 #include "core/rig.hpp"
+#include "core/rules.hpp"
 #include "core/units.hpp"
 #include "triangulate/guards/detection_limit.hpp"
 #include "triangulate/guards/held.hpp"
@@ -38,8 +39,8 @@ double scale_sd_of(const Sheet& sheet, const MarkLattice& lattice) {
 }  // namespace
 
 void require_detected_print(const MarkLattice& lattice, const Scene& scene) {
-  const Print print = read_print(scene.print_file);
-  constexpr double kRounding_m = 1e-9;  // of millimetres in a text file
+  const Print print = print_of(scene);
+  constexpr double kRounding_m = 1e-9;  // rounding of millimetres in a text file
   const auto same = [](const auto& one, const auto& other) {
     return (one - other).norm() < kRounding_m;
   };
