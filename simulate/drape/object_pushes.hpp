@@ -19,17 +19,16 @@ namespace drape::simulate {
 /// p = k d (1 + d^2 / d0^2), where k lets cloth lie 0.1 um deep under its own weight and d0 = 2 um,
 /// so that edges and corners of any sharpness are entered by some hundredths of a millimetre. The
 /// places are 0.5 mm apart on the cloth (1 mm on meshes of 10 mm), half that on objects of sharp
-/// edges. While a cloth falls p = k d / 10,
-/// for stiff places make a descent's steps short; then stages lead from there to the firm law.
-/// Facets with a corner that is held on a surface are left out: two pins on a round body hold the
-/// cloth between them inside it.
+/// edges. While a cloth falls p = k d / 10, for stiff places make a descent's steps short; then
+/// stages lead from there to the firm law. Facets with a corner that is held on a surface are left
+/// out: two pins on a round body hold the cloth between them inside it.
 ///
 /// A facet whose corners all face one flat face presses by its nodes alone: the gap is linear
 /// between them, so nothing is deeper. Which facets do is chosen by settle(), for a choice amid a
 /// descent would make its energy jump; once places are firm, a facet only leaves them.
 ///
-/// Places are listed with those that may touch until a node moves by a margin, and looked at
-/// alone; the margin follows the motion, and the energy does not depend on it.
+/// Only listed places are looked at: those that may touch before a node has moved by a margin,
+/// which follows the motion. The energy does not depend on it.
 ///
 /// Friction is elastic and plastic: each place that presses has a tangential spring that yields at
 /// the coefficient times its pressure; settle() moves it, once per increment of load or of time.
