@@ -9,6 +9,7 @@
 #include "calib/programs/ending.hpp"
 #include "core/error.hpp"
 #include "core/fields/records.hpp"
+#include "core/files/files.hpp"
 #include "core/program/command.hpp"
 #include "core/program/program.hpp"
 #include "core/program/run_record.hpp"
@@ -108,7 +109,7 @@ void refuse(Ending& ending, const std::string& cause) {
 /// The target's file with the measured places; NO-GO of the calibration, or a board that is taken
 /// as drawn, leaves none.
 void write_plate(const fs::path& file, const Target& target, const JointResult& result,
-                 Ending& ending) {
+                 Ending& ending, RunRecord& record) {
   if (!ending.go || !result.report.plate) {
     ending.warnings.push_back(
         "no measured plate is written: " +
@@ -120,6 +121,7 @@ void write_plate(const fs::path& file, const Target& target, const JointResult& 
   Value root = target.document.root();
   root["measured"] = value_of(*result.report.plate);
   write_value(file, root);
+  record.output(file);
   ending.numbers.emplace_back("measured plate", file.string());
 }
 
@@ -127,7 +129,7 @@ void write_plate(const fs::path& file, const Target& target, const JointResult& 
 std::pair<Calibration, Ending> calibrate(const Detections& detections, const Rig& rig,
                                          const Target& target, Method method,
                                          const JointOptions& options, const fs::path& out,
-                                         const std::optional<fs::path>& plate) {
+                                         const std::optional<fs::path>& plate, RunRecord& record) {
   const auto judged = [&](Calibration calibration, Ending ending) {
     if (const auto against = detections.reason_against(calibration.sets)) refuse(ending, *against);
     if (options.known_lenses && options.known_lenses->no_go)
@@ -141,7 +143,7 @@ std::pair<Calibration, Ending> calibrate(const Detections& detections, const Rig
   }
   const JointResult result = calibrate_joint(detections, rig, target, options);
   auto [calibration, ending] = judged(result.calibration, ending_of(result, out));
-  if (plate) write_plate(*plate, target, result, ending);
+  if (plate) write_plate(*plate, target, result, ending, record);
   return {std::move(calibration), std::move(ending)};
 }
 
@@ -164,7 +166,7 @@ int calib_command(int argc, char** argv) {
     fs::path rig_file = given.rig;
     if (fs::is_directory(rig_file)) rig_file /= "rig.toml";
     StepFiles files{{given.out}, {rig_file, given.detections}};
-    if (given.plate) files.outputs.push_back(*given.plate);
+    if (given.plate) require_replaceable(*given.plate);
     for (const auto& file : {given.lens_from, given.compare})
       if (file) files.inputs.push_back(*file);
     RunRecord record("drape-calib", arguments_of(argc, argv), run_record_path(given.out), files);
@@ -172,7 +174,7 @@ int calib_command(int argc, char** argv) {
     record.input(rig.target_file);
     const Target target = read_target(rig.target_file);
     auto [calibration, ending] = calibrate(read_detections(given.detections), rig, target,
-                                           given.method, options, given.out, given.plate);
+                                           given.method, options, given.out, given.plate, record);
     if (given.compare)
       add_drift(ending, read_calibration(*given.compare), calibration, rig, target);
     write_calibration(given.out, calibration);
