@@ -118,10 +118,11 @@ void inject(int seed, Injected& counts) {
                  }),
         {first, "moved since"});
   const bool along_x = random() % 2 == 0;
-  judge("bow of 0.1 mm",
-        recorded(made,
-                 [&](JointModel& model) { model.bow.edge_rise_mm[along_x ? 0 : 1] = sign * 0.1; }),
-        {"the plate is bowed"});
+  judge(
+      "bow of 0.1 mm",
+      recorded(made,
+               [&](JointModel& model) { model.board.edge_rise_mm[along_x ? 0 : 1] = sign * 0.1; }),
+      {"the plate is bowed"});
   AcceptanceInput swapped = recorded(made, no_fault);
   exchange(swapped.target, first, second);
   judge("cameras exchanged", swapped, {first, second, "exchanged"});
@@ -189,7 +190,7 @@ TEST(Acceptance, LimitsOfTheOperatorPermitASmallChangeAndSayIt) {
 TEST(Acceptance, ABowThatIsKnownToATenthPermitsATenth) {
   const Instrument made = instrument(6);
   const AcceptanceInput input = recorded(made, [](JointModel& model) {
-    model.bow.edge_rise_mm = {0.1, -0.05};
+    model.board.edge_rise_mm = {0.1, -0.05};
   });
   EXPECT_THAT(accepted(made, input).cause, HasSubstr("the plate is bowed"));
   AcceptanceOptions options;
@@ -198,7 +199,7 @@ TEST(Acceptance, ABowThatIsKnownToATenthPermitsATenth) {
   EXPECT_TRUE(permitted.good()) << permitted.cause;
   // Twenty standard deviations are no uncertainty.
   const AcceptanceInput far = recorded(made, [](JointModel& model) {
-    model.bow.edge_rise_mm = {2, 0};
+    model.board.edge_rise_mm = {2, 0};
   });
   EXPECT_THAT(accepted(made, far, options).cause, HasSubstr("the plate is bowed"));
 }

@@ -51,7 +51,7 @@ void see_by_another(JointModel& model, double noise_px, double common_part, unsi
         const Eigen::Vector3d flat((col - 5.5) * 0.02, (row - 4) * 0.02, 0);
         const auto px = image_by_another(
             model.cameras[c], model.cameras[c].camera.cam_from_world *
-                                  (model.placements[p].world_from_target * model.bow.bent(flat)));
+                                  (model.placements[p].world_from_target * model.board.bent(flat)));
         if (!px) continue;
         frame.points.push_back({{row, col},
                                 flat,
@@ -145,7 +145,7 @@ Instrument instrument(unsigned seed) {
   made.common_part = seed % 3 == 0 ? 0 : 0.1;
   made.truth = test::SyntheticBench(seed, 10 + static_cast<int>(seed % 7)).true_model();
   if (seed % 4 == 1) made.truth.cameras.pop_back();
-  made.truth.bow.edge_rise_mm.setZero();
+  made.truth.board.edge_rise_mm.setZero();
   see_by_another(made.truth, made.noise_px, made.common_part, seed + 1);
   JointModel model = test::forgotten(made.truth);
   start_joint(model);
@@ -160,7 +160,7 @@ Instrument instrument(unsigned seed) {
 AcceptanceInput recorded(const Instrument& of, const std::function<void(JointModel&)>& fault) {
   JointModel later = test::SyntheticBench(of.seed + 5000, 8).true_model();
   later.cameras = of.truth.cameras;
-  later.bow.edge_rise_mm.setZero();
+  later.board.edge_rise_mm.setZero();
   Placement rest = later.placements[3];
   for (int i = 0; i < 5; ++i) {
     rest.set = "rest_" + std::to_string(i);
