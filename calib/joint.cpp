@@ -109,7 +109,7 @@ double largest_eccentricity(const JointModel& model) {
 }
 
 /// Least placements that can tell each point of a board from its drawing.
-constexpr std::size_t kViewsOfABoard = 8;
+constexpr std::size_t kViewsOfABoard = 6;
 
 /// Chooses board and lens by held-out error, without the views and points that lie off the richest
 /// fit; the tables go into the report. Returns the fit's start.

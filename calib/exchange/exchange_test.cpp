@@ -282,6 +282,20 @@ TEST(Exchange, ForeignFilesAreReadOrRefusedByName) {
               HasSubstr("no pose"));
   EXPECT_THAT(refusal("right.yaml", "not yaml: [", ExchangeFormat::opencv),
               HasSubstr("OpenCV cannot read"));
+  EXPECT_EQ(refusal("right.yaml", ros.substr(ros.find("image")), ExchangeFormat::opencv), "");
+  const auto changed = [&](const std::string& from, const std::string& to) {
+    std::string text = ros;
+    return refusal("right.yaml", text.replace(text.find(from), from.size(), to),
+                   ExchangeFormat::opencv);
+  };
+  const std::string lens = "distortion_coefficients:";
+  EXPECT_THAT(changed(lens, "distortion_model: equidistant\n" + lens), HasSubstr("equidistant"));
+  EXPECT_EQ(changed(lens, "distortion_model: plumb_bob\n" + lens), "");
+  EXPECT_THAT(changed(lens, "fisheye_model: 1\n" + lens), HasSubstr("fisheye_model"));
+  EXPECT_EQ(changed(lens, "fisheye_model: 0\n" + lens), "");
+  EXPECT_THAT(changed("320., 0., 901., 240., 0., 0., 1.", "0., 0., 901., 0., 320., 240., 1."),
+              HasSubstr("MATLAB's transpose"));
+  EXPECT_THAT(changed("0., 0., 1. ]\ndist", "0., 0., 0. ]\ndist"), HasSubstr("last element"));
 }
 
 }  // namespace

@@ -1,7 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <cmath>
+#include <iterator>
 #include <opencv2/core.hpp>
+#include <string_view>
 
 #include "calib/exchange/formats.hpp"
 #include "core/error.hpp"
@@ -31,15 +35,22 @@ cv::Mat matrix_of(const Eigen_& values) {
 class Storage {
  public:
   explicit Storage(const fs::path& file) : file_(file) {
-    static_cast<void>(read_text(file));  // a missing file is refused in the house's words
+    std::string text = read_text(file);
+    // ROS leaves out the line that cv::FileStorage asks for.
+    const std::string ending = file.extension().string();
+    if ((ending == ".yaml" || ending == ".yml") && !text.starts_with("%YAML"))
+      text.insert(0, text.starts_with("---") ? "%YAML:1.0\n" : "%YAML:1.0\n---\n");
     try {
-      storage_.open(file.string(), cv::FileStorage::READ);
+      storage_.open(text, cv::FileStorage::READ | cv::FileStorage::MEMORY);
     } catch (const cv::Exception&) {
       storage_.release();
     }
     if (!storage_.isOpened())
       throw refused(file, "", "OpenCV cannot read the file", "give a file of cv::FileStorage");
   }
+
+  /// Names of all values of the file.
+  [[nodiscard]] std::vector<std::string> keys() const { return storage_.root().keys(); }
 
   [[nodiscard]] cv::FileNode any_of(std::initializer_list<const char*> keys) const {
     for (const char* key : keys) {
@@ -81,12 +92,41 @@ class Storage {
   cv::FileStorage storage_;
 };
 
+/// Throws Error(bad_input) for a value that makes another lens or another picture of the numbers.
+void check_meaning(const Storage& storage, const fs::path& file) {
+  constexpr const char* kRemedy = "calibrate with OpenCV's pinhole model, at full resolution";
+  for (const std::string& key : storage.keys()) {
+    const cv::FileNode node = storage.any_of({key.c_str()});
+    if (key == "distortion_model" || key == "camera_model") {
+      constexpr std::string_view kKnown[] = {"plumb_bob", "radtan", "rational_polynomial", "brown",
+                                             "pinhole"};
+      const std::string model = node.isString() ? static_cast<std::string>(node) : "";
+      if (std::find(std::begin(kKnown), std::end(kKnown), model) == std::end(kKnown))
+        throw refused(file, key, fmt::format("the lens is `{}`, not Brown's", model), kRemedy);
+    } else if (key.find("model") != std::string::npos || key.find("fisheye") != std::string::npos ||
+               key == "xi" || key == "skew") {
+      if (node.isInt() || node.isReal() ? static_cast<double>(node) != 0 : !node.empty())
+        throw refused(file, key, fmt::format("`{}` makes another lens of the numbers", key),
+                      kRemedy);
+    }
+    if ((key == "binning_x" || key == "binning_y") && static_cast<double>(node) > 1)
+      throw refused(file, key, "the pictures are binned", kRemedy);
+  }
+}
+
 BrownLens lens_of(const Storage& storage, const fs::path& file) {
+  check_meaning(storage, file);
   const auto k = storage.numbers({"camera_matrix", "Camera_Matrix", "cameraMatrix", "K"});
   if (k.size() != 9)
     throw refused(file, "camera_matrix", "the camera matrix is missing or not 3 x 3",
                   "give the file that OpenCV's calibration wrote");
-  if (std::abs(k[1]) > 1e-9 * k[0])
+  if (std::abs(k[6]) > 1e-9 * k[0] || std::abs(k[7]) > 1e-9 * k[0])
+    throw refused(file, "camera_matrix", "its last row is not (0, 0, 1)",
+                  "is it MATLAB's transpose? write rows as columns");
+  if (std::abs(k[8] - 1) > 1e-9)
+    throw refused(file, "camera_matrix", fmt::format("its last element is {:g}, not 1", k[8]),
+                  "give the matrix in px, as OpenCV's calibration wrote it");
+  if (std::abs(k[1]) > 1e-9 * k[0] || std::abs(k[3]) > 1e-9 * k[0])
     throw refused(file, "camera_matrix", "the pixels are skewed", "calibrate without skew");
   auto d =
       storage.numbers({"distortion_coefficients", "Distortion_Coefficients", "distCoeffs", "D"});
