@@ -14,6 +14,9 @@
 #include "tests/support/trials.hpp"
 
 namespace drape::capture {
+
+extern const CameraDriver aravis_driver;
+
 namespace {
 
 using test::GigeCamera;

@@ -14,6 +14,9 @@
 #include "tests/support/v4l2_guest/vivid.hpp"
 
 namespace drape::capture {
+
+extern const CameraDriver v4l2_driver;
+
 namespace {
 
 using test::VividNode;
