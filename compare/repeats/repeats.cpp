@@ -19,7 +19,7 @@ constexpr double kPower = 0.9;
 constexpr std::size_t kLeastForModes = 6;  // repeats
 // Largest p of a test that is combined: near by one does not hide far by another.
 constexpr double kMostP = 0.99;
-constexpr double kMostModes = 100;         // beyond, F no longer depends on their number
+constexpr double kMostModes = 100;  // beyond, F no longer depends on their number
 
 /// t of `value` beside `repeats`, whose own degrees of freedom are `dof`.
 Judgement standardised(const std::vector<double>& repeats, double value, double dof,

@@ -5,6 +5,8 @@
 #include <fmt/format.h>
 #include <sqlite3.h>
 
+#include "core/units.hpp"
+
 namespace drape::compare {
 namespace {
 
@@ -16,6 +18,10 @@ T number_in(const Cell& value) {
 }
 
 }  // namespace
+
+Cell in_mm(const std::optional<double>& length_m) {
+  return length_m ? Cell(*length_m / units::mm) : Cell();
+}
 
 void Cell::to(std::string& text) const {
   if (const auto* own = std::get_if<std::string>(this)) text = *own;

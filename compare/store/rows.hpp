@@ -51,6 +51,9 @@ struct Cell : std::variant<std::monostate, std::int64_t, double, std::string> {
 };
 using Cells = std::vector<Cell>;
 
+/// A length in millimetres, NULL where there is none.
+[[nodiscard]] Cell in_mm(const std::optional<double>& length_m);
+
 template <class... Types>
 std::vector<std::tuple<Types...>> typed(const std::vector<Cells>& rows) {
   std::vector<std::tuple<Types...>> all(rows.size());

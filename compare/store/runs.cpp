@@ -184,7 +184,7 @@ void insert_match(Writer& writer, const std::string& run, const DrapeInput& inpu
   for (const RepeatLine& line : report.repeats) {
     const SheetFile& sheet = line.input ? input.repeats[*line.input] : input.measured;
     writer.insert("real_repeat", key, sheet.sha256, line.set, line.repeat, given(line.face),
-                  given(line.left_out), line.from_own_m ? Cell(*line.from_own_m / mm) : Cell());
+                  given(line.left_out), in_mm(line.from_own_m));
   }
   writer.enter("run_match", key);
 }

@@ -62,9 +62,6 @@ using units::mm;
 
 constexpr double kMicrojoule = 1e-6;
 
-Cell in_mm(const std::optional<double>& length_m) {
-  return length_m ? Cell(*length_m / mm) : Cell();
-}
 Cell in_percent(const std::optional<double>& ratio) {
   return ratio ? Cell(*ratio / units::percent) : Cell();
 }

@@ -311,7 +311,7 @@ std::vector<Mistake> typed_mistakes() {
        "A",
        typed(a, "diameter_mm = 90.0", "diameter_mm = 45.0"),
        1,
-       {"A.toml", "no mark touches it", "measure it again"}},
+       {"A.toml", "no mark touches it", "measure"}},
       {"target_pitch_by_one_percent",
        "C",
        typed("target.toml", "pitch_mm = 20.0", "pitch_mm = 20.2"),
@@ -351,7 +351,7 @@ std::vector<Mistake> typed_mistakes() {
        "A",
        typed(a, "diameter_mm = 90.0", "diameter_mm = 80.0"),
        1,
-       {"A.toml", "no mark touches it", "measure it again"}},
+       {"A.toml", "no mark touches it", "measure"}},
   };
 }
 

@@ -217,7 +217,7 @@ std::vector<Mistake> other_mistakes() {
          bench.replace("scenes/C.toml", "z_bottom_mm = -6.0", "z_bottom_mm = 4.0");
        },
        1,
-       {"C.toml", "inside it", "would agree alike"}},
+       {"C.toml", "inside it", "measure"}},
       {"cameras_exchanged_in_the_drape",
        "C",
        pictures([](Json& recording) {

@@ -268,21 +268,34 @@ class Search {
   bool is_held_up_;  ///< by the stated scene: then by another as well
 };
 
-/// A range of objects that fit, around its middle.
+/// Objects that fit: their mean, with twice their standard deviation, and their whole range.
 struct Range {
   Stated middle;
-  Change within;
+  Change within;  ///< k = 2
+  Stated centre;
+  Change reach;  ///< half of the range around its centre
 
+  /// Distances of a pose from the centre, of its turn the least of the same box.
+  [[nodiscard]] Change apart(const Stated& one) const {
+    const bool is_square = std::abs(centre.size_mm.x() - centre.size_mm.y()) < 0.5;
+    const Vector3d by_mm = (one.foot_mm - centre.foot_mm).cwiseAbs();
+    const double turn =
+        centre.is_box ? std::abs(std::remainder(one.yaw_deg - centre.yaw_deg, is_square ? 90 : 180))
+                      : 0;
+    return (Change() << by_mm, turn, std::abs(one.size_mm.x() - centre.size_mm.x())).finished();
+  }
   [[nodiscard]] bool holds(const Stated& one) const {
-    const Vector3d apart = (one.foot_mm - middle.foot_mm).cwiseAbs();
-    double turn =
-        std::remainder(one.yaw_deg - middle.yaw_deg,
-                       std::abs(middle.size_mm.x() - middle.size_mm.y()) < 0.5 ? 90 : 180);
-    turn = middle.is_box ? std::abs(turn) : 0;
     constexpr double kSame = 1;  // mm, deg
-    return apart.x() <= within[0] + kSame && apart.y() <= within[1] + kSame &&
-           apart.z() <= within[2] + kSame && turn <= within[3] + kSame &&
-           std::abs(one.size_mm.x() - middle.size_mm.x()) <= within[4] + kSame;
+    return (apart(one) - reach).maxCoeff() <= kSame;
+  }
+  /// True where both are parts of one range that the walks did not see whole.
+  [[nodiscard]] bool meets(const Range& other) const {
+    return (apart(other.centre) - reach - other.reach).maxCoeff() <= 0;
+  }
+  void join(const Range& other) {
+    const Change by = apart(other.centre);
+    within = within.cwiseMax(other.within + by);
+    reach = reach.cwiseMax(other.reach + by);
   }
 };
 
@@ -310,15 +323,31 @@ std::vector<Range> ranges_of(const Search& search, const SeenCloth& seen, const 
     if (std::any_of(ranges.begin(), ranges.end(), [&](const Range& one) { return one.holds(at); }))
       continue;
     const std::vector<Change> changes = search.range_around(found, free);
-    Change least_change = changes.front(), most_change = changes.front();
+    Change least_change = changes.front(), most_change = changes.front(), mean = Change::Zero(),
+           squares = Change::Zero();
+    const auto count = static_cast<double>(changes.size());
     for (const Change& change : changes) {
       least_change = least_change.cwiseMin(change);
       most_change = most_change.cwiseMax(change);
+      mean += change / count;
     }
-    Range range{*stated_of(changed(found, 0.5 * (least_change + most_change))),
+    for (const Change& change : changes) squares += (change - mean).cwiseAbs2() / count;
+    Range range{*stated_of(changed(found, mean)), 2 * squares.cwiseSqrt(),
+                *stated_of(changed(found, 0.5 * (least_change + most_change))),
                 0.5 * (most_change - least_change)};
-    ranges.push_back(range);
+    const auto same = std::find_if(ranges.begin(), ranges.end(),
+                                   [&](const Range& one) { return one.meets(range); });
+    if (same == ranges.end())
+      ranges.push_back(range);
+    else
+      same->join(range);
   }
+  // Where the stated size fits, another one is a second mistake.
+  const auto as_stated = [&](const Range& one) {
+    return one.centre.size_mm.isApprox(stated.size_mm, 1e-6);
+  };
+  if (std::any_of(ranges.begin(), ranges.end(), as_stated))
+    std::erase_if(ranges, [&](const Range& one) { return !as_stated(one); });
   return ranges;
 }
 
@@ -370,7 +399,7 @@ ObjectSuggestion suggested_object(const SeenCloth& seen, const Scene& scene, std
     if (slip.values.size_mm.head(stated->is_box ? 3 : 1).minCoeff() < 5) continue;
     if (!search.passes(typed(own, slip.values))) continue;
     const bool known = std::any_of(slips.begin(), slips.end(), [&](const Slip& other) {
-      return Range{other.values, Change::Zero()}.holds(slip.values);
+      return Range{{}, {}, other.values, Change::Zero()}.holds(slip.values);
     });
     if (!known) slips.push_back(slip);
   }

@@ -12,7 +12,7 @@ namespace drape::triangulate {
 struct SuggestedObject {
   Obstacle object;   ///< with its values as the text prints them
   std::string text;  ///< "yaw_deg = 20.0 (with the other sign)"
-  /// Half of the range that passes, along each value that was fitted.
+  /// Expanded uncertainty (k = 2) of each fitted value: of all that pass, as likely as each other.
   Change within = Change::Zero();
 };
 
