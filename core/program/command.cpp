@@ -96,7 +96,8 @@ void Command::add_spec(const OptionSpec& spec,
       app.add_option_function<std::vector<std::string>>(spec.names, take, spec.description);
   option->type_name(spec.type)->required(spec.required)->expected(spec.least, spec.most);
   if (!spec.now.empty()) option->default_str(spec.now);
-  if (spec.one_per_flag) option->allow_extra_args(false);
+  // Else it takes the argument that follows it.
+  if (spec.one_per_flag || spec.least == spec.most) option->allow_extra_args(false);
   if (spec.most == 1) option->multi_option_policy(CLI::MultiOptionPolicy::Throw);
   if (spec.commas) option->delimiter(',');
 }

@@ -88,6 +88,8 @@ int parse_with_subcommand(const std::vector<std::string>& words) {
 }
 
 TEST(Command, WhatASubcommandDoesNotTakeIsRefused) {
+  EXPECT_EQ(parse_with_subcommand({"--set", "a", "rig"}), -1) << "an option before the argument";
+  EXPECT_EQ(parse_with_subcommand({"--threads", "1", "import", "a"}), -1);
   EXPECT_EQ(parse_with_subcommand({"rig", "--set", "a"}), -1);
   EXPECT_EQ(parse_with_subcommand({"import", "a", "--json"}), -1);
   EXPECT_EQ(parse_with_subcommand({"--json", "import", "a"}), -1);
