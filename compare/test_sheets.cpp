@@ -122,7 +122,7 @@ LevelsFile levels_of(const Sheet& measured, double left_m) {
                    {2.5 * mm, 9000, true, "at rest", 200, 3 * left_m}};
   levels.left_m = left_m;
   for (const SheetMark& mark : measured.marks)
-    levels.marks.push_back({mark.mark, mark.point_in_world, left_m});
+    levels.marks.push_back({mark.mark, mark.point_in_world, left_m, {}});
   return levels;
 }
 

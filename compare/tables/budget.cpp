@@ -303,15 +303,15 @@ void add_sensitivities(const DrapeInput& input, const Report& report,
   const auto rows = rows_in(split->marks_at, report);
   if (!rows) return inputs.lack("scene and fabric values: `drape run` finds them again");
   for (const ValueEffect& one : split->values) {
-    const auto half = one.moves ? one.moves->half_width : std::nullopt;
+    const bool stand_in = one.moves && one.moves->half_width.has_value();
     std::string name = one.value;
     std::replace(name.begin(), name.end(), '_', ' ');
-    const double width = half.value_or(100 * kMeasuredPart);
+    const double width = stand_in ? *one.moves->half_width : 100 * kMeasuredPart;
     add_moves(
         one.value, one.moves, "",
-        {width, width, half.has_value(),
-         half ? fmt::format("stand-in: within {:g} %", *half) : fmt::format("{:g} % of it", width),
-         half ? "measure " + name : ""},
+        {width, width, stand_in,
+         fmt::format(fmt::runtime(stand_in ? "stand-in: within {:g} %" : "{:g} % of it"), width),
+         stand_in ? "measure " + name : ""},
         *rows, inputs);
   }
   if (split->values.empty()) inputs.lack("fabric values: the base has no first-order answer");

@@ -36,6 +36,7 @@ FrictionBand band_of(bool counts) {
   FrictionBand band{0.2,
                     {{"", "on another branch", Vector3d(0, 0, -0.1), {}},
                      {"", "at rest", Vector3d(0, 0, 0.1), moves(kLeft_mm)}},
+                    {},
                     {}};
   if (counts) band.pushes[0].moves_m = moves(-kLeft_mm);
   for (int k = 0; k < 121; ++k)
