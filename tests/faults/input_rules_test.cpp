@@ -60,9 +60,13 @@ class InputRules : public testing::Test {
     return line("drape-detect", path("recording") + " --rig " + path("rig.toml") + " --surface " +
                                     surface + out("found.json"));
   }
-  [[nodiscard]] std::string simulated(const char* word) const {
+  [[nodiscard]] std::string simulated(const std::string& words) const {
     return line("drape-simulate",
-                word + (' ' + path(kScene)) + " --spacing-mm 10 --segments 1" + out("virtual"));
+                words + ' ' + path(kScene) + " --spacing-mm 10 --segments 1" + out("virtual"));
+  }
+  /// The reference is any file: the scene is read before it.
+  [[nodiscard]] std::string sensitive() const {
+    return simulated("sensitivity --reference " + path("rig.toml"));
   }
 
   const SmallBench bench_{{"C"}};
@@ -88,7 +92,7 @@ TEST_F(InputRules, OfAScene) {
        {"table_z_mm = -6.0", "table_z_mm = -60.0", "floats"},
        {"stand_ins = [\"friction\"]", "stand_ins = [\"fricton\"]", "did you mean `friction`"},
        {friction, "friction = 0.4\n[[pin]]\nrow = 11\ncol = 0", "pin"}},
-      {checked(), simulated(""), simulated("branches"), simulated("sensitivity"),
+      {checked(), simulated(""), simulated("branches"), sensitive(),
        line("drape-simulate", "study " + path("") + out("study")), drawn(), console(),
        line("drape-triangulate", any + " --calibration " + any + " --set drape_C --scene " +
                                      path(kScene) + out("sheet.ply")),
@@ -128,7 +132,7 @@ TEST_F(InputRules, OfAFabric) {
                   {density, "areal_density_g_per_m2 = 13800", "no textile weighs"},
                   {"\"shear curves\"", "\"sheer curves\"", "did you mean `shear curves`"},
                   {"warp = \"A/shear_warp.csv\"\n", "", "`warp` is missing"}},
-                 {checked(), simulated(""), simulated("branches"), simulated("sensitivity"),
+                 {checked(), simulated(""), simulated("branches"), sensitive(),
                   line("drape-simulate", "fabric " + fabric),
                   line("drape-simulate", "cusick " + fabric + out("cusick"))});
 }
