@@ -39,11 +39,11 @@ std::string problem_of(const std::string& file, const std::string& from, const s
 
 TEST(Check, NamesTheLineOfTheTableThatIsWrong) {
   for (const auto& [from, to, where] :
-       {std::tuple{"\"stage_z060\"", "\"stage_z066\"", ":33, field `calibration.stage.3.set`"},
-        std::tuple{"\"stage_z060\"", "\"stage_z030\"", ":33, field `calibration.stage.3.set`"},
-        std::tuple{"z_mm = 60.0", "z_mm = 30.0", ":34, field `calibration.stage.3.z_mm`"},
-        std::tuple{"z_mm = 60.0", "z_mm = 60000.0", ":34, field `calibration.stage.3.z_mm`"},
-        std::tuple{"\"pose_03\"", "\"pose_33\"", ":18, field `calibration.free_poses`"}})
+       {std::tuple{"\"stage_z060\"", "\"stage_z066\"", ":35, field `calibration.stage.3.set`"},
+        std::tuple{"\"stage_z060\"", "\"stage_z030\"", ":35, field `calibration.stage.3.set`"},
+        std::tuple{"z_mm = 60.0", "z_mm = 30.0", ":36, field `calibration.stage.3.z_mm`"},
+        std::tuple{"z_mm = 60.0", "z_mm = 60000.0", ":36, field `calibration.stage.3.z_mm`"},
+        std::tuple{"\"pose_03\"", "\"pose_33\"", ":20, field `calibration.free_poses`"}})
     EXPECT_THAT(problem_of("rig.toml", from, to), HasSubstr(where));
 }
 
