@@ -26,7 +26,8 @@ constexpr double kPi = std::numbers::pi;
 
 constexpr int kMostSaddleSteps = 40;
 constexpr double kSaddleConverged_px = 1e-4;
-constexpr int kDirections = 36;  ///< directions in half a turn, for the start
+constexpr double kCentred_px = 0.02;  ///< where the window is about the corner well enough
+constexpr int kDirections = 36;       ///< directions in half a turn, for the start
 constexpr double kFirstBlur_px = 0.8, kLeastBlur_px = 0.15;
 /// Least sine of the angle between the two edges; below it they are one line.
 constexpr double kLeastSine = 0.2;
@@ -133,71 +134,109 @@ std::optional<Parameters> start_of(const std::vector<Pixel>& window, double radi
   return start;
 }
 
-/// Distance of a point from an edge in blurs.
-struct Edge {
-  Vector2d normal, along;
-  double sigmas = 0, value = 0;
-
-  Edge(double direction, double blur, const Vector2d& from_centre)
-      : normal(-std::sin(direction), std::cos(direction)),
-        along(std::cos(direction), std::sin(direction)),
-        sigmas(normal.dot(from_centre) / blur),
-        value(std::erf(sigmas / std::numbers::sqrt2)) {}
-  /// The value's derivative where the other edge is far.
-  [[nodiscard]] double slope() const {
-    return std::sqrt(2 / kPi) * std::exp(-0.5 * sigmas * sigmas);
-  }
-};
-
 /// Mean of the product of two edges' signs under the blur, less the product of their means: the
 /// edges are not at right angles. Drezner and Wesolowsky 1990, over the angle.
-double joint_excess(double a, double b, double angle) {
-  constexpr std::array<double, 3> kNodes = {0.2386191860831969, 0.6612093864662645,
-                                            0.9324695142031521};
-  constexpr std::array<double, 3> kWeights = {0.4679139345726910, 0.3607615730481386,
-                                              0.1713244923791704};
-  double sum = 0;
-  for (std::size_t i = 0; i < kNodes.size(); ++i) {
-    for (const double node : {-kNodes[i], kNodes[i]}) {
-      const double t = angle / 2 * (1 + node), cosine = std::cos(t);
-      sum += kWeights[i] *
-             std::exp(-0.5 * (a * a + b * b - 2 * a * b * std::sin(t)) / (cosine * cosine));
+class JointExcess {
+ public:
+  explicit JointExcess(double angle) {
+    constexpr std::array<double, 3> kNodes = {0.2386191860831969, 0.6612093864662645,
+                                              0.9324695142031521};
+    constexpr std::array<double, 3> kWeights = {0.4679139345726910, 0.3607615730481386,
+                                                0.1713244923791704};
+    for (std::size_t i = 0; i < nodes_.size(); ++i) {
+      const double t = angle / 2 * (1 + (i % 2 == 0 ? -1 : 1) * kNodes[i / 2]);
+      const double cosine = std::cos(t);
+      nodes_[i] = {2 / kPi * angle / 2 * kWeights[i / 2], std::sin(t), -0.5 / (cosine * cosine)};
     }
   }
-  return 2 / kPi * angle / 2 * sum;
-}
+  [[nodiscard]] double at(double a, double b) const {
+    double sum = 0;
+    for (const Node& node : nodes_)
+      sum += node.weight * std::exp(node.factor * (a * a + b * b - 2 * a * b * node.sine));
+    return sum;
+  }
+
+ private:
+  struct Node {
+    double weight = 0, sine = 0, factor = 0;
+  };
+  std::array<Node, 6> nodes_;
+};
 
 /// Beyond so many blurs from the nearer edge the two do not blend.
 constexpr double kFar = 6;
 
-/// Level that the parameters give a point and its derivatives by them.
-double level_of_point(const Parameters& p, const Vector2d& at, Parameters& derivatives) {
-  const Vector2d from_centre = at - p.head<2>();
-  const double blur = std::exp(p[kBlur]);
-  const Edge first(p[kFirst], blur, from_centre), second(p[kSecond], blur, from_centre);
-  const double cosine = first.normal.dot(second.normal), sine = std::sin(p[kSecond] - p[kFirst]);
-  const double width = std::numbers::sqrt2 * std::abs(sine);
-  const bool blended = std::abs(first.sigmas) < kFar && std::abs(second.sigmas) < kFar;
+/// An edge through the corner.
+struct Edge {
+  Vector2d along, normal;
+  explicit Edge(double direction)
+      : along(std::cos(direction), std::sin(direction)), normal(-along.y(), along.x()) {}
+};
+
+/// A point's distance from an edge in blurs, the sign of its side under the blur, and the sign's
+/// derivative where the other edge is far.
+struct Side {
+  double sigmas = 0, value = 0, slope = 0;
+  explicit Side(double distance) : sigmas(distance), value(distance < 0 ? -1 : 1) {
+    if (!is_near()) return;
+    value = std::erf(sigmas / std::numbers::sqrt2);
+    slope = std::sqrt(2 / kPi) * std::exp(-0.5 * sigmas * sigmas);
+  }
+  [[nodiscard]] bool is_near() const { return std::abs(sigmas) < kFar; }
+};
+
+/// Two blurred edges that cross, with what every pixel asks of the parameters.
+class Saddle {
+ public:
+  explicit Saddle(const Parameters& p)
+      : p_(p),
+        blur_(std::exp(p[kBlur])),
+        first_(p[kFirst]),
+        second_(p[kSecond]),
+        cosine_(first_.normal.dot(second_.normal)),
+        sine_(std::sin(p[kSecond] - p[kFirst])),
+        excess_(std::asin(cosine_)) {}
+
+  /// Level of a point and its derivatives by the parameters.
+  double level_of_point(const Vector2d& at, Parameters& derivatives) const;
+  /// Level of a pixel, the mean over its area, and its derivatives by the parameters.
+  double level_at(const Vector2d& at, Parameters& derivatives) const;
+
+ private:
+  Parameters p_;
+  double blur_;
+  Edge first_, second_;
+  double cosine_, sine_;
+  JointExcess excess_;
+};
+
+double Saddle::level_of_point(const Vector2d& at, Parameters& derivatives) const {
+  const Vector2d from_centre = at - p_.head<2>();
+  const Side first(first_.normal.dot(from_centre) / blur_);
+  const Side second(second_.normal.dot(from_centre) / blur_);
+  const double width = std::numbers::sqrt2 * std::abs(sine_);
+  const bool blended = first.is_near() && second.is_near();
   const double product =
-      first.value * second.value +
-      (blended ? joint_excess(first.sigmas, second.sigmas, std::asin(cosine)) : 0);
-  const double surface = p[kMiddle] + p[kContrast] * product;
-  const double light = 1 + p.tail<2>().dot(at);
-  const double scale = light * p[kContrast];
-  const double by_first =
-      scale * first.slope() * std::erf((second.sigmas - cosine * first.sigmas) / width);
-  const double by_second =
-      scale * second.slope() * std::erf((first.sigmas - cosine * second.sigmas) / width);
+      first.value * second.value + (blended ? excess_.at(first.sigmas, second.sigmas) : 0);
+  const double surface = p_[kMiddle] + p_[kContrast] * product;
+  const double light = 1 + p_.tail<2>().dot(at);
+  const double scale = light * p_[kContrast];
+  const auto by = [&](const Side& side, const Side& other) {
+    return side.is_near()
+               ? scale * side.slope * std::erf((other.sigmas - cosine_ * side.sigmas) / width)
+               : 0;
+  };
+  const double by_first = by(first, second), by_second = by(second, first);
   const double by_cosine =
-      blended ? scale * 2 / (kPi * std::abs(sine)) *
+      blended ? scale * 2 / (kPi * std::abs(sine_)) *
                     std::exp(-0.5 *
                              (first.sigmas * first.sigmas + second.sigmas * second.sigmas -
-                              2 * cosine * first.sigmas * second.sigmas) /
-                             (sine * sine))
+                              2 * cosine_ * first.sigmas * second.sigmas) /
+                             (sine_ * sine_))
               : 0;
-  derivatives.head<2>() = -(by_first * first.normal + by_second * second.normal) / blur;
-  derivatives[kFirst] = -by_first * first.along.dot(from_centre) / blur + by_cosine * sine;
-  derivatives[kSecond] = -by_second * second.along.dot(from_centre) / blur - by_cosine * sine;
+  derivatives.head<2>() = -(by_first * first_.normal + by_second * second_.normal) / blur_;
+  derivatives[kFirst] = -by_first * first_.along.dot(from_centre) / blur_ + by_cosine * sine_;
+  derivatives[kSecond] = -by_second * second_.along.dot(from_centre) / blur_ - by_cosine * sine_;
   derivatives[kMiddle] = light;
   derivatives[kContrast] = light * product;
   derivatives[kBlur] = -by_first * first.sigmas - by_second * second.sigmas;
@@ -211,9 +250,11 @@ constexpr std::array<double, 3> kPixelWeights = {5.0 / 18, 8.0 / 18, 5.0 / 18};
 /// Above so much blur the pixel's area is as good as a little more of it.
 constexpr double kBlurOfAreas_px = 0.6;
 
-/// Level that the parameters give a pixel and its derivatives by them.
-double level_at(const Parameters& p, const Vector2d& at, Parameters& derivatives) {
-  if (p[kBlur] > std::log(kBlurOfAreas_px)) return level_of_point(p, at, derivatives);
+double Saddle::level_at(const Vector2d& at, Parameters& derivatives) const {
+  const Vector2d from_centre = at - p_.head<2>();
+  const double nearest =
+      std::min(std::abs(first_.normal.dot(from_centre)), std::abs(second_.normal.dot(from_centre)));
+  if (blur_ > kBlurOfAreas_px || nearest > kFar * blur_ + 1) return level_of_point(at, derivatives);
   double level = 0;
   Parameters part;
   derivatives.setZero();
@@ -221,7 +262,7 @@ double level_at(const Parameters& p, const Vector2d& at, Parameters& derivatives
     for (std::size_t j = 0; j < 3; ++j) {
       const double weight = kPixelWeights[i] * kPixelWeights[j];
       const Vector2d within(kPixelPoints_px[i], kPixelPoints_px[j]);
-      level += weight * level_of_point(p, at + within, part);
+      level += weight * level_of_point(at + within, part);
       derivatives += weight * part;
     }
   }
@@ -237,8 +278,9 @@ struct Normal {
 Normal normal_at(const std::vector<Pixel>& window, const Parameters& p) {
   Normal normal;
   Parameters derivatives;
+  const Saddle saddle(p);
   for (const Pixel& pixel : window) {
-    const double miss = pixel.level - level_at(p, pixel.at, derivatives);
+    const double miss = pixel.level - saddle.level_at(pixel.at, derivatives);
     normal.matrix.selfadjointView<Eigen::Lower>().rankUpdate(derivatives, pixel.weight);
     normal.right += pixel.weight * miss * derivatives;
     normal.squares += pixel.weight * miss * miss;
@@ -253,8 +295,10 @@ bool is_corner(const Parameters& p, double radius) {
          std::abs(std::sin(p[kSecond] - p[kFirst])) > kLeastSine;
 }
 
-/// Levenberg and Marquardt's damping of Gauss-Newton.
-std::optional<Parameters> fitted(const std::vector<Pixel>& window, Parameters p, double radius) {
+/// Levenberg and Marquardt's damping of Gauss-Newton, until a step moves the corner by less than
+/// `converged_px`.
+std::optional<Parameters> fitted(const std::vector<Pixel>& window, Parameters p, double radius,
+                                 double converged_px) {
   double damping = 1e-3;
   Normal normal = normal_at(window, p);
   for (int iteration = 0; iteration < kMostSaddleSteps; ++iteration) {
@@ -271,14 +315,14 @@ std::optional<Parameters> fitted(const std::vector<Pixel>& window, Parameters p,
     const Normal at_next = normal_at(window, next);
     if (at_next.squares > normal.squares) {
       // No step makes it smaller any more: rounding, at the minimum.
-      if (step.head<2>().norm() < kSaddleConverged_px) return p;
+      if (step.head<2>().norm() < converged_px) return p;
       damping *= 10;
       continue;
     }
     p = next;
     normal = at_next;
     damping = std::max(damping / 10, 1e-9);
-    if (step.head<2>().norm() < kSaddleConverged_px) return p;
+    if (step.head<2>().norm() < converged_px) return p;
   }
   return std::nullopt;
 }
@@ -288,8 +332,9 @@ Matrix2d score_squares(const std::vector<Pixel>& window, const Parameters& p,
                        const Eigen::Matrix<double, 2, 7>& taken_up) {
   Scores scores;
   Parameters derivatives;
+  const Saddle saddle(p);
   for (const Pixel& pixel : window) {
-    const double miss = pixel.level - level_at(p, pixel.at, derivatives);
+    const double miss = pixel.level - saddle.level_at(pixel.at, derivatives);
     scores.add(pixel.at - p.head<2>(),
                pixel.weight * miss * (derivatives.head<2>() - taken_up * derivatives.tail<7>()));
   }
@@ -447,14 +492,14 @@ std::optional<CornerPoint> fit_saddle(const GreyImage& image, const Vector2d& st
   if (window.size() < 2 * Parameters::RowsAtCompileTime) return std::nullopt;
   const auto start = start_of(window, radius_px);
   if (!start) return std::nullopt;
-  auto p = fitted(window, *start, radius_px);
+  auto p = fitted(window, *start, radius_px, kCentred_px);
   if (!p) return std::nullopt;
   // Once more in a window about the corner itself: what the model leaves is symmetric there.
   middle += p->head<2>();
   window = window_of(image, middle, radius_px);
   if (window.empty()) return std::nullopt;
   p->head<2>().setZero();
-  p = fitted(window, *p, radius_px);
+  p = fitted(window, *p, radius_px, kSaddleConverged_px);
   if (!p) return std::nullopt;
   const Eigen::Matrix<double, 9, 9> normal = normal_at(window, *p).matrix;
   const Eigen::Matrix<double, 2, 7> taken_up =
