@@ -407,7 +407,10 @@ JointResult calibrate_joint(const JointModel& model, double dot_diameter_m,
   drop_views(solution, fit, cleaning, report.rejected);
   const std::size_t measured = count_points(solution.model);
   const JointModel all_points = solution.model;
+  const double gross_m = options.common.max_rms_mm * units::mm;
+  const std::size_t far = points_farther(solution.model, gross_m);
   const std::vector<std::string> outliers = reject_outliers(solution.model, cleaning);
+  const std::size_t gross = far - points_farther(solution.model, gross_m);
   report.rejected.insert(report.rejected.end(), outliers.begin(), outliers.end());
   if (!outliers.empty()) solution = fit_joint(solution.model, fit, cleaning);
   require_points(solution.model, all_points, fit, cleaning);
@@ -443,7 +446,7 @@ JointResult calibrate_joint(const JointModel& model, double dot_diameter_m,
   if (report.plate) report.print_sd = report.plate->common_covariance.diagonal().cwiseSqrt();
   const std::string not_square = judge_squares(solution.model, calibration, report);
   report.status =
-      joint_status(report, solution.converged, has_covariance, measured, options.common);
+      joint_status(report, solution.converged, has_covariance, gross, measured, options.common);
   const bool contradicted = report.stages && !report.stages->contradiction.empty();
   if (!causes.fatal.empty() && !(contradicted && report.stages->other_unit())) {
     report.status = causes.fatal;

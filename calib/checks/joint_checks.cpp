@@ -213,14 +213,14 @@ std::string judge_squares(const JointModel& model, const Calibration& calibratio
 }
 
 std::string joint_status(const JointReport& report, bool converged, bool has_covariance,
-                         std::size_t measured, const CalibOptions& options) {
+                         std::size_t gross, std::size_t measured, const CalibOptions& options) {
   if (!converged) return fmt::format("not converged after {} iterations", report.iterations);
-  const double rejected = static_cast<double>(measured) - report.points;
-  if (100 * rejected > options.max_outliers_percent * static_cast<double>(measured)) {
+  if (100 * static_cast<double>(gross) >
+      options.max_outliers_percent * static_cast<double>(measured)) {
     return fmt::format(
-        "{:.0f} of {} points rejected, more than {:g} %: check labels, heights and "
-        "whether a camera moved",
-        rejected, measured, options.max_outliers_percent);
+        "{} of {} points rejected that lie more than {:g} mm off, more than {:g} %: check labels, "
+        "heights and whether a camera moved",
+        gross, measured, options.max_rms_mm, options.max_outliers_percent);
   }
   for (const JointCameraReport& camera : report.cameras) {
     if (camera.object_rms_mm > options.max_rms_mm) {

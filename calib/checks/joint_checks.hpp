@@ -31,9 +31,10 @@ void check_views(const JointModel& started, bool lens_known, std::vector<std::st
 [[nodiscard]] std::string judge_squares(const JointModel& model, const Calibration& calibration,
                                         JointReport& report);
 
-/// Why the result must not be used, or "good".
+/// Why the result must not be used, or "good". `gross`: points rejected that are farther off at the
+/// target than the limit of the RMS, of `measured` points.
 [[nodiscard]] std::string joint_status(const JointReport& report, bool converged,
-                                       bool has_covariance, std::size_t measured,
+                                       bool has_covariance, std::size_t gross, std::size_t measured,
                                        const CalibOptions& options);
 
 }  // namespace drape::calib

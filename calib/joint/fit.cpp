@@ -200,18 +200,19 @@ JointSolution fit_joint(const JointModel& start, const JointFit& fit,
 
 namespace {
 
+/// Distance (m) of a point from its image, at its own distance from the camera.
+double off_m(const JointModel& model, const JointFrame& frame, const TargetPoint& point) {
+  const Camera& camera = model.cameras[frame.camera].camera;
+  const Vector3d at = camera.cam_from_world *
+                      (model.placements[frame.placement].world_from_target * point.point_in_target);
+  return distance_px(model, frame, point) * at.z() / std::get<BrownLens>(camera.model.lens).fx_px;
+}
+
 /// Beyond `limit` sigmas, and farther off at the target than a harmless error, however good the
 /// other points are.
 bool is_off(const JointModel& model, const JointFrame& frame, const TargetPoint& point,
             double limit) {
-  if (distance_sigmas(model, frame, point) <= limit) return false;
-  const Camera& camera = model.cameras[frame.camera].camera;
-  const double away_m =
-      (camera.cam_from_world *
-       (model.placements[frame.placement].world_from_target * point.point_in_target))
-          .z();
-  return distance_px(model, frame, point) * away_m >
-         harmless_m * std::get<BrownLens>(camera.model.lens).fx_px;
+  return distance_sigmas(model, frame, point) > limit && off_m(model, frame, point) > harmless_m;
 }
 
 }  // namespace
@@ -227,6 +228,13 @@ std::vector<std::size_t> frames_off(const JointModel& model, const JointCleaning
     if (2 * static_cast<std::size_t>(far) > frame.points.size()) off.push_back(f);
   }
   return off;
+}
+
+std::size_t points_farther(const JointModel& model, double limit_m) {
+  std::size_t points = 0;
+  for (const JointFrame& frame : model.frames)
+    for (const TargetPoint& point : frame.points) points += off_m(model, frame, point) > limit_m;
+  return points;
 }
 
 std::vector<std::string> reject_outliers(JointModel& model, const JointCleaning& cleaning) {

@@ -29,6 +29,9 @@ struct JointCleaning {
 [[nodiscard]] std::vector<std::size_t> frames_off(const JointModel& model,
                                                   const JointCleaning& cleaning);
 
+/// Number of points farther off than that at the target.
+[[nodiscard]] std::size_t points_farther(const JointModel& model, double limit_m);
+
 /// Takes out the points too far off to be noise; says each by set, camera and index.
 [[nodiscard]] std::vector<std::string> reject_outliers(JointModel& model,
                                                        const JointCleaning& cleaning);
