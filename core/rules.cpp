@@ -222,10 +222,7 @@ std::vector<std::pair<std::string, int>> known_tag_families() {
 
 std::vector<Error> faults_of(const Scene& scene) {
   FaultList list{scene.document};
-  for (std::size_t i = 0; i < scene.obstacles.size(); ++i) {
-    check_foot(scene, i, list);
-    check_uncertainty(scene, i, list);
-  }
+  for (std::size_t i = 0; i < scene.obstacles.size(); ++i) check_uncertainty(scene, i, list);
   if (!scene.set.empty() && scene.obstacles.empty() && scene.pins.empty() && scene.clamps.empty())
     list.add("object", "the scene has neither an [[object]] nor a [[pin]] or a [[clamp]]",
              "describe what the cloth lies on or hangs from");
@@ -247,6 +244,12 @@ std::vector<Error> faults_of(const Scene& scene) {
       list.add(fmt::format("object.{}.kind", i), "`yaw_deg` of a box is missing",
                "add `yaw_deg = ...`: from the world's x axis to the box's edge, towards y");
   }
+  return std::move(list.faults);
+}
+
+std::vector<Error> faults_of_places(const Scene& scene) {
+  FaultList list{scene.document};
+  for (std::size_t i = 0; i < scene.obstacles.size(); ++i) check_foot(scene, i, list);
   return std::move(list.faults);
 }
 

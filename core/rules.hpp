@@ -14,9 +14,11 @@ namespace drape {
 /// field and remedy. An empty list means that the bench can be as the file says. read_scene(),
 /// read_target() and read_print() ask them, so every program does.
 
-/// Objects that are not where a table can carry them, uncertainties wider than the object itself,
-/// a drape that nothing holds.
+/// Uncertainties wider than the object itself, a drape that nothing holds.
 [[nodiscard]] std::vector<Error> faults_of(const Scene& scene);
+/// Objects that are not where a table can carry them. Asked of typed scenes by `drape check`: a
+/// place that was measured and contradicts the table is a NO-GO of the measurement.
+[[nodiscard]] std::vector<Error> faults_of_places(const Scene& scene);
 
 /// Pins and clamps that hold no point of the print's cloth, or more cloth than there is between
 /// them; a start from above the room.

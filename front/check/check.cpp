@@ -231,6 +231,7 @@ std::vector<Scene> check_scenes(const std::vector<fs::path>& files, const Rig& r
                 fmt::format("the scene's print is {}, the marks are found with {}",
                             scene.print_file.string(), rig.print_file.string()),
                 "name the same file in rig.toml and in the scene");
+    if (is_good) check.add(faults_of_places(scene));
     if (is_good) check.add(faults_of(scene));
     if (is_good && print) check.add(faults_of(scene, *print));
     for (const std::string& warning : warnings_of(scene)) check.warnings.push_back(warning);

@@ -88,8 +88,6 @@ TEST_F(InputRules, OfAScene) {
        {"yaw_deg = 14.0", "yaw_deg = 1400", "an angle in degrees"},
        {"yaw_deg = 14.0\n", "", "`yaw_deg` of a box is missing"},
        {"clearance_mm = 3.0", "clearence_mm = 3.0", "start.clearance_mm"},
-       {"table_z_mm = -6.0", "table_z_mm = 60.0", "below the table"},
-       {"table_z_mm = -6.0", "table_z_mm = -60.0", "floats"},
        {"stand_ins = [\"friction\"]", "stand_ins = [\"fricton\"]", "did you mean `friction`"},
        {friction, "friction = 0.4\n[[pin]]\nrow = 11\ncol = 0", "pin"}},
       {checked(), simulated(""), simulated("branches"), sensitive(),
