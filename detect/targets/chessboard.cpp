@@ -206,6 +206,40 @@ BoardGrid grid_of(int rows, int cols, const std::vector<cv::Point2f>& corners) {
   return grid;
 }
 
+/// True for a regular grid whose squares are of two levels: the finders may see one of 3 x 4
+/// corners in noise. Levels of neighbours differ by more than twice the scatter within a square.
+bool is_board(const GreyImage& image, const BoardGrid& grid) {
+  constexpr double kLeastScatters = 2;
+  if (!grid.is_regular()) return false;
+  double difference = 0, within = 0;
+  int squares = 0;
+  for (int row = 0; row + 1 < grid.rows; ++row) {
+    for (int col = 0; col + 1 < grid.cols; ++col) {
+      double sum = 0, sum_of_squares = 0;
+      int count = 0;
+      for (const double down : {0.3, 0.5, 0.7})
+        for (const double right : {0.3, 0.5, 0.7})
+          if (const auto level = level_near(image, grid.near(row + down, col + right))) {
+            sum += *level;
+            sum_of_squares += *level * *level;
+            ++count;
+          }
+      if (count == 0) continue;
+      ++squares;
+      difference += ((row + col) % 2 == 0 ? 1 : -1) * sum / count;
+      within += sum_of_squares / count - sum * sum / count / count;
+    }
+  }
+  // The mean over all squares with alternating sign is half the contrast of the two levels.
+  return squares > 0 && 2 * std::abs(difference) / squares >
+                            kLeastScatters * std::sqrt(std::max(0.0, within) / squares);
+}
+
+std::optional<BoardGrid> board_of(const GreyImage& image, BoardGrid grid) {
+  if (!is_board(image, grid)) return std::nullopt;
+  return grid;
+}
+
 /// Corners by the sector-based finder (Duda and Frese 2018), whose time is bounded; with
 /// CALIB_CB_LARGER those of a board with at least `size` corners.
 std::optional<BoardGrid> by_sectors(const GreyImage& image, const cv::Size& size, int flags) {
@@ -215,7 +249,7 @@ std::optional<BoardGrid> by_sectors(const GreyImage& image, const cv::Size& size
                                    cv::CALIB_CB_NORMALIZE_IMAGE | flags, pattern) ||
       corners.size() != pattern.total())
     return std::nullopt;
-  return grid_of(pattern.rows, pattern.cols, corners);
+  return board_of(image, grid_of(pattern.rows, pattern.cols, corners));
 }
 
 /// Pixels of a picture on which the quadrangles' finder ends within a second, whatever it shows.
@@ -236,7 +270,7 @@ std::optional<BoardGrid> by_quadrangles(const GreyImage& image, const cv::Size& 
               by_y = float(view.rows) / float(reduced.rows);
   for (cv::Point2f& corner : corners)
     corner = {(corner.x + 0.5F) * by_x - 0.5F, (corner.y + 0.5F) * by_y - 0.5F};
-  return grid_of(size.height, size.width, corners);
+  return board_of(image, grid_of(size.height, size.width, corners));
 }
 
 /// What a picture shows of a board.
@@ -253,7 +287,7 @@ SeenBoard seen_board(const GreyImage& image, const Target& target) {
   if (seen.whole) return seen;
   for (const int least : kLeastParts) {
     auto grid = by_sectors(image, {least, least}, cv::CALIB_CB_EXHAUSTIVE | cv::CALIB_CB_LARGER);
-    if (!grid || !grid->is_regular()) continue;
+    if (!grid) continue;
     seen.most |= 2 * grid->rows * grid->cols >= target.rows * target.cols;
     if (grid->rows == target.cols && grid->cols == target.rows) grid = grid->turned();
     if (grid->rows == target.rows && grid->cols == target.cols) {

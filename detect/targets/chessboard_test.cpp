@@ -199,6 +199,19 @@ TEST(Chessboard, ABoardOfFourByThreeCornersIsRead) {
   EXPECT_LT(rms_error_px(frame, map), 0.1);
 }
 
+TEST(Chessboard, NoBoardIsSeenInNoise) {
+  std::mt19937 random(5);
+  std::normal_distribution<double> noise(128, 40);
+  for (const double blur_px : {0.0, 2.0, 6.0}) {
+    const cv::Mat light = test::sampled(480, 360, 1, [&](const Eigen::Vector2d&) {
+      return 128 + (noise(random) - 128) * (1 + 2 * blur_px);
+    });
+    const GreyImage image = test::exposed(light, blur_px, 0, 1);
+    EXPECT_TRUE(detect_chessboard(image, board(3, 4)).detections.empty()) << blur_px;
+    EXPECT_TRUE(detect_chessboard(image, board(3, 3)).detections.empty()) << blur_px;
+  }
+}
+
 #if defined(NDEBUG) && !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
 TEST(Chessboard, PicturesOfTwoMegapixelsWithoutABoardTakeBelowTwoSeconds) {
   cv::setNumThreads(1);
