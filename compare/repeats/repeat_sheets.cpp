@@ -116,13 +116,15 @@ std::optional<double> median_chi2(const Sheet& first, const Sheet& second) {
 
 }  // namespace
 
-std::map<std::string, std::string> layings_twice(const std::vector<const SheetFile*>& sheets) {
+std::map<std::string, std::string> layings_twice(const std::vector<const SheetFile*>& sheets,
+                                                 Among pairs) {
   constexpr double kRisk = 0.005;
   std::map<std::string, std::string> reasons;
   for (auto own = sheets.begin(); own != sheets.end(); ++own) {
     for (auto other = sheets.begin(); other != own; ++other) {
       const std::string &set = (*own)->measured().set, &earlier = (*other)->measured().set;
-      if (set == earlier) continue;
+      const bool same_drape = !(*own)->scene().empty() && (*own)->scene() == (*other)->scene();
+      if (set == earlier || same_drape != (pairs == Among::one_drape)) continue;
       const auto chi2 = median_chi2((*own)->sheet, (*other)->sheet);
       if (!chi2 || *chi2 > chi_square_beyond(kRisk, 3)) continue;
       const std::string text = fmt::format(

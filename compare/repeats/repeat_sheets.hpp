@@ -22,10 +22,13 @@ void require_one_drape(const std::vector<SheetFile>& repeats,
 /// rest. A line per sheet.
 [[nodiscard]] std::vector<std::string> no_go_of(const std::vector<SheetFile>& sheets);
 
+/// Pairs of frame sets in which a laying is looked for twice.
+enum class Among { one_drape, different_drapes };
+
 /// Why a measured sheet shows the laying of another frame set, by the SHA-256 of both: half of at
 /// least ten marks that both have agree within chi square's upper half per cent (three degrees of
 /// freedom, both covariances). Cloth that is laid again lies millimetres off.
 [[nodiscard]] std::map<std::string, std::string> layings_twice(
-    const std::vector<const SheetFile*>& sheets);
+    const std::vector<const SheetFile*>& sheets, Among pairs);
 
 }  // namespace drape::compare

@@ -137,8 +137,8 @@ TEST(RepeatSheets, AreReadWithWhatTheirFilesSay) {
 }
 
 TEST(RepeatSheets, OneLayingUnderTwoSetsIsNamed) {
-  const auto measured = [](const std::string& name, double x_mm) {
-    SheetFile sheet = laying(name, "");
+  const auto measured = [](const std::string& name, const std::string& scene, double x_mm) {
+    SheetFile sheet = laying(name, scene);
     for (int i = 0; i < 16; ++i)
       sheet.sheet.marks.push_back({{i / 4, i % 4},
                                    {20 * mm * (i / 4), 20 * mm * (i % 4)},
@@ -148,11 +148,14 @@ TEST(RepeatSheets, OneLayingUnderTwoSetsIsNamed) {
                                    0.05});
     return sheet;
   };
-  const SheetFile a = measured("A", 0), again = measured("A_again", 0.05), b = measured("B", 1);
-  const auto found = layings_twice({&a, &again, &b});
+  const SheetFile a = measured("A", "A", 0), again = measured("A_again", "B", 0.05),
+                  b = measured("B", "B", 1), repeat = measured("A_2", "A", 0.05);
+  const auto found = layings_twice({&a, &again, &b}, Among::different_drapes);
   ASSERT_EQ(found.size(), 2U);
   EXPECT_THAT(found.at(a.sha256), HasSubstr("sets A and A_again show one laying"));
   EXPECT_FALSE(found.contains(b.sha256));
+  EXPECT_EQ(layings_twice({&a, &repeat, &b}, Among::one_drape).size(), 2U);
+  EXPECT_EQ(layings_twice({&a, &repeat, &b}, Among::different_drapes).size(), 0U);
 }
 
 }  // namespace

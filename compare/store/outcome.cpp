@@ -177,7 +177,8 @@ void compare_session(const Session& session, const Options& options, Outcome& ou
     layings.push_back(&drape.input.measured);
     for (const SheetFile& repeat : drape.input.repeats) layings.push_back(&repeat);
   }
-  const std::map<std::string, std::string> twice = layings_twice(layings);
+  const std::map<std::string, std::string> twice = layings_twice(layings, Among::different_drapes),
+                                           unmoved = layings_twice(layings, Among::one_drape);
   for (std::size_t i = 0; i < labels.size(); ++i) {
     const DrapeFiles& drape = session.drapes[i];
     outcome.reports.push_back(compare_drape(drape.input, options));
@@ -190,14 +191,19 @@ void compare_session(const Session& session, const Options& options, Outcome& ou
     if (const auto why = outcome.not_accepted.find(source.calibration_sha256);
         why != outcome.not_accepted.end())
       report.no_go.insert(report.no_go.begin() + (bad_calibration ? 1 : 0), why->second);
-    std::set<std::string> same;
-    const auto note = [&](const SheetFile& sheet) {
-      if (const auto found = twice.find(sheet.sha256); found != twice.end())
-        same.insert(found->second);
+    const auto reasons = [&](const std::map<std::string, std::string>& known) {
+      std::set<std::string> own;
+      const auto note = [&](const SheetFile& sheet) {
+        if (const auto found = known.find(sheet.sha256); found != known.end())
+          own.insert(found->second);
+      };
+      note(drape.input.measured);
+      std::for_each(drape.input.repeats.begin(), drape.input.repeats.end(), note);
+      return own;
     };
-    note(drape.input.measured);
-    std::for_each(drape.input.repeats.begin(), drape.input.repeats.end(), note);
+    const std::set<std::string> same = reasons(twice), still = reasons(unmoved);
     report.no_go.insert(report.no_go.end(), same.begin(), same.end());
+    report.warnings.insert(report.warnings.end(), still.begin(), still.end());
     if (report.headline)
       report.budget = budget_of(budget_inputs_of(drape.input, report, drape.error_split));
     judge_repeats(drape.input, options, report);
