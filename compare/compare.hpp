@@ -10,11 +10,11 @@ namespace drape::compare {
 
 /// Limits of a good comparison.
 struct Options {
-  int min_marks = 10;                 ///< the paper used 10 to 36 marks (section 5)
-  double max_sigma_ratio = 0.1;       ///< median sigma of a mark over the best mean distance
-  bool accept_unsettled = false;      ///< a simulation that is not at rest is no reason
+  int min_marks = 10;                      ///< the paper used 10 to 36 marks (section 5)
+  double max_sigma_ratio = 0.1;            ///< median sigma of a mark over the best mean distance
+  bool accept_unsettled = false;           ///< a simulation that is not at rest is no reason
   std::optional<double> tolerance_m = {};  ///< limit of the match without three repeats
-  double significance = 0.05;         ///< part of real repeats that count as outside of the others
+  double significance = 0.05;  ///< part of real repeats that count as outside of the others
 };
 
 /// Distances of the measured marks, and of the surface between them, to a mesh.

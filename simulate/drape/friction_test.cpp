@@ -272,7 +272,7 @@ TEST(Friction, AFoldedStripOnAnInclineSticksAndSlidesAsCoulombSays) {
     strip.motion.residual = 1e-3;
     strip.move({0, 0, -kG * std::cos(slope)}, 0.8);
     const bool sticks = slope < std::atan(kFriction);
-    if (sticks) strip.move(gravity_on(slope), kSeconds);  // the fold leans over
+    if (sticks) strip.move(gravity_on(slope), kSeconds);  // the fold turns over
     const double all = strip.middle().x(), upper = strip.middle(kLength / 2).x();
     strip.move(gravity_on(slope), kSeconds);
     const double exact = sticks ? 0 : slid_m(slope, kFriction, strip.motion.drag_per_s, kSeconds);
