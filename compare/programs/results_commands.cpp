@@ -45,6 +45,20 @@ int import_apart(const ResultsArguments& arguments, const CommonOptions& common)
   return finish(ending, common);
 }
 
+/// Tolerance that the last run of these drapes was judged by.
+std::optional<double> tolerance_in(const fs::path& store, const Session& session) {
+  if (!fs::is_regular_file(store)) return std::nullopt;
+  const StoreReader reader(store);
+  for (const DrapeFiles& drape : session.drapes)
+    for (const auto& [limit_mm] : reader.rows<double>(
+             "SELECT b.limit_value FROM match_basis AS b JOIN run_match AS m ON m.sha256 = "
+             "b.match_sha256 JOIN run AS r ON r.sha256 = m.run_sha256 WHERE b.basis = 'tolerance' "
+             "AND m.measured_sha256 = ? ORDER BY r.number DESC LIMIT 1",
+             {drape.input.measured.sha256}))
+      return limit_mm * units::mm;
+  return std::nullopt;
+}
+
 int import_files(const ResultsArguments& arguments, const CommonOptions& common) {
   if (arguments.apart) return import_apart(arguments, common);
   const fs::path calibration =
@@ -56,7 +70,10 @@ int import_files(const ResultsArguments& arguments, const CommonOptions& common)
   if (fs::is_regular_file(arguments.store)) Store(arguments.store).close();
   outcome.not_accepted = reason_in_store(arguments.store, session);
   outcome.warnings = session.warnings;
-  compare_session(session, {}, outcome);
+  Options options;
+  options.tolerance_m =
+      arguments.tolerance_m ? arguments.tolerance_m : tolerance_in(arguments.store, session);
+  compare_session(session, options, outcome);
   const StoreLock lock(arguments.store, StoreLock::Kind::alone);
   const ImportCounts counts = import_session(arguments.store, session, outcome, arguments.label);
   std::vector<fs::path> files = files_of(session);
@@ -273,6 +290,10 @@ void fields(Fields& f, CommandWords& words) {
     f.otherwise({"label", "name of the run in the store"}, a.label.label);
     f.otherwise({"operator", "who ran it"}, a.label.operator_name);
     f.otherwise({"calibration", "calibration.json of the sheets"}, a.calibration);
+    f({"tolerance_mm",
+       "limit of the match, as of drape-compare (default: that of the store's last run of them)",
+       units::mm, above_zero},
+      a.tolerance_m);
   }
   if (of("tables")) {
     f.otherwise({"paper", "the paper's twelve tables with its own numbers beside"}, a.paper);

@@ -33,6 +33,7 @@ struct ResultsArguments {
   bool csv = false;
   bool apart = false;  ///< imports without comparing
   bool no_recompute = false;
+  std::optional<double> tolerance_m;  ///< of an import; absent: the store's last of these drapes
   ResultFilter filter;
   TrendOptions trend;
   std::vector<std::filesystem::path> sheets;
