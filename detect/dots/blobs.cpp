@@ -147,9 +147,10 @@ void look_around(const GreyImage& image, const DarkMap& map, double core_radius,
         blob.centre_px + eigen.eigenvectors() * unit.cwiseProduct(core_radius * axes);
     const int x = static_cast<int>(std::lround(out.x()));
     const int y = static_cast<int>(std::lround(out.y()));
-    core +=
-        image.level(static_cast<int>(std::lround(in.x())), static_cast<int>(std::lround(in.y()))) /
-        ring_samples;
+    // The ellipse of a region that is no dot may reach out of the picture.
+    core += image.level(std::clamp(static_cast<int>(std::lround(in.x())), 0, image.width_px - 1),
+                        std::clamp(static_cast<int>(std::lround(in.y())), 0, image.height_px - 1)) /
+            ring_samples;
     if (x < 0 || y < 0 || x >= image.width_px || y >= image.height_px) continue;
     ring.push_back(map.at(x, y) != 0 ? 0.0F : image.level(x, y));
   }
