@@ -111,6 +111,7 @@ class Scenes : public testing::Test {
                                const std::string& size = "[128.0, 128.0, 128.0]",
                                const std::string& friction = "0.4") const {
     fs::path file = folder_.path() / (name + ".toml");
+    const bool turned = more.find("yaw_deg") != std::string::npos;
     write_durable(file,
                   fmt::format("schema = \"drapebench/scene/1\"\nname = \"A\"\nset = \"drape_A\"\n"
                               "fabric = \"a.toml\"\nprint = \"p.toml\"\ntable_z_mm = -6.0\n"
@@ -118,7 +119,7 @@ class Scenes : public testing::Test {
                               "[[object]]\nkind = \"box\"\nsize_mm = {}\nx_mm = -3.0\ny_mm = 5.0\n"
                               "z_bottom_mm = -6.0\n{}\n[[object]]\nkind = \"mesh\"\n"
                               "file = \"tent.obj\"\norigin_mm = [0.0, 0.0, 0.0]\n",
-                              friction, size, more));
+                              friction, size, (turned ? "" : "yaw_deg = 0.0\n") + more));
     return file;
   }
   [[nodiscard]] SimulatedScene read(const fs::path& file) const {

@@ -197,7 +197,8 @@ TEST_F(GivenSheets, TheFabricThatTheSceneNamesIsKnown) {
   write_durable(scene,
                 "schema = \"drapebench/scene/1\"\nname = \"A\"\nset = \"drape_A\"\n"
                 "fabric = \"a.toml\"\nprint = \"p.toml\"\ntable_z_mm = -6.0\n"
-                "friction = 0.4\n[start]\nmode = \"measured\"\n");
+                "friction = 0.4\n[start]\nmode = \"measured\"\n[[object]]\nkind = \"sphere\"\n"
+                "diameter_mm = 90.0\nx_mm = 0.0\ny_mm = 0.0\nz_bottom_mm = -6.0\n");
   write_durable(fabric, "# a\n");
   write_durable(other, "# b\n");
   for (const std::size_t i : {1U, 2U}) {
