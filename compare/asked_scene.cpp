@@ -38,7 +38,8 @@ bool is_among(const fs::path& file, const std::vector<std::pair<fs::path, std::s
 
 std::optional<SimulatedScene> read_simulated_scene(
     const fs::path& file, const std::vector<std::pair<fs::path, std::string>>& inputs) {
-  const Scene scene = read_scene(file);
+  // As it was used: the rules for scenes of today are asked where a scene is measured or simulated.
+  const auto scene = read_record<Scene>(file);
   SimulatedScene simulated{scene.set, {}, scene.friction, is_among(scene.fabric_file, inputs)};
   bool are_meshes_known = true;
   simulated.surroundings = surroundings_of(scene, [&](const fs::path& mesh) {

@@ -12,7 +12,8 @@ namespace drape {
 
 /// Rules about a file that was read, beyond those of its description: each fault with file, line,
 /// field and remedy. An empty list means that the bench can be as the file says. read_scene(),
-/// read_target() and read_print() ask them, so every program does.
+/// read_target() and read_print() ask them, so every program does that measures or simulates;
+/// compare reads scenes as they were used.
 
 /// Uncertainties wider than the object itself, a drape that nothing holds.
 [[nodiscard]] std::vector<Error> faults_of(const Scene& scene);

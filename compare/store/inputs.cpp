@@ -309,7 +309,7 @@ namespace {
 
 void take_scene(DrapeFiles& drape, const fs::path& file, Session& session) {
   session.read.emplace_back(file, sha256_of_file(file));
-  drape.input.scene = read_scene(file);
+  drape.input.scene = read_record<Scene>(file);  // as it was used
 }
 
 /// The scene file named by the run record, when it still holds the values that the simulation read.

@@ -249,7 +249,8 @@ TEST_F(Records, AStudyRefusesWordsThatItDoesNotUse) {
         std::pair<std::string, const char*>(plan + " --segments 5" + to,
                                             "--segments cannot change a plan"),
         std::pair<std::string, const char*>(plan + " --models paper" + to, "model = \"paper\""),
-        std::pair<std::string, const char*>("status a.toml b.toml --out c", "PLAN"),
+        std::pair<std::string, const char*>("status a.toml b.toml --out c",
+                                            "`status` takes no RIG (b.toml)"),
         std::pair<std::string, const char*>("--grids 6 status a.toml --out c", "--grids")}) {
     const auto [code, said] = run("drape-simulate study " + words);
     EXPECT_EQ(code, 2) << words << said;
