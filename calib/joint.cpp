@@ -108,8 +108,10 @@ double largest_eccentricity(const JointModel& model) {
   return largest;
 }
 
-/// Least placements that can tell each point of a board from its drawing.
-constexpr std::size_t kViewsOfABoard = 6;
+/// Least placements that can tell each point of a board from its drawing. Below the second number
+/// the intervals of free points are too narrow, and a bent board is left only where it is off by
+/// twice their error.
+constexpr std::size_t kViewsOfABoard = 6, kViewsOfASureBoard = 8;
 
 /// Chooses board and lens by held-out error, without the views and points that lie off the richest
 /// fit; the tables go into the report. Returns the fit's start.
@@ -154,7 +156,10 @@ JointModel chosen(const JointModel& first, JointFit& fit, const JointCleaning& c
         "one placement of the target only: the lens could not be chosen by held-out error");
     return first;
   }
-  const std::size_t taken = choose(best);
+  std::size_t taken = choose(best);
+  if (first.placements.size() < kViewsOfASureBoard && taken > 0 &&
+      best[taken].rms_px > best.front().rms_px / 2)
+    taken = 0;
   fit.board = best[taken].board;
   fit.lens = best[taken].lens;
   if (any_board) report.boards = best;

@@ -267,25 +267,22 @@ HeldOut held_out_error(const JointModel& solved, JointFit fit, int groups) {
   JointModel all = solved;
   clear_unused(all, fit);
   const std::vector<std::size_t> order = order_of(all);
+  if (all.world_by_first_view)
+    for (std::size_t p = 0; p < order.size(); ++p) all.placements[p].known = p == order.front();
   std::vector<std::size_t> candidates, rank(order.size());
-  bool world_kept = all.world_by_first_view;
+  bool world_kept = false;
   for (std::size_t i = 0; i < order.size(); ++i) {
     rank[order[i]] = i;
     const bool holds_world = all.placements[order[i]].known && !world_kept;
     world_kept = world_kept || holds_world;
     if (!holds_world) candidates.push_back(order[i]);
   }
-  const auto count = static_cast<int>(candidates.size());
-  if (count < 2 && all.world_by_first_view) return sum;
-  groups = std::min(groups, count);
+  groups = std::min(groups, static_cast<int>(candidates.size()));
   for (int group = 0; group < groups; ++group) {
     std::vector<bool> in_group(all.placements.size(), false);
     for (std::size_t i = 0; i < candidates.size(); ++i)
       in_group[candidates[i]] = static_cast<int>(i) % groups == group;
     JointModel seen = part_of(all, in_group, false);
-    if (all.world_by_first_view)
-      for (std::size_t p = 0; p < in_group.size(); ++p)
-        seen.placements[p].known = p == candidates[static_cast<std::size_t>(group == 0)];
     JointSolution trained = solve_joint(std::move(seen), fit, true);
     JointModel unseen = part_of(all, in_group, true);
     unseen.cameras = trained.model.cameras;

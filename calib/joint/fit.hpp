@@ -54,8 +54,8 @@ struct HeldOut {
 /// Sets to 0 what the fit's lens and board do not have.
 void clear_unused(JointModel& model, const JointFit& fit);
 
-/// Leaves out one group of placements after the other (`groups` of them; of the stages the first
-/// stays, which holds the world).
+/// Leaves out one group of placements after the other (`groups` of them; one stays, which holds the
+/// world, the same whatever the views' order).
 [[nodiscard]] HeldOut held_out_error(const JointModel& solved, JointFit fit, int groups);
 
 /// Index of the smallest lens (board) whose held-out error no larger one betters by more than the
