@@ -116,17 +116,27 @@ SphereDrape drape_mesh(const SphereScene& scene, simulate::MaterialMesh mesh, do
   const simulate::Surroundings around(scene.scene);
   simulate::ObjectPushes pushes(cloth, held, around, scene.scene.friction,
                                 descent.gravity_m_per_s2.norm());
-  (void)simulate::move_in_time(
-      cloth, state, held, stiffness, {},
-      [](double) { return -std::numeric_limits<double>::infinity(); }, 0, descent,
-      simulate::DrapeOptions{}.motion, &pushes);
+  simulate::TimeStepsOptions motion = simulate::DrapeOptions{}.motion;
+  // Steps that are short beside the growth of folds keep a symmetry.
+  motion.longest_step_s = motion.step_s;
+  const auto move = [&] {
+    (void)simulate::move_in_time(
+        cloth, state, held, stiffness, {},
+        [](double) { return -std::numeric_limits<double>::infinity(); }, 0, descent, motion,
+        &pushes);
+  };
+  move();
+  motion.longest_s = motion.step_s;  // one step for each stage
+  while (!pushes.is_firm()) {
+    pushes.make_firmer(state);
+    move();
+  }
   SphereDrape drape;
   for (int round = 0; round < kMostRounds && !drape.at_rest; ++round) {
     const simulate::DescentReport found =
         simulate::descend(cloth, state, held, stiffness, {}, descent, &pushes);
     if (!found.at_rest) break;
-    drape.at_rest = found.steps == 0 && pushes.is_firm();
-    if (!drape.at_rest) pushes.make_firmer(state);
+    drape.at_rest = found.steps == 0;
   }
   drape.side = side;
   drape.points_m.assign(state.begin(), state.begin() + cloth.points());
