@@ -197,7 +197,7 @@ class Bench {
   void merge_detections(const std::vector<std::string>& sets) const;
   [[nodiscard]] Json results(const std::vector<std::string>& words) const;
 
-  // ---- what belongs to the pictures that recording.json lists now (bench_current.cpp) ----------
+  // ---- results of the pictures that recording.json lists now (bench_current.cpp) ---------------
   static std::string stamp_of(const std::filesystem::path& file);
   template <class T>
   [[nodiscard]] std::shared_ptr<const T> kept(KeptFiles& files, const std::filesystem::path& file,

@@ -23,7 +23,7 @@ void Bench::detect(const std::string& set) {
 /// Detects sets that waited when the server before this one ended.
 void Bench::detect_what_lacks() {
   std::vector<std::string> sets;
-  const auto recorded = recording();  // holds what is looked through
+  const auto recorded = recording();  // keeps its sets alive in the loop
   for (const FrameSet& one : recorded->sets)
     if (is_taken(one.name) && !facts(one.name)) sets.push_back(one.name);
   if (sets.empty()) return;

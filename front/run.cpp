@@ -63,7 +63,7 @@ class BenchRun {
  public:
   BenchRun(const Plan& plan, const CommonOptions& common) : plan_(plan), common_(common) {}
 
-  /// Exit code.
+  /// Runs all steps; returns the exit code.
   int run() {
     bool stopped = false;
     for (const Group& group : plan_.groups) {

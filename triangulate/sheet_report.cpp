@@ -20,8 +20,8 @@ double rms_sigma_m(const Eigen::Matrix3d& covariance) {
   return std::sqrt(covariance.trace() / 3);
 }
 
-/// Creases and wrong labels, two of fourteen marks on a drawn bench, are no matter of the cameras;
-/// a camera that moved misses most marks.
+/// Misses of all marks that a pair of cameras sees. Creases and wrong labels spoil a few marks, a
+/// camera that moved most of them.
 struct PairMisses {
   std::vector<double> sigmas, px;
 };

@@ -24,7 +24,7 @@ struct MeasuredPoint {
 };
 
 /// All points of a set that two or more calibrated cameras saw (least squares on distorted pixels).
-/// The parameters stand camera after camera in the order of the calibration.
+/// Their derivatives by the cameras' parameters stand in the order of the calibration.
 [[nodiscard]] std::map<MarkId, MeasuredPoint> measured_points(const Detections& detections,
                                                               const Calibration& calibration,
                                                               const std::string& set);

@@ -96,9 +96,8 @@ struct SettingReadBack {
 struct SettingPort {
   std::function<void(double)> write;
   std::function<double()> read;
-  double step = 0;  ///< finest step, where it is known: half of it is no other value
-  std::string named =
-      {};  ///< name of another unit that the camera counts, e.g. "gain_camera_units"
+  double step = 0;         ///< finest step, where it is known: half of it is no other value
+  std::string named = {};  ///< name of the unit that the camera counts in, e.g. "gain_camera_units"
 };
 
 /// Writes the settings of one camera and keeps what it read back.

@@ -95,7 +95,7 @@ class Row {
       throw bad_input(fmt::format("{:g} is not above 0", *value), where(name), "correct it");
     return *value * unit;
   }
-  /// U of a number.
+  /// Expanded uncertainty of a column; absent: not stated.
   [[nodiscard]] std::optional<double> u(const std::string& of) const {
     const auto value = number("u_" + of);
     if (value && *value < 0)

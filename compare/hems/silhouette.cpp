@@ -163,7 +163,7 @@ double signed_area(const Outline& outline) {
   return sum / 2;
 }
 
-/// Traces the object's outline at part `part` of the contrast; with `hole` also its largest hole.
+/// Traces the object's outline at a fraction of the contrast; with `hole` also its largest hole.
 Outline outline_at(const cv::Mat& grey, const Silhouette& silhouette, double part,
                    const cv::Rect& frame, Outline* hole) {
   const double level = silhouette.background + part * (silhouette.object - silhouette.background);

@@ -30,7 +30,7 @@ class RecordBook {
   /// The record in the file's folder, or in the one above it, that lists it as an output. Damaged
   /// records count as absent.
   [[nodiscard]] const StepRecord* maker_of(const std::filesystem::path& file);
-  /// False of a file that only programs write where no record says that this content was written.
+  /// Returns whether a record lists this content, or the file is one that people may write.
   [[nodiscard]] bool is_traced(const std::filesystem::path& file);
   /// SHA-256 of the file as it is now; nothing when it is not there.
   [[nodiscard]] std::optional<std::string> sha256(const std::filesystem::path& file);

@@ -244,8 +244,8 @@ void require_no_copy(const SheetFile& sheet, const DrapeInput& drape) {
   }
 }
 
-/// Joins every drape of its scene but the one that it is the sheet of: of each of them it is
-/// another laying.
+/// Adds a repeat to every drape of its scene except the one that the sheet itself belongs to: for
+/// each of them it is another laying.
 void add_repeat(const fs::path& file, Session& session) {
   SheetFile sheet = read_sheet_of(file, session);
   if (!sheet.repeat)

@@ -138,9 +138,9 @@ std::optional<Limit> limit_of(const Options& options, const Report& report) {
                {}};
 }
 
-/// Remedies that could change an answer which needs less than `room_m` to be open: the largest
-/// contributions that something lowers (a mesh of half the spacing by half, all else wholly), as
-/// many as it takes, and none where all together do not.
+/// Remedies that together could bring what is open below `room_m`, largest contribution first; none
+/// where all of them cannot. A mesh of half the spacing halves its contribution, every other remedy
+/// removes it.
 std::vector<std::string> remedies_of(const Budget& budget, double room_m) {
   std::vector<BudgetLine> lines = budget.lines;
   const auto open_m = [&] {

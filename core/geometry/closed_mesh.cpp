@@ -19,7 +19,7 @@ using Eigen::Vector3d;
 
 constexpr double kOnFeature = 1e-12;  // m; nearer to an edge or corner no direction is left
 
-// Range of the longest side: cloth does not feel less, and no bench carries more.
+// Range of the longest side: smaller ones do not shape a cloth, larger ones fit no bench.
 constexpr double kLeast_mm = 5, kMost_mm = 3000;
 
 void check_unit(const MeshFile& mesh, const std::filesystem::path& file) {

@@ -490,7 +490,7 @@ void RingBuilder::add(const Vector2d& metres) {
   beyond_limits_ =
       beyond_limits_ || !(metres.cwiseAbs().maxCoeff() < kFarthest_m) || ++corners_ > kMostCorners;
   if (beyond_limits_) return;
-  // Exchanged: a drawing's x is the weft.
+  // Swaps the axes: a drawing's x is the weft.
   const Vector2d place(metres.y(), metres.x());
   if (!ring_.empty() && (ring_.back() - place).norm() < kSamePlace * spacing_m_) return;
   ring_.push_back(place);

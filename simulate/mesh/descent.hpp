@@ -31,7 +31,7 @@ class Pushes {
   [[nodiscard]] virtual double energy_j(const MeshCloth::State& state) = 0;
   /// Adds minus the energy's gradient (N; N m for the sides).
   virtual void add_forces(const MeshCloth::State& state, MeshCloth::State& force) = 0;
-  /// For MeshStiffness.
+  /// Stiffness between unknowns, for the matrix that preconditions a descent.
   [[nodiscard]] virtual std::vector<Support> supports(const MeshCloth::State& state) = 0;
   /// Adds the energy's second derivative times a direction. Contacts keep their state: pressed
   /// places stay pressed, sticking ones stick, sliding ones resist across their slip alone.

@@ -101,7 +101,7 @@ InternalEnergies MeshCloth::add_forces(const State& state, State& force) const {
       pull += area_[i] * strain.of_angle(stack.force(strain.angle(), slip));
     }
     pull /= 3 * area_[i];
-    metric[i] = Four{pull[0], pull[1], pull[2], 0};  // now of stress
+    metric[i] = Four{pull[0], pull[1], pull[2], 0};  // stress from here on
   }
   for (std::size_t i = 0; i < triangles_.size(); ++i) {
     const Triangle& t = triangles_[i];

@@ -59,7 +59,7 @@ void subtract_square(const Part& a, Index cols, bool set, DenseScratch& scratch,
     const float* narrow = scratch.strips.data() + (j - j % high) * depth + j % high;
     float* column = place(j);
     const Index lead = width > 1 ? place(j + 1) - column : 0;
-    // Whole vectors above the diagonal are left out, but for what a 3x3 block on it has there.
+    // Skips whole vectors above the diagonal, except those of a 3x3 block on it.
     Index skip = std::max<Index>(0, j % high - 2) / kLanes * kLanes;
     for (Index i = j - j % high; i < a.height(); i += high, skip = 0) {
       run.subtract_product(

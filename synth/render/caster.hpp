@@ -49,7 +49,7 @@ class PixelRays {
   explicit PixelRays(const CameraModel& model);
   /// Undistorted (X/Z, Y/Z) at a pixel position; exact at pixel corners, bilinear between them.
   [[nodiscard]] Eigen::Vector2d direction(double u, double v) const;
-  /// The same at a place of a pixel, 0 to 1 along either side.
+  /// Direction at a place inside a pixel, (x, y) from 0 to 1 along its sides.
   [[nodiscard]] Eigen::Vector2d within(int column, int row, double x, double y) const;
   [[nodiscard]] const Eigen::Vector2d& corner(int column, int row) const {
     return corners_[static_cast<std::size_t>(row) * (width_ + 1) + column];
