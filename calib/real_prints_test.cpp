@@ -41,9 +41,9 @@ std::optional<Recorded> recorded(const std::string& folder) {
   return board;
 }
 
-#define RECORDED(name, folder)                                        \
-  const auto found_##name = recorded(folder);                         \
-  if (!found_##name) GTEST_SKIP() << "no reference data: " << folder; \
+#define RECORDED(name, folder)                                             \
+  const auto found_##name = recorded(folder);                              \
+  if (!found_##name) GTEST_SKIP() << "the reference data lack " << folder; \
   Recorded name = *found_##name
 
 const BrownLens& lens_of(const JointResult& result, std::size_t camera) {

@@ -28,7 +28,7 @@ struct KnownLength {
 /// A target whose points were measured by calibrated views, in the target frame.
 struct MeasuredPlate {
   std::vector<Eigen::Vector3d> points_m, sd_m;  ///< by row, then column
-  /// What all points have in common: bow along x and y (mm), stretch of x against y, shear, scale.
+  /// Covariance of bow along x and y (mm), stretch of x against y, shear, scale, of all points.
   Eigen::Matrix<double, 5, 5> common_covariance = Eigen::Matrix<double, 5, 5>::Zero();
 };
 

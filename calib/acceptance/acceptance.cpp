@@ -276,7 +276,7 @@ Vector3d extent_mm(const std::vector<Position>& positions) {
   return box.isEmpty() ? Vector3d::Zero() : Vector3d(box.sizes());
 }
 
-/// What an acceptance needs besides figures within their limits.
+/// Reasons for which a check within its limits is no acceptance; empty: it is one.
 std::vector<std::string> lacks_of(const AcceptanceInput& input, const Calibration& calibration,
                                   const Plate& plate, const std::vector<Position>& positions,
                                   const AcceptanceOptions& options) {

@@ -273,7 +273,7 @@ std::optional<BoardGrid> by_quadrangles(const GreyImage& image, const cv::Size& 
   return board_of(image, grid_of(size.height, size.width, corners));
 }
 
-/// What a picture shows of a board.
+/// Board found in a picture, whole or in part.
 struct SeenBoard {
   std::optional<BoardGrid> whole, part;  ///< a part whose place on the board is beyond doubt
   bool most = false;  ///< a regular grid of half as many corners or more is in the picture

@@ -229,7 +229,7 @@ struct PlateInPictures {
 /// more than a third of the pitch beside where its label has it.
 void expect_read(const PlateInPictures& plate) {
   const auto folder = reference_data("dic-dots");
-  if (!folder) GTEST_SKIP() << "no reference data";
+  if (!folder) GTEST_SKIP() << "the reference data lack dic-dots";
   const Target target = read(plate.keys);
   for (const auto& photographs : plate.photographs) {
     std::vector<std::vector<cv::Point3f>> points;

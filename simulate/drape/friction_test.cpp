@@ -102,7 +102,7 @@ class Mover {
     EXPECT_EQ(report.hurried, 0);
     EXPECT_NEAR(report.time_s, seconds, 1e-9);
   }
-  /// Of the points from a place along the warp on.
+  /// Centre of mass of the points from a place along the warp on.
   [[nodiscard]] Vector3d middle(double from_m = -std::numeric_limits<double>::infinity()) const {
     Vector3d sum = Vector3d::Zero();
     double mass = 0;

@@ -194,7 +194,7 @@ class GridDrape {
     }
     return places_m;
   }
-  /// Of the model with its true values, on the finer mesh.
+  /// Mean distance of the model with its true values, on the finer mesh.
   [[nodiscard]] double true_mean_m(const MatrixX3d& real_m) const {
     return (fine_m_ - real_m).rowwise().norm().mean();
   }
@@ -344,7 +344,7 @@ double drawn_apart_m(Draws& random) {
 }
 
 TEST(Uncertainty, HoldsTheTrueMeanDistanceOfGridDrapes) {
-  if (!test::reference_data("grid-drapes")) GTEST_SKIP() << "needs the reference data";
+  if (!test::reference_data("grid-drapes")) GTEST_SKIP() << "the reference data lack grid-drapes";
   const int drapes = test::trial_count(1, 24), sets = test::trial_count(40, 25);
   constexpr double spacing_m = 10 * mm;
   Coverage far, near, again, inputs_far, inputs_near, own;
@@ -436,7 +436,7 @@ compare::Match match_of(const GridDrape::Found& found, const compare::Budget& bu
 /// A scene that is stated again within its uncertainty has the same U within a fifth, and the same
 /// match.
 TEST(Uncertainty, IsReproducible) {
-  if (!test::reference_data("grid-drapes")) GTEST_SKIP() << "needs the reference data";
+  if (!test::reference_data("grid-drapes")) GTEST_SKIP() << "the reference data lack grid-drapes";
   const double spacing_m = 10 * mm;
   const int times = test::trial_count(2, 20);
   for (const char* name : {"003", "000", "001"}) {  // hang, box, sphere
@@ -470,7 +470,7 @@ TEST(Uncertainty, IsReproducible) {
 
 /// A pin half a millimetre away and a bench 0.2 degrees out of level are inside U when stated.
 TEST(Uncertainty, HoldsAPinAndTheLevelOfAHang) {
-  if (!test::reference_data("grid-drapes")) GTEST_SKIP() << "needs the reference data";
+  if (!test::reference_data("grid-drapes")) GTEST_SKIP() << "the reference data lack grid-drapes";
   GridDrape cloth(*test::reference_data("grid-drapes") / "003", 20 * mm);
   ASSERT_TRUE(cloth.good());
   cloth.state_level(0.2 * units::deg);

@@ -134,7 +134,7 @@ void state_by_ruler(Scene& scene, Normal& normal) {
 class DrawnMarks : public testing::Test {
  protected:
   void SetUp() override {
-    if (drape_folders().empty()) GTEST_SKIP() << "no reference data";
+    if (drape_folders().empty()) GTEST_SKIP() << "the reference data lack grid-drapes";
   }
 };
 
