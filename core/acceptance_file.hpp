@@ -9,17 +9,17 @@
 
 namespace drape {
 
-/// Figure of merit of an acceptance against its limit.
+/// One acceptance test: its figure of merit and the limit it must meet.
 struct AcceptanceRow {
   std::string name, unit, where;
-  std::optional<double> value, expanded, limit;  ///< absent: not measured
+  std::optional<double> value, expanded, limit;  ///< absent if not measured
   bool limit_stated = false;
-  std::optional<double> smallest_fault;  ///< smallest fault that the figure would name
+  std::optional<double> smallest_fault;  ///< smallest calibration fault that this figure detects
   std::optional<std::string> smallest_fault_unit, not_measured;
   bool go = false;
 };
 
-/// acceptance.json of a rig.
+/// acceptance.json: the last acceptance test of a rig.
 struct AcceptanceFile {
   Document document;
   std::string rig, calibration_sha256;
@@ -27,7 +27,7 @@ struct AcceptanceFile {
   int positions = 0;
   bool go = false;
   std::vector<std::string> warnings;
-  std::vector<std::string> lacks;  ///< parts of an acceptance; with any it is an interim check
+  std::vector<std::string> lacks;  ///< missing parts of a full acceptance; any make it interim
   std::vector<AcceptanceRow> figures;
 };
 template <>

@@ -18,7 +18,7 @@ using units::um;
 
 constexpr double kPerMm2 = 1 / (mm * mm);
 
-/// A matrix of that many parameters, with their names; both may be left out together.
+/// Describes a covariance matrix with its parameter names; `may_lack`: both may be omitted.
 void covariance(Fields& f, const Field& names_field, const Field& field, bool may_lack,
                 std::vector<std::string>& names, Eigen::MatrixXd& matrix) {
   const bool walks = !may_lack || f.documents() || !names.empty() || f.reads();

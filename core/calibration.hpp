@@ -14,12 +14,12 @@ namespace drape {
 
 struct CalibrationResiduals {
   int points = 0;
-  double rms_px = 0;  ///< root mean square point distance, distorted image
+  double rms_px = 0;  ///< RMS distance of measured from projected points, in the distorted image
   double max_px = 0;
   double object_rms_mm = 0;  ///< distance of the target point from the back-projected ray
 };
 
-/// A world point and the pixel it must land on, so that any importer can check itself.
+/// A world point and the pixel it projects to, so that any importer can check itself.
 struct WorkedPoint {
   Eigen::Vector3d point_in_world;  ///< metres
   Eigen::Vector2d px;
@@ -28,7 +28,7 @@ struct WorkedPoint {
 struct CalibratedCamera {
   Camera camera;
   CalibrationResiduals residuals;
-  /// Covariance of `parameters` in their file units; empty when the method gives none.
+  /// Covariance of `parameters` in their file units; empty if the method gives none.
   std::vector<std::string> covariance_parameters;
   Eigen::MatrixXd covariance;
   /// Image rectangle (u_min, v_min, u_max, v_max) in px that the calibration points covered.
@@ -47,11 +47,11 @@ struct Calibration {
   std::vector<std::string> joint_covariance_parameters;
   Eigen::MatrixXd joint_covariance;
   std::vector<std::string> warnings;
-  std::optional<std::string> no_go;  ///< why nothing that is measured with it can be trusted
+  std::optional<std::string> no_go;  ///< why nothing measured with this calibration can be trusted
   Document document = {};            ///< the file as it was read
 
   [[nodiscard]] const CalibratedCamera& camera(const std::string& name) const;
-  [[nodiscard]] const CalibratedCamera* find(const std::string& name) const;  ///< null: none
+  [[nodiscard]] const CalibratedCamera* find(const std::string& name) const;  ///< null if unknown
 };
 
 template <>

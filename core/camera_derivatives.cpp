@@ -53,7 +53,7 @@ std::optional<Matrix2X> d_px_d_lens(const CameraModel& model, const Vector3d& po
 Eigen::Matrix3d left_jacobian(const Vector3d& rotation_vector) {
   const double angle = rotation_vector.norm();
   const Eigen::Matrix3d k = cross_matrix(rotation_vector);
-  // Below 1e-4 rad the closed forms cancel and the series' next terms are under 1e-9.
+  // Below 1e-4 rad the closed forms cancel, and the next terms of the series are below 1e-9.
   const double first = angle < 1e-4 ? 0.5 : (1 - std::cos(angle)) / (angle * angle);
   const double second =
       angle < 1e-4 ? 1.0 / 6.0 : (angle - std::sin(angle)) / (angle * angle * angle);

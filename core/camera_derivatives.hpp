@@ -11,7 +11,7 @@ namespace drape {
 using Matrix2X = Eigen::Matrix<double, 2, Eigen::Dynamic>;
 
 /// Derivative of the projected pixel with respect to the lens parameters, one column for each, in
-/// the order and the file units of parameter_names(). Nothing where project() gives nothing.
+/// the order and the file units of parameter_names(). nullopt wherever project() returns nullopt.
 [[nodiscard]] std::optional<Matrix2X> d_px_d_lens(const CameraModel& model,
                                                   const Eigen::Vector3d& point_in_camera);
 

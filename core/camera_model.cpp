@@ -15,7 +15,7 @@ constexpr int kNewtonSteps = 50;
 
 struct Distorted {
   Vector2d point;
-  Matrix2d jacobian;  ///< derivative of the distorted by the undistorted point
+  Matrix2d jacobian;  ///< derivative of the distorted point with respect to the undistorted one
 };
 
 /// d/dr of the radial displacement r (1 + k1 r^2 + k2 r^4 + k3 r^6); where it is not positive the
@@ -24,7 +24,7 @@ double radial_slope(const BrownLens& lens, double r2) {
   return 1 + r2 * (3 * lens.k1 + r2 * (5 * lens.k2 + r2 * 7 * lens.k3));
 }
 
-/// The slope must be positive all along the radius, not only at the end.
+/// True if the slope is positive along the whole radius, not only at its end.
 bool is_monotonic(const BrownLens& lens, double r2) {
   constexpr int kSamples = 8;
   for (int i = 1; i <= kSamples; ++i)
@@ -36,7 +36,7 @@ Distorted brown_distort(const BrownLens& lens, const Vector2d& p) {
   const double x = p.x(), y = p.y();
   const double r2 = x * x + y * y;
   const double radial = 1 + r2 * (lens.k1 + r2 * (lens.k2 + r2 * lens.k3));
-  const double d_radial = lens.k1 + r2 * (2 * lens.k2 + r2 * 3 * lens.k3);  // by r2
+  const double d_radial = lens.k1 + r2 * (2 * lens.k2 + r2 * 3 * lens.k3);  // derivative by r2
   Distorted out;
   out.point = {x * radial + 2 * lens.p1 * x * y + lens.p2 * (r2 + 2 * x * x),
                y * radial + lens.p1 * (r2 + 2 * y * y) + 2 * lens.p2 * x * y};
@@ -47,8 +47,8 @@ Distorted brown_distort(const BrownLens& lens, const Vector2d& p) {
   return out;
 }
 
-/// Distorted sensor radius of an undistorted one: root of kappa r^3 + r - ru on the branch through
-/// the origin. Nothing where kappa1 < 0 and the cubic has passed its largest value (Tsai 1987).
+/// Distorted sensor radius r of the undistorted radius ru: root of kappa r^3 + r - ru on the branch
+/// through 0. nullopt where kappa1 < 0 and ru exceeds the cubic's maximum (Tsai 1987).
 std::optional<double> tsai_distorted_radius(double kappa, double ru) {
   if (kappa < 0) {
     const double r_limit = std::sqrt(-1 / (3 * kappa));
@@ -82,7 +82,7 @@ std::optional<Projection> project_with(const TsaiLens& lens, const Vector3d& poi
   const std::optional<double> rd = tsai_distorted_radius(lens.kappa1_per_m2, ru);
   if (!rd) return std::nullopt;
   const double ratio = ru > 0 ? *rd / ru : 1.0;
-  const double d_rd = 1 / (1 + 3 * lens.kappa1_per_m2 * *rd * *rd);  // by ru
+  const double d_rd = 1 / (1 + 3 * lens.kappa1_per_m2 * *rd * *rd);  // derivative by ru
   Matrix2d jacobian = ratio * Matrix2d::Identity();
   if (ru > 0) jacobian += (d_rd - ratio) * undistorted * undistorted.transpose() / (ru * ru);
   const Vector2d px_per_m(lens.scale_x / lens.pixel_pitch_x_m, 1 / lens.pixel_pitch_y_m);

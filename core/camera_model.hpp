@@ -49,13 +49,13 @@ struct Projection {
   Eigen::Matrix<double, 2, 3> d_px_d_point;  ///< px per metre
 };
 
-/// Distorted pixel of a point in the camera frame (metres). Nothing when the point is not in
-/// front of the camera or lies beyond the radius up to which the lens model is monotonic.
-/// The image border is not a limit.
+/// Distorted pixel of a point in the camera frame (metres). nullopt when the point is not in front
+/// of the camera or lies beyond the radius up to which the lens model is monotonic. The image
+/// border is not a limit.
 [[nodiscard]] std::optional<Projection> project(const CameraModel& model,
                                                 const Eigen::Vector3d& point_in_camera);
 
-/// Unit ray in the camera frame that projects to the pixel. Nothing beyond the model's limit.
+/// Unit ray in the camera frame that projects to the pixel. nullopt outside the model's range.
 [[nodiscard]] std::optional<Eigen::Vector3d> unproject(const CameraModel& model,
                                                        const Eigen::Vector2d& px);
 

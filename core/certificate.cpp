@@ -15,7 +15,7 @@ constexpr double kMicro = 1e-6;
 
 constexpr std::string_view kCloths[] = {"triangles", "grid"};
 
-/// The options of a certificate, which stand in a record of their own in its file.
+/// Options of a certificate, which form a table of their own in the file.
 struct CertificateOptions {
   Certificate& of;
 };

@@ -12,81 +12,81 @@
 
 namespace drape {
 
-/// Strains up to which Kawabata curves are fitted: along warp and weft, by shear (rad) and bending
-/// (1/m).
+/// Largest strains to which the Kawabata curves are fitted: extension along warp and weft, shear
+/// (rad) and bending curvature (1/m).
 struct CurveReach {
   std::array<double, 2> tensile = {0, 0};
   double shear_rad = 0;
   double curvature_per_m = 0;
 };
 
-/// Approximation of one Kawabata curve; SI: forces in N/m, moments in N.
+/// Fit of one Kawabata curve, in SI units: forces in N/m, moments in N.
 struct CurveReport {
   std::string name;        ///< "tensile warp", "shear", "bending weft"
-  int segments = 0;        ///< distinct slopes used
+  int segments = 0;        ///< distinct slopes in the fit
   double first_slope = 0;  ///< N/m, N/(m rad) or N m
-  double range = 0;        ///< strain, rad or 1/m
+  double range = 0;        ///< largest fitted strain: ratio, rad or 1/m
   double rms_error = 0;
   double largest_error = 0;
-  double half_hysteresis = 0;  ///< hidden where the two branches are merged
+  double half_hysteresis = 0;  ///< ignored where both branches are merged into one curve
 };
 
-/// Judgement of the independent checker.
+/// Verdict of the independent checker.
 struct CertificateCheck {
   bool accepted = false;
-  double residual = 0;       ///< largest force left on a free point, in mean weights of a point
-  double side_residual = 0;  ///< the same of the sides' moments, over the mean length of a side
-  double deepest_m = 0;      ///< deepest cloth in an object
+  double residual = 0;       ///< largest net force on a free point, in mean weights of a point
+  double side_residual = 0;  ///< largest net moment of a side over the mean side length
+  double deepest_m = 0;      ///< deepest penetration of the cloth into an object
   int crossings = 0;         ///< places where the cloth passes through itself
-  int places = 0;            ///< places where something presses on the cloth
-  std::vector<std::string> refused;  ///< reasons
+  int places = 0;            ///< contact points that press on the cloth
+  std::vector<std::string> refused;  ///< reasons for refusal
 };
 
 /// Extremes of the cloth's strains.
 struct CertificateStrains {
-  Eigen::Vector2d warp = Eigen::Vector2d::Zero(), weft = Eigen::Vector2d::Zero();  ///< least, most
+  Eigen::Vector2d warp = Eigen::Vector2d::Zero(), weft = Eigen::Vector2d::Zero();  ///< min, max
   double shear_most_rad = 0, curvature_most_per_m = 0;
 };
 
 struct CertificateDistances {
-  std::optional<double> to_object_m;     ///< least of a point; absent without objects
-  double to_table_m = 0;                 ///< least of a point
-  std::optional<double> to_itself_m;     ///< absent: nothing is near
-  double deepest_m = 0;                  ///< between points inside an object
-  int crossings = 0;                     ///< places where the cloth passes through itself
-  double hold_error_m = 0;               ///< largest distance of a held point from its place
-  std::optional<double> layers_apart_m;  ///< distance at which layers press; absent: never
-  int contact_forces = 0;                ///< rows of contact_forces.csv beside it
+  std::optional<double> to_object_m;  ///< smallest distance of a point; absent without objects
+  double to_table_m = 0;              ///< smallest distance of a point
+  std::optional<double> to_itself_m;  ///< absent if no part of the cloth is near another
+  double deepest_m = 0;               ///< deepest penetration between the mesh points
+  int crossings = 0;                  ///< places where the cloth passes through itself
+  double hold_error_m = 0;            ///< largest distance of a held point from where it should be
+  std::optional<double> layers_apart_m;  ///< distance at which layers repel; absent if never
+  int contact_forces = 0;                ///< number of rows in the contact_forces.csv beside it
 };
 
 struct CertificateEnergies {
-  std::optional<double> start_j;  ///< gravity, elastic, contact and kinetic
+  std::optional<double> start_j;  ///< sum of gravity, elastic, contact and kinetic energy
   double end_j = 0;
   double kinetic_j = 0;                       ///< kinetic energy at the end
-  std::optional<double> internal_j;           ///< energy of the cloth alone at the end
-  std::optional<double> internal_friction_j;  ///< lost to it; absent: the option was off
-  std::optional<double> viscous_j;            ///< lost to damping and air
+  std::optional<double> internal_j;           ///< energy of the cloth alone, at the end
+  std::optional<double> internal_friction_j;  ///< lost to internal friction; absent if it is off
+  std::optional<double> viscous_j;            ///< energy lost to damping and air drag
 };
 
-/// Placement of the start.
+/// Placement of the cloth at the start.
 struct CertificateStart {
   Eigen::Vector3d centre_in_world = Eigen::Vector3d::Zero();
   double yaw_rad = 0;
-  int marks = 0;  ///< measured marks that placed it
+  int marks = 0;  ///< number of measured marks that determined the placement
   double placement_rms_m = 0;
 };
 
-/// Steps of one level's descents.
+/// Solver steps of one mesh level.
 struct CertificateLevel {
   double spacing_m = 0;
   int points = 0, steps = 0;
 };
 
-/// Options of a cloth of triangles in levels, and its steps on each.
+/// Options of the triangle cloth, with the solver steps on each level.
 struct CertificateMesh {
   double spacing_m = 0, coarsest_m = 0;
   unsigned seed = 1;
-  double thickness_m = 0;  ///< distance of layers that else cross; 0: they do not press
+  double thickness_m = 0;  ///< distance that layers of cloth keep; 0: layers do not interact
   std::vector<CertificateLevel> levels;
 };
 
@@ -95,31 +95,31 @@ struct CertificateGrid {
   int rows = 0, cols = 0;
   double damping_per_s = 0, air_drag_kg_per_m3 = 0;
   bool kinetic_damping = true;
-  double step_fraction = 0;  ///< share of the stability limit
+  double step_fraction = 0;  ///< fraction of the largest stable step
   long steps = 0, most_steps = 0;
   int backtracked_steps = 0, kinetic_stops = 0;
-  int clamped_springs = 0;  ///< springs whose K'st is held at 0 in the end
+  int clamped_springs = 0;  ///< springs whose tangent stiffness is clamped to 0 at the end
 };
 
-/// certificate.json: claims of a simulated drape about itself, so that others can judge them.
+/// certificate.json: what a simulated drape claims about itself, so that others can check it.
 struct Certificate {
   bool at_rest = false;
   std::string status;  ///< "at rest", or why not
-  /// Largest force left on a free point, in mean weights of a point; absent: it diverged.
+  /// Largest net force on a free point, in mean weights of a point; absent if the solver diverged.
   std::optional<double> residual;
-  double residual_tolerance = 0;                  ///< at which it counts as at rest
-  std::optional<CertificateCheck> check;          ///< absent: not checked
-  double time_s = 0;                              ///< duration of the fall
-  std::optional<CertificateStrains> strains;      ///< absent: it diverged
-  std::optional<CertificateDistances> distances;  ///< absent: it diverged
-  std::optional<CertificateEnergies> energies;    ///< absent: it diverged
+  double residual_tolerance = 0;              ///< residual below which the drape counts as at rest
+  std::optional<CertificateCheck> check;      ///< absent if not checked
+  double time_s = 0;                          ///< duration of the fall
+  std::optional<CertificateStrains> strains;  ///< absent if the solver diverged
+  std::optional<CertificateDistances> distances;  ///< absent if the solver diverged
+  std::optional<CertificateEnergies> energies;    ///< absent if the solver diverged
   CertificateStart start;
   double twist_n_m = 0;
   std::vector<CurveReport> curves;
   int segments = 0;                 ///< line segments per Kawabata curve
-  std::optional<CurveReach> reach;  ///< absent: fitted wherever they are measured
+  std::optional<CurveReach> reach;  ///< absent if fitted over the whole measured range
   bool internal_friction = false;
-  double friction = 0;  ///< coefficient between cloth and objects, and between layers
+  double friction = 0;  ///< coefficient between cloth and objects, and between layers of cloth
   std::variant<CertificateMesh, CertificateGrid> cloth;
   std::vector<std::string> warnings;
   Document document = {};
@@ -133,8 +133,8 @@ void fields(Fields& f, CurveReach& reach);
 void fields(Fields& f, CurveReport& curve);
 void fields(Fields& f, Certificate& certificate);
 
-/// Throws Error(bad_input) for a file that is no certificate, and for one of version 1, which is of
-/// a particle grid that this version does not simulate.
+/// Throws Error(bad_input) for a file that is not a certificate, and for a version 1 certificate,
+/// which describes a particle grid that this version no longer simulates.
 [[nodiscard]] Certificate read_certificate(const std::filesystem::path& file);
 
 }  // namespace drape

@@ -9,19 +9,19 @@
 
 namespace drape {
 
-/// One drape of a round specimen.
+/// Simulated drape of one round specimen from one start.
 struct CusickStart {
-  std::string file;  ///< name of its mesh
+  std::string file;  ///< file name of its mesh
   int points = 0;
   double specimen_area_m2 = 0;
   bool at_rest = false;  ///< accepted by the checker
   int steps = 0;
-  std::optional<double> residual = {};  ///< in mean weights of a point; absent: it diverged
+  std::optional<double> residual = {};  ///< in mean weights of a point; absent if it diverged
   std::optional<double> energy_j = {};
   std::vector<std::string> refusals = {};  ///< the checker's reasons
   std::optional<double> checked_residual = {}, deepest_m = {};
-  std::optional<double> dissipated_j = {};  ///< by internal friction
-  int hurried_loads = 0;                    ///< left before the cloth was near rest
+  std::optional<double> dissipated_j = {};  ///< energy lost to internal friction
+  int hurried_loads = 0;  ///< load steps that ended before the cloth was nearly at rest
 };
 
 /// cusick.json: drapes of one fabric between the discs of a drapemeter.

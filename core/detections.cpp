@@ -77,7 +77,7 @@ void fields(Fields& f, FrameDetections& frame) {
 
 namespace {
 
-/// A set whose detection is NO-GO.
+/// A set whose detection ended in NO-GO.
 struct RefusedSet {
   std::string set, reason;
 };

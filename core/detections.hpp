@@ -18,21 +18,21 @@ struct Detection {
   MarkId mark;
   Eigen::Vector2d centre_px;
   Eigen::Matrix2d covariance_px2;
-  Eigen::Vector2d semi_axes_px;  ///< major, minor; of a corner: half the window it was placed in
-  double axis_angle_rad = 0;     ///< from +u to the major axis
-  double contrast = 0;           ///< grey levels between print and cloth
-  double chi2_per_dof = 0;       ///< misfit in units of the frame's noise
+  Eigen::Vector2d semi_axes_px;  ///< major, minor; of a corner: half of its search window
+  double axis_angle_rad = 0;     ///< from +u towards the major axis
+  double contrast = 0;           ///< grey-level difference between print and cloth
+  double chi2_per_dof = 0;       ///< misfit of the ellipse, in units of the frame's noise
 };
 
-/// A measured dot that no tag or labelled neighbour leads to, but which lies in a piece of lattice
-/// with others: `dot.mark` counts rows and columns within the piece, right up to a shift and
-/// quarter turns (never mirrored, since only one side is printed).
+/// A measured dot without a tag or labelled neighbour, but in a piece of the lattice with other
+/// such dots. `dot.mark` counts rows and columns within the piece: its shift and quarter turns are
+/// unknown (never a reflection, since only one side is printed).
 struct IslandDot {
-  int island = 0;  ///< number of the piece in its frame
+  int island = 0;  ///< number of the piece within its frame
   Detection dot;
 };
 
-/// Something that looked like a mark and was not used. `mark` when its label is known.
+/// A mark candidate that was not used, with its label if known.
 struct Rejection {
   std::optional<MarkId> mark;
   std::optional<Eigen::Vector2d> centre_px;
@@ -41,21 +41,21 @@ struct Rejection {
 
 struct TagDetection {
   int id = 0;
-  Eigen::Matrix<double, 2, 4> corners_px;  ///< in the order the print's tag corners are listed
+  Eigen::Matrix<double, 2, 4> corners_px;  ///< in the order in which the print lists tag corners
 };
 
 enum class Surface { cloth, target };
 template <>
 inline constexpr std::string_view names_of<Surface>[] = {"cloth", "target"};
 
-/// Kind and places of the marks on the print, so that the file stands alone.
+/// Kind and material coordinates of the marks on the print; makes the file self-contained.
 struct MarkLattice {
   Surface surface = Surface::cloth;
   int rows = 0, cols = 0;
   double pitch_m = 0;
   double dot_diameter_m = 0;
   Eigen::Vector2d patch_m = Eigen::Vector2d::Zero();   ///< (warp, weft); zero for a target
-  Eigen::Vector2d margin_m = Eigen::Vector2d::Zero();  ///< material coordinates of mark (0, 0)
+  Eigen::Vector2d margin_m = Eigen::Vector2d::Zero();  ///< material coordinates of mark (0, 0), m
   std::string sha256;                                  ///< SHA-256 of print.toml or target.toml
 };
 
@@ -64,11 +64,11 @@ struct FrameDetections {
   std::string camera;
   int width_px = 0, height_px = 0;
   std::string image_sha256;
-  std::optional<std::string> preview_file;  ///< small JPEG beside the detections, for the report
+  std::optional<std::string> preview_file;  ///< small JPEG beside the detections for the report
   std::optional<double> preview_scale;      ///< preview pixels per image pixel
-  std::optional<double> noise_sigma;        ///< grey levels, estimated from the frame
-  std::vector<Detection> detections;        ///< ordered by mark, each mark at most once
-  std::vector<IslandDot> islands;           ///< ordered by piece, then by place in it
+  std::optional<double> noise_sigma;  ///< standard deviation, grey levels; estimated from the frame
+  std::vector<Detection> detections;  ///< ordered by mark, each mark at most once
+  std::vector<IslandDot> islands;     ///< ordered by piece, then by position within it
   std::vector<Rejection> rejections;
   std::vector<TagDetection> tags;  ///< ordered by id
 };
@@ -78,11 +78,11 @@ struct Detections {
   std::string rig;
   MarkLattice lattice;
   std::vector<FrameDetections> frames;
-  /// By set: why nothing that is measured with it can be trusted. Sets not named are GO.
+  /// Reason, by set, why nothing measured with it can be trusted; sets that are not listed are GO.
   std::map<std::string, std::string> no_go = {};
   Document document = {};  ///< the file as it was read
 
-  /// A sentence on the first of these sets that is NO-GO, if one is.
+  /// A sentence about the first of the given sets that is NO-GO; nullopt if none is.
   [[nodiscard]] std::optional<std::string> reason_against(
       const std::vector<std::string>& sets) const;
 };

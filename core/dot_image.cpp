@@ -10,14 +10,14 @@ namespace drape {
 std::optional<Eigen::Vector2d> dot_centroid_px(const CameraModel& model, const DotInCamera& dot) {
   using Eigen::Vector2d;
   using Eigen::Vector3d;
-  // The outline is smooth and periodic, so the trapezoid rule converges faster than any power.
+  // The outline is smooth and periodic, so the trapezoidal rule converges exponentially.
   constexpr int kNodes = 16;
   const std::optional<Projection> centre = project(model, dot.centre);
   if (!centre) return std::nullopt;
   const Vector3d normal = dot.axis_u.cross(dot.axis_v);
   const double r = dot.radius_m;
-  double area2 = 0;                    // twice the area
-  Vector2d moment = Vector2d::Zero();  // first moment of the area about the centre's image
+  double area2 = 0;                    // twice the area, px^2
+  Vector2d moment = Vector2d::Zero();  // first moment of the area about the image of the centre
   for (int i = 0; i < kNodes; ++i) {
     const double angle = 2 * std::numbers::pi * i / kNodes;
     const Vector2d e(std::cos(angle), std::sin(angle));

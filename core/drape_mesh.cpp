@@ -17,7 +17,7 @@ using Eigen::Vector2d;
 using Eigen::Vector3d;
 using units::mm;
 
-constexpr int kStrips = 256;  ///< along the warp, in which triangles are looked for
+constexpr int kStrips = 256;  ///< search strips along the warp
 
 }  // namespace
 

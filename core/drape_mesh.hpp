@@ -26,22 +26,22 @@ enum class Correspondence { none };
 template <>
 inline constexpr std::string_view names_of<Correspondence>[] = {"none"};
 
-/// Material coordinates (warp, weft) where a grid or texture starts and ends, metres.
+/// Material coordinates (warp, weft), in metres, at the two ends of a grid or of the texture range.
 struct MaterialRange {
   Eigen::Vector2d from_m = Eigen::Vector2d::Zero(), to_m = Eigen::Vector2d::Zero();
 
-  /// `part` from 0 to 1 along warp and weft.
+  /// Interpolates; `part` runs from 0 to 1 along warp and weft.
   [[nodiscard]] Eigen::Vector2d at(const Eigen::Vector2d& part) const {
     return from_m + part.cwiseProduct(to_m - from_m);
   }
 };
 struct VertexGrid {
-  ClothDirection inner = ClothDirection::weft;  ///< along which the index grows by one
+  ClothDirection inner = ClothDirection::weft;  ///< direction in which the vertex index grows by 1
   int inner_count = 0;
   MaterialRange range;
 };
 struct TextureMap {
-  TextureDirection warp = TextureDirection::v;  ///< texture coordinate along the warp
+  TextureDirection warp = TextureDirection::v;  ///< texture coordinate that runs along the warp
   MaterialRange range;
 };
 
@@ -78,15 +78,15 @@ struct DrapeMesh {
   std::optional<VertexGrid> grid;
   std::optional<TextureMap> uv;
 
-  MeshFile mesh;                                 ///< read by read_drape_mesh()
-  std::vector<Eigen::Vector3d> points_in_world;  ///< its vertices
+  MeshFile mesh;                                 ///< filled in by read_drape_mesh()
+  std::vector<Eigen::Vector3d> points_in_world;  ///< vertices of `mesh`
 
-  /// Throws Error(bad_input) at that field of the description.
+  /// Throws Error(bad_input) that points at the given field of the description.
   [[noreturn]] void reject(const char* field, const std::string& what,
                            const std::string& remedy) const;
-  /// Vertices of a [grid] outside of the inner direction.
+  /// Number of vertices of a [grid] along its outer direction.
   [[nodiscard]] int outer_count() const;
-  /// Material coordinates of the vertex of a [grid] at those steps along both directions.
+  /// Material coordinates of the [grid] vertex with the given indices.
   [[nodiscard]] Eigen::Vector2d material_m(int inner, int outer) const;
 };
 template <>
@@ -94,20 +94,20 @@ inline constexpr Format format_of<DrapeMesh>{"mesh", Syntax::toml, 1,
                                              "mesh of a drape that another program made"};
 void fields(Fields& f, DrapeMesh& drape);
 
-/// The description and its mesh. Throws Error(bad_input) naming file and field.
+/// Reads the description and its mesh. Throws Error(bad_input) naming file and field.
 [[nodiscard]] DrapeMesh read_drape_mesh(const std::filesystem::path& file);
 
-/// A mesh over its material coordinates: linear on its triangles.
+/// Surface of a mesh as a function of material coordinates, linear on each triangle.
 class MaterialSurface {
  public:
-  /// `tolerance`: a point counts as on a triangle by this much of it.
+  /// `tolerance`: distance outside a triangle that still counts as on it, relative to its size.
   MaterialSurface(const DrapeMesh& drape, double tolerance);
-  /// World point of the first triangle there; nothing where the mesh has none.
+  /// World point of the first triangle that contains the coordinates; nullopt if none does.
   [[nodiscard]] std::optional<Eigen::Vector3d> at(const Eigen::Vector2d& material_m) const;
 
  private:
   struct Piece {
-    Eigen::Matrix2d to_weights;  ///< material offset from the first corner to two weights
+    Eigen::Matrix2d to_weights;  ///< from material offset to two barycentric weights
     std::array<Eigen::Vector2d, 3> material_m;
     std::array<Eigen::Vector3d, 3> in_world;
   };
@@ -119,7 +119,7 @@ class MaterialSurface {
 
   double tolerance_;
   std::vector<Piece> pieces_;
-  std::vector<std::vector<std::size_t>> strips_;  ///< pieces by their warp
+  std::vector<std::vector<std::size_t>> strips_;  ///< triangle indices by strip along the warp
   double low_m_ = 1e9, high_m_ = -1e9;
 };
 

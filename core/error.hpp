@@ -9,10 +9,10 @@
 
 namespace drape {
 
-/// Why a program stopped; the value is the exit code (1 is kept for a NO-GO verdict).
+/// Reason why a program stopped; the value is the exit code (1 is reserved for NO-GO).
 enum class ErrorKind { usage = 2, bad_input = 3, device = 4, internal = 5 };
 
-/// Place of a fault. Empty parts are unknown or do not apply.
+/// Place of a fault. Parts that are unknown or do not apply stay empty.
 struct Where {
   std::string file = {};         ///< path as the user gave it
   std::optional<int> line = {};  ///< 1-based line of the file
@@ -20,15 +20,15 @@ struct Where {
   std::string camera = {};       ///< camera name
   std::string set = {};          ///< frame set of the recording
 
-  /// One phrase such as "rig.toml:12, field `camera.width_px`"; empty when nothing is known.
+  /// Describes the place, e.g. "rig.toml:12, field `camera.width_px`"; empty if it is unknown.
   [[nodiscard]] std::string describe() const;
 };
 
-/// The one exception of all drapebench libraries: what failed, where, and what to do.
+/// The only exception type of the drapebench libraries: what failed, where, and what to do.
 class Error : public std::exception {
  public:
   Error(ErrorKind kind, std::string what_failed, Where where, std::string what_to_do);
-  /// The first of several faults of one file, which names the others; `faults` is not empty.
+  /// Wraps several faults of one file: the first, which names the others. `faults` is not empty.
   explicit Error(std::vector<Error> faults);
 
   [[nodiscard]] const char* what() const noexcept override { return text_.c_str(); }
@@ -36,7 +36,7 @@ class Error : public std::exception {
   [[nodiscard]] const std::string& what_failed() const noexcept { return what_failed_; }
   [[nodiscard]] const Where& where() const noexcept { return where_; }
   [[nodiscard]] const std::string& what_to_do() const noexcept { return what_to_do_; }
-  /// Each fault by itself, this one first.
+  /// Each fault as an Error of its own, this one first.
   [[nodiscard]] std::vector<Error> each() const;
 
  private:
@@ -45,10 +45,10 @@ class Error : public std::exception {
   Where where_;
   std::string what_to_do_;
   std::string text_;
-  std::shared_ptr<const std::vector<Error>> faults_;  ///< all, where there are several
+  std::shared_ptr<const std::vector<Error>> faults_;  ///< every fault, if there are several
 };
 
-/// Throws one Error that names every fault, where there are any.
+/// Throws one Error that names every fault; does nothing if there are none.
 void throw_if_any(std::vector<Error> faults);
 
 /// Shorthands, so that a throw reads as one sentence.

@@ -5,8 +5,8 @@
 
 namespace drape {
 
-/// A mark of a patch or a dot of a target. On a patch, row runs along the warp, col along the
-/// weft, and (0, 0) is the corner the print marks. On a target, row runs along y, col along x.
+/// A mark of a patch or a dot of a target. On a patch, row runs along the warp, col along the weft,
+/// and (0, 0) is at the corner marked on the print. On a target, row runs along y, col along x.
 struct MarkId {
   int row = 0;
   int col = 0;

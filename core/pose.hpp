@@ -5,16 +5,16 @@
 
 namespace drape {
 
-/// Frames of reference; the types exist only to name both ends of a Pose.
+/// Frames of reference. The types exist only to name the two ends of a Pose.
 namespace frame {
 struct World;   ///< right-handed, z up; origin and axes of the target in its reference pose
 struct Camera;  ///< x right, y down, z forward
-struct Target;  ///< printed face of the calibration target, z out of it
-struct Object;  ///< an obstacle's own frame
+struct Target;  ///< printed face of the calibration target, z pointing out of it
+struct Object;  ///< body frame of an object under the cloth
 }  // namespace frame
 
-/// Rigid transform that takes points of frame From to frame To: p_to = R p_from + t (metres).
-/// Composition compiles only where the frames meet, so a pose cannot be used backwards.
+/// Rigid transform of points from frame From to frame To: p_to = R p_from + t (metres). Composition
+/// compiles only if the inner frames agree, so a pose cannot be applied backwards.
 template <class To, class From>
 struct Pose {
   Eigen::Matrix3d rotation = Eigen::Matrix3d::Identity();

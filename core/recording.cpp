@@ -32,7 +32,7 @@ void fields(Fields& f, FrameSet& set) {
   f.if_any({"motion_px", "largest motion between frames of the burst"}, set.motion_px);
   f.if_any({"camera_shift_px", "of a background against the reference set"}, set.camera_shift_px);
   f.if_any({"no_go", "why the set is no measurement"}, set.no_go);
-  // Each camera once: which of two would be measured?
+  // A camera may occur once only: with two images it is unclear which one to measure.
   std::set<std::string> cameras;
   for (const RecordedFrame& frame : set.frames)
     f.rule(cameras.insert(frame.camera).second, "frames",

@@ -19,18 +19,18 @@ struct RecordedFrame {
   std::optional<double> device_time_s;  ///< absent for imported images
 };
 
-/// Frames that belong together (one instant, all cameras), ordered as the manifest lists them.
+/// Frames that belong together (one instant, all cameras), in the order of the manifest.
 struct FrameSet {
   std::string name;
   std::vector<RecordedFrame> frames;
   // Live sets have these; absent where nobody looked.
   std::optional<std::string> details_sha256 = {};  ///< hash of <set>/capture.json
   std::optional<double> motion_px = {};            ///< largest motion between frames of the burst
-  std::optional<double> camera_shift_px = {};  ///< shift of a background against the reference set
-  std::optional<std::string> no_go = {};       ///< why the set is no measurement, if it is none
+  std::optional<double> camera_shift_px = {};      ///< background's shift against the reference set
+  std::optional<std::string> no_go = {};  ///< why the set is not a valid measurement, if it is not
 };
 
-/// A recording: <set>/<camera>.png and recording.json, which is written last.
+/// A recording: images <set>/<camera>.png and recording.json, which is written last.
 struct Recording {
   std::filesystem::path folder;
   std::string source;                      ///< "import" or the capture method
@@ -38,7 +38,7 @@ struct Recording {
   std::vector<FrameSet> sets;
   Document document = {};  ///< recording.json as it was read
 
-  /// Throws Error(bad_input) naming the sets that exist.
+  /// Finds a set by name. Throws Error(bad_input) that lists the existing sets.
   [[nodiscard]] const FrameSet& set(const std::string& set_name) const;
 };
 
@@ -48,12 +48,12 @@ template <>
 inline constexpr Format format_of<Recording>{"recording", Syntax::json, 1,
                                              "sets of frames and their hashes"};
 
-/// Reads <folder>/recording.json; throws when it is absent, newer, or lists no set.
+/// Reads <folder>/recording.json. Throws Error if it is missing, too new, or lists no set.
 [[nodiscard]] Recording read_recording(const std::filesystem::path& folder);
 void write_recording(const Recording& recording);
 
-/// Bytes of a frame, compared with the manifest's SHA-256; throws Error naming set, camera and
-/// file when the image is missing, truncated or altered.
+/// Reads a frame's bytes and checks them against the SHA-256 in the manifest. Throws Error naming
+/// set, camera and file if the image is missing, truncated or altered.
 [[nodiscard]] std::vector<unsigned char> read_frame(const Recording& recording, const FrameSet& set,
                                                     const RecordedFrame& frame);
 

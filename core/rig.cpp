@@ -19,7 +19,7 @@ namespace {
 using units::mm;
 using units::um;
 
-/// Lists of whole numbers from `least` on, each once.
+/// Reads a list of distinct whole numbers, each at least `least`.
 void whole_numbers(Fields& f, const Field& field, std::vector<int>& values) {
   f.if_any(field, values);
   if (!f.reads()) return;
@@ -39,7 +39,7 @@ void lattice(Fields& f, int& rows, int& cols, std::string_view along_rows,
 constexpr std::string_view kDotsTouch = "the dots touch each other";
 constexpr std::string_view kSmaller = "the diameter must be smaller than pitch_mm; both are in mm";
 
-/// Carriers of tags; the keys of the table `tags` depend on them.
+/// What the tags are printed on; decides which keys the table `tags` has.
 enum class Carrier { dots, board, grid, print };
 
 struct TagTable {
@@ -69,7 +69,7 @@ void fields(Fields& f, TagTable& table) {
                 table.border_modules);
 }
 
-/// The table of tags where there may be one.
+/// Describes the table `tags`, which is required (`must`), optional (`may`) or forbidden.
 void tag_table(Fields& f, TagTable& table, bool must, bool may) {
   const Field field{"tags", "its tags"};
   if (must)
@@ -78,9 +78,9 @@ void tag_table(Fields& f, TagTable& table, bool must, bool may) {
     f.otherwise(field, table);
 }
 
-/// An AprilGrid's tags count from its lower left (Kalibr), those of a ChArUco board from its upper
-/// left (OpenCV, whose boards before 4.6 have a light square there when they have an even number of
-/// rows of squares).
+/// Places the tags of a board. The tags of an AprilGrid are numbered from its lower left (Kalibr),
+/// those of a ChArUco board from its upper left (OpenCV; before 4.6 a board with an even number of
+/// rows of squares had a light square there).
 void place_board_tags(Target& target, int id, bool is_light) {
   const bool grid = target.kind == TargetKind::aprilgrid;
   const int rows = target.rows + (grid ? 0 : 1), cols = target.cols + (grid ? 0 : 1);
@@ -111,7 +111,7 @@ void fields(Fields& f, RigCamera& camera) {
   f({"width_px", "columns of its pictures", 1, 1}, camera.width_px);
   f({"height_px", "rows of its pictures", 1, 1}, camera.height_px);
   Eigen::Vector2d pitch_m(camera.pixel_pitch_x_m, camera.pixel_pitch_y_m);
-  // Area sensors: phones 0.5, astronomy 24, and twice that for binned pixels.
+  // Sensor pixels range from 0.5 um (phones) to 24 um (astronomy), twice that if binned.
   f({"pixel_pitch_um", "pitch of the sensor along x and y", um, 0.5, 48,
      "give the pixel pitch of the data sheet in um, 0.5 to 48, e.g. [3.45, 3.45]"},
     pitch_m);
@@ -260,9 +260,9 @@ namespace {
 
 constexpr std::string_view kNoPoint = "this is no point of the target";
 constexpr std::string_view kFromZero = "give [row, col], counted from 0";
-constexpr double kUsualHole = 1.0 / 3;  ///< of a dot's diameter
+constexpr double kUsualHole = 1.0 / 3;  ///< fraction of the dot's diameter
 
-/// The keys of a plate of dots alone.
+/// Describes the keys of a plate that has dots only.
 void plate_of_dots(Fields& f, Target& target) {
   f.otherwise({"arrangement", "square, or staggered: dots only where row + col is even"},
               target.arrangement);

@@ -20,7 +20,7 @@ namespace {
 using Eigen::Vector2d;
 using units::mm;
 
-/// Gathers the faults of one document.
+/// Collects the faults of one document.
 struct FaultList {
   const Document& document;
   std::vector<Error> faults = {};
@@ -30,14 +30,14 @@ struct FaultList {
   }
 };
 
-/// The narrowest side that lies level; zero of an object without one.
+/// Smallest horizontal width of an object; zero if the kind of object has none.
 double width_of(const Obstacle& object) {
   if (const auto* ball = std::get_if<Sphere>(&object)) return 2 * ball->radius_m;
   if (const auto* box = std::get_if<Box>(&object)) return box->size_m.head<2>().minCoeff();
   return 0;
 }
 
-/// Height of the lowest point; NaN of an object without one.
+/// Height of an object's lowest point; NaN if the kind of object has none.
 double foot_of(const Obstacle& object) {
   if (const auto* ball = std::get_if<Sphere>(&object))
     return ball->centre_in_world.z() - ball->radius_m;
@@ -68,7 +68,7 @@ void check_foot(const Scene& scene, std::size_t i, FaultList& list) {
                     foot_m / mm));
 }
 
-/// An uncertainty as wide as the object: nobody knows where it is, and no guard can contradict it.
+/// Refuses an uncertainty as wide as the object: no check could contradict any position then.
 void check_uncertainty(const Scene& scene, std::size_t i, FaultList& list) {
   const double width_m = width_of(scene.obstacles[i]);
   if (!(width_m > 0)) return;
@@ -83,7 +83,7 @@ void check_uncertainty(const Scene& scene, std::size_t i, FaultList& list) {
   struct PlateLimit {
     const char* key;
     std::optional<double> value_mm;
-    double least_mm, widths;  ///< smallest value, and the object's widths below which it stays
+    double least_mm, widths;  ///< smallest allowed value; largest one in widths of the object
     const char* remedy;
   };
   for (const ObjectTags& plate : scene.tags) {
@@ -108,7 +108,7 @@ void check_uncertainty(const Scene& scene, std::size_t i, FaultList& list) {
 }
 
 void check_clamps(const Scene& scene, const Print& print, FaultList& list) {
-  constexpr double kMostStretch = 0.03;  // cloth tears or slips out of the clamp not far beyond
+  constexpr double kMostStretch = 0.03;  // cloth tears or slips out of the clamp soon above this
   constexpr double kWritten_m = 1e-6;
   for (std::size_t i = 0; i < scene.clamps.size(); ++i) {
     const Clamp& clamp = scene.clamps[i];
@@ -130,11 +130,11 @@ void check_clamps(const Scene& scene, const Print& print, FaultList& list) {
   }
 }
 
-/// Two pins farther apart in space than the cloth between them is long along its threads; a cloth
-/// that is sheared reaches as far as that, and no farther.
+/// Refuses two pins that are farther apart in space than the cloth between them can reach: at most
+/// the path along the threads, |dwarp| + |dweft|, which fully sheared cloth attains.
 void check_pins_apart(const Scene& scene, const Print& print, FaultList& list) {
-  constexpr double kMostStretch = 0.03;  // factor of a clamped edge
-  constexpr double kWritten_m = 1e-3;    // two places written to a whole millimetre
+  constexpr double kMostStretch = 0.03;  // as for a clamped edge
+  constexpr double kWritten_m = 1e-3;    // rounding of two positions given in whole millimetres
   for (std::size_t k = 0; k < scene.pins.size(); ++k) {
     for (std::size_t i = 0; i < k; ++i) {
       const Pin &one = scene.pins[i], &other = scene.pins[k];
@@ -151,14 +151,14 @@ void check_pins_apart(const Scene& scene, const Print& print, FaultList& list) {
   }
 }
 
-/// Room between a dot and the black square of a tag; below zero one covers the other.
+/// Clearance between a dot and the black square of a tag; negative if they overlap.
 double room_m(const Vector2d& dot, double radius_m, const PrintedTag& tag, double edge_m) {
   const Vector2d beyond =
       ((dot - tag.centre_m).cwiseAbs() - Vector2d::Constant(0.5 * edge_m)).cwiseMax(0.0);
   return beyond.norm() - radius_m;
 }
 
-/// A tag that would be printed over a dot: its place or a size cannot be as typed.
+/// Refuses a tag that would be printed over a dot: its position or a size must be wrong.
 template <class Marks>
 void check_tag_places(const Marks& marks, const std::function<Vector2d(MarkId)>& at,
                       const std::function<std::string(std::size_t)>& field, FaultList& list) {
@@ -179,7 +179,7 @@ void check_tag_places(const Marks& marks, const std::function<Vector2d(MarkId)>&
   }
 }
 
-/// A family that detect does not know, or a tag that it does not have: nobody could find it.
+/// Refuses a family that detect does not support, or a tag id that the family does not have.
 void check_family(const std::string& family, const std::vector<PrintedTag>& tags,
                   const std::function<std::string(std::size_t)>& field, FaultList& list) {
   if (family.empty()) return;
@@ -238,7 +238,7 @@ std::vector<Error> faults_of(const Scene& scene) {
       list.add(fmt::format("object.{}.kind", i),
                fmt::format("object {} is object {} once more", i + 1, other->second + 1),
                "remove one of the two");
-    // A box's turn is a measured value where a real drape is compared; nothing says that it is 0.
+    // Where a real drape is compared, the turn of a box is measured; it must not default to 0.
     if (!scene.set.empty() && std::holds_alternative<Box>(scene.obstacles[i]) &&
         object.find("yaw_deg") == nullptr)
       list.add(fmt::format("object.{}.kind", i), "`yaw_deg` of a box is missing",

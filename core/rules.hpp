@@ -10,36 +10,36 @@
 
 namespace drape {
 
-/// Rules about a file that was read, beyond those of its description: each fault with file, line,
-/// field and remedy. An empty list means that the bench can be as the file says. read_scene(),
-/// read_target() and read_print() ask them, so every program does that measures or simulates;
+/// Rules about a file beyond those of its description. Each fault names file, line, field and
+/// remedy; an empty list means that the file describes a possible bench. read_scene(),
+/// read_target() and read_print() apply them, so every program that measures or simulates does;
 /// compare reads scenes as they were used.
 
-/// Uncertainties wider than the object itself, a drape that nothing holds.
+/// Finds uncertainties wider than the object itself, and a drape that nothing supports.
 [[nodiscard]] std::vector<Error> faults_of(const Scene& scene);
-/// Objects that are not where a table can carry them. Asked of typed scenes by `drape check`: a
-/// place that was measured and contradicts the table is a NO-GO of the measurement.
+/// Finds objects whose position is incompatible with the table. Only `drape check` asks for this on
+/// a scene as typed: a measured position that contradicts the table is a NO-GO of the measurement.
 [[nodiscard]] std::vector<Error> faults_of_places(const Scene& scene);
 
-/// Pins and clamps that hold no point of the print's cloth, or more cloth than there is between
-/// them; a start from above the room.
+/// Finds pins and clamps that lie outside the printed cloth or stretch the cloth between them too
+/// far, and a start above the room.
 [[nodiscard]] std::vector<Error> faults_of(const Scene& scene, const Print& print);
-/// Reads the scene's print and asks the rules between both. Throws every fault at once.
+/// Reads the scene's print and checks both against each other. Throws every fault at once.
 [[nodiscard]] Print print_of(const Scene& scene);
 
-/// Tags of a family that is not known, two of one id, and tags that would lie over a dot.
+/// Finds unknown tag families, repeated tag ids and tags that would overlap a dot.
 [[nodiscard]] std::vector<Error> faults_of(const Target& target);
 [[nodiscard]] std::vector<Error> faults_of(const Print& print);
 
-/// Names in `stand_ins` that no value of the file has.
+/// Finds names in `stand_ins` that match no value of the file.
 [[nodiscard]] std::vector<Error> faults_of_stand_ins(const Document& document,
                                                      std::vector<std::string> also_known = {});
 
-/// Values that are odd, but possible.
+/// Warns of values that are unusual but possible.
 [[nodiscard]] std::vector<std::string> warnings_of(const Scene& scene);
 [[nodiscard]] std::vector<std::string> warnings_of(const Print& print);
 
-/// The tag families that detect knows, and how many tags each has.
+/// The tag families that detect supports, with the number of tags in each.
 [[nodiscard]] std::vector<std::pair<std::string, int>> known_tag_families();
 
 }  // namespace drape

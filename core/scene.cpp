@@ -19,8 +19,8 @@ using units::mm;
 constexpr double kLeastObject_mm = 5, kMostObject_mm = 3000;
 constexpr std::string_view kObjectSizes =
     "what cloth drapes over measures 5 mm to 3 m; lengths are in mm, not in m or cm";
-constexpr double kLeastEarth = 9.76, kMostEarth = 9.84;  ///< m/s2; from Huascaran to the pole
-constexpr double kLargestBench_mm = 10'000;              ///< no cloth lies farther from the target
+constexpr double kLeastEarth = 9.76, kMostEarth = 9.84;  ///< m/s2; Huascaran and the North Pole
+constexpr double kLargestBench_mm = 10'000;  ///< largest distance of a cloth from the target
 
 constexpr Field place(std::string_view name, std::string_view meaning) {
   return {name,
@@ -31,7 +31,7 @@ constexpr Field place(std::string_view name, std::string_view meaning) {
           "places are in mm from the target's middle"};
 }
 
-/// The longest side of an object: cloth does not see less, and no bench carries more.
+/// Limits the longest side of an object to what a bench can carry and what still shapes a cloth.
 void limit_size(Fields& f, std::string_view field, double longest_m) {
   if (!f.reads()) return;
   f.rule(longest_m / mm >= kLeastObject_mm && longest_m / mm <= kMostObject_mm, field,
@@ -46,7 +46,7 @@ void yaw(Fields& f, Eigen::Matrix3d& rotation) {
   if (f.reads()) rotation = Eigen::AngleAxisd(yaw_rad, Vector3d::UnitZ()).toRotationMatrix();
 }
 
-/// x, y and the lowest point, which is `reach_m` below the centre.
+/// Describes x, y and the lowest point of an object, which is `reach_m` below its centre.
 void stand(Fields& f, Vector3d& centre_m, double reach_m) {
   double bottom_m = centre_m.z() - reach_m;
   f(place("x_mm", "centre in the world"), centre_m.x());
@@ -65,7 +65,7 @@ constexpr Field standard_uncertainty(std::string_view name, std::string_view mea
   return {name, meaning, mm, above_zero};
 }
 
-/// One [[object]]: its parts stand in lists of their own in the scene.
+/// One [[object]] of the file; the scene keeps its parts in separate lists.
 struct SceneObject {
   Obstacle shape;
   ObjectUncertainty uncertainty;
@@ -207,7 +207,7 @@ void fields(Fields& f, Start& start) {
 
 namespace {
 
-/// Friction and gravity that a cloth can have; a real drape hangs under the Earth's.
+/// Limits friction and gravity to plausible values; a real drape has the Earth's gravity.
 void limit_forces(Fields& f, const Scene& scene) {
   f.limit(
       scene.friction <= kMostFriction, "friction",
@@ -228,7 +228,7 @@ void limit_forces(Fields& f, const Scene& scene) {
             fmt::format("friction = {:g} is not between {:g} and {:g}", scene.friction,
                         scene.stated_friction_range->front(), scene.stated_friction_range->back()),
             "give the least and the largest friction of cloth and object, and `friction` between");
-  constexpr double kLeast = 0.01, kMost = 100;  // m/s2; closed forms have weak ones
+  constexpr double kLeast = 0.01, kMost = 100;  // m/s2; closed forms are tested in weak gravity
   constexpr const char* kUsual = "leave it out, or give [0, 0, -9.80665]";
   const double gravity = scene.gravity_m_per_s2.norm();
   f.limit(gravity >= kLeast && gravity <= kMost, "gravity_m_per_s2",

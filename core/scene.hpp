@@ -24,14 +24,14 @@ struct Sphere {
   double radius_m = 0;
 };
 
-/// Box with its own frame at its centre, axes along its edges.
+/// Box. Its frame has the origin at the centre and axes along the edges.
 struct Box {
   WorldFromObject world_from_box;
   Eigen::Vector3d size_m;    ///< full edge lengths
   double edge_radius_m = 0;  ///< radius of the rounded edges
 };
 
-/// Solid cylinder with its own frame at its centre, axis along z.
+/// Solid cylinder. Its frame has the origin at the centre and z along the axis.
 struct Cylinder {
   WorldFromObject world_from_cylinder;
   double radius_m = 0;
@@ -39,13 +39,13 @@ struct Cylinder {
   double edge_radius_m = 0;  ///< radius of the rounded edges
 };
 
-/// Everything behind a plane.
+/// Half space behind a plane.
 struct Plane {
   Eigen::Vector3d point_in_world;
-  Eigen::Vector3d normal_in_world;  ///< unit, out of the solid
+  Eigen::Vector3d normal_in_world;  ///< unit normal, pointing out of the solid
 };
 
-/// Solid bounded by a closed triangle mesh (PLY or OBJ, millimetres in its own frame).
+/// Solid bounded by a closed triangle mesh (PLY or OBJ, in millimetres in its own frame).
 struct MeshObject {
   std::filesystem::path file;
   WorldFromObject world_from_mesh;
@@ -53,40 +53,40 @@ struct MeshObject {
 
 using Obstacle = std::variant<Sphere, Box, Cylinder, Plane, MeshObject>;
 
-/// Standard uncertainties of an object as the operator states them; what is absent counts as half a
-/// division of a steel rule.
+/// Standard uncertainties of an object as stated by the operator; those not stated default to half
+/// a division of a steel rule.
 struct ObjectUncertainty {
   static constexpr double ruler_m = 0.5e-3;
-  std::optional<double> stated_place_m;  ///< along each axis
+  std::optional<double> stated_place_m;  ///< along each axis, m
   std::optional<double> stated_size_m;
-  bool on_stand = false;  ///< it stands on something that is not in the scene, above the table
+  bool on_stand = false;  ///< the object stands above the table, on something not in the scene
 
   [[nodiscard]] double place_m() const { return stated_place_m.value_or(ruler_m); }
   [[nodiscard]] double size_m() const { return stated_size_m.value_or(ruler_m); }
 };
 
 /// Plate of tags on an object (`drape print object-tags`), photographed before the cloth was laid.
-/// Lengths in millimetres, as they go on to `drape object`.
+/// Lengths are in millimetres, as they are passed on to `drape object`.
 struct ObjectTags {
-  int object = 1;                ///< number in the scene, from 1
+  int object = 1;                ///< number of the object in the scene, from 1
   std::string set;               ///< frame set that shows it
-  std::filesystem::path target;  ///< its description
+  std::filesystem::path target;  ///< its description file
   std::optional<double> thickness_mm, hole_mm, placing_mm;
 
-  /// Options of `drape object` that say how it lies there.
+  /// Options of `drape object` that state how the plate lies on the object.
   [[nodiscard]] std::vector<std::pair<std::string, double>> lies() const;
 };
 
-/// A mark, or any other material point, held in place: where the measured sheet has it, or where
-/// the operator measured it.
+/// A mark or another material point that is held in place: where the measured sheet has it, or at a
+/// position that the operator measured.
 struct Pin {
-  MarkId mark;                                    ///< says nothing when there is a material point
-  std::optional<Eigen::Vector3d> point_in_world;  ///< absent: where the measured sheet has it
-  std::optional<Eigen::Vector2d> at_material_m = std::nullopt;  ///< (warp, weft)
+  MarkId mark;                                    ///< unused if a material point is given
+  std::optional<Eigen::Vector3d> point_in_world;  ///< absent if taken from the measured sheet
+  std::optional<Eigen::Vector2d> at_material_m = std::nullopt;  ///< material point (warp, weft)
   std::optional<double> stated_place_m = std::nullopt;  ///< standard uncertainty along each axis
 
-  /// Standard uncertainty of the operator's `point_in_world` along each axis; a pin without one is
-  /// where its mark was measured, and as uncertain as that.
+  /// Standard uncertainty along each axis of the operator's `point_in_world`. A pin without one is
+  /// held at its measured mark and inherits that mark's uncertainty.
   [[nodiscard]] double place_m() const {
     return stated_place_m.value_or(ObjectUncertainty::ruler_m);
   }
@@ -95,25 +95,25 @@ struct Pin {
   }
 };
 
-/// A line of the cloth along warp or weft, held on a straight line in space with its slope.
+/// A line along warp or weft of the cloth, held on a straight line in space with a fixed slope.
 struct Clamp {
   Eigen::Vector2d from_material_m, to_material_m;  ///< (warp, weft)
   Eigen::Vector3d from_in_world, to_in_world;
   Eigen::Vector3d
-      direction_in_world;  ///< unit; how cloth leaves, from a line inside to larger ones
+      direction_in_world;  ///< unit; the cloth leaves this way, towards larger coordinates
   std::optional<double> stated_place_m = std::nullopt;  ///< standard uncertainty along each axis
 
-  /// Standard uncertainty of each end along each axis.
+  /// Standard uncertainty of each end along each axis, m.
   [[nodiscard]] double place_m() const {
     return stated_place_m.value_or(ObjectUncertainty::ruler_m);
   }
 };
 
-/// Starts of the virtual cloth.
+/// Initial states of the simulated cloth.
 enum class StartMode {
-  flat_from_measured,  ///< flat and horizontal above the obstacle, placed by the measured marks
-  measured,            ///< the measured sheet itself, gaps filled
-  flat,                ///< flat and horizontal at a centre and yaw given in the scene
+  flat_from_measured,  ///< flat and horizontal above the object, positioned by the measured marks
+  measured,            ///< the measured sheet itself, with gaps filled
+  flat,                ///< flat and horizontal, with centre and yaw given in the scene
 };
 template <>
 inline constexpr std::string_view names_of<StartMode>[] = {"flat-from-measured", "measured",
@@ -121,33 +121,33 @@ inline constexpr std::string_view names_of<StartMode>[] = {"flat-from-measured",
 
 struct Start {
   StartMode mode = StartMode::flat_from_measured;
-  double clearance_m = 0;                          ///< height above the highest obstacle
+  double clearance_m = 0;                          ///< height above the highest object
   std::optional<Eigen::Vector3d> centre_in_world;  ///< only for flat
   double yaw_rad = 0;                              ///< only for flat: from +x to the weft direction
-  std::vector<std::string> history = {};           ///< loads before, read by simulate
+  std::vector<std::string> history = {};  ///< loads applied beforehand; interpreted by simulate
 };
 
-/// One drape (scene.toml): what the cloth lies on, how it starts, which fabric it is.
+/// One drape (scene.toml): what the cloth lies on, how it starts, and its fabric.
 struct Scene {
   std::filesystem::path file;  ///< document.file()
   std::string name;
-  std::string set;  ///< frame set of the recording that shows it; may be empty
+  std::string set;  ///< frame set of the recording that shows the drape; can be empty
   std::filesystem::path fabric_file;
   std::filesystem::path print_file;
   double table_z_m = 0;  ///< height of the table in the world frame
-  double friction = 0;   ///< Coulomb coefficient cloth-object; 0 is the paper's case
+  double friction = 0;   ///< Coulomb coefficient between cloth and objects; 0 in the paper
   Eigen::Vector3d gravity_m_per_s2 = {0, 0, -9.80665};
   std::vector<Obstacle> obstacles;
-  std::vector<ObjectUncertainty> uncertainties;  ///< one an obstacle; absent: unstated
-  std::vector<ObjectTags> tags;                  ///< plates of tags, in the order of the objects
+  std::vector<ObjectUncertainty> uncertainties;  ///< one per obstacle; absent where not stated
+  std::vector<ObjectTags> tags;                  ///< plates of tags, ordered like the objects
   std::optional<double> stated_table_uncertainty_m;
   std::optional<double> friction_uncertainty;  ///< standard uncertainty of `friction`
-  std::optional<std::array<double, 2>> stated_friction_range;  ///< least and largest
-  std::optional<double> stated_level_rad;  ///< standard uncertainty of gravity's direction
+  std::optional<std::array<double, 2>> stated_friction_range;  ///< smallest and largest
+  std::optional<double> stated_level_rad;  ///< standard uncertainty of the direction of gravity
   std::vector<Pin> pins;
   std::vector<Clamp> clamps;
   Start start;
-  std::vector<std::string> stand_ins;  ///< values of this scene that nobody measured
+  std::vector<std::string> stand_ins;  ///< values of this scene that were assumed, not measured
 
   Document document = {};  ///< the file as it was read
   [[nodiscard]] ObjectUncertainty uncertainty_of(std::size_t obstacle) const {
@@ -156,25 +156,25 @@ struct Scene {
   [[nodiscard]] double table_uncertainty_m() const {
     return stated_table_uncertainty_m.value_or(ObjectUncertainty::ruler_m);
   }
-  /// Least and largest friction: as stated; half and twice of a stand-in; nothing where friction
-  /// was measured.
+  /// Smallest and largest friction: as stated; half and twice the value for a stand-in; nullopt if
+  /// friction was measured.
   [[nodiscard]] std::optional<std::array<double, 2>> friction_range() const;
-  /// Friction as it may be: the ends of its range, else one standard uncertainty below and above.
+  /// Limits within which friction is varied: its range, else one standard uncertainty to each side.
   [[nodiscard]] std::array<double, 2> friction_ends() const;
-  /// Standard uncertainty of a friction that was measured: 5 % where nothing is stated.
+  /// Standard uncertainty of a measured friction; 5 % if not stated.
   [[nodiscard]] double friction_u() const { return friction_uncertainty.value_or(0.05 * friction); }
-  /// Standard uncertainty of gravity's direction about each axis across it; unstated, a spirit
-  /// level's 1 mm per m.
+  /// Standard uncertainty of the direction of gravity about each horizontal axis; if not stated,
+  /// that of a spirit level, 1 mm per m.
   [[nodiscard]] double level_rad() const { return stated_level_rad.value_or(0.06 * units::deg); }
 };
 
-/// True if one of the texts, of a fabric or a scene, speaks of `word`.
+/// True if one of the stand-ins of a fabric or scene mentions `word`.
 [[nodiscard]] bool names(const std::vector<std::string>& stand_ins, const std::string& word);
 
-/// Cloth on wood, metal, plastic and skin slides between 0.1 and 1.0; coated cloth on rubber 1.5.
+/// Range of friction: 0.1 to 1.0 on wood, metal, plastic and skin; 1.5 for coated cloth on rubber.
 inline constexpr double kLeastFriction = 0.1, kMostFriction = 1.5;
 
-/// True where gravity has the Earth's strength, which a real drape has.
+/// True if gravity has the Earth's strength, as for any real drape.
 [[nodiscard]] bool is_gravity_of_earth(const Scene& scene);
 
 template <>
@@ -183,8 +183,8 @@ inline constexpr Format format_of<Scene>{"scene", Syntax::toml, 1, "scene.toml: 
 void fields(Fields& f, Scene& scene);
 [[nodiscard]] Scene read_scene(const std::filesystem::path& file);  ///< checked by rules.hpp
 
-/// Table and objects as the file has them ("table_z_mm", "object.1.x_mm"), as text; a mesh by what
-/// `hash_of` makes of its file.
+/// Table and objects as the file states them ("table_z_mm", "object.1.x_mm"), as text; a mesh is
+/// represented by `hash_of` its file.
 [[nodiscard]] std::map<std::string, std::string> surroundings_of(
     const Scene& scene, const std::function<std::string(const std::filesystem::path&)>& hash_of);
 

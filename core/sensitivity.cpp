@@ -11,7 +11,7 @@ namespace drape {
 
 using units::mm;
 
-/// Absent where the cloth did not come to rest.
+/// Describes the moves, which are absent if the cloth did not come to rest.
 static void fields(Fields& f, std::optional<MarkMoves>& moves) {
   std::optional<double> step = moves ? std::optional(moves->step) : std::nullopt;
   f.if_any({"step", "per cent of a fabric value, else in the value's unit", 1, above_zero}, step);

@@ -11,18 +11,18 @@
 
 namespace drape {
 
-/// Beside the sheet of the drape that it speaks of.
+/// File name, beside the sheet of the drape that it describes.
 inline constexpr const char* kSensitivityName = "sensitivity.json";
 
-/// Displacement of the marks for a value lower and higher by `step`, one row each.
+/// Displacement of the marks when a value is lowered and raised by `step`, one row per mark.
 struct MarkMoves {
-  double step = 0;  ///< per cent of a fabric value, else as the value is named
+  double step = 0;  ///< in per cent for a fabric value, else in the unit of the value's name
   std::optional<double>
-      half_width;  ///< half width of a stand-in: the true value lies within, same unit
+      half_width;  ///< half width of a stand-in's interval, which holds the true value; same unit
   Eigen::MatrixX3d down_m, up_m;
 };
 
-/// Effect of one per cent more of a fabric value on the drape, to first order.
+/// First-order effect on the drape of raising a fabric value by one per cent.
 struct ValueEffect {
   std::string value;    ///< e.g. "bending_warp"
   double change_m = 0;  ///< change of the mean distance
@@ -30,42 +30,42 @@ struct ValueEffect {
   std::optional<MarkMoves> moves = std::nullopt;
 };
 
-/// Effect of one unit more of a scene's value.
+/// First-order effect on the drape of raising a scene value by one unit.
 struct SceneEffect {
-  /// "friction", "object_1_x_mm", "object_1_size_mm", "pin_1_x_mm", "clamp_1_x_mm"; "level_x_deg":
-  /// a turn of the bench about x; "curve_segments" (of the fabric): 1 with twenty per curve;
-  /// "internal_friction" (of the fabric): 0 without, 1 with, -1 as far in the other direction
+  /// Name: "friction", "object_1_x_mm", "object_1_size_mm", "pin_1_x_mm", "clamp_1_x_mm";
+  /// "level_x_deg": tilt of the bench about x; "curve_segments": from the fit to twenty per curve
+  /// (1); "internal_friction": from off (0) to on (1), or the opposite (-1).
   std::string value;
   std::optional<double> change_m_per_unit = std::nullopt;  ///< change of the mean distance
   std::optional<MarkMoves> moves = std::nullopt;
-  std::string absent = {};  ///< why there are no moves
+  std::string absent = {};  ///< why `moves` is absent
 };
 
 /// The same drape with one part of the model changed.
 struct VariantEffect {
   std::string what;        ///< e.g. "no twist stiffness"
-  bool continued = false;  ///< from the base's rest, so on its branch; else from the start
+  bool continued = false;  ///< started at the base's rest, so on its branch; else at the start
   bool at_rest = false;
   double distance_m = 0;  ///< mean over the marks
-  double change_m = 0;    ///< against the base
-  double moved_m = 0;     ///< mean displacement of the marks from the base
+  double change_m = 0;    ///< change against the base
+  double moved_m = 0;     ///< mean displacement of the marks relative to the base
 };
 
-/// sensitivity.json: the answer of a drape, the base, to each value of its fabric and its scene.
+/// sensitivity.json: response of a drape (the base) to each value of its fabric and scene.
 struct SensitivityFile {
   Document document = {};
-  std::optional<double> spacing_m;  ///< finest mesh of the base
-  std::optional<int> rows, cols;    ///< particles of a base on a grid, of older programs
+  std::optional<double> spacing_m;  ///< spacing of the base's finest mesh
+  std::optional<int> rows, cols;    ///< particles of a base simulated on a grid by an older program
   int segments = 0;
   std::string model;
   std::string status = "at rest";  ///< the base: "at rest", or why not
-  double distance_m = 0;           ///< distance of the base, mean over the marks
+  double distance_m = 0;           ///< mean distance of the base over the marks
   int marks = 0;
-  std::vector<MarkId> marks_at;     ///< rows of the moves
-  std::vector<ValueEffect> values;  ///< empty when the base has no first-order answer
+  std::vector<MarkId> marks_at;     ///< marks of the rows of each MarkMoves
+  std::vector<ValueEffect> values;  ///< empty if the base has no first-order response
   std::vector<SceneEffect> scene;
   std::vector<VariantEffect> variants;
-  std::optional<std::string> no_go = std::nullopt;  ///< cause of the reference's or start's NO-GO
+  std::optional<std::string> no_go = std::nullopt;  ///< why the reference or the start is NO-GO
 };
 template <>
 inline constexpr Format format_of<SensitivityFile>{

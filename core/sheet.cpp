@@ -59,9 +59,9 @@ std::string ply_text(const Sheet& sheet) {
   return text;
 }
 
-/// The vertices of the PLY must be the marks of the JSON, by their row and column where the file
-/// has them, else in the same order; otherwise one of the two was swapped. Whoever wrote it may
-/// have rounded: single precision keeps 0.06 um of a metre.
+/// Checks that the vertices of the PLY are the marks of the JSON, by row and column if the file has
+/// them, else in order; otherwise one of the two files was swapped. Other writers may have rounded
+/// to single precision, which keeps 0.06 um of a metre.
 void check_ply(const std::filesystem::path& ply, const Sheet& sheet) {
   constexpr double kSame_m = 1e-6;
   const MeshFile mesh = read_mesh_file(ply, true);
@@ -195,7 +195,7 @@ void fields(Fields& f, Sheet& sheet) {
 }
 
 void write_sheet(const std::filesystem::path& file, const Sheet& sheet) {
-  // The PLY holds what a reader of the JSON will compute, digit for digit.
+  // The PLY must hold exactly the values that a reader of the JSON will compute.
   Sheet rounded = sheet;
   for (SheetMark& mark : rounded.marks) mark.point_in_world = (mark.point_in_world / mm) * mm;
   write_durable(with_extension(file, ".ply"), ply_text(rounded));

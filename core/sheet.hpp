@@ -17,43 +17,43 @@ namespace drape {
 /// One point of a sheet: a measured mark or a particle.
 struct SheetMark {
   MarkId mark;
-  Eigen::Vector2d material_m;                    ///< (warp, weft) from the patch corner
+  Eigen::Vector2d material_m;                    ///< (warp, weft) from the corner of the patch
   Eigen::Vector3d point_in_world;                ///< metres
-  std::optional<Eigen::Matrix3d> covariance_m2;  ///< measured sheets only
-  std::optional<int> views;                      ///< cameras that saw it
+  std::optional<Eigen::Matrix3d> covariance_m2;  ///< in measured sheets only
+  std::optional<int> views;                      ///< number of cameras that saw it
   std::optional<double> reprojection_px;         ///< RMS over those views
 };
 
-/// A mark without a position, and why.
+/// A mark without a position, with the reason.
 struct Gap {
   MarkId mark;
   std::string reason;
 };
 
-/// Root mean square over the marks of a measured sheet of the standard deviation of a mark's place
-/// in space (square root of its covariance's trace), by what it comes from. Metres.
+/// Error budget of a measured sheet: root mean square over its marks of the standard deviation of a
+/// mark's position (square root of the covariance's trace), by source. Metres.
 struct ErrorBudget {
-  double detection_m = 0;               ///< noise of the marks' centres in the images
-  std::optional<double> calibration_m;  ///< share of the cameras; absent when their file gives none
-  double dot_shape_m = 0;               ///< rest of the correction of bent and slanted dots
+  double detection_m = 0;               ///< image noise of the marks' centres
+  std::optional<double> calibration_m;  ///< error of the calibration; absent if it states none
+  double dot_shape_m = 0;               ///< what remains after correcting for bent and slanted dots
   double total_m = 0;                   ///< root sum of squares
 };
 
-/// The scene that the marks were asked about: its table and objects decide some gaps.
+/// The scene used when the marks were triangulated; its table and objects explain some gaps.
 struct AskedScene {
   std::string name;
-  std::string sha256;                               ///< SHA-256 of its file
+  std::string sha256;                               ///< SHA-256 of the scene file
   std::map<std::string, std::string> surroundings;  ///< surroundings_of() of that scene
 };
 
-/// Laying of a drape that a sheet shows, where the rig says so.
+/// Identifies the laying of the drape that a sheet shows, if the rig states it.
 struct RepeatId {
   std::string scene;
   std::string name;
-  std::string face;  ///< side of the cloth that lies up; empty: not stated
+  std::string face;  ///< side of the cloth that faces up; empty if not stated
 };
 
-/// Origin of a measured sheet.
+/// How a measured sheet was made.
 struct MeasuredSource {
   std::string rig;
   std::string set;
@@ -64,7 +64,7 @@ struct MeasuredSource {
   std::optional<RepeatId> repeat = std::nullopt;
 };
 
-/// Origin of a simulated sheet.
+/// How a simulated sheet was made.
 struct SimulatedSource {
   std::string scene;
   std::string fabric;
@@ -75,27 +75,27 @@ struct SimulatedSource {
   std::string model;                        ///< "triangles" or "paper"; "consistent" of older files
   std::string solver = {};                  ///< "fall", "static" or "rk4" of older files
   std::string status = {};                  ///< "at rest", or why not
-  /// Spacing of the finest mesh, whose surface the sheet samples on a grid with the print's marks;
-  /// absent: the sheet's points are the particles of a grid.
+  /// Spacing of the finest mesh, whose surface the sheet samples on a grid that contains the
+  /// print's marks; absent if the sheet's points are the particles of a grid.
   std::optional<double> spacing_m = std::nullopt;
-  bool from_measured = false;  ///< began in the measured shape, not as the scene says
+  bool from_measured = false;  ///< started from the measured shape instead of as in the scene
 };
 
-/// A cloth in space, real or virtual: one type, indexed alike (paper section 5).
+/// A cloth in space, measured or simulated: one type with the same indices (paper section 5).
 struct Sheet {
   int rows = 0, cols = 0;        ///< size of the grid of marks or particles
   Eigen::Vector2d patch_m;       ///< size along (warp, weft)
   std::vector<SheetMark> marks;  ///< ordered by mark
   std::vector<Gap> gaps;         ///< ordered by mark
   std::variant<MeasuredSource, SimulatedSource> source;
-  std::optional<ErrorBudget> error_budget = std::nullopt;  ///< measured sheets only
-  /// Why the measurement that made or placed it is NO-GO, in the words of the first cause. A
-  /// simulation that does not rest says so in its source, not here.
+  std::optional<ErrorBudget> error_budget = std::nullopt;  ///< in measured sheets only
+  /// Why the measurement that made or positioned the sheet is NO-GO, quoting the first cause. A
+  /// simulation that is not at rest says so in its source, not here.
   std::optional<std::string> no_go = std::nullopt;
   Document document = {};  ///< the .json as it was read
 
   [[nodiscard]] bool is_measured() const { return std::holds_alternative<MeasuredSource>(source); }
-  /// "2.5 mm", the spacing of the finest mesh, or "21x21", the grid, of a simulated sheet.
+  /// Discretisation of a simulated sheet: "2.5 mm" (finest mesh spacing) or "21x21" (its grid).
   [[nodiscard]] std::string discretisation() const;
   /// The mark, or nothing when it is a gap.
   [[nodiscard]] const SheetMark* find(MarkId mark) const;
@@ -115,7 +115,7 @@ void write_sheet(const std::filesystem::path& file, const Sheet& sheet);
 /// Reads `<stem>.json` and checks that `<stem>.ply` holds the same points.
 [[nodiscard]] Sheet read_sheet(const std::filesystem::path& file);
 
-/// The `.json` alone, for whoever asks what the sheet is and not where its points lie.
+/// Reads the `.json` alone, for callers that need the description but not the verified points.
 [[nodiscard]] Sheet read_sheet_record(const std::filesystem::path& file);
 
 }  // namespace drape

@@ -3,8 +3,8 @@
 
 #include <numbers>
 
-/// SI inside, people's units at the border. `x * mm` reads "x millimetres in metres";
-/// `x / mm` gives millimetres back.
+/// Units: SI in memory, people's units in files. `x * mm` converts x millimetres to metres; `x /
+/// mm` converts metres to millimetres.
 namespace drape::units {
 
 inline constexpr double mm = 1e-3;                       ///< m

@@ -9,43 +9,43 @@
 
 namespace drape {
 
-inline constexpr const char* kNote = "fill=\"#555\"";  ///< colour of ticks and notes
+inline constexpr const char* kNote = "fill=\"#555\"";  ///< colour attribute of ticks and notes
 
 /// Colours of series, safe for colour-blind readers (Okabe and Ito 2008).
 inline constexpr std::array<const char*, 6> kSeries = {"#0072b2", "#d55e00", "#009e73",
                                                        "#cc79a7", "#56b4e9", "#8a6d00"};
-/// Line of series `i`: every second three dashed, so that they differ in grey print too.
+/// Line style of series `i`: every second group of three is dashed, to stay distinct in grey print.
 [[nodiscard]] std::string series_line(std::size_t i);
 
-/// 1, 2, 2.5 or 5 times a power of ten, so that about `count` steps reach `largest`.
+/// Step of 1, 2, 2.5 or 5 times a power of ten that splits 0 to `largest` into about `count`.
 [[nodiscard]] double round_step(double largest, int count);
 
-/// Multiples of a step from one value to another, both included within a millionth of a step.
+/// Multiples of `step` from `low` to `high`, both included with a tolerance of 1e-6 steps.
 [[nodiscard]] std::vector<double> ticks(double low, double high, double step);
 
-/// Values along one side of a chart.
+/// Range, ticks and label of one axis.
 struct Axis {
   std::string label = {};
   double low = 0, high = 1;
-  double step = 0;                ///< between ticks; 0: none
-  const char* format = "{:.4g}";  ///< format of a tick
+  double step = 0;                ///< distance between ticks; 0 for none
+  const char* format = "{:.4g}";  ///< format of a tick label
 };
-/// From `low` to `high` with about `count` ticks; whole steps where `whole`.
+/// Makes an axis from `low` to `high` with about `count` ticks, at whole numbers if `whole`.
 [[nodiscard]] Axis axis_over(std::string label, double low, double high, int count, bool whole);
 
-/// A rectangle of a picture with linear axes.
+/// Rectangle of a picture with linear axes.
 class Chart {
  public:
   struct Area {
     double left, top, width, height;
   };
-  /// Draws both axes; the picture outlives the chart.
+  /// Draws both axes. The picture must outlive the chart.
   Chart(Svg& svg, const Area& area, Axis x, Axis y);
 
-  /// Place of a point in the picture.
+  /// Position in the picture of a point given in axis values.
   [[nodiscard]] Eigen::Vector2d at(double x, double y) const;
   void curve(const std::vector<Eigen::Vector2d>& points, const std::string& style);
-  /// From the axis up to `y`, or from `from` to `y`.
+  /// Draws a bar from the axis, or from `from`, up to `y`.
   void bar(double x_low, double x_high, double y, const std::string& style,
            const std::string& hover, double from = 0);
 
@@ -55,7 +55,7 @@ class Chart {
   Axis x_, y_;
 };
 
-/// One line of a legend: a piece of line and its name.
+/// Draws one entry of a legend: a short line and its name.
 void draw_legend_line(Svg& svg, const Eigen::Vector2d& at, const std::string& style,
                       const std::string& label);
 

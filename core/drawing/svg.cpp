@@ -38,7 +38,7 @@ std::string xml(const std::string& text) {
       safe += "&gt;";
     else if (c == '"')
       safe += "&quot;";
-    else  // control characters are not allowed in XML at all
+    else  // XML forbids control characters
       safe += static_cast<unsigned char>(c) < 0x20 && c != '\n' && c != '\t' ? ' ' : c;
   }
   return safe;

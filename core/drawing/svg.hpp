@@ -7,13 +7,13 @@
 
 namespace drape {
 
-/// Text made safe inside an element or a double-quoted attribute of XML or HTML.
+/// Escapes text for an element or a double-quoted attribute of XML or HTML.
 [[nodiscard]] std::string xml(const std::string& text);
 
-/// Shortest text of a coordinate with at most two decimals.
+/// Shortest decimal text of a coordinate, with at most two decimals.
 [[nodiscard]] std::string coordinate(double value);
 
-/// "#rrggbb" of red, green and blue from 0 to 255.
+/// Converts red, green and blue from 0 to 255 to "#rrggbb".
 [[nodiscard]] std::string hex_colour(const Eigen::Vector3d& rgb);
 
 [[nodiscard]] std::string base64(const std::vector<unsigned char>& bytes);
@@ -22,7 +22,7 @@ namespace drape {
 /// the same in its own file, in a page and in print.
 class Svg {
  public:
-  /// `title` is what a screen reader says, `origin` the coordinates of the upper left corner.
+  /// `title` is the text for screen readers, `origin` the coordinates of the upper left corner.
   Svg(double width, double height, const std::string& title,
       const Eigen::Vector2d& origin = Eigen::Vector2d::Zero());
 
@@ -33,10 +33,10 @@ class Svg {
   void line(const Eigen::Vector2d& from, const Eigen::Vector2d& to, const std::string& style);
   void polyline(const std::vector<Eigen::Vector2d>& points, const std::string& style);
   void polygon(const std::vector<Eigen::Vector2d>& points, const std::string& style);
-  /// `anchor` is start, middle or end.
+  /// `anchor` is "start", "middle" or "end".
   void text(const Eigen::Vector2d& at, const std::string& text, double size,
             const std::string& anchor = "start", const std::string& style = {});
-  /// Text that reads upwards, its middle at a point.
+  /// Text that reads upwards, centred on a point.
   void text_upwards(const Eigen::Vector2d& at, const std::string& text, double size);
   void jpeg(double x, double y, double width, double height,
             const std::vector<unsigned char>& bytes, const std::string& id);

@@ -12,7 +12,7 @@
 namespace drape {
 namespace {
 
-/// Values in one spelling: keys sorted, numbers as binary64, null left out.
+/// Appends values in a canonical spelling: keys sorted, numbers as binary64, null omitted.
 void add_canonical(const Value& value, std::string& out) {
   if (const auto* table = value.get_if<Value::Table>()) {
     std::vector<const std::pair<std::string, Value>*> sorted;

@@ -21,8 +21,8 @@
 
 namespace drape {
 
-/// One named value of a record. `unit` is the SI value of one unit of the file: memory = file *
-/// unit.
+/// Describes one named value of a record. `unit` is the SI value of one unit of the file: memory =
+/// file * unit.
 struct Field {
   static constexpr double infinity = std::numeric_limits<double>::infinity();
   static constexpr std::size_t no_index = std::numeric_limits<std::size_t>::max();
@@ -30,16 +30,16 @@ struct Field {
   std::string_view name = {};
   std::string_view meaning = {};  ///< noun and unit; also the help of an option
   double unit = 1;
-  double least = -infinity, most = infinity;  ///< in the file's unit, both allowed
-  std::string_view remedy = {};               ///< action where it is missing or out of range
+  double least = -infinity, most = infinity;  ///< inclusive limits in the file's unit
+  std::string_view remedy = {};  ///< what to do if the value is missing or out of range
 
   std::string_view option = {};    ///< "-o": a second name; "SHEET": a positional argument
-  std::string_view excludes = {};  ///< option that cannot stand beside it
-  bool one_per_flag = false;       ///< each flag of a list takes one word, not all that follow it
-  bool is_name = false;            ///< a text that can be one component of a path
-  std::size_t index = no_index;    ///< place in a list; set by the walk
+  std::string_view excludes = {};  ///< option that excludes this one
+  bool one_per_flag = false;       ///< true if each flag of a list takes one word only
+  bool is_name = false;            ///< true for text that must be valid as one component of a path
+  std::size_t index = no_index;    ///< index within a list; set by the walk
 
-  // Copies with one thing changed: `f(Field{"set", "frame set"}.plain_name(), set)`.
+  // Copies with one property changed: `f(Field{"set", "frame set"}.plain_name(), set)`.
   [[nodiscard]] constexpr Field plain_name() const {
     Field copy = *this;
     copy.is_name = true;
@@ -67,7 +67,7 @@ struct Field {
   }
 };
 
-/// As `least`: any number above 0.
+/// Value of `least` for numbers that must exceed 0.
 inline constexpr double above_zero = std::numeric_limits<double>::denorm_min();
 
 /// Names of an enumeration in files, in the order of its values from 0; specialised beside the
@@ -75,7 +75,7 @@ inline constexpr double above_zero = std::numeric_limits<double>::denorm_min();
 template <class Enum>
 inline constexpr std::string_view names_of[] = {""};
 
-/// The word that stands for the value in files.
+/// Name of an enumeration value in files.
 template <class Enum>
 [[nodiscard]] constexpr std::string_view name_of(Enum value) {
   return names_of<Enum>[static_cast<std::size_t>(value)];
@@ -114,14 +114,14 @@ inline constexpr bool is_members<std::vector<std::pair<std::string, T>>> = true;
 ///     f({"at_mm", "point in the world; absent: measured", units::mm}, pin.at_m);  // optional
 ///   }
 ///
-/// Whoever derives from it reads, writes or documents every record. A value that the file holds
-/// otherwise than the struct goes through a local: `double d = 2 * r; f(..., d); r = d / 2;`.
+/// Derived classes read, write or document every record. A value that file and struct represent
+/// differently goes through a local variable: `double d = 2 * r; f(..., d); r = d / 2;`.
 class Fields {
  public:
   virtual ~Fields() = default;
 
-  /// A value that the file must hold. An optional one may be absent or null, and is written as
-  /// null; of a list every item is asked.
+  /// Describes a required value. An optional one may be absent or null and is written as null; for
+  /// a list, every item is described.
   template <class T>
   void operator()(const Field& field, T& value) {
     if constexpr (detail::is_optional<T>) {
@@ -158,18 +158,18 @@ class Fields {
       end();
     } else {
       begin(field);
-      fields(*this, value);  // of the record's own namespace
+      fields(*this, value);  // found in the record's own namespace
       end();
     }
   }
 
-  /// A value that stays as it is where the file is silent; the command line shows it as default.
+  /// Describes a value whose default holds if the file omits it; shown by the command line.
   template <class T>
   void otherwise(const Field& field, T& value) {
     if (present(field, true, Absence::unchanged)) (*this)(field, value);
   }
 
-  /// An optional value, or a list, that is left out where there is none.
+  /// Describes an optional value or a list that is omitted if empty.
   template <class T>
   void if_any(const Field& field, T& value) {
     if constexpr (detail::is_optional<T>) {
@@ -181,13 +181,13 @@ class Fields {
     }
   }
 
-  /// A value that stands in the file only where the condition holds.
+  /// Describes a value that the file holds only if the condition is true.
   template <class T>
   void when(bool holds, const Field& field, T& value) {
     if (documents() ? present(field, true, Absence::omitted) : holds) (*this)(field, value);
   }
 
-  /// One of several records, told apart by the word in `tag`; its fields stand beside the tag.
+  /// Describes one of several record types, chosen by the word in `tag`, next to the tag.
   template <class... Records>
   void one_of(const Field& tag, std::variant<Records...>& value,
               const std::string_view (&words)[sizeof...(Records)]) {
@@ -203,7 +203,7 @@ class Fields {
     end_alternatives();
   }
 
-  /// One of several records under a name of its own, known by its index.
+  /// Describes one of several record types under a name of its own, selected by its index.
   template <class... Records>
   void one_of(const Field& field, std::variant<Records...>& value, std::size_t index) {
     const std::size_t first = documents() ? 0 : index;
@@ -215,20 +215,20 @@ class Fields {
     }
   }
 
-  /// A rule between values of the record, asked by readers alone, and only of a record without a
-  /// fault so far. `field` says where: a name, or a path such as "camera.2.name".
+  /// A rule between values of the record. Readers apply it if the record has no other fault so far.
+  /// `field` locates it: a name, or a path such as "camera.2.name".
   virtual void rule(bool /*holds*/, std::string_view /*field*/, std::string_view /*what*/,
                     std::string_view /*remedy*/) {}
-  /// A rule about one value, asked whenever that value is good.
+  /// A rule about a single value. Readers apply it if that value is valid.
   virtual void limit(bool /*holds*/, std::string_view /*field*/, std::string_view /*what*/,
                      std::string_view /*remedy*/) {}
-  /// True where the record's values come from a file or a command line.
+  /// True if this walk reads values from a file or a command line.
   [[nodiscard]] virtual bool reads() const { return false; }
-  /// True where the walk writes a schema: it goes through every alternative.
+  /// True if this walk writes a schema, which visits every alternative.
   [[nodiscard]] virtual bool documents() const { return false; }
 
  protected:
-  /// Meaning of an absent value, and the way it is written.
+  /// Meaning of an absent value, and how it is written.
   enum class Absence { null, omitted, unchanged };
 
   virtual bool present(const Field&, bool has_value, Absence) = 0;
@@ -238,14 +238,14 @@ class Fields {
   virtual void text(const Field&, std::string&) = 0;
   virtual void path(const Field&, std::filesystem::path&) = 0;
   virtual void raw(const Field&, Value&) = 0;
-  /// Index of a word among `words`; false where the file holds none of them.
+  /// Index of a word in `words`; false if the file holds none of them.
   virtual bool word(const Field&, std::size_t& index, std::span<const std::string_view> words) = 0;
   /// A vector (cols 1) or a matrix as a list of rows; column-major in memory.
   virtual void numbers(const Field&, double* first, Eigen::Index rows, Eigen::Index cols) = 0;
   virtual void begin(const Field&) = 0;
-  /// Number of items; `wanted`: the file must hold as many.
+  /// Number of items. `wanted` is the number that the file must hold.
   virtual std::size_t begin_list(const Field&, std::size_t size, std::size_t wanted) = 0;
-  /// Keys of a table whose keys are not known before.
+  /// Keys of a table whose keys are not known in advance.
   virtual std::vector<std::string> begin_members(const Field&, std::vector<std::string> keys) = 0;
   virtual void end() = 0;
   virtual void begin_alternative(const Field& /*tag*/, std::span<const std::string_view> /*words*/,

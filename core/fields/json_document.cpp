@@ -11,8 +11,8 @@
 namespace drape {
 namespace {
 
-/// Counts the lines that the parser has passed. The character that ends a number may be a line's
-/// end, so the last one taken is not counted yet.
+/// Counts the lines that the parser has consumed. The character that ends a number may be a
+/// newline, so the last character read is not counted yet.
 struct LineCounter {
   const char* last = nullptr;
   int line = 1;
@@ -88,9 +88,9 @@ class ValueBuilder : public nlohmann::json_sax<nlohmann::json> {
   }
 
  private:
-  /// Levels of objects and lists; whatever walks through the values then fits the stack.
+  /// Limit on nesting, so that recursive walks through the values do not overflow the stack.
   static constexpr std::size_t kDeepest = 100;
-  static constexpr std::size_t kMostEvents = 16'000'000;  ///< keys and values
+  static constexpr std::size_t kMostEvents = 16'000'000;  ///< limit on keys and values
 
   [[noreturn]] void fail(const std::string& what, const char* remedy, int line) const {
     throw bad_input(what, {.file = file_, .line = line}, remedy);

@@ -12,10 +12,10 @@
 namespace drape {
 namespace {
 
-constexpr std::int64_t kMostWhole = 1 << 30;  ///< in a file of people: tags and marks count from it
+constexpr std::int64_t kMostWhole = 1 << 30;  ///< largest whole number in a file that people edit
 constexpr std::size_t kShownBytes = 60;       ///< longest quotation of a text in a message
 
-/// "diameter" of "diameter_mm": the part that stays when the unit is wrong.
+/// Key without its unit: "diameter" from "diameter_mm".
 std::string_view stem(std::string_view key) {
   return key.substr(0, key.find('_'));
 }
@@ -32,7 +32,7 @@ std::string words_to_use(std::span<const std::string_view> words) {
   return "use " + list;
 }
 
-/// "a number above 0", "a whole number from 1 to 4".
+/// Describes the range of a field: "a number above 0", "a whole number from 1 to 4".
 std::string range_of(const Field& field, const char* number) {
   const bool below = std::isfinite(field.most), above = std::isfinite(field.least);
   if (field.least == above_zero || (field.least == 1 && std::string_view(number) != "number"))
@@ -80,14 +80,14 @@ class Reader : public Fields {
   [[nodiscard]] bool reads() const override { return true; }
 
  private:
-  /// A record or list that is walked through; no value: it is missing or wrong, which is said.
+  /// A record or list being walked through. A null value is missing or wrong, as already reported.
   struct Place {
     const Value* value = nullptr;
-    std::string name = {};                ///< key, or index in a list
-    std::vector<bool> read = {};          ///< by member of the table
-    std::vector<std::string> known = {};  ///< keys that were asked for
-    std::vector<std::string> bad = {};    ///< keys whose value cannot be used
-    std::vector<std::pair<std::string, std::size_t>> missing = {};  ///< key, its fault
+    std::string name = {};                ///< key, or index within a list
+    std::vector<bool> read = {};          ///< true for each member of the table that was read
+    std::vector<std::string> known = {};  ///< keys that were requested
+    std::vector<std::string> bad = {};    ///< keys whose value is invalid
+    std::vector<std::pair<std::string, std::size_t>> missing = {};  ///< key, index of its fault
     std::size_t next = 0, faults_before = 0;
   };
 
@@ -101,7 +101,7 @@ class Reader : public Fields {
     return path + std::string(field);
   }
 
-  /// The name in messages: "width_mm", "cells.3", "--grid".
+  /// Name of the field in messages: "width_mm", "cells.3", "--grid".
   [[nodiscard]] std::string label(const Field& field) const {
     if (syntax_ == Syntax::options)
       return !field.option.empty() && field.option.front() != '-' ? std::string(field.option)
@@ -117,8 +117,8 @@ class Reader : public Fields {
       faults_.push_back(bad_input(std::move(what), document_.where(path), std::string(remedy)));
   }
 
-  /// A value of another kind or out of its range. `advice` is for people's files, unless the field
-  /// has its own remedy.
+  /// Reports a value of the wrong kind or out of range. `advice` applies to files that people edit,
+  /// unless the field states its own remedy.
   void wrong(const Field& field, std::string what, const std::string& advice) {
     places_.back().bad.push_back(key_of(field));
     const std::string_view remedy = !field.remedy.empty()     ? field.remedy
@@ -139,7 +139,7 @@ class Reader : public Fields {
       if (table[i].first == key) here.read[i] = true;
   }
 
-  /// The value in the present record or list; none where it is absent or null.
+  /// Finds the value in the current record or list; null if it is absent or null.
   const Value* find(const Field& field) {
     Place& here = places_.back();
     if (here.value == nullptr) return nullptr;
@@ -150,7 +150,7 @@ class Reader : public Fields {
     if (syntax_ != Syntax::json &&
         std::find(here.known.begin(), here.known.end(), field.name) == here.known.end())
       here.known.emplace_back(field.name);
-    for (std::size_t step = 0; step < table.size(); ++step) {  // files mostly keep the order
+    for (std::size_t step = 0; step < table.size(); ++step) {  // files usually keep the order
       const std::size_t at = (here.next + step) % table.size();
       if (table[at].first != field.name) continue;
       here.read[at] = true;
@@ -160,7 +160,7 @@ class Reader : public Fields {
     return nullptr;
   }
 
-  /// The value that must be there; none where it is not, which is said once.
+  /// Finds a required value; if it is missing, reports that once and returns null.
   const Value* need(const Field& field) {
     const Value* value = find(field);
     Place& here = places_.back();
@@ -301,7 +301,7 @@ class Reader : public Fields {
     }
   }
 
-  /// Enters the value, or a place without one.
+  /// Enters a record or list, with or without a value.
   void enter(const Field& field, const Value* value) {
     Place place;
     place.value = value;
@@ -370,7 +370,7 @@ class Reader : public Fields {
     }
   }
 
-  /// A key with the right stem and another unit stands for the missing one: one fault, not two.
+  /// True if an unknown key differs from a missing one by its unit only: one fault, not two.
   bool explains_missing(Place& here, const std::string& key) {
     if (key.find("uncertainty") != std::string::npos) return false;
     for (auto& [name, fault] : here.missing) {

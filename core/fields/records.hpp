@@ -24,7 +24,7 @@ struct Format {
   [[nodiscard]] std::string schema() const;  ///< "drapebench/scene/1"
 };
 
-/// A walk through the fields of one record.
+/// A function that walks through the fields of one record.
 using Walk = std::function<void(Fields&)>;
 
 template <class Record>
@@ -32,11 +32,11 @@ template <class Record>
   return [&record](Fields& f) { fields(f, record); };
 }
 
-/// Reads the values of `document` into the record that is walked through; all faults of the file,
-/// in the order of the description. Empty: the record is good.
+/// Reads the values of `document` into the record behind `walk`. Returns every fault of the file in
+/// the order of the description; an empty list means that the record is valid.
 [[nodiscard]] std::vector<Error> faults_of_reading(const Document& document, const Walk& walk);
 
-/// Refuses another format, and a newer version in one sentence.
+/// Throws if the document has another format or a newer version.
 void require_format(const Document& document, const Format& format);
 
 [[nodiscard]] Value written(const Format& format, const Walk& walk);
@@ -45,8 +45,8 @@ void require_format(const Document& document, const Format& format);
 /// JSON Schema 2020-12 of a format.
 [[nodiscard]] Value schema_of(const Format& format, const Walk& walk);
 
-/// The record that a document holds. Throws one Error(bad_input) that names every fault. A member
-/// `document` of the record keeps the document, so that its hashes are those of what was read.
+/// Reads a record from a document. Throws one Error(bad_input) with every fault. If the record has
+/// a member `document`, it keeps the document, whose hashes are those of what was read.
 template <class Record>
 [[nodiscard]] Record read_record(const Document& document) {
   require_format(document, format_of<Record>);
@@ -60,8 +60,8 @@ template <class Record>
   return read_record<Record>(Document::read(file));
 }
 
-/// The values of a record in the order of its description, below a `schema` key where the record is
-/// a format.
+/// Values of a record in the order of its description, preceded by a `schema` key if the record is
+/// a file format.
 template <class Record>
 [[nodiscard]] Value value_of(Record record) {
   if constexpr (std::is_same_v<std::remove_cv_t<decltype(format_of<Record>)>, Format>)
@@ -70,36 +70,36 @@ template <class Record>
     return written(walk_through(record));
 }
 
-/// Throws Error(usage) where a value of a record that was made by a program is not as described.
+/// Throws Error(usage) if a record made by a program violates its description.
 template <class Record>
 void check_record(const Record& record) {
   Record copy = record;
   throw_if_any(faults_of_reading(Document(Syntax::options, value_of(record)), walk_through(copy)));
 }
 
-/// Text of the record's file.
+/// Content of the record's file.
 template <class Record>
 [[nodiscard]] std::string text_of(const Record& record) {
   const Value value = value_of(record);
   return format_of<Record>.syntax == Syntax::toml ? toml_text(value) : pretty(value);
 }
 
-/// Durable write (files.hpp) of the record's file.
+/// Writes the record's file durably (files.hpp).
 void write_value(const std::filesystem::path& file, const Value& value);
 template <class Record>
 void write_record(const std::filesystem::path& file, const Record& record) {
   write_value(file, value_of(record));
 }
 
-/// A format for whoever walks over all of them: schemas, fuzz seeds, spoiled inputs.
+/// A format together with a valid example; used to generate schemas, fuzz seeds and spoiled inputs.
 struct DescribedFormat {
   Format format;
   Value schema;
-  std::string example;  ///< text of a good file
+  std::string example;  ///< content of a valid file
   std::function<std::vector<Error>(const Document&)> faults;
 };
 
-/// The format of `Record`, with a good example as a file's text.
+/// Describes the format of `Record`; `example` is the content of a valid file.
 template <class Record>
 [[nodiscard]] DescribedFormat described(std::string example) {
   Record record{};

@@ -9,9 +9,9 @@
 namespace drape {
 namespace {
 
-constexpr std::size_t kLongestInline = 24;  ///< bytes of a text that stays in its list's line
+constexpr std::size_t kLongestInline = 24;  ///< bytes of the longest text in a one-line list
 
-/// A list that is written in one line.
+/// True for a list that is printed on one line.
 bool is_plain(const Value& value) {
   const auto* list = value.get_if<Value::List>();
   return list != nullptr && std::all_of(list->begin(), list->end(), [](const Value& item) {
@@ -22,7 +22,7 @@ bool is_plain(const Value& value) {
          });
 }
 
-/// File names need not be UTF-8, JSON must be.
+/// Quotes text as JSON. File names may not be UTF-8, but JSON must be.
 std::string quoted(const std::string& text) {
   return nlohmann::json(text).dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
 }
@@ -35,7 +35,7 @@ std::string scalar(const Value& value) {
   return "null";
 }
 
-/// `indent` is that of the line; negative: everything in one line.
+/// `indent` is that of the current line; negative prints everything on one line.
 void print(const Value& value, int indent, std::string& out) {
   const auto* table = value.get_if<Value::Table>();
   const auto* list = value.get_if<Value::List>();

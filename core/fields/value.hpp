@@ -11,7 +11,7 @@
 
 namespace drape {
 
-/// A value of a TOML or JSON file with those in it. Keys keep their order.
+/// A value of a TOML or JSON file, with everything nested in it. Keys keep their order.
 class Value {
  public:
   using List = std::vector<Value>;
@@ -41,30 +41,30 @@ class Value {
   [[nodiscard]] bool is_number() const { return get_if<double>() || get_if<std::int64_t>(); }
   [[nodiscard]] double number() const;
 
-  /// The member of a table; a null pointer where there is none, or no table.
+  /// Member of a table; null if there is none or the value is not a table.
   [[nodiscard]] const Value* find(std::string_view key) const;
-  /// The member of a table, added at its end where it is missing; null becomes a table.
+  /// Member of a table, appended if missing; a null value becomes a table.
   Value& operator[](std::string_view key);
-  /// Adds an item to a list; null becomes a list.
+  /// Appends an item to a list; a null value becomes a list.
   Value& append(Value item);
 
-  int line = 0;  ///< 1-based line of its file; 0: in no file
+  int line = 0;  ///< 1-based line in its file; 0 if it comes from no file
 
  private:
   std::variant<std::nullptr_t, bool, std::int64_t, double, std::string, List, Table> content_;
 };
 
-/// JSON as drapebench writes it: one key a line, arrays of plain numbers on one line.
+/// JSON in the layout of drapebench: one key per line, arrays of plain numbers on one line.
 [[nodiscard]] std::string pretty(const Value& value);
 
 /// JSON on one line.
 [[nodiscard]] std::string one_line(const Value& value);
 
-/// TOML; tables stand behind the plain values, as the format asks.
+/// TOML text; tables follow the plain values, as the format requires.
 [[nodiscard]] std::string toml_text(const Value& table);
 
-/// Every plain value under its path ("object.1.x_mm"; tables of a list count from 1) as text; a
-/// list of plain values in one line. Keys in alphabetical order.
+/// Every plain value as text, with its path ("object.1.x_mm"; tables in a list count from 1). A
+/// list of plain values is one entry. Paths are in alphabetical order.
 [[nodiscard]] std::vector<std::pair<std::string, std::string>> flat(const Value& table);
 
 }  // namespace drape

@@ -61,7 +61,7 @@ class Writer : public Fields {
   std::vector<Value*> open_;
 };
 
-/// Walks once through every alternative and one item of each list.
+/// Visits every alternative once, and one item of each list.
 class SchemaWriter : public Fields {
  public:
   SchemaWriter(Value& root, Syntax syntax) : syntax_(syntax) { open_.push_back(&root); }
@@ -87,7 +87,7 @@ class SchemaWriter : public Fields {
     if (!field.meaning.empty() && field.index == Field::no_index)
       schema["description"] = field.meaning;
     const bool is_nullable = absence_ == Absence::null && syntax_ == Syntax::json;
-    const bool is_required = !absence_;  // null or absent: a reader takes both
+    const bool is_required = !absence_;  // a reader accepts null as well as absence
     absence_.reset();
     if (is_nullable) {
       Value either;
@@ -184,7 +184,7 @@ class SchemaWriter : public Fields {
   }
   void end() override { open_.pop_back(); }
 
-  // Fields beside a tag: `oneOf` objects with the tag's word; the shared ones stay outside.
+  // Fields beside a tag: one `oneOf` object per tag word; common fields stay outside.
   void begin_alternative(const Field& tag, std::span<const std::string_view> words,
                          std::size_t index) override {
     if (index == 0) {

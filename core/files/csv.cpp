@@ -16,8 +16,8 @@
 namespace drape {
 namespace {
 
-constexpr std::size_t kMostBytesOfCsv = 16 << 20;  ///< bytes, each of which may cost 50 as cells
-constexpr std::size_t kMostColumns = 1000;  ///< so that a line of commas does not fill the memory
+constexpr std::size_t kMostBytesOfCsv = 16 << 20;  ///< a byte may take 50 bytes of memory as cells
+constexpr std::size_t kMostColumns = 1000;  ///< keeps a line of commas from filling the memory
 
 std::string trimmed(const std::string& text) {
   const auto first = text.find_first_not_of(" \t\r");
@@ -86,7 +86,7 @@ CsvText read_csv_text(const std::filesystem::path& file) {
   if (text.find('\0') != std::string::npos)
     throw bad_input("it is no text, or text of two bytes a letter (UTF-16)",
                     {.file = file.string()}, "save it as CSV in UTF-8");
-  if (text.starts_with("\xef\xbb\xbf")) text.erase(0, 3);  // byte order mark of spreadsheets
+  if (text.starts_with("\xef\xbb\xbf")) text.erase(0, 3);  // byte order mark of a spreadsheet
   std::istringstream stream(std::move(text));
   int number = 1;
   for (std::string line; std::getline(stream, line); ++number) {

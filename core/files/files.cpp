@@ -20,7 +20,7 @@ namespace fs = std::filesystem;
 
 constexpr off_t kMostBytes = off_t{768} << 20,
                 kMostText = off_t{256} << 20;  ///< largest file that is read
-constexpr std::size_t kLongestName = 200;      ///< bytes; leaves room for what is added to 255
+constexpr std::size_t kLongestName = 200;  ///< bytes; leaves room for suffixes below the limit, 255
 
 [[noreturn]] void fail_to_write(const fs::path& file, int code) {
   throw bad_input(fmt::format("cannot write: {}", std::strerror(code)), {.file = file.string()},
@@ -57,7 +57,7 @@ void sync_folder(const fs::path& folder, const fs::path& file) {
   if (fd.get() < 0 || ::fsync(fd.get()) != 0) fail_to_write(file, errno);
 }
 
-/// Makes the folder with those above it, durably, for `file` in it.
+/// Creates the folder of `file` with its parents, durably.
 void make_folder(const fs::path& folder, const fs::path& file) {
   std::error_code unreachable;
   if (fs::is_directory(folder, unreachable)) return;
@@ -67,7 +67,7 @@ void make_folder(const fs::path& folder, const fs::path& file) {
   sync_folder(above, file);
 }
 
-/// name_inside, where no link leads out of the folder.
+/// Like name_inside, but refuses a link that leads out of the folder.
 fs::path linked_inside(const fs::path& folder, const std::string& name, const Where& where) {
   fs::path file = name_inside(folder, name, where);
   std::error_code unreachable;
@@ -85,7 +85,7 @@ Bytes whole_file(const fs::path& file, off_t most) {
     throw bad_input("cannot read: " + why, {.file = file.string()},
                     "check that the file exists and may be read");
   };
-  // Without waiting: the other end of a pipe may never come.
+  // Non-blocking: opening a pipe would wait for its other end.
   const Descriptor fd(::open(file.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK));
   struct stat status {};
   if (fd.get() < 0 || ::fstat(fd.get(), &status) != 0) fail(std::strerror(errno));
@@ -117,7 +117,7 @@ std::string read_text(const fs::path& file) {
 void write_durable(const fs::path& file, std::string_view content) {
   const fs::path folder = file.has_parent_path() ? file.parent_path() : fs::path(".");
   make_folder(folder, file);
-  // The temporary name is fixed, so a killed run leaves at most one of them, which the next
+  // The temporary name is fixed, so a killed run leaves at most one such file, which the next run
   // replaces.
   const fs::path partial = folder / ("." + file.filename().string() + ".partial");
   require_replaceable(file);
@@ -129,7 +129,7 @@ void write_durable(const fs::path& file, std::string_view content) {
     if (::fsync(fd.get()) != 0) fail_to_write(file, errno);
     if (::rename(partial.c_str(), file.c_str()) != 0) fail_to_write(file, errno);
   } catch (const Error&) {
-    ::unlink(partial.c_str());  // Frees what it took of a full disk.
+    ::unlink(partial.c_str());  // Frees the space it used on a full disk.
     throw;
   }
   sync_folder(folder, file);
@@ -190,7 +190,7 @@ WriterLock::WriterLock(const fs::path& file, const std::string& held) : file_(fi
       throw bad_input(held, {.file = file.parent_path().string()},
                       "wait for it to end, or give another place to write to");
     }
-    // The one who held it before may have removed the file between the two calls.
+    // The previous holder may have removed the file between the two calls.
     struct stat ours {
     }, there{};
     if (::fstat(fd_, &ours) == 0 && ::lstat(file.c_str(), &there) == 0 &&

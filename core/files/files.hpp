@@ -11,11 +11,11 @@
 
 namespace drape {
 
-/// Whole file as text. Throws Error(bad_input) naming the file when it cannot be read, is no
-/// regular file (folder, device, pipe) or is larger than 2 GiB.
+/// Reads a whole file as text. Throws Error(bad_input) naming the file if it cannot be read, is not
+/// a regular file (folder, device, pipe) or is larger than 2 GiB.
 [[nodiscard]] std::string read_text(const std::filesystem::path& file);
 
-/// Whole file as bytes. Throws like read_text.
+/// Reads a whole file as bytes. Throws like read_text.
 [[nodiscard]] std::vector<unsigned char> read_bytes(const std::filesystem::path& file);
 
 /// Writes all or nothing, durably: temporary name, fsync, rename, fsync of the folder. Creates
@@ -23,29 +23,29 @@ namespace drape {
 /// system's reason.
 void write_durable(const std::filesystem::path& file, std::string_view content);
 
-/// Refuses a place that holds something else than a regular file: device, link, folder.
+/// Throws if the path holds anything but a regular file: a device, link or folder.
 void require_replaceable(const std::filesystem::path& file);
 
-/// Removes the file, durably; nothing when it is not there.
+/// Removes a file durably; does nothing if it does not exist.
 void remove_durable(const std::filesystem::path& file);
 
-/// Refuses a name of something (camera, set, drape) that could not be one component of a path: 1 to
-/// 200 bytes, no `/`, `\`, comma or control character, no `.` or `-` in front.
+/// Throws if a name (of a camera, set, drape) cannot be one component of a path: 1 to 200 bytes, no
+/// `/`, `\`, comma or control character, not starting with `.` or `-`.
 void require_plain_name(const std::string& name, const Where& where);
 
-/// `folder / name` for a name that stands in a file: a relative path of plain components.
+/// `folder / name` for a name found in a file: a relative path of plain components.
 [[nodiscard]] std::filesystem::path name_inside(const std::filesystem::path& folder,
                                                 const std::string& name, const Where& where);
 
-/// Bytes of a file named in another file of `folder`; a link that leads out of it is refused.
+/// Reads a file that another file of `folder` names; refuses a link that leads out of the folder.
 [[nodiscard]] std::vector<unsigned char> read_inside(const std::filesystem::path& folder,
                                                      const std::string& name, const Where& where);
 
-/// Held while a program writes at one place. The system frees it when the process dies.
+/// Held while a program writes to one output. The system releases it when the process dies.
 class WriterLock {
  public:
-  /// Makes the lock file, with its folder. Throws Error(bad_input) with `held` as its sentence when
-  /// another program holds it.
+  /// Creates the lock file and its folder. Throws Error(bad_input) with the message `held` if
+  /// another program holds the lock.
   WriterLock(const std::filesystem::path& file, const std::string& held);
   ~WriterLock();
   WriterLock(const WriterLock&) = delete;
@@ -56,8 +56,8 @@ class WriterLock {
   int fd_ = -1;
 };
 
-/// A new folder below TMPDIR, removed in the end. Throws Error(bad_input) with `purpose` as its
-/// sentence when it cannot be made.
+/// A new folder below TMPDIR, removed on destruction. Throws Error(bad_input) with the message
+/// `purpose` if it cannot be created.
 class TemporaryFolder {
  public:
   explicit TemporaryFolder(const std::string& purpose);
@@ -75,8 +75,8 @@ class TemporaryFolder {
 [[nodiscard]] std::string sha256_of(std::string_view text);
 [[nodiscard]] std::string sha256_of_file(const std::filesystem::path& file);
 
-/// Text for a terminal: control characters, which could move the cursor or recolour, become `?`;
-/// tabs and line ends stay.
+/// Makes text safe for a terminal: control characters, which could move the cursor or change
+/// colours, become `?`; tabs and newlines stay.
 [[nodiscard]] std::string printable(std::string text);
 
 }  // namespace drape

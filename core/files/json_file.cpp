@@ -10,9 +10,9 @@
 namespace drape {
 namespace {
 
-/// Levels of objects and arrays in a file; whatever walks through it then fits the stack.
+/// Limit on nesting, so that recursive walks through a file do not overflow the stack.
 constexpr int kDeepest = 100;
-constexpr std::size_t kMostEvents = 16'000'000;  ///< keys, values, begins and ends
+constexpr std::size_t kMostEvents = 16'000'000;  ///< limit on keys, values, begins and ends
 
 bool is_plain_array(const Json& json) {
   if (!json.is_array()) return false;
@@ -23,7 +23,7 @@ bool is_plain_array(const Json& json) {
   return true;
 }
 
-/// File names need not be UTF-8, JSON must be.
+/// JSON on one line. File names may not be UTF-8, but JSON must be.
 std::string one_line(const Json& json) {
   return json.dump(-1, ' ', false, Json::error_handler_t::replace);
 }
@@ -58,7 +58,7 @@ void print(const Json& json, int indent, std::string& out) {
 }  // namespace
 
 Json parse_json(std::string_view text, const std::string& file) {
-  std::vector<std::set<std::string>> keys(kDeepest + 2);  // keys of the open objects, by depth
+  std::vector<std::set<std::string>> keys(kDeepest + 2);  // keys of the open objects by depth
   std::size_t events = 0;
   return Json::parse(text, [&](int depth, Json::parse_event_t event, const Json& value) {
     if (++events > kMostEvents || depth > kDeepest)

@@ -5,8 +5,8 @@
 
 namespace drape {
 
-/// Marks of the largest lattice that is read. A dot needs 8 x 8 px to be measured and an image
-/// holds at most 2^26 px, so no camera sees more; what a file claims beyond it only fills the
+/// Largest number of marks in a lattice. A dot needs 8 x 8 px to be measured and an image holds
+/// at most 2^26 px, so no camera can see more; a file that claims more would only fill the
 /// memory.
 inline constexpr std::int64_t kMostMarks = std::int64_t{1} << 20;
 

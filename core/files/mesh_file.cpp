@@ -41,7 +41,7 @@ double number_of(const std::string& word, const fs::path& file, int line) {
   return value;
 }
 
-/// A fan of triangles; the corners of a face lie in one plane in every exporter.
+/// Splits a face into a fan of triangles; every exporter writes planar faces.
 void add_face(MeshFile& mesh, const std::vector<MeshCorner>& corners, const fs::path& file) {
   if (corners.size() > kMostTriangles - mesh.triangles.size())
     reject(file, fmt::format("more than {} triangles", kMostTriangles));
@@ -60,7 +60,7 @@ void check_indices(const MeshFile& mesh, const fs::path& file) {
         reject(file, fmt::format("a side names vertex {} of {}", end, mesh.points.size()));
 }
 
-/// Faces without area by their corners, and faces that are there already, only cost time.
+/// Drops repeated faces and faces that name a corner twice: they have no effect but cost time.
 void drop_repeated(MeshFile& mesh) {
   using Points = std::array<std::uint32_t, 3>;
   std::vector<std::pair<Points, std::size_t>> faces;
@@ -87,7 +87,7 @@ void drop_repeated(MeshFile& mesh) {
 struct Property {
   std::string name;
   std::string type;
-  std::string count_type;  ///< type of the count of a list, else empty
+  std::string count_type;  ///< type of a list's count; empty for a scalar property
 };
 
 struct Element {
@@ -104,7 +104,7 @@ struct Element {
 struct PlyHead {
   std::string format;
   std::vector<Element> elements;
-  std::size_t body = 0;  ///< where the data begins
+  std::size_t body = 0;  ///< offset of the first byte of data
   int lines = 0;
 };
 
@@ -150,7 +150,7 @@ PlyHead read_head(const std::string& text, const fs::path& file) {
   return head;
 }
 
-/// The values of a PLY body one after the other, whatever its format.
+/// Reads the values of a PLY body in order, in any of its formats.
 class PlyBody {
  public:
   PlyBody(const std::string& text, const PlyHead& head, const fs::path& file)
@@ -167,7 +167,7 @@ class PlyBody {
     return value;
   }
 
-  /// A whole number of things that take a byte or more each.
+  /// Reads a count of items that take at least one byte each.
   std::size_t next_count(const std::string& type) {
     const double value = next(type);
     if (value < 0 || value != std::floor(value)) reject(file_, "a list without a sensible count");
@@ -176,7 +176,7 @@ class PlyBody {
     return static_cast<std::size_t>(value);
   }
 
-  /// Refuses an element of which the file cannot hold so many.
+  /// Throws if the file is too short for the element's count.
   void check_count(const Element& element) const {
     if (element.count == 0) return;
     if (element.properties.empty() || element.count > text_.size() - at_)
@@ -201,7 +201,7 @@ class PlyBody {
     double value = 0;
     const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
     if (error == std::errc() && end == word.data() + word.size()) return value;
-    return number_of(word, file_, line());  // a sign in front, or no number
+    return number_of(word, file_, line());  // signed, or not a number
   }
 
   template <class T>
@@ -321,7 +321,7 @@ MeshFile read_ply(const fs::path& file) {
 
 // ---- OBJ ----
 
-/// "7", "7/3", "7/3/1" or "7//1"; negative numbers count from the end.
+/// Parses "7", "7/3", "7/3/1" or "7//1"; negative numbers count from the end.
 MeshCorner corner_of(const std::string& word, const MeshFile& mesh, const fs::path& file,
                      int line) {
   const auto resolve = [&](const std::string& text, std::size_t count) {

@@ -8,9 +8,9 @@
 
 namespace drape {
 
-/// True where a file begins as a PNG, JPEG, TIFF, BMP, PGM or PPM does, and not as a medical
-/// picture (DICOM) after it. To be asked before a decoder: OpenCV's reader of those aborts on some
-/// bytes.
+/// True if a file begins like a PNG, JPEG, TIFF, BMP, PGM or PPM, and is not a DICOM file
+/// with such a beginning. Call this before decoding: OpenCV's DICOM reader aborts on some
+/// inputs.
 [[nodiscard]] inline bool begins_as_picture(std::span<const unsigned char> bytes) {
   using namespace std::string_view_literals;
   constexpr std::array signatures = {"\x89PNG\r\n\x1a\n"sv,
@@ -30,10 +30,10 @@ namespace drape {
                      [&](auto signature) { return all.starts_with(signature); });
 }
 
-/// True where a TIFF or BigTIFF has a second page: decoders read the first and say nothing.
+/// True if a TIFF or BigTIFF has a second page; decoders silently read the first one only.
 [[nodiscard]] inline bool has_more_pages(std::span<const unsigned char> bytes) {
   if (!begins_as_picture(bytes) || bytes[0] != bytes[1]) return false;  // "II" or "MM"
-  const auto at = [&](std::size_t offset, std::size_t width) {          // 0 beyond the end
+  const auto at = [&](std::size_t offset, std::size_t width) {  // 0 beyond the end of the file
     std::size_t value = 0;
     if (offset > bytes.size() || bytes.size() - offset < width) return value;
     for (std::size_t i = 0; i < width; ++i)

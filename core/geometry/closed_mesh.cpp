@@ -17,9 +17,9 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr double kOnFeature = 1e-12;  // m; nearer to an edge or corner no direction is left
+constexpr double kOnFeature = 1e-12;  // m; nearer to an edge or corner no direction can be computed
 
-// Range of the longest side: smaller ones do not shape a cloth, larger ones fit no bench.
+// Range of the longest side: smaller objects do not shape a cloth, larger ones fit no bench.
 constexpr double kLeast_mm = 5, kMost_mm = 3000;
 
 void check_unit(const MeshFile& mesh, const std::filesystem::path& file) {
@@ -83,7 +83,7 @@ ClosedMesh ClosedMesh::read(const std::filesystem::path& file) {
 void ClosedMesh::check_closed(const std::filesystem::path& name) {
   const Where where{.file = name.string()};
   const char* const to_do = "export a closed solid whose faces run counter-clockwise from outside";
-  std::map<std::pair<int, int>, int> edges;  // directed edge to its triangle
+  std::map<std::pair<int, int>, int> edges;  // triangle of each directed edge
   double volume = 0;
   for (std::size_t t = 0; t < triangles_.size(); ++t) {
     const auto& [a, b, c] = triangles_[t];
@@ -120,7 +120,7 @@ ClosedMesh::Distance ClosedMesh::distance(const Vector3d& point) const {
   const TriangleTree::Nearest nearest = tree_.nearest(point);
   const Triangle& triangle = triangles_[nearest.triangle];
   const Vector3d& face = face_normal_[nearest.triangle];
-  // Linear in the point: near the surface the difference of two places has no direction.
+  // Distance to the plane: near the surface the difference of both points has no direction.
   if (nearest.feature == 0)
     return {face.dot(point - corners_[triangle[0]]), face, nearest.triangle};
   const Vector3d& pseudo = nearest.feature >= 4

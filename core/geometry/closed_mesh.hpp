@@ -8,29 +8,29 @@
 
 namespace drape {
 
-/// Closed surface of triangles with its signed distance.
+/// Closed triangle surface with a signed distance function.
 class ClosedMesh {
  public:
   using Triangle = std::array<int, 3>;
 
-  /// Corners in metres, triangles counter-clockwise seen from outside. Throws Error when the
-  /// surface is not closed, not oriented, encloses nothing, or holds a value that is not finite;
-  /// `name` is the file named in the error.
+  /// Corners in metres; triangles counter-clockwise seen from outside. Throws Error if the surface
+  /// is not closed, is inconsistently oriented, encloses no volume, or holds a value that is not
+  /// finite; `name` is the file named in the error.
   ClosedMesh(std::vector<Eigen::Vector3d> corners, std::vector<Triangle> triangles,
              const std::filesystem::path& name);
 
-  /// PLY (ASCII or binary little-endian) or OBJ, by the file's ending; millimetres. Polygons are
-  /// cut into fans, corners at the same place are joined. Refuses a size that only another unit
-  /// explains.
+  /// Reads PLY (ASCII or binary little-endian) or OBJ, selected by extension, in millimetres.
+  /// Polygons are split into fans and coincident corners are merged. Throws for a size that
+  /// suggests another unit.
   [[nodiscard]] static ClosedMesh read(const std::filesystem::path& file);
 
   struct Distance {
     double gap_m = 0;                                   ///< negative inside
-    Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();  ///< unit, outwards
-    int face = -1;  ///< triangle whose inside the nearest point is in; -1: an edge or a corner
+    Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();  ///< unit vector, outwards
+    int face = -1;  ///< triangle whose interior holds the nearest point; -1 for an edge or a corner
   };
-  /// Nearest point of the surface; the sign by the angle-weighted pseudo-normal of the feature it
-  /// lies on (Baerentzen and Aanaes 2005), which is exact for closed surfaces.
+  /// Nearest point of the surface. The sign follows from the angle-weighted pseudo-normal of its
+  /// face, edge or corner (Baerentzen and Aanaes 2005), which is exact for closed surfaces.
   [[nodiscard]] Distance distance(const Eigen::Vector3d& point) const;
 
   [[nodiscard]] const std::vector<Eigen::Vector3d>& corners() const { return corners_; }
@@ -42,7 +42,7 @@ class ClosedMesh {
   std::vector<Eigen::Vector3d> corners_;
   std::vector<Triangle> triangles_;
   std::vector<Eigen::Vector3d> face_normal_, corner_normal_;
-  std::vector<std::array<Eigen::Vector3d, 3>> edge_normal_;  ///< normal at edge k -> k + 1
+  std::vector<std::array<Eigen::Vector3d, 3>> edge_normal_;  ///< normal at the edge from k to k + 1
   TriangleTree tree_;
 };
 

@@ -38,7 +38,7 @@ MatrixXd solve_positive(const MatrixXd& a, const MatrixXd& b) {
 }
 
 MatrixXd inverse_of_information(const MatrixXd& information, double least_condition) {
-  // Scaled to a unit diagonal, so that the test of its rank does not depend on units.
+  // Scaled to a unit diagonal, so that the rank test does not depend on units.
   const VectorXd scale = information.diagonal().cwiseSqrt().cwiseInverse();
   if (!scale.allFinite()) return {};
   const MatrixXd scaled = scale.asDiagonal() * information * scale.asDiagonal();

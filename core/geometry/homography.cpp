@@ -14,7 +14,7 @@ using Eigen::Vector3d;
 
 namespace {
 
-/// Moves the mean to 0 and the mean distance to sqrt(2).
+/// Similarity that moves the mean to 0 and scales the mean distance to sqrt(2).
 Matrix3d normaliser(const std::vector<Vector2d>& points) {
   Vector2d mean = Vector2d::Zero();
   for (const Vector2d& p : points) mean += p / static_cast<double>(points.size());
@@ -44,7 +44,7 @@ std::optional<Matrix3d> homography(const std::vector<Vector2d>& from,
     normal += rows.transpose() * rows;
   }
   const Eigen::JacobiSVD<Eigen::Matrix<double, 9, 9>> svd(normal, Eigen::ComputeFullV);
-  // Two vanishing singular values: the points lie on one line.
+  // Two vanishing singular values mean that the points are collinear.
   if (!(svd.singularValues()[7] > 1e-9 * svd.singularValues()[0])) return std::nullopt;
   const Eigen::Matrix<double, 9, 1> h = svd.matrixV().col(8);
   Matrix3d normalised;

@@ -25,9 +25,9 @@ using Eigen::Vector2d;
 using Eigen::Vector3d;
 
 constexpr int kPoseParameters = 6;
-constexpr int kGridNodes = 3;                        ///< a side of the volume
-constexpr double kTilts_deg[] = {-40, -25, 25, 40};  ///< perspective speaks for the lens
-constexpr double kReach = 0.75;  ///< part of the distance from the volume's middle to its sides
+constexpr int kGridNodes = 3;                        ///< per side of the volume
+constexpr double kTilts_deg[] = {-40, -25, 25, 40};  ///< perspective of a tilt constrains the lens
+constexpr double kReach = 0.75;  ///< fraction of the way from the volume's centre to its sides
 
 std::optional<Projection> seen(const Camera& camera, const Vector3d& point_in_world) {
   auto image = project(camera.model, camera.cam_from_world * point_in_world);
@@ -37,7 +37,7 @@ std::optional<Projection> seen(const Camera& camera, const Vector3d& point_in_wo
   return image;
 }
 
-/// The part of displacements (three rows a point, any columns) that moves all points as one body.
+/// Projects displacements (three rows per point, any number of columns) onto common rigid motions.
 MatrixXd rigid_part(const std::vector<Vector3d>& points, const MatrixXd& displacements) {
   MatrixXd body(3 * static_cast<Index>(points.size()), kPoseParameters);
   for (std::size_t k = 0; k < points.size(); ++k) {
@@ -157,7 +157,7 @@ std::optional<MatrixXd> PosePlanner::information(const WorldFromTarget& pose,
 }
 
 std::vector<std::vector<Vector2d>> PosePlanner::outlines(const NextPose& pose) const {
-  constexpr int kAlong = 8;  // a lens bends the edges
+  constexpr int kAlong = 8;  // points per edge, since a lens bends the edges
   std::vector<std::vector<Vector2d>> outlines;
   for (const int c : pose.cameras) {
     auto& outline = outlines.emplace_back();
@@ -190,7 +190,7 @@ std::optional<NextPose> PosePlanner::next(int places_per_side) const {
                                   place};
         const auto more = information(pose.world_from_target, pose.cameras);
         if (!more) continue;
-        // (C^-1 + M)^-1 without inverting C: parameters that were not fitted have none.
+        // (C^-1 + M)^-1 without inverting C, which is singular for parameters that were not fitted.
         const MatrixXd then = (one + covariance * *more).partialPivLu().solve(covariance);
         pose.calibration_m = calibration_sd(then);
         if (!(pose.calibration_m < best_m)) continue;

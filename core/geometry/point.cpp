@@ -18,11 +18,11 @@ using Eigen::VectorXd;
 namespace {
 
 constexpr int kMaxSteps = 30;
-constexpr double kStepTolerance = 1e-13;  // metres; a ten-millionth of a micrometre
+constexpr double kStepTolerance = 1e-13;  // m
 
-/// Residuals and derivatives of all views at a point.
+/// Residuals and derivatives of all views at a trial point.
 struct Linearised {
-  MatrixXd jacobian;   ///< 2n x 3, px by metre
+  MatrixXd jacobian;   ///< d pixels / d point, 2n x 3, px/m
   VectorXd residuals;  ///< measured minus projected, px
 };
 
@@ -100,7 +100,7 @@ PointFit fit_point(const std::vector<PixelView>& views, double min_angle_rad,
     if (!next) return fit;
     fit.in_world += step;
     at = std::move(next);
-    // The last digits of a double at the cameras' distance are worth 1e-16 m.
+    // At the cameras' distance, the last digits of a double are about 1e-16 m.
     if (step.norm() <= kStepTolerance) fit.status = PointStatus::good;
   }
   if (fit.status != PointStatus::good) return fit;

@@ -15,15 +15,15 @@ struct Ray {
   Eigen::Vector3d direction;  ///< unit vector
 };
 
-/// Ray of a pixel. Nothing beyond the range of the lens model.
+/// Ray through a pixel. nullopt outside the valid range of the lens model.
 [[nodiscard]] std::optional<Ray> ray_of(const Camera& camera, const Eigen::Vector2d& px);
 
-/// Point of least summed squared distance from all rays (midpoint method for n views). Nothing
-/// below two rays, or where no two of them are `min_angle_rad` apart.
+/// Point with the least sum of squared distances to all rays (midpoint method for n views). nullopt
+/// for fewer than two rays, or if no two of them enclose `min_angle_rad`.
 [[nodiscard]] std::optional<Eigen::Vector3d> nearest_to_rays(const std::vector<Ray>& rays,
                                                              double min_angle_rad = 0);
 
-/// Image of a point in a camera, with its covariance.
+/// Measured image of a point in a camera, with its covariance.
 struct PixelView {
   const Camera* camera = nullptr;
   Eigen::Vector2d px;
@@ -32,25 +32,25 @@ struct PixelView {
 
 enum class PointStatus {
   good,
-  not_observable,  ///< fewer than two views, or the rays are too parallel
+  not_observable,  ///< fewer than two views, or rays that are too parallel
   not_converged,
-  behind_a_camera,  ///< or beyond the range of its lens model
+  behind_a_camera,  ///< behind a camera, or outside the valid range of its lens model
 };
 
-/// A point from its n views. The rows of all pixels stand view after view, two each.
+/// A point reconstructed from n views. Pixel rows are ordered by view, two per view.
 struct PointFit {
   PointStatus status = PointStatus::not_observable;
   Eigen::Vector3d in_world = Eigen::Vector3d::Zero();  ///< m
-  Eigen::Matrix3Xd by_pixels;      ///< d point / d pixels, m/px; the fields below: where good
+  Eigen::Matrix3Xd by_pixels;      ///< d point / d pixels, m/px; from here on set if good
   Eigen::VectorXd residuals_px;    ///< measured minus projected
-  Eigen::MatrixXd covariance_px2;  ///< covariance of the pixels, shared unknowns included
+  Eigen::MatrixXd covariance_px2;  ///< covariance of the pixels, including the shared unknowns
 };
 
-/// Weighted least squares on distorted pixels from the point nearest to the rays (Gauss-Newton).
-/// The weight is the inverse of the pixels' covariance, to which `shared_px` adds unknowns of
-/// standard deviation 1 that are common to all views (2n x k, derivative of the pixels). What an
-/// error e of the pixels does to the point is by_pixels e, so that its covariance by a covariance C
-/// of pixels is by_pixels C by_pixels'.
+/// Minimises the weighted squared residuals in distorted pixels by Gauss-Newton, starting at the
+/// point nearest to the rays. The weight is the inverse of the pixels' covariance plus shared_px
+/// shared_px', where `shared_px` (2n x k) holds the derivative of the pixels by k unknowns that all
+/// views share, of standard deviation 1. A pixel error e moves the point by by_pixels e, so a pixel
+/// covariance C gives the point the covariance by_pixels C by_pixels'.
 [[nodiscard]] PointFit fit_point(const std::vector<PixelView>& views, double min_angle_rad,
                                  const Eigen::MatrixXd& shared_px = {});
 

@@ -13,7 +13,7 @@ namespace {
 
 using Svd = Eigen::JacobiSVD<Matrix3d>;
 
-/// A mirror image is no rotation: the smallest axis is turned back.
+/// Rotation of an SVD. A reflection is avoided by flipping the axis of the smallest singular value.
 Matrix3d rotation_of(const Svd& svd) {
   const bool mirrors = (svd.matrixU() * svd.matrixV().transpose()).determinant() < 0;
   return svd.matrixU() * Vector3d(1, 1, mirrors ? -1 : 1).asDiagonal() * svd.matrixV().transpose();

@@ -8,16 +8,16 @@
 
 namespace drape {
 
-/// The rotation nearest to a matrix (least sum of squared differences of elements).
+/// The rotation nearest to a matrix in the Frobenius norm.
 [[nodiscard]] Eigen::Matrix3d nearest_rotation(const Eigen::Matrix3d& matrix);
 
-/// Rotation and translation, without scale, that take the points `from` best to the points `to`,
-/// column by column, in the sense of least squares (Kabsch 1976; Umeyama 1991). Nothing below three
-/// points or where they lie on one line.
+/// Rotation and translation, without scale, that best map the points `from` to the points `to`,
+/// column by column, in the least-squares sense (Kabsch 1976; Umeyama 1991). nullopt for fewer than
+/// three points or collinear ones.
 [[nodiscard]] std::optional<Pose<void, void>> rigid_motion(const Eigen::Matrix3Xd& from,
                                                            const Eigen::Matrix3Xd& to);
 
-/// The same as the pose of a named frame in another.
+/// The same motion, as the pose of one named frame in another.
 template <class To, class From>
 [[nodiscard]] std::optional<Pose<To, From>> pose_from_points(const Eigen::Matrix3Xd& from,
                                                              const Eigen::Matrix3Xd& to) {

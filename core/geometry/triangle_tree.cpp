@@ -12,7 +12,7 @@ using Eigen::Vector3d;
 namespace {
 
 constexpr int kLeaf = 4;
-constexpr int kMostWaiting = 64;  // nodes, one a level; each level halves the triangles
+constexpr int kMostWaiting = 64;  // stack size: one node per level, each halves the triangles
 
 }  // namespace
 
@@ -27,7 +27,7 @@ OnTriangle nearest_on_triangle(const Vector3d& p, const Vector3d& a, const Vecto
   const Vector3d cp = p - c;
   const double d5 = ab.dot(cp), d6 = ac.dot(cp);
   if (d6 >= 0 && d5 <= d6) return {c, 6};
-  // A triangle without area has edges without length, of which an end stands for all.
+  // A degenerate triangle has edges of zero length; either end represents such an edge.
   const double vc = d1 * d4 - d3 * d2;
   if (vc <= 0 && d1 >= 0 && d3 <= 0) return {d1 > d3 ? a + d1 / (d1 - d3) * ab : a, 1};
   const double va = d3 * d6 - d5 * d4;
@@ -48,7 +48,7 @@ TriangleTree::TriangleTree(const std::vector<Corners>& triangles) : order_(trian
   for (const int t : order_) triangles_.push_back(triangles[t]);
 }
 
-// The recursion is as deep as the logarithm of the number of triangles.
+// The recursion depth is the logarithm of the number of triangles.
 void TriangleTree::build(int node, int first, int count,  // NOLINT(misc-no-recursion)
                          const std::vector<Corners>& triangles) {
   const auto middle = [&](int t) -> Vector3d {
@@ -82,7 +82,7 @@ void TriangleTree::build(int node, int first, int count,  // NOLINT(misc-no-recu
 
 TriangleTree::Nearest TriangleTree::nearest(const Vector3d& point) const {
   Nearest best;
-  std::array<std::pair<double, int>, kMostWaiting> waiting;  // distance^2 of a box, and its node
+  std::array<std::pair<double, int>, kMostWaiting> waiting;  // squared distance to a box, its node
   waiting[0] = {0, 0};
   for (int count = 1; count > 0;) {
     const auto [squared, index] = waiting[--count];

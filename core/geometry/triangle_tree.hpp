@@ -9,8 +9,8 @@
 
 namespace drape {
 
-/// Nearest point of a triangle a, b, c and the part it lies on: 0 the face, 1 to 3 the edges ab,
-/// bc, ca, 4 to 6 the corners (Ericson, Real-Time Collision Detection, 2005, 5.1.5).
+/// Nearest point on a triangle a, b, c, and the feature it lies on: 0 the face, 1 to 3 the edges
+/// ab, bc, ca, 4 to 6 the corners (Ericson, Real-Time Collision Detection, 2005, 5.1.5).
 struct OnTriangle {
   Eigen::Vector3d point;
   int feature = 0;
@@ -18,19 +18,19 @@ struct OnTriangle {
 [[nodiscard]] OnTriangle nearest_on_triangle(const Eigen::Vector3d& point, const Eigen::Vector3d& a,
                                              const Eigen::Vector3d& b, const Eigen::Vector3d& c);
 
-/// Triangles in space under a tree of boxes that finds the nearest of n in about log n steps.
+/// Triangles in a tree of bounding boxes, which finds the nearest of n in about log n steps.
 class TriangleTree {
  public:
   using Corners = std::array<Eigen::Vector3d, 3>;
 
   TriangleTree() = default;
-  /// At least one triangle.
+  /// Needs at least one triangle.
   explicit TriangleTree(const std::vector<Corners>& triangles);
 
   struct Nearest {
-    double squared = std::numeric_limits<double>::infinity();  ///< distance^2
+    double squared = std::numeric_limits<double>::infinity();  ///< squared distance, m^2
     Eigen::Vector3d point = Eigen::Vector3d::Zero();
-    int triangle = 0;  ///< in the order given
+    int triangle = 0;  ///< index in the order given
     int feature = 0;   ///< weights, see OnTriangle
   };
   [[nodiscard]] Nearest nearest(const Eigen::Vector3d& point) const;
@@ -38,7 +38,7 @@ class TriangleTree {
  private:
   struct Node {
     Eigen::AlignedBox3d box;
-    int first = 0, count = 0;  ///< triangles of a leaf; count 0: children at left and left + 1
+    int first = 0, count = 0;  ///< triangles of a leaf; count 0: inner node, children left, left+1
     int left = 0;
   };
   void build(int node, int first, int count, const std::vector<Corners>& triangles);

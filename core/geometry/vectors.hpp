@@ -11,13 +11,13 @@ namespace drape {
   return a.x() * b.y() - a.y() * b.x();
 }
 
-/// Area of a closed polygon, above 0 where it runs counter-clockwise.
+/// Area of a closed polygon, positive if it runs counter-clockwise.
 [[nodiscard]] double signed_area(const std::vector<Eigen::Vector2d>& polygon);
 
-/// [v]x, with [v]x w = v x w.
+/// Skew-symmetric matrix [v]x, with [v]x w = v x w.
 [[nodiscard]] Eigen::Matrix3d cross_matrix(const Eigen::Vector3d& v);
 
-/// Rotation by a rotation vector (rad), and the vector of a rotation.
+/// Converts a rotation vector (rad) to a rotation, and back.
 [[nodiscard]] Eigen::Matrix3d rotation_about(const Eigen::Vector3d& rotation_vector);
 [[nodiscard]] Eigen::Vector3d rotation_vector(const Eigen::Matrix3d& rotation);
 

@@ -21,7 +21,7 @@ void add_dots(const Print& print, Face& face) {
       face.discs.push_back({face_point(print, {row, col}), print.dot_diameter_m / 2, 1});
 }
 
-/// White dots are left out of a black plate, which ends half a pitch beyond them.
+/// Adds dots; white ones are left blank in a black plate that ends half a pitch beyond them.
 void add_dots(const Target& target, Face& face) {
   const double ink = target.dot_colour == DotColour::white ? -1 : 1;
   for (int row = 0; row < target.rows; ++row)
@@ -36,11 +36,11 @@ void add_dots(const Target& target, Face& face) {
   face.areas.push_back({{-most, most}});
 }
 
-/// The board's squares: dark where the sum of a square's row and column is even, the square between
-/// corners (0, 0) and (1, 1) being (0, 0); with tags where no tag lies.
+/// Squares of a board: dark where the sum of row and column is even, square (0, 0) being the one
+/// between the corners (0, 0) and (1, 1); on a board with tags, dark where there is no tag.
 std::vector<FaceBox> squares_of(const Target& target) {
   std::vector<FaceBox> dark;
-  // The first tag's square, counted as the loops below do.
+  // The square of the first tag, numbered as in the loops below.
   const FacePoint light = target.tags.empty() ? FacePoint(0, 1)
                                               : (target.tags.front().centre_m / target.pitch_m +
                                                  FacePoint(target.cols - 2, target.rows - 2) / 2);
@@ -48,7 +48,7 @@ std::vector<FaceBox> squares_of(const Target& target) {
   for (int row = -1; row < target.rows; ++row) {
     for (int col = -1; col < target.cols; ++col) {
       if ((row + col + 2) % 2 != odd) continue;
-      // Rows of a target go up the face, so a square hangs above its corner.
+      // Rows of a target count upwards on the face, so a square extends down from its corner.
       const FacePoint least = face_point(target, {row + 1, col});
       dark.push_back({least, least + FacePoint::Constant(target.pitch_m)});
     }
@@ -56,8 +56,8 @@ std::vector<FaceBox> squares_of(const Target& target) {
   return dark;
 }
 
-/// Black squares that fill the gaps' crossings, so that every corner of a tag is one where two dark
-/// and two light quarters meet (Kalibr's AprilGrid).
+/// Small black squares where the gaps between tags cross, so that at every corner of a tag two dark
+/// and two light quadrants meet (Kalibr's AprilGrid).
 std::vector<FaceBox> small_squares_of(const Target& target) {
   const double gap = target.pitch_m - target.tag_edge_m;
   const FacePoint first = face_point(target, {0, 0});

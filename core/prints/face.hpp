@@ -12,21 +12,21 @@ namespace drape {
 struct FaceDisc {
   FacePoint centre;
   double radius_m = 0;
-  double ink = 1;  ///< +1 prints, -1 takes the print of a disc or area below away
+  double ink = 1;  ///< +1 prints; -1 erases what a disc or area below has printed
 };
 
-/// All that is printed on a cloth or a calibration target.
+/// Everything printed on a cloth or a calibration target.
 struct Face {
-  std::vector<FaceDisc> discs;  ///< dots, then light centres on them
-  /// Black of a plate or squares of a board, then the modules of each tag; below the discs.
+  std::vector<FaceDisc> discs;  ///< dots first, then the light centres on them
+  /// Black of a plate or squares of a board, then the modules of each tag; all below the discs.
   std::vector<std::vector<FaceBox>> areas;
 };
 
-/// Throw Error(bad_input) where the print's tag family is not known or has no such tag.
+/// Throws Error(bad_input) if the print's tag family is unknown or lacks one of its tags.
 [[nodiscard]] Face face_of(const Print& print);
 [[nodiscard]] Face face_of(const Target& target);
 
-/// The place of a mark, or of a tag's middle, on the face.
+/// Position of a mark, or of a tag's centre, on the face.
 [[nodiscard]] FacePoint face_point(const Print& print, MarkId mark);
 [[nodiscard]] FacePoint face_point(const Print& print, const PrintedTag& tag);
 [[nodiscard]] FacePoint face_point(const Target& target, MarkId mark);

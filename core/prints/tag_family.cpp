@@ -37,8 +37,8 @@ constexpr std::array<Maker, 5> kMakers = {
      {"tag16h5", tag16h5_create, tag16h5_destroy},
      {"tagStandard41h12", tagStandard41h12_create, tagStandard41h12_destroy}}};
 
-/// OpenCV's markers as the AprilTag library describes its own: the bits of a quarter of the square,
-/// then those of the next ones in the same order, then the middle of an odd square.
+/// Converts OpenCV's markers to the AprilTag library's layout: bits of one quadrant, then those of
+/// the other quadrants in the same order, then the central bit of an odd square.
 struct Dictionary {
   apriltag_family family = {};
   std::vector<std::uint64_t> codes;
@@ -64,7 +64,7 @@ struct Dictionary {
       const cv::Mat bits =
           cv::aruco::Dictionary::getBitsFromByteList(known->bytesList.rowRange(id, id + 1), side);
       std::uint64_t code = 0;
-      // The library's tags stand upside down beside what OpenCV draws.
+      // The AprilTag library stores its tags upside down relative to OpenCV.
       for (std::size_t k = 0; k < x.size(); ++k)
         code = code << 1U | bits.at<std::uint8_t>(side - int(y[k]), side - int(x[k]));
       codes.push_back(code);
@@ -83,7 +83,7 @@ struct Dictionary {
 std::shared_ptr<apriltag_family> family_named(const std::string& name) {
   for (const Maker& maker : kMakers)
     if (name == maker.name) return {maker.create(), maker.destroy};
-  // OpenCV's dictionaries follow the library's families, in the order of its enumeration.
+  // OpenCV's dictionaries follow the AprilTag families, in the order of OpenCV's enumeration.
   std::vector<std::string> known;
   for (const auto& [family, count] : known_tag_families()) {
     known.push_back(family);
@@ -107,7 +107,7 @@ TagFamily::TagFamily(const std::string& name, int border_modules)
         fmt::format("tags of the family {} cannot have a rim of {} modules", name, border_modules),
         {.field = "tags.border_modules"}, "give 1, or 2 for Kalibr's grids");
   }
-  // A wider rim moves the bits inwards.
+  // A wider border moves the bits inwards.
   const int more = border_modules - 1;
   family_->width_at_border += 2 * more;
   family_->total_width += 2 * more;
@@ -137,7 +137,7 @@ int TagFamily::total_modules() const {
 
 bool TagFamily::black(int id, int x, int y) const {
   const apriltag_family& family = *family_;
-  // The library's own pictures are upside down beside what OpenCV draws and detectors read.
+  // Pictures rendered by the AprilTag library are upside down relative to OpenCV and to detectors.
   const int rim = (family.total_width - family.width_at_border) / 2;
   const int column = family.total_width - 1 - x - rim, row = family.total_width - 1 - y - rim;
   for (std::uint32_t k = 0; k < family.nbits; ++k) {
@@ -148,7 +148,7 @@ bool TagFamily::black(int id, int x, int y) const {
   const int side = family.width_at_border;
   const bool inside = column >= 0 && row >= 0 && column < side && row < side;
   if (!family.reversed_border) return inside;
-  // Such a family has a white ring in its square's rim and is black wherever no bit lies.
+  // Such a family has a white ring within its border and is black wherever there is no bit.
   const bool within = column > 0 && row > 0 && column < side - 1 && row < side - 1;
   return !inside || within;
 }

@@ -63,7 +63,7 @@ void Pipe::take(std::string& text, std::size_t most) {
   if (text.size() > most) text.erase(0, text.size() - most);
 }
 
-/// Everything between fork and exec is done beforehand: another thread may hold a lock then.
+/// Prepares everything before fork: between fork and exec another thread may hold a lock.
 pid_t start_child(const std::filesystem::path& program, const std::vector<std::string>& arguments,
                   const ChildStreams& streams) {
   if (!std::filesystem::exists(program))

@@ -12,19 +12,19 @@
 
 namespace drape {
 
-/// A pipe whose writing end a child holds, or its reading end.
+/// A pipe of which a child process holds one end.
 class Pipe {
  public:
-  Pipe();  ///< throws Error(internal) when the system has none left
+  Pipe();  ///< throws Error(internal) if the system is out of descriptors
   ~Pipe();
   Pipe(Pipe&& other) noexcept;
   Pipe& operator=(Pipe&& other) noexcept;
 
-  [[nodiscard]] int reading() const { return ends_[0]; }  ///< -1 once closed
+  [[nodiscard]] int reading() const { return ends_[0]; }  ///< -1 when closed
   [[nodiscard]] int writing() const { return ends_[1]; }
   void close_reading();
   void close_writing();
-  /// Appends what is there, of which the last `most` bytes are kept; closes at the end of the
+  /// Appends available data, keeping the last `most` bytes; closes the pipe at the end of the
   /// stream.
   void take(std::string& text, std::size_t most = std::string::npos);
 
@@ -32,40 +32,40 @@ class Pipe {
   std::array<int, 2> ends_;
 };
 
-/// Descriptors that a child gets; -1: those of this process.
+/// Descriptors passed to a child; -1 inherits those of this process.
 struct ChildStreams {
   int in = -1, out = -1, err = -1;
-  int progress = -1;           ///< told to it as DRAPE_PROGRESS_FD
-  std::vector<int> kept = {};  ///< more that it inherits, under the numbers they have here
-  /// With an input of its own, or an empty one, and out of reach of Ctrl-C: this process ends its
-  /// children in order.
+  int progress = -1;           ///< announced to the child as DRAPE_PROGRESS_FD
+  std::vector<int> kept = {};  ///< further inherited descriptors, under the same numbers
+  /// Runs with `in` or an empty input, shielded from Ctrl-C: this process ends its children in
+  /// order.
   bool background = false;
-  bool quiet = false;  ///< output that `out` and `err` do not take goes nowhere
+  bool quiet = false;  ///< discards output that `out` and `err` do not capture
 };
 
-/// Starts a program that dies with this process. Several threads may call it. Throws
-/// Error(internal) when it is missing or cannot be started.
+/// Starts a program that dies with this process. Thread-safe. Throws Error(internal) if the program
+/// is missing or cannot be started.
 [[nodiscard]] pid_t start_child(const std::filesystem::path& program,
                                 const std::vector<std::string>& arguments,
                                 const ChildStreams& streams);
 
 struct ChildEnd {
-  int exit_code = 0;  ///< 128 + signal where a signal ended it
-  int signal = 0;     ///< 0: none
+  int exit_code = 0;  ///< 128 + signal if a signal ended it
+  int signal = 0;     ///< 0 if none
 };
 [[nodiscard]] ChildEnd await_child(pid_t child);
 
-/// Runs a program in the background, to its end, with its errors unheard; appends what it printed.
+/// Runs a program in the background to its end; appends its output, discards standard error.
 [[nodiscard]] ChildEnd run_child(const std::filesystem::path& program,
                                  const std::vector<std::string>& arguments, std::string& output);
 
-/// Fraction (0..1) and text.
+/// Progress callback: fraction (0..1) and text.
 using ChildProgress = std::function<void(double, const std::string&)>;
 
-/// Passes each whole line of progress on, and leaves the rest.
+/// Passes each complete progress line on and keeps the remainder in `text`.
 void pass_progress(std::string& text, const ChildProgress& progress);
 
-/// A program beside the running one.
+/// Path of a program in the folder of the running one.
 [[nodiscard]] std::filesystem::path program_beside(const std::string& name);
 
 }  // namespace drape

@@ -16,7 +16,7 @@ namespace {
 
 constexpr int kUsage = 2;
 
-/// Options and commands of a program and of its commands.
+/// Collects the names of the options and commands of a program and its subcommands.
 void add_names(const CLI::App& app, std::vector<std::string>& names) {
   for (const CLI::Option* option : app.get_options())
     for (const std::string& name : option->get_lnames()) names.push_back("--" + name);
@@ -26,7 +26,7 @@ void add_names(const CLI::App& app, std::vector<std::string>& names) {
   }
 }
 
-/// For each word that the program does not know the one that replaced it or was likely meant.
+/// Suggests, for each unknown word, its replacement or the most similar name.
 void suggest(const CLI::App& app, const std::vector<std::pair<std::string, std::string>>& moved) {
   std::vector<std::string> known;
   add_names(app, known);
@@ -45,14 +45,14 @@ void suggest(const CLI::App& app, const std::vector<std::pair<std::string, std::
 
 using GivenWords = std::vector<std::pair<const CLI::Option*, std::string>>;
 
-/// Adds the words given to the program and to its command.
+/// Collects the words given to the program and its subcommand.
 void add_given(const CLI::App& app, GivenWords& given) {
   for (const CLI::Option* option : app.get_options())
     for (const std::string& word : option->results()) given.emplace_back(option, word);
   for (const CLI::App* command : app.get_subcommands()) add_given(*command, given);
 }
 
-/// A file that the program reads is never the one that it writes.
+/// Throws if an output of the program is also one of its inputs.
 void refuse_overwriting(const CLI::App& app) {
   GivenWords given;
   add_given(app, given);
@@ -96,7 +96,7 @@ void Command::add_spec(const OptionSpec& spec,
       app.add_option_function<std::vector<std::string>>(spec.names, take, spec.description);
   option->type_name(spec.type)->required(spec.required)->expected(spec.least, spec.most);
   if (!spec.now.empty()) option->default_str(spec.now);
-  // Else it takes the argument that follows it.
+  // Otherwise it would consume the argument that follows.
   if (spec.one_per_flag || spec.least == spec.most) option->allow_extra_args(false);
   if (spec.most == 1) option->multi_option_policy(CLI::MultiOptionPolicy::Throw);
   if (spec.commas) option->delimiter(',');
@@ -163,7 +163,7 @@ int Command::parse(int argc, char** argv) {
     const auto own = std::count(name_.begin(), name_.end(), ' ');
     parser_->app->parse(argc - static_cast<int>(own), argv + own);
     std::vector<Error> faults;
-    read_records(faults);  // first, so that --json holds for what is refused below
+    read_records(faults);  // first, so that --json applies to the errors below too
     const auto options = parser_->app->get_options();
     for (std::size_t i = shared_; chosen() != nullptr && i < options.size(); ++i)
       if (options[i]->count() > 0)

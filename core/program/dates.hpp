@@ -7,18 +7,18 @@
 
 namespace drape {
 
-/// "2026-01-31T12:00:00Z"
+/// Formats a time as "2026-01-31T12:00:00Z".
 [[nodiscard]] std::string utc_text(
     std::chrono::system_clock::time_point time = std::chrono::system_clock::now());
 
-/// "2026-01-31"
+/// Formats a day as "2026-01-31".
 [[nodiscard]] std::string date_text(std::chrono::sys_days day);
-[[nodiscard]] std::string today();  ///< UTC
+[[nodiscard]] std::string today();  ///< current day, UTC
 
-/// The day that such a text names; nothing for any other text.
+/// The day written as "2026-01-31"; nullopt for any other text.
 [[nodiscard]] std::optional<std::chrono::sys_days> date_in(const std::string& text);
 
-/// The time that utc_text() wrote; nothing for any other text.
+/// The time written by utc_text(); nullopt for any other text.
 [[nodiscard]] std::optional<std::chrono::sys_seconds> utc_time_in(const std::string& text);
 
 }  // namespace drape

@@ -21,7 +21,7 @@ void fields(Fields& f, Ending& ending) {
   f({"verdict", "verdict on the measurement"}, verdict);
   ending.go = verdict == Verdict::go;
   f({"sentence", "the verdict's reason in one sentence"}, ending.verdict);
-  // Each key of an object stands once.
+  // Each key may occur once per object.
   std::map<std::string, int> times;
   for (auto& [name, value] : ending.numbers)
     if (const int before = times[name]++; before > 0) name += fmt::format(" ({})", before + 1);

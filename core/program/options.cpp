@@ -14,8 +14,8 @@ namespace {
 
 enum class Kind { whole, number, words };
 
-/// A number as people write it: whole ones in tens, where a leading 0 would ask for eights. Other
-/// words stay texts, which the reader of the record refuses where it wants a number.
+/// Converts a word to a number; whole numbers are decimal, without the octal meaning of a leading
+/// 0. Other words stay text, which the record's reader refuses if it needs a number.
 Value value_of_word(const std::string& word, Kind kind) {
   const char* begin = word.data() + (word.starts_with('+') ? 1 : 0);
   const char* end = word.data() + word.size();
@@ -31,8 +31,8 @@ Value value_of_word(const std::string& word, Kind kind) {
   return word;
 }
 
-/// Declares an option for each field of a record. The words given become values under the fields'
-/// names.
+/// Declares an option for each field of a record. The given words become values under the names of
+/// the fields.
 class OptionDeclarer : public Fields {
  public:
   using Add = std::function<void(const OptionSpec&,
@@ -42,7 +42,7 @@ class OptionDeclarer : public Fields {
       : add_(std::move(add)), given_(std::move(given)) {}
 
  private:
-  /// "--out,-o", or the word of a positional argument.
+  /// Option names such as "--out,-o", or the name of a positional argument.
   static std::string names_of_option(const Field& field) {
     if (!field.option.empty() && field.option.front() != '-') return std::string(field.option);
     const std::string name = shown_path(Syntax::options, field.name);
@@ -50,7 +50,7 @@ class OptionDeclarer : public Fields {
   }
 
   void declare(const Field& field, Kind kind, const std::string& type, const std::string& now) {
-    if (list_ != nullptr) {  // the one item of a list, which stands for all
+    if (list_ != nullptr) {  // the single item that represents a list
       kind_of_item_ = kind;
       type_of_item_ = type;
       if (size_ > 0) now_of_list_ += (now_of_list_.empty() ? "" : ",") + now;
@@ -81,7 +81,7 @@ class OptionDeclarer : public Fields {
     });
   }
 
-  /// "INT in [5 - 401]", "FLOAT:POSITIVE".
+  /// Type with its range: "INT in [5 - 401]", "FLOAT:POSITIVE".
   static std::string ranged(const char* type, const Field& field) {
     const bool below = std::isfinite(field.most);
     if (field.least == above_zero)
@@ -151,7 +151,7 @@ class OptionDeclarer : public Fields {
                     .now = absence_ == Absence::unchanged ? now_of_list_ : "",
                     .description = std::string(field.meaning)};
     spec.required = !absence_;
-    constexpr int kMostWords = 1 << 29;  // help shows it as dots
+    constexpr int kMostWords = 1 << 29;  // unlimited; help shows it as "..."
     spec.least = wanted_ == Field::no_index ? 1 : static_cast<int>(wanted_);
     spec.most = wanted_ == Field::no_index ? kMostWords : static_cast<int>(wanted_);
     spec.one_per_flag = field.one_per_flag;
@@ -162,7 +162,7 @@ class OptionDeclarer : public Fields {
   Add add_;
   std::shared_ptr<Value> given_;
   std::optional<Absence> absence_;
-  const Field* list_ = nullptr;  ///< the list whose item is walked through
+  const Field* list_ = nullptr;  ///< list whose item is being described
   std::size_t size_ = 0, wanted_ = 0;
   Kind kind_of_item_ = Kind::words;
   std::string type_of_item_, now_of_list_;

@@ -30,7 +30,7 @@ namespace {
 
 int report_error(const Error& error, const std::string& program, const CommonOptions& options) {
   const int code = static_cast<int>(error.kind());
-  // Not fmt::print, which throws where standard error is full.
+  // Not fmt::print, which throws if standard error is full.
   std::fputs(
       fmt::format("{}: {}: {}\n", program, coloured("error", "31", stderr), printable(error.what()))
           .c_str(),
@@ -46,10 +46,10 @@ int report_error(const Error& error, const std::string& program, const CommonOpt
   return code;
 }
 
-/// The front door says it once for all stages that it started.
+/// Set in a stage started by the front door, which reports an interrupt once for all stages.
 volatile sig_atomic_t below_front_door = 0;
 
-/// Files are replaced whole, so that a program may stop at any place.
+/// Ends the program. Files are replaced atomically, so it may stop at any point.
 void on_interrupt(int signal) {
   constexpr std::string_view kSentence =
       "\ninterrupted: what was finished is kept, run again to go on\n";
@@ -60,21 +60,21 @@ void on_interrupt(int signal) {
   ::_exit(128 + signal);
 }
 
-/// Descriptors 0 to 2 that whoever started the program closed, so that no file takes their place: a
-/// message would be written into it.
+/// True if descriptors 0 to 2 were closed when the program started. They are reopened, so that no
+/// output file takes their number and receives messages.
 bool output_is_closed = false;
 
 void occupy_standard_descriptors() {
   for (int descriptor = 0; descriptor <= STDERR_FILENO; ++descriptor) {
     if (::fcntl(descriptor, F_GETFD) >= 0) continue;
     if (descriptor == STDOUT_FILENO) output_is_closed = true;
-    // The lowest free number is this one. A program that takes this one's place finds it closed
-    // too.
+    // open() returns the lowest free descriptor, which is this one. With O_CLOEXEC a program
+    // executed from here finds it closed too.
     [[maybe_unused]] const int ignored = ::open("/dev/null", O_RDWR | O_CLOEXEC);
   }
 }
 
-/// Signals that would end the program without a sentence.
+/// Handles signals that would end the program without a message.
 void prepare_process() {
   occupy_standard_descriptors();
   below_front_door = std::getenv("DRAPE_PROGRESS_FD") == nullptr ? 0 : 1;
@@ -83,11 +83,11 @@ void prepare_process() {
   ::sigaction(SIGINT, &action, nullptr);
   ::sigaction(SIGTERM, &action, nullptr);
   action.sa_handler = SIG_IGN;
-  ::sigaction(SIGXFSZ, &action, nullptr);  // A file over the limit is then an error of write().
+  ::sigaction(SIGXFSZ, &action, nullptr);  // Exceeding the file size limit then makes write() fail.
 }
 
-/// Ends without the libraries' exit handlers: that of OpenBLAS (below OpenCV and Ceres) waits for
-/// ever for threads that the system refused.
+/// Ends without running exit handlers: OpenBLAS's handler (below OpenCV and Ceres) waits forever
+/// for threads that the system refused to create.
 [[noreturn]] void leave(int code) {
   std::fflush(nullptr);
 #ifdef __SANITIZE_ADDRESS__
@@ -97,15 +97,15 @@ void prepare_process() {
 #endif
 }
 
-/// Ends on what no run_guarded() can catch: a library that finds no memory as it starts, or a
-/// thread.
+/// Handles failures outside run_guarded(): a library that runs out of memory at start-up, or an
+/// exception in a thread.
 [[noreturn]] void on_terminate() {
   const char* why = "an error that nothing expected";
   try {
     if (const std::exception_ptr error = std::current_exception()) std::rethrow_exception(error);
   } catch (const std::bad_alloc&) {
     why = "the memory is not enough";
-  } catch (...) {  // has no sentence of its own
+  } catch (...) {  // carries no message
   }
   const char* program = ::program_invocation_short_name;
   for (const char* part : {program, ": error: ", why, "\n"}) {
@@ -114,9 +114,9 @@ void prepare_process() {
   ::_exit(static_cast<int>(ErrorKind::internal));
 }
 
-/// Before any library starts. OpenBLAS makes its threads then, and nothing here is faster by them;
-/// OpenCV refuses larger images before it decodes them: 2^26 pixels of 8 bytes are half a GB. Both
-/// look at the environment as the system gave it, so a program that has one of them begins again.
+/// Sets limits before any library starts. OpenBLAS creates threads at start, which speed up nothing
+/// here; OpenCV must refuse larger images before decoding: 2^26 pixels of 8 bytes are half a GB.
+/// Both read the original environment, so a program that links one executes itself again.
 void limit_libraries(int, char** arguments, char** environment) {
   std::set_terminate(&on_terminate);
   const bool limited = ::dlsym(RTLD_DEFAULT, "dgemm_") != nullptr ||
@@ -140,7 +140,7 @@ void limit_libraries(int, char** arguments, char** environment) {
   const ssize_t size = ::readlink("/proc/self/exe", file, sizeof file - 1);
   if (size <= 0) return;
   file[size] = '\0';
-  ::execve(file, arguments, all.data());  // Where that fails the limits are missing, no more.
+  ::execve(file, arguments, all.data());  // If this fails, only the limits are missing.
 }
 [[gnu::section(".preinit_array"), gnu::used]] void (*at_start)(int, char**,
                                                                char**) = &limit_libraries;
@@ -193,7 +193,7 @@ int run_guarded(const std::string& name, const CommonOptions& options,
   prepare_process();
   try {
     const int code = body();
-    print_text({});  // What was printed before may still stand in the buffer.
+    print_text({});  // Text printed earlier may still be in the buffer.
     return code;
   } catch (const Error& error) {
     return report_error(error, name, options);
@@ -222,7 +222,7 @@ std::string coloured(const std::string& text, const char* code, std::FILE* strea
 
 namespace {
 
-/// Commands of the running program, for the help of its own job.
+/// Commands of the running program, listed by the help of its own job.
 std::string list_of_commands;
 
 }  // namespace

@@ -13,11 +13,11 @@ namespace drape {
 class Command;
 class RunRecord;
 
-/// Options that every program has.
+/// Options common to all programs.
 struct CommonOptions {
-  bool json = false;   ///< the ending as JSON on stdout
-  bool quiet = false;  ///< no progress line, no ending
-  int threads = 0;     ///< 0: all cores; never changes a result
+  bool json = false;   ///< print the ending as JSON on stdout
+  bool quiet = false;  ///< print neither progress nor the ending
+  int threads = 0;     ///< number of threads; 0 for all cores; never changes a result
 };
 
 /// Adds --json, --quiet, --threads and --version.
@@ -26,41 +26,41 @@ void add_common_options(Command& app, CommonOptions& options);
 /// Prints the ending to stdout, as text or JSON; returns the exit code (0 GO, 1 NO-GO).
 int finish(const Ending& ending, const CommonOptions& options);
 
-/// The same as the last act of a step: the ending and the record are kept before it is printed.
+/// Stores the ending and the record, then prints the ending; call as the last act of a step.
 int finish(const Ending& ending, const CommonOptions& options, const RunRecord& record);
 
-/// The text in a terminal's colour (SGR code, e.g. "31"), plain where `stream` is no terminal or
-/// the environment has NO_COLOR.
+/// Colours text for a terminal (SGR code, e.g. "31"); plain if `stream` is not a terminal or
+/// NO_COLOR is set.
 [[nodiscard]] std::string coloured(const std::string& text, const char* code, std::FILE* stream);
 
-/// Prints to standard output; throws Error(internal) when that cannot be written.
+/// Prints to standard output; throws Error(internal) if that fails.
 void print_text(const std::string& text);
 
-/// Parses, runs, and turns every Error into one message and its exit code. Never throws. SIGINT and
-/// SIGTERM end the program with 130 and 143 and a sentence; what is written by then is whole.
+/// Parses, runs, and turns every Error into a message and its exit code. Never throws. SIGINT and
+/// SIGTERM end the program with a message and code 130 or 143; files written by then are complete.
 int run_program(Command& app, int argc, char** argv, const CommonOptions& options,
                 const std::function<int()>& body);
 
-/// One word of a stage's program and the command that it starts.
+/// One subcommand of a stage's program, with the function that runs it.
 struct StageCommand {
   const char* word;
   int (*run)(int argc, char** argv);
-  const char* text;  ///< for the list in the program's --help
+  const char* text;  ///< description for the program's --help
 };
 
-/// The main() of a stage's program: the first argument chooses one of `commands`, any other starts
-/// the stage's `own` job, whose --help lists them. Each gets all arguments, its word included.
+/// main() of a stage's program: the first argument selects one of `commands`, else the stage's
+/// `own` job runs, whose --help lists them. Each receives all arguments, its own name included.
 int run_stage(int argc, char** argv, int (*own)(int, char**),
               const std::vector<StageCommand>& commands);
 
-/// Does what run_program() does, around a body that has no command line of its own.
+/// Like run_program(), for a body that has no command line.
 int run_guarded(const std::string& name, const CommonOptions& options,
                 const std::function<int()>& body);
 
-/// Arguments without the program's name, for the run record.
+/// Arguments without the name of the program, for the run record.
 [[nodiscard]] std::vector<std::string> arguments_of(int argc, char** argv);
 
-/// Number of worker threads for `--threads` (0: what the machine has).
+/// Number of worker threads for `--threads` (0: all cores).
 [[nodiscard]] int thread_count(const CommonOptions& options);
 
 }  // namespace drape

@@ -52,7 +52,7 @@ void Progress::update(double fraction, const std::string& what) {
   shown_ = now;
   if (descriptor_ >= 0) {
     const std::string line = fmt::format("{:.4f} {}\n", fraction, what);
-    // A front door that has gone away must not stop the work.
+    // The step must go on if the front door has exited.
     [[maybe_unused]] const ssize_t ignored = ::write(descriptor_, line.data(), line.size());
     return;
   }

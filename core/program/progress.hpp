@@ -6,18 +6,18 @@
 
 namespace drape {
 
-/// Progress of a long step. On a terminal: one line on stderr with the time left. Under the
-/// front door (environment DRAPE_PROGRESS_FD): one line "<fraction> <what>" per update on that
-/// descriptor. Otherwise silent.
+/// Reports the progress of a long step. On a terminal: one line on stderr with the remaining time.
+/// Under the front door (environment variable DRAPE_PROGRESS_FD): one line "<fraction> <what>" per
+/// update on that descriptor. Otherwise silent.
 class Progress {
  public:
-  /// `quiet` silences the terminal line.
+  /// `quiet` suppresses the line on the terminal.
   Progress(std::string step, bool quiet);
   ~Progress();
   Progress(const Progress&) = delete;
   Progress& operator=(const Progress&) = delete;
 
-  /// `fraction` in 0..1, `what` e.g. "camera cam1". Cheap to call often: output is limited.
+  /// `fraction` is 0..1, `what` e.g. "camera cam1". Cheap to call often: output is rate-limited.
   void update(double fraction, const std::string& what);
 
  private:
@@ -29,7 +29,7 @@ class Progress {
   std::chrono::steady_clock::time_point shown_;
 };
 
-/// "[#####.....]  50 %  detect: camera cam1, 3 s left", for whoever draws the line.
+/// Formats "[#####.....]  50 %  detect: camera cam1, 3 s left".
 [[nodiscard]] std::string progress_line(const std::string& step, double fraction,
                                         const std::string& what, double elapsed_s);
 

@@ -13,7 +13,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Hashes the running executable itself, so that a rebuilt program counts as another one.
+/// Hash of the running executable, so that a rebuilt program counts as a different one.
 const std::string& program_sha256() {
   static const std::string sha256 = sha256_of_file("/proc/self/exe");
   return sha256;
@@ -23,8 +23,8 @@ fs::path folder_of(const fs::path& file) {
   return file.has_parent_path() ? file.parent_path() : fs::path(".");
 }
 
-/// Names of links stay as they are, so that a link that was pointed elsewhere is noticed. The
-/// folder's own links are followed, because `..` in the name will be.
+/// Relative path that keeps the names of links, so that a redirected link is noticed. Links in the
+/// folder itself are followed, since `..` in the result resolves through them.
 std::string relative_to(const fs::path& folder, const fs::path& file) {
   return fs::absolute(file)
       .lexically_normal()
@@ -32,8 +32,8 @@ std::string relative_to(const fs::path& folder, const fs::path& file) {
       .generic_string();
 }
 
-/// Hash of the values that were read; absent where the bytes are the values, or the file cannot be
-/// parsed: whoever reads it says why.
+/// Hash of the values that were read. Absent if the values are the bytes or the file cannot be
+/// parsed; its reader reports why.
 std::optional<std::string> hash_of_values(const fs::path& file, const std::string& bytes,
                                           const std::vector<std::string>& sets) {
   const bool is_toml = file.extension() == ".toml";
@@ -54,7 +54,7 @@ std::optional<std::string> hash_of_values(const fs::path& file, const std::strin
   }
 }
 
-/// Both hashes of what the file holds now.
+/// Both hashes of the file's current content.
 RecordedFile recorded(const fs::path& file, std::vector<std::string> sets) {
   if (file.extension() != ".toml" && sets.empty()) return {file.string(), sha256_of_file(file)};
   const std::string bytes = read_text(file);
@@ -63,9 +63,9 @@ RecordedFile recorded(const fs::path& file, std::vector<std::string> sets) {
   return result;
 }
 
-/// Arguments without those that never change a result (another scene of the rig is only named in
-/// the message of a NO-GO); those that name files in one spelling, whatever folder the program was
-/// called from.
+/// Arguments that can change the result. Others are dropped (another scene of the rig only appears
+/// in the message of a NO-GO), and file arguments are normalised so that the current folder does
+/// not matter.
 std::vector<std::string> decisive(const std::vector<std::string>& arguments,
                                   const fs::path& folder) {
   std::vector<std::string> result;
@@ -243,7 +243,7 @@ bool is_up_to_date(const fs::path& record, const fs::path& program,
            std::all_of(run.inputs.begin(), run.inputs.end(), holds) &&
            std::all_of(run.outputs.begin(), run.outputs.end(), holds);
   } catch (const Error&) {
-    return false;  // A damaged record, or one of an older version, proves nothing.
+    return false;  // A damaged or older record proves nothing.
   }
 }
 

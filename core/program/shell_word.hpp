@@ -6,7 +6,7 @@
 
 namespace drape {
 
-/// One word of a command line as a person types it: in quotes where a shell would take it apart.
+/// One word of a command line as typed in a shell, quoted if necessary.
 [[nodiscard]] inline std::string shell_word(std::string_view word) {
   constexpr std::string_view plain =
       "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-./=,:+@%";

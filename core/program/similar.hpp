@@ -6,12 +6,12 @@
 
 namespace drape {
 
-/// The candidate that needs fewest typed corrections (Damerau 1964: insert, delete, replace, swap
-/// neighbours) to become `word`; empty when even that one needs more than a third of its letters.
+/// The candidate with the smallest edit distance to `word` (Damerau 1964: insert, delete, replace,
+/// swap neighbours); empty if that exceeds a third of its letters.
 [[nodiscard]] std::string most_similar(const std::string& word,
                                        const std::vector<std::string>& candidates);
 
-/// ": did you mean `x`?", or nothing.
+/// Suggestion ": did you mean `x`?"; empty if nothing is similar.
 [[nodiscard]] std::string did_you_mean(const std::string& word,
                                        const std::vector<std::string>& candidates);
 

@@ -6,13 +6,13 @@
 
 namespace drape {
 
-/// Orders of a discretisation error that three grids may show and be believed.
+/// Range of convergence orders that three grids can show credibly.
 inline constexpr double kLeastOrder = 1, kMostOrder = 3;
 
-/// Order p at which (h3^p - h2^p) / (h2^p - h1^p) = `ratio` of the two displacements (coarse to
-/// middle over middle to fine), `h` the spacings from fine to coarse in any one unit; absent
-/// outside [kLeastOrder, kMostOrder]. The quotient grows with p (Richardson's extrapolation, three
-/// grids).
+/// Order of convergence p that solves (h3^p - h2^p) / (h2^p - h1^p) = `ratio`, the displacement
+/// from the coarse to the middle grid over that from the middle to the fine one. `h` holds the
+/// spacings from fine to coarse in any unit. The quotient grows with p (Richardson's extrapolation
+/// with three grids). nullopt outside [kLeastOrder, kMostOrder].
 [[nodiscard]] std::optional<double> order_of(const std::array<double, 3>& h, double ratio);
 
 }  // namespace drape

@@ -5,10 +5,10 @@
 
 namespace drape {
 
-/// SplitMix64 (Steele, Lea, Flood 2014): the same numbers with every library and on every machine.
+/// SplitMix64 (Steele, Lea, Flood 2014): the same sequence with every library and on every machine.
 class SplitMix64 {
  public:
-  /// The sequence of `seed` behind its first `skipped` numbers.
+  /// Starts the sequence of `seed` after its first `skipped` numbers.
   explicit SplitMix64(std::uint64_t seed, std::uint64_t skipped = 0)
       : state_(seed + skipped * kStep) {}
   /// 64 random bits.
@@ -18,9 +18,9 @@ class SplitMix64 {
     z = (z ^ (z >> 27)) * 0x94D049BB133111EB;
     return z ^ (z >> 31);
   }
-  /// Even in 0 to count - 1, count <= 2^32, by the high word of a product.
+  /// Uniform in 0 to count - 1, count <= 2^32, by the high word of a product.
   std::uint64_t below(std::uint64_t count) { return (next() >> 32) * count >> 32; }
-  /// Even in [0, 1).
+  /// Uniform in [0, 1).
   double uniform() { return static_cast<double>(next() >> 11) * 0x1p-53; }
 
  private:

@@ -12,7 +12,7 @@
 // Statistics of a sample of numbers.
 namespace drape {
 
-/// The element at `place`, counted from 0, of the ascending order of more than `place` values.
+/// The value at index `place` of the sorted sample, which holds more than `place` values.
 template <typename T>
 [[nodiscard]] T order_statistic(std::vector<T> values, std::size_t place) {
   const auto at = values.begin() + static_cast<std::ptrdiff_t>(place);
@@ -20,19 +20,19 @@ template <typename T>
   return *at;
 }
 
-/// High median of at least one value: an element of the sample, of an even number the upper one of
-/// the two in the middle. Estimators use it; a median that is reported is quantile(values, 0.5).
+/// High median of at least one value: always an element of the sample, the upper of the two middle
+/// ones for an even count. For use in estimators; report quantile(values, 0.5) instead.
 template <typename T>
 [[nodiscard]] T median(std::vector<T> values) {
   const std::size_t middle = values.size() / 2;
   return order_statistic(std::move(values), middle);
 }
 
-/// Median of Rayleigh's distribution of scale 1, sqrt(2 ln 2): of a distance in the plane over its
-/// standard deviation along an axis.
+/// Median of the Rayleigh distribution of scale 1, sqrt(2 ln 2): the median distance in a plane per
+/// standard deviation along one axis.
 inline constexpr double kRayleighMedian = 1.1774;
 
-/// Order statistics between which a quantile lies, and how far behind the lower one.
+/// Order statistics between which a quantile lies, and the fraction of the way between them.
 struct QuantilePlace {
   std::size_t below = 0, above = 0;
   double part = 0;
@@ -40,9 +40,9 @@ struct QuantilePlace {
   [[nodiscard]] double between(double low, double high) const { return low + part * (high - low); }
 };
 
-/// Place of the quantile p, 0 to 1, of `count` > 0 values, by type 7 of Hyndman and Fan (1996):
-/// linear between the order statistics, p (count - 1) counted from 0. All quantiles are of this
-/// type.
+/// Position of the quantile p, 0 to 1, among `count` > 0 values by type 7 of Hyndman and Fan
+/// (1996): linear interpolation between order statistics at p (count - 1), counted from 0. Every
+/// quantile in drapebench is of this type.
 [[nodiscard]] QuantilePlace quantile_place(std::size_t count, double p);
 
 /// Quantile p of at least one value.
@@ -55,26 +55,26 @@ template <typename T>
   return place.between(static_cast<double>(*at), static_cast<double>(*next));
 }
 
-/// Quantile p of a sample in which ascending[i] occurs counts[i] times; 0 of an empty one. Without
-/// `ascending`: in which the whole number i does.
+/// Quantile p of a sample in which ascending[i] occurs counts[i] times; 0 if it is empty. Without
+/// `ascending`, the values are the indices i.
 [[nodiscard]] double counted_quantile(std::span<const std::int64_t> counts, double p,
                                       std::span<const double> ascending = {});
 
 [[nodiscard]] double mean_of(std::span<const double> values);
 
-/// Sum of the squares of at least one value about their mean.
+/// Sum of squared deviations from the mean, of at least one value.
 [[nodiscard]] double squares_about_mean(std::span<const double> values);
 
 struct Interval {
   double low = 0, high = 0;
 };
 
-/// Visits `draws` resamples of `units` units with replacement (bootstrap, Efron 1979), each as how
-/// often every unit was drawn. The generator has a fixed start: the same draws in every call.
+/// Visits `draws` bootstrap resamples of `units` units with replacement (Efron 1979), each as the
+/// number of times that every unit was drawn. The seed is fixed: every call draws the same.
 void bootstrap(std::size_t units, int draws,
                const std::function<void(std::span<const std::int64_t> counts)>& visit);
 
-/// Quantiles 0.025 and 0.975 of a statistic's values in all resamples: its 95 % interval.
+/// Quantiles 0.025 and 0.975 of a statistic over all resamples: its 95 % interval.
 [[nodiscard]] Interval percentile_interval(const std::vector<double>& statistic);
 
 }  // namespace drape
