@@ -41,7 +41,7 @@ struct CaptureCommand {
   FrameFormat format = FrameFormat::png;
   std::optional<fs::path> calibration;
   double patience_s = 20;
-  fs::path preview;  ///< session alone: folder for pictures of what the cameras see
+  fs::path preview;  ///< sessions only: folder for preview pictures of the cameras
 };
 
 void fields(Fields& f, CaptureCommand& c) {
@@ -70,7 +70,7 @@ bool interrupted() {
   return interrupts > 0;
 }
 
-/// Ctrl-C ends the capture with what it has; a second one ends the program.
+/// Lets Ctrl-C end the capture with the sets it has; a second Ctrl-C ends the program.
 void catch_interrupts() {
   struct sigaction action {};
   action.sa_handler = [](int) { interrupts = 1; };
@@ -110,13 +110,13 @@ void add_inputs(const CaptureCommand& command, const CamerasFile& cameras, RunRe
     record.input(reference.folder / frame.file, frame.sha256);
 }
 
-/// Says and keeps how a capture ended; returns the exit code.
+/// Prints and stores the ending of a capture; returns the exit code.
 int finish_capture(const Ending& ending, const CommonOptions& common, RunRecord& record,
                    const CaptureCommand& command, const Journal& journal) {
   const int code = interrupted() ? kInterrupted : ending.go ? 0 : 1;
   if (journal.changed()) {
     const fs::path manifest = command.recording / "recording.json";
-    record.output(manifest);  // recording.json holds the hashes of the images
+    record.output(manifest);  // recording.json holds the images' hashes
     record.write(run_record_path(manifest), code, ending);
   }
   finish(ending, common);
@@ -132,7 +132,7 @@ void add_adopted(const Journal& journal, Ending& ending) {
         fmt::format("set `{}` of a capture that had been ended: its images are gone", set));
 }
 
-/// Sets that the rig speaks of, in the order in which a bench records them.
+/// Sets named in the rig, in the order in which they are recorded.
 std::deque<std::string> sets_of_rig(const fs::path& rig_path) {
   const Rig rig = read_rig(rig_path);
   std::deque<std::string> sets;
@@ -141,16 +141,16 @@ std::deque<std::string> sets_of_rig(const fs::path& rig_path) {
   for (const fs::path& scene : rig.scenes) {
     try {
       if (const std::string set = read_scene(scene).set; !set.empty()) sets.push_back(set);
-    } catch (const Error&) {  // a scene that is not written yet asks for no set
+    } catch (const Error&) {  // a scene file that does not exist yet needs no set
     }
   }
   return sets;
 }
 
-/// Reads the lines that an operator types, one at a time, without waiting for it.
+/// Reads the operator's lines one at a time without blocking.
 class Keyboard {
  public:
-  /// Nothing while no line is there; `ended` once there will be none.
+  /// The next line, nullopt if there is none yet; `ended` is true after the last one.
   std::optional<std::string> line() {
     pollfd wait{STDIN_FILENO, POLLIN, 0};
     char buffer[256];
@@ -171,7 +171,7 @@ class Keyboard {
   std::string text_;
 };
 
-/// Names the sets of a session and stores them.
+/// Names and stores the sets of a session.
 class SessionDesk {
  public:
   SessionDesk(const CaptureCommand& command, const CamerasFile& cameras)
@@ -187,7 +187,7 @@ class SessionDesk {
 
   LiveOptions::Demand demand() {
     using enum LiveOptions::Demand;
-    if (!std::exchange(asked_, true)) ask();  // now that the cameras stream
+    if (!std::exchange(asked_, true)) ask();  // after the cameras have started to stream
     if (!wanted_.empty() && Clock::now() < give_up_at_) return take;
     if (!wanted_.empty()) {
       wanted_.clear();
@@ -221,7 +221,7 @@ class SessionDesk {
     return wanted_.empty() ? wait : take;
   }
 
-  /// Gives the exposure or gain that was typed, once.
+  /// Returns a new exposure or gain from the operator once.
   std::optional<LiveOptions::Light> light() { return std::exchange(light_, std::nullopt); }
 
   void lit(std::size_t camera, const CameraHost& host, const CameraHost::LightAnswer& answer) {
@@ -242,7 +242,7 @@ class SessionDesk {
     storing.set = std::exchange(wanted_, "");
     try {
       store(storing, std::move(set), report);
-    } catch (const Error& error) {  // a full disk: the operator makes room and takes it again
+    } catch (const Error& error) {  // for example a full disk: the operator frees space and repeats
       fmt::print(stderr, "NO-GO: {}; to do: {}\n", error.what_failed(), error.what_to_do());
       ++refused;
     }
@@ -259,7 +259,7 @@ class SessionDesk {
     refused += result.refused.size();
     if (result.sets.empty()) return;
     last_ = storing.set;
-    // Only what replaces it moves a take out of its place.
+    // An earlier take is only renamed once its replacement is stored.
     if (storing.retake) journal.replace(last_);
     journal.publish();
     std::erase(to_take_, last_);
@@ -267,7 +267,7 @@ class SessionDesk {
     ++stored;
   }
 
-  /// `exposure_us 3000 cam0`, `gain_db 2 cam0`: nothing where the line is another one.
+  /// Parses `exposure_us 3000 cam0` or `gain_db 2 cam0`; nullopt for any other line.
   [[nodiscard]] std::optional<LiveOptions::Light> light_of(const std::string& line) const {
     std::istringstream words(line);
     std::string what, camera;
@@ -317,20 +317,20 @@ class SessionDesk {
   std::size_t stored = 0, refused = 0;
 };
 
-/// A session: the cameras stay open, Enter takes the next set of the rig's list. Whoever leads it,
-/// a person or the console, types lines to its standard input (the name of a set; nothing: the next
-/// of the rig; `r`: the last one again; `r NAME`: that one, what was there is kept as NAME.take1;
-/// `exposure_us 3000 CAMERA` or `gain_db 2 CAMERA`: set it, until the end; `q` or the end of the
-/// input: end) and reads its standard
-/// error: `next: ...` when it waits for a line, `GO: NAME stored` once the set is in
-/// recording.json, `GO: CAMERA has exposure_us = ...`, `NO-GO: reason; to do: ...`, and a line for
-/// each camera that is lost or back.
+/// Runs a session: cameras stay open, and Enter takes the next set of the rig's list. The
+/// leader, a person or the console, writes lines to standard input (the name of a set;
+/// empty: next of the rig; `r`: retake the last one; `r NAME`: retake that one, the earlier
+/// take is kept as NAME.take1; `exposure_us 3000 CAMERA` or `gain_db 2 CAMERA`: valid to the
+/// end; `q` or end of input: end) and reads from standard error: `next: ...` when a line is
+/// expected, `GO: NAME stored` once the set is in recording.json, `GO: CAMERA has
+/// exposure_us = ...`, `NO-GO: reason; to do: ...`, and a line for each camera that is lost
+/// or back.
 int run_session(const CaptureCommand& command, std::vector<std::string> arguments,
                 const CommonOptions& common) {
   RunRecord record("drape-capture", std::move(arguments));
   const CamerasFile cameras = read_cameras_file(command.rig);
   add_inputs(command, cameras, record);
-  // A reference that tells nothing is refused before a camera opens, not at every set.
+  // Refuses an unusable reference set now, before opening cameras, instead of at every set.
   if (cameras.reference) static_cast<void>(StillWatch(cameras, {}));
   SessionDesk desk(command, cameras);
   LiveOptions options = live_options_of(command);

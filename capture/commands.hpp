@@ -3,7 +3,7 @@
 
 namespace drape::capture {
 
-// The commands of drape-capture, each with a command line of its own; each returns the exit code.
+// The commands of drape-capture. Each parses its own command line and returns the exit code.
 int capture_command(int argc, char** argv);
 int import_command(int argc, char** argv);
 int verify_command(int argc, char** argv);

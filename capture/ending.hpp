@@ -7,18 +7,18 @@
 
 namespace drape::capture {
 
-/// The last lines after an import into `recording_folder`.
+/// Ending of an import into `recording_folder`.
 [[nodiscard]] Ending ending_of(const ImportResult& result,
                                const std::filesystem::path& recording_folder);
 
-/// The last lines after a verification: every fault by name.
+/// Ending of a verification, which names every fault.
 [[nodiscard]] Ending ending_of(const VerifyReport& report);
 
-/// The last lines of a capture: good when every set that was asked for is stored.
+/// Ending of a capture: GO if every requested set was stored.
 [[nodiscard]] Ending ending_of(const LiveReport& report, const RecordResult& stored, int frames,
                                const std::filesystem::path& recording_folder);
 
-/// A fault as the screen says it, with how often it was seen.
+/// Describes a fault on one line, with the number of times it occurred.
 [[nodiscard]] std::string line_of(const LiveFault& fault);
 
 }  // namespace drape::capture

@@ -33,12 +33,12 @@ bool is_hidden(const std::string& name) {
   return name.starts_with('.');
 }
 
-/// Files that drapebench itself puts beside the sets.
+/// True for files that drapebench itself writes beside the sets.
 bool is_own_file(const std::string& name) {
   return name == "recording.json" || name.ends_with(".run.json");
 }
 
-/// Names in a folder, natural order, so that nothing depends on the file system's order.
+/// Names in a folder in natural order, so that results do not depend on the file system.
 std::vector<std::string> names_in(const fs::path& folder) {
   std::error_code failed;
   std::vector<std::string> names;
@@ -53,7 +53,7 @@ std::vector<std::string> names_in(const fs::path& folder) {
   return names;
 }
 
-/// Expects the images in the order of their cameras.
+/// Requires one image per camera; expects images sorted by camera.
 void require_one_image_per_camera(const fs::path& folder, const FrameSet& set) {
   const auto twice =
       std::adjacent_find(set.frames.begin(), set.frames.end(),
@@ -72,12 +72,12 @@ FrameSet read_set(const fs::path& folder, const std::string& set,
   for (const std::string& name : names_in(folder / set)) {
     const fs::path path = folder / set / name;
     const std::string file = fmt::format("{}/{}", set, name);
-    if (is_hidden(name) || name == "capture.json") continue;  // notes of a capture
+    if (is_hidden(name) || name == "capture.json") continue;  // notes written by a capture
     if (!fs::is_regular_file(path) || !is_image_name(path)) {
       ignored.push_back({file, "not an image file (png, jpg, jpeg, tif, tiff)"});
       continue;
     }
-    require_utf8_name(name, {.file = path.string()});  // the file is named in the recording too
+    require_utf8_name(name, {.file = path.string()});  // recording.json will contain the name
     RecordedFrame& frame = layout.frames.emplace_back();
     frame.camera = path.stem().string();
     frame.file = file;

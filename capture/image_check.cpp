@@ -16,11 +16,11 @@ constexpr const char* copy_again = "copy the image again from its source, or lea
 
 cv::Mat decode(std::span<const unsigned char> bytes) {
   const cv::Mat encoded(1, static_cast<int>(bytes.size()), CV_8UC1,
-                        const_cast<unsigned char*>(bytes.data()));  // imdecode only reads
+                        const_cast<unsigned char*>(bytes.data()));  // imdecode does not write
   try {
     return cv::imdecode(encoded, cv::IMREAD_UNCHANGED);
   } catch (const cv::Exception&) {
-    return {};  // a decoder that gives up with an exception is the same as one that returns nothing
+    return {};  // an exception from the decoder means the same as an empty result
   }
 }
 

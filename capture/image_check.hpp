@@ -12,8 +12,8 @@ struct ImageSize {
   bool operator==(const ImageSize&) const = default;
 };
 
-/// Proves that `bytes` are one whole PNG, JPEG or TIFF image by walking its structure and decoding
-/// all of it; returns the size of the stored pixels (an orientation tag is not applied). Throws
+/// Checks that `bytes` are one complete PNG, JPEG or TIFF image by walking its structure and
+/// decoding it; returns the size of the stored pixels (an orientation tag is not applied). Throws
 /// Error(bad_input) at `where` otherwise.
 [[nodiscard]] ImageSize check_image(std::span<const unsigned char> bytes, const Where& where);
 

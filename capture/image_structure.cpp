@@ -24,7 +24,7 @@ bool starts_with(Bytes bytes, Bytes prefix) {
   return bytes.size() >= prefix.size() && std::equal(prefix.begin(), prefix.end(), bytes.begin());
 }
 
-/// Unsigned integer of `width` bytes; nothing beyond the end of the file.
+/// Unsigned integer of `width` bytes; nullopt beyond the end of the file.
 std::optional<std::uint32_t> unsigned_at(Bytes bytes, std::size_t offset, std::size_t width,
                                          bool little_endian) {
   if (offset > bytes.size() || bytes.size() - offset < width) return std::nullopt;
@@ -72,7 +72,7 @@ bool is_parameterless(unsigned marker) {
   return marker == 0x01 || (marker >= 0xd0 && marker <= 0xd8);
 }
 
-/// Offset of the next marker (not a restart, not a stuffed byte) after entropy-coded data.
+/// Offset of the next marker after entropy-coded data; skips restarts and stuffed bytes.
 std::size_t skip_scan(Bytes bytes, std::size_t offset) {
   for (; offset + 1 < bytes.size(); ++offset) {
     if (bytes[offset] != 0xff) continue;
@@ -121,8 +121,8 @@ struct TiffFile {
     return unsigned_at(bytes, offset, width, little_endian);
   }
 
-  /// Offset of an entry's values: in the entry itself when they fit into four bytes. Empty when
-  /// they reach beyond the end of the file or their type is unknown.
+  /// Offset of an entry's values, which lie in the entry itself if they fit into four bytes.
+  /// nullopt if they extend beyond the end of the file or their type is unknown.
   [[nodiscard]] std::optional<std::size_t> values_offset(std::size_t entry) const {
     constexpr std::array<std::size_t, 13> type_sizes = {0, 1, 1, 2, 4, 8, 1, 1, 2, 4, 8, 4, 8};
     const auto type = at(entry + 2, 2);
@@ -135,7 +135,7 @@ struct TiffFile {
     return *offset;
   }
 
-  /// Values of an entry of SHORT or LONG integers; nothing for other types.
+  /// Values of an entry of SHORT or LONG integers; nullopt for other types.
   [[nodiscard]] std::optional<std::vector<std::uint32_t>> values(std::size_t entry) const {
     const auto offset = values_offset(entry);
     const std::uint32_t type = at(entry + 2, 2).value_or(0);
@@ -152,7 +152,7 @@ Fault tiff_fault(Bytes bytes) {
   if (file.at(2, 2) != 42U) return "is a BigTIFF; save it as plain TIFF or PNG";
   const auto directory = file.at(4, 4);
   const auto entries = directory ? file.at(*directory, 2) : std::nullopt;
-  // The directory ends with the offset of the next one, which must be there even when it is zero.
+  // A directory ends with the offset of the next one, which must be present even if it is zero.
   if (!entries || !file.at(*directory + 2 + std::size_t{*entries} * 12, 4)) {
     return "ends inside its image directory";
   }

@@ -7,16 +7,16 @@
 
 namespace drape::capture {
 
-/// File formats a recording may hold.
+/// Image formats that a recording may contain.
 enum class ImageFormat { png, jpeg, tiff };
 
-/// Format by the first bytes, whatever the file's name says.
+/// Detects the format from the first bytes, independent of the file name.
 [[nodiscard]] std::optional<ImageFormat> image_format(std::span<const unsigned char> bytes);
 
-/// Why the file is not a whole image of its format ("ends inside chunk IDAT"), or nothing.
-/// Needed because the image decoder fills the missing part of a truncated file with grey and says
-/// nothing. PNG: every chunk and its CRC up to IEND. JPEG: every segment and scan up to the end
-/// marker. TIFF: every directory entry and every strip or tile of the first page inside the file.
+/// Explains why the file is not a complete image ("ends inside chunk IDAT"); nullopt if it is.
+/// Needed because the decoder silently fills the missing part of a truncated file with grey. PNG:
+/// every chunk and its CRC up to IEND. JPEG: every segment and scan up to the end marker. TIFF:
+/// every directory entry, and every strip or tile of the first page, inside the file.
 [[nodiscard]] std::optional<std::string> structure_fault(ImageFormat format,
                                                          std::span<const unsigned char> bytes);
 

@@ -21,7 +21,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// The picture that its owner knows: what a link leads to, as `drape calib images` makes them.
+/// Original picture behind a link, such as those that `drape calib images` makes.
 fs::path original_of(const fs::path& file) {
   return fs::is_symlink(file) ? fs::canonical(file) : file;
 }
@@ -48,7 +48,7 @@ void check_one(const fs::path& folder, Picture& picture) {
   picture.frame->height_px = size.height_px;
 }
 
-/// A camera does not change its image size; another size means another camera or a resized image.
+/// Requires one image size per camera: another size means another camera or a resized image.
 void require_same_sizes(const fs::path& folder, const std::vector<Picture>& pictures) {
   std::map<std::string, const Picture*> first_of;
   for (const Picture& picture : pictures) {
@@ -87,7 +87,7 @@ std::optional<Recording> recording_in(const fs::path& folder) {
   return read_recording(folder);
 }
 
-/// A recording's images never change: importing again may add sets, but not replace an image.
+/// Images of a recording never change: importing again may add sets but not replace an image.
 void require_nothing_replaced(const Recording& existing, const std::vector<Picture>& pictures) {
   std::map<std::string, std::string> sha256_of_file;
   for (const Picture& picture : pictures)
@@ -108,7 +108,7 @@ void require_nothing_replaced(const Recording& existing, const std::vector<Pictu
   }
 }
 
-/// Neither a picture nor the notes of a set are replaced by others; true where the file is there.
+/// Refuses to replace a picture or a set's notes by other content; true if the file is there.
 bool is_there(const fs::path& file, const std::string& sha256, const std::string& set) {
   if (!fs::exists(file)) return false;
   if (sha256_of_file(file) != sha256)
@@ -126,12 +126,12 @@ void copy_one(const fs::path& folder, const fs::path& recording_folder, const Pi
                {reinterpret_cast<const char*>(bytes.data()), bytes.size()}, picture.where(folder));
 }
 
-/// The notes of a capture in the folder of a set.
+/// Notes that a capture left in the folder of a set.
 struct Details : SetNotes {
   std::string bytes, sha256;
 };
 
-/// Reads what a capture noted of its sets; empty where the file is of another program.
+/// Reads the capture's notes of a set; empty if the file comes from another program.
 std::optional<Details> details_in(const fs::path& folder, const std::string& set) {
   const fs::path file = folder / set / "capture.json";
   if (!fs::is_regular_file(file)) return std::nullopt;
@@ -156,9 +156,9 @@ std::optional<Details> details_in(const fs::path& folder, const std::string& set
   return details;
 }
 
-/// `drape_A_000` to `drape_A_012` are one burst of `drape_A`; empty for a set of its own.
+/// Name of a set's burst: `drape_A` for `drape_A_000` to `drape_A_012`; empty for a single set.
 std::string burst_of(const std::string& set) {
-  constexpr std::size_t kNumber = 4;  // _000
+  constexpr std::size_t kNumber = 4;  // length of "_000"
   if (set.size() <= kNumber || set[set.size() - kNumber] != '_') return {};
   const std::string number = set.substr(set.size() - kNumber + 1);
   const bool counts =
@@ -166,11 +166,11 @@ std::string burst_of(const std::string& set) {
   return counts ? set.substr(0, set.size() - kNumber) : "";
 }
 
-/// By name of the set. A capture writes them as the sets of a burst come: what ended one of them
-/// is so of all.
+/// Notes by set name. They are written as the sets of a burst arrive, so a verdict that ended the
+/// burst applies to all of them.
 std::map<std::string, Details> all_details(const fs::path& folder, const FolderLayout& layout) {
   std::map<std::string, Details> all;
-  std::map<std::string, std::string> moved;  ///< by burst
+  std::map<std::string, std::string> moved;  ///< reason of a NO-GO for motion, by burst
   for (const FrameSet& set : layout.sets)
     if (auto details = details_in(folder, set.name)) {
       if (details->no_go) moved[burst_of(details->set)] = *details->no_go;
@@ -182,7 +182,7 @@ std::map<std::string, Details> all_details(const fs::path& folder, const FolderL
   return all;
 }
 
-/// A manifest knows more: of the whole burst, and what was said of it later.
+/// Copies notes into a set; a manifest knows more: about the whole burst, and later verdicts.
 void note(const Details& details, FrameSet& set) {
   set.details_sha256 = details.sha256;
   set.motion_px = details.motion_px;
@@ -206,9 +206,9 @@ void require_not_inside(const fs::path& folder, const fs::path& recording_folder
       "give a folder outside, or the imported folder itself to add only the manifest");
 }
 
-/// Gives a set what was noted before of its pictures: why one of them is no measurement, the times
-/// of its frames and, where all are those of one set, how still that stood. The details are a file
-/// of their own. Returns whether all are.
+/// Restores what was noted about a set's pictures: why one of them is not a valid measurement, the
+/// times of its frames and, if all come from one set, that set's motion. The details are a separate
+/// file. Returns true if all pictures come from one set.
 bool keep_notes(const FrameSet& before, bool in_place, FrameSet& set) {
   bool all = true;
   for (RecordedFrame& frame : set.frames) {
@@ -229,7 +229,7 @@ bool keep_notes(const FrameSet& before, bool in_place, FrameSet& set) {
   return true;
 }
 
-/// A folder may have another name by now, or a picture more.
+/// Restores notes for each set; a folder may since have been renamed or gained a picture.
 void keep_notes_of(const Recording& before, bool in_place, Recording& recording) {
   if (in_place) recording.source = before.source;
   if (!recording.recorded_on) recording.recorded_on = before.recorded_on;
@@ -272,7 +272,7 @@ ImportResult import_folder(const fs::path& folder, const fs::path& recording_fol
     ticker.done(pictures[i].frame->file);
   });
   require_same_sizes(folder, pictures);
-  // Both manifests are read, and may be refused, before anything is written.
+  // Reads both manifests, either of which may be invalid, before writing anything.
   const auto existing = recording_in(recording_folder);
   const auto source = report.in_place ? std::nullopt : recording_in(folder);
   if (existing) require_nothing_replaced(*existing, pictures);

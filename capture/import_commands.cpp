@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The commands that need no camera.
+// Commands of drape-capture that need no camera.
 #include "capture/commands.hpp"
 #include "capture/ending.hpp"
 #include "core/error.hpp"
@@ -49,7 +49,7 @@ CaptureOptions options_with(const CommonOptions& common, Progress& progress) {
 int import_command(int argc, char** argv) {
   const auto run = [](const ImportOptions& o, const std::vector<std::string>& words,
                       const CommonOptions& common) {
-    require_importable(o.folder, o.recording);  // before the record makes a folder
+    require_importable(o.folder, o.recording);  // before the run record creates a folder
     const fs::path manifest = o.recording / "recording.json";
     RunRecord record("drape-capture", words, run_record_path(manifest));
     Progress progress("import", common.quiet);
@@ -63,7 +63,7 @@ int import_command(int argc, char** argv) {
       if (const fs::path notes = o.folder / set.name / "capture.json"; fs::exists(notes))
         record.input(notes);
     }
-    record.output(manifest);  // recording.json holds the hashes of the copied images
+    record.output(manifest);  // recording.json holds the hashes of the copies
     return finish(ending_of(result, o.recording), common, record);
   };
   return run_command<ImportOptions>(

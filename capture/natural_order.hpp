@@ -5,8 +5,8 @@
 
 namespace drape::capture {
 
-/// Order of names as people count: digit runs compare as numbers, so "set2" comes before
-/// "set10". A total order: equal only for equal names.
+/// Natural order of names: runs of digits compare as numbers, so "set2" comes before "set10". A
+/// total order: only identical names are equal.
 [[nodiscard]] bool natural_less(std::string_view a, std::string_view b);
 
 }  // namespace drape::capture

@@ -9,7 +9,7 @@
 
 namespace drape::capture {
 
-/// Counts finished images and tells the caller, one call at a time.
+/// Counts finished images and reports them; calls to the callback do not overlap.
 class Ticker {
  public:
   Ticker(const CaptureOptions& options, std::size_t total) : options_(options), total_(total) {}

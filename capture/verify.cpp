@@ -29,7 +29,7 @@ void verify_one(const Recording& recording, Item& item) {
   }
 }
 
-/// Checks a live set's own details: times, settings, ledger, stillness.
+/// Checks the details stored with a live set: times, settings, ledger, stillness.
 std::optional<RecordingFault> details_fault(const Recording& recording, const FrameSet& set) {
   if (!set.details_sha256) return std::nullopt;
   const std::string file = set.name + "/capture.json";

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// GigE Vision and USB3 Vision cameras through Aravis. Aravis keeps the control channel and gathers
-// the packets; its counters are passed on but not trusted.
+// GigE Vision and USB3 Vision cameras through Aravis. Aravis handles the control channel and
+// assembles packets; its counters are reported but not relied on.
 #include <arv.h>
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -22,12 +22,12 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-constexpr int kBuffers = 16;         // with 8, fast cameras find none free
-constexpr int kHeartbeat_ms = 2000;  // above Aravis' own beat; a lost host frees the camera soon
-constexpr std::chrono::milliseconds kOtherHeartbeat{3500};  // above the standard's default, 3 s
-constexpr auto kPtpWait = std::chrono::seconds(5);  // a slave finds its master in some seconds
+constexpr int kBuffers = 16;         // with 8, fast cameras run out of free buffers
+constexpr int kHeartbeat_ms = 2000;  // above Aravis' own period; a lost host soon frees the camera
+constexpr std::chrono::milliseconds kOtherHeartbeat{3500};  // above the standard's default of 3 s
+constexpr auto kPtpWait = std::chrono::seconds(5);  // a PTP slave finds its master in some seconds
 constexpr std::size_t kFramesInSocket = 2;
-constexpr int kSmallestPacket = 576;  // IPv4 guarantees it; where the camera does not say
+constexpr int kSmallestPacket = 576;  // guaranteed by IPv4; used if the camera reports none
 constexpr double kUsualTick_hz = 1e9;
 
 struct Unref {
@@ -40,8 +40,8 @@ std::int64_t now_ns() {
   return Clock::now().time_since_epoch() / std::chrono::nanoseconds(1);
 }
 
-/// A camera's text as UTF-8 without control characters: what is not UTF-8 is taken as Latin-1, and
-/// what would steer a terminal becomes `?`.
+/// Converts a camera's text to UTF-8 without control characters: invalid UTF-8 is read as Latin-1,
+/// and characters that would control a terminal become `?`.
 std::string clean_text(const std::string& text) {
   const char* const end = text.data() + text.size();
   const bool utf8 = g_utf8_validate(text.data(), static_cast<gssize>(text.size()), nullptr) != 0;
@@ -65,7 +65,7 @@ constexpr const char* kLookCloser =
 constexpr const char* kGiveAnother =
     "give a value that the camera has; where it went silent, check its cable and power";
 
-/// Calls Aravis with a place for its GError, which becomes Error(device).
+/// Calls Aravis with a GError argument and converts the error to Error(device).
 template <class Call>
 auto attempt(const std::string& doing, const std::string& device, const char* what_to_do,
              Call call) {
@@ -86,9 +86,9 @@ auto attempt(const std::string& doing, const std::string& device, const char* wh
   }
 }
 
-/// GenICam features of one camera by name. Cameras differ in names and in what they have, so that
-/// first_of() finds the name that this one uses. Everything that a camera refuses is Error(device)
-/// with the camera's own words.
+/// GenICam features of one camera by name. Cameras differ in their features and in the names of
+/// these, so first_of() finds the name that this one uses. A feature that the camera refuses throws
+/// Error(device) with the camera's own message.
 class AravisFeatures {
   template <class Call>
   auto ask(const std::string& doing, Call call) const {
@@ -98,12 +98,12 @@ class AravisFeatures {
  public:
   AravisFeatures(ArvDevice* device, std::string name) : device_(device), name_(std::move(name)) {}
 
-  /// There, and not switched off by another feature.
+  /// True if the feature exists and no other feature disables it.
   [[nodiscard]] bool has(const char* feature) const {
     return arv_device_is_feature_available(device_, feature, nullptr) != 0;
   }
 
-  /// There, and writable now.
+  /// True if the feature exists and is writable now.
   [[nodiscard]] bool can_write(const char* feature) const {
     ArvGcNode* node = arv_device_get_feature(device_, feature);
     return ARV_IS_GC_FEATURE_NODE(node) && has(feature) &&
@@ -112,7 +112,7 @@ class AravisFeatures {
                ARV_GC_ACCESS_MODE_RO;
   }
 
-  /// Null where the camera has none of them.
+  /// The first of the features that the camera has; null if it has none.
   [[nodiscard]] const char* first_of(std::initializer_list<const char*> names) const {
     const auto found =
         std::find_if(names.begin(), names.end(), [&](const char* n) { return has(n); });
@@ -149,12 +149,12 @@ class AravisFeatures {
     if (!has(feature)) return std::nullopt;
     try {
       return integer(feature);
-    } catch (const Error&) {  // it is there and cannot be read now
+    } catch (const Error&) {  // exists but cannot be read at present
       return std::nullopt;
     }
   }
 
-  /// Reads a feature that is a number, whether integer or real.
+  /// Reads a numeric feature, integer or floating point.
   [[nodiscard]] double number(const char* feature) const {
     if (is_integer(feature)) return static_cast<double>(integer(feature));
     return ask(fmt::format("reading {}", feature), [&](GError** error) {
@@ -181,7 +181,7 @@ class AravisFeatures {
     });
   }
 
-  /// Sets and reads back.
+  /// Sets a feature and checks the value read back.
   void set_choice(const char* feature, const std::string& value) const {
     ask(fmt::format("setting {} to {}", feature, value), [&](GError** error) {
       arv_device_set_string_feature_value(device_, feature, value.c_str(), error);
@@ -207,9 +207,9 @@ class AravisFeatures {
   std::string name_;
 };
 
-/// Ticks per second of the camera's clock, absent when the camera does not say.
+/// Ticks per second of the camera's clock; nullopt if the camera does not state it.
 std::optional<double> tick_rate_hz(const AravisFeatures& features, bool is_gige) {
-  if (!is_gige) return kUsualTick_hz;  // USB3 Vision stamps are ns
+  if (!is_gige) return kUsualTick_hz;  // USB3 Vision time stamps are in ns
   for (const char* feature : {"GevTimestampTickFrequency", "ArvGevTimestampTickFrequency"}) {
     const auto hz = features.integer_if(feature);
     if (hz && *hz > 0) return static_cast<double>(*hz);
@@ -217,12 +217,12 @@ std::optional<double> tick_rate_hz(const AravisFeatures& features, bool is_gige)
   return std::nullopt;
 }
 
-/// The names of the GenICam standard, and those of cameras from before it.
+/// Feature names in the GenICam standard and in older cameras.
 struct PtpNames {
   const char *enable, *latch, *status, *offset_ns;
 };
 
-/// Writes the settings in the order they depend on each other and reads all of them back.
+/// Writes the settings in the order of their dependencies and reads all of them back.
 class Configuration : private SettingsWriter {
  public:
   Configuration(const AravisFeatures& features, const CameraSettings& settings, bool is_gige)
@@ -235,7 +235,7 @@ class Configuration : private SettingsWriter {
     end_old_stream();
     turn_automatics_off();
     set_pixel_format();
-    // Offsets to zero first, so that a larger size is never refused for the sake of the old offset.
+    // Resets the offsets first: a larger size could otherwise be refused because of an old offset.
     for (const char* offset : {"OffsetX", "OffsetY"})
       if (features_.can_write(offset)) features_.set_integer(offset, 0);
     apply("width_px", port({"Width"}));
@@ -260,7 +260,7 @@ class Configuration : private SettingsWriter {
   }
 
  private:
-  /// The first of the features that this camera has; `unit` is what one of its counts.
+  /// Port of the first feature that this camera has; `unit` is the size of one of its counts.
   [[nodiscard]] std::optional<SettingPort> port(std::initializer_list<const char*> names,
                                                 double unit = 1) const {
     const char* feature = features_.first_of(names);
@@ -270,12 +270,12 @@ class Configuration : private SettingsWriter {
         [this, feature, unit] { return features_.number(feature) * unit; }};
   }
 
-  /// A camera that still streams for a program that ended keeps its format locked.
+  /// Stops a stream left by a program that ended; while streaming, the format is locked.
   void end_old_stream() const {
     for (const char* feature : {"AcquisitionStop", "AcquisitionAbort"}) {
       try {
         if (features_.has(feature)) features_.execute(feature);
-      } catch (const Error&) {  // nothing streams
+      } catch (const Error&) {  // nothing is streaming
       }
     }
     if (features_.can_write("TLParamsLocked")) features_.set_integer("TLParamsLocked", 0);
@@ -291,7 +291,7 @@ class Configuration : private SettingsWriter {
       if (features_.text(feature) != off) features_.set_choice(feature, off);
       note(feature, off);
     }
-    // Grey levels that are proportional to the light, and nothing but the image in a frame.
+    // Switches off gamma and look-up tables, so that grey levels are linear, and extra data.
     for (const char* feature : {"GammaEnable", "GammaEnabled", "LUTEnable", "ChunkModeActive"}) {
       if (!features_.can_write(feature)) continue;
       features_.set_switch(feature, false);
@@ -313,8 +313,8 @@ class Configuration : private SettingsWriter {
     note("pixel_format", chosen);
   }
 
-  /// A camera counts it in ticks of its clock; cameras round to steps of their own, of which a tick
-  /// is the finest.
+  /// Packet delay. A camera counts it in ticks of its clock and may round to a coarser step of its
+  /// own.
   [[nodiscard]] std::optional<SettingPort> packet_delay() const {
     const auto tick_hz = tick_rate_hz(features_, true);
     auto delay = tick_hz ? port({"GevSCPD", "ArvGevSCPD"}, 1e9 / *tick_hz) : std::nullopt;
@@ -398,7 +398,7 @@ class Configuration : private SettingsWriter {
     return std::nullopt;
   }
 
-  /// Notes how PTP ended; without a master the camera goes on with the clock it has.
+  /// Reports the outcome of PTP; without a master the camera keeps its own clock.
   void set_ptp() {
     const auto names = ptp_names();
     if (!names) return note("ptp_status", "not there");
@@ -453,7 +453,7 @@ class AravisCamera final : public CameraDevice {
   ~AravisCamera() override {
     try {
       stop();
-    } catch (const Error&) {  // the camera is gone: nothing is left to stop
+    } catch (const Error&) {  // the camera has gone; there is nothing to stop
     }
   }
 
@@ -495,13 +495,13 @@ class AravisCamera final : public CameraDevice {
       return arv_camera_create_stream(camera_.get(), nullptr, nullptr, error);
     }));
     if (is_gige_) {
-      // The library would set its socket's buffer with the first packet, when it is too late: the
-      // buffer is set here and left alone there. Patient with resends: the defaults give a frame
-      // up while its packets are in transit.
+      // Sets the socket buffer here, since Aravis would do so only at the first packet, which is
+      // too late, and leaves it alone there. Resend timeouts are longer than the defaults, with
+      // which a frame is abandoned while its packets are in transit.
       g_object_set(stream_.get(), "socket-buffer", ARV_GV_STREAM_SOCKET_BUFFER_FIXED,
                    "socket-buffer-size", 0, "packet-resend", ARV_GV_STREAM_PACKET_RESEND_ALWAYS,
                    "packet-request-ratio", 1.0, "frame-retention", 400'000U, nullptr);
-      const auto port = features_.integer_if("ArvGevSCSP").value_or(0);  // 0: any
+      const auto port = features_.integer_if("ArvGevSCSP").value_or(0);  // 0 accepts any port
       for (const int socket : filter_new_sockets(before, static_cast<std::uint16_t>(port)))
         set_receive_buffer(socket, wanted_buffer_);
     }
@@ -524,8 +524,8 @@ class AravisCamera final : public CameraDevice {
   [[nodiscard]] std::optional<CameraFrame> next(double timeout_s) override {
     give_back();
     if (!stream_) return std::nullopt;
-    // Its power was off for a moment, or no sign of life reached it: it belongs to nobody, answers,
-    // and sends nothing.
+    // The camera lost power briefly or missed the heartbeat: it answers, but has no controller and
+    // does not stream.
     if (is_gige_ && !arv_gv_device_is_controller(gige()))
       throw device_error("the camera no longer belongs to this program", name_,
                          "check cable and power of the camera");
@@ -534,7 +534,7 @@ class AravisCamera final : public CameraDevice {
     CameraFrame frame;
     const ArvBufferStatus status = arv_buffer_get_status(current_);
     frame.id = arv_buffer_get_frame_id(current_);
-    // Without a tick rate the library gives the time of arrival instead.
+    // Without a tick rate, Aravis reports the time of arrival instead.
     if (tick_hz_) frame.device_ns = static_cast<std::int64_t>(arv_buffer_get_timestamp(current_));
     if (status != ARV_BUFFER_STATUS_SUCCESS) {
       frame.fault = status == ARV_BUFFER_STATUS_MISSING_PACKETS ? "packets are missing"
@@ -555,7 +555,7 @@ class AravisCamera final : public CameraDevice {
     sample.host_before_ns = now_ns();
     features_.execute(latch);
     sample.host_after_ns = now_ns();
-    // TimestampLatchValue of SFNC counts ns, whatever the tick of the stream's stamps is.
+    // SFNC's TimestampLatchValue is in ns, whatever the tick of the stream's time stamps.
     const std::int64_t ticks = features_.integer(value);
     sample.device_ns = legacy ? ns_of_ticks(ticks) : ticks;
     return sample;
@@ -572,7 +572,7 @@ class AravisCamera final : public CameraDevice {
  private:
   [[nodiscard]] ArvGvDevice* gige() const { return ARV_GV_DEVICE(device_.get()); }
 
-  /// A program that was killed controls the camera until its heartbeat is missed.
+  /// Takes control of the camera. A killed program keeps it until its heartbeat times out.
   [[nodiscard]] bool takes_control() const {
     const auto until = std::chrono::steady_clock::now() + kOtherHeartbeat;
     while (!arv_gv_device_is_controller(gige()) && std::chrono::steady_clock::now() < until) {
@@ -587,8 +587,8 @@ class AravisCamera final : public CameraDevice {
     return std::llroundl(static_cast<long double>(ticks) * 1e9L / *tick_hz_);
   }
 
-  /// A UDP socket with a filter of our own where its buffer holds a frame, else the packet socket,
-  /// whose ring the library makes 32 MB large, where this process may open one.
+  /// Chooses the socket: UDP with our own filter if its buffer can hold a frame; else, if this
+  /// process may open one, a packet socket, for which Aravis makes a ring of 32 MB.
   void choose_socket(std::vector<SettingReadBack>& read_back) {
     const auto packet = features_.integer_if("ArvGevSCPSPacketSize").value_or(kSmallestPacket);
     const std::size_t frame =
@@ -603,7 +603,7 @@ class AravisCamera final : public CameraDevice {
     read_back.push_back({"receive_buffer_of_a_frame_bytes", fmt::format("{}", frame)});
   }
 
-  /// Filters the sockets that Aravis opened since `before`, and returns them.
+  /// Adds a filter to the sockets that Aravis opened since `before`; returns these sockets.
   std::vector<int> filter_new_sockets(const std::vector<int>& before, std::uint16_t port) {
     std::vector<int> found;
     for (const int socket : udp_sockets()) {
@@ -646,7 +646,7 @@ class AravisCamera final : public CameraDevice {
 
   [[nodiscard]] std::size_t bytes_of(const CameraFrame& frame) const {
     if (frame.stride_bytes > 0) return format_->frame_bytes(frame.stride_bytes, frame.height_px);
-    // Packed formats run on from row to row.
+    // Packed formats continue from row to row without padding.
     return (static_cast<std::size_t>(frame.width_px) * static_cast<std::size_t>(frame.height_px) *
                 format_->row_bytes(8) +
             7) /
@@ -685,8 +685,8 @@ class AravisCamera final : public CameraDevice {
   CameraCounters counters_;
 };
 
-/// Straight to a known address by a known network card: no discovery, so a lost camera is back
-/// fast.
+/// Opens a known address through a known network card, without discovery, so that a lost camera is
+/// back quickly.
 Owned<ArvDevice> open_at(const CameraAddress& address) {
   Owned<GInetAddress> host(g_inet_address_new_from_string(address.host_address.c_str()));
   Owned<GInetAddress> camera(g_inet_address_new_from_string(address.device.c_str()));
@@ -697,7 +697,7 @@ Owned<ArvDevice> open_at(const CameraAddress& address) {
               [&](GError** error) { return arv_gv_device_new(host.get(), camera.get(), error); }));
 }
 
-/// Refuses a serial number with which several cameras answer.
+/// Throws if several cameras answer with the same serial number.
 void refuse_duplicate_serial(const std::string& device) {
   std::string addresses;
   int found = 0;

@@ -7,7 +7,7 @@ namespace drape::capture {
 
 extern const CameraDriver aravis_driver, v4l2_driver, replay_driver;
 
-/// In the order of Backend.
+/// Indexed by Backend.
 static constexpr const CameraDriver* kDrivers[] = {&aravis_driver, &v4l2_driver, &replay_driver};
 
 namespace {

@@ -27,8 +27,8 @@ constexpr auto kDiscovery = std::chrono::milliseconds(1000);
 // Discovery command with acknowledgement, no payload (GigE Vision 2.0).
 constexpr std::array<std::uint8_t, 8> kDiscover = {0x42, 0x11, 0x00, 0x02, 0x00, 0x00, 0x00, 0x01};
 constexpr std::size_t kHeader = 8, kAddress = 0x24, kSerial = 0xD8, kSerialBytes = 16;
-constexpr std::uint32_t kSourceAddress = 12;  ///< in the IPv4 header
-constexpr std::uint32_t kSourcePort = 0;      ///< in the UDP header, where a UDP filter starts
+constexpr std::uint32_t kSourceAddress = 12;  ///< offset in the IPv4 header
+constexpr std::uint32_t kSourcePort = 0;      ///< offset in the UDP header, where UDP filters start
 
 std::optional<in_addr> address_in(const std::string& text) {
   in_addr address{};
@@ -107,7 +107,7 @@ std::vector<GigeAnswer> gige_cameras() {
     const Descriptor& s = sockets.emplace_back(udp_socket());
     const int yes = 1;
     ::setsockopt(s.get(), SOL_SOCKET, SO_BROADCAST, &yes, sizeof yes);
-    bind_to(s, card.address);  // not bound, it asks from the address that the route has
+    bind_to(s, card.address);  // if not bound, it uses the route's source address
     send_to(s, kDiscover, {INADDR_BROADCAST});
     waiting.push_back({s.get(), POLLIN, 0});
   }
@@ -173,16 +173,16 @@ bool accept_only(int socket, const std::string& ip_address, std::uint16_t port) 
 }
 
 std::size_t receive_buffer_for(std::size_t payload_bytes, std::size_t packet_size_bytes) {
-  constexpr std::size_t headers = 36;       // IP, UDP and GVSP, part of the packet size
-  constexpr std::size_t around = 384;       // skb_shared_info and room for the link's header
+  constexpr std::size_t headers = 36;       // IP, UDP and GVSP headers, included in the packet size
+  constexpr std::size_t around = 384;       // skb_shared_info and space for the link header
   constexpr std::size_t description = 256;  // sk_buff
   const std::size_t data = packet_size_bytes > headers ? packet_size_bytes - headers : 1;
-  const std::size_t packets = payload_bytes / data + 3;  // leader, trailer, a broken one
+  const std::size_t packets = payload_bytes / data + 3;  // leader, trailer, a partial one
   return packets * (std::bit_ceil(packet_size_bytes + around) + description);
 }
 
 std::size_t set_receive_buffer(int socket, std::size_t bytes) {
-  // The kernel doubles what it is asked for, to make room for its own descriptions.
+  // The kernel doubles the requested size, to make room for its own descriptors.
   const int half = static_cast<int>(std::min<std::size_t>(bytes / 2, 1U << 30U));
   if (::setsockopt(socket, SOL_SOCKET, SO_RCVBUFFORCE, &half, sizeof half) != 0)
     ::setsockopt(socket, SOL_SOCKET, SO_RCVBUF, &half, sizeof half);
@@ -206,7 +206,7 @@ ActionSender::ActionSender(const std::string& host_address) : socket_(udp_socket
               "check the address of the network card");
 }
 
-/// The command as one datagram (GigE Vision 2.0, ACTION_CMD).
+/// Sends the command as one datagram (GigE Vision 2.0, ACTION_CMD).
 bool ActionSender::send(const std::string& camera_address,
                         std::optional<std::int64_t> device_ticks) {
   request_id_ = static_cast<std::uint16_t>(request_id_ % 65535 + 1);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A recording behind the same interface as a live camera: one frame per set, in order.
+// Plays a recording through the interface of a live camera: one frame per set, in order.
 #include <chrono>
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
@@ -58,7 +58,7 @@ class ReplayCamera final : public CameraDevice {
     const std::vector<unsigned char> bytes = read_frame(recording_, set, frame_in(set));
     image_ = cv::imdecode(bytes, cv::IMREAD_UNCHANGED);
     CameraFrame frame;
-    frame.id = next_;  // the set's place in the recording is its instant
+    frame.id = next_;  // the index of the set serves as its time
     frame.device_ns = static_cast<std::int64_t>(++next_) * 100'000'000;
     frame.complete = image_.type() == (deep_ ? CV_16UC1 : CV_8UC1) && image_.isContinuous();
     if (!frame.complete) frame.fault = "it is not grey, or of another depth than the first";

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// USB and other V4L2 cameras: native pixel formats only, memory-mapped buffers.
+// USB and other V4L2 cameras; native pixel formats only, memory-mapped buffers.
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <libv4l2.h>
@@ -43,11 +43,11 @@ std::string text_of(const __u8* text) {
 /// An open V4L2 device file.
 class V4l2Device {
  public:
-  /// is_open() says whether it could be opened; errno then why not.
+  /// Opens the file; is_open() tells whether that succeeded, errno why not.
   explicit V4l2Device(std::string file) : file_(std::move(file)) {
     descriptor_ = ::open(file_.c_str(), O_RDWR | O_NONBLOCK | O_CLOEXEC);
     if (descriptor_ < 0) return;
-    // libv4l2 would otherwise offer sizes and formats that it makes up itself.
+    // libv4l2 would otherwise offer sizes and formats that it converts to itself.
     if (::v4l2_fd_open(descriptor_, V4L2_DISABLE_CONVERSION) >= 0) return;
     ::close(descriptor_);
     descriptor_ = -1;
@@ -69,7 +69,7 @@ class V4l2Device {
     return result == 0;
   }
 
-  /// Throws Error(device) where the call fails; `doing` begins its sentence.
+  /// Throws Error(device) if the call fails; `doing` starts the message.
   void require(unsigned long request, void* argument, const std::string& doing) const {
     if (!call(request, argument)) refuse(doing);
   }
@@ -96,8 +96,8 @@ std::optional<v4l2_capability> capability_of(const std::string& file) {
   return capability;
 }
 
-/// The device files that capture by streaming, in the order of their names, each with what it is
-/// able to do (device_caps filled in).
+/// Device files that support streaming capture, sorted by name, each with its capabilities
+/// (device_caps filled in).
 std::vector<std::pair<std::string, v4l2_capability>> capture_files() {
   std::vector<std::string> files;
   for (const auto& entry : std::filesystem::directory_iterator("/dev")) {
@@ -188,7 +188,7 @@ class V4l2Camera final : public CameraDevice {
 
   [[nodiscard]] bool is_multiplanar() const { return type_ == V4L2_BUF_TYPE_VIDEO_CAPTURE_MPLANE; }
 
-  /// A buffer with room for its planes.
+  /// A buffer with storage for its planes.
   struct Queued {
     v4l2_buffer buffer{};
     v4l2_plane planes[VIDEO_MAX_PLANES]{};
@@ -202,7 +202,7 @@ class V4l2Camera final : public CameraDevice {
     return queued;
   }
 
-  /// Points the buffer at its own planes, wherever it was copied to.
+  /// Calls the ioctl with the buffer pointing at its own planes, which a copy would not do.
   bool call_with(unsigned long request, Queued& queued) const {
     if (is_multiplanar()) {
       queued.buffer.m.planes = queued.planes;
@@ -226,7 +226,7 @@ class V4l2Camera final : public CameraDevice {
       if (s.height_px) pix.height = static_cast<std::uint32_t>(*s.height_px);
       pix.pixelformat = format_->code;
       pix.field = V4L2_FIELD_NONE;
-      plane.bytesperline = 0;  // the driver chooses, not the format before
+      plane.bytesperline = 0;  // let the driver choose, not the last format
       device_.require(VIDIOC_S_FMT, &format, "setting the format");
       if (pix.pixelformat != format_->code)
         throw device_error(
@@ -250,7 +250,7 @@ class V4l2Camera final : public CameraDevice {
     writer.note("pixel_format", std::string(format_->name));
   }
 
-  /// Names of those that are understood and that libv4l2 does not make up.
+  /// Names of the formats that are supported here and native to the camera.
   [[nodiscard]] std::vector<std::string> native_formats() const {
     std::vector<std::string> names;
     v4l2_fmtdesc description{};
@@ -283,7 +283,7 @@ class V4l2Camera final : public CameraDevice {
         }};
   }
 
-  /// Makes a port of a control, none where the camera lacks it; `unit`: size of one of its counts.
+  /// Makes a port for a control, nullopt if the camera lacks it; `unit` is the size of one count.
   [[nodiscard]] std::optional<SettingPort> control(std::uint32_t id, double unit,
                                                    const char* named) const {
     v4l2_control now{id, 0};
@@ -307,7 +307,7 @@ class V4l2Camera final : public CameraDevice {
   }
 
   void set_gamma(SettingsWriter& writer) const {
-    // 100 is a straight line (UVC 1.5, 4.2.2.3.7); a camera that cannot says what it does.
+    // A gamma of 100 is linear (UVC 1.5, 4.2.2.3.7); a camera that cannot be set reports its value.
     v4l2_queryctrl gamma{};
     gamma.id = V4L2_CID_GAMMA;
     if (!device_.call(VIDIOC_QUERYCTRL, &gamma) ||
@@ -319,7 +319,7 @@ class V4l2Camera final : public CameraDevice {
     writer.note("gamma_percent", fmt::format("{}", control.value));
   }
 
-  /// Only EINVAL means that the camera has no such control.
+  /// Switches a control off; only EINVAL means that the camera does not have it.
   void turn_off(std::uint32_t id, int off, const char* name, SettingsWriter& writer) const {
     v4l2_control control{id, off};
     const bool taken = device_.call(VIDIOC_S_CTRL, &control);
@@ -332,7 +332,7 @@ class V4l2Camera final : public CameraDevice {
     writer.note(name, "Off");
   }
 
-  /// The first plane alone: it holds the grey of every format that is understood.
+  /// Maps the first plane only: it holds the grey values of every supported format.
   void map(std::uint32_t index) {
     Queued queued = a_buffer(index);
     require_with(VIDIOC_QUERYBUF, queued, "asking for a buffer");

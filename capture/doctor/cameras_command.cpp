@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// drape-capture cameras: the cameras that answer, and what to write into cameras.toml.
+// drape-capture cameras: lists the cameras that answer, with the lines for cameras.toml.
 #include <fmt/format.h>
 
 #include "capture/commands.hpp"

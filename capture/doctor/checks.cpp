@@ -27,12 +27,12 @@ namespace {
 
 namespace fs = std::filesystem;
 constexpr double kMega = 1e6;
-constexpr int kPacketHeaders = 36;        ///< IP, UDP and GVSP, part of the packet size
-constexpr int kEthernetAround = 18 + 20;  ///< frame, gap and preamble
+constexpr int kPacketHeaders = 36;        ///< IP, UDP and GVSP headers, included in the packet size
+constexpr int kEthernetAround = 18 + 20;  ///< Ethernet framing, gap and preamble
 constexpr int kUsualPacket = 1400;
 constexpr double kHighSpeed_mbit = 480;
 
-/// Name of the network card with this address, or else of the one whose subnet holds it.
+/// Name of the network card that has this address, else of the one whose subnet contains it.
 std::string card_of(const std::string& address) {
   in_addr wanted{};
   if (::inet_pton(AF_INET, address.c_str(), &wanted) != 1) return {};
@@ -52,8 +52,8 @@ std::optional<double> number_in(const fs::path& file) {
   return std::nullopt;
 }
 
-/// Days since the calibration was computed, by the record beside it, if that is of this file: a
-/// copy has the time of the copying.
+/// Days since the calibration was computed, from the run record beside it if that matches the file:
+/// the file time of a copy is that of copying.
 std::optional<double> days_since(const fs::path& calibration) {
   const fs::path record = run_record_path(calibration);
   if (!fs::is_regular_file(record)) return std::nullopt;
@@ -64,7 +64,7 @@ std::optional<double> days_since(const fs::path& calibration) {
   return std::chrono::duration<double>(std::chrono::system_clock::now() - *ended).count() / 86400;
 }
 
-/// Cameras that the rig has and the calibration lacks, or knows with another size.
+/// Lists cameras of the rig that the calibration lacks or has with another image size.
 std::string strangers(const Calibration& calibration, const CamerasFile& rig) {
   std::string names;
   for (const LiveCamera& camera : rig.cameras) {
@@ -79,7 +79,7 @@ std::string strangers(const Calibration& calibration, const CamerasFile& rig) {
   return names;
 }
 
-/// The folder of the USB device that a device file (/dev/video0) belongs to; empty: of none.
+/// Folder of the USB device behind a device file (/dev/video0); empty if there is none.
 fs::path usb_device_of(const std::string& file, const fs::path& sys) {
   std::error_code why;
   fs::path folder =
@@ -101,7 +101,7 @@ const FoundDevice* device_of(const LiveCamera& camera, const std::vector<FoundDe
   return device == found.end() ? nullptr : &*device;
 }
 
-/// A camera of the network and the card it is reached by.
+/// A network camera with the card through which it is reached.
 struct Reached {
   std::string camera, card;
   int packet_size_bytes = 0;
@@ -299,7 +299,7 @@ Checks check_network(const Evidence& evidence) {
           {"packet size on " + card, *mtu >= largest,
            fmt::format("MTU {:.0f} bytes, packets of {} bytes", *mtu, largest),
            fmt::format("sudo ip link set {} mtu 9000, or packet_size_bytes = {:.0f}", card, *mtu)});
-    // A strict filter drops a camera whose answer the kernel would send by another card.
+    // Strict filtering by reverse path drops replies that the kernel would route by another card.
     if (number_in("/proc/sys/net/ipv4/conf/" + card + "/rp_filter") == 1 && by_card.size() > 1)
       checks.push_back({"reverse path filter of " + card, false, "it is strict, on several cards",
                         fmt::format("sudo sysctl -w net.ipv4.conf.{}.rp_filter=2", card)});
@@ -357,8 +357,8 @@ Checks check_receive_buffers(const Evidence& evidence) {
     const auto has = setting_in(camera.settings, "receive_buffer_bytes");
     const auto needs = setting_in(camera.settings, "receive_buffer_of_a_frame_bytes");
     if (!has || !needs) continue;
-    // The camera sends no faster than it did in the short capture: too small a buffer alone loses
-    // nothing until this machine is busy.
+    // The camera sends no faster than in the short capture, so too small a buffer loses nothing
+    // until this machine is busy.
     std::string found = "packet socket, 32 MB";
     if (setting_in(camera.settings, "stream_socket") != "packet") {
       const double got = std::stod(*has), frame = std::stod(*needs);
@@ -392,7 +392,7 @@ Checks check_capture(const Evidence& evidence) {
   if (spread_s) set.found += fmt::format(", spread {:.3f} ms", 1e3 * *spread_s);
   for (const LiveFault& f : live.report.faults)
     set.found += fmt::format("; {}: {}", f.camera, f.what);
-  // A bench that loses one of three loses others later.
+  // A bench that loses one set of three now will lose others later.
   set.go = live.pairing.sets.size() >= evidence.wanted &&
            spread_s.value_or(0) <= cameras.largest_spread_s;
   if (!live.report.why_fallen_back.empty())

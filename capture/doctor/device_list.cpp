@@ -18,7 +18,7 @@ std::vector<FoundDevice> list_devices(const std::filesystem::path& host_program,
       throw_if_any(
           faults_of_reading(Document(Syntax::json, json_value(output)), walk_through(devices)));
     if (end.exit_code == 0) return devices.cameras;
-  } catch (const Error&) {  // named below
+  } catch (const Error&) {  // reported below
   }
   throw Error(ErrorKind::device, "the cameras cannot be listed", {.file = host_program.string()},
               "run it by hand with --list; build or install drape-camera-host if it is missing");

@@ -8,8 +8,8 @@
 
 namespace drape::capture {
 
-/// The devices that answer, asked by a camera host of its own, so that a library that aborts takes
-/// nothing down. Takes about 1 s. Throws Error(device) when the host fails.
+/// Lists devices through a separate camera host, so that a crashing library does no harm here.
+/// Takes about 1 s. Throws Error(device) if the host fails.
 [[nodiscard]] std::vector<FoundDevice> list_devices(const std::filesystem::path& host_program,
                                                     bool sizes = false);
 

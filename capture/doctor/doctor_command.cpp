@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// drape-capture doctor: is the bench fit to measure? Each check GO or NO-GO, and what to type.
+// drape-capture doctor: checks if the bench is fit to measure; prints GO or NO-GO with remedies.
 #include <fmt/format.h>
 
 #include "capture/commands.hpp"

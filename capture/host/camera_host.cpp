@@ -17,7 +17,7 @@ CameraHost::CameraHost(CameraAddress address, CameraSettings settings, HostOptio
     : address_(std::move(address)), settings_(std::move(settings)), options_(std::move(options)) {}
 
 CameraHost::~CameraHost() {
-  control_.reset();  // the host ends by itself and lets go of the camera
+  control_.reset();  // the host then ends by itself and releases the camera
   for (int i = 0; process_ > 0 && i < 100; ++i) {
     if (::waitpid(process_, nullptr, WNOHANG) != 0) return;
     ::usleep(10'000);
@@ -47,7 +47,7 @@ void CameraHost::launch() {
   counters_ = {};
   last_sign_ = std::chrono::steady_clock::now();
   ++launches_;
-  // Once known, the address spares the second of discovery.
+  // A known address saves the second that discovery takes.
   CameraAddress address = address_;
   if (address.backend == Backend::aravis && !identity_.host_address.empty()) {
     address.device = identity_.address;
@@ -83,14 +83,14 @@ void CameraHost::take_light(const News& news) {
   for (const SettingReadBack& one : news.settings) {
     const auto known = std::find_if(read_back_.begin(), read_back_.end(),
                                     [&](const SettingReadBack& s) { return s.name == one.name; });
-    if (known == read_back_.end())  // cameras.toml leaves it to the camera
+    if (known == read_back_.end())  // cameras.toml does not set it
       read_back_.push_back(one);
     else
       known->value = one.value;
   }
   light_answer_ = LightAnswer{news.what, news.what_to_do};
   if (!news.what.empty()) return;
-  // A camera that is opened again gets them, too.
+  // Applies again if the camera is reopened.
   if (light_wanted_.exposure_us) settings_.exposure_us = light_wanted_.exposure_us;
   if (light_wanted_.gain_db) settings_.gain_db = light_wanted_.gain_db;
 }

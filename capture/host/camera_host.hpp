@@ -17,15 +17,15 @@ namespace drape::capture {
 
 struct HostOptions {
   std::filesystem::path program;  ///< drape-camera-host
-  std::size_t slots = 8;          ///< frames in transit at once
-  std::size_t slot_bytes = 0;     ///< bytes of the largest frame
+  std::size_t slots = 8;          ///< frames in transit at the same time
+  std::size_t slot_bytes = 0;     ///< size of the largest frame
   int memory_limit_mb = 2048;
-  double silence_s = 1.0;  ///< without a sign of life it is taken as hung
-  /// The same until the camera streams: libraries, discovery and drivers take their time.
+  double silence_s = 1.0;  ///< silence after which the host counts as hung
+  /// The same limit until the camera streams: libraries, discovery and drivers need longer.
   double opening_s = 15.0;
 };
 
-/// A frame as it left the camera host.
+/// A frame as received from the camera host.
 struct HostFrame {
   std::uint64_t id = 0;
   std::optional<std::int64_t> device_ns;
@@ -36,9 +36,9 @@ struct HostFrame {
   std::vector<std::uint8_t> pixels;  ///< bytes as sent, in CameraHost::pixel_format()
 };
 
-/// One camera behind its own process, seen from the capture. launch() starts a process (a fresh one
-/// when there was one); pump() takes in what it said. Never blocks, never throws for a fault of the
-/// camera: fault() tells it.
+/// One camera in a process of its own, as seen from the capture. launch() starts a new process and
+/// ends an earlier one; pump() processes its messages. Never blocks, and never throws for a fault
+/// of the camera, which fault() reports.
 class CameraHost {
  public:
   CameraHost(CameraAddress address, CameraSettings settings, HostOptions options);
@@ -49,20 +49,20 @@ class CameraHost {
   void launch();
   void kill();
   void pump();
-  void start() { command(Order::Kind::start); }  ///< streams once started() is true
+  void start() { command(Order::Kind::start); }  ///< the camera streams once started() is true
   void stop() { command(Order::Kind::stop); }
   void trigger() { command(Order::Kind::trigger); }
   void set_settings(const CameraSettings& settings) { settings_ = settings; }
-  /// Exposure and gain that are there, while it streams; light_answer() says what came of it.
+  /// Requests the given exposure and gain while streaming; light_answer() reports the result.
   void set_light(const CameraSettings& wanted);
   struct LightAnswer {
-    std::string refused, what_to_do;  ///< empty: taken, and settings() says what the camera has
+    std::string refused, what_to_do;  ///< empty if accepted; settings() then has the values
   };
   [[nodiscard]] std::optional<LightAnswer> light_answer() {
     return std::exchange(light_answer_, std::nullopt);
   }
 
-  /// Why the camera cannot go on: it said so, its process ended, or it went silent.
+  /// Reason why the camera cannot go on: an error it reported, its process ended, or it hung.
   [[nodiscard]] const std::optional<std::string>& fault() const { return fault_; }
   [[nodiscard]] const std::string& what_to_do() const { return what_to_do_; }
   [[nodiscard]] bool ready() const { return ready_; }
@@ -81,8 +81,8 @@ class CameraHost {
   [[nodiscard]] CameraCounters counters() const;
   [[nodiscard]] std::int64_t frames_without_room() const { return no_slot_; }
   [[nodiscard]] bool has_frame() const { return !frames_.empty(); }
-  /// The oldest frame that waits, its pixels copied out of the shared memory, which then has room
-  /// for another: so no more frames wait than have room there.
+  /// Takes the oldest waiting frame and copies its pixels, which frees its slot of the shared
+  /// memory; at most as many frames can wait as there are slots.
   [[nodiscard]] std::optional<HostFrame> next_frame();
 
  private:
@@ -108,12 +108,12 @@ class CameraHost {
   std::vector<ClockSample> clock_;
   CameraCounters counters_, counters_before_;
   std::int64_t no_slot_ = 0;
-  std::deque<FrameNews> frames_;  ///< frames that wait in the shared memory
+  std::deque<FrameNews> frames_;  ///< frames waiting in the shared memory
   CameraSettings light_wanted_;
   std::optional<LightAnswer> light_answer_;
 };
 
-/// drape-camera-host in libexec/drapebench, beside the folder of the running program.
+/// Path of drape-camera-host in libexec/drapebench, next to the folder of the running program.
 [[nodiscard]] std::filesystem::path camera_host_program();
 
 }  // namespace drape::capture

@@ -40,7 +40,7 @@ SharedFrames::SharedFrames(std::size_t slots, std::size_t slot_bytes)
       slot_bytes_(slot_bytes) {
   if (memory_.get() < 0 || ::ftruncate(memory_.get(), static_cast<off_t>(slots * slot_bytes)) != 0)
     throw internal_error("no shared memory for the frames");
-  // A host that shrank it would end this process with its next look at a frame.
+  // Seals the size: if a host shrank the memory, reading a frame would kill this process.
   if (::fcntl(memory_.get(), F_ADD_SEALS, F_SEAL_SHRINK | F_SEAL_GROW | F_SEAL_SEAL) != 0)
     throw internal_error("the shared memory of the frames cannot be sealed");
   map();

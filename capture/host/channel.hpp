@@ -32,12 +32,12 @@ class Descriptor {
   int descriptor_;
 };
 
-/// Frames in memory that two processes map: `slots` of `slot_bytes` each.
+/// Frames in memory shared by two processes: `slots` of `slot_bytes` each.
 class SharedFrames {
  public:
-  /// A new anonymous memory file.
+  /// Creates an anonymous memory file.
   SharedFrames(std::size_t slots, std::size_t slot_bytes);
-  /// The one behind an inherited descriptor.
+  /// Maps the memory behind an inherited descriptor.
   SharedFrames(Descriptor memory, std::size_t slots, std::size_t slot_bytes);
   ~SharedFrames();
   SharedFrames(const SharedFrames&) = delete;
@@ -54,17 +54,17 @@ class SharedFrames {
   std::uint8_t* at_ = nullptr;
 };
 
-/// Sends one message; false when the other side is gone.
+/// Sends one message; false if the other side has closed.
 bool send_text(int descriptor, std::string_view text);
 enum class Received { message, nothing, closed };
-/// The next message within `timeout_ms`.
+/// Receives the next message within `timeout_ms`.
 [[nodiscard]] Received receive_text(int descriptor, int timeout_ms, std::string& text);
 
 template <class Message>
 bool send(int descriptor, const Message& message) {
   return send_text(descriptor, one_line(value_of(message)));
 }
-/// A message that is none closes the channel.
+/// Receives and parses a message; an invalid one closes the channel.
 template <class Message>
 [[nodiscard]] Received receive(int descriptor, int timeout_ms, Message& message) {
   std::string text;
@@ -80,7 +80,7 @@ template <class Message>
   return got;
 }
 
-/// Message from the capture to a camera host.
+/// Message from the capture to a camera host. Comments name the kinds that use a field.
 struct Order {
   enum class Kind { open, start, stop, trigger, light, free };
   Kind kind = Kind::open;
@@ -91,7 +91,7 @@ struct Order {
 };
 void fields(Fields& f, Order& order);
 
-/// A frame that left the camera, in a slot of the shared memory where it is whole.
+/// A frame that left the camera; if complete, its pixels are in a slot of the shared memory.
 struct FrameNews {
   std::uint64_t id = 0;
   std::optional<std::int64_t> device_ns;
@@ -101,18 +101,18 @@ struct FrameNews {
   int width_px = 0, height_px = 0;
 };
 
-/// Message from a camera host to the capture.
+/// Message from a camera host to the capture. Comments name the kinds that use a field.
 struct News {
   enum class Kind { ready, started, stopped, frame, alive, light, error };
   Kind kind = Kind::ready;
-  std::string what = {}, what_to_do = {};       ///< error; light: empty where it was taken
+  std::string what = {}, what_to_do = {};       ///< error; light: empty if accepted
   std::optional<CameraIdentity> identity = {};  ///< ready
-  std::vector<SettingReadBack> settings = {};   ///< ready, light: read back
+  std::vector<SettingReadBack> settings = {};   ///< ready, light: values read back
   std::uint64_t first_id = 0, last_id = 0;      ///< ready
   bool on_host_clock = false;                   ///< ready
   std::vector<ClockSample> clock = {};          ///< ready, alive
   std::optional<CameraCounters> counters = {};  ///< frame, alive
-  std::int64_t without_room = 0;                ///< frames that found no slot
+  std::int64_t without_room = 0;                ///< frames dropped for want of a slot
   std::optional<FrameNews> frame = {};
 };
 void fields(Fields& f, News& news);

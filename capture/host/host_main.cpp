@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// drape-camera-host: one camera in a process of its own, so that a camera, its library or its
-// network cannot take the capture down.
+// drape-camera-host: one camera in its own process, so that a fault of the camera, its library or
+// its network cannot end the capture.
 #include "capture/host/serve.hpp"
 #include "core/fields/records.hpp"
 #include "core/program/command.hpp"

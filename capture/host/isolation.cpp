@@ -25,7 +25,7 @@ constexpr std::uint32_t kArchitecture = AUDIT_ARCH_X86_64;
 #elif defined(__aarch64__)
 constexpr std::uint32_t kArchitecture = AUDIT_ARCH_AARCH64;
 #else
-constexpr std::uint32_t kArchitecture = 0;  // no filter is known for it
+constexpr std::uint32_t kArchitecture = 0;  // unsupported: no filter is defined
 #endif
 
 constexpr std::uint32_t kRefused = SECCOMP_RET_ERRNO | EPERM;
@@ -55,7 +55,7 @@ sock_filter give(std::uint32_t action) {
   return BPF_STMT(BPF_RET | BPF_K, action);
 }
 
-/// The first argument's low half: the kernel reads no more of a flag word or a domain.
+/// Low half of the first argument; the kernel reads only this of a flag word or a domain.
 constexpr std::size_t kFirstArgument = offsetof(seccomp_data, args);
 
 std::vector<sock_filter> filter() {
@@ -69,7 +69,7 @@ std::vector<sock_filter> filter() {
   };
   for (const auto& calls : kNever)
     for (const int call : calls) on(call, {give(kRefused)});
-  // Threads, not processes. clone3 hides its flags: the C library falls back to clone.
+  // Allows threads but not processes. clone3 hides its flags; when refused, libc uses clone.
   on(SYS_clone3, {give(kUnknown)});
   on(SYS_clone, {load(kFirstArgument), BPF_JUMP(BPF_JMP | BPF_JSET | BPF_K, CLONE_THREAD, 0, 1),
                  give(SECCOMP_RET_ALLOW), give(kRefused)});

@@ -23,7 +23,7 @@
 namespace drape::capture {
 namespace {
 
-// A sanitizer reserves terabytes of addresses.
+// Sanitizers reserve terabytes of address space.
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
 constexpr bool kSanitized = true;
 #else
@@ -32,7 +32,7 @@ constexpr bool kSanitized = false;
 
 using Clock = std::chrono::steady_clock;
 constexpr auto kAliveEvery = std::chrono::milliseconds(100);
-constexpr int kClockEvery = 5;  ///< alive messages per reading of the camera's clock
+constexpr int kClockEvery = 5;  ///< alive messages per clock reading
 constexpr int kFirstClockReadings = 10;
 constexpr double kPatience_s = 0.05;
 
@@ -68,7 +68,7 @@ class Server {
       tell(error);
     } catch (const std::bad_alloc&) {
       tell(no_memory());
-    } catch (const std::system_error&) {  // the stack of a thread has no room
+    } catch (const std::system_error&) {  // not enough memory for a thread's stack
       tell(no_memory());
     } catch (const std::exception& error) {
       tell(internal_error(error.what()));
@@ -95,7 +95,7 @@ class Server {
         return;
       case Order::Kind::stop:
         set_running(false);
-        tell_alive(true);  // the final counts, and a reading after the last frame
+        tell_alive(true);  // final counters, and a clock reading after the last frame
         send(control_.get(), News{.kind = News::Kind::stopped});
         return;
       case Order::Kind::trigger:
@@ -115,7 +115,7 @@ class Server {
     const CameraSettings wanted = order.settings.value_or(CameraSettings{});
     News ready{.kind = News::Kind::ready, .settings = camera_->configure(wanted)};
     add_light(ready.settings);
-    // Then frames are paired by time, and a set waits for a reading after its frames.
+    // Frames are then paired by time, and a set waits for a reading after its frames.
     by_time_ =
         (wanted.trigger == TriggerSource::free_run || wanted.trigger == TriggerSource::line) &&
         !camera_->on_host_clock();
@@ -132,7 +132,7 @@ class Server {
     send(control_.get(), ready);
   }
 
-  /// A camera that refuses keeps what it had.
+  /// Changes exposure and gain; a camera that refuses keeps its values.
   void set_light(const CameraSettings& wanted) {
     News answer{.kind = News::Kind::light};
     try {
@@ -152,12 +152,12 @@ class Server {
     if (refused.gain_db) before.gain_db = light_.gain_db;
     try {
       return camera_->set_light(before);
-    } catch (const Error&) {  // the answer says already what was refused
+    } catch (const Error&) {  // the answer already names the refused value
       return {};
     }
   }
 
-  /// Keeps what the camera says that it has.
+  /// Updates the settings with what the camera reports.
   void add_light(const std::vector<SettingReadBack>& settings) {
     if (const auto us = setting_in(settings, "exposure_us")) light_.exposure_us = std::stod(*us);
     for (const char* name : {"gain_db", "gain_camera_units"})
@@ -190,7 +190,7 @@ class Server {
     send(control_.get(), alive);
   }
 
-  /// The grabber alone starts, stops and reads the stream.
+  /// Thread that alone starts, stops and reads the stream.
   void grab() {
     try {
       while (!ended_) {
@@ -205,7 +205,7 @@ class Server {
     }
   }
 
-  /// True while streaming.
+  /// Handles commands; returns true while streaming.
   bool follow_orders() {
     std::unique_lock lock(mutex_);
     changed_.wait_for(lock, std::chrono::milliseconds(running_ ? 0 : 20),
@@ -250,7 +250,7 @@ class Server {
       ++no_slot_;
       return std::nullopt;
     }
-    // The one that was free last: few are ever written while nothing waits.
+    // Reuses the most recently freed slot: with little waiting, only a few slots are ever written.
     const std::size_t slot = free_.back();
     free_.pop_back();
     return slot;
@@ -266,14 +266,14 @@ class Server {
   std::atomic<bool> ended_{false}, failed_{false}, by_time_{false}, clock_due_{false};
   std::atomic<std::int64_t> no_slot_{0};
   int alive_count_ = 0;
-  CameraSettings light_;  ///< exposure and gain as they were taken last
+  CameraSettings light_;  ///< exposure and gain last accepted
 };
 
 }  // namespace
 
 void become_camera_host(int memory_limit_mb) {
   ::prctl(PR_SET_PDEATHSIG, SIGKILL);
-  ::signal(SIGINT, SIG_IGN);  // Ctrl-C ends the capture, which ends its hosts
+  ::signal(SIGINT, SIG_IGN);  // Ctrl-C reaches the capture, which ends its hosts
   const rlim_t bytes = static_cast<rlim_t>(memory_limit_mb) << 20;
   const rlimit limit{bytes, bytes};
   if (!kSanitized) ::setrlimit(RLIMIT_AS, &limit);

@@ -16,7 +16,7 @@
 namespace drape::capture {
 namespace {
 
-/// The table [sync].
+/// Table [sync] of the file.
 struct Sync {
   CamerasFile& of;
 };
@@ -34,8 +34,8 @@ void fields(Fields& f, Sync& sync) {
   of.largest_spread_s = spread_s.value_or(0.4 / of.frame_rate_hz);
 }
 
-/// Refuses two cameras of one name or device, and exposures that a free-running camera has no time
-/// for.
+/// Throws for two cameras of the same name or device, and for exposures too long for the
+/// free-running frame rate.
 void require_consistent(const CamerasFile& file) {
   std::map<std::string, std::string> name_of_device;
   std::set<std::string> names;

@@ -10,7 +10,7 @@
 
 namespace drape::capture {
 
-/// Ways to make cameras expose together, best last.
+/// Methods to make cameras expose together, in ascending order of quality.
 enum class SyncMethod { free_run, software_trigger, line_trigger, action, scheduled_action };
 
 }  // namespace drape::capture
@@ -27,18 +27,18 @@ namespace drape::capture {
 [[nodiscard]] TriggerSource trigger_of(SyncMethod method);
 
 struct LiveCamera {
-  std::string name;  ///< name in rig.toml
+  std::string name;  ///< camera name in rig.toml
   CameraAddress address;
   CameraSettings settings;
 };
 
-/// Frames of the bench without a cloth, recorded with the calibration.
+/// Frames of the bench without cloth, recorded with the calibration.
 struct ReferenceSet {
   std::filesystem::path recording;
   std::string set;
 };
 
-/// cameras.toml beside rig.toml: which device each camera of the rig is, how it is set, and how all
+/// cameras.toml beside rig.toml: device and settings of each camera of the rig, and how all of them
 /// are synchronised.
 struct CamerasFile {
   Document document = {};
@@ -46,22 +46,22 @@ struct CamerasFile {
   std::vector<LiveCamera> cameras = {};  ///< in the order of rig.toml
   SyncMethod method = SyncMethod::free_run;
   std::vector<SyncMethod> fall_backs =
-      {};            ///< tried in this order when a camera cannot do `method`
-  bool ptp = false;  ///< switch PTP on in cameras that have it
-  /// Frames of cameras whose clocks cannot be read are paired by their arrival: the spread of such
-  /// a set is not known.
+      {};            ///< tried in this order if a camera does not support `method`
+  bool ptp = false;  ///< enable PTP in cameras that support it
+  /// Pair frames by time of arrival if the cameras' clocks cannot be read; the spread of such a set
+  /// is unknown.
   bool pair_by_arrival = false;
-  double frame_rate_hz = 10;                   ///< free run, and the pace of the triggers
-  double largest_spread_s = 0;                 ///< a set of larger spread is refused
-  std::optional<ReferenceSet> reference = {};  ///< tells whether a camera has moved
+  double frame_rate_hz = 10;                   ///< rate of free run and of triggers
+  double largest_spread_s = 0;                 ///< sets with a larger spread are refused
+  std::optional<ReferenceSet> reference = {};  ///< shows whether a camera has moved
 };
 
 void fields(Fields& f, LiveCamera& camera);
 void fields(Fields& f, ReferenceSet& reference);
 void fields(Fields& f, CamerasFile& file);
 
-/// Reads cameras.toml beside the rig (its folder or file), which has the names and sizes. Throws
-/// Error(bad_input) for a camera that is missing, named twice, or the same device as another.
+/// Reads cameras.toml beside the rig (given by folder or file), which defines names and sizes.
+/// Throws Error(bad_input) for a camera that is missing, named twice, or shares a device.
 [[nodiscard]] CamerasFile read_cameras_file(const std::filesystem::path& rig_path);
 
 }  // namespace drape::capture

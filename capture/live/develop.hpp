@@ -8,8 +8,8 @@
 
 namespace drape::capture {
 
-/// Grey of a frame as it came from the camera, its depth and, where needed, its raw bytes. A frame
-/// that does not hold what its pixel format says has a fault and no pixels.
+/// Converts a camera's frame to grey and depth, keeping the raw bytes if needed. A frame whose size
+/// does not match its pixel format gets a fault and no pixels.
 [[nodiscard]] LiveFrame develop(HostFrame frame, const std::string& pixel_format);
 
 }  // namespace drape::capture

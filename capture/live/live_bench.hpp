@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// A bench of emulated cameras, for the tests of whole captures.
+// Bench of emulated cameras for tests of whole captures.
 
 #include <fmt/format.h>
 #include <gmock/gmock.h>
@@ -33,7 +33,7 @@ namespace drape::test {
 
 using namespace capture;
 
-/// A picture with edges, darks and brights, different for every seed.
+/// Test picture with edges, dark and bright areas; depends on the seed.
 inline std::vector<std::uint8_t> picture(int width_px, int height_px, unsigned seed) {
   std::mt19937 random(seed);
   std::vector<std::uint8_t> pixels;
@@ -44,7 +44,7 @@ inline std::vector<std::uint8_t> picture(int width_px, int height_px, unsigned s
   return pixels;
 }
 
-/// Bytes of a picture in the camera's first format, and the grey that belongs to it.
+/// Bytes of a picture in the camera's first format, with the expected grey values.
 struct Sent {
   std::vector<std::uint8_t> bytes, grey;
 };
@@ -60,14 +60,14 @@ inline Sent picture_for(const Personality& p, int width_px, int height_px, unsig
   if (format.bits > 8 && format.packing == Packing::words)
     for (std::size_t i = 1; i < sent.bytes.size(); i += 2)
       sent.bytes[i] = static_cast<std::uint8_t>(sent.bytes[i] & ((1 << (format.bits - 8)) - 1));
-  // The packings themselves are proved in pixel_format_test.cpp.
+  // The packings themselves are tested in pixel_format_test.cpp.
   const Samples grey = grey_of(unpack(format, sent.bytes, width_px, height_px), format.mosaic);
   for (const std::uint16_t v : grey.values)
     sent.grey.push_back(static_cast<std::uint8_t>(v >> (format.bits - 8)));
   return sent;
 }
 
-/// A camera of a cameras.toml that is reached by the loopback.
+/// Entry of cameras.toml for a camera on the loopback interface.
 inline LiveCamera camera_at(const std::string& name, const std::string& address, int width_px,
                             int height_px, double rate_hz) {
   LiveCamera camera{name, {Backend::aravis, address, "127.0.0.1", ""}, {}};
@@ -77,7 +77,7 @@ inline LiveCamera camera_at(const std::string& name, const std::string& address,
   return camera;
 }
 
-/// Captures `frames` sets on a machine that may be busy; `at_set` hears how many there are.
+/// Captures `frames` sets on a possibly busy machine; `at_set` is called with the count so far.
 inline LiveResult capture_with(const CamerasFile& file, int frames,
                                const std::function<void(int)>& at_set = {}, double patience_s = 300,
                                bool keep_pixels = true) {
@@ -94,7 +94,7 @@ inline LiveResult capture_with(const CamerasFile& file, int frames,
   return capture_live(file, options);
 }
 
-/// `count` cameras with clocks that have nothing in common.
+/// `count` cameras with unrelated clocks.
 struct LiveBench {
   explicit LiveBench(std::size_t count, SyncMethod method, int width_px = 320, int height_px = 240,
                      double rate_hz = 20, const std::vector<double>& first_exposures_s = {}) {
@@ -136,7 +136,7 @@ struct LiveBench {
 
 class LiveCapture : public CameraTest {};
 
-/// Every frame of every set is the camera's picture, and its exposures were one instant.
+/// Expects that every frame is its camera's picture and that each set was exposed at one instant.
 inline void expect_right_sets(const LiveBench& bench, const LiveResult& live) {
   for (const PairedFrames& set : live.pairing.sets) {
     ASSERT_EQ(set.frames.size(), bench.devices.size());

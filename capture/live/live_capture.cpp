@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// One capture from opening the cameras to its report.
+// One capture from opening the cameras to the report.
 #include "capture/live/live_capture.hpp"
 
 #include <fmt/format.h>
@@ -22,24 +22,24 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-constexpr double kAnswer_s = 0.5;      ///< to a trigger, above the exposure
-constexpr double kLateAnswer_s = 3.0;  ///< the same on a machine that is starved
-constexpr double kRetryEvery_s = 0.3;  ///< at first; half as much again after each time in vain
+constexpr double kAnswer_s = 0.5;      ///< largest reaction time to a trigger, above the exposure
+constexpr double kLateAnswer_s = 3.0;  ///< the same limit on an overloaded machine
+constexpr double kRetryEvery_s = 0.3;  ///< initial delay; grows by half after each failure
 constexpr double kRetryAtMost_s = 2;
-constexpr int kOpenedInVain = 10;   ///< failed attempts, after which it stays closed
-constexpr int kTriggersBefore = 3;  ///< until every camera answers
+constexpr int kOpenedInVain = 10;   ///< failed attempts after which it stays closed
+constexpr int kTriggersBefore = 3;  ///< test triggers until every camera answers
 constexpr std::size_t kMostBytesPerPixel = 3;
-constexpr std::size_t kAroundFrame = 1 << 16;  ///< chunks, padding
+constexpr std::size_t kAroundFrame = 1 << 16;  ///< space for chunks and padding
 constexpr double kRoom_s =
-    1.5;  ///< room for frames that wait in shared memory while this process does
-constexpr int kUsualPath_bytes = 1500;  ///< without jumbo frames
+    1.5;  ///< time for which the shared memory holds frames while this process is busy
+constexpr int kUsualPath_bytes = 1500;  ///< MTU without jumbo frames
 constexpr double kStopping_s = 2;
-constexpr double kReadings_s = 1;            ///< twice the time between two readings of a clock
-constexpr double kFitEvery_s = 0.4;          ///< readings of a clock that are kept
-constexpr std::int64_t kPartnersWithin = 8;  ///< frames of the same camera
-constexpr double kLargestDelay_s = 5;        ///< between exposure and arrival of a frame
+constexpr double kReadings_s = 1;            ///< twice the interval between clock readings
+constexpr double kFitEvery_s = 0.4;          ///< interval of the clock readings that are kept
+constexpr std::int64_t kPartnersWithin = 8;  ///< partners of a frame arrive within so many
+constexpr double kLargestDelay_s = 5;        ///< largest delay from exposure to arrival of a frame
 
-/// Empty where the camera's receive buffer holds a whole frame.
+/// Remedy for a receive buffer smaller than a frame; empty if it is large enough.
 std::string remedy_for_buffer(const CameraHost& host) {
   const auto bytes = [&](const char* name) {
     return std::stoll(setting_in(host.settings(), name).value_or("0"));
@@ -50,9 +50,9 @@ std::string remedy_for_buffer(const CameraHost& host) {
   return is_small ? fmt::format("sudo sysctl -w net.core.rmem_max={}", 2 * frame) : "";
 }
 
-constexpr double kScheduleAhead_s = 0.03;  ///< until every camera surely holds the command
-constexpr double kTriggerEarly_s = 2e-3;   ///< clock error allowed before a trigger
-constexpr double kStreamEnds_s = 0.3;      ///< once asked to
+constexpr double kScheduleAhead_s = 0.03;  ///< until every camera surely has the command
+constexpr double kTriggerEarly_s = 2e-3;   ///< tolerated clock error before a trigger
+constexpr double kStreamEnds_s = 0.3;      ///< time allowed for a stream to stop
 
 double tick_hz(const CameraHost& host) {
   const auto value = setting_in(host.settings(), "clock_tick_hz");
@@ -71,32 +71,32 @@ std::int64_t nanoseconds(double s) {
   return std::llround(1e9 * s);
 }
 
-constexpr double kLargest_s = 5e-3;  ///< beyond the uncertainty of both readings
+constexpr double kLargest_s = 5e-3;  ///< limit beyond the uncertainty of both readings
 
-/// The camera's clock minus the host's at the host time `at_ns`.
+/// Difference of the camera's clock from the host's at host time `at_ns`.
 double offset_s(const ClockFit& clock, std::int64_t at_ns) {
   const auto since = static_cast<double>(at_ns - clock.reference_host_ns);
   const auto offset = static_cast<double>(clock.reference_device_ns - clock.reference_host_ns);
   return 1e-9 * (offset - since * 1e-6 * clock.drift_ppm);
 }
 
-/// Readings of one clock of a camera. One that was opened again, or whose clock jumped, has
-/// several.
+/// Readings of a camera's clocks: reopening the camera or a jump starts a new
+/// list.
 using ClockReadings = std::vector<std::vector<ClockSample>>;
 
 std::optional<ClockFit> newest_clock(const ClockReadings& clocks) {
   return clocks.empty() ? std::nullopt : fit_clock(clocks.back(), {});
 }
 
-/// Cameras that say PTP holds their clocks, and whose clocks nevertheless differ by more than the
-/// readings of both can explain (one in TAI and one in UTC, two masters, ...); and cameras whose
-/// clocks PTP was asked to hold and does not, so that their offset and drift are estimated.
+/// Faults of PTP: cameras that report PTP synchronisation although their clocks differ by more than
+/// the readings explain (one in TAI and one in UTC, two masters, ...), and cameras that were asked
+/// to use PTP but do not, so that their offset and drift are estimated.
 std::vector<LiveFault> ptp_faults(const std::vector<LiveCameraReport>& cameras) {
   std::vector<LiveFault> faults;
   const LiveCameraReport* first = nullptr;
   for (const LiveCameraReport& camera : cameras) {
     const auto status =
-        setting_in(camera.settings, "ptp_status");  // absent when it was not asked for
+        setting_in(camera.settings, "ptp_status");  // absent unless PTP was requested
     if (status && status != "Slave" && status != "Master") {
       faults.push_back({camera.name,
                         fmt::format("PTP does not hold its clock ({}); offset and drift are "
@@ -124,73 +124,73 @@ std::vector<LiveFault> ptp_faults(const std::vector<LiveCameraReport>& cameras) 
   return faults;
 }
 
-/// A frame before the clocks are fitted.
+/// A frame before the clocks have been fitted.
 struct Arrival {
   std::size_t camera = 0;
   std::int64_t index = 0;
-  std::optional<std::size_t> clock;  ///< clock of the camera that stamped it, when that is sure
+  std::optional<std::size_t> clock;             ///< index of the clock that stamped it, if certain
   std::optional<std::int64_t> counted_trigger;  ///< trigger answered by a camera without a clock
-  std::optional<std::size_t> settled;           ///< number of the set it was given out in
+  std::optional<std::size_t> settled;           ///< index of the set in which it was delivered
   std::int64_t arrived_ns = 0;
   HostFrame frame;
-  bool given_up = false;  ///< no partner came in time; it has no pixels
+  bool given_up = false;  ///< no partner arrived in time; pixels were dropped
 };
 
-/// One camera of a capture that goes on.
+/// State of one camera during a capture.
 struct Running {
   std::unique_ptr<CameraHost> host;
   FrameIdUnwrapper ids{FrameIdRange{}};
-  std::int64_t base = 0;  ///< added to the unwrapped id; grows when ids start again
+  std::int64_t base = 0;  ///< added to the unwrapped id; grows when the ids restart
   std::int64_t newest = -1;
   std::optional<std::int64_t> newest_device_ns;
   std::int64_t last_frame_ns = 0;  ///< host time, for the watchdog only
-  std::int64_t failed_ns = 0;      ///< 0: it runs
+  std::int64_t failed_ns = 0;      ///< 0 while it runs
   std::int64_t retry_ns = 0;
-  std::int64_t began_ns = 0;  ///< host time at which it was commanded to stream
-  std::int64_t begin_ns = 0;  ///< not commanded to stream again before
-  /// The first trigger since its last frame, and how many there were; of those of the session.
+  std::int64_t began_ns = 0;  ///< host time of the command to stream
+  std::int64_t begin_ns = 0;  ///< earliest time of the next command to stream
+  /// Time of the first trigger since its last frame, and number of triggers since, in a session.
   std::int64_t asked_ns = 0;
   int unanswered = 0;
   bool started = false, fresh = true;
   double longest_gap_s = 0, longest_unnoticed_s = 0;
-  /// Readings of the clock; a camera that was opened again, or whose clock jumped, has a new one.
+  /// Clock readings; a new list starts when the camera is reopened or its clock jumps.
   ClockReadings clocks;
   std::size_t clock_taken = 0;
-  std::optional<ClockSample> last_reading;  ///< in the newest of `clocks`
-  std::int64_t sure_from_ns = 0;  ///< frames that arrive before may be stamped by the clock before
+  std::optional<ClockSample> last_reading;  ///< latest reading of the newest clock
+  std::int64_t sure_from_ns = 0;  ///< earlier arrivals may carry the time of the previous clock
   bool stamps_are_off = false;
   std::int64_t complete = 0;
-  int opened_in_vain = 0;  ///< times since its last frame
+  int opened_in_vain = 0;  ///< attempts since the last frame
   bool given_up = false;
-  /// A frame and the trigger it answers, from which a camera without a clock is counted on.
+  /// Reference frame and its trigger, from which triggers are counted without a clock.
   struct Counted {
     std::int64_t index = 0, trigger = 0;
   };
   std::optional<Counted> counted;
-  int silent_triggers = 0;  ///< one after another
+  int silent_triggers = 0;  ///< consecutive triggers without an answer
 };
 
-/// True where frames of the camera can be paired by device time.
+/// True if frames of this camera can be paired by device time.
 bool has_clock(const Running& camera) {
   return camera.host->on_host_clock() || fit_clock(camera.host->clock_samples(), {}).has_value();
 }
 
-/// True where its frames are assigned by counting triggers.
+/// True if its frames are assigned by counting triggers.
 bool never_had_clock(const Running& r) {
   return !r.host->on_host_clock() &&
          std::all_of(r.clocks.begin(), r.clocks.end(),
                      [](const auto& readings) { return readings.empty(); });
 }
 
-/// True where the camera's clock has been read since the frame came: then no jump that is seen
-/// later touches it.
+/// True if the clock was read after the frame arrived, so that a jump detected later cannot affect
+/// it.
 bool is_confirmed(const Running& r, const Arrival& a) {
   const bool reads = r.last_reading && !r.host->on_host_clock();
   return !reads || r.last_reading->host_before_ns > a.arrived_ns;
 }
 
-/// After a restart the device counts from the start again. Frames missed meanwhile are counted by
-/// its clock, when that ran on and the camera has a rate of its own.
+/// Continues the frame count after a restart, when the device counts from the start again. Frames
+/// missed in between are derived from its clock, if that ran on and the frame rate is fixed.
 void rebase(Running& r, const HostFrame& frame, std::optional<double> frame_rate_hz) {
   if (r.newest < 0) return;
   r.base = r.newest + 1;
@@ -216,7 +216,7 @@ std::optional<LiveFault> without_clock(const std::vector<Running>& cameras, cons
   return std::nullopt;
 }
 
-/// A camera that is named twice, once by its serial number: the second host waits in vain for it.
+/// Detects a camera that is named twice, once by serial number: its second host waits in vain.
 std::optional<LiveFault> one_device_twice(const std::vector<Running>& cameras,
                                           const CamerasFile& file) {
   for (std::size_t a = 0; a < cameras.size(); ++a)
@@ -238,7 +238,7 @@ std::optional<LiveFault> one_device_twice(const std::vector<Running>& cameras,
   return std::nullopt;
 }
 
-/// One capture from opening the cameras to its result.
+/// Runs one capture from opening the cameras to the result.
 class Session {
  public:
   Session(const CamerasFile& cameras, const LiveOptions& options)
@@ -248,10 +248,10 @@ class Session {
       host.program = options_.host_program;
       host.memory_limit_mb = options_.memory_limit_mb;
       host.opening_s = options_.opening_s;
-      // A recording has no cable to be pulled: only a busy machine keeps its host silent.
+      // A replay has no cable to unplug; its host is only silent if the machine is busy.
       if (camera.address.backend == Backend::replay) host.silence_s = host.opening_s;
       host.slots = std::clamp<std::size_t>(std::lround(kRoom_s * file_.frame_rate_hz), 8, 64);
-      // Room for every pixel format: pages that nobody writes cost nothing.
+      // Allocates for the largest pixel format; memory pages that are never written cost nothing.
       host.slot_bytes = static_cast<std::size_t>(*camera.settings.width_px) *
                             static_cast<std::size_t>(*camera.settings.height_px) *
                             kMostBytesPerPixel +
@@ -295,9 +295,9 @@ class Session {
     }
   }
 
-  /// Starts the host of every camera for the sync method, and waits until all are ready. Returns
-  /// why the method cannot be used: a camera refuses it, does not open, or its clock is needed and
-  /// cannot be read. Then no frames are expected.
+  /// Starts each camera's host for the sync method and waits until all are ready. Returns why the
+  /// method cannot be used: a camera refuses it, does not open, or has no readable clock although
+  /// the method needs one. No frames are expected in that case.
   std::optional<LiveFault> open_all() {
     for (std::size_t c = 0; c < running_.size(); ++c) {
       CameraSettings settings = file_.cameras[c].settings;
@@ -306,7 +306,7 @@ class Session {
       running_[c].host->launch();
     }
     const std::int64_t until = now_ns() + nanoseconds(options_.opening_s);
-    // By then a host has listed the network and named two devices of one serial number itself.
+    // By then a host has finished discovery and reports duplicate serial numbers itself.
     const std::int64_t listed = now_ns() + nanoseconds(5);
     for (;;) {
       wait(0.02);
@@ -333,7 +333,7 @@ class Session {
     return std::any_of(running_.begin(), running_.end(), is);
   }
 
-  /// Waits for something from a camera host; not while a frame is there.
+  /// Waits for a message of any camera host; returns at once if a frame is ready.
   void wait(double timeout_s) const {
     if (any([](const Running& r) { return r.host->has_frame(); })) return;
     std::vector<pollfd> descriptors;
@@ -341,7 +341,7 @@ class Session {
     ::poll(descriptors.data(), descriptors.size(), static_cast<int>(std::ceil(1e3 * timeout_s)));
   }
 
-  /// Takes in what comes until `done`, at most for `most_s`.
+  /// Processes messages until `done` returns true, for at most `most_s`.
   template <class Done>
   void take_in_until(double most_s, Done done) {
     const std::int64_t until = now_ns() + nanoseconds(most_s);
@@ -351,14 +351,14 @@ class Session {
     }
   }
 
-  /// Starts all streams and, where this process triggers, shows that every camera answers: the
-  /// first frame of a stream is slow in many cameras, and is in no set.
+  /// Starts all streams and, with software triggers, makes sure that every camera answers. These
+  /// frames belong to no set: in many cameras the first frame of a stream is slow.
   std::optional<LiveFault> begin_streams() {
     report_.paired_by = by_trigger()                               ? PairedBy::trigger
                         : all(has_clock) && !file_.pair_by_arrival ? PairedBy::time
                                                                    : PairedBy::arrival;
     for (Running& r : running_) start(r);
-    // A trigger before the last camera streams would be half an instant.
+    // Triggers only once all cameras stream; an earlier one would reach only some of them.
     take_in_until(options_.opening_s, [&] {
       return all([](const Running& r) { return r.host->started() || r.host->fault(); });
     });
@@ -401,7 +401,7 @@ class Session {
     r.host->start();
   }
 
-  /// Waits for the final packet counts; frames that still come are outside the capture.
+  /// Waits for the final packet counts; frames that still arrive are not part of the capture.
   void stop_streams() {
     while (any([](const Running& r) { return r.host->has_frame(); })) take_in();
     for (Running& r : running_) r.host->stop();
@@ -421,7 +421,7 @@ class Session {
       take_readings(c);
       if (const auto answer = r.host->light_answer(); answer && options_.on_light)
         options_.on_light(c, *r.host, *answer);
-      // One of each camera at a time: the others wait in shared memory, which is bounded.
+      // Takes one frame per camera at a time; the rest wait in shared memory, which is bounded.
       if (auto frame = r.host->next_frame()) take_frame(c, std::move(*frame));
       look_after(c);
     }
@@ -440,7 +440,7 @@ class Session {
     const auto before = std::exchange(r.last_reading, sample);
     const auto jump = before ? clock_jump_s(*before, sample) : std::nullopt;
     if (!jump) {
-      // Some of the readings after every frame are enough for the fit.
+      // A subset of the readings, taken after every frame, suffices for the fit.
       const bool soon = r.newest >= 0 && !clock.empty() &&
                         seconds(sample.host_before_ns - clock.back().host_before_ns) < kFitEvery_s;
       if (!soon) clock.push_back(sample);
@@ -457,9 +457,9 @@ class Session {
     r.clocks.push_back({sample});
   }
 
-  /// Until the clocks that pair frames by time were read after their frames.
+  /// Waits until each clock used for pairing has been read after its last frame.
   void await_readings() {
-    const std::int64_t from = now_ns();  // not the frames that come later: there is always another
+    const std::int64_t from = now_ns();  // later frames do not count, or it would never end
     take_in_until(kReadings_s, [&] {
       return by_trigger() || interrupted() ||
              std::all_of(arrivals_.begin(), arrivals_.end(), [&](const Arrival& a) {
@@ -469,7 +469,7 @@ class Session {
     });
   }
 
-  /// A driver that says its times are the host's, and they are not.
+  /// Detects a driver whose time stamps are not on the host's clock as it claims.
   void check_stamp(std::size_t c, HostFrame& frame) {
     if (file_.cameras[c].address.backend != Backend::v4l2 || !frame.device_ns) return;
     const double off_s = seconds(*frame.device_ns - now_ns());
@@ -522,11 +522,11 @@ class Session {
         {c, index, clock, counted, std::nullopt, r.last_frame_ns, std::move(frame)});
   }
 
-  /// Frames so old that no partner will come are only counted: memory stays bounded, whatever a
-  /// camera does.
+  /// Drops the pixels of frames too old to find a partner and only counts them, so that memory
+  /// stays bounded whatever a camera does.
   void give_up_old_frames(std::size_t c) {
     std::optional<PairingResult> paired;
-    if (!options_.on_set) {  // then the frames of all sets are wanted, and no others
+    if (!options_.on_set) {  // otherwise the result needs the frames of all sets
       const auto kept = std::count_if(arrivals_.begin(), arrivals_.end(), [c](const Arrival& a) {
         return a.camera == c && !a.frame.pixels.empty();
       });
@@ -543,9 +543,9 @@ class Session {
     }
   }
 
-  /// The trigger that a frame answers, for a camera without a clock: the last one, when the
-  /// camera counted as many frames as triggers were sent since a frame whose trigger is known. One
-  /// frame fewer may be a late frame or an exposure left out: then nobody knows.
+  /// Trigger answered by a frame of a camera without a clock: the latest one, if the camera sent as
+  /// many frames as triggers since a frame with a known trigger. If one is missing, nullopt: a late
+  /// frame and a skipped exposure cannot be told apart.
   std::optional<std::int64_t> count_trigger(Running& r, std::int64_t index) const {
     const std::int64_t last = last_trigger();
     if (!by_trigger() || last < 0 || !r.counted) return std::nullopt;
@@ -565,8 +565,8 @@ class Session {
     return "raise packet_delay_ns, or lower frame_rate_hz; check cable and switch";
   }
 
-  /// Remedy for a camera that obeys and sends nothing, or nothing that outlives a receive buffer
-  /// too small.
+  /// Remedy for a camera that obeys commands but sends no frames, or none that fit the receive
+  /// buffer.
   std::string remedy_for_silence(const CameraHost& host) {
     if (host.identity().host_address.empty()) return "check cable and power of the camera";
     const std::string buffer = remedy_for_buffer(host);
@@ -576,7 +576,7 @@ class Session {
         buffer.empty() ? "" : buffer + "; ", host.identity().address);
   }
 
-  /// True where it streams and sends nothing, although its time came or it was triggered.
+  /// True if a streaming camera sends nothing although a frame is due.
   bool is_silent(std::size_t c) const {
     const Running& r = running_[c];
     const bool live = file_.cameras[c].address.backend != Backend::replay;
@@ -584,13 +584,13 @@ class Session {
     const std::int64_t now = now_ns();
     if (report_.method == SyncMethod::free_run)
       return seconds(now - r.last_frame_ns) > 2 / file_.frame_rate_hz + 0.5;
-    // One trigger may be lost, and the answer to one be late.
+    // Tolerates one lost trigger and one late answer.
     const double exposure_s = 1e-6 * r.host->wanted().exposure_us.value_or(0);
     return r.unanswered > 1 && seconds(now - r.asked_ns) > exposure_s + kLateAnswer_s &&
            seconds(now - trigger_ns_.back()) > exposure_s + kAnswer_s;
   }
 
-  /// Notices a camera that is lost and brings it back, while the others go on.
+  /// Detects a lost camera and restarts it while the others continue.
   void look_after(std::size_t c) {
     Running& r = running_[c];
     const std::int64_t now = now_ns();
@@ -609,14 +609,14 @@ class Session {
       }
       if (now >= r.retry_ns && !r.given_up) open_again(c);
     } else if (!r.started && r.host->ready() && now >= r.begin_ns) {
-      // One that still ends its stream begins a period later, in the same phase.
+      // If it is still stopping its stream, it starts one period later, with the same phase.
       r.host->started() ? void(r.begin_ns += nanoseconds(period_s())) : start(r);
     }
   }
 
   void open_again(std::size_t c) {
     Running& r = running_[c];
-    // An operator who sees that a camera is lost has the time to mend it.
+    // In a session the operator sees that a camera is lost and has time to repair it.
     r.given_up = !options_.demand && r.opened_in_vain == kOpenedInVain;
     if (r.given_up) {
       add_fault(report_.faults,
@@ -651,7 +651,7 @@ class Session {
       begin_again(late.camera, late.phase_s);
   }
 
-  /// The newest exposure of each camera on the host's clock; nothing while one is not known.
+  /// Latest exposure of each camera on the host's clock; nullopt if one is unknown.
   [[nodiscard]] std::optional<std::vector<double>> newest_exposures_s() const {
     std::vector<double> result;
     for (const Running& r : running_) {
@@ -680,7 +680,7 @@ class Session {
   void run_free() {
     std::int64_t look_at = options_.on_set ? 1 : options_.frames;
     while (!patience_ended() && seconds(now_ns() - streaming_since_ns_) < longest_s()) {
-      double next_s = 0.02;  // until a camera that waits for it is to begin
+      double next_s = 0.02;  // time until a waiting camera is due to start
       for (const Running& r : running_)
         if (!r.started && r.begin_ns > now_ns())
           next_s = std::min(next_s, seconds(r.begin_ns - now_ns()));
@@ -701,7 +701,7 @@ class Session {
       tell_progress(have);
       const bool quiet = seconds(now_ns() - last_progress_ns_) > 2 / file_.frame_rate_hz;
       if (have < look_at && !quiet) continue;
-      // One more frame of each, or silence: the last set's best partner has surely come.
+      // After one more frame of each camera, or silence, the last set's best partners have arrived.
       const PairingResult pairing = pair(marks());
       const std::size_t sets = pairing.sets.size();
       give_out(pairing, quiet);
@@ -711,8 +711,8 @@ class Session {
     }
   }
 
-  /// A set is sure when every camera has sent another whole frame since, or all are silent; and,
-  /// where device times pair them, when every clock was read since: one that jumped is seen then.
+  /// Delivers sets that are final: every camera has sent a later complete frame or all are silent
+  /// and, if paired by time, each clock was read since, which reveals jumps.
   void give_out(const PairingResult& pairing, bool all) {
     if (!options_.on_set) return;
     for (const PairedFrames& set : pairing.sets) {
@@ -731,7 +731,7 @@ class Session {
     }
   }
 
-  /// Develops the frames of a set and takes their pixels.
+  /// Develops the frames of a set; moves their pixels out.
   LiveSet set_of(const PairedFrames& set) {
     LiveSet live{
         report_.paired_by == PairedBy::arrival ? std::nullopt : set.spread_s, {}, set.trigger, {}};
@@ -745,18 +745,18 @@ class Session {
       last_ns = std::max(last_ns, a.arrived_ns);
       live.frames.push_back(std::move(frame));
     }
-    // Exposed after the trigger was sent, and before the last frame was there.
+    // Bounded by the time from sending the trigger to the arrival of the last frame.
     if (!live.spread_s && set.trigger)
       live.spread_bound_s = seconds(last_ns - trigger_ns_[static_cast<std::size_t>(*set.trigger)]);
     return live;
   }
 
-  /// So that a bench with a camera that never pairs ends too.
+  /// Time limit, so that a bench with a camera that never pairs ends too.
   double longest_s() const {
     return 2 * options_.patience_s + 5 * (options_.frames + 2) / file_.frame_rate_hz;
   }
 
-  /// Until the operator wants a set; false when none is wanted any more.
+  /// Waits until the operator requests a set; false once no more are wanted.
   bool await_demand() {
     if (!options_.demand) return true;
     std::int64_t next_ns = 0;
@@ -782,7 +782,7 @@ class Session {
       running_[light->camera].host->set_light(light->wanted);
   }
 
-  /// It keeps its number, so that a late frame of it never passes for one of the next.
+  /// Triggers for display; counts each one, so that a late frame does not pass for the next.
   void trigger_for_screen() {
     fire();
     --report_.triggers;
@@ -791,7 +791,7 @@ class Session {
     settle_counts();
   }
 
-  /// Free-running frames from before the operator asked.
+  /// Discards free-running frames from before the operator's request.
   void forget_unsettled() {
     std::erase_if(arrivals_, [](const Arrival& a) { return !a.settled; });
     last_progress_ns_ = streaming_since_ns_ = now_ns();
@@ -841,7 +841,7 @@ class Session {
       const auto since = static_cast<double>(*host_ns - clock->reference_host_ns);
       device_ns = clock->reference_device_ns + std::llround(since / (1 + 1e-6 * clock->drift_ppm));
     }
-    // Cameras count ticks of their own; under PTP they count ns and say so.
+    // Cameras count ticks of their own; under PTP they count ns and report this.
     if (device_ns)
       device_ns = std::llroundl(static_cast<long double>(*device_ns) * tick_hz(*r.host) / 1e9L);
     if (!actions_) actions_ = std::make_unique<ActionSender>(r.host->identity().host_address);
@@ -850,8 +850,8 @@ class Session {
                 {"", "an action command could not be sent", "check the network card"});
   }
 
-  /// After a trigger that a camera without a clock did not answer in time, a late frame could pass
-  /// for the next trigger's: it is counted again once it was silent for long.
+  /// If a camera without a clock misses a trigger, a late frame could be taken for the next answer:
+  /// counting restarts after a long silence.
   void settle_counts() {
     for (Running& r : running_) {
       const std::int64_t last = last_trigger();
@@ -861,7 +861,7 @@ class Session {
         continue;
       }
       if (++r.silent_triggers < 2) continue;
-      // So long without a late frame: the next one answers the next trigger.
+      // After so long without a late frame, the next frame answers the next trigger.
       const std::int64_t before = r.newest;
       take_in_until(kLateAnswer_s, [&] { return r.newest != before; });
       if (r.newest != before) continue;
@@ -870,22 +870,22 @@ class Session {
     }
   }
 
-  /// Until every camera that is not lost has sent a frame, or the time for it is over, and then
-  /// until none came for `quiet_s`.
+  /// Waits until every connected camera has sent a frame or the time is up, then until no frame
+  /// arrived for `quiet_s`.
   void await_answers(double within_s, double quiet_s = 0) {
     std::vector<std::int64_t> before;
     for (const Running& r : running_) before.push_back(r.newest);
     double exposure_s = 0;
     for (const Running& r : running_)
       exposure_s = std::max(exposure_s, 1e-6 * r.host->wanted().exposure_us.value_or(0));
-    // A line is pulsed from outside whenever it likes.
+    // A line trigger is pulsed externally at any time.
     const double allowed =
         report_.method == SyncMethod::line_trigger ? options_.patience_s : exposure_s + within_s;
     const std::int64_t until = now_ns() + nanoseconds(allowed);
     const auto answered = [&] {
       for (std::size_t c = 0; c < running_.size(); ++c) {
         const Running& r = running_[c];
-        // A session goes on with the others; a counted trigger waits for one that is opened again.
+        // A session goes on without a lost camera; a counted trigger waits for a reopened one.
         const bool away = r.host->fault() || (options_.demand && !r.started);
         if (r.newest == before[c] && !away) return false;
       }
@@ -941,7 +941,7 @@ class Session {
     options.cameras = running_.size();
     options.window_s = window_s();
     if (by_trigger()) options.triggers = report_.triggers;
-    if (options_.demand && !by_trigger()) options.expected_frames = 0;  // as many as were looked at
+    if (options_.demand && !by_trigger()) options.expected_frames = 0;  // all that were observed
     return pair_frames(frames, options);
   }
 
@@ -1048,7 +1048,7 @@ class Session {
   std::vector<std::int64_t> trigger_ns_;
   std::unique_ptr<ActionSender> actions_;
   std::size_t given_out_ = 0;
-  bool ended_ = false;  ///< no reading will come any more
+  bool ended_ = false;  ///< no further reading will arrive
   LiveReport report_;
 };
 

@@ -24,7 +24,7 @@ double least_spread_s(const std::vector<double>& phases_s, double period_s) {
   if (phases_s.empty()) return 0;
   std::vector<double> sorted = phases_s;
   std::sort(sorted.begin(), sorted.end());
-  // All but the largest gap on the circle of one period.
+  // One period less the largest gap between phases on the circle.
   double largest_gap = period_s - (sorted.back() - sorted.front());
   for (std::size_t i = 1; i < sorted.size(); ++i)
     largest_gap = std::max(largest_gap, sorted[i] - sorted[i - 1]);

@@ -20,9 +20,9 @@ namespace drape::capture {
 namespace {
 
 namespace fs = std::filesystem;
-constexpr int kPictureWidth_px = 640;  ///< at most
+constexpr int kPictureWidth_px = 640;  ///< upper limit
 constexpr double kDotRadius_px = 10;
-constexpr std::size_t kNoiseRows = 7;  ///< one of so many rows is looked at
+constexpr std::size_t kNoiseRows = 7;  ///< interval of the rows that are sampled
 constexpr std::int64_t kFocusEvery_ns = 1'000'000'000;
 
 struct Scaled {
@@ -60,7 +60,7 @@ Scaled scaled(const LiveFrame& frame) {
   return to;
 }
 
-/// In grey levels; at least that of rounding to whole ones.
+/// Noise in grey levels, at least that of rounding to integers.
 double noise_of(const LiveFrame& frame) {
   std::array<std::int64_t, 4 * 255 + 1> counts{};
   std::int64_t all = 0;
@@ -69,7 +69,7 @@ double noise_of(const LiveFrame& frame) {
     for (std::size_t i = row + 1; i + 1 < row + width; ++i, ++all)
       ++counts[static_cast<std::size_t>(
           std::abs(frame.pixels[i - 1] - 2 * frame.pixels[i] + frame.pixels[i + 1]))];
-  // The median, which few edges do not move, between whole levels.
+  // Median, robust against edges, interpolated between integer levels.
   double below = 0, median = 0;
   for (std::size_t level = 0; level < counts.size(); ++level) {
     const auto here = static_cast<double>(counts[level]);
@@ -125,7 +125,7 @@ void PreviewWriter::show(std::size_t c, const LiveFrame& frame,
   for (const SettingReadBack& one : settings) facts["settings"][one.name] = one.value;
   const fs::path file = folder_ / (camera.name + ".pgm"), whole = folder_ / ("." + camera.name);
   std::ofstream out(whole, std::ios::binary);
-  // JSON holds no line end, and escapes what is not ASCII here.
+  // The JSON is on one line and escaped to ASCII.
   out << "P5\n# " << facts.dump(-1, ' ', true, Json::error_handler_t::replace) << '\n'
       << picture.width_px << ' ' << picture.height_px << "\n255\n"
       << picture.pixels;

@@ -11,20 +11,20 @@
 
 namespace drape::capture {
 
-/// Pictures for a screen of cameras that are open: <folder>/<camera>.pgm, replaced as a whole by
-/// every next picture. A pixel is the mean of a square of the sensor's pixels, at most 254; it is
-/// 255 where one or more of them lie at their largest value. The file's comment is JSON:
+/// Preview pictures of open cameras: <folder>/<camera>.pgm, replaced atomically by each new
+/// picture. A pixel is the mean of a square of the sensor's pixels, at most 254; 255 means that at
+/// least one of them is saturated. The file's comment is JSON:
 ///
 ///   arrived_ns         when the frame was whole in this machine, ns since 1970 (UTC)
-///   saturated_percent  of the sensor's pixels, at the largest value
+///   saturated_percent  of the sensor's pixels that are saturated
 ///   dot_sigma_px       see dot_sigma_px(); null where the picture has no contrast
-///   settings           what the camera says of its settings, by name
-///   asked              exposure_us and gain_db that were asked for last; null where none was
+///   settings           settings reported by the camera, by name
+///   asked              exposure_us and gain_db last requested; null if none was
 class PreviewWriter {
  public:
   PreviewWriter(const CamerasFile& cameras, std::filesystem::path folder);
 
-  /// Throws Error(bad_input) when the file cannot be written.
+  /// Writes a picture. Throws Error(bad_input) if the file cannot be written.
   void show(std::size_t camera, const LiveFrame& frame,
             const std::vector<SettingReadBack>& settings, const CameraSettings& asked);
 
@@ -35,16 +35,16 @@ class PreviewWriter {
     std::int64_t looked_ns = 0;
     std::optional<double> dot_sigma_px;
   };
-  std::vector<Focus> focus_;  ///< per camera, renewed once a second
+  std::vector<Focus> focus_;  ///< per camera, updated once per second
 };
 
-/// Least standard deviation of the centre, along one axis, of a dark dot of 10 px radius, as sharp
-/// as the sharpest edges of the frame and as noisy as its plain parts: the bound of Cramer and Rao,
+/// Cramer-Rao bound on the standard deviation, along one axis, of the centre of a dark dot of 10 px
+/// radius that is as sharp as the sharpest edges of the frame and as noisy as its plain areas:
 /// noise * sqrt(2 blur / (sqrt(pi) radius)) / contrast, for a step blurred by a Gaussian of
 /// standard deviation `blur` (the squared slope integrates to contrast^2 / (2 sqrt(pi) blur) per px
-/// of rim, half of which tells of one axis). The blur comes from the steepest slopes, contrast /
-/// (sqrt(2 pi) blur); the noise from second differences of three neighbours, which have sqrt(6) of
-/// it. Nothing where the contrast is below that of a usable frame.
+/// of rim, half of which constrains one axis). The blur follows from the steepest slopes, contrast
+/// / (sqrt(2 pi) blur); the noise from second differences of three neighbours, which amplify it by
+/// sqrt(6). nullopt if the contrast is too low for a usable frame.
 [[nodiscard]] std::optional<double> dot_sigma_px(const LiveFrame& frame);
 
 }  // namespace drape::capture

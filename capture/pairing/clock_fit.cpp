@@ -8,12 +8,12 @@ namespace drape::capture {
 namespace {
 
 constexpr double kNs = 1e-9;
-// A round trip shorter than the clocks resolve would weigh without bound.
+// A round trip below the clocks' resolution would get an unbounded weight.
 constexpr double kLeastHalfWidth_s = 1e-7;
 
 struct Point {
-  double device_s = 0;  ///< since the reference
-  double host_s = 0;    ///< middle of the round trip, since the reference
+  double device_s = 0;  ///< relative to the reference
+  double host_s = 0;    ///< middle of the round trip, relative to the reference
   double half_width_s = 0;
 };
 
@@ -23,7 +23,7 @@ struct Line {
   double residual = 0;
 };
 
-/// host - device = at_zero + slope * device, so that slope is the drift itself.
+/// Fits host - device = at_zero + slope * device, so that the slope is the drift itself.
 Line fit_line(const std::vector<Point>& points, bool with_slope) {
   double w = 0, wx = 0, wy = 0;
   for (const Point& p : points) {
@@ -90,7 +90,7 @@ std::optional<ClockFit> fit_clock(const std::vector<ClockSample>& samples,
   const Line line = fit_line(points, fit.drift_estimated);
   fit.drift_ppm = line.slope * 1e6;
   if (std::abs(fit.drift_ppm) > options.largest_ppm) return {};
-  // Two samples of a jumped clock need not span a second; their residual shows it instead.
+  // Two samples of a jumped clock may span less than a second; the residual then shows the jump.
   fit.bound_s = std::min_element(points.begin(), points.end(), [](const Point& a, const Point& b) {
                   return a.half_width_s < b.half_width_s;
                 })->half_width_s;

@@ -16,40 +16,40 @@ struct ClockSample {
   std::int64_t host_after_ns = 0;
 };
 
-/// host time = reference_host + (device - reference_device) * (1 + drift).
+/// Linear clock model: host = reference_host + (device - reference_device) * (1 + drift).
 struct ClockFit {
   std::int64_t reference_device_ns = 0;
   std::int64_t reference_host_ns = 0;
-  double drift_ppm = 0;   ///< excess of the host's rate, in parts per million
-  double residual_s = 0;  ///< root of the weighted mean square of the fit, seconds
+  double drift_ppm = 0;   ///< excess rate of the host's clock, in parts per million
+  double residual_s = 0;  ///< weighted root mean square residual of the fit, seconds
   double bound_s = 0;     ///< half the shortest round trip, which bounds one reading's error
-  /// Added to that within `least_span_s` of the samples: what an unknown drift up to `largest_ppm`
-  /// makes of it, assumed to be the most of a camera's oscillator; 0 once the drift is estimated.
+  /// Additional bound within `least_span_s` of the samples: effect of an unknown drift of up to
+  /// `largest_ppm`, the assumed limit of a camera's oscillator; 0 once the drift is estimated.
   double drift_bound_s = 0;
-  double span_s = 0;  ///< host time between the first and the last sample
+  double span_s = 0;  ///< host time from the first to the last sample
   std::size_t samples = 0;
-  bool drift_estimated = false;  ///< false: too short a span, drift taken as 0
+  bool drift_estimated = false;  ///< false if the span is too short; drift is then 0
 
-  /// The offset's error is below it, whether the drift is known or not.
+  /// Bound on the error of the offset, whether the drift is known or not.
   [[nodiscard]] double offset_bound_s() const { return bound_s + drift_bound_s; }
-  /// Seconds on the host's clock since `host_epoch_ns`.
+  /// Host time of a device time, in seconds since `host_epoch_ns`.
   [[nodiscard]] double host_time_s(std::int64_t device_ns, std::int64_t host_epoch_ns) const;
 };
 
 struct ClockFitOptions {
-  double least_span_s = 1.0;   ///< shorter spans give no drift
-  double largest_ppm = 500.0;  ///< a larger drift is a jump of the clock, not a drift
+  double least_span_s = 1.0;   ///< shorter spans do not determine the drift
+  double largest_ppm = 500.0;  ///< a larger drift is taken for a jump of the clock
 };
 
-/// Weighted least squares over the samples, weights 1 / (half round trip)^2. Nothing when there is
-/// no sample or one has a round trip below zero; nothing too when the drift exceeds `largest_ppm`,
-/// because then the clock jumped between two samples and no line describes it.
+/// Weighted least-squares fit of the samples, with weights 1 / (half round trip)^2. nullopt if
+/// there is no sample, if a round trip is negative, or if the drift exceeds `largest_ppm`: then the
+/// clock jumped between two samples and no straight line describes it.
 [[nodiscard]] std::optional<ClockFit> fit_clock(const std::vector<ClockSample>& samples,
                                                 const ClockFitOptions& options);
 
-/// Jump of the device's clock between two readings, beyond what their round trips and a
-/// drift of `largest_ppm` explain; nothing when it may have run on evenly. Never a false alarm:
-/// both readings bound the clock on both sides.
+/// Jump of the device's clock between two readings beyond what their round trips and a drift of
+/// `largest_ppm` explain; nullopt if it may have run evenly. There are no false alarms: both
+/// readings bound the clock on either side.
 [[nodiscard]] std::optional<double> clock_jump_s(const ClockSample& before,
                                                  const ClockSample& after,
                                                  double largest_ppm = 500.0);

@@ -8,7 +8,7 @@ namespace drape::capture {
 namespace {
 
 constexpr std::uint64_t kLast64 = 0x7FFFFFFFFFFFFFFF;
-constexpr std::uint64_t kFarthest = 1000;  ///< frames: more are not missed at once
+constexpr std::uint64_t kFarthest = 1000;  ///< largest plausible gap, in frames
 
 }  // namespace
 
@@ -23,7 +23,7 @@ FrameIdUnwrapper::FrameIdUnwrapper(FrameIdRange range) : range_(range) {
 
 std::optional<std::int64_t> FrameIdUnwrapper::unwrap(std::uint64_t id) {
   if (id < range_.first) return std::nullopt;
-  const bool beyond = id > range_.last;  // it counts on where 16 bit would wrap
+  const bool beyond = id > range_.last;  // extended ids continue where 16 bits would wrap
   const bool wraps = !beyond && range_.last < kLast64;
   if (!wraps && newest_id_ && id > *newest_id_ && id - *newest_id_ > kFarthest) return std::nullopt;
   if (beyond) range_.last = kLast64;

@@ -14,7 +14,7 @@
 namespace drape::capture {
 namespace {
 
-/// Input indices of one camera's frames that can be in a set.
+/// Input indices of one camera's frames that may be part of a set.
 using Candidates = std::vector<std::size_t>;
 
 double time_of(const std::vector<FrameMark>& frames, std::size_t i) {
@@ -27,10 +27,10 @@ void leave_unpaired(const std::vector<FrameMark>& frames, std::size_t i, Unpaire
   ++result.cameras[frames[i].camera].unpaired;
 }
 
-/// Bins what cannot be paired and returns the rest per camera.
+/// Bins the frames that cannot be paired and returns the rest per camera.
 std::vector<Candidates> sift(const std::vector<FrameMark>& frames, const PairingOptions& options,
                              PairingResult& result) {
-  // A fixed order, so that which of two frames with one id counts does not depend on arrival.
+  // Fixed order, so that the choice between two frames with one id does not depend on arrival.
   std::vector<std::size_t> order(frames.size());
   for (std::size_t i = 0; i < order.size(); ++i) order[i] = i;
   std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
@@ -113,7 +113,7 @@ void pair_by_trigger(const std::vector<FrameMark>& frames,
           by_trigger.try_emplace(*frames[i].trigger, candidates.size(), none).first->second;
       if (members[camera] == none) {
         members[camera] = i;
-      } else {  // a second frame of one trigger: the camera exposed on its own
+      } else {  // a second frame for one trigger: an unrequested exposure
         leave_unpaired(frames, i, Unpaired::no_trigger, result);
       }
     }
@@ -129,9 +129,9 @@ void pair_by_trigger(const std::vector<FrameMark>& frames,
   }
 }
 
-/// Next frames of all cameras.
+/// The next frame of each camera.
 struct FirstFrames {
-  std::size_t earliest = 0;  ///< camera
+  std::size_t earliest = 0;  ///< index of its camera
   double first_s = std::numeric_limits<double>::infinity(), last_s = -first_s;
 
   void add(std::size_t camera, double time_s) {
@@ -142,8 +142,8 @@ struct FirstFrames {
   [[nodiscard]] double spread_s() const { return last_s - first_s; }
 };
 
-/// Walks all cameras in time. The earliest head is part of a set, or no set can hold it: every
-/// other camera's frames lie later, so its best partners are the first ones.
+/// Walks through all cameras in time. The earliest frame is either part of a set with the first
+/// frames of the others, which all lie later, or of none.
 void pair_by_time(const std::vector<FrameMark>& frames, std::vector<Candidates> candidates,
                   double window_s, PairingResult& result) {
   for (Candidates& list : candidates) {
@@ -161,7 +161,7 @@ void pair_by_time(const std::vector<FrameMark>& frames, std::vector<Candidates> 
     return time_of(frames, candidates[c][place]);
   };
   while (all_have_one()) {
-    FirstFrames next, better;  // better: with the earliest camera's next frame in its place
+    FirstFrames next, better;  // better: replaces the earliest by that camera's next frame
     for (std::size_t c = 0; c < head.size(); ++c) next.add(c, time_at(c, head[c]));
     const bool has_better = head[next.earliest] + 1 < candidates[next.earliest].size();
     for (std::size_t c = 0; c < head.size() && has_better; ++c)
@@ -195,7 +195,7 @@ void count_expected(const std::vector<FrameMark>& frames, const PairingOptions& 
     const std::int64_t seen = span[c] ? span[c]->second - span[c]->first + 1 : 0;
     const std::int64_t asked = options.triggers.value_or(options.expected_frames.value_or(seen));
     const std::int64_t arrived = ledger.in_set + ledger.unpaired + ledger.incomplete;
-    // More frames than triggers: the camera exposed on its own, and those frames are in the bins.
+    // More frames than triggers: the camera made exposures of its own, which are in the bins.
     ledger.expected = std::max(asked, arrived);
     ledger.never_arrived = ledger.expected - arrived;
   }

@@ -10,21 +10,21 @@
 
 namespace drape::capture {
 
-/// Description of one frame for pairing, that reached the host, whole or not.
+/// A frame that reached the host, complete or not, as pairing sees it.
 struct FrameMark {
   std::size_t camera = 0;
   std::int64_t index = 0;                   ///< unwrapped frame id, see FrameIdUnwrapper
   std::optional<double> time_s;             ///< device time on the common clock
-  std::optional<std::int64_t> trigger;      ///< 0-based, when the frame is known to answer it
+  std::optional<std::int64_t> trigger;      ///< 0-based; set if the trigger it answers is known
   bool complete = true;                     ///< every byte of it arrived
-  std::optional<std::size_t> settled = {};  ///< number of a set that was given out already
-  bool given_up = false;                    ///< no partner came while its pixels were kept
+  std::optional<std::size_t> settled = {};  ///< index of the set in which it was already delivered
+  bool given_up = false;                    ///< no partner arrived while its pixels were kept
 };
 
-/// Destination of a frame. A frame that never arrived has no FrameMark; it is counted per camera.
+/// Result for a frame. A frame that never arrived has no FrameMark; it is counted per camera.
 enum class FrameBin { in_set, unpaired, incomplete };
 
-/// Why a frame is unpaired.
+/// Reason why a frame is unpaired.
 enum class Unpaired { no, partner_missing, repeated_id, no_time, no_trigger };
 
 struct FramePlace {
@@ -33,15 +33,15 @@ struct FramePlace {
   std::optional<std::size_t> set;  ///< index into PairingResult::sets
 };
 
-/// One frame of each camera, of one instant.
+/// One frame of each camera, exposed at the same instant.
 struct PairedFrames {
-  std::vector<std::size_t> frames;      ///< index into the input, one per camera in their order
-  std::optional<std::int64_t> trigger;  ///< absent when paired by time
-  std::optional<double> spread_s;       ///< latest minus earliest; absent without device times
+  std::vector<std::size_t> frames;      ///< input indices, one per camera in their order
+  std::optional<std::int64_t> trigger;  ///< absent if paired by time
+  std::optional<double> spread_s;  ///< latest minus earliest exposure; absent without device times
 };
 
-/// Sums per camera: expected = in_set + unpaired + incomplete + never_arrived. A repeated id is
-/// counted apart, because the frame it repeats has been counted already.
+/// Totals per camera: expected = in_set + unpaired + incomplete + never_arrived. A repeated id is
+/// counted separately, since the frame that it repeats has been counted.
 struct CameraLedger {
   std::int64_t expected = 0;
   std::int64_t in_set = 0;
@@ -57,34 +57,34 @@ struct CameraLedger {
 
 struct PairingOptions {
   std::size_t cameras = 0;
-  /// Pairing by time: the largest spread of a set, at most half the frame period.
+  /// Pairing by time: largest spread of a set, at most half the frame period.
   double window_s = 0;
-  /// Triggers sent; pairing is by trigger when given, by time otherwise.
+  /// Number of triggers sent; if given, pairing is by trigger, else by time.
   std::optional<std::int64_t> triggers = {};
-  /// Frames every camera was commanded to take, where that is known without triggers.
+  /// Frames that every camera was commanded to take, if known without triggers.
   std::optional<std::int64_t> expected_frames = {};
 
   void check() const;  ///< throws Error(usage)
 };
 
 struct PairingResult {
-  std::vector<PairedFrames> sets;     ///< in order of trigger or time
+  std::vector<PairedFrames> sets;     ///< in the order of triggers or times
   std::vector<FramePlace> places;     ///< one per input frame
   std::vector<CameraLedger> cameras;  ///< one per camera
 };
 
-/// Puts every frame into exactly one bin. Frames of settled sets stay together. By trigger index
-/// when `options.triggers` is given; else by device time on the common clock, taking for every set
-/// the frames of smallest spread, so that a frame without partner never takes a partner away from
-/// another set. The order of the input (that is, of arrival) never matters.
+/// Assigns every frame to exactly one bin. Frames of settled sets stay together. Pairs by trigger
+/// index if `options.triggers` is given; else by device time on the common clock, choosing for
+/// every set the frames of smallest spread, so that a frame without partners never takes one away
+/// from another set. The order of the input (that is, of arrival) does not matter.
 ///
-/// Expected frames: the triggers; else `expected_frames`; else the span of the frame ids seen.
+/// Expected frames: the triggers; else `expected_frames`; else the range of the frame ids seen.
 [[nodiscard]] PairingResult pair_frames(const std::vector<FrameMark>& frames,
                                         const PairingOptions& options);
 
-/// Input indices of the frames from the first set to the last of at most `most` sets, of every
-/// camera; of all frames when there is no set. Free-running cameras neither start nor stop
-/// together: only what lies between their sets was to be captured.
+/// Input indices of all cameras' frames from the first set to the last of at most `most` sets; of
+/// all frames if there is no set. Free-running cameras do not start and stop together, so only
+/// frames between their sets count as requested.
 [[nodiscard]] std::vector<std::size_t> frames_of_sets(const std::vector<FrameMark>& frames,
                                                       const PairingResult& pairing,
                                                       std::size_t most);
@@ -92,8 +92,8 @@ struct PairingResult {
 /// Input indices of all frames.
 [[nodiscard]] std::vector<std::size_t> every_frame(const std::vector<FrameMark>& frames);
 
-/// The trigger that a frame answers: the last one at or before `time_s + early_s`, when the frame
-/// came at most `latest_s` after it. Nothing when no trigger fits. `trigger_time_s` ascends.
+/// Trigger answered by a frame: the last one at or before `time_s + early_s`, if the frame came at
+/// most `latest_s` after it. nullopt if none fits. `trigger_time_s` ascends.
 [[nodiscard]] std::optional<std::int64_t> trigger_of(double time_s,
                                                      const std::vector<double>& trigger_time_s,
                                                      double early_s, double latest_s);

@@ -20,7 +20,7 @@ constexpr std::uint32_t fourcc(const char (&text)[5]) {
 using enum Packing;
 using enum Mosaic;
 
-// PFNC 2.4 (EMVA) and the kernel's videodev2.h. Mono8 first: it costs least on the link.
+// From PFNC 2.4 (EMVA) and the kernel's videodev2.h. Mono8 first: it needs the least bandwidth.
 constexpr PixelFormat kFormats[] = {
     {"Mono8", 0x01080001, 8, bytes, none},
     {"GREY", fourcc("GREY"), 8, bytes, none},
@@ -82,7 +82,7 @@ constexpr PixelFormat kFormats[] = {
     {"MJPG", fourcc("MJPG"), 8, jpeg, none},
 };
 
-/// Names that older cameras give the same format.
+/// Names of the same format in older cameras.
 constexpr std::pair<std::string_view, std::string_view> kOtherNames[] = {
     {"RGB8Packed", "RGB8"},
     {"BGR8Packed", "BGR8"},
@@ -109,7 +109,7 @@ std::uint16_t sample(Packing packing, int bits, const std::uint8_t* row, std::si
       return static_cast<std::uint16_t>(value >> (at % 8) & ((1U << bits) - 1));
     }
     case gige_packed: {
-      // Byte 0 and 2 hold the high bits; byte 1 the low bits, the first sample's in its low half.
+      // Bytes 0 and 2 are the high bits; byte 1 the low bits, the first sample's in its low half.
       const std::uint8_t* three = row + x / 2 * 3;
       const int low = bits - 8;
       const int high = x % 2 == 0 ? three[0] : three[2];
@@ -130,19 +130,19 @@ std::uint16_t sample(Packing packing, int bits, const std::uint8_t* row, std::si
 
 Samples decode_jpeg(std::span<const std::uint8_t> data, int width_px, int height_px) {
   const cv::Mat file(1, static_cast<int>(data.size()), CV_8U,
-                     const_cast<std::uint8_t*>(data.data()));  // imdecode only reads
+                     const_cast<std::uint8_t*>(data.data()));  // imdecode does not write
   cv::Mat grey;
   try {
     if (begins_as_picture(data))
       grey = cv::imdecode(file, cv::IMREAD_GRAYSCALE | cv::IMREAD_IGNORE_ORIENTATION);
-  } catch (const cv::Exception&) {  // named below
+  } catch (const cv::Exception&) {  // reported below
   }
   if (grey.cols != width_px || grey.rows != height_px)
     throw bad_frame("a frame is no JPEG picture of the size that was set");
   return {width_px, height_px, 8, {grey.begin<std::uint8_t>(), grey.end<std::uint8_t>()}};
 }
 
-/// Is the pixel green?
+/// True if the pixel is green.
 bool is_green(Mosaic mosaic, int x, int y) {
   const bool first = mosaic == gr || mosaic == gb;
   return ((x + y) % 2 == 0) == first;
@@ -206,7 +206,7 @@ Samples unpack(const PixelFormat& format, std::span<const std::uint8_t> data, in
   if (format.packing == jpeg) return decode_jpeg(data, width_px, height_px);
   const std::size_t row_bytes = format.row_bytes(width_px);
   const bool odd = (format.packing == lsb || format.packing == gige_packed) && stride_bytes == 0;
-  // Packed formats without padding run on from row to row.
+  // Packed formats without padding continue from row to row.
   const auto width = static_cast<std::size_t>(width_px);
   const auto height = static_cast<std::size_t>(height_px);
   const std::size_t run = odd ? width * height : width;
@@ -232,7 +232,7 @@ Samples grey_of(Samples samples, Mosaic mosaic) {
   for (int y = 0; y < height; ++y)
     for (int x = 0; x < width; ++x) {
       if (is_green(mosaic, x, y)) continue;
-      // All neighbours of a pixel that is not green are, and none of them changes.
+      // All neighbours of a non-green pixel are green, and green pixels are not modified.
       std::uint32_t sum = 0, count = 0;
       for (const auto& [nx, ny] : {std::pair{x - 1, y}, {x + 1, y}, {x, y - 1}, {x, y + 1}}) {
         if (nx < 0 || ny < 0 || nx >= width || ny >= height) continue;

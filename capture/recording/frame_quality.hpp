@@ -8,13 +8,13 @@
 
 namespace drape::capture {
 
-/// Measures of an 8-bit grey frame without knowing what it shows.
+/// Quality of an 8-bit grey frame, independent of what it shows.
 struct FrameQuality {
-  double mean = 0;                ///< grey level, 0..255
+  double mean = 0;                ///< mean grey level, 0..255
   double dark_fraction = 0;       ///< pixels at level 3 or below
-  double saturated_fraction = 0;  ///< pixels at level 254 or above: some sensors end there
-  double contrast = 0;            ///< level of the brightest percent minus that of the darkest
-  /// Steepest edges over contrast: the 99.9th percentile of the difference between neighbouring
+  double saturated_fraction = 0;  ///< pixels at level 254 or above, where some sensors saturate
+  double contrast = 0;            ///< 99th minus 1st percentile of the grey level
+  /// Slope of the steepest edges: the 99.9th percentile of the difference between neighbouring
   /// pixels, divided by `contrast`. A sharp edge reaches about 0.3 or more, whatever the light.
   double sharpness = 0;
 };
@@ -27,7 +27,7 @@ struct QualityLimits {
 
 [[nodiscard]] FrameQuality quality_of(std::span<const std::uint8_t> pixels, int width_px);
 
-/// Why such a frame measures nothing, or nothing.
+/// Explains why such a frame cannot be measured; nullopt if it can.
 [[nodiscard]] std::optional<std::string> quality_fault(const FrameQuality& quality,
                                                        const QualityLimits& limits);
 

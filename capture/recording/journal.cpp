@@ -24,7 +24,7 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr const char* kUnfinished = ".unfinished-";
-constexpr int kEnding_ms = 2000;  ///< a killed capture may take, until the kernel has ended it
+constexpr int kEnding_ms = 2000;  ///< time until the kernel has ended a killed capture
 
 fs::path journal_of(const fs::path& folder) {
   return folder / "recording.journal";
@@ -35,11 +35,11 @@ Error cannot_write(const fs::path& file) {
                    {.file = file.string()}, "check the rights of the folder and the space on it");
 }
 
-/// A line of the journal: a set that is whole on the disk, or the new name of one.
+/// A line of the journal: a set that is complete on disk, or a renaming.
 struct JournalLine {
   std::optional<FrameSet> set = {};
-  std::string burst = {};                 ///< to which the set belongs
-  std::vector<std::string> renamed = {};  ///< from, to
+  std::string burst = {};                 ///< burst to which the set belongs
+  std::vector<std::string> renamed = {};  ///< old and new name
 };
 
 void fields(Fields& f, JournalLine& line) {
@@ -49,7 +49,7 @@ void fields(Fields& f, JournalLine& line) {
   f.rule(line.set || line.renamed.size() == 2, "set", "the line says nothing", make_again);
 }
 
-/// The lines up to the one that the end cut off: it was never acknowledged. `whole`: their text.
+/// Parses the complete lines, whose text is `whole`; one cut off was never acknowledged.
 std::vector<JournalLine> lines_of(const std::string& text, const fs::path& journal,
                                   std::string& whole) {
   std::vector<JournalLine> lines;
@@ -69,14 +69,14 @@ std::vector<JournalLine> lines_of(const std::string& text, const fs::path& journ
   return lines;
 }
 
-/// The motion of a burst is that of each of its sets.
+/// Copies the last set's verdict: the motion of a burst applies to each of its sets.
 void judge_like(const FrameSet& last, FrameSet& set) {
   set.motion_px = last.motion_px;
   set.camera_shift_px = last.camera_shift_px;
   set.no_go = last.no_go;
 }
 
-/// One name that a reader refuses would make the whole recording unreadable.
+/// Throws for names that a reader would refuse: one would make the whole recording unreadable.
 void require_readable(const FrameSet& set, const Where& where) {
   require_plain_name(set.name, where);
   for (const RecordedFrame& frame : set.frames) {
@@ -114,7 +114,7 @@ Journal::Journal(const fs::path& folder, std::string recorded_on)
   adopt();
 }
 
-/// A capture that stored nothing leaves no folder.
+/// Removes the folder if a capture stored nothing in it.
 Journal::~Journal() {
   std::error_code ignored;
   if (is_new_ && recording_.sets.empty()) fs::remove_all(recording_.folder, ignored);
@@ -145,12 +145,12 @@ void Journal::adopt() {
     if (entry.path().filename().string().starts_with(kUnfinished)) fs::remove_all(entry.path());
 }
 
-/// After all lines, because only then each set has its last name.
+/// Drops missing sets after reading all lines, since only then each set has its final name.
 void Journal::leave_out_gone(std::vector<FrameSet>::iterator first_adopted) {
   const auto gone =
       std::stable_partition(first_adopted, recording_.sets.end(),
                             [&](const FrameSet& set) { return is_there(recording_.folder, set); });
-  // A retake that recording.json has under its last name already is not gone.
+  // Keeps a retake that recording.json already has under its final name.
   for (auto set = gone; set != recording_.sets.end(); ++set)
     if (!is_renamed(recording_.folder, {recording_.sets.begin(), first_adopted}, *set))
       gone_.push_back(set->name);
@@ -169,11 +169,11 @@ void Journal::adopt_lines(const std::string& text) {
     } else if (adopt(std::move(*line.set)) && !line.burst.empty()) {
       std::vector<std::size_t>& burst = bursts[line.burst];
       burst.push_back(recording_.sets.size() - 1);
-      // The last line knows the motion of them all.
+      // Only the last line has the motion of the whole burst.
       for (const std::size_t s : burst) judge_like(recording_.sets.back(), recording_.sets[s]);
     }
   }
-  if (whole != text) write_durable(journal, whole);  // half a line would hide those after it
+  if (whole != text) write_durable(journal, whole);  // a partial line would hide those after it
 }
 
 bool Journal::adopt(FrameSet set) {
@@ -239,7 +239,7 @@ void Journal::replace(const std::string& set) {
   waits_ = true;
 }
 
-/// Folders that were renamed before the end stay as they are.
+/// Renames; folders renamed before an interruption stay as they are.
 void Journal::rename(const std::string& from, const std::string& to) {
   const fs::path folder = recording_.folder;
   for (FrameSet& set : recording_.sets) {
@@ -268,7 +268,7 @@ void Journal::write_line(const std::string& text) {
       ::fsync(file_.get()) == 0)
     return;
   const Error why = cannot_write(journal_of(folder));
-  // Half a line would hide those after it.
+  // A partial line would hide those after it.
   if (before < 0 || ::ftruncate(file_.get(), before) != 0) file_.reset();
   throw why;
 }

@@ -12,42 +12,42 @@
 
 namespace drape::capture {
 
-/// The recording that this process adds sets to. It is held by a lock, so that no second program
-/// writes into it. Each set that is whole on the disk becomes a line of recording.journal, written
-/// durably; publish() makes them part of recording.json. Lines that a killed capture left are made
-/// part of it when the recording is opened the next time.
+/// The recording to which this process adds sets, locked against other programs. Each set that
+/// is complete on disk becomes a line of recording.journal, written durably; publish() moves
+/// them to recording.json. Lines left by a killed capture are adopted when the recording is
+/// opened next.
 class Journal {
  public:
-  /// Throws Error(bad_input) when another program holds the recording.
+  /// Throws Error(bad_input) if another program has locked the recording.
   Journal(const std::filesystem::path& folder, std::string recorded_on);
   ~Journal();
   Journal(const Journal&) = delete;
   Journal& operator=(const Journal&) = delete;
 
-  /// Folder in which a set is written before it is whole: nothing reads it, and the next capture
-  /// removes it.
+  /// Folder in which a set is written until it is complete; nothing reads it, and the next capture
+  /// removes leftovers.
   [[nodiscard]] std::filesystem::path begin(const std::string& set) const;
-  /// A file of such a set. It is on the disk, and has its name there once add() has returned.
+  /// Writes a file of such a set; once it returns, the file is on disk under its name.
   static void write(const std::filesystem::path& file, std::string_view content);
-  /// Gives the set its name and acknowledges it. Its files stand in the folder of begin(). Of a
-  /// burst that is killed, every set has the verdict that its last one was added with.
+  /// Renames a finished set's folder from begin() and adds it to the journal. If a burst is killed,
+  /// all of its sets get the verdict of the last one added.
   void add(FrameSet set, const std::string& burst = {});
-  /// <set>.new, which was added, takes the name of the set that is there, which is called
-  /// <set>.take1, .take2, ... from now on, unless a killed capture has renamed that one already.
-  /// Nothing of either changes but the name.
+  /// Replaces a set by <set>.new, which was added before: the old one is renamed to
+  /// <set>.take1, <set>.take2, ..., unless a killed capture has already done so. Only names
+  /// change.
   void replace(const std::string& set);
   [[nodiscard]] bool holds(const std::string& set) const;
-  /// Makes what was added part of recording.json, so that others read it while the capture goes on;
-  /// the journal is gone. A run record of the recording as it was goes before.
+  /// Moves the added sets to recording.json, for others to read while the capture goes on; then
+  /// removes the journal. An outdated run record of the recording is removed first.
   void publish();
-  /// Was recording.json written?
+  /// True if recording.json was written.
   [[nodiscard]] bool changed() const { return changed_; }
 
   [[nodiscard]] Recording& recording() { return recording_; }
   [[nodiscard]] const Recording& recording() const { return recording_; }
-  /// Sets of a killed capture.
+  /// Number of sets adopted from a killed capture.
   [[nodiscard]] std::size_t adopted() const { return adopted_; }
-  /// Sets of one of which no image is there any more: they are left out.
+  /// Names of sets that are left out because their images no longer exist.
   [[nodiscard]] const std::vector<std::string>& gone() const { return gone_; }
 
  private:
@@ -59,19 +59,19 @@ class Journal {
   void rename(const std::string& from, const std::string& to);
 
   Descriptor lock_, file_;
-  bool is_new_ = false;  ///< the folder was made here
-  bool waits_ = false;   ///< recording.json lacks something
+  bool is_new_ = false;  ///< the folder was created here
+  bool waits_ = false;   ///< recording.json is incomplete
   bool changed_ = false;
   Recording recording_;
   std::size_t adopted_ = 0;
   std::vector<std::string> gone_;
 };
 
-/// Sets that a capture, which goes on or was killed, has stored and recording.json may lack.
+/// Sets that a running or killed capture has stored and that recording.json may lack.
 [[nodiscard]] std::vector<FrameSet> sets_in_journal(const std::filesystem::path& folder);
 
-/// True where no image of `set` is below `folder` any more, because one of `sets` is it by its last
-/// name: a capture was killed after recording.json was written, before the journal was removed.
+/// True if no image of `set` is left below `folder` because one of `sets` is the same set under its
+/// final name: a capture was killed after writing recording.json and before removing the journal.
 [[nodiscard]] bool is_renamed(const std::filesystem::path& folder, std::span<const FrameSet> sets,
                               const FrameSet& set);
 

@@ -30,13 +30,13 @@ struct Block {
   int x0, y0, side;
 };
 
-/// Sums over a block of the first picture.
+/// Sums over one block of the first picture.
 struct Normal {
-  double xx = 0, xy = 0, yy = 0;  ///< sums over gradients, about their mean
+  double xx = 0, xy = 0, yy = 0;  ///< sums of products of gradients about their mean
   double mean_x = 0, mean_y = 0, mean = 0, variance = 0;
   [[nodiscard]] double smallest() const { return 0.5 * (xx + yy - std::hypot(xx - yy, 2 * xy)); }
   [[nodiscard]] double largest() const { return 0.5 * (xx + yy + std::hypot(xx - yy, 2 * xy)); }
-  /// Direction of the strongest gradients, from +x.
+  /// Direction of the dominant gradient, from +x.
   [[nodiscard]] double angle_rad() const { return 0.5 * std::atan2(2 * xy, xx - yy); }
 };
 
@@ -48,17 +48,17 @@ using following::Block, following::Normal, following::Plane;
 
 constexpr int kIterations = 25;
 constexpr double kConverged_px = 1e-3;
-constexpr double kTextureOfNoise = 4.0;  ///< gradient energy below that of this noise is no texture
-constexpr double kOverNoise = 1.5;       ///< nor is it below this multiple of the block's own noise
+constexpr double kTextureOfNoise = 4.0;  ///< multiple of the noise's gradients that texture exceeds
+constexpr double kOverNoise = 1.5;       ///< and more than this multiple of the block's own noise
 
-/// Noise lowers the correlation of a block of variance v to 1 - n / (2 v), n that of the difference
-/// of two pictures: to 0.7 where v is 1.7 n, to 0.94 where it is 8 n.
+/// Noise of variance n in the difference of two pictures lowers the correlation of a block of
+/// variance v to 1 - n / (2 v): to 0.7 for v = 1.7 n, to 0.94 for v = 8 n.
 constexpr double kHiddenByNoise = 8.0;
 
-/// Variance of a grey level for being rounded.
+/// Variance of rounding a grey level.
 constexpr double kOfRounding = 1.0 / 12;
 
-/// Means of squares of `factor` x `factor` pixels.
+/// Averages squares of `factor` x `factor` pixels.
 Plane shrunk(const GreyView& view, int factor) {
   Plane plane{view.width_px / factor, view.height_px / factor, {}};
   if (factor == 1) {
@@ -108,7 +108,7 @@ Normal normal_of(const Plane& a, const Block& b) {
   return n;
 }
 
-/// From second differences that see neither slopes nor, in the median, edges (Immerkaer, 1996).
+/// Second differences, blind to slopes and, by the median, to edges (Immerkaer 1996).
 double noise_variance(const Plane& a, const Block& b) {
   std::vector<double> differences;
   for (int y = b.y0; y < b.y0 + b.side; ++y)
@@ -117,14 +117,14 @@ double noise_variance(const Plane& a, const Block& b) {
           std::abs(a.at(x - 1, y - 1) + a.at(x + 1, y - 1) + a.at(x - 1, y + 1) +
                    a.at(x + 1, y + 1) + 4 * a.at(x, y) -
                    2 * (a.at(x, y - 1) + a.at(x, y + 1) + a.at(x - 1, y) + a.at(x + 1, y))));
-  // 36 times the noise; its median is 0.6745 standard deviations.
+  // The filter amplifies the variance 36 times; a median is 0.6745 standard deviations.
   const double sd = median(std::move(differences)) / (6 * 0.6745);
   return sd * sd;
 }
 
-/// Differences of the second picture, read `dx`, `dy` farther, to the first one.
+/// Difference between the second picture, shifted by `dx`, `dy`, and the first.
 struct Misfit {
-  double x = 0, y = 0;        ///< gradient-weighted, about the means
+  double x = 0, y = 0;        ///< weighted by the gradient, about the means
   double variance = 0;        ///< variance of the difference
   double other_variance = 0;  ///< variance of the second picture
 };
@@ -134,7 +134,7 @@ Misfit misfit_of(const Plane& a, const Plane& b, const Block& block, const Norma
   Misfit m;
   double sum = 0, other = 0;
   const double count = static_cast<double>(block.side) * block.side;
-  // Between pixels, linear in both directions: the same weights for the whole block.
+  // Bilinear interpolation, with the same weights for the whole block.
   const int column = static_cast<int>(std::floor(dx)), row = static_cast<int>(std::floor(dy));
   const double u = dx - column, v = dy - row;
   for (int y = block.y0; y < block.y0 + block.side; ++y) {
@@ -166,14 +166,14 @@ bool inside(const Plane& p, const Block& b, double dx, double dy) {
          b.y0 + b.side + dy < p.height - 1;
 }
 
-/// In which directions a block is followed: both, or across its edges alone.
+/// Directions in which a block is tracked: both, or only across its edges.
 enum class Along { both, gradient };
 
-/// The block's motion in px of the planes; nothing when it is lost.
+/// Motion of the block in px of the planes; nullopt if it is lost.
 std::optional<BlockMotion> follow(const Plane& a, const Plane& b, const Block& block,
                                   const Normal& n, const MotionOptions& options, Along along) {
   BlockMotion motion;
-  motion.sd_px = std::numeric_limits<double>::infinity();  // until it has converged
+  motion.sd_px = std::numeric_limits<double>::infinity();  // until converged
   const double determinant = n.xx * n.yy - n.xy * n.xy;
   Misfit m;
   for (int i = 0; i < kIterations; ++i) {
@@ -195,7 +195,7 @@ std::optional<BlockMotion> follow(const Plane& a, const Plane& b, const Block& b
     break;
   }
   motion.residual_variance = m.variance;
-  // Variances instead of the product's sum: var(b - a) = var(a) + var(b) - 2 cov(a, b).
+  // Covariance from variances: var(b - a) = var(a) + var(b) - 2 cov(a, b).
   const double covariance = 0.5 * (n.variance + m.other_variance - m.variance);
   const double correlation = covariance / std::sqrt(n.variance * m.other_variance + 1e-12);
   if (correlation < options.least_correlation) return std::nullopt;
@@ -239,7 +239,7 @@ BlockFollower::BlockFollower(const GreyView& from, const MotionOptions& options)
     for (int x0 = 1; x0 + side + 1 < first.plane.width; x0 += side) {
       const Block block{x0, y0, side};
       const Normal n = normal_of(first.plane, block);
-      // Noise alone gives half its variance per px to each gradient.
+      // Pure noise gives half its variance per px to each gradient.
       const double count = 0.5 * side * side, least = kTextureOfNoise / (scale * scale);
       if (n.largest() / count < least) continue;
       const double noise = noise_variance(first.plane, block);
@@ -260,7 +260,7 @@ int BlockFollower::textured() const {
 
 int BlockFollower::findable(const GreyView& from) const {
   const MotionOptions& options = first_->options;
-  const Plane full = shrunk(from, 1);  // shift at which fine texture looks least like noise
+  const Plane full = shrunk(from, 1);  // full resolution separates fine texture from noise best
   const int scale = options.shrink;
   return static_cast<int>(std::count_if(
       first_->blocks.begin(), first_->blocks.end(), [&](const First::Textured& textured) {
@@ -285,7 +285,7 @@ MotionResult BlockFollower::motion_to(const GreyView& to) const {
   const double scale = options.shrink;
   MotionResult result;
   result.textured = textured();
-  std::vector<double> noises, levels;  // variances left and mean greys of the found
+  std::vector<double> noises, levels;  // residual variances and mean grey levels of matched blocks
   std::vector<const Normal*> lost;
   for (const auto& [block, normal] : first_->blocks) {
     const auto motion = follow(first_->plane, now, block, normal, options, Along::both);
@@ -303,7 +303,7 @@ MotionResult BlockFollower::motion_to(const GreyView& to) const {
   }
   result.lost = static_cast<int>(lost.size());
   if (!noises.empty()) {
-    // The variance of shot noise grows with the grey level, in proportion at most.
+    // The variance of shot noise grows at most in proportion to the grey level.
     const double hidden = kHiddenByNoise * median(std::move(noises));
     const double level = median(std::move(levels));
     result.gone = static_cast<int>(std::count_if(lost.begin(), lost.end(), [&](const Normal* n) {
@@ -339,8 +339,8 @@ MotionResult BlockFollower::motion_across_edges_to(const GreyView& to) const {
 
 namespace {
 
-/// Faint texture rises from the noise where 4 x 4 pixels are one. A large picture has blocks of
-/// 24 x 24 of these, a small one smaller ones: about a hundred.
+/// Options for the background: averaging 4 x 4 pixels brings faint texture out of noise. Blocks of
+/// 24 x 24 such pixels in a large picture, smaller ones in a small picture: about a hundred.
 MotionOptions background_options(const GreyView& reference) {
   constexpr int kShrink = 4, kBlocks = 96, kLeastSide = 12, kLargestSide = 24;
   const int cols = reference.width_px / kShrink, rows = reference.height_px / kShrink;
@@ -362,7 +362,7 @@ Background::Background(const GreyView& reference)
 
 std::optional<double> Background::shift_px(const GreyView& now) const {
   if (!blocks_.has_size_of(now)) return std::nullopt;
-  constexpr std::size_t kQuarters = 4;  // and the whole
+  constexpr std::size_t kQuarters = 4;  // and the whole picture
   std::array<std::vector<double>, kQuarters + 1> x, y;
   for (const BlockMotion& b : blocks_.motion_to(now).blocks) {
     const std::size_t quarter =

@@ -9,61 +9,61 @@
 
 namespace drape::capture {
 
-/// An 8-bit grey picture that somebody else keeps.
+/// An 8-bit grey picture owned by the caller.
 struct GreyView {
   std::span<const std::uint8_t> pixels;
   int width_px = 0, height_px = 0;
 };
 
 struct MotionOptions {
-  int block_px = 48;      ///< side of the blocks that are followed, in px of the picture
-  int shrink = 1;         ///< pixels per side averaged first: faint texture rises from the noise
-  double largest_px = 3;  ///< a block that moved farther is lost; px of the shrunk picture
+  int block_px = 48;  ///< side of the tracked blocks, px of the picture
+  int shrink = 1;     ///< pixels per side averaged first, which brings faint texture out of noise
+  double largest_px = 3;  ///< a block that moved farther is lost; px of the reduced picture
   double largest_sd_px =
-      0.015;  ///< blocks that are known less well tell nothing; px of the picture
-  double least_correlation = 0.7;  ///< below, the block does not show the same thing any more
+      0.015;  ///< blocks with a larger uncertainty are ignored; px of the picture
+  double least_correlation = 0.7;  ///< a block with less no longer shows the same content
 
   void check() const;  ///< throws Error(usage)
 };
 
 /// Motion of one block's content, px of the picture.
 struct BlockMotion {
-  double x_px = 0, y_px = 0;     ///< the block's centre
-  double dx_px = 0, dy_px = 0;   ///< place in the second picture minus that in the first
-  double sd_px = 0;              ///< from the noise left after matching; infinite while it iterates
-  double residual_variance = 0;  ///< variance of the grey values left after matching
+  double x_px = 0, y_px = 0;     ///< centre of the block
+  double dx_px = 0, dy_px = 0;   ///< position in the second picture minus position in the first
+  double sd_px = 0;              ///< from the residual noise; infinite during the iteration
+  double residual_variance = 0;  ///< variance of the grey residuals after matching
 };
 
 struct MotionResult {
   std::vector<BlockMotion> blocks;
-  int textured = 0;  ///< blocks that have something to follow, above their noise
-  int lost = 0;      ///< blocks among these that are found nowhere near; others are too uncertain
-  /// Lost blocks that noise as in the found ones, whose variance grows with the grey level,
-  /// cannot have hidden.
+  int textured = 0;  ///< blocks with texture above their noise
+  int lost = 0;      ///< textured blocks without a match nearby; others are too uncertain
+  /// Lost blocks whose loss noise cannot explain, given the noise of matched blocks scaled with the
+  /// grey level.
   int gone = 0;
 
-  /// Largest length of a block's motion, less three of its standard deviations; 0 without blocks.
+  /// Largest motion of a block minus three standard deviations; 0 without blocks.
   [[nodiscard]] double largest_px() const;
-  /// Something moved out of reach: a block is gone for certain, or more than a tenth are lost.
+  /// True if something moved out of range: a block is certainly gone, or over a tenth are lost.
   [[nodiscard]] bool is_lost() const { return gone > 0 || 10 * lost > textured; }
 };
 
-/// Follows every textured block of one picture into others of the same size: least squares on the
-/// grey values with an unknown offset of brightness, iterated to sub-pixel convergence (Lucas and
-/// Kanade, 1981). What depends on the first picture alone is computed once: four bytes a pixel.
+/// Tracks every textured block of one picture in others of the same size: least squares on the grey
+/// values with an unknown brightness offset, iterated to sub-pixel convergence (Lucas and Kanade,
+/// 1981). Data of the first picture are computed once and take four bytes per pixel.
 class BlockFollower {
  public:
   BlockFollower(const GreyView& from, const MotionOptions& options);
 
-  /// Throws Error(usage) when the pictures differ in size.
+  /// Throws Error(usage) if the pictures differ in size.
   [[nodiscard]] MotionResult motion_to(const GreyView& to) const;
-  /// Blocks with structure in one direction only, which motion_to() leaves out: how far they moved
-  /// across it, which is the least that they moved. Gone are those that the noise, as it is in each
-  /// block, cannot have hidden.
+  /// Motion across their edges of blocks with structure in one direction only, which motion_to()
+  /// leaves out: a lower bound of their true motion. `gone` counts those whose loss the block's own
+  /// noise cannot explain.
   [[nodiscard]] MotionResult motion_across_edges_to(const GreyView& to) const;
   [[nodiscard]] int textured() const;
-  /// The blocks among these that noise as in the first picture, `from`, lets find again as well as
-  /// the options ask.
+  /// Number of blocks that could be matched with the required uncertainty, given noise as in the
+  /// first picture, `from`.
   [[nodiscard]] int findable(const GreyView& from) const;
   [[nodiscard]] bool has_size_of(const GreyView& other) const;
 
@@ -72,24 +72,24 @@ class BlockFollower {
   std::shared_ptr<const First> first_;
 };
 
-/// The static background behind a cloth, as the reference set shows it.
+/// The static background behind a cloth, as shown in the reference set.
 class Background {
  public:
   explicit Background(const GreyView& reference);
 
-  /// Median of the blocks' motions in each quarter of the picture and in the whole of it, of which
-  /// the largest counts, so that a turn about the axis shows, too. Blocks that the cloth covers
-  /// match nothing or are outvoted. Nothing when fewer than `kLeastBlocks` match in each of these:
-  /// then the camera moved out of reach, or the cloth covers what could be found again. Nothing
-  /// of a picture of another size either.
+  /// Largest of five medians of block motion: over each quarter of the picture and all of it,
+  /// so that a rotation about the axis shows too. Blocks covered by the cloth match nothing
+  /// or are outvoted. nullopt if fewer than `kLeastBlocks` match in each region (the camera
+  /// moved out of range or the cloth covers the background), or if the picture has another
+  /// size.
   [[nodiscard]] std::optional<double> shift_px(const GreyView& now) const;
-  /// True where the reference has enough texture above its noise to show a shift at all.
+  /// True if the reference has enough texture above its noise to reveal a shift.
   [[nodiscard]] bool is_textured() const { return findable_ >= kLeastBlocks; }
-  /// Farthest shift that is followed.
+  /// Largest shift that can be tracked.
   [[nodiscard]] double reach_px() const { return options_.shrink * options_.largest_px; }
 
  private:
-  /// By chance hardly one is found: none of 9,168 blocks of bench1 in another camera's pictures.
+  /// Chance matches are rare: none in 9,168 blocks of bench1 in another camera's pictures.
   static constexpr int kLeastBlocks = 8;
 
   MotionOptions options_;

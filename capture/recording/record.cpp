@@ -59,15 +59,15 @@ std::vector<std::uint8_t> encoded(const LiveFrame& frame, FrameFormat format,
   const bool deep = !frame.deep.empty();
   const void* data = deep ? static_cast<const void*>(frame.deep.data()) : frame.pixels.data();
   const cv::Mat image(frame.height_px, frame.width_px, deep ? CV_16UC1 : CV_8UC1,
-                      const_cast<void*>(data));  // imencode only reads
+                      const_cast<void*>(data));  // imencode does not write
   std::vector<std::uint8_t> bytes;
-  // Without parameters OpenCV's PNG has one filter and run lengths: half the time, and smaller.
+  // OpenCV's default PNG uses one filter and run-length coding: half the time, and smaller files.
   if (!cv::imencode(format == FrameFormat::png ? ".png" : ".pgm", image, bytes))
     throw internal_error("a frame cannot be encoded", {.camera = camera});
   return bytes;
 }
 
-/// A name has 200 bytes at most, and `_999` or `.take2147483647` is put behind this one.
+/// Names have at most 200 bytes, of which `_999` and `.take2147483647` need some.
 constexpr std::size_t kLongestSetName = 185;
 
 LiveFault too_few_frames(std::size_t averaged, int asked) {
@@ -200,7 +200,7 @@ void Recorder::store(const std::string& name, const LiveSet& set,
   stored.camera_shift_px = still_.report().background_shift_px;
   stored.no_go = reason_against();
   stored.frames.resize(set.frames.size());
-  // All at once: the disk is waited for once, and not by one file after the other.
+  // Writes in parallel, so that the waits for the disk overlap.
   parallel_for(set.frames.size() + 1, static_cast<int>(set.frames.size()) + 1, [&](std::size_t c) {
     if (c == set.frames.size()) {
       const std::string details = text_of(set_details(name, set, qualities, averaged, report,
@@ -249,7 +249,7 @@ RecordResult Recorder::finish() {
       store(options_.set, *first_, qualities_of(*first_), summed_, first_report_);
     }
   }
-  // Only now the motion of the whole burst is known.
+  // The motion of the whole burst is only known now.
   for (FrameSet& set : journal_.recording().sets) {
     if (std::find(result_.sets.begin(), result_.sets.end(), set.name) == result_.sets.end())
       continue;

@@ -13,16 +13,16 @@
 
 namespace drape::capture {
 
-/// Both are lossless; PGM is written many times as fast and takes twice the space.
+/// Lossless formats; PGM is many times faster to write and takes twice the space.
 enum class FrameFormat { png, pgm };
 
 struct RecordOptions {
   std::filesystem::path
-      folder;  ///< folder of the recording; made, or one to which the set is added
+      folder;  ///< folder of the recording: a new one, or one to which the set is added
   std::string set;
-  int frames = 1;        ///< several are <set>_000, <set>_001, ...
-  bool average = false;  ///< one set, the mean of all frames, instead of one set per frame
-  bool retake = false;   ///< the set is there: stored as <set>.new for Journal::replace
+  int frames = 1;        ///< several frames are stored as <set>_000, <set>_001, ...
+  bool average = false;  ///< store one set, the mean of all frames
+  bool retake = false;   ///< the set exists: store as <set>.new for Journal::replace
   double largest_spread_s = 0;
   QualityLimits limits;
   std::string recorded_on;  ///< ISO date
@@ -31,36 +31,36 @@ struct RecordOptions {
 };
 
 struct RecordResult {
-  std::vector<std::string> sets;   ///< sets that were stored
-  std::vector<LiveFault> refused;  ///< frames and sets that were not, with reason and remedy
-  std::vector<std::string> files;  ///< images, relative to the folder
+  std::vector<std::string> sets;   ///< names of the stored sets
+  std::vector<LiveFault> refused;  ///< frames and sets that were refused, with reason and remedy
+  std::vector<std::string> files;  ///< image files, relative to the folder
   StillReport still;
-  std::size_t averaged = 0;                ///< frames of each camera in the average
-  std::optional<LiveFault> short_average;  ///< stored as NO-GO: it is of fewer frames than asked
-  std::vector<double> spread_bounds_s;     ///< for sets whose spread is not known
+  std::size_t averaged = 0;                ///< frames per camera in the average
+  std::optional<LiveFault> short_average;  ///< stored as NO-GO, with fewer frames than requested
+  std::vector<double> spread_bounds_s;     ///< bounds for sets of unknown spread
 };
 
-/// File of a frame's raw bytes in its set's folder.
+/// Name of the file with a frame's raw bytes, in the set's folder.
 [[nodiscard]] std::string raw_file(const std::string& camera, const LiveFrame& frame);
 
-/// Throws Error(usage) when the name, or what a burst or a retake makes of it, cannot be that of a
-/// set, or belongs to the recording's own files.
+/// Throws Error(usage) if the name, or its form for a burst or retake, cannot be that of a set or
+/// is reserved for the recording's own files.
 void require_set_name(const std::string& set);
 
-/// Throws Error(bad_input) when a recording that has sets has other cameras, or images of another
-/// size, than the rig: they would be measured as one.
+/// Throws Error(bad_input) if an existing recording has other cameras or image sizes than the rig,
+/// since both would be measured together.
 void require_cameras_of_rig(const Recording& recording, const CamerasFile& rig);
 
-/// Stores the sets of one capture as they come: <set>/<camera>.png or .pgm (8 bit, or 16 bit with
-/// the sensor's value in the high bits), <set>/<camera>.<format>.raw where the grey does not hold
-/// all that was sent, and <set>/capture.json. A set is refused when one of its frames is black,
-/// saturated or blurred, has another size than the rig says, its spread is too large, or a camera
-/// has moved since the reference set; nothing of it is written. An average is refused, too, when
-/// the cloth moved.
+/// Stores the sets of a capture as they arrive: <set>/<camera>.png or .pgm (8 bit, or 16 bit
+/// with the sensor's value in the high bits), <set>/<camera>.<format>.raw if grey does not
+/// hold all that was sent, and <set>/capture.json. A set is refused as a whole if one of its
+/// frames is black, saturated, blurred or not of the rig's size, its spread is too large, or
+/// a camera has moved since the reference set. An average is also refused if the cloth
+/// moved.
 class Recorder {
  public:
-  /// Throws Error(bad_input) when the recording already holds a set of this name (or, for several
-  /// frames, of one that begins with it), or is one of other cameras.
+  /// Throws Error(bad_input) if the recording already holds a set of this name (for several frames,
+  /// one that begins with it), or has other cameras.
   Recorder(const CamerasFile& cameras, RecordOptions options, Journal& journal);
 
   void add(LiveSet set, const LiveReport& report);
@@ -68,7 +68,7 @@ class Recorder {
   [[nodiscard]] RecordResult finish();
 
  private:
-  /// Why what is stored is no measurement.
+  /// Reason why the stored sets are not valid measurements; nullopt if they are.
   [[nodiscard]] std::optional<std::string> reason_against() const;
   [[nodiscard]] std::string folder_of(const std::string& set) const;
   void refuse_known_set() const;
@@ -83,7 +83,7 @@ class Recorder {
   StillWatch still_;
   RecordResult result_;
   std::size_t taken_ = 0, summed_ = 0;
-  /// The average: its first set, and sums of all on the 16-bit scale.
+  /// For the average: the first set, and sums over all sets on the 16-bit scale.
   std::optional<LiveSet> first_;
   LiveReport first_report_;
   std::vector<std::vector<std::uint32_t>> sums_;

@@ -64,7 +64,7 @@ void fields(Fields& f, CameraStill& still) {
 
 namespace {
 
-/// The table `stillness`.
+/// Table `stillness`.
 struct Stillness {
   SetDetails& of;
 };
@@ -87,7 +87,7 @@ void fields(Fields& f, Stillness& stillness) {
   f({"cameras", "one for each camera"}, still.cameras);
 }
 
-/// The part of it that an import keeps.
+/// The part of `stillness` that an import keeps.
 struct StillnessNotes {
   SetNotes& of;
 };

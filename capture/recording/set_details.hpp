@@ -17,8 +17,8 @@ struct CameraDetails {
   FrameQuality quality;
 };
 
-/// A set's capture.json: times, spread, settings read back, clocks, ledger up to then, stillness,
-/// faults, and why the set is no measurement, if it is none.
+/// capture.json of a set: times, spread, settings read back, clocks, ledger so far, stillness,
+/// faults, and why the set is not a valid measurement, if so.
 struct SetDetails {
   std::string set;
   std::optional<std::string> no_go, fallen_back;
@@ -41,9 +41,9 @@ void fields(Fields& f, SetDetails& details);
                                      const StillReport& still, const RecordOptions& options,
                                      const std::optional<std::string>& no_go);
 
-/// The part of a capture.json that an import keeps.
+/// The part of capture.json that an import keeps.
 struct SetNotes {
-  std::string set;  ///< name under which it was taken
+  std::string set;  ///< name of the set when captured
   std::optional<std::string> no_go, cloth;
   std::optional<double> motion_px, camera_shift_px;
 };

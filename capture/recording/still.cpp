@@ -20,13 +20,13 @@ namespace drape::capture {
 namespace {
 
 constexpr std::size_t kLeastBlocks = 4;
-constexpr double kBeyondFine_px = 2.5;  ///< blocks of the full picture are followed up to 3 px
+constexpr double kBeyondFine_px = 2.5;  ///< blocks of the full picture are tracked up to 3 px
 
 GreyView view(const LiveFrame& frame) {
   return {frame.pixels, frame.width_px, frame.height_px};
 }
 
-/// Millimetres that one pixel spans where the camera saw the target.
+/// Millimetres per pixel at the position where the camera saw the target.
 std::optional<double> mm_per_px(const std::optional<Calibration>& calibration,
                                 const std::string& name) {
   if (!calibration) return std::nullopt;
@@ -43,7 +43,7 @@ std::optional<double> mm_per_px(const std::optional<Calibration>& calibration,
   return std::nullopt;
 }
 
-/// Median over all blocks; 0 when hardly one was found.
+/// Median motion of all blocks; 0 if too few were matched.
 double median_px(const MotionResult& motion) {
   std::vector<double> lengths;
   for (const BlockMotion& b : motion.blocks) lengths.push_back(std::hypot(b.dx_px, b.dy_px));
@@ -51,7 +51,7 @@ double median_px(const MotionResult& motion) {
   return median(std::move(lengths));
 }
 
-/// The picture of the reference set in which a camera's background is found again.
+/// Background of a camera's picture in the reference set.
 Background background_of(const Recording& reference, const CamerasFile& cameras,
                          const LiveCamera& camera) {
   const FrameSet& set = reference.set(cameras.reference->set);
@@ -116,7 +116,7 @@ StillWatch::StillWatch(const CamerasFile& cameras, const StillOptions& options)
   if (options_.calibration) calibration_ = read_calibration(*options_.calibration);
   if (calibration_ && calibration_->no_go) {
     report_.calibration_no_go = calibration_->no_go;
-    calibration_.reset();  // nothing measured with it can be trusted
+    calibration_.reset();  // a NO-GO calibration cannot be trusted
   }
   std::optional<Recording> reference;
   if (cameras.reference) reference = read_recording(cameras.reference->recording);
