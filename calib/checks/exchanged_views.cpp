@@ -7,7 +7,10 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <optional>
+#include <string>
 #include <utility>
+#include <vector>
 
 #include "calib/joint/alone.hpp"
 #include "calib/joint/planar_view.hpp"
@@ -20,72 +23,119 @@ using Eigen::Vector2d;
 
 using Points = std::vector<TargetPoint>;
 
-/// RMS distance of the second camera's points from where the first one's view of the target has
-/// them, as a part of their image's size.
-double contradiction(const Camera& first, const Points& by_first, const Camera& second,
-                     const Points& by_second) {
-  constexpr double kNone = std::numeric_limits<double>::infinity();
-  const auto homography = homography_of(without_lens(first.model, by_first));
-  if (!homography || by_second.empty()) return kNone;
-  const WorldFromTarget placed = first.cam_from_world.inverse() *
-                                 planar_pose(*homography, 1, Vector2d::Zero()).cam_from_target;
-  Vector2d low = by_second.front().measured_px, high = low;
-  double sum = 0;
-  for (const TargetPoint& point : by_second) {
-    const auto image =
-        project(second.model, second.cam_from_world * (placed * point.point_in_target));
-    if (!image) return kNone;
-    sum += (image->px - point.measured_px).squaredNorm();
-    low = low.cwiseMin(point.measured_px);
-    high = high.cwiseMax(point.measured_px);
-  }
-  return std::sqrt(sum / static_cast<double>(by_second.size())) / (high - low).norm();
-}
-
-/// Views of one set by camera, null where a camera has none.
+/// Views of one set by all cameras; a camera's place in the list is its index. Null where a camera
+/// has none.
 using Views = std::vector<const Points*>;
 
-Views views_of(const JointModel& all, std::size_t placement) {
-  Views views(all.cameras.size(), nullptr);
-  for (const JointFrame& frame : all.frames)
-    if (frame.placement == placement) views[frame.camera] = &frame.points;
-  return views;
-}
+/// How well the views of one set agree, when each may have been taken by a camera that it does not
+/// name.
+class SetOfViews {
+ public:
+  SetOfViews(const JointModel& started, std::string name, Views views)
+      : name_(std::move(name)),
+        views_(std::move(views)),
+        started_(&started),
+        placed_(views_.size() * views_.size()) {}
 
-/// Distance of the worst of the views from the one that agrees best with all others. All of them:
-/// two cameras on opposite sides that are exchanged see a target that is turned, which only a third
-/// one contradicts.
-double contradiction(const JointModel& started, const Views& views) {
-  double least = std::numeric_limits<double>::infinity();
-  for (std::size_t source = 0; source < views.size(); ++source) {
-    if (views[source] == nullptr) continue;
-    double worst = 0;
-    for (std::size_t c = 0; c < views.size(); ++c) {
-      if (c == source || views[c] == nullptr) continue;
-      worst = std::max(worst, contradiction(started.cameras[source].camera, *views[source],
-                                            started.cameras[c].camera, *views[c]));
+  [[nodiscard]] bool has(std::size_t camera) const { return views_[camera] != nullptr; }
+
+  /// Distance of the worst of the views from the one that agrees best with all others, as a part of
+  /// the image's size, with the views of cameras `a` and `b` exchanged; infinite from `limit` on.
+  /// All of them: two cameras on opposite sides that are exchanged see a target that is turned,
+  /// which only a third one contradicts.
+  double contradiction(std::size_t a, std::size_t b, double limit) {
+    const auto taken_by = [&](std::size_t camera) {
+      return camera == a ? b : camera == b ? a : camera;
+    };
+    double least = std::numeric_limits<double>::infinity();
+    for (std::size_t source = 0; source < views_.size(); ++source) {
+      if (views_[taken_by(source)] == nullptr) continue;
+      double worst = 0;
+      for (std::size_t c = 0; c < views_.size() && worst < std::min(least, limit); ++c)
+        if (c != source && views_[taken_by(c)] != nullptr)
+          worst = std::max(worst, distance(source, taken_by(source), c, taken_by(c)));
+      if (worst < limit) least = std::min(least, worst);
     }
-    least = std::min(least, worst);
+    return least;
   }
-  return least;
+
+  /// Name of the set.
+  [[nodiscard]] const std::string& name() const { return name_; }
+
+ private:
+  /// The target's place by one camera's view of it, computed once.
+  const std::optional<WorldFromTarget>& place_by(std::size_t camera, std::size_t view) {
+    auto& place = placed_[camera * views_.size() + view];
+    if (!place) {
+      place.emplace();
+      const Camera& by = started_->cameras[camera].camera;
+      if (const auto homography = homography_of(without_lens(by.model, *views_[view])))
+        *place = by.cam_from_world.inverse() *
+                 planar_pose(*homography, 1, Vector2d::Zero()).cam_from_target;
+    }
+    return *place;
+  }
+
+  /// RMS distance of the second camera's points from where the first one's view of the target has
+  /// them, as a part of their image's size.
+  double distance(std::size_t first, std::size_t first_view, std::size_t second,
+                  std::size_t second_view) {
+    constexpr double kNone = std::numeric_limits<double>::infinity();
+    const Points& points = *views_[second_view];
+    const auto& placed = place_by(first, first_view);
+    if (!placed || points.empty()) return kNone;
+    const Camera& camera = started_->cameras[second].camera;
+    Vector2d low = points.front().measured_px, high = low;
+    double sum = 0;
+    for (const TargetPoint& point : points) {
+      const auto image =
+          project(camera.model, camera.cam_from_world * (*placed * point.point_in_target));
+      if (!image) return kNone;
+      sum += (image->px - point.measured_px).squaredNorm();
+      low = low.cwiseMin(point.measured_px);
+      high = high.cwiseMax(point.measured_px);
+    }
+    return std::sqrt(sum / static_cast<double>(points.size())) / (high - low).norm();
+  }
+
+  std::string name_;
+  Views views_;
+  const JointModel* started_;
+  std::vector<std::optional<std::optional<WorldFromTarget>>> placed_;
+};
+
+/// A set whose views contradict each other, and by how much.
+struct Contradiction {
+  SetOfViews set;
+  double as_named;
+};
+
+/// The sets whose views contradict each other as they are named: a good calibration has none, and
+/// its cost is quadratic in the cameras.
+std::vector<Contradiction> contradictions(const JointModel& all, const JointModel& started) {
+  std::vector<Views> by_set(all.placements.size(), Views(all.cameras.size(), nullptr));
+  for (const JointFrame& frame : all.frames) by_set[frame.placement][frame.camera] = &frame.points;
+  std::vector<Contradiction> found;
+  for (std::size_t p = 0; p < by_set.size(); ++p) {
+    SetOfViews set(started, all.placements[p].set, std::move(by_set[p]));
+    const double as_named = set.contradiction(0, 0, std::numeric_limits<double>::infinity());
+    if (as_named >= contradicting_part) found.push_back({std::move(set), as_named});
+  }
+  return found;
 }
 
 }  // namespace
 
 std::string exchanged_views(const JointModel& all, const JointModel& started) {
+  std::vector<Contradiction> bad = contradictions(all, started);
   for (std::size_t a = 0; a < started.cameras.size(); ++a) {
     for (std::size_t b = a + 1; b < started.cameras.size(); ++b) {
       std::vector<std::string> sets;
-      for (std::size_t p = 0; p < all.placements.size(); ++p) {
-        Views views = views_of(all, p);
-        if (views[a] == nullptr || views[b] == nullptr) continue;
-        const double as_named = contradiction(started, views);
-        if (as_named < contradicting_part) continue;
-        std::swap(views[a], views[b]);
-        const double exchanged = contradiction(started, views);
+      for (auto& [set, as_named] : bad) {
+        if (!set.has(a) || !set.has(b)) continue;
         // The better one of two bad explanations is none: a quarter, as for a camera that is odd.
-        if (exchanged < contradicting_part && exchanged < as_named / 4)
-          sets.push_back(all.placements[p].set);
+        const double limit = std::min(contradicting_part, as_named / 4);
+        if (set.contradiction(a, b, limit) < limit) sets.push_back(set.name());
       }
       if (sets.empty()) continue;
       return fmt::format(
