@@ -31,7 +31,7 @@ struct Surroundings {
   std::filesystem::path file;  ///< target.toml or print.toml
   PrintPlane plane;
   MarkLattice lattice;
-  std::optional<Target> board;  ///< set for a target of corners, not of dots
+  std::optional<Target> board;  ///< set for a target with corners instead of dots
 };
 
 Surroundings read_surface(const Rig& rig, Surface surface) {
@@ -67,8 +67,8 @@ bool is_free_pose(const Rig& rig, const std::string& set) {
   return std::find(rig.free_poses.begin(), rig.free_poses.end(), set) != rig.free_poses.end();
 }
 
-/// Sets as asked, cameras as the rig lists them; a camera that is missing is an error, but a free
-/// pose of the target may lack a camera's image: calib lists it.
+/// Lists the pictures to process: sets as requested, cameras in the order of the rig. A missing
+/// camera is an error, except in a free pose of the target, where calib reports it.
 std::vector<Job> plan(const Recording& recording, const Rig& rig,
                       const std::vector<std::string>& sets) {
   std::vector<Job> jobs;
@@ -91,7 +91,7 @@ std::vector<Job> plan(const Recording& recording, const Rig& rig,
   return jobs;
 }
 
-/// Pictures of cameras that the rig does not name serve nothing, and are counted.
+/// Counts pictures of cameras that the rig does not name; they are not used.
 std::map<std::string, int> not_in_rig(const Recording& recording, const Rig& rig,
                                       const std::vector<std::string>& sets) {
   std::map<std::string, int> pictures;
@@ -104,7 +104,7 @@ std::map<std::string, int> not_in_rig(const Recording& recording, const Rig& rig
 struct Output {
   FrameDetections frame;
   PictureQuality quality;
-  double blur_px = 0;  ///< Gaussian width of the dots' edges
+  double blur_px = 0;  ///< Gaussian width of the dot edges
   std::optional<Picture> preview, overlay;
 };
 
@@ -167,8 +167,8 @@ void add_to_report(const FrameDetections& frame, bool has_tags, DetectReport& re
     report.warnings.push_back(name + ": no tag of the print was recognised");
 }
 
-/// A picture without a mark is NO-GO, but of a free pose of the target, which not every camera must
-/// see: it is one view less, unless no picture of all shows a mark.
+/// Makes a picture without marks NO-GO. In a free pose of the target, which not every camera needs
+/// to see, it only means one view less, unless no picture at all shows a mark.
 void judge_empty_frames(const Rig& rig, Surface surface, DetectResult& result) {
   for (const FrameDetections& frame : result.detections.frames) {
     if (!frame.detections.empty()) continue;
@@ -184,7 +184,7 @@ void judge_empty_frames(const Rig& rig, Surface surface, DetectResult& result) {
   }
 }
 
-/// Sets that capture stored and called no measurement.
+/// Copies the NO-GO of sets that capture stored as invalid.
 void take_over_refusals(const Recording& recording, const std::vector<std::string>& sets,
                         DetectResult& result) {
   for (const std::string& name : sets) {
@@ -196,7 +196,7 @@ void take_over_refusals(const Recording& recording, const std::vector<std::strin
   }
 }
 
-/// Labels that tags gave which the print has elsewhere are no labels.
+/// Withdraws labels that contradict the positions of the tags on the print.
 void withdraw_labels(FrameDetections& frame) {
   for (const Detection& dot : frame.detections)
     frame.rejections.push_back(
@@ -204,7 +204,7 @@ void withdraw_labels(FrameDetections& frame) {
   frame.detections.clear();
 }
 
-/// Names the kind of a target that looks the same after half a turn; empty for any other.
+/// Kind of a target that looks the same after half a turn; empty for any other.
 std::string twin_of(const Surroundings& surface) {
   if (surface.board) return is_ambiguous(*surface.board) ? "chessboard" : "";
   return surface.plane.tags.empty() && !surface.plane.classes ? "dot grid" : "";
@@ -217,8 +217,8 @@ void blame_print(const FrameDetections& frame, const std::string& why, DetectRes
     result.report.other_print = fmt::format("set {}, camera {}: {}", frame.set, frame.camera, why);
 }
 
-/// Asks the first picture whose dots have no labels, but for a few that chance gave, which print it
-/// shows; it speaks for all such pictures.
+/// Examines the first picture whose dots have no labels, apart from a few chance ones, to find
+/// which print it shows; the answer is taken to hold for all such pictures.
 void look_for_other_print(const Recording& recording, const std::vector<Job>& jobs,
                           const Surroundings& surface, const DetectOptions& options,
                           DetectResult& result) {
@@ -260,7 +260,7 @@ void DetectOptions::check() const {
 DetectResult detect(const Recording& recording, const Rig& rig, const DetectOptions& options,
                     const DetectProgress& progress) {
   options.check();
-  // OpenCV's own threads would split its sums differently per machine, and frames run in parallel.
+  // Frames run in parallel; OpenCV's own threads would also make sums depend on the machine.
   cv::setNumThreads(1);
   const Surroundings surface = read_surface(rig, options.surface);
   const std::vector<Job> jobs = plan(recording, rig, options.sets);

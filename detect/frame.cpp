@@ -28,15 +28,15 @@ constexpr std::size_t blur_samples = 9;
 constexpr std::size_t ring_samples = 16;
 constexpr double least_light_centre = 0.35;
 constexpr double most_full_centre = 0.15;
-constexpr double nearest_counted = 0.55;  // distance of a neighbour, in pitches
+constexpr double nearest_counted = 0.55;  // smallest distance of a neighbour, in pitches
 constexpr double farthest_counted = 1.45;
 constexpr int least_neighbours = 2;
-constexpr std::size_t least_dots = 9;  // dots of a piece of lattice that shows their size
-/// Sizes of the dots in a picture of a usual bench, then of any other.
+constexpr std::size_t least_dots = 9;  // smallest lattice piece that determines the dot size
+/// Ranges of dot sizes in pictures: first the usual one, then smaller and larger.
 constexpr std::array<DotSizes, 3> all_sizes = {{{4, 26}, {1.5, 8}, {16, 100}}};
 
 struct Axes {
-  Eigen::Vector2d semi_px;  // major, minor
+  Eigen::Vector2d semi_px;  // semi-axes: major, minor
   double angle_rad = 0;
 };
 
@@ -53,14 +53,14 @@ double semi_major_px(const Blob& blob) {
   return axes_of(blob.shape_px2).semi_px.x();
 }
 
-/// Blobs as dots to be labelled, before they are fitted.
+/// Converts blobs to dots for labelling, before they are fitted.
 std::vector<UnlabelledDot> dots_of(const std::vector<Blob>& blobs) {
   std::vector<UnlabelledDot> dots;
   for (const Blob& blob : blobs) dots.push_back({blob.centre_px, blob.shape_px2, true});
   return dots;
 }
 
-/// Blobs of about the same size a pitch away, as this blob's own ellipse has it.
+/// Number of similar-sized blobs one pitch away, as predicted by this blob's ellipse.
 int neighbours_of(std::size_t blob, const std::vector<UnlabelledDot>& dots, const DotCells& cells,
                   const std::vector<double>& radii, const PrintPlane& plane) {
   const Eigen::Matrix2d undo = symmetric_root(dots[blob].shape_px2).inverse();
@@ -76,8 +76,8 @@ int neighbours_of(std::size_t blob, const std::vector<UnlabelledDot>& dots, cons
   return count;
 }
 
-/// Unforeshortened radius of most blobs that have others about a pitch away; nothing when there are
-/// no such blobs.
+/// Unforeshortened radius of the majority of blobs that have neighbours about a pitch away; nullopt
+/// if there are none.
 std::optional<double> common_radius_px(const std::vector<Blob>& blobs, const PrintPlane& plane) {
   const std::vector<UnlabelledDot> dots = dots_of(blobs);
   const DotCells cells(dots);
@@ -89,7 +89,7 @@ std::optional<double> common_radius_px(const std::vector<Blob>& blobs, const Pri
     common.push_back(radii[k]);
     area += radii[k] * radii[k];
   }
-  // The median by area: the many small regions inside tags weigh less than the dots.
+  // Median by area, so that the many small regions inside tags count less than the dots.
   std::sort(common.begin(), common.end());
   double below = 0;
   for (const double radius : common) {
@@ -99,8 +99,8 @@ std::optional<double> common_radius_px(const std::vector<Blob>& blobs, const Pri
   return std::nullopt;
 }
 
-/// Radius of the dots that stand in the largest piece of the print's lattice, looked for at all
-/// sizes; needs no tag. Nothing when no piece has nine dots.
+/// Dot radius from the largest lattice piece over all sizes, without tags. nullopt if no piece has
+/// nine dots.
 std::optional<double> lattice_radius_px(const GreyImage& image, const NoiseModel& noise,
                                         const PrintPlane& plane) {
   std::size_t most = least_dots - 1;
@@ -118,8 +118,8 @@ std::optional<double> lattice_radius_px(const GreyImage& image, const NoiseModel
   return best;
 }
 
-/// Unforeshortened radius of a dot in this frame: the direction a tag is not tilted in keeps its
-/// length, so the larger singular value of its map is the scale.
+/// Unforeshortened radius of a dot in this frame. A tag keeps its length perpendicular to its tilt,
+/// so the larger singular value of its local map is the scale.
 std::optional<double> dot_radius_px(const PrintPlane& plane,
                                     const std::vector<TagDetection>& tags) {
   std::vector<double> radii;
@@ -134,7 +134,7 @@ std::optional<double> dot_radius_px(const PrintPlane& plane,
   return median(radii);
 }
 
-/// Edge width of this frame from its largest dots, where their size shows it.
+/// Edge width of this frame, estimated from dots that are large enough to show it.
 BlurGuess frame_blur(const GreyImage& image, const Blobs& found, const NoiseModel& noise,
                      double light_centre_fraction) {
   std::vector<const Blob*> largest;
@@ -180,17 +180,17 @@ double largest_sigma(const Eigen::Matrix2d& covariance) {
   return std::sqrt(std::max(0.0, eigen.eigenvalues()(1)));
 }
 
-/// A fit that misses by more than the noise and by much: a camera that sharpens or smooths its
-/// pictures leaves little noise, against which every edge looks wrong.
+/// True if a fit exceeds both the noise limit and an absolute one: a camera that sharpens or
+/// smooths its pictures leaves little noise, against which any edge seems to misfit.
 bool misfits(const DotFit& fit, const FrameLimits& limits) {
   return fit.chi2_per_dof > limits.most_chi2_per_dof && fit.misfit > limits.most_misfit;
 }
 
-/// Why a fit must not be used; empty when it may.
+/// Reason for rejecting a fit; empty if it is usable.
 std::string fault(const DotFit& fit, const Eigen::Matrix2d& covariance, const FrameLimits& limits) {
   if (!fit.converged) return "bad fit: no blurred ellipse fits it";
   const Axes axes = axes_of(fit.shape_px2);
-  const double radius_px = axes.semi_px.x();  // of the dot unforeshortened
+  const double radius_px = axes.semi_px.x();  // unforeshortened radius of the dot
   if (fit.masked_edge > limits.most_masked_edge) {
     return fmt::format(
         "partly covered: {:.0f} % of its outline lies beside a tag, another dark "
@@ -227,7 +227,7 @@ Detection measured(const DotFit& fit, MarkId mark, const Eigen::Matrix2d& covari
           axes.angle_rad, fit.contrast,  fit.chi2_per_dof};
 }
 
-/// Tags, and the blobs that may be dots.
+/// Tags, and blobs that may be dots.
 struct Found {
   std::vector<TagDetection> tags;
   Blobs blobs;
@@ -240,7 +240,7 @@ void drop_other_sizes(std::vector<Blob>& blobs, const DotSizes& sizes) {
   });
 }
 
-/// The fast path: dots first, then the tags between them. Nothing when no tag is read there.
+/// Fast path: finds dots first, then reads the tags between them. nullopt if no tag can be read.
 std::optional<Found> find_by_dots(const GreyImage& image, const NoiseModel& noise,
                                   const PrintPlane& plane, const TagFinder& finder) {
   if (!tags_sit_between_dots(plane)) return std::nullopt;
@@ -254,7 +254,7 @@ std::optional<Found> find_by_dots(const GreyImage& image, const NoiseModel& nois
   return found;
 }
 
-/// The thorough path: tags anywhere in the picture give the dots' size, or their lattice does.
+/// Thorough path: finds tags anywhere; these, or else the lattice, give the size of the dots.
 Found find_by_tags(const GreyImage& image, const NoiseModel& noise, const PrintPlane& plane,
                    TagFinder& finder) {
   Found found;
@@ -263,7 +263,7 @@ Found find_by_tags(const GreyImage& image, const NoiseModel& noise, const PrintP
   DotSizes sizes = DotSizes::around(radius_px.value_or(0));
   if (!radius_px) {
     radius_px = lattice_radius_px(image, noise, plane);
-    // Some dots of a plate tilted towards the camera may be twice as large as the others.
+    // On a plate tilted towards the camera, some dots may appear twice as large as others.
     sizes = {0.4 * radius_px.value_or(0), 2.6 * radius_px.value_or(0)};
   }
   if (radius_px) found.blobs = find_blobs(image, noise, sizes, plane.classes.has_value());
@@ -281,13 +281,13 @@ Found find_marks(const GreyImage& image, const NoiseModel& noise, const PrintPla
   return std::move(*found);
 }
 
-/// A print without tags is identified by its outline: the whole lattice must be there.
+/// Labels a print without tags by its outline, which requires that the whole lattice is visible.
 std::vector<DotLabel> label_by_outline(const PrintPlane& plane,
                                        const std::vector<UnlabelledDot>& dots,
                                        std::vector<LatticePiece>& pieces) {
   std::vector<DotLabel> labels(dots.size());
   for (DotLabel& label : labels) label.reason = "no label: the print's outline is not in view";
-  // Cameras around a cloth would each see another corner as the first.
+  // On cloth, cameras from different sides would each pick a different corner as the first.
   if (pieces.empty() || !plane.stiff) return labels;
   const auto whole = place_whole_piece(plane, dots, pieces.front());
   if (!whole) return labels;
@@ -296,7 +296,7 @@ std::vector<DotLabel> label_by_outline(const PrintPlane& plane,
   return labels;
 }
 
-/// A dot with a light centre shows it unless it is too small; between the limits nothing is said.
+/// Class of a dot: with light centre or full; undecided if it is too small or between the limits.
 std::optional<bool> class_of(const DotFit& fit) {
   if (!fit.converged || !fit.centre_fraction) return std::nullopt;
   if (*fit.centre_fraction > least_light_centre) return true;
@@ -309,7 +309,7 @@ struct Labels {
   std::vector<LatticePiece> islands;
 };
 
-/// Islands whose classes tell where they are become labels, unless a mark is then seen twice.
+/// Labels islands whose dot classes determine their position, unless a mark would occur twice.
 void label_by_classes(const PrintPlane& plane, const std::vector<UnlabelledDot>& dots,
                       Labels& found) {
   found.labels.resize(dots.size(), {std::nullopt, "no label: nothing leads to it"});
@@ -331,8 +331,8 @@ void label_by_classes(const PrintPlane& plane, const std::vector<UnlabelledDot>&
   });
 }
 
-/// The plane of a stiff print leads from the largest piece to dots that others hold: these belong
-/// to the largest then.
+/// Extends the largest piece over the plane of a stiff print; dots of other pieces that it reaches
+/// are moved to it.
 void join_flat_pieces(const PrintPlane& plane, const std::vector<UnlabelledDot>& dots,
                       std::vector<LatticePiece>& pieces) {
   fill_flat_piece(plane, dots, pieces.front());
@@ -369,7 +369,7 @@ Labels label_all(const PrintPlane& plane, const Found& found,
   return result;
 }
 
-/// Places of dots in islands, by dot.
+/// Island and position within it, for each dot.
 std::vector<std::optional<std::pair<int, MarkId>>> places_of(
     const std::vector<LatticePiece>& islands, std::size_t dots) {
   std::vector<std::optional<std::pair<int, MarkId>>> places(dots);

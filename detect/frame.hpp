@@ -8,21 +8,21 @@
 
 namespace drape::detect {
 
-/// Limits beyond which a dot is not measured but rejected with the reason. Radii are the
-/// dot's own semi-major axis.
+/// Limits beyond which a dot is rejected, with the reason, instead of measured. Radii are the dot's
+/// own semi-major axis.
 struct FrameLimits {
-  double most_chi2_per_dof = 60;   ///< chi-square of the fit, in units of the frame's noise
-  double most_misfit = 0.08;       ///< rms of its residuals in contrasts; both must be exceeded
-  double most_masked_edge = 0.25;  ///< fraction of a dot's outline that may be covered
-  double most_one_sided = 30;  ///< chi-square of the leave-an-eighth-out shift, per chi2_per_dof
-  double most_one_sided_radii = 0.03;  ///< the shift itself; both must be exceeded
-  double least_semi_axis_px = 1.35;    ///< smaller ellipses hold too few pixels
-  double most_sigma_radii = 0.03;      ///< largest standard deviation of a usable centre
+  double most_chi2_per_dof = 60;   ///< chi-square per degree of freedom, for the frame's noise
+  double most_misfit = 0.08;       ///< rms residual over contrast; both limits must be exceeded
+  double most_masked_edge = 0.25;  ///< fraction of a dot's outline that may be hidden
+  double most_one_sided = 30;      ///< chi-square of the shift without one eighth, per chi2_per_dof
+  double most_one_sided_radii = 0.03;  ///< the shift itself; both limits must be exceeded
+  double least_semi_axis_px = 1.35;    ///< smaller ellipses cover too few pixels
+  double most_sigma_radii = 0.03;      ///< largest allowed standard deviation of a centre
 };
 
-/// Finds, fits and labels the marks of one decoded frame; a colour sensor's raw mosaic is brought
-/// to one level first. Fills everything but the names, the image's hash and the preview. `blur_px`:
-/// Gaussian width of the dots' edges, median over the good fits; 0 without any.
+/// Finds, fits and labels the marks of one decoded frame; the raw mosaic of a colour sensor is
+/// first equalised. Fills in everything but the names, the image's hash and the preview. `blur_px`
+/// receives the Gaussian width of the dot edges, median over the good fits; 0 if there are none.
 [[nodiscard]] FrameDetections detect_frame(const GreyImage& picture, const PrintPlane& plane,
                                            TagFinder& finder, const FrameLimits& limits,
                                            double* blur_px = nullptr);

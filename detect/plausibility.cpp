@@ -17,13 +17,13 @@ namespace drape::detect {
 
 namespace {
 
-constexpr int kStride = 3;           ///< lines that are looked at; a picture has a thousand
-constexpr double kPart = 0.5;        ///< fraction of the marks, light or sharpness of others
-constexpr std::size_t kFewTags = 3;  ///< tags that cannot be there by chance
-constexpr double kLeastLight = 16;   ///< grey level; 4 of 8 bits are not used below it
-constexpr double kSaturated = 0.02;  ///< more than highlights: the cloth itself, or a part of it
+constexpr int kStride = 3;           ///< distance of sampled lines; a picture has about a thousand
+constexpr double kPart = 0.5;        ///< fraction of the others' marks, brightness or sharpness
+constexpr std::size_t kFewTags = 3;  ///< number of tags that cannot be chance detections
+constexpr double kLeastLight = 16;   ///< grey level below which 4 of 8 bits are unused
+constexpr double kSaturated = 0.02;  ///< more than highlights: part of the cloth is saturated
 
-constexpr double kSteps = 257;  ///< per grey level: 8 and 16 bits without rounding
+constexpr double kSteps = 257;  ///< per grey level: exact for 8 and 16 bits
 
 double saturated_part(const GreyImage& image) {
   const auto full = std::count(image.bytes.begin(), image.bytes.end(), 255);
@@ -55,7 +55,7 @@ PictureQuality quality_of(const GreyImage& image) {
   quality.dark = counted_quantile(levels, 0.01) / kSteps;
   quality.light = counted_quantile(levels, 0.99) / kSteps;
   const double steepest = 0.5 * counted_quantile(doubled_slopes, 0.999) / kSteps;
-  // The slope of a step that a Gaussian blurs is its height over sqrt(2 pi) widths.
+  // A step blurred by a Gaussian has a slope of its height over sqrt(2 pi) widths.
   if (steepest > 0)
     quality.edge_px = (quality.light - quality.dark) / (std::sqrt(2 * std::numbers::pi) * steepest);
   return quality;
@@ -119,7 +119,7 @@ std::string unused_levels(const std::vector<FrameDetections>& frames,
 
 namespace {
 
-/// The same where dots alone tell where they are.
+/// As why_no_mark(), for a print that is labelled by its dots alone.
 std::string why_no_plate(const GreyImage& image, const PrintPlane& plane, const FrameLimits& limits,
                          const std::string& file) {
   constexpr std::size_t kFewDots = 9;
@@ -154,7 +154,7 @@ std::string why_no_mark(const GreyImage& image, const PrintPlane& plane, const F
   std::string best_family = plane.tag_family;
   std::vector<TagDetection> best = own;
   for (const std::string& family : TagFamily::names()) {
-    // Sixteen bits are read into the tags of any other family, so they tell nothing.
+    // tag16h5 has only 16 bits, which are found in tags of any family, so it proves nothing.
     if (family == plane.tag_family || family == "tag16h5") continue;
     std::vector<TagDetection> found = TagFinder(family).find_all(image, kNoise);
     if (found.size() < kFewTags || found.size() <= best.size()) continue;
@@ -210,14 +210,14 @@ std::optional<double> dot_size_ratio(const std::vector<FrameDetections>& frames,
                                      const MarkLattice& lattice) {
   constexpr std::size_t kFewest = 20;
   if (!(lattice.dot_diameter_m > 0)) return std::nullopt;
-  std::vector<double> inner, all;  // dots between neighbours; dots beside any
+  std::vector<double> inner, all;  // dots with four neighbours; dots with one along each axis
   for (std::size_t i = 0; i < frames.size(); ++i) {
     const FrameDetections& frame = frames[i];
     std::map<std::pair<int, int>, const Detection*> at;
     for (const Detection& dot : frame.detections) at[{dot.mark.row, dot.mark.col}] = &dot;
     for (const Detection& dot : frame.detections) {
       int around = 0;
-      /// From one dot to the next; nothing where the dot has no neighbour in this direction.
+      /// Offset to the next dot in a direction; nullopt if there is none.
       const auto step = [&](int down, int right) -> std::optional<Vector2d> {
         const auto before = at.find({dot.mark.row - down, dot.mark.col - right}),
                    after = at.find({dot.mark.row + down, dot.mark.col + right});
@@ -230,7 +230,7 @@ std::optional<double> dot_size_ratio(const std::vector<FrameDetections>& frames,
       };
       auto row = step(1, 0), col = step(0, 1);
       double cells = 1;
-      if (around == 0) {  // a staggered grid has its neighbours along the diagonals
+      if (around == 0) {  // neighbours lie along the diagonals of a staggered grid
         row = step(1, 1);
         col = step(1, -1);
         cells = 2;
@@ -263,12 +263,12 @@ namespace {
 
 constexpr double kNearer = 1.2;         ///< largest ratio of scales between two tags
 constexpr double kTurned_cos = 0.5;     ///< 60 degrees
-constexpr std::size_t kLeastTags = 2;   ///< that contradict the others: one may be misread
-constexpr std::size_t kLeastPart = 10;  ///< and of so many tags one
+constexpr std::size_t kLeastTags = 2;   ///< least number of contradicting tags: one may be misread
+constexpr std::size_t kLeastPart = 10;  ///< smallest fraction of contradicting tags: one in so many
 
 struct TagMap {
   Eigen::Vector2d centre_px;
-  Eigen::Matrix2d px_per_m;     ///< derivative by the place on the print
+  Eigen::Matrix2d px_per_m;     ///< derivative of the pixel by the position on the print
   double largest_px_per_m = 0;  ///< along edges and diagonals
 };
 
@@ -322,7 +322,7 @@ std::string tags_elsewhere(const PrintPlane& plane, const std::vector<TagDetecti
           fmt::format("tags {} and {} lie {:.0f} mm apart at least, {} has them {:.0f} mm apart",
                       tags[i].id, tags[k].id, kMm * seen_m, file, kMm * step_m.norm());
     }
-  // Without the one that contradicts most, until none does: so many are where they must not be.
+  // Removes the tag that contradicts most others until no contradiction is left; counts them.
   std::size_t out = 0;
   for (;; ++out) {
     std::size_t worst = 0;
@@ -338,7 +338,7 @@ std::string tags_elsewhere(const PrintPlane& plane, const std::vector<TagDetecti
   if (out >= kLeastTags && kLeastPart * out >= count)
     return fmt::format("{} of {} tags lie elsewhere on the print: {} ({})", out, count, example,
                        keys);
-  // A plate shows all of them in the same direction, a cloth in folds most.
+  // A plate shows all tags in one orientation, a folded cloth only most.
   const std::size_t part = plane.stiff ? kLeastPart : 2;
   if (count > kLeastTags && part * turned > pairs)
     return fmt::format(

@@ -18,16 +18,16 @@ namespace {
 constexpr double least_fill = 0.80;
 constexpr double most_dark_ring = 0.45;
 constexpr int ring_samples = 32;
-constexpr double ink_level = 0.5;  // of the light around it, at most
-/// The same in a picture whose light and dark are exchanged: white dots in dim light are far from
-/// the largest level, which a black plate nearly has everywhere.
+constexpr double ink_level = 0.5;  // largest fraction of the surrounding brightness
+/// The same for a negative picture: white dots in dim light are far from the full level, which a
+/// black plate reaches nearly everywhere.
 constexpr double negative_ink_level = 0.85;
-constexpr double full_core = 0.4;  // radius of the dark middle, in radii of the dot
-constexpr double ring_core = 0.7;  // the same with a light centre
+constexpr double full_core = 0.4;  // radius of the dark core, in radii of the dot
+constexpr double ring_core = 0.7;  // the same for dots with a light centre
 
-/// The light that falls on the unprinted surface: a morphological closing, which fills whatever is
-/// too small to hold the square and keeps shadow edges. At half scale, from the brightest of each
-/// 2x2 pixels, for speed.
+/// Brightness of the unprinted surface by morphological closing, which fills anything smaller than
+/// the square and preserves shadow edges. Computed at half scale from the brightest of each 2x2
+/// pixels, for speed.
 cv::Mat surface_light(const cv::Mat& picture, int side_px) {
   cv::Mat half((picture.rows + 1) / 2, (picture.cols + 1) / 2, CV_8U);
   std::vector<std::uint8_t> pairs(2 * static_cast<std::size_t>(half.cols));
@@ -48,7 +48,7 @@ cv::Mat surface_light(const cv::Mat& picture, int side_px) {
   return half;
 }
 
-/// Regions of pixels darker than a part of the surface's light, by more than noise can be.
+/// Finds regions of pixels darker than a fraction of the surface's brightness, beyond the noise.
 std::vector<Region> dark_regions(const GreyImage& image, const NoiseModel& noise, int side_px,
                                  DarkMap& map) {
   const cv::Mat picture = view_of(image);
@@ -87,7 +87,7 @@ bool plausible_size(const Region& region, const DotSizes& sizes) {
          std::max(region.width, region.height) >= sizes.smallest_px;
 }
 
-/// First pixel of a region in a row, and the one after its last; the same for none.
+/// First pixel of a region in a row, and one past its last; equal if there is none.
 std::pair<int, int> row_ends(const DarkMap& map, const Region& region, std::int32_t label, int y) {
   int first = region.left + region.width, end = first;
   for (const DarkRun& run : map.row_from(region.left, y)) {
@@ -99,8 +99,8 @@ std::pair<int, int> row_ends(const DarkMap& map, const Region& region, std::int3
   return {first, end};
 }
 
-/// Centre and shape from second moments: a filled ellipse has J J^T = 4 times its covariance.
-/// Answers with the pixel count; with `fill` what lies between a row's ends belongs to it.
+/// Computes centre and shape from second moments: J J^T of a filled ellipse is 4 times its
+/// covariance. Returns the pixel count; with `fill`, pixels between a row's ends count too.
 double moments(const DarkMap& map, const Region& region, bool fill, Blob& blob) {
   double count = 0;
   Eigen::Vector2d sum = Eigen::Vector2d::Zero();
@@ -126,13 +126,13 @@ double moments(const DarkMap& map, const Region& region, bool fill, Blob& blob) 
   }
   const Eigen::Vector2d mean = sum / count;
   blob.centre_px = mean + Eigen::Vector2d(region.left, region.top);
-  // A pixel has an extent of its own: 1/12 per axis keeps thin regions from becoming lines.
+  // The extent of a pixel, 1/12 px^2 per axis, keeps thin regions from degenerating to lines.
   blob.shape_px2 =
       4 * (square / count - mean * mean.transpose() + Eigen::Matrix2d::Identity() / 12.0);
   return count;
 }
 
-/// Brightness inside and just outside, and how much of the outside is dark itself.
+/// Measures brightness inside and just outside, and the dark fraction of the outside.
 void look_around(const GreyImage& image, const DarkMap& map, double core_radius, Blob& blob) {
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> eigen(blob.shape_px2);
   const Eigen::Vector2d axes = eigen.eigenvalues().cwiseMax(0).cwiseSqrt();
@@ -147,7 +147,7 @@ void look_around(const GreyImage& image, const DarkMap& map, double core_radius,
         blob.centre_px + eigen.eigenvectors() * unit.cwiseProduct(core_radius * axes);
     const int x = static_cast<int>(std::lround(out.x()));
     const int y = static_cast<int>(std::lround(out.y()));
-    // The ellipse of a region that is no dot may reach out of the picture.
+    // The ellipse of a region that is not a dot can extend outside the picture.
     core += image.level(std::clamp(static_cast<int>(std::lround(in.x())), 0, image.width_px - 1),
                         std::clamp(static_cast<int>(std::lround(in.y())), 0, image.height_px - 1)) /
             ring_samples;
@@ -179,7 +179,7 @@ bool dot_like(const Blob& blob, double area, const DotSizes& sizes) {
 
 Blobs find_blobs(const GreyImage& image, const NoiseModel& noise, const DotSizes& sizes,
                  bool light_centres) {
-  // Wide enough for the largest dot: a square inside a circle has 1.41 radii.
+  // Side larger than the largest dot: the square inscribed in a circle has a side of 1.41 radii.
   const int side_px = static_cast<int>(std::ceil(1.5 * sizes.largest_px)) + 2;
   Blobs result;
   const std::vector<Region> regions = dark_regions(image, noise, side_px, result.map);

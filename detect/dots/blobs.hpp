@@ -15,9 +15,9 @@ namespace drape::detect {
 struct Blob {
   std::int32_t label = 0;
   Eigen::Vector2d centre_px;
-  Eigen::Matrix2d shape_px2;  ///< J J^T of the ellipse: squared semi-axes as eigenvalues
-  double bright = 0;          ///< grey level that a third of the ring around it exceeds
-  double dark = 0;            ///< mean of its core
+  Eigen::Matrix2d shape_px2;  ///< J J^T of the ellipse; its eigenvalues are the squared semi-axes
+  double bright = 0;          ///< grey level exceeded by a third of the surrounding ring
+  double dark = 0;            ///< mean grey level of the core
   double dark_ring = 0;       ///< fraction of the ring that is printed or as dark as the blob
 };
 
@@ -26,15 +26,15 @@ struct Blobs {
   std::vector<Blob> blobs;  ///< in raster order
 };
 
-/// Semi-major axes that a dot may have in a frame.
+/// Range of semi-major axes of the dots in a frame.
 struct DotSizes {
   double smallest_px = 0, largest_px = 0;
 
-  /// Around the unforeshortened radius of a dot: half to 1.7 times, since depth varies.
+  /// Range for a given unforeshortened radius: half to 1.7 times, since depth varies.
   static DotSizes around(double radius_px) { return {0.5 * radius_px, 1.7 * radius_px}; }
 };
 
-/// Finds dots of these sizes; with `light_centres` also such as are rings.
+/// Finds dots within these sizes; with `light_centres` also ring-shaped ones.
 [[nodiscard]] Blobs find_blobs(const GreyImage& image, const NoiseModel& noise,
                                const DotSizes& sizes, bool light_centres = false);
 

@@ -8,7 +8,7 @@
 namespace drape::detect {
 namespace {
 
-/// First marked pixel at or after x.
+/// Position of the first marked pixel at or after x.
 int next_marked(const std::uint8_t* line, int x, int width) {
   for (std::uint64_t eight = 0; x + 8 <= width; x += 8) {
     std::memcpy(&eight, line + x, sizeof eight);

@@ -25,7 +25,7 @@ std::optional<LocalMap> map_at_centre(const std::array<Eigen::Vector2d, 4>& prin
 }
 
 Eigen::Matrix2d symmetric_root(const Eigen::Matrix2d& square) {
-  // Cayley and Hamilton: root = (A + sqrt(det A) I) / sqrt(tr A + 2 sqrt(det A)).
+  // Cayley-Hamilton: root = (A + sqrt(det A) I) / sqrt(tr A + 2 sqrt(det A)).
   const double det = std::sqrt(std::max(0.0, square.determinant()));
   const double trace = std::sqrt(std::max(1e-300, square.trace() + 2 * det));
   return (square + det * Eigen::Matrix2d::Identity()) / trace;
@@ -33,7 +33,7 @@ Eigen::Matrix2d symmetric_root(const Eigen::Matrix2d& square) {
 
 Eigen::Matrix2d turned_root(const Eigen::Matrix2d& root_px_per_m,
                             const Eigen::Matrix2d& neighbour_px_per_m) {
-  // J = root * R * D: D mirrors when the print's frame is seen left-handed; |J - J_neighbour| is
+  // J = root * R * D: D mirrors if the print's frame appears left-handed; |J - J_neighbour| is
   // least where trace(A^T root R) is largest, A = J_neighbour D.
   Eigen::Matrix2d mirror = Eigen::Matrix2d::Identity();
   if (neighbour_px_per_m.determinant() < 0) mirror(1, 1) = -1;
@@ -49,7 +49,7 @@ Eigen::Matrix2d turned_root(const Eigen::Matrix2d& root_px_per_m,
 double step_error(const LocalMap& from, const LocalMap& to, const Eigen::Vector2d& step_m) {
   const Eigen::Vector2d predicted = 0.5 * (from.px_per_m + to.px_per_m) * step_m;
   const Eigen::Vector2d miss = to.centre_px - from.centre_px - predicted;
-  // One step in any direction of the print, plus two pixels so that grazing views stay finite.
+  // Reach of one step in any direction of the print, plus two pixels for grazing views.
   const Eigen::Matrix2d unit =
       0.5 * step_m.squaredNorm() *
           (from.px_per_m * from.px_per_m.transpose() + to.px_per_m * to.px_per_m.transpose()) +
@@ -95,13 +95,13 @@ std::vector<std::size_t> DotCells::within(const Eigen::Vector2d& px, double reac
 
 namespace {
 
-/// Largest factor by which a matrix lengthens a vector.
+/// Largest stretch of a vector by a matrix.
 double largest_stretch(const Eigen::Matrix2d& m) {
   const double half = 0.5 * m.squaredNorm(), det = m.determinant();
   return std::sqrt(half + std::sqrt(std::max(0.0, half * half - det * det)));
 }
 
-constexpr double clear_lead = 0.55;  // best miss over second best
+constexpr double clear_lead = 0.55;  // largest ratio of best to second-best error
 constexpr double rival_error = most_step_error / clear_lead;
 
 }  // namespace
@@ -124,8 +124,8 @@ BestStep DotSteps::best(const LocalMap& from, const Eigen::Vector2d& step_m,
   BestStep best;
   const double step = step_m.norm(), size = largest_stretch(from.px_per_m);
   const Eigen::Vector2d middle_px = from.centre_px + 0.5 * from.px_per_m * step_m;
-  // A dot so far from where half the step leads that it can be neither the best nor a rival needs
-  // no closer look: the miss is at least that distance less the other half of the step.
+  // A dot so far from the end of the half step that it can be neither best nor second best is
+  // skipped: its error is at least that distance minus the other half of the step.
   const auto reach = [&](double other) {
     return 0.5 * step * other +
            rival_error * std::sqrt(0.5 * step * step * (size * size + other * other) + 4);

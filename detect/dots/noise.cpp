@@ -15,18 +15,18 @@ constexpr int bands = 16;
 constexpr double band_width = 256.0 / bands;
 constexpr double quantisation_variance = 1.0 / 12.0;
 constexpr std::size_t band_minimum = 300;
-constexpr int every_px = 7;  // a sample of the frame is enough and costs a fiftieth
+constexpr int every_px = 7;  // sampling is sufficient and costs a fiftieth
 
 constexpr float saturated_mean = 250.0F;
 
-/// Immerkaer's operator in one band of brightness.
+/// Responses of Immerkaer's operator in one band of brightness.
 struct Band {
   double level_sum = 0;
   std::vector<float> responses;  ///< absolute values
 };
 
-/// Responses of a sample of the frame by their band of brightness. Saturated neighbourhoods show no
-/// noise and would pull the estimate down.
+/// Responses at sampled pixels by band of brightness. Saturated neighbourhoods are excluded, since
+/// they show no noise and would bias the estimate down.
 std::array<Band, bands> bands_of(const GreyImage& image) {
   std::array<Band, bands> result;
   for (int y = 2; y + 2 < image.height_px; y += every_px) {
@@ -44,7 +44,7 @@ std::array<Band, bands> bands_of(const GreyImage& image) {
   return result;
 }
 
-/// Variance from the median absolute response; 36 is the operator's squared norm.
+/// Variance from the median absolute response; 36 is the squared norm of the operator.
 double robust_variance(double median_response) {
   const double sigma = median_response / 0.67449 / 6.0;
   return sigma * sigma;
@@ -67,7 +67,7 @@ NoiseModel estimate_noise(const GreyImage& image) {
     const auto count = static_cast<double>(band.responses.size());
     const double level = band.level_sum / count;
     const double variance = robust_variance(median(band.responses));
-    // A variance's own scatter grows with itself; square-root counts keep small bands in play.
+    // The scatter of a variance grows with it; the root of the count lets small bands contribute.
     const double weight = std::sqrt(count) /
                           ((variance + quantisation_variance) * (variance + quantisation_variance));
     sum += weight;

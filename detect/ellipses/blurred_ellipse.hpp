@@ -6,9 +6,9 @@
 
 namespace drape::detect {
 
-/// A printed ellipse under a lens: I = (b + bx x + by y) (1 - k Phi(-d / s)) with d the signed
+/// Blurred image of a printed ellipse: I = (b + bx x + by y) (1 - k Phi(-d / s)), with d the signed
 /// distance from the outline |M (p - c)| = 1, positive outside. Light multiplies the print, so a
-/// slope of the light moves no edge. The light's origin is that of the coordinates.
+/// gradient of the light does not shift the edge. The light is relative to the coordinates' origin.
 class BlurredEllipse {
  public:
   static constexpr int size = 10;
@@ -23,14 +23,14 @@ class BlurredEllipse {
     return (outline() * Eigen::Vector2d(x - p_(cx), y - p_(cy))).norm();
   }
 
-  /// At the centre the first-order distance is undefined; this far out, in radii, it is taken.
+  /// Least radius at which the first-order distance is evaluated; at the centre it is undefined.
   static constexpr double shallowest = 0.3;
-  /// The distance there.
+  /// The distance at that radius.
   [[nodiscard]] double deepest() const {
     return -(1 - shallowest) * shallowest / std::max(shallowest * outline().norm(), 1e-9);
   }
 
-  /// Level of the bare cloth at a position.
+  /// Grey level of the unprinted cloth at a position.
   [[nodiscard]] double light_at(double x, double y) const {
     return p_(light) + p_(light_x) * x + p_(light_y) * y;
   }

@@ -23,15 +23,15 @@ using Vector = Model::Vector;
 using Matrix = Model::Matrix;
 
 constexpr int most_iterations = 40;
-constexpr double converged_px = 1e-3;    // Newton's next step is then far below a thousandth
-constexpr double quick_ratio = 0.2;      // ratio of a step's length to the one before
-constexpr double converged_gain = 2e-4;  // gain of chi-square: a tenth of one pixel's part
-constexpr double chi2_scatter = 1e-6;    // rounding of sums in single precision
-constexpr double clean_chi2 = 2.5;       // fits up to here need no second look at strangers
+constexpr double converged_px = 1e-3;    // the next Newton step is then well below 0.001 px
+constexpr double quick_ratio = 0.2;      // largest ratio of successive step lengths
+constexpr double converged_gain = 2e-4;  // decrease of chi-square: a tenth of one pixel's share
+constexpr double chi2_scatter = 1e-6;    // rounding of single-precision sums
+constexpr double clean_chi2 = 2.5;       // better fits need no second search for outliers
 constexpr int stranger_rounds = 4;
 constexpr double most_covered_for_blur = 0.1;
 
-/// Sums over the pixels, with what is known of the blur beforehand.
+/// Sums the normal equations over the pixels and adds the prior on the blur.
 Normal linearise(const PixelColumns& pixels, const NoiseModel& noise, const Model& model,
                  const BlurGuess& guess) {
   Normal normal = pixels.sum(model, noise);
@@ -51,8 +51,8 @@ bool acceptable(const Vector& p, const Patch& patch) {
          std::abs(p(Model::cy)) < patch.reach_y;
 }
 
-/// Gauss-Newton with Levenberg's damping on the scaled diagonal. Where steps shrink quickly the
-/// sums before the last one, which is tiny, hold after it.
+/// Gauss-Newton with Levenberg damping on the scaled diagonal. If steps shrink quickly, the sums
+/// from before the last, tiny step are kept.
 bool iterate(const Patch& patch, const PixelColumns& pixels, const NoiseModel& noise,
              const BlurGuess& guess, Vector& p, Normal& normal) {
   double damping = 1e-6, before = 1e9;
@@ -89,19 +89,19 @@ bool iterate(const Patch& patch, const PixelColumns& pixels, const NoiseModel& n
   return false;
 }
 
-/// The centre's part of the solution of normal equations.
+/// Solution of the normal equations for the centre.
 struct CentreSolution {
-  Eigen::Vector2d step;        ///< change of the centre
+  Eigen::Vector2d step;        ///< change of the centre, px
   Eigen::Matrix2d covariance;  ///< the centre's block of the inverse
 };
 
-/// Solves `hessian` x = `gradient` for the centre alone: Cholesky's factor with the centre last
-/// gives both without the other parameters. Nothing when the matrix is not positive definite.
+/// Solves `hessian` x = `gradient` for the centre only: a Cholesky factor that ends with the centre
+/// gives both without the other parameters. nullopt if the matrix is not positive definite.
 std::optional<CentreSolution> solve_for_centre(const Matrix& hessian, const Vector& gradient) {
   constexpr int n = Model::size;
   static_assert(n == 10 && Model::cx == 4 && Model::cy == 5);
   constexpr std::array<int, n> order = {0, 1, 2, 3, 6, 7, 8, 9, Model::cx, Model::cy};
-  // Columns of the lower triangle; row n is the right side, which is eliminated with the others.
+  // Columns of the lower triangle; row n is the right-hand side, eliminated with the others.
   std::array<std::array<double, n + 1>, n> column;
   for (int k = 0; k < n; ++k) {
     for (int row = k; row < n; ++row) column[k][row] = hessian(order[row], order[k]);
@@ -123,8 +123,8 @@ std::optional<CentreSolution> solve_for_centre(const Matrix& hessian, const Vect
                         undo.transpose() * undo};
 }
 
-/// Shift of the centre when the pixels of one eighth of the dot are left out. White noise makes
-/// its covariance C_rest - C_all, so a hidden part or a shadow's edge stands out.
+/// Shift of the centre if the pixels of one eighth of the dot are left out. Under white noise its
+/// covariance is C_rest - C_all, so a hidden part or a shadow edge stands out.
 void check_sectors(const PixelColumns& pixels, const NoiseModel& noise, const Model& model,
                    const Matrix& hessian, DotFit& fit) {
   for (const Normal& sector : pixels.sum_sectors(model, noise)) {
@@ -155,7 +155,7 @@ Vector start_parameters(const Blob& blob, const BlurGuess& guess) {
   return p;
 }
 
-/// Light of the core within a fraction of the radius, between print (0) and cloth (1).
+/// Brightness of the core within a fraction of the radius, from print (0) to cloth (1).
 std::optional<double> centre_fraction(const GreyImage& image, const Patch& patch,
                                       const Model& model, double within_radii) {
   const Vector& p = model.parameters();
@@ -180,7 +180,7 @@ std::optional<double> centre_fraction(const GreyImage& image, const Patch& patch
   return count > 0 ? sum / count : nearest;
 }
 
-/// Fits, and fits again while pixels turn out to belong to something else.
+/// Fits repeatedly while pixels turn out to belong to other objects.
 bool settle(const Patch& patch, PixelColumns& pixels, bool dark_ring, const NoiseModel& noise,
             const BlurGuess& guess, Vector& p, Normal& normal, DotFit& fit) {
   if (!iterate(patch, pixels, noise, guess, p, normal)) return false;
@@ -195,8 +195,8 @@ bool settle(const Patch& patch, PixelColumns& pixels, bool dark_ring, const Nois
   return true;
 }
 
-/// Fraction of the fitted outline beyond the image's border: the region that the fit began with
-/// ends there, so that the patch does not know how much is missing.
+/// Fraction of the fitted outline outside the image. The region used at the start ends at the
+/// border, so the patch cannot tell how much is missing.
 double beyond_border(const GreyImage& image, const DotFit& fit) {
   constexpr int places = 32;
   const Eigen::Matrix2d root =
@@ -211,7 +211,7 @@ double beyond_border(const GreyImage& image, const DotFit& fit) {
   return static_cast<double>(beyond) / places;
 }
 
-/// A fit and what it was made with.
+/// A fit with the data that it was made from.
 struct Outline {
   DotFit fit;
   Patch patch;
@@ -221,7 +221,7 @@ struct Outline {
   Matrix covariance;
 };
 
-/// The fit itself: centre, shape and blur, or `converged` false.
+/// Fits centre, shape and blur; `converged` is false on failure.
 Outline fit_outline(const GreyImage& image, const DarkMap& map, const NoiseModel& noise,
                     const Blob& blob, const BlurGuess& guess, double light_centre_fraction) {
   Outline result;

@@ -11,26 +11,26 @@ namespace drape::detect {
 
 namespace {
 
-constexpr double ring_px = 4.0;         // margin outside the outline in which pixels are used
-constexpr double edge_px = 1.5;         // width of the outline when lost fractions are counted
-constexpr int foreign_margin_px = 2;    // blur carries a neighbour's darkness this far
+constexpr double ring_px = 4.0;         // width of the ring of pixels used outside the outline
+constexpr double edge_px = 1.5;         // width of the band along the outline, for lost fractions
+constexpr int foreign_margin_px = 2;    // range of blur from a neighbouring dark region
 constexpr double centre_margin = 0.25;  // around a light centre, in radii of the dot
 constexpr double dark_ring_fraction = 0.7;
 constexpr double saturated_level = 254.5;
 
-/// Signed distances of a row of pixels from an outline (to first order, Sampson 1982), and the
-/// pixels in the coordinates in which the outline is the unit circle.
+/// Signed distances of a row of pixels from an outline (first order, Sampson 1982), and the pixels
+/// in coordinates in which the outline is the unit circle.
 struct Row {
   std::vector<double> d, vx, vy;
   explicit Row(int count) : d(count), vx(count), vy(count) {}
 
-  /// Eighth of the dot that a pixel lies in.
+  /// Which eighth of the dot a pixel lies in.
   [[nodiscard]] int sector(int k) const {
     return (vx[k] < 0 ? 1 : 0) + (vy[k] < 0 ? 2 : 0) + (std::abs(vx[k]) > std::abs(vy[k]) ? 4 : 0);
   }
 };
 
-/// Fills the row of the pixels (first_x, y), (first_x + 1, y) and so on.
+/// Fills the row from pixel (first_x, y) rightwards.
 DRAPE_WIDE_VECTORS void fill(const BlurredEllipse& model, int first_x, int y, Row& row) {
   using Model = BlurredEllipse;
   const Model::Vector& p = model.parameters();
@@ -53,7 +53,7 @@ DRAPE_WIDE_VECTORS void fill(const BlurredEllipse& model, int first_x, int y, Ro
   }
 }
 
-/// Marks the pixels of the patch that other dark regions touch.
+/// Marks the pixels of the patch that other dark regions affect.
 std::vector<char> foreign_pixels(const DarkMap& map, const Blob& blob, const Patch& patch) {
   const int width = 2 * patch.reach_x + 1, height = 2 * patch.reach_y + 1;
   const int left = patch.origin.x() - patch.reach_x, top = patch.origin.y() - patch.reach_y;

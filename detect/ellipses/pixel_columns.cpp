@@ -13,13 +13,13 @@ namespace {
 using Model = BlurredEllipse;
 constexpr float far_in_blurs = 3.5F;
 constexpr auto shallowest = static_cast<float>(Model::shallowest);
-constexpr float outline_px = 1.5F;      // width of the outline when lost fractions are counted
-constexpr float stranger_px = 0.3F;     // strangers are sought from here outwards
-constexpr double biweight_limit = 6.0;  // in residual scales
+constexpr float outline_px = 1.5F;      // width of the band along the outline, for lost fractions
+constexpr float stranger_px = 0.3F;     // outliers are searched from this distance outwards
+constexpr double biweight_limit = 6.0;  // in scales of the residuals
 constexpr double gross_misfit = 0.15;   // fraction of the contrast
 constexpr double noticeable_trust = 0.05;
 
-/// exp(-z^2 / 2) / sqrt(2 pi) for |z| <= 3.5 to 2e-6: Taylor's series of an eighth of it.
+/// exp(-z^2 / 2) / sqrt(2 pi) for |z| <= 3.5, within 2e-6: Taylor series at z^2 / 16, power 8.
 inline float density(float z) {
   const float u = -z * z * (0.5F / 8);
   float e = 1 + u * (1.0F / 8);
@@ -67,14 +67,14 @@ Shape shape_of(const Model& model) {
   return s;
 }
 
-/// Columns of pixels.
+/// Pointers to the columns of pixels.
 struct Pixels {
   const float *x, *y, *level, *trust;
 };
 
 DRAPE_WIDE_VECTORS void evaluate_block(const Pixels& p, int count, const Shape& shape,
                                        const NoiseModel& noise, PixelBlock& block) {
-  // Copies, which nothing that is written below can change.
+  // Local copies, which the stores below cannot alias.
   const Shape s = shape;
   const float* const __restrict x = p.x;
   const float* const __restrict y = p.y;
@@ -122,7 +122,7 @@ DRAPE_WIDE_VECTORS void evaluate_block(const Pixels& p, int count, const Shape& 
   }
 }
 
-/// Sums of products of one column with `width` others, each as lane_sum has it.
+/// Sums of products of one column with `width` others, each as in lane_sum.
 template <int width>
 inline __attribute__((always_inline)) void lane_sums(const float* a,
                                                      const float (*b)[PixelBlock::size], int count,
@@ -142,7 +142,7 @@ inline __attribute__((always_inline)) void lane_sums(const float* a,
 
 DRAPE_WIDE_VECTORS void add_block(const PixelBlock& block, int count, Normal& normal) {
   alignas(32) float weighted[PixelBlock::size];
-  constexpr int step = Model::size;  // from column to column of the matrix
+  constexpr int step = Model::size;  // distance between columns of the matrix
   for (int row = 0; row < Model::size; ++row) {
     for (int i = 0; i < count; ++i) weighted[i] = block.weight[i] * block.gradient[row][i];
     normal.gradient(row) += lane_sum(weighted, block.residual, count);
@@ -273,7 +273,7 @@ Strangers PixelColumns::distrust_strangers(const Model& fitted, const NoiseModel
   const double limit =
       std::max(biweight_limit * scale, gross_misfit * bright * fitted.parameters()(Model::print));
   for (const auto& [residual, d, index] : outside) {
-    // Flat up to half the limit: ordinary pixels keep their full say and the rounds end early.
+    // Flat up to half the limit: normal pixels keep their full weight and iteration ends early.
     const double beyond = std::max(0.0, 2 * std::abs(residual) / limit - 1);
     const double keep = std::max(0.0, 1 - beyond * beyond);
     const double trust = keep * keep;

@@ -11,26 +11,26 @@
 
 namespace drape::detect {
 
-/// Normal equations of the weighted least squares.
+/// Normal equations of weighted least squares.
 struct Normal {
-  BlurredEllipse::Matrix hessian = BlurredEllipse::Matrix::Zero();  ///< both triangles
+  BlurredEllipse::Matrix hessian = BlurredEllipse::Matrix::Zero();  ///< full symmetric matrix
   BlurredEllipse::Vector gradient = BlurredEllipse::Vector::Zero();
   double chi2 = 0;
 };
 
-/// The model at up to `size` pixels: level, derivative by each parameter, and noise.
+/// Model values at up to `size` pixels: level, derivatives by the parameters, noise.
 struct PixelBlock {
   static constexpr int size = 256;
   alignas(32) float gradient[BlurredEllipse::size][size];
   alignas(32) float residual[size];
-  alignas(32) float weight[size];     ///< trust over the variance of the model's level
+  alignas(32) float weight[size];     ///< trust over the variance at the model's level
   alignas(32) float precision[size];  ///< 1 over that variance
   alignas(32) float edge[size];       ///< 1 near the edge, else 0
   alignas(32) float distance[size];   ///< from the outline, positive outside
 };
 
-/// The first `count` pixels of a block in units of their noise, with a weighted sum of their
-/// derivatives: what each does to two parameters of which `rows` are the covariances with all.
+/// Influence of a block's first `count` pixels, in units of their noise, on two parameters: a
+/// weighted sum of derivatives, with `rows` the covariances of these two with all parameters.
 struct Influence {
   alignas(32) float per_sigma[PixelBlock::size];  ///< 1 / noise
   alignas(32) float u[PixelBlock::size];
@@ -39,33 +39,33 @@ struct Influence {
 void influence_of(const PixelBlock& block, int count,
                   const Eigen::Matrix<float, 2, BlurredEllipse::size>& rows, Influence& influence);
 
-/// Changes by a look for strangers.
+/// Result of a search for outliers.
 struct Strangers {
-  double lost_edge = 0;  ///< fraction of the outline's weight that is lost
-  bool changed = false;  ///< some pixel's trust is another than before
+  double lost_edge = 0;  ///< lost fraction of the outline's weight
+  bool changed = false;  ///< true if some pixel's trust has changed
 };
 
-/// A patch as one column of floats per quantity, so that vector units take several pixels at once.
-/// Sorted by eighth of the dot; each eighth begins at a multiple of `lanes`, filled up with pixels
-/// of no weight. Lanes are summed in a fixed order: the result is the same on every processor.
+/// A patch stored as one column of floats per quantity, for vector units. Sorted by eighth of the
+/// dot; each eighth starts at a multiple of `lanes` and is padded with pixels of zero weight. Lanes
+/// are summed in a fixed order, so that results agree on every processor.
 class PixelColumns {
  public:
   PixelColumns() = default;
   explicit PixelColumns(const Patch& patch);
 
-  /// Sums over all pixels, with the noise of the model's level, not of the observed one, which
-  /// would favour dark noise.
+  /// Sums over all pixels. Noise is that of the model's level; that of the observed level would
+  /// favour dark noise.
   [[nodiscard]] Normal sum(const BlurredEllipse& model, const NoiseModel& noise) const;
-  /// The same, eighth by eighth.
+  /// The same sums per eighth of the dot.
   [[nodiscard]] std::array<Normal, 8> sum_sectors(const BlurredEllipse& model,
                                                   const NoiseModel& noise) const;
-  /// Evaluates `count` <= PixelBlock::size pixels from `first` on.
+  /// Evaluates `count` <= PixelBlock::size pixels starting at `first`.
   void evaluate(int first, int count, const BlurredEllipse& model, const NoiseModel& noise,
                 PixelBlock& block) const;
 
-  /// After a fit: pixels outside the outline that belong to something else lose their say. Tukey's
-  /// biweight, but only for gross misfits, since weights that follow the outline's small misfits
-  /// would move the centre.
+  /// After a fit, reduces the weight of pixels outside the outline that belong to other objects:
+  /// Tukey's biweight for gross misfits only, since weights that follow small misfits of the
+  /// outline would shift the centre.
   Strangers distrust_strangers(const BlurredEllipse& fitted, const NoiseModel& noise);
 
   [[nodiscard]] double total_trust() const;
@@ -78,7 +78,7 @@ class PixelColumns {
   [[nodiscard]] Normal sum(int first, int last, const BlurredEllipse& model,
                            const NoiseModel& noise) const;
 
-  /// Visits the pixels, but not those that fill up, with their index and the model there.
+  /// Visits the pixels except the padding, with their index and the model values there.
   template <class Visit>
   void each(const BlurredEllipse& model, const NoiseModel& noise, const Visit& visit) const;
 

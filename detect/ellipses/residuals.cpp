@@ -12,19 +12,19 @@ namespace drape::detect {
 
 namespace {
 
-/// Sum of a[i] * b[i], always in the same order; `count` is a multiple of `lanes`.
+/// Sum of a[i] * b[i] in a fixed order; `count` is a multiple of `lanes`.
 DRAPE_WIDE_VECTORS float lane_dot(const float* a, const float* b, int count) {
   return lane_sum(a, b, count);
 }
 
-/// A grid of pixels, row after row in one plane.
+/// A grid of pixels stored row by row in one plane.
 struct GridRows {
-  int stride = 0;  ///< from one row to the next
-  int count = 0;   ///< values that are written; a multiple of `lanes`
+  int stride = 0;  ///< distance between rows
+  int count = 0;   ///< number of values written; a multiple of `lanes`
 };
 
-/// Sums over each pixel's neighbours whose squared distance is 0, 1, 2, 4, 5, 8, 9, 10, 13 and 18,
-/// times `used` there. The planes must reach three rows and three pixels beyond `count`.
+/// Sums over each pixel's neighbours at squared distances 0, 1, 2, 4, 5, 8, 9, 10, 13 and 18, times
+/// `used` there. The planes must extend three rows and three pixels beyond `count`.
 DRAPE_WIDE_VECTORS void neighbour_sums(const float* plane, const float* used, const GridRows& grid,
                                        const std::array<float*, 10>& sums) {
   const int one = grid.stride, two = 2 * one, three = 3 * one;
@@ -34,7 +34,7 @@ DRAPE_WIDE_VECTORS void neighbour_sums(const float* plane, const float* used, co
 #pragma GCC ivdep
   for (int i = 0; i < grid.count; ++i) {
     const float* const p = from + i;
-    // Above and below by as many rows: the pixels there, and those one, two and three beside them.
+    // Pixels one, two and three rows above and below, and one, two and three columns beside those.
     const float up1 = p[-one] + p[one], up2 = p[-two] + p[two], up3 = p[-three] + p[three];
     const float side1 = p[-1] + p[1], side2 = p[-2] + p[2], side3 = p[-3] + p[3];
     const auto at = [&](int down, int right) __attribute__((always_inline)) {
@@ -54,15 +54,15 @@ DRAPE_WIDE_VECTORS void neighbour_sums(const float* plane, const float* used, co
   }
 }
 
-/// Four planes of one grid, and the lanes (their first values' places) where one of them is not 0.
+/// Four planes of one grid, and the positions of the lanes in which one of them is non-zero.
 struct FourPlanes {
   std::array<const float*, 4> planes;
   const int* places = nullptr;
   int count = 0;
 };
 
-/// Sums, per plane, the products of its values with those `offset` further on, in the order of the
-/// places.
+/// Sums, for each plane, products of its values with those `offset` further on, in order of
+/// position.
 DRAPE_WIDE_VECTORS void offset_products(const FourPlanes& of, int offset,
                                         std::array<float, 4>& sums) {
   const FourPlanes all = of;
@@ -83,20 +83,20 @@ using Model = BlurredEllipse;
 using Plane = std::vector<float>;
 
 constexpr int reach = 3;
-constexpr int light_planes = 3;  // level and slopes of the light
+constexpr int light_planes = 3;  // constant and gradient of the light
 static_assert(Model::light == 0 && Model::light_x == 1 && Model::light_y == 2);
 constexpr float least_trust = 0.5F;
 constexpr float whole_light = 0.999F;
 constexpr double least_ring_pixels = 24;
 
-/// Residuals and sensitivities of a part of the patch on a grid of its pixels, zero elsewhere, with
-/// room around so that a neighbour is an offset.
+/// Residuals and sensitivities of part of the patch on its pixel grid, zero elsewhere, padded so
+/// that a neighbour is at a fixed offset.
 struct Grid {
   int stride = 0, first = 0, count = 0;
   Plane residual, used;
   Plane u, v, light;  ///< near the outline
   std::array<Plane, light_planes>
-      basis;  ///< in the ring: directions that the fit follows, orthonormal
+      basis;  ///< in the ring: orthonormal basis of what the fit absorbs
 
   explicit Grid(const Patch& patch) : stride(2 * (patch.reach_x + reach) + 1) {
     const int height = 2 * patch.reach_y + 1;
@@ -104,14 +104,14 @@ struct Grid {
     count = (height * stride + lanes - 1) / lanes * lanes;
   }
   void room(Plane& plane) const { plane.assign(count + 2 * static_cast<std::size_t>(first), 0.0F); }
-  /// Sum over pairs of pixels `offset` apart.
+  /// Sum over pixel pairs that are `offset` apart.
   [[nodiscard]] double pairs(const Plane& a, const Plane& b, int offset) const {
     return lane_dot(a.data() + first, b.data() + first + offset, count);
   }
   [[nodiscard]] double dot(const Plane& a, const Plane& b) const { return pairs(a, b, 0); }
 };
 
-/// Visits the pixels with a block of the model at each and what they do to the centre.
+/// Visits the pixels with their block of the model and their influence on the centre.
 template <class Visit>
 void each_pixel(const FittedPatch& fit, const Grid& grid, const Visit& visit) {
   const Eigen::Matrix<float, 2, Model::size> rows =
@@ -149,8 +149,8 @@ Grid edge_grid(const FittedPatch& fit) {
   return grid;
 }
 
-/// Far from the outline only the light's level and slopes change a pixel, so that what the fit
-/// follows there has three dimensions.
+/// Far from the outline, only level and gradient of the light affect a pixel, so the fit absorbs a
+/// three-dimensional subspace there.
 Grid ring_grid(const FittedPatch& fit) {
   Grid grid(fit.patch);
   grid.room(grid.residual);
@@ -175,10 +175,10 @@ Grid ring_grid(const FittedPatch& fit) {
 
 using Spread = std::array<Plane, RingResiduals::count>;
 
-/// A plane summed over the pixels at each of the distances, where the grid is used.
+/// Sums a plane over neighbours at each of the distances, where the grid is used.
 void spread(const Grid& grid, const Plane& plane, Spread& sums) {
   static_assert(RingResiduals::distances == std::array<int, 10>{0, 1, 2, 4, 5, 8, 9, 10, 13,
-                                                                18});  // as neighbour_sums has them
+                                                                18});  // order as in neighbour_sums
   std::array<float*, RingResiduals::count> to;
   for (int k = 0; k < RingResiduals::count; ++k) {
     sums[k].resize(plane.size());
@@ -188,8 +188,8 @@ void spread(const Grid& grid, const Plane& plane, Spread& sums) {
                  {grid.stride, grid.count}, to);
 }
 
-/// With residuals r = (I - H) e, H = U U' and D_k the pairs at distance k, products r' D_k r are
-/// expected to be the trace of D_k (I - H) D_j (I - H) per unit of the correlation at distance j.
+/// With residuals r = (I - H) e, H = U U' and D_k the pairs at distance k, the expectation of r'
+/// D_k r is the trace of D_k (I - H) D_j (I - H) per unit of correlation at distance j.
 RingResiduals ring_residuals(const Grid& grid) {
   constexpr int n = RingResiduals::count;
   using Square = Eigen::Matrix<double, light_planes, light_planes>;
@@ -217,7 +217,7 @@ RingResiduals ring_residuals(const Grid& grid) {
   return ring;
 }
 
-/// Solves for the texture whose ring residuals would be the frame's. Each dot in units of its own
+/// Solves for the texture that reproduces the frame's ring residuals. Each dot is scaled by its own
 /// variance, so that one beside a shadow does not dominate.
 RingResiduals::Sums texture_of(const std::vector<const EdgeResiduals*>& dots) {
   RingResiduals all;
@@ -260,7 +260,7 @@ EdgeResiduals edge_residuals(const FittedPatch& fit, bool with_ring) {
   for (int dy = 0; dy <= reach; ++dy) {
     for (int dx = dy == 0 ? 0 : -reach; dx <= reach; ++dx) {
       const int distance = dx * dx + dy * dy;
-      const double twice = distance == 0 ? 1 : 2;  // each pair from either end
+      const double twice = distance == 0 ? 1 : 2;  // each pair counts from both ends
       std::array<float, 4> sums;
       offset_products(planes, dy * grid.stride + dx, sums);
       edge.product[distance] += twice * sums[0];
@@ -281,7 +281,7 @@ Correlation correlation_of(const std::vector<const EdgeResiduals*>& dots) {
   std::array<double, classes> product = {}, pairs = {};
   for (const EdgeResiduals* dot : dots) {
     if (dot->product[0] <= 0) continue;
-    // Each dot in units of its own variance, so that one bad fit does not dominate the frame.
+    // Each dot is scaled by its own variance, so that one bad fit does not dominate the frame.
     const double variance = dot->product[0] / dot->pairs[0];
     for (int k = 0; k < classes; ++k) {
       product[k] += dot->product[k] / variance;
@@ -306,7 +306,7 @@ double excess_of(const EdgeResiduals& dot, const Correlation& correlation) {
     ring += dot.light * correlation.texture(k) * dot.influence[RingResiduals::distances[k]] /
             dot.influence[0];
   }
-  // Noise may only add to what the frame's own noise gives.
+  // The result is never below the frame's own noise.
   return std::max(std::max(1.0, outline) * std::max(1.0, dot.chi2), ring);
 }
 

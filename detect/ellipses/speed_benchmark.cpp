@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Pixels to labels on one core: bench1's drapes (1600x1200 px, 121 dots, 50 tags).
+// Benchmark from pixels to labels on one core: bench1's drapes (1600x1200 px, 121 dots, 50 tags).
 #include <benchmark/benchmark.h>
 
 #include <string>

@@ -29,8 +29,8 @@ void require_size(std::int64_t width, std::int64_t height, int width_px, int hei
                   where, record_again);
 }
 
-/// A PNG states its size in the first bytes: a wrong size is refused before any memory is
-/// allocated.
+/// Reads the size from a PNG's header and refuses a wrong one before allocating any
+/// memory.
 void check_png_size(std::span<const unsigned char> bytes, int width_px, int height_px,
                     const Where& where) {
   constexpr std::array<unsigned char, 8> signature = {0x89, 'P', 'N', 'G', '\r', '\n', 0x1a, '\n'};
@@ -131,9 +131,9 @@ std::vector<unsigned char> half_scale_jpeg(const GreyImage& image) {
 
 namespace {
 
-constexpr int every_px = 14;  // even, so that samples begin at the same place of the mosaic
+constexpr int every_px = 14;  // even, so that samples share a position in the mosaic
 constexpr float least_level = 40, most_level = 250;
-constexpr float most_change = 0.12F;  // from one 2x2 to the next where a picture is smooth
+constexpr float most_change = 0.12F;  // from one 2x2 to the next in a smooth area
 constexpr std::size_t least_samples = 200;
 constexpr double least_difference = 0.03;
 
@@ -144,7 +144,7 @@ Quad quad_at(const GreyImage& image, int x, int y) {
           image.level(x + 1, y + 1)};
 }
 
-/// Level of each place over the mean of the four, median over smooth places.
+/// Level of each position over the mean of the four, median over smooth places.
 std::optional<std::array<double, 4>> fractions_of(const GreyImage& image) {
   std::array<std::vector<float>, 4> fractions;
   for (int y = 0; y + 3 < image.height_px; y += every_px) {

@@ -15,44 +15,44 @@ class Mat;
 
 namespace drape::detect {
 
-/// One grey image. Pixel (0, 0) is the centre of the top-left pixel.
+/// A grey image. Pixel (0, 0) is the centre of the top-left pixel.
 struct GreyImage {
   int width_px = 0;
   int height_px = 0;
   std::vector<std::uint8_t> bytes;  ///< row-major, 0..255
-  /// 16-bit sources only: the same picture on the scale 0..255 with its full depth.
+  /// For 16-bit sources only: the same picture at full depth, on the scale 0..255.
   std::vector<float> levels;
-  bool negative = false;  ///< light and dark exchanged
+  bool negative = false;  ///< light and dark are exchanged
 
-  /// Grey level 0..255 of a pixel inside the image.
+  /// Grey level 0..255 of a pixel; the pixel must be inside the image.
   [[nodiscard]] float level(int x, int y) const {
     const std::size_t index = static_cast<std::size_t>(y) * width_px + x;
     return levels.empty() ? static_cast<float>(bytes[index]) : levels[index];
   }
 };
 
-/// The picture's bytes without a copy, for OpenCV to read.
+/// View of the picture's bytes, without a copy, for OpenCV to read.
 [[nodiscard]] cv::Mat view_of(const GreyImage& image);
 
-/// The picture seen in a mirror: left and right exchanged.
+/// Mirrors the picture left to right.
 [[nodiscard]] GreyImage mirrored(GreyImage image);
 
-/// The picture with light and dark exchanged.
+/// Exchanges light and dark.
 [[nodiscard]] GreyImage negative_of(GreyImage image);
 
-/// Decodes PNG, JPEG or TIFF bytes; colour becomes grey, 16-bit keeps its depth. Throws
-/// Error(bad_input) with `where` when the bytes are no picture, have another depth than 8 or 16
-/// bit, or a size other than `width_px` x `height_px`.
+/// Decodes PNG, JPEG or TIFF; converts colour to grey and keeps the depth of 16 bits. Throws
+/// Error(bad_input) at `where` if the bytes are not a picture, the depth is neither 8 nor 16 bit,
+/// or the size is not `width_px` x `height_px`.
 [[nodiscard]] GreyImage decode_image(std::span<const unsigned char> bytes, int width_px,
                                      int height_px, const Where& where);
 
-/// JPEG of the picture at half its size, for reports. The same picture gives the same bytes.
+/// JPEG of the picture at half size, for reports. Deterministic.
 [[nodiscard]] std::vector<unsigned char> half_scale_jpeg(const GreyImage& image);
 
-/// A colour sensor's raw mosaic read as grey: the four places of each 2x2 pixels see the same white
-/// cloth at different levels. Answers with the picture brought to the brightest place's level, each
-/// place by its own gain (median over smooth places of the picture); nothing for a picture whose
-/// four places agree within 3 %.
+/// Equalises the raw mosaic of a colour sensor that was read as grey: the four positions of each
+/// 2x2 pixels see the same white cloth at different levels. Scales each to the brightest one's
+/// level by its own gain (median over smooth places of the picture); nullopt for a picture whose
+/// four positions agree within 3 %.
 [[nodiscard]] std::optional<GreyImage> without_mosaic(const GreyImage& image);
 
 }  // namespace drape::detect

@@ -25,13 +25,13 @@ cv::Point at(const Eigen::Vector2d& px) {
   return {static_cast<int>(std::lround(px.x())), static_cast<int>(std::lround(px.y()))};
 }
 
-/// Texts that do not lie upon each other: each goes to the first free place around its point, with
-/// a line back to it when that is far away. Where nothing is free it stays beside the point.
+/// Draws captions that do not overlap: each is put at the first free place around its point, with a
+/// line to the point if that is far away; if no place is free, beside the point.
 class Captions {
  public:
   explicit Captions(cv::Mat& picture) : picture_(picture) {}
 
-  /// Nothing is written upon what is measured.
+  /// Keeps captions off measured marks.
   void keep_free(const Eigen::Vector2d& px, double radius_px) {
     const int r = static_cast<int>(std::ceil(radius_px));
     taken_.emplace_back(at(px) - cv::Point(r, r), cv::Size(2 * r + 1, 2 * r + 1));
@@ -47,7 +47,7 @@ class Captions {
     const cv::Point middle(place.x + place.width / 2, place.y + place.height / 2);
     const int far = std::abs(middle.y - point.y);
     if (far > 2 * place.height) cv::line(picture_, point, middle, colour, 1, cv::LINE_AA);
-    // A dark rim keeps the letters readable on cloth and table alike.
+    // A dark outline keeps the letters readable on cloth and table.
     cv::putText(picture_, text, start, cv::FONT_HERSHEY_SIMPLEX, scale, cv::Scalar(0, 0, 0), 3,
                 cv::LINE_AA);
     cv::putText(picture_, text, start, cv::FONT_HERSHEY_SIMPLEX, scale, colour, 1, cv::LINE_AA);

@@ -8,8 +8,8 @@
 
 namespace drape::detect {
 
-/// PNG of the frame with tags (blue), labelled dots (green ellipse, "row,col"), dots of islands
-/// (yellow, "#island row,col") and rejections (red cross) drawn in.
+/// PNG of the frame that shows tags (blue), labelled dots (green ellipse, "row,col"), island dots
+/// (yellow, "#island row,col") and rejections (red cross).
 [[nodiscard]] std::vector<unsigned char> overlay_png(const GreyImage& image,
                                                      const FrameDetections& frame);
 

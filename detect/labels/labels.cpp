@@ -13,24 +13,24 @@
 namespace drape::detect {
 namespace {
 
-// A tag is printed to 40 to 80 per cent; a neighbouring cell seen askew may show a tag's rim.
+// Tags are black on 40 to 80 % of their area; an adjacent cell seen obliquely may show a tag's rim.
 constexpr double tag_print_fraction = 0.35;
 constexpr double bare_print_fraction = 0.10;
 
-constexpr double contradicting_error = 0.15;  // error of a step to another mark, in steps
+constexpr double contradicting_error = 0.15;  // error of a step to a contradicting mark, in steps
 constexpr double most_flat_change = 0.12;     // change of the map along a step on flat cloth
-constexpr double least_readable_px = 22;      // edge of a tag across its shorter direction
+constexpr double least_readable_px = 22;  // of a tag across its shorter direction, to be readable
 
-// At the rim of what is seen; set after a look at 25 drawn cloths in folds of 60 degrees and
+// Limits at the rim of the visible part; chosen on 25 drawn cloths in folds of 60 degrees and
 // bench1.
 constexpr int most_doubtful_votes = 0;   // votes among the four cells around a dot
-constexpr double most_rim_error = 0.25;  // error of a step to a dot seen askew, in steps
-constexpr double askew = 0.16;           // det / trace^2 of an ellipse whose axes are as 1 to 2
+constexpr double most_rim_error = 0.25;  // error of a step to a dot seen obliquely, in steps
+constexpr double askew = 0.16;           // det / trace^2 of an ellipse with an axis ratio of 1 to 2
 
 constexpr std::array<MarkId, 4> corners = {{{-1, -1}, {-1, 0}, {0, -1}, {0, 0}}};
 
 struct CellVotes {
-  int cells = 0;  ///< cells that the print has around the mark
+  int cells = 0;  ///< number of cells that the print has around the mark
   int sum = 0;
 };
 
@@ -45,9 +45,9 @@ class Labeller {
         taken_(dots.size(), 0),
         certain_(dots.size(), 0) {}
 
-  /// Takes what the tags say before any step from dot to dot: a cloth folded flat upon itself may
-  /// show the column after the next where the next one would be. A dot that tags name differently
-  /// gets no label.
+  /// Labels dots from tags before any step from dot to dot: on a cloth folded flat onto itself, the
+  /// column after the next may appear in place of the next one. A dot to which tags give different
+  /// labels gets none.
   void seed(const std::vector<TagDetection>& tags) {
     std::vector<std::map<MarkId, int>> names(dots_.size());
     std::vector<DotProposal> proposals;
@@ -76,8 +76,8 @@ class Labeller {
     while (!queue_.empty()) (void)take_next();
   }
 
-  /// Takes proposals, best first, until none is left; then asks all labelled dots again, since a
-  /// rival that has found its own label no longer makes a step doubtful.
+  /// Accepts proposals, best first, until none is left; then starts again from all labelled dots,
+  /// since a rival that has obtained its own label no longer makes a step ambiguous.
   void grow() {
     std::size_t before = 0;
     do {
@@ -88,9 +88,9 @@ class Labeller {
     } while (by_mark_.size() > before);
   }
 
-  /// Where two labelled dots side by side stand one step from two others that are not their
-  /// neighbours, cloth is folded flat upon itself: on which side labels are right is unknown,
-  /// so that only dots whose two tags agree keep theirs.
+  /// Withdraws labels along flat folds: if two adjacent labelled dots are one step from two others
+  /// that are not their neighbours, the correct side is unknown, so only dots with two agreeing
+  /// tags keep their labels.
   std::vector<DotLabel> finish() {
     while (withdraw_at_rim()) {
     }
@@ -140,8 +140,8 @@ class Labeller {
     }
   }
 
-  /// The tolerance of a step grows with the support that the cells around the dot and other
-  /// labelled neighbours give the label.
+  /// True if the step error is tolerable; tolerance grows with the support of the label by the
+  /// cells around the dot and by other labelled neighbours.
   bool credible(const DotProposal& proposal) const {
     const auto& light = dots_[proposal.dot].light_centre;
     if (plane_.classes && light && *light != plane_.classes->is_light(proposal.mark)) return false;
@@ -153,7 +153,7 @@ class Labeller {
     return proposal.error <= step_tolerance(support);
   }
 
-  /// Labelled neighbours beyond the first from which the dot is one good step away.
+  /// Number of further labelled neighbours from which the dot is one valid step away.
   int other_supporters(const DotProposal& proposal) const {
     int supporters = 0;
     for (const MarkId step : neighbours) {
@@ -167,7 +167,7 @@ class Labeller {
     return std::max(0, supporters - 1);
   }
 
-  /// Labelled dots that stand where a neighbour must be and are another mark.
+  /// Labelled dots at the position of a neighbour that carry another mark.
   std::vector<MarkId> contradictions(MarkId mark, const LocalMap& here) const {
     const double reach = 1.5 * plane_.pitch_m * here.px_per_m.norm();
     std::vector<MarkId> found;
@@ -185,7 +185,7 @@ class Labeller {
     return found;
   }
 
-  /// Takes labels back that stand alone; true when there were any.
+  /// Withdraws isolated labels; true if there were any.
   bool withdraw_at_rim() {
     std::vector<MarkId> alone;
     for (const auto& [mark, dot] : by_mark_)
@@ -199,10 +199,10 @@ class Labeller {
     return !alone.empty();
   }
 
-  /// A corner of the cloth that looks out behind a fold may fit the lattice some places off. Such a
-  /// dot lies at the rim of what is seen though not at the print's, no tag was read beside it, and
-  /// the cells around it do not support it, or it is seen at more than 60 degrees and the step
-  /// from a labelled neighbour hardly fits, or it has but one.
+  /// Detects a corner of cloth that shows from behind a fold and matches the lattice by chance. The
+  /// dot lies at the rim of the visible part but not of the print, no tag was read beside it, and
+  /// it has one labelled neighbour, or no support by the cells around it, or is seen at more than
+  /// 60 degrees with a poor step from a neighbour.
   bool stands_alone(MarkId mark, std::size_t dot) const {
     if (mark.row == 0 || mark.col == 0 || mark.row == plane_.rows - 1 ||
         mark.col == plane_.cols - 1) {
@@ -229,7 +229,7 @@ class Labeller {
     return is_askew && worst > most_rim_error;
   }
 
-  /// True when a neighbour of the mark is contradicted too, by a neighbour of what contradicts it.
+  /// True if a neighbour of the mark is contradicted too, by a neighbour of its contradicting mark.
   static bool runs_along(const std::map<MarkId, std::vector<MarkId>>& seams, MarkId mark) {
     for (const MarkId other : seams.at(mark)) {
       for (const MarkId step : neighbours) {
@@ -242,7 +242,7 @@ class Labeller {
     return false;
   }
 
-  /// True when a dot that tags name differently stands one step away.
+  /// True if a dot with conflicting tags is one step away.
   bool beside_disputed(MarkId mark) const {
     const LocalMap& here = maps_.at(mark);
     for (const std::size_t dot : disputed_) {
@@ -255,8 +255,8 @@ class Labeller {
     return false;
   }
 
-  /// A step along flat cloth beside the place of a tag that is large enough to be read, where
-  /// something is printed and no tag was read: two layers may meet there.
+  /// True if two layers may meet here: a step along flat cloth beside the place of a tag that is
+  /// large enough to read, where something is printed but no tag was read.
   bool may_be_seam(MarkId from, MarkId to, const LocalMap& at, const LocalMap& there) const {
     const double size = at.px_per_m.norm();
     if ((at.px_per_m - there.px_per_m).norm() > most_flat_change * size) return false;
@@ -272,8 +272,8 @@ class Labeller {
     return false;
   }
 
-  /// Votes of the four cells around a dot on a label: +1 for each that shows a tag (or none)
-  /// as the print has it, -1 for each that contradicts.
+  /// Votes of the four cells around a dot on a label: +1 for each that shows a tag, or none, as on
+  /// the print, -1 for each that does not.
   CellVotes cell_votes(const DotProposal& proposal) const {
     CellVotes votes;
     for (const MarkId corner : corners) {
@@ -289,7 +289,7 @@ class Labeller {
     return votes;
   }
 
-  /// Fraction of printed pixels where a tag would be, seen from a dot through its local map.
+  /// Fraction of printed pixels at the place of a tag, predicted by the local map of a dot.
   double printed_fraction(const LocalMap& from, const Eigen::Vector2d& centre_m) const {
     constexpr int half = 3;
     int printed = 0;
@@ -310,10 +310,10 @@ class Labeller {
   const DarkMap& map_;
   DotSteps steps_;
   std::vector<DotLabel> labels_;
-  std::vector<char> taken_;  ///< dots that have a label or must have none
+  std::vector<char> taken_;  ///< dots that have a label or must not get one
   std::set<MarkId> read_cells_;
-  std::vector<std::size_t> disputed_;  ///< dots that tags name differently
-  std::vector<char> certain_;          ///< dots that two tags name alike
+  std::vector<std::size_t> disputed_;  ///< dots with conflicting tags
+  std::vector<char> certain_;          ///< dots with two agreeing tags
   std::map<MarkId, std::size_t> by_mark_;
   std::map<MarkId, LocalMap> maps_;
   DotProposals queue_;

@@ -14,17 +14,17 @@
 
 namespace drape::detect {
 
-/// Label of a dot, or why it has none. A dot can have both: a label that was
-/// withdrawn, with the reason.
+/// Label of a dot, or the reason why it has none. A dot can have both: a label that was withdrawn,
+/// and the reason.
 struct DotLabel {
   std::optional<MarkId> mark;
-  std::string reason;  ///< empty when the label stands
+  std::string reason;  ///< empty if the label is valid
 };
 
-/// Labels dots from the tags beside them and from labelled neighbours, best fit first. A step is
-/// taken only when it fits the trapezoid rule of both local maps and no other dot fits nearly as
-/// well; a label must agree with its labelled neighbours and with where tags are and are not
-/// around it. Answers in the order of `dots`.
+/// Labels dots, best match first, from adjacent tags and from labelled neighbours. A step is
+/// accepted only if it satisfies the trapezoidal rule with both local maps and no other dot matches
+/// nearly as well; a label must agree with labelled neighbours and with where tags are present or
+/// absent around it. The result is in the order of `dots`.
 [[nodiscard]] std::vector<DotLabel> label_dots(const PrintPlane& plane,
                                                const std::vector<TagDetection>& tags,
                                                const std::vector<UnlabelledDot>& dots,

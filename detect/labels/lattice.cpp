@@ -12,9 +12,9 @@ namespace drape::detect {
 
 namespace {
 
-constexpr double nearest_in_pitches = 0.6;  // distance of a neighbour in the dot's own map
+constexpr double nearest_in_pitches = 0.6;  // least distance of a neighbour in the dot's own map
 constexpr double farthest_in_pitches = 1.4;
-constexpr int least_directions = 3;  // directions in which a start has a clear neighbour
+constexpr int least_directions = 3;  // directions in which a start needs a clear neighbour
 constexpr std::size_t least_piece = 4;
 constexpr double most_flat_miss = 0.2;  // in pitches
 constexpr double most_area_ratio = 1.6;
@@ -27,7 +27,7 @@ struct Start {
   Eigen::Matrix2d px_per_m;
 };
 
-/// Rows and columns from the first to the last place of a piece.
+/// Range of rows and columns of a piece.
 struct Extent {
   MarkId first, last;
   [[nodiscard]] int rows() const { return last.row - first.row + 1; }
@@ -44,13 +44,13 @@ Extent extent_of(const LatticePiece& piece) {
   return extent;
 }
 
-/// True when a piece is no larger than the print, however it is turned.
+/// True if a piece fits on the print in some orientation.
 bool fits_print(const PrintPlane& plane, const Extent& extent) {
   const auto [shorter, longer] = std::minmax({extent.rows(), extent.cols()});
   return shorter <= std::min(plane.rows, plane.cols) && longer <= std::max(plane.rows, plane.cols);
 }
 
-/// The square lattice that the dots of a print stand in: a staggered one runs along its diagonals.
+/// Square lattice that contains the dots of a print: for a staggered one, along its diagonals.
 PrintPlane grown_plane(PrintPlane plane) {
   if (!plane.staggered) return plane;
   plane.pitch_m *= std::sqrt(2.0);
@@ -58,7 +58,7 @@ PrintPlane grown_plane(PrintPlane plane) {
   return plane;
 }
 
-/// The piece with its first row and column at 0.
+/// The piece shifted so that its first row and column are 0.
 LatticePiece from_zero(const LatticePiece& piece) {
   LatticePiece shifted;
   const MarkId first = extent_of(piece).first;
@@ -75,7 +75,7 @@ LatticePiece along_rows(const PrintPlane& plane, const LatticePiece& piece) {
   return from_zero(turned);
 }
 
-/// The piece turned by a quarter: its columns to the right become rows downwards.
+/// The piece after a quarter turn: its columns to the right become rows downwards.
 LatticePiece quarter_turn(const LatticePiece& piece) {
   const int last_row = extent_of(piece).last.row;
   LatticePiece turned;
@@ -115,14 +115,14 @@ class PieceGrower {
     return plane_.pitch_m * Eigen::Vector2d(step.col, step.row);
   }
 
-  /// The map at a dot under which most of the four neighbours are there; its ellipse leaves a
-  /// rotation open, which each dot about a pitch away proposes.
+  /// Map at a dot that finds the most of its four neighbours. The ellipse leaves the rotation open;
+  /// each dot about a pitch away suggests one.
   [[nodiscard]] std::optional<Start> start_at(std::size_t dot) {
     const Eigen::Matrix2d& root = steps_.root(dot);
     const Eigen::Matrix2d undo = root.inverse();
-    const Eigen::Vector2d side(1, plane_.row_sign);  // the printed side is the one that is seen
+    const Eigen::Vector2d side(1, plane_.row_sign);  // visible is the printed side
     std::optional<Start> best;
-    taken_[dot] = 1;  // no step leads back to it
+    taken_[dot] = 1;  // no step leads to it again
     const double reach = farthest_in_pitches * plane_.pitch_m * root.norm();
     for (const std::size_t k : steps_.cells().within(dots_[dot].centre_px, reach)) {
       if (taken_[k] != 0) continue;
@@ -166,7 +166,7 @@ class PieceGrower {
     do {
       before = piece.size();
       drain(piece);
-      // A rival that has found its own place no longer makes a step doubtful.
+      // A rival that has found its own place no longer makes a step ambiguous.
       for (const auto& [place, dot] : LatticePiece(piece)) lead_on(place);
       drain(piece);
     } while (piece.size() > before);
@@ -197,7 +197,7 @@ class PieceGrower {
     }
   }
 
-  /// Every neighbour that the piece has must be one step away; one alone must be so by little.
+  /// True if every neighbour in the piece is one step away; a single neighbour must match closely.
   [[nodiscard]] bool agrees(const DotProposal& proposal) const {
     int supporters = 0;
     for (const MarkId step : neighbours) {
@@ -216,11 +216,11 @@ class PieceGrower {
   DotSteps steps_;
   std::vector<char> taken_;
   std::map<MarkId, LocalMap> maps_;
-  Extent extent_;  ///< extent of the piece that grows, which begins at (0, 0)
+  Extent extent_;  ///< extent of the growing piece, which starts at (0, 0)
   DotProposals queue_;
 };
 
-/// Projective map from places (col, row) to pixels; nothing for dots on one line.
+/// Homography from places (col, row) to pixels; nullopt for collinear dots.
 std::optional<Eigen::Matrix3d> map_of(const std::vector<UnlabelledDot>& dots,
                                       const LatticePiece& piece) {
   std::vector<Eigen::Vector2d> from, to;
@@ -235,7 +235,7 @@ Eigen::Vector2d seen(const Eigen::Matrix3d& map, MarkId place) {
   return mapped(map, {place.col, place.row});
 }
 
-/// The dot nearest to where a place must be seen, if that is near enough and it has a dot's size.
+/// The dot nearest to a place's predicted pixel, if it is close enough and has the size of a dot.
 std::optional<std::size_t> dot_at(const PrintPlane& plane, const std::vector<UnlabelledDot>& dots,
                                   const DotCells& cells, const Eigen::Matrix3d& map, MarkId place,
                                   const std::vector<char>& taken) {
@@ -266,17 +266,17 @@ double rightwards(const std::vector<UnlabelledDot>& dots, const LatticePiece& pi
   return (seen(*map, middle + right) - seen(*map, middle - right)).x();
 }
 
-constexpr int least_known = 12;      // dots of the piece that show their class
+constexpr int least_known = 12;      // least number of dots that show their class
 constexpr double most_wrong = 0.05;  // fraction of them that may disagree at the right place
-constexpr double least_lead = 0.15;  // fraction by which any other place must be worse
+constexpr double least_lead = 0.15;  // required margin over any other place
 constexpr int least_lead_dots = 3;
-constexpr int few_lights = 10;          // marks a light centre, from which on these are few
-constexpr double most_off_line = 0.25;  // of a pitch, of a plate's dot
+constexpr int few_lights = 10;          // at most so many marks with light centres count as few
+constexpr double most_off_line = 0.25;  // in pitches, for a dot of a plate
 
-/// A place of a piece on the print.
+/// Position and orientation of a piece on the print.
 struct Place {
-  int wrong = 0;   ///< dots whose class disagrees
-  int lights = 0;  ///< dots with a light centre that agree
+  int wrong = 0;   ///< number of dots whose class disagrees
+  int lights = 0;  ///< number of dots with a light centre that agree
   int quarter = 0;
   MarkId shift;
 };
@@ -291,7 +291,7 @@ bool disagrees(const DotClasses& classes, const UnlabelledDot& dot, MarkId mark)
   return dot.light_centre && *dot.light_centre != classes.is_light(mark);
 }
 
-/// Adds all places that the piece has room for in one of its four turns.
+/// Adds every position at which the piece fits in one of its four orientations.
 void add_places(const PrintPlane& plane, const std::vector<UnlabelledDot>& dots,
                 const LatticePiece& piece, int quarter, std::vector<Place>& places) {
   const Extent extent = extent_of(piece);
@@ -309,8 +309,8 @@ void add_places(const PrintPlane& plane, const std::vector<UnlabelledDot>& dots,
   }
 }
 
-/// Half or more of each outer row and column is there: a speck a pitch beside the grid is no row of
-/// it, and taken for one it would shift all labels.
+/// True if at least half of each outer row and column is present: a speck a pitch beside the grid,
+/// taken for a row, would shift all labels.
 bool edges_are_full(const PrintPlane& plane, const LatticePiece& piece) {
   const auto full = [&](MarkId from, MarkId step) {
     int here = 0, all = 0;
@@ -344,7 +344,7 @@ void fill_flat_piece(const PrintPlane& print, const std::vector<UnlabelledDot>& 
     if (!map) break;
     const Extent extent = extent_of(piece);
     Extent grown = extent;
-    // As far as the print can reach beyond what is known, in either direction.
+    // The print can extend beyond the known dots by at most its own length in either direction.
     const int longest = std::max(plane.rows, plane.cols);
     for (int row = extent.last.row - longest + 1; row < extent.first.row + longest; ++row) {
       for (int col = extent.last.col - longest + 1; col < extent.first.col + longest; ++col) {

@@ -14,12 +14,12 @@
 
 namespace drape::detect {
 
-/// From a mark to those beside it.
+/// Offsets from a mark to its four neighbours.
 inline constexpr std::array<MarkId, 4> neighbours = {{{0, 1}, {1, 0}, {0, -1}, {-1, 0}}};
 
-/// A proposal that a dot is a mark of the print, or a place in a piece of it.
+/// Proposal that a dot is a certain mark of the print, or a certain place in a piece of it.
 struct DotProposal {
-  double error = 0;  ///< error of the step that led to it
+  double error = 0;  ///< error of the step that proposes it
   MarkId mark;
   std::size_t dot = 0;
   LocalMap map;
@@ -29,44 +29,44 @@ struct LaterProposal {
     return std::tie(a.error, a.mark, a.dot) > std::tie(b.error, b.mark, b.dot);
   }
 };
-/// Proposals, the best first.
+/// Proposals in ascending order of error.
 using DotProposals = std::priority_queue<DotProposal, std::vector<DotProposal>, LaterProposal>;
 
-/// Dots that stand as a piece of the print's lattice. Rows and columns count from 0 in the piece
-/// and are right up to a shift and quarter turns; they are never mirrored, since only one side of a
-/// print can be seen.
+/// Dots that form a piece of the print's lattice. Rows and columns start at 0 within the piece and
+/// are correct up to a shift and quarter turns, never a reflection, since only one side of a print
+/// is visible.
 using LatticePiece = std::map<MarkId, std::size_t>;  ///< place in the piece -> index of the dot
 
-/// Grows pieces from the dots that are not `taken`, with neither tags nor labels: a dot whose
-/// neighbours stand where its own ellipse says that they must is a start, and each clear step from
-/// it must agree with all neighbours that the piece already has. Largest piece first; pieces of
-/// fewer than four dots are left out.
+/// Grows pieces from the dots that are not `taken`, without tags or labels. A dot whose neighbours
+/// are where its own ellipse predicts them is a start; each clear step must agree with all
+/// neighbours already in the piece. Largest piece first; pieces with fewer than four dots are
+/// dropped.
 [[nodiscard]] std::vector<LatticePiece> grow_pieces(const PrintPlane& plane,
                                                     const std::vector<UnlabelledDot>& dots,
                                                     const std::vector<char>& taken);
 
-/// A piece of a print that is flat and stiff reaches over holes: the plane's projective map through
-/// its dots says where the others must be. Lens distortion may move them by a fifth of a pitch.
+/// Extends a piece of a flat, stiff print across holes: the homography through its dots predicts
+/// the positions of the others, up to a fifth of a pitch for lens distortion.
 void fill_flat_piece(const PrintPlane& plane, const std::vector<UnlabelledDot>& dots,
                      LatticePiece& piece);
 
-/// Places a piece by two looks of dots that make every window of 3 x 3 unique: at the only place
-/// where the classes of its dots agree. Empty when too few dots show their class or two places fit
-/// nearly as well. Where only some dots of the print have a light centre, it is the one place at
-/// which the piece shows all of them. Dots that disagree there are left out.
+/// Locates a piece by the classes of its dots, which are unique in every 3 x 3 window: at the only
+/// place where they agree. nullopt if too few dots show their class or two places match nearly as
+/// well. If few dots of the print have a light centre, the place is the one at which the piece
+/// shows all of them. Dots that disagree there are left out.
 [[nodiscard]] std::optional<LatticePiece> place_by_classes(const PrintPlane& plane,
                                                            const std::vector<UnlabelledDot>& dots,
                                                            const LatticePiece& piece);
 
-/// A piece that spans the whole print has only the print's own symmetry left: half a turn, or
-/// quarter turns for as many rows as columns. Of these the one is taken whose columns run to the
-/// right in the picture. Nothing for a piece that could also lie elsewhere on the print.
+/// Locates a piece that spans the whole print, up to the print's own symmetry: half a turn, or
+/// quarter turns if rows equal columns. Of these, the one whose columns run to the right in the
+/// picture is chosen. nullopt for a piece that could also lie elsewhere on the print.
 [[nodiscard]] std::optional<LatticePiece> place_whole_piece(const PrintPlane& plane,
                                                             const std::vector<UnlabelledDot>& dots,
                                                             const LatticePiece& piece);
 
-/// Dots of a plate that lie off the places that those on both sides of them, or else the two next
-/// on one side, let one expect by more than a quarter of a pitch: no lens bends a plate so.
+/// Dots of a plate more than a quarter of a pitch from the position interpolated from both sides,
+/// or else extrapolated from two dots on one side: no lens distorts a plate that much.
 [[nodiscard]] std::vector<std::size_t> off_the_plate(const std::vector<UnlabelledDot>& dots,
                                                      const LatticePiece& labelled);
 

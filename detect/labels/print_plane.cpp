@@ -49,7 +49,7 @@ double PrintPlane::light_centre_fraction() const {
 
 namespace {
 
-/// Values that a cloth and a target have alike.
+/// Copies the values that cloth and target have in common.
 template <class Sheet>
 PrintPlane common_plane(const Sheet& sheet) {
   PrintPlane plane;

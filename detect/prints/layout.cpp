@@ -20,15 +20,15 @@ namespace {
 using Eigen::Vector2d;
 using units::mm;
 
-constexpr double kBorder = 5 * mm;  // printers leave about so much of the paper white
-constexpr double kFoot = 16 * mm;   // ruler and two lines of text
+constexpr double kBorder = 5 * mm;  // typical unprintable margin
+constexpr double kFoot = 16 * mm;   // height of the ruler and two lines of text
 constexpr double kRulerStep = 10 * mm;
 constexpr double kLine = 0.2 * mm;  // width of the corner marks
 constexpr double kCornerLength = 4 * mm;
 constexpr double kText = 2.6 * mm;
 constexpr const char* kDots = "middle of the first to middle of the last dot";
 
-/// A sheet of paper and where the print lies on it.
+/// A sheet of paper with the position of the print on it.
 struct Place {
   std::string paper;
   Vector2d size_m;
@@ -67,7 +67,7 @@ Place place_on(const Vector2d& print_m, Paper asked) {
       {.field = "--paper"}, "give --paper fit and a printer that takes such a sheet");
 }
 
-/// Black L-shaped marks that touch the print's corners from outside.
+/// Black L-shaped marks at the corners of the print, touching it from outside.
 PageArea corner_marks(const Vector2d& corner, const Vector2d& size) {
   PageArea area;
   for (const int right : {0, 1}) {
@@ -82,9 +82,9 @@ PageArea corner_marks(const Vector2d& corner, const Vector2d& size) {
   return area;
 }
 
-/// A ruler of whole centimetres, as long as the print allows up to 100 mm, in thin lines: a picture
-/// of the print shows it too, and nothing on it may look like a dot. Ticks are centred on their
-/// places.
+/// Adds a ruler of whole centimetres up to 100 mm, in thin lines: it also appears in
+/// pictures of the print and must not resemble a dot. Ticks are centred on their
+/// positions.
 double add_ruler(Page& page, const Vector2d& at, double room_m) {
   const int steps = std::clamp(static_cast<int>(room_m / kRulerStep), 1, 10);
   const double length = steps * kRulerStep;
@@ -96,7 +96,7 @@ double add_ruler(Page& page, const Vector2d& at, double room_m) {
   return length;
 }
 
-/// Ruler and texts below the face, which reaches from `least` to `most`.
+/// Adds ruler and text below the face, which extends from `least` to `most`.
 void add_foot(PrintedPage& result, const Vector2d& least, const Vector2d& most,
               const std::string& what) {
   const Vector2d at = result.face_m + Vector2d(least.x(), most.y() + 3 * mm);
@@ -108,14 +108,14 @@ void add_foot(PrintedPage& result, const Vector2d& least, const Vector2d& most,
                                           fmt::format("Check lengths: {}.", result.check_text)});
 }
 
-/// The lengths that tell whether the print came out at its size, along a row and along a column.
+/// Sets the lengths, along a row and along a column, that show if the print has its true size.
 void set_check_lengths(PrintedPage& result, const Vector2d& lengths_m, const char* places) {
   result.check_m = lengths_m;
   result.check_text = fmt::format("{:.2f} mm along a row, {:.2f} mm along a column, {}",
                                   lengths_m.x() / mm, lengths_m.y() / mm, places);
 }
 
-/// A dot that is cut off with the patch has its centre elsewhere.
+/// Throws if a dot is cut off at the edge of the patch, which would shift its centre.
 void check_margins(const Print& print) {
   const Vector2d marks_m = print.pitch_m * Vector2d(print.rows - 1, print.cols - 1);
   const Vector2d least_m = print.margin_m.cwiseMin(print.patch_m - marks_m - print.margin_m);
@@ -128,7 +128,7 @@ void check_margins(const Print& print) {
       "give marks that end inside the patch; a print of margin 0 is for simulations only");
 }
 
-/// A tag is read against the white around it: one module must stay free up to the nearest dot.
+/// Throws unless one module of white remains between each tag and the nearest dot.
 template <class Sheet>
 void check_quiet_zones(const Sheet& sheet) {
   if (sheet.tags.empty() || sheet.dot_diameter_m <= 0) return;
@@ -148,15 +148,15 @@ void check_quiet_zones(const Sheet& sheet) {
   }
 }
 
-/// Half of what the paper must hold around the outermost points, beyond the distance to them.
+/// Half of the page needed for the target, including its margin beyond the outermost points.
 Vector2d half_size_of(const Target& target) {
   const Vector2d last = target.point_in_target({target.rows - 1, target.cols - 1}).head<2>();
   switch (target.kind) {
     case TargetKind::dot_grid:
-      return last + Vector2d::Constant(target.pitch_m / 2);  // half a pitch of white
-    case TargetKind::aprilgrid:                              // the small squares and as much white
+      return last + Vector2d::Constant(target.pitch_m / 2);  // half a pitch of white margin
+    case TargetKind::aprilgrid:                              // small squares and as much margin
       return last + Vector2d::Constant(2 * (target.pitch_m - target.tag_edge_m));
-    default:  // the outer squares and half a square of white
+    default:  // outer squares and half a square of margin
       return last + Vector2d::Constant(1.5 * target.pitch_m);
   }
 }
@@ -168,7 +168,7 @@ const char* check_places(const Target& target) {
   return "first to last corner where four squares meet";
 }
 
-/// A tag in a light square is read against the white around it.
+/// Throws unless a tag in a light square has enough white around it.
 void check_square_zone(const Target& target) {
   const TagFamily family(target.tag_family, target.tag_border);
   const double module_m = target.tag_edge_m / family.edge_modules();
@@ -181,8 +181,8 @@ void check_square_zone(const Target& target) {
       {.field = "tags.edge_mm"}, "make the tags smaller");
 }
 
-/// Draws a face with its corner marks and its foot on a page; `least` and `most` are what the page
-/// must hold of it.
+/// Draws a face with corner marks and foot on a page; `least` and `most` bound the printed
+/// area.
 PrintedPage lay_out(const Face& face, const Vector2d& least, const Vector2d& most, Paper paper) {
   const Vector2d size = most - least;
   const Place place = place_on(size, paper);
@@ -208,7 +208,7 @@ bool is_output_of(const std::filesystem::path& record, const std::filesystem::pa
   try {
     return read_run_file(record).wrote(sha256_of_file(file));
   } catch (const Error&) {
-    return false;  // what cannot be read says nothing of the file
+    return false;  // an unreadable record proves nothing
   }
 }
 
@@ -269,8 +269,8 @@ PrintedPage page_of(const Target& target, const std::string& name, Paper paper) 
 }
 
 Target object_plate(double size_m, int first_id) {
-  // As the cloth's print: dots wide enough for a hundredth of a pixel, tags that a camera reads
-  // from where it reads those of the cloth, a module of white between them.
+  // As on the cloth's print: dots wide enough for a hundredth of a pixel, tags readable from the
+  // same distance as those of the cloth, one module of white in between.
   constexpr double kLeastPitch_m = 15 * mm;
   constexpr double kDotPart = 0.3, kTagPart = 0.55;
   const int dots = static_cast<int>(std::floor(size_m / kLeastPitch_m));

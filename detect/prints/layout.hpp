@@ -10,44 +10,44 @@
 
 namespace drape::detect {
 
-/// Paper that a print is laid out on: the first of a4 and a3 that holds it, one of these, or as
-/// large as the print needs, for textile printers. Sheets are turned to fit.
+/// Paper for a print: the smaller of a4 and a3 that holds it, a given size, or a page as large as
+/// the print, for textile printers. Sheets are turned if necessary.
 enum class Paper { automatic, a4, a3, letter, fit };
 
 struct PrintedPage {
   Page page;
-  std::string paper;        ///< chosen, with its direction
-  Eigen::Vector2d check_m;  ///< to be measured on the paper: along a row, a column
-  std::string check_text;   ///< lengths, and their ends
+  std::string paper;        ///< chosen paper with orientation
+  Eigen::Vector2d check_m;  ///< lengths to be checked on the paper: along a row, a column
+  std::string check_text;   ///< these lengths and their end points
   Eigen::Vector2d face_m;   ///< origin of the face (core/prints) on the page
 };
 
-/// Advice on printing a page at its size, and on correcting its description where it has not.
+/// Advice on printing a page at true size, and on correcting its description if it is not.
 [[nodiscard]] std::string printing_advice(const std::filesystem::path& description);
 
-/// Throws Error(bad_input) naming two windows of 3 x 3 dots that look alike.
+/// Throws Error(bad_input) naming two identical windows of 3 x 3 dots.
 void check_windows(const DotClasses& classes);
 
-/// The cloth's print as seen from its printed side, row 0 on top: dots, tags, corners of the patch,
-/// ruler and check length. Throws Error(bad_input) when the paper is too small (naming the
-/// size that is needed), a dot lies across the patch's edge, a tag reaches into a dot, or the
-/// family has no such tag.
+/// Lays out the cloth's print as seen from its printed side, row 0 on top: dots, tags, corners of
+/// the patch, ruler and check length. Throws Error(bad_input) if the paper is too small (names the
+/// size needed), a dot crosses the edge of the patch, a tag overlaps a dot, or the family lacks a
+/// tag.
 [[nodiscard]] PrintedPage page_of(const Print& print, Paper paper);
 
-/// The calibration target, dots, chessboard, ChArUco board or AprilGrid, as seen from its printed
-/// face, y up. Throws Error(bad_input) as above.
+/// Lays out the calibration target, dots, chessboard, ChArUco board or AprilGrid, as seen from its
+/// printed face, y up. Throws Error(bad_input) as above.
 [[nodiscard]] PrintedPage page_of(const Target& target, const std::string& name, Paper paper);
 
-/// A square sheet of dots with tags that lies on a box's top or carries a sphere, as large as asked
-/// (metres), half a pitch of white around the dots. Its four tags, `first_id` to `first_id` + 3,
-/// lie in the corner cells. Throws Error(usage) for less than 45 mm.
+/// Makes a square sheet of dots with tags to put on a box or carry a sphere, of the requested size
+/// (metres) including half a pitch of white margin. Its four tags, `first_id` to `first_id` + 3,
+/// lie in the corner cells. Throws Error(usage) below 45 mm.
 [[nodiscard]] Target object_plate(double size_m, int first_id);
 
-/// The plate's description, as read_target() reads it.
+/// Description of the plate in the format of read_target().
 [[nodiscard]] std::string object_plate_toml(const Target& plate);
 
-/// Throws Error(bad_input) where `file` is there and is not, byte for byte, what the run that
-/// `record` tells of wrote: the target of a rig, or a description that was corrected since.
+/// Throws Error(bad_input) if `file` exists and is not exactly what the run of `record` wrote: it
+/// may be a rig's target, or a description that was corrected since.
 void require_replaceable_plate(const std::filesystem::path& file,
                                const std::filesystem::path& record);
 

@@ -15,7 +15,7 @@ namespace {
 using Eigen::Vector2d;
 using units::mm;
 
-/// Millimetres with four decimals, without the zeros at their end.
+/// Millimetres with up to four decimals, without trailing zeros.
 std::string text_of(double metres) {
   std::string text = fmt::format("{:.4f}", metres / mm);
   text.erase(text.find_last_not_of('0') + 1);
@@ -30,13 +30,13 @@ std::string pdf_text(const std::string& text) {
   return result;
 }
 
-/// Draws in PDF's content language, y turned to point down.
+/// Writes PDF content streams, with y flipped to point down.
 class PdfContent {
  public:
   explicit PdfContent(double page_height_m) : height_m_(page_height_m) {}
 
   void operator()(const PageDisc& disc) {
-    // Eight cubic arcs: the outline is true to 4e-6 of the radius.
+    // Eight cubic arcs approximate a circle to 4e-6 of the radius.
     constexpr int kArcs = 8;
     const double angle = 2 * std::numbers::pi / kArcs;
     const double handle = 4.0 / 3.0 * std::tan(angle / 4);

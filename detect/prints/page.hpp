@@ -8,7 +8,7 @@
 
 namespace drape::detect {
 
-/// A filled circle on a page. Positions from the upper left corner, x right, y down, metres.
+/// A filled circle on a page. Positions are from the upper left corner, x right, y down, metres.
 struct PageDisc {
   Eigen::Vector2d centre_m;
   double radius_m = 0;
@@ -16,34 +16,34 @@ struct PageDisc {
 };
 
 struct PageBox {
-  Eigen::Vector2d corner_m;  ///< upper left
+  Eigen::Vector2d corner_m;  ///< upper left corner
   Eigen::Vector2d size_m;
 };
 
-/// Black boxes that touch, filled as one shape so that no seam shows between them.
+/// Adjacent black boxes, filled as one shape to avoid visible seams.
 struct PageArea {
   std::vector<PageBox> boxes;
 };
 
-/// A line of plain ASCII text.
+/// A line of ASCII text.
 struct PageText {
-  Eigen::Vector2d baseline_m;  ///< left end
+  Eigen::Vector2d baseline_m;  ///< left end of the baseline
   double height_m = 0;         ///< font size
   std::string text;
 };
 
-/// One sheet of paper at its true size.
+/// One sheet of paper at true size.
 struct Page {
   Eigen::Vector2d size_m;
   std::string title;
-  std::vector<std::variant<PageDisc, PageArea, PageText>> items;  ///< in the order of painting
+  std::vector<std::variant<PageDisc, PageArea, PageText>> items;  ///< in painting order
 };
 
-/// PDF 1.4 with vector shapes only, coordinates to 0.1 um, that tells viewers not to scale it. The
-/// same page gives the same bytes.
+/// PDF 1.4 with vector shapes only and coordinates to 0.1 um, which tells viewers not to scale it.
+/// Deterministic.
 [[nodiscard]] std::string pdf_of(const Page& page);
 
-/// SVG 1.1 in millimetres, otherwise as pdf_of().
+/// SVG 1.1 in millimetres, otherwise like pdf_of().
 [[nodiscard]] std::string svg_of(const Page& page);
 
 }  // namespace drape::detect

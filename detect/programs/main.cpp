@@ -20,9 +20,9 @@ namespace fs = std::filesystem;
 
 namespace {
 
-/// Refuses what would be found out after all frames are measured: an overlay folder (empty: none)
-/// that is no folder, and a place inside the recording, where a picture that a camera left could be
-/// written over. Throws Error.
+/// Throws before any measurement if the overlay folder (empty: none) is not a
+/// folder, or lies in the recording, where overlays could overwrite a camera's
+/// pictures.
 void require_apart(const fs::path& recording, const fs::path& out, const fs::path& overlays) {
   const fs::path folder =
       fs::weakly_canonical(fs::absolute(recording / "recording.json")).parent_path();
@@ -41,7 +41,7 @@ void require_apart(const fs::path& recording, const fs::path& out, const fs::pat
                     "give --overlay another place");
 }
 
-/// The last lines of the command; `is_plate`: of the target that an object carries, not the rig's.
+/// Ending of the command; `is_plate`: the target is on an object, not the rig's own.
 Ending ending_of(const DetectReport& report, Surface surface, bool is_plate,
                  const std::string& out) {
   Ending ending;

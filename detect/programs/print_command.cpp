@@ -80,7 +80,7 @@ int print_command(int argc, char** argv) {
   return run_program(app, argc, argv, common, [&] {
     const std::vector<std::string> words = arguments_of(argc, argv);
     if (plate->parsed()) {
-      // The record of an earlier plate, too, outlives a refusal.
+      // Checked first, so that a refusal also keeps the record of an earlier plate.
       const fs::path file = fs::path(on_plate.out).replace_extension(".toml");
       const Target description = object_plate(on_plate.size_m, on_plate.first_id);
       require_replaceable_plate(file, run_record_path(on_plate.out));

@@ -18,11 +18,11 @@
 namespace drape::detect {
 namespace {
 
-// A second one would triple the false ids that a fold can make up.
+// Two bits would triple the false ids that folds can produce.
 constexpr int most_wrong_bits_in_folds = 1;
 
-/// The library numbers corners from the upper right, anticlockwise as one reads the tag, and puts
-/// pixel centres at +0.5; drapebench has them at integers.
+/// Converts corners: the library counts them from the upper right, anticlockwise on the upright
+/// tag, with pixel centres at +0.5; drapebench has pixel centres at integers.
 Eigen::Matrix<double, 2, 4> reading_order(const apriltag_detection_t& found) {
   constexpr std::array<int, 4> source = {1, 0, 3, 2};
   Eigen::Matrix<double, 2, 4> corners;
@@ -31,16 +31,16 @@ Eigen::Matrix<double, 2, 4> reading_order(const apriltag_detection_t& found) {
   return corners;
 }
 
-// Seen from a dot through its own ellipse a neighbour lies one pitch away, less where the cloth
-// turns away in between.
+// Seen through a dot's own ellipse a neighbour is one pitch away, less if the cloth turns away in
+// between.
 constexpr double nearest_in_pitches = 0.55;
 constexpr double farthest_in_pitches = 1.45;
-constexpr double most_cosine = 0.5;           // between the two sides of a cell
-constexpr double most_fourth_corner = 0.45;   // miss of the parallelogram, in sides
-constexpr int most_wrong_pairs = 2;           // wrong pairs among eight places on the frame
-constexpr double least_frame_fraction = 0.8;  // modules of the frame with their colour
+constexpr double most_cosine = 0.5;           // cosine of the angle between two sides of a cell
+constexpr double most_fourth_corner = 0.45;   // deviation from a parallelogram, in sides
+constexpr int most_wrong_pairs = 2;           // wrong pairs among eight positions on the frame
+constexpr double least_frame_fraction = 0.8;  // fraction of frame modules of the right colour
 
-/// Four corners, clockwise as seen; the third one may have no dot of its own.
+/// Four corners, clockwise in the picture; the third may have no dot of its own.
 struct Corners {
   std::size_t first = 0, right = 0, down = 0;
   std::optional<std::size_t> opposite;
@@ -51,7 +51,7 @@ struct Neighbour {
   Eigen::Vector2d in_pitches;
 };
 
-/// Dots that may be each other's neighbours.
+/// Finds dots that may be neighbours of each other.
 class Cells {
  public:
   Cells(const std::vector<UnlabelledDot>& dots, const PrintPlane& plane)
@@ -71,7 +71,7 @@ class Cells {
     }
   }
 
-  /// Each four dots that may be a cell's corners, once; then each three.
+  /// Each set of four dots that may be a cell's corners, once; then each set of three.
   [[nodiscard]] std::vector<Corners> all() const {
     std::vector<Corners> whole, broken;
     for (std::size_t i = 0; i < dots_.size(); ++i) {
@@ -120,9 +120,9 @@ class Cells {
   std::vector<std::vector<Neighbour>> neighbours_;
 };
 
-constexpr double least_depth = 0.1;  // depth of a cell's corner over the first one's
+constexpr double least_depth = 0.1;  // least ratio of the depths of two corners of a cell
 
-/// Cubic from a to b whose ends run along the given tangents.
+/// Cubic Hermite curve from a to b with the given end tangents.
 Eigen::Vector2d hermite(const Eigen::Vector2d& a, const Eigen::Vector2d& tangent_a,
                         const Eigen::Vector2d& b, const Eigen::Vector2d& tangent_b, double t) {
   const double s = 1 - t;
@@ -132,11 +132,11 @@ Eigen::Vector2d hermite(const Eigen::Vector2d& a, const Eigen::Vector2d& tangent
 
 using Quad = std::array<Eigen::Vector2d, 4>;
 
-/// Map of a cell between four dots to the picture: the unit square, corners (0, 0), (1, 0),
-/// (1, 1), (0, 1), to pixels.
+/// Map from a cell between four dots to the picture: the unit square, corners (0, 0), (1, 0), (1,
+/// 1), (0, 1), to pixels.
 using CellMap = std::function<Eigen::Vector2d(const Eigen::Vector2d&)>;
 
-/// The projective map of a flat cell; nothing for corners that are no view of a square.
+/// Homography of a flat cell; nullopt for corners that cannot be a view of a square.
 std::optional<CellMap> flat_cell(const Quad& corners_px) {
   const auto map = square_homography(corners_px);
   if (!map) return std::nullopt;
@@ -146,11 +146,11 @@ std::optional<CellMap> flat_cell(const Quad& corners_px) {
   return [map = *map](const Eigen::Vector2d& at) { return mapped(map, at); };
 }
 
-/// A patch (Coons 1967) between four cubic edges, whose ends run as the dots' ellipses say.
-/// `roots_px` are the ellipses' symmetric roots in px per pitch.
+/// Coons patch (1967) between four cubic edges, whose end tangents follow from the dots' ellipses.
+/// `roots_px` are the symmetric roots of the ellipses in px per pitch.
 std::optional<CellMap> bent_cell(const Quad& c, const std::array<Eigen::Matrix2d, 4>& roots_px) {
-  const std::array<Eigen::Vector2d, 2> along = {c[1] - c[0], c[2] - c[3]};   // upper, lower side
-  const std::array<Eigen::Vector2d, 2> across = {c[3] - c[0], c[2] - c[1]};  // left, right side
+  const std::array<Eigen::Vector2d, 2> along = {c[1] - c[0], c[2] - c[3]};   // upper and lower side
+  const std::array<Eigen::Vector2d, 2> across = {c[3] - c[0], c[2] - c[1]};  // left and right side
   std::array<Eigen::Matrix2d, 4> m;  // px per side at the corners
   for (int k = 0; k < 4; ++k) {
     Eigen::Matrix2d rough;
@@ -169,7 +169,7 @@ std::optional<CellMap> bent_cell(const Quad& c, const std::array<Eigen::Matrix2d
   };
 }
 
-/// Level between pixels; nothing outside the image.
+/// Bilinearly interpolated level; nullopt outside the image.
 std::optional<double> level_at(const GreyImage& image, const Eigen::Vector2d& p) {
   const int u = static_cast<int>(std::floor(p.x())), v = static_cast<int>(std::floor(p.y()));
   if (!(p.x() >= 0 && p.y() >= 0) || u + 1 >= image.width_px || v + 1 >= image.height_px) {
@@ -181,20 +181,20 @@ std::optional<double> level_at(const GreyImage& image, const Eigen::Vector2d& p)
   return (1 - b) * upper + b * lower;
 }
 
-/// Grey levels at the middles of a tag's modules and of the white ones around it.
+/// Grey levels at the centres of a tag's modules and of the surrounding white ones.
 struct Modules {
-  int side = 0;  ///< with the white ones
+  int side = 0;  ///< including the white ones
   std::vector<double> levels;
   [[nodiscard]] double at(int x, int y) const { return levels[y * side + x]; }
 };
 
-/// Position in the cell of a place that is given in modules from the tag's corner.
+/// Position in the cell of a point given in modules from the corner of the tag.
 Eigen::Vector2d in_cell(double x, double y, double tag_fraction, int modules) {
   return (Eigen::Vector2d(x, y) / modules - Eigen::Vector2d::Constant(0.5)) * tag_fraction +
          Eigen::Vector2d::Constant(0.5);
 }
 
-/// A quick look at the corners and the middles of the sides: does black lie inside white?
+/// Quick test at corners and middles of sides: is there black inside white?
 bool may_be_tag(const GreyImage& image, const CellMap& cell, double tag_fraction, int modules,
                 double least_contrast) {
   const double last = modules, middle = 0.5 * modules;
@@ -226,7 +226,7 @@ std::optional<Modules> sample(const GreyImage& image, const CellMap& cell, doubl
   return result;
 }
 
-/// Level over a square ring of modules as a plane; a ring's symmetry makes its sums independent.
+/// Fits a plane to the level along a square ring of modules; symmetry makes its sums independent.
 class Ring {
  public:
   Ring(const Modules& modules, int first) : first_(first), last_(modules.side - 1 - first) {
@@ -265,7 +265,7 @@ class Ring {
   double middle_ = 0, mean_ = 0, slope_x_ = 0, slope_y_ = 0;
 };
 
-/// The tag's modules, white as 1, when a black frame in a white one is there.
+/// Bits of the tag's modules, 1 for white; nullopt without a black frame inside a white one.
 std::optional<std::vector<char>> bits_of(const Modules& modules, double least_contrast) {
   const Ring white(modules, 0), black(modules, 1);
   if (white.mean() - black.mean() < least_contrast) return std::nullopt;
@@ -288,7 +288,7 @@ struct Reading {
   int turns = 0;  ///< quarter turns from the cell's first corner to the tag's upper left one
 };
 
-/// The word that the modules say, read with the cell's corner `turns` as the upper left one.
+/// Code word of the modules, read with corner `turns` of the cell as the upper left one.
 std::uint64_t word_of(const std::vector<char>& bits, const apriltag_family& code, int turns) {
   std::uint64_t word = 0;
   for (std::uint32_t bit = 0; bit < code.nbits; ++bit) {
@@ -303,18 +303,18 @@ std::uint64_t word_of(const std::vector<char>& bits, const apriltag_family& code
   return word;
 }
 
-/// Wrong bits up to which a family's word is nearer to its own tag than to any other.
+/// Number of wrong bits up to which a code word is closest to its own tag.
 int bearable_bits(const apriltag_family& code) {
   return (static_cast<int>(code.h) - 1) / 2;
 }
 
-/// Wrong bits that a reading may have: one fewer than the usual families' words can bear (36h11
-/// bears five, 25h9 four), since only the print's ids are looked for.
+/// Number of wrong bits accepted: one fewer than the usual families can correct (36h11 corrects
+/// five, 25h9 four), since only the print's ids are searched for.
 int wrong_bits_of(const apriltag_family& code) {
   return std::min(bearable_bits(code), code.nbits >= 36 ? 4 : code.nbits >= 25 ? 3 : 2);
 }
 
-/// The id of the print whose word is near enough in one of four orientations.
+/// Id of the print whose code word is close enough in one of four orientations.
 std::optional<Reading> decode(const std::vector<char>& bits, const apriltag_family& code,
                               const PrintPlane& plane) {
   std::optional<Reading> best;
@@ -352,7 +352,7 @@ std::optional<TagDetection> read_through(const GreyImage& image, const CellMap& 
                         cell(in_cell(n, 0, fraction, code.width_at_border)),
                         cell(in_cell(n, n, fraction, code.width_at_border)),
                         cell(in_cell(0, n, fraction, code.width_at_border))};
-  // The library's words are upside down when a tag is upright (see TagFinder::find).
+  // The library's code words are upside down for an upright tag (see TagFinder::find).
   for (int k = 0; k < 4; ++k) tag.corners_px.col(k) = outline[(k + reading->turns + 2) % 4];
   return tag;
 }
@@ -372,7 +372,7 @@ std::optional<TagDetection> read_cell(const GreyImage& image, const Corners& at,
     corners[2] = centre(*at.opposite);
     maps[2] = root(*at.opposite);
   } else {
-    // Place of the corner that has no dot, by the maps of its two neighbours.
+    // Position of the corner without a dot, predicted by the maps of its two neighbours.
     Eigen::Matrix2d rough;
     rough << corners[1] - corners[0], corners[3] - corners[0];
     for (const int k : {1, 3}) maps[k] = turned_root(maps[k], rough);
@@ -386,7 +386,7 @@ std::optional<TagDetection> read_cell(const GreyImage& image, const Corners& at,
   return std::nullopt;
 }
 
-/// The first reading of an id, unless it was also read elsewhere.
+/// First reading of an id; nullopt if it was read elsewhere too.
 std::optional<TagDetection> one_place(const std::vector<TagDetection>& readings) {
   const auto middle = [](const TagDetection& tag) -> Eigen::Vector2d {
     return tag.corners_px.rowwise().mean();
@@ -418,10 +418,10 @@ std::vector<TagFinder::Reading> TagFinder::read(const GreyImage& image, double n
   std::vector<Reading> result;
   if (!family_) return result;
   if (!detector_) make_detector();
-  // Below this difference sensor noise passes the library's threshold and costs 14 times the time.
+  // With a lower difference, sensor noise passes the library's threshold at 14 times the run time.
   detector_->qtp.min_white_black_diff =
       std::clamp(static_cast<int>(std::ceil(6.0 * noise_sigma)), 5, 60);
-  // The library only reads the picture.
+  // The library does not write to the picture.
   image_u8_t view = {image.width_px, image.height_px, image.width_px,
                      const_cast<std::uint8_t*>(image.bytes.data())};
   zarray_t* found = apriltag_detector_detect(detector_.get(), &view);
@@ -457,7 +457,7 @@ std::vector<TagDetection> TagFinder::read_between_dots(const GreyImage& image,
                                                        const std::vector<UnlabelledDot>& dots,
                                                        double noise_sigma) const {
   std::map<int, std::vector<TagDetection>> by_id;
-  std::set<std::array<std::size_t, 3>> read;  // corners of cells that have been read
+  std::set<std::array<std::size_t, 3>> read;  // cells that have been read, by corners
   for (const Corners& at : Cells(dots, plane).all()) {
     if (!at.opposite && read.count({at.first, at.right, at.down}) != 0) continue;
     const auto tag = read_cell(image, at, dots, plane, *family_->library(), noise_sigma);

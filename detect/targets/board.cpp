@@ -28,7 +28,7 @@ constexpr std::size_t kTagsPerMap = 4;
 constexpr double kReachPitches = 1.6;
 
 Vector2d centre_of(const Corners& corners) {
-  // The diagonals cross where the tag's centre is, under any perspective.
+  // The diagonals intersect at the tag's centre under any perspective.
   const auto line = [&](int a, int b) -> Eigen::Vector3d {
     return corners.col(a).homogeneous().cross(corners.col(b).homogeneous());
   };
@@ -41,8 +41,8 @@ Corners turned(const Corners& corners, int quarters) {
   return result;
 }
 
-/// Quarter turns by which the tags were printed: their centres alone tell where each corner
-/// must be. Upright for fewer than four tags or tags on one line.
+/// Quarter turns by which the tags were printed; the tags' centres alone predict each corner. 0 for
+/// fewer than four tags or collinear ones.
 int quarters_turned(const std::vector<Vector2d>& centres_m, const std::vector<Corners>& corners_m,
                     const std::vector<Corners>& corners_px) {
   if (centres_m.size() < 4) return 0;
@@ -76,14 +76,14 @@ Corners corners_in_plane(const Vector2d& centre_m, double edge_m) {
   return corners.colwise() + centre_m;
 }
 
-/// Images of the points of a tagged target in a picture, from the tags near each of them.
+/// Predicts the image of a tagged target's points from nearby tags.
 class BoardMap {
  public:
-  /// `tags` are the target's, each id once.
+  /// `tags` must belong to the target, each id once.
   BoardMap(const Target& target, const std::vector<TagDetection>& tags);
 
-  /// Projective map from the target's plane (metres) to pixels as the four nearest tags have it.
-  /// Nothing where no tag lies within 1.6 pitches.
+  /// Homography from the target's plane (metres) to pixels, fitted to the four nearest tags.
+  /// nullopt if no tag lies within 1.6 pitches.
   [[nodiscard]] std::optional<Eigen::Matrix3d> around(const Eigen::Vector2d& point_m) const;
 
  private:
@@ -131,7 +131,7 @@ std::optional<Eigen::Matrix3d> BoardMap::around(const Vector2d& point_m) const {
   return projective_map(from, to);
 }
 
-constexpr double kEdge_px = 1;               ///< part of the free width that a blurred edge takes
+constexpr double kEdge_px = 1;               ///< part of the free width taken by a blurred edge
 constexpr double kMostPitchFraction = 0.25;  ///< largest half window, as for a chessboard
 constexpr double kLeastContrastSigmas = 6;
 constexpr int kMostGrowth_px = 3;
@@ -142,8 +142,8 @@ std::vector<TagDetection> tags_of(const GreyImage& image, const Target& target,
   const PrintPlane plane = plane_of(target);
   std::map<int, TagDetection> known;
   for (const TagDetection& tag : finder.find(image, plane, noise_sigma)) known[tag.id] = tag;
-  // The small squares of an AprilGrid touch its tags' corners, so that the library takes both for
-  // one shape; with light grown into the dark they come apart.
+  // The small squares of an AprilGrid touch the corners of its tags, so the library sees one shape;
+  // dilating the light separates them.
   for (int by_px = 1; target.kind == TargetKind::aprilgrid && by_px <= kMostGrowth_px; ++by_px) {
     if (known.size() == target.tags.size()) break;
     for (TagDetection& tag : finder.find(with_light_grown(image, by_px), plane, noise_sigma)) {
@@ -156,8 +156,8 @@ std::vector<TagDetection> tags_of(const GreyImage& image, const Target& target,
   return tags;
 }
 
-/// Width around a corner in which only its own edges lie: in a ChArUco board up to the tags, in an
-/// AprilGrid up to the far side of the small squares or the rim's inner edge.
+/// Width around a corner that contains only its own edges: up to the tags of a ChArUco board; in an
+/// AprilGrid up to the far side of the small squares or the inner edge of the border.
 double free_width_m(const Target& target) {
   const double gap = target.pitch_m - target.tag_edge_m;
   if (target.kind == TargetKind::charuco)
@@ -166,11 +166,11 @@ double free_width_m(const Target& target) {
   return std::min(gap, target.tag_edge_m * target.tag_border / family.edge_modules());
 }
 
-/// Surroundings of one corner in the picture.
+/// Neighbourhood of one corner in the picture.
 struct Surroundings {
   Vector2d px;
-  double free_px = 0;     ///< to the nearest side of the free square's image
-  Vector2d diagonals[4];  ///< middles of the four quarters around it
+  double free_px = 0;     ///< distance to the nearest side of the free square's image
+  Vector2d diagonals[4];  ///< centres of the four quadrants around it
 };
 
 Surroundings surroundings_of(const Eigen::Matrix3d& map, const Vector2d& point_m, double free_m) {
@@ -179,7 +179,7 @@ Surroundings surroundings_of(const Eigen::Matrix3d& map, const Vector2d& point_m
   for (const Vector2d& diagonal :
        {Vector2d(1, 1), Vector2d(-1, 1), Vector2d(-1, -1), Vector2d(1, -1)}) {
     const Vector2d along(diagonal.x(), 0), across(0, diagonal.y());
-    // Seen aslant the free square is a rhomboid, whose sides are nearer than the ends of its arms.
+    // Seen obliquely the free square is a parallelogram: its sides are closer than its arms' ends.
     const Vector2d a = mapped(map, point_m + free_m * along) - around.px;
     const Vector2d b = mapped(map, point_m + free_m * across) - around.px;
     const double area = std::abs(cross(a, b));
@@ -189,7 +189,7 @@ Surroundings surroundings_of(const Eigen::Matrix3d& map, const Vector2d& point_m
   return around;
 }
 
-/// Difference of the two pairs of opposite quarters, grey levels; nothing at the image's border.
+/// Grey-level difference of the two pairs of opposite quadrants; nullopt at the image's border.
 std::optional<double> contrast_at(const GreyImage& image, const Surroundings& around) {
   double level[4];
   for (int k = 0; k < 4; ++k) {
@@ -201,7 +201,7 @@ std::optional<double> contrast_at(const GreyImage& image, const Surroundings& ar
   return std::abs(level[0] + level[2] - level[1] - level[3]) / 2;
 }
 
-/// Measures the corners of one frame, one after the other.
+/// Measures the corners of one frame one by one.
 class CornerReader {
  public:
   CornerReader(const GreyImage& image, double free_m, double noise_sigma, FrameDetections& frame)
@@ -210,7 +210,7 @@ class CornerReader {
   void read(MarkId mark, const Vector2d& point_m, const Eigen::Matrix3d& map) {
     const Surroundings around = surroundings_of(map, point_m, free_m_);
     const std::optional<double> contrast = contrast_at(image_, around);
-    if (!contrast) return;  // Outside the picture: nothing was there to be found.
+    if (!contrast) return;  // Outside the picture, where nothing could be found.
     const int half_window = static_cast<int>(std::floor(around.free_px - kEdge_px));
     if (half_window < kLeastHalfWindow_px) {
       return reject(mark, around.px,
@@ -263,7 +263,7 @@ FrameDetections detect_face(const GreyImage& image, const Target& target) {
   return frame;
 }
 
-/// Measurements of the mirrored picture in the picture itself.
+/// Converts measurements in the mirrored picture to the original one.
 void mirror(FrameDetections& frame) {
   const double right = frame.width_px - 1;
   for (Detection& corner : frame.detections) {
@@ -277,7 +277,7 @@ void mirror(FrameDetections& frame) {
     if (rejection.centre_px) rejection.centre_px->x() = right - rejection.centre_px->x();
 }
 
-/// The back of a two-sided board is the front's mirror image: each corner lies behind its like.
+/// Handles two-sided boards: the back mirrors the front, so each corner lies behind its equal.
 FrameDetections detect_tagged(const GreyImage& image, const Target& target) {
   FrameDetections frame = detect_face(image, target);
   if (!frame.tags.empty()) return frame;

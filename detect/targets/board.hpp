@@ -9,20 +9,20 @@
 
 namespace drape::detect {
 
-/// Corners of a target that is no dot grid. A chessboard must be seen whole (chessboard.hpp). Of a
-/// ChArUco board or an AprilGrid any part will do: its tags say where each corner must be, and
-/// Foerstner and Guelch's operator (1987) places it in a window that no tag reaches into. Tags are
-/// identified by ids and places, so any of the four orientations of the print will do.
-/// A corner that is covered, or where the tags' corner meets nothing, is rejected with the reason.
-/// Throws Error(bad_input) for a tag family that is not known.
+/// Finds the corners of a target without dots. A chessboard must be seen whole (chessboard.hpp).
+/// For a ChArUco board or an AprilGrid any part suffices: the tags predict each corner, and the
+/// operator of Foerstner and Guelch (1987) refines it in a window clear of tags. Tags are
+/// identified by id and position, so the print may have any of four orientations. A corner that is
+/// hidden, or predicted where there is none, is rejected with the reason. Throws Error(bad_input)
+/// for an unknown tag family.
 [[nodiscard]] FrameDetections detect_board(const GreyImage& image, const Target& target);
 
-/// The picture in which each pixel is the lightest of those up to `by_px` away in x and in y, so
-/// that dark shapes which touch at a corner come apart. 8 bits only.
+/// Grey dilation: each pixel becomes the lightest of those up to `by_px` away in x and in y, which
+/// separates dark shapes that touch at a corner. 8 bits only.
 [[nodiscard]] GreyImage with_light_grown(const GreyImage& image, int by_px);
 
-/// Corners of a dark quadrangle of that picture where they were in the picture itself: each edge
-/// moved outwards by what the square window took from it.
+/// Corners in the original picture of a dark quadrilateral found in the dilated one: each edge is
+/// moved outwards by the amount that the square window removed.
 [[nodiscard]] Eigen::Matrix<double, 2, 4> without_growth(
     const Eigen::Matrix<double, 2, 4>& corners_px, int by_px);
 

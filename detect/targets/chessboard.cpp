@@ -20,32 +20,32 @@ namespace {
 
 using Eigen::Vector2d;
 
-/// Corners of a chessboard, or of a rectangle of it, by row and column; rows run up when columns
-/// run right, as one sees the printed face (core/rig.hpp).
+/// Corners of a chessboard or of a rectangular part of it, by row and column; rows run up if
+/// columns run right, as seen from the printed face (core/rig.hpp).
 struct BoardGrid {
   int rows = 0, cols = 0;
   std::vector<Eigen::Vector2d> px;
-  int first_row = 0, first_col = 0;  ///< place on the target
+  int first_row = 0, first_col = 0;  ///< position on the target
 
   [[nodiscard]] const Eigen::Vector2d& at(int row, int col) const {
     return px[static_cast<std::size_t>(row) * cols + col];
   }
-  /// Place `row`, `col` in the pattern, in or beside the grid, by its two nearest corners along
-  /// either axis.
+  /// Position of (`row`, `col`) in or beside the grid, extrapolated from the two nearest corners
+  /// along each axis.
   [[nodiscard]] Eigen::Vector2d near(double row, double col) const;
   [[nodiscard]] double nearest_neighbour_px(int row, int col) const;
-  /// True when every corner lies where its neighbours to both sides let one expect it: a third of
-  /// their distance is more than perspective and lens bend, and less than a wrong corner is off.
+  /// True if every corner lies where the neighbours on both sides predict it, within a third of
+  /// their distance: more than perspective and lens distortion, less than a wrong corner.
   [[nodiscard]] bool is_regular() const;
 
-  /// Turned by a quarter: the last row becomes the first column.
+  /// Quarter turn: the last row becomes the first column.
   [[nodiscard]] BoardGrid turned() const;
-  /// Makes rows run up when columns run right.
+  /// Mirrors the grid if needed, so that rows run up if columns run right.
   void unmirror();
 };
 
-/// Fractions of the board's contrast: squares alternate by at least so much, the rim by at most so
-/// much.
+/// Fractions of the board's contrast: least alternation of squares, largest alternation of the
+/// rim.
 constexpr double kSquares = 0.5, kRim = 0.25;
 
 std::optional<double> level_near(const GreyImage& image, const Vector2d& px) {
@@ -54,7 +54,7 @@ std::optional<double> level_near(const GreyImage& image, const Vector2d& px) {
   return image.level(static_cast<int>(x), static_cast<int>(y));
 }
 
-/// Levels of the squares `beyond` pitches outside one side, from its one end to the other.
+/// Levels of the squares `beyond` pitches outside one side, from one end of it to the other.
 std::optional<std::vector<double>> squares_beyond(const GreyImage& image, const BoardGrid& grid,
                                                   bool along_rows, bool high, double beyond) {
   std::vector<double> levels;
@@ -69,7 +69,7 @@ std::optional<std::vector<double>> squares_beyond(const GreyImage& image, const 
   return levels;
 }
 
-/// Mean difference of neighbours with alternating sign.
+/// Mean difference of neighbours, with alternating sign.
 double alternation(const std::vector<double>& levels) {
   double sum = 0;
   for (std::size_t i = 0; i + 1 < levels.size(); ++i)
@@ -77,7 +77,7 @@ double alternation(const std::vector<double>& levels) {
   return std::abs(sum) / static_cast<double>(levels.size() - 1);
 }
 
-/// True when the board ends beyond one side of the grid: one more row of squares, then a light rim.
+/// True if the board ends beyond one side of the grid: one more row of squares, then a light rim.
 bool ends(const GreyImage& image, const BoardGrid& grid, bool along_rows, bool high,
           double contrast) {
   const auto squares = squares_beyond(image, grid, along_rows, high, 0.5);
@@ -89,7 +89,7 @@ bool ends(const GreyImage& image, const BoardGrid& grid, bool along_rows, bool h
   return *std::min_element(rim->begin(), rim->end()) > (*dark + *light) / 2;
 }
 
-/// First row or column on the board of an axis of `seen` of its `whole` corners.
+/// First row or column on the board, for an axis with `seen` of its `whole` corners.
 std::optional<int> first_of(int seen, int whole, bool low_end, bool high_end) {
   if (seen == whole) return 0;
   if (seen > whole || low_end == high_end) return std::nullopt;
@@ -99,7 +99,7 @@ std::optional<int> first_of(int seen, int whole, bool low_end, bool high_end) {
 Vector2d BoardGrid::near(double row, double col) const {
   const int r = std::clamp(static_cast<int>(std::floor(row)), 0, rows - 2);
   const int c = std::clamp(static_cast<int>(std::floor(col)), 0, cols - 2);
-  // Projective in the four corners: squares beyond a slanted board's end grow or shrink.
+  // Homography of the four corners: squares beyond the end of a tilted board change in size.
   const auto map = square_homography({at(r, c), at(r, c + 1), at(r + 1, c + 1), at(r + 1, c)});
   return map ? mapped(*map, {col - c, row - r}) : at(r, c);
 }
@@ -149,7 +149,7 @@ void BoardGrid::unmirror() {
       px[static_cast<std::size_t>(row) * cols + col] = old.at(rows - 1 - row, col);
 }
 
-/// Brightness of the squares with even row + col above that of the others, grey levels.
+/// Mean grey level of the squares with even row + col minus that of the others.
 double even_over_odd(const GreyImage& image, const BoardGrid& grid) {
   double sums[2] = {0, 0};
   int counts[2] = {0, 0};
@@ -167,9 +167,9 @@ double even_over_odd(const GreyImage& image, const BoardGrid& grid) {
   return sums[0] / counts[0] - sums[1] / counts[1];
 }
 
-/// Gives a rectangle of corners its place on the board: an axis that is not whole must show one of
-/// the board's two ends, behind whose last squares the light rim runs. Nothing where no place or
-/// more than one agrees with what is seen.
+/// Locates a rectangle of corners on the board. An incomplete axis must show one of the board's
+/// ends, where a light rim follows the last squares. nullopt unless exactly one position agrees
+/// with the picture.
 std::optional<BoardGrid> placed_on_board(const GreyImage& image, const Target& target,
                                          const BoardGrid& part) {
   const double contrast = std::abs(even_over_odd(image, part));
@@ -185,7 +185,7 @@ std::optional<BoardGrid> placed_on_board(const GreyImage& image, const Target& t
     if (!row || !col) continue;
     grid.first_row = *row;
     grid.first_col = *col;
-    // The square inside corner (0, 0) is dark.
+    // The square inside corner (0, 0) must be dark.
     if (even_over_odd(image, grid) > 0) continue;
     if (placed) return std::nullopt;
     placed = grid;
@@ -193,11 +193,10 @@ std::optional<BoardGrid> placed_on_board(const GreyImage& image, const Target& t
   return placed;
 }
 
-/// Corners of a part of a board that the finder starts from, along either axis: from three it
-/// sometimes grows a skewed grid, which is no part of a board.
+/// Least part of a board, in corners per axis, for the finder to start from: from three it
+/// sometimes grows a skewed grid that is not part of a board.
 constexpr int kLeastParts[] = {4, 3};
-constexpr double kWindowFraction =
-    0.25;  ///< half window over the distance to the nearest neighbour
+constexpr double kWindowFraction = 0.25;  ///< half window over distance to the nearest neighbour
 
 BoardGrid grid_of(int rows, int cols, const std::vector<cv::Point2f>& corners) {
   BoardGrid grid{rows, cols, {}, 0, 0};
@@ -206,8 +205,8 @@ BoardGrid grid_of(int rows, int cols, const std::vector<cv::Point2f>& corners) {
   return grid;
 }
 
-/// True for a regular grid whose squares are of two levels: the finders may see one of 3 x 4
-/// corners in noise. Levels of neighbours differ by more than twice the scatter within a square.
+/// True for a regular grid with two levels of squares: finders may see a board of 3 x 4 corners in
+/// noise. Adjacent squares must differ by more than twice the scatter within a square.
 bool is_board(const GreyImage& image, const BoardGrid& grid) {
   constexpr double kLeastScatters = 2;
   if (!grid.is_regular()) return false;
@@ -230,7 +229,7 @@ bool is_board(const GreyImage& image, const BoardGrid& grid) {
       within += sum_of_squares / count - sum * sum / count / count;
     }
   }
-  // The mean over all squares with alternating sign is half the contrast of the two levels.
+  // The mean over all squares with alternating sign is half the difference of the two levels.
   return squares > 0 && 2 * std::abs(difference) / squares >
                             kLeastScatters * std::sqrt(std::max(0.0, within) / squares);
 }
@@ -240,8 +239,8 @@ std::optional<BoardGrid> board_of(const GreyImage& image, BoardGrid grid) {
   return grid;
 }
 
-/// Corners by the sector-based finder (Duda and Frese 2018), whose time is bounded; with
-/// CALIB_CB_LARGER those of a board with at least `size` corners.
+/// Finds corners by sectors (Duda and Frese 2018), in bounded time; with CALIB_CB_LARGER, those of
+/// a board with at least `size` corners.
 std::optional<BoardGrid> by_sectors(const GreyImage& image, const cv::Size& size, int flags) {
   std::vector<cv::Point2f> corners;
   cv::Mat pattern;
@@ -252,10 +251,10 @@ std::optional<BoardGrid> by_sectors(const GreyImage& image, const cv::Size& size
   return board_of(image, grid_of(pattern.rows, pattern.cols, corners));
 }
 
-/// Pixels of a picture on which the quadrangles' finder ends within a second, whatever it shows.
+/// Number of pixels on which the quadrilateral finder ends within a second for any picture.
 constexpr double kQuadrangles_px = 0.3e6;
 
-/// Corners by quadrangles, which need no light rim, on a picture that is reduced where it is large.
+/// Finds corners by quadrilaterals, which needs no light rim, in a picture reduced if it is large.
 std::optional<BoardGrid> by_quadrangles(const GreyImage& image, const cv::Size& size) {
   const cv::Mat view = view_of(image);
   const double scale = std::min(1.0, std::sqrt(kQuadrangles_px / double(view.total())));
@@ -273,10 +272,10 @@ std::optional<BoardGrid> by_quadrangles(const GreyImage& image, const cv::Size& 
   return board_of(image, grid_of(size.height, size.width, corners));
 }
 
-/// Board found in a picture, whole or in part.
+/// Board found in a picture, complete or in part.
 struct SeenBoard {
-  std::optional<BoardGrid> whole, part;  ///< a part whose place on the board is beyond doubt
-  bool most = false;  ///< a regular grid of half as many corners or more is in the picture
+  std::optional<BoardGrid> whole, part;  ///< a part with a unique position on the board
+  bool most = false;  ///< the picture has a regular grid of at least half the corners
 };
 
 SeenBoard seen_board(const GreyImage& image, const Target& target) {
@@ -302,14 +301,14 @@ SeenBoard seen_board(const GreyImage& image, const Target& target) {
   return seen;
 }
 
-/// True when the picture shows the board that the target would be, were its squares counted.
+/// True if the board in the picture suggests that the target's size counts squares, not corners.
 bool squares_were_counted(const GreyImage& image, const Target& target) {
   return std::min(target.cols, target.rows) > 3 &&
          by_quadrangles(image, {target.cols - 1, target.rows - 1});
 }
 
-/// Turns the labels by half a turn unless the square inside corner (0, 0) is dark; a board that
-/// does not tell gets its columns to the right.
+/// Turns the labels by half a turn unless the square inside corner (0, 0) is dark; for an ambiguous
+/// board, makes columns run to the right.
 void orient(const GreyImage& image, const Target& target, BoardGrid& grid) {
   const bool turned = is_ambiguous(target) ? grid.at(0, grid.cols - 1).x() < grid.at(0, 0).x()
                                            : even_over_odd(image, grid) > 0;

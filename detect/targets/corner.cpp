@@ -26,15 +26,15 @@ constexpr double kPi = std::numbers::pi;
 
 constexpr int kMostSaddleSteps = 40;
 constexpr double kSaddleConverged_px = 1e-4;
-constexpr double kCentred_px = 0.02;  ///< where the window is about the corner well enough
-constexpr int kDirections = 36;       ///< directions in half a turn, for the start
+constexpr double kCentred_px = 0.02;  ///< largest offset of the window from the corner
+constexpr int kDirections = 36;       ///< directions per half turn, for the initial values
 constexpr double kFirstBlur_px = 0.8, kLeastBlur_px = 0.15;
-/// Least sine of the angle between the two edges; below it they are one line.
+/// Least sine of the angle between the edges; below it they count as one line.
 constexpr double kLeastSine = 0.2;
-/// The window's rim, over which weights fall to nothing, so that none jumps as the centre moves.
+/// Width of the window's rim, over which weights fall to zero, so that none jumps when it moves.
 constexpr double kRim_px = 1.5;
 
-/// cx, cy, direction of either edge, m, k, log s, g.
+/// Parameters: cx, cy, directions of both edges, m, k, log s, g.
 using Parameters = Eigen::Matrix<double, 9, 1>;
 enum Index {
   kX = 0,
@@ -48,9 +48,9 @@ enum Index {
   kLightY = 8
 };
 
-/// Score of a corner's place per direction. Neighbouring pixels have correlated noise, so each
-/// eighth of a turn is one observation, together with the opposite one, which cancels what a
-/// symmetric misfit contributes.
+/// Score of a corner's position by direction. Noise of neighbouring pixels is correlated, so each
+/// eighth of a turn is one observation, together with the opposite one, which cancels the effect of
+/// symmetric misfits.
 class Scores {
  public:
   void add(const Vector2d& from_centre, const Vector2d& score) {
@@ -63,14 +63,14 @@ class Scores {
   Eigen::Matrix<double, 2, 4> scores_ = Eigen::Matrix<double, 2, 4>::Zero();
 };
 
-/// True when a corner's information determines it along both axes.
+/// True if the information of a corner determines it along both axes.
 bool determines_point(const Matrix2d& information) {
   const double trace = information.trace();
   return trace > 0 && information.determinant() >= 1e-4 * trace * trace;
 }
 
 struct Pixel {
-  Vector2d at;  ///< from the first centre
+  Vector2d at;  ///< relative to the first centre
   double level = 0, weight = 1;
 };
 
@@ -91,9 +91,9 @@ std::vector<Pixel> window_of(const GreyImage& image, const Vector2d& centre, dou
   return window;
 }
 
-/// Directions of the two edges whose quarters explain the levels best: per direction the mean of
-/// opposite levels, so that neither the light's gradient nor a start beside the corner matters
-/// much.
+/// Directions of the two edges whose quadrants explain the levels best. Uses the mean of opposite
+/// levels per direction, so that a gradient of the light or an off-centre start has little
+/// effect.
 std::optional<Parameters> start_of(const std::vector<Pixel>& window, double radius) {
   std::array<double, kDirections> sums{}, weights{};
   for (const Pixel& pixel : window) {
@@ -103,7 +103,7 @@ std::optional<Parameters> start_of(const std::vector<Pixel>& window, double radi
     sums[bin] += pixel.weight * pixel.level;
     weights[bin] += pixel.weight;
   }
-  // Sums up to each direction, so that a sector's is a difference.
+  // Cumulative sums over directions, so that a sector's sum is a difference.
   std::array<double, kDirections + 1> level{}, weight{};
   for (std::size_t i = 0; i < kDirections; ++i) {
     level[i + 1] = level[i] + sums[i];
@@ -125,7 +125,7 @@ std::optional<Parameters> start_of(const std::vector<Pixel>& window, double radi
       found[kFirst] = kPi * static_cast<double>(a) / kDirections;
       found[kSecond] = kPi * static_cast<double>(b) / kDirections;
       found[kMiddle] = (in + out) / 2;
-      // Between the two edges both distances have opposite signs.
+      // Between the two edges the distances have opposite signs.
       found[kContrast] = (out - in) / 2;
       found[kBlur] = std::log(kFirstBlur_px);
       start = found;
@@ -134,8 +134,8 @@ std::optional<Parameters> start_of(const std::vector<Pixel>& window, double radi
   return start;
 }
 
-/// Mean of the product of two edges' signs under the blur, less the product of their means: the
-/// edges are not at right angles. Drezner and Wesolowsky 1990, over the angle.
+/// Correction for edges that are not perpendicular: mean of the product of the blurred signs of two
+/// edges minus the product of their means (Drezner and Wesolowsky 1990, integrated over the angle).
 class JointExcess {
  public:
   explicit JointExcess(double angle) {
@@ -163,7 +163,7 @@ class JointExcess {
   std::array<Node, 6> nodes_;
 };
 
-/// Beyond so many blurs from the nearer edge the two do not blend.
+/// Distance from the nearer edge, in blurs, beyond which the two edges do not interact.
 constexpr double kFar = 6;
 
 /// An edge through the corner.
@@ -173,8 +173,8 @@ struct Edge {
       : along(std::cos(direction), std::sin(direction)), normal(-along.y(), along.x()) {}
 };
 
-/// A point's distance from an edge in blurs, the sign of its side under the blur, and the sign's
-/// derivative where the other edge is far.
+/// Distance of a point from an edge in blurs, the blurred sign of its side, and that sign's
+/// derivative far from the other edge.
 struct Side {
   double sigmas = 0, value = 0, slope = 0;
   explicit Side(double distance) : sigmas(distance), value(distance < 0 ? -1 : 1) {
@@ -185,7 +185,7 @@ struct Side {
   [[nodiscard]] bool is_near() const { return std::abs(sigmas) < kFar; }
 };
 
-/// Two blurred edges that cross, with what every pixel asks of the parameters.
+/// Two blurred edges that cross, with the residuals and derivatives of every pixel.
 class Saddle {
  public:
   explicit Saddle(const Parameters& p)
@@ -197,9 +197,9 @@ class Saddle {
         sine_(std::sin(p[kSecond] - p[kFirst])),
         excess_(std::asin(cosine_)) {}
 
-  /// Level of a point and its derivatives by the parameters.
+  /// Level at a point, with its derivatives by the parameters.
   double level_of_point(const Vector2d& at, Parameters& derivatives) const;
-  /// Level of a pixel, the mean over its area, and its derivatives by the parameters.
+  /// Mean level over the area of a pixel, with its derivatives by the parameters.
   double level_at(const Vector2d& at, Parameters& derivatives) const;
 
  private:
@@ -244,10 +244,10 @@ double Saddle::level_of_point(const Vector2d& at, Parameters& derivatives) const
   return light * surface;
 }
 
-/// Gauss and Legendre's three points to each side of a pixel.
+/// Nodes of three-point Gauss-Legendre quadrature across a pixel.
 constexpr std::array<double, 3> kPixelPoints_px = {-0.3872983346207417, 0, 0.3872983346207417};
 constexpr std::array<double, 3> kPixelWeights = {5.0 / 18, 8.0 / 18, 5.0 / 18};
-/// Above so much blur the pixel's area is as good as a little more of it.
+/// Above this blur, integration over a pixel is equivalent to slightly more blur.
 constexpr double kBlurOfAreas_px = 0.6;
 
 double Saddle::level_at(const Vector2d& at, Parameters& derivatives) const {
@@ -295,7 +295,7 @@ bool is_corner(const Parameters& p, double radius) {
          std::abs(std::sin(p[kSecond] - p[kFirst])) > kLeastSine;
 }
 
-/// Levenberg and Marquardt's damping of Gauss-Newton, until a step moves the corner by less than
+/// Gauss-Newton with Levenberg-Marquardt damping until a step moves the corner by less than
 /// `converged_px`.
 std::optional<Parameters> fitted(const std::vector<Pixel>& window, Parameters p, double radius,
                                  double converged_px) {
@@ -314,7 +314,7 @@ std::optional<Parameters> fitted(const std::vector<Pixel>& window, Parameters p,
     }
     const Normal at_next = normal_at(window, next);
     if (at_next.squares > normal.squares) {
-      // No step makes it smaller any more: rounding, at the minimum.
+      // No step reduces the cost any more: rounding, at the minimum.
       if (step.head<2>().norm() < converged_px) return p;
       damping *= 10;
       continue;
@@ -327,7 +327,7 @@ std::optional<Parameters> fitted(const std::vector<Pixel>& window, Parameters p,
   return std::nullopt;
 }
 
-/// Squares of the centre's own part of the score, without what the other parameters take up.
+/// Squared scores of the centre after projecting out the other parameters.
 Matrix2d score_squares(const std::vector<Pixel>& window, const Parameters& p,
                        const Eigen::Matrix<double, 2, 7>& taken_up) {
   Scores scores;
@@ -344,7 +344,7 @@ Matrix2d score_squares(const std::vector<Pixel>& window, const Parameters& p,
 constexpr int kMaxIterations = 50;
 constexpr double kConverged_px = 1e-4;
 
-/// Grey levels around a place between pixels, one pixel wider than the window.
+/// Grey levels around a subpixel position, one pixel wider than the window.
 cv::Mat window_at(const cv::Mat& image, const Vector2d& centre_px, int half_window_px) {
   cv::Mat window;
   const int side = 2 * (half_window_px + 1) + 1;
@@ -355,7 +355,7 @@ cv::Mat window_at(const cv::Mat& image, const Vector2d& centre_px, int half_wind
   return window;
 }
 
-/// Calls visit(offset from the window's middle, gradient, weight) for each pixel of the window.
+/// Calls visit(offset from the window's centre, gradient, weight) for each pixel of the window.
 template <class Visit>
 void for_each_gradient(const cv::Mat& window, int half_window_px, const Visit& visit) {
   const double width = half_window_px;
@@ -370,12 +370,12 @@ void for_each_gradient(const cv::Mat& window, int half_window_px, const Visit& v
   }
 }
 
-/// The largest half window, up to the one asked for, that stays in the image.
+/// Largest half window inside the image, up to the requested one.
 int half_window_within(const cv::Mat& image, const Vector2d& px, int half_window_px) {
   if (!px.allFinite()) return 0;
   const double free_px =
       std::min({px.x(), px.y(), image.cols - 1 - px.x(), image.rows - 1 - px.y()});
-  // Gradients reach one pixel farther.
+  // Gradients need one more pixel.
   return free_px < 1 ? 0 : std::min(half_window_px, static_cast<int>(std::floor(free_px - 1)));
 }
 
@@ -412,7 +412,7 @@ std::optional<CornerPoint> point_of_gradients(const GreyImage& picture, const Ve
   return std::nullopt;
 }
 
-/// Degree of the polynomial in the board's plane that bends a projective map as a lens does: at
+/// Degree of the polynomial in the board's plane that models lens distortion of the homography: at
 /// least two and a half corners for each of its terms.
 int degree_for(std::size_t corners) {
   for (const int degree : {4, 3, 2}) {
@@ -430,8 +430,8 @@ Eigen::VectorXd terms_at(const Vector2d& at, int degree) {
   return terms;
 }
 
-/// Variance of a corner along one axis, px^2, from what a smooth map of the board's plane leaves:
-/// the best projective map, then a polynomial in its image. The median is robust (2 ln 2 of a
+/// Variance of a corner along one axis, px^2, from the residuals of a smooth map of the board's
+/// plane: the best homography, then a polynomial of its image. The median is robust (2 ln 2 for a
 /// circular normal error).
 std::optional<double> scatter_px2(const Target& target, const FrameDetections& frame) {
   const std::size_t corners = frame.detections.size();
@@ -459,7 +459,7 @@ std::optional<double> scatter_px2(const Target& target, const FrameDetections& f
     design.row(row) = terms_at((flat[i] - middle) / size, degree).transpose();
     off.row(row) = (seen[i] - flat[i]).transpose();
   }
-  // Three passes in which a corner far off weighs less and less (Huber).
+  // Three reweighted passes (Huber) reduce the influence of outlying corners.
   Eigen::VectorXd weights = Eigen::VectorXd::Ones(static_cast<Eigen::Index>(corners));
   std::vector<double> squares(corners);
   double typical = 0;
@@ -468,7 +468,7 @@ std::optional<double> scatter_px2(const Target& target, const FrameDetections& f
     const auto normal = (design.transpose() * weighted).ldlt();
     const Eigen::MatrixX2d left = off - design * normal.solve(weighted.transpose() * off);
     for (std::size_t i = 0; i < corners; ++i) {
-      // The part of its own error that a corner takes up is not left over.
+      // Corrects for the share of a corner's error that the fit absorbs.
       const auto row = static_cast<Eigen::Index>(i);
       const double own = design.row(row).dot(normal.solve(weighted.row(row).transpose()));
       squares[i] = left.row(row).squaredNorm() / std::max(1 - own, 0.05);
@@ -494,7 +494,7 @@ std::optional<CornerPoint> fit_saddle(const GreyImage& image, const Vector2d& st
   if (!start) return std::nullopt;
   auto p = fitted(window, *start, radius_px, kCentred_px);
   if (!p) return std::nullopt;
-  // Once more in a window about the corner itself: what the model leaves is symmetric there.
+  // Repeats in a window centred on the corner, in which remaining model errors are symmetric.
   middle += p->head<2>();
   window = window_of(image, middle, radius_px);
   if (window.empty()) return std::nullopt;
