@@ -25,8 +25,8 @@ namespace {
 using units::mm;
 using Points = std::vector<Correspondence>;
 
-/// Points whose pixels are moved from the centroid of the dot's image to the image of the dot's
-/// centre, as the camera predicts it for level dots of this diameter (Heikkila 2000).
+/// Shifts pixels from the centroid of each dot's image to the image of its centre, as predicted by
+/// the camera for level dots of this diameter (Heikkila 2000).
 std::vector<Correspondence> without_eccentricity(const std::vector<Correspondence>& points,
                                                  const Camera& camera, double dot_diameter_m) {
   std::vector<Correspondence> corrected = points;
@@ -58,7 +58,7 @@ TsaiStep step_of(const Camera& camera, const Points& points) {
           lens.kappa1_per_m2 * mm * mm, residuals_of(camera, points).rms_px};
 }
 
-/// Stage 1 and the linear part of stage 2.
+/// Result of stage 1 and of the linear part of stage 2.
 struct LinearStart {
   std::optional<RadialAlignment> alignment;
   std::optional<FocalAndDepth> depth;
@@ -70,7 +70,7 @@ LinearStart start_from_heights(const Points& points, const TsaiSensor& sensor) {
   return start;
 }
 
-/// One plane fixes the rotation up to a mirror image; the focal length's sign tells which.
+/// One plane determines the rotation up to a reflection, which the focal length's sign resolves.
 LinearStart start_from_plane(Points points, const TsaiSensor& sensor) {
   const double height_m = points.front().point_in_world.z();
   for (Correspondence& point : points) point.point_in_world.z() = 0;
@@ -145,10 +145,10 @@ bool all_project(const Camera& camera, const Points& points) {
 
 struct Fit {
   Refinement refinement;
-  Points points;  ///< with the pixels that were fitted
+  Points points;  ///< with the pixels used in the fit
 };
 
-/// Stage 3 with the dots' eccentricity predicted by the camera that results.
+/// Runs stage 3, with the eccentricity of the dots predicted by the resulting camera.
 Fit fit_all(const Camera& start, const Points& measured, double dot_diameter_m, TsaiFree free,
             const CalibOptions& options) {
   Fit fit{{start, false, 0, 0}, measured};
@@ -163,21 +163,21 @@ Fit fit_all(const Camera& start, const Points& measured, double dot_diameter_m, 
   return fit;
 }
 
-/// Robust standard deviation of a point distance per coordinate, from the median.
+/// Robust standard deviation per coordinate of the point distances, from their median.
 double robust_sigma_px(const Camera& camera, const Points& points) {
   std::vector<double> distances;
   for (const Correspondence& point : points) distances.push_back(distance_px(camera, point));
   return median(std::move(distances)) / kRayleighMedian;
 }
 
-/// Takes out the points too far off to be noise; returns those that stay.
+/// Removes points too far off to be noise; returns the rest.
 Points without_outliers(const Points& measured, const Fit& fit, const CalibOptions& options,
                         CameraReport& report) {
   const double limit = options.outlier_sigmas * robust_sigma_px(fit.refinement.camera, fit.points);
   Points kept;
   for (std::size_t i = 0; i < measured.size(); ++i) {
     const double distance = distance_px(fit.refinement.camera, fit.points[i]);
-    // A hundredth of a pixel is never an outlier, however good the other points are.
+    // Up to a hundredth of a pixel is never an outlier, however good the other points are.
     if (distance <= std::max(limit, 0.01)) {
       kept.push_back(measured[i]);
       continue;
@@ -190,12 +190,12 @@ Points without_outliers(const Points& measured, const Fit& fit, const CalibOptio
 }
 
 WorkedPoint worked_point(const Camera& camera, const Points& points) {
-  // A dot of the target is sure to project.
+  // A dot of the target always projects.
   const Eigen::Vector3d point = points[points.size() / 2].point_in_world;
   return {point, project(camera.model, camera.cam_from_world * point)->px};
 }
 
-/// Why the camera must not be used, or "good".
+/// Reason why the camera must not be used, or "good".
 std::string status_of(const CameraReport& report, const Fit& fit, bool has_covariance,
                       std::size_t measured, const CalibOptions& options) {
   const auto rejected = static_cast<double>(report.rejected.size());
@@ -225,8 +225,8 @@ std::string status_of(const CameraReport& report, const Fit& fit, bool has_covar
   return "good";
 }
 
-/// Covariance with the marks' own noise, enlarged when the residuals are larger than that noise
-/// (what the lens model leaves over acts like noise of the same size).
+/// Covariance from the marks' own noise, enlarged if residuals exceed it, since errors of the lens
+/// model act like noise of that size.
 Eigen::MatrixXd scaled_covariance(const Fit& fit, TsaiFree free, CameraReport& report) {
   Eigen::MatrixXd covariance = tsai_covariance(fit.refinement.camera, fit.points, free);
   const double dof = 2.0 * static_cast<double>(fit.points.size()) - free_parameters(free);
@@ -249,11 +249,11 @@ void note_one_plane(bool estimate_scale_x, CameraReport& report) {
 }
 
 struct CameraResult {
-  std::optional<CalibratedCamera> calibrated;  ///< absent when there is nothing to write
+  std::optional<CalibratedCamera> calibrated;  ///< absent if there is no result
   CameraReport report;
 };
 
-/// All stages of Tsai's method for one camera.
+/// Runs all stages of Tsai's method for one camera.
 CameraResult calibrate_camera(const Points& measured, const RigCamera& rig_camera,
                               double dot_diameter_m, bool estimate_scale_x,
                               const CalibOptions& options) {

@@ -15,14 +15,14 @@
 namespace drape::calib {
 
 struct CalibOptions {
-  /// Verdict: largest RMS distance of the target's points from their rays, a tenth of the virtual
+  /// Verdict: largest RMS distance of the target's points from their rays; a tenth of the virtual
   /// cloth's default spacing.
   double max_rms_mm = 0.25;
-  double max_centre_sd_percent = 1;  ///< verdict: of the focal length; above, not determined
-  double max_focal_sd_percent = 2;   ///< verdict: above, focal length and distance are not
+  double max_centre_sd_percent = 1;  ///< verdict: above, the image centre is undetermined
+  double max_focal_sd_percent = 2;   ///< verdict: above, focal length and distance are undetermined
   bool correct_eccentricity = true;  ///< eccentricity of the dots' images (Heikkila 2000)
-  double outlier_sigmas = 6;         ///< dots farther off (robust sigma) are rejected by name
-  double max_outliers_percent = 3;   ///< more than these and the camera fails
+  double outlier_sigmas = 6;  ///< dots with larger residuals (robust sigma) are rejected by name
+  double max_outliers_percent = 3;  ///< a camera with more rejected dots fails
   int max_iterations = 200;
 };
 void fields(Fields& f, CalibOptions& options);
@@ -30,35 +30,35 @@ void fields(Fields& f, CalibOptions& options);
 /// One stage of Tsai's method for one camera.
 struct TsaiStep {
   double focal_mm = 0, tz_mm = 0, kappa1_per_mm2 = 0;
-  double rms_px = 0;  ///< distorted image, point distance
+  double rms_px = 0;  ///< point distance in the distorted image
 };
 
 struct CameraReport {
   std::string camera;
   std::string status;  ///< "good", or why the camera's result must not be used
   int points = 0;
-  int planes = 0;               ///< heights of the target
-  bool origin_shifted = false;  ///< Ty was too near 0 for stage 1
+  int planes = 0;               ///< number of heights of the target
+  bool origin_shifted = false;  ///< true if Ty was too close to 0 for stage 1
   double stage1_ty_mm = 0;
-  double stage1_scale_x = 1;  ///< Tsai's s_x from stage 1, a check when it is kept at 1
-  TsaiStep basic;             ///< after stage 2; never a result (f and Tz are inseparable)
+  double stage1_scale_x = 1;  ///< Tsai's s_x from stage 1, a check if it is fixed at 1
+  TsaiStep basic;             ///< after stage 2, for information only: f and Tz are inseparable
   TsaiStep full;              ///< after stage 3
   ClassicalErrors errors;     ///< errors after the full optimisation
   int iterations = 0;
-  double max_eccentricity_px = 0;  ///< largest correction of a dot's centre
+  double max_eccentricity_px = 0;  ///< largest correction of a dot centre
   double focal_sd_mm = 0;
-  double centre_sd_px = 0;            ///< larger of the two coordinates
+  double centre_sd_px = 0;            ///< larger of the two coordinates of the image centre
   double object_rms_mm = 0;           ///< distance of the target's points from their rays
-  double chi2_per_dof = 0;            ///< against the marks' covariances
+  double chi2_per_dof = 0;            ///< relative to the marks' covariances
   std::optional<StageCheck> stages;   ///< motion of the target on its z stage
-  std::vector<std::string> notes;     ///< limits of these data
-  std::vector<std::string> rejected;  ///< dots not used, with set, index and reason
+  std::vector<std::string> notes;     ///< limitations of these data
+  std::vector<std::string> rejected;  ///< unused dots, with set, index and reason
 
   [[nodiscard]] bool good() const { return status == "good"; }
 };
 
 struct CalibReport {
-  std::vector<CameraReport> cameras;  ///< in the rig's order
+  std::vector<CameraReport> cameras;  ///< in the order of the rig
   [[nodiscard]] bool good() const;
 };
 
@@ -68,12 +68,12 @@ struct CalibResult {
 };
 
 /// Calibrates each camera of the rig with Tsai's method for points at several heights (Tsai 1987,
-/// non-coplanar; paper section 5), or on one plane where the rig has one stage (coplanar): radial
+/// non-coplanar; paper section 5), or on one plane if the rig has a single stage (coplanar): radial
 /// alignment, then f, Tz and kappa1, then all parameters together on distorted pixels. World: the
 /// target in its reference pose, so a dot of the stage at height z is (x, y, z). Throws
-/// Error(bad_input) with camera and set when the data cannot calibrate: a stage or camera missing,
-/// too few points, one plane parallel to the image, mirrored points, not finite. A fit that does
-/// not converge or is ill-conditioned is a status in the Report.
+/// Error(bad_input) with camera and set if the data cannot calibrate: a missing stage or camera,
+/// too few points, one plane parallel to the image, mirrored points, values that are not finite. A
+/// fit that does not converge or is ill-conditioned is a status in the Report.
 [[nodiscard]] CalibResult calibrate_tsai(const Detections& detections, const Rig& rig,
                                          const Target& target, const CalibOptions& options);
 

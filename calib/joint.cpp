@@ -35,7 +35,7 @@ std::size_t count_points(const JointModel& model) {
   return points;
 }
 
-/// A camera's points with their places in the world, for the measures shared with Tsai's method.
+/// Points of a camera with their world positions, for the measures shared with Tsai's method.
 std::vector<Correspondence> correspondences(const JointModel& model, std::size_t camera) {
   std::vector<Correspondence> points;
   for (const JointFrame& frame : model.frames) {
@@ -108,13 +108,13 @@ double largest_eccentricity(const JointModel& model) {
   return largest;
 }
 
-/// Least placements that can tell each point of a board from its drawing. Below the second number
-/// the intervals of free points are too narrow, and a bent board is left only where it is off by
-/// twice their error.
+/// Smallest number of placements that can locate each point of a board, and the number from which
+/// the intervals of free points are wide enough. In between, free points are chosen only if they
+/// halve the held-out error.
 constexpr std::size_t kViewsOfABoard = 6, kViewsOfASureBoard = 8;
 
-/// Chooses board and lens by held-out error, without the views and points that lie off the richest
-/// fit; the tables go into the report. Returns the fit's start.
+/// Chooses board and lens by held-out error, without the views and points that are outliers of the
+/// richest fit, and puts the tables into the report. Returns the start of the fit.
 JointModel chosen(const JointModel& first, JointFit& fit, const JointCleaning& cleaning,
                   const JointOptions& options, JointReport& report) {
   const bool any_lens = !options.lens && !options.known_lenses;
@@ -125,7 +125,7 @@ JointModel chosen(const JointModel& first, JointFit& fit, const JointCleaning& c
   JointFit rich = fit;
   if (any_lens) rich.lens = LensTerms::k1_k2_p1_p2_k3;
   if (any_board) rich.board = BoardKind::free;
-  // Heights of stages are judged later: here all but the first are free.
+  // Heights of stages are checked later; here only the first stage is fixed.
   JointModel loose = first;
   bool world_kept = false;
   for (Placement& placement : loose.placements)
@@ -136,7 +136,7 @@ JointModel chosen(const JointModel& first, JointFit& fit, const JointCleaning& c
   for (; !off.empty() && 3 * off.size() <= clean.frames.size(); off.pop_back())
     clean.frames.erase(clean.frames.begin() + static_cast<std::ptrdiff_t>(off.back()));
   static_cast<void>(reject_outliers(clean, cleaning));
-  std::vector<HeldOut> best;  // lens of each board
+  std::vector<HeldOut> best;  // best lens for each board
   std::vector<std::vector<HeldOut>> tables;
   for (const BoardKind board : {any_board ? BoardKind::bow : fit.board, BoardKind::free}) {
     JointFit candidate = rich;
@@ -173,7 +173,7 @@ JointModel chosen(const JointModel& first, JointFit& fit, const JointCleaning& c
   return start;
 }
 
-/// The further pose of the target that would lower the calibration's part of a measured point most.
+/// Describes the target pose that would most reduce the calibration's share in a point's error.
 std::string next_view(const Calibration& calibration, const JointModel& model,
                       const JointReport& report) {
   constexpr int kPlacesPerSide = 2;
@@ -201,14 +201,14 @@ std::string next_view(const Calibration& calibration, const JointModel& model,
       *report.volume_sd_mm * next->calibration_m / planner.now().calibration_m);
 }
 
-/// A fit and the covariance that may be stated for it, in file units.
+/// A fit with the covariance that may be stated for it, in file units.
 struct StatedFit {
   JointSolution solution;
   JointCovariance covariance;
   ViewScatter scatter;
 };
 
-/// Weighted sum of squares over the degrees of freedom.
+/// Weighted sum of squares per degree of freedom.
 double chi2_per_dof(const JointSolution& solution, const JointFit& fit) {
   std::size_t points = 0;
   for (const JointFrame& frame : solution.model.frames) points += frame.points.size();
@@ -217,7 +217,7 @@ double chi2_per_dof(const JointSolution& solution, const JointFit& fit) {
 
 StatedFit with_uncertainty(JointSolution solution, const JointFit& fit) {
   StatedFit out;
-  // Views enough to free the board tell the points' noise better than a stated one does.
+  // With enough views for free points, residuals show the points' noise better than a statement.
   const double noise = chi2_per_dof(solution, fit);
   out.scatter = scatter_of_views(solution.model, fit,
                                  fit.board == BoardKind::free ? noise : std::max(1.0, noise));
@@ -226,9 +226,9 @@ StatedFit with_uncertainty(JointSolution solution, const JointFit& fit) {
   return out;
 }
 
-/// Covariance by the views' scatter, with what the choice of lens and board leaves open: the other
-/// fits' covariances and distances, by the probability that other views would have chosen them
-/// (Buckland, Burnham and Augustin 1997).
+/// Covariance from the scatter of the views and the uncertain choice of lens and board: averages
+/// the covariances and differences of the other fits, weighted by the probability that other views
+/// would select them (Buckland, Burnham and Augustin 1997).
 StatedFit with_choices(const JointSolution& solution, const JointFit& fit,
                        const JointCleaning& cleaning, const JointReport& report) {
   constexpr double kRare = 0.005;
@@ -263,7 +263,7 @@ StatedFit with_choices(const JointSolution& solution, const JointFit& fit,
   return chosen;
 }
 
-/// Covariances with the choices of lens and board in them.
+/// Adds covariances that include the choice of lens and board.
 void add_uncertainty(const JointSolution& solution, const JointFit& fit,
                      const JointCleaning& cleaning, const JointOptions& options,
                      JointResult& result) {
@@ -285,14 +285,14 @@ void add_uncertainty(const JointSolution& solution, const JointFit& fit,
   add_scale_uncertainty(calibration.joint_covariance, model, options.scale_uncertainty);
 }
 
-/// Sets that calibrate.
+/// Sets used for calibration.
 std::vector<std::string> sets_of(const Rig& rig) {
   std::vector<std::string> sets = rig.free_poses;
   for (const TargetStage& stage : rig.stages) sets.push_back(stage.set);
   return sets;
 }
 
-/// The first stage keeps the world; the others lie where the views say.
+/// Keeps the first stage as the world and makes the other stages free.
 Rig with_free_stages(Rig rig) {
   if (rig.stages.size() < 2) return rig;
   std::vector<std::string> free;
@@ -303,7 +303,7 @@ Rig with_free_stages(Rig rig) {
   return rig;
 }
 
-/// Lets the measured lengths say how large the print is.
+/// Determines the scale of the print from the measured lengths.
 void take_lengths(JointModel& model, const Target& target) {
   if (!(model.board.information(4, 4) > 0))
     model.board.information(4, 4) = 1 / (print_sd * print_sd);
@@ -313,13 +313,13 @@ void take_lengths(JointModel& model, const Target& target) {
                              known.length_m / units::mm, known.standard_uncertainty_m / units::mm});
 }
 
-/// Takes out the views that stay off as a whole, and fits again. Not where they are no minority: a
-/// camera or a stage that moved is for the verdict to name.
+/// Removes views that are outliers as a whole, and fits again. Does nothing if they are no
+/// minority: a camera or stage that moved must be named by the verdict instead.
 void drop_views(JointSolution& solution, const JointFit& fit, const JointCleaning& cleaning,
                 std::vector<std::string>& rejected) {
   JointModel& model = solution.model;
   std::vector<std::size_t> off = frames_off(model, cleaning);
-  // A stage that is off is for the check of the stages to name.
+  // A wrong stage is reported by the check of the stages.
   const auto known = std::count_if(model.placements.begin(), model.placements.end(),
                                    [](const Placement& placement) { return placement.known; });
   std::erase_if(off, [&](std::size_t f) {
@@ -349,8 +349,8 @@ void drop_views(JointSolution& solution, const JointFit& fit, const JointCleanin
   solution = fit_joint(model, fit, cleaning);
 }
 
-/// A camera that sees none of its points where they are is not calibrated, by whatever the others
-/// agree on.
+/// Throws if a camera's points all lie off their predicted positions: it is not calibrated, even if
+/// the others agree.
 void require_points(const JointModel& model, const JointModel& all_points, const JointFit& fit,
                     const JointCleaning& cleaning) {
   std::vector<std::size_t> points(model.cameras.size(), 0);
@@ -476,7 +476,7 @@ JointResult calibrate_joint(const Detections& detections, const Rig& rig, const 
                             const JointOptions& options) {
   check_record(options.common);
   check_record(options);
-  // Without a stage the lengths are the print's scale, else the heights are.
+  // Without stages the print's scale comes from the lengths, else from the heights.
   const bool scaled = options.board.value_or(BoardKind::free) == BoardKind::free &&
                       rig.stages.empty() && !target.known_lengths.empty();
   check_known_lengths(target, scaled ? print_sd : 0);

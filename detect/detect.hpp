@@ -39,7 +39,7 @@ struct DetectReport {
   int marks = 0;                          ///< measured and labelled, over all frames
   int islands = 0;                        ///< measured, in lattice pieces without labels
   std::optional<double> median_sigma_px;  ///< median over the marks, root of half the trace
-  std::optional<double> dot_size_ratio;   ///< ratio of measured to stated dot diameter
+  std::optional<double> dot_size_ratio;   ///< median over the marks of sqrt(trace / 2)
   std::map<std::string, int> rejections_by_reason;  ///< counts by reason, without the figures in it
   std::map<std::string, int> not_in_rig;  ///< pictures of cameras missing from the rig, by camera
   /// Pictures in which marks are missing but required, such as "set drape_A, camera cam1". A free

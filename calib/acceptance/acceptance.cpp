@@ -34,7 +34,7 @@ using Eigen::Vector2d;
 using Eigen::Vector3d;
 using units::mm;
 
-/// Covariance of the cameras' parameters, camera after camera; empty when none is stated.
+/// Covariance of the parameters of all cameras in order; empty if none is stated.
 MatrixXd calibration_covariance(const Calibration& calibration) {
   Index size = 0, stated = 0;
   for (const CalibratedCamera& camera : calibration.cameras) {
@@ -53,8 +53,8 @@ MatrixXd calibration_covariance(const Calibration& calibration) {
   return all;
 }
 
-/// The plate that calibrated measures itself by its own size, right or wrong: what calibration says
-/// of the print's scale does not enter.
+/// Removes the print's scale from the covariance: the plate that calibrated the rig measures itself
+/// in units of its own size, whether that is right or wrong.
 MatrixXd without_print_scale(MatrixXd covariance, const Calibration& calibration, double scale) {
   if (covariance.size() == 0 || !(scale > 0)) return covariance;
   Eigen::VectorXd growth = Eigen::VectorXd::Zero(covariance.rows());
@@ -66,7 +66,7 @@ MatrixXd without_print_scale(MatrixXd covariance, const Calibration& calibration
   return covariance - scale * scale * growth * growth.transpose();
 }
 
-/// The NO-GO that this test would rest on.
+/// Reason if an input of this test is NO-GO.
 std::optional<std::string> reason_against(const AcceptanceInput& input,
                                           const Calibration& calibration) {
   if (calibration.no_go) return "the calibration is NO-GO: " + *calibration.no_go;
@@ -85,7 +85,7 @@ std::vector<std::string> names_that_calibrated(const Detections& tested,
   return names;
 }
 
-/// Throws Error(usage) where a set of --repeats is not among the detections, or named twice.
+/// Throws Error(usage) if a set of --repeats is missing from the detections or named twice.
 void check_repeats(const AcceptanceInput& input) {
   const std::vector<std::string> there = sets_of(input.target);
   for (auto set = input.repeats.begin(); set != input.repeats.end(); ++set) {
@@ -97,13 +97,13 @@ void check_repeats(const AcceptanceInput& input) {
   }
 }
 
-/// Points this far off, in stated standard deviations, are not noise; cameras that moved a little
-/// are judged elsewhere.
+/// Residual, in stated standard deviations, beyond which a point is not noise; cameras that moved
+/// slightly are detected elsewhere.
 constexpr double kGross = 10;
 constexpr std::size_t kSetsTried = 3;
 
-/// Median distance of the points from where the cameras together see them, in stated standard
-/// deviations; infinite where most do not meet at all.
+/// Median distance of the image points from the common solution of all cameras, in stated standard
+/// deviations; infinite if most rays do not meet.
 double disagreement(const Detections& detections, const Calibration& calibration) {
   std::vector<double> distances;
   for (const std::string& set : sets_of(detections)) {
@@ -132,7 +132,7 @@ double disagreement(const Detections& detections, const Calibration& calibration
   return median(std::move(distances));
 }
 
-/// A simple mistake, and how a frame would be without it.
+/// A simple mistake, with a function that undoes it for a frame.
 struct Mistake {
   std::string sentence;
   std::function<void(FrameDetections&)> undo;
@@ -198,7 +198,7 @@ std::vector<Mistake> mistakes(const Calibration& calibration, const MarkLattice&
   return list;
 }
 
-/// True where the cameras see the unprinted side in most positions.
+/// True if the cameras see the unprinted side in most positions.
 bool seen_from_behind(const Calibration& calibration, const std::vector<Position>& positions) {
   std::size_t behind = 0;
   for (const Position& position : positions) {
@@ -212,8 +212,8 @@ bool seen_from_behind(const Calibration& calibration, const std::vector<Position
   return 2 * behind > positions.size();
 }
 
-/// Cameras that are exchanged or mirrored, or a plate whose labels are: what to say of it, empty
-/// where the cameras agree or nothing simple explains why they do not.
+/// Message about exchanged or mirrored cameras, or a plate with wrong labels; empty if the cameras
+/// agree or none of these explains their disagreement.
 std::string exchanged_or_mirrored(const Detections& detections, const Calibration& calibration,
                                   const Plate& plate, const std::vector<Position>& positions) {
   Detections some = detections;
@@ -238,7 +238,7 @@ std::string exchanged_or_mirrored(const Detections& detections, const Calibratio
     for (FrameDetections& frame : without.frames) mistake.undo(frame);
     const double left = disagreement(without, calibration);
     if (left >= least) continue;
-    // Mirrored images of all cameras agree in a mirrored world.
+    // Mirrored images from all cameras agree, but in a mirrored world.
     if (seen_from_behind(calibration, positions_of(without, calibration, plate))) continue;
     least = left;
     best = mistake.sentence;
@@ -249,7 +249,7 @@ std::string exchanged_or_mirrored(const Detections& detections, const Calibratio
 constexpr double kLeastOutOfPlane_deg = 20;
 constexpr double kLeastOfVolume = 2.0 / 3;
 
-/// Largest angle between a measured length and the plane nearest to all of them.
+/// Largest angle between a measured length and the plane that best fits all of them.
 double out_of_plane_deg(const std::vector<Position>& positions, const Target& target) {
   std::vector<Vector3d> directions;
   Eigen::Matrix3d scatter = Eigen::Matrix3d::Zero();
@@ -268,7 +268,7 @@ double out_of_plane_deg(const std::vector<Position>& positions, const Target& ta
   return std::asin(std::min(1.0, most)) / units::deg;
 }
 
-/// Lengths of the box along x, y and z that holds all points of all positions.
+/// Dimensions along x, y and z of the box around all points of all positions.
 Vector3d extent_mm(const std::vector<Position>& positions) {
   Eigen::AlignedBox3d box;
   for (const Position& position : positions)
@@ -276,7 +276,7 @@ Vector3d extent_mm(const std::vector<Position>& positions) {
   return box.isEmpty() ? Vector3d::Zero() : Vector3d(box.sizes());
 }
 
-/// Reasons for which a check within its limits is no acceptance; empty: it is one.
+/// Reasons why a check within its limits is not a full acceptance; empty if it is one.
 std::vector<std::string> lacks_of(const AcceptanceInput& input, const Calibration& calibration,
                                   const Plate& plate, const std::vector<Position>& positions,
                                   const AcceptanceOptions& options) {
@@ -378,7 +378,7 @@ Acceptance accept(const AcceptanceInput& input, const Calibration& calibration, 
   MatrixXd covariance = calibration_covariance(calibration);
   if (options.own_target) covariance = without_print_scale(covariance, calibration, print);
   const Draws draws(covariance, options.draws);
-  // Five figures, the plate's growth and bow, and a place for every camera.
+  // Five figures, growth and bow of the plate, and a motion for each camera.
   FigureContext context;
   context.draws = &draws;
   context.false_no_go = options.false_no_go / (7 + static_cast<double>(calibration.cameras.size()));

@@ -13,39 +13,39 @@
 
 namespace drape::calib {
 
-/// Maximum permissible errors and what the test needs (after VDI/VDE 2634 and ISO 10360-13). An
-/// error that is not stated here follows from the uncertainties of calibration, marks and print.
-/// Where the operator states the length error, a change since the calibration that he thereby
-/// permits is a warning.
+/// Maximum permissible errors and requirements of the test (after VDI/VDE 2634 and ISO 10360-13). A
+/// limit that is not stated follows from the uncertainties of calibration, marks and print. If the
+/// operator states the length error, a change since the calibration within that limit is only a
+/// warning.
 struct AcceptanceOptions {
   std::optional<double> max_length_error_mm;
   std::optional<double> max_flatness_mm;
   std::optional<double> max_shift_error_mm;
   std::optional<double> max_sphere_form_mm;
-  std::optional<double> max_sphere_size_mm;  ///< error of its diameter
-  double max_noise_ratio = 1.5;        ///< scatter of repeats over the stated standard deviation
-  double shift_uncertainty_mm = 0.01;  ///< standard uncertainty of a height in rig.toml
-  int least_positions = 7;             ///< places of the target, five lengths each
-  Eigen::Vector2d bow_mm = Eigen::Vector2d::Zero();  ///< bow of the plate, edges above the middle
-  Eigen::Vector2d bow_sd_mm = Eigen::Vector2d::Zero();  ///< its standard uncertainty
-  bool own_target = true;      ///< the plate measured here is the one that calibrated
-  double false_no_go = 0.005;  ///< part of the instruments without a fault, all figures together
-  int draws = 2000;            ///< number of Monte Carlo draws of the uncertainty
+  std::optional<double> max_sphere_size_mm;  ///< limit for the error of the ball's diameter
+  double max_noise_ratio = 1.5;  ///< largest ratio of the repeats' scatter to the stated deviation
+  double shift_uncertainty_mm = 0.01;  ///< standard uncertainty of the heights in rig.toml
+  int least_positions = 7;             ///< required positions of the target, with five lengths each
+  Eigen::Vector2d bow_mm = Eigen::Vector2d::Zero();  ///< bow of the plate: edges above the centre
+  Eigen::Vector2d bow_sd_mm = Eigen::Vector2d::Zero();  ///< standard uncertainty of the bow
+  bool own_target = true;      ///< the plate measured here also calibrated the rig
+  double false_no_go = 0.005;  ///< probability of NO-GO without a fault, for all figures together
+  int draws = 2000;            ///< number of Monte Carlo draws
 };
 void fields(Fields& f, AcceptanceOptions& options);
 
-/// A ball with the print on it: marks of known names on a sphere of known size.
+/// A ball with printed marks: marks with known names on a sphere of known size.
 struct SphereInput {
   Detections marks;
   double diameter_mm = 0;              ///< over the print
   double standard_uncertainty_mm = 0;  ///< standard uncertainty of the diameter
 };
 
-/// Detections behind a calibration, as far as its record tells.
+/// Detections that a calibration used, as far as its record identifies them.
 struct CalibrationEvidence {
-  std::optional<Detections> detections;  ///< detections that calibration.json's `sets` calibrated
+  std::optional<Detections> detections;  ///< detections of calibration.json's `sets`
   std::string file;                      ///< file of the detections
-  std::string missing;                   ///< why there are none; a clause
+  std::string missing;                   ///< reason why there are none, as a clause
 };
 
 struct AcceptanceInput {
@@ -53,52 +53,52 @@ struct AcceptanceInput {
   std::vector<std::string> repeats;  ///< sets of the target at rest
   std::optional<SphereInput> sphere;
   CalibrationEvidence calibrated = {};
-  std::string file = {};  ///< name of the file of `target`, for messages
+  std::string file = {};  ///< file name of `target` for messages
 };
 
-/// One acceptance figure. Conformity is proven when value and U together stay within the limit
-/// (ISO 14253-1).
+/// One figure of merit. Conformity is proven if value plus U stays within the limit (ISO
+/// 14253-1).
 struct AcceptanceFigure {
   std::string name, where;  ///< e.g. "length error", "set pose_03, (0, 0) to (8, 11)"
   std::string unit;
-  double value = 0;           ///< largest found, not negative
-  double expanded = 0;        ///< U: what 95 % of instruments without a fault stay within
-  double limit = 0;           ///< maximum permissible error
-  bool limit_stated = false;  ///< by the operator; otherwise it follows from the uncertainties
+  double value = 0;     ///< largest absolute value found
+  double expanded = 0;  ///< expanded uncertainty U: 95 % of faultless instruments stay within it
+  double limit = 0;     ///< maximum permissible error
+  bool limit_stated = false;  ///< true if given by the operator, else derived from uncertainties
   std::string not_measured;   ///< why there is no value, and what to record; empty if there is one
-  bool may_lack = false;      ///< acceptance is possible without it
-  bool informs = false;       ///< beyond its limit it is a warning, see AcceptanceOptions
-  /// Smallest fault that is named in 95 of 100 tests, with its unit.
+  bool may_lack = false;      ///< acceptance is possible without this figure
+  bool informs = false;       ///< exceeding the limit is only a warning, see AcceptanceOptions
+  /// Smallest fault that 95 of 100 tests detect, with its unit.
   double smallest = 0;
   std::string smallest_unit;
-  std::string cause;  ///< sentence about the fault, where the figure shows one fault alone
+  std::string cause;  ///< sentence about the fault, if the figure indicates a single one
 
   [[nodiscard]] bool good() const { return not_measured.empty() && value + expanded <= limit; }
 };
 
 struct Acceptance {
   std::string calibration_sha256, rig;
-  int positions = 0;  ///< places of the target; sets of one place are one
+  int positions = 0;  ///< distinct positions of the target; sets at the same one count once
   std::vector<AcceptanceFigure> figures;
-  std::string cause;                  ///< the one fault that explains most; empty without one
-  std::vector<std::string> warnings;  ///< a change that the operator's own limits permit
-  /// Parts of an acceptance in the sense of ISO 10360-13 and VDI/VDE 2634 that this test does not
-  /// have; with any of them it is an interim check.
+  std::string cause;  ///< the single fault that explains most; empty if there is none
+  std::vector<std::string> warnings;  ///< changes within the limits set by the operator
+  /// Parts of an acceptance as defined by ISO 10360-13 and VDI/VDE 2634 that this test lacks; if
+  /// there are any, it is an interim check.
   std::vector<std::string> lacks;
 
   [[nodiscard]] bool good() const;
 };
 
-/// Measures a plate with the calibrated cameras, on sets that its calibration did not use: lengths
-/// and flatness at each position, the heights of the z stage, a ball, the scatter of `repeats`; and
-/// what would explain all sets together: the plate grown or bowed since, a camera moved, exchanged
-/// or mirrored. Positions whose lengths all lie within 20 degrees of one plane are NO-GO: they test
-/// no volume. It is an interim check where the plate calibrated the rig or has no calibrated
-/// length, no limit is stated, or the positions reach over less than two thirds of what the
-/// calibrating ones did along x, y or z. What rests on a NO-GO is NO-GO, and so are sets of names
-/// that calibrated, where the pictures that calibrated are not known. Throws Error(bad_input) when
-/// the detections are not of this target, no set is seen by two cameras, or a picture is there
-/// twice or calibrated; Error(usage) where a set of `repeats` is not there.
+/// Measures a plate with the calibrated cameras, on sets that were not used for calibration:
+/// lengths and flatness at each position, heights of the z stage, a ball, scatter of `repeats`.
+/// Also looks for a common explanation of all sets: the plate has grown or bowed, a camera has
+/// moved, been exchanged or mirrored. Positions whose lengths all lie within 20 degrees of one
+/// plane are NO-GO, since they test no volume. It is only an interim check if the plate calibrated
+/// the rig or has no calibrated length, if no limit is stated, or if the positions span less than
+/// two thirds of the calibration's extent along x, y or z. Anything based on a NO-GO is NO-GO, and
+/// so are sets named like calibrating ones if the calibration's pictures are unknown. Throws
+/// Error(bad_input) if the detections are of another target, no set is seen by two cameras, or a
+/// picture occurs twice or calibrated; Error(usage) if a set of `repeats` is missing.
 [[nodiscard]] Acceptance accept(const AcceptanceInput& input, const Calibration& calibration,
                                 const Rig& rig, const Target& target,
                                 const AcceptanceOptions& options);

@@ -25,11 +25,11 @@ using Eigen::Vector3d;
 using Eigen::VectorXd;
 using units::mm;
 
-/// Unknowns after the position's own pose: the calibration's error in units of its root, that of
-/// the plate's size and of its two bows in units of their uncertainties where these are stated, the
-/// plate's growth (1), its two bows (mm), and each camera's turn (rad) and shift (mm).
+/// Unknowns besides the poses: errors of the calibration in units of its root; of the plate's size
+/// and two bows, in units of their uncertainties if stated; growth of the plate (1), its two bows
+/// (mm), and rotation (rad) and shift (mm) of each camera.
 struct Unknowns {
-  Index calibration = 0, cameras = 0;  ///< the first with the plate's size and bow
+  Index calibration = 0, cameras = 0;  ///< `calibration` includes the plate's size and bow
   PlateUncertainty plate;
   [[nodiscard]] Index growth() const { return calibration; }
   [[nodiscard]] Index bow() const { return calibration + 1; }
@@ -39,7 +39,7 @@ struct Unknowns {
   [[nodiscard]] Index count() const { return calibration + 3 + 6 * cameras; }
 };
 
-/// Information of one position on the unknowns, its own pose eliminated.
+/// Information of one position on the unknowns, after elimination of its pose.
 struct Evidence {
   MatrixXd information;
   VectorXd score;
@@ -115,7 +115,7 @@ std::optional<Evidence> evidence_of(const Position& position, const Detections& 
   return evidence;
 }
 
-/// Pseudo-inverse of information in units of its own diagonal, and its rank.
+/// Pseudo-inverse of an information matrix scaled by its diagonal, with the rank.
 struct Inverse {
   MatrixXd matrix;
   Index rank = 0;
@@ -135,7 +135,7 @@ Inverse inverse_of(const MatrixXd& information) {
   return result;
 }
 
-/// Sums over positions, the detections' variance enlarged.
+/// Sums over positions, with the detections' variance enlarged.
 struct Sum {
   MatrixXd information;
   VectorXd score;
@@ -150,8 +150,8 @@ Sum sum_of(const std::vector<Evidence>& all, const Unknowns& unknowns, double va
   return sum;
 }
 
-/// Variance of the detections over what they state: of the residuals beside all changes together,
-/// and of what the positions say against each other, since errors of one view are not independent.
+/// Ratio of the detections' variance to the stated one, from residuals besides all changes, and
+/// from the scatter between positions, since errors within one view are correlated.
 struct Variance {
   double points = 1, positions = 1;
 };
@@ -177,7 +177,7 @@ Variance variance_of(const std::vector<Evidence>& all, const Unknowns& unknowns)
   return variance;
 }
 
-/// One change by itself, the calibration's error beside it.
+/// Estimate of one change alone, together with the calibration's error.
 struct Found {
   VectorXd estimate;
   MatrixXd information;
@@ -201,8 +201,8 @@ std::optional<Found> found_of(const Sum& sum, const Unknowns& unknowns, Index fr
   return found;
 }
 
-/// chi2 beyond the limit that a change needs for 95 of 100 tests to name it (normal approximation
-/// of the noncentral chi2).
+/// Excess of chi2 over its limit at which 95 of 100 tests detect a change (normal approximation of
+/// the noncentral chi2).
 double noncentrality(int dof, double chi2_limit) {
   double lambda = chi2_limit;
   for (int i = 0; i < 50; ++i)
@@ -210,7 +210,7 @@ double noncentrality(int dof, double chi2_limit) {
   return lambda;
 }
 
-/// Value, U and limit of a change of several numbers, as the root of its chi2 per degree of
+/// Value, U and limit of a change with several components, as the root of chi2 per degree of
 /// freedom.
 AcceptanceFigure figure_of(const std::string& name, const Found& found, double false_no_go) {
   const auto dof = static_cast<int>(found.estimate.size());
@@ -279,7 +279,7 @@ AcceptanceFigure camera_figure(const std::string& camera, const std::string& oth
   return figure;
 }
 
-/// RMS distance (px) by which a camera's turn and shift move its points.
+/// RMS displacement (px) of a camera's image points by its rotation and shift.
 double effect_px(const Detections& detections, const Camera& camera,
                  const std::vector<Position>& positions, const Plate& plate, const VectorXd& step) {
   double squares = 0;
@@ -300,8 +300,8 @@ double effect_px(const Detections& detections, const Camera& camera,
   return points > 0 ? std::sqrt(squares / points) : 0;
 }
 
-/// The change that explains most for its numbers (Akaike 1974), and those that do so nearly as well
-/// (within 10; Burnham and Anderson 2002). `one_camera`: what is said of either camera is the same.
+/// Most likely change for its number of parameters (Akaike 1974), with those nearly as likely
+/// (within 10; Burnham and Anderson 2002). `one_camera`: the same text applies to both cameras.
 std::string likeliest(std::vector<std::pair<double, std::string>> explanations, bool one_camera) {
   std::stable_sort(explanations.begin(), explanations.end(),
                    [](const auto& a, const auto& b) { return a.first > b.first; });
@@ -352,7 +352,7 @@ Changes changes_since(const Detections& detections, const Calibration& calibrati
     const auto found = found_of(sum, unknowns, unknowns.camera(c), 6);
     if (!found) continue;
     const Camera& camera = calibration.cameras[c].camera;
-    // Two cameras alone do not tell which one moved.
+    // With only two cameras it is impossible to tell which one moved.
     const std::string others = calibration.cameras.size() == 2
                                    ? " or " + calibration.cameras[1 - c].camera.name
                                    : std::string();

@@ -9,24 +9,24 @@
 
 namespace drape::calib {
 
-/// Changes since the calibration, by all positions together.
+/// Changes since the calibration, estimated from all positions together.
 struct Changes {
-  /// The plate grown, the plate bowed, each camera moved: each as if it were the only change.
+  /// Growth of the plate, its bow, motion of each camera: each as if it were the only change.
   std::vector<AcceptanceFigure> figures;
-  std::string cause;          ///< the one beyond its limit that explains most; empty without one
-  double noise_variance = 1;  ///< variance of the detections over the stated one, never below 1
+  std::string cause;  ///< the change beyond its limit that explains most; empty if there is none
+  double noise_variance = 1;  ///< variance of the detections over the stated one, at least 1
 };
 
 /// Standard uncertainties of the plate.
 struct PlateUncertainty {
-  double scale = 0;                                  ///< relative, its size (1)
+  double scale = 0;                                  ///< relative uncertainty of its size (1)
   Eigen::Vector2d bow_mm = Eigen::Vector2d::Zero();  ///< stated bow along x and y
   [[nodiscard]] bool has_bow() const { return bow_mm.maxCoeff() > 0; }
 };
 
-/// Every point of every position against the calibrated cameras, by generalised least squares: each
-/// position has a pose of its own, the calibration errs by its covariance (`root` root'), the
-/// points by theirs, enlarged where the positions scatter more. `false_no_go`: of one figure.
+/// Generalised least squares of every point of every position against the calibrated cameras: each
+/// position has its own pose, the calibration errs by its covariance (`root` root'), the points by
+/// theirs, enlarged if the positions scatter more. `false_no_go` is the probability for one figure.
 [[nodiscard]] Changes changes_since(const Detections& detections, const Calibration& calibration,
                                     const Plate& plate, const std::vector<Position>& positions,
                                     const Eigen::MatrixXd& root,

@@ -24,7 +24,7 @@ MatrixXd normals(Index rows, Index columns, unsigned seed) {
   return MatrixXd::NullaryExpr(rows, columns, [&] { return normal(random); });
 }
 
-/// A root of the covariance in units of its own diagonal, so that rad and px weigh alike.
+/// Root of the covariance scaled to a unit diagonal, so that rad and px have equal weight.
 MatrixXd root_of(const MatrixXd& covariance) {
   if (covariance.size() == 0) return {};
   const Eigen::VectorXd sd = covariance.diagonal().cwiseMax(0).cwiseSqrt();

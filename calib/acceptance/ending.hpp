@@ -11,7 +11,7 @@ namespace drape::calib {
 
 [[nodiscard]] AcceptanceFile file_of(const Acceptance& acceptance, const AcceptanceDates& dates);
 
-/// Verdict and figures, for people; `page` is the protocol.
+/// Verdict and figures as text; `page` is the protocol.
 [[nodiscard]] Ending ending_of(const Acceptance& acceptance, const std::filesystem::path& page);
 
 }  // namespace drape::calib

@@ -22,7 +22,7 @@ using Eigen::Vector3d;
 using Eigen::VectorXd;
 using units::mm;
 
-constexpr std::size_t kLeastOfPlane = 12;  ///< points that show a plane's form
+constexpr std::size_t kLeastOfPlane = 12;  ///< least number of points for flatness
 
 std::vector<const MeasuredPoint*> all_of(const std::map<MarkId, MeasuredPoint>& points) {
   std::vector<const MeasuredPoint*> list;
@@ -31,7 +31,7 @@ std::vector<const MeasuredPoint*> all_of(const std::map<MarkId, MeasuredPoint>& 
   return list;
 }
 
-/// The largest of some errors over all draws, as they come.
+/// Running maximum of absolute errors, for each draw.
 struct Largest {
   RowVectorXd of_draws;
   void take(const RowVectorXd& errors) {
@@ -48,12 +48,12 @@ void keep_worst(AcceptanceFigure& figure, double value, const std::string& where
   figure.where = where;
 }
 
-/// Errors along a direction of each point (rows) and what is left of them beside `shapes`.
+/// Projects errors along each point's direction (rows) onto the complement of `shapes`.
 MatrixXd beside(const MatrixXd& along, const MatrixXd& shapes) {
   return along - shapes * least_squares(shapes, along);
 }
 
-/// `errors`: three rows a point; their part along each point's own direction (3 x n).
+/// Components of `errors` (three rows per point) along each point's own direction (3 x n).
 MatrixXd part_along(const MatrixXd& errors, const MatrixXd& directions) {
   MatrixXd along(directions.cols(), errors.cols());
   for (Index i = 0; i < directions.cols(); ++i)
@@ -79,7 +79,7 @@ struct Ball {
   double radius_mm = 0;
 };
 
-/// Least squares of the distances from the sphere, from the algebraic fit on.
+/// Least-squares sphere through the points, started from the algebraic fit.
 std::optional<Ball> ball_through(const std::map<MarkId, MeasuredPoint>& points) {
   const auto count = static_cast<Index>(points.size());
   MatrixXd a(count, 4);
@@ -113,7 +113,7 @@ std::optional<Ball> ball_through(const std::map<MarkId, MeasuredPoint>& points) 
   return ball;
 }
 
-/// Centroids moved to the images of the dots' centres, the dots lying on the ball.
+/// Shifts centroids to the images of the dots' centres, for dots on the surface of the ball.
 Detections without_eccentricity(Detections marks, const Calibration& calibration,
                                 const std::string& set,
                                 const std::map<MarkId, MeasuredPoint>& points, const Ball& ball) {
@@ -138,7 +138,7 @@ Detections without_eccentricity(Detections marks, const Calibration& calibration
   return marks;
 }
 
-/// Sets U and the limit from instruments without a fault.
+/// Sets U and limit from the distribution of faultless instruments.
 void set_limit(AcceptanceFigure& figure, const Faultless& faultless,
                const std::optional<double>& stated) {
   figure.expanded = faultless.expanded;
@@ -185,7 +185,7 @@ AcceptanceFigure length_error(const std::vector<Position>& positions, const Plat
     }
     if (true_mm.size() == pairs.size()) whole.push_back(&position);
     if (ends.empty()) continue;
-    // A corner that ends several lengths errs alike in all of them.
+    // A corner shared by several lengths has the same error in each.
     std::vector<const MeasuredPoint*> corners = ends;
     std::sort(corners.begin(), corners.end());
     corners.erase(std::unique(corners.begin(), corners.end()), corners.end());
@@ -396,7 +396,7 @@ AcceptanceFigure noise_floor(const Detections& detections, const std::vector<std
     return figure;
   }
   figure.value = std::sqrt(squares / freedom);
-  figure.expanded = figure.value * std::sqrt(2.0 / freedom);  // 2 standard deviations
+  figure.expanded = figure.value * std::sqrt(2.0 / freedom);  // two standard deviations
   figure.where = fmt::format("{} sets, {} degrees of freedom", repeats.size(), freedom);
   figure.limit = options.max_noise_ratio;
   figure.limit_stated = true;

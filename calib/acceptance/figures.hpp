@@ -15,35 +15,35 @@ namespace drape::calib {
 struct FigureContext {
   const Draws* draws = nullptr;
   double noise_variance = 1;     ///< variance of the detections over the stated one
-  double false_no_go = 0.001;    ///< probability, for one figure
-  double scale_uncertainty = 0;  ///< relative, plate's size against the calibration's (1)
+  double false_no_go = 0.001;    ///< probability of a false NO-GO for one figure
+  double scale_uncertainty = 0;  ///< of the plate's size relative to the calibration's (1)
 };
 
-/// Two diagonals, the two longest edges and half a diagonal of a plate.
+/// Point pairs of the measured lengths: two diagonals, the two longest edges and half a diagonal.
 [[nodiscard]] std::vector<std::pair<MarkId, MarkId>> lengths_of(const Target& target);
 
-/// Largest error of lengths_of() at every position.
+/// Largest error of lengths_of() over all positions.
 [[nodiscard]] AcceptanceFigure length_error(const std::vector<Position>& positions,
                                             const Plate& plate, const FigureContext& context,
                                             const AcceptanceOptions& options);
 
-/// Range of the points' distances from the plane nearest to them, the stated bow taken out.
+/// Range of the points' distances from their best-fit plane, after removal of the stated bow.
 [[nodiscard]] AcceptanceFigure flatness(const std::vector<Position>& positions, const Plate& plate,
                                         const FigureContext& context,
                                         const AcceptanceOptions& options);
 
-/// Distance of a stage from the first one along the plate's normal, against rig.toml.
+/// Distance between a stage and the first one along the plate's normal, compared with rig.toml.
 [[nodiscard]] AcceptanceFigure shift_error(const std::vector<Position>& positions, const Rig& rig,
                                            const FigureContext& context,
                                            const AcceptanceOptions& options);
 
-/// Range of the marks' distances from the sphere nearest to them, and its diameter's error.
+/// Range of the marks' distances from their best-fit sphere, and error of its diameter.
 [[nodiscard]] std::vector<AcceptanceFigure> sphere_figures(const AcceptanceInput& input,
                                                            const Calibration& calibration,
                                                            const FigureContext& context,
                                                            const AcceptanceOptions& options);
 
-/// Scatter of the target at rest over what the detections' covariances state.
+/// Scatter of the target at rest relative to the detections' covariances.
 [[nodiscard]] AcceptanceFigure noise_floor(const Detections& detections,
                                            const std::vector<std::string>& repeats,
                                            const AcceptanceOptions& options);

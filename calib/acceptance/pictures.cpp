@@ -12,7 +12,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Tells detections from other files; what cannot be read is none.
+/// True if a file holds detections; an unreadable file does not.
 bool is_detections(const fs::path& file) {
   try {
     require_format(Document::read(file), format_of<Detections>);
@@ -42,7 +42,7 @@ CalibrationEvidence detections_behind(const fs::path& calibration, const fs::pat
   const std::string tested_now = sha256_of_file(tested);
   for (const RecordedFile& input : record.inputs) {
     const std::string& recorded = input.sha256;
-    // A file that was moved or replaced is still known by its hash.
+    // A file that was moved or replaced is still recognised by its hash.
     const fs::path named = recorded == tested_now ? tested : place_of(file, input);
     if (!fs::is_regular_file(named)) {
       if (named.extension() == ".json")

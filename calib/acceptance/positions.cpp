@@ -18,7 +18,7 @@ namespace {
 
 using Eigen::Index;
 
-/// Mean distance (m) of the points that both show; nothing where they have none in common.
+/// Mean distance (m) between common points; nullopt if there are none.
 std::optional<double> mean_shift_m(const Position& a, const Position& b) {
   double sum_mm = 0;
   int common = 0;

@@ -16,59 +16,59 @@
 
 namespace drape::calib {
 
-/// A point of the target in space, with what its uncertainty comes from.
+/// A measured point of the target, with the sources of its uncertainty.
 struct MeasuredPoint {
   Eigen::Vector3d in_world_mm;
-  Eigen::Matrix3d noise_mm2;           ///< from the detections' covariances
-  Eigen::Matrix3Xd by_calibration_mm;  ///< by the cameras' parameters, as in joint_covariance
+  Eigen::Matrix3d noise_mm2;           ///< contribution of the detections' covariances
+  Eigen::Matrix3Xd by_calibration_mm;  ///< derivative by the cameras' parameters (joint_covariance)
 };
 
-/// All points of a set that two or more calibrated cameras saw (least squares on distorted pixels).
-/// Their derivatives by the cameras' parameters stand in the order of the calibration.
+/// All points of a set that at least two calibrated cameras saw (least squares on distorted
+/// pixels), with derivatives by the cameras' parameters in the calibration's order.
 [[nodiscard]] std::map<MarkId, MeasuredPoint> measured_points(const Detections& detections,
                                                               const Calibration& calibration,
                                                               const std::string& set);
 
-/// The measured plate, as its target file and its stated bow describe it.
+/// The measured plate as described by its target file and stated bow.
 struct Plate {
   Target target;
   Board bow;
 
-  /// `bow_mm`: how far its edges stand above its middle along x and y.
+  /// `bow_mm`: height of its edges above its centre along x and y.
   Plate(Target described, const Eigen::Vector2d& bow_mm);
   [[nodiscard]] Eigen::Vector3d point(MarkId mark) const {
     return bow.bent(target.point_in_target(mark));
   }
 };
 
-/// The plate as it lay for one set.
+/// Pose and points of the plate in one set.
 struct Position {
   std::string set;
   std::map<MarkId, MeasuredPoint> points;
-  WorldFromTarget pose;  ///< nearest to the points
+  WorldFromTarget pose;  ///< best fit to the points
 };
 
-/// Names of the sets, in the order of the file.
+/// Names of the sets in the order of the file.
 [[nodiscard]] std::vector<std::string> sets_of(const Detections& detections);
 
-/// The plate at every set that shows four or more of its points to two calibrated cameras.
+/// Position of the plate in each set in which two calibrated cameras see at least four points.
 [[nodiscard]] std::vector<Position> positions_of(const Detections& detections,
                                                  const Calibration& calibration,
                                                  const Plate& plate);
 
-/// Counts the positions that are places of their own. Nearer to an earlier one than half the
-/// plate's pitch (mean of its points) it is that place again: each point is then still nearest to
-/// where it was, and no other part of the volume is tested.
+/// Counts distinct positions. One that is closer to an earlier one than half the plate's pitch
+/// (mean over its points) is a repetition: each point is then still nearest to its earlier place,
+/// and no other part of the volume is tested.
 [[nodiscard]] int count_places(const std::vector<const Position*>& positions, const Plate& plate);
 
-/// The same detections with each dot's centroid moved to the image of its centre (Heikkila 2000),
-/// for the positions that are known; corners stay.
+/// Copies detections, shifting each dot's centroid to the image of its centre (Heikkila 2000) at
+/// the known positions; corners stay unchanged.
 [[nodiscard]] Detections without_eccentricity(Detections detections, const Calibration& calibration,
                                               const Plate& plate,
                                               const std::vector<Position>& positions);
 
-/// The calibrating detections, as the record beside calibration.json names them; `tested`: the
-/// detections that are to be measured, known by their content too.
+/// Detections used for calibration, as named by the run record beside calibration.json. `tested`
+/// are the detections to be measured, which are recognised by content as well.
 [[nodiscard]] CalibrationEvidence detections_behind(const std::filesystem::path& calibration,
                                                     const std::filesystem::path& tested);
 

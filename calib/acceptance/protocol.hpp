@@ -7,15 +7,15 @@
 
 namespace drape::calib {
 
-/// ISO dates; both empty where the operator states none.
+/// Validity as ISO dates; both empty if the operator states none.
 struct AcceptanceDates {
   std::string on, valid_until;
 };
 
-/// `on` and as many days later. Throws Error(usage) for what is no date, or days below 1.
+/// Dates from `on` to `valid_days` later. Throws Error(usage) for an invalid date or 0 days.
 [[nodiscard]] AcceptanceDates dates_of(const std::string& on, int valid_days);
 
-/// The protocol as one HTML page without scripts, for printing.
+/// Test protocol as one printable HTML page without scripts.
 [[nodiscard]] std::string protocol_page(const Acceptance& acceptance, const AcceptanceDates& dates);
 
 }  // namespace drape::calib

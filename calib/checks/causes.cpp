@@ -30,7 +30,7 @@ using Eigen::VectorXd;
 using Vector6d = Eigen::Matrix<double, 6, 1>;
 using Matrix6d = Eigen::Matrix<double, 6, 6>;
 
-/// Pixels by the placement's turn (rad, in the world) and shift (mm), 2 rows a point.
+/// Derivative of pixels by the placement's rotation (rad) and shift (mm), 2 rows per point.
 MatrixXd by_placement(const JointModel& model, const JointFrame& frame) {
   MatrixXd d = MatrixXd::Zero(2 * static_cast<Index>(frame.points.size()), placement_parameters);
   for (std::size_t i = 0; i < frame.points.size(); ++i) {
@@ -43,24 +43,24 @@ MatrixXd by_placement(const JointModel& model, const JointFrame& frame) {
 /// A camera that sees the moving target later than the others.
 struct TimeSkew {
   std::size_t camera = 0;
-  double sets = 0, sd_sets = 0;  ///< lag, part of the time between two sets; negative: earlier
-  double explained = 0;          ///< part of the weighted sum of squares
-  double effect_px = 0;          ///< RMS on the moving target
+  double sets = 0, sd_sets = 0;  ///< lag, in intervals between sets; negative if early
+  double explained = 0;          ///< share of the weighted sum of squares
+  double effect_px = 0;          ///< RMS effect on images of the moving target
 };
 
-constexpr int kReach = 2;  ///< sets to each side that say how the target moves
+constexpr int kReach = 2;  ///< neighbouring sets on each side used to estimate motion
 
-/// Motion of the target from set to set at a placement (rad and mm per set): slope of the
-/// polynomial through it and up to `reach` neighbours on each side. A placement known from rig.toml
-/// has none and is no neighbour: the target was put there.
+/// Motion of the target at a placement (rad and mm per set): slope of the polynomial through it and
+/// up to `reach` neighbours on each side. A placement known from rig.toml has no motion and is not
+/// used as a neighbour, since it was positioned separately.
 std::optional<Vector6d> velocity(const JointModel& model, std::size_t placement,
                                  int reach = kReach) {
   const Placement& here = model.placements[placement];
   if (here.known) return std::nullopt;
-  std::vector<std::pair<double, Vector6d>> neighbours;  // sets from here, change of the pose
+  std::vector<std::pair<double, Vector6d>> neighbours;  // number of sets from here, change of pose
   for (int sets = -reach; sets <= reach; ++sets) {
     if (sets == 0) continue;
-    const std::size_t at = placement + static_cast<std::size_t>(sets);  // wraps to beyond the end
+    const std::size_t at = placement + static_cast<std::size_t>(sets);  // negative wraps to large
     if (at >= model.placements.size() || model.placements[at].known) continue;
     const WorldFromTarget &from = here.world_from_target,
                           &to = model.placements[at].world_from_target;
@@ -80,7 +80,7 @@ std::optional<Vector6d> velocity(const JointModel& model, std::size_t placement,
   return slope;
 }
 
-/// RMS displacement (px) of a camera's points on the moving target from set to set.
+/// RMS displacement (px) of a camera's points as the target moves from set to set.
 double motion_px(const JointModel& model, std::size_t camera) {
   double squares = 0;
   std::size_t points = 0;
@@ -93,7 +93,7 @@ double motion_px(const JointModel& model, std::size_t camera) {
   return points > 0 ? std::sqrt(squares / static_cast<double>(points)) : 0;
 }
 
-/// Derivative by the lags of `count` cameras from `first` on.
+/// Derivative by the lags of `count` cameras starting with `first`.
 MoreColumns lags_from(const JointModel& model, std::size_t first, Index count, int reach) {
   return {count, [&model, first, count, reach](const JointFrame& frame) {
             MatrixXd d = MatrixXd::Zero(2 * static_cast<Index>(frame.points.size()), count);
@@ -104,25 +104,25 @@ MoreColumns lags_from(const JointModel& model, std::size_t first, Index count, i
           }};
 }
 
-/// The lag of one camera alone, all else fitted along.
+/// Lag of one camera, estimated together with all other parameters.
 MoreParameters lag_of(const JointModel& model, const JointFit& fit, std::size_t camera,
                       int reach = kReach) {
   return fit_more(information_by_view(model, fit, lags_from(model, camera, 1, reach)), 1);
 }
 
-/// Derivative by the lag of each camera but the first, whose time is that of the sets.
+/// Derivatives by the lags of all cameras except the first, whose time defines that of the sets.
 MoreColumns lags_of(const JointModel& model) {
   return lags_from(model, 1, static_cast<Index>(model.cameras.size()) - 1, kReach);
 }
 
-/// The one camera whose lag leaves least of all lags that were found (generalised least squares).
+/// The single camera whose lag best explains all estimated lags (generalised least squares).
 std::optional<TimeSkew> find_time_skew(const JointModel& model, const MoreParameters& lags,
                                        const Causes& causes) {
   if (lags.estimate.size() == 0 || lags.p > kFalseAlarms) return std::nullopt;
   std::optional<TimeSkew> best;
   double best_explained = 0;
   for (std::size_t c = model.cameras.size() > 2 ? 0 : 1; c < model.cameras.size(); ++c) {
-    // Where the first camera is late, all others are early against it.
+    // If the first camera is late, all others appear early relative to it.
     VectorXd shape = VectorXd::Constant(lags.estimate.size(), c == 0 ? -1 : 0);
     if (c > 0) shape[static_cast<Index>(c) - 1] = 1;
     const VectorXd weighed = solve_symmetric(lags.covariance, shape);
@@ -138,7 +138,7 @@ std::optional<TimeSkew> find_time_skew(const JointModel& model, const MoreParame
   return best;
 }
 
-/// The camera whose lag explains most.
+/// The camera whose lag explains most of the residuals.
 TimeSkew late_camera(const JointModel& model, const JointFit& fit) {
   TimeSkew late;
   for (std::size_t c = 0; c < model.cameras.size(); ++c) {
@@ -150,22 +150,22 @@ TimeSkew late_camera(const JointModel& model, const JointFit& fit) {
   return late;
 }
 
-/// By how much the lag differs on a path through the next sets alone: about what the path leaves
-/// unsaid of the target's motion between two sets.
+/// Change of the estimated lag if motion is interpolated from adjacent sets only: an estimate of
+/// the error caused by unknown motion between sets.
 double error_of_path(const JointModel& model, const JointFit& fit, const TimeSkew& skew) {
   const MoreParameters coarse = lag_of(model, fit, skew.camera, 1);
   return coarse.estimate.size() > 0 ? coarse.estimate[0] - skew.sets : 0;
 }
 
-/// One of several z stages: where it lies is said by rig.toml, and judged by the check of the
-/// stages.
+/// True for one of several z stages, whose heights come from rig.toml and are tested by the check
+/// of the stages.
 bool is_stage(const JointModel& model, std::size_t placement) {
   return model.placements[placement].known &&
          std::count_if(model.placements.begin(), model.placements.end(),
                        [](const Placement& p) { return p.known; }) > 1;
 }
 
-/// Residuals of the cameras, each view with its own pose of the target to first order.
+/// Residuals of the cameras with a separate target pose for each view, to first order.
 void alone_and_together(const JointModel& model, Causes& causes) {
   const std::size_t cameras = model.cameras.size();
   std::vector<double> alone(cameras, 0), together(cameras, 0), points(cameras, 0);
@@ -185,22 +185,22 @@ void alone_and_together(const JointModel& model, Causes& causes) {
   }
 }
 
-/// A shift of the pose of a camera between the views before and from `first` on.
+/// A change of a camera's pose between the views before `first` and those from it on.
 struct Change {
-  double f = 0;          ///< between over within, per degree of freedom
-  double explained = 0;  ///< part of the weighted sum of squares
+  double f = 0;          ///< variance between over variance within the two groups
+  double explained = 0;  ///< share of the weighted sum of squares
   std::size_t camera = 0, first = 0;
-  Vector6d step = Vector6d::Zero();  ///< turn (rad), shift (mm)
+  Vector6d step = Vector6d::Zero();  ///< rotation (rad), shift (mm)
 };
 
-/// Information of each view on one camera's pose, all else held.
+/// Information of each view on one camera's pose, with all else fixed.
 struct PoseVotes {
   std::vector<std::size_t> placements;
   std::vector<Vector6d> scores;
   std::vector<Matrix6d> informations;
 };
 
-constexpr std::size_t kLeastViews = 2;  ///< on each side: one view alone is a bad view
+constexpr std::size_t kLeastViews = 2;  ///< on each side: a single view may just be a bad view
 
 Change strongest_change(const PoseVotes& votes, std::size_t camera,
                         const std::vector<std::size_t>& order) {
@@ -234,7 +234,7 @@ Change strongest_change(const PoseVotes& votes, std::size_t camera,
   return best;
 }
 
-/// `step`: a change of all parameters that the scores are taken after, to first order.
+/// `step` is a first-order change of all parameters at which scores are evaluated.
 std::vector<PoseVotes> votes_of(const JointModel& model, const JointFit& fit,
                                 const ViewsInformation& views, const VectorXd& step) {
   const auto width = static_cast<Index>(moved_camera_parameters(fit).size());
@@ -244,7 +244,7 @@ std::vector<PoseVotes> votes_of(const JointModel& model, const JointFit& fit,
     for (const ViewInformation& view : views.views) {
       if (is_stage(model, view.placement)) continue;
       const Matrix6d information = view.information.block<6, 6>(at, at);
-      // Not seen by this camera, or by this camera only.
+      // Not seen by this camera, or by no other.
       if (inverse_of_information(information + 1e-30 * Matrix6d::Identity(), 1e-10).size() == 0)
         continue;
       votes[c].placements.push_back(view.placement);
@@ -256,8 +256,8 @@ std::vector<PoseVotes> votes_of(const JointModel& model, const JointFit& fit,
   return votes;
 }
 
-/// RMS distance by which a camera's step of turn and shift moves its points, in its images and at
-/// the target.
+/// RMS displacement of a camera's points by a step of rotation and shift, in the image and at the
+/// target.
 struct Effect {
   double px = 0, m = 0;
 };
@@ -284,8 +284,8 @@ Effect effect_of(const JointModel& model, std::size_t camera, const Vector6d& st
   return {std::sqrt(sum.px / points), std::sqrt(sum.m / points)};
 }
 
-/// A camera that moved between two views, beyond what other orders of the views show, as one bad
-/// view would; by Fisher's F and by permutation.
+/// Finds a camera that moved between two views: the change must exceed what other orders of the
+/// views show, as a single bad view would cause; tested by Fisher's F and by permutation.
 std::optional<Change> find_change(const JointModel& model, const JointFit& fit,
                                   const ViewsInformation& views, const VectorXd& step,
                                   const Causes& causes, std::size_t& last) {
@@ -318,8 +318,8 @@ std::optional<Change> find_change(const JointModel& model, const JointFit& fit,
   return best;
 }
 
-/// Camera that moved after the placement `last`, all else fitted along: the votes, which hold all
-/// else, can accuse a neighbour of a small move. Nothing where the views are too few for that.
+/// Confirms a camera motion after the placement `last` with all other parameters fitted too; the
+/// votes, which fix them, may blame a neighbour for a small motion. nullopt for too few views.
 std::optional<Change> moved_camera(const JointModel& model, const JointFit& fit, Change change,
                                    std::size_t last) {
   double most = 0;
@@ -343,8 +343,8 @@ std::optional<Change> moved_camera(const JointModel& model, const JointFit& fit,
   return most > 0 ? std::optional(change) : std::nullopt;
 }
 
-/// A camera that moved or one that is out of step: it moved where its change stays after the lags
-/// are taken out, and explains more than any one lag.
+/// Distinguishes a camera that moved from one that is not synchronised: it moved if its change
+/// remains after the lags are removed and explains more than any single lag.
 void find_moved_or_late(const JointModel& model, const JointFit& fit, Causes& causes) {
   const MoreColumns columns = lags_of(model);
   const ViewsInformation views = information_by_view(model, fit, columns);
@@ -388,7 +388,7 @@ struct PoseSums {
   Vector6d score = Vector6d::Zero();
 };
 
-/// Squares by which the cameras but `left_out` contradict each other on the target's pose.
+/// Sum of squares of the contradictions between cameras, except `left_out`, on the target's pose.
 double contradiction(const std::vector<std::vector<PoseSums>>& by_placement, std::size_t left_out) {
   double squares = 0;
   for (const std::vector<PoseSums>& cameras : by_placement) {
@@ -407,8 +407,8 @@ double contradiction(const std::vector<std::vector<PoseSums>>& by_placement, std
   return squares;
 }
 
-/// The camera without which the others agree: most of the contradiction goes with it, which none
-/// other does half as well. Nothing below three cameras.
+/// The camera whose removal eliminates most of the contradiction, more than twice as much as that
+/// of any other. nullopt for fewer than three cameras.
 std::optional<std::size_t> odd_camera(const JointModel& model) {
   const std::size_t cameras = model.cameras.size();
   if (cameras < 3) return std::nullopt;
@@ -429,7 +429,7 @@ std::optional<std::size_t> odd_camera(const JointModel& model) {
   return static_cast<std::size_t>(std::min_element(left.begin(), left.end()) - left.begin());
 }
 
-/// Cameras that agree with themselves but not with each other.
+/// Tests for cameras that are consistent alone but not with each other.
 void compare_alone_with_together(const JointModel& model, const JointFit& fit, Causes& causes) {
   if (model.cameras.size() < 2 || !causes.fatal.empty() || !causes.warnings.empty()) return;
   double alone = 0, together = 0;
@@ -439,8 +439,8 @@ void compare_alone_with_together(const JointModel& model, const JointFit& fit, C
   }
   const double apart_px = std::sqrt((together - alone) / static_cast<double>(model.cameras.size()));
   const double alone_px = std::sqrt(alone / static_cast<double>(model.cameras.size()));
-  // Free points take up what repeats from view to view of the corners' errors, and leave less
-  // alone.
+  // Free points absorb errors of the corners that repeat from view to view, which reduces the
+  // residuals of single cameras.
   const double most = fit.board == BoardKind::free ? std::sqrt(2.0) : 1;
   if (!(apart_px > most * alone_px)) return;
   const auto odd = odd_camera(model);
@@ -458,7 +458,7 @@ void compare_alone_with_together(const JointModel& model, const JointFit& fit, C
 Causes causes_of(const JointModel& model, const JointFit& fit) {
   Causes causes;
   alone_and_together(model, causes);
-  // First: what a lens leaves of far points can look like a camera that moved after such views.
+  // Tested first, since a lens error at distant points can look like a camera that moved.
   if (!fit.lens_known) causes.fatal = wide_lens(model, fit);
   if (causes.fatal.empty() && model.cameras.size() > 1) {
     find_moved_or_late(model, fit, causes);

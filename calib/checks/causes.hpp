@@ -8,18 +8,18 @@
 
 namespace drape::calib {
 
-/// Evidence of the views against one rigid bench with still cameras and lenses of Brown's model.
+/// Evidence in the views against a rigid bench with fixed cameras and Brown lenses.
 struct Causes {
-  std::string fatal;                  ///< why the result must not be used; empty when nothing is
-  std::vector<std::string> warnings;  ///< causes that widen its uncertainty, with the remedy
-  std::vector<double> alone_px, together_px;  ///< RMS by camera: each view with its own pose, and
-                                              ///< with the pose that all cameras give it
+  std::string fatal;                  ///< why the result must not be used; empty if it may be
+  std::vector<std::string> warnings;  ///< causes that increase its uncertainty, with the remedy
+  std::vector<double> alone_px, together_px;  ///< RMS by camera: with a separate pose per view, and
+                                              ///< with one pose for all cameras
 };
 
 /// Tests the views of a fit, in the order of the rig's sets, for a camera that moved, cameras that
-/// do not see the target at the same time, and a lens wider than its model. Each test rests on the
-/// scatter between the views, so that noise common to a view's points raises no alarm; an effect
-/// below the residuals of the cameras alone is no cause.
+/// are not synchronised, and a lens too wide for its model. Each test compares with the scatter
+/// between views, so that noise common to the points of one view raises no alarm; effects below the
+/// residuals of single cameras are ignored.
 [[nodiscard]] Causes causes_of(const JointModel& model, const JointFit& fit);
 
 }  // namespace drape::calib

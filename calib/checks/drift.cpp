@@ -24,14 +24,14 @@ using Eigen::MatrixXd;
 using Eigen::Vector3d;
 using Eigen::VectorXd;
 
-/// One calibration's images of the points, with their derivatives by its parameters and the points.
+/// Images of the points in one calibration, with derivatives by its parameters and by the points.
 struct Images {
   VectorXd px;
   MatrixXd by_parameters, by_world;  ///< px by file units; px by the world's turn (rad), shift (m)
   std::vector<Eigen::Matrix<double, 2, 3>> by_point;  ///< px per m
 };
 
-/// Rows: camera after camera, point after point; a point that does not project has zero rows.
+/// Rows are ordered by camera, then point; a point that does not project has zero rows.
 Images images_of(const Calibration& calibration, const std::vector<std::string>& names,
                  const std::vector<Vector3d>& points, const MatrixXd& parameters_map) {
   const auto rows = static_cast<Index>(2 * names.size() * points.size());
@@ -63,7 +63,7 @@ Images images_of(const Calibration& calibration, const std::vector<std::string>&
   return out;
 }
 
-/// Covariance of the named cameras' parameters; zero where the calibration states none.
+/// Covariance of the named cameras' parameters; zero if the calibration states none.
 MatrixXd covariance_of(const Calibration& calibration, const std::vector<std::string>& names) {
   std::vector<Index> places;
   Index size = 0;
@@ -93,7 +93,7 @@ MatrixXd covariance_of(const Calibration& calibration, const std::vector<std::st
   return covariance;
 }
 
-/// Probability of a sum of squares as large, by its own covariance (Satterthwaite 1946).
+/// Probability of a larger sum of squares, given its covariance (Satterthwaite 1946).
 double probability(double sum, const MatrixXd& covariance) {
   const double mean = covariance.trace(), squares = covariance.squaredNorm();
   if (!(mean > 0)) return sum > 0 ? 0 : 1;
@@ -119,7 +119,7 @@ Drift drift_between(const Calibration& old, const Calibration& now,
   const MatrixXd now_covariance = covariance_of(now, names),
                  old_covariance = covariance_of(old, names);
   const Images seen = images_of(now, names, points, now_covariance);
-  // The old world laid onto the new one, so that the old cameras see the points as the new ones do.
+  // Aligns the old world with the new one, so that old and new cameras see the points alike.
   Eigen::Matrix3d turn = Eigen::Matrix3d::Identity();
   Vector3d shift = Vector3d::Zero();
   Images before;
@@ -136,7 +136,7 @@ Drift drift_between(const Calibration& old, const Calibration& now,
   const MatrixXd left = least_squares(
       before.by_world, MatrixXd(MatrixXd::Identity(before.px.size(), before.px.size())));
   const MatrixXd apart = MatrixXd::Identity(left.cols(), left.cols()) -
-                         before.by_world * left;  // the worlds' part out
+                         before.by_world * left;  // without the alignment
   const VectorXd moved = apart * (before.px - seen.px);
   const MatrixXd from_now = apart * seen.by_parameters, from_old = apart * before.by_parameters;
   const MatrixXd covariance = from_now * now_covariance * from_now.transpose() +
@@ -151,7 +151,7 @@ Drift drift_between(const Calibration& old, const Calibration& now,
                              std::sqrt(std::max(own.trace(), 0.0) / count), probability(sum, own)});
   }
   if (names.size() < 2) return drift;
-  // A measured point moves with its images: least squares over the cameras.
+  // A measured point follows its images: least squares over the cameras.
   MatrixXd measured = MatrixXd::Zero(static_cast<Index>(3 * points.size()), moved.size());
   for (std::size_t i = 0; i < points.size(); ++i) {
     Eigen::Matrix3d information = Eigen::Matrix3d::Zero();

@@ -23,12 +23,12 @@ using Eigen::Vector2d;
 
 using Points = std::vector<TargetPoint>;
 
-/// Views of one set by all cameras; a camera's place in the list is its index. Null where a camera
-/// has none.
+/// Views of one set, indexed by camera; null for a camera without
+/// one.
 using Views = std::vector<const Points*>;
 
-/// How well the views of one set agree, when each may have been taken by a camera that it does not
-/// name.
+/// Agreement of the views of one set, assuming that cameras may have been named
+/// wrongly.
 class SetOfViews {
  public:
   SetOfViews(const JointModel& started, std::string name, Views views)
@@ -39,10 +39,10 @@ class SetOfViews {
 
   [[nodiscard]] bool has(std::size_t camera) const { return views_[camera] != nullptr; }
 
-  /// Distance of the worst of the views from the one that agrees best with all others, as a part of
-  /// the image's size, with the views of cameras `a` and `b` exchanged; infinite from `limit` on.
-  /// All of them: two cameras on opposite sides that are exchanged see a target that is turned,
-  /// which only a third one contradicts.
+  /// Distance of the worst view from the one that agrees best with all others, relative to the
+  /// image size, with the views of cameras `a` and `b` exchanged; infinite from `limit` on. All
+  /// views matter: two exchanged cameras on opposite sides see a rotated target, which only a third
+  /// camera contradicts.
   double contradiction(std::size_t a, std::size_t b, double limit) {
     const auto taken_by = [&](std::size_t camera) {
       return camera == a ? b : camera == b ? a : camera;
@@ -63,7 +63,7 @@ class SetOfViews {
   [[nodiscard]] const std::string& name() const { return name_; }
 
  private:
-  /// The target's place by one camera's view of it, computed once.
+  /// Position of the target according to one camera's view of it, computed once.
   const std::optional<WorldFromTarget>& place_by(std::size_t camera, std::size_t view) {
     auto& place = placed_[camera * views_.size() + view];
     if (!place) {
@@ -76,8 +76,8 @@ class SetOfViews {
     return *place;
   }
 
-  /// RMS distance of the second camera's points from where the first one's view of the target has
-  /// them, as a part of their image's size.
+  /// RMS distance of the second camera's points from the positions predicted by the first one's
+  /// view of the target, relative to the size of their image.
   double distance(std::size_t first, std::size_t first_view, std::size_t second,
                   std::size_t second_view) {
     constexpr double kNone = std::numeric_limits<double>::infinity();
@@ -104,14 +104,14 @@ class SetOfViews {
   std::vector<std::optional<std::optional<WorldFromTarget>>> placed_;
 };
 
-/// A set whose views contradict each other, and by how much.
+/// A set whose views contradict each other, with the size of the contradiction.
 struct Contradiction {
   SetOfViews set;
   double as_named;
 };
 
-/// The sets whose views contradict each other as they are named: a good calibration has none, and
-/// its cost is quadratic in the cameras.
+/// Sets whose views, as named, contradict each other: a good calibration has none, and the cost per
+/// set is quadratic in the number of cameras.
 std::vector<Contradiction> contradictions(const JointModel& all, const JointModel& started) {
   std::vector<Views> by_set(all.placements.size(), Views(all.cameras.size(), nullptr));
   for (const JointFrame& frame : all.frames) by_set[frame.placement][frame.camera] = &frame.points;
@@ -133,7 +133,7 @@ std::string exchanged_views(const JointModel& all, const JointModel& started) {
       std::vector<std::string> sets;
       for (auto& [set, as_named] : bad) {
         if (!set.has(a) || !set.has(b)) continue;
-        // The better one of two bad explanations is none: a quarter, as for a camera that is odd.
+        // The better of two bad explanations is none: require a factor of 4, as for an odd camera.
         const double limit = std::min(contradicting_part, as_named / 4);
         if (set.contradiction(a, b, limit) < limit) sets.push_back(set.name());
       }

@@ -7,8 +7,8 @@
 
 namespace drape::calib {
 
-/// Two cameras whose pictures are exchanged in some sets against the others: what to say of it,
-/// empty where there are none. `all`: every view; `started`: the cameras as most views place them.
+/// Message about two cameras whose pictures are exchanged in some sets; empty if there are none.
+/// `all` holds every view; `started` the cameras as located by the majority of views.
 [[nodiscard]] std::string exchanged_views(const JointModel& all, const JointModel& started);
 
 }  // namespace drape::calib

@@ -21,8 +21,8 @@ double nominal_m(const Target& target, const KnownLength& known) {
   return (target.point_in_target(known.to) - target.point_in_target(known.from)).norm();
 }
 
-/// Pictures met so far. Places of marks are equal to the last digit in one picture only, however it
-/// was copied or encoded; equal files are one picture, however it was detected.
+/// Pictures seen so far. Mark positions that agree to the last digit mean the same picture, however
+/// it was copied or encoded; identical files are the same picture, however it was detected.
 class Pictures {
  public:
   void add(const PictureSource& source, const std::string& what_to_do) {

@@ -9,33 +9,33 @@
 
 namespace drape::calib {
 
-/// Throws Error(bad_input) when a length that the operator measured on the target contradicts its
-/// pitch by more than three standard uncertainties, with the `tolerance` (1) of a print that may be
-/// off: every measured millimetre would be wrong by the same fraction. Names the pitch that would
-/// agree.
+/// Throws Error(bad_input) if a length measured on the target contradicts its pitch by more
+/// than three standard uncertainties, including the `tolerance` (1) of the print: every
+/// measured millimetre would be wrong by the same fraction. The message names the pitch that
+/// would agree.
 void check_known_lengths(const Target& target, double tolerance);
 
-/// Standard uncertainty of the print's scale (1), 0 when no length was measured.
+/// Relative standard uncertainty of the print's scale; 0 if no length was measured.
 [[nodiscard]] double scale_uncertainty(const Target& target);
 
-/// Sentence about the print's scale, for people.
+/// Sentence about the scale of the print.
 [[nodiscard]] std::string print_scale_line(const Target& target);
 
-/// Some sets of a detections file.
+/// A selection of sets in a detections file.
 struct PictureSource {
   const Detections& detections;
-  std::string file;               ///< for messages; may be empty
-  std::vector<std::string> sets;  ///< cameras that count; empty: all
+  std::string file;               ///< for messages; can be empty
+  std::vector<std::string> sets;  ///< cameras to consider; empty for all
 };
 
-/// Throws Error(bad_input) naming both frames where one picture is there twice, in two sets or for
-/// two cameras: it holds one view's information.
+/// Throws Error(bad_input) naming both frames if the same picture occurs twice, in two sets or for
+/// two cameras: it carries the information of one view only.
 void refuse_pictures_twice(const PictureSource& source);
 
-/// The same, and where a picture of `tested` calibrated: it proves nothing of the calibration.
+/// Same, also if a picture of `tested` was used for calibration and so proves nothing.
 void refuse_pictures_of(const PictureSource& calibrated, const PictureSource& tested);
 
-/// Throws Error(bad_input) where rig.toml names a set of the target twice: its views would count
+/// Throws Error(bad_input) if rig.toml names a set of the target twice, which would count its views
 /// twice.
 void refuse_sets_twice(const Rig& rig);
 

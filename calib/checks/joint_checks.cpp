@@ -21,7 +21,7 @@ using Eigen::Vector3d;
 using Eigen::Vector4d;
 using units::deg;
 
-constexpr double kLeastTiltDeg = 10;   ///< below, f and the distance are inseparable in practice
+constexpr double kLeastTiltDeg = 10;   ///< below this, f and the distance are inseparable
 constexpr double kLeastSpreadDeg = 5;  ///< between the normals of free views
 constexpr double kSameViewPx = 0.5;
 
@@ -29,7 +29,7 @@ double angle_deg(const Vector3d& a, const Vector3d& b) {
   return std::acos(std::min(std::abs(a.dot(b)), 1.0)) / deg;
 }
 
-/// The target's normals in the camera frame, one for each view of the camera.
+/// Normals of the target in the camera frame, one per view.
 std::vector<Vector3d> normals_of(const JointModel& model, std::size_t camera) {
   std::vector<Vector3d> normals;
   for (const JointFrame& frame : model.frames) {
@@ -87,7 +87,7 @@ void check_place_in_image(const JointModel& model, std::size_t camera) {
   const CameraModel& image = model.cameras[camera].camera.model;
   const Vector4d box = box_of(model, camera);
   const Vector2d middle(image.width_px / 2.0, image.height_px / 2.0);
-  if (!(box[0] <= box[2])) return;  // no point at all: start_joint names the camera
+  if (!(box[0] <= box[2])) return;  // no points at all: start_joint names the camera
   const bool one_side_u = box[2] < middle.x() || box[0] > middle.x();
   const bool one_side_v = box[3] < middle.y() || box[1] > middle.y();
   if (!one_side_u || !one_side_v) return;
@@ -98,7 +98,7 @@ void check_place_in_image(const JointModel& model, std::size_t camera) {
                   "move the target through the middle and the other corners of the image");
 }
 
-/// Mean distance (px) of the dots that two frames have in common.
+/// Mean distance (px) between the common dots of two frames.
 double mean_shift_px(const JointFrame& a, const JointFrame& b) {
   double sum = 0;
   int common = 0;

@@ -8,22 +8,22 @@
 
 namespace drape::calib {
 
-/// Probability that one of the three tests accuses a rig without a fault: 1 in 1,000 by all.
+/// False-alarm probability of each of the three tests of a rig: 1 in 1,000 for all together.
 inline constexpr double kFalseAlarms = 1e-3 / 3;
 
-/// Parameters more than a fit has, all others fitted along, to first order.
+/// Additional parameters of a fit, estimated with all others to first order.
 struct MoreParameters {
-  Eigen::VectorXd estimate;    ///< empty where the views cannot tell
-  Eigen::MatrixXd covariance;  ///< by the views' own scatter
-  double p = 1;                ///< probability of all as far from 0 (Hotelling 1931)
+  Eigen::VectorXd estimate;    ///< empty if the views cannot determine them
+  Eigen::MatrixXd covariance;  ///< from the scatter between views
+  double p = 1;                ///< probability of a larger deviation from 0 (Hotelling 1931)
   double explained = 0;        ///< decrease of the weighted sum of squares
-  Eigen::MatrixXd others;      ///< motion of the other parameters without each, per unit
+  Eigen::MatrixXd others;      ///< change of the other parameters without each, per unit
 
   /// Change of all parameters of the views' information, these last.
   [[nodiscard]] Eigen::VectorXd step() const;
 };
 
-/// `views` by information_by_view() with those parameters last.
+/// `views` comes from information_by_view() with the additional parameters last.
 [[nodiscard]] MoreParameters fit_more(const ViewsInformation& views, Eigen::Index count);
 
 }  // namespace drape::calib

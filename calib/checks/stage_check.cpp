@@ -72,7 +72,7 @@ void add_findings(StageCheck& check, double half_m) {
   }
 }
 
-/// The six modes and their covariance, in rad per m of height, 1, and rad per m.
+/// Converts the six modes and their covariance, in rad per m of height, 1, and rad per m.
 StageCheck check_of(const ModeVector& found, const ModeMatrix& covariance, double stroke_m,
                     double half_m, double heights_times = 1) {
   const ModeVector sd = covariance.diagonal().cwiseSqrt();
@@ -91,11 +91,11 @@ StageCheck check_of(const ModeVector& found, const ModeMatrix& covariance, doubl
 /// A stage that was fitted as a free pose.
 struct FreedStage {
   std::size_t placement = 0;
-  Index at = 0;  ///< place of its parameters among those of information_of()
+  Index at = 0;  ///< index of its parameters in information_of()
   Vector3d said_m;
 };
 
-/// Frees all known placements but the first, which keeps the world.
+/// Frees all known placements except the first, which defines the world.
 std::vector<FreedStage> free_stages(JointModel& model, const JointFit& fit) {
   std::vector<FreedStage> freed;
   bool world_kept = false;
@@ -117,7 +117,7 @@ std::size_t count_points(const JointModel& model) {
   return points;
 }
 
-/// Deviation of a stage from its stated place: turn (rad) and shift (mm).
+/// Deviation of a stage from its stated position: rotation (rad) and shift (mm).
 ModeVector deviation_of(const Placement& placement, const Vector3d& said_m) {
   ModeVector deviation;
   deviation << rotation_vector(placement.world_from_target.rotation),
@@ -125,7 +125,7 @@ ModeVector deviation_of(const Placement& placement, const Vector3d& said_m) {
   return deviation;
 }
 
-/// The deviation (rad, mm) of a stage `rise_m` above the first by unit modes.
+/// Deviation (rad, mm) of a stage `rise_m` above the first for unit modes.
 ModeMatrix modes_of(double rise_m) {
   ModeMatrix modes = ModeMatrix::Zero();
   modes.topRightCorner<3, 3>().diagonal().setConstant(rise_m);
@@ -133,10 +133,10 @@ ModeMatrix modes_of(double rise_m) {
   return modes;
 }
 
-/// A stage that does not lie where the others' common motion has it.
+/// Finds a stage that deviates from the common motion of the others.
 void add_strays(StageCheck& check, const JointModel& model, const std::vector<FreedStage>& freed,
                 const Eigen::VectorXd& left, const MatrixXd& covariance) {
-  // A stage of its own explains more than a stroke of all, but where heights are in another unit.
+  // A single wrong stage explains more than wrong travel of all, unless heights use another unit.
   double farthest = 0;  // mm
   for (std::size_t i = 0; i < freed.size(); ++i) {
     const Vector3d shift = left.segment<3>(static_cast<Index>(kModes * i) + 3);
@@ -152,7 +152,7 @@ void add_strays(StageCheck& check, const JointModel& model, const std::vector<Fr
   }
 }
 
-/// Two stages that lie at each other's heights say more than what else is wrong with them.
+/// Finds two stages that lie at each other's heights, which takes precedence over other faults.
 void name_exchanged(StageCheck& check, const JointModel& model,
                     const std::vector<FreedStage>& freed) {
   for (const FreedStage& one : freed) {
@@ -218,7 +218,7 @@ std::optional<StageCheck> check_stages(JointModel model, const JointFit& fit,
 std::optional<StageCheck> check_stages(const Camera& camera,
                                        const std::vector<Correspondence>& points, TsaiFree free,
                                        double chi2, double heights_times) {
-  // Pixels that are not square move two plates against each other much as a wrong stroke does.
+  // Pixels that are not square shift two plates relative to each other much like wrong travel.
   if (free == TsaiFree::all_but_scale_x) free = TsaiFree::all;
   const MatrixXd inverse = tsai_covariance(camera, points, free);
   if (inverse.size() == 0) return std::nullopt;
@@ -262,14 +262,14 @@ std::optional<StageCheck> check_stages_far_off(const Camera& camera,
                                                const std::vector<Correspondence>& points,
                                                TsaiFree free, double chi2, int max_iterations) {
   constexpr int kRounds = 20;
-  // Heights that run backwards are refused as mirrored points, so a step that leads there is a
-  // wrong one.
+  // Descending heights are refused as mirrored points, so a step in that direction is
+  // wrong.
   const auto step_of = [](const StageCheck& found, double times) {
     return std::log(std::clamp((1 + found.stroke_percent / 100) / times, 0.5, 2.0));
   };
   std::optional<StageCheck> check = check_stages(camera, points, free, chi2);
   if (!check || check->contradiction.empty()) return check;
-  // Secant steps on the logarithm of the heights' factor; what is left over is its own first step.
+  // Secant method on the logarithm of the height factor; the remaining deviation is the first step.
   double before = 0, left_before = step_of(*check, 1), now = left_before;
   Refinement fit{camera, true, 0, chi2};
   std::vector<Correspondence> raised = points;
@@ -282,7 +282,7 @@ std::optional<StageCheck> check_stages_far_off(const Camera& camera,
     auto next = check_stages(fit.camera, raised, free, fit.chi2, times);
     if (!next) break;
     const double left = step_of(*next, times);
-    // A tenth of the stated uncertainty is not seen in any digit.
+    // A tenth of the stated uncertainty does not change any printed digit.
     if (std::abs(left) < 0.1 * next->stroke_sd_percent / 100 / times) return next;
     const double slope = (left - left_before) / (now - before);
     before = now;

@@ -23,13 +23,13 @@ using Eigen::Vector2d;
 using Eigen::Vector3d;
 using Eigen::VectorXd;
 
-/// A bias of fewer stated standard deviations is inside the stated interval's doubt.
+/// A bias of fewer stated standard deviations is covered by the stated interval.
 constexpr double kHarmSigmas = 3;
 constexpr double kNowhere = std::numeric_limits<double>::infinity();
 
 constexpr const char* kRemedy = "use a lens of less view, or pictures as the camera took them";
 
-/// Radius over which a camera's points lie: the largest distance from the axis at depth 1.
+/// Radius covered by a camera's points: largest distance from the axis at depth 1.
 double largest_radius(const JointModel& model, std::size_t camera) {
   double largest = 0;
   for (const JointFrame& frame : model.frames) {
@@ -50,7 +50,7 @@ double miss_of(const JointCamera& camera, const Placement& placement, const Boar
   return px ? (whitener(point.covariance_px2) * (*px - point.px())).norm() : kNowhere;
 }
 
-/// Median distance of a camera's points in the fit of all cameras, in standard deviations.
+/// Median residual of a camera's points in the fit of all cameras, in standard deviations.
 double miss_together(const JointModel& model, std::size_t index) {
   std::vector<double> misses;
   for (const JointFrame& frame : model.frames) {
@@ -62,7 +62,7 @@ double miss_together(const JointModel& model, std::size_t index) {
   return misses.empty() ? 0 : median(misses);
 }
 
-/// The same in a fit of the camera's own views.
+/// Same, in a fit of the camera's own views.
 double typical_miss(JointModel model, std::size_t index) {
   SeenTargets alone;
   std::vector<std::string> dropped;
@@ -87,8 +87,8 @@ double typical_miss(JointModel model, std::size_t index) {
   return misses.empty() ? kNowhere : median(misses);
 }
 
-/// The camera's points where a lens without distortion would have them, were the camera's lens an
-/// equidistant fisheye of this focal length (r = f angle). Frames with fewer than four are dropped.
+/// Converts the camera's points to those of a distortion-free lens, assuming an equidistant fisheye
+/// of this focal length (r = f angle). Frames with fewer than four points are dropped.
 JointModel without_fisheye(const JointModel& model, std::size_t index, double focal_px) {
   JointModel straight = model;
   const CameraModel& image = model.cameras[index].camera.model;
@@ -99,7 +99,7 @@ JointModel without_fisheye(const JointModel& model, std::size_t index, double fo
     for (TargetPoint point : frame.points) {
       const Vector2d off = point.px() - middle;
       const double angle = off.norm() / focal_px;
-      if (angle > 1.45 || angle < 1e-9) continue;  // 83 degrees: the tangent has no end
+      if (angle > 1.45 || angle < 1e-9) continue;  // 83 degrees; the tangent diverges at 90
       const Vector2d along = off.normalized();
       const double tangent = std::tan(angle);
       const Eigen::Matrix2d radial = along * along.transpose();
@@ -117,10 +117,10 @@ JointModel without_fisheye(const JointModel& model, std::size_t index, double fo
 }
 
 std::string fisheye(const JointModel& model, std::size_t index) {
-  // One camera's parallel views may not hold a lens that all cameras together hold.
+  // One camera's parallel views may not determine a lens that all cameras together do.
   double brown = miss_together(model, index);
   if (brown > 2 * kRayleighMedian) brown = std::min(brown, typical_miss(model, index));
-  // Where cameras contradict each other, the board that all of them see is no evidence either.
+  // If cameras contradict each other, the board seen by all of them is unreliable too.
   if (JointModel drawn = model; brown > 2 * kRayleighMedian) {
     drawn.board.edge_rise_mm.setZero();
     brown = std::min(brown, typical_miss(std::move(drawn), index));

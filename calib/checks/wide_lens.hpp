@@ -7,10 +7,10 @@
 
 namespace drape::calib {
 
-/// Names the camera whose lens is wider than Brown's model, at any picture size; empty when there
-/// is none. Two tests: an equidistant fisheye lens under Brown's terms fits the camera's own views
-/// with less than 1/sqrt(2) of the misses (half the squares), or one radial term more moves the
-/// focal length by more than three stated standard deviations, judged by the views' own scatter.
+/// Names the camera whose lens is too wide for Brown's model at some picture size; empty if there
+/// is none. Two tests: an equidistant fisheye lens combined with Brown's terms fits the camera's
+/// own views with residuals below 1/sqrt(2) (half the squares), or a further radial term changes
+/// the focal length by more than three stated standard deviations, judged by the views' scatter.
 [[nodiscard]] std::string wide_lens(const JointModel& model, JointFit fit);
 
 }  // namespace drape::calib

@@ -17,7 +17,7 @@ ExportResult export_calibration(const Calibration& calibration, ExchangeFormat f
   if (calibration.no_go)
     throw bad_input("the calibration is NO-GO: " + *calibration.no_go, {.field = "no_go"},
                     "calibrate again; the files of other tools have no place for its verdict");
-  // Kalibr's radtan has four terms; the others have k3.
+  // Kalibr's radtan has four terms; the other formats have k3.
   const BrownTerms terms =
       format == ExchangeFormat::kalibr ? BrownTerms::k1_k2_p1_p2 : BrownTerms::k1_k2_p1_p2_k3;
   ExportResult result;
@@ -90,7 +90,7 @@ CalibratedCamera import_camera(const std::filesystem::path& file, ExchangeFormat
   }
   result.camera.name = file.stem().string();
   check_imported(result.camera, file);
-  // Half a metre away through the middle of the upper left quarter: distortion acts there.
+  // Half a metre away, through the centre of the upper left quadrant, where distortion is visible.
   const CameraModel& model = result.camera.model;
   const auto ray = unproject(model, {model.width_px / 4.0, model.height_px / 4.0});
   if (!ray) {

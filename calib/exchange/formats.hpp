@@ -8,7 +8,7 @@
 
 namespace drape::calib {
 
-/// A camera whose lens is Brown's, ready to be written.
+/// A camera with a Brown lens, ready for export.
 struct BrownCamera {
   std::string name;
   BrownLens lens;
@@ -24,7 +24,7 @@ struct BrownCamera {
 [[nodiscard]] Camera camera_of_opencv(const std::filesystem::path& file);
 [[nodiscard]] Camera camera_of_mrcal(const std::filesystem::path& file);
 
-/// Throws Error(bad_input) naming the file unless the camera can be one.
+/// Throws Error(bad_input) naming the file if the camera is invalid.
 void check_imported(const Camera& camera, const std::filesystem::path& file);
 
 }  // namespace drape::calib

@@ -20,8 +20,8 @@ namespace fs = std::filesystem;
                    "write the model again with mrcal, as LENSMODEL_PINHOLE, _OPENCV4 or _OPENCV5");
 }
 
-/// A model is a Python dictionary of names, strings and flat lists of numbers; anything nested is
-/// kept as text and not looked at.
+/// Parses a model: a Python dictionary of names, strings and flat lists of numbers; nested values
+/// are kept as text and ignored.
 std::map<std::string, std::string> dictionary(const fs::path& file) {
   std::string text;
   bool comment = false;
@@ -122,7 +122,7 @@ Camera camera_of_mrcal(const fs::path& file) {
   const auto size = model.list("imagersize", 2);
   camera.model.width_px = static_cast<int>(size[0]);
   camera.model.height_px = static_cast<int>(size[1]);
-  // Newer versions call the pose rt_cam_ref.
+  // Newer versions name the pose rt_cam_ref.
   const auto pose = model.list(model.has("rt_cam_ref") ? "rt_cam_ref" : "extrinsics", 6);
   camera.cam_from_world.rotation = rotation_about({pose[0], pose[1], pose[2]});
   camera.cam_from_world.translation_m = {pose[3], pose[4], pose[5]};

@@ -31,12 +31,12 @@ cv::Mat matrix_of(const Eigen_& values) {
   return matrix;
 }
 
-/// A file of cv::FileStorage (YAML, XML or JSON) as a calibration tool writes it.
+/// A cv::FileStorage file (YAML, XML or JSON) written by a calibration tool.
 class Storage {
  public:
   explicit Storage(const fs::path& file) : file_(file) {
     std::string text = read_text(file);
-    // ROS leaves out the line that cv::FileStorage asks for.
+    // ROS omits the header line that cv::FileStorage requires.
     const std::string ending = file.extension().string();
     if ((ending == ".yaml" || ending == ".yml") && !text.starts_with("%YAML"))
       text.insert(0, text.starts_with("---") ? "%YAML:1.0\n" : "%YAML:1.0\n---\n");
@@ -59,13 +59,13 @@ class Storage {
     return {};
   }
 
-  /// Numbers of a matrix, row by row; nothing when no key is there.
+  /// Elements of a matrix, row by row; empty if no key exists.
   [[nodiscard]] std::vector<double> numbers(std::initializer_list<const char*> keys) const {
     const cv::FileNode node = any_of(keys);
     if (node.empty()) return {};
     cv::Mat matrix;
     try {
-      // Files of ROS hold a plain map with `data` in place of OpenCV's typed matrix.
+      // ROS files store a plain map with `data` instead of OpenCV's typed matrix.
       if (node.isMap() && node["dt"].empty()) {
         std::vector<double> values;
         node["data"] >> values;
@@ -92,7 +92,7 @@ class Storage {
   cv::FileStorage storage_;
 };
 
-/// Throws Error(bad_input) for a value that makes another lens or another picture of the numbers.
+/// Throws Error(bad_input) for a value that gives the numbers another meaning (lens, picture).
 void check_meaning(const Storage& storage, const fs::path& file) {
   constexpr const char* kRemedy = "calibrate with OpenCV's pinhole model, at full resolution";
   for (const std::string& key : storage.keys()) {

@@ -15,7 +15,7 @@ using Eigen::Vector2d;
 using Eigen::Vector3d;
 using Eigen::VectorXd;
 
-constexpr int kColumns = 41, kRows = 31;  // pixels compared, corners included
+constexpr int kColumns = 41, kRows = 31;  // grid of compared pixels, corners included
 constexpr int kSteps = 30;
 
 struct Ray {
@@ -46,7 +46,7 @@ BrownLens start_of(const CameraModel& model) {
   return lens;
 }
 
-/// The lens's terms in the order of parameter_names().
+/// Terms of the lens in the order of parameter_names().
 std::vector<double*> terms_of(BrownLens& lens, BrownTerms terms) {
   std::vector<double*> all = {&lens.fx_px, &lens.fy_px, &lens.cx_px, &lens.cy_px, &lens.k1,
                               &lens.k2,    &lens.p1,    &lens.p2,    &lens.k3};
@@ -54,7 +54,7 @@ std::vector<double*> terms_of(BrownLens& lens, BrownTerms terms) {
   return all;
 }
 
-/// Gauss-Newton step; its size in pixels. The models differ little, so no damping is needed.
+/// One Gauss-Newton step; returns its size in pixels. The models are close, so it needs no damping.
 double improve(const std::vector<Ray>& rays, const CameraModel& shape, BrownTerms terms,
                BrownLens& lens) {
   const auto parameters = terms_of(lens, terms);
@@ -70,7 +70,7 @@ double improve(const std::vector<Ray>& rays, const CameraModel& shape, BrownTerm
     residuals.segment<2>(row) = rays[i].px - image->px;
     jacobian.middleRows<2>(row) = by_lens->leftCols(count);
   }
-  // Terms of very different size are scaled alike; a term that the image cannot tell stays.
+  // Scales terms of very different size; a term that the image does not determine stays unchanged.
   const VectorXd scale = jacobian.colwise().norm().cwiseMax(1e-300).cwiseInverse();
   const MatrixXd scaled = jacobian * scale.asDiagonal();
   const VectorXd step = least_squares(scaled, residuals);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Formats that are written as plain text: Kalibr's camchain, COLMAP's model.
+// Plain-text formats: Kalibr's camchain, COLMAP's model.
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
@@ -24,7 +24,7 @@ std::vector<ExportedFile> kalibr_files(const std::vector<BrownCamera>& cameras) 
     const BrownLens& lens = camera.lens;
     text += fmt::format("cam{}:\n", i);
     if (i > 0) {
-      // Camera i from camera i - 1: through the world.
+      // Pose of camera i relative to camera i - 1, through the world.
       const CamFromWorld& before = cameras[i - 1].cam_from_world;
       CamFromWorld step;
       step.rotation = camera.cam_from_world.rotation * before.rotation.transpose();

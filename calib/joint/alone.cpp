@@ -13,7 +13,7 @@ namespace {
 using Eigen::Matrix3d;
 using Eigen::Vector2d;
 
-/// Fewer views do not hold a lens with distortion.
+/// Fewer views do not determine a lens with distortion.
 constexpr std::size_t kLeastViewsOfALens = 3;
 
 std::string name_of_view(const JointModel& model, std::size_t frame) {
@@ -45,7 +45,7 @@ std::vector<Homography> homographies_of(const JointModel& model, std::size_t cam
   return found;
 }
 
-/// One focal length from all views; where a wrong one spoils that, the median of the views' own.
+/// Common focal length of all views; if a bad view spoils it, the median of single-view results.
 std::optional<double> focal_px(const std::vector<Homography>& views, const Vector2d& middle) {
   std::vector<Matrix3d> all;
   std::vector<double> own;
@@ -58,7 +58,7 @@ std::optional<double> focal_px(const std::vector<Homography>& views, const Vecto
   return median(own);
 }
 
-/// The camera's own views, the first of which holds the world.
+/// The camera's own views; the first one defines the world.
 JointModel own_views(const JointModel& model, std::size_t camera, const SeenTargets& views,
                      std::vector<std::size_t>& frames) {
   JointModel own;
@@ -84,7 +84,7 @@ bool plausible(const JointCamera& camera, double start_focal_px) {
          lens.cx_px < camera.camera.model.width_px && lens.cy_px < camera.camera.model.height_px;
 }
 
-/// Refines lens and poses; keeps the start where that fails. Drops the views that stay off.
+/// Refines lens and poses, keeping the start if that fails. Drops views that remain outliers.
 void refine(JointModel& model, std::size_t index, bool lens_known, SeenTargets& alone,
             std::vector<std::string>& dropped, LensTerms lens) {
   JointFit fit;

@@ -9,23 +9,23 @@
 
 namespace drape::calib {
 
-/// The target as one camera sees it.
+/// Pose of the target as seen by one camera.
 struct SeenTarget {
   CamFromTarget cam_from_target;
-  bool from_behind = false;  ///< its z points away from the camera, or its labels are mirrored
+  bool from_behind = false;  ///< z of the target points away from the camera, or mirrored labels
 };
 
-/// Views of one camera by frame of the model; nothing for a frame that is not usable.
+/// Views of one camera by frame of the model; nullopt for an unusable frame.
 using SeenTargets = std::vector<std::optional<SeenTarget>>;
 
-/// Points where a pinhole camera of focal length 1 would see them; none beyond the lens's model.
+/// Points in a pinhole camera of focal length 1; those outside the lens model's range are dropped.
 [[nodiscard]] std::vector<TargetPoint> without_lens(const CameraModel& camera,
                                                     std::vector<TargetPoint> points);
 
-/// Lens and target poses of camera `index` from its own views: homographies, one focal length
-/// (Zhang 1998) or the lens it already has (`lens_known`), then all by robust least squares with
-/// distortion. A view most of whose points lie off is left out; `dropped` names it. Throws
-/// Error(bad_input) naming the camera when it has no usable view or no focal length can be had.
+/// Lens and target poses of camera `index` from its own views only: homographies, one focal length
+/// (Zhang 1998) or the known lens (`lens_known`), then robust least squares of everything with
+/// distortion. A view whose points are mostly outliers is dropped and named in `dropped`. Throws
+/// Error(bad_input) naming the camera if it has no usable view or its focal length cannot be found.
 [[nodiscard]] SeenTargets solve_alone(JointModel& model, std::size_t index, bool lens_known,
                                       std::vector<std::string>& dropped,
                                       LensTerms lens = LensTerms::k1_k2);

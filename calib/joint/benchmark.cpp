@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Joint calibration of 3 cameras from 19 placements of 108 points, beside cv::calibrateCamera on
-// the same points (camera by camera, k1 k2, no covariance, no common placements) where it is
-// installed.
+// Joint calibration of 3 cameras from 19 placements of 108 points, compared with
+// cv::calibrateCamera, if available, on the same points (per camera, k1 k2, no covariance, no
+// common placements).
 #include <benchmark/benchmark.h>
 
 #include "calib/joint.hpp"
@@ -18,8 +18,8 @@ JointModel views() {
   return test::SyntheticBench(1, 17, 0.01).noisy_views();
 }
 
-/// Everything `drape calib --method joint` does after reading: start, lens by held-out error,
-/// rejection, fit, covariance, next view.
+/// Everything that `drape calib --method joint` does after reading its files: start, lens choice by
+/// held-out error, rejection, fit, covariance, next view.
 void all_of_it(benchmark::State& state) {
   const JointModel seen = views();
   for ([[maybe_unused]] auto _ : state) {
@@ -30,7 +30,7 @@ void all_of_it(benchmark::State& state) {
 }
 BENCHMARK(all_of_it)->Unit(benchmark::kMillisecond);
 
-/// The least squares alone, lens k1 k2 and no bow as the baseline has them.
+/// Least squares only, with lens k1 k2 and no bow, like the baseline.
 void fit_alone(benchmark::State& state) {
   const JointModel seen = views();
   JointFit fit;

@@ -18,15 +18,15 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-constexpr Index kFileParameters = 15;  ///< Brown's nine and the pose; the skew has no place there
+constexpr Index kFileParameters = 15;  ///< nine of Brown's lens and the pose; files have no skew
 
-/// File index of a parameter of joint_model.hpp, -1 for the skew.
+/// File index of a model parameter; -1 for the skew.
 Index file_index(int parameter) {
   if (parameter == lens_parameters - 1) return -1;
   return parameter < lens_parameters ? parameter : parameter - 1;
 }
 
-/// d(file parameters) / d(moved parameters): a turn becomes a change of the rotation vector.
+/// d(file parameters) / d(free parameters): converts a rotation to a change of the rotation vector.
 MatrixXd to_file(const JointModel& model, const std::vector<int>& moved, Index size) {
   MatrixXd map = MatrixXd::Zero(kFileParameters * static_cast<Index>(model.cameras.size()), size);
   for (std::size_t c = 0; c < model.cameras.size(); ++c) {
@@ -158,7 +158,7 @@ std::optional<MeasuredPlate> measured_plate(const JointModel& model, const Joint
         solve_symmetric(MatrixXd(-normal.matrix.bottomRightCorner(lengths, lengths)),
                         MatrixXd(normal.matrix.bottomLeftCorner(lengths, all)));
   MatrixXd follow = normal.points_after(steps, false);
-  // Shapes that all points share: those of the board, then shifts and turns of the whole.
+  // Displacements common to all points: those of the board, then rigid motions.
   MatrixXd shapes = MatrixXd::Zero(values, board_parameters + 6);
   for (Index i = 0; i < layout.points; ++i) {
     const Eigen::Vector3d& drawn = model.board.drawn[static_cast<std::size_t>(i)];
@@ -201,7 +201,7 @@ std::optional<MeasuredPlate> measured_plate(const JointModel& model, const Joint
 }
 
 Eigen::Matrix3d centre_covariance_mm2(const CalibratedCamera& camera) {
-  // centre = -R' t; a turn w on top of R makes it -R' (1 - [w]x) t.
+  // centre = -R' t; a further rotation w makes it -R' (1 - [w]x) t.
   const CamFromWorld& pose = camera.camera.cam_from_world;
   Eigen::Matrix<double, 3, 6> d;
   d << pose.rotation.transpose() * -cross_matrix(pose.translation_m / units::mm) *

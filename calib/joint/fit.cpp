@@ -43,7 +43,7 @@ double robust_scale(const JointModel& model) {
   return median(std::move(distances)) / kRayleighMedian;
 }
 
-/// Returns the largest change in px.
+/// Updates each dot's eccentricity; returns the largest change in px.
 double update_eccentricity(JointModel& model, double diameter_m) {
   double largest = 0;
   for (JointFrame& frame : model.frames) {
@@ -63,7 +63,7 @@ double update_eccentricity(JointModel& model, double diameter_m) {
   return largest;
 }
 
-/// Returns the largest change.
+/// Updates the robust weights; returns the largest change.
 double update_weights(JointModel& model, double robust_sigmas) {
   const double limit = robust_sigmas * robust_scale(model);
   if (!(limit > 0)) return 0;
@@ -79,7 +79,7 @@ double update_weights(JointModel& model, double robust_sigmas) {
   return largest;
 }
 
-/// Takes what a fit leaves for the points' noise, against which the print's error is weighed;
+/// Sets the points' noise, against which the print's error is weighted, to that of the residuals;
 /// returns the relative change.
 double update_noise(JointSolution& solution, const JointFit& fit) {
   const JointLayout layout(solution.model, fit);
@@ -92,8 +92,8 @@ double update_noise(JointSolution& solution, const JointFit& fit) {
   return std::abs(std::exchange(solution.model.noise, noise) / noise - 1);
 }
 
-/// Takes the print's error, where none is stated, from the shifts that the views find: in the plane
-/// and out of it; returns the relative change.
+/// Estimates the print's error, in the plane and out of it, from the fitted shifts, unless it is
+/// stated; returns the relative change.
 double update_print(JointModel& model, const JointFit& fit) {
   Board& board = model.board;
   if (fit.board != BoardKind::free || board.error_stated) return 0;
@@ -111,7 +111,7 @@ double update_print(JointModel& model, const JointFit& fit) {
   return (before.cwiseQuotient(board.point_sd_mm.front()).array() - 1).abs().maxCoeff();
 }
 
-/// Frames of the placements that are (not) in the group.
+/// Frames whose placements are inside (or outside) the group.
 JointModel part_of(const JointModel& model, const std::vector<bool>& in_group, bool inside) {
   JointModel part = model;
   part.frames.clear();
@@ -121,7 +121,7 @@ JointModel part_of(const JointModel& model, const std::vector<bool>& in_group, b
   return part;
 }
 
-/// Placements in an order that depends on what was seen alone, not on names or numbers of views.
+/// Order of placements that depends only on their content, not on names or numbering of views.
 std::vector<std::size_t> order_of(const JointModel& model) {
   std::vector<double> keys(model.placements.size(), 0);
   for (const JointFrame& frame : model.frames)
@@ -208,8 +208,8 @@ double off_m(const JointModel& model, const JointFrame& frame, const TargetPoint
   return distance_px(model, frame, point) * at.z() / std::get<BrownLens>(camera.model.lens).fx_px;
 }
 
-/// Beyond `limit` sigmas, and farther off at the target than a harmless error, however good the
-/// other points are.
+/// True if a point is beyond `limit` sigmas and its error at the target is not negligible, however
+/// good the other points are.
 bool is_off(const JointModel& model, const JointFrame& frame, const TargetPoint& point,
             double limit) {
   return distance_sigmas(model, frame, point) > limit && off_m(model, frame, point) > harmless_m;
@@ -259,7 +259,7 @@ std::vector<std::string> reject_outliers(JointModel& model, const JointCleaning&
 }
 
 HeldOut held_out_error(const JointModel& solved, JointFit fit, int groups) {
-  constexpr double kEnough = 1e-7;  // a thousandth of what the draws of views leave open
+  constexpr double kEnough = 1e-7;  // a thousandth of the variation between resamples
   HeldOut sum;
   sum.lens = fit.lens;
   fit.settled = kEnough;
@@ -304,7 +304,7 @@ namespace {
 
 constexpr int kDraws = 400;
 
-/// Mean square error per point of each lens (columns) in draws of the placements with replacement.
+/// Mean square error per point of each lens (columns) in resamples of the placements (rows).
 std::vector<std::vector<double>> drawn_errors(const std::vector<HeldOut>& table) {
   std::mt19937 random(1);
   const std::size_t views = table.front().views.size();
@@ -326,7 +326,7 @@ std::vector<std::vector<double>> drawn_errors(const std::vector<HeldOut>& table)
   return draws;
 }
 
-/// Takes the next larger lens where its error is lower by more than the standard error of that.
+/// Selects the next larger lens if it reduces the error by more than the standard error.
 std::size_t choice(const std::vector<double>& errors,
                    const std::vector<std::vector<double>>& draws) {
   std::size_t best = 0;

@@ -17,8 +17,8 @@ using Eigen::MatrixXd;
 using Eigen::Vector3d;
 using Eigen::VectorXd;
 
-/// Whitened derivative of a frame's points by its camera, the board and its placement side by side,
-/// and by each point's own place; whitened residuals.
+/// Whitened derivatives of a frame's points by camera, board and placement side by side, and by
+/// each point's own position; whitened residuals.
 struct FrameRows {
   MatrixXd d, by_point;
   VectorXd residuals;
@@ -53,12 +53,12 @@ FrameRows rows_of(const JointModel& model, const JointLayout& layout, const Join
   return out;
 }
 
-/// Rows (columns) of a frame's derivative and where they stand among all parameters.
+/// Columns of a frame's derivative and their position among all parameters.
 struct Piece {
   Index from, to, size;
 };
 
-/// `placement_at` is -1 when the placement is known.
+/// `placement_at` is -1 if the placement is known.
 std::vector<Piece> pieces_of(const JointLayout& layout, std::size_t camera, Index placement_at) {
   const auto cameras = static_cast<Index>(layout.cameras.size()),
              board = static_cast<Index>(layout.board.size());
@@ -82,7 +82,7 @@ MatrixXd squared(const MatrixXd& rows) {
   return product.selfadjointView<Eigen::Lower>();
 }
 
-/// In units of each point's standard deviation, robust weight included.
+/// Scales pixels by each point's standard deviation and robust weight.
 VectorXd whitened(const JointFrame& frame, const VectorXd& px) {
   VectorXd result(px.size());
   for (std::size_t i = 0; i < frame.points.size(); ++i) {
@@ -94,10 +94,10 @@ VectorXd whitened(const JointFrame& frame, const VectorXd& px) {
   return result;
 }
 
-/// A measured length as a row: what is left of it and its derivatives (mm), in its uncertainties.
+/// Equation of a measured length: residual and derivatives (mm), scaled by its uncertainty.
 struct LengthRow {
   double left = 0;
-  Vector3d by_to;  ///< by_from is its negative
+  Vector3d by_to;  ///< by_from is the negative of this
   Eigen::Matrix<double, 1, board_parameters> by_board;
 };
 
@@ -114,12 +114,12 @@ LengthRow row_of(const JointModel& model, const MeasuredLength& length) {
   return row;
 }
 
-/// A board of free points gives in where the drawn one contradicts the promise.
+/// True if square pixels are a constraint: only a board of free points can adapt to it.
 bool has_square_pixels(const JointCamera& camera, const JointFit& fit) {
   return camera.square_sd > 0 && fit.board == BoardKind::free && fit.cameras && !fit.lens_known;
 }
 
-/// fy/fx against 1, by fx and by fy, in the uncertainty that the rig promises.
+/// Deviation of fy/fx from 1, its derivatives by fx and fy, over the uncertainty in the rig.
 Vector3d square_row(const JointModel& model, const JointCamera& camera) {
   const auto& lens = std::get<BrownLens>(camera.camera.model.lens);
   const double weight = std::sqrt(model.noise) / camera.square_sd, ratio = lens.fy_px / lens.fx_px;
@@ -266,9 +266,9 @@ VectorXd NormalEquations::step() const {
     left += cross * own.solve(cross.transpose());
     right += cross * own.solve(pull.tail(lengths));
   }
-  // Placements meet each other through the free points alone.
+  // Placements are coupled through the free points only.
   for (Index i = 0; i < all; ++i)
-    if (!(left(i, i) > 0)) left(i, i) = 1;  // seen by no view
+    if (!(left(i, i) > 0)) left(i, i) = 1;  // not seen in any view
   const bool apart = layout.points == 0 && lengths == 0;
   const Index size = apart ? layout.common : all;
   const VectorXd unit = left.diagonal().cwiseMax(1e-30).cwiseSqrt().cwiseInverse();
@@ -343,7 +343,7 @@ ViewsInformation information_by_view(const JointModel& model, const JointFit& fi
   const JointLayout layout(model, fit);
   const Index common = layout.common + more.count, size = common + placement_parameters;
   ViewsInformation out{{}, MatrixXd::Zero(common, common)};
-  MatrixXd follow;  // of the free points, by one unit of each common parameter
+  MatrixXd follow;  // change of the free points per unit of each common parameter
   const auto board_size = static_cast<Index>(layout.board.size());
   if (board_size > 0)
     out.stated.block(layout.board_at, layout.board_at, board_size, board_size) =

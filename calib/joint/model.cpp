@@ -20,7 +20,7 @@ const BrownLens& lens_of(const JointCamera& camera) {
   return std::get<BrownLens>(camera.camera.model.lens);
 }
 
-/// du by dv of the skew: u gains skew * (v - cy) / fy.
+/// Shear du/dv of the skew: u gains skew * (v - cy) / fy.
 double shear(const JointCamera& camera) {
   return camera.skew_px / lens_of(camera).fy_px;
 }
@@ -83,7 +83,7 @@ std::optional<TargetImage> image_of(const JointCamera& camera, const Placement& 
   out.px = image->px + Vector2d(sheared(0, 1) * (image->px.y() - lens.cy_px), 0);
   const Eigen::Matrix<double, 2, 3> by_point = sheared * image->d_px_d_point;
   out.by_camera.leftCols<9>() = sheared * *d_px_d_lens(camera.camera.model, in_camera);
-  // The skew multiplies the distorted y itself, which neither fy nor cy moves.
+  // The skew multiplies the distorted y itself, which does not depend on fy or cy.
   out.by_camera(0, 1) = 0;
   out.by_camera(0, 3) = 0;
   out.by_camera.col(9) = Vector2d((image->px.y() - lens.cy_px) / lens.fy_px, 0);

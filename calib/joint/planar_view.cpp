@@ -23,7 +23,7 @@ std::optional<Matrix3d> homography_of(const std::vector<TargetPoint>& points) {
 
 std::optional<double> focal_px_of(const std::vector<Matrix3d>& homographies,
                                   const Vector2d& principal_px) {
-  double square = 0, product = 0;  // sums a a, a b of equations a x = b, x = 1/f^2
+  double square = 0, product = 0;  // sums of a a and a b for the equations a x = b, x = 1/f^2
   for (const Matrix3d& raw : homographies) {
     Matrix3d h = raw;
     h.row(0) -= principal_px.x() * raw.row(2);

@@ -15,10 +15,10 @@ using Eigen::Vector3d;
 using Eigen::VectorXd;
 using units::mm;
 
-/// Damping of a first step: a start from homographies, and one near the solution.
+/// Initial damping: for a start from homographies, and for one near the solution.
 constexpr double kFarDamping = 1e-4, kNearDamping = 1e-12, kMostDamping = 1e8;
 
-/// Cameras, placements and board of a model: all that a step moves.
+/// Cameras, placements and board of a model: everything that a step changes.
 struct Moving {
   std::vector<JointCamera> cameras;
   std::vector<Placement> placements;
@@ -112,7 +112,7 @@ JointSolution solve_joint(JointModel start, const JointFit& fit, bool near) {
     const double expected = step.head(pull.size()).dot(pull) + points_mm.dot(normal.points_pull);
     if (next < cost) {
       solution.chi2 = chi2;
-      // By the gain of the step against its promise (Nielsen 1999).
+      // Updates the damping by the ratio of actual to predicted decrease (Nielsen 1999).
       const double gain =
           std::clamp((cost - next) / std::max(std::abs(expected), 1e-300), 0.0, 1.0);
       damping = std::max(damping * std::max(1.0 / 3, 1 - std::pow(2 * gain - 1, 3)), kNearDamping);

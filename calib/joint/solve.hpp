@@ -10,11 +10,11 @@
 
 namespace drape::calib {
 
-/// The target as a fit takes it.
+/// Models of the target in a fit.
 enum class BoardKind {
-  drawn,  ///< each point where the target's file says
-  bow,    ///< the same on a plate of two parabolas
-  free,   ///< each point by the views, within the stated error of the print
+  drawn,  ///< points at their nominal positions
+  bow,    ///< nominal positions on a plate bent to two parabolas
+  free,   ///< point positions estimated within the stated error of the print
 };
 
 }  // namespace drape::calib
@@ -25,16 +25,16 @@ inline constexpr std::string_view drape::names_of<drape::calib::BoardKind>[] = {
 
 namespace drape::calib {
 
-/// Parameters that a joint fit may move, and its limit of iterations.
+/// Free parameters of a joint fit, and its limit of iterations.
 struct JointFit {
   LensTerms lens = LensTerms::k1_k2_p1_p2;
   bool skew = false;
   BoardKind board = BoardKind::bow;
-  bool lens_known = false;  ///< the cameras' lenses stay as they are
-  bool cameras = true;      ///< false: placements only, to test a calibration on poses it never saw
+  bool lens_known = false;  ///< keep the cameras' lenses fixed
+  bool cameras = true;      ///< false: fit placements only, to test a calibration on new poses
   int max_iterations = 100;
-  /// Expected relative decrease that ends the fit, far below what a covariance can tell, so that
-  /// the end does not depend on the start.
+  /// Expected relative decrease at which the fit stops, far below the statistical uncertainty, so
+  /// that the result does not depend on the start.
   double settled = 1e-10;
 };
 
@@ -45,29 +45,29 @@ struct JointSolution {
   double chi2 = 0;  ///< weighted sum of squares at the end
 };
 
-/// Least squares over all cameras, unknown placements and the board together (Levenberg-Marquardt),
-/// signed residuals weighted by the points' covariances; a board's free points are eliminated first
-/// (Schur complement), their print's stated error in units of the points' noise.
-/// `near`: the start is a solution of nearly the same problem, so that full Gauss-Newton steps are
-/// tried from the first on.
+/// Least squares over all cameras, unknown placements and the board together (Levenberg-Marquardt).
+/// Signed residuals are weighted by the points' covariances; free points of the board are
+/// eliminated first (Schur complement), the stated error of their print in units of the points'
+/// noise. `near`: the start solves a nearly identical problem, so full Gauss-Newton steps are tried
+/// immediately.
 [[nodiscard]] JointSolution solve_joint(JointModel start, const JointFit& fit, bool near = false);
 
-/// Number of parameters that the views determine; one that a stated error holds counts in part.
+/// Effective number of parameters from the views; one held by a stated error counts in part.
 [[nodiscard]] double free_parameters(const JointModel& model, const JointFit& fit);
 
-/// Indices of a camera's parameters that the fit moves.
+/// Indices of a camera's free parameters.
 [[nodiscard]] std::vector<int> moved_camera_parameters(const JointFit& fit);
 
-/// Indices of the board's parameters that the fit moves.
+/// Indices of the board's free parameters.
 [[nodiscard]] std::vector<int> moved_board_parameters(const JointModel& model, const JointFit& fit);
 
-/// Places of the parameters of a fit: cameras, board, unknown placements, then one multiplier for
-/// each measured length.
+/// Layout of the parameters of a fit: cameras, board, unknown placements, then one multiplier per
+/// measured length.
 struct JointLayout {
-  std::vector<int> cameras, board;  ///< moved parameters of one camera, and of the board
+  std::vector<int> cameras, board;  ///< free parameters of one camera, and of the board
   Eigen::Index board_at = 0, common = 0, lengths_at = 0, size = 0;
-  std::vector<Eigen::Index> placements;  ///< offsets, -1 when known
-  Eigen::Index points = 0;               ///< free points of the board
+  std::vector<Eigen::Index> placements;  ///< offsets, -1 if known
+  Eigen::Index points = 0;               ///< number of free points of the board
 
   JointLayout(const JointModel& model, const JointFit& fit);
   [[nodiscard]] Eigen::Index camera(std::size_t i) const {
@@ -75,49 +75,49 @@ struct JointLayout {
   }
 };
 
-/// Normal equations of a fit about its model. A measured length stands as a row and a column with
-/// -1 on the diagonal, which keeps the points apart from each other: whoever eliminates it adds its
+/// Normal equations of a fit, linearised at its model. A measured length is a row and a column
+/// with -1 on the diagonal, which keeps the points' blocks separate: its elimination adds its
 /// square.
 struct NormalEquations {
   JointLayout layout;
-  Eigen::MatrixXd matrix;     ///< all but the free points
-  Eigen::VectorXd pull;       ///< minus the gradient
-  Eigen::MatrixXd by_points;  ///< against the points, three columns (mm) each
-  Eigen::MatrixXd points;     ///< 3 x 3 of each point, side by side
+  Eigen::MatrixXd matrix;     ///< for all parameters except the free points
+  Eigen::VectorXd pull;       ///< negative gradient
+  Eigen::MatrixXd by_points;  ///< coupling to the points, three columns (mm) each
+  Eigen::MatrixXd points;     ///< 3 x 3 blocks of the points, side by side
   Eigen::VectorXd points_pull;
 
   NormalEquations(const JointModel& model, const JointFit& fit);
-  /// Takes the points out of matrix and pull; damps by that part of the diagonal.
+  /// Eliminates the points from matrix and pull; damps by that fraction of the diagonal.
   void eliminate_points(double damping = 0);
-  /// Step (mm) of the points, after eliminate_points(), that goes with steps of the others.
+  /// Steps (mm) of the points for given steps of the others, after eliminate_points().
   [[nodiscard]] Eigen::MatrixXd points_after(const Eigen::MatrixXd& steps, bool with_pull) const;
-  /// Steps of all but the points, the placements eliminated first where no free point joins them;
-  /// empty when they cannot be separated.
+  /// Step of all parameters except the points. Placements are eliminated first unless free points
+  /// couple them; empty if the equations are singular.
   [[nodiscard]] Eigen::VectorXd step() const;
 };
 
-/// Weighted squares of views (`chi2`) and of the stated errors together; infinite where a point
-/// does not project.
+/// Weighted squares of views (`chi2`) plus those of the stated errors; infinite if a point does not
+/// project.
 [[nodiscard]] double cost_of(const JointModel& model, const JointFit& fit, double& chi2);
 
-/// Information (inverse covariance) of all moved parameters but free points, which are eliminated:
-/// cameras, then the board, then the unknown placements, in the order of joint_model.hpp.
+/// Information matrix (inverse covariance) of all free parameters after elimination of the free
+/// points: cameras, then the board, then the unknown placements, in the order of model.hpp.
 [[nodiscard]] Eigen::MatrixXd information_of(const JointModel& model, const JointFit& fit);
 
-/// Image minus measured place of a frame's points (px, two rows a point), 0 where one does not
-/// project.
+/// Projected minus measured position of a frame's points (px, two rows per point), 0 for a point
+/// that does not project.
 [[nodiscard]] Eigen::VectorXd residuals_px(const JointModel& model, const JointFrame& frame);
 
-/// Information of one placement of the target on cameras and board, its own pose eliminated; free
-/// points of the board follow the parameters as all views together say.
+/// Information of one placement on cameras and board, after elimination of its pose; free points of
+/// the board depend on the parameters as determined by all views.
 struct ViewInformation {
   std::size_t placement = 0;
-  Eigen::MatrixXd information;  ///< inverse covariance, from the points' covariances
-  Eigen::VectorXd score;        ///< pull of the residuals, J'Wr; their sum is zero at the optimum
-  Eigen::MatrixXd with_world;   ///< the information where this placement alone holds the world
+  Eigen::MatrixXd information;  ///< inverse covariance from the points' covariances
+  Eigen::VectorXd score;        ///< gradient J'Wr of the residuals; the sum is zero at the optimum
+  Eigen::MatrixXd with_world;   ///< the information if this placement alone defines the world
 };
 
-/// Information of the placements that are seen, and of the stated errors.
+/// Information of the visible placements and of the stated errors.
 struct ViewsInformation {
   std::vector<ViewInformation> views;
   Eigen::MatrixXd stated;
@@ -125,13 +125,13 @@ struct ViewsInformation {
   [[nodiscard]] Eigen::MatrixXd sum() const;  ///< of all `with_world` and the stated errors
 };
 
-/// Parameters that the fit does not have: derivative of a frame (px, two rows a point) by each.
+/// Additional parameters that the fit lacks: derivatives of a frame (px, two rows per point).
 struct MoreColumns {
   Eigen::Index count = 0;
   std::function<Eigen::MatrixXd(const JointFrame&)> of = {};
 };
 
-/// The parameters of `more` stand last, after the board.
+/// The parameters of `more` come last, after the board.
 [[nodiscard]] ViewsInformation information_by_view(const JointModel& model, const JointFit& fit,
                                                    const MoreColumns& more = {});
 

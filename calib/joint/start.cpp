@@ -22,7 +22,7 @@ namespace {
 
 using Eigen::Vector2d;
 
-/// A rigid motion whose frames are kept by the reader, not by the compiler: this file chains many.
+/// A rigid motion without compile-time frames, since this file chains many of them.
 using Motion = Pose<frame::World, frame::World>;
 
 template <class To, class From>
@@ -30,14 +30,14 @@ To as(const From& pose) {
   return {pose.rotation, pose.translation_m};
 }
 
-/// Turn angle (rad) plus shift in units of the distance: how far two motions are apart.
+/// Distance between two motions: rotation angle (rad) plus shift relative to the distance.
 double apart(const Motion& a, const Motion& b) {
   const double turn = Eigen::AngleAxisd(a.rotation.transpose() * b.rotation).angle();
   const double size = std::max(a.translation_m.norm(), b.translation_m.norm()) + 1e-9;
   return turn + (a.translation_m - b.translation_m).norm() / size;
 }
 
-/// The candidate nearest to all others: a minority of wrong ones does not move it.
+/// The candidate nearest to all others, robust against a minority of wrong ones.
 Motion majority(const std::vector<Motion>& candidates) {
   std::size_t best = 0;
   double least = std::numeric_limits<double>::max();
@@ -52,7 +52,7 @@ Motion majority(const std::vector<Motion>& candidates) {
   return candidates[best];
 }
 
-/// Pose of the target in the camera frame, by frame of the model; nothing for a dropped frame.
+/// Pose of the target in the camera frame, by frame of the model; nullopt for a dropped frame.
 using Poses = std::vector<std::optional<Motion>>;
 
 Where where_of(const JointModel& model, std::size_t frame) {
@@ -65,7 +65,7 @@ std::string name_of(const JointModel& model, std::size_t frame) {
   return fmt::format("set {}, {}", where.set, where.camera);
 }
 
-/// Side of the target that is seen: by camera that of most of its views, by frame its own.
+/// Visible side of the target: by camera in most of its views, and by frame.
 struct Sides {
   std::vector<bool> mostly_behind, behind;
 
@@ -114,18 +114,18 @@ std::optional<std::size_t> frame_at(const JointModel& model, const Poses& poses,
   return std::nullopt;
 }
 
-/// Two estimates of one motion that agree lie nearer to each other than this (see apart()).
+/// Largest distance of two consistent estimates of one motion (see apart()).
 constexpr double kAgree = 0.1;
 
-/// Part of the candidates that agree with the best of them.
+/// Fraction of the candidates that agree with the best one.
 double agreement(const Motion& best, const std::vector<Motion>& candidates) {
   const auto close = std::count_if(candidates.begin(), candidates.end(),
                                    [&](const Motion& m) { return apart(best, m) < kAgree; });
   return static_cast<double>(close) / static_cast<double>(candidates.size());
 }
 
-/// Takes out the views of a camera's less usual side that no other camera confirms: their labels
-/// are mirrored. Confirmed are those of a two-sided target.
+/// Removes views of a camera's less frequent side unless another camera confirms them, since their
+/// labels are mirrored; views of a two-sided target are confirmed.
 void drop_mirrored(const JointModel& model, const std::vector<Motion>& cameras, const Sides& sides,
                    Poses& poses, std::vector<std::string>& dropped) {
   std::vector<std::size_t> mirrored;
@@ -150,7 +150,7 @@ void drop_mirrored(const JointModel& model, const std::vector<Motion>& cameras, 
   }
 }
 
-/// Notes the views from behind, for the reader: a camera through the target, or both sides of it.
+/// Adds notes about views from behind: a camera that sees through the target, or both of its sides.
 void note_sides(const JointModel& model, const Sides& sides, const Poses& poses,
                 std::vector<std::string>& notes) {
   for (std::size_t c = 0; c < model.cameras.size(); ++c) {
@@ -170,8 +170,8 @@ void note_sides(const JointModel& model, const Sides& sides, const Poses& poses,
   }
 }
 
-/// camera-from-camera0 of all cameras, chained over placements that two cameras see; the pair with
-/// most placements in common comes first.
+/// Pose of each camera relative to camera 0, chained over placements that two cameras see; pairs
+/// with most common placements first.
 std::vector<Motion> relative_cameras(const JointModel& model, const Poses& poses,
                                      const std::vector<bool>& behind) {
   std::vector<std::optional<Motion>> found(model.cameras.size());
@@ -199,7 +199,7 @@ std::vector<Motion> relative_cameras(const JointModel& model, const Poses& poses
     if (most.empty()) break;
     const Motion best = majority(most);
     if (behind[next]) {
-      // A mirrored picture gives every view another pose; a see-through target gives one.
+      // Mirrored pictures give each view a different pose; a transparent target gives a common one.
       if (most.size() < 3 || agreement(best, most) <= 0.5) refuse_mirrored(model, next);
     }
     found[next] = best;
@@ -217,7 +217,7 @@ std::vector<Motion> relative_cameras(const JointModel& model, const Poses& poses
   return result;
 }
 
-/// camera0-from-target of all placements that are seen.
+/// Pose of each visible placement relative to camera 0.
 Poses placements_before_camera0(const JointModel& model, const Poses& poses,
                                 const std::vector<Motion>& cameras) {
   std::vector<std::vector<Motion>> candidates(model.placements.size());
@@ -243,7 +243,7 @@ double rms_px(const JointModel& model, const JointFrame& frame) {
   return std::sqrt(sum / static_cast<double>(frame.points.size()));
 }
 
-/// Puts cameras and free placements into the world of the known placements.
+/// Transforms cameras and free placements to the world of the known placements.
 void place_in_world(JointModel& model, const std::vector<Motion>& cameras, const Poses& targets) {
   std::vector<Motion> worlds;  // camera0 from world
   for (std::size_t p = 0; p < targets.size(); ++p) {
@@ -263,7 +263,7 @@ void place_in_world(JointModel& model, const std::vector<Motion>& cameras, const
   }
 }
 
-/// A view whose labels contradict the others is off by much of the target's own image.
+/// Views with wrong labels, which are off by a large part of the target's image.
 std::vector<std::size_t> contradicting_views(const JointModel& model, const Poses& poses,
                                              std::vector<std::string>& dropped) {
   std::vector<std::size_t> found;
@@ -287,7 +287,7 @@ std::vector<std::size_t> contradicting_views(const JointModel& model, const Pose
   return found;
 }
 
-/// A camera that contradicts the others in most of its views is not calibrated by those that stay.
+/// Throws if a camera contradicts the others in most views: the remaining ones are no basis.
 void refuse_majority(const JointModel& model, const Poses& poses) {
   std::vector<int> all(model.cameras.size(), 0), kept(model.cameras.size(), 0);
   for (std::size_t f = 0; f < model.frames.size(); ++f) {
@@ -304,7 +304,7 @@ void refuse_majority(const JointModel& model, const Poses& poses) {
   }
 }
 
-/// The first placement that is seen holds the world where no stage does.
+/// Makes the first visible placement the world if there is no stage.
 void hold_the_world(JointModel& model, const Poses& poses) {
   if (!model.world_by_first_view) return;
   bool held = false;
@@ -318,9 +318,9 @@ void hold_the_world(JointModel& model, const Poses& poses) {
   }
 }
 
-constexpr std::size_t kLeastDots = 4;  ///< least dots of a frame, for its pose
+constexpr std::size_t kLeastDots = 4;  ///< least number of dots for a frame's pose
 
-/// Standard deviation of a print's point, in pitches, where none is stated.
+/// Default standard deviation of a printed point, in pitches.
 constexpr double kPointError = 0.01;
 
 Board board_of(const Target& target) {
@@ -453,7 +453,7 @@ std::vector<std::string> start_joint(JointModel& model, const StartOptions& opti
     if (sides.behind[f] && options.thickness_m > 0) {
       for (TargetPoint& point : model.frames[f].points) {
         point.point_in_target.z() -= options.thickness_m;
-        if (point.place >= 0) point.place += front;  // another print
+        if (point.place >= 0) point.place += front;  // on the other print
       }
       two_sided = true;
     }

@@ -10,10 +10,10 @@
 
 namespace drape::calib {
 
-/// Frames of the target in the rig's sets: the z stages (known placements, world z up) and the
-/// free poses. Without stages the first set defines the world. Throws Error(bad_input) with camera
-/// and set for another target, image size and a number that is not finite; `notes` gets a line for
-/// each frame that is absent or too poor to use.
+/// Frames of the target in the rig's sets: z stages (known placements, world z up) and free poses.
+/// Without stages the first set defines the world. Throws Error(bad_input) with camera and set for
+/// another target or image size and for a number that is not finite; adds a line to `notes` for
+/// each frame that is absent or unusable.
 [[nodiscard]] JointModel joint_frames(const Detections& detections, const Rig& rig,
                                       const Target& target, std::vector<std::string>& notes);
 
@@ -23,28 +23,28 @@ namespace drape::calib {
 }
 
 struct StartOptions {
-  bool lens_known = false;  ///< the model's cameras have their lenses already
+  bool lens_known = false;  ///< the model's cameras already have their lenses
   double thickness_m =
-      0;  ///< thickness of a two-sided target: its back's points lie so far below z = 0
+      0;  ///< thickness of a two-sided target: depth of its back's points below z = 0
 };
 
-/// A view contradicts the others when it lies off by this part of the target's own image or more.
+/// Smallest deviation of a view that contradicts the others, relative to the target's image.
 inline constexpr double contradicting_part = 0.15;
 
-/// Start values of cameras and placements: each camera by itself (solve_alone), the cameras against
-/// each other by the majority of the views they have in common, chained where two never see the
-/// target together. Views that contradict the majority are taken out of the model; returns a line
-/// for each, with set, camera and reason, and for a camera that sees the target from behind, where
-/// other cameras confirm it: through a target, or the back of a two-sided one. Throws
-/// Error(bad_input) naming the camera: no focal length to be had (parallel planes, one level view),
-/// all its labels mirrored, no view in common with the others.
+/// Initial cameras and placements: each camera alone (solve_alone), then the cameras relative to
+/// each other by the majority of common views, chained if two never see the target together.
+/// Removes views that contradict the majority. Returns a line for each, with set, camera and
+/// reason, and for a camera that sees the target from behind, if other cameras confirm it: through
+/// a target, or the back of a two-sided one. Throws Error(bad_input) naming the camera if its focal
+/// length cannot be found (parallel planes, one level view), all its labels are mirrored, or it
+/// shares no view with the others.
 std::vector<std::string> start_joint(JointModel& model, const StartOptions& options = {});
 
-/// The stages of known height that start_joint() took most views of, by their heights: empty when
-/// there is none. Without them nothing shows that a height is wrong.
+/// Stages of known height from which start_joint() removed most views, with their heights; empty if
+/// there are none. Without these views a wrong height cannot be detected.
 [[nodiscard]] std::string lost_stages(const JointModel& all, const JointModel& kept);
 
-/// Takes out the placements that no frame shows.
+/// Removes placements without frames.
 void drop_unseen_placements(JointModel& model);
 
 }  // namespace drape::calib

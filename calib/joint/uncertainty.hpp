@@ -10,21 +10,21 @@
 
 namespace drape::calib {
 
-/// Region in which cloth may hang: over the target, up to its highest stage.
+/// Region in which cloth may hang: above the target, up to its highest stage.
 [[nodiscard]] WorldBox drape_volume(const JointModel& model);
 
-/// Standard deviation (px, of one coordinate) that the calibration alone gives the image of a world
-/// point; nothing where the point does not project or the camera has no covariance.
+/// Standard deviation (px, one coordinate) of a world point's image due to the calibration alone;
+/// nullopt if the point does not project or the camera has no covariance.
 [[nodiscard]] std::optional<double> projected_sd_px(const CalibratedCamera& camera,
                                                     const Eigen::Vector3d& point_in_world);
 
-/// Covariance (mm^2) that the calibration alone gives a point measured by all cameras, from the
-/// joint covariance: the triangulated point moves with the cameras (first order, equal weights).
-/// Nothing when fewer than two cameras see the point or there is no joint covariance.
+/// Covariance (mm^2) of a point measured by all cameras due to the calibration alone, from the
+/// joint covariance (first order, equal weights). nullopt if fewer than two cameras see the point
+/// or there is no joint covariance.
 [[nodiscard]] std::optional<Eigen::Matrix3d> point_covariance_mm2(
     const Calibration& calibration, const Eigen::Vector3d& point_in_world);
 
-/// Root mean square over the grid of the standard deviation (mm, all three axes together).
+/// Root mean square over a grid of the standard deviation (mm, all three axes together).
 [[nodiscard]] std::optional<double> volume_sd_mm(const Calibration& calibration,
                                                  const std::vector<Eigen::Vector3d>& points);
 

@@ -14,7 +14,7 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-/// T with T A T' = 1; empty when A is numerically singular.
+/// T with T A T' = 1; empty if A is numerically singular.
 MatrixXd whitener_of(const MatrixXd& information) {
   const VectorXd scale = information.diagonal().cwiseSqrt().cwiseInverse();
   if (!scale.allFinite()) return {};
@@ -26,13 +26,13 @@ MatrixXd whitener_of(const MatrixXd& information) {
          scale.asDiagonal();
 }
 
-/// The pull of a view before the fit gives in to it: under white noise its covariance is
-/// `own`, whereas that of the pull at the optimum is own - own^2.
+/// Corrects a view's gradient for leverage: for white noise the result has covariance `own`, the
+/// gradient at the optimum own - own^2.
 VectorXd without_leverage(const MatrixXd& own, const VectorXd& pull) {
   const SymmetricEigen eigen = symmetric_eigen(own);
   VectorXd along = eigen.vectors.transpose() * pull;
   for (Index i = 0; i < along.size(); ++i) {
-    // A direction that this view alone determines leaves no residual to judge it by.
+    // A direction determined by this view alone leaves no residual to test it with.
     const double left = 1 - eigen.values[i];
     along[i] = left > 1e-9 ? along[i] / std::sqrt(left) : 0;
   }
@@ -62,7 +62,7 @@ ViewScatter scatter_of_views(const JointModel& model, const JointFit& fit, doubl
     concentration += own.squaredNorm();
     owns.push_back(std::move(own));
   }
-  // Directions of the world that one placement defines are in no residual: they get the mean.
+  // Directions fixed by the placement that defines the world have no residual and get the mean.
   const double directions = seen.trace();
   const double by_direction = std::max(directions / concentration - 1, 1.0);
   out.inflation = std::max(scatter.trace() / directions, least_inflation);
@@ -76,7 +76,7 @@ ViewScatter scatter_of_views(const JointModel& model, const JointFit& fit, doubl
   MatrixXd whitened =
       out.shrinkage * mean +
       own_part * (scatter + out.inflation * (MatrixXd::Identity(size, size) - seen));
-  // A stated error is as large as stated, whatever the views scatter.
+  // A stated error keeps its size, whatever the scatter between views.
   whitened -= (out.inflation - model.noise) * whiten * information.stated * whiten.transpose();
   const SymmetricEigen eigen = symmetric_eigen(whitened);
   whitened = eigen.vectors * eigen.values.cwiseMax(least_inflation).asDiagonal() *

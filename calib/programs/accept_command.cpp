@@ -57,8 +57,8 @@ void fields(Fields& f, AcceptanceArguments& a) {
   fields(f, a.options);
 }
 
-/// Throws Error(usage) for an option that would do nothing: of a ball without --sphere, of a date
-/// without --date; and for a ball of unknown size.
+/// Throws Error(usage) for an option without effect, of a ball without --sphere or of a date
+/// without --date, and for a ball of unknown size.
 void refuse_idle_options(const Command& app) {
   const auto needs = [&](const std::string& option, const std::string& other) {
     if (app.count(option) > 0 && app.count(other) == 0)

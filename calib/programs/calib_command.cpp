@@ -22,10 +22,10 @@ namespace {
 
 enum class Method { tsai, joint };
 
-/// The target as its file draws it, with a bow or free, or which of them unseen views choose.
+/// Board model: nominal, bowed or free, or the one chosen on held-out views.
 enum class BoardChoice { held_out, drawn, bow, free };
 
-/// The lens's terms, or which of them views choose that no fit has seen.
+/// Lens terms, or those chosen on held-out views.
 enum class LensChoice { held_out, k1, k1k2, k1k2p1p2, k1k2p1p2k3 };
 
 }  // namespace
@@ -52,7 +52,7 @@ struct CalibArguments {
   std::optional<fs::path> lens_from, compare, plate;
 };
 
-/// The values that a calibration rests on, besides its files.
+/// Settings that determine a calibration, besides its files.
 struct CalibSettings {
   CalibArguments& arguments;
 };
@@ -88,7 +88,7 @@ void fields(Fields& f, CalibArguments& a) {
   f.if_any({"compare", "older calibration.json: how far each camera drifted since"}, a.compare);
 }
 
-/// Throws Error(usage) for an option of the joint method beside another one: it would do nothing.
+/// Throws Error(usage) for an option of the joint method given with another one.
 void refuse_joint_options(const Command& app, Method method) {
   if (method == Method::joint) return;
   for (const std::string option :
@@ -98,7 +98,7 @@ void refuse_joint_options(const Command& app, Method method) {
                         "add --method joint, or leave " + option + " out");
 }
 
-/// NO-GO for a cause that comes before the program's own.
+/// Makes the ending NO-GO for a cause that precedes the program's own.
 void refuse(Ending& ending, const std::string& cause) {
   if (!ending.go) ending.warnings.push_back("NO-GO also because " + ending.verdict);
   ending.go = false;
@@ -106,8 +106,8 @@ void refuse(Ending& ending, const std::string& cause) {
   ending.next_command.clear();
 }
 
-/// The target's file with the measured places; NO-GO of the calibration, or a board that is taken
-/// as drawn, leaves none.
+/// Writes the target's file with measured positions; writes none if the calibration is NO-GO or the
+/// board is taken as drawn.
 void write_plate(const fs::path& file, const Target& target, const JointResult& result,
                  Ending& ending, RunRecord& record) {
   if (!ending.go || !result.report.plate) {
@@ -125,7 +125,7 @@ void write_plate(const fs::path& file, const Target& target, const JointResult& 
   ending.numbers.emplace_back("measured plate", file.string());
 }
 
-/// The calibration and how the program ends, by either method.
+/// Calibrates by either method; returns the calibration and the ending.
 std::pair<Calibration, Ending> calibrate(const Detections& detections, const Rig& rig,
                                          const Target& target, Method method,
                                          const JointOptions& options, const fs::path& out,

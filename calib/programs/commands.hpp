@@ -3,7 +3,7 @@
 
 namespace drape::calib {
 
-// The commands of drape-calib, each with a command line of its own; each returns the exit code.
+// The commands of drape-calib. Each parses its own command line and returns the exit code.
 int calib_command(int argc, char** argv);
 int accept_command(int argc, char** argv);
 int convert_command(int argc, char** argv);

@@ -33,7 +33,7 @@ std::string figures_of(const CameraReport& camera) {
       camera.chi2_per_dof);
 }
 
-/// The four classical measures in one line.
+/// Formats the four classical measures on one line.
 std::string errors_of(const ClassicalErrors& errors) {
   return fmt::format(
       "mean (largest) error {:.4f} ({:.4f}) px distorted, {:.4f} ({:.4f}) px undistorted, {:.4f} "
@@ -42,7 +42,7 @@ std::string errors_of(const ClassicalErrors& errors) {
       errors.undistorted_px.max, errors.object_mm.mean, errors.object_mm.max, errors.normalised);
 }
 
-/// All that the calibration's warnings say of a camera but its status, which is the verdict.
+/// Adds a camera's warnings except its status, which is the verdict.
 void add_reasons(Ending& ending, const CameraReport& camera) {
   const auto add = [&](const std::vector<std::string>& reasons, std::vector<std::string>& lines) {
     for (const std::string& reason : reasons)

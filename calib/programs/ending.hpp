@@ -16,16 +16,16 @@ namespace drape::calib {
 /// Ending of a calibration by Tsai's method: verdict, figures of each camera, rejections.
 [[nodiscard]] Ending ending_of(const CalibResult& result, const std::filesystem::path& out);
 
-/// Verdict, numbers, rejections and next command of a joint calibration, for people.
+/// Ending of a joint calibration: verdict, numbers, rejections and next command.
 [[nodiscard]] Ending ending_of(const JointResult& result, const std::filesystem::path& out);
 
-/// Lines of --compare: how far each camera drifted since `old` over the target and up to its
-/// highest stage, and a warning for each that drifted by more than the stated uncertainties, and
-/// where `old` is NO-GO.
+/// Adds the results of --compare: drift of each camera since `old` in the volume from the target
+/// to its highest stage, with a warning if it exceeds the stated uncertainties or if `old` is
+/// NO-GO.
 void add_drift(Ending& ending, const Calibration& old, const Calibration& now, const Rig& rig,
                const Target& target);
 
-/// The step that follows a good calibration.
+/// The command that follows a successful calibration.
 [[nodiscard]] std::string next_command(const std::filesystem::path& calibration);
 
 }  // namespace drape::calib

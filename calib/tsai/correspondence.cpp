@@ -119,7 +119,7 @@ int check_correspondences(const std::vector<Correspondence>& points, const std::
     spread += (p.point_in_world - mean) * (p.point_in_world - mean).transpose();
   const Eigen::Vector3d variances =
       Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(spread).eigenvalues();
-  // A width under a thousandth of the length is print tolerance, not a second direction.
+  // A width below a thousandth of the length is print tolerance, not a second dimension.
   if (variances[1] <= 1e-6 * variances[2]) {
     throw bad_input("the target points lie on one line", where,
                     "show the camera more of the target");

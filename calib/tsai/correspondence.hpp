@@ -10,10 +10,10 @@
 
 namespace drape::calib {
 
-/// A target point and where a camera saw it.
+/// A target point and its image in one camera.
 struct Correspondence {
   Eigen::Vector3d point_in_world;  ///< metres
-  Eigen::Vector2d px;              ///< measured place
+  Eigen::Vector2d px;              ///< measured position
   Eigen::Matrix2d covariance_px2 = Eigen::Matrix2d::Identity();
   std::string set = {};
   MarkId dot = {};
@@ -22,29 +22,29 @@ struct Correspondence {
 /// W with W'W the inverse of the covariance.
 [[nodiscard]] Eigen::Matrix2d whitener(const Eigen::Matrix2d& covariance_px2);
 
-/// Throws Error(bad_input): the detections are of a cloth or of another target.
+/// Throws Error(bad_input) if the detections are of a cloth or of another target.
 void check_lattice(const Detections& detections, const Rig& rig, const Target& target);
 
-/// The frame of a set and camera, null when there is none.
+/// Frame of a set and camera; null if there is none.
 [[nodiscard]] const FrameDetections* find_frame(const Detections& detections,
                                                 const std::string& set, const std::string& camera);
 
-/// Throws Error(bad_input) with camera and set: another image size than the rig's; a position or
-/// covariance that is not finite or not positive.
+/// Throws Error(bad_input) with camera and set if the image size differs from the rig's, or a
+/// position or covariance is not finite or not positive.
 void check_frame(const FrameDetections& frame, const RigCamera& camera);
 void check_detection(const Detection& detection, const FrameDetections& frame);
 
-/// Dots of all target stages that the camera saw, by stage, then dot. Throws Error(bad_input) with
-/// camera and set when a stage is missing, the image size or the dot grid is not the rig's, or a
-/// number is not finite.
+/// Dots seen by the camera on all target stages, ordered by stage, then dot. Throws
+/// Error(bad_input) with camera and set if a stage is missing, image size or dot grid differ from
+/// the rig's, or a number is not finite.
 [[nodiscard]] std::vector<Correspondence> stage_correspondences(const Detections& detections,
                                                                 const Rig& rig,
                                                                 const Target& target,
                                                                 const std::string& camera);
 
-/// Throws Error(bad_input) naming the camera when the points cannot calibrate it: fewer than 11
-/// (Willson 1995), on one line, or at heights that hardly differ. Returns the number of different
-/// heights; 1 is a single plane.
+/// Throws Error(bad_input) naming the camera if its points cannot calibrate it: fewer than 11
+/// (Willson 1995), collinear, or at nearly equal heights. Returns the number of different heights;
+/// 1 is a single plane.
 int check_correspondences(const std::vector<Correspondence>& points, const std::string& camera);
 
 }  // namespace drape::calib

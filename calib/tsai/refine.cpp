@@ -21,8 +21,8 @@ using Eigen::Vector2d;
 using Eigen::Vector3d;
 using units::mm;
 
-/// Order and units of parameter_names(); the rotation is a turn on top of the start's, so that the
-/// solver never meets the rotation vector's jump at half a turn.
+/// Parameters in the order and units of parameter_names(); the rotation is relative to the start,
+/// so that the solver avoids the discontinuity of the rotation vector at half a turn.
 constexpr int kParameters = 11;
 enum Index { focal, kappa, cx, cy, scale, turn, translation = 8, tz = 10 };
 using Parameters = std::array<double, kParameters>;
@@ -74,7 +74,7 @@ class PointResidual : public ceres::SizedCostFunction<2, kParameters> {
     const Camera camera = camera_of(start_, p);
     const Vector3d translated = camera.cam_from_world * point_.point_in_world;
     const auto image = project(camera.model, translated);
-    if (!image) return false;  // the solver takes a shorter step
+    if (!image) return false;  // makes the solver take a shorter step
     Eigen::Map<Vector2d>(residuals, 2) = whitener_ * (image->px - point_.px);
     if (jacobians == nullptr || jacobians[0] == nullptr) return true;
     Eigen::Map<Eigen::Matrix<double, 2, kParameters, Eigen::RowMajor>> jacobian(jacobians[0]);
@@ -95,7 +95,7 @@ class PointResidual : public ceres::SizedCostFunction<2, kParameters> {
   Matrix2d whitener_;
 };
 
-/// Ceres logs a failed step to stderr although the solver is silent; its summary says the same.
+/// Silences Ceres, which logs a failed step to stderr even so; its summary reports it too.
 [[maybe_unused]] const bool quiet = [] {
   FLAGS_minloglevel = google::GLOG_FATAL;
   return true;
@@ -105,7 +105,7 @@ ceres::Solver::Options solver_options(int max_iterations) {
   ceres::Solver::Options options;
   options.linear_solver_type = ceres::DENSE_QR;
   options.max_num_iterations = max_iterations;
-  // Far below what a covariance can tell, so that the end point does not depend on the start.
+  // Far below the statistical uncertainty, so that the result does not depend on the start.
   options.function_tolerance = 1e-15;
   options.parameter_tolerance = 1e-13;
   options.gradient_tolerance = 1e-14;

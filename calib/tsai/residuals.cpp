@@ -81,7 +81,7 @@ CalibrationResiduals residuals_of(const Camera& camera, const std::vector<Corres
 }
 
 double normalised_error(const Camera& camera, const std::vector<Correspondence>& points) {
-  // Uniform rounding error of one pixel in x and y has a variance of (pitch^2)/12 in each.
+  // Rounding to whole pixels in x and y has a variance of (pitch^2)/12 in each.
   const Eigen::Vector2d pitch = focal_px(camera.model).cwiseInverse();
   const double rounding = std::sqrt(pitch.squaredNorm() / 12);
   double sum = 0;

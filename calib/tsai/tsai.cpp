@@ -22,7 +22,7 @@ Vector2d on_sensor(const Correspondence& p, const TsaiSensor& sensor) {
           (p.px.y() - sensor.cy_px) * sensor.pixel_pitch_y_m};
 }
 
-/// Least squares with columns scaled to unit length; nothing when the rank is deficient.
+/// Least squares with columns scaled to unit length; nullopt if rank-deficient.
 std::optional<VectorXd> solve(MatrixXd a, const VectorXd& b) {
   const VectorXd scale = a.colwise().norm();
   if (!a.allFinite() || scale.minCoeff() <= 0) return std::nullopt;
@@ -33,8 +33,8 @@ std::optional<VectorXd> solve(MatrixXd a, const VectorXd& b) {
   return VectorXd(qr.solve(b).cwiseQuotient(scale));
 }
 
-/// Rotation with the same roll, pitch and yaw as the two measured rows (which noise leaves not
-/// quite orthogonal), as Willson's program does it.
+/// Rotation with the roll, pitch and yaw of the two estimated rows, which noise makes slightly
+/// non-orthogonal; as in Willson's program.
 Eigen::Matrix3d rotation_of_rows(const Vector3d& row1, const Vector3d& row2) {
   const Vector3d row3 = row1.cross(row2);
   const double yaw = std::atan2(row2.x(), row1.x());
@@ -57,12 +57,12 @@ const Correspondence& farthest_from_centre(const std::vector<Correspondence>& po
   return *farthest;
 }
 
-/// Ty > 0 is right when the farthest point has the signs of its image in the camera frame.
+/// Sign of Ty: positive if the farthest point and its image have equal signs in the camera frame.
 double sign_of_ty(const Vector2d& xy_in_camera_for_positive_ty, const Vector2d& sensor_xy) {
   return xy_in_camera_for_positive_ty.cwiseProduct(sensor_xy).sum() >= 0 ? 1.0 : -1.0;
 }
 
-/// Rows of the radial alignment constraint for unknowns over Ty (7 or 5 of them).
+/// Fills in a row of the radial alignment constraint for the 7 (or 5) unknowns over Ty.
 void fill_row(MatrixXd& a, VectorXd& b, Eigen::Index i, const Correspondence& p, const Vector2d& s,
               Eigen::Index dimensions) {
   const auto world = p.point_in_world.head(dimensions).transpose();
@@ -103,14 +103,14 @@ std::optional<RadialAlignment> align_about_origin(const std::vector<Corresponden
   return result;
 }
 
-/// The constraint without division by Ty: regular where Ty = 0, but with noise weighted
-/// differently, so it only tells the second row and Ty.
+/// Homogeneous form of the constraint, without division by Ty. It is regular at Ty = 0 but weights
+/// noise differently, so only the second row and Ty are taken from it.
 struct SecondRow {
   Vector3d row;
   double ty_m = 0;
 };
 
-/// `dimensions` of the world: 3, or 2 for one plane, whose second row then lacks its third part.
+/// `dimensions` of the world: 3, or 2 for a plane, whose second row then lacks its third element.
 std::optional<SecondRow> homogeneous_second_row(const std::vector<Correspondence>& points,
                                                 const TsaiSensor& sensor, Eigen::Index dimensions) {
   const auto n = static_cast<Eigen::Index>(points.size());
@@ -133,7 +133,7 @@ std::optional<SecondRow> homogeneous_second_row(const std::vector<Correspondence
   return second;
 }
 
-/// Root mean square of the points' distances from their mean.
+/// RMS distance of the points from their mean.
 double extent(const std::vector<Correspondence>& points) {
   Vector3d mean = Vector3d::Zero();
   for (const Correspondence& p : points) mean += p.point_in_world;
@@ -143,7 +143,7 @@ double extent(const std::vector<Correspondence>& points) {
   return std::sqrt(sum / static_cast<double>(points.size()));
 }
 
-/// Ty^2 of one plane from the four known rotation terms over Ty (Tsai 1987, eq. 17).
+/// Ty^2 for one plane, from the four known rotation terms over Ty (Tsai 1987, eq. 17).
 double ty_squared_coplanar(const Vector2d& row1, const Vector2d& row2) {
   const double sum = row1.squaredNorm() + row2.squaredNorm();
   const double det = row1.x() * row2.y() - row1.y() * row2.x();
@@ -178,8 +178,8 @@ std::optional<RadialAlignment> align_plane_about_origin(const std::vector<Corres
 using Alignment = std::optional<RadialAlignment>(const std::vector<Correspondence>&,
                                                  const TsaiSensor&);
 
-/// Ty is a divisor of every unknown: where it is near 0 the origin is moved along the camera's y,
-/// the rest solved, and the origin moved back.
+/// Stage 1 for Ty near 0, by which every unknown is divided: shifts the origin along the camera's
+/// y, solves, and shifts it back.
 std::optional<RadialAlignment> align_off_the_axis(const std::vector<Correspondence>& points,
                                                   const TsaiSensor& sensor, Eigen::Index dimensions,
                                                   Alignment& align) {
