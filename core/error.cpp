@@ -8,13 +8,45 @@
 
 namespace drape {
 
+namespace {
+
+constexpr std::size_t kMostQuoted = 80;  ///< longest quotation in a message, bytes
+
+/// Cuts a text that is too long to be quoted, between two characters of UTF-8.
+std::string quotable(const std::string& text) {
+  if (text.size() <= kMostQuoted) return text;
+  std::size_t end = kMostQuoted - 3;
+  while (end > 0 && (static_cast<unsigned char>(text[end]) & 0xc0) == 0x80) --end;
+  return text.substr(0, end) + "...";
+}
+
+/// Cuts each quotation between two backquotes; file, line and remedy of an Error stay whole. An
+/// unpaired one begins a quotation up to the end.
+std::string with_short_quotations(const std::string& text) {
+  std::string result;
+  for (std::size_t at = 0; at < text.size();) {
+    const std::size_t open = text.find('`', at);
+    if (open == std::string::npos) return result + text.substr(at);
+    const std::size_t close = std::min(text.find('`', open + 1), text.size());
+    result += text.substr(at, open + 1 - at) + quotable(text.substr(open + 1, close - open - 1));
+    at = close;
+    if (close < text.size()) {
+      result += '`';
+      ++at;
+    }
+  }
+  return result;
+}
+
+}  // namespace
+
 std::string Where::describe() const {
   std::string text = file;
   if (line) text += fmt::format(":{}", *line);
   const auto append = [&text](const char* name, const std::string& value) {
     if (value.empty()) return;
     if (!text.empty()) text += ", ";
-    text += fmt::format("{} `{}`", name, value);
+    text += fmt::format("{} `{}`", name, quotable(value));
   };
   append("field", field);
   append("camera", camera);
@@ -24,7 +56,7 @@ std::string Where::describe() const {
 
 Error::Error(ErrorKind kind, std::string what_failed, Where where, std::string what_to_do)
     : kind_(kind),
-      what_failed_(std::move(what_failed)),
+      what_failed_(with_short_quotations(what_failed)),
       where_(std::move(where)),
       what_to_do_(std::move(what_to_do)) {
   text_ = what_failed_;

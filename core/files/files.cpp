@@ -10,6 +10,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
 #include <cerrno>
 #include <cstring>
 
@@ -235,14 +236,28 @@ std::string sha256_of_file(const fs::path& file) {
 }
 
 std::string printable(std::string text) {
-  unsigned char before = 0;
-  for (char& c : text) {
-    const auto byte = static_cast<unsigned char>(c);
-    const bool second_set = before == 0xc2 && byte >= 0x80 && byte < 0xa0;  // U+0080 to U+009F
-    if ((byte < 0x20 && c != '\n' && c != '\t') || byte == 0x7f || second_set) c = '?';
-    before = byte;
+  // Marks that reorder text: U+061C, U+200E to U+200F, U+202A to U+202E, U+2066 to U+2069.
+  static constexpr std::array<std::string_view, 12> kReorder = {
+      "\xd8\x9c",     "\xe2\x80\x8e", "\xe2\x80\x8f", "\xe2\x80\xaa",
+      "\xe2\x80\xab", "\xe2\x80\xac", "\xe2\x80\xad", "\xe2\x80\xae",
+      "\xe2\x81\xa6", "\xe2\x81\xa7", "\xe2\x81\xa8", "\xe2\x81\xa9"};
+  std::string shown;
+  shown.reserve(text.size());
+  for (std::size_t i = 0; i < text.size();) {
+    const std::string_view rest = std::string_view(text).substr(i);
+    const auto* reorder =
+        std::find_if(kReorder.begin(), kReorder.end(),
+                     [&](std::string_view mark) { return rest.starts_with(mark); });
+    const auto byte = static_cast<unsigned char>(rest[0]);
+    const bool second_set = byte == 0xc2 && rest.size() > 1 &&
+                            static_cast<unsigned char>(rest[1]) >= 0x80 &&
+                            static_cast<unsigned char>(rest[1]) < 0xa0;  // U+0080 to U+009F
+    const bool control = (byte < 0x20 && rest[0] != '\n' && rest[0] != '\t') || byte == 0x7f;
+    const bool hidden = reorder != kReorder.end() || second_set || control;
+    shown += hidden ? '?' : rest[0];
+    i += reorder != kReorder.end() ? reorder->size() : second_set ? 2 : 1;
   }
-  return text;
+  return shown;
 }
 
 }  // namespace drape

@@ -100,7 +100,19 @@ TEST(Files, ATerminalGetsNoControlCharacters) {
   EXPECT_EQ(printable("a\x1b[31mb\r\x07\tc\n\x7f"), "a?[31mb??\tc\n?");
   EXPECT_EQ(printable("\xc2\x9b"
                       "31m\xc3\xbc"),
-            "\xc2?31m\xc3\xbc");
+            "?31m\xc3\xbc");
+  EXPECT_EQ(printable("a\u202eb\u2066c\u200fd\u061ce\u2014"), "a?b?c?d?e\u2014") << "reordering";
+}
+
+TEST(Files, AMessageQuotesAtMost80BytesAndKeepsFileLineAndRemedy) {
+  const std::string remedy = "run `" + std::string(200, 'r') + "`";
+  const Error error = bad_input(
+      "the word `" + std::string(79, 'x') + "\u00fc" + std::string(1 << 20, 'y') +
+          "` is not `known`",
+      {.file = std::string(100, 'f'), .line = 7, .field = std::string(1 << 20, 'k')}, remedy);
+  EXPECT_EQ(error.what_failed(), "the word `" + std::string(77, 'x') + "...` is not `known`");
+  EXPECT_EQ(error.what(), error.what_failed() + "\n  where: " + std::string(100, 'f') +
+                              ":7, field `" + std::string(77, 'k') + "...`\n  to do: " + remedy);
 }
 
 TEST(Files, AKeyThatStandsTwiceInAnObjectOfJsonIsNamedWithItsFile) {

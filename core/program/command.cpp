@@ -39,7 +39,7 @@ void suggest(const CLI::App& app, const std::vector<std::pair<std::string, std::
       continue;
     }
     const std::string best = most_similar(name, known);
-    if (!best.empty()) std::fprintf(stderr, "did you mean `%s`?\n", best.c_str());
+    if (!best.empty() && best != name) std::fprintf(stderr, "did you mean `%s`?\n", best.c_str());
   }
 }
 
