@@ -44,7 +44,7 @@ bool has_folders(const fs::path& folder) {
   return false;
 }
 
-/// Pictures in a folder, by name.
+/// Pictures in a folder, sorted by name.
 std::vector<fs::path> pictures_in(const fs::path& folder) {
   static const std::regex kPicture(".*\\.(png|jpg|jpeg|tif|tiff)", std::regex::icase);
   std::vector<fs::path> pictures;
@@ -63,7 +63,7 @@ std::vector<PictureName> picture_names_of(const std::vector<fs::path>& pictures)
   return read_picture_names(stems);
 }
 
-/// By view, then camera.
+/// Pictures by view, then camera.
 using Views = std::map<std::string, std::map<std::string, fs::path>>;
 
 void add_picture(Views& views, const std::string& view, const std::string& camera,
@@ -73,13 +73,13 @@ void add_picture(Views& views, const std::string& view, const std::string& camer
                   "keep one of them");
 }
 
-/// left01.jpg is camera `left`, view `01`.
+/// Parses names such as left01.jpg: camera `left`, view `01`.
 Views flat_images(const fs::path& folder) {
   Views views;
   const std::vector<fs::path> pictures = pictures_in(folder);
   const std::vector<PictureName> names = picture_names_of(pictures);
   for (std::size_t i = 0; i < pictures.size(); ++i) {
-    // A picture without a number is no view of a series.
+    // A picture without a number is not part of a series.
     if (pictures[i].stem().string().find_first_of("0123456789") == std::string::npos) continue;
     add_picture(views, names[i].view, names[i].camera.empty() ? "camera" : names[i].camera,
                 pictures[i]);
@@ -87,7 +87,7 @@ Views flat_images(const fs::path& folder) {
   return views;
 }
 
-/// left/01.jpg is camera `left`, view `01`.
+/// Parses names such as left/01.jpg: camera `left`, view `01`.
 Views images_by_camera(const fs::path& folder) {
   Views views;
   for (const auto& entry : fs::directory_iterator(folder)) {
@@ -100,7 +100,7 @@ Views images_by_camera(const fs::path& folder) {
   return views;
 }
 
-/// There are more views than cameras: whether a folder is a camera's.
+/// True if the folders are cameras: there are more views than cameras.
 bool are_cameras(const fs::path& folder) {
   std::size_t folders = 0, most = 0;
   for (const auto& entry : fs::directory_iterator(folder)) {
@@ -111,7 +111,7 @@ bool are_cameras(const fs::path& folder) {
   return most > folders;
 }
 
-/// The pictures of a folder that is not in the layout of `drape import`; nothing where it is.
+/// Pictures of a folder in another layout than that of `drape import`; nullopt for that one.
 std::optional<Views> views_of(const CalibImagesOptions& options) {
   if (!fs::is_directory(options.folder)) {
     throw bad_input("the folder of images is missing", {.file = options.folder.string()},
@@ -130,7 +130,7 @@ std::optional<Views> views_of(const CalibImagesOptions& options) {
   return views;
 }
 
-/// Links to them in that layout.
+/// Links the pictures in the layout of `drape import`.
 fs::path link_views(const Views& views, const fs::path& out) {
   fs::path staged = out / "images";
   for (const auto& [view, of_view] : views) {
@@ -142,8 +142,8 @@ fs::path link_views(const Views& views, const fs::path& out) {
   return staged;
 }
 
-/// Makes the output folder ours, so that a second run may replace what the first one made and a
-/// folder of somebody's own is never touched.
+/// Marks the output folder as our own, so that a second run may replace its files; never touches a
+/// folder that others have made.
 void claim(const fs::path& out) {
   const fs::path mark = out / "calib-images.txt";
   if (fs::exists(out) && !fs::is_empty(out) && !fs::exists(mark)) {
@@ -153,7 +153,7 @@ void claim(const fs::path& out) {
   write_durable(mark, "This folder was made by `drape calib images`, which replaces its files.\n");
 }
 
-/// Refuses a given file that is, or lies in, what an earlier run wrote and this one removes.
+/// Throws if an input file is, or lies in, a result of an earlier run, which would be removed.
 void require_apart(const fs::path& given, const fs::path& out) {
   for (const char* own : {"recording", "images", "calibration.json"}) {
     std::error_code absent;
@@ -164,7 +164,7 @@ void require_apart(const fs::path& given, const fs::path& out) {
   }
 }
 
-/// Removes what an earlier run wrote: beside what this one writes it would speak of other pictures.
+/// Removes results of an earlier run, which may describe other pictures.
 void remove_earlier(const fs::path& out) {
   for (const char* file : {"calibration.json", "detections.json", "rig.toml", "target.toml"}) {
     remove_durable(run_record_path(out / file));
@@ -174,10 +174,10 @@ void remove_earlier(const fs::path& out) {
   for (const char* folder : {"recording", "images"}) fs::remove_all(out / folder);
 }
 
-/// Takes a stage's data and verdict over into the ending, behind the stage's name.
+/// Adds a stage's data and verdict to the ending, prefixed by the stage's name.
 void take_over(const std::string& stage, const fs::path& output, Ending& ending) {
   const auto kept = kept_ending(run_record_path(output));
-  if (!kept) return;  // a stage of another lab may keep none
+  if (!kept) return;  // another lab's stage may not keep one
   for (const std::string& line : kept->rejected) ending.rejected.push_back(stage + ": " + line);
   for (const std::string& line : kept->warnings) ending.warnings.push_back(stage + ": " + line);
   if (!kept->go) ending.verdict = kept->verdict;
@@ -209,7 +209,7 @@ std::string target_text(const Board& board, double square_mm) {
       board.rows, board.cols, square_mm);
 }
 
-/// Runs one stage and shows what it prints. Returns its exit code.
+/// Runs one stage and prints its output. Returns its exit code.
 int run_stage(const std::string& stage, std::vector<std::string> arguments,
               const CommonOptions& common) {
   if (common.quiet) arguments.emplace_back("--quiet");
@@ -267,7 +267,7 @@ int calibrate_images(const CalibImagesOptions& options, const CommonOptions& com
     return code;
   }
   write_durable(rig, rig_text(read_recording(recording)));
-  // All views are free poses: one without the board is one less, and calib repeats a NO-GO.
+  // All views are free poses: one without a board is dropped, and calib repeats a NO-GO.
   if (const int code = run_stage("detect",
                                  {recording.string(), "--rig", rig.string(), "--surface", "target",
                                   "--out", detections.string()},

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The front door: `drape COMMAND ...` runs the program of that stage; `drape run` chains them.
+// Front door: `drape COMMAND ...` runs the program of a stage; `drape run` runs all in turn.
 #include <fmt/format.h>
 
 #include <filesystem>
@@ -101,7 +101,7 @@ using OwnCommand = int (*)(int, char**);
 const std::map<std::string, OwnCommand> kOwn = {
     {"run", bench_command}, {"check", check_command}, {"new", new_command}};
 
-/// Lists what may be typed after `drape`: its own commands, the programs beside it and their words.
+/// Words that can follow `drape`: its own commands, the programs beside it and their commands.
 std::vector<std::string> typed_commands() {
   std::vector<std::string> names;
   for (const auto& [name, function] : kOwn) names.push_back(name);
@@ -116,7 +116,7 @@ std::vector<std::string> typed_commands() {
 
 int dispatch(int argc, char** argv) {
   std::vector<std::string> words(argv + 1, argv + argc);
-  // `drape help run` is `drape run --help`.
+  // `drape help run` means `drape run --help`.
   if (words.size() > 1 && words[0] == "help") {
     words.erase(words.begin());
     words.emplace_back("--help");

@@ -220,14 +220,14 @@ std::vector<NewDrape> drapes_of(const NewRigOptions& options) {
   return drapes;
 }
 
-/// "stem_00", "stem_01", ... as TOML texts.
+/// "stem_00", "stem_01", ... as TOML strings.
 std::vector<std::string> numbered(const std::string& stem, int count) {
   std::vector<std::string> texts;
   for (int i = 0; i < count; ++i) texts.push_back(fmt::format("\"{}_{:02}\"", stem, i));
   return texts;
 }
 
-/// A camera of the list that `drape-capture cameras --json` prints.
+/// A camera in the output of `drape-capture cameras --json`.
 struct FoundCamera {
   std::string name, backend, device, host_address, vendor, model;
   std::optional<int> width_px, height_px;
@@ -290,7 +290,7 @@ std::string cameras_text(const std::vector<FoundCamera>& cameras) {
   return text;
 }
 
-/// Counts what `drape check` asks of a bench: places in space, and the world's own height.
+/// Requires what `drape check` asks of a bench: positions in space, and the world's own height.
 void check_plan(const NewRigOptions& options) {
   const std::vector<double>& z_mm = options.stage_z_mm;
   const std::set<double> heights(z_mm.begin(), z_mm.end());

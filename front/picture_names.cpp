@@ -12,7 +12,7 @@ bool is_digit(char c) {
   return std::isdigit(static_cast<unsigned char>(c)) != 0;
 }
 
-/// Text and numbers in turn, beginning with a text that may be empty: numbers have odd places.
+/// Splits a name into text (maybe empty) and numbers in turn; numbers are at odd indices.
 std::vector<std::string> parts_of(const std::string& name) {
   std::vector<std::string> parts(1);
   for (const char c : name) {
@@ -26,7 +26,7 @@ bool is_separator(char c) {
   return c == '-' || c == '_' || c == '.' || c == ' ';
 }
 
-/// The text around the number, with one separator where two would meet.
+/// Joins the text around the number, with one separator if two would meet.
 std::string joined(std::string before, std::string after) {
   while (!before.empty() && is_separator(before.back())) before.pop_back();
   const std::size_t skip =
@@ -63,7 +63,7 @@ std::vector<PictureName> read_picture_names(const std::vector<std::string>& name
   }
   std::vector<PictureName> result;
   for (std::size_t i = 0; i < all.size(); ++i) {
-    const std::size_t last = all[i].size() / 2 * 2;  // one past the last number
+    const std::size_t last = all[i].size() / 2 * 2;  // index after the last number
     if (last == 0) {
       result.push_back({"", names[i]});
     } else {

@@ -26,14 +26,14 @@ struct Drape {
   Scene scene;
   fs::path folder;
   std::vector<ObjectTags> tags;
-  std::vector<DrapeRepeat> repeats;  ///< its own laying among them only where the rig names it
+  std::vector<DrapeRepeat> repeats;  ///< includes the scene's own laying only if the rig names it
 
-  /// The scene with its objects where the first `plates` plates show them.
+  /// The scene with objects located by the first `plates` plates.
   [[nodiscard]] fs::path scene_file(std::size_t plates) const {
     return plates == 0 ? scene.file
                        : folder / fmt::format("scene_{}.toml", tags[plates - 1].object);
   }
-  /// The scene that is simulated.
+  /// The scene to simulate.
   [[nodiscard]] std::string scene_file() const { return scene_file(tags.size()).string(); }
   [[nodiscard]] fs::path object_file(const ObjectTags& plate, const char* what = "") const {
     return folder / fmt::format("object_{}{}.json", plate.object, what);
@@ -42,14 +42,14 @@ struct Drape {
   [[nodiscard]] fs::path ensemble() const { return folder / "ensemble/branches.json"; }
 };
 
-/// One laying of a drape; `repeat` says which, where the rig does.
+/// One laying of a drape; `repeat` identifies it if the rig does.
 struct Laying {
-  std::string name, set;  ///< name in messages; frame set of its photographs
+  std::string name, set;  ///< name in messages; frame set of its pictures
   fs::path folder;
   const DrapeRepeat* repeat = nullptr;
 };
 
-/// Its own laying first.
+/// Layings of a drape, its own first.
 std::vector<Laying> layings_of(const Drape& drape) {
   std::vector<Laying> layings = {{drape.scene.name, drape.scene.set, drape.folder}};
   for (const DrapeRepeat& repeat : drape.repeats) {
@@ -62,7 +62,7 @@ std::vector<Laying> layings_of(const Drape& drape) {
   return layings;
 }
 
-/// Everything the steps are made of.
+/// Everything that the steps are derived from.
 struct Bench {
   RunOptions options;
   Rig rig;
@@ -75,15 +75,15 @@ struct Bench {
   [[nodiscard]] fs::path report() const { return out / "report.html"; }
   [[nodiscard]] double spacing_m() const { return options.spacing_m.value_or(rig.spacing_m); }
   [[nodiscard]] std::string spacing() const { return fmt::format("{:g}", spacing_m() / units::mm); }
-  /// True where the headline finds what each value moves, without which U lacks scene and fabric.
+  /// True if the headline includes sensitivities, without which U lacks scene and fabric.
   [[nodiscard]] bool sensitivities() const {
     return (options.uncertainty || !options.single) && !options.internal_friction;
   }
-  /// The headline's sensitivities, beside its sheet.
+  /// Path of the headline's sensitivities, beside its sheet.
   [[nodiscard]] fs::path sensitivity(const Drape& drape) const {
     return drape.folder / simulation_folder(spacing_m(), headline_segments()) / kSensitivityName;
   }
-  /// The segments that speak for a drape: five, else the most.
+  /// Number of segments of the headline result: five, else the largest.
   [[nodiscard]] int headline_segments() const {
     const bool five = std::find(rig.segments.begin(), rig.segments.end(), 5) != rig.segments.end();
     return five ? 5 : *std::max_element(rig.segments.begin(), rig.segments.end());
@@ -94,7 +94,7 @@ void append(Words& words, const Words& more) {
   words.insert(words.end(), more.begin(), more.end());
 }
 
-/// One call of a command; `output` is the first of what it writes.
+/// One call of a command; `output` is the first of its outputs.
 Step step_of(const std::string& command, const std::string& what, Words words,
              const fs::path& output, const std::string& drape = {}) {
   words.emplace_back("--json");
@@ -155,7 +155,7 @@ Group detect_group(const Bench& bench) {
   return group;
 }
 
-/// All cameras together where the rig has free poses of the target, else the paper's method.
+/// Calibrates all cameras together if the rig has free poses of the target, else as the paper.
 Group calib_group(const Bench& bench) {
   Step step = step_of(
       "calib", fmt::format("{} cameras", bench.rig.cameras.size()),
@@ -166,8 +166,8 @@ Group calib_group(const Bench& bench) {
   return {"calib", {std::move(step)}};
 }
 
-/// Measures the objects by their plates of tags. One after the other: each writes the scene
-/// that the next one reads.
+/// Measures the objects by their plates of tags, one after the other, since each step writes the
+/// scene that the next one reads.
 Group object_group(const Bench& bench) {
   Group group{"object", {}, 1, true};
   for (const Drape& drape : bench.drapes) {
@@ -230,7 +230,7 @@ Group triangulate_group(const Bench& bench) {
   return group;
 }
 
-/// Words that a drape and its ensemble have in common.
+/// Command-line words common to a drape and its ensemble.
 Words drape_words(const Bench& bench, const Drape& drape, int segments, const fs::path& out) {
   Words words = {drape.scene_file(),
                  "--fabric",
@@ -247,17 +247,17 @@ Words drape_words(const Bench& bench, const Drape& drape, int segments, const fs
   return words;
 }
 
-/// One simulation of each drape; `more`: words of its discretisation and start.
+/// One simulation of each drape; `more` holds the words of its discretisation and start.
 struct Simulation {
-  fs::path folder;  ///< below the drape's
+  fs::path folder;  ///< relative to the drape's folder
   std::string what;
   int segments = 0;
   Words more;
   double weight = 0;
 };
 
-/// The cloth from the scene's start, with each number of segments, and for the headline from the
-/// measured shape; with --paper the paper's model on the rig's grids beside the headline.
+/// Simulates the cloth from the scene's start with each number of segments, and the headline also
+/// from the measured shape; with --paper, also the paper's model on the rig's grids.
 std::vector<Simulation> simulations_of(const Bench& bench) {
   std::vector<Simulation> all;
   const double spacing_m = bench.spacing_m();
@@ -301,13 +301,13 @@ Group simulate_group(const Bench& bench) {
       group.steps.back().weight = one.weight;
     }
   }
-  // The longest first, so that no core waits for the last one.
+  // Longest first, so that no core waits for the last one.
   std::stable_sort(group.steps.begin(), group.steps.end(),
                    [](const Step& a, const Step& b) { return a.weight > b.weight; });
   return group;
 }
 
-/// Steps of `command` for every drape, side by side, without which less is said of it.
+/// Parallel steps of `command` for every drape; if one fails, the result only says less.
 Group extra_group(const Bench& bench, const std::string& command, const std::string& what,
                   fs::path (Drape::*output)() const,
                   const std::function<Words(const Drape&)>& words) {
@@ -320,14 +320,14 @@ Group extra_group(const Bench& bench, const std::string& command, const std::str
   return group;
 }
 
-/// The equilibria that starts like the scene's come to.
+/// Finds the equilibria reached from starts like that of the scene.
 Group ensemble_group(const Bench& bench) {
   return extra_group(bench, "branches", "{}, ensemble", &Drape::ensemble, [&](const Drape& drape) {
     return drape_words(bench, drape, bench.headline_segments(), drape.ensemble().parent_path());
   });
 }
 
-/// The sheets of the branches, unless their step failed.
+/// Sheets of the branches, unless their step failed.
 Words branch_sheets(const Bench& bench, const Drape& drape, const std::set<fs::path>& failed) {
   const fs::path file = drape.ensemble();
   Words sheets;
@@ -358,7 +358,7 @@ Step compare_step(const Bench& bench, const std::set<fs::path>& failed) {
     for (const Laying& laying : layings_of(drape))
       if (simulated && laying.folder != drape.folder)
         add(laying.folder / "sheet.ply", {"--repeat"});
-    // Named, so that a comparison from before it was made is not up to date.
+    // Named as an input, so that a comparison from before it existed is not up to date.
     if (fs::is_regular_file(bench.sensitivity(drape)))
       append(words, {"--sensitivity", bench.sensitivity(drape).string()});
   }
@@ -387,15 +387,15 @@ std::vector<Drape> read_drapes(const Rig& rig, const fs::path& out) {
   return drapes;
 }
 
-/// A rig.toml in the output folder that no run made is somebody's own.
+/// Throws for a rig.toml in the output folder that was not written by a run.
 void refuse_to_replace(const fs::path& reduced_rig) {
   if (!fs::exists(reduced_rig) || read_text(reduced_rig).starts_with(kMadeByRun)) return;
   throw bad_input("the output folder holds a rig.toml that no run made",
                   {.file = reduced_rig.string()}, "give another folder with --out");
 }
 
-/// Writes what detect and calib read of the rig into a file of its own in the output folder, so
-/// that other meshes, segments and scenes leave their results up to date. Written only when it
+/// Writes the part of the rig that detect and calib read to a file in the output folder, so that a
+/// change of meshes, segments or scenes does not outdate their results. Written only if it
 /// changes.
 void write_reduced_rig(const Bench& bench) {
   const auto relative = [&](const fs::path& file) {
@@ -422,7 +422,7 @@ void write_reduced_rig(const Bench& bench) {
   if (!fs::is_regular_file(file) || read_text(file) != text) write_durable(file, text);
 }
 
-/// The same file has one name, however it was spelled, so that its steps stay up to date.
+/// Canonical path, so that steps stay up to date however a file is spelled.
 fs::path one_name(const fs::path& path) {
   return fs::proximate(fs::absolute(path).lexically_normal());
 }

@@ -17,27 +17,27 @@ namespace drape {
 
 struct RunOptions {
   std::filesystem::path rig;
-  std::filesystem::path recording;  ///< empty: the rig's
-  std::filesystem::path out;        ///< empty: out/<rig name>
-  std::filesystem::path store;      ///< empty: <out>/results.sqlite
-  std::string label;                ///< name of the run in the store; may be empty
+  std::filesystem::path recording;  ///< empty for that of the rig
+  std::filesystem::path out;        ///< empty for out/<rig name>
+  std::filesystem::path store;      ///< empty for <out>/results.sqlite
+  std::string label;                ///< name of the run in the store; can be empty
   std::string operator_name;
-  bool uncertainty = false;         ///< with `single`: still the sensitivities that U needs
-  bool single = false;              ///< the scene's own start alone
-  std::optional<double> spacing_m;  ///< spacing of the finest mesh; absent: the rig's
-  bool paper = false;               ///< beside the cloth the paper's model on the rig's grids
-  bool internal_friction = false;   ///< simulate with both branches of the curves' loops
+  bool uncertainty = false;         ///< with `single`: still compute the sensitivities needed for U
+  bool single = false;              ///< simulate the scene's own start only
+  std::optional<double> spacing_m;  ///< spacing of the finest mesh; absent for that of the rig
+  bool paper = false;               ///< also simulate the paper's model on the rig's grids
+  bool internal_friction = false;   ///< simulate with both branches of the hysteresis loops
   int threads = 1;
 };
 
 void fields(Fields& f, RunOptions& options);
 
-/// Steps that may run side by side; the next group needs all of this one.
+/// Steps that can run in parallel; the next group needs all of this one.
 struct Group {
   std::string stage;
   std::vector<Step> steps;
   int at_once = 1;
-  bool is_for_some = false;  ///< not every drape has such a step
+  bool is_for_some = false;  ///< true if some drapes have no such step
 };
 
 /// Steps of `drape run`, in order, with their command lines.
@@ -45,13 +45,13 @@ struct Plan {
   std::filesystem::path out;
   std::filesystem::path store;
   std::filesystem::path report;
-  std::vector<Group> groups;  ///< all stages but compare
-  /// Compares all sheets but those whose run records stand in `failed`.
+  std::vector<Group> groups;  ///< all stages except compare
+  /// Makes the step that compares all sheets except those whose run records are in `failed`.
   std::function<Step(const std::set<std::filesystem::path>& failed)> compare = {};
-  std::function<void()> write_reduced_rig = {};  ///< for the first steps, before they start
+  std::function<void()> write_reduced_rig = {};  ///< for the first steps; call it before they start
 };
 
-/// Lays out the steps of a bench that check_bench() found nothing against. Throws Error(bad_input).
+/// Plans the steps for a bench without problems in check_bench(). Throws Error(bad_input).
 [[nodiscard]] Plan make_plan(const RunOptions& options);
 
 }  // namespace drape

@@ -22,7 +22,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// A started program with its three pipes.
+/// A running program with its three pipes.
 struct Child {
   std::size_t step = 0;
   pid_t pid = -1;
@@ -36,7 +36,7 @@ void remember(int signal) {
   last_signal = signal;
 }
 
-/// Identity of a file's content: it changes with every write and every replacement.
+/// Identifies the content of a file: it changes with every write and replacement.
 struct Version {
   ino_t inode = 0;
   timespec changed{};
@@ -87,7 +87,7 @@ bool is_open(const Child& child) {
          child.progress.reading() >= 0;
 }
 
-/// Waits for the process and puts its end into the result.
+/// Waits for the process and stores how it ended in the result.
 void end(pid_t pid, const Step& step, const std::vector<Version>& before, StepResult& result) {
   const ChildEnd end = await_child(pid);
   const std::string name = fmt::format("{} ({})", step.stage, step.what);
@@ -167,7 +167,7 @@ void run_steps(const std::vector<Step>& steps, int at_once, const StepProgress& 
 
 namespace {
 
-/// The error in what a program started with --json printed; a null pointer without one.
+/// Finds the error in the output of a program started with --json; null if there is none.
 const Value* printed_error(const StepResult& result, Value& json) {
   const std::size_t begin = result.output.find("{\n");
   if (begin == std::string::npos) return nullptr;
@@ -197,7 +197,7 @@ std::optional<Error> error_in(const StepResult& result) {
     const auto* words = value == nullptr ? nullptr : value->get_if<std::string>();
     return words == nullptr ? std::string() : *words;
   };
-  // The place is one phrase already.
+  // The location is already a single phrase.
   return Error(kind, text("what_failed"), {.file = text("where")}, text("what_to_do"));
 }
 

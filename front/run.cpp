@@ -25,13 +25,13 @@ namespace fs = std::filesystem;
 struct StepEnding {
   Step step;
   int exit_code = 0;
-  bool made = false;   ///< false: was up to date
-  Ending ending = {};  ///< a step that failed has a sentence alone: why
+  bool made = false;   ///< false if it was up to date
+  Ending ending = {};  ///< for a failed step only the reason
 
   [[nodiscard]] std::string name() const { return fmt::format("{} ({})", step.stage, step.what); }
 };
 
-/// Draws one line for all running steps of a stage.
+/// Draws one progress line for all running steps of a stage.
 class StageProgress {
  public:
   StageProgress(const Group& group, bool quiet)
@@ -39,7 +39,7 @@ class StageProgress {
     for (const Step& step : group.steps) total_ += step.weight;
   }
 
-  /// `ended`: the step is over; it says so itself too, maybe more than once.
+  /// `ended`: the step is over. The step itself may report this too, more than once.
   void update(const Step& step, double fraction, const std::string& what, bool ended) {
     fractions_[step.what] = std::min(fraction, 1.0) * step.weight;
     if (ended) ended_.insert(step.what);
@@ -58,12 +58,12 @@ class StageProgress {
   std::map<std::string, double> fractions_;
 };
 
-/// One run of a bench: its steps in order, and what came of them.
+/// One run of a bench: its steps in order, with their results.
 class BenchRun {
  public:
   BenchRun(const Plan& plan, const CommonOptions& common) : plan_(plan), common_(common) {}
 
-  /// Runs all steps; returns the exit code.
+  /// Runs all steps and returns the exit code.
   int run() {
     bool stopped = false;
     for (const Group& group : plan_.groups) {
@@ -75,14 +75,14 @@ class BenchRun {
       const bool any = std::any_of(endings.begin(), endings.end(), [](const StepEnding& one) {
         return one.exit_code <= 1 && !one.step.drape.empty();
       });
-      // Where every drape failed there is nothing to compare; its own error is the run's.
+      // If every drape failed there is nothing to compare; its error is the run's.
       if (any || first == endings.end() || first->step.is_extra) continue;
       if (group.is_for_some && !all_are_out()) continue;
       if (no_go_of({}).empty()) return given_up(first->exit_code);
       stopped = true;
       break;
     }
-    // A drape that is NO-GO before it could be compared is so in the store and its lists too.
+    // A drape that was NO-GO before the comparison is NO-GO in the store and its lists too.
     const bool measured = std::any_of(
         kept_.begin(), kept_.end(), [](const StepEnding& one) { return one.step.is_measurement; });
     if (stopped && !measured) return end_early("there is no measured sheet");
@@ -107,8 +107,8 @@ class BenchRun {
     return true;
   }
 
-  /// Runs what is not up to date; the ending of each is kept at once, so that a killed group goes
-  /// on where it was.
+  /// Runs the steps that are not up to date. Stores each ending immediately, so that an interrupted
+  /// group resumes where it stopped.
   std::vector<StepEnding> run_group(const Group& group) {
     std::vector<StepEnding> endings;
     std::vector<Step> to_do;
@@ -119,7 +119,7 @@ class BenchRun {
       StepEnding& ending = endings.emplace_back();
       ending.step = step;
       if (!is_up_to_date(step.record, step.program, step.arguments)) {
-        // As the stage itself does; one of another lab may not.
+        // Stages remove their record themselves, but another lab's may not.
         remove_durable(step.record);
         remove_durable(ending_path(step.record));
         index.push_back(endings.size() - 1);
@@ -148,12 +148,12 @@ class BenchRun {
     ending.made = true;
     ending.exit_code = result.exit_code;
     const auto error = error_in(result);
-    // A full disk stops every step that runs beside another: it is said once.
+    // A full disk stops all parallel steps; it is reported once.
     const bool full = error && error->what_failed().ends_with(std::strerror(ENOSPC));
     if (!full || !disk_is_full) std::fputs(result.errors.c_str(), stderr);
     disk_is_full = disk_is_full || full;
     if (!error) {
-      // A stage of another lab may keep no ending: then what it printed counts.
+      // Another lab's stage may store no ending; its output is used then.
       ending.ending =
           kept_ending(ending.step.record).value_or(ending_in(result.output).value_or(Ending{}));
       return;
@@ -166,7 +166,7 @@ class BenchRun {
                printable(error->what()));
   }
 
-  /// Takes the steps that failed out of what follows; the exit code of one that all need, or 0.
+  /// Sorts steps by outcome; returns the exit code of a failed one that all drapes need, or 0.
   int sort_out(const std::vector<StepEnding>& endings) {
     for (const StepEnding& ending : endings) {
       const std::string& why = ending.ending.verdict;
@@ -201,7 +201,7 @@ class BenchRun {
         std::string(10 - std::strlen(state), ' '), printable(ending.ending.verdict)));
   }
 
-  /// The first stage that is NO-GO, in its own words; of one drape where `drape` names it.
+  /// Quotes the first stage that is NO-GO; for one drape if `drape` is given.
   [[nodiscard]] std::string no_go_of(const std::string& drape) const {
     for (const StepEnding& ending : kept_) {
       const bool speaks = drape.empty() || ending.step.drape.empty() || ending.step.drape == drape;
@@ -211,7 +211,7 @@ class BenchRun {
     return {};
   }
 
-  /// The first cause: what failed, or was NO-GO before it failed, else the first stage that is
+  /// First cause: what failed, or was NO-GO before it failed, else the first stage that is
   /// NO-GO.
   [[nodiscard]] std::string cause_of(const StepEnding& compared) const {
     std::string cause = no_go_of(failed_.empty() ? "" : failed_.front().first);
@@ -225,7 +225,7 @@ class BenchRun {
     return cause;
   }
 
-  /// Warnings of the steps whose own are those of the result, each with its step.
+  /// Warnings of the steps that belong to the result, each with its step.
   [[nodiscard]] std::vector<std::string> stage_warnings() const {
     std::vector<std::string> warnings;
     for (const StepEnding& ending : kept_)
@@ -242,7 +242,7 @@ class BenchRun {
     return lines;
   }
 
-  /// All sheets that were made in this run: those that an earlier run left are of other inputs.
+  /// Compares all sheets made in this run; those of earlier runs have other inputs.
   [[nodiscard]] Group compare_group() const {
     std::set<fs::path> not_made;
     for (const Group& group : plan_.groups)
@@ -252,13 +252,13 @@ class BenchRun {
     for (const auto& warnings : {stage_warnings(), lacking_})
       for (const std::string& warning : warnings) step.arguments.push_back("--warning=" + warning);
     for (const std::string& line : rejected()) step.arguments.push_back("--no-go=" + line);
-    // A step made again has another record, which the store's seal has to hold.
+    // A repeated step has a new record, which the store's seal must include.
     if (std::any_of(kept_.begin(), kept_.end(), [](const StepEnding& one) { return one.made; }))
       remove_durable(step.record);
     return {step.stage, {step}, 1};
   }
 
-  /// The end of a run for --json; without a report where nothing was compared.
+  /// Prints the end of a run for --json; there is no report if nothing was compared.
   int print_json(const std::vector<StepEnding>& endings, const std::string& cause,
                  const std::vector<std::string>& warnings) const {
     Json json;
@@ -299,7 +299,7 @@ class BenchRun {
     return finish(ending, common_);
   }
 
-  /// Ends a run that could store nothing, for the reason `why`.
+  /// Ends a run that could not store any result, for the reason `why`.
   int end_early(const std::string& why) const {
     remove_report();
     Ending ending;
@@ -314,7 +314,7 @@ class BenchRun {
     return finish(ending, common_);
   }
 
-  /// The report of an earlier run would say otherwise.
+  /// Removes the report of an earlier run, which would contradict this one.
   void remove_report() const {
     std::error_code absent;
     fs::remove(plan_.report, absent);
@@ -332,10 +332,10 @@ class BenchRun {
 
   const Plan& plan_;
   const CommonOptions& common_;
-  std::vector<StepEnding> kept_;                             ///< with a verdict
-  std::vector<std::pair<std::string, std::string>> failed_;  ///< drapes without an end, and why
+  std::vector<StepEnding> kept_;                             ///< steps with a verdict
+  std::vector<std::pair<std::string, std::string>> failed_;  ///< failed drapes, with reasons
   std::vector<std::string>
-      lacking_;  ///< extras that failed, so that the result lacks what they say
+      lacking_;  ///< optional steps that failed, so that the result lacks what they find
 };
 
 }  // namespace

@@ -6,8 +6,8 @@
 
 namespace drape {
 
-/// `drape run`: every stage in order, skipping what is up to date by content. Returns the exit
-/// code: 0 GO, 1 when a stage's verdict is NO-GO, else that of the stage that failed.
+/// `drape run`: runs every stage in order, skipping steps that are up to date. Returns the exit
+/// code: 0 GO, 1 if a stage's verdict is NO-GO, else that of the stage that failed.
 [[nodiscard]] int run_bench(const RunOptions& options, const CommonOptions& common);
 
 }  // namespace drape

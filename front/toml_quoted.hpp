@@ -7,7 +7,7 @@
 
 namespace drape {
 
-/// The text as TOML writes it, with its quotes; basic strings have JSON's escapes.
+/// Quotes text for TOML, whose basic strings use the escapes of JSON.
 inline std::string toml_quoted(const std::string& text) {
   return one_line(Value(text));
 }

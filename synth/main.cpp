@@ -44,7 +44,7 @@ void fields(Fields& f, SynthArguments& a) {
          "give --cameras PLAN.toml for a bench to be built, or --calibration FILE");
 }
 
-/// The cameras that were given, in the rig's order.
+/// The given cameras in the order of the rig.
 std::vector<Camera> cameras_for(const SynthArguments& o, const Rig& rig) {
   if (!o.cameras.empty()) return read_planned_cameras(o.cameras, rig);
   const Calibration calibration = read_calibration(o.calibration);

@@ -11,7 +11,7 @@ namespace {
 using Eigen::Vector3d;
 using units::mm;
 
-/// Upright camera: its x is level.
+/// Pose of an upright camera, whose x axis is horizontal.
 CamFromWorld looking(const Vector3d& from, const Vector3d& at) {
   const Vector3d z = (at - from).normalized();
   const bool straight_down = std::abs(z.z()) > 1 - 1e-9;

@@ -20,7 +20,7 @@ using Eigen::Vector2d;
 using Eigen::Vector3d;
 using units::deg;
 
-/// One mark of the volume, and its covariance where two cameras see it.
+/// One mark of the volume, with its covariance if two cameras see it.
 struct PredictedMark {
   std::optional<Matrix3d> covariance_m2;
   std::vector<double> sigmas_px;
@@ -55,7 +55,7 @@ PredictedMark predicted(const std::vector<Camera>& cameras, const Vector3d& at,
   return mark;
 }
 
-/// Places over the patch and the volume's height.
+/// Sample positions over the patch and the height of the volume.
 std::vector<Vector3d> places(const Print& print, double height_m) {
   std::vector<Vector3d> all;
   for (const double z : {0.0, 0.5, 1.0}) {
@@ -123,7 +123,7 @@ std::optional<Matrix2d> centre_bound_px2(const Camera& camera, const Vector3d& i
   const double variance =
       render.noise_grey * render.noise_grey * (0.5 + 0.5 * (white + black) / 2 / 128);
   const double blur = std::sqrt(render.blur_px * render.blur_px + 1.0 / 12);
-  Matrix2d around = Matrix2d::Zero();  // sum over the outline of its normal's outer product, px
+  Matrix2d around = Matrix2d::Zero();  // sum along the outline of n n', with n its normal, px
   std::optional<Vector2d> last;
   for (int k = 0; k <= nodes; ++k) {
     const double angle = 2 * std::numbers::pi * k / nodes;

@@ -26,11 +26,11 @@ using Eigen::Vector3d;
 using units::deg;
 using units::mm;
 
-/// Throws Error(bad_input) where neither a box nor a sphere in its hole can carry the plate.
+/// Throws Error(bad_input) unless the object is a box, or a sphere in the plate's hole.
 WorldFromTarget pose_of(const Scene& scene, const ObjectTags& tags) {
   const auto index = static_cast<std::size_t>(tags.object - 1);
   const Obstacle& object = scene.obstacles[index];
-  constexpr double kSheet_mm = 0.1;  // as `drape object` takes it where nothing is stated
+  constexpr double kSheet_mm = 0.1;  // default of `drape object`
   WorldFromTarget pose;
   if (const auto* box = std::get_if<Box>(&object)) {
     pose.rotation = box->world_from_box.rotation;
@@ -49,7 +49,7 @@ WorldFromTarget pose_of(const Scene& scene, const ObjectTags& tags) {
   return pose;
 }
 
-/// Writes <folder>/<set>/<camera>.png.
+/// Writes the picture to <folder>/<set>/<camera>.png.
 RecordedFrame write_picture(const std::filesystem::path& folder, const std::string& set,
                             const std::string& camera, const GreyPicture& picture) {
   const cv::Mat image(picture.height_px, picture.width_px, CV_8U,
@@ -63,7 +63,7 @@ RecordedFrame write_picture(const std::filesystem::path& folder, const std::stri
   return {camera, file, sha256_of(png), picture.width_px, picture.height_px, std::nullopt};
 }
 
-/// Writes the cameras as a calibration without error.
+/// Writes the cameras as an error-free calibration.
 void write_true_calibration(const std::filesystem::path& file, const Rig& rig,
                             const std::vector<Camera>& cameras) {
   Calibration calibration;
@@ -86,7 +86,7 @@ void write_true_calibration(const std::filesystem::path& file, const Rig& rig,
   write_calibration(file, calibration);
 }
 
-/// One frame set to be rendered.
+/// A frame set to render.
 struct Job {
   std::string set;
   Surface shows;
@@ -94,7 +94,7 @@ struct Job {
   std::vector<MarkOnFace> marks;
 };
 
-/// A free pose of the target: tilted up to 35 degrees to any side, near the origin.
+/// Random pose of the target near the origin, tilted by up to 35 degrees in any direction.
 WorldFromTarget free_pose(std::uint64_t seed, std::uint64_t index) {
   const auto any = [&](std::uint64_t k) { return uniform(seed + 17, 16 * index + k); };
   const double side = 2 * std::numbers::pi * any(0), tilt = 35 * deg * std::sqrt(any(1));
@@ -107,7 +107,7 @@ WorldFromTarget free_pose(std::uint64_t seed, std::uint64_t index) {
   return pose;
 }
 
-// A sheet's triangles cut through what it rests on by less than this between its marks.
+// Largest penetration of a sheet's triangles into its support between marks.
 constexpr double under_sheet_m = 1.5 * mm;
 
 Job target_job(const std::string& set, const Target& target, const WorldFromTarget& pose) {
@@ -117,7 +117,7 @@ Job target_job(const std::string& set, const Target& target, const WorldFromTarg
           marks_of(target)};
 }
 
-/// The object with its plate and without cloth; a sphere is put into its stand afterwards.
+/// The object with its plate and without cloth; a sphere is only put into its stand later.
 Job plate_job(const ObjectTags& tags, const WorldFromTarget& pose, Scene scene) {
   std::erase_if(scene.obstacles,
                 [](const Obstacle& o) { return std::holds_alternative<Sphere>(o); });
@@ -156,7 +156,7 @@ bool is_asked(const SynthOptions& options, const std::string& set) {
          std::find(options.sets.begin(), options.sets.end(), set) != options.sets.end();
 }
 
-/// Makes a set to render when its turn comes.
+/// Creates a set when it is its turn to be rendered.
 using MakeJob = std::function<Job()>;
 struct Named {
   std::string set;

@@ -21,15 +21,15 @@
 namespace drape::synth {
 
 struct SynthOptions {
-  std::vector<std::string> sets;  ///< empty: all that the rig names
-  /// Cloth of a frame set; the others are folded.
+  std::vector<std::string> sets;  ///< empty for all sets of the rig
+  /// sheet file of a frame set; the other sets get folded cloth
   std::map<std::string, std::filesystem::path> sheets;
-  Folds folds;  ///< slope and wavelength; place and phase are drawn
+  Folds folds;  ///< slope and wavelength; position and phase are random
   RenderOptions render;
 };
 void fields(Fields& f, SynthOptions& options);
 
-/// Cameras that are only planned (cameras-plan.toml).
+/// Planned but not yet calibrated cameras (cameras-plan.toml).
 struct PlannedCamera {
   std::string name;
   Eigen::Vector3d position_m = Eigen::Vector3d::Zero();
@@ -49,7 +49,7 @@ struct SetTruth {
   std::vector<TrueMark> marks;
 };
 void fields(Fields& f, SetTruth& set);
-/// The truth of a recording (truth.json).
+/// Ground truth of a recording (truth.json).
 struct Truth {
   std::string rig;
   std::vector<SetTruth> sets;
@@ -58,32 +58,32 @@ void fields(Fields& f, Truth& truth);
 
 struct SynthReport {
   int pictures = 0;
-  int whole_views = 0;  ///< views of marks inside the picture and hidden by nothing
+  int whole_views = 0;  ///< views of marks entirely inside the picture and unoccluded
   int marks = 0;        ///< over all sets
-  std::vector<std::string> not_over_objects;  ///< sets in folds whose scenes have objects or pins
+  std::vector<std::string> not_over_objects;  ///< folded sets whose scenes have objects or pins
 };
 
-/// Called after each set with the fraction done and its name.
+/// Called after each set with the fraction done and the set's name.
 using SynthProgress = std::function<void(double fraction, const std::string& what)>;
 
-/// Renders the frame sets of a rig as its cameras would see them and writes a recording: PNG files,
-/// truth.json (every mark: place in space, and in each camera its pixel, the centroid of its image,
-/// its facing angle and how much of it is seen), true_calibration.json, and recording.json last.
-/// Throws Error(bad_input) when the folder already holds a recording, a camera of the rig is not
-/// among the cameras, or a sheet has gaps.
+/// Renders the frame sets of a rig as seen by its cameras and writes a recording: PNG files,
+/// truth.json (for every mark: position in space, and in each camera its pixel, the centroid of its
+/// image, its facing angle and visible fraction), true_calibration.json, and finally
+/// recording.json. Throws Error(bad_input) if the folder already holds a recording, a camera of the
+/// rig is not among the cameras, or a sheet has gaps.
 SynthReport write_synthetic_recording(const Rig& rig, const std::vector<Camera>& cameras,
                                       const std::filesystem::path& folder,
                                       const SynthOptions& options,
                                       const SynthProgress& progress = {});
 
-/// The planned cameras of a file in the rig's order. Throws Error(bad_input).
+/// Reads planned cameras, in the order of the rig. Throws Error(bad_input).
 [[nodiscard]] std::vector<Camera> read_planned_cameras(const std::filesystem::path& file,
                                                        const Rig& rig);
 
-/// The formats of this stage, each with a good example.
+/// The file formats of this stage, each with a valid example.
 [[nodiscard]] std::vector<DescribedFormat> synth_formats();
 
-/// The cameras of a calibration in the rig's order.
+/// Cameras of a calibration, in the order of the rig.
 [[nodiscard]] std::vector<Camera> cameras_of(const Calibration& calibration, const Rig& rig);
 
 }  // namespace drape::synth

@@ -26,7 +26,7 @@ std::optional<Vector2d> image_of(const GridSurface& surface, const Camera& camer
   return image->px;
 }
 
-/// True when the camera sees this point of the face and nothing before it.
+/// True if the camera sees this point of the face unoccluded.
 bool is_seen(const GridSurface& surface, const SceneView& view, const FacePoint& face) {
   const auto point = surface.point_in_world(face);
   if (!point) return false;
@@ -38,7 +38,7 @@ bool is_seen(const GridSurface& surface, const SceneView& view, const FacePoint&
   return hit.is_hit() && hit.front && std::abs(hit.depth_m - in_camera.z()) < slack_m;
 }
 
-/// Fraction of a dot that is seen, from its centre and rings of points out to its outline.
+/// Visible fraction of a dot, sampled at its centre and on rings out to its outline.
 double seen_fraction(const GridSurface& surface, const SceneView& view, const MarkOnFace& mark) {
   constexpr int rings = 3, around = 16;
   int seen = is_seen(surface, view, mark.centre) ? 1 : 0, all = 1;

@@ -32,11 +32,11 @@ std::vector<View> without(const std::vector<View>& views, std::size_t index) {
   return rest;
 }
 
-/// The best of all solutions that leave out one view.
+/// Best of the solutions with one view left out.
 struct LeftOut {
   Point point;
   std::size_t index = 0;
-  bool unique = true;  ///< no other omission would also make the views agree
+  bool unique = true;  ///< true if no other single omission makes the views agree
 };
 
 std::optional<LeftOut> leave_one_out(const std::vector<View>& views,
@@ -55,7 +55,7 @@ std::optional<LeftOut> leave_one_out(const std::vector<View>& views,
   return best;
 }
 
-/// Covariance as the views' own scatter shows it (Birge 1932); the surplus is the dot's shape.
+/// Widens the covariance to the views' scatter (Birge 1932), as an error of the dot's shape.
 void widen(Point& point) {
   const double surplus = std::max(0.0, point.chi2 / point.degrees_of_freedom - 1);
   point.shape_covariance_m2 +=

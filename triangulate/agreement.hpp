@@ -11,27 +11,27 @@ namespace drape::triangulate {
 
 struct AgreementLimits {
   double max_sigmas = 0, min_angle_rad = 0;  ///< see TriangulateOptions
-  /// Three or more views that miss each other by less than this (rms) see the same dot, whatever
-  /// the sigmas say; the point's covariance is then widened to what the views show. A sharp crease
-  /// of 15 degrees anywhere under a dot of 8 px radius moves its image by up to 0.27 px from view
-  /// to view, one of 60 degrees by up to 0.76 px; a view that takes another dot, a pitch away,
-  /// misses by 5.5 px or more (three cameras tilted by 40 degrees, see agreement_test.cpp). The
-  /// limit is the gentle crease: letting all through would also let through what no crease
+  /// Limit (rms) below which three or more views are taken to see the same dot, whatever their
+  /// sigmas; the covariance of the point is then widened to the scatter of the views. A sharp
+  /// crease of 15 degrees anywhere under a dot of 8 px radius shifts its image by up to 0.27 px
+  /// between views, one of 60 degrees by up to 0.76 px; a view of another dot, a pitch away, is
+  /// off by 5.5 px or more (three cameras tilted by 40 degrees, see agreement_test.cpp). The
+  /// limit is that of the gentle crease: accepting sharp ones would also accept what no crease
   /// explains.
   double shape_px = 0.3;
 };
 
-/// A point from the views that agree, or why there is none.
+/// A point from the views that agree, or the reason why there is none.
 struct Agreed {
   std::optional<Point> point;
-  std::vector<std::size_t> used;       ///< indices of the views that made it
-  std::optional<std::size_t> dropped;  ///< view left out because the others agree without it
-  double disagreement_sigmas = 0;      ///< with all views
-  std::string gap_reason;              ///< reason where there is no point
+  std::vector<std::size_t> used;       ///< indices of the views used
+  std::optional<std::size_t> dropped;  ///< view that was left out because the others agree
+  double disagreement_sigmas = 0;      ///< of all views together
+  std::string gap_reason;              ///< why there is no point
 };
 
-/// Solves the point from all views; when they disagree and there are three or more, leaves out the
-/// one view without which the others agree best.
+/// Solves the point from all views. If they disagree and there are at least three, leaves out the
+/// view whose removal gives the best agreement.
 [[nodiscard]] Agreed solve_with_agreement(const std::vector<View>& views,
                                           const AgreementLimits& limits);
 

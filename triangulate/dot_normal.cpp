@@ -21,13 +21,13 @@ using Eigen::VectorXd;
 constexpr int kStartDirections = 400;  // start directions over the sphere, about 10 degrees apart
 constexpr int kSteps = 12;
 constexpr double kShapeSigma = 0.02;  // sigma of a squared semi-axis, relative to the dot's own
-constexpr double kSizeSigma = 0.03;   // sigma of the print: dots bleed or shrink alike in all views
+constexpr double kSizeSigma = 0.03;   // sigma of the size: dots bleed or shrink alike in all views
 constexpr double kLargestMisfit = 0.1;
 
-/// One view's ellipse and the linear map from the world to its pixels.
+/// Ellipse in one view, and the linear map from the world to its pixels.
 struct Outline {
-  Eigen::Matrix<double, 2, 3> px_from_world;  ///< image of a dot of unit radius, scaled to about 1
-  Matrix2d shape;                             ///< the ellipse as semi-axes squared, same scale
+  Eigen::Matrix<double, 2, 3> px_from_world;  ///< image of a dot of unit radius, scaled to order 1
+  Matrix2d shape;  ///< squared semi-axes of the ellipse, in the same scale
 };
 
 std::optional<Outline> outline_of(const View& view, const Vector3d& in_world, double radius_m) {
@@ -46,8 +46,8 @@ std::optional<Outline> outline_of(const View& view, const Vector3d& in_world, do
   return outline;
 }
 
-/// Misfits of the outlines for a normal and a size factor, three numbers per view and one that
-/// holds the size near that of the print.
+/// Misfits of the outlines for a normal and a size factor: three per view, and one that keeps the
+/// size near the printed one.
 VectorXd misfits(const std::vector<Outline>& outlines, const Vector3d& normal, double size) {
   VectorXd all(3 * outlines.size() + 1);
   for (std::size_t i = 0; i < outlines.size(); ++i) {
@@ -66,14 +66,14 @@ struct DotTilt {
   Vector3d normal;
   double size = 1;
   double cost = 0;
-  Matrix3d information;  ///< information on two angles and the size
+  Matrix3d information;  ///< information matrix of two angles and the size
 };
 
 Vector3d turned(const Vector3d& normal, const Vector3d& u, const Vector3d& v, double a, double b) {
   return (normal + a * u + b * v).normalized();
 }
 
-/// Gauss-Newton over two angles and the size, from a start direction.
+/// Refines two angles and the size by Gauss-Newton from an initial direction.
 DotTilt refined(const std::vector<Outline>& outlines, DotTilt tilt) {
   constexpr double kDelta = 1e-6;
   for (int step = 0; step < kSteps; ++step) {
@@ -87,7 +87,7 @@ DotTilt refined(const std::vector<Outline>& outlines, DotTilt tilt) {
     jacobian.col(1) = (at(0, kDelta, tilt.size) - at(0, -kDelta, tilt.size)) / (2 * kDelta);
     jacobian.col(2) = (at(0, 0, tilt.size + kDelta) - at(0, 0, tilt.size - kDelta)) / (2 * kDelta);
     tilt.information = jacobian.transpose() * jacobian;
-    // A frontal view tells nothing to first order: damping keeps such steps short.
+    // A frontal view has no first-order information; damping limits such steps.
     const Vector3d d = (tilt.information + Matrix3d(Vector3d(30, 30, 0).asDiagonal()))
                            .ldlt()
                            .solve(-jacobian.transpose() * now);
@@ -100,7 +100,7 @@ DotTilt refined(const std::vector<Outline>& outlines, DotTilt tilt) {
   return tilt;
 }
 
-/// Evenly spread directions (spherical Fibonacci lattice).
+/// Evenly distributed directions (spherical Fibonacci lattice).
 Vector3d direction(int i) {
   const double z = 1 - (2.0 * i + 1) / kStartDirections;
   const double turn = std::numbers::pi * (3 - std::sqrt(5.0)) * i;
@@ -108,7 +108,7 @@ Vector3d direction(int i) {
   return {r * std::cos(turn), r * std::sin(turn), z};
 }
 
-/// True when every view sees the printed side.
+/// True if every view sees the printed side.
 bool faces(const std::vector<Vector3d>& to_cameras, const Vector3d& normal) {
   for (const Vector3d& to_camera : to_cameras)
     if (normal.dot(to_camera) <= 0) return false;

@@ -12,7 +12,7 @@ namespace {
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-constexpr double kCurvatureStepPerM = 1;  // the offset is nearly linear in both
+constexpr double kCurvatureStepPerM = 1;  // the shift is nearly linear in curvature and tilt
 constexpr double kTiltStepRad = 1e-3;
 
 SurfacePatch bent(SurfacePatch patch, int row, int col, double by_per_m) {

@@ -10,22 +10,22 @@
 
 namespace drape::triangulate {
 
-/// Shift of a dot's image in one view by the dot's shape.
+/// Shift of a dot's image in one view, caused by the dot's shape.
 struct DotShift {
-  Eigen::Vector2d px;  ///< image of its centre minus centroid of its image
-  Eigen::Matrix<double, 2, 3> px_per_curvature;  ///< by curvature (uu, uv, vv), px m
-  Eigen::Matrix2d px_per_tilt;                   ///< by turns about (u, v), px per rad
+  Eigen::Vector2d px;  ///< image of the centre minus centroid of the image
+  Eigen::Matrix<double, 2, 3> px_per_curvature;  ///< derivative by curvature (uu, uv, vv), px m
+  Eigen::Matrix2d px_per_tilt;  ///< derivative by rotation about (u, v), px per rad
 };
 
-/// For a round dot on this patch. Eccentricity is a matter of perspective (Heikkila 2000); a dot on
-/// a bent surface looks as if it lay under it. Nothing where the dot's outline does not project.
+/// Shift for a round dot on this patch: perspective causes eccentricity (Heikkila 2000), and a dot
+/// on a curved surface appears to lie beneath it. nullopt if the dot's outline does not project.
 [[nodiscard]] std::optional<DotShift> dot_shift(const Camera& camera,
                                                 const Eigen::Vector3d& in_world,
                                                 const SurfacePatch& patch, double dot_diameter_m);
 
-/// Views whose pixels are moved by the dot's shape. What is not known of the patch, its three
-/// curvatures and two tilts, becomes the views' shared unknowns: a dot that several cameras see
-/// under different tilts tells of its own bend.
+/// Corrects the views' pixels for the shape of the dot. The uncertain parameters of the patch,
+/// three curvatures and two tilts, become unknowns shared by the views: several views from
+/// different directions constrain the dot's curvature.
 [[nodiscard]] std::vector<View> without_dot_shape(const std::vector<View>& views,
                                                   const Eigen::Vector3d& in_world,
                                                   const SurfacePatch& patch,

@@ -15,7 +15,7 @@ namespace {
 
 using units::mm;
 
-/// Gaps with the same kind of reason together, figures and details left to the file.
+/// Number of gaps by kind of reason, without figures and details, which are in the file.
 std::map<std::string, int> gaps_by_kind(const Sheet& sheet) {
   std::map<std::string, int> kinds;
   for (const Gap& gap : sheet.gaps) {
@@ -53,7 +53,7 @@ std::string budget_text(const ErrorBudget& budget) {
       budget.dot_shape_m / mm);
 }
 
-/// The marks that are worst off, the worst first, and how many there are besides.
+/// Names the worst marks, worst first, and counts the rest.
 std::string worst_of(std::vector<std::pair<double, MarkId>> marks, const std::string& unit) {
   constexpr std::size_t kNamed = 5;
   std::stable_sort(marks.begin(), marks.end(),
@@ -67,7 +67,7 @@ std::string worst_of(std::vector<std::pair<double, MarkId>> marks, const std::st
   return text;
 }
 
-/// A line for each reason.
+/// Adds one line for each reason.
 void add_doubts(Ending& ending, const std::vector<Doubt>& doubts,
                 const TriangulateOptions& options) {
   std::vector<std::pair<double, MarkId>> uncertain, apart;

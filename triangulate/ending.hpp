@@ -14,8 +14,8 @@ namespace drape::triangulate {
 [[nodiscard]] Ending ending_of(const TriangulateResult& result, const TriangulateOptions& options,
                                const std::filesystem::path& out);
 
-/// Notes which scene the marks were asked about, with its table and objects, and the laying, if it
-/// has a name. The hash is that of the bytes that were read.
+/// Records which scene was used, with its table and objects, and the laying if it has a name. The
+/// hash is that of the bytes that were read.
 void note_scene(MeasuredSource& source, const Scene& scene, const RepeatId& repeat);
 
 }  // namespace drape::triangulate

@@ -19,16 +19,16 @@ using Eigen::Vector3d;
 
 constexpr std::array<MarkId, 4> lattice_steps = {{{0, 1}, {1, 0}, {0, -1}, {-1, 0}}};
 
-/// One island as it lies in its frame.
+/// One island in its frame.
 struct Island {
   std::size_t frame = 0;
   int number = 0;
-  std::vector<Detection> dots;  ///< marks are places in the piece
+  std::vector<Detection> dots;  ///< marks are positions within the piece
   bool merged = false;
   std::string reason;
 };
 
-/// A placement of an island on the lattice: quarter turns, then a shift.
+/// A candidate position of an island on the lattice: quarter turns, then a shift.
 struct Laying {
   int turns = 0;
   MarkId shift;
@@ -39,10 +39,10 @@ struct Laying {
   }
 };
 
-/// Evidence for and against a placement.
+/// Evidence for and against a candidate position.
 struct Verdict {
   Laying laying;
-  int evidence = 0;  ///< pixel coordinates that agree beyond what placing the points uses up
+  int evidence = 0;  ///< pixel coordinates that agree, less those needed to locate the points
   int agreeing = 0;
   int links = 0;
   int refutations = 0;
@@ -61,7 +61,7 @@ std::optional<View> view_of(const Detection& d, const CalibratedCamera& camera, 
   return view;
 }
 
-/// The labelled views of a set and the points that two or more of them agree on.
+/// The labelled views of a set, and the points on which at least two of them agree.
 class Labelled {
  public:
   Labelled(const Detections& detections, const Calibration& calibration,
@@ -99,7 +99,7 @@ class Labelled {
     return others;
   }
 
-  /// Point in which views meet, if they do.
+  /// Point at which the views meet; nullopt if they do not.
   [[nodiscard]] std::optional<Vector3d> agreed(const std::vector<View>& views) const {
     const Point point = solve_point(views, options_.min_angle_rad);
     if (point.status != PointStatus::good || point.disagreement_sigmas() > options_.most_sigmas) {
@@ -160,7 +160,7 @@ class Merger {
   }
 
   bool try_to_merge(Island& island, Labelled& labelled) {
-    std::vector<Verdict> standing;  // every place that some view supports and few refute
+    std::vector<Verdict> standing;  // positions with support from some view and few refutations
     for (const Laying& laying : layings(island)) {
       const Verdict verdict = judged(island, laying, labelled);
       if (verdict.is_tested() && verdict.refutations < options_.least_refutations)
@@ -185,7 +185,7 @@ class Merger {
     return true;
   }
 
-  /// All placements of the island wholly on the lattice.
+  /// All positions of the island entirely within the lattice.
   [[nodiscard]] std::vector<Laying> layings(const Island& island) const {
     const MarkLattice& lattice = result_.detections.lattice;
     std::vector<Laying> all;
@@ -230,7 +230,7 @@ class Merger {
     return verdict;
   }
 
-  /// Neighbours of the island's new points, within it and beyond it.
+  /// Tests the distances of the island's new points from neighbours inside and outside the island.
   void test_distances(const std::map<MarkId, Vector3d>& points, const Labelled& labelled,
                       Verdict& verdict) const {
     const double pitch = result_.detections.lattice.pitch_m;

@@ -11,36 +11,36 @@ namespace drape::triangulate {
 
 struct IslandOptions {
   double most_stretch = 0, min_angle_rad = 0;  ///< see TriangulateOptions
-  double most_sigmas = 3;     ///< by which an island's dot may miss what other views say
-  double shape_px = 0.3;      ///< error of a bent dot's centroid, added to each covariance
-  double least_chord = 0.35;  ///< part of it; cloth does not fold sharper between two dots
-  int least_evidence = 4;     ///< independent pixel coordinates that must agree
-  int least_links = 2;        ///< lattice neighbours in space that must be near enough
-  int least_refutations = 2;  ///< refutations of every other place
+  double most_sigmas = 3;     ///< largest residual of an island's dot against other views
+  double shape_px = 0.3;      ///< centroid error of a dot on curved cloth, added to each covariance
+  double least_chord = 0.35;  ///< least chord over arc; cloth does not fold more sharply than this
+  int least_evidence = 4;     ///< least number of independent pixel coordinates that must agree
+  int least_links = 2;        ///< least number of lattice neighbours within reach in space
+  int least_refutations = 2;  ///< least number of refutations of every other position
 };
 
-/// One island of a frame and what became of it.
+/// One island of a frame and the outcome for it.
 struct IslandFate {
   std::string camera;
   int island = 0;
   int dots = 0;
   bool merged = false;
   std::string
-      reason;  ///< "merged: 6 dots agree with other views, 9 neighbours in reach", or why not
+      reason;  ///< "merged: 6 dots agree with other views, 9 neighbours in reach", or why not so
 };
 
 struct MergedIslands {
-  Detections detections;  ///< detections of the set; dots of merged islands are labelled now
+  Detections detections;  ///< detections of the set, including the new labels of merged islands
   std::vector<IslandFate> fates;
 };
 
-/// Gives the islands of a set their labels where the other views leave only one: an island may lie
-/// anywhere on the lattice, in four turns. A place is refuted by views that miss each other
-/// (epipolar distance), by neighbours farther in space than the cloth is long (White, Crane,
-/// Forsyth 2007) and by marks that the frame has already. It is taken when enough views and
-/// neighbours agree, none contradicts, and every other place that any view supports is refuted;
-/// in doubt the island stays one. Merged islands count as labels for the next. Only measured pixels
-/// enter: no simulated shape.
+/// Labels the islands of a set whose position is unique given the other views; a priori an island
+/// can lie anywhere on the lattice in four orientations. A position is refuted by views that do not
+/// meet (epipolar distance), by neighbours farther apart in space than the cloth between them
+/// (White, Crane, Forsyth 2007) and by marks that the frame already has. It is accepted if enough
+/// views and neighbours agree, none contradicts, and every other position with any support is
+/// refuted; in doubt the island stays unlabelled. Merged islands provide labels for the next one.
+/// Only measured pixels are used, never a simulated shape.
 [[nodiscard]] MergedIslands merge_islands(const Detections& detections,
                                           const Calibration& calibration, const std::string& set,
                                           const IslandOptions& options);

@@ -37,7 +37,7 @@ const CalibratedCamera& camera_of(const FrameDetections& frame, const Calibratio
   return camera;
 }
 
-/// Camera and floor that all views of a frame have in common.
+/// Camera and floor common to all views of a frame.
 struct FrameCamera {
   const CalibratedCamera* calibrated;
   const InJointCovariance* joint;
@@ -140,7 +140,7 @@ std::vector<MarkViews> collect_views(const Detections& detections, const Calibra
 std::optional<std::vector<Looker>> lookers_at(MarkId mark, const std::vector<SheetMark>& placed,
                                               const std::vector<const CalibratedCamera*>& cameras) {
   constexpr int kNearSteps = 2;
-  constexpr double kLeastAcross = 0.4;  // of the neighbours across their longest line, in steps
+  constexpr double kLeastAcross = 0.4;  // least spread of neighbours across their line, in steps
   std::vector<const SheetMark*> near;
   for (const SheetMark& other : placed) {
     const MarkId step = other.mark - mark;
@@ -148,7 +148,7 @@ std::optional<std::vector<Looker>> lookers_at(MarkId mark, const std::vector<She
   }
   const auto count = static_cast<Eigen::Index>(near.size());
   if (count < 4) return std::nullopt;
-  // Place, step along the warp, step along the weft.
+  // Position, step along the warp, step along the weft.
   Eigen::MatrixX3d steps(count, 3), places(count, 3);
   for (Eigen::Index i = 0; i < count; ++i) {
     const MarkId step = near[static_cast<std::size_t>(i)]->mark - mark;

@@ -50,7 +50,7 @@ void fields(Fields& f, TriangulateArguments& a) {
   fields(f, a.options);
 }
 
-/// True where the marks of the set contradict nothing of the other scene of the same print.
+/// True if the marks of the set do not contradict another scene with the same print.
 bool agrees_with_other(const Detections& detections, const Calibration& calibration,
                        const std::string& set, const TriangulateOptions& other) {
   try {
@@ -90,7 +90,7 @@ int triangulate_command(int argc, char** argv) {
     const Calibration calibration = read_calibration(given.calibration);
     TriangulateResult result =
         drape::triangulate::triangulate(detections, calibration, given.set, options);
-    // Other scenes are inputs only where the own one is contradicted.
+    // Other scenes are inputs only if the set's own scene is contradicted.
     if (options.scene && !result.report.no_go.empty()) {
       for (const fs::path& file : given.others) {
         TriangulateOptions other = options;

@@ -15,7 +15,7 @@ using ByMark = std::map<MarkId, const SheetMark*>;
 
 constexpr double kNeighbourSigmas = 4;
 
-/// Distance beyond which two marks `steps` apart cannot be, their own uncertainty granted.
+/// Largest possible distance of two marks `steps` apart, allowing for their uncertainty.
 double limit_m(const SheetMark& a, const SheetMark& b, int steps, double pitch_m,
                double max_stretch) {
   const Eigen::Vector3d along = (a.point_in_world - b.point_in_world).normalized();
@@ -25,7 +25,7 @@ double limit_m(const SheetMark& a, const SheetMark& b, int steps, double pitch_m
          kNeighbourSigmas * std::sqrt(along.dot(covariance * along));
 }
 
-/// Neighbours along warp and weft that are farther than cloth can reach.
+/// Neighbours along warp and weft that are farther away than the cloth permits.
 std::vector<MarkId> violations(const SheetMark& mark, const ByMark& all, double pitch_m,
                                double max_stretch) {
   constexpr std::array<std::array<int, 2>, 4> kDirections = {{{1, 0}, {-1, 0}, {0, 1}, {0, -1}}};

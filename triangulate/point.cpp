@@ -15,7 +15,7 @@ using Eigen::Vector2d;
 using Eigen::Vector3d;
 using Eigen::VectorXd;
 
-/// Covariance of the projected pixels from cameras that were calibrated apart: block diagonal.
+/// Covariance of the projected pixels for separately calibrated cameras: block diagonal.
 MatrixXd noise_of_separate_cameras(const std::vector<View>& views, const Vector3d& in_world) {
   MatrixXd pixels = MatrixXd::Zero(2 * views.size(), 2 * views.size());
   for (std::size_t i = 0; i < views.size(); ++i) {
@@ -30,7 +30,7 @@ MatrixXd noise_of_separate_cameras(const std::vector<View>& views, const Vector3
   return pixels;
 }
 
-/// The same from cameras calibrated together, whose errors go hand in hand.
+/// Covariance for jointly calibrated cameras, whose errors are correlated.
 MatrixXd noise_of_joint_cameras(const std::vector<View>& views, const Vector3d& in_world) {
   const MatrixXd& covariance = *views.front().joint->covariance;
   MatrixXd by_all = MatrixXd::Zero(2 * views.size(), covariance.cols());
@@ -61,7 +61,7 @@ double Point::rms_px() const {
 double Point::disagreement_sigmas() const {
   if (degrees_of_freedom < 1) return 0;
   if (degrees_of_freedom == 1) return std::sqrt(chi2);
-  // Wilson and Hilferty 1931: the cube root of chi-square is nearly normal.
+  // Wilson and Hilferty 1931: the cube root of a chi-square variable is nearly normal.
   const double spread = 2.0 / (9.0 * degrees_of_freedom);
   return (std::cbrt(chi2 / degrees_of_freedom) - (1 - spread)) / std::sqrt(spread);
 }

@@ -20,8 +20,8 @@ double rms_sigma_m(const Eigen::Matrix3d& covariance) {
   return std::sqrt(covariance.trace() / 3);
 }
 
-/// Misses of all marks that a pair of cameras sees. Creases and wrong labels spoil a few marks, a
-/// camera that moved most of them.
+/// Residuals of all marks seen by a pair of cameras. Creases and wrong labels affect a few marks, a
+/// camera that moved affects most.
 struct PairMisses {
   std::vector<double> sigmas, px;
 };
@@ -96,7 +96,7 @@ std::vector<Doubt> doubts_of(const std::vector<MarkViews>& marks, const std::vec
 }
 
 std::vector<std::string> costs_of_views(const std::vector<MarkViews>& marks, const Sheet& sheet) {
-  constexpr int kLeast = 3;  // fewer are single dots, not a view
+  constexpr int kLeast = 3;  // fewer are individual dots, not a poor view
   constexpr std::string_view kWord = " rejected it: ";
   std::map<std::pair<std::string, std::string>, int> counts;
   for (const MarkViews& mark : marks) {

@@ -13,28 +13,28 @@ namespace {
 using Eigen::Matrix2d;
 using Eigen::Vector3d;
 
-/// Curvature of a fold that nothing is known about, as seen on draped cloth.
+/// Typical curvature of folds in draped cloth, for use where it is unknown.
 constexpr double kUnknownPerM = 40;
-constexpr std::size_t kLeastLines = 20;  // an RMS of so many is known to a sixth
-constexpr double kUnknownTiltRad = 0.3;  // tilt of a mark whose ellipses tell no normal
+constexpr std::size_t kLeastLines = 20;  // determines an RMS to within a sixth
+constexpr double kUnknownTiltRad = 0.3;  // tilt of a mark without a normal from its ellipses
 
-/// Rise of the cloth off the tangent plane towards one neighbour. Lengths along the cloth.
+/// Offset of one neighbour from the tangent plane. Lengths are measured along the cloth.
 struct Arm {
-  Vector3d direction;   ///< unit tangent at the mark towards the neighbour
-  double length_m = 0;  ///< along the cloth
-  double height_m = 0;  ///< height of the neighbour over the tangent plane
-  double slope = 0;  ///< tilt of the cloth there against the tangent plane (sine), from its normal
-  Vector3d normal;   ///< unit normal of the neighbour
+  Vector3d direction;         ///< unit tangent at the mark, towards the neighbour
+  double length_m = 0;        ///< arc length along the cloth
+  double height_m = 0;        ///< height of the neighbour above the tangent plane
+  double slope = 0;           ///< sine of the angle between neighbour's normal and tangent plane's
+  Vector3d normal;            ///< unit normal of the neighbour
   double sigma_rad = 0;       ///< standard deviation of that normal
   double sigma_here_rad = 0;  ///< standard deviation of the mark's own normal
 
-  /// The stronger bend of the two that height and slope tell, each for a circle.
+  /// Larger of the curvatures that height and slope imply for a circle.
   [[nodiscard]] double strongest_bend_per_m() const {
     return std::max(std::abs(2 * height_m / length_m), std::abs(slope)) / length_m;
   }
 };
 
-/// `printed_m` is the neighbour's distance on the print.
+/// `printed_m` is the distance to the neighbour on the print.
 std::optional<Arm> arm_to(const MarksOnSurface& marks, MarkId neighbour, const MarkOnSurface& from,
                           double printed_m) {
   const auto other = marks.find(neighbour);
@@ -44,7 +44,7 @@ std::optional<Arm> arm_to(const MarksOnSurface& marks, MarkId neighbour, const M
   Arm arm;
   arm.height_m = chord.dot(normal);
   arm.direction = (chord - arm.height_m * normal).normalized();
-  // Cloth hardly stretches, so its length is that on the print.
+  // Cloth hardly stretches, so its length equals that on the print.
   arm.length_m = std::max(printed_m, chord.norm());
   arm.normal = other->second.normal->normal;
   arm.sigma_rad = other->second.normal->sigma_rad;
@@ -53,22 +53,22 @@ std::optional<Arm> arm_to(const MarksOnSurface& marks, MarkId neighbour, const M
   return arm.direction.allFinite() ? std::optional(arm) : std::nullopt;
 }
 
-/// Second derivative of the height along the cloth at the mark, and the standard deviation that
-/// the normals' noise gives it.
+/// Second derivative of the height along the cloth at the mark, and its standard deviation due to
+/// the noise of the normals.
 struct Bend {
   double per_m = 0;
   double sigma_per_m = 0;
-  double strongest_per_m = 0;  ///< bend seen between the dot and a neighbour
+  double strongest_per_m = 0;  ///< largest curvature seen towards a neighbour
 };
 
-/// Cubic through height 0 and slope 0 at the mark and height and slope at the neighbour.
+/// Fits a cubic with zero height and slope at the mark to height and slope at the neighbour.
 Bend bend_of(const Arm& arm) {
   const double h = arm.length_m;
   return {6 * arm.height_m / (h * h) - 2 * arm.slope / h,
           std::hypot(4 * arm.sigma_here_rad, 2 * arm.sigma_rad) / h, arm.strongest_bend_per_m()};
 }
 
-/// Quintic through both neighbours' heights and slopes (exact up to the fifth power).
+/// Fits a quintic to heights and slopes of both neighbours (exact up to fifth order).
 Bend bend_of(const Arm& ahead, const Arm& behind) {
   const double h = (ahead.length_m + behind.length_m) / 2;
   return {2 * (ahead.height_m + behind.height_m) / (h * h) - (ahead.slope + behind.slope) / (2 * h),
@@ -98,8 +98,8 @@ std::optional<Line> line_through(const std::optional<Arm>& ahead, const std::opt
   return std::nullopt;
 }
 
-/// Bend along a line of the lattice through a mark, from the marks `steps` pitches away on both
-/// sides.
+/// Curvature along a lattice line through a mark, from the marks `steps` pitches away on either
+/// side.
 std::optional<Bend> bend_along(const MarksOnSurface& marks, MarkId mark, MarkId line, int steps,
                                double pitch_m) {
   const MarkOnSurface& from = marks.at(mark);
@@ -160,7 +160,7 @@ SurfacePatch surface_patch(const MarksOnSurface& marks, MarkId mark, double pitc
   SurfacePatch patch;
   patch.axis_u = warp->tangent;
   patch.axis_v = normal.cross(patch.axis_u);
-  // The second form along warp, weft and both, turned to the axes (u, v).
+  // Second fundamental form along warp, weft and mixed, rotated to the axes (u, v).
   const double mixed = -(warp->normal_change_per_m.dot(weft->tangent) +
                          weft->normal_change_per_m.dot(warp->tangent)) /
                        2;

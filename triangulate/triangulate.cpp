@@ -58,8 +58,8 @@ Eigen::Vector3d towards_cameras(const MarkViews& mark, const Eigen::Vector3d& in
   return sum.normalized();
 }
 
-/// Solves again with the dots' shape predicted from the measured surface around each mark; only
-/// then the views must agree within their limit.
+/// Solves again with dot shapes predicted from the measured surface around each mark; the agreement
+/// of the views is only tested after that.
 CurvatureTrust correct_shape(const std::vector<MarkViews>& marks, const AgreementLimits& limits,
                              const MarkLattice& lattice, int threads, std::vector<Placed>& placed) {
   MarksOnSurface surface = surface_of(marks, placed, lattice.dot_diameter_m, threads);
@@ -99,7 +99,7 @@ SheetMark sheet_mark(const MarkViews& mark, const Placed& placed, const MarkLatt
   return result;
 }
 
-/// Returns every mark that has a point, also those that its neighbours refuse.
+/// Returns every mark that has a point, including those that neighbours rule out.
 std::vector<SheetMark> fill_sheet(const std::vector<MarkViews>& marks,
                                   const std::vector<Placed>& placed, const MarkLattice& lattice,
                                   const TriangulateOptions& options,
@@ -136,7 +136,7 @@ Misses misses_of(const std::vector<MarkViews>& marks, const std::vector<Placed>&
   return {median(all), all.size()};
 }
 
-/// Why the sheet is no measurement, the first cause first.
+/// Reasons why the sheet is not a valid measurement, first cause first.
 std::vector<std::string> reasons_against(const Calibration& calibration,
                                          const std::optional<std::string>& against_detection,
                                          const Sheet& sheet, const TriangulateOptions& options,
@@ -162,7 +162,7 @@ std::vector<std::string> cameras_of(const Detections& detections, const std::str
   return names;
 }
 
-/// The detections with the labels that the other views give to islands, and what became of these.
+/// Adds labels of islands that other views determine, and reports the outcomes.
 Detections with_islands(const Detections& detections, const Calibration& calibration,
                         const std::string& set, const TriangulateOptions& options,
                         TriangulateReport& report) {
@@ -185,7 +185,7 @@ Detections with_islands(const Detections& detections, const Calibration& calibra
   return std::move(merged.detections);
 }
 
-/// Two cameras whose rays miss each other over all marks speak against the calibration.
+/// Reports two cameras whose rays miss each other over all marks: a fault of the calibration.
 void note_moved_camera(TriangulateReport& report) {
   if (!report.has_calibration_covariance) return;
   for (const PairAgreement& pair : report.pairs) {

@@ -14,46 +14,46 @@
 namespace drape::triangulate {
 
 struct TriangulateOptions {
-  int min_marks = 10;     ///< verdict: fewer measured marks are NO-GO (paper: 10 to 36)
-  double max_sigmas = 6;  ///< views that miss each other by more than this disagree
+  int min_marks = 10;     ///< verdict: fewer measured marks are NO-GO (the paper has 10 to 36)
+  double max_sigmas = 6;  ///< views with a larger misfit disagree
   double max_stretch =
-      1.05;  ///< ratio of the distance between lattice neighbours along warp or weft
-  double min_angle_deg = 2;       ///< between the two most different rays; below: not observable
-  double floor_px = 0.02;         ///< error of a dot's centre that its detector cannot know of
-  double doubt_mm = 0.05;         ///< marks stated less certain than this in space are doubtful
-  double doubt_sigmas = 3;        ///< as are marks whose views miss each other by more than this
-  bool correct_dot_shape = true;  ///< eccentricity and curvature of the dots
-  bool merge_islands = true;      ///< pieces of lattice that detect could not label
+      1.05;  ///< largest ratio of a distance between lattice neighbours to the printed one
+  double min_angle_deg = 2;       ///< smallest angle between the two most different rays
+  double floor_px = 0.02;         ///< error of a dot's centre that its detector cannot know
+  double doubt_mm = 0.05;         ///< marks with a larger uncertainty in space are doubtful
+  double doubt_sigmas = 3;        ///< marks whose views have a larger misfit are doubtful
+  bool correct_dot_shape = true;  ///< correct for eccentricity and curvature of the dots
+  bool merge_islands = true;      ///< label lattice pieces that detect could not label
   int threads = 1;                ///< never changes a result
-  /// Scene that the cloth lies on. Moves no mark: the marks are only asked whether they contradict
+  /// Scene that the cloth lies on. It moves no mark; the marks are only tested against
   /// it.
   std::optional<Scene> scene = std::nullopt;
   std::vector<std::string> contradictions;  ///< contradictions of the scene, found elsewhere: NO-GO
 };
-/// All but threads, scene and contradictions.
+/// Describes all options except threads, scene and contradictions.
 void fields(Fields& f, TriangulateOptions& options);
 
-/// A mark that is measured, with an honest covariance, but not as well as a mark should be.
+/// A mark that is measured, with a valid covariance, but less accurately than it should be.
 struct Doubt {
   MarkId mark;
-  std::optional<double> sigma_mm;  ///< in space, when that is why
-  std::optional<double> sigmas;    ///< by which the views miss each other, when that is why
+  std::optional<double> sigma_mm;  ///< position uncertainty, if that is the reason
+  std::optional<double> sigmas;    ///< misfit of the views, if that is the reason
 };
 
-/// Miss of two cameras over the marks that both see (epipolar distance).
+/// Distance between the rays of two cameras over their common marks (epipolar distance).
 struct PairAgreement {
   std::string first, second;
   int marks = 0;
-  double median_sigmas = 0;  ///< in stated standard deviations, the calibration's included
+  double median_sigmas = 0;  ///< in stated standard deviations, including those of the calibration
   double median_px = 0;
 
-  /// Were all marks off together, as a wrong calibration has them, they would be beyond this in one
-  /// of 1,000 good rigs (normal distribution); independent errors have their median at 0.67.
+  /// Limit exceeded by one in 1,000 good rigs if all marks were off together, as with a wrong
+  /// calibration (normal distribution); for independent errors the median is 0.67.
   static constexpr double max_sigmas = 3.29;
   [[nodiscard]] bool good() const { return median_sigmas <= max_sigmas; }
 };
 
-/// Errors that no mark would contradict.
+/// Size of an error that no mark would contradict.
 struct Unseen {
   std::string of;  ///< "scale", "object 1"
   std::string limits;
@@ -62,24 +62,24 @@ struct Unseen {
 struct TriangulateReport {
   int measured = 0;
   int gaps = 0;
-  std::vector<int> marks_by_views;  ///< index: number of views used
+  std::vector<int> marks_by_views;  ///< index is the number of views used
   double median_reprojection_px = 0;
-  double median_sigma_mm = 0;              ///< root mean of a mark's three variances
-  double median_calibration_sigma_mm = 0;  ///< the calibration's part of it
+  double median_sigma_mm = 0;              ///< square root of the sum of a mark's three variances
+  double median_calibration_sigma_mm = 0;  ///< contribution of the calibration to it
   bool has_calibration_covariance = false;
-  double hidden_bend_per_m = 0;   ///< curvature that no neighbour shows, as learned from the sheet
-  double median_chi_per_dof = 0;  ///< agreement of the views; about 0.7 to 1 is right
-  double largest_shape_shift_mm = 0;  ///< by the correction of the dots' shape
+  double hidden_bend_per_m = 0;       ///< curvature between neighbours, as estimated from the sheet
+  double median_chi_per_dof = 0;      ///< agreement of the views; should be about 0.7 to 1
+  double largest_shape_shift_mm = 0;  ///< largest displacement by the correction of dot shapes
   double median_shape_shift_mm = 0;
   std::vector<std::string> dropped_views;  ///< mark, camera, reason
-  int islands = 0;                         ///< pieces of lattice without labels, over all views
+  int islands = 0;                         ///< lattice pieces without labels, over all views
   int merged_islands = 0;
-  int merged_dots = 0;                    ///< dots that got their label so
-  std::vector<std::string> island_fates;  ///< camera, island, dots, what became of it and why
-  std::vector<PairAgreement> pairs;       ///< pairs of cameras, by name
-  std::vector<Doubt> doubts;              ///< by mark
-  std::vector<std::string> no_go;         ///< why the sheet is no measurement; empty: it is one
-  std::vector<Unseen> unseen;             ///< limits for the scale and each object
+  int merged_dots = 0;                    ///< dots labelled by merging islands
+  std::vector<std::string> island_fates;  ///< camera, island, dots, outcome and reason
+  std::vector<PairAgreement> pairs;       ///< pairs of cameras, sorted by name
+  std::vector<Doubt> doubts;              ///< sorted by mark
+  std::vector<std::string> no_go;  ///< why the sheet is not a valid measurement; empty if it is
+  std::vector<Unseen> unseen;      ///< undetectable errors of the scale and of each object
   std::vector<std::string> warnings;
 };
 
@@ -88,11 +88,11 @@ struct TriangulateResult {
   TriangulateReport report;
 };
 
-/// Positions in the world frame of all marks that two or more calibrated cameras saw (paper
-/// section 5): least squares on distorted pixels over all views, weighted by each detection's
-/// covariance. Each mark of the lattice becomes a mark or a gap with a reason. Throws
-/// Error(bad_input) when the set is not in the detections or fewer than two of its cameras are in
-/// the calibration; rays that do not meet are gaps, never an exception.
+/// Positions in the world frame of all marks seen by at least two calibrated cameras (paper section
+/// 5): least squares on distorted pixels over all views, weighted by each detection's covariance.
+/// Each mark of the lattice becomes a mark or a gap with a reason. Throws Error(bad_input) if the
+/// set is not in the detections or fewer than two of its cameras are calibrated; rays that do not
+/// meet are gaps, never an exception.
 [[nodiscard]] TriangulateResult triangulate(const Detections& detections,
                                             const Calibration& calibration, const std::string& set,
                                             const TriangulateOptions& options);

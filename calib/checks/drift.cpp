@@ -27,7 +27,7 @@ using Eigen::VectorXd;
 /// Images of the points in one calibration, with derivatives by its parameters and by the points.
 struct Images {
   VectorXd px;
-  MatrixXd by_parameters, by_world;  ///< px by file units; px by the world's turn (rad), shift (m)
+  MatrixXd by_parameters, by_world;  ///< px per file unit; by turn (rad), shift (m) of the world
   std::vector<Eigen::Matrix<double, 2, 3>> by_point;  ///< px per m
 };
 

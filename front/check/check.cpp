@@ -20,7 +20,7 @@ namespace {
 namespace fs = std::filesystem;
 using units::mm;
 
-/// A record as far as its file could be read: what follows from its good values is checked too.
+/// A record as far as it could be read: rules on its valid values are checked too.
 template <class Record>
 struct Partly {
   Record record;
@@ -43,7 +43,7 @@ Partly<Record> read_as_far(const fs::path& file, BenchCheck& check) {
   return read;
 }
 
-/// Calls `read` and notes all faults of its file.
+/// Calls `read` and collects all faults of its file.
 template <class Read>
 auto collecting(BenchCheck& check, const Read& read) -> std::optional<decltype(read())> {
   ++check.files;
@@ -108,7 +108,7 @@ void check_tags(const Target& target, const Print& print, BenchCheck& check) {
   }
 }
 
-/// Targets of the objects' plates of tags, each once.
+/// Checks the targets on the objects' plates of tags, each once.
 void check_plates(const Rig& rig, const std::vector<Scene>& scenes, BenchCheck& check) {
   std::set<fs::path> seen = {rig.target_file.lexically_normal()};
   for (const Scene& scene : scenes)
@@ -151,9 +151,9 @@ void check_scenes_together(const Rig& rig, const std::vector<Scene>& scenes, Ben
   }
 }
 
-/// Repeats of scenes that are not there, and sets or names that stand there twice.
+/// Checks repeats: of missing scenes, and sets or names that occur twice.
 void check_repeats(const Rig& rig, const std::vector<Scene>& scenes, BenchCheck& check) {
-  std::map<std::string, std::string> users;  // user of each set
+  std::map<std::string, std::string> users;  // first use of each set
   for (const TargetStage& stage : rig.stages) users[stage.set] = "a target stage";
   for (const std::string& pose : rig.free_poses) users[pose] = "a free pose";
   std::vector<std::string> known;
@@ -179,7 +179,7 @@ void check_repeats(const Rig& rig, const std::vector<Scene>& scenes, BenchCheck&
     if (!fresh && user->second != own)
       refuse("set", fmt::format("set `{}` is also the one of {}", one.set, user->second),
              "each laying of a cloth has a set of its own");
-    if (!fresh) user->second = "a repeat of " + own;  // its own laying is named once
+    if (!fresh) user->second = "a repeat of " + own;  // the rig names the own laying once
     const auto [other, first] = names.emplace(std::pair{one.scene, one.repeat}, one.set);
     if (!first)
       refuse("repeat",
@@ -189,7 +189,7 @@ void check_repeats(const Rig& rig, const std::vector<Scene>& scenes, BenchCheck&
   }
 }
 
-/// Objects that are meshes, through `drape simulate`, the reader that the simulation uses.
+/// Checks mesh objects by `drape simulate`, the reader used in simulation.
 void check_meshes(const Scene& scene, BenchCheck& check) {
   const auto meshes = std::count_if(
       scene.obstacles.begin(), scene.obstacles.end(),
@@ -215,8 +215,8 @@ void give_advice(const std::vector<Scene>& scenes, BenchCheck& check) {
   }
 }
 
-/// Scenes with their fabrics and prints; `rig` has no file where a folder of scenes is all there
-/// is.
+/// Checks scenes with their fabrics and prints; `rig` has no file if there is only a folder of
+/// scenes.
 std::vector<Scene> check_scenes(const std::vector<fs::path>& files, const Rig& rig,
                                 const std::optional<Print>& print, BenchCheck& check) {
   std::vector<Scene> scenes;
@@ -251,7 +251,7 @@ std::vector<Scene> check_scenes(const std::vector<fs::path>& files, const Rig& r
   return scenes;
 }
 
-/// A virtual bench, without rig.toml and cameras: what `drape study` reads.
+/// Scenes of a virtual bench, without rig.toml and cameras, as read by `drape study`.
 std::optional<std::vector<fs::path>> virtual_scenes(const fs::path& rig) {
   if (fs::exists(rig / "rig.toml") || !fs::is_directory(rig / "scenes")) return std::nullopt;
   std::vector<fs::path> files;
@@ -276,7 +276,7 @@ BenchCheck check_bench(const fs::path& rig_path, const fs::path& recording_path)
   if (const auto files = virtual_scenes(rig_path)) {
     check.purpose = "`drape study`";
     Rig none;
-    none.segments = {1, 5};  // those of `drape study`
+    none.segments = {1, 5};  // as in `drape study`
     check_scenes_together(none, check_scenes(*files, none, std::nullopt, check), check);
     return check;
   }

@@ -12,13 +12,13 @@
 
 namespace drape {
 
-/// Everything missing or wrong in the files of a bench, found in one reading before any work.
+/// All problems in the files of a bench, found in one pass before any work.
 struct BenchCheck {
-  std::vector<Error> problems;        ///< each with file, line or field, why and what to do
-  std::vector<std::string> warnings;  ///< odd, but possible
-  std::vector<std::string> advice;    ///< measures that make the result worth more
-  int files = 0;                      ///< files that were read
-  std::string purpose = "a run";      ///< use that the files are to serve
+  std::vector<Error> problems;        ///< each with file, line or field, reason and remedy
+  std::vector<std::string> warnings;  ///< unusual but possible values
+  std::vector<std::string> advice;    ///< measurements that would improve the result
+  int files = 0;                      ///< number of files read
+  std::string purpose = "a run";      ///< intended use of the files
 
   /// Adds a problem; `path` as in Document::where.
   void add(const Document& document, const std::string& path, const std::string& what,
@@ -30,27 +30,27 @@ struct BenchCheck {
   }
 };
 
-/// Reads rig, target, prints, scenes, fabrics and the recording's list. `recording` may be empty:
-/// the rig's. Of a folder with scenes and no rig.toml, a virtual bench, scenes, prints and fabrics
-/// alone. Never throws for what a file holds.
+/// Reads rig, target, prints, scenes, fabrics and the recording's list. An empty `recording` means
+/// that of the rig. For a virtual bench, a folder with scenes but no rig.toml, reads scenes, prints
+/// and fabrics only. Never throws for the content of a file.
 [[nodiscard]] BenchCheck check_bench(const std::filesystem::path& rig,
                                      const std::filesystem::path& recording);
 
-/// `drape check`: prints what check_bench() found; returns the exit code.
+/// `drape check`: prints the results of check_bench(); returns the exit code.
 [[nodiscard]] int report_check(const BenchCheck& check, const std::string& program,
                                const CommonOptions& common);
 
-/// True where a drape's folder would stand where `drape run` and the console write under names of
-/// their own.
+/// True if a drape's folder would collide with names that `drape run` or the console
+/// use.
 [[nodiscard]] bool is_name_of_a_run(const std::string& drape);
 
-/// Names and ends of a fabric's curves; its numbers and curves through `drape fabric`, the reader
-/// that the simulation uses, with each of these numbers of segments.
+/// Checks names and files of a fabric's curves, and its values by `drape fabric`, the reader used
+/// in simulation, for each of these numbers of segments.
 void check_fabric(const std::filesystem::path& file, const std::vector<int>& segments,
                   BenchCheck& check);
 
-/// Sets and cameras that the rig and its scenes need, image sizes, pictures that are not there or
-/// stand there twice.
+/// Checks sets and cameras that the rig and its scenes need, image sizes, and missing or duplicate
+/// pictures.
 void check_recording(const Recording& recording, const Rig& rig, const std::vector<Scene>& scenes,
                      BenchCheck& check);
 

@@ -14,7 +14,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// A curve that the fabric file names.
+/// A curve named in the fabric file.
 struct Curve {
   std::string kind, direction, field;
   fs::path file;
@@ -35,13 +35,13 @@ std::vector<Curve> curves_of(const Document& fabric) {
   return curves;
 }
 
-/// True where the fabric file says that nobody measured curves of this kind.
+/// True if the fabric file marks curves of this kind as not measured.
 bool is_stand_in(const Document& fabric, const std::string& kind) {
   const Value* names = fabric.root().find("stand_ins");
   return names != nullptr && one_line(*names).find(kind + " curves") != std::string::npos;
 }
 
-/// A measured curve under a name of another direction, one file for both, or one of another fabric.
+/// Finds curves of another direction or another fabric, and one file used for both directions.
 void check_curve_names(const Document& fabric, BenchCheck& check) {
   std::map<fs::path, int> folders;
   std::map<std::pair<std::string, fs::path>, std::string> used;
@@ -76,7 +76,7 @@ void check_curve_names(const Document& fabric, BenchCheck& check) {
           "is it the curve of another fabric? Copy it to the others, or list it in stand_ins");
 }
 
-/// A curve file that is not there, or that holds nothing but its head.
+/// Finds a missing curve file, or one that holds only its header.
 void check_curve(const Document& fabric, const Curve& curve, BenchCheck& check) {
   if (!fs::is_regular_file(curve.file))
     return check.add(fabric, curve.field, fmt::format("there is no curve {}", curve.file.string()),
@@ -95,7 +95,7 @@ void check_curve(const Document& fabric, const Curve& curve, BenchCheck& check) 
                   "fill in what the test measured, below the names of the columns"));
 }
 
-/// KES-FB1 stops at 500 gf/cm, for weak fabrics at 50, FAST-3 at 98.
+/// Checks the largest load: KES-FB1 stops at 500 gf/cm, at 50 for weak fabrics, FAST-3 at 98.
 void judge_tensile(const fs::path& file, BenchCheck& check) {
   constexpr double kLeast_gf_per_cm = 20;
   const Csv curve =
@@ -131,7 +131,7 @@ void check_fabric(const fs::path& file, const std::vector<int>& segments, BenchC
       check.problems.push_back(*error);
       return;
     }
-    // Warnings that name a place: the others list unmeasured values.
+    // Only warnings that name a place; the others list unmeasured values.
     for (const std::string& warning : warnings_in(result))
       if (count == segments.front() && warning.starts_with(file.string() + ", "))
         check.warnings.push_back(warning);

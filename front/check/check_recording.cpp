@@ -19,7 +19,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Key of a file that asks for a set.
+/// Key of a file that refers to a set.
 struct Need {
   std::string set;
   Where where;
@@ -38,7 +38,7 @@ std::vector<Need> needs_of(const Rig& rig, const std::vector<Scene>& scenes) {
     for (const ObjectTags& plate : scene.tags)
       add(plate.set, scene.document, fmt::format("object.{}.tags_set", plate.object - 1));
   }
-  // The scene's own laying is asked for by the scene.
+  // The scene's own laying is required by the scene.
   const auto is_own = [&](const DrapeRepeat& repeat) {
     return std::any_of(scenes.begin(), scenes.end(), [&](const Scene& scene) {
       return scene.name == repeat.scene && scene.set == repeat.set;
@@ -52,7 +52,7 @@ std::vector<Need> needs_of(const Rig& rig, const std::vector<Scene>& scenes) {
 
 void check_frame(const RecordedFrame& frame, const RigCamera& camera, const Rig& rig,
                  std::map<std::string, bool>& named, BenchCheck& check) {
-  if (camera.width_px < 2 || camera.height_px < 2) return;  // named where it was read
+  if (camera.width_px < 2 || camera.height_px < 2) return;  // reported when it was read
   if (frame.width_px == camera.width_px && frame.height_px == camera.height_px) return;
   if (std::exchange(named[camera.name], true)) return;
   check.problems.push_back(bad_input(
@@ -67,8 +67,8 @@ void check_frame(const RecordedFrame& frame, const RigCamera& camera, const Rig&
       fmt::format("width_px = {}, height_px = {}", frame.width_px, frame.height_px)));
 }
 
-/// A picture that the list names and that is not there, or cannot be one: its first bytes say so.
-/// Whether it is the recorded one is asked of its hash when it is read.
+/// Finds a listed picture that is missing, or whose first bytes show that it is not a picture. Its
+/// hash is only checked when it is read.
 void check_file(const fs::path& folder, const FrameSet& set, const RecordedFrame& frame,
                 BenchCheck& check) {
   const fs::path file = folder / frame.file;
@@ -103,7 +103,7 @@ void check_file(const fs::path& folder, const FrameSet& set, const RecordedFrame
                   "bring the recorded picture back, or record the set again"));
 }
 
-/// Cameras that were recorded and that the rig does not have: their pictures serve nothing.
+/// Finds recorded cameras that the rig does not list, whose pictures are unused.
 void advise_on_cameras(const Recording& recording, const Rig& rig, BenchCheck& check) {
   std::set<std::string> others;
   for (const FrameSet& set : recording.sets)
@@ -115,7 +115,7 @@ void advise_on_cameras(const Recording& recording, const Rig& rig, BenchCheck& c
                   rig.file.string(), fmt::join(others, ", ")));
 }
 
-/// The same picture under two names: a camera that was copied, or a set that was.
+/// Finds the same picture under two names: a copied camera or set.
 void check_twice(const Recording& recording, const std::vector<Need>& needs, BenchCheck& check) {
   std::map<std::string, std::pair<std::string, std::string>> seen;
   for (const FrameSet& set : recording.sets) {

@@ -76,7 +76,7 @@ Caster::Caster(const Camera& camera, const std::vector<Triangle>& triangles)
 }
 
 void Caster::bin(const CameraModel& model, const std::vector<std::array<Vector3d, 3>>& in_camera) {
-  constexpr double reach = 2;  // px, more than lens distortion bends the edge of a small triangle
+  constexpr double reach = 2;  // px; more than lens distortion bends a small triangle's edge
   struct Span {
     int left, right, top, bottom;
   };
@@ -129,7 +129,7 @@ Hit Caster::cast(int column, int row, const Vector2d& direction) const {
     const double w0 = p.n0.dot(d), w1 = p.n1.dot(d), w2 = p.n2.dot(d);
     const double sum = w0 + w1 + w2;
     if (sum == 0) continue;
-    // A ray along a shared edge must not slip through both triangles.
+    // Tolerance that keeps a ray along a shared edge from slipping between both triangles.
     constexpr double slack = -1e-10;
     const double b0 = w0 / sum, b1 = w1 / sum, b2 = w2 / sum;
     if (b0 < slack || b1 < slack || b2 < slack) continue;

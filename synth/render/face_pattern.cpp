@@ -11,7 +11,7 @@ namespace {
 
 constexpr double bucket_m = 2e-3;
 
-/// Area swept from the origin along the segment a -> b, cut to the disc of radius r.
+/// Area swept from the origin along the segment a -> b, clipped to the disc of radius r.
 double sector_area(const FacePoint& a, const FacePoint& b, double r) {
   const FacePoint d = b - a;
   const double dd = d.squaredNorm();
@@ -38,13 +38,13 @@ double signed_area(const FacePoint* points, int count) {
   return twice / 2;
 }
 
-/// A cell cut by the four half planes of a rectangle has at most eight corners.
+/// Clipped cell: after clipping by the four sides of a rectangle it has at most eight corners.
 struct Cut {
   std::array<FacePoint, 12> points;
   int count = 0;
 };
 
-/// Keeps what lies on the side sign * p[axis] >= sign * limit (Sutherland, Hodgman 1974).
+/// Clips to the side sign * p[axis] >= sign * limit (Sutherland, Hodgman 1974).
 Cut cut(const Cut& polygon, int axis, double limit, double sign) {
   Cut result;
   for (int i = 0; i < polygon.count; ++i) {

@@ -9,19 +9,19 @@
 
 namespace drape::synth {
 
-/// Straight-sided cell of the face, corners in either order around it.
+/// Quadrilateral cell of the face; corners in either orientation.
 using FaceCell = std::array<FacePoint, 4>;
 
-/// Print on a face, with exact areas. Boxes must not overlap each other or a disc.
+/// Print on a face, with exact areas. Boxes must not overlap each other or any disc.
 class FacePattern {
  public:
   FacePattern() = default;
   explicit FacePattern(const Face& face);
 
-  /// Fraction of a cell's area that is printed, 0..1, in closed form.
+  /// Printed fraction of a cell's area, 0..1, in closed form.
   [[nodiscard]] double coverage(const FaceCell& cell) const;
   [[nodiscard]] bool is_printed(const FacePoint& point) const;
-  /// False when the cell is certainly all printed or all bare.
+  /// False if the cell is certainly all printed or all bare.
   [[nodiscard]] bool has_edge_in(const FaceCell& cell) const;
 
  private:
@@ -30,7 +30,7 @@ class FacePattern {
   };
   [[nodiscard]] Eigen::Vector2i bucket_of(const FacePoint& point) const;
   void add(const FacePoint& least, const FacePoint& most, int index, bool is_disc);
-  /// Calls `visit(bucket)` for the buckets that a box touches; shapes may come more than once.
+  /// Calls `visit(bucket)` for the buckets that a box overlaps; shapes may be repeated.
   template <class Visit>
   void visit(const FacePoint& least, const FacePoint& most, const Visit& visit) const;
 
@@ -41,7 +41,7 @@ class FacePattern {
   std::vector<Bucket> buckets_;
 };
 
-/// Area of the intersection of a polygon (in its own sense of rotation, signed) with a disc.
+/// Signed area of the intersection of a polygon, by its orientation, with a disc.
 [[nodiscard]] double polygon_disc_area(const FaceCell& cell, const FacePoint& centre,
                                        double radius_m);
 

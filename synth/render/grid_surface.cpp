@@ -17,7 +17,7 @@ namespace {
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-/// Cell and place in it of a face point.
+/// Cell of a face point, and position within it.
 struct InCell {
   int row, col;
   double y, x;  ///< 0..1
@@ -38,7 +38,7 @@ std::optional<InCell> cell_of(const GridSurface& surface, const FacePoint& face)
   return cell;
 }
 
-/// Arc length of A sin(k x + phase) from 0, tabulated and inverted.
+/// Arc length of A sin(k x + phase) from 0, tabulated for inversion.
 class ArcLength {
  public:
   ArcLength(const Folds& folds, double reach_m) {
@@ -53,13 +53,13 @@ class ArcLength {
       std::vector<double>& table = side < 0 ? left_ : right_;
       table.push_back(0);
       for (int i = 0; i < steps; ++i) {
-        const double x = side * i * h_;  // Simpson over one step
+        const double x = side * i * h_;  // Simpson's rule over one step
         table.push_back(table.back() +
                         h_ / 6 * (speed(x) + 4 * speed(x + side * h_ / 2) + speed(x + side * h_)));
       }
     }
   }
-  /// x at an arc length, by linear interpolation in steps of a hundredth of a millimetre or less.
+  /// x at a given arc length, by linear interpolation in steps of at most 0.01 mm.
   [[nodiscard]] double x_at(double s) const {
     const std::vector<double>& table = s < 0 ? left_ : right_;
     const double length = std::abs(s);
@@ -78,7 +78,7 @@ double cubic(double a, double b, double c, double d, double t) {
   return b + 0.5 * t * (c - a + t * (2 * a - 5 * b + 4 * c - d + t * (3 * (b - c) + d - a)));
 }
 
-/// A grid row or column continued beyond its ends in a straight line.
+/// Extrapolates a grid row or column linearly beyond its ends.
 Vector3d continued(const GridSurface& s, int row, int col) {
   const int r = std::clamp(row, 0, s.rows - 1), c = std::clamp(col, 0, s.cols - 1);
   Vector3d point = s.at(r, c);
@@ -170,7 +170,7 @@ GridSurface folded(const Print& print, const Folds& folds, double step_m) {
     const Vector2d from_middle = face - middle;
     const double x = arc.x_at(along.dot(from_middle));
     const Vector2d flat = x * along + across.dot(from_middle) * across;
-    // y of the face runs down the page, so that it is -y of a world seen from above.
+    // y of the face runs down the page, so it is -y in a world seen from above.
     const Vector3d in_sheet(flat.x(), -flat.y(), amplitude * std::sin(k * x + folds.phase_rad));
     return Vector3d(folds.centre_in_world + world_from_sheet * in_sheet);
   });

@@ -26,7 +26,7 @@ std::vector<double> kernel(double sigma_px) {
   return weights;
 }
 
-/// Blurs along rows and turns the picture over, so that twice blurs along both axes.
+/// Blurs along rows and transposes the picture, so that two calls blur along both axes.
 std::vector<double> blurred_and_turned(const std::vector<double>& from, int width, int height,
                                        const std::vector<double>& weights, int threads) {
   const int reach = static_cast<int>(weights.size()) / 2;
@@ -46,9 +46,9 @@ std::vector<double> blurred_and_turned(const std::vector<double>& from, int widt
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-constexpr int parts = 4;             // cells of a pixel along each side where the print has an edge
+constexpr int parts = 4;             // subdivisions of a pixel per side where the print has an edge
 constexpr int band = 8;              // pixel rows rendered together
-constexpr double most_oblique = 12;  // a pixel of cloth seen at 85 degrees is so many times as long
+constexpr double most_oblique = 12;  // limit of a pixel's foreshortening: cloth seen at 85 degrees
 
 std::vector<Triangle> all_triangles(const SyntheticScene& scene) {
   std::vector<Triangle> all = triangles_of(scene.surface);
@@ -56,7 +56,7 @@ std::vector<Triangle> all_triangles(const SyntheticScene& scene) {
   return all;
 }
 
-/// Light that rises and falls in even ramps between 0.75 and 1.25 along u.
+/// Brightness along u as a triangular wave between 0.75 and 1.25.
 double ramp(double u, double slope_per_px) {
   if (slope_per_px == 0) return 1;
   const double phase = std::fmod(u * slope_per_px, 1.0);
@@ -72,12 +72,12 @@ double weave(const FacePoint& face, const RenderOptions& options) {
   const auto y = static_cast<std::int64_t>(std::floor(threads.y()));
   const double crossing =
       std::sqrt(12.0) * (uniform(options.seed, static_cast<std::uint64_t>(x * 1000003 + y)) - 0.5);
-  return 1 + options.weave_rms * (1.2 * over_under + 0.8 * crossing);  // variance 0.36 + 0.64
+  return 1 + options.weave_rms * (1.2 * over_under + 0.8 * crossing);  // variance 0.36 + 0.64 = 1
 }
 
 }  // namespace
 
-/// Paints rows of pixels of one view.
+/// Renders rows of pixels of one view.
 class Painter {
  public:
   Painter(const SceneView& view, const RenderOptions& options)
@@ -136,7 +136,7 @@ class Painter {
             caster_.face(corners[3])};
   }
 
-  /// All on one side of one sheet without a jump, or all on unprinted things at about one depth.
+  /// True if all corners lie on one smooth side of a sheet, or on unprinted objects of like depth.
   [[nodiscard]] bool is_one_surface(const Corners& corners, double side_px) const {
     for (const Hit& hit : corners) {
       if (!hit.is_hit() || hit.front != corners[0].front ||
@@ -164,7 +164,7 @@ class Painter {
     return 1 - fraction * (1 - options_.ink_ratio);
   }
 
-  /// Mean of ink over the pixel, from the exact areas of its cells.
+  /// Mean ink coverage of a pixel, from exact areas of its cells.
   [[nodiscard]] double printed_pixel(int column, int row) const {
     std::array<Hit, (parts + 1) * (parts + 1)> hits;
     for (int j = 0; j <= parts; ++j) {
@@ -184,8 +184,8 @@ class Painter {
     return sum / (parts * parts);
   }
 
-  /// Cell (i, j) of a pixel; halved again where an edge runs through it, so that a surface that
-  /// bends within the cell does not show.
+  /// Ink in cell (i, j) of a pixel. The cell is halved again if an edge runs through it, so that
+  /// curvature of the surface within the cell is negligible.
   [[nodiscard]] double cell_ink(int column, int row, int i, int j, const Corners& corners) const {
     if (!is_one_surface(corners, 1.0 / parts) || !is_print_side(corners[0])) {
       const Hit& hit = corners[0];
@@ -212,7 +212,7 @@ class Painter {
     return ink(fraction);
   }
 
-  /// Where a silhouette crosses the pixel its parts are sampled one by one.
+  /// Samples the parts of a pixel one by one if a silhouette crosses it.
   [[nodiscard]] double mixed_pixel(int column, int row) const {
     constexpr int samples = 2 * parts;
     double sum = 0;
@@ -232,7 +232,7 @@ class Painter {
     return sum / (samples * samples);
   }
 
-  /// Light from the surface without print: matt, lit from one side and from all around.
+  /// Brightness of the unprinted surface: diffuse, with directional and ambient light.
   [[nodiscard]] double bare_light(const Hit& hit, double u) const {
     const Triangle& triangle = caster_.triangle(hit);
     Vector3d normal = caster_.normal_in_world(hit);

@@ -18,8 +18,8 @@ using units::mm;
 constexpr double object_reflectance = 0.5;
 constexpr double table_reflectance = 0.3;
 
-// A cube's sharp corner is this many edge radii farther in than its faces when it touches the
-// rounded one: 1 - 1 / sqrt(3).
+// A sharp corner shrunk by this many edge radii relative to its faces touches the rounded corner: 1
+// - 1 / sqrt(3).
 constexpr double corner_fraction = 0.423;
 
 struct Corner {
@@ -57,7 +57,7 @@ void add_quad(std::vector<Triangle>& all, const std::array<Corner, 4>& c, double
   }
 }
 
-/// A surface over parameters 0..1, cut into `across` x `down` pieces.
+/// Triangulates a surface over parameters 0..1 in `across` x `down` pieces.
 template <class Place>
 void add_patch(std::vector<Triangle>& all, int across, int down, double reflectance,
                const Place& place) {
@@ -113,7 +113,7 @@ void add(std::vector<Triangle>& all, const Cylinder& cylinder) {
   }
 }
 
-/// A plane has no end; a metre around its point is rendered.
+/// A plane is unbounded; renders one metre around its point.
 void add(std::vector<Triangle>& all, const Plane& plane) {
   const Vector3d u = plane.normal_in_world.unitOrthogonal(), v = plane.normal_in_world.cross(u);
   add_patch(all, 50, 50, object_reflectance, [&](double a, double b) {

@@ -14,11 +14,11 @@
 namespace drape::triangulate {
 namespace {
 
-/// Half of the marks may miss their rays by less than this many standard deviations; what is common
-/// to all marks (a camera's pose) passes it once in 400 when the covariances are right.
+/// Limit of the median misfit in standard deviations. Errors common to all marks (a camera's pose)
+/// exceed it once in 400 cases if the covariances are right.
 constexpr double kMissSigmas = 3;
 constexpr std::size_t kLeastMarks = 8;
-/// At most this many cameras are tried in every order; more only in pairs.
+/// Largest number of cameras for which every permutation is tried; with more, only pairs.
 constexpr std::size_t kEveryOrder = 4;
 
 Misses misses_with(const Detections& detections, const Calibration& calibration,
@@ -36,8 +36,8 @@ Misses misses_with(const Detections& detections, const Calibration& calibration,
   return {median(all), all.size()};
 }
 
-/// The frames of the set alone, each under the name that `names` gives to its camera; an empty name
-/// leaves it out.
+/// Frames of the set only, with cameras renamed by `names`; an empty name drops a
+/// frame.
 Detections renamed(const Detections& detections, const std::string& set,
                    const std::map<std::string, std::string>& names) {
   Detections result;
@@ -104,7 +104,7 @@ std::vector<std::string> contradictions_of_cameras(const Detections& detections,
                                                    const TriangulateOptions& options,
                                                    const Misses& now) {
   if (now.marks < kLeastMarks || now.median_sigmas <= kMissSigmas) return {};
-  // Bent dots miss by more than three sigma too where their shape is not corrected, as here.
+  // Without correction of their shape, as here, dots on curved cloth also miss by over three sigma.
   const double solved = std::max(kMissSigmas, now.median_sigmas / 10);
   std::vector<std::string> cameras;
   for (const FrameDetections& frame : detections.frames)

@@ -14,15 +14,15 @@ namespace {
 
 using units::mm;
 
-constexpr double kResolution = 0.5;  ///< mm or degrees of a limit: an operator's reading
+constexpr double kResolution = 0.5;  ///< mm or degrees; as fine as an operator reads a value
 
-/// An error that an operator may make: the object as it would be stated.
+/// A possible error of the operator: returns the object as it would be stated.
 struct Mistake {
   const char* text;
   std::function<Obstacle(double)> stated;
 };
 
-/// Detection limits of one object of a scene.
+/// Determines the detection limits of one object of a scene.
 struct Guard {
   const SeenCloth& seen;
   const Scene& scene;
@@ -36,7 +36,7 @@ struct Guard {
            (floating(seen, other).has_value() && !floating(seen, scene).has_value());
   }
 
-  /// The smallest error from which on the guard names the object; nothing where it names none up to
+  /// Smallest error from which on the object is contradicted; nullopt if none is up to
   /// `most`.
   [[nodiscard]] std::optional<double> limit(const Mistake& mistake, double most) const {
     if (!names(mistake.stated(most))) return std::nullopt;

@@ -9,10 +9,10 @@
 
 namespace drape::triangulate {
 
-/// For each box and sphere: how far it may be wrong beside its place, in the height of its top, in
-/// its diameter or width, or turned, before the marks of this drape contradict it
-/// (contradictions_of_objects()), in the direction that is seen worst. The object is changed from
-/// how it is stated until it is named: by half of its width, 45 degrees.
+/// Detection limit of each box and sphere: the smallest error of its height, diameter or width, or
+/// rotation that the marks of this drape would contradict (contradictions_of_objects()), in the
+/// least visible direction. The stated object is changed until it is contradicted, by up to half of
+/// its width, or 45 degrees.
 [[nodiscard]] std::vector<Unseen> detection_limits(const SeenCloth& seen, const Scene& scene);
 
 }  // namespace drape::triangulate

@@ -25,11 +25,11 @@ SeenCloth seen_cloth(const Sheet& sheet, double strain, const Scene& scene, int 
 }
 
 double strain_of(const MarkLattice& lattice, const TriangulateOptions& options) {
-  constexpr double kStrain = 0.01;  // without a fabric: ten times what hanging woven cloth shows
+  constexpr double kStrain = 0.01;  // without a fabric: ten times the strain of hanging woven cloth
   return options.scene ? most_strain_of(*options.scene, lattice.patch_m) : kStrain;
 }
 
-/// A calibration that is wrong by so much everywhere is at most a scale over half the patch.
+/// Scale error of a calibration with uniform errors: at most a scale over half the patch.
 double scale_sd_of(const Sheet& sheet, const MarkLattice& lattice) {
   const double calibration_m =
       sheet.error_budget ? sheet.error_budget->calibration_m.value_or(0) : 0;
@@ -67,7 +67,7 @@ std::vector<std::string> contradictions_of(const Detections& detections,
                                            const Sheet& sheet) {
   std::vector<std::string> found =
       contradictions_of_cameras(detections, calibration, set, options, misses);
-  // Points from rays that do not meet say nothing of lengths.
+  // Points from rays that do not meet say nothing about lengths.
   if (!found.empty()) return found;
   const MarkLattice& lattice = detections.lattice;
   const auto add = [&](const std::vector<std::string>& more) {
@@ -77,8 +77,8 @@ std::vector<std::string> contradictions_of(const Detections& detections,
   add(contradictions_of_pitch(placed, lattice.pitch_m, strain, scale_sd_of(sheet, lattice),
                               options.scene ? options.scene->print_file.string() : "print.toml"));
   if (!options.scene) return found;
-  // Lengths of cloth say nothing of objects while they contradict the print themselves, and level
-  // cloth in the air less than an object that is contradicted already.
+  // Lengths of cloth prove nothing about objects if they contradict the print itself, and
+  // unsupported level cloth proves less than an object that is already contradicted.
   if (found.empty()) {
     const SeenCloth seen = seen_cloth(sheet, strain, *options.scene, options.threads);
     add(contradictions_of_objects(seen, *options.scene));
@@ -86,7 +86,7 @@ std::vector<std::string> contradictions_of(const Detections& detections,
   }
   const std::vector<std::string> held = contradictions_of_held(sheet, *options.scene, lattice);
   add(held);
-  // Where the cloth hangs by other points than stated, its centre of mass says nothing.
+  // If the cloth hangs from other points than stated, its centre of mass proves nothing.
   if (held.empty()) add(contradictions_of_gravity(MeasuredCloth(sheet), *options.scene, lattice));
   return found;
 }

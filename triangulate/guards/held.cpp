@@ -24,9 +24,9 @@ using Eigen::Vector2d;
 using Eigen::Vector3d;
 using units::mm;
 
-/// Probability that a scene as stated is contradicted, over all of its held points.
+/// Probability of contradicting a correct scene, over all of its held points.
 constexpr double kHeldRisk = 0.005;
-constexpr double kPrinted_m = 0.1 * mm;  ///< to which suggested places are rounded
+constexpr double kPrinted_m = 0.1 * mm;  ///< rounding of suggested places
 constexpr std::size_t kMostExchanged = 4;
 
 Vector2d material_of(const MarkLattice& lattice, MarkId mark) {
@@ -37,7 +37,7 @@ Vector2d material_of(const MarkLattice& lattice, const Pin& pin) {
   return pin.at_material_m.value_or(material_of(lattice, pin.mark));
 }
 
-/// Names the material point as the pin did: by a mark where there is one.
+/// Names the material point like the pin did: by a mark if it has one.
 void hold(Pin& pin, const Vector2d& material_m, const MarkLattice& lattice) {
   const Vector2d steps = (material_m - lattice.margin_m) / lattice.pitch_m;
   const MarkId mark{static_cast<int>(std::lround(steps.x())),
@@ -50,7 +50,7 @@ void hold(Pin& pin, const Vector2d& material_m, const MarkLattice& lattice) {
     pin.mark = mark;
 }
 
-/// Calls `change` with each place in space, and `material` with each point of the cloth.
+/// Calls `change` for each position in space, and `material` for each point of the cloth.
 void change_places(Scene& scene, const std::function<void(Vector3d&)>& change) {
   for (Pin& pin : scene.pins)
     if (pin.point_in_world) change(*pin.point_in_world);
@@ -74,7 +74,7 @@ std::string list_of(const Vector3d& place_m) {
                      place_m.z() / mm);
 }
 
-/// Keys whose values differ, as the file would have them.
+/// Lists the keys whose values differ, as they would appear in the file.
 std::string changes_text(const Scene& from, const Scene& to) {
   std::string text;
   const auto add = [&](const std::string& more) { text += (text.empty() ? "" : ", ") + more; };
@@ -104,7 +104,7 @@ std::string changes_text(const Scene& from, const Scene& to) {
   return text;
 }
 
-/// A held point beside the measured cloth at its material point.
+/// Comparison of a held point with the measured cloth at its material point.
 struct Comparison {
   HeldPoint held;
   ShownPlace shown;
@@ -116,7 +116,7 @@ struct Comparison {
   [[nodiscard]] double chi2() const {
     return apart_m().dot(covariance_m2().ldlt().solve(apart_m()));
   }
-  /// Along the direction in which least is known.
+  /// In the least certain direction.
   [[nodiscard]] double largest_sd_m() const {
     return std::sqrt(covariance_m2().selfadjointView<Eigen::Lower>().eigenvalues().maxCoeff());
   }
@@ -144,7 +144,7 @@ struct Other {
   Scene scene;
 };
 
-/// Scenes with one slip of the pen each, nothing fitted.
+/// Scenes with one plausible typing error each, without any fit.
 std::vector<Other> slips_of(const Scene& scene, const MarkLattice& lattice) {
   std::vector<Other> others;
   const auto add = [&](const std::string& what, auto&& change) {
@@ -177,7 +177,7 @@ std::vector<Other> slips_of(const Scene& scene, const MarkLattice& lattice) {
         hold(other.pins[i], map(material_of(lattice, scene.pins[i])), lattice);
       });
   }
-  // Places exchanged between pins; those of a clamp's ends by the maps above.
+  // Exchanges places between pins; the maps above cover those of a clamp's ends.
   if (scene.pins.size() <= kMostExchanged) {
     std::vector<std::size_t> order(scene.pins.size());
     std::iota(order.begin(), order.end(), 0);
@@ -221,7 +221,7 @@ Vector3d rounded(const Vector3d& place_m) {
   return place_m.unaryExpr([](double value_m) { return rounded(value_m); });
 }
 
-/// Every place moved along one axis by the same length, as the marks speak for.
+/// Shifts every place along one axis by the length that fits the marks.
 std::vector<Other> shifts_of(const Scene& scene, const std::vector<Comparison>& stated) {
   std::vector<Other> others;
   for (const int axis : {0, 1, 2}) {
@@ -240,7 +240,7 @@ std::vector<Other> shifts_of(const Scene& scene, const std::vector<Comparison>& 
   return others;
 }
 
-/// One place, or every place, where the marks show it.
+/// Moves one place, or every place, to where the marks show it.
 Other placed(const Scene& scene, const std::vector<Comparison>& stated, const HeldPoint* alone) {
   Other other{alone == nullptr ? "every place as the marks show it" : "that place alone", scene};
   auto next = stated.begin();
@@ -251,7 +251,7 @@ Other placed(const Scene& scene, const std::vector<Comparison>& stated, const He
   return other;
 }
 
-/// Material points and places, whatever pins and clamps they are called by.
+/// Material points and places, irrespective of how pins and clamps name them.
 std::string holding_of(const std::vector<HeldPoint>& held) {
   std::vector<std::string> lines;
   for (const HeldPoint& point : held)
@@ -261,10 +261,10 @@ std::string holding_of(const std::vector<HeldPoint>& held) {
   return fmt::format("{}", fmt::join(lines, "\n"));
 }
 
-/// Scenes that pass, of the simplest kind of mistake that has any.
+/// Scenes that pass, for the simplest kind of mistake that has any.
 struct Found {
   std::optional<SuggestedScene> suggested;
-  std::vector<std::string> alike;  ///< more than one passed
+  std::vector<std::string> alike;  ///< descriptions if more than one passed
 };
 
 Found found_holding(const MeasuredCloth& cloth, const Scene& scene, const MarkLattice& lattice,
@@ -382,7 +382,7 @@ std::vector<std::pair<std::string, std::string>> unseen_of_held(const Sheet& she
 
 namespace {
 
-/// Points by which the cloth hangs, as measured.
+/// Measured positions of the points from which the cloth hangs.
 std::vector<ShownPlace> hung_by(const MeasuredCloth& cloth, const Scene& scene,
                                 const MarkLattice& lattice) {
   std::vector<ShownPlace> points;
@@ -391,8 +391,8 @@ std::vector<ShownPlace> hung_by(const MeasuredCloth& cloth, const Scene& scene,
   return points;
 }
 
-/// Centre of mass of a patch that is everywhere as heavy: the mean over the middles of equal
-/// squares, whose errors are taken as common to all.
+/// Centre of mass of a patch of uniform weight: mean over the centres of equal squares, whose
+/// errors are assumed to be fully correlated.
 std::optional<ShownPlace> centre_of_mass(const MeasuredCloth& cloth, const MarkLattice& lattice) {
   const Eigen::Vector2i counts =
       (lattice.patch_m / lattice.pitch_m).array().round().max(1).cast<int>();
@@ -445,7 +445,7 @@ std::vector<std::string> contradictions_of_gravity(const MeasuredCloth& cloth, c
         std::max(sd2, centre->covariance_m2.trace() / 3 + points.back().covariance_m2.trace() / 3);
   }
   const double depth_m = below_m.norm();
-  // Gravity without its part along the line, which the line takes up.
+  // Gravity without its component along the line, which the line supports.
   Vector3d across = down;
   if (points.size() == 2) {
     const Vector3d line =

@@ -16,8 +16,8 @@ using Eigen::Vector2d;
 using Eigen::Vector3d;
 using Eigen::VectorXd;
 
-constexpr std::size_t kNear = 60;    ///< marks through which the surface is laid
-constexpr std::size_t kLearnt = 16;  ///< marks that tell how well it predicts
+constexpr std::size_t kNear = 60;    ///< number of marks for interpolation
+constexpr std::size_t kLearnt = 16;  ///< number of marks for estimating the prediction error
 constexpr std::size_t kLeastNear = 9;
 constexpr Index kTrend = 3;  ///< a constant and two slopes
 
@@ -39,7 +39,7 @@ std::optional<ShownPlace> MeasuredCloth::computed(const Vector2d& material_m) co
   });
   marks.resize(std::min(marks.size(), kNear));
   const auto count = static_cast<Index>(marks.size());
-  const double unit_m = away_m(marks.back());  // keeps the system well scaled
+  const double unit_m = away_m(marks.back());  // for good scaling of the system
   const auto row_of = [&](const Vector2d& at_m) {
     VectorXd row(count + kTrend);
     for (Index i = 0; i < count; ++i)
@@ -59,9 +59,9 @@ std::optional<ShownPlace> MeasuredCloth::computed(const Vector2d& material_m) co
   constexpr double kRounding = 1e-6;
   if (!((system.row(0) * inverse.col(0) - MatrixXd::Ones(1, 1)).norm() < kRounding) ||
       !((inverse * system.col(count)).segment(count, 1) - MatrixXd::Ones(1, 1)).isZero(kRounding))
-    return std::nullopt;  // the marks lie in one line
-  // Leaving out mark i, the surface misses it by (inverse * places)_i / inverse_ii, with the
-  // variance 1 / inverse_ii (Dubrule 1983).
+    return std::nullopt;  // collinear marks
+  // With mark i left out, the surface misses it by (inverse * places)_i / inverse_ii, with variance
+  // 1 / inverse_ii (Dubrule 1983).
   Matrix3d coefficient_m2 = Matrix3d::Zero();
   const MatrixXd misses = inverse * places_m;
   const Index learnt = std::min<Index>(count, kLearnt);

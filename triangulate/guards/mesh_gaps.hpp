@@ -9,17 +9,17 @@
 
 namespace drape::triangulate {
 
-/// Signed distance (m) of each mark from a closed mesh, negative inside. Throws Error(bad_input)
-/// for a file that cannot be read or holds no closed mesh.
+/// Signed distance (m) of each mark from a closed mesh, negative inside. Throws Error(bad_input) if
+/// the file cannot be read or is not a closed mesh.
 [[nodiscard]] std::vector<double> gaps_to_mesh(const Sheet& sheet, const MeshObject& object,
                                                int threads);
 
-/// Depth to which a mark may lie in a mesh that is as stated: four values of place and turn, as for
-/// a body of known shape, at the upper half per cent of their chi square, and three standard
+/// Largest penetration of a mark into a correctly stated mesh: 99.5 % quantile of chi square for
+/// the four values of place and rotation, as for a body of known shape, plus three standard
 /// deviations of the mark.
 [[nodiscard]] double most_inside_m(const ObjectUncertainty& stated, const SheetMark& mark);
 
-/// Why a mesh, one of the scene's objects, cannot be where and as large as stated; empty: it can.
+/// Explains why a mesh object cannot have the stated position and size; empty if it can.
 [[nodiscard]] std::string contradiction_of_mesh(const Sheet& sheet, const std::vector<double>& gaps,
                                                 const MeshObject& object,
                                                 const ObjectUncertainty& stated);

@@ -43,8 +43,8 @@ struct Changed {
   Obstacle operator()(const MeshObject& body) const { return body; }
 };
 
-/// Standard uncertainties of what may be fitted, in the units of Change. Yaw is read off two ends
-/// of an edge.
+/// Standard uncertainties of the fitted components in units of Change. Yaw comes from two ends of
+/// an edge.
 Change uncertainty_of(const Obstacle& object, const ObjectUncertainty& stated) {
   const double place_mm = stated.place_m() / mm;
   const auto* box = std::get_if<Box>(&object);
@@ -59,8 +59,8 @@ std::vector<int> free_of(const Obstacle& object) {
   return {0, 1, 2, 4};
 }
 
-/// True over the middle of an object, where cloth that lies on it touches: over its flat top, or
-/// where a sphere or a lying cylinder slopes by less than 30 degrees.
+/// True above the central part of an object, where resting cloth touches: over its flat top, or
+/// where a sphere or horizontal cylinder has a slope below 30 degrees.
 struct OverTop {
   Vector3d point_in_world;
 
@@ -92,7 +92,7 @@ Obstacle changed(const Obstacle& object, const Change& change) {
 
 Change least(const std::function<double(const Change&)>& value, const std::vector<int>& free,
              double enough) {
-  constexpr double kFirst = 2, kLast = 0.01;  // mm, deg
+  constexpr double kFirst = 2, kLast = 0.01;  // initial and final step, mm or deg
   Change best = Change::Zero();
   double lowest = value(best);
   const auto explored = [&](Change at, double step) {
@@ -150,7 +150,7 @@ double chi2_limit(const Obstacle& object) {
 }
 
 double most_lowered_m(const Obstacle& object, const ObjectUncertainty& stated) {
-  // A cylinder keeps its height, and a plane and a mesh have none.
+  // A cylinder keeps its height; a plane and a mesh have no size.
   if (!std::holds_alternative<Box>(object) && !std::holds_alternative<Sphere>(object))
     return std::numeric_limits<double>::infinity();
   return normal_quantile(1 - kObjectRisk) * std::hypot(stated.place_m(), stated.size_m());
@@ -219,7 +219,7 @@ std::optional<Untouched> untouched(const SeenCloth& seen, const Scene& scene) {
 std::optional<Floating> floating(const SeenCloth& seen, const Scene& scene) {
   if (!scene.pins.empty() || !scene.clamps.empty()) return std::nullopt;
   const std::vector<SheetMark>& marks = seen.sheet.marks;
-  std::vector<double> spare_m;  // gap to the nearest support beyond what cloth on it may have
+  std::vector<double> spare_m;  // gap to the nearest support minus what resting cloth may have
   spare_m.reserve(marks.size());
   for (std::size_t k = 0; k < marks.size(); ++k) {
     const double sd_m = sigma_m(marks[k]);

@@ -21,22 +21,22 @@ namespace {
 using units::mm;
 
 constexpr double kSigmas = 4;
-constexpr std::size_t kLeastPlaces = 8;  ///< places along one direction; fewer say nothing
-/// Neighbours where the cloth turns by more are left out: the next term of the arc, angle^4 / 1920,
-/// stays below 1e-5.
+constexpr std::size_t kLeastPlaces = 8;  ///< places needed along one direction
+/// Largest turn of the cloth between neighbours: keeps the next term of the arc, angle^4 / 1920,
+/// below 1e-5.
 constexpr double kMostTurn_rad = 0.35;
 constexpr double kStandInFactor = 10;
 constexpr double kGravity_m_per_s2 = 9.80665;
 
-/// Two neighbours with one more mark on each side: the chord over the pitch, and what the turns of
-/// the polygon at its ends say of the cloth between.
+/// Two neighbours with one more mark on each side: chord over pitch, and the curvature of the cloth
+/// in between from the turns of the polygon at its ends.
 struct Place {
   double chord = 0, sd = 0;
-  double mean_turn2 = 0, turn_change2 = 0;  ///< squares of the turns' mean and difference, rad^2
+  double mean_turn2 = 0, turn_change2 = 0;  ///< squared mean and difference of the turns, rad^2
   double most_turn_rad = 0;
 
-  /// Arc over chord less one: half the variance of the tangent's angle between the neighbours,
-  /// whose curvature runs linearly from end to end.
+  /// Arc over chord minus one: half the variance of the tangent's angle between the neighbours, for
+  /// curvature that varies linearly from end to end.
   [[nodiscard]] double bend() const { return mean_turn2 / 24 + turn_change2 / 1440; }
 };
 
@@ -77,8 +77,8 @@ std::vector<Place> places_along(const std::map<MarkId, const SheetMark*>& all, M
   return places;
 }
 
-/// By how much bend() may be too small: its factor on the crest of a wave as short as the turns
-/// show. A wave of phase x per pitch changes its turns by 2 tan(x/2) of their mean (RMS).
+/// Factor by which bend() may be too small: its value on the crest of a wave as short as the turns
+/// indicate. A wave of phase x per pitch changes its turns by 2 tan(x/2) of their mean (RMS).
 double hidden_factor(const std::vector<Place>& places) {
   double mean2 = 0, change2 = 0;
   for (const Place& place : places) {
@@ -90,14 +90,14 @@ double hidden_factor(const std::vector<Place>& places) {
   return 12 * (0.5 - std::sin(x) / (2 * x)) / (seen * seen);
 }
 
-/// A length of cloth over the pitch, and its standard uncertainty.
+/// Length of cloth over pitch, with its standard uncertainty.
 struct Length {
   double ratio = 0, sd = 0;
   std::size_t places = 0;
 };
 
-/// Standard uncertainty of a median; neighbouring places have a mark in common, whose error
-/// lengthens one and shortens the other.
+/// Standard uncertainty of a median. Adjacent places share a mark, whose error lengthens one and
+/// shortens the other.
 double median_sd(const std::vector<Place>& places, double scale_sd) {
   double variance = 0;
   for (const Place& place : places) variance += place.sd * place.sd;
@@ -114,8 +114,8 @@ std::optional<Length> length_of(const std::vector<Place>& places, double factor,
   return Length{quantile(ratios, part), median_sd(places, scale_sd), places.size()};
 }
 
-/// Cloth cannot be longer than its print, so half of it speaks; shorter it can look where it is
-/// crumpled, so the tautest tenth speaks, of places whose hidden bend is not above their noise.
+/// Bounds of cloth length over pitch: the median, since cloth is never longer than its print, and
+/// the 0.9 quantile where hidden curvature is within the noise, as crumpled cloth looks shorter.
 struct Lengths {
   std::optional<Length> middle, tautest;
 };
@@ -137,7 +137,7 @@ Lengths lengths_along(const std::vector<SheetMark>& marks, MarkId step, double p
 constexpr std::array<std::pair<const char*, MarkId>, 2> kDirections = {
     {{"warp", {1, 0}}, {"weft", {0, 1}}}};
 
-/// First slope of a tensile curve (N/m); the abscissa is in percent, the load in gf/cm.
+/// Initial slope of a tensile curve (N/m) from a file with strain in percent and load in gf/cm.
 double first_slope(const std::filesystem::path& file) {
   const Csv curve =
       read_csv(file, {"strain_percent", "loading_force_gf_per_cm", "unloading_force_gf_per_cm"});

@@ -20,8 +20,8 @@ using Eigen::Vector3d;
 using units::deg;
 using units::mm;
 
-/// Wider by this part on each side, a box or cylinder is held by the cloth on all sides alike,
-/// which places it in the middle of what the cloth leaves open.
+/// Relative enlargement of a box or cylinder so that the cloth touches it on all sides, which
+/// centres it in the space that the cloth leaves.
 constexpr double kWider = 0.03;
 
 struct Wider {
@@ -39,8 +39,8 @@ struct Wider {
   }
 };
 
-/// Marks inside cost much, marks that nearly touch are drawn to the surface, all others nothing;
-/// cloth that is too short to pass outside holds the object in its middle.
+/// Cost of an object: high for marks inside, attractive for marks nearly touching, zero for others.
+/// Cloth too short to pass outside also counts, which centres the object in it.
 double cost(const SeenCloth& seen, const Obstacle& object, double reach_m) {
   constexpr double kInside_m = 0.45 * mm;
   double sum = 0;
@@ -53,7 +53,7 @@ double cost(const SeenCloth& seen, const Obstacle& object, double reach_m) {
   return sum;
 }
 
-/// Mean place of the marks that lie on top: within twice the thickest cloth below the highest.
+/// Mean position of the marks on top: within twice the largest thickness below the highest.
 Eigen::Vector2d middle_of_top(const Sheet& sheet) {
   double highest_m = sheet.marks.front().point_in_world.z();
   for (const SheetMark& mark : sheet.marks)
@@ -68,10 +68,10 @@ Eigen::Vector2d middle_of_top(const Sheet& sheet) {
   return sum / count;
 }
 
-/// Values of an object as its scene has them.
+/// Values of an object as stated in its scene.
 struct Stated {
   Vector3d foot_mm;                     ///< x_mm, y_mm, z_bottom_mm
-  Vector3d size_mm = Vector3d::Zero();  ///< of a box; else the diameter first
+  Vector3d size_mm = Vector3d::Zero();  ///< for a box; else the diameter comes first
   double yaw_deg = 0;
   bool is_box = false;
 };
@@ -95,7 +95,7 @@ std::optional<Stated> stated_of(const Obstacle& object) {
   return std::nullopt;
 }
 
-/// The object with these values; of a cylinder axis and edges stay.
+/// The object with these values; a cylinder's axis and the edge radii are kept.
 Obstacle typed(Obstacle object, const Stated& values) {
   const Vector3d foot_m = values.foot_mm * mm;
   if (auto* ball = std::get_if<Sphere>(&object)) {
@@ -164,7 +164,7 @@ std::vector<Slip> slips_of(const Stated& stated, double table_z_mm) {
   return slips;
 }
 
-/// A change written with one decimal, as it is printed.
+/// A value rounded to one decimal, as printed.
 double printed(double value) {
   return std::round(10 * value) / 10;
 }
@@ -190,7 +190,7 @@ std::string text_of(const Stated& from, const Stated& to, const Change& within) 
   return text;
 }
 
-/// Search for what passes the guards that named an object of a scene.
+/// Searches for objects that pass the tests failed by the stated one.
 class Search {
  public:
   Search(const SeenCloth& seen, const Scene& scene, std::size_t object)
@@ -200,14 +200,14 @@ class Search {
         limit_(chi2_limit(scene.obstacles[object])),
         is_held_up_(!floating(seen, scene)) {}
 
-  /// Contradicts nothing where it is, if it may be smaller by twice its size's uncertainty.
+  /// True if the object is not contradicted when it may be smaller by twice its size's uncertainty.
   [[nodiscard]] bool fits(const Obstacle& object) const {
     return chi2(object) < limit_ && touches(object);
   }
   [[nodiscard]] bool passes(const Obstacle& object) const {
     return touches(object) && !is_contradicted(seen_, object, scene_.uncertainty_of(index_));
   }
-  /// True where the cloth lies on the object, and no level cloth hangs in the air because of it.
+  /// True if the cloth rests on the object and no level cloth is left unsupported.
   [[nodiscard]] bool touches(const Obstacle& object) const {
     Scene other = scene_;
     other.obstacles[index_] = object;
@@ -215,7 +215,7 @@ class Search {
     return (!above || above->object != index_) && (!is_held_up_ || !floating(seen_, other));
   }
 
-  /// The best place from a start: marks drawn to the surface from ever less far, then left outside.
+  /// Best position from a start: draws marks to the surface from ever nearer, then keeps them out.
   [[nodiscard]] Obstacle fitted(Obstacle object, const std::vector<int>& free) const {
     for (const double reach_m : {8 * mm, 4 * mm, 2 * mm, 1 * mm}) {
       const auto at = [&](const Change& change) {
@@ -227,12 +227,12 @@ class Search {
     return changed(object, least(at, free, 0.5 * limit_));
   }
 
-  /// Changes of `object` that fit, by hit-and-run from it: a direction drawn evenly, a point drawn
-  /// evenly on the chord, which shrinks to where it ended outside.
+  /// Samples changes of `object` that fit, by hit-and-run: a random direction, then a random point
+  /// on the chord, which is shortened to each point found outside.
   [[nodiscard]] std::vector<Change> range_around(const Obstacle& object,
                                                  const std::vector<int>& free) const {
     constexpr int kWalk = 150;
-    constexpr double kChord = 20;  // mm, deg
+    constexpr double kChord = 20;  // half a chord's length, mm or deg
     std::vector<Change> range = {Change::Zero()};
     SplitMix64 random(1);
     Change at = Change::Zero();
@@ -265,17 +265,17 @@ class Search {
   const Scene& scene_;
   std::size_t index_;
   double limit_;
-  bool is_held_up_;  ///< by the stated scene: then by another as well
+  bool is_held_up_;  ///< true if supported in the stated scene, so any other must support it too
 };
 
-/// Objects that fit: their mean, with twice their standard deviation, and their whole range.
+/// Set of objects that fit: mean with twice the standard deviation, and total range.
 struct Range {
   Stated middle;
   Change within;  ///< k = 2
   Stated centre;
-  Change reach;  ///< half of the range around its centre
+  Change reach;  ///< half the range around its centre
 
-  /// Distances of a pose from the centre, of its turn the least of the same box.
+  /// Distance of an object's values from the centre; its rotation modulo the box's symmetry.
   [[nodiscard]] Change apart(const Stated& one) const {
     const bool is_square = std::abs(centre.size_mm.x() - centre.size_mm.y()) < 0.5;
     const Vector3d by_mm = (one.foot_mm - centre.foot_mm).cwiseAbs();
@@ -285,10 +285,10 @@ struct Range {
     return (Change() << by_mm, turn, std::abs(one.size_mm.x() - centre.size_mm.x())).finished();
   }
   [[nodiscard]] bool holds(const Stated& one) const {
-    constexpr double kSame = 1;  // mm, deg
+    constexpr double kSame = 1;  // same object within this, mm or deg
     return (apart(one) - reach).maxCoeff() <= kSame;
   }
-  /// True where both are parts of one range that the walks did not see whole.
+  /// True if both are parts of one range that the walks have not fully covered.
   [[nodiscard]] bool meets(const Range& other) const {
     return (apart(other.centre) - reach - other.reach).maxCoeff() <= 0;
   }
@@ -299,7 +299,7 @@ struct Range {
   }
 };
 
-/// Ranges, apart from each other, in which fits from many starts end.
+/// Separate ranges in which fits from many starts end.
 std::vector<Range> ranges_of(const Search& search, const SeenCloth& seen, const Obstacle& object,
                              const Stated& stated, const std::vector<int>& free,
                              const std::vector<Slip>& slips) {
@@ -342,7 +342,7 @@ std::vector<Range> ranges_of(const Search& search, const SeenCloth& seen, const 
     else
       same->join(range);
   }
-  // Where the stated size fits, another one is a second mistake.
+  // If the stated size fits, another size would be a second mistake.
   const auto as_stated = [&](const Range& one) {
     return one.centre.size_mm.isApprox(stated.size_mm, 1e-6);
   };
@@ -351,8 +351,8 @@ std::vector<Range> ranges_of(const Search& search, const SeenCloth& seen, const 
   return ranges;
 }
 
-/// Expected number of slips that fall into the range by chance: of its turn one may be mistaken in
-/// two ways, of place and size in eleven.
+/// Expected number of typing errors within the range by chance: two are possible for the rotation,
+/// eleven for place and size.
 double chance_of(const Slip& slip, const Stated& stated, const Range& range) {
   constexpr double kTurns = 2, kPlaces = 11;
   double chance = 1;
@@ -369,7 +369,7 @@ double chance_of(const Slip& slip, const Stated& stated, const Range& range) {
   return chance * (is_turn ? kTurns : kPlaces);
 }
 
-/// Distance between neighbouring marks on the cloth.
+/// Distance between adjacent marks along the cloth.
 double pitch_mm(const Sheet& sheet) {
   for (const SheetMark& mark : sheet.marks)
     if (const SheetMark* next = sheet.find(mark.mark + MarkId{0, 1}))
@@ -406,7 +406,7 @@ ObjectSuggestion suggested_object(const SeenCloth& seen, const Scene& scene, std
   std::vector<Range> ranges = ranges_of(search, seen, own, *stated, place({}), slips);
   if (ranges.empty()) {
     ranges = ranges_of(search, seen, own, *stated, place({kSize}), slips);
-    // What stands on the table may be as large as stated where both are at another height.
+    // The stated size of objects on the table may be right if both are at another height.
     if (on_table && !ranges.empty())
       for (const Range& other : ranges_of(search, seen, own, *stated, place({kHeight}), {})) {
         const double by_mm = other.middle.foot_mm.z() - stated->foot_mm.z();
@@ -422,7 +422,7 @@ ObjectSuggestion suggested_object(const SeenCloth& seen, const Scene& scene, std
     if (*what != 0) text += fmt::format(" ({})", what);
     return ObjectSuggestion{SuggestedObject{typed(own, values), text, within}, ""};
   };
-  // Half the distance between two marks, as a length and as a turn of the object's rim.
+  // Half the distance between marks, as a length and as an angle at the object's rim.
   const double told_mm = 0.5 * pitch_mm(seen.sheet);
   const double told_deg = told_mm / std::max(1.0, 0.5 * stated->size_mm.head<2>().maxCoeff()) / deg;
   const auto is_told = [&](const Range& range) {

@@ -14,7 +14,7 @@ namespace {
 using Eigen::Vector3d;
 
 /// Length of a string around a circle of radius r between two points at distances a and b from its
-/// centre, seen under the angle phi on the string's side; nothing where it does not touch.
+/// centre, which subtend the angle phi on the string's side; nullopt if it does not touch.
 std::optional<double> around_circle(double a, double b, double phi, double r) {
   a = std::max(a, r);
   b = std::max(b, r);
@@ -23,9 +23,9 @@ std::optional<double> around_circle(double a, double b, double phi, double r) {
   return std::sqrt(a * a - r * r) + std::sqrt(b * b - r * r) + r * (phi - free);
 }
 
-/// Over one edge of a box around the origin, whose rounding is a cylinder: unrolled around it, the
-/// path is straight. Nothing where the string does not touch it, and near the edge's ends, where a
-/// path around the corner may be shorter.
+/// Path over one edge of a box centred on the origin. The rounded edge is a cylinder; unrolled, the
+/// path is straight. nullopt if the string does not touch the edge, or near its ends, where a path
+/// around the corner may be shorter.
 std::optional<double> over_edge(const Vector3d& from, const Vector3d& to, const Vector3d& half_m,
                                 double radius_m, int axis, const Eigen::Vector2d& out) {
   const int j = (axis + 1) % 3, k = (axis + 2) % 3;
@@ -34,7 +34,7 @@ std::optional<double> over_edge(const Vector3d& from, const Vector3d& to, const 
   const auto across = [&](const Vector3d& at) {
     return Eigen::Vector2d(out.cwiseProduct(Eigen::Vector2d(at[j], at[k]) - edge));
   };
-  // Seen along the edge: the object fills the quadrant below zero, grown by the radius.
+  // In the plane across the edge the object fills the negative quadrant, enlarged by the radius.
   const Eigen::Vector2d a = across(from), b = across(to);
   const auto turn = [](const Eigen::Vector2d& u) {
     return std::atan2(u.y() - u.x(), u.x() + u.y());
@@ -47,7 +47,7 @@ std::optional<double> over_edge(const Vector3d& from, const Vector3d& to, const 
   const double length_m = std::hypot(*flat_m, to[axis] - from[axis]);
   const double beside_m = half_m[axis] - std::max(std::abs(from[axis]), std::abs(to[axis]));
   const double chord_m = (to - from).norm();
-  // A path that passes this far from the chord is as long.
+  // Largest distance from the chord of a path of this length.
   const double bulge_m = 0.5 * std::sqrt(std::max(0.0, length_m * length_m - chord_m * chord_m));
   return beside_m >= bulge_m ? std::optional(length_m) : std::nullopt;
 }
@@ -64,7 +64,7 @@ struct Taut {
     const double chord_m = (to - from).norm();
     const Vector3d half_m = 0.5 * body.size_m;
     const WorldFromObject& pose = body.world_from_box;
-    // No edge is in reach of points that are farther away than from each other.
+    // Points farther away than from each other cannot reach an edge.
     const double reach_m = half_m.norm() + chord_m;
     if ((from - pose.translation_m).squaredNorm() > reach_m * reach_m) return chord_m;
     const Vector3d a = pose.inverse() * from, b = pose.inverse() * to;

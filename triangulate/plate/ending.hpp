@@ -10,11 +10,11 @@
 
 namespace drape::triangulate {
 
-/// One sentence for each value that the scene states otherwise; `name` is the object's.
+/// One sentence for each value that contradicts the scene; `name` is the object's.
 [[nodiscard]] std::vector<std::string> contradictions_of(const std::vector<ObjectValue>& values,
                                                          const std::string& name);
 
-/// NO-GO where something speaks against it; `name` is the object's.
+/// Ending of the measurement, NO-GO if something contradicts it; `name` is the object's.
 [[nodiscard]] Ending ending_of(const std::vector<ObjectValue>& values, const PlatePose& plate,
                                const std::string& name, const std::vector<std::string>& against);
 

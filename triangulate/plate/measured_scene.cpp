@@ -19,7 +19,7 @@ namespace fs = std::filesystem;
 
 constexpr std::string_view kMadeBy = "# Made by `drape object` from ";
 
-/// "x_mm" of "x_mm = -3.0  # centre"; empty for a line without a key.
+/// Key of a line: "x_mm" of "x_mm = -3.0  # centre"; empty if there is none.
 std::string key_of(const std::string& line) {
   const std::size_t equals = line.find('=');
   const std::size_t begin = line.find_first_not_of(" \t");
@@ -33,7 +33,7 @@ std::string table_of(const std::string& line) {
   return begin != std::string::npos && line[begin] == '[' ? line.substr(begin) : std::string();
 }
 
-/// The value of `key = "text"` as a file beside `scene`, written as seen from `folder`.
+/// Rewrites `key = "text"`, a file relative to `scene`, as relative to `folder`.
 std::string file_line(const std::string& key, const std::string& line, const fs::path& scene,
                       const fs::path& folder) {
   const std::size_t begin = line.find_first_of("\"'"), end = line.find_last_of("\"'");

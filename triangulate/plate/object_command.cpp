@@ -66,7 +66,7 @@ int object_command(int argc, char** argv) {
     std::vector<std::string> against;
     if (calibration.no_go) against.push_back("the calibration is NO-GO: " + *calibration.no_go);
     if (const auto reason = detections.reason_against({given.set})) against.push_back(*reason);
-    // A scene cannot say that its place rests on a measurement that is NO-GO.
+    // A scene file cannot state that a position comes from a NO-GO measurement.
     if (given.scene_out && !against.empty())
       throw bad_input("no scene is written from a place that is not measured: " + against.front(),
                       {.file = given.detections.string(), .set = given.set},
@@ -80,7 +80,7 @@ int object_command(int argc, char** argv) {
     if (given.scene_out) {
       write_durable(*given.scene_out, measured_scene(given.scene, index + 1, values,
                                                      fs::absolute(*given.scene_out).parent_path()));
-      // A scene that was written by lines is read again: a scene of another layout ends here.
+      // Reads the new scene, which was edited line by line, to detect an unexpected layout.
       static_cast<void>(read_scene(*given.scene_out));
     }
     record.option("set", given.set);

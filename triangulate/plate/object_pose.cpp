@@ -21,7 +21,7 @@ using units::mm;
 
 constexpr double kPoseSigmas = 3;
 
-/// The point at `offset_m` in the plate's frame, and its covariance.
+/// The point at `offset_m` in the plate's frame, with its covariance.
 struct PointOnPlate {
   Vector3d in_world;
   Eigen::Matrix3d covariance_m2;
@@ -47,7 +47,7 @@ std::vector<ObjectValue> place_values(const PointOnPlate& foot, const Vector3d& 
   return values;
 }
 
-/// Twice its uncertainty is less than half of the object, or the plate contradicts nothing.
+/// Requires twice the uncertainty below half of the object: else the plate contradicts nothing.
 void check_placing(const PlateOnObject& lies, double width_m) {
   if (lies.placing_mm * mm < 0.25 * width_m) return;
   throw bad_input(fmt::format("a plate laid on within {:g} mm says nothing of an object {:g} mm "
@@ -123,13 +123,13 @@ std::vector<ObjectValue> object_values(const PlatePose& plate, const PlateOnObje
   std::vector<ObjectValue> values =
       place_values(foot, box->world_from_box.translation_m - down, lies.placing_mm, place_mm);
   values.back().uncertainty = std::hypot(values.back().uncertainty, stated.size_m() / mm);
-  // A square top looks alike after a quarter turn, any other after half a turn.
+  // A square top looks the same after a quarter turn, any other after half a turn.
   const bool square = std::abs(box->size_m.x() - box->size_m.y()) < 1e-6;
   const double alike = (square ? 0.5 : 1) * std::numbers::pi;
   const double stated_rad = yaw_of(box->world_from_box.rotation);
   const double found_rad = yaw_of(plate.world_from_plate.rotation);
   const double yaw_rad = found_rad - alike * std::round((found_rad - stated_rad) / alike);
-  // Placing and a rule err at both ends of an edge.
+  // Placing and measuring have errors at both ends of an edge.
   const double ends = std::sqrt(2.0) / box->size_m.x();
   values.push_back(
       {"yaw_deg", yaw_rad / deg,

@@ -27,7 +27,7 @@ using Vector6 = Eigen::Matrix<double, 6, 1>;
 
 constexpr Eigen::Index kLeastDots = 4;
 constexpr int kPoseSteps = 50;
-constexpr double kStill = 1e-12;  // m and rad
+constexpr double kStill = 1e-12;  // converged, m and rad
 
 Vector3d in_plate(const MarkLattice& lattice, MarkId mark) {
   return lattice.pitch_m *
@@ -53,16 +53,16 @@ WorldFromObject start_of(const std::vector<MarkViews>& marks, const MarkLattice&
   return *pose;
 }
 
-/// Normal equations over all views, and how the right side answers to the cameras' parameters.
+/// Normal equations over all views; derivative of the right-hand side by the cameras' parameters.
 struct Normal {
   Matrix6 matrix = Matrix6::Zero();
   Vector6 right = Vector6::Zero();
-  MatrixXd by_cameras;  ///< 6 x parameters
+  MatrixXd by_cameras;  ///< 6 x number of parameters
   double chi2 = 0, squares_px2 = 0;
   int views = 0;
 };
 
-/// Columns of each camera's parameters in one covariance over all.
+/// Columns of each camera's parameters in the joint covariance.
 struct CameraColumns {
   MatrixXd covariance = MatrixXd(0, 0);
   std::map<const CalibratedCamera*, std::vector<Eigen::Index>> places;
@@ -155,7 +155,7 @@ PlatePose plate_pose(const std::vector<MarkViews>& marks, const MarkLattice& lat
   result.views = normal.views;
   result.rms_px = std::sqrt(normal.squares_px2 / normal.views);
   result.chi2_per_dof = normal.chi2 / (2 * normal.views - 6);
-  // A plate is flat and its dots are many: how well they lie is seen, not assumed (Birge 1932).
+  // A plate is flat with many dots, so their actual scatter is estimated, not assumed (Birge 1932).
   result.covariance =
       result.chi2_per_dof * inverse + by_cameras * cameras.covariance * by_cameras.transpose();
   return result;
