@@ -11,29 +11,29 @@
 
 namespace drape::simulate {
 
-/// The shape of a mesh in the frame of its state.
+/// Shape of a mesh, in the frame of its state.
 [[nodiscard]] ClothShape shape_of(const MaterialMesh& mesh, const MeshCloth::State& state);
 
-/// A moment of a drape in the world as the checker judges it: the numbers of its files. `scene`, in
-/// the world, has the friction with which it was draped, and must outlive the result.
+/// State of a drape in the world as the checker judges it, with the values of its files. `scene`,
+/// in world coordinates, has the friction used for the drape and must outlive the result.
 [[nodiscard]] MeshRest rest_of(const DrapeLevel& level, const ClothMoment& moment,
                                const Scene& scene, double residual_tolerance);
 
-/// Judgement of the checker. `most_strain`: see strain_limits() (checker/certify.hpp).
+/// Verdict of the checker. For `most_strain` see strain_limits() (checker/certify.hpp).
 [[nodiscard]] MeshJudgement judge_drape(
     const DrapeLevel& level, const ClothMoment& moment, const Scene& scene,
     double residual_tolerance,
     const Eigen::Vector2d& most_strain =
         Eigen::Vector2d::Constant(std::numeric_limits<double>::infinity()));
 
-// The parts of a certificate that the checker states.
+// Parts of a certificate that the checker determines.
 [[nodiscard]] CertificateCheck certificate_check(const MeshJudgement& judged);
 [[nodiscard]] CertificateDistances certificate_distances(const DrapeLevel& level,
                                                          const ClothMoment& moment,
                                                          const MeshJudgement& judged);
 
-/// Writes the moment's cloth.ply and, where there are any, contact_forces.csv and memory.csv into a
-/// folder; the files.
+/// Writes the state's cloth.ply and, if not empty, contact_forces.csv and memory.csv into a folder;
+/// returns the paths.
 [[nodiscard]] std::vector<std::filesystem::path> write_rest(const std::filesystem::path& folder,
                                                             const DrapeLevel& level,
                                                             const ClothMoment& moment);

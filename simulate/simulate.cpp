@@ -23,7 +23,7 @@ using Eigen::Vector2d;
 using Eigen::Vector3d;
 using units::mm;
 
-/// Words that tell a model from its variants.
+/// Text that distinguishes a model from its variants.
 std::string model_text(const SimulateOptions& options) {
   std::string text(drape::name_of(options.model));
   if (options.internal_friction) text += ", internal friction";
@@ -46,7 +46,7 @@ SimulatedSource source_of(const Scene& scene, const Fabric& fabric, const Simula
   return source;
 }
 
-/// The parts of a certificate that both models have.
+/// Parts of a certificate common to both models.
 Certificate certificate_of(const LocalScene& local, const FittedLaws& fitted,
                            const SimulateOptions& options) {
   Certificate certificate;
@@ -62,7 +62,7 @@ Certificate certificate_of(const LocalScene& local, const FittedLaws& fitted,
   return certificate;
 }
 
-/// A curve that bends where its fit ends, and a drape that goes farther, are worth a warning.
+/// Warns if a drape strains the cloth beyond the fitted range of a curve.
 void judge_reach(Certificate& certificate) {
   if (!certificate.reach || certificate.segments == 1 || !certificate.strains) return;
   const CertificateStrains& found = *certificate.strains;
@@ -108,7 +108,7 @@ LevelsFile levels_of(const DrapeCase& drape_case, const Drape& drape) {
   return file;
 }
 
-/// The scene as it is draped: from the measured shape where the options say so.
+/// The scene as draped: started from the measured shape if the options say so.
 Scene started(Scene scene, const SimulateOptions& options) {
   if (options.from_measured) scene.start.mode = StartMode::measured;
   return scene;
@@ -119,7 +119,7 @@ SimulateResult simulate_paper(const Scene& scene, const Fabric& fabric, const Pr
                               const SimulateOptions& options) {
   const LocalScene local = local_scene(scene, measured, Surroundings(scene).top_z_m());
   FittedLaws fitted = fit_laws(fabric, options.segments, options.reach);
-  fitted.laws.twist_n_m = 0;  // The model has no twist, and no warning about it.
+  fitted.laws.twist_n_m = 0;  // The model has no twist stiffness, so no warning about it applies.
   fitted.warnings = fabric.warnings;
   SimulateResult result;
   Certificate& certificate = result.certificate;
@@ -134,8 +134,8 @@ SimulateResult simulate_paper(const Scene& scene, const Fabric& fabric, const Pr
   return result;
 }
 
-/// Places along a side, about `step_m` apart, with the print's marks among them where a part of the
-/// pitch divides side and margin; so no mark is taken between places.
+/// Number of positions along a side, about `step_m` apart; they include the print's marks if a
+/// fraction of the pitch divides side and margin, so that no mark is interpolated.
 int places_along(double side_m, double margin_m, double pitch_m, double step_m) {
   const auto divides = [](double part_m, double length_m) {
     const double times = length_m / part_m;
@@ -148,12 +148,12 @@ int places_along(double side_m, double margin_m, double pitch_m, double step_m) 
   return static_cast<int>(std::lround(side_m / step_m)) + 1;
 }
 
-constexpr double kFirstMeshes = 14;  // spacings along a side: a fold or two of any drape
-// A crease holds its bend within a few points, so that its strains grow with their number: on the
-// finest mesh four times those of the first run.
+constexpr double kFirstMeshes = 14;  // mesh points along a side: enough for a fold or two
+// A crease concentrates its bend on a few points, so strains grow with their number: on the finest
+// mesh they reach four times those of the first run.
 constexpr double kFinerMeshes = 4;
-constexpr int kFirstSegments = 5;       // those of the paper
-constexpr double kFirstResidual = 0.1;  // mean weights of a point: strains move by 0.1 %
+constexpr int kFirstSegments = 5;       // as in the paper
+constexpr double kFirstResidual = 0.1;  // in mean weights of a point; changes strains by 0.1 %
 
 }  // namespace
 
@@ -297,7 +297,7 @@ std::vector<fs::path> output_files(const fs::path& folder) {
 }
 
 void write_outputs(const fs::path& out, const SimulateResult& result, RunRecord& record) {
-  // Files that an earlier run left there are no part of this drape.
+  // Files of an earlier run do not belong to this drape.
   for (const fs::path& file : output_files(out))
     if (fs::is_regular_file(fs::symlink_status(file))) remove_durable(file);
   write_sheet(out / "sheet.ply", result.sheet);

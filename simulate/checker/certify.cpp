@@ -16,13 +16,13 @@ namespace {
 namespace fs = std::filesystem;
 using units::mm;
 
-constexpr double kEnergyFraction = 1e-6;          // relative to the internal energy
-constexpr double kStrainAllowed = 1e-9;           // rounding
-constexpr double kShearAllowed_rad = 1e-6;        // a sine's last digit at a right angle is 1.5e-8
+constexpr double kEnergyFraction = 1e-6;    // relative to the internal energy
+constexpr double kStrainAllowed = 1e-9;     // rounding
+constexpr double kShearAllowed_rad = 1e-6;  // last digit of a sine near 90 degrees: 1.5e-8 rad
 constexpr double kCurvatureAllowed_per_m = 1e-6;  // last digits of a metre over (1 mm)^2: 1e-10
 constexpr double kTwistFraction = 1e-9;           // relative to the twist stiffness
-constexpr double kPlaceAllowed_m = 1e-6;  // error of distances and of the sheet on the surface
-constexpr double kMostOfMeasured = 2;     // beyond, more of the strain is guessed than was measured
+constexpr double kPlaceAllowed_m = 1e-6;  // tolerance of distances, and of the sheet on the surface
+constexpr double kMostOfMeasured = 2;  // beyond this, more of a curve is extrapolated than measured
 
 void compare(CertifyReport& report, const std::string& what, double claimed, double found,
              double allowed) {
@@ -67,7 +67,7 @@ void compare_numbers(CertifyReport& report, const Certificate& claim, const Clot
                             found.residual, claim.residual_tolerance, true});
 }
 
-/// Largest distance (m) of the sheet's points from their places on the cloth.
+/// Largest distance (m) of the sheet's points from their positions on the cloth.
 double off_cloth_m(const Sheet& sheet, const MeshJudgement& found, CertifyReport& report) {
   double farthest = 0;
   for (std::size_t i = 0; i < found.places.size(); ++i) {
@@ -83,7 +83,7 @@ double off_cloth_m(const Sheet& sheet, const MeshJudgement& found, CertifyReport
   return farthest;
 }
 
-/// The sheet, the certificate and the print are of one cloth.
+/// Checks that sheet, certificate and print belong to the same cloth.
 void compare_sheet(CertifyReport& report, const RestFiles& files, const Print& print,
                    const MeshJudgement& found) {
   const auto refuse = [&](std::string text) { report.refusals.push_back(std::move(text)); };

@@ -15,7 +15,7 @@
 
 namespace drape::simulate {
 
-/// Stored bytes of a drape of triangles, and what they were made from.
+/// Stored files of a triangle drape, with the inputs that they refer to.
 struct RestFiles {
   Sheet sheet;
   Certificate certificate;
@@ -25,35 +25,35 @@ struct RestFiles {
   std::vector<std::filesystem::path> files;
 };
 
-/// Reads sheet, certificate, cloth.ply and where they exist memory.csv and contact_forces.csv of a
-/// folder. Throws Error(bad_input) for a drape of the paper's model, and where the certificate
-/// states another number of contact forces.
+/// Reads sheet, certificate, cloth.ply and, if they exist, memory.csv and contact_forces.csv from a
+/// folder. Throws Error(bad_input) for a drape of the paper's model, and if the certificate states
+/// another number of contact forces.
 [[nodiscard]] RestFiles read_rest_files(const std::filesystem::path& folder);
 
-/// One compared number.
+/// Comparison of one value.
 struct CertifyLine {
-  std::string what;  ///< with unit
+  std::string what;  ///< quantity with unit
   double claimed = 0, found = 0;
-  double allowed = 0;  ///< difference, or limit of `found` where `is_limit`
+  double allowed = 0;  ///< largest difference, or limit of `found` if `is_limit`
   bool is_limit = false;
   [[nodiscard]] bool passes() const;
 };
 
 struct CertifyReport {
   std::vector<CertifyLine> lines;
-  std::vector<std::string> refusals;  ///< reasons why it is no rest, or not what is claimed
+  std::vector<std::string> refusals;  ///< reasons why the drape is not at rest, or not as claimed
   std::vector<std::string> warnings;
   [[nodiscard]] bool accepted() const;
 };
 
-/// Strains (warp, weft) beyond which more of a thread's curve is guessed than was measured: twice
-/// the last measured ones.
+/// Largest credible strains (warp, weft): twice the last measured ones, beyond which more of the
+/// thread's curve is extrapolated than measured.
 [[nodiscard]] Eigen::Vector2d strain_limits(const Fabric& fabric);
 
-/// Judges stored bytes: what judge_mesh() says of the cloth where the certificate claims a rest,
-/// whether the numbers of the certificate and the points of the sheet are the cloth's. `measured`
-/// holds the pins without a place of their own; without it those are where they are. Velocities are
-/// in no file and are not judged.
+/// Judges stored files: the verdict of judge_mesh() on the cloth if the certificate claims a rest,
+/// and whether the values in the certificate and the points of the sheet match the cloth.
+/// `measured` holds pins without a position of their own; without it, those are held where they
+/// are. Velocities are not stored and not judged.
 [[nodiscard]] CertifyReport certify(const RestFiles& files, const Scene& scene,
                                     const Fabric& fabric, const Print& print,
                                     const std::optional<Sheet>& measured = std::nullopt);

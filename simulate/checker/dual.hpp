@@ -9,10 +9,10 @@
 #include "simulate/checker/vectors.hpp"
 #include "simulate/fabric/laws.hpp"
 
-/// The checker's dual numbers, and the laws of an element in them.
+/// Dual numbers of the checker, and an element's constitutive laws in terms of them.
 namespace drape::simulate::checker {
 
-/// A number with its derivatives to the coordinates of an element.
+/// A number with its derivatives by the coordinates of an element.
 template <int N>
 struct Dual {
   Real v = 0;
@@ -57,7 +57,7 @@ Dual<N> root(const Dual<N>& a) {
 template <int N>
 using Vector = std::array<Dual<N>, 3>;
 
-/// Sum of an element's own places, whose coordinates the derivatives are to.
+/// Weighted sum of an element's points, with derivatives by their coordinates.
 template <int N>
 Vector<N> combine(const std::array<std::array<Real, 3>, N / 3>& places,
                   const std::vector<Real>& weights) {
@@ -96,16 +96,16 @@ Dual<N> work_under(const ForceCurve& law, const Dual<N>& x) {
   return chain(x, law_work(law, x.v), law_value(law, x.v));
 }
 
-/// Springs of friction elements, each from its own slip: what they store and pull with.
-/// `over_limit` becomes 1 and what a spring has over its limit, in parts of its place's limit,
-/// where that is more.
+/// Energy and force of friction elements, each from its own slip. `over_limit` is raised to 1 plus
+/// the largest excess of an element over its limit, relative to all limits of the place, if that is
+/// more.
 template <int N>
 Dual<N> slipped(const FrictionStack& stack, const std::vector<double>& memory, int place,
                 const Dual<N>& x, Real& over_limit) {
-  constexpr Real kNoStrain = 1e-6L;  // rad or 1/m; of a sheet that is flat to rounding
+  constexpr Real kNoStrain = 1e-6L;  // rad or 1/m; flat within rounding
   Dual<N> sum;
   const auto count = static_cast<int>(stack.elements.size());
-  Real whole = 0;  // limit of all; that of one may be nothing where the strain is
+  Real whole = 0;  // sum of the limits, since a single one may be zero at this strain
   for (const SlipElement& element : stack.elements)
     whole += Real(element.threshold) + Real(element.growth) * std::abs(x.v) +
              Real(element.stiffness) * kNoStrain;

@@ -11,7 +11,7 @@
 /// Stretch and shear of a triangle mesh, for the checker.
 namespace drape::simulate::checker {
 
-using CornerJet = Dual<9>;  // derivatives by a triangle's corners alone
+using CornerJet = Dual<9>;  // derivatives by the corners of a triangle only
 using CornerPlace = Vector<9>;
 using MetricJet = Dual<3>;  // derivatives by |x_u|^2, x_u . x_v, |x_v|^2
 
@@ -21,13 +21,13 @@ Dual<N> inverse_root(const Dual<N>& square) {
   return chain(square, 1 / size, -1 / (2 * size * square.v));
 }
 
-/// (warp, weft) of one point less another.
+/// Difference (warp, weft) of the material coordinates of two points.
 [[nodiscard]] inline std::array<Real, 2> between(const MeshRest& rest, int from, int to) {
   const Eigen::Vector2d &a = rest.shape.material_m[from], &b = rest.shape.material_m[to];
   return {Real(b.x()) - Real(a.x()), Real(b.y()) - Real(a.y())};
 }
 
-/// A triangle's metric by its corners.
+/// Metric of a triangle, from its corners.
 struct Metric {
   Real area;
   std::array<CornerJet, 3> of;
@@ -37,7 +37,7 @@ struct Metric {
   const auto first = between(rest, corner[0], corner[1]),
              second = between(rest, corner[0], corner[2]);
   const Real twice = first[0] * second[1] - first[1] * second[0];
-  std::array<CornerPlace, 2> side;  // from the first corner to the others
+  std::array<CornerPlace, 2> side;  // vectors from the first corner to the others
   for (int k = 0; k < 2; ++k)
     for (int axis = 0; axis < 3; ++axis) {
       CornerJet& at = side[k][axis];
@@ -57,7 +57,7 @@ struct Metric {
 struct Membrane {
   MetricJet energy, angle;
 };
-/// Stretch and shear per area from a metric, and its angle of shear.
+/// Stretch and shear energy per area and shear angle, from a metric.
 [[nodiscard]] inline Membrane membrane_of(const ClothLaws& laws,
                                           const std::array<Real, 3>& metric) {
   std::array<MetricJet, 3> m;

@@ -16,18 +16,18 @@ namespace drape::simulate {
 namespace {
 
 using namespace checker;
-using Jet = Dual<18>;  // derivatives by a triangle's corners and sides
+using Jet = Dual<18>;  // derivatives by corners and sides of a triangle
 using Place = Vector<18>;
-constexpr Real kOnDisc = 1e-5L;  // relative to the radius: a place this near to the rim lies on it
-/// Share of a point's weight that may be left on any cloth at rest, whatever is claimed.
+constexpr Real kOnDisc = 1e-5L;  // relative to the radius; nearer to the rim, a point is on it
+/// Largest residual of any cloth at rest, in weights of a point, whatever is claimed.
 constexpr double kMostResidual = 1e-3;
 constexpr double kThickestCloth_m = 0.01;
-constexpr Real kOnLine_m = 2e-6L;    // m, in the material: what files round to
-constexpr Real kHeldSlope = 1e-7L;   // difference of a held slope: a clamp's ends are rounded
+constexpr Real kOnLine_m = 2e-6L;    // m, in material coordinates; rounding in files
+constexpr Real kHeldSlope = 1e-7L;   // difference of a held slope: the ends of a clamp are rounded
 constexpr Real kRounding = 1e-6L;    // relative to a force, between double and long double
-constexpr Real kOverLimit = 1e-6L;   // relative to a friction element
-constexpr Real kOfTriangle = 0.05L;  // fraction of stretch and shear by triangle, the rest by point
-constexpr Real kOfSide = 2;          // weight of bending by sides between two triangles
+constexpr Real kOverLimit = 1e-6L;   // relative to the limit of a friction element
+constexpr Real kOfTriangle = 0.05L;  // share of stretch and shear by triangle, the rest by point
+constexpr Real kOfSide = 2;          // weight of the bending term at sides between two triangles
 
 class Judge {
  public:
@@ -72,7 +72,7 @@ class Judge {
     result_.refusals.push_back(fmt::format(text, std::forward<Values>(values)...));
   }
 
-  /// Sizes, indices and finite numbers.
+  /// True if sizes and indices are consistent and all numbers finite.
   bool fits() {
     const auto count = static_cast<int>(rest_.shape.points_m.size());
     bool fit = rest_.shape.material_m.size() == rest_.shape.points_m.size() &&
@@ -118,13 +118,13 @@ class Judge {
       const int a = (k + 1) % 3, b = (k + 2) % 3, from = corner[a], to = corner[b];
       const auto d = between(rest_, from, to);
       const Real length = std::sqrt(d[0] * d[0] + d[1] * d[1]);
-      const std::array<Real, 2> out = {d[1], -d[0]};  // normal times length
+      const std::array<Real, 2> out = {d[1], -d[0]};  // outward normal times length
       // The middle of a side has the mean position of its ends ...
       for (const int c : {a, b}) {
         u[c] += out[0] / (2 * area);
         v[c] += out[1] / (2 * area);
       }
-      // ... and the gradient along it from its ends, across it from its own derivative.
+      // ... a gradient along the side from its ends, and across it from the side's own derivative.
       const Real turn = from < to ? -1 : 1;
       for (int axis = 0; axis < 2; ++axis) {
         const Real along = d[axis] / (length * length), across = turn * out[axis] / length;
@@ -153,7 +153,7 @@ class Judge {
         (k < 3 ? force_ : moment_)[unknown[k]][axis] -= energy.d[3 * k + axis];
   }
 
-  /// Energy of bending per area from the derivatives of the position.
+  /// Bending energy per area from the second derivatives of the position.
   Jet bending_of(int t, const Place& x_u, const Place& x_v, const Place& x_uu, const Place& x_uv,
                  const Place& x_vv) {
     const ClothLaws& laws = rest_.laws;
@@ -175,8 +175,8 @@ class Judge {
     return sum;
   }
 
-  /// Stretch and shear: by far the most of it at the points, from the mean metric of the triangles
-  /// around each; a part in the triangles.
+  /// Energy of stretch and shear: mostly at the points, from the mean metric of the surrounding
+  /// triangles; a small share in the triangles.
   void stretch() {
     std::vector<Metric> metric;
     std::vector<Real> area(rest_.shape.points_m.size(), 0);
@@ -223,7 +223,7 @@ class Judge {
     }
   }
 
-  /// Bending of what two quadratics differ by along their common side.
+  /// Bending energy of the difference between two quadratics along their common side.
   void bend_over_sides() {
     const ClothLaws& laws = rest_.laws;
     std::vector<std::vector<const Quadratic*>> beside(rest_.shape.sides.size());
@@ -276,7 +276,7 @@ class Judge {
     if (const auto& nearest = surface_->nearest_layers()) result_.to_itself_m = double(*nearest);
   }
 
-  /// Notes a held point, and its distance from where it must be.
+  /// Records a held point and its distance from its target.
   void hold_point(std::size_t i, const Point& place) {
     held_[i] = true;
     const Real off = length(minus(point_of(rest_.shape.points_m[i]), place));
@@ -301,7 +301,7 @@ class Judge {
     if (turned_ > kHeldSlope) refuse("the held cloth is bent by {:.3g}", double(turned_));
   }
 
-  /// Held points lie in the plane at their material places, and the sides between them too.
+  /// Holds points and the sides between them in the plane, at their material coordinates.
   void hold_disc() {
     for (std::size_t i = 0; i < held_.size(); ++i) {
       const Eigen::Vector2d& at = rest_.shape.material_m[i];
@@ -328,8 +328,8 @@ class Judge {
     hold_point(nearest, point_of(pin.place.value_or(rest_.shape.points_m[nearest])));
   }
 
-  /// Points of a clamp's line lie on its line in space; its sides turn as the cloth leaves it: to
-  /// larger coordinates, but where all cloth beside it has smaller ones.
+  /// Holds the points of a clamp's line on its line in space. The sides have the slope with which
+  /// cloth leaves: to larger coordinates, unless all adjacent cloth has smaller ones.
   void hold_clamp(const Clamp& clamp) {
     const Point from = point_of(clamp.from_in_world), to = point_of(clamp.to_in_world);
     const Eigen::Vector2d first = clamp.from_material_m, line = clamp.to_material_m - first;
@@ -372,7 +372,7 @@ class Judge {
     }
   }
 
-  /// Unit vector in material coordinates to a side's left.
+  /// Unit vector in material coordinates towards a side's left.
   [[nodiscard]] std::array<Real, 2> left_of(std::size_t s) const {
     const auto d = between(rest_, rest_.shape.sides[s][0], rest_.shape.sides[s][1]);
     const Real size = std::sqrt(d[0] * d[0] + d[1] * d[1]);
@@ -394,7 +394,7 @@ class Judge {
       Point f = plus(force_[i], point_of(g), mass_[i]);
       const Point p = point_of(rest_.shape.points_m[i]);
       const Real r = std::sqrt(p[0] * p[0] + p[1] * p[1]);
-      // The cylinder pushes outwards, and no other direction.
+      // The cylinder can only push outwards.
       if (!objects_ && p[2] < 0 && r > 0 && r <= Real(rest_.disc_radius_m) * (1 + kOnDisc)) {
         const Point out = {p[0] / r, p[1] / r, 0};
         const Real in = std::min<Real>(0, checker::dot(f, out));
@@ -432,7 +432,7 @@ class Judge {
              double(found.through));
   }
 
-  /// Cloth in the cylinder that the discs end: points, and sides between them.
+  /// Finds cloth inside the discs' cylinder: points, and sides between them.
   void enter() {
     if (objects_) return enter_objects();
     const Real disc = rest_.disc_radius_m;

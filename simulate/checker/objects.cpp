@@ -8,10 +8,10 @@
 namespace drape::simulate::checker {
 namespace {
 
-// m; solvers round places of objects to 0.12 nm, so the surface may stand this much elsewhere.
+// m; solvers round positions of objects to 0.12 nm, so the surface may be off by this much.
 constexpr Real kPlaceRounding = 0.2e-9L;
-constexpr Real kCut = 1e-12L;  // relative to a force; less taken away asks for no other normal
-constexpr Real kStep = 50;     // factor by which the change of the normal is looked at
+constexpr Real kCut = 1e-12L;  // relative to a force; below this no other normal is tried
+constexpr Real kStep = 50;     // factor by which the change of the normal is magnified
 
 /// Coordinates of p in an object's frame.
 Point in_frame(const WorldFromObject& frame, const Point& p) {
@@ -23,7 +23,7 @@ Point in_frame(const WorldFromObject& frame, const Point& p) {
   return q;
 }
 
-/// Distance from a body shrunk by `radius` along each direction, then grown by it again.
+/// Distance from a body shrunk by `radius` along each direction, then inflated by it.
 Real rounded(Real a, Real b, Real c, Real radius) {
   const Real outside = length({std::max<Real>(a, 0), std::max<Real>(b, 0), std::max<Real>(c, 0)});
   return outside + std::min<Real>(0, std::max({a, b, c})) - radius;
@@ -59,7 +59,7 @@ struct Gap {
   }
 };
 
-/// True if the object has edges whose rounding, if any, is narrower than pressed places are deep.
+/// True if the object has edges with a radius below the depth of pressed places.
 bool is_sharp(const Objects& objects, std::size_t k) {
   if (k == objects.count()) return false;
   const Obstacle& object = objects.scene->obstacles[k];
@@ -70,7 +70,7 @@ bool is_sharp(const Objects& objects, std::size_t k) {
          (cylinder != nullptr && cylinder->edge_radius_m < double(kSunk_m));
 }
 
-/// Along the principal axes, the least first.
+/// Extents along the principal axes, smallest first.
 Point extents_of(const std::vector<Eigen::Vector3d>& corners) {
   Eigen::Vector3d middle = Eigen::Vector3d::Zero();
   for (const Eigen::Vector3d& p : corners) middle += p / static_cast<double>(corners.size());
@@ -91,7 +91,7 @@ Point extents_of(const std::vector<Eigen::Vector3d>& corners) {
   return extents;
 }
 
-/// Normals of faces and edges about a place; none of an object without edges.
+/// Normals of faces and edges near a place; empty for an object without edges.
 std::vector<Point> sharp_normals_of(const Objects& objects, std::size_t k, const Point& p) {
   std::vector<Point> normals;
   for (int cell = 0; is_sharp(objects, k) && cell < 27; ++cell) {
@@ -101,7 +101,7 @@ std::vector<Point> sharp_normals_of(const Objects& objects, std::size_t k, const
   return normals;
 }
 
-/// Angle (rad) by which the normal turns when the object moves by its rounding.
+/// Angle (rad) by which the normal rotates if the object moves by its rounding.
 Real turn_of_normal(const Objects& objects, std::size_t k, const Point& p, const Point& normal) {
   Real most = 0;
   for (int axis = 0; axis < 3; ++axis) {
@@ -138,7 +138,7 @@ Real gap_of(const Objects& objects, std::size_t k, const Point& p) {
 }
 
 Point normal_of(const Objects& objects, std::size_t k, const Point& p) {
-  // Mesh distances are doubles: their differences need a longer step.
+  // Distances from meshes are doubles, whose differences need a longer step.
   const bool mesh = k < objects.meshes.size() && objects.meshes[k] != nullptr;
   const Real step = mesh ? 1e-6L : 1e-9L;
   Point normal{};
@@ -149,7 +149,7 @@ Point normal_of(const Objects& objects, std::size_t k, const Point& p) {
     normal[axis] = gap_of(objects, k, after) - gap_of(objects, k, before);
   }
   const Real size = length(normal);
-  if (!(size > 0)) return {0, 0, 1};  // in the middle of an object, where no direction leads out
+  if (!(size > 0)) return {0, 0, 1};  // in the middle of an object, where the normal is undefined
   for (Real& n : normal) n /= size;
   return normal;
 }

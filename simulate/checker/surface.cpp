@@ -8,16 +8,16 @@
 namespace drape::simulate::checker {
 namespace {
 
-constexpr Real kOfWeights = 1e-12L;  // difference of stated weights from one
-// Relative to the distance on the flat piece: nearer, layers press
+constexpr Real kOfWeights = 1e-12L;  // deviation of the sum of stated weights from one
+// Relative to the distance on the flat piece: layers closer than this repel.
 constexpr Real kOfFlat = 0.25L;
-// Slope of the distance along a piece, where it is least
+// Slope of the distance along a piece at its minimum.
 constexpr Real kNearestAllowed = 1e-6L;
-// Two pins on a round body hold the cloth between them inside it: from this distance of a pin on,
-// this share of a facet's longest side.
+// Two pins on a round body hold the cloth between them inside it: beyond this distance from a pin,
+// by this fraction of a facet's longest side.
 constexpr Real kNearPin_m = 0.2e-3L, kOfFacetByPin = 0.1L;
 constexpr Real kBeside =
-    1e-6L;  // share of a triangle: material points this far beside it are on it
+    1e-6L;  // fraction of a triangle: material points this far outside count as on it
 
 template <class Nodes>
 Range range_of(const std::vector<Point>& places, const Nodes& nodes) {
@@ -26,7 +26,7 @@ Range range_of(const std::vector<Point>& places, const Nodes& nodes) {
   return range;
 }
 
-/// Largest extent of a facet's box along an axis.
+/// Largest extent of a facet's bounding box along an axis.
 Real size_of(const std::vector<Point>& places, const std::vector<std::array<int, 3>>& facets) {
   Real size = 0;
   for (const auto& facet : facets) {
@@ -54,8 +54,8 @@ bool passes(const std::vector<Point>& places, const std::array<int, 2>& edge,
   return s >= 0 && r >= 0 && s + r <= 1;
 }
 
-/// Weights of the nodes before and behind `firsts`, those of the second piece being negative, are
-/// those of a place on either.
+/// True if the weights before and after `firsts`, negative for the second piece, each describe a
+/// place on one piece.
 bool are_weights(const std::array<double, 4>& weight, int firsts) {
   std::array<Real, 2> sum{};
   for (int k = 0; k < 4; ++k) {
@@ -105,7 +105,7 @@ MeshSurface::MeshSurface(const MeshRest& rest, const std::vector<Quadratic>& qua
     middles_[s].points[from] = middles_[s].points[to] = 0.5L;
     flat_.push_back(times(0.5L, plus(flat_[from], flat_[to])));
   }
-  // A chord's middle is off its arc by an eighth of the second difference.
+  // The midpoint of a chord is off its arc by an eighth of the second difference.
   for (const Quadratic& q : quadratics)
     for (int k = 3; k < 6; ++k) {
       const int side = q.unknown[k];
@@ -157,7 +157,7 @@ MeshDepths MeshSurface::depths(const Objects& objects, const std::vector<bool>& 
       const Point& o = nodes_[facet[0]];
       const Point u = minus(nodes_[facet[1]], o), v = minus(nodes_[facet[2]], o);
       const Real longest = std::max({length(u), length(v), length(minus(u, v))});
-      // A distance changes by no more than the length on the way.
+      // A distance changes at most by the length of the path.
       if (gap[facet[0]] > longest) continue;
       const int steps = static_cast<int>(std::ceil(longest / kLook_m));
       Real deepest = 0;
@@ -204,7 +204,7 @@ std::optional<Point> MeshSurface::object_force(const Objects& objects, const Con
   return pushed_by(objects, k, place, Real(objects.scene->friction), stated.force_in_world);
 }
 
-/// The first `firsts` nodes are the first piece, the others the second.
+/// The first `firsts` nodes belong to the first piece, the others to the second.
 std::optional<Point> MeshSurface::layer_force(const ContactForce& stated, int firsts,
                                               Real friction) {
   const std::array<int, 4>& node = stated.particle;
@@ -246,7 +246,7 @@ bool MeshSurface::add(const Objects& objects, const ContactForce& stated,
   if (stated.shape < itself) {
     force = object_force(objects, stated);
   } else {
-    // Where a weight is 0, neighbours may be read in both directions.
+    // A weight of 0 leaves open if the pieces are a node and a facet or two edges.
     for (const int firsts : {1, 2})
       if (!force) force = layer_force(stated, firsts, Real(objects.scene->friction));
   }

@@ -14,7 +14,7 @@
 #include "simulate/checker/mesh_rest.hpp"
 #include "simulate/checker/objects.hpp"
 
-/// The surface of a mesh of cloth between its points, and forces that press there.
+/// The surface of a cloth mesh between its points, and the forces that act there.
 namespace drape::simulate::checker {
 
 /// A quadratic over a triangle: its area, unknowns (corners, sides) and their weights in its second
@@ -25,7 +25,7 @@ struct Quadratic {
   std::vector<Real> uu, uv, vv;
 };
 
-/// A box that holds points, in floats, rounded outwards, so that many are compared in little time.
+/// Bounding box of points in floats, rounded outwards, for fast comparison of many boxes.
 struct Range {
   std::array<float, 3> low, high;
 
@@ -39,12 +39,12 @@ struct Range {
   }
 };
 
-/// Ranges by the cells of a lattice that they reach into.
+/// Boxes indexed by the cells of a grid that they overlap.
 class Lattice {
  public:
   explicit Lattice(Real size) : per_m_(static_cast<float>(1 / size)) {}
   void insert(const Range& range);
-  /// Calls visit(i) once for each range that meets another, i counting the inserted ones.
+  /// Calls visit(i) once for each inserted box, number i, that overlaps the given one.
   template <class Visit>
   void visit_meeting(const Range& range, Visit visit) const {
     visit_cells(range.low, range.high, [&](std::uint64_t cell) {
@@ -52,7 +52,7 @@ class Lattice {
       if (at == items_.end()) return;
       for (const auto& [other, item] : at->second) {
         if (!other.meets(range)) continue;
-        std::array<float, 3> first;  // lowest corner of the common box: its cell sees the pair
+        std::array<float, 3> first;  // lowest corner of the intersection: its cell reports the pair
         for (int axis = 0; axis < 3; ++axis)
           first[axis] = std::max(range.low[axis], other.low[axis]);
         visit_cells(first, first, [&, i = item](std::uint64_t home) {
@@ -79,35 +79,35 @@ class Lattice {
   std::unordered_map<std::uint64_t, std::vector<std::pair<Range, int>>> items_;
 };
 
-/// Depths of a surface in the objects of a scene, looked at in steps of kLook_m.
+/// Depths of a surface in the objects of a scene, sampled in steps of kLook_m.
 struct MeshDepths {
-  std::optional<Real> to_object;  ///< least distance of a node; absent without objects
+  std::optional<Real> to_object;  ///< smallest distance of a node; absent without objects
   Real to_table = 0;
   Real deepest = 0;
   Real over = 0;     ///< largest excess over allowed_between_m()
-  Real through = 0;  ///< share of the thickness of an object, see through_of()
+  Real through = 0;  ///< fraction of an object's thickness, see through_of()
 };
 
-/// Each triangle is four flat facets between its corners and the middles of its sides, where the
-/// quadratics beside a side put them in the mean. Nodes are the points, then these middles.
+/// Surface of four flat facets per triangle, between its corners and the midpoints of its sides,
+/// each placed at the mean of the adjacent quadratics. Nodes are the points, then the midpoints.
 class MeshSurface {
  public:
-  /// `quadratics` of the triangles, in their order.
+  /// `quadratics` are those of the triangles, in the same order.
   MeshSurface(const MeshRest& rest, const std::vector<Quadratic>& quadratics);
 
-  /// `held`: points that pins or clamps hold.
+  /// `held` marks points held by pins or clamps.
   [[nodiscard]] MeshDepths depths(const Objects& objects, const std::vector<bool>& held) const;
-  /// Adds a stated force at a place of a facet by its nodes, as far as contact can do it, to points
-  /// and sides. False where there is no such place or it is farther than kTouch_m outside the
-  /// object. Forces of one layer on another act between a node and a facet or between two edges of
-  /// facets, without a common node, that are nearest to each other, nearer than the rest's
-  /// thickness and than a quarter of what they are apart on the flat piece.
+  /// Adds a stated force at a place of a facet, given by its nodes, to points and sides, as far as
+  /// contact can exert it. Returns false if there is no such place or it is farther than kTouch_m
+  /// outside the object. Forces between layers act between a node and a facet, or two edges of
+  /// facets, without common nodes, at their nearest points, if these are closer than the rest's
+  /// thickness and than a quarter of their distance on the flat piece.
   [[nodiscard]] bool add(const Objects& objects, const ContactForce& stated,
                          std::vector<Point>& on_points, std::vector<Point>& on_sides);
-  /// Pairs of an edge and a facet that pass through each other and have no node in common.
+  /// Number of pairs of an edge and a facet that intersect and have no common node.
   [[nodiscard]] int crossings() const;
-  /// Place of a material point (m), by the quadratic through the six nodes of its triangle; nothing
-  /// beside the cloth.
+  /// Position of a material point (m), by the quadratic through the six nodes of its triangle;
+  /// nullopt outside the cloth.
   [[nodiscard]] std::optional<Eigen::Vector3d> place(const Eigen::Vector2d& material_m) const;
 
   [[nodiscard]] Real deepest_pressed() const { return deepest_pressed_; }
@@ -115,7 +115,7 @@ class MeshSurface {
 
  private:
   using Nodes = std::array<int, 3>;
-  /// Weights of points and of sides in a place.
+  /// Weights of points and sides at a place.
   struct Mixture {
     std::map<int, Real> points, sides;
   };
@@ -129,7 +129,7 @@ class MeshSurface {
   std::vector<Mixture> middles_;
   std::vector<Point> nodes_, flat_;  ///< in space, and in material coordinates (warp, weft, 0)
   std::vector<Nodes> facets_, sorted_;
-  std::vector<std::array<int, 2>> edges_;  ///< sides of facets, in order, each once
+  std::vector<std::array<int, 2>> edges_;  ///< sides of facets, sorted, without repetition
   mutable std::optional<Lattice> by_material_;
   Real deepest_pressed_ = 0;
   std::optional<Real> nearest_layers_;

@@ -10,7 +10,7 @@
 namespace drape::simulate::checker {
 namespace {
 
-/// Least value over 0 .. 1 of a function with one minimum, and where.
+/// Minimum over 0 .. 1 of a unimodal function, and its position.
 template <class Function>
 std::pair<Real, Real> least_of(Function value) {
   constexpr Real kGolden = 0.618033988749894848L;
@@ -32,7 +32,7 @@ std::pair<Real, Real> least_of(Function value) {
   return at_one < at_two ? std::pair{at_one, one} : std::pair{at_two, two};
 }
 
-/// From a place in a convex object, how far it is out of it.
+/// Distance from a place inside a convex object to its surface along a direction.
 Real out_of(const Objects& objects, std::size_t k, const Point& p, const Point& direction) {
   Real inside = 0, outside = 1e-5L;
   while (gap_of(objects, k, plus(p, direction, outside)) < 0) outside *= 2;
@@ -43,8 +43,8 @@ Real out_of(const Objects& objects, std::size_t k, const Point& p, const Point& 
   return outside;
 }
 
-/// Thickness of a convex object at a place in it. About the place, because in its middle the object
-/// has no normal.
+/// Thickness of a convex object near a place inside it. Nearby places are used, because the normal
+/// is undefined in the middle of an object.
 Real thickness_at(const Objects& objects, std::size_t k, const Point& p) {
   constexpr Real kAbout = 1e-5L;
   Real least = HUGE_VALL;
@@ -60,8 +60,8 @@ Real thickness_at(const Objects& objects, std::size_t k, const Point& p) {
   return least;
 }
 
-/// Across the longest extent, the larger of the two others; of a ball none, as it is as wide as
-/// thick.
+/// Larger of the two extents perpendicular to the longest one; zero for a sphere, which is as wide
+/// as it is thick.
 Real width_of(const Objects& objects, std::size_t k) {
   const Obstacle& object = objects.scene->obstacles[k];
   if (const auto* rod = std::get_if<Cylinder>(&object)) return 2 * Real(rod->radius_m);
@@ -82,9 +82,9 @@ Point middle_of(const Objects& objects, std::size_t k) {
   return objects.mesh_middle[k];
 }
 
-/// True if the object fills the upright line from its middle to the table, on which it stands.
+/// True if the object fills the vertical line from its middle to the table on which it stands.
 bool stands(const Objects& objects, std::size_t k, const Point& middle) {
-  constexpr Real kStands_m = 0.5e-3L;  // no farther: cloth is thicker than the clearance
+  constexpr Real kStands_m = 0.5e-3L;  // largest gap below it: thinner than cloth
   constexpr int kPlaces = 16;
   const Real table = objects.scene->table_z_m;
   for (int i = 0; i <= kPlaces; ++i) {
@@ -94,8 +94,8 @@ bool stands(const Objects& objects, std::size_t k, const Point& middle) {
   return middle[2] > table;
 }
 
-/// True if a piece lies on the upright line from an object's middle to the table that it stands on:
-/// at no depth in the object, but nowhere that cloth comes to but through it.
+/// True if a piece intersects the vertical line from an object's middle to the table on which it
+/// stands: its depth in the object is zero, but cloth can only get there through the object.
 bool lies_under(const Objects& objects, std::size_t k, const std::array<Point, 3>& piece) {
   const Point p = middle_of(objects, k);
   const Point u = minus(piece[1], piece[0]), v = minus(piece[2], piece[0]);
@@ -117,7 +117,7 @@ Real through_of(const Objects& objects, const std::array<Point, 3>& piece) {
     if (std::holds_alternative<Plane>(objects.scene->obstacles[k])) continue;
     if (lies_under(objects, k, piece)) return 1;
     if (gap_of(objects, k, piece[0]) > reach) continue;
-    // At the rim of a wider one, less than a cell of the cloth may be in it.
+    // At the rim of a wider object, less than a cell of the cloth may be inside.
     if (width_of(objects, k) > reach) continue;
     const auto place = [&](Real s, Real t) { return plus(plus(piece[0], u, s * (1 - t)), v, t); };
     const auto over = [&](Real t) {

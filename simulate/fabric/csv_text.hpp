@@ -9,7 +9,7 @@
 
 namespace drape::simulate {
 
-/// The text of a CSV file; numbers in their shortest exact form.
+/// Text of a CSV file; numbers in their shortest exact form.
 [[nodiscard]] inline std::string csv_text(const std::vector<std::string>& names,
                                           const std::vector<std::vector<double>>& columns) {
   std::string text = fmt::format("{}\n", fmt::join(names, ","));

@@ -7,9 +7,9 @@ namespace drape::simulate {
 namespace {
 
 constexpr int kFitPoints = 100;
-constexpr double kExact = 1e-5;  // relative to the largest force: no measured curve is known better
+constexpr double kExact = 1e-5;  // relative to the largest force; better than any measurement
 
-/// The measured curve on equidistant points 0 .. range, so that dense samples do not weigh more.
+/// Resamples the curve at equal distances on 0 .. range, so that dense samples weigh no more.
 SampledCurve resampled(const SampledCurve& measured, double range) {
   SampledCurve even;
   for (int i = 0; i <= kFitPoints; ++i) {
@@ -84,7 +84,7 @@ FittedCurve fit_knots(const SampledCurve& even, const std::vector<int>& knots) {
   return fit;
 }
 
-/// From the end of the fit straight to the end of the measurement.
+/// Extends the fit by a straight line to the end of the measurement.
 FittedCurve with_tail(FittedCurve fit, const SampledCurve& measured) {
   const double rest = measured.x.back() - fit.range;
   const double slope = (measured.f.back() - fit.curve.value(fit.range)) / rest;

@@ -17,7 +17,7 @@
 namespace drape::simulate {
 namespace {
 
-/// Values in file units that textiles give, and the likely cause of others.
+/// Range of a value in file units for textiles, with the likely cause of other values.
 struct Usual {
   double unit, least, most;
   const char* mistake;
@@ -26,9 +26,9 @@ struct Usual {
 /// One kind of Kawabata test.
 struct TestKind {
   std::vector<std::string> columns;
-  Usual x;         ///< largest abscissa
-  Usual f;         ///< slope of the chord to it
-  bool one_sided;  ///< the test starts at the origin
+  Usual x;         ///< for the largest abscissa
+  Usual f;         ///< for the slope of the chord to it
+  bool one_sided;  ///< true if the test starts at the origin
 };
 const TestKind kTensileTest = {
     {"strain_percent", "loading_force_gf_per_cm", "unloading_force_gf_per_cm"},
@@ -97,9 +97,9 @@ void check_range(const Csv& csv, const TestKind& kind) {
   }
 }
 
-/// At 0 one branch lies above and one below, or both near it: else the recorder's zero was off.
+/// Throws if the zero was off: at 0 one branch must be above and one below, or both near it.
 void check_zero(const Csv& csv, const TestKind& kind) {
-  constexpr double kNear = 0.1;  // relative to the largest value: cloth has two faces
+  constexpr double kNear = 0.1;  // relative to the largest value: the two faces of cloth differ
   if (kind.one_sided) return;
   const std::vector<double>& x = csv.columns[0];
   const auto after = std::lower_bound(x.begin(), x.end(), 0.0) - x.begin();
@@ -118,9 +118,9 @@ void check_zero(const Csv& csv, const TestKind& kind) {
       "take the recorder's zero off both branches");
 }
 
-/// Cloth gives back no more work than was done on it, but for the noise of a test.
+/// Throws if cloth returns more work than was done on it, within the noise of a test.
 void check_branches(const Csv& csv, const TestKind& kind) {
-  // Relative to the work: a hundredth of full scale, as charts are read
+  // relative to the work: a hundredth of full scale, as charts are read
   constexpr double kNoise = 0.01;
   double work = 0, lost = 0;
   for (std::size_t i = 1; i < csv.lines.size(); ++i) {
@@ -137,8 +137,8 @@ void check_branches(const Csv& csv, const TestKind& kind) {
       "are loading and unloading exchanged? Rising values are loading");
 }
 
-/// Both branches rise with the abscissa. A chart is read to a hundredth of full scale, so that of
-/// two points side by side the second stands lower by four standard deviations of that at most.
+/// Throws unless both branches rise with the abscissa. Charts are read to a hundredth of full
+/// scale, so of two adjacent points the second may be lower by four standard deviations of that.
 void check_rise(const Csv& csv, const TestKind& kind) {
   constexpr double kMostFall = 4 * 1.4142 * 0.01;
   for (const std::size_t branch : {1, 2}) {
@@ -172,7 +172,7 @@ KawabataCurve read_curve(const std::filesystem::path& file, const TestKind& kind
 constexpr const char* kDirections[2] = {"warp", "weft"};
 constexpr const char* kNumbers[2] = {"warp_kes", "weft_kes"};
 
-/// A curve per direction from its CSV or its numbers.
+/// Makes a curve per direction from its CSV or its numbers.
 template <class Numbers>
 void make_curves(const KawabataTest<Numbers>& test, const TestKind& kind,
                  const std::filesystem::path& file, KawabataCurve (&curves)[2]) {
@@ -181,7 +181,7 @@ void make_curves(const KawabataTest<Numbers>& test, const TestKind& kind,
         test.numbers[d] ? curve_of(*test.numbers[d], file) : read_curve(*test.curve[d], kind);
 }
 
-/// |x| of every point on either side, up to the nearer end.
+/// |x| of the points on both sides, up to the nearer end.
 std::vector<double> points_of_both_signs(const std::vector<double>& x) {
   std::vector<double> plus, minus;
   for (const double at : x) {
@@ -234,7 +234,7 @@ std::vector<std::filesystem::path> Fabric::files() const {
   std::vector<std::filesystem::path> all = {file};
   for (const auto* curve :
        {&tensile[0], &tensile[1], &shear[0], &shear[1], &bending[0], &bending[1]}) {
-    if (curve->file != file) all.push_back(curve->file);  // else made from the file's numbers
+    if (curve->file != file) all.push_back(curve->file);  // otherwise made from numbers in the file
   }
   return all;
 }

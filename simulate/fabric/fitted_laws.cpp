@@ -12,8 +12,8 @@
 namespace drape::simulate {
 namespace {
 
-// Where a single line is fitted (paper section 5): shear +-5 degrees, bending +-1.5 1/cm; the
-// tensile slope near the origin is taken over the first half percent of strain.
+// Range of a single line (paper section 5): shear +-5 degrees, bending +-1.5 1/cm; the tensile
+// slope near the origin is taken over the first half per cent of strain.
 constexpr double kShearLine = 5 * units::deg;
 constexpr double kBendingLine = 1.5 * units::per_cm;
 constexpr double kTensileLine = 0.5 * units::percent;
@@ -21,8 +21,8 @@ constexpr double kTensileLine = 0.5 * units::percent;
 // Median of J / (2 sqrt(Bwarp Bweft)) of 618 woven and knitted fabrics (after Feng et al. 2022).
 constexpr double kUsualTwistRatio = 0.86;
 
-/// Range of a fit: up to `reach`, or wherever it is measured, but a single line up to
-/// `line`.
+/// Range of a fit: up to `reach`, or the whole measurement, but up to `line` for a single
+/// line.
 struct FitRange {
   double line = 0;
   std::optional<double> reach;
@@ -50,7 +50,7 @@ SampledCurve mean_of(const SampledCurve& a, const SampledCurve& b) {
   return mean;
 }
 
-/// Sources of a law: the loop's mean curve, its width, and what merging the branches hides.
+/// Data for a law: mean curve and width of the loop, and what merging its branches omits.
 struct Loop {
   SampledCurve mean;
   HalfWidth width;
@@ -63,7 +63,7 @@ Loop loop_of(const KawabataCurve& curve) {
   return {merged_loop(curve), half_width(curve), half_hysteresis(curve), curve.slip, curve.file};
 }
 
-/// The mean of warp and weft; of two loops of which one is measured, the widths tell.
+/// Mean of warp and weft; a slip made from KES numbers is used only if both loops have one.
 Loop shear_loop(const Fabric& fabric) {
   const Loop warp = loop_of(fabric.shear[0]), weft = loop_of(fabric.shear[1]);
   const SampledCurve width = mean_of({warp.width.x, warp.width.h}, {weft.width.x, weft.width.h});
@@ -88,13 +88,13 @@ ForceCurve law_of(const Loop& loop, const std::string& name, int segments, const
   return fit.curve;
 }
 
-/// "bending warp" becomes "bending friction warp".
+/// Name of a friction curve: "bending warp" becomes "bending friction warp".
 std::string friction_name(const std::string& curve) {
   const std::size_t space = curve.find(' ');
   return curve.substr(0, space) + " friction" + curve.substr(space);
 }
 
-/// The curve to its last point up to `range`; to `range` where none lies before it.
+/// The curve up to its last point within `range`; up to `range` if there is none.
 SampledCurve cut_at(const SampledCurve& curve, double range) {
   SampledCurve cut;
   for (std::size_t i = 0; i < curve.x.size() && curve.x[i] <= range * (1 + 1e-9); ++i) {
@@ -105,9 +105,9 @@ SampledCurve cut_at(const SampledCurve& curve, double range) {
   return cut;
 }
 
-/// Splits the loops of bending and shear into an elastic curve and friction elements. Tension stays
-/// on its loading branch: under a drape's own weight its loop holds no energy worth counting.
-/// Twist, of which KES measures no loop, stays elastic.
+/// Splits the loops of bending and shear into an elastic curve and friction elements. Tension keeps
+/// its loading branch: under a drape's own weight its loop stores negligible energy. Twist, for
+/// which KES measures no loop, stays elastic.
 ClothFriction split_loops(const Fabric& fabric, int segments,
                           const std::optional<CurveReach>& reach, FittedLaws& fitted) {
   const auto split = [&](Loop loop, const std::string& name, const FitRange& range,

@@ -11,15 +11,15 @@
 
 namespace drape::simulate {
 
-/// The laws of a cloth as its measured curves give them.
+/// Constitutive laws of a cloth, fitted to its measured curves.
 struct FittedLaws {
   ClothLaws laws;
   std::vector<CurveReport> curves;
-  std::vector<std::string> warnings;  ///< warnings of the fabric and of its twist stiffness
+  std::vector<std::string> warnings;  ///< warnings about the fabric and its twist stiffness
 };
 
-/// Fits the measured curves up to `reach` or, without one, wherever they are measured (a single
-/// line where the paper's section 5 takes it). `internal_friction`: splits the loops of bending and
+/// Fits the measured curves up to `reach`, or over the whole measurement without one (a single line
+/// over the range of the paper's section 5). `internal_friction` splits the loops of bending and
 /// shear into elastic curves and friction elements (laws.friction). Throws Error(bad_input) for a
 /// curve that does not rise everywhere.
 [[nodiscard]] FittedLaws fit_laws(const Fabric& fabric, int segments,

@@ -30,18 +30,18 @@ using UnitTable = std::vector<std::pair<std::string, double>>;
 
 namespace {
 
-/// Units of a quantity and what one of them is in the unit that fabric.toml has.
+/// Units of a quantity, with the factor to the unit of fabric.toml.
 
-/// A sheet of property,unit,warp,weft with its values in the units of fabric.toml.
+/// A sheet of property,unit,warp,weft, with values converted to the units of fabric.toml.
 class PropertySheet {
  public:
   PropertySheet(const std::filesystem::path& file, const std::map<std::string, UnitTable>& known);
 
   [[nodiscard]] bool has(const std::string& property) const { return rows_.contains(property); }
-  /// Along 0 warp or 1 weft. Refuses a property that has no value there.
+  /// Value along 0 warp or 1 weft. Throws if the property has no value there.
   [[nodiscard]] double along(const std::string& property, int direction) const;
-  /// Value of a property that the whole cloth has: it stands under warp or weft, or is the same
-  /// under both. Absent: no row, or no value in it.
+  /// Value of a property of the whole cloth, which stands under warp or weft, or is equal under
+  /// both. nullopt if there is no row or no value in it.
   [[nodiscard]] std::optional<double> whole(const std::string& property) const;
   /// File, line and property.
   [[nodiscard]] Where where(const std::string& property) const;
@@ -55,7 +55,7 @@ class PropertySheet {
   std::map<std::string, Row> rows_;
 };
 
-/// Spelling of a unit without what people write differently: spaces, dots, brackets, carets.
+/// Normalised spelling of a unit: without spaces, dots, brackets and carets.
 std::string plain_unit(const std::string& unit) {
   std::string text;
   for (std::size_t i = 0; i < unit.size(); ++i) {
@@ -74,7 +74,7 @@ std::string plain_unit(const std::string& unit) {
   return text;
 }
 
-/// Refuses an unknown unit by name.
+/// Conversion factor of a unit. Throws for an unknown unit.
 double factor_of(const UnitTable& table, const std::string& unit, const Where& where) {
   std::string known;
   for (const auto& [name, factor] : table) {
@@ -145,29 +145,29 @@ const UnitTable kShear = {
 const UnitTable kForce = {{"gf/cm", 1}, {"N/m", 1 / units::gf_per_cm}};
 const UnitTable kWork = {{"gfcm/cm2", 1}, {"J/m2", 1 / units::gf_cm_per_cm2}};
 
-// Keys of fabric.toml, those of a direction without it.
+// Keys of fabric.toml, those for a direction without its name.
 const std::string kDensityKey = "areal_density_g_per_m2";
 const std::string kBias = "bending.bias_stiffness_gf_cm2_per_cm";
 const std::string kB = "bending.b_gf_cm2_per_cm", kHb = "bending.hb2_gf_cm_per_cm";
 const std::string kG = "shear.g_gf_per_cm_deg";
 const std::string kHg = "shear.hg2_gf_per_cm", kHg5 = "shear.hg5_gf_per_cm";
 
-// Shear of a plain woven cloth, where none is known: G 0.6 gf/(cm deg), the middle of suitings and
+// Default shear stiffness of plain woven cloth, G 0.6 gf/(cm deg): typical for suitings and
 // shirtings.
 constexpr double kUsualShear = 0.6;
 
-/// Without what no name or comment holds.
+/// Removes characters that names and comments cannot contain.
 std::string plain(std::string text) {
   for (char& c : text)
     if (static_cast<unsigned char>(c) < 0x20 || c == 0x7f) c = ' ';
   return text;
 }
 
-/// A fabric of numbers from elsewhere; what is absent becomes a stand-in.
+/// Values of a fabric from an external source; absent ones become stand-ins.
 struct Numbers {
   FabricFile file;
   std::string origin;
-  std::vector<std::string> also_stand_in = {};  ///< remarks that no field of the file shows
+  std::vector<std::string> also_stand_in = {};  ///< remarks without a field in the file
   std::map<std::string, Where> from = {};       ///< see ImportedFabric
 
   Numbers(const std::string& name, std::string source, double density_g_per_m2)
@@ -208,19 +208,19 @@ ImportedFabric imported(Numbers numbers) {
   return fabric;
 }
 
-/// "shear.g_gf_per_cm_deg" of one direction as the reader of fabric.toml names it.
+/// Key of one direction, such as "shear.g_gf_per_cm_deg", as named by the reader of fabric.toml.
 std::string key_of(const std::string& key, int direction) {
   const std::size_t dot = key.find('.');
   return fmt::format("{}.{}_kes{}", key.substr(0, dot), kDirections[direction], key.substr(dot));
 }
 
-/// Values of a sheet for the whole cloth.
+/// Values of a sheet that apply to the whole cloth.
 Numbers numbers_of(const PropertySheet& sheet, const std::string& name, const std::string& origin) {
   const auto density = sheet.whole("W");
   if (!density) throw bad_input("W is missing", sheet.where("W"), "give the areal density");
   Numbers numbers(name, origin, *density);
   numbers.from[kDensityKey] = sheet.where("W");
-  for (const char* thickness : {"T", "T2", "T100"})  // not used, but of this cloth
+  for (const char* thickness : {"T", "T2", "T100"})  // not used, but valid for this cloth
     if (const auto value = sheet.whole(thickness); value && !(*value > 0))
       throw bad_input(fmt::format("a thickness of {:g} mm", *value), sheet.where(thickness),
                       "correct or remove it");
@@ -233,7 +233,7 @@ Numbers numbers_of(const PropertySheet& sheet, const std::string& name, const st
   return numbers;
 }
 
-/// Place in the source of what was refused in the files made from it.
+/// Location in the source of an error in the files made from it.
 Where in_source(const ImportedFabric& fabric, const Where& where) {
   const std::string name = fs::path(where.file).filename().string();
   for (const std::string& key :
@@ -244,7 +244,7 @@ Where in_source(const ImportedFabric& fabric, const Where& where) {
 
 double number_of(const Value& json, const fs::path& file, const std::string& key) {
   if (json.is_number()) return json.number();
-  if (const auto* text = json.get_if<std::string>()) {  // some writers quote their numbers
+  if (const auto* text = json.get_if<std::string>()) {  // some writers put numbers in quotes
     char* end = nullptr;
     const double value = std::strtod(text->c_str(), &end);
     if (end == text->c_str() + text->size() && !text->empty() && std::isfinite(value)) return value;
@@ -297,7 +297,7 @@ ImportedFabric import_kes(const fs::path& file, const std::string& name) {
     if (sheet.has("2HG5")) numbers.shear(d).hg5_gf_per_cm = take("2HG5", kHg5);
     for (const auto& [property, key, member] : tensile)
       if (sheet.has(property)) (numbers.tensile(d).*member) = take(property, "tensile." + key);
-    // Values that a tensile test lacks are named at the row that stands there.
+    // Reports values missing from a tensile test at the existing row.
     for (const auto& [property, key, member] : tensile)
       for (const auto& other : tensile)
         if (!sheet.has(property) && sheet.has(std::get<0>(other)))

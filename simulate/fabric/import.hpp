@@ -12,42 +12,42 @@
 
 namespace drape::simulate {
 
-/// A fabric made of numbers from elsewhere, not yet written.
+/// A fabric built from external data, not yet written.
 struct ImportedFabric {
-  std::string toml;                                         ///< text of fabric.toml
-  std::vector<std::pair<std::string, std::string>> curves;  ///< name beside it, text of the CSV
-  std::vector<std::string> stand_ins;  ///< quantities that the source does not give
-  /// Place in the source of what a key of fabric.toml, a line of a curve ("tensile_warp.csv:4") or
-  /// a curve is made of.
+  std::string toml;                                         ///< content of fabric.toml
+  std::vector<std::pair<std::string, std::string>> curves;  ///< file name and content of each CSV
+  std::vector<std::string> stand_ins;                       ///< quantities that the source lacks
+  /// Location in the source of each key of fabric.toml, line of a curve ("tensile_warp.csv:4") or
+  /// curve.
   std::map<std::string, Where> from;
 };
 
-/// Result sheet of the KES-FB machines, or of the FAST instruments: a CSV with the columns
-/// property,unit,warp,weft; one row per property, values of the whole cloth under warp or weft.
-/// Units are read and converted; a missing or unknown one is refused, and so are two values of the
-/// whole cloth and every value no textile has.
+/// Imports a result sheet of the KES-FB machines or the FAST instruments: a CSV with the columns
+/// property,unit,warp,weft and one row per property; values of the whole cloth stand under warp or
+/// weft. Units are read and converted. Throws for a missing or unknown unit, two values of the
+/// whole cloth, and values that no textile has.
 /// KES: W, T, LT, WT, RT, EMT, G, 2HG, 2HG5, B, 2HB and B45 (bias). FAST: W, C and C45 (bending
 /// length), E5, E20, E100, EB5; B = W C^3, G = 4.9 N/m / (4 EB5) (De Boos and Tester 1994).
 [[nodiscard]] ImportedFabric import_kes(const std::filesystem::path& file, const std::string& name);
 [[nodiscard]] ImportedFabric import_fast(const std::filesystem::path& file,
                                          const std::string& name);
 
-/// The physics of a U3M 1.1 material (its JSON): mass and bend of the section `custom`. The schema
-/// names no unit: mass is taken as g/m2, the unit of bend must be given.
+/// Imports the physics of a U3M 1.1 material (its JSON): mass and bend of the section `custom`. The
+/// schema names no units: mass is taken as g/m2, the unit of bend must be given.
 [[nodiscard]] ImportedFabric import_u3m(const std::filesystem::path& file, const std::string& name,
                                         const std::string& bend_unit);
 
-/// Writes fabric.toml and its curves into a new folder and reads them back, so that what no textile
-/// has is refused with the likely mistake and its place in the source; then nothing is left.
-/// Returns what few textiles have.
+/// Writes fabric.toml and its curves into a new folder and reads them back. If a value is
+/// impossible for textiles, throws with the likely mistake and its location in the source, and
+/// leaves nothing behind. Returns warnings about unusual values.
 std::vector<std::string> write_imported(const std::filesystem::path& folder,
                                         const ImportedFabric& fabric);
 
-/// One fabric of a library (rigs/fabrics/published.csv). Absent: not published.
+/// A fabric of the library (rigs/fabrics/published.csv). Values are absent if not published.
 struct PublishedFabric {
   std::string id, name, weave, source, note;
   std::optional<double> areal_density_g_per_m2, thickness_mm;
-  /// Without one along the weft, that along the warp is the only one published.
+  /// Without a weft value, the warp value is the only one published.
   std::optional<double> b_warp_gf_cm2_per_cm, b_weft_gf_cm2_per_cm, b_bias_gf_cm2_per_cm;
   std::optional<double> hb2_gf_cm_per_cm;
   std::optional<double> drape_coefficient_percent, nodes, disc_mm, specimen_mm;
@@ -55,7 +55,7 @@ struct PublishedFabric {
 [[nodiscard]] std::vector<PublishedFabric> read_published(const std::filesystem::path& file);
 [[nodiscard]] const PublishedFabric& published_fabric(const std::vector<PublishedFabric>& library,
                                                       const std::string& id);
-/// Throws Error(bad_input) for a fabric without density or bending rigidity.
+/// Throws Error(bad_input) for a fabric without areal density or bending rigidity.
 [[nodiscard]] ImportedFabric import_published(const PublishedFabric& fabric);
 
 }  // namespace drape::simulate

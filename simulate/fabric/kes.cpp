@@ -16,14 +16,14 @@ namespace {
 constexpr double kLargestTension = 500;  // gf/cm, KES-FB1
 constexpr double kShearRange = 8;        // degrees, KES-FB1
 constexpr double kBendingRange = 2.5;    // 1/cm, KES-FB2
-constexpr double kSlipAngle = 0.5;       // degrees, and
-constexpr double kSlipCurvature = 0.1;   // 1/cm: stand-ins, see slip()
-constexpr double kAgreement = 0.03;      // difference of WT against LT and EMT
-constexpr double kLeastShear = 0.02;     // gf/(cm deg), of textiles
+constexpr double kSlipAngle = 0.5;       // default, degrees
+constexpr double kSlipCurvature = 0.1;   // default, 1/cm; for both see slip()
+constexpr double kAgreement = 0.03;      // largest difference between WT and LT with EMT
+constexpr double kLeastShear = 0.02;     // gf/(cm deg), smallest of textiles
 constexpr double kMostShear = 20;
-constexpr int kPoints = 50;  // per curve and sign
+constexpr int kPoints = 50;  // points per curve and sign
 
-/// x = b EMT of the exponential law with the given linearity; below 0 for one above 1, by
+/// x = b EMT of the exponential law with the given linearity; negative for a linearity above 1, by
 /// LT(-x) = 2 - LT(x).
 double exponent_of(double linearity) {
   if (linearity > 1) return -exponent_of(2 - linearity);
@@ -41,7 +41,7 @@ double rise(double fraction, double exponent) {
   return exponent == 0 ? fraction : std::expm1(exponent * fraction) / std::expm1(exponent);
 }
 
-/// Both branches at half the loop's width from the middle line.
+/// Makes both branches at half the loop's width from the centre line.
 template <class Width>
 KawabataCurve loop(const std::filesystem::path& file, double range, double slope, double x_unit,
                    double f_unit, const Width& width) {
@@ -57,13 +57,13 @@ KawabataCurve loop(const std::filesystem::path& file, double range, double slope
   return curve;
 }
 
-/// A unit somebody may have used instead, and the number it makes of 1 in the right one.
+/// A unit that may have been used by mistake, with its factor relative to the correct one.
 struct LikelyUnit {
   double factor;
   const char* unit;
 };
 
-/// Refuses a value outside least .. most; names a unit in which it would be usual.
+/// Throws for a value outside least .. most; names a unit in which it would be usual.
 void usual(Fields& f, std::string_view key, double value, double least, double most,
            const std::vector<LikelyUnit>& units) {
   std::string advice = "check the number and its unit";
@@ -87,9 +87,9 @@ void width(Fields& f, std::string_view key, std::optional<double>& value) {
             "is it in dyn/cm (980 times too large) instead of gf/cm?");
 }
 
-/// Distance over which a loop is driven until friction is built up, which KES numbers do not tell.
-/// It must be done where KES begins to read widths and slopes (0.5 1/cm and, after a reversal at 8
-/// degrees, 5).
+/// Distance over which friction builds up in a loop, which KES numbers do not state. It must be
+/// complete where KES reads widths and slopes (0.5 1/cm and, after a reversal at 8 degrees, 5
+/// degrees).
 void slip(Fields& f, std::string_view key, std::optional<double>& value, double most) {
   f.if_any({key, "strain over which friction builds up", 1, above_zero}, value);
   if (value)

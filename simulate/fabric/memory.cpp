@@ -19,7 +19,7 @@ double work_at_limit(const SlipElement& element, double x) {
   return std::copysign(element.threshold * size + 0.5 * element.growth * size * size, x);
 }
 
-/// The x above `slip` at which the element begins to slip.
+/// The x above `slip` at which the element starts to slip.
 double slips_from(const SlipElement& element, double slip) {
   if (element.limit(slip) == 0) return slip;
   const double pull = element.threshold + element.stiffness * slip;
@@ -30,15 +30,15 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
 constexpr int kSlips = 6;  // range / 2, / 4, .. / 64
-// Relative to the largest half width; a smaller limit is none
+// relative to the largest half width; smaller limits are dropped
 constexpr double kActiveLimit = 1e-9;
 constexpr double kGradientNoise = 1e-12;  // relative to the largest correlation at the start
 
-/// Half the width, over |x|, of the loop that an element makes between -range and range.
+/// Half the width, over |x|, of an element's loop between -range and range.
 VectorXd half_width_of(const SlipElement& element, const HalfWidth& at, double range) {
   double slip = 0;
   for (const double x : {range, -range}) slip = element.settled(x, slip);
-  const double low = slip;  // at -range after a whole cycle
+  const double low = slip;  // at -range after a full cycle
   const double high = element.settled(range, low);
   VectorXd h(at.x.size());
   for (std::size_t i = 0; i < at.x.size(); ++i)
@@ -47,7 +47,7 @@ VectorXd half_width_of(const SlipElement& element, const HalfWidth& at, double r
   return h;
 }
 
-/// The x >= 0 with the least |A x - b| (Lawson and Hanson 1974, chapter 23).
+/// The x >= 0 that minimises |A x - b| (Lawson and Hanson 1974, chapter 23).
 VectorXd non_negative_least_squares(const MatrixXd& a, const VectorXd& b) {
   const Eigen::Index n = a.cols();
   VectorXd x = VectorXd::Zero(n);
@@ -66,7 +66,7 @@ VectorXd non_negative_least_squares(const MatrixXd& a, const VectorXd& b) {
         if (free[k]) kept.push_back(k);
       const VectorXd solved = a(Eigen::all, kept).colPivHouseholderQr().solve(b);
       double fraction = 1;
-      Eigen::Index first = -1;  // to become zero on the path there
+      Eigen::Index first = -1;  // first variable to reach zero along the step
       for (Eigen::Index i = 0; i < solved.size(); ++i) {
         if (solved[i] > 0) continue;
         const double reach = x[kept[i]] / (x[kept[i]] - solved[i]);
@@ -94,8 +94,8 @@ void judge_widths(const HalfWidth& loop, const VectorXd& fitted, FittedFriction&
   fit.rms_error = std::sqrt(squares / static_cast<double>(loop.h.size()));
 }
 
-// law: 0 bending along the warp, 1 along the weft, 2 shear; index: place times elements of the law
-// plus element.
+// Columns: law (0 bending along the warp, 1 along the weft, 2 shear); index (place times number of
+// elements of the law, plus element).
 const std::vector<std::string>& memory_columns() {
   static const std::vector<std::string> names = {"law", "index", "slip_per_m_or_rad"};
   return names;

@@ -14,8 +14,8 @@ namespace drape::simulate {
 namespace {
 
 /// Areal density (g/m2) and bending stiffness (gf cm2/cm) of 618 fabrics measured on a cantilever
-/// (after Feng et al. 2022): 5 % of those in the bin lie below the first stiffness and 5 % above
-/// the second, the smaller and the larger of warp and weft.
+/// (after Feng et al. 2022): in each bin 5 % lie below the first stiffness and 5 % above the
+/// second, for the smaller and the larger of warp and weft.
 struct DensityBin {
   double from, to, least_b, most_b;
 };
@@ -27,8 +27,8 @@ constexpr std::array<DensityBin, 8> kFabrics{{{0, 60, 0.0046591, 0.11028},
                                               {262, 320, 0.039686, 0.94155},
                                               {320, 420, 0.063295, 1.8732},
                                               {420, 900, 0.15424, 2.6756}}};
-constexpr double kLightest = 15.77, kHeaviest = 758.4;  // 5 % of the lightest, heaviest bin
-constexpr double kOtherUnit = 10;  // beyond the quantiles, where nobody measured a fabric
+constexpr double kLightest = 15.77, kHeaviest = 758.4;  // 5 % of the lightest and heaviest bin
+constexpr double kOtherUnit = 10;  // factor beyond the quantiles where no fabric was measured
 
 constexpr const char* kWeigh =
     "weigh a piece of known area; is a decimal point lost, or is it mg/cm2, kg/m2 or oz/yd2?";
@@ -67,10 +67,10 @@ class Judge {
     }
   }
 
-  /// Cloth bends at 45 degrees about as it does along its threads: of the published fabrics
-  /// (rigs/fabrics/published.csv) no bias stiffness lies twice beyond those of warp and weft.
+  /// Checks the bias stiffness: cloth bends at 45 degrees about as along its threads. In the
+  /// published fabrics (rigs/fabrics/published.csv) it stays within twice the range of both.
   void bias() {
-    constexpr double kBeyond = 5;  // half of a lost decimal point
+    constexpr double kBeyond = 5;  // half of a misplaced decimal point
     if (!fabric_.bias_bending_n_m) return;
     const double bias = *fabric_.bias_bending_n_m / units::gf_cm2_per_cm;
     const double warp = stiffness_of(fabric_.bending[0]), weft = stiffness_of(fabric_.bending[1]);
@@ -81,8 +81,8 @@ class Judge {
             "is a decimal point lost, or is it in uN m (98 times as large)?");
   }
 
-  /// Judges the loops: the unloading branch is positive at the largest strain of KES, and a loop of
-  /// shear is at least as wide at 5 degrees as at 0.5.
+  /// Checks the loops: the unloading branch must be positive at the largest strain of KES, and a
+  /// shear loop at least as wide at 5 degrees as at 0.5.
   void loops() {
     for (const int direction : {0, 1}) {
       const std::string key = direction == 0 ? "warp" : "weft";
@@ -106,7 +106,7 @@ class Judge {
   [[nodiscard]] Plausibility result() && { return std::move(result_); }
 
  private:
-  /// Mean slope in gf cm2/cm: from the curve's one end to the other.
+  /// Mean slope in gf cm2/cm between the ends of the curve.
   static double stiffness_of(const KawabataCurve& curve) {
     return (curve.loading.back() - curve.loading.front()) / (curve.x.back() - curve.x.front()) /
            units::gf_cm2_per_cm;

@@ -10,22 +10,22 @@ namespace drape::simulate {
 
 struct Fabric;
 
-/// Places of a fabric's density and bending among those of measured fabrics.
+/// Comparison of a fabric's density and bending with measured fabrics.
 struct Plausibility {
-  std::vector<Error> problems;        ///< no fabric has it: another unit, or a decimal point lost
-  std::vector<std::string> warnings;  ///< few fabrics have it; each with file and field
+  std::vector<Error> problems;  ///< values of no fabric: wrong unit or misplaced decimal point
+  std::vector<std::string> warnings;  ///< values of few fabrics, each with file and field
 };
 
-/// Areal density and bending along warp, weft and at 45 degrees against 618 measured fabrics; the
-/// loops of KES numbers against their slopes.
-/// A simulation warns of problems only, since it takes sheets that are no textiles.
+/// Compares areal density and bending along warp, weft and at 45 degrees with 618 measured fabrics,
+/// and the loops of KES numbers with their slopes. A simulation only warns of problems, since it
+/// accepts sheets that are not textiles.
 [[nodiscard]] Plausibility judge(const Fabric& fabric);
 
-/// Throws the first problem: for what calls the numbers those of a textile.
+/// Throws the first problem, for callers that require a textile.
 void require_textile(const Fabric& fabric);
 
-/// Bending stiffness (gf cm2/cm) between which fabrics of an areal density (g/m2) lie: nine of ten,
-/// and ten times beyond on either side.
+/// Usual range of bending stiffness (gf cm2/cm) at an areal density (g/m2): nine of ten fabrics,
+/// extended tenfold on either side.
 struct UsualBending {
   double from, to;  ///< g/m2
   double least, most;

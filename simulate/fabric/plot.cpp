@@ -27,7 +27,7 @@ struct Panel {
   const ForceCurve* pieces = nullptr;
 };
 
-/// Points of an odd curve between its hinges; beyond the ends of the panel it is cut off.
+/// Points of an odd curve at its hinges, clipped at the edges of the panel.
 std::vector<Vector2d> law_of(const ForceCurve& curve, const Panel& panel, const Vector2d& low,
                              const Vector2d& high) {
   std::vector<double> knots = {low.x(), 0, high.x()};
@@ -38,7 +38,7 @@ std::vector<Vector2d> law_of(const ForceCurve& curve, const Panel& panel, const 
   for (double x : knots) {
     if (x < low.x() || x > high.x()) continue;
     double y = curve.odd_value(x * panel.x_unit) / panel.y_unit;
-    if (y > high.y() || y < low.y()) {  // the line from the origin leaves the panel
+    if (y > high.y() || y < low.y()) {  // the line from the origin leaves the panel here
       x *= (y > 0 ? high.y() : low.y()) / y;
       y = curve.odd_value(x * panel.x_unit) / panel.y_unit;
     }

@@ -7,8 +7,8 @@
 
 namespace drape::simulate {
 
-/// An SVG of the six Kawabata curves, both branches, each with the line (one segment) and the
-/// piecewise linear curve of `segments` that the simulator uses in its place.
+/// SVG of the six Kawabata curves with both branches, each with the line (one segment) and the
+/// piecewise linear curve of `segments` used in simulation.
 [[nodiscard]] std::string curves_svg(const Fabric& fabric, int segments);
 
 }  // namespace drape::simulate

@@ -7,11 +7,11 @@
 
 namespace drape::simulate {
 
-/// The points of two measurements, both above 0 and increasing, each once, from 0 to the nearer
-/// end: what only one of them has is interpolated in the other.
+/// Merges the points of two measurements, both above 0 and increasing, from 0 to the nearer end,
+/// without repetition; where one lacks a point, it is interpolated.
 [[nodiscard]] inline std::vector<double> points_of_both(const std::vector<double>& a,
                                                         const std::vector<double>& b) {
-  constexpr double kSame = 1e-9;  // relative to the range: one point, up to rounding
+  constexpr double kSame = 1e-9;  // relative to the range; closer points are the same
   const double reach = std::min(a.back(), b.back());
   std::vector<double> all;
   std::merge(a.begin(), a.end(), b.begin(), b.end(), std::back_inserter(all));

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// Builds the inner loops twice. The wider form computes each element with the same operations
-// (no fused multiply-add is allowed in either), so the bytes do not change with the processor.
+// Builds the inner loops twice. The wider version performs the same operations on each element
+// (neither may use fused multiply-add), so results do not depend on the processor.
 
-// No two arrays of these loops overlap, and the compiler cannot prove it.
+// The arrays in these loops do not overlap, which the compiler cannot prove.
 #if defined(__GNUC__) && !defined(__clang__)
 #define DRAPE_INDEPENDENT _Pragma("GCC ivdep")
 #define DRAPE_INLINE __attribute__((always_inline)) inline
@@ -13,7 +13,7 @@
 #define DRAPE_INLINE inline
 #endif
 
-// Built twice; the processor chooses.
+// Built twice; selected at run time by the processor.
 #if defined(__GNUC__) && !defined(__clang__) && defined(__x86_64__) && \
     !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
 #define DRAPE_WIDE __attribute__((target_clones("avx2", "default")))
