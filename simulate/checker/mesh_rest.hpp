@@ -62,7 +62,7 @@ struct MeshJudgement {
   double to_table_m = 0;              ///< smallest distance of the surface's nodes
   std::optional<double> to_itself_m;  ///< smallest distance of layers that repel each other
   MeshStrains strains;
-  std::vector<std::optional<Eigen::Vector3d>> places;  ///< MeshRest::asked_m; absent: beside it
+  std::vector<std::optional<Eigen::Vector3d>> places;  ///< of MeshRest::asked_m; absent off cloth
   std::vector<std::string> refusals;                   ///< empty if accepted
 
   [[nodiscard]] bool accepted() const { return refusals.empty(); }

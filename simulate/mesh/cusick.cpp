@@ -20,22 +20,22 @@ using Eigen::Vector3d;
 
 constexpr double kFirstWave = 2e-4;  // m
 constexpr int kWaves = 16;
-constexpr double kFinerAtTheClamp = 3;  // times than the mesh's spacing
-constexpr double kWidening = 1.1;       // relative to one ring's spacing to the next
-constexpr double kPassingResidual = 1;  // mean weights of a point, at the end of each load step
-constexpr double kOnDisc = 1e-6;        // relative to its radius
-constexpr double kLaidPieces = 6;       // pieces of the free ring, at least, that show its folds
-constexpr int kAround = 16;             // points from which a shape is carried over
+constexpr double kFinerAtTheClamp = 3;  // factor on the density of the mesh
+constexpr double kWidening = 1.1;       // growth of spacing from ring to ring
+constexpr double kPassingResidual = 1;  // in mean weights of a point, at the end of each load
+constexpr double kOnDisc = 1e-6;        // relative to the disc's radius
+constexpr double kLaidPieces = 6;  // least number of spacings across the free ring to resolve folds
+constexpr int kAround = 16;        // points used to transfer a shape
 
-/// Number in 0 .. 1 of a fixed sequence.
+/// Element of a fixed pseudo-random sequence in 0 .. 1.
 double lot(unsigned seed, int k) {
   const double x = std::sin(12.9898 * k + 78.233 * seed) * 43758.5453;
   return x - std::floor(x);
 }
 
-/// Circles of points from a clamp outwards: cloth that leaves it along a curve must shear within a
-/// few millimetres, (B r^2 / G)^(1/4), so the mesh begins fine there and widens. A rim three times
-/// finer again still raises the drape coefficient by 2 points.
+/// Concentric rings of points from the clamp outwards. Cloth that leaves it along a curve must
+/// shear within a few millimetres, (B r^2 / G)^(1/4), so the mesh starts fine and coarsens. A rim
+/// three times finer still raises the drape coefficient by 2 points.
 std::vector<Polygon> rings(double clamp, double hem, double spacing, double turn) {
   std::vector<Polygon> found;
   const auto pieces = [](double radius, double side) {
@@ -50,7 +50,7 @@ std::vector<Polygon> rings(double clamp, double hem, double spacing, double turn
   return found;
 }
 
-/// A specimen on one mesh, and what of it the discs hold.
+/// A specimen on one mesh, with the unknowns that the discs hold.
 class Specimen {
  public:
   Specimen(const ClothLaws& laws, const CusickOptions& options, double spacing)
@@ -63,7 +63,7 @@ class Specimen {
         state(cloth.state_of(lies)),
         stiffness_(cloth, held) {}
 
-  /// Waves at the hem, of lots.
+  /// Adds random waves, largest at the hem.
   void wave() {
     for (int i = 0; i < cloth.points(); ++i) {
       const Vector2d p = cloth.mesh().points_m[i];
@@ -75,13 +75,13 @@ class Specimen {
       state[i].z() += kFirstWave * out * out * height / std::sqrt(kWaves - 1.0);
     }
   }
-  /// Lowers the table from the discs' height until the cloth is free of it.
+  /// Lowers the table from the height of the discs until it no longer touches the cloth.
   void lower() {
     if (cloth.laws().friction) return move();
     for (int k = 1; k < options_.lowering_steps; ++k)
       pass(1, -(hem_ - disc_) * k / options_.lowering_steps);
   }
-  /// Comes near rest under a part of gravity.
+  /// Brings the cloth near rest under a fraction of gravity.
   void pass(double gravity, double table_z_m = -std::numeric_limits<double>::infinity()) {
     DescentOptions passing = options_.descent;
     passing.gravity_m_per_s2 *= gravity;
@@ -93,7 +93,7 @@ class Specimen {
     report.steps = steps;
     return report;
   }
-  /// Takes over the shape of another mesh of the same specimen, and what its friction bears.
+  /// Transfers shape and friction forces from another mesh of the same specimen.
   void take_over(const Specimen& other) {
     const State flat_state = state;
     state = cloth.state_of([&](const Vector2d& p) { return other.shape_at(p); });
@@ -120,12 +120,12 @@ class Specimen {
  private:
   MeshStiffness stiffness_;
 
-  /// Warp along x, weft along y, seen from above with z up.
+  /// Flat position: warp along x, weft along y, seen from above with z up.
   static MeshCloth::Jet lies(const Vector2d& p) {
     return {{p.x(), p.y(), 0}, {1, 0, 0}, {0, 1, 0}};
   }
   [[nodiscard]] MaterialMesh mesh_of_specimen(double spacing) const {
-    // The lattice of the mesh is turned against the warp; lots turn the two circles.
+    // The lattice of the mesh is rotated against the warp, and both circles by a random angle.
     const double turn = 2 * std::numbers::pi * lot(options_.start, 0);
     const auto count = static_cast<int>(std::lround(2 * std::numbers::pi * hem_ / spacing));
     const ClothOutline outline{
@@ -147,9 +147,9 @@ class Specimen {
       all.push_back(clamped(edge.from) && clamped(edge.to));
     return all;
   }
-  /// The same in time, until the cloth is quiet. A pad under a bent sheet has waves of its own, of
-  /// length 2 pi (B / k)^(1/4), which friction would hold when it is gone: the table is so stiff
-  /// that they are no longer than two spacings, the shortest that the mesh has.
+  /// Lowers the table in time until the cloth is quiet. On an elastic table a bent sheet has waves
+  /// of length 2 pi (B / k)^(1/4), which friction would preserve. The table is therefore stiff
+  /// enough to make them no longer than two spacings, the shortest waves of the mesh.
   void move() {
     double bending = 0;
     for (int d = 0; d < 2; ++d)
@@ -174,7 +174,7 @@ class Specimen {
     steps += report.steps;
     return report;
   }
-  /// A quadratic through the points around, by least squares that weigh the farthest with nothing.
+  /// Fits a quadratic to nearby points by least squares, with weights that vanish at the farthest.
   [[nodiscard]] MeshCloth::Jet shape_at(const Vector2d& p) const {
     const auto& points = cloth.mesh().points_m;
     std::vector<std::pair<double, int>> near;

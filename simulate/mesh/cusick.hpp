@@ -9,44 +9,44 @@
 
 namespace drape::simulate {
 
-/// A drapemeter with a clamping disc: a round specimen held flat between two discs.
+/// A drapemeter: a round specimen whose middle is clamped flat between two discs.
 struct CusickOptions {
   double disc_m = 0.180, specimen_m = 0.300;
-  double spacing_m = 0.0075;  ///< spacing of the mesh; a third of it at the discs' rim
-  double warp_rad = 0;        ///< from the mesh lattice's first axis to the warp
-  unsigned start = 1;         ///< chooses the lattice's jitter and the first waves
-  /// The specimen lies on a table at the height of the discs, which goes down by the width of the
-  /// free ring. Without internal friction, in so many steps, the cloth nearly at rest at each; the
-  /// last frees it. 1: let go at once; its folds are then those that grow fastest, too many.
+  double spacing_m = 0.0075;  ///< spacing of the mesh; a third of it at the rim of the discs
+  double warp_rad = 0;        ///< angle from the first axis of the mesh lattice to the warp
+  unsigned start = 1;         ///< seed of the lattice's jitter and of the initial waves
+  /// Without internal friction: steps in which a table at the discs' height, on which the specimen
+  /// lies, is lowered by the width of the free ring, with the cloth nearly at rest at each; the
+  /// last frees it. 1 releases it at once, which leaves too many folds, the fastest growing ones.
   int lowering_steps = 8;
-  /// With internal friction, in so many seconds, the cloth in motion, because which rest remains
-  /// depends on all that it went through. 0: let go at once.
+  /// With internal friction: duration of the lowering, with the cloth in motion, because the
+  /// resulting rest depends on the whole history. 0 releases it at once.
   double lowering_s = 0.5;
   TimeStepsOptions motion;
-  /// Spacing of the mesh on which it is laid, in spacings; shape and friction are then carried to
-  /// the mesh itself and rest there. It is laid on the mesh itself where this is 1 or the free ring
-  /// would be less than six spacings wide, too few for its folds.
+  /// Spacing of a coarser mesh for the lowering, in units of `spacing_m`; shape and friction are
+  /// then transferred to the mesh itself, which goes to rest. 1 uses the mesh itself, and so does a
+  /// free ring narrower than six spacings, which would be too coarse for its folds.
   double laid_coarser = 4.0 / 3;
-  /// Load history before the last rest: so often to rest under (1 + shake) and (1 - shake) times
-  /// gravity, each one increment of load. Without internal friction it changes no rest but the
-  /// choice of one.
+  /// Load history before the last rest: number of cycles between rests under (1 + shake) and (1 -
+  /// shake) times gravity, each one load increment. Without internal friction it only affects which
+  /// rest is reached.
   int shakes = 0;
   double shake = 0.5;
-  /// Steps and residual are each load's; a load before the last that does not reach 1 goes on and
-  /// is counted.
+  /// Limits of steps and residual per load; a load before the last whose residual stays above 1 is
+  /// accepted and counted.
   DescentOptions descent;
 };
 
 struct CusickDrape {
   MaterialMesh mesh;
   MeshCloth::State state;  ///< points, then sides
-  ClothMemory memory;      ///< state of internal friction, at this rest
+  ClothMemory memory;      ///< internal friction at this rest
   DescentReport report;
-  /// Loads before the last at which it did not come near rest, among them steps of a motion.
+  /// Loads before the last, or time steps, that ended far from rest.
   int hurried_loads = 0;
-  double moved_s = 0;  ///< time of its motion; 0: none
+  double moved_s = 0;  ///< duration of the lowering motion; 0 if none
 };
-/// Starts flat, with waves of 2 to 16 folds of random phase and 0.2 mm at the hem, on the table.
+/// Drapes a specimen from flat on the table, with random waves of 2 to 16 folds and 0.2 mm at most.
 [[nodiscard]] CusickDrape cusick_drape(const ClothLaws& laws, const CusickOptions& options);
 
 /// ASCII PLY in mm, z up, warp along x.

@@ -12,21 +12,21 @@ using Eigen::Matrix3d;
 using Eigen::Vector3d;
 using State = MeshCloth::State;
 
-constexpr double kSink_m = 0.5e-3;  // depth of cloth in the table, by its own weight
-// Relative to the wall's radius; the checker takes it as on the wall
+constexpr double kSink_m = 0.5e-3;  // depth of cloth in the table under its own weight
+// relative to the wall's radius; the checker accepts it as on the wall
 constexpr double kOnWall = 1e-5;
-constexpr double kWallWeights = 100;  // mean weights of a point that press it in so far
-// Relative to the slope, that a step must gain (Nocedal and Wright)
+constexpr double kWallWeights = 100;  // mean point weights that press it in by this depth
+// Least decrease of a step, relative to the slope (Nocedal and Wright).
 constexpr double kArmijo = 1e-4;
-constexpr double kRounding = 1e-14;                // relative to the energy, that a step may lose
-constexpr double kShorter = 0.5, kShortest = 0.1;  // relative to a step that was too long
+constexpr double kRounding = 1e-14;  // largest increase due to rounding, relative to the energy
+constexpr double kShorter = 0.5, kShortest = 0.1;  // new length of a rejected step, relative to it
 constexpr int kTries = 20;
-// Norm of the forces that a solution leaves, relative to those before; largest force left,
-// relative to the residual asked of the descent; curvature that counts as none
+// Norm of the residual of a linear solution, relative to the right-hand side; its largest force,
+// relative to the residual required of the descent; curvature that counts as zero.
 constexpr double kSolved = 0.1, kOfResidual = 0.25, kFlat = 1e-6;
 constexpr double kPassingPart = 0.25;  // see DescentOptions::passing
-constexpr int kProducts = 60;          // of one step
-// Products of a step, and path of a point in mean sides, up to which the next step keeps the matrix
+constexpr int kProducts = 60;          // limit per step
+// Products of a step, and displacement in mean sides, below which the next step keeps the matrix.
 constexpr int kFewProducts = 12;
 constexpr double kKeepsMatrix = 0.01;
 
@@ -34,7 +34,7 @@ Eigen::Map<Eigen::VectorXd> flat(State& state) {
   return {state.front().data(), 3 * static_cast<Eigen::Index>(state.size())};
 }
 
-/// Energy, forces and what supports the cloth.
+/// Energy and forces of the cloth with its supports.
 class Potential {
  public:
   Potential(const MeshCloth& cloth, const std::vector<bool>& held, const Drapemeter& bodies,
@@ -51,7 +51,7 @@ class Potential {
     wall_n_per_m_ = kWallWeights * weight_n_ / (kOnWall * std::max(bodies.wall_radius_m, 1e-9));
   }
 
-  /// Largest force: of a point in mean weights of one, of a side in those times the mean side.
+  /// Largest force: on a point in mean point weights, on a side in that unit times the mean side.
   [[nodiscard]] double largest(const State& force) const {
     double points2 = 0, sides2 = 0;
     for (int i = 0; i < cloth_.unknowns(); ++i) {
@@ -62,18 +62,18 @@ class Potential {
   }
   [[nodiscard]] double mean_side_m() const { return side_m_; }
 
-  /// Internal and of height.
+  /// Internal plus gravity energy.
   [[nodiscard]] double own_energy_j(const State& state) const {
     double sum = cloth_.energies(state).sum_j();
     for (int i = 0; i < cloth_.points(); ++i) sum -= cloth_.mass_kg()[i] * gravity_.dot(state[i]);
     return sum;
   }
   struct Balance {
-    double energy_j = 0;         ///< with what wall, table and the rest hold, and inertia
-    double point = 0, side = 0;  ///< residuals, as in the options
-    double reported = 0;         ///< on points, less what support takes; as the checker has it
+    double energy_j = 0;         ///< including wall, table, other pushes and inertia
+    double point = 0, side = 0;  ///< residuals in the units of the options
+    double reported = 0;         ///< on points, minus support forces, as in the checker
   };
-  /// Sets minus the energy's gradient, nothing where held.
+  /// Sets `force` to the negative gradient of the energy, zero for held unknowns.
   Balance balance(const State& state, State& force) const {
     Balance found;
     std::fill(force.begin(), force.end(), Vector3d::Zero());
@@ -114,8 +114,8 @@ class Potential {
     }
     return found;
   }
-  /// Sets the energy's second derivative times a direction, nothing where held. Contacts keep their
-  /// state.
+  /// Sets `product` to the second derivative of the energy times a direction, zero for held
+  /// unknowns. Contacts keep their state.
   void set_products(const State& state, const ClothTangent& tangent, const State& direction,
                     State& product) const {
     std::fill(product.begin(), product.end(), Vector3d::Zero());
@@ -143,7 +143,7 @@ class Potential {
   }
 
  private:
-  /// visit(point, normal, depth, N/m) for each point in the table or in the wall.
+  /// Calls visit(point, normal, depth, N/m) for each point inside the table or wall.
   template <class Visit>
   void visit_supports(const State& state, Visit visit) const {
     for (int i = 0; i < cloth_.points(); ++i) {
@@ -159,7 +159,7 @@ class Potential {
     }
   }
 
-  /// visit(point, N/m) for each free point of a cloth in motion.
+  /// Calls visit(point, N/m) for each free point of a cloth in motion.
   template <class Visit>
   void visit_inertia(Visit visit) const {
     if (inertia_ == nullptr) return;
@@ -176,9 +176,9 @@ class Potential {
   double side_m_, weight_n_ = 0, wall_n_per_m_ = 0;
 };
 
-/// Sets the Newton step that a force leads to, by conjugate gradients on exact products with the
-/// factor as preconditioner (Steihaug 1983): as near as a tenth, or as the residual asks, and up to
-/// the first direction of negative curvature.
+/// Computes the Newton step for a force by conjugate gradients on exact products, with the factor
+/// as preconditioner (Steihaug 1983): to a relative accuracy of 0.1, or as the residual requires,
+/// or until the first direction of negative curvature.
 int solve(const Potential& potential, const ClothTangent& tangent, const State& state,
           const MeshStiffness& stiffness, double residual, const State& force, State& step) {
   State left = force, way = force, product(force.size());
@@ -218,7 +218,7 @@ DescentReport descend(MeshCloth& cloth, State& state, const std::vector<bool>& h
   Potential::Balance now = potential.balance(state, force);
   const double residual = std::max(
       options.residual, std::min(options.passing, kPassingPart * std::max(now.point, now.side)));
-  // The matrix of another inertia serves badly.
+  // A matrix that was formed with another inertia is a poor preconditioner.
   if (options.inertia != nullptr) stiffness.outdate();
   while (std::isfinite(now.energy_j)) {
     report.at_rest = std::max(now.point, now.side) <= residual;
@@ -246,7 +246,7 @@ DescentReport descend(MeshCloth& cloth, State& state, const std::vector<bool>& h
       const double gain = now.energy_j - then.energy_j;
       down = gain >= kArmijo * part * slope - kRounding * std::abs(now.energy_j);
       if (down) break;
-      // The least of the parabola through both energies and the slope.
+      // Minimum of the parabola through both energies and the initial slope.
       const double least = slope * part * part / (2 * (slope * part - gain));
       part = std::isfinite(least) ? std::clamp(least, kShortest * part, kShorter * part)
                                   : kShortest * part;

@@ -8,7 +8,7 @@
 
 namespace drape::simulate {
 
-/// Three coordinates and nothing, in one register or two; a double* may point into it.
+/// Three coordinates and a zero, in one or two registers; a double* may point into it.
 using Four = double __attribute__((vector_size(32), aligned(8), may_alias));
 
 [[nodiscard]] DRAPE_INLINE double dot(const Four& a, const Four& b) {
@@ -16,7 +16,7 @@ using Four = double __attribute__((vector_size(32), aligned(8), may_alias));
   return product[0] + product[1] + product[2];
 }
 
-/// Sets the sum of `x` at `N` unknowns with weights.
+/// Sets the weighted sum of `x` at `N` unknowns.
 template <std::size_t N, class Weights, class Unknowns>
 DRAPE_INLINE void set_sum(Four& sum, const Weights& weight, const Unknowns& unknown,
                           const Four* x) {
@@ -25,7 +25,7 @@ DRAPE_INLINE void set_sum(Four& sum, const Weights& weight, const Unknowns& unkn
   for (std::size_t k = 1; k < N; ++k) sum += weight[k] * x[unknown[k]];
 }
 
-/// Makes room for `count` vectors, zero at first.
+/// An array of `count` vectors, initially zero.
 class Fours {
  public:
   Fours() = default;

@@ -20,10 +20,10 @@ namespace {
 
 using Eigen::Vector2d;
 
-constexpr double kNear = 0.6;    // relative to the spacing: inner points keep so far from lines
-constexpr double kSame = 1e-6;   // relative to the spacing: two points that are one
-constexpr double kExact = 1e-6;  // relative to area and border: a mesh that is its outline's
-constexpr double kThin = 1e-9;   // relative to the squared longest side: a triangle without area
+constexpr double kNear = 0.6;    // distance of inner points from lines, relative to the spacing
+constexpr double kSame = 1e-6;   // relative to the spacing; closer points are the same
+constexpr double kExact = 1e-6;  // tolerance of area and border, relative to the outline's
+constexpr double kThin = 1e-9;   // relative to the squared longest side; smaller areas are zero
 
 double length_of(const Polygon& polygon) {
   double sum = 0;
@@ -38,16 +38,16 @@ bool is_cloth(const ClothOutline& outline, const Vector2d& p) {
                       [&](const Polygon& hole) { return contains(hole, p); });
 }
 
-/// A straight piece of a line that triangles do not cross, and where others meet it.
+/// A straight segment that triangles must not cross, with its junctions with others.
 struct Side {
   Vector2d from, to;
-  bool open = false;  ///< of a line, not of a polygon
+  bool open = false;  ///< part of an open line, not of a polygon
   std::vector<Vector2d> cuts = {};
 
   [[nodiscard]] double distance_m(const Vector2d& p) const {
     return simulate::distance_m({from, to}, p);
   }
-  /// Points that part it into pieces of the spacing, without its end.
+  /// Points that divide it at the spacing, without its end.
   [[nodiscard]] std::vector<Vector2d> points(double spacing) const {
     std::vector<Vector2d> ends = cuts, points;
     ends.push_back(to);
@@ -65,7 +65,7 @@ struct Side {
   }
 };
 
-/// Cuts two pieces where they meet.
+/// Splits two segments where they meet.
 void cut_at_meeting(Side& a, Side& b, double near) {
   for (const Vector2d& end : {b.from, b.to})
     if (a.distance_m(end) <= near) a.cuts.push_back(end);
@@ -80,7 +80,7 @@ void cut_at_meeting(Side& a, Side& b, double near) {
   b.cuts.push_back(a.cuts.back());
 }
 
-/// Cuts an open line beside a named point that its pieces else would not see between their ends.
+/// Splits an open line at the foot of a nearby named point, which would be between its points.
 void cut_beside(Side& line, const Vector2d& named, double spacing) {
   const double away = line.distance_m(named);
   if (away <= kSame * spacing || away >= kNear * spacing) return;
@@ -89,7 +89,7 @@ void cut_beside(Side& line, const Vector2d& named, double spacing) {
   if (at > 0 && at < (line.to - line.from).norm()) line.cuts.emplace_back(line.from + at * along);
 }
 
-/// Points of all lines, each once: those of the polygons, then those of open lines.
+/// Points of all lines without repetition: those of polygons, then those of open lines.
 std::vector<Vector2d> line_points(const ClothOutline& outline,
                                   const std::vector<const Polygon*>& polygons, double h) {
   std::vector<Side> sides;
@@ -125,7 +125,7 @@ std::vector<Vector2d> line_points(const ClothOutline& outline,
   return points;
 }
 
-/// Throws Error(bad_input) where sides of the mesh leave a line of the outline.
+/// Throws Error(bad_input) if a line of the outline is not represented by edges of the mesh.
 void require_sides(const ClothOutline& outline, const MaterialMesh& mesh, double h) {
   for (const auto& [from, to] : outline.lines) {
     double missing = (to - from).norm();
@@ -151,15 +151,15 @@ std::vector<std::array<int, 3>> cloth_triangles(const ClothOutline& outline,
     const Vector2d &a = points[t[0]], &b = points[t[1]], &c = points[t[2]];
     const double longest =
         std::max({(b - a).squaredNorm(), (c - b).squaredNorm(), (a - c).squaredNorm()});
-    // Along a straight line the triangulation may leave slivers that are nothing.
+    // Along a straight line the triangulation may leave degenerate triangles.
     if (cross(b - a, c - a) > kThin * longest && is_cloth(outline, (a + b + c) / 3))
       kept.push_back(t);
   }
   return kept;
 }
 
-/// Adds the points that the caller names; one that stands on a line near the line's own point takes
-/// its place, unless others meet there.
+/// Adds the points that the caller names. One that lies on a line close to a regular point of it
+/// replaces that point, unless other lines meet there.
 void add_named(const ClothOutline& outline, const std::vector<const Polygon*>& polygons, double h,
                std::vector<Vector2d>& points) {
   const auto is_corner = [&](const Vector2d& p) {
@@ -202,7 +202,7 @@ long double turn(const Vector2d& a, const Vector2d& b, const Vector2d& c) {
          (static_cast<long double>(b.y()) - a.y()) * (static_cast<long double>(c.x()) - a.x());
 }
 
-/// Above 0: `d` lies inside the circle through a, b, c (counter-clockwise).
+/// Positive if `d` lies inside the circle through a, b, c (counter-clockwise).
 long double in_circle(const Vector2d& a, const Vector2d& b, const Vector2d& c, const Vector2d& d) {
   const auto row = [&](const Vector2d& p) {
     const long double x = static_cast<long double>(p.x()) - d.x();
@@ -214,7 +214,7 @@ long double in_circle(const Vector2d& a, const Vector2d& b, const Vector2d& c, c
          u[2] * (v[0] * w[1] - v[1] * w[0]);
 }
 
-/// Triangles with their neighbours; neighbour k lies across the edge opposite corner k.
+/// A triangle with its neighbours; neighbour k is across the edge opposite corner k.
 struct Face {
   std::array<int, 3> corner;
   std::array<int, 3> beside;
@@ -254,7 +254,7 @@ class Triangulation {
  private:
   [[nodiscard]] const Vector2d& at(int corner) const { return points_[corner]; }
 
-  /// Walks from the last face to the one that holds the point.
+  /// Finds the face that contains the point, walking from the last face.
   [[nodiscard]] int holder(const Vector2d& p) const {
     int face = last_;
     for (std::size_t steps = 0; steps < faces_.size() + 10; ++steps) {
@@ -295,7 +295,7 @@ class Triangulation {
         }
       }
     }
-    std::map<int, int> starting;  // face whose edge towards `point` begins at this corner
+    std::map<int, int> starting;  // face whose edge towards `point` starts at this corner
     const int first = static_cast<int>(faces_.size());
     for (const Rim& edge : rim) {
       starting[edge.from] = static_cast<int>(faces_.size());
@@ -519,7 +519,7 @@ MaterialMesh triangulated(const ClothOutline& outline, const MeshOptions& option
                                 at.x() * 1e3, at.y() * 1e3),
                     where, "is a corner there twice?");
   }
-  // Cloth that is torn, or sewn across a gap, covers the area all the same.
+  // Torn cloth, or cloth sewn across a gap, can have the same area.
   if (std::abs(mesh.area_m2() - area) > kExact * area ||
       std::abs(mesh.border_m() - border) > kExact * border)
     throw bad_input(

@@ -10,7 +10,7 @@
 
 namespace drape::simulate {
 
-/// Sum of a state's vectors with weights, over the unknowns that come first.
+/// Weighted sum of a state's vectors at the first N of the given unknowns.
 template <std::size_t N, std::size_t M>
 [[nodiscard]] Eigen::Vector3d combined(const std::array<double, N>& weight,
                                        const std::array<int, M>& unknown,
@@ -20,12 +20,12 @@ template <std::size_t N, std::size_t M>
   return sum;
 }
 
-/// (|x_u|^2, x_u . x_v, |x_v|^2).
+/// Metric (|x_u|^2, x_u . x_v, |x_v|^2).
 [[nodiscard]] inline Eigen::Vector3d metric_of(const Eigen::Vector3d& u, const Eigen::Vector3d& v) {
   return {u.squaredNorm(), u.dot(v), v.squaredNorm()};
 }
 
-/// Stretches and angle of shear that a metric states.
+/// Stretches and shear angle of a metric.
 struct MetricStrain {
   double a, b, sine;
 
@@ -35,14 +35,14 @@ struct MetricStrain {
         sine(std::clamp(metric[1] / (a * b), -1.0, 1.0)) {}
   [[nodiscard]] double angle() const { return std::asin(sine); }
   [[nodiscard]] double cosine() const { return std::max(std::sqrt(1 - sine * sine), 1e-9); }
-  /// A moment per angle of shear, as derivatives to the metric.
+  /// Derivatives by the metric of an energy with this moment per shear angle.
   [[nodiscard]] Eigen::Vector3d of_angle(double moment) const {
     return moment / cosine() *
            Eigen::Vector3d(-sine / (2 * a * a), 1 / (a * b), -sine / (2 * b * b));
   }
 };
 
-/// Derivatives of the membrane's energy per area to the metric; the strain and its angle of shear.
+/// Derivatives of the membrane's energy per area by the metric, for a strain and its shear angle.
 [[nodiscard]] inline Eigen::Vector3d stress_of(const MetricStrain& strain, double angle,
                                                const ClothLaws& laws) {
   return strain.of_angle(laws.shear.odd_value(angle)) +

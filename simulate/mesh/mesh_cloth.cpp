@@ -14,7 +14,7 @@ namespace {
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-// Relative to the jump's energy over the triangles beside; see MeshCloth
+// Relative to the jump's energy over the adjacent triangles; see MeshCloth.
 constexpr double kSeam = 2;
 
 }  // namespace
@@ -38,7 +38,7 @@ MeshCloth::MeshCloth(MaterialMesh mesh, ClothLaws laws, double in_triangles)
       triangle.unknown[3 + k] = points() + mesh_.edges_of[t][k];
       area_[triangle.corner[k]] += triangle.area / 3;
     }
-    // q = c0 + c1 u + c2 v + c3 u^2/2 + c4 u v + c5 v^2/2 about the middle, in units of the size.
+    // q = c0 + c1 u + c2 v + c3 u^2/2 + c4 u v + c5 v^2/2 about the centre, scaled by the size.
     const Vector2d middle = (p[0] + p[1] + p[2]) / 3;
     const double size = std::sqrt(triangle.area);
     Eigen::Matrix<double, 6, 6> rows;
@@ -52,7 +52,7 @@ MeshCloth::MeshCloth(MaterialMesh mesh, ClothLaws laws, double in_triangles)
     }
     const Eigen::Matrix<double, 6, 6> inverse = rows.fullPivLu().inverse();
     for (int k = 0; k < 6; ++k) {
-      // A side's derivative is per metre: `size` of it is one unit.
+      // The derivative of a side is per metre: `size` of it is one unit.
       const double scale = (k < 3 ? 1 : size) / (size * size);
       triangle.d_uu[k] = scale * inverse(3, k);
       triangle.d_uv[k] = scale * inverse(4, k);

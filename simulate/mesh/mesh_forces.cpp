@@ -14,7 +14,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-/// First derivatives of the triangles, and their part of the metric at each corner times the area.
+/// Computes first derivatives per triangle, and its share of the metric at each corner times area.
 DRAPE_WIDE void find_slopes(const std::vector<MeshCloth::Triangle>& triangles, const Four* x,
                             Four* slopes, Four* metric) {
   for (const MeshCloth::Triangle& t : triangles) {
@@ -26,8 +26,8 @@ DRAPE_WIDE void find_slopes(const std::vector<MeshCloth::Triangle>& triangles, c
   }
 }
 
-/// Takes from the forces what a triangle's stress and its bending pull; returns the energies of
-/// bending along warp, along weft and of twist.
+/// Subtracts the forces due to a triangle's stress and bending; returns the energies of bending
+/// along warp, along weft and of twist.
 DRAPE_WIDE void pull_triangles(const std::vector<MeshCloth::Triangle>& triangles,
                                const ClothLaws& laws, const Four* x, const Four* slopes,
                                const Four* stress, Four* force, InternalEnergies& sum) {
@@ -101,7 +101,7 @@ InternalEnergies MeshCloth::add_forces(const State& state, State& force) const {
       pull += area_[i] * strain.of_angle(stack.force(strain.angle(), slip));
     }
     pull /= 3 * area_[i];
-    metric[i] = Four{pull[0], pull[1], pull[2], 0};  // stress from here on
+    metric[i] = Four{pull[0], pull[1], pull[2], 0};  // holds stress from here on
   }
   for (std::size_t i = 0; i < triangles_.size(); ++i) {
     const Triangle& t = triangles_[i];
@@ -119,7 +119,7 @@ InternalEnergies MeshCloth::add_forces(const State& state, State& force) const {
 
 using Eigen::Vector2d;
 
-/// Calls visit(triangle, slips' index, curvature along warp and weft) for each triangle.
+/// Calls visit(triangle, index of slips, curvature along warp and weft) for each triangle.
 template <class Visit>
 void MeshCloth::visit_bending_friction(const State& state, Visit visit) const {
   for (std::size_t i = 0; i < triangles_.size(); ++i) {

@@ -56,7 +56,7 @@ void set(Four& to, const Vector3d& of) {
   to = Four{of.x(), of.y(), of.z(), 0};
 }
 
-/// Change of each triangle's slopes, and of the metric at its corners times the area.
+/// Computes the change of each triangle's slopes, and of the metric at its corners times the area.
 DRAPE_WIDE void find_changes(const std::vector<MeshCloth::Triangle>& triangles,
                              const ClothTangent::Element* element, const Four* x, Four* changes,
                              Four* at_points) {

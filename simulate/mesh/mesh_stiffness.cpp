@@ -19,7 +19,7 @@ using Eigen::Matrix3d;
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-/// Points with weights, each point once.
+/// Weights by point, each point once.
 class MeshStiffness::Weights {
  public:
   void add(int point, double weight) {
@@ -49,15 +49,15 @@ class MeshStiffness::Weights {
   std::vector<std::pair<int, double>> of_;
 };
 
-/// Gradients of a strain in the points around, as c c^T.
+/// Gradient of a strain by the surrounding points, for products c c^T.
 struct MeshStiffness::Gradient {
   std::vector<Eigen::Vector3d> stretch[2], shear;
 
   void reset(std::size_t count) {
     for (auto* of : {&stretch[0], &stretch[1], &shear}) of->assign(count, Eigen::Vector3d::Zero());
   }
-  /// Adds `part` of a triangle's metric, whose derivatives are u and v, at the point with d_u,
-  /// d_v.
+  /// Adds a fraction `part` of a triangle's metric with derivatives u and v, for the point with
+  /// shape function derivatives d_u, d_v.
   void add(std::size_t at, const MetricStrain& strain, double part, double d_u, double d_v,
            const Eigen::Vector3d& u, const Eigen::Vector3d& v) {
     const double a = strain.a, b = strain.b, s = strain.sine;
@@ -69,7 +69,7 @@ struct MeshStiffness::Gradient {
   }
 };
 
-/// Tangents along warp and weft and of shear, times an area.
+/// Tangent stiffness along warp and weft and of shear, times an area.
 [[nodiscard]] inline Eigen::Vector3d tangents(const MetricStrain& strain, const ClothLaws& laws,
                                               double area) {
   return area * Eigen::Vector3d(laws.tensile[0].tangent(strain.a - 1),
@@ -77,8 +77,8 @@ struct MeshStiffness::Gradient {
                                 std::max(0.0, laws.shear.tangent(std::abs(strain.angle()))));
 }
 
-/// The sides' scalar matrix D + L + L^T and what presses on sides, which goes to D: solved with as
-/// (D + L) D^-1 (D + L^T), for right-hand sides of three columns.
+/// The scalar matrix D + L + L^T of the sides, with supports of sides added to D. Solves with (D +
+/// L) D^-1 (D + L^T), for right-hand sides of three columns.
 class MeshStiffness::SidesMatrix {
  public:
   explicit SidesMatrix(const Eigen::SparseMatrix<double>& matrix)
@@ -86,7 +86,7 @@ class MeshStiffness::SidesMatrix {
         diagonal_(matrix.diagonal()),
         inverse_(3 * static_cast<std::size_t>(matrix.rows())),
         work_(static_cast<std::size_t>(matrix.rows())) {}
-  /// Begins from the matrix alone, then with what presses (N m).
+  /// Resets to the matrix alone, then adds supports (N m).
   void press(const std::vector<std::pair<int, Eigen::Matrix3d>>& on_sides) {
     for (Eigen::Index i = 0; i < diagonal_.size(); ++i)
       set_inverse(static_cast<std::size_t>(i), Eigen::Matrix3d::Identity() / diagonal_[i]);
@@ -105,7 +105,7 @@ class MeshStiffness::SidesMatrix {
   }
 
  private:
-  /// Down the columns and up again; `inverse` has three columns of each side.
+  /// Forward and backward substitution; `inverse` has three columns per side.
   DRAPE_WIDE static void sweep(const int* begin, const int* row, const double* value,
                                const Four* inverse, int count, Four* work);
   void set_inverse(std::size_t side, const Eigen::Matrix3d& of) {
@@ -136,17 +136,17 @@ void MeshStiffness::SidesMatrix::sweep(const int* begin, const int* row, const d
 struct MeshStiffness::Parts {
   const MeshCloth& cloth;
   const std::vector<bool>& held;
-  std::vector<int> vertex, free_points, free_sides, row_of_side;  ///< -1: held
-  std::vector<Weights> of_side;                        ///< a side's derivative from points
-  std::vector<std::pair<int, double>> pairs_of_sides;  ///< the same of free sides, by free points
+  std::vector<int> vertex, free_points, free_sides, row_of_side;  ///< -1 if held
+  std::vector<Weights> of_side;                        ///< a side's derivative, from points
+  std::vector<std::pair<int, double>> pairs_of_sides;  ///< the same for free sides, by free points
   std::vector<int> pairs_begin = {0};
-  /// Points on which a triangle's bending depends, their weights, and the blocks of each pair.
+  /// Points that a triangle's bending depends on, their weights, and the blocks of each pair.
   struct Patch {
     std::vector<int> points, places;
-    std::vector<Vector3d> weight;  ///< weights of x_uu, x_uv, x_vv
+    std::vector<Vector3d> weight;  ///< weights in x_uu, x_uv, x_vv
   };
   std::vector<Patch> patches;
-  /// Points around a point, itself among them, and the triangles there.
+  /// Points around a point, including itself, and the triangles there.
   struct Ring {
     std::vector<int> points, places, triangles;
   };
@@ -269,7 +269,7 @@ struct MeshStiffness::Parts {
     list.erase(std::unique(list.begin(), list.end()), list.end());
   }
 
-  /// The matrix, and the places of all pairs.
+  /// Builds the pattern of the matrix and the positions of all pairs.
   void join() {
     std::vector<std::vector<int>> neighbours(free_points.size());
     const auto join_all = [&](const std::vector<int>& points) {
@@ -328,7 +328,7 @@ struct MeshStiffness::Parts {
     sides = std::make_unique<SidesMatrix>(of_sides_alone);
   }
 
-  /// Adds k c c^T for three strains.
+  /// Adds k c c^T for the three strains.
   void add_strains(const Gradient& c, const Vector3d& k, const std::vector<int>& places,
                    std::size_t stride) {
     const std::size_t count = c.shear.size();
@@ -388,7 +388,7 @@ struct MeshStiffness::Parts {
       const MetricStrain strain(own);
       gradient.reset(3);
       for (int c = 0; c < 3; ++c) gradient.add(c, strain, 1, t.d_u[c], t.d_v[c], u[i], v[i]);
-      // The corners are the first of a patch's points.
+      // The corners come first in a patch's points.
       add_strains(gradient, tangents(strain, laws, cloth.in_triangles() * t.area), patch.places,
                   count);
       const Vector3d pull =
@@ -431,7 +431,7 @@ bool MeshStiffness::factorise(const MeshCloth::State& state, const std::vector<S
     }
     const int i = my.vertex[support.point], j = my.vertex[support.other];
     if (i < 0 || j < 0) continue;
-    // The lower triangle is stored.
+    // Only the lower triangle is stored.
     Matrix3d& block = my.matrix->block(my.matrix->place(std::max(i, j), std::min(i, j)));
     if (i >= j)
       block += support.stiffness;

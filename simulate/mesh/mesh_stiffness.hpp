@@ -9,37 +9,37 @@
 
 namespace drape::simulate {
 
-/// A stiffness (N/m) between two points of a triangle, or of one; `point` and `other` once each. Or
-/// that of a side (N m), whose unknown both then are.
+/// A stiffness (N/m) between two points of a triangle, or of one point; each pair `point`, `other`
+/// occurs once. For a side (N m), both are its unknown.
 struct Support {
   int point = 0, other = 0;
   Eigen::Matrix3d stiffness;
 };
 
-/// A symmetric positive definite matrix near the second derivatives of a MeshCloth's energy, and
-/// its factor: the preconditioner of a descent's steps.
+/// A symmetric positive definite matrix near the second derivatives of a MeshCloth's energy, with
+/// its Cholesky factor: the preconditioner of a descent.
 ///
-/// Holds of the membrane the products of first derivatives and the tension of each triangle, not
-/// its compression. Bending is that of the points alone, with the sides' derivatives taken from the
-/// linear triangles on both sides (weighted so that a bend across the side is exact; at the hem,
-/// where nothing holds a side, from the triangle's own least energy). What the sides' derivatives
-/// differ from that is a second matrix, of the sides alone, with the seams and what presses on
-/// sides, for the stiffness of the elements before anything slips.
+/// The membrane part contains the products of first derivatives and the tension of each triangle,
+/// not its compression. Bending depends on the points only, with the sides' derivatives taken from
+/// the linear triangles on both sides (weighted so that a bend across the side is exact; at the
+/// hem, where nothing holds a side, from the triangle's own least energy). The deviation of the
+/// sides' derivatives from these has a second matrix, of the sides alone, with the seams and the
+/// supports of sides, using the stiffness of elements before slip.
 class MeshStiffness {
  public:
-  /// `held` unknowns do not move. Neither argument may go before this object.
+  /// `held` unknowns are fixed. Both arguments must outlive this object.
   MeshStiffness(const MeshCloth& cloth, const std::vector<bool>& held);
   ~MeshStiffness();
   MeshStiffness(const MeshStiffness&) = delete;
   MeshStiffness& operator=(const MeshStiffness&) = delete;
 
-  /// Forms and factors the matrix of a state with `supports`. False when rounding leaves it not
-  /// positive definite.
+  /// Forms and factorises the matrix of a state with `supports`. Returns false if rounding makes it
+  /// indefinite.
   [[nodiscard]] bool factorise(const MeshCloth::State& state, const std::vector<Support>& supports);
-  /// Whether the last factor still serves: no point went farther than `near_m` since then.
+  /// True if the last factor is still usable: no point has moved farther than `near_m` since.
   [[nodiscard]] bool serves(const MeshCloth::State& state, double near_m) const;
   void outdate() { formed_at_.clear(); }
-  /// Solves in place; nothing for what is held.
+  /// Solves in place; gives zero for held unknowns.
   void solve(MeshCloth::State& b) const;
 
  private:
@@ -48,7 +48,7 @@ class MeshStiffness {
   class SidesMatrix;
   struct Parts;
   std::unique_ptr<Parts> parts_;
-  MeshCloth::State formed_at_;  ///< empty: none
+  MeshCloth::State formed_at_;  ///< empty if none was formed
 };
 
 }  // namespace drape::simulate

@@ -8,11 +8,11 @@
 
 namespace drape::simulate {
 
-/// A curvature vector c seen along the normal of the sheet, n = a x b / |a x b| with a and b along
-/// it: it has a sign, which a friction element has to know, and turns with the sheet.
+/// A curvature vector c projected on the normal of the sheet, n = a x b / |a x b|, with tangents a
+/// and b. Unlike |c| it has a sign, which friction elements need, and it rotates with the sheet.
 struct NormalCurvature {
   double value = 0;
-  Eigen::Vector3d of_c, of_a, of_b;  ///< its gradient
+  Eigen::Vector3d of_c, of_a, of_b;  ///< gradient by c, a and b
 };
 [[nodiscard]] inline NormalCurvature normal_curvature(const Eigen::Vector3d& c,
                                                       const Eigen::Vector3d& a,

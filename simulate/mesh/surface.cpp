@@ -17,7 +17,7 @@ std::vector<std::array<int, 3>> facets_of(const MaterialMesh& mesh) {
   std::vector<std::array<int, 3>> facets;
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
     const std::array<int, 3>& corner = mesh.triangles[t];
-    std::array<int, 3> middle = mesh.edges_of[t];  // opposite each corner
+    std::array<int, 3> middle = mesh.edges_of[t];  // midpoint opposite each corner
     for (int& m : middle) m += points;
     for (int k = 0; k < 3; ++k)
       facets.push_back({corner[k], middle[(k + 2) % 3], middle[(k + 1) % 3]});

@@ -8,7 +8,7 @@
 namespace drape::simulate {
 namespace {
 
-/// Takes a state back along the straight path to it, where that leads cloth through cloth.
+/// Moves a state back along the straight path to it if layers would pass through each other.
 void go_clear(const MeshCloth::State& from, MeshCloth::State& to, Pushes& pushes, bool led) {
   const double part = pushes.clear_part(from, to, led);
   if (part >= 1) return;
@@ -30,7 +30,7 @@ TimeStepsReport move_in_time(MeshCloth& cloth, MeshCloth::State& state,
   const auto points = static_cast<std::size_t>(cloth.points());
   const double weight_n = descent.gravity_m_per_s2.norm() *
                           std::accumulate(cloth.mass_kg().begin(), cloth.mass_kg().end(), 0.0);
-  // Displacements of the last step and of the one before it.
+  // Velocity and displacements of the last step, and velocity of the one before it.
   State velocity(points, Vector3d::Zero()), velocity_before = velocity, before = state;
   Inertia inertia{State(points), 0};
   descent.inertia = &inertia;
@@ -80,7 +80,7 @@ TimeStepsReport move_in_time(MeshCloth& cloth, MeshCloth::State& state,
     report.quiet = quiet_s >= options.quiet_s && report.time_s >= least_s;
     if (report.quiet) break;
     last_dt = dt;
-    // Doubled at most, for which the differences are stable.
+    // At most doubled, for which the differences are stable.
     if (2 * dt <= longest_s && 2 * dt * fastest <= farthest_m) dt *= 2;
     while (dt > options.step_s && dt * fastest > farthest_m) dt /= 2;
   }

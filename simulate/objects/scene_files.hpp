@@ -9,7 +9,7 @@
 
 namespace drape::simulate {
 
-/// Every file that a drape is made of: scene, print, fabric with its curves, meshes of the objects.
+/// All input files of a drape: scene, print, fabric with its curves, meshes of the objects.
 [[nodiscard]] std::vector<std::filesystem::path> files_of(const Scene& scene, const Fabric& fabric);
 
 }  // namespace drape::simulate

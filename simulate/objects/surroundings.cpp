@@ -13,11 +13,11 @@ namespace {
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
-constexpr double kThinnest = 1e-4;  // m; of a body that is always found on a path
-constexpr double kShortest = 1e-3;  // relative to the path, to the next place looked at
-constexpr int kBisections = 40;     // halvings of the path into a body
-constexpr double kRound_m = 2e-3;   // radius from which an edge is not sharp
-constexpr double kSharp_m = 2e-6;   // radius below which a surface has no curvature
+constexpr double kThinnest = 1e-4;  // m; thickness of a body that is always found on a path
+constexpr double kShortest = 1e-3;  // least advance to the next point, relative to the path
+constexpr int kBisections = 40;     // bisections of the path into a body
+constexpr double kRound_m = 2e-3;   // smallest edge radius that is not sharp
+constexpr double kSharp_m = 2e-6;   // smallest radius with a curvature
 
 template <class Body>
 double gap_of(const Body& body, const Vector3d& p) {
@@ -28,7 +28,7 @@ double gap_of(const Table& table, const Vector3d& p) {
   return p.z() - table.z_m;
 }
 
-/// Point in the box frame.
+/// Coordinates of a point in the box's frame.
 Vector3d in_box(const Box& box, const Vector3d& p) {
   return box.world_from_box.rotation.transpose() * (p - box.world_from_box.translation_m);
 }
@@ -67,8 +67,8 @@ Nearest nearest_of(const PlacedMesh& body, const Vector3d& p) {
   return {found.gap_m, frame.rotation * found.normal, found.face};
 }
 
-/// Gap and outward direction, in its own coordinates, of a body that is grown by a radius from
-/// where `over` is not positive; where at most one coordinate is over, the axis of its face.
+/// Gap and outward direction, in its own coordinates, of a body grown by a radius from where `over`
+/// is not positive. If at most one coordinate is over, `axis` is that of its face.
 template <int N>
 struct Grown {
   double gap_m = 0;
@@ -110,7 +110,7 @@ Nearest nearest_of(const Box& box, const Vector3d& p) {
           axis < 0 ? -1 : 2 * axis + (q[axis] > 0 ? 1 : 0)};
 }
 
-/// Curvature of a sphere about the point's nearest place, among the directions of `across`.
+/// Curvature of a sphere about the nearest point, restricted to the directions of `across`.
 Matrix3d curved(const Vector3d& normal, double radius_m, const Matrix3d& across) {
   if (radius_m < kSharp_m) return Matrix3d::Zero();
   return (across - normal * normal.transpose()) / radius_m;

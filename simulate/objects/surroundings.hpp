@@ -13,7 +13,7 @@
 
 namespace drape::simulate {
 
-/// Horizontal plane that the cloth may lie on.
+/// Horizontal plane on which the cloth may lie.
 struct Table {
   double z_m = 0;
 };
@@ -24,8 +24,8 @@ struct PlacedMesh {
   WorldFromObject world_from_mesh;
 };
 
-/// Everything rigid around the cloth. Signed distances are exact outside and near the surface. All
-/// shapes but meshes are convex: the distance along a straight line has one minimum.
+/// All rigid bodies around the cloth. Signed distances are exact outside and near the surface. All
+/// shapes but meshes are convex, so the distance along a straight line has a single minimum.
 class Surroundings {
  public:
   Surroundings() = default;
@@ -37,20 +37,20 @@ class Surroundings {
   void add(const Plane& plane) { shapes_.emplace_back(plane); }
   void add(const Table& table) { shapes_.emplace_back(table); }
   void add(const PlacedMesh& mesh) { shapes_.emplace_back(mesh); }
-  /// Reads the mesh; throws Error naming the file when it is not a closed triangle mesh.
+  /// Reads the mesh; throws Error naming the file if it is not a closed triangle mesh.
   void add(const MeshObject& object);
 
   [[nodiscard]] int count() const { return static_cast<int>(shapes_.size()); }
   [[nodiscard]] bool is_table(int shape) const {
     return std::holds_alternative<Table>(shapes_[shape]);
   }
-  /// Flat: what the particles do not enter, nothing between them does.
+  /// True for flat shapes: if no particle penetrates them, nothing between particles does.
   [[nodiscard]] bool is_flat(int shape) const {
     return is_table(shape) || std::holds_alternative<Plane>(shapes_[shape]);
   }
   /// True for meshes, and for boxes and cylinders whose edges have a radius below 2 mm.
   [[nodiscard]] bool is_sharp(int shape) const;
-  /// The shape where it is of that kind, else null.
+  /// The shape if it is of that kind, else null.
   [[nodiscard]] const Box* box(int shape) const { return std::get_if<Box>(&shapes_[shape]); }
   [[nodiscard]] const Cylinder* cylinder(int shape) const {
     return std::get_if<Cylinder>(&shapes_[shape]);
@@ -61,26 +61,26 @@ class Surroundings {
   /// Signed distance of a world point from the surface (m), negative inside.
   [[nodiscard]] double gap_m(int shape, const Eigen::Vector3d& point_in_world) const;
   struct Nearest {
-    double gap_m = 0;        ///< as gap_m()
+    double gap_m = 0;        ///< signed distance, as in gap_m()
     Eigen::Vector3d normal;  ///< outward unit normal at the nearest surface point, world frame
-    /// Number of the flat face that the point lies before or behind, -1: none, as at edges and on
-    /// round bodies. Between points of one face the gap is linear.
+    /// Index of the flat face nearest to the point; -1 for none, as at edges and on round bodies.
+    /// Between points of one face the gap is linear.
     int face = -1;
   };
   [[nodiscard]] Nearest nearest(int shape, const Eigen::Vector3d& point_in_world) const;
-  /// Second derivative of the gap (1/m). None where a surface is sharper than 2 um, and of meshes.
+  /// Second derivative of the gap (1/m); zero for radii below 2 um and for meshes.
   [[nodiscard]] Eigen::Matrix3d curvature(int shape, const Eigen::Vector3d& point_in_world) const;
   [[nodiscard]] Eigen::Vector3d normal(int shape, const Eigen::Vector3d& point_in_world) const {
     return nearest(shape, point_in_world).normal;
   }
-  /// The first place on the segment between two points that lies deeper than `deep_m` in the
-  /// shape, as a fraction of it; nothing when there is none. The segment is walked by the distance
-  /// that is free around each place (Hart 1996); what is thinner than 0.1 mm or a thousandth of
-  /// the segment may be missed.
+  /// First point on a segment that is deeper than `deep_m` in the shape, as a fraction of the
+  /// segment; nullopt if there is none. Advances by the distance that is free around each point
+  /// (sphere tracing, Hart 1996); bodies thinner than 0.1 mm or a thousandth of the segment may be
+  /// missed.
   [[nodiscard]] std::optional<double> first_entry(int shape, const Eigen::Vector3d& from_in_world,
                                                   const Eigen::Vector3d& to_in_world,
                                                   double deep_m) const;
-  /// Highest point of all objects but planes and the table (m), or the table when there is none.
+  /// Highest point of the table and of all objects except planes (m).
   [[nodiscard]] double top_z_m() const;
 
  private:

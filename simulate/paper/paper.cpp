@@ -21,23 +21,23 @@ using Eigen::Vector2d;
 using Eigen::Vector3d;
 using units::mm;
 
-constexpr double kPinTravel_s = 0.3;   // pins move from the start to their places
-constexpr double kPinPlaced_m = 1e-9;  // a pin nearer than this is in its place
+constexpr double kPinTravel_s = 0.3;   // time in which pins move from the start to their places
+constexpr double kPinPlaced_m = 1e-9;  // a pin closer than this is in its place
 constexpr double kTimeResolution_s = 1e-12;
-constexpr double kQuietHeight_m = 10e-6;  // kinetic energy over weight below which rest is judged
-constexpr double kSmoothing_s = 4e-3;     // smoothing of kinetic energy: peaks of the folding count
-constexpr int kRestCheck = 64;            // steps between two looks at the residual
+constexpr double kQuietHeight_m = 10e-6;  // kinetic energy over weight below which rest is tested
+constexpr double kSmoothing_s = 4e-3;  // smoothing of kinetic energy, so that folding makes peaks
+constexpr int kRestCheck = 64;         // steps between two tests of the residual
 constexpr int kProgressSteps = 512;
-constexpr double kSunk_m = 0.1e-3;  // a particle deeper than this in an object is no rest
-constexpr int kSamples = 8;         // per cell side, between particles
+constexpr double kSunk_m = 0.1e-3;  // largest depth of a particle in an object at rest
+constexpr int kSamples = 8;         // samples between particles, per side of a cell
 constexpr double kMicro = 1e-6;
 
-/// Wavy, deterministic, without the symmetries of a square: lets a symmetric start choose a fold.
+/// Deterministic waves without a square's symmetries; lets a symmetric start choose a fold.
 double imperfection(int row, int col) {
   return std::sin(1.3 * row + 0.7 * col + 0.4) + 0.5 * std::sin(0.9 * col - 2.1 * row + 1.1);
 }
 
-/// Weights of the particles in a material point: bilinear in its cell.
+/// Weights of the particles at a material point: bilinear within its cell.
 Eigen::RowVectorXd weights_at(const ParticleGrid& grid, const Vector2d& material_m) {
   const Vector2d steps = material_m.cwiseQuotient(grid.spacing_m());
   const int row = std::clamp(static_cast<int>(std::floor(steps.x())), 0, grid.rows - 2);
@@ -52,8 +52,8 @@ Eigen::RowVectorXd weights_at(const ParticleGrid& grid, const Vector2d& material
   return weights;
 }
 
-/// Time of the springs' damping for a ratio at the highest stretch frequency w:
-/// force = time * stiffness * rate damps it by time w / 2.
+/// Damping time of the springs for a ratio at the highest stretch frequency w: a force of time *
+/// stiffness * rate has the damping ratio time w / 2.
 double spring_damping_s(const ClothLaws& laws, const ParticleGrid& grid, double ratio) {
   const Vector2d h = grid.spacing_m();
   const double omega =
@@ -75,7 +75,7 @@ void require_simulable(const Scene& scene, const Print& print) {
   require_sized(print, scene);
 }
 
-/// One run: the motion and how far it has come.
+/// One simulation run: the motion and its progress.
 class PaperRun {
  public:
   PaperRun(const LocalScene& local, const PaperCloth& cloth, const Surroundings& around,
@@ -170,8 +170,8 @@ bool PaperRun::rests() const {
          motion_.residual() < options_.residual_tolerance;
 }
 
-/// Barnes 1999: at a peak of (smoothed) kinetic energy the cloth passes near an equilibrium;
-/// a new start from there leaves the equilibria unchanged and gets there sooner.
+/// Kinetic damping (Barnes 1999): at a peak of (smoothed) kinetic energy the cloth is near an
+/// equilibrium; restarting there at zero velocity keeps the equilibria and converges faster.
 void PaperRun::damp_kinetically(double step_s) {
   const double smooth = smooth_kinetic_j_ + std::min(1.0, step_s / kSmoothing_s) *
                                                 (motion_.kinetic_j() - smooth_kinetic_j_);

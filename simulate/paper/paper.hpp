@@ -14,23 +14,23 @@
 
 namespace drape::simulate {
 
-/// Options of the paper's model; SI. The defaults are those of the program.
+/// Options of the paper's model, in SI units. The defaults are those of the program.
 struct PaperOptions {
   int rows = 21;                      ///< particles along the warp
   int cols = 21;                      ///< particles along the weft
   double damping_per_s = 4;           ///< beta / m of the paper's F = -beta v
-  double air_drag_kg_per_m3 = 0.6;    ///< F = -c area |v| v; half of air's density, factor 1
-  double spring_damping_ratio = 0.1;  ///< damping ratio of the fastest stretch vibration
-  double natural_time_s = 0.4;        ///< undisturbed motion before kinetic damping sets in
-  bool kinetic_damping = true;        ///< zero all velocities at each peak of kinetic energy
-  double residual_tolerance = 1e-3;   ///< in weights of a particle
-  double imperfection_m = 1e-6;       ///< height of the waves on the flat start
-  double thickness_m = 0.5e-3;        ///< layers of cloth keep this apart; 0: they do not meet
-  double step_fraction = 0.9;         ///< share of the stability limit of the step
+  double air_drag_kg_per_m3 = 0.6;    ///< F = -c area |v| v; half of the air's density, factor 1
+  double spring_damping_ratio = 0.1;  ///< damping ratio of the fastest stretch mode
+  double natural_time_s = 0.4;        ///< motion before kinetic damping starts
+  bool kinetic_damping = true;        ///< set all velocities to zero at each peak of kinetic energy
+  double residual_tolerance = 1e-3;   ///< largest net force at rest, in particle weights
+  double imperfection_m = 1e-6;       ///< amplitude of the waves on the flat start
+  double thickness_m = 0.5e-3;  ///< distance that layers of cloth keep; 0 if they do not interact
+  double step_fraction = 0.9;   ///< fraction of the stable time step
   long max_steps = 400000;
-  double history_interval_s = 0.02;  ///< between rows of history.csv
+  double history_interval_s = 0.02;  ///< interval between rows of history.csv
 };
-/// All but the grid, whose sides a program names in its own way.
+/// Describes all options except the grid, whose sides each program names differently.
 void fields(Fields& f, PaperOptions& options);
 
 /// One row of history.csv.
@@ -39,21 +39,21 @@ struct HistoryRow {
          layers_j = 0, residual = 0;
   int contacts = 0;
 };
-/// history.csv: time, energies, residual, contacts, with units.
+/// Content of history.csv: time, energies, residual, contacts, with units.
 [[nodiscard]] std::string history_csv(const std::vector<HistoryRow>& history);
 
 struct PaperDrape {
-  Sheet sheet;  ///< particles in the local frame; without its source
+  Sheet sheet;  ///< particles in the local frame, without source
   std::vector<HistoryRow> history;
 };
 
-/// Drapes the particle grid of paper section 4 over the scene's objects from a flat start; pins are
-/// mixtures of the particles around them. Fills the certificate's verdict, strains, distances,
-/// energies, grid and warnings. At rest: the largest static force left on a particle is below the
-/// tolerance also where kinetic energy is that of a fall by 10 um, and the cloth passes neither
-/// through itself nor its particles into objects. Throws Error(bad_input) for a scene with clamps
-/// or a start in the measured shape, which section 4 does not have, and as start.hpp says; a sheet
-/// that does not come to rest is a status. `progress` hears the share of the step limit.
+/// Drapes the particle grid of paper section 4 over the scene's objects from a flat start; a pin
+/// holds a weighted sum of particles around it. Fills in the certificate's verdict, strains,
+/// distances, energies, grid and warnings. At rest: the largest static force on a particle is below
+/// the tolerance while the kinetic energy is below that of a fall by 10 um, the cloth does not pass
+/// through itself, and no particle is in an object. Throws Error(bad_input) for a scene with clamps
+/// or a start in the measured shape, which section 4 lacks, and as start.hpp says; a sheet that
+/// does not come to rest is a status. `progress` receives the fraction of the step limit.
 [[nodiscard]] PaperDrape run_paper_model(const LocalScene& local, const Print& print,
                                          const ClothLaws& laws, const PaperOptions& options,
                                          Certificate& certificate,

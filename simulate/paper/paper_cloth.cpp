@@ -9,7 +9,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr double kSmallest = 1e-9;  // strain, sine or curvature (1/m); below it a secant is a slope
+constexpr double kSmallest = 1e-9;  // strain, sine or curvature (1/m); below it, secant = slope
 
 double secant(const ForceCurve& law, double argument, double divisor) {
   return divisor < kSmallest && divisor > -kSmallest ? law.slope : law.value(argument) / divisor;
@@ -28,7 +28,7 @@ struct LineSpring {
   int a = 0, b = 0, direction = 0;
   Vector3d edge;
   double length = 0, strain = 0;
-  double less = 0;  ///< part of Kdiag that K'st lacks (N/m per strain and width)
+  double less = 0;  ///< part of Kdiag that exceeds K'st (N/m per strain and width)
   bool clamped = false;
 };
 
@@ -73,7 +73,7 @@ double PaperCloth::area_m2(int particle) const {
   return area;
 }
 
-/// Calls visitor.shear() of each cell's angle and visitor() of each spring and triple.
+/// Calls visitor.shear() with each cell's angle and visitor() with each spring and triple.
 template <class Visitor>
 void PaperCloth::visit(const Particles& x, Visitor& visitor) const {
   const int n = grid_.count(), stride[2] = {grid_.cols, 1};
@@ -85,7 +85,7 @@ void PaperCloth::visit(const Particles& x, Visitor& visitor) const {
     if (!has_next(i, 0) || !has_next(i, 1)) continue;
     const int corner[4] = {i, i + 1, i + grid_.cols, i + grid_.cols + 1};
     const Vector3d d = x.col(corner[3]) - x.col(corner[0]), e = x.col(corner[2]) - x.col(corner[1]);
-    const Vector3d warp = d + e, weft = d - e;  // twice the cell's mid-lines
+    const Vector3d warp = d + e, weft = d - e;  // twice the midlines of the cell
     const double sine = std::min(
         1.0, std::abs(warp.dot(weft)) / std::sqrt(warp.squaredNorm() * weft.squaredNorm()));
     const double angle = std::asin(sine);
@@ -202,9 +202,9 @@ double PaperCloth::stiffness_bound_per_s2(const CertificateStrains& s) const {
   const double hu = spacing_.x(), hv = spacing_.y();
   const double warp = 4 * laws_.tensile[0].steepest_up_to(s.warp.y()) / (hu * hu);
   const double weft = 4 * laws_.tensile[1].steepest_up_to(s.weft.y()) / (hv * hv);
-  // Warp and weft springs pull in different directions; their coupling grows with the shear.
+  // Warp and weft springs pull in different directions; their coupling grows with shear.
   const double stretch = std::max(warp, weft) + std::sqrt(warp * weft) * std::sin(s.shear_most_rad);
-  // Kdiag's change with the angle pulls along the diagonals as well.
+  // The change of Kdiag with the angle also acts along the diagonals.
   const double steeper = 2 / std::max(0.1, std::cos(s.shear_most_rad));
   const double shear =
       steeper * 4 * laws_.shear.steepest_up_to(s.shear_most_rad) * (1 / (hu * hu) + 1 / (hv * hv));

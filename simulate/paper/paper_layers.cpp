@@ -11,10 +11,10 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr double kSink_m = 2e-6;    // depth at which a pair bears a particle's weight
-constexpr double kMargin_m = 1e-3;  // path of a particle before pairs are listed again
+constexpr double kSink_m = 2e-6;    // depth at which a pair carries a particle's weight
+constexpr double kMargin_m = 1e-3;  // displacement of a particle after which pairs are listed again
 constexpr double kDamped = 0.2;     // relative to critical damping
-constexpr int kMostPairs = 12;      // pairs of one particle that press at once
+constexpr int kMostPairs = 12;      // simultaneous contacts of one particle
 
 Nodes nodes_of(const Particles& x) {
   Nodes nodes;

@@ -10,27 +10,27 @@
 
 namespace drape::simulate {
 
-/// Cloth that meets itself (paper section 4.3): particles and the triangles of cells, and edges,
-/// which have no particle in common, press when they are nearer than a thickness, by a spring along
-/// the line between their nearest points that bears a particle's weight at 2 um, a fifth of
-/// critically damped. No friction. At 1 m/s layers come nearer by less than the thickness.
+/// Self-contact of the cloth (paper section 4.3): particles and triangles of cells, and pairs of
+/// edges, without common particles, repel when closer than a thickness, by a spring along the line
+/// between their nearest points that carries a particle's weight at 2 um, with a fifth of critical
+/// damping. No friction. At 1 m/s layers approach by less than the thickness.
 class PaperLayers {
  public:
-  /// `thickness_m` 0: the cloth does not meet itself.
+  /// `thickness_m` 0 disables self-contact.
   PaperLayers(const ParticleGrid& grid, double particle_kg, double gravity_m_per_s2,
               double thickness_m);
 
-  /// Lists the pairs again where particles have gone so far that others may press.
+  /// Updates the list of pairs if particles have moved so far that others may touch.
   void follow(const Particles& position);
-  /// Adds the forces (N) of the listed pairs, with `velocity` (m/s) also the damping; returns their
-  /// energy (J).
+  /// Adds the forces (N) of the listed pairs, including damping if `velocity` (m/s) is given;
+  /// returns their energy (J).
   double add_forces(const Particles& position, const Particles* velocity, Particles& force) const;
   [[nodiscard]] double energy_j(const Particles& position) const;
-  /// Bound of what they add to the square of the highest frequency (1/s^2).
+  /// Bound of their contribution to the highest squared frequency (1/s^2).
   [[nodiscard]] double stiffness_bound_per_s2() const;
 
  private:
-  /// A triangle of a cell, and the particles and edges that no earlier one has.
+  /// A triangle of a cell, with the particles and edges that no earlier one has.
   struct Facet {
     std::array<int, 3> node{};
     std::vector<int> own;
@@ -40,7 +40,7 @@ class PaperLayers {
 
   std::vector<Facet> facets_;
   BoxTree tree_;
-  Particles listed_;  ///< places where pairs were listed; empty: not yet
+  Particles listed_;  ///< positions when pairs were listed; empty if not yet
   std::vector<LayerPair> pairs_;
   double thickness_, n_per_m_, damping_n_s_per_m_, per_kg_;
 };

@@ -11,11 +11,11 @@ namespace {
 using Eigen::Vector3d;
 
 constexpr double kRk4ImaginaryLimit = 2.828;
-constexpr double kImpactDepth = 10e-6;      // m; shallower hits land without going back in time
-constexpr double kClearMargin = 1e-3;       // m; covers a step's path and released particles
-constexpr double kSurfacing = 2e-3;         // s; a shallow hit is lifted to the surface this gently
-constexpr double kLiftGap = 1e-6;           // m; a touching particle further out has left
-constexpr double kShortestFraction = 0.02;  // relative to a step that goes back to an impact
+constexpr double kImpactDepth = 10e-6;  // m; shallower hits do not end the step early
+constexpr double kClearMargin = 1e-3;   // m; covers the path of a step and released particles
+constexpr double kSurfacing = 2e-3;     // s; time constant for lifting a shallow hit to the surface
+constexpr double kLiftGap = 1e-6;       // m; a touching particle farther out has left
+constexpr double kShortestFraction = 0.02;  // of a step that ends early at an impact
 
 }  // namespace
 
@@ -46,8 +46,8 @@ void PaperMotion::move_holds(const Eigen::Matrix3Xd& rate_m_per_s) {
   project_holds(velocity, &hold_rate_);
 }
 
-/// Takes from the values what moves the held points otherwise than with `rate`; all particles are
-/// equally heavy.
+/// Removes from the values the motion of held points that differs from `rate`; all particles have
+/// equal mass.
 void PaperMotion::project_holds(Particles& values, const Eigen::Matrix3Xd* rate) const {
   if (holds_.rows() == 0) return;
   Eigen::Matrix3Xd wrong = values * holds_.transpose();
@@ -82,7 +82,7 @@ CertificateStrains PaperMotion::accelerate(const Particles& x, const Particles& 
   return strains;
 }
 
-/// Lets go what is pulled off its surface, and what slides against its friction.
+/// Releases particles pulled off their surface, and lets others slide if friction cannot hold them.
 void PaperMotion::settle_touches(const Particles& a) {
   for (std::size_t i = 0; i < touch_.size(); ++i) {
     Touch& touch = touch_[i];
@@ -116,7 +116,7 @@ void PaperMotion::constrain(Particles& a) const {
   }
 }
 
-/// From start_x_, start_v_ and the constrained acceleration there, a_[0].
+/// Starts from start_x_, start_v_ and the constrained acceleration there, a_[0].
 void PaperMotion::runge_kutta(double dt) {
   Particles x = start_x_ + 0.5 * dt * start_v_, v = start_v_ + 0.5 * dt * a_[0];
   for (int stage = 1; stage < 4; ++stage) {
@@ -132,9 +132,9 @@ void PaperMotion::runge_kutta(double dt) {
   velocity = start_v_ + dt / 6 * (a_[0] + 2 * a_[1] + 2 * a_[2] + a_[3]);
 }
 
-/// Fraction of the step at which the first particle reaches a surface; 1 where none comes deeper
-/// than a hit that lands. Distances change by at most the path of the fastest particle, so a
-/// particle far from everything is looked at again only when that path has been used up.
+/// Fraction of the step at which the first particle reaches a surface; 1 if none gets deeper than a
+/// shallow hit. Distances change by at most the path of the fastest particle, so a distant particle
+/// is tested again only once that path is used up.
 double PaperMotion::first_impact() {
   double fraction = 1;
   for (std::size_t i = 0; i < touch_.size(); ++i) {
@@ -153,7 +153,7 @@ double PaperMotion::first_impact() {
   return std::max(fraction, kShortestFraction);
 }
 
-/// Zeroes the velocity into a surface of particles that have come to it.
+/// Sets the normal velocity of particles that have reached a surface to zero.
 void PaperMotion::land() {
   for (std::size_t i = 0; i < touch_.size(); ++i) {
     if (touch_[i].shape >= 0 || clear_until_[i] > path_m_) continue;
@@ -201,8 +201,8 @@ void PaperMotion::follow_surfaces(double step_s) {
       break;
     }
     const double speed = v.norm();
-    // Friction that keeps its direction for a step turns slower particles from side to side, ever
-    // farther; what it would stop within half a step, or has turned round, sticks.
+    // Friction with a fixed direction during a step makes slow particles oscillate with growing
+    // amplitude; one that it would stop within half a step, or has reversed, sticks.
     touch.stuck = touch.stuck || speed <= 0.5 * forces_.friction * touch.press_m_per_s2 * step_s ||
                   (forces_.friction > 0 && v.dot(touch.slide) <= 0);
     if (touch.stuck) v.setZero();

@@ -3,7 +3,7 @@
 
 namespace drape::simulate {
 
-// The commands of drape-simulate, each with a command line of its own; each returns the exit code.
+// The commands of drape-simulate. Each parses its own command line and returns the exit code.
 int branches_command(int argc, char** argv);
 int certify_command(int argc, char** argv);
 int cusick_command(int argc, char** argv);

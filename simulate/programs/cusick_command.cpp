@@ -27,7 +27,7 @@ namespace drape::simulate {
 
 namespace {
 
-constexpr int kMostStarts = 99;  // two digits in the files' names
+constexpr int kMostStarts = 99;  // file names have two digits
 
 struct CusickArguments : CusickOptions {
   std::filesystem::path fabric, out;
@@ -70,7 +70,7 @@ void fields(Fields& f, CusickArguments& a) {
   f.otherwise({"max_steps", "of descent, at each load", 1, 1}, a.descent.most_steps);
 }
 
-/// A drape and what the checker says of it; nothing of one that is not at rest.
+/// A drape with the checker's verdict; without one if it is not at rest.
 struct JudgedDrape {
   CusickDrape drape;
   std::optional<MeshJudgement> judgement;
@@ -82,8 +82,8 @@ std::string file_of_start(std::size_t start) {
   return fmt::format("start-{:02d}.ply", start);
 }
 
-/// Throws Error(usage) where an option would change nothing, or a file of the fabric would be
-/// written over.
+/// Throws Error(usage) if an option has no effect, or a file of the fabric would be
+/// overwritten.
 void check(const CusickArguments& arguments) {
   const CusickArguments usual;
   const bool stepwise = arguments.lowering_steps != usual.lowering_steps;
@@ -100,7 +100,7 @@ void check(const CusickArguments& arguments) {
   const RunRecord kept_nowhere("drape-simulate", {}, {}, replaced);
 }
 
-/// Drapes a specimen and puts what rests before the checker.
+/// Drapes a specimen and lets the checker judge it if it is at rest.
 JudgedDrape judged_drape(const ClothLaws& laws, const CusickOptions& options) {
   JudgedDrape judged{cusick_drape(laws, options), std::nullopt};
   const CusickDrape& drape = judged.drape;
@@ -116,7 +116,7 @@ JudgedDrape judged_drape(const ClothLaws& laws, const CusickOptions& options) {
   return judged;
 }
 
-/// Drapes that the new list does not name would be taken for those of its fabric.
+/// Removes drapes of an earlier run, which would otherwise be taken for those of the new list.
 void remove_drapes(const std::filesystem::path& folder) {
   for (std::size_t i = 0; i < kMostStarts; ++i) {
     const auto file = folder / file_of_start(i);
@@ -144,8 +144,8 @@ CusickStart entry_of(const JudgedDrape& judged, const std::string& name) {
   return start;
 }
 
-/// Writes start-NN.ply and cusick.json into `out`, where no drape of an earlier run remains, books
-/// them in the record, and says how many drapes the checker takes for rests.
+/// Writes start-NN.ply and cusick.json to `out` after removing drapes of an earlier run, adds them
+/// to the record, and reports how many drapes the checker accepts.
 Ending write_cusick(const CusickArguments& arguments, const std::string& fabric,
                     const std::vector<JudgedDrape>& drapes, RunRecord& record) {
   using units::mm;
@@ -173,7 +173,7 @@ Ending write_cusick(const CusickArguments& arguments, const std::string& fabric,
           "--max-steps",
           start.file, start.hurried_loads));
   }
-  // The list first: whenever a run may end, no drape lies beside a list that speaks of another.
+  // Writes the list first, so that an interrupted run leaves no drapes beside another run's list.
   write_record(out / "cusick.json", list);
   for (std::size_t i = 0; i < drapes.size(); ++i) {
     write_durable(out / file_of_start(i), ply_text(drapes[i].drape));

@@ -25,7 +25,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-/// Formats of a result sheet.
+/// Formats of a test report.
 enum class SheetFormat { kes, fast, u3m };
 
 }  // namespace
@@ -38,7 +38,7 @@ inline constexpr std::string_view drape::names_of<drape::simulate::SheetFormat>[
 namespace drape::simulate {
 namespace {
 
-/// Words of `drape fabric` itself.
+/// Options of `drape fabric` itself.
 struct FabricArguments {
   fs::path file;
   std::optional<fs::path> plot;
@@ -50,10 +50,10 @@ void fields(Fields& f, FabricArguments& a) {
   f.otherwise({"segments", "line segments per curve", 1, 1, 20}, a.segments);
 }
 
-/// Words of `drape fabric list`, `show` and `import`.
+/// Options of `drape fabric list`, `show` and `import`.
 struct LibraryArguments {
   std::string_view word = {};
-  fs::path library = {}, file = {};  ///< no library: that of the installation
+  fs::path library = {}, file = {};  ///< empty `library` means the installed one
   std::optional<fs::path> out = {};
   std::string id = {}, name = {}, bend_unit = {};
   SheetFormat format = SheetFormat::kes;
@@ -71,7 +71,7 @@ void fields(Fields& f, LibraryArguments& a) {
   if (a.word != "list") f({"out", "new folder for fabric.toml and its curves"}, a.out);
 }
 
-/// The CSV that was named, else that beside the program: installed, or in the tree it was built in.
+/// The given CSV, or else the one beside the program, in an installation or build tree.
 fs::path library_of(const LibraryArguments& arguments) {
   if (!arguments.library.empty()) return arguments.library;
   const fs::path programs = fs::read_symlink("/proc/self/exe").parent_path();
@@ -104,7 +104,7 @@ Ending listed(const LibraryArguments& arguments) {
   return ending;
 }
 
-/// Writes the fabric and, last, the record: only then is there a folder for it.
+/// Writes the fabric and then the record, whose folder does not exist before.
 void write(const ImportedFabric& fabric, const LibraryArguments& arguments, RunRecord& record,
            Ending& ending) {
   for (const std::string& what : fabric.stand_ins) ending.rejected.push_back("stand-in: " + what);
@@ -161,7 +161,7 @@ Ending imported(const LibraryArguments& arguments, RunRecord& record) {
   return ending;
 }
 
-/// The ending of the words that were given. Writes where `--out` says, with a record of `words`.
+/// Ending of a command on the library. Writes to `--out` if given, with a record of `words`.
 Ending answer(const LibraryArguments& arguments, std::vector<std::string> words) {
   if (arguments.word == "list") return listed(arguments);
   RunRecord record("drape-simulate", std::move(words));

@@ -79,7 +79,7 @@ std::vector<std::pair<std::string, std::string>> numbers_of(const Certificate& c
   return numbers;
 }
 
-/// The last lines of drape-simulate: NO-GO when the cloth did not come to rest.
+/// Ending of drape-simulate: NO-GO if the cloth did not come to rest.
 Ending ending_of(const SimulateResult& result, const fs::path& out) {
   const Certificate& certificate = result.certificate;
   Ending ending;
@@ -97,7 +97,7 @@ Ending ending_of(const SimulateResult& result, const fs::path& out) {
   return ending;
 }
 
-/// Reads a scene's objects; what can be none, such as a mesh in another unit, is an Error.
+/// Reads a scene's objects; throws Error for an impossible one, such as a mesh in another unit.
 Ending objects_read(const fs::path& scene) {
   if (scene.empty()) throw usage_error("SCENE is missing", "give a scene.toml");
   const Surroundings around(read_scene(scene));

@@ -20,8 +20,8 @@ using units::mm;
 
 namespace {
 
-/// Folders `branch-NN` that the branches.json of an earlier run in `out` names. The list is written
-/// before its sheets, so it names whatever a run that was ended left there.
+/// Folders `branch-NN` named in the branches.json of an earlier run in `out`. The list is written
+/// before the sheets, so it also names what an interrupted run left.
 std::vector<fs::path> earlier_branches(const fs::path& out) {
   static const std::regex of_a_branch("branch-[0-9]+/sheet\\.ply");
   std::vector<fs::path> folders;
@@ -111,13 +111,13 @@ RunRecord record_of(const RunArguments& args, const RunInputs& inputs,
 }
 
 void set_reach(RunArguments& args, const RunInputs& inputs) {
-  // The paper's model keeps the paper's fit.
+  // The paper's model always uses the paper's fit.
   if (args.fit == CurveFit::drape && args.options.model == ClothModel::triangles)
     args.options.reach = find_reach(inputs.scene, inputs.fabric, inputs.print, inputs.measured);
 }
 
 std::vector<fs::path> earlier_branch_files(const fs::path& out) {
-  (void)earlier_branches(out);  // a list that cannot be read is named before hours of work
+  (void)earlier_branches(out);  // reports an unreadable list before hours of work
   std::vector<fs::path> files;
   std::error_code absent;
   for (const auto& entry : fs::directory_iterator(out, absent))

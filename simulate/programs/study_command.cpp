@@ -47,7 +47,7 @@ void fields(Fields& f, StudyArguments& args) {
   fields(f, args.choice);
 }
 
-constexpr std::size_t kMostNamed = 20;  ///< cases in the ending; study.csv has all
+constexpr std::size_t kMostNamed = 20;  ///< cases named in the ending; study.csv has all
 
 Ending ending_of(const std::vector<StudyOutcome>& outcomes) {
   std::array<int, std::size(names_of<CaseState>)> counts{};
@@ -75,7 +75,7 @@ Ending ending_of(const std::vector<StudyOutcome>& outcomes) {
   return ending;
 }
 
-/// Oddities of the fabrics of a study, each once; the certificate of each case has its own.
+/// Warnings about the fabrics of a study, without repetition; each case's certificate has its own.
 std::vector<std::string> fabric_warnings(const StudyPlan& plan) {
   std::set<fs::path> fabrics;
   for (const StudyCase& one : plan.cases) fabrics.insert(one.fabric_file);
@@ -105,7 +105,7 @@ int count(const StatusArguments& args, const CommonOptions& common) {
   return finish(ending, common);
 }
 
-/// Tables of all cases of a rig, with a record of their own.
+/// Writes the tables of all cases of a rig, with a record of their own.
 int finish_rig(const StudyArguments& args, const StudyPlan& plan,
                const std::vector<StudyOutcome>& outcomes, Ending ending,
                std::vector<std::string> words, const CommonOptions& common) {

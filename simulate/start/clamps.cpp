@@ -20,8 +20,8 @@ using units::mm;
 
 constexpr double kSame_m = 1e-6;         // rounding of files
 constexpr double kSameDirection = 1e-3;  // sine; the cloth would leave along the clamp
-constexpr double kKink = 0.02;           // rad; a kink that the eye sees
-constexpr double kLook_m = 1e-3;         // steps along a clamp in search of gaps in the cloth
+constexpr double kKink = 0.02;           // rad; a visible kink
+constexpr double kLook_m = 1e-3;         // step along a clamp in search of gaps in the cloth
 
 [[noreturn]] void reject(const Scene& scene, std::size_t k, const std::string& what,
                          const std::string& to_do) {
@@ -42,7 +42,7 @@ void require_on_cloth(const Scene& scene, std::size_t k, const ClothOutline& out
   }
 }
 
-/// Direction of the threads that leave a line: 0 warp, 1 weft.
+/// Direction of the threads that leave a line: 0 for warp, 1 for weft.
 int across(const HeldLine& line) {
   return std::abs(line.to_m.x() - line.from_m.x()) > kSame_m ? 1 : 0;
 }
@@ -75,8 +75,8 @@ HeldLine line_of(const Scene& scene, std::size_t k, const ClothOutline& outline)
   return line;
 }
 
-/// Material point that two lines share, absent where they do not meet; of lines on each other an
-/// end of one.
+/// Material point shared by two lines, nullopt if they do not meet; for overlapping lines, an end
+/// of one.
 std::optional<Vector2d> meeting_of(const HeldLine& a, const HeldLine& b) {
   const int d = across(a);
   if (d != across(b)) {

@@ -10,14 +10,14 @@
 
 namespace drape::simulate {
 
-/// A line of the cloth along warp or weft that a clamp holds: its points on a straight line in
-/// space, and the direction in which the cloth leaves it.
+/// A line of the cloth along warp or weft, held by a clamp: its points on a straight line in space,
+/// and the direction in which the cloth leaves.
 struct HeldLine {
-  Eigen::Vector2d from_m, to_m;  ///< material
-  Eigen::Vector3d from, to;      ///< places
-  /// Derivatives of the place along warp and weft. The one along the line is that of the places.
-  /// The one across it is held by mesh sides on the line: a unit vector, for the cloth's strain
-  /// there (some 1e-4) bends nothing.
+  Eigen::Vector2d from_m, to_m;  ///< material coordinates
+  Eigen::Vector3d from, to;      ///< positions of the ends
+  /// Derivatives of the position along warp and weft. The one along the line follows from the ends.
+  /// The one across it is held at mesh sides on the line and taken as a unit vector, since the
+  /// cloth's strain there (about 1e-4) does not affect bending.
   Eigen::Vector3d x_u, x_v;
 
   [[nodiscard]] Eigen::Vector3d place(const Eigen::Vector2d& material_m) const;
@@ -25,14 +25,14 @@ struct HeldLine {
   [[nodiscard]] bool holds(const Eigen::Vector2d& material_m) const;
 };
 
-/// The clamps of a scene, in its frame and order. Cloth leaves a clamp towards larger coordinates
-/// in its direction; towards smaller ones alone where the clamp is a far hem. Throws
-/// Error(bad_input) for a clamp that is not on the cloth, has no length, crosses the threads or is
-/// left along itself, and where two clamps, or a clamp and a pin, hold a point in two places.
+/// The clamps of a scene, in its frame and order. Cloth leaves a clamp in the stated direction
+/// towards larger coordinates; towards smaller ones only at a far hem. Throws Error(bad_input) for
+/// a clamp that is not on the cloth, has no length, crosses the threads or has a direction along
+/// itself, and for two clamps, or a clamp and a pin, that hold a point in two places.
 [[nodiscard]] std::vector<HeldLine> held_lines(const Scene& scene, const Print& print,
                                                const ClothOutline& outline);
 
-/// A warning for each two clamps that meet where the cloth would have to kink.
+/// A warning for each pair of clamps that meet at a kink of the cloth.
 [[nodiscard]] std::vector<std::string> warnings_of_clamps(const std::vector<HeldLine>& lines);
 
 }  // namespace drape::simulate

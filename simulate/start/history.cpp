@@ -13,9 +13,9 @@
 namespace drape::simulate {
 namespace {
 
-constexpr double kSharpest = 20 * units::per_cm;  // a radius of 0.5 mm, that of a sharp crease
+constexpr double kSharpest = 20 * units::per_cm;  // curvature of a sharp crease, radius 0.5 mm
 constexpr int kMostTimes = 50;
-constexpr double kMostShake = 0.95;  // relative to gravity; a whole one would throw the cloth
+constexpr double kMostShake = 0.95;  // fraction of gravity; 1 would throw the cloth
 
 [[noreturn]] void refuse(const Scene& scene, const std::string& text, const std::string& why) {
   throw bad_input(fmt::format("`{}`: {}", text, why),
@@ -71,7 +71,7 @@ PastEvent event_of(const Scene& scene, const std::string& text) {
   return event;
 }
 
-/// Takes every element to one strain.
+/// Brings every element to the same strain.
 void take_to(double strain, const FrictionStack& stack, std::vector<double>& slips) {
   const std::size_t m = stack.elements.size();
   for (std::size_t i = 0; i + m <= slips.size() && m > 0; i += m)

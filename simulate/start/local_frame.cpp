@@ -12,8 +12,8 @@ namespace {
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
-constexpr double kGrain = 0x1p-33;       // m, and of unit vectors
-constexpr double kSlopeGrain = 0x1p-42;  // relative to the direction in which cloth leaves a clamp
+constexpr double kGrain = 0x1p-33;       // m; also for unit vectors
+constexpr double kSlopeGrain = 0x1p-42;  // for the direction in which cloth leaves a clamp
 
 double rounded(double value) {
   return std::round(value / kGrain) * kGrain;
@@ -24,7 +24,7 @@ Values rounded_all(const Values& values) {
   return values.unaryExpr([](double value) { return rounded(value); });
 }
 
-/// From the world to the local frame, rounded.
+/// Transforms from the world to the local frame, with rounding.
 struct ToLocal {
   Matrix3d turn;
   Vector3d origin;
@@ -32,7 +32,7 @@ struct ToLocal {
   [[nodiscard]] Vector3d point(const Vector3d& p) const {
     return rounded_all(Vector3d(turn * (p - origin)));
   }
-  /// A slope presses in the ratio of bending to a particle's weight: it needs more digits.
+  /// Rounds a slope more finely, since its force scales with bending over a particle's weight.
   [[nodiscard]] Vector3d slope(const Vector3d& unit) const {
     return (turn * unit).unaryExpr([](double value) {
       return std::round(value / kSlopeGrain) * kSlopeGrain;
@@ -54,7 +54,7 @@ struct ToLocal {
   void operator()(MeshObject& body) const { body.world_from_mesh = pose(body.world_from_mesh); }
 };
 
-/// The middle of the marks and the direction of their weft, seen from above.
+/// Centre of the marks and direction of their weft, seen from above.
 FlatPose pose_of_marks(const Sheet& measured) {
   FlatPose pose;
   Eigen::Vector2d middle = Eigen::Vector2d::Zero();

@@ -21,20 +21,20 @@ using Eigen::Vector2d;
 using Eigen::Vector3d;
 using units::mm;
 
-constexpr double kTopDepth = 4e-3;   // m; weight 1/e this far below the highest mark
-constexpr double kTopLimit = 12e-3;  // m; marks further below do not place the sheet
-constexpr double kTopFar = 25e-3;    // m; highest mark this far below the object: not on top
-constexpr double kHuber = 1e-3;      // m; larger misfits lose weight
+constexpr double kTopDepth = 4e-3;   // m; depth below the highest mark at which the weight is 1/e
+constexpr double kTopLimit = 12e-3;  // m; lower marks are not used for the placement
+constexpr double kTopFar = 25e-3;    // m; largest depth of the highest mark below the object's top
+constexpr double kHuber = 1e-3;      // m; larger residuals have reduced weight
 constexpr int kReweights = 10;
-// Share of a cloth's length: suitings extend by about as much under 100 gf/cm (FAST's E100; De Boos
-// and Tester 1994), and lying on an object they bear far less.
+// Largest extension, relative to length: suitings extend by about this under 100 gf/cm (FAST's
+// E100; De Boos and Tester 1994), and lying on an object they carry far less.
 constexpr double kExtended = 0.05;
-constexpr double kFill_m = 5e-3;      // spacing on which marks that were not measured are filled
-constexpr double kMarkWeight = 100;   // weight of a mark against a second difference, both in m
-constexpr double kPushed_m = 0.5e-3;  // farther out of an object: beyond a mark's uncertainty
-constexpr double kLeastSide_m = 1e-4, kLargestSide_m = 100;  // sides of a patch: a yarn, a hall
+constexpr double kFill_m = 5e-3;      // node spacing for filling unmeasured marks
+constexpr double kMarkWeight = 100;   // weight of a mark relative to a second difference, both in m
+constexpr double kPushed_m = 0.5e-3;  // larger moves out of an object exceed a mark's uncertainty
+constexpr double kLeastSide_m = 1e-4, kLargestSide_m = 100;  // sides of a patch: yarn, hall
 
-/// Weighted rigid 2D fit world = centre + R(yaw) local.
+/// Weighted rigid 2D fit, world = centre + R(yaw) local.
 struct PlanarFit {
   Vector2d centre;
   double yaw = 0;
@@ -67,7 +67,7 @@ PlanarFit fit_plane(const std::vector<Vector2d>& local, const std::vector<Vector
   return fit;
 }
 
-/// In the flat sheet's own axes: x along the weft, y against the warp, origin at its centre.
+/// Coordinates in the flat sheet: x along the weft, y against the warp, origin at its centre.
 Vector2d local_of(const Vector2d& material_m, const Vector2d& patch_m) {
   return {material_m.y() - 0.5 * patch_m.y(), 0.5 * patch_m.x() - material_m.x()};
 }
@@ -85,7 +85,7 @@ std::string name_of(const Pin& pin) {
                            : fmt::format("mark ({}, {})", pin.mark.row, pin.mark.col);
 }
 
-/// Between the marks around a material point, bilinear; nothing when one that counts is a gap.
+/// Interpolates bilinearly between marks around a material point; nullopt if one is missing.
 std::optional<Vector3d> measured_point(const Sheet& sheet, const Print& print, const Vector2d& at) {
   const Vector2d place = (at - print.margin_m) / print.pitch_m;
   const int row = std::clamp(static_cast<int>(std::floor(place.x() + 1e-9)), 0, print.rows - 2);
@@ -113,10 +113,10 @@ Vector3d FlatPose::point_in_world(const Vector2d& material_m, const Vector2d& pa
 
 namespace {
 
-/// The marks that place a sheet, in its flat axes and in the world.
+/// The marks that determine the placement of a sheet, in its flat axes and in the world.
 struct TopMarks {
   std::vector<Vector2d> local, world;
-  std::vector<double> depth_m, weight;  ///< below the highest mark; 1 there
+  std::vector<double> depth_m, weight;  ///< depth below the highest mark; weight 1 there
 };
 
 TopMarks top_marks_of(const Sheet& measured, double top_z_m) {
@@ -147,7 +147,7 @@ TopMarks top_marks_of(const Sheet& measured, double top_z_m) {
   return top;
 }
 
-/// Root of the weighted mean square of what `length_m(i)` gives for each of the marks.
+/// Weighted RMS of `length_m(i)` over the marks.
 template <class Length>
 double rms_m(const TopMarks& top, const Length& length_m) {
   double sum = 0, total = 0;
@@ -158,8 +158,8 @@ double rms_m(const TopMarks& top, const Length& length_m) {
   return std::sqrt(sum / total);
 }
 
-/// Distances of the marks from the flat sheet where the least squares place it; `local` in its own
-/// axes.
+/// RMS distance of the marks from the flat sheet after the least-squares placement; `local` is in
+/// its own axes.
 double misfit_m(const TopMarks& top, const std::vector<Vector2d>& local) {
   const PlanarFit fit = fit_plane(local, top.world, top.weight);
   const Eigen::Rotation2Dd turn(fit.yaw);
@@ -167,9 +167,9 @@ double misfit_m(const TopMarks& top, const std::vector<Vector2d>& local) {
                [&](std::size_t i) { return (fit.centre + turn * local[i] - top.world[i]).norm(); });
 }
 
-/// A thread that has come down by d from the highest mark has lost no more than d of its horizontal
-/// length (1 - cos <= sin, down to the vertical), so no drape misses the flat sheet by more than it
-/// has come down and is extended. What misses it by more is another cloth, or one seen from behind.
+/// Tests if the marks fit a sheet laid on the object: a thread that is down by d from the highest
+/// mark lost at most d of its horizontal length (1 - cos <= sin), so no drape deviates from the
+/// flat sheet by more than descent plus extension. Else it is another cloth, or seen from behind.
 void require_laid(const Scene& scene, const TopMarks& top) {
   Vector2d middle = Vector2d::Zero();
   double total = 0;
@@ -238,7 +238,7 @@ FlatPose flat_start(const Scene& scene, const std::optional<Sheet>& measured, do
   return flat;
 }
 
-/// No cloth is larger, and far beyond (1e12 m) places are rounded to what the checker sees.
+/// No cloth is larger; at much larger sizes (1e12 m) the checker would see rounded positions.
 void require_sized(const Print& print, const Scene& scene) {
   const auto side = print.patch_m.array();
   if ((side >= kLeastSide_m).all() && (side <= kLargestSide_m).all()) return;
@@ -273,7 +273,7 @@ std::vector<Vector3d> pin_places(const Scene& scene, const Print& print,
 }
 
 double push_out(std::vector<Vector3d>& places, const Surroundings& surroundings) {
-  constexpr int kRounds = 20;  // between two objects each pushes into the other
+  constexpr int kRounds = 20;  // between two objects, each pushes into the other
   double farthest_m = 0;
   for (Vector3d& place : places) {
     const Vector3d from = place;
@@ -294,7 +294,7 @@ double push_out(std::vector<Vector3d>& places, const Surroundings& surroundings)
 
 namespace {
 
-/// Nodes in rows along the warp, `spacing_m` apart, one of them on mark (0, 0), that cover a patch.
+/// Nodes in rows along the warp, `spacing_m` apart, one of them on mark (0, 0), covering a patch.
 struct FillGrid {
   explicit FillGrid(const Print& print)
       : spacing_m(print.pitch_m / std::max(1.0, std::round(print.pitch_m / kFill_m))) {
@@ -317,7 +317,7 @@ struct FillGrid {
   std::array<int, 2> count{};
 };
 
-/// Rows of a least squares problem: weights of nodes, and what their sum is to be.
+/// Rows of a least-squares problem: weights of nodes, and the values of their sums.
 struct Equations {
   void add(std::initializer_list<std::pair<int, double>> weights, const Vector3d& sum) {
     for (const auto& [node, weight] : weights)
@@ -356,7 +356,7 @@ void add_second_differences(const FillGrid& grid, Equations& equations) {
   }
 }
 
-/// True if marks lie on one line of the cloth, so that a surface may turn about it.
+/// True if the marks are collinear on the cloth, so that a surface could rotate about their line.
 bool on_a_line(const std::vector<SheetMark>& marks, double pitch_m) {
   Eigen::Matrix2d scatter = Eigen::Matrix2d::Zero();
   for (const SheetMark& mark : marks) {

@@ -15,11 +15,11 @@ namespace {
 
 using units::mm;
 
-constexpr double kAtHem_m = 1e-6;    // a pin this near to the hem is on it
-constexpr double kWritten_m = 1e-3;  // two places written to a whole millimetre
+constexpr double kAtHem_m = 1e-6;    // a pin this close to the hem counts as on it
+constexpr double kWritten_m = 1e-3;  // rounding of positions given in whole millimetres
 
-/// Woven cloth is thinner (KES-FB-3 at 0.5 gf/cm2): a start that is laid on an object is not
-/// deeper.
+/// Largest depth of a start laid on an object: woven cloth is thinner (KES-FB-3 at 0.5
+/// gf/cm2).
 constexpr double kThickest_m = 1e-3;
 
 double deepest_m(const std::vector<Eigen::Vector3d>& places_in_world,
@@ -32,7 +32,7 @@ double deepest_m(const std::vector<Eigen::Vector3d>& places_in_world,
   return deepest;
 }
 
-/// True if a place lies inside an object where its surface looks down: laid on it from below.
+/// True if a point is inside an object near a downward-facing surface, as if laid on it from below.
 bool is_below_an_object(const std::vector<Eigen::Vector3d>& places_in_world,
                         const Surroundings& surroundings) {
   constexpr double kRounded_m = 1e-6, kDown = -1e-3;
@@ -66,7 +66,7 @@ void refuse_flat_start_inside(const Scene& scene, const Print& print, const Clot
                               const Surroundings& surroundings) {
   if (scene.start.mode != StartMode::flat) return;
   require_sized(print, scene);
-  constexpr int kPlaces = 110;  // along each side: nearer together than half a small object
+  constexpr int kPlaces = 110;  // along each side; closer than half of a small object
   const FlatPose flat{scene.start.centre_in_world.value_or(Eigen::Vector3d::Zero()),
                       scene.start.yaw_rad};
   std::vector<Eigen::Vector3d> places;

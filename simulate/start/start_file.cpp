@@ -27,14 +27,14 @@ MaterialSurface read_surface(const fs::path& file) {
   if (drape.grid.has_value() == drape.uv.has_value())
     drape.reject("mesh", "a start needs either [grid] or [uv]",
                  "say where the material points of the mesh are");
-  constexpr double kOnTriangle = 1e-6;  // relative to it; files round to
+  constexpr double kOnTriangle = 1e-6;  // relative to the triangle; rounding in files
   return {drape, kOnTriangle};
 }
 
 }  // namespace
 
 void require_of_print(const Sheet& sheet, const fs::path& file, const Print& print) {
-  constexpr double kSame_m = 1e-6;  // as files round
+  constexpr double kSame_m = 1e-6;  // rounding in files
   const auto refuse = [&](const std::string& what, const char* field) {
     throw bad_input(fmt::format("the sheet is of another print than {}: {}",
                                 print.file.filename().string(), what),

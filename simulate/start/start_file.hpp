@@ -10,20 +10,20 @@
 
 namespace drape::simulate {
 
-/// File that --start-from names: a measured sheet, or the description of another simulator's mesh
-/// ("drapebench/mesh/1", *.toml; CONVENTIONS.md). A mesh is taken at every mark of the print,
-/// linear on its triangles, or on two triangles per cell of its [grid]. Throws Error(bad_input)
-/// naming file and field, also where the mesh does not cover a mark of the print.
+/// Reads the file given by --start-from: a measured sheet, or the description of another
+/// simulator's mesh ("drapebench/mesh/1", *.toml; CONVENTIONS.md). A mesh is sampled at every mark
+/// of the print, linear on its triangles, or on two triangles per cell of its [grid]. Throws
+/// Error(bad_input) naming file and field, also if the mesh does not cover a mark of the print.
 [[nodiscard]] Sheet read_start(const std::filesystem::path& file, const Print& print);
 
-/// Throws Error(bad_input) where a sheet is of another patch than the print's or, measured, of
-/// other marks: its points would then be taken for other places of the cloth.
+/// Throws Error(bad_input) if a sheet has another patch than the print or, if measured, other
+/// marks: its points would be mistaken for other points of the cloth.
 void require_of_print(const Sheet& sheet, const std::filesystem::path& file, const Print& print);
 
-/// The files that a start consists of, for the run record.
+/// The files that make up a start, for the run record.
 [[nodiscard]] std::vector<std::filesystem::path> start_files(const std::filesystem::path& file);
 
-/// Lower-case hexadecimal SHA-256 of what was started from.
+/// SHA-256 of the start in lower-case hexadecimal.
 [[nodiscard]] std::string start_sha256(const std::filesystem::path& file);
 
 }  // namespace drape::simulate

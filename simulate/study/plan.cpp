@@ -18,9 +18,9 @@ namespace {
 namespace fs = std::filesystem;
 using units::mm;
 
-constexpr double kMostCases = 1e6;  ///< most cases of a plan: all of them are held in memory
+constexpr double kMostCases = 1e6;  ///< largest number of cases, since all are held in memory
 
-/// SHA-256 of files, each read once.
+/// SHA-256 of files, each read only once.
 class Hashes {
  public:
   const std::string& of(const fs::path& file) {
@@ -46,7 +46,7 @@ std::string key_of(const StudyCase& one, const std::vector<fs::path>& files,
   return sha256_of(std::string_view(text));
 }
 
-/// A list with no value twice.
+/// Removes repeated values from a list.
 template <class List>
 void require_each_once(Fields& f, const char* name, List sorted) {
   std::sort(sorted.begin(), sorted.end());
@@ -54,7 +54,7 @@ void require_each_once(Fields& f, const char* name, List sorted) {
           "a value is listed twice", "list it once");
 }
 
-/// The plan of a rig without one.
+/// Default plan of a rig without plan.toml.
 PlanFile plan_of_scenes(const fs::path& rig) {
   PlanFile plan;
   if (!fs::is_directory(rig / "scenes"))
@@ -77,7 +77,7 @@ PlanFile read_plan_file(const fs::path& file) {
   return read_record<PlanFile>(document);
 }
 
-/// Takes over what the command line gives.
+/// Applies the lists given on the command line.
 void choose(const PlanChoice& choice, const fs::path& rig, PlanFile& plan) {
   for (const std::string& name : choice.scenes)
     if (std::none_of(plan.scenes.begin(), plan.scenes.end(),
@@ -97,7 +97,7 @@ void choose(const PlanChoice& choice, const fs::path& rig, PlanFile& plan) {
   if (!choice.spacings_m.empty()) plan.spacings_m = choice.spacings_m;
 }
 
-/// Options of each model, grid or spacing, and number of segments.
+/// Options for each combination of model, grid or spacing, and number of segments.
 std::vector<SimulateOptions> options_of(const PlanFile& plan) {
   std::vector<SimulateOptions> all;
   SimulateOptions how = plan.simulate;
@@ -184,7 +184,7 @@ StudyPlan read_plan(const fs::path& rig_or_plan, const PlanChoice& choice, const
   PlanFile plan = is_rig && !fs::exists(file) ? plan_of_scenes(rig_or_plan) : read_plan_file(file);
   choose(choice, rig_or_plan, plan);
   const bool by_name = is_rig && plan.fabrics.empty() && plan.seeds == std::vector<int>{0};
-  if (plan.fabrics.empty()) plan.fabrics.emplace_back();  // the scene's own
+  if (plan.fabrics.empty()) plan.fabrics.emplace_back();  // the scene's own fabric
   const std::vector<SimulateOptions> options = options_of(plan);
   const double count = static_cast<double>(plan.scenes.size() * plan.fabrics.size()) *
                        static_cast<double>(plan.seeds.size() * options.size());
@@ -208,7 +208,7 @@ StudyPlan read_plan(const fs::path& rig_or_plan, const PlanChoice& choice, const
           StudyCase one{scene_file, fabric_file, scene_file.stem().string(), how, seed, {}, {}};
           if (seed != 0) one.options.paper.imperfection_m = variation_of(seed).noise_m;
           one.key = key_of(one, files, program, hashes);
-          // Also the same bytes under another name.
+          // also catches identical files with different names
           if (const auto [first, is_new] = scene_of_key.emplace(one.key, k); !is_new)
             refuse(first->second == k ? "fabrics" : "scenes",
                    fmt::format("scene {} with fabric {} is listed twice", scene_file.string(),

@@ -19,8 +19,8 @@ using Eigen::Vector2d;
 using Eigen::Vector3d;
 using units::mm;
 
-constexpr double kSmall = 1e-6;    // part of a step over which forces are differenced
-constexpr int kManySegments = 20;  // beside them a curve of fewer is an approximation
+constexpr double kSmall = 1e-6;    // fraction of a step for differences of forces
+constexpr int kManySegments = 20;  // number of segments that represents the exact curve
 
 ForceCurve times(ForceCurve curve, double factor) {
   curve.slope *= factor;
@@ -38,7 +38,7 @@ struct Move {
   void operator()(MeshObject& body) const { body.world_from_mesh.translation_m += moved_m; }
 };
 
-/// Grows a body that stands where it stood; planes and meshes have no size of their own.
+/// Enlarges a body where it stands; planes and meshes have no size of their own.
 struct Grow {
   double by_m;
 
@@ -59,7 +59,7 @@ struct Grow {
   void operator()(MeshObject&) const {}
 };
 
-/// Marks of the reference that lie on the cloth.
+/// Marks of the reference that are on the cloth.
 struct Reference {
   std::vector<MarkId> marks;
   std::vector<Vector2d> material_m;
@@ -94,22 +94,22 @@ double mean_m(const MatrixX3d& moves) {
   return moves.rowwise().norm().mean();
 }
 
-/// A change of one value by an amount (SI) of a drape, its level and what is held.
+/// Changes one value of a drape, its level and its held points by an amount (SI).
 struct Change {
   std::string name;
-  double step = 0, unit = 1;         ///< SI; the name's unit
+  double step = 0, unit = 1;         ///< SI; unit of the name
   std::optional<double> half_width;  ///< of a stand-in, SI
   std::function<void(DrapeCase&, DrapeLevel&, MeshCloth::State&, double)> apply;
 };
 
-/// A part of the model that another drape has otherwise.
+/// Another version of a part of the model.
 struct Variant {
   std::string what;
   std::function<void(DrapeCase&, DrapeOptions&)> apply;
   bool same_mesh = true;
 };
 
-/// A drape at rest, and where it goes from there.
+/// A drape at rest, from which responses are computed.
 class Base {
  public:
   Base(const SimulateResult& result, const Fabric& fabric, const Sheet& reference,
@@ -129,7 +129,7 @@ class Base {
     file.distance_m = reference_.distance_m(base_m_);
   }
 
-  /// Fabric values, then those of the scene; nothing where the base is a saddle.
+  /// Computes the sensitivities to fabric values, then scene values; none if the base is a saddle.
   void find(SensitivityFile& file) {
     constexpr std::size_t kValues = std::size(names_of<FabricValue>);
     const std::vector<Change> changes = scene_changes();
@@ -190,7 +190,7 @@ class Base {
     return all;
   }
 
-  /// Places of the marks where the cloth of a changed case comes to rest from the base's rest.
+  /// Positions of the marks after a changed case has come to rest from the base's rest.
   [[nodiscard]] std::optional<MatrixX3d> rested(const DrapeCase& changed) const {
     ClothMoment moment = rest_;
     DrapeLevel level(changed, options_.simulate.drape, level_.spacing_m());
@@ -199,14 +199,14 @@ class Base {
     return places(level, moment);
   }
 
-  /// Displacement of the marks by a part of a displacement of the unknowns.
+  /// Displacement of the marks for a fraction of a displacement of the unknowns.
   [[nodiscard]] MatrixX3d moved(const MeshCloth::State& way, double part) const {
     ClothMoment there = rest_;
     for (std::size_t i = 0; i < way.size(); ++i) there.state[i] += part * way[i];
     return places(level_, there) - base_m_;
   }
 
-  /// A mark that lies on its reference only moves away from it.
+  /// Change of the mean distance. A mark that coincides with its reference can only move away.
   [[nodiscard]] double change_of_distance_m(const MatrixX3d& moves) const {
     const MatrixX3d away_m = base_m_ - reference_.in_world;
     double sum = 0;
@@ -217,8 +217,8 @@ class Base {
     return sum / static_cast<double>(moves.rows());
   }
 
-  /// Adds the change of the forces by a step of a value, and the displacement of what is held.
-  /// `probe` is a level of `probed`, which is the base's case again afterwards.
+  /// Adds the change of forces due to a step of a value, and the displacement of held points.
+  /// `probe` is a level of `probed`, which equals the base's case again afterwards.
   void difference(const Change& change, DrapeCase& probed, DrapeLevel& probe,
                   std::vector<MeshCloth::State>& forces,
                   std::vector<MeshCloth::State>& held) const {
@@ -313,8 +313,8 @@ class Base {
     return !friction.shear.empty() || !friction.bending[0].empty() || !friction.bending[1].empty();
   }
 
-  /// Effect that averaging the loops leaves out: a cloth with both branches that came here without
-  /// a turn lies at one end of the interval that history leaves, and this drape about its middle.
+  /// Effect of averaging the hysteresis loops: a cloth with both branches that came here without
+  /// reversal is at one end of the interval left by its history, this drape near the middle.
   [[nodiscard]] SceneEffect loops() const {
     SceneEffect effect{"internal_friction"};
     DrapeCase changed = case_;
@@ -368,7 +368,7 @@ class Base {
   DrapeLevel& level_;
   const ClothMoment& rest_;
   Reference reference_;
-  MatrixX3d base_m_;  ///< places of the marks at the base's rest
+  MatrixX3d base_m_;  ///< positions of the marks at the base's rest
 };
 
 }  // namespace
@@ -385,7 +385,7 @@ bool is_stand_in(const Fabric& fabric, FabricValue value) {
                          return says("areal density") || says("areal_density");
                        const bool bias = says("bias") || says("at 45") || says("twist");
                        if (value == FabricValue::twist) return bias;
-                       // The curve's hysteresis is not the curve.
+                       // A stand-in for a curve's hysteresis does not make the curve one.
                        return says(kind.c_str()) && !bias && !says("hysteresis");
                      });
 }

@@ -10,7 +10,7 @@
 
 namespace drape::simulate {
 
-/// The values of a fabric that an equilibrium depends on. Each scales a whole law.
+/// Fabric values that an equilibrium depends on. Each scales a whole constitutive law.
 enum class FabricValue {
   tensile_warp,
   tensile_weft,
@@ -21,33 +21,33 @@ enum class FabricValue {
   areal_density
 };
 
-/// A value that nobody measured lies within half of what was put in its place; a measured Kawabata
-/// value repeats within 5 % (one standard deviation). Both are stated, not derived.
+/// Assumed uncertainties: a stand-in lies within half of its value; a measured Kawabata value
+/// repeats within 5 % (one standard deviation). Both are stated, not derived.
 inline constexpr double kStandInPart = 0.5, kMeasuredPart = 0.05;
-/// Twist is one where no bending at 45 degrees was measured.
+/// True if the value was not measured; twist also if bending at 45 degrees was not.
 [[nodiscard]] bool is_stand_in(const Fabric& fabric, FabricValue value);
-/// The laws with one value times `factor`.
+/// Copies the laws with one value multiplied by `factor`.
 [[nodiscard]] ClothLaws scaled(ClothLaws laws, FabricValue value, double factor);
 
-/// Change of the forces on the unknowns of a rest per relative change of a value: exact, for forces
-/// are proportional to it.
+/// Change of the forces on the unknowns of a rest per relative change of a value; exact, since
+/// forces are proportional to it.
 [[nodiscard]] MeshCloth::State force_change(const DrapeLevel& level, const ClothMoment& rest,
                                             FabricValue value);
-/// The same where the cloth has other laws.
+/// Same, for a cloth with other laws.
 [[nodiscard]] MeshCloth::State force_change(const DrapeLevel& level, const ClothMoment& rest,
                                             ClothLaws laws);
 
 struct SensitivityOptions {
   SimulateOptions simulate;
-  bool variants = false;  ///< drapes again with one part of the model changed
+  bool variants = false;  ///< also drape with parts of the model changed
 };
 
-/// Where the marks of a drape, and so their mean distance from `reference`, go with each value, to
-/// first order at its rest, so on its mesh and its branch: fabric values, more segments per curve,
-/// place and size of the objects, friction, places of pins and clamps, level of the bench. Pressed
-/// places stay pressed, so that no answer leads to another branch. A place that slides follows a
-/// change that draws it on and stays with one that draws it back: friction's answer is the mean of
-/// both. `options.simulate`: those of the drape.
+/// First-order sensitivity of a drape's marks, and so of their mean distance from `reference`, to
+/// each value at its rest, on its mesh and branch: fabric values, more segments per curve, place
+/// and size of the objects, friction, places of pins and clamps, level of the bench. Pressed places
+/// stay pressed, so that no response leads to another branch. A sliding place follows a change that
+/// pulls it onward and sticks for one that pulls it back: the response to friction is the mean of
+/// both. `options.simulate` must be those of the drape.
 [[nodiscard]] SensitivityFile sensitivities_of(const SimulateResult& result, const Fabric& fabric,
                                                const Sheet& reference,
                                                const SensitivityOptions& options);

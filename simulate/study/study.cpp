@@ -36,7 +36,7 @@ std::vector<std::string> words_of(const StudyCase& one) {
   return {"study", "--key", one.key};
 }
 
-/// Files of a case as read; the scene starts as its seed says.
+/// Input files of a case; the scene includes the start given by the seed.
 struct CaseInputs {
   Scene scene;
   Fabric fabric;
@@ -49,8 +49,8 @@ CaseInputs read_inputs(const StudyCase& one) {
   return {scene, read_fabric(one.fabric_file), print_of(scene)};
 }
 
-/// Sets the start of the seed. Throws Error for a case that can never run: of what is known before
-/// a drape begins.
+/// Sets the start of the seed. Throws Error for a case that is known to be impossible before it is
+/// draped.
 CaseInputs prepared(CaseInputs inputs, const StudyCase& one) {
   inputs.scene = seeded(std::move(inputs.scene), one.seed);
   one.options.check();
@@ -83,7 +83,7 @@ fs::path failure_of(const StudyCase& one) {
   return one.folder / "failed.txt";
 }
 
-/// Takes the lock of a case; null when another run computes it.
+/// Locks a case; null if another run is computing it.
 std::unique_ptr<WriterLock> lock_of(const StudyCase& one) {
   fs::create_directories(one.folder);
   try {
@@ -93,8 +93,8 @@ std::unique_ptr<WriterLock> lock_of(const StudyCase& one) {
   }
 }
 
-/// True if the record is of this case and its ending and outputs are those that it states. Program
-/// and inputs are in the case's key.
+/// True if the record belongs to this case and ending and outputs match it. Program and inputs are
+/// part of the case's key.
 bool is_whole(const StudyCase& one) {
   const fs::path record = record_of(one);
   try {
@@ -150,7 +150,7 @@ bool is_whole(const Sheet& sheet) {
          sheet.marks.size() == static_cast<std::size_t>(sheet.rows) * sheet.cols;
 }
 
-/// Bilinear on a whole sheet, whose points are equally far apart from hem to hem.
+/// Bilinear interpolation on a complete sheet with equally spaced points from hem to hem.
 Vector3d point_on(const Sheet& sheet, const Vector2d& material_m) {
   const Vector2d at = material_m.cwiseQuotient(sheet.patch_m)
                           .cwiseProduct(Vector2d(sheet.rows - 1, sheet.cols - 1));
@@ -168,7 +168,7 @@ struct Side {
   int grid, segments;
 };
 
-/// The pairs of the paper's even tables, in their order.
+/// The pairs of the paper's even-numbered tables, in order.
 constexpr std::array<std::pair<Side, Side>, 6> kPairs = {{{{11, 5}, {11, 1}},
                                                           {{21, 5}, {21, 1}},
                                                           {{11, 1}, {21, 1}},
@@ -176,7 +176,7 @@ constexpr std::array<std::pair<Side, Side>, 6> kPairs = {{{{11, 5}, {11, 1}},
                                                           {{11, 5}, {31, 5}},
                                                           {{21, 5}, {31, 5}}}};
 
-/// Printed mean distances in mm by experiment, grid, segments, other grid, other segments.
+/// Published mean distances in mm by experiment, grid, segments, other grid, other segments.
 using Printed = std::map<std::tuple<std::string, int, int, int, int>, double>;
 
 Printed read_printed(const fs::path& file) {
@@ -194,7 +194,7 @@ Printed read_printed(const fs::path& file) {
   return printed;
 }
 
-/// Drapes of one scene, and the sheet at whose points they are compared.
+/// Drapes of one scene, with the sheet at whose points they are compared.
 class SceneDrapes {
  public:
   void add(const StudyOutcome& outcome) {
@@ -202,7 +202,7 @@ class SceneDrapes {
     const StudyCase& one = outcome.the_case;
     drapes_.emplace_back(&outcome, read_sheet(one.folder / "sheet.ply"));
   }
-  /// Mean distance in mm; "*" marks a sheet that is not at rest, "-" a drape that is missing.
+  /// Mean distance in mm; "*" marks a sheet that is not at rest, "-" a missing drape.
   [[nodiscard]] std::string cell(const std::string& a, int segments_a, const std::string& b,
                                  int segments_b) const {
     const auto *first = find(a, segments_a), *second = find(b, segments_b);
@@ -252,7 +252,7 @@ std::string paper_table(const std::vector<std::string>& scenes,
   return text + "\n";
 }
 
-/// Values in the order in which they first come.
+/// Distinct values in order of first occurrence.
 template <class T>
 void add_new(std::vector<T>& list, const T& value) {
   if (std::find(list.begin(), list.end(), value) == list.end()) list.push_back(value);
@@ -293,7 +293,7 @@ std::vector<StudyOutcome> run_part(const StudyPlan& plan, const Part& part, cons
 
 std::vector<StudyOutcome> plan_status(const StudyPlan& plan) {
   std::vector<StudyOutcome> outcomes;
-  std::optional<CaseInputs> inputs;  // the last case's: those of one scene and fabric follow
+  std::optional<CaseInputs> inputs;  // of the last case; cases of one scene and fabric follow it
   const StudyCase* last = nullptr;
   for (const StudyCase& one : plan.cases) {
     outcomes.push_back(look_at(one));
