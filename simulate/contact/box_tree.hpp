@@ -8,25 +8,25 @@
 
 namespace drape::simulate {
 
-/// Tree of axis-parallel boxes over items 0 .. n - 1, for "which items are near this box". Its
-/// shape comes from the items' centres once; the boxes may move afterwards.
+/// Tree of axis-aligned boxes over items 0 .. n - 1, for overlap queries. Its structure is derived
+/// from the items' centres once; the boxes may move later.
 class BoxTree {
  public:
   BoxTree() = default;
   explicit BoxTree(const std::vector<Eigen::Vector3d>& centres);
 
-  /// Sets the items' boxes.
+  /// Updates the items' boxes.
   void refit(const std::vector<Eigen::AlignedBox3d>& boxes);
 
-  /// Calls visit(item) for every item whose box meets `box`, in an order that depends on the
-  /// centres alone.
+  /// Calls visit(item) for every item whose box overlaps `box`, in an order that depends on the
+  /// centres only.
   template <class Visit>
   void query(const Eigen::AlignedBox3d& box, Visit visit) const {
     if (!nodes_.empty()) search(0, box, visit);
   }
 
-  /// Calls visit(one, other) once for every two items whose boxes meet, the lower number first, in
-  /// an order that depends on the centres alone.
+  /// Calls visit(one, other) once for every pair of items with overlapping boxes, the lower number
+  /// first, in an order that depends on the centres only.
   template <class Visit>
   void query_pairs(Visit visit) const {
     if (!nodes_.empty()) search_pairs(0, 0, visit);
@@ -36,7 +36,7 @@ class BoxTree {
   struct Node {
     Eigen::AlignedBox3d box;
     int first = 0, count = 0;  ///< range of order_; a leaf has no children
-    int left = -1;             ///< children left and left + 1
+    int left = -1;             ///< index of the left child; the right one is left + 1
   };
 
   template <class Visit>
@@ -80,7 +80,7 @@ class BoxTree {
   }
   void build(int node, const std::vector<Eigen::Vector3d>& centres);
 
-  std::vector<Node> nodes_;  ///< children after their parent
+  std::vector<Node> nodes_;  ///< children come after their parent
   std::vector<int> order_;
   std::vector<Eigen::AlignedBox3d> boxes_;
 };

@@ -11,12 +11,12 @@ namespace {
 using Eigen::Vector3d;
 using Places = std::array<Vector3d, 4>;
 
-constexpr double kParallelEdges = 1e-10;  // squared sine
-constexpr double kNearly = 0.1;  // relative to the distance still to go at which an advance ends
+constexpr double kParallelEdges = 1e-10;  // squared sine below which edges are parallel
+constexpr double kNearly = 0.1;  // an advance ends at this fraction of the remaining distance
 constexpr int kAdvances = 200;
-constexpr double kNearest = 1e-6;     // relative to the thickness, as near as its law is asked for
-constexpr double kSmooth = 1e-3;      // squared sine from which edges count in full
-constexpr double kBeyond = 1 + 1e-9;  // relative to a reach: beyond, no rounding makes a pair press
+constexpr double kNearest = 1e-6;     // smallest distance for the law, relative to the thickness
+constexpr double kSmooth = 1e-3;      // squared sine from which edges have full weight
+constexpr double kBeyond = 1 + 1e-9;  // relative to a reach; excludes contact despite rounding
 
 Places places_of(const LayerPair& pair, const Nodes& position) {
   Places p;
@@ -24,7 +24,7 @@ Places places_of(const LayerPair& pair, const Nodes& position) {
   return p;
 }
 
-/// Parameter, 0 at a and 1 at b, of the point of the segment that is nearest to p.
+/// Parameter, 0 at a and 1 at b, of the point on the segment nearest to p.
 double along(const Vector3d& p, const Vector3d& a, const Vector3d& b) {
   const Vector3d edge = b - a;
   const double length2 = edge.squaredNorm();
@@ -97,7 +97,7 @@ NearestPoints of_edges(const Places& p) {
   }
   double least = 0;
   for (int end = 0; end < 4; ++end) {
-    const bool first = end < 2;  // whose end it is
+    const bool first = end < 2;  // edge that the end belongs to
     const double here = end % 2;
     const double there = first ? along(p[end], p[2], p[3]) : along(p[end], p[0], p[1]);
     const double s = first ? here : there, t = first ? there : here;
@@ -123,8 +123,8 @@ NearestPoints nearest_points(const LayerPair& pair, const Nodes& position) {
   return nearest_of(pair, places_of(pair, position));
 }
 
-/// With f(x, q) half the squared distance at weights that are linear in q, and q where f is least:
-/// f_xx - f_xq f_qq^-1 f_qx.
+/// Second derivative of f(x, q), half the squared distance with weights linear in q, where q
+/// minimises f: f_xx - f_xq f_qq^-1 f_qx.
 Eigen::Matrix<double, 12, 12> distance_curvature(const LayerPair& pair,
                                                  const NearestPoints& nearest,
                                                  const Nodes& position) {

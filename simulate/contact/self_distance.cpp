@@ -18,7 +18,7 @@ struct Triangle {
   std::array<Vector3d, 3> corner;
   std::array<int, 3> particle{};
   Vector3d centre;
-  Eigen::Vector2d in_sheet;  ///< place of its cell, or of its middle, in steps along warp and weft
+  Eigen::Vector2d in_sheet;  ///< material place of its cell or centre, in steps along warp, weft
 };
 
 std::vector<Triangle> triangles_of(const std::vector<std::array<int, 3>>& facets,
@@ -40,8 +40,8 @@ std::vector<Triangle> triangles_of(const std::vector<std::array<int, 3>>& facets
   return all;
 }
 
-/// Nearest point of a triangle (after Ericson, Real-Time Collision Detection, by Voronoi regions:
-/// the plane's foot when it lies inside, else the nearest edge).
+/// Distance of a point from a triangle (Ericson, Real-Time Collision Detection, by Voronoi regions:
+/// foot of the perpendicular if inside, else the nearest edge).
 double point_triangle(const Vector3d& p, const Triangle& t) {
   const Vector3d u = t.corner[1] - t.corner[0], v = t.corner[2] - t.corner[0];
   const Vector3d normal = u.cross(v);
@@ -63,8 +63,8 @@ double point_triangle(const Vector3d& p, const Triangle& t) {
   return least;
 }
 
-/// Distance of two segments where their nearest points lie inside both; else large: then the
-/// nearest point is an end, which point_triangle() sees.
+/// Distance of two segments if their nearest points are inside both, else a large value: then a
+/// nearest point is an end, which point_triangle() covers.
 double edge_edge(const Vector3d& a, const Vector3d& b, const Vector3d& c, const Vector3d& d) {
   const Vector3d u = b - a, v = d - c, w = a - c;
   const double uu = u.squaredNorm(), vv = v.squaredNorm(), uv = u.dot(v);
@@ -76,7 +76,7 @@ double edge_edge(const Vector3d& a, const Vector3d& b, const Vector3d& c, const 
   return (w + s * u - t * v).norm();
 }
 
-/// True if an edge of one passes through the other, of whose particles it has none.
+/// True if an edge of `one` intersects `t` and they have no particle in common.
 bool pierces(const Triangle& one, const Triangle& t) {
   const Vector3d normal = (t.corner[1] - t.corner[0]).cross(t.corner[2] - t.corner[0]);
   const auto passes = [&](int from, int to) {
@@ -110,13 +110,13 @@ void judge_pair(const Triangle& one, const Triangle& two, SelfDistance& found, d
   }
 }
 
-/// Centres of triangles in strips across the sheet's second longest extent, sorted along its
-/// longest, so that only near ones are met.
+/// Centres of triangles in strips across the sheet's second-longest extent, sorted along the
+/// longest one, to find close pairs quickly.
 class Strips {
  public:
-  /// No pair farther apart than `width` is asked for.
+  /// Supports pairs up to `width` apart.
   Strips(const std::vector<Triangle>& triangles, double width);
-  /// Calls `use` with the places of two triangles whose centres are within reach() at that time.
+  /// Calls `use` with two triangles whose centres are within reach(), evaluated at that time.
   template <class Reach, class Use>
   void for_each_pair(const Reach& reach, const Use& use) const;
 
@@ -138,7 +138,7 @@ Strips::Strips(const std::vector<Triangle>& triangles, double width) {
   sizes[along_] = -1;
   Eigen::Index across = 0;
   sizes.maxCoeff(&across);
-  const bool apart = !(sizes[across] < kMostStrips * width);  // one strip for a sheet flown apart
+  const bool apart = !(sizes[across] < kMostStrips * width);  // one strip if sheet has flown apart
   for (const Triangle& t : triangles) {
     const double strip = apart ? 0 : (t.centre[across] - extent.min()[across]) / width;
     places_.push_back({t.centre, static_cast<int>(places_.size()), static_cast<int>(strip)});
@@ -190,7 +190,7 @@ bool any_pierces(const std::vector<Triangle>& triangles) {
   return passes;
 }
 
-/// Nothing farther than `cap` is looked for.
+/// Searches for distances up to `cap`.
 SelfDistance distance_of(const std::vector<Triangle>& triangles, double cap) {
   const double radius = largest_radius(triangles);
   const Strips strips(triangles, cap + 2 * radius);

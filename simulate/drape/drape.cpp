@@ -14,12 +14,12 @@ namespace {
 
 using Eigen::Vector2d;
 
-// See Drape::mesh_error_m
+// See Drape::mesh_error_m.
 constexpr double kSafety = 1.25, kSafetyOfTwo = 3, kLeastShrunk = 2, kMostShrunk = 4,
                  kMostShrunkHeld = 3;
-constexpr double kCoarseResidual = 1e-2;  // mean weights of a point
+constexpr double kCoarseResidual = 1e-2;  // in mean weights of a point
 
-/// A drape that grows by levels.
+/// Builds up a drape level by level.
 class Levels {
  public:
   Levels(const DrapeCase& drape, const DrapeOptions& options, const StartVariation& variation,
@@ -40,7 +40,7 @@ class Levels {
       drape = fallen(options_.thickness_m);
     while (drape.at_rest() && drape.levels.size() < spacings_.size()) {
       refine(drape);
-      // Finer cloth may fold where coarser one did not.
+      // A finer cloth may fold where a coarser one did not.
       if (drape.rest.layers_apart_m == 0 && options_.thickness_m > 0 &&
           drape.level->meets_itself(drape.rest))
         drape = fallen(options_.thickness_m);
@@ -62,7 +62,7 @@ class Levels {
   }
 
  private:
-  /// A mesh; one that a finer one follows comes only as near to rest as its own error needs.
+  /// Makes a mesh; before a finer one, its residual need only be small against its mesh error.
   [[nodiscard]] std::shared_ptr<DrapeLevel> level_of(std::size_t index) const {
     DrapeOptions options = options_;
     if (index + 1 < spacings_.size())
@@ -70,7 +70,7 @@ class Levels {
     return std::make_shared<DrapeLevel>(case_, options, spacings_[index]);
   }
 
-  /// From the start to rest on the coarsest mesh, after what the cloth went through before.
+  /// Drapes from the start to rest on the coarsest mesh, after the cloth's earlier history.
   Drape fallen(double layers_apart_m) {
     auto level = level_of(0);
     const ClothMoment start = start_ ? start_(*level) : level->start(variation_);
@@ -113,7 +113,7 @@ class Levels {
     return drape;
   }
 
-  /// Follows gravity up and down from a rest, and back to where it was.
+  /// Varies gravity up and down at rest, ending at its normal value.
   void shake(DrapeLevel& level, const PastEvent& shakes, ClothMoment& moment,
              RestReport& report) const {
     std::vector<double> loads;
@@ -167,7 +167,7 @@ class Levels {
           1.0, static_cast<double>(drape.levels.size()) / static_cast<double>(spacings_.size())));
   }
 
-  /// Leaves out the marks that are not on the cloth, and says what the last mesh leaves.
+  /// Drops marks that are not on the cloth, and estimates the error of the last mesh.
   void finish(Drape& drape) const {
     std::vector<Eigen::Index> on;
     for (Eigen::Index i = 0; i < std::ssize(marks_); ++i) {

@@ -14,12 +14,12 @@ using Eigen::Matrix3d;
 using Eigen::Vector3d;
 using State = MeshCloth::State;
 
-constexpr double kSink_m = 2e-6;    // depth at which a mean node bears its weight
-constexpr double kOfFlat = 0.25;    // relative to the distance on the flat piece
-constexpr double kAllowed = 0.5;    // thicknesses that nodes go before pairs are listed again
-constexpr double kMore = 1 + 1e-9;  // relative to a displacement: rounding adds less
+constexpr double kSink_m = 2e-6;    // depth at which the spring carries a mean node's weight
+constexpr double kOfFlat = 0.25;    // relative to the distance on the flat cloth
+constexpr double kAllowed = 0.5;    // displacement, in thicknesses, before pairs are listed again
+constexpr double kMore = 1 + 1e-9;  // relative to a displacement; covers rounding
 
-/// Mixture of the nodes of a pair.
+/// Weighted sum of a pair's nodes.
 Vector3d mix(const LayerPair& pair, const std::array<double, 4>& weight, const Nodes& nodes) {
   Vector3d sum = Vector3d::Zero();
   for (int k = 0; k < 4; ++k) sum += weight[k] * nodes[pair.node[k]];
@@ -70,7 +70,7 @@ LayerPushes::LayerPushes(const MeshCloth& cloth, double friction, double gravity
   tree_ = BoxTree(centres);
 }
 
-/// A displacement of all nodes alike brings no pair nearer.
+/// True if the list is still valid; a common displacement of all nodes brings no pair closer.
 bool LayerPushes::is_listed(const Nodes& nodes) const {
   if (listed_.empty()) return false;
   const Vector3d mean = mean_of(nodes) - mean_of(listed_);
@@ -79,7 +79,7 @@ bool LayerPushes::is_listed(const Nodes& nodes) const {
   return true;
 }
 
-/// Pairs that may press anywhere on straight paths from `nodes` to `to`.
+/// Lists the pairs that can touch anywhere on straight paths from `nodes` to `to`.
 void LayerPushes::list(const Nodes& nodes, const Nodes& to) {
   listed_ = nodes;
   const Vector3d mean = mean_of(to) - mean_of(nodes);
@@ -184,8 +184,8 @@ void LayerPushes::add_forces(const State& state, State& force) {
   surface_.add_forces(on_nodes, force);
 }
 
-/// Second derivative of a pair's energy f of the distance D: f'' n n^T + f' (C - n n^T) / D by
-/// displacements of the nodes, with C that of half the squared distance.
+/// Second derivative of a pair's energy f of the distance D by displacements of the nodes: f'' n
+/// n^T + f' (C - n n^T) / D, with C that of half the squared distance.
 void LayerPushes::add_products(const State& state, const State& direction, State& product) {
   look(state);
   if (!are_products_) {
@@ -209,8 +209,8 @@ void LayerPushes::add_products(const State& state, const State& direction, State
   products_.add_products(surface_, direction, product);
 }
 
-/// The matrix has no pairs of points across layers: with w the weights of both, whose sizes sum to
-/// two, (sum w x)^2 <= 2 sum |w| x^2.
+/// Diagonal bound for the preconditioner, which has no entries for pairs of points across layers:
+/// with w the weights of both parts, whose magnitudes sum to two, (sum w x)^2 <= 2 sum |w| x^2.
 std::vector<Support> LayerPushes::supports(const State& state) {
   look(state);
   std::vector<Support> found;
@@ -248,7 +248,7 @@ void LayerPushes::settle(const State& state) {
   seen_.clear();
 }
 
-/// Springs of the pairs that press now, which keep the stretch of what pressed before.
+/// Adds springs for the pairs in contact, which keep the stretch of earlier ones.
 void LayerPushes::add_springs(const State& state) {
   look(state);
   std::vector<Spring> now;

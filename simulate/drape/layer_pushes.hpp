@@ -14,17 +14,17 @@
 
 namespace drape::simulate {
 
-/// Cloth that pushes cloth: the facets of a cloth's surface, by pairs of a node and a facet and of
-/// two edges (contact/layer_pair.hpp): a spring from one thickness on, of 2 um per mean node's
-/// weight, and a barrier below half of it (Li et al. 2020, Incremental Potential Contact). Pairs
-/// have no node in common and press nearer than a quarter of what they are apart on the flat cloth,
-/// so that neighbours do not press for being neighbours.
+/// Contact of cloth with itself, between facets of its surface, as pairs of a node and a facet or
+/// of two edges (contact/layer_pair.hpp): a spring below one thickness, which carries a mean node's
+/// weight at 2 um, and a barrier below half of it (Li et al. 2020, Incremental Potential Contact).
+/// Pairs have no common node and only act closer than a quarter of their distance on the flat
+/// cloth, so that neighbours on the sheet do not repel each other.
 ///
-/// Friction is that of objects (object_pushes.hpp): each pair that presses has a tangential spring
-/// between its two nearest places, which settle() moves.
+/// Friction is as on objects (object_pushes.hpp): each pair in contact has a tangential spring
+/// between its two nearest places, which settle() updates.
 ///
-/// The energy is a function of the state alone between two settlings: only the part of edges that
-/// are nearly parallel, whose distance is not smooth, is that of the last settle().
+/// The energy depends on the state alone between two settlings; only the weight of nearly parallel
+/// edges, whose distance is not smooth, is that of the last settle().
 class LayerPushes : public Pushes {
  public:
   LayerPushes(const MeshCloth& cloth, double friction, double gravity_m_per_s2, double thickness_m);
@@ -36,19 +36,19 @@ class LayerPushes : public Pushes {
                     MeshCloth::State& product) override;
   void settle(const MeshCloth::State& state) override;
   /// Leaves each pair a fifth of its distance (additive conservative advancement: Li, Kaufman and
-  /// Jiang 2021); led cloth keeps half a thickness, which no force would open again.
+  /// Jiang 2021). In an imposed motion it keeps half a thickness, since no force could restore it.
   [[nodiscard]] double clear_part(const MeshCloth::State& from, const MeshCloth::State& to,
                                   bool led) override;
 
-  /// Forces of layers on each other, by nodes of the surface; `shape` is that of the cloth itself.
+  /// Contact forces between layers, by nodes of the surface; `shape` is the index of the cloth.
   [[nodiscard]] std::vector<ContactForce> stated(const MeshCloth::State& state, int shape);
 
-  /// As ObjectPushes: writes its part of the memory, and goes on from it.
+  /// Like ObjectPushes: writes its part of the memory, and restores it.
   void remember(ContactMemory& memory) const;
   void take_over(const ContactMemory& memory, const MeshCloth::State& state);
 
  private:
-  /// A facet, and the nodes and edges that no earlier one has.
+  /// A facet, with the nodes and edges that no earlier one has.
   struct Facet {
     std::array<int, 3> node{};
     std::vector<int> own;
@@ -56,17 +56,17 @@ class LayerPushes : public Pushes {
   };
   struct Pair {
     LayerPair of;
-    double thickness_m = 0;  ///< nearer than this it presses
-    double part = 1;         ///< share that presses: less where edges are nearly parallel
+    double thickness_m = 0;  ///< distance below which it acts
+    double part = 1;         ///< weight, reduced for nearly parallel edges
   };
   struct Press {
     LayerPair of;
     std::array<double, 4> weight{};
-    Eigen::Vector3d normal;  ///< from the second layer to the first
+    Eigen::Vector3d normal;  ///< direction from the second layer to the first
     double energy_j = 0, force_n = 0, n_per_m = 0;
   };
-  /// Spring between the places of a pair that were nearest when it was settled; its place is how
-  /// far they were apart.
+  /// Friction spring between the nearest places of a pair when it was settled; its place is their
+  /// separation at that time.
   struct Spring {
     LayerPair of;
     std::array<double, 4> weight{};
@@ -75,7 +75,7 @@ class LayerPushes : public Pushes {
   [[nodiscard]] Eigen::Vector3d stretch_of(const Spring& spring) const;
   [[nodiscard]] Eigen::Vector3d force_of(const Spring& spring) const;
   [[nodiscard]] const Spring* spring_of(const LayerPair& pair) const;
-  /// Material places of the first and of the second piece.
+  /// Material coordinates of the nearest places on the first and second part.
   [[nodiscard]] std::array<Eigen::Vector2d, 2> material_of(
       const LayerPair& pair, const std::array<double, 4>& weight) const;
   void add_springs(const MeshCloth::State& state);
@@ -89,18 +89,18 @@ class LayerPushes : public Pushes {
   ClothSurface surface_;
   double friction_, thickness_, stiffness_;
   std::vector<Facet> facets_;
-  Nodes flat_;  ///< the nodes in (warp, weft, 0)
+  Nodes flat_;  ///< nodes in material coordinates (warp, weft, 0)
   BoxTree tree_;
-  Nodes listed_;                 ///< where pairs were listed; empty: not yet
-  std::vector<double> allowed_;  ///< from there, per node, beside the mean displacement (m)
-  Nodes settled_;                ///< where parts are from
-  std::vector<Pair> pairs_;      ///< all that can press while nodes go no farther than allowed
-  MeshCloth::State seen_;        ///< looked at last
-  Nodes nodes_;                  ///< of its surface
+  Nodes listed_;                 ///< nodes when pairs were listed; empty if not yet
+  std::vector<double> allowed_;  ///< displacement of each node from there, beside the mean one (m)
+  Nodes settled_;                ///< nodes at the last settling, for the weights
+  std::vector<Pair> pairs_;      ///< all possible contacts while nodes move no farther than allowed
+  MeshCloth::State seen_;        ///< last state evaluated
+  Nodes nodes_;                  ///< its surface nodes
   std::vector<Press> presses_;
-  std::vector<Spring> springs_;  ///< by pair
-  SurfaceProducts products_;     ///< of the state looked at ...
-  bool are_products_ = false;    ///< ... if they are listed
+  std::vector<Spring> springs_;  ///< sorted by pair
+  SurfaceProducts products_;     ///< second derivatives at that state ...
+  bool are_products_ = false;    ///< ... if computed
 };
 
 }  // namespace drape::simulate

@@ -29,20 +29,20 @@ using Eigen::Vector3d;
 using units::mm;
 using State = MeshCloth::State;
 
-constexpr double kMostPoints = 1e5;  // points of a mesh
-constexpr double kLeastPoints = 16;  // a mesh of fewer does not drape
-constexpr double kSame_m = 1e-6;     // two material points that are one
-constexpr int kMostRounds = 100;     // rounds of descents, at the end of each friction settles
-constexpr double kPassingResidual = 0.02;  // mean weights of a point: of rounds before the last
-constexpr double kStageResidual = 0.1;     // of a step in time while contact becomes firm
-constexpr int kCarriedFirmness = 3;        // of contact that is carried to another mesh
-constexpr double kBeside = 1e-6;  // of a triangle's weights: a place on its border is in it
-constexpr double kSolved = 1e-6;  // relative norm of what a first-order answer leaves
+constexpr double kMostPoints = 1e5;        // limit on the points of a mesh
+constexpr double kLeastPoints = 16;        // a mesh with fewer cannot drape
+constexpr double kSame_m = 1e-6;           // closer material points are the same
+constexpr int kMostRounds = 100;           // each round of descents ends with an update of friction
+constexpr double kPassingResidual = 0.02;  // in mean weights of a point, for all but the last round
+constexpr double kStageResidual = 0.1;     // per time step while contact stiffens
+constexpr int kCarriedFirmness = 3;        // firmness of contact transferred to another mesh
+constexpr double kBeside = 1e-6;  // tolerance of barycentric weights at the border of a triangle
+constexpr double kSolved = 1e-6;  // relative norm of the residual of a first-order solution
 constexpr int kMostProducts = 5000;
 double no_table(double) {
   return -std::numeric_limits<double>::infinity();
 }
-constexpr double kLeastRatio = 1.5;  // of two spacings that are levels of their own
+constexpr double kLeastRatio = 1.5;  // least ratio of the spacings of two levels
 
 void require_size(const ClothOutline& outline, double spacing_m) {
   Vector2d low = outline.outer.front(), high = low;
@@ -77,13 +77,13 @@ MaterialMesh mesh_of_case(const DrapeCase& drape, const DrapeOptions& options, d
 
 }  // namespace
 
-/// An unknown that the scene holds, and its value.
+/// An unknown fixed by the scene, with its value.
 struct HeldUnknown {
   int unknown = 0;
   Vector3d value;
 };
 
-/// Finds the triangle that holds a material point, in cells about as large as a triangle.
+/// Finds the triangle that contains a material point, by cells about as large as a triangle.
 class TriangleFinder {
  public:
   explicit TriangleFinder(const MaterialMesh& mesh) : mesh_(mesh), low_(mesh.points_m.front()) {
@@ -109,7 +109,7 @@ class TriangleFinder {
     }
   }
 
-  /// The triangle and the weights of its corners; the first one of several; absent: none.
+  /// The triangle, the first if several, with the weights of its corners; nullopt if none.
   [[nodiscard]] std::optional<std::pair<int, Vector3d>> find(const Vector2d& p) const {
     const Eigen::Array2i cell = cell_of(p);
     std::optional<std::pair<int, Vector3d>> found;
@@ -144,7 +144,7 @@ class TriangleFinder {
 
 namespace {
 
-/// Carries what is held from where the cloth has it to its place, as fast as free cloth sinks.
+/// Moves held unknowns from their position on the cloth to their place as fast as cloth sinks.
 class HeldCarried {
  public:
   HeldCarried(const std::vector<HeldUnknown>& held, int points, const State& state,
@@ -171,7 +171,7 @@ class HeldCarried {
   std::vector<Vector3d> from_;
 };
 
-/// Objects, and cloth on cloth where its layers press.
+/// Contact with objects and, if layers repel, of cloth with itself.
 class AllPushes : public Pushes {
  public:
   AllPushes(const MeshCloth& cloth, const std::vector<bool>& held, const Surroundings& around,
@@ -261,11 +261,11 @@ struct DrapeLevel::Parts {
   DrapeOptions options;
   double spacing_m;
   MeshCloth cloth;
-  ClothMemory fresh;  ///< memory of cloth that has slipped nowhere
+  ClothMemory fresh;  ///< memory of cloth without any slip
   ClothSurface surface;
   TriangleFinder finder;
   std::vector<int> pinned;
-  std::vector<HeldUnknown> values;  ///< of what is held
+  std::vector<HeldUnknown> values;  ///< values of held unknowns
   std::vector<bool> held;
   std::unique_ptr<MeshStiffness> stiffness;
   Vector3d gravity;
@@ -307,7 +307,7 @@ struct DrapeLevel::Parts {
     }
   }
 
-  /// Points on the line, and the derivative across it of the sides there.
+  /// Holds the points on the line, and the derivative across it at the sides there.
   void hold_line(const HeldLine& line) {
     const MaterialMesh& mesh = cloth.mesh();
     for (int i = 0; i < cloth.points(); ++i)
@@ -327,7 +327,7 @@ struct DrapeLevel::Parts {
     values.push_back({unknown, value});
   }
 
-  /// Material points of the surface's nodes.
+  /// Material coordinates of the surface's nodes.
   [[nodiscard]] std::vector<Vector2d> material_of_nodes() const {
     const MaterialMesh& mesh = cloth.mesh();
     std::vector<Vector2d> found = mesh.points_m;
@@ -350,15 +350,15 @@ struct DrapeLevel::Parts {
     return how;
   }
 
-  /// Begins what changes a moment.
+  /// Restores the internal state before changing a moment.
   void begin(const ClothMoment& moment) { cloth.remember(moment.memory); }
   void end(ClothMoment& moment, const AllPushes& pushes) const {
     moment.memory = cloth.memory();
     moment.contact = pushes.memory();
   }
 
-  /// H x = change for what is free, by conjugate gradients (Hestenes and Stiefel 1952) with the
-  /// factor as preconditioner. Nothing where H is not positive definite.
+  /// Solves H x = change for the free unknowns by conjugate gradients (Hestenes and Stiefel 1952),
+  /// with the factor as preconditioner. nullopt if H is not positive definite.
   [[nodiscard]] std::optional<State> solved(const State& state, AllPushes& pushes,
                                             const State& change) {
     const auto flat = [](State& of) {
@@ -396,8 +396,8 @@ struct DrapeLevel::Parts {
     return std::nullopt;
   }
 
-  /// Makes contact firm by stages, with a step in time for each, so that friction follows what the
-  /// cloth does meanwhile.
+  /// Stiffens contact in stages, with a time step for each, so that friction follows the motion of
+  /// the cloth in between.
   void firm_in_time(ClothMoment& moment, AllPushes& pushes, const DescentOptions& how,
                     TimeStepsOptions motion, TimeStepsReport& report) {
     motion.longest_s = motion.step_s = std::max(motion.step_s, motion.longest_step_s);
@@ -411,11 +411,11 @@ struct DrapeLevel::Parts {
     }
   }
 
-  /// Rounds of descents, each one increment at whose end friction settles: at rest nothing is left
-  /// after that.
+  /// Relaxes in rounds of descents, each a load increment that ends with an update of friction,
+  /// until this changes nothing.
   void descend_to_rest(ClothMoment& moment, AllPushes& pushes, const DescentOptions& how,
                        RestReport& report) {
-    // Without friction there is nothing to settle.
+    // Without friction there is nothing to update.
     const bool settles = pushes.objects.holds() || drape.laws.friction;
     stiffness->outdate();
     for (int round = 0; round < kMostRounds; ++round) {
@@ -535,7 +535,7 @@ RestReport DrapeLevel::fall(ClothMoment& moment, const StartVariation& variation
   const DescentOptions descent = my.descent();
   TimeStepsOptions motion = my.options.motion;
   motion.drag_per_s *= variation.drag_factor;
-  // Where nothing holds by friction a fall chooses folds, and no more is remembered of it.
+  // Without friction a fall only selects folds; no other memory of it is kept.
   if (!pushes.objects.holds() && !my.drape.laws.friction) {
     motion.quiet_m = TimeStepsOptions{}.quiet_m;
     motion.residual = 1;

@@ -16,28 +16,28 @@ using Eigen::Vector2d;
 using Eigen::Vector3d;
 using State = MeshCloth::State;
 
-constexpr double kSunk_m = 0.1e-6;   // depth of cloth that bears its own weight alone
-constexpr double kStiffen_m = 2e-6;  // depth from which places stiffen
-constexpr double kGrip_m = 0.2e-6;   // stretch of springs that bear a weight along a surface
-// Before places are firm: their stiffness at first, and what is left of the stiffening at each
-// stage
+constexpr double kSunk_m = 0.1e-6;   // depth under the cloth's own weight
+constexpr double kStiffen_m = 2e-6;  // depth at which the pressure law stiffens
+constexpr double kGrip_m = 0.2e-6;   // stretch of a spring that carries a weight along a surface
+// Before contact is firm: initial stiffness, and reduction of the remaining stiffening per
+// stage.
 constexpr double kSoft = 0.1, kLinear = 0.125;
-// Distance of places, and displacement of nodes before sites are listed again; relative to the
-// root of a triangle's mean area on wide meshes
+// Distance of places, also the displacement of nodes after which sites are listed again; on wide
+// meshes relative to the root of a triangle's mean area.
 constexpr double kPlaces_m = 0.5e-3, kOfWide = 0.15;
-// Looks at one list of sites between which its margin stays; its least, relative to the largest
+// Evaluations per list between which the margin is kept; least margin relative to the largest.
 constexpr int kFewLooks = 4, kManyLooks = 16;
 constexpr double kLeastMargin = 1.0 / 64;
-// Distance from a surface: a pin there says how deep the cloth is
+// Distance from a surface within which a pin determines the depth of the cloth.
 constexpr double kNearPin_m = 0.2e-3;
-// Path of a node that may lead through an object, and halvings of it where it does
+// Path of a node that may lead through an object, and bisections of it if it does.
 constexpr double kThrough_m = 0.1e-3;
 constexpr int kHalvings = 20;
-constexpr double kOpposite = -0.1;  // cosine between normals; 0 across the edge of a box
-// Relative stiffness of the matrix along a surface: cloth that nothing holds there has one too
+constexpr double kOpposite = -0.1;  // cosine between opposite normals; 0 across the edge of a box
+// Relative tangential stiffness in the matrix, so that it is never singular along a surface.
 constexpr double kLoose = 1e-4;
 
-/// Places of a triangle whose sides are cut in `cuts`: corners of its parts.
+/// Places of a triangle with sides divided into `cuts`: the corners of its parts.
 int places_of(int cuts) {
   return (cuts + 1) * (cuts + 2) / 2;
 }
@@ -48,7 +48,7 @@ Vector3d weights_of(int k, int cuts) {
   return Vector3d(cuts - row - k, row, k) / cuts;
 }
 
-/// Share of the triangle's area: a third of each part that the place is a corner of.
+/// Share of the triangle's area: a third of each part with a corner at the place.
 double share_of(const Vector3d& weights, int cuts) {
   const auto zeros = (weights.array() == 0).count();
   return (zeros == 0 ? 2.0 : zeros == 1 ? 1.0 : 1.0 / 3) / (cuts * cuts);
@@ -151,7 +151,7 @@ bool ObjectPushes::is_on_pin(int facet, int shape) const {
   });
 }
 
-/// Finds triangles that may be near a shape while no node goes farther than the reach.
+/// Finds triangles that can come near a shape while no node moves farther than the reach.
 void ObjectPushes::wake() {
   double far2 = 0;
   for (std::size_t i = 0; i < listed_.size(); ++i)
@@ -163,7 +163,7 @@ void ObjectPushes::wake() {
       if (is_awake(t, shape)) until_m_[at(t, shape)] = travelled_m_ + gap_beyond(shape, 4 * t, 3);
 }
 
-/// Distance of a ball about facets from a shape, and its radius.
+/// Distance of a ball around facets from a shape, minus its radius.
 double ObjectPushes::gap_beyond(int shape, int facet, int facets) const {
   Vector3d middle = Vector3d::Zero();
   for (int f = facet; f < facet + facets; ++f)
@@ -175,7 +175,7 @@ double ObjectPushes::gap_beyond(int shape, int facet, int facets) const {
   return surroundings_.gap_m(shape, middle) - std::sqrt(radius2);
 }
 
-/// Chooses the facets that press by their nodes.
+/// Selects the facets that push back at their nodes.
 void ObjectPushes::choose() {
   constexpr int kUnknown = -2;
   const bool first = by_nodes_.empty();
@@ -199,7 +199,7 @@ void ObjectPushes::choose() {
   }
 }
 
-/// Finds the area that nodes press with. True where it changed.
+/// Computes the area of nodes in contact. True if it has changed.
 bool ObjectPushes::weigh() {
   std::vector<double> area(nodes_.size() * surroundings_.count(), 0.0);
   for (int f = 0; f < std::ssize(surface_.facets()); ++f)
@@ -212,8 +212,8 @@ bool ObjectPushes::weigh() {
   return area != node_area_m2_;
 }
 
-/// Lists sites that may press while no node near a shape goes farther than the margin, and those
-/// that remember.
+/// Lists the sites that may touch while no node near a shape moves farther than the margin, and
+/// those with memory.
 void ObjectPushes::list() {
   wake();
   if (by_nodes_.empty()) choose();
@@ -229,7 +229,7 @@ void ObjectPushes::list() {
   };
   const auto& facets = surface_.facets();
   struct OnFacet {
-    int shape = 0, places = 0;  ///< that press beside nodes
+    int shape = 0, places = 0;  ///< places in contact besides the nodes
   };
   std::vector<int> near;
   std::vector<OnFacet> on_facet;
@@ -320,7 +320,7 @@ void ObjectPushes::look(const State& state) {
     site.place = place_of(site);
     Vector3d force = Vector3d::Zero();
     site.pressure_pa = 0;
-    // No distance changes faster than a place.
+    // No distance changes faster than the place moves.
     if (!(site.gap_m > 0) ||
         (site.place - site.looked_at).squaredNorm() >= site.gap_m * site.gap_m) {
       const Surroundings::Nearest nearest = surroundings_.nearest(site.shape, site.place);
@@ -346,7 +346,7 @@ void ObjectPushes::look(const State& state) {
   }
 }
 
-/// p = k d (1 + b d^2) of a site; returns the energy per area (J/m^2).
+/// Applies p = k d (1 + b d^2) at a site; returns the energy per area (J/m^2).
 double ObjectPushes::press(Site& site, double k_n_per_m3, double b_per_m2) {
   const double depth = std::max(0.0, -site.gap_m), more = b_per_m2 * depth * depth;
   site.pressure_pa = k_n_per_m3 * depth * (1 + more);
@@ -364,7 +364,7 @@ void ObjectPushes::add_forces(const State& state, State& force) {
   surface_.add_forces(on_nodes_, force);
 }
 
-/// Second derivatives a (p' n n^T - p G), with G that of the distance, and the springs'.
+/// Adds second derivatives a (p' n n^T - p G), with G that of the distance, and the springs'.
 void ObjectPushes::add_products(const State& state, const State& direction, State& product) {
   look(state);
   for (const Site& site : sites_) {
@@ -385,14 +385,14 @@ void ObjectPushes::add_products(const State& state, const State& direction, Stat
   products_.add_products(surface_, direction, product);
 }
 
-/// The matrix has points and sides apart: places are mixed from the triangle's corners, and from
-/// what the sides bend them out. Sides have a place each in the matrix: with w the weights of a
-/// mixture, (sum w x)^2 <= sum |w| sum |w| x^2.
+/// Bounds for the preconditioner, which treats points and sides separately: places are weighted
+/// sums of the triangle's corners plus the displacement by its sides. Sides have diagonal entries
+/// only: with w the weights of a sum, (sum w x)^2 <= sum |w| sum |w| x^2.
 std::vector<Support> ObjectPushes::supports(const State& state) {
   look(state);
   std::vector<Support> found;
   std::vector<Matrix3d> on_middle(nodes_.size() - cloth_.points(), Matrix3d::Zero());
-  std::array<Matrix3d, 6> pairs;  // of corners of the triangle
+  std::array<Matrix3d, 6> pairs;  // for pairs of the triangle's corners
   int triangle = -1, facet = -1;
   Matrix3d corners;  // weights of the triangle's corners, by node of the facet
   const auto finish = [&] {
@@ -443,18 +443,18 @@ std::vector<Support> ObjectPushes::supports(const State& state) {
   return found;
 }
 
-/// Places press by tenths of a micrometre and take turns with their neighbours. So that a settling
-/// loses no traction, and the cloth does not creep, the others of a triangle that press on the same
-/// object bear what a place bore that presses less, as far as their limits let them. A node has its
-/// part in each triangle around.
+/// Contact alternates between neighbouring places by tenths of a micrometre. To preserve
+/// traction and prevent creep, friction lost at a place is carried by other places of the same
+/// triangle on the same object, as far as their limits permit. A node contributes to each
+/// adjacent triangle.
 void ObjectPushes::settle(const State& state) {
   look(state);
   struct Held {
-    Vector3d lost = Vector3d::Zero();  ///< force (N)
-    double free_n = 0;                 ///< below the limits
+    Vector3d lost = Vector3d::Zero();  ///< lost force (N)
+    double free_n = 0;                 ///< remaining capacity below the limits
   };
   std::vector<Held> held(until_m_.size());
-  /// visit(triangle's, area) for each part of a site.
+  /// Calls visit(share of a triangle, area) for each part of a site.
   const auto visit_parts = [&](const Site& site, auto visit) {
     if (site.node < 0) return visit(held[at(site.facet / 4, site.shape)], site.area_m2);
     for (int k = first_of_node_[site.node]; k < first_of_node_[site.node + 1]; ++k) {
@@ -591,7 +591,7 @@ Vector2d ObjectPushes::material_of(const Site& site) const {
   return sum;
 }
 
-/// Distance from a site within which another mesh goes on from it.
+/// Radius around a site within which another mesh takes over its friction.
 double ObjectPushes::reach_of(const Site& site) const {
   return site.node >= 0 ? nodes_m_ : ContactMemory::kReach * places_m();
 }

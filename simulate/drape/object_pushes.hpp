@@ -13,30 +13,30 @@
 
 namespace drape::simulate {
 
-/// Objects and table that push a cloth.
+/// Contact of a cloth with objects and table.
 ///
-/// Places all over the cloth's surface press, each for its share of the area: at depth d by
-/// p = k d (1 + d^2 / d0^2), where k lets cloth lie 0.1 um deep under its own weight and d0 = 2 um,
-/// so that edges and corners of any sharpness are entered by some hundredths of a millimetre. The
-/// places are 0.5 mm apart on the cloth (1 mm on meshes of 10 mm), half that on objects of sharp
-/// edges. While a cloth falls p = k d / 10, for stiff places make a descent's steps short; then
-/// stages lead from there to the firm law. Facets with a corner that is held on a surface are left
-/// out: two pins on a round body hold the cloth between them inside it.
+/// Places all over the surface of the cloth push back, each for its share of the area, with the
+/// pressure p = k d (1 + d^2 / d0^2) at depth d, where k gives 0.1 um under the cloth's own weight
+/// and d0 = 2 um, so that edges and corners of any sharpness penetrate by some hundredths of a
+/// millimetre only. Places are 0.5 mm apart on the cloth (1 mm on meshes of 10 mm), half of that on
+/// objects with sharp edges. While a cloth falls p = k d / 10, since stiff contact makes the steps
+/// of a descent short; stages lead from there to the firm law. Facets with a corner held on a
+/// surface are left out: two pins on a round body hold the cloth between them inside it.
 ///
-/// A facet whose corners all face one flat face presses by its nodes alone: the gap is linear
-/// between them, so nothing is deeper. Which facets do is chosen by settle(), for a choice amid a
-/// descent would make its energy jump; once places are firm, a facet only leaves them.
+/// A facet whose corners all face one flat face pushes back at its nodes only: the gap is linear
+/// between them, so no point is deeper. settle() selects these facets, since a change during a
+/// descent would make the energy jump; once contact is firm, facets only leave the selection.
 ///
-/// Only listed places are looked at: those that may touch before a node has moved by a margin,
-/// which follows the motion. The energy does not depend on it.
+/// Only listed places are evaluated: those that may touch before a node has moved by a margin,
+/// which adapts to the motion. The energy does not depend on the list.
 ///
-/// Friction is elastic and plastic: each place that presses has a tangential spring that yields at
-/// the coefficient times its pressure; settle() moves it, once per increment of load or of time.
-/// Limits and places of springs stay those of the last settle() meanwhile, so that there is an
-/// energy.
+/// Friction is elastic-plastic: each place in contact has a tangential spring that yields at the
+/// coefficient times its pressure. settle() updates it once per load increment or time step; until
+/// then limits and anchors of the springs keep their last values, so that the energy is well
+/// defined.
 class ObjectPushes : public Pushes {
  public:
-  /// Soft, for a fall. No argument may go before this object.
+  /// Starts soft, for a fall. All arguments must outlive this object.
   ObjectPushes(const MeshCloth& cloth, const std::vector<bool>& held,
                const Surroundings& surroundings, double friction, double gravity_m_per_s2);
 
@@ -47,42 +47,42 @@ class ObjectPushes : public Pushes {
   void add_products(const MeshCloth::State& state, const MeshCloth::State& direction,
                     MeshCloth::State& product) override;
 
-  /// No node goes through the middle of an object on its way to the other side.
+  /// Prevents nodes from passing through the middle of an object to its other side.
   [[nodiscard]] double clear_part(const MeshCloth::State& from, const MeshCloth::State& to,
                                   bool led) override;
 
   [[nodiscard]] bool holds() const { return friction_ > 0; }
   [[nodiscard]] bool is_firm() const { return firmness_ == kFirm; }
-  /// Takes the pressure's law a stage nearer to that of a rest.
+  /// Brings the pressure law one stage closer to that of a rest.
   void make_firmer(const MeshCloth::State& state);
 
-  /// Forces (N) on places of the surface's facets, by their nodes (the points, then the middles of
-  /// sides); the fourth has no weight.
+  /// Forces (N) at places of the surface's facets, by their nodes (the points, then the midpoints
+  /// of sides); the fourth has no weight.
   [[nodiscard]] std::vector<ContactForce> stated(const MeshCloth::State& state);
 
   /// Writes its part of the memory.
   void remember(ContactMemory& memory) const;
-  /// Goes on from a memory in a state of this cloth. Springs of another mesh keep their force per
-  /// area, turned into the surface and within the limit of friction.
+  /// Restores a memory in a state of this cloth. Springs from another mesh keep their force per
+  /// area, rotated into the surface and limited by friction.
   void take_over(const ContactMemory& memory, const MeshCloth::State& state);
 
  private:
   static constexpr int kFirm = 5;
-  /// A place of the cloth near an object.
+  /// A place of the cloth close to an object.
   struct Site {
-    int id = 0;  ///< place times shapes, plus shape
+    int id = 0;  ///< place * number of shapes + shape
     int facet = 0, shape = 0;
-    int node = -1;           ///< of the surface, where a node presses; -1: a place of the facet
-    Eigen::Vector3d weight;  ///< of the facet's nodes
+    int node = -1;           ///< surface node, if one pushes back; -1 for a place of the facet
+    Eigen::Vector3d weight;  ///< weights of the facet's nodes
     double area_m2 = 0;
     ContactMemory::Grip grip;
-    Eigen::Vector3d looked_at;  ///< where the gap is from
+    Eigen::Vector3d looked_at;  ///< position at which the gap was evaluated
     double gap_m = 0, pressure_pa = 0, n_per_m3 = 0;
-    Eigen::Vector3d place, normal, force_n;  ///< as looked at last, where it acts
+    Eigen::Vector3d place, normal, force_n;  ///< of the last evaluation, where the force acts
 
     [[nodiscard]] bool acts() const { return pressure_pa > 0 || grip.limit > 0; }
   };
-  /// A place of a facet, and its share of the area.
+  /// A place of a facet, with its share of the area.
   struct Place {
     Eigen::Vector3d weight;
     double share = 0;
@@ -120,28 +120,28 @@ class ObjectPushes : public Pushes {
   const Surroundings& surroundings_;
   ClothSurface surface_;
   double friction_, stiffness_, grip_stiffness_;  ///< N/m^3
-  double reach_m_ = 0, nodes_m_ = 0;              ///< distance of nodes
+  double reach_m_ = 0, nodes_m_ = 0;              ///< distance between nodes
   int firmness_ = 0;
-  std::vector<int> cuts_, first_;                   ///< by facet: parts of a side; first place
-  std::vector<std::vector<Place>> places_;          ///< by cuts
-  std::vector<std::array<bool, 3>> owns_;           ///< by facet: no facet before has that node
-  std::vector<int> first_of_node_, facet_of_node_;  ///< facets around a node
-  std::vector<bool> by_nodes_;                      ///< by facet and shape; empty: not chosen yet
-  std::vector<double> node_area_m2_;                ///< by node and shape; empty: not weighed yet
-  std::vector<Site> sites_;                         ///< by id
-  double energy_j_ = 0;                             ///< of the state looked at last
-  MeshCloth::State on_nodes_;                       ///< forces (N) there
-  std::vector<Site> before_;                        ///< those of the last list; kept for its memory
-  MeshCloth::State seen_, nodes_;                   ///< the state seen last, and its surface
-  bool looked_ = false;          ///< energy and forces are those of the state seen last
-  SurfaceProducts products_;     ///< of the state looked at ...
-  bool are_products_ = false;    ///< ... if they are listed
-  MeshCloth::State listed_;      ///< nodes when sites were listed
-  double margin_m_ = 0;          ///< gap up to which sites were listed
-  std::vector<double> free_m2_;  ///< squared displacement that a node may have meanwhile
-  int looks_ = 0;                ///< at this list
-  double travelled_m_ = 0;       ///< sum of the largest displacements between lists
-  /// By triangle, or facet, and shape: travelled_m_ until it may be near.
+  std::vector<int> cuts_, first_;           ///< by facet: subdivisions of a side; first place
+  std::vector<std::vector<Place>> places_;  ///< by number of subdivisions
+  std::vector<std::array<bool, 3>> owns_;   ///< by facet: true if no earlier facet has that node
+  std::vector<int> first_of_node_, facet_of_node_;  ///< facets adjacent to a node
+  std::vector<bool> by_nodes_;        ///< by facet and shape; empty if not selected yet
+  std::vector<double> node_area_m2_;  ///< by node and shape; empty if not computed yet
+  std::vector<Site> sites_;           ///< sorted by id
+  double energy_j_ = 0;               ///< for the last state evaluated
+  MeshCloth::State on_nodes_;         ///< forces (N) at that state
+  std::vector<Site> before_;          ///< sites of the previous list, kept for reuse of memory
+  MeshCloth::State seen_, nodes_;     ///< last state seen, and its surface nodes
+  bool looked_ = false;               ///< energy and forces belong to the last state seen
+  SurfaceProducts products_;          ///< second derivatives at the state evaluated ...
+  bool are_products_ = false;         ///< ... if computed
+  MeshCloth::State listed_;           ///< nodes when sites were listed
+  double margin_m_ = 0;               ///< largest gap of listed sites
+  std::vector<double> free_m2_;       ///< squared displacement that the list permits each node
+  int looks_ = 0;                     ///< evaluations with this list
+  double travelled_m_ = 0;            ///< sum of the largest displacements over all lists
+  /// By triangle, or facet, and shape: travelled_m_ until which it cannot be near.
   std::vector<double> until_m_, facet_until_m_;
 };
 

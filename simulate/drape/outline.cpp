@@ -70,8 +70,8 @@ bool runs_along(const Polygon& one, const Polygon& other, double same_m) {
                      [&](const Vector2d& corner) { return distance_m(other, corner) < same_m; });
 }
 
-/// Refuses lines that cross or come nearer to each other than `same_m`: cloth ends on one side of
-/// each alone.
+/// Refuses lines that cross or come closer to each other than `same_m`: each must have cloth on one
+/// side only.
 class LinesApart {
  public:
   LinesApart(const std::vector<Polygon>& rings, double same_m, const std::filesystem::path& file)
@@ -113,7 +113,7 @@ class LinesApart {
     return a.ring == b.ring && b.corner == (a.corner + 1) % rings_[a.ring].size();
   }
 
-  /// Crossing of the lines on which both lie.
+  /// Intersection of the infinite lines through both.
   static Vector2d crossing(const Line& a, const Line& b) {
     const Vector2d along = a.to - a.from, other = b.to - b.from, apart = b.from - a.from;
     return a.from + cross(apart, other) / cross(along, other) * along;

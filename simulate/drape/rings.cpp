@@ -23,9 +23,9 @@ namespace {
 
 using Eigen::Vector2d;
 
-constexpr int kFine = 256;  // chords by which a curve's length is measured
+constexpr int kFine = 256;  // chords for measuring the length of a curve
 
-/// Centre form of an arc (SVG 1.1, appendix F.6.5), as points for 0 .. 1.
+/// Points for 0 .. 1 of an arc in centre form (SVG 1.1, appendix F.6.5).
 std::function<Vector2d(double)> arc(const Vector2d& from, Vector2d radii, double turn_deg,
                                     bool large, bool sweep, const Vector2d& to) {
   const Eigen::Rotation2Dd turn(turn_deg * std::numbers::pi / 180);
@@ -65,7 +65,7 @@ class PathReader {
       }
       step();
       before_ = command_;
-      // Further pairs after a move are lines.
+      // Further coordinate pairs after a move are lines.
       if (command_ == 'M') command_ = 'L';
       if (command_ == 'm') command_ = 'l';
     }
@@ -101,7 +101,7 @@ class PathReader {
     builder_.line_to(to);
     here_ = to;
   }
-  /// After Z a path goes on from where its ring began.
+  /// After Z a path continues from the start of its ring.
   void need_ring() {
     if (before_ == 0) refuse_("the path does not begin with M", numbers_.at());
     if (!builder_.is_open()) builder_.begin(here_);
@@ -121,7 +121,7 @@ class PathReader {
     cubic((from + 2 * control) / 3, (to + 2 * control) / 3, to);
     control_ = control;
   }
-  /// The mirror image of the last control point after a curve of the same kind.
+  /// Reflection of the last control point after a curve of the same kind.
   [[nodiscard]] Vector2d mirrored(const std::string& kinds) const {
     const bool same = kinds.find(static_cast<char>(std::toupper(before_))) != std::string::npos;
     return same ? Vector2d(2 * here_ - control_) : here_;
@@ -169,7 +169,7 @@ class PathReader {
         const double rx = number(), ry = number(), turn = number();
         const bool large = flag(), sweep = flag();
         const Vector2d to = pair();
-        // A radius of 0 makes a line (SVG 1.1, appendix F.6.2).
+        // An arc with a zero radius is a line (SVG 1.1, appendix F.6.2).
         if (rx == 0 || ry == 0 || to == here_) return line_to(to);
         need_ring();
         builder_.curve(arc(here_, {rx, ry}, turn, large, sweep, to));
@@ -191,7 +191,7 @@ class PathReader {
 using Eigen::Affine2d;
 using units::mm;
 
-constexpr int kDeepest = 100;           // groups within each other
+constexpr int kDeepest = 100;           // nesting depth of groups
 constexpr std::size_t kLongest = 1000;  // characters of a size or transform
 
 constexpr const char* kHidden =
@@ -200,8 +200,8 @@ constexpr const char* kHidden =
 /// Elements that draw nothing.
 const std::set<std::string> kSilent = {"title", "desc", "metadata", "defs", "style"};
 
-/// Properties of a style that move, cut or redraw a shape (CSS Transforms 1 and 2, CSS Masking 1,
-/// SVG 2).
+/// Style properties that move, clip or change a shape (CSS Transforms 1 and 2, CSS Masking 1, SVG
+/// 2).
 const std::set<std::string> kReshaping = {"transform",
                                           "transform-origin",
                                           "transform-box",
@@ -243,7 +243,7 @@ std::string first_word(const std::string& text) {
   return text.substr(from, text.find_first_of(" \t\r\n!", from) - from);
 }
 
-/// True if a shape with this property is not seen, or in another form than its element states.
+/// True if a shape with this property is hidden or differs from what its element states.
 bool hides_or_reshapes(const std::string& property, const std::string& value) {
   if (property == "display") return value == "none";
   if (property == "visibility") return value == "hidden" || value == "collapse";
@@ -288,7 +288,7 @@ class SvgReader {
     throw bad_input(why, {.file = file_.string(), .field = name}, what_to_do);
   }
 
-  /// Checks declarations alone, or a sheet of rules, whatever they select.
+  /// Checks single declarations, or a whole style sheet regardless of what its rules select.
   void require_plain_style(const pugi::xml_node& node, const std::string& style) const {
     const std::string text = without_comments(in_small_letters(style));
     if (text.find("@import") != std::string::npos)
@@ -306,7 +306,7 @@ class SvgReader {
     if (hides_or_reshapes(property, value))
       refuse(node, fmt::format("it is not seen as it is drawn ({}: {})", property, value), kHidden);
   }
-  /// Refuses shapes that a viewer hides, which are no cloth, or moves.
+  /// Throws for shapes that a viewer hides, which are not cloth, or moves.
   void require_shown(const pugi::xml_node& node) const {
     for (const char* name : {"display", "visibility", "opacity", "clip-path", "mask"})
       if (const pugi::xml_attribute attribute = node.attribute(name))
@@ -314,7 +314,7 @@ class SvgReader {
     require_plain_style(node, node.attribute("style").value());
   }
 
-  /// A length with its unit, in metres; nothing without one.
+  /// A length with unit, in metres; nullopt without a unit.
   [[nodiscard]] std::optional<double> length_m(const pugi::xml_node& node, const char* name) const {
     static const std::regex form(R"(\s*([0-9.eE+-]+)\s*(mm|cm|in|px)?\s*)");
     const std::string text = node.attribute(name).value();
@@ -330,7 +330,7 @@ class SvgReader {
     return *value * 25.4 / 96 * mm;
   }
 
-  /// Metres of (weft, warp) from units of the drawing.
+  /// Transform from drawing units to (weft, warp) in metres.
   [[nodiscard]] Affine2d scale_of(const pugi::xml_node& svg) const {
     const auto width = length_m(svg, "width"), height = length_m(svg, "height");
     const std::string remedy =
@@ -358,7 +358,7 @@ class SvgReader {
     return scale;
   }
 
-  /// The product of a list of transforms (SVG 1.1, section 7.6).
+  /// Product of a list of transforms (SVG 1.1, section 7.6).
   [[nodiscard]] Affine2d transform_of(const pugi::xml_node& node) const {
     Affine2d all = Affine2d::Identity();
     const std::string text = node.attribute("transform").value();
@@ -372,7 +372,7 @@ class SvgReader {
       NumberReader numbers((*it)[2].str());
       std::vector<double> v;
       while (const auto value = numbers.next()) v.push_back(*value);
-      if (!numbers.at_end()) v.clear();  // a unit, or no number
+      if (!numbers.at_end()) v.clear();  // with a unit, or not a number
       const std::string name = (*it)[1];
       Affine2d t = Affine2d::Identity();
       if (name == "matrix" && v.size() == 6) {
@@ -415,7 +415,7 @@ class SvgReader {
     for (const pugi::xml_node& child : node.children()) {
       if (child.type() != pugi::node_element) continue;
       const std::string name = child.name();
-      // Editors keep their own settings under prefixes of their own.
+      // Editors store their settings in elements with a namespace prefix.
       if (kSilent.contains(name) || name.find(':') != std::string::npos) continue;
       if (name == "g") {
         visit(child, here, depth + 1);
@@ -490,7 +490,7 @@ void RingBuilder::add(const Vector2d& metres) {
   beyond_limits_ =
       beyond_limits_ || !(metres.cwiseAbs().maxCoeff() < kFarthest_m) || ++corners_ > kMostCorners;
   if (beyond_limits_) return;
-  // Swaps the axes: a drawing's x is the weft.
+  // Swaps the axes: x of a drawing is the weft.
   const Vector2d place(metres.y(), metres.x());
   if (!ring_.empty() && (ring_.back() - place).norm() < kSamePlace * spacing_m_) return;
   ring_.push_back(place);
@@ -551,7 +551,7 @@ std::optional<double> NumberReader::next() {
   skip();
   const char* begin = text_.data() + at_;
   const char* end = text_.data() + text_.size();
-  if (begin < end && *begin == '+') ++begin;  // which from_chars does not take
+  if (begin < end && *begin == '+') ++begin;  // from_chars does not accept it
   double value = 0;
   const auto [after, error] = std::from_chars(begin, end, value);
   if (error != std::errc() || !std::isfinite(value)) return std::nullopt;

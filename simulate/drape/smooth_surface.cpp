@@ -14,12 +14,12 @@ using Eigen::Array2i;
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-constexpr int kNearest = 24;          // points of a polynomial
-constexpr double kInCell = 6;         // points of a cell in the mean
-constexpr double kFalling = 2.5;      // of the weights' exponent
-constexpr double kSupport = 1.05;     // relative to the farthest of the points
-constexpr double kDetermined = 1e-4;  // relative to the largest pivot
-constexpr int kTerms[] = {3, 6, 10};  // of a polynomial of degree 1, 2, 3
+constexpr int kNearest = 24;          // points per polynomial
+constexpr double kInCell = 6;         // mean number of points per cell
+constexpr double kFalling = 2.5;      // factor in the exponent of the weights
+constexpr double kSupport = 1.05;     // reach relative to the farthest of these points
+constexpr double kDetermined = 1e-4;  // least pivot relative to the largest
+constexpr int kTerms[] = {3, 6, 10};  // terms of a polynomial of degree 1, 2, 3
 
 Eigen::Matrix<double, 1, 10> monomials(const Vector2d& p) {
   const double a = p.x(), b = p.y();
@@ -55,7 +55,7 @@ Array2i SmoothSurface::cell_of(const Vector2d& p) const {
   return ((p - low_) / cell_m_).array().floor().max(0).min(cells_.cast<double>() - 1).cast<int>();
 }
 
-/// The nearest points, by distance; grows a square of cells until no farther cell can hold one.
+/// The nearest points by distance; grows a square of cells until no other cell can hold one.
 std::vector<SmoothSurface::Near> SmoothSurface::nearest(const Vector2d& p) const {
   const std::size_t wanted = std::min<std::size_t>(kNearest, material_.size());
   const Array2i centre = cell_of(p);

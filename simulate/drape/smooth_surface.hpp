@@ -8,15 +8,15 @@
 
 namespace drape::simulate {
 
-/// A smooth map of material points to places through scattered ones: at each point the polynomial
-/// of least squares over the nearest 24, weighted by exp(-2.5 (d / reach)^2) (moving least squares:
-/// Lancaster and Salkauskas 1981). It is cubic where those points determine a cubic, else
-/// quadratic or linear, and reproduces such maps exactly. Beyond the points it is continued.
-/// A look costs the same whatever the number of points.
+/// Smooth map from material points to positions through scattered data: at each point the
+/// least-squares polynomial of the nearest 24, weighted by exp(-2.5 (d / reach)^2) (moving least
+/// squares: Lancaster and Salkauskas 1981). It is cubic if those points determine a cubic, else
+/// quadratic or linear, and reproduces such maps exactly. It extrapolates beyond the points. The
+/// cost of an evaluation does not depend on their number.
 class SmoothSurface {
  public:
-  /// As many places (m) as material points (warp, weft; m), at least three and not on a line.
-  /// Throws Error(bad_input) for fewer.
+  /// `places` (m) correspond to material points (warp, weft; m), at least three and not collinear.
+  /// Throws Error(bad_input) otherwise.
   SmoothSurface(std::vector<Eigen::Vector2d> material_m, std::vector<Eigen::Vector3d> places);
 
   [[nodiscard]] MeshCloth::Jet at(const Eigen::Vector2d& material_m) const;
@@ -35,7 +35,7 @@ class SmoothSurface {
   Eigen::Vector2d low_;
   double cell_m_ = 0;
   Eigen::Array2i cells_;
-  std::vector<std::vector<int>> points_of_;  ///< by cell
+  std::vector<std::vector<int>> points_of_;  ///< indices by cell
 };
 
 }  // namespace drape::simulate

@@ -19,11 +19,11 @@ using Eigen::Index;
 using Eigen::MatrixX3d;
 using Eigen::Vector3d;
 
-constexpr double kPart = 0.5;      // part of friction and of the weight
-constexpr double kBetween = 1e-2;  // residual of all but the last, in mean weights of a point
-constexpr int kPushSteps = 2;      // in which a push grows, and in which it goes again
+constexpr double kPart = 0.5;      // fraction of friction and of the weight
+constexpr double kBetween = 1e-2;  // residual before the last step, in mean weights of a point
+constexpr int kPushSteps = 2;      // steps in which a push grows, and in which it is released
 
-/// Two horizontals and the vertical, x nearest to the first.
+/// Two horizontal axes, x as close as possible to the first, and the vertical.
 std::array<Vector3d, 3> axes_of(const Vector3d& gravity) {
   const Vector3d up = -gravity.normalized();
   const Vector3d beside = std::abs(up.x()) < 0.9 ? Vector3d::UnitX() : Vector3d::UnitY();
@@ -31,14 +31,14 @@ std::array<Vector3d, 3> axes_of(const Vector3d& gravity) {
   return {first, up.cross(first), up};
 }
 
-/// Rest of the cloth after another past, in the frame of the case.
+/// Rest of the cloth after another loading history, in the frame of the case.
 struct Other {
   OtherRest rest;
   MatrixX3d marks;
   int folds = 0;
 };
 
-/// Makes the rests about that of the scene's own start.
+/// Computes rests around that of the scene's own start.
 class OtherRests {
  public:
   OtherRests(const Ensemble& ensemble, const EnsembleCase& coarse, int threads)
@@ -49,7 +49,7 @@ class OtherRests {
 
   [[nodiscard]] const Member& own() const { return ensemble_.members.front(); }
 
-  /// A push from each side by so many weights along the axes; 0: not along that one.
+  /// Adds pushes in both directions of each axis, by a multiple of the weight; 0 skips an axis.
   void add_pushes(const Vector3d& per_weight, const std::string& what) {
     const std::array<Vector3d, 3> axes = axes_of(coarse_.drape->local.scene.gravity_m_per_s2);
     for (std::size_t k = 0; k < axes.size(); ++k) {
@@ -92,7 +92,7 @@ class OtherRests {
     });
   }
 
-  /// All of them, in the order in which they were added.
+  /// Runs all of them; returns the results in the order in which they were added.
   [[nodiscard]] std::vector<Other> made() {
     std::vector<Other> others(tasks_.size());
     parallel_for(tasks_.size(), threads_, [&](std::size_t k) { others[k] = tasks_[k](); });
@@ -100,7 +100,7 @@ class OtherRests {
     return others;
   }
 
-  /// States which of them count, their moves, and the intervals that they span.
+  /// Determines which rests count, their moves, and the intervals that they span.
   void state(std::vector<Other> others, double reach_m, bool same_folds,
              std::vector<OtherRest>& rests, std::vector<MarkInterval>& intervals) const {
     const LocalScene& local = coarse_.drape->local;
@@ -153,8 +153,8 @@ class OtherRests {
   std::vector<std::function<Other()>> tasks_;
 };
 
-/// Place of the rest in the vertical interval, summed over the marks: 0 lowest, 1 highest; nothing
-/// where there is none.
+/// Position of the rest within the vertical interval, summed over the marks, from 0 (lowest) to 1
+/// (highest); nullopt if the interval is empty.
 std::optional<double> place_of_rest(const std::vector<MarkInterval>& marks) {
   double below_m = 0, width_m = 0;
   for (const MarkInterval& mark : marks) {

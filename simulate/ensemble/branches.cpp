@@ -27,7 +27,7 @@ using Eigen::MatrixX3d;
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-constexpr double kSameAxis = 1e-6;  // m
+constexpr double kSameAxis = 1e-6;  // m; largest offset of coaxial objects
 constexpr int kBatch = 8, kMostStarts = 32;
 
 std::optional<Vector2d> axis_of(const Obstacle& obstacle) {
@@ -39,7 +39,7 @@ std::optional<Vector2d> axis_of(const Obstacle& obstacle) {
   return std::nullopt;
 }
 
-/// After the turn about the vertical and the horizontal shift that fit best.
+/// Distance after the best rotation about the vertical and horizontal shift.
 double distance_after_turn(const MatrixX3d& a, const MatrixX3d& b) {
   const Eigen::RowVector3d middle_a = a.colwise().mean(), middle_b = b.colwise().mean();
   const MatrixX3d p = a.rowwise() - middle_a;
@@ -52,7 +52,7 @@ double distance_after_turn(const MatrixX3d& a, const MatrixX3d& b) {
   return (p - q).rowwise().norm().mean();
 }
 
-/// Rows of marks that are on the cloth.
+/// Rows of the marks that are on the cloth.
 MatrixX3d rows_on_cloth(const MatrixX3d& places) {
   std::vector<Index> rows;
   for (Index k = 0; k < places.rows(); ++k)
@@ -60,7 +60,7 @@ MatrixX3d rows_on_cloth(const MatrixX3d& places) {
   return places(rows, Eigen::all);
 }
 
-/// Mean distance of the measured marks from their places on the cloth; nothing without any.
+/// Mean distance of the measured marks from their positions on the cloth; nullopt without any.
 std::optional<double> from_measured_m(const DrapeLevel& level, const ClothMoment& moment) {
   const std::optional<Sheet>& measured = level.drape().local.measured;
   if (!measured) return std::nullopt;
@@ -78,11 +78,11 @@ std::optional<double> from_measured_m(const DrapeLevel& level, const ClothMoment
   return count > 0 ? std::optional(sum / count) : std::nullopt;
 }
 
-/// A rest is stable where a small change of forces has a first-order answer.
+/// True if a small change of forces has a first-order solution, so that the rest is stable.
 bool is_stable(DrapeLevel& level, const ClothMoment& moment) {
   MeshCloth::State change(static_cast<std::size_t>(level.cloth().unknowns()), Vector3d::Zero());
   for (int i = 0; i < level.cloth().points(); ++i) {
-    const double t = i;  // all directions and wavelengths take part
+    const double t = i;  // excites all directions and wavelengths
     change[i] =
         level.cloth().mass_kg()[i] * Vector3d(std::sin(t), std::sin(t * t), std::cos(2 * t));
   }
@@ -115,7 +115,7 @@ Member member_of(const EnsembleCase& coarse, int start, StartVariation variation
   return member;
 }
 
-/// Groups the members at rest.
+/// Groups the members at rest into branches.
 void group(Ensemble& ensemble, double least_m) {
   const std::vector<Member>& members = ensemble.members;
   std::vector<int> rests;
@@ -143,7 +143,7 @@ void group(Ensemble& ensemble, double least_m) {
                    });
 }
 
-/// True if the last batch of starts brought a branch; of the first batch, a second one.
+/// True if the last batch of starts found a new branch; for the first batch, a second one.
 bool brought_new(const Ensemble& ensemble) {
   const int before = ensemble.starts - kBatch;
   int fresh = 0;

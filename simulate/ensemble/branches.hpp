@@ -16,119 +16,119 @@ namespace drape::simulate {
 
 /// Options of an ensemble of starts.
 struct EnsembleOptions {
-  /// Seeded starts; absent: 8, and 8 more while new branches come, at most 32.
+  /// Number of seeded starts; absent: 8, plus 8 more while new branches appear, at most 32.
   std::optional<int> starts;
-  double same_m = 1e-3;  ///< nearer rests are one branch, however dense the others lie
-  int threads = 1;       ///< never changes a result
+  double same_m = 1e-3;  ///< rests closer than this are one branch, however dense the others are
+  int threads = 1;       ///< number of threads; never changes a result
 };
 
 void fields(Fields& f, EnsembleOptions& options);
 
-/// A drape with everything that judges and states it.
+/// A drape with everything needed to judge it and state its result.
 struct EnsembleCase {
-  Scene scene;  ///< in the world
+  Scene scene;  ///< in world coordinates
   Fabric fabric;
   FittedLaws fitted;
   SimulateOptions options;
   std::shared_ptr<const DrapeCase> drape;
 
-  /// A value of the scene changed, in the world and in the frame of the case.
+  /// Copies the case with a change of the scene, in the world and in the frame of the case.
   [[nodiscard]] EnsembleCase with(const std::function<void(Scene&)>& change) const;
   [[nodiscard]] EnsembleCase with_laws(FittedLaws laws) const;
-  /// The first `count` levels of the drape's own alone.
+  /// Copies the case with the first `count` levels only.
   [[nodiscard]] EnsembleCase with_levels(std::size_t count) const;
 
-  /// "at rest", or why a moment is no rest: its descent did not end, or the checker refuses it.
+  /// "at rest", or why a state is not: its descent did not converge, or the checker refuses it.
   [[nodiscard]] std::string ending_of(const DrapeLevel& level, const ClothMoment& moment,
                                       const RestReport& report) const;
-  /// A drape as simulate() gives it.
+  /// Converts a drape to a result, as simulate() does.
   [[nodiscard]] SimulateResult result(Drape made) const;
 };
 
-/// The case of a scene, as simulate() makes it.
+/// Makes the case of a scene, as simulate() does.
 [[nodiscard]] EnsembleCase ensemble_case(const Scene& scene, const Fabric& fabric,
                                          const Print& print, const std::optional<Sheet>& measured,
                                          const SimulateOptions& options);
 
-/// End of one start on the coarsest mesh, in the frame of the case.
+/// Result of one start on the coarsest mesh, in the frame of the case.
 struct Member {
-  int start = -1;  ///< index for variation_of(); -1: folded, see folded_starts()
+  int start = -1;  ///< index for variation_of(); -1 if folded, see folded_starts()
   double friction = 0;
-  Drape drape;                     ///< without its level, of which all members have the same
-  std::string ending = "at rest";  ///< or why it is no rest
-  double energy_j = 0;             ///< gravity about the origin of the frame
+  Drape drape;                     ///< without its level, which all members share
+  std::string ending = "at rest";  ///< "at rest", or the reason why it is not
+  double energy_j = 0;             ///< includes gravity, relative to the origin of the frame
   double mass_kg = 0;
   HemLabel hem;
-  Eigen::MatrixX3d marks;                 ///< places of Ensemble::marks, one row each
-  std::optional<double> from_measured_m;  ///< mean distance of the measured marks
+  Eigen::MatrixX3d marks;                 ///< positions of Ensemble::marks, one row each
+  std::optional<double> from_measured_m;  ///< mean distance from the measured marks
 
   [[nodiscard]] bool rests() const { return ending == "at rest"; }
 };
 
 /// Rests of a drape from many starts.
 struct Ensemble {
-  int starts = 0;               ///< the first members, in their order; folded ones follow
-  std::vector<Member> members;  ///< all starts, also those that do not rest
-  std::vector<MarkId> marks;    ///< marks of the print that are on the cloth
-  bool round = false;           ///< the scene looks the same turned about a vertical axis
-  double linked_m = 0;          ///< rests nearer than this to any member of a branch are on it
-  /// Indices of the members of each branch by energy, lowest first, but the scene's own start
-  /// before all; the first names it. Branches are in the order of the energies of their first.
+  int starts = 0;  ///< number of leading members from seeded starts; folded ones follow
+  std::vector<Member> members;  ///< all starts, including those that do not come to rest
+  std::vector<MarkId> marks;    ///< the print's marks that are on the cloth
+  bool round = false;           ///< true if the scene is symmetric about a vertical axis
+  double linked_m = 0;          ///< rests closer than this to any member of a branch belong to it
+  /// Indices of the members of each branch by energy, lowest first, but with the scene's own start
+  /// in front; the first represents it. Branches are sorted by the energy of their first member.
   std::vector<std::vector<int>> branches;
 
-  /// Starts that ended on a branch, ascending.
+  /// Starts that ended on a branch, in ascending order.
   [[nodiscard]] std::vector<int> starts_of(std::size_t branch) const;
 };
 
-/// True if all objects are round about one vertical axis.
+/// True if all objects are symmetric about one vertical axis.
 [[nodiscard]] bool is_round(const Scene& scene);
 
-/// Mean distance of two cloths' marks (m); `round`: after the best turn about the vertical and
-/// horizontal shift, and with the cloth turned by half a turn in its own plane as well.
+/// Mean distance of the marks of two cloths (m). `round`: after the best rotation about the
+/// vertical and horizontal shift, also with the cloth rotated by half a turn in its plane.
 [[nodiscard]] double mean_distance_m(const Eigen::MatrixX3d& a, const Eigen::MatrixX3d& b,
                                      bool round);
 
 /// Drapes the starts on the coarsest mesh and groups their rests by linkage (linkage.hpp). Without
-/// a number of starts it ends when the last eight brought no new branch. A cloth on two pins that
-/// part it falls folded as well. Throws Error as drape_cloth() does.
+/// a given number, stops when the last eight starts brought no new branch. A cloth that is divided
+/// by the line of its two pins is also started folded. Throws Error like drape_cloth().
 [[nodiscard]] Ensemble find_branches(const EnsembleCase& own, const EnsembleOptions& how);
 
-/// Estimate by the number of starts on each branch.
+/// Estimate from the number of starts on each branch.
 [[nodiscard]] UnseenBranches unseen_of(const std::vector<int>& starts);
 
-/// branches.json of an ensemble, in the world; of the real drape nothing.
+/// Content of branches.json for an ensemble, in the world, without the measured drape.
 [[nodiscard]] BranchList list_of(const Ensemble& ensemble, const EnsembleCase& own);
 
-/// Indices of the branches that could be the real drape: all without a measured sheet; else those
-/// whose nearest member is farther from it than the nearest of all by no more than rests of one
-/// branch are linked by.
+/// Indices of the branches that could be the measured drape: all without a measured sheet, else
+/// those whose nearest member is farther from it than the overall nearest by no more than the
+/// linking distance of a branch.
 [[nodiscard]] std::vector<std::size_t> could_be_real(const Ensemble& ensemble);
 
-/// A branch as it is given.
+/// Final result for a branch.
 struct FinishedBranch {
   SimulateResult result;
-  Eigen::MatrixX3d marks;                 ///< as of a member
-  std::optional<double> from_measured_m;  ///< the same
+  Eigen::MatrixX3d marks;                 ///< as in Member
+  std::optional<double> from_measured_m;  ///< as in Member
 };
 
-/// Takes the member that names a branch, polished on the next finer mesh where there is one and
-/// `polish`; `entry` takes what that changes, and whether the rest is stable: whether a small
-/// change of forces has a first-order answer. Where the polished cloth is no rest, `entry` says why
-/// and the member itself is given.
+/// Refines the member that represents a branch on the next finer mesh, if there is one and `polish`
+/// is set. `entry` receives the changes, and whether the rest is stable: whether a small change of
+/// forces has a first-order solution. If the refined cloth is not at rest, `entry` states why and
+/// the member itself is returned.
 [[nodiscard]] FinishedBranch finish_branch(const Ensemble& ensemble, std::size_t branch,
                                            const EnsembleCase& own, bool polish,
                                            ListedBranch& entry);
 
-/// Places the measured sheet, which the case has, among the branches. `finished`: of each branch.
-/// The real drape is on its nearest branch when it is no farther from one of its members than
-/// members are linked by, and branches lie farther apart.
+/// Compares the measured sheet of the case with the branches; `finished` holds the result of each.
+/// The measured drape is on its nearest branch if its distance from a member is at most the linking
+/// distance, and branches are farther apart than that.
 [[nodiscard]] PlacedDrape place_measured(const Ensemble& ensemble, const EnsembleCase& own,
                                          const std::vector<FinishedBranch>& finished,
                                          const std::vector<BandMark>& band);
 
-/// Drapes the cloth from the measured shape, as finely as branches are polished: the distance that
-/// is left is the model's and the fabric's, without the luck of folds; also at the ends of the
-/// range of a friction that nobody measured.
+/// Drapes the cloth from the measured shape at the resolution of refined branches: the remaining
+/// distance is due to model and fabric, not to the choice of folds. Repeats this at the ends of an
+/// unmeasured friction's range.
 void start_from_measured(const EnsembleCase& own, PlacedDrape& placed);
 
 }  // namespace drape::simulate

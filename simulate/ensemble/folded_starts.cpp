@@ -13,19 +13,19 @@ namespace {
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-constexpr double kTurn = 1.2;    // rad, by which a side hangs down; upright sides would meet
-constexpr double kRound = 0.05;  // relative to the pins' distance in the cloth: the fold's radius
-constexpr double kHigh = 0.1;    // relative to that distance: the height of waves
-constexpr double kSteep = 1e-3;  // horizontal part of the pins' direction below which none is seen
+constexpr double kTurn = 1.2;    // rad; tilt of a hanging side; vertical sides would meet
+constexpr double kRound = 0.05;  // radius of the fold, relative to the pins' distance in the cloth
+constexpr double kHigh = 0.1;    // height of waves, relative to that distance
+constexpr double kSteep = 1e-3;  // least horizontal component of the pins' direction
 
-/// The line through the pins, in the cloth and in space.
+/// The line through the pins, on the cloth and in space.
 struct Line {
   Vector2d from_m, along_m, across_m;
   Vector3d from, along, across, down;
   double length_m = 0;
 };
 
-/// True if there is cloth to hang on either side.
+/// True if there is enough cloth to hang on each side.
 bool parts(const Line& line, const ClothOutline& outline) {
   double least = 0, most = 0;
   for (const Vector2d& corner : outline.outer) {
@@ -36,8 +36,8 @@ bool parts(const Line& line, const ClothOutline& outline) {
   return std::min(most, -least) > kRound * line.length_m;
 }
 
-/// Place of a material point. `halves`: of a wave along the fold between the pins, the sign its
-/// side.
+/// Position of a material point. `halves`: number of half waves along the fold between the pins;
+/// its sign selects the side.
 Vector3d folded(const Line& line, bool left, bool right, int halves, const Vector2d& material_m) {
   const double round_m = kRound * line.length_m;
   const Vector2d from_pin = material_m - line.from_m;
@@ -77,7 +77,7 @@ std::vector<DrapeStart> folded_starts(const DrapeCase& drape) {
   std::vector<DrapeStart> starts;
   for (const auto& [left, right] : {std::pair(true, false), {false, true}, {true, true}})
     for (const int halves : {0, 1, -1}) {
-      if (left && right && halves == 0) continue;  // it balances on its pins and ends higher
+      if (left && right && halves == 0) continue;  // balances on its pins and has higher energy
       starts.emplace_back([line, left = left, right = right, halves](const DrapeLevel& level) {
         const std::vector<Vector2d>& material_m = level.cloth().mesh().points_m;
         std::vector<Vector3d> places;
@@ -86,7 +86,7 @@ std::vector<DrapeStart> folded_starts(const DrapeCase& drape) {
           places.push_back(folded(line, left, right, halves, point));
         ClothMoment moment = level.start_at(material_m, places);
         for (const int pin : level.pinned())
-          moment.state[pin] = places[pin];  // carried by the fall
+          moment.state[pin] = places[pin];  // until the fall moves it
         return moment;
       });
     }

@@ -7,10 +7,10 @@
 
 namespace drape::simulate {
 
-/// Starts of a cloth on two pins that is folded along the line through them, as a cloth over a
-/// line: the part on one side of it, on the other or on both hangs down, straight or with half a
-/// wave between the pins. Such a hang has many folded rests that a flat start hardly comes to. None
-/// where the pins give no line that parts the cloth.
+/// Starts of a cloth on two pins that is folded along the line through them, as over a washing
+/// line: the part on one side, on the other, or both hang down, straight or with half a wave
+/// between the pins. Such a drape has many folded rests that a flat start rarely reaches. Empty if
+/// the pins define no line that divides the cloth.
 [[nodiscard]] std::vector<DrapeStart> folded_starts(const DrapeCase& drape);
 
 }  // namespace drape::simulate

@@ -11,10 +11,10 @@ namespace {
 
 using Eigen::Vector2d;
 
-constexpr double kFold = 3e-3;  // m; by which a fold of the hem stands out
+constexpr double kFold = 3e-3;  // m; least prominence of a fold
 constexpr int kHemSamples = 256;
 
-/// Nodes of the surface along the border, once round: corners and the middles of the sides between
+/// Nodes of the surface along the hem in order: corners and the midpoints of the sides between
 /// them.
 std::vector<int> border_nodes(const MaterialMesh& mesh) {
   const std::vector<int> corners = border_of(mesh);
@@ -32,7 +32,7 @@ std::vector<int> border_nodes(const MaterialMesh& mesh) {
   return nodes;
 }
 
-/// Material place of a node.
+/// Material coordinates of a node.
 Vector2d material_of(const MaterialMesh& mesh, int node) {
   const auto points = static_cast<int>(mesh.points_m.size());
   if (node < points) return mesh.points_m[node];
@@ -40,7 +40,7 @@ Vector2d material_of(const MaterialMesh& mesh, int node) {
   return (mesh.points_m[edge.from] + mesh.points_m[edge.to]) / 2;
 }
 
-/// Maxima that stand out by kFold from the lowest value towards a higher one on both sides.
+/// Number of maxima with a prominence of at least kFold on both sides.
 int count_folds(const std::vector<double>& radius) {
   const auto n = static_cast<int>(radius.size());
   const auto value = [&](int i) { return radius[((i % n) + n) % n]; };
@@ -70,7 +70,7 @@ HemLabel label_hem(const DrapeLevel& level, const ClothMoment& moment) {
     middle += level.cloth().mass_kg()[i] / level.mass_kg() * places[i].head<2>();
   std::vector<int> nodes = border_nodes(mesh);
   nodes.push_back(nodes.front());
-  std::vector<double> along_m = {0};  // length in the cloth up to each node
+  std::vector<double> along_m = {0};  // material length up to each node
   for (std::size_t k = 1; k < nodes.size(); ++k)
     along_m.push_back(along_m.back() +
                       (material_of(mesh, nodes[k]) - material_of(mesh, nodes[k - 1])).norm());

@@ -7,14 +7,14 @@
 
 namespace drape::simulate {
 
-/// Folds of a cloth's border: its horizontal distance from the vertical through the cloth's middle
-/// of mass, over the fraction of the border's length in the cloth.
+/// Folds of a cloth's hem: its horizontal distance from the vertical through the centre of mass, as
+/// a function of the fraction of the hem's material length.
 struct HemLabel {
-  int nodes = 0;                        ///< folds: maxima that stand out by 3 mm
-  std::array<double, 9> amplitude_m{};  ///< Fourier amplitudes 0 .. 8 of that distance
+  int nodes = 0;                        ///< number of maxima with a prominence of at least 3 mm
+  std::array<double, 9> amplitude_m{};  ///< Fourier amplitudes 0 .. 8 of the distance
 };
 
-/// Reads the border of the surface at 256 places.
+/// Samples the hem of the surface at 256 places.
 [[nodiscard]] HemLabel label_hem(const DrapeLevel& level, const ClothMoment& moment);
 
 }  // namespace drape::simulate

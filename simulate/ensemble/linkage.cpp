@@ -24,7 +24,7 @@ struct Edge {
   double length = 0;
 };
 
-/// Prim 1957.
+/// Minimum spanning tree (Prim 1957).
 std::vector<Edge> spanning_tree(int count, const std::function<double(int, int)>& distance) {
   std::vector<Edge> tree, nearest;
   for (int i = 1; i < count; ++i) nearest.push_back({0, i, distance(0, i)});

@@ -9,14 +9,14 @@ namespace {
 
 using Index = std::ptrdiff_t;
 
-constexpr Index kRows = DenseKernels::tile_rows;  // also the columns of a block
+constexpr Index kRows = DenseKernels::tile_rows;  // also the columns per block
 constexpr Index kLanes = DenseKernels::lanes;
 constexpr Index kCols = DenseKernels::tile_cols;
 constexpr Index kDots = DenseKernels::dots;
-constexpr Index kFew = 24;     // columns factored one by one
-constexpr Index kDepth = 192;  // columns of a product at once: two strips of them stay in the cache
+constexpr Index kFew = 24;     // width below which columns are factorised one by one
+constexpr Index kDepth = 192;  // columns per product, so that two strips fit into the cache
 
-/// Columns `first` to `last` of a trapezoid, from row `top` on: a factor A of a product A A^T.
+/// Columns `first` to `last` of a trapezoid, from row `top` on: the factor A of a product A A^T.
 struct Part {
   const float* values;
   Index rows, top, first, last;
@@ -28,7 +28,7 @@ struct Part {
   }
 };
 
-/// Strips of kRows rows, each stored column by column; zeros fill the last strip.
+/// Packs rows into strips of kRows, each column by column; zeros pad the last strip.
 void pack(const Part& a, std::vector<float>& packed) {
   constexpr Index high = kRows;
   const Index depth = a.depth();
@@ -45,8 +45,8 @@ void pack(const Part& a, std::vector<float>& packed) {
   }
 }
 
-/// Takes A A^T off a lower triangle, or sets that to minus it: `cols` columns; `place` says where
-/// row 0 of column j would lie.
+/// Subtracts A A^T from the first `cols` columns of a lower triangle, or sets it to -A A^T; `place`
+/// gives the position of row 0 of column j.
 template <class Place>
 void subtract_square(const Part& a, Index cols, bool set, DenseScratch& scratch,
                      const Place& place) {
@@ -69,7 +69,7 @@ void subtract_square(const Part& a, Index cols, bool set, DenseScratch& scratch,
   }
 }
 
-/// Takes from columns `middle` to `last` what columns `first` to `middle` of the factor make there.
+/// Subtracts the outer product of columns `first` to `middle` from columns `middle` to `last`.
 void subtract_outer(float* trapezoid, Index rows, Index first, Index middle, Index last,
                     DenseScratch& scratch) {
   const Part a{trapezoid, rows, middle, first, middle};
@@ -77,7 +77,7 @@ void subtract_outer(float* trapezoid, Index rows, Index first, Index middle, Ind
                   [&](Index j) { return trapezoid + trapezoid_column(rows, middle + j) + middle; });
 }
 
-/// Columns of one block, one by one.
+/// Factorises the columns of one block one by one.
 bool factor_few(float* trapezoid, Index rows, Index first, Index last, const DenseKernels& run) {
   float* block = trapezoid + trapezoid_column(rows, first);
   const Index lead = rows - first + first % kRows;
@@ -93,7 +93,7 @@ bool factor_few(float* trapezoid, Index rows, Index first, Index last, const Den
   return true;
 }
 
-/// The left half, what it makes of the right half, the right half.
+/// Factorises recursively: the left half, its update of the right half, the right half.
 bool factor_range(float* trapezoid, Index rows, Index first, Index last, DenseScratch& scratch) {
   const Index count = last - first;
   if (count <= kFew) {

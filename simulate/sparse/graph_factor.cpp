@@ -13,8 +13,8 @@ using Eigen::Vector2d;
 using Eigen::Vector3d;
 using Vertices = std::vector<int>;
 
-constexpr std::size_t kUncut = 12;  // vertices of a region that is not cut further
-constexpr int kDirections = 4;      // directions of lines that are tried
+constexpr std::size_t kUncut = 12;  // largest region that is not divided further, in vertices
+constexpr int kDirections = 4;      // candidate directions of dividing lines
 
 }  // namespace
 
@@ -44,7 +44,7 @@ class GraphFactor::Dissection {
   Dissection(const GraphMatrix& pattern, const std::vector<Vector2d>& places)
       : pattern_(pattern), places_(places), half_(places.size(), 0) {}
 
-  /// Lists the regions of a part with that border, the whole part last; returns its place.
+  /// Divides a part with a given border into regions, its own last; returns that one's index.
   int cut(const Vertices& part, Vertices border) {
     Front front;
     front.border = std::move(border);
@@ -101,7 +101,7 @@ class GraphFactor::Dissection {
 
   const GraphMatrix& pattern_;
   const std::vector<Vector2d>& places_;
-  std::vector<char> half_;  ///< 1: in the half that is looked at
+  std::vector<char> half_;  ///< 1 if in the half under consideration
 };
 
 GraphFactor::GraphFactor(const GraphMatrix& pattern, const std::vector<Vector2d>& places) {
@@ -140,7 +140,7 @@ GraphFactor::GraphFactor(const GraphMatrix& pattern, const std::vector<Vector2d>
   }
 }
 
-/// Adds what the children's borders lose: to the columns eliminated here, or to the others.
+/// Adds the updates of the children to the columns eliminated here, or to the others.
 void GraphFactor::add_children(std::vector<Front>& fronts, Front& front, bool to_own) {
   const std::ptrdiff_t rest = front.rows - front.cols;
   for (std::size_t k = 0; k < front.children.size(); ++k) {

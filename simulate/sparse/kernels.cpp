@@ -12,13 +12,13 @@
 #else
 #define DRAPE_X86 0
 #endif
-// True if the compiler turns a register by places that it does not know.
+// True if the compiler supports shuffles with variable indices.
 #if defined(__GNUC__) && !defined(__clang__)
 #define DRAPE_TURNS 1
 #else
 #define DRAPE_TURNS 0
 #endif
-// Inlined into the functions of each instruction set, so that it is compiled with that set.
+// Inlined into the functions of each instruction set, so that it is compiled for that set.
 #define DRAPE_INLINE inline __attribute__((always_inline))
 
 namespace drape::simulate {
@@ -30,8 +30,8 @@ constexpr Index kCols = DenseKernels::tile_cols;
 constexpr Index kDots = DenseKernels::dots;
 using Tile = DenseKernels::Tile;
 
-/// `size` values in one register; `fused` where the instruction set has a fused multiply-add,
-/// which the compiler then makes of a product and a sum (this file allows it to).
+/// `size` values in one register; `fused` if the instruction set has a fused multiply-add, which
+/// the compiler then uses for a product and sum (this file permits it).
 template <class Real, Index size, bool fused>
 struct Pack {
   typedef Real Values __attribute__((vector_size(size * sizeof(Real))));
@@ -39,7 +39,7 @@ struct Pack {
 
   DRAPE_INLINE void load(const Real* from) { std::memcpy(&v, from, sizeof v); }
   DRAPE_INLINE void store(Real* to) const { std::memcpy(to, &v, sizeof v); }
-  /// Adds a b, rounded once.
+  /// Adds a * b, rounded once.
   DRAPE_INLINE void add_product(const Pack& a, const Pack& b) {
     if constexpr (fused) {
       v += a.v * b.v;
@@ -62,11 +62,11 @@ struct Loops {
   static constexpr Index size = bytes / Index{sizeof(Real)};
   static constexpr Index rows = DenseKernels::tile_rows;
   static constexpr Index lanes = DenseKernels::lanes;
-  /// Columns of a tile whose sums fit into the registers together with their factors.
+  /// Columns of a tile whose sums fit into registers together with their factors.
   static constexpr Index columns = bytes == 64 ? kCols : 4;
   using Register = Pack<Real, size, fused>;
 
-  /// `count` registers of rows by `columns` columns of the product.
+  /// Computes `count` registers of rows by `columns` columns of the product.
   template <Index count>
   DRAPE_INLINE static void multiply(const Real* wide, const Real* narrow, Index depth,
                                     Real* product) {
@@ -116,8 +116,8 @@ struct Loops {
     for (Index r = 0; r < count; ++r) to[r] += from[r];
   }
 
-  /// `registers` of rows of subtract_columns(); `tail`: and one more that ends with row `height`
-  /// and overlaps them. What lies in two is computed twice alike.
+  /// Processes `registers` of rows in subtract_columns(); `tail` adds one that ends with row
+  /// `height` and overlaps them. Rows in both are computed twice with equal results.
   template <Index registers, bool tail>
   DRAPE_INLINE static void subtract_rows(Real* column, const Real* panel, Index lead,
                                          const Real* factors, Index step, Index count,
@@ -185,8 +185,8 @@ struct Loops {
   using Lane = std::conditional_t<sizeof(Real) == 4, std::int32_t, std::int64_t>;
   typedef Lane Lanes __attribute__((vector_size(size * sizeof(Lane))));
 
-  /// Adds the products of the last `left` rows to the first partial sums. Whole registers are read,
-  /// that end with the last row, and turned.
+  /// Adds the products of the last `left` rows to the first partial sums. Reads whole registers
+  /// that end with the last row, and rotates them.
   template <Index count>
   DRAPE_INLINE static void add_tail(const Real* panel, Index lead, const Real* vector, Index height,
                                     Index left, Register (&sum)[count][1]) {
@@ -208,7 +208,7 @@ struct Loops {
   }
 #endif
 
-  /// `count` dot products in `lanes` partial sums each, added in halves down to one.
+  /// Computes `count` dot products in `lanes` partial sums each, which are then added pairwise.
   template <Index count>
   DRAPE_INLINE static void dot(const Real* panel, Index lead, const Real* vector, Index height,
                                Real* dots) {
@@ -261,7 +261,7 @@ struct Loops {
   }
 };
 
-// One set of functions for each instruction set: the attribute is all that differs.
+// One set of functions per instruction set; they differ in the attribute only.
 // NOLINTBEGIN(bugprone-macro-parentheses): an attribute does not stand in parentheses.
 #define DRAPE_KERNELS(Set, bytes, fused, attribute)                                              \
   template <class Real>                                                                          \
