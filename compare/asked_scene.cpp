@@ -19,13 +19,13 @@ bool touches_a_mark(const std::string& key) {
          key.find(".tags_") == std::string::npos;
 }
 
-/// A value that is left out is 0: a yaw, the radius of an edge.
+/// Value of a key; absent ones, such as a yaw or an edge radius, are 0.
 std::string value_of(const Surroundings& values, const std::string& key) {
   const auto found = values.find(key);
   return found == values.end() || found->second.empty() ? "0" : found->second;
 }
 
-/// By its file's path or content: a record may name a copy, and a file may have changed since.
+/// True if it is an input by path or content: a record may name a copy; files may change.
 bool is_among(const fs::path& file, const std::vector<std::pair<fs::path, std::string>>& inputs) {
   const std::string sha256 = fs::is_regular_file(file) ? sha256_of_file(file) : std::string();
   return std::any_of(inputs.begin(), inputs.end(), [&](const auto& input) {
@@ -38,7 +38,7 @@ bool is_among(const fs::path& file, const std::vector<std::pair<fs::path, std::s
 
 std::optional<SimulatedScene> read_simulated_scene(
     const fs::path& file, const std::vector<std::pair<fs::path, std::string>>& inputs) {
-  // As it was used: the rules for scenes of today are asked where a scene is measured or simulated.
+  // Read as it was used; today's rules apply where a scene is measured or simulated.
   const auto scene = read_record<Scene>(file);
   SimulatedScene simulated{scene.set, {}, scene.friction, is_among(scene.fabric_file, inputs)};
   bool are_meshes_known = true;

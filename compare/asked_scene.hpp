@@ -11,22 +11,22 @@
 
 namespace drape::compare {
 
-/// The scene that a simulation read, where its file is still the same.
+/// The scene used by a simulation, if its file has not changed since.
 struct SimulatedScene {
-  std::string set;  ///< frame set of the recording that shows it; may be empty
+  std::string set;  ///< frame set of the recording that shows the drape; can be empty
   Surroundings surroundings;
   double friction = 0;
-  bool own_fabric = false;  ///< the fabric that the scene names was simulated
+  bool own_fabric = false;  ///< true if the simulated fabric is the one named by the scene
 };
 
-/// `scene` has the content that was simulated; `inputs` are files with their SHA-256 as the run
-/// read them, a mesh among them. Nothing where they do not name a mesh of the scene.
+/// `scene` has the content that was simulated; `inputs` are the run's input files with their
+/// SHA-256, including any mesh. nullopt if they do not contain a mesh of the scene.
 [[nodiscard]] std::optional<SimulatedScene> read_simulated_scene(
     const std::filesystem::path& scene,
     const std::vector<std::pair<std::filesystem::path, std::string>>& inputs);
 
-/// Difference of solid and table in what a mark can touch, as a sentence: their stated
-/// uncertainties and tags may differ. `in_other`: what the other is.
+/// Describes how two scenes differ in solids and table, which marks can touch; stated uncertainties
+/// and tags may differ. `in_other` names the other scene.
 [[nodiscard]] std::optional<std::string> difference_of(
     const Surroundings& asked, const Surroundings& other,
     const std::string& in_other = "in the simulation");

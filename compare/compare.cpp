@@ -21,14 +21,14 @@ namespace {
 
 using units::mm;
 
-constexpr double kSurfaceSpacing_m = 5 * mm;  ///< between samples of two virtual surfaces
+constexpr double kSurfaceSpacing_m = 5 * mm;  ///< spacing of samples of two simulated surfaces
 
 struct PaperPair {
   int grid, segments, other_grid, other_segments;
 };
 
-/// Rows of the paper's tables 2, 4, .. 12, in their order; 31x31 with one segment joins the first
-/// group because the tables ask the same of every grid.
+/// Rows of the paper's tables 2, 4, .. 12, in order; 31x31 with one segment is included in the
+/// first group because the tables treat every grid alike.
 constexpr std::array<PaperPair, 7> kPairs{{{11, 5, 11, 1},
                                            {21, 5, 21, 1},
                                            {31, 5, 31, 1},
@@ -37,7 +37,7 @@ constexpr std::array<PaperPair, 7> kPairs{{{11, 5, 11, 1},
                                            {11, 5, 31, 5},
                                            {21, 5, 31, 5}}};
 
-/// A branch is in no pair: the paper compares grids and segments, not equilibria.
+/// A branch belongs to no pair: the paper compares grids and segments, not equilibria.
 bool is(const Simulation& simulation, int grid, int segments) {
   return !simulation.branch && simulation.is_grid() && simulation.sheet.sheet.rows == grid &&
          simulation.sheet.sheet.cols == grid && simulation.segments() == segments;
@@ -62,7 +62,7 @@ void check_patch(const DrapeInput& input, const Simulation& simulation) {
       "compare a simulation of the same cloth, or correct the print file");
 }
 
-/// One scene per group, and no two simulations that the tables could not tell apart.
+/// Requires one scene per group, and no two simulations that the tables could not distinguish.
 void check_group(const std::vector<Simulation>& simulations) {
   using Key = std::tuple<std::string, int, Setup, std::string, int>;
   std::map<Key, const Simulation*> seen;
@@ -101,7 +101,7 @@ std::vector<std::size_t> paper_order(const DrapeInput& input) {
   return order;
 }
 
-/// Distances of the measured marks, but the excluded ones, to the nearest point of the mesh.
+/// Distances of the measured marks, without the excluded ones, from the nearest point of the mesh.
 DistanceStatistics to_surface_of(const Sheet& measured, const std::vector<Excluded>& excluded,
                                  const TriangleMesh& mesh) {
   const NearestSurface nearest(mesh);
@@ -115,7 +115,7 @@ DistanceStatistics to_surface_of(const Sheet& measured, const std::vector<Exclud
     error.material_m = mark.material_m;
     error.real_in_world = mark.point_in_world;
     error.virtual_in_world = nearest.nearest(mark.point_in_world);
-    error.warp_weft_normal_m.setZero();  // a bare surface has no warp and no weft
+    error.warp_weft_normal_m.setZero();  // a bare surface has no warp and weft
     const Eigen::Vector3d difference = error.real_in_world - error.virtual_in_world;
     error.distance_m = difference.norm();
     if (mark.covariance_m2)
@@ -146,8 +146,8 @@ RealVirtual compare_real(const DrapeInput& input, const std::vector<Surface>& su
   return row;
 }
 
-/// A mesh in a larger unit than stated. The least mistake, cm for inches, leaves 1 / 2.54^2 of the
-/// area; the limit lies between that and the whole cloth.
+/// Throws if a mesh seems to be in a larger unit than stated. The smallest such mistake, cm for
+/// inches, reduces the area to 1 / 2.54^2; the limit is between that and the whole cloth.
 void require_area(const OtherSurface& surface, const Eigen::Vector2d& patch_m) {
   constexpr double kLeastPart = 1 / 2.54;
   double area_m2 = 0;
@@ -184,7 +184,7 @@ std::vector<RealSurface> compare_surfaces(const DrapeInput& input) {
   return rows;
 }
 
-/// Equilibria by the list they stand in; each list in the order of the energies.
+/// Equilibria grouped by their list, each sorted by energy.
 std::vector<BranchSet> compare_branches(const DrapeInput& input,
                                         const std::vector<Surface>& surfaces) {
   std::map<std::string, std::map<int, std::size_t>> lists;
@@ -215,7 +215,7 @@ std::vector<BranchSet> compare_branches(const DrapeInput& input,
   return sets;
 }
 
-/// Where nothing else was simulated, the branch that the real shape took speaks for its set.
+/// If nothing else was simulated, uses the branch nearest to the real shape to represent its set.
 void stand_in_for_runs(const DrapeInput& input, Report& report) {
   for (const Simulation& simulation : input.simulations)
     if (!simulation.branch && !simulation.other_simulator) return;

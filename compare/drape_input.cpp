@@ -11,9 +11,9 @@
 namespace drape::compare {
 namespace {
 
-constexpr std::size_t kShortHash = 8;  ///< characters that tell files apart for people
+constexpr std::size_t kShortHash = 8;  ///< characters that suffice for people to distinguish files
 
-/// Options of a certificate that decide where a cloth rests; the others are its way there.
+/// Options of a certificate that affect where a cloth rests; the others affect only the way to it.
 constexpr std::array<const char*, 2> kRestOptions{"internal_friction", "cloth_thickness_mm"};
 constexpr const char* kFit = "curves_fitted";
 
@@ -21,7 +21,7 @@ std::string hash_text(const std::string& sha256) {
   return sha256.empty() ? "none" : sha256.substr(0, kShortHash);
 }
 
-/// The value of a setup for people.
+/// Formats the value of a setup for people.
 std::string shown(const Simulation& simulation, const std::string& key, const std::string& value,
                   const std::vector<Simulation>& group) {
   if (key == "start") return hash_text(value);
@@ -37,7 +37,7 @@ std::string shown(const Simulation& simulation, const std::string& key, const st
   return ambiguous ? own.fabric + " " + hash_text(value) : own.fabric;
 }
 
-/// Branches have neither a certificate nor the start of the runs.
+/// False for branches, which have neither a certificate nor the start of the runs.
 bool is_compared(const Simulation& simulation, const std::string& key) {
   if (simulation.other_simulator) return false;
   return !simulation.branch || key == "model" || key == "fabric" || key == "scene";
@@ -97,7 +97,7 @@ Setup Simulation::setup() const {
               {"start", own.start_sha256.value_or(std::string())},
               {"from", own.from_measured ? "measured shape" : "scene"}};
   if (!certificate) return setup;
-  // Certificates leave out options that are not used.
+  // Certificates omit options that were not used.
   setup[kRestOptions.front()] = "no";
   setup[kFit] = "whole";
   for (const auto& [name, value] : certificate->entries) {
@@ -115,7 +115,7 @@ bool Simulation::is_of_cloth_of(const Simulation& other) const {
 }
 
 void tell_apart(std::vector<Simulation>& simulations) {
-  // An option that a model does not have tells none of its simulations apart.
+  // An option that a model lacks does not distinguish its simulations.
   std::map<std::string, std::set<std::string>> models, values;
   for (const Simulation& one : simulations)
     for (const auto& [key, value] : one.setup()) models[key].insert(one.source().model);
@@ -141,7 +141,7 @@ std::string DrapeInput::name() const {
 }
 
 bool DrapeInput::speaks_before(const Simulation& one, const Simulation& other) const {
-  constexpr int kSegments = 5;  // as far as the paper goes
+  constexpr int kSegments = 5;  // largest number in the paper
   const auto is_of_own_fabric = [&](const Simulation& simulation) {
     return std::any_of(simulations.begin(), simulations.end(), [&](const Simulation& known) {
       return known.scene && known.scene->own_fabric &&

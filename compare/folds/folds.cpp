@@ -15,11 +15,11 @@ using Eigen::MatrixXd;
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-constexpr double kEven = 1e-6;  // steps of the grid may differ by this part of the patch
+constexpr double kEven = 1e-6;  // tolerance of the grid's steps, relative to the patch
 constexpr double kLeastCurvature_per_m = 10;
 constexpr double kLeastLength_m = 0.03;
 
-/// Points of a whole sheet at equal steps of the material.
+/// Points of a complete sheet at equal material steps.
 class Grid {
  public:
   explicit Grid(const Sheet& sheet) : sheet_(sheet) {
@@ -52,12 +52,12 @@ class Grid {
   }
 
  private:
-  const Sheet& sheet_;  // its marks are ordered
+  const Sheet& sheet_;  // its marks are sorted
   Vector2d step_;
 };
 
-/// Curvatures by central differences at inner points; the metric of the stretched cloth is kept, by
-/// the edges' lengths: a chord over a sharp fold has none.
+/// Curvatures at inner points by central differences. The metric of the stretched cloth is taken
+/// from edge lengths, since a chord over a sharp fold has none.
 Eigen::Matrix2d curvature_of(const Grid& grid, int r, int c) {
   const Vector2d& h = grid.step();
   const Vector3d u = (grid.point(r + 1, c) - grid.point(r - 1, c)) / (2 * h.x());
@@ -71,7 +71,7 @@ Eigen::Matrix2d curvature_of(const Grid& grid, int r, int c) {
                        grid.point(r - 1, c + 1) + grid.point(r - 1, c - 1)) /
                       (4 * h.x() * h.y());
   Eigen::Matrix2d second;
-  // Above 0 where the cloth bends away from its normal: a ridge.
+  // Positive where the cloth bends away from its normal: a ridge.
   second << -uu.dot(n), -uv.dot(n), -uv.dot(n), -vv.dot(n);
   const auto length = [](const Vector3d& a, const Vector3d& b) { return (a - b).norm(); };
   const Vector3d& here = grid.point(r, c);
@@ -92,7 +92,7 @@ MatrixXd cosines(Eigen::Index n) {
   return matrix;
 }
 
-/// Adds each mode's part of the variance to the band of its wavelength.
+/// Adds each mode's share of the variance to the band of its wavelength.
 template <class Member>
 void add_power(const MatrixXd& values, const Vector2d& step, std::vector<WaveBand>& bands,
                Member member) {
@@ -119,11 +119,11 @@ std::vector<WaveBand> empty_bands(const Grid& grid) {
     bands.push_back({to / std::sqrt(2.0), to, 0, 0});
     to /= std::sqrt(2.0);
   }
-  bands.front().to_m *= 1 + 1e-9;  // the longest wave of all lies in it
+  bands.front().to_m *= 1 + 1e-9;  // includes the longest wave
   return bands;
 }
 
-/// Principal curvature of larger size and the direction across the fold (warp, weft).
+/// Larger principal curvature, with the direction across the fold (warp, weft).
 struct Principal {
   double size = 0;
   Vector2d across = Vector2d::Zero();
@@ -160,8 +160,8 @@ class FoldFinder {
  private:
   [[nodiscard]] std::size_t index(int r, int c) const { return grid_.index(r, c); }
 
-  /// Bent enough, and not less than on both sides across the fold; beside the rim, which has no
-  /// curvature of its own, nothing can be said.
+  /// True if bent enough, and at least as much as on both sides across the fold; false next to the
+  /// border, which has no curvature of its own.
   [[nodiscard]] bool is_crest(int r, int c) const {
     const Principal& here = principal_[index(r, c)];
     if (std::abs(here.size) < kLeastCurvature_per_m) return false;
@@ -177,7 +177,7 @@ class FoldFinder {
     }
     return true;
   }
-  /// Takes a line of one sign out, by touching corners too.
+  /// Extracts a line of one sign, connected along sides and corners.
   std::vector<std::pair<int, int>> connected(int row, int col) {
     std::vector<std::pair<int, int>> line = {{row, col}};
     const bool ridge = principal_[index(row, col)].size > 0;

@@ -18,7 +18,7 @@ double circle_m2(double diameter_m) {
   return std::numbers::pi / 4 * diameter_m * diameter_m;
 }
 
-/// A sheet brings its own specimen, and its numbers rest on that one.
+/// Throws if a sheet, whose numbers rest on its own specimen, is given another one.
 void require_own_specimen(const HemRecord& record, const DrapemeterGeometry& asked) {
   const double own_m = std::sqrt(4 / std::numbers::pi * record.specimen_area_m2);
   if (std::abs(own_m - asked.specimen_m) <= kLengthTolerance * own_m) return;
@@ -28,8 +28,8 @@ void require_own_specimen(const HemRecord& record, const DrapemeterGeometry& ask
       {.file = record.file}, "leave --specimen-mm out: a sheet's specimen is its own flat area");
 }
 
-/// The disc lies in the shadow and the shadow in the flat specimen: else a length is in another
-/// unit, or of another test.
+/// Throws unless the disc is inside the shadow and the shadow inside the flat specimen; otherwise a
+/// length is in another unit or from another test.
 void require_possible(const HemRecord& record, double scale_u, const DrapemeterGeometry& geometry) {
   const double more = 1 + kLengthTolerance + 2 * scale_u;
   const Hem& hem = record.hem;
@@ -56,7 +56,7 @@ void require_possible(const HemRecord& record, double scale_u, const DrapemeterG
                   "give lengths in mm, and the test's own --disc-mm and --specimen-mm");
 }
 
-/// Cloth lies on the disc, so that its shadow holds all of it.
+/// Warns if the shadow does not contain all of the disc, on which the cloth lies.
 void warn_of_disc(HemRecord& record, double scale_u, const DrapemeterGeometry& geometry) {
   const double less = 1 - kLengthTolerance - 2 * scale_u;
   const auto least = std::min_element(record.hem.radius_m.begin(), record.hem.radius_m.end());
@@ -70,7 +70,7 @@ void warn_of_disc(HemRecord& record, double scale_u, const DrapemeterGeometry& g
 }  // namespace
 
 void require_surface(double surface_m2, const DrapemeterGeometry& asked, const Where& where) {
-  constexpr double kOfDiameter = 0.05;  // strain, and the chords of coarse meshes
+  constexpr double kOfDiameter = 0.05;  // covers strain, and chords of coarse meshes
   const double own_m = std::sqrt(4 / std::numbers::pi * surface_m2);
   if (std::abs(own_m - asked.specimen_m) <= kOfDiameter * asked.specimen_m) return;
   throw bad_input(
@@ -86,7 +86,7 @@ void evaluate(HemRecord& record, HemErrors errors, const HemReadOptions& options
   if (record.own_specimen && options.specimen_stated)
     require_own_specimen(record, options.geometry);
   if (options.scale_u) errors.scale_u = std::hypot(errors.scale_u.value_or(0), *options.scale_u);
-  // U is 2 standard uncertainties, and an area errs by twice what its scale does.
+  // U is 2 standard uncertainties, and the relative error of an area is twice that of its scale.
   const double within_u = area_u_m2 / (4 * record.hem.area_m2);
   const double scale_u = std::hypot(errors.scale_u.value_or(0), within_u);
   require_possible(record, scale_u, options.geometry);

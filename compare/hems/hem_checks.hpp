@@ -8,22 +8,22 @@
 
 namespace drape::compare {
 
-/// Cloth strains, and scales err: the widest of 304 published hems is 2.3 % wider than its
-/// specimen.
+/// Tolerance of lengths for strain and scale: the widest of 304 published hems is 2.3 % wider than
+/// its specimen.
 inline constexpr double kLengthTolerance = 0.03;
 
-/// The numbers and nodes of `record.hem`. Throws Error(bad_input) for a hem that no drape of the
-/// geometry can have, with a scale that errs by `errors` and by what U of its area holds already.
+/// Computes the numbers and nodes of `record.hem`. Throws Error(bad_input) for a hem impossible for
+/// the geometry, allowing for the scale's `errors` and what U of its area already contains.
 void evaluate(HemRecord& record, HemErrors errors, const HemReadOptions& options,
               double area_u_m2 = 0);
 
-/// A coefficient by another disc or specimen than the drape was made with would look like any
-/// other: throws Error(bad_input) with the options that fit. What is absent is not known.
+/// Throws Error(bad_input), naming the options that fit, if disc or specimen differ from those of
+/// the drape: the resulting coefficient would look like any other. Absent values are unknown.
 void require_geometry(const std::optional<double>& disc_m, const std::optional<double>& specimen_m,
                       const DrapemeterGeometry& asked, const Where& where);
 
-/// Throws Error(bad_input) where a mesh whose flat area nobody states has a surface that no cloth
-/// of the specimen has.
+/// Throws Error(bad_input) if the surface of a mesh of unknown flat area is impossible for the
+/// specimen.
 void require_surface(double surface_m2, const DrapemeterGeometry& asked, const Where& where);
 
 }  // namespace drape::compare

@@ -22,12 +22,12 @@ namespace fs = std::filesystem;
 using units::mm;
 
 const std::regex kRadius("r[0-9]{3}");
-/// Columns that tell hems apart, their test and their verdict.
+/// Columns that identify a hem, its test and its verdict.
 const std::vector<std::string> kAbout = {"fabric", "sample",  "face",        "repeat",
                                          "file",   "disc_mm", "specimen_mm", "specimen_area_mm2",
                                          "no_go"};
 
-/// A column that is passed over may be the one that tells two fabrics apart.
+/// Throws for an unknown column, which may be the one that distinguishes two fabrics.
 void require_known_columns(const CsvText& table, const HemReadOptions& options) {
   std::vector<std::string> known = kAbout;
   const Hem any = hem_of_radii(std::vector<double>(36, options.geometry.specimen_m / 2));
@@ -51,7 +51,7 @@ void require_known_columns(const CsvText& table, const HemReadOptions& options) 
   }
 }
 
-/// The columns r000 .. of a table, by angle.
+/// The columns r000 .. of a table, sorted by angle.
 std::vector<std::string> columns_of_radii(const CsvText& table) {
   std::vector<std::string> angles;
   for (const std::string& name : table.names)
@@ -63,7 +63,7 @@ std::vector<std::string> columns_of_radii(const CsvText& table) {
                     {.file = table.file.string()}, asked);
   for (std::size_t i = 0; i < angles.size(); ++i) {
     const double expected = 360.0 * static_cast<double>(i) / static_cast<double>(angles.size());
-    if (std::abs(std::stoi(angles[i].substr(1)) - expected) > 0.5)  // whole degrees
+    if (std::abs(std::stoi(angles[i].substr(1)) - expected) > 0.5)  // columns: whole degrees
       throw bad_input(
           fmt::format("the {} columns of radii do not go round in equal steps: at {:.1f} "
                       "degrees stands {}",
@@ -87,7 +87,7 @@ class Row {
   [[nodiscard]] std::optional<double> number(const std::string& name) const {
     return table_.has(name) ? table_.number(row_, name) : std::nullopt;
   }
-  /// Above 0, in units of `unit`; nothing where the cell or the column is absent.
+  /// Positive value in units of `unit`; nullopt if the cell or column is absent.
   [[nodiscard]] std::optional<double> positive(const std::string& name, double unit) const {
     const auto value = number(name);
     if (!value) return std::nullopt;
@@ -95,7 +95,7 @@ class Row {
       throw bad_input(fmt::format("{:g} is not above 0", *value), where(name), "correct it");
     return *value * unit;
   }
-  /// Expanded uncertainty of a column; absent: not stated.
+  /// Expanded uncertainty of a column; nullopt if not stated.
   [[nodiscard]] std::optional<double> u(const std::string& of) const {
     const auto value = number("u_" + of);
     if (value && *value < 0)
@@ -108,7 +108,7 @@ class Row {
   std::size_t row_;
 };
 
-/// Radii are the outermost; where folds overhang, the covered area is smaller than theirs.
+/// Radii are outermost: if folds overhang, the covered area is smaller than they suggest.
 void take_areas(const Row& row, Hem& hem) {
   hem.flat_area_m2 = row.positive("specimen_area_mm2", mm * mm);
   const auto area_m2 = row.positive("area_mm2", mm * mm);
@@ -120,7 +120,7 @@ void take_areas(const Row& row, Hem& hem) {
   hem.area_m2 = *area_m2;
 }
 
-/// U of the measurement; what is given now comes on top.
+/// Adds U of the measurement to any uncertainty given on the command line.
 void add_u(const Row& row, std::vector<HemNumber>& numbers) {
   for (HemNumber& number : numbers) {
     if (const auto u = row.u(number.name)) number.u = std::hypot(*u, number.u.value_or(0));
@@ -132,7 +132,7 @@ std::string why_no_go(const HemRecord& hem) {
   return hem.warnings.empty() ? "NO-GO" : fmt::format("{}", fmt::join(hem.warnings, "; "));
 }
 
-/// A cell that no reader takes for a note, or for the end of the line.
+/// Quotes a cell, so that no reader takes it for a comment or the end of the line.
 std::string quoted(const std::string& text) {
   std::string line = text;
   for (char& c : line)

@@ -8,8 +8,8 @@
 
 namespace drape::compare {
 
-/// A row per hem, of a table of radii or of hems.csv, which keeps its verdicts, geometry, areas and
-/// U. Throws Error(bad_input) naming file, line and column, for an unknown column too.
+/// Reads one hem per row from a table of radii or a hems.csv, which keeps verdicts, geometry, areas
+/// and U. Throws Error(bad_input) naming file, line and column, also for an unknown column.
 [[nodiscard]] std::vector<HemRecord> read_hems_csv(const std::filesystem::path& file,
                                                    const HemReadOptions& options);
 

@@ -9,7 +9,7 @@ namespace {
 
 using units::mm;
 
-/// A fabric's drapes with the scatter of its samples and of their repeats.
+/// Drapes of a fabric, with the scatter between its samples and between repeats.
 struct FabricVariance {
   std::string fabric;
   VarianceComponents found;
@@ -109,7 +109,7 @@ void fields(Fields& f, HemsFile& file) {
   f({"refused", "files that were not, with the reason"}, file.refused);
   std::map<std::string, std::pair<std::vector<RepeatKey>, std::vector<double>>> fabrics;
   for (const HemRecord& hem : file.hems) {
-    if (hem.numbers.empty()) continue;  // walks that write nothing
+    if (hem.numbers.empty()) continue;  // for walks that only document the format
     fabrics[hem.fabric].first.push_back(hem.key());
     fabrics[hem.fabric].second.push_back(hem.drape_coefficient());
   }

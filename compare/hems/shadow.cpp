@@ -19,10 +19,10 @@ namespace {
 
 using Eigen::Vector2d;
 
-constexpr int kSweeps = 500;  // a lattice of 61 marks a side settles in fewer
+constexpr int kSweeps = 500;  // sufficient for a lattice of 61 marks per side
 
-/// Puts the marks that are missing inside a whole hem at the mean of their neighbours, since a hole
-/// would count neither as cloth nor as shadow.
+/// Fills missing marks inside a complete hem with the mean of their neighbours, since a hole would
+/// count neither as cloth nor as shadow.
 int span_gaps(Sheet& sheet) {
   std::map<MarkId, SheetMark> marks;
   std::vector<MarkId> missing;
@@ -82,7 +82,7 @@ ShadowMesh shadow_mesh_of(Sheet sheet) {
   return mesh;
 }
 
-/// Area of the triangles over these places of the points.
+/// Area of the triangles for the given positions of the points.
 template <class Points>
 double area_of(const ShadowMesh& mesh, const Points& points) {
   double area = 0;
@@ -100,7 +100,7 @@ struct Moments {
   Vector2d first = Vector2d::Zero();
 };
 
-/// Adds what the line at `y` covers, of thickness `height`: its pieces lie in any order.
+/// Adds the length covered by a line at `y`, times `height`; pieces can be in any order.
 void add_line(std::vector<std::pair<double, double>>& pieces, double y, double height,
               Moments& moments) {
   std::sort(pieces.begin(), pieces.end());
@@ -147,7 +147,7 @@ Moments covered(const ShadowMesh& mesh) {
   return moments;
 }
 
-/// Takes the entry of a mesh in the list of virtual drapes beside it.
+/// Reads the entry of a mesh from the list of virtual drapes beside it.
 void read_list(const std::filesystem::path& list, const std::string& name, ShadowMesh& mesh) {
   const auto read = read_record<CusickFile>(list);
   for (const CusickStart& start : read.starts) {

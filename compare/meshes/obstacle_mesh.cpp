@@ -65,7 +65,7 @@ void add_cylinder(const Cylinder& cylinder, std::vector<Quad>& quads) {
   }
 }
 
-/// A plane has no end; 300 mm around its point are drawn.
+/// A plane is unbounded; draws 300 mm around its point.
 void add_plane(const Plane& plane, std::vector<Quad>& quads) {
   constexpr double kHalf_m = 0.15;
   const Eigen::Vector3d u = plane.normal_in_world.unitOrthogonal();
@@ -76,8 +76,8 @@ void add_plane(const Plane& plane, std::vector<Quad>& quads) {
   quads.push_back({at(-1, -1), at(1, -1), at(1, 1), at(-1, 1)});
 }
 
-/// A triangle is a quad whose last two corners are one. The report was asked for a picture: a mesh
-/// that is no longer there leaves it without its object.
+/// Adds triangles as quads with two equal corners. If the mesh file no longer exists, the picture
+/// is drawn without the object.
 void add_mesh(const MeshObject& object, std::vector<Quad>& quads) {
   try {
     const MeshFile mesh = read_mesh_file(object.file);

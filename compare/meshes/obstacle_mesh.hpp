@@ -10,13 +10,13 @@
 
 namespace drape::compare {
 
-/// Quads of the outsides of all objects of a scene, for pictures; world frame, metres. A sphere is
-/// cut into 24 x 12, each face of a box into 4 x 4; rounded edges are drawn sharp, of a plane a
+/// Quads of the outer surfaces of all objects of a scene, for pictures; world frame, metres. A
+/// sphere has 24 x 12 quads, each face of a box 4 x 4; rounded edges are drawn sharp, a plane as a
 /// square of 300 mm.
 [[nodiscard]] std::vector<std::array<Eigen::Vector3d, 4>> obstacle_quads(const Scene& scene);
 
-/// The same without those that the cloth covers (all corners within 8 mm of it): pictures that sort
-/// their pieces by depth cannot tell which of two touching pieces is in front.
+/// Same, without quads covered by cloth (all corners within 8 mm of it): pictures that sort by
+/// depth cannot tell which of two touching surfaces is in front.
 [[nodiscard]] std::vector<std::array<Eigen::Vector3d, 4>> uncovered_quads(const Scene& scene,
                                                                           const Sheet& cloth);
 

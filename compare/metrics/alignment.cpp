@@ -24,7 +24,7 @@ std::optional<RigidAlignment> align(const std::vector<MarkError>& marks) {
   for (MarkError& mark : moved) {
     mark.real_in_world = result.rotation * mark.real_in_world + result.shift_m;
     mark.distance_m = (mark.real_in_world - mark.virtual_in_world).norm();
-    mark.sigma_distance_m.reset();  // the marks' covariances would have to turn and to shrink too
+    mark.sigma_distance_m.reset();  // the covariances would need to be rotated and reduced too
   }
   result.after = statistics_of(moved);
   return result;

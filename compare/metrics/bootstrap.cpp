@@ -11,7 +11,7 @@
 namespace drape::compare {
 namespace {
 
-/// Standard deviation of the quantile q of values in ascending order, by its weights on them.
+/// Standard deviation of the quantile q of sorted values, by its weights on them.
 double quantile_sigma(const std::vector<double>& sorted_sigmas, double q) {
   const QuantilePlace place = quantile_place(sorted_sigmas.size(), q);
   return std::hypot((1 - place.part) * sorted_sigmas[place.below],
@@ -75,7 +75,7 @@ void add_sigmas(const std::vector<double>& distances_m, const std::vector<double
   }
   const auto n = static_cast<double>(distances_m.size());
   statistics.mean.sigma_m = std::sqrt(variances) / n;
-  // Where every distance is zero the RMS has no gradient; its noise is then the RMS sigma.
+  // If all distances are zero the RMS has no gradient; its standard deviation is the RMS sigma.
   statistics.rms.sigma_m = statistics.rms_m > 0 ? std::sqrt(weighted) / (n * statistics.rms_m)
                                                 : std::sqrt(variances / n);
   statistics.median.sigma_m = quantile_sigma(sorted_sigmas, 0.5);

@@ -10,7 +10,7 @@
 namespace drape::compare {
 namespace {
 
-/// Gathers the samples of one direction.
+/// Accumulates the samples of one direction.
 struct Gathered {
   double area = 0, sum = 0, squares = 0, largest = 0;
 
@@ -25,7 +25,7 @@ struct Gathered {
   }
 };
 
-/// Centroids of the n^2 equal triangles of one triangle.
+/// Centroids of the n^2 equal parts of a triangle.
 template <class Visit>
 void visit_pieces(const Eigen::Vector3d& a, const Eigen::Vector3d& b, const Eigen::Vector3d& c,
                   int n, const Visit& visit) {

@@ -17,13 +17,13 @@ struct TriangleMesh {
   std::vector<std::array<std::size_t, 3>> triangles;
 };
 
-/// Two triangles for each cell of the sheet's grid whose four corners exist.
+/// Divides each cell of the sheet's grid that has four corners into two triangles.
 [[nodiscard]] TriangleMesh mesh_of(const Sheet& sheet);
 
-/// Answers "how far is the nearest point of the surface" through a tree of boxes.
+/// Finds the distance to the nearest point of a surface with a tree of boxes.
 class NearestSurface {
  public:
-  /// Throws Error(bad_input) without a triangle.
+  /// Throws Error(bad_input) if there is no triangle.
   explicit NearestSurface(const TriangleMesh& mesh);
 
   [[nodiscard]] double distance_m(const Eigen::Vector3d& point) const;
@@ -33,24 +33,24 @@ class NearestSurface {
   TriangleTree tree_;
 };
 
-/// Distances from one surface to another, in one direction.
+/// Distances from one surface to another in one direction.
 struct OneDirection {
-  double mean_m = 0;       ///< over the area
-  double rms_m = 0;        ///< over the area
-  double hausdorff_m = 0;  ///< largest, at the samples
+  double mean_m = 0;       ///< area-weighted
+  double rms_m = 0;        ///< area-weighted
+  double hausdorff_m = 0;  ///< maximum over the samples
 };
 
-/// Distance of two surfaces without knowing which point belongs to which. It is always at
-/// most the distance of corresponding points: cloth that slid along itself has none.
+/// Distance of two surfaces without point correspondence. It never exceeds the distance of
+/// corresponding points: sliding of the cloth along itself does not count.
 struct SurfaceDistance {
   OneDirection first_to_second, second_to_first;
   [[nodiscard]] double mean_m() const;       ///< mean of both directions
-  [[nodiscard]] double hausdorff_m() const;  ///< larger of both directions
+  [[nodiscard]] double hausdorff_m() const;  ///< maximum of both directions
 };
 
-/// Samples: all vertices, and the centroids of each triangle cut into n^2 equal ones, so that their
-/// sides are at most `spacing_m`. The means weigh the centroids by area; the Hausdorff distance
-/// also looks at the vertices and misses at most `spacing_m`.
+/// Samples all vertices, and the centroids of each triangle divided into n^2 equal ones with sides
+/// of at most `spacing_m`. Means weight the centroids by area; the Hausdorff distance also uses the
+/// vertices and is too small by at most `spacing_m`.
 [[nodiscard]] SurfaceDistance surface_distance(const TriangleMesh& first,
                                                const TriangleMesh& second, double spacing_m);
 

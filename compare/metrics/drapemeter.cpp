@@ -14,8 +14,8 @@ namespace {
 
 constexpr double kTurn = 2 * std::numbers::pi;
 constexpr int kHarmonics = 24;
-constexpr int kRays = 720;           ///< directions at which the hem's radius is taken
-constexpr double kFoldRatio = 0.02;  ///< a crest stands out by this part of the mean radius
+constexpr int kRays = 720;           ///< directions at which the hem's radius is sampled
+constexpr double kFoldRatio = 0.02;  ///< least prominence of a crest, relative to the mean radius
 
 std::optional<Eigen::Vector2d> projected(const Sheet& sheet, MarkId mark,
                                          const Eigen::Vector2d& centre) {
@@ -35,7 +35,7 @@ double mean_at(const std::vector<double>& values, const std::vector<std::size_t>
 std::vector<std::complex<double>> spectrum_of(const std::vector<double>& radius, int most) {
   const auto n = static_cast<double>(radius.size());
   const auto orders = static_cast<std::size_t>(most) + 1;
-  // Real and imaginary parts apart, so that the compiler takes several orders at once.
+  // Separate real and imaginary parts, so that the compiler can vectorise over orders.
   std::vector<double> step_re(orders), step_im(orders), re(orders, 1.0), im(orders, 0.0);
   std::vector<double> sum_re(orders, 0.0), sum_im(orders, 0.0);
   for (std::size_t k = 0; k < orders; ++k) {
@@ -94,7 +94,7 @@ void raise_outline(std::vector<std::optional<double>>& outline, const Eigen::Vec
   double span = std::atan2(b.y(), b.x()) - from;
   span -= kTurn * std::round(span / kTurn);
   const double low = std::min(from, from + span) / step, high = std::max(from, from + span) / step;
-  // A ray within rounding of an end belongs to the segment, so that vertices are never missed.
+  // A ray within rounding of an end belongs to the segment, so that no vertex is missed.
   const auto last = std::lround(std::floor(high + 1e-9));
   for (auto k = std::lround(std::ceil(low - 1e-9)); k <= last; ++k) {
     const double angle = static_cast<double>(k) * step;
@@ -102,7 +102,7 @@ void raise_outline(std::vector<std::optional<double>>& outline, const Eigen::Vec
     const Eigen::Vector2d edge = b - a;
     const double across = ray.x() * edge.y() - ray.y() * edge.x();
     const double moment = a.x() * edge.y() - a.y() * edge.x();
-    // An edge that lies along the ray reaches as far as its farther end.
+    // An edge along the ray extends to its farther end.
     const double radius = std::abs(across) > 1e-15 * (1e-9 + edge.norm())
                               ? std::clamp(moment / across, 0.0, std::max(a.norm(), b.norm()))
                               : std::max(a.norm(), b.norm());
@@ -114,7 +114,7 @@ void raise_outline(std::vector<std::optional<double>>& outline, const Eigen::Vec
 
 Extremes extremes_of(const std::vector<double>& radius, double least) {
   Extremes found;
-  // Starting at the lowest point, the first extreme that counts is a crest.
+  // Starting at the lowest point, the first significant extreme is a crest.
   const auto start =
       static_cast<std::size_t>(std::min_element(radius.begin(), radius.end()) - radius.begin());
   bool climbing = true;
@@ -127,7 +127,7 @@ Extremes extremes_of(const std::vector<double>& radius, double least) {
     climbing = !climbing;
     extreme = here;
   }
-  // The walk ends in the valley where it began.
+  // The walk ends in the valley where it started.
   if (!climbing) found.valleys.push_back(extreme);
   return found;
 }

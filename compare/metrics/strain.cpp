@@ -10,7 +10,7 @@
 namespace drape::compare {
 namespace {
 
-/// One mark of the lattice on the print, in reality and on the virtual sheet.
+/// One mark of the lattice on the print, on the real and on the virtual sheet.
 struct Place {
   MarkId mark;
   Eigen::Vector2d material_m;
@@ -41,7 +41,7 @@ AreaStrain cell_of(const Place& a, const Place& b, const Place& c, const Place& 
           area_of({a.simulated, b.simulated, c.simulated, d.simulated}) / rest - 1};
 }
 
-/// Root mean square, gathered one by one.
+/// Accumulates a root mean square.
 struct Squares {
   double sum = 0;
   int count = 0;

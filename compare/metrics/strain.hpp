@@ -8,24 +8,24 @@
 
 namespace drape::compare {
 
-/// Lengthening of the straight line between two neighbouring marks against the flat print. A
-/// fold between the two makes it shorter although no thread is.
+/// Elongation of the straight line between two adjacent marks relative to the flat print. A fold in
+/// between shortens it without any strain of the threads.
 struct EdgeStrain {
   MarkId from, to;
   bool along_warp = false;
-  double real = 0, simulated = 0;  ///< ratios: 0.01 is one percent longer
+  double real = 0, simulated = 0;  ///< ratios: 0.01 means one per cent longer
 };
 
-/// The same for the area of the quadrilateral with its corner of least row and column at `corner`,
-/// as two triangles.
+/// Relative change of the area of the quadrilateral whose corner of lowest row and column is
+/// `corner`, as two triangles.
 struct AreaStrain {
   MarkId corner;
   double real = 0, simulated = 0;  ///< ratios
 };
 
-/// Root mean square of real minus simulated.
+/// Root mean square of real minus simulated strain.
 struct StrainSummary {
-  std::optional<double> warp, weft, area;  ///< ratios; absent without such an edge or cell
+  std::optional<double> warp, weft, area;  ///< ratios; absent if there is no such edge or cell
 };
 
 struct StrainMaps {
@@ -37,7 +37,7 @@ struct StrainMaps {
 class Surface;
 
 /// Strains of the measured marks' lattice, and of the virtual sheet at the same material points.
-/// Only edges and cells whose marks all exist on both.
+/// Covers edges and cells whose marks all exist on both.
 [[nodiscard]] StrainMaps strain_maps(const Sheet& measured, const Surface& virtual_sheet);
 
 }  // namespace drape::compare

@@ -16,7 +16,7 @@ namespace {
 constexpr double kEdgeTolerance_m = 1e-9;
 constexpr double kLatticeTolerance_m = 1e-6;
 
-/// The one coordinate common to all marks of a row (or column).
+/// Sets, or checks, the common coordinate of all marks of a row (or column).
 void agree(std::optional<double>& slot, double value, const SheetMark& mark, const char* axis,
            const std::string& file) {
   if (slot && std::abs(*slot - value) > kLatticeTolerance_m) {
@@ -45,7 +45,7 @@ std::vector<double> complete(const std::vector<std::optional<double>>& slots, co
   return values;
 }
 
-/// Index of the cell that holds `x` and the position in it, 0..1.
+/// Index of the cell that contains `x`, and the position within it, 0..1.
 std::optional<std::pair<std::size_t, double>> cell_of(const std::vector<double>& lines, double x) {
   if (x < lines.front() - kEdgeTolerance_m || x > lines.back() + kEdgeTolerance_m)
     return std::nullopt;

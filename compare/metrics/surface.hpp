@@ -10,24 +10,24 @@
 
 namespace drape::compare {
 
-/// A point of a sheet and its local frame; world frame, metres.
+/// A point of a sheet with its local frame; world frame, metres.
 struct SurfacePoint {
   Eigen::Vector3d point_in_world;
-  Eigen::Vector3d along_warp;  ///< unit tangent in the direction of growing rows
-  Eigen::Vector3d along_weft;  ///< unit tangent in the direction of growing columns
-  Eigen::Vector3d normal;      ///< unit, out of the printed side: warp cross weft
+  Eigen::Vector3d along_warp;  ///< unit tangent in the direction of increasing rows
+  Eigen::Vector3d along_weft;  ///< unit tangent in the direction of increasing columns
+  Eigen::Vector3d normal;      ///< unit normal on the printed side: warp cross weft
 };
 
-/// A sheet as a surface over its material coordinates: bilinear on each cell of the particle grid.
-/// The warp coordinate must depend on the row alone and the weft coordinate on the column alone.
+/// A sheet as a surface over material coordinates: bilinear on each cell of the particle grid. The
+/// warp coordinate must depend on the row only and the weft coordinate on the column only.
 class Surface {
  public:
-  /// `file` names the sheet in errors. Throws Error(bad_input) when the points do not form a grid
-  /// or fewer than 2x2 of them exist.
+  /// `file` names the sheet in errors. Throws Error(bad_input) if the points do not form a grid or
+  /// there are fewer than 2x2.
   Surface(const Sheet& sheet, const std::string& file);
 
-  /// Empty outside the grid (1 nm tolerance), in a cell with a missing corner, or where the
-  /// cell has collapsed to a line so that it has no normal.
+  /// nullopt outside the grid (1 nm tolerance), in a cell with a missing corner, or if the cell is
+  /// degenerate and has no normal.
   [[nodiscard]] std::optional<SurfacePoint> at(const Eigen::Vector2d& material_m) const;
 
  private:
@@ -38,9 +38,9 @@ class Surface {
   std::vector<std::optional<Eigen::Vector3d>> points_;
 };
 
-/// Material coordinates of every mark of a lattice, gaps included, found from the marks that have
-/// a position: the two coordinates are linear in row and column. Nothing when fewer than two rows
-/// or two columns are measured. Throws Error(bad_input) when the marks are not on such a lattice.
+/// Material coordinates of every mark of a lattice, including gaps, derived from the marks that
+/// have a position: the coordinates are linear in row and column. nullopt if fewer than two rows or
+/// columns are measured. Throws Error(bad_input) if the marks are not on such a lattice.
 class LatticeCoordinates {
  public:
   [[nodiscard]] static std::optional<LatticeCoordinates> of(const Sheet& sheet,

@@ -23,9 +23,9 @@ using units::mm;
 constexpr double kTurn = 2 * std::numbers::pi;
 constexpr int kRays = 720;
 constexpr int kRaysCompared = 72;
-constexpr double kFoldRatio = 0.02;  ///< prominence of a node, part of the mean radius
+constexpr double kFoldRatio = 0.02;  ///< prominence of a node, relative to the mean radius
 constexpr double kSmoothing_rad =
-    0.052;  ///< Gaussian on the radius before nodes are counted (3 degrees)
+    0.052;  ///< Gaussian smoothing of the radius before counting nodes (3 degrees)
 
 double disc_area(double diameter) {
   return std::numbers::pi / 4 * diameter * diameter;
@@ -44,7 +44,7 @@ std::vector<double> synthesised(const std::vector<std::complex<double>>& spectru
   return radius;
 }
 
-/// Gaussian of standard deviation `sigma` (rad) around the circle, cut at four of them.
+/// Circular Gaussian smoothing with standard deviation `sigma` (rad), truncated at four sigma.
 std::vector<double> smoothed(const std::vector<double>& radius, double sigma) {
   const auto n = static_cast<std::ptrdiff_t>(radius.size());
   const double step = kTurn / static_cast<double>(n);
@@ -135,7 +135,7 @@ std::vector<HemNode> nodes_of(const Hem& hem) {
   std::vector<HemNode> nodes;
   for (std::size_t k = 0; k < count; ++k) {
     const std::size_t crest = found.crests[k], next = found.crests[(k + 1) % count];
-    // The walk begins in the last valley, so valley k follows crest k.
+    // The walk starts in the last valley, so valley k follows crest k.
     const double valleys =
         (radius[found.valleys[k]] + radius[found.valleys[(k + count - 1) % count]]) / 2;
     const std::size_t gap = count == 1 ? n : (next + n - crest) % n;
@@ -193,7 +193,7 @@ std::vector<HemNumber> numbers_with_u(const Hem& hem, const HemErrors& errors,
     const auto a = numbers_of(errors.tilts->first, geometry);
     const auto b = numbers_of(errors.tilts->second, geometry);
     for (std::size_t i = 0; i < squares.size(); ++i) {
-      const double value = numbers[i].value;  // both sides of an amplitude may be above it
+      const double value = numbers[i].value;  // an amplitude may exceed it on both sides
       squares[i] +=
           std::pow(std::max(std::abs(a[i].value - value), std::abs(b[i].value - value)), 2) / 3;
     }
@@ -219,7 +219,7 @@ double hem_distance_m(const Hem& first, const Hem& second) {
   const std::vector<double> a = thinned(first.radius_m), b = thinned(second.radius_m);
   double squares = 0, best = 0;
   for (int i = 0; i < kRaysCompared; ++i) squares += a[i] * a[i] + b[i] * b[i];
-  // b, then b again: each turn of b is a part of it.
+  // b repeated: each rotation of b is a part of it.
   std::array<double, 2 * kRaysCompared> twice;
   std::copy(b.begin(), b.end(), twice.begin());
   for (int mirrored = 0; mirrored < 2; ++mirrored) {

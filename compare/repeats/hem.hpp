@@ -12,7 +12,7 @@
 
 namespace drape::compare {
 
-/// Disc and round specimen of a drapemeter.
+/// Disc and round specimen of a drapemeter test.
 struct DrapemeterGeometry {
   std::string name;
   double disc_m = 0, specimen_m = 0;  ///< diameters
@@ -21,44 +21,44 @@ struct DrapemeterGeometry {
   void check() const;
 };
 
-/// Tests of standards: ISO 9073-9 and BS 5058 (disc 180 mm), JIS L 1096 (disc 127 mm).
+/// Standard tests: ISO 9073-9 and BS 5058 (disc 180 mm), JIS L 1096 (disc 127 mm).
 enum class StandardTest { iso_240, iso_300, iso_360, jis_254 };
 [[nodiscard]] DrapemeterGeometry geometry_of(StandardTest test);
 
-/// Hem of a draped specimen seen from above, x right, y up or as the world's.
+/// Hem of a draped specimen seen from above, x right, y up or as in the world.
 struct Hem {
-  Eigen::Vector2d centre_m;      ///< centroid of the covered area
-  double area_m2 = 0;            ///< covered
-  std::vector<double> radius_m;  ///< about the centre, equal steps of angle from +x towards +y;
-                                 ///< the outermost where a ray meets the hem more than once
-  std::optional<double> flat_area_m2;  ///< flat specimen, where it is known better than by size
+  Eigen::Vector2d centre_m;            ///< centroid of the covered area
+  double area_m2 = 0;                  ///< covered area
+  std::vector<double> radius_m;        ///< about the centre, at equal steps of angle from +x to +y;
+                                       ///< outermost where a ray crosses the hem more than once
+  std::optional<double> flat_area_m2;  ///< of the flat specimen, if known better than from its size
 };
 
-/// Hem of a closed outline without crossings, either sense. Throws Error(bad_input) naming nothing
-/// when the outline does not go around its centre.
+/// Hem of a closed outline without crossings, in either orientation. Throws Error(bad_input),
+/// without a location, if the outline does not surround its centre.
 [[nodiscard]] Hem hem_of_outline(const std::vector<Eigen::Vector2d>& outline_m);
 
-/// Hem of radii at equal steps of angle, by trigonometric interpolation (orders below half their
+/// Hem from radii at equal steps of angle, by trigonometric interpolation (orders below half their
 /// number); area = pi times the mean square radius, exact for a hem of those orders.
 [[nodiscard]] Hem hem_of_radii(const std::vector<double>& radius_m);
 
-/// Fourier orders of a hem that are listed and compared, beside 0.
+/// Number of Fourier orders of a hem that are listed and compared, besides order 0.
 inline constexpr int kHemOrders = 16;
 
 /// One fold of the hem.
 struct HemNode {
   double angle_rad = 0;     ///< direction of its crest
   double radius_m = 0;      ///< direction of its crest
-  double amplitude_m = 0;   ///< half of crest minus mean of the valleys beside it
-  double wavelength_m = 0;  ///< arc of the mean circle to the next crest
+  double amplitude_m = 0;   ///< half of the crest minus the mean of its adjacent valleys
+  double wavelength_m = 0;  ///< arc of the mean circle up to the next crest
 };
 [[nodiscard]] std::vector<HemNode> nodes_of(const Hem& hem);
 
-/// A number of the drapemeter, in the unit that its name ends with.
+/// A drapemeter value in the unit that its name ends with.
 struct HemNumber {
   std::string name;
   double value = 0;
-  std::optional<double> u;  ///< expanded uncertainty, k = 2; absent when nothing is known of it
+  std::optional<double> u;  ///< expanded uncertainty, k = 2; absent if unknown
 };
 
 /// drape_coefficient_percent = 100 (A - disc) / (specimen - disc) (Cusick 1968);
@@ -71,27 +71,27 @@ struct HemNumber {
 
 /// Known errors of a hem.
 struct HemErrors {
-  /// Hems at the grey levels a quarter and three quarters across the edge: the edge lies between
-  /// them, rectangular distribution.
+  /// Hems at grey levels a quarter and three quarters across the edge: the edge lies between them,
+  /// with rectangular distribution.
   std::optional<std::pair<Hem, Hem>> edges;
   std::optional<double> scale_u;  ///< relative standard uncertainty of lengths
-  /// The hem if the camera is tilted to one side or the other, the most that is possible:
-  /// rectangular distribution.
+  /// Hems for the largest possible tilt of the camera to either side, with rectangular
+  /// distribution.
   std::optional<std::pair<Hem, Hem>> tilts = {};
 };
 
-/// The same numbers with U: each source is moved, the numbers' differences are added in squares
-/// (GUM 5.1, numerically), k = 2.
+/// The same values with U: each source is varied, and the changes of the values are added in
+/// quadrature (GUM 5.1, numerically), k = 2.
 [[nodiscard]] std::vector<HemNumber> numbers_with_u(const Hem& hem, const HemErrors& errors,
                                                     const DrapemeterGeometry& geometry);
 
 [[nodiscard]] double number_named(const std::vector<HemNumber>& numbers, const std::string& name);
 
-/// Amplitudes of the Fourier orders 0 (its mean) to `most` of the radius, metres: the same however
-/// the hem is turned or mirrored.
+/// Amplitudes of the radius' Fourier orders 0 (its mean) to `most`, in metres; invariant to
+/// rotation and reflection of the hem.
 [[nodiscard]] std::vector<double> order_amplitudes_m(const Hem& hem, int most);
 
-/// Root mean square difference of two hems' radii after the best turn, also mirrored; 72 rays.
+/// RMS difference of two hems' radii after the best rotation, also with reflection; 72 rays.
 [[nodiscard]] double hem_distance_m(const Hem& a, const Hem& b);
 
 }  // namespace drape::compare

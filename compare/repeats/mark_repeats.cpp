@@ -18,13 +18,13 @@ namespace {
 
 using units::mm;
 
-constexpr double kLeast_m = 1e-6;  // hems that are nearer are copies
+constexpr double kLeast_m = 1e-6;  // closer hems are copies
 constexpr double kLeastBorder =
-    0.75;  // share of the outermost marks; with fewer the polygon cuts folds off
+    0.75;  // fraction of the outermost marks; with fewer the polygon cuts off folds
 
 using Points = std::vector<Eigen::Vector3d>;
 
-/// Marks of the first repeat that all have.
+/// Marks of the first repeat that all others have too.
 std::vector<const SheetMark*> common_marks(const std::vector<SheetFile>& repeats) {
   std::vector<const SheetMark*> common;
   for (const SheetMark& mark : repeats.front().sheet.marks) {
@@ -48,7 +48,7 @@ double orders_apart_m(const std::vector<double>& a, const std::vector<double>& b
   return std::sqrt(squares);
 }
 
-/// One basis of the repeats alone, from the distance of two of them.
+/// Judges the repeats alone by one basis, given the distance of two of them.
 template <class Shape, class Apart>
 RepeatBasis basis_of(const char* what, const std::vector<Shape>& repeats, const Apart& apart) {
   RepeatBasis basis{what, {}, {}, {}, {}};
@@ -60,7 +60,7 @@ RepeatBasis basis_of(const char* what, const std::vector<Shape>& repeats, const 
   return basis;
 }
 
-/// Marks that have a place on the virtual sheet.
+/// Marks with a position on the virtual sheet.
 std::vector<const SheetMark*> with_place(const std::vector<const SheetMark*>& marks,
                                          const Surface& surface) {
   std::vector<const SheetMark*> kept;
@@ -88,7 +88,7 @@ Hem hem_of(const Points& border) {
   return hem_of_outline(outline);
 }
 
-/// The marks of the border among `marks`, in turn.
+/// The border marks among `marks`, in cyclic order.
 std::vector<const SheetMark*> border_among(const std::vector<const SheetMark*>& marks,
                                            const std::vector<MarkId>& border) {
   std::vector<const SheetMark*> kept;
@@ -106,12 +106,12 @@ Judgement judged(const RepeatBasis& basis, double times, double significance) {
                              : judge_points(distances, basis.prior);
 }
 
-/// Radius of the circle of the same area.
+/// Radius of the circle with the same area.
 double radius_of(const Hem& hem) {
   return std::sqrt(hem.area_m2 / std::numbers::pi);
 }
 
-/// Hem, spectrum and area, or why there are none.
+/// Adds hem, spectrum and area, or the reason why there are none.
 void add_hems(const std::vector<SheetFile>& repeats, const Surface& surface,
               const std::vector<const SheetMark*>& marks, double significance,
               std::vector<RepeatBasis>& bases) {
@@ -195,7 +195,7 @@ MarkRepeats::SheetMatch match_of(const std::vector<SheetFile>& repeats, const Sh
     judgements.push_back(one.judgement);
     if (!one.judgement.p && one.reason.empty()) one.reason = "the repeats are copies of each other";
   }
-  // Copies have no scatter of marks; what is judged in spite of it is rounding.
+  // The marks of copies have no scatter; judging them would judge rounding.
   if (judgements.front().p) match.p = combined_p(judgements);
   if (match.p)
     match.verdict = *match.p < significance ? Match::outside : Match::inside;

@@ -24,7 +24,7 @@ using units::mm;
   throw bad_input(what, {.file = sheet.file.string(), .field = field}, remedy);
 }
 
-/// A simulation among the layings would narrow or widen what real ones allow.
+/// Throws for a simulation among the layings, which would change the range of real drapes.
 void require_kinds(const std::vector<SheetFile>& repeats,
                    const std::vector<SheetFile>& virtual_sheets) {
   for (const SheetFile& sheet : repeats)
@@ -99,7 +99,7 @@ std::vector<std::string> no_go_of(const std::vector<SheetFile>& sheets) {
 
 namespace {
 
-/// Median of chi square over the marks that both have; nothing where fewer than ten have
+/// Median of chi square over the common marks; nullopt if fewer than ten have
 /// covariances.
 std::optional<double> median_chi2(const Sheet& first, const Sheet& second) {
   constexpr std::size_t kLeastMarks = 10;

@@ -11,23 +11,23 @@
 
 namespace drape::compare {
 
-/// Throws Error(bad_input) naming the file that is no laying or simulation of the others' drape: a
+/// Throws Error(bad_input) naming a file that is not a laying or simulation of the others' drape: a
 /// simulation among the repeats, a measured sheet among the virtual ones, another scene, print,
-/// calibration or upper face, or a copy of another. A laying that does not say whose it is must be
-/// the one that placed a simulation.
+/// calibration or upper face, or a copy of another file. A laying that does not state its drape
+/// must be the one that positioned a simulation.
 void require_one_drape(const std::vector<SheetFile>& repeats,
                        const std::vector<SheetFile>& virtual_sheets);
 
-/// Why what rests on these sheets is NO-GO: measurements that are, simulations that are not at
-/// rest. A line per sheet.
+/// Reasons, one per sheet, why results based on them are NO-GO: a NO-GO measurement, or a
+/// simulation that is not at rest.
 [[nodiscard]] std::vector<std::string> no_go_of(const std::vector<SheetFile>& sheets);
 
-/// Pairs of frame sets in which a laying is looked for twice.
+/// Pairs of frame sets in which identical layings are searched for.
 enum class Among { one_drape, different_drapes };
 
-/// Why a measured sheet shows the laying of another frame set, by the SHA-256 of both: half of at
-/// least ten marks that both have agree within chi square's upper half per cent (three degrees of
-/// freedom, both covariances). Cloth that is laid again lies millimetres off.
+/// Finds measured sheets that show the same laying in different frame sets, with the reason, by the
+/// SHA-256 of both: half of at least ten common marks agree within the 99.5 % quantile of chi
+/// square (three degrees of freedom, both covariances). A new laying would differ by millimetres.
 [[nodiscard]] std::map<std::string, std::string> layings_twice(
     const std::vector<const SheetFile*>& sheets, Among pairs);
 

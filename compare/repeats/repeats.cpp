@@ -16,12 +16,12 @@ namespace drape::compare {
 namespace {
 
 constexpr double kPower = 0.9;
-constexpr std::size_t kLeastForModes = 6;  // repeats
-// Largest p of a test that is combined: near by one does not hide far by another.
+constexpr std::size_t kLeastForModes = 6;  // number of repeats
+// Largest p in a combination, so that a good fit by one test does not hide a bad one by another.
 constexpr double kMostP = 0.99;
-constexpr double kMostModes = 100;  // beyond, F no longer depends on their number
+constexpr double kMostModes = 100;  // above this, F hardly depends on their number
 
-/// t of `value` beside `repeats`, whose own degrees of freedom are `dof`.
+/// t of `value` relative to `repeats`, which have `dof` degrees of freedom of their own.
 Judgement standardised(const std::vector<double>& repeats, double value, double dof,
                        const VariancePrior& prior) {
   Judgement result;
@@ -33,7 +33,7 @@ Judgement standardised(const std::vector<double>& repeats, double value, double 
   const double spread = result.sd * std::sqrt(1 + 1 / static_cast<double>(repeats.size()));
   if (!(spread > 0)) return result;
   result.t = (value - result.mean) / spread;
-  result.p = 1;  // the caller's side decides
+  result.p = 1;  // the caller evaluates one side
   return result;
 }
 
@@ -71,7 +71,7 @@ Judgement judge_distance(const Distances& distances, const VariancePrior& prior,
   }
   double score = 0;
   for (const double d : distances.virtual_to_real) score += log_of(d) / static_cast<double>(n);
-  // Two repeats have one distance between them: equal scores, nothing about their spread.
+  // Two repeats have a single distance and equal scores, which do not determine their spread.
   Judgement result = standardised(scores, score, n == 2 ? 0 : static_cast<double>(n) - 1, prior);
   if (!result.p) return result;
   result.p = student_cdf(-result.t, result.dof);
@@ -89,7 +89,7 @@ Judgement judge_points(const Distances& distances, const VariancePrior& prior) {
   Eigen::MatrixXd squares(n, n);
   for (std::size_t i = 0; i < n; ++i)
     for (std::size_t j = 0; j < n; ++j) squares(i, j) = std::pow(distances.real_to_real[i][j], 2);
-  // Products of the points about their mean (Torgerson 1952).
+  // Scalar products of the points about their mean (Torgerson 1952).
   const Eigen::MatrixXd centre =
       Eigen::MatrixXd::Identity(n, n) - Eigen::MatrixXd::Constant(n, n, 1 / count);
   const Eigen::MatrixXd products = -0.5 * centre * squares * centre;
@@ -138,8 +138,8 @@ std::optional<double> combined_p(const std::vector<Judgement>& judgements) {
 }
 
 const RepeatPriors& published_priors() {
-  // 304 repeats in 26 groups (13 fabrics, two faces), silhouettes.csv of Gong, Mao and Wang 2024;
-  // the test Repeats.ThePublishedPriorsAreThoseOfTheData finds the same numbers.
+  // From 304 repeats in 26 groups (13 fabrics, two faces), silhouettes.csv of Gong, Mao and Wang
+  // 2024; reproduced by the test Repeats.ThePublishedPriorsAreThoseOfTheData.
   static const RepeatPriors priors = {{10.89, 4.058}, {2.30, 0.003125}, {15.6, 5.65e-5}};
   return priors;
 }

@@ -15,9 +15,9 @@ namespace {
 
 using units::mm;
 
-constexpr std::size_t kFabricFiles = 7;  // the fabric's own, two curves each of three kinds
+constexpr std::size_t kFabricFiles = 7;  // the fabric file, and two curves of each of three kinds
 
-/// Place of the greatest change among the variants at rest.
+/// Index of the largest change among the variants at rest.
 std::optional<std::size_t> greatest(const std::vector<VariantEffect>& variants) {
   std::optional<std::size_t> best;
   for (std::size_t k = 0; k < variants.size(); ++k) {
@@ -36,7 +36,7 @@ bool holds(const HashedFiles& inputs, const std::string& sha256) {
                      [&](const auto& input) { return input.second == sha256; });
 }
 
-/// A sheet states the hash of its fabric's files together, which a record lists side by side.
+/// True if the inputs contain the fabric: sheets hash its files jointly, records singly.
 bool hold_fabric(const HashedFiles& inputs, const std::string& sha256) {
   for (std::size_t first = 0; first < inputs.size(); ++first) {
     std::string all;

@@ -11,21 +11,21 @@
 
 namespace drape::compare {
 
-/// A sentence on inputs that a run was not made from, if any: the drape's
-/// measured sheet, scene and fabric of the simulation that speaks for it.
+/// A sentence on inputs that differ from those of the run, if any: the measured sheet of the drape,
+/// and scene and fabric of its speaker.
 [[nodiscard]] std::optional<std::string> other_origin(const HashedFiles& inputs,
                                                       const DrapeInput& drape);
 
-/// Why the base is none of the drape's simulations, in a sentence, if so.
+/// A sentence explaining why the base is not one of the drape's simulations, if so.
 [[nodiscard]] std::optional<std::string> other_base(const SensitivityFile& split,
                                                     const DrapeInput& drape);
 
-/// Fabric values, the greatest change first.
+/// Fabric values, sorted by decreasing change.
 [[nodiscard]] Table value_effect_table(const SensitivityFile& split);
-/// Changed models in the order of the file; the greatest change among those at rest is marked.
+/// Changed models in the order of the file; marks the largest change among those at rest.
 [[nodiscard]] Table variant_effect_table(const SensitivityFile& split);
-/// Change that moves the mean distance most, one sentence without a full stop; empty when nothing
-/// was changed.
+/// Names the change with the largest effect on the mean distance, in one sentence without a full
+/// stop; empty if nothing was changed.
 [[nodiscard]] std::string error_split_sentence(const SensitivityFile& split);
 
 }  // namespace drape::compare

@@ -17,7 +17,7 @@ namespace {
 
 using units::mm;
 
-constexpr double kBand = 0.95;  // share of marks in their 95 % bands: the drape is in the band
+constexpr double kBand = 0.95;  // least fraction of marks within their 95 % bands of a drape
 
 RepeatId id_of(const SheetFile& file) {
   return file.repeat.value_or(RepeatId{"", file.measured().set, ""});
@@ -27,7 +27,7 @@ std::string face_text(const std::string& face) {
   return face.empty() ? "not stated" : "`" + face + "`";
 }
 
-/// Root mean square distance of the marks that both have.
+/// RMS distance of the common marks.
 std::optional<double> apart_m(const Sheet& a, const Sheet& b) {
   double squares = 0;
   int count = 0;
@@ -40,7 +40,7 @@ std::optional<double> apart_m(const Sheet& a, const Sheet& b) {
   return count > 0 ? std::optional(std::sqrt(squares / count)) : std::nullopt;
 }
 
-/// Why a laying is no repeat of the drape's own; empty: it is one.
+/// Reason why a laying is not a repeat of the drape's own; empty if it is.
 std::string left_out(const SheetFile& own_file, const SheetFile& other_file) {
   const Sheet &own = own_file.sheet, &other = other_file.sheet;
   const std::string face = id_of(own_file).face, its_face = id_of(other_file).face;
@@ -60,7 +60,7 @@ std::string left_out(const SheetFile& own_file, const SheetFile& other_file) {
   return apart_m(own, other) ? "" : "it has no mark in common with the drape's own";
 }
 
-/// Mean distance of two different repeats.
+/// Mean distance between different repeats.
 double mean_apart_m(const RepeatBasis& basis) {
   std::vector<double> values;
   for (std::size_t i = 0; i < basis.real_to_real_m.size(); ++i)
@@ -118,7 +118,7 @@ void add_ensemble(const std::optional<PlacedDrape>& ensemble, std::vector<MatchB
   bases.push_back(std::move(band));
 }
 
-/// Limit of the match, and the value that is compared with it.
+/// Limit of the match, with the value compared to it.
 struct Limit {
   double value_m = 0, limit_m = 0;
   std::string what, rests_on;
@@ -138,9 +138,9 @@ std::optional<Limit> limit_of(const Options& options, const Report& report) {
                {}};
 }
 
-/// Remedies that together could bring what is open below `room_m`, largest contribution first; none
-/// where all of them cannot. A mesh of half the spacing halves its contribution, every other remedy
-/// removes it.
+/// Remedies that together could reduce the open contributions below `room_m`, largest first; empty
+/// if even all of them cannot. Halving a mesh spacing halves its contribution, every other remedy
+/// removes one.
 std::vector<std::string> remedies_of(const Budget& budget, double room_m) {
   std::vector<BudgetLine> lines = budget.lines;
   const auto open_m = [&] {
@@ -171,8 +171,8 @@ std::vector<std::string> remedies_of(const Budget& budget, double room_m) {
   return open_m() < room_m ? remedies : std::vector<std::string>();
 }
 
-/// A branch that another start gives, within the limit where the headline is not; nothing where
-/// branches cannot be told apart at the headline's distance.
+/// A branch from another start that is within the limit while the headline is not; null if branches
+/// cannot be distinguished at the headline's distance.
 const BranchComparison* branch_within(const DrapeInput& input, const Report& report,
                                       const Limit& limit) {
   const auto list = speaking_list(input);
@@ -187,7 +187,7 @@ const BranchComparison* branch_within(const DrapeInput& input, const Report& rep
   return nullptr;
 }
 
-/// Mean distance of the marks of two simulations, on a round object after the best turn.
+/// Mean distance of the marks of two simulations, on a round object after the best rotation.
 std::optional<double> apart_m(const DrapeInput& input, const RealVirtual& one,
                               const RealVirtual& other, bool round) {
   Sheet places = input.measured.sheet;
@@ -207,7 +207,7 @@ std::optional<double> apart_m(const DrapeInput& input, const RealVirtual& one,
                                 : std::optional(statistics_of(compared.marks).mean_m);
 }
 
-/// The drape of the headline's cloth from the measured shape, on its mesh.
+/// The drape of the headline's cloth from the measured shape, on the same mesh.
 const RealVirtual* from_measured(const DrapeInput& input, const Report& report) {
   const Simulation& own = input.simulations[report.real_virtual[*report.headline].simulation];
   for (const RealVirtual& row : report.real_virtual) {
@@ -248,8 +248,8 @@ std::optional<ModelRest> model_of(const DrapeInput& input, const Report& report)
   return model;
 }
 
-/// "; from the measured shape it rests at 13.2 mm (8.4 to 13.2 mm for friction 0.2 to 0.8, which
-/// nobody measured), on another branch".
+/// Phrase such as "; from the measured shape it rests at 13.2 mm (8.4 to 13.2 mm for friction 0.2
+/// to 0.8, which nobody measured), on another branch".
 std::string model_phrase(const ModelRest& model) {
   std::string text =
       fmt::format("; from the measured shape it rests at {:.3f} mm", model.distance_m / mm);
@@ -261,8 +261,8 @@ std::string model_phrase(const ModelRest& model) {
   return text;
 }
 
-/// "3.887 mm beside T = 3.500 mm (tolerance): undecided, for 0.2 mm by inputs and 0.5 mm by the
-/// mesh are open".
+/// Text such as "3.887 mm beside T = 3.500 mm (tolerance): undecided, for 0.2 mm by inputs and 0.5
+/// mm by the mesh are open".
 std::string decision_text(const Limit& limit, const Budget& budget) {
   return fmt::format(
       "{:.3f} mm beside a limit of {:.3f} mm ({}), with {:.3f} mm open by the inputs (95 %) and "
@@ -271,7 +271,7 @@ std::string decision_text(const Limit& limit, const Budget& budget) {
       budget.own_m / mm);
 }
 
-/// Decides by the limit; what keeps it from a decision is said, with what could bring one.
+/// Decides by the limit; if undecided, states the cause and what could lead to a decision.
 void judge_by(const Limit& limit, const DrapeInput& input, const Report& report,
               MatchVerdict& verdict) {
   const Budget& budget = *report.budget;

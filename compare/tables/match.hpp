@@ -8,24 +8,24 @@
 
 namespace drape::compare {
 
-/// Layings of the drape that repeat each other, their distances, and the place of the
-/// headline is among them: Report::repeats and among_repeats.
+/// Fills Report::repeats and among_repeats: the layings of the drape that repeat each other, their
+/// distances, and the position of the headline among them.
 void judge_repeats(const DrapeInput& input, const Options& options, Report& report);
 
-/// Where a value is beside a limit that everything open may move it by `open_m` from (ISO 14253-1).
+/// Compares a value, which open contributions may change by `open_m`, with a limit (ISO 14253-1).
 [[nodiscard]] Match decide(double value_m, double open_m, double limit_m);
 
-/// Decision of the headline. The limit is the scatter of kLeastRepeats real drapes or more, for
-/// their mean distance, else the tolerance, for the mean distance of the drape's own; open are the
-/// inputs' 95 % range and, added, the simulation's own error. Undecided too where the budget lacks
-/// a part, and outside the limit where another start's branch is within it.
+/// Verdict on the headline. The limit is the scatter of at least kLeastRepeats real drapes, for
+/// their mean distance, else the tolerance, for the mean distance from the drape's own laying. Open
+/// contributions: 95 % range of the inputs plus the simulation's own error. Also undecided if the
+/// budget lacks a part, or if the value is outside the limit but another branch's within it.
 [[nodiscard]] MatchVerdict match_of(const DrapeInput& input, const Options& options,
                                     const Report& report);
 
 [[nodiscard]] std::string name_of(Match match);
-/// One row per thing the match is judged against.
+/// One row per criterion of the match.
 [[nodiscard]] Table basis_table(const Report& report);
-/// One row per laying of the drape; none where it was laid once.
+/// One row per laying of the drape; empty if it was laid once.
 [[nodiscard]] Table repeats_table(const Report& report);
 
 }  // namespace drape::compare

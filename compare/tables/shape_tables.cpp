@@ -10,7 +10,7 @@ namespace {
 
 using units::mm;
 
-/// Visits the measured sheet and the simulations whose points are a whole grid, with their shapes.
+/// Visits the measured sheet and the simulations that are complete grids, with their shapes.
 template <class Visit>
 void visit_shapes(const DrapeInput& input, const Visit& visit) {
   if (const auto shape = shape_of(input.measured.sheet)) visit("measured marks", *shape);
