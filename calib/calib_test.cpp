@@ -41,7 +41,7 @@ TEST(Calib, FindsBench1sCamerasFromTheFourStages) {
     const Eigen::Vector3d off =
         centre_in_world(camera.camera) - centre_in_world(test::bench1_truth().cameras[i]);
     EXPECT_LT(off.norm() / mm, 0.05) << camera.camera.name;
-    // 0.01 px noise in x and y; what Tsai's one coefficient cannot follow may add a third.
+    // 0.01 px noise in x and y; the misfit of Tsai's single coefficient can add a third.
     EXPECT_LT(camera.residuals.rms_px, 0.01 * std::sqrt(2.0) * 1.33);
     EXPECT_EQ(camera.residuals.points, 432);
     EXPECT_EQ(camera.covariance.rows(), 11);
@@ -69,7 +69,7 @@ TEST(Calib, EccentricityOfTheDotsIsABiasThatTheCorrectionRemoves) {
   EXPECT_LT(corrected.report.cameras[0].max_eccentricity_px, 0.1);
 }
 
-/// Detections of a made-up Tsai camera that sees the four stages' dots as points.
+/// Detections by an invented Tsai camera that sees the dots of four stages as points.
 Detections exact_detections(const Camera& camera) {
   Detections detections = bench1_target_detections(0);
   std::erase_if(detections.frames, [](const FrameDetections& f) { return f.camera != "cam0"; });
@@ -162,7 +162,7 @@ TEST(Calib, CovariancePredictsTheScatterOfRepeatedCalibrations) {
     predicted_focal2 += found.covariance(0, 0) / kRuns;
     predicted_tz2 += found.covariance(10, 10) / kRuns;
   }
-  // A variance from 60 draws has a relative standard deviation of sqrt(2/60) = 0.18: four of them.
+  // A variance of 60 draws has a relative standard deviation of sqrt(2/60) = 0.18; four of these.
   EXPECT_NEAR(sum_focal2 / predicted_focal2, 1, 0.73);
   EXPECT_NEAR(sum_tz2 / predicted_tz2, 1, 0.73);
 }
@@ -191,7 +191,7 @@ TEST(Calib, IsNoGoWhenTheHeightsAreWrong) {
 }
 
 TEST(Calib, IsNoGoWhenTheParametersAreHardlyDetermined) {
-  // A small far part of the target at two near heights, with coarse marks.
+  // A small distant part of the target at two close heights, with coarse marks.
   Rig rig = bench1_rig();
   rig.stages.resize(2);
   Detections detections = bench1_target_detections(0.3);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Properties that hold for every camera and pose, not for chosen ones.
+// Properties that hold for every camera and pose, tested with random ones.
 #include <gtest/gtest.h>
 #include <rapidcheck/gtest.h>
 
@@ -15,10 +15,10 @@ namespace {
 
 using units::mm;
 
-/// The same cases in every run. A property must take an argument to be tried more than once.
+/// Gives the same cases in every run. A property with an argument is tried more than once.
 const int kSeeded = ::setenv("RC_PARAMS", "seed=1 max_success=1000", 0);
 
-/// A number in the interval, from any of a million places.
+/// A number in the interval, one of a million equally spaced ones.
 double between(double low, double high) {
   return low + (high - low) * *rc::gen::inRange(0, 1000001) / 1e6;
 }
@@ -80,7 +80,7 @@ RC_GTEST_PROP(CameraProperty, BrownPointLiesOnItsRay, (int)) {
 RC_GTEST_PROP(CameraProperty, TsaiRefusesWhatLiesBeyondItsMonotonicLimit, (int)) {
   const double kappa = -between(100, 5000), f = between(5, 30) * mm;
   const CameraModel model{TsaiLens{f, kappa, 800, 600, 1, 3.45e-6, 3.45e-6}, 1600, 1200};
-  // Undistorted radius r + kappa r^3 is largest at r = sqrt(-1 / (3 kappa)).
+  // The undistorted radius r + kappa r^3 is largest at r = sqrt(-1 / (3 kappa)).
   const double limit = 2.0 / 3.0 * std::sqrt(-1 / (3 * kappa));
   const double fraction = between(0.5, 1.5), turn = between(0, 6.28), z = between(0.3, 3);
   RC_PRE(std::abs(fraction - 1) > 1e-9);

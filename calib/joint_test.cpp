@@ -49,7 +49,7 @@ TEST(Joint, FindsBench1sCamerasWithinAHundredthOfAPercentAnd30Micrometres) {
     EXPECT_LT((centre_in_world(found) - centre_in_world(truth)).norm() / mm, 0.03) << found.name;
     EXPECT_EQ(result.calibration.cameras[i].covariance.rows(), 15);
   }
-  // The renderer's lens has k1 and k2; a larger one must not be worth its parameters.
+  // The renderer's lens has k1 and k2; a larger model must not be worth its parameters.
   EXPECT_EQ(result.report.lens, LensTerms::k1_k2);
   EXPECT_EQ(result.report.held_out.size(), 4u);
   EXPECT_NEAR(result.report.chi2_per_dof, 1, 0.05);
@@ -63,7 +63,7 @@ TEST(Joint, FindsBench1sCamerasWithinAHundredthOfAPercentAnd30Micrometres) {
 TEST(Joint, CamerasThatAreExchangedInSomeSetsAreNamed) {
   JointOptions options;
   options.lens = LensTerms::k1_k2;
-  // Neighbours, and two that look at the target from opposite sides; one set, or most of them.
+  // Adjacent cameras, and two on opposite sides of the target; in one set, or in most.
   for (const auto& [first, second] : {std::pair("cam0", "cam1"), std::pair("cam0", "cam2")}) {
     for (const std::string where : {"pose_03", "pose"}) {
       Detections detections = bench1_target_detections(0.01);
@@ -179,8 +179,8 @@ TEST(Joint, DerivativesEqualDifferences) {
   EXPECT_LT((slope - image.by_board.col(0)).norm(), 1e-4);
 }
 
-/// Zhang's corners: one camera, five views. His axes run y down, z away from the camera: turned
-/// by half a turn about x into this project's.
+/// Zhang's corners: one camera, five views. His axes have y down and z away from the camera, so
+/// they are rotated by half a turn about x into this project's.
 JointModel zhang_views(const std::filesystem::path& folder) {
   JointModel model;
   JointCamera camera;

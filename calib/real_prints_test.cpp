@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Targets that are not as drawn: real prints with an answer from outside, and drawn ones.
+// Targets that deviate from their drawings: real prints with a known answer, and simulated ones.
 #include <gmock/gmock.h>
 
 #include <algorithm>
@@ -60,7 +60,7 @@ double length_mm(const MeasuredPlate& plate, const Target& target, MarkId a, Mar
 // OpenCV's calibrateCameraRO on all 60 views of the set: f 3040.8, 3040.5, centre (615.6, 532.6).
 TEST(RealPrints, CalibrelsCameraIsFoundThoughItsBoardIsNotAsDrawn) {
   RECORDED(board, "real-boards/calibrel-1");
-  // A caliper between the outer corners, trusted to 0.1 mm: p1-p2 gives the scale.
+  // Caliper measurement between the outer corners, uncertain by 0.1 mm; p1-p2 gives the scale.
   board.target.known_lengths = {{{9, 0}, {9, 15}, 224.14 * mm, 0.1 * mm}};
   const JointResult result = board.calibrated();
   EXPECT_EQ(result.report.status, "good");
@@ -146,7 +146,7 @@ TEST(RealPrints, AStretchedPrintIsToldFromPixelsThatAreNotSquare) {
   EXPECT_EQ(board.calibrated().report.status, "good");
 }
 
-/// The made-up bench with a print whose points are off by `error_mm` along x and y.
+/// The invented bench with a print whose points are off by `error_mm` along x and y.
 JointModel printed(unsigned seed, double error_mm) {
   JointModel model = test::SyntheticBench(seed, 12).true_model();
   Board& board = model.board;

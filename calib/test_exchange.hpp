@@ -21,13 +21,13 @@ inline CalibratedCamera calibrated_camera(const Camera& camera) {
   return result;
 }
 
-/// bench1's three cameras; Brown's lens with every term, or Tsai's.
+/// bench1's three cameras, with all terms of Brown's lens model, or with Tsai's.
 inline Calibration bench1_calibration(bool tsai) {
   Calibration calibration;
   calibration.method = "tsai";
   calibration.rig = "bench1";
   for (Camera camera : bench1_truth().cameras) {
-    // The file's nine digits are not quite a rotation.
+    // Nine digits in the file do not give an exact rotation.
     Eigen::Matrix3d& rotation = camera.cam_from_world.rotation;
     rotation = Eigen::Quaterniond(rotation).normalized().toRotationMatrix();
     auto& lens = std::get<BrownLens>(camera.model.lens);
@@ -42,7 +42,7 @@ inline Calibration bench1_calibration(bool tsai) {
   return calibration;
 }
 
-/// Points through the volume in which a drape hangs, all in every image.
+/// Points throughout the volume in which a drape hangs, visible in every image.
 inline std::vector<Eigen::Vector3d> points_of_a_drape() {
   std::vector<Eigen::Vector3d> all;
   for (const double x : {-90.0, 0.0, 90.0}) {

@@ -10,20 +10,20 @@
 
 namespace drape::test {
 
-/// A board moved by hand: a random walk of its turn and place, smoothed as an arm is, with stops
+/// A board moved by hand: a random walk of rotation and position, smoothed as by an arm, with stops
 /// and starts. Everything follows from the seed.
 class HandMotion {
  public:
   struct Pose {
     Eigen::Vector3d turn;     ///< rad
-    Eigen::Vector3d shift_m;  ///< from the middle of the volume
+    Eigen::Vector3d shift_m;  ///< from the centre of the volume
   };
 
   HandMotion(unsigned seed, double seconds) : samples_(static_cast<int>(seconds / kStep) + 1) {
     std::mt19937 random(seed);
     std::normal_distribution<double> normal;
     std::uniform_real_distribution<double> uniform;
-    // Where it moves and where it is held, from 0.4 to 2.4 s each.
+    // Alternates between moving and being held, for 0.4 to 2.4 s each.
     std::vector<double> gate(static_cast<std::size_t>(samples_));
     bool moves = true;
     for (std::size_t i = 0; i < gate.size(); moves = !moves) {
@@ -33,7 +33,7 @@ class HandMotion {
       for (; i < std::min(until, gate.size()); ++i) gate[i] = moves ? 1 : 0;
     }
     gate = smoothed(gate, 0.1);
-    // Speed of a hand that turns a board: 0.06 m/s and 0.5 rad/s RMS an axis.
+    // Speed of a hand that turns a board: RMS of 0.06 m/s and 0.5 rad/s per axis.
     for (std::size_t axis = 0; axis < 6; ++axis) {
       std::vector<double> speed(gate.size());
       for (double& v : speed) v = normal(random);
@@ -45,7 +45,7 @@ class HandMotion {
       place.resize(gate.size());
       double at = 0;
       for (std::size_t i = 0; i < gate.size(); ++i) {
-        // Back to the middle, so that the board stays in the volume.
+        // Pulls it back to the centre, so that the board stays in the volume.
         const double pull = -at / limit * wanted;
         at += kStep * gate[i] * (wanted * speed[i] / std::sqrt(squares) + pull);
         place[i] = at;
@@ -66,7 +66,7 @@ class HandMotion {
  private:
   static constexpr double kStep = 0.002;  // s
 
-  /// By a Gaussian of this standard deviation (s).
+  /// Smooths with a Gaussian of this standard deviation (s).
   static std::vector<double> smoothed(const std::vector<double>& values, double sd) {
     const int reach = static_cast<int>(3 * sd / kStep);
     std::vector<double> kernel, out(values.size(), 0);

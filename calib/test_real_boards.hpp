@@ -16,7 +16,7 @@ namespace drape::test {
 
 using namespace calib;
 
-/// Corners of a real chessboard (tests/data/real-boards) and halvings of its views.
+/// Corners of a real chessboard (tests/data/real-boards), and splits of its views into halves.
 struct RealBoard {
   Detections detections;
   Rig rig;

@@ -14,7 +14,7 @@ namespace drape::test {
 
 using namespace calib;
 
-/// Six smooth shapes at a frame's points, orthogonal, each with a mean square of 1 (n x 6).
+/// Six smooth orthogonal shapes at the points of a frame, each with mean square 1 (n x 6).
 inline Eigen::MatrixXd smooth_shapes(const JointFrame& frame) {
   const auto points = static_cast<Eigen::Index>(frame.points.size());
   Eigen::MatrixXd shapes(points, 6);
@@ -32,7 +32,7 @@ inline Eigen::MatrixXd smooth_shapes(const JointFrame& frame) {
   return std::sqrt(static_cast<double>(points)) * (factor.householderQ() * first);
 }
 
-/// Adds an error common to all points of a frame: a quadratic function of the place, in u and v.
+/// Adds an error common to all points of a frame: a quadratic function of position, in u and v.
 inline void disturb(JointFrame& frame, double sd_px, std::mt19937& random) {
   std::normal_distribution<double> normal(0, sd_px);
   const Eigen::MatrixXd shapes = smooth_shapes(frame);
@@ -44,7 +44,7 @@ inline void disturb(JointFrame& frame, double sd_px, std::mt19937& random) {
   }
 }
 
-/// Makes the frames that the model's cameras see of its placements, all 12 x 9 points.
+/// Fills the model's frames with all 12 x 9 points as its cameras see its placements.
 inline void see(JointModel& model, double noise_px, unsigned seed, double common_part = 0) {
   std::mt19937 random(seed);
   std::normal_distribution<double> noise(0, noise_px);
@@ -68,7 +68,7 @@ inline void see(JointModel& model, double noise_px, unsigned seed, double common
   }
 }
 
-/// The same views with cameras, free placements and bow not known.
+/// The same views without the values of cameras, free placements and bow.
 inline JointModel forgotten(const JointModel& model) {
   JointModel views = model;
   views.board.edge_rise_mm.setZero();
@@ -82,15 +82,15 @@ inline JointModel forgotten(const JointModel& model) {
   return views;
 }
 
-/// A made-up bench: three cameras on a cone, a bent target in its reference pose, raised, and in
-/// free poses. Everything follows from the seed.
+/// An invented bench: three cameras on a cone, and a bent target in its reference pose, raised, and
+/// in free poses. Everything follows from the seed.
 class SyntheticBench {
  public:
   explicit SyntheticBench(unsigned seed, int free_poses = 8, double noise_px = 0.05,
                           double common_part = 0)
       : random_(seed) {
     model_.board.half_m = {0.11, 0.08};
-    model_.board.mean = {0.394, 0.417};  // of 12 and 9 equally spaced points
+    model_.board.mean = {0.394, 0.417};  // mean of 12 and of 9 equally spaced points
     model_.board.edge_rise_mm = {number(-0.1, 0.1), number(-0.1, 0.1)};
     for (int i = 0; i < 3; ++i) model_.cameras.push_back(camera(i));
     for (const double z_m : {0.0, 0.06}) {
@@ -104,7 +104,7 @@ class SyntheticBench {
 
   [[nodiscard]] const JointModel& true_model() const { return model_; }
 
-  /// Views of the cameras, with nothing known of cameras and placements.
+  /// Views of the cameras, without the values of cameras and placements.
   [[nodiscard]] JointModel noisy_views() const { return forgotten(model_); }
 
  private:

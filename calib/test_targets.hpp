@@ -38,7 +38,7 @@ inline Rig bench1_rig(bool estimate_scale_x = true) {
   return rig;
 }
 
-/// Detections with every dot where the renderer says its disc's centroid is, plus noise.
+/// Detections with every dot at the renderer's centroid of its disc, plus noise.
 inline Detections bench1_target_detections(double noise_px, unsigned seed = 1) {
   std::mt19937 random(seed);
   std::normal_distribution<double> noise(0, noise_px);

@@ -42,7 +42,7 @@ TEST_F(Layout, ListsSetsAndCamerasInNaturalOrder) {
               ElementsAre("s2/cam2.tiff", "s2/cam10.tif", "s10/cam2.PNG", "s10/cam10.jpeg"));
 }
 
-/// A recording with one of them could not be read.
+/// A recording that contained one of these names could not be read.
 TEST_F(Layout, RefusesNamesThatNoReaderTakes) {
   for (const std::string& file :
        {std::string("-5/cam0.png"), std::string("s1/-a.png"),

@@ -39,7 +39,7 @@ TEST(ImageCheck, RefusesNumbersThatDetectionDoesNotRead) {
   EXPECT_THROW(static_cast<void>(check_image(bytes, {})), Error);
 }
 
-/// The decoder gives the first page and says nothing.
+/// The decoder would return the first page without an error.
 TEST(ImageCheck, RefusesATiffOfSeveralPages) {
   std::vector<unsigned char> bytes;
   const cv::Mat page(20, 30, CV_8U, cv::Scalar(90));
@@ -93,7 +93,7 @@ TEST(ImageStructureOfJpeg, FindsTheCutThatTheDecoderHides) {
 }
 
 TEST(ImageStructureOfJpeg, IsNotFooledByAnEndMarkerInAThumbnail) {
-  // An application segment (a thumbnail) that holds FF D9, in a file cut before its own end marker.
+  // An application segment (a thumbnail) that contains FF D9, in a file cut off before its own end.
   auto bytes = image_bytes(".jpg", 1);
   const std::vector<unsigned char> thumbnail = {0xff, 0xe1, 0x00, 0x06, 0xff, 0xd8, 0xff, 0xd9};
   bytes.insert(bytes.begin() + 2, thumbnail.begin(), thumbnail.end());

@@ -94,7 +94,7 @@ TEST_F(Import, KeepsWhatWasNotedOfTheSamePictures) {
   EXPECT_THAT(verify_recording(out(), {}).no_go, ElementsAre("set2: the cloth moved by 0.30 px"));
 }
 
-/// Whatever is done to the folder in between.
+/// Holds whatever is done to the folder between the two imports.
 TEST_F(Import, ANoGoSetStaysNoGoUnderAnotherNameAndWithOnePictureMore) {
   Recording taken = import_folder(in(), in(), {}).recording;
   taken.sets[0].no_go = "the cloth moved by 0.30 px";
@@ -117,7 +117,7 @@ TEST_F(Import, ANoGoSetStaysNoGoUnderAnotherNameAndWithOnePictureMore) {
   EXPECT_EQ(renamed.sets[1].no_go, "the cloth moved by 0.30 px");
 }
 
-/// capture.json lies in the set's folder, also where recording.json was given up.
+/// capture.json is in the set's folder even where recording.json was abandoned.
 TEST_F(Import, TheNotesOfACaptureKeepANoGo) {
   const auto notes = [](const std::string& set, const char* cloth, const char* more) {
     return fmt::format(
@@ -127,7 +127,7 @@ TEST_F(Import, TheNotesOfACaptureKeepANoGo) {
   };
   write_durable(in() / "set2/capture.json", notes("drape_A_001", "\"moved\"", ""));
   write_durable(in() / "set10/capture.json", notes("pose_01", "\"still\"", ""));
-  // From there on each of them has the notes only.
+  // From here on each folder has only the notes.
   for (const auto& [from, to] : {std::pair{in(), out()}, std::pair{in(), in()},
                                  std::pair{out(), out()}, std::pair{out(), out() / "../next"}}) {
     fs::remove(from / "recording.json");
@@ -140,7 +140,7 @@ TEST_F(Import, TheNotesOfACaptureKeepANoGo) {
     EXPECT_THAT(result.report.warnings, testing::Contains(HasSubstr("NO-GO as when")));
     EXPECT_TRUE(verify_recording(to, {}).good());
   }
-  // The sets before the one that moved are of the same burst.
+  // The sets before the one that moved belong to the same burst.
   write_durable(in() / "set10/capture.json", notes("drape_A_000", "null", ""));
   EXPECT_TRUE(import_folder(in(), out() / "burst", {}).recording.sets[1].no_go.has_value());
   write_durable(in() / "set2/capture.json",
@@ -218,7 +218,7 @@ TEST_F(Import, NeverOverwritesAForeignFile) {
 }
 
 TEST_F(Import, CompletesAnInterruptedImport) {
-  // A kill leaves some images, at most one partial file, no manifest.
+  // A killed import leaves some images, at most one partial file, and no manifest.
   fs::create_directories(out() / "set2");
   fs::copy_file(in() / "set2/cam0.png", out() / "set2/cam0.png");
   write_durable(out() / "set2/.cam1.png.partial", "half");
@@ -244,7 +244,7 @@ TEST_F(Import, WritesNothingWhereItRefuses) {
   EXPECT_FALSE(fs::exists(out()));
 }
 
-/// As `drape calib images` hands on the photographs of a folder.
+/// `drape calib images` passes on the photographs of a folder this way.
 TEST_F(Import, OfLinksNamesThePicturesThatTheyLeadTo) {
   const fs::path staged = in().parent_path() / "staged";
   for (const char* set : {"view_1", "view_2"}) {

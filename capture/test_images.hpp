@@ -30,7 +30,7 @@ inline void write_bytes(const std::filesystem::path& file,
   write_durable(file, {reinterpret_cast<const char*>(bytes.data()), bytes.size()});
 }
 
-/// `folder`/<set>/<camera>.png for every pair, all images different.
+/// Writes `folder`/<set>/<camera>.png for every pair, all images different.
 inline void write_sets(const std::filesystem::path& folder, const std::vector<std::string>& sets,
                        const std::vector<std::string>& cameras) {
   int seed = 0;

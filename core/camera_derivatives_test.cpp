@@ -15,7 +15,7 @@ namespace {
 
 using units::mm;
 
-/// The camera with parameter `index` (order and units of parameter_names()) moved by `step`.
+/// The camera with parameter `index` (order and units of parameter_names()) changed by `step`.
 Camera moved(Camera camera, int index, double step) {
   const Eigen::Index lens_size = std::holds_alternative<TsaiLens>(camera.model.lens) ? 5 : 9;
   if (auto* lens = std::get_if<TsaiLens>(&camera.model.lens)) {
@@ -90,11 +90,11 @@ TEST(DotImage, EqualsTheRenderersCentroidsOfTheFlatTarget) {
       }
     }
   }
-  EXPECT_LT(worst, 1e-3);  // the truth is printed with four decimals, its outlines are polygons
+  EXPECT_LT(worst, 1e-3);  // the truth has four decimals and polygonal outlines
 }
 
 TEST(DotImage, OnACylinderLiesUnderTheSurfaceByThreeEighthsOfRadiusSquaredOverR) {
-  // Far camera, so that only curvature acts; tilt across the axis of the cylinder.
+  // Distant camera, so that only curvature matters; tilted across the axis of the cylinder.
   const double radius = 1.5 * mm, bend = 20 * mm, tilt = 0.7;
   const CameraModel model{BrownLens{1e6, 1e6, 0, 0}, 1600, 1200};
   const Eigen::Vector3d u(std::cos(tilt), 0, std::sin(tilt)), v(0, -1, 0);

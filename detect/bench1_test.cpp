@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The whole stage against the renderer's truth (issue "Pipeline", section "It shows").
+// Compares the whole stage with the renderer's truth.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -176,7 +176,7 @@ TEST(Bench1Cloth, EveryRejectionHasAReasonAndEveryFrameAPreview) {
     EXPECT_EQ(frame.preview_file, "preview_" + frame.set + "_" + frame.camera + ".jpg");
     EXPECT_EQ(drapes().previews[k].file_name, *frame.preview_file);
     EXPECT_EQ(frame.preview_scale, 0.5);
-    // The renderer's noise is 1.6 grey levels at 128; cloth texture adds to it.
+    // The renderer's noise is 1.6 grey levels at level 128; cloth texture adds to it.
     EXPECT_GT(*frame.noise_sigma, 1.4);
     EXPECT_LT(*frame.noise_sigma, 2.2);
     for (const Rejection& rejection : frame.rejections) {
@@ -254,7 +254,7 @@ TEST(Detect, AnEmptyBenchHasNoMarksAndSaysSo) {
   EXPECT_THAT(result.report.warnings.front(), HasSubstr("no tag of the print was recognised"));
 }
 
-/// One picture of a set is that of the empty bench.
+/// A recording in which one picture of the set shows the empty bench.
 Recording with_empty_picture(const std::string& set_name) {
   Recording source = recording();
   const RecordedFrame empty = source.set("empty").frames[1];
@@ -301,7 +301,7 @@ TEST(Detect, WhatCaptureRefusedStaysRefused) {
 
 TEST(Detect, ADiameterThatTooFewDotsShowIsNotConfirmed) {
   DetectOptions options = asked(Surface::cloth, {"drape_C"});
-  options.limits.least_semi_axis_px = 8.6;  // leaves few
+  options.limits.least_semi_axis_px = 8.6;  // leaves few marks
   const DetectResult few = detect::detect(recording(), rig(), options);
   EXPECT_GT(few.report.marks, 0);
   EXPECT_FALSE(few.report.dot_size_ratio);
@@ -312,7 +312,7 @@ TEST(Detect, ADiameterThatTooFewDotsShowIsNotConfirmed) {
 }
 
 TEST(Detect, TheWrongPrintLabelsNothing) {
-  // Target views searched for the cloth's print: its tags are not there.
+  // Views of the target searched for the cloth's print, whose tags they do not show.
   const DetectResult result = run(Surface::cloth, {"stage_z000"});
   EXPECT_EQ(result.report.marks, 0);
 }

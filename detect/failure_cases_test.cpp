@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Failures of a bench: each case ends in right labels or in a rejection that is named, never in a
-// wrong label.
+// Failures of a bench: each case must end in right labels or in a rejection with its reason, never
+// in a wrong label.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -24,7 +24,7 @@ using ::testing::HasSubstr;
 using units::deg;
 using units::mm;
 
-/// A view of the small print that costs no label, or those that it must, and no wrong one.
+/// A view of the small print that must lose no label, or only given ones, and have no wrong one.
 struct View {
   const char* name;
   ClothView view = {};
@@ -106,7 +106,7 @@ INSTANTIATE_TEST_SUITE_P(
         View{.name = "QuarterTurn", .view = turned(90)},
         View{.name = "HalfTurn", .view = turned(180)}, View{.name = "Askew", .view = turned(217)},
         View{.name = "WeaveMoire", .view = moire(), .worst_px = 0.3},
-        // The outer columns' middles lie on the border.
+        // The centres of the outer columns are on the border.
         View{.name = "CutByTheBorder", .view = {.width_px = 494}, .right = all - 2 * side},
         View{.name = "Sharp", .view = blurred(0.3), .worst_px = 0.12},
         View{.name = "Blur1", .view = blurred(1), .worst_px = 0.12},
@@ -116,7 +116,7 @@ INSTANTIATE_TEST_SUITE_P(
     [](const auto& view) { return std::string(view.param.name); });
 
 TEST(FailureCases, ADotHalfHiddenByAFoldIsNotMeasured) {
-  // The cloth turns away just beyond the middle of column 2's dots, and comes back.
+  // The cloth turns away just beyond the centre of column 2's dots, and returns.
   const Print print = small_print();
   ClothView view;
   view.slope_rad = [](double s) { return s > 50.5 && s < 58 ? 100 * deg : 0.0; };
@@ -128,8 +128,8 @@ TEST(FailureCases, ADotHalfHiddenByAFoldIsNotMeasured) {
 }
 
 TEST(FailureCases, AFoldThatHidesExactlyOneColumnShiftsNoLabel) {
-  // The layer from 53 mm on lies over what goes before it: column 2 is hidden, and column 1 is seen
-  // where column 2 would be. The tags on either side name it differently.
+  // The layer beyond 53 mm covers the part before it: column 2 is hidden, and column 1 is seen
+  // where column 2 would be. The tags on either side label it differently.
   const Print print = small_print();
   ClothView view;
   view.slope_rad = [](double s) { return s > 43 && s < 53 ? 180 * deg : 0.0; };
@@ -141,7 +141,7 @@ TEST(FailureCases, AFoldThatHidesExactlyOneColumnShiftsNoLabel) {
 }
 
 TEST(FailureCases, TwoLayersWhoseDotsRunOnAcrossTheEdgeStayApart) {
-  // Folded back by exactly one pitch: behind the edge the lattice goes on as if nothing were there.
+  // Folded back by exactly one pitch: behind the edge the lattice seems to continue undisturbed.
   const Print print = small_print();
   int labels = 0, visible = 0, wrong = 0;
   for (const double back : {9.0, 10.0, 11.0, 20.0}) {
@@ -195,7 +195,7 @@ TEST(FailureCases, AShadowsEdgeThroughADotIsRightOrNamed) {
   const Look look = look_at(picture, print);
   EXPECT_EQ(look.wrong, 0);
   EXPECT_GE(look.right, all - side);
-  // Dots measured although the edge runs through them are not far off.
+  // Dots that the edge cuts are measured with small errors.
   EXPECT_LT(look.worst_px, 0.2);
 }
 
@@ -236,7 +236,7 @@ TEST(FailureCases, DirtThatLooksLikeDotsGetsNoLabel) {
   for (int k = 0; k < 12; ++k) {
     Eigen::Vector2d at;
     double nearest = 0;
-    do {  // in a bare cell, clear of dots
+    do {  // within a bare cell, clear of dots
       at = {place(random), place(random)};
       nearest = 1e9;
       for (int m = 0; m < all; ++m) {
@@ -297,7 +297,7 @@ TEST(FailureCases, SixteenBitsAndABayerMosaic) {
   for (const std::uint8_t byte : plain.bytes) deep.levels.push_back(byte);
   const Look look = judged(detected(deep, print), picture);
   EXPECT_EQ(look.right, all);
-  // A colour sensor's mosaic read as grey: red and blue sites see less of the lamp than green ones.
+  // A colour sensor's mosaic read as grey: red and blue sites get less light than green ones.
   GreyImage mosaic = plain;
   for (int v = 0; v < plain.height_px; ++v) {
     for (int u = 0; u < plain.width_px; ++u) {
@@ -334,7 +334,7 @@ TEST(FailureCases, ClassesAndTagsTogether) {
   const Look look = look_at(picture, print);
   EXPECT_EQ(look.right, all);
   EXPECT_EQ(look.wrong, 0);
-  // The same cloth described with other classes contradicts itself: nothing is guessed.
+  // The same cloth described with other classes is inconsistent: no label is guessed.
   Print other = small_print(false, true);
   other.dot_classes =
       DotClasses{1.6 * mm, {"oo#o##", "#ooo#o", "##o#oo", "#o##o#", "##o#oo", "o###o#"}};
@@ -351,7 +351,7 @@ TEST(FailureCases, WithoutTagsOrClassesThePieceIsAnIsland) {
 }
 
 TEST(FailureCases, PiecesOfAFlatPlateAreOneIsland) {
-  // A plain grid without its outer column cannot be placed; a missing column cuts it in two.
+  // A plain grid without its outer column cannot be located; a missing column divides it in two.
   const Print print = small_print(false, false);
   ClothPicture picture(print, {});
   for (int row = 0; row < side; ++row) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Views that cost marks are named with the reason: light, sharpness, another print.
+// Views that lose marks are reported with the reason: light, sharpness, or another print.
 #include "detect/plausibility.hpp"
 
 #include <gmock/gmock.h>
@@ -31,7 +31,7 @@ FrameDetections frame_of(const GreyImage& image, const Print& print, const std::
   return frame;
 }
 
-/// Sentences on a set of three views of which the last one is `view`.
+/// Sentences about a set of three views of which `view` is the last.
 std::vector<std::string> said_of(const ClothView& view) {
   std::vector<FrameDetections> frames;
   std::vector<PictureQuality> qualities;
@@ -44,7 +44,7 @@ std::vector<std::string> said_of(const ClothView& view) {
   return poor_views(frames, qualities);
 }
 
-/// A flat and a tilted picture of dots of 4 mm.
+/// One flat and one tilted picture of dots of 4 mm.
 std::vector<GreyImage> two_views(double px_per_mm, double blur_px) {
   std::vector<GreyImage> pictures;
   for (const double squeeze : {1.0, 0.8}) {
@@ -57,8 +57,8 @@ std::vector<GreyImage> two_views(double px_per_mm, double blur_px) {
   return pictures;
 }
 
-/// Ratio and sentence on their diameter where it is stated so and the first rows and columns have
-/// labels.
+/// Size ratio and sentence if the dots' diameter is stated so and the first rows and columns are
+/// labelled.
 std::pair<std::optional<double>, std::string> size_of(const std::vector<GreyImage>& pictures,
                                                       double stated_mm, int labelled = side) {
   Print stated = small_print();
@@ -88,7 +88,7 @@ TEST(DotSize, IsMeasuredAndAnotherOneIsNamed) {
     EXPECT_THAT(size_of(sharp, stated_mm).second,
                 AllOf(HasSubstr("the dots are "), HasSubstr("dot_diameter_mm in print.toml is")))
         << stated_mm;
-  // Few dots are measured by one neighbour along each axis: 8 of these 32 lie between four.
+  // With one neighbour along each axis few dots can be measured: 8 of these 32 have four.
   const auto few = size_of(sharp, 4, 4).first;
   ASSERT_TRUE(few);
   EXPECT_NEAR(*few, 1, 0.01);

@@ -41,7 +41,7 @@ double coverage(const SyntheticDot& dot, const Eigen::Matrix2d& inverse, int x, 
   return inside;
 }
 
-/// Relative changes of the light from thread to thread: white noise, blurred, of rms `size`.
+/// Relative changes of light from thread to thread: blurred white noise with RMS `size`.
 cv::Mat weave(double size, std::mt19937& random) {
   std::normal_distribution<double> normal(0, 1);
   cv::Mat field(dot_side, dot_side, CV_64F);
@@ -151,7 +151,7 @@ ClothPicture::ClothPicture(const Print& print, const ClothView& view)
     }
   }
   ink_.assign(ink.datastart, ink.dataend);
-  // The weft's curve in the picture and its height, then who is uppermost where.
+  // The weft's curve in the picture with its height, then the uppermost point at each coordinate.
   double along = 0, height = 0;
   std::vector<double> height_mm;
   const double length_mm = print.patch_m.y() / mm;
@@ -221,7 +221,7 @@ std::optional<Eigen::Vector2d> ClothPicture::place_at(const Eigen::Vector2d& px)
   }
   const double weft = front_mm_[static_cast<std::size_t>(across)];
   if (weft < 0) return std::nullopt;
-  // The bin's weft distance lies where the cloth passes it; the remainder is straight.
+  // The weft distance of the bin where the cloth passes it; the remainder is linear.
   const auto k = static_cast<std::size_t>(std::lround(weft / step_mm));
   const double rest = across * step_mm + first_along_mm_ - along_mm_[k];
   const double forward = std::cos(view_.slope_rad(weft));

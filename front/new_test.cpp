@@ -46,7 +46,7 @@ std::string message_of(const std::function<void()>& action) {
   return "no error";
 }
 
-/// Does what an operator does with `# name = value`: measures it and removes the sign.
+/// Fills in `# name = value` as an operator does: measures the value and removes the `#`.
 void fill_in(const fs::path& file) {
   std::string text = read_text(file), filled;
   std::size_t begin = 0;

@@ -31,7 +31,7 @@ fs::path bench_with(const fs::path& folder, const std::string& tables) {
   return rig;
 }
 
-/// Runs `drape check` on it.
+/// Problems that `drape check` reports for it.
 std::string problems_of(const std::string& tables) {
   const test::TemporaryFolder folder;
   return test::run_line(test::program("drape").string() + " check " +
@@ -52,7 +52,7 @@ TEST(Repeats, AreReadWithTheirSetsNameWhereNoneIsGiven) {
 }
 
 TEST(Repeats, ThatCannotBeAreNamed) {
-  // The recording has the sets of the drapes, of which two are used as repeats of a third.
+  // The recording has the sets of the drapes; two of them are used as repeats of a third.
   EXPECT_THAT(problems_of("[[repeat]]\nscene = \"C\"\nset = \"empty\"\n"),
               Not(HasSubstr("repeat")));
   EXPECT_THAT(problems_of("[[repeat]]\nscene = \"C\"\nset = \"drape_C\"\nface = \"back\"\n"),
@@ -75,7 +75,7 @@ TEST(Repeats, ThatCannotBeAreNamed) {
               HasSubstr("faces"));
 }
 
-/// The line of `text` in the rig file of bench_with(tables), as messages name it.
+/// The line of `text` in the rig file of bench_with(tables), as quoted by messages.
 std::string line_of(const std::string& tables, const std::string& text) {
   const std::string rig = read_text(test::source_root() / "rigs/bench1/rig.toml") + "\n" + tables;
   const auto end = rig.begin() + static_cast<std::ptrdiff_t>(rig.rfind(text));

@@ -19,7 +19,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-/// Seeded by the trial, with its own arithmetic: the same numbers with every standard library.
+/// Random numbers seeded by the trial, with its own arithmetic: equal with every standard library.
 class Dice {
  public:
   explicit Dice(int trial) : engine_(static_cast<unsigned>(trial) + 1U) {}
@@ -40,7 +40,7 @@ struct Trial {
   std::optional<Sheet> measured;
 };
 
-/// A four-sided pyramid of 80 x 80 x 60 mm, point up.
+/// Mesh file of a four-sided pyramid of 80 x 80 x 60 mm, apex up.
 const std::filesystem::path& pyramid() {
   static const test::TemporaryFolder folder;
   static const std::filesystem::path file = folder.path() / "pyramid.obj";
@@ -95,7 +95,7 @@ Trial valid_trial(Dice& dice, int most_steps) {
   return trial;
 }
 
-/// A measured sheet as start: flat above the object, then spoiled.
+/// Sets a measured sheet as start: flat above the object, then damaged.
 void start_from_spoiled_sheet(Trial& trial, Dice& dice, double value) {
   Sheet sheet;
   sheet.rows = trial.print.rows;
@@ -113,7 +113,7 @@ void start_from_spoiled_sheet(Trial& trial, Dice& dice, double value) {
     }
   }
   const int count = static_cast<int>(sheet.marks.size());
-  if (kind == 1) {  // cells turned over
+  if (kind == 1) {  // inverted cells
     for (int k = 0; k < 20; ++k) {
       std::swap(sheet.marks[dice.below(count)].point_in_world,
                 sheet.marks[dice.below(count)].point_in_world);
@@ -178,8 +178,8 @@ struct Tally {
   }
 };
 
-/// Whatever was put in: an Error, or finite points; and what is called at rest lies outside all
-/// objects and is accepted by the checker.
+/// Expects either an Error or finite points; a result called at rest must be outside all objects
+/// and be accepted by the checker.
 void expect_honest(const Trial& trial, int index, Tally& tally) {
   try {
     const SimulateResult result =
@@ -201,12 +201,12 @@ void expect_honest(const Trial& trial, int index, Tally& tally) {
     if (trial.options.model == ClothModel::triangles) {
       EXPECT_TRUE(certificate.check && certificate.check->accepted) << "trial " << index;
     }
-  } catch (const Error&) {  // refused in words
+  } catch (const Error&) {  // refused with a message
     ++tally.in_words;
   }
 }
 
-/// DRAPE_TRIALS_FROM and _TO run a part of the whole.
+/// DRAPE_TRIALS_FROM and _TO select a part of the trials.
 std::pair<int, int> range_of(int count) {
   const char* const from = std::getenv("DRAPE_TRIALS_FROM");
   const char* const to = std::getenv("DRAPE_TRIALS_TO");

@@ -51,7 +51,7 @@ TEST(Simulate, TooFewStepsAreNotCalledRest) {
 }
 
 TEST(Simulate, ASheetWithANeedleThroughItIsNotCalledAtRest) {
-  // Thinner than the places where the cloth presses, and between them.
+  // Thinner than the spacing of the points where the cloth touches.
   const test::TemporaryFolder folder;
   const std::filesystem::path file = folder.path() / "needle.obj";
   write_durable(file,
@@ -84,7 +84,7 @@ TEST(Simulate, ThePaperHasNoInternalFriction) {
   EXPECT_THROW(options.check(), Error);
 }
 
-/// The world moved, and turned about the vertical.
+/// A point of the world shifted and rotated about the vertical.
 Vector3d moved(const Vector3d& p) {
   return AngleAxisd(37 * units::deg, Vector3d::UnitZ()) * p + Vector3d(0.3, -0.2, 1.0);
 }

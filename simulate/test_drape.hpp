@@ -11,7 +11,7 @@
 /// Drapes for tests.
 namespace drape::simulate {
 
-/// A scene of bench1 with a flat start of its own, 3 mm above its objects and beside their middle.
+/// A scene of bench1 with its own flat start, 3 mm above its objects and beside their centre.
 [[nodiscard]] inline Scene lying_scene(const std::string& name, double yaw_rad = 0.2) {
   Scene scene = read_scene(test::source_root() / "rigs/bench1/scenes" / (name + ".toml"));
   const double top_z_m = Surroundings(scene).top_z_m();
@@ -19,7 +19,7 @@ namespace drape::simulate {
   return scene;
 }
 
-/// Bench1's cloth A hung by two marks of its upper hem.
+/// Bench1's cloth A, hung by two marks of its upper hem.
 [[nodiscard]] inline Scene hanging_scene() {
   Scene scene = lying_scene("A");
   scene.obstacles.clear();
@@ -29,7 +29,7 @@ namespace drape::simulate {
   return scene;
 }
 
-/// Largest distance of two sheets' places.
+/// Largest distance between marks of two sheets.
 [[nodiscard]] inline double farthest_m(const Sheet& a, const Sheet& b) {
   double farthest = a.marks.size() == b.marks.size() ? 0 : 1;
   for (std::size_t i = 0; i < std::min(a.marks.size(), b.marks.size()); ++i)
@@ -37,7 +37,7 @@ namespace drape::simulate {
   return farthest;
 }
 
-/// The scene's own fabric and print, from its own start.
+/// Drape of the scene's own fabric and print from its own start.
 [[nodiscard]] inline SimulateResult drape_of(const Scene& scene,
                                              const SimulateOptions& options = coarse_options()) {
   return simulate(scene, read_fabric(scene.fabric_file), read_print(scene.print_file), std::nullopt,

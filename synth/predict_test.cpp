@@ -18,7 +18,7 @@ using namespace drape::synth;
 using units::mm;
 
 TEST(Predict, ARoundDotsBoundIsTheClosedForm) {
-  // Straight above: sigma = (noise / contrast) sqrt(2 s / (sqrt(pi) r)).
+  // Seen from directly above: sigma = (noise / contrast) sqrt(2 s / (sqrt(pi) r)).
   Camera camera = synthetic_camera("cam0", 0, 0);
   camera.model.lens = BrownLens{3000, 3000, 800, 600};
   RenderOptions render;
@@ -38,14 +38,14 @@ TEST(Predict, ARoundDotsBoundIsTheClosedForm) {
 }
 
 TEST(Predict, TwoCamerasGiveTheTextbooksHeight) {
-  // Two cameras at +-25 degrees: across the plane of the rays sigma / (k sqrt 2) with k px/mm,
-  // within it divided by the cosine, in height by the sine of 25 degrees.
+  // Two cameras at +-25 degrees: with k px/mm the error is sigma / (k sqrt 2) across the plane of
+  // the rays, divided by the cosine within it, and by the sine of 25 degrees in height.
   const std::vector<Camera> cameras = {synthetic_camera("cam0", 0, 25),
                                        synthetic_camera("cam1", 180, 25)};
   PredictOptions options;
   options.height_m = 0;
   options.floor_px = 0.05;
-  options.render.noise_grey = 0.001;  // the floor alone: 0.05 px
+  options.render.noise_grey = 0.001;  // only the floor: 0.05 px
   const Prediction found =
       predict(cameras, read_print(source_root() / "rigs/bench1/print.toml"), options);
   const double per_px = 780.0 / 3100 / std::sqrt(2.0);

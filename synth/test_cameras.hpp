@@ -12,7 +12,7 @@
 
 namespace drape::test {
 
-/// A camera 780 mm from the origin that looks at it, tilted from the vertical.
+/// A camera 780 mm from the origin that faces it, tilted from the vertical.
 inline Camera synthetic_camera(const std::string& name, double azimuth_deg, double tilt_deg) {
   const double azimuth = azimuth_deg * units::deg, tilt = tilt_deg * units::deg;
   const Eigen::Vector3d from =
@@ -29,7 +29,7 @@ inline Camera synthetic_camera(const std::string& name, double azimuth_deg, doub
   return camera;
 }
 
-/// Three cameras around the cloth, all tilted alike.
+/// Three cameras around the cloth with equal tilt.
 inline std::vector<Camera> three_synthetic_cameras(double tilt_deg) {
   return {synthetic_camera("cam0", -120, tilt_deg), synthetic_camera("cam1", 0, tilt_deg),
           synthetic_camera("cam2", 120, tilt_deg)};

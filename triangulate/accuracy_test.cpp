@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Statistics of triangulated points over many noisy trials, against theory.
+// Compares statistics of triangulated points over many noisy trials with theory.
 #include <gtest/gtest.h>
 
 #include <Eigen/Cholesky>
@@ -27,7 +27,7 @@ using units::mm;
 
 constexpr double kMinAngle = 2 * deg;
 
-/// Cramer-Rao bound: inverse of Fisher's information of the true point in pixels of this noise.
+/// Cramer-Rao bound: inverse of the Fisher information about the point in pixels with this noise.
 Matrix3d cramer_rao(const std::vector<View>& views, const Vector3d& truth) {
   Matrix3d information = Matrix3d::Zero();
   for (const View& view : views) {
@@ -64,13 +64,13 @@ TEST(PointAccuracy, IsThatOfTheCramerRaoBoundWithAnHonestCovariance) {
     const double ratio = std::sqrt(squared / cramer_rao(exact, truth).trace());
     std::printf("%d cameras: RMS %.5f mm, %.4f of the Cramer-Rao bound, Mahalanobis^2 %.3f\n",
                 count, std::sqrt(squared) / mm, ratio, mahalanobis);
-    // The RMS over 20000 trials is known to 0.5 %, the mean of Mahalanobis' square to 0.017.
+    // The RMS over 20000 trials is known to 0.5 %, the mean squared Mahalanobis distance to 0.017.
     EXPECT_NEAR(ratio, 1, 0.02);
     EXPECT_NEAR(mahalanobis, 3, 0.15);
   }
 }
 
-/// A dot's image in each view, for a patch drawn from what is known of it.
+/// A dot's image in each view, for a patch drawn from its estimated distribution.
 std::vector<View> images_of_bent_dot(const std::vector<View>& exact, const Vector3d& truth,
                                      const SurfacePatch& patch, double diameter_m) {
   std::vector<View> views = exact;
@@ -84,7 +84,7 @@ std::vector<View> images_of_bent_dot(const std::vector<View>& exact, const Vecto
   return views;
 }
 
-/// The patch with curvatures and tilts drawn from its own uncertainty.
+/// A patch with curvatures and tilts drawn from its own uncertainty.
 SurfacePatch drawn(SurfacePatch patch, const CurvatureTrust& trust, std::mt19937& random) {
   std::normal_distribution<double> normal(0, 1);
   const Vector3d sigma = patch.curvature_variance(trust).cwiseSqrt();
@@ -133,7 +133,7 @@ TEST(PointAccuracy, CovarianceHoldsForDotsOfUnknownBend) {
     std::printf(
         "%d cameras: RMS %.4f mm (bend not solved with the place: %.4f), Mahalanobis^2 %.2f\n",
         count, std::sqrt(joint) / mm, std::sqrt(apart) / mm, mahalanobis);
-    // Known to sqrt(6/3000) = 0.045; four of these, and a bend of 40/m is not quite linear.
+    // Known to sqrt(6/3000) = 0.045; allows four of these, and a bend of 40/m is not quite linear.
     EXPECT_NEAR(mahalanobis, 3, 0.25);
     EXPECT_NEAR(chi2, 2 * count - 3, 0.25);
     EXPECT_LE(joint, apart * 1.01);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Distance at which three views may see one dot that lies on a crease, and how far two dots: what
-// AgreementLimits::shape_px stands between.
+// How far the views of one dot on a crease may disagree, and how far those of two dots:
+// AgreementLimits::shape_px must be between both.
 #include "triangulate/agreement.hpp"
 
 #include <gtest/gtest.h>
@@ -27,10 +27,10 @@ using units::deg;
 using units::mm;
 
 constexpr double dot_radius_m = 2 * mm, pitch_m = 20 * mm;
-// A dot is 8 px in radius, as in bench1: what moves with its shape moves by so many of these.
+// A dot has a radius of 8 px, as in bench1; errors due to its shape scale with it.
 constexpr double focal_px = 3300, distance_m = 800 * mm;
 
-/// Three pinholes around the dot, tilted by 40 degrees.
+/// Three pinhole cameras around the dot, tilted by 40 degrees.
 struct Pinhole {
   Eigen::Matrix3d rotation;
   Vector3d centre;
@@ -52,7 +52,7 @@ std::vector<Pinhole> three_pinholes() {
   return {Pinhole(90 * deg), Pinhole(210 * deg), Pinhole(330 * deg)};
 }
 
-/// Root mean square distance of the views from the point that fits them best.
+/// Root mean square distance of the views from the best fitting point.
 double miss_px(const std::vector<Pinhole>& cameras, const std::vector<Vector2d>& seen) {
   Vector3d point = Vector3d::Zero();
   Eigen::Matrix<double, 6, 1> residuals;
@@ -76,8 +76,8 @@ double miss_px(const std::vector<Pinhole>& cameras, const std::vector<Vector2d>&
   return std::sqrt(residuals.squaredNorm() / 3);
 }
 
-/// Where a camera sees the centroid of a dot's image when the dot lies across a sharp crease of
-/// this angle; nothing when a part of it is seen at more than 75 degrees.
+/// Image of the centroid of a dot that lies across a sharp crease of this angle; nullopt if a part
+/// of it is seen at more than 75 degrees.
 std::optional<Vector2d> centroid_px(const Pinhole& camera, double crease_rad, double turn_rad,
                                     double off_m, const Eigen::Matrix3d& tilt) {
   constexpr int places = 48;
@@ -106,7 +106,7 @@ std::optional<Vector2d> centroid_px(const Pinhole& camera, double crease_rad, do
   return sum / weights;
 }
 
-/// Misses of dots with a crease anywhere under them, in ascending order.
+/// Distances between views of dots with a crease anywhere under them, in ascending order.
 std::vector<double> misses_on_crease(double crease_rad, int count) {
   std::mt19937 random(3);
   std::uniform_real_distribution<double> any(0, 1);
@@ -131,8 +131,8 @@ std::vector<double> misses_on_crease(double crease_rad, int count) {
   return misses;
 }
 
-/// The limit is what a sharp crease of 15 degrees anywhere under a dot can do; sharper ones may go
-/// beyond it and end as gaps, or as points without their worst view.
+/// The limit is the effect of a sharp crease of 15 degrees anywhere under a dot; sharper ones can
+/// exceed it and end as gaps, or as points without their worst view.
 TEST(Agreement, ViewsOfADotOnACreaseOf15DegreesMissByLessThanTheLimitForShapes) {
   const double limit = AgreementLimits{}.shape_px;
   std::cout << "crease, degrees: median, 95 %, largest miss, px\n";
@@ -147,7 +147,7 @@ TEST(Agreement, ViewsOfADotOnACreaseOf15DegreesMissByLessThanTheLimitForShapes) 
   }
 }
 
-/// One view takes a neighbour for the dot: what the other two cannot follow is far beyond it.
+/// One view mistakes a neighbour for the dot: the disagreement with the others is far larger.
 TEST(Agreement, ViewsOfTwoDotsMissByMuchMoreThanTheLimitForShapes) {
   const std::vector<Pinhole> cameras = three_pinholes();
   double least = 1e9;

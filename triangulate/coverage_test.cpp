@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Do the 95 % intervals of triangulated points hold when the cameras themselves are uncertain?
+// Tests whether 95 % intervals of triangulated points hold if the cameras are uncertain too.
 #include <gtest/gtest.h>
 
 #include <Eigen/Cholesky>
@@ -29,13 +29,13 @@ using units::deg;
 using units::mm;
 
 constexpr int kFree = 12;        // fx fy cx cy k1 k2 and the pose; p1 p2 k3 are held at zero
-constexpr double kPixel = 0.03;  // of a target's dot and of a mark, px
+constexpr double kPixel = 0.03;  // noise of a target's dot and of a mark, px
 constexpr double kScale = 1e-4;  // of the target, one standard deviation
-constexpr double kBow_m = 2e-5;  // of the target's middle
+constexpr double kBow_m = 2e-5;  // of the target's centre
 
 constexpr std::array<int, kFree> kPlaces = {0, 1, 2, 3, 4, 5, 9, 10, 11, 12, 13, 14};
 
-/// Numbers drawn by one generator, so that a rig is a function of its index.
+/// Random numbers from one generator, so that a rig is a function of its index.
 class Draw {
  public:
   explicit Draw(int seed) : random_(seed) {}
@@ -54,7 +54,7 @@ class Draw {
   std::normal_distribution<double> normal_{0, 1};
 };
 
-/// A camera somewhere above the bench, looking at it.
+/// A camera at a random position above the bench, looking at it.
 Camera some_camera(Draw& draw, double azimuth, const std::string& name) {
   const double height = draw.between(30, 65) * deg, away = draw.between(0.5, 0.9);
   const Vector3d from = away * Vector3d(std::cos(azimuth) * std::cos(height),
@@ -68,7 +68,7 @@ Camera some_camera(Draw& draw, double azimuth, const std::string& name) {
   return {name, {lens, 1600, 1200}, {rotation, -rotation * from}};
 }
 
-/// The camera with its free parameters moved, in the units of parameter_names().
+/// The camera with its free parameters changed, in the units of parameter_names().
 Camera moved(Camera camera, const VectorXd& by) {
   auto& lens = std::get<BrownLens>(camera.model.lens);
   int at = 0;
@@ -82,10 +82,10 @@ Camera moved(Camera camera, const VectorXd& by) {
   return camera;
 }
 
-/// Errors of a camera from the noise of its target and from the target's own errors (scale, bow).
+/// Errors of a camera due to the noise of its target and to the target's own errors (scale, bow).
 struct CameraErrors {
   MatrixXd lower;     ///< Cholesky factor of the covariance from the dots' noise
-  MatrixXd by_shape;  ///< by one standard deviation of (scale, bow): shared by all cameras
+  MatrixXd by_shape;  ///< effect of one standard deviation of (scale, bow); shared by all cameras
 };
 
 CameraErrors camera_errors_of(const Camera& camera) {
@@ -112,7 +112,7 @@ CameraErrors camera_errors_of(const Camera& camera) {
           inverse * jacobian.transpose() * by_shape};
 }
 
-/// Three true cameras, what a calibration of them found, and its covariance.
+/// Three true cameras, their calibration, and its covariance.
 struct SyntheticRig {
   std::vector<Camera> truth;
   Calibration found;
@@ -141,7 +141,7 @@ SyntheticRig some_rig(Draw& draw) {
   return rig;
 }
 
-/// A point triangulated from noisy pixels of the true cameras with the found ones.
+/// A point triangulated with the calibrated cameras from noisy pixels of the true ones.
 Point measured(const SyntheticRig& rig, const JointPlaces& places, const Vector3d& truth,
                int cameras, Draw& draw) {
   std::vector<View> views;
@@ -158,7 +158,7 @@ Point measured(const SyntheticRig& rig, const JointPlaces& places, const Vector3
 }
 
 TEST(Coverage, IntervalsOfPointsHoldOverSyntheticRigs) {
-  // The rigs are cheap, so every run has all of them; the whole has more for a finer figure.
+  // The rigs are cheap, so every run has 200; the long test has more for better statistics.
   const int rigs = test::trial_count(200, 2000);
   constexpr int kPoints = 20;
   for (int cameras = 2; cameras <= 3; ++cameras) {
@@ -199,7 +199,7 @@ TEST(Coverage, ErrorsInCommonAreNotTakenForSeparateOnes) {
   const JointPlaces places = joint_places(rig.found);
   const Vector3d truth(0.05, 0.03, 0.05);
   const Matrix3d joint = measured(rig, places, truth, 3, draw).calibration_covariance_m2;
-  Calibration apart = rig.found;  // the same variances, camera by camera
+  Calibration apart = rig.found;  // the same variances, without correlation between cameras
   for (int i = 0; i < 3; ++i) {
     for (int j = 0; j < 3; ++j)
       if (i != j) apart.joint_covariance.block<kFree, kFree>(kFree * i, kFree * j).setZero();
@@ -211,7 +211,7 @@ TEST(Coverage, ErrorsInCommonAreNotTakenForSeparateOnes) {
   EXPECT_GT(std::abs(joint.trace() / separate.trace() - 1), 0.05);
 }
 
-/// A plate of 5 x 5 dots, 80 mm wide, somewhere on the bench, and its dots' noisy centroids.
+/// A plate of 5 x 5 dots, 80 mm wide, somewhere on the bench, with noisy centroids of its dots.
 struct SomePlate {
   MarkLattice lattice;
   WorldFromObject truth;
@@ -251,7 +251,7 @@ SomePlate some_plate(const SyntheticRig& rig, const JointPlaces& places, Draw& d
   return plate;
 }
 
-/// Translation (m) and turn (rad, world axes) from the pose to the truth.
+/// Translation (m) and rotation (rad, world axes) from the pose to the truth.
 Eigen::Matrix<double, 6, 1> error_of(const PlatePose& found, const WorldFromObject& truth) {
   const Eigen::AngleAxisd turn(
       Matrix3d(truth.rotation * found.world_from_plate.rotation.transpose()));
@@ -270,7 +270,7 @@ TEST(Coverage, IntervalsOfAPlatesPoseHoldOverSyntheticRigs) {
     SomePlate plate = some_plate(rig, places, draw);
     const PlatePose found = plate_pose(plate.marks, plate.lattice);
     const auto error = error_of(found, plate.truth);
-    // The same with the cameras taken for perfect: the control, which must fail.
+    // The control assumes perfect cameras, and must fail.
     for (MarkViews& mark : plate.marks)
       for (View& view : mark.views) view.joint = nullptr;
     const PlatePose alone = plate_pose(plate.marks, plate.lattice);

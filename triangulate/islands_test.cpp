@@ -32,7 +32,7 @@ Calibration true_cameras() {
   return calibration;
 }
 
-/// Detections of a drape by bench1's renderer, with noise: every dot that a camera sees whole.
+/// Detections of a drape by bench1's renderer, with noise: every dot that is whole in a camera.
 Detections seen_dots(const std::string& drape, unsigned seed) {
   std::mt19937 random(seed);
   std::normal_distribution<double> noise(0, 0.03);
@@ -61,13 +61,13 @@ Detections seen_dots(const std::string& drape, unsigned seed) {
   return detections;
 }
 
-using Labels = std::map<std::pair<double, double>, MarkId>;  ///< by place in the picture
+using Labels = std::map<std::pair<double, double>, MarkId>;  ///< by position in the picture
 
 std::pair<double, double> key(const Detection& d) {
   return {d.centre_px.x(), d.centre_px.y()};
 }
 
-/// Takes the labels of a block of marks in one frame away: an island, turned by quarters.
+/// Removes the labels of a block of marks in one frame, rotated by quarter turns: an island.
 Labels make_island(FrameDetections& frame, int number, MarkId least, MarkId most, int turns) {
   Labels truth;
   std::vector<Detection> kept;
@@ -143,7 +143,7 @@ TEST(Islands, OneThatNoOtherViewKnowsIsLeftAlone) {
 }
 
 TEST(Islands, OneThatIsGrownWronglyIsLeftAlone) {
-  // A fold hides a row and the piece counts on as if it were not there.
+  // A fold hides a row, and the piece is numbered as if it did not exist.
   Detections detections = seen_dots("A", 6);
   make_island(detections.frames[0], 0, {3, 3}, {6, 6}, 0);
   std::vector<IslandDot>& dots = detections.frames[0].islands;

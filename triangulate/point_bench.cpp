@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Time per point beside the linear method of the textbooks (Hartley and Zisserman 2004, 12.2) on
+// Time per point compared with the linear method of textbooks (Hartley and Zisserman 2004, 12.2) on
 // undistorted rays, which gives neither covariance nor weights.
 #include <benchmark/benchmark.h>
 
@@ -15,7 +15,7 @@ namespace {
 
 constexpr double kMinAngle = 2 * units::deg;
 
-/// Views of points all over the bench with 0.05 px of noise.
+/// Views of points all over the bench, with 0.05 px of noise.
 std::vector<std::vector<View>> many_views(const test::Bench& bench, int cameras) {
   std::mt19937 random(1);
   std::uniform_real_distribution<double> place(-0.1, 0.1);

@@ -64,14 +64,14 @@ TEST(Point, MahalanobisErrorIsThreeOverManyNoisyTrials) {
       sum += error.dot(point.detection_covariance_m2.llt().solve(error)) / kTrials;
       chi2 += point.chi2 / kTrials;
     }
-    // Chi-square of 3 degrees has a variance of 6: its mean over 3000 trials is known to 0.045.
+    // Chi-square with 3 degrees has variance 6: its mean over 3000 trials is known to 0.045.
     EXPECT_NEAR(sum, 3, 4 * 0.045);
     EXPECT_NEAR(chi2, 2 * count - 3, 4 * std::sqrt(2.0 * (2 * count - 3) / kTrials));
   }
 }
 
 TEST(Point, CalibrationPartAgreesWithDisturbedCameras) {
-  // The point from exact pixels, solved with cameras drawn from their own covariance.
+  // The point from exact pixels, solved with cameras drawn from their covariance.
   Bench bench;
   Eigen::VectorXd sigma(11);
   sigma << 0.002, 1e-6, 0.3, 0.3, 1e-5, 1e-4, 1e-4, 1e-4, 0.02, 0.02, 0.05;
@@ -109,7 +109,7 @@ TEST(Point, CalibrationPartAgreesWithDisturbedCameras) {
     const Vector3d error = solve_point(moved_views, kLeastAngle).in_world - truth;
     scatter += error * error.transpose() / kTrials;
   }
-  // Each variance is known to sqrt(2/4000) = 2.2 %; five of these and the linearisation.
+  // Each variance is known to sqrt(2/4000) = 2.2 %; allows five of these and the linearisation.
   const Matrix3d whitener = predicted.llt().matrixL().solve(Matrix3d::Identity());
   EXPECT_LT((whitener * scatter * whitener.transpose() - Matrix3d::Identity()).norm(), 0.2);
 }
@@ -129,7 +129,7 @@ TEST(Point, ParallelRaysAreNotObservableAndNeverThrow) {
   EXPECT_EQ(solve_point(views, kLeastAngle).status, PointStatus::not_observable);
 }
 
-/// The ellipse that a small dot with this normal makes in each view.
+/// Adds the ellipse of a small dot with this normal to each view.
 void add_ellipses(std::vector<View>& views, const Vector3d& point, const Vector3d& normal,
                   double diameter_m) {
   for (View& view : views) {
@@ -159,7 +159,7 @@ TEST(DotNormal, ComesBackFromTheEllipsesOfTwoViews) {
     const auto found = normal_from_ellipses(views, {0, 0, 0}, 4 * mm);
     if (!found) continue;
     ++checked;
-    // A second tilt may explain two views nearly as well; the printed side decides most cases.
+    // A second tilt can explain two views nearly as well; the printed side decides most cases.
     EXPECT_LT(found->misfit, 0.01);
     EXPECT_LT(std::acos(std::min(1.0, found->normal.dot(normal))), 1.5 * deg) << trial;
   }
@@ -167,7 +167,7 @@ TEST(DotNormal, ComesBackFromTheEllipsesOfTwoViews) {
 }
 
 TEST(DotShape, CurvatureOfACylinderComesFromPlacesAndNormals) {
-  // Marks every 20 mm along a cylinder of 30 mm radius about the world's y axis; rows go around.
+  // Marks every 20 mm along a cylinder of 30 mm radius about the world's y axis; rows go around it.
   const double bend = 30 * mm, pitch = 20 * mm;
   MarksOnSurface marks;
   for (int row = -1; row <= 1; ++row) {

@@ -14,7 +14,7 @@ namespace drape::test {
 
 using namespace triangulate;
 
-/// A camera 700 mm from the origin, looking at it from an azimuth, 45 degrees from above.
+/// A camera 700 mm from the origin, facing it from an azimuth, 45 degrees above the horizontal.
 inline CalibratedCamera camera_at(double azimuth_deg, bool tsai, const std::string& name) {
   const double azimuth = azimuth_deg * units::deg;
   const Eigen::Vector3d from(std::cos(azimuth) * 0.5, std::sin(azimuth) * 0.5, 0.5);

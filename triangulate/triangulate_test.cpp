@@ -36,7 +36,7 @@ Calibration true_calibration() {
 
 enum class Seen { centre, centroid };
 
-/// The ellipse that a 4 mm dot with the true normal makes in a camera.
+/// Sets the ellipse of a 4 mm dot with the true normal in a camera.
 void add_ellipse(Detection& d, const test::TrueDot& dot, const Camera& camera) {
   const Eigen::Matrix<double, 2, 3> map =
       project(camera.model, camera.cam_from_world * dot.point_in_world)->d_px_d_point *
@@ -49,7 +49,7 @@ void add_ellipse(Detection& d, const test::TrueDot& dot, const Camera& camera) {
   d.axis_angle_rad = std::atan2(major.y(), major.x());
 }
 
-/// Detections of a drape of bench1 as the renderer knows them, with noise.
+/// Detections of a drape of bench1 from the renderer's truth, with noise.
 Detections true_detections(const std::string& drape, Seen seen, double noise_px) {
   std::mt19937 random(3);
   std::normal_distribution<double> noise(0, 1);
@@ -95,7 +95,7 @@ TEST(Triangulate, FindsBench1sDotsFromTheirTrueImages) {
   for (const std::string drape : {"A", "C", "E"}) {
     const TriangulateResult result = triangulate(true_detections(drape, Seen::centre, 0),
                                                  true_calibration(), "drape_" + drape, plain());
-    // Truth is printed with 1e-4 px, 1e-4 mm: 0.0005 mm covers both at 4 px per mm.
+    // The truth is printed with 1e-4 px and 1e-4 mm: 0.0005 mm covers both at 4 px per mm.
     for (const SheetMark& mark : result.sheet.marks)
       EXPECT_LT((mark.point_in_world - truth_of(drape, mark.mark)).norm() / mm, 0.002);
     EXPECT_EQ(result.report.measured + result.report.gaps, 121);
@@ -107,10 +107,10 @@ TEST(Triangulate, FindsBench1sDotsFromTheirTrueImages) {
   }
 }
 
-/// Distances from truth in mm, and Mahalanobis' squared, of all measured marks of the drapes.
+/// Errors in mm, and squared Mahalanobis distances, of all measured marks of the drapes.
 struct Errors {
   std::vector<double> distance_mm, mahalanobis2;
-  double squared_mm2 = 0, predicted_mm2 = 0;  ///< sums of the distances' squares
+  double squared_mm2 = 0, predicted_mm2 = 0;  ///< sums of the squared distances
 
   [[nodiscard]] double rms_mm() const {
     return std::sqrt(squared_mm2 / static_cast<double>(distance_mm.size()));
@@ -175,7 +175,7 @@ TEST(Triangulate, ACameraThatMovedSinceItsCalibrationMissesTheOthers) {
     EXPECT_TRUE(pair.good()) << pair.first << " " << pair.second << " " << pair.median_sigmas;
     EXPECT_LT(pair.median_sigmas, 1.5) << pair.first << " " << pair.second;
   }
-  // A tenth of a degree, about five pixels.
+  // a tenth of a degree, about five pixels
   Camera& moved = calibration.cameras[1].camera;
   const Eigen::Matrix3d turn =
       Eigen::AngleAxisd(0.00175, Eigen::Vector3d(0.6, 0.8, 0)).toRotationMatrix();
@@ -241,7 +241,7 @@ TEST(Triangulate, LeavesOutOneWrongViewOfThree) {
   MarkId victim{5, 5};
   ASSERT_TRUE(seen_by_all(victim));
   for (Detection& d : detections.frames[1].detections) {
-    if (d.mark == victim) d.centre_px += Eigen::Vector2d(40, 55);  // about a neighbour's place
+    if (d.mark == victim) d.centre_px += Eigen::Vector2d(40, 55);  // near a neighbour's position
   }
   const TriangulateResult result = triangulate(detections, true_calibration(), "drape_C", plain());
   const SheetMark* mark = result.sheet.find(victim);
@@ -284,7 +284,7 @@ TEST(Triangulate, NamesAMarkWhoseViewsHardlyMeet) {
   ASSERT_NE(doubt, doubts.end());
   ASSERT_TRUE(doubt->sigmas);
   EXPECT_GT(*doubt->sigmas, 3);
-  // Where nothing is wrong one mark in 740 is named by chance.
+  // Without an error one mark in 740 is reported by chance.
   EXPECT_LE(doubts.size(), 3U);
 }
 
@@ -326,7 +326,7 @@ TEST(Triangulate, TwoViewsThatMissEachOtherAreAGap) {
 }
 
 TEST(Triangulate, AMarkTooFarFromItsNeighboursIsAGap) {
-  // Both views see the label on a place 35 mm away: they agree, the cloth does not.
+  // Both views see the label 35 mm away: they agree with each other, but not with the cloth.
   Detections detections = true_detections("C", Seen::centre, 0);
   const Eigen::Vector3d wrong = truth_of("C", {5, 5}) + Eigen::Vector3d(0, 0, 35 * mm);
   for (int camera = 0; camera < 3; ++camera) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Acceptance of drawn instruments: the stated uncertainty of every figure holds, and faults are
-// named.
+// Acceptance of simulated instruments: the stated uncertainty of every figure holds, and faults are
+// identified.
 #include "calib/acceptance/acceptance.hpp"
 
 #include <gmock/gmock.h>
@@ -55,9 +55,9 @@ TEST(Acceptance, FiguresOfGoodInstrumentsAreInsideTheirUncertainty) {
   for (const auto& [name, counts] : by_name)
     std::printf("%s inside U: %d of %d\n", name.c_str(), counts.first, counts.second);
   std::printf("inside U: %d of %d, refused %d of %d\n", inside, all, refused, instruments);
-  // Three standard deviations of a count below 95 %.
+  // three standard deviations of a count below 95 %
   EXPECT_GE(inside, 0.95 * all - 3 * std::sqrt(0.95 * 0.05 * all));
-  // The 1 %; in the short slice none.
+  // at most 1 %; none in the short run
   EXPECT_LE(refused, instruments / 100);
 }
 
@@ -76,12 +76,12 @@ void exchange(Detections& detections, const std::string& a, const std::string& b
   }
 }
 
-/// By fault: how often it was named as it is, and how often the instrument passed as good.
+/// Per fault: how often it was identified, and how often the instrument was accepted.
 struct Injected {
   std::map<std::string, int> named, go;
 };
 
-/// Injects every fault into one instrument.
+/// Injects every fault into one instrument and counts the results.
 void inject(int seed, Injected& counts) {
   const Instrument made = instrument(static_cast<unsigned>(seed) + 20000);
   std::mt19937 random(static_cast<unsigned>(seed));
@@ -167,7 +167,7 @@ TEST(Acceptance, TheSmallestFaultThatItStatesIsNamedMostly) {
     named += !result.good();
   }
   std::printf("faults of the smallest stated size: NO-GO in %d of %d\n", named, instruments);
-  // 95 % are stated; three standard deviations of a count below it.
+  // 95 % is required, less three standard deviations of a count.
   EXPECT_GE(named, 0.95 * instruments - 3 * std::sqrt(0.95 * 0.05 * instruments));
 }
 
@@ -197,14 +197,14 @@ TEST(Acceptance, ABowThatIsKnownToATenthPermitsATenth) {
   options.bow_sd_mm = {0.1, 0.1};
   const Acceptance permitted = accepted(made, input, options);
   EXPECT_TRUE(permitted.good()) << permitted.cause;
-  // Twenty standard deviations are no uncertainty.
+  // An error of twenty standard deviations is no longer uncertainty.
   const AcceptanceInput far = recorded(made, [](JointModel& model) {
     model.board.edge_rise_mm = {2, 0};
   });
   EXPECT_THAT(accepted(made, far, options).cause, HasSubstr("the plate is bowed"));
 }
 
-/// Nine places beside each other, 84 x 30 mm, the plate never tilted.
+/// Nine positions side by side, 84 x 30 mm, with the plate never tilted.
 void lay_parallel(JointModel& model) {
   for (std::size_t i = 0; i < model.placements.size(); ++i) {
     WorldFromTarget& pose = model.placements[i].world_from_target;
@@ -292,13 +292,13 @@ TEST(Acceptance, OnePictureIsNeitherTwoSetsNorATestOfWhatItCalibrated) {
   own.calibrated = {input.target, "old.json", ""};
   own.file = "new.json";
   for (FrameDetections& frame : own.calibrated.detections->frames) frame.set = "pose_of_old";
-  // A set that the calibration did not use.
+  // A set not used by the calibration.
   EXPECT_EQ(refusal(own), "");
   own.calibrated.detections->frames.front().set = made.calibration.sets.front();
   EXPECT_THAT(refusal(own),
               AllOf(HasSubstr("set " + made.calibration.sets.front() + ", "),
                     HasSubstr("in old.json"), HasSubstr("new.json"), HasSubstr("camera `cam0`")));
-  // The same file, detected by other options.
+  // The same file, detected with other options.
   for (FrameDetections& frame : own.calibrated.detections->frames)
     for (Detection& d : frame.detections) d.centre_px.x() += 1e-6;
   EXPECT_EQ(refusal(own), "");
@@ -375,12 +375,12 @@ TEST(Acceptance, TooFewPositionsAreNoAcceptance) {
 
 TEST(Acceptance, SetsOfOnePlaceAreOnePosition) {
   const Instrument made = instrument(3);
-  // The drawn bench's two stages, eight poses and five exposures of one of them.
+  // The simulated bench has two stages, eight poses and five exposures of one of them.
   const Acceptance whole = accepted(made, recorded(made, no_fault));
   EXPECT_TRUE(whole.good()) << whole.cause;
   const auto places = static_cast<int>(made.rig.stages.size()) + 8;
   EXPECT_EQ(whole.positions, places);
-  // Moved by a millimetre each, as a plate that was lifted off and put back.
+  // Moved by a millimetre each, as for a plate that was lifted and put back.
   for (const double moved_mm : {0.0, 1.0}) {
     AcceptanceInput resting = recorded(made, [&](JointModel& model) {
       Placement at = model.placements[3];

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The calibrating detections are known by the record beside calibration.json, and by the content of
-// its files.
+// The detections used by a calibration are identified by the record beside calibration.json, and by
+// the content of its files.
 #include <gmock/gmock.h>
 
 #include <filesystem>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Drawn instruments: the calibration is joint's own, the acceptance sets are others. Where OpenCV's
-// calib3d is installed, it makes all images.
+// Simulated instruments: joint makes the calibration, other sets test it. If OpenCV's calib3d is
+// installed, it computes all images.
 #include "calib/acceptance/test_instruments.hpp"
 
 #include <Eigen/Geometry>
@@ -37,7 +37,7 @@ std::optional<Eigen::Vector2d> image_by_another(const JointCamera& seen_by,
 #endif
 }
 
-/// Frames of all placements, by a projection that is not ours; errors of a view's points are partly
+/// Frames of all placements by an independent projection; errors of a view's points are partly
 /// common.
 void see_by_another(JointModel& model, double noise_px, double common_part, unsigned seed) {
   std::mt19937 random(seed);
@@ -90,7 +90,7 @@ Detections detections_of(const JointModel& model) {
   return detections;
 }
 
-/// Marks on a ball of 80 mm, those that at least a camera sees at less than 60 degrees.
+/// Marks on a ball of 80 mm that at least one camera sees at less than 60 degrees.
 SphereInput ball_of(const std::vector<JointCamera>& cameras, double noise_px, unsigned seed) {
   SphereInput sphere;
   sphere.diameter_mm = 80;

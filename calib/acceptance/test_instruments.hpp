@@ -15,18 +15,18 @@ namespace drape::calib {
 struct Instrument {
   unsigned seed = 0;
   double noise_px = 0, common_part = 0;
-  /// Drawn errors over the stated ones: disturb() adds six shapes, each with a mean square
-  /// of 1, that the points' covariances do not state.
+  /// Ratio of simulated to stated errors: disturb() adds six shapes with mean square 1 each, which
+  /// the points' covariances do not state.
   [[nodiscard]] double noise_ratio() const { return std::sqrt(1 + 6 * common_part * common_part); }
-  JointModel truth;  ///< cameras as they are
+  JointModel truth;  ///< the true cameras
   Calibration calibration;
   Rig rig;
 };
 
 [[nodiscard]] Instrument instrument(unsigned seed);
 
-/// Detections of the instrument: two stages, eight positions, five repeats and a ball. `fault` may
-/// change what is true since the calibration.
+/// Detections of the instrument: two stages, eight positions, five repeats and a ball. `fault` can
+/// change the truth after the calibration.
 [[nodiscard]] AcceptanceInput recorded(const Instrument& of,
                                        const std::function<void(JointModel&)>& fault);
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A verdict names its cause: drawn rigs with one fault each, rigs without a fault, real boards.
+// A verdict names its cause: simulated rigs with one fault or none, and real boards.
 #include "calib/checks/causes.hpp"
 
 #include <gmock/gmock.h>
@@ -25,12 +25,12 @@ using test::SyntheticBench;
 using testing::HasSubstr;
 using testing::IsEmpty;
 
-/// Drawn cases of each kind: a slice in every run, 200 with DRAPE_LONG_TESTS=1.
+/// Number of simulated cases per kind: a few in every run, 200 with DRAPE_LONG_TESTS=1.
 int cases() {
   return test::trial_count(3, 200);
 }
 
-/// A bench of free poses in the order of time, each a step after the one before; all seen `lag`
+/// A bench with free poses in temporal order, each one step after the previous; all seen `lag`
 /// steps later.
 JointModel moving_target(unsigned seed, double lag = 0) {
   JointModel model = SyntheticBench(seed, 16).true_model();
@@ -112,11 +112,11 @@ TEST(Causes, ACameraThatSeesAMovingTargetLaterIsNeverPassedInSilence) {
       named, cases(), held);
   EXPECT_EQ(silent, 0);
   EXPECT_EQ(named, cases());
-  EXPECT_GE(held, 0.9 * cases());  // of 95 %, with 200 cases' own scatter
+  EXPECT_GE(held, 0.9 * cases());  // 95 % required, less the scatter of 200 cases
 }
 
-/// Sets of a board that a hand moves, one every `period_s`; the cameras but `late` at the same
-/// time.
+/// Sets of a board moved by hand, one every `period_s`; all cameras expose at the same time except
+/// `late`.
 JointModel hand_held(unsigned seed, double period_s, std::size_t late, double lag_s) {
   JointModel on_time = SyntheticBench(seed, 20).true_model();
   on_time.placements.erase(on_time.placements.begin() + 1);
@@ -139,8 +139,8 @@ JointModel hand_held(unsigned seed, double period_s, std::size_t late, double la
   return on_time;
 }
 
-/// Calibrated from such sets. A hand that hardly tilts the board in two seconds is refused for
-/// that, and another motion is drawn.
+/// Calibrates from such sets. If the hand hardly tilts the board within two seconds, which is
+/// refused, another motion is generated.
 JointResult by_hand(unsigned seed, double period_s, std::size_t late, double lag_s) {
   try {
     return calibrated(hand_held(seed, period_s, late, lag_s));
@@ -150,8 +150,8 @@ JointResult by_hand(unsigned seed, double period_s, std::size_t late, double lag
   }
 }
 
-// The neighbours of a set say little of a hand's speed at it where sets are a second apart; the
-// camera is named all the same, by the views that it alone contradicts.
+// With one set per second the neighbours of a set say little about the hand's speed; the camera is
+// identified nevertheless, by the views that only it contradicts.
 TEST(Causes, ALateCameraIsNamedOnABoardThatAHandMoves) {
   int named = 0, camera_named = 0, accused = 0;
   for (int seed = 0; seed < cases(); ++seed) {
@@ -184,7 +184,7 @@ TEST(Causes, ALateCameraIsNamedOnABoardThatAHandMoves) {
   EXPECT_EQ(accused, 0);
 }
 
-/// Moves a frame's points as an equidistant fisheye lens would have them.
+/// Moves a frame's points to where an equidistant fisheye lens would image them.
 void through_fisheye(JointModel& model, double scale) {
   for (JointCamera& camera : model.cameras) {
     CameraModel& image = camera.camera.model;
@@ -212,7 +212,7 @@ TEST(Causes, AFisheyeLensIsNamedAtAnyPictureSize) {
   for (int seed = 0; seed < cases(); ++seed) {
     for (const double scale : {1.0, 0.5, 0.25}) {
       JointModel model = SyntheticBench(static_cast<unsigned>(seed), 14).true_model();
-      // Near enough that the target reaches 65 degrees off the axis.
+      // So close that the target extends to 65 degrees off the axis.
       for (JointCamera& camera : model.cameras) {
         auto& t = camera.camera.cam_from_world.translation_m;
         t *= 0.2;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Coverage of the stated uncertainties of a joint calibration, over synthetic rigs.
+// Coverage of the stated uncertainties of a joint calibration, over simulated rigs.
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
@@ -20,7 +20,7 @@ namespace {
 using test::SyntheticBench;
 using units::mm;
 
-/// Counts how often the truth lies inside the 95 % interval.
+/// Counts how often the truth is inside the 95 % interval.
 struct Coverage {
   int inside = 0, all = 0;
   void add(double error, double variance) {
@@ -30,7 +30,7 @@ struct Coverage {
   [[nodiscard]] double fraction() const { return static_cast<double>(inside) / all; }
 };
 
-/// `part` of the points' noise is common to the points of a view, which nothing states.
+/// A fraction `part` of the points' noise is common to the points of a view, without being stated.
 void expect_coverage(double part) {
   const int rigs = test::trial_count(8, 200);
   int stage_alarms = 0;
@@ -71,14 +71,14 @@ void expect_coverage(double part) {
       "common part %.2f: inside 95 %%: focal %.4f, principal %.4f, centre %.4f, turn %.4f of %d "
       "rigs\n",
       part, focal.fraction(), principal.fraction(), position.fraction(), turn.fraction(), rigs);
-  // Six numbers of a kind per rig; three standard deviations of the slice's fraction beside the
-  // 92 to 98 % that are asked for.
+  // Six numbers of a kind per rig; allows three standard deviations of the sample's fraction beyond
+  // the required 92 to 98 %.
   const double slack = rigs < 200 ? 3 * std::sqrt(0.95 * 0.05 / (6.0 * rigs)) : 0;
   for (const Coverage& kind : {focal, principal, position, turn}) {
     EXPECT_GE(kind.fraction(), 0.92 - slack);
     EXPECT_LE(kind.fraction(), 0.98 + slack);
   }
-  // A true stage is seen off by four standard deviations in one of 16,000 figures.
+  // A correct stage appears off by four standard deviations in one of 16,000 figures.
   EXPECT_EQ(stage_alarms, 0);
 }
 

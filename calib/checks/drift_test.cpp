@@ -24,7 +24,7 @@ std::vector<Eigen::Vector3d> places() {
   return grid_of({{-0.1, -0.08, 0}, {0.1, 0.08, 0.06}}, 3);
 }
 
-/// The same bench, recorded again with other noise and the target lying elsewhere.
+/// The same bench, recorded again with other noise and another position of the target.
 Calibration calibration_from(const JointModel& truth, unsigned seed) {
   JointModel seen = truth;
   test::see(seen, 0.05, seed);
@@ -41,7 +41,7 @@ TEST(Drift, OfABenchThatStaysIsWhatTheUncertaintiesLetExpect) {
   const int benches = test::trial_count(5, 100);
   for (int seed = 0; seed < benches; ++seed) {
     const JointModel truth = SyntheticBench(static_cast<unsigned>(seed), 10).true_model();
-    JointModel elsewhere = truth;  // another world: the whole bench turned about the target
+    JointModel elsewhere = truth;  // another world: the whole bench rotated about the target
     const Eigen::Matrix3d turn = rotation_about(Eigen::Vector3d(0.01, -0.02, 0.03));
     for (JointCamera& camera : elsewhere.cameras) {
       CamFromWorld& pose = camera.camera.cam_from_world;

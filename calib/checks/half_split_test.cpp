@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Coverage of stated 95 % intervals on real boards: two halves of the views are calibrated each by
-// itself, and their difference is judged by the two stated covariances.
+// Coverage of stated 95 % intervals on real boards: two halves of the views are calibrated
+// separately, and their difference is compared with the two stated covariances.
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
@@ -38,7 +38,7 @@ struct Coverage {
   [[nodiscard]] double rms() const { return all > 0 ? std::sqrt(squares / all) : 0; }
 };
 
-/// The second camera against the first, with the covariance of its turn (rad) and shift (mm).
+/// Pose of the second camera relative to the first, with covariance of rotation (rad), shift (mm).
 struct RelativePose {
   Matrix3d rotation;
   Vector3d shift_mm;
@@ -62,7 +62,7 @@ RelativePose relative_pose(const Calibration& calibration) {
     const Eigen::AngleAxisd turn(rotation);
     return left_jacobian(turn.angle() * turn.axis());
   };
-  // The turn is that of b minus the rotated one of a; the shift moves with both.
+  // The rotation is that of b minus the rotated one of a; the shift depends on both.
   MatrixXd d = MatrixXd::Zero(6, 30);
   d.block<3, 3>(0, 9) = -out.rotation * turn_by_vector(a.rotation);
   d.block<3, 3>(0, 24) = turn_by_vector(b.rotation);

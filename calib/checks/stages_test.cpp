@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A z stage that does not do what rig.toml says, and a rig with one stage only.
+// A z stage that deviates from rig.toml, and a rig with a single stage.
 #include <gmock/gmock.h>
 
 #include <Eigen/Geometry>
@@ -26,7 +26,7 @@ using testing::HasSubstr;
 using units::deg;
 using units::mm;
 
-/// Views of a bench whose upper stage lies elsewhere than said: moved and turned from its place.
+/// Views of a bench whose upper stage deviates from its stated position and orientation.
 JointModel views_of_a_bad_stage(const WorldFromTarget& truth, bool believed) {
   const SyntheticBench bench(4);
   JointModel model = bench.true_model();
@@ -84,7 +84,7 @@ TEST(StageCheck, MeasuresATargetThatTipsAsItRises) {
   EXPECT_THAT(result.calibration.warnings, Contains(HasSubstr("z stage: the target turns by")));
 }
 
-// A height far off takes its stage out of the start, after which nothing else shows it.
+// A gross error in height drops the stage from the initial values; nothing later reveals it.
 TEST(StageCheck, AStageThatTheStartDroppedIsNoGo) {
   Rig rig = bench1_rig();
   for (int i = 0; i < 15; ++i)
@@ -213,7 +213,7 @@ TEST(OnePlane, CalibratesWhereTheViewDeterminesTheCamera) {
     EXPECT_EQ(report.planes, 1);
     EXPECT_TRUE(report.good()) << report.status;
     EXPECT_THAT(report.notes, Contains(HasSubstr("one view of one plane")));
-    // bench1's rig.toml asks for s_x, which one plane cannot tell.
+    // bench1's rig.toml asks for s_x, which one plane cannot determine.
     EXPECT_THAT(report.notes, Contains(HasSubstr("s_x kept at 1")));
     const CalibratedCamera& camera = result.calibration.cameras[i];
     const double off_mm =
@@ -253,7 +253,7 @@ TEST(OnePlane, IsNoGoWithTheReasonWhereNoiseLeavesTheCameraOpen) {
 TEST(OnePlane, ParallelToTheImageIsRefusedByName) {
   Detections detections = bench1_target_detections(0);
   for (FrameDetections& frame : detections.frames) {
-    const double middle = 800.0 + (frame.camera.back() - '0');  // no two cameras take one picture
+    const double middle = 800.0 + (frame.camera.back() - '0');  // no two pictures are identical
     for (Detection& d : frame.detections)
       d.centre_px = {middle + 90 * (d.mark.col - 5.5), 600.0 - 90 * (d.mark.row - 4.0)};
   }

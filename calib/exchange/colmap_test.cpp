@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// COLMAP's own opinion of an export: it projects points with the cameras it read and drops each
-// observation that is more than a millionth of a pixel from where this project sees it.
+// Checks an export with COLMAP itself: it projects points with the cameras it read and drops each
+// observation that is more than a millionth of a pixel from this project's projection.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
@@ -52,7 +52,7 @@ std::string points_file() {
   return text;
 }
 
-/// Output of COLMAP when it drops all observations that are off by more than 1e-6 px.
+/// Output of COLMAP after dropping all observations that are off by more than 1e-6 px.
 std::string filtered(double shift_px) {
   const test::TemporaryFolder folder;
   const Calibration calibration = test::bench1_calibration(false);

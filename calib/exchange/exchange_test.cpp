@@ -60,10 +60,10 @@ TEST(Exchange, ABrownLensGoesOutAndComesBackUnchanged) {
       EXPECT_EQ(in.cameras[i].camera.name, out.cameras[i].camera.name);
       EXPECT_EQ(in.cameras[i].camera.model.width_px, 1600);
       EXPECT_EQ(exported.refits[i].max_px, 0);
-      // Numbers are written with all their digits; a rotation vector costs the last few.
+      // Numbers are written with all digits; a rotation vector loses the last few.
       EXPECT_LT(largest_difference_px(in.cameras[i].camera, out.cameras[i].camera), 1e-9);
     }
-    // An imported calibration is one like any other.
+    // An imported calibration must be valid like any other.
     write_calibration(folder.path() / "calibration.json", in);
     EXPECT_EQ(read_calibration(folder.path() / "calibration.json").cameras.size(), 3U);
   }
@@ -113,7 +113,7 @@ TEST(Exchange, ANoGoCalibrationIsNotWrittenForOthers) {
   }
 }
 
-/// Projection by the documents of COLMAP and Kalibr: Brown's terms, pixel centres as given.
+/// Projection as documented by COLMAP and Kalibr: Brown's terms, pixel centres as given.
 Eigen::Vector2d by_the_document(const std::vector<double>& p, const Eigen::Vector3d& in_camera) {
   const double x = in_camera.x() / in_camera.z(), y = in_camera.y() / in_camera.z();
   const double r2 = x * x + y * y, k3 = p.size() > 8 ? p[8] : 0;
@@ -153,7 +153,7 @@ TEST(Exchange, ColmapsFilesProjectTheWorkedPoint) {
   }
 }
 
-/// The numbers in the brackets after a key.
+/// The numbers in brackets after a key.
 std::vector<double> after(const std::string& text, const std::string& key, std::size_t from) {
   std::size_t at = text.find('[', text.find(key, from));
   std::vector<double> values;
@@ -252,7 +252,7 @@ std::string refusal(const std::string& name, const std::string& text, ExchangeFo
 }
 
 TEST(Exchange, ForeignFilesAreReadOrRefusedByName) {
-  // As mrcal writes it: newest name of the pose, more entries than needed, nested ones among them.
+  // As mrcal writes it: recent name of the pose, more entries than needed, nested ones among them.
   const std::string model =
       "{ 'lensmodel': 'LENSMODEL_OPENCV4', # k1 k2 p1 p2\n 'intrinsics': [ 900., 901., 320, 240, "
       "-0.1, 0.02, 0, 1e-4,],\n 'rt_cam_ref': [0, 0, 0.1, 0, 0, 1,],\n"

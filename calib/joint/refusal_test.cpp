@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Every set of views that cannot calibrate is refused or flagged by name, with the next action.
+// Every set of views that cannot calibrate is refused or flagged, with reason and next action.
 #include <gmock/gmock.h>
 
 #include <Eigen/Geometry>
@@ -26,7 +26,7 @@ using testing::HasSubstr;
 using testing::Not;
 using units::deg;
 
-/// Text of the Error with its advice, or "" when nothing is refused.
+/// Text of the Error with its advice, or "" if nothing is refused.
 std::string refusal(const JointModel& seen) {
   try {
     JointModel model = forgotten(seen);
@@ -41,7 +41,7 @@ std::string refusal(const JointModel& seen) {
   }
 }
 
-/// One camera of the made-up bench and its free poses, the first of which defines the world.
+/// One camera of the invented bench and its free poses, the first of which defines the world.
 JointModel one_camera(int poses = 6) {
   JointModel model = SyntheticBench(5).true_model();
   model.cameras.resize(1);
@@ -72,7 +72,7 @@ TEST(JointRefusals, ParallelPlanes) {
 
 TEST(JointRefusals, TooLittleTilt) {
   JointModel model = one_camera();
-  // Straight above, and the target turned about the optical axis only.
+  // Directly above, with the target rotated only about the optical axis.
   model.cameras[0].camera.cam_from_world.rotation = Eigen::Vector3d(1, -1, -1).asDiagonal();
   model.cameras[0].camera.cam_from_world.translation_m = {0, 0, 0.8};
   double turn = 0;
@@ -214,7 +214,7 @@ TEST(JointRefusals, AKnownLengthThatAgreesMakesTheScalesUncertaintyKnown) {
   target.known_lengths = {{{0, 0}, {8, 11}, 0.27205, 0.00005}};
   const JointResult with = calibrate_joint(detections, rig, target, {});
   EXPECT_EQ(with.report.status, "good");
-  // The camera stands about 0.78 m from the origin: 0.05 mm in 272 mm is 0.14 mm there.
+  // The camera is about 0.78 m from the origin: 0.05 mm in 272 mm is 0.14 mm there.
   const double centre_mm = centre_in_world(with.calibration.cameras[0].camera).norm() * 1000;
   const double scale = 0.05 / 272.05;
   EXPECT_NEAR(

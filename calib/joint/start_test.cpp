@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The start finds what can be calibrated: one bad view, few points, chained cameras, a see-through
+// Initial values are found where possible: one bad view, few points, chained cameras, a transparent
 // target, known lenses.
 #include "calib/joint/start.hpp"
 
@@ -42,7 +42,7 @@ double largest_centre_error_mm(const JointModel& found, const JointModel& truth)
   return largest;
 }
 
-/// A fiftieth of the cameras' distance of 0.7 m: the fit starts from there without fail.
+/// One fiftieth of the cameras' distance of 0.7 m, from which the fit always converges.
 constexpr double kNear_mm = 14;
 
 TEST(JointStart, IsNearWithDistortionAlready) {
@@ -67,7 +67,7 @@ TEST(JointStart, FourPointsOfAViewAreEnough) {
 TEST(JointStart, CamerasThatNeverSeeTheTargetTogetherAreChained) {
   const SyntheticBench bench(3, 12);
   JointModel model = bench.noisy_views();
-  // cam0 and cam2 have no view in common; cam1 sees all.
+  // cam0 and cam2 have no view in common; cam1 sees everything.
   std::erase_if(model.frames, [](const JointFrame& frame) {
     return frame.camera == (frame.placement % 2 == 0 ? 2u : 0u);
   });
@@ -77,7 +77,7 @@ TEST(JointStart, CamerasThatNeverSeeTheTargetTogetherAreChained) {
 
 TEST(JointStart, ACameraBehindASeeThroughTargetIsPlaced) {
   JointModel truth = SyntheticBench(4).true_model();
-  // The third camera stands below the plate and sees the same marks through it.
+  // The third camera is below the plate and sees the same marks through it.
   CamFromWorld& pose = truth.cameras[2].camera.cam_from_world;
   pose.rotation = Eigen::Matrix3d::Identity();
   pose.rotation = rotation_about(Eigen::Vector3d(0.4, 0.2, 0)) * pose.rotation;
@@ -103,7 +103,7 @@ JointModel around_a_two_sided_board(unsigned seed, double thickness_m) {
     opposite.camera.cam_from_world.rotation *= half_turn;
     truth.cameras.push_back(opposite);
   }
-  // The bench sees flat points; those of views from behind lie deeper.
+  // The bench sees flat points; those of views from behind are deeper.
   see(truth, 0.05, seed);
   JointModel deeper = truth;
   for (Placement& placement : deeper.placements)
@@ -172,7 +172,7 @@ TEST(JointStart, AMirroredPictureIsStillRefused) {
 
 TEST(JointStart, OneBadViewOfARealBoardIsDroppedByName) {
   const RealBoard good = real_board("bouguet");
-  // A turned corner order, labels one column off, and points thrown about.
+  // A rotated order of corners, labels one column off, and points at random.
   for (const int fault : {0, 1, 2}) {
     RealBoard bad = good;
     for (FrameDetections& frame : bad.detections.frames) {
@@ -214,7 +214,7 @@ TEST(JointStart, KnownLensesPlaceCamerasFromTwoViews) {
   const auto& lens = std::get<BrownLens>(placed.calibration.cameras[0].camera.model.lens);
   const auto& known = std::get<BrownLens>(all.calibration.cameras[0].camera.model.lens);
   EXPECT_EQ(lens.fx_px, known.fx_px);
-  // The lens is as uncertain as it was, and the pose more than it would be with a perfect lens.
+  // The lens is as uncertain as before, and the pose more than with a perfect lens.
   EXPECT_NEAR(placed.calibration.cameras[0].covariance(0, 0),
               all.calibration.cameras[0].covariance(0, 0), 1e-9);
 }

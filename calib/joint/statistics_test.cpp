@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Against published tables of Fisher's F and Student's t.
+// Compares with published tables of Fisher's F and Student's t.
 #include "calib/joint/statistics.hpp"
 
 #include <gtest/gtest.h>
@@ -14,7 +14,7 @@ using namespace calib;
 TEST(Statistics, TailsOfFAreThoseOfTheTables) {
   EXPECT_NEAR(f_tail(4.9646, 1, 10), 0.05, 1e-5);
   EXPECT_NEAR(f_tail(3.3258, 5, 10), 0.05, 1e-5);
-  EXPECT_NEAR(f_tail(6.6349, 1, 1e7), 0.01, 1e-5);  // chi-square of one degree
+  EXPECT_NEAR(f_tail(6.6349, 1, 1e7), 0.01, 1e-5);  // chi-square with one degree
   EXPECT_NEAR(f_tail(1, 7, 7), 0.5, 1e-12);
   EXPECT_EQ(f_tail(0, 3, 4), 1);
   EXPECT_LT(f_tail(1e6, 6, 60), 1e-100);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// An option that would do nothing is a wrong call.
+// An option that would have no effect is a usage error.
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 #include <gmock/gmock.h>
@@ -15,7 +15,7 @@ namespace {
 
 using testing::HasSubstr;
 
-/// Text for a wrong call; "" for a call that ends by the files that are not there.
+/// Text of a usage error; "" for a call that ends only because its files do not exist.
 std::string refused(const std::string& words, const std::vector<std::string>& more) {
   const test::TemporaryFolder folder;
   const test::Outcome outcome = test::run_line(

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Against Willson's Tsai calibration 3.0b3: his data, his answers and an independent optimum.
+// Compares with Willson's Tsai calibration 3.0b3: his data, his results and an independent optimum.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -27,7 +27,7 @@ std::vector<Correspondence> read_points(const std::filesystem::path& file) {
   return points;
 }
 
-/// Sensor pitch and start centre of the shipped parameter files.
+/// Sensor pitch and initial centre of the parameter files supplied.
 TsaiSensor willson_sensor() {
   return {0.023 * mm, 0.023 * mm, 258, 204};
 }
@@ -122,7 +122,7 @@ TEST(TsaiWillson, GeneratorTruthLiesWithinThreeSigmaOfTheOptimum) {
                           lens.scale_x};
   for (int i = 0; i < 5; ++i)
     EXPECT_LT(std::abs(found[i] - truth[i]), 3 * std::sqrt(covariance(i, i))) << i;
-  // The independent optimum's own standard deviations.
+  // Standard deviations from the independent optimum.
   EXPECT_NEAR(std::sqrt(covariance(0, 0)), 0.22931, 1e-4);
   EXPECT_NEAR(std::sqrt(covariance(2, 2)), 0.42542, 1e-4);
   EXPECT_NEAR(std::sqrt(covariance(4, 4)), 9.5954e-5, 1e-8);
@@ -158,7 +158,7 @@ TEST(TsaiWillson, CoplanarGeneratorTruthLiesWithinThreeSigmaOfTheOptimum) {
   const int place[] = {0, 1, 2, 3, 8, 9, 10};
   for (int i = 0; i < 7; ++i)
     EXPECT_LT(std::abs(found[i] - truth[i]), 3 * std::sqrt(covariance(place[i], place[i]))) << i;
-  // The independent optimum's own standard deviations.
+  // Standard deviations from the independent optimum.
   EXPECT_NEAR(std::sqrt(covariance(0, 0)), 13.979, 0.01);
   EXPECT_NEAR(std::sqrt(covariance(10, 10)), 343.82, 0.2);
 }

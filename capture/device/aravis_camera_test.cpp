@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The Aravis backend against the emulated camera: real discovery, control and stream packets.
+// Tests the Aravis backend with the emulated camera: real discovery, control and stream packets.
 #include <gmock/gmock.h>
 
 #include <cstring>
@@ -116,8 +116,8 @@ TEST_F(AravisCamera, SettingsAreWrittenAndReadBackAndAutomaticsAreOff) {
   EXPECT_EQ(camera->frame_bytes(), 320U * 200U);
 }
 
-/// The emulator refuses what a camera refuses: a region that leaves the sensor with the old offset,
-/// an exposure while it is automatic.
+/// The emulator refuses what a camera refuses: a region that with the old offset leaves the sensor,
+/// and an exposure time while exposure is automatic.
 TEST_F(AravisCamera, SettingsGoInTheOrderTheyDependOnEachOther) {
   GigeCamera device({});
   const auto camera = open_camera(at("127.0.0.2"));
@@ -161,7 +161,7 @@ TEST_F(AravisCamera, RefusesWhatIsNotThereOrNotTakenOrNotOurs) {
   EXPECT_THAT(refused(s), HasSubstr("the camera has no pixel format Mono12"));
 }
 
-/// Message with which opening the camera is refused.
+/// Message of the refusal to open the camera.
 std::string refusal(const CameraAddress& address) {
   const Error error = test::error_of([&] { return open_camera(address); });
   EXPECT_FALSE(error.what_to_do().empty());
@@ -192,7 +192,7 @@ TEST_F(AravisCamera, LostPacketsAreSentAgainAndCountedExactly) {
     EXPECT_EQ(tally.altered, 0);
     EXPECT_EQ(tally.complete, frames) << "of " << frames << " at loss " << loss;
     EXPECT_EQ(sent.frames_sent, static_cast<std::uint64_t>(frames));
-    // A packet that is merely late on a busy machine is asked for, too; a lost one always.
+    // On a busy machine packets that are merely late are requested again too; lost ones always.
     const auto counted = static_cast<std::uint64_t>(tally.counters.packets_resent);
     EXPECT_GE(sent.packets_resent, sent.packets_lost);
     if (sent.packets_resent == sent.packets_lost) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The first frame after a stream is opened arrives whole, though no packet is sent twice.
+// The first frame after opening a stream arrives complete, although no packet is resent.
 #include <gmock/gmock.h>
 
 #include <cstring>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The V4L2 backend against the kernel's own test driver. Runs inside the QEMU guest, not by itself:
-// tests/end_to_end/v4l2_guest_test.cpp starts it there.
+// Tests the V4L2 backend with the kernel's test driver. Runs only inside the QEMU guest, started by
+// tests/end_to_end/v4l2_guest_test.cpp.
 #include <gmock/gmock.h>
 
 #include <chrono>
@@ -42,7 +42,7 @@ std::int64_t now_ns() {
   return std::chrono::steady_clock::now().time_since_epoch() / std::chrono::nanoseconds(1);
 }
 
-/// The next frame, however slow the guest is; fails the test after 20 s.
+/// Waits for the next frame, however slow the guest is; fails the test after 20 s.
 CameraFrame frame_of(CameraDevice& camera) {
   for (int i = 0; i < 200; ++i)
     if (const auto frame = camera.next(0.1)) return *frame;
@@ -50,7 +50,7 @@ CameraFrame frame_of(CameraDevice& camera) {
   return {};
 }
 
-/// Message of a call that is refused; fails the test where it is not.
+/// Message of a call that is refused; fails the test if it is not.
 template <class Call>
 std::string refusal(Call call) {
   const Error error = test::error_of(call);
@@ -59,8 +59,8 @@ std::string refusal(Call call) {
   return error.what();
 }
 
-/// A configured webcam. Its fault controls are opened for a moment only: a disconnected camera is
-/// back when nobody holds it any more.
+/// A configured webcam. Its fault controls are opened only briefly, because a disconnected camera
+/// returns once nobody holds it open.
 class V4l2Camera : public testing::Test {
  protected:
   void SetUp() override {
@@ -73,7 +73,7 @@ class V4l2Camera : public testing::Test {
 
 TEST(V4l2Devices, AreFoundByBusPath) {
   const auto found = v4l2_driver.find();
-  ASSERT_EQ(found.size(), 5U);  // The fifth has several planes.
+  ASSERT_EQ(found.size(), 5U);  // the fifth has several planes
   for (int i = 0; i < 5; ++i) {
     EXPECT_EQ(found[static_cast<std::size_t>(i)].name, test::guest_camera(i));
     EXPECT_EQ(found[static_cast<std::size_t>(i)].identity.vendor, "vivid");
@@ -97,7 +97,7 @@ TEST_F(V4l2Camera, StreamsAndCountsOnTheHostsClock) {
     EXPECT_EQ(frame.bytes, std::size_t{kWidth_px} * kHeight_px);
     ASSERT_TRUE(frame.device_ns);
     EXPECT_GT(*frame.device_ns, before);
-    // This driver stamps the frame's nominal end, which may lie a period ahead.
+    // This driver stamps the nominal end of the frame, which may be a period ahead.
     EXPECT_LT(*frame.device_ns, now_ns() + 500'000'000);
     if (last) {
       EXPECT_GT(frame.id, last->id);
@@ -122,7 +122,7 @@ TEST_F(V4l2Camera, RefusesWhatTheDriverDoesNotTake) {
   EXPECT_THAT(refusal([&] { static_cast<void>(camera_->configure(s)); }), HasSubstr("exposure_us"));
 }
 
-/// This driver has a gain and no exposure.
+/// This driver has a gain control but no exposure control.
 TEST_F(V4l2Camera, GainIsSetWhileItStreamsAndReadBack) {
   EXPECT_EQ(setting_in(read_back_, "gain_camera_units"),
             std::to_string(VividNode(kNode).get("Gain")))
@@ -134,7 +134,7 @@ TEST_F(V4l2Camera, GainIsSetWhileItStreamsAndReadBack) {
   EXPECT_EQ(setting_in(camera_->set_light(light), "gain_camera_units"), "40");
   EXPECT_EQ(VividNode(kNode).get("Gain"), 40);
   EXPECT_TRUE(frame_of(*camera_).complete);
-  light.gain_db = 300;  // its largest is 255
+  light.gain_db = 300;  // the largest gain is 255
   EXPECT_THAT(refusal([&] { static_cast<void>(camera_->set_light(light)); }),
               HasSubstr("gain_camera_units"));
   EXPECT_TRUE(frame_of(*camera_).complete);
@@ -159,7 +159,7 @@ TEST_F(V4l2Camera, DroppedBuffersAreGapsInTheFrameIds) {
   std::uint64_t received = 1;
   for (; received < 25; ++received) last = frame_of(*camera_).id;
   VividNode(kNode).set("Percentage of Dropped Buffers", 0);
-  EXPECT_GT(last - first + 1, received);  // 0.5^24 that none was dropped
+  EXPECT_GT(last - first + 1, received);  // probability 0.5^24 that no frame was dropped
 }
 
 TEST_F(V4l2Camera, AFaultyBufferIsNeverWhole) {
@@ -222,7 +222,7 @@ TEST_F(V4l2Camera, TheFrameIdWraps) {
     const CameraFrame frame = frame_of(*camera_);
     const auto index = ids.unwrap(frame.id);
     ASSERT_TRUE(index);
-    ASSERT_GE(*index, last);  // a driver that is late repeats one
+    ASSERT_GE(*index, last);  // a late driver repeats a frame
     wrapped = last >= 0 && frame.id < 1000;
     last = *index;
   }
@@ -241,8 +241,8 @@ void PrintTo(const Loop& loop, std::ostream* out) {
 
 class V4l2Formats : public testing::TestWithParam<Loop> {};
 
-/// Random bytes go to an output of the driver and come back through its capture: single-planar and
-/// multi-planar, in every format that is understood and that the driver has.
+/// Sends random bytes to an output of the driver and captures them back, single-planar and
+/// multi-planar, in every format that both drapebench and the driver support.
 TEST_P(V4l2Formats, EachIsBitExactThroughTheDriver) {
   constexpr int width_px = 1600, height_px = 1200;
   std::mt19937 random(5);
@@ -270,7 +270,7 @@ TEST_P(V4l2Formats, EachIsBitExactThroughTheDriver) {
     const auto expected = unpack(format, sent, width_px, height_px).values;
     camera->start();
     bool same = false;
-    for (int i = 0; i < 20 && !same; ++i) {  // the first frames may be from before
+    for (int i = 0; i < 20 && !same; ++i) {  // the first frames can be older
       const CameraFrame frame = frame_of(*camera);
       if (!frame.complete) continue;
       same = unpack(format, {frame.pixels, frame.bytes}, width_px, height_px, frame.stride_bytes)

@@ -70,7 +70,7 @@ TEST(DoctorChecks, LinkBudgetAndDelay) {
   EXPECT_TRUE(check_disk(evidence).at(0).go && check_disk(evidence).at(1).go);
 }
 
-/// However young it is.
+/// Applies however recent the calibration is.
 TEST(DoctorChecks, ACalibrationThatIsNoGoIsNotFitToMeasureWith) {
   const test::TemporaryFolder folder;
   const fs::path file = folder.path() / "calibration.json";
@@ -85,7 +85,7 @@ TEST(DoctorChecks, ACalibrationThatIsNoGoIsNotFitToMeasureWith) {
   EXPECT_THAT(check.to_type, HasSubstr("drape calib"));
 }
 
-/// A copy is as old as what it is a copy of.
+/// A copy is as old as its original.
 TEST(DoctorChecks, TheAgeOfACalibrationIsThatOfItsRecord) {
   const test::TemporaryFolder folder;
   const std::filesystem::path file = folder.path() / "calibration.json";
@@ -168,7 +168,7 @@ TEST(DoctorChecks, CamerasOfOneUsbBusMustFitIt) {
     device.name = camera.address.device;
     device.identity.address = fmt::format("/dev/video{}", k);
   }
-  // Two of 1280 x 720 x 2 bytes, 10 times a second: 295 Mbit/s of the 384 that are for pictures.
+  // Two of 1280 x 720 x 2 bytes, 10 times a second: 295 Mbit/s of the 384 available for pictures.
   std::vector<Check> checks = check_usb(evidence);
   ASSERT_EQ(checks.size(), 1U);
   EXPECT_EQ(checks[0].name, "USB bus 1");

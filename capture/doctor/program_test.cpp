@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The programs as a person runs them, against three emulated cameras that show bench1's frames.
+// Runs the programs as a person does, with three emulated cameras that show bench1's frames.
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <sys/resource.h>
@@ -43,7 +43,7 @@ class Programs : public test::CameraTest {
     fs::create_directories(to);
     std::string cameras =
         "schema = \"drapebench/cameras/1\"\n[sync]\nframe_rate_hz = 1.0\nlargest_spread_ms = "
-        "200.0\n";  // a busy machine writes slowly, and triggers one camera long after the other
+        "200.0\n";  // allows for a busy machine, which writes slowly and triggers cameras late
     cameras += fmt::format("method = \"{}\"\n", live ? method_of_live : "free_run");
     for (int c = 0; c < 3; ++c) {
       cameras += fmt::format("[[camera]]\nname = \"cam{}\"\n", c);
@@ -59,7 +59,7 @@ class Programs : public test::CameraTest {
     write_durable(to / "rig.toml", read_text(test::source_root() / "rigs/bench1/rig.toml"));
   }
 
-  /// The frames of one set of bench1, alone.
+  /// Writes the frames of one set of bench1 alone.
   void write_one_set(const std::string& set, const fs::path& to) {
     for (int c = 0; c < 3; ++c) {
       const std::string file = fmt::format("{}/cam{}.png", set, c);
@@ -84,7 +84,7 @@ std::string pixel_hash(const cv::Mat& image) {
   return sha256_of(std::span<const unsigned char>(image.data, image.total() * image.elemSize()));
 }
 
-/// Three cameras that show bench1's drape_A and lose a packet of a hundred.
+/// Three cameras that show bench1's drape_A and lose one packet in a hundred.
 std::vector<std::unique_ptr<test::GigeCamera>> cameras_of_bench1() {
   std::vector<std::unique_ptr<test::GigeCamera>> devices;
   for (int c = 0; c < 3; ++c) {
@@ -116,7 +116,7 @@ TEST_F(Programs, LiveIsReplayBitForBit) {
     const std::string file = fmt::format("drape_A/cam{}.png", c);
     const cv::Mat original = pixels_of(test::source_root() / "rigs/bench1/recording" / file);
     EXPECT_EQ(pixel_hash(pixels_of(temporary_.path() / "a" / file)), pixel_hash(original)) << file;
-    // Same pixels through the same writer: the files are equal too.
+    // Equal pixels written by the same writer give equal files.
     EXPECT_EQ(read_bytes(temporary_.path() / "a" / file),
               read_bytes(temporary_.path() / "b" / file));
   }
@@ -125,7 +125,7 @@ TEST_F(Programs, LiveIsReplayBitForBit) {
   EXPECT_EQ(details["sync_method"], "software_trigger");
   ASSERT_EQ(details["cameras"].size(), 3U);
   for (std::size_t c = 0; c < 3; ++c) {
-    // A packet that is merely late on a busy machine is asked for, too; a lost one always.
+    // On a busy machine packets that are merely late are requested again too; lost ones always.
     const auto counts = devices[c]->counts();
     const auto resent = details["cameras"][c]["packets"]["resent"].get<std::uint64_t>();
     EXPECT_GE(resent, counts.packets_lost);
@@ -144,7 +144,7 @@ TEST_F(Programs, LiveIsReplayBitForBit) {
   std::printf("%s\n%s\n%s\n", live.text.c_str(), cameras.text.c_str(), doctor.text.c_str());
 }
 
-/// Every check by name; those of the machine itself (disk, receive buffer) are as it is.
+/// Covers every check by name; those of the machine (disk, receive buffer) can have any result.
 TEST_F(Programs, TheDoctorSaysGoOnAGoodBenchAndWhatToTypeOtherwise) {
   write_rig("live", true);
   const auto devices = cameras_of_bench1();
@@ -184,7 +184,7 @@ TEST_F(Programs, TheDoctorSaysGoOnAGoodBenchAndWhatToTypeOtherwise) {
   EXPECT_THAT(run("drape-capture cameras", "--json").text, HasSubstr("\"B1C2\""));
 }
 
-/// A program as an operator types at it.
+/// Runs a program with the given keyboard input.
 Outcome run_with(const std::string& typed, const std::string& name, const std::string& arguments) {
   return test::run_line(
       fmt::format("printf '{}' | '{}' {}", typed, test::program(name).string(), arguments));
@@ -231,7 +231,7 @@ TEST_F(Programs, TheRunRecordHasTheEndingAndEveryInput) {
                                                 "../replay/one/drape_A/cam0.png",
                                                 "../replay/one/drape_A/cam1.png",
                                                 "../replay/one/drape_A/cam2.png"));
-  // The file of a rig may have any name.
+  // The file of a rig can have any name.
   fs::rename(temporary_.path() / "replay/rig.toml", temporary_.path() / "replay/lab.toml");
   const Outcome named =
       run("drape-capture", path("replay/lab.toml") + " --set drape_B --out " + path("b"));
@@ -248,7 +248,7 @@ TEST_F(Programs, ASecondCaptureIntoOneRecordingIsRefused) {
   EXPECT_THAT(second.text, HasSubstr("another capture records into this folder"));
 }
 
-/// Peak memory of the program and its hosts does not grow with the sets.
+/// Peak memory of the program and its hosts must not grow with the number of sets.
 TEST_F(Programs, ALongCaptureTakesLittleMemory) {
   write_rig("live", true);
   const auto devices = cameras_of_bench1();
@@ -263,7 +263,7 @@ TEST_F(Programs, ALongCaptureTakesLittleMemory) {
   EXPECT_LE(children.ru_maxrss, 200 * 1024);
 }
 
-/// Frames that wait for a camera that sends none are bounded, however long they wait.
+/// Frames that wait for a silent camera are bounded in number, however long they wait.
 TEST_F(Programs, ASilentCameraLetsNoMemoryGrow) {
   write_rig("live", true, "free_run");
   const fs::path file = temporary_.path() / "live/cameras.toml";
@@ -285,7 +285,7 @@ TEST_F(Programs, ASilentCameraLetsNoMemoryGrow) {
   EXPECT_LE(children.ru_maxrss, 200 * 1024);
 }
 
-/// Sets that are stored stay, and are whole.
+/// Sets stored before the interrupt remain, complete.
 TEST_F(Programs, CtrlCEndsACaptureWithWhatItHas) {
   write_rig("live", true);
   const auto devices = cameras_of_bench1();
@@ -308,7 +308,7 @@ TEST_F(Programs, AFullDiskStoresNothingHalf) {
   write_rig("replay", false);
   write_one_set("drape_A", temporary_.path() / "replay/one");
   fs::create_directories(temporary_.path() / "small");
-  // A disk of 1 MB for three images of 0.7 MB each.
+  // A disk of 1 MB is too small for three images of 0.7 MB each.
   write_durable(
       temporary_.path() / "full.sh",
       fmt::format("mount -t tmpfs -o size=1m none {0} || exit 77\n"

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Does the doctor say what a capture then does? Every personality of the emulated camera by what
-// goes wrong at a bench: both programs as a person runs them, one after the other.
+// Tests whether the doctor predicts a capture: runs both programs as a person does, for each
+// personality of the emulated camera with each fault of a bench.
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 
@@ -20,10 +20,10 @@ using test::Personality;
 
 constexpr int kSpoiltCameras = 2;
 
-/// One bench: what its cameras.toml says, and what its second camera does.
+/// A bench: the content of its cameras.toml and the fault of its second camera.
 struct SpoiltBench {
   Personality personality;
-  std::string method = "software_trigger", of_second;  ///< more keys of the second camera
+  std::string method = "software_trigger", of_second;  ///< further keys of the second camera
   double exposure_us = 2000;
   int width_px = 160, height_px = 120;
   std::string device = "127.0.0.3";
@@ -35,7 +35,7 @@ struct SpoiltBench {
 struct BenchFault {
   std::string name;
   std::function<void(SpoiltBench&)> cause;
-  /// Words that both programs are to say; empty where both are to say GO. Alternatives by `|`.
+  /// Words that both programs must print, alternatives separated by `|`; empty if both must say GO.
   std::function<std::string(const SpoiltBench&)> said;
 };
 
@@ -110,7 +110,7 @@ const std::vector<BenchFault>& bench_faults() {
 
 class Benches : public test::CameraTest, public testing::WithParamInterface<BenchFault> {
  protected:
-  static inline int benches = 0, agreements = 0;  ///< in all faults that this process tries
+  static inline int benches = 0, agreements = 0;  ///< over all faults tried by this process
 
   static void TearDownTestSuite() {
     std::printf("the doctor agrees in %d of %d benches\n", agreements, benches);
@@ -128,7 +128,7 @@ class Benches : public test::CameraTest, public testing::WithParamInterface<Benc
     write_durable(folder() / "rig/rig.toml", rig);
     std::string text = fmt::format(
         "schema = \"drapebench/cameras/1\"\n[sync]\nmethod = \"{}\"\nframe_rate_hz = 10.0\n"
-        "largest_spread_ms = 500.0\n",  // a busy machine triggers one long after the other
+        "largest_spread_ms = 500.0\n",  // a busy machine triggers cameras one long after the other
         bench.method);
     for (int c = 0; c < kSpoiltCameras; ++c)
       text += fmt::format(
@@ -159,7 +159,7 @@ class Benches : public test::CameraTest, public testing::WithParamInterface<Benc
     return devices;
   }
 
-  /// Without a word where both agree.
+  /// Describes a disagreement of the two programs; empty if they agree.
   [[nodiscard]] std::string disagreement(const SpoiltBench& bench, const std::string& said) const {
     std::filesystem::remove_all(folder() / "recording");
     write_rig(bench);

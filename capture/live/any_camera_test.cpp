@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Whole captures against Debian's own GigE Vision camera.
+// Captures with Debian's own GigE Vision camera.
 #include <gmock/gmock.h>
 
 #include <cmath>
@@ -22,7 +22,7 @@ using testing::HasSubstr;
 class Debian : public test::CameraTest {
  protected:
   void SetUp() override {
-    DRAPE_REQUIRE_DEBIAN_CAMERA();  // which may have to be downloaded first
+    DRAPE_REQUIRE_DEBIAN_CAMERA();  // may have to be downloaded first
     CameraTest::SetUp();
   }
 
@@ -70,7 +70,7 @@ TEST_F(Debian, SoftwareTriggerPairsWithoutAnyClock) {
               sets);
 }
 
-/// It takes two triggers that it has no time to look at for one.
+/// If it is too slow to see two triggers, it treats them as one.
 TEST_F(Debian, ACameraWithoutTimeAnswersLate) {
   set_up(2, SyncMethod::software_trigger);
   const int sets = 6;

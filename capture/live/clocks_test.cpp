@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Clocks of emulated cameras that jump, drift, or are held by PTP; and cameras that look alike.
+// Emulated cameras whose clocks jump, drift, or are synchronised by PTP; and identical cameras.
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 
@@ -48,8 +48,8 @@ class Clocks : public test::CameraTest {
   std::vector<std::unique_ptr<GigeCamera>> devices_;
 };
 
-/// Frames of one set were exposed together: by the emulators' own books, which use the host's
-/// clock.
+/// Checks that frames of one set were exposed together, by the emulators' own logs, which use the
+/// host's clock.
 void expect_together(const LiveResult& live) {
   for (const PairedFrames& set : live.pairing.sets) EXPECT_LE(set.spread_s.value(), 0.02);
   for (const CameraLedger& ledger : live.pairing.cameras) EXPECT_TRUE(ledger.closes());
@@ -62,11 +62,11 @@ TEST_F(Clocks, AJumpIsNamedAndNoFrameGetsATimeOfTheWrongClock) {
   const LiveResult live = capture(50, [&](int sets) {
     if (sets >= 20 && !std::exchange(jumped, true)) devices_[1]->jump_clock(0.25);
   });
-  // 0.25 s, as well as readings on a busy machine tell.
+  // 0.25 s, as accurately as readings on a busy machine allow.
   EXPECT_THAT(all_faults(live), HasSubstr("cam1: its clock jumped by 0."));
   EXPECT_GE(live.pairing.sets.size(), 20U);
   expect_together(live);
-  // The emulators' own books: ids start at 1 and none is left out, unless a host began again.
+  // By the emulators' own logs: ids start at 1 and are consecutive, unless a host was restarted.
   for (const LiveCameraReport& camera : live.report.cameras)
     if (camera.host_launches > 1) return;
   int wrong = 0;
@@ -81,8 +81,8 @@ TEST_F(Clocks, AJumpIsNamedAndNoFrameGetsATimeOfTheWrongClock) {
   EXPECT_EQ(wrong, 0);
 }
 
-/// A jump by a period makes each frame look like its neighbour, until the clock is read again: a
-/// set that is handed over is never of that time.
+/// After a jump by one period each frame looks like its neighbour until the clock is read again; no
+/// set from that time may be handed over.
 TEST_F(Clocks, NoSetIsHandedOverBeforeAJumpIsSeen) {
   add({.clock_offset_s = 2});
   add({.clock_offset_s = -3});
@@ -104,7 +104,7 @@ TEST_F(Clocks, NoSetIsHandedOverBeforeAJumpIsSeen) {
   const LiveResult live = capture_live(file_, options);
   EXPECT_EQ(sets, 30) << all_faults(live);
   EXPECT_THAT(all_faults(live), HasSubstr("cam1: its clock jumped by 0.0"));
-  // Ids that begin again say nothing about when a frame was exposed.
+  // Ids that restart say nothing about the time of exposure.
   if (launches == 1) {
     EXPECT_EQ(wrong, 0);
   }
@@ -121,7 +121,7 @@ TEST_F(Clocks, PtpHoldsThemWhereTheCameraHasIt) {
     EXPECT_EQ(setting_in(camera.settings, "ptp_status"), "Slave");
     EXPECT_EQ(setting_in(camera.settings, "ptp_offset_ns"), "300");
     ASSERT_TRUE(camera.clock);
-    // The readings bound the offset: 0 on a clock that PTP holds.
+    // The readings bound the offset, which is 0 for a clock synchronised by PTP.
     const auto offset_ns =
         static_cast<double>(camera.clock->reference_device_ns - camera.clock->reference_host_ns);
     EXPECT_LE(std::abs(1e-9 * offset_ns), 5e-3 + camera.clock->bound_s);
@@ -138,7 +138,7 @@ TEST_F(Clocks, PtpThatIsNotThereOrLiesIsNamed) {
   expect_together(lies);
   file_.cameras.clear();
   devices_.clear();
-  add({.ptp = false});  // it never finds a master
+  add({.ptp = false});  // never finds a PTP master
   ask_for_ptp();
   EXPECT_THAT(all_faults(capture(2)), HasSubstr("cam0: PTP does not hold its clock (Listening)"));
 }

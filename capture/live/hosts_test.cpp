@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Camera hosts that are killed, hang or want too much, and cameras that are unplugged.
+// Camera hosts that are killed, hang or use too much memory, and cameras that are unplugged.
 #include <gmock/gmock.h>
 #include <unistd.h>
 
@@ -25,7 +25,7 @@ using testing::AnyOf;
 using testing::HasSubstr;
 using HostsBench = test::LiveBench;
 
-/// Processes that run a camera host and are children of this one.
+/// Child processes of this one that run a camera host.
 std::vector<pid_t> camera_hosts() {
   std::vector<pid_t> found;
   for (const auto& entry : std::filesystem::directory_iterator("/proc")) {
@@ -105,13 +105,13 @@ TEST_F(LiveCapture, AHostThatHangsIsEndedAndItsCameraIsBack) {
   });
   expect_right_sets(bench, live);
   EXPECT_EQ(live.pairing.sets.size(), 25U) << all_faults(live);
-  // No frames for 2 periods + 0.5 s, or no sign of life for 1 s: whichever is seen first.
+  // Whichever is detected first: no frames for 2 periods + 0.5 s, or no sign of life for 1 s.
   EXPECT_THAT(all_faults(live),
               AnyOf(HasSubstr("it stopped sending frames"), HasSubstr("gives no sign of life")));
   const int launches[] = {live.report.cameras[0].host_launches,
                           live.report.cameras[1].host_launches};
   EXPECT_EQ(std::min(launches[0], launches[1]), 1);
-  EXPECT_GT(std::max(launches[0], launches[1]), 1);  // until the camera lets go of the lost host
+  EXPECT_GT(std::max(launches[0], launches[1]), 1);  // until the camera releases the lost host
 }
 
 TEST_F(LiveCapture, AHostThatIsSilentBetweenTriggersIsEndedToo) {
@@ -133,7 +133,7 @@ TEST_F(LiveCapture, AHostThatWantsTooMuchMemoryIsEndedAndNamed) {
   HostsBench bench(2, SyncMethod::free_run);
   LiveOptions options;
   options.host_program = test::program("drape-camera-host");
-  options.memory_limit_mb = 16;  // its libraries alone take more
+  options.memory_limit_mb = 16;  // its libraries alone need more
   const Error error = test::error_of([&] { return capture_live(bench.file, options); });
   EXPECT_EQ(error.kind(), ErrorKind::device);
   EXPECT_EQ(error.where().camera.substr(0, 3), "cam");
@@ -174,8 +174,8 @@ TEST_F(LiveCapture, AnUnpluggedCameraIsNoticedAndBack) {
       1e-9 * static_cast<double>(first->host_ns - back_ns));
 }
 
-/// A triggered capture, during which camera 1 is troubled after three sets and well again after
-/// the trigger that it missed.
+/// A triggered capture in which camera 1 fails after three sets and recovers after the trigger that
+/// it missed.
 LiveResult troubled(const HostsBench& bench, const std::function<void()>& trouble,
                     const std::function<void()>& mend) {
   bool troubled = false, mended = false;
@@ -206,7 +206,7 @@ INSTANTIATE_TEST_SUITE_P(Methods, Triggered,
                                          SyncMethod::scheduled_action),
                          [](const auto& p) { return to_string(p.param); });
 
-/// For so short that no heartbeat is missed.
+/// The outage is too short for a heartbeat to be missed.
 TEST_P(Triggered, ACameraWithoutPowerForAMomentIsNoticedAndBack) {
   const HostsBench bench(2, GetParam(), 320, 240, 4);
   bench.devices[1]->obey_controller_alone();

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Whole captures against emulated cameras: real packets, real camera host processes.
+// Captures with emulated cameras: real packets, real camera host processes.
 #include "capture/live/live_capture.hpp"
 
 #include <arpa/inet.h>
@@ -36,7 +36,7 @@ using Bench = test::LiveBench;
 using testing::AllOf;
 using testing::HasSubstr;
 
-/// Random datagrams from an address that is no camera's.
+/// Sends random datagrams from an address that belongs to no camera.
 void send_junk(std::uint16_t port, int count, const std::string& from, const std::string& to,
                unsigned seed) {
   const int s = ::socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0);
@@ -58,7 +58,7 @@ void send_junk(std::uint16_t port, int count, const std::string& from, const std
 
 class EverySync : public test::CameraTest, public testing::WithParamInterface<SyncMethod> {};
 
-/// Pulses the trigger lines of all cameras together, 20 times a second.
+/// Pulses the trigger lines of all cameras simultaneously, 20 times a second.
 class LinePulses {
  public:
   explicit LinePulses(const Bench& bench)
@@ -105,7 +105,7 @@ INSTANTIATE_TEST_SUITE_P(Methods, EverySync,
                                          SyncMethod::scheduled_action),
                          [](const auto& method) { return to_string(method.param); });
 
-/// The emulators' books against the ledger: no packet loss, and up to 5 %; frames never sent.
+/// The ledger equals the emulators' logs: with 0 to 5 % of packets lost and frames never sent.
 TEST_F(LiveCapture, TheLedgerIsThatOfTheCameras) {
   const int triggers = test::trial_count(8, 1300);
   for (const double loss : {0.0, 0.001, 0.01, 0.05}) {
@@ -117,7 +117,7 @@ TEST_F(LiveCapture, TheLedgerIsThatOfTheCameras) {
       const auto sent = bench.devices[c]->counts();
       const CameraLedger& ledger = live.pairing.cameras[c];
       const auto frames = [](std::int64_t n) { return static_cast<std::uint64_t>(n); };
-      // Triggers before the capture show that the cameras answer.
+      // Triggers sent before the capture show that the cameras respond.
       const auto before = frames(live.report.triggers_before);
       EXPECT_EQ(frames(ledger.expected) + before, sent.triggers);
       EXPECT_LE(frames(ledger.never_arrived), sent.frames_skipped);
@@ -126,7 +126,7 @@ TEST_F(LiveCapture, TheLedgerIsThatOfTheCameras) {
       EXPECT_LE(arrived, sent.frames_sent);
       EXPECT_GE(arrived + before, sent.frames_sent);
       EXPECT_EQ(ledger.incomplete, 0) << all_faults(live);
-      // A packet that is merely late on a busy machine is asked for, too; a lost one always.
+      // On a busy machine packets that are merely late are requested again too; lost ones always.
       const auto resent = frames(live.report.cameras[c].counters.packets_resent);
       EXPECT_GE(resent, sent.packets_lost);
       EXPECT_LE(resent, sent.packets_resent);
@@ -143,9 +143,9 @@ TEST_F(LiveCapture, TheLedgerIsThatOfTheCameras) {
 
 TEST_F(LiveCapture, FreeRunningCamerasThatExposeApartAreBroughtIntoStep) {
   bool apart = false;
-  // On a busy machine cameras that begin at one command may happen to be in step after all.
+  // On a busy machine cameras started by one command can be in step by chance.
   for (int attempt = 0; attempt < 5 && !apart; ++attempt) {
-    // Periods of 100 ms; each camera exposes that long after it begins.
+    // Periods of 100 ms; each camera exposes with its own delay after its start.
     const Bench bench(3, SyncMethod::free_run, 320, 240, 10, {0.0, 0.033, 0.067});
     const LiveResult live = bench.capture(5);
     ASSERT_EQ(live.pairing.sets.size(), 5U) << all_faults(live);
@@ -175,7 +175,7 @@ TEST_F(LiveCapture, JunkToTheStreamAndControlPortsTouchesNoCamera) {
   const Bench bench(2, SyncMethod::free_run);
   const int datagrams = test::trial_count(30'000, 1'000'000);
   std::thread junk;
-  // To the grabber's stream and control ports, while it captures.
+  // Sent to the grabber's stream and control ports during the capture.
   const LiveResult live = bench.capture(test::trial_count(30, 600), 20, true, [&](int sets) {
     if (sets < 5 || junk.joinable()) return;
     const std::uint16_t ports[] = {bench.devices[0]->stream_port(),
@@ -191,7 +191,7 @@ TEST_F(LiveCapture, JunkToTheStreamAndControlPortsTouchesNoCamera) {
   ASSERT_TRUE(junk.joinable());
   junk.join();
   expect_right_sets(bench, live);
-  // On a busy machine the emulated cameras leave out exposures, each its own.
+  // On a busy machine each emulated camera skips exposures independently.
   for (const LiveFault& fault : live.report.faults)
     EXPECT_THAT(fault.what, HasSubstr("no frame of every other camera")) << all_faults(live);
   for (const LiveCameraReport& camera : live.report.cameras) {
@@ -200,7 +200,7 @@ TEST_F(LiveCapture, JunkToTheStreamAndControlPortsTouchesNoCamera) {
   }
 }
 
-/// The camera's own address, but another port than its stream's.
+/// From the camera's own address, but a port other than that of its stream.
 TEST_F(LiveCapture, JunkFromTheCamerasAddressLeavesTheOthersAlone) {
   const Bench bench(2, SyncMethod::free_run);
   bool sent = false;

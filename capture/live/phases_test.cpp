@@ -30,7 +30,7 @@ TEST(Phases, ACameraThatBeginsAtTheTimeGivenExposesWithTheFirst) {
       const std::int64_t again_ns = begin_again_ns(began_ns, phase_s, period_s, now_ns);
       EXPECT_GE(again_ns, now_ns);
       EXPECT_LT(again_ns, now_ns + 200'000'000);
-      // Exposed at began + delay, which lay phase_s after camera 0's.
+      // Exposed at start + delay, which was phase_s after camera 0.
       const auto exposed_s = 1e-9 * static_cast<double>(again_ns + delay_ns);
       const double reference_s = 1e-9 * static_cast<double>(began_ns + delay_ns) - phase_s;
       EXPECT_NEAR(phases_s({reference_s, exposed_s}, period_s)[1], 0, 1e-8);

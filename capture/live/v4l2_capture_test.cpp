@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Whole captures through the kernel's own V4L2 test driver. Runs inside the QEMU guest, not by
-// itself: tests/end_to_end/live_replay_test.cpp starts it there.
+// Captures with the kernel's own V4L2 test driver. Runs only inside the QEMU guest, started by
+// tests/end_to_end/live_replay_test.cpp.
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 
@@ -23,7 +23,7 @@ using test::VividNode;
 using testing::HasSubstr;
 
 constexpr const char* kCaptureNode = "/dev/video6";
-constexpr double kPatience_s = 300;  // an emulated machine on a loaded host is slow
+constexpr double kPatience_s = 300;  // an emulated machine on a busy host is slow
 
 CamerasFile one_webcam() {
   CamerasFile file;
@@ -37,7 +37,7 @@ CamerasFile one_webcam() {
   return file;
 }
 
-/// Captures `frames` sets; `after_five` happens once, when five are there.
+/// Captures `frames` sets; calls `after_five` once, when five are captured.
 LiveResult capture(int frames, const std::function<void()>& after_five = {},
                    double patience_s = kPatience_s) {
   LiveOptions options;
@@ -72,7 +72,7 @@ TEST(V4l2Capture, ADisconnectedCameraIsBackWithItsSettings) {
               all_faults(live).c_str());
 }
 
-/// cameras.toml leaves it open. Refused, it is what it was; a camera that was away gets it again.
+/// No gain in cameras.toml. A refusal keeps the old value; a returning camera gets it again.
 TEST(V4l2Capture, GainIsAskedForReadBackAndKept) {
   LiveOptions options;
   options.opening_s = kPatience_s;
@@ -89,7 +89,7 @@ TEST(V4l2Capture, GainIsAskedForReadBackAndKept) {
   };
   options.on_light = [&](std::size_t, const CameraHost& host,
                          const CameraHost::LightAnswer& answer) {
-    if (answer.refused == "the camera is lost") {  // for a moment, on a starved machine
+    if (answer.refused == "the camera is lost") {  // briefly, on an overloaded machine
       --asked;
       return;
     }
@@ -97,7 +97,7 @@ TEST(V4l2Capture, GainIsAskedForReadBackAndKept) {
     for (const SettingReadBack& one : host.settings())
       if (one.name == "gain_camera_units") gains.push_back(one.value);
     if (gains.size() < 2) return;
-    VividNode(kCaptureNode).set("Gain", 7);  // as a power cycle would
+    VividNode(kCaptureNode).set("Gain", 7);  // as after a power cycle
     VividNode(kCaptureNode).set("Disconnect");
   };
   options.on_camera = [&](const LiveFault& what) {
@@ -128,7 +128,7 @@ TEST(V4l2Capture, TheLedgerCountsFaultyAndMissingFrames) {
 }
 
 TEST(V4l2Capture, TimeStampsThatAreNotTheHostsAreNamedAndPairNothing) {
-  VividNode(kCaptureNode).set("Wrap Timestamp", 2);  // some 68 years ahead
+  VividNode(kCaptureNode).set("Wrap Timestamp", 2);  // about 68 years ahead
   const LiveResult live = capture(1, {}, 1);
   VividNode(kCaptureNode).set("Wrap Timestamp", 0);
   EXPECT_TRUE(live.pairing.sets.empty());
@@ -136,9 +136,9 @@ TEST(V4l2Capture, TimeStampsThatAreNotTheHostsAreNamedAndPairNothing) {
   EXPECT_THAT(all_faults(live), HasSubstr("s off the host's clock"));
 }
 
-/// bench1's drape_A through the driver: each frame is written to an output, and the three cameras
-/// that show them are captured together by the program as a person runs it. The recording stays in
-/// $DRAPE_GUEST_FOLDER for the host to look at.
+/// Sends bench1's drape_A through the driver: each frame is written to an output, and the program
+/// captures the three cameras that show them together. The recording remains in $DRAPE_GUEST_FOLDER
+/// for the host to examine.
 TEST(V4l2Capture, Bench1ThroughThreeCamerasTogether) {
   const char* folder = std::getenv("DRAPE_GUEST_FOLDER");
   if (folder == nullptr)
@@ -146,7 +146,7 @@ TEST(V4l2Capture, Bench1ThroughThreeCamerasTogether) {
         << "DRAPE_GUEST_FOLDER is missing: LiveIsReplay.ThroughTheKernelsV4l2Driver sets it and "
            "runs this in its guest";
   constexpr std::uint32_t width_px = 1600, height_px = 1200, pixel_clock_hz = 20'000'000;
-  std::vector<std::unique_ptr<VividNode>> outputs;  // shown as long as they are open
+  std::vector<std::unique_ptr<VividNode>> outputs;  // shown while they are open
   for (int c = 0; c < 3; ++c) {
     const auto pixels = read_bytes(std::filesystem::path(folder) / fmt::format("cam{}.raw", c));
     VividNode capture(fmt::format("/dev/video{}", 2 * c));

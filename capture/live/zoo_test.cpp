@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Every personality of the emulated camera by every sync method: whole sets of what was sent, bit
-// for bit, or a refusal that says why.
+// For every personality of the emulated camera and every sync method: whole sets, bit for bit as
+// sent, or a refusal with its reason.
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 
@@ -23,7 +23,7 @@ constexpr SyncMethod kMethods[] = {SyncMethod::software_trigger, SyncMethod::fre
                                    SyncMethod::line_trigger, SyncMethod::action,
                                    SyncMethod::scheduled_action};
 
-/// Refusal of this method by such a camera, as the operator reads it; empty when it can.
+/// Refusal of this method for such a camera, as shown to the operator; empty if it is supported.
 std::string expected_refusal(const Personality& p, SyncMethod method) {
   const bool clock = p.latch != test::Latch::none;
   const bool line = method == SyncMethod::line_trigger;
@@ -58,7 +58,7 @@ ZooOutcome run(const Personality& personality, SyncMethod method) {
     options.personality = personality;
     devices.push_back(std::make_unique<test::GigeCamera>(options));
     sent.push_back(test::picture_for(personality, kZooWidth_px, kZooHeight_px, c + 1));
-    // Where gamma is on, the emulator bends the grey levels of what it shows.
+    // With gamma on, the emulator changes the grey levels of what it shows.
     personality.gamma_on ? devices.back()->show(sent.back().bytes)
                          : devices.back()->show_bytes(sent.back().bytes);
     LiveCamera camera = test::camera_at(fmt::format("cam{}", c), options.address, kZooWidth_px,

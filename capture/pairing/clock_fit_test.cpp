@@ -14,8 +14,8 @@ namespace {
 
 constexpr std::int64_t kSecond = 1'000'000'000;
 
-/// A device clock `offset_ns` behind the host's at host time 0 and slower by `drift_ppm`, read
-/// every `every_s` with round trips up to 1 ms, split at random.
+/// Readings of a device clock `offset_ns` behind the host's at host time 0 and slower by
+/// `drift_ppm`, every `every_s`, with round trips up to 1 ms split at random.
 std::vector<ClockSample> samples_of(std::int64_t offset_ns, double drift_ppm, int count,
                                     double every_s, unsigned seed) {
   std::mt19937 random(seed);
@@ -65,7 +65,7 @@ TEST(ClockFit, AShortSpanGivesNoDrift) {
   EXPECT_EQ(fit->drift_ppm, 0);
 }
 
-/// Two free-running cameras: a drift that nobody knows yet is within the bound that is stated.
+/// Two free-running cameras: the stated bound must contain a drift that is not yet estimated.
 TEST(ClockFit, TheBoundHoldsBeforeTheDriftIsKnown) {
   for (const double drift : {-300.0, -100.0, 100.0, 300.0})
     for (const int count : {1, 3, 9}) {
@@ -93,7 +93,7 @@ TEST(FrameId, CountsOnOverTheWrapAndSkipsZero) {
   EXPECT_EQ(ids.unwrap(65534), 0);
   EXPECT_EQ(ids.unwrap(65535), 1);
   EXPECT_EQ(ids.unwrap(1), 2);
-  EXPECT_EQ(ids.unwrap(65533), -1);  // late, sent before the first one seen
+  EXPECT_EQ(ids.unwrap(65533), -1);  // late, sent before the first one received
   EXPECT_EQ(ids.unwrap(4), 5);       // two lost
   EXPECT_EQ(ids.unwrap(3), 4);       // reordered
   EXPECT_EQ(ids.unwrap(0), std::nullopt);

@@ -27,7 +27,7 @@ void expect_closed(const PairingResult& result) {
 }
 
 TEST(PairByTime, AnOrphanTakesNoPartnerAway) {
-  // Camera 1 lost its frame of the first instant; window just under half a period of 0.2 s.
+  // Camera 1 lost its frame of the first instant; the window is just below half a period of 0.2 s.
   const auto result = pair_frames({at(0, 0, 0.0), at(0, 1, 0.2), at(1, 0, 0.105)},
                                   {.cameras = 2, .window_s = 0.11});
   ASSERT_EQ(result.sets.size(), 1U);
@@ -70,7 +70,7 @@ TEST(PairByTrigger, GoesByTheTriggerAndNotByTime) {
   std::vector<FrameMark> frames = {at(0, 0, 0.0), at(1, 0, 5.0), at(0, 1, 1.0), at(1, 1, 1.0)};
   frames[0].trigger = 0;
   frames[1].trigger = 0;
-  frames[2].trigger = 1;  // camera 1's second frame answers no trigger
+  frames[2].trigger = 1;  // camera 1's second frame has no trigger
   const auto result = pair_frames(frames, {.cameras = 2, .triggers = 3});
   ASSERT_EQ(result.sets.size(), 1U);
   EXPECT_EQ(result.sets[0].trigger, 0);
@@ -95,12 +95,12 @@ TEST(Pairing, RefusesWhatMakesNoSense) {
   EXPECT_THROW(static_cast<void>(pair_frames({at(2, 0, 0)}, {.cameras = 2, .window_s = 1})), Error);
 }
 
-// ---- random benches: device clocks, losses and wraps as the cameras have them --------------
+// ---- random benches: device clocks, losses and wraps as in real cameras --------------------
 
 struct Bench {
   std::vector<FrameMark> frames;
   std::vector<std::int64_t> instant;  ///< the truth, one per frame
-  std::set<std::int64_t> whole;       ///< instants at which every camera's frame arrived whole
+  std::set<std::int64_t> whole;  ///< instants at which a complete frame of every camera arrived
   std::size_t cameras = 0;
   double period_s = 0;
 };
@@ -143,7 +143,7 @@ Bench random_bench(unsigned seed, std::int64_t instants) {
     SimulatedCamera camera{uniform(-10, 10), uniform(-100, 100), 65535 - seed % 50};
     const ClockFit clock = read_clock(camera, -0.5, end_s + 0.5, random);
     FrameIdUnwrapper ids({1, 65535});
-    std::optional<std::int64_t> zero;  // frame index of the first instant, as trigger 0 would give
+    std::optional<std::int64_t> zero;  // frame index of the first instant, trigger 0 would give it
     for (std::int64_t k = 0; k < instants; ++k) {
       const auto id = (camera.first_id - 1 + static_cast<std::uint64_t>(k)) % 65535 + 1;
       const bool missing = uniform(0, 1) < 0.05;
@@ -155,7 +155,7 @@ Bench random_bench(unsigned seed, std::int64_t instants) {
       const bool complete = uniform(0, 1) > 0.01;
       bench.frames.push_back(
           {c, *index, clock.host_time_s(camera.device_ns(exposed), 0), std::nullopt, complete});
-      EXPECT_EQ(*index + *zero, k);  // ids unwrap to the true count
+      EXPECT_EQ(*index + *zero, k);  // unwrapped ids are the true count
       bench.instant.push_back(k);
       if (complete) ++received[static_cast<std::size_t>(k)];
     }
@@ -166,7 +166,7 @@ Bench random_bench(unsigned seed, std::int64_t instants) {
   return bench;
 }
 
-/// Arrival order is no information: shuffle it.
+/// Shuffles the arrivals, since arrival order must not matter.
 void shuffle(Bench& bench, unsigned seed) {
   std::vector<std::size_t> order(bench.frames.size());
   for (std::size_t i = 0; i < order.size(); ++i) order[i] = i;
@@ -178,8 +178,8 @@ void shuffle(Bench& bench, unsigned seed) {
   }
 }
 
-/// Offsets to 10 s, drift to 100 ppm, 5 % missing, 1 % incomplete, id wrap, jitter of a tenth of
-/// the period: no wrong set, no whole instant left out.
+/// Offsets up to 10 s, drift up to 100 ppm, 5 % missing, 1 % incomplete, id wrap, jitter of a tenth
+/// of the period: no wrong set, and no complete instant left out.
 TEST(Pairing, NoWrongSetInTenThousand) {
   const unsigned benches = static_cast<unsigned>(test::trial_count(100, 1000));
   std::size_t sets = 0, wrong = 0, left_out = 0;

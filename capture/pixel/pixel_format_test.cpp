@@ -23,8 +23,8 @@ std::vector<std::uint16_t> samples_of(int bits, unsigned seed) {
   return values;
 }
 
-/// One long string of bits, as the PFNC standard draws the "p" formats: sample after sample, lowest
-/// bit first, cut into bytes whose lowest bit comes first.
+/// Packs samples as a string of bits, as the PFNC standard draws the "p" formats: sample after
+/// sample, lowest bit first, cut into bytes whose lowest bit comes first.
 std::vector<std::uint8_t> bit_string(const std::vector<std::uint16_t>& values, int bits) {
   std::string text;
   for (const std::uint16_t v : values)
@@ -36,8 +36,8 @@ std::vector<std::uint8_t> bit_string(const std::vector<std::uint16_t>& values, i
   return bytes;
 }
 
-/// GigE Vision 1.2, Mono10Packed and Mono12Packed: byte 0 is the first sample's high 8 bits, byte 2
-/// the second's; byte 1 holds the low bits, the first sample's from bit 0, the second's from bit 4.
+/// Packs by GigE Vision 1.2 (Mono10Packed, Mono12Packed): byte 0 has the first sample's high 8
+/// bits, byte 2 the second's; byte 1 the low bits, first sample from bit 0, second from bit 4.
 std::vector<std::uint8_t> three_bytes(const std::vector<std::uint16_t>& values, int bits) {
   std::vector<std::uint8_t> bytes;
   for (std::size_t i = 0; i < values.size(); i += 2) {
@@ -49,7 +49,7 @@ std::vector<std::uint8_t> three_bytes(const std::vector<std::uint16_t>& values, 
   return bytes;
 }
 
-/// Packs as each standard says, with code of its own.
+/// Packs as each standard defines, independently of the product's code.
 std::vector<std::uint8_t> packed(const PixelFormat& format,
                                  const std::vector<std::uint16_t>& values) {
   std::vector<std::uint8_t> bytes;
@@ -138,7 +138,7 @@ TEST(PixelFormat, JpegIsDecodedAndMarkedLossy) {
       Error);
 }
 
-/// Green pixels keep their value; a ramp of green is continued over the others without a shift.
+/// Green pixels keep their value, and a ramp of green extends over the others without a shift.
 TEST(PixelFormat, GreyOfAMosaicIsGreen) {
   for (const Mosaic mosaic : {Mosaic::gr, Mosaic::rg, Mosaic::gb, Mosaic::bg}) {
     Samples samples{20, 14, 12, std::vector<std::uint16_t>(20 * 14)};

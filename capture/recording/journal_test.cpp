@@ -20,7 +20,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Stores sets without end and writes a byte to `acknowledged` after each.
+/// Stores sets endlessly and writes a byte to `acknowledged` after each.
 [[noreturn]] void store_for_ever(const fs::path& folder, int acknowledged) {
   Journal journal(folder, "2026-01-31");
   for (std::size_t k = journal.recording().sets.size();; ++k) {
@@ -53,7 +53,7 @@ TEST(Journal, AKilledCaptureLosesTheSetInHandAtMost) {
     const pid_t child = ::fork();
     if (child == 0) store_for_ever(folder, pipe[1]);
     ::close(pipe[1]);
-    // Two of three after a set or two, however long those take; the others maybe before the first.
+    // Two times in three after a set or two, whatever they take; else perhaps before the first.
     for (auto sets = random() % 3; sets > 0; --sets) {
       char byte = 0;
       ASSERT_EQ(::read(pipe[0], &byte, 1), 1);
@@ -72,7 +72,7 @@ TEST(Journal, AKilledCaptureLosesTheSetInHandAtMost) {
       const FrameSet& set = journal.recording().sets[s];
       EXPECT_NO_THROW(static_cast<void>(read_frame(journal.recording(), set, set.frames[0])));
     }
-    // Sets written whole, but not acknowledged any more, count from now on.
+    // Sets written completely but not acknowledged count from now on.
     kept = acknowledged = now;
   }
   EXPECT_GT(kept, 0U);

@@ -28,7 +28,7 @@ cv::Mat frame(const std::string& set, int camera) {
       cv::IMREAD_UNCHANGED);
 }
 
-/// The picture with Gaussian noise.
+/// The picture with added Gaussian noise.
 cv::Mat noisy(const cv::Mat& image, int seed, double noise_grey) {
   cv::Mat result, noise(image.size(), CV_16S);
   cv::RNG random(static_cast<std::uint64_t>(seed));
@@ -39,7 +39,7 @@ cv::Mat noisy(const cv::Mat& image, int seed, double noise_grey) {
   return result;
 }
 
-/// The picture turned and shifted, with noise of its own.
+/// The picture rotated and shifted, with its own noise.
 cv::Mat moved(const cv::Mat& image, double dx, double dy, double turn_rad = 0, int seed = 1,
               double noise_grey = 2) {
   const double c = std::cos(turn_rad), s = std::sin(turn_rad);
@@ -116,7 +116,7 @@ TEST(Motion, ACornerOfTheClothThatMovesAloneIsSeen) {
   EXPECT_NEAR(motion_between(first, second).largest_px(), 0.5, 0.06);
 }
 
-/// A corner that swings out of reach is no tenth of the blocks, and noise is no motion.
+/// A corner that swings out of range covers less than a tenth of the blocks; noise is not motion.
 TEST(Motion, ACornerThatSwingsFarIsSeenAndNoiseIsNot) {
   for (const char* set : {"drape_A", "drape_C"}) {
     for (const double noise : {0.0, 2.0, 4.0, 7.0}) {
@@ -138,8 +138,8 @@ TEST(Motion, ACornerThatSwingsFarIsSeenAndNoiseIsNot) {
     }
 }
 
-/// A scene with noise of the read-out and of the light's photons, whose variance is in proportion
-/// to the grey level.
+/// A picture of a scene with read-out noise and photon noise, whose variance is proportional to the
+/// grey level.
 cv::Mat taken(const cv::Mat& scene, int seed, double read_grey, double variance_per_grey) {
   cv::Mat grey, sd, noise(scene.size(), CV_32F), result;
   scene.convertTo(grey, CV_32F);
@@ -161,7 +161,7 @@ cv::Mat waves(cv::Size size, double mean_grey, double amplitude_grey, double per
   return scene;
 }
 
-/// A few bright blocks of faint weave on a dark bench: their noise is not that of the others.
+/// A few bright blocks of faint weave on a dark bench: their noise differs from that of the others.
 TEST(Motion, NoiseThatGrowsWithTheLightIsNoMotion) {
   cv::Mat scene(480, 640, CV_32F), cells(80, 107, CV_8U);
   cv::RNG random(5);
@@ -186,7 +186,7 @@ TEST(Motion, NoiseThatGrowsWithTheLightIsNoMotion) {
   EXPECT_TRUE(motion_between(still, taken(swung, 2, 0.7, 0.05)).is_lost());
 }
 
-/// A reference that noise hides is refused itself, and not every set that is compared with it.
+/// A reference hidden by noise is refused itself, instead of every set compared with it.
 TEST(Motion, AReferenceIsAcceptedOnlyWhereItIsFoundAgain) {
   int accepted = 0;
   for (const double amplitude_grey : {0.1, 0.5, 0.7, 0.8, 0.9, 1.0, 1.5, 3.0}) {
@@ -213,7 +213,7 @@ TEST(Motion, ACameraThatMovedIsSeenByTheTableBehindTheCloth) {
     const auto shifted = empty.shift_px(view(moved(drape, 0.9, -1.2)));
     ASSERT_TRUE(shifted);
     EXPECT_NEAR(*shifted, 1.5, 0.25) << camera;
-    // A turn of 2 mrad about the axis: 1 px at half the distance to the corners.
+    // A rotation by 2 mrad about the axis: 1 px at half the distance to the corners.
     const auto turned = empty.shift_px(view(moved(drape, 0, 0, 2e-3)));
     ASSERT_TRUE(turned);
     EXPECT_GT(*turned, StillOptions{}.largest_shift_px) << camera;
@@ -222,7 +222,7 @@ TEST(Motion, ACameraThatMovedIsSeenByTheTableBehindTheCloth) {
   }
 }
 
-/// The farther a camera was knocked, the less it may pass: found near the truth, or nowhere.
+/// A camera knocked by any distance must not pass: it is found near the truth or not at all.
 TEST(Motion, ACameraKnockedByAnyDistanceIsNeverInItsPlace) {
   const Background empty(view(frame("empty", 0)));
   const cv::Mat drape = frame("drape_A", 0);
@@ -238,7 +238,7 @@ TEST(Motion, ACameraKnockedByAnyDistanceIsNeverInItsPlace) {
   EXPECT_FALSE(empty.shift_px(view(frame("drape_A", 1)))) << "another camera's picture";
 }
 
-/// Cloths and targets cover up to three quarters of bench1's pictures, and nine tenths here.
+/// Cloths and targets cover up to three quarters of bench1's pictures; here up to nine tenths.
 TEST(Motion, WhatIsLeftOfTheTableTellsThatTheCameraIsInPlace) {
   for (int camera = 0; camera < 3; ++camera) {
     const Background empty(view(frame("empty", camera)));

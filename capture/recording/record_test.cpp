@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Storing of a capture's sets, from frames that need no camera.
+// Storing the sets of a capture, from frames that need no camera.
 #include "capture/recording/record.hpp"
 
 #include <gmock/gmock.h>
@@ -21,7 +21,7 @@ namespace fs = std::filesystem;
 
 constexpr int kBoardWidth_px = 320, kBoardHeight_px = 240;
 
-/// Two cameras, whose frames are a board of bright and dark fields.
+/// Two cameras whose frames show a board of bright and dark fields.
 class Record : public testing::Test {
  protected:
   Record() {
@@ -39,7 +39,7 @@ class Record : public testing::Test {
     options_.format = FrameFormat::pgm;
   }
 
-  /// The cloth `shift_px` to the right.
+  /// A set with the cloth shifted by `shift_px` to the right.
   [[nodiscard]] static LiveSet set_of(int shift_px = 0) {
     LiveSet set{1e-3, {}, {}, {}};
     for (std::size_t c = 0; c < 2; ++c) {
@@ -57,7 +57,7 @@ class Record : public testing::Test {
 
   [[nodiscard]] Journal open() const { return Journal(options_.folder, options_.recorded_on); }
 
-  /// Adds sets whose cloth is shifted; they are not published.
+  /// Adds sets with shifted cloth, without publishing them.
   RecordResult add(Journal& journal, const std::vector<int>& shifts_px, bool finishes = true) {
     Recorder recorder(cameras_, options_, journal);
     for (const int shift_px : shifts_px) recorder.add(set_of(shift_px), report_);
@@ -102,7 +102,7 @@ TEST_F(Record, NoNameOfASetMakesTheRecordingUnreadable) {
   EXPECT_TRUE(verify_recording(options_.folder, {}).good());
 }
 
-/// Behind the longest name stands the number of a frame, or of a take.
+/// The longest name is followed by the number of a frame or of a take.
 TEST_F(Record, TheLongestNameHasRoomForABurstAndARetake) {
   const std::string longest(185, 'x');
   options_.frames = 1000;
@@ -131,7 +131,7 @@ TEST_F(Record, AKilledBurstOfMovingClothIsNoGoFromItsFirstSet) {
   {
     Journal journal = open();
     add(journal, {0, 0, 0, 2}, false);
-  }  // without finish() and publish(), as SIGKILL leaves it
+  }  // without finish() and publish(), as after SIGKILL
   store("z");
   const Recording recording = read_recording(options_.folder);
   ASSERT_EQ(recording.sets.size(), 5U);
@@ -142,14 +142,14 @@ TEST_F(Record, AKilledBurstOfMovingClothIsNoGoFromItsFirstSet) {
   EXPECT_FALSE(recording.set("z").no_go);
 }
 
-/// To make room, a person removed one that no manifest listed yet.
+/// To make room, someone removed a set that no manifest listed yet.
 TEST_F(Record, SetsOfAKilledCaptureWhoseImagesAreGoneAreLeftOutAndNamed) {
   options_.set = "q";
   options_.frames = 4;
   {
     Journal journal = open();
     add(journal, {0, 0, 0, 0}, false);
-  }  // as SIGKILL leaves it
+  }  // as after SIGKILL
   const Error error = test::error_of([&] { return verify_recording(options_.folder, {}); });
   EXPECT_THAT(error.what(), HasSubstr("4 sets of a capture that goes on, or was ended"));
   fs::remove_all(options_.folder / "q_000");
@@ -166,7 +166,7 @@ TEST_F(Record, SetsOfAKilledCaptureWhoseImagesAreGoneAreLeftOutAndNamed) {
   EXPECT_EQ(report.faults[0].file, "q_002/cam1.pgm");
 }
 
-/// Killed after both folders have their names, before the manifest says so.
+/// Killed after both folders are renamed, before the manifest is written.
 TEST_F(Record, ARetakeThatWasNotPublishedIsAdoptedUnderItsName) {
   store("a");
   for (const bool replaced : {true, false}) {
@@ -186,7 +186,7 @@ TEST_F(Record, ARetakeThatWasNotPublishedIsAdoptedUnderItsName) {
   }
 }
 
-/// The journal of a whole retake, cut off anywhere: before a folder has its name, or after.
+/// The journal of a complete retake, cut off at any point, before or after a folder is renamed.
 TEST_F(Record, ARetakeThatIsKilledAnywhereEndsUnderItsName) {
   store("a");
   options_.retake = true;
@@ -214,7 +214,7 @@ TEST_F(Record, ARetakeThatIsKilledAnywhereEndsUnderItsName) {
     const VerifyReport report = verify_recording(folder, {});
     EXPECT_TRUE(report.good() && report.not_listed.empty()) << end;
   }
-  // recording.json is written, and the journal still there.
+  // recording.json is written and the journal still exists.
   copy(after, folder);
   { const Journal journal = open(); }
   write_durable(journal_file, lines);
@@ -226,7 +226,7 @@ TEST_F(Record, ARetakeThatIsKilledAnywhereEndsUnderItsName) {
   EXPECT_TRUE(verify_recording(folder, {}).good());
 }
 
-/// However a session ends after it.
+/// Holds however a session ends afterwards.
 TEST_F(Record, ASetThatIsPublishedLeavesNeitherAJournalNorTheRecordBefore) {
   store("a");
   const fs::path record = options_.folder / "recording.run.json";

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Is the cloth still, is the camera in its place: bench1 as frames of emulated cameras would be.
+// Tests whether cloth and cameras are still, with bench1 as frames of emulated cameras.
 #include "capture/recording/still.hpp"
 
 #include <fmt/format.h>
@@ -28,7 +28,7 @@ namespace fs = std::filesystem;
 
 constexpr int kCameras = 3;
 
-/// A burst of two sets of bench1's drape_A, 0.1 s apart, spread 2 ms; the second one shifted.
+/// A burst of two sets of bench1's drape_A, 0.1 s apart, spread 2 ms, the second one shifted.
 class Still : public testing::Test {
  protected:
   Still() {
@@ -122,7 +122,7 @@ TEST_F(Still, AMovingClothIsNamedWithItsSpeedAndNeverAveraged) {
   const StillReport still = look_still(live_, cameras_, options_.still);
   EXPECT_TRUE(still.cloth_moved);
   EXPECT_NEAR(still.motion_px.value(), 0.5, 0.05);
-  // Truth: pixels per metre at the world's origin.
+  // true pixels per metre at the world's origin
   double largest_mm_per_px = 0;
   for (const Camera& camera : test::bench1_truth().cameras) {
     const auto p = project(camera.model, camera.cam_from_world * Eigen::Vector3d::Zero());
@@ -156,7 +156,7 @@ TEST_F(Still, ACalibrationThatIsNoGoGivesNoSpeed) {
   EXPECT_EQ(still.calibration_no_go, "cam1 misses by 3 px");
 }
 
-/// Farther than blocks of the full picture are followed: right to a tenth, or absent.
+/// Motion beyond the search range of full-size blocks is either correct to a tenth or absent.
 TEST_F(Still, AClothThatMovedFarIsNeverCalledStill) {
   for (const double shift_px : {6.0, 25.0, 40.0, 90.0}) {
     live_ = {};
@@ -200,8 +200,8 @@ TEST_F(Still, AMovedCameraIsNamedAndItsSetNotStored) {
   EXPECT_FALSE(stored.still.motion_px) << "one set tells nothing of the cloth";
 }
 
-/// Knocked farther than its background can be followed: the figure of the others says nothing of
-/// it.
+/// If one camera is knocked too far for its background to be found, the figures of the others must
+/// not be blamed for it.
 TEST_F(Still, ACameraThatIsNotFoundAgainIsRefusedAlone) {
   for (const double shift_px : {16.0, 100.0, -400.0}) {
     live_.frames.clear();
@@ -233,7 +233,7 @@ TEST_F(Still, ExchangedCamerasAreRefused) {
   EXPECT_EQ(stored.refused[1].camera, "cam1");
 }
 
-/// A reference that cannot tell whether a camera moved is no reference.
+/// A reference that cannot show whether a camera moved is not usable.
 TEST_F(Still, AReferenceOfAnotherRigIsBadInput) {
   const auto why = [&] {
     try {
@@ -265,7 +265,7 @@ TEST_F(Still, AReferenceOfAnotherRigIsBadInput) {
   EXPECT_THAT(why(), HasSubstr("no texture"));
 }
 
-/// Every frame is compared: it does not matter which one the cloth moved in.
+/// Every frame is compared, so it does not matter in which one the cloth moved.
 TEST_F(Still, AClothThatMovesLateOrForOneFrameOnlyHasMoved) {
   cameras_.reference.reset();
   constexpr int kFrames = 12;

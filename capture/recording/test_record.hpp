@@ -5,7 +5,7 @@
 
 namespace drape::capture {
 
-/// Stores every good set of a capture that has ended.
+/// Stores every good set of a finished capture.
 inline RecordResult record_live(const LiveResult& live, const CamerasFile& cameras,
                                 RecordOptions options) {
   options.frames = static_cast<int>(live.pairing.sets.size());

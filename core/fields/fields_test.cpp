@@ -35,7 +35,7 @@ struct Hole {
   std::optional<Eigen::Vector2d> at_m;
 };
 
-/// One of each kind of value.
+/// A record with one value of each kind.
 struct Thing {
   Document document;
   std::string name;
@@ -270,7 +270,7 @@ TEST(Fields, TheHashOfTheValuesForgetsSpelling) {
   EXPECT_NE(hash("a = \"1\"\n"), hash("a = 1\n"));
 }
 
-/// The message of a text that is refused before its values are looked at.
+/// Message of a text that is refused before its values are read.
 std::string refusal(const std::string& text, Syntax syntax) {
   return message_of([&] { static_cast<void>(Document("f", syntax, text)); });
 }
@@ -283,7 +283,7 @@ TEST(Document, RefusesTextsThatWouldBreakTheStack) {
   EXPECT_THAT(refusal("[" + dotted + "]\n", Syntax::toml), HasSubstr("a key of more"));
   EXPECT_THAT(refusal("x = " + std::string(200'000, '['), Syntax::toml), HasSubstr("not a TOML"));
   EXPECT_THAT(refusal(std::string(200'000, '['), Syntax::json), HasSubstr("nested deeper"));
-  // Dots of texts, comments and numbers are no parts of keys.
+  // Dots within strings, comments and numbers do not separate keys.
   const std::string dots(100, '.');
   EXPECT_EQ(Document("f", Syntax::toml,
                      "a = \"" + dots + "\" # " + dots + "\nb = '''\n" + dots + "'''\nc = [" +
@@ -307,7 +307,7 @@ TEST(Document, RefusesWhatIsNoTextOfItsSyntax) {
   EXPECT_THAT(faults_of("[1]", Syntax::json), HasSubstr("an object is expected"));
 }
 
-/// From each range that toml++'s table of spaces leaves open.
+/// One letter from each range that toml++'s table of spaces does not cover.
 TEST(Document, RefusesLettersOutsideTextsAndKeepsThemInside) {
   for (const std::string letter : {"\u00e9", "\u0449", "\u2c60", "\u3042", "\ufb50"}) {
     for (const std::string& text :
@@ -360,7 +360,7 @@ void fields(Fields& f, Options& o) {
   f.otherwise({"place_mm", "x and y", mm}, o.place_m);
 }
 
-/// Words of a command line; the exit code where it does not go on, and the message.
+/// Parses the words of a command line; returns the exit code if it ends there, and the message.
 std::string parse(std::vector<std::string> words, Options& options) {
   Command app("A program.", "program");
   app.add_record(options);

@@ -21,7 +21,7 @@ class CsvFile : public testing::Test {
     write_durable(file(), text);
     return read_csv(file(), kHeaders);
   }
-  /// Where the refusal of this text points to.
+  /// Location given in the refusal of this text.
   [[nodiscard]] Where refusal(const std::string& text) const {
     try {
       static_cast<void>(read(text));
@@ -55,7 +55,7 @@ TEST_F(CsvFile, NamesLineAndColumnOfACellThatIsNoNumber) {
   EXPECT_EQ(refusal("strain,force_gf_per_cm\n0,nan\n").field, "force_gf_per_cm");
 }
 
-/// A spreadsheet's "CSV UTF-8" starts with a byte order mark, which is no part of name or comment.
+/// A spreadsheet's "CSV UTF-8" starts with a byte order mark, which is not part of the text.
 TEST_F(CsvFile, ReadsWhatASpreadsheetWritesAndNamesWhatIsNoCsv) {
   const std::string table = "strain,force_gf_per_cm\n0,0\n1,2\n", mark = "\xef\xbb\xbf";
   EXPECT_THAT(read(mark + table).columns.at(1), ElementsAre(0.0, 2.0));

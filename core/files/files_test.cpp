@@ -15,7 +15,7 @@ namespace {
 namespace fs = std::filesystem;
 
 TEST(Files, HashesAreTheStandards) {
-  // FIPS 180-2, appendix B.1, and the hash of nothing.
+  // FIPS 180-2, appendix B.1, and the hash of an empty text.
   EXPECT_EQ(sha256_of(std::string_view("abc")),
             "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad");
   EXPECT_EQ(sha256_of(std::string_view("")),
@@ -52,7 +52,7 @@ TEST(Files, OnlyAFileIsReadAndReplaced) {
   ASSERT_EQ(::mkfifo(pipe.c_str(), 0600), 0);
   write_durable(folder.path() / "kept.txt", "kept");
   fs::create_symlink(folder.path() / "kept.txt", link);
-  EXPECT_THROW(static_cast<void>(read_text(pipe)), Error);  // and does not wait
+  EXPECT_THROW(static_cast<void>(read_text(pipe)), Error);  // without waiting
   EXPECT_THROW(static_cast<void>(read_text(folder.path())), Error);
   for (const fs::path& place : {pipe, link, folder.path(), fs::path("/dev/null")})
     EXPECT_THROW(write_durable(place, "x"), Error) << place;
@@ -135,7 +135,7 @@ TEST(Files, AKeyThatStandsTwiceInAnObjectOfJsonIsNamedWithItsFile) {
   }
 }
 
-/// As a piece's where a sheet's is read: its own program would make the same again.
+/// For example that of a piece instead of a sheet: its own program would write the same again.
 TEST(Files, JsonOfAnotherKindIsNotToBeMadeAgain) {
   const test::TemporaryFolder folder;
   const std::filesystem::path file = folder.path() / "thing.json";

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Known answers of the geometry that several stages use.
+// Known answers of the geometry used by several stages.
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
@@ -54,7 +54,7 @@ TEST_F(Geometry, RigidMotionTakesPointsBackAndRefusesALine) {
     EXPECT_LT((found->rotation - turn).norm(), 1e-12);
     EXPECT_LT((found->translation_m - shift).norm(), 1e-12);
     EXPECT_LT((nearest_rotation(1.3 * turn) - turn).norm(), 1e-12);
-    // A mirror image is met as well as a rotation can, and stays one.
+    // A mirror image is fitted by the best rotation and remains a mirror image.
     const auto mirrored = rigid_motion(from, Vector3d(1, 1, -1).asDiagonal() * from);
     ASSERT_TRUE(mirrored);
     EXPECT_NEAR(mirrored->rotation.determinant(), 1, 1e-12);
@@ -98,7 +98,7 @@ TEST_F(Geometry, TreeFindsWhatTryingEveryTriangleFinds) {
     const Vector3d at = vector(1);
     triangles.push_back({at, at + vector(0.2), at + vector(0.2)});
   }
-  triangles.push_back({Vector3d::Zero(), Vector3d::Zero(), Vector3d::Ones()});  // without area
+  triangles.push_back({Vector3d::Zero(), Vector3d::Zero(), Vector3d::Ones()});  // degenerate
   const TriangleTree tree(triangles);
   for (int i = 0; i < 500; ++i) {
     const Vector3d point = vector(1.5);

@@ -23,7 +23,7 @@ void fields(Fields& f, Given& given) {
   f.otherwise({"starts", "random starts", 1, 1, 99}, given.starts);
 }
 
-/// Exit code of the command line; -1: it goes on.
+/// Exit code of the command line; -1 if it continues.
 int parse(Command& app, std::vector<std::string> words) {
   words.insert(words.begin(), "program");
   std::vector<char*> arguments;
@@ -32,7 +32,7 @@ int parse(Command& app, std::vector<std::string> words) {
   return app.parse(static_cast<int>(arguments.size()), arguments.data());
 }
 
-/// The same of a program with an option that takes fractions and one that does not.
+/// The same for a program with one option that takes fractions and one that does not.
 int parse(const std::vector<std::string>& words, Given& given) {
   Command app("A program.", "program");
   app.add_record(given);
@@ -52,7 +52,7 @@ TEST(Command, ARangeWithWholeLimitsTakesFractionsOfWhatIsNotCounted) {
                                              {"--starts", "100"},
                                              {"--part-percent", "nan"},
                                              {"--part-percent", "inf"},
-                                             {"--starts", "011"},  // eights, or eleven?
+                                             {"--starts", "011"},  // octal or decimal?
                                              {"--starts", "0x11"},
                                              {"--starts", "0"}})
     EXPECT_THAT([&] { static_cast<void>(parse(wrong, given)); },
@@ -74,7 +74,7 @@ void fields(Fields& f, ImportWords& words) {
   f.otherwise(Field{"folder", "folder to read"}.called("FOLDER"), words.folder);
 }
 
-/// Exit code of a program with an own option and argument, and a subcommand; -1: it goes on.
+/// Exit code of a program with its own option and argument, and a subcommand; -1 if it continues.
 int parse_with_subcommand(const std::vector<std::string>& words) {
   Command app("A program.", "program");
   CommonOptions common;

@@ -13,7 +13,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// A step that read `in.txt` and wrote `out.json`, as the running program.
+/// A step of the running program that read `in.txt` and wrote `out.json`.
 class RunRecords : public testing::Test {
  protected:
   RunRecords() {
@@ -134,7 +134,7 @@ TEST_F(RunRecords, APictureOfAnotherSetChangesNothingThatWasRead) {
   EXPECT_FALSE(up_to_date(arguments_));
 }
 
-/// Else it is found out when all is computed.
+/// Otherwise the failure would appear only after everything is computed.
 TEST_F(RunRecords, RefuseAnOutputThatCannotBeWrittenBeforeAnythingIsDone) {
   const fs::path link = folder_.path() / "link.json";
   fs::create_symlink(in_, link);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Distributions against published tables; quantiles against R's type 7.
+// Compares distributions with published tables, and quantiles with R's type 7.
 #include <gtest/gtest.h>
 
 #include <array>
@@ -22,7 +22,7 @@ TEST(Distributions, EqualPublishedTables) {
   EXPECT_NEAR(f_tail(4.9646027437, 1, 10), 0.05, 1e-9);
   EXPECT_NEAR(f_tail(2.9782370160, 10, 10), 0.05, 1e-9);
   EXPECT_NEAR(f_tail(3.3258, 5, 10), 0.05, 1e-5);
-  EXPECT_NEAR(f_tail(6.6349, 1, 1e7), 0.01, 1e-5);  // chi-square of one degree
+  EXPECT_NEAR(f_tail(6.6349, 1, 1e7), 0.01, 1e-5);  // chi-square with one degree
   EXPECT_NEAR(f_tail(1, 7, 7), 0.5, 1e-12);
   EXPECT_EQ(f_tail(0, 3, 4), 1);
   EXPECT_LT(f_tail(1e6, 6, 60), 1e-100);

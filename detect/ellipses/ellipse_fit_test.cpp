@@ -29,7 +29,7 @@ const DarkMap nothing_else{64, 64, {}, std::vector<std::size_t>(65, 0)};
 struct Outcome {
   double rms_px = 0;  // per axis
   double bias_px = 0;
-  double nees = 0;  // per axis, 1 for an honest covariance
+  double nees = 0;  // per axis, 1 if the covariance is right
   int converged = 0;
 };
 
@@ -57,8 +57,8 @@ Outcome trials(SyntheticDot dot, int count, double noise_slope = 0) {
   return outcome;
 }
 
-/// Cramer-Rao bound of a round dot's centre with a flat background of unknown level:
-/// sigma_noise / contrast * sqrt(2 s / (sqrt(pi) r)), s the edge's Gaussian sigma with the pixel.
+/// Cramer-Rao bound of a round dot's centre with a flat background of unknown level: sigma_noise /
+/// contrast * sqrt(2 s / (sqrt(pi) r)), where s is the edge's Gaussian sigma including the pixel.
 double bound_px(const SyntheticDot& dot) {
   const double s = std::sqrt(dot.lens_blur_px * dot.lens_blur_px + 1.0 / 12);
   const double r = std::sqrt(dot.shape_px2(0, 0));
@@ -66,8 +66,8 @@ double bound_px(const SyntheticDot& dot) {
   return noise / dot.contrast * std::sqrt(2 * s / (std::sqrt(std::numbers::pi) * r));
 }
 
-/// A quiet sensor of 12 bits in dim light: what rounding to 8 would cost is gained. (In full
-/// contrast the model's own 0.002 px hide it.)
+/// A low-noise sensor of 12 bits in dim light: accuracy lost by rounding to 8 bits is gained. (At
+/// full contrast the model error of 0.002 px hides it.)
 TEST(EllipseFit, ADeepPictureIsAsGoodAsItsNoise) {
   SyntheticDot dot;
   dot.noise = 0.15;
@@ -84,8 +84,8 @@ TEST(EllipseFit, ADeepPictureIsAsGoodAsItsNoise) {
   EXPECT_LT(deep.rms_px, plain.rms_px);
 }
 
-/// Cramer-Rao bound of the centre (rms per axis) for the whole model, light slopes and shape as
-/// nuisance: the inverse of the information that white noise leaves over the patch.
+/// Cramer-Rao bound of the centre (RMS per axis) for the whole model, with light slopes and shape
+/// as nuisance parameters: inverse of the information in the patch under white noise.
 double cramer_rao_px(const SyntheticDot& dot) {
   using Model = BlurredEllipse;
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> eigen(dot.shape_px2);
@@ -105,7 +105,7 @@ double cramer_rao_px(const SyntheticDot& dot) {
 
 TEST(EllipseFit, TableAgainstTheCramerRaoBound) {
   const int count = trial_count(80, 1000);
-  // The rms of 2 n axis samples scatters by 1 / sqrt(4 n); three of that is luck.
+  // The RMS of 2 n axis samples scatters by 1 / sqrt(4 n); three times that is allowed.
   const double luck = 1 + 3 / std::sqrt(4.0 * count);
   std::cout << "dot px, minor/major, contrast: bound px, rms px, ratio, NEES/2\n";
   for (const double diameter : {8.0, 12.0, 18.0, 30.0}) {
@@ -123,7 +123,7 @@ TEST(EllipseFit, TableAgainstTheCramerRaoBound) {
         EXPECT_EQ(outcome.converged, count);
         EXPECT_LE(outcome.rms_px, 1.10 * luck * bound) << diameter << " px, ratio " << ratio;
         if (ratio == 1) {
-          // The closed form spends nothing on the light's slope.
+          // The closed form does not include estimating the slope of the light.
           EXPECT_LT(outcome.rms_px, 1.15 * luck * bound_px(dot)) << diameter;
           EXPECT_GT(outcome.rms_px, 0.85 / luck * bound_px(dot)) << diameter;
         }
@@ -225,7 +225,7 @@ TEST(EllipseFit, AHiddenPartShowsAsOneSided) {
   };
   const DotFit good = fit(whole), bad = fit(cut);
   ASSERT_TRUE(good.converged);
-  // 99.9 % of a chi-square with 2 degrees of freedom, the largest of 8 sectors.
+  // 99.9 % quantile of the largest of 8 chi-squares with 2 degrees of freedom.
   EXPECT_LT(good.one_sided, 18);
   ASSERT_TRUE(bad.converged);
   EXPECT_GT(bad.one_sided, 100);

@@ -52,7 +52,7 @@ TEST(DecodeImage, ReadsGreyColourAndSixteenBit) {
   EXPECT_NEAR(image.level(0, 0), 1000 * 255.0 / 65535, 1e-4);
 }
 
-/// The same JPEG with an EXIF orientation, as a telephone writes it.
+/// The same JPEG with an EXIF orientation, as phones write it.
 std::vector<unsigned char> with_orientation(std::vector<unsigned char> jpeg, unsigned char turn) {
   const std::vector<unsigned char> exif = {
       0xFF, 0xE1, 0, 34, 'E', 'x', 'i', 'f', 0, 0,           // APP1
@@ -63,8 +63,8 @@ std::vector<unsigned char> with_orientation(std::vector<unsigned char> jpeg, uns
   return jpeg;
 }
 
-// A lens is calibrated in the sensor's pixels, however the camera was held and whatever it wrote
-// about that into one picture or another.
+// A lens is calibrated in the sensor's pixels, so the orientation that a camera writes into its
+// pictures must not rotate them.
 TEST(DecodeImage, KeepsTheSensorsPixelsWhateverTurnExifAsksFor) {
   cv::Mat grey(16, 24, CV_8U, cv::Scalar(40));
   grey(cv::Rect(0, 0, 8, 8)).setTo(220);
@@ -72,7 +72,7 @@ TEST(DecodeImage, KeepsTheSensorsPixelsWhateverTurnExifAsksFor) {
   const std::vector<std::uint8_t> expected = decode_image(plain, 24, 16, kWhere).bytes;
   for (unsigned char turn = 2; turn <= 8; ++turn) {
     const std::vector<unsigned char> turned = with_orientation(plain, turn);
-    // The picture does ask for a turn: who does not ignore it sees another one.
+    // The picture does request a rotation: a reader that obeys it sees another picture.
     const cv::Mat obeyed = cv::imdecode(turned, cv::IMREAD_GRAYSCALE);
     EXPECT_TRUE(obeyed.rows != 16 || obeyed.at<std::uint8_t>(2, 2) < 100) << int{turn};
     EXPECT_EQ(decode_image(turned, 24, 16, kWhere).bytes, expected) << int{turn};
@@ -90,7 +90,7 @@ TEST(DecodeImage, RefusesWhatIsNoImageOfTheCamera) {
   EXPECT_THAT(complaint(encoded(real, ".tiff"), 8, 6), HasSubstr("neither 8 nor 16 bit"));
 }
 
-/// The decoder gives the first page and says nothing.
+/// The decoder would return the first page without an error.
 TEST(DecodeImage, RefusesATiffOfSeveralPages) {
   const cv::Mat first(6, 8, CV_8U, cv::Scalar(77)), second(6, 8, CV_8U, cv::Scalar(200));
   const TemporaryFolder folder;
@@ -100,7 +100,7 @@ TEST(DecodeImage, RefusesATiffOfSeveralPages) {
   };
   EXPECT_EQ(complaint(pages({first}), 8, 6), "");
   EXPECT_THAT(complaint(pages({first, second}), 8, 6), HasSubstr("the TIFF has several pages"));
-  // A BigTIFF: its directory at 16, without entries, names another at 99.
+  // A BigTIFF: its directory at 16 has no entries and refers to another at 99.
   std::vector<unsigned char> big(40);
   for (const auto& [at, byte] : {std::pair(0, 'I'), {1, 'I'}, {2, 43}, {4, 8}, {8, 16}, {24, 99}})
     big[at] = static_cast<unsigned char>(byte);
@@ -108,7 +108,7 @@ TEST(DecodeImage, RefusesATiffOfSeveralPages) {
 }
 
 TEST(DecodeImage, NeverCrashesOnSpoiltBytes) {
-  // Reliability R5: whatever the bytes, an image of the asked size or one Error.
+  // Any bytes must give an image of the requested size or one Error.
   const auto good = read_bytes(source_root() / "rigs/bench1/recording/drape_A/cam0.png");
   std::mt19937 random(11);
   int refused = 0;
@@ -142,7 +142,7 @@ TEST(Noise, IsReadFromTheFrameWithItsDependenceOnBrightness) {
   }
   const NoiseModel noise = estimate_noise(image);
   for (const double level : {40.0, 128.0, 200.0}) {
-    // Rounding adds 1/12; medians of some thousand samples per band are good to 3 % in sigma.
+    // Rounding adds 1/12; medians of some thousand samples per band have 3 % error in sigma.
     EXPECT_NEAR(noise.sigma(level), std::sqrt(1 + level / 50 + 1.0 / 12),
                 0.08 * noise.sigma(level));
   }

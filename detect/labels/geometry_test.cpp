@@ -65,7 +65,7 @@ TEST(LocalMap, StepErrorIsZeroForConstantCurvatureAndOneForTheNextButOne) {
   EXPECT_GT(step_error(map_at(0), map_at(0.04), {0.02, 0}), 0.4);
 }
 
-/// A square grid of dots of 3 px, 12 px apart, seen straight on at 3 px a millimetre.
+/// A square grid of dots of 3 px, 12 px apart, seen straight on at 3 px per mm.
 std::vector<UnlabelledDot> dot_grid(int per_side) {
   std::vector<UnlabelledDot> dots;
   for (int k = 0; k < per_side * per_side; ++k)
@@ -107,13 +107,13 @@ TEST(PrintPlane, ClothAndTargetHaveOneFrameWithTheRightHandedness) {
   const PrintPlane target = plane_of(read_target(rig.target_file));
   EXPECT_EQ(cloth.tags.size(), 50U);
   EXPECT_LT((cloth.point_m({0, 0}) - Eigen::Vector2d(0.01, 0.01)).norm(), 1e-12);
-  // Tag 1 lies in the cell right of (0, 2): x runs along the columns.
+  // Tag 1 is in the cell right of (0, 2): x increases along the columns.
   EXPECT_LT((cloth.tags.at(1) - Eigen::Vector2d(0.06, 0.02)).norm(), 1e-12);
   EXPECT_TRUE(cloth.has_tag_in_cell({0, 2}));
   EXPECT_FALSE(cloth.has_tag_in_cell({0, 1}));
   EXPECT_EQ(cloth.marks_around(1).size(), 4U);
   EXPECT_LT((target.point_m({0, 0}) - Eigen::Vector2d(-0.11, -0.08)).norm(), 1e-12);
-  // Upper left corner of a target's tag has the larger y, of a cloth's tag the smaller one.
+  // The upper left corner of a target's tag has the larger y, that of a cloth's tag the smaller.
   EXPECT_GT(target.tag_corners_m(400)[0].y(), target.tag_corners_m(400)[3].y());
   EXPECT_LT(cloth.tag_corners_m(1)[0].y(), cloth.tag_corners_m(1)[3].y());
 }

@@ -39,8 +39,8 @@ bool has_rasteriser() {
   return std::system("pdftoppm -v >/dev/null 2>&1") == 0;
 }
 
-/// The PDF as poppler draws it at 10 px/mm, as a camera might see it: no pure black or white, a
-/// lens's blur, noise.
+/// The PDF as drawn by poppler at 10 px/mm, as a camera might see it: no pure black or white,
+/// blurred by a lens, with noise.
 GreyImage seen(const Page& page) {
   const test::TemporaryFolder folder;
   write_durable(folder.path() / "page.pdf", pdf_of(page));
@@ -55,7 +55,7 @@ GreyImage seen(const Page& page) {
   return test::exposed(light, 0.8, 1.5, 4);
 }
 
-/// Every dot and tag found, each where the description puts it on the paper.
+/// Checks that every dot and tag is found where the description places it on the paper.
 template <class Sheet>
 void expect_exact(const PrintedPage& printed, const Sheet& sheet, const std::string& name) {
   const PrintPlane plane = plane_of(sheet);
@@ -71,7 +71,7 @@ void expect_exact(const PrintedPage& printed, const Sheet& sheet, const std::str
   double worst = 0, sum = 0;
   for (const Detection& d : found.detections) {
     const Eigen::Vector2d on_paper = printed.face_m + face_point(sheet, d.mark);
-    // The first pixel's centre is half a pixel from the paper's edge.
+    // The centre of the first pixel is half a pixel from the paper's edge.
     const Eigen::Vector2d measured = (d.centre_px.array() + 0.5).matrix() / kPxPerMm * mm;
     worst = std::max(worst, (measured - on_paper).norm() / mm);
     sum += (measured - on_paper).squaredNorm() / (mm * mm);
@@ -105,7 +105,7 @@ TEST(PrintedPage, HasItsNumbersInThePdfAndTheSvg) {
                          HasSubstr("<circle cx=\"10\" cy=\"10\" r=\"1.5\"/>"),
                          HasSubstr("<circle cx=\"200\" cy=\"200\" r=\"1.5\"/>")));
   EXPECT_EQ(pdf, pdf_of(page_of(print, Paper::automatic).page));
-  // The file's table of places must be right to the byte.
+  // The file's cross-reference table must be right to the byte.
   const std::size_t table = pdf.find("xref\n");
   EXPECT_THAT(pdf, HasSubstr(fmt::format("startxref\n{}\n", table)));
   for (int object = 1; object <= 6; ++object) {
@@ -114,7 +114,7 @@ TEST(PrintedPage, HasItsNumbersInThePdfAndTheSvg) {
   }
 }
 
-/// A window of 3 x 3 signs turned by a quarter.
+/// A window of 3 x 3 characters rotated by a quarter turn.
 std::string turned(const std::string& w) {
   return {w[6], w[3], w[0], w[7], w[4], w[1], w[8], w[5], w[2]};
 }
@@ -194,7 +194,7 @@ TEST(PrintedPage, RefusesByName) {
   crowded.tag_edge_m = 17 * mm;
   EXPECT_THAT(refusal([&] { return page_of(crowded, Paper::automatic); }),
               AllOf(HasSubstr("tags.edge_mm"), HasSubstr("nearest dot")));
-  // A margin smaller than a dot's radius, where the dots begin and where they end.
+  // The margin is smaller than a dot's radius, at the first and at the last dots.
   EXPECT_THAT(refusal([&] { return page_of(print_named("paper/print.toml"), Paper::automatic); }),
               AllOf(HasSubstr("margin_mm"), HasSubstr("across the edge")));
   Print cut = good;
@@ -209,7 +209,7 @@ TEST(PrintedPage, RefusesByName) {
               HasSubstr("no tag 100000"));
 }
 
-/// The plate's description lies beside its page and never takes the place of another file.
+/// The plate's description is beside its page and never replaces another file.
 TEST(ObjectTags, ReplaceOnlyWhatTheyWroteAndNothingWhenRefused) {
   const test::TemporaryFolder folder;
   const fs::path pdf = folder.path() / "plate.pdf", toml = folder.path() / "plate.toml";
@@ -230,7 +230,7 @@ TEST(ObjectTags, ReplaceOnlyWhatTheyWroteAndNothingWhenRefused) {
   EXPECT_EQ(ends("--first-id 585"), 3);  // the family ends at 586
   EXPECT_EQ(read_text(toml), first);
   EXPECT_EQ(read_text(folder.path() / "plate.run.json"), record);
-  EXPECT_EQ(ends("--size-mm 60"), 0);  // its own plate is made again
+  EXPECT_EQ(ends("--size-mm 60"), 0);  // its own plate is written again
   EXPECT_EQ(read_target(toml).rows, 4);
   write_durable(toml, read_text(toml) + "# measured: 59.2 mm\n");
   EXPECT_EQ(ends(""), 3);

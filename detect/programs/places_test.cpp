@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Where drape-detect is asked to write what it cannot, it says so before it looks at a frame.
+// drape-detect refuses unwritable output before reading a frame.
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 
@@ -29,7 +29,7 @@ TEST(Places, AreRefusedBeforeAFrameIsLookedAt) {
                                 out.string(),
                                 overlay.empty() ? "" : " --overlay " + overlay.string()));
   };
-  // The pictures are not there, so whoever looks at them first names them.
+  // The pictures do not exist, so the message that names one shows that it was read first.
   EXPECT_THAT(run(good, {}).text, HasSubstr("drape_A/cam0.png"));
   EXPECT_THAT(run(folder.path() / "folder.json", {}).text, HasSubstr("a folder, link or device"));
   EXPECT_THAT(run(file / "out.json", {}).text, HasSubstr("a.txt"));

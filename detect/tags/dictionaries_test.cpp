@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Markers of OpenCV's own dictionaries, against what OpenCV draws.
+// Markers of OpenCV's own dictionaries, compared with OpenCV's drawings.
 #include <gtest/gtest.h>
 
 #include <opencv2/aruco/charuco.hpp>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Real photographs with tags: the AprilTag project's test pictures and its own answers. The tags
-// are drawn at these corners, and looked for in the photographs too where they are at hand.
+// Real photographs with tags: test pictures of the AprilTag project with its own results. Tags are
+// drawn at these corners, and also searched for in the photographs if available.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -33,8 +33,8 @@ struct KnownTag {
   std::array<Eigen::Vector2d, 4> corners_px;
 };
 
-/// The corners in photograph `k`, those of the library without refined edges, lower left first and
-/// on against the clock, as the tag is read.
+/// The corners in photograph `k` as the library finds them without refining edges, from the lower
+/// left counter-clockwise, as the tag is read.
 std::vector<KnownTag> known_tags(std::size_t k) {
   const Csv file = read_csv(
       test_data("apriltag-photos") / "corners.csv",
@@ -50,7 +50,7 @@ std::vector<KnownTag> known_tags(std::size_t k) {
   return tags;
 }
 
-/// Black squares with their white modules, on grey with a white rim.
+/// Black squares with white modules, on grey with a white border.
 cv::Mat drawn(const std::vector<KnownTag>& tags, const TagFamily& family) {
   constexpr int kBlack = 30, kWhite = 220;
   const int modules = family.edge_modules();
@@ -74,7 +74,7 @@ cv::Mat drawn(const std::vector<KnownTag>& tags, const TagFamily& family) {
   return drawing.picture(0.5);
 }
 
-/// Largest distance between corners, in the best of four turns and two senses of numbering.
+/// Largest distance between corners, for the best of four rotations and two orders of numbering.
 double corner_distance(const KnownTag& known, const TagDetection& found) {
   double best = 1e9;
   for (const int sense : {1, 3}) {
@@ -104,8 +104,8 @@ void expect_all_found(TagFinder& finder, const cv::Mat& picture, const std::vect
   }
 }
 
-/// The published corners are those of the library without refined edges, as used here; in a drawing
-/// such an edge may lie half a pixel off, and so a corner by that along both of its edges.
+/// The published corners are from the library without refined edges, as used here. In a drawing
+/// such an edge can be half a pixel off, and a corner by that along both of its edges.
 TEST(TagPhotos, AllTagsOfThreePhotographsAndNoOther) {
   TagFinder finder("tag36h11");
   const TagFamily family("tag36h11");

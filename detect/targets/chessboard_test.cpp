@@ -27,7 +27,7 @@ Target board(int rows, int cols) {
   return target;
 }
 
-/// Picture of a board whose corner (row, col) lies at image_from_board (col, row, 1): dark between
+/// Picture of a board whose corner (row, col) is at image_from_board (col, row, 1): dark between
 /// the corners (0, 0) and (1, 1), sampled 8 x 8 per pixel, with noise of 2 grey levels.
 GreyImage picture_of(const Target& target, const Eigen::Matrix3d& image_from_board,
                      int width_px = 640, int height_px = 480) {
@@ -42,7 +42,7 @@ GreyImage picture_of(const Target& target, const Eigen::Matrix3d& image_from_boa
   return test::exposed(test::sampled(width_px, height_px, 8, level), 0, 2, 7);
 }
 
-/// Columns to the right and rows up, turned by `angle_deg`, with perspective.
+/// Columns to the right and rows up, rotated by `angle_deg`, with perspective.
 Eigen::Matrix3d view(double angle_deg, double pitch_px) {
   const double angle = angle_deg * std::acos(-1.0) / 180;
   Eigen::Matrix3d centred = Eigen::Matrix3d::Identity();
@@ -56,7 +56,7 @@ Eigen::Matrix3d view(double angle_deg, double pitch_px) {
   return scaled * tilted * centred;
 }
 
-/// In a picture of half the size, which OpenCV searches in a quarter of the time.
+/// The view in a picture of half the size, which OpenCV searches in a quarter of the time.
 Eigen::Matrix3d halved(const Eigen::Matrix3d& image_from_board) {
   return Eigen::Vector3d(0.5, 0.5, 1).asDiagonal() * image_from_board;
 }
@@ -88,7 +88,7 @@ TEST(Chessboard, CornersKeepTheirLabelsHoweverTheBoardIsTurned) {
     const Eigen::Matrix3d image_from_board = view(angle_deg, 36);
     const FrameDetections frame = detect_chessboard(picture_of(target, image_from_board), target);
     ASSERT_EQ(frame.detections.size(), 54U) << angle_deg;
-    // A wrong label is off by a square, 30 px or more.
+    // A wrong label is off by one square, 30 px or more.
     EXPECT_LT(rms_error_px(frame, image_from_board), 0.1) << angle_deg;
   }
 }
@@ -106,7 +106,7 @@ TEST(Chessboard, TheStatedUncertaintyIsThatOfTheErrors) {
     }
   }
   ASSERT_EQ(corners, 4 * 54);
-  // Mean of 216 values with unit mean, the scale itself known from some 80 differences a frame.
+  // Mean of 216 values with expectation 1; the scale is estimated from some 80 differences a frame.
   EXPECT_NEAR(sum / corners, 1, 0.5);
 }
 
@@ -118,7 +118,7 @@ Eigen::Matrix3d shifted(Eigen::Matrix3d image_from_board, double right_px, doubl
 
 TEST(Chessboard, ThePartOfACutOffBoardKeepsItsLabels) {
   const Target target = board(6, 9);
-  // Columns are cut off on either side, upright and upside down.
+  // Columns are cut off on both sides, upright and upside down.
   for (const double angle_deg : {0.0, 180.0}) {
     for (const double right_px : {250.0, -250.0}) {
       const Eigen::Matrix3d image_from_board = halved(shifted(view(angle_deg, 36), right_px, 0));
@@ -131,7 +131,7 @@ TEST(Chessboard, ThePartOfACutOffBoardKeepsItsLabels) {
   }
 }
 
-// The window of a corner at the picture's edge shrinks, and its stated uncertainty grows with that.
+// The window of a corner at the picture's edge shrinks, and its stated uncertainty grows.
 TEST(Chessboard, NoCornerIsLeftOutAtThePicturesEdge) {
   const Target target = board(6, 9);
   double sum = 0;
@@ -153,14 +153,14 @@ TEST(Chessboard, NoCornerIsLeftOutAtThePicturesEdge) {
     }
   }
   ASSERT_EQ(corners, 4 * 6);
-  // Mean of 48 values with unit mean: 3 standard deviations, the scale itself known to a sixth.
+  // Mean of 48 values with expectation 1: 3 standard deviations, the scale known to a sixth.
   EXPECT_LT(sum / corners, 1.8);
   EXPECT_GT(sum / corners, 0.4);
 }
 
 TEST(Chessboard, APartWhosePlaceIsInDoubtIsRefusedByName) {
   const Target target = board(6, 9);
-  // Neither end of the columns is seen.
+  // Neither end of the columns is visible.
   const FrameDetections frame =
       detect_chessboard(small_picture_of(target, halved(view(0, 100))), target);
   EXPECT_TRUE(frame.detections.empty());
@@ -168,7 +168,7 @@ TEST(Chessboard, APartWhosePlaceIsInDoubtIsRefusedByName) {
   EXPECT_THAT(frame.rejections[0].reason, testing::HasSubstr("no part of it whose place"));
 }
 
-// Whoever counts squares states one row and one column too many.
+// Counting squares instead of corners gives one row and one column too many.
 TEST(Chessboard, SquaresCountedForCornersAreNamed) {
   const int cases = test::trial_count(4, 200);
   std::mt19937 random(11);
@@ -216,7 +216,7 @@ TEST(Chessboard, NoBoardIsSeenInNoise) {
 TEST(Chessboard, PicturesOfTwoMegapixelsWithoutABoardTakeBelowTwoSeconds) {
   cv::setNumThreads(1);
   std::mt19937 random(3);
-  // A dark picture with noise, and blocks of noise, on which the quadrangles' finder is slowest.
+  // A dark picture with noise, and blocks of noise, on which the search for quadrangles is slowest.
   for (const auto& [block_px, mean, spread] :
        {std::tuple(1, 8, 5), std::tuple(1, 128, 60), std::tuple(4, 128, 120)}) {
     GreyImage image{1600, 1200, std::vector<std::uint8_t>(1600 * 1200), {}};

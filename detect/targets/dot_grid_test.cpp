@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Plain dot grids, without tags: the dots of six photographs of an 8 x 10 grid (BoofCV-Data, CC BY
-// 4.0) drawn as they were measured, and the photographs where they are at hand.
+// Plain dot grids without tags: the dots of six photographs of an 8 x 10 grid (BoofCV-Data, CC BY
+// 4.0), drawn as measured, and the photographs themselves if available.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -34,7 +34,7 @@ using ::testing::HasSubstr;
 
 constexpr int photos = 6;
 
-/// A rig and a recording of the photographs, as somebody with such a target would make them.
+/// A rig and a recording of the photographs, as a user of such a target would make them.
 class GridBench {
  public:
   explicit GridBench(const std::vector<fs::path>& pictures) {
@@ -65,7 +65,7 @@ class GridBench {
   TemporaryFolder folder_;
 };
 
-/// Largest distance from the projective map through all dots, in pitches: a wrong index is one off.
+/// Largest distance from the projective map through all dots, in pitches; a wrong index gives one.
 double worst_in_pitches(const std::vector<Detection>& dots) {
   std::vector<Eigen::Vector2d> places, seen;
   for (const Detection& dot : dots) {
@@ -81,7 +81,7 @@ double worst_in_pitches(const std::vector<Detection>& dots) {
   return worst;
 }
 
-/// The picture with one dot gone: its ellipse and the blur around it get the light beside it.
+/// Paints out a dot: its ellipse and the blur around it get the grey level next to it.
 void paint_out(const Detection& dot, GreyImage& image) {
   cv::Mat picture = view_of(image);
   const auto ellipse = [&](double more_px) {
@@ -112,8 +112,8 @@ std::set<MarkId> random_marks(unsigned seed, std::size_t count) {
   return marks;
 }
 
-/// The dots of photograph `k` as they were measured in it (tests/data/dot-grid-photos), drawn dark
-/// on grey: for where the photographs are not.
+/// The dots of photograph `k` as measured in it (tests/data/dot-grid-photos), drawn dark on grey,
+/// for use without the photographs.
 cv::Mat drawn(int k) {
   Drawing drawing(640, 480, 190);
   const Csv dots =
@@ -127,7 +127,7 @@ cv::Mat drawn(int k) {
   return drawing.picture(0.7);
 }
 
-/// Pictures of a pose: the dots drawn, and the photograph where it is at hand.
+/// Pictures of a pose: the drawn dots, and the photograph if available.
 std::vector<GreyImage> pictures_of(int k) {
   std::vector<GreyImage> pictures{image_of(drawn(k))};
   if (const auto folder = reference_data("dot-grid-photos"))
@@ -136,7 +136,7 @@ std::vector<GreyImage> pictures_of(int k) {
   return pictures;
 }
 
-/// Dots are found, and labelled as a plane shows them.
+/// Checks that all dots are found and labelled consistently with a plane.
 void expect_all_eighty(const std::vector<fs::path>& pictures) {
   const GridBench bench(pictures);
   const DetectResult result = detect::detect(bench.recording, bench.rig, bench.options);
@@ -148,7 +148,7 @@ void expect_all_eighty(const std::vector<fs::path>& pictures) {
     std::cout << frame.set << ": " << frame.detections.size() << " dots, largest distance from a "
               << "plane's view " << worst_in_pitches(frame.detections) << " pitches, sigma "
               << std::sqrt(frame.detections[40].covariance_px2.trace() / 2) << " px\n";
-    // The lens bends lines by a few per cent of a pitch; a wrong index would be a whole one.
+    // The lens bends lines by a few per cent of a pitch; a wrong index would add a whole pitch.
     EXPECT_LT(worst_in_pitches(frame.detections), 0.35) << frame.set;
   }
   ASSERT_FALSE(result.report.warnings.empty());
@@ -190,7 +190,7 @@ void expect_the_rest(const FrameDetections& whole, const FrameDetections& rest,
                                      [&](const Detection& d) { return d.mark == dot.mark; });
     ASSERT_NE(before, whole.detections.end());
     EXPECT_EQ(gone.count(dot.mark), 0U);
-    // A neighbour's paint may touch the ring that a dot is fitted to.
+    // Paint over a neighbour can touch the ring used for fitting a dot.
     EXPECT_LT((before->centre_px - dot.centre_px).norm(), 1.0);
   }
 }
@@ -211,7 +211,7 @@ TEST(DotGrid, AnyTenDotsMayBePaintedOut) {
 }
 
 TEST(DotGrid, AnIsolatedCornerIsReachedOverTheHole) {
-  // All dots within two steps of the corner (0, 0), and two more.
+  // All dots within two steps of the corner (0, 0), and two others.
   const std::set<MarkId> gone = {{0, 1}, {0, 2}, {1, 0}, {1, 1}, {1, 2},
                                  {2, 0}, {2, 1}, {2, 2}, {5, 5}, {7, 9}};
   for (const GreyImage& whole : pictures_of(0)) {
@@ -220,7 +220,7 @@ TEST(DotGrid, AnIsolatedCornerIsReachedOverTheHole) {
   }
 }
 
-/// detections.json keeps the pieces.
+/// Checks that detections.json keeps the separate pieces.
 void expect_kept(const FrameDetections& rest) {
   const TemporaryFolder out;
   Detections written;

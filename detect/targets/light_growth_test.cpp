@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Tags of an AprilGrid, whose corners touch small black squares, with and without light grown into
-// the dark.
+// Tags of an AprilGrid, whose corners touch small black squares, with and without growth of light
+// areas into dark ones.
 #include "detect/targets/board.hpp"
 
 #include <gtest/gtest.h>
@@ -24,8 +24,8 @@ constexpr int side_px = 420;
 constexpr double module_px = 8, turn_rad = 0.2, noise_grey = 1.5;
 constexpr int tags_across = 3;
 
-/// A grid of tags with a rim of two modules, three tenths of a tag apart, small squares in between,
-/// turned a little; the first tag's upper left corner is at `first_px`.
+/// A grid of tags with a border of two modules, three tenths of a tag apart, with small squares in
+/// between, slightly rotated; the first tag's upper left corner is at `first_px`.
 class Grid {
  public:
   Grid() : family_("tag36h11", 2), tag_px_(family_.edge_modules() * module_px) {
@@ -51,7 +51,7 @@ class Grid {
     const Vector2d cell = (at / pitch_px()).array().floor();
     const Vector2d in = at - pitch_px() * cell;
     if (cell.minCoeff() < -1 || cell.maxCoeff() >= tags_across) return false;
-    // Small squares lie where the gaps of rows and columns cross, also around the outer tags.
+    // Small squares are where the gaps of rows and columns cross, also around the outer tags.
     if (in.minCoeff() >= tag_px_) return true;
     if (cell.minCoeff() < 0 || in.maxCoeff() >= tag_px_) return false;
     const int margin = (family_.total_modules() - family_.edge_modules()) / 2;
@@ -82,7 +82,7 @@ TEST(LightGrowth, DarkShapesShrinkByAsMuchOnEverySide) {
 }
 
 TEST(LightGrowth, CornersGoBackToWhereTheyWere) {
-  // A square window that touches a straight edge from within has moved it by this much times the
+  // A square window that touches a straight edge from within displaces it by this much times the
   // sum of its normal's absolute coordinates.
   const double by = 3;
   const Eigen::Matrix2d turn = Eigen::Rotation2D<double>(0.3).toRotationMatrix();
@@ -106,8 +106,8 @@ TEST(LightGrowth, TagsBetweenSmallSquaresAreReadWithItAndNotWithout) {
     const Eigen::Matrix<double, 2, 4> corners = without_growth(tag.corners_px, 2);
     for (int k = 0; k < 4; ++k) {
       const Vector2d truth = grid.corner_px(tag.id, k);
-      // The library's unrefined corners are some tenths of a pixel off (0.07 px rms on a
-      // sharp tag, more where blur rounds the corner); grown ones by the growth.
+      // The library's unrefined corners have errors of some tenths of a pixel (0.07 px RMS on a
+      // sharp tag, more if blur rounds the corner); grown ones by the growth.
       EXPECT_LT((corners.col(k) - truth).norm(), 1.0) << "tag " << tag.id << ", corner " << k;
       EXPECT_GT((tag.corners_px.col(k) - truth).norm(), 2.0);
     }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Plates of dots that are told from themselves by hollow dots, staggered grids, white dots: drawn
-// from their descriptions, and the plates of digital image correlation in DICe's pictures.
+// Plates of dots made unique by hollow dots, staggered grids and white dots: drawn from their
+// descriptions, and plates for digital image correlation in DICe's pictures.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -35,7 +35,7 @@ Target read(const std::string& keys) {
   return read_target(folder.path() / "target.toml");
 }
 
-/// A face as pixels of a fiftieth of a millimetre about its middle.
+/// A face as pixels of 1/50 mm about its centre.
 class Paper {
  public:
   explicit Paper(const Face& face) : dark_(kSide, kSide, CV_8S, cv::Scalar(0)) {
@@ -73,7 +73,7 @@ class Paper {
   cv::Mat dark_;
 };
 
-/// A view of a target's face, aslant and turned.
+/// An oblique and rotated view of a target's face.
 struct View {
   Eigen::Matrix3d px_from_face;
   int width_px = 900, height_px = 700;
@@ -107,7 +107,7 @@ struct View {
   }
 };
 
-/// Every dot of the target that is whole in the picture has its label, and no other.
+/// Checks that exactly the dots that are whole in the picture have labels, and the right ones.
 void expect_all(const Target& target, const View& view, const FrameDetections& frame) {
   std::map<MarkId, Eigen::Vector2d> seen;
   for (const Detection& dot : frame.detections) seen[dot.mark] = dot.centre_px;
@@ -154,7 +154,7 @@ TEST(Plates, WhiteDotsOnABlackPlateAreReadAsTheyArePrinted) {
   const Target target = read(std::string(kPlate) + "dot_colour = \"white\"\n");
   const View view(11'000, 20);
   expect_all(target, view, look(view.picture(target), target));
-  // In dim light too: the dots at a third of the largest level.
+  // Also in dim light, with dots at a third of the largest level.
   expect_all(target, view, look(view.picture(target, 8, 85), target));
 }
 
@@ -214,7 +214,7 @@ TEST(Plates, ADotBesideItsPlaceHasNoLabel) {
   EXPECT_TRUE(has(frame, {5, 7}));
 }
 
-/// Whole dots of a picture, counted by eye: those that keep half a pixel or more from its border.
+/// Number of whole dots of a picture, counted by eye: at least half a pixel from its border.
 struct Photograph {
   const char* file;
   std::size_t whole;
@@ -222,11 +222,11 @@ struct Photograph {
 
 struct PlateInPictures {
   const char* keys;
-  std::vector<Photograph> photographs[2];  ///< by camera
+  std::vector<Photograph> photographs[2];  ///< per camera
 };
 
-/// Labels every whole dot, and OpenCV's camera model over all pictures of a camera leaves no dot
-/// more than a third of the pitch beside where its label has it.
+/// Checks that every whole dot is labelled, and that OpenCV's camera model fitted to all pictures
+/// of a camera leaves residuals below a third of the pitch.
 void expect_read(const PlateInPictures& plate) {
   const auto folder = reference_data("dic-dots");
   if (!folder) GTEST_SKIP() << "the reference data lack dic-dots";

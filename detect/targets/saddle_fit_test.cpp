@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Rendered corners with blur and noise: the fit beside OpenCV's cornerSubPix on the same pictures.
+// Compares the fit with OpenCV's cornerSubPix on rendered corners with blur and noise.
 #include "detect/targets/corner.hpp"
 
 #include <gtest/gtest.h>
@@ -20,7 +20,7 @@ using Eigen::Vector2d;
 
 constexpr int kSide_px = 41;
 
-/// One drawn corner: two edges that cross at `centre`, any angle of at least 35 degrees, blurred,
+/// A drawn corner: two edges that cross at `centre` at an angle of at least 35 degrees, blurred,
 /// with a gradient of the light and noise, rounded to whole grey levels.
 struct DrawnCorner {
   GreyImage image;
@@ -81,7 +81,7 @@ Errors errors_of(int half_window, double blur_px, double noise, int corners) {
   return errors;
 }
 
-// The limit is the issue's: 0.9 of cornerSubPix, from the same start in the same window.
+// The limit is 0.9 times the error of cornerSubPix, with the same start and window.
 TEST(SaddleFit, IsAtMostNineTenthsOfCornerSubPixOffOnBlurredNoisyCorners) {
   const int corners = test::trial_count(4, 200);
   for (const int half_window : {4, 6, 10}) {
@@ -100,7 +100,7 @@ TEST(SaddleFit, IsAtMostNineTenthsOfCornerSubPixOffOnBlurredNoisyCorners) {
             std::sqrt(errors.stated / std::max(errors.fitted, 1)));
         ratios += ratio;
         ++kinds;
-        // A few corners of one kind scatter too much to be judged by themselves.
+        // Too few corners of one kind scatter too much to be judged separately.
         if (corners >= 100) {
           EXPECT_LE(ratio, 0.9);
         }

@@ -18,7 +18,7 @@ using test::SmallBench;
 using testing::HasSubstr;
 using testing::MatchesRegex;
 
-/// Problems that `drape check` names, with one text of a file of bench1 replaced.
+/// Problems that `drape check` reports after one text in a file of bench1 is replaced.
 Json problems_of(const std::string& file, const std::string& from, const std::string& to) {
   const SmallBench bench({"C"});
   bench.replace(file, from, to);
@@ -28,7 +28,7 @@ Json problems_of(const std::string& file, const std::string& from, const std::st
       .value("problems", Json::array());
 }
 
-/// The one problem of such a bench, and where it is.
+/// The only problem of such a bench, with its location.
 std::string problem_of(const std::string& file, const std::string& from, const std::string& to) {
   const Json problems = problems_of(file, from, to);
   EXPECT_EQ(problems.size(), 1U) << problems.dump();
@@ -54,7 +54,7 @@ TEST(Check, TwoTagsOfOneIdAreNamed) {
   EXPECT_THAT(problem, HasSubstr("target.toml:28")) << "the second one's line";
 }
 
-/// A run hands it on when all stages are done.
+/// A run would pass it on only after all stages are done.
 TEST(Check, AnAcceptanceThatCompareWouldRefuseIsNamedBefore) {
   const auto checked = [](const std::string& text) {
     const SmallBench bench({"C"});

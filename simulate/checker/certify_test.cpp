@@ -19,7 +19,7 @@ namespace {
 using testing::HasSubstr;
 using units::mm;
 
-/// Cloth that hangs from a clamped hem and a clamp inside, which it leaves upwards.
+/// Cloth that hangs from a clamped hem and from a clamp inside, which it leaves upwards.
 void clamp(Case& drape) {
   const double side = drape.print.patch_m.y(), inside = drape.print.patch_m.x() / 4;
   drape.scene.pins.clear();
@@ -63,7 +63,7 @@ TEST_P(Rests, StoredRestsAreAccepted) {
 INSTANTIATE_TEST_SUITE_P(Kinds, Rests,
                          testing::Values("sphere", "cube", "pins", "clamps", "memory"));
 
-/// A forged drape, and a word of the refusal or of the number that does not hold.
+/// A falsified drape, and a word expected in the refusal or in the number that does not hold.
 struct Forgery {
   const char* name;
   const char* of;
@@ -74,7 +74,7 @@ void PrintTo(const Forgery& forgery, std::ostream* out) {
   *out << forgery.name;
 }
 
-/// A point far from what holds or touches the cloth.
+/// A point far from everything that holds or touches the cloth.
 std::size_t lowest(const Case& drape) {
   const auto& points = drape.files.shape.points_m;
   return static_cast<std::size_t>(
@@ -271,7 +271,7 @@ TEST(Certify, RestsAfterAHistoryAreAcceptedAndDifferByIt) {
   EXPECT_GT(farthest_m, 0.05 * mm);
 }
 
-// An upright rod through the middle of cloth that lies flat on the table.
+// A vertical rod through the centre of cloth that lies flat on the table.
 TEST(Certify, ARodThroughTheClothIsNoRest) {
   Case drape("D");
   drape.scene.pins.clear();
@@ -280,7 +280,7 @@ TEST(Certify, ARodThroughTheClothIsNoRest) {
   drape.drape();
   ASSERT_TRUE(drape.result.at_rest()) << drape.result.certificate.status;
   ASSERT_TRUE(drape.judge().accepted()) << listed(drape.judge());
-  for (ContactForce& force : drape.files.contact_forces) ++force.shape;  // the table comes last
+  for (ContactForce& force : drape.files.contact_forces) ++force.shape;  // the table is listed last
   for (const double radius_m : {0.2 * mm, 1 * mm, 10 * mm}) {
     drape.scene.obstacles = {Cylinder{{}, radius_m, 100 * mm, 0}};
     const auto refusals = drape.judge().refusals;

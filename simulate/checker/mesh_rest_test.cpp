@@ -45,7 +45,7 @@ CusickOptions options_of() {
   options.lowering_steps = 1;
   options.lowering_s = 0;
   options.motion.step_s = 8e-3;
-  // The rest of its motion it loses in the last rest
+  // the last descent removes the rest of its motion
   options.motion.longest_s = 0.2;
   return options;
 }
@@ -65,7 +65,7 @@ class MeshRests : public testing::TestWithParam<bool> {
   MeshRests() : laws_(laws_of(GetParam())), drape_(cusick_drape(laws_, options_of())) {}
 
   [[nodiscard]] MeshRest rest() const { return rest_of(drape_, laws_); }
-  /// The point of the hem that hangs lowest.
+  /// The lowest point of the hem.
   [[nodiscard]] std::size_t lowest() const {
     std::size_t at = 0;
     for (std::size_t i = 0; i < drape_.mesh.points_m.size(); ++i)
@@ -133,7 +133,7 @@ TEST_P(MeshRests, ListsThatDoNotFitAreRefused) {
 
 INSTANTIATE_TEST_SUITE_P(Friction, MeshRests, testing::Bool());
 
-/// Tilted gravity presses one side of the cloth on the cylinder.
+/// Tilted gravity presses one side of the cloth onto the cylinder.
 TEST_P(MeshRests, ClothThatPressesOnTheCylinderRests) {
   CusickOptions options = options_of();
   options.descent.gravity_m_per_s2 = {10, 0, -9};
@@ -152,7 +152,7 @@ TEST_P(MeshRests, ClothThatPressesOnTheCylinderRests) {
   EXPECT_GE(least, 1 - 1e-5);
 }
 
-/// Laid on a coarser mesh, it ends as a rest of its own.
+/// Started on a coarser mesh, it still ends at rest by its own criteria.
 TEST_P(MeshRests, AShapeThatWasCarriedOverRests) {
   CusickOptions options = options_of();
   options.spacing_m = options.disc_m / 16;
@@ -171,7 +171,7 @@ TEST(MeshRest, ForgottenSlipsAreRefused) {
   EXPECT_THAT(judge_mesh(rest).refusals, Contains(HasSubstr("friction element")));
 }
 
-/// Flat triangles in space, each a piece of its own.
+/// Flat, disconnected triangles in space.
 struct Pieces {
   MeshRest rest;
 
@@ -179,7 +179,7 @@ struct Pieces {
     rest.laws = laws_of(false);
     rest.disc_radius_m = 1e-6;
   }
-  /// A triangle of 0.1 m along warp and weft, with its corner and edges in space.
+  /// Adds a triangle of 0.1 m along warp and weft, given its corner and edges in space.
   void add(const Eigen::Vector3d& corner, const Eigen::Vector3d& u, const Eigen::Vector3d& v) {
     ClothShape& shape = rest.shape;
     const auto first = static_cast<int>(shape.points_m.size());
@@ -194,7 +194,7 @@ struct Pieces {
       shape.of_sides.emplace_back((-along.y() * u + along.x() * v) / (0.1 * along.norm()));
     }
   }
-  /// With the middles of its sides halfway.
+  /// The surface with the midpoints of the sides halfway between the corners.
   [[nodiscard]] checker::MeshSurface surface() const {
     std::vector<checker::Quadratic> flat;
     for (int t = 0; t < static_cast<int>(rest.shape.triangles.size()); ++t)
@@ -236,8 +236,8 @@ TEST(MeshRest, CrossingsDoNotDependOnThePlace) {
   EXPECT_EQ(pieces.surface().crossings(), crossings) << "with a lattice ten times as wide";
 }
 
-/// A flat triangle 1 um above the table, and another 0.4 mm above it; stated forces on
-/// them. Nodes 6, 7, 8 and 9, 10, 11 are the middles of their sides (0, 1), (0, 2), (1, 2).
+/// A flat triangle 1 um above the table, and another 0.4 mm above it, with stated forces on them.
+/// Nodes 6, 7, 8 and 9, 10, 11 are the midpoints of their sides (0, 1), (0, 2), (1, 2).
 class StatedForces : public testing::Test {
  protected:
   StatedForces() {
@@ -245,7 +245,7 @@ class StatedForces : public testing::Test {
     pieces_.rest.layers_apart_m = 0.5e-3;
     for (const double z_m : {1e-6, 0.401e-3}) pieces_.add({0, 0, z_m}, {0.1, 0, 0}, {0, 0.1, 0});
   }
-  /// Force on a point, or nothing where the stated one is refused.
+  /// Force on a point; nullopt if the stated one is refused.
   [[nodiscard]] std::optional<Eigen::Vector3d> on(int point, const ContactForce& stated,
                                                   double friction = 0) {
     scene_.friction = friction;
@@ -271,24 +271,24 @@ TEST_F(StatedForces, OfObjectsAreCutToWhatContactCanDo) {
 }
 
 TEST_F(StatedForces, OfObjectsActOnPlacesThatTouch) {
-  // Corner 1 and the middles of its sides are a facet.
+  // Corner 1 and the midpoints of its sides form a facet.
   const ContactForce in_facet{0, {1, 6, 8, 1}, {0.5, 0.25, 0.25, 0}, {0, 0, 4}};
   EXPECT_NEAR(on(1, in_facet)->z(), 3, 1e-12);
   EXPECT_NEAR(on(2, in_facet)->z(), 0.5, 1e-12);
   EXPECT_NEAR(on(0, in_facet)->z(), 0.5, 1e-12);
   const ContactForce refused[] = {
-      {0, {0, 1, 1, 1}, {0.5, 0.5, 0, 0}, {0, 0, 4}},   // corners, whose middle lies between
+      {0, {0, 1, 1, 1}, {0.5, 0.5, 0, 0}, {0, 0, 4}},   // two corners; their midpoint lies between
       {0, {0, 3, 3, 3}, {0.5, 0.5, 0, 0}, {0, 0, 4}},   // of two pieces
-      {0, {1, 6, 6, 6}, {1.5, -0.5, 0, 0}, {0, 0, 4}},  // beyond its nodes
-      {0, {1, 6, 6, 6}, {0.5, 0.4, 0, 0}, {0, 0, 4}},   // weights that are no place
-      {0, {12, 12, 12, 12}, {1, 0, 0, 0}, {0, 0, 4}},   // a node that is not there
-      {2, {0, 0, 0, 0}, {1, 0, 0, 0}, {0, 0, 4}},       // an object that is not there
+      {0, {1, 6, 6, 6}, {1.5, -0.5, 0, 0}, {0, 0, 4}},  // outside its nodes
+      {0, {1, 6, 6, 6}, {0.5, 0.4, 0, 0}, {0, 0, 4}},   // weights that do not sum to 1
+      {0, {12, 12, 12, 12}, {1, 0, 0, 0}, {0, 0, 4}},   // a node that does not exist
+      {2, {0, 0, 0, 0}, {1, 0, 0, 0}, {0, 0, 4}},       // an object that does not exist
       {0, {3, 3, 3, 3}, {1, 0, 0, 0}, {0, 0, 4}}};      // too far to touch
   for (const ContactForce& stated : refused) EXPECT_FALSE(on(0, stated));
 }
 
 TEST_F(StatedForces, OfLayersAreCutToWhatContactCanDo) {
-  // Node 3 lies over node 0, a corner of the facet with 6 and 7.
+  // Node 3 is above node 0, a corner of the facet with 6 and 7.
   ContactForce push{1, {3, 0, 6, 7}, {1, -1, 0, 0}, {0, 0, 2}};
   ASSERT_TRUE(on(3, push));
   EXPECT_NEAR(on(3, push)->z(), 2, 1e-12);
@@ -302,26 +302,26 @@ TEST_F(StatedForces, OfLayersAreCutToWhatContactCanDo) {
 }
 
 TEST_F(StatedForces, OfLayersActOnNearestPlacesOfTwo) {
-  // The edges 3, 9 and 0, 6 are one over the other.
+  // The edges 3, 9 and 0, 6 are one above the other.
   EXPECT_TRUE(on(0, {1, {3, 9, 0, 6}, {0.5, 0.5, -0.5, -0.5}, {0, 0, 4}}));
   const ContactForce refused[] = {
-      {1, {3, 0, 6, 7}, {1, -0.9, -0.1, 0}, {0, 0, 4}},  // not the nearest place
+      {1, {3, 0, 6, 7}, {1, -0.9, -0.1, 0}, {0, 0, 4}},  // not the nearest point
       {1, {3, 9, 0, 6}, {0.5, 0.5, -0.6, -0.4}, {0, 0, 4}},
-      {1, {3, 0, 6, 7}, {1, -0.7, -0.2, 0}, {0, 0, 4}},  // weights that are no place
-      {1, {3, 0, 1, 2}, {1, -1, 0, 0}, {0, 0, 4}},       // corners that are no facet
+      {1, {3, 0, 6, 7}, {1, -0.7, -0.2, 0}, {0, 0, 4}},  // weights that do not sum to 0
+      {1, {3, 0, 1, 2}, {1, -1, 0, 0}, {0, 0, 4}},       // corners that do not form a facet
       {1, {0, 0, 6, 7}, {1, -1, 0, 0}, {0, 0, 4}}};      // a node on itself
   for (const ContactForce& stated : refused) EXPECT_FALSE(on(0, stated));
   pieces_.rest.layers_apart_m = 0.3e-3;
   EXPECT_FALSE(on(0, {1, {3, 0, 6, 7}, {1, -1, 0, 0}, {0, 0, 4}})) << "too far to press";
 }
 
-/// A long roof whose ridge lies along x at z = 0; mm.
+/// A long roof whose ridge is along x at z = 0; mm.
 constexpr const char* kRoof =
     "v -50 0 0\nv 50 0 0\nv 50 50 -1.5\nv -50 50 -1.5\nv 50 -50 -1.5\nv -50 -50 -1.5\n"
     "v 50 50 -40\nv -50 50 -40\nv 50 -50 -40\nv -50 -50 -40\n"
     "f 1 2 3 4\nf 2 1 6 5\nf 4 3 7 8\nf 5 6 10 9\nf 8 7 9 10\nf 2 5 9 7 3\nf 1 4 8 10 6\n";
 
-// Below a ridge the nearest face, and so the normal, depends on the last bits of the place.
+// Below a ridge the nearest face, and so the normal, depends on the last bits of the position.
 TEST(PushedBy, AtARidgeIsWithinTheConeOfEitherFace) {
   constexpr double kFriction = 0.25, kLength_m = 1e-9;
   const test::TemporaryFolder folder;
@@ -339,7 +339,7 @@ TEST(PushedBy, AtARidgeIsWithinTheConeOfEitherFace) {
   const Eigen::Vector3d most = normal + kFriction * down;
   for (const double y_m : {-1e-8, 0.0, 1e-8}) {
     EXPECT_LT((kept(y_m, most) - most).norm(), kLength_m) << y_m;
-    // Farther down no face carries it: the nearest cone's part is left.
+    // Farther down no face can carry it: the component within the nearest cone remains.
     EXPECT_LT((kept(y_m, normal + 2 * kFriction * down) - most).norm(), kLength_m) << y_m;
   }
   EXPECT_GT((kept(-1e-3, most) - most).norm(), 0.01) << "the other face";

@@ -47,8 +47,8 @@ Corners flat_facets() {
   return kFacetSheet.shaped([](double u, double v) { return Vector3d(u, v, 0); });
 }
 
-/// A hairpin: half the sheet, a bend, and the other half above it, at an angle in plan so that
-/// edges and not corners are nearest.
+/// A hairpin: half of the sheet, a bend, and the other half above it, rotated in plan so that edges
+/// and not corners are nearest.
 Corners hairpin(double gap_m, double shift_m) {
   return kFacetSheet.shaped([=](double u, double v) {
     const double half = 0.1;
@@ -57,7 +57,7 @@ Corners hairpin(double gap_m, double shift_m) {
   });
 }
 
-/// Wavy pleats against each other, each moved a little so that no corners meet.
+/// Wavy pleats next to each other, each shifted slightly so that no corners meet.
 Corners pleats(double gap_m) {
   return kFacetSheet.shaped([=](double u, double v) {
     const double pleat = 0.02;
@@ -99,7 +99,7 @@ TEST(SelfDistance, IsTheSameHoweverTheSheetIsTurned) {
   }
 }
 
-/// The flat sheet, its twelfth row standing up and a corner of the tenth drawn `rows` along it.
+/// The flat sheet with its twelfth row upright and a corner of the tenth moved `rows` along it.
 SelfDistance drawn(double rows) {
   Corners x = flat_facets();
   for (int c = 0; c < kFacetCols; ++c) x[12 * kFacetCols + c].z() = 0.008;
@@ -114,7 +114,7 @@ TEST(SelfDistance, ASheetThroughItsNeighboursIsSeen) {
 }
 
 TEST(SelfDistance, ASheetThroughItselfIsSeen) {
-  // A loop whose end dives through its beginning.
+  // A loop whose end passes through its beginning.
   const SelfDistance found = kFacetSheet.distance(kFacetSheet.shaped([](double u, double v) {
     if (u < 0.1) return Vector3d(u, v, 0);
     return Vector3d(0.2 - u + 0.0031, v, 0.1521 - u);

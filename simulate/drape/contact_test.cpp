@@ -60,7 +60,7 @@ TEST(ClothSurface, IsExactForQuadraticsAndKeepsForces) {
         (mesh.points_m[mesh.edges[e].from] + mesh.points_m[mesh.edges[e].to]) / 2;
     EXPECT_LT((nodes[mesh.points_m.size() + e] - map(middle).x).norm(), 1e-12);
   }
-  // A force on a side's middle comes to the points as one of the same size; the sides get moments.
+  // A force on a side's midpoint gives points an equal total force, and gives moments to the sides.
   MeshCloth::State on_nodes(nodes.size(), Vector3d::Zero()), force(nodes.size(), Vector3d::Zero());
   on_nodes[nodes.size() - 3] = {0.1, -0.2, 0.3};
   surface.add_forces(on_nodes, force);
@@ -69,13 +69,13 @@ TEST(ClothSurface, IsExactForQuadraticsAndKeepsForces) {
   EXPECT_LT((sum - Vector3d(0.1, -0.2, 0.3)).norm(), 1e-12);
 }
 
-/// Forces are the energy's gradient, with friction between two settlings too.
+/// Forces are the gradient of the energy, also with friction between two updates.
 TEST(ObjectPushes, ForcesAreTheGradientOfTheirEnergy) {
   const MeshCloth cloth = small_cloth();
   const std::vector<bool> held(static_cast<std::size_t>(cloth.unknowns()), false);
   const Surroundings around(block(0.3));
   ObjectPushes pushes(cloth, held, around, 0.3, 9.81);
-  // Bent over an edge of the box, about a tenth of a millimetre deep.
+  // Bent over an edge of the box, with a penetration of about a tenth of a millimetre.
   const auto bent = [](double sunk) {
     return [sunk](const Vector2d& p) {
       const double out = p.x(), turn = 12 * out;
@@ -104,13 +104,13 @@ TEST(ObjectPushes, ForcesAreTheGradientOfTheirEnergy) {
       const double after = pushes.energy_j(to);
       to[i][axis] -= 2 * kStep;
       const double before = pushes.energy_j(to);
-      // Rounding of energies of a microjoule over the step, and what a step bends the law by.
+      // Rounding of energies of a microjoule over the step, and curvature of the law within a step.
       ASSERT_NEAR((before - after) / (2 * kStep), force[i][axis], 1e-3 * largest) << i;
     }
 }
 
-/// Products of the second derivative are those of differences of forces, as friction sticks and as
-/// it slides.
+/// Products with the second derivative equal differences of forces, both for sticking and for
+/// sliding friction.
 TEST(ObjectPushes, ProductsAreDifferencesOfForces) {
   const MeshCloth cloth = small_cloth();
   const std::vector<bool> held(static_cast<std::size_t>(cloth.unknowns()), false);
@@ -148,8 +148,8 @@ TEST(ObjectPushes, ProductsAreDifferencesOfForces) {
   }
 }
 
-/// A cloth goes on from its memory as if nothing had come between, and another mesh takes over what
-/// it bears: a level does not slide to the rest without friction.
+/// A cloth continues from its contact memory as if uninterrupted, and another mesh takes over its
+/// friction forces: a refined level does not slide to the rest without friction.
 TEST(ContactMemory, IsExactOnItsMeshAndCarriesFrictionToAnother) {
   Scene scene = ball(0.3);
   scene.start.centre_in_world = Vector3d(6 * mm, 9 * mm, 1 * mm);
@@ -185,7 +185,7 @@ TEST(ContactMemory, IsExactOnItsMeshAndCarriesFrictionToAnother) {
   EXPECT_LT(mean_distance_m(place(carried), there), 0.5 * mean_distance_m(place(forgets), there));
 }
 
-/// Depth of the surface, looked at every quarter of a millimetre.
+/// Penetration of the surface, sampled every quarter of a millimetre.
 double deepest_m(const DrapeLevel& level, const ClothMoment& moment) {
   const Surroundings& around = *level.drape().around;
   const MeshCloth::State nodes = level.surface(moment);
@@ -203,7 +203,7 @@ double deepest_m(const DrapeLevel& level, const ClothMoment& moment) {
   return deepest;
 }
 
-/// Edges and corners of any radius are entered by no more than a tenth of a millimetre, on a wide
+/// Edges and corners of any radius are penetrated by a tenth of a millimetre at most, on a coarse
 /// mesh by three times as much.
 TEST(Drape, SharpEdgesPressBetweenNodes) {
   for (const double radius : {0.0, 0.01 * mm, 1 * mm}) {
@@ -221,7 +221,7 @@ TEST(Drape, SharpEdgesPressBetweenNodes) {
   }
 }
 
-/// The step of a fall is twice as long as this plate is thick.
+/// A step of the fall is twice as long as this plate is thick.
 TEST(ObjectPushes, NoPathLeadsThroughAThinPlate) {
   const MeshCloth cloth = small_cloth();
   const std::vector<bool> held(static_cast<std::size_t>(cloth.unknowns()), false);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Drapes against rests of another discretisation: tests/data/converged-drapes.
+// Compares drapes with converged rests of another discretisation: tests/data/converged-drapes.
 #include <gtest/gtest.h>
 
 #include "core/files/csv.hpp"
@@ -20,7 +20,7 @@ struct Found {
   double distance_m = 0, stated_m = 0;  ///< means
 };
 
-/// `pins`: held points in place of the scene's.
+/// `pins`: held points instead of the scene's.
 Found found_of(const std::string& name, const DrapeOptions& options,
                const std::vector<Pin>& pins = {}) {
   Scene scene = read_scene(test::test_data("independent-drapes") / (name + ".toml"));
@@ -56,7 +56,7 @@ TEST(ConvergedDrapes, LieWithinTheStatedMeshErrorOfCoarseLevels) {
   }
 }
 
-// The converged rest is held at every 1.667 mm; points 2.5 mm apart come near that.
+// The converged rest is held every 1.667 mm; points 2.5 mm apart approximate that.
 TEST(ConvergedDrapes, AreMetOnTheBiasWhereItIsHeldAsAnArea) {
   std::vector<Pin> pins;
   for (int i = 0; i <= 80; ++i)

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Coulomb's friction of a cloth follows its motion: closed forms, and rests that no solver's steps
-// change.
+// Coulomb friction of a cloth follows its motion: closed forms, and rests that do not depend on the
+// solver's steps.
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
@@ -26,7 +26,7 @@ using units::mm;
 
 constexpr double kG = 9.80665;
 
-/// Objects, and layers that are some distance apart.
+/// Objects, and layers separated by some distance.
 class ObjectsAndLayers : public Pushes {
  public:
   ObjectsAndLayers(ObjectPushes objects, LayerPushes layers)
@@ -63,12 +63,12 @@ class ObjectsAndLayers : public Pushes {
   LayerPushes layers_;
 };
 
-/// Coefficients of friction on objects, and of layers that press from a thickness on; 0: none do.
+/// Friction coefficients, and the thickness at which layers press on each other (0 if they do not).
 struct Contacts {
   double on_objects = 0, of_layers = 0, thickness_m = 0;
 };
 
-/// A cloth that moves over one object.
+/// A cloth moving over one object.
 class Mover {
  public:
   Mover(MaterialMesh mesh, const ClothLaws& laws, const Surroundings& around, Contacts contacts)
@@ -92,7 +92,7 @@ class Mover {
                          [](const Vector2d& a, const Vector2d& b) { return a.x() < b.x(); }) -
         places.begin());
   }
-  /// Lets it move for a time.
+  /// Lets it move for some time.
   void move(const Vector3d& gravity, double seconds) {
     descent.gravity_m_per_s2 = gravity;
     motion.longest_s = motion.longest_step_s = 0;
@@ -102,7 +102,7 @@ class Mover {
     EXPECT_EQ(report.hurried, 0);
     EXPECT_NEAR(report.time_s, seconds, 1e-9);
   }
-  /// Centre of mass of the points from a place along the warp on.
+  /// Centre of mass of the points beyond a warp coordinate.
   [[nodiscard]] Vector3d middle(double from_m = -std::numeric_limits<double>::infinity()) const {
     Vector3d sum = Vector3d::Zero();
     double mass = 0;
@@ -157,7 +157,7 @@ Mover block() {
   return {rectangle(20 * mm, 20 * mm, 10 * mm), stiff_sheet(), table(), {kFriction}};
 }
 
-/// Way of a body on an incline from rest: v' = a - c v, with the air's drag c.
+/// Distance that a body on an incline slides from rest: v' = a - c v, with air drag c.
 double slid_m(double slope_rad, double friction, double drag_per_s, double seconds) {
   const double a = kG * (std::sin(slope_rad) - friction * std::cos(slope_rad)), c = drag_per_s;
   return a / c * (seconds - (1 - std::exp(-c * seconds)) / c);
@@ -169,12 +169,12 @@ void lay_flat(Mover& sheet) {
   });
 }
 
-/// Gravity is tilted instead of the table. 2 um: a tenth of a percent of what it
+/// Gravity is tilted instead of the table. 2 um is a tenth of a percent of the distance that it
 /// would slide.
 TEST(Friction, ABlockOnAnInclineSticksBelowTheAngleOfFriction) {
   const double slope = 0.99 * std::atan(kFriction);
   Mover sheet = block();
-  sheet.motion.residual = 1e-3;  // in g; the slope leaves 4e-3
+  sheet.motion.residual = 1e-3;  // in g; the slope leaves an excess of 4e-3
   lay_flat(sheet);
   sheet.move({0, 0, -kG * std::cos(slope)}, 0.48);
   const double before = sheet.middle().x();
@@ -182,7 +182,7 @@ TEST(Friction, ABlockOnAnInclineSticksBelowTheAngleOfFriction) {
   EXPECT_NEAR(sheet.middle().x(), before, 2e-6);
 }
 
-/// A step leaves 1e-3 of g, which is 0.3 % of the acceleration.
+/// A step leaves a residual of 1e-3 of g, which is 0.3 % of the acceleration.
 TEST(Friction, ABlockOnAnInclineSlidesAsCoulombSays) {
   const double slope = 0.7, seconds = 0.4;
   for (const double step_s : {8e-3, 4e-3, 2e-3}) {
@@ -200,7 +200,7 @@ TEST(Friction, ABlockOnAnInclineSlidesAsCoulombSays) {
 
 constexpr double kApart = 100 * mm, kThick = 0.5 * mm;
 
-/// Two sheets, one mesh, the second one's warp from kApart on.
+/// Two sheets in one mesh, the second at warp coordinates from kApart on.
 MaterialMesh two_sheets() {
   MaterialMesh both = rectangle(40 * mm, 30 * mm, 10 * mm);
   const MaterialMesh second = rectangle(20 * mm, 20 * mm, 10 * mm);
@@ -211,7 +211,7 @@ MaterialMesh two_sheets() {
   return mesh_of(both.points_m, both.triangles);
 }
 
-/// Lays the smaller sheet on the middle of the other one, and lets them come to rest.
+/// Places the smaller sheet on the centre of the other one, and lets both come to rest.
 void stack(Mover& blocks, double slope_rad) {
   blocks.lay([](const Vector2d& p) {
     const Vector3d at = p.x() < kApart / 2
@@ -223,10 +223,10 @@ void stack(Mover& blocks, double slope_rad) {
   blocks.move({0, 0, -kG * std::cos(slope_rad)}, 0.48);
 }
 
-constexpr double kUpper = 50 * mm;  // warp from which on a point is the upper sheet's
+constexpr double kUpper = 50 * mm;  // points beyond this warp coordinate belong to the upper sheet
 
-/// The lower block holds on the table by more friction than they have between them. 5 um: springs
-/// of layers bear the weight of a node in 2 um.
+/// Friction of the lower block on the table exceeds that between the blocks. 5 um: springs between
+/// layers carry the weight of a node at 2 um.
 TEST(Friction, ABlockOnABlockSticksBelowTheAngleOfFriction) {
   const double slope = 0.99 * std::atan(kFriction);
   Mover blocks(two_sheets(), stiff_sheet(), table(), {2 * kFriction, kFriction, kThick});
@@ -236,7 +236,7 @@ TEST(Friction, ABlockOnABlockSticksBelowTheAngleOfFriction) {
   EXPECT_NEAR(blocks.middle(kUpper).x(), before, 5e-6);
 }
 
-/// The upper one slides as Coulomb says, the lower one stays below it.
+/// The upper block slides by Coulomb's law, the lower one remains below it.
 TEST(Friction, ABlockOnABlockSlidesAsCoulombSays) {
   const double slope = 0.5, seconds = 0.12;
   Mover blocks(two_sheets(), stiff_sheet(), table(), {2 * kFriction, kFriction, kThick});
@@ -246,13 +246,13 @@ TEST(Friction, ABlockOnABlockSlidesAsCoulombSays) {
   const double exact = slid_m(slope, kFriction, blocks.motion.drag_per_s, seconds);
   const double slid = blocks.middle(kUpper).x() - upper;
   EXPECT_NEAR(slid / exact, 1, 1e-2);
-  const double upper_share = 1.0 / 4;  // of the mass
+  const double upper_share = 1.0 / 4;  // fraction of the mass
   EXPECT_NEAR(blocks.middle().x() - all - upper_share * slid, 0, 5e-6);
 }
 
-/// A limp strip folded in two along the slope sticks to the table and slides on it whole: its upper
-/// layer, of which the fold lifts a part, is held by the lower one alone. A coefficient between
-/// them that is large enough for that part of the weight which presses there.
+/// A limp strip folded in two along the slope sticks to the table and slides on it as a whole: its
+/// upper layer, which the fold partly lifts, is held only by the lower one. The coefficient between
+/// them is large enough for the part of the weight that presses there.
 TEST(Friction, AFoldedStripOnAnInclineSticksAndSlidesAsCoulombSays) {
   constexpr double kLength = 60 * mm, kWidth = 15 * mm, kBetween = 1.5, kSeconds = 0.16;
   for (const double slope : {0.99 * std::atan(kFriction), 0.7}) {
@@ -272,7 +272,7 @@ TEST(Friction, AFoldedStripOnAnInclineSticksAndSlidesAsCoulombSays) {
     strip.motion.residual = 1e-3;
     strip.move({0, 0, -kG * std::cos(slope)}, 0.8);
     const bool sticks = slope < std::atan(kFriction);
-    if (sticks) strip.move(gravity_on(slope), kSeconds);  // the fold turns over
+    if (sticks) strip.move(gravity_on(slope), kSeconds);  // the fold overturns
     const double all = strip.middle().x(), upper = strip.middle(kLength / 2).x();
     strip.move(gravity_on(slope), kSeconds);
     const double exact = sticks ? 0 : slid_m(slope, kFriction, strip.motion.drag_per_s, kSeconds);
@@ -282,9 +282,9 @@ TEST(Friction, AFoldedStripOnAnInclineSticksAndSlidesAsCoulombSays) {
 }
 
 /// A strip over a cylinder whose longer end outweighs the shorter one by what friction can bear
-/// over half a turn, and by what the strip's own stretch while it is laid adds or takes: it holds
-/// where a percent less pulls than that, and slips, where more than a percent pulls, as a percent
-/// of the tension allows. What is too much drags the strip through the air.
+/// over half a turn, and by the strip's own stretch during the start: it holds if the pull is a
+/// percent less than that, and slips if it is more than a percent larger, a percent of the tension.
+/// The excess drags the strip through the air.
 TEST(Friction, AStripOverACylinderSlipsAsTheCapstanSays) {
   constexpr double kRadius = 20 * mm, kMu = 0.3, kShort = 50 * mm, kWidth = 5 * mm;
   constexpr double kSeconds = 0.16, kAllowed = 0.01;
@@ -316,7 +316,7 @@ TEST(Friction, AStripOverACylinderSlipsAsTheCapstanSays) {
     const double first = -(1 + more) * balanced - sheet.end_z();
     sheet.move({0, 0, -kG}, kSeconds);
     const double slipped = -(1 + more) * balanced - sheet.end_z() - first;
-    // Tension grows by `gain` over the cylinder; the strip's drag and inertia help to hold.
+    // Tension grows by `gain` over the cylinder; drag and inertia of the strip help to hold.
     const double gain = std::exp(kMu * std::numbers::pi);
     const double excess = more * balanced + (1 + gain) * first;
     ASSERT_GT(std::abs(excess), kAllowed * balanced);
@@ -337,8 +337,8 @@ TEST(Friction, AStripOverACylinderSlipsAsTheCapstanSays) {
   }
 }
 
-/// The same rest for any longest step of a descent, though while friction settled after each of
-/// them one sphere ended at 3259 and 3265 uJ. 0.05 mm: a tenth of what the mesh may leave.
+/// The rest is the same for any longest step of a descent (when friction was updated after each
+/// step, one sphere ended at 3259 and 3265 uJ). 0.05 mm: a tenth of the mesh error allowed.
 TEST(Friction, ARestDoesNotDependOnADescentsSteps) {
   Scene scene = ball(0.3);
   scene.start.centre_in_world = Vector3d(4 * mm, 7 * mm, 1 * mm);

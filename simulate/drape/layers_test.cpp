@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A cloth that lies on itself.
+// A cloth that touches itself.
 #include <gmock/gmock.h>
 
 #include <algorithm>
@@ -37,7 +37,7 @@ MeshCloth strip(double spacing_m) {
           cotton()};
 }
 
-/// A hairpin whose layers are `gap_m` apart, the upper one `down_m` lower at its end and askew in
+/// A hairpin with layers `gap_m` apart, the upper one `down_m` lower at its end and rotated in
 /// plan.
 State hairpin(const MeshCloth& cloth, double gap_m, double down_m = 0) {
   const double radius = gap_m / 2, bend = std::numbers::pi * radius, half = 0.05 - bend / 2;
@@ -57,7 +57,7 @@ State hairpin(const MeshCloth& cloth, double gap_m, double down_m = 0) {
   });
 }
 
-/// Places of the facets of the surface, by steps of half a side.
+/// Distances between points of the surface's facets, at half the side length.
 SelfDistance distance_of(const MaterialMesh& mesh, const State& surface, double spacing_m) {
   std::vector<Vector2d> material = mesh.points_m;
   for (const MaterialMesh::Edge& edge : mesh.edges)
@@ -67,7 +67,7 @@ SelfDistance distance_of(const MaterialMesh& mesh, const State& surface, double 
 
 TEST(LayerPushes, ForcesAreTheGradientOfTheirEnergy) {
   const MeshCloth cloth = strip(5 * mm);
-  // Above and below half a thickness.
+  // above and below half a thickness
   for (const double gap : {0.8 * kThickness, 0.3 * kThickness}) {
     LayerPushes pushes(cloth, 0.3, kGravity, kThickness);
     State state = hairpin(cloth, gap);
@@ -95,8 +95,8 @@ TEST(LayerPushes, ForcesAreTheGradientOfTheirEnergy) {
   }
 }
 
-/// A layer that is led along the other is held by springs at first, then by the coefficient times
-/// its push, whichever way it came.
+/// A layer moved along the other is held by springs at first, then by the coefficient times the
+/// normal force, in any direction.
 TEST(LayerPushes, HoldEachOtherAsCoulombSays) {
   constexpr double kLayerFriction = 0.3;
   const MeshCloth cloth = strip(5 * mm);
@@ -109,7 +109,7 @@ TEST(LayerPushes, HoldEachOtherAsCoulombSays) {
     for (int i = 0; i < cloth.points(); ++i)
       if (cloth.mesh().points_m[i].x() > 0.05) state[i].y() += along;
     pushes.settle(state);
-    // Part of the push that holds against +y, beside the bend. Forces are on the first pieces.
+    // Force that resists motion along +y, without the bend's. Forces are on the first pieces.
     const State nodes = ClothSurface(cloth).nodes(state);
     double push = 0, hold = 0;
     for (const ContactForce& of : pushes.stated(state, shape)) {
@@ -131,7 +131,7 @@ TEST(LayerPushes, HoldEachOtherAsCoulombSays) {
   }
 }
 
-/// A flat cloth, however fine, does not press on itself.
+/// A flat cloth does not press on itself, however fine its mesh.
 TEST(LayerPushes, NeighboursDoNotPressForBeingNeighbours) {
   const MeshCloth cloth = strip(2 * mm);
   LayerPushes pushes(cloth, 0.3, kGravity, 3 * mm);
@@ -164,12 +164,12 @@ TEST(LayerPushes, NoPathLeadsThroughAnotherLayer) {
       EXPECT_GT(found.least_m.value_or(start), led ? 0.5 * kThickness : 0.2 * start - 1e-9);
     }
   }
-  // Apart it may go as far as it likes.
+  // once apart it can move freely
   LayerPushes pushes(cloth, 0.3, kGravity, kThickness);
   EXPECT_EQ(pushes.clear_part(from, hairpin(cloth, 4 * mm, -10 * mm), false), 1);
 }
 
-/// Hung from two corners that are 10 mm apart, its sides swing through each other.
+/// Hung from two corners 10 mm apart, its sides would swing through each other.
 Scene curtain() {
   Scene scene;
   scene.file = "scene.toml";
@@ -187,7 +187,7 @@ Scene curtain() {
   return scene;
 }
 
-/// The checker refuses what layers cannot do in checker/mesh_rest_test.cpp.
+/// checker/mesh_rest_test.cpp tests that the checker refuses impossible forces of layers.
 TEST(Layers, AClothThatMeetsItselfRestsWithItsLayersApart) {
   const Scene scene = curtain();
   const DrapeCase drape = drape_case(scene, whole_patch(), std::nullopt, cotton());
@@ -218,7 +218,7 @@ TEST(Layers, AClothThatMeetsItselfRestsWithItsLayersApart) {
   }));
 }
 
-/// A cloth that does not meet itself never sees its layers: the same numbers.
+/// A cloth that does not touch itself gives the same numbers with and without layers.
 TEST(Layers, OtherClothsAreAsTheyWere) {
   const DrapeCase drape = case_of(ball(0.3));
   DrapeOptions options;

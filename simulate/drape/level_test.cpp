@@ -20,7 +20,7 @@ using Eigen::Vector2d;
 using Eigen::Vector3d;
 using units::mm;
 
-/// A map of degree 3, in units of its size.
+/// A cubic map, in units of its size.
 MeshCloth::Jet cubic(const Vector2d& p) {
   const double u = p.x(), v = p.y();
   return {{u + 3 * u * v * v, v - 2 * u * u * u + u * v, 0.1 + 4 * u * u - 5 * v * v * v},
@@ -113,7 +113,7 @@ TEST(DrapeLevel, HoldsAClampWithItsSlope) {
   EXPECT_GE(sides, 12);
 }
 
-/// Without friction: what no pin holds slides off.
+/// Without friction, so everything that no pin holds slides off.
 Scene pinned_ball() {
   Scene scene = ball(0);
   scene.start.centre_in_world->z() = 0;
@@ -134,8 +134,8 @@ Scene hung() {
   return scene;
 }
 
-/// Relative difference of first-order answers to a change of gravity from re-rests under `part` of
-/// that change, both ways.
+/// Relative difference between first-order responses to a change of gravity and new rests under a
+/// fraction `part` of that change, in both directions.
 double error_of_first_order(const Scene& scene, double part) {
   const DrapeCase drape = case_of(scene);
   DrapeOptions options;
@@ -165,12 +165,12 @@ double error_of_first_order(const Scene& scene, double part) {
 }
 
 TEST(DrapeLevel, AnswersASmallChangeOfForcesToFirstOrder) {
-  // A hundredth, as sensitivities need it: a finite step adds and frees places of contact.
+  // A hundredth, as required by sensitivities: a finite step adds and removes contact points.
   EXPECT_LT(error_of_first_order(pinned_ball(), 3e-3), 1e-2);
   EXPECT_LT(error_of_first_order(hung(), 3e-2), 1e-4);
 }
 
-/// An irregular cloth with a corner cut off and a hole beside its middle.
+/// An irregular cloth with a corner cut off and a hole beside its centre.
 ClothOutline odd_cloth() {
   return {{{0, 0}, {0.12, 0}, {0.12, 0.08}, {0.08, 0.12}, {0, 0.12}},
           {circle({0.035, 0.035}, 0.012, 8)},
@@ -207,7 +207,7 @@ TEST(Levels, HoldPinsExactlyWhateverTheirDistance) {
     EXPECT_EQ(mesh.points_m[rest.level->pinned()[k]], *scene.pins[k].at_material_m);
     EXPECT_EQ(rest.rest.state[rest.level->pinned()[k]], rest.level->pinned_at()[k]);
   }
-  // The corner beyond the cut is no cloth, nor is the hole.
+  // Neither the corner beyond the cut nor the hole is cloth.
   EXPECT_LT(rest.marks.size(), 36U);
   double lowest = 0;
   for (const Vector3d& place : rest.level->surface(rest.rest)) lowest = std::min(lowest, place.z());
@@ -223,7 +223,7 @@ TEST(Levels, AreHalvedFromTheCoarsest) {
   EXPECT_THAT(level_spacings_m(options), testing::ElementsAre(10 * mm, 6 * mm, 3 * mm));
 }
 
-// Without friction: with it a rest depends on the fall, which is one on the coarsest mesh.
+// Without friction: with it the rest depends on the fall, which is on the coarsest mesh.
 TEST(Levels, RestWhereAFallOnTheFinestMeshDoes) {
   const DrapeCase drape = case_of(hung());
   DrapeOptions options;

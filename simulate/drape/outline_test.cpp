@@ -107,7 +107,7 @@ TEST_F(Outlines, WhatIsNotSeenAsItIsDrawnIsRefused) {
                Error);
   EXPECT_THROW((void)read("<svg width='9mm' height='9mm' transform='scale(2)'>" + piece + "</svg>"),
                Error);
-  // Attributes that editors write of every layer and shape.
+  // attributes that editors write for every layer and shape
   const ClothOutline shown = drawn(
       "<style>/* display:none */ .st0{fill:none;stroke-width:2;display:inline}</style>"
       "<g style='display:inline;opacity:0.5' visibility='visible' mask='none'>" +
@@ -122,10 +122,10 @@ TEST_F(Outlines, ATransformOfMoreThanNumbersIsRefused) {
                 HasSubstr("is no transform"));
 }
 
-/// Every command of a path, absolute and relative, draws the same disc or square.
+/// Every path command, absolute and relative, draws the same disc or square.
 TEST_F(Outlines, PathsDrawWhatTheyShould) {
   const double disc = std::numbers::pi * 30 * 30;
-  // A polygon of a circle with sides of 2 mm lacks (2 pi / n)^2 / 6 of its area, n = 94.
+  // A circle as a polygon with sides of 2 mm lacks (2 pi / n)^2 / 6 of its area, n = 94.
   const double lacks = std::pow(2 * std::numbers::pi / 94, 2) / 6;
   const double k = 30 * 4 * (std::numbers::sqrt2 - 1) / 3;  // within 3e-4 of a circle
   const auto text = [](double value) { return std::to_string(value) + " "; };
@@ -139,7 +139,7 @@ TEST_F(Outlines, PathsDrawWhatTheyShould) {
   for (const char* path : {"M10 10H60V60H10Z", "m10 10h50v50h-50z",
                            "M10,10L60,10 60 60 10 60 10 10", "m10 10 50 0 0 50-50 0z"})
     EXPECT_NEAR(area_mm2(drawn(std::string("<path d='") + path + "'/>").outer), 2500, 1e-6) << path;
-  // Under a parabola of height h lie two thirds of h times the chord; the second one mirrors it.
+  // The area under a parabola is two thirds of height times chord; the second one mirrors it.
   const ClothOutline waves = drawn("<path d='M0 50Q25 100 50 50T100 50L100 0 0 0z'/>");
   EXPECT_NEAR(area_mm2(waves.outer), 5000, 1);
 }
@@ -149,7 +149,7 @@ TEST_F(Outlines, TransformsAndGroupsMoveAndTurn) {
       "<g transform='translate(100,50) rotate(90)'><g transform='scale(2)'>"
       "<rect x='0' y='0' width='10' height='20'/></g></g>");
   EXPECT_NEAR(area_mm2(outline.outer), 800, 1e-9);
-  // (10, 0) is scaled to (20, 0), turned to (0, 20), moved to x 100, y 70.
+  // (10, 0) is scaled to (20, 0), rotated to (0, 20) and moved to x 100, y 70.
   EXPECT_NEAR((outline.outer[1] - Eigen::Vector2d(70, 100) * mm).norm(), 0, 1e-12);
   EXPECT_THAT(refusal("<g transform='fold(3)'><rect width='9' height='9'/></g>"),
               HasSubstr("is no transform"));
@@ -202,7 +202,7 @@ TEST_F(Outlines, CsvHasARingPerNumber) {
   EXPECT_THROW((void)read("ring,warp_mm,weft_mm\n0,0,nothing\n", "wrong.csv"), Error);
 }
 
-/// A corner that stands twice, wherever in its ring, is one corner, and the mesh is not cut there.
+/// A corner given twice, anywhere in its ring, counts once, and the mesh is not cut there.
 TEST_F(Outlines, ACornerThatStandsTwiceIsOne) {
   const std::vector<std::string> corners = {"0,20,20\n", "0,180,20\n", "0,180,150\n", "0,100,190\n",
                                             "0,20,150\n"};
@@ -215,7 +215,7 @@ TEST_F(Outlines, ACornerThatStandsTwiceIsOne) {
   const ClothOutline plain = with_twice(corners.size());
   for (std::size_t twice = 0; twice < corners.size(); ++twice) {
     EXPECT_EQ(with_twice(twice).outer, plain.outer) << twice;
-    // Handed over as it stands, it tears no mesh.
+    // Passed on unchanged, it does not tear the mesh.
     ClothOutline doubled = plain;
     doubled.outer.insert(doubled.outer.begin() + static_cast<std::ptrdiff_t>(twice),
                          doubled.outer[twice]);

@@ -30,7 +30,7 @@ inline Print square_patch(double side_m) {
   return print;
 }
 
-/// A sphere of 60 mm that stands on the table, the middle of a cloth 1 mm above it.
+/// A sphere of 60 mm on the table, with the centre of a cloth 1 mm above it.
 inline Scene ball(double friction) {
   using units::mm;
   Scene scene;

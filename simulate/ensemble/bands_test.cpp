@@ -18,14 +18,14 @@ using Eigen::Vector2d;
 using Eigen::Vector3d;
 using units::mm;
 
-/// Nine marks, 0.1 m apart, at that height.
+/// Nine marks, 0.1 m apart, at the given height.
 MatrixX3d flat_marks(double z_m) {
   MatrixX3d marks(9, 3);
   for (int i = 0; i < 9; ++i) marks.row(i) << 0.1 * int{i / 3}, 0.1 * (i % 3), z_m;
   return marks;
 }
 
-/// 41 starts, start k at k - 20 mm, on one branch that is linked by 2 mm.
+/// 41 starts, start k at k - 20 mm, on one branch with a linking distance of 2 mm.
 Ensemble spread_by_a_millimetre() {
   Ensemble ensemble;
   ensemble.starts = 41;
@@ -49,7 +49,7 @@ TEST(Band, HoldsNineteenOfTwentyMembers) {
     EXPECT_NEAR(one.mean_in_world.z(), 0, 1e-12);
     EXPECT_NEAR(one.low_in_world.z() / mm, -19, 1e-9);
     EXPECT_NEAR(one.high_in_world.z() / mm, 19, 1e-9);
-    EXPECT_NEAR(one.radius95_m / mm, 19, 1e-9);  // sorted 0, 1, 1, 2, 2 .. 20, 20: place 38
+    EXPECT_NEAR(one.radius95_m / mm, 19, 1e-9);  // sorted 0, 1, 1, 2, 2 .. 20, 20: position 38
   }
 }
 
@@ -60,7 +60,7 @@ TEST(Band, FewMembersHaveNone) {
   EXPECT_TRUE(band_of(few, {}).empty());
 }
 
-/// Nine marks that were measured at that height.
+/// Nine marks measured at the given height.
 EnsembleCase measured_at(double z_m) {
   auto drape = std::make_shared<DrapeCase>();
   Sheet& sheet = drape->local.measured.emplace();
@@ -76,7 +76,7 @@ EnsembleCase measured_at(double z_m) {
   return own;
 }
 
-/// The ensemble with a second branch of one member, `above_m` above the first's middle.
+/// The ensemble with a second branch of one member, `above_m` above the centre of the first.
 PlacedDrape placed(double z_m, std::optional<double> above_m) {
   Ensemble ensemble = spread_by_a_millimetre();
   for (Member& member : ensemble.members)
@@ -109,7 +109,7 @@ TEST(Band, ADrapeIsOnTheBranchThatItWouldBeLinkedWith) {
   EXPECT_EQ(placed(99 * mm, 100 * mm).branch, 2);
 }
 
-/// Branches nearer to each other than their members are linked by tell no drapes apart.
+/// Branches closer to each other than the linking distance of their members cannot be told apart.
 TEST(Band, NothingIsSaidWhereBranchesAreNoFartherApart) {
   for (const PlacedDrape& one : {placed(0, 1.5 * mm), placed(0, std::nullopt)}) {
     EXPECT_EQ(one.nearest, 1);
@@ -121,10 +121,10 @@ TEST(Band, NothingIsSaidWhereBranchesAreNoFartherApart) {
 
 constexpr double kLength_m = 0.4, kWidth_m = 0.02, kDensity = 0.15, kGravity = 9.80665;
 constexpr double kStretch_n_per_m = 50;
-constexpr double kHeld = 0.9;  // relative to the limit, at which the strip lies before it is pushed
+constexpr double kHeld = 0.9;    // relative to the limit, before the strip is pushed
 constexpr double kSlack = 0.05;  // relative to the limit
 
-/// A strip on a table, pinned at one end, without a print to speak of.
+/// A strip on a table, pinned at one end, on a negligible print.
 DrapeCase strip_on_table(double friction) {
   Print print;
   print.rows = print.cols = 2;
@@ -153,9 +153,9 @@ DrapeCase strip_on_table(double friction) {
 }
 
 /// Pushed by p towards its held end a strip slides where friction has to bear T' + p, and stays
-/// there: T' = limit - p. Lifted by p it slides where its weight times 1 - p bears less than T'. In
-/// the other directions nothing is over the limit, and it comes back. The end of a strip whose pull
-/// falls by dT' moves by dT' L^2 / 2 K.
+/// there with T' = limit - p. Lifted by p it slides where its weight times 1 - p can bear less than
+/// T'. In the other directions nothing exceeds the limit, and it returns. If the gradient of
+/// tension falls by dT', the end of the strip moves by dT' L^2 / 2 K.
 TEST(FrictionBand, OfAStripOnATableIsThatOfCoulombsLaw) {
   for (const double friction : {0.1, 0.2, 0.4}) {
     const DrapeCase drape = strip_on_table(friction);
@@ -175,7 +175,7 @@ TEST(FrictionBand, OfAStripOnATableIsThatOfCoulombsLaw) {
     ClothMoment rest = level.start_at(level.cloth().mesh().points_m, places);
     const RestReport laid = level.rest(rest);
     ASSERT_TRUE(laid.at_rest) << laid.why;
-    // Drawn out so far that friction has to bear kHeld of its limit everywhere.
+    // Stretched so far that friction has to bear kHeld of its limit everywhere.
     const RestReport drawn = push(level, rest, (1 + kHeld) * friction * along);
     ASSERT_TRUE(drawn.at_rest) << drawn.why;
     const auto tip_m = [&](const ClothMoment& moment) {
@@ -241,8 +241,8 @@ TEST(FrictionBand, WithoutFrictionThereIsNoPush) {
   EXPECT_TRUE(bands.friction->pushes.empty());
 }
 
-/// The tip of a heavy cantilever after pushes, against the boundary-value problem with the same law
-/// through the same loads.
+/// The tip of a heavy cantilever after pushes, compared with the boundary-value problem with the
+/// same law and the same loads.
 TEST(MemoryBand, OfACantileverIsThatOfTheLawsBoundaryValueProblem) {
   constexpr double kStrip_m = 0.08;
   Print print;

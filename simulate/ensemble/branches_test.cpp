@@ -45,7 +45,7 @@ TEST(Branches, AreRankedAtRestAndTheSameOnTwoThreads) {
   EXPECT_EQ(text_of(list_of(find_branches(own, how), own)), text_of(list));
 }
 
-/// It ends at 8, 16, 24 or 32 starts, the last eight of which brought no branch.
+/// The search ends after 8, 16, 24 or 32 starts, if the last eight gave no new branch.
 TEST(Branches, AreSoughtWhileNewOnesCome) {
   const EnsembleCase own = test::coarse_case(test::on_round_box());
   const Ensemble found = find_branches(own, {});
@@ -64,7 +64,7 @@ TEST(Branches, AreSoughtWhileNewOnesCome) {
   EXPECT_GE(list.unseen->upper95, 1 - std::pow(0.05, 1.0 / found.starts) - 1e-12);
 }
 
-/// A branch as it is given lies on the next finer mesh, near its lowest member.
+/// A branch is written on the next finer mesh, near its lowest member.
 TEST(Branches, ThatCouldBeRealArePolished) {
   const EnsembleCase own = test::coarse_case(test::on_round_box());
   const Ensemble found = find_branches(own, {.starts = 2});
@@ -84,7 +84,7 @@ TEST(Branches, ThatCouldBeRealArePolished) {
   EXPECT_EQ(coarse.marks, found.members[found.branches[0].front()].marks);
 }
 
-/// Good's estimate, and the bound of Clopper and Pearson: 1 - 0.05^(1/n) where none is seen once.
+/// Good's estimate, and the bound of Clopper and Pearson: 1 - 0.05^(1/n) if none is seen once.
 TEST(Branches, UnseenOnesAreBounded) {
   const UnseenBranches none = unseen_of({8});
   EXPECT_EQ(none.fraction, 0);
@@ -126,7 +126,7 @@ TEST(Branches, AreWhatGapsSeparate) {
   EXPECT_EQ(link(0, {}, 0.5).group, std::vector<int>());
 }
 
-/// A cloth whose border, at each fraction of its length, lies at a radius with five waves.
+/// A cloth whose border has a radius with five waves along its length.
 TEST(Branches, TheHemsFoldsAreCounted) {
   EnsembleCase own = test::coarse_case(test::lying("A"));
   const DrapeLevel level(*own.drape, own.options.drape, 10 * mm);

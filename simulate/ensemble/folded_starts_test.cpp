@@ -15,7 +15,7 @@ using Eigen::Vector2d;
 using Eigen::Vector3d;
 using units::mm;
 
-/// The paper's D, pinned instead at those shares of the sheet's sides, 10 % nearer than flat.
+/// The paper's D, pinned instead at these fractions of the sheet's sides, 10 % closer than flat.
 Scene pinned(const std::vector<Vector2d>& places) {
   Scene scene = read_scene(drape::test::source_root() / "rigs/paper/scenes/D.toml");
   if (places.empty()) return scene;
@@ -38,10 +38,10 @@ TEST(FoldedStarts, AskForTwoPinsWithSheetOnEitherSide) {
   Scene two = pinned({{0.3, 0.2}, {0.4, 0.8}});
   EXPECT_EQ(starts_of(two), 8U);
   two.pins[1].point_in_world = *two.pins[0].point_in_world + Vector3d(0, 0, 0.1);
-  EXPECT_EQ(starts_of(two), 0U);  // no horizontal line
+  EXPECT_EQ(starts_of(two), 0U);  // no horizontal line between pins
 }
 
-/// No longer than the cloth but by its waves, apart from itself, and lower than its pins.
+/// Longer than the cloth only by its waves, without self-contact, and below its pins.
 TEST(FoldedStarts, HangDownUnstretchedAndApart) {
   const EnsembleCase own = test::coarse_case(pinned({{0.3, 0.2}, {0.4, 0.8}}));
   const DrapeLevel level(*own.drape, own.options.drape, 5 * mm);
@@ -62,10 +62,10 @@ TEST(FoldedStarts, HangDownUnstretchedAndApart) {
       longest = std::max(longest, stretch);
       shortest = std::min(shortest, stretch);
     }
-    // Half a wave as high as a tenth of its length rises by a tenth of pi.
+    // Half a wave with a height of a tenth of its length rises with a slope of a tenth of pi.
     EXPECT_LT(longest, 1 + 0.1 * std::numbers::pi);
     EXPECT_GT(shortest, 0.7) << "a chord of the fold, sheared by the wave";
-    // The narrower side is a fifth of the sheet or more.
+    // The narrower side is at least a fifth of the sheet.
     EXPECT_LT(lowest_m, -0.15 * own.drape->print.patch_m.x());
   }
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Drawn cloths that hang from two or three pins and touch nothing: how low the ensemble's lowest
-// branch lies beside rests of random starts. DRAPE_LONG_TESTS=1 runs 12 hangs with 100 random
+// Random cloths that hang from two or three pins and touch nothing: energy of the ensemble's lowest
+// branch compared with rests of random starts. DRAPE_LONG_TESTS=1 runs 12 hangs with 100 random
 // starts each and prints a row for each.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
@@ -27,7 +27,7 @@ using Eigen::Vector3d;
 namespace fs = std::filesystem;
 constexpr double kTurn = 2 * std::numbers::pi;
 
-/// The same numbers with every library.
+/// Random numbers that are the same with every library.
 class Draw {
  public:
   explicit Draw(std::uint64_t seed) : engine_(seed) {}
@@ -66,7 +66,7 @@ std::string print_text(double side) {
       side / 10, side, side);
 }
 
-/// Two or three pins, apart from each other, drawn together and to unequal heights.
+/// Two or three separate pins, moved together and to unequal heights.
 std::string pins_text(Draw& draw, double side) {
   const int count = 2 + draw.below(2);
   const bool on_marks = draw.uniform(0, 1) < 0.6;
@@ -93,8 +93,8 @@ std::string pins_text(Draw& draw, double side) {
   return text;
 }
 
-/// Hang `seed` of a fixed sequence: fabrics by KES numbers over the range of woven apparel fabrics,
-/// pins on marks or anywhere. The mesh of its starts has `meshes` spacings along a side.
+/// Hang `seed` of a fixed sequence: fabrics from KES numbers over the range of woven apparel, pins
+/// on marks or anywhere. The mesh of its starts has `meshes` spacings along a side.
 EnsembleCase draw_hang(const fs::path& folder, int seed, int meshes) {
   Draw draw(static_cast<std::uint64_t>(seed) + 1);
   const double side = 10 * std::round(draw.uniform(15, 30));
@@ -114,8 +114,8 @@ EnsembleCase draw_hang(const fs::path& folder, int seed, int meshes) {
                        std::nullopt, options);
 }
 
-/// Energy, against the pins' height, at which, without contact with itself, random start `index`
-/// rests: bent, crumpled and, by turns, turned cloths that fall. Nothing where it is no rest.
+/// Energy at rest of random start `index`, relative to the pins' height and without self-contact:
+/// bent, crumpled and, in turn, rotated cloths that fall. nullopt if it is not at rest.
 std::optional<double> energy_of_random_start(const EnsembleCase& own, int index) {
   Draw draw(1000003ULL * (index + 1));
   const Vector3d axis(draw.uniform(-1, 1), draw.uniform(-1, 1), draw.uniform(-1, 1));
@@ -132,7 +132,7 @@ std::optional<double> energy_of_random_start(const EnsembleCase& own, int index)
     waves.push_back({u, v, draw.uniform(0, kTurn), along * high / (1 + std::hypot(u, v))});
   }
   DrapeOptions options = own.options.drape;
-  options.thickness_m = 0;  // crumpled layers take minutes; cloth through itself is no rest
+  options.thickness_m = 0;  // crumpled layers take minutes; cloth through itself is not at rest
   const Eigen::Matrix3d turn = Eigen::AngleAxisd(angle, axis.normalized()).toRotationMatrix();
   const Drape drape = drape_cloth(*own.drape, options, {}, {}, [&](const DrapeLevel& level) {
     const std::vector<Eigen::Vector2d>& material_m = level.cloth().mesh().points_m;
@@ -147,7 +147,7 @@ std::optional<double> energy_of_random_start(const EnsembleCase& own, int index)
       places.push_back(turn * p);
     }
     ClothMoment moment = level.start_at(material_m, places);
-    for (const int pin : level.pinned()) moment.state[pin] = places[pin];  // carried by the fall
+    for (const int pin : level.pinned()) moment.state[pin] = places[pin];  // moved by the fall
     return moment;
   });
   if (own.ending_of(*drape.level, drape.rest, drape.levels.back().rest) != "at rest")
@@ -155,10 +155,10 @@ std::optional<double> energy_of_random_start(const EnsembleCase& own, int index)
   return drape.level->energy_j(drape.rest);
 }
 
-/// Lowest energies against the pins' height; 0: none.
+/// Lowest energies relative to the pins' height; 0 if none.
 struct Ends {
   double own_start_j = 0, starts_j = 0, lowest_j = 0, random_j = 0;
-  int rests = 0;  ///< of the random starts
+  int rests = 0;  ///< number of random starts at rest
 };
 
 Ends ends_of(int seed, int meshes, int randoms) {
@@ -191,7 +191,7 @@ Ends ends_of(int seed, int meshes, int randoms) {
   return ends;
 }
 
-/// A cloth on two pins rests lowest folded over the line through them, where few starts come to.
+/// The lowest rest of a cloth on two pins is folded over the line through them; few starts find it.
 TEST(Hangs, OnTwoPinsAreFoundFolded) {
   const bool whole = drape::test::trial_count(1, 2) == 2;
   std::vector<int> hangs{4};

@@ -11,7 +11,7 @@
 /// Drapes of bench1 for tests of ensembles.
 namespace drape::simulate::test {
 
-/// A scene of bench1 that starts flat, 3 mm above its objects and beside their middle.
+/// A scene of bench1 that starts flat, 3 mm above its objects and beside their centre.
 [[nodiscard]] inline Scene lying(const std::string& name) {
   Scene scene = read_scene(drape::test::source_root() / "rigs/bench1/scenes" / (name + ".toml"));
   scene.start = {StartMode::flat, 0,
@@ -19,14 +19,14 @@ namespace drape::simulate::test {
   return scene;
 }
 
-/// Bench1's cube with edges of 30 mm radius, which meshes of 20 mm can follow.
+/// Bench1's cube with an edge radius of 30 mm, which meshes of 20 mm can follow.
 [[nodiscard]] inline Scene on_round_box() {
   Scene scene = lying("C");
   std::get<Box>(scene.obstacles.front()).edge_radius_m = 30 * units::mm;
   return scene;
 }
 
-/// On meshes of 20 and 10 mm, one line per curve; without a sheet that places it.
+/// A case on meshes of 20 and 10 mm, with one line per curve and no sheet that positions it.
 [[nodiscard]] inline EnsembleCase coarse_case(const Scene& scene, bool internal_friction = false) {
   SimulateOptions options;
   options.segments = 1;

@@ -48,7 +48,7 @@ TEST(Curve, MoreSegmentsFitBetter) {
 }
 
 TEST(Curve, KnotsAreTheBestOfAllChoices) {
-  // Exhaustive search over the one inner knot of two segments.
+  // Exhaustive search for the inner knot of two segments.
   const SampledCurve measured = sampled(tensile, 0.04);
   const FittedCurve fit = fit_segments(measured, 2);
   for (int k = 1; k < 100; ++k) {
@@ -65,7 +65,7 @@ TEST(Curve, KnotsAreTheBestOfAllChoices) {
   }
 }
 
-/// Root mean square error in 0 .. reach, on points that the fit does not look at.
+/// Root mean square error in 0 .. reach, at points not used by the fit.
 double rms_within(const ForceCurve& curve, const SampledCurve& measured, double reach) {
   double sum = 0;
   for (int i = 0; i < 1000; ++i) {
@@ -81,7 +81,7 @@ TEST(Curve, FiveSegmentsAreNeverFartherThanOneWhereTheClothLives) {
       SampledCurve measured;
       for (int i = 0; i <= 200; ++i) {
         const double x = 0.04 * i / 200;
-        const double ripple = 1 + 0.02 * std::sin(3000 * x);  // as a chart is read
+        const double ripple = 1 + 0.02 * std::sin(3000 * x);  // like reading errors from a chart
         measured.x.push_back(x);
         measured.f.push_back(ripple * (bow == 0 ? 4000 * x : 4000 / bow * std::expm1(bow * x)));
       }
@@ -100,7 +100,7 @@ TEST(Curve, FiveSegmentsAreNeverFartherThanOneWhereTheClothLives) {
 }
 
 TEST(Curve, WhereTheClothLivesTheFirstSlopeIsTheMeasuredOne) {
-  // Loads of a drape are thousandths of those of the test; the slope at the origin is 4079 N/m.
+  // Loads of a drape are thousandths of the test's; the slope at the origin is 4079 N/m.
   const SampledCurve measured = sampled(tensile, 0.04);
   const double whole = fit_segments(measured, 5).curve.slope;
   const double reached = fit_reached(measured, 5, 4e-4).curve.slope;

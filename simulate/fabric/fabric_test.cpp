@@ -20,7 +20,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// A copy of bench1's fabric A that a test may spoil.
+/// A copy of bench1's fabric A that a test can damage.
 class SpoiledFabric : public ::testing::Test {
  protected:
   void SetUp() override {
@@ -59,7 +59,7 @@ TEST(Fabric, Bench1HasItsMeasuredBendingStiffnessAndDensity) {
         EXPECT_NEAR(bending.slope, stiffness[k], 1e-3 * stiffness[k]);
         EXPECT_TRUE(bending.hinges.empty());
       }
-      // The same stiffness at 45 degrees: J = 2 B.
+      // The stiffness at 45 degrees is the same: J = 2 B.
       EXPECT_NEAR(laws.twist_n_m, 2 * stiffness[k], 4e-3 * stiffness[k]);
       EXPECT_NEAR(laws.shear.slope, 0.6 * units::gf_per_cm_deg, 1e-3 * 33.7);
       EXPECT_EQ(curves.size(), 5u);
@@ -83,9 +83,9 @@ TEST(Fabric, UnitConversionsAgreeWithTheReferenceTable) {
   EXPECT_NEAR(units::gf_cm_per_cm, factor("2HB"), 1e-9);
 }
 
-/// One value of a file replaced, or all of it, and what the error says.
+/// A file with one value, or all of it, replaced, and the expected error.
 struct Spoiled {
-  const char *file, *old, *now;  ///< no `old`: the whole file
+  const char *file, *old, *now;  ///< an empty `old` replaces the whole file
   const char* in_file;
   std::optional<int> line;
   const char *field, *says;
@@ -139,7 +139,7 @@ TEST_F(SpoiledFabric, ARecordersZeroThatIsOffIsNamed) {
               std::to_string(0.6 * x + shift - 0.5) + "\n";
     write_durable(folder_.path() / "A/shear_warp.csv", text);
   };
-  write(0.4);  // its branches lie on both sides still
+  write(0.4);  // its branches are still on both sides
   EXPECT_NO_THROW((void)read_fabric(folder_.path() / "A.toml"));
   write(1.5);
   const Error error = error_of();
@@ -160,7 +160,7 @@ TEST(Merging, LoopsBecomeTheMeanOfTheirBranches) {
   EXPECT_NEAR(half_hysteresis(loop), 0.2, 1e-12);
 }
 
-/// A rising loop on points of the caller's choice.
+/// A rising loop at the given points.
 KawabataCurve loop_on(std::vector<double> x, double slope, double width) {
   KawabataCurve loop{"", std::move(x), {}, {}};
   for (const double at : loop.x) {
@@ -187,7 +187,7 @@ TEST(Merging, NoPointOfEitherSideIsLost) {
   const KawabataCurve fine = loop_on({-2.5, -2, -1.5, -1, -0.5, 0, 2.5}, 1, 0.1);
   EXPECT_EQ(merged_loop(fine).x, (std::vector<double>{0, 0.5, 1, 1.5, 2, 2.5}));
   EXPECT_EQ(half_width(fine).x, merged_loop(fine).x);
-  // The nearer end lies between two points of the farther side.
+  // The nearer end is between two points of the farther side.
   for (const auto& x : {std::vector<double>{-8, -4, -2, -1, 0, 1, 2, 4, 8.01}, {-8, -4, 0, 8.01}}) {
     const SampledCurve merged = merged_loop(loop_on(x, 1, 0.1));
     EXPECT_EQ(merged.x.back(), 8);
@@ -232,7 +232,7 @@ TEST(Merging, ShearIsTheSameWithWarpAndWeftExchanged) {
   }
 }
 
-/// A fabric of KES numbers alone; tests spoil single lines.
+/// A fabric of KES numbers alone; tests change single lines.
 class KesNumbers : public ::testing::Test {
  protected:
   Fabric read(const std::string& tensile, const std::string& shear, const std::string& bending) {
@@ -282,7 +282,7 @@ TEST_F(KesNumbers, GiveCurvesThatGiveTheNumbersBack) {
   EXPECT_NEAR(half_hysteresis(fabric.bending[0]), 0.02 * units::gf_cm_per_cm, 1e-12);
 }
 
-/// A curve that bends down holds more work than its triangle.
+/// A curve that is concave contains more work than its triangle.
 TEST_F(KesNumbers, ALinearityAboveOneKeepsItsWork) {
   const std::string numbers = "{ emt_percent = 4, lt = 1.25, wt_gf_cm_per_cm2 = 12.5 }\n";
   const Fabric fabric =

@@ -79,7 +79,7 @@ TEST_F(Import, WrongUnitsAndValuesAreRefusedAndLeaveNothing) {
     EXPECT_FALSE(std::filesystem::exists(folder_.path() / "out")) << to;
   };
   refused(kKes, "W,mg/cm2", "W,oz/yd2");
-  refused(kKes, "B,gf.cm2/cm,0.088", "B,gf.cm2/cm,86.3");          // it was dyn cm2/cm
+  refused(kKes, "B,gf.cm2/cm,0.088", "B,gf.cm2/cm,86.3");          // in dyn cm2/cm
   refused(kKes, "B,gf.cm2/cm,0.088,0.059", "B,gf.cm2/cm,0.088,");  // no weft
   refused(kKes, "2HB,", "HB2,");
   refused(kKes, "W,mg/cm2", "B,gf.cm2/cm");  // twice
@@ -90,7 +90,7 @@ TEST_F(Import, AFastSheetFollowsItsFormulas) {
       file("property,unit,warp,weft\nW,g/m2,200,\nC,mm,17,16\nE5,%,0.4,0.6\nE20,%,1.1,1.7\n"
            "E100,%,2.9,4.4\nEB5,%,3.1,\n"),
       "wool"));
-  // B = 9.81e-6 W C^3 uN m and G = 123 / EB5 N/m, as the instruments' charts round them.
+  // B = 9.81e-6 W C^3 uN m and G = 123 / EB5 N/m, with the rounding of the instruments' charts.
   EXPECT_NEAR(slope(fabric.bending[0]), 9.81e-6 * 200 * 17 * 17 * 17 * 1e-6, 1e-3 * 9.6e-6);
   EXPECT_NEAR(slope(fabric.shear[0]), 123 / 3.1, 0.005 * 40);
   EXPECT_NEAR(fabric.tensile[0].loading.back(), 98.0665, 1e-9);
@@ -100,7 +100,7 @@ TEST_F(Import, AFastSheetFollowsItsFormulas) {
 const std::string kHead = "property,unit,warp,weft\nW,g/m2,200,\n";
 const std::string kBend = "B,gf.cm2/cm,0.088,0.059\n", kLengths = "C,mm,17,16\n";
 
-/// Values of the whole cloth may stand in either column, or the same in both.
+/// Values of the whole cloth can be in either column, or equal in both.
 TEST_F(Import, ValuesOfTheWholeClothAreTakenFromEitherColumnAndNeverChosen) {
   const auto b45 = [&](const std::string& values) {
     return import_kes(file(kHead + kBend + "B45,gf.cm2/cm," + values + "\n"), "x");
@@ -131,7 +131,7 @@ TEST_F(Import, StandInsAreWhatTheSheetDoesNotState) {
   EXPECT_THAT(stand_ins("EMT,%,4,8\nLT,,0.7,0.7\n"), Contains("tensile hysteresis: RT 60 %"));
   EXPECT_THAT(stand_ins("EMT,%,4,8\nLT,,0.7,0.7\nRT,%,55,55\n"),
               Not(Contains(HasSubstr("tensile"))));
-  // A curve to 20 gf/cm is one.
+  // A curve up to 20 gf/cm counts.
   const ImportedFabric fast =
       import_fast(file(kHead + kLengths + "E5,%,0.4,0.6\nE20,%,1.1,1.7\n"), "x");
   EXPECT_THAT(fast.stand_ins, Not(Contains("tensile curves")));
@@ -140,7 +140,7 @@ TEST_F(Import, StandInsAreWhatTheSheetDoesNotState) {
   EXPECT_NEAR(written(fast).tensile[1].x.back(), 0.017, 1e-12);
 }
 
-/// The files that were made for it are gone: the sheet's line is named.
+/// The files made for it no longer exist, so the line of the sheet is named.
 TEST_F(Import, WhatNoTextileHasIsNamedByTheLineOfTheSheet) {
   const auto refused = [&](const ImportedFabric& fabric, int line, const std::string& property) {
     expect_refused([&] { write_imported(folder_.path() / "out", fabric); }, line, property);
@@ -166,7 +166,7 @@ TEST_F(Import, WhatNoTextileHasIsNamedByTheLineOfTheSheet) {
   expect_refused([&] { (void)kes("B,gf.cm2/cm,0.088,\n"); }, 3, "B");
 }
 
-/// It makes G, whose units are no help with it.
+/// It determines G, in whose units the error would be hard to recognise.
 TEST_F(Import, AnExtensionAt45DegreesGivenAsAFractionIsNamedAsOne) {
   const auto refusal = [&](const std::string& eb5) {
     try {
@@ -189,7 +189,7 @@ TEST_F(Import, LoopsThatDoNotGoWithTheirSlopesAreWarnedOf) {
     return write_imported(folder_.path() / "out", import_kes(file(kHead + kBend + rows), "x"));
   };
   EXPECT_THAT(warnings("2HB,gf.cm/cm,0.43,0.29\n"), IsEmpty());
-  // Half a loop of 0.45 is above 0.088 gf cm2/cm times 2.5 per cm.
+  // Half of a loop of 0.45 exceeds 0.088 gf cm2/cm times 2.5 per cm.
   EXPECT_THAT(warnings("2HB,gf.cm/cm,0.45,0.29\n"),
               testing::ElementsAre(HasSubstr("bending.warp_kes: let go at the largest strain")));
   const std::string slope = "G,gf/cm.deg,0.6,0.7\n";
@@ -206,7 +206,7 @@ TEST_F(Import, ANameIsWrittenAsItIs) {
   EXPECT_EQ(written(import_kes(file(kKes), "a\x7f\nb")).name, "a  b");
 }
 
-/// Numbers that some fabric has, beside a density with which none has them.
+/// Numbers that occur for some fabric, but not for one of this density.
 TEST_F(Import, NumbersThatDoNotGoWithTheDensityAreRefusedByTheLineOfTheSheet) {
   const auto sheet = [&](const std::string& rows) {
     return file("property,unit,warp,weft\nW,g/m2,138,\n" + rows);
@@ -225,7 +225,7 @@ TEST_F(Import, NumbersThatDoNotGoWithTheDensityAreRefusedByTheLineOfTheSheet) {
       },
       2, "W");
   EXPECT_FALSE(std::filesystem::exists(out));
-  // Stiffer than 95 % of its weight, and still a fabric.
+  // Stiffer than 95 % of fabrics of its weight, and still a fabric.
   EXPECT_THAT(kes("B,gf.cm2/cm,0.9,0.08\n"),
               testing::ElementsAre(HasSubstr("bending.warp: bending stiffness 0.9 gf cm2/cm")));
 }

@@ -14,7 +14,7 @@
 namespace drape::simulate {
 namespace {
 
-/// An elastic line with a stack, driven like a specimen.
+/// An elastic line with a friction stack, driven like a specimen.
 struct Specimen {
   ForceCurve elastic;
   FrictionStack stack;
@@ -32,9 +32,9 @@ struct Specimen {
   }
 };
 
-/// KES numbers as the machine reads them: from the second cycle between -range and range.
+/// KES numbers as the instrument reads them: from the second cycle between -range and range.
 struct KesReading {
-  double slope = 0;  ///< mean of both branches from `from` to `to`, and of signs
+  double slope = 0;  ///< mean of both branches from `from` to `to`, and of both signs
   std::function<double(double)> width;
 };
 KesReading read_as_kes(Specimen specimen, double range, double from, double to) {
@@ -90,7 +90,7 @@ TEST(Memory, GivesKesNumbersBack) {
   EXPECT_NEAR(shear.width(5 * deg) / units::gf_per_cm, 1.4, 1.4e-10);
 }
 
-/// The stack's loop at the points of a curve: half the width, and the error that the fit states.
+/// Compares the stack's loop at the points of a curve with half the width and the stated fit error.
 void expect_stated_error(const FrictionStack& stack, const HalfWidth& loop,
                          const CurveReport& stated) {
   const double range = loop.x.back();
@@ -108,7 +108,7 @@ void expect_stated_error(const FrictionStack& stack, const HalfWidth& loop,
   EXPECT_NEAR(rms, stated.rms_error, 1e-9 * stated.half_hysteresis);
 }
 
-/// No measured loop is at hand: these are the benches' stand-ins, drawn with straight ends.
+/// No measured loop is available: these are the benches' stand-ins, with straight ends.
 TEST(Memory, FollowsLoopsFromFilesWithinTheStatedError) {
   for (const char* name : {"A", "B"}) {
     const Fabric fabric =
@@ -167,7 +167,7 @@ TEST(Memory, ClosesLoopsForgetsReversalsAndDissipatesTheirArea) {
     specimen.go(-outer);
     const double f0 = specimen.go(inner);
     const Specimen unturned = specimen;
-    // A loop from `inner` back to it: it closes, and its area is what it dissipates.
+    // A loop from `inner` and back closes, and its area equals its dissipation.
     const double turn = -outer + (inner + outer) * 0.3;
     const double before = specimen.dissipated, stored = specimen.stored(inner);
     double area = 0, at = inner, f = f0;
@@ -176,7 +176,7 @@ TEST(Memory, ClosesLoopsForgetsReversalsAndDissipatesTheirArea) {
       const double fraction = k <= kSteps ? 1.0 * k / kSteps : 2 - 1.0 * k / kSteps;
       const double x = inner + (turn - inner) * fraction;
       const SlipElement* element = specimen.stack.elements.data();
-      // Exact work of the step: elastic line and the elements' potentials.
+      // Exact work of the step: potentials of the elastic line and the elements.
       area += specimen.elastic.energy(std::abs(x)) - specimen.elastic.energy(std::abs(at));
       for (std::size_t e = 0; e < specimen.slip.size(); ++e)
         area += element[e].potential(x, specimen.slip[e]) - element[e].stored(at, specimen.slip[e]);
@@ -186,15 +186,15 @@ TEST(Memory, ClosesLoopsForgetsReversalsAndDissipatesTheirArea) {
     EXPECT_NEAR(f, f0, 1e-9);
     EXPECT_NEAR(specimen.stored(inner), stored, 1e-9);
     EXPECT_NEAR(specimen.dissipated - before, area, 1e-9 * (1 + area));
-    // Beyond the loop it is as if it had never been.
+    // Beyond the loop the state is as if the loop had not occurred.
     Specimen other = unturned;
     const double x = inner + (outer - inner) * 0.5;
     EXPECT_NEAR(specimen.go(x), other.go(x), 1e-9);
   }
 }
 
-/// The work of a loop by a rule that knows no potential: Gauss's of two points between the kinks
-/// of the law is exact, and a fine trapezoid needs none of them.
+/// The work of a loop without using potentials: Gauss's rule with two points between the kinks of
+/// the law is exact, and a fine trapezoidal rule needs no kinks.
 TEST(Memory, LoopAreaByTheTrapezoid) {
   Specimen specimen{{2.0, {}}, {{{40, 1, 0.3}, {10, 0.5, 0}, {5, 0, 0.4}}}};
   for (const double x : {2.0, -2.0}) specimen.go(x);

@@ -6,7 +6,7 @@
 /// Laws for tests.
 namespace drape::simulate {
 
-/// Straight laws, the same along warp and weft.
+/// Linear laws, equal along warp and weft.
 [[nodiscard]] inline ClothLaws linear_laws(double density_kg_per_m2, double tensile_n_per_m,
                                            double shear_n_per_m, double bending_n_m,
                                            double twist_n_m = 0) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Internal friction follows the load and the cloth's motion, not a descent's steps.
+// Internal friction follows the load and the cloth's motion, not the steps of a descent.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -15,7 +15,7 @@ namespace {
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-// A strip clamped at one end, light enough to bend by a few hundredths of its length.
+// A strip clamped at one end, light enough to deflect by a few hundredths of its length.
 constexpr double kStripLength = 0.05, kStripWidth = 0.01, kStripGravity = 0.1,
                  kStripDensity = 0.138;                                     // SI
 constexpr double kStripStiffness = 8e-6, kStripSlip = 5 * kStripStiffness;  // N m
@@ -31,9 +31,9 @@ class Strip {
     });
     descent.gravity_m_per_s2 = {0, 0, -kStripGravity};
   }
-  /// One increment from where it is to its whole weight.
+  /// One increment from the current state to the whole weight.
   void load() { EXPECT_TRUE(descend(cloth_, state_, held_, stiffness_, {}, descent).at_rest); }
-  /// Let go, until it is at rest.
+  /// Releases it, and waits until it is at rest.
   void fall(const TimeStepsOptions& options) {
     const auto no_table = [](double) { return -std::numeric_limits<double>::infinity(); };
     EXPECT_TRUE(
@@ -82,12 +82,12 @@ class Strip {
   MeshCloth::State state_;
 };
 
-/// A moment that only grows bends to M / (B + k) up to the limit, to (M - limit) / B above it.
+/// A moment that only grows bends to M / (B + k) below the limit and to (M - limit) / B above it.
 double sag_of_a_load_that_grows() {
   constexpr int kPieces = 10000;
   double sag = 0;
   for (int i = 0; i < kPieces; ++i) {
-    const double free = (i + 0.5) / kPieces * kStripLength;  // from the loose end
+    const double free = (i + 0.5) / kPieces * kStripLength;  // from the free end
     const double moment = kStripDensity * kStripGravity * free * free / 2;
     const double stuck = moment / (kStripStiffness + kStripSlip);
     sag += std::max(stuck, (moment - kStripThreshold) / kStripStiffness) * free * kStripLength /
@@ -96,8 +96,8 @@ double sag_of_a_load_that_grows() {
   return sag;
 }
 
-/// Where a beam comes to rest that is let go from straight, by small steps in time of central
-/// differences along it, with the air's drag.
+/// Sag of a beam released from straight, by small time steps of central differences along it, with
+/// air drag.
 double sag_of_a_fall(double drag_per_s) {
   constexpr int kPieces = 40;
   constexpr double kPiece = kStripLength / kPieces, kStep_s = 2e-5, kUntil_s = 8;
@@ -126,13 +126,13 @@ double sag_of_a_fall(double drag_per_s) {
 
 TimeStepsOptions until_it_is_still() {
   TimeStepsOptions options;
-  options.quiet_m = 1e-9;  // its swings are 1 mm
-  options.quiet_s = 0.6;   // a period
+  options.quiet_m = 1e-9;  // it swings by 1 mm
+  options.quiet_s = 0.6;   // one period
   options.longest_s = 30;
   return options;
 }
 
-/// However a descent gets there. 1 %: a cantilever's mesh error at this spacing.
+/// Independent of the path of the descent. 1 %: mesh error of a cantilever at this spacing.
 TEST(InternalFriction, AnIncrementGivesTheClosedFormOfALoadThatGrows) {
   const double exact = sag_of_a_load_that_grows();
   for (const double farthest : {0.02, 0.3, 1.0}) {
@@ -143,8 +143,8 @@ TEST(InternalFriction, AnIncrementGivesTheClosedFormOfALoadThatGrows) {
   }
 }
 
-/// A fall swings beyond, slips there and stays lower. 2 %: the mesh's 1 %, and (omega dt)^2 = 1 %
-/// of the fastest first mode, sqrt((B + k) / (rho L^4)) 3.52 = 26 per s, at steps of 4 ms.
+/// A fall overshoots, slips there and stays lower. 2 %: 1 % of the mesh, and (omega dt)^2 = 1 % of
+/// the highest first mode, sqrt((B + k) / (rho L^4)) 3.52 = 26 per s, at steps of 4 ms.
 TEST(InternalFriction, AFallEndsWhereABeamsMotionDoes) {
   const TimeStepsOptions options = until_it_is_still();
   const double exact = sag_of_a_fall(options.drag_per_s);
@@ -152,7 +152,7 @@ TEST(InternalFriction, AFallEndsWhereABeamsMotionDoes) {
   Strip strip, short_steps, halved;
   strip.fall(options);
   EXPECT_NEAR(strip.sag_m() / exact, 1, 0.02);
-  // The descents' own steps change nothing but what their residual leaves.
+  // The steps of the descents have no effect beyond their residual.
   short_steps.descent.farthest_step = 0.02;
   short_steps.fall(options);
   EXPECT_NEAR(short_steps.sag_m() / strip.sag_m(), 1, 1e-3);
@@ -162,9 +162,9 @@ TEST(InternalFriction, AFallEndsWhereABeamsMotionDoes) {
   EXPECT_NEAR(halved.sag_m() / strip.sag_m(), 1, 0.01);
 }
 
-/// Cotton broadcloth of Matsudaira et al. 2015. While friction settled after each step of a
-/// descent, longest steps of 0.3 and 1 ended at 77.8 and 81.3 %; 0.5 is a tenth of what the
-/// published coefficient may miss by.
+/// Cotton broadcloth of Matsudaira et al. 2015. When friction was updated after each step of a
+/// descent, longest steps of 0.3 and 1 gave 77.8 and 81.3 %; 0.5 is a tenth of the tolerance on the
+/// published coefficient.
 TEST(InternalFriction, ACoefficientDoesNotDependOnADescentsSteps) {
   ClothLaws laws = linear_laws(0.1238, 500, 33.7, 1.157e-5, 1.99e-5);
   const FrictionStack bending{{{6.08e-5, 6.08e-4, 0}}};

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Limp cloth on a drapemeter: it must fold, and end low.
+// Limp cloth on a drapemeter must fold and end low.
 #include <gtest/gtest.h>
 
 #include <numbers>
@@ -28,8 +28,8 @@ class Faille : public testing::Test {
   CusickOptions options_;
 };
 
-/// Published drape coefficient 28.3 %: cloth so limp that linear triangles of this size hold it
-/// out, at 52 %.
+/// Published drape coefficient 28.3 %: the cloth is so limp that linear triangles of this size keep
+/// it too stiff, at 52 %.
 TEST_F(Faille, IsNotHeldOutByACoarseMesh) {
   options_.lowering_steps = 1;
   const CusickDrape drape = cusick_drape(laws_, options_);
@@ -52,7 +52,7 @@ TEST_F(Faille, LoadsThatItDidNotRestUnderAreCounted) {
   EXPECT_EQ(cusick_drape(laws_, options_).hurried_loads, 4);
 }
 
-/// Let go at once, cloth folds as grows fastest; on a table that goes down it follows the rest.
+/// Released at once, cloth folds in the fastest growing mode; on a lowered table it follows rests.
 TEST_F(Faille, EndsLowerFromATableThatGoesDown) {
   CusickOptions at_once = options_;
   at_once.lowering_steps = 1;

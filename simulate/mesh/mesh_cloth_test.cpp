@@ -28,7 +28,7 @@ TEST(Mesher, AnyOutlineIsCoveredByTriangles) {
   }
   area -= 8 * 0.008 * 0.008 * std::sin(std::numbers::pi / 8);
   EXPECT_NEAR(mesh.area_m2(), area, 1e-12);
-  // Euler: points - edges + triangles = 1 - holes.
+  // Euler's formula: points - edges + triangles = 1 - holes.
   EXPECT_EQ(static_cast<int>(mesh.points_m.size()) - static_cast<int>(mesh.edges.size()) +
                 static_cast<int>(mesh.triangles.size()),
             0);
@@ -55,7 +55,7 @@ TEST(Mesher, NoPointLiesInTheCircleOfATriangle) {
   }
 }
 
-/// Length of the mesh's sides on a line.
+/// Length of the mesh's sides that lie on a line.
 double followed_m(const MaterialMesh& mesh, const Vector2d& from, const Vector2d& to) {
   double sum = 0;
   for (const MaterialMesh::Edge& edge : mesh.edges) {
@@ -68,7 +68,7 @@ double followed_m(const MaterialMesh& mesh, const Vector2d& from, const Vector2d
 
 TEST(Mesher, SidesFollowLinesWherePinsStandBesideAndOnThem) {
   ClothOutline outline{{{0, 0}, {0.1, 0}, {0.1, 0.1}, {0, 0.1}}, {}, {}};
-  // Part of the hem, across the cloth, another that crosses it, and one that ends on it.
+  // A part of the hem, a line across the cloth, another that crosses it, and one that ends on it.
   outline.lines = {{{{0, 0.013}, {0, 0.061}}},
                    {{{0.0337, 0}, {0.0337, 0.1}}},
                    {{{0.01, 0.05}, {0.08, 0.05}}},
@@ -92,8 +92,8 @@ TEST(Mesher, SidesFollowLinesWherePinsStandBesideAndOnThem) {
   }
 }
 
-/// Largest force on a point, and largest moment on a side, that do not belong to the border; then
-/// the same of all.
+/// Largest force on a point and largest moment on a side, without those of the border and with
+/// them.
 struct Forces {
   double point = 0, side = 0, any_point = 0, any_side = 0;
 };
@@ -120,7 +120,7 @@ Forces inner_forces(const MeshCloth& cloth, const MeshCloth::State& state) {
 TEST(PatchTest, ConstantStrainIsExactOnIrregularMeshes) {
   for (unsigned seed = 1; seed <= 5; ++seed) {
     const MeshCloth cloth(irregular_mesh(0.004, seed), laws_of(false));
-    // 2 % along the warp, 1 % along the weft, sheared, and turned in space.
+    // 2 % along the warp, 1 % along the weft, sheared, and rotated in space.
     const double angle = 0.08;
     const Eigen::Matrix3d turn =
         Eigen::AngleAxisd(0.7, Vector3d(1, 2, 3).normalized()).toRotationMatrix();
@@ -139,7 +139,7 @@ TEST(PatchTest, ConstantStrainIsExactOnIrregularMeshes) {
     EXPECT_LT(energy.bending_j + energy.twist_j, 1e-10 * energy.sum_j());
     const Forces forces = inner_forces(cloth, state);
     EXPECT_LT(forces.point, 1e-10 * forces.any_point);
-    // No curvature, no moment: against that of 1 1/m on a side of the mesh.
+    // Without curvature there is no moment, relative to that of 1 1/m on a side of the mesh.
     EXPECT_LT(forces.any_side, 1e-10 * laws.bending[0].slope * 0.004);
   }
 }
@@ -147,7 +147,7 @@ TEST(PatchTest, ConstantStrainIsExactOnIrregularMeshes) {
 TEST(PatchTest, ConstantCurvatureIsExactOnIrregularMeshes) {
   for (unsigned seed = 1; seed <= 5; ++seed) {
     ClothLaws laws = laws_of(false);
-    laws.tensile[0] = laws.tensile[1] = laws.shear = ForceCurve{0, {}};  // bending alone
+    laws.tensile[0] = laws.tensile[1] = laws.shear = ForceCurve{0, {}};  // only bending
     const MeshCloth cloth(irregular_mesh(0.004, seed), laws);
     const double a = 25, b = -7, c = 12;  // x_uu, x_uv, x_vv of the height, 1/m
     const auto state = cloth.state_of([&](const Vector2d& p) {
@@ -169,8 +169,8 @@ TEST(PatchTest, ConstantCurvatureIsExactOnIrregularMeshes) {
 
 constexpr double kWave = 2 * std::numbers::pi / 0.057;  // 1/m
 
-/// Bending energy of a wave of 57 mm across the warp by 23 degrees, of given points, border and
-/// sides that rest, over that of the smooth wave; bending alone, isotropic.
+/// Bending energy relative to the smooth wave, for a wave of 57 mm across the warp by 23 degrees
+/// with given points and border and free sides at rest; bending only, isotropic.
 double energy_of_a_wave(double spacing) {
   ClothLaws laws = laws_of(true);
   laws.tensile[0] = laws.tensile[1] = laws.shear = ForceCurve{0, {}};
@@ -191,10 +191,10 @@ double energy_of_a_wave(double spacing) {
   for (const auto& edge : cloth.mesh().edges) held.push_back(edge.left < 0 || edge.right < 0);
   MeshStiffness stiffness(cloth, held);
   DescentOptions descent;
-  descent.residual = 1e-9;  // asked of the sides: the points are held
+  descent.residual = 1e-9;  // required of the sides: the points are held
   EXPECT_TRUE(descend(cloth, state, held, stiffness, {}, descent).at_rest);
   const double area = cloth.mesh().area_m2();
-  double smooth = 0;  // integral of cos^2 over the patch, by its triangles' middles
+  double smooth = 0;  // integral of cos^2 over the patch, by the centroids of its triangles
   for (int t = 0; t < static_cast<int>(cloth.mesh().triangles.size()); ++t) {
     Vector2d middle(0, 0);
     for (const int corner : cloth.mesh().triangles[t]) middle += cloth.mesh().points_m[corner] / 3;
@@ -205,7 +205,7 @@ double energy_of_a_wave(double spacing) {
   return cloth.energies(state).sum_j() / smooth;
 }
 
-/// Morley's triangle alone bends it with 0.958 and 0.842 of its energy.
+/// Morley's triangle alone gives 0.958 and 0.842 of the energy.
 TEST(MeshCloth, AWaveBendsWithTheEnergyOfTheSmoothOne) {
   for (const double spacing : {0.005, 0.010}) {
     const double ratio = energy_of_a_wave(spacing), order = std::pow(kWave * spacing, 2);
@@ -262,7 +262,7 @@ TEST(MeshCloth, AStateTurnedInSpaceHasTheSameEnergy) {
   EXPECT_NEAR(cloth.energies(state).sum_j() / before, 1, 1e-12);
 }
 
-/// Also after its friction elements have slipped there and back, its forces are its energy's slope.
+/// Forces are the gradient of the energy, also after friction elements slipped back and forth.
 TEST(MeshCloth, ForcesWithInternalFrictionAreTheSlopeOfTheStepsEnergy) {
   ClothLaws laws = laws_of(true);
   const double b = laws.bending[0].slope, g = laws.shear.slope;
@@ -288,7 +288,7 @@ TEST(MeshCloth, ForcesWithInternalFrictionAreTheSlopeOfTheStepsEnergy) {
   for (std::size_t i = 0; i < state.size(); ++i) {
     const double k = static_cast<double>(i);
     direction[i] = Vector3d(std::sin(k), std::sin(2.3 * k), std::cos(1.7 * k));
-    if (static_cast<int>(i) < cloth.points()) direction[i] *= 0.01;  // m, the others are slopes
+    if (static_cast<int>(i) < cloth.points()) direction[i] *= 0.01;  // in m; the others are slopes
     slope -= force[i].dot(direction[i]);
     size += std::abs(force[i].dot(direction[i]));
     less[i] -= step * direction[i];
@@ -298,8 +298,8 @@ TEST(MeshCloth, ForcesWithInternalFrictionAreTheSlopeOfTheStepsEnergy) {
               1e-5 * size);
 }
 
-/// Forces of friction elements are carried from mesh to mesh; of a cloth bent alike everywhere and
-/// back in part that is one number.
+/// Forces of friction elements are transferred between meshes; for a cloth with uniform bending,
+/// partly reversed, they are one number.
 TEST(MeshCloth, ItsFrictionIsTakenOverFromAnotherMesh) {
   ClothLaws laws = laws_of(true);
   const double b = laws.bending[0].slope, g = laws.shear.slope;
@@ -320,10 +320,10 @@ TEST(MeshCloth, ItsFrictionIsTakenOverFromAnotherMesh) {
   fine.take_over(coarse, bent(coarse, 15), bent(fine, 15));
   EXPECT_EQ(fine.dissipated_j(), coarse.dissipated_j());
   const double last = fine.dissipated_j();
-  // Elements are at their limits already: the same shape takes what the meshes' strains differ by.
+  // Elements are at their limits: the same shape absorbs the difference of the meshes' strains.
   fine.settle(bent(fine, 15));
   EXPECT_NEAR(fine.dissipated_j() / last, 1, 1e-2);
-  // Bent a little further they move back from their limits, where a cloth without a past slips on.
+  // After a little more bending they move off their limits; a cloth without history slips further.
   MeshCloth forgetful(irregular_mesh(0.004, 8), laws);
   forgetful.settle(bent(fine, 15));
   const double remembered = fine.energies(bent(fine, 17)).bending_j;
@@ -331,7 +331,7 @@ TEST(MeshCloth, ItsFrictionIsTakenOverFromAnotherMesh) {
   EXPECT_GT(forgetful.energies(bent(fine, 17)).bending_j, 1.05 * remembered);
 }
 
-/// Deflection of the end of a short strip clamped on one side, of a small weight, over that of a
+/// Deflection of the end of a short strip clamped on one side, under a small weight, relative to a
 /// beam, w L^4 / (8 B): a strip of constant width bends like a plate without Poisson's effect.
 double cantilever_ratio(double spacing, bool along_weft) {
   constexpr double kLength = 0.02, kWidth = 0.01, kGravity = 0.2;  // m/s^2: 0.1 % of the length
@@ -374,7 +374,7 @@ double cantilever_ratio(double spacing, bool along_weft) {
 }
 
 TEST(MeshCloth, ACantileverConvergesToTheBeam) {
-  // The clamp holds the side's derivative, so the error is the elements' own: order 2.
+  // The clamp holds the derivative on the side, so the error is that of the elements: order 2.
   for (const bool along_weft : {false, true}) {
     const double coarse = std::abs(cantilever_ratio(0.005, along_weft) - 1);
     const double fine = std::abs(cantilever_ratio(0.0025, along_weft) - 1);

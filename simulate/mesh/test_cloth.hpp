@@ -7,7 +7,7 @@
 /// Cloth for the tests of this room.
 namespace drape::simulate {
 
-/// With straight laws, or with bends in them.
+/// Laws that are linear, or have kinks.
 inline ClothLaws laws_of(bool straight) {
   ClothLaws laws;
   laws.density_kg_per_m2 = 0.138;
@@ -24,7 +24,7 @@ inline ClothLaws laws_of(bool straight) {
   return laws;
 }
 
-/// An L with a round hole, 60 x 50 mm, on an irregular mesh.
+/// An L shape with a round hole, 60 x 50 mm, on an irregular mesh.
 inline MaterialMesh irregular_mesh(double spacing = 0.004, unsigned seed = 3) {
   ClothOutline outline;
   outline.outer = {{0, 0}, {0.06, 0}, {0.06, 0.02}, {0.035, 0.022}, {0.03, 0.05}, {0, 0.05}};

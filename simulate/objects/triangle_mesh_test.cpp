@@ -17,7 +17,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-/// A cube of 20 mm around the origin, faces as quads.
+/// A cube of 20 mm around the origin, with quads as faces.
 const char* const kCube =
     "v -10 -10 -10\nv 10 -10 -10\nv 10 10 -10\nv -10 10 -10\n"
     "v -10 -10 10\nv 10 -10 10\nv 10 10 10\nv -10 10 10\n"
@@ -40,7 +40,7 @@ TEST(TriangleMesh, CubeHasTheDistancesOfABox) {
   EXPECT_NEAR(shapes.top_z_m(), 0.01, 1e-15);
 }
 
-/// A residual of 1e-6 weights is a particle's displacement of 2e-13 m there.
+/// There a residual of 1e-6 weights is a displacement of a particle of 2e-13 m.
 TEST(TriangleMesh, DistanceIsLinearThroughAFace) {
   const test::TemporaryFolder folder;
   write_durable(folder.path() / "cube.obj", kCube);
@@ -117,7 +117,7 @@ TEST(Cylinder, DistancesAreExact) {
   EXPECT_NEAR(shapes.top_z_m(), 0.05, 1e-15);
 }
 
-/// Gap, normal and curvature are derivatives of each other, at faces, edges, corners and rims.
+/// Gap, normal and curvature are derivatives of each other, at faces, edges, corners and borders.
 TEST(Surroundings, NormalAndCurvatureAreTheDerivativesOfTheGap) {
   Surroundings shapes;
   const WorldFromObject turned{

@@ -25,7 +25,7 @@ using units::mm;
 constexpr double kG = 9.80665;
 const ParticleGrid kSquare{7, 5, {0.06, 0.04}}, kOblong{7, 6, {0.06, 0.04}};
 
-/// Positions by a map from material coordinates (m) to space.
+/// Positions from a map of material coordinates (m) to space.
 template <class Map>
 Particles shaped(const ParticleGrid& grid, const Map& map) {
   Particles x(3, grid.count());
@@ -38,7 +38,7 @@ Particles shaped(const ParticleGrid& grid, const Map& map) {
 Particles flat(const ParticleGrid& grid, double z = 0) {
   return shaped(grid, [&](double u, double v) { return Vector3d(u, v, z); });
 }
-/// Both thread families keep their length and turn by half the angle.
+/// Both thread families keep their length and rotate by half the angle.
 Particles trellis(const ParticleGrid& grid, double angle) {
   const double c = std::cos(angle / 2), s = std::sin(angle / 2);
   return shaped(grid,
@@ -52,8 +52,8 @@ Particles forces_of(const PaperCloth& cloth, const Particles& x,
   return force;
 }
 
-/// Force per width on an inner particle of the first row or column, stretched by `strain` with
-/// the width held.
+/// Force per width on an inner particle of the first row or column, stretched by `strain` at
+/// constant width.
 double inner_pull(const ParticleGrid& grid, const ClothLaws& laws, double strain, bool along_warp) {
   const Particles x = shaped(grid, [&](double u, double v) {
     return along_warp ? Vector3d((1 + strain) * u, v, 0) : Vector3d(u, (1 + strain) * v, 0);
@@ -65,7 +65,7 @@ double inner_pull(const ParticleGrid& grid, const ClothLaws& laws, double strain
 
 TEST(PaperCloth, UniaxialStretchOfAnInnerLineGivesKst) {
   // The diagonals carry what K'st lacks to first order in the strain: with s the angle of the
-  // diagonals their part differs from K_diag strain by less than 3 strain of itself.
+  // diagonals, their contribution differs from K_diag strain by less than 3 strain of itself.
   const ClothLaws laws = knotted_laws();
   for (const ParticleGrid& grid : {kSquare, kOblong}) {
     for (const double strain : {-0.01, 1e-6, 0.002, 0.008, 0.03}) {
@@ -85,8 +85,8 @@ TEST(PaperCloth, UniaxialStretchOfAnInnerLineGivesKst) {
 }
 
 TEST(PaperCloth, PureShearFollowsTheShearCurve) {
-  // Exact equality with the curve needs K = f / (sqrt(1 + s) - sqrt(1 - s)), s = sin a; the paper's
-  // f / s exceeds that by s^2 / 8 and higher terms.
+  // Exact agreement with the curve needs K = f / (sqrt(1 + s) - sqrt(1 - s)), s = sin a; the
+  // paper's f / s exceeds that by s^2 / 8 and higher terms.
   const ParticleGrid grid{3, 3, {0.02, 0.02}};
   const ClothLaws laws = knotted_laws();
   const PaperCloth cloth(grid, laws);
@@ -112,7 +112,7 @@ TEST(PaperCloth, ARolledStripBendsByTheMomentCurve) {
       const double angle = turn * u / l;
       return Vector3d(radius * std::sin(angle), v, radius * (1 - std::cos(angle)));
     });
-    // Border lines stand for as much cloth as inner ones.
+    // Border lines represent as much cloth as inner ones.
     const double area = 9 * l * 4 * grid.spacing_m().y();
     EXPECT_NEAR(
         PaperCloth(grid, laws).energies(x).bending_j / (area * laws.bending[0].energy(curvature)),
@@ -154,11 +154,11 @@ TEST(PaperCloth, SpringsBelowKdiagAreClampedAndCounted) {
   ClothLaws laws = knotted_laws();
   laws.tensile[1] = {20, {}};  // below the shear slope of 34
   EXPECT_EQ(PaperCloth(kSquare, laws).clamped_springs(flat(kSquare)), 7 * 4);
-  const double strain = 1e-5;  // K'st is 0: the diagonals alone pull, with K_diag
+  const double strain = 1e-5;  // K'st is 0: only the diagonals pull, with K_diag
   EXPECT_NEAR(inner_pull(kSquare, laws, strain, false), 34 * strain, 1e-4 * 34 * strain);
 }
 
-/// Square of the highest frequency (1/s) about a state, by power iteration on differences of the
+/// Square of the highest frequency (1/s) about a state, by power iteration with differences of
 /// forces.
 double highest_frequency_squared(const PaperCloth& cloth, const Particles& x) {
   constexpr double kPlateStep = 1e-9;
@@ -181,7 +181,7 @@ TEST(PaperCloth, StiffnessBoundIsAboveTheHighestFrequency) {
   const ParticleGrid grid{9, 8, {0.08, 0.07}};
   for (const double shear : {0.0, 0.1, 0.6}) {
     ClothLaws laws = knotted_laws();
-    laws.tensile[0] = laws.tensile[1] = {60, {}};  // so that shear weighs in
+    laws.tensile[0] = laws.tensile[1] = {60, {}};  // so that shear matters
     const PaperCloth cloth(grid, laws);
     const Particles x = shaped(grid, [&](double u, double v) {
       return Vector3d(1.005 * u + shear * v, 1.003 * v, 0.002 * std::sin(60 * u));
@@ -192,7 +192,7 @@ TEST(PaperCloth, StiffnessBoundIsAboveTheHighestFrequency) {
   }
 }
 
-/// Holds these particles where they are.
+/// Holds these particles at their positions.
 void hold(PaperMotion& motion, const std::vector<int>& particles) {
   Eigen::MatrixXd weights =
       Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(particles.size()), motion.position.cols());
@@ -222,7 +222,7 @@ bool settle(PaperMotion& motion, double tolerance, long limit) {
 }
 
 TEST(PaperMotion, HangingStripStretchesByItsWeight) {
-  // A chain of n equal masses m per line of stiffness K w / l between neighbours: the particle j
+  // A chain of n equal masses m per line with stiffness K w / l between neighbours: particle j
   // below the top bears n - j of them, so the tip drops by m g l / (K w) n (n - 1) / 2. Border
   // lines are as stiff as inner ones.
   const double density = 0.138, stiffness = 400;
@@ -249,17 +249,17 @@ TEST(PaperMotion, CantileverFollowsTheMasterCurve) {
     const double t = (gamma - g[i - 1]) / (g[i] - g[i - 1]);
     return curve.columns[3][i - 1] + t * (curve.columns[3][i] - curve.columns[3][i - 1]);
   };
-  // Two rows are held, and the clamp stands half a cell before the second one's hinge. The mass of
-  // total / particles makes each line of the strip heavier than the cloth it stands for by
-  // rows cols / ((rows - 1) cols), with the stiffness of as much; the last row has twice the mass
-  // that a strip of area masses has there, 1 / (rows - 1.5) of the weight.
+  // Two rows are held, and the clamp is half a cell before the hinge of the second one. The mass of
+  // total / particles makes each line of the strip heavier than the cloth it represents by rows
+  // cols / ((rows - 1) cols), with the stiffness of as much; the last row has twice the mass that a
+  // strip of area masses has there, 1 / (rows - 1.5) of the weight.
   const double density = 0.138, bending = 7.7e-6;
   for (const double gamma : {1.0, 10.0}) {
     const double length = std::cbrt(gamma * bending / (density * kG));
     constexpr int kSheetRows = 62, kSheetCols = 3;
     const double spacing = length / (kSheetRows - 1.5);
     const ParticleGrid grid{kSheetRows, kSheetCols, {spacing * (kSheetRows - 1), 0.01}};
-    // Weight per line over what its width of cloth weighs.
+    // Weight per line relative to that of its width of cloth.
     const double heavier = (kSheetRows - 1.0) / kSheetRows * kSheetCols / (kSheetCols - 1.0);
     const PaperCloth cloth(grid, linear_laws(density * heavier, 3000, 30, bending), 2e-6);
     const Surroundings nothing;
@@ -275,7 +275,7 @@ TEST(PaperMotion, CantileverFollowsTheMasterCurve) {
 
 TEST(PaperMotion, EnergyIsKeptWithoutDampingAndFallsWithIt) {
   const ParticleGrid grid{8, 8, {0.1, 0.1}};
-  // Without a shear force Kdiag does not change, so that energy is that of a potential.
+  // Without a shear force Kdiag is constant, so that the energy is a potential.
   const PaperCloth cloth(grid, linear_laws(0.138, 2000, 1e-9, 7.7e-6));
   const Surroundings nothing;
   for (const double damping : {0.0, 5.0}) {
@@ -389,7 +389,7 @@ TEST(PaperMotion, ASheetGoesBackToTheImpactAndStaysOnTheTable) {
   EXPECT_LT(motion.residual(), 1e-6);
 }
 
-/// A sheet that is folded over itself, its upper half falling at `speed` on to the lower one.
+/// A sheet folded over itself, with its upper half falling at `speed` onto the lower one.
 TEST(PaperMotion, LayersComeToRestAThicknessApart) {
   const ParticleGrid grid{21, 5, {0.1, 0.02}};
   constexpr double kThickness = 0.5e-3;
@@ -410,7 +410,7 @@ TEST(PaperMotion, LayersComeToRestAThicknessApart) {
     for (Eigen::Index i = 0; i < motion.position.cols(); ++i)
       if (motion.position(2, i) > 1.9 * radius) motion.velocity(2, i) = -speed;
     ASSERT_TRUE(settle(motion, 1e-3, 60000)) << speed;
-    // The far end of the upper half lies on the lower one, and nowhere below it.
+    // The far end of the upper half is on the lower one, and nowhere below it.
     const double height = motion.position(2, grid.count() - 3);
     EXPECT_LT(height, 1.2 * kThickness) << speed;
     EXPECT_GT(height, 0.9 * kThickness) << speed;
@@ -425,7 +425,7 @@ TEST(PaperMotion, TheStepIsWithinItsLimit) {
   const Surroundings nothing;
   PaperMotion motion(cloth, nothing, {{0, 0, 0}, 0, 0, 0});
   motion.position = flat(grid);
-  // Particles are lighter than the cloth between them by (n - 1)^2 / n^2 of 21.
+  // Particles are lighter than the cloth between them by the factor (n - 1)^2 / n^2, n = 21.
   EXPECT_NEAR(motion.step(1, 1), limit * 20 / 21, 0.03 * limit);
 }
 
@@ -458,7 +458,7 @@ TEST(PaperModel, RestsOnTheCubeInItsOwnResidual) {
   EXPECT_TRUE(c.at_rest) << c.status;
   EXPECT_LT(c.residual.value_or(1), 1e-3);
   EXPECT_GT(c.distances->to_object_m.value_or(-1), -0.1 * mm);
-  // Only particles collide: the cells between them lie across the edges of the cube.
+  // Only particles collide: the cells between them cross the edges of the cube.
   EXPECT_GT(c.distances->deepest_m, 0.5 * mm);
   EXPECT_EQ(std::get<CertificateGrid>(c.cloth).rows, 11);
   ASSERT_EQ(run.drape.sheet.marks.size(), 121U);

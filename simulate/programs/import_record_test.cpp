@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Files of drape fabric beside an imported fabric, and words that it refuses.
+// Files that drape fabric writes beside an imported fabric, and words that it refuses.
 #include <gtest/gtest.h>
 
 #include <cstdlib>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Inputs that the run records of the programs name: a changed file makes the next run a new one.
-// The object stands beside the cloth, so that the drapes take no time.
+// Inputs listed in the run records of the programs: a changed file requires a new run. The object
+// is next to the cloth, so that the drapes take no time.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
@@ -46,7 +46,7 @@ origin_mm = [900.0, 0.0, 0.0]
 )");
   }
 
-  /// Runs "drape-simulate branches ..."; exit code and what it says.
+  /// Runs "drape-simulate branches ..."; returns exit code and output.
   [[nodiscard]] std::pair<int, std::string> run(const std::string& line) const {
     const fs::path said = out("said");
     const std::size_t name = line.find(' ');
@@ -55,7 +55,7 @@ origin_mm = [900.0, 0.0, 0.0]
                                       .c_str());
     return {WIFEXITED(ended) ? WEXITSTATUS(ended) : -1, read_text(said)};
   }
-  /// A drape of the scene in a folder, by an exit code of 0.
+  /// Drapes the scene into a folder and expects exit code 0.
   void drape(const std::string& folder, const std::string& more = {}) const {
     const auto [code, said] = run(fmt::format("drape-simulate {}{}{} --out {}", scene().string(),
                                               kCheap, more, out(folder).string()));
@@ -65,7 +65,7 @@ origin_mm = [900.0, 0.0, 0.0]
   [[nodiscard]] fs::path scene() const { return folder_.path() / "tent.toml"; }
   [[nodiscard]] fs::path out(const std::string& name) const { return folder_.path() / name; }
 
-  /// Runs drape-simulate; its record must become old with every file of the scene.
+  /// Runs drape-simulate; its record must become outdated if any file of the scene changes.
   void expect_all_named(const std::vector<std::string>& arguments, const fs::path& record) {
     const fs::path program = test::program("drape-simulate");
     std::string line = program.string();
@@ -121,7 +121,7 @@ TEST_F(Records, BranchesOfAnEarlierRunDoNotStayBesideTheNewList) {
   const std::string starts = fmt::format("drape-simulate branches {}{} --starts 1 --out {}",
                                          scene().string(), kCheap, out("m").string());
   ASSERT_EQ(run(starts).first, 0);
-  // As a run that found two left them, and what other people put there.
+  // As left by a run that found two branches, and by other people.
   auto list = read_record<BranchList>(out("m/branches.json"));
   list.branches.push_back(list.branches.front());
   list.branches.back().number = 2;

@@ -17,7 +17,7 @@ using Eigen::Matrix3d;
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-/// Places without order in the unit square, joined where they lie near each other.
+/// Random points in the unit square, joined if they are close to each other.
 struct Graph {
   std::vector<Vector2d> places;
   std::vector<std::vector<int>> neighbours;
@@ -34,7 +34,7 @@ struct Graph {
   }
 };
 
-/// One plus a sum of squares over neighbours, so definite; the same as a dense matrix.
+/// Fills the matrix with 1 plus a sum of squares over neighbours (definite); returns it as dense.
 Eigen::MatrixXd fill(GraphMatrix& matrix) {
   const int count = matrix.count();
   Eigen::MatrixXd dense = Eigen::MatrixXd::Identity(3 * count, 3 * count);
@@ -62,7 +62,7 @@ TEST(GraphFactor, SolvesWhatADenseFactorSolves) {
     GraphMatrix matrix(graph.neighbours);
     const Eigen::MatrixXd dense = fill(matrix);
     GraphFactor factor(matrix, graph.places);
-    // Rounding to single precision, times the condition number.
+    // rounding to single precision, times the condition number
     const Eigen::VectorXd eigenvalues = dense.selfadjointView<Eigen::Lower>().eigenvalues();
     const double tolerance =
         std::numeric_limits<float>::epsilon() * eigenvalues.maxCoeff() / eigenvalues.minCoeff();
@@ -91,8 +91,8 @@ TEST(GraphFactor, SaysWhatIsNotDefinite) {
   EXPECT_FALSE(factor.factorise(matrix));
 }
 
-// Fused multiply-add rounds once wherever it is computed, so the bytes do not depend on the
-// processor: the plain kernels are what one without these instructions runs.
+// Fused multiply-add rounds once on every processor, so the bytes do not depend on it: the plain
+// kernels are those used by a processor without these instructions.
 TEST(DenseKernels, GiveTheSameBytesWithAnyInstructions) {
   std::mt19937 random(7);
   std::uniform_real_distribution<double> value(-1, 1);
@@ -133,8 +133,8 @@ TEST(DenseKernels, GiveTheSameBytesWithAnyInstructions) {
   }
 }
 
-// L L^T is the matrix, L stored with its diagonal inverted, and the rest loses what the rows below
-// make: Eigen says the same.
+// Tests L L^T = matrix, with the diagonal of L stored inverted, and the Schur complement of the
+// rest, against Eigen.
 TEST(DenseKernels, FactorIsEigens) {
   constexpr int width = DenseKernels::tile_rows;
   constexpr double rounding = 100 * std::numeric_limits<float>::epsilon();

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A drape that starts from another simulator's mesh.
+// A drape that starts from the mesh of another simulator.
 #include "simulate/start/start_file.hpp"
 
 #include <fmt/format.h>
@@ -40,7 +40,7 @@ struct Hang {
         "up = \"{}\"\nscene = \"hang\"\n",
         mesh, up);
   }
-  /// Vertices in rows along the weft; `last` points are left out.
+  /// Writes the vertices in rows along the weft, without the `last` points.
   [[nodiscard]] fs::path write_grid(const fs::path& where, std::size_t last = 0) const {
     std::string ply = fmt::format(
         "ply\nformat ascii 1.0\nelement vertex {}\nproperty double x\nproperty double y\n"
@@ -53,7 +53,7 @@ struct Hang {
                                            "inner_count = 41\n" + kExtent);
     return where / "grid.toml";
   }
-  /// With texture coordinates and y up; `whole`: with the last row of faces.
+  /// Writes texture coordinates with y up; `whole` includes the last row of faces.
   [[nodiscard]] fs::path write_texture(const fs::path& where, bool whole) const {
     std::string obj;
     for (int k = 0; k < kMarks * kMarks; ++k) {
@@ -140,8 +140,8 @@ TEST(StartFile, ASheetOfAnotherPrintIsRefused) {
   EXPECT_NE(fault_of(fewer).find("rows"), std::string::npos);
 }
 
-/// Limits of the two: 0.05 mm is the goal of the one cloth on this scene, 0.03 mm that of the
-/// data's makers (study/independent_test.cpp).
+/// Sum of two limits: 0.05 mm is the requirement on the mesh cloth for this scene, 0.03 mm that on
+/// the data (study/independent_test.cpp).
 TEST(StartFile, ADrapeRestsWhereAnotherSolverLeftIt) {
   const Hang hang;
   const test::TemporaryFolder folder;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Starts: the flat pose, the measured shape, pins, clamps, variations, histories, and their faults.
+// Starts: the flat pose, the measured shape, pins, clamps, variations, histories, and invalid ones.
 #include "simulate/start/start.hpp"
 
 #include <gmock/gmock.h>
@@ -32,7 +32,7 @@ std::filesystem::path bench() {
   return test::source_root() / "rigs/bench1";
 }
 
-/// The fault that a call throws, with its field; empty: none.
+/// The error that a call throws, with its field; empty if none.
 std::string fault_of(const std::function<void()>& call) {
   try {
     call();
@@ -42,7 +42,7 @@ std::string fault_of(const std::function<void()>& call) {
   return "";
 }
 
-/// Sheet that triangulation would give without error: the dots that two cameras see well.
+/// The sheet that triangulation would give without error: the dots seen well by two cameras.
 Sheet true_sheet(const std::string& drape, const Print& print) {
   Sheet sheet;
   sheet.rows = print.rows;
@@ -92,7 +92,7 @@ TEST(Start, PrintedSideIsUp) {
 }
 
 TEST(Start, Bench1SheetsAreTurnedAsTheirDotsAre) {
-  // Every true cloth started near these yaws and turned by a few degrees while it fell.
+  // Every true cloth started near these yaws and rotated by a few degrees while falling.
   const Print print = read_print(bench() / "print.toml");
   const std::pair<const char*, double> drapes[] = {{"A", 9.0}, {"C", 15.5}, {"E", -6.0}};
   for (const auto& [name, yaw_deg] : drapes) {
@@ -121,7 +121,7 @@ TEST(Start, MarksOfAnotherClothOrOfOneSeenFromBehindPlaceNothing) {
           fault([&](SheetMark& m) { m.material_m.x() = print.patch_m.x() - m.material_m.x(); }),
           fault([](SheetMark& m) { m.point_in_world.x() *= -1; })})
       EXPECT_THAT(found, HasSubstr("its mirror image misses it by")) << name;
-    // Heights as they are, or the sheet would stand above its object.
+    // Heights are not scaled, otherwise the sheet would be above its object.
     for (const double scale : {0.8, 1.2})
       EXPECT_THAT(fault([&](SheetMark& m) { m.point_in_world.head<2>() *= scale; }),
                   HasSubstr("its unit right?"))
@@ -129,7 +129,7 @@ TEST(Start, MarksOfAnotherClothOrOfOneSeenFromBehindPlaceNothing) {
   }
 }
 
-// E lacks 44 of its 121 marks: under the cube's edges no two cameras see them well.
+// E lacks 44 of its 121 marks: below the cube's edges no two cameras see them well.
 TEST(MeasuredShape, KeepsTheMarksAndFillsTheOthersOutsideObjects) {
   const Print print = read_print(bench() / "print.toml");
   for (const std::string name : {"A", "C", "E"}) {
@@ -153,13 +153,13 @@ TEST(MeasuredShape, KeepsTheMarksAndFillsTheOthersOutsideObjects) {
       for (std::size_t k = 0; k < shape.places.size(); ++k)
         if ((shape.material_m[k] - mark.material_m).norm() < 1e-9)
           nearest_m = (shape.places[k] - mark.point_in_world).norm();
-      // Measured marks may lie in the object by the noise of their places: 0.1 mm.
+      // Measured marks can be inside the object by the noise of their positions: 0.1 mm.
       EXPECT_LT(nearest_m, 0.1 * mm) << name;
     }
   }
 }
 
-/// A surface bent about the weft, with a fifth of its marks in one patch away.
+/// A surface bent about the weft, without a fifth of its marks in one patch.
 TEST(MeasuredShape, ContinuesABentSurfaceAcrossAGap) {
   const Print print = read_print(bench() / "print.toml");
   const auto place = [](const Vector2d& at) {
@@ -180,7 +180,7 @@ TEST(MeasuredShape, ContinuesABentSurfaceAcrossAGap) {
   double farthest_m = 0;
   for (std::size_t k = 0; k < shape.places.size(); ++k)
     farthest_m = std::max(farthest_m, (shape.places[k] - place(shape.material_m[k])).norm());
-  // The gap's sides are 120 mm long: left flat it would miss the arc of that chord by 20 mm.
+  // The gap's sides are 120 mm long: a flat filling would differ from the arc by 20 mm.
   EXPECT_LT(farthest_m, 2 * mm);
   sheet.marks.resize(2);
   EXPECT_THAT(fault_of([&] { (void)measured_shape(scene, sheet, print, Surroundings(scene)); }),
@@ -235,13 +235,13 @@ TEST(StartCheck, RefusesAFlatStartThatCouldComeOutBelowAnObject) {
     scene.start.centre_in_world = centre;
     return fault_of([&] { refuse_flat_start_inside(scene, print, outline, Surroundings(scene)); });
   };
-  for (const double z_m : {0.0999, 0.1, 0.2})  // laid on it, touching, above
+  for (const double z_m : {0.0999, 0.1, 0.2})  // placed on it, touching, above
     EXPECT_EQ(fault({0, 0, z_m}), "") << z_m;
   EXPECT_THAT(fault({0, 0, 0.1e-3}), HasSubstr("start.centre_mm | its height must be some"));
   EXPECT_THAT(fault({0, 0, 0.06}), HasSubstr("some 40 mm more"));
   scene.obstacles.clear();
   EXPECT_THAT(fault({0, 0, -0.02}), HasSubstr("some 20 mm more")) << "below the table";
-  // A post beside a round specimen, where a square one has its corner.
+  // A post next to a round specimen, where a square one has its corner.
   scene.obstacles = {
       Box{{Eigen::Matrix3d::Identity(), Vector3d(0.09, 0.09, 0.05)}, Vector3d(0.01, 0.01, 0.1), 0}};
   EXPECT_THAT(fault({0, 0, 0.05}), HasSubstr("some 50 mm more"));
@@ -261,7 +261,7 @@ TEST(StartCheck, RefusesAPatchOfNoClothsSize) {
   }
 }
 
-// A sphere whose diameter is in metres, gravity in g, a sphere that is not where the cloth falls.
+// A sphere with its diameter in metres, gravity in g, and a sphere away from the falling cloth.
 TEST(Scenes, OfOtherUnitsAreRefusedOrDoubted) {
   const test::TemporaryFolder folder;
   std::string text = read_text(bench() / "scenes/A.toml");
@@ -282,7 +282,7 @@ TEST(Scenes, OfOtherUnitsAreRefusedOrDoubted) {
 TEST(Clamps, AreLinesThatLeaveInTheirDirection) {
   Scene scene = bench_scene("A");
   const Print print = read_print(scene.print_file);
-  // Along the weft at both hems and inside, and along the warp; stretched by a hundredth.
+  // Along the weft at both hems and inside, and along the warp; stretched by one per cent.
   scene.clamps = {{{0, 0}, {0, 0.2}, {0, 0, 1}, {0.202, 0, 1}, {0.5, -1, 0}},
                   {{0.1, 0.05}, {0.1, 0.15}, {0, 0, 1}, {0.1, 0, 1}, {0, -1, 0}},
                   {{0.2, 0}, {0.2, 0.2}, {0, -1, 1}, {0.2, -1, 1}, {0, 1, 0}},
@@ -416,8 +416,8 @@ TEST(History, IsReadAndItsFaultsAreNamed) {
   EXPECT_DOUBLE_EQ(shakes_of(events).part, 0.4);
 }
 
-/// Elements bear what bending past their limits left, "flat" forgets it, and a drape that does not
-/// rest ends the history.
+/// Elements keep the force that bending beyond their limits left, "flat" resets it, and a drape
+/// that does not rest ends the history.
 TEST(History, LeavesItsMemory) {
   ClothFriction friction;
   friction.bending[0] = FrictionStack{{{1e-4, 1e-4, 0}}};
@@ -431,7 +431,7 @@ TEST(History, LeavesItsMemory) {
   const DrapeOnce none = [](const ClothMemory&) { return std::nullopt; };
   const auto bent = after({"bent 1 per cm along warp"}, none);
   ASSERT_TRUE(bent.has_value());
-  // One element slips at 1 per m: bent to 100 it slips 99, and back flat 98 of them.
+  // An element slips at 1 per m: bent to 100 it slips by 99, and on return to flat by 98 of them.
   for (const double slip : bent->bending[0]) EXPECT_NEAR(slip, 1, 1e-9);
   const auto forgotten = after({"bent 1 per cm along warp", "flat"}, none);
   ASSERT_TRUE(forgotten.has_value());

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Slippery drapes of known parameters that another solver found: the scenes of
+// Frictionless drapes with known parameters computed by another solver: the scenes of
 // tests/data/independent-drapes, three of them converged in tests/data/converged-drapes.
 #include <gtest/gtest.h>
 
@@ -22,7 +22,7 @@ struct Found {
   double distance_m = 0;  ///< mean over the marks
 };
 
-/// Drapes `name` by the default options from the scene's flat start.
+/// Drapes `name` with the default options from the scene's flat start.
 Found found_of(const std::string& name, const std::string& data, const Fabric& fabric) {
   const Scene scene = read_scene(test::test_data("independent-drapes") / (name + ".toml"));
   SimulateOptions options;
@@ -53,7 +53,7 @@ double stiffness_of(const KawabataCurve& bending) {
   return bending.loading.back() / bending.x.back();
 }
 
-/// Bending stiffnesses times `bending`, twist stiffness times `twist`.
+/// The fabric with bending stiffnesses times `bending` and twist stiffness times `twist`.
 Fabric changed(double bending, double twist) {
   Fabric fabric = twin();
   const double before = stiffness_of(fabric.bending[0]) + stiffness_of(fabric.bending[1]);

@@ -40,7 +40,7 @@ class Plan : public ::testing::Test {
     return read_plan(file_, {}, out, program_);
   }
   std::string csv(const fs::path& out) { return study_csv(plan_status(plan(out))); }
-  /// The message of a plan that is refused, or the number of its cases.
+  /// The message if a plan is refused, otherwise the number of its cases.
   std::string refusal(const std::string& more = "") {
     try {
       return fmt::format("{} cases", plan("out", more).cases.size());
@@ -116,7 +116,7 @@ TEST_F(Plan, PartsTogetherAreTheWholeByteForByte) {
   EXPECT_EQ(csv(parts), csv(whole));
   EXPECT_THAT(csv(whole), testing::Not(HasSubstr("missing")));
   for (const StudyOutcome& again : run_part(plan(parts), {}, parts)) EXPECT_TRUE(again.kept);
-  // A case that was cut off has no record, so it is computed again with the same bytes.
+  // An interrupted case has no record, so it is computed again, with the same bytes.
   const fs::path cut = plan(parts).cases[0].folder;
   const std::string sheet = read_text(cut / "sheet.json");
   fs::remove(cut / "sheet.run.json");
@@ -209,7 +209,7 @@ double cpu_s() {
   return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
 }
 
-/// One drape with the files and the record that drape-simulate leaves, by no part of a study.
+/// Makes one drape outside a study, with the files and the record that drape-simulate writes.
 void drape_alone(const StudyCase& one, const fs::path& folder) {
   RunRecord record("drape-simulate", {}, run_record_path(folder / "sheet.ply"));
   Scene scene = seeded(read_scene(one.scene_file), one.seed);
@@ -224,7 +224,7 @@ void drape_alone(const StudyCase& one, const fs::path& folder) {
 
 TEST_F(Plan, TakesAtMostFivePercentOfTheCpuForItself) {
   if (std::getenv("DRAPE_LONG_TESTS") == nullptr) GTEST_SKIP() << "DRAPE_LONG_TESTS is not set";
-  // Parts of 240 drapes of the study in docs/studies.md in turn with the same drapes alone.
+  // Runs parts of 240 drapes of the study in docs/studies.md in turn with the same drapes alone.
   scenes_ = "ABCDE";
   segments_ = "1, 5";
   std::vector<double> ratios;

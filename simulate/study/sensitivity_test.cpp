@@ -16,8 +16,8 @@ using Eigen::Vector3d;
 using units::mm;
 
 constexpr double kSpacing_m = 20 * mm;
-constexpr double kOnCube_m = 10 * mm;  // coarser meshes cut into its edges
-constexpr double kResidual = 1e-8;     // of rests that are compared with a first-order answer
+constexpr double kOnCube_m = 10 * mm;  // coarser meshes penetrate its edges
+constexpr double kResidual = 1e-8;     // for rests compared with first-order responses
 
 /// Bench1's cloth A hung by two marks of its upper hem.
 Scene hanging_scene() {
@@ -28,7 +28,7 @@ Scene hanging_scene() {
   return scene;
 }
 
-/// Bench1's cube with a flat start of its own, 3 mm above it and beside its middle.
+/// Bench1's cube with its own flat start, 3 mm above it and beside its centre.
 Scene cube_scene() {
   Scene scene = read_scene(test::source_root() / "rigs/bench1/scenes/C.toml");
   scene.start = {StartMode::flat, 0, Vector3d(0.005, -0.004, Surroundings(scene).top_z_m() + 0.003),
@@ -43,7 +43,7 @@ SimulateOptions coarse(double spacing_m = kSpacing_m) {
   return options;
 }
 
-/// The flat start as a sheet: something to measure a distance from.
+/// The flat start as a sheet, as a reference for distances.
 Sheet flat_reference(const Print& print, double z_m) {
   Sheet sheet;
   sheet.rows = sheet.cols = 5;
@@ -72,7 +72,7 @@ double norm(const MeshCloth::State& state) {
   return std::sqrt(squares);
 }
 
-/// The hanging cloth, at rest on one mesh.
+/// The hanging cloth at rest on one mesh.
 class HangingCloth : public ::testing::Test {
  protected:
   HangingCloth() {
@@ -140,7 +140,7 @@ TEST(Sensitivities, HoldPinsAndLevelOfAHangingCloth) {
   ASSERT_EQ(file.status, "at rest");
   EXPECT_EQ(file.values.size(), std::size(names_of<FabricValue>));
   ASSERT_EQ(file.spacing_m, kSpacing_m);
-  // Both pins higher by the same lift the cloth by it.
+  // Raising both pins raises the cloth by the same amount.
   Eigen::MatrixX3d lifted = Eigen::MatrixX3d::Zero(static_cast<Eigen::Index>(file.marks), 3);
   double step_m = 0;
   for (const char* pin : {"pin_1_z_mm", "pin_2_z_mm"}) {
@@ -151,7 +151,7 @@ TEST(Sensitivities, HoldPinsAndLevelOfAHangingCloth) {
   }
   EXPECT_LT((lifted.rowwise() - Eigen::RowVector3d(0, 0, step_m)).rowwise().norm().maxCoeff(),
             1e-3 * step_m);
-  // The bench turned about the line of the pins turns the cloth with gravity.
+  // Tilting the bench about the line of the pins rotates the cloth with gravity.
   const SceneEffect* level = effect_of(file, "level_x_deg");
   ASSERT_TRUE(level != nullptr && level->moves);
   const double turn_rad = level->moves->step * units::deg;
@@ -176,7 +176,7 @@ TEST(Sensitivities, SayWhereTheMarksGoWhenAValueErrs) {
     EXPECT_EQ(one.moves->down_m, -one.moves->up_m) << one.value;
     EXPECT_EQ(one.moves->half_width.value_or(0), one.value == "shear" ? 50 : 0) << one.value;
   }
-  // Cloth that lies on a cube goes up and down with it: the middle one of 5 x 5 marks.
+  // Cloth that lies on a cube moves up and down with it: the central one of 5 x 5 marks.
   ASSERT_EQ(file.marks, 25);
   const SceneEffect* higher = effect_of(file, "object_1_z_mm");
   ASSERT_TRUE(higher != nullptr && higher->moves);

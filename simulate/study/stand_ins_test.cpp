@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Which values count as not measured, by the words of the file.
+// Which values count as not measured, by the words in the file.
 #include <gtest/gtest.h>
 
 #include "simulate/study/sensitivity.hpp"

@@ -33,14 +33,14 @@ Sheet mirrored(Sheet sheet, double y_m) {
 }
 
 TEST(PaperD, TwoStartsLeadToTwoRestsThatAreNearlyMirrorImages) {
-  // Paper, Fig. 10 and 11: one cloth, two pins, two resting shapes.
+  // Paper, Figs. 10 and 11: one cloth, two pins, two rest shapes.
   const SimulateResult flat = drape_paper("D", 1), above = drape_paper("D_above", 1),
                        turned = drape_paper("D_turned", 1);
   for (const SimulateResult* result : {&flat, &above, &turned})
     EXPECT_TRUE(result->at_rest()) << result->certificate.status;
   EXPECT_LT(*mean_distance_m(flat.sheet, above.sheet, flat.sheet), 1 * mm);
   EXPECT_GT(*mean_distance_m(flat.sheet, turned.sheet, flat.sheet), 30 * mm);
-  // The pins stand at y = 100 mm; which side the belly hangs on costs next to no energy.
+  // The pins are at y = 100 mm; the side on which the belly hangs hardly affects the energy.
   EXPECT_LT(*mean_distance_m(flat.sheet, mirrored(turned.sheet, 0.1), flat.sheet), 10 * mm);
   EXPECT_NEAR(turned.certificate.energies->end_j, flat.certificate.energies->end_j,
               0.01 * flat.certificate.energies->end_j);
@@ -105,7 +105,7 @@ TEST(MeanDistance, IsTakenAtThePointsOfTheThirdSheet) {
   const Sheet plane = flat(21, 0), coarsest = flat(11, 0);
   EXPECT_NEAR(*mean_distance_m(coarsest, flat(31, 0.003), coarsest), 0.003, 1e-15);
   EXPECT_NEAR(*mean_distance_m(plane, flat(15, 0.001), coarsest), 0.001, 1e-15);
-  // A tent between two marks of the coarsest grid: all of it, or only what they see of it.
+  // A tent between two marks of the coarsest grid: all of it, or only what the grid resolves.
   Sheet tent = plane;
   tent.marks[21 * 7 + 4].point_in_world.z() = 0.01;
   EXPECT_NEAR(*mean_distance_m(plane, tent, plane), 0.01 / 441, 1e-15);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Scenes drawn at random, and what the checker says of their rests.
+// Random scenes, and the checker's verdict on their rests.
 #include <gtest/gtest.h>
 
 #include <cstdio>
@@ -15,7 +15,7 @@
 namespace drape::simulate {
 namespace {
 
-/// At least 98 in 100 are at rest and accepted; what the checker refuses is not called at rest.
+/// At least 98 in 100 are at rest and accepted; none that the checker refuses is called at rest.
 TEST(DrawnScenes, AreCertified) {
   const char* const trials = std::getenv("DRAPE_LONG_TESTS");
   const int count = trials != nullptr && std::string(trials) == "1" ? 210 : 7;

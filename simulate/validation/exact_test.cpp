@@ -45,14 +45,14 @@ TEST(Exact, LoopChainAndStrutAreTheReferenceCurves) {
 }
 
 TEST(Exact, PressedStripIsInEquilibrium) {
-  // Hardly lowered: Euler's load of a strut clamped and pinned, tan(k) = k.
+  // Hardly lowered: Euler's load of a strut clamped at one end and pinned at the other, tan(k) = k.
   const exact::PressedStrip straight = exact::pressed_strip(0, 0, 1e-4);
   EXPECT_NEAR(straight.normal, 20.1907, 1e-2);
   EXPECT_NEAR(straight.tangential / straight.curvature, 1, 1e-3);
   const exact::PressedStrip strip = exact::pressed_strip(20, 5e-6, 0.2);
   EXPECT_NEAR(strip.at(1).sideways, 0, 1e-9);
   EXPECT_NEAR(strip.at(1).drop, 0.8, 1e-9);
-  // Moments about the clamp: the table's force turns with the drop, the weights with their places.
+  // Moments about the clamp: force of the table times the drop, weights times their positions.
   double moment = strip.tangential * strip.at(1).drop;
   constexpr int kPieces = 1000;
   for (int i = 0; i < kPieces; ++i)

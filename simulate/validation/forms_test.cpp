@@ -19,33 +19,33 @@ namespace {
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-/// Bending stiffness (N m) of a strip of a length by its rho g L^3 / B.
+/// Bending stiffness (N m) of a strip of given length from its rho g L^3 / B.
 double bending_of(double gamma, double length_m = kLength) {
   return kWeight * std::pow(length_m, 3) / gamma;
 }
 
-/// A strip clamped level at warp 0.
+/// A strip clamped horizontally at warp 0.
 FormSheet cantilever(double gamma, double spacing_m, double width_m) {
   FormSheet strip({kLength, width_m}, bending_of(gamma), spacing_m);
   strip.clamp_flat(0);
   return strip;
 }
 
-/// Its tip seen from the clamp, in units of the length: along, and down.
+/// Its tip relative to the clamp, in units of the length: horizontally, and down.
 Vector2d tip_of(const FormRest& rest, double warp_m = kLength) {
   const Vector2d size = rest.drape->print.patch_m;
   const Vector3d tip = rest.place(warp_m, size.y() / 2);
   return Vector2d(size.x() / 2 - tip.y(), -tip.z()) / kLength;
 }
 
-/// Up to Gamma 1000: a mesh fine enough for more, of 0.2 mm, descends no further at forces of some
+/// Up to Gamma 1000: a mesh of 0.2 mm, fine enough for more, stops descending at forces of some
 /// hundredths of a point's weight.
 TEST(Cantilever, LiesOnTheMasterCurve) {
   for (int k = -4; k <= 4; ++k) {
     const double gamma = std::pow(10.0, 0.5 * k);
     const exact::Cantilever shape = exact::cantilever(gamma);
-    // The clamp's bend is (B / rho g)^(1/3) long; H / W weighs what is left there the more, the
-    // less the strip reaches out.
+    // The bend at the clamp is (B / rho g)^(1/3) long; the less the strip reaches out, the more H /
+    // W weights the remaining error there.
     const double spacing_m = std::min(1.0 / 40, 1 / (24 * std::cbrt(gamma))) * kLength;
     const FormRest rest =
         rest_of(cantilever(gamma, spacing_m, 2 * spacing_m), [&](double arc_m) -> Vector2d {
@@ -75,10 +75,10 @@ TEST(Cantilever, FallsFromFlatOnToTheCurve) {
   }
 }
 
-/// An operator reads B = rho g L^3 / Gamma where the chord hangs at 41.5 degrees (Peirce 1930): the
-/// strip made with B hangs between those made with a thousandth more and less.
+/// An operator reads B = rho g L^3 / Gamma at the length whose chord hangs at 41.5 degrees (Peirce
+/// 1930): a strip with B must hang between those with 0.1 % more and less.
 TEST(Cantilever, OfPeirceGivesBackTheStiffness) {
-  constexpr double kPeirce = 8.0042;  // Gamma at which it does
+  constexpr double kPeirce = 8.0042;  // Gamma at that angle
   const Vector2d tip = tip_of(rest_of(cantilever(kPeirce, 2.5e-3, 5e-3)));
   expect_relative("chord of Peirce's cantilever (deg)", 41.5,
                   std::atan2(tip.y(), tip.x()) * 180 / kPi, 1e-3);
@@ -88,10 +88,10 @@ TEST(Cantilever, OfPeirceGivesBackTheStiffness) {
   EXPECT_LT(tip.y() / tip.x(), more.height / more.width);
 }
 
-/// Clamped upwards from flat: carried, it may not stay bent back at the clamp.
+/// Clamped upwards from flat: after refinement it must not stay bent back at the clamp.
 TEST(Clamp, HoldsTheSideOfTheClothToo) {
   for (const Vector3d& direction : {Vector3d(0, 0, 1), Vector3d(0, 0.6, 0.8)}) {
-    FormSheet strip({kLength, 5e-3}, bending_of(2), 2.5e-3);  // Gamma 2: stands or nearly so
+    FormSheet strip({kLength, 5e-3}, bending_of(2), 2.5e-3);  // Gamma 2: upright or nearly so
     strip.clamp(0, strip.flat_place({0, 2.5e-3}), direction);
     const FormRest rest = rest_of(strip);
     const Vector3d edge = rest.place(2e-3, 2.5e-3) - rest.place(0, 2.5e-3);
@@ -99,7 +99,7 @@ TEST(Clamp, HoldsTheSideOfTheClothToo) {
   }
 }
 
-/// Parts the cloth: on both sides hangs the strip of half the length.
+/// The clamp divides the cloth: a strip of half the length hangs on each side.
 TEST(Clamp, ALineInsideHoldsBothSides) {
   FormSheet both({2 * kLength, 0.01}, bending_of(10), 2.5e-3);
   both.clamp_flat(kLength);
@@ -112,7 +112,7 @@ TEST(Clamp, ALineInsideHoldsBothSides) {
   }
 }
 
-/// Mean error of the tip over meshes of one spacing.
+/// Mean error of the tip over meshes of the same spacing.
 template <class Error>
 double order_of(double coarse_m, const Error& error) {
   double sums[2] = {0, 0};
@@ -135,8 +135,8 @@ TEST(Order, OfAHeavyStripFromItsClampIsTwo) {
   }
 }
 
-/// A square clamped along one hem in a sideways and downward gravity: stretch, shear, bending along
-/// both threads and twist all work. Its free corner, in the mean over meshes.
+/// A square clamped along one hem, under gravity sideways and down: stretch, shear, bending along
+/// both threads and twist all contribute. Free corner, averaged over meshes.
 TEST(Order, OfABentAndTwistedSheetIsTwo) {
   const auto corner = [](double spacing_m) {
     Vector3d mean = Vector3d::Zero();
@@ -159,7 +159,7 @@ TEST(Order, OfABentAndTwistedSheetIsTwo) {
                   1.8);
 }
 
-/// Both ends clamped upright in one place. A lighter loop leaves its plane on the way from the
+/// Both ends clamped upright at one point. A lighter loop would leave its plane on the way from the
 /// start.
 TEST(Loop, HangsAsTheHeartLoop) {
   constexpr double kLoop = 0.12, kSpacing = kLoop / 96;
@@ -182,7 +182,7 @@ TEST(Loop, HangsAsTheHeartLoop) {
   }
 }
 
-/// A strut with hinged ends and hardly any weight, pushed to a chord.
+/// A strut with hinged ends and negligible weight, compressed to a given chord.
 TEST(Strut, BearsTheLoadOfTheElastica) {
   constexpr double kBending = 1e-3, kSpacing = kLength / 64, kLight = 5e-3;
   constexpr double kEuler = kPi * kPi * kBending / (kLength * kLength);
@@ -213,10 +213,10 @@ TEST(Chain, SagsAsTheCatenary) {
     const double sag = exact::catenary_sag(chord);
     FormSheet strip({kChain, kSpacing}, 1e-8, kSpacing);
     strip.laws.tensile[0].slope = strip.laws.tensile[1].slope = 1e4 * kWeight * kChain;
-    strip.laws.twist_n_m = 1e-5;  // a chain cannot twist
+    strip.laws.twist_n_m = 1e-5;  // a chain has no twist
     strip.pin_ends(0, Vector3d::Zero());
     strip.pin_ends(kChain, -chord * kChain * FormSheet::kY);
-    // A parabola of about the right sag; its arc need not fit.
+    // A parabola of about the right sag; its arc length need not match.
     const FormRest rest = rest_of(strip, [&](double arc_m) -> Vector2d {
       const double t = 2 * arc_m / kChain - 1;
       return kChain * Vector2d(0.5 * chord * (t + 1), sag * (t * t - 1));
@@ -237,9 +237,9 @@ TEST(Strip, StretchesByItsWeight) {
                   -kStrip / 2 - rest.place(kStrip, 0.015).y(), 2e-3);
 }
 
-/// Load in its own plane at which a flat sheet buckles, over that which it bears: sideways
-/// stiffness is K0 + (load / borne)(K - K0), which is singular there, K that of the sheet displaced
-/// in its plane by the load. Stiffnesses by differences of the forces, which are odd about flat.
+/// Load in its plane at which a flat sheet buckles, relative to the applied one: sideways stiffness
+/// is K0 + (load / applied)(K - K0), singular at buckling, with K that of the sheet displaced in
+/// its plane by the load. Stiffnesses by differences of forces, which are odd about flat.
 double buckling_load(const FormSheet& sheet) {
   using Matrix = Eigen::SparseMatrix<double>;
   const FormRest rest = start_of(sheet);
@@ -288,14 +288,14 @@ double buckling_load(const FormSheet& sheet) {
   double low = 0, high = 50;
   for (int i = 0; i < 20; ++i) {
     const double middle = (low + high) / 2;
-    // Sylvester's law of inertia: as many negative pivots as directions in which it buckles.
+    // Sylvester's law of inertia: as many negative pivots as buckling directions.
     const Eigen::SimplicialLDLT<Matrix> factor(unloaded + middle * of_load);
     ((factor.vectorD().array() < 0).any() ? high : low) = middle;
   }
   return (low + high) / 2;
 }
 
-/// A strip standing on its clamp: gravity in its plane, towards the clamp.
+/// A strip upright on its clamp: gravity in its plane, towards the clamp.
 TEST(Buckling, OfAnUprightStripUnderItsWeight) {
   constexpr double kGamma = 1;
   FormSheet strip = cantilever(kGamma, kLength / 40, kLength / 20);

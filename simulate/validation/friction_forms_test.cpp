@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Elastic stick-slip (Romero et al. 2021): a strip clamped above the table, pressed on it.
+// Elastic stick-slip (Romero et al. 2021): a strip clamped above the table and pressed onto it.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
@@ -16,7 +16,7 @@ using Eigen::Vector3d;
 
 constexpr double kGamma = 20, kStrip = 0.25, kSpacing = kStrip / 50;  // m
 
-/// The strip over a table of a friction, about at its rest.
+/// The strip over a table with friction, approximately at rest.
 FormRest pressed(const exact::PressedStrip& strip, double friction) {
   FormSheet sheet({kStrip, 2 * kSpacing}, kWeight * std::pow(kStrip, 3) / kGamma, kSpacing);
   sheet.laws.tensile[0].slope = sheet.laws.tensile[1].slope = 1e4 * kWeight * kStrip;
@@ -33,13 +33,13 @@ FormRest pressed(const exact::PressedStrip& strip, double friction) {
 
 struct Stood {
   bool rests = false;
-  double slipped = 0;  ///< of the tip, over the length
-  double ratio = 0;    ///< force of the table along it over that across
+  double slipped = 0;  ///< of the tip, relative to the length
+  double ratio = 0;    ///< tangential force of the table relative to its normal force
 };
 
 Stood stood(const exact::PressedStrip& strip, double friction) {
   FormRest rest = pressed(strip, friction);
-  // Held at first, else the tip slips until the table's push has grown.
+  // Held at first; otherwise the tip slips until the table's normal force has grown.
   constexpr double kHeld = 10;
   rest.level->set_friction(kHeld);
   EXPECT_TRUE(rest.level->fall(rest.moment).at_rest);
@@ -80,7 +80,7 @@ TEST(StickSlip, OfASheetOnASlopeIsCoulombs) {
     sheet.scene.table_z_m = 0;
     sheet.scene.friction = kFriction;
     sheet.options.descent.residual = 1e-3;
-    sheet.options.descent.most_steps = 300;  // what slides does not stop
+    sheet.options.descent.most_steps = 300;  // sliding does not stop
     sheet.options.motion.longest_s = 2;
     FormRest rest = start_of(sheet);
     ASSERT_TRUE(rest.level->fall(rest.moment).at_rest);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Drapes with friction and measured curves that another discretisation found:
+// Drapes with friction and measured curves computed by another discretisation:
 // tests/data/grid-drapes, or all 100 of the reference data.
 #include <gtest/gtest.h>
 
@@ -21,7 +21,7 @@ namespace {
 using units::mm;
 namespace fs = std::filesystem;
 
-/// Nodes of a particle grid at rest, in the world.
+/// Nodes of a particle grid at rest, world frame.
 struct GridRest {
   std::vector<Eigen::Vector2d> material_m;
   std::vector<Eigen::Vector3d> places;
@@ -49,7 +49,7 @@ double mean_distance_m(const DrapeCase& drape, const DrapeLevel& level, const Cl
   return sum / static_cast<double>(rest.places.size());
 }
 
-/// True in the long run, over the whole reference data.
+/// True in the long test, which uses all reference data.
 bool all_drapes() {
   const char* const trials = std::getenv("DRAPE_LONG_TESTS");
   return trials != nullptr && std::string(trials) == "1";
@@ -75,8 +75,8 @@ SimulateResult draped(const fs::path& folder, double spacing_m) {
   return simulate(scene, fabric, print, std::nullopt, options);
 }
 
-/// From the flat start the cloth comes to a rest that the checker accepts. Where it ends on the
-/// grid's branch, the grid lies within 0.5 mm in the median: its own error is 0.1 to 0.3 mm.
+/// From the flat start the cloth comes to a rest that the checker accepts. If it ends on the grid's
+/// branch, the median distance is within 0.5 mm: the grid's own error is 0.1 to 0.3 mm.
 TEST(GridDrapes, AreMetFromTheFlatStart) {
   constexpr double kSameBranch_mm = 3;
   std::vector<double> same;
@@ -95,8 +95,8 @@ TEST(GridDrapes, AreMetFromTheFlatStart) {
   EXPECT_LE(median(same), 0.5);
 }
 
-/// The mesh error that a drape states, as a mean over its marks, holds the true one in 9 of 10
-/// drapes: that of a mesh half as fine, continued as spacing^2.
+/// The mesh error stated for a drape, as a mean over its marks, contains the true one in 9 of 10
+/// drapes; the true one is extrapolated from a mesh of half the spacing, as spacing^2.
 TEST(GridDrapes, LieWithinTheStatedMeshError) {
   int held = 0, count = 0;
   for (const fs::path& folder : folders()) {

@@ -33,7 +33,7 @@ class Dice {
   std::mt19937 engine_;
 };
 
-/// Closed surface about the origin: a lattice of `rings` x `around` places and two poles.
+/// Closed surface about the origin: a lattice of `rings` x `around` points and two poles.
 template <class Place>
 void write_obj(const std::filesystem::path& file, int rings, int around, const Place& place) {
   std::ofstream out(file);
@@ -65,7 +65,7 @@ MeshObject drawn_mesh(Dice& dice, bool edged, double reach, const std::filesyste
   const double lobes = std::floor(dice.between(2, 6)), deep = dice.between(0.05, 0.2);
   write_obj(file, rings, around, [&](const Vector3d& n) -> Vector3d {
     if (edged) {
-      // A prism of six sides, on the lattice of a ball: its edges run across the facets.
+      // A hexagonal prism on the lattice of a ball: its edges run across the facets.
       double far = std::abs(n.z()) / 0.8;
       for (int k = 0; k < 3; ++k) {
         const double turn = std::numbers::pi * k / 3;
@@ -155,7 +155,7 @@ DrawnScene drawn_scene(int index, const std::filesystem::path& folder) {
   scene.start.centre_in_world =
       Vector3d(dice.between(-off, off), dice.between(-off, off), top + 2 * mm);
   if (kind == 6) {
-    // Two pins nearer than the cloth between them is long: a fold hangs down and meets itself.
+    // Two pins closer than the cloth between them is long: a fold hangs down and touches itself.
     scene.table_z_m = -0.5;
     scene.start.centre_in_world = Vector3d::Zero();
     scene.start.yaw_rad = 0;

@@ -9,16 +9,16 @@
 
 namespace drape::simulate {
 
-/// A scene drawn at random, and its cloth.
+/// A random scene and its cloth.
 struct DrawnScene {
   Scene scene;
   Print print;
   ClothLaws laws;
 };
 
-/// Scene `index` of a sequence that is the same everywhere: by turns a ball, a box of sharp and of
-/// round edges, a cylinder, a lobed and an edged mesh of 500 to 5,000 facets, on a table, and cloth
-/// that hangs by two near pins and folds on itself. Writes a mesh's file into `folder`.
+/// Scene `index` of a fixed sequence, alternating between a ball, a box with sharp and with round
+/// edges, a cylinder, a lobed and an edged mesh of 500 to 5,000 facets, on a table, and cloth that
+/// hangs from two close pins and folds onto itself. Writes a mesh's file into `folder`.
 [[nodiscard]] DrawnScene drawn_scene(int index, const std::filesystem::path& folder);
 
 }  // namespace drape::simulate

@@ -44,8 +44,8 @@ Eigen::Vector4d from_bottom(double gamma, double curvature, double load) {
   return y;
 }
 
-/// A pressed strip from its clamp to an arc length: angle from straight down, curvature, sideways,
-/// drop.
+/// State of a pressed strip at an arc length from its clamp: angle from straight down, curvature,
+/// sideways, drop.
 Eigen::Vector4d from_clamp(const PressedStrip& strip, double arc) {
   const auto slope = [&](double s, const Eigen::Vector4d& y) {
     const double thrust = strip.normal - strip.gamma * (1 - s);
@@ -60,8 +60,8 @@ Eigen::Vector4d from_clamp(const PressedStrip& strip, double arc) {
   return y;
 }
 
-/// Newton's method on as many equations as unknowns, by central differences; no step is longer than
-/// `most`.
+/// Newton's method on as many equations as unknowns, with central differences; no step is longer
+/// than `most`.
 template <class Vector, class Miss>
 void solve(Vector& unknown, double most, const Miss& miss) {
   constexpr int kIterations = 40;
@@ -156,7 +156,7 @@ PressedStrip::Place PressedStrip::at(double arc) const {
 
 PressedStrip pressed_strip(double gamma, double give, double lowered) {
   // From the strip without weight, just buckled and hardly lowered, whose tangential force and
-  // curvature at the clamp are alike: kPerRoot times the root of `slightly`.
+  // curvature at the clamp are both kPerRoot times the root of `slightly`.
   constexpr double kBuckling = 4.493409458;  // tan(k) = k
   constexpr double kPerRoot = 9.1;
   constexpr int kStages = 10;
@@ -179,7 +179,7 @@ PressedStrip pressed_strip(double gamma, double give, double lowered) {
 
 double capstan_tension(double slack, double mu, double weight, double radius) {
   // dT/dphi = mu (T + weight R cos phi) - weight R sin phi over the top, phi from -90 degrees
-  // (slack side, rising) to +90: what hangs beyond the top helps the motion.
+  // (slack side, rising) to +90: the part beyond the top helps the motion.
   using Tension = Eigen::Matrix<double, 1, 1>;
   const auto slope = [&](double phi, const Tension& t) {
     return Tension(mu * (t[0] + weight * radius * std::cos(phi)) - weight * radius * std::sin(phi));

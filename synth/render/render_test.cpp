@@ -36,7 +36,7 @@ SyntheticScene folds_scene(double slope_deg, bool dots_only) {
   return {folded(print, folds), FacePattern(face_of(print)), {}};
 }
 
-/// Only the print changes the light, so that the missing light is the dot's area.
+/// Options with which only the print changes the light: the missing light is the dot's area.
 RenderOptions plain() {
   RenderOptions options;
   options.ambient = 1;
@@ -47,7 +47,7 @@ RenderOptions plain() {
 
 using Polygon = std::vector<Vector2d>;
 
-/// Area of a polygon inside the pixel (u, v): an integral of its own, beside the renderer's.
+/// Area of a polygon inside the pixel (u, v), integrated independently of the renderer.
 double area_in_pixel(Polygon polygon, int u, int v) {
   const auto keep = [&](int axis, double limit, double sign) {
     Polygon kept;
@@ -84,9 +84,9 @@ Polygon outline_px(const GridSurface& surface, const Camera& camera, const FaceP
   return outline;
 }
 
-/// Distance of the picture's dot from where the exact area of each pixel puts it: difference of the
-/// first moments over the dot's area. (The mean of a picture's pixels is not the centroid of what
-/// is on it, since a pixel knows nothing of where in it the light fell; both pictures do so.)
+/// Distance of the picture's dot from the one with the exact area of each pixel: difference of the
+/// first moments over the dot's area. (The mean over pixels is not the exact centroid, because a
+/// pixel does not record where in it the light fell; this holds for both pictures.)
 double centre_error_px(const std::vector<double>& light, int width, const Polygon& outline) {
   Vector2d least = outline[0], most = outline[0];
   for (const Vector2d& p : outline) {

@@ -21,7 +21,7 @@ Scene with(const Obstacle& obstacle) {
   return scene;
 }
 
-/// Triangles beyond the table's.
+/// Triangles other than the table's.
 std::vector<Triangle> object_of(const Obstacle& obstacle) {
   std::vector<Triangle> all = triangles_of(with(obstacle));
   all.erase(all.begin(), all.begin() + static_cast<std::ptrdiff_t>(table_triangles(0).size()));
@@ -67,7 +67,7 @@ TEST(Scenery, WhatIsDrawnInLiesWithinTheRoundedSolid) {
   const Scene inner = drawn_in(with(box), 1 * mm);
   EXPECT_NEAR(inner.table_z_m, -51 * mm, 1e-12);
   const Vector3d corner = std::get<Box>(inner.obstacles.front()).size_m / 2;
-  // The rounded corner is an eighth of a ball; the drawn corner is 1 mm and more within it.
+  // The rounded corner is an eighth of a ball; the drawn corner is 1 mm or more inside it.
   const Vector3d ball = Vector3d::Constant(35 * mm);
   EXPECT_LE((corner - ball).norm(), box.edge_radius_m - 1 * mm);
   const Scene ball_scene = drawn_in(with(Sphere{Vector3d(0, 0, 40) * mm, 40 * mm}), 1 * mm);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Marks drawn on the drapes of shared/data/grid-drapes (another discretisation, all parameters
-// known), as a bench would measure them, beside what an operator may state of them.
+// Marks on the drapes of shared/data/grid-drapes (another discretisation, all parameters known), as
+// a bench would measure them, compared with statements an operator might make about them.
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 
@@ -46,14 +46,14 @@ class Normal {
   SplitMix64 random_;
 };
 
-/// One drape with the marks of a bench and the scene as it truly is.
+/// A drape with marks as a bench measures them, and its true scene.
 struct DrawnDrape {
   std::string name;
   Scene scene;
   Sheet sheet;
   MarkLattice lattice;
 
-  /// All guards that ask a scene, but for the pitch and the cameras.
+  /// All guards that use a scene, except for the pitch and the cameras.
   [[nodiscard]] std::vector<std::string> contradictions(const Scene& stated) const {
     const SeenCloth seen{sheet, spans_of(sheet, 0.01)};
     std::vector<std::string> found = contradictions_of_objects(seen, stated);
@@ -67,8 +67,8 @@ struct DrawnDrape {
   }
 };
 
-/// Marks every 22 mm that are nodes of the grid. One in eight is a gap, and so are those that look
-/// down; covariances of a bench: 0.02 mm, 0.04 along z.
+/// Marks every 22 mm at nodes of the grid. One in eight is a gap, and so are those that face down;
+/// covariances of a bench: 0.02 mm, 0.04 mm along z.
 DrawnDrape drawn(const fs::path& folder, Normal& normal) {
   DrawnDrape drape;
   drape.name = folder.filename();
@@ -78,7 +78,7 @@ DrawnDrape drawn(const fs::path& folder, Normal& normal) {
   lattice.pitch_m = 22 * mm;
   lattice.margin_m = {11 * mm, 11 * mm};
   lattice.patch_m = {220 * mm, 220 * mm};
-  for (Pin& pin : drape.scene.pins)  // which name marks of another print
+  for (Pin& pin : drape.scene.pins)  // they name marks of another print
     pin.at_material_m = Vector2d(10 + 20 * pin.mark.row, 10 + 20 * pin.mark.col) * mm;
   drape.sheet.rows = drape.sheet.cols = 10;
   drape.sheet.patch_m = lattice.patch_m;
@@ -120,7 +120,7 @@ std::vector<fs::path> drape_folders() {
   return folders;
 }
 
-/// The object moved within what is stated of it by a ruler.
+/// Moves the object within the uncertainty of a ruler.
 void state_by_ruler(Scene& scene, Normal& normal) {
   for (Obstacle& object : scene.obstacles) {
     Change change = Change::Zero();
@@ -156,7 +156,7 @@ TEST_F(DrawnMarks, GiveNoAlarmWhereAllIsStatedWithinItsUncertainty) {
 
 struct Slip {
   const char* name;
-  const char* key;  ///< that the message names
+  const char* key;  ///< key that the message names
   void (*make)(Scene&);
 };
 
@@ -230,7 +230,7 @@ TEST_F(DrawnMarks, NameEveryMistakeAboutPinsWithWhatIsTrue) {
       if (!other) continue;
       ++suggested;
       EXPECT_THAT(drape.contradictions(other->scene), IsEmpty()) << drape.name << ": " << slip.name;
-      // Which pin holds which true point does not matter.
+      // It does not matter which pin holds which true point.
       const auto is_held = [&](const Pin& truth) {
         return std::any_of(other->scene.pins.begin(), other->scene.pins.end(), [&](const Pin& pin) {
           return (*pin.at_material_m - *truth.at_material_m).norm() < 1e-9 &&
@@ -247,7 +247,7 @@ TEST_F(DrawnMarks, NameEveryMistakeAboutPinsWithWhatIsTrue) {
   EXPECT_EQ(silent, 0);
 }
 
-/// Distance between two objects as their scenes state them: mm, and degrees of turn.
+/// Difference between two objects as stated in their scenes: mm, and degrees of rotation.
 Change difference(const Obstacle& one, const Obstacle& other) {
   Change change = Change::Zero();
   if (const auto* a = std::get_if<Box>(&one)) {
@@ -312,7 +312,7 @@ TEST_F(DrawnMarks, SuggestAPoseThatIsTrueWithinItsRange) {
   EXPECT_GE(good, 0.93 * suggested);
 }
 
-/// Marks of bench1's renderer that two cameras face, with a bench's covariance.
+/// Marks from bench1's renderer that face two cameras, with a bench's covariance.
 DrawnDrape bench1_drape(const std::string& name, Normal& normal) {
   DrawnDrape drape;
   drape.name = name;

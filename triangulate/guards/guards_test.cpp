@@ -31,8 +31,8 @@ using units::mm;
 constexpr double kPitch_m = 20 * mm;
 constexpr double kSigma_m = 0.02 * mm;
 
-/// 11 x 11 marks on a cylinder of this radius about y, `factor` times the pitch apart along the
-/// cloth, its top at z = 0.
+/// 11 x 11 marks on a cylinder of this radius about y, spaced by `factor` times the pitch along the
+/// cloth, with its top at z = 0.
 Sheet bent_sheet(double radius_m, double factor) {
   Sheet sheet;
   sheet.rows = sheet.cols = 11;
@@ -98,7 +98,7 @@ TEST(Guards, APitchThatIsHalfAPerCentOffIsNamedWithTheRightOne) {
   }
 }
 
-/// 11 x 11 marks `factor` times the pitch apart along cloth that lies in sine folds across a
+/// 11 x 11 marks spaced by `factor` times the pitch along cloth that is in sine folds across a
 /// direction of the print.
 Sheet folded_sheet(double slope_deg, double wavelength_mm, double direction_deg, double phase,
                    double factor) {
@@ -155,7 +155,7 @@ TEST(Guards, TheStatedErrorsOfScaleHoldTheTrueOneAndZeroOnlyWhereNothingIsNamed)
   EXPECT_THAT(scale_text({-1e-3, std::nullopt}), HasSubstr("wrong by -0.10 % to any amount"));
 }
 
-/// The cloth lies on a box of 100 mm whose top is at z = 0.
+/// A scene with the cloth on a box of 100 mm whose top is at z = 0.
 Scene box_scene(const Vector3d& shift_m) {
   Scene scene;
   scene.file = "C.toml";
@@ -173,8 +173,8 @@ TEST(Guards, ClothThatLiesOnItsObjectGivesNoAlarm) {
   EXPECT_THAT(objects_of(bent_sheet(1, 1), box_scene({0, 0, -2.0 * mm})), IsEmpty());
 }
 
-/// Cloth that lies flat to the edge at x = 50 mm and hangs there, straight and steep; marks at x =
-/// 45 and then 15 mm of arc beyond the edge.
+/// Cloth that is flat up to the edge at x = 50 mm and hangs from there, straight and steep; marks
+/// at x = 45 and then 15 mm of arc beyond the edge.
 Sheet hanging_sheet(double slope_deg) {
   Sheet sheet = bent_sheet(1, 1);
   const double slope = slope_deg * units::deg;
@@ -194,7 +194,7 @@ TEST(Guards, ABoxBesideItsPlaceLeavesTheClothTooShort) {
   const auto found = objects_of(sheet, box_scene({6 * mm, 0, 0}));
   ASSERT_EQ(found.size(), 1U);
   EXPECT_THAT(found[0], HasSubstr("too short to pass outside it"));
-  // Nothing holds the cloth on the other side, so nothing can be said there.
+  // Nothing holds the cloth on the other side, so no statement is possible there.
   EXPECT_THAT(objects_of(sheet, box_scene({-6 * mm, 0, 0})), IsEmpty());
 }
 
@@ -206,7 +206,7 @@ TEST(Guards, WhatTheMarksCannotSeeOfAnObjectIsStated) {
   EXPECT_EQ(limits[0].of, "object 1");
   EXPECT_THAT(limits[0].limits,
               HasSubstr("no error of its place towards -x up to 50 mm would be seen"));
-  // Held on both sides, across a narrower box: the stated limit is where the guard begins to name.
+  // Held on both sides, across a narrower box: the guard reports from the stated limit on.
   Sheet held = sheet;
   for (SheetMark& mark : held.marks) {
     const double along_m = kPitch_m * (mark.mark.col - 5);
@@ -231,7 +231,7 @@ TEST(Guards, ATautStringOverABoxHasTheLengthOfItsTwoStraightParts) {
   };
   EXPECT_NEAR(path_mm({40, 0, 50}, {50, 0, 40}), 20, 1e-9);
   EXPECT_NEAR(path_mm({42, 0, 50}, {62, 0, 34}), 28, 1e-9);
-  // Obliquely over the edge: unrolled, 28 mm across and 3 mm along.
+  // Obliquely over the edge; unrolled it is 28 mm across and 3 mm along.
   EXPECT_NEAR(path_mm({42, 0, 50}, {62, 3, 34}), std::hypot(28, 3), 1e-9);
   EXPECT_NEAR(path_mm({0, 0, 51}, {20, 0, 51}), 20, 1e-9) << "free";
   EXPECT_NEAR(path_mm({-1, 60, 40}, {-1, 40, 60}), std::sqrt(800), 1e-9) << "touches the edge";
@@ -249,12 +249,12 @@ TEST(Guards, MarksInsideTheObjectNameItAndTheHeightThatFits) {
   EXPECT_THAT(found[0], HasSubstr("C.toml, object 1"));
   EXPECT_THAT(found[0], HasSubstr("inside it"));
   EXPECT_THAT(found[0], HasSubstr("z_bottom_mm = -10"));
-  // Flat cloth tells no place.
+  // Flat cloth does not determine a position.
   EXPECT_THAT(found[0], testing::Not(HasSubstr("the marks speak for")));
 }
 
 TEST(Guards, ATopIsTooHighBeyondItsOwnStandardDeviations) {
-  // Place and size of 0.5 mm each: 0.71 mm, of which one in 200 is above 2.58.
+  // Position and size uncertain by 0.5 mm each: 0.71 mm, exceeded by 2.58 times in one of 200.
   const Sheet sheet = bent_sheet(1000, 1);
   EXPECT_THAT(objects_of(sheet, box_scene({0, 0, 1.7 * mm})), IsEmpty());
   const auto found = objects_of(sheet, box_scene({0, 0, 2.2 * mm}));
@@ -303,7 +303,7 @@ TEST(Guards, APinOfAMarkThatIsAGapIsNamedWithItsReason) {
   EXPECT_THAT(found[0], HasSubstr("at_material_mm"));
 }
 
-/// A box of this width as triangles, on its foot, in the mesh file's millimetres.
+/// Writes a box of this width as triangles, standing on the origin, in mm.
 fs::path box_file(const drape::test::TemporaryFolder& folder, double side_mm) {
   std::string text;
   for (int i = 0; i < 8; ++i)

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Distance that a camera of bench1 must move after the calibration before its sheets are NO-GO, and
-// how often good cameras are.
+// How far a camera of bench1 must move after the calibration before its sheets are NO-GO, and how
+// often unmoved cameras are.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
@@ -24,7 +24,7 @@ using test::bench1_truth;
 using units::deg;
 using units::mm;
 
-constexpr double kNoise = 0.02;        // of a dot's centre, px
+constexpr double kNoise = 0.02;        // noise of a dot's centre, px
 constexpr double kImageCentre = 0.03;  // standard deviation, px
 
 struct MoveDraw {
@@ -35,7 +35,7 @@ struct MoveDraw {
   Vector3d direction() { return Vector3d(normal(), normal(), normal()).normalized(); }
 };
 
-/// The cameras as a calibration finds them: image centres off by what it states.
+/// Cameras as found by a calibration: image centres off by its stated uncertainty.
 Calibration found_cameras(MoveDraw& draw) {
   Calibration calibration;
   calibration.method = "joint";
@@ -55,7 +55,7 @@ Calibration found_cameras(MoveDraw& draw) {
   return calibration;
 }
 
-/// A dot of 4 mm in a camera: its centroid with noise, and the ellipse of its outline.
+/// A dot of 4 mm in a camera: noisy centroid, and the ellipse of its outline.
 Detection seen_dot(const test::TrueDot& dot, int camera, MoveDraw& draw) {
   const Camera& at = bench1_truth().cameras[static_cast<std::size_t>(camera)];
   const Eigen::Matrix<double, 2, 3> map =
@@ -98,7 +98,7 @@ Detections seen_drape(const std::string& drape, MoveDraw& draw) {
 
 enum class Move { shift_mm, turn_deg };
 
-/// A camera that the calibration has elsewhere than it is.
+/// A camera that has moved since its calibration.
 struct Moved {
   MoveDraw draw;
   std::string drape;
@@ -127,7 +127,7 @@ struct Moved {
     return !triangulate(detections, other, drape, {}).report.no_go.empty();
   }
 
-  /// The least size from which on this move is NO-GO, to five percent.
+  /// The smallest size of this move that is NO-GO, to five per cent.
   [[nodiscard]] double least(Move move, double none, double surely) const {
     while (surely > 1.05 * none) {
       const double middle = std::sqrt(none * surely);
@@ -137,14 +137,14 @@ struct Moved {
   }
 };
 
-/// The size that 95 of 100 are not above.
+/// The 95th percentile of the sizes.
 double most_of(std::vector<double> sizes) {
   std::sort(sizes.begin(), sizes.end());
   return sizes[sizes.size() * 95 / 100];
 }
 
 TEST(MovedCameras, AreNoGoFromAMillimetreOrATenthOfADegreeOn) {
-  // A few cases cannot tell 95 %: of 9 draws fewer than 6 are named once in 1,000.
+  // A few cases cannot show 95 %: of 9 draws fewer than 6 are reported once in 1,000.
   const int count = test::trial_count(9, 300);
   const bool whole = count == 300;
   int shifts = 0, turns = 0, alarms = 0;
@@ -165,7 +165,7 @@ TEST(MovedCameras, AreNoGoFromAMillimetreOrATenthOfADegreeOn) {
                most_of(turn_sizes));
   EXPECT_GE(shifts, whole ? 285 : 6);
   EXPECT_GE(turns, whole ? 285 : 6);
-  // The limit lets one of 1,000 good pairs pass it: of 900 more than 4 once in 400 draws.
+  // One of 1,000 good pairs exceeds the limit: of 900, more than 4 do once in 400 draws.
   EXPECT_LE(alarms, whole ? 4 : 0);
 }
 

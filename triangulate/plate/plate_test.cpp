@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A scene with its object where a plate of tags shows it.
+// A scene with its object at the position measured by a tag plate.
 #include <gmock/gmock.h>
 
 #include <cmath>
@@ -116,7 +116,7 @@ TEST(PlateOnObject, LiesEdgeOnEdgeOnATopOfItsSizeOnly) {
   const auto why = [&](const Obstacle& object) {
     return why_not_edge_on_edge(lattice, {}, object, {}).value_or("");
   };
-  // 0.28 mm of two edges laid on each other, 0.5 mm of the size: three of both are 1.7 mm.
+  // Two edges aligned to 0.28 mm, and 0.5 mm of the size: three of both are 1.7 mm.
   EXPECT_EQ(why(box(128, 128)), "");
   EXPECT_EQ(why(box(126.4, 129.6)), "");
   EXPECT_THAT(why(box(126.2, 128)),
