@@ -310,24 +310,27 @@ CameraResult calibrate_camera(const Points& measured, const RigCamera& rig_camer
 }  // namespace
 
 void fields(Fields& f, CalibOptions& o) {
-  f.otherwise({"max_rms_mm",
-               "NO-GO above this RMS distance of the target's points from a camera's rays, mm", 1,
-               above_zero},
-              o.max_rms_mm);
-  f.otherwise({"max_centre_sd_percent",
-               "NO-GO when the image centre is less certain, % of the focal length", 1, above_zero},
-              o.max_centre_sd_percent);
   f.otherwise(
-      {"max_focal_sd_percent", "NO-GO when the focal length is less certain, %", 1, above_zero},
-      o.max_focal_sd_percent);
-  f.otherwise({"outlier_sigmas",
-               "reject dots farther off than this many robust standard deviations", 1, above_zero},
-              o.outlier_sigmas);
-  f.otherwise({"max_outliers_percent", "NO-GO when more dots are rejected, %", 1, 0},
+      {"max_rms_mm", "NO-GO above this RMS distance of the target points from a camera's rays, mm",
+       1, above_zero},
+      o.max_rms_mm);
+  f.otherwise({"max_centre_sd_percent",
+               "NO-GO above this standard deviation of the image centre, % of the focal length", 1,
+               above_zero},
+              o.max_centre_sd_percent);
+  f.otherwise({"max_focal_sd_percent", "NO-GO above this standard deviation of the focal length, %",
+               1, above_zero},
+              o.max_focal_sd_percent);
+  f.otherwise(
+      {"outlier_sigmas", "reject dots with residuals above this many robust standard deviations", 1,
+       above_zero},
+      o.outlier_sigmas);
+  f.otherwise({"max_outliers_percent", "NO-GO above this fraction of rejected dots, %", 1, 0},
               o.max_outliers_percent);
-  f.otherwise({"max_iterations", "iterations of each refinement", 1, 1}, o.max_iterations);
+  f.otherwise({"max_iterations", "largest number of iterations of each refinement", 1, 1},
+              o.max_iterations);
   bool no_eccentricity = !o.correct_eccentricity;
-  f.otherwise({"no_eccentricity", "take the centroid of a dot's image for the image of its centre"},
+  f.otherwise({"no_eccentricity", "treat the centroid of a dot's image as the image of its centre"},
               no_eccentricity);
   o.correct_eccentricity = !no_eccentricity;
 }

@@ -380,11 +380,12 @@ void add_warnings(JointReport& report) {
 }  // namespace
 
 void fields(Fields& f, JointOptions& o) {
-  f.otherwise({"free_stages", "joint: believe no stage's height but the first one's"},
+  f.otherwise({"free_stages", "joint: treat all stages except the first as free poses"},
               o.free_stages);
-  f.otherwise({"thickness_mm", "joint: how far a two-sided target's back lies behind its front", 1,
-               0, 999, "give the thickness of the board in mm"},
-              o.thickness_mm);
+  f.otherwise(
+      {"thickness_mm", "joint: distance between the front and the back of a two-sided target", 1, 0,
+       999, "give the thickness of the board in mm"},
+      o.thickness_mm);
 }
 
 JointResult calibrate_joint(const JointModel& model, double dot_diameter_m,

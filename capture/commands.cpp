@@ -46,16 +46,17 @@ struct CaptureCommand {
 
 void fields(Fields& f, CaptureCommand& c) {
   f(Field{"rig", "folder with rig.toml and cameras.toml"}.called("RIG"), c.rig);
-  f.otherwise({"set", "name of the set to record; without it a session"}, c.set);
+  f.otherwise({"set", "name of the set to record; without it a session starts"}, c.set);
   f({"out", "recording to make, or to add the set to"}, c.recording);
   f.otherwise({"frames", "frames per camera: sets NAME_000, NAME_001, ...", 1, 1, 1000}, c.frames);
   f.otherwise({"average", "store one set, the mean of all frames"}, c.average);
   f.otherwise({"format", "pgm is faster to write and takes twice the space"}, c.format);
-  f({"calibration", "tells the cloth's speed in mm/s"}, c.calibration);
-  f.otherwise({"preview",
-               "of a session: folder, best in memory, in which each camera's picture is renewed"},
-              c.preview);
-  f.otherwise({"patience_s", "give up when no frame comes for that long", 1, above_zero},
+  f({"calibration", "calibration.json, to state the cloth's speed in mm/s"}, c.calibration);
+  f.otherwise(
+      {"preview",
+       "for a session: folder, preferably in memory, in which each camera's picture is renewed"},
+      c.preview);
+  f.otherwise({"patience_s", "give up if no frame arrives for this time", 1, above_zero},
               c.patience_s);
   f.rule(!c.set.empty() || (c.frames == 1 && !c.average), "set",
          "a session takes one frame of each camera at a time",

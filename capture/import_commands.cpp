@@ -22,8 +22,8 @@ struct ImportOptions {
 void fields(Fields& f, ImportOptions& o) {
   f(Field{"folder", "FOLDER/<set>/<camera>.png|jpg|jpeg|tif|tiff"}.called("FOLDER"), o.folder);
   f({"out", "recording to write; FOLDER itself adds only the manifest"}, o.recording);
-  f({"recorded_on", "day of the recording, as 2026-01-31"}, o.recorded_on);
-  f.otherwise({"allow_missing", "a set may lack a camera's image: a warning, not an error"},
+  f({"recorded_on", "date of the recording, e.g. 2026-01-31"}, o.recorded_on);
+  f.otherwise({"allow_missing", "warn instead of failing if a set lacks a camera's image"},
               o.allow_missing);
 }
 

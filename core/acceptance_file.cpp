@@ -9,11 +9,11 @@ static void fields(Fields& f, AcceptanceRow& row) {
   f({"value", "measured value; null: not measured"}, row.value);
   f({"expanded_uncertainty", "expanded uncertainty of the value (95 %)"}, row.expanded);
   f({"limit", "maximum permissible value"}, row.limit);
-  f.otherwise({"limit_stated", "whether an operator stated the limit"}, row.limit_stated);
-  f({"smallest_fault", "smallest fault that the figure names"}, row.smallest_fault);
-  f({"smallest_fault_unit", "its unit"}, row.smallest_fault_unit);
+  f.otherwise({"limit_stated", "true if an operator stated the limit"}, row.limit_stated);
+  f({"smallest_fault", "smallest fault that the figure detects"}, row.smallest_fault);
+  f({"smallest_fault_unit", "unit of smallest_fault"}, row.smallest_fault_unit);
   f({"where", "frame set or camera of the worst case"}, row.where);
-  f({"go", "value within the limit"}, row.go);
+  f({"go", "true if the value is within the limit"}, row.go);
   f({"not_measured", "reason why it was not measured"}, row.not_measured);
 }
 
@@ -28,9 +28,9 @@ void fields(Fields& f, AcceptanceFile& acceptance) {
   f({"date", "ISO date of the test, as the operator states it"}, acceptance.date);
   f({"valid_until", "ISO date"}, acceptance.valid_until);
   f({"positions", "positions of the artefact", 1, 0}, acceptance.positions);
-  f({"go", "the instrument is accepted, or its interim check passed"}, acceptance.go);
+  f({"go", "true if the instrument is accepted or its interim check passed"}, acceptance.go);
   f({"cause", "reason of a NO-GO"}, acceptance.cause);
-  f.otherwise({"lacks", "parts of an acceptance that are missing; with any it is an interim check"},
+  f.otherwise({"lacks", "missing parts of an acceptance; if any is missing it is an interim check"},
               acceptance.lacks);
   f.otherwise({"warnings", "warnings"}, acceptance.warnings);
   f({"figures", "figures of merit"}, acceptance.figures);

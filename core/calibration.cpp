@@ -71,23 +71,22 @@ void fields(Fields& f, std::variant<BrownLens, TsaiLens>& lens) {
 
 void fields(Fields& f, CamFromWorld& pose) {
   f({"rotation", "rows of the matrix"}, pose.rotation);
-  f({"translation_mm", "world's origin in the camera", mm}, pose.translation_m);
+  f({"translation_mm", "world origin in camera coordinates", mm}, pose.translation_m);
   f.rule((pose.rotation * pose.rotation.transpose() - Eigen::Matrix3d::Identity()).norm() <= 1e-6 &&
              pose.rotation.determinant() >= 0,
          "rotation", "the matrix is not a rotation", make_again);
 }
 
 void fields(Fields& f, CalibrationResiduals& residuals) {
-  f({"points", "points of the target"}, residuals.points);
+  f({"points", "number of target points"}, residuals.points);
   f({"rms_px", "RMS distance in the distorted image"}, residuals.rms_px);
-  f({"max_px", "largest distance"}, residuals.max_px);
-  f({"object_rms_mm", "RMS distance of the target's points from the rays"},
-    residuals.object_rms_mm);
+  f({"max_px", "largest distance in the distorted image"}, residuals.max_px);
+  f({"object_rms_mm", "RMS distance of the target points from the rays"}, residuals.object_rms_mm);
 }
 
 void fields(Fields& f, WorkedPoint& point) {
   f({"point_in_world_mm", "a point in the world", mm}, point.point_in_world);
-  f({"px", "pixel on which it must land"}, point.px);
+  f({"px", "pixel to which the point must project"}, point.px);
 }
 
 void fields(Fields& f, CalibratedCamera& calibrated) {
@@ -96,16 +95,17 @@ void fields(Fields& f, CalibratedCamera& calibrated) {
   f({"width_px", "columns of its pictures"}, camera.model.width_px);
   f({"height_px", "rows of its pictures"}, camera.model.height_px);
   f({"lens", "lens of the camera"}, camera.model.lens);
-  f({"cam_from_world", "pose"}, camera.cam_from_world);
+  f({"cam_from_world", "pose of the camera"}, camera.cam_from_world);
   Eigen::Vector3d centre_m = centre_in_world(camera);
-  f.otherwise({"centre_in_world_mm", "place of the camera, from its pose", mm}, centre_m);
-  f({"residuals", "distances that the fit left"}, calibrated.residuals);
+  f.otherwise({"centre_in_world_mm", "position of the camera, from its pose", mm}, centre_m);
+  f({"residuals", "residuals of the fit"}, calibrated.residuals);
   covariance(f, {"covariance_parameters", "names and units of the covariance's parameters"},
              {"covariance", "rows of the matrix, in the units of the file"}, false,
              calibrated.covariance_parameters, calibrated.covariance);
-  f({"valid_region_px", "u_min, v_min, u_max, v_max that calibration points covered"},
+  f({"valid_region_px", "u_min, v_min, u_max, v_max of the region covered by calibration points"},
     calibrated.valid_region_px);
-  f({"worked_point", "lets an importer check itself"}, calibrated.worked_point);
+  f({"worked_point", "worked example that lets an importer check its projection"},
+    calibrated.worked_point);
   if (!f.reads()) return;
   const std::optional<Projection> px =
       project(camera.model, camera.cam_from_world * calibrated.worked_point.point_in_world);
@@ -117,9 +117,9 @@ void fields(Fields& f, Calibration& calibration) {
   f({"method", "tsai or joint"}, calibration.method);
   f({"rig", "name of the bench"}, calibration.rig);
   f({"sets", "frame sets that were used"}, calibration.sets);
-  f({"no_go", "why nothing that is measured with it can be trusted; null: it can"},
+  f({"no_go", "reason why measurements with it cannot be trusted; null if they can"},
     calibration.no_go);
-  f({"warnings", "oddities that were met"}, calibration.warnings);
+  f({"warnings", "warnings"}, calibration.warnings);
   f({"cameras", "each camera"}, calibration.cameras);
   covariance(f, {"joint_covariance_parameters", "cam0/fx_px and so on: parameters of all cameras"},
              {"joint_covariance", "rows of the matrix of all cameras together"}, true,

@@ -18,42 +18,42 @@ void fields(Fields& f, Detection& d) {
   f({"col", "along the weft, or along x of a target"}, d.mark.col);
   f({"px", "centre (u, v)"}, d.centre_px);
   f({"cov_px2", "covariance of px"}, d.covariance_px2);
-  f({"semi_axes_px", "major and minor semi-axis; of a corner: half the window"}, d.semi_axes_px);
+  f({"semi_axes_px", "major and minor semi-axis; half the window for a corner"}, d.semi_axes_px);
   f({"axis_angle_deg", "angle from +u to the major axis", deg}, d.axis_angle_rad);
-  f({"contrast", "grey levels between print and cloth"}, d.contrast);
+  f({"contrast", "difference of grey level between print and cloth"}, d.contrast);
   f({"chi2_per_dof", "misfit in units of the frame's noise"}, d.chi2_per_dof);
 }
 
 void fields(Fields& f, IslandDot& d) {
   fields(f, d.dot);
-  f({"island", "number of the piece in its frame"}, d.island);
+  f({"island", "number of the part within its frame"}, d.island);
 }
 
 void fields(Fields& f, Rejection& r) {
   std::optional<int> row, col;
   if (r.mark) row = r.mark->row, col = r.mark->col;
-  f({"row", "label where it is known"}, row);
-  f({"col", "label where it is known"}, col);
+  f({"row", "row of the mark, if known"}, row);
+  f({"col", "column of the mark, if known"}, col);
   f({"px", "centre (u, v)"}, r.centre_px);
-  f({"reason", "why it was not used"}, r.reason);
+  f({"reason", "reason why it was not used"}, r.reason);
   f.rule(!row || col, "col", "`col` is missing", make_again);
   if (row) r.mark = MarkId{*row, col.value_or(0)};
 }
 
 void fields(Fields& f, TagDetection& tag) {
-  f({"id", "number of the tag in its family"}, tag.id);
+  f({"id", "id of the tag within its family"}, tag.id);
   Eigen::Matrix<double, 4, 2> corners_px = tag.corners_px.transpose();
-  f({"corners_px", "corners (u, v) in the order of the print"}, corners_px);
+  f({"corners_px", "corners (u, v) in printed order"}, corners_px);
   tag.corners_px = corners_px.transpose();
 }
 
 void fields(Fields& f, MarkLattice& lattice) {
-  f({"surface", "what carries the marks"}, lattice.surface);
+  f({"surface", "surface that carries the marks"}, lattice.surface);
   f({"rows", "marks along the warp, or along y"}, lattice.rows);
   f({"cols", "marks along the weft, or along x"}, lattice.cols);
   f.rule(is_lattice_size(lattice.rows, lattice.cols), "rows",
          fmt::format("a lattice has 1 to {} marks", kMostMarks), make_again);
-  f({"pitch_mm", "distance of neighbours", mm}, lattice.pitch_m);
+  f({"pitch_mm", "distance between adjacent marks", mm}, lattice.pitch_m);
   f({"dot_diameter_mm", "diameter of a dot", mm}, lattice.dot_diameter_m);
   f({"patch_mm", "size of the cloth along (warp, weft); 0 of a target", mm}, lattice.patch_m);
   f({"margin_mm", "material coordinates of mark (0, 0)", mm}, lattice.margin_m);
@@ -67,12 +67,14 @@ void fields(Fields& f, FrameDetections& frame) {
   f({"height_px", "rows of the picture"}, frame.height_px);
   f({"image_sha256", "SHA-256 of the picture"}, frame.image_sha256);
   f({"preview_file", "small JPEG beside this file"}, frame.preview_file);
-  f({"preview_scale", "its pixels per pixel of the picture"}, frame.preview_scale);
-  f({"noise_sigma_grey", "noise of the picture in grey levels"}, frame.noise_sigma);
+  f({"preview_scale", "preview pixels per pixel of the picture"}, frame.preview_scale);
+  f({"noise_sigma_grey", "standard deviation of the picture's noise in grey levels"},
+    frame.noise_sigma);
   f({"detections", "labelled marks, ordered by mark"}, frame.detections);
-  f.if_any({"islands", "measured dots in pieces without a label"}, frame.islands);
-  f({"rejections", "what looked like a mark and was not used"}, frame.rejections);
-  f({"tags", "tags that were read, ordered by id"}, frame.tags);
+  f.if_any({"islands", "measured dots in parts of the lattice that could not be labelled"},
+           frame.islands);
+  f({"rejections", "mark candidates that were not used"}, frame.rejections);
+  f({"tags", "tags read, ordered by id"}, frame.tags);
 }
 
 namespace {
@@ -84,14 +86,14 @@ struct RefusedSet {
 
 void fields(Fields& f, RefusedSet& refused) {
   f(Field{"set", "frame set"}.plain_name(), refused.set);
-  f({"reason", "why nothing that is measured with it can be trusted"}, refused.reason);
+  f({"reason", "reason why measurements with it cannot be trusted"}, refused.reason);
 }
 
 }  // namespace
 
 void fields(Fields& f, Detections& detections) {
   f({"rig", "name of the bench"}, detections.rig);
-  f({"lattice", "what the marks are"}, detections.lattice);
+  f({"lattice", "lattice of the marks"}, detections.lattice);
   f({"frames", "pictures, ordered by set, then camera"}, detections.frames);
   std::vector<RefusedSet> refused;
   for (const auto& [set, reason] : detections.no_go) refused.push_back({set, reason});

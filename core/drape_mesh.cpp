@@ -40,13 +40,14 @@ static void fields(Fields& f, TextureMap& uv) {
 }
 
 void fields(Fields& f, DrapeMesh& drape) {
-  f({"name", "simulator, as it stands in the tables"}, drape.name);
+  f({"name", "name of the simulator for the tables"}, drape.name);
   f({"mesh", "mesh, .ply or .obj"}, drape.mesh_file);
   f({"unit_mm", "length of one unit of the mesh", mm, above_zero}, drape.unit_m);
   f.otherwise({"up", "axis of the mesh that points up"}, drape.up);
-  f({"scene", "scene of the simulations beside it"}, drape.scene);
-  f.if_any({"fabric", "fabric, as its maker calls it"}, drape.fabric);
-  f.if_any({"correspondence", "no material point of any vertex is known"}, drape.correspondence);
+  f({"scene", "scene of the simulations compared with it"}, drape.scene);
+  f.if_any({"fabric", "name of the fabric"}, drape.fabric);
+  f.if_any({"correspondence", "only `none`: the material points of the vertices are unknown"},
+           drape.correspondence);
   f.if_any({"grid", "vertices in rows"}, drape.grid);
   f.if_any({"uv", "texture coordinates"}, drape.uv);
   f.rule(!drape.correspondence || (!drape.grid && !drape.uv), "correspondence",

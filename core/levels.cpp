@@ -12,25 +12,27 @@ using units::mm;
 void fields(Fields& f, DrapeLevelRecord& level) {
   f({"spacing_mm", "spacing of the mesh", mm, above_zero}, level.spacing_m);
   f({"points", "points of the mesh", 1, 3}, level.points);
-  f({"at_rest", "at rest"}, level.at_rest);
-  f({"status", "\"at rest\", or why not"}, level.status);
-  f({"steps", "steps to rest", 1, 0}, level.steps);
-  f({"mean_distance_from_coarser_mm", "mean over the marks; null: the coarsest", mm, 0},
+  f({"at_rest", "true if at rest"}, level.at_rest);
+  f({"status", "\"at rest\", or the reason why not"}, level.status);
+  f({"steps", "number of steps to rest", 1, 0}, level.steps);
+  f({"mean_distance_from_coarser_mm",
+     "mean displacement of the marks from the coarser mesh; null for the coarsest", mm, 0},
     level.from_coarser_m);
 }
 
 void fields(Fields& f, LevelMark& one) {
   f({"row", "mark along the warp", 1, 0}, one.mark.row);
   f({"col", "mark along the weft", 1, 0}, one.mark.col);
-  f({"place_mm", "place in the world on the finest mesh", mm}, one.place_in_world);
-  f({"mesh_error_mm", "largest distance from the limit of ever finer meshes", mm, 0}, one.left_m);
-  f.if_any({"from_coarser_mm", "move from the next coarser mesh", mm}, one.from_coarser_m);
+  f({"place_mm", "position in the world on the finest mesh", mm}, one.place_in_world);
+  f({"mesh_error_mm", "largest distance from the limit of infinite refinement", mm, 0}, one.left_m);
+  f.if_any({"from_coarser_mm", "displacement from the next coarser mesh", mm}, one.from_coarser_m);
 }
 
 void fields(Fields& f, LevelsFile& file) {
   f({"sheet_sha256", "SHA-256 of the sheet.json beside it"}, file.sheet_sha256);
   f({"levels", "meshes from coarse to fine"}, file.levels);
-  f({"mean_mesh_error_mm", "mean over the marks; null: not at rest, or one level alone", mm, 0},
+  f({"mean_mesh_error_mm", "mean over the marks; null if not at rest or with a single level", mm,
+     0},
     file.left_m);
   f({"marks", "marks of the print on the finest mesh"}, file.marks);
   f.rule(!file.levels.empty(), "levels", "names no mesh", make_again);

@@ -13,10 +13,10 @@ namespace drape {
 void fields(Fields& f, RecordedFrame& frame) {
   f(Field{"camera", "camera of the rig"}.plain_name(), frame.camera);
   f({"file", "image, relative to the recording"}, frame.file);
-  f({"sha256", "hash of its bytes"}, frame.sha256);
-  f({"width_px", "width", 1, 1}, frame.width_px);
-  f({"height_px", "height", 1, 1}, frame.height_px);
-  f({"device_time_s", "device time on the common clock of live cameras"}, frame.device_time_s);
+  f({"sha256", "SHA-256 of the file"}, frame.sha256);
+  f({"width_px", "columns of the image", 1, 1}, frame.width_px);
+  f({"height_px", "rows of the image", 1, 1}, frame.height_px);
+  f({"device_time_s", "device time on the common clock, for live cameras"}, frame.device_time_s);
   if (!f.reads() || frame.file.empty()) return;
   try {
     static_cast<void>(name_inside({}, frame.file, {}));
@@ -26,12 +26,13 @@ void fields(Fields& f, RecordedFrame& frame) {
 }
 
 void fields(Fields& f, FrameSet& set) {
-  f(Field{"name", "set"}.plain_name(), set.name);
-  f({"frames", "one image of each camera"}, set.frames);
-  f.if_any({"details_sha256", "hash of the set's capture.json"}, set.details_sha256);
+  f(Field{"name", "name of the set"}.plain_name(), set.name);
+  f({"frames", "one image per camera"}, set.frames);
+  f.if_any({"details_sha256", "SHA-256 of the set's capture.json"}, set.details_sha256);
   f.if_any({"motion_px", "largest motion between frames of the burst"}, set.motion_px);
-  f.if_any({"camera_shift_px", "of a background against the reference set"}, set.camera_shift_px);
-  f.if_any({"no_go", "why the set is no measurement"}, set.no_go);
+  f.if_any({"camera_shift_px", "largest shift of a background relative to the reference set"},
+           set.camera_shift_px);
+  f.if_any({"no_go", "reason why the set cannot be used as a measurement"}, set.no_go);
   // A camera may occur once only: with two images it is unclear which one to measure.
   std::set<std::string> cameras;
   for (const RecordedFrame& frame : set.frames)
@@ -42,8 +43,8 @@ void fields(Fields& f, FrameSet& set) {
 
 void fields(Fields& f, Recording& recording) {
   f({"source", "import, or the capture method"}, recording.source);
-  f({"recorded_on", "ISO date when known"}, recording.recorded_on);
-  f({"sets", "frames that belong together"}, recording.sets);
+  f({"recorded_on", "ISO date, if known"}, recording.recorded_on);
+  f({"sets", "frame sets, each taken at one time"}, recording.sets);
   std::set<std::string> sets;
   for (const FrameSet& set : recording.sets)
     f.rule(sets.insert(set.name).second, "sets",

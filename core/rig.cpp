@@ -56,7 +56,7 @@ void fields(Fields& f, TagTable& table) {
   const Carrier carrier = table.carrier;
   f({"family", "AprilTag family, e.g. tag36h11"}, table.family);
   f({"edge_mm", "outer edge of the black square", mm, above_zero}, table.edge_m);
-  if (carrier == Carrier::dots) f.if_any({"tag", "each tag"}, table.tags);
+  if (carrier == Carrier::dots) f.if_any({"tag", "tags"}, table.tags);
   if (carrier == Carrier::print) {
     f({"first_id", "id of the first tag"}, table.first_id);
     f({"cells", "[row, col] of each tag, from 0"}, table.cells);
@@ -65,13 +65,14 @@ void fields(Fields& f, TagTable& table) {
       (f.documents() && carrier != Carrier::print))
     f.otherwise({"first_id", "id of the first tag of a board"}, table.first_id);
   if (carrier == Carrier::grid || (f.documents() && carrier != Carrier::print))
-    f.otherwise({"border_modules", "modules of the black rim around a tag's bits", 1, 1},
-                table.border_modules);
+    f.otherwise(
+        {"border_modules", "width of the black border around a tag's bits, in modules", 1, 1},
+        table.border_modules);
 }
 
 /// Describes the table `tags`, which is required (`must`), optional (`may`) or forbidden.
 void tag_table(Fields& f, TagTable& table, bool must, bool may) {
-  const Field field{"tags", "its tags"};
+  const Field field{"tags", "tags of the target"};
   if (must)
     f(field, table);
   else if (f.documents() || (may && (f.reads() || !table.family.empty())))
@@ -102,8 +103,8 @@ void place_board_tags(Target& target, int id, bool is_light) {
 }  // namespace
 
 void fields(Fields& f, PrintedTag& tag) {
-  f({"id", "number of the tag in its family"}, tag.id);
-  f({"centre_mm", "centre, x and y in the target", mm}, tag.centre_m);
+  f({"id", "id of the tag within its family"}, tag.id);
+  f({"centre_mm", "centre, x and y on the target", mm}, tag.centre_m);
 }
 
 void fields(Fields& f, RigCamera& camera) {
@@ -112,14 +113,14 @@ void fields(Fields& f, RigCamera& camera) {
   f({"height_px", "rows of its pictures", 1, 1}, camera.height_px);
   Eigen::Vector2d pitch_m(camera.pixel_pitch_x_m, camera.pixel_pitch_y_m);
   // Sensor pixels range from 0.5 um (phones) to 24 um (astronomy), twice that if binned.
-  f({"pixel_pitch_um", "pitch of the sensor along x and y", um, 0.5, 48,
+  f({"pixel_pitch_um", "pixel pitch of the sensor along x and y", um, 0.5, 48,
      "give the pixel pitch of the data sheet in um, 0.5 to 48, e.g. [3.45, 3.45]"},
     pitch_m);
   camera.pixel_pitch_x_m = pitch_m.x();
   camera.pixel_pitch_y_m = pitch_m.y();
   f.if_any({"square_pixels_percent",
-            "standard uncertainty to which the sensor's pixels are square; absent: not promised",
-            0.01, above_zero, 10, "give the data sheet's tolerance, e.g. 0.01"},
+            "standard uncertainty of the pixels' aspect ratio; absent if not known", 0.01,
+            above_zero, 10, "give the data sheet's tolerance, e.g. 0.01"},
            camera.square_pixels);
 }
 
@@ -131,11 +132,12 @@ void fields(Fields& f, TargetStage& stage) {
 }
 
 void fields(Fields& f, DrapeRepeat& repeat) {
-  f(Field{"scene", "name of the scene that is laid again"}.plain_name(), repeat.scene);
+  f(Field{"scene", "name of the repeated scene"}.plain_name(), repeat.scene);
   f(Field{"set", "frame set that shows it"}.plain_name(), repeat.set);
   if (f.reads()) repeat.repeat = repeat.set;
-  f.otherwise(Field{"repeat", "name of this laying; absent: the set"}.plain_name(), repeat.repeat);
-  f.otherwise({"face", "side of the cloth that lies up"}, repeat.face);
+  f.otherwise(Field{"repeat", "name of this laying; default: the name of the set"}.plain_name(),
+              repeat.repeat);
+  f.otherwise({"face", "side of the cloth that faces up"}, repeat.face);
 }
 
 namespace {
@@ -146,8 +148,8 @@ struct CalibrationPlan {
 };
 
 void fields(Fields& f, CalibrationPlan& plan) {
-  f.otherwise({"estimate_scale_x", "whether Tsai's s_x is estimated"}, plan.rig->estimate_scale_x);
-  f.if_any(Field{"free_poses", "frame sets with the target anywhere"}.plain_name(),
+  f.otherwise({"estimate_scale_x", "true if Tsai's s_x is estimated"}, plan.rig->estimate_scale_x);
+  f.if_any(Field{"free_poses", "frame sets with the target in any pose"}.plain_name(),
            plan.rig->free_poses);
   f.if_any({"stage", "frame sets with the target raised by z"}, plan.rig->stages);
 }
@@ -189,13 +191,13 @@ void fields(Fields& f, Rig& rig) {
            fmt::format("two cameras are called `{}`", rig.cameras[i].name),
            "give each camera its own name");
   CalibrationPlan plan{&rig};
-  f({"calibration", "which frame sets calibrate it"}, plan);
-  f.if_any({"repeat", "drapes that were laid again"}, rig.repeats);
-  f.if_any({"tolerance_mm",
-            "mean distance up to which a simulated drape matches; used where no "
-            "drape was laid again",
-            mm, above_zero},
-           rig.tolerance_m);
+  f({"calibration", "frame sets for the calibration"}, plan);
+  f.if_any({"repeat", "repeated drapes"}, rig.repeats);
+  f.if_any(
+      {"tolerance_mm",
+       "largest mean distance of a simulated drape that matches; used if no drape was repeated", mm,
+       above_zero},
+      rig.tolerance_m);
 }
 
 Eigen::Vector3d Target::point_in_target(MarkId dot) const {
@@ -247,9 +249,10 @@ void fields(Fields& f, KnownLength& known) {
 
 void fields(Fields& f, MeasuredPlate& plate) {
   f({"points_mm", "x, y, z of each point, by row, then column", mm}, plate.points_m);
-  f({"sd_mm", "standard uncertainty of each", mm, above_zero}, plate.sd_m);
+  f({"sd_mm", "standard uncertainty of each point", mm, above_zero}, plate.sd_m);
   f({"common_covariance",
-     "of what all points share: bow along x and y (mm), stretch of x against y, shear, scale"},
+     "covariance of errors common to all points: bow along x and y (mm), stretch of x relative to "
+     "y, shear, scale"},
     plate.common_covariance);
   if (!f.reads()) return;
   f.rule(is_covariance(plate.common_covariance), "common_covariance",
@@ -271,9 +274,9 @@ void plate_of_dots(Fields& f, Target& target) {
   for (const MarkId mark : target.hollow) hollow.push_back({mark.row, mark.col});
   f.if_any({"hollow", "[row, col] of each dot with a hole, from 0", 1, 0}, hollow);
   if (!hollow.empty() || f.documents())
-    f.otherwise(
-        {"hollow_diameter_mm", "diameter of the holes; absent: a third of a dot's", mm, above_zero},
-        target.hollow_diameter_m);
+    f.otherwise({"hollow_diameter_mm", "diameter of the holes; default: a third of a dot's", mm,
+                 above_zero},
+                target.hollow_diameter_m);
   if (!f.reads()) return;
   target.hollow.clear();
   for (const auto& [row, col] : hollow) {
@@ -291,9 +294,9 @@ void plate_of_dots(Fields& f, Target& target) {
 }  // namespace
 
 void fields(Fields& f, Target& target) {
-  f({"kind", "its points"}, target.kind);
+  f({"kind", "kind of its points"}, target.kind);
   lattice(f, target.rows, target.cols, "rows of points, along y", "points of a row, along x");
-  f({"pitch_mm", "distance of neighbours, or the side of a square", mm, above_zero},
+  f({"pitch_mm", "distance between adjacent points, or the side of a square", mm, above_zero},
     target.pitch_m);
   const bool dots = target.kind == TargetKind::dot_grid;
   const bool board = target.kind >= TargetKind::charuco;
@@ -320,17 +323,18 @@ void fields(Fields& f, Target& target) {
                                  target.arrangement == DotArrangement::square),
          "tags", "tags stand between black dots in a square grid only",
          "leave out `tags`, or mark the plate by `hollow` dots");
-  const Field lengths{"known_length", "distances that were measured on the plate"};
+  const Field lengths{"known_length", "distances measured on the plate"};
   const Value* given = f.reads() ? target.document.root().find(lengths.name) : nullptr;
   if (given && given->get_if<Value::Table>())
     f(lengths, target.known_lengths.emplace_back());
   else
     f.if_any(lengths, target.known_lengths);
   f.if_any({"print_error_mm",
-            "standard uncertainty of a point's place on the print; absent: 1 % of the pitch", mm,
-            above_zero},
+            "standard uncertainty of a point's position on the print; default: 1 % of the pitch",
+            mm, above_zero},
            target.print_error_m);
-  f.if_any({"measured", "places that views of the plate measured"}, target.measured);
+  f.if_any({"measured", "positions of the points, measured from views of the plate"},
+           target.measured);
   if (!f.reads()) return;
   if (board && is_lattice_size(target.rows, target.cols)) {
     if (target.kind == TargetKind::aprilgrid) target.tag_border = table.border_modules;
@@ -357,13 +361,13 @@ Target read_target(const std::filesystem::path& file) {
 void fields(Fields& f, DotClasses& classes) {
   f({"light_centre_diameter_mm", "diameter of the light centre", mm, above_zero},
     classes.light_centre_diameter_m);
-  f({"rows", "one text a row, one sign a dot: # full, o light centre"}, classes.rows);
+  f({"rows", "one string per row, one character per dot: # full, o light centre"}, classes.rows);
 }
 
 void fields(Fields& f, Print& print) {
   print.file = print.document.file();
   lattice(f, print.rows, print.cols, "marks along the warp", "marks along the weft");
-  f({"pitch_mm", "distance of neighbours", mm, above_zero}, print.pitch_m);
+  f({"pitch_mm", "distance between adjacent marks", mm, above_zero}, print.pitch_m);
   f({"dot_diameter_mm", "diameter of a dot", mm, above_zero}, print.dot_diameter_m);
   f({"patch_mm", "size of the cloth along (warp, weft)", mm}, print.patch_m);
   f({"margin_mm", "material coordinates of mark (0, 0)", mm}, print.margin_m);
@@ -380,7 +384,7 @@ void fields(Fields& f, Print& print) {
     table.cells.push_back({static_cast<int>(cell.x()), static_cast<int>(cell.y())});
   }
   tag_table(f, table, false, true);
-  f.if_any({"dot_classes", "two looks of dots, which label them"}, print.dot_classes);
+  f.if_any({"dot_classes", "two kinds of dots, by which they are labelled"}, print.dot_classes);
   if (!f.reads()) return;
   print.tag_family = table.family;
   print.tag_edge_m = table.edge_m;

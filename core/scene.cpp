@@ -40,7 +40,7 @@ void limit_size(Fields& f, std::string_view field, double longest_m) {
 
 void yaw(Fields& f, Eigen::Matrix3d& rotation) {
   double yaw_rad = std::atan2(rotation(1, 0), rotation(0, 0));
-  f.otherwise({"yaw_deg", "turn about z, from x towards y", deg, -360, 360,
+  f.otherwise({"yaw_deg", "rotation about z, from x towards y", deg, -360, 360,
                "an angle in degrees, -180 to 180"},
               yaw_rad);
   if (f.reads()) rotation = Eigen::AngleAxisd(yaw_rad, Vector3d::UnitZ()).toRotationMatrix();
@@ -105,7 +105,7 @@ void fields(Fields& f, Cylinder& body) {
          "give at most the radius and half of the height");
   std::optional<Vector3d> axis = body.world_from_cylinder.rotation.col(2);
   if (f.reads()) axis.reset();
-  f.if_any({"axis", "direction of its axis in the world; absent: z"}, axis);
+  f.if_any({"axis", "direction of its axis in the world; z if absent"}, axis);
   const Vector3d unit = axis.value_or(Vector3d::UnitZ());
   f.limit(unit.norm() >= 1e-9, "axis", "the direction has no length", "give e.g. [0, 0, 1]");
   const Vector3d along = unit.normalized();
@@ -118,14 +118,14 @@ void fields(Fields& f, Cylinder& body) {
 }
 
 void fields(Fields& f, Plane& plane) {
-  f({"point_mm", "a point of it in the world", mm}, plane.point_in_world);
+  f({"point_mm", "a point on the plane, in the world", mm}, plane.point_in_world);
   direction(f, {"normal", "out of the solid, any length"}, plane.normal_in_world);
 }
 
 void fields(Fields& f, MeshObject& body) {
   f({"file", "closed triangle mesh (PLY or OBJ, millimetres)"}, body.file);
   yaw(f, body.world_from_mesh.rotation);
-  f({"origin_mm", "its origin in the world", mm}, body.world_from_mesh.translation_m);
+  f({"origin_mm", "origin of the mesh in the world", mm}, body.world_from_mesh.translation_m);
 }
 
 namespace {
@@ -138,17 +138,17 @@ void fields(Fields& f, SceneObject& object) {
            u.stated_place_m);
   f.if_any(standard_uncertainty("size_uncertainty_mm", "standard uncertainty of its size"),
            u.stated_size_m);
-  f.otherwise({"on_stand", "whether it stands on something that the scene does not hold"},
+  f.otherwise({"on_stand", "true if it stands on something that the scene does not contain"},
               u.on_stand);
   ObjectTags tags = object.tags.value_or(ObjectTags{});
   std::optional<std::string> set = object.tags ? std::optional(tags.set) : std::nullopt;
   std::optional<std::filesystem::path> target =
       object.tags ? std::optional(tags.target) : std::nullopt;
-  f.if_any(Field{"tags_set", "frame set that shows its plate of tags"}.plain_name(), set);
+  f.if_any(Field{"tags_set", "frame set that shows its tag plate"}.plain_name(), set);
   f.if_any({"tags_target", "description of the plate"}, target);
   f.if_any({"tags_thickness_mm", "thickness of the plate"}, tags.thickness_mm);
   f.if_any({"tags_hole_mm", "diameter of the stand's hole"}, tags.hole_mm);
-  f.if_any({"tags_placing_mm", "standard uncertainty of laying the plate on"}, tags.placing_mm);
+  f.if_any({"tags_placing_mm", "standard uncertainty of placing the plate"}, tags.placing_mm);
   f.rule(!set || target, "tags_target", "`tags_target` is missing",
          "name the description of the plate that `drape print object-tags` wrote");
   if (!set) return;
@@ -161,9 +161,10 @@ void fields(Fields& f, SceneObject& object) {
 
 void fields(Fields& f, Pin& pin) {
   f.if_any({"at_material_mm", "held point of the cloth (warp, weft)", mm}, pin.at_material_m);
-  f.when(!pin.at_material_m, {"row", "held mark, along the warp"}, pin.mark.row);
-  f.when(!pin.at_material_m, {"col", "held mark, along the weft"}, pin.mark.col);
-  f.if_any({"at_mm", "where it is held; absent: where it was measured", mm}, pin.point_in_world);
+  f.when(!pin.at_material_m, {"row", "row of the held mark, along the warp"}, pin.mark.row);
+  f.when(!pin.at_material_m, {"col", "column of the held mark, along the weft"}, pin.mark.col);
+  f.if_any({"at_mm", "position at which it is held; absent if where it was measured", mm},
+           pin.point_in_world);
   f.if_any(standard_uncertainty("place_uncertainty_mm",
                                 "standard uncertainty of at_mm along each axis; absent: 0.5 mm"),
            pin.stated_place_m);
@@ -175,7 +176,8 @@ void fields(Fields& f, Clamp& clamp) {
   f({"to_material_mm", "other end on the cloth", mm}, clamp.to_material_m);
   f({"from_mm", "end of the held line in the world", mm}, clamp.from_in_world);
   f({"to_mm", "other end in the world", mm}, clamp.to_in_world);
-  direction(f, {"direction", "how the cloth leaves, any length"}, clamp.direction_in_world);
+  direction(f, {"direction", "direction in which the cloth leaves the clamp, any length"},
+            clamp.direction_in_world);
   f.if_any(
       standard_uncertainty("place_uncertainty_mm",
                            "standard uncertainty of both ends along each axis; absent: 0.5 mm"),
@@ -194,7 +196,7 @@ void fields(Fields& f, Clamp& clamp) {
 }
 
 void fields(Fields& f, Start& start) {
-  f.if_any({"history", "what the cloth went through before"}, start.history);
+  f.if_any({"history", "loading history before the drape"}, start.history);
   f({"mode", "how the virtual cloth starts"}, start.mode);
   f.when(start.mode == StartMode::flat_from_measured,
          {"clearance_mm", "height above the highest object", mm, 0}, start.clearance_m);
@@ -274,16 +276,16 @@ void fields(Fields& f, Scene& scene) {
   f({"table_z_mm", "height of the table in the world", mm}, scene.table_z_m);
   f({"friction", "Coulomb coefficient of cloth on the object", 1, 0}, scene.friction);
   f.otherwise({"gravity_m_per_s2", "gravity in the world"}, scene.gravity_m_per_s2);
-  f.if_any({"stand_ins", "values that nobody measured"}, scene.stand_ins);
+  f.if_any({"stand_ins", "assumed values that were not measured"}, scene.stand_ins);
   f.if_any(standard_uncertainty("table_z_uncertainty_mm", "standard uncertainty of table_z_mm"),
            scene.stated_table_uncertainty_m);
   f.if_any({"friction_uncertainty", "standard uncertainty of friction", 1, above_zero},
            scene.friction_uncertainty);
-  f.if_any({"friction_range", "least and largest friction that can be", 1, above_zero},
+  f.if_any({"friction_range", "smallest and largest possible friction", 1, above_zero},
            scene.stated_friction_range);
   f.if_any({"level_uncertainty_deg",
-            "standard uncertainty of the bench's level, of gravity's direction about each level "
-            "axis; absent: 0.06 degrees, 1 mm per m",
+            "standard uncertainty of the bench's level (direction of gravity about each horizontal "
+            "axis); 0.06 degrees (1 mm per m) if absent",
             deg, above_zero, 10, "give one standard deviation in degrees, e.g. 0.06"},
            scene.stated_level_rad);
   if (f.reads()) limit_forces(f, scene);
@@ -292,7 +294,7 @@ void fields(Fields& f, Scene& scene) {
     objects[i] = {scene.obstacles[i], scene.uncertainty_of(i), std::nullopt};
   for (const ObjectTags& tags : scene.tags)
     objects.at(static_cast<std::size_t>(tags.object - 1)).tags = tags;
-  f.if_any({"object", "what the cloth lies on"}, objects);
+  f.if_any({"object", "objects on which the cloth lies"}, objects);
   scene.obstacles.clear();
   scene.uncertainties.clear();
   scene.tags.clear();

@@ -97,22 +97,23 @@ void fields(Fields& f, SheetMark& mark) {
   f({"row", "along the warp"}, mark.mark.row);
   f({"col", "along the weft"}, mark.mark.col);
   f({"material_mm", "(warp, weft) from the corner of the patch", mm}, mark.material_m);
-  f({"xyz_mm", "place in the world", mm}, mark.point_in_world);
-  f.if_any({"cov_mm2", "covariance of xyz_mm; absent: simulated", mm * mm}, mark.covariance_m2);
-  f.if_any({"views", "cameras that saw it"}, mark.views);
+  f({"xyz_mm", "position in the world", mm}, mark.point_in_world);
+  f.if_any({"cov_mm2", "covariance of xyz_mm; absent if simulated", mm * mm}, mark.covariance_m2);
+  f.if_any({"views", "cameras that saw the mark"}, mark.views);
   f.if_any({"reprojection_px", "RMS over those views"}, mark.reprojection_px);
 }
 
 void fields(Fields& f, Gap& gap) {
   f({"row", "along the warp"}, gap.mark.row);
   f({"col", "along the weft"}, gap.mark.col);
-  f({"reason", "why it has no place"}, gap.reason);
+  f({"reason", "reason why it has no position"}, gap.reason);
 }
 
 void fields(Fields& f, ErrorBudget& budget) {
-  f({"detection", "noise of the marks' centres", mm}, budget.detection_m);
-  f({"calibration", "share of the cameras; null: their file gives none", mm}, budget.calibration_m);
-  f({"dot_shape", "left by the correction of bent and slanted dots", mm}, budget.dot_shape_m);
+  f({"detection", "contribution of the noise of the marks' centres", mm}, budget.detection_m);
+  f({"calibration", "contribution of the cameras; null if their file gives none", mm},
+    budget.calibration_m);
+  f({"dot_shape", "remainder after correcting bent and slanted dots", mm}, budget.dot_shape_m);
   f({"total", "root sum of squares", mm}, budget.total_m);
 }
 
@@ -128,7 +129,7 @@ void fields(Fields& f, AskedScene& scene) {
 void fields(Fields& f, RepeatId& repeat) {
   f(Field{"scene", "name of the scene"}.plain_name(), repeat.scene);
   f(Field{"repeat", "name of this laying"}.plain_name(), repeat.name);
-  f({"face", "side of the cloth that lies up; empty: not stated"}, repeat.face);
+  f({"face", "side of the cloth that faces up; empty if not stated"}, repeat.face);
 }
 
 void fields(Fields& f, MeasuredSource& source) {
@@ -137,9 +138,9 @@ void fields(Fields& f, MeasuredSource& source) {
   f({"cameras", "names of its cameras"}, source.cameras);
   f({"calibration_sha256", "SHA-256 of calibration.json"}, source.calibration_sha256);
   f({"detections_sha256", "SHA-256 of detections.json"}, source.detections_sha256);
-  f.if_any({"asked_scene", "scene that the marks were asked about; absent: none"},
+  f.if_any({"asked_scene", "scene with which the marks were measured; absent if none"},
            source.asked_scene);
-  f.if_any({"repeat", "which laying of which drape it is, where the rig says so"}, source.repeat);
+  f.if_any({"repeat", "drape and laying that it shows, if the rig states them"}, source.repeat);
 }
 
 void fields(Fields& f, SimulatedSource& source) {
@@ -147,21 +148,23 @@ void fields(Fields& f, SimulatedSource& source) {
   f({"fabric", "name of the fabric"}, source.fabric);
   f({"scene_sha256", "SHA-256 of scene.toml"}, source.scene_sha256);
   f({"fabric_sha256", "SHA-256 of the fabric file and its curves together"}, source.fabric_sha256);
-  f({"start_sha256", "SHA-256 of the measured sheet that placed the cloth"}, source.start_sha256);
+  f({"start_sha256", "SHA-256 of the measured sheet used to position the cloth"},
+    source.start_sha256);
   f({"segments", "line segments per curve"}, source.segments);
   f({"model",
-     "triangles or paper, consistent in older files; then `, internal friction` and `, whole "
-     "curves` where they are used"},
+     "triangles or paper (consistent in older files), followed by `, internal friction` and `, "
+     "whole curves` if used"},
     source.model);
   f.if_any({"spacing_mm",
-            "spacing of the finest mesh, whose surface the marks sample; absent: the marks are the "
-            "particles of a grid",
+            "spacing of the finest mesh, whose surface the marks sample; absent if the marks are "
+            "the particles of a grid",
             mm, above_zero},
            source.spacing_m);
-  f.otherwise({"from_measured", "began in the measured shape, not as the scene says"},
-              source.from_measured);
-  f.if_any({"solver", "fall, static or rk4; older files alone"}, source.solver);
-  f({"status", "\"at rest\", or why not"}, source.status);
+  f.otherwise(
+      {"from_measured", "true if started from the measured shape instead of the scene's start"},
+      source.from_measured);
+  f.if_any({"solver", "fall, static or rk4; only in older files"}, source.solver);
+  f({"status", "\"at rest\", or the reason why not"}, source.status);
 }
 
 enum class SheetKind { measured, simulated };
@@ -170,18 +173,19 @@ inline constexpr std::string_view names_of<SheetKind>[] = {"measured", "simulate
 
 void fields(Fields& f, Sheet& sheet) {
   auto kind = static_cast<SheetKind>(sheet.source.index());
-  f({"kind", "where its points come from"}, kind);
+  f({"kind", "source of the points"}, kind);
   f({"rows", "marks along the warp"}, sheet.rows);
   f({"cols", "marks along the weft"}, sheet.cols);
   f.rule(is_lattice_size(sheet.rows, sheet.cols), "rows",
          fmt::format("a sheet has 1 to {} marks", kMostMarks), make_again);
   f({"patch_mm", "size along (warp, weft)", mm}, sheet.patch_m);
-  f.one_of({"source", "files that it was made from"}, sheet.source, static_cast<std::size_t>(kind));
-  f({"no_go", "first cause why it is no measurement; null: none"}, sheet.no_go);
-  f.if_any({"error_budget_mm", "RMS over the marks of the standard deviation of a mark's place"},
+  f.one_of({"source", "files from which it was made"}, sheet.source,
+           static_cast<std::size_t>(kind));
+  f({"no_go", "first reason why it cannot be used as a measurement; null if none"}, sheet.no_go);
+  f.if_any({"error_budget_mm", "RMS over the marks of the standard deviation of a mark's position"},
            sheet.error_budget);
-  f({"marks", "points, by row, then column"}, sheet.marks);
-  f({"gaps", "marks without a place"}, sheet.gaps);
+  f({"marks", "points, sorted by row, then column"}, sheet.marks);
+  f({"gaps", "marks without a position"}, sheet.gaps);
   for (std::size_t i = 0; i < sheet.marks.size() && f.reads(); ++i) {
     const MarkId mark = sheet.marks[i].mark;
     const bool inside =

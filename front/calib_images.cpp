@@ -227,19 +227,20 @@ inline constexpr std::string_view names_of<FoldersOf>[] = {"views", "cameras"};
 
 void fields(Fields& f, CalibImagesOptions& options) {
   f(Field{"folder", "folder of the pictures"}.called("FOLDER"), options.folder);
-  f.otherwise({"board", "of a chessboard: inner corners as COLSxROWS, e.g. 9x6"}, options.board);
-  f({"square_mm", "of a chessboard: side of a square, measured", 1, above_zero}, options.square_mm);
+  f.otherwise({"board", "for a chessboard: inner corners as COLSxROWS, e.g. 9x6"}, options.board);
+  f({"square_mm", "for a chessboard: measured side of a square", 1, above_zero}, options.square_mm);
   f.otherwise({"target", "target.toml of another target, instead of --board and --square-mm"},
               options.target);
   f({"folders",
-     "what a folder of FOLDER holds (default: views where these are fewer pictures each than "
-     "folders)"},
+     "content of each subfolder of FOLDER (default: views if each has fewer pictures than there "
+     "are folders)"},
     options.folders);
   f.otherwise(
-      {"thickness_mm", "how far a two-sided target's back lies behind its front", 1, 0, 1000},
+      {"thickness_mm", "distance between the front and the back of a two-sided target", 1, 0, 1000},
       options.thickness_mm);
   f({"out", "output folder"}, options.out);
-  f.otherwise({"lens_from", "calibration.json whose cameras of the same names have these lenses"},
+  f.otherwise({"lens_from",
+               "calibration.json from which to take the lenses of the cameras of the same names"},
               options.lens_from);
 }
 

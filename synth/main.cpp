@@ -32,9 +32,12 @@ struct SynthArguments {
 void fields(Fields& f, SynthArguments& a) {
   f(Field{"rig", "rig folder or its rig.toml"}.called("RIG"), a.rig);
   f.otherwise({"out", "folder of the recording to write"}, a.out);
-  f.otherwise({"predict", "no pictures: what accuracy will these cameras give?"}, a.predict);
+  f.otherwise({"predict", "predict the accuracy of these cameras instead of drawing pictures"},
+              a.predict);
   f.otherwise({"cameras", "planned cameras (TOML): focal length, position"}, a.cameras);
-  f.otherwise({"calibration", "or cameras that are already calibrated"}, a.calibration);
+  f.otherwise({"calibration",
+               "calibration.json of cameras that are already calibrated, instead of --cameras"},
+              a.calibration);
   fields(f, a.prediction);
   fields(f, a.synth);
   f.rule(a.predict == a.out.empty(), "out", "neither or both of --out and --predict are given",

@@ -57,8 +57,8 @@ std::vector<Camera> in_order_of(const Rig& rig, const std::vector<Camera>& camer
 void fields(Fields& f, PlannedCamera& camera) {
   f(Field{"name", "name of the rig's camera"}.plain_name(), camera.name);
   f({"focal_mm", "focal length", mm, above_zero}, camera.focal_m);
-  f({"position_mm", "place in the world", mm}, camera.position_m);
-  f.otherwise({"look_at_mm", "point of the world in the middle of the picture", mm},
+  f({"position_mm", "position in the world", mm}, camera.position_m);
+  f.otherwise({"look_at_mm", "point of the world at the centre of the picture", mm},
               camera.look_at_m);
   f.otherwise({"k1", "radial distortion"}, camera.k1);
   f.otherwise({"k2", "radial distortion"}, camera.k2);
@@ -67,7 +67,7 @@ void fields(Fields& f, PlannedCamera& camera) {
 }
 
 void fields(Fields& f, CamerasPlan& plan) {
-  f({"camera", "one for each camera of the rig"}, plan.cameras);
+  f({"camera", "one table per camera of the rig"}, plan.cameras);
 }
 
 std::vector<Camera> read_planned_cameras(const std::filesystem::path& file, const Rig& rig) {

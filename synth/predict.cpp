@@ -107,8 +107,9 @@ PredictedSlope slope_of(const std::vector<Camera>& cameras, const Print& print, 
 }  // namespace
 
 void fields(Fields& f, PredictOptions& o) {
-  f.otherwise({"accuracy_mm", "asked standard deviation of a mark in space", units::mm, above_zero},
-              o.asked_sigma_m);
+  f.otherwise(
+      {"accuracy_mm", "required standard deviation of a mark in space", units::mm, above_zero},
+      o.asked_sigma_m);
   f.otherwise({"height_mm", "height of the drape's volume above the origin", units::mm, 0},
               o.height_m);
 }

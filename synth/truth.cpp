@@ -67,20 +67,20 @@ std::vector<MarkOnFace> all_marks(const Sheet& sheet) {
 
 void fields(Fields& f, TrueMarkView& view) {
   f(Field{"camera", "name of the camera"}.plain_name(), view.camera);
-  f({"px", "image of the mark's centre; null: not in front of the camera"}, view.px);
+  f({"px", "image of the mark's centre; null if not in front of the camera"}, view.px);
   f({"centroid_px", "centroid of the mark's area in the image"}, view.centroid_px);
   f({"facing_deg", "angle between the printed side's normal and the ray to the camera", units::deg,
      0, 180},
     view.facing_rad);
-  f({"visible_share", "part of the mark in the picture and hidden by nothing", 1, 0, 1},
+  f({"visible_share", "fraction of the mark that is inside the picture and not hidden", 1, 0, 1},
     view.visible_fraction);
 }
 
 void fields(Fields& f, TrueMark& mark) {
   f({"row", "row of the mark", 1, 0}, mark.mark.row);
   f({"col", "column of the mark", 1, 0}, mark.mark.col);
-  f({"xyz_mm", "place in the world", units::mm}, mark.point_in_world);
-  f({"normal_in_world", "direction out of the printed side"}, mark.normal_in_world);
+  f({"xyz_mm", "position in the world", units::mm}, mark.point_in_world);
+  f({"normal_in_world", "unit normal on the printed side"}, mark.normal_in_world);
   f({"views", "the mark in each camera's picture"}, mark.views);
 }
 

@@ -32,20 +32,19 @@ void fields(Fields& f, TriangulateArguments& a) {
   f(Field{"detections", "detections.json of the cloth"}.called("DETECTIONS"), a.detections);
   f({"calibration", "calibration.json of the rig"}, a.calibration);
   f({"set", "frame set to measure"}, a.set);
-  f.if_any({"scene", "scene.toml: NO-GO where the marks contradict its objects, table or fabric"},
+  f.if_any({"scene", "scene.toml: NO-GO if the marks contradict its objects, table or fabric"},
            a.scene);
-  f.if_any(
-      Field{"object", "object.json of a plate of tags (drape object): NO-GO where it contradicts"}
-          .per_flag(),
-      a.objects);
+  f.if_any(Field{"object",
+                 "object.json of a tag plate (drape object): NO-GO if it contradicts the scene"}
+               .per_flag(),
+           a.objects);
   f.if_any(Field{"repeat", "name of this laying of the drape, kept in the sheet; needs --scene"}
                .plain_name(),
            a.repeat);
-  f.if_any(
-      Field{"other_scene", "another scene of the rig: named where the marks agree with it alone"}
-          .per_flag(),
-      a.others);
-  f.if_any({"face", "side of the cloth that lies up; with --repeat"}, a.face);
+  f.if_any(Field{"other_scene", "another scene of the rig: named if the marks agree only with it"}
+               .per_flag(),
+           a.others);
+  f.if_any({"face", "side of the cloth that faces up; with --repeat"}, a.face);
   f({"out", "sheet.ply to write, with sheet.json beside it"}, a.out);
   fields(f, a.options);
 }

@@ -202,29 +202,31 @@ void note_moved_camera(TriangulateReport& report) {
 }  // namespace
 
 void fields(Fields& f, TriangulateOptions& o) {
-  f.otherwise({"min_marks", "NO-GO when fewer marks are measured", 1, 1}, o.min_marks);
-  f.otherwise({"max_sigmas", "views that miss each other by more standard deviations disagree", 1,
-               above_zero},
+  f.otherwise({"min_marks", "NO-GO if fewer marks are measured", 1, 1}, o.min_marks);
+  f.otherwise({"max_sigmas",
+               "views of a mark disagree if they differ by more than this many standard deviations",
+               1, above_zero},
               o.max_sigmas);
   f.otherwise(
       {"max_stretch",
-       "largest distance of neighbours along warp and weft, as a factor of the print's", 1, 1},
+       "largest distance of adjacent marks along warp and weft, relative to the print's", 1, 1},
       o.max_stretch);
   f.otherwise({"min_angle_deg", "smallest angle between the rays of a mark", 1, above_zero},
               o.min_angle_deg);
   f.otherwise({"floor_px", "error of a dot's centre beyond its detection's own, px", 1, 0},
               o.floor_px);
-  f.otherwise({"doubt_mm", "marks less certain than this in space are named as doubtful, mm", 1,
-               above_zero},
-              o.doubt_mm);
   f.otherwise(
-      {"doubt_sigmas", "so are marks whose views miss each other by more standard deviations", 1,
-       above_zero},
-      o.doubt_sigmas);
+      {"doubt_mm", "report marks as doubtful if their standard deviation in space exceeds this, mm",
+       1, above_zero},
+      o.doubt_mm);
+  f.otherwise({"doubt_sigmas",
+               "also report marks whose views differ by more than this many standard deviations", 1,
+               above_zero},
+              o.doubt_sigmas);
   bool no_dot_shape = !o.correct_dot_shape, no_islands = !o.merge_islands;
-  f.otherwise({"no_dot_shape", "take the centroid of a dot's image for the image of its centre"},
+  f.otherwise({"no_dot_shape", "treat the centroid of a dot's image as the image of its centre"},
               no_dot_shape);
-  f.otherwise({"no_islands", "leave pieces of lattice without labels as they are"}, no_islands);
+  f.otherwise({"no_islands", "do not label separate pieces of the lattice"}, no_islands);
   o.correct_dot_shape = !no_dot_shape;
   o.merge_islands = !no_islands;
 }

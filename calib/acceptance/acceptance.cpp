@@ -308,23 +308,26 @@ std::vector<std::string> lacks_of(const AcceptanceInput& input, const Calibratio
 }  // namespace
 
 void fields(Fields& f, AcceptanceOptions& o) {
-  f.if_any({"max_length_error_mm",
-            "limit; a change of plate or cameras that it permits is a warning", 1, above_zero},
+  f.if_any({"max_length_error_mm", "limit; a change of plate or cameras within it is a warning", 1,
+            above_zero},
            o.max_length_error_mm);
   f.if_any({"max_flatness_mm", "limit", 1, above_zero}, o.max_flatness_mm);
   f.if_any({"max_shift_error_mm", "limit", 1, above_zero}, o.max_shift_error_mm);
   f.if_any({"max_sphere_form_mm", "limit", 1, above_zero}, o.max_sphere_form_mm);
-  f.if_any({"max_sphere_size_mm", "limit, of the diameter", 1, above_zero}, o.max_sphere_size_mm);
-  f.otherwise({"max_noise_ratio", "limit, of the stated noise", 1, above_zero}, o.max_noise_ratio);
+  f.if_any({"max_sphere_size_mm", "limit for the diameter", 1, above_zero}, o.max_sphere_size_mm);
+  f.otherwise({"max_noise_ratio", "limit, as a multiple of the stated noise", 1, above_zero},
+              o.max_noise_ratio);
   f.otherwise({"shift_uncertainty_mm", "standard uncertainty of a height in rig.toml", 1, 0},
               o.shift_uncertainty_mm);
   f.otherwise({"least_positions",
-               "places of the target with all five lengths; sets of one place are one", 1, 1},
+               "least number of target positions with all five lengths; sets at the same position "
+               "count once",
+               1, 1},
               o.least_positions);
-  f.otherwise({"bow_mm",
-               "how far the plate's edges stand above its middle along x and y, as `drape calib` "
-               "found it"},
-              o.bow_mm);
+  f.otherwise(
+      {"bow_mm",
+       "height of the plate's edges above its middle along x and y, as `drape calib` found it"},
+      o.bow_mm);
   f.otherwise({"bow_sd_mm", "standard uncertainty of that bow along x and y", 1, 0}, o.bow_sd_mm);
 }
 

@@ -38,19 +38,18 @@ void fields(Fields& f, AcceptanceArguments& a) {
      "printing beside it"},
     a.out);
   f.if_any({"target",
-            "target file of another plate than the one that calibrated: with its own "
-            "[known_length] it tests the scale too"},
+            "target file of a plate other than the calibration's: its own [known_length] also "
+            "tests the scale"},
            a.target);
   f.if_any(Field{"repeats", "sets of the target at rest, for the noise floor"}.plain_name(),
            a.repeats);
-  f.if_any(
-      {"sphere", "detections.json of a ball that carries the print, all its marks on the ball"},
-      a.sphere);
-  f.if_any({"sphere_diameter_mm", "diameter over the print, mm", 1, above_zero},
+  f.if_any({"sphere", "detections.json of a ball with the print on it, all marks on the ball"},
+           a.sphere);
+  f.if_any({"sphere_diameter_mm", "diameter of the ball including the print, mm", 1, above_zero},
            a.sphere_diameter_mm);
   f.otherwise({"sphere_uncertainty_mm", "standard uncertainty of the diameter, mm", 1, 0},
               a.sphere_uncertainty_mm);
-  f.otherwise({"date", "day of the test, as 2026-01-31"}, a.date);
+  f.otherwise({"date", "date of the test, e.g. 2026-01-31"}, a.date);
   f.otherwise(
       {"valid_days", "days after which `drape run` and `drape doctor` ask for another test", 1, 1},
       a.valid_days);

@@ -64,10 +64,13 @@ void fields(Fields& f, CalibSettings& settings) {
        "tsai: each camera from the z stages; joint: all cameras from stages and free poses"},
       a.method);
   fields(f, a.options.common);
-  f.otherwise({"lens", "joint: the lens's terms, or held-out to choose by unseen views"}, a.lens);
+  f.otherwise(
+      {"lens",
+       "joint: terms of the lens model, or held-out to choose them by views left out of the fit"},
+      a.lens);
   f.otherwise({"board",
-               "joint: the target's points as drawn, on a bow, free within the print's error, or "
-               "held-out to choose by unseen views"},
+               "joint: target points as drawn, on a bow, free within the print's error, or "
+               "held-out to choose by views left out of the fit"},
               a.board);
   fields(f, a.options);
 }
@@ -79,13 +82,15 @@ void fields(Fields& f, CalibArguments& a) {
   CalibSettings settings{a};
   fields(f, settings);
   f.if_any(
-      {"lens_from", "joint: calibration.json whose cameras of the same names have these lenses"},
+      {"lens_from",
+       "joint: calibration.json from which to take the lenses of the cameras of the same names"},
       a.lens_from);
   f.if_any({"plate",
-            "joint: target file to write, with the places of the target's points as the views "
-            "measured them, for other calibrations"},
+            "joint: target file to write, with the target points as measured by the views, for "
+            "other calibrations"},
            a.plate);
-  f.if_any({"compare", "older calibration.json: how far each camera drifted since"}, a.compare);
+  f.if_any({"compare", "older calibration.json, to report how far each camera has drifted since"},
+           a.compare);
 }
 
 /// Throws Error(usage) for an option of the joint method given with another one.

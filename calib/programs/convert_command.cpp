@@ -31,11 +31,13 @@ struct ConvertArguments {
 void fields(Fields& f, ConvertArguments& a) {
   f(Field{"input", "calibration.json, or one file of the other tool per camera"}.called("INPUT"),
     a.inputs);
-  f.if_any(Field{"to", "tool to write for"}.without("from"), a.to);
-  f.if_any({"from", "tool to read from: opencv or mrcal"}, a.from);
+  f.if_any(Field{"to", "tool whose format to write"}.without("from"), a.to);
+  f.if_any({"from", "tool whose format to read: opencv or mrcal"}, a.from);
   f({"out", "folder (--to) or calibration.json (--from) to write"}, a.out);
   f.otherwise(
-      {"max_refit_px", "refuse when a lens would change by more anywhere in its image, px", 1, 0},
+      {"max_refit_px",
+       "refuse if the conversion would change a lens by more than this anywhere in its image, px",
+       1, 0},
       a.options.max_refit_px);
   f.otherwise({"rig", "name of the rig for an imported calibration"}, a.rig);
 }

@@ -14,14 +14,14 @@ namespace {
 constexpr const char* kLeaveOut = "leave it out; the value that the camera has is recorded";
 
 constexpr NumberSetting kNumbers[] = {
-    {"width_px", "width of the pictures", &CameraSettings::width_px, false, true, 0, kLeaveOut},
+    {"width_px", "width of the picture", &CameraSettings::width_px, false, true, 0, kLeaveOut},
     {"height_px", "height of the pictures", &CameraSettings::height_px, false, true, 0, kLeaveOut},
     {"offset_x_px", "first column of the sensor", &CameraSettings::offset_x_px, true, false, 0,
      kLeaveOut},
     {"offset_y_px", "first row of the sensor", &CameraSettings::offset_y_px, true, false, 0,
      kLeaveOut},
-    {"packet_size_bytes", "packets of the stream", &CameraSettings::packet_size_bytes, true, false,
-     0, kLeaveOut},
+    {"packet_size_bytes", "size of the stream's packets", &CameraSettings::packet_size_bytes, true,
+     false, 0, kLeaveOut},
     {"packet_delay_ns", "pause between two packets", &CameraSettings::packet_delay_ns, true, false,
      0.02, kLeaveOut},
     {"exposure_us", "exposure time", &CameraSettings::exposure_us, true, true, 0.02, kLeaveOut},
@@ -107,7 +107,7 @@ void own_fields(Fields& f, CameraSettings& settings) {
   number_fields(f, settings, false);
   f.if_any({"pixel_format", "name of PFNC or V4L2; the best for measuring if left out"},
            settings.pixel_format);
-  f.otherwise({"trigger_line", "line of the trigger"}, settings.trigger_line);
+  f.otherwise({"trigger_line", "trigger line"}, settings.trigger_line);
   f.limit(settings.pixel_format.empty() || find_pixel_format(settings.pixel_format) != nullptr,
           "pixel_format", settings.pixel_format + " frames cannot be recorded",
           "leave it out, so that the camera's best is taken");
@@ -116,21 +116,21 @@ void own_fields(Fields& f, CameraSettings& settings) {
 void fields(Fields& f, CameraSettings& settings) {
   number_fields(f, settings, true);
   f.if_any({"pixel_format", "name of PFNC or V4L2"}, settings.pixel_format);
-  f({"trigger", "what makes the camera expose"}, settings.trigger);
-  f({"trigger_line", "line of the trigger"}, settings.trigger_line);
-  f({"ptp", "whether PTP is switched on"}, settings.ptp);
+  f({"trigger", "what triggers an exposure"}, settings.trigger);
+  f({"trigger_line", "trigger line"}, settings.trigger_line);
+  f({"ptp", "true if PTP is on"}, settings.ptp);
 }
 
 void fields(Fields& f, CameraAddress& address) {
   f({"backend", "library of the camera"}, address.backend);
-  f({"device", "serial number or IP address; V4L2: bus path; a recording's: camera"},
+  f({"device", "serial number or IP address; bus path for V4L2; camera name for a recording"},
     address.device);
   f.if_any({"host_address", "IP address of the network card"}, address.host_address);
-  f.if_any({"recording", "folder of the recording that is replayed"}, address.recording);
+  f.if_any({"recording", "folder of the recording to replay"}, address.recording);
 }
 
 void fields(Fields& f, CameraIdentity& identity) {
-  f({"vendor", "maker"}, identity.vendor);
+  f({"vendor", "manufacturer"}, identity.vendor);
   f({"model", "model"}, identity.model);
   f({"serial", "serial number"}, identity.serial);
   f({"address", "IP address or device file"}, identity.address);
@@ -139,13 +139,13 @@ void fields(Fields& f, CameraIdentity& identity) {
 
 void fields(Fields& f, SettingReadBack& setting) {
   f({"name", "setting with its unit"}, setting.name);
-  f({"value", "as the camera has it"}, setting.value);
+  f({"value", "value in the camera"}, setting.value);
 }
 
 void fields(Fields& f, CameraCounters& counters) {
-  f({"requested_again", "packets that were asked for again"}, counters.packets_requested_again);
-  f({"resent", "packets that came again"}, counters.packets_resent);
-  f({"repeated", "packets that came twice"}, counters.packets_repeated);
+  f({"requested_again", "packets requested again"}, counters.packets_requested_again);
+  f({"resent", "packets resent"}, counters.packets_resent);
+  f({"repeated", "packets received twice"}, counters.packets_repeated);
 }
 
 void fields(Fields& f, ClockSample& sample) {
@@ -164,7 +164,7 @@ void fields(Fields& f, FoundDevice& device) {
 }
 
 void fields(Fields& f, FoundDevices& devices) {
-  f({"cameras", "that answer"}, devices.cameras);
+  f({"cameras", "cameras that answer"}, devices.cameras);
 }
 
 }  // namespace drape::capture

@@ -17,7 +17,7 @@ struct CamerasArguments {
   bool sizes = false;
 };
 void fields(Fields& f, CamerasArguments& a) {
-  f.otherwise({"sizes", "open each for a moment and ask for the size of its pictures"}, a.sizes);
+  f.otherwise({"sizes", "open each briefly to read its image size"}, a.sizes);
 }
 
 }  // namespace

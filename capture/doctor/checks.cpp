@@ -137,10 +137,10 @@ std::map<std::string, std::vector<Reached>> cameras_by_card(const Evidence& evid
 void fields(Fields& f, Check& check) {
   std::string verdict = check.go ? "GO" : "NO-GO";
   auto to_do = check.go ? std::nullopt : std::optional(check.to_type);
-  f({"check", "what was looked at"}, check.name);
+  f({"check", "what was checked"}, check.name);
   f({"verdict", "GO or NO-GO"}, verdict);
-  f({"found", "with units"}, check.found);
-  f({"to_do", "what to type where it is NO-GO"}, to_do);
+  f({"found", "what was found, with units"}, check.found);
+  f({"to_do", "command or action that resolves a NO-GO"}, to_do);
 }
 
 Evidence look_at_bench(const fs::path& rig, const fs::path& out,

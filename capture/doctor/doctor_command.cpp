@@ -21,7 +21,7 @@ struct DoctorOptions {
 
 void fields(Fields& f, DoctorOptions& o) {
   f(Field{"rig", "folder with rig.toml and cameras.toml"}.called("RIG"), o.rig);
-  f.otherwise({"out", "where recordings go, for disk space and speed"}, o.out);
+  f.otherwise({"out", "folder for recordings, to check disk space and speed"}, o.out);
   f({"calibration", "calibration.json in use"}, o.calibration);
 }
 

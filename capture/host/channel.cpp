@@ -87,42 +87,42 @@ Received receive_text(int descriptor, int timeout_ms, std::string& text) {
 }
 
 void fields(Fields& f, Order& order) {
-  f({"do", "what to do"}, order.kind);
-  f.if_any({"address", "device to open"}, order.address);
-  f.if_any({"settings", "settings wanted"}, order.settings);
-  f.otherwise({"slots", "frames in the shared memory"}, order.slots);
-  f.otherwise({"slot_bytes", "size of one of them"}, order.slot_bytes);
-  f.otherwise({"slot", "that is free again"}, order.slot);
+  f({"do", "command"}, order.kind);
+  f.if_any({"address", "address of the device to open"}, order.address);
+  f.if_any({"settings", "requested settings"}, order.settings);
+  f.otherwise({"slots", "number of frames in the shared memory"}, order.slots);
+  f.otherwise({"slot_bytes", "size of one slot"}, order.slot_bytes);
+  f.otherwise({"slot", "slot that is free again"}, order.slot);
 }
 
 void fields(Fields& f, FrameNews& frame) {
-  f({"id", "the camera's count"}, frame.id);
-  f({"device_ns", "the camera's time"}, frame.device_ns);
-  f({"complete", "whether every byte arrived"}, frame.complete);
-  f({"fault", "why not"}, frame.fault);
-  f({"slot", "place in the shared memory"}, frame.slot);
-  f({"bytes", "size"}, frame.bytes);
-  f({"stride", "bytes of a row; 0: without padding"}, frame.stride_bytes);
-  f({"width_px", "width"}, frame.width_px);
-  f({"height_px", "height"}, frame.height_px);
+  f({"id", "frame id of the camera"}, frame.id);
+  f({"device_ns", "device time, ns"}, frame.device_ns);
+  f({"complete", "true if every byte arrived"}, frame.complete);
+  f({"fault", "reason why it is incomplete"}, frame.fault);
+  f({"slot", "slot in the shared memory"}, frame.slot);
+  f({"bytes", "size in bytes"}, frame.bytes);
+  f({"stride", "bytes per row; 0 if without padding"}, frame.stride_bytes);
+  f({"width_px", "columns of the image"}, frame.width_px);
+  f({"height_px", "rows of the image"}, frame.height_px);
 }
 
 void fields(Fields& f, News& news) {
   f({"is", "kind of news"}, news.kind);
   f.if_any({"what", "fault"}, news.what);
   f.if_any({"to_do", "remedy"}, news.what_to_do);
-  f.if_any({"identity", "the camera"}, news.identity);
-  f.if_any({"settings", "read back"}, news.settings);
+  f.if_any({"identity", "identity of the camera"}, news.identity);
+  f.if_any({"settings", "settings read back"}, news.settings);
   f.otherwise({"first_id", "first frame id"}, news.first_id);
   f.otherwise({"last_id", "last frame id"}, news.last_id);
-  f.otherwise({"on_host_clock", "whether its times are the host's"}, news.on_host_clock);
-  f.if_any({"clock", "readings of its clock"}, news.clock);
-  f.if_any({"counters", "of the backend"}, news.counters);
+  f.otherwise({"on_host_clock", "true if its times are on the host clock"}, news.on_host_clock);
+  f.if_any({"clock", "readings of the camera's clock"}, news.clock);
+  f.if_any({"counters", "counters of the backend"}, news.counters);
   std::int64_t underruns = news.counters ? news.counters->buffer_underruns : 0;
-  f.otherwise({"underruns", "frames without a buffer"}, underruns);
+  f.otherwise({"underruns", "frames lost for want of a buffer"}, underruns);
   if (news.counters) news.counters->buffer_underruns = underruns;
-  f.otherwise({"without_room", "frames that found no slot"}, news.without_room);
-  f.if_any({"frame", "a frame"}, news.frame);
+  f.otherwise({"without_room", "frames dropped because no slot was free"}, news.without_room);
+  f.if_any({"frame", "frame"}, news.frame);
 }
 
 }  // namespace drape::capture

@@ -16,8 +16,8 @@ struct HostArguments {
   int control = -1, memory = -1, limit_mb = 2048;
 };
 void fields(Fields& f, HostArguments& a) {
-  f.otherwise({"list", "print the cameras that answer as JSON, and end"}, a.listing);
-  f.otherwise({"sizes", "with --list: open each and ask for the size of its pictures"}, a.sizes);
+  f.otherwise({"list", "print the cameras that answer as JSON and exit"}, a.listing);
+  f.otherwise({"sizes", "with --list: open each to read its image size"}, a.sizes);
   f.otherwise({"control", "inherited descriptor of the commands"}, a.control);
   f.otherwise({"memory", "inherited descriptor of the shared frames"}, a.memory);
   f.otherwise({"memory_limit_mb", "address space of this process, in MB"}, a.limit_mb);

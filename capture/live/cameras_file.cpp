@@ -25,12 +25,15 @@ void fields(Fields& f, Sync& sync) {
   CamerasFile& of = sync.of;
   std::optional<double> spread_s;
   if (!f.reads()) spread_s = of.largest_spread_s;
-  f({"method", "how the cameras expose together"}, of.method);
-  f.if_any({"fall_back", "methods that are tried where a camera cannot"}, of.fall_backs);
-  f.otherwise({"ptp", "switch PTP on where it is there"}, of.ptp);
-  f.otherwise({"pair_by_arrival", "of cameras without a clock in free run"}, of.pair_by_arrival);
-  f({"frame_rate_hz", "free run, and the pace of triggers", 1, above_zero}, of.frame_rate_hz);
-  f.if_any({"largest_spread_ms", "a larger spread is refused", 1e-3, above_zero}, spread_s);
+  f({"method", "how the exposures are synchronised"}, of.method);
+  f.if_any({"fall_back", "methods to try if a camera does not support it"}, of.fall_backs);
+  f.otherwise({"ptp", "switch PTP on if available"}, of.ptp);
+  f.otherwise({"pair_by_arrival", "pair by arrival time: for cameras without a clock in free run"},
+              of.pair_by_arrival);
+  f({"frame_rate_hz", "frame rate in free run, and rate of triggers", 1, above_zero},
+    of.frame_rate_hz);
+  f.if_any({"largest_spread_ms", "sets with a larger spread are refused", 1e-3, above_zero},
+           spread_s);
   of.largest_spread_s = spread_s.value_or(0.4 / of.frame_rate_hz);
 }
 
@@ -67,7 +70,7 @@ void require_consistent(const CamerasFile& file) {
 
 void fields(Fields& f, ReferenceSet& reference) {
   f({"recording", "folder of the recording"}, reference.recording);
-  f({"set", "set that shows the bench without a cloth"}, reference.set);
+  f({"set", "set that shows the bench without cloth"}, reference.set);
 }
 
 void fields(Fields& f, LiveCamera& camera) {
@@ -76,10 +79,10 @@ void fields(Fields& f, LiveCamera& camera) {
   if (!address.recording.empty()) recording = address.recording;
   f({"name", "camera of rig.toml"}, camera.name);
   f({"backend", "library of the camera"}, address.backend);
-  f({"device", "serial number or IP address; V4L2: bus path; of a recording: camera"},
+  f({"device", "serial number or IP address; bus path for V4L2; camera name for a recording"},
     address.device);
   f.if_any({"host_address", "IP address of the network card"}, address.host_address);
-  f.if_any({"recording", "folder that the backend replay plays"}, recording);
+  f.if_any({"recording", "folder to play with the backend replay"}, recording);
   own_fields(f, camera.settings);
   f.rule(recording.has_value() == (address.backend == Backend::replay), "recording",
          recording ? "only the backend replay plays a recording" : "the value is missing",
@@ -89,10 +92,10 @@ void fields(Fields& f, LiveCamera& camera) {
 
 void fields(Fields& f, CamerasFile& file) {
   Sync sync{file};
-  f({"sync", "how all are synchronised"}, sync);
-  f.if_any({"reference", "the bench without a cloth, recorded with the calibration"},
+  f({"sync", "how the cameras are synchronised"}, sync);
+  f.if_any({"reference", "set of the bench without cloth, recorded with the calibration"},
            file.reference);
-  f({"camera", "one table for each camera of the rig"}, file.cameras);
+  f({"camera", "one table per camera of the rig"}, file.cameras);
 }
 
 TriggerSource trigger_of(SyncMethod method) {

@@ -43,9 +43,9 @@ struct JournalLine {
 };
 
 void fields(Fields& f, JournalLine& line) {
-  f.if_any({"set", "as recording.json has it"}, line.set);
-  f.if_any({"burst", "of several sets"}, line.burst);
-  f.if_any(Field{"renamed", "name before and now"}.plain_name(), line.renamed);
+  f.if_any({"set", "set as listed in recording.json"}, line.set);
+  f.if_any({"burst", "number of sets of the burst"}, line.burst);
+  f.if_any(Field{"renamed", "old and new name"}.plain_name(), line.renamed);
   f.rule(line.set || line.renamed.size() == 2, "set", "the line says nothing", make_again);
 }
 

@@ -6,60 +6,64 @@
 namespace drape::capture {
 
 void fields(Fields& f, CameraLedger& ledger) {
-  f({"expected", "frames expected"}, ledger.expected);
-  f({"in_set", "frames in sets"}, ledger.in_set);
+  f({"expected", "expected frames"}, ledger.expected);
+  f({"in_set", "frames used in sets"}, ledger.in_set);
   f({"unpaired", "frames without partners"}, ledger.unpaired);
-  f({"incomplete", "frames with bytes missing"}, ledger.incomplete);
-  f({"never_arrived", "frames that never came"}, ledger.never_arrived);
-  f({"repeated_id", "frames whose id was seen before"}, ledger.repeated);
+  f({"incomplete", "incomplete frames"}, ledger.incomplete);
+  f({"never_arrived", "frames that never arrived"}, ledger.never_arrived);
+  f({"repeated_id", "frames with an id seen before"}, ledger.repeated);
 }
 
 void fields(Fields& f, ClockFit& clock) {
   std::optional<double> drift_ppm;
   if (clock.drift_estimated) drift_ppm = clock.drift_ppm;
   double bound_s = clock.offset_bound_s();
-  f({"drift_ppm", "rate of the host's clock over the camera's, minus 1"}, drift_ppm);
+  f({"drift_ppm", "rate of the host's clock relative to the camera's, minus 1"}, drift_ppm);
   f({"residual_us", "root mean square residual of the fit", 1e-6}, clock.residual_s);
-  f({"offset_bound_us", "bound of the offset's error", 1e-6}, bound_s);
-  f({"samples", "readings"}, clock.samples);
+  f({"offset_bound_us", "upper bound of the offset's error", 1e-6}, bound_s);
+  f({"samples", "number of clock readings"}, clock.samples);
 }
 
 void fields(Fields& f, LiveFault& fault) {
-  f({"camera", "name"}, fault.camera);
+  f({"camera", "name of the camera"}, fault.camera);
   f({"what", "fault"}, fault.what);
   f({"to_do", "remedy"}, fault.what_to_do);
-  f({"times", "number of times"}, fault.times);
+  f({"times", "number of occurrences"}, fault.times);
 }
 
 void fields(Fields& f, CameraDetails& camera) {
   LiveCameraReport& report = camera.report;
   std::vector<std::pair<std::string, std::string>> settings;
   for (const SettingReadBack& one : report.settings) settings.emplace_back(one.name, one.value);
-  f({"camera", "name"}, report.name);
-  f({"device", "identity that the camera states"}, report.identity);
-  f({"settings_read_back", "settings that the camera states"}, settings);
-  f({"frame_index", "count of the frame"}, camera.frame_index);
-  f({"time_s", "device time on the common clock"}, camera.time_s);
-  f({"clock_fit", "the camera's clock against the host's"}, report.clock);
-  f({"ledger_frames", "frames up to then"}, report.ledger);
-  f({"packets", "packets up to then"}, report.counters);
-  f({"buffer_underruns", "frames without a buffer"}, report.counters.buffer_underruns);
-  f({"frames_without_room", "frames that found no slot"}, report.frames_without_room);
-  f({"camera_host_launches", "processes of this camera"}, report.host_launches);
+  f({"camera", "name of the camera"}, report.name);
+  f({"device", "identity reported by the camera"}, report.identity);
+  f({"settings_read_back", "settings read back from the camera"}, settings);
+  f({"frame_index", "frame counter"}, camera.frame_index);
+  f({"time_s", "device time of the frame on the common clock"}, camera.time_s);
+  f({"clock_fit", "fit of the camera's clock to the host's"}, report.clock);
+  f({"ledger_frames", "frame counts up to this set"}, report.ledger);
+  f({"packets", "packet counts up to this set"}, report.counters);
+  f({"buffer_underruns", "frames lost for want of a buffer"}, report.counters.buffer_underruns);
+  f({"frames_without_room", "frames dropped because no slot was free"}, report.frames_without_room);
+  f({"camera_host_launches", "number of host processes started for this camera"},
+    report.host_launches);
   f({"pixel_format", "pixel format as sent"}, camera.pixel_format);
-  f({"bits", "bits of a sample"}, camera.bits);
-  f({"raw_file", "file of the bytes as sent, where the picture lacks some"}, camera.raw_file);
-  f({"raw_sha256", "hash of that file"}, camera.raw_sha256);
+  f({"bits", "bits per sample"}, camera.bits);
+  f({"raw_file", "file of the bytes as sent, if the picture does not keep them all"},
+    camera.raw_file);
+  f({"raw_sha256", "SHA-256 of raw_file"}, camera.raw_sha256);
   f({"mean_level", "mean grey level"}, camera.quality.mean);
   f({"saturated_share", "fraction of saturated pixels"}, camera.quality.saturated_fraction);
-  f({"sharpness_per_px", "steepest edges over contrast"}, camera.quality.sharpness);
+  f({"sharpness_per_px", "slope of the steepest edges relative to the contrast"},
+    camera.quality.sharpness);
 }
 
 void fields(Fields& f, CameraStill& still) {
-  f({"camera", "name"}, still.name);
+  f({"camera", "name of the camera"}, still.name);
   f({"motion_px", "largest motion"}, still.motion_px);
   f({"speed_mm_per_s", "speed of that motion"}, still.speed_mm_per_s);
-  f({"background_shift_px", "shift against the reference set"}, still.background_shift_px);
+  f({"background_shift_px", "shift of the background relative to the reference set"},
+    still.background_shift_px);
 }
 
 namespace {
@@ -76,15 +80,17 @@ void fields(Fields& f, Stillness& stillness) {
   std::optional<std::string> cloth;
   if (still.cloth_moved) cloth = "moved";
   if (!cloth && still.motion_px && not_judged.empty()) cloth = "still";
-  f({"cloth", "moved or still; null: not known"}, cloth);
-  f.if_any({"not_judged", "cameras in which nothing could be followed"}, not_judged);
-  f({"motion_px", "largest motion of the burst"}, still.motion_px);
-  f({"motion_limit_px", "largest motion of a still cloth"}, limits.largest_motion_px);
+  f({"cloth", "moved or still; null if not known"}, cloth);
+  f.if_any({"not_judged", "cameras in which no feature could be tracked"}, not_judged);
+  f({"motion_px", "largest motion within the burst"}, still.motion_px);
+  f({"motion_limit_px", "largest motion that counts as still"}, limits.largest_motion_px);
   f({"speed_mm_per_s", "speed of that motion"}, still.speed_mm_per_s);
-  f({"sync_error_mm", "motion during the spread"}, still.sync_error_mm);
-  f({"background_shift_px", "shift against the reference set"}, still.background_shift_px);
-  f({"background_shift_limit_px", "largest shift of a camera in place"}, limits.largest_shift_px);
-  f({"cameras", "one for each camera"}, still.cameras);
+  f({"sync_error_mm", "motion of the cloth during the spread"}, still.sync_error_mm);
+  f({"background_shift_px", "shift of the background relative to the reference set"},
+    still.background_shift_px);
+  f({"background_shift_limit_px", "largest shift that counts as a camera in place"},
+    limits.largest_shift_px);
+  f({"cameras", "one entry per camera"}, still.cameras);
 }
 
 /// The part of `stillness` that an import keeps.
@@ -93,34 +99,35 @@ struct StillnessNotes {
 };
 
 void fields(Fields& f, StillnessNotes& notes) {
-  f({"cloth", "moved or still; null: not known"}, notes.of.cloth);
-  f({"motion_px", "largest motion of the burst"}, notes.of.motion_px);
-  f({"background_shift_px", "shift against the reference set"}, notes.of.camera_shift_px);
+  f({"cloth", "moved or still; null if not known"}, notes.of.cloth);
+  f({"motion_px", "largest motion within the burst"}, notes.of.motion_px);
+  f({"background_shift_px", "shift of the background relative to the reference set"},
+    notes.of.camera_shift_px);
 }
 
 }  // namespace
 
 void fields(Fields& f, SetDetails& details) {
   Stillness stillness{details};
-  f(Field{"set", "name under which it was taken"}.plain_name(), details.set);
-  f.if_any({"no_go", "reason why the set is no measurement"}, details.no_go);
+  f(Field{"set", "name of the set"}.plain_name(), details.set);
+  f.if_any({"no_go", "reason why the set cannot be used as a measurement"}, details.no_go);
   f({"recorded_on", "ISO date"}, details.recorded_on);
-  f({"sync_method", "synchronisation that was used"}, details.method);
-  f({"fallen_back_because", "reason why it is not the one wanted"}, details.fallen_back);
-  f({"paired_by", "common property of the frames"}, details.paired_by);
-  f({"trigger", "number of the trigger"}, details.trigger);
+  f({"sync_method", "synchronisation method used"}, details.method);
+  f({"fallen_back_because", "reason why the preferred method was not used"}, details.fallen_back);
+  f({"paired_by", "property by which frames were paired"}, details.paired_by);
+  f({"trigger", "trigger number"}, details.trigger);
   f({"spread_ms", "latest minus earliest exposure", 1e-3}, details.spread_s);
-  f({"spread_bound_ms", "interval that holds all exposures", 1e-3}, details.spread_bound_s);
-  f({"frames_averaged", "frames of each camera"}, details.averaged);
+  f({"spread_bound_ms", "upper bound of the spread", 1e-3}, details.spread_bound_s);
+  f({"frames_averaged", "frames averaged per camera"}, details.averaged);
   f({"stillness", "stillness of cloth and cameras"}, stillness);
-  f({"cameras", "one for each camera"}, details.cameras);
-  f({"faults", "faults seen up to then"}, details.faults);
+  f({"cameras", "one entry per camera"}, details.cameras);
+  f({"faults", "faults seen up to this set"}, details.faults);
 }
 
 void fields(Fields& f, SetNotes& notes) {
   StillnessNotes stillness{notes};
-  f(Field{"set", "name under which it was taken"}.plain_name(), notes.set);
-  f.if_any({"no_go", "reason why the set is no measurement"}, notes.no_go);
+  f(Field{"set", "name of the set"}.plain_name(), notes.set);
+  f.if_any({"no_go", "reason why the set cannot be used as a measurement"}, notes.no_go);
   f({"stillness", "stillness of cloth and cameras"}, stillness);
 }
 

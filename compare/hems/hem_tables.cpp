@@ -21,13 +21,13 @@ struct FaceMean {
 };
 
 void fields(Fields& f, FaceMean& one) {
-  f({"face", "side of the cloth that lies up"}, one.face);
+  f({"face", "side of the cloth that faces up"}, one.face);
   f({"mean_percent", "mean drape coefficient"}, one.percent);
 }
 
 void fields(Fields& f, FabricVariance& one) {
   f({"fabric", "name"}, one.fabric);
-  f({"drapes", "hems"}, one.found.drapes);
+  f({"drapes", "number of hems"}, one.found.drapes);
   std::vector<FaceMean> faces;
   for (const auto& [face, mean] : one.found.face_means) faces.push_back({face, mean});
   f({"faces", "means of the faces"}, faces);
@@ -42,8 +42,8 @@ struct ValueWithU {
 };
 
 void fields(Fields& f, ValueWithU& one) {
-  f({"value", "value in the unit that the name ends with"}, one.value);
-  f({"u", "expanded uncertainty, k = 2; null: not known"}, one.u);
+  f({"value", "value in the unit at the end of its name"}, one.value);
+  f({"u", "expanded uncertainty, k = 2; null if not known"}, one.u);
 }
 
 }  // namespace
@@ -57,56 +57,56 @@ void fields(Fields& f, DrapemeterGeometry& geometry) {
 void fields(Fields& f, HemNode& node) {
   f({"angle_deg", "direction of the crest", units::deg}, node.angle_rad);
   f({"radius_mm", "radius of the crest", mm}, node.radius_m);
-  f({"amplitude_mm", "half of crest minus valleys", mm}, node.amplitude_m);
-  f({"wavelength_mm", "arc to the next crest", mm}, node.wavelength_m);
+  f({"amplitude_mm", "half of crest minus mean of the adjacent valleys", mm}, node.amplitude_m);
+  f({"wavelength_mm", "length of arc to the next crest", mm}, node.wavelength_m);
 }
 
 void fields(Fields& f, HemRecord& record) {
-  f({"file", "file, and the row"}, record.file);
-  f({"go", "false: not at rest, or on a NO-GO"}, record.go);
+  f({"file", "file, with the row if it holds several"}, record.file);
+  f({"go", "false if not at rest or based on a NO-GO"}, record.go);
   text_or_null(f, {"fabric", "name"}, record.fabric);
   text_or_null(f, {"sample", "name"}, record.sample);
-  text_or_null(f, {"face", "side of the cloth that lies up"}, record.face);
+  text_or_null(f, {"face", "side of the cloth that faces up"}, record.face);
   text_or_null(f, {"repeat", "name"}, record.repeat);
-  text_or_null(f, {"scale", "origin of the scale; null: millimetres"}, record.basis);
+  text_or_null(f, {"scale", "source of the scale; null for millimetres"}, record.basis);
   f({"specimen_area_mm2", "flat area of the specimen", mm * mm}, record.specimen_area_m2);
   std::vector<std::pair<std::string, ValueWithU>> numbers;
   for (const HemNumber& number : record.numbers)
     numbers.emplace_back(number.name, ValueWithU{number.value, number.u});
-  f({"numbers", "numbers of the drapemeter"}, numbers);
+  f({"numbers", "drapemeter values"}, numbers);
   f({"nodes", "folds of the hem"}, record.nodes);
   std::vector<double> radius_m;
   for (std::size_t i = 0; i < record.hem.radius_m.size(); i += record.hem.radius_m.size() / 72)
     radius_m.push_back(record.hem.radius_m[i]);
   f({"radius_mm", "radii every 5 degrees", mm}, radius_m);
-  f({"warnings", "doubts"}, record.warnings);
+  f({"warnings", "warnings"}, record.warnings);
 }
 
 void fields(Fields& f, Judgement& judgement) {
-  f({"p", "probability that a repeat lies as far out"}, judgement.p);
+  f({"p", "probability that a repeat deviates as far"}, judgement.p);
   f({"t", "deviation in standard deviations"}, judgement.t);
   f({"degrees_of_freedom", "degrees of freedom of t"}, judgement.dof);
   f({"mean", "mean of the repeats"}, judgement.mean);
-  f({"sd", "standard deviation of the repeats, after the prior"}, judgement.sd);
-  f({"detectable", "difference that is found in 90 of 100 cases"}, judgement.detectable);
+  f({"sd", "standard deviation of the repeats, combined with the prior"}, judgement.sd);
+  f({"detectable", "difference that would be detected in 90 of 100 cases"}, judgement.detectable);
 }
 
 void fields(Fields& f, HemMatch& match) {
   f({"fabric", "name"}, match.fabric);
-  f({"face", "side of the cloth that lies up"}, match.face);
+  f({"face", "side of the cloth that faces up"}, match.face);
   f({"virtual", "file of the virtual hem"}, match.virtual_file);
-  f({"repeats", "hems of that fabric and face"}, match.repeats);
-  f({"verdict", "verdict beside the repeats"}, match.verdict);
-  text_or_null(f, {"reason", "reason where it is undecided"}, match.reason);
-  f({"p", "probability of both judgements together"}, match.p);
-  f({"drape_coefficient_percent", "judgement by the drape coefficient"}, match.drape_coefficient);
-  f({"log_hem_distance", "judgement by the hem's shape"}, match.hem);
+  f({"repeats", "number of hems of that fabric and face"}, match.repeats);
+  f({"verdict", "verdict of the comparison with the repeats"}, match.verdict);
+  text_or_null(f, {"reason", "reason if undecided"}, match.reason);
+  f({"p", "probability combined from both tests"}, match.p);
+  f({"drape_coefficient_percent", "test of the drape coefficient"}, match.drape_coefficient);
+  f({"log_hem_distance", "test of the hem's shape"}, match.hem);
 }
 
 void fields(Fields& f, HemsFile& file) {
   f({"geometry", "disc and specimen"}, file.geometry);
-  f({"hems", "hems that were read"}, file.hems);
-  f({"refused", "files that were not, with the reason"}, file.refused);
+  f({"hems", "hems read"}, file.hems);
+  f({"refused", "files that were refused, with the reason"}, file.refused);
   std::map<std::string, std::pair<std::vector<RepeatKey>, std::vector<double>>> fabrics;
   for (const HemRecord& hem : file.hems) {
     if (hem.numbers.empty()) continue;  // for walks that only document the format
@@ -117,8 +117,8 @@ void fields(Fields& f, HemsFile& file) {
   for (const auto& [fabric, values] : fabrics)
     variance.push_back({fabric, variance_components(values.first, values.second)});
   f({"variance", "scatter of each fabric"}, variance);
-  f({"significance", "part of repeats called outside"}, file.significance);
-  f({"matches", "virtual hems beside the repeats"}, file.matches);
+  f({"significance", "probability that a real repeat counts as outside"}, file.significance);
+  f({"matches", "comparison of virtual hems with repeats"}, file.matches);
 }
 
 }  // namespace drape::compare

@@ -80,12 +80,12 @@ void fields(Fields& f, DrapemeterArguments& a) {
         .called("INPUT"),
     a.inputs);
   f.otherwise(Field{"compare",
-                    "virtual hem, or a folder or table of them, again for another: is it inside "
-                    "the repeats of the inputs?"}
+                    "virtual hem, or folder or table of hems, to test against the repeats of the "
+                    "inputs; can be given several times"}
                   .per_flag(),
               a.compared);
   f.otherwise(
-      {"significance", "part of real repeats that that verdict would call outside", 1, 0.001, 0.5},
+      {"significance", "fraction of real repeats that this test would call outside", 1, 0.001, 0.5},
       a.significance);
   f({"out", "folder for hems.csv and hems.json"}, a.out);
   f.otherwise({"geometry",
@@ -93,33 +93,33 @@ void fields(Fields& f, DrapemeterArguments& a) {
                "mm (JIS L 1096)"},
               a.geometry);
   f({"disc_mm",
-     "another disc's diameter; to be stated for sheets of a bench, which may hang over any object",
-     mm, above_zero},
+     "diameter of another disc; required for sheets of a bench, which may hang over any object", mm,
+     above_zero},
     a.disc_m);
-  f({"specimen_mm", "another specimen's diameter; a sheet's specimen is its own flat area", mm,
+  f({"specimen_mm", "diameter of another specimen; a sheet has its own flat area instead", mm,
      above_zero},
     a.specimen_m);
   f.otherwise({"names",
-               "where fabric, sample, face and repeat stand in the files' paths, such as "
-               "\"{fabric}/{sample}_{face}_{repeat}\"; * is any text"},
+               "positions of fabric, sample, face and repeat in the files' paths, such as "
+               "\"{fabric}/{sample}_{face}_{repeat}\"; * matches any text"},
               a.names);
   f({"mm_per_px", "scale of the pictures", mm, above_zero}, a.m_per_px);
-  f({"ruler", "scale by a ruler: X1 Y1 X2 Y2 of two points in px, and its length in mm"}, a.ruler);
+  f({"ruler", "scale from a ruler: X1 Y1 X2 Y2 of two points in px, and their distance in mm"},
+    a.ruler);
   f({"disc_picture",
-     "scale by a picture of the bare disc from the same place (a small tilt is taken out)"},
+     "scale from a picture of the bare disc by the same camera (corrects a small tilt)"},
     a.disc_picture);
   f.otherwise({"disc_hole",
-               "scale by the disc on top of the cloth, seen as a round hole in each silhouette: "
+               "scale from the disc on top of the cloth, seen as a round hole in each silhouette: "
                "its grey must be nearer to the table's than to the cloth's"},
               a.disc_hole);
   f({"calibration",
-     "scale by calibration.json (takes out lens and tilt), with --camera and --plane-z-mm"},
+     "scale from calibration.json (corrects lens and tilt), with --camera and --plane-z-mm"},
     a.calibration);
   f.otherwise({"camera", "name of the calibrated camera"}, a.camera);
   f.otherwise({"plane_z_mm", "height of the hem in the world", mm}, a.plane_z_m);
-  f({"scale_u_percent",
-     "standard uncertainty of the scale, beside what the scale's own source gives", units::percent,
-     above_zero},
+  f({"scale_u_percent", "standard uncertainty of the scale, in addition to that of its source",
+     units::percent, above_zero},
     a.scale_u);
 }
 

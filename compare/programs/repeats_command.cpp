@@ -22,12 +22,15 @@ struct RepeatsArguments {
 
 void fields(Fields& f, RepeatsArguments& a) {
   f(Field{"sheet",
-          "measured sheets, repeats of one drape (each says so, or placed a sheet of --compare)"}
+          "measured sheets, repeats of one drape (stated in each, or used to position a sheet of "
+          "--compare)"}
         .called("SHEET"),
     a.repeats);
-  f.otherwise(Field{"compare", "simulated sheet of the same drape; again for another"}.per_flag(),
-              a.compared);
-  f.otherwise({"significance", "part of repeats called outside", 1, 0.001, 0.5}, a.significance);
+  f.otherwise(
+      Field{"compare", "simulated sheet of the same drape; can be given several times"}.per_flag(),
+      a.compared);
+  f.otherwise({"significance", "probability that a real repeat counts as outside", 1, 0.001, 0.5},
+              a.significance);
   f({"out", "repeats.json to write"}, a.out);
 }
 

@@ -243,22 +243,23 @@ std::optional<double> limit_m(const MarkRepeats::SheetMatch& match, double signi
 
 void fields(Fields& f, RepeatBasis& basis) {
   f({"what", "marks, hem, spectrum or area"}, basis.what);
-  f({"real_to_real_mm", "distances of the repeats", mm}, basis.real_to_real_m);
-  f({"virtual_to_real_mm", "distances of the virtual sheet", mm}, basis.virtual_to_real_m);
-  f({"p", "probability that a repeat lies as far out; null: not judged"}, basis.judgement.p);
-  text_or_null(f, {"reason", "reason where it cannot be judged"}, basis.reason);
+  f({"real_to_real_mm", "distances between repeats", mm}, basis.real_to_real_m);
+  f({"virtual_to_real_mm", "distances of the virtual sheet from the repeats", mm},
+    basis.virtual_to_real_m);
+  f({"p", "probability that a repeat deviates as far; null if not judged"}, basis.judgement.p);
+  text_or_null(f, {"reason", "reason if it cannot be judged"}, basis.reason);
 }
 
 void fields(Fields& f, MarkRepeats::SheetMatch& match) {
   f({"sheet", "virtual sheet"}, match.name);
-  f({"marks", "marks compared"}, match.marks);
+  f({"marks", "number of marks compared"}, match.marks);
   std::vector<double> rms_m;
   if (!match.bases.empty()) rms_m = match.bases.front().virtual_to_real_m;
-  f({"rms_mm", "RMS distances of its marks from each repeat", mm}, rms_m);
+  f({"rms_mm", "RMS distance of the marks from each repeat", mm}, rms_m);
   f({"bases", "kinds of distance"}, match.bases);
-  f({"verdict", "verdict beside the repeats"}, match.verdict);
-  text_or_null(f, {"reason", "reason where it is undecided"}, match.reason);
-  f({"p", "probability by all that could be judged"}, match.p);
+  f({"verdict", "verdict of the comparison with the repeats"}, match.verdict);
+  text_or_null(f, {"reason", "reason if undecided"}, match.reason);
+  f({"p", "probability combined from all tests that could be made"}, match.p);
 }
 
 namespace {
@@ -268,13 +269,13 @@ struct RepeatRow {
 };
 void fields(Fields& f, RepeatRow& row) {
   f({"sheet", "file"}, row.sheet);
-  f({"rms_mm", "RMS distances of its marks from each repeat", mm}, row.rms_m);
+  f({"rms_mm", "RMS distance of the marks from each repeat", mm}, row.rms_m);
 }
 }  // namespace
 
 void fields(Fields& f, RepeatsFile& file) {
-  f({"significance", "part of repeats called outside"}, file.significance);
-  f({"marks", "marks that every repeat has"}, file.found.marks);
+  f({"significance", "probability that a real repeat counts as outside"}, file.significance);
+  f({"marks", "number of marks present in every repeat"}, file.found.marks);
   std::vector<RepeatRow> rows;
   for (std::size_t i = 0; i < file.repeats.size(); ++i)
     rows.push_back({file.repeats[i].file.string(), file.found.real_to_real_m[i]});

@@ -20,17 +20,17 @@ void fields(Fields& f, Ending& ending) {
   auto verdict = ending.go ? Verdict::go : Verdict::no_go;
   f({"verdict", "verdict on the measurement"}, verdict);
   ending.go = verdict == Verdict::go;
-  f({"sentence", "the verdict's reason in one sentence"}, ending.verdict);
+  f({"sentence", "reason for the verdict in one sentence"}, ending.verdict);
   // Each key may occur once per object.
   std::map<std::string, int> times;
   for (auto& [name, value] : ending.numbers)
     if (const int before = times[name]++; before > 0) name += fmt::format(" ({})", before + 1);
-  f.otherwise({"numbers", "values with their units, by name"}, ending.numbers);
-  f.otherwise({"rejected", "data that were not used, and why"}, ending.rejected);
-  f.otherwise({"warnings", "data that were used though something is odd"}, ending.warnings);
-  f.otherwise({"advice", "steps that would make the next result better"}, ending.advice);
-  f.otherwise({"next_command", "command that follows"}, ending.next_command);
-  f.if_any({"tables", "text in front of the verdict"}, ending.tables);
+  f.otherwise({"numbers", "values with units, by name"}, ending.numbers);
+  f.otherwise({"rejected", "data that were not used, with the reason"}, ending.rejected);
+  f.otherwise({"warnings", "data that were used despite an anomaly"}, ending.warnings);
+  f.otherwise({"advice", "steps that would improve the next result"}, ending.advice);
+  f.otherwise({"next_command", "command to run next"}, ending.next_command);
+  f.if_any({"tables", "text printed before the verdict"}, ending.tables);
 }
 
 std::string printed(const Ending& ending) {

@@ -88,9 +88,8 @@ std::vector<std::string> decisive(const std::vector<std::string>& arguments,
 void fields(Fields& f, RecordedFile& file) {
   f({"file", "path from the folder of this record"}, file.file);
   f({"sha256", "SHA-256 of the bytes"}, file.sha256);
-  f.if_any({"values_sha256", "SHA-256 of the values that were read, where it is another one"},
-           file.values_sha256);
-  f.if_any({"sets", "sets of a recording that were read; absent: all"}, file.sets);
+  f.if_any({"values_sha256", "SHA-256 of the values read, if it differs"}, file.values_sha256);
+  f.if_any({"sets", "sets of a recording that were read; absent if all"}, file.sets);
 }
 
 void fields(Fields& f, RunFile& run) {
@@ -98,13 +97,13 @@ void fields(Fields& f, RunFile& run) {
   f({"version", "version of drapebench"}, run.version);
   f({"program_sha256", "SHA-256 of the program"}, run.program_sha256);
   f({"arguments", "as given, without the program"}, run.arguments);
-  f.otherwise({"decisive_arguments", "arguments that can change a result, paths in one spelling"},
+  f.otherwise({"decisive_arguments", "arguments that can change the result, with normalised paths"},
               run.decisive_arguments);
-  f({"options", "values that options resolved to, by name"}, run.options);
-  f({"inputs", "files that were read"}, run.inputs);
-  f({"outputs", "files that were written"}, run.outputs);
+  f({"options", "resolved values of the options, by name"}, run.options);
+  f({"inputs", "files read"}, run.inputs);
+  f({"outputs", "files written"}, run.outputs);
   f.otherwise({"ending_sha256", "SHA-256 of <stem>.ending.json"}, run.ending_sha256);
-  f({"started_utc", "begin of the run"}, run.started_utc);
+  f({"started_utc", "start of the run"}, run.started_utc);
   f({"ended_utc", "end of the run"}, run.ended_utc);
   f({"exit_code", "0 GO, 1 NO-GO, 130 interrupted", 1, 0, 255}, run.exit_code);
 }

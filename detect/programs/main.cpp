@@ -127,7 +127,7 @@ void fields(Fields& f, DetectArguments& a) {
   f({"rig", "rig folder or its rig.toml"}, a.rig);
   f({"surface", "surface in the pictures"}, a.surface);
   f.otherwise(
-      {"target", "another target than the rig's, e.g. an object's plate (drape print object-tags)"},
+      {"target", "a target other than the rig's, e.g. an object's plate (drape print object-tags)"},
       a.target);
   f.if_any(Field{"sets", "frame sets a,b,c (default: all the rig names)"}.plain_name(), a.sets);
   f({"out", "detections.json to write"}, a.out);

@@ -38,10 +38,12 @@ struct PlateArguments {
 void fields(Fields& f, PlateArguments& a) {
   f({"out", "PDF to write, with the same page as SVG beside it"}, a.out);
   f.otherwise({"paper", "auto (a4, else a3), a4, a3, letter, or fit: as large as needed"}, a.paper);
-  f.otherwise({"size_mm", "edge of the sheet: that of the box's top", units::mm, above_zero},
+  f.otherwise({"size_mm", "edge length of the sheet, equal to that of the box's top", units::mm,
+               above_zero},
               a.size_m);
-  f.otherwise({"first_id", "id of the first of its four tags; other than cloth and target"},
-              a.first_id);
+  f.otherwise(
+      {"first_id", "id of the first of its four tags; must differ from those of cloth and target"},
+      a.first_id);
 }
 
 int write(const PrintedPage& printed, const fs::path& description, const fs::path& out,

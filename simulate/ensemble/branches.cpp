@@ -156,8 +156,8 @@ bool brought_new(const Ensemble& ensemble) {
 
 void fields(Fields& f, EnsembleOptions& options) {
   f({"starts",
-     "seeded starts, of which the first is the scene's own; default: 8, and 8 more while new "
-     "branches come, at most 32",
+     "number of seeded starts, of which the first is the scene's own; default: 8, and 8 more while "
+     "new branches appear, at most 32",
      1, 1, 10000},
     options.starts);
 }

@@ -224,7 +224,7 @@ void fields(Fields& f, FabricFile& fabric) {
           "is it in kg/m2 (1000 g/m2 each) or oz/yd2 (33.9)?");
   f.limit(fabric.areal_density_g_per_m2 <= 3000, density, weighs,
           "is it the density per volume, or in mg/m2?");
-  f.if_any({"stand_ins", "values that nobody measured"}, fabric.stand_ins);
+  f.if_any({"stand_ins", "assumed values that were not measured"}, fabric.stand_ins);
   f.if_any({"tensile", "force over strain"}, fabric.tensile);
   f({"shear", "force over angle"}, fabric.shear);
   f({"bending", "moment over curvature"}, fabric.bending);

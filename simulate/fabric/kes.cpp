@@ -113,7 +113,7 @@ void fields(Fields& f, TensileNumbers& t) {
   f.if_any({emt_key, "extension under 500 gf/cm", 1, above_zero}, t.emt_percent);
   f.if_any({lt_key, "linearity of the loading curve", 1, above_zero}, t.lt);
   f.if_any({wt_key, "work of loading", 1, above_zero}, t.wt_gf_cm_per_cm2);
-  f.if_any({"rt_percent", "work given back by unloading", 1, above_zero}, t.rt_percent);
+  f.if_any({"rt_percent", "work returned on unloading", 1, above_zero}, t.rt_percent);
   const int given = t.emt_percent.has_value() + t.lt.has_value() + t.wt_gf_cm_per_cm2.has_value();
   f.rule(given >= 2, t.emt_percent ? emt_key : lt_key, "a tensile test needs two of EMT, LT, WT",
          "give emt_percent and lt");

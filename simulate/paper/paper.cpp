@@ -329,24 +329,26 @@ Sheet PaperRun::sheet() const {
 }  // namespace
 
 void fields(Fields& f, PaperOptions& options) {
-  f.otherwise({"damping_per_s", "beta / m of F = -beta v", 1, 0}, options.damping_per_s);
+  f.otherwise({"damping_per_s", "damping rate beta / m of F = -beta v", 1, 0},
+              options.damping_per_s);
   f.otherwise({"air_drag_kg_per_m3", "c of F = -c area |v| v", 1, 0}, options.air_drag_kg_per_m3);
   f.otherwise({"spring_damping_ratio", "damping ratio of the fastest stretch vibration", 1, 0, 0.5,
                "larger ratios need shorter steps; give at most 0.5"},
               options.spring_damping_ratio);
-  f.otherwise({"natural_time_s", "motion before kinetic damping sets in", 1, 0},
+  f.otherwise({"natural_time_s", "duration of free motion before kinetic damping sets in", 1, 0},
               options.natural_time_s);
-  f.otherwise({"kinetic_damping", "zero all velocities at each peak of kinetic energy"},
+  f.otherwise({"kinetic_damping", "set all velocities to zero at each peak of kinetic energy"},
               options.kinetic_damping);
-  f.otherwise({"tolerance", "rest: largest static force on a particle, in weights of a particle", 1,
-               above_zero, 1e-3, "give 0.001 or less: a sheet above it does not rest"},
+  f.otherwise({"tolerance",
+               "largest static force on a particle that counts as rest, in weights of a particle",
+               1, above_zero, 1e-3, "give 0.001 or less: a sheet above it does not rest"},
               options.residual_tolerance);
-  f.otherwise({"imperfection_mm", "height of the waves on the flat start", mm, 0},
+  f.otherwise({"imperfection_mm", "amplitude of the waves on the flat start", mm, 0},
               options.imperfection_m);
-  f.otherwise({"step_share", "share of the step's stability limit", 1, above_zero, 0.95,
+  f.otherwise({"step_share", "time step relative to its stability limit", 1, above_zero, 0.95,
                "0.9 leaves a margin to the stability limit"},
               options.step_fraction);
-  f.otherwise({"max_steps", "step limit", 1, 1}, options.max_steps);
+  f.otherwise({"max_steps", "largest number of steps", 1, 1}, options.max_steps);
   f.otherwise({"history_interval_s", "time between rows of history.csv", 1, above_zero},
               options.history_interval_s);
 }

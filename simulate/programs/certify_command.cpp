@@ -29,7 +29,7 @@ void fields(Fields& f, CertifyArguments& a) {
     a.folder);
   f({"scene", "scene.toml that was simulated"}, a.scene);
   f({"fabric", "fabric.toml; default: the scene's"}, a.fabric);
-  f({"start_from", "measured sheet.ply that holds pins without a place of their own"}, a.start);
+  f({"start_from", "measured sheet.ply that gives the positions of pins that state none"}, a.start);
 }
 
 void require_same_files(CertifyReport& report, const Sheet& sheet, const Scene& scene,

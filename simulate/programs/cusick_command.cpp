@@ -42,32 +42,38 @@ void fields(Fields& f, CusickArguments& a) {
   f.otherwise({"starts", "random starts", 1, 1, kMostStarts}, a.starts);
   f.otherwise({"disc_mm", "diameter of the discs", mm, above_zero}, a.disc_m);
   f.otherwise({"specimen_mm", "diameter of the specimen", mm, above_zero}, a.specimen_m);
-  f.otherwise({"spacing_mm", "of the mesh; a third of it at the discs' rim", mm, above_zero},
-              a.spacing_m);
-  f.otherwise({"warp_deg", "the mesh turned against the warp", units::deg}, a.warp_rad);
+  f.otherwise(
+      {"spacing_mm", "spacing of the mesh; a third of it at the discs' rim", mm, above_zero},
+      a.spacing_m);
+  f.otherwise({"warp_deg", "rotation of the mesh relative to the warp", units::deg}, a.warp_rad);
   f.otherwise({"lowering_steps",
-               "of the table on which the specimen lies at first; 1: let go at once; without "
-               "--internal-friction",
+               "steps in which the table under the specimen is lowered; 1: released at once; "
+               "without --internal-friction",
                1, 1, 1000},
               a.lowering_steps);
   f.otherwise({"lowering_s",
-               "in which the table goes down, the cloth in motion; 0: let go at once; with "
-               "--internal-friction",
+               "time in which the table is lowered, with the cloth in motion; 0: released at once; "
+               "with --internal-friction",
                1, 0, 10},
               a.lowering_s);
-  f.otherwise({"step_ms", "of that motion: at each, internal friction settles", 1e-3, 0.1, 20},
-              a.motion.step_s);
+  f.otherwise(
+      {"step_ms", "time step of that motion; internal friction is updated at each", 1e-3, 0.1, 20},
+      a.motion.step_s);
   f.otherwise({"laid_coarser",
-               "spacing of the mesh on which it is laid, in spacings; 1: the mesh itself, as where "
-               "the ring would have less than six",
+               "mesh on which the specimen is laid: its spacing in units of --spacing-mm; 1: the "
+               "mesh itself, also used if the ring would have fewer than six",
                1, above_zero},
               a.laid_coarser);
   f.otherwise({"internal_friction", "use both branches of the bending and shear loops"},
               a.internal_friction);
-  f.otherwise({"shakes", "times that gravity goes up and down before the last rest", 1, 0, 20},
+  f.otherwise({"shakes", "number of times that gravity is varied up and down before the last rest",
+               1, 0, 20},
               a.shakes);
-  f.otherwise({"shake_percent", "of gravity", units::percent, 0, 100}, a.shake);
-  f.otherwise({"max_steps", "of descent, at each load", 1, 1}, a.descent.most_steps);
+  f.otherwise({"shake_percent", "amplitude of that variation, in percent of gravity",
+               units::percent, 0, 100},
+              a.shake);
+  f.otherwise({"max_steps", "largest number of descent steps at each load", 1, 1},
+              a.descent.most_steps);
 }
 
 /// A drape with the checker's verdict; without one if it is not at rest.

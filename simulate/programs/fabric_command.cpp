@@ -63,11 +63,11 @@ void fields(Fields& f, LibraryArguments& a) {
     f(Field{"file", "the sheet: property,unit,warp,weft; or physics JSON"}.called("FILE"), a.file);
     f.otherwise({"format", "format of the sheet"}, a.format);
     f.otherwise({"name", "name of the fabric (default: the file's)"}, a.name);
-    f.otherwise({"bend_unit", "unit of a U3M's bend, which names none"}, a.bend_unit);
+    f.otherwise({"bend_unit", "unit of the bend in a U3M file, which states none"}, a.bend_unit);
   } else {
     f.otherwise({"library", "CSV of published fabrics (default: the installed one)"}, a.library);
   }
-  if (a.word == "show") f(Field{"id", "as `drape fabric list` shows it"}.called("ID"), a.id);
+  if (a.word == "show") f(Field{"id", "id shown by `drape fabric list`"}.called("ID"), a.id);
   if (a.word != "list") f({"out", "new folder for fabric.toml and its curves"}, a.out);
 }
 

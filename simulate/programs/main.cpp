@@ -32,20 +32,20 @@ struct SimulateArguments : RunArguments {
 void fields(Fields& f, SimulateArguments& args) {
   fields(f, static_cast<RunArguments&>(args));
   mesh_fields(f, args.options.drape, true);
-  f.otherwise({"from_measured", "start from the measured shape, whatever the scene says"},
+  f.otherwise({"from_measured", "start from the measured shape instead of the scene's start"},
               args.options.from_measured);
   f({"outline",
-     "cut of the cloth: SVG (x along the weft, y along the warp, size in mm) or CSV "
-     "(ring,warp_mm,weft_mm) in the frame of the print's patch; default: all of it"},
+     "outline of the cloth: SVG (x along the weft, y along the warp, size in mm) or CSV "
+     "(ring,warp_mm,weft_mm) in the frame of the print's patch; default: the whole patch"},
     args.outline);
-  f.otherwise({"paper", "the particle grid of the paper in place of the mesh"}, args.paper);
+  f.otherwise({"paper", "use the particle grid of the paper instead of the mesh"}, args.paper);
   f({"grid", "particles per side, with --paper (default: 21)", 1, 3, 401}, args.grid);
   fields(f, args.options.paper);
   f.otherwise({"sensitivity",
-               "sensitivity.json too: where each mark of --start-from goes with each value of "
-               "fabric and scene, to first order at this rest"},
+               "also write sensitivity.json: first-order displacement of each mark of --start-from "
+               "with each value of fabric and scene at this rest"},
               args.sensitivity);
-  f.otherwise({"check_objects", "read the scene's objects, and stop"}, args.check_objects);
+  f.otherwise({"check_objects", "only read and check the scene's objects"}, args.check_objects);
   f.rule(args.paper || !args.grid, "grid", "--grid belongs to --paper",
          "--spacing-mm says the finest mesh of the cloth");
   f.rule(!args.paper || (!args.outline && !args.options.from_measured), "paper",

@@ -43,14 +43,14 @@ void fields(Fields& f, RunArguments& args) {
   f({"fabric", "fabric.toml; default: the scene's"}, args.fabric);
   f.otherwise({"segments", "line segments per Kawabata curve", 1, 1, 20}, args.options.segments);
   f.otherwise({"fit",
-               "drape: the curves up to where a first run strains the cloth; whole: all that was "
-               "measured, as the paper"},
+               "drape: fit the curves up to the strains of a first run; whole: fit the measured "
+               "range, as the paper"},
               args.fit);
   f({"start_from", "measured sheet.ply, or mesh.toml of another simulator, for start and pins"},
     args.start);
   f.otherwise({"internal_friction",
-               "both branches of the bending and shear loops: the cloth remembers, also the "
-               "scene's start.history"},
+               "use both branches of the bending and shear loops, which depend on the loading "
+               "history, including the scene's start.history"},
               args.options.internal_friction);
   f.otherwise({"out", "folder for the results"}, args.out);
 }
@@ -60,9 +60,10 @@ void mesh_fields(Fields& f, DrapeOptions& options, bool finest) {
     f.otherwise({"spacing_mm", "spacing of the finest mesh", mm, 0.5, 50}, options.spacing_m);
   f.otherwise({"coarsest_mm", "spacing of the mesh on which the cloth falls", mm, 0.5, 50},
               options.coarsest_m);
-  f.otherwise({"seed", "of the meshes' jitter: another one for another mesh", 1, 0, 1000000},
+  f.otherwise({"seed", "seed of the meshes' jitter: each gives another mesh", 1, 0, 1000000},
               options.seed);
-  f.otherwise({"thickness_mm", "distance of layers that else cross; 0: none", mm, 0, 10},
+  f.otherwise({"thickness_mm", "distance below which layers press on each other; 0: they do not",
+               mm, 0, 10},
               options.thickness_m);
 }
 

@@ -26,9 +26,12 @@ struct SensitivityArguments : RunArguments {
 void fields(Fields& f, SensitivityArguments& args) {
   fields(f, static_cast<RunArguments&>(args));
   mesh_fields(f, args.options.drape, true);
-  f({"reference", "sheet.ply to measure from; it places start and pins without --start-from"},
+  f({"reference",
+     "sheet.ply from which distances are measured; it also positions start and pins without "
+     "--start-from"},
     args.reference);
-  f.otherwise({"variants", "drapes again with one part of the model changed, from rest and start"},
+  f.otherwise({"variants",
+               "also drape with one part of the model changed, from the rest and from the start"},
               args.variants);
 }
 

@@ -27,7 +27,7 @@ struct StatusArguments {
 
 void fields(Fields& f, StatusArguments& args) {
   f(Field{"plan", "plan.toml, or folder of a rig"}.called("PLAN"), args.plan);
-  f({"out", "as given to the parts"}, args.out);
+  f({"out", "output folder given to the parts"}, args.out);
 }
 
 struct StudyArguments {
@@ -43,7 +43,7 @@ void fields(Fields& f, StudyArguments& args) {
       args.rig);
   f.otherwise({"out", "folder for the drapes and the tables; of a plan: for all its parts"},
               args.out);
-  f.otherwise({"part", "I/N, every N-th case from the I-th on"}, args.part);
+  f.otherwise({"part", "I/N: every N-th case, starting with the I-th"}, args.part);
   fields(f, args.choice);
 }
 

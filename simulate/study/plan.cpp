@@ -125,8 +125,8 @@ std::vector<SimulateOptions> options_of(const PlanFile& plan) {
 
 void fields(Fields& f, PlanFile& plan) {
   f({"scenes", "scene files"}, plan.scenes);
-  f.if_any({"fabrics", "fabric files; absent: the scene's own"}, plan.fabrics);
-  f.otherwise({"model", "triangles: the cloth; paper: the paper's grid, and the cloth beside it"},
+  f.if_any({"fabrics", "fabric files; absent for the scene's own"}, plan.fabrics);
+  f.otherwise({"model", "triangles: the cloth; paper: the paper's grid in addition to the cloth"},
               plan.model);
   const bool paper = plan.model == ClothModel::paper;
   if (f.reads() && plan.document.root().find("grids") != nullptr)
@@ -136,9 +136,10 @@ void fields(Fields& f, PlanFile& plan) {
   f.otherwise({"spacings_mm", "spacings of the finest meshes", mm, 0.5, 50}, plan.spacings_m);
   f.otherwise({"segments", "line segments per Kawabata curve", 1, 1, 20}, plan.segments);
   f.otherwise({"seeds", "starts: 0 is the scene's, others are random", 1, 0}, plan.seeds);
-  f.otherwise({"max_steps", "step limit of the paper's model", 1, 1},
+  f.otherwise({"max_steps", "largest number of steps of the paper's model", 1, 1},
               plan.simulate.paper.max_steps);
-  f.otherwise({"thickness_mm", "distance of layers that else cross; 0: none", mm, 0, 10},
+  f.otherwise({"thickness_mm", "distance below which layers press on each other; 0: they do not",
+               mm, 0, 10},
               plan.simulate.drape.thickness_m);
   const bool has_fabrics = f.reads() && plan.document.root().find("fabrics") != nullptr;
   for (const auto& [name, empty] :
@@ -154,7 +155,7 @@ void fields(Fields& f, PlanFile& plan) {
 }
 
 void fields(Fields& f, PlanChoice& choice) {
-  f.otherwise(Field{"scenes", "of a rig: names, comma-separated; default: all"}.plain_name(),
+  f.otherwise(Field{"scenes", "scenes of a rig, comma-separated names; default: all"}.plain_name(),
               choice.scenes);
   f.otherwise({"grids", "particles per side of the paper's model", 1, 3, 401}, choice.grids);
   f.otherwise({"spacings_mm", "spacings of the finest meshes", mm, 0.5, 50}, choice.spacings_m);

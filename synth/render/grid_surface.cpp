@@ -108,7 +108,7 @@ Vector3d interpolated(const GridSurface& s, const FacePoint& face) {
 
 void fields(Fields& f, Folds& folds) {
   f.otherwise({"slope_deg", "steepest slope of the folds", units::deg, 0, 80}, folds.slope_rad);
-  f.otherwise({"wavelength_mm", "distance of two crests of the folds", units::mm, 5},
+  f.otherwise({"wavelength_mm", "distance between two crests of the folds", units::mm, 5},
               folds.wavelength_m);
 }
 

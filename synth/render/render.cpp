@@ -251,15 +251,17 @@ class Painter {
 };
 
 void fields(Fields& f, RenderOptions& o) {
-  f.otherwise({"white_grey", "level of the bare cloth", 1, 1, 255}, o.white_grey);
-  f.otherwise({"ink_ratio", "level of the print by that of the cloth", 1, 0, 0.99}, o.ink_ratio);
+  f.otherwise({"white_grey", "grey level of the bare cloth", 1, 1, 255}, o.white_grey);
+  f.otherwise({"ink_ratio", "grey level of the print relative to that of the cloth", 1, 0, 0.99},
+              o.ink_ratio);
   f.otherwise({"blur_px", "standard deviation of the lens's blur", 1, 0}, o.blur_px);
-  f.otherwise({"noise_grey", "standard deviation at grey level 128", 1, 0}, o.noise_grey);
-  f.otherwise({"gradient_percent_per_px", "slope of the light", units::percent, 0},
+  f.otherwise({"noise_grey", "standard deviation of the noise at grey level 128", 1, 0},
+              o.noise_grey);
+  f.otherwise({"gradient_percent_per_px", "gradient of the lighting", units::percent, 0},
               o.gradient_per_px);
   f.otherwise({"weave_percent", "contrast of the weave's texture, RMS", units::percent, 0},
               o.weave_rms);
-  f.otherwise({"seed", "start of noise, weave, poses and folds"}, o.seed);
+  f.otherwise({"seed", "seed of noise, weave, poses and folds"}, o.seed);
 }
 
 SceneView::SceneView(const SyntheticScene& scene, const Camera& camera, const PixelRays& rays)

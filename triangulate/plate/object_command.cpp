@@ -36,7 +36,7 @@ void fields(Fields& f, ObjectArguments& a) {
   fields(f, a.lies);
   f.otherwise({"floor_px", "error of a dot's centre beyond its detection's own, px", 1, 0},
               a.floor_px);
-  f.if_any({"scene_out", "scene.toml to write: the scene with the object where the plate shows it"},
+  f.if_any({"scene_out", "scene.toml to write: the scene with the object at its measured position"},
            a.scene_out);
   f({"out", "object.json to write"}, a.out);
 }

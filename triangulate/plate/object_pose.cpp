@@ -65,30 +65,30 @@ double yaw_of(const Eigen::Matrix3d& turn) {
 void fields(Fields& f, PlateOnObject& p) {
   f.otherwise({"thickness_mm", "thickness of the sheet on a box, mm", 1, 0}, p.thickness_mm);
   f.otherwise({"hole_mm", "diameter of the hole that carries a sphere, mm", 1, 0}, p.hole_mm);
-  f.otherwise({"placing_mm", "standard uncertainty of laying the plate on, mm", 1, 1e-3},
+  f.otherwise({"placing_mm", "standard uncertainty of placing the plate, mm", 1, 1e-3},
               p.placing_mm);
 }
 
 void fields(Fields& f, ObjectValue& v) {
   f({"key", "key of the scene: x_mm, y_mm, z_bottom_mm or yaw_deg"}, v.key);
-  f({"measured", "value by the plate, in the key's unit"}, v.measured);
-  f({"standard_uncertainty", "standard uncertainty with that of laying the plate on", 1, 0},
+  f({"measured", "value measured with the plate, in the key's unit"}, v.measured);
+  f({"standard_uncertainty", "standard uncertainty, including that of placing the plate", 1, 0},
     v.uncertainty);
   f({"stated", "value in the scene"}, v.stated);
   f({"stated_standard_uncertainty", "standard uncertainty in the scene", 1, 0},
     v.stated_uncertainty);
   bool contradicts = v.contradicts();
-  f({"contradicts", "beyond three standard uncertainties of the difference"}, contradicts);
+  f({"contradicts", "true if the difference exceeds three of its standard uncertainties"},
+    contradicts);
 }
 
 void fields(Fields& f, MeasuredObject& o) {
-  f({"values", "place and turn of the object"}, o.values);
-  f({"contradictions",
-     "one sentence for each NO-GO that it rests on and each value that contradicts"},
+  f({"values", "position and yaw of the object"}, o.values);
+  f({"contradictions", "one sentence per NO-GO it is based on and per contradicting value"},
     o.contradictions);
-  f({"dots", "dots of the plate that were seen", 1, 4}, o.dots);
-  f({"rms_px", "root mean square residual, px", 1, 0}, o.rms_px);
-  f({"chi2_per_dof", "chi-square against the dots' covariance per degree of freedom", 1, 0},
+  f({"dots", "number of dots of the plate seen", 1, 4}, o.dots);
+  f({"rms_px", "root mean square residual", 1, 0}, o.rms_px);
+  f({"chi2_per_dof", "chi-square per degree of freedom, from the dots' covariance", 1, 0},
     o.chi2_per_dof);
 }
 
