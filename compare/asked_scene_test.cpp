@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A simulation is compared with the drape that it is of, among the objects that the marks were
-// asked about; and what rests on a NO-GO is NO-GO in the programs that read sheets.
+// A simulation is compared with the drape that it simulates, among the objects stated when its
+// marks were measured; sheets based on a NO-GO are NO-GO in all programs that read them.
 #include "compare/asked_scene.hpp"
 
 #include <fmt/format.h>
@@ -101,7 +101,7 @@ TEST(OneDrape, WithoutSimulationsHasTheNameOfTheSceneThatItsMarksWereAskedAbout)
   EXPECT_EQ(alone.name(), "drape_A");
 }
 
-/// A scene over a mesh, with other values of some keys.
+/// Scenes over a mesh, with other values of some keys.
 class Scenes : public testing::Test {
  protected:
   Scenes() { write_durable(tent(), "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"); }
@@ -127,7 +127,7 @@ class Scenes : public testing::Test {
     EXPECT_TRUE(found);
     return found.value_or(SimulatedScene{});
   }
-  /// The comparison of marks that were asked about `asked` with a simulation of `simulated`.
+  /// Compares marks measured with the scene `asked` with a simulation of `simulated`.
   [[nodiscard]] Report report_of(const fs::path& asked, const fs::path& simulated) const {
     DrapeInput input = drape();
     input.measured.asked = AskedScene{"A", sha256_of_file(asked), read(asked).surroundings};
@@ -210,7 +210,7 @@ TEST_F(Scenes, AreReadFromTheFilesThatProgramsWrite) {
   ASSERT_TRUE(input.simulations[0].scene);
   EXPECT_EQ(input.simulations[0].scene->set, "drape_A");
   EXPECT_EQ(input.simulations[0].scene->surroundings.at("object.1.x_mm"), "-3");
-  // A file of an older version says nothing of scenes.
+  // A file of an older version does not name a scene.
   Sheet measured = read_sheet(files[0]);
   std::get<MeasuredSource>(measured.source).asked_scene.reset();
   write_sheet(files[0], measured);

@@ -132,7 +132,7 @@ SimulatedSource& source_of(Simulation& simulation) {
   return std::get<SimulatedSource>(simulation.sheet.sheet.source);
 }
 
-/// One grid of two fabrics, and a finer one of the second.
+/// One grid with two fabrics, and a finer one with the second.
 DrapeInput of_two_fabrics() {
   DrapeInput input = drape_of(measured_sheet(), {simulated_sheet(21, 5, raised_by(5 * mm)),
                                                  simulated_sheet(21, 5, raised_by(7 * mm)),

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Shapes whose distances are known in closed form, to 1e-9 of a metre or better.
+// Shapes with distances known in closed form, to 1e-9 m or better.
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
@@ -63,8 +63,8 @@ TEST(KnownAnswers, ConcentricSpheresAreTheirRadiiApart) {
 }
 
 TEST(KnownAnswers, CoaxialCylindersHaveTheNormalOfTheirChords) {
-  // Where particles are the marks, the normal at a mark belongs to the chord to the next particle:
-  // half a step of angle beside the radius. The distance itself is the radii's difference.
+  // If particles are the marks, the normal at a mark is that of the chord to the next particle:
+  // half a step of angle from the radius. The distance itself is the difference of the radii.
   const auto marks =
       errors(test::measured_sheet(on_cylinder(0.1 + 4 * mm)), at_marks(on_cylinder(0.1)));
   const double half_step = 20 * mm / 0.1 / 2;
@@ -114,7 +114,7 @@ TEST(KnownAnswers, ParallelPlanesAreTheirGapApartAsSurfaces) {
 }
 
 TEST(KnownAnswers, ClothThatSlidesInItsPlaneHasNoSurfaceDistanceButALongerHausdorff) {
-  // Moved by 8 mm within the plane: inside the overlap nothing, a strip of 8 mm outside of it.
+  // Shifted by 8 mm within the plane: zero inside the overlap, a strip of 8 mm outside.
   const test::Shape slid = [](const Eigen::Vector2d& m) -> Eigen::Vector3d {
     return test::flat(m) + Eigen::Vector3d(8 * mm, 0, 0);
   };
@@ -142,8 +142,8 @@ TriangleMesh prism(double radius_m, std::size_t count) {
 }
 
 TEST(KnownAnswers, PrismsInEachOther) {
-  // From an outer vertex the inner vertex is nearest: the radii's difference. From an inner point
-  // the outer face is: the difference of the inscribed radii, everywhere.
+  // From an outer vertex the inner vertex is nearest: difference of the radii. From an inner point
+  // the outer face is: difference of the inscribed radii, everywhere.
   for (const std::size_t sides : {6U, 24U, 90U}) {
     const SurfaceDistance d = surface_distance(prism(0.105, sides), prism(0.1, sides), 10 * mm);
     const double inscribed = 5 * mm * std::cos(std::numbers::pi / static_cast<double>(sides));
@@ -204,9 +204,9 @@ TEST(KnownAnswers, SigmasOfOrderStatistics) {
 }
 
 TEST(KnownAnswers, SigmasAreWhatRepeatedNoiseGives) {
-  // 2,000 noisy copies of one drape: the scatter of each statistic against its stated sigma. The
-  // scatter of 2,000 draws is known to 1/sqrt(4000) = 1.6 %; three of these and the second-order
-  // part of a distance's noise make the limit.
+  // 2,000 noisy copies of one drape: scatter of each statistic compared with its stated sigma. The
+  // scatter of 2,000 draws is known to 1/sqrt(4000) = 1.6 %; the limit is three of these plus the
+  // second-order part of a distance's noise.
   const test::Shape bent = [](const Eigen::Vector2d& m) -> Eigen::Vector3d {
     return test::flat(m) + Eigen::Vector3d(0, 0, 4 * mm + 30 * mm * m.x() / kPatch_m);
   };
@@ -242,8 +242,8 @@ TEST(KnownAnswers, SigmasAreWhatRepeatedNoiseGives) {
 }
 
 TEST(KnownAnswers, BootstrapCoversTheMeanAsOftenAsItSays) {
-  // Means of 121 exponential distances: the 95 % interval must hold the truth in about 95 % of the
-  // trials. A percentile interval of so skew a law falls short by one or two percent.
+  // Means of 121 exponential distances: the 95 % interval must contain the truth in about 95 % of
+  // the trials. For so skewed a distribution a percentile interval falls short by 1 or 2 %.
   std::mt19937 random(5);
   std::exponential_distribution<double> law(1 / (4 * mm));
   const int trials = drape::test::trial_count(150, 2000);

@@ -177,7 +177,7 @@ std::vector<fs::path> write_example(const fs::path& folder) {
 
 namespace {
 
-/// A run record with these inputs and outputs, as the program would have left it.
+/// Writes a run record with these inputs and outputs, as the program would.
 void write_step(const std::string& program, const std::vector<std::string>& arguments,
                 const std::vector<fs::path>& inputs, const std::vector<fs::path>& outputs) {
   RunRecord record(program, arguments, run_record_path(outputs.back()));

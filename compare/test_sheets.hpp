@@ -24,7 +24,7 @@ using Shape = std::function<Eigen::Vector3d(const Eigen::Vector2d&)>;
 /// Flat in the plane z = 0: x along the weft, y against the warp, printed side up.
 [[nodiscard]] Eigen::Vector3d flat(const Eigen::Vector2d& material_m);
 
-/// The same, higher by that.
+/// The same, higher by `height_m`.
 [[nodiscard]] Shape raised(double height_m);
 
 /// 11x11 marks, pitch 20 mm, margin 10 mm, on a 220 mm patch; covariance (0.03 mm)^2 I.
@@ -33,13 +33,13 @@ using Shape = std::function<Eigen::Vector3d(const Eigen::Vector2d&)>;
 /// n x n particles over the whole patch, at rest.
 [[nodiscard]] Sheet simulated_sheet(int n, int segments, const Shape& shape = flat);
 
-/// A cloth at rest on a mesh of that finest spacing, sampled every 10 mm.
+/// A cloth at rest on a mesh with that finest spacing, sampled every 10 mm.
 [[nodiscard]] Sheet mesh_sheet(double spacing_m, int segments, const Shape& shape = flat);
 
-/// levels.json of a mesh sheet whose finest mesh may leave `left_m` at each mark of `measured`.
+/// levels.json of a mesh sheet with a mesh error of `left_m` at each mark of `measured`.
 [[nodiscard]] LevelsFile levels_of(const Sheet& measured, double left_m);
 
-/// Writes the sheet to folder/name and gives what read_session would: with its hashes.
+/// Writes the sheet to folder/name and returns what read_session would, including hashes.
 [[nodiscard]] SheetFile file_of(const Sheet& sheet);
 [[nodiscard]] DrapeInput drape_of(const Sheet& measured, const std::vector<Sheet>& simulated);
 
@@ -47,7 +47,7 @@ using Shape = std::function<Eigen::Vector3d(const Eigen::Vector2d&)>;
 ImportCounts add_drape(const std::filesystem::path& store, const Sheet& measured,
                        const std::vector<Sheet>& simulated);
 
-/// Compares what was read and adds it to a store as one run; seals both where that is asked.
+/// Compares what was read and adds it to a store as one run; seals sheets and copies if requested.
 enum class Seal { none, sheets, sheets_and_copies };
 Outcome import_run(const std::filesystem::path& store, const Session& session,
                    Seal how = Seal::none, const RunLabel& label = {});
@@ -59,12 +59,12 @@ Outcome import_run(const std::filesystem::path& store, const Session& session,
 /// <folder>/simulations/, each with certificate.json and history.csv. Returns all sheet files.
 [[nodiscard]] std::vector<std::filesystem::path> write_example(const std::filesystem::path& folder);
 
-/// The same, with what stands behind it in a real run: photographs, recording.json, a scene, a
-/// fabric with a curve, and run records of the steps that made detections and sheets.
+/// The same with everything behind it in a real run: photographs, recording.json, a scene, a fabric
+/// with a curve, and run records of the steps that made detections and sheets.
 [[nodiscard]] std::vector<std::filesystem::path> write_recorded_example(
     const std::filesystem::path& folder);
 
-/// A folder with a store of a recorded example in it, imported as one run and sealed.
+/// A folder with the store of a recorded example, imported as one run and sealed.
 class SealedStore : public testing::Test {
  protected:
   SealedStore() { import(); }

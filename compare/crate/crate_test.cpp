@@ -24,7 +24,7 @@ using testing::Contains;
 using testing::HasSubstr;
 using testing::IsEmpty;
 
-/// A store whose copies come before every sheet in the order of names.
+/// A store whose copies precede every sheet in the order of names.
 class CrateOf : public testing::Test {
  protected:
   CrateOf() {
@@ -35,13 +35,13 @@ class CrateOf : public testing::Test {
     import();
   }
 
-  /// A simulated sheet of the scene as it is now, with its record.
+  /// Writes a simulated sheet of the current scene, with its record.
   void make(const fs::path& file, Sheet sheet) const {
     std::get<SimulatedSource>(sheet.source).scene_sha256 = sha256_of_file(scene_);
     write_sheet(file, sheet);
     record(file);
   }
-  /// Says that the sheet was made from the scene as it is now.
+  /// Records that the sheet was made from the current scene.
   void record(const fs::path& sheet) const {
     RunRecord record("drape-simulate", {}, run_record_path(sheet));
     record.input(scene_);
@@ -52,7 +52,7 @@ class CrateOf : public testing::Test {
   void import() {
     test::import_run(store_, read_session(sheets_, {}), test::Seal::sheets_and_copies);
   }
-  /// Exports into a new folder, which out() names.
+  /// Exports into a new folder, named by out(); returns the findings.
   std::vector<std::string> findings(std::optional<int> run, const fs::path& store) {
     ++count_;
     Lab lab;
@@ -74,7 +74,7 @@ class CrateOf : public testing::Test {
         .rows.at(0)
         .at(0);
   }
-  /// Another shape for the place of the first simulated sheet.
+  /// Another shape in place of the first simulated sheet.
   static Sheet another() { return test::simulated_sheet(11, 1, test::raised(7e-3)); }
 
   drape::test::TemporaryFolder folder_;
@@ -167,7 +167,7 @@ TEST_F(CrateOf, ASceneThatWasEditedIsNotTheRunsScene) {
   const std::size_t at = text.find("friction = 0.4");
   ASSERT_NE(at, std::string::npos);
   write_durable(scene_, text.replace(at, 14, "friction = 0.3"));
-  record(sheets_[0]);  // the measured sheet is made again and stays the same
+  record(sheets_[0]);  // the measured sheet is made again and remains the same
   const auto found = findings();
   EXPECT_THAT(found, Contains("not what was recorded: " + scene_.string()));
   EXPECT_THAT(found, Contains(HasSubstr("gone: scene A as it was simulated")));

@@ -29,7 +29,7 @@ Sheet sheet_of(int n, const std::function<Eigen::Vector3d(double, double)>& shap
 
 TEST(Folds, WavesAreCountedPlacedAndMeasured) {
   // Four ridges along the weft, 100 mm apart, the first 50 mm from the edge; height 3 mm. The
-  // normal warp x weft points down where warp is x and weft is y: a crest is a valley of that side.
+  // normal warp x weft points down if warp is x and weft is y: a crest is a valley on that side.
   const double k = kTurn / 0.1;
   const Sheet sheet = sheet_of(
       81, [&](double u, double v) { return Eigen::Vector3d(v, u, 3e-3 * -std::cos(k * u)); });
@@ -55,7 +55,7 @@ TEST(Folds, ACrestIsOneLineInAnyDirection) {
     const Sheet sheet = sheet_of(31, [&](double u, double v) {
       return Eigen::Vector3d(v, u, 3e-3 * -std::cos(kTurn * phase({u, v})));
     });
-    std::map<long, int> lines;  // by half waves: crests are odd
+    std::map<long, int> lines;  // in half waves: crests are odd
     const SheetShape shape = shape_of(sheet).value();
     for (const Fold& fold : shape.folds) lines[std::lround(2 * phase(fold.middle_material_m))] += 1;
     for (const auto& [half_wave, count] : lines)
@@ -65,7 +65,7 @@ TEST(Folds, ACrestIsOneLineInAnyDirection) {
 }
 
 TEST(Folds, ThePowerLiesInTheBandOfTheWavelengthAndSumsToTheVariance) {
-  // A cosine that the transform has as one mode: 8 half waves over the patch of n steps.
+  // A cosine that is a single mode of the transform: 8 half waves over the patch of n steps.
   constexpr int kPoints = 64;
   const double step = 0.4 / (kPoints - 1);
   const double wavelength = 2 * kPoints * step / 8;
@@ -105,7 +105,7 @@ TEST(Folds, AskForAWholeGridAtEqualSteps) {
 }
 
 TEST(Folds, ASheetThatLiesOnItselfHasTheCurvatureOfItsTurn) {
-  // Folded back at half its length within one step of the grid: a turn by pi over two steps.
+  // Folded back at half its length within one step of the grid: a rotation by pi over two steps.
   constexpr int kPoints = 41;
   const double step = 0.4 / (kPoints - 1), middle = 0.2;
   const Sheet sheet = sheet_of(kPoints, [&](double u, double v) {

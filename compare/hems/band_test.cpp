@@ -25,7 +25,7 @@ std::optional<EnsembleBand> band_of_all(const std::vector<HemRecord>& records) {
 }
 
 TEST(Band, UOfTheMeanHoldsTheTruthAlsoWhereSamplesDiffer) {
-  // The sd of samples and of repeats that the published drapes have.
+  // The standard deviations of samples and of repeats of the published drapes.
   constexpr int kDraws = 1000;
   std::mt19937 random(7);
   std::normal_distribution<double> of_sample(0, 1.36), of_repeat(0, 2.1);
@@ -60,7 +60,7 @@ TEST(Band, OfOneSampleOrOneDrapePerSampleDrapesAreIndependent) {
     EXPECT_NEAR(band->next->second, 50 + t * 2 * std::sqrt(4.0 / 3), 1e-9);
   }
   EXPECT_FALSE(band_of_all({hem_of_percent("", 50)}));
-  // Ten drapes each of two samples know their difference no better than two numbers do.
+  // With ten drapes of each of two samples, their difference has a single degree of freedom.
   std::vector<HemRecord> two;
   for (int i = 0; i < 10; ++i)
     for (const double percent : {48, 52})

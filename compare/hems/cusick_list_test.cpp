@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Virtual drapes and the list beside them.
+// Virtual drapes and the list next to them.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -14,7 +14,7 @@
 namespace drape::compare {
 namespace {
 
-/// A flat square whose corners lie 120 mm from its middle, one of them `corner`.
+/// Writes a flat square with corners 120 mm from its centre, one of them at `corner`.
 void write_square(const std::filesystem::path& file, const std::string& corner = "120") {
   write_durable(file,
                 "ply\nformat ascii 1.0\nelement vertex 5\nproperty double x\nproperty double y\n"

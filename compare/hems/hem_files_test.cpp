@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Mistakes of an operator that would give a drape coefficient like any other.
+// Mistakes of an operator that would give a plausible but wrong drape coefficient.
 #include "compare/hems/hem_files.hpp"
 
 #include <fmt/format.h>
@@ -97,7 +97,7 @@ TEST_F(HemFiles, AHemThatNoDrapeOfTheGeometryCanHaveIsRefused) {
   expect_refused(table(every(5), {[](int) { return 200; }}), "larger than the specimen");
   expect_refused(table(every(5), {[](int angle) { return angle == 90 ? 210 : radius_mm(angle); }}),
                  "mm wide");
-  // The limits themselves: as limp and as stiff as cloth can be, measured with a scale 2 % wrong.
+  // The limits themselves: as limp and as stiff as cloth can be, with a scale 2 % wrong.
   for (const double radius : {90, 150})
     for (const double scale : {0.98, 1.02})
       EXPECT_EQ(read(table(every(5), {[=](int) { return scale * radius; }})).hems.size(), 1U);
@@ -212,7 +212,7 @@ TEST_F(HemFiles, AColumnThatIsPassedOverCouldTellFabricsApart) {
   EXPECT_EQ(read(renamed("repeat", "nodes")).hems.size(), 1U) << "a number";
 }
 
-/// A flat square of 200 mm out of cloth of 250 mm, which may hang over anything.
+/// A flat square of 200 mm from a cloth of 250 mm, which can hang over anything.
 Sheet bench_sheet(int side = 3) {
   Sheet sheet;
   sheet.rows = sheet.cols = side;
@@ -243,7 +243,7 @@ std::filesystem::path write_bench_sheet(const std::filesystem::path& file) {
   return file;
 }
 
-/// A sheet of 5x5 marks, without those that are named.
+/// Writes a sheet of 5x5 marks, without the given ones.
 std::filesystem::path write_measured_sheet(const std::filesystem::path& file,
                                            const std::vector<MarkId>& gaps) {
   Sheet sheet = bench_sheet(5);
@@ -292,7 +292,7 @@ TEST_F(HemFiles, ASheetsSpecimenIsItsOwnFlatArea) {
   const auto number = [](const HemRecord& hem, const std::string& name) {
     return number_named(hem.numbers, name);
   };
-  const double radius = 250 / std::sqrt(std::numbers::pi);  // circle of that area
+  const double radius = 250 / std::sqrt(std::numbers::pi);  // circle of equal area
   const double mean = number(set.hems[0], "mean_radius_mm");
   EXPECT_NEAR(number(set.hems[0], "drape_distance_ratio_percent"),
               100 * (radius - mean) / (radius - 90), 1e-9);

@@ -25,7 +25,7 @@ namespace {
 using units::mm;
 
 constexpr double kTurn = 2 * std::numbers::pi;
-constexpr double kPixel = 1.3964;  // mm, as the pictures behind real-drapes
+constexpr double kPixel = 1.3964;  // mm, as in the pictures of real-drapes
 
 /// Hem r = mean + sum of amplitude cos(order angle - phase), mm.
 struct Shape {
@@ -48,16 +48,16 @@ struct Shape {
   }
 };
 
-/// The place on the table, mm, that is seen `x` to the right and `y` up of the shape's centre.
+/// The point of the table, mm, that is seen `x` to the right and `y` up of the shape's centre.
 using View = std::function<cv::Point2d(cv::Point2d seen)>;
-/// Narrower along the first diagonal, as a tilted camera far away sees it.
+/// Narrower along the first diagonal, as seen by a distant tilted camera.
 View squeezed(double squeeze) {
   return [=](cv::Point2d seen) {
     const double along = (seen.x + seen.y) / 2 * (1 / squeeze - 1);
     return seen + cv::Point2d(along, along);
   };
 }
-/// By a camera whose distance is that from the centre, tilted about x.
+/// As seen by a camera at that distance from the centre, tilted about x.
 View tilted(double tilt_deg, double distance_mm) {
   const double sine = std::sin(tilt_deg * units::deg), cosine = std::cos(tilt_deg * units::deg);
   return [=](cv::Point2d seen) {
@@ -66,7 +66,7 @@ View tilted(double tilt_deg, double distance_mm) {
   };
 }
 
-/// Coverage of each pixel by 8 x 8 samples, by one sample far from the hem; the shape's centre lies
+/// Coverage of each pixel by 8 x 8 samples, or one sample far from the hem; the shape's centre is
 /// at `centre` px.
 cv::Mat rendered(const Shape& shape, int size = 256, const cv::Point2d& centre = {127.3, 128.6},
                  const View& place = squeezed(1)) {
@@ -119,7 +119,7 @@ class Pictures : public testing::Test {
   test::TemporaryFolder folder_;
 };
 
-/// A number that looks drawn by lot, 0 .. 1, the same on every run.
+/// A pseudo-random number, 0 .. 1, the same on every run.
 double lot(int i) {
   const double x = std::sin(12.9898 * i + 78.233) * 43758.5453;
   return x - std::floor(x);
@@ -149,7 +149,7 @@ TEST_F(Pictures, TheOrdersAreThoseOfTheShape) {
   const HemRecord record = measured(rendered(shape), options());
   for (int k = 2; k <= 16; ++k) {
     const double expected = k == 5 ? 9 : k == 8 ? 3 : 0;
-    // The centre of area is not the shape's pole: it moves by products of neighbouring orders,
+    // The centre of area is not the shape's pole: it is displaced by products of adjacent orders,
     // none here; an edge is found to a thirtieth of a pixel.
     EXPECT_NEAR(number_named(record.numbers,
                              "order_" + std::string(k < 10 ? "0" : "") + std::to_string(k) + "_mm"),
@@ -232,7 +232,7 @@ TEST_F(Pictures, UCoversAScaleThatIsWrongByItsUncertainty) {
   HemReadOptions given = options();
   given.scale_u = 0.008;
   const HemRecord record = measured(rendered(shape), given);
-  // d DC / d scale = 2 A / ring; the edge's quarter adds a little.
+  // d DC / d scale = 2 A / ring; the quarter-level edge adds a little.
   const double by_scale = 2 * 100 * 2 * 0.008 * shape.area() / (std::numbers::pi * 14400);
   EXPECT_GE(*record.numbers.front().u, 0.999 * by_scale);
   EXPECT_LT(*record.numbers.front().u, 1.2 * by_scale);
@@ -301,7 +301,7 @@ TEST(Shadow, OfAMeshOfKnownShape) {
   EXPECT_NEAR((hem.centre_m - Eigen::Vector2d(0.02, -0.01)).norm(), 0, 1e-6);
   EXPECT_NEAR(*hem.flat_area_m2, std::numbers::pi * 0.0225, 5e-5 * 0.07);
   EXPECT_EQ(nodes_of(hem).size(), 6U);
-  // A point that hangs below the hem, seen from above inside it, changes nothing.
+  // A point that hangs below the hem and inside it in plan changes nothing.
   ShadowMesh folded = mesh;
   folded.points_m.emplace_back(0.05, 0, -1);
   folded.triangles.push_back({0, 5, folded.points_m.size() - 1});
@@ -318,7 +318,7 @@ TEST(Hems, ABestTurnAndAMirrorAreNoDistance) {
     other.push_back(0.121);
   }
   EXPECT_NEAR(hem_distance_m(hem_of_radii(radius), hem_of_radii(turned)), 0, 1e-8);
-  // Apart: the squares of the amplitudes' halves, and the mean's millimetre.
+  // Apart from each other: the squares of half the amplitudes, and the mean's millimetre.
   EXPECT_NEAR(hem_distance_m(hem_of_radii(radius), hem_of_radii(other)) / mm, std::sqrt(32 + 8 + 1),
               1e-6);
 }
@@ -360,8 +360,8 @@ TEST(RealDrapes, CoefficientAndNodesFollowFromTheRadii) {
 TEST(RealDrapes, VarianceComponentsAreThoseOfTheTable) {
   const std::filesystem::path folder = test::test_data("real-drapes");
   const Published real = published(folder);
-  // Fabric, repeat sd and the sd between the means of samples as the data's README has them, to
-  // their last digit. The mean of two repeats carries half of their variance; of fabric 1 the
+  // Fabric, standard deviation of repeats and that between means of samples as in the data's
+  // README, to the last digit. The mean of two repeats has half of their variance; for fabric 1 the
   // repeats explain more than all of it.
   const std::vector<std::array<double, 3>> table = {
       {1, 3.69, 1.62}, {2, 2.54, 3.41}, {3, 0.74, 1.00}, {4, 1.45, 2.51}, {5, 0.84, 1.81}};

@@ -8,7 +8,7 @@
 
 namespace drape::compare {
 
-/// The 304 repeats of `tests/data/real-drapes`, without its other observations and notes.
+/// The 304 repeats in `tests/data/real-drapes`, without its other observations and notes.
 inline HemSet published_hems() {
   const CsvText table = read_csv_text(test::test_data("real-drapes") / "silhouettes.csv");
   const auto wanted = [](const std::string& name) {

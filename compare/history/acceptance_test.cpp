@@ -25,7 +25,7 @@ Sheet measured_with(char calibration) {
   return sheet;
 }
 
-/// acceptance.json with a length error and a figure that was not measured.
+/// Writes acceptance.json with a length error and one figure that was not measured.
 fs::path written(const fs::path& folder, const std::string& day, double length_error_mm, bool go,
                  const std::string& calibration = std::string(64, 'a')) {
   Json json;
@@ -83,7 +83,7 @@ TEST(RigAcceptances, AreKeptOnceTrendedAndMerged) {
   EXPECT_EQ(trend.alarms, 1);
 
   const fs::path all = folder.path() / "all.sqlite";
-  EXPECT_EQ(merge_stores(all, {store}).added, 7);  // the rig too
+  EXPECT_EQ(merge_stores(all, {store}).added, 7);  // including the rig
   EXPECT_EQ(StoreReader(all).query("SELECT count(*) FROM acceptance_figure").rows.at(0).at(0),
             "12");
   EXPECT_THAT(check_ledger(StoreReader(all)).findings, IsEmpty());

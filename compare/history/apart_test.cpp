@@ -19,7 +19,7 @@ namespace fs = std::filesystem;
 
 class Apart : public testing::Test {
  protected:
-  /// A case of a study, with its record or cut off before it.
+  /// Writes a case of a study, with its record or interrupted before it.
   void write_case(const std::string& name, double height_m, bool ended) {
     const fs::path sheet = study_ / name / "sheet.ply";
     write_sheet(sheet, test::simulated_sheet(5, 1, [height_m](const Eigen::Vector2d& m) {
@@ -100,8 +100,8 @@ TEST_F(Apart, RefusesAMeasuredSheet) {
   EXPECT_THROW((void)import(), Error);
 }
 
-// The sheets and the calibration of tests/data/files-0.1 are those behind store_v4.sqlite: what
-// 0.1.0 wrote and stored is, for today's reader, the same as what its migrated store holds.
+// The sheets and the calibration of tests/data/files-0.1 are those of store_v4.sqlite: what 0.1.0
+// wrote and stored must read the same today as the content of its migrated store.
 TEST(FilesOf01, AreWhatTheMigratedStoreOf01Holds) {
   const drape::test::TemporaryFolder folder;
   const fs::path file = folder.path() / "old.sqlite";

@@ -19,7 +19,7 @@ using units::mm;
 
 constexpr double kSd_m = 0.03 * mm;  ///< of measured_sheet()
 
-/// The sheet with a share of its noise from the calibration, in its budget.
+/// The sheet with a fraction of its noise from the calibration, as stated in its budget.
 Sheet with_budget(Sheet sheet, double calibration_share) {
   const double total_m = std::sqrt(3.0) * kSd_m;
   sheet.error_budget = ErrorBudget{std::sqrt(1 - calibration_share) * total_m,
@@ -27,7 +27,7 @@ Sheet with_budget(Sheet sheet, double calibration_share) {
   return sheet;
 }
 
-/// Errors of a calibration, drawn mark by mark, and a motion of the world.
+/// The sheet with errors of a calibration, drawn per mark, and a motion of the world.
 Sheet calibrated_again(Sheet sheet, double sd_m, std::mt19937& random) {
   std::normal_distribution<double> normal(0, sd_m);
   const Eigen::AngleAxisd turn(0.001, Vector3d(1, 2, 3).normalized());
@@ -45,7 +45,7 @@ std::size_t moved_in(const SheetMoves& moves) {
 
 TEST(MarkMoves, StayWithinTheCovarianceOfTheDifference) {
   std::mt19937 random(3);
-  constexpr double kShare = 0.25;  // so that the calibration's part is half the deviation
+  constexpr double kShare = 0.25;  // so that the calibration is half of the standard deviation
   const Sheet truth = with_budget(test::measured_sheet(), kShare);
   int alarms = 0;
   constexpr int kTrials = 200;
@@ -54,7 +54,7 @@ TEST(MarkMoves, StayWithinTheCovarianceOfTheDifference) {
                 second = calibrated_again(truth, std::sqrt(kShare) * kSd_m, random);
     alarms += moved_in(moves_between(first, second, {true, false})) > 0;
   }
-  // 5 % of the sheets; three standard deviations of the count above it.
+  // 5 % of the sheets, plus three standard deviations of the count.
   EXPECT_LE(alarms, 0.05 * kTrials + 3 * std::sqrt(0.05 * 0.95 * kTrials));
 }
 

@@ -22,7 +22,7 @@ namespace fs = std::filesystem;
 
 class Merged : public testing::Test {
  protected:
-  /// A store with one drape whose simulations lie `height_m` above the measured sheet.
+  /// A store with one drape whose simulations are `height_m` above the measured sheet.
   fs::path store(const std::string& name, std::initializer_list<double> heights_m) {
     fs::path file = folder_.path() / name;
     for (const double height_m : heights_m)
@@ -32,7 +32,7 @@ class Merged : public testing::Test {
     return file;
   }
   [[nodiscard]] fs::path in(const std::string& name) const { return folder_.path() / name; }
-  /// Every mark of every comparison and every pair, by their contents.
+  /// Every mark of every comparison and every pair, by content.
   static std::vector<std::vector<std::string>> rows(const fs::path& file) {
     const StoreReader reader(file);
     std::vector<std::vector<std::string>> all =

@@ -34,14 +34,14 @@ class Damaged : public test::SealedStore {
   [[nodiscard]] fs::path fresh() const { return folder_.path() / "fresh.sqlite"; }
   [[nodiscard]] std::size_t pages() const { return good_.size() / kPage; }
 
-  /// Table to whose tree the page belongs, as SQLite says; empty: none.
+  /// Table to whose tree the page belongs according to SQLite; empty if none.
   [[nodiscard]] std::string table_of(std::size_t page) const {
     SQLite::Database database(store().string());
     return first_of<std::string>(database, "SELECT name FROM dbstat WHERE pageno = ?", {page + 1})
         .value_or("");
   }
 
-  /// Kinds of the ledger whose rows, or rows that they hang on, stand in this table.
+  /// Kinds of ledger entries with rows in this table, or with rows that depend on it.
   [[nodiscard]] std::set<std::string> kinds_of(const std::string& table) const {
     SQLite::Database database(store().string());
     std::set<std::string> tables = {table}, kinds;

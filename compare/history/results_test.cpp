@@ -222,7 +222,7 @@ TEST_F(Results, OnlyQueriesAreRun) {
     return ErrorKind::internal;
   };
   const char* unknown = "SELECT nothing FROM rig";
-  EXPECT_EQ(kind_of([&] { return reader.answer(unknown); }), ErrorKind::usage);  // who asked erred
+  EXPECT_EQ(kind_of([&] { return reader.answer(unknown); }), ErrorKind::usage);  // caller's error
   EXPECT_EQ(kind_of([&] { return reader.query(unknown); }), ErrorKind::bad_input);
   EXPECT_EQ(reader.query("SELECT count(*) FROM mark_error").rows[0][0], "484");
   EXPECT_EQ(reader.query(" select ';' ; ").rows[0][0], ";");
@@ -289,7 +289,7 @@ TEST(SheetFolders, AFolderThatFollowsAFileStaysInItsGroup) {
   EXPECT_EQ(sheets_in({sheets[1].parent_path(), sheets[0]}), apart);
 }
 
-/// As `drape run` leaves a folder: with other branches than its list names.
+/// A folder as `drape run` leaves it, with branches that its list does not name.
 TEST(SheetFolders, WhatARunComparesIsFoundAsItsListsNameIt) {
   const drape::test::TemporaryFolder folder;
   const fs::path drape = folder.path() / "C";

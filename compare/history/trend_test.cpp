@@ -25,14 +25,14 @@ using testing::HasSubstr;
 using testing::Not;
 using units::mm;
 
-/// A reference drape, imported once for each height: mean distance is the height.
+/// Imports a reference drape once for each height, which is its mean distance.
 void import_heights(const std::filesystem::path& file, const std::vector<double>& heights_mm) {
   for (const double height : heights_mm)
     test::add_drape(file, test::measured_sheet(test::raised(height * mm)),
                     {test::simulated_sheet(11, 5)});
 }
 
-/// The same as a run of a day of January, on a rig.
+/// Imports the same as a run on a day of January, on a rig.
 void import_run(const std::filesystem::path& file, double height_mm, int day,
                 const std::string& rig = "bench") {
   Sheet measured = test::measured_sheet(test::raised(height_mm * mm));
@@ -201,7 +201,7 @@ TEST(Trend, ADriftOfTheCalibrationResidualIsAnAlarmOfItsCamera) {
   EXPECT_EQ(trend.table.rows[6][0], "calibration residual bench cam0");
   EXPECT_EQ(trend.table.rows[6][4], "px");
   EXPECT_EQ(trend.table.rows[6][8], "ALARM");
-  // Mean and standard deviation of the six before: 0.100167 and 0.001472; 7.4 of their sigmas off.
+  // Mean and standard deviation of the six before: 0.100167, 0.001472; off by 7.4 of their sigmas.
   EXPECT_EQ(trend.table.rows[6][7], "+7.4");
   EXPECT_EQ(trend.table.rows[13][8], "");
 }

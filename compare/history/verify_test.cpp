@@ -40,8 +40,8 @@ TEST_F(Sealed, AnUntouchedStoreIsVerifiedAndRecomputed) {
   const Verification result = verify_store(store());
   EXPECT_THAT(result.findings, IsEmpty());
   EXPECT_EQ(result.comparisons, 4 + 4) << "of real cloth, and pairs of simulations";
-  // 3 photographs, their list, scene, fabric, curve, detections and 6 records, 5 sheets of two
-  // files, 4 certificates, 4 histories.
+  // 3 photographs, their list, scene, fabric, curve, detections and 6 records, 5 sheets with two
+  // files each, 4 certificates, 4 histories.
   EXPECT_EQ(result.files, 3 + 1 + 3 + 1 + 6 + 10 + 8);
 }
 
@@ -81,7 +81,7 @@ TEST_F(Sealed, WhatCannotBeRecomputedIsAFinding) {
                                                  " and 3 more were not recomputed")));
 }
 
-/// Two groups whose coarsest grids have as many particles, of cloths of two sizes.
+/// Two groups whose coarsest grids have equal numbers of particles, for cloths of two sizes.
 TEST_F(Sealed, PairsAreRecomputedOnTheGridOfTheirOwnCloth) {
   std::vector<fs::path> sheets = {sheets_.begin() + 1, sheets_.end()};
   for (const int n : {11, 21}) {
@@ -139,7 +139,7 @@ TEST_F(Sealed, ASealThatIsOlderThanTheStoreIsSaid) {
     grown.close();
   }
   EXPECT_FALSE(findings().empty());
-  import();  // seals again
+  import();  // seals it again
   EXPECT_THAT(findings(), IsEmpty());
 }
 
@@ -153,7 +153,7 @@ TEST_F(Sealed, SealingAgainDoesNotHideRemovedRows) {
   EXPECT_FALSE(findings().empty());
 }
 
-/// Puts a file back as it was when the trial ends.
+/// Restores a file at the end of the trial.
 class Restored {
  public:
   explicit Restored(fs::path file) : file_(std::move(file)), bytes_(read_text(file_)) {}
@@ -170,7 +170,7 @@ class Restored {
   std::string bytes_;
 };
 
-/// One bit of one byte of any file that stands behind the numbers, the store and the seal.
+/// Flips one bit of one byte in any file behind the numbers, the store or the seal.
 std::string flip_a_bit(std::mt19937& random, const fs::path& file, const std::string& bytes) {
   std::string changed = bytes;
   const std::size_t at = random() % changed.size();
@@ -179,7 +179,7 @@ std::string flip_a_bit(std::mt19937& random, const fs::path& file, const std::st
   return fmt::format("byte {} of {}", at, file.filename().string());
 }
 
-/// A random row of a random table: a value changed, the row removed, or one added.
+/// Changes a value in, removes or adds a random row of a random table.
 std::string change_a_row(std::mt19937& random, const fs::path& file) {
   SQLite::Database database(file.string(), SQLite::OPEN_READWRITE);
   std::vector<std::string> tables, triggers;
@@ -222,7 +222,7 @@ std::string change_a_row(std::mt19937& random, const fs::path& file) {
                    "\"{1}\" || 'x' ELSE NULL END{2}",
                    table, column, where);
   try {
-    // A constraint that refuses the change is itself the finding; then another change is made.
+    // A constraint that refuses the change counts as a finding; then another change is made.
     if (database.exec(sql) == 0 ||
         database.execAndGet(fmt::format("SELECT count(*) FROM \"{}\"", table)).isNull())
       database.exec("INSERT INTO rig VALUES ('invented')");
@@ -232,7 +232,7 @@ std::string change_a_row(std::mt19937& random, const fs::path& file) {
   return sql;
 }
 
-/// Another argument or option in one of the run records, well-formed.
+/// Changes an argument or option in one of the run records, keeping it well-formed.
 std::string change_an_option(std::mt19937& random, const fs::path& file) {
   Json json = parse_json(read_text(file));
   if (random() % 2 == 0) {
@@ -323,7 +323,7 @@ TEST_F(Sealed, WhySaysWhereTheTraceIsBroken) {
 }
 
 TEST_F(Sealed, AnotherSimulatorsMeshIsRecomputedAndExplained) {
-  // One of our own sheets, taken as if another program had made it.
+  // One of our own sheets, treated as that of another program.
   const fs::path toml = folder_.path() / "other.toml", mesh = sheets_[1];
   write_durable(toml, "schema = \"drapebench/mesh/1\"\nname = \"Other 1.0\"\nmesh = \"" +
                           mesh.string() +

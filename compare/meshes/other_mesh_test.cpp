@@ -31,7 +31,7 @@ Eigen::Vector3d wave(const Eigen::Vector2d& m) {
 
 constexpr int kCount = 23;  ///< 10 mm apart, so the marks are vertices
 
-/// Vertices of a grid on `wave`, index = outer * 23 + inner, inner along the weft, in mm.
+/// Vertices of a grid with shape `wave`, index = outer * 23 + inner, inner along the weft, in mm.
 std::vector<Eigen::Vector3d> grid_points() {
   std::vector<Eigen::Vector3d> points;
   for (int outer = 0; outer < kCount; ++outer)
@@ -173,13 +173,13 @@ TEST(OtherMesh, AMeshOfAnotherSizeThanItsClothIsAMistakeOfUnit) {
     return toml.replace(toml.find(from), from.size(), to);
   };
   const std::string mesh = grid_ply("ascii");
-  // A mesh in mm said to be in cm, inches, metres, and one in cm or inches said to be in mm.
+  // A mesh in mm declared as cm, inches or metres, and one in cm or inches declared as mm.
   for (const char* unit : {"10", "25.4", "1000", "0.1", "0.03937", "0.001"})
     EXPECT_THAT(refusal(folder.path(), "a.ply", mesh,
                         with(kGridToml, "unit_mm = 1.0", fmt::format("unit_mm = {}", unit))),
                 testing::AllOf(HasSubstr("unit_mm"), HasSubstr("times as far apart")))
         << unit;
-  // One of the two directions in cm.
+  // One of the two directions is in cm.
   EXPECT_THAT(
       refusal(folder.path(), "a.ply", mesh, with(kGridToml, "weft_to_mm = 220", "weft_to_mm = 22")),
       HasSubstr("along the weft lie 10 times"));
@@ -191,7 +191,7 @@ TEST(OtherMesh, AMeshOfAnotherSizeThanItsClothIsAMistakeOfUnit) {
               HasSubstr("along the warp lie 0.1 times"));
 }
 
-/// A mesh of two big triangles in the plane z = 0: nothing says which point of the cloth is where.
+/// A mesh of two large triangles in the plane z = 0, without material coordinates.
 fs::path plane_without_marks(const fs::path& folder, const std::string& more = "") {
   write_durable(folder / "plane.obj",
                 "v -500 -500 0\nv 500 -500 0\nv 500 500 0\nv -500 500 0\nf 1 2 3 4\n");
@@ -299,7 +299,7 @@ TEST(OtherSurface, StandsInItsOwnTableAndIsRecomputedAndExplained) {
   EXPECT_EQ(verified.comparisons, 4 + 4 + 1);
 }
 
-/// The true dots as a measured sheet: what a perfect bench would have seen.
+/// The true dots as a measured sheet, as from a perfect bench.
 Sheet true_sheet(const std::string& scene) {
   Sheet sheet = test::measured_sheet();
   const auto& dots = drape::test::bench1_truth().drapes.at(scene);
@@ -321,7 +321,7 @@ TEST(OtherMesh, BlendersMeshesAreTheTruthOfBench1) {
     const Simulation other = read_other_mesh(folder.path() / "other.toml", true_sheet(scene));
     const auto marks = compare_marks(true_sheet(scene), Surface(other.sheet.sheet, "mesh")).marks;
     ASSERT_EQ(marks.size(), 121U);
-    // The mesh is kept in floats and the truth in millimetres with a few decimals.
+    // The mesh is stored in floats and the truth in millimetres with a few decimals.
     EXPECT_LT(statistics_of(marks).max_m, 0.001 * mm) << scene;
   }
 }

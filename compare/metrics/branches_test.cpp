@@ -28,7 +28,7 @@ using units::mm;
 constexpr double kFlatPatch_m = 220 * mm;
 const Eigen::Vector2d kAxis(30 * mm, -20 * mm);
 
-/// Folds that are different in every direction, so that only one turn brings it back.
+/// Folds that differ in every direction, so that only one rotation maps the shape to itself.
 Eigen::Vector3d folded(const Eigen::Vector2d& m) {
   const Eigen::Vector3d p = test::flat(m);
   return {p.x(), p.y(), 20 * mm * std::sin(p.x() / (40 * mm)) + 0.3 * p.y() * p.x() / kFlatPatch_m};
@@ -72,7 +72,7 @@ TEST(BestTurn, FindsASheetThatLiesTurnedAround) {
 }
 
 TEST(BestTurn, LeavesWhatNoTurnRemoves) {
-  // Rings about the axis, raised by 3 mm: every turn leaves at least these, and one leaves no more.
+  // Rings about the axis, raised by 3 mm: every rotation leaves at least this, and one no more.
   const test::Shape raised = [](const Eigen::Vector2d& m) -> Eigen::Vector3d {
     return turned(folded, 0.7)(m) + Eigen::Vector3d(0, 0, 3 * mm);
   };
@@ -82,7 +82,7 @@ TEST(BestTurn, LeavesWhatNoTurnRemoves) {
   EXPECT_NEAR(found->mean_m, 3 * mm, 1e-9 * mm);
 }
 
-/// A drape with simulations raised by these heights, each an equilibrium of one list.
+/// A drape with simulations raised by these heights, each an equilibrium in one list.
 DrapeInput with_branches(const std::vector<double>& heights_mm, bool round = false) {
   std::vector<Sheet> sheets;
   for (const double height : heights_mm) {
@@ -177,7 +177,7 @@ TEST(Branches, OnARoundObjectATurnedShapeIsTheSameShape) {
   EXPECT_NEAR(set.branches[1].turned->turn_rad, 0.4, 1e-9);
 }
 
-/// A run of drape-simulate branches as it leaves its files below a measured sheet.
+/// Writes a run of drape-simulate branches below a measured sheet, as the program does.
 std::vector<fs::path> write_branches(const fs::path& folder) {
   const fs::path drape = folder / "A", list = drape / "branches" / "branches.json";
   write_sheet(drape / "sheet.ply", test::measured_sheet(folded));
@@ -226,7 +226,7 @@ TEST(Branches, AreFoundBelowTheDrapeStoredOnceAndVerified) {
     EXPECT_EQ(paper_tables(reader, {}).back().rows.size(), 2U);
   }
   EXPECT_THAT(verify_store(store).findings, IsEmpty());
-  {  // With its copies, whose folders hold no list, and after the originals are gone.
+  {  // With its copies, whose folders contain no list, and after the originals are deleted.
     const Session session = read_session(sheets_in(given), {});
     auto files = files_of(session);
     for (const fs::path& copy : keep_copies(store, session)) files.push_back(copy);

@@ -54,7 +54,7 @@ TEST(Drapemeter, AreaAndCoefficientOfAnalyticHems) {
 
 TEST(Drapemeter, FoldsAndDepthOfAnalyticHems) {
   for (int folds = 2; folds <= 16; ++folds) {
-    // Crests and valleys fall on rays when 2 * folds divides the number of rays.
+    // Crests and valleys are on rays if 2 * folds divides the number of rays.
     const int rays = 2 * folds * 40;
     const Drapemeter d = drapemeter_of(Hem{0.1, {{folds, 0.008}}}.radii(rays), 0.07, {});
     EXPECT_EQ(d.folds, folds);
@@ -117,7 +117,7 @@ TEST(Drapemeter, OutlineOfASheetIsItsHem) {
 
 TEST(Drapemeter, FlatSquareOverABox) {
   // The shadow of a flat square is the square: its outline at angle t is half / max(|cos|, |sin|).
-  // Rays at the corners make the polygon of the rays the square itself.
+  // With rays at the corners the polygon of the rays is the square itself.
   const Sheet sheet = test::simulated_sheet(23, 1);
   Scene scene;
   Box box;

@@ -42,7 +42,7 @@ TEST(Metrics, RigidOffsetIsTheDistanceOfEveryMark) {
 }
 
 TEST(Metrics, MarksNeedNotBeParticles) {
-  // x*y is bilinear in every cell, so any grid carries it exactly between its particles.
+  // x*y is bilinear in every cell, so any grid interpolates it exactly.
   const test::Shape saddle = [](const Eigen::Vector2d& m) -> Eigen::Vector3d {
     return flat(m) + Eigen::Vector3d(0, 0, 3.0 * m.x() * m.y());
   };
@@ -54,7 +54,7 @@ TEST(Metrics, MarksNeedNotBeParticles) {
 }
 
 TEST(Metrics, ErrorIsSplitAlongWarpWeftAndNormal) {
-  // The flat sheet: weft along +x, warp along -y, printed side up. The real cloth is moved.
+  // The flat sheet: weft along +x, warp along -y, printed side up. The real cloth is shifted.
   const auto split = [](const Eigen::Vector3d& real_offset_m) {
     return compare(measured_sheet(moved(real_offset_m)), simulated_sheet(11, 1))
         .marks.front()
@@ -126,7 +126,7 @@ TEST(Metrics, WorstMarkIsNamed) {
 
 TEST(Metrics, MarkWithoutSurfaceIsExcludedWithAReason) {
   Sheet simulated = simulated_sheet(11, 5);
-  simulated.marks.erase(simulated.marks.begin() + 60);  // particle (5, 5): four cells vanish
+  simulated.marks.erase(simulated.marks.begin() + 60);  // particle (5, 5): four cells are missing
   const auto marks = compare(measured_sheet(), simulated);
   EXPECT_EQ(marks.marks.size() + marks.excluded.size(), 121U);
   EXPECT_FALSE(marks.excluded.empty());

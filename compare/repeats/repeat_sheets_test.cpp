@@ -50,7 +50,7 @@ TEST(RepeatSheets, OfOneSceneAreRepeats) {
   const auto one = laying("1", "C"), two = laying("2", "C"), three = laying("3", "C");
   EXPECT_EQ(refusal({one, two, three}, {simulation("s", "C")}), "");
   EXPECT_EQ(refusal({one, two, three}, {}), "");
-  // The drape's own laying need not say so where it placed the simulation.
+  // The drape's own laying need not name itself if it was used to position the simulation.
   EXPECT_EQ(refusal({laying("1", ""), two, three}, {simulation("s", "C", "1.json")}), "");
   EXPECT_EQ(refusal({laying("1", ""), two, three}, {simulation("s", "C", "1.ply")}), "");
 }
@@ -76,7 +76,7 @@ TEST(RepeatSheets, OfSeveralDrapesAreRefused) {
   EXPECT_THAT(refusal({one, two, one}, {}), HasSubstr("copy of 1"));
   EXPECT_THAT(refusal({one, two, laying("3", "")}, {simulation("s", "C", "1.json")}),
               testing::AllOf(HasSubstr("does not say"), HasSubstr("where: 3")));
-  // Three drapes of which one placed the simulation.
+  // Three drapes, one of which was used to position the simulation.
   EXPECT_THAT(refusal({laying("C", ""), laying("A", ""), laying("E", "")},
                       {simulation("s", "C", "C.json")}),
               HasSubstr("where: A"));

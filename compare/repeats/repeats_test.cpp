@@ -84,7 +84,7 @@ struct Library {
   Library() : set(published_hems()), groups(groups_of(set)) {
     for (const auto& [name, hems] : groups) distances[name] = distances_of(hems);
   }
-  /// From all fabrics but one, so that no fabric judges itself.
+  /// From all fabrics except one, so that no fabric judges itself.
   [[nodiscard]] RepeatPriors priors(const std::string& without) const {
     std::vector<GroupVariance> coefficients, scores, radii;
     for (const auto& [name, hems] : groups) {
@@ -114,7 +114,7 @@ TEST(Repeats, ThePublishedPriorsAreThoseOfTheData) {
   EXPECT_NEAR(kept.covered_radius.variance / found.covered_radius.variance, 1, 0.02);
 }
 
-/// One repeat left out and judged by the others, with `shift` points added to its coefficient.
+/// Judges each repeat by the others, with `shift` points added to its coefficient.
 std::array<std::optional<double>, 3> left_out_p(const Library& library,
                                                 const std::pair<std::string, std::string>& name,
                                                 std::size_t out, const RepeatPriors& priors,
@@ -202,8 +202,8 @@ TEST(Repeats, AnotherFabricTenPointsAwayIsFound) {
   EXPECT_GE(100.0 * near_found / near, 90);
 }
 
-/// The hem as a cloth of 19 x 19 marks whose outermost 72 lie on it, the others on rays to its
-/// centre: what `drape run` and `drape compare repeats` are given.
+/// The hem as a cloth of 19 x 19 marks whose outermost 72 are on it, the others on rays to its
+/// centre, as input of `drape run` and `drape compare repeats`.
 Sheet cloth_of(const Hem& hem) {
   constexpr int kSide = 19, kHalf = kSide / 2;
   Sheet sheet;
@@ -212,7 +212,7 @@ Sheet cloth_of(const Hem& hem) {
   for (int row = 0; row < kSide; ++row) {
     for (int col = 0; col < kSide; ++col) {
       const int y = row - kHalf, x = col - kHalf, ring = std::max(std::abs(x), std::abs(y));
-      // Along the ring's square from its right middle, 8 * ring steps to a turn.
+      // Along the square ring from the middle of its right side, 8 * ring steps per circuit.
       double along = 0;
       if (ring > 0) {
         if (x == ring && y > -ring)
@@ -240,7 +240,7 @@ Sheet cloth_of(const Hem& hem) {
   return sheet;
 }
 
-// The same statistics through what `drape run` does: sheets in, marks, hem and spectrum judged.
+// The same statistics by the path of `drape run`: sheets in, marks, hem and spectrum judged.
 TEST(Repeats, OfSheetsAreOutsideAsOftenAsTheSignificanceSays) {
   const Library library;
   std::map<std::string, int> alarms;
@@ -280,7 +280,7 @@ TEST(Repeats, ASheetOfAnotherFabricTenPointsAwayIsFound) {
       own_inside = 0;
   for (const auto& [name, hems] : library.groups) {
     const std::vector<SheetFile> repeats = cloths_of(hems);
-    // Three layings, each time the next three of the fabric's; its others are the true fabric.
+    // Three layings, each time the next three of the fabric; its others are the true fabric.
     const auto three_from = [&](std::size_t first) {
       return std::vector<SheetFile>(repeats.begin() + static_cast<std::ptrdiff_t>(first),
                                     repeats.begin() + static_cast<std::ptrdiff_t>(first) + 3);
@@ -321,8 +321,8 @@ TEST(Repeats, ASheetOfAnotherFabricTenPointsAwayIsFound) {
   EXPECT_GE(100.0 * own_inside / own, 80);
 }
 
-/// A sheet of 6 x 6 marks whose height is a few waves of random amplitudes, like one branch of one
-/// cloth laid down again and again, and noise of the marks.
+/// A sheet of 6 x 6 marks whose height is a sum of a few waves of random amplitudes, like one
+/// branch of one cloth laid repeatedly, with noise of the marks.
 Sheet laid_sheet(std::mt19937_64& lots, double shift_m) {
   std::normal_distribution<double> normal;
   const double a = 2e-3 * normal(lots), b = 1e-3 * normal(lots), c = 1e-3 * normal(lots);
@@ -364,7 +364,7 @@ TEST(MarkRepeats, AFurtherRepeatIsOutsideAsOftenAsTheSignificanceSays) {
     RecordProperty("found_percent_" + std::to_string(repeats),
                    std::to_string(100.0 * found / kTrials));
     // Below six repeats the number of modes is taken as one: fewer alarms, never more. Marks, hem
-    // and spectrum together give fewer than asked for here (README, limits).
+    // and spectrum together give fewer than requested here (README, limits).
     EXPECT_LE(100.0 * alarms / kTrials, 6.5) << repeats;
     if (repeats >= 6) {
       EXPECT_NEAR(100.0 * alarms_of_marks / kTrials, 5, 1.5) << repeats;

@@ -9,7 +9,7 @@
 
 #include "compare/repeats/repeats.hpp"
 
-// Where published_priors() comes from.
+// Derivation of published_priors().
 namespace drape::compare {
 
 using boost::math::digamma;
@@ -21,7 +21,7 @@ struct GroupVariance {
   int dof = 0;
 };
 
-/// By the moments of log variance (Smyth 2004, section 6.2), of two groups or more.
+/// From the moments of the log variance (Smyth 2004, section 6.2) of two or more groups.
 inline VariancePrior variance_prior(const std::vector<GroupVariance>& groups) {
   std::vector<double> logs;
   double chance = 0;
@@ -36,7 +36,7 @@ inline VariancePrior variance_prior(const std::vector<GroupVariance>& groups) {
   double squares = 0;
   for (const double log : logs) squares += (log - mean) * (log - mean);
   const double excess = squares / (n - 1) - chance / n;
-  double low = 1e-3, high = 1e6;  // trigamma(dof / 2) falls with dof
+  double low = 1e-3, high = 1e6;  // trigamma(dof / 2) decreases with dof
   for (int i = 0; i < 200; ++i) {
     const double middle = std::sqrt(low * high);
     (trigamma(middle / 2) > excess ? low : high) = middle;

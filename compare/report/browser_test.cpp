@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The pages in a real browser: headless Chromium, skipped where there is none. With
-// DRAPE_SCREENSHOTS=<folder> the pictures of the stage's README are made there, the report's from
+// Tests the pages in a real browser, headless Chromium; skipped without one. With
+// DRAPE_SCREENSHOTS=<folder> it makes the pictures of the stage's README, those of the report from
 // the output folder of `drape run` in DRAPE_SCREENSHOT_RUN.
 #include <fmt/format.h>
 #include <gmock/gmock.h>
@@ -38,7 +38,7 @@ class Browser : public testing::Test {
       GTEST_SKIP() << "chromium is absent, so the pages are not looked at";
   }
 
-  /// Text that Chromium prints on both streams when it opens the page with these options.
+  /// Output of Chromium on both streams when it opens the page with these options.
   std::string open(const fs::path& page, const std::string& options) {
     const fs::path said = folder_.path() / "said.txt";
     const std::string command = fmt::format(
@@ -49,7 +49,7 @@ class Browser : public testing::Test {
         (folder_.path() / "profile").string(), options, page.string(), said.string());
     EXPECT_EQ(std::system(command.c_str()), 0);
     // The software renderer remarks on its own speed, and the browser's own pages on that of the
-    // machine; neither is a fault of the page.
+    // machine; neither is an error of the page.
     std::string heard;
     std::istringstream lines(read_text(said));
     for (std::string line; std::getline(lines, line);)
@@ -68,7 +68,7 @@ class Browser : public testing::Test {
     return page;
   }
 
-  /// A page with a script of the test at its end, which its policy is made to allow.
+  /// A copy of the page with a script of the test at its end, which its policy is changed to allow.
   fs::path with_script(const fs::path& page, const std::string& script) {
     std::string text = read_text(page);
     text.insert(text.find("</body>"), "<script>" + script + "</script>");
@@ -110,7 +110,7 @@ TEST_F(Browser, ThisTestSeesScriptErrors) {
 }
 
 TEST_F(Browser, ReadsWithScriptsOff) {
-  // The page's own policy forbids every script, as a browser with scripts off does.
+  // The page's own policy forbids every script, like a browser with scripts off.
   std::string text = read_text(report());
   EXPECT_THAT(text, HasSubstr("class=\"turn\" hidden")) << "no empty frame either";
   text.insert(text.find("<head>") + 6,
@@ -124,7 +124,7 @@ TEST_F(Browser, ReadsWithScriptsOff) {
   EXPECT_GT(fs::file_size(picture), 50000U) << "tables and still pictures are there";
 }
 
-/// A reference drape over the years whose last value is off.
+/// Adds a reference drape over several years whose last value deviates.
 void fill_history(const fs::path& file) {
   Store store(file);
   int i = 0;
@@ -199,7 +199,7 @@ TEST_F(Browser, MakesTheReadmesPictures) {
     EXPECT_GT(fs::file_size(picture), 50000U);
   };
   shoot("report-page.png", page, 1650);
-  // Headless Chromium takes its picture at the top of a page: only one part of it is kept.
+  // Headless Chromium takes its picture at the top of a page, so only one part of it is kept.
   const fs::path part =
       with_script(page,
                   "const kept=[];let e=document.getElementById('photographs-C');do{kept.push(e);"

@@ -18,7 +18,7 @@ namespace fs = std::filesystem;
 using testing::HasSubstr;
 using testing::Not;
 
-/// The first place where the text is not well-formed XML, or empty. Knows what the report uses:
+/// The first position where the text is not well-formed XML, or empty. Knows what the report uses:
 /// elements, attributes in double quotes, the five entities and a doctype.
 std::string xml_fault(const std::string& text) {
   std::vector<std::string> open;
@@ -75,7 +75,7 @@ Made make_report(const fs::path& folder) {
   return made;
 }
 
-/// Drops the text between these tags, which may hold < and > and is not markup.
+/// Removes the text between these tags, which can contain < and > and is not markup.
 std::string without_style(std::string html) {
   for (const std::string name : {"style", "script"}) {
     std::size_t at = 0;
@@ -87,8 +87,8 @@ std::string without_style(std::string html) {
   return html;
 }
 
-/// The page without three.js, which knows how to load models but is never asked to; the browser's
-/// test sees that nothing is loaded.
+/// The page without three.js, which can load models but is never asked to; the browser's test
+/// checks that nothing is loaded.
 std::string without_library(std::string html) {
   const std::size_t begin = html.rfind("<script>", html.find("three.js, copyright"));
   EXPECT_NE(begin, std::string::npos);
@@ -141,7 +141,7 @@ TEST(Report, NamesEveryStepBackToThePictures) {
       "drape-calib", "0.2.0", {"target-detections.json"}, {{target, sha256_of_file(target)}}};
   const std::string page = html_provenance(session, outcome, folder.path());
   EXPECT_THAT(page, HasSubstr("drape-detect recording --surface target\ndrape-calib "));
-  // Another file under that name is not what the calibration came from.
+  // Another file under that name is not the source of the calibration.
   write_durable(target, "{ }");
   EXPECT_THAT(html_provenance(session, outcome, folder.path()), Not(HasSubstr("--surface target")));
 }

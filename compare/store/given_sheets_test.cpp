@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Which drape, ensemble and repeat the sheets of one call belong to.
+// Assignment of the sheets of one call to drapes, ensembles and repeats.
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 
@@ -30,7 +30,7 @@ class GivenSheets : public testing::Test {
   [[nodiscard]] fs::path part_of(const fs::path& name) const {
     return first_[0].parent_path() / name.filename();
   }
-  /// The first drape's sheet, its marks raised, as another laying; a copy where they are not.
+  /// The first drape's sheet as another laying, with raised marks; a copy if not raised.
   [[nodiscard]] fs::path laying(const std::string& repeat, double raised_m) const {
     Sheet sheet = read_sheet(first_[0]);
     for (SheetMark& mark : sheet.marks) mark.point_in_world.z() += raised_m;
@@ -47,7 +47,7 @@ class GivenSheets : public testing::Test {
     write_json(json, root);
     return file;
   }
-  /// A list of one branch that was placed by the first drape's sheet.
+  /// A list of one branch that was positioned with the first drape's sheet.
   [[nodiscard]] fs::path ensemble(const std::string& name, const std::string& fabric_sha256) const {
     const fs::path list = folder_.path() / name / "branches.json";
     Sheet sheet = test::simulated_sheet(15, 5);
@@ -189,8 +189,8 @@ TEST_F(GivenSheets, DrapesOfOneSceneHaveNamesOfTheirOwn) {
                           HasSubstr("A (drape_A) (" + file.string())));
 }
 
-/// The record of a simulation leads to its scene, and whether it is of the
-/// fabric that this names.
+/// The record of a simulation leads to its scene, and tells whether it uses the fabric that the
+/// scene names.
 TEST_F(GivenSheets, TheFabricThatTheSceneNamesIsKnown) {
   const fs::path scene = folder_.path() / "scene.toml", fabric = folder_.path() / "a.toml",
                  other = folder_.path() / "b.toml";

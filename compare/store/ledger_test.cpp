@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Promises of the store over years: nothing changes, nothing is lost, old stores open.
+// Long-term guarantees of the store: nothing changes, nothing is lost, old stores open.
 #include <SQLiteCpp/SQLiteCpp.h>
 #include <gmock/gmock.h>
 #include <sys/wait.h>
@@ -49,7 +49,7 @@ TEST(Ledger, RowsCannotBeChangedOrRemovedByAccident) {
   const fs::path file = folder.path() / "results.sqlite";
   import_height(file, 5 * mm);
   SQLite::Database database(file.string(), SQLite::OPEN_READWRITE);
-  // A trigger needs a row to fire at; this example has no gap of its own.
+  // A trigger needs a row to fire; this example has no gap of its own.
   database.exec("SAVEPOINT with_gap");
   database.exec("INSERT INTO gap SELECT sha256, 0, 0, 'hidden' FROM sheet LIMIT 1");
   for (const char* sql :
@@ -123,10 +123,10 @@ TEST(Ledger, EightWritersAtOnceLoseNothing) {
   EXPECT_THAT(check_ledger(reader).findings, IsEmpty());
 }
 
-/// A store as drapebench wrote it: version 1 before there was a ledger, version 2 before surfaces
-/// without marks were kept, version 3 before branches were, version 4 (drapebench 0.1.0, bench1)
-/// before runs were, version 5 (drapebench 0.2.0, bench1's C) before what a match rests on was,
-/// version 8 before meshes were.
+/// A store as written by older versions: 1 without a ledger, 2 without surfaces
+/// without marks, 3 without branches, 4 (drapebench 0.1.0, bench1) without runs,
+/// 5 (drapebench 0.2.0, bench1's C) without the basis of a match, 8 without
+/// meshes.
 void make_version(int version, const fs::path& file) {
   fs::copy_file(drape::test::source_root() /
                     ("compare/test_data/store_v" + std::to_string(version) + ".sqlite"),

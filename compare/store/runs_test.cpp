@@ -25,7 +25,7 @@ namespace {
 namespace fs = std::filesystem;
 using testing::HasSubstr;
 
-/// A bench of one drape whose scene an operator edits between runs.
+/// A bench with one drape whose scene an operator edits between runs.
 class Runs : public testing::Test {
  protected:
   Runs() : sheets_(test::write_example(folder_.path() / "A")) {
@@ -54,7 +54,7 @@ class Runs : public testing::Test {
     return session;
   }
 
-  /// Stores what lies in the folder as one run at a moment (s since 1970).
+  /// Stores the content of the folder as one run at a given time (s since 1970).
   int run(const char* moment, const RunLabel& label = {}, fs::path file = {},
           const Options& options = {}) {
     ::setenv("SOURCE_DATE_EPOCH", moment, 1);
@@ -66,7 +66,7 @@ class Runs : public testing::Test {
     return outcome.run;
   }
 
-  /// State and grid of each comparison, whatever its number.
+  /// State and grid of each comparison, independent of its number.
   static std::vector<std::vector<std::string>> states(const fs::path& file) {
     return StoreReader(file)
         .query(
@@ -118,7 +118,7 @@ TEST_F(Runs, DatesFilterRunsAndComparisons) {
     EXPECT_EQ(list_results(reader, {.until = until}).rows.size(), 4U) << until;
     EXPECT_EQ(list_runs(reader, {.until = until}).rows.size(), 2U) << until;
   }
-  // In a run of March and again in one of May: up to April it is March's.
+  // Stored in a run of March and again in one of May: up to April it is March's.
   EXPECT_EQ(list_results(reader, {.until = "2026-04"}).rows.size(), 0U);
   const Table march = list_results(reader, {.until = "2026-04", .outdated = true});
   ASSERT_EQ(march.rows.size(), 4U);
@@ -140,7 +140,7 @@ TEST_F(Runs, ATimeThatIsNoneIsRefusedBeforeAnythingIsStored) {
 
 TEST_F(Runs, AComparisonIsNeverStoredWithoutItsRun) {
   Session session = this->session();
-  session.drapes.push_back(session.drapes[0]);  // one drape twice cannot be a run
+  session.drapes.push_back(session.drapes[0]);  // a run cannot contain one drape twice
   Outcome outcome;
   compare_session(session, {}, outcome);
   EXPECT_THROW((void)import_session(store(), session, outcome, {}), Error);
@@ -200,7 +200,7 @@ TEST_F(Runs, ATrendByAValueSetsApartWhatDiffersInAnother) {
 TEST_F(Runs, WhatALaterRunOfTheSamePhotographsReplacedIsLeftOut) {
   run(kMarch);
   const std::size_t before = list_results(StoreReader(store()), {}).rows.size();
-  sheets_.pop_back();  // the later run has one simulation less
+  sheets_.pop_back();  // the later run has one simulation fewer
   run(kMay);
   const StoreReader reader(store());
   EXPECT_EQ(list_results(reader, {}).rows.size(), before - 1);
@@ -377,7 +377,7 @@ void write_repeat(const fs::path& file, const Sheet& sheet, const std::string& s
   write_json(json, root);
 }
 
-/// The grounds of a match are stored with their figures, listed, and part of the run's key.
+/// The basis of a match is stored with its figures, listed, and part of the run's key.
 TEST_F(Runs, RepeatsOfADrapeAreStoredWithWhatTheySay) {
   ASSERT_EQ(run(kMarch), 1);
   EXPECT_EQ(one("SELECT rests_on FROM run_match"), "");

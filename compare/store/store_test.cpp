@@ -210,7 +210,7 @@ TEST(Store, AnUnwritablePlaceIsOneClearError) {
               HasSubstr("directory.sqlite"));
 }
 
-/// Runs `action` in a child; its exit code, or minus the signal that ended it.
+/// Runs `action` in a child process; its exit code, or minus the signal that ended it.
 int in_child(const std::function<void()>& action) {
   const pid_t child = fork();
   if (child == 0) {
@@ -234,7 +234,7 @@ TEST(Store, AFullDiskIsAnErrorAndLosesNothing) {
   import_into(file, example(5 * mm));
   const std::string before = content(file);
   const int code = in_child([&] {
-    std::signal(SIGXFSZ, SIG_IGN);  // the write then fails instead of ending the process
+    std::signal(SIGXFSZ, SIG_IGN);  // makes the write fail instead of ending the process
     const rlimit limit{20000, 20000};
     setrlimit(RLIMIT_FSIZE, &limit);
     import_into(file, example(6 * mm));
@@ -254,7 +254,7 @@ TEST(Store, AWriteProtectedStoreIsAnErrorAndStaysReadable) {
                                      fs::perms::group_exec | fs::perms::others_read |
                                      fs::perms::others_exec);
   const auto as_nobody = [] {
-    if (geteuid() == 0 && setuid(65534) != 0) _exit(98);  // root may write anything
+    if (geteuid() == 0 && setuid(65534) != 0) _exit(98);  // root can write anything
   };
   EXPECT_EQ(in_child([&] {
               as_nobody();
@@ -270,8 +270,8 @@ TEST(Store, AWriteProtectedStoreIsAnErrorAndStaysReadable) {
   EXPECT_EQ(content(file), before);
 }
 
-int writes = 0;         ///< that SQLite made in this process
-int killing_write = 0;  ///< the one in whose middle this process ends; 0: none
+int writes = 0;         ///< made by SQLite in this process
+int killing_write = 0;  ///< write during which this process ends; 0 if none
 
 ssize_t counted_write(int file, const void* bytes, std::size_t size, off64_t at) {
   if (++writes == killing_write) {
@@ -281,7 +281,7 @@ ssize_t counted_write(int file, const void* bytes, std::size_t size, off64_t at)
   return ::pwrite64(file, bytes, size, at);
 }
 
-/// Kill points are counted in writes to the store's files, not in time: every trial hits.
+/// Kill points are counted in writes to the store's files, not in time, so every trial hits one.
 TEST(Store, KilledAtAnyMomentItHoldsWholeComparisonsAndIsCompletedByTheNextRun) {
   const drape::test::TemporaryFolder folder;
   const fs::path undisturbed = folder.path() / "undisturbed.sqlite";

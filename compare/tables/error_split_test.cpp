@@ -30,7 +30,7 @@ Json variant(const char* what, const char* from, bool at_rest, double change_mm)
           {"change_mm", change_mm}, {"mean_way_of_marks_mm", 2 * std::abs(change_mm)}};
 }
 
-/// A run of drape-simulate sensitivity as it leaves its files beside the sheet of the speaker.
+/// Writes a run of drape-simulate sensitivity beside the speaker's sheet, as the program does.
 fs::path write_split(const fs::path& measured, const std::string& scene = "scene",
                      const std::string& fabric = "fabric", const std::string& no_go = {},
                      const Json& changes = Json::object()) {

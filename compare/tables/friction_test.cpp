@@ -21,7 +21,7 @@ using Eigen::Vector3d;
 using ::testing::HasSubstr;
 using units::mm;
 
-constexpr double kLeft_mm = 0.2;  // by a push down, off the measured sheet
+constexpr double kLeft_mm = 0.2;  // by a push down, away from the measured sheet
 
 test::Shape raised(double by_m) {
   return [by_m](const Vector2d& m) -> Vector3d { return test::flat(m) + Vector3d(0, 0, by_m); };
@@ -31,7 +31,7 @@ std::vector<Vector3d> moves(double z_mm) {
   return std::vector<Vector3d>(121, Vector3d(0, 0, z_mm * mm));
 }
 
-/// Pushes up and down, of which the latter counts or not.
+/// Pushes up and down, of which the latter counts only if `counts`.
 FrictionBand band_of(bool counts) {
   FrictionBand band{0.2,
                     {{"", "on another branch", Vector3d(0, 0, -0.1), {}},
@@ -47,7 +47,7 @@ FrictionBand band_of(bool counts) {
   return band;
 }
 
-/// Writes the list of branches of a drape's third simulation.
+/// Writes the list of branches for the third simulation of a drape.
 void set_list(const std::filesystem::path& file, const BranchList& list, DrapeInput& input) {
   write_record(file, list);
   input.simulations[2].sheet.file = file.parent_path() / "branch-01" / "sheet.ply";
@@ -55,7 +55,7 @@ void set_list(const std::filesystem::path& file, const BranchList& list, DrapeIn
   input.simulations[2].branch = Branch{sha256_of_file(file), 1, 1, 1e-3, 1e-7, true, 32, 4, false};
 }
 
-/// A drape 5 mm above the measured sheet, with a list of branches that has a band.
+/// A drape 5 mm above the measured sheet, with a list of branches that has a friction band.
 DrapeInput drape_with(const std::filesystem::path& folder, bool counts) {
   DrapeInput input =
       test::drape_of(test::measured_sheet(), {test::simulated_sheet(31, 5, raised(5 * mm)),
@@ -81,7 +81,7 @@ TEST(FrictionInTheBudget, IsDrawnBetweenWhatOppositePushesLeave) {
     ASSERT_EQ(effect->down_m.rows(), 121);
     EXPECT_NEAR(effect->up_m(60, 2) / mm, kLeft_mm, 1e-12);
     EXPECT_NEAR(effect->down_m(60, 2) / mm, counts ? -kLeft_mm : 0, 1e-12);
-    // Every mark moves along its distance, so the mean distance as much.
+    // Every mark moves along its distance, so the mean distance changes by the same amount.
     if (counts)
       EXPECT_NEAR(alone_m(inputs.differences_m, *effect) / mm, kLeft_mm / std::sqrt(3.0), 1e-6);
     else
@@ -91,8 +91,8 @@ TEST(FrictionInTheBudget, IsDrawnBetweenWhatOppositePushesLeave) {
   }
 }
 
-/// With an ensemble: between the ends that lie lowest and highest, the rest among them. Else
-/// as far as the loops move the drape, up and down.
+/// With an ensemble: between the ends with the lowest and highest position, which include the rest.
+/// Otherwise the displacement of the drape by the loops, up and down.
 TEST(InternalFrictionInTheBudget, IsALineOfItsOwn) {
   const drape::test::TemporaryFolder folder;
   DrapeInput input = drape_with(folder.path(), true);
@@ -149,7 +149,7 @@ SimulatedSource& source_of(Simulation& simulation) {
   return std::get<SimulatedSource>(simulation.sheet.sheet.source);
 }
 
-/// Settings that make a simulation another drape than mesh or segments alone do.
+/// Settings that make a simulation a different drape, unlike mesh or segments.
 constexpr std::array<Change, 2> kOtherSetups{
     [](Simulation& one) { source_of(one).fabric_sha256 = std::string(64, 'f'); },
     [](Simulation& one) { source_of(one).scene_sha256 = std::string(64, '0'); }};

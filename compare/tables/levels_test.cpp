@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The mesh of a drape, as the comparison and the budget take it.
+// The mesh of a drape as used by the comparison and the budget.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -23,8 +23,8 @@ using units::mm;
 
 constexpr double kMeshLeft_mm = 0.25;
 
-/// Rests 5 mm above the measured sheet, which its mesh may miss by kMeshLeft_mm; from the measured
-/// shape 1 mm; on the paper's grid 7 mm.
+/// Drapes at rest 5 mm above the measured sheet, with a mesh error of kMeshLeft_mm; from the
+/// measured shape 1 mm; on the paper's grid 7 mm.
 DrapeInput drape_on_a_mesh() {
   Sheet from_measured = test::mesh_sheet(2.5 * mm, 5, test::raised(1 * mm));
   std::get<SimulatedSource>(from_measured.source).from_measured = true;

@@ -20,7 +20,7 @@ namespace fs = std::filesystem;
 using testing::HasSubstr;
 using units::mm;
 
-/// A cloth whose middle sags, by as much as one laying of it differs from another.
+/// A cloth with a sagging centre, and waves by which one laying differs from another.
 test::Shape sagging(double sag_m, double wave_m) {
   return [=](const Eigen::Vector2d& material_m) -> Eigen::Vector3d {
     const Eigen::Vector3d p = test::flat(material_m);
@@ -37,7 +37,7 @@ SheetFile repeat_of(double sag_m, double wave_m, const std::string& name) {
   return file;
 }
 
-/// A drape that was laid `layings` times (its own too), and a simulation that sags by `sag_m`.
+/// A drape with `layings` layings (including its own), and a simulation that sags by `sag_m`.
 DrapeInput laid(int layings, double sag_m) {
   std::mt19937_64 lots(5);
   std::normal_distribution<double> normal;
@@ -51,11 +51,11 @@ DrapeInput laid(int layings, double sag_m) {
   return input;
 }
 
-/// As compare_session() has it, with as much open by the inputs and by the simulation itself.
+/// Judged as by compare_session(), with open contributions from the inputs and the simulation.
 Report judged(const DrapeInput& input, double inputs_m, double own_m = 0,
               std::optional<double> tolerance_m = {}) {
   Options options;
-  options.max_sigma_ratio = 10;  // the drawn marks are uncertain beside distances of no interest
+  options.max_sigma_ratio = 10;  // the drawn marks are uncertain relative to small distances
   options.tolerance_m = tolerance_m;
   Report report = compare_drape(input, options);
   report.budget = Budget{};
@@ -82,7 +82,7 @@ TEST(Match, OfADrapeWithRepeatsRestsOnThem) {
   EXPECT_GT(*outside.repeats[1].from_own_m, 0.1 * mm);
 }
 
-/// The limit is where the probability that one more repeat lies as far out is the significance.
+/// The limit is the distance at which the probability of one more repeat is the significance.
 TEST(Match, LimitOfRepeatsIsWhereTheirProbabilityEnds) {
   for (const double sag_m : {20 * mm, 24 * mm, 40 * mm}) {
     const Report report = judged(laid(8, sag_m), 0);
@@ -125,7 +125,7 @@ TEST(Match, WithoutALimitIsNone) {
   EXPECT_THAT(report.match.reason, HasSubstr("tolerance_mm"));
 }
 
-/// Contributions of a budget by name, each a standard uncertainty (mm) with a remedy where named.
+/// Contributions of a budget by name, each a standard uncertainty (mm), with a remedy if named.
 Report with_lines(const DrapeInput& input, const std::vector<BudgetLine>& lines,
                   double tolerance_m) {
   Options options;
@@ -168,7 +168,7 @@ TEST(Match, NamesRemediesThatCouldChangeTheAnswerAlone) {
       << "nothing else leaves less open than a hundredth of the distance";
 }
 
-/// Differences, inputs and a limit from one seed; `more`: factor of one input's uncertainty.
+/// Differences, inputs and a limit from one seed; `more`: factor on one input's uncertainty.
 Match drawn_match(unsigned seed, double more, bool coarser) {
   std::mt19937 random(seed);
   std::normal_distribution<double> normal;

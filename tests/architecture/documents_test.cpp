@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The documents say what is true: commands exist, links lead somewhere, every file format is
+// The documents are correct: commands exist, links are valid, every file format is
 // listed.
 #include <fmt/format.h>
 #include <gmock/gmock.h>
@@ -21,7 +21,7 @@ std::string text_of(const std::string& path) {
   return read_text(source_root() / path);
 }
 
-/// Not a matcher on the whole text, so that a failure stays one line long.
+/// Not a matcher on the whole text, so that a failure prints one line.
 bool says(const std::string& document, const std::string& what) {
   return text_of(document).find(what) != std::string::npos;
 }

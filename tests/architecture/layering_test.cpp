@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Who may know whom: stages know core and third parties, core knows no device, image or database
-// library, public headers speak Eigen and core.
+// Allowed dependencies: stages depend on core and third parties, core on no device, image or
+// database library, and public headers use Eigen and core.
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 
@@ -25,7 +25,7 @@ std::vector<std::string> other_stages(const std::string& stage) {
 TEST(Layering, AStageNeverIncludesAnotherStage) {
   std::vector<std::string> findings;
   for (const SourceFile& file : cpp_files()) {
-    if (file.folder() == "tests") continue;  // tests may see everything
+    if (file.folder() == "tests") continue;  // tests may depend on everything
     for (const Line& line : file.lines) {
       for (const std::string& other : other_stages(file.folder())) {
         if (included(line.text).starts_with(other + "/")) findings.push_back(finding(file, line));
@@ -52,8 +52,8 @@ TEST(Layering, AStageNeverLinksAnotherStage) {
   EXPECT_THAT(findings, IsEmpty());
 }
 
-// The checker and the solvers have in common the readers of scene and fabric, the curves, and the
-// shape and the contact forces to be judged, nothing else.
+// The checker shares with the solvers only the readers of scene and fabric, the curves, and the
+// shape and contact forces to be judged.
 TEST(Layering, TheCheckerLinksNoSolver) {
   const SourceFile lists = read_source("simulate/checker/CMakeLists.txt");
   std::vector<std::string> linked;
@@ -87,7 +87,7 @@ TEST(Layering, CoreKnowsNoCameraImageOrDatabaseLibrary) {
                                             "sqlite3", "SQLiteCpp/", "apriltag",        "ceres/"};
   std::vector<std::string> findings;
   for (const SourceFile& file : cpp_files()) {
-    // core/prints is a library of its own, linked only where tags are printed or read.
+    // core/prints is a separate library, linked only where tags are printed or read.
     if (file.folder() != "core" || file.path.starts_with("core/prints/")) continue;
     for (const Line& line : file.lines) {
       const std::string name = included(line.text);

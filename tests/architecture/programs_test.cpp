@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Promises of every program: help, version, and exit code 2 for a wrong call.
+// Properties of every program: help, version, and exit code 2 for a usage error.
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <sys/wait.h>
@@ -48,7 +48,7 @@ std::vector<std::string> programs() {
 TEST(Programs, HelpIsAnAnswer) {
   ASSERT_FALSE(programs().empty());
   for (const std::string& name : programs()) {
-    // The front door itself only lists commands; each of them lists its own options.
+    // The front door itself only lists commands; each command lists its own options.
     const std::string arguments = name == "drape" ? "run --help" : "--help";
     EXPECT_EQ(run(name, "--help").exit_code, 0) << name;
     const Outcome help = run(name, arguments);
@@ -85,7 +85,7 @@ TEST(Programs, AnEndingThatCannotBePrintedIsAnError) {
   }
 }
 
-/// Manual pages and completion of all programs, in a folder of their own.
+/// Manual pages and shell completion of all programs, in a separate folder.
 class Manuals : public testing::Test {
  protected:
   void SetUp() override {
@@ -123,7 +123,7 @@ TEST_F(Manuals, AreCleanForMandoc) {
   names.insert(names.end(), {"drape-run", "drape-check", "drape-new", "drape-calib-images"});
   for (const std::string& name : names) {
     (void)page(name);
-    // Status 0: not even a warning.
+    // Status 0 means not even a warning.
     const std::string lint =
         fmt::format("mandoc -Tlint -Wwarning '{}' >&2", (folder_.path() / name).string());
     EXPECT_EQ(std::system(lint.c_str()), 0) << name;

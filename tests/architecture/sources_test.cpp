@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Rules of every source file: licence line, guards, no leftovers, no exit or print in libraries.
+// Rules for every source file: licence line, guards, no leftovers, no exit or print in libraries.
 #include <gmock/gmock.h>
 
 #include <fmt/format.h>
@@ -39,7 +39,7 @@ TEST(Sources, EveryHeaderHasAGuard) {
   EXPECT_THAT(findings, IsEmpty());
 }
 
-// So the source proves that its header compiles alone, and the header needs no target of its own.
+// This shows that the header compiles on its own, without a target for it.
 TEST(Sources, ASourceIncludesItsOwnHeaderFirst) {
   std::vector<std::string> findings;
   int pairs = 0;
@@ -56,7 +56,7 @@ TEST(Sources, ASourceIncludesItsOwnHeaderFirst) {
   EXPECT_THAT(findings, IsEmpty());
 }
 
-// A next command is copied into a shell.
+// The next command is copied into a shell.
 TEST(Sources, PathsInANextCommandAreWordsOfAShell) {
   std::vector<std::string> findings;
   int commands = 0;
@@ -79,7 +79,7 @@ TEST(Sources, PathsInANextCommandAreWordsOfAShell) {
   EXPECT_THAT(findings, IsEmpty());
 }
 
-/// Every match of group 1 in the code of a file, comments left out.
+/// Matches of group 1 in the code of a file, without comments.
 std::set<std::string> names_in(const SourceFile& file, const std::regex& pattern) {
   std::set<std::string> names;
   for (const Line& line : file.lines) {
@@ -90,8 +90,8 @@ std::set<std::string> names_in(const SourceFile& file, const std::regex& pattern
   return names;
 }
 
-// Sources are joined before they are compiled, so that a constant of a neighbour, in other units,
-// would be taken without a word.
+// Sources are joined before compilation, so a constant of another file, perhaps in other units,
+// would be used without an error.
 TEST(Sources, AConstantIsOfTheFileThatUsesIt) {
   const std::regex declared(R"(\b(k[A-Z]\w*)\s*(?:=[^=]|=$|\[|\{))");
   const std::regex made(R"([\w>]\s+(k[A-Z]\w*)\()");
@@ -105,7 +105,7 @@ TEST(Sources, AConstantIsOfTheFileThatUsesIt) {
   };
   std::set<std::string> in_headers, in_sources;
   for (const SourceFile& file : cpp_files()) {
-    // Headers also hold enumerators and the like, so every name in one counts.
+    // Headers also contain enumerators and the like, so every name in one counts.
     if (file.is_header()) in_headers.merge(names_in(file, used));
     if (!file.is_header()) in_sources.merge(own_of(file));
   }
@@ -122,7 +122,7 @@ TEST(Sources, AConstantIsOfTheFileThatUsesIt) {
 }
 
 TEST(Sources, NothingUnfinishedIsLeftInThem) {
-  // Spelt apart, so that this file does not find itself.
+  // Split, so that this file does not find itself.
   const std::regex leftovers(
       "\\b(TO"
       "DO|FIX"
@@ -140,7 +140,7 @@ TEST(Sources, NothingUnfinishedIsLeftInThem) {
   EXPECT_THAT(findings, IsEmpty());
 }
 
-/// A temporary that a call returns ends before a range-for over its member begins (until C++23).
+/// A temporary returned by a call ends before a range-for over its member begins (until C++23).
 TEST(Sources, NoLoopRunsOverWhatACallsPointerHolds) {
   const std::regex loop(R"(\bfor \(.*[^:]:[^:].*\(\)->)");
   ASSERT_TRUE(std::regex_search("for (const Set& one : recording()->sets)", loop));
@@ -184,7 +184,7 @@ TEST(Sources, AreFormatted) {
   const auto formatted = [](const std::string& files) {
     return std::system(("clang-format --dry-run -Werror" + files + " 2>/dev/null").c_str()) == 0;
   };
-  // Starting the program takes longer than reading a file: one by one only where one is wrong.
+  // Starting the program takes longer than reading a file: files are checked singly on failure.
   constexpr std::size_t kAtOnce = 200;
   std::vector<std::string> files, findings;
   for (const SourceFile& file : cpp_files())

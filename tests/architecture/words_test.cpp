@@ -16,7 +16,7 @@ namespace {
 
 using testing::IsEmpty;
 
-/// Words to avoid; "to and fro" is looked for as a phrase.
+/// Words to avoid; "to and fro" is searched for as a phrase.
 constexpr std::array odd_words = {"lean", "leans", "heads", "anew"};
 
 bool is_odd(std::string word) {
@@ -25,7 +25,7 @@ bool is_odd(std::string word) {
   return std::find(odd_words.begin(), odd_words.end(), word) != odd_words.end();
 }
 
-/// The first odd word of a text: words of prose, parts of snake_case and of CamelCase alike.
+/// The first odd word of a text: in prose and in parts of snake_case and CamelCase alike.
 std::string odd_word(const std::string& text) {
   static const std::regex part("[A-Z]?[a-z]+|[A-Z]+");
   for (std::sregex_iterator it(text.begin(), text.end(), part), end; it != end; ++it) {
@@ -35,7 +35,7 @@ std::string odd_word(const std::string& text) {
   return std::regex_search(text, phrase) ? "to and fro" : "";
 }
 
-/// Without names: quoted code of Markdown, strings of C++ that are no sentence (keys, options).
+/// Removes names: quoted code of Markdown, strings of C++ that are not sentences (keys, options).
 std::string prose_of(const std::string& line, const std::regex& names) {
   return std::regex_replace(line, names, " ");
 }
@@ -79,7 +79,7 @@ TEST(Words, CodeAndCommentsHaveNone) {
   static const std::regex key(R"re("[^" ]*")re");
   std::vector<std::string> findings;
   for (const SourceFile& file : cpp_files()) {
-    if (file.path == "tests/architecture/words_test.cpp") continue;  // it names them
+    if (file.path == "tests/architecture/words_test.cpp") continue;  // this file lists them
     for (const Line& line : file.lines) {
       const std::string word = odd_word(prose_of(line.text, key));
       if (!word.empty()) findings.push_back(fmt::format("{} ({})", finding(file, line), word));

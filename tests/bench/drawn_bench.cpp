@@ -58,7 +58,7 @@ void DrawnBench::draw_object(bool is_box) {
   object.z_bottom_mm = true_.table_z_mm;
   object.width_mm = any(60, 125);
   if (is_box) {
-    // A plate lies edge on edge on a square top.
+    // A plate has the same edges as a square top.
     object.depth_mm = (plates_ ? 1 : any(0.7, 1.2)) * object.width_mm;
     object.height_mm = any(50, 125);
     object.edge_radius_mm = any(0.8, 4);
@@ -79,7 +79,7 @@ void DrawnBench::draw_cameras() {
   const double first_deg = any(0, 360);
   cameras_ = "schema = \"drapebench/cameras-plan/1\"\n";
   for (int k = 0; k < camera_count_; ++k) {
-    // Two cameras see from neighbouring sides, as two of three or four do.
+    // Two cameras are as far apart as adjacent ones of three or four.
     const double apart_deg = camera_count_ == 2 ? 80 : 360.0 / camera_count_;
     const double azimuth = (first_deg + apart_deg * k + any(-12, 12)) * units::deg;
     const double tilt = any(28, 43) * units::deg, away_mm = any(650, 850);
@@ -113,7 +113,7 @@ void DrawnBench::draw_cloth() {
   cloth_yaw_deg_ = any(-180, 180);
 }
 
-/// Readings of a rule, a caliper and a micrometer.
+/// Errors of readings of a ruler, a caliper and a micrometer.
 void DrawnBench::draw_statement() {
   true_.stages_mm = {0, 30 + error(0.005), 60 + error(0.005), 90 + error(0.005)};
   stated_ = true_;
@@ -124,20 +124,20 @@ void DrawnBench::draw_statement() {
     size_u_mm_ = std::array{0.05, 0.1, 0.3}[static_cast<std::size_t>(any(0, 3))];
   }
   if (plates_) {
-    // A place that a rule reads; a size by caliper, since a plate says where its own face is.
+    // A position read from a ruler; a size by caliper, since a plate measures only its own face.
     states_uncertainties_ = true;
     place_u_mm_ = 0.5;
     size_u_mm_ = 0.02;
   }
   stated_.table_z_mm += error(0.2);
-  // Over all marks but one with a caliper.
+  // Over all marks except one, with a caliper.
   stated_.pitch_mm += error(0.02) / (marks_ - 1);
   for (DrawnObject& object : stated_.objects) {
     object.x_mm += error(place_u_mm_);
     object.y_mm += error(place_u_mm_);
     object.z_bottom_mm += stated_.table_z_mm - true_.table_z_mm;
     if (object.hole_mm > 0) object.z_bottom_mm += error(place_u_mm_);
-    // Turn from two ends of an edge: each errs by the uncertainty of a place.
+    // Rotation from both ends of an edge, each with the uncertainty of a position.
     if (object.is_box)
       object.yaw_deg += error(std::sqrt(2.0) * place_u_mm_ / object.width_mm / units::deg);
     object.width_mm += error(size_u_mm_);
@@ -228,7 +228,7 @@ void DrawnBench::write_rig(const fs::path& folder, const BenchValues& values, bo
     write_durable(folder / "scenes" / (drape_name(drape) + ".toml"),
                   scene_text(values, drape, is_true));
     if (!plates_) continue;
-    // As wide as the top of the box; around the hole.
+    // As wide as the top of the box, or around the hole.
     const DrawnObject& object = true_.objects[drape];
     const double side_mm = object.is_box ? object.width_mm : 2 * object.hole_mm;
     must(fmt::format("{} object-tags --size-mm {:.4f} --first-id {} --out {}",

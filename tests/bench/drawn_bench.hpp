@@ -14,26 +14,26 @@ struct DrawnObject {
   double width_mm = 0, depth_mm = 0,
          height_mm = 0;  ///< full edges; the first is a sphere's diameter
   double edge_radius_mm = 0;
-  double hole_mm = 0;  ///< in a sphere's stand
+  double hole_mm = 0;  ///< in the stand of a sphere
 };
 
-/// A bench and what its operator reads off it.
+/// A bench and the values that its operator states.
 struct BenchValues {
   std::vector<DrawnObject> objects;  ///< one drape each, called D0, D1, ...
   double table_z_mm = 0, pitch_mm = 0, target_pitch_mm = 20;
   std::vector<double> stages_mm;
 };
 
-/// Look of a bench, drawn from a seed: kind, size, place and turn of the object, number,
-/// places and lenses of the cameras, size of their pictures, print, fabric, friction, light, blur
-/// and noise. What the operator states differs from it by what he says he may be wrong by.
+/// A random bench from a seed: kind, size, position and rotation of the object, number, positions
+/// and lenses of the cameras, size of their pictures, print, fabric, friction, light, blur and
+/// noise. The operator's statements differ from it by their stated uncertainties.
 class DrawnBench {
  public:
   /// `plates`: a sphere on a stand and a box, both with a plate of object tags.
   DrawnBench(std::uint64_t seed, bool plates);
 
-  /// Files as they are in folder/true, drapes simulated there, its pictures rendered, and files as
-  /// the operator writes them, with the recording, in folder/rig. Throws when a program fails.
+  /// Writes the true files to folder/true, simulates drapes there and renders its pictures; writes
+  /// the operator's files and the recording to folder/rig. Throws if a program fails.
   void make(const std::filesystem::path& folder) const;
 
   [[nodiscard]] const BenchValues& truth() const { return true_; }
@@ -49,8 +49,8 @@ class DrawnBench {
                  bool is_true) const;
   [[nodiscard]] std::string scene_text(const BenchValues& values, std::size_t drape,
                                        bool is_true) const;
-  [[nodiscard]] double any(double from, double to);  ///< the next number, even
-  [[nodiscard]] double error(double uncertainty);    ///< the next, normal, within twice that
+  [[nodiscard]] double any(double from, double to);  ///< next random number, uniform
+  [[nodiscard]] double error(double uncertainty);    ///< next, normal, within twice the uncertainty
 
   std::uint64_t seed_, next_ = 0;
   bool plates_;

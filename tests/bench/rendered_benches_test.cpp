@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Whole benches of drawn geometry, rendered and run as an operator runs them: where all that is
-// stated holds within its uncertainties, nothing is named; where an object was moved, it is.
+// Complete benches of random geometry, rendered and run as by an operator: if all statements hold
+// within their uncertainties nothing is reported; if an object was moved, it is.
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -35,8 +35,8 @@ Json run_rig(const fs::path& folder) {
   return parse_json(outcome.text.substr(begin));
 }
 
-/// Verdicts that are not GO, and warnings, of the steps that measure. A simulation of a coarse
-/// grid is none of them.
+/// Verdicts other than GO, and warnings, of the steps that measure; simulations on a coarse grid
+/// are excluded.
 std::string alarms_in(const Json& run) {
   std::string alarms;
   for (const Json& step : run.at("steps")) {
@@ -102,7 +102,7 @@ TEST(RenderedBenches, PlatesShowWhereObjectsStandAndThatOneWasMoved) {
     }
     EXPECT_FALSE(read_sheet(out / "sheet.ply").no_go);
   }
-  // Moved by 6 mm since the operator measured it.
+  // Moved by 6 mm after the operator measured it.
   for (std::size_t drape = 0; drape < bench.stated().objects.size(); ++drape) {
     const double x_mm = bench.stated().objects[drape].x_mm;
     replace_in(folder.path() / fmt::format("rig/scenes/D{}.toml", drape),

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Plates of object tags in drawn poses: rendered, detected, posed, and compared with the truth.
+// Plates of object tags in random poses: rendered, detected, posed, and compared with the truth.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
@@ -34,7 +34,7 @@ std::string pose_name(int pose) {
   return fmt::format("pose_{:02}", pose);
 }
 
-/// A rig whose target is a plate of 80 mm, in drawn free poses before the planned cameras.
+/// Writes a rig whose target is a plate of 80 mm, in random free poses facing the planned cameras.
 void write_rig(const fs::path& folder, int poses) {
   std::string rig =
       "schema = \"drapebench/rig/1\"\nname = \"plates\"\ntarget = \"plate.toml\"\n"
@@ -51,7 +51,7 @@ void write_rig(const fs::path& folder, int poses) {
                    (folder / "plate.pdf").string()));
 }
 
-/// The rigid motion that takes the plate's dots to where the renderer had them.
+/// The rigid motion from the plate's dots to the renderer's.
 WorldFromObject true_pose(const Json& marks, const MarkLattice& lattice) {
   const auto count = static_cast<Eigen::Index>(marks.size());
   Eigen::Matrix3Xd on_plate(3, count), in_world(3, count);
@@ -113,8 +113,8 @@ TEST(RenderedPlates, IntervalsOfTheirPosesHold) {
   EXPECT_EQ(values, 6 * recordings * poses);
   EXPECT_LT(worst_mm, 0.1);
   EXPECT_LT(worst_deg, 0.1);
-  // A few poses cannot tell 93 from 97 %: of 24 values fewer than 18 are inside once in 5,000
-  // draws.
+  // A few poses cannot distinguish 93 from 97 %: of 24 values fewer than 18 are inside once in
+  // 5,000 draws.
   const bool whole = recordings * poses == 2 * kPoses;
   EXPECT_GE(inside, whole ? 0.93 * values : 18);
   EXPECT_LE(inside, whole ? 0.97 * values : values);

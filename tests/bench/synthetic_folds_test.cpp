@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Cloths in folds before three cameras: rendered, detected, labelled, triangulated, and every label
-// compared with what the renderer knows.
+// Cloths in folds in front of three cameras: rendered, detected, labelled, triangulated, with every
+// label compared with the renderer's.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
@@ -29,13 +29,13 @@ using namespace triangulate;
 using units::deg;
 using units::mm;
 
-constexpr double wrong_px = 4;      // from the dot's own centroid: another dot, or no dot
-constexpr double wrong_m = 3 * mm;  // a mark measured here is not where it says
+constexpr double wrong_px = 4;      // distance from the dot's true centroid: another dot, or no dot
+constexpr double wrong_m = 3 * mm;  // distance at which a measured mark is wrong
 
 /// Counts of marks found and of marks that could be found.
 struct Tally {
   int scenes = 0;
-  int visible = 0;       ///< dots in a view: whole and facing it within 60 degrees
+  int visible = 0;       ///< dots in a view that are whole and face it within 60 degrees
   int labelled = 0;      ///< visible dots with a label
   int labels = 0;        ///< all labels of single views
   int wrong_labels = 0;  ///< labels that are wrong

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// bench1 from its pictures through the programs, against the renderer's truth: cameras, their
+// bench1 from its pictures through the programs, compared with the renderer's truth: cameras, their
 // stated uncertainty, and the dots of the cloth in space.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
@@ -52,8 +52,8 @@ void expect_joint_cameras(const Calibration& calibration) {
   }
   std::printf("inner parameters: %.2f stated standard deviations off at most, RMS %.2f\n", largest,
               std::sqrt(squares / 12));
-  // Twelve numbers: one in thirty such sets has one beyond three standard deviations. An error that
-  // all views have in common is in no scatter of views: cam1's image centre is off by more.
+  // Twelve numbers: one in thirty such sets has one beyond three standard deviations. An error
+  // common to all views does not show in their scatter: cam1's image centre is off by more.
   std::printf("largest deviation %s three stated standard deviations\n",
               largest < 3 ? "within" : "MISSED: beyond");
 }
@@ -66,7 +66,7 @@ void expect_tsai_cameras(const Calibration& calibration) {
   }
 }
 
-/// Squared distances of marks from truth (mm^2).
+/// Sum of squared distances of marks from the truth (mm^2).
 struct Sum {
   int marks = 0;
   double squared = 0, predicted = 0, mahalanobis2 = 0;
@@ -124,11 +124,11 @@ void expect_dots(const Detections& detections, const Calibration& calibration) {
   facing_sure.print("the same, not doubtful");
   EXPECT_LE(all.rms_mm(), 0.05);
   EXPECT_LE(all.rms_mm(), 1.15 * all.predicted_mm());
-  // The goal for the facing dots holds for those whose bend the cloth around them tells
-  // and whose views meet; the others are named by the program, without truth.
+  // The limit for facing dots applies to those whose bend is known from the cloth around them and
+  // whose views agree; the program reports the others, without knowing the truth.
   EXPECT_LE(facing_sure.rms_mm(), 0.03);
   EXPECT_GE(facing_sure.marks, 0.85 * facing.marks);
-  // With the dots on creases that no neighbour shows.
+  // Including the dots on creases that no neighbour shows.
   EXPECT_LE(facing.rms_mm(), 0.04);
 }
 

@@ -15,7 +15,7 @@ using Eigen::Vector3d;
 constexpr double kCell_m = 2 * units::mm;
 constexpr float kDark = 40, kLight = 200;
 
-/// The marks of a page in cells of 2 mm, so that a place is looked up among few.
+/// The marks of a page sorted into cells of 2 mm, for fast look-up.
 class Paper {
  public:
   explicit Paper(const Page& page)
@@ -64,7 +64,7 @@ class Paper {
   std::vector<std::vector<Shape>> cells_;
 };
 
-/// Where on the page the rays through a camera's pixel corners end.
+/// Points of the page hit by the rays through a camera's pixel corners.
 class Rays {
  public:
   Rays(const PrintedPage& printed, const Camera& camera, const std::vector<Vector3d>& rays,

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Every kind of target as `drape print` draws it, photographed by two cameras that are known, and
-// taken through the programs as a person would: import, detect, calib. Corners and dots against
-// where they are, cameras against what they are.
+// Every kind of target as drawn by `drape print`, photographed by two known cameras, and processed
+// by the programs as by a person: import, detect, calib. Compares corners and dots with their true
+// positions, and cameras with the true ones.
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
@@ -25,7 +25,7 @@ using Eigen::Vector3d;
 using units::deg;
 using units::mm;
 
-/// A camera that looks at the middle of the target from (x, y, z) in metres.
+/// A camera at (x, y, z) in metres that faces the centre of the target.
 Camera camera_at(const std::string& name, const Vector3d& centre, const BrownLens& lens) {
   Camera camera;
   camera.name = name;
@@ -109,7 +109,7 @@ class Boards : public testing::Test {
     EXPECT_EQ(outcome.exit_code, 0) << arguments << "\n" << outcome.text;
   }
 
-  /// Pictures of the printed page from every view, imported and searched for the target's points.
+  /// Draws the printed page in every view, imports the pictures and detects the target's points.
   void photograph(const std::string& description) {
     write_durable(at("target.toml"), "schema = \"drapebench/target/1\"\n" + description);
     write_durable(at("rig.toml"), kRig);
@@ -135,8 +135,8 @@ class Boards : public testing::Test {
     return read_calibration(at(method + ".json"));
   }
 
-  /// RMS distance of the points found from where they are. A corner that the view leaves too little
-  /// room around, or that no tag read leads to, may be missing; a wrong label may not be there.
+  /// RMS distance of the points found from their true positions. A corner with too little room
+  /// around it, or to which no tag leads, may be missing; a wrong label must not occur.
   [[nodiscard]] double point_error_px() const {
     double squares = 0;
     std::size_t points = 0;
@@ -171,8 +171,8 @@ class Boards : public testing::Test {
   Target target_;
 };
 
-/// Distance of a calibration from the true camera. Four standard deviations: one in 16,000 for
-/// each.
+/// Compares a calibration with the true camera. Four standard deviations: exceeded once in 16,000
+/// for each value.
 void expect_true(const CalibratedCamera& calibrated, const Camera& truth) {
   const auto& found = std::get<BrownLens>(calibrated.camera.model.lens);
   const auto& lens = std::get<BrownLens>(truth.model.lens);
@@ -187,7 +187,7 @@ void expect_true(const CalibratedCamera& calibrated, const Camera& truth) {
       truth.name.c_str(), off[0], off[1], sd[0], sd[1], off[2], off[3], sd[2], sd[3], centre_mm,
       calibrated.residuals.rms_px);
   for (int i = 0; i < 4; ++i) EXPECT_LT(std::abs(off[i]), 4 * sd[i]) << truth.name << " " << i;
-  // A wide standard deviation would allow anything: the focal length is known to 0.1 %.
+  // A large standard deviation would allow anything: the focal length is known to 0.1 %.
   EXPECT_LT(sd.head<2>().maxCoeff(), 1e-3 * lens.fx_px) << truth.name;
   EXPECT_LT(centre_mm, 0.5) << truth.name;
 }
@@ -203,10 +203,10 @@ void Boards::expect_found_and_calibrated(const std::string& description, double 
   ASSERT_EQ(joint.cameras.size(), truth.size());
   for (std::size_t i = 0; i < truth.size(); ++i) {
     expect_true(joint.cameras[i], truth[i]);
-    // A dot's eccentricity, an error of the point, is taken out of the fit.
+    // A dot's eccentricity, an error of the point, is corrected in the fit.
     EXPECT_LT(joint.cameras[i].residuals.rms_px, 0.05);
   }
-  // Tsai's method has the two stages and one radial coefficient: a millimetre at half a metre.
+  // Tsai's method uses the two stages and one radial coefficient: a millimetre at half a metre.
   const Calibration tsai = calibrated("tsai");
   for (std::size_t i = 0; i < truth.size(); ++i) {
     const double off_mm =

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Thirteen real stereo pairs of a chessboard (Bouguet's, as OpenCV ships them) through the programs
-// as a person would run them: boards drawn by the corners that OpenCV 4.6 found with its best
-// sub-pixel window, and the photographs where they are at hand. The limits are those of OpenCV on
-// these corners and of mrcal 2.2 with the board's bow.
+// Thirteen real stereo pairs of a chessboard (Bouguet's, distributed with OpenCV), processed by the
+// programs as by a person: boards drawn from the corners that OpenCV 4.6 found with its best
+// sub-pixel window, and the photographs if available. The limits are the errors of OpenCV on these
+// corners and of mrcal 2.2 with the board's bow.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -27,7 +27,7 @@ namespace fs = std::filesystem;
 constexpr int kRows = 6, kCols = 9;
 constexpr double kSquare_m = 0.03;
 
-/// RMS point distance over all cameras, px.
+/// RMS distance of points over all cameras, px.
 double rms_px(const Calibration& calibration) {
   double squares = 0;
   int points = 0;
@@ -62,7 +62,7 @@ class StereoChessboard : public testing::Test {
     return read_calibration(out() / name / "calibration.json");
   }
 
-  /// Calibrates the detections of `name` again with another rig file and options.
+  /// Calibrates from the detections of `name` again with another rig file and options.
   [[nodiscard]] Calibration again(const std::string& name, const fs::path& rig,
                                   const std::string& options) const {
     const fs::path file = out() / name / "again.json";
@@ -73,7 +73,7 @@ class StereoChessboard : public testing::Test {
     return read_calibration(file);
   }
 
-  /// `folder` with the pictures of one camera.
+  /// Copy of `folder` with the pictures of one camera.
   [[nodiscard]] fs::path only(const std::string& camera, const fs::path& pictures,
                               const fs::path& folder) const {
     fs::remove_all(folder);
@@ -115,7 +115,7 @@ TEST_F(StereoChessboard, TheBaselineIsThePublishedOne) {
     const Calibration calibration = calibrate(pictures, "pair");
     const auto right_from_left = calibration.camera("right").camera.cam_from_world *
                                  calibration.camera("left").camera.cam_from_world.inverse();
-    // Bouguet's published translation with three times his standard deviations.
+    // Bouguet's published translation, with three times his standard deviations.
     const Eigen::Vector3d published_mm(-99.80198, 1.12443, 0.05041);
     const Eigen::Vector3d three_sd_mm(0.142, 0.114, 0.498);
     const Eigen::Vector3d difference_mm = right_from_left.translation_m / units::mm - published_mm;
@@ -200,7 +200,7 @@ const FrameDetections& frame_of(const Detections& detections, const std::string&
   throw std::runtime_error("no frame of " + set + ", " + camera);
 }
 
-/// Sum of squared distances, mm^2, of the triangulated corners from a flat board moved onto them.
+/// Sum of squared distances, mm^2, of the triangulated corners from a flat board fitted to them.
 double rigid_misfit_mm2(const Calibration& calibration, const Detections& detections,
                         const std::string& set) {
   const FrameDetections& left = frame_of(detections, set, "left");
@@ -233,7 +233,7 @@ TEST_F(StereoChessboard, ABoardThatCalibrationNeverSawKeepsItsShape) {
       const std::string name = "\"" + frame.set + "\"";
       const auto place = without.find(name);
       ASSERT_NE(place, std::string::npos);
-      // The list's comma goes with the name: after it, or before it for the last one.
+      // Removes the list's comma too: after the name, or before it for the last one.
       const bool last = without.compare(place + name.size(), 1, "]") == 0;
       without.erase(last ? place - 2 : place, name.size() + 2);
       const fs::path file = out() / "pair/without.toml";

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// triangulate writes table and objects into the measured sheet, compare reads them from the scene
-// that was simulated: the two must be the same for one scene, or no drape would be GO.
+// triangulate writes table and objects into the measured sheet, compare reads them from the
+// simulated scene: for one scene both must be equal, otherwise no drape would be GO.
 #include <gtest/gtest.h>
 
 #include "compare/asked_scene.hpp"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A stage can be replaced by another lab's program that knows the documents alone.
+// A stage can be replaced by a program of another lab that uses only the documentation.
 #include <gmock/gmock.h>
 #include <sys/stat.h>
 
@@ -17,7 +17,7 @@ namespace {
 namespace fs = std::filesystem;
 using testing::HasSubstr;
 
-/// A folder of all programs in which `text` takes the place of one of them.
+/// A folder of all programs in which a script `text` replaces one of them.
 class Programs {
  public:
   Programs(const std::string& replaced, const std::string& text) {
@@ -25,7 +25,7 @@ class Programs {
          fs::directory_iterator(program("drape").parent_path())) {
       const std::string name = entry.path().filename().string();
       if (!name.starts_with("drape") || name == replaced) continue;
-      // `drape` looks for the stages beside its own file, so it is no link.
+      // `drape` looks for the stages beside its own file, so it is copied, not linked.
       name == "drape" ? fs::copy(entry.path(), folder_.path() / name)
                       : fs::create_symlink(entry.path(), folder_.path() / name);
     }
@@ -49,7 +49,7 @@ TEST(ForeignStage, APythonTriangulationRunsTheBenchToItsEnd) {
   EXPECT_EQ(outcome.exit_code, 0) << outcome.text;
   const Sheet sheet = read_sheet(bench.folder() / "out/C/sheet.ply");
   ASSERT_GE(sheet.marks.size(), 80U);
-  // A quarter of the pitch: no true mark but its own is that near.
+  // A quarter of the pitch: only its own true mark is that close.
   for (const TrueDot& dot : bench1_truth().drapes.at("C")) {
     if (const SheetMark* mark = sheet.find(dot.mark)) {
       EXPECT_LT((mark->point_in_world - dot.point_in_world).norm(), 5 * units::mm);
@@ -67,7 +67,7 @@ TEST(ForeignStage, AProgramThatCrashesIsNoVerdictAndLosesNoOther) {
       unmeasured.text,
       HasSubstr("triangulate (drape C) ended with exit code 1 but did not write out/C/sheet"));
   EXPECT_THAT(unmeasured.text, Not(HasSubstr("GO: ")));
-  // An extra that no drape has: the results are there without it.
+  // An optional step that fails for every drape: there are results without it.
   const std::string only_branches = "#!/bin/sh\n[ \"$1\" = branches ] || exec '" +
                                     program("drape-simulate").string() + "' \"$@\"\n" +
                                     crashes.substr(crashes.find('\n') + 1);
@@ -77,14 +77,14 @@ TEST(ForeignStage, AProgramThatCrashesIsNoVerdictAndLosesNoOther) {
   EXPECT_THAT(extra.text, HasSubstr("GO: the bench ran"));
   EXPECT_THAT(extra.text, HasSubstr("warning: " + said));
   EXPECT_THAT(read_text(bench.folder() / "out/report.html"), HasSubstr(said));
-  // A box in which no simulation can start: the measured sheet alone goes to compare.
+  // A box in which no simulation can start: only the measured sheet is passed to compare.
   bench.replace("scenes/C.toml", "[128.0, 128.0, 128.0]", "[128.0, 128.0, 178.0]");
   const Programs comparing("drape-compare", crashes);
   const Outcome uncompared = comparing.run(bench);
   EXPECT_EQ(uncompared.exit_code, 1) << uncompared.text;
   EXPECT_THAT(uncompared.text, HasSubstr("\nNO-GO: triangulate (drape C): "));
   EXPECT_THAT(uncompared.text, HasSubstr("nothing was compared, stored or reported: compare "));
-  // For scripts it has the keys of any run, and no report.
+  // For scripts it has the keys of any run, but no report.
   const Outcome read = comparing.run(bench, " --single --json 2>/dev/null");
   EXPECT_EQ(read.exit_code, 1) << read.text;
   const Json json = Json::parse(read.text);

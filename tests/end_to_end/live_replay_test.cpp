@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Live = replay: one drape seen through emulated GigE cameras, through the kernel's V4L2 driver and
-// through a recording gives the same pixels and the same measured sheet, byte for byte.
+// Live = replay: one drape through emulated GigE cameras, through the kernel's V4L2 driver and from
+// a recording gives the same pixels and the same measured sheet, byte for byte.
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 
@@ -56,7 +56,7 @@ class LiveIsReplay : public testing::Test {
     return test::run_line("'" + test::program(program).string() + "' " + arguments);
   }
 
-  /// bench1's rig with these cameras; `camera` writes the lines of the n-th one.
+  /// Writes bench1's rig with these cameras; `camera` writes the lines of the n-th one.
   template <class Camera>
   void write_rig(const std::string& name, const std::string& method, double rate_hz,
                  Camera camera) const {
@@ -90,7 +90,7 @@ class LiveIsReplay : public testing::Test {
     ASSERT_EQ(outcome.exit_code, 0) << outcome.text;
   }
 
-  /// sheet.ply and sheet.json of a recording's drape_A, one after the other.
+  /// sheet.ply and sheet.json of a recording's drape_A, concatenated.
   std::string sheet_of(const std::string& recording) const {
     const std::string out = recording + "-measured";
     fs::create_directories(at(out));
@@ -151,7 +151,7 @@ TEST_F(LiveIsReplay, ThroughThreeGigeCameras) {
   EXPECT_TRUE(sheet == sheet_of("replay")) << "the measured sheets differ";
 }
 
-/// Results of the tests in the guest, as GoogleTest's JSON has it.
+/// Checks the results of the tests in the guest, from GoogleTest's JSON.
 void expect_guest_tests_passed(const fs::path& file, const std::string& output) {
   ASSERT_TRUE(fs::exists(file)) << output;
   const Json report = parse_json(read_text(file));

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// One drape through every pixel format: what is measured of it is the same within the noise that
-// the measurement states.
+// One drape in every pixel format: the measurements agree within their stated
+// noise.
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 
@@ -31,8 +31,8 @@ using capture::PixelFormat;
 
 constexpr int kViews = 3, kDepth = 16;
 
-/// bench1's drape_A as a sensor of 16 bits would see it: its grey levels, and between two of them
-/// what such a sensor tells apart.
+/// bench1's drape_A as seen by a 16-bit sensor: its grey levels, with the steps between them that
+/// such a sensor resolves.
 cv::Mat light_of_bench1(int camera) {
   const cv::Mat grey = cv::imread(
       (test::source_root() / fmt::format("rigs/bench1/recording/drape_A/cam{}.png", camera))
@@ -46,13 +46,13 @@ cv::Mat light_of_bench1(int camera) {
   return light + fine;
 }
 
-/// Is the pixel green? Of the first two pixels of the first row the name says so.
+/// True if the pixel is green. The name states the first two pixels of the first row.
 bool is_green(Mosaic mosaic, int x, int y) {
   const bool first = mosaic == Mosaic::gr || mosaic == Mosaic::gb;
   return ((x + y) % 2 == 0) == first;
 }
 
-/// A frame as the camera sends it; red and blue see less of the light than green does.
+/// A frame as sent by the camera; red and blue get less light than green.
 std::vector<std::uint8_t> sent_by(const PixelFormat& format, const cv::Mat& light) {
   std::vector<std::uint8_t> bytes;
   if (format.packing == Packing::jpeg) {
@@ -103,8 +103,8 @@ class PixelFormats : public testing::Test {
     Sheet sheet;
   };
 
-  /// Developed and stored by the capture, then detected and triangulated. Formats of the same grey
-  /// are measured once.
+  /// Developed and stored by the capture, then detected and triangulated. Formats with equal grey
+  /// values are measured once.
   const Measured& measured_through(const PixelFormat& format) {
     capture::CamerasFile cameras;
     capture::LiveResult live;
@@ -159,7 +159,7 @@ class PixelFormats : public testing::Test {
   test::TemporaryFolder temporary_;
 };
 
-/// By how many cameras the mark was measured.
+/// Number of cameras by which the mark was measured.
 std::ptrdiff_t views_of(const MarkId& mark, const Detections& detections) {
   return std::ranges::count_if(detections.frames, [&](const FrameDetections& frame) {
     return std::ranges::any_of(frame.detections,
@@ -167,8 +167,8 @@ std::ptrdiff_t views_of(const MarkId& mark, const Detections& detections) {
   });
 }
 
-/// Root mean square error of a centre along one axis against what the renderer knows, of the dots
-/// that both formats measured.
+/// Root mean square error of a centre along one axis relative to the renderer's truth, over the
+/// dots that both formats measured.
 double centre_error_px(const Detections& detections, const Detections& also) {
   double squares = 0;
   int axes = 0;
@@ -193,7 +193,7 @@ TEST_F(PixelFormats, GiveTheSameSheetWithinTheStatedNoise) {
   const bool whole = test::trial_count(0, 1) == 1;
   int formats = 0;
   for (const PixelFormat& format : capture::pixel_formats()) {
-    // Packed ones hold the same samples as those in words: pixel_format_test.cpp.
+    // Packed formats contain the same samples as those in words: pixel_format_test.cpp.
     if (format.packing == Packing::lsb || format.packing == Packing::gige_packed) continue;
     if (!whole && std::find(slice.begin(), slice.end(), format.name) == slice.end()) continue;
     ++formats;
@@ -203,8 +203,8 @@ TEST_F(PixelFormats, GiveTheSameSheetWithinTheStatedNoise) {
     for (const SheetMark& mark : reference.marks) {
       const SheetMark* other = measured.sheet.find(mark.mark);
       if (other == nullptr) {
-        // With other noise or half of the samples a view at a limit of detect may go; where three
-        // cameras measured the mark, two are left.
+        // With other noise or half of the samples, a view at a detection limit can be lost; of
+        // three cameras two are left.
         EXPECT_EQ(views_of(mark.mark, mono8.detections), 2) << format.name;
         const bool is_named = std::ranges::any_of(
             measured.sheet.gaps, [&](const Gap& gap) { return gap.mark == mark.mark; });
@@ -212,7 +212,7 @@ TEST_F(PixelFormats, GiveTheSameSheetWithinTheStatedNoise) {
         continue;
       }
       const Eigen::Vector3d apart = mark.point_in_world - other->point_in_world;
-      // The same light and the same noise in it: they differ by less than two measurements would.
+      // The same light and the same noise: they differ by less than two measurements would.
       const double z2 = apart.dot(other->covariance_m2->ldlt().solve(apart)) / 3;
       squares += z2;
       largest = std::max(largest, std::sqrt(z2));

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The whole bench as an operator runs it, against the truth that only tests read.
+// A complete bench as run by an operator, compared with the truth that only tests read.
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -34,7 +34,7 @@ using drape::test::SmallBench;
 using testing::ContainsRegex;
 using testing::HasSubstr;
 
-/// Ending of a step, without the line that counts what its own run added to the store: a run before
+/// Ending of a step, without the line that counts what its run added to the store: an earlier run
 /// may have been killed after it had stored everything.
 std::string said(const fs::path& ending) {
   std::istringstream lines(drape::read_text(ending));
@@ -45,8 +45,8 @@ std::string said(const fs::path& ending) {
   return text;
 }
 
-/// SHA-256 of every output but the locks, which a kill leaves behind empty, the run records, which
-/// alone hold clock times, and the store's seal, which holds their hashes; of what was said, the
+/// SHA-256 of every output except the locks, which a kill leaves behind empty, the run records,
+/// which contain clock times, and the store's seal, which contains their hashes; for endings the
 /// text itself.
 std::map<std::string, std::string> contents(const fs::path& out) {
   std::map<std::string, std::string> result;
@@ -66,9 +66,9 @@ double percentile(std::vector<double> values, double fraction) {
   return values.at(static_cast<std::size_t>(fraction * static_cast<double>(values.size() - 1)));
 }
 
-/// Blender's own meshes, given as another simulator's, against the measured sheet of a drape: what
-/// the store says of each mark is its distance from the truth. Returns e' C^-1 e of every mark that
-/// was compared, e its error and C the covariance that the sheet states.
+/// Compares Blender's own meshes, as those of another simulator, with the measured sheet of a
+/// drape: the stored distance of each mark is its distance from the truth. Returns e' C^-1 e of
+/// every compared mark, with its error e and the stated covariance C.
 std::vector<double> compare_with_blender(const SmallBench& bench, const std::string& drape,
                                          const fs::path& mesh) {
   const fs::path out = bench.folder() / "out", toml = out / (drape + "-blender.toml");
@@ -81,7 +81,7 @@ std::vector<double> compare_with_blender(const SmallBench& bench, const std::str
   const std::string store = " --store " + (out / (drape + "-blender.sqlite")).string();
   const Outcome import = drape::test::run_line(
       results + " import " + (out / drape / "sheet.ply").string() + " " + toml.string() + store);
-  // A distance of the size of its own error is no measured distance.
+  // A distance as small as its own error does not count as measured.
   EXPECT_EQ(import.exit_code, 1) << import.text;
   EXPECT_NE(import.text.find("the uncertainty of a mark"), std::string::npos) << import.text;
   const Outcome rows = drape::test::run_line(
@@ -119,7 +119,7 @@ TEST(EndToEnd, MeasuresTheTrueMarksOfAllDrapes) {
       if (mark != nullptr) {
         const double error_mm =
             (mark->point_in_world - dot.point_in_world).norm() / drape::units::mm;
-        wrong += error_mm > 5;  // A quarter of the pitch: no true mark but its own is that near.
+        wrong += error_mm > 5;  // A quarter of the pitch: only its own true mark is that close.
         if (dot.facing_views(60) >= 2) errors_mm.push_back(error_mm);
       }
       wanted += dot.facing_views(60) >= 2;
@@ -137,8 +137,8 @@ TEST(EndToEnd, MeasuresTheTrueMarksOfAllDrapes) {
 TEST(EndToEnd, DistancesFromBlendersOwnMeshesAreTheErrorsOfTheMarks) {
   const std::filesystem::path data = drape::test::test_data("bench1");
   const SmallBench bench({"A", "C", "E"}, drape::test::measured);
-  // Chi-square with three degrees of freedom: 99.7 % below 14.16 if every covariance were right.
-  // Dots on the sharpest folds are bent more than their correction knows, so some lie outside.
+  // Chi-square with three degrees of freedom: 99.7 % below 14.16 if every covariance is right. Dots
+  // on the sharpest folds are bent more than their correction models, so some are outside.
   int inside = 0, all = 0;
   for (const std::string drape : {"A", "C", "E"}) {
     const auto squares = compare_with_blender(bench, drape, data / ("mesh_" + drape + ".ply"));
@@ -153,7 +153,7 @@ TEST(EndToEnd, DistancesFromBlendersOwnMeshesAreTheErrorsOfTheMarks) {
   EXPECT_GE(inside, 0.92 * all) << "distances agree with the truth within what the sheets state";
 }
 
-/// The set of drape C as another one, with the noise of other pictures.
+/// Adds the set of drape C as another one, with new noise in the pictures.
 void photograph_again(const SmallBench& bench, const std::string& set, int seed) {
   const fs::path recording = bench.rig() / "recording";
   drape::Json list = drape::parse_json(drape::read_text(recording / "recording.json"));
@@ -205,7 +205,7 @@ TEST(EndToEnd, AMatchRestsOnTheRepeatsThatTheRigNames) {
   EXPECT_THAT(drape::test::run_line(results + " runs" + store).text, HasSubstr("by 3 repeats"));
   EXPECT_EQ(drape::test::run_line(results + " verify" + store).exit_code, 0);
   EXPECT_THAT(bench.run("out").text, HasSubstr("0 made, 15 up to date"));
-  // One laying less: nothing but the comparison is made again.
+  // One laying fewer: only the comparison is made again.
   bench.replace("rig.toml",
                 "[[repeat]]\nscene = \"C\"\nset = \"drape_C_4\"\nrepeat = "
                 "\"4\"\nface = \"back\"\n",
@@ -219,7 +219,7 @@ TEST(EndToEnd, RepeatsOnlyStepsThatReadWhatChanged) {
   const fs::path scene = bench.rig() / "scenes/C.toml";
   drape::write_durable(scene, "# laid by hand\n" + drape::read_text(scene));
   EXPECT_THAT(bench.run("out").text, HasSubstr("0 made, 6 up to date"));
-  // The same picture in other bytes.
+  // The same picture encoded in other bytes.
   const fs::path folder = bench.rig() / "recording/drape_C", picture = folder / "cam0.png";
   const fs::path original = fs::canonical(folder);
   const std::string before = drape::sha256_of_file(picture);
@@ -248,7 +248,7 @@ TEST(EndToEnd, AnEnsembleSaysWhereTheRealDrapeIsAmongIts) {
   EXPECT_THAT(first.text, HasSubstr("4 made, 4 up to date"));
   EXPECT_THAT(first.text, testing::Not(HasSubstr("drape run --uncertainty")));
   const fs::path out = bench.folder() / "out";
-  // U speaks of the drape that is compared.
+  // U refers to the drape that is compared.
   const auto split =
       drape::parse_json(drape::read_text(out / "C/simulations/10mm-1" / drape::kSensitivityName));
   EXPECT_THAT(first.text, ContainsRegex(fmt::format("10 mm +1 +{:.3f} ",
@@ -359,7 +359,7 @@ TEST(EndToEnd, SameContentAtOneAndTwoThreadsTwiceAndKilled) {
   EXPECT_THAT(first.text, HasSubstr("6 made, 0 up to date"));
   auto before = contents(undisturbed.folder() / "out");
   EXPECT_EQ(before.count("results.sqlite"), 1U);
-  // A second run makes nothing and shows the tables again.
+  // A second run computes nothing and shows the tables again.
   const Outcome second = undisturbed.run("out", "--threads 1");
   EXPECT_EQ(second.exit_code, first.exit_code);
   EXPECT_THAT(second.text, HasSubstr("0 made, 6 up to date"));
@@ -374,7 +374,7 @@ TEST(EndToEnd, SameContentAtOneAndTwoThreadsTwiceAndKilled) {
   const fs::path out = killed.folder() / "out";
   for (const char* file :
        {"target-detections.json", "calibration.json", "C/sheet.json", "results.sqlite",
-        "report.html"}) {  // Before the last, everything is in the store.
+        "report.html"}) {  // Before the last file, everything is in the store.
     kill_when(killed, out / file);
   }
   const Outcome last = killed.run("out");
@@ -388,7 +388,7 @@ TEST(EndToEnd, SameContentAtOneAndTwoThreadsTwiceAndKilled) {
   auto after = contents(out);
   before.erase("results.sqlite");
   after.erase(
-      "results.sqlite");  // Compared by content above: a killed writer may leave free pages.
+      "results.sqlite");  // Compared by content above, since a killed writer can leave free pages.
   EXPECT_EQ(before, after);
 }
 

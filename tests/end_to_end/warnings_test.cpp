@@ -13,7 +13,7 @@ namespace {
 namespace fs = std::filesystem;
 using testing::HasSubstr;
 
-/// The folder of a set, as a copy that may be spoiled.
+/// The folder of a set, as a copy that can be changed.
 fs::path own(const SmallBench& bench, const std::string& set) {
   fs::path folder = bench.rig() / "recording" / set;
   const fs::path linked = fs::read_symlink(folder);
@@ -40,14 +40,14 @@ TEST(EndToEnd, WarningsAndNoGosReachRunReportAndStore) {
     EXPECT_THAT(report, HasSubstr(warning));
     EXPECT_THAT(warnings, HasSubstr(warning));
   }
-  // A warning makes no other run of the same sheets.
+  // A warning does not create another run of the same sheets.
   const std::string store = (out / "results.sqlite").string();
   EXPECT_EQ(
       run_line(program("drape-results").string() + " import " + out.string() + " --store " + store)
           .exit_code,
       0);
   EXPECT_EQ(answer("SELECT count(*) FROM run"), "count(*)\n1\n");
-  // An acceptance that says NO-GO of this very calibration.
+  // An acceptance with NO-GO for this calibration.
   Json refused = {{"schema", "drapebench/acceptance/1"},
                   {"rig", "bench1"},
                   {"positions", 9},
@@ -67,11 +67,11 @@ TEST(EndToEnd, WarningsAndNoGosReachRunReportAndStore) {
   EXPECT_EQ(imported.exit_code, 1);
   EXPECT_THAT(imported.text, HasSubstr("NO-GO: C: the acceptance of this calibration"));
   EXPECT_THAT(answer(verdicts), HasSubstr("NO-GO,C: the acceptance of this calibration"));
-  // The store keeps what was refused until the calibration is accepted.
+  // The store keeps the refusal until the calibration is accepted.
   refused["go"] = true;
   refused.erase("cause");
   write_json(acceptance, refused);
-  // A box in which no simulation can start: nothing is compared, and what was GO is so no more.
+  // A box in which no simulation can start: nothing is compared, and the earlier GO is withdrawn.
   bench.replace("scenes/C.toml", "[128.0, 128.0, 128.0]", "[128.0, 128.0, 178.0]");
   const Outcome third = bench.run("out");
   EXPECT_EQ(third.exit_code, 1) << third.text;
@@ -101,13 +101,13 @@ TEST(EndToEnd, ADrapeThatCameToNoSheetIsInTheVerdictOfStoreAndReport) {
   write_durable(picture, whole);
   EXPECT_EQ(bench.run("out").exit_code, 0);
   EXPECT_THAT(verdict(), HasSubstr("\nGO,"));
-  // No label at all: the other drape is compared all the same.
+  // Without any label the other drape is still compared.
   bench.replace("scenes/C.toml", "set = \"drape_C\"", "set = \"empty\"");
   const Outcome empty = bench.run("out");
   EXPECT_EQ(empty.exit_code, 1) << empty.text;
   EXPECT_THAT(empty.text, HasSubstr("E, mean distance"));
   EXPECT_THAT(verdict(), HasSubstr("NO-GO,"));
-  // Nothing comes of a run without its target, and an older report would say otherwise.
+  // A run without its target has no result, and an older report would be misleading.
   const fs::path target = own(bench, "stage_z000") / "cam1.png";
   write_durable(target, read_text(target) + "x");
   EXPECT_EQ(bench.run("out").exit_code, 3);

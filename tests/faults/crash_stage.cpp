@@ -20,7 +20,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// The front door of the programs under test; the store holds the date of a run.
+/// Shell line of the front door under test, with a fixed date of the run, which the store holds.
 std::string drape_line(const std::string& arguments) {
   const fs::path here = program("drape").parent_path();
   const fs::path programs = environment("DRAPE_CRASH_PROGRAMS", here.string());
@@ -47,7 +47,7 @@ void add_folder_of(const SmallBench& bench, const std::string& name, const fs::p
            fs::copy_options::recursive | fs::copy_options::copy_symlinks);
 }
 
-/// rig/ of a small bench with one drape and few poses of the target, its images linked.
+/// Adds rig/ of a small bench with one drape and few poses of the target, images linked.
 void add_rig(const fs::path& folder) {
   add_folder_of(SmallBench({"C"}), "rig", folder);
   for (const char* poses :
@@ -61,7 +61,7 @@ constexpr const char* kDensity = "areal_density_g_per_m2 = 138";
 constexpr const char* kOtherDensity = "areal_density_g_per_m2 = 150";
 constexpr const char* kVerifyRun = "results verify --store out/results.sqlite";
 
-/// A finished run without its last step.
+/// Adds a finished run without its last step.
 void add_run_before_comparison(const fs::path& folder) {
   const SmallBench bench({"C"}, measured);
   for (const char* name : {"rig", "out"}) add_folder_of(bench, name, folder);
@@ -79,7 +79,7 @@ void add_run_with_other_fabric(const fs::path& folder) {
 
 void add_failed_run(const fs::path& folder) {
   add_finished_run(folder);
-  // The simulation alone fails, so that the front door has removed what it would have made.
+  // Only the simulation fails, so that the front door has removed its output.
   const fs::path fabric = folder / "rig/fabrics/A.toml";
   replace_in(fabric, kDensity, kOtherDensity);
   const fs::path simulation = folder / "out/C/simulations/10mm-1";
@@ -96,7 +96,7 @@ void add_images(const fs::path& folder) {
     fs::copy(recording / set, folder / "images" / set, fs::copy_options::recursive);
 }
 
-/// A rig whose cameras show the recorded drape.
+/// Adds a rig whose cameras show the recorded drape.
 void add_replayed_cameras(const fs::path& folder) {
   fs::create_directories(folder / "rig");
   add_images(folder);
@@ -121,8 +121,8 @@ void add_old_store(const fs::path& folder) {
   fs::copy_file(source_root() / "compare/test_data/store_v3.sqlite", folder / "old/results.sqlite");
 }
 
-/// Content of a file that must not depend on interruptions. Clock times are left out, and of the
-/// run that made the report the store among its outputs and the counts in its ending.
+/// Content of a file that must not depend on interruptions: without clock times and, for the run
+/// that made the report, without the store among its outputs and the counts in its ending.
 std::string lasting(const std::string& file, std::string text) {
   static const std::regex times(
       "\"(started|ended)_utc\": \"[^\"]*\"|\"device_time_s\": [^\n]*"
@@ -136,7 +136,7 @@ std::string lasting(const std::string& file, std::string text) {
   return text;
 }
 
-/// Steps that the front door has called finished.
+/// Number of steps that the front door reported as finished.
 long finished_steps(const std::string& text) {
   static const std::regex finished("(^|\n)[a-z]+ +[^\n]* (done|up to date) [^\n]*");
   return std::distance(std::sregex_iterator(text.begin(), text.end(), finished), {});
@@ -148,7 +148,7 @@ long up_to_date_steps(const std::string& text) {
   return std::regex_search(text, found, count) ? std::stol(found[1]) : 0;
 }
 
-/// A call that failed is reported in one sentence with exit 3 or 5, or changed nothing.
+/// A failed call must be reported in one sentence with exit 3 or 5, or must have changed nothing.
 std::string wrong_answer(const Outcome& outcome) {
   std::size_t sentences = 0;
   for (auto at = outcome.text.find("error: "); at != std::string::npos;
@@ -174,7 +174,7 @@ std::vector<Situation> situations() {
       {"capture", add_replayed_cameras,
        "capture rig --set drape_C --out recording --patience-s 300", "capture verify recording", "",
        "the recording already holds this set"},
-      // Nobody has the sheets of that store's comparisons any more.
+      // The sheets of that store's comparisons no longer exist.
       {"migration", add_old_store, "results import out --store old/results.sqlite",
        "results verify --no-recompute --store old/results.sqlite", "old/results.sqlite"},
   };
@@ -255,7 +255,7 @@ std::string CrashStage::after_power_cut(long at, bool synced, const std::string&
 Traces CrashStage::runs() const {
   const fs::path store = work() / situation_.store;
   if (situation_.store.empty() || !fs::is_regular_file(store)) return {};
-  // A copy: the next run is to find the store as the kill left it.
+  // A copy, so that the next run finds the store as the kill left it.
   const TemporaryFolder copy;
   for (const char* end : {"", "-wal", "-journal"})
     if (fs::exists(store.string() + end))
@@ -279,7 +279,7 @@ Traces CrashStage::runs() const {
   return runs;
 }
 
-/// A run after the first, whole or not, leaves the same as an undisturbed one.
+/// A run after the first one, complete or not, must give the result of an undisturbed one.
 std::string CrashStage::after_second_run(const Outcome& first) const {
   for (const auto& [key, text] : runs()) {
     const auto whole = expected_runs_.find(key);
@@ -308,7 +308,7 @@ Outcome CrashStage::run(const std::string& words) const {
   return outcome;
 }
 
-/// The line of the situation with the fault injected at call `at`; 0 only counts.
+/// The line of the situation with the fault injected at call `at`; 0 only counts calls.
 std::string CrashStage::faulty(long at, const std::string& with, const std::string& more) const {
   write_durable(counter(), std::string(sizeof(long), '\0'));
   return fmt::format(
@@ -316,8 +316,8 @@ std::string CrashStage::faulty(long at, const std::string& with, const std::stri
       counter().string(), at, with, more, DRAPE_FAIL_AT_LIBRARY, drape_line(situation_.line));
 }
 
-/// Everything a run left, by name; the bytes of a store depend on its transactions, so its rows
-/// stand for it.
+/// Everything left by a run, by name; a store is compared by rows, since its bytes depend on its
+/// transactions.
 Traces CrashStage::traces() const {
   Traces traces;
   for (const auto& entry : fs::recursive_directory_iterator(work())) {
@@ -325,7 +325,7 @@ Traces CrashStage::traces() const {
     const std::string file = entry.path().filename().string();
     if (!entry.is_regular_file() || file.front() == '.' || name.starts_with("rig/")) continue;
     if (file.find(".sqlite") != std::string::npos || file == "capture.json") continue;
-    // Leftovers of a capture that was ended after its last acknowledgement: nothing reads them.
+    // Remains of a capture that ended after its last acknowledgement, which nothing reads.
     if (!situation_.refused.empty() && file.starts_with("recording.") && file != "recording.json")
       continue;
     traces[name] = lasting(file, read_text(entry.path()));

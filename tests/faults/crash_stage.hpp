@@ -12,14 +12,14 @@
 
 namespace drape::test {
 
-/// One thing that people do, from a folder prepared for it.
+/// A task of a user, with the folder prepared for it.
 struct Situation {
   std::string name;
   std::function<void(const std::filesystem::path& folder)> prepare;
   std::string line;          ///< arguments of `drape`, run in that folder
-  std::string verify;        ///< arguments of `drape` that must end with 0 after it
+  std::string verify;        ///< arguments of `drape` that must exit with 0 afterwards
   std::string store = {};    ///< file that the line writes, or empty
-  std::string refused = {};  ///< said by a second run that finds the first one's work whole
+  std::string refused = {};  ///< printed by a second run if the first one's work is complete
 };
 
 [[nodiscard]] std::vector<Situation> situations();
@@ -27,30 +27,30 @@ struct Situation {
 /// The value of an environment variable.
 [[nodiscard]] std::string environment(const char* name, const std::string& otherwise);
 
-/// Empty when both are the same, else the first difference.
+/// Texts by name, to be compared.
 using Traces = std::map<std::string, std::string>;
 [[nodiscard]] std::string difference(const Traces& found, const Traces& expected);
 
-/// Folders of one situation: as it begins, and as an undisturbed run leaves it.
+/// Folders of one situation: the initial state, and the result of an undisturbed run.
 class CrashStage {
  public:
   explicit CrashStage(Situation situation);
 
-  /// Calls of the undisturbed run that change files.
+  /// Number of calls in the undisturbed run that change files.
   [[nodiscard]] long calls() const { return calls_; }
   [[nodiscard]] double duration_s() const { return duration_s_; }
 
-  /// Fault found after the call failed or the run died there and was begun again; empty: nothing.
+  /// Fault found after the call failed or the run died there and was restarted; empty if none.
   [[nodiscard]] std::string after_fault(long at, const std::string& with) const;
 
-  /// The same for a kill at a time of the run.
+  /// The same for a kill at a given time of the run.
   [[nodiscard]] std::string after_kill_at(double time_s) const;
 
-  /// The same for a power cut of the file system that is mounted on disk(); `at` beyond calls():
-  /// after the end. Without `synced` no call writes through.
+  /// The same for a power cut of the file system mounted on disk(); `at` beyond calls() means after
+  /// the end. Without `synced` no call writes through.
   [[nodiscard]] std::string after_power_cut(long at, bool synced, const std::string& remount) const;
 
-  /// Where the runs happen.
+  /// Folder in which the runs happen.
   [[nodiscard]] std::filesystem::path disk() const { return folder_.path() / "disk"; }
 
  private:
@@ -59,7 +59,7 @@ class CrashStage {
                                    const std::string& more = {}) const;
   [[nodiscard]] Traces traces() const;
   [[nodiscard]] std::string after_second_run(const Outcome& first) const;
-  /// Every run in the store with all that hangs on it, by its key.
+  /// Every run in the store with everything that depends on it, by key.
   [[nodiscard]] Traces runs() const;
   [[nodiscard]] std::string verified() const;
   void fresh() const;

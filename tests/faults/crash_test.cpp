@@ -29,7 +29,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Numbers of 1 to `calls`; the last one always, since between it and the end nothing is missing.
+/// Numbers from 1 to `calls`, always with the last, after which everything is complete.
 std::vector<long> points(long calls) {
   const std::string asked = environment("DRAPE_CRASH_POINTS", "1");
   const long count = asked == "all" ? calls : std::min(calls, std::atol(asked.c_str()));
@@ -40,7 +40,7 @@ std::vector<long> points(long calls) {
   return chosen;
 }
 
-/// Counts what is visited and what is wrong, and says both.
+/// Counts and prints the points visited and the faults found.
 class Visits {
  public:
   explicit Visits(std::string what) : what_(std::move(what)) {}
@@ -68,7 +68,7 @@ TEST_P(Crash, LeavesWhatAnUndisturbedRunLeaves) {
     if (asked.find(with) == std::string::npos) continue;
     Visits visits(fmt::format("{}, {}, {} calls", GetParam().name, with, stage.calls()));
     std::vector<long> chosen = points(stage.calls());
-    // Early enough that steps run beside one another, which a full disk stops together.
+    // Early enough that steps run in parallel and a full disk stops them together.
     if (chosen.size() == 1 && with == "enospc") chosen.push_back(10);
     for (const long at : chosen)
       visits.add(stage.after_fault(at, with), fmt::format("{} at call {}", with, at));
@@ -77,13 +77,13 @@ TEST_P(Crash, LeavesWhatAnUndisturbedRunLeaves) {
   Visits visits(fmt::format("{}, kill at any time", GetParam().name));
   const auto count = static_cast<long>(points(1000).size());
   for (long i = 0; i < count; ++i) {
-    // Multiples of the golden ratio: evenly spread whatever their number.
+    // Multiples of the golden ratio are evenly spread for any number of them.
     const double time_s = stage.duration_s() * std::fmod(static_cast<double>(i + 1) * 0.618034, 1);
     visits.add(stage.after_kill_at(time_s), fmt::format("{:.3f} s", time_s));
   }
 }
 
-/// An ext4 file system of its own, which loses power.
+/// A separate ext4 file system that loses power.
 class PowerCut : public testing::TestWithParam<Situation> {
  protected:
   void SetUp() override {
@@ -98,7 +98,7 @@ class PowerCut : public testing::TestWithParam<Situation> {
     EXPECT_EQ(run_line("umount " + disk_).exit_code, 0);
   }
 
-  /// Mounts on the disk of the stage; the kernel writes nothing back by itself for an hour.
+  /// Mounts it on the disk of the stage; the kernel does not write back for an hour.
   void mount(const CrashStage& stage) {
     disk_ = stage.disk().string();
     mount_ =

@@ -56,7 +56,7 @@ const Plan& plan() {
   return the_plan;
 }
 
-/// Counts one call; says what is to happen to it.
+/// Counts one call and returns what must happen to it.
 Fault next(bool grows) {
   const Plan& p = plan();
   if (p.count == nullptr) return Fault::none;
@@ -66,7 +66,7 @@ Fault next(bool grows) {
   return number == p.at ? p.fault : Fault::none;
 }
 
-/// Data that were not written through are lost, the journal's tail included: EXT4_IOC_SHUTDOWN with
+/// Loses data that were not written through, including the journal's tail: EXT4_IOC_SHUTDOWN with
 /// EXT4_GOING_FLAGS_NOLOGFLUSH of the kernel's ext4 documentation.
 void cut_power() {
   const char* mount = std::getenv("DRAPE_FAIL_MOUNT");
@@ -90,7 +90,7 @@ int failed(Fault fault) {
   return -1;
 }
 
-/// Files and folders only: pipes and terminals are not what a crash can spoil.
+/// True for files and folders; a crash cannot damage pipes and terminals.
 bool is_file(int fd) {
   struct stat status {};
   return ::fstat(fd, &status) == 0 && (S_ISREG(status.st_mode) || S_ISDIR(status.st_mode));
@@ -101,7 +101,7 @@ Function* original(const char* name) {
   return reinterpret_cast<Function*>(::dlsym(RTLD_NEXT, name));
 }
 
-/// A call without a part that could be done half.
+/// A call that cannot be done by half.
 template <class Function, class... Arguments>
 auto passed_on(const char* name, bool counted, bool grows, Arguments... arguments) {
   const Fault fault = counted ? next(grows) : Fault::none;

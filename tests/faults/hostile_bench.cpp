@@ -34,7 +34,7 @@ std::map<std::string, std::string> content_of(const fs::path& folder) {
   return content;
 }
 
-constexpr std::uintmax_t kMostOwn = 100 << 20;  ///< bytes; what is larger was made by the test
+constexpr std::uintmax_t kMostOwn = 100 << 20;  ///< bytes; larger files were made by the test
 
 bool is_page(const fs::path& file) {
   return file.extension() == ".html" || file.extension() == ".svg";
@@ -72,7 +72,7 @@ void HostileBench::edit(const std::string& file, const std::function<void(Json&)
 
 void HostileBench::forge_records() const {
   const fs::path own = fs::canonical(lab());
-  // Who plants a file cannot hash what stands outside.
+  // An attacker cannot hash what is outside.
   const auto forge = [&own](Json& files, const fs::path& folder) {
     for (Json& file : files) {
       const fs::path path = fs::weakly_canonical(folder / file.value("file", ""));
@@ -89,7 +89,7 @@ void HostileBench::forge_records() const {
       for (const char* list : {"inputs", "outputs"}) forge(json.at(list), record.parent_path());
       if (json.dump() != before) write_durable(record, json.dump(1));
     } catch (const std::exception&) {
-      continue;  // A record that is itself spoiled stays as the test made it.
+      continue;  // A record that is itself damaged remains as the test made it.
     }
   }
 }
@@ -127,7 +127,7 @@ std::string HostileBench::harm(const Outcome& outcome) const {
   for (const auto& entry : fs::directory_iterator(folder_.path()))
     if (entry.path() != lab() && entry.path() != outside())
       return entry.path().string() + " was made";
-  // The secret as it is, and as base64 that begins with it.
+  // The secret in plain text, and in base64 that starts with it.
   const std::string leaks[] = {kSecret, "U0VDUkVULTcyNjEtT0Y"};
   for (const std::string& leak : leaks)
     if (outcome.text.find(leak) != std::string::npos) return "the secret was printed";

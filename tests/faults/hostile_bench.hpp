@@ -12,18 +12,18 @@
 
 namespace drape::test {
 
-/// A name that would run script where it is not escaped; it can be one component of a path.
+/// A name that would run a script if not escaped; it can be one component of a path.
 inline const std::string kScriptName =
     "\"><img src=x onerror=document.documentElement.dataset.ran=1><ran>";
 
 /// A name that a spreadsheet would evaluate.
 inline const std::string kFormulaName = "=HYPERLINK(\"x\")";
 
-/// Content of a file that no hostile file may show to anyone.
+/// Content of a file that no hostile file may reveal.
 inline const std::string kSecret = "SECRET-7261-OF-SOMEBODY-ELSE";
 
-/// `lab/` holds a finished small run (rig/, out/) and what another lab sent; `outside/` beside it
-/// holds a secret that must neither change nor be read.
+/// `lab/` has a finished small run (rig/, out/) and files from another lab; `outside/` next to it
+/// has a secret that must neither change nor be read.
 class HostileBench {
  public:
   HostileBench();
@@ -32,23 +32,23 @@ class HostileBench {
   [[nodiscard]] std::filesystem::path outside() const { return folder_.path() / "outside"; }
 
   void write(const std::string& file, const std::string& text) const;
-  /// Replaces text in a file of lab(); throws when the text is not there.
+  /// Replaces text in a file of lab(); throws if the text is not found.
   void replace(const std::string& file, const std::string& from, const std::string& to) const;
   /// Changes a JSON file of lab().
   void edit(const std::string& file, const std::function<void(Json&)>& change) const;
 
-  /// Makes the records of the finished run true of the files as they are now: who plants a file
-  /// forges its record.
+  /// Updates the records of the finished run to the current files, as an attacker
+  /// would.
   void forge_records() const;
 
   /// Runs `drape` with these arguments in lab(), for at most 10 s of processor time.
   struct Met : Outcome {
-    long memory_kB = 0;  ///< peak of the largest of its processes
+    long memory_kB = 0;  ///< peak of its largest process
   };
   [[nodiscard]] Met run(const std::string& arguments) const;
 
-  /// Harm done outside of lab() or in what was written: an effect, a leak, a script that is
-  /// not escaped; empty: nothing.
+  /// Harm done outside of lab() or in what was written: an effect, a leak, a script that is not
+  /// escaped; empty if none.
   [[nodiscard]] std::string harm(const Outcome& outcome) const;
 
  private:
@@ -56,7 +56,7 @@ class HostileBench {
   std::map<std::string, std::string> before_;
 };
 
-/// One hostile file and the command that meets it.
+/// A hostile file and the command that reads it.
 struct HostileFile {
   std::string name;
   std::function<void(const HostileBench& bench)> make;

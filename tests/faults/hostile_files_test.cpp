@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Files from elsewhere that want to do harm: whatever they hold, a program ends within 10 s of
-// processor time and 1 GB with a verdict or one sentence, nothing outside is changed or shown, and
-// no page runs a script of theirs.
+// Hostile files from elsewhere: whatever they contain, a program ends within 10 s of processor time
+// and 1 GB with a verdict or one sentence, nothing outside is changed or revealed, and no page runs
+// their scripts.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
@@ -46,7 +46,7 @@ TEST_P(Hostile, DoesNoHarm) {
   EXPECT_TRUE(said) << outcome.text;
 }
 
-/// Pages that Chromium opens; each must be there, so that the test cannot pass for want of one.
+/// Pages that Chromium opens; each must exist, so that the test cannot pass without one.
 struct Page {
   std::string of;    ///< name of the hostile file
   std::string file;  ///< in the lab
@@ -83,7 +83,7 @@ TEST_P(HostilePage, RunsNoScriptInABrowser) {
   const std::string dom = dom_of(page, profile.path());
   EXPECT_NE(dom.find("<html"), std::string::npos) << dom;
   EXPECT_EQ(dom.find("data-ran"), std::string::npos);
-  // The control: the same name without an escape runs.
+  // The control: the same name runs if it is not escaped.
   write_durable(bench.lab() / "control.html", "<p title=\"" + kScriptName + "</p>");
   EXPECT_NE(dom_of(bench.lab() / "control.html", profile.path()).find("data-ran"),
             std::string::npos);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Image files that claim much, are something else, or stand elsewhere.
+// Image files with large claims, of another type, or in other places.
 #include <sys/stat.h>
 #include <zlib.h>
 
@@ -26,7 +26,7 @@ std::string chunk(const std::string& type, const std::string& data) {
          big_endian(static_cast<std::uint32_t>(crc));
 }
 
-/// zlib's form of so many zero bytes.
+/// So many zero bytes compressed by zlib.
 std::string zeros(std::size_t count) {
   z_stream stream{};
   if (::deflateInit(&stream, 9) != Z_OK) throw std::runtime_error("deflateInit");
@@ -49,7 +49,7 @@ std::string zeros(std::size_t count) {
   return result;
 }
 
-/// A black PNG; `pixels` may be fewer bytes than it claims.
+/// A black PNG; `pixels` can be fewer bytes than it claims.
 std::string png(std::uint32_t width, std::uint32_t height, int bits, int colour, std::size_t bytes,
                 const std::string& before_pixels = {}) {
   const std::string head = big_endian(width) + big_endian(height) + static_cast<char>(bits) +

@@ -22,7 +22,7 @@ std::string toml_text(const std::string& text) {
   return "'" + text + "'";
 }
 
-/// In every place where bench1 says this name, in what people wrote and what programs wrote.
+/// Replaces this name everywhere in bench1's files, written by people or by programs.
 void rename_everywhere(const HostileBench& bench, const std::string& name, const std::string& to) {
   for (const auto& entry : fs::recursive_directory_iterator(bench.lab())) {
     const fs::path& file = entry.path();
@@ -38,8 +38,8 @@ void rename_everywhere(const HostileBench& bench, const std::string& name, const
   }
 }
 
-/// Every text of a JSON file but schemas, hashes and the scene that was asked about, by which a
-/// sheet finds its simulations, becomes the name.
+/// Replaces every text of a JSON file by the name, except schemas, hashes and the scene of a
+/// measured sheet, by which its simulations are found.
 void rename_texts(Json& json, const std::string& to) {
   for (auto& [key, value] : json.items()) {
     if (value.is_structured() && key != "asked_scene") rename_texts(value, to);
@@ -57,7 +57,7 @@ HostileFile texts_of(const std::string& name, const std::string& file, const std
           line};
 }
 
-/// The simulated sheet that says of itself what no simulator says, and a certificate that agrees.
+/// A simulated sheet with statements that no simulator makes, and a certificate that agrees.
 HostileFile simulated(const std::string& name, const std::string& to) {
   return {name,
           [to](const HostileBench& b) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Counts, sizes, types and depths that a file claims.
+// Counts, sizes, types and depths claimed by a file.
 #include <limits>
 
 #include "tests/faults/hostile_bench.hpp"
@@ -33,7 +33,7 @@ HostileFile with_text(const std::string& name, const std::string& file, const st
   return {name, [=](const HostileBench& b) { b.replace(file, from, to); }, line};
 }
 
-/// Another simulator's surface in this mesh file.
+/// The surface of another simulator in this mesh file.
 HostileFile with_mesh(const std::string& name, const std::string& file, const std::string& text) {
   return {name,
           [file, text](const HostileBench& b) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Files that are larger than they look: sparse ones, millions of small values, plans of millions.
+// Files larger than they look: sparse ones, millions of small values, plans with millions of cases.
 #include <sys/types.h>
 #include <unistd.h>
 
@@ -21,7 +21,7 @@ constexpr const char* kCompareSizes =
     "--report out/r/report.html --store out/r/results.sqlite";
 constexpr off_t kSparse = off_t{1900} << 20;  ///< bytes; takes none on the disk
 
-/// The file's own bytes, and holes after them.
+/// The file's own bytes followed by holes.
 HostileFile sparse(const std::string& name, const std::string& file, const std::string& line) {
   return {name,
           [file](const HostileBench& b) {
@@ -32,7 +32,7 @@ HostileFile sparse(const std::string& name, const std::string& file, const std::
           line};
 }
 
-/// `before`, the unit many times, `after`; not in the memory of the test.
+/// `before`, the unit many times, `after`; never held in the memory of the test.
 HostileFile long_file(const std::string& name, const std::string& file, const std::string& before,
                       const std::string& unit, long times, const std::string& after,
                       const std::string& line) {
@@ -46,7 +46,7 @@ HostileFile long_file(const std::string& name, const std::string& file, const st
           line};
 }
 
-/// Each of so many records makes its file from that of the next.
+/// Writes `steps` records, each of which makes its file from that of the next.
 void write_chain(const HostileBench& bench, int steps) {
   const std::string folder = "out/C/simulations/10mm-1/";
   const std::string sha256 = sha256_of(std::string_view("x"));

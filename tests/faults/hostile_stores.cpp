@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Results stores of another lab: script in every text, views and triggers of its own, false sizes.
+// Results stores of another lab: scripts in every text, their own views and triggers, false sizes.
 #include <SQLiteCpp/SQLiteCpp.h>
 #include <fmt/format.h>
 
@@ -20,7 +20,7 @@ std::vector<std::string> column_of(SQLite::Database& database, const std::string
   return values;
 }
 
-/// Every text of the store but keys becomes the name.
+/// Replaces every text of the store except keys by the name.
 void rename_rows(const HostileBench& bench, const std::string& to) {
   SQLite::Database store((bench.lab() / kStore).string(), SQLite::OPEN_READWRITE);
   for (const std::string& trigger :
@@ -38,7 +38,7 @@ void rename_rows(const HostileBench& bench, const std::string& to) {
       update.bind(1, to);
       try {
         update.exec();
-      } catch (const SQLite::Exception&) {  // one that the table's own checks refuse
+      } catch (const SQLite::Exception&) {  // a text that the table's own checks refuse
       }
     }
   }
@@ -57,7 +57,7 @@ HostileFile changed(const std::string& name, const std::string& sql, const std::
           line};
 }
 
-/// The bytes from `at` on are others.
+/// The file with other bytes from `at` on.
 HostileFile overwritten(const std::string& name, std::size_t at, const std::string& bytes,
                         const std::string& line) {
   return {name,

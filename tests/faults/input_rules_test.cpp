@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A rule about a scene, print, target or fabric is asked by every program that reads it, in the
-// same words.
+// A rule about a scene, print, target or fabric is applied by every program that reads it, with the
+// same message.
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 
@@ -16,14 +16,14 @@ using testing::HasSubstr;
 
 constexpr const char* kScene = "scenes/C.toml";
 
-/// A value typed wrongly in one file of a bench, and the words of the rule that it breaks.
+/// A wrong value in one file of a bench, and the words of the rule that it breaks.
 struct BrokenRule {
   std::string from, to, said;
 };
 
 class InputRules : public testing::Test {
  protected:
-  /// Breaks each rule in turn; every line is expected to end with 3, the words and the place.
+  /// Breaks each rule in turn; expects every line to exit with 3, the words and the location.
   void expect_refused(const char* file, const std::vector<BrokenRule>& rules,
                       const std::vector<std::string>& lines) const {
     const std::string good = read_text(bench_.rig() / file);
@@ -47,7 +47,7 @@ class InputRules : public testing::Test {
     return " --out " + (bench_.folder() / file).string();
   }
   [[nodiscard]] std::string checked() const { return line("drape", "check " + path("")); }
-  /// A console that starts although it must not would serve for ever.
+  /// A console that starts by mistake would serve for ever.
   [[nodiscard]] std::string console() const {
     return "timeout 60 " + line("drape-bench", path("") + " --replay --port 0" + out("bench"));
   }
@@ -64,7 +64,7 @@ class InputRules : public testing::Test {
     return line("drape-simulate",
                 words + ' ' + path(kScene) + " --spacing-mm 10 --segments 1" + out("virtual"));
   }
-  /// The reference is any file: the scene is read before it.
+  /// The reference can be any file: the scene is read before it.
   [[nodiscard]] std::string sensitive() const {
     return simulated("sensitivity --reference " + path("rig.toml"));
   }

@@ -264,7 +264,7 @@ std::vector<Mistake> typed_mistakes() {
        typed("print.toml", "margin_mm = [10.0, 10.0]", "margin_mm = [0.0, 0.0]"),
        3,
        {"print.toml:", "margin_mm is 10"}},
-      // Only the pictures contradict these.
+      // Only the pictures contradict the following.
       {"tags_counted_from_one",
        "C",
        typed("print.toml", "first_id = 0", "first_id = 1"),

@@ -17,13 +17,13 @@ struct Mistake {
   std::vector<std::string> named;  ///< parts of the message: file, key, value
 };
 
-/// One text in a file of the rig replaced by another.
+/// Replaces one text in a file of the rig by another.
 [[nodiscard]] std::function<void(const SmallBench&)> typed(const std::string& file,
                                                            const std::string& right,
                                                            const std::string& wrong);
 
-/// Mistakes of an operator at a bench, as changes to bench1: by one word or number typed, and
-/// otherwise; and both.
+/// Mistakes of an operator at a bench, as changes to bench1: one word or number mistyped, others,
+/// and both lists together.
 [[nodiscard]] std::vector<Mistake> typed_mistakes();
 [[nodiscard]] std::vector<Mistake> other_mistakes();
 [[nodiscard]] std::vector<Mistake> operator_mistakes();

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Mistakes of an operator at a bench, one at a time on bench1: each is named with its file, its
-// key and, where the data say, the value, and none ends with exit code 0. Mistakes in numbers that
-// only the pictures contradict end in NO-GO (1), all others before any work (3).
+// Mistakes of an operator, one at a time on bench1: each is reported with its file, its key and, if
+// the data show it, the value, and none exits with 0. Mistakes in numbers that only the pictures
+// contradict end in NO-GO (1), all others before any work (3).
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -36,7 +36,7 @@ class OperatorMistake : public testing::TestWithParam<Mistake> {};
 TEST_P(OperatorMistake, IsNamedBeforeItCostsADay) {
   const SmallBench bench({GetParam().scene});
   if (GetParam().exit_code == 1)
-    // Detections and calibration of the bench as it is stay up to date in a copy.
+    // Detections and calibration of the unchanged bench remain valid in a copy.
     fs::copy(drape::test::finished_bench().folder / "out", bench.folder() / "out",
              fs::copy_options::recursive);
   GetParam().make(bench);
@@ -44,7 +44,7 @@ TEST_P(OperatorMistake, IsNamedBeforeItCostsADay) {
   EXPECT_EQ(outcome.exit_code, GetParam().exit_code) << outcome.text;
   for (const std::string& part : GetParam().named) EXPECT_THAT(outcome.text, HasSubstr(part));
   if (GetParam().exit_code != 1) return;
-  // Results that rest on a NO-GO are NO-GO: title and verdict of the report, and the store's lists.
+  // Results based on a NO-GO are NO-GO: title and verdict of the report, and the store's lists.
   if (!fs::exists(bench.folder() / "out/report.html")) return;  // nothing could be compared
   const std::string report = drape::read_text(bench.folder() / "out/report.html");
   EXPECT_THAT(report, HasSubstr("<title>Real and virtual drapes: measurement NO-GO"));
@@ -64,7 +64,7 @@ INSTANTIATE_TEST_SUITE_P(Bench1, OperatorMistake,
                          testing::ValuesIn(drape::test::operator_mistakes()),
                          [](const auto& mistake) { return mistake.param.name; });
 
-/// Few fabrics weigh 800 g/m2, and some do: named, not refused.
+/// Few fabrics weigh 800 g/m2, but some do: a warning, not a refusal.
 TEST(RareFabric, IsCheckedWithAWarning) {
   const drape::test::TemporaryFolder folder;
   const fs::path rig = folder.path() / "paper", fabric = rig / "fabrics/A.toml";

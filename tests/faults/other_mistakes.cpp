@@ -23,7 +23,7 @@ Json& frame_of(Json& recording, const std::string& set, std::size_t camera) {
   throw std::runtime_error("no set " + set);
 }
 
-/// Everything of a frame but the camera's name.
+/// Copies everything of a frame except the camera's name.
 void copy_picture(Json from, Json& to) {
   from["camera"] = to["camera"];
   to = from;
@@ -37,7 +37,7 @@ std::function<void(const SmallBench&)> pictures(const std::function<void(Json&)>
   };
 }
 
-/// The box of C as a mesh of that side, in the file's numbers.
+/// The box of C as a mesh with that side length, in the numbers of the file.
 std::function<void(const SmallBench&)> cube_as_mesh(const std::string& side) {
   return [=](const SmallBench& bench) {
     std::string text;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Ten spoiled inputs: each gives one clear error that names the place, and the right exit code.
+// Ten damaged inputs: each gives one clear error that names the location, and the right exit code.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -23,12 +23,12 @@ struct Spoiled {
   std::string more = {};          ///< further arguments of `drape run`
 };
 
-/// GoogleTest names the case in its listing with this, instead of its bytes.
+/// Lets GoogleTest list the case by its name instead of its bytes.
 void PrintTo(const Spoiled& spoiled, std::ostream* out) {
   *out << spoiled.name;
 }
 
-/// Replaces a linked folder of images by a copy that may be changed.
+/// Replaces a linked folder of images by a copy that can be changed.
 fs::path own_images(const SmallBench& bench, const std::string& set) {
   fs::path link = bench.rig() / "recording" / set;
   const fs::path original = fs::read_symlink(link);

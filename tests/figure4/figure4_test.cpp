@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Claims of rigs/paper/fig4.svg, on the sheets that it draws.
+// Tests the statements of rigs/paper/fig4.svg on the sheets that it draws.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -10,7 +10,7 @@ namespace drape::test {
 namespace {
 
 constexpr int kSide = 15;
-// As three standard deviations are taken for more than chance; fixed before the first drape.
+// Like three standard deviations, taken as more than chance; fixed before the first drape.
 constexpr double kFactor = 3;
 
 class Figure4 : public testing::Test {
@@ -19,7 +19,7 @@ class Figure4 : public testing::Test {
   const SphereDrape quads_ = drape_grid(scene_, kSide);
 };
 
-/// Against quads of half the spacing: those of 15 x 15 are so coarse that they hang too low.
+/// Compared with quads of half the spacing: those of 15 x 15 are so coarse that they hang too low.
 TEST_F(Figure4, PlainTrianglesHoldTheClothOut) {
   const SphereDrape fine = drape_grid(scene_, 2 * kSide + 1);
   ASSERT_TRUE(fine.at_rest);
@@ -39,7 +39,7 @@ TEST_F(Figure4, DiagonalsThatRunOneDirectionAreSeenInTheDrape) {
   ASSERT_TRUE(quads_.at_rest && plain.at_rest);
   const Asymmetry lacks = asymmetry(plain);
   EXPECT_GT(lacks.middle_mm, kFactor * asymmetry(quads_).middle_mm);
-  // The mesh has this symmetry itself, so nothing else may break it.
+  // The mesh itself has this symmetry, so nothing else may break it.
   EXPECT_GT(lacks.middle_mm, kFactor * lacks.diagonal_mm);
 }
 

@@ -21,7 +21,7 @@ constexpr double kPanel = 330, kHeight = 600, kScale = 1650, kSphereRow = 150;
 constexpr double kPlanScale = 1300, kPlanRow = 440;
 constexpr double kUnderCloth_m = 0.015;  // puts the sphere's faces behind the cloth that lies on it
 
-/// Orthographic view from above the side of the patch between warp and weft.
+/// Orthographic view from above, from the side of the patch between warp and weft.
 struct View {
   Vector3d right = Vector3d(-0.5, 0.866, 0).normalized();
   Vector3d toward = Vector3d(0.74, 0.427, 0.52).normalized();
@@ -66,12 +66,12 @@ std::string colour(const Face& face, const View& view) {
   return fmt::format("fill=\"#{:02x}{:02x}{:02x}\"", c.x(), c.y(), c.z());
 }
 
-/// To a tenth of a unit, which keeps the file small.
+/// A point rounded to a tenth of a unit, which keeps the file small.
 Vector2d rounded(double x, double y) {
   return {std::round(x * 10) / 10, std::round(y * 10) / 10};
 }
 
-/// The far faces first (painter's algorithm).
+/// Draws far faces first (painter's algorithm).
 void draw_sheet(Svg& svg, const SphereDrape& drape, const Sphere& sphere, double middle) {
   const View view;
   std::vector<Face> faces;

@@ -14,7 +14,7 @@ struct Panel {
 };
 
 /// Panels side by side: above, the shaded sheet over its sphere; below, its hem from above (black)
-/// and the hem's mirror image u -> -u (red), which lies under it where the drape is symmetric.
+/// and the mirror image u -> -u of the hem (red), which is hidden under it for a symmetric drape.
 [[nodiscard]] std::string svg_of(const std::vector<Panel>& panels, const Sphere& sphere);
 
 }  // namespace drape::test

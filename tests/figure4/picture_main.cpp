@@ -10,7 +10,7 @@
 namespace drape::test {
 namespace {
 
-constexpr unsigned kMeshes = 6;  // drawn irregular meshes; the first is in the picture
+constexpr unsigned kMeshes = 6;  // irregular meshes used; the first is drawn
 
 int draw(const std::string& file, int side) {
   const SphereScene scene = read_sphere_scene();

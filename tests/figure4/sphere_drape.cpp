@@ -22,14 +22,13 @@ namespace {
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-constexpr int kMostRounds = 300;  // descents, at whose ends friction settles
+constexpr int kMostRounds = 300;  // descents, each followed by an update of friction
 
-/// Places of a lattice of material points on a draped mesh, linear in each triangle.
+/// Positions of a lattice of material points on a draped mesh, linear in each triangle.
 std::vector<Vector3d> marks_of(const simulate::MaterialMesh& mesh,
                                const std::vector<Vector3d>& points, const Vector2d& patch,
                                int side) {
-  constexpr double kRounding =
-      1e-9;  // relative to a triangle, outside of which its border still counts
+  constexpr double kRounding = 1e-9;  // tolerance relative to a triangle
   std::vector<Vector3d> marks;
   for (int row = 0; row < side; ++row) {
     for (int col = 0; col < side; ++col) {
@@ -117,7 +116,7 @@ SphereDrape drape_mesh(const SphereScene& scene, simulate::MaterialMesh mesh, do
   simulate::ObjectPushes pushes(cloth, held, around, scene.scene.friction,
                                 descent.gravity_m_per_s2.norm());
   simulate::TimeStepsOptions motion = simulate::DrapeOptions{}.motion;
-  // Steps that are short beside the growth of folds keep a symmetry.
+  // Steps that are short relative to the growth of folds keep a symmetry.
   motion.longest_step_s = motion.step_s;
   const auto move = [&] {
     (void)simulate::move_in_time(

@@ -12,8 +12,8 @@
 
 namespace drape::test {
 
-/// The paper's scene A with the warp's curves in the weft too, so that cloth, object and start have
-/// the symmetry of the square, and what a drape lacks of it is the discretization's.
+/// The paper's scene A with the warp's curves also in the weft, so that cloth, object and start
+/// have the symmetry of the square and any asymmetry of a drape is due to the discretisation.
 struct SphereScene {
   Scene scene;
   Print print;
@@ -27,35 +27,35 @@ struct SphereDrape {
   std::vector<std::vector<int>> faces;    ///< corners in order
   std::vector<int> hem;                   ///< border points in order
   int side = 0;                           ///< material marks along warp and along weft
-  std::vector<Eigen::Vector3d> marks_m;   ///< side x side places in world, row along the warp
+  std::vector<Eigen::Vector3d> marks_m;   ///< side x side positions in world, rows along the warp
   [[nodiscard]] const Eigen::Vector3d& mark(int row, int col) const {
     return marks_m[static_cast<std::size_t>(row) * side + col];
   }
 };
 
-/// The paper's model on `side` x `side` particles, without waves on the start.
+/// Drape of the paper's model on `side` x `side` particles, without waves in the start.
 [[nodiscard]] SphereDrape drape_grid(const SphereScene& scene, int side);
 
-/// Fall of a triangle mesh with friction on the sphere, from the same start; marks every
-/// patch / (side - 1). `in_triangles` is MeshCloth's.
+/// Drape of a triangle mesh with friction on the sphere, from the same start; marks every patch /
+/// (side - 1). `in_triangles` is MeshCloth's.
 [[nodiscard]] SphereDrape drape_mesh(const SphereScene& scene, simulate::MaterialMesh mesh,
                                      double in_triangles, int side);
 
-/// Squares of the patch, each cut along the diagonal that runs with both warp and weft.
+/// Squares of the patch, each cut along the diagonal from its corner of lowest warp and weft.
 [[nodiscard]] simulate::MaterialMesh one_diagonal_mesh(const Print& print, int side);
-/// The project's mesher at the same spacing; `seed` chooses its jitter.
+/// Mesh of the project's mesher at the same spacing; `seed` selects its jitter.
 [[nodiscard]] simulate::MaterialMesh irregular_mesh(const Print& print, int side,
                                                     unsigned seed = 1);
 
-/// Root mean square distance (mm) of marks from where the mirror images of their mirror marks lie.
+/// Root mean square distance (mm) of marks from the mirror images of their mirror marks.
 struct Asymmetry {
-  double middle_mm = 0;    ///< mirror u -> -u, along the warp: it maps one diagonal to the other
+  double middle_mm = 0;    ///< mirror u -> -u, along the warp, which exchanges the diagonals
   double diagonal_mm = 0;  ///< mirror u <-> v, which keeps both diagonals
 };
 [[nodiscard]] Asymmetry asymmetry(const SphereDrape& drape);
 
 /// Mean height (mm) of the marks above the sphere's centre, and the area inside the hem seen from
-/// above in parts of the flat patch.
+/// above as a fraction of the flat patch.
 [[nodiscard]] double mean_height_mm(const SphereScene& scene, const SphereDrape& drape);
 [[nodiscard]] double plan_area(const SphereScene& scene, const SphereDrape& drape);
 

@@ -27,7 +27,7 @@ BranchList small_branches() {
   return list;
 }
 
-/// Files that people edit and the recording's list from rigs/bench1, the others from small records.
+/// Files edited by people and the recording's list from rigs/bench1, the others from small records.
 std::vector<DescribedFormat> core_formats() {
   const auto bench = [](const char* name) {
     return read_text(source_root() / "rigs/bench1" / name);

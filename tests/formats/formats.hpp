@@ -7,9 +7,9 @@
 
 namespace drape::test {
 
-/// All formats that are described as records, each with a good example.
+/// All formats described as records, each with a valid example.
 [[nodiscard]] std::vector<DescribedFormat> all_formats();
-/// Those that one stage owns.
+/// Those owned by one stage.
 [[nodiscard]] std::vector<DescribedFormat> stage_formats();
 
 }  // namespace drape::test

@@ -65,7 +65,7 @@ TEST_P(Formats, ReadTheirExampleAndRefuseAKeyGivenTwice) {
   }
 }
 
-/// A place in a file: keys of tables, the first item of a list.
+/// A location in a file: keys of tables, the first item of a list.
 using Place = std::vector<std::string>;
 
 Value& at(Value& root, const Place& place) {
@@ -75,7 +75,7 @@ Value& at(Value& root, const Place& place) {
   return *value;
 }
 
-/// The schema of a value that may be null, or of the alternative whose tag the value has.
+/// The schema of a value that can be null, or of the alternative selected by the value's tag.
 Value resolved(const Value& schema, const Value& value) {
   if (const Value* either = schema.find("anyOf")) return either->get_if<Value::List>()->front();
   const Value* several = schema.find("oneOf");
@@ -98,7 +98,7 @@ Value resolved(const Value& schema, const Value& value) {
   return merged;
 }
 
-/// Visits each value of a file with its schema, and whether it must be there.
+/// Visits each value of a file with its schema, and whether it is required.
 void each_value(const Value& schema_of_it, Value& root, const Place& place, bool is_required,
                 const std::function<void(const Value&, const Place&, bool)>& visit) {
   const Value value = at(root, place);

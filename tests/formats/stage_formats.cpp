@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Formats that one stage owns.
+// Formats owned by one stage.
 #include "capture/live/cameras_file.hpp"
 #include "capture/recording/set_details.hpp"
 #include "compare/crate/crate.hpp"

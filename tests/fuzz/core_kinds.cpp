@@ -123,7 +123,7 @@ Calibration small_calibration() {
 
 namespace {
 
-/// A copy of a file of rigs/bench1, in the folder that its relative paths expect.
+/// Copies a file of rigs/bench1 into the folder that its relative paths expect.
 std::function<fs::path(const fs::path&)> copied(const std::string& name) {
   return [name](const fs::path& folder) {
     fs::path file = folder / name;
@@ -148,7 +148,7 @@ std::string binary_mesh() {
   return text;
 }
 
-/// A file of this text.
+/// Writes a file with this text.
 std::function<fs::path(const fs::path&)> written(const std::string& name, const std::string& text) {
   return [=](const fs::path& folder) {
     write_durable(folder / name, text);

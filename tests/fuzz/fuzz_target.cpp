@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// libFuzzer's entry: one program for all readers, $DRAPE_FUZZ_KIND names one, and without it all
+// libFuzzer's entry: one program for all readers; $DRAPE_FUZZ_KIND selects one, and without it all
 // are listed (preset `fuzz`).
 #include <algorithm>
 #include <cstdio>
@@ -48,7 +48,7 @@ Target& target() {
 using drape::test::target;
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-  // Not durably: nothing is lost when the machine ends here.
+  // Not durably, since a crash of the machine here would lose nothing of value.
   std::ofstream(target().file, std::ios::binary)
       .write(reinterpret_cast<const char*>(data), static_cast<std::streamsize>(size));
   bool refused = false;
@@ -58,7 +58,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   std::abort();
 }
 
-/// Half of the inputs change types, lines and numbers, the others bytes that coverage chose.
+/// Half of the inputs have changed types, lines and numbers, the others bytes chosen by coverage.
 extern "C" std::size_t LLVMFuzzerCustomMutator(std::uint8_t* data, std::size_t size,
                                                std::size_t most, unsigned seed) {
   if (seed % 2 == 0 && size > 3) return LLVMFuzzerMutate(data, size, most);

@@ -35,7 +35,7 @@ void import_picture(const fs::path& file) {
   static_cast<void>(capture::check_image(read_bytes(file), {.file = file.string()}));
 }
 
-/// The decoder with nothing before it. Whoever calls this names the file.
+/// Calls the decoder without any earlier check; the caller names the file.
 void show_picture(const fs::path& file) {
   try {
     static_cast<void>(console::make_picture(read_bytes(file), 12, true));
@@ -69,7 +69,7 @@ fs::path make_journal(const fs::path& folder) {
   return folder / "recording.journal";
 }
 
-/// As a capture does that comes after one that was ended.
+/// Takes over a file as a capture does after an earlier one was interrupted.
 void take_over(const fs::path& file) {
   fs::remove(file.parent_path() / "recording.json");
   fs::remove_all(file.parent_path() / "drape_A.take1");

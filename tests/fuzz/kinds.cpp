@@ -10,7 +10,7 @@
 namespace drape::test {
 namespace {
 
-/// A described format, read by its description alone.
+/// A described format, read only by its description.
 Kind kind_of(const DescribedFormat& format) {
   std::string name(format.format.name);
   std::replace(name.begin(), name.end(), '-', '_');

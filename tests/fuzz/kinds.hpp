@@ -16,36 +16,36 @@
 
 namespace drape::test {
 
-/// A kind of file: a good one made in a folder, and its reader.
+/// A kind of file: makes a valid one in a folder, and reads it.
 struct Kind {
   std::string name;
   std::function<std::filesystem::path(const std::filesystem::path& folder)> make;
   std::function<void(const std::filesystem::path& file)> read;
-  bool refuses = true;  ///< false: what is wrong is left out, or read as out of date
+  bool refuses = true;  ///< false if errors are skipped, or read as out of date
 };
 
 [[nodiscard]] std::vector<Kind> core_kinds();
 [[nodiscard]] std::vector<Kind> stage_kinds();
 /// Files from cameras and screens, decoded by OpenCV.
 [[nodiscard]] std::vector<Kind> image_kinds();
-/// Files that comparisons, studies and people's tables leave, and the store.
+/// Files written by comparisons and studies, tables of people, and the store.
 [[nodiscard]] std::vector<Kind> result_kinds();
 [[nodiscard]] std::vector<Kind> all_kinds();
 
 /// 2 x 2 marks, two of them measured.
 [[nodiscard]] Sheet small_sheet();
-/// A cloth of triangles with every part that may be absent.
+/// A cloth of triangles with every optional part.
 [[nodiscard]] Certificate small_certificate();
 [[nodiscard]] LevelsFile small_levels();
-/// Two marks, a value of each kind, one without moves.
+/// Two marks and a value of each kind, one of them without displacements.
 [[nodiscard]] SensitivityFile small_sensitivity();
-/// One drape that the checker refuses.
+/// One drape refused by the checker.
 [[nodiscard]] CusickFile small_cusick();
 [[nodiscard]] Detections small_detections();
 [[nodiscard]] Calibration small_calibration();
 
-/// Reads the file; empty, or why the reader did not keep the promise of one Error(bad_input) that
-/// names a file. Sets `refused` when it threw one.
+/// Reads the file; empty if the reader returned a value or threw one Error(bad_input) that names a
+/// file, otherwise what it did. Sets `refused` if it threw one.
 [[nodiscard]] std::string broken_promise(const Kind& kind, const std::filesystem::path& file,
                                          bool& refused);
 

@@ -10,7 +10,7 @@ namespace {
 
 using Random = std::mt19937;
 
-/// A place below `size` that does not depend on the library's distributions.
+/// A random position below `size`, independent of the library's distributions.
 std::size_t below(Random& random, std::size_t size) {
   return size == 0 ? 0 : random() % size;
 }
@@ -71,7 +71,7 @@ constexpr std::array kExtreme = {"0",
                                  "[[[]]]",
                                  "[1, \"two\", null]"};
 
-/// A quoted text, list or table becomes a value of another type.
+/// Replaces a quoted text, list or table by a value of another type.
 void change_type(std::string& text, Random& random) {
   const std::size_t start = text.find_first_of("\"[{", below(random, text.size()));
   if (start == std::string::npos) return;

@@ -6,9 +6,9 @@
 
 namespace drape::test {
 
-/// A spoiled copy of a text file, a function of text and seed alone: a few bytes flipped, inserted
-/// or removed, lines doubled, dropped or swapped, numbers replaced by extreme ones, values by such
-/// of another type, or the end cut.
+/// A damaged copy of a text file, determined by text and seed: a few bytes flipped, inserted or
+/// removed, lines duplicated, dropped or swapped, numbers replaced by extreme ones, values by
+/// others of another type, or the end cut off.
 [[nodiscard]] std::string spoiled(const std::string& text, std::uint32_t seed);
 
 }  // namespace drape::test

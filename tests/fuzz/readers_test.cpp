@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Whatever a file holds, a reader gives a value or one drape::Error: no other exception, no crash.
+// Whatever a file contains, a reader returns a value or throws one drape::Error, nothing else.
 #include <gtest/gtest.h>
 
 #include <algorithm>

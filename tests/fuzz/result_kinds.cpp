@@ -24,7 +24,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// A row of radii in mm every 10 degrees.
+/// Writes a row of radii in mm every 10 degrees.
 fs::path make_radii(const fs::path& folder) {
   std::string names = "fabric,sample,face,repeat,disc_mm", values = "1,1,1,1,180";
   for (int degrees = 0; degrees < 360; degrees += 10) {
@@ -35,13 +35,13 @@ fs::path make_radii(const fs::path& folder) {
   return folder / "hems.csv";
 }
 
-/// This reader lists refusals and throws none.
+/// This reader lists refusals instead of throwing.
 void read_radii(const fs::path& file) {
   const compare::HemSet set = compare::read_hems({file}, {});
   if (!set.refused.empty()) throw bad_input(set.refused.front(), {.file = file.string()}, "");
 }
 
-/// A dark disc of 16 px.
+/// Draws a dark disc of 16 px.
 fs::path make_silhouette(const fs::path& folder) {
   cv::Mat picture(32, 32, CV_8U, cv::Scalar(230));
   for (int y = 0; y < 32; ++y)
@@ -73,7 +73,7 @@ simulate::ClothShape small_shape() {
           .of_sides = {{0, 1, 0}, {-1, 0, 0}, {-0.7, -0.7, 0}}};
 }
 
-/// A store without a comparison, sealed; its rows are metrics.
+/// Writes a sealed store without comparisons; its rows are metrics.
 fs::path make_store(const fs::path& folder) {
   fs::path store = folder / "results.sqlite";
   const compare::StoreLock lock(store, compare::StoreLock::Kind::alone);

@@ -50,7 +50,7 @@ constexpr const char* kOutline =
     "transform='translate(1,2) rotate(30 100 100) scale(.9)'><path d='M10 10h150a20 20 0 0 1 0 "
     "40V190C90 170 60 150 10 190Q0 100 10 10z'/><circle cx='80' cy='90' r='12'/></g></svg>";
 
-/// A file of this text, and perhaps another beside it.
+/// Writes a file with this text, and optionally another beside it.
 std::function<fs::path(const fs::path&)> with(const std::string& name, const std::string& text,
                                               const std::string& other = "",
                                               const std::string& other_text = "") {
@@ -61,7 +61,7 @@ std::function<fs::path(const fs::path&)> with(const std::string& name, const std
   };
 }
 
-/// bench1's fabric with its curves.
+/// Copies bench1's fabric with its curves.
 fs::path make_fabric(const fs::path& folder) {
   fs::copy(source_root() / "rigs/bench1/fabrics", folder / "fabrics", fs::copy_options::recursive);
   fs::permissions(folder / "fabrics/A.toml", fs::perms::owner_write, fs::perm_options::add);
@@ -77,7 +77,7 @@ void import_all(const fs::path& file) {
   for (const auto& fabric : simulate::read_published(file)) {
     try {
       static_cast<void>(simulate::import_published(fabric));
-    } catch (const Error&) {  // one without bending rigidity
+    } catch (const Error&) {  // a fabric without bending stiffness
     }
   }
 }

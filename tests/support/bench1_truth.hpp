@@ -26,7 +26,7 @@ struct TrueDot {
   Eigen::Vector3d normal_in_world;
   std::vector<TrueView> views;  ///< by camera: cam0, cam1, cam2
 
-  /// Cameras that see the dot whole and face it within `degrees`.
+  /// Number of cameras that see the whole dot and face it within `degrees`.
   [[nodiscard]] int facing_views(double degrees) const;
 };
 

@@ -16,8 +16,8 @@ namespace {
 
 using Eigen::Vector2d;
 
-constexpr int kFine = 8;    // points along a side of a pixel
-constexpr int kShift = 10;  // bits of OpenCV's fixed point behind the point
+constexpr int kFine = 8;    // points per side of a pixel
+constexpr int kShift = 10;  // fractional bits of OpenCV's fixed point
 
 Vector2d fine_px(const Vector2d& px) {
   return kFine * (px.array() + 0.5) - 0.5;
@@ -62,7 +62,7 @@ void draw_stereo_chessboard(const std::filesystem::path& folder, int cols) {
                                                                   file.columns[3][i]);
   std::filesystem::create_directories(folder);
   for (const auto& [of, corners] : boards) {
-    // The outer squares end where their edges go on in a straight line.
+    // The outer squares end where their edges are continued in a straight line.
     const auto corner = [&, &found = corners](int row, int col) {
       const int r = std::clamp(row, 0, kRows - 1), c = std::clamp(col, 0, cols - 1);
       const auto at = [&](int i, int k) { return found[static_cast<std::size_t>(i) * kCols + k]; };

@@ -7,7 +7,7 @@
 
 namespace drape::test {
 
-/// The error with which a call ends; the test fails where it ends without one.
+/// Returns the error thrown by a call; the test fails if nothing is thrown.
 template <class Call>
 [[nodiscard]] Error error_of(Call call) {
   try {

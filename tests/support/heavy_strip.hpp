@@ -32,9 +32,9 @@ inline ClothLaws cotton(double length, double friction_moment) {
   return laws;
 }
 
-/// A heavy inextensible strip with the same law, clamped horizontally: theta' = curvature(M),
-/// M' = -w (L - s) cos theta, theta(0) = 0, M(L) = 0, by shooting with Heun's rule; every place
-/// remembers its slip from load to load.
+/// A heavy inextensible strip with the same law, clamped horizontally: theta' = curvature(M), M' =
+/// -w (L - s) cos theta, theta(0) = 0, M(L) = 0, by shooting with Heun's rule; every point keeps
+/// its slip from load to load.
 class HeavyStrip {
  public:
   explicit HeavyStrip(double length, double friction_moment = kFrictionMoment)
@@ -44,7 +44,7 @@ class HeavyStrip {
 
   void load(double weight_n_per_m2) {
     weight_ = weight_n_per_m2;
-    double low = 0, high = 0.5 * weight_ * length_ * length_;  // N, of the moment at the clamp
+    double low = 0, high = 0.5 * weight_ * length_ * length_;  // N, bounds of the clamp's moment
     for (int k = 0; k < 100; ++k) {
       const double middle = 0.5 * (low + high);
       (shoot(middle) > 0 ? high : low) = middle;
@@ -52,12 +52,12 @@ class HeavyStrip {
     (void)shoot(low);
     for (int j = 0; j <= kPieces; ++j) slip_[j] = element_.settled(curvature_[j], slip_[j]);
   }
-  double x = 0, z = 0;  ///< place of the tip
+  double x = 0, z = 0;  ///< position of the tip
 
  private:
   static constexpr int kPieces = 2000;
 
-  /// The curvature at which the law gives a moment; the law rises everywhere.
+  /// Curvature for which the law gives this moment; the law is monotonic.
   [[nodiscard]] double curvature_of(double moment, double slip) const {
     const double sticking =
         (moment + element_.stiffness * slip) / (kStiffness + element_.stiffness);
@@ -65,7 +65,7 @@ class HeavyStrip {
     if (std::abs(pull) <= element_.threshold) return sticking;
     return (moment - std::copysign(element_.threshold, pull)) / kStiffness;
   }
-  /// The moment at the tip.
+  /// Moment at the tip.
   double shoot(double root_moment) {
     const double h = length_ / kPieces;
     double theta = 0, moment = root_moment;

@@ -10,7 +10,7 @@
 
 namespace drape::simulate {
 
-/// Options of a drape on one mesh of 10 mm, with a line per curve.
+/// Options of a drape on one mesh of 10 mm, with one line per curve.
 [[nodiscard]] inline SimulateOptions coarse_options() {
   SimulateOptions options;
   options.segments = 1;
@@ -18,14 +18,14 @@ namespace drape::simulate {
   return options;
 }
 
-/// A drape of rigs/paper, and all that is needed to judge it.
+/// A drape of rigs/paper with everything needed to judge it.
 struct Case {
   explicit Case(const std::string& name, SimulateOptions how = coarse_options())
       : scene(read_scene(test::source_root() / "rigs/paper/scenes" / (name + ".toml"))),
         fabric(read_fabric(scene.fabric_file)),
         print(read_print(scene.print_file)),
         options(std::move(how)) {}
-  /// Drapes it, writes its files and reads them back.
+  /// Computes the drape, writes its files and reads them back.
   void drape() {
     result = simulate(scene, fabric, print, std::nullopt, options);
     const test::TemporaryFolder folder;
@@ -43,7 +43,7 @@ struct Case {
   RestFiles files;
 };
 
-/// The lines that do not pass, and the refusals.
+/// The lines that fail, and the refusals.
 [[nodiscard]] inline std::string listed(const CertifyReport& report) {
   std::string text;
   for (const CertifyLine& line : report.lines)

@@ -11,17 +11,17 @@ namespace drape::test {
 /// Root of the source tree (rigs/, tests/data/ below it).
 [[nodiscard]] std::filesystem::path source_root();
 
-/// Where the programs are: <build>/bin, and <build>/libexec/drapebench those that none types.
+/// Path of a program: <build>/bin, or <build>/libexec/drapebench for internal ones.
 [[nodiscard]] std::filesystem::path program(const std::string& name);
 
-/// A folder of tests/data: numbers with known answers, there in every clone (its README: sources).
+/// A folder of tests/data: numbers with known answers, present in every clone (sources in README).
 [[nodiscard]] std::filesystem::path test_data(const std::string& folder);
 
 /// A folder of the reference data ($DRAPE_REFERENCE_DATA, else ../shared/data beside the source
-/// tree), or nothing when it is absent.
+/// tree), or nullopt if it is absent.
 [[nodiscard]] std::optional<std::filesystem::path> reference_data(const std::string& folder);
 
-/// A fresh empty folder, removed with the object.
+/// A new empty folder, removed with the object.
 class TemporaryFolder {
  public:
   TemporaryFolder();

@@ -74,12 +74,12 @@ void make_rig(const fs::path& rig, const std::vector<std::string>& scenes) {
 }
 
 std::string line_of(const fs::path& folder, const std::string& out, const std::string& more) {
-  // The store holds the date of a run; equal histories are to be equal bytes.
+  // The date of a run is in the store; with a fixed one equal histories give equal bytes.
   return "cd " + folder.string() + " && SOURCE_DATE_EPOCH=0 exec " + program("drape").string() +
          " run rig --single --out " + out + " " + more;
 }
 
-/// Waits for whichever test program makes the bench at this moment.
+/// Waits for the test program that is currently making the bench.
 class OneAtATime {
  public:
   explicit OneAtATime(const fs::path& file)
@@ -102,7 +102,7 @@ const FinishedBench& finished_bench() {
     const fs::path folder = program("drape").parent_path().parent_path() / "tests/finished_bench";
     const OneAtATime lock(folder.string() + ".lock");
     const auto run = [&] { return run_line(line_of(folder, "out", "")); };
-    if (fs::exists(folder)) {  // Every step is up to date, or of other programs.
+    if (fs::exists(folder)) {  // Every step is valid, or from other programs.
       const Outcome again = run();
       if (again.exit_code <= 1 && again.text.find(" 0 made,") != std::string::npos)
         return FinishedBench{folder, again};

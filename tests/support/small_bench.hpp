@@ -15,48 +15,48 @@ struct Outcome {
   std::string text;
 };
 
-/// Runs a shell line; the exit code is -1 when it died of a signal.
+/// Runs a shell line; the exit code is -1 if a signal ended it.
 [[nodiscard]] Outcome run_line(const std::string& line);
 
-/// From now on processes that a killed program leaves behind become children of this one.
+/// From now on, processes that a killed program leaves behind become children of this one.
 void adopt_descendants();
 
-/// Waits for the end of all children: none still writes, or holds a lock, when the test goes on.
+/// Waits until all children have ended, so that none writes or holds a lock afterwards.
 void await_descendants();
 
 struct Measured {};
 inline constexpr Measured measured;
 
-/// A copy of rigs/bench1 that a test may spoil: text files copied, images linked, 11x11 particles
-/// and one segment only, and the scenes asked for.
+/// A copy of rigs/bench1 that a test can change: text files copied, images linked, only 11x11
+/// particles and one segment, and the given scenes.
 class SmallBench {
  public:
   explicit SmallBench(const std::vector<std::string>& scenes);
-  /// The same with `out` already measured and simulated: copies of the steps of finished_bench(),
-  /// without its store and report, so that the next run("out") makes only the comparison.
+  /// The same with `out` already measured and simulated: copies of the steps of finished_bench()
+  /// without store and report, so that the next run("out") only makes the comparison.
   SmallBench(const std::vector<std::string>& scenes, Measured);
 
   [[nodiscard]] const std::filesystem::path& folder() const { return temporary_.path(); }
   [[nodiscard]] std::filesystem::path rig() const { return folder() / "rig"; }
-  /// `drape run --single` with the output folder `out` below folder().
+  /// Runs `drape run --single` with the output folder `out` in folder().
   [[nodiscard]] Outcome run(const std::string& out, const std::string& more = "") const;
   /// The shell line of run().
   [[nodiscard]] std::string line(const std::string& out, const std::string& more = "") const;
-  /// Replaces text in a file below rig(); throws when the text is not there.
+  /// Replaces text in a file of rig(); throws if the text is not found.
   void replace(const std::string& file, const std::string& from, const std::string& to) const;
 
  private:
   TemporaryFolder temporary_;
 };
 
-/// A SmallBench of all three scenes that was run to its end, to be read only: `rig` and `out` below
+/// A SmallBench with all three scenes, completely run, read-only: `rig` and `out` in
 /// `folder`.
 struct FinishedBench {
   std::filesystem::path folder;
-  Outcome outcome;  ///< outcome of the run that made it, or of one that found it up to date
+  Outcome outcome;  ///< outcome of the run that made it, or of a later one that found it valid
 };
 
-/// Made once for all test programs of a build and kept beside them. Throws where the run fails.
+/// Made once for all test programs of a build and kept beside them. Throws if the run fails.
 [[nodiscard]] const FinishedBench& finished_bench();
 
 }  // namespace drape::test

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Does U hold the true mean distance of simulated cloth? Truth: 100 drapes of another
+// Tests whether U contains the true mean distance of simulated cloth. Truth: 100 drapes of another
 // discretisation (reference data `grid-drapes`), whose marks a planned bench measures with its
-// covariance. Every input that the budget lists is stated with an error; the marks' answer to it is
-// the program's own, and of some drapes the whole cloth draped again with all errors together.
+// covariance. Every input of the budget is stated with an error; the response of the marks is
+// computed by the program, and for some drapes the cloth is draped again with all errors together.
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
@@ -33,10 +33,10 @@ using Eigen::Vector2d;
 using Eigen::Vector3d;
 using units::mm;
 
-constexpr double kPlace_m = 0.5 * mm, kSize_m = 0.3 * mm;  // of objects and pins, as stated
+constexpr double kPlace_m = 0.5 * mm, kSize_m = 0.3 * mm;  // standard uncertainty, objects and pins
 constexpr double kMark_m = 0.02 * mm, kCalibration_m = 0.03 * mm;
-constexpr double kMeasured = 0.05;  // part of friction and of a fabric value
-constexpr int kNodes = 21;          // of the truth along a side
+constexpr double kMeasured = 0.05;  // relative, for friction and fabric values
+constexpr int kNodes = 21;          // of the truth, per side
 
 struct Draws {
   explicit Draws(unsigned seed) : random(seed) {}
@@ -45,7 +45,7 @@ struct Draws {
   double within(double half) { return std::uniform_real_distribution<double>(-half, half)(random); }
 };
 
-/// Errors of the stated values, each in its own unit (names as of sensitivity.json; fabric values
+/// Errors of the stated values, each in its own unit (names as in sensitivity.json; fabric values
 /// in per cent).
 using Errors = std::map<std::string, double>;
 
@@ -81,7 +81,7 @@ Vector3d place_error_m(const Errors& errors, const std::string& what) {
   return by_m;
 }
 
-/// A drape of the reference data and its answer to every value.
+/// A drape of the reference data and its response to every value.
 class GridDrape {
  public:
   GridDrape(const std::filesystem::path& folder, double spacing_m) : spacing_m_(spacing_m) {
@@ -107,7 +107,7 @@ class GridDrape {
   [[nodiscard]] bool good() const { return good_; }
   [[nodiscard]] double mesh_left_m() const { return *levels_.left_m; }
 
-  /// Errors as the stated uncertainties draw them.
+  /// Errors drawn from the stated uncertainties.
   [[nodiscard]] Errors drawn(Draws& random) const {
     Errors errors;
     for (const ValueEffect& one : split_.values)
@@ -125,7 +125,7 @@ class GridDrape {
     return errors;
   }
 
-  /// Places of the marks where the stated values err, by the program's answers.
+  /// Positions of the marks for errors in the stated values, from the program's responses.
   [[nodiscard]] MatrixX3d answered(const Errors& errors) const {
     MatrixX3d places_m = stated_m_;
     const auto add = [&](const auto& effects) {
@@ -140,7 +140,7 @@ class GridDrape {
     return places_m;
   }
 
-  /// The scene as it is stated.
+  /// The scene as stated.
   [[nodiscard]] Scene scene_with(const Errors& errors) const {
     Scene scene = scene_;
     for (std::size_t i = 0; i < scene.obstacles.size(); ++i) {
@@ -159,7 +159,7 @@ class GridDrape {
           scene.gravity_m_per_s2;
     return scene;
   }
-  /// The drape of a bench that states its scene otherwise.
+  /// The drape of a bench that states its scene with these errors.
   [[nodiscard]] GridDrape restated(const Errors& errors) const {
     GridDrape other = *this;
     other.scene_ = scene_with(errors);
@@ -168,7 +168,7 @@ class GridDrape {
     return other;
   }
 
-  /// The same draped again from the start; nothing without a rest.
+  /// The same draped again from the start; nullopt if not at rest.
   [[nodiscard]] std::optional<MatrixX3d> draped(const Errors& errors) const {
     const Scene scene = scene_with(errors);
     simulate::ClothLaws laws = laws_;
@@ -182,7 +182,7 @@ class GridDrape {
     return in_world(drape, found.marks_of_level.back());
   }
 
-  /// The true cloth, `apart_m` farther from any model by long waves.
+  /// The true cloth, displaced by `apart_m` from any model by long waves.
   [[nodiscard]] MatrixX3d real(Draws& random, double apart_m) const {
     MatrixX3d places_m = real_m_;
     const Vector2d phase(random.within(3), random.within(3)), wave(20 + random.within(10), 25);
@@ -279,7 +279,7 @@ class GridDrape {
     good_ = !(scene_.friction > 0 && !scene_.obstacles.empty()) || answer_to_friction();
   }
 
-  /// Friction as the ensemble tries it: the same start with less and with more.
+  /// Computes the response to friction as an ensemble does: the same start with less and with more.
   bool answer_to_friction() {
     std::vector<MatrixX3d> moves_m;
     for (const double sign : {-1.0, 1.0}) {
@@ -306,7 +306,7 @@ class GridDrape {
   bool good_ = false;
 };
 
-/// Counts of the trials in which U held the true mean.
+/// Counts of trials in which U contained the true mean.
 struct Coverage {
   int inside = 0, all = 0;
   void add(bool held) {
@@ -314,7 +314,7 @@ struct Coverage {
     ++all;
   }
   [[nodiscard]] double part() const { return inside / static_cast<double>(all); }
-  /// True where the binomial 95 % interval holds 95 %.
+  /// True if the binomial 95 % interval contains 95 %.
   [[nodiscard]] bool holds_95() const {
     const int outside = all - inside;
     return probability_bound(outside, all, 0.975) >= 0.05 &&
@@ -322,7 +322,7 @@ struct Coverage {
   }
 };
 
-/// The first drapes of the reference data; of one alone a hang.
+/// The first drapes of the reference data; if only one is needed, a hang.
 std::vector<std::filesystem::path> drapes_of(int count) {
   std::vector<std::filesystem::path> folders;
   if (count == 1) return {*test::reference_data("grid-drapes") / "003"};
@@ -338,7 +338,7 @@ std::vector<std::filesystem::path> drapes_of(int count) {
   return folders;
 }
 
-/// Distance of the true cloth from the model's: of a bench whose model is right, and of others.
+/// Distance of the true cloth from the model's: for benches whose model is right, and for others.
 double drawn_apart_m(Draws& random) {
   return random.within(1) < -0.6 ? 0 : std::exp(1.5 + random.within(1.5)) * mm;
 }
@@ -433,7 +433,7 @@ compare::Match match_of(const GridDrape::Found& found, const compare::Budget& bu
   return compare::decide(found.mean_m, budget.inputs_m + budget.own_m, kTolerance_m);
 }
 
-/// A scene that is stated again within its uncertainty has the same U within a fifth, and the same
+/// A scene stated again within its uncertainty has the same U within a fifth, and the same
 /// match.
 TEST(Uncertainty, IsReproducible) {
   if (!test::reference_data("grid-drapes")) GTEST_SKIP() << "the reference data lack grid-drapes";
@@ -468,7 +468,7 @@ TEST(Uncertainty, IsReproducible) {
   }
 }
 
-/// A pin half a millimetre away and a bench 0.2 degrees out of level are inside U when stated.
+/// A pin half a millimetre away and a bench 0.2 degrees out of level are within U if stated.
 TEST(Uncertainty, HoldsAPinAndTheLevelOfAHang) {
   if (!test::reference_data("grid-drapes")) GTEST_SKIP() << "the reference data lack grid-drapes";
   GridDrape cloth(*test::reference_data("grid-drapes") / "003", 20 * mm);
@@ -481,7 +481,7 @@ TEST(Uncertainty, HoldsAPinAndTheLevelOfAHang) {
   for (const Errors& errors :
        {Errors{{"pin_1_x_mm", 0.5}}, Errors{{"pin_2_z_mm", -0.5}}, Errors{{"level_x_deg", 0.2}},
         Errors{{"level_y_deg", -0.2}}, Errors{{"pin_1_y_mm", 0.5}, {"level_x_deg", 0.2}}}) {
-    // A tenth of it is answered to first order; the whole may snap a fold near a pin.
+    // A tenth of it is described to first order; all of it can snap a fold near a pin.
     Errors tenth = errors;
     for (auto& [value, error] : tenth) error *= 0.1;
     const auto near = cloth.draped(tenth), there = cloth.draped(errors);

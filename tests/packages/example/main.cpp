@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The energy of a patch of cloth that is bent to a quarter of a cylinder, and its largest force.
+// Prints the energy of a patch of cloth bent to a quarter of a cylinder, and its largest force.
 #include <algorithm>
 #include <cmath>
 #include <cstdio>

@@ -44,7 +44,7 @@ const Prepared& prepared() {
   return result;
 }
 
-/// The camera looks its address up among those of the network cards.
+/// The camera looks for its address among those of the network cards.
 void add_loopback_address(const std::string& address) {
   const int descriptor = ::socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0);
   ifreq request{};
@@ -60,7 +60,7 @@ void add_loopback_address(const std::string& address) {
   if (!good) throw std::runtime_error(address + " cannot be added to loopback: " + why);
 }
 
-/// Sockets of this network on the port of GigE Vision's control protocol.
+/// Number of sockets in this network on the port of GigE Vision's control protocol.
 int control_sockets() {
   std::ifstream table("/proc/thread-self/net/udp");
   int found = 0;
@@ -93,7 +93,7 @@ void DebianCamera::switch_on() {
             serial_.c_str(), static_cast<char*>(nullptr));
     ::_exit(127);
   }
-  // It listens once it has one socket for itself and one for searches of the whole network.
+  // It listens once it has one socket for itself and one for broadcast discovery.
   while (control_sockets() < before + 2) {
     if (::waitpid(process_, nullptr, WNOHANG) == process_)
       throw std::runtime_error("Debian's camera ended at once");

@@ -12,11 +12,11 @@
 namespace drape::test {
 
 /// Debian's arv-fake-gv-camera-0.8, unmodified, on a loopback address of the private network. It
-/// has no timestamp latch, no packet resend, no PTP and no actions. Nobody of this project wrote
-/// it.
+/// has no timestamp latch, no packet resend, no PTP and no actions, and was written independently
+/// of this project.
 class DebianCamera {
  public:
-  /// Why it cannot be had here, or nothing.
+  /// Reason why it is not available, or nullopt.
   [[nodiscard]] static std::optional<std::string> cannot();
 
   DebianCamera(const std::string& address, const std::string& serial);
@@ -24,13 +24,13 @@ class DebianCamera {
   DebianCamera(const DebianCamera&) = delete;
   DebianCamera& operator=(const DebianCamera&) = delete;
 
-  /// Is this Mono8 picture one that the camera draws at 10 ms of exposure and gain 0: a diagonal
-  /// ramp of 255 levels that moves by a level with each frame (its source, arvfakecamera.c).
+  /// True if this Mono8 picture is one that the camera draws at 10 ms of exposure and gain 0: a
+  /// diagonal ramp of 255 levels that moves by one level per frame (its source, arvfakecamera.c).
   [[nodiscard]] static bool drew(const std::vector<std::uint8_t>& pixels, int width_px);
 
-  /// As on a machine that gives it no time: stopped for so long. Returns at once.
+  /// Stops it for some time, as an overloaded machine would. Returns at once.
   void starve(double seconds);
-  /// As after a power cycle.
+  /// Restarts it as in a power cycle.
   void switch_off_and_on();
 
  private:

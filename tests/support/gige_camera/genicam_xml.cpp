@@ -142,7 +142,7 @@ std::string features(const Personality& p) {
 
 std::string genicam_xml(const Personality& p) {
   const std::string nodes = features(p);
-  // Every node that is no register of another one is a feature.
+  // Every node that is not the register of another one is a feature.
   std::string root = "<Category Name=\"Root\" NameSpace=\"Standard\">";
   for (std::size_t at = nodes.find(" Name=\""); at != std::string::npos;
        at = nodes.find(" Name=\"", at)) {

@@ -48,7 +48,7 @@ GigeCamera::GigeCamera(const GigeCameraOptions& options)
       picture_(static_cast<std::size_t>(options.width_px) * options.height_px, 128),
       random_(options.seed) {
   control_socket_ = open_socket(options_.address, kControlPort, false);
-  // Discovery is broadcast: to the loopback network and to everybody.
+  // Discovery is broadcast to the loopback network and to the global address.
   broadcast_socket_ = open_socket("127.255.255.255", kControlPort, true);
   global_socket_ = open_socket("255.255.255.255", kControlPort, true);
   stream_socket_ = open_socket(options_.address, 0, false);
@@ -115,7 +115,7 @@ void GigeCamera::fill_registers() {
   bank_.set_text(reg::xml, xml);
 }
 
-/// As cameras come.
+/// Sets the state in which cameras are delivered.
 void GigeCamera::set_light_to_automatic() {
   bank_.set_word(reg::exposure_auto, 2);
   bank_.set_word(reg::gain_auto, 2);
@@ -137,7 +137,7 @@ void GigeCamera::show_bytes(std::vector<std::uint8_t> bytes) {
   sends_bytes_ = true;
 }
 
-/// Bits per pixel stand in the format's code (PFNC).
+/// The number of bits per pixel is part of the format's code (PFNC).
 void GigeCamera::set_payload_size() {
   const std::uint64_t bits = bank_.word(reg::pixel_format) >> 16 & 0xFF;
   const std::uint64_t image =

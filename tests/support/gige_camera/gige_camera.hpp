@@ -32,29 +32,29 @@ struct GigeCameraOptions {
   double clock_offset_s = 0;    ///< device clock minus host clock at the start
   double clock_drift_ppm = 0;   ///< relative rate of the device clock
   bool resend = true;           ///< grants packet resend
-  bool ptp = false;             ///< enabling PTP brings the device clock onto the host's
-  bool ieee1588_names = false;  ///< PTP under the feature names of older cameras
+  bool ptp = false;             ///< enabling PTP sets the device clock to the host's
+  bool ieee1588_names = false;  ///< PTP features have the names used by older cameras
   Personality personality = {};
-  double ptp_error_s = 0;       ///< the clock that PTP brings is that far off the host's
-  double exposure_step_us = 0;  ///< above 0: takes the next multiple below, and says nothing
-  /// Free run: from the start of the acquisition to the first exposure, then in steps of the
-  /// period. Absent: all cameras expose together, on a grid of the host's clock.
+  double ptp_error_s = 0;       ///< error of the clock that PTP sets
+  double exposure_step_us = 0;  ///< if above 0, rounds the exposure down to a multiple silently
+  /// In free run: time from the start of the acquisition to the first exposure, followed by steps
+  /// of the period. Absent: all cameras expose together, on a grid of the host's clock.
   std::optional<double> first_exposure_s = {};
   std::uint16_t first_frame_id = 1;
   unsigned seed = 1;                      ///< seed of the losses
   std::vector<std::uint32_t> stuck = {};  ///< registers that refuse to be written
-  bool held = false;                      ///< another program controls it, and goes on
-  std::size_t path_bytes = 65535;  ///< largest packet, with its IP header, that the path carries
+  bool held = false;                      ///< another program controls it permanently
+  std::size_t path_bytes = 65535;  ///< largest packet, including IP header, that the path carries
 };
 
 /// Faults in transit. Probabilities per packet.
 struct GigeFaults {
-  double lose = 0;         ///< not sent at first; a resend request brings it
-  double lose_resent = 0;  ///< resend request answered by silence
+  double lose = 0;         ///< not sent at first, but sent on a resend request
+  double lose_resent = 0;  ///< resend request that is ignored
   double duplicate = 0;    ///< sent twice
   double reorder = 0;      ///< sent after its successor
   double skip_frame = 0;   ///< whole frames exposed but never sent
-  int late_ms = 0;         ///< every frame leaves that much later than exposed
+  int late_ms = 0;         ///< delay of every frame after its exposure
 };
 
 struct GigeCounts {
@@ -62,10 +62,10 @@ struct GigeCounts {
   std::uint64_t packets_sent = 0;  ///< payload, leader and trailer, at first sending
   std::uint64_t packets_lost = 0, packets_resent = 0, packets_duplicated = 0, packets_reordered = 0;
   std::uint64_t triggers = 0, actions = 0, scheduled_actions = 0, commands_refused = 0;
-  std::uint64_t malformed = 0;  ///< datagrams to the control port that are no command
+  std::uint64_t malformed = 0;  ///< datagrams to the control port that are not commands
 };
 
-/// One exposure: frame id and when it was, on the host's clock.
+/// One exposure: frame id and time on the host's clock.
 struct GigeExposure {
   std::uint16_t frame_id = 0;
   std::int64_t host_ns = 0;
@@ -73,31 +73,31 @@ struct GigeExposure {
 
 /// A GigE Vision camera on a loopback address: discovery, registers, memory, GenICam file, control
 /// privilege with heartbeat, image stream with packet resend, software trigger, action and
-/// scheduled action, PTP registers. It serves any Mono8 picture. As a real camera it refuses an
-/// exposure or gain while it is automatic, and a region that is not inside the sensor. Needs a
-/// private network (see private_network.hpp), because every camera answers on port 3956.
+/// scheduled action, PTP registers. It sends any Mono8 picture. Like a real camera it refuses an
+/// exposure or gain while it is automatic, and a region outside the sensor. Needs a private network
+/// (see private_network.hpp), because every camera answers on port 3956.
 class GigeCamera {
  public:
-  /// Throws std::runtime_error when the address cannot be used.
+  /// Throws std::runtime_error if the address cannot be used.
   explicit GigeCamera(const GigeCameraOptions& options);
   ~GigeCamera();
   GigeCamera(const GigeCamera&) = delete;
   GigeCamera& operator=(const GigeCamera&) = delete;
 
-  /// Sent as they are from the next exposure on, whatever the region: a picture in the camera's
-  /// pixel format.
+  /// Sends these bytes, in the camera's pixel format, from the next exposure on, whatever the
+  /// region.
   void show_bytes(std::vector<std::uint8_t> bytes);
-  /// Shown from the next exposure on; width x height bytes.
+  /// Shows this picture from the next exposure on; width x height bytes.
   void show(std::vector<std::uint8_t> pixels);
   void set_faults(const GigeFaults& faults);
-  /// Neither hears nor answers from here on, as with the cable pulled out.
+  /// Stops receiving and answering, as if the cable were pulled out.
   void unplug() { plugged_ = false; }
-  /// Back, as after a power cycle: nobody controls it, nothing streams.
+  /// Reconnects as after a power cycle: without a controller or stream.
   void plug_in();
-  /// From now on it takes nothing from others than its controller but the request for control.
+  /// From now on it accepts only control requests from anyone but its controller.
   void obey_controller_alone() { obeys_anyone_ = false; }
   void jump_clock(double seconds);
-  /// A pulse on the trigger line.
+  /// Sends a pulse on the trigger line.
   void pulse_line();
 
   [[nodiscard]] GigeCounts counts() const;
@@ -106,7 +106,7 @@ class GigeCamera {
     return bank_.word(address);
   }
   [[nodiscard]] double register_real(std::uint32_t address) const { return bank_.real(address); }
-  /// Where the stream goes to, for tests that send junk there.
+  /// Destination port of the stream, for tests that send junk there.
   [[nodiscard]] std::uint16_t stream_port() const;
   [[nodiscard]] std::uint16_t controller_port() const;
 
@@ -179,7 +179,7 @@ class GigeCamera {
   std::int64_t next_grid_ns_ = 0;
   std::deque<std::int64_t> due_host_ns_;  ///< triggers and actions waiting for their time
   std::uint64_t next_id_ = 1;
-  bool sends_bytes_ = false;  ///< show_bytes() was called last
+  bool sends_bytes_ = false;  ///< true if show_bytes() was called last
   std::vector<std::uint8_t> picture_;
   GigeFaults faults_;
   double jumped_s_ = 0;

@@ -174,7 +174,7 @@ bool GigeCamera::takes(std::uint32_t address, const std::uint8_t* value) const {
   }
 }
 
-/// False when refused and already answered.
+/// Returns false if refused and already answered.
 bool GigeCamera::store(const Request& request, std::uint32_t address, const std::uint8_t* from,
                        std::size_t bytes) {
   if (!bank_.holds(address, bytes)) {
@@ -214,7 +214,7 @@ void GigeCamera::after_write(const Request& request, std::uint32_t address) {
       set_payload_size();
       break;
     case reg::frame_rate_hz:
-      // Without its switch the rate is not taken.
+      // Without its switch the rate is ignored.
       if (!options_.personality.rate_switch.empty() && bank_.word(reg::rate_switch) == 0)
         bank_.set_real(reg::frame_rate_hz, 25);
       break;
@@ -304,7 +304,7 @@ void GigeCamera::watch_heartbeat() {
   if (controller_ && now_ns() - last_heard_ns_ > allowed) release_control();
 }
 
-/// The caller holds the mutex.
+/// The caller must hold the mutex.
 void GigeCamera::release_control() {
   controller_.reset();
   acquiring_ = false;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The image stream (GVSP): exposures on a grid or on a trigger, cut into packets.
+// The image stream (GVSP): exposures on a grid or by trigger, divided into packets.
 #include <algorithm>
 #include <chrono>
 #include <cmath>
@@ -34,7 +34,7 @@ void GigeCamera::stream() {
         due_host_ns_.erase(std::find(due_host_ns_.begin(), due_host_ns_.end(), *due));
       } else {
         const auto period = static_cast<std::int64_t>(1e9 / bank_.real(reg::frame_rate_hz));
-        // Late, it leaves steps out and keeps its phase.
+        // If late, it skips steps and keeps its phase.
         next_grid_ns_ = *due + (std::max<std::int64_t>(0, now_ns() - *due) / period + 1) * period;
       }
     }
@@ -42,7 +42,7 @@ void GigeCamera::stream() {
   }
 }
 
-/// The caller holds the mutex.
+/// The caller must hold the mutex.
 std::optional<std::int64_t> GigeCamera::next_exposure_host_ns() {
   if (bank_.word(reg::trigger_mode) == 1) {
     if (due_host_ns_.empty()) return std::nullopt;
@@ -84,7 +84,7 @@ void GigeCamera::expose(std::int64_t host_ns) {
     frame->extended = options_.personality.extended_ids;
     frame->chunks = bank_.word(reg::chunks) != 0;
     next_id_ = next_id_ == 65535 && !frame->extended ? 1 : next_id_ + 1;
-    // A real shutter opens on time; the grid's own time is the honest one, not the thread's.
+    // A real shutter opens on time, so the time stamp is that of the grid, not of the thread.
     frame->ticks = ticks(device_ns(host_ns));
     frame->width = bank_.word(reg::width);
     frame->height = bank_.word(reg::height);

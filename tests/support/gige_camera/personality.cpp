@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Vendors' feature names are those of their public feature lists and of Aravis' own vendor table.
+// Vendors' feature names are from their public feature lists and from Aravis' own vendor table.
 #include "tests/support/gige_camera/personality.hpp"
 
 #include <algorithm>
@@ -105,7 +105,7 @@ std::vector<Personality> vendors() {
   p.model = "TRI013S-M";
   p.latch = Latch::sfnc;
   p.extended_ids = true;
-  p.resend = false;  // the emulator sends again by 16-bit ids alone
+  p.resend = false;  // the emulator supports resends for 16-bit ids only
   p.rate_switch = "AcquisitionFrameRateEnable";
   p.trigger_sources = {"Software", "Line0", "Action1"};
   list.push_back(p);

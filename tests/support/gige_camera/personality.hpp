@@ -9,16 +9,16 @@
 
 namespace drape::test {
 
-/// Names of the clock's latch: GigE Vision 1, SFNC 2, or not at all.
+/// Names of the clock's latch: GigE Vision 1, SFNC 2, or none.
 enum class Latch { gev, sfnc, none };
 
-/// Differences between cameras: names of its features and how its registers behave.
+/// Differences between cameras: names of their features and behaviour of their registers.
 struct Personality {
   std::string name = "plain";
   std::string vendor = "Drapebench", model = "TestCamera";
   std::uint64_t tick_hz = 1'000'000'000;
   Latch latch = Latch::gev;
-  bool source_port = true;  ///< the register that says where the stream comes from
+  bool source_port = true;  ///< has the register for the stream's source port
   bool resend = true;
   bool extended_ids = false;
   bool trigger_selector = true;
@@ -27,7 +27,7 @@ struct Personality {
   bool gamma_on = false;
   bool ieee1588_names = false;
   std::string exposure = "ExposureTime", gain = "Gain", rate = "AcquisitionFrameRate";
-  std::string rate_switch;  ///< must be on for the rate to be taken; or empty
+  std::string rate_switch;  ///< must be on for the rate to be accepted; or empty
   std::vector<std::string> trigger_sources = {"Software", "Line1", "Action1"};
   std::vector<std::pair<std::string, std::uint32_t>> pixel_formats = {{"Mono8", 0x01080001},
                                                                       {"Mono16", 0x01100007}};
@@ -40,8 +40,8 @@ inline void PrintTo(const Personality& personality, std::ostream* out) {
   *out << personality.name;
 }
 
-/// Names and behaviour of vendors' cameras, cameras that try what can be tried, and cameras that
-/// have one pixel format each.
+/// Names and behaviour of vendors' cameras, cameras with unusual behaviour, and cameras with one
+/// pixel format each.
 [[nodiscard]] const std::vector<Personality>& personalities();
 
 }  // namespace drape::test

@@ -79,7 +79,7 @@ inline constexpr std::uint32_t xml = 0x10000;
 
 namespace drape::test {
 
-/// The camera's memory, big-endian. Safe from several threads.
+/// The camera's memory, big-endian, thread-safe.
 class RegisterBank {
  public:
   explicit RegisterBank(std::size_t bytes) : memory_(bytes, 0) {}
@@ -137,7 +137,7 @@ class RegisterBank {
   std::vector<std::uint8_t> memory_;
 };
 
-/// GenICam description of the registers above, as this camera names and has them.
+/// GenICam description of the registers above with this camera's names and features.
 [[nodiscard]] std::string genicam_xml(const Personality& personality);
 
 }  // namespace drape::test

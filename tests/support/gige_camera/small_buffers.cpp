@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Preloaded, it plays a busy machine on which a socket's receive buffer stays as small as Debian
-// makes it: what this machine allows cannot be lowered for one program, and a reader that always
-// gets its turn in time needs no buffer.
+// Preloaded library that simulates a busy machine with Debian's small default receive buffer for
+// sockets: the limit of this machine cannot be lowered for one program, and a reader that always
+// runs in time needs no buffer.
 #include <sys/socket.h>
 #include <sys/syscall.h>
 #include <unistd.h>
@@ -17,7 +17,7 @@ extern "C" int setsockopt(int socket, int level, int name, const void* value,
   return static_cast<int>(::syscall(SYS_setsockopt, socket, level, name, value, size));
 }
 
-/// By which Aravis reads a camera's packets: each call comes long after a frame was sent.
+/// Used by Aravis to read a camera's packets: each call comes long after a frame was sent.
 extern "C" int recvmmsg(int socket, mmsghdr* messages, unsigned count, int flags,
                         timespec* patience) {
   ::usleep(50'000);

@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <vector>
 
-/// Big-endian numbers, as GigE Vision sends them.
+/// Big-endian numbers, as in GigE Vision packets.
 namespace drape::test::wire {
 
 inline void put(std::vector<std::uint8_t>& to, std::uint64_t value, int bytes) {

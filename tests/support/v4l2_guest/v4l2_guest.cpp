@@ -18,7 +18,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr int kLongest_s = 2400;  ///< boot and job; about 40 where nothing else runs
+constexpr int kLongest_s = 2400;  ///< boot and job; about 40 on an idle host
 
 struct Shell {
   int exit_code = -1;
@@ -43,7 +43,7 @@ std::string last_line(std::string text) {
   return at == std::string::npos ? text : text.substr(at + 1);
 }
 
-/// A device node alone does not tell: without the processor's own module the guest hangs in it.
+/// A device node is not sufficient: without the processor's own module the guest hangs in it.
 std::string why_no_kvm() {
   if (::access("/dev/kvm", R_OK | W_OK) != 0) return "/dev/kvm is not there or not allowed";
   if (!fs::exists("/sys/module/kvm_intel") && !fs::exists("/sys/module/kvm_amd"))
@@ -58,8 +58,8 @@ std::string shared_folder(const std::string& tag, const fs::path& folder, const 
       tag, folder.string(), more);
 }
 
-/// A line that reads the libraries of a program ahead, while other things run. Fetched page by page
-/// as they are used, those of image files alone take an emulated machine 15 s.
+/// A shell line that reads the libraries of a program ahead in the background. Read page by page on
+/// use, those for image files alone take an emulated machine 15 s.
 std::string read_ahead(const std::vector<fs::path>& programs) {
   std::string files;
   for (const fs::path& program : programs)
@@ -69,13 +69,13 @@ std::string read_ahead(const std::vector<fs::path>& programs) {
   return fmt::format("cat {} >/dev/null 2>&1 &\n", files);
 }
 
-/// Debian's kernel unpacked where that could be done: unpacking it takes an emulated machine long.
+/// Debian's kernel, unpacked if possible, since an emulated machine takes long to unpack it.
 fs::path kernel_of(const fs::path& guest) {
   const fs::path unpacked = guest / "vmlinux";
   return fs::exists(unpacked) ? unpacked : guest / "vmlinuz";
 }
 
-/// Runs the guest to its end; `timeout` ends one that does not boot, or hangs in its job.
+/// Runs the guest to its end; `timeout` ends one that does not boot or hangs in its job.
 Shell boot(const fs::path& guest, const fs::path& folder, const std::string& accelerator) {
   const std::string qemu = fmt::format(
       "exec timeout --kill-after=5 {} qemu-system-x86_64 {} -smp 2 -m 768 -nographic -nodefaults"
@@ -104,7 +104,7 @@ GuestRun run_in_guest(const fs::path& folder, const std::string& job,
     run.cannot = last_line(prepared.output);
     return run;
   }
-  // Only what the host lacks may skip a test: a script that breaks is a fault of ours.
+  // Only missing features of the host may skip a test: a failing script is an error.
   if (prepared.exit_code != 0)
     throw std::runtime_error("preparing the V4L2 guest failed: " + prepared.output);
   write_durable(folder / "job.sh",

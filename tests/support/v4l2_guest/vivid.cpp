@@ -14,9 +14,9 @@
 namespace drape::test {
 namespace {
 
-constexpr std::uint32_t kBuffers = 2;  ///< the driver shows the last one as long as it stays open
+constexpr std::uint32_t kBuffers = 2;  ///< the driver shows the last one as long as it remains open
 
-/// Totals of the lines and of the frame as CVT has them.
+/// Totals of lines and frame by the CVT standard.
 v4l2_dv_timings slow_signal(std::uint32_t width_px, std::uint32_t height_px,
                             std::uint32_t pixel_clock_hz) {
   v4l2_dv_timings timings{};
