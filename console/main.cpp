@@ -48,8 +48,8 @@ void on_end(int signal) {
   ::sem_post(&end_is_asked);
 }
 
-/// Serves until a signal, and lets what is open come to its end; the next signal ends the program
-/// at once. Returns 128 + signal.
+/// Serves until a signal, then finishes what is open; a second signal ends the program immediately.
+/// Returns 128 + signal.
 int serve_until_asked(console::Console& bench) {
   ::sem_init(&end_is_asked, 0, 0);
   struct sigaction action {};
@@ -62,7 +62,7 @@ int serve_until_asked(console::Console& bench) {
     while (::sem_wait(&end_is_asked) != 0 && errno == EINTR) {
     }
     if (!served) std::fputs("\nthe console ends; everything stored stays\n", stderr);
-    // A server that does not listen yet hears nothing.
+    // A server that does not listen yet would miss the stop.
     while (!served) {
       bench.stop();
       std::this_thread::sleep_for(std::chrono::milliseconds(50));
@@ -89,7 +89,7 @@ int main(int argc, char** argv) {
   app.add_record(options);
   add_common_options(app, common);
   return run_program(app, argc, argv, common, [&] {
-    // Some 50 threads answer in turn, and each arena of memory keeps room for its largest answer.
+    // Some 50 threads answer in turn, and each memory arena keeps the size of its largest answer.
     ::mallopt(M_ARENA_MAX, 2);
     console::Console bench(options);
     if (common.json) {

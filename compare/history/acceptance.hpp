@@ -15,26 +15,26 @@
 
 namespace drape::compare {
 
-/// Why it does not speak for what this session measured: of another calibration, or expired on the
-/// day of the recording. Empty when it does.
+/// Reasons why an acceptance does not apply to the measurements of this session: made for another
+/// calibration, or expired on the day of the recording. Empty if it applies.
 [[nodiscard]] std::vector<std::string> doubts_of(const AcceptanceFile& acceptance,
                                                  const Session& session);
 
-/// Why what rests on a calibration of the session is NO-GO, by the calibration's SHA-256: its last
-/// acceptance is, among those in the store (where there is one) and the one that is given, which
-/// counts as the later of two of one day.
+/// Reasons why results from a calibration of the session are NO-GO, by the calibration's SHA-256:
+/// its last acceptance is NO-GO, among those in the store (if any) and the given one, which counts
+/// as the later of two on one day.
 [[nodiscard]] std::map<std::string, std::string> reason_in_store(
     const std::filesystem::path& store, const Session& session,
     const std::optional<AcceptanceFile>& given = {});
 
-/// Reads it, where a file is given, as an input of `record`, before anything is compared; its
-/// doubts become warnings. Reasons against it and against those in the outcome's store go to the
+/// Reads the acceptance, if given, as an input of `record`, before anything is compared; its doubts
+/// become warnings. Reasons against it and against those in the outcome's store are added to the
 /// outcome.
 [[nodiscard]] std::optional<AcceptanceFile> look_at_acceptance(const std::filesystem::path& file,
                                                                const Session& session,
                                                                Outcome& outcome, RunRecord& record);
 
-/// Keeps it in the store, once.
+/// Stores an acceptance, once.
 void store_acceptance(const std::filesystem::path& store, const AcceptanceFile& acceptance);
 
 }  // namespace drape::compare

@@ -14,7 +14,7 @@
 namespace drape::compare {
 namespace {
 
-/// "2026", "2026-03" or "2026-03-01": the beginning of a date as the store writes it.
+/// True for "2026", "2026-03" or "2026-03-01": the beginning of a date as stored.
 bool is_date(const std::string& text) {
   static const std::regex form("([0-9]{4})(-([0-9]{2})(-([0-9]{2}))?)?");
   std::smatch part;
@@ -33,7 +33,7 @@ void check_date(const char* option, const std::string& date) {
                     "give year-month-day, e.g. 2026-03-01");
 }
 
-/// Throws where `value` is no `name` of the query `names`; all of them are read for the error only.
+/// Throws if no row of the query `names` has `value` as `name`; reads all only for the error.
 void check_known(const StoreReader& store, const std::string& option, const std::string& value,
                  const char* names) {
   if (value.empty() ||
@@ -63,7 +63,7 @@ constexpr const char* kSpecimens =
     "SELECT scene AS name FROM v_comparison UNION ALL SELECT scene || '/' || fabric FROM "
     "v_comparison";
 
-/// With a parameter for each of since and until; either may be the beginning of a date.
+/// Condition with a parameter for each of since and until; either can be the beginning of a date.
 std::string between_dates(const std::string& column, const ResultFilter& filter,
                           Cells& parameters) {
   std::string condition;
@@ -72,14 +72,14 @@ std::string between_dates(const std::string& column, const ResultFilter& filter,
     parameters.push_back(filter.since);
   }
   if (!filter.until.empty()) {
-    // A day, month or year is the beginning of its moments: up to the end of the last one.
+    // A day, month or year is the beginning of its times: includes the last one.
     condition += fmt::format(" AND substr({}, 1, {}) <= ?", column, filter.until.size());
     parameters.push_back(filter.until);
   }
   return condition;
 }
 
-/// A condition on v_run_moment AS q.
+/// Condition on v_run_moment AS q.
 std::string window_of(const ResultFilter& filter, Cells& parameters) {
   std::string window = between_dates("q.date", filter, parameters);
   if (filter.run) window += fmt::format(" AND q.run = {}", *filter.run);
@@ -168,7 +168,7 @@ Selection selection_of(const StoreReader& store, const ResultFilter& filter) {
     selection.where += ")";
   }
   if (!filter.calibration.empty()) {
-    // The second part says nothing new, but these few are found first.
+    // The second part is redundant, but finds these few rows first.
     selection.where +=
         " AND (substr(v.calibration_sha256, 1, length(?)) = ? OR instr(s.calibration, "
         "?) > 0) AND v.id IN (SELECT id FROM comparison WHERE measured_sha256 IN (SELECT sha256 "

@@ -3,7 +3,7 @@
 
 namespace drape::compare {
 
-// The commands of drape-compare, each with a command line of its own; each returns the exit code.
+// The commands of drape-compare, each with its own command line; each returns the exit code.
 int drapemeter_command(int argc, char** argv);
 int repeats_command(int argc, char** argv);
 

@@ -9,7 +9,7 @@
 
 namespace drape::compare {
 
-/// Words of `drape compare`.
+/// Arguments of `drape compare`.
 struct CompareArguments {
   std::vector<std::filesystem::path> sheets;
   std::filesystem::path calibration, store, report, acceptance;

@@ -16,7 +16,7 @@ namespace drape::compare {
 
 namespace {
 
-/// Outputs, and the inputs that are named; those of folders are found later.
+/// Outputs, and the inputs given by name; those in folders are found later.
 StepFiles named_files(const DrapemeterArguments& arguments) {
   StepFiles files;
   if (arguments.out) files.outputs = {*arguments.out / "hems.csv", *arguments.out / "hems.json"};
@@ -26,7 +26,7 @@ StepFiles named_files(const DrapemeterArguments& arguments) {
   return files;
 }
 
-/// hems.csv on the side of --compare where it stands: with simulations, what is to be judged.
+/// Command with hems.csv as --compare for simulations, which are to be tested, else as input.
 std::string next_command(const HemSet& set, const DrapemeterGeometry& geometry,
                          const std::string& csv) {
   const auto all = [&](const auto& is) {

@@ -13,7 +13,7 @@ using Eigen::Vector3d;
 using units::mm;
 using Scale = std::function<PictureScale(const Silhouette&, const std::filesystem::path&)>;
 
-/// The point of a horizontal plane that a camera sees at a pixel: takes out lens and tilt.
+/// Scale by intersecting a pixel's ray with a horizontal plane: corrects lens and tilt.
 Scale scale_of_camera(const DrapemeterArguments& arguments) {
   const Calibration calibration = read_calibration(*arguments.calibration);
   if (calibration.no_go)

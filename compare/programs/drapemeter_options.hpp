@@ -13,7 +13,7 @@
 
 namespace drape::compare {
 
-/// Words of `drape drapemeter`.
+/// Arguments of `drape drapemeter`.
 struct DrapemeterArguments {
   std::vector<std::filesystem::path> inputs, compared;
   std::optional<std::filesystem::path> out, disc_picture, calibration;
@@ -27,10 +27,10 @@ struct DrapemeterArguments {
 
 void fields(Fields& f, DrapemeterArguments& arguments);
 
-/// Checked and with the scale of pictures. Throws Error(usage).
+/// Checked options with the scale of pictures. Throws Error(usage).
 [[nodiscard]] HemReadOptions read_options(const DrapemeterArguments& arguments, int threads);
 
-/// One hem's numbers, or each fabric's variance components; the matches; what was refused.
+/// Ending with a hem's numbers or each fabric's variance components, matches and refused files.
 [[nodiscard]] Ending ending_of(const HemSet& real, const HemSet& compared,
                                const std::vector<HemMatch>& matches);
 

@@ -18,43 +18,43 @@ namespace drape::compare {
 
 enum class ExportFormat { csv, json, sql, ro_crate };
 
-/// Everything that drape-results can be asked.
+/// Arguments of all drape-results commands.
 struct ResultsArguments {
   std::string store = "results.sqlite", key, second_key, metric, sql, file;
   std::optional<ExportFormat> format;
   std::filesystem::path calibration = {}, signing_key = {}, damaged = {}, lab = {};
   std::string table = "v_real_vs_virtual";
   std::string by;      ///< key of a trend
-  bool paper = false;  ///< the paper's tables beside its own numbers
-  std::string published = "rigs/paper/published.csv";  ///< those numbers
+  bool paper = false;  ///< selects the paper's tables with its own numbers
+  std::string published = "rigs/paper/published.csv";  ///< file of those numbers
   std::optional<std::array<int, 2>> mark;              ///< row and column
   std::array<int, 2> runs = {};
   WhyOptions why;
   bool csv = false;
   bool apart = false;  ///< imports without comparing
   bool no_recompute = false;
-  std::optional<double> tolerance_m;  ///< of an import; absent: the store's last of these drapes
+  std::optional<double> tolerance_m;  ///< of an import; default: of the last run of these drapes
   ResultFilter filter;
   TrendOptions trend;
   std::vector<std::filesystem::path> sheets;
   RunLabel label;
 };
 
-/// Words of every command.
+/// Arguments common to all commands.
 struct StoreWords {
   std::string store = "results.sqlite";
   bool csv = false;
 };
 void fields(Fields& f, StoreWords& words);
 
-/// Words of one command.
+/// Arguments of one command.
 struct CommandWords {
   ResultsArguments arguments;
   std::string command;
 };
 void fields(Fields& f, CommandWords& words);
 
-/// Words of all commands, read into it while the command line is parsed.
+/// Arguments of all commands, filled while the command line is parsed.
 struct ResultsWords {
   /// Adds the commands and their options.
   explicit ResultsWords(Command& app);
@@ -66,7 +66,7 @@ struct ResultsWords {
   std::deque<CommandWords> commands;
 };
 
-/// Answers the command that was given; returns the exit code.
+/// Executes the given command; returns the exit code.
 int answer(const Command& app, const ResultsWords& words, const CommonOptions& common);
 
 }  // namespace drape::compare

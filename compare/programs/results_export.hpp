@@ -5,8 +5,8 @@
 
 namespace drape::compare {
 
-/// Answers `drape results export`, whose words are `command`; returns the exit code. Throws
-/// Error(usage) for an option that the format has no use for.
+/// Executes `drape results export` with the arguments of `command`; returns the exit code. Throws
+/// Error(usage) for an option that does not apply to the format.
 int export_store(const Command& command, const StoreReader& reader,
                  const ResultsArguments& arguments, const CommonOptions& common);
 

@@ -48,13 +48,13 @@ std::vector<StepRecord> read_folder(const fs::path& folder) {
     try {
       records.push_back(read_step(file));
     } catch (const std::exception&) {
-      // A record that cannot be read proves nothing about any file; verify finds its bytes.
+      // A record that cannot be read proves nothing about any file; verify checks its bytes.
     }
   }
   return records;
 }
 
-/// Tests for a file that only a program of ours writes. A recording is what cameras left.
+/// True for a file that only our programs write. A recording counts as written by cameras.
 bool is_written_by_programs(const fs::path& file) {
   if (file.extension() != ".json" || file.filename() == "recording.json") return false;
   try {
@@ -67,7 +67,7 @@ bool is_written_by_programs(const fs::path& file) {
   }
 }
 
-/// Kind of a file that no program of ours made, with the number of points of a curve.
+/// Kind of a file that none of our programs made, with the number of points of a curve.
 std::string original(const fs::path& file) {
   const std::string end = file.extension().string();
   if (end == ".png") return "photograph";
@@ -86,7 +86,7 @@ std::string original(const fs::path& file) {
   return is_written_by_programs(file) ? "no record of how it was made" : "from elsewhere";
 }
 
-/// Tests that the record states another content of the file.
+/// True if the record states another content for the file.
 bool contradicts(const StepRecord& record, const fs::path& file, const std::string& sha256) {
   return std::any_of(record.outputs.begin(), record.outputs.end(), [&](const auto& output) {
     return output.first == file && output.second != sha256;
@@ -134,7 +134,7 @@ bool RecordBook::is_traced(const fs::path& file) {
 
 const StepRecord* RecordBook::maker_of(const fs::path& file) {
   const fs::path beside = folder_of(file), wanted = file.lexically_normal();
-  // A sheet is two files, and some records name only the .ply of it.
+  // A sheet has two files, and some records name only its .ply.
   fs::path twin = wanted;
   if (wanted.filename() == "sheet.json") twin.replace_extension(".ply");
   for (const fs::path& folder : {beside, (beside / "..").lexically_normal()}) {
@@ -174,7 +174,7 @@ void require_as_recorded(const fs::path& output) {
   if (!record) return;
   const fs::path folder = folder_of(output).lexically_normal();
   for (const auto& [file, sha256] : record->outputs) {
-    // A run that made many sheets lists them all; the others are judged when they are read.
+    // A run with many sheets lists them all; the others are checked when they are read.
     const fs::path place = folder_of(file);
     if (place != folder && place != folder_of(record->file).lexically_normal()) continue;
     if (fs::is_regular_file(file) && sha256_of_file(file) != sha256)

@@ -30,7 +30,7 @@ const MeasuredSource& source_of(const DrapeFiles& drape) {
   return std::get<MeasuredSource>(drape.input.measured.sheet.source);
 }
 
-/// Warns of something of the measured sheet; the first {} becomes its set.
+/// Adds a warning about the measured sheet; the first {} is replaced by its set.
 void warn(Session& session, const DrapeFiles& drape, const char* sentence,
           const std::string& more = {}) {
   session.warnings.push_back(fmt::format(fmt::runtime(sentence), source_of(drape).set, more));
@@ -73,7 +73,7 @@ void read_detections_beside(DrapeFiles& drape, Session& session) {
   if (drape.detected_by) find_recording(drape);
 }
 
-/// Reads what `drape simulate` found beside the sheet that speaks for the drape.
+/// Reads the sensitivities that `drape simulate` wrote beside the sheet that represents the drape.
 void read_error_split(DrapeFiles& drape, Session& session) {
   const Simulation* speaker = drape.input.speaker();
   if (speaker == nullptr || speaker->other_simulator) return;
@@ -113,7 +113,7 @@ DrapeFiles read_measured(SheetFile sheet, Session& session) {
   return drape;
 }
 
-/// Left by an earlier run of what wrote the list above it, whose files it is not among any more.
+/// Throws for a sheet of an earlier run that the list above it no longer names.
 void require_listed(const fs::path& sheet) {
   if (fs::is_regular_file(sheet.parent_path() / ".." / "branches.json") && !read_made_by(sheet))
     throw bad_input(
@@ -121,7 +121,7 @@ void require_listed(const fs::path& sheet) {
         {.file = sheet.string()}, "leave it out: it is of an earlier run");
 }
 
-/// The sheet with the files beside it, and the run record of what made it.
+/// The sheet with the files beside it, and the run record that made it.
 Simulation read_simulated(SheetFile sheet, Session& session) {
   Simulation simulation;
   simulation.sheet = std::move(sheet);
@@ -212,7 +212,7 @@ void read_calibration_of(const fs::path& file, Session& session) {
   }
 }
 
-/// The scene of a drape: that of its simulations.
+/// The scene of a drape, which is that of its simulations.
 std::string scene_of(const DrapeFiles& drape) {
   for (const Simulation& simulation : drape.input.simulations)
     if (!simulation.other_simulator) return simulation.source().scene;
@@ -220,7 +220,7 @@ std::string scene_of(const DrapeFiles& drape) {
   return own ? own->scene : std::string();
 }
 
-/// A drape has one verdict in a run, so a copied folder is not another drape.
+/// Throws for a copy, since a drape has one verdict in a run and a copied folder is not another.
 void require_new(const SheetFile& sheet, const Session& session) {
   for (const DrapeFiles& drape : session.drapes) {
     if (drape.input.measured.sha256 != sheet.sha256) continue;
@@ -230,7 +230,7 @@ void require_new(const SheetFile& sheet, const Session& session) {
   }
 }
 
-/// The same marks under another name are no other laying.
+/// Throws if the same marks are given under another name, which is not another laying.
 void require_no_copy(const SheetFile& sheet, const DrapeInput& drape) {
   std::vector<const SheetFile*> layings = {&drape.measured};
   for (const SheetFile& repeat : drape.repeats) layings.push_back(&repeat);
@@ -244,8 +244,8 @@ void require_no_copy(const SheetFile& sheet, const DrapeInput& drape) {
   }
 }
 
-/// Adds a repeat to every drape of its scene except the one that the sheet itself belongs to: for
-/// each of them it is another laying.
+/// Adds a repeat to every drape of its scene except that of the sheet itself, since for each of
+/// them it is another laying.
 void add_repeat(const fs::path& file, Session& session) {
   SheetFile sheet = read_sheet_of(file, session);
   if (!sheet.repeat)
@@ -312,7 +312,7 @@ void take_scene(DrapeFiles& drape, const fs::path& file, Session& session) {
   drape.input.scene = read_record<Scene>(file);  // as it was used
 }
 
-/// The scene file named by the run record, when it still holds the values that the simulation read.
+/// The scene file named by the run record, if it still has the values that the simulation read.
 std::optional<fs::path> scene_file_of(const std::string& scene_sha256,
                                       const std::optional<StepRecord>& made_by) {
   if (!made_by) return std::nullopt;
@@ -321,7 +321,7 @@ std::optional<fs::path> scene_file_of(const std::string& scene_sha256,
   return std::nullopt;
 }
 
-/// Scene that the marks of a drape without simulations were held against, while it is as it was.
+/// The scene with which the marks of a drape without simulations were measured, if unchanged.
 void find_scene_of_marks(DrapeFiles& drape, Session& session) {
   if (!drape.measured_by) return;
   for (const auto& [file, sha256] : drape.measured_by->inputs)
@@ -410,7 +410,7 @@ std::string entry_text(const Value& value) {
   return text.empty() ? "none" : text;
 }
 
-/// Every plain value under its path. Tables of a list are called by their first text.
+/// Lists every plain value with its path. Tables in a list are named by their first text.
 void flatten(const Value& value, const std::string& path, Certificate& certificate) {
   const auto* list = value.get_if<Value::List>();
   if (const auto* table = value.get_if<Value::Table>()) {
@@ -470,7 +470,7 @@ void require_of_sheet(const Certificate& certificate, const Sheet& sheet, const 
 
 namespace {
 
-constexpr int kDeepest = 8;  ///< folders below the given one
+constexpr int kDeepest = 8;  ///< levels of folders under the given one
 
 struct Found {
   std::vector<fs::path> alone, measured, repeats, gone;
@@ -484,7 +484,7 @@ std::vector<fs::path> folders_of(const fs::path& folder) {
   return folders;
 }
 
-/// The sheet of the folder, or the folder where its run's record is left without it.
+/// Adds the sheet of the folder, or the folder itself if it has a run record but no sheet.
 void add_sheet(const fs::path& folder, std::vector<fs::path>& sheets, Found& found) {
   if (fs::is_regular_file(folder / "sheet.json")) {
     sheets.push_back(folder / "sheet.ply");
@@ -493,7 +493,7 @@ void add_sheet(const fs::path& folder, std::vector<fs::path>& sheets, Found& fou
   }
 }
 
-/// A sheet that a list names must be there.
+/// Adds a sheet named by a list, which must exist.
 void add_listed(const std::string& name, const fs::path& list, Found& found) {
   const fs::path sheet =
       name_inside(list.parent_path(), name, {.file = list.string(), .field = "sheet"});
@@ -501,12 +501,12 @@ void add_listed(const std::string& name, const fs::path& list, Found& found) {
   there ? found.measured.push_back(sheet) : found.gone.push_back(sheet.parent_path());
 }
 
-/// A list whose run ended; its record goes before anything else of it changes.
+/// True for a list whose run ended, since its record is removed before anything else changes.
 bool is_whole(const fs::path& list) {
   return fs::is_regular_file(list) && fs::is_regular_file(run_record_path(list));
 }
 
-/// Adds the branches that the ensemble's list names, whatever a run before left.
+/// Adds the branches named by the ensemble's list, whatever an earlier run left.
 void add_extras(const fs::path& drape, Found& found) {
   if (const fs::path list = drape / "ensemble" / "branches.json"; is_whole(list))
     for (const ListedBranch& branch : read_record<BranchList>(list).branches)
@@ -532,8 +532,8 @@ void walk(const fs::path& folder, int depth, Found& found) {  // NOLINT(misc-no-
   for (const fs::path& below : folders_of(folder)) walk(below, depth + 1, found);
 }
 
-/// Files in their order, and with them what stands alone in folders that follow a file: it may be
-/// of the group that the file opened.
+/// Files in order, including simulations without a measured sheet in folders that follow a file,
+/// since they may belong to the group that the file started.
 Found found_in(const std::vector<fs::path>& given, std::vector<fs::path>& files) {
   Found found;
   for (const fs::path& path : given) {

@@ -17,8 +17,8 @@ using Eigen::Vector3d;
 
 constexpr int kLeastPoints = 8;
 
-/// Image of a dot's centre. The centroid of its disc lies beside it (eccentricity; Heikkila, 2000),
-/// by how much is known once the pose is.
+/// Image of a dot's centre. The centroid of its disc deviates from it (eccentricity; Heikkila 2000)
+/// by an amount that the pose determines.
 Vector2d centre_px(const Camera& camera, const Target& target,
                    const std::optional<WorldFromTarget>& pose, const Detection& dot) {
   if (!pose || target.dot_diameter_m == 0) return dot.centre_px;

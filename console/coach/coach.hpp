@@ -10,17 +10,17 @@
 
 namespace drape::console {
 
-/// The target measured in space with a given calibration, without using what is known of the
-/// target; then its drawing moved onto the measured points. On a set that the calibration did not
-/// use, `rms_m` is the error of a measured point.
+/// The target measured in space with a given calibration, without using its known shape, and then
+/// fitted by its drawing. On a set that the calibration did not use, `rms_m` is the error of a
+/// measured point.
 struct MeasuredTarget {
   WorldFromTarget world_from_target;
-  int points = 0;    ///< seen by two cameras or more
-  double rms_m = 0;  ///< distance of a measured point from the drawing, root mean square
+  int points = 0;    ///< points seen by two or more cameras
+  double rms_m = 0;  ///< root mean square distance of the measured points from the drawing
   std::vector<Eigen::Vector3d> points_in_world;
 };
 
-/// Measures the target in space; absent where two cameras see fewer than 8 points.
+/// Measures the target in space; nullopt if two cameras see fewer than 8 points.
 [[nodiscard]] std::optional<MeasuredTarget> measure_target(
     const Calibration& calibration, const Target& target,
     const std::vector<FrameDetections>& frames);

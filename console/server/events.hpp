@@ -10,14 +10,14 @@
 
 namespace drape::console {
 
-/// Server-sent events, from any thread to any number of readers. A reader that is slow loses old
-/// events, never stops the others: each event says that something changed, the page asks what.
+/// Server-sent events, from any thread to any number of readers. A slow reader loses old events but
+/// never blocks the others: each event says that something changed, and the page requests what.
 class Events {
  public:
-  /// `name` without line ends, `data` in one line.
+  /// Sends an event; `name` without line ends, `data` in one line.
   void send(const std::string& name, const std::string& data);
-  /// The events after `last` as they go over the wire, and `last` moved on; empty after `patience`
-  /// without any, or once closed.
+  /// Returns the events after `last` as sent over the wire, and advances `last`; empty if none came
+  /// within `patience`, or once closed.
   [[nodiscard]] std::string wait(std::uint64_t& last, std::chrono::milliseconds patience);
   [[nodiscard]] std::uint64_t newest() const;
   void close();

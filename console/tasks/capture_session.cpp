@@ -20,7 +20,7 @@ namespace {
 
 namespace fs = std::filesystem;
 constexpr std::size_t kLongestLine = 4096;
-constexpr int kEnding_ms = 5000;  ///< until a session that was asked to end is ended
+constexpr int kEnding_ms = 5000;  ///< time given to a session to end before it is killed
 
 }  // namespace
 
@@ -45,7 +45,7 @@ CaptureSession::CaptureSession(const fs::path& rig, const fs::path& recording, R
 CaptureSession::~CaptureSession() {
   {
     const std::lock_guard lock(mutex_);
-    keyboard_.close_writing();  // the end of its input is `q`
+    keyboard_.close_writing();  // the end of its input acts like `q`
   }
   for (int waited = 0; pid_ > 0 && waited < kEnding_ms; waited += 50) ::usleep(50000);
   if (const pid_t pid = pid_; pid > 0) ::kill(pid, SIGTERM);

@@ -18,13 +18,13 @@
 
 namespace drape::console {
 
-/// The resident session of `drape capture RIG --out RECORDING --preview FOLDER`: the cameras stay
-/// open, a name typed to it takes a set. Its pictures come as files in a folder in memory. Safe
-/// from several threads.
+/// The resident session `drape capture RIG --out RECORDING --preview FOLDER`: the cameras remain
+/// open, and a name typed to it takes a set. Its pictures are files in a folder in memory.
+/// Thread-safe.
 class CaptureSession {
  public:
-  /// Reports from its own threads: a line that it printed, a camera with a new picture,
-  /// and its end with its last sentence.
+  /// Callbacks from its own threads: a line that it printed, a camera with a new picture, and its
+  /// end with its last sentence.
   struct Reports {
     std::function<void(const std::string& line)> said;
     std::function<void(const std::string& camera, std::uint64_t number)> picture;
@@ -33,14 +33,14 @@ class CaptureSession {
 
   CaptureSession(const std::filesystem::path& rig, const std::filesystem::path& recording,
                  Reports reports);
-  /// Lets it end as `q` does: what was stored is made part of the recording.
+  /// Ends it like `q`: stored sets become part of the recording.
   ~CaptureSession();
   CaptureSession(const CaptureSession&) = delete;
   CaptureSession& operator=(const CaptureSession&) = delete;
 
-  [[nodiscard]] std::string shown() const;  ///< the command
+  [[nodiscard]] std::string shown() const;  ///< the command line
   [[nodiscard]] bool runs() const { return pid_ > 0; }
-  /// Throws Error(device) when it has ended.
+  /// Throws Error(device) if the session has ended.
   void type(const std::string& line);
   /// The newest picture of a camera (PGM) and its number; empty before the first.
   [[nodiscard]] std::string picture(const std::string& camera, std::uint64_t& number) const;

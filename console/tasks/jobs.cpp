@@ -18,7 +18,7 @@ bool is_over(const Job& job) {
   return job.state != JobState::waiting && job.state != JobState::running;
 }
 
-/// True also where that cannot be found out.
+/// Also true if that cannot be determined.
 bool is_needed(const Call& call) {
   try {
     return !call.needed || call.needed();
@@ -159,7 +159,7 @@ void Jobs::run(int id) {
         one.fraction = (static_cast<double>(k) + fraction) / static_cast<double>(job.calls.size());
         one.now = now;
       });
-      // A cancel between the start of a program and the first look at its id.
+      // Handles a cancel between the start of a program and the first read of its id.
       if (const pid_t pid = child_; cancelled_ && pid > 0) ::kill(pid, SIGTERM);
     };
     try {
@@ -168,7 +168,7 @@ void Jobs::run(int id) {
       output = end.output;
       if (end.exit_code == 1) state = JobState::no_go;
       if (end.exit_code > 1) state = JobState::failed;
-    } catch (const std::exception& error) {  // beyond this thread it would end the console
+    } catch (const std::exception& error) {  // exceptions beyond this thread end the console
       sentence = error.what();
       state = JobState::failed;
     }

@@ -19,35 +19,35 @@ namespace drape::console {
 
 enum class JobState { waiting, running, done, no_go, failed, cancelled };
 
-/// Commands that run one after another because somebody asked for one thing.
+/// A sequence of commands that carries out one request.
 struct Job {
   int id = 0;
   std::string kind;         ///< "detect", "calibrate", "measure", "run"
   std::string what;         ///< "calibrate with 7 sets"
-  std::vector<Call> calls;  ///< a verdict NO-GO of one does not stop the next, a failure does
+  std::vector<Call> calls;  ///< a NO-GO of one does not stop the next, but a failure does
   JobState state = JobState::waiting;
   double fraction = 0;   ///< 0..1
-  std::string now = {};  ///< activity of its running program
+  std::string now = {};  ///< current activity of its running program
   std::string sentence = {};
-  std::string output = {};  ///< text that its last program printed
+  std::string output = {};  ///< text printed by its last program
 
   [[nodiscard]] Json json() const;
 };
 
-/// Runs jobs one at a time in the order in which they were asked for. Safe from several threads.
+/// Runs jobs one at a time in the order requested. Thread-safe.
 class Jobs {
  public:
-  /// `changed` is called after every change of a job, `ended` once when it is over.
+  /// Calls `changed` after every change of a job, and `ended` once when it is over.
   Jobs(std::function<void(const Job&)> changed, std::function<void(const Job&)> ended);
   ~Jobs();
   Jobs(const Jobs&) = delete;
   Jobs& operator=(const Jobs&) = delete;
 
-  /// Throws Error(bad_input) when too many wait already.
+  /// Throws Error(bad_input) if too many are waiting.
   int add(std::string kind, std::string what, std::vector<Call> calls);
-  /// Ends a running job as Ctrl-C would, or takes a waiting one back; false when it is over.
+  /// Interrupts a running job like Ctrl-C, or removes a waiting one; false if it is over.
   bool cancel(int id);
-  [[nodiscard]] std::vector<Job> list() const;  ///< oldest first; the last 20 that are over
+  [[nodiscard]] std::vector<Job> list() const;  ///< oldest first; only the last 20 that are over
   [[nodiscard]] bool idle() const;
 
  private:
@@ -61,7 +61,7 @@ class Jobs {
   std::condition_variable wake_;
   std::deque<Job> jobs_;
   std::atomic<pid_t> child_ = 0;
-  std::atomic<int> running_ = 0;  ///< id; 0: none
+  std::atomic<int> running_ = 0;  ///< id; 0 if none
   std::atomic<bool> cancelled_ = false;
   bool ending_ = false;
   int next_id_ = 1;

@@ -17,9 +17,9 @@ namespace {
 
 namespace fs = std::filesystem;
 using std::chrono::steady_clock;
-constexpr std::chrono::seconds kAskedFor(3);             ///< a page that is open asks every second
-constexpr std::chrono::milliseconds kPause(200);         ///< between two looks
-constexpr std::chrono::milliseconds kPauseInVain(1000);  ///< after one that found no picture
+constexpr std::chrono::seconds kAskedFor(3);             ///< an open page asks every second
+constexpr std::chrono::milliseconds kPause(200);         ///< between two detections
+constexpr std::chrono::milliseconds kPauseInVain(1000);  ///< after a detection without a picture
 constexpr int kLowest = 19;
 
 }  // namespace
@@ -44,7 +44,7 @@ std::shared_ptr<const Detections> LiveMarks::look(Surface surface) {
 }
 
 void LiveMarks::work() {
-  ::setpriority(PRIO_PROCESS, 0, kLowest);  // this thread, and the programs it starts
+  ::setpriority(PRIO_PROCESS, 0, kLowest);  // for this thread, and the programs it starts
   while (!ending_) {
     Surface surface = Surface::target;
     {
@@ -57,7 +57,7 @@ void LiveMarks::work() {
     try {
       if (!ending_) seen = look_now(surface);
     } catch (const Error&) {
-      // A picture that cannot be read now: the next one is looked at.
+      // If a picture cannot be read now, the next one is used.
     }
     std::unique_lock lock(mutex_);
     found_[surface] = seen;

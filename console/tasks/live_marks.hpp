@@ -18,13 +18,13 @@
 
 namespace drape::console {
 
-/// Marks in the scaled pictures of live cameras, found by `drape detect` again and again while a
-/// page asks for them, on a thread of the lowest priority. Safe from several threads.
+/// Marks in the scaled pictures of live cameras, found repeatedly by `drape detect` while a page
+/// requests them, on a thread of the lowest priority. Thread-safe.
 class LiveMarks {
  public:
   /// The newest picture (PGM) of each camera; empty while there is none.
   using Newest = std::function<std::map<std::string, std::string>()>;
-  /// Text of a rig whose cameras have these sizes in px, read from a folder.
+  /// Text of a rig whose cameras have these sizes in px, to be read from a folder.
   using RigOf = std::function<std::string(const std::filesystem::path& folder,
                                           const std::map<std::string, std::pair<int, int>>& px)>;
 
@@ -33,8 +33,8 @@ class LiveMarks {
   LiveMarks(const LiveMarks&) = delete;
   LiveMarks& operator=(const LiveMarks&) = delete;
 
-  /// Marks found last on this surface, in the pixels of the pictures; nothing before the first
-  /// look. Asks for more looks, for some seconds.
+  /// Last marks found on this surface, in pixels of the pictures; null before the first detection.
+  /// Keeps detection running for some seconds.
   [[nodiscard]] std::shared_ptr<const Detections> look(Surface surface);
 
  private:
@@ -47,7 +47,7 @@ class LiveMarks {
   std::mutex mutex_;
   std::condition_variable wake_;
   std::chrono::steady_clock::time_point asked_ = {};
-  Surface surface_ = Surface::target;  ///< that was asked for last
+  Surface surface_ = Surface::target;  ///< surface requested last
   std::map<Surface, std::shared_ptr<const Detections>> found_;
   std::atomic<pid_t> child_ = 0;
   std::atomic<bool> ending_ = false;

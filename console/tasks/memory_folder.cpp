@@ -22,7 +22,7 @@ namespace fs = std::filesystem;
 constexpr std::string_view kName = "drape-bench-";
 constexpr int kAttempts = 10;
 
-/// The folder, locked; below zero when another program holds it, or it is no folder.
+/// Opens and locks the folder; negative if another program holds it, or if it is not a folder.
 int locked(const fs::path& folder) {
   const int fd = ::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_NOFOLLOW | O_CLOEXEC);
   if (fd >= 0 && ::flock(fd, LOCK_EX | LOCK_NB) == 0) return fd;
@@ -35,7 +35,7 @@ bool is_ours(int folder) {
   return ::fstat(folder, &seen) == 0 && seen.st_uid == ::geteuid();
 }
 
-/// Folders that nobody holds any more: their programs were killed.
+/// Removes folders that nobody holds, because their programs were killed.
 void remove_left_behind(const fs::path& place) {
   std::error_code ignored;
   std::vector<fs::path> found;
@@ -61,7 +61,7 @@ MemoryFolder::MemoryFolder(const fs::path& place) {
     path_ = name;
     lock_ = locked(path_);
     if (lock_ >= 0 && fs::exists(path_)) return;
-    if (lock_ >= 0) ::close(lock_);  // another program removed it before it was held
+    if (lock_ >= 0) ::close(lock_);  // another program removed it before it was locked
   }
   throw internal_error(fmt::format("{} cannot be locked", path_.string()));
 }

@@ -5,12 +5,12 @@
 
 namespace drape::console {
 
-/// A folder of its own for what need not last, in memory where there is such a place. Only its
-/// owner may look into it. It goes with this object; one whose program was killed goes when the
-/// same user makes the next.
+/// A private folder for temporary files, in memory if possible. Only its owner can access it. It is
+/// removed with this object; one whose program was killed is removed when the same user makes the
+/// next.
 class MemoryFolder {
  public:
-  /// Throws Error(bad_input) when `place` cannot be written to.
+  /// Throws Error(bad_input) if `place` is not writable.
   explicit MemoryFolder(const std::filesystem::path& place = in_memory());
   ~MemoryFolder();
   MemoryFolder(const MemoryFolder&) = delete;
@@ -22,7 +22,7 @@ class MemoryFolder {
   [[nodiscard]] static std::filesystem::path in_memory();
 
   std::filesystem::path path_;
-  int lock_ = -1;  ///< held as long as the program lives
+  int lock_ = -1;  ///< held during the life of the program
 };
 
 }  // namespace drape::console

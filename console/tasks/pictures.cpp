@@ -16,7 +16,7 @@ namespace {
 
 constexpr int kLeastWidth = 80, kMostWidth = 1600;
 constexpr int kJpegQuality = 80;
-constexpr std::size_t kMostPixels = std::size_t{1} << 26;  // as a recording may hold
+constexpr std::size_t kMostPixels = std::size_t{1} << 26;  // largest picture of a recording
 constexpr int kLongestSide = 32767;                        // px; a JPEG has room for 65500
 
 cv::Mat decoded(std::span<const unsigned char> bytes) {
@@ -41,7 +41,7 @@ cv::Mat decoded(std::span<const unsigned char> bytes) {
 Picture make_picture(std::span<const unsigned char> bytes, int width_px, bool mark_saturation) {
   const cv::Mat image = decoded(bytes);
   const double full = image.depth() == CV_16U ? 65535 : 255;
-  // A sensor of 10 or 12 bits stands in the high bits of 16.
+  // Sensors with 10 or 12 bits use the high bits of 16.
   const cv::Mat bright = image >= (image.depth() == CV_16U ? full - 63 : full);
   const int width = std::min(std::clamp(width_px, kLeastWidth, kMostWidth), image.cols);
   const cv::Size size(

@@ -12,19 +12,19 @@
 
 namespace drape::console {
 
-/// A frame for the screen.
+/// A frame scaled for the screen.
 struct Picture {
   std::string jpeg;
-  double saturated_fraction = 0;  ///< pixels at the sensor's largest value
+  double saturated_fraction = 0;  ///< fraction of pixels at the sensor's largest value
 };
 
-/// Scales a frame (PNG, JPEG or TIFF; 8 or 16 bits) down to a width in px and paints every pixel of
-/// the screen red below which one of the sensor lies at its largest value. Throws Error(bad_input)
-/// when the bytes are no picture.
+/// Scales a frame (PNG, JPEG or TIFF; 8 or 16 bits) down to a width in px and paints every screen
+/// pixel red that contains a saturated sensor pixel. Throws Error(bad_input) if the bytes are not a
+/// picture.
 [[nodiscard]] Picture make_picture(std::span<const unsigned char> bytes, int width_px,
                                    bool mark_saturation);
 
-/// Pictures of recorded frames, the last ones kept in memory. Safe from several threads.
+/// Cache of pictures of recorded frames. Thread-safe.
 class PictureShelf {
  public:
   [[nodiscard]] Picture picture(const Recording& recording, const FrameSet& set,

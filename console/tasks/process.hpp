@@ -13,15 +13,15 @@
 
 namespace drape::console {
 
-/// One command of the front door: `drape detect ...`.
+/// A command of the front door: `drape detect ...`.
 struct Call {
   std::vector<std::string> words;  ///< after `drape`, without --json
-  /// Writes what must be there first; throws Error.
+  /// Prepares required files; throws Error.
   std::function<void()> before = {};
-  /// Asked when its job begins; empty: always.
+  /// Called when its job begins; if empty, the call is always needed.
   std::function<bool()> needed = {};
 
-  /// As a person types it, quoted where a shell needs it.
+  /// Command line as typed by a person, quoted for a shell.
   [[nodiscard]] std::string shown() const;
 };
 
@@ -31,9 +31,9 @@ struct CallEnd {
   std::string sentence;  ///< its verdict, or why it failed and what to do
 };
 
-/// Runs `drape` beside the running program with the words and --json. The child dies with this
-/// process; `child` holds its id while it runs (0 otherwise), so that another thread can end it.
-/// Throws Error(internal) when it cannot be started.
+/// Runs the `drape` beside the running program with these words and --json. The child dies with
+/// this process; `child` is its id while it runs (otherwise 0), so that another thread can end it.
+/// Throws Error(internal) if it cannot be started.
 [[nodiscard]] CallEnd run_call(const Call& call, const ChildProgress& progress,
                                std::atomic<pid_t>& child);
 

@@ -48,7 +48,7 @@ void SessionLog::add(const std::string& who, const std::string& what, Json more)
   const std::lock_guard lock(mutex_);
   Json entry = {{"at", clock_()}, {"who", who}, {"what", what}};
   for (auto& [key, value] : more.items()) entry[key] = value;
-  // Bytes that are no UTF-8 would otherwise throw.
+  // Bytes that are not UTF-8 would otherwise throw.
   std::string line = entry.dump(-1, ' ', false, Json::error_handler_t::replace) + "\n";
   if (line_open_) line.insert(0, "\n");
   for (std::size_t done = 0; done < line.size();) {

@@ -12,12 +12,12 @@
 
 namespace drape::console {
 
-/// Who pressed what when, and what came of it: a file of JSON lines that only grows. Each line is
-/// on the disk before add() returns. A line that a crash tore is left where it is and skipped. Safe
-/// from several threads.
+/// Log of who did what when and with what result: a file of JSON lines that only grows. Each
+/// line is on the disk before add() returns. A line torn by a crash is kept but skipped.
+/// Thread-safe.
 class SessionLog {
  public:
-  /// Reads the file when it is there. `clock` gives the time as text, UTC.
+  /// Reads the file if it exists. `clock` returns the UTC time as text.
   explicit SessionLog(
       std::filesystem::path file, std::function<std::string()> clock = [] { return utc_text(); });
   ~SessionLog();
@@ -25,13 +25,13 @@ class SessionLog {
   SessionLog& operator=(const SessionLog&) = delete;
 
   /// Adds "at", "who" and "what" to the fields of `more` and appends the line. Throws
-  /// Error(bad_input) with the system's reason when it cannot be written (disk full).
+  /// Error(bad_input) with the system's reason if it cannot be written (disk full).
   void add(const std::string& who, const std::string& what, Json more = Json::object());
 
   [[nodiscard]] std::vector<Json> entries() const;
   [[nodiscard]] std::vector<Json> last(std::size_t most) const;  ///< oldest first
   [[nodiscard]] std::size_t size() const;
-  [[nodiscard]] int torn() const { return torn_; }  ///< lines that were no whole entry
+  [[nodiscard]] int torn() const { return torn_; }  ///< number of incomplete lines
 
  private:
   std::filesystem::path file_;
@@ -40,7 +40,7 @@ class SessionLog {
   std::vector<Json> entries_;
   int torn_ = 0;
   int descriptor_ = -1;
-  bool line_open_ = false;  ///< the file ends within a line
+  bool line_open_ = false;  ///< true if the file ends within a line
 };
 
 }  // namespace drape::console

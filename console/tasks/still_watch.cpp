@@ -14,7 +14,7 @@ namespace drape::console {
 namespace {
 
 constexpr int kLevels = 256;
-constexpr double kLost_s = 2;  ///< without a picture
+constexpr double kLost_s = 2;  ///< time without a picture
 constexpr double kMedianToSigma = 1.4826;
 using Counts = std::array<std::int64_t, kLevels>;
 
@@ -36,7 +36,7 @@ bool StillWatch::moved(const Grey& before, const Grey& now) const {
   Counts counts{};
   for (std::size_t i = 0; i < now.pixels.size(); ++i)
     ++counts[static_cast<std::size_t>(std::abs(int{now.pixels[i]} - int{before.pixels[i]}))];
-  // Edges are few, so the median is noise; rounding to whole levels has 1/sqrt(12) of one.
+  // Edges are few, so the median is noise; rounding to whole levels has 1/sqrt(12) of a level.
   const double sigma =
       std::max(kMedianToSigma * counted_quantile(counts, 0.5), std::sqrt(2.0 / 12.0));
   const double limit = std::max(options_.changed_contrast * grey_contrast(now.pixels),

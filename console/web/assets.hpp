@@ -7,7 +7,7 @@
 
 namespace drape::console {
 
-/// The files of the page by name, three.js among them: the build writes their text into the
+/// The files of the page by name, including three.js; the build embeds them in the
 /// program.
 [[nodiscard]] const std::map<std::string, std::string_view>& assets();
 
