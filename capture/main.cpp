@@ -4,9 +4,10 @@
 
 int main(int argc, char** argv) {
   using namespace drape::capture;
-  return drape::run_stage(argc, argv, capture_command,
-                          {{"import", import_command, "images from elsewhere to a recording"},
-                           {"verify", verify_command, "is every image as it was recorded?"},
-                           {"cameras", cameras_command, "lists the cameras that answer"},
-                           {"doctor", doctor_command, "is the bench fit to measure?"}});
+  return drape::run_stage(
+      argc, argv, capture_command,
+      {{"import", import_command, "makes a recording from other images"},
+       {"verify", verify_command, "checks that every image is as recorded"},
+       {"cameras", cameras_command, "lists the cameras that answer"},
+       {"doctor", doctor_command, "checks whether the bench is fit to measure"}});
 }

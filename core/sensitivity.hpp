@@ -70,7 +70,7 @@ struct SensitivityFile {
 template <>
 inline constexpr Format format_of<SensitivityFile>{
     "sensitivity", Syntax::json, 1,
-    "sensitivity.json: what values of fabric and scene and parts of the model move."};
+    "sensitivity.json: effects of fabric values, scene values and parts of the model on a drape."};
 
 void fields(Fields& f, SensitivityFile& file);
 

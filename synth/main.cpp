@@ -146,7 +146,7 @@ int main(int argc, char** argv) {
       argc, argv, "drape-synth",
       "A synthetic bench: the pictures that cameras would take of a rig's target and cloth, with "
       "the\n"
-      "truth beside them; or what accuracy the cameras can give.\n\n"
+      "truth beside them; or a prediction of the accuracy that the cameras can give.\n\n"
       "  drape synth rigs/bench1 --cameras plan.toml --predict --accuracy-mm 0.05\n"
       "  drape synth rigs/bench1 --cameras plan.toml --out recording",
       run);

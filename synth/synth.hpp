@@ -91,8 +91,8 @@ SynthReport write_synthetic_recording(const Rig& rig, const std::vector<Camera>&
 namespace drape {
 template <>
 inline constexpr Format format_of<synth::CamerasPlan>{"cameras-plan", Syntax::toml, 1,
-                                                      "cameras that are planned"};
+                                                      "planned cameras"};
 template <>
-inline constexpr Format format_of<synth::Truth>{"truth", Syntax::json, 1,
-                                                "places of all marks of a synthetic recording"};
+inline constexpr Format format_of<synth::Truth>{
+    "truth", Syntax::json, 1, "true positions of all marks of a synthetic recording"};
 }  // namespace drape

@@ -119,7 +119,7 @@ int triangulate_command(int argc, char** argv) {
   };
   return run_command<TriangulateArguments>(
       argc, argv, "drape-triangulate",
-      "Places the marks of a cloth in space from two or more calibrated views", run);
+      "Triangulates the marks of a cloth from two or more calibrated views", run);
 }
 
 }  // namespace drape::triangulate
@@ -128,5 +128,5 @@ int main(int argc, char** argv) {
   using namespace drape::triangulate;
   return drape::run_stage(
       argc, argv, triangulate_command,
-      {{"object", object_command, "where an object stands, by its plate of tags"}});
+      {{"object", object_command, "measures the position of an object by its plate of tags"}});
 }

@@ -75,7 +75,8 @@ void refuse_idle_options(const Command& app) {
 
 int accept_command(int argc, char** argv) {
   Command app(
-      "Accepts a calibrated rig by what it measures: lengths and flatness of a plate at seven or "
+      "Tests and accepts a calibrated rig by its measurements: lengths and flatness of a plate at "
+      "seven or "
       "more\n"
       "positions, a known shift of the z stage, a ball with the print on it, the noise of "
       "repeats,\n"

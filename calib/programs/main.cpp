@@ -6,6 +6,6 @@ int main(int argc, char** argv) {
   using namespace drape::calib;
   return drape::run_stage(
       argc, argv, calib_command,
-      {{"accept", accept_command, "accepts a calibrated rig by what it measures"},
-       {"convert", convert_command, "calibrations for other tools, or theirs"}});
+      {{"accept", accept_command, "tests and accepts a calibrated rig"},
+       {"convert", convert_command, "writes calibrations for other tools, or reads theirs"}});
 }

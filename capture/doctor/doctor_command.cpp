@@ -52,7 +52,7 @@ int doctor_command(int argc, char** argv) {
   };
   return run_command<DoctorOptions>(
       argc, argv, "drape-capture doctor",
-      "Looks whether the bench is fit to measure: each check GO or NO-GO, and what to type.\n",
+      "Checks whether the bench is fit to measure: GO or NO-GO for each check, and what to type.\n",
       run);
 }
 

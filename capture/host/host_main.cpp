@@ -38,7 +38,7 @@ int run(const HostArguments& given, const CommonOptions&) {
 int main(int argc, char** argv) {
   return run_command<HostArguments>(
       argc, argv, "drape-camera-host",
-      "Runs one camera in a process of its own. Started by drape capture, drape capture cameras "
+      "Runs one camera in a separate process. Started by drape capture, drape capture cameras "
       "and\n"
       "drape doctor; by itself it lists the cameras that answer:\n\n"
       "  drape-camera-host --list\n",

@@ -68,4 +68,4 @@ void fields(Fields& f, CamerasFile& file);
 
 template <>
 inline constexpr drape::Format drape::format_of<drape::capture::CamerasFile>{
-    "cameras", Syntax::toml, 1, "which devices the cameras of a rig are, and how they are set"};
+    "cameras", Syntax::toml, 1, "devices and settings of the cameras of a rig"};

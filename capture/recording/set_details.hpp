@@ -53,6 +53,6 @@ void fields(Fields& f, SetNotes& notes);
 
 template <>
 inline constexpr drape::Format drape::format_of<drape::capture::SetDetails>{
-    "capture", Syntax::json, 1, "what a capture notes of a set"};
+    "capture", Syntax::json, 1, "details of a captured set"};
 template <>
 inline constexpr drape::Format drape::format_of<drape::capture::SetNotes>{"capture"};

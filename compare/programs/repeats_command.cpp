@@ -73,10 +73,10 @@ int run_repeats(const RepeatsArguments& arguments, std::vector<std::string> word
 }  // namespace
 
 int repeats_command(int argc, char** argv) {
-  return run_command<RepeatsArguments>(
-      argc, argv, "drape-compare repeats",
-      "Is a virtual sheet inside the repeats of the real one, by marks, hem and spectrum?",
-      run_repeats);
+  return run_command<RepeatsArguments>(argc, argv, "drape-compare repeats",
+                                       "Tests whether a virtual sheet is inside the repeats of the "
+                                       "real one, by marks, hem and spectrum.",
+                                       run_repeats);
 }
 
 }  // namespace drape::compare

@@ -100,7 +100,7 @@ void prepare_process() {
 /// Handles failures outside run_guarded(): a library that runs out of memory at start-up, or an
 /// exception in a thread.
 [[noreturn]] void on_terminate() {
-  const char* why = "an error that nothing expected";
+  const char* why = "an unexpected error";
   try {
     if (const std::exception_ptr error = std::current_exception()) std::rethrow_exception(error);
   } catch (const std::bad_alloc&) {

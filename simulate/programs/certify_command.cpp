@@ -80,7 +80,7 @@ int run_certify(const CertifyArguments& arguments, std::vector<std::string> word
 int certify_command(int argc, char** argv) {
   return run_command<CertifyArguments>(
       argc, argv, "drape-simulate certify",
-      "Judges the stored cloth of a simulation with code of its own.", run_certify);
+      "Checks the stored cloth of a simulation with independent code.", run_certify);
 }
 
 }  // namespace drape::simulate

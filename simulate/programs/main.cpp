@@ -150,9 +150,10 @@ int main(int argc, char** argv) {
   return drape::run_stage(
       argc, argv, simulate_command,
       {{"study", study_command, "drapes every scene of a rig on several meshes or grids"},
-       {"branches", branches_command, "the equilibria that starts like the scene's come to"},
-       {"sensitivity", sensitivity_command, "what each fabric value and part of the scene moves"},
-       {"certify", certify_command, "judges a simulation with code of its own"},
+       {"branches", branches_command, "finds the equilibria of a drape from many starts"},
+       {"sensitivity", sensitivity_command,
+        "computes the effects of fabric and scene values on a drape"},
+       {"certify", certify_command, "checks a simulation with independent code"},
        {"fabric", fabric_command, "checks, shows, lists and imports fabrics"},
        {"cusick", cusick_command, "drapes a round specimen between two discs"}});
 }

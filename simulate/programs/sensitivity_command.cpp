@@ -94,7 +94,7 @@ int run_sensitivity(SensitivityArguments args, std::vector<std::string> words,
 int sensitivity_command(int argc, char** argv) {
   return run_command<SensitivityArguments>(
       argc, argv, "drape-simulate sensitivity",
-      "Finds what each value of fabric and scene moves, and what a part of the model does.",
+      "Computes the effects of fabric and scene values, and of parts of the model, on a drape.",
       run_sensitivity,
       {{"--grid", "--spacing-mm says the finest mesh"},
        {"--starts", "drape simulate branches finds the branches"},

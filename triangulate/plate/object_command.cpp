@@ -88,7 +88,8 @@ int object_command(int argc, char** argv) {
   };
   return run_command<ObjectArguments>(
       argc, argv, "drape-triangulate object",
-      "Where an object stands, from a set that shows it with its plate of tags and without cloth "
+      "Measures the position of an object from a set that shows it with its plate of tags and "
+      "without cloth "
       "(`drape print object-tags`).\nNO-GO where the scene states another place.\n\n"
       "  drape object C/plate.json --calibration calibration.json --set object_C --scene C.toml",
       run);

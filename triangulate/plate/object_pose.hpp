@@ -47,7 +47,7 @@ void fields(Fields& f, MeasuredObject& object);
 template <>
 inline constexpr drape::Format drape::format_of<drape::triangulate::MeasuredObject>{
     "object", drape::Syntax::json, 1,
-    "object.json: where an object stands by its plate of tags, beside what the scene states"};
+    "object.json: position of an object measured by its plate of tags, compared with the scene"};
 
 namespace drape::triangulate {
 
