@@ -4,26 +4,26 @@
 find_package(Eigen3 3.4 REQUIRED)
 find_package(fmt REQUIRED)
 
-# Same input, same bytes: the compiler may not contract a*b+c differently per target.
+# Equal input must give equal bytes, so the compiler may not contract a*b+c differently per target.
 add_compile_options(-ffp-contract=off)
 
-# The compiler collects its garbage from 512 MB on, not from 128 MB: 7 % less CPU time for the
+# The compiler starts garbage collection at 512 MB instead of 128 MB: 7 % less CPU time for the
 # largest file of calib.
 add_compile_options($<$<CXX_COMPILER_ID:GNU>:--param=ggc-min-heapsize=524288>)
 
-# All sources of one target are compiled joined: their headers are most of the work. OFF compiles
-# each alone, which serves whoever changes one file at a time.
+# All sources of one target are compiled as one, since their headers are most of the work. OFF compiles
+# each separately, which is better when changing one file at a time.
 option(DRAPE_JOIN_SOURCES "Compile the sources of a target joined" ON)
 set(CMAKE_UNITY_BUILD ${DRAPE_JOIN_SOURCES})
 set(CMAKE_UNITY_BUILD_BATCH_SIZE 0)
 
-# Joined, a library is one object file, which a program takes whole: the linker leaves out what it does not use,
+# A joined library is one object file, which a program links completely: the linker removes unused sections,
 # a quarter of the programs of a compute node.
 add_compile_options($<$<CONFIG:Release>:-ffunction-sections> $<$<CONFIG:Release>:-fdata-sections>)
 add_link_options($<$<CONFIG:Release>:-Wl,--gc-sections>)
 
-# A header that its own source file includes first is compiled alone there already (the test
-# Sources.ASourceIncludesItsOwnHeaderFirst); the others are compiled alone by a target of their own.
+# A header that its own source file includes first is already compiled on its own (the test
+# Sources.ASourceIncludesItsOwnHeaderFirst); a separate target compiles the others.
 function(drape_verify_headers target)
   set(alone "")
   foreach(header IN LISTS ARGN)
@@ -73,8 +73,8 @@ function(drape_room room)
   drape_library(${name} ${ARGN})
 endfunction()
 
-# drape_moves_text(<target> ...): what reads options and files, and writes pages and tables. Its time goes into the
-# disk and the database, and -O1 compiles it in 0.6 to 0.8 of the time.
+# drape_moves_text(<target> ...): for code that reads options and files and writes pages and tables. Its time goes to
+# the disk and the database, and -O1 compiles it in 0.6 to 0.8 of the time.
 function(drape_moves_text)
   foreach(target IN LISTS ARGN)
     target_compile_options(${target} PRIVATE $<$<CONFIG:Release>:-O1>)
@@ -94,8 +94,8 @@ function(drape_program name)
   install(TARGETS ${name} RUNTIME DESTINATION bin COMPONENT ${use})
 endfunction()
 
-# drape_helper(<name> SOURCES ... LINK ...) puts what programs start, and nobody types, into
-# <build>/libexec/drapebench, which lies beside bin as it does when installed.
+# drape_helper(<name> SOURCES ... LINK ...) puts executables that only programs start into
+# <build>/libexec/drapebench, beside bin as in an installation.
 function(drape_helper name)
   cmake_parse_arguments(arg "" "" "SOURCES;LINK" ${ARGN})
   add_executable(${name} ${arg_SOURCES})
@@ -105,13 +105,13 @@ function(drape_helper name)
   install(TARGETS ${name} RUNTIME DESTINATION libexec/drapebench COMPONENT ${use})
 endfunction()
 
-# Ends a test that hangs, and nothing else: a machine may be slow, and busy with other things.
+# Ends only tests that hang, since a machine can be slow or busy.
 set(DRAPE_TEST_TIMEOUT_S 3000)
 
 # drape_test(<name> [CAMERAS] [FIRST] [PARTS n] SOURCES ... LINK ...) builds a GoogleTest program and registers
-# its tests: each by its name, or, where all rest on a set-up that takes seconds, as n parts whose tests have it in
-# common. CAMERAS labels what drives cameras through Aravis. FIRST starts them first, so that no test of minutes is
-# left when all others have ended.
+# its tests: each by its name, or, if all need a set-up that takes seconds, in n parts whose tests share
+# it. CAMERAS labels tests that use cameras through Aravis. FIRST starts them first, so that no slow test
+# remains when all others have ended.
 function(drape_test name)
   if(NOT DRAPE_BUILD_TESTS)
     return()
@@ -128,7 +128,7 @@ function(drape_test name)
   set_target_properties(${name} PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${PROJECT_BINARY_DIR}/tests)
   target_link_libraries(${name} PRIVATE ${arg_LINK} drapebench::core drapebench::test_support
                                         GTest::gmock GTest::gtest_main)
-  # A fifth of the time of compiling; what takes long in a test is the code under test.
+  # Saves a fifth of the compile time; the slow part of a test is the code under test.
   target_compile_options(${name} PRIVATE $<$<CONFIG:Release>:-O1>)
   if(NOT arg_PARTS)
     gtest_discover_tests(${name} DISCOVERY_MODE PRE_TEST DISCOVERY_TIMEOUT ${DRAPE_TEST_TIMEOUT_S}

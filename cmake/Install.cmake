@@ -42,7 +42,7 @@ if(TARGET drape_simulate_mesh)
   install(DIRECTORY tools/jobs DESTINATION share/drapebench COMPONENT simulate USE_SOURCE_PERMISSIONS)
 endif()
 
-# Core and the cloth for other people's programs: find_package(drapebench), drapebench::simulate_mesh.
+# Core and cloth for use in other programs: find_package(drapebench), drapebench::simulate_mesh.
 set(libraries drape_core drape_core_drawing drape_simulate_fabric drape_simulate_sparse drape_simulate_mesh)
 if(TARGET drape_simulate_mesh)
   list(APPEND uses dev)
@@ -67,10 +67,10 @@ include(${CMAKE_CURRENT_LIST_DIR}/drapebenchTargets.cmake)
   install(DIRECTORY tests/packages/example DESTINATION share/doc/drapebench-dev COMPONENT dev)
 endif()
 
-# Whoever gives packages to others names himself here.
+# Name of whoever distributes the packages.
 set(DRAPE_CONTACT "The drapebench developers <drapebench@localhost.localdomain>" CACHE STRING
     "Maintainer of the Debian packages")
-# Debian's policy wants a copyright file and a changelog of its form in every package.
+# Debian's policy requires a copyright file and a changelog in its format in every package.
 file(CONFIGURE OUTPUT copyright @ONLY CONTENT [[
 Format: https://www.debian.org/doc/packaging-manuals/copyright-format/1.0/
 Upstream-Name: drapebench

@@ -10,19 +10,19 @@ rm -rf "$out"
 mkdir -p "$out/man1" "$out/completions" "$out/tables"
 cited() { sed -n "s/^$1: *//p" "$here/../CITATION.cff"; }
 
-# commands_of NAME COMMAND...: the tables of its subcommands and of theirs, named "import", "print cloth".
+# commands_of NAME COMMAND...: prints its subcommands and theirs, named "import", "print cloth".
 commands_of() {
   local name=$1 sub
   shift
-  # Only a name in the list begins in the third column.
+  # Only names in the list begin in the third column.
   for sub in $("$@" --help | sed -n '/^Subcommands:/,$s/^  \([a-z-]\+\) .*/\1/p'); do
     "$@" "$sub" --help | awk -v kind=command -v name="${name:+$name }$sub" -f "$here/help.awk"
     commands_of "${name:+$name }$sub" "$@" "$sub"
   done
 }
 
-# make KEY NAME COMMAND...: the page NAME, and entries of a bash array: KEY, its options and
-# subcommands; KEY:SUBCOMMAND, its options and subcommands; KEY:OPTION, the values that it takes from a list.
+# make KEY NAME COMMAND...: writes the page NAME, and entries of a bash array: KEY, its options and
+# subcommands; KEY:SUBCOMMAND, its options and subcommands; KEY:OPTION, its allowed values.
 make() {
   local key=$1 name=$2
   shift 2
@@ -31,7 +31,7 @@ make() {
   awk -v version="$(cited version)" -v date="$(cited date-released)" -f "$here/manual.awk" "$out/tables/$name" |
     gzip -9n >"$out/man1/$name.1.gz"
   [ "$name" = drape ] || awk -F '\t' -v key="$key" -v typed=" ${typed[*]} " '
-    # A word that is typed to drape itself begins a key of its own.
+    # A command of drape itself starts a separate key.
     function key_of(path) { return index(typed, " " top " ") ? path : key ":" path }
     $1 == "program" { where = key }
     $1 == "command" {
@@ -58,7 +58,7 @@ make() {
     sort >>"$out/words"
 }
 
-# The words in front of the arguments in the list of commands.
+# The words before the arguments in the list of commands.
 read -ra typed < <("$bin/drape" --help | awk '/^  [a-z]/ {
   sub(/^  /, "")
   sub(/  .*/, "")

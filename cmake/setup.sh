@@ -1,6 +1,6 @@
 # shellcheck shell=bash
 # SPDX-License-Identifier: Apache-2.0
-# What ./demo and ./check share: install the missing Debian packages, configure, build.
+# Functions shared by ./demo and ./check: install missing Debian packages, configure, build.
 # Sourced by them in the project's root folder, with `set -euo pipefail`.
 
 readonly BUILD_DIR=build/release
@@ -9,7 +9,7 @@ readonly SETUP_LOG=build/setup.log
 
 say() { printf '%s\n' "$*" >&2; }
 
-# packages_of SECTION...: the packages listed in these sections of the package list.
+# packages_of SECTION...: prints the packages in these sections of the package list.
 packages_of() {
   local section
   for section in "$@"; do
@@ -17,7 +17,7 @@ packages_of() {
   done
 }
 
-# missing_of PACKAGE...: those that are not installed. Asks dpkg only: no network, no root.
+# missing_of PACKAGE...: prints those that are not installed. Uses dpkg only: no network, no root.
 missing_of() {
   local package installed
   installed=$(dpkg-query -W -f='${Package} ${db:Status-Status}\n' "$@" 2>/dev/null || true)
@@ -26,7 +26,7 @@ missing_of() {
   done
 }
 
-# Root itself, or a user whom sudo lets through (asking for a password only on a terminal).
+# Runs a command as root, by sudo if necessary (asking for a password only on a terminal).
 can_become_root() {
   [ "$(id -u)" = 0 ] && return 0
   command -v sudo >/dev/null || return 1
@@ -34,7 +34,7 @@ can_become_root() {
 }
 as_root() { if [ "$(id -u)" = 0 ]; then "$@"; else sudo "$@"; fi; }
 
-# run_logged COMMAND...: its output goes to the log, and its end to the person when it fails.
+# run_logged COMMAND...: writes its output to the log, and shows the end of it on failure.
 run_logged() {
   "$@" >>"$SETUP_LOG" 2>&1 </dev/null && return 0
   say "This step failed: $*"
@@ -43,7 +43,7 @@ run_logged() {
   return 1
 }
 
-# install_packages SECTION...: installs what is missing of these sections, nothing else.
+# install_packages SECTION...: installs only the missing packages of these sections.
 install_packages() {
   if ! command -v dpkg-query >/dev/null; then
     say "This script is made for Debian 12. Elsewhere, install the packages of $PACKAGE_LIST"
@@ -66,8 +66,8 @@ install_packages() {
     install -y --no-install-recommends "${missing[@]}"
 }
 
-# build_project ON|OFF: builds all programs, with or without the tests. Build files that exist are
-# kept (ninja itself configures anew when a CMake file changed), so a second run costs nothing.
+# build_project ON|OFF: builds all programs, with or without the tests. Existing build files are
+# kept (ninja reconfigures if a CMake file changed), so a second run costs nothing.
 build_project() {
   local tests=$1
   if [ ! -f $BUILD_DIR/build.ninja ] ||

@@ -143,12 +143,12 @@ def draw(folder, seed, number, internal_friction):
             + "".join(f"f {a + 1} {b + 1} {c + 1}\n" for a, b, c in faces))
         body = '[[object]]\nkind = "mesh"\nfile = "body.obj"\norigin_mm = [0, 0, 0]\n'
     else:
-        # Pins on marks of the print, drawn together by a part of the cloth between them.
+        # Pins on marks of the print, moved together by a fraction of the cloth between them.
         marks = r.sample([(0, 0), (0, 10), (10, 0), (10, 10), (0, 5), (5, 0), (5, 10), (10, 5)], r.randint(2, 4))
         near = r.uniform(0.3, 0.5) if kind == "folded" else r.uniform(0.75, 0.98)
         turn = math.radians(yaw)
         for row, col in marks:
-            # Rows run along warp and columns along weft; the start lies with the rows' axis at yaw.
+            # Rows run along warp and columns along weft; in the start the axis of the rows is at yaw.
             x, y = (col - 5) * side / 10, (5 - row) * side / 10
             px, py = x * math.cos(turn) - y * math.sin(turn), x * math.sin(turn) + y * math.cos(turn)
             pins += f"[[pin]]\nrow = {row}\ncol = {col}\nat_mm = [{near * px:.4f}, {near * py:.4f}, 300.0]\n"

@@ -110,7 +110,7 @@ def main(words):
                         "detections_sha256": sha256(detections_file)},
              "marks": marks, "gaps": gaps}
     ply = pathlib.Path(options["--out"])
-    # Seven digits, no faces, single-precision columns, other order: what another program may well write.
+    # Seven digits, no faces, single-precision columns, other order, as another program might write.
     lines = ["ply", "format ascii 1.0", f"element vertex {len(marks)}", "property int col",
              "property int row", "property float x", "property float y", "property float z", "end_header"]
     for mark in reversed(marks):

@@ -28,7 +28,7 @@ echo "drapebench-simulate with drapebench-common and what they need: $added MB b
 [ "$added" -lt 30 ]
 in_root sh -c 'dpkg-query -W -f "\${Package}\n" | grep -iE "opencv|aravis|sqlite"' && { echo "a library that a compute node does not need"; exit 1; }
 
-# Without /proc: a sentence, exit code of a device or input, no abort.
+# Without /proc: a sentence and the exit code of a device or input error, no abort.
 for command in "drape help" "drape-simulate /usr/share/none.toml --out /tmp/none" "drape study /usr/share/none.toml --out /tmp/none"; do
   code=0
   in_root $command >"$work/noproc" 2>&1 || code=$?

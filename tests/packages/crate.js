@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// crate.js FOLDER: the crate as the validator of ro-crate-js judges it, which others wrote; NODE_PATH names
-// the node_modules that it is in.
+// crate.js FOLDER: checks the crate with the independent validator of ro-crate-js; NODE_PATH names
+// the node_modules that contain it.
 const fs = require("fs");
 const path = require("path");
 const { ROCrate, validate } = require("ro-crate");
@@ -23,7 +23,7 @@ async function main() {
 
   console.log(`validator: ${passed} checks passed, ${wrong.length} errors, ${warned.length} warnings, ` +
     `${Object.keys(files).length} files looked up`);
-  // Without the network the context cannot be looked up, which is one warning of two sentences.
+  // Without a network the context cannot be fetched, which gives one warning of two sentences.
   const others = warned.filter((r) => !["contextUrlNotFound", "hasContext"].includes(r.id));
   if (passed < 8 || wrong.length || others.length) process.exit(1);
 }

@@ -50,7 +50,7 @@ def main():
     def of_type(term):
         return [e for e in expanded if TERMS[term] in e["@type"]]
 
-    # The descriptor, and the root with all that it must have.
+    # The descriptor, and the root with all required properties.
     descriptor = by_id["crate://here/ro-crate-metadata.json"]
     expect(values(descriptor, "conformsTo") == ["https://w3id.org/ro/crate/1.3"], "the version")
     root = by_id[values(descriptor, "about")[0]]
@@ -60,7 +60,7 @@ def main():
     profile = "https://w3id.org/ro/wfrun/process/0.6"
     expect(profile in values(root, "conformsTo"), "the profile")
     expect(TERMS["Profile"] in by_id[profile]["@type"], "the profile is no Profile")
-    # Every reference is to an entity that is described.
+    # Every reference is to a described entity.
     for entity in expanded:
         for term, items in entity.items():
             if not term.startswith("@"):
@@ -69,7 +69,7 @@ def main():
                         "https://w3id.org/ro/crate/1.3",
                     ):
                         expect(item["@id"] in by_id, f"{item['@id']} is not described")
-    # Every file is there with its bytes, and part of the root; and none is there that is not listed.
+    # Every listed file exists with its bytes and is part of the root; no other file exists.
     files = of_type("File")
     for entity in files:
         path = folder / urllib.parse.unquote(entity["@id"].removeprefix("crate://here/"))
@@ -80,7 +80,7 @@ def main():
         expect(values(entity, "description"), f"{path} is not described")
     on_disk = sum(p.is_file() for p in folder.rglob("*")) - 1
     expect(on_disk == len(files), f"{on_disk} files, {len(files)} entities")
-    # Every run of a program has its program and is mentioned.
+    # Every run of a program names its program and is mentioned.
     actions = of_type("CreateAction")
     made_by = {}
     for action in actions:
@@ -91,7 +91,7 @@ def main():
         expect(action["@id"] in values(root, "mentions"), "an action is not mentioned")
         for result in values(action, "result"):
             made_by.setdefault(result, []).append(action)
-    # From the headline to what nobody here made.
+    # The chain from the headline leads to files that no program here made.
     headline = [e for e in of_type("PropertyValue") if "mean-distance" in e["@id"]]
     expect(len(headline) == 1, "no headline")
     expect(values(headline[0], "unitCode") == ["mm"], "no unit")

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-# Sourced by the tests of the job scripts: what it means that two runs of a study are equal.
+# Sourced by the tests of the job scripts: compares two runs of a study.
 
 # same_study WHOLE CUT KILLS: one table, the same bytes of every file of a drape, and stores that are merged
 # from four parts of each and hold the same rows as one import of the undisturbed study. Of a killed
@@ -38,8 +38,8 @@ begin() {
   step=$((2 * ($(wc -l <"$2/study.csv") - 1) / $3 + 1))
 }
 ended_drapes() { find "$1" -name sheet.run.json | wc -l; }
-# A random moment, on a machine of any speed: when up to $step more drapes of CUT are done and up to a tenth
-# of a second is over; sooner when the command BUSY, which follows it, fails.
+# Waits for a random time on a machine of any speed: until up to $step more drapes of CUT are done and up to a tenth
+# of a second has passed; less if the command BUSY, given last, fails.
 random_moment() {
   local cut=$1 next pause_ms=40
   next=$(($(ended_drapes "$cut") + RANDOM % step))
@@ -51,5 +51,5 @@ random_moment() {
   sleep "0.0$((RANDOM % 100))"
 }
 
-# So that kills strike again when all is done, half of what is there is taken away.
+# Removes half of the results when all is done, so that kills can strike again.
 take_half_away() { find "$1" -name sheet.run.json | sort | awk 'NR % 2' | xargs -r rm -f; }

@@ -2,8 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 # debian_camera.sh FOLDER: prints the path of arv-fake-gv-camera-0.8, Debian's GigE Vision camera for
 # tests. Its package needs a desktop's libraries that the camera itself does not: so it is downloaded
-# once (100 KB) and unpacked into FOLDER, never installed. Ends with 77 and a line of reason where
-# that cannot be done.
+# once (100 KB) and unpacked into FOLDER, never installed. Ends with 77 and the reason if
+# that is not possible.
 set -euo pipefail
 readonly folder=$1 camera=usr/bin/arv-fake-gv-camera-0.8
 

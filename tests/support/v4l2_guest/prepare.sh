@@ -2,8 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 # prepare.sh FOLDER: makes FOLDER/vmlinuz and FOLDER/initrd.gz, the guest of the V4L2 tests: Debian's
 # stock kernel, busybox, and the modules of vivid (the kernel's test driver for cameras) and 9p.
-# The kernel package (70 MB) is downloaded once and unpacked, never installed. Ends with 77 and one
-# line of reason where that cannot be done.
+# The kernel package (70 MB) is downloaded once and unpacked, never installed. Ends with 77 and the
+# reason if that is not possible.
 set -euo pipefail
 readonly folder=$1
 readonly here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
@@ -31,7 +31,7 @@ if [ "$(head -c 4096 "$busybox" | grep -ac ld-linux || true)" != 0 ]; then
 fi
 
 if [ ! -s vmlinuz ] || [ ! -d kernel ]; then
-  # The name carries the kernel's version: the meta package knows it.
+  # The name contains the kernel's version, which the meta package states.
   package=$(apt-cache depends linux-image-amd64 2>/dev/null | sed -n 's/.*Depends: \(linux-image-[0-9].*\)/\1/p' | head -n 1)
   [ -n "$package" ] || cannot "apt knows no linux-image-amd64: run apt-get update"
   rm -rf download && mkdir download
@@ -48,7 +48,7 @@ if [ ! -s vmlinuz ] || [ ! -d kernel ]; then
   mv unpacked/boot/vmlinuz-* vmlinuz
   rm -rf unpacked download vmlinux
 fi
-# Unpacked here, the kernel boots sooner in an emulated machine. Without xz the packed one will do.
+# Unpacked here, the kernel boots faster in an emulated machine. Without xz the packed one is used.
 if [ ! -s vmlinux ] && command -v xz >/dev/null; then
   start=$(LC_ALL=C grep -abo -m 1 -P '\xfd7zXZ\x00' vmlinuz | head -n 1 | cut -d : -f 1 || true)
   if [ -n "$start" ]; then
@@ -57,7 +57,7 @@ if [ ! -s vmlinux ] && command -v xz >/dev/null; then
   fi
 fi
 
-# Modules in the order they depend on each other, as each says itself.
+# Modules in the order of the dependencies that each states.
 declare -A known=()
 ordered=()
 add_module() {
