@@ -89,11 +89,57 @@ void replace_number(std::string& text, Random& random) {
                kExtreme[below(random, kExtreme.size())]);
 }
 
+/// Brackets inside brackets where a value stands, or dotted parts of a key, deeper than a stack may
+/// go.
+void nest(std::string& text, Random& random) {
+  constexpr std::size_t kDeep = 100000;
+  const std::size_t at = text.find_first_of("0123456789\"", below(random, text.size()));
+  if (at == std::string::npos) return;
+  std::string deep;
+  switch (below(random, 3)) {
+    case 0:
+      deep = std::string(kDeep, '[') + "1" + std::string(kDeep, ']');
+      break;
+    case 1:
+      for (std::size_t i = 0; i < kDeep; ++i) deep += "{\"a\":";
+      break;
+    default:
+      for (std::size_t i = 0; i < kDeep; ++i) deep += "a.";
+      text.insert(line_at(text, at).first, deep + "a = 1\n");
+      return;
+  }
+  text.insert(at, deep);
+}
+
+/// A word of a quarter of a megabyte where a word begins.
+void widen(std::string& text, Random& random) {
+  text.insert(below(random, text.size()), 1 << 18, "x1,\n"[below(random, 4)]);
+}
+
+/// The same characters as UTF-16, behind a byte order mark, or with the line ends of Windows.
+void encode_otherwise(std::string& text, Random& random) {
+  std::string other;
+  switch (below(random, 3)) {
+    case 0:
+      other = "\xff\xfe";
+      for (const char c : text) other += {c, '\0'};
+      break;
+    case 1:
+      other = "\xef\xbb\xbf" + text;
+      break;
+    default:
+      for (const char c : text) other += c == '\n' ? std::string("\r\n") : std::string(1, c);
+  }
+  text = other;
+}
+
 }  // namespace
 
 std::string spoiled(const std::string& text, std::uint32_t seed) {
-  constexpr std::array kMutations = {flip_byte,   insert_byte, remove_bytes,   cut_end,
-                                     double_line, drop_line,   replace_number, change_type};
+  constexpr std::array kMutations = {flip_byte,      insert_byte,     remove_bytes,   cut_end,
+                                     double_line,    drop_line,       replace_number, change_type,
+                                     replace_number, change_type,     replace_number, nest,
+                                     widen,          encode_otherwise};
   Random random(seed);
   std::string result = text;
   const std::size_t count = 1 + below(random, 3);

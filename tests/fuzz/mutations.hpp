@@ -8,7 +8,8 @@ namespace drape::test {
 
 /// A damaged copy of a text file, determined by text and seed: a few bytes flipped, inserted or
 /// removed, lines duplicated, dropped or swapped, numbers replaced by extreme ones, values by
-/// others of another type, or the end cut off.
+/// others of another type, the end cut off, brackets nested 100,000 deep, a word of 256 KB, or
+/// another encoding.
 [[nodiscard]] std::string spoiled(const std::string& text, std::uint32_t seed);
 
 }  // namespace drape::test

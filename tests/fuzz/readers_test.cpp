@@ -29,7 +29,7 @@ TEST_P(Reader, GivesAValueOrOneErrorWhateverTheFileHolds) {
   const fs::path file = kind.make(folder.path());
   const std::string good = read_text(file);
   ASSERT_NO_THROW(kind.read(file)) << "the good file is read";
-  const int trials = trial_count(100, 20000);
+  const int trials = trial_count(100, 2000);
   int refusals = 0;
   for (int trial = 0; trial < trials; ++trial) {
     const std::string text = spoiled(good, static_cast<std::uint32_t>(trial));
