@@ -26,7 +26,7 @@ missing_of() {
   done
 }
 
-# Runs a command as root, by sudo if necessary (asking for a password only on a terminal).
+# True for root, or for a user allowed by sudo (asking for a password only on a terminal).
 can_become_root() {
   [ "$(id -u)" = 0 ] && return 0
   command -v sudo >/dev/null || return 1

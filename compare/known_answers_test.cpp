@@ -141,7 +141,7 @@ TriangleMesh prism(double radius_m, std::size_t count) {
   return mesh;
 }
 
-TEST(KnownAnswers, PrismsInEachOther) {
+TEST(KnownAnswers, NestedPrismsHaveTheDistancesOfTheirRadii) {
   // From an outer vertex the inner vertex is nearest: difference of the radii. From an inner point
   // the outer face is: difference of the inscribed radii, everywhere.
   for (const std::size_t sides : {6U, 24U, 90U}) {
@@ -172,7 +172,7 @@ TEST(KnownAnswers, NearestSurfaceIsWhatTryingEveryTriangleGives) {
   }
 }
 
-TEST(KnownAnswers, StrainOfAStretchedPatch) {
+TEST(KnownAnswers, StrainOfAStretchedPatchIsItsStretch) {
   // 2 % longer along the warp, 1 % shorter along the weft: the area is 1.02 * 0.99.
   const test::Shape stretched = [](const Eigen::Vector2d& m) -> Eigen::Vector3d {
     return {0.99 * m.y(), -1.02 * m.x(), 0};
@@ -191,7 +191,7 @@ TEST(KnownAnswers, StrainOfAStretchedPatch) {
   EXPECT_NEAR(*maps.difference.weft, 0.01, 1e-9);
 }
 
-TEST(KnownAnswers, SigmasOfOrderStatistics) {
+TEST(KnownAnswers, SigmasOfOrderStatisticsAreThoseOfTheirMarks) {
   DistanceStatistics s = statistics_of(std::vector<double>{4, 1, 3, 2, 10});
   add_sigmas({4, 1, 3, 2, 10}, {0.4, 0.1, 0.3, 0.2, 1.0}, s);
   EXPECT_NEAR(*s.median.sigma_m, 0.3, 1e-15);

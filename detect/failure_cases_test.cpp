@@ -277,7 +277,7 @@ TEST(FailureCases, AWrongPrintFileLabelsNothing) {
   EXPECT_TRUE(frame.tags.empty());
 }
 
-TEST(FailureCases, AnEmptyImageIsEmpty) {
+TEST(FailureCases, AnEmptyImageHasNoMarks) {
   for (const int level : {0, 100, 255}) {
     const std::size_t pixels = 400 * 300;
     const GreyImage image{
@@ -289,7 +289,7 @@ TEST(FailureCases, AnEmptyImageIsEmpty) {
   }
 }
 
-TEST(FailureCases, SixteenBitsAndABayerMosaic) {
+TEST(FailureCases, SixteenBitsAndABayerMosaicAreRead) {
   const Print print = small_print();
   const ClothPicture picture(print, {});
   const GreyImage plain = picture.draw();
@@ -328,7 +328,7 @@ TEST(FailureCases, WithoutTagsTheClassesOfTheDotsTell) {
   EXPECT_LT(look.worst_px, 0.15);
 }
 
-TEST(FailureCases, ClassesAndTagsTogether) {
+TEST(FailureCases, ClassesAndTagsTogetherLabelEveryDot) {
   const Print print = small_print(true, true);
   const ClothPicture picture(print, {});
   const Look look = look_at(picture, print);
@@ -367,7 +367,7 @@ TEST(FailureCases, PiecesOfAFlatPlateAreOneIsland) {
   for (const IslandDot& dot : frame.islands) EXPECT_EQ(dot.island, 0);
 }
 
-TEST(FailureCases, AllTagsOnOneSideOfARidge) {
+TEST(FailureCases, AllTagsOnOneSideOfARidgeLabelNothingWrongly) {
   const Print print = small_print();
   ClothView view;
   view.slope_rad = [](double s) { return s < 55 ? 45 * deg : (s < 65 ? 0.0 : -45 * deg); };

@@ -59,7 +59,7 @@ TEST(JointRefusals, GoodViewsAreNotRefused) {
   EXPECT_EQ(refusal(one_camera()), "");
 }
 
-TEST(JointRefusals, ParallelPlanes) {
+TEST(JointRefusals, ParallelPlanesAreRefused) {
   JointModel model = one_camera();
   for (Placement& placement : model.placements) {
     placement.world_from_target.rotation.setIdentity();
@@ -70,7 +70,7 @@ TEST(JointRefusals, ParallelPlanes) {
   EXPECT_THAT(refusal(model), AllOf(HasSubstr("parallel planes"), HasSubstr("another axis")));
 }
 
-TEST(JointRefusals, TooLittleTilt) {
+TEST(JointRefusals, TooLittleTiltIsRefused) {
   JointModel model = one_camera();
   // Directly above, with the target rotated only about the optical axis.
   model.cameras[0].camera.cam_from_world.rotation = Eigen::Vector3d(1, -1, -1).asDiagonal();
@@ -86,11 +86,11 @@ TEST(JointRefusals, TooLittleTilt) {
                     HasSubstr("30 degrees")));
 }
 
-TEST(JointRefusals, OneShotWithFreeCentre) {
+TEST(JointRefusals, OneShotWithFreeCentreIsRefused) {
   EXPECT_THAT(refusal(one_camera(1)), AllOf(HasSubstr("one view"), HasSubstr("not observable")));
 }
 
-TEST(JointRefusals, LeftHandedPoints) {
+TEST(JointRefusals, LeftHandedPointsAreRefused) {
   JointModel model = one_camera();
   for (JointFrame& frame : model.frames) {
     for (TargetPoint& point : frame.points) point.measured_px.x() = 1599 - point.measured_px.x();
@@ -98,7 +98,7 @@ TEST(JointRefusals, LeftHandedPoints) {
   EXPECT_THAT(refusal(model), HasSubstr("left-handed"));
 }
 
-TEST(JointRefusals, SwappedCornerOrderOfOneView) {
+TEST(JointRefusals, AViewWithSwappedCornerOrderIsLeftOut) {
   JointModel model = SyntheticBench(5).true_model();
   JointFrame& frame = model.frames[10];
   const JointFrame straight = frame;
@@ -113,14 +113,14 @@ TEST(JointRefusals, SwappedCornerOrderOfOneView) {
   EXPECT_EQ(started.frames.size() + 1, model.frames.size());
 }
 
-TEST(JointRefusals, AllViewsInOneCornerOfTheImage) {
+TEST(JointRefusals, ViewsInOneCornerOfTheImageAreRefused) {
   JointModel model = one_camera();
   model.cameras[0].camera.model.width_px = 4000;
   model.cameras[0].camera.model.height_px = 3000;
   EXPECT_THAT(refusal(model), HasSubstr("one corner of the image"));
 }
 
-TEST(JointRefusals, ACameraWithoutACommonView) {
+TEST(JointRefusals, ACameraWithoutACommonViewIsRefused) {
   JointModel model = SyntheticBench(5).true_model();
   std::erase_if(model.frames, [](const JointFrame& frame) {
     return (frame.camera == 2) == (frame.placement < 6);
@@ -140,7 +140,7 @@ TEST(JointRefusals, DuplicateViewsAreNamed) {
                   AllOf(HasSubstr("duplicate views"), HasSubstr("pose2"), HasSubstr("pose3"))));
 }
 
-TEST(JointRefusals, ASetOrAPictureThatIsThereTwice) {
+TEST(JointRefusals, ASetOrAPictureGivenTwiceIsRefused) {
   const auto refusal_of = [](const Detections& detections, const Rig& rig, bool joint) {
     try {
       if (joint)
@@ -176,7 +176,7 @@ TEST(JointRefusals, ASetOrAPictureThatIsThereTwice) {
   }
 }
 
-TEST(JointRefusals, NumbersThatAreNotFinite) {
+TEST(JointRefusals, NumbersThatAreNotFiniteAreRefused) {
   Detections detections = test::bench1_target_detections(0.01);
   detections.frames[4].detections[5].centre_px.x() = std::numeric_limits<double>::quiet_NaN();
   try {
@@ -187,7 +187,7 @@ TEST(JointRefusals, NumbersThatAreNotFinite) {
   }
 }
 
-TEST(JointRefusals, AWrongTargetSizeByTheKnownLength) {
+TEST(JointRefusals, AWrongTargetSizeIsFoundByTheKnownLength) {
   Target target = test::bench1_target();
   target.known_lengths = {{{0, 0}, {8, 11}, 0.2734, 0.00005}};  // the pitch gives 272.029 mm
   const Detections detections = test::bench1_target_detections(0.01);

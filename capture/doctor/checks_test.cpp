@@ -46,7 +46,7 @@ Check calibration_check(const Evidence& evidence) {
   return check_calibration(evidence).at(0);
 }
 
-TEST(DoctorChecks, LinkBudgetAndDelay) {
+TEST(DoctorChecks, TheLinkBudgetGivesLoadAndPacketDelay) {
   // 1.31 MB frames in packets of 1500 bytes: 896 + 2 packets of 1538 bytes on the wire.
   const LinkNeeds needs = link_needs(1280 * 1024, 10, 1500, 4, 1e9);
   EXPECT_NEAR(needs.bytes_per_s, 898 * 1538 * 10, 1538 * 10);

@@ -272,7 +272,7 @@ TEST_F(Pictures, AFolderIsReadWithItsNames) {
   EXPECT_THROW((void)read_hems({folder_.path()}, given), Error);
 }
 
-TEST(Shadow, OfAMeshOfKnownShape) {
+TEST(Shadow, OfAMeshOfKnownShapeIsExact) {
   const Shape shape{120, {{6, 9, 0.3}}};
   ShadowMesh mesh;
   constexpr int kRays = 720, kRings = 4;

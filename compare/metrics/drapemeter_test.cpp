@@ -36,7 +36,7 @@ struct Hem {
   }
 };
 
-TEST(Drapemeter, AreaAndCoefficientOfAnalyticHems) {
+TEST(Drapemeter, AreaAndCoefficientOfAnalyticHemsAreExact) {
   // A polygon of n vertices on the hem: n/2 sin(2 pi/n) (r0^2 + sum a_k^2/2 cos(2 pi k/n)).
   const Hem hem{0.12, {{7, 0.01}, {3, 0.004}}};
   const double n = 720;
@@ -52,7 +52,7 @@ TEST(Drapemeter, AreaAndCoefficientOfAnalyticHems) {
   EXPECT_FALSE(drapemeter_of(hem.radii(), flat, {}).drape_coefficient);
 }
 
-TEST(Drapemeter, FoldsAndDepthOfAnalyticHems) {
+TEST(Drapemeter, FoldsAndDepthOfAnalyticHemsAreFound) {
   for (int folds = 2; folds <= 16; ++folds) {
     // Crests and valleys are on rays if 2 * folds divides the number of rays.
     const int rays = 2 * folds * 40;
@@ -69,7 +69,7 @@ TEST(Drapemeter, RipplesBelowTheThresholdAreNoFolds) {
   EXPECT_EQ(drapemeter_of(Hem{0.1, {}}.radii(), 0.07, {}).fold_depth_m, 0);
 }
 
-TEST(Drapemeter, SpectrumOfAnalyticHems) {
+TEST(Drapemeter, SpectrumOfAnalyticHemsIsTheirAmplitudes) {
   const Drapemeter d =
       drapemeter_of(Hem{0.11, {{4, 0.02}, {9, 0.003}, {24, 0.001}}, 0.3}.radii(), 0.07, {});
   ASSERT_EQ(d.spectrum.size(), 24U);
@@ -115,7 +115,7 @@ TEST(Drapemeter, OutlineOfASheetIsItsHem) {
   }
 }
 
-TEST(Drapemeter, FlatSquareOverABox) {
+TEST(Drapemeter, TheHemOfAFlatSquareIsTheSquare) {
   // The shadow of a flat square is the square: its outline at angle t is half / max(|cos|, |sin|).
   // With rays at the corners the polygon of the rays is the square itself.
   const Sheet sheet = test::simulated_sheet(23, 1);

@@ -104,7 +104,7 @@ TEST(Metrics, SigmaOfTheMeanIsUnknownWhenOneMarkHasNone) {
   EXPECT_FALSE(statistics_of(compare(measured, simulated_sheet(11, 5)).marks).sigma_mean_m);
 }
 
-TEST(Metrics, StatisticsOfKnownNumbers) {
+TEST(Metrics, StatisticsOfKnownNumbersAreExact) {
   const DistanceStatistics s = statistics_of(std::vector<double>{4, 1, 3, 2, 10});
   EXPECT_DOUBLE_EQ(s.mean_m, 4);
   EXPECT_DOUBLE_EQ(s.median_m, 3);

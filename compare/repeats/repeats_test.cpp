@@ -18,7 +18,7 @@
 namespace drape::compare {
 namespace {
 
-TEST(Variance, ComponentsOfANestedTableByHand) {
+TEST(Variance, ComponentsOfANestedTableEqualThoseByHand) {
   // One face, samples {1, 3} and {7, 9}: within 2 with 1 + 1 degrees, MS 2; between 36, MS 36.
   const std::vector<RepeatKey> keys = {{"a", "1"}, {"a", "1"}, {"b", "1"}, {"b", "1"}};
   const VarianceComponents found = variance_components(keys, {1, 3, 7, 9});
@@ -27,7 +27,7 @@ TEST(Variance, ComponentsOfANestedTableByHand) {
   EXPECT_FALSE(variance_components({{"a", "1"}}, {5}).repeat_sd);
 }
 
-TEST(Judge, AValueByTheTDistribution) {
+TEST(Judge, TestsAValueByTheTDistribution) {
   const std::vector<double> repeats = {48, 50, 52};  // sd 2
   const Judgement found = judge_value(repeats, 60, {}, 0.05);
   EXPECT_NEAR(found.t, 10 / (2 * std::sqrt(4.0 / 3)), 1e-12);

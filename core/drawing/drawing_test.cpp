@@ -16,7 +16,7 @@ TEST(Svg, CoordinatesAreShort) {
   EXPECT_EQ(coordinate(12.346), "12.35");
 }
 
-TEST(Svg, Base64OfKnownBytes) {  // RFC 4648, section 10
+TEST(Svg, Base64OfKnownBytesIsThatOfTheStandard) {  // RFC 4648, section 10
   EXPECT_EQ(base64({'f', 'o', 'o', 'b'}), "Zm9vYg==");
   EXPECT_EQ(base64({'f', 'o', 'o', 'b', 'a'}), "Zm9vYmE=");
   EXPECT_EQ(base64({'f', 'o', 'o', 'b', 'a', 'r'}), "Zm9vYmFy");

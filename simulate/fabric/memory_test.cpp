@@ -195,7 +195,7 @@ TEST(Memory, ClosesLoopsForgetsReversalsAndDissipatesTheirArea) {
 
 /// The work of a loop without using potentials: Gauss's rule with two points between the kinks of
 /// the law is exact, and a fine trapezoidal rule needs no kinks.
-TEST(Memory, LoopAreaByTheTrapezoid) {
+TEST(Memory, LoopAreaEqualsThatOfTheTrapezoid) {
   Specimen specimen{{2.0, {}}, {{{40, 1, 0.3}, {10, 0.5, 0}, {5, 0, 0.4}}}};
   for (const double x : {2.0, -2.0}) specimen.go(x);
   const double before = specimen.dissipated;
