@@ -29,15 +29,16 @@ using Eigen::Vector3d;
 using units::mm;
 using State = MeshCloth::State;
 
-constexpr double kMostPoints = 1e5;        // limit on the points of a mesh
-constexpr double kLeastPoints = 16;        // a mesh with fewer cannot drape
-constexpr double kSame_m = 1e-6;           // closer material points are the same
-constexpr int kMostRounds = 100;           // each round of descents ends with an update of friction
-constexpr double kPassingResidual = 0.02;  // in mean weights of a point, for all but the last round
-constexpr double kStageResidual = 0.1;     // per time step while contact stiffens
-constexpr int kCarriedFirmness = 3;        // firmness of contact transferred to another mesh
-constexpr double kBeside = 1e-6;  // tolerance of barycentric weights at the border of a triangle
-constexpr double kSolved = 1e-6;  // relative norm of the residual of a first-order solution
+constexpr double kMostPoints = 1e5;  // limit on the points of a mesh
+constexpr double kLeastPoints = 16;  // a mesh with fewer cannot drape
+constexpr double kSame_m = 1e-6;     // closer material points are the same
+constexpr int kMostRounds = 100;     // each round of descents ends with an update of friction
+// DescentOptions::passing of time steps of the fall; of those while contact stiffens, and of all
+// rounds but the last: friction is updated in between.
+constexpr double kFallingResidual = 0.1, kPassingResidual = 1;
+constexpr int kCarriedFirmness = 3;  // firmness of contact transferred to another mesh
+constexpr double kBeside = 1e-6;     // tolerance of barycentric weights at the border of a triangle
+constexpr double kSolved = 1e-6;     // relative norm of the residual of a first-order solution
 constexpr int kMostProducts = 5000;
 double no_table(double) {
   return -std::numeric_limits<double>::infinity();
@@ -357,43 +358,24 @@ struct DrapeLevel::Parts {
     moment.contact = pushes.memory();
   }
 
-  /// Solves H x = change for the free unknowns by conjugate gradients (Hestenes and Stiefel 1952),
-  /// with the factor as preconditioner. nullopt if H is not positive definite.
-  [[nodiscard]] std::optional<State> solved(const State& state, AllPushes& pushes,
-                                            const State& change) {
-    const auto flat = [](State& of) {
-      return Eigen::Map<Eigen::VectorXd>(of.front().data(),
-                                         3 * static_cast<Eigen::Index>(of.size()));
-    };
+  /// Solves H x = change for the free unknowns. nullopt if H is not positive definite.
+  [[nodiscard]] std::optional<State> solved(const State& state, AllPushes& pushes, State change) {
     const auto let_go = [&](State& of) {
-      for (std::size_t i = 0; i < of.size(); ++i)
-        if (held[i]) of[i].setZero();
+      for (const HeldUnknown& h : values) of[h.unknown].setZero();
     };
-    State found(change.size(), Vector3d::Zero()), left = change, product = found;
-    let_go(left);
+    let_go(change);
     const ClothTangent tangent(cloth, state);
-    State way = left;
-    stiffness->solve(way);
-    State direction = way;
-    double size = flat(left).dot(flat(way));
-    const double first = size;
-    for (int k = 0; k < kMostProducts; ++k) {
-      if (!(size > kSolved * kSolved * first)) return found;
-      std::fill(product.begin(), product.end(), Vector3d::Zero());
-      tangent.add_products(direction, product);
-      pushes.add_products(state, direction, product);
-      let_go(product);
-      const double curvature = flat(direction).dot(flat(product));
-      if (!(curvature > 0)) return std::nullopt;
-      flat(found) += size / curvature * flat(direction);
-      flat(left) -= size / curvature * flat(product);
-      way = left;
-      stiffness->solve(way);
-      const double next = flat(left).dot(flat(way));
-      flat(direction) = flat(way) + next / size * flat(direction);
-      size = next;
-    }
-    return std::nullopt;
+    State found;
+    const ConjugateGradients end = conjugate_gradients(
+        *stiffness,
+        [&](const State& direction, State& product) {
+          std::fill(product.begin(), product.end(), Vector3d::Zero());
+          tangent.add_products(direction, product);
+          pushes.add_products(state, direction, product);
+          let_go(product);
+        },
+        [](double norm, const State&) { return norm <= kSolved; }, kMostProducts, change, found);
+    return end.solved ? std::optional(std::move(found)) : std::nullopt;
   }
 
   /// Stiffens contact in stages, with a time step for each, so that friction follows the motion of
@@ -401,11 +383,12 @@ struct DrapeLevel::Parts {
   void firm_in_time(ClothMoment& moment, AllPushes& pushes, const DescentOptions& how,
                     TimeStepsOptions motion, TimeStepsReport& report) {
     motion.longest_s = motion.step_s = std::max(motion.step_s, motion.longest_step_s);
-    motion.residual = std::max(motion.residual, kStageResidual);
+    DescentOptions now = how;
+    now.passing = kPassingResidual;
     while (!pushes.objects.is_firm()) {
       pushes.objects.make_firmer(moment.state);
       const TimeStepsReport found = move_in_time(cloth, moment.state, held, *stiffness, {},
-                                                 no_table, 0, how, motion, &pushes);
+                                                 no_table, 0, now, motion, &pushes);
       report.increments += found.increments;
       report.steps += found.steps;
     }
@@ -543,8 +526,10 @@ RestReport DrapeLevel::fall(ClothMoment& moment, const StartVariation& variation
   const HeldCarried carried(my.values, my.cloth.points(), moment.state,
                             my.gravity.norm() / motion.drag_per_s);
   RestReport report;
+  DescentOptions falling = descent;
+  falling.passing = kFallingResidual;
   report.motion = move_in_time(my.cloth, moment.state, my.held, *my.stiffness, {}, no_table,
-                               carried.arrival_s(), descent, motion, &pushes, carried);
+                               carried.arrival_s(), falling, motion, &pushes, carried);
   my.firm_in_time(moment, pushes, descent, motion, report.motion);
   my.descend_to_rest(moment, pushes, descent, report);
   my.end(moment, pushes);

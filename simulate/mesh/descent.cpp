@@ -22,13 +22,13 @@ constexpr double kRounding = 1e-14;  // largest increase due to rounding, relati
 constexpr double kShorter = 0.5, kShortest = 0.1;  // new length of a rejected step, relative to it
 constexpr int kTries = 20;
 // Norm of the residual of a linear solution, relative to the right-hand side; its largest force,
-// relative to the residual required of the descent; curvature that counts as zero.
-constexpr double kSolved = 0.1, kOfResidual = 0.25, kFlat = 1e-6;
+// relative to the residual required of the descent.
+constexpr double kSolved = 0.3, kOfResidual = 0.25;
 constexpr double kPassingPart = 0.25;  // see DescentOptions::passing
 constexpr int kProducts = 60;          // limit per step
 // Products of a step, and displacement in mean sides, below which the next step keeps the matrix.
-constexpr int kFewProducts = 12;
-constexpr double kKeepsMatrix = 0.01;
+constexpr int kFewProducts = 20;
+constexpr double kKeepsMatrix = 0.05;
 
 Eigen::Map<Eigen::VectorXd> flat(State& state) {
   return {state.front().data(), 3 * static_cast<Eigen::Index>(state.size())};
@@ -176,44 +176,13 @@ class Potential {
   double side_m_, weight_n_ = 0, wall_n_per_m_ = 0;
 };
 
-/// Computes the Newton step for a force by conjugate gradients on exact products, with the factor
-/// as preconditioner (Steihaug 1983): to a relative accuracy of 0.1, or as the residual requires,
-/// or until the first direction of negative curvature.
-int solve(const Potential& potential, const ClothTangent& tangent, const State& state,
-          const MeshStiffness& stiffness, double residual, const State& force, State& step) {
-  State left = force, way = force, product(force.size());
-  stiffness.solve(way);
-  State direction = way;
-  std::fill(step.begin(), step.end(), Vector3d::Zero());
-  double size = flat(left).dot(flat(way));
-  const double first = size;
-  for (int k = 0; k < kProducts; ++k) {
-    if (size <= kSolved * kSolved * first || potential.largest(left) <= kOfResidual * residual)
-      return k;
-    potential.set_products(state, tangent, direction, product);
-    const double curvature = flat(direction).dot(flat(product));
-    if (!(curvature > kFlat * size)) {
-      if (k == 0) step = direction;
-      return kProducts;
-    }
-    flat(step) += size / curvature * flat(direction);
-    flat(left) -= size / curvature * flat(product);
-    way = left;
-    stiffness.solve(way);
-    const double next = flat(left).dot(flat(way));
-    flat(direction) = flat(way) + next / size * flat(direction);
-    size = next;
-  }
-  return kProducts;
-}
-
 }  // namespace
 
 DescentReport descend(MeshCloth& cloth, State& state, const std::vector<bool>& held,
                       MeshStiffness& stiffness, const Drapemeter& bodies,
                       const DescentOptions& options, Pushes* pushes) {
   const Potential potential(cloth, held, bodies, options, pushes);
-  State force(state.size()), step(state.size()), next(state.size()), next_force(state.size());
+  State force(state.size()), next(state.size()), next_force(state.size()), left, step;
   DescentReport report;
   Potential::Balance now = potential.balance(state, force);
   const double residual = std::max(
@@ -226,9 +195,18 @@ DescentReport descend(MeshCloth& cloth, State& state, const std::vector<bool>& h
     if (!stiffness.serves(state, kKeepsMatrix * potential.mean_side_m()) &&
         !stiffness.factorise(state, potential.supports(state)))
       break;
-    if (solve(potential, ClothTangent(cloth, state), state, stiffness, residual, force, step) >
-        kFewProducts)
-      stiffness.outdate();
+    const ClothTangent tangent(cloth, state);
+    left = force;
+    const ConjugateGradients found = conjugate_gradients(
+        stiffness,
+        [&](const State& direction, State& product) {
+          potential.set_products(state, tangent, direction, product);
+        },
+        [&](double norm, const State& of) {
+          return norm <= kSolved || potential.largest(of) <= kOfResidual * residual;
+        },
+        kProducts, left, step);
+    if (!found.positive || found.products > kFewProducts) stiffness.outdate();
     const double slope = flat(force).dot(flat(step));
     if (!(slope > 0)) break;
     double far = 0;

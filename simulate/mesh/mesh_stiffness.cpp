@@ -5,6 +5,7 @@
 #include <Eigen/LU>
 #include <Eigen/SparseCore>
 #include <algorithm>
+#include <cmath>
 #include <utility>
 #include <vector>
 
@@ -466,6 +467,43 @@ void MeshStiffness::solve(MeshCloth::State& b) const {
     Vector3d& own = b[my.free_sides[k]] = my.of_sides[k];
     for (int f = my.pairs_begin[k]; f < my.pairs_begin[k + 1]; ++f)
       own += my.pairs_of_sides[f].second * my.of_points[my.pairs_of_sides[f].first];
+  }
+}
+
+ConjugateGradients conjugate_gradients(
+    const MeshStiffness& factor,
+    const std::function<void(const MeshCloth::State& direction, MeshCloth::State& product)>&
+        multiply,
+    const std::function<bool(double norm, const MeshCloth::State& residual)>& solved, int most,
+    MeshCloth::State& b, MeshCloth::State& x) {
+  constexpr double kFlat = 1e-6;  // curvature in the factor's metric that counts as zero
+  const auto flat = [](MeshCloth::State& of) {
+    return Eigen::Map<Eigen::VectorXd>(of.front().data(), 3 * static_cast<Eigen::Index>(of.size()));
+  };
+  MeshCloth::State way = b, product(b.size());
+  factor.solve(way);
+  MeshCloth::State direction = way;
+  x.assign(b.size(), Vector3d::Zero());
+  double size = flat(b).dot(flat(way));
+  const double first = size;
+  ConjugateGradients found;
+  for (;; ++found.products) {
+    found.solved = !(size > 0) || solved(std::sqrt(size / first), b);
+    if (found.solved || found.products >= most) return found;
+    multiply(direction, product);
+    const double curvature = flat(direction).dot(flat(product));
+    found.positive = curvature > kFlat * size;
+    if (!found.positive) {
+      if (found.products == 0) x = direction;
+      return found;
+    }
+    flat(x) += size / curvature * flat(direction);
+    flat(b) -= size / curvature * flat(product);
+    way = b;
+    factor.solve(way);
+    const double next = flat(b).dot(flat(way));
+    flat(direction) = flat(way) + next / size * flat(direction);
+    size = next;
   }
 }
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <functional>
 #include <memory>
 #include <vector>
 
@@ -50,5 +51,24 @@ class MeshStiffness {
   std::unique_ptr<Parts> parts_;
   MeshCloth::State formed_at_;  ///< empty if none was formed
 };
+
+/// Result of conjugate_gradients().
+struct ConjugateGradients {
+  int products = 0;
+  bool solved = false;
+  bool positive = true;  ///< no direction of negative curvature was met
+};
+
+/// Sets x near H^-1 b by conjugate gradients (Hestenes and Stiefel 1952) with the factor as
+/// preconditioner, until `solved` accepts the residual b - H x and its norm in the factor's metric,
+/// relative to that of b; at most `most` products. It ends at the first direction of negative
+/// curvature (Steihaug 1983) with x as it is, or with that direction if it is the first one.
+/// `multiply` sets the product of H and a direction; `b` ends as the residual.
+[[nodiscard]] ConjugateGradients conjugate_gradients(
+    const MeshStiffness& factor,
+    const std::function<void(const MeshCloth::State& direction, MeshCloth::State& product)>&
+        multiply,
+    const std::function<bool(double norm, const MeshCloth::State& residual)>& solved, int most,
+    MeshCloth::State& b, MeshCloth::State& x);
 
 }  // namespace drape::simulate
