@@ -177,7 +177,7 @@ Points without_outliers(const Points& measured, const Fit& fit, const CalibOptio
   Points kept;
   for (std::size_t i = 0; i < measured.size(); ++i) {
     const double distance = distance_px(fit.refinement.camera, fit.points[i]);
-    // Up to a hundredth of a pixel is never an outlier, however good the other points are.
+    // A residual up to 0.01 px is never an outlier, however good the other points are.
     if (distance <= std::max(limit, 0.01)) {
       kept.push_back(measured[i]);
       continue;

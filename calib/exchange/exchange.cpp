@@ -90,7 +90,7 @@ CalibratedCamera import_camera(const std::filesystem::path& file, ExchangeFormat
   }
   result.camera.name = file.stem().string();
   check_imported(result.camera, file);
-  // Half a metre away, through the centre of the upper left quadrant, where distortion is visible.
+  // The worked point is 0.5 m away, imaged in the upper left quadrant, where distortion is visible.
   const CameraModel& model = result.camera.model;
   const auto ray = unproject(model, {model.width_px / 4.0, model.height_px / 4.0});
   if (!ray) {

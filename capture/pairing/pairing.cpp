@@ -195,7 +195,7 @@ void count_expected(const std::vector<FrameMark>& frames, const PairingOptions& 
     const std::int64_t seen = span[c] ? span[c]->second - span[c]->first + 1 : 0;
     const std::int64_t asked = options.triggers.value_or(options.expected_frames.value_or(seen));
     const std::int64_t arrived = ledger.in_set + ledger.unpaired + ledger.incomplete;
-    // More frames than triggers: the camera made exposures of its own, which are in the bins.
+    // More frames than triggers: the camera also exposed untriggered; all its frames are counted.
     ledger.expected = std::max(asked, arrived);
     ledger.never_arrived = ledger.expected - arrived;
   }

@@ -110,7 +110,7 @@ class TriangleFinder {
     }
   }
 
-  /// The triangle, the first if several, with the weights of its corners; nullopt if none.
+  /// Finds the first triangle that contains `p`, with the weights of its corners; nullopt if none.
   [[nodiscard]] std::optional<std::pair<int, Vector3d>> find(const Vector2d& p) const {
     const Eigen::Array2i cell = cell_of(p);
     std::optional<std::pair<int, Vector3d>> found;
