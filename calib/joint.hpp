@@ -36,7 +36,7 @@ struct JointCameraReport {
   double rms_px = 0, object_rms_mm = 0;
   double focal_px = 0, focal_sd_px = 0;
   double centre_sd_px = 0;    ///< larger of the two coordinates of the principal point
-  double position_sd_mm = 0;  ///< of the camera centre, all three axes together
+  double position_sd_mm = 0;  ///< camera centre, all three axes together
   double skew_px = 0;
   double image_sd_px = 0;        ///< share of the calibration, in the middle of the drape volume
   double image_sd_worst_px = 0;  ///< at the worst corner of the volume

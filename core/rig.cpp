@@ -39,7 +39,7 @@ void lattice(Fields& f, int& rows, int& cols, std::string_view along_rows,
 constexpr std::string_view kDotsTouch = "the dots touch each other";
 constexpr std::string_view kSmaller = "the diameter must be smaller than pitch_mm; both are in mm";
 
-/// What the tags are printed on; decides which keys the table `tags` has.
+/// Surface on which the tags are printed; decides which keys the table `tags` has.
 enum class Carrier { dots, board, grid, print };
 
 struct TagTable {

@@ -35,7 +35,7 @@ struct Gap {
 struct ErrorBudget {
   double detection_m = 0;               ///< image noise of the marks' centres
   std::optional<double> calibration_m;  ///< error of the calibration; absent if it states none
-  double dot_shape_m = 0;               ///< what remains after correcting for bent and slanted dots
+  double dot_shape_m = 0;               ///< remainder after correcting bent and slanted dots
   double total_m = 0;                   ///< root sum of squares
 };
 
@@ -53,7 +53,7 @@ struct RepeatId {
   std::string face;  ///< side of the cloth that faces up; empty if not stated
 };
 
-/// How a measured sheet was made.
+/// Origin of a measured sheet.
 struct MeasuredSource {
   std::string rig;
   std::string set;
@@ -64,7 +64,7 @@ struct MeasuredSource {
   std::optional<RepeatId> repeat = std::nullopt;
 };
 
-/// How a simulated sheet was made.
+/// Origin of a simulated sheet.
 struct SimulatedSource {
   std::string scene;
   std::string fabric;

@@ -10,7 +10,7 @@
 
 namespace drape {
 
-/// What a folder of pictures contains: one view by all cameras, or all views of one camera.
+/// Content of a folder of pictures: one view by all cameras, or all views of one camera.
 enum class FoldersOf { views, cameras };
 
 struct CalibImagesOptions {

@@ -26,7 +26,7 @@ struct Agreed {
   std::optional<Point> point;
   std::vector<std::size_t> used;       ///< indices of the views used
   std::optional<std::size_t> dropped;  ///< view that was left out because the others agree
-  double disagreement_sigmas = 0;      ///< of all views together
+  double disagreement_sigmas = 0;      ///< all views together
   std::string gap_reason;              ///< why there is no point
 };
 

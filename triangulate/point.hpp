@@ -41,7 +41,7 @@ struct Point {
   Eigen::Matrix3d shape_covariance_m2 = Eigen::Matrix3d::Zero();  ///< part of the shared unknowns
   Eigen::Matrix3d calibration_covariance_m2 = Eigen::Matrix3d::Zero();
   std::vector<Eigen::Vector2d> residuals_px;  ///< measured minus projected, one per view
-  double chi2 = 0;                            ///< of the residuals, with all three covariances
+  double chi2 = 0;  ///< sum over the residuals, with all three covariances
   int degrees_of_freedom = 0;
 
   [[nodiscard]] Eigen::Matrix3d covariance_m2() const;

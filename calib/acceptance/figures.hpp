@@ -16,7 +16,7 @@ struct FigureContext {
   const Draws* draws = nullptr;
   double noise_variance = 1;     ///< variance of the detections over the stated one
   double false_no_go = 0.001;    ///< probability of a false NO-GO for one figure
-  double scale_uncertainty = 0;  ///< of the plate's size relative to the calibration's (1)
+  double scale_uncertainty = 0;  ///< plate's size relative to the calibration's (1)
 };
 
 /// Point pairs of the measured lengths: two diagonals, the two longest edges and half a diagonal.

@@ -77,7 +77,7 @@ struct Board {
   Eigen::Vector2d half_m = Eigen::Vector2d::Ones();  ///< half width and height
   Eigen::Vector2d mean = Eigen::Vector2d::Zero();    ///< means of the squared relative x and y
   Eigen::Vector2d edge_rise_mm = Eigen::Vector2d::Zero();  ///< edge minus centre, along x and y
-  Eigen::Vector3d stretch = Eigen::Vector3d::Zero();  ///< of x against y, shear, scale of the print
+  Eigen::Vector3d stretch = Eigen::Vector3d::Zero();  ///< x against y, shear, scale of the print
   std::vector<Eigen::Vector3d> shift_mm;              ///< further shift of each point
 
   // Stated standard deviations of the print's errors; they constrain what views leave open.

@@ -122,7 +122,7 @@ struct ViewsInformation {
   std::vector<ViewInformation> views;
   Eigen::MatrixXd stated;
 
-  [[nodiscard]] Eigen::MatrixXd sum() const;  ///< of all `with_world` and the stated errors
+  [[nodiscard]] Eigen::MatrixXd sum() const;  ///< sum of `with_world` and stated errors
 };
 
 /// Additional parameters that the fit lacks: derivatives of a frame (px, two rows per point).

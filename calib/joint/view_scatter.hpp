@@ -14,7 +14,7 @@ struct ViewScatter {
   Eigen::MatrixXd covariance;
   double inflation = 1;  ///< variance between views over that expected from the points' noise
   double shrinkage = 1;  ///< towards a common inflation of all parameters, 0 to 1
-  double degrees_of_freedom = 0;  ///< of a stated variance
+  double degrees_of_freedom = 0;  ///< for a stated variance
 };
 
 /// Cluster-robust covariance of a converged fit, with one cluster per placement of the target:

@@ -18,7 +18,7 @@ struct ShadowMesh {
   std::vector<Eigen::Vector2d> material_m;  ///< empty if unknown
   bool own_specimen = false;  ///< a sheet, whose file states the specimen but never the disc
   std::vector<std::array<std::size_t, 3>> triangles;
-  std::string status;                ///< of a simulation: "at rest" or why not; empty if unknown
+  std::string status;                ///< simulation: "at rest" or why not; empty if unknown
   std::optional<std::string> no_go;  ///< why the measurement that made or positioned it is NO-GO
   bool measured = false;             ///< a sheet of measured marks
   int spanned = 0;                   ///< number of missing marks inside the hem that were filled in

@@ -33,7 +33,7 @@ struct ResultsArguments {
   bool csv = false;
   bool apart = false;  ///< imports without comparing
   bool no_recompute = false;
-  std::optional<double> tolerance_m;  ///< of an import; default: of the last run of these drapes
+  std::optional<double> tolerance_m;  ///< for an import; default: of the last run of these drapes
   ResultFilter filter;
   TrendOptions trend;
   std::vector<std::filesystem::path> sheets;

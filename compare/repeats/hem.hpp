@@ -31,7 +31,7 @@ struct Hem {
   double area_m2 = 0;                  ///< covered area
   std::vector<double> radius_m;        ///< about the centre, at equal steps of angle from +x to +y;
                                        ///< outermost where a ray crosses the hem more than once
-  std::optional<double> flat_area_m2;  ///< of the flat specimen, if known better than from its size
+  std::optional<double> flat_area_m2;  ///< flat specimen, if known better than from its size
 };
 
 /// Hem of a closed outline without crossings, in either orientation. Throws Error(bad_input),

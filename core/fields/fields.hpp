@@ -31,7 +31,7 @@ struct Field {
   std::string_view meaning = {};  ///< noun and unit; also the help of an option
   double unit = 1;
   double least = -infinity, most = infinity;  ///< inclusive limits in the file's unit
-  std::string_view remedy = {};  ///< what to do if the value is missing or out of range
+  std::string_view remedy = {};               ///< remedy if the value is missing or out of range
 
   std::string_view option = {};    ///< "-o": a second name; "SHEET": a positional argument
   std::string_view excludes = {};  ///< option that excludes this one

@@ -19,7 +19,7 @@ constexpr double bare_print_fraction = 0.10;
 
 constexpr double contradicting_error = 0.15;  // error of a step to a contradicting mark, in steps
 constexpr double most_flat_change = 0.12;     // change of the map along a step on flat cloth
-constexpr double least_readable_px = 22;  // of a tag across its shorter direction, to be readable
+constexpr double least_readable_px = 22;      // smallest tag that is readable, shorter direction
 
 // Limits at the rim of the visible part; chosen on 25 drawn cloths in folds of 60 degrees and
 // bench1.

@@ -29,7 +29,7 @@ struct MeshRest {
   ClothShape shape;
   ClothLaws laws;
   ClothMemory memory;  ///< slip of laws.friction: per triangle for bending, per point for shear
-  double disc_radius_m = 0;  ///< of the drapemeter; material coordinates are relative to its centre
+  double disc_radius_m = 0;      ///< drapemeter; material coordinates are relative to its centre
   const Scene* scene = nullptr;  ///< objects, table, clamps and friction; null for a drapemeter
   std::vector<HeldPoint> pins;
   /// Forces of objects on places of the surface's facets (checker/surface.hpp), given by nodes: the
@@ -62,7 +62,7 @@ struct MeshJudgement {
   double to_table_m = 0;              ///< smallest distance of the surface's nodes
   std::optional<double> to_itself_m;  ///< smallest distance of layers that repel each other
   MeshStrains strains;
-  std::vector<std::optional<Eigen::Vector3d>> places;  ///< of MeshRest::asked_m; absent off cloth
+  std::vector<std::optional<Eigen::Vector3d>> places;  ///< MeshRest::asked_m; absent off cloth
   std::vector<std::string> refusals;                   ///< empty if accepted
 
   [[nodiscard]] bool accepted() const { return refusals.empty(); }

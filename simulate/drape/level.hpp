@@ -71,8 +71,8 @@ struct ClothMoment {
 /// Result of a fall or a relaxation to rest.
 struct RestReport {
   bool at_rest = false;
-  TimeStepsReport motion;  ///< of the fall; empty for a relaxation only
-  DescentReport descent;   ///< of the last descent
+  TimeStepsReport motion;  ///< the fall; empty for a relaxation only
+  DescentReport descent;   ///< the last descent
   int steps = 0;           ///< sum over all descents
   std::string why;         ///< reason if not at rest
 };

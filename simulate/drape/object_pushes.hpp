@@ -78,7 +78,7 @@ class ObjectPushes : public Pushes {
     ContactMemory::Grip grip;
     Eigen::Vector3d looked_at;  ///< position at which the gap was evaluated
     double gap_m = 0, pressure_pa = 0, n_per_m3 = 0;
-    Eigen::Vector3d place, normal, force_n;  ///< of the last evaluation, where the force acts
+    Eigen::Vector3d place, normal, force_n;  ///< last evaluation, where the force acts
 
     [[nodiscard]] bool acts() const { return pressure_pa > 0 || grip.limit > 0; }
   };

@@ -55,7 +55,7 @@ class MeshCloth {
   };
   /// A side shared by two triangles.
   struct Seam {
-    std::array<int, 12> unknown;    ///< of the left triangle, then of the right one
+    std::array<int, 12> unknown;    ///< left triangle first, then the right one
     std::array<double, 12> weight;  ///< weights of the jump of the second derivative along the side
     double stiffness = 0;           ///< N m^3
   };
@@ -133,7 +133,7 @@ class ClothTangent {
 
   struct Element {
     Four u, v, stress;          ///< slopes; derivatives of the energy (J) by the metric
-    Four change[3];             ///< of the triangle's own stress, by entry of the metric
+    Four change[3];             ///< triangle's own stress, by entry of the metric
     Four bent[2];               ///< unit curvature vectors along warp and weft
     double secant[2], rise[2];  ///< bending stiffness (N m^3) across them; its increase along them
   };

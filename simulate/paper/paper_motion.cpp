@@ -15,7 +15,7 @@ constexpr double kImpactDepth = 10e-6;  // m; shallower hits do not end the step
 constexpr double kClearMargin = 1e-3;   // m; covers the path of a step and released particles
 constexpr double kSurfacing = 2e-3;     // s; time constant for lifting a shallow hit to the surface
 constexpr double kLiftGap = 1e-6;       // m; a touching particle farther out has left
-constexpr double kShortestFraction = 0.02;  // of a step that ends early at an impact
+constexpr double kShortestFraction = 0.02;  // for a step that ends early at an impact
 
 }  // namespace
 

@@ -98,7 +98,7 @@ double mean_m(const MatrixX3d& moves) {
 struct Change {
   std::string name;
   double step = 0, unit = 1;         ///< SI; unit of the name
-  std::optional<double> half_width;  ///< of a stand-in, SI
+  std::optional<double> half_width;  ///< stand-in's interval, SI
   std::function<void(DrapeCase&, DrapeLevel&, MeshCloth::State&, double)> apply;
 };
 

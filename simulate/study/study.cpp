@@ -293,7 +293,7 @@ std::vector<StudyOutcome> run_part(const StudyPlan& plan, const Part& part, cons
 
 std::vector<StudyOutcome> plan_status(const StudyPlan& plan) {
   std::vector<StudyOutcome> outcomes;
-  std::optional<CaseInputs> inputs;  // of the last case; cases of one scene and fabric follow it
+  std::optional<CaseInputs> inputs;  // last case; cases of one scene and fabric follow it
   const StudyCase* last = nullptr;
   for (const StudyCase& one : plan.cases) {
     outcomes.push_back(look_at(one));

@@ -36,7 +36,7 @@ struct HeldPoint {
 struct SuggestedScene {
   Scene scene;
   std::string what;       ///< "the other hem", "all 6.0 mm lower"
-  double expanded_m = 0;  ///< of each fitted place, k = 2; 0 if no place was fitted
+  double expanded_m = 0;  ///< each fitted place, k = 2; 0 if no place was fitted
 };
 [[nodiscard]] std::optional<SuggestedScene> suggested_holding(const Sheet& sheet,
                                                               const Scene& scene,

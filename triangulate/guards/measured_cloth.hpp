@@ -13,7 +13,7 @@ namespace drape::triangulate {
 /// Position of a material point, interpolated from the measured marks around it.
 struct ShownPlace {
   Eigen::Vector3d point_in_world;
-  Eigen::Matrix3d covariance_m2;  ///< of the marks, and of the surface between and beyond them
+  Eigen::Matrix3d covariance_m2;  ///< marks, and the surface between and beyond them
 };
 
 /// Surface through the measured marks over material coordinates: kriging with the generalised

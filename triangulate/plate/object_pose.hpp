@@ -11,7 +11,7 @@
 
 namespace drape::triangulate {
 
-/// How the plate lies on the object.
+/// Placement of the plate on the object.
 struct PlateOnObject {
   double thickness_mm =
       0.1;             ///< thickness of a box's sheet: height of the printed face above the top
