@@ -21,10 +21,10 @@ namespace drape::simulate {
 /// cloth, so that neighbours on the sheet do not repel each other.
 ///
 /// Friction is as on objects (object_pushes.hpp): each pair in contact has a tangential spring
-/// between its two nearest places, which settle() updates.
+/// between its two nearest points, which settle() updates.
 ///
-/// The energy depends on the state alone between two settlings; only the weight of nearly parallel
-/// edges, whose distance is not smooth, is that of the last settle().
+/// Between two calls of settle() the energy depends only on the state; the weight of nearly
+/// parallel edges, whose distance is not smooth, is kept from the last call.
 class LayerPushes : public Pushes {
  public:
   LayerPushes(const MeshCloth& cloth, double friction, double gravity_m_per_s2, double thickness_m);
