@@ -11,6 +11,7 @@
 #include "compare/metrics/metrics.hpp"
 #include "compare/metrics/strain.hpp"
 #include "compare/repeats/mark_repeats.hpp"
+#include "core/run_report.hpp"
 
 namespace drape::compare {
 
@@ -69,66 +70,6 @@ struct Measurement {
   int gaps = 0;
   std::optional<double> sigma_median_m;  ///< one mark, along its worst direction
   std::optional<double> sigma_max_m;
-};
-
-/// One thing that a match is judged against.
-struct MatchBasis {
-  std::string what;  ///< "tolerance", "repeats", "repeats: marks", "branch", "band" ...
-  Match verdict = Match::undecided;
-  std::optional<double> value, limit;  ///< in `unit`; inside: value up to the limit
-  std::string unit = {};               ///< "mm" or "%"
-  std::optional<double> p = {};        ///< probability that one more repeat lies as far out
-  std::string reason = {};             ///< one phrase for people
-};
-/// The rest that the model reaches from the measured shape: whether it rests where the real cloth
-/// rests, whatever the scene's start leads to. More friction keeps a cloth where it starts, so it
-/// is only given with the range over a friction that nobody measured.
-struct ModelRest {
-  double distance_m = 0;              ///< mean over the marks
-  double least_m = 0, largest_m = 0;  ///< of it over the range, which holds it
-  std::string range;                  ///< "friction 0.2 to 0.8"; empty: friction was measured
-  std::vector<std::string> lost;      ///< ends of the range without a rest, and why
-  std::optional<double> apart_m;      ///< mean distance from the headline; on a round object turned
-  std::optional<bool> other_branch;   ///< absent: no ensemble says how far branches lie apart
-};
-
-/// Decision by ISO 14253-1 and JCGM 106: inside if the value with everything that is open is within
-/// the limit, outside if without it it exceeds the limit, else undecided. None without a limit.
-struct MatchVerdict {
-  Match match = Match::none;
-  std::string reason;
-  std::string rests_on;  ///< "8 repeats", "tolerance"; empty: on nothing
-  std::vector<MatchBasis> bases;
-  std::optional<double> value_m;       ///< compared with the limit
-  std::optional<double> limit_m;       ///< T: scatter of the repeats, else the rig's tolerance
-  std::optional<double> error_number;  ///< E_n = d / U
-  std::vector<std::string> remedies;   ///< each could change the answer
-  std::optional<ModelRest> model;  ///< absent: the drape was not started from the measured shape
-};
-
-/// A laying of the drape, its own among them, and whether the match rests on it too.
-struct RepeatLine {
-  std::optional<std::size_t> input;  ///< index into DrapeInput::repeats; absent: its own sheet
-  std::string set, repeat, face;     ///< face empty: not stated
-  std::string left_out;              ///< why it is not among the repeats; empty: it is
-  std::optional<double> from_own_m;  ///< root mean square of the marks; absent: its own
-};
-
-/// One contribution to the uncertainty of a mean distance.
-struct BudgetLine {
-  std::string what;
-  double u_m = 0;      ///< standard uncertainty of the mean distance, where this alone errs
-  std::string origin;  ///< source of the value
-  bool rectangular = false;
-  std::string remedy = {};           ///< lowers it; empty: nothing does
-  std::optional<double> own_m = {};  ///< of the simulation's own error: bound of its effect
-};
-struct Budget {
-  std::vector<BudgetLine> lines;     ///< the largest first
-  std::vector<std::string> missing;  ///< unknown contributions, and what to do
-  double expanded_m = 0;             ///< U (95 %): of all lines
-  double inputs_m = 0;               ///< of the lines that are not the simulation's own error
-  double own_m = 0;                  ///< bound of the simulation's own error
 };
 
 /// Everything found for one drape.

@@ -28,6 +28,8 @@ struct Child {
   pid_t pid = -1;
   Pipe output, errors, progress;
   std::string progress_rest;
+  double fraction = 0;  ///< its last progress
+  std::string what = {};
 };
 
 volatile std::sig_atomic_t last_signal = 0;
@@ -77,9 +79,13 @@ void serve(std::vector<Child>& children, std::vector<StepResult>& results,
     if (watched[3 * i + 1].revents != 0) child.errors.take(result.errors);
     if (watched[3 * i + 2].revents != 0) child.progress.take(child.progress_rest);
     pass_progress(child.progress_rest, [&](double fraction, const std::string& what) {
+      child.fraction = fraction;
+      child.what = what;
       progress(child.step, fraction, what);
     });
   }
+  // The time goes on where a step says nothing for a while.
+  progress(children.front().step, children.front().fraction, children.front().what);
 }
 
 bool is_open(const Child& child) {

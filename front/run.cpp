@@ -15,6 +15,7 @@
 #include "core/program/progress.hpp"
 #include "core/program/run_record.hpp"
 #include "core/program/shell_word.hpp"
+#include "core/run_report.hpp"
 #include "front/check/check.hpp"
 
 namespace drape {
@@ -285,18 +286,23 @@ class BenchRun {
     if (common_.json) return print_json(kept_, cause, compared.ending.warnings);
     const auto made =
         std::count_if(kept_.begin(), kept_.end(), [](const StepEnding& one) { return one.made; });
-    if (!common_.quiet) print_text(printable("\n" + printed(compared.ending) + "\n"));
-    Ending ending;
-    ending.go = cause.empty();
-    ending.verdict = ending.go ? "the bench ran from images to stored millimetres" : cause;
-    ending.numbers = {{"steps", fmt::format("{} made, {} up to date", made,
-                                            static_cast<std::ptrdiff_t>(kept_.size()) - made)},
-                      {"results", plan_.store.string()},
-                      {"report", plan_.report.string()}};
-    ending.rejected = rejected();
-    ending.next_command =
-        fmt::format("drape results list --store {}", shell_word(plan_.store.string()));
-    return finish(ending, common_);
+    if (common_.quiet) return cause.empty() ? 0 : 1;
+    print_text(printable(fmt::format("\nsteps: {} made, {} up to date\n", made,
+                                     static_cast<std::ptrdiff_t>(kept_.size()) - made)));
+    const fs::path found = fs::path(plan_.report).replace_extension(".json");
+    if (!fs::is_regular_file(found)) {  // another lab's comparison
+      print_text(printable(printed(compared.ending)));
+      return cause.empty() ? 0 : 1;
+    }
+    const auto report = read_record<RunReport>(found);
+    const std::string first = cause.empty() ? first_line(report) : "NO-GO: " + cause;
+    const std::string text = printable(ending_text(report, first, plan_.report.string()));
+    const std::size_t end = text.find(':');
+    const char* colour = !cause.empty() ? "1;31" : is_all_good(report) ? "32" : "1";
+    print_text(coloured(text.substr(0, end), colour, stdout) + text.substr(end) +
+               printable(fmt::format("next    drape results show {} --store {}\n",
+                                     report.run.value_or(1), shell_word(plan_.store.string()))));
+    return cause.empty() ? 0 : 1;
   }
 
   /// Ends a run that could not store any result, for the reason `why`.

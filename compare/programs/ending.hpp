@@ -3,14 +3,14 @@
 
 #include "compare/store/outcome.hpp"
 #include "core/program/program.hpp"
+#include "core/run_report.hpp"
 
 namespace drape::compare {
 
-/// The ending with the tables in front of it.
-[[nodiscard]] Ending ending_of(const Session& session, const Outcome& outcome);
+/// The ending that the run record keeps.
+[[nodiscard]] Ending ending_of(const RunReport& report, const Outcome& outcome);
 
-/// Prints it as text, or with all of the outcome as JSON; returns the exit code.
-int print_ending(const Session& session, const Outcome& outcome, const Ending& ending,
-                 const CommonOptions& common);
+/// Prints the end as text, or report.json with the keys of the ending; returns the exit code.
+int print_ending(const RunReport& report, const Ending& ending, const CommonOptions& common);
 
 }  // namespace drape::compare

@@ -4,6 +4,7 @@
 #include "compare/programs/commands.hpp"
 #include "compare/programs/compare_options.hpp"
 #include "compare/programs/ending.hpp"
+#include "compare/report/account.hpp"
 #include "compare/report/report.hpp"
 #include "compare/store/runs.hpp"
 #include "core/error.hpp"
@@ -59,8 +60,10 @@ int run_compare(CompareArguments& arguments, const std::vector<std::string>& com
     record.output(arguments.store);
   }
   progress.update(0.6, "writing the report");
+  const std::filesystem::path folder = arguments.report.parent_path();
+  const RunReport account = account_of(session, outcome, folder.empty() ? "." : folder);
   if (!arguments.report.empty()) {
-    for (const auto& file : write_report(arguments.report, session, outcome)) record.output(file);
+    for (const auto& file : write_report(arguments.report, account)) record.output(file);
   }
   if (!arguments.store.empty()) {
     std::vector<std::filesystem::path> files = files_of(session);
@@ -69,9 +72,9 @@ int run_compare(CompareArguments& arguments, const std::vector<std::string>& com
     seal_store(*lock, arguments.store, files, record.file());
   }
   progress.update(1, "done");
-  const Ending ending = ending_of(session, outcome);
+  const Ending ending = ending_of(account, outcome);
   record.write(outcome.go() ? 0 : 1, ending);
-  return print_ending(session, outcome, ending, common);
+  return print_ending(account, ending, common);
 }
 
 }  // namespace

@@ -24,6 +24,7 @@
 #include "core/files/files.hpp"
 #include "core/program/command.hpp"
 #include "core/program/shell_word.hpp"
+#include "core/run_report.hpp"
 #include "core/units.hpp"
 
 namespace drape::compare {
@@ -167,6 +168,28 @@ std::optional<int> run_number(const std::string& text) {
   return digits ? std::optional(std::stoi(text)) : std::nullopt;
 }
 
+/// A run as it ended: from report.json beside the store while it is that run's, else what the store
+/// keeps of its drapes. `drape`: all that is known of this one.
+void show_run(const StoreReader& reader, int run, const ResultsArguments& arguments,
+              const CommonOptions& common) {
+  require_run(reader, run);
+  const fs::path file = folder_of(reader.file()) / "report.json";
+  const std::string& drape = arguments.second_key;
+  if (fs::is_regular_file(file) && !common.json && !arguments.csv) {
+    const auto report = read_record<RunReport>(file);
+    if (report.run == run && report.store == reader.file().filename().string()) {
+      if (drape.empty()) return print_text(printable(ending_text(report, first_line(report), "")));
+      for (const ReportedDrape& one : report.drapes)
+        if (one.label == drape || one.name == drape) return print_text(printable(detail_text(one)));
+    }
+  }
+  write(arguments, common,
+        reader.query("SELECT scene AS drape, measurement, match, mean_dist_mm, "
+                     "expanded_uncertainty_mm, fabric, discretisation, segments, comparison FROM "
+                     "v_run_drape WHERE run = ?1 AND (?2 = '' OR scene = ?2) ORDER BY scene",
+                     {run, drape}));
+}
+
 void diff(const StoreReader& reader, const ResultsArguments& arguments,
           const CommonOptions& common) {
   const auto first = run_number(arguments.key), second = run_number(arguments.second_key);
@@ -222,7 +245,7 @@ struct Word {
 constexpr std::array<Word, 16> kCommands{{
     {"list", "one line per comparison, real against virtual"},
     {"runs", "one line per run: date, label, verdicts, basis"},
-    {"show", "metrics, provenance and marks of one comparison"},
+    {"show", "a run as it ended, or metrics, provenance and marks of one comparison"},
     {"tables", "the paper's two tables for each drape"},
     {"diff", "two runs by number, or two comparisons by key, side by side"},
     {"marks",
@@ -256,7 +279,8 @@ void fields(Fields& f, CommandWords& words) {
   const bool lists = of("list", "tables");
   if (of("show", "why"))
     f(Field{"run",
-            "start of the key of a comparison (from list); for why also of a pair of simulations, "
+            "start of the key of a comparison (from list); for show also the number of a run; for "
+            "why also of a pair of simulations, "
             "of a sheet (drapemeter, uncertainty) or of a calibration (residuals)"}
           .called("RUN"),
       a.key);
@@ -265,6 +289,10 @@ void fields(Fields& f, CommandWords& words) {
     f({"mark", "ROW,COL: the number of one mark"}, a.mark);
     f.otherwise({"camera", "of a calibration: the residual of this camera"}, a.why.camera);
   }
+  if (of("show"))
+    f.otherwise(
+        Field{"drape", "of a run by number: all that is known of this drape"}.called("DRAPE"),
+        a.second_key);
   if (of("marks")) {
     f(Field{"first", "number of a run"}.called("RUN1"), a.runs[0]);
     f(Field{"second", "number of another"}.called("RUN2"), a.runs[1]);
@@ -387,6 +415,8 @@ int answer(const Command& app, const ResultsWords& words, const CommonOptions& c
   if (command == "history") return history(reader, arguments);
   if (command == "list") {
     write(arguments, common, list_results(reader, arguments.filter));
+  } else if (const auto run = run_number(arguments.key); command == "show" && run) {
+    show_run(reader, *run, arguments, common);
   } else if (command == "show") {
     const ShownResult shown = show_result(reader, arguments.key);
     write(arguments, common, {&shown.metrics, &shown.provenance, &shown.marks});

@@ -8,7 +8,7 @@
 
 #include "compare/repeats/hem.hpp"
 
-#include "core/fields/fields.hpp"
+#include "core/run_report.hpp"
 
 namespace drape::compare {
 
@@ -22,9 +22,6 @@ namespace drape::compare {
 
 /// Writes a text that is null where there is none.
 void text_or_null(Fields& f, const Field& field, const std::string& text);
-
-/// A virtual drape beside the real one; none: there is no limit.
-enum class Match { inside, outside, undecided, none };
 
 /// Common distribution of the variances of many groups: scaled inverse chi-square with `dof` and
 /// `variance`; dof 0: nothing is known.
@@ -94,7 +91,3 @@ struct VarianceComponents {
                                                      const std::vector<double>& values);
 
 }  // namespace drape::compare
-
-template <>
-inline constexpr std::string_view drape::names_of<drape::compare::Match>[] = {"inside", "outside",
-                                                                              "undecided", "none"};

@@ -7,68 +7,44 @@
 #include <cmath>
 
 #include "compare/history/results.hpp"
-#include "compare/report/html.hpp"
+#include "compare/report/page.hpp"
 #include "compare/schema/schema.hpp"
-#include "core/drawing/chart.hpp"
-#include "core/program/run_record.hpp"
+#include "core/run_report.hpp"
 
 namespace drape::compare {
 namespace {
 
 using Rows = std::vector<std::vector<std::string>>;
 
-double number(const std::string& text) {
-  return std::stod(text);
-}
-
-/// Draws values over imports with the band that the values before each one predict.
-std::string chart_of(const std::string& name, const Rows& rows, double alarm_sigmas) {
-  const auto reach_of = [&](const std::vector<std::string>& row) {
-    return alarm_sigmas * number(row[6]) * std::sqrt(1 + 1 / (number(row[1]) - 1));
-  };
-  double low = 1e300, high = -1e300;
-  std::vector<Eigen::Vector2d> line;
-  for (const auto& row : rows) {
-    const double value = number(row[3]), mean = row[5].empty() ? value : number(row[5]);
-    const double reach = row[5].empty() ? 0 : reach_of(row);
-    low = std::min({low, value, mean - reach});
-    high = std::max({high, value, mean + reach});
-    line.emplace_back(number(row[1]), value);
-  }
-  Svg svg(520, 190, name);
-  Chart chart(svg, {58, 14, 448, 132},
-              {"imports, in order", 0.5, static_cast<double>(rows.size()) + 0.5},
-              axis_over(rows.front()[4], low, std::max(high, low + 1e-3), 4, true));
-  for (const auto& row : rows)
-    if (!row[5].empty())
-      chart.bar(number(row[1]) - 0.4, number(row[1]) + 0.4, number(row[5]) + reach_of(row),
-                "fill=\"#dbe6f1\" stroke=\"#dbe6f1\"", "what the values before predict",
-                number(row[5]) - reach_of(row));
-  chart.curve(line, series_line(0));
-  for (std::size_t i = 0; i < rows.size(); ++i) {
-    const bool alarm = !rows[i][8].empty();
-    const Eigen::Vector2d at = chart.at(line[i].x(), line[i].y());
-    svg.circle(at, alarm ? 5 : 3, alarm ? "fill=\"#a3231c\"" : "fill=\"#0072b2\"",
-               fmt::format("{}: {} {}", rows[i][2], rows[i][3], rows[i][4]));
-    // A second sign beside the colour.
-    if (alarm) svg.text(at + Eigen::Vector2d(0, -9), "alarm", 11, "middle", "fill=\"#a3231c\"");
-  }
-  return html_figure({name, name + " (" + rows.front()[4] + ")", svg.finish()});
-}
-
-std::string charts(const Trend& trend, double alarm_sigmas) {
-  std::string text;
+/// The points of each series with the band that the values before each one predict.
+Value series_of(const Trend& trend, double alarm_sigmas) {
+  Value all = Value::List{};
   const Rows& rows = trend.table.rows;
-  for (std::size_t begin = 0; begin < rows.size();) {
-    std::size_t end = begin;
-    while (end < rows.size() && rows[end][0] == rows[begin][0]) ++end;
-    const Rows part(rows.begin() + static_cast<std::ptrdiff_t>(begin),
-                    rows.begin() + static_cast<std::ptrdiff_t>(end));
-    if (part.size() > 1) text += chart_of(part.front()[0], part, alarm_sigmas);
-    begin = end;
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    const auto& row = rows[i];
+    if (i == 0 || row[0] != rows[i - 1][0]) {
+      Value series;
+      series["name"] = row[0];
+      series["unit"] = row[4];
+      series["points"] = Value::List{};
+      all.append(std::move(series));
+    }
+    Value point;
+    point["label"] = row[2];
+    point["value"] = std::stod(row[3]);
+    point["low"] = Value();
+    point["high"] = Value();
+    if (!row[5].empty()) {
+      const double mean = std::stod(row[5]);
+      const double reach =
+          alarm_sigmas * std::stod(row[6]) * std::sqrt(1 + 1 / (std::stod(row[1]) - 1));
+      point["low"] = mean - reach;
+      point["high"] = mean + reach;
+    }
+    point["alarm"] = !row[8].empty();
+    all.get_if<Value::List>()->back()["points"].append(std::move(point));
   }
-  return text.empty() ? "<p>No series has two values yet.</p>\n"
-                      : "<div class=\"columns\">" + text + "</div>\n";
+  return all;
 }
 
 }  // namespace
@@ -116,22 +92,20 @@ HistoryPage history_page(const StoreReader& store, const TrendOptions& options) 
                             : fmt::format("{} newest values are beyond the alarm", trend.alarms);
   if (no_go > 0) verdict += fmt::format("; {} current comparisons are NO-GO", no_go);
   const bool go = trend.alarms == 0 && no_go == 0;
-  std::string body =
-      "<h1>drapebench " + version() + " · history of the bench</h1>\n" +
-      fmt::format("<div class=\"verdict {}\"><strong>{}</strong>{} comparisons; {}</div>\n",
-                  go ? "go" : "stop", go ? "GO" : "NO-GO", list.rows.size(), verdict) +
-      "<h2>Trends</h2>\n" +
-      html_note(fmt::format(
-          "Blue bands: where {:g} standard deviations of the values before each one end "
-          "(mean ± {:g} s sqrt(1 + 1/n), from {} values on).",
-          options.alarm_sigmas, options.alarm_sigmas, options.least_before)) +
-      charts(trend, options.alarm_sigmas) + "<h2>Real against virtual</h2>\n" +
-      html_note("The newest import stands first.") + html_table(list, "dense");
-  for (const auto& [heading, table] :
-       {std::pair{"Virtual against virtual", &pairs}, {"Drapemeter", &drapemeters}})
-    if (!table->rows.empty())
-      body += fmt::format("<h2>{}</h2>\n", heading) + html_table(*table, "dense");
-  return {html_page("History of the bench", body), go};
+  list.title = "Real against virtual; the newest import stands first";
+  pairs.title = "Virtual against virtual";
+  drapemeters.title = "Drapemeter";
+  Value page;
+  page["go"] = go;
+  page["sentence"] = fmt::format("{} comparisons; {}", list.rows.size(), verdict);
+  page["note"] = fmt::format(
+      "Blue bands: where {:g} standard deviations of the values before each one end (mean ± {:g} s "
+      "sqrt(1 + 1/n), from {} values on).",
+      options.alarm_sigmas, options.alarm_sigmas, options.least_before);
+  page["series"] = series_of(trend, options.alarm_sigmas);
+  for (Table* table : {&list, &pairs, &drapemeters})
+    page["tables"].append(value_of(ReportedTable{"history", "", *table}));
+  return {page_of("History of the bench", "history", page), go};
 }
 
 }  // namespace drape::compare

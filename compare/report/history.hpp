@@ -7,7 +7,7 @@
 
 namespace drape::compare {
 
-/// The whole store on one self-contained page without scripts: how the calibration residual and
+/// The whole store on one page that fetches nothing: how the calibration residual and
 /// the distances of each drape went over the imports, with alarms, and every comparison. The same
 /// store gives the same bytes. NO-GO on an alarm, and where a current comparison is NO-GO.
 struct HistoryPage {

@@ -2,21 +2,17 @@
 #pragma once
 
 #include <filesystem>
-#include <string>
 #include <vector>
 
-#include "compare/store/inputs.hpp"
-#include "compare/store/outcome.hpp"
+#include "core/run_report.hpp"
 
 namespace drape::compare {
 
-/// Writes report.html (self-contained XHTML-style HTML without external loads; its one script turns
-/// the 3D view, everything else stands without it) and,
-/// beside it in a folder named like its stem, the same pictures as .svg and the tables as .csv.
-/// What an earlier report wrote there and this one does not, by its name, is removed. Returns the
-/// files written, the report last. The same session gives the same bytes; paths in it are relative
-/// to the report's folder.
+/// Writes the page `file` (one file, nothing is fetched), report.json under the same stem, and in a
+/// folder named like the stem the tables as .csv and the marks as .vtp. What an earlier report
+/// wrote there and this one does not, by its name, is removed. Returns the files written, the page
+/// last. The same record gives the same bytes.
 std::vector<std::filesystem::path> write_report(const std::filesystem::path& file,
-                                                const Session& session, const Outcome& outcome);
+                                                const RunReport& report);
 
 }  // namespace drape::compare

@@ -3,12 +3,19 @@
 
 #include <gmock/gmock.h>
 
-#include "compare/report/error_scale.hpp"
-#include "compare/report/html.hpp"
+#include <algorithm>
+#include <regex>
+#include <sstream>
+
+#include "compare/history/results.hpp"
+#include "compare/report/account.hpp"
+#include "compare/report/page.hpp"
+#include "compare/report/vtk.hpp"
 #include "compare/tables/tables.hpp"
 #include "compare/test_sheets.hpp"
 #include "core/error.hpp"
 #include "core/files/files.hpp"
+#include "core/units.hpp"
 #include "tests/support/paths.hpp"
 
 namespace drape::compare {
@@ -17,112 +24,87 @@ namespace {
 namespace fs = std::filesystem;
 using testing::HasSubstr;
 using testing::Not;
-
-/// The first position where the text is not well-formed XML, or empty. Knows what the report uses:
-/// elements, attributes in double quotes, the five entities and a doctype.
-std::string xml_fault(const std::string& text) {
-  std::vector<std::string> open;
-  for (std::size_t i = 0; i < text.size();) {
-    const auto here = [&] { return " at: " + text.substr(i, 60); };
-    if (text[i] == '&') {
-      const std::string entity = text.substr(i, text.find(';', i) - i + 1);
-      if (entity != "&amp;" && entity != "&lt;" && entity != "&gt;" && entity != "&quot;")
-        return "bare ampersand" + here();
-    }
-    if (text[i] == '>') return "bare >" + here();
-    if (text[i] != '<') {
-      ++i;
-      continue;
-    }
-    std::size_t end = i + 1;
-    for (bool quoted = false; end < text.size() && (quoted || text[end] != '>'); ++end) {
-      if (text[end] == '"') quoted = !quoted;
-      if (text[end] == '<') return "< inside a tag" + here();
-    }
-    const std::string tag = text.substr(i + 1, end - i - 1);
-    std::string name = tag.substr(tag[0] == '/' ? 1 : 0);
-    name = name.substr(0, name.find_first_of(" /\n"));
-    if (tag[0] == '/') {
-      if (open.empty() || open.back() != name) return "unexpected end tag" + here();
-      open.pop_back();
-    } else if (tag[0] != '!' && tag.back() != '/') {
-      open.push_back(name);
-    }
-    i = end + 1;
-  }
-  return open.empty() ? "" : "never closed: " + open.back();
-}
+using units::mm;
 
 struct Made {
   std::vector<fs::path> files;
   std::string html;
-  Outcome outcome;
+  RunReport report;
 };
 
-Made make_report(const fs::path& folder) {
+Made make_report(const fs::path& folder, const Options& options = {}) {
   const Session session = read_session(test::write_example(folder / "A"), {});
+  Outcome outcome;
+  outcome.arguments = {(folder / "A" / "sheet.ply").string(),
+                       "--report",
+                       (folder / "report.html").string(),
+                       "--threads",
+                       "2",
+                       "--quiet"};
+  compare_session(session, options, outcome);
   Made made;
-  made.outcome.warnings = session.warnings;
-  made.outcome.reports.push_back(compare_drape(session.drapes[0].input, {}));
-  made.outcome.arguments = {(folder / "A" / "sheet.ply").string(),
-                            "--report",
-                            (folder / "report.html").string(),
-                            "--threads",
-                            "2",
-                            "--quiet"};
-  made.files = write_report(folder / "report.html", session, made.outcome);
+  made.report = account_of(session, outcome, folder);
+  made.files = write_report(folder / "report.html", made.report);
   made.html = read_text(folder / "report.html");
   return made;
 }
 
-/// Removes the text between these tags, which can contain < and > and is not markup.
-std::string without_style(std::string html) {
-  for (const std::string name : {"style", "script"}) {
-    std::size_t at = 0;
-    while ((at = html.find("<" + name, at)) != std::string::npos) {
-      at = html.find('>', at) + 1;
-      html.erase(at, html.find("</" + name + ">", at) - at);
-    }
-  }
-  return html;
+/// The data of a page: the text of its block.
+std::string data_in(const std::string& html) {
+  const std::string begin = "<script type=\"application/json\" id=\"report\">";
+  const std::size_t from = html.find(begin) + begin.size();
+  return html.substr(from, html.find("</script>", from) - from);
 }
 
-/// The page without three.js, which can load models but is never asked to; the browser's test
-/// checks that nothing is loaded.
-std::string without_library(std::string html) {
-  const std::size_t begin = html.rfind("<script>", html.find("three.js, copyright"));
-  EXPECT_NE(begin, std::string::npos);
-  return html.erase(begin, html.find("</script>", begin) - begin);
-}
-
-TEST(Report, IsWellFormedAndSelfContained) {
-  const drape::test::TemporaryFolder folder;
-  Made made = make_report(folder.path());
-  EXPECT_EQ(xml_fault(without_style(made.html)), "");
-  EXPECT_THAT(made.html, HasSubstr("three.js, copyright"));
-  made.html = without_library(made.html);
-  for (const char* load : {"<script src", "<link", "@import", "import(", "fetch(", "XMLHttp",
-                           "url(", "src=", "href=\"h", "<iframe"})
-    EXPECT_THAT(made.html, Not(HasSubstr(load)));
-  std::size_t outside = 0;
-  for (std::size_t at = made.html.find("http"); at != std::string::npos;
-       at = made.html.find("http", at + 1))
-    outside += made.html.compare(at, 26, "http://www.w3.org/2000/svg") != 0 &&
-               made.html.compare(at, 10, "http-equiv") != 0;
-  EXPECT_EQ(outside, 0U) << "only the name space of SVG may look like an address";
-}
-
-TEST(Report, SaysVerdictFirstAndHasTheNumbers) {
+TEST(Report, IsOneFileThatHoldsTheRecordAndFetchesNothing) {
   const drape::test::TemporaryFolder folder;
   const Made made = make_report(folder.path());
-  const std::string body = made.html.substr(made.html.find("<body>"));
-  EXPECT_LT(body.find("<strong>Measurement GO</strong>"), body.find("<table"));
-  for (const auto& row : virtual_virtual_table(made.outcome.reports[0]).rows)
-    for (const std::string& cell : row) EXPECT_THAT(body, HasSubstr(">" + cell + "</td>"));
-  for (const RealVirtual& row : made.outcome.reports[0].real_virtual)
-    EXPECT_THAT(body, HasSubstr(">" + mm_text(row.statistics.mean_m) + "</td>"));
-  EXPECT_THAT(body, HasSubstr("seen by one camera only &lt;2&gt;"));
-  EXPECT_THAT(body, HasSubstr("residual_force_mN"));
+  EXPECT_EQ(one_line(json_value(data_in(made.html))), one_line(value_of(made.report)));
+  EXPECT_EQ(pretty(json_value(read_text(folder.path() / "report.json"))),
+            pretty(value_of(made.report)));
+  EXPECT_EQ(one_line(value_of(read_record<RunReport>(folder.path() / "report.json"))),
+            one_line(value_of(made.report)))
+      << "a reader has what the writer had";
+  for (const char* load : {"<script src", "<link", "@import", "import(", "fetch(", "XMLHttp",
+                           "url(", " src=", "href=\"h", "<iframe"})
+    EXPECT_THAT(made.html, Not(HasSubstr(load)));
+  EXPECT_THAT(made.html, HasSubstr("default-src 'none'"));
+  EXPECT_THAT(made.html, HasSubstr(script_hash(page_script())));
+}
+
+TEST(Report, NoTextEndsTheDataBlock) {
+  const drape::test::TemporaryFolder folder;
+  Made made = make_report(folder.path());
+  const std::string evil = "</script><script>alert(1)</script><!--";
+  made.report.label = made.report.drapes[0].why = evil;
+  const std::string html = page_of(evil, "report", value_of(made.report));
+  EXPECT_THAT(html, Not(HasSubstr("<script>alert")));
+  EXPECT_THAT(one_line(json_value(data_in(html))), HasSubstr("<script>alert(1)"));
+}
+
+TEST(Report, HoldsVerdictNumbersMarksGapsAndReasons) {
+  const drape::test::TemporaryFolder folder;
+  const RunReport report = make_report(folder.path()).report;
+  const ReportedDrape& a = report.drapes.at(0);
+  EXPECT_TRUE(report.go);
+  EXPECT_EQ(a.label, "A");
+  ASSERT_TRUE(a.distance && a.budget);
+  EXPECT_EQ(a.measured_marks, 119);
+  EXPECT_EQ(a.marks.size(), 121U);
+  const auto with_distance = std::count_if(a.marks.begin(), a.marks.end(),
+                                           [](const auto& mark) { return mark.distance_m; });
+  EXPECT_EQ(with_distance, a.distance->marks);
+  double sum = 0;
+  for (const ReportedMark& mark : a.marks) {
+    EXPECT_NE(mark.gap.empty(), !mark.distance_m) << mark.row << ' ' << mark.col;
+    if (!mark.distance_m) continue;
+    EXPECT_NEAR((*mark.real_in_world - *mark.virtual_in_world).norm(), *mark.distance_m, 1e-12);
+    sum += *mark.distance_m;
+  }
+  EXPECT_NEAR(sum / a.distance->marks, a.distance->mean_m, 1e-12);
+  EXPECT_THAT(one_line(value_of(report)), HasSubstr("seen by one camera only <2>"));
+  EXPECT_THAT(one_line(value_of(report)), HasSubstr("residual_force_mN"));
+  EXPECT_EQ(a.simulations.size(), 4U);
 }
 
 TEST(Report, NamesEveryStepBackToThePictures) {
@@ -139,11 +121,13 @@ TEST(Report, NamesEveryStepBackToThePictures) {
   outcome.reports.push_back(compare_drape(session.drapes[0].input, {}));
   session.calibrated_by = StepRecord{
       "drape-calib", "0.2.0", {"target-detections.json"}, {{target, sha256_of_file(target)}}};
-  const std::string page = html_provenance(session, outcome, folder.path());
-  EXPECT_THAT(page, HasSubstr("drape-detect recording --surface target\ndrape-calib "));
-  // Another file under that name is not the source of the calibration.
+  const auto commands = [&] { return provenance_of(session, outcome, folder.path()).commands; };
+  ASSERT_GE(commands().size(), 2U);
+  EXPECT_EQ(commands()[0], "drape-detect recording --surface target");
+  EXPECT_THAT(commands()[1], testing::StartsWith("drape-calib "));
+  // Another file under that name is not what the calibration came from.
   write_durable(target, "{ }");
-  EXPECT_THAT(html_provenance(session, outcome, folder.path()), Not(HasSubstr("--surface target")));
+  EXPECT_THAT(commands(), Not(testing::Contains(HasSubstr("--surface target"))));
 }
 
 TEST(Report, ListsFilesInOneOrderHoweverTheirPathsWereGiven) {
@@ -152,53 +136,52 @@ TEST(Report, ListsFilesInOneOrderHoweverTheirPathsWereGiven) {
   Outcome outcome;
   outcome.reports.push_back(compare_drape(session.drapes[0].input, {}));
   ASSERT_GT(session.read.size(), 2U);
-  const std::string page = html_provenance(session, outcome, folder.path());
+  const auto inputs = [&] {
+    std::string text;
+    for (const ReportedInput& one : provenance_of(session, outcome, folder.path()).inputs)
+      text += one.file + " " + one.sha256 + "\n";
+    return text;
+  };
+  const std::string before = inputs();
   for (auto& [file, sha256] : session.read)
     if (file.extension() == ".ply") file = fs::proximate(file);
-  EXPECT_EQ(html_provenance(session, outcome, folder.path()), page);
+  EXPECT_EQ(inputs(), before);
 }
 
 TEST(Report, NoGoStandsFirstWithItsReasons) {
   const drape::test::TemporaryFolder folder;
-  const Session session = read_session(test::write_example(folder.path() / "A"), {});
-  Outcome outcome;
-  outcome.reports.push_back(compare_drape(session.drapes[0].input, {.min_marks = 200}));
-  write_report(folder.path() / "report.html", session, outcome);
-  const std::string html = read_text(folder.path() / "report.html");
-  EXPECT_LT(html.find("<strong>Measurement NO-GO</strong>"), html.find("<table"));
-  EXPECT_THAT(html, HasSubstr("<li>A: only 119 marks could be compared, 200 are asked for</li>"));
+  const RunReport report = make_report(folder.path(), {.min_marks = 200}).report;
+  const std::string reason = "A: only 119 marks could be compared, 200 are asked for";
+  EXPECT_FALSE(report.go);
+  EXPECT_EQ(report.reasons.at(0), reason);
+  EXPECT_EQ(report.notes.at(0).severity, Severity::stops);
+  EXPECT_EQ(first_line(report), "NO-GO: " + reason);
+  EXPECT_THAT(ending_lines(report.drapes[0], 1), HasSubstr("  A  NO-GO "));
 }
 
-TEST(Report, EachLinkLeadsToOnePlaceOfItsOwn) {
+TEST(Report, EachDrapeHasANameOfItsOwnInFilesAndPage) {
   const drape::test::TemporaryFolder folder;
   Session session = read_session(test::write_example(folder.path() / "A"), {});
   session.drapes.push_back(session.drapes[0]);
   Outcome outcome;
-  for (const char* set : {"first laying", "second laying"}) {
+  for (const char* set : {"first laying", "second/laying"}) {
     outcome.reports.push_back(compare_drape(session.drapes[0].input, {}));
     outcome.reports.back().label = outcome.reports.back().name + ", " + set;
   }
-  write_report(folder.path() / "report.html", session, outcome);
-  const std::string html = without_library(read_text(folder.path() / "report.html"));
-  EXPECT_THAT(html, HasSubstr("<h2>Drape A, second laying</h2>"));
-  int links = 0;
-  const std::string link = "href=\"#";
-  for (std::size_t at = html.find(link); at != std::string::npos; at = html.find(link, at + 1)) {
-    const std::size_t begin = at + link.size();
-    const std::string place = " id=\"" + html.substr(begin, html.find('"', begin) - begin) + "\"";
-    EXPECT_NE(html.find(place), std::string::npos) << place;
-    EXPECT_EQ(html.find(place), html.rfind(place)) << place;
-    ++links;
-  }
-  EXPECT_EQ(links, 3);  // both drapes and the provenance
+  const RunReport report = account_of(session, outcome, folder.path());
+  EXPECT_EQ(report.drapes[0].name, "A");
+  EXPECT_EQ(report.drapes[1].name, "A_2");
+  EXPECT_EQ(report.drapes[1].label, "A, second/laying");
 }
 
-TEST(Report, LeavesNoPictureOfAnEarlierOneAndEveryOtherFile) {
+TEST(Report, LeavesNoFileOfAnEarlierOneAndEveryOtherFile) {
   const drape::test::TemporaryFolder folder;
   const fs::path beside = folder.path() / "report";
   make_report(folder.path());
-  std::vector<fs::path> written, earlier = {beside / "A-branches-2.csv", beside / "A-band.svg"};
+  std::vector<fs::path> written,
+      earlier = {beside / "A-branches-2.csv", beside / "A-band.svg", beside / "A-overlay-cam0.svg"};
   for (const auto& entry : fs::directory_iterator(beside)) written.push_back(entry.path());
+  ASSERT_GT(written.size(), 10U);
   for (const fs::path& file : written)
     earlier.push_back(beside / ("B" + file.filename().string().substr(1)));
   const std::vector<fs::path> others = {beside / "notes.txt", beside / "loads.csv",
@@ -214,7 +197,6 @@ TEST(Report, LeavesNoPictureOfAnEarlierOneAndEveryOtherFile) {
 TEST(Report, SameInputGivesTheSameBytesInAnotherFolder) {
   const drape::test::TemporaryFolder one, two;
   const Made first = make_report(one.path()), second = make_report(two.path());
-  EXPECT_EQ(first.html, second.html);
   ASSERT_EQ(first.files.size(), second.files.size());
   for (std::size_t i = 0; i < first.files.size(); ++i)
     EXPECT_EQ(read_text(first.files[i]), read_text(second.files[i])) << first.files[i];
@@ -224,28 +206,186 @@ TEST(Report, PathsAreRelativeAndSettingsWithoutEffectAreLeftOut) {
   const drape::test::TemporaryFolder folder;
   const Made made = make_report(folder.path());
   EXPECT_THAT(made.html, Not(HasSubstr(folder.path().string())));
-  EXPECT_THAT(made.html, HasSubstr("drape-compare A/sheet.ply --report report.html\n"));
+  EXPECT_THAT(made.report.provenance.commands,
+              testing::Contains("drape-compare A/sheet.ply --report report.html"));
 }
 
-TEST(Report, EveryPictureStandsAlone) {
+TEST(Report, FiguresGoByTheirUncertainty) {
+  EXPECT_EQ(figure(20.586, 2.151), "20.6");
+  EXPECT_EQ(figure(2.151, 2.151), "2.2");
+  EXPECT_EQ(figure(1.2237, 0.0996), "1.22") << "0.0996 is 0.10";
+  EXPECT_EQ(figure(1.2237, 0.0985), "1.224");
+  EXPECT_EQ(figure(1234.4, 250), "1230");
+  EXPECT_EQ(figure(0.004, 0.5), "0.00");
+  EXPECT_EQ(figure(-0.004, 0.5), "0.00") << "nothing is negative";
+  EXPECT_EQ(figure(-3.25, 1), "-3.3") << "ties go away from zero";
+  EXPECT_EQ(figure(0.0123456), "0.0123");
+  EXPECT_EQ(figure(0), "0");
+  EXPECT_EQ(figure(123456), "123456");
+  EXPECT_EQ(figure(std::numeric_limits<double>::quiet_NaN(), 1), "not known");
+}
+
+TEST(Report, EndsInThreeLinesADrapeWithNameMatchDistanceAndU) {
   const drape::test::TemporaryFolder folder;
-  std::size_t pictures = 0;
-  for (const fs::path& file : make_report(folder.path()).files) {
-    if (file.extension() != ".svg") continue;
-    ++pictures;
-    EXPECT_EQ(xml_fault(read_text(file)), "") << file;
-    EXPECT_THAT(read_text(file), HasSubstr("xmlns=\"http://www.w3.org/2000/svg\""));
-  }
-  EXPECT_EQ(pictures, 4U) << "sheet, map, histogram, strain";
+  RunReport report = make_report(folder.path()).report;
+  report.drapes[0].why = std::string(400, 'x') + " and so on";
+  report.drapes[0].next = "lay it twice more.";
+  report.drapes.push_back(report.drapes[0]);
+  const std::string text = ending_text(report, first_line(report), "out/report.html");
+  std::istringstream stream(text);
+  std::vector<std::string> lines;
+  for (std::string line; std::getline(stream, line);) lines.push_back(line);
+  for (const std::string& line : lines) EXPECT_LE(line.size(), 100U) << line;
+  ASSERT_GE(lines.size(), 8U);
+  EXPECT_EQ(lines.back(), "report  out/report.html");
+  EXPECT_EQ(lines.size() - 1 - 6, lines.size() - 7) << text;
+  const std::string& first = lines[lines.size() - 7];
+  const DistanceFigures shown = figures_of(report.drapes[0]);
+  EXPECT_THAT(first, testing::StartsWith("  A  none       " + shown.mean + " mm apart, U "));
+  EXPECT_THAT(first, HasSubstr("U " + shown.expanded + " mm"));
+  report.drapes[1].match.match = Match::undecided;
+  EXPECT_FALSE(is_all_good(report));
+  report.drapes[1].match.match = Match::inside;
+  EXPECT_TRUE(is_all_good(report));
 }
 
-TEST(ErrorScale, EndsAtARoundNumberAboveTheLargest) {
-  EXPECT_DOUBLE_EQ(ErrorScale(7.3).top_mm(), 8);
-  EXPECT_DOUBLE_EQ(ErrorScale(0.21).top_mm(), 0.25);
-  EXPECT_GE(ErrorScale(2.0).top_mm(), 2.0);
-  EXPECT_GT(ErrorScale(0).top_mm(), 0) << "no error at all still has a scale";
-  EXPECT_EQ(ErrorScale(5).colour(0), "#440154");
-  EXPECT_EQ(ErrorScale(5).colour(5), "#fde725");
+TEST(Report, NotesOfOneKindDifferInDrapeAndNumbersAlone) {
+  EXPECT_EQ(
+      kind_of_note("triangulate (drape A): doubtful, but measured: 16 marks less certain than "
+                   "0.05 mm in space: 0.116 mm at (6, 2)"),
+      kind_of_note("triangulate (drape C): doubtful, but measured: 15 marks less certain than "
+                   "0.05 mm in space: 0.082 mm at (0, 0)"));
+  EXPECT_EQ(
+      kind_of_note("A: 14 of 121 marks of the print are not measured (with a label: cam0 89)"),
+      "N of N marks of the print are not measured");
+  EXPECT_NE(kind_of_note("detect (drape A): cam1 is dim"), kind_of_note("A: placed by another"));
+}
+
+/// Cell of the row that speaks in the .csv beside the report.
+std::string cell_in(const fs::path& file, const std::string& column) {
+  std::istringstream lines(read_text(file));
+  std::string names, row;
+  std::getline(lines, names);
+  std::getline(lines, row);
+  std::istringstream heads(names), cells(row);
+  for (std::string head, cell; std::getline(heads, head, ',') && std::getline(cells, cell, ',');)
+    if (head == column) return cell;
+  return "no column " + column;
+}
+
+TEST(Report, FortyFactsAreTheSameOnScreenPageTablesAndStore) {
+  const drape::test::TemporaryFolder folder;
+  const fs::path store = folder.path() / "results.sqlite";
+  const Session session = read_session(test::write_example(folder.path() / "A"), {});
+  const Outcome outcome = test::import_run(store, session);
+  const RunReport report = account_of(session, outcome, folder.path());
+  write_report(folder.path() / "report.html", report);
+  const Value page = json_value(data_in(read_text(folder.path() / "report.html")));
+  const Value& shown = page.find("drapes")->get_if<Value::List>()->front();
+  const ReportedDrape& drape = report.drapes[0];
+  const ReportedDistance& d = *drape.distance;
+  // The example's U is a few micrometres, as fine as tables are written.
+  const double u = std::max(0.1, drape.budget->expanded_m / mm);
+  const std::string screen = detail_text(drape);
+  const StoreReader reader(store);
+  int facts = 0;
+  // Screen: the figures themselves.
+  const DistanceFigures figures = figures_of(drape);
+  for (const std::string& text :
+       {figures.mean + " mm apart", "U " + figures.expanded + " mm", "shape " + figures.shape,
+        "place " + figures.place, std::string("none"), drape.simulation,
+        std::to_string(drape.measured_marks) + " measured", std::to_string(drape.gaps) + " gaps",
+        figure(*drape.sigma_median_m / mm, *drape.sigma_median_m / mm) + " mm (median)",
+        figure(*drape.sigma_max_m / mm, *drape.sigma_max_m / mm) + " mm (largest)"}) {
+    EXPECT_THAT(screen, HasSubstr(text));
+    ++facts;
+  }
+  // Page: its data, by the same rule.
+  const auto of_page = [&](const char* group, const char* key) {
+    return shown.find(group)->find(key)->number();
+  };
+  const auto of_store = [&](const char* column) {
+    return std::stod(test::one(
+        reader, std::string("SELECT ") + column +
+                    " FROM comparison WHERE sha256 = (SELECT headline_sha256 FROM run_drape)"));
+  };
+  const fs::path csv = folder.path() / "report" / "A-real-vs-virtual.csv";
+  struct Fact {
+    const char *page, *csv, *store;
+    double value_m;
+  };
+  for (const Fact& fact : {Fact{"mean_mm", "mean_dist_mm", "mean_mm", d.mean_m},
+                           {"median_mm", "median_mm", "median_mm", d.median_m},
+                           {"rms_mm", "rms_mm", "rms_mm", d.rms_m},
+                           {"p95_mm", "p95_mm", "p95_mm", d.p95_m},
+                           {"max_mm", "max_mm", "max_mm", d.max_m},
+                           {"shape_mm", "shape_mm", "aligned_mean_mm", *d.shape_m},
+                           {"sigma_mean_mm", "sigma_mean_mm", "sigma_mean_mm", *d.sigma_mean_m}}) {
+    const std::string wanted = figure(fact.value_m / mm, u);
+    EXPECT_EQ(figure(of_page("distance", fact.page), u), wanted) << fact.page;
+    EXPECT_EQ(figure(std::stod(cell_in(csv, fact.csv)), u), wanted) << fact.csv;
+    EXPECT_EQ(figure(of_store(fact.store), u), wanted) << fact.store;
+    facts += 3;
+  }
+  const double expanded_mm = drape.budget->expanded_m / mm;
+  const std::string expanded = figure(expanded_mm, expanded_mm);
+  EXPECT_EQ(figure(of_page("budget", "expanded_mm"), expanded_mm), expanded);
+  EXPECT_EQ(figure(std::stod(test::one(reader, "SELECT expanded_uncertainty_mm FROM run_drape")),
+                   expanded_mm),
+            expanded);
+  EXPECT_EQ(test::one(reader, "SELECT match FROM run_drape"), name_of(drape.match.match));
+  EXPECT_EQ(test::one(reader, "SELECT measurement FROM run_drape"), "GO");
+  EXPECT_EQ(*shown.find("match")->find("verdict")->get_if<std::string>(), "none");
+  EXPECT_EQ(*shown.find("why")->get_if<std::string>(), drape.why);
+  EXPECT_EQ(shown.find("marks")->get_if<Value::List>()->size(), drape.marks.size());
+  EXPECT_EQ(std::stoi(cell_in(csv, "marks")), d.marks);
+  EXPECT_EQ(page.find("go")->get_if<bool>() != nullptr && *page.find("go")->get_if<bool>(), true);
+  facts += 9;
+  EXPECT_EQ(facts, 40);
+}
+
+/// Numbers of the data array of that name.
+std::vector<double> array_in(const std::string& vtp, const std::string& name) {
+  const std::size_t at = vtp.find("Name=\"" + name + "\""), begin = vtp.find('>', at) + 1;
+  std::istringstream text(vtp.substr(begin, vtp.find('<', begin) - begin));
+  std::vector<double> values;
+  for (double value = 0; text >> value;) values.push_back(value);
+  return values;
+}
+
+TEST(Report, VtkFilesHoldTheMarksWithTheirDistanceActive) {
+  const drape::test::TemporaryFolder folder;
+  const RunReport report = make_report(folder.path()).report;
+  const ReportedDrape& drape = report.drapes[0];
+  const auto marks = static_cast<std::size_t>(drape.distance->marks);
+  for (const VtkPart part : {VtkPart::measured, VtkPart::simulated, VtkPart::distance}) {
+    const std::string name = "A-" + std::string(drape::name_of(part)) + ".vtp";
+    const std::string vtp = read_text(folder.path() / "report" / name);
+    const std::size_t ends = part == VtkPart::distance ? 2 : 1;
+    EXPECT_THAT(vtp, HasSubstr("<PointData Scalars=\"distance_mm\">"));
+    EXPECT_EQ(array_in(vtp, "Points").size(), 3 * ends * marks);
+    const std::vector<double> distances = array_in(vtp, "distance_mm");
+    ASSERT_EQ(distances.size(), ends * marks);
+    double sum = 0;
+    for (std::size_t i = 0; i < marks; ++i) sum += distances[i];
+    EXPECT_NEAR(sum / static_cast<double>(marks), drape.distance->mean_m / mm, 1e-9);
+    const std::vector<double> cells = array_in(vtp, "offsets");
+    ASSERT_FALSE(cells.empty());
+    EXPECT_EQ(cells.back(), array_in(vtp, "connectivity").size());
+    // VTK itself, where it is installed: every point, cell and the active scalar.
+    const std::string script =
+        "import sys,vtk;r=vtk.vtkXMLPolyDataReader();r.SetFileName(sys.argv[1]);r.Update();"
+        "p=r.GetOutput();print(p.GetNumberOfPoints(),p.GetNumberOfCells(),"
+        "p.GetPointData().GetScalars().GetName())";
+    const fs::path said = folder.path() / "said.txt";
+    const std::string command = "python3 -c '" + script + "' '" +
+                                (folder.path() / "report" / name).string() + "' > '" +
+                                said.string() + "' 2>/dev/null";
+    if (std::system("python3 -c 'import vtk' > /dev/null 2>&1") != 0) continue;
+    ASSERT_EQ(std::system(command.c_str()), 0);
+    EXPECT_EQ(read_text(said),
+              std::to_string(ends * marks) + " " + std::to_string(cells.size()) + " distance_mm\n");
+  }
 }
 
 }  // namespace

@@ -111,54 +111,6 @@ std::string Outcome::sentence() const {
   return "measured; mean distance real to virtual and match: " + text;
 }
 
-std::vector<std::pair<std::string, std::string>> key_numbers(const DrapeInput& input,
-                                                             const Report& report) {
-  std::vector<std::pair<std::string, std::string>> numbers;
-  const Measurement& measurement = report.measurement;
-  if (report.headline) {
-    const RealVirtual& headline = report.real_virtual[*report.headline];
-    std::string value = mm_text(headline.statistics.mean_m);
-    if (report.budget)
-      value += fmt::format(" ± {:.3f}{}", report.budget->expanded_m / mm,
-                           report.budget->missing.empty() ? "" : " at least");
-    numbers.emplace_back(
-        "mean distance",
-        fmt::format("{} mm ({}; {})", value,
-                    percent_text(headline.statistics.mean_m, input.measured.sheet.patch_m),
-                    input.simulations[headline.simulation].label()));
-  }
-  numbers.emplace_back("match", name_of(report.match.match) + ": " + report.match.reason);
-  if (report.headline)
-    if (std::string sentence = distance_sentence(report.real_virtual[*report.headline]);
-        !sentence.empty())
-      numbers.emplace_back("shape and place", std::move(sentence));
-  // One real drape alone has them all in the line above.
-  for (const MatchBasis& basis : report.match.bases)
-    if (report.among_repeats)
-      numbers.emplace_back("match by " + basis.what,
-                           name_of(basis.verdict) + ": " + basis.reason +
-                               (basis.p ? fmt::format(", p {:.3f}", *basis.p) : std::string()));
-  for (const RepeatLine& line : report.repeats)
-    if (!line.left_out.empty())
-      numbers.emplace_back("repeat " + line.repeat, "left out: " + line.left_out);
-  if (report.budget && report.headline)
-    numbers.emplace_back("total uncertainty", budget_sentence(*report.budget));
-  if (report.headline)
-    if (std::string sentence = mesh_sentence(input, report); !sentence.empty())
-      numbers.emplace_back("mesh", std::move(sentence));
-  for (const BranchSet& set : report.branch_sets)
-    numbers.emplace_back("branches of " + set.label, branch_sentence(input, set));
-  numbers.emplace_back("marks",
-                       fmt::format("{} measured, {} gaps", measurement.marks, measurement.gaps));
-  if (measurement.sigma_median_m) {
-    numbers.emplace_back(
-        "uncertainty of a mark (1 sigma)",
-        fmt::format("median {:.4f} mm, largest {:.4f} mm", *measurement.sigma_median_m / mm,
-                    *measurement.sigma_max_m / mm));
-  }
-  return numbers;
-}
-
 void compare_session(const Session& session, const Options& options, Outcome& outcome) {
   if (!outcome.store.empty() && std::filesystem::weakly_canonical(outcome.store) ==
                                     std::filesystem::weakly_canonical(outcome.report))

@@ -41,10 +41,6 @@ struct Outcome {
   [[nodiscard]] std::string sentence() const;
 };
 
-/// Marks, uncertainty and best distance of one drape, with units.
-[[nodiscard]] std::vector<std::pair<std::string, std::string>> key_numbers(const DrapeInput& input,
-                                                                           const Report& report);
-
 /// Compares every drape and every group of the session.
 void compare_session(const Session& session, const Options& options, Outcome& outcome);
 

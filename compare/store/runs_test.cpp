@@ -362,7 +362,7 @@ TEST_F(Runs, AMeasurementThatIsNoGoIsNoGoInEveryList) {
               testing::Contains(Row{"measurement", "NO-GO"}));
   const HistoryPage page = history_page(reader, {});
   EXPECT_FALSE(page.go);
-  EXPECT_THAT(page.html, HasSubstr("<strong>NO-GO</strong>"));
+  EXPECT_THAT(page.html, HasSubstr("\"go\":false"));
   EXPECT_THAT(page.html, HasSubstr("pitch_mm"));
   EXPECT_THAT(paper_tables(reader, {}).at(0).title, HasSubstr("pitch_mm"));
   EXPECT_THAT(one("SELECT cause FROM run"), HasSubstr("pitch_mm"));

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 
+#include "compare/report/account.hpp"
 #include "compare/report/report.hpp"
 #include "compare/store/inputs.hpp"
 #include "compare/test_sheets.hpp"
@@ -178,10 +179,10 @@ TEST(ErrorSplit, StandsInTheReportAndInTablesBesideIt) {
   Outcome outcome;
   compare_session(session, {}, outcome);
   const fs::path report = example.folder.path() / "report.html";
-  static_cast<void>(write_report(report, session, outcome));
+  static_cast<void>(write_report(report, account_of(session, outcome, example.folder.path())));
   const std::string html = read_text(report);
-  EXPECT_THAT(html, HasSubstr("Where the millimetres come from"));
-  EXPECT_THAT(html, HasSubstr("twist &lt; none"));
+  EXPECT_THAT(html, HasSubstr("\"model-changes\""));
+  EXPECT_THAT(html, HasSubstr("twist \\u003c none"));
   EXPECT_THAT(html, Not(HasSubstr("twist < none")));
   EXPECT_TRUE(fs::is_regular_file(example.folder.path() / "report" / "A-fabric-values.csv"));
   EXPECT_THAT(read_text(example.folder.path() / "report" / "A-model-changes.csv"),

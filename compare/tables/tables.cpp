@@ -17,25 +17,6 @@ namespace {
 
 using units::mm;
 
-/// Display width: bytes that start a UTF-8 character.
-std::size_t width_of(const std::string& text) {
-  return static_cast<std::size_t>(
-      std::count_if(text.begin(), text.end(), [](char c) { return (c & 0xC0) != 0x80; }));
-}
-
-void add_line(const std::vector<std::string>& cells, const std::vector<std::size_t>& widths,
-              const std::vector<bool>& numeric, std::string& text) {
-  for (std::size_t i = 0; i < cells.size(); ++i) {
-    const std::size_t space = widths[i] - std::min(widths[i], width_of(cells[i]));
-    text += i == 0 ? "  " : "   ";
-    if (numeric[i]) text.append(space, ' ');
-    text += cells[i];
-    if (!numeric[i]) text.append(space, ' ');
-  }
-  text.erase(text.find_last_not_of(' ') + 1);
-  text += '\n';
-}
-
 std::string csv_line(const std::vector<std::string>& cells) {
   std::string line;
   for (std::size_t i = 0; i < cells.size(); ++i) line += (i == 0 ? "" : ",") + csv_cell(cells[i]);
@@ -84,33 +65,6 @@ std::string apart_value(const Simulation& simulation, const std::string& key) {
 }
 
 }  // namespace
-
-Table::Table(std::vector<std::string> columns, const std::vector<std::size_t>& numbers)
-    : names(std::move(columns)), numeric(names.size(), false) {
-  for (const std::size_t at : numbers) numeric[at] = true;
-}
-
-std::optional<std::size_t> Table::column(const std::string& name) const {
-  const auto at = std::find(names.begin(), names.end(), name);
-  return at == names.end() ? std::nullopt : std::optional<std::size_t>(at - names.begin());
-}
-
-std::string text_of(const Table& table) {
-  const std::vector<std::string>& headings = table.headings.empty() ? table.names : table.headings;
-  std::vector<std::size_t> widths;
-  widths.reserve(headings.size());
-  for (const std::string& name : headings) widths.push_back(width_of(name));
-  for (const auto& row : table.rows)
-    for (std::size_t i = 0; i < row.size(); ++i) widths[i] = std::max(widths[i], width_of(row[i]));
-  std::string text = table.title.empty() ? "" : table.title + '\n';
-  add_line(headings, widths, table.numeric, text);
-  std::vector<std::string> rule;
-  rule.reserve(widths.size());
-  for (const std::size_t width : widths) rule.emplace_back(width, '-');
-  add_line(rule, widths, table.numeric, text);
-  for (const auto& row : table.rows) add_line(row, widths, table.numeric, text);
-  return text;
-}
 
 std::string csv_of(const Table& table) {
   std::string text = csv_line(table.names);
@@ -275,10 +229,6 @@ Table gap_table(const DrapeInput& input, const Report& report) {
   for (const Gap& gap : gaps)
     table.add({std::to_string(gap.mark.row), std::to_string(gap.mark.col), gap.reason});
   return table;
-}
-
-std::string kind_of_gap(const std::string& reason) {
-  return reason.substr(0, std::min({reason.find(" ("), reason.find(':'), reason.find(';')}));
 }
 
 namespace {

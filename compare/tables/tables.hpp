@@ -12,23 +12,6 @@
 
 namespace drape::compare {
 
-/// A table of finished cells; `names` carry the units. Numbers are right-aligned in text.
-struct Table {
-  Table() = default;
-  /// `numbers`: places of the columns of numbers.
-  explicit Table(std::vector<std::string> columns, const std::vector<std::size_t>& numbers = {});
-
-  std::string title;
-  std::vector<std::string> names;
-  std::vector<std::vector<std::string>> rows;
-  std::vector<bool> numeric;              ///< per column
-  std::vector<std::string> headings;      ///< for people; `names` when empty
-  std::optional<std::size_t> marked_row;  ///< shown in bold in the report
-
-  void add(std::vector<std::string> row) { rows.push_back(std::move(row)); }
-  [[nodiscard]] std::optional<std::size_t> column(const std::string& name) const;
-};
-
 /// A table of `Row`s, column by column.
 template <class Row>
 class TableOf {
@@ -63,8 +46,6 @@ class TableOf {
   std::vector<Cell> cells_;
 };
 
-/// Columns padded to one width, title above.
-[[nodiscard]] std::string text_of(const Table& table);
 /// RFC 4180 text: cells with comma, quote or line break are quoted.
 [[nodiscard]] std::string csv_of(const Table& table);
 /// Array of objects; cells of numeric columns become numbers (without a point where the cell has
@@ -102,10 +83,6 @@ class TableOf {
 
 /// One row per mark without a distance, with its reason.
 [[nodiscard]] Table gap_table(const DrapeInput& input, const Report& report);
-/// The first words of a reason, up to the details: "seen by one camera (cam2); ..." gives
-/// "seen by one camera".
-[[nodiscard]] std::string kind_of_gap(const std::string& reason);
-
 /// Millimetres with three decimals; empty when absent.
 [[nodiscard]] std::string mm_text(double length_m);
 [[nodiscard]] std::string mm_text(const std::optional<double>& length_m);

@@ -26,10 +26,9 @@ std::string progress_line(const std::string& step, double fraction, const std::s
   constexpr int kWidth = 20;
   const double clamped = std::clamp(fraction, 0.0, 1.0);
   const int filled = static_cast<int>(clamped * kWidth);
-  std::string left;
-  if (clamped > 0.01 && clamped < 1) {
-    left = fmt::format(", {:.0f} s left", elapsed_s * (1 - clamped) / clamped);
-  }
+  std::string left = fmt::format(", {:.0f} s", elapsed_s);
+  if (clamped > 0.01 && clamped < 1)
+    left += fmt::format(", {:.0f} s left", elapsed_s * (1 - clamped) / clamped);
   return fmt::format(
       "[{}{}] {:3.0f} %  {}: {}{}", std::string(static_cast<std::size_t>(filled), '#'),
       std::string(static_cast<std::size_t>(kWidth - filled), '.'), 100 * clamped, step, what, left);

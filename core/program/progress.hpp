@@ -29,7 +29,7 @@ class Progress {
   std::chrono::steady_clock::time_point shown_;
 };
 
-/// Formats "[#####.....]  50 %  detect: camera cam1, 3 s left".
+/// Formats "[#####.....]  50 %  detect: camera cam1, 3 s, 3 s left".
 [[nodiscard]] std::string progress_line(const std::string& step, double fraction,
                                         const std::string& what, double elapsed_s);
 

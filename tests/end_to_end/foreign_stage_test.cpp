@@ -74,7 +74,7 @@ TEST(ForeignStage, AProgramThatCrashesIsNoVerdictAndLosesNoOther) {
   const Outcome extra = Programs("drape-simulate", only_branches).run(bench, "");
   EXPECT_EQ(extra.exit_code, 0) << extra.text;
   const std::string said = "branches (C, ensemble): failed, so nothing of it is in the result";
-  EXPECT_THAT(extra.text, HasSubstr("GO: the bench ran"));
+  EXPECT_THAT(extra.text, HasSubstr("\nGO: bench1, run "));
   EXPECT_THAT(extra.text, HasSubstr("warning: " + said));
   EXPECT_THAT(read_text(bench.folder() / "out/report.html"), HasSubstr(said));
   // A box in which no simulation can start: only the measured sheet is passed to compare.

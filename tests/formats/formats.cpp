@@ -4,6 +4,7 @@
 #include "core/branch_list.hpp"
 #include "core/files/files.hpp"
 #include "core/recording.hpp"
+#include "core/run_report.hpp"
 #include "core/scene.hpp"
 #include "synth/synth.hpp"
 #include "tests/fuzz/kinds.hpp"
@@ -27,7 +28,48 @@ BranchList small_branches() {
   return list;
 }
 
-/// Files edited by people and the recording's list from rigs/bench1, the others from small records.
+/// A report with one of everything.
+RunReport small_report() {
+  RunReport report;
+  report.program = "drapebench 0.2.1";
+  report.rig = "bench";
+  report.run = 1;
+  report.sentence = "measured";
+  ReportedDrape drape;
+  drape.name = drape.label = "A";
+  drape.sigma_median_m = drape.sigma_max_m = 3e-5;
+  const ReportedDistance distance{1,    2e-3, 2e-3, 2e-3, 2e-3, 2e-3,
+                                  1e-5, 1e-3, 3e-3, 1e-3, 1e-3, 0.1};
+  drape.distance = distance;
+  drape.match.bases = {{"tolerance", Match::inside, 2, 3, "mm", 0.5, "near"}};
+  drape.match.value_m = 2e-3;
+  drape.match.limit_m = 3e-3;
+  drape.match.error_number = 2;
+  drape.match.model = ModelRest{2e-3, 1e-3, 3e-3, "friction 0.2 to 0.8", {}, 1e-3, true};
+  drape.budget = Budget{{{"mesh", 1e-4, "levels.json", true, "finer", 1e-4}}, {}, 2e-4, 1e-4, 1e-4};
+  drape.repeats = {{{}, "drape_A", "1", "", "", 1e-4}};
+  drape.simulations = {
+      {"2.5 mm", "triangles", "A", "at rest", "", 5, 1, 2.5e-3, 1e-4, false, distance}};
+  drape.branch_sets = {{"5 mm", "0", "nearest is 1", {{1, 0.5, true, true, 2e-3, 1e-3}}}};
+  drape.marks = {{0, 0, Eigen::Vector3d(0, 0, 0), Eigen::Vector3d(0, 0, 2e-3), 2e-3, 1e-5, 1e-5, 3,
+                  Eigen::Vector3d(0, 0, 0), 1e-3, ""}};
+  drape.views = {
+      {"cam0", "A/cam0.jpg", 1600, 1200, {0, 0, 1600, 1200}, {{0, 0, 1, 2}}, {{1, 2}}, {{1, 2}}}};
+  drape.shape = ReportedShape{1, 1, {0, 0, 0}, {0, 0, 0}};
+  Table table({"a", "b_mm"}, {1});
+  table.add({"one", "2"});
+  table.marked_row = 0;
+  drape.tables = {{"trust", "note", table}};
+  report.drapes = {drape};
+  report.virtual_groups = drape.tables;
+  report.calibration = ReportedCalibration{
+      "joint", "0", "", 7, {{"cam0", 10, 0.1, 0.2, 1e-5, {0, 0, 9, 9}, 10, 10}}, {}, {}};
+  report.notes = {{Severity::asks, "kind", "A", "measure it"}};
+  report.provenance.inputs = {{"A/sheet.json", "0"}};
+  return report;
+}
+
+/// Files that people edit and the recording's list from rigs/bench1, the others from small records.
 std::vector<DescribedFormat> core_formats() {
   const auto bench = [](const char* name) {
     return read_text(source_root() / "rigs/bench1" / name);
@@ -41,6 +83,7 @@ std::vector<DescribedFormat> core_formats() {
           described(small_sheet()),
           described(small_certificate()),
           described(small_levels()),
+          described(small_report()),
           described(small_sensitivity()),
           described(small_cusick()),
           described(small_detections()),

@@ -5,7 +5,8 @@
 #include <set>
 
 #include "compare/records/provenance.hpp"
-#include "compare/report/html.hpp"
+#include "compare/report/account.hpp"
+#include "compare/store/runs.hpp"
 #include "core/program/run_record.hpp"
 #include "core/program/shell_word.hpp"
 
@@ -75,13 +76,15 @@ std::string tree_of(RecordBook& book, std::set<fs::path>& followed, const SheetF
                     from_folder(link.file, folder), link.sha256.substr(0, 12),
                     link.state == "unchanged" ? "" : " (" + link.state + ")", made);
   }
-  return xml(text);
+  return text;
 }
 
 /// The measured sheet and the headline simulation of each drape, back to photographs and curves.
-std::string trees(const Session& session, const Outcome& outcome, const fs::path& folder) {
+std::vector<std::pair<std::string, std::string>> trees(const Session& session,
+                                                       const Outcome& outcome,
+                                                       const fs::path& folder) {
   RecordBook book;
-  std::string text;
+  std::vector<std::pair<std::string, std::string>> all;
   for (std::size_t i = 0; i < outcome.reports.size(); ++i) {
     const Report& report = outcome.reports[i];
     if (!report.headline) continue;
@@ -89,39 +92,40 @@ std::string trees(const Session& session, const Outcome& outcome, const fs::path
     std::set<fs::path> followed;
     const Simulation& headline =
         input.simulations[report.real_virtual[*report.headline].simulation];
-    text += "<details><summary>Drape " + xml(report.called()) + ": " + xml(headline.label()) +
-            " and the measured sheet</summary>\n<pre>";
-    text += tree_of(book, followed, input.measured, folder);
+    std::string text = tree_of(book, followed, input.measured, folder);
     if (!headline.other_simulator) text += tree_of(book, followed, headline.sheet, folder);
-    text += "</pre></details>\n";
+    all.emplace_back(report.called(), text);
   }
-  return text;
+  return all;
 }
 
 }  // namespace
 
-std::string html_provenance(const Session& session, const Outcome& outcome,
-                            const fs::path& report_folder) {
-  Table files({"file", "SHA-256"});
-  std::set<std::vector<std::string>> read;  // in one order, however a path was given
-  for (const auto& [file, sha256] : session.read)
-    read.insert({from_folder(file, report_folder), sha256});
-  files.rows.assign(read.begin(), read.end());
-  std::set<std::string> programs, seen;
-  std::string commands;
+ReportedProvenance provenance_of(const Session& session, const Outcome& outcome,
+                                 const fs::path& folder) {
+  ReportedProvenance made;
+  std::set<std::pair<std::string, std::string>> read;  // in one order, however a path was given
+  for (const auto& [file, sha256] : session.read) read.emplace(from_folder(file, folder), sha256);
+  for (const auto& [file, sha256] : read) made.inputs.push_back({file, sha256});
+  std::set<std::string> programs, recordings, stand_ins, seen;
   for (const StepRecord& step : steps_of(session, outcome)) {
     programs.insert(step.program + " " + step.version);
-    const std::string line = xml(command(step, report_folder)) + "\n";
-    if (seen.insert(line).second) commands += line;  // several sheets may be of one run
+    const std::string line = command(step, folder);
+    if (seen.insert(line).second) made.commands.push_back(line);  // several sheets of one run
   }
-  return "<section id=\"provenance\">\n<h2>Provenance</h2>\n<p>Made by " +
-         xml(fmt::format("{}", fmt::join(programs, ", "))) +
-         ". Clock times are in the run records (<code>*.run.json</code>) beside each file, not "
-         "here: the same input gives the same report, byte for byte.</p>\n<h3>Commands</h3>\n"
-         "<p>Run in the folder of this report, these make everything above again.</p>\n<pre>" +
-         commands + "</pre>\n<h3>From the sheets back to photographs and curves</h3>\n" +
-         trees(session, outcome, report_folder) + "<h3>Files read</h3>\n" +
-         html_table(files, "dense") + "</section>\n";
+  for (const DrapeFiles& drape : session.drapes)
+    if (const auto& one = drape.recording)
+      recordings.insert(fmt::format("{}{}, SHA-256 {}", one->name,
+                                    one->recorded_on ? " of " + *one->recorded_on : std::string(),
+                                    one->sha256.substr(0, 12)));
+  for (const RunValue& value : values_of(session, outcome))
+    if (value.key == "stand_ins" && !value.value.empty())
+      stand_ins.insert(value.owner + ": " + value.value);
+  made.programs.assign(programs.begin(), programs.end());
+  made.recordings.assign(recordings.begin(), recordings.end());
+  made.stand_ins.assign(stand_ins.begin(), stand_ins.end());
+  made.trees = trees(session, outcome, folder);
+  return made;
 }
 
 }  // namespace drape::compare
