@@ -106,18 +106,4 @@ std::vector<Quad> obstacle_quads(const Scene& scene) {
   return quads;
 }
 
-std::vector<Quad> uncovered_quads(const Scene& scene, const Sheet& cloth) {
-  constexpr double kTouching_m = 8 * units::mm;
-  std::vector<Quad> quads = obstacle_quads(scene);
-  const TriangleMesh mesh = mesh_of(cloth);
-  if (mesh.triangles.empty()) return quads;
-  const NearestSurface nearest(mesh);
-  std::erase_if(quads, [&](const Quad& quad) {
-    return std::all_of(quad.begin(), quad.end(), [&](const Eigen::Vector3d& corner) {
-      return nearest.distance_m(corner) < kTouching_m;
-    });
-  });
-  return quads;
-}
-
 }  // namespace drape::compare

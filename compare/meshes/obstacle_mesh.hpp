@@ -6,7 +6,6 @@
 #include <vector>
 
 #include "core/scene.hpp"
-#include "core/sheet.hpp"
 
 namespace drape::compare {
 
@@ -14,10 +13,5 @@ namespace drape::compare {
 /// sphere has 24 x 12 quads, each face of a box 4 x 4; rounded edges are drawn sharp, a plane as a
 /// square of 300 mm.
 [[nodiscard]] std::vector<std::array<Eigen::Vector3d, 4>> obstacle_quads(const Scene& scene);
-
-/// Same, without quads covered by cloth (all corners within 8 mm of it): pictures that sort by
-/// depth cannot tell which of two touching surfaces is in front.
-[[nodiscard]] std::vector<std::array<Eigen::Vector3d, 4>> uncovered_quads(const Scene& scene,
-                                                                          const Sheet& cloth);
 
 }  // namespace drape::compare

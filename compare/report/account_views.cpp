@@ -17,8 +17,9 @@ using Eigen::Vector2d;
 using Eigen::Vector3d;
 using units::mm;
 
-constexpr int kPointsPerCell = 3;  ///< of a line of the virtual cloth
-constexpr int kMostPoints = 40;    ///< a side; finer sheets are drawn by every k-th row
+constexpr int kPointsPerCell = 3;         ///< of a line of the virtual cloth
+constexpr std::size_t kMostFaces = 8000;  ///< of an object; a finer mesh is not drawn
+constexpr int kMostPoints = 40;           ///< a side; finer sheets are drawn by every k-th row
 
 /// A tenth of a pixel or millimetre is finer than any screen shows; zero has no sign.
 double tenth(double value) {
@@ -161,8 +162,10 @@ std::optional<ReportedShape> shape_of(const DrapeInput& input, const Report& rep
       append(shape.cloth_mm, point->point_in_world);
     }
   }
-  if (input.scene)
-    for (const auto& quad : obstacle_quads(*input.scene))
+  const auto quads =
+      input.scene ? obstacle_quads(*input.scene) : std::vector<std::array<Vector3d, 4>>();
+  if (quads.size() <= kMostFaces)
+    for (const auto& quad : quads)
       for (const Vector3d& corner : quad) append(shape.object_mm, corner);
   return shape;
 }

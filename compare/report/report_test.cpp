@@ -284,8 +284,8 @@ TEST(Report, FortyFactsAreTheSameOnScreenPageTablesAndStore) {
   const Value& shown = page.find("drapes")->get_if<Value::List>()->front();
   const ReportedDrape& drape = report.drapes[0];
   const ReportedDistance& d = *drape.distance;
-  // The example's U is a few micrometres, as fine as tables are written.
-  const double u = std::max(0.1, drape.budget->expanded_m / mm);
+  // To the micrometre, as tables are written.
+  const double u = 0.05;
   const std::string screen = detail_text(drape);
   const StoreReader reader(store);
   int facts = 0;

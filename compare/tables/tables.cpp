@@ -91,14 +91,6 @@ std::string mm_text(const std::optional<double>& length_m) {
   return length_m ? mm_text(*length_m) : std::string();
 }
 
-std::string percent_text(double length_m, const Eigen::Vector2d& patch_m) {
-  const Eigen::Vector2d percent = percent_of_patch(length_m, patch_m);
-  if (std::abs(patch_m.x() - patch_m.y()) < 1e-9)
-    return fmt::format("{:.2f} % of the patch side", percent.x());
-  return fmt::format("{:.2f} % of the warp side, {:.2f} % of the weft side", percent.x(),
-                     percent.y());
-}
-
 Table real_virtual_table(const DrapeInput& input, const Report& report) {
   using R = const RealVirtual&;
   TableOf<RealVirtual> table(fmt::format("Real vs virtual, experiment {}", report.name));

@@ -86,7 +86,5 @@ class TableOf {
 /// Millimetres with three decimals; empty when absent.
 [[nodiscard]] std::string mm_text(double length_m);
 [[nodiscard]] std::string mm_text(const std::optional<double>& length_m);
-/// "1.53 %", or "1.53 % of warp, 1.70 % of weft" for a patch that is not square.
-[[nodiscard]] std::string percent_text(double length_m, const Eigen::Vector2d& patch_m);
 
 }  // namespace drape::compare
