@@ -15,52 +15,52 @@
 
 namespace drape::compare {
 
-/// One row of the paper's tables with odd numbers ("Real Vs virtual").
+/// A row of the paper's tables with odd numbers ("Real Vs virtual").
 struct RealVirtual {
   std::size_t simulation = 0;  ///< index into DrapeInput::simulations
   MarkComparison marks;
   DistanceStatistics statistics;
   NormalStatistics normal;
-  std::optional<RigidAlignment> aligned;  ///< beside the statistics, never in them
-  DistanceStatistics to_surface;          ///< each mark to the nearest point of the virtual sheet
+  std::optional<RigidAlignment> aligned;  ///< reported beside the statistics, never part of them
+  DistanceStatistics to_surface;  ///< from each mark to the nearest point of the virtual sheet
   StrainMaps strain;
 };
 
-/// One row of the paper's tables with even numbers ("Virtual Vs virtual").
+/// A row of the paper's tables with even numbers ("Virtual Vs virtual").
 struct VirtualVirtual {
   std::size_t first = 0, second = 0;  ///< indices into DrapeInput::simulations
   std::string label;                  ///< "11x11: 5 seg vs 1 seg", "5 seg: 11x11 vs 21x21"
   std::string apart;                  ///< Simulation::apart_text() of both
-  std::size_t paper_order = 0;        ///< place in the paper's tables
+  std::size_t paper_order = 0;        ///< position in the paper's tables
   DistanceStatistics statistics;
-  SurfaceDistance surface;  ///< the two sheets as surfaces, in both directions
+  SurfaceDistance surface;  ///< distance of the two sheets as surfaces, in both directions
 };
 
-/// One equilibrium of a drape against the real cloth.
+/// Comparison of one equilibrium of a drape with the real cloth.
 struct BranchComparison {
-  RealVirtual as_placed;                 ///< at the place of the branch
-  std::optional<TurnedDistance> turned;  ///< on a round object only
+  RealVirtual as_placed;                 ///< at the position of the branch
+  std::optional<TurnedDistance> turned;  ///< only on a round object
 
-  /// The mean distance that says how much the real shape is like this branch.
+  /// Mean distance by which branches are compared with the real shape.
   [[nodiscard]] double match_m() const;
 };
 
-/// The equilibria of one list, and the one to which the real shape is assigned.
+/// The equilibria in one list, and the one assigned to the real shape.
 struct BranchSet {
   std::string sha256;                      ///< hash of branches.json
   std::string label;                       ///< "21x21, 1 segment"
-  std::vector<BranchComparison> branches;  ///< least energy first
-  std::size_t nearest = 0;                 ///< smallest match_m(): the real shape's branch
-  std::optional<std::size_t> runner_up;    ///< the next nearest
+  std::vector<BranchComparison> branches;  ///< sorted by energy, lowest first
+  std::size_t nearest = 0;                 ///< branch with the smallest match_m()
+  std::optional<std::size_t> runner_up;    ///< second nearest branch
 };
 
-/// Distance to a surface without marks. It is at most the distance of corresponding points
-/// and never stands in a table with it.
+/// Distance to a surface without marks. It is at most the distance of corresponding points and is
+/// never in a table with it.
 struct RealSurface {
   std::size_t surface = 0;        ///< index into DrapeInput::surfaces
-  DistanceStatistics to_surface;  ///< each measured mark to the nearest point of the mesh
-  /// First to second: the surface between the measured marks (cells with four of them) to the
-  /// mesh. Absent when no cell was measured whole.
+  DistanceStatistics to_surface;  ///< from each measured mark to the nearest point of the mesh
+  /// From the surface between the measured marks (cells with four of them) to the mesh, and back.
+  /// Absent if no cell was measured completely.
   std::optional<SurfaceDistance> both_directions;
 };
 
@@ -68,46 +68,46 @@ struct RealSurface {
 struct Measurement {
   int marks = 0;
   int gaps = 0;
-  std::optional<double> sigma_median_m;  ///< one mark, along its worst direction
+  std::optional<double> sigma_median_m;  ///< of one mark, in its worst direction
   std::optional<double> sigma_max_m;
 };
 
-/// Everything found for one drape.
+/// Results for one drape.
 struct Report {
-  std::string name;        ///< scene of the simulations, else the set of the measured sheet
-  std::string label = {};  ///< the name, and what tells it from others of one run: "C (repeat 2)"
+  std::string name;        ///< scene of the simulations, or the set of the measured sheet
+  std::string label = {};  ///< name, made unique within the run, such as "C (repeat 2)"
   Measurement measurement;
-  std::vector<RealVirtual> real_virtual;  ///< 5 before 1 segments, fine before coarse grids
-  std::vector<RealSurface> real_surface;  ///< index in DrapeInput::surfaces
-  /// Equilibria of one drape. They are in no other table; where there is no other simulation, the
-  /// nearest of each set stands in real_virtual too.
+  std::vector<RealVirtual> real_virtual;  ///< 5 segments before 1, fine grids before coarse
+  std::vector<RealSurface> real_surface;  ///< in the order of DrapeInput::surfaces
+  /// Equilibria of one drape. They appear in no other table, except that without other simulations
+  /// the nearest of each set is in real_virtual too.
   std::vector<BranchSet> branch_sets;
   std::vector<VirtualVirtual> virtual_virtual;  ///< in the order of the paper's tables
-  bool lattice_has_gaps_filled = false;  ///< virtual pairs use all marks of the lattice, gaps too
-  /// Index into real_virtual of the simulation that speaks for the drape, by
-  /// DrapeInput::speaks_before(): the rule stands before any distance is known.
+  bool lattice_has_gaps_filled = false;  ///< virtual pairs use all marks of the lattice, also gaps
+  /// Index into real_virtual of the simulation that represents the drape, chosen by
+  /// DrapeInput::speaks_before() before any distance is known.
   std::optional<std::size_t> headline;
   std::optional<Budget> budget;     ///< uncertainty of the headline's mean distance
-  std::vector<RepeatLine> repeats;  ///< empty: laid once; else its own first
-  /// The headline among the repeats that are not left out; absent where there is but its own.
+  std::vector<RepeatLine> repeats;  ///< own laying first; empty if the drape was laid once
+  /// The headline compared with the repeats used; absent if there is only the drape's own laying.
   std::optional<MarkRepeats> among_repeats;
   double significance = 0.05;
   MatchVerdict match;
-  std::vector<DrapemeterResult> drapemeters;  ///< index in DrapeInput::simulations
+  std::vector<DrapemeterResult> drapemeters;  ///< in the order of DrapeInput::simulations
   DrapemeterResult measured_drapemeter;
-  std::vector<std::string> no_go;  ///< why the measurement is NO-GO, the first cause first
+  std::vector<std::string> no_go;  ///< reasons why the measurement is NO-GO, the first cause first
   std::vector<std::string> warnings;
 
   [[nodiscard]] bool go() const { return no_go.empty(); }
   [[nodiscard]] const std::string& called() const { return label.empty() ? name : label; }
 };
 
-/// Simulations of one scene without a real cloth, as the paper's even tables.
+/// Simulations of one scene without a real cloth, as in the paper's even tables.
 struct VirtualGroup {
-  std::string name;  ///< the scene
+  std::string name;  ///< name of the scene
   std::vector<Simulation> simulations;
   std::vector<VirtualVirtual> pairs;    ///< indices into `simulations`
-  std::vector<std::string> no_go = {};  ///< why their distances have no ground
+  std::vector<std::string> no_go = {};  ///< reasons why their distances are unfounded
 };
 
 }  // namespace drape::compare

@@ -299,7 +299,7 @@ DistanceFigures figures_of(const ReportedDrape& drape) {
   if (u) shown.expanded = (drape.budget->missing.empty() ? "" : "at least ") + figure(*u, u);
   shown.shape = length(d.shape_m);
   shown.place = length(d.place_m);
-  // The arm of a turn: what U leaves open at the edge of a patch is a tenth of a degree or more.
+  // Resolution of a rotation: U at the edge of a patch corresponds to a tenth of a degree or more.
   if (d.turn_rad) shown.turn = figure(*d.turn_rad / deg, 1.0);
   shown.limit = length(drape.match.limit_m);
   return shown;
@@ -307,7 +307,7 @@ DistanceFigures figures_of(const ReportedDrape& drape) {
 
 namespace {
 
-/// Display width: bytes that start a UTF-8 character.
+/// Display width: number of bytes that start a UTF-8 character.
 std::size_t width_of(const std::string& text) {
   return static_cast<std::size_t>(
       std::count_if(text.begin(), text.end(), [](char c) { return (c & 0xC0) != 0x80; }));
@@ -326,7 +326,7 @@ void add_line(const std::vector<std::string>& cells, const std::vector<std::size
   text += '\n';
 }
 
-/// The text cut to `width` columns at a space, and what is left of it.
+/// Splits the text at a space so that the first part has at most `width` columns.
 std::pair<std::string, std::string> cut(const std::string& text, std::size_t width) {
   if (text.size() <= width) return {text, ""};
   const std::size_t space = text.rfind(' ', width);
@@ -420,7 +420,7 @@ std::string ending_text(const RunReport& report, const std::string& first,
     const std::string said =
         fmt::format("  {}: {}", note->severity == Severity::stops ? "also" : "warning",
                     times == 1 ? note->text : fmt::format("{} x {}", times, note->kind));
-    // A remedy is said whole, what only informs may be cut.
+    // A remedy is printed completely; an informative note can be shortened.
     note->severity == Severity::informs ? line(said) : void(text += said + "\n");
   }
   for (const ReportedTable& group : report.virtual_groups) text += "\n" + text_of(group.table);

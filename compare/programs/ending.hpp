@@ -7,10 +7,10 @@
 
 namespace drape::compare {
 
-/// The ending that the run record keeps.
+/// Ending to keep in the run record.
 [[nodiscard]] Ending ending_of(const RunReport& report, const Outcome& outcome);
 
-/// Prints the end as text, or report.json with the keys of the ending; returns the exit code.
+/// Prints the ending as text, or report.json with the keys of the ending; returns the exit code.
 int print_ending(const RunReport& report, const Ending& ending, const CommonOptions& common);
 
 }  // namespace drape::compare

@@ -108,7 +108,7 @@ std::vector<ReportedMark> marks_of(const DrapeInput& input, const Report& report
   return list;
 }
 
-/// "box 128 x 128 x 40 mm, table" without what lies level under everything.
+/// Text such as "box 128 x 128 x 40 mm, table", without planes that are level below everything.
 std::string objects_of(const Scene& scene) {
   std::vector<std::string> words;
   const auto add = [&](const Obstacle& obstacle) {
@@ -130,7 +130,7 @@ std::string objects_of(const Scene& scene) {
   return fmt::format("{}", fmt::join(words, ", "));
 }
 
-/// Noise makes every distance longer: by at most sigma^2 / d each, to second order.
+/// Noise lengthens every distance, by at most sigma^2 / d each to second order.
 std::optional<double> noise_excess_m(const RealVirtual& row) {
   double sum = 0;
   for (const MarkError& mark : row.marks.marks) {
@@ -140,7 +140,7 @@ std::optional<double> noise_excess_m(const RealVirtual& row) {
   return sum / static_cast<double>(row.marks.marks.size());
 }
 
-/// Sentences on what stands behind the headline's number.
+/// Sentences on the background of the headline's number.
 std::vector<std::string> facts_of(const DrapeFiles& drape, const Report& report) {
   std::vector<std::string> facts;
   const auto add = [&](const std::string& what, const std::string& sentence) {
@@ -186,7 +186,7 @@ std::string capital(std::string text) {
   return text;
 }
 
-/// "from the measured shape it rests 13.2 mm away (8 to 13 mm by friction 0.2 to 0.8)".
+/// Text: "from the measured shape it rests 13.2 mm away (8 to 13 mm by friction 0.2 to 0.8)".
 std::string model_words(const ModelRest& model, double u_mm) {
   std::string text = fmt::format("Started from the measured shape it rests {} mm away",
                                  figure(model.distance_m / mm, u_mm));
@@ -198,7 +198,7 @@ std::string model_words(const ModelRest& model, double u_mm) {
   return text + ".";
 }
 
-/// Says in a sentence or two why the match is so.
+/// Explains the match in one or two sentences.
 std::string why_of(const Report& report) {
   if (!report.go()) return capital(report.no_go.front()) + ".";
   if (!report.headline || !report.budget) return capital(report.match.reason) + ".";
@@ -232,7 +232,7 @@ std::string why_of(const Report& report) {
   return why;
 }
 
-/// Says the one thing to do next; empty where nothing is asked.
+/// Names the next action; empty if none is needed.
 std::string next_of(const Report& report) {
   if (!report.go()) return "mend the cause and run again.";
   const auto sentence = [](const std::string& text) { return text.empty() ? text : text + "."; };
@@ -241,7 +241,7 @@ std::string next_of(const Report& report) {
   if (report.match.match == Match::inside || !report.budget) return {};
   for (const std::string& missing : report.budget->missing)
     if (missing.find('`') != std::string::npos) return "complete U: " + missing + ".";
-  // A remedy of the largest contribution that somebody can lower.
+  // Takes the remedy of the largest contribution that can be reduced.
   for (const BudgetLine& line : report.budget->lines)
     if (!line.remedy.empty() && !line.own_m && line.rectangular)
       return fmt::format("{} ({}).", line.remedy, line.origin);
@@ -299,13 +299,13 @@ ReportedCalibration calibration_of(const Session& session) {
                             one.residuals.max_px, one.residuals.object_rms_mm * mm,
                             one.valid_region_px, one.camera.model.width_px,
                             one.camera.model.height_px});
-  // Findings that the file does not hold: the error on views that it did not use, the stages.
+  // Findings that are not in the file: error on views not used by the fit, and the stages.
   if (const auto ending = kept_ending(run_record_path(session.calibration_file)))
     made.findings = ending->numbers;
   return made;
 }
 
-/// A remedy is a command in backticks, or words that ask for one.
+/// True for a command in backticks or a sentence that asks for an action.
 bool asks(const std::string& text) {
   static const std::regex action(
       "`drape|(: |; )(measure|state|lay|simulate|correct|check|give|keep|import|level|write) ");
@@ -333,7 +333,7 @@ std::vector<ReportedNote> notes_of(const Outcome& outcome) {
   return notes;
 }
 
-/// Every value of a drape's scene and fabric files, stand-ins marked.
+/// All values of a drape's scene and fabric files, with stand-ins marked.
 Table values_table(const std::vector<RunValue>& values, const Report& report,
                    const std::optional<Scene>& scene) {
   Table table({"file", "value", "is", "measured"});
@@ -346,8 +346,8 @@ Table values_table(const std::vector<RunValue>& values, const Report& report,
   return table;
 }
 
-/// Names of drapes become names of files and places of the page: anything but letters, digits, `-`
-/// and `_` is replaced, and what is the same then gets a number. Headings keep what they called it.
+/// Makes names of drapes usable for files and anchors of the page: anything except letters, digits,
+/// `-` and `_` is replaced, and duplicates get a number. Headings keep the original name.
 std::vector<std::string> safe_names(const std::vector<Report>& reports) {
   std::set<std::string> taken;
   std::vector<std::string> names;

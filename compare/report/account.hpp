@@ -11,23 +11,23 @@
 
 namespace drape::compare {
 
-/// Everything that a call of drape-compare found, for a report in `folder`: paths are relative to
-/// it. The same session gives the same record, so that no clock time is in it but the run's date.
+/// Returns everything found by a call of drape-compare, for a report in `folder`, to which paths
+/// are relative. The same session gives the same record, so the run's date is its only time.
 [[nodiscard]] RunReport account_of(const Session& session, const Outcome& outcome,
                                    const std::filesystem::path& folder);
 
-/// The tables of one drape, those of its headline simulation among them.
+/// Tables of one drape, including those of its headline simulation.
 [[nodiscard]] std::vector<ReportedTable> tables_of(const DrapeFiles& drape, const Report& report);
-/// The photographs of one drape with its marks and, with a calibration, its virtual cloth.
+/// Photographs of one drape with its marks and, if calibrated, its virtual cloth.
 [[nodiscard]] std::vector<ReportedView> views_of(const DrapeFiles& drape, const Report& report,
                                                  const Session& session,
                                                  const std::filesystem::path& folder);
-/// The virtual cloth, some 40 points a side at most, and the objects under it.
+/// The virtual cloth with some 40 points per side at most, and the objects under it.
 [[nodiscard]] std::optional<ReportedShape> shape_of(const DrapeInput& input, const Report& report);
 [[nodiscard]] ReportedProvenance provenance_of(const Session& session, const Outcome& outcome,
                                                const std::filesystem::path& folder);
 
-/// The same for warnings that differ in step, drape and numbers alone.
+/// Text common to warnings that differ only in step, drape and numbers.
 [[nodiscard]] std::string kind_of_note(const std::string& text);
 
 }  // namespace drape::compare

@@ -19,10 +19,10 @@ std::string from_folder(const fs::path& file, const fs::path& folder) {
   return fs::proximate(file, folder).generic_string();
 }
 
-/// A path on the command line, as seen from the report's folder; other words stay.
+/// Rewrites a path of the command line relative to the report's folder; other words are unchanged.
 std::string argument_text(const std::string& argument, const fs::path& folder) {
   std::error_code ignored;
-  // A word like "drape_A" stays a name even where a folder is called so.
+  // A word such as "drape_A" remains a name even if a folder has that name.
   const bool path = argument.find('/') != std::string::npos ||
                     (fs::path(argument).has_extension() && fs::exists(argument, ignored));
   return shell_word(path && !argument.empty() && argument.front() != '-'
@@ -42,11 +42,11 @@ std::string command(const StepRecord& made_by, const fs::path& folder) {
   return text;
 }
 
-/// Every step, in the order in which they run.
+/// All steps in the order in which they run.
 std::vector<StepRecord> steps_of(const Session& session, const Outcome& outcome) {
   std::vector<std::optional<StepRecord>> steps;
   if (session.calibrated_by)
-    for (const auto& [file, sha256] : session.calibrated_by->inputs)  // the target's marks
+    for (const auto& [file, sha256] : session.calibrated_by->inputs)  // marks of the target
       if (fs::is_regular_file(file) && sha256_of_file(file) == sha256)
         steps.push_back(read_made_by(file));
   steps.push_back(session.calibrated_by);
@@ -79,7 +79,7 @@ std::string tree_of(RecordBook& book, std::set<fs::path>& followed, const SheetF
   return text;
 }
 
-/// The measured sheet and the headline simulation of each drape, back to photographs and curves.
+/// The measured sheet and the headline simulation of each drape, traced to photographs and curves.
 std::vector<std::pair<std::string, std::string>> trees(const Session& session,
                                                        const Outcome& outcome,
                                                        const fs::path& folder) {
@@ -104,14 +104,14 @@ std::vector<std::pair<std::string, std::string>> trees(const Session& session,
 ReportedProvenance provenance_of(const Session& session, const Outcome& outcome,
                                  const fs::path& folder) {
   ReportedProvenance made;
-  std::set<std::pair<std::string, std::string>> read;  // in one order, however a path was given
+  std::set<std::pair<std::string, std::string>> read;  // sorted, whatever the form of each path
   for (const auto& [file, sha256] : session.read) read.emplace(from_folder(file, folder), sha256);
   for (const auto& [file, sha256] : read) made.inputs.push_back({file, sha256});
   std::set<std::string> programs, recordings, stand_ins, seen;
   for (const StepRecord& step : steps_of(session, outcome)) {
     programs.insert(step.program + " " + step.version);
     const std::string line = command(step, folder);
-    if (seen.insert(line).second) made.commands.push_back(line);  // several sheets of one run
+    if (seen.insert(line).second) made.commands.push_back(line);  // one run can make several sheets
   }
   for (const DrapeFiles& drape : session.drapes)
     if (const auto& one = drape.recording)

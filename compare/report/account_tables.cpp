@@ -15,7 +15,7 @@ namespace {
 
 using units::mm;
 
-/// The parts of the error that have a direction, so that warp and weft stay apart.
+/// Errors by direction, with warp and weft separate.
 Table direction_table(const DrapeInput& input, const Report& report) {
   Table table({"simulation", "mean_warp_mm", "mean_weft_mm", "mean_normal_mm", "rms_warp_mm",
                "rms_weft_mm", "rms_normal_mm"},
@@ -40,7 +40,7 @@ Table direction_table(const DrapeInput& input, const Report& report) {
   return table;
 }
 
-/// One column per simulation, one row per entry of the certificates but their options and fits.
+/// One column per simulation and one row per entry of the certificates, except options and fits.
 Table certificate_table(const DrapeInput& input, const Report& report) {
   Table table;
   table.title = "What each simulation states about itself";
@@ -66,7 +66,7 @@ Table certificate_table(const DrapeInput& input, const Report& report) {
   return table;
 }
 
-/// Fourier amplitudes of the radius of each hem's shadow.
+/// Fourier amplitudes of the radius of each shadow's hem.
 Table hem_table(const DrapeInput& input, const Report& report) {
   Table table({"sheet", "order", "amplitude_mm"}, {1, 2});
   table.title = "Waves around the hem";

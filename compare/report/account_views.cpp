@@ -17,11 +17,11 @@ using Eigen::Vector2d;
 using Eigen::Vector3d;
 using units::mm;
 
-constexpr int kPointsPerCell = 3;         ///< of a line of the virtual cloth
+constexpr int kPointsPerCell = 3;         ///< per cell along a line of the virtual cloth
 constexpr std::size_t kMostFaces = 8000;  ///< of an object; a finer mesh is not drawn
-constexpr int kMostPoints = 40;           ///< a side; finer sheets are drawn by every k-th row
+constexpr int kMostPoints = 40;           ///< per side; of finer sheets every k-th row is drawn
 
-/// A tenth of a pixel or millimetre is finer than any screen shows; zero has no sign.
+/// Rounds to a tenth of a pixel or millimetre, finer than a screen shows; zero has no sign.
 double tenth(double value) {
   return std::round(value * 10) / 10 + 0.0;
 }
@@ -36,13 +36,13 @@ struct Seen {
   bool faces_camera = false;
 };
 
-/// The virtual sheet as one camera would see it.
+/// The virtual sheet projected into one camera.
 class Photographed {
  public:
   Photographed(const Camera* camera, const SheetFile& cloth)
       : camera_(camera), surface_(cloth.sheet, cloth.file.string()) {}
 
-  /// Absent without a calibration, outside the sheet or behind the camera.
+  /// Absent without a calibration, outside the sheet, or behind the camera.
   [[nodiscard]] std::optional<Seen> at(const Vector2d& material_m) const {
     const auto point = camera_ ? surface_.at(material_m) : std::nullopt;
     if (!point) return std::nullopt;
@@ -51,7 +51,7 @@ class Photographed {
     return Seen{seen->px, point->normal.dot(centre_in_world(*camera_) - point->point_in_world) > 0};
   }
 
-  /// Adds the line through the material, split where the cloth turns its back to the camera.
+  /// Adds a line through the material, split where the cloth turns its back to the camera.
   void add_line(const Vector2d& from, const Vector2d& to, int samples, ReportedView& view) const {
     std::vector<double> line;
     bool faces = true;
@@ -158,7 +158,7 @@ std::optional<ReportedShape> shape_of(const DrapeInput& input, const Report& rep
   for (const int row : rows) {
     for (const int col : cols) {
       const SheetMark* point = sheet.find({row, col});
-      if (point == nullptr) return std::nullopt;  // another simulator's mesh with holes
+      if (point == nullptr) return std::nullopt;  // mesh of another simulator with holes
       append(shape.cloth_mm, point->point_in_world);
     }
   }

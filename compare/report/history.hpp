@@ -7,9 +7,9 @@
 
 namespace drape::compare {
 
-/// The whole store on one page that fetches nothing: how the calibration residual and
-/// the distances of each drape went over the imports, with alarms, and every comparison. The same
-/// store gives the same bytes. NO-GO on an alarm, and where a current comparison is NO-GO.
+/// The whole store on one self-contained page: calibration residuals and distances of each drape
+/// over the imports, with alarms, and every comparison. Equal stores give equal bytes. NO-GO for an
+/// alarm or if a current comparison is NO-GO.
 struct HistoryPage {
   std::string html;
   bool go = true;

@@ -11,7 +11,7 @@
 namespace drape::compare {
 namespace {
 
-/// JSON that no text in it can end: `<` is written as its code.
+/// A block of JSON that no text in it can end: `<` is escaped.
 std::string data_block(const std::string& id, const Value& data) {
   std::string json;
   for (const char c : one_line(data)) json += c == '<' ? std::string("\\u003c") : std::string(1, c);

@@ -19,8 +19,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Files of an earlier report, whose drapes and tables this one may not have; by their names, for
-/// the folder may hold files of other people.
+/// Removes files of an earlier report with other drapes or tables, by their names, since the folder
+/// can contain files of other people.
 void remove_others(const fs::path& folder, const std::vector<fs::path>& written) {
   static const std::regex of_a_report(
       "[A-Za-z0-9_-]+-(band|branches|certificates|convergence|direction|drapemeter|fabric|"
@@ -40,7 +40,7 @@ void remove_others(const fs::path& folder, const std::vector<fs::path>& written)
   for (const fs::path& file : others) remove_durable(file);
 }
 
-/// The photographs, by the names that the views give them.
+/// Photographs by the names used in the views.
 std::map<std::string, std::string> pictures_of(const RunReport& report, const fs::path& folder) {
   std::map<std::string, std::string> pictures;
   for (const ReportedDrape& drape : report.drapes)

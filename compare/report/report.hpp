@@ -8,10 +8,10 @@
 
 namespace drape::compare {
 
-/// Writes the page `file` (one file, nothing is fetched), report.json under the same stem, and in a
-/// folder named like the stem the tables as .csv and the marks as .vtp. What an earlier report
-/// wrote there and this one does not, by its name, is removed. Returns the files written, the page
-/// last. The same record gives the same bytes.
+/// Writes the page `file` (self-contained), report.json with the same stem, and, in a folder named
+/// like the stem, the tables as .csv and the marks as .vtp. Removes files of an earlier report that
+/// this one does not write, recognised by name. Returns the files written, the page last. Equal
+/// records give equal bytes.
 std::vector<std::filesystem::path> write_report(const std::filesystem::path& file,
                                                 const RunReport& report);
 

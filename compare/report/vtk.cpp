@@ -22,7 +22,7 @@ std::string array_of(const std::string& name, const char* type, int components,
       type, name, components, fmt::join(values, " "));
 }
 
-/// Polygons or lines by the indices of their points.
+/// Polygons or lines as indices of their points.
 std::string cells_of(const char* tag, const std::vector<std::vector<double>>& cells) {
   std::vector<double> points, ends;
   for (const auto& cell : cells) {

@@ -7,11 +7,11 @@
 
 namespace drape::compare {
 
-/// Geometry of a VTK file: the measured marks, their places on the simulation that speaks for the
-/// drape, or a line from each mark to its place.
+/// Geometry of a VTK file: measured marks, their positions on the simulation that represents the
+/// drape, or a line from each mark to its position.
 enum class VtkPart { measured, simulated, distance };
-/// VTK XML (.vtp) of the marks that have a distance, millimetres, with the cells of four such marks
-/// as faces. Point data: distance_mm (active), sigma_distance_mm, sigma_mm, row, col.
+/// VTK XML (.vtp) of the marks with a distance, in millimetres; cells with four such marks are
+/// faces. Point data: distance_mm (active), sigma_distance_mm, sigma_mm, row, col.
 [[nodiscard]] std::string vtp_of(const ReportedDrape& drape, VtkPart part);
 
 }  // namespace drape::compare

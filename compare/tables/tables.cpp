@@ -48,7 +48,7 @@ bool several_models(const DrapeInput& input) {
   });
 }
 
-/// Keys that tell the simulations of the group apart, but the model, which has a column.
+/// Keys that distinguish the simulations of the group, except the model, which has its own column.
 std::vector<std::string> apart_keys(const DrapeInput& input) {
   std::vector<std::string> keys;
   for (const Simulation& simulation : input.simulations)
@@ -344,7 +344,7 @@ const Branch& facts_of(const DrapeInput& input, const BranchComparison& one) {
   return *input.simulations[one.as_placed.simulation].branch;
 }
 
-/// The first that is given may not be the first of its list.
+/// The first branch given need not be the first of its list.
 double least_j_of(const DrapeInput& input, const BranchSet& set) {
   const Branch& first = facts_of(input, set.branches.front());
   return first.least_j.value_or(first.energy_j);

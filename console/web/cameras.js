@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Pictures of all cameras, saturation in red, what detect found.
+// Pictures of all cameras, with saturated pixels in red and the marks found by detect.
 import {act, ask, cameraView, command, figure, h, markDrawings, table, takeButtons, verdict} from './dom.js';
 
 let chosen = '';
@@ -22,13 +22,13 @@ function stillWords(still_s) {
 
 let marksOf = '';  // surface whose marks are drawn over live pictures
 
-/// The pages that show what the cameras see now say so, and whose marks they draw over it.
+/// Sets whether the page shows live pictures, and the surface whose marks overlay them.
 export function showLive(shows, surface = '') {
   showsLive = shows;
   marksOf = shows ? surface : '';
 }
 
-/// Marks in the live pictures, as detect finds them in what the page shows.
+/// Draws the marks that detect finds in the live pictures shown.
 async function drawMarks() {
   const surface = marksOf;
   const none = {cameras: {}, still_s: {}};
@@ -49,7 +49,7 @@ async function drawMarks() {
 }
 setInterval(drawMarks, 1000);
 
-/// A live picture when the server has a newer one; the next only when this one is there.
+/// Loads a live picture if the server has a newer one; the next is requested after this one arrived.
 export async function frame(camera) {
   const shot = shots.get(camera);
   if (!shot || !showsLive || shot.busy || !shot.img.isConnected) return;
@@ -72,7 +72,7 @@ export async function frame(camera) {
   }
 }
 
-/// A setting as the camera says it, and as cameras.toml asks where that is another value.
+/// A setting as reported by the camera, and the value in cameras.toml if different.
 function setting(facts, name, unit) {
   const raw = name === 'gain_db' ? facts.settings.gain_camera_units : undefined;
   const is = facts.settings[name] ?? raw;
@@ -89,7 +89,7 @@ function liveWords(facts) {
 
 const NO_PICTURE = 'No picture now. ';
 
-/// A camera without pictures for two seconds is said to have none.
+/// Reports a camera without pictures for two seconds.
 setInterval(() => {
   for (const shot of shots.values()) {
     const late = shot.at && Date.now() - shot.at > 2000;
@@ -105,7 +105,7 @@ function doctorTable(checks) {
     [one.check, h('td', {}, verdict(one.verdict)), one.found, one.to_do ?? '']));
 }
 
-/// A field and its button; both stay while the page is drawn again.
+/// A field and its button, which are kept when the page is redrawn.
 function lightField(camera, name, words) {
   const input = h('input', {type: 'number', min: 0, step: 'any', id: `${name}-${camera}`, size: 8});
   return h('span', {class: 'light'}, h('label', {for: input.id}, `${camera} ${words} `), input, ' ',
@@ -113,7 +113,7 @@ function lightField(camera, name, words) {
       `Set ${words.split(',')[0]} of ${camera}`));
 }
 
-/// Exposure and gain of every live camera; what it has then stands under its picture.
+/// Exposure and gain of every live camera; the resulting values are shown under its picture.
 function lightFields(state) {
   return [h('h2', {}, 'Exposure and gain'), h('div', {class: 'acts'}, state.cameras.map(camera => {
     const shot = shots.get(camera.name);  // liveView() made it; a second view would take its picture
@@ -122,7 +122,7 @@ function lightFields(state) {
   }).flat()), h('p', {}, 'They hold until the cameras are closed; cameras.toml has those of every session.')];
 }
 
-/// With drawings over the picture, in the sensor's pixels.
+/// A picture with an overlay in sensor pixels.
 export function liveView(camera, drawings = []) {
   if (!shots.has(camera.name)) {
     const img = h('img', {width: 640, height: Math.round(640 * camera.height_px / camera.width_px), alt: `${camera.name}, live`, id: `live-${camera.name}`});

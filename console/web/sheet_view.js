@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The measured sheet in space, the object, the virtual sheet, a rod for each mark's distance.
+// 3D view of the measured sheet, the object and the virtual sheet, with a rod for each mark's distance.
 
 let renderer = null, loading = null;
 
@@ -14,7 +14,7 @@ function loadThree() {
   return loading;
 }
 
-/// From small (dark) to large (light): lightness alone orders the colours.
+/// Colours from small (dark) to large (light), ordered by lightness.
 function colourOf(part) {
   return new THREE.Color().setHSL(0.75 - 0.6 * part, 0.75, 0.3 + 0.4 * part);
 }
@@ -53,7 +53,7 @@ const view = {azimuth: -1.05, height: 0.5, zoom: 1};
 
 let kept = {text: '', figure: null};
 
-/// A canvas that turns by arrow keys or the pointer; the same one while the sheet is the same.
+/// A canvas rotated by arrow keys or the pointer; reused while the sheet is unchanged.
 export async function sheetView(sheet) {
   const text = JSON.stringify(sheet);
   if (kept.text !== text) kept = {text, figure: await made(sheet)};

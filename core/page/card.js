@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A drape in ten seconds: picture, match, distance with U, shape and place, why, what next.
+// Summary card of a drape: picture, match, distance with U, shape and position, reason, next action.
 
 import {h} from './dom.js';
 import {figuresOf} from './figure.js';
@@ -9,12 +9,12 @@ export const matchOf = drape => (drape.no_go.length ? 'no-go' : drape.match.verd
 const WORDS = {inside: 'Inside', outside: 'Outside', undecided: 'Undecided', none: 'No limit', 'no-go': 'NO-GO'};
 export const matchWord = drape => WORDS[matchOf(drape)];
 
-/// The camera that shows most marks.
+/// The view with the most marks.
 export function bestView(drape) {
   return drape.views.reduce((best, view) => (!best || view.marks.length > best.marks.length ? view : best), null);
 }
 
-/// The distance as a bar: grey up to the limit, a band of what is open, a tick at the distance.
+/// Draws the distance as a bar: grey up to the limit, a band for open contributions, a tick at the distance.
 function bar(drape, shown) {
   const value = drape.match.value_mm ?? drape.distance.mean_mm, open = drape.budget ? drape.budget.inputs_mm + drape.budget.own_mm : 0;
   const limit = drape.match.limit_mm ?? 0, top = 1.1 * Math.max(value + open, limit), x = mm => 300 * Math.max(0, mm) / top;
@@ -25,7 +25,7 @@ function bar(drape, shown) {
   h('rect', {x: x(value) - 1.5, y: 2, width: 3, height: 18, class: 'tick'}));
 }
 
-/// `source`: address of the picture of bestView(drape); `link`: where the rest of the drape stands.
+/// `source`: address of the picture of bestView(drape); `link`: address of the drape's details.
 export function card(drape, source, link) {
   const shown = figuresOf(drape), view = bestView(drape), match = matchOf(drape);
   const about = [drape.object, drape.fabric && `fabric ${drape.fabric}`].filter(Boolean).join(', ');

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Viridis (van der Walt & Smith 2015): even steps in lightness, safe for colour-blind readers and in
-// grey print.
+// Viridis (van der Walt & Smith 2015): uniform in lightness, suitable for colour-blind readers and
+// greyscale print.
 
 const PLACES = [[68, 1, 84], [72, 36, 117], [65, 68, 135], [53, 95, 141], [42, 120, 142], [33, 145, 140],
   [34, 168, 132], [68, 191, 112], [122, 209, 81], [189, 223, 38], [253, 231, 37]];
@@ -11,7 +11,7 @@ export function roundStep(part) {
   return ten * [1, 2, 2.5, 5, 10].find(step => step * ten >= part * (1 - 1e-9));
 }
 
-/// Colours from 0 to a round number at or above `largest`.
+/// Colour scale from 0 to a round number at or above `largest`.
 export function colourScale(largest) {
   const step = roundStep((largest > 1e-6 ? largest : 1) / 5), top = step * Math.ceil((largest > 1e-6 ? largest : 1) / step * (1 - 1e-9));
   const rgb = value => {

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// Elements. Text enters a page as text only, never as markup.
+// Elements of a page. Text is inserted only as text, never as markup.
 
 const SVG = 'http://www.w3.org/2000/svg';
 const SVG_TAGS = new Set(['svg', 'circle', 'ellipse', 'polygon', 'polyline', 'line', 'rect', 'text', 'g', 'path', 'image', 'title', 'desc']);
 
-/// An element: attributes as they are, functions as listeners, strings and nodes as children.
+/// Creates an element: attributes as given, functions as listeners, strings and nodes as children.
 export function h(tag, attributes = {}, ...children) {
   const element = SVG_TAGS.has(tag) ? document.createElementNS(SVG, tag) : document.createElement(tag);
   for (const [name, value] of Object.entries(attributes)) {
@@ -16,7 +16,7 @@ export function h(tag, attributes = {}, ...children) {
   return element;
 }
 
-/// A table of report.json; `tables` that are wider than the page scroll by themselves.
+/// Creates a table of report.json; tables wider than the page scroll separately.
 export function tableOf(table) {
   const numbers = new Set(table.numbers);
   const cell = (tag, text, i) => h(tag, {class: numbers.has(i) ? 'n' : null, scope: tag === 'th' ? 'col' : null}, text);

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// Numbers as people read them; the same rule as drape::figure() in core/run_report.cpp.
+// Numbers formatted for people, by the same rule as drape::figure() in core/run_report.cpp.
 
 const times = (x, places) => (places < 0 ? x / 10 ** -places : x * 10 ** places);
 
-/// A number to the decimal place of the second significant digit of its uncertainty, both in one
-/// unit; without an uncertainty to three significant digits. Ties go away from zero.
+/// Rounds a number to the second significant digit of its uncertainty, both in one
+/// unit; without an uncertainty to three significant digits. Ties are rounded away from zero.
 export function figure(value, uncertainty = null) {
   if (typeof value !== 'number' || !Number.isFinite(value)) return 'not known';
   const known = uncertainty > 0, scale = known ? uncertainty : Math.abs(value), least = known ? 9.95 : 99.5;
@@ -17,8 +17,8 @@ export function figure(value, uncertainty = null) {
   return `${sign}${digits.slice(0, -places)}.${digits.slice(-places)}`;
 }
 
-/// Mean distance, U, shape, place, turn and limit of a drape of report.json as they are shown;
-/// empty texts where there is none.
+/// Texts of mean distance, U, shape, position, rotation and limit of a drape of report.json;
+/// empty for absent values.
 export function figuresOf(drape) {
   const d = drape.distance, u = drape.budget?.expanded_mm ?? null;
   const length = value => (value === null || value === undefined ? '' : figure(value, u));

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The history of a store: one chart a series with the band that the values before predict.
+// The history of a store: one chart per series, with the band predicted by the earlier values.
 
 import {roundStep} from './colour.js';
 import {h, tableOf} from './dom.js';

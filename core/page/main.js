@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A report or a history as one file: the data stand in the page itself.
+// A report or a history as one file: the data are in the page itself.
 
 import {showHistory} from './history.js';
 import {showReport} from './report.js';

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Pictures of a drape: photographs with real and virtual cloth, the map of its marks, its charts.
+// Pictures of a drape: photographs with real and virtual cloth, map of its marks, charts.
 
 import {colourScale, roundStep} from './colour.js';
 import {h} from './dom.js';
@@ -12,14 +12,14 @@ export function scaleOf(drape) {
   return colourScale(drape.distance?.max_mm ?? 1);
 }
 
-/// A mark in words.
+/// Describes a mark in words.
 export function titleOf(mark) {
   const u = mark.sigma_distance_mm ? 2 * mark.sigma_distance_mm : null;
   return `row ${mark.row}, col ${mark.col}: ${mark.distance_mm === null ? mark.gap || 'no distance' : `${figure(mark.distance_mm, u)} mm from the simulation`}`;
 }
 
-/// The photograph with measured marks in the colour of their distance, the virtual cloth's lines,
-/// faint where its back is seen, and a line from each mark to its virtual place.
+/// Draws the photograph with measured marks coloured by distance, the lines of the virtual cloth,
+/// faint where its back is seen, and a line from each mark to its virtual position.
 export function photograph(drape, view, source, attributes = {}) {
   const [left, top, right, bottom] = view.crop_px, unit = (right - left) / 1000;
   const scale = scaleOf(drape), marks = new Map(drape.marks.map(mark => [key(mark), mark]));
@@ -39,7 +39,7 @@ export function photograph(drape, view, source, attributes = {}) {
   lines(view.back, 0.28), lines(view.front, 0.95), dots);
 }
 
-/// Colours of the distances with their numbers.
+/// Draws the colour scale of the distances.
 export function legend(drape) {
   const {top, step, colour} = scaleOf(drape), at = [];
   for (let value = 0; value <= top * (1 + 1e-9); value += step) at.push(value);
@@ -48,7 +48,7 @@ export function legend(drape) {
     at.map(value => h('text', {x: 10 + 300 * value / top, y: 25, 'text-anchor': 'middle'}, `${tick(value)}${value === 0 ? ' mm' : ''}`)));
 }
 
-/// The patch laid flat, printed side up: one tile a mark with its distance in mm; dashed: a gap.
+/// Draws the flat patch, printed side up: one tile per mark with its distance in mm, dashed for a gap.
 export function markMap(drape) {
   const scale = scaleOf(drape), rows = 1 + Math.max(...drape.marks.map(m => m.row)), cols = 1 + Math.max(...drape.marks.map(m => m.col));
   const side = 440 / Math.max(rows, cols);
@@ -62,7 +62,7 @@ export function markMap(drape) {
     }));
 }
 
-/// Bars over an axis from 0: `series` of {label, colour, values: [[x, y], ...]} side by side.
+/// Draws bars over an axis from 0, with `series` of {label, colour, values: [[x, y], ...]} side by side.
 function bars(label, xLabel, yLabel, series, width, lines = []) {
   const xs = series.flatMap(one => one.values.map(([x]) => x)), low = Math.min(...xs) - width / 2, high = Math.max(...xs) + width / 2;
   const most = Math.max(...series.flatMap(one => one.values.map(([, y]) => y)), 1e-9), step = roundStep(most / 4), top = step * Math.ceil(most / step - 1e-9);
@@ -90,7 +90,7 @@ export function histogram(drape) {
     [[d.median_mm, `median ${figure(d.median_mm, u)}`], [d.mean_mm, `mean ${figure(d.mean_mm, u)}`], [d.p95_mm, `95 % below ${figure(d.p95_mm, u)}`]]);
 }
 
-/// Waves around the hem of the measured and of the virtual sheet that speaks for the drape.
+/// Draws the hem spectra of the measured sheet and of the virtual sheet that represents the drape.
 export function hemChart(drape) {
   const table = drape.tables.find(one => one.name === 'hem');
   if (!table) return null;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The page of a report.json: first the drapes as cards, then what asks for something, the
-// certificate, and everything else of each drape.
+// The page of a report.json: first the drapes as cards, then notes that require an action, the
+// certificate, and all details of each drape.
 
 import {bestView, card, matchWord} from './card.js';
 import {h, tableOf} from './dom.js';
@@ -28,7 +28,7 @@ export function header(report) {
     report.go ? null : h('ul', {class: 'reasons'}, report.reasons.map(reason => h('li', {}, reason))));
 }
 
-/// Notes of one kind are one line that opens; those that stop stand first, those that inform last.
+/// Groups notes of one kind under one expandable line; notes that stop are first, those that inform last.
 export function notes(report) {
   const kinds = new Map();
   for (const note of report.notes) {
@@ -45,7 +45,7 @@ export function notes(report) {
         same.map(note => h('p', {}, note.text))))));
 }
 
-/// One page on paper: both verdicts of each drape with distance and U, and what the run rests on.
+/// One printed page: both verdicts of each drape with distance and U, and the basis of the run.
 export function certificate(report) {
   const {calibration, provenance} = report;
   const rows = report.drapes.map(drape => {
@@ -119,7 +119,7 @@ function provenanceSection({provenance}) {
     folded(plural(provenance.inputs.length, 'file') + ' read', tableOf({name: 'files', title: '', columns: ['file', 'SHA-256'], headings: [], numbers: [], rows: provenance.inputs.map(input => [input.file, input.sha256]), marked_row: null})));
 }
 
-/// Fills `root` with the page of a report; `source` gives the address of a picture.
+/// Fills `root` with the page of a report; `source` returns the address of a picture.
 export function showReport(root, report, source) {
   const link = (target, words) => h('a', {href: `#${target}`}, words);
   root.replaceChildren(header(report),

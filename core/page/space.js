@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Object, virtual cloth, real cloth and marks in space, turned by mouse, finger or keys. Faces are
-// painted from far to near on a plain canvas, so that it works without WebGL.
+// 3D view of object, virtual cloth, real cloth and marks, rotated by mouse, finger or keys. Faces are
+// painted from far to near on a 2D canvas, so that it works without WebGL.
 
 import {h} from './dom.js';
 import {scaleOf, titleOf} from './pictures.js';
@@ -13,7 +13,7 @@ const dot = (a, b) => a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
 const cross = (a, b) => [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
 const unit = a => { const n = Math.hypot(...a) || 1; return a.map(x => x / n); };
 
-/// Quads of a grid of points in rows; one without all four corners is left out.
+/// Quads of a grid of points in rows, omitting those with a missing corner.
 function cells(rows, cols, point, make) {
   const quads = [];
   for (let row = 0; row + 1 < rows; ++row) for (let col = 0; col + 1 < cols; ++col) {
@@ -23,7 +23,7 @@ function cells(rows, cols, point, make) {
   return quads;
 }
 
-/// All faces of a drape of report.json, by the part that a button shows.
+/// Faces of a drape of report.json, grouped by the button that shows them.
 function facesOf(drape) {
   const {shape} = drape, scale = scaleOf(drape), parts = {cloth: [], real: [], object: []};
   if (shape) {
@@ -130,7 +130,7 @@ export function spaceView(drape) {
     turn((last[0] - event.clientX) * 0.008, (event.clientY - last[1]) * 0.008);
     last = [event.clientX, event.clientY];
   });
-  // The page scrolls under the pointer as everywhere; with Ctrl held, or two fingers, it zooms.
+  // The wheel scrolls the page as usual; with Ctrl, or with two fingers, it zooms.
   canvas.addEventListener('wheel', event => {
     if (!event.ctrlKey) return;
     zoom(event.deltaY < 0 ? 1.1 : 1 / 1.1);
