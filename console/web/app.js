@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Pages, state and events. The state is requested from the server whenever an event reports
-// a change; the page itself stores nothing of importance.
+// Pages, state and events. The state is asked for from the server whenever it says that
+// something changed; nothing that matters lives in the page.
 import {act, ask, h, takeSoon, tone} from './dom.js';
 import * as cameras from './cameras.js';
 import * as calibration from './calibration.js';
@@ -27,7 +27,7 @@ function drawPages() {
   }, h('kbd', {'aria-hidden': 'true'}, k + 1), name[0].toUpperCase() + name.slice(1))));
 }
 
-/// Redraws what changed, and keeps the keyboard focus.
+/// Draws again where something changed, and leaves the keyboard where it was.
 async function draw(forced = false) {
   if (!state) return;
   const page = current();
@@ -48,7 +48,7 @@ async function draw(forced = false) {
   main.dataset.page = page;
 }
 
-// The elements are reused for all jobs, so that a key or click between two updates hits the intended button.
+// The same elements for all jobs: a key or click between two reports of progress meets the button it was aimed at.
 const bar = h('progress', {max: 1});
 const doing = h('span');
 let running = null;
@@ -74,7 +74,7 @@ function drawStatus() {
   }
 }
 
-/// Progress changes only one line; a finished step can change any page.
+/// Progress alone changes one line; a step that ended may have changed any page.
 function takeJob(job) {
   const k = state ? state.jobs.findIndex(one => one.id === job.id) : -1;
   const steps = one => `${one.state} ${/\(\d+ of \d+ done\)/.exec(one.now)}`;

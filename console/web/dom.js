@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// Elements, requests and figures. Text is inserted into the page only as text, never as markup.
+// Elements, requests and figures. Text enters the page as text only, never as markup.
 
 const SVG = 'http://www.w3.org/2000/svg';
 const SVG_TAGS = new Set(['svg', 'circle', 'ellipse', 'polygon', 'polyline', 'line', 'rect', 'text', 'g', 'title']);
 
-/// Creates an element: attributes as given, functions as listeners, strings and nodes as children.
+/// An element: attributes as they are, functions as listeners, strings and nodes as children.
 export function h(tag, attributes = {}, ...children) {
   const element = SVG_TAGS.has(tag) ? document.createElementNS(SVG, tag) : document.createElement(tag);
   for (const [name, value] of Object.entries(attributes)) {
@@ -40,7 +40,7 @@ export async function act(what) {
   }
 }
 
-/// Plays tones for an operator occupied with the cloth; browsers allow them after the first key or click.
+/// Tones for hands and eyes that are at the cloth; browsers allow them after the first key or click.
 export function tone(...pitches) {
   if (!navigator.userActivation?.hasBeenActive) return;
   const audio = new AudioContext();
@@ -57,7 +57,7 @@ export function tone(...pitches) {
 const SOON_S = 5;
 let countdown = null;
 
-/// Takes the offered set after a delay in which the operator can return to the cloth; a second press cancels it.
+/// Takes what the page offers when the hands have had time to reach the cloth; again: not at all.
 export function takeSoon() {
   const banner = document.getElementById('banner');
   banner.className = '';
@@ -84,7 +84,7 @@ export function takeSoon() {
   tick();
 }
 
-/// The button that takes a set, and the one that takes it after a delay.
+/// The button that takes a set, and the one that does it soon.
 export function takeButtons(id, words, off, click) {
   return [h('button', {type: 'button', class: 'main take', id, disabled: off, 'aria-keyshortcuts': 't', click},
     h('kbd', {'aria-hidden': 'true'}, 't'), words),
@@ -92,7 +92,7 @@ export function takeButtons(id, words, off, click) {
     h('kbd', {'aria-hidden': 'true'}, 's'), `In ${SOON_S} s`)];
 }
 
-/// Formats a number with a given number of decimals, or a dash.
+/// A number with so many digits behind the point, or a dash.
 export function number(value, digits = 2) {
   return typeof value === 'number' ? value.toFixed(digits) : '–';
 }
@@ -119,12 +119,12 @@ export function command(...lines) {
 
 const views = new Map();
 
-/// A camera's picture with an overlay. The picture's element is kept when the page is
-/// redrawn, so that it is loaded once per take.
+/// A camera's picture with drawings over it. The picture's element is kept from one drawing of the
+/// page to the next, so that it is loaded once for each take.
 export function cameraView(camera, set, red, drawings, caption) {
   const key = `${camera.name} ${set.name} ${set.pictures} ${red}`;
   if (!views.has(key)) {
-    // The address includes the content, since a browser does not request a known address again.
+    // With the pictures' content: a browser does not ask again for an image whose address it knows.
     const query = new URLSearchParams({camera: camera.name, set: set.name, width: 640, red: red ? 1 : 0, pictures: set.pictures});
     views.set(key, h('img', {src: `api/picture?${query}`, width: 640,
       height: Math.round(640 * camera.height_px / camera.width_px), alt: `${camera.name}, set ${set.name}`}));
@@ -135,7 +135,7 @@ export function cameraView(camera, set, red, drawings, caption) {
     h('figcaption', {}, caption));
 }
 
-/// Draws ellipses for measured marks, and crosses for rejected candidates.
+/// Ellipses of measured marks, crosses where something was refused.
 export function markDrawings(found) {
   if (!found) return [];
   const marks = found.marks.map(([x, y, a, b, angle]) => h('ellipse', {cx: x, cy: y, rx: Math.max(a, 6),

@@ -14,7 +14,7 @@ function resultWords(drape) {
     verdict(result.measurement), ', match ', verdict(result.match), '.');
 }
 
-/// Draws outlines of the objects over a picture, as measured by their plates, or dashed as stated in the scene.
+/// Of the objects, over a picture: as their plates show them, or dashed as the scene states them.
 function outlineDrawings(outlines, camera) {
   return (outlines?.cameras[camera] ?? []).map(line => h('polyline', {points: line.map(point => point.join(',')).join(' '), fill: 'none',
     stroke: '#ff4fd8', 'stroke-width': 4, 'stroke-dasharray': outlines.measured ? null : '16 12'}));
