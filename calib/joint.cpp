@@ -494,6 +494,7 @@ JointResult calibrate_joint(const Detections& detections, const Rig& rig, const 
   const JointModel all = model;
   const std::vector<std::string> dropped =
       start_joint(model, {options.known_lenses.has_value(), options.thickness_mm * units::mm});
+  const std::string unconfirmed = unconfirmed_labels(target, all, model);
   notes.insert(notes.end(), dropped.begin(), dropped.end());
   JointOptions with_scale = options;
   if (scaled)
@@ -512,6 +513,9 @@ JointResult calibrate_joint(const Detections& detections, const Rig& rig, const 
     result.report.status =
         result.report.good() ? exchanged : exchanged + "; " + result.report.status;
     result.calibration.warnings.insert(result.calibration.warnings.begin(), exchanged);
+  } else if (!unconfirmed.empty()) {
+    result.report.status = unconfirmed;
+    result.calibration.warnings.insert(result.calibration.warnings.begin(), unconfirmed);
   } else if (const std::string lost = lost_stages(all, model); !lost.empty()) {
     result.report.status = result.report.good() ? lost : result.report.status + "; " + lost;
     result.calibration.warnings.insert(result.calibration.warnings.begin(), lost);

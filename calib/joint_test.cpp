@@ -84,6 +84,29 @@ TEST(Joint, CamerasThatAreExchangedInSomeSetsAreNamed) {
   }
 }
 
+TEST(Joint, LabelsThatAreTurnedRoundOnATargetThatLooksTheSameAreNamed) {
+  JointOptions options;
+  options.lens = LensTerms::k1_k2;
+  Detections detections = bench1_target_detections(0.01);
+  std::erase_if(detections.frames,
+                [](const FrameDetections& frame) { return frame.camera == "cam2"; });
+  for (FrameDetections& frame : detections.frames) {
+    if (frame.set != "pose_03" || frame.camera != "cam1") continue;
+    for (Detection& dot : frame.detections) dot.mark = {8 - dot.mark.row, 11 - dot.mark.col};
+    std::reverse(frame.detections.begin(), frame.detections.end());
+  }
+  EXPECT_THAT(calibrate_bench1(detections, options).report.status,
+              HasSubstr("half a turn, and set pose_03 is labelled otherwise by cam1 than by cam0"));
+  // One view in common agrees however it is labelled.
+  std::erase_if(detections.frames, [](const FrameDetections& frame) {
+    const bool is_stage = frame.set.starts_with("stage");
+    return frame.camera == "cam1" ? is_stage || frame.set < "pose_05"
+                                  : !is_stage && frame.set > "pose_05";
+  });
+  EXPECT_THAT(calibrate_bench1(detections, options).report.status,
+              HasSubstr("the place of cam1 rests on one view in common"));
+}
+
 TEST(Joint, SameInputSameBytes) {
   test::TemporaryFolder folder;
   for (const char* name : {"a.json", "b.json"}) {

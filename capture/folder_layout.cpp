@@ -14,6 +14,7 @@
 #include "capture/natural_order.hpp"
 #include "core/error.hpp"
 #include "core/files/files.hpp"
+#include "core/files/inside.hpp"
 #include "core/files/json_file.hpp"
 
 namespace drape::capture {
@@ -72,7 +73,8 @@ FrameSet read_set(const fs::path& folder, const std::string& set,
   for (const std::string& name : names_in(folder / set)) {
     const fs::path path = folder / set / name;
     const std::string file = fmt::format("{}/{}", set, name);
-    if (is_hidden(name) || name == "capture.json") continue;  // notes written by a capture
+    if (is_hidden(name) || name == "capture.json") continue;  // notes of a capture
+    require_target(path);
     if (!fs::is_regular_file(path) || !is_image_name(path)) {
       ignored.push_back({file, "not an image file (png, jpg, jpeg, tif, tiff)"});
       continue;

@@ -15,6 +15,7 @@
 #include "core/files/files.hpp"
 #include "core/files/inside.hpp"
 #include "core/parallel.hpp"
+#include "core/pictures/picture.hpp"
 
 namespace drape::capture {
 namespace {
@@ -23,7 +24,7 @@ namespace fs = std::filesystem;
 
 /// Original picture behind a link, such as those that `drape calib images` makes.
 fs::path original_of(const fs::path& file) {
-  return fs::is_symlink(file) ? fs::canonical(file) : file;
+  return fs::is_symlink(file) ? file.parent_path() / fs::read_symlink(file) : file;
 }
 
 /// One picture of the folder.
@@ -31,6 +32,7 @@ struct Picture {
   const FrameSet* set;
   RecordedFrame* frame;
   std::uintmax_t bytes = 0;
+  int orientation = 1;
 
   [[nodiscard]] Where where(const fs::path& folder) const {
     return {.file = original_of(folder / frame->file).string(),
@@ -43,6 +45,7 @@ void check_one(const fs::path& folder, Picture& picture) {
   const std::vector<unsigned char> bytes = read_bytes(folder / picture.frame->file);
   const ImageSize size = check_image(bytes, picture.where(folder));
   picture.bytes = bytes.size();
+  picture.orientation = orientation_of(bytes);
   picture.frame->sha256 = sha256_of(bytes);
   picture.frame->width_px = size.width_px;
   picture.frame->height_px = size.height_px;
@@ -80,6 +83,17 @@ void warn_of_same_bytes(const fs::path& folder, const std::vector<Picture>& pict
       warnings.push_back(fmt::format("{} and {} are the same image; was one copied by mistake?",
                                      name_of(first->second), name_of(file)));
   }
+}
+
+void warn_of_turns(const std::vector<Picture>& pictures, std::vector<std::string>& warnings) {
+  const auto turned = [](const Picture& picture) { return picture.orientation != 1; };
+  const auto first = std::find_if(pictures.begin(), pictures.end(), turned);
+  if (first == pictures.end()) return;
+  warnings.push_back(
+      fmt::format("{} pictures, {} first, have an orientation tag that asks for a turn or a mirror "
+                  "image; their "
+                  "pixels are taken as the sensor wrote them",
+                  std::count_if(pictures.begin(), pictures.end(), turned), first->frame->file));
 }
 
 std::optional<Recording> recording_in(const fs::path& folder) {
@@ -278,6 +292,7 @@ ImportResult import_folder(const fs::path& folder, const fs::path& recording_fol
   if (existing) require_nothing_replaced(*existing, pictures);
   report.images = pictures.size();
   for (const Picture& picture : pictures) report.image_bytes += picture.bytes;
+  warn_of_turns(pictures, report.warnings);
   warn_of_same_bytes(folder, pictures, report.warnings);
 
   if (!report.in_place) {

@@ -261,6 +261,13 @@ TEST_F(Import, OfLinksNamesThePicturesThatTheyLeadTo) {
   EXPECT_THAT(refusal(staged, out()), HasSubstr("where: " + second + ", camera `left`"));
 }
 
+TEST_F(Import, RefusesALinkToNoFile) {
+  fs::remove(in() / "set2/cam1.png");
+  fs::create_symlink("elsewhere.png", in() / "set2/cam1.png");
+  fs::remove(in() / "set10/cam1.png");
+  EXPECT_THAT(refusal(in(), out()), HasSubstr("leads to elsewhere.png, which is not there"));
+}
+
 TEST_F(Import, WarnsOfTheSameImageTwice) {
   fs::copy_file(in() / "set2/cam0.png", in() / "set10/cam0.png",
                 fs::copy_options::overwrite_existing);

@@ -17,11 +17,14 @@ namespace {
 
 using units::mm;
 
-/// Passes the NO-GO of a placing sheet on, in the words of the first cause, said once.
+/// Passes on the NO-GO of a placing sheet, in the words of the first cause, said once, and that of
+/// another simulator's mesh.
 void judge_placing(const Simulation& simulation, const std::optional<std::string>& said,
                    std::vector<std::string>& no_go) {
   const auto& cause = simulation.sheet.sheet.no_go;
-  if (cause && cause != said)
+  if (cause && simulation.other_simulator)
+    no_go.push_back(fmt::format("simulation {}: {}", simulation.label(), *cause));
+  else if (cause && cause != said)
     no_go.push_back(fmt::format("simulation {} was placed by a sheet that is NO-GO: {}",
                                 simulation.label(), *cause));
 }

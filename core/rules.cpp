@@ -11,6 +11,7 @@
 #include <map>
 #include <set>
 
+#include "core/files/mesh_file.hpp"
 #include "core/program/similar.hpp"
 #include "core/units.hpp"
 
@@ -66,6 +67,23 @@ void check_foot(const Scene& scene, std::size_t i, FaultList& list) {
         fmt::format("table_z_mm = {:g} if it stands on the table; on a stand write on_stand = "
                     "true in its [[object]]",
                     foot_m / mm));
+}
+
+/// A mesh that reaches below the table: most export y up.
+void check_mesh(const Scene& scene, std::size_t i, FaultList& list) {
+  const auto* mesh = std::get_if<MeshObject>(&scene.obstacles[i]);
+  std::error_code absent;
+  if (mesh == nullptr || !std::filesystem::is_regular_file(mesh->file, absent)) return;
+  double foot_m = std::numeric_limits<double>::infinity();
+  for (const Eigen::Vector3d& point : read_mesh_file(mesh->file).points)
+    foot_m = std::min(foot_m, (mesh->world_from_mesh * (mm * point)).z());
+  const double below_m = scene.table_z_m - foot_m;
+  if (below_m > 3 * std::hypot(scene.uncertainty_of(i).place_m(), scene.table_uncertainty_m()))
+    list.add(
+        fmt::format("object.{}.origin_mm", i),
+        fmt::format("the mesh of object {} reaches {:g} mm below the table (table_z_mm = {:g})",
+                    i + 1, below_m / mm, scene.table_z_m / mm),
+        "is the mesh y up? its z must point up; else correct origin_mm");
 }
 
 /// Refuses an uncertainty as wide as the object: no check could contradict any position then.
@@ -222,7 +240,10 @@ std::vector<std::pair<std::string, int>> known_tag_families() {
 
 std::vector<Error> faults_of(const Scene& scene) {
   FaultList list{scene.document};
-  for (std::size_t i = 0; i < scene.obstacles.size(); ++i) check_uncertainty(scene, i, list);
+  for (std::size_t i = 0; i < scene.obstacles.size(); ++i) {
+    check_uncertainty(scene, i, list);
+    check_mesh(scene, i, list);
+  }
   if (!scene.set.empty() && scene.obstacles.empty() && scene.pins.empty() && scene.clamps.empty())
     list.add("object", "the scene has neither an [[object]] nor a [[pin]] or a [[clamp]]",
              "describe what the cloth lies on or hangs from");
@@ -395,6 +416,11 @@ std::vector<std::string> warnings_of(const Print& print) {
           (print.patch_m[side] - 2 * print.margin_m[side]) / mm /
               (side == 0 ? print.rows - 1 : print.cols - 1)));
   return warnings;
+}
+
+bool is_ambiguous(const Target& target) {
+  if (target.kind == TargetKind::chessboard) return (target.rows + target.cols) % 2 == 0;
+  return target.kind == TargetKind::dot_grid && target.tags.empty() && target.hollow.empty();
 }
 
 }  // namespace drape

@@ -13,6 +13,7 @@
 
 #include "core/files/files.hpp"
 #include "core/parallel.hpp"
+#include "core/rules.hpp"
 #include "core/scene.hpp"
 #include "core/statistics/sample.hpp"
 #include "detect/image/image.hpp"
@@ -210,6 +211,15 @@ std::string twin_of(const Surroundings& surface) {
   return surface.plane.tags.empty() && !surface.plane.classes ? "dot grid" : "";
 }
 
+/// Keys of the print's or target's file that say where tags lie.
+const char* tag_keys_of(const Surroundings& surface) {
+  if (!surface.plane.stiff) return "tags.first_id, tags.cells";
+  if (!surface.board) return "tags.tag.centre_mm";
+  return surface.board->kind == TargetKind::charuco
+             ? "upper_left_square, rows, cols or tags.first_id"
+             : "rows, cols or tags.first_id";
+}
+
 void blame_print(const FrameDetections& frame, const std::string& why, DetectResult& result) {
   if (why.empty()) return;
   result.detections.no_go.emplace(frame.set, fmt::format("camera {}: {}", frame.camera, why));
@@ -283,7 +293,8 @@ DetectResult detect(const Recording& recording, const Rig& rig, const DetectOpti
   std::vector<PictureQuality> qualities;
   std::vector<double> blurs_px;
   for (Output& output : outputs) {
-    const std::string why = tags_elsewhere(surface.plane, output.frame.tags, surface.file.string());
+    const std::string why = tags_elsewhere(surface.plane, output.frame.tags, surface.file.string(),
+                                           tag_keys_of(surface));
     if (!why.empty()) withdraw_labels(output.frame);
     blame_print(output.frame, why, result);
     qualities.push_back(output.quality);

@@ -291,9 +291,8 @@ TagMap map_of(const PrintPlane& plane, const TagDetection& tag) {
 }  // namespace
 
 std::string tags_elsewhere(const PrintPlane& plane, const std::vector<TagDetection>& tags,
-                           const std::string& file) {
+                           const std::string& file, const std::string& keys) {
   constexpr double kMm = 1000;
-  const char* keys = plane.stiff ? "tags.tag.centre_mm" : "tags.first_id, tags.cells";
   std::vector<TagMap> maps;
   double px_per_m = 0;
   for (const TagDetection& tag : tags) {

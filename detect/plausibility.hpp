@@ -58,9 +58,9 @@ struct PictureQuality {
 /// Explains why the tags in a picture contradict their positions on the print; empty if they do
 /// not. Two tags never appear farther apart than on the print, at the scale of the nearer tag; and
 /// the corners of each tag predict the directions of the others. `file` is the print's or the
-/// target's.
+/// target's, `keys` are those of it that hold the positions.
 [[nodiscard]] std::string tags_elsewhere(const PrintPlane& plane,
                                          const std::vector<TagDetection>& tags,
-                                         const std::string& file);
+                                         const std::string& file, const std::string& keys);
 
 }  // namespace drape::detect

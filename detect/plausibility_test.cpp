@@ -201,7 +201,7 @@ std::string elsewhere(const std::function<void(std::vector<PrintedTag>&)>& mista
       frame_of(picture_of({}), small_print(), "cam0").tags;
   Print print = small_print();
   mistake(print.tags);
-  return tags_elsewhere(plane_of(print), seen, "print.toml");
+  return tags_elsewhere(plane_of(print), seen, "print.toml", "tags.first_id, tags.cells");
 }
 
 TEST(TagPlaces, WhatThePrintHasElsewhereIsNamed) {

@@ -14,6 +14,7 @@
 
 #include "core/error.hpp"
 #include "core/files/files.hpp"
+#include "core/files/inside.hpp"
 #include "core/program/run_record.hpp"
 #include "core/recording.hpp"
 #include "front/picture_names.hpp"
@@ -44,14 +45,15 @@ bool has_folders(const fs::path& folder) {
   return false;
 }
 
-/// Pictures in a folder, sorted by name.
+/// Pictures in a folder, sorted by name; a link keeps its own name, not that of its target.
 std::vector<fs::path> pictures_in(const fs::path& folder) {
   static const std::regex kPicture(".*\\.(png|jpg|jpeg|tif|tiff)", std::regex::icase);
   std::vector<fs::path> pictures;
   for (const auto& entry : fs::directory_iterator(folder)) {
     const std::string name = entry.path().filename().string();
-    if (entry.is_regular_file() && name.front() != '.' && std::regex_match(name, kPicture))
-      pictures.push_back(fs::canonical(entry.path()));
+    if (name.front() == '.' || !std::regex_match(name, kPicture)) continue;
+    require_target(entry.path());
+    if (entry.is_regular_file()) pictures.push_back(fs::absolute(entry.path()));
   }
   std::sort(pictures.begin(), pictures.end());
   return pictures;

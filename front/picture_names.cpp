@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cctype>
+#include <regex>
 #include <set>
 
 namespace drape {
@@ -10,6 +11,28 @@ namespace {
 
 bool is_digit(char c) {
   return std::isdigit(static_cast<unsigned char>(c)) != 0;
+}
+
+/// Date and time in a name as cameras write them: "2018-09-17__16-38-56", "20180917_163856789".
+const std::regex& time_in_name() {
+  static const std::regex kTime(
+      "((?:19|20)[0-9]{2})([-_.]?)(0[1-9]|1[0-2])\\2(0[1-9]|[12][0-9]|3[01])[-_. T]*"
+      "([01][0-9]|2[0-3])([-_.hH:]?)([0-5][0-9])[-_.mM:]?([0-5][0-9][0-9]{0,6})");
+  return kTime;
+}
+
+/// The name with each time in it as one number.
+std::string with_joined_time(const std::string& name) {
+  return std::regex_replace(name, time_in_name(), "$1$3$4$5$7$8");
+}
+
+std::string without_time(const std::string& name) {
+  return std::regex_replace(name, time_in_name(), "");
+}
+
+/// A number's digits without zeros before them.
+std::string digits_of(const std::string& number) {
+  return number.substr(std::min(number.find_first_not_of('0'), number.size() - 1));
 }
 
 /// Splits a name into text (maybe empty) and numbers in turn; numbers are at odd indices.
@@ -46,7 +69,12 @@ PictureName split_at(const std::vector<std::string>& parts, std::size_t number) 
 
 }  // namespace
 
-std::vector<PictureName> read_picture_names(const std::vector<std::string>& names) {
+std::vector<PictureName> read_picture_names(const std::vector<std::string>& given) {
+  // Times tell nothing where the names differ without them.
+  std::vector<std::string> names;
+  std::transform(given.begin(), given.end(), std::back_inserter(names), without_time);
+  if (std::set<std::string>(names.begin(), names.end()).size() < names.size())
+    std::transform(given.begin(), given.end(), names.begin(), with_joined_time);
   std::vector<std::vector<std::string>> all;
   std::set<std::size_t> numbers;
   for (const std::string& name : names) {
@@ -56,7 +84,7 @@ std::vector<PictureName> read_picture_names(const std::vector<std::string>& name
   std::size_t view = 0, most = 0;
   for (std::size_t place = 1; numbers.size() == 1 && place < 2 * *numbers.begin(); place += 2) {
     std::set<std::string> values;
-    for (const std::vector<std::string>& parts : all) values.insert(parts[place]);
+    for (const std::vector<std::string>& parts : all) values.insert(digits_of(parts[place]));
     if (values.size() < most) continue;
     most = values.size();
     view = place;
@@ -69,6 +97,22 @@ std::vector<PictureName> read_picture_names(const std::vector<std::string>& name
     } else {
       result.push_back(split_at(all[i], view > 0 ? view : last - 1));
     }
+  }
+  // Equal numbers become equal texts, in the numbers' order.
+  const auto is_number = [](const std::string& text) {
+    return std::all_of(text.begin(), text.end(), is_digit);
+  };
+  std::size_t widest = 0, narrowest = 0;
+  for (const PictureName& name : result) {
+    if (!is_number(name.view)) continue;
+    widest = std::max(widest, digits_of(name.view).size());
+    narrowest = narrowest == 0 ? name.view.size() : std::min(narrowest, name.view.size());
+  }
+  const std::size_t width = std::max(widest, narrowest);
+  for (PictureName& name : result) {
+    if (!is_number(name.view)) continue;
+    const std::string digits = digits_of(name.view);
+    name.view = std::string(width - digits.size(), '0') + digits;
   }
   return result;
 }

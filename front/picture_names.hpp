@@ -6,15 +6,17 @@
 
 namespace drape {
 
-/// Parts of a picture's file name: camera, and number of the view as written.
+/// A picture's name without its ending: the camera, and the view's number.
 struct PictureName {
   std::string camera;  ///< empty if the name is only a number
   std::string view;
 };
 
-/// Parses the names of pictures by one or several cameras. Of the numbers at the same position in
-/// all names, the one with the most distinct values is the view, the last one on a tie; if the
-/// names differ in form, it is the last number of each. A name without a number is a view by
+/// Reads the names of one camera's or several cameras' pictures. Of the numbers that stand at the
+/// same place in all names that with the most different values is the view, the last of equals;
+/// where the names are not of one form the last number of each. Date and time count as one number,
+/// and only where the names are not told apart without them. Numbers are equal whatever zeros stand
+/// before them (img2, img02), and are written equally wide. A name without a number is a view by
 /// itself.
 [[nodiscard]] std::vector<PictureName> read_picture_names(const std::vector<std::string>& names);
 

@@ -26,6 +26,25 @@ TEST(PictureNames, TheViewIsTheNumberThatChangesMost) {
   EXPECT_THAT(read({"1", "2"}), ElementsAre("|1", "|2"));
 }
 
+TEST(PictureNames, NumbersAreComparedAsNumbers) {
+  EXPECT_THAT(read({"left1", "left2", "right01", "right02"}),
+              ElementsAre("left|1", "left|2", "right|1", "right|2"));
+  EXPECT_THAT(read({"img2", "img10"}), ElementsAre("img|02", "img|10"));
+  EXPECT_THAT(read({"img002", "img010"}), ElementsAre("img|002", "img|010"));
+  EXPECT_THAT(read({"0", "000"}), ElementsAre("|0", "|0"));
+}
+
+TEST(PictureNames, ATimeIsOneNumberAndAViewWhereNothingElseIs) {
+  EXPECT_THAT(read({"Image__2018-09-17__16-38-56", "Image__2018-09-17__16-38-57",
+                    "Image__2018-09-17__16-39-00"}),
+              ElementsAre("Image|20180917163856", "Image|20180917163857", "Image|20180917163900"));
+  EXPECT_THAT(read({"IMG_20181231_235959", "IMG_20190101_000001"}),
+              ElementsAre("IMG|20181231235959", "IMG|20190101000001"));
+  EXPECT_THAT(read({"cam0_20180917_163856123_0001", "cam1_20180917_163856130_0001",
+                    "cam0_20180917_163901123_0002", "cam1_20180917_163901129_0002"}),
+              ElementsAre("cam0|0001", "cam1|0001", "cam0|0002", "cam1|0002"));
+}
+
 TEST(PictureNames, NamesOfSeveralFormsEndWithTheirView) {
   EXPECT_THAT(read({"cam1-3", "side-4"}), ElementsAre("cam1|3", "side|4"));
   EXPECT_THAT(read({"first", "side-4"}), ElementsAre("|first", "side|4"));

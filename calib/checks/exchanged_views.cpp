@@ -7,7 +7,9 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <map>
 #include <optional>
+#include <set>
 #include <string>
 #include <utility>
 #include <vector>
@@ -15,6 +17,7 @@
 #include "calib/joint/alone.hpp"
 #include "calib/joint/planar_view.hpp"
 #include "calib/joint/start.hpp"
+#include "core/rules.hpp"
 
 namespace drape::calib {
 namespace {
@@ -144,6 +147,54 @@ std::string exchanged_views(const JointModel& all, const JointModel& started) {
           started.cameras[a].camera.name, started.cameras[b].camera.name, fmt::join(sets, ", "));
     }
   }
+  return {};
+}
+
+std::string unconfirmed_labels(const Target& target, const JointModel& all,
+                               const JointModel& started) {
+  if (!is_ambiguous(target)) return {};
+  constexpr const char* kRemedy =
+      "use a board of an odd number of rows and columns together, or one with tags";
+  const auto turned = [&](Points points) {
+    for (TargetPoint& point : points) {
+      point.dot = {target.rows - 1 - point.dot.row, target.cols - 1 - point.dot.col};
+      point.point_in_target = target.point_in_target(point.dot);
+    }
+    return points;
+  };
+  std::map<std::pair<std::size_t, std::size_t>, int> common;
+  for (const JointFrame& a : all.frames)
+    for (const JointFrame& b : all.frames) {
+      if (a.placement != b.placement || a.camera >= b.camera) continue;
+      const auto apart = [&](const Points& by_b) {
+        Views views(started.cameras.size(), nullptr);
+        views[a.camera] = &a.points, views[b.camera] = &by_b;
+        return SetOfViews(started, {}, views)
+            .contradiction(a.camera, a.camera, std::numeric_limits<double>::infinity());
+      };
+      if (apart(b.points) < contradicting_part) {
+        ++common[{a.camera, b.camera}];
+      } else if (apart(turned(b.points)) < contradicting_part) {
+        return fmt::format(
+            "the target looks the same after half a turn, and set {} is labelled otherwise by {} "
+            "than by {}, which is rolled against it; {}",
+            all.placements[a.placement].set, started.cameras[b.camera].camera.name,
+            started.cameras[a.camera].camera.name, kRemedy);
+      }
+    }
+  std::set<std::size_t> joined = {0};
+  for (std::size_t before = 0; before < joined.size();) {
+    before = joined.size();
+    for (const auto& [pair, views] : common)
+      if (views >= 2 && joined.contains(pair.first) != joined.contains(pair.second))
+        joined.insert({pair.first, pair.second});
+  }
+  for (std::size_t c = 0; c < started.cameras.size(); ++c)
+    if (!joined.contains(c))
+      return fmt::format(
+          "the place of {} rests on one view in common of a target that looks the same after half "
+          "a turn: its labels are not confirmed; add views that both cameras see, or {}",
+          started.cameras[c].camera.name, kRemedy);
   return {};
 }
 

@@ -11,4 +11,10 @@ namespace drape::calib {
 /// `all` holds every view; `started` the cameras as located by the majority of views.
 [[nodiscard]] std::string exchanged_views(const JointModel& all, const JointModel& started);
 
+/// Reason why the labels of a target that looks the same after half a turn are not confirmed: a
+/// picture agrees with another one of its set only when its labels are turned, or a camera hangs on
+/// the others by one view in common, which agrees either way. Empty where they are.
+[[nodiscard]] std::string unconfirmed_labels(const Target& target, const JointModel& all,
+                                             const JointModel& started);
+
 }  // namespace drape::calib

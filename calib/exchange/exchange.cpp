@@ -9,6 +9,7 @@
 
 #include "calib/exchange/formats.hpp"
 #include "core/error.hpp"
+#include "core/files/files.hpp"
 
 namespace drape::calib {
 
@@ -50,75 +51,92 @@ ExportResult export_calibration(const Calibration& calibration, ExchangeFormat f
     case ExchangeFormat::mrcal:
       result.files = mrcal_files(cameras);
       break;
+    case ExchangeFormat::ros:
+      result.files = ros_files(cameras);
+      break;
+    case ExchangeFormat::dice:
+      result.files = dice_files(cameras);
+      break;
+    case ExchangeFormat::matlab:
+      result.files = matlab_files(cameras);
+      break;
   }
   return result;
 }
 
+namespace {
+
+/// Throws Error(bad_input) naming the file unless the camera can be one.
 void check_imported(const Camera& camera, const std::filesystem::path& file) {
   const auto refuse = [&](const std::string& what, const std::string& field) {
-    return bad_input(what, {.file = file.string(), .field = field}, "export the camera again");
+    return bad_input(what, {.file = file.string(), .field = field, .camera = camera.name},
+                     "export the camera again");
   };
   const auto& lens = std::get<BrownLens>(camera.model.lens);
-  const Eigen::Matrix3d& rotation = camera.cam_from_world.rotation;
   Eigen::VectorXd numbers(12);
   numbers << lens.fx_px, lens.fy_px, lens.cx_px, lens.cy_px, lens.k1, lens.k2, lens.p1, lens.p2,
       lens.k3, camera.cam_from_world.translation_m;
-  if (!numbers.allFinite() || !rotation.allFinite())
+  if (!numbers.allFinite() || !camera.cam_from_world.rotation.allFinite())
     throw refuse("a number of the camera is not finite", "");
   if (!(lens.fx_px > 0 && lens.fy_px > 0))
     throw refuse("the focal length is not positive", "focal length");
   if (camera.model.width_px < 1 || camera.model.height_px < 1)
     throw refuse("the image has no size", "image size");
-  const bool orthonormal =
-      (rotation * rotation.transpose() - Eigen::Matrix3d::Identity()).norm() < 1e-6;
-  if (!orthonormal || rotation.determinant() < 0)
-    throw refuse("the matrix is not a rotation", "rotation");
 }
 
-CalibratedCamera import_camera(const std::filesystem::path& file, ExchangeFormat format) {
-  CalibratedCamera result;
-  switch (format) {
-    case ExchangeFormat::opencv:
-      result.camera = camera_of_opencv(file);
-      break;
-    case ExchangeFormat::mrcal:
-      result.camera = camera_of_mrcal(file);
-      break;
-    default:
-      throw usage_error("only files of OpenCV and mrcal can be imported",
-                        "give --from opencv or --from mrcal");
+}  // namespace
+
+std::vector<CalibratedCamera> import_cameras(const std::filesystem::path& file,
+                                             ExchangeFormat format, const ImportOptions& options) {
+  std::vector<CalibratedCamera> result;
+  for (Camera& camera : cameras_of(file, format, options)) {
+    camera.cam_from_world.rotation =
+        rotation_of(camera.cam_from_world.rotation, file, "cam_from_world_rotation");
+    require_plain_name(camera.name, {.file = file.string()});
+    check_imported(camera, file);
+    // Half a metre away, through the centre of the upper left quadrant, where distortion is
+    // visible.
+    const CameraModel& model = camera.model;
+    const auto ray = unproject(model, {model.width_px / 4.0, model.height_px / 4.0});
+    if (!ray) {
+      throw bad_input("the lens folds over inside the image",
+                      {.file = file.string(), .camera = camera.name},
+                      "calibrate with fewer distortion terms");
+    }
+    CalibratedCamera& calibrated = result.emplace_back();
+    calibrated.worked_point.point_in_world = camera.cam_from_world.inverse() * (0.5 * *ray);
+    calibrated.worked_point.px =
+        project(model, camera.cam_from_world * calibrated.worked_point.point_in_world)->px;
+    calibrated.camera = std::move(camera);
   }
-  result.camera.name = file.stem().string();
-  check_imported(result.camera, file);
-  // The worked point is 0.5 m away, imaged in the upper left quadrant, where distortion is visible.
-  const CameraModel& model = result.camera.model;
-  const auto ray = unproject(model, {model.width_px / 4.0, model.height_px / 4.0});
-  if (!ray) {
-    throw bad_input("the lens folds over inside the image", {.file = file.string()},
-                    "calibrate with fewer distortion terms");
-  }
-  result.worked_point.point_in_world = result.camera.cam_from_world.inverse() * (0.5 * *ray);
-  result.worked_point.px =
-      project(model, result.camera.cam_from_world * result.worked_point.point_in_world)->px;
+  if (result.empty())
+    throw bad_input("the file holds no camera", {.file = file.string()}, "give the right file");
   return result;
 }
 
 Calibration import_calibration(const std::vector<std::filesystem::path>& files,
-                               ExchangeFormat format, const std::string& rig) {
+                               ExchangeFormat format, const std::string& rig,
+                               const ImportOptions& options) {
   Calibration calibration;
   calibration.method = "imported";
   calibration.rig = rig;
   std::set<std::string> names;
   for (const auto& file : files) {
-    calibration.cameras.push_back(import_camera(file, format));
-    const std::string& name = calibration.cameras.back().camera.name;
-    if (!names.insert(name).second) {
-      throw bad_input(fmt::format("two files are called `{}`", name), {.file = file.string()},
-                      "name each file after its camera");
+    for (CalibratedCamera& camera : import_cameras(file, format, options)) {
+      if (!names.insert(camera.camera.name).second) {
+        throw bad_input(fmt::format("two cameras are called `{}`", camera.camera.name),
+                        {.file = file.string()}, "name each after its own pictures");
+      }
+      calibration.cameras.push_back(std::move(camera));
     }
   }
   calibration.warnings.emplace_back(
       "imported: no residuals, no covariance; the error budget of a sheet lacks the calibration");
+  const CamFromWorld& first = calibration.cameras.front().camera.cam_from_world;
+  if (calibration.cameras.size() > 1 && first.translation_m.isZero() && first.rotation.isIdentity())
+    calibration.warnings.push_back(
+        fmt::format("the world is the frame of camera {}: x right, y down, z forward",
+                    calibration.cameras.front().camera.name));
   return calibration;
 }
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -14,17 +15,20 @@ namespace drape::calib {
 /// Calibration file formats of other tools. All describe pinhole lenses with Brown's distortion;
 /// all poses are camera from world.
 enum class ExchangeFormat {
-  opencv,  ///< one <camera>.yaml each, of cv::FileStorage: camera_matrix, distortion_coefficients
-  kalibr,  ///< camchain.yaml: pinhole-radtan, each camera relative to the one before (no world)
-  colmap,  ///< cameras.txt, images.txt, points3D.txt: OPENCV, or FULL_OPENCV if k3 is not zero
-  mrcal,   ///< one <camera>.cameramodel per camera: LENSMODEL_OPENCV5
+  opencv,  ///< one <camera>.yaml each, cv::FileStorage: camera_matrix, distortion_coefficients
+  kalibr,  ///< camchain.yaml: pinhole-radtan, each camera from the one before (the world is lost)
+  colmap,  ///< cameras.txt, images.txt, points3D.txt: OPENCV, or FULL_OPENCV when k3 is not zero
+  mrcal,   ///< one <camera>.cameramodel each: LENSMODEL_OPENCV5
+  ros,     ///< one <camera>.yaml each, as camera_calibration writes it, with the pose
+  dice,    ///< cal.xml of Digital Image Correlation Engine, lengths in mm
+  matlab,  ///< stereoParams of two cameras as text, lengths in mm (the world is lost)
 };
 
 }  // namespace drape::calib
 
 template <>
 inline constexpr std::string_view drape::names_of<drape::calib::ExchangeFormat>[] = {
-    "opencv", "kalibr", "colmap", "mrcal"};
+    "opencv", "kalibr", "colmap", "mrcal", "ros", "dice", "matlab"};
 
 namespace drape::calib {
 
@@ -64,15 +68,24 @@ struct ExportResult {
 [[nodiscard]] ExportResult export_calibration(const Calibration& calibration, ExchangeFormat format,
                                               const ExportOptions& options);
 
-/// Reads one camera from a file of OpenCV (pose in the keys cam_from_world_rotation and
-/// cam_from_world_translation_m, or rvec and tvec in metres) or mrcal (pose in metres); the file
-/// name gives the camera's. Throws Error(bad_input) naming file and field: a lens model beyond
-/// Brown's five terms, a missing pose or image size, a number that is not finite.
-[[nodiscard]] CalibratedCamera import_camera(const std::filesystem::path& file,
-                                             ExchangeFormat format);
+struct ImportOptions {
+  /// Length of one unit of the file; absent: a metre for OpenCV, ROS, Kalibr and mrcal, a
+  /// millimetre for DICe, MATLAB's WorldUnits; COLMAP's must be given.
+  std::optional<double> unit_m;
+};
+
+/// Cameras from one file: OpenCV and ROS (a pose needs the keys cam_from_world_rotation and
+/// cam_from_world_translation_m, or rvec and tvec) and mrcal hold one, named after the file;
+/// Kalibr, DICe, MATLAB and COLMAP (cameras.txt, with images.txt beside it) several. Throws
+/// Error(bad_input) naming file and field: a lens that Brown's five terms cannot hold, a key that
+/// is not known, a matrix with an element that cannot be, no pose, a number that is not finite.
+[[nodiscard]] std::vector<CalibratedCamera> import_cameras(const std::filesystem::path& file,
+                                                           ExchangeFormat format,
+                                                           const ImportOptions& options = {});
 
 /// Calibration made of imported cameras, without residuals or covariance, which it warns of.
 [[nodiscard]] Calibration import_calibration(const std::vector<std::filesystem::path>& files,
-                                             ExchangeFormat format, const std::string& rig);
+                                             ExchangeFormat format, const std::string& rig,
+                                             const ImportOptions& options = {});
 
 }  // namespace drape::calib

@@ -239,63 +239,295 @@ TEST(Exchange, MrcalProjectsTheWorkedPointsAlike) {
   }
 }
 
-std::string refusal(const std::string& name, const std::string& text, ExchangeFormat format) {
+TEST(Exchange, EveryFormatComesBackUnchanged) {
+  const test::TemporaryFolder folder;
+  Calibration out = bench1_calibration(false);
+  for (CalibratedCamera& camera : out.cameras) {
+    std::get<BrownLens>(camera.camera.model.lens).k3 = 0;  // radtan has none
+    camera = test::calibrated_camera(camera.camera);
+  }
+  for (const ExchangeFormat format :
+       {ExchangeFormat::ros, ExchangeFormat::dice, ExchangeFormat::kalibr, ExchangeFormat::colmap,
+        ExchangeFormat::matlab}) {
+    SCOPED_TRACE(std::string(name_of(format)));
+    Calibration given = out;
+    if (format == ExchangeFormat::matlab) given.cameras.pop_back();
+    auto files = written(export_calibration(given, format, {}), folder.path() / name_of(format));
+    if (format == ExchangeFormat::colmap) files.resize(1);
+    ImportOptions options;
+    if (format == ExchangeFormat::colmap) options.unit_m = 1;
+    const Calibration in = import_calibration(files, format, "bench1", options);
+    ASSERT_EQ(in.cameras.size(), given.cameras.size());
+    // Kalibr and MATLAB know the cameras' places to each other alone.
+    const CamFromWorld& first = in.cameras[0].camera.cam_from_world;
+    const bool lost = format == ExchangeFormat::kalibr || format == ExchangeFormat::matlab;
+    EXPECT_EQ(in.warnings.size(), lost ? 2U : 1U);
+    for (std::size_t i = 0; i < in.cameras.size(); ++i) {
+      Camera camera = in.cameras[i].camera;
+      if (format != ExchangeFormat::matlab) {
+        EXPECT_EQ(camera.name, given.cameras[i].camera.name);
+      }
+      if (lost) {
+        EXPECT_TRUE(first.translation_m.isZero());
+        const CamFromWorld& world = given.cameras[0].camera.cam_from_world;
+        camera.cam_from_world.translation_m += camera.cam_from_world.rotation * world.translation_m;
+        camera.cam_from_world.rotation = camera.cam_from_world.rotation * world.rotation;
+      }
+      EXPECT_LT(largest_difference_px(camera, given.cameras[i].camera), 1e-8);
+    }
+  }
+}
+
+/// Reads one file's text; empty, or why it is refused.
+std::string refusal(const std::string& name, const std::string& text, ExchangeFormat format,
+                    const ImportOptions& options = {}) {
   const test::TemporaryFolder folder;
   write_durable(folder.path() / name, text);
   try {
-    static_cast<void>(import_camera(folder.path() / name, format));
+    static_cast<void>(import_cameras(folder.path() / name, format, options));
   } catch (const Error& error) {
     EXPECT_EQ(error.kind(), ErrorKind::bad_input);
+    EXPECT_EQ(error.where().file, (folder.path() / name).string()) << error.what();
+    EXPECT_FALSE(error.what_to_do().empty());
     return error.what();
   }
   return "";
 }
 
-TEST(Exchange, ForeignFilesAreReadOrRefusedByName) {
-  // As mrcal writes it: recent name of the pose, more entries than needed, nested ones among them.
-  const std::string model =
-      "{ 'lensmodel': 'LENSMODEL_OPENCV4', # k1 k2 p1 p2\n 'intrinsics': [ 900., 901., 320, 240, "
-      "-0.1, 0.02, 0, 1e-4,],\n 'rt_cam_ref': [0, 0, 0.1, 0, 0, 1,],\n"
-      "'valid_intrinsics_region': [[ 1, 2 ], [3, 4]],\n 'imagersize': [ 640, 480,] }\n";
-  EXPECT_EQ(refusal("left.cameramodel", model, ExchangeFormat::mrcal), "");
-  const auto spoiled = [&](const std::string& from, const std::string& to) {
-    std::string text = model;
-    return refusal("left.cameramodel", text.replace(text.find(from), from.size(), to),
-                   ExchangeFormat::mrcal);
-  };
-  EXPECT_THAT(spoiled("LENSMODEL_OPENCV4", "LENSMODEL_OPENCV8"), HasSubstr("LENSMODEL_OPENCV8"));
-  EXPECT_THAT(spoiled("1e-4", "nan"), HasSubstr("not finite"));
-  EXPECT_THAT(spoiled("-0.1, ", ""), HasSubstr("7 numbers where 8 belong"));
-  EXPECT_THAT(spoiled("rt_cam_ref", "rt_ref_cam"), HasSubstr("lacks this entry"));
-  EXPECT_THAT(spoiled("640", "0"), HasSubstr("no size"));
-  EXPECT_THAT(refusal("a.cameramodel", "no model", ExchangeFormat::mrcal), HasSubstr("mrcal"));
+/// The text with its first `from` replaced.
+std::string with(std::string text, const std::string& from, const std::string& to) {
+  const std::size_t at = text.find(from);
+  EXPECT_NE(at, std::string::npos) << from;
+  return text.replace(at, from.size(), to);
+}
 
-  const std::string ros =
-      "%YAML:1.0\n---\nimage_width: 640\nimage_height: 480\ncamera_matrix:\n   rows: 3\n   cols: "
-      "3\n"
-      "   data: [ 900., 0., 320., 0., 901., 240., 0., 0., 1. ]\ndistortion_coefficients:\n   rows: "
-      "1\n"
-      "   cols: 5\n   data: [ -0.1, 0.02, 0., 0., 0. ]\nrvec: { data: [ 0., 0., 0.1 ] }\n"
-      "tvec: { data: [ 0., 0., 1. ] }\n";
-  EXPECT_EQ(refusal("right.yaml", ros, ExchangeFormat::opencv), "");
-  EXPECT_THAT(refusal("right.yaml", ros.substr(0, ros.find("rvec")), ExchangeFormat::opencv),
-              HasSubstr("no pose"));
-  EXPECT_THAT(refusal("right.yaml", "not yaml: [", ExchangeFormat::opencv),
-              HasSubstr("OpenCV cannot read"));
-  EXPECT_EQ(refusal("right.yaml", ros.substr(ros.find("image")), ExchangeFormat::opencv), "");
-  const auto changed = [&](const std::string& from, const std::string& to) {
-    std::string text = ros;
-    return refusal("right.yaml", text.replace(text.find(from), from.size(), to),
-                   ExchangeFormat::opencv);
+TEST(Exchange, PythonsLiteralsOfMrcalAreRead) {
+  const std::string model =
+      "# mrcal\n{ 'lensmodel': 'LENSMODEL_' \"OPENCV4\", # k1 k2 p1 p2\n 'intrinsics': ( 900., "
+      "+9.01e2, 320, 2_40, -.1, 0.02, 0, 1e-4,),\n 'rt_cam_ref': [0, 0, 0.1, 0, 0, 1,],\n"
+      "'valid_intrinsics_region': [[ 1, 2 ], [3, 4]],\n 'optimization_inputs': b'a\\'b{',\n"
+      "'icam_intrinsics': None, 'imagersize': [ 640, 480,] }\n";
+  const auto read = [&](const std::string& from, const std::string& to) {
+    return refusal("left.cameramodel", with(model, from, to), ExchangeFormat::mrcal);
+  };
+  EXPECT_EQ(read("{", "{"), "");
+  EXPECT_EQ(read("rt_cam_ref", "extrinsics"), "");
+  EXPECT_EQ(read("'LENSMODEL_' \"OPENCV4\"", "r'''LENSMODEL_OPENCV4'''"), "");
+  EXPECT_THAT(read("OPENCV4", "OPENCV8"), HasSubstr("LENSMODEL_OPENCV8"));
+  EXPECT_THAT(read("OPENCV4", "CAHVOR"), HasSubstr("LENSMODEL_CAHVOR"));
+  EXPECT_THAT(read("1e-4", "nan"), HasSubstr("finite number"));
+  EXPECT_THAT(read("-.1, ", ""), HasSubstr("7 numbers where 8 belong"));
+  EXPECT_THAT(read("rt_cam_ref", "rt_ref_cam"), HasSubstr("rt_ref_cam"));
+  EXPECT_THAT(read("'icam_intrinsics': None", "'extrinsics': [0,0,0,0,0,0]"),
+              HasSubstr("two poses"));
+  EXPECT_THAT(read("0, 0, 1,]", "0, 1,]"), HasSubstr("six numbers"));
+  EXPECT_THAT(read("640", "0"), HasSubstr("imagersize"));
+  EXPECT_THAT(read("640, ", "640 "), HasSubstr("comma"));
+  EXPECT_THAT(read("640", "640px"), HasSubstr("`640px` is no value"));
+  EXPECT_THAT(refusal("a.cameramodel", "no model", ExchangeFormat::mrcal), HasSubstr("literal"));
+  EXPECT_THAT(refusal("a.cameramodel", std::string(1000, '['), ExchangeFormat::mrcal),
+              HasSubstr("nested too deeply"));
+}
+
+const std::string kRos =
+    "%YAML:1.0\n---\nimage_width: 640\nimage_height: 480\ncamera_name: right\ncamera_matrix:\n"
+    "   rows: 3\n   cols: 3\n"
+    "   data: [ 900., 0., 320., 0., 901., 240., 0., 0., 1. ]\ndistortion_coefficients:\n   rows: "
+    "1\n"
+    "   cols: 5\n   data: [ -0.1, 0.02, 0., 0., 0. ]\nrvec: { data: [ 0., 0., 0.1 ] }\n"
+    "tvec: { data: [ 0., 0., 1. ] }\n";
+
+TEST(Exchange, FilesOfOpenCVAndRosAreReadOrRefusedByName) {
+  const auto read = [&](const std::string& from, const std::string& to) {
+    return refusal("right.yaml", with(kRos, from, to), ExchangeFormat::opencv);
   };
   const std::string lens = "distortion_coefficients:";
-  EXPECT_THAT(changed(lens, "distortion_model: equidistant\n" + lens), HasSubstr("equidistant"));
-  EXPECT_EQ(changed(lens, "distortion_model: plumb_bob\n" + lens), "");
-  EXPECT_THAT(changed(lens, "fisheye_model: 1\n" + lens), HasSubstr("fisheye_model"));
-  EXPECT_EQ(changed(lens, "fisheye_model: 0\n" + lens), "");
-  EXPECT_THAT(changed("320., 0., 901., 240., 0., 0., 1.", "0., 0., 901., 0., 320., 240., 1."),
+  EXPECT_EQ(read("%YAML:1.0\n---\n", ""), "");
+  EXPECT_EQ(read(lens, "distortion_model: plumb_bob\n" + lens), "");
+  EXPECT_EQ(read(lens, "fisheye_model: 0\nflags: 0\nroi:\n  x_offset: 0\n" + lens), "");
+  // The lens is the cause, whatever else looks wrong.
+  for (const char* other : {"equidistant", "fisheye", "fov", "thin_prism"})
+    EXPECT_THAT(read(lens, std::string("distortion_model: ") + other + "\n" + lens),
+                HasSubstr(std::string("`") + other + "`"));
+  EXPECT_THAT(read(lens, "fisheye_model: 1\n" + lens), HasSubstr("fisheye_model"));
+  EXPECT_THAT(read(lens, "xi: 0.8\n" + lens), HasSubstr("xi"));
+  EXPECT_THAT(read(lens, "camera_model: omni\n" + lens), HasSubstr("omni"));
+  EXPECT_THAT(read(lens, "lens_type: sphere\n" + lens), HasSubstr("unknown key `lens_type`"));
+  EXPECT_THAT(read(lens, "binning_x: 2\n" + lens), HasSubstr("binned"));
+  EXPECT_THAT(read(lens, "roi:\n  x_offset: 8\n" + lens), HasSubstr("cut out"));
+  EXPECT_THAT(read("0., 0., 0. ]\nrvec", "0., 0., 0., 0.01, 0., 0. ]\nrvec"),
+              HasSubstr("rows times columns"));
+  EXPECT_THAT(refusal("right.yaml",
+                      with(with(kRos, "cols: 5", "cols: 8"), "0., 0., 0. ]\nrvec",
+                           "0., 0., 0., 0.01, 0., 0. ]\nrvec"),
+                      ExchangeFormat::opencv),
+              HasSubstr("five terms"));
+  EXPECT_THAT(read("320., 0., 901., 240., 0., 0., 1.", "0., 0., 901., 0., 320., 240., 1."),
               HasSubstr("MATLAB's transpose"));
-  EXPECT_THAT(changed("0., 0., 1. ]\ndist", "0., 0., 0. ]\ndist"), HasSubstr("last element"));
+  EXPECT_THAT(read("0., 0., 1. ]\ndist", "0., 0., 0. ]\ndist"), HasSubstr("last element"));
+  EXPECT_THAT(read("900., 0.,", "900., 2.,"), HasSubstr("skewed"));
+  EXPECT_THAT(read("901.", ".Nan"), HasSubstr("finite number"));
+  EXPECT_THAT(read("901.", "-901."), HasSubstr("focal length"));
+  EXPECT_THAT(read("rvec: { data: [ 0., 0., 0.1 ] }\n", ""), HasSubstr("no pose"));
+  const std::string pose = "cam_from_world_rotation: { data: [ ",
+                    rvec = "rvec: { data: [ 0., 0., 0.1";
+  EXPECT_EQ(read(rvec, pose + "0.995004, -0.0998334, 0, 0.0998334, 0.995004, 0, 0, 0, 1"), "")
+      << "rounded to six digits";
+  EXPECT_THAT(read(rvec, pose + "0.995, -0.11, 0, 0.0998, 0.995, 0, 0, 0, 1"),
+              HasSubstr("not a rotation"));
+  EXPECT_THAT(read(rvec, pose + "1, 0, 0, 0, 1, 0, 0, 0, -1"), HasSubstr("not a rotation"));
+  EXPECT_THAT(read(rvec, pose + "1, 0, 0, 0, 1, 0, 0, 0, 1 ] }\n" + rvec), HasSubstr("two poses"));
+  EXPECT_THAT(refusal("right.yaml", "not yaml: [", ExchangeFormat::opencv),
+              HasSubstr("OpenCV cannot read"));
+}
+
+TEST(Exchange, ChainsOfKalibrAreReadOrRefusedByName) {
+  const std::string chain =
+      "cam0:\n  cam_overlaps: [1]\n  camera_model: pinhole\n  distortion_coeffs: [-0.2, 0.1, 0, "
+      "1e-4]\n  distortion_model: radtan\n  intrinsics: [461, 460, 363, 248]\n"
+      "  resolution: [752, 480]\n  rostopic: /left/image_raw\ncam1:\n  T_cn_cnm1:\n"
+      "  - [1.0, 0.0, 0.0, -0.11]\n  - [0.0, 1.0, 0.0, 0.0]\n  - [0.0, 0.0, 1.0, 0.0]\n"
+      "  - [0.0, 0.0, 0.0, 1.0]\n  cam_overlaps: [0]\n  camera_model: pinhole\n"
+      "  distortion_coeffs: []\n  distortion_model: none\n  intrinsics: [461, 460, 363, 248]\n"
+      "  resolution: [752, 480]\n  rostopic: /right/image_raw\n";
+  const auto read = [&](const std::string& from, const std::string& to) {
+    return refusal("camchain.yaml", with(chain, from, to), ExchangeFormat::kalibr);
+  };
+  EXPECT_EQ(read("cam0", "cam0"), "");
+  for (const char* other : {"equidistant", "equi", "fov"})
+    EXPECT_THAT(read("radtan", other), HasSubstr(std::string("`") + other + "`"));
+  for (const char* other : {"omni", "ds", "eucm"})
+    EXPECT_THAT(read("pinhole", other), HasSubstr(std::string("`") + other + "`"));
+  EXPECT_THAT(read("0.0, 1.0]\n  cam_over", "0.5, 1.0]\n  cam_over"), HasSubstr("last row"));
+  EXPECT_THAT(read("[1.0, 0.0, 0.0, -0.11]", "[1.0, 0.1, 0.0, -0.11]"),
+              HasSubstr("not a rotation"));
+  EXPECT_THAT(read("cam1", "cam2"), HasSubstr("in order"));
+  EXPECT_THAT(read("rostopic", "line_delay: 1.0e-5\n  rostopic"), HasSubstr("line_delay"));
+  EXPECT_THAT(read("rostopic", "shutter: rolling\n  rostopic"), HasSubstr("unknown key"));
+  EXPECT_THAT(read("461, 460", "461"), HasSubstr("fx, fy, cx, cy"));
+  EXPECT_THAT(read("-0.2, ", ""), HasSubstr("k1, k2, p1, p2"));
+}
+
+/// DICe's own calibration of its simulated plates (sim_dot_cal_gold.xml).
+const std::string kDice = R"(<ParameterList>
+  <Parameter name="xml_file_format" type="string" value="DICe_xml_camera_system_file" />
+  <Parameter name="system_type_3D" type="string" value="OPENCV" />
+  <Parameter name="extrinsics_relative_camera_to_camera" type="bool" value="true" />
+  <ParameterList name="CAMERA 0">
+    <Parameter name="CX" type="double" value="872.1577" />
+    <Parameter name="CY" type="double" value="579.955" />
+    <Parameter name="FX" type="double" value="6673.3159" />
+    <Parameter name="FY" type="double" value="6669.3027" />
+    <Parameter name="K1" type="double" value="0.021682" />
+    <Parameter name="LENS_DISTORTION_MODEL" type="string" value="OPENCV_LENS_DISTORTION" />
+    <Parameter name="IMAGE_HEIGHT_WIDTH" type="string" value="{ 1200, 1920 }" />
+  </ParameterList>
+  <ParameterList name="CAMERA 1">
+    <Parameter name="CX" type="double" value="917.973" />
+    <Parameter name="CY" type="double" value="531.635" />
+    <Parameter name="FX" type="double" value="6607.61" />
+    <Parameter name="FY" type="double" value="6602.85" />
+    <Parameter name="TX" type="double" value="122.2488" />
+    <Parameter name="TY" type="double" value="1.84888" />
+    <Parameter name="TZ" type="double" value="17.62463" />
+    <Parameter name="ALPHA" type="double" value="0.13068954" />
+    <Parameter name="BETA" type="double" value="-19.0676936" />
+    <Parameter name="GAMMA" type="double" value="0.281404038" />
+    <Parameter name="IMAGE_HEIGHT_WIDTH" type="string" value="{ 1200, 1920 }" />
+  </ParameterList>
+</ParameterList>
+)";
+
+TEST(Exchange, CalibrationsOfDiceAreReadOrRefusedByName) {
+  const test::TemporaryFolder folder;
+  write_durable(folder.path() / "cal.xml", kDice);
+  const auto cameras = import_cameras(folder.path() / "cal.xml", ExchangeFormat::dice);
+  ASSERT_EQ(cameras.size(), 2U);
+  EXPECT_EQ(cameras[1].camera.model.width_px, 1920);
+  const CamFromWorld& pose = cameras[1].camera.cam_from_world;
+  EXPECT_NEAR(pose.translation_m.norm(), 0.12353, 1e-5);
+  EXPECT_NEAR(pose.rotation(2, 0), std::sin(19.0676936 * units::deg), 1e-9);  // -sin(beta)
+  const auto read = [&](const std::string& from, const std::string& to) {
+    return refusal("cal.xml", with(kDice, from, to), ExchangeFormat::dice);
+  };
+  for (const char* other : {"VIC3D_LENS_DISTORTION", "K1R1_K2R2_K3R3", "K1R3_K2R5_K3R7"})
+    EXPECT_THAT(read("OPENCV_LENS_DISTORTION", other), HasSubstr(other));
+  EXPECT_THAT(read("LENS_DISTORTION_MODEL", "LENS"), HasSubstr("no lens is named"));
+  EXPECT_THAT(read("\"K1\"", "\"K4\""), HasSubstr("K4"));
+  EXPECT_THAT(read("\"K1\"", "\"FS\""), HasSubstr("FS"));
+  EXPECT_THAT(read("\"K1\"", "\"K7\""), HasSubstr("unknown key"));
+  EXPECT_THAT(read("0.021682", "0.02x"), HasSubstr("no double"));
+  EXPECT_THAT(read("{ 1200, 1920 }", "1920 px"), HasSubstr("is not 2 numbers"));
+  EXPECT_THAT(read("DICe_xml_camera_system_file", "DICe"), HasSubstr("no camera system"));
+  EXPECT_THAT(read("<ParameterList>", "<Lists>"), HasSubstr("no ParameterList"));
+  EXPECT_THAT(read(R"(<Parameter name="TZ")",
+                   R"(<ParameterList name="rotation_3x3_matrix"/><Parameter name="TZ")"),
+              HasSubstr("ROW 0"));
+}
+
+TEST(Exchange, StereoParamsOfMatlabAreReadOrRefusedByName) {
+  const std::string camera =
+      R"({"RadialDistortion":[-0.1,0.02],"TangentialDistortion":[0,0],"ImageSize":[480,640],)"
+      R"("WorldUnits":"millimeters","EstimateSkew":false,"IntrinsicMatrix":)"
+      R"([[900,0,0],[0,901,0],[321,241,1]]})";
+  const std::string stereo =
+      "{\"CameraParameters1\":" + camera + ",\"CameraParameters2\":" + camera +
+      R"(,"RotationOfCamera2":[[0.995004,0.0998334,0],[-0.0998334,0.995004,0],)"
+      R"([0,0,1]],"TranslationOfCamera2":[-120,0,3]})";
+  const test::TemporaryFolder folder;
+  write_durable(folder.path() / "stereo.json", stereo);
+  const auto cameras = import_cameras(folder.path() / "stereo.json", ExchangeFormat::matlab);
+  // Rows are vectors there: the rotation is the transpose; the first pixel's centre is (1, 1).
+  EXPECT_NEAR(cameras.at(1).camera.cam_from_world.rotation(1, 0), 0.0998334, 1e-6);
+  EXPECT_NEAR(cameras.at(1).camera.cam_from_world.translation_m.x(), -0.12, 1e-12);
+  EXPECT_EQ(std::get<BrownLens>(cameras.at(0).camera.model.lens).cx_px, 320);
+  const auto read = [&](const std::string& from, const std::string& to) {
+    return refusal("stereo.json", with(stereo, from, to), ExchangeFormat::matlab);
+  };
+  EXPECT_EQ(read(R"("IntrinsicMatrix":[[900,0,0],[0,901,0],[321,241,1]])",
+                 R"("K":[[900,0,321],[0,901,241],[0,0,1]])"),
+            "");
+  EXPECT_THAT(read("[[900,0,0],[0,901,0],[321,241,1]]", "[[900,0,321],[0,901,241],[0,0,1]]"),
+              HasSubstr("transpose"));
+  EXPECT_THAT(read("[0,901,0]", "[5,901,0]"), HasSubstr("skewed"));
+  EXPECT_THAT(read("millimeters", "feet"), HasSubstr("--unit-mm"));
+  EXPECT_THAT(read("RadialDistortion", "FisheyeDistortion"), HasSubstr("FisheyeDistortion"));
+  EXPECT_THAT(read("[0.995004,0.0998334,0]", "[0.9,0.0998334,0]"), HasSubstr("not a rotation"));
+  EXPECT_THAT(refusal("stereo.txt", "stereoParams = \n\n  stereoParameters with properties:\n",
+                      ExchangeFormat::matlab),
+              HasSubstr("a display holds no values"));
+}
+
+TEST(Exchange, ModelsOfColmapAreReadOrRefusedByName) {
+  const test::TemporaryFolder folder;
+  const auto read = [&](const std::string& lens, const std::string& pose) -> std::string {
+    write_durable(folder.path() / "cameras.txt", "# comment\n1 " + lens + "\n");
+    write_durable(folder.path() / "images.txt", "1 " + pose + " 1 left.jpg\n1 2 -1\n");
+    try {
+      const auto cameras =
+          import_cameras(folder.path() / "cameras.txt", ExchangeFormat::colmap, {.unit_m = 1});
+      return cameras.at(0).camera.name;
+    } catch (const Error& error) {
+      return error.what();
+    }
+  };
+  const std::string pose = "1 0 0 0 0 0 1";
+  for (const char* lens :
+       {"SIMPLE_PINHOLE 640 480 900 320 240", "PINHOLE 640 480 900 901 320 240",
+        "SIMPLE_RADIAL 640 480 900 320 240 -0.1", "RADIAL 640 480 900 320 240 -0.1 0.02",
+        "OPENCV 640 480 900 901 320 240 -0.1 0.02 0 0",
+        "FULL_OPENCV 640 480 900 901 320 240 -0.1 0.02 0 0 0 0 0 0"})
+    EXPECT_EQ(read(lens, pose), "left") << lens;
+  for (const char* lens : {"OPENCV_FISHEYE", "SIMPLE_RADIAL_FISHEYE", "FOV", "THIN_PRISM_FISHEYE"})
+    EXPECT_THAT(read(std::string(lens) + " 640 480 900 901 320 240 0 0 0 0", pose),
+                HasSubstr(lens));
+  EXPECT_THAT(read("FULL_OPENCV 640 480 900 901 320 240 -0.1 0.02 0 0 0 0.1 0 0", pose),
+              HasSubstr("five terms"));
+  EXPECT_THAT(read("PINHOLE 640 480 900 320 240", pose), HasSubstr("has 4 numbers, not 3"));
+  EXPECT_THAT(read("PINHOLE 640 480 900 nan 320 240", pose), HasSubstr("cameras.txt"));
+  EXPECT_THAT(read("PINHOLE 640 480 900 901 320 240", "1 0.1 0 0 0 0 1"), HasSubstr("quaternion"));
+  EXPECT_THAT(read("PINHOLE 640 480 900 901 320 240", "0 0 0 0 0 0 1"), HasSubstr("quaternion"));
+  EXPECT_THROW((void)import_cameras(folder.path() / "cameras.txt", ExchangeFormat::colmap), Error);
 }
 
 }  // namespace

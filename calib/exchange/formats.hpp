@@ -17,14 +17,21 @@ struct BrownCamera {
 };
 
 [[nodiscard]] std::vector<ExportedFile> opencv_files(const std::vector<BrownCamera>& cameras);
+[[nodiscard]] std::vector<ExportedFile> ros_files(const std::vector<BrownCamera>& cameras);
+[[nodiscard]] std::vector<ExportedFile> dice_files(const std::vector<BrownCamera>& cameras);
+[[nodiscard]] std::vector<ExportedFile> matlab_files(const std::vector<BrownCamera>& cameras);
 [[nodiscard]] std::vector<ExportedFile> kalibr_files(const std::vector<BrownCamera>& cameras);
 [[nodiscard]] std::vector<ExportedFile> colmap_files(const std::vector<BrownCamera>& cameras);
 [[nodiscard]] std::vector<ExportedFile> mrcal_files(const std::vector<BrownCamera>& cameras);
 
-[[nodiscard]] Camera camera_of_opencv(const std::filesystem::path& file);
-[[nodiscard]] Camera camera_of_mrcal(const std::filesystem::path& file);
+/// Cameras of one file, named as the file names them.
+[[nodiscard]] std::vector<Camera> cameras_of(const std::filesystem::path& file,
+                                             ExchangeFormat format, const ImportOptions& options);
 
-/// Throws Error(bad_input) naming the file if the camera is invalid.
-void check_imported(const Camera& camera, const std::filesystem::path& file);
+/// The rotation that a matrix of rounded elements stands for. Throws Error(bad_input) naming the
+/// field for any other matrix.
+[[nodiscard]] Eigen::Matrix3d rotation_of(const Eigen::Matrix3d& matrix,
+                                          const std::filesystem::path& file,
+                                          const std::string& field);
 
 }  // namespace drape::calib

@@ -13,6 +13,7 @@
 #include "core/program/command.hpp"
 #include "core/program/program.hpp"
 #include "core/program/run_record.hpp"
+#include "core/units.hpp"
 
 namespace drape::calib {
 
@@ -26,19 +27,27 @@ struct ConvertArguments {
   std::string rig = "imported";
   fs::path out;
   ExportOptions options;
+  ImportOptions import;
 };
 
 void fields(Fields& f, ConvertArguments& a) {
-  f(Field{"input", "calibration.json, or one file of the other tool per camera"}.called("INPUT"),
+  f(Field{"input",
+          "calibration.json, or files of the other tool (COLMAP: cameras.txt, images.txt beside "
+          "it)"}
+        .called("INPUT"),
     a.inputs);
   f.if_any(Field{"to", "tool whose format to write"}.without("from"), a.to);
-  f.if_any({"from", "tool whose format to read: opencv or mrcal"}, a.from);
+  f.if_any({"from", "tool whose format to read"}, a.from);
   f({"out", "folder (--to) or calibration.json (--from) to write"}, a.out);
   f.otherwise(
       {"max_refit_px",
        "refuse if the conversion would change a lens by more than this anywhere in its image, px",
        1, 0},
       a.options.max_refit_px);
+  f.if_any(Field{"unit_mm", "length of one unit of the file, mm (default: what the tool states)",
+                 units::mm, above_zero}
+               .without("to"),
+           a.import.unit_m);
   f.otherwise({"rig", "name of the rig for an imported calibration"}, a.rig);
 }
 
@@ -66,7 +75,8 @@ Ending export_to(const ConvertArguments& given, RunRecord& record) {
 }
 
 Ending import_from(const ConvertArguments& given) {
-  const Calibration calibration = import_calibration(given.inputs, *given.from, given.rig);
+  const Calibration calibration =
+      import_calibration(given.inputs, *given.from, given.rig, given.import);
   write_calibration(given.out, calibration);
   Ending ending;
   ending.verdict =

@@ -122,6 +122,39 @@ Hem in_perspective(Outline outline_m, const Eigen::Vector2d& centre_m,
   return hem_of_outline(outline_m);
 }
 
+constexpr double kThreadWidth_m = 2e-3;   ///< a fold of cloth is wider
+constexpr double kThreadLength_m = 5e-3;  ///< shorter ones change no number
+constexpr double kThreadReach_m = 0.3;    ///< of outline, there and back
+
+/// Refuses an outline that runs out and back along itself: a loose thread or a crease of the table,
+/// not the hem.
+void refuse_threads(const Outline& outline_m, const std::string& file) {
+  const std::size_t count = outline_m.size();
+  const auto at = [&](std::size_t i) { return outline_m[i % count]; };
+  double longest_m = 0, width_m = 0;
+  Eigen::Vector2d tip = Eigen::Vector2d::Zero();
+  for (std::size_t i = 0; i < count; ++i) {
+    double along_m = 0, twice_area = 0;
+    for (std::size_t j = i; j < i + count && along_m < kThreadReach_m; ++j) {
+      const Eigen::Vector2d a = at(j) - at(i), b = at(j + 1) - at(i);
+      along_m += (b - a).norm();
+      twice_area += a.x() * b.y() - a.y() * b.x();
+      const double length_m = along_m / 2;
+      if (b.norm() > kThreadWidth_m || length_m < std::max(kThreadLength_m, longest_m)) continue;
+      const double mean_width_m = twice_area / 2 / length_m;
+      if (mean_width_m <= 0 || mean_width_m > kThreadWidth_m) continue;
+      longest_m = length_m, width_m = mean_width_m, tip = at(i + (j - i) / 2);
+    }
+  }
+  if (longest_m == 0) return;
+  const Eigen::Vector2d from_centre = tip - hem_of_outline(outline_m).centre_m;
+  throw bad_input(
+      fmt::format("a thread of {:.0f} mm, {:.1f} mm wide, stands out of the hem at {:.0f} degrees",
+                  longest_m / units::mm, width_m / units::mm,
+                  std::atan2(from_centre.y(), from_centre.x()) / units::deg),
+      {.file = file}, "cut it off, or paint it out of the picture");
+}
+
 void read_picture(const fs::path& file, const HemReadOptions& options, HemRecord& record) {
   if (!options.scale)
     throw bad_input("a picture has no scale of its own", {.file = file.string()},
@@ -134,6 +167,7 @@ void read_picture(const fs::path& file, const HemReadOptions& options, HemRecord
     return outline_m;
   };
   const Outline half = metres_of(silhouette.half);
+  refuse_threads(half, file.string());
   record.hem = hem_of_outline(half);
   record.basis = scale.basis;
   record.warnings = silhouette.warnings;

@@ -144,6 +144,24 @@ TEST_F(Pictures, RenderedHemsGiveBackCoefficientNodesAndOrders) {
   EXPECT_LT(worst, 0.05) << "points of drape coefficient";
 }
 
+TEST_F(Pictures, AThreadAndTransparencyAreRefusedByName) {
+  const cv::Mat plain = rendered({120, {{5, 9, 0.4}}});
+  EXPECT_EQ(refusal(plain), "");
+  cv::Mat thread = plain.clone();
+  thread(cv::Rect(205, 128, 30, 1)).setTo(0);
+  EXPECT_THAT(refusal(thread), testing::HasSubstr("mm wide, stands out of the hem at 0 degrees"));
+  cv::bitwise_not(thread, thread);
+  EXPECT_THAT(refusal(thread), testing::HasSubstr("a thread of"));
+  cv::Mat slit = plain.clone();  // between two folds that nearly touch
+  slit(cv::Rect(185, 128, 40, 1)).setTo(255);
+  EXPECT_EQ(refusal(slit), "");
+  cv::Mat erased;
+  cv::cvtColor(plain, erased, cv::COLOR_GRAY2BGRA);
+  EXPECT_EQ(refusal(erased), "");
+  erased(cv::Rect(0, 0, 9, 9)).setTo(cv::Scalar(0, 0, 0, 0));
+  EXPECT_THAT(refusal(erased), testing::HasSubstr("transparent"));
+}
+
 TEST_F(Pictures, TheOrdersAreThoseOfTheShape) {
   const Shape shape{120, {{5, 9, 0.4}, {8, 3, 2.0}}};
   const HemRecord record = measured(rendered(shape), options());

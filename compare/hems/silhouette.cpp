@@ -9,13 +9,12 @@
 #include <cmath>
 #include <cstdint>
 #include <opencv2/core.hpp>
-#include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 #include <utility>
 
 #include "core/error.hpp"
 #include "core/files/files.hpp"
-#include "core/files/picture_head.hpp"
+#include "core/pictures/picture.hpp"
 #include "core/units.hpp"
 
 namespace drape::compare {
@@ -36,23 +35,11 @@ constexpr double kRulerPoint_px = 0.5;  // a point set by hand
 }
 
 cv::Mat read_grey(const std::filesystem::path& file) {
-  const std::vector<unsigned char> bytes = read_bytes(file);
-  if (has_more_pages(bytes))
-    refuse(file.string(), "the TIFF has several pages", "save the one that is meant as a PNG");
-  cv::Mat picture;
-  try {
-    if (begins_as_picture(bytes)) {
-      const cv::Mat buffer(1, static_cast<int>(bytes.size()), CV_8U,
-                           const_cast<unsigned char*>(bytes.data()));
-      picture = cv::imdecode(buffer, cv::IMREAD_GRAYSCALE | cv::IMREAD_ANYDEPTH);
-    }
-  } catch (const cv::Exception&) {
-    picture.release();  // refused below, like what OpenCV answers with nothing
-  }
-  if (picture.empty() || (picture.depth() != CV_8U && picture.depth() != CV_16U))
-    refuse(file.string(), "the file is no picture of 8 or 16 bit", "give a PNG, JPEG or TIFF");
-  cv::Mat grey;
-  picture.convertTo(grey, CV_32F, picture.depth() == CV_8U ? 1.0 / 255 : 1.0 / 65535);
+  const cv::Mat picture =
+      decode_picture(read_bytes(file), {.file = file.string()}, "give a PNG, JPEG or TIFF");
+  cv::Mat grey = picture;
+  if (picture.channels() != 1) cv::cvtColor(picture, grey, cv::COLOR_BGR2GRAY);
+  grey.convertTo(grey, CV_32F, picture.depth() == CV_8U ? 1.0 / 255 : 1.0 / 65535);
   return grey;
 }
 

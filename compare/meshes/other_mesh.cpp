@@ -5,7 +5,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <map>
+#include <utility>
 
 #include "compare/metrics/surface.hpp"
 #include "core/drape_mesh.hpp"
@@ -121,6 +123,59 @@ void require_size_of_cloth(const DrapeMesh& drape, const Sheet& sheet) {
   }
 }
 
+/// Another laying or up under which a mesh lies many times nearer to the measured marks than as it
+/// is described; empty where there is none. Warp and weft can be laid on a patch in eight ways.
+std::string better_description(const DrapeMesh& drape, const Sheet& sheet, const Sheet& measured) {
+  constexpr double kTimes = 4;        ///< nearer
+  constexpr double kOfPatch = 0.015;  ///< least distance; below it any laying of a flat cloth does
+  constexpr const char* kLayings[] = {"",
+                                      "warp_from and warp_to exchanged",
+                                      "weft_from and weft_to exchanged",
+                                      "both directions turned round",
+                                      "warp and weft exchanged",
+                                      "warp and weft exchanged, then warp_from and warp_to",
+                                      "warp and weft exchanged, then weft_from and weft_to",
+                                      "warp and weft exchanged and both turned round"};
+  const Surface surface(sheet, drape.name);
+  const bool z_up = drape.up == MeshUp::z;
+  double stated_m = 0, best_m = HUGE_VAL;
+  std::string best;
+  for (const bool other_up : {false, true}) {
+    for (std::size_t laying = 0; laying < std::size(kLayings); ++laying) {
+      double sum = 0;
+      std::size_t count = 0;
+      for (const SheetMark& mark : measured.marks) {
+        Eigen::Vector2d part = mark.material_m.cwiseQuotient(measured.patch_m);
+        if ((laying & 4) != 0) std::swap(part.x(), part.y());
+        if ((laying & 1) != 0) part.x() = 1 - part.x();
+        if ((laying & 2) != 0) part.y() = 1 - part.y();
+        const auto found = surface.at(part.cwiseProduct(measured.patch_m));
+        if (!found) continue;
+        const Eigen::Vector3d p = found->point_in_world;
+        const Eigen::Vector3d point = !other_up ? p
+                                      : z_up    ? Eigen::Vector3d(p.x(), -p.z(), p.y())
+                                                : Eigen::Vector3d(p.x(), p.z(), -p.y());
+        sum += (point - mark.point_in_world).squaredNorm();
+        ++count;
+      }
+      if (2 * count < measured.marks.size()) continue;
+      const double rms_m = std::sqrt(sum / static_cast<double>(count));
+      if (!other_up && laying == 0) stated_m = rms_m;
+      if (rms_m >= best_m) continue;
+      best_m = rms_m;
+      best = !other_up     ? kLayings[laying]
+             : laying == 0 ? fmt::format("up = \"{}\"", z_up ? "y" : "z")
+                           : fmt::format("up = \"{}\", {}", z_up ? "y" : "z", kLayings[laying]);
+    }
+  }
+  if (best.empty() || stated_m < kOfPatch * measured.patch_m.norm() || kTimes * best_m > stated_m)
+    return {};
+  return fmt::format(
+      "as {} describes it the mesh lies {:.3g} mm from the marks (RMS), with {} "
+      "{:.3g} mm: correct the description",
+      drape.document.file().filename().string(), stated_m / mm, best, best_m / mm);
+}
+
 std::string id_of(const fs::path& file, const std::string& mesh_sha256) {
   return sha256_of("drapebench/mesh\n" + sha256_of_file(file) + "\n" + mesh_sha256);
 }
@@ -178,6 +233,8 @@ Simulation read_other_mesh(const fs::path& file, const Sheet& measured) {
                  "correspondence = \"none\": then only surfaces are compared");
   drape.grid ? add_grid(drape, sheet) : add_texture(drape, measured, sheet);
   require_size_of_cloth(drape, sheet);
+  if (std::string better = better_description(drape, sheet, measured); !better.empty())
+    sheet.no_go = std::move(better);
   simulation.sheet.ply_sha256 = sha256_of_file(mesh_file);
   simulation.sheet.sha256 = id_of(file, simulation.sheet.ply_sha256);
   simulation.other_file = mesh_file;

@@ -323,6 +323,18 @@ TEST(OtherMesh, BlendersMeshesAreTheTruthOfBench1) {
     ASSERT_EQ(marks.size(), 121U);
     // The mesh is stored in floats and the truth in millimetres with a few decimals.
     EXPECT_LT(statistics_of(marks).max_m, 0.001 * mm) << scene;
+    EXPECT_EQ(other.sheet.sheet.no_go, std::nullopt) << scene;
+    const auto described = [&](const std::string& from, const std::string& to) {
+      std::string text = toml;
+      write_durable(folder.path() / "wrong.toml", text.replace(text.find(from), from.size(), to));
+      return read_other_mesh(folder.path() / "wrong.toml", true_sheet(scene))
+          .sheet.sheet.no_go.value_or("");
+    };
+    EXPECT_THAT(described("[grid]", "up = \"y\"\n[grid]"), HasSubstr("with up = \"z\""));
+    EXPECT_THAT(described("\"weft\"", "\"warp\""), HasSubstr("warp and weft exchanged"));
+    EXPECT_THAT(described("warp_from_mm = 220.0\nwarp_to_mm = 0.0",
+                          "warp_from_mm = 0.0\nwarp_to_mm = 220.0"),
+                HasSubstr("with warp_from and warp_to exchanged"));
   }
 }
 

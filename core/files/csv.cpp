@@ -86,7 +86,9 @@ CsvText read_csv_text(const std::filesystem::path& file) {
   if (text.find('\0') != std::string::npos)
     throw bad_input("it is no text, or text of two bytes a letter (UTF-16)",
                     {.file = file.string()}, "save it as CSV in UTF-8");
-  if (text.starts_with("\xef\xbb\xbf")) text.erase(0, 3);  // byte order mark of a spreadsheet
+  if (text.starts_with("\xef\xbb\xbf")) text.erase(0, 3);  // byte order mark of spreadsheets
+  // Lines end with \n, \r\n, or \r as older spreadsheets write them.
+  if (text.find('\n') == std::string::npos) std::replace(text.begin(), text.end(), '\r', '\n');
   std::istringstream stream(std::move(text));
   int number = 1;
   for (std::string line; std::getline(stream, line); ++number) {

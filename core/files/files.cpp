@@ -150,6 +150,14 @@ void remove_durable(const fs::path& file) {
     fail_to_write(file, errno);
 }
 
+void require_target(const fs::path& file) {
+  std::error_code unreadable;
+  if (!fs::is_symlink(file, unreadable) || fs::exists(file, unreadable)) return;
+  throw bad_input(fmt::format("the link leads to {}, which is not there",
+                              printable(fs::read_symlink(file, unreadable).string())),
+                  {.file = file.string()}, "copy the file itself, or remove the link");
+}
+
 void require_plain_name(const std::string& name, const Where& where) {
   const bool plain = !name.empty() && name.size() <= kLongestName && name.front() != '.' &&
                      name.front() != '-' && std::none_of(name.begin(), name.end(), [](char c) {

@@ -11,7 +11,7 @@
 #include <utility>
 #include <vector>
 
-#include "core/files/picture_head.hpp"
+#include "core/pictures/picture.hpp"
 #include "core/statistics/sample.hpp"
 
 namespace drape::detect {
@@ -42,39 +42,10 @@ void check_png_size(std::span<const unsigned char> bytes, int width_px, int heig
   require_size(big_endian(16), big_endian(20), width_px, height_px, where);
 }
 
-cv::Mat decode(std::span<const unsigned char> bytes, const Where& where) {
-  if (has_more_pages(bytes))
-    throw bad_input("the TIFF has several pages", where,
-                    "save the one that is meant as a PNG, and record or import this set again");
-  cv::Mat picture;
-  try {
-    if (begins_as_picture(bytes)) {
-      const cv::Mat buffer(1, static_cast<int>(bytes.size()), CV_8U,
-                           const_cast<unsigned char*>(bytes.data()));
-      picture = cv::imdecode(buffer, cv::IMREAD_UNCHANGED);
-    }
-  } catch (const cv::Exception& problem) {
-    throw bad_input(fmt::format("the image cannot be decoded: {}", problem.err), where,
-                    record_again);
-  }
-  if (picture.empty()) throw bad_input("the file is not a readable image", where, record_again);
-  return picture;
-}
-
-cv::Mat to_grey(const cv::Mat& picture, const Where& where) {
-  if (picture.depth() != CV_8U && picture.depth() != CV_16U) {
-    throw bad_input("the image has neither 8 nor 16 bit per pixel", where, record_again);
-  }
+cv::Mat grey_of(const cv::Mat& picture) {
   if (picture.channels() == 1) return picture;
   cv::Mat grey;
-  if (picture.channels() == 3) {
-    cv::cvtColor(picture, grey, cv::COLOR_BGR2GRAY);
-  } else if (picture.channels() == 4) {
-    cv::cvtColor(picture, grey, cv::COLOR_BGRA2GRAY);
-  } else {
-    throw bad_input(fmt::format("the image has {} channels", picture.channels()), where,
-                    record_again);
-  }
+  cv::cvtColor(picture, grey, cv::COLOR_BGR2GRAY);
   return grey;
 }
 
@@ -83,7 +54,7 @@ cv::Mat to_grey(const cv::Mat& picture, const Where& where) {
 GreyImage decode_image(std::span<const unsigned char> bytes, int width_px, int height_px,
                        const Where& where) {
   check_png_size(bytes, width_px, height_px, where);
-  const cv::Mat grey = to_grey(decode(bytes, where), where);
+  const cv::Mat grey = grey_of(decode_picture(bytes, where, record_again));
   require_size(grey.cols, grey.rows, width_px, height_px, where);
   GreyImage image{width_px, height_px, {}, {}};
   image.bytes.resize(static_cast<std::size_t>(width_px) * height_px);

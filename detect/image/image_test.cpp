@@ -10,6 +10,7 @@
 #include <random>
 
 #include "core/files/files.hpp"
+#include "core/pictures/picture.hpp"
 #include "detect/dots/noise.hpp"
 #include "tests/support/paths.hpp"
 
@@ -88,6 +89,64 @@ TEST(DecodeImage, RefusesWhatIsNoImageOfTheCamera) {
               HasSubstr("not a readable image"));
   const cv::Mat real(6, 8, CV_32F, cv::Scalar(0.5));
   EXPECT_THAT(complaint(encoded(real, ".tiff"), 8, 6), HasSubstr("neither 8 nor 16 bit"));
+}
+
+/// A grey TIFF without compression, black 40 with a square of 220 at its upper left, 16 x 8 px.
+std::vector<unsigned char> tiff(bool big_endian, int bits, int photometric, int orientation) {
+  std::vector<unsigned char> bytes;
+  const auto put = [&](std::uint32_t value, int width) {
+    for (int i = 0; i < width; ++i)
+      bytes.push_back(static_cast<unsigned char>(value >> (8 * (big_endian ? width - 1 - i : i))));
+  };
+  const int pixels = 16 * 8;
+  bytes = big_endian ? std::vector<unsigned char>{'M', 'M'} : std::vector<unsigned char>{'I', 'I'};
+  put(42, 2), put(8, 4);
+  const std::pair<int, std::uint32_t> tags[] = {{256, 16},          {257, 8},
+                                                {258, bits},        {259, 1},
+                                                {262, photometric}, {273, 8 + 2 + 12 * 10 + 4},
+                                                {274, orientation}, {277, 1},
+                                                {278, 8},           {279, pixels * bits / 8}};
+  put(std::size(tags), 2);
+  for (const auto& [tag, value] : tags) {
+    const bool is_long = tag == 273 || tag == 279;
+    put(tag, 2), put(is_long ? 4 : 3, 2), put(1, 4);
+    put(value, is_long ? 4 : 2);
+    if (!is_long) put(0, 2);
+  }
+  put(0, 4);
+  for (int i = 0; i < pixels; ++i)
+    put(i % 16 < 4 && i < 64 ? (bits == 8 ? 220 : 56540) : (bits == 8 ? 40 : 10280), bits / 8);
+  return bytes;
+}
+
+TEST(DecodeImage, KeepsTheSensorsPixelsOfATiffWhateverItsOrientation) {
+  for (const bool big_endian : {false, true})
+    for (const int bits : {8, 16})
+      for (int turn = 1; turn <= 8; ++turn) {
+        const GreyImage image = decode_image(tiff(big_endian, bits, 1, turn), 16, 8, kWhere);
+        EXPECT_EQ(image.level(1, 1), 220.0F) << bits << " " << turn;
+        EXPECT_EQ(image.level(14, 1), 40.0F) << bits << " " << turn;
+        EXPECT_EQ(image.level(1, 6), 40.0F) << bits << " " << turn;
+        EXPECT_EQ(orientation_of(tiff(big_endian, bits, 1, turn)), turn);
+      }
+  EXPECT_EQ(orientation_of(encoded(cv::Mat(6, 8, CV_8U, cv::Scalar(77)))), 1);
+  EXPECT_EQ(
+      orientation_of(with_orientation(encoded(cv::Mat(6, 8, CV_8U, cv::Scalar(77)), ".jpg"), 6)),
+      6);
+}
+
+TEST(DecodeImage, RefusesOtherMeaningsOfTheNumbers) {
+  for (const int bits : {8, 16})
+    for (const bool big_endian : {false, true})
+      EXPECT_THAT(complaint(tiff(big_endian, bits, 0, 1), 16, 8), HasSubstr("WhiteIsZero"));
+  EXPECT_THAT(complaint(tiff(false, 8, 5, 1), 16, 8), HasSubstr("inks"));
+  EXPECT_THAT(complaint(tiff(false, 8, 32803, 1), 16, 8), HasSubstr("mosaic"));
+  for (const char* format : {".png", ".tiff"}) {
+    cv::Mat picture(6, 8, CV_8UC4, cv::Scalar(90, 90, 90, 255));
+    EXPECT_EQ(decode_image(encoded(picture, format), 8, 6, kWhere).level(7, 5), 90.0F);
+    picture.at<cv::Vec4b>(2, 3)[3] = 0;
+    EXPECT_THAT(complaint(encoded(picture, format), 8, 6), HasSubstr("transparent"));
+  }
 }
 
 /// The decoder would return the first page without an error.

@@ -12,6 +12,7 @@
 
 #include "core/geometry/homography.hpp"
 #include "core/geometry/vectors.hpp"
+#include "core/rules.hpp"
 #include "detect/targets/corner.hpp"
 
 namespace drape::detect {
@@ -316,10 +317,6 @@ void orient(const GreyImage& image, const Target& target, BoardGrid& grid) {
 }
 
 }  // namespace
-
-bool is_ambiguous(const Target& target) {
-  return target.kind == TargetKind::chessboard && (target.rows + target.cols) % 2 == 0;
-}
 
 FrameDetections detect_chessboard(const GreyImage& image, const Target& target) {
   FrameDetections frame;

@@ -17,8 +17,4 @@ namespace drape::detect {
 /// that says so.
 [[nodiscard]] FrameDetections detect_chessboard(const GreyImage& image, const Target& target);
 
-/// True if the board looks the same upside down, so that no picture distinguishes corner (0, 0)
-/// from the opposite one.
-[[nodiscard]] bool is_ambiguous(const Target& target);
-
 }  // namespace drape::detect

@@ -12,6 +12,7 @@
 #include <tuple>
 
 #include "core/geometry/homography.hpp"
+#include "core/rules.hpp"
 #include "detect/test_pictures.hpp"
 #include "tests/support/trials.hpp"
 

@@ -45,6 +45,13 @@ class PropertySheet {
   [[nodiscard]] std::optional<double> whole(const std::string& property) const;
   /// File, line and property.
   [[nodiscard]] Where where(const std::string& property) const;
+  /// Those of `names` that have a row, as a list in words.
+  [[nodiscard]] std::string among(std::initializer_list<const char*> names) const {
+    std::string list;
+    for (const char* name : names)
+      if (has(name)) list += (list.empty() ? "" : ", ") + std::string(name);
+    return list;
+  }
 
  private:
   struct Row {
@@ -60,7 +67,12 @@ std::string plain_unit(const std::string& unit) {
   std::string text;
   for (std::size_t i = 0; i < unit.size(); ++i) {
     static const std::vector<std::pair<std::string, std::string>> signs = {
-        {"\u00b2", "2"}, {"\u00b7", ""}, {"\u00b0", "deg"}, {"\u00b5", "u"}, {"\u03bc", "u"}};
+        {"\u00b2", "2"},  // superscript
+        {"\u00b7", ""},   // middle dot, dot operator, bullet operator, bullet
+        {"\u22c5", ""},    {"\u2219", ""},
+        {"\u2022", ""},    {"\u00b0", "deg"},  // degree sign, ordinal, ring
+        {"\u00ba", "deg"}, {"\u02da", "deg"},
+        {"\u00b5", "u"},   {"\u03bc", "u"}};
     const auto sign = std::find_if(signs.begin(), signs.end(), [&](const auto& known) {
       return unit.compare(i, known.first.size(), known.first) == 0;
     });
@@ -132,7 +144,8 @@ std::optional<double> PropertySheet::whole(const std::string& property) const {
 const UnitTable kDensity = {{"g/m2", 1}, {"mg/cm2", 10}, {"kg/m2", 1000}};
 const UnitTable kPercent = {{"%", 1}, {"percent", 1}};
 const UnitTable kPlainNumber = {{"", 1}, {"-", 1}, {"1", 1}};
-const UnitTable kLength = {{"mm", 1}, {"cm", 10}};
+const UnitTable kLength = {{"mm", 1}, {"cm", 10}, {"um", 1e-3}};
+const UnitTable kArea = {{"mm2", 1}};
 const UnitTable kBending = {{"gfcm2/cm", 1},
                             {"uNm", 1e-6 / units::gf_cm2_per_cm},
                             {"uNm2/m", 1e-6 / units::gf_cm2_per_cm},
@@ -272,7 +285,13 @@ ImportedFabric import_kes(const fs::path& file, const std::string& name) {
                                    {"2HG5", kForce},
                                    {"B", kBending},
                                    {"2HB", kMoment},
-                                   {"B45", kBending}});
+                                   {"B45", kBending},
+                                   {"LC", kPlainNumber},
+                                   {"WC", kWork},
+                                   {"RC", kPercent},
+                                   {"MIU", kPlainNumber},
+                                   {"MMD", kPlainNumber},
+                                   {"SMD", kLength}});
   Numbers numbers = numbers_of(sheet, name, "KES-FB result sheet " + file.filename().string());
   numbers.set_bias(sheet.whole("B45"));
   numbers.from[kBias] = sheet.where("B45");
@@ -303,7 +322,9 @@ ImportedFabric import_kes(const fs::path& file, const std::string& name) {
         if (!sheet.has(property) && sheet.has(std::get<0>(other)))
           numbers.from.try_emplace(key_of("tensile." + key, d), sheet.where(std::get<0>(other)));
   }
-  return imported(numbers);
+  ImportedFabric fabric = imported(numbers);
+  fabric.unused = sheet.among({"T", "LC", "WC", "RC", "MIU", "MMD", "SMD"});
+  return fabric;
 }
 
 ImportedFabric import_fast(const fs::path& file, const std::string& name) {
@@ -315,7 +336,16 @@ ImportedFabric import_fast(const fs::path& file, const std::string& name) {
                                    {"E5", kPercent},
                                    {"E20", kPercent},
                                    {"E100", kPercent},
-                                   {"EB5", kPercent}});
+                                   {"EB5", kPercent},
+                                   {"ST", kLength},
+                                   {"T2R", kLength},
+                                   {"T100R", kLength},
+                                   {"STR", kLength},
+                                   {"B", kBending},
+                                   {"G", kForce},
+                                   {"F", kArea},
+                                   {"RS", kPercent},
+                                   {"HE", kPercent}});
   Numbers numbers = numbers_of(sheet, name, "FAST result sheet " + file.filename().string());
   // B = w g C^3 (Peirce 1930); W in g/m2, C in mm.
   const auto rigidity = [&](double c_mm) {
@@ -367,8 +397,83 @@ ImportedFabric import_fast(const fs::path& file, const std::string& name) {
   }
   ImportedFabric fabric = imported(numbers);
   fabric.curves = std::move(curves.curves);
+  fabric.unused =
+      sheet.among({"T2", "T100", "ST", "T2R", "T100R", "STR", "F", "RS", "HE", "B", "G"});
   return fabric;
 }
+
+namespace {
+
+constexpr std::size_t kCurvePoints = 25;  ///< of a tensile curve made of a machine's samples
+constexpr double kLeastStretch = 0.005;   ///< strain; less is the machine's own play
+
+/// Mean force of the samples about each strain, both in the order of the samples. A strain without
+/// samples within half a step takes the line between those beside it.
+std::vector<double> resampled(const std::vector<double>& strain, const std::vector<double>& force,
+                              const std::vector<double>& at) {
+  std::vector<std::pair<double, double>> sorted;
+  for (std::size_t i = 0; i < strain.size(); ++i) sorted.emplace_back(strain[i], force[i]);
+  std::sort(sorted.begin(), sorted.end());
+  const double half = (at[1] - at[0]) / 2;
+  std::vector<double> result;
+  for (const double x : at) {
+    double sum = 0;
+    int count = 0;
+    for (const auto& [s, f] : sorted)
+      if (std::abs(s - x) <= half) sum += f, ++count;
+    const auto above = std::lower_bound(sorted.begin(), sorted.end(), std::pair(x, -HUGE_VAL));
+    const auto& b = above == sorted.end() ? sorted.back() : *above;
+    const auto& a = above == sorted.begin() ? sorted.front() : *std::prev(above);
+    const double line = b.first > a.first
+                            ? a.second + (b.second - a.second) * (x - a.first) / (b.first - a.first)
+                            : a.second;
+    result.push_back(count > 0 ? sum / count : line);
+  }
+  return result;
+}
+
+/// Tensile curve of one strip on Browzwear's FAB: samplesTree holds stretching and relaxing in
+/// turn, each a list of distance (cm), force (g); the last cycle reaches farthest. `length` and
+/// `width` of the strip between the clamps are in cm.
+std::string fab_curve(const Value& strip, const fs::path& file, const std::string& key) {
+  const auto refuse = [&](const std::string& what) {
+    return bad_input(what, {.file = file.string(), .field = key}, "export the raw data again");
+  };
+  const double length_cm = number_of(member(strip, file, "length"), file, key + ".length");
+  const double width_cm = number_of(member(strip, file, "width"), file, key + ".width");
+  const auto* runs = member(strip, file, "samplesTree").get_if<Value::List>();
+  if (!(length_cm > 0 && width_cm > 0)) throw refuse("the strip has no size");
+  if (runs == nullptr || runs->size() < 2 || runs->size() % 2 != 0)
+    throw refuse("samplesTree does not hold stretching and relaxing in turn");
+  std::array<std::vector<double>, 2> strain, force;
+  std::optional<double> rest_cm, zero_g;
+  for (const Value& run : *runs) {
+    const auto* samples = run.get_if<Value::List>();
+    if (samples == nullptr || samples->size() < 4 || samples->size() % 2 != 0)
+      throw refuse("a run is not a list of distance and force in turn");
+    const std::size_t back = static_cast<std::size_t>(&run - runs->data()) % 2;
+    strain[back].clear(), force[back].clear();
+    for (std::size_t i = 0; i < samples->size(); i += 2) {
+      const double distance_cm = number_of((*samples)[i], file, key);
+      const double force_g = number_of((*samples)[i + 1], file, key);
+      if (!rest_cm) rest_cm = distance_cm, zero_g = force_g;
+      strain[back].push_back(100 * (distance_cm - *rest_cm) / length_cm);
+      force[back].push_back((force_g - *zero_g) / width_cm);
+    }
+  }
+  const double most = *std::max_element(strain[0].begin(), strain[0].end());
+  if (most < 100 * kLeastStretch) throw refuse("the strip was not stretched");
+  std::vector<double> at(kCurvePoints);
+  for (std::size_t i = 0; i < kCurvePoints; ++i)
+    at[i] = most * static_cast<double>(i) / (kCurvePoints - 1);
+  std::vector<double> there = resampled(strain[0], force[0], at);
+  std::vector<double> back = resampled(strain[1], force[1], at);
+  there.front() = back.front() = 0;
+  return csv_text({"strain_percent", "loading_force_gf_per_cm", "unloading_force_gf_per_cm"},
+                  {at, there, back});
+}
+
+}  // namespace
 
 ImportedFabric import_u3m(const fs::path& file, const std::string& name,
                           const std::string& bend_unit) {
@@ -389,7 +494,25 @@ ImportedFabric import_u3m(const fs::path& file, const std::string& name,
   numbers.from = {{kDensityKey, {.file = file.string(), .field = "mass"}},
                   {key_of(kB, 0), {.file = file.string(), .field = "bend.length"}},
                   {key_of(kB, 1), {.file = file.string(), .field = "bend.width"}}};
-  return imported(numbers);
+  std::vector<std::pair<std::string, std::string>> curves;
+  const Value* raw = json.find("raw_data");
+  for (int d = 0; raw != nullptr && d < 2; ++d) {
+    const Value* strips = raw->find(d == 0 ? "L" : "W");
+    const Value* stretch = strips == nullptr ? nullptr : strips->find("S2");
+    if (stretch == nullptr || stretch->is_null()) continue;
+    const std::string key = d == 0 ? "raw_data.L.S2" : "raw_data.W.S2";
+    const std::string curve = fmt::format("tensile_{}.csv", kDirections[d]);
+    curves.emplace_back(curve, fab_curve(*stretch, file, key));
+    numbers.from[curve] = {.file = file.string(), .field = key};
+    if (!numbers.file.tensile) numbers.file.tensile.emplace();
+    numbers.file.tensile->curve[d] = curve;
+  }
+  if (curves.size() == 1)
+    throw bad_input("the raw data have a stretch along one direction only",
+                    numbers.from.at(curves.front().first), "give both, L and W, or neither");
+  ImportedFabric fabric = imported(numbers);
+  fabric.curves = std::move(curves);
+  return fabric;
 }
 
 std::vector<std::string> write_imported(const fs::path& folder, const ImportedFabric& fabric) {

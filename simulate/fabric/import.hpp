@@ -14,11 +14,12 @@ namespace drape::simulate {
 
 /// A fabric built from external data, not yet written.
 struct ImportedFabric {
-  std::string toml;                                         ///< content of fabric.toml
-  std::vector<std::pair<std::string, std::string>> curves;  ///< file name and content of each CSV
-  std::vector<std::string> stand_ins;                       ///< quantities that the source lacks
-  /// Location in the source of each key of fabric.toml, line of a curve ("tensile_warp.csv:4") or
-  /// curve.
+  std::string toml;                                         ///< text of fabric.toml
+  std::vector<std::pair<std::string, std::string>> curves;  ///< name beside it, text of the CSV
+  std::vector<std::string> stand_ins;  ///< quantities that the source does not give
+  std::string unused;                  ///< rows of the source that no model uses, as a list
+  /// Place in the source of what a key of fabric.toml, a line of a curve ("tensile_warp.csv:4") or
+  /// a curve is made of.
   std::map<std::string, Where> from;
 };
 
@@ -27,13 +28,15 @@ struct ImportedFabric {
 /// weft. Units are read and converted. Throws for a missing or unknown unit, two values of the
 /// whole cloth, and values that no textile has.
 /// KES: W, T, LT, WT, RT, EMT, G, 2HG, 2HG5, B, 2HB and B45 (bias). FAST: W, C and C45 (bending
-/// length), E5, E20, E100, EB5; B = W C^3, G = 4.9 N/m / (4 EB5) (De Boos and Tester 1994).
+/// length), E5, E20, E100, EB5; B = W C^3, G = 4.9 N/m / (4 EB5) (De Boos and Tester 1994). What
+/// else the sixteen values of KES and the chart of FAST hold is accepted and named in `unused`.
 [[nodiscard]] ImportedFabric import_kes(const std::filesystem::path& file, const std::string& name);
 [[nodiscard]] ImportedFabric import_fast(const std::filesystem::path& file,
                                          const std::string& name);
 
-/// Imports the physics of a U3M 1.1 material (its JSON): mass and bend of the section `custom`. The
-/// schema names no units: mass is taken as g/m2, the unit of bend must be given.
+/// The physics of a U3M 1.1 material (its JSON): mass and bend of the section `custom`. The schema
+/// names no unit: mass is taken as g/m2, the unit of bend must be given. The raw stretch at 8 cm of
+/// Browzwear's FAB (`raw_data`, L along the warp, W along the weft) becomes the tensile curves.
 [[nodiscard]] ImportedFabric import_u3m(const std::filesystem::path& file, const std::string& name,
                                         const std::string& bend_unit);
 

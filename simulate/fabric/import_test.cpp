@@ -251,6 +251,51 @@ TEST_F(Import, U3mPhysicsNeedAUnit) {
   }
 }
 
+/// A strip of 8 cm by 4 cm: two cycles, the second to 10 % and 400 g, relaxing at half the force.
+TEST_F(Import, TheRawStretchOfAFabBecomesTensileCurves) {
+  const std::string strip =
+      R"({"S2":{"length":8,"width":"4","samplesTree":[[8,2,8.2,52],[8.2,52,8,2],)"
+      R"([8,2,8.2,102,8.4,202,8.6,302,8.8,402],[8.8,402,8.4,102,8,2]]}})";
+  const std::string text = R"({"schema":"1.1","custom":{"browzwear":{"mass":105.6,)"
+                           R"("bend":{"length":43.41,"width":52.85}}},"raw_data":{"L":)" +
+                           strip + R"(,"W":)" + strip + "}}";
+  const Fabric fabric = written(import_u3m(file(text), "cupro", "dyn.cm"));
+  EXPECT_EQ(fabric.tensile[0].x.size(), 25U);
+  EXPECT_NEAR(fabric.tensile[0].x.back(), 0.1, 1e-9);
+  EXPECT_NEAR(fabric.tensile[1].loading[12] / units::gf_per_cm, 50, 1e-6);
+  EXPECT_NEAR(fabric.tensile[1].unloading[12] / units::gf_per_cm, 25, 1e-6);
+  EXPECT_THAT(fabric.stand_ins, Not(Contains(HasSubstr("tensile"))));
+  for (const auto& [from, to] : {std::pair{"\"width\":\"4\"", "\"width\":0"},
+                                 {"[8.2,52,8,2],", ""},
+                                 {"8.8,402],", "8.8],"},
+                                 {"\"W\":", "\"X\":"}}) {
+    std::string wrong = text;
+    wrong.replace(wrong.find(from), std::string(from).size(), to);
+    EXPECT_THROW((void)import_u3m(file(wrong), "cupro", "dyn.cm"), Error) << to;
+  }
+}
+
+TEST_F(Import, WholeChartsAreReadAndWhatIsNotUsedIsNamed) {
+  const ImportedFabric kes =
+      import_kes(file("property,unit,warp,weft\rLT,-,0.62,0.58\rWT,gf\u22c5cm/cm\u00b2,7.1,9.4\r"
+                      "RT,%,61,57\rEMT,%,4.58,6.48\rB,gf\u22c5cm\u00b2/cm,0.094,0.071\r"
+                      "2HB,gf\u22c5cm/cm,0.041,0.033\rG,gf/cm\u22c5\u00ba,0.62,0.60\r"
+                      "2HG,gf/cm,0.9,0.85\r2HG5,gf/cm,1.9,1.8\rLC,-,0.31,0.31\r"
+                      "WC,gf\u2219cm/cm\u00b2,0.14,0.14\rRC,%,52,52\rMIU,-,0.162,0.171\r"
+                      "MMD,-,0.013,0.016\rSMD,\u00b5m,4.1,5.3\rT,mm,0.48,0.48\r"
+                      "W,mg/cm\u00b2,17.2,17.2\r"),
+                 "x");
+  EXPECT_EQ(kes.unused, "T, LC, WC, RC, MIU, MMD, SMD");
+  EXPECT_NEAR(written(kes).areal_density_kg_per_m2, 0.172, 1e-12);
+  const ImportedFabric fast = import_fast(
+      file("property,unit,warp,weft\nW,g/m\u00b2,172,172\nT2,mm,0.62,0.62\nT100,mm,0.48,0.48\n"
+           "C,mm,19.5,17.2\nE5,%,0.6,0.8\nE20,%,1.5,2.0\nE100,%,3.2,4.4\nEB5,%,5.6,5.6\n"
+           "ST,mm,0.14,0.14\nB,\u00b5N\u00b7m,12.5,8.6\nG,N/m,22.0,22.0\nF,mm\u00b2,0.38,0.35\n"
+           "RS,%,1.2,0.8\nHE,%,4.0,3.6\n"),
+      "x");
+  EXPECT_EQ(fast.unused, "T2, T100, ST, F, RS, HE, B, G");
+}
+
 TEST_F(Import, ThePublishedFabricsAreReadAndThoseWithBendingCanBeSimulated) {
   const auto library = read_published(test::source_root() / "rigs/fabrics/published.csv");
   ASSERT_GE(library.size(), 25U);

@@ -9,6 +9,7 @@
 #include "core/error.hpp"
 #include "core/files/files.hpp"
 #include "core/geometry/closed_mesh.hpp"
+#include "core/rules.hpp"
 #include "simulate/objects/surroundings.hpp"
 #include "tests/support/paths.hpp"
 
@@ -40,7 +41,20 @@ TEST(TriangleMesh, CubeHasTheDistancesOfABox) {
   EXPECT_NEAR(shapes.top_z_m(), 0.01, 1e-15);
 }
 
-/// There a residual of 1e-6 weights is a displacement of a particle of 2e-13 m.
+TEST(TriangleMesh, OneThatReachesBelowTheTableIsAskedWhichAxisIsUp) {
+  const test::TemporaryFolder folder;
+  write_durable(folder.path() / "cube.obj", kCube);
+  Scene scene;
+  scene.table_z_m = -0.01;
+  scene.obstacles = {MeshObject{folder.path() / "cube.obj", {}}};
+  EXPECT_TRUE(faults_of(scene).empty());
+  scene.table_z_m = -0.0075;  // 2.5 mm; three uncertainties of two steel rules are 2.1 mm
+  ASSERT_EQ(faults_of(scene).size(), 1U);
+  EXPECT_NE(std::string(faults_of(scene).front().what()).find("is the mesh y up?"),
+            std::string::npos);
+}
+
+/// A residual of 1e-6 weights is a particle's displacement of 2e-13 m there.
 TEST(TriangleMesh, DistanceIsLinearThroughAFace) {
   const test::TemporaryFolder folder;
   write_durable(folder.path() / "cube.obj", kCube);

@@ -157,6 +157,7 @@ Ending imported(const LibraryArguments& arguments, RunRecord& record) {
                                     : import_fast(arguments.file, name);
   Ending ending;
   ending.verdict = fmt::format("{}: its numbers are those of a textile", name);
+  if (!fabric.unused.empty()) ending.numbers.emplace_back("read, not used", fabric.unused);
   write(fabric, arguments, record, ending);
   return ending;
 }

@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: Apache-2.0
+// Files of other tools as trees of values, which core/fields reads.
+#pragma once
+
+#include <filesystem>
+#include <vector>
+
+#include "core/error.hpp"
+#include "core/fields/records.hpp"
+
+namespace drape::calib {
+
+/// YAML, XML or JSON of cv::FileStorage, and YAML of ROS and Kalibr, which lacks its first line.
+[[nodiscard]] Value storage_value(const std::filesystem::path& file);
+
+/// A Python literal: dictionary, list or tuple of numbers, texts, True, False and None.
+[[nodiscard]] Value python_value(const std::filesystem::path& file);
+
+/// XML of Trilinos' ParameterList: each list a table, each parameter of its stated type.
+[[nodiscard]] Value parameter_list_value(const std::filesystem::path& file);
+
+/// MATLAB: JSON (jsonencode of toStruct), or statements `name.field = [1 2; 3 4];`. Matrices are
+/// lists of rows.
+[[nodiscard]] Value matlab_value(const std::filesystem::path& file);
+
+/// The record that the values of a file hold; a key that its description does not name is refused.
+template <class Record>
+[[nodiscard]] Record foreign_record(const std::filesystem::path& file, Value values) {
+  Record record{};
+  std::vector<Error> faults =
+      faults_of_reading(Document(Syntax::toml, std::move(values)), walk_through(record));
+  for (Error& fault : faults) {
+    Where where = fault.where();
+    where.file = file.string();
+    fault = Error(fault.kind(), fault.what_failed(), where, fault.what_to_do());
+  }
+  throw_if_any(std::move(faults));
+  return record;
+}
+
+}  // namespace drape::calib

@@ -1,0 +1,743 @@
+// SPDX-License-Identifier: Apache-2.0
+// Cameras out of files of other tools: what changes the meaning of numbers is read or refused.
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+#include <map>
+#include <numbers>
+#include <set>
+#include <sstream>
+#include <utility>
+
+#include "calib/exchange/foreign.hpp"
+#include "calib/exchange/formats.hpp"
+#include "core/error.hpp"
+#include "core/files/files.hpp"
+#include "core/geometry/rigid_motion.hpp"
+#include "core/geometry/vectors.hpp"
+#include "core/units.hpp"
+
+namespace drape::calib {
+
+namespace fs = std::filesystem;
+
+// Named lenses; those that are Brown's come first.
+enum class StorageLens { plumb_bob, radtan, rational_polynomial, brown, pinhole };
+enum class KalibrCamera { pinhole };
+enum class KalibrLens { radtan, none };
+enum class MrcalLens { pinhole, opencv4, opencv5 };
+enum class DiceLens { none, opencv };
+
+}  // namespace drape::calib
+
+template <>
+inline constexpr std::string_view drape::names_of<drape::calib::StorageLens>[] = {
+    "plumb_bob", "radtan", "rational_polynomial", "brown", "pinhole"};
+template <>
+inline constexpr std::string_view drape::names_of<drape::calib::KalibrCamera>[] = {"pinhole"};
+template <>
+inline constexpr std::string_view drape::names_of<drape::calib::KalibrLens>[] = {"radtan", "none"};
+template <>
+inline constexpr std::string_view drape::names_of<drape::calib::MrcalLens>[] = {
+    "LENSMODEL_PINHOLE", "LENSMODEL_OPENCV4", "LENSMODEL_OPENCV5"};
+template <>
+inline constexpr std::string_view drape::names_of<drape::calib::DiceLens>[] = {
+    "NO_LENS_DISTORTION", "OPENCV_LENS_DISTORTION"};
+
+namespace drape::calib {
+namespace {
+
+constexpr std::string_view kCalibrateAgain =
+    "calibrate with a pinhole lens of Brown's terms, at full resolution";
+
+[[nodiscard]] Error refused(const fs::path& file, const std::string& field, const std::string& what,
+                            const std::string& what_to_do) {
+  return bad_input(what, {.file = file.string(), .field = field}, what_to_do);
+}
+
+/// Keys that change no meaning here.
+void inert(Fields& f, std::initializer_list<std::string_view> names) {
+  for (const std::string_view name : names) {
+    std::optional<Value> ignored;
+    f.if_any({name, "not used"}, ignored);
+  }
+}
+
+/// Numbers that make another lens or picture unless they are 0.
+void zero(Fields& f, std::initializer_list<std::string_view> names) {
+  for (const std::string_view name : names) {
+    std::optional<double> number;
+    f.if_any({.name = name, .remedy = kCalibrateAgain}, number);
+    f.limit(!number || *number == 0, name,
+            fmt::format("`{}` makes another lens of the numbers", name), kCalibrateAgain);
+  }
+}
+
+// cv::FileStorage and ROS
+
+/// OpenCV's typed matrix, or the plain map of ROS.
+struct StorageMatrix {
+  std::optional<int> rows, cols;
+  std::optional<std::string> element;
+  std::vector<double> data;  ///< row by row
+
+  [[nodiscard]] Eigen::Matrix3d square() const {
+    return Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(data.data());
+  }
+  [[nodiscard]] Eigen::Vector3d vector() const { return {data[0], data[1], data[2]}; }
+};
+
+void fields(Fields& f, StorageMatrix& matrix) {
+  f.if_any({"rows", "rows", 1, 0, 1000}, matrix.rows);
+  f.if_any({"cols", "columns", 1, 0, 1000}, matrix.cols);
+  f.if_any({"dt", "type of an element"}, matrix.element);
+  f({"data", "elements, row by row"}, matrix.data);
+  f.rule(!matrix.element || matrix.element->size() == 1, "dt", "its elements are no single numbers",
+         "write a matrix of doubles");
+  f.rule(!matrix.rows || !matrix.cols ||
+             static_cast<std::size_t>(*matrix.rows) * *matrix.cols == matrix.data.size(),
+         "data", "rows times columns is another number of elements", "export the camera again");
+}
+
+struct Region {
+  int x_px = 0, y_px = 0;
+};
+
+void fields(Fields& f, Region& region) {
+  f.otherwise({"x_offset", "first column"}, region.x_px);
+  f.otherwise({"y_offset", "first row"}, region.y_px);
+  inert(f, {"width", "height", "do_rectify"});
+  f.rule(region.x_px == 0 && region.y_px == 0, "x_offset", "the pictures are cut out",
+         kCalibrateAgain);
+}
+
+struct StorageFile {
+  std::optional<StorageLens> lens, camera;
+  int width_px = 0, height_px = 0;
+  StorageMatrix k;
+  std::optional<StorageMatrix> distortion, rotation, vector, translation_m, tvec;
+  std::optional<int> binning_x, binning_y;
+  std::optional<Region> region;
+};
+
+void fields(Fields& f, StorageFile& file) {
+  // The lens comes first: it is the cause of what else may look wrong.
+  f.if_any({.name = "distortion_model", .remedy = kCalibrateAgain}, file.lens);
+  f.if_any({.name = "camera_model", .remedy = kCalibrateAgain}, file.camera);
+  zero(f, {"fisheye_model", "skew", "xi"});
+  f({.name = "image_width", .least = 1, .remedy = "add image_width (px)"}, file.width_px);
+  f({.name = "image_height", .least = 1, .remedy = "add image_height (px)"}, file.height_px);
+  f({.name = "camera_matrix", .remedy = "give the file that OpenCV's calibration wrote"}, file.k);
+  f.if_any({"distortion_coefficients", "k1 k2 p1 p2 k3"}, file.distortion);
+  f.if_any({"cam_from_world_rotation", "rows of the matrix"}, file.rotation);
+  f.if_any({"rvec", "rotation vector, rad"}, file.vector);
+  f.if_any({"cam_from_world_translation_m", "m"}, file.translation_m);
+  f.if_any({"tvec", "m"}, file.tvec);
+  f.if_any({"binning_x", "pixels joined along a row", 1, 0}, file.binning_x);
+  f.if_any({"binning_y", "pixels joined along a column", 1, 0}, file.binning_y);
+  f.if_any({"roi", "part of the picture"}, file.region);
+  f.rule(file.binning_x.value_or(0) < 2 && file.binning_y.value_or(0) < 2, "binning_x",
+         "the pictures are binned", kCalibrateAgain);
+  inert(f, {"camera_name",
+            "header",
+            "rectification_matrix",
+            "projection_matrix",
+            "R",
+            "P",
+            "calibration_time",
+            "calibration_Time",
+            "nframes",
+            "nr_of_frames",
+            "nrOfFrames",
+            "board_width",
+            "board_height",
+            "board_Width",
+            "board_Height",
+            "square_size",
+            "square_Size",
+            "marker_size",
+            "aspectRatio",
+            "fix_aspect_ratio",
+            "flags",
+            "avg_reprojection_error",
+            "Avg_Reprojection_Error",
+            "per_view_reprojection_errors",
+            "Per_View_Reprojection_Errors",
+            "extrinsic_parameters",
+            "Extrinsic_Parameters",
+            "image_points",
+            "Image_points",
+            "grid_points",
+            "newobj_points"});
+}
+
+/// One name for what tools name differently; a list of numbers becomes a matrix.
+Value with_plain_names(Value value) {
+  static const std::map<std::string, std::string> kNames = {
+      {"Camera_Matrix", "camera_matrix"},
+      {"cameraMatrix", "camera_matrix"},
+      {"K", "camera_matrix"},
+      {"Distortion_Coefficients", "distortion_coefficients"},
+      {"distCoeffs", "distortion_coefficients"},
+      {"D", "distortion_coefficients"},
+      {"image_Width", "image_width"},
+      {"width", "image_width"},
+      {"image_Height", "image_height"},
+      {"height", "image_height"}};
+  auto* table = value.get_if<Value::Table>();
+  for (std::size_t i = 0; table != nullptr && i < table->size(); ++i) {
+    auto& [key, member] = (*table)[i];
+    if (const auto found = kNames.find(key); found != kNames.end()) key = found->second;
+    const auto* list = member.get_if<Value::List>();
+    if (list == nullptr || key == "R" || key == "P") continue;
+    Value::List flat;
+    for (const Value& item : *list) {
+      const auto* row = item.get_if<Value::List>();
+      row == nullptr ? flat.push_back(item)
+                     : void(flat.insert(flat.end(), row->begin(), row->end()));
+    }
+    member = Value::Table{{"data", std::move(flat)}};
+  }
+  return value;
+}
+
+/// fx, fy, cx, cy of a camera matrix whose every element is as it must be.
+BrownLens lens_of_matrix(const Eigen::Matrix3d& k, const fs::path& file, const std::string& field) {
+  const double tolerance = 1e-9 * std::abs(k(0, 0));
+  if (std::abs(k(2, 0)) > tolerance || std::abs(k(2, 1)) > tolerance)
+    throw refused(file, field, "its last row is not (0, 0, 1)",
+                  "is it MATLAB's transpose? write rows as columns");
+  if (std::abs(k(2, 2) - 1) > 1e-9)
+    throw refused(file, field, fmt::format("its last element is {:g}, not 1", k(2, 2)),
+                  "give the matrix in px, as the calibration wrote it");
+  if (std::abs(k(0, 1)) > tolerance || std::abs(k(1, 0)) > tolerance)
+    throw refused(file, field, "the pixels are skewed", "calibrate without skew");
+  BrownLens lens;
+  lens.fx_px = k(0, 0), lens.fy_px = k(1, 1), lens.cx_px = k(0, 2), lens.cy_px = k(1, 2);
+  return lens;
+}
+
+/// k1 k2 p1 p2 k3 in OpenCV's order; what follows must be 0.
+void set_terms(BrownLens& lens, std::vector<double> terms, const fs::path& file,
+               const std::string& field) {
+  constexpr std::size_t kCounts[] = {0, 4, 5, 8, 12, 14};
+  if (std::find(std::begin(kCounts), std::end(kCounts), terms.size()) == std::end(kCounts))
+    throw refused(file, field, fmt::format("{} numbers are no lens of OpenCV", terms.size()),
+                  "give 4 or 5: k1 k2 p1 p2 k3");
+  if (std::any_of(terms.begin() + std::min<std::ptrdiff_t>(5, std::ssize(terms)), terms.end(),
+                  [](double term) { return term != 0; }))
+    throw refused(file, field, "more than Brown's five terms are used",
+                  "calibrate with k1 k2 p1 p2 k3 only");
+  terms.resize(5, 0);
+  lens.k1 = terms[0], lens.k2 = terms[1], lens.p1 = terms[2], lens.p2 = terms[3];
+  lens.k3 = terms[4];
+}
+
+Camera camera_of_storage(const fs::path& file) {
+  const auto read = foreign_record<StorageFile>(file, with_plain_names(storage_value(file)));
+  if (read.k.data.size() != 9)
+    throw refused(file, "camera_matrix", "the camera matrix is not 3 x 3",
+                  "give the file that OpenCV's calibration wrote");
+  Camera camera;
+  BrownLens lens = lens_of_matrix(read.k.square(), file, "camera_matrix");
+  if (read.distortion) set_terms(lens, read.distortion->data, file, "distortion_coefficients");
+  camera.model.lens = lens;
+  camera.model.width_px = read.width_px, camera.model.height_px = read.height_px;
+  const auto& translation = read.translation_m ? read.translation_m : read.tvec;
+  const bool twice = (read.rotation && read.vector) || (read.translation_m && read.tvec);
+  if (twice || !translation || translation->data.size() != 3 || (!read.rotation && !read.vector) ||
+      (read.rotation && read.rotation->data.size() != 9) ||
+      (read.vector && read.vector->data.size() != 3))
+    throw refused(file, "cam_from_world_rotation",
+                  twice ? "the file has two poses" : "the file has no pose",
+                  "give cam_from_world_rotation and cam_from_world_translation_m, or rvec and tvec "
+                  "in metres");
+  camera.cam_from_world.translation_m = translation->vector();
+  camera.cam_from_world.rotation =
+      read.rotation ? read.rotation->square() : rotation_about(read.vector->vector());
+  camera.name = file.stem().string();
+  return camera;
+}
+
+// Kalibr
+
+struct KalibrEntry {
+  KalibrCamera camera{};
+  KalibrLens lens{};
+  std::vector<double> intrinsics, distortion;
+  std::array<int, 2> resolution{};
+  std::optional<Eigen::Matrix4d> from_previous;
+  std::string topic;
+};
+
+void fields(Fields& f, KalibrEntry& entry) {
+  f({.name = "camera_model", .remedy = kCalibrateAgain}, entry.camera);
+  f({.name = "distortion_model", .remedy = kCalibrateAgain}, entry.lens);
+  f({"intrinsics", "fx fy cx cy, px"}, entry.intrinsics);
+  f({"distortion_coeffs", "k1 k2 p1 p2"}, entry.distortion);
+  f({"resolution", "width and height, px", 1, 1}, entry.resolution);
+  f.if_any({"T_cn_cnm1", "this camera from the one before, 4 x 4, m"}, entry.from_previous);
+  f.otherwise({"rostopic", "topic of the pictures"}, entry.topic);
+  zero(f, {"line_delay"});
+  inert(f, {"cam_overlaps", "timeshift_cam_imu", "T_cam_imu"});
+  f.rule(entry.intrinsics.size() == 4, "intrinsics", "not four numbers", "give fx, fy, cx, cy");
+  f.rule(entry.lens == KalibrLens::none || entry.distortion.size() == 4, "distortion_coeffs",
+         "not four numbers", "give k1, k2, p1, p2");
+}
+
+std::vector<Camera> cameras_of_kalibr(const fs::path& file) {
+  const Value root = storage_value(file);
+  const auto* table = root.get_if<Value::Table>();
+  std::vector<std::pair<std::string, KalibrEntry>> entries;
+  for (std::size_t i = 0; table != nullptr && i < table->size(); ++i) {
+    const auto& [key, value] = (*table)[i];
+    if (key != fmt::format("cam{}", i))
+      throw refused(file, key, "the cameras are not cam0, cam1, ... in order",
+                    "give the camchain that Kalibr wrote");
+    entries.emplace_back(key, foreign_record<KalibrEntry>(file, value));
+  }
+  std::vector<Camera> cameras;
+  for (const auto& [key, entry] : entries) {
+    Camera camera;
+    const std::vector<double>& p = entry.intrinsics;
+    BrownLens lens;
+    lens.fx_px = p[0], lens.fy_px = p[1], lens.cx_px = p[2], lens.cy_px = p[3];
+    if (entry.lens == KalibrLens::radtan)
+      set_terms(lens, entry.distortion, file, key + ".distortion_coeffs");
+    camera.model = {lens, entry.resolution[0], entry.resolution[1]};
+    camera.cam_from_world.rotation.setIdentity();
+    camera.cam_from_world.translation_m.setZero();
+    if (entry.from_previous.has_value() == cameras.empty())
+      throw refused(file, key + ".T_cn_cnm1",
+                    cameras.empty() ? "the first camera has one before it" : "it is missing",
+                    "give the camchain that Kalibr wrote");
+    if (entry.from_previous) {
+      const Eigen::Matrix4d& step = *entry.from_previous;
+      if (step.row(3) != Eigen::RowVector4d(0, 0, 0, 1))
+        throw refused(file, key + ".T_cn_cnm1", "its last row is not (0, 0, 0, 1)",
+                      "is it transposed? write rows as columns");
+      const CamFromWorld& before = cameras.back().cam_from_world;
+      const CamFromWorld relative{rotation_of(step.topLeftCorner<3, 3>(), file, key + ".T_cn_cnm1"),
+                                  step.topRightCorner<3, 1>()};
+      camera.cam_from_world.rotation = relative.rotation * before.rotation;
+      camera.cam_from_world.translation_m =
+          relative.rotation * before.translation_m + relative.translation_m;
+    }
+    // "/left/image_raw" is a picture of `left`.
+    const std::size_t end = entry.topic.rfind('/');
+    const std::size_t begin =
+        end == std::string::npos || end == 0 ? end : entry.topic.rfind('/', end - 1);
+    camera.name = begin == std::string::npos || begin + 1 >= end
+                      ? key
+                      : entry.topic.substr(begin + 1, end - begin - 1);
+    cameras.push_back(std::move(camera));
+  }
+  std::set<std::string> names;
+  for (const Camera& camera : cameras) names.insert(camera.name);
+  for (std::size_t i = 0; i < cameras.size() && names.size() < cameras.size(); ++i)
+    cameras[i].name = entries[i].first;
+  return cameras;
+}
+
+// mrcal
+
+struct MrcalModel {
+  MrcalLens lens{};
+  std::vector<double> intrinsics;
+  std::array<int, 2> size_px{};
+  std::optional<std::vector<double>> extrinsics, rt_cam_ref;
+};
+
+void fields(Fields& f, MrcalModel& model) {
+  constexpr std::string_view kAgain =
+      "write the model again with mrcal, as LENSMODEL_PINHOLE, _OPENCV4 or _OPENCV5";
+  f({.name = "lensmodel", .remedy = kAgain}, model.lens);
+  f({.name = "intrinsics", .remedy = kAgain}, model.intrinsics);
+  f({.name = "imagersize", .least = 1, .remedy = kAgain}, model.size_px);
+  f.if_any({.name = "extrinsics", .remedy = kAgain}, model.extrinsics);
+  f.if_any({.name = "rt_cam_ref", .remedy = kAgain}, model.rt_cam_ref);
+  inert(f, {"valid_intrinsics_region", "optimization_inputs", "icam_intrinsics",
+            "icam_intrinsics_optimization_inputs"});
+  const std::size_t wanted = model.lens == MrcalLens::pinhole   ? 4
+                             : model.lens == MrcalLens::opencv4 ? 8
+                                                                : 9;
+  f.rule(model.intrinsics.size() == wanted, "intrinsics",
+         fmt::format("{} numbers where {} belong", model.intrinsics.size(), wanted), kAgain);
+  f.rule(model.extrinsics.has_value() != model.rt_cam_ref.has_value(), "rt_cam_ref",
+         model.extrinsics ? "two poses" : "the model has no pose", kAgain);
+  for (const auto& pose : {model.extrinsics, model.rt_cam_ref})
+    f.rule(!pose || pose->size() == 6, "rt_cam_ref", "a pose is not six numbers", kAgain);
+}
+
+Camera camera_of_mrcal(const fs::path& file) {
+  const auto model = foreign_record<MrcalModel>(file, python_value(file));
+  std::vector<double> v = model.intrinsics;
+  v.resize(9, 0);
+  Camera camera;
+  camera.model = {BrownLens{v[0], v[1], v[2], v[3], v[4], v[5], v[6], v[7], v[8]}, model.size_px[0],
+                  model.size_px[1]};
+  const std::vector<double>& pose = model.rt_cam_ref ? *model.rt_cam_ref : *model.extrinsics;
+  camera.cam_from_world.rotation = rotation_about({pose[0], pose[1], pose[2]});
+  camera.cam_from_world.translation_m = {pose[3], pose[4], pose[5]};
+  camera.name = file.stem().string();
+  return camera;
+}
+
+// DICe
+
+struct DiceRotation {
+  std::array<std::string, 3> rows;
+};
+
+void fields(Fields& f, DiceRotation& rotation) {
+  f({"ROW 0", "first row"}, rotation.rows[0]);
+  f({"ROW 1", "second row"}, rotation.rows[1]);
+  f({"ROW 2", "third row"}, rotation.rows[2]);
+}
+
+struct DiceCamera {
+  std::string id, size;
+  DiceLens lens{};
+  BrownLens terms;
+  double alpha_deg = 0, beta_deg = 0, gamma_deg = 0;
+  Eigen::Vector3d translation{0, 0, 0};
+  std::optional<DiceRotation> rotation;
+};
+
+void fields(Fields& f, DiceCamera& camera) {
+  f.otherwise({.name = "LENS_DISTORTION_MODEL", .remedy = kCalibrateAgain}, camera.lens);
+  f.otherwise({"CAMERA_ID", "name"}, camera.id);
+  f({"IMAGE_HEIGHT_WIDTH", "{ height, width }, px"}, camera.size);
+  BrownLens& lens = camera.terms;
+  f({"FX", "px"}, lens.fx_px);
+  f({"FY", "px"}, lens.fy_px);
+  f({"CX", "px"}, lens.cx_px);
+  f({"CY", "px"}, lens.cy_px);
+  for (const auto& [name, term] : {std::pair{"K1", &lens.k1},
+                                   {"K2", &lens.k2},
+                                   {"K3", &lens.k3},
+                                   {"P1", &lens.p1},
+                                   {"P2", &lens.p2}})
+    f.otherwise({name, "term of the lens"}, *term);
+  zero(f, {"FS", "K4", "K5", "K6", "S1", "S2", "S3", "S4", "T1", "T2"});
+  f.otherwise({"ALPHA", "degrees about x"}, camera.alpha_deg);
+  f.otherwise({"BETA", "degrees about y"}, camera.beta_deg);
+  f.otherwise({"GAMMA", "degrees about z"}, camera.gamma_deg);
+  f.otherwise({"TX", "of the target's unit"}, camera.translation.x());
+  f.otherwise({"TY", "of the target's unit"}, camera.translation.y());
+  f.otherwise({"TZ", "of the target's unit"}, camera.translation.z());
+  f.if_any({"rotation_3x3_matrix", "rows of the matrix"}, camera.rotation);
+  inert(f, {"PIXEL_DEPTH", "LENS", "COMMENTS"});
+  f.rule(
+      !camera.rotation || (camera.alpha_deg == 0 && camera.beta_deg == 0 && camera.gamma_deg == 0),
+      "ALPHA", "angles and a matrix", "keep one of them");
+}
+
+struct DiceSystem {
+  std::string format, type;
+  bool relative = false;
+  std::map<std::string, DiceCamera> cameras;
+};
+
+/// Numbers in braces: "{ 1200, 1920 }".
+std::vector<double> braced(const std::string& text, std::size_t count, const fs::path& file,
+                           const std::string& field) {
+  std::string plain = text;
+  std::replace_if(
+      plain.begin(), plain.end(), [](char c) { return c == '{' || c == '}' || c == ','; }, ' ');
+  std::istringstream in(plain);
+  std::vector<double> numbers{std::istream_iterator<double>(in), {}};
+  if (!in.eof() || numbers.size() != count ||
+      !std::all_of(numbers.begin(), numbers.end(), [](double v) { return std::isfinite(v); }))
+    throw refused(file, field, fmt::format("`{}` is not {} numbers", printable(text), count),
+                  "write the calibration again with DICe");
+  return numbers;
+}
+
+void fields(Fields& f, DiceSystem& system) {
+  f({"xml_file_format", "DICe_xml_camera_system_file"}, system.format);
+  f({"system_type_3D", "tool that calibrated"}, system.type);
+  f.otherwise({"extrinsics_relative_camera_to_camera", "poses from camera 0"}, system.relative);
+  inert(f, {"avg_epipolar_error", "avg_reprojection_error", "checker_board_type"});
+  for (int i = 0; i < 10; ++i) {
+    std::optional<DiceCamera> camera;
+    const std::string name = fmt::format("CAMERA {}", i);
+    f.if_any({name, "camera"}, camera);
+    if (camera) system.cameras.emplace(name, *camera);
+  }
+  f.rule(system.format == "DICe_xml_camera_system_file", "xml_file_format",
+         "this is no camera system", "give the calibration that DICe wrote");
+  f.rule(!system.cameras.empty(), "CAMERA 0", "there is no camera",
+         "give the calibration that DICe wrote");
+}
+
+std::vector<Camera> cameras_of_dice(const fs::path& file, double unit_m) {
+  const auto system = foreign_record<DiceSystem>(file, parameter_list_value(file));
+  std::vector<Camera> cameras;
+  for (const auto& [key, read] : system.cameras) {
+    const BrownLens& lens = read.terms;
+    const bool is_bent =
+        lens.k1 != 0 || lens.k2 != 0 || lens.k3 != 0 || lens.p1 != 0 || lens.p2 != 0;
+    if (read.lens == DiceLens::none && is_bent)
+      throw refused(file, key + ".LENS_DISTORTION_MODEL", "no lens is named for its terms",
+                    "add LENS_DISTORTION_MODEL");
+    Camera camera;
+    const auto size = braced(read.size, 2, file, key + ".IMAGE_HEIGHT_WIDTH");
+    camera.model = {lens, static_cast<int>(size[1]), static_cast<int>(size[0])};
+    using Eigen::AngleAxisd, Eigen::Vector3d;
+    constexpr double kDegree = std::numbers::pi / 180;
+    Eigen::Matrix3d rotation = (AngleAxisd(read.gamma_deg * kDegree, Vector3d::UnitZ()) *
+                                AngleAxisd(read.beta_deg * kDegree, Vector3d::UnitY()) *
+                                AngleAxisd(read.alpha_deg * kDegree, Vector3d::UnitX()))
+                                   .toRotationMatrix();
+    for (int row = 0; read.rotation && row < 3; ++row) {
+      const auto numbers = braced(read.rotation->rows[row], 3, file, key + ".rotation_3x3_matrix");
+      rotation.row(row) << numbers[0], numbers[1], numbers[2];
+    }
+    camera.cam_from_world.rotation = rotation_of(rotation, file, key + ".rotation_3x3_matrix");
+    camera.cam_from_world.translation_m = unit_m * read.translation;
+    if (system.relative && !cameras.empty()) {
+      const CamFromWorld& first = cameras.front().cam_from_world;
+      camera.cam_from_world.translation_m += camera.cam_from_world.rotation * first.translation_m;
+      camera.cam_from_world.rotation *= first.rotation;
+    }
+    camera.name = read.id.empty() ? "cam" + key.substr(7) : read.id;
+    cameras.push_back(std::move(camera));
+  }
+  return cameras;
+}
+
+// MATLAB
+
+struct MatlabCamera {
+  std::optional<Eigen::Matrix3d> transposed, k;
+  std::vector<double> radial, tangential;
+  Eigen::Vector2d size_px{0, 0};
+  std::optional<std::string> units;
+};
+
+void fields(Fields& f, MatlabCamera& camera) {
+  f.if_any({"IntrinsicMatrix", "transpose of the camera matrix"}, camera.transposed);
+  f.if_any({"K", "camera matrix"}, camera.k);
+  f({"RadialDistortion", "k1 k2 k3"}, camera.radial);
+  f({"TangentialDistortion", "p1 p2"}, camera.tangential);
+  f({"ImageSize", "height and width, px", 1, 1}, camera.size_px);
+  f.if_any({"WorldUnits", "unit of lengths"}, camera.units);
+  zero(f, {"Skew"});
+  inert(f,
+        {"WorldPoints", "TranslationVectors", "RotationVectors", "ReprojectionErrors",
+         "ReprojectedPoints", "DetectedKeypoints", "EstimateSkew", "EstimateTangentialDistortion",
+         "NumRadialDistortionCoefficients", "NumPatterns", "MeanReprojectionError", "Version",
+         "FocalLength", "PrincipalPoint", "RotationMatrices", "PatternExtrinsics"});
+  f.rule(camera.transposed.has_value() != camera.k.has_value(), "IntrinsicMatrix",
+         camera.k ? "two camera matrices" : "the camera matrix is missing", "give one of both");
+  f.rule(camera.radial.size() == 2 || camera.radial.size() == 3, "RadialDistortion",
+         "not two or three numbers", "give k1, k2 and k3");
+  f.rule(camera.tangential.size() == 2, "TangentialDistortion", "not two numbers", "give p1, p2");
+}
+
+struct MatlabStereo {
+  MatlabCamera first, second;
+  Eigen::Matrix3d rotation;
+  Eigen::Vector3d translation;
+};
+
+void fields(Fields& f, MatlabStereo& stereo) {
+  f({"CameraParameters1", "first camera"}, stereo.first);
+  f({"CameraParameters2", "second camera"}, stereo.second);
+  f({"RotationOfCamera2", "transpose of camera 2 from camera 1"}, stereo.rotation);
+  f({"TranslationOfCamera2", "camera 1's centre in camera 2"}, stereo.translation);
+  inert(f, {"FundamentalMatrix", "EssentialMatrix", "MeanReprojectionError", "NumPatterns",
+            "WorldPoints", "WorldUnits", "Version", "RectificationParams"});
+}
+
+std::optional<double> unit_named(const std::optional<std::string>& name) {
+  static const std::map<std::string, double> kUnits = {
+      {"millimeters", 1e-3}, {"mm", 1e-3}, {"centimeters", 1e-2}, {"cm", 1e-2},
+      {"meters", 1},         {"m", 1},     {"inches", 0.0254},    {"in", 0.0254}};
+  const auto found = name ? kUnits.find(*name) : kUnits.end();
+  return found == kUnits.end() ? std::nullopt : std::optional(found->second);
+}
+
+std::vector<Camera> cameras_of_matlab(const fs::path& file, std::optional<double> unit_m) {
+  Value root = matlab_value(file);
+  // A variable's name, or the member of an object, may stand around.
+  while (root.get_if<Value::Table>() != nullptr && root.get_if<Value::Table>()->size() == 1) {
+    const Value inner = root.get_if<Value::Table>()->front().second;
+    root = inner;
+  }
+  const auto stereo = foreign_record<MatlabStereo>(file, std::move(root));
+  const auto named = unit_named(stereo.first.units);
+  if (!unit_m) unit_m = named;
+  if (!unit_m || unit_named(stereo.second.units) != named)
+    throw refused(file, "CameraParameters1.WorldUnits", "the unit of its lengths is not named",
+                  "give it with --unit-mm");
+  std::vector<Camera> cameras(2);
+  for (int i = 0; i < 2; ++i) {
+    const MatlabCamera& read = i == 0 ? stereo.first : stereo.second;
+    Camera& camera = cameras[i];
+    BrownLens lens =
+        lens_of_matrix(read.k ? *read.k : Eigen::Matrix3d(read.transposed->transpose()), file,
+                       fmt::format("CameraParameters{}.IntrinsicMatrix", i + 1));
+    lens.cx_px -= 1, lens.cy_px -= 1;  // the corner pixel's centre is (1, 1)
+    lens.k1 = read.radial[0], lens.k2 = read.radial[1];
+    lens.k3 = read.radial.size() > 2 ? read.radial[2] : 0;
+    lens.p1 = read.tangential[0], lens.p2 = read.tangential[1];
+    camera.model = {lens, static_cast<int>(read.size_px.y()), static_cast<int>(read.size_px.x())};
+    camera.name = fmt::format("camera{}", i + 1);
+    camera.cam_from_world = {Eigen::Matrix3d::Identity(), Eigen::Vector3d::Zero()};
+  }
+  cameras[1].cam_from_world = {rotation_of(stereo.rotation.transpose(), file, "RotationOfCamera2"),
+                               *unit_m * stereo.translation};
+  return cameras;
+}
+
+// COLMAP
+
+/// Lines of a COLMAP text without comments, each with its number.
+std::vector<std::pair<int, std::string>> lines_of_text(const fs::path& file) {
+  std::istringstream in(read_text(file));
+  std::vector<std::pair<int, std::string>> lines;
+  int number = 0;
+  for (std::string line; std::getline(in, line);)
+    if (++number; !line.starts_with('#')) lines.emplace_back(number, line);
+  return lines;
+}
+
+/// Whole numbers of COLMAP's parameters, and the places of fx, fy, cx, cy, k1, k2, p1, p2, k3 among
+/// them; -1 where there is none.
+struct ColmapLens {
+  std::size_t parameters;
+  std::array<int, 9> places;
+};
+
+const std::map<std::string, ColmapLens>& colmap_lenses() {
+  static const std::map<std::string, ColmapLens> kLenses = {
+      {"SIMPLE_PINHOLE", {3, {0, 0, 1, 2, -1, -1, -1, -1, -1}}},
+      {"PINHOLE", {4, {0, 1, 2, 3, -1, -1, -1, -1, -1}}},
+      {"SIMPLE_RADIAL", {4, {0, 0, 1, 2, 3, -1, -1, -1, -1}}},
+      {"RADIAL", {5, {0, 0, 1, 2, 3, 4, -1, -1, -1}}},
+      {"OPENCV", {8, {0, 1, 2, 3, 4, 5, 6, 7, -1}}},
+      {"FULL_OPENCV", {12, {0, 1, 2, 3, 4, 5, 6, 7, 8}}}};
+  return kLenses;
+}
+
+CameraModel colmap_model(std::istringstream& words, const Where& where) {
+  std::string name;
+  CameraModel model;
+  words >> name >> model.width_px >> model.height_px;
+  const auto known = colmap_lenses().find(name);
+  if (known == colmap_lenses().end())
+    throw bad_input(fmt::format("the lens is `{}`, not Brown's", printable(name)), where,
+                    std::string(kCalibrateAgain));
+  const std::vector<double> p{std::istream_iterator<double>(words), {}};
+  if (!words.eof() || p.size() != known->second.parameters)
+    throw bad_input(
+        fmt::format("{} has {} numbers, not {}", name, known->second.parameters, p.size()), where,
+        "export the model as text again");
+  std::array<double, 9> v{};
+  for (std::size_t i = 0; i < 9; ++i)
+    if (const int at = known->second.places[i]; at >= 0) v[i] = p[static_cast<std::size_t>(at)];
+  for (std::size_t i = 9; i < p.size(); ++i)
+    if (p[i] != 0)
+      throw bad_input("more than Brown's five terms are used", where,
+                      "calibrate with the model OPENCV");
+  constexpr double kHalfPixel = 0.5;  // COLMAP's corner pixel has its centre at (0.5, 0.5)
+  model.lens =
+      BrownLens{v[0], v[1], v[2] - kHalfPixel, v[3] - kHalfPixel, v[4], v[5], v[6], v[7], v[8]};
+  return model;
+}
+
+std::vector<Camera> cameras_of_colmap(const fs::path& given, std::optional<double> unit_m) {
+  const fs::path& lenses = given;
+  const fs::path images = given.parent_path() / "images.txt";
+  if (!unit_m)
+    throw usage_error("COLMAP's lengths have no unit",
+                      "give --unit-mm, 1000 for a model that drapebench wrote");
+  std::map<int, CameraModel> models;
+  for (const auto& [number, line] : lines_of_text(lenses)) {
+    std::istringstream words(line);
+    int id = 0;
+    if (!(words >> id)) continue;
+    const Where where{.file = lenses.string(), .line = number};
+    if (!models.emplace(id, colmap_model(words, where)).second)
+      throw bad_input("a camera twice", where, "export the model as text again");
+  }
+  std::vector<Camera> cameras;
+  const auto lines = lines_of_text(images);
+  for (std::size_t i = 0; i < lines.size(); i += 2) {  // the second line of each has its points
+    const Where where{.file = images.string(), .line = lines[i].first};
+    std::istringstream words(lines[i].second);
+    std::array<double, 7> v{};
+    int id = 0, camera_id = 0;
+    std::string name;
+    words >> id;
+    for (double& value : v) words >> value;
+    if (!(words >> camera_id >> std::ws) || !std::getline(words, name)) {
+      if (lines[i].second.find_first_not_of(" \t\r") == std::string::npos && i + 1 == lines.size())
+        break;
+      throw bad_input("not IMAGE_ID QW QX QY QZ TX TY TZ CAMERA_ID NAME", where,
+                      "export the model as text again");
+    }
+    const Eigen::Vector4d q(v[0], v[1], v[2], v[3]);
+    if (!(std::abs(q.norm() - 1) < 1e-4))
+      throw bad_input(fmt::format("the quaternion has the length {:g}, not 1", q.norm()), where,
+                      "export the model as text again");
+    if (!models.contains(camera_id))
+      throw bad_input(fmt::format("camera {} is not in cameras.txt", camera_id), where,
+                      "export the model as text again");
+    Camera camera;
+    camera.model = models.at(camera_id);
+    camera.cam_from_world = {
+        Eigen::Quaterniond(v[0], v[1], v[2], v[3]).normalized().toRotationMatrix(),
+        *unit_m * Eigen::Vector3d(v[4], v[5], v[6])};
+    camera.name = fs::path(name.substr(0, name.find_last_not_of("\r ") + 1)).stem().string();
+    cameras.push_back(std::move(camera));
+  }
+  return cameras;
+}
+
+}  // namespace
+
+Eigen::Matrix3d rotation_of(const Eigen::Matrix3d& matrix, const fs::path& file,
+                            const std::string& field) {
+  constexpr double kRounded = 1e-4;  // of elements with five digits
+  const double fault = (matrix * matrix.transpose() - Eigen::Matrix3d::Identity()).norm();
+  if (!(fault < kRounded) || matrix.determinant() < 0)
+    throw refused(file, field, "the matrix is not a rotation", "export the camera again");
+  return fault < 1e-12 ? matrix : nearest_rotation(matrix);
+}
+
+std::vector<Camera> cameras_of(const fs::path& file, ExchangeFormat format,
+                               const ImportOptions& options) {
+  const auto in_metres = [&](Camera camera) {
+    if (options.unit_m) camera.cam_from_world.translation_m *= *options.unit_m;
+    return std::vector<Camera>{std::move(camera)};
+  };
+  switch (format) {
+    case ExchangeFormat::opencv:
+    case ExchangeFormat::ros:
+      return in_metres(camera_of_storage(file));
+    case ExchangeFormat::mrcal:
+      return in_metres(camera_of_mrcal(file));
+    case ExchangeFormat::kalibr: {
+      std::vector<Camera> cameras = cameras_of_kalibr(file);
+      for (Camera& camera : cameras)
+        camera.cam_from_world.translation_m *= options.unit_m.value_or(1);
+      return cameras;
+    }
+    case ExchangeFormat::dice:
+      return cameras_of_dice(file, options.unit_m.value_or(units::mm));
+    case ExchangeFormat::matlab:
+      return cameras_of_matlab(file, options.unit_m);
+    case ExchangeFormat::colmap:
+      return cameras_of_colmap(file, options.unit_m);
+  }
+  throw internal_error("a format of no name");
+}
+
+}  // namespace drape::calib
