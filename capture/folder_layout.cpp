@@ -73,7 +73,7 @@ FrameSet read_set(const fs::path& folder, const std::string& set,
   for (const std::string& name : names_in(folder / set)) {
     const fs::path path = folder / set / name;
     const std::string file = fmt::format("{}/{}", set, name);
-    if (is_hidden(name) || name == "capture.json") continue;  // notes of a capture
+    if (is_hidden(name) || name == "capture.json") continue;  // written by a capture
     require_target(path);
     if (!fs::is_regular_file(path) || !is_image_name(path)) {
       ignored.push_back({file, "not an image file (png, jpg, jpeg, tif, tiff)"});

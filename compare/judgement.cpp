@@ -17,8 +17,8 @@ namespace {
 
 using units::mm;
 
-/// Passes on the NO-GO of a placing sheet, in the words of the first cause, said once, and that of
-/// another simulator's mesh.
+/// Passes on the NO-GO of a sheet that positioned a simulation, with its first cause, stated once,
+/// and that of another simulator's mesh.
 void judge_placing(const Simulation& simulation, const std::optional<std::string>& said,
                    std::vector<std::string>& no_go) {
   const auto& cause = simulation.sheet.sheet.no_go;
@@ -69,11 +69,11 @@ void judge_simulation(const Simulation& simulation, const Options& options,
             fmt::format("simulation {}: {}", simulation.label(), simulation.source().status));
 }
 
-/// Objects and table of a simulation must be those that the marks were asked about; other values of
-/// its scene, such as friction, may differ.
+/// Requires that objects and table of a simulation are those with which the marks were measured;
+/// other values of its scene, such as friction, may differ.
 void judge_scenes(const DrapeInput& input, Report& report) {
   const auto& asked = input.measured.asked;
-  std::map<std::string, std::string> differences;  // labels by what differs
+  std::map<std::string, std::string> differences;  // labels by difference
   std::string unknown, without_mesh;
   const auto add = [](const Simulation& simulation, std::string& labels) {
     labels += (labels.empty() ? "" : "; ") + simulation.label();
@@ -112,7 +112,7 @@ void judge_scenes(const DrapeInput& input, Report& report) {
         "simulation's objects and table: measure with drape triangulate --scene SCENE.toml");
 }
 
-/// One warning for all simulations that another measured sheet placed.
+/// Adds one warning for all simulations positioned by another measured sheet.
 void warn_of_other_starts(const DrapeInput& input, Report& report) {
   std::string labels;
   for (const RealVirtual& row : report.real_virtual) {
@@ -148,14 +148,14 @@ void warn_of_branches(const DrapeInput& input, Report& report) {
   }
 }
 
-/// Scene and set that a simulation or mesh says to be of; an empty set is not known.
+/// Scene and set stated by a simulation or mesh; the set is empty if unknown.
 struct SaidDrape {
   std::string scene, set, label;
   std::filesystem::path file;
 };
 
 std::vector<SaidDrape> said_drapes(const DrapeInput& input) {
-  std::map<std::string, std::string> sets;  // scene to set, from the simulations that know theirs
+  std::map<std::string, std::string> sets;  // set of each scene, from the simulations that state it
   for (const Simulation& one : input.simulations)
     if (one.scene && !one.scene->set.empty()) sets.emplace(one.source().scene, one.scene->set);
   const auto set_of = [&](const std::string& scene) {
@@ -173,7 +173,7 @@ std::vector<SaidDrape> said_drapes(const DrapeInput& input) {
   return drapes;
 }
 
-/// Refuses a scene of another name whose set is not known: it may be another drape.
+/// Refuses a scene of another name whose set is unknown, since it may be another drape.
 void judge_drapes(const DrapeInput& input, Report& report) {
   const std::string own = input.measured.scene();
   for (const SaidDrape& drape : said_drapes(input)) {

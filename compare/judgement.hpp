@@ -5,15 +5,15 @@
 
 namespace drape::compare {
 
-/// Throws Error(bad_input) where a measured sheet and a mesh or simulation are of two drapes:
-/// neither scene nor frame set is the same. A mesh has the set of the simulations of its scene.
+/// Throws Error(bad_input) if a measured sheet and a mesh or simulation belong to two drapes:
+/// neither scene nor frame set agree. A mesh has the set of the simulations of its scene.
 void require_one_drape(const DrapeInput& input);
 
-/// Fills no_go with every reason why the measurement is no ground for its distances (the first
-/// cause first: sheets that are NO-GO, marks, simulations), and warnings.
+/// Sets no_go to all reasons why the distances cannot be trusted (the first cause first: sheets
+/// that are NO-GO, marks, simulations), and adds warnings.
 void judge(const DrapeInput& input, const Options& options, Report& report);
 
-/// The same of simulations without a real cloth: one that is NO-GO or not at rest is no ground.
+/// The same for simulations without a real cloth: reasons are those that are NO-GO or not at rest.
 void judge_group(const Options& options, VirtualGroup& group, std::vector<std::string>& warnings);
 
 }  // namespace drape::compare

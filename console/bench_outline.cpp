@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Where the cameras see the objects of a drape: as its plates of tags show them, or as the scene
-// states them.
+// Outlines of a drape's objects in the cameras, at the positions measured with tag plates or stated
+// in the scene.
 #include <Eigen/Geometry>
 #include <cmath>
 #include <numbers>
@@ -13,7 +13,7 @@ namespace {
 
 using Eigen::Vector3d;
 using Line = std::vector<Vector3d>;  ///< points in the world
-constexpr int kAlong = 48;  ///< points of a circle; a lens bends an edge in a quarter of it
+constexpr int kAlong = 48;  ///< points on a circle; a lens bends edges, which get a quarter of it
 
 Line circle(const Vector3d& centre, const Vector3d& a, const Vector3d& b) {
   Line line;

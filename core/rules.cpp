@@ -69,7 +69,7 @@ void check_foot(const Scene& scene, std::size_t i, FaultList& list) {
                     foot_m / mm));
 }
 
-/// A mesh that reaches below the table: most export y up.
+/// Finds a mesh that extends below the table, since most tools export y up.
 void check_mesh(const Scene& scene, std::size_t i, FaultList& list) {
   const auto* mesh = std::get_if<MeshObject>(&scene.obstacles[i]);
   std::error_code absent;

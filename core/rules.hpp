@@ -42,9 +42,9 @@ namespace drape {
 /// The tag families that detect supports, with the number of tags in each.
 [[nodiscard]] std::vector<std::pair<std::string, int>> known_tag_families();
 
-/// True when a target looks the same after half a turn, so that no picture tells corner (0, 0) from
-/// the opposite one: a chessboard of an even number of rows and columns together, a grid of dots
-/// without tags and hollow dots.
+/// True if a target has half-turn symmetry, so that no picture distinguishes corner (0, 0) from the
+/// opposite one: a chessboard with an even sum of rows and columns, or a grid of dots without tags
+/// and hollow dots.
 [[nodiscard]] bool is_ambiguous(const Target& target);
 
 }  // namespace drape

@@ -211,7 +211,7 @@ std::string twin_of(const Surroundings& surface) {
   return surface.plane.tags.empty() && !surface.plane.classes ? "dot grid" : "";
 }
 
-/// Keys of the print's or target's file that say where tags lie.
+/// Keys in the file of the print or target that give the positions of tags.
 const char* tag_keys_of(const Surroundings& surface) {
   if (!surface.plane.stiff) return "tags.first_id, tags.cells";
   if (!surface.board) return "tags.tag.centre_mm";

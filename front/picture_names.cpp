@@ -13,7 +13,7 @@ bool is_digit(char c) {
   return std::isdigit(static_cast<unsigned char>(c)) != 0;
 }
 
-/// Date and time in a name as cameras write them: "2018-09-17__16-38-56", "20180917_163856789".
+/// Date and time in a name as written by cameras: "2018-09-17__16-38-56", "20180917_163856789".
 const std::regex& time_in_name() {
   static const std::regex kTime(
       "((?:19|20)[0-9]{2})([-_.]?)(0[1-9]|1[0-2])\\2(0[1-9]|[12][0-9]|3[01])[-_. T]*"
@@ -21,7 +21,7 @@ const std::regex& time_in_name() {
   return kTime;
 }
 
-/// The name with each time in it as one number.
+/// Joins each date and time in a name to one number.
 std::string with_joined_time(const std::string& name) {
   return std::regex_replace(name, time_in_name(), "$1$3$4$5$7$8");
 }
@@ -30,7 +30,7 @@ std::string without_time(const std::string& name) {
   return std::regex_replace(name, time_in_name(), "");
 }
 
-/// A number's digits without zeros before them.
+/// Digits of a number without leading zeros.
 std::string digits_of(const std::string& number) {
   return number.substr(std::min(number.find_first_not_of('0'), number.size() - 1));
 }
@@ -70,7 +70,7 @@ PictureName split_at(const std::vector<std::string>& parts, std::size_t number) 
 }  // namespace
 
 std::vector<PictureName> read_picture_names(const std::vector<std::string>& given) {
-  // Times tell nothing where the names differ without them.
+  // Times are ignored if the names differ without them.
   std::vector<std::string> names;
   std::transform(given.begin(), given.end(), std::back_inserter(names), without_time);
   if (std::set<std::string>(names.begin(), names.end()).size() < names.size())
@@ -98,7 +98,7 @@ std::vector<PictureName> read_picture_names(const std::vector<std::string>& give
       result.push_back(split_at(all[i], view > 0 ? view : last - 1));
     }
   }
-  // Equal numbers become equal texts, in the numbers' order.
+  // Equal numbers become equal texts, sorted like the numbers.
   const auto is_number = [](const std::string& text) {
     return std::all_of(text.begin(), text.end(), is_digit);
   };

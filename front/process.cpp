@@ -28,7 +28,7 @@ struct Child {
   pid_t pid = -1;
   Pipe output, errors, progress;
   std::string progress_rest;
-  double fraction = 0;  ///< its last progress
+  double fraction = 0;  ///< last progress reported
   std::string what = {};
 };
 
@@ -84,7 +84,7 @@ void serve(std::vector<Child>& children, std::vector<StepResult>& results,
       progress(child.step, fraction, what);
     });
   }
-  // The time goes on where a step says nothing for a while.
+  // Updates the elapsed time if a step reports nothing for a while.
   progress(children.front().step, children.front().fraction, children.front().what);
 }
 

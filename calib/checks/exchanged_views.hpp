@@ -11,9 +11,9 @@ namespace drape::calib {
 /// `all` holds every view; `started` the cameras as located by the majority of views.
 [[nodiscard]] std::string exchanged_views(const JointModel& all, const JointModel& started);
 
-/// Reason why the labels of a target that looks the same after half a turn are not confirmed: a
-/// picture agrees with another one of its set only when its labels are turned, or a camera hangs on
-/// the others by one view in common, which agrees either way. Empty where they are.
+/// Reason why the labels of a target with half-turn symmetry are not confirmed: a picture agrees
+/// with another one of its set only with rotated labels, or a camera is connected to the others by
+/// a single common view, which agrees either way. Empty if they are confirmed.
 [[nodiscard]] std::string unconfirmed_labels(const Target& target, const JointModel& all,
                                              const JointModel& started);
 

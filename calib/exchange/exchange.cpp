@@ -66,7 +66,7 @@ ExportResult export_calibration(const Calibration& calibration, ExchangeFormat f
 
 namespace {
 
-/// Throws Error(bad_input) naming the file unless the camera can be one.
+/// Throws Error(bad_input) that names the file unless the camera is valid.
 void check_imported(const Camera& camera, const std::filesystem::path& file) {
   const auto refuse = [&](const std::string& what, const std::string& field) {
     return bad_input(what, {.file = file.string(), .field = field, .camera = camera.name},

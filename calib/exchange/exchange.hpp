@@ -19,7 +19,7 @@ enum class ExchangeFormat {
   kalibr,  ///< camchain.yaml: pinhole-radtan, each camera from the one before (the world is lost)
   colmap,  ///< cameras.txt, images.txt, points3D.txt: OPENCV, or FULL_OPENCV when k3 is not zero
   mrcal,   ///< one <camera>.cameramodel each: LENSMODEL_OPENCV5
-  ros,     ///< one <camera>.yaml each, as camera_calibration writes it, with the pose
+  ros,     ///< one <camera>.yaml each, as from camera_calibration, with the pose
   dice,    ///< cal.xml of Digital Image Correlation Engine, lengths in mm
   matlab,  ///< stereoParams of two cameras as text, lengths in mm (the world is lost)
 };
@@ -69,16 +69,16 @@ struct ExportResult {
                                               const ExportOptions& options);
 
 struct ImportOptions {
-  /// Length of one unit of the file; absent: a metre for OpenCV, ROS, Kalibr and mrcal, a
-  /// millimetre for DICe, MATLAB's WorldUnits; COLMAP's must be given.
+  /// Length of one unit of the file; default: a metre for OpenCV, ROS, Kalibr and mrcal, a
+  /// millimetre for DICe, MATLAB's WorldUnits; required for COLMAP.
   std::optional<double> unit_m;
 };
 
-/// Cameras from one file: OpenCV and ROS (a pose needs the keys cam_from_world_rotation and
-/// cam_from_world_translation_m, or rvec and tvec) and mrcal hold one, named after the file;
+/// Reads cameras from one file: OpenCV and ROS (a pose requires the keys cam_from_world_rotation
+/// and cam_from_world_translation_m, or rvec and tvec) and mrcal have one, named after the file;
 /// Kalibr, DICe, MATLAB and COLMAP (cameras.txt, with images.txt beside it) several. Throws
-/// Error(bad_input) naming file and field: a lens that Brown's five terms cannot hold, a key that
-/// is not known, a matrix with an element that cannot be, no pose, a number that is not finite.
+/// Error(bad_input) naming file and field for a lens that Brown's five terms cannot represent, an
+/// unknown key, an impossible matrix element, a missing pose, or a number that is not finite.
 [[nodiscard]] std::vector<CalibratedCamera> import_cameras(const std::filesystem::path& file,
                                                            ExchangeFormat format,
                                                            const ImportOptions& options = {});

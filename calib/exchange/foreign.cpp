@@ -41,7 +41,7 @@ Value value_of_node(const cv::FileNode& node) {
   return table;
 }
 
-/// YAML as OpenCV's parser takes it: with its first line, and lists indented below their key.
+/// Converts YAML for OpenCV's parser: adds its first line, and indents lists below their key.
 std::string for_storage(std::string text) {
   if (!text.starts_with("%YAML"))
     text.insert(0, text.starts_with("---") ? "%YAML:1.0\n" : "%YAML:1.0\n---\n");
@@ -49,7 +49,7 @@ std::string for_storage(std::string text) {
   return std::regex_replace(text, kItem, "$1$2  - ");
 }
 
-/// Characters of a text in turn, with the line of the next one.
+/// Reads a text character by character, with the line of the next one.
 class Cursor {
  public:
   Cursor(const fs::path& file, std::string text) : file_(file), text_(std::move(text)) {}
@@ -97,7 +97,7 @@ bool is_number_part(char c) {
   return is_word(c) || c == '+' || c == '-';
 }
 
-/// A number as strtod reads it, underscores left out; null for anything else.
+/// Parses a number as strtod does, without underscores; null for anything else.
 Value number_value(std::string word) {
   word.erase(std::remove(word.begin(), word.end(), '_'), word.end());
   char* end = nullptr;
@@ -168,7 +168,7 @@ class PythonReader {
       if (in_.at_end() || (!is_long && in_.peek() == '\n')) fail("a text does not end");
       if (in_.peek() == quote && (!is_long || (in_.peek(1) == quote && in_.peek(2) == quote)))
         break;
-      if (in_.peek() == '\\') text += in_.next();  // escapes stay as written
+      if (in_.peek() == '\\') text += in_.next();  // escapes are kept as written
       text += in_.next();
     }
     for (int i = 0; i < (is_long ? 3 : 1); ++i) in_.next();
@@ -192,7 +192,7 @@ class PythonReader {
       value = items(')', depth);
     } else if (at_text()) {
       std::string text;
-      for (; at_text(); skip()) {  // texts side by side are one
+      for (; at_text(); skip()) {  // adjacent texts are joined
         in_.while_true([](char c) { return c != '\'' && c != '"'; });
         text += quoted();
       }
@@ -233,7 +233,7 @@ Value list_value(const pugi::xml_node& node, const fs::path& file, int depth = 0
   return table;
 }
 
-/// Statements of a MATLAB script that give values to fields.
+/// Reads the statements of a MATLAB script that assign values to fields.
 class MatlabReader {
  public:
   explicit MatlabReader(Cursor cursor) : in_(std::move(cursor)) {}
@@ -288,7 +288,7 @@ class MatlabReader {
     if (number.is_null()) fail();
     return number;
   }
-  /// A matrix as list of rows; a row or column of numbers as a list.
+  /// Reads a matrix as a list of rows; a single row or column becomes a list.
   Value matrix() {
     Value::List rows;
     Value::List row;
@@ -335,7 +335,7 @@ Value storage_value(const fs::path& file) {
     storage.open(text, cv::FileStorage::READ | cv::FileStorage::MEMORY);
     if (storage.isOpened()) return value_of_node(storage.root());
   } catch (const cv::Exception&) {
-    // What OpenCV cannot parse is refused like what it does not open.
+    // Parse errors of OpenCV are treated like a file that it cannot open.
   }
   refuse_file(file, "OpenCV cannot read the file", "give a file of cv::FileStorage or YAML");
 }

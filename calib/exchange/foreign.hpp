@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Files of other tools as trees of values, which core/fields reads.
+// Reads files of other tools as trees of values for core/fields.
 #pragma once
 
 #include <filesystem>
@@ -10,20 +10,20 @@
 
 namespace drape::calib {
 
-/// YAML, XML or JSON of cv::FileStorage, and YAML of ROS and Kalibr, which lacks its first line.
+/// Reads YAML, XML or JSON of cv::FileStorage, and YAML of ROS and Kalibr without its first line.
 [[nodiscard]] Value storage_value(const std::filesystem::path& file);
 
-/// A Python literal: dictionary, list or tuple of numbers, texts, True, False and None.
+/// Reads a Python literal: dictionary, list or tuple of numbers, texts, True, False and None.
 [[nodiscard]] Value python_value(const std::filesystem::path& file);
 
-/// XML of Trilinos' ParameterList: each list a table, each parameter of its stated type.
+/// Reads XML of Trilinos' ParameterList: a list becomes a table, a parameter has its stated type.
 [[nodiscard]] Value parameter_list_value(const std::filesystem::path& file);
 
-/// MATLAB: JSON (jsonencode of toStruct), or statements `name.field = [1 2; 3 4];`. Matrices are
-/// lists of rows.
+/// Reads MATLAB's JSON (jsonencode of toStruct), or statements `name.field = [1 2; 3 4];`. Matrices
+/// become lists of rows.
 [[nodiscard]] Value matlab_value(const std::filesystem::path& file);
 
-/// The record that the values of a file hold; a key that its description does not name is refused.
+/// Reads the record in a file's values; a key that its description does not name is refused.
 template <class Record>
 [[nodiscard]] Record foreign_record(const std::filesystem::path& file, Value values) {
   Record record{};

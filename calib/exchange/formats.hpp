@@ -24,12 +24,12 @@ struct BrownCamera {
 [[nodiscard]] std::vector<ExportedFile> colmap_files(const std::vector<BrownCamera>& cameras);
 [[nodiscard]] std::vector<ExportedFile> mrcal_files(const std::vector<BrownCamera>& cameras);
 
-/// Cameras of one file, named as the file names them.
+/// Cameras in one file, with the names stated there.
 [[nodiscard]] std::vector<Camera> cameras_of(const std::filesystem::path& file,
                                              ExchangeFormat format, const ImportOptions& options);
 
-/// The rotation that a matrix of rounded elements stands for. Throws Error(bad_input) naming the
-/// field for any other matrix.
+/// Rotation nearest to a matrix with rounded elements. Throws Error(bad_input) naming the field for
+/// any other matrix.
 [[nodiscard]] Eigen::Matrix3d rotation_of(const Eigen::Matrix3d& matrix,
                                           const std::filesystem::path& file,
                                           const std::string& field);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Cameras out of files of other tools: what changes the meaning of numbers is read or refused.
+// Reads cameras from other tools' files: keys that change what numbers mean are used or refused.
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
@@ -25,7 +25,7 @@ namespace drape::calib {
 
 namespace fs = std::filesystem;
 
-// Named lenses; those that are Brown's come first.
+// Names of lens models; those of Brown's come first.
 enum class StorageLens { plumb_bob, radtan, rational_polynomial, brown, pinhole };
 enum class KalibrCamera { pinhole };
 enum class KalibrLens { radtan, none };
@@ -59,7 +59,7 @@ constexpr std::string_view kCalibrateAgain =
   return bad_input(what, {.file = file.string(), .field = field}, what_to_do);
 }
 
-/// Keys that change no meaning here.
+/// Accepts keys without effect here.
 void inert(Fields& f, std::initializer_list<std::string_view> names) {
   for (const std::string_view name : names) {
     std::optional<Value> ignored;
@@ -67,7 +67,7 @@ void inert(Fields& f, std::initializer_list<std::string_view> names) {
   }
 }
 
-/// Numbers that make another lens or picture unless they are 0.
+/// Requires numbers to be 0 that would otherwise change the lens or the picture.
 void zero(Fields& f, std::initializer_list<std::string_view> names) {
   for (const std::string_view name : names) {
     std::optional<double> number;
@@ -125,7 +125,7 @@ struct StorageFile {
 };
 
 void fields(Fields& f, StorageFile& file) {
-  // The lens comes first: it is the cause of what else may look wrong.
+  // The lens is read first, since it can cause the other errors.
   f.if_any({.name = "distortion_model", .remedy = kCalibrateAgain}, file.lens);
   f.if_any({.name = "camera_model", .remedy = kCalibrateAgain}, file.camera);
   zero(f, {"fisheye_model", "skew", "xi"});
@@ -175,7 +175,7 @@ void fields(Fields& f, StorageFile& file) {
             "newobj_points"});
 }
 
-/// One name for what tools name differently; a list of numbers becomes a matrix.
+/// Unifies names that differ between tools; a list of numbers becomes a matrix.
 Value with_plain_names(Value value) {
   static const std::map<std::string, std::string> kNames = {
       {"Camera_Matrix", "camera_matrix"},
@@ -205,7 +205,7 @@ Value with_plain_names(Value value) {
   return value;
 }
 
-/// fx, fy, cx, cy of a camera matrix whose every element is as it must be.
+/// Reads fx, fy, cx, cy from a camera matrix, whose other elements must be as expected.
 BrownLens lens_of_matrix(const Eigen::Matrix3d& k, const fs::path& file, const std::string& field) {
   const double tolerance = 1e-9 * std::abs(k(0, 0));
   if (std::abs(k(2, 0)) > tolerance || std::abs(k(2, 1)) > tolerance)
@@ -221,7 +221,7 @@ BrownLens lens_of_matrix(const Eigen::Matrix3d& k, const fs::path& file, const s
   return lens;
 }
 
-/// k1 k2 p1 p2 k3 in OpenCV's order; what follows must be 0.
+/// Sets k1 k2 p1 p2 k3, given in OpenCV's order; further terms must be 0.
 void set_terms(BrownLens& lens, std::vector<double> terms, const fs::path& file,
                const std::string& field) {
   constexpr std::size_t kCounts[] = {0, 4, 5, 8, 12, 14};
@@ -327,7 +327,7 @@ std::vector<Camera> cameras_of_kalibr(const fs::path& file) {
       camera.cam_from_world.translation_m =
           relative.rotation * before.translation_m + relative.translation_m;
     }
-    // "/left/image_raw" is a picture of `left`.
+    // "/left/image_raw" belongs to the camera `left`.
     const std::size_t end = entry.topic.rfind('/');
     const std::size_t begin =
         end == std::string::npos || end == 0 ? end : entry.topic.rfind('/', end - 1);
@@ -443,7 +443,7 @@ struct DiceSystem {
   std::map<std::string, DiceCamera> cameras;
 };
 
-/// Numbers in braces: "{ 1200, 1920 }".
+/// Reads numbers in braces: "{ 1200, 1920 }".
 std::vector<double> braced(const std::string& text, std::size_t count, const fs::path& file,
                            const std::string& field) {
   std::string plain = text;
@@ -565,7 +565,7 @@ std::optional<double> unit_named(const std::optional<std::string>& name) {
 
 std::vector<Camera> cameras_of_matlab(const fs::path& file, std::optional<double> unit_m) {
   Value root = matlab_value(file);
-  // A variable's name, or the member of an object, may stand around.
+  // The values can be nested in a variable's name or in the member of an object.
   while (root.get_if<Value::Table>() != nullptr && root.get_if<Value::Table>()->size() == 1) {
     const Value inner = root.get_if<Value::Table>()->front().second;
     root = inner;
@@ -598,7 +598,7 @@ std::vector<Camera> cameras_of_matlab(const fs::path& file, std::optional<double
 
 // COLMAP
 
-/// Lines of a COLMAP text without comments, each with its number.
+/// Lines of a COLMAP text except comments, each with its number.
 std::vector<std::pair<int, std::string>> lines_of_text(const fs::path& file) {
   std::istringstream in(read_text(file));
   std::vector<std::pair<int, std::string>> lines;
@@ -608,8 +608,8 @@ std::vector<std::pair<int, std::string>> lines_of_text(const fs::path& file) {
   return lines;
 }
 
-/// Whole numbers of COLMAP's parameters, and the places of fx, fy, cx, cy, k1, k2, p1, p2, k3 among
-/// them; -1 where there is none.
+/// Number of COLMAP's parameters, and the positions of fx, fy, cx, cy, k1, k2, p1, p2, k3 among
+/// them; -1 if absent.
 struct ColmapLens {
   std::size_t parameters;
   std::array<int, 9> places;
@@ -669,7 +669,7 @@ std::vector<Camera> cameras_of_colmap(const fs::path& given, std::optional<doubl
   }
   std::vector<Camera> cameras;
   const auto lines = lines_of_text(images);
-  for (std::size_t i = 0; i < lines.size(); i += 2) {  // the second line of each has its points
+  for (std::size_t i = 0; i < lines.size(); i += 2) {  // each image's second line has its points
     const Where where{.file = images.string(), .line = lines[i].first};
     std::istringstream words(lines[i].second);
     std::array<double, 7> v{};
@@ -705,7 +705,7 @@ std::vector<Camera> cameras_of_colmap(const fs::path& given, std::optional<doubl
 
 Eigen::Matrix3d rotation_of(const Eigen::Matrix3d& matrix, const fs::path& file,
                             const std::string& field) {
-  constexpr double kRounded = 1e-4;  // of elements with five digits
+  constexpr double kRounded = 1e-4;  // tolerance for elements with five digits
   const double fault = (matrix * matrix.transpose() - Eigen::Matrix3d::Identity()).norm();
   if (!(fault < kRounded) || matrix.determinant() < 0)
     throw refused(file, field, "the matrix is not a rotation", "export the camera again");

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Cameras as files of other tools.
+// Writes cameras as files of other tools.
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
@@ -21,7 +21,7 @@ std::string chain_row(const CamFromWorld& pose, int row) {
   return fmt::format("  - [{}, {}, {}, {}]\n", r[0], r[1], r[2], pose.translation_m[row]);
 }
 
-/// Elements in one line, row by row.
+/// Writes elements in one line, row by row.
 template <class Matrix>
 std::string in_line(const Matrix& matrix, std::string_view between_rows = ", ") {
   std::string text;
@@ -201,7 +201,7 @@ std::vector<ExportedFile> kalibr_files(const std::vector<BrownCamera>& cameras) 
     const BrownLens& lens = camera.lens;
     text += fmt::format("cam{}:\n", i);
     if (i > 0) {
-      // Camera i from camera i - 1: through the world.
+      // Pose of camera i relative to camera i - 1.
       const CamFromWorld& before = cameras[i - 1].cam_from_world;
       CamFromWorld step;
       step.rotation = camera.cam_from_world.rotation * before.rotation.transpose();

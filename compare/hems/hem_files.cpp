@@ -35,7 +35,7 @@ std::string ending_of(const fs::path& file) {
   return ending;
 }
 
-/// The names in a path by a pattern such as "{fabric}_{repeat}".
+/// Finds the names in a path by a pattern such as "{fabric}_{repeat}".
 class NamePattern {
  public:
   explicit NamePattern(const std::string& pattern) {
@@ -81,7 +81,7 @@ class NamePattern {
 
 struct Input {
   fs::path file;
-  std::string name;  ///< for the pattern
+  std::string name;  ///< name used for the pattern
 };
 
 std::vector<Input> files_of(const fs::path& input) {
@@ -103,8 +103,8 @@ std::vector<Input> files_of(const fs::path& input) {
   return found;
 }
 
-/// Least distance of a camera whose picture is so wide: a lens sees at most 90 degrees along its
-/// longer side.
+/// Smallest possible distance of a camera for a picture of this width, if a lens covers at most 90
+/// degrees along its longer side.
 double least_distance_m(const Silhouette& silhouette, const PictureScale& scale) {
   const Eigen::Vector2d corner = scale.metres_of({0, 0});
   const double across_m = (scale.metres_of({silhouette.width_px, 0}) - corner).norm();
@@ -112,7 +112,7 @@ double least_distance_m(const Silhouette& silhouette, const PictureScale& scale)
   return std::max(across_m, down_m) / 2;
 }
 
-/// The hem if lengths grow by the part `per_m` for each metre along it.
+/// The hem if lengths grow by `per_m` (relative) for each metre along `per_m`.
 Hem in_perspective(Outline outline_m, const Eigen::Vector2d& centre_m,
                    const Eigen::Vector2d& per_m) {
   for (Eigen::Vector2d& p : outline_m) {
@@ -122,12 +122,12 @@ Hem in_perspective(Outline outline_m, const Eigen::Vector2d& centre_m,
   return hem_of_outline(outline_m);
 }
 
-constexpr double kThreadWidth_m = 2e-3;   ///< a fold of cloth is wider
-constexpr double kThreadLength_m = 5e-3;  ///< shorter ones change no number
-constexpr double kThreadReach_m = 0.3;    ///< of outline, there and back
+constexpr double kThreadWidth_m = 2e-3;   ///< folds of cloth are wider
+constexpr double kThreadLength_m = 5e-3;  ///< shorter threads do not matter
+constexpr double kThreadReach_m = 0.3;    ///< length of outline, out and back
 
-/// Refuses an outline that runs out and back along itself: a loose thread or a crease of the table,
-/// not the hem.
+/// Refuses an outline that runs out and back along itself: a loose thread or a crease of the table
+/// instead of the hem.
 void refuse_threads(const Outline& outline_m, const std::string& file) {
   const std::size_t count = outline_m.size();
   const auto at = [&](std::size_t i) { return outline_m[i % count]; };
@@ -224,7 +224,7 @@ std::vector<HemRecord> read_input(const Input& input, const HemReadOptions& opti
   return {std::move(record)};
 }
 
-/// Where names are all that tells fabrics apart, files of one name in several folders are several.
+/// Makes names unique by their folders, if only names distinguish fabrics.
 void tell_apart(std::vector<Input>& files) {
   std::map<std::string, std::set<fs::path>> named;
   for (const Input& file : files) named[file.name].insert(file.file);
@@ -232,9 +232,9 @@ void tell_apart(std::vector<Input>& files) {
     if (named[file.name].size() > 1) file.name = fs::path(file.file).replace_extension().string();
 }
 
-constexpr double kLeast_m = 1e-6;  // hems that are nearer are copies
+constexpr double kLeast_m = 1e-6;  // closer hems are copies
 
-/// A copy is no repeat: of hems that are equal to the last bit the first is kept.
+/// Refuses copies: of hems that are equal to the last bit only the first is kept.
 void refuse_copies(HemSet& set) {
   std::map<std::vector<double>, std::string> seen;
   std::vector<HemRecord> kept;
@@ -283,7 +283,7 @@ HemSet read_hems(const std::vector<fs::path>& inputs, const HemReadOptions& opti
 }
 
 void refuse_copies_of(const HemSet& real, HemSet& virtual_hems) {
-  // By the radii and orders that hems.csv keeps, so that a copy may have gone through it.
+  // Compares the radii and orders kept in hems.csv, so that copies read from it are found too.
   const auto as_stored = [](const HemRecord& record) {
     const std::vector<double>& all = record.hem.radius_m;
     std::vector<double> kept;

@@ -22,12 +22,12 @@ namespace {
 
 using Eigen::Vector2d;
 
-constexpr double kLeastContrast = 0.05;  // share of the full range; less is paper, not cloth
-constexpr double kLeastSize = 0.001;     // share of the picture's area; less is dust
-constexpr double kSpeck = 0.01;  // share of the silhouette's area; other things above it are named
-constexpr double kMostMisfit = 0.02;    // share of a disc's ellipse
-constexpr double kMostTilt = 0.0603;    // 1 - cos(20 degrees)
-constexpr double kRulerPoint_px = 0.5;  // a point set by hand
+constexpr double kLeastContrast = 0.05;  // fraction of the full range; less is paper, not cloth
+constexpr double kLeastSize = 0.001;     // fraction of the picture's area; smaller is dust
+constexpr double kSpeck = 0.01;       // fraction of the silhouette's area; larger objects are named
+constexpr double kMostMisfit = 0.02;  // relative to a disc's ellipse
+constexpr double kMostTilt = 0.0603;  // 1 - cos(20 degrees)
+constexpr double kRulerPoint_px = 0.5;  // error of a point set by hand
 
 [[noreturn]] void refuse(const std::string& file, const std::string& what,
                          const std::string& advice) {
@@ -43,7 +43,7 @@ cv::Mat read_grey(const std::filesystem::path& file) {
   return grey;
 }
 
-/// Median by a histogram of 1024 levels.
+/// Computes medians with a histogram of 1024 levels.
 class Histogram {
  public:
   void add(float grey) {
@@ -64,8 +64,8 @@ class Histogram {
   std::int64_t total_ = 0;
 };
 
-/// Closed lines of constant grey, the side above `level` to the left (y up), by marching squares
-/// with linear interpolation; a saddle joins what its mean grey joins.
+/// Closed lines of constant grey, with the side above `level` on the left (y up), by marching
+/// squares with linear interpolation; at a saddle the mean grey decides which corners are joined.
 class Contours {
  public:
   Contours(const cv::Mat& grey, double level, const cv::Rect& frame)
@@ -95,7 +95,7 @@ class Contours {
   [[nodiscard]] double at(int x, int y) const {
     return grey_.at<float>(frame_.y + y, frame_.x + x);
   }
-  /// Edge from (x, y) to its right (0) or lower (1) neighbour.
+  /// Index of the edge from (x, y) to its right (0) or lower (1) neighbour.
   [[nodiscard]] std::int64_t edge(int x, int y, int down) const {
     return 2 * (static_cast<std::int64_t>(y) * frame_.width + x) + down;
   }
@@ -108,15 +108,15 @@ class Contours {
     return {frame_.x + x + t * right, -(frame_.y + y + t * down)};
   }
   void add_cell(int x, int y) {
-    // Corners and edges in order around the cell: top left, top right, bottom right, bottom left.
+    // Corners and edges clockwise around the cell: top left, top right, bottom right, bottom left.
     const std::array<bool, 4> above = {at(x, y) >= level_, at(x + 1, y) >= level_,
                                        at(x + 1, y + 1) >= level_, at(x, y + 1) >= level_};
     const int code = above[0] + above[1] + above[2] + above[3];
     if (code == 0 || code == 4) return;
     const std::array<std::int64_t, 4> edges = {edge(x, y, 0), edge(x + 1, y, 1), edge(x, y + 1, 0),
                                                edge(x, y, 1)};
-    // Going around clockwise on the screen, a line leaves through the edge where what lies above
-    // the level ends, and comes in where it begins.
+    // Clockwise on the screen, a line leaves through the edge after which the values fall below the
+    // level, and enters where they rise above it.
     std::array<int, 2> ends{}, begins{};
     int end_count = 0, begin_count = 0;
     for (int k = 0; k < 4; ++k) {
@@ -129,7 +129,7 @@ class Contours {
     }
     const bool joined = at(x, y) + at(x + 1, y) + at(x, y + 1) + at(x + 1, y + 1) >= 4 * level_;
     for (int k = 0; k < 2; ++k) {
-      // Joined corners: each line cuts off a lower corner; else each goes around a higher one.
+      // Joined higher corners: each line cuts off a lower one; else it goes round a higher one.
       const int end = joined ? (begins[k] + 3) % 4 : (begins[k] + 1) % 4;
       next_[edges[begins[k]]] = edges[end];
     }
@@ -155,7 +155,7 @@ Outline outline_at(const cv::Mat& grey, const Silhouette& silhouette, double par
                    const cv::Rect& frame, Outline* hole) {
   const double level = silhouette.background + part * (silhouette.object - silhouette.background);
   std::vector<Outline> loops = Contours(grey, level, frame).loops();
-  // The object's own sense of turning; holes turn the other.
+  // Orientation of the object's outline; holes have the opposite one.
   const double sense = silhouette.object > silhouette.background ? 1 : -1;
   Outline largest;
   double area = 0, hole_area = 0;
@@ -179,7 +179,7 @@ struct Component {
   int label = 0;
 };
 
-/// The largest component of the pixels that differ from the border's class.
+/// The largest connected region of pixels that differ from the border's class.
 Component largest_component(const cv::Mat& mask, const std::string& file, cv::Mat& labels,
                             Silhouette& silhouette) {
   cv::Mat statistics, centroids;
@@ -246,7 +246,7 @@ Silhouette read_silhouette(const std::filesystem::path& file) {
   if (contrast < kLeastContrast)
     refuse(file.string(), fmt::format("the contrast is {:.1f} % of the grey range", 100 * contrast),
            "photograph dark cloth on light, or light on dark");
-  // Blur reaches past the component: half as much again of its box on each side sees all of it.
+  // Blur extends beyond the region: its box, enlarged by half on each side, contains all of it.
   const cv::Rect& box = component.box;
   const int margin = std::max(box.width, box.height) / 2;
   const cv::Rect frame =
@@ -327,7 +327,7 @@ PictureScale scale_of_disc(const Outline& quarter, const Outline& half,
   const Eigen::Matrix2d m_per_px = fit.axes *
                                    (diameter_m / 2 * fit.semi_axes.cwiseInverse()).asDiagonal() *
                                    fit.axes.transpose();
-  // The edge lies between the outer levels; its ellipse's own misfit adds to it.
+  // The edge is between the outer levels; the misfit of its ellipse adds to its error.
   const double edge =
       std::abs(ellipse_of(quarter).semi_axes.mean() - ellipse_of(three_quarters).semi_axes.mean()) /
       (2 * std::sqrt(3.0) * fit.semi_axes.mean());

@@ -12,7 +12,7 @@ namespace drape {
 void write_inside(const std::filesystem::path& folder, const std::string& name,
                   std::string_view content, const Where& where);
 
-/// Refuses a link that leads to no file. Throws Error(bad_input).
+/// Throws Error(bad_input) for a link to a file that does not exist.
 void require_target(const std::filesystem::path& file);
 
 }  // namespace drape

@@ -19,7 +19,7 @@ using Bytes = std::span<const unsigned char>;
 
 enum Tag : std::size_t { kPhotometric = 262, kOrientation = 274 };
 
-/// First directory of a TIFF or BigTIFF, also that within EXIF.
+/// First directory of a TIFF or BigTIFF, which can be embedded in EXIF.
 class Tiff {
  public:
   explicit Tiff(Bytes bytes) : bytes_(bytes) {
@@ -44,7 +44,7 @@ class Tiff {
     }
     return std::nullopt;
   }
-  /// An unsigned number of `width` bytes; 0 beyond the end.
+  /// Unsigned number of `width` bytes; 0 beyond the end.
   [[nodiscard]] std::size_t at(std::size_t offset, std::size_t width) const {
     std::size_t value = 0;
     if (offset > bytes_.size() || bytes_.size() - offset < width) return value;
@@ -58,7 +58,7 @@ class Tiff {
   std::size_t address_ = 4, count_ = 2, entry_ = 12, page_ = 0;
 };
 
-/// Directory of the orientation tag in a JPEG's APP1 or a PNG's eXIf, or the TIFF's own.
+/// Directory with the orientation tag: in a JPEG's APP1, in a PNG's eXIf, or the TIFF's own.
 Bytes exif_of(Bytes bytes) {
   const auto big_endian = [&](std::size_t offset, std::size_t width) {
     std::size_t value = 0;
@@ -92,7 +92,7 @@ Bytes exif_of(Bytes bytes) {
   return bytes;
 }
 
-/// Meaning of TIFF's photometric values that change what the numbers say.
+/// Name of those TIFF photometric values that change the meaning of the numbers.
 std::string_view photometric_name(std::size_t value) {
   if (value == 0) return "0 (WhiteIsZero): black and white are exchanged";
   if (value == 5) return "5 (Separated): it holds inks";
@@ -130,7 +130,7 @@ cv::Mat decode_picture(Bytes bytes, const Where& where, std::string_view remedy)
   if (const auto place = tiff.place_of(kPhotometric))
     if (const std::string_view name = photometric_name(tiff.at(*place, 2)); !name.empty())
       throw refuse(fmt::format("the TIFF's photometric tag is {}", name), kSaveAgain);
-  // OpenCV obeys a TIFF's orientation and no other: the decoder sees an upright one.
+  // OpenCV applies a TIFF's orientation, but no other: the decoder gets an upright one.
   std::vector<unsigned char> upright;
   if (const auto place = tiff.place_of(kOrientation); place && tiff.at(*place, 2) != 1) {
     upright.assign(bytes.begin(), bytes.end());
@@ -142,7 +142,7 @@ cv::Mat decode_picture(Bytes bytes, const Where& where, std::string_view remedy)
   try {
     if (begins_as_picture(bytes)) {
       const cv::Mat buffer(1, static_cast<int>(bytes.size()), CV_8U,
-                           const_cast<unsigned char*>(bytes.data()));  // imdecode only reads
+                           const_cast<unsigned char*>(bytes.data()));  // imdecode only reads it
       picture = cv::imdecode(buffer, cv::IMREAD_UNCHANGED);
     }
   } catch (const cv::Exception& problem) {

@@ -12,14 +12,14 @@ class Mat;
 
 namespace drape {
 
-/// Pixels of a PNG, JPEG, TIFF, BMP, PGM or PPM as the sensor wrote them, 8 or 16 bit, grey or
-/// colour (BGR): a tag that asks for a turn or a mirror image is not obeyed, in any format. Throws
-/// Error(bad_input) at `where` for what has another meaning than its numbers: several pages, black
-/// and white exchanged, inks or other colours, transparent pixels, another depth.
+/// Decodes a PNG, JPEG, TIFF, BMP, PGM or PPM as the sensor wrote it, 8 or 16 bit, grey or colour
+/// (BGR): a tag for rotation or mirroring is ignored in every format. Throws Error(bad_input) at
+/// `where` if the numbers have another meaning: several pages, black and white exchanged, inks or
+/// other colours, transparent pixels, or another depth.
 [[nodiscard]] cv::Mat decode_picture(std::span<const unsigned char> bytes, const Where& where,
                                      std::string_view remedy);
 
-/// EXIF's or TIFF's orientation tag: 1 upright or absent, 2 to 8 turned or mirrored.
+/// Orientation tag of EXIF or TIFF: 1 if upright or absent, 2 to 8 if rotated or mirrored.
 [[nodiscard]] int orientation_of(std::span<const unsigned char> bytes);
 
 }  // namespace drape

@@ -45,7 +45,7 @@ class PropertySheet {
   [[nodiscard]] std::optional<double> whole(const std::string& property) const;
   /// File, line and property.
   [[nodiscard]] Where where(const std::string& property) const;
-  /// Those of `names` that have a row, as a list in words.
+  /// Names among `names` that have a row, as a list in words.
   [[nodiscard]] std::string among(std::initializer_list<const char*> names) const {
     std::string list;
     for (const char* name : names)
@@ -404,11 +404,11 @@ ImportedFabric import_fast(const fs::path& file, const std::string& name) {
 
 namespace {
 
-constexpr std::size_t kCurvePoints = 25;  ///< of a tensile curve made of a machine's samples
-constexpr double kLeastStretch = 0.005;   ///< strain; less is the machine's own play
+constexpr std::size_t kCurvePoints = 25;  ///< points of a tensile curve from a machine's samples
+constexpr double kLeastStretch = 0.005;   ///< strain; below it the machine has play
 
-/// Mean force of the samples about each strain, both in the order of the samples. A strain without
-/// samples within half a step takes the line between those beside it.
+/// Mean force of the samples around each strain, both in the order of the samples. A strain without
+/// samples within half a step is interpolated linearly.
 std::vector<double> resampled(const std::vector<double>& strain, const std::vector<double>& force,
                               const std::vector<double>& at) {
   std::vector<std::pair<double, double>> sorted;
@@ -432,8 +432,8 @@ std::vector<double> resampled(const std::vector<double>& strain, const std::vect
   return result;
 }
 
-/// Tensile curve of one strip on Browzwear's FAB: samplesTree holds stretching and relaxing in
-/// turn, each a list of distance (cm), force (g); the last cycle reaches farthest. `length` and
+/// Tensile curve of one strip from Browzwear's FAB: samplesTree alternates stretching and relaxing,
+/// each a list of distance (cm) and force (g); the last cycle has the largest stretch. `length` and
 /// `width` of the strip between the clamps are in cm.
 std::string fab_curve(const Value& strip, const fs::path& file, const std::string& key) {
   const auto refuse = [&](const std::string& what) {

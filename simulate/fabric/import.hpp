@@ -16,10 +16,10 @@ namespace drape::simulate {
 struct ImportedFabric {
   std::string toml;                                         ///< text of fabric.toml
   std::vector<std::pair<std::string, std::string>> curves;  ///< name beside it, text of the CSV
-  std::vector<std::string> stand_ins;  ///< quantities that the source does not give
-  std::string unused;                  ///< rows of the source that no model uses, as a list
-  /// Place in the source of what a key of fabric.toml, a line of a curve ("tensile_warp.csv:4") or
-  /// a curve is made of.
+  std::vector<std::string> stand_ins;                       ///< quantities missing in the source
+  std::string unused;  ///< unused rows of the source, as a list
+  /// Origin in the source of a key of fabric.toml, of a line of a curve ("tensile_warp.csv:4") or
+  /// of a curve.
   std::map<std::string, Where> from;
 };
 
@@ -34,9 +34,9 @@ struct ImportedFabric {
 [[nodiscard]] ImportedFabric import_fast(const std::filesystem::path& file,
                                          const std::string& name);
 
-/// The physics of a U3M 1.1 material (its JSON): mass and bend of the section `custom`. The schema
-/// names no unit: mass is taken as g/m2, the unit of bend must be given. The raw stretch at 8 cm of
-/// Browzwear's FAB (`raw_data`, L along the warp, W along the weft) becomes the tensile curves.
+/// Imports the physics of a U3M 1.1 material (its JSON): mass and bend of the section `custom`. The
+/// schema has no units: mass is taken as g/m2, that of bend must be given. The raw stretch at 8 cm
+/// of Browzwear's FAB (`raw_data`, L along the warp, W along the weft) gives the tensile curves.
 [[nodiscard]] ImportedFabric import_u3m(const std::filesystem::path& file, const std::string& name,
                                         const std::string& bend_unit);
 
