@@ -81,7 +81,7 @@ struct EnsembleBand {
   int drapes = 0, samples = 0;
   double mean = 0;    ///< mean of the samples' means if there are several
   double mean_u = 0;  ///< expanded uncertainty, 95 %
-  /// Interval that contains one more drape in 95 of 100 cases; absent if it has several drapes.
+  /// Interval that contains one more drape in 95 of 100 cases; absent if samples have several.
   std::optional<std::pair<double, double>> next;
 };
 /// Band of the coefficients of valid hems of one fabric and face; nullopt for fewer than two.

@@ -151,7 +151,7 @@ void check_scenes_together(const Rig& rig, const std::vector<Scene>& scenes, Ben
   }
 }
 
-/// Checks repeats: of missing scenes, and sets or names that occur twice.
+/// Checks that repeats name existing scenes, and that no set or name occurs twice.
 void check_repeats(const Rig& rig, const std::vector<Scene>& scenes, BenchCheck& check) {
   std::map<std::string, std::string> users;  // first use of each set
   for (const TargetStage& stage : rig.stages) users[stage.set] = "a target stage";

@@ -261,7 +261,7 @@ std::string holding_of(const std::vector<HeldPoint>& held) {
   return fmt::format("{}", fmt::join(lines, "\n"));
 }
 
-/// Scenes that pass, for the simplest kind of mistake that has any.
+/// Corrected scenes that pass, by the simplest kind of correction with any that pass.
 struct Found {
   std::optional<SuggestedScene> suggested;
   std::vector<std::string> alike;  ///< descriptions if more than one passed
