@@ -291,12 +291,15 @@ DistanceFigures figures_of(const ReportedDrape& drape) {
   if (!drape.distance) return shown;
   const ReportedDistance& d = *drape.distance;
   std::optional<double> u;
-  if (drape.budget) u = drape.budget->expanded_m / mm;
+  if (drape.budget && drape.budget->missing.empty()) u = drape.budget->expanded_m / mm;
   const auto length = [&](const std::optional<double>& value_m) {
     return value_m ? figure(*value_m / mm, u) : std::string();
   };
   shown.mean = length(d.mean_m);
-  if (u) shown.expanded = (drape.budget->missing.empty() ? "" : "at least ") + figure(*u, u);
+  if (drape.budget) {
+    const double expanded_mm = drape.budget->expanded_m / mm;
+    shown.expanded = (u ? "" : "at least ") + figure(expanded_mm, expanded_mm);
+  }
   shown.shape = length(d.shape_m);
   shown.place = length(d.place_m);
   // Resolution of a rotation: U at the edge of a patch corresponds to a tenth of a degree or more.

@@ -187,7 +187,7 @@ std::string capital(std::string text) {
 }
 
 /// Text: "from the measured shape it rests 13.2 mm away (8 to 13 mm by friction 0.2 to 0.8)".
-std::string model_words(const ModelRest& model, double u_mm) {
+std::string model_words(const ModelRest& model, const std::optional<double>& u_mm) {
   std::string text = fmt::format("Started from the measured shape it rests {} mm away",
                                  figure(model.distance_m / mm, u_mm));
   if (!model.range.empty())
@@ -204,7 +204,8 @@ std::string why_of(const Report& report) {
   if (!report.headline || !report.budget) return capital(report.match.reason) + ".";
   const MatchVerdict& match = report.match;
   const Budget& budget = *report.budget;
-  const double u = budget.expanded_m / mm;
+  std::optional<double> u;  // a lower bound of U rounds nothing
+  if (budget.missing.empty()) u = budget.expanded_m / mm;
   const std::string open = figure((budget.inputs_m + budget.own_m) / mm, u);
   std::string why;
   if (match.match == Match::none) {
@@ -218,10 +219,10 @@ std::string why_of(const Report& report) {
       why =
           fmt::format("Beyond the limit of {} even without all that is open ({} mm).", limit, open);
     else if (!budget.missing.empty())
-      why = fmt::format("U lacks {}{}.", budget.missing.front(),
-                        budget.missing.size() > 1
-                            ? fmt::format(" and {} more", budget.missing.size() - 1)
-                            : std::string());
+      why = fmt::format(
+          "Beside the limit of {} nothing is decided: U lacks {}{}.", limit, budget.missing.front(),
+          budget.missing.size() > 1 ? fmt::format(" and {} more", budget.missing.size() - 1)
+                                    : std::string());
     else if (decide(*match.value_m, budget.inputs_m + budget.own_m, *match.limit_m) ==
              Match::outside)
       why = fmt::format("Beyond the limit of {}, but another start's branch is within it.", limit);

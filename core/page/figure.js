@@ -20,11 +20,11 @@ export function figure(value, uncertainty = null) {
 /// Texts of mean distance, U, shape, position, rotation and limit of a drape of report.json;
 /// empty for absent values.
 export function figuresOf(drape) {
-  const d = drape.distance, u = drape.budget?.expanded_mm ?? null;
+  const d = drape.distance, {budget} = drape, u = budget && !budget.missing.length ? budget.expanded_mm : null;
   const length = value => (value === null || value === undefined ? '' : figure(value, u));
   if (!d) return {mean: '', expanded: '', shape: '', place: '', turn: '', limit: ''};
   return {
-    mean: length(d.mean_mm), expanded: u === null ? '' : (drape.budget.missing.length ? 'at least ' : '') + figure(u, u),
+    mean: length(d.mean_mm), expanded: budget ? (u === null ? 'at least ' : '') + figure(budget.expanded_mm, budget.expanded_mm) : '',
     shape: length(d.shape_mm), place: length(d.place_mm), turn: d.place_deg === null ? '' : figure(d.place_deg, 1),
     limit: length(drape.match.limit_mm),
   };
