@@ -48,15 +48,10 @@ ImportCounts add_drape(const fs::path& store, const Sheet& measured,
   return counts;
 }
 
-Outcome import_run(const fs::path& store, const Session& session, Seal how, const RunLabel& label) {
+Outcome import_run(const fs::path& store, const Session& session, const RunLabel& label) {
   Outcome outcome;
   compare_session(session, {}, outcome);
-  const StoreLock lock(store, StoreLock::Kind::alone);
   outcome.stored = import_session(store, session, outcome, label);
-  std::vector<fs::path> files = files_of(session);
-  if (how == Seal::sheets_and_copies)
-    for (fs::path& copy : keep_copies(store, session)) files.push_back(std::move(copy));
-  if (how != Seal::none) seal_store(lock, store, files);
   return outcome;
 }
 

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "compare/compare.hpp"
-#include "compare/history/seal.hpp"
+#include "compare/history/verify.hpp"
 #include "compare/store/inputs.hpp"
 #include "compare/store/outcome.hpp"
 #include "compare/store/store.hpp"
@@ -47,10 +47,9 @@ using Shape = std::function<Eigen::Vector3d(const Eigen::Vector2d&)>;
 ImportCounts add_drape(const std::filesystem::path& store, const Sheet& measured,
                        const std::vector<Sheet>& simulated);
 
-/// Compares what was read and adds it to a store as one run; seals sheets and copies if requested.
-enum class Seal { none, sheets, sheets_and_copies };
+/// Compares what was read and adds it to a store as one run.
 Outcome import_run(const std::filesystem::path& store, const Session& session,
-                   Seal how = Seal::none, const RunLabel& label = {});
+                   const RunLabel& label = {});
 
 /// First cell of the first row of a query.
 [[nodiscard]] std::string one(const StoreReader& store, const std::string& sql);
@@ -64,12 +63,12 @@ Outcome import_run(const std::filesystem::path& store, const Session& session,
 [[nodiscard]] std::vector<std::filesystem::path> write_recorded_example(
     const std::filesystem::path& folder);
 
-/// A folder with the store of a recorded example, imported as one run and sealed.
-class SealedStore : public testing::Test {
+/// A folder with a store of a recorded example in it, imported as one run.
+class StoredExample : public testing::Test {
  protected:
-  SealedStore() { import(); }
+  StoredExample() { import(); }
   void import(const RunLabel& label = {}) {
-    counts_ = *import_run(store(), read_session(sheets_, {}), Seal::sheets, label).stored;
+    counts_ = *import_run(store(), read_session(sheets_, {}), label).stored;
   }
   [[nodiscard]] std::filesystem::path store() const { return folder_.path() / "results.sqlite"; }
   [[nodiscard]] std::vector<std::string> findings(bool recompute = false) const {

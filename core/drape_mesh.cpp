@@ -70,8 +70,9 @@ Vector2d DrapeMesh::material_m(int inner, int outer) const {
                                                             : Vector2d(across, along));
 }
 
-DrapeMesh read_drape_mesh(const std::filesystem::path& file) {
+DrapeMesh read_drape_mesh(const std::filesystem::path& file, const std::filesystem::path& mesh) {
   DrapeMesh drape = read_record<DrapeMesh>(file);
+  if (!mesh.empty()) drape.mesh_file = mesh;
   drape.mesh = read_mesh_file(drape.mesh_file);
   for (const Vector3d& point : drape.mesh.points) {
     const Vector3d p = drape.unit_m * point;

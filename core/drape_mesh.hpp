@@ -94,8 +94,10 @@ inline constexpr Format format_of<DrapeMesh>{"mesh", Syntax::toml, 1,
                                              "mesh of a drape that another program made"};
 void fields(Fields& f, DrapeMesh& drape);
 
-/// Reads the description and its mesh. Throws Error(bad_input) naming file and field.
-[[nodiscard]] DrapeMesh read_drape_mesh(const std::filesystem::path& file);
+/// Reads the description and its mesh, from `mesh` instead of the named file where one is given.
+/// Throws Error(bad_input) naming file and field.
+[[nodiscard]] DrapeMesh read_drape_mesh(const std::filesystem::path& file,
+                                        const std::filesystem::path& mesh = {});
 
 /// Surface of a mesh as a function of material coordinates, linear on each triangle.
 class MaterialSurface {

@@ -253,7 +253,7 @@ class BenchRun {
     for (const auto& warnings : {stage_warnings(), lacking_})
       for (const std::string& warning : warnings) step.arguments.push_back("--warning=" + warning);
     for (const std::string& line : rejected()) step.arguments.push_back("--no-go=" + line);
-    // A repeated step has a new record, which the store's seal must include.
+    // A repeated step has a new record, which the report shows.
     if (std::any_of(kept_.begin(), kept_.end(), [](const StepEnding& one) { return one.made; }))
       remove_durable(step.record);
     return {step.stage, {step}, 1};

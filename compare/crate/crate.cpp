@@ -11,7 +11,6 @@
 #include <set>
 
 #include "compare/history/results.hpp"
-#include "compare/history/seal.hpp"
 #include "compare/meshes/other_mesh.hpp"
 #include "compare/records/provenance.hpp"
 #include "core/error.hpp"
@@ -20,6 +19,7 @@
 #include "core/files/json_file.hpp"
 #include "core/program/dates.hpp"
 #include "core/program/run_record.hpp"
+#include "core/sensitivity.hpp"
 
 namespace drape::compare {
 namespace {
@@ -63,13 +63,21 @@ std::set<std::string> sheets_of(const StoreReader& store, std::optional<int> run
   return all;
 }
 
-/// Adds the sealed files of a drape's sensitivities, on which U rests beside the sheets.
-void add_sensitivities(const std::map<fs::path, std::string>& sealed,
-                       std::vector<fs::path>& starts) {
+/// Adds the sensitivities beside the sheets, on which U rests too, with the contents that were
+/// stored.
+void add_sensitivities(const StoreReader& store, RecordBook& book, std::vector<fs::path>& starts,
+                       Stated& stated) {
+  Stated stored;
+  for (const auto& [path, sha256] : store.rows<std::string, std::string>(
+           "SELECT path, sha256 FROM file WHERE path LIKE '%' || ?", {kSensitivityName}))
+    stored[(fs::absolute(folder_of(store.file())) / path).lexically_normal()].insert(sha256);
   const std::vector<fs::path> sheets = starts;
   for (const fs::path& sheet : sheets) {
-    const fs::path file = sheet.parent_path() / kSensitivityName;
-    if (sealed.contains(file)) starts.push_back(file);
+    const auto found = stored.find(sheet.parent_path() / kSensitivityName);
+    if (found == stored.end()) continue;
+    const auto now = book.sha256(found->first);
+    stated[found->first] = {now && found->second.contains(*now) ? *now : *found->second.begin()};
+    starts.push_back(found->first);
   }
 }
 
@@ -98,39 +106,34 @@ void expect_scenes(const StoreReader& store, const std::set<std::string>& sheets
 }
 
 /// Every file behind the sheets of one run, or of the whole store, with the contents (SHA-256) that
-/// records, seal and store state of it: one that has another content is not what the numbers rest
-/// on. Sheets and scenes that no file has any more are added to `findings`.
+/// records and store state of it: one that has another content is not what the numbers rest
+/// on. Sheets and scenes that no file has any more are added to `findings`, sheets that only the
+/// store still has to `made_again`.
 Stated crate_files(const StoreReader& store, std::optional<int> run, RecordBook& book,
-                   std::vector<std::string>& findings) {
+                   std::vector<std::string>& findings, std::set<std::string>& made_again) {
   if (run) require_run(store, *run);
   const std::set<std::string> sheets = sheets_of(store, run);
-  const auto places = sealed_places(store.file(), book, sheets);
   std::vector<fs::path> starts;
-  Stated meshes;
+  Stated others;
   for (const std::string& sha256 : sheets) {
-    const auto place = places.find(sha256);
-    if (place == places.end()) {
+    const auto place = place_in(store, book, sha256);
+    if (!place) {
       findings.push_back(kGone + ("sheet " + sha256.substr(0, 12)));
       continue;
     }
-    const fs::path file = fs::absolute(place->second).lexically_normal();
+    const fs::path file = fs::absolute(*place).lexically_normal();
     if (const auto mesh = other_mesh_id(file); mesh && mesh->sha256 == sha256) {
-      meshes[fs::absolute(mesh->mesh).lexically_normal()].insert(mesh->mesh_sha256);
+      others[fs::absolute(mesh->mesh).lexically_normal()].insert(mesh->mesh_sha256);
     } else if (const auto now = book.sha256(file); now != sha256) {
-      findings.push_back((now ? kNotAsRecorded : kGone) + file.string());
+      store.blob(sha256) ? void(made_again.insert(sha256))
+                         : findings.push_back((now ? kNotAsRecorded : kGone) + file.string());
       continue;
     }
     starts.push_back(file);
   }
-  const fs::path folder = fs::absolute(folder_of(store.file()));
-  std::map<fs::path, std::string> sealed;
-  for (const auto& [name, sha256] : read_seal(store.file()).files)
-    sealed[(folder / name).lexically_normal()] = sha256;
-  add_sensitivities(sealed, starts);
+  add_sensitivities(store, book, starts, others);
   Stated files = files_behind(book, starts);
-  files.merge(meshes);
-  for (const auto& [file, sha256] : sealed)
-    if (const auto known = files.find(file); known != files.end()) known->second.insert(sha256);
+  for (const auto& [file, contents] : others) files[file].insert(contents.begin(), contents.end());
   expect_scenes(store, sheets, book, files, findings);
   return files;
 }
@@ -296,7 +299,14 @@ class CrateWriter {
 
  private:
   void choose_files() {
-    files_ = crate_files(store_, run_, book_, crate_.findings);
+    std::set<std::string> made_again;
+    files_ = crate_files(store_, run_, book_, crate_.findings, made_again);
+    for (const std::string& sha256 : made_again) {
+      const fs::path name = fs::path("files") / "store" / (sha256 + ".json");
+      write_durable(out_ / name, *store_.blob(sha256));
+      add_file(name, sha256, "sheet that was made again since");
+      crate_.findings.push_back(kNotTraced + name.string());
+    }
     if (files_.empty()) return;
     base_ = files_.begin()->first.parent_path();
     for (const auto& [file, stated] : files_) {

@@ -43,8 +43,8 @@ struct Crate {
 /// Writes the results of one run, or of the whole store, into the new folder `out`: tables as CSV,
 /// copies of every file behind them down to photographs and curves, and ro-crate-metadata.json,
 /// which is a Process Run Crate 0.6 on RO-Crate 1.3: each run record is a CreateAction with its
-/// program, inputs and outputs. Throws Error(bad_input) when the store has no seal, and
-/// Error(usage) for a run that it does not have or a folder that is not empty.
+/// program, inputs and outputs. Throws Error(usage) for a run that the store does not have or a
+/// folder that is not empty.
 [[nodiscard]] Crate write_crate(const StoreReader& store, std::optional<int> run, const Lab& lab,
                                 const std::filesystem::path& out);
 

@@ -6,7 +6,7 @@
 
 #include "compare/history/apart.hpp"
 #include "compare/history/results.hpp"
-#include "compare/history/seal.hpp"
+#include "compare/history/verify.hpp"
 #include "compare/store/inputs.hpp"
 #include "compare/store/outcome.hpp"
 #include "compare/test_sheets.hpp"
@@ -49,10 +49,8 @@ class CrateOf : public testing::Test {
     record.write(0);
   }
 
-  void import() {
-    test::import_run(store_, read_session(sheets_, {}), test::Seal::sheets_and_copies);
-  }
-  /// Exports into a new folder, named by out(); returns the findings.
+  void import() { test::import_run(store_, read_session(sheets_, {})); }
+  /// Exports into a new folder, which out() names.
   std::vector<std::string> findings(std::optional<int> run, const fs::path& store) {
     ++count_;
     Lab lab;
@@ -180,7 +178,6 @@ TEST_F(CrateOf, SimulationsAloneHaveTheirNumbersAndAnEmptyStoreHasNone) {
   EXPECT_THAT(findings(std::nullopt, apart), IsEmpty());
   EXPECT_THAT(text("simulations.csv"), HasSubstr("at rest"));
   Store(empty).close();
-  seal_store(StoreLock(empty, StoreLock::Kind::alone), empty, {});
   EXPECT_THAT(findings(std::nullopt, empty), Contains("the store holds no number"));
 }
 

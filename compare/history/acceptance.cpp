@@ -42,7 +42,7 @@ std::map<std::string, std::string> reason_in_store(const std::filesystem::path& 
     if (of_given && !given->go) reasons[calibration] = reason_of(given->cause.value_or(""));
     if (!reader) continue;
     const auto last = reader->rows<std::string, std::string, std::string>(
-        "SELECT a.verdict, a.cause, a.date FROM acceptance AS a JOIN ledger AS l ON l.kind = "
+        "SELECT a.verdict, a.cause, a.date FROM acceptance AS a JOIN listed AS l ON l.kind = "
         "'acceptance' AND l.key = a.sha256 WHERE a.calibration_sha256 = ? ORDER BY a.date DESC, "
         "l.sequence DESC LIMIT 1",
         {calibration});
@@ -95,7 +95,7 @@ void store_acceptance(const std::filesystem::path& store, const AcceptanceFile& 
   Store results(store);
   const std::string& key = acceptance.document.sha256();
   results.write([&](Writer& writer) {
-    writer.insert_unit("rig", acceptance.rig);
+    writer.insert("rig", acceptance.rig);
     if (!writer.insert("acceptance", key, acceptance.rig, acceptance.calibration_sha256,
                        acceptance.date, acceptance.valid_until, acceptance.positions,
                        acceptance.go ? "GO" : "NO-GO", acceptance.cause))
@@ -103,7 +103,6 @@ void store_acceptance(const std::filesystem::path& store, const AcceptanceFile& 
     for (const AcceptanceRow& figure : acceptance.figures)
       writer.insert("acceptance_figure", key, figure.name, figure.unit, figure.value,
                     figure.expanded, figure.limit, figure.where, figure.go ? "GO" : "NO-GO");
-    writer.enter("acceptance", key);
   });
   results.close();
 }

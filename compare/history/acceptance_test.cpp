@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "compare/history/acceptance.hpp"
+#include "compare/history/verify.hpp"
 
 #include <gmock/gmock.h>
 
-#include "compare/history/merge.hpp"
 #include "compare/history/results.hpp"
+#include "compare/history/transfer.hpp"
 #include "compare/test_sheets.hpp"
 #include "core/files/files.hpp"
 #include "core/files/json_file.hpp"
@@ -74,7 +75,7 @@ TEST(RigAcceptances, AreKeptOnceTrendedAndMerged) {
       "6");
   EXPECT_EQ(reader.query("SELECT cause FROM acceptance WHERE verdict = 'NO-GO'").rows.at(0).at(0),
             "cam1 moved since the calibration");
-  EXPECT_THAT(check_ledger(reader).findings, IsEmpty());
+  EXPECT_THAT(altered_rows(reader), IsEmpty());
   const Trend trend = trend_of(reader, {});
   ASSERT_EQ(trend.table.rows.size(), 6U);
   EXPECT_EQ(trend.table.rows[5][0], "acceptance bench length error");
@@ -83,10 +84,10 @@ TEST(RigAcceptances, AreKeptOnceTrendedAndMerged) {
   EXPECT_EQ(trend.alarms, 1);
 
   const fs::path all = folder.path() / "all.sqlite";
-  EXPECT_EQ(merge_stores(all, {store}).added, 7);  // including the rig
+  EXPECT_EQ(merge_stores(all, {store}).added, 13);  // the rig, and of each its row and figures
   EXPECT_EQ(StoreReader(all).query("SELECT count(*) FROM acceptance_figure").rows.at(0).at(0),
             "12");
-  EXPECT_THAT(check_ledger(StoreReader(all)).findings, IsEmpty());
+  EXPECT_THAT(altered_rows(StoreReader(all)), IsEmpty());
 }
 
 TEST(RigAcceptances, OutOfDateOnesAreDoubted) {

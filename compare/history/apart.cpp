@@ -3,9 +3,9 @@
 
 #include <algorithm>
 
-#include "compare/history/seal.hpp"
 #include "compare/store/inputs.hpp"
 #include "compare/store/outcome.hpp"
+#include "compare/store/writer.hpp"
 #include "core/error.hpp"
 #include "core/program/run_record.hpp"
 
@@ -18,8 +18,6 @@ ApartCounts import_simulations(const fs::path& store, std::vector<fs::path> shee
   ApartCounts sum;
   sum.unfinished = std::erase_if(
       sheets, [](const fs::path& sheet) { return !fs::is_regular_file(run_record_path(sheet)); });
-  const StoreLock lock(store, StoreLock::Kind::alone);
-  Sealing sealing(lock, store);
   Store results(store);
   for (auto first = sheets.begin(); first != sheets.end();) {
     const auto last = first + std::min(kAtATime, sheets.end() - first);
@@ -27,24 +25,23 @@ ApartCounts import_simulations(const fs::path& store, std::vector<fs::path> shee
     if (!session.drapes.empty())
       throw usage_error("a measured sheet cannot be imported apart",
                         "leave out --apart to compare it with its simulations");
-    for (const auto& simulations : session.virtual_only) {
-      for (const Simulation& one : simulations)
-        if (one.sheet.sheet.no_go)
-          throw bad_input("it was placed by a sheet that is NO-GO: " + *one.sheet.sheet.no_go,
-                          {.file = one.sheet.file.string()},
-                          "simulate it again from a sheet that is GO, or leave it out: a "
-                          "simulation that is stored apart has no verdict");
-      const ImportCounts counts = results.add(simulations);
-      sum.added += counts.added;
-      sum.present += counts.present;
-    }
-    std::vector<fs::path> files = files_of(session);
-    for (fs::path& copy : keep_copies(store, session)) files.push_back(std::move(copy));
-    sealing.add(files);
+    results.write([&](Writer& writer) {
+      add_content(writer, session, store);
+      for (const auto& simulations : session.virtual_only) {
+        for (const Simulation& one : simulations)
+          if (one.sheet.sheet.no_go)
+            throw bad_input("it was placed by a sheet that is NO-GO: " + *one.sheet.sheet.no_go,
+                            {.file = one.sheet.file.string()},
+                            "simulate it again from a sheet that is GO, or leave it out: a "
+                            "simulation that is stored apart has no verdict");
+        const ImportCounts counts = results.add(simulations);
+        sum.added += counts.added;
+        sum.present += counts.present;
+      }
+    });
     first = last;
   }
   results.close();
-  sealing.write();
   return sum;
 }
 

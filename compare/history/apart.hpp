@@ -15,7 +15,7 @@ struct ApartCounts {
 };
 
 /// Adds simulated sheets, each by itself: nothing is compared. Some hundreds are in memory at a
-/// time, and are one transaction; copies and the seal are as after an import. Throws Error(usage)
+/// time, and are one transaction. Throws Error(usage)
 /// for a measured sheet, and like read_session().
 [[nodiscard]] ApartCounts import_simulations(const std::filesystem::path& store,
                                              std::vector<std::filesystem::path> sheets);

@@ -6,7 +6,6 @@
 #include <set>
 
 #include "compare/history/results.hpp"
-#include "compare/history/seal.hpp"
 #include "compare/meshes/other_mesh.hpp"
 #include "compare/records/provenance.hpp"
 #include "compare/schema/schema.hpp"
@@ -17,22 +16,45 @@ namespace {
 
 namespace fs = std::filesystem;
 
+}  // namespace
+
+std::optional<fs::path> place_in(const StoreReader& store, RecordBook& book,
+                                 const std::string& sha256) {
+  std::optional<fs::path> had;
+  for (const fs::path& place : store.places_of(sha256)) {
+    if (book.sha256(place) == sha256) return place;
+    if (!had) had = place;
+  }
+  // Another simulator's mesh has the hash of two files; people wrote the one that says where.
+  if (const auto content = had ? std::nullopt : store.blob(sha256))
+    if (const auto description = description_in(*content))
+      return place_in(store, book, *description);
+  return had;
+}
+
+namespace {
+
 void add_chain(const StoreReader& store, RecordBook& book, std::set<fs::path>& followed,
                const std::string& what, const std::string& sha256, Explanation& result) {
-  const auto places = sealed_places(store.file(), book, {sha256});
-  if (places.empty()) {
-    result.chain.add({"0", what,
-                      "another simulator's mesh, or a sheet imported before there were seals",
-                      sha256, "not followed"});
+  const auto file_of = place_in(store, book, sha256);
+  if (!file_of) {
+    result.chain.add(
+        {"0", what, "imported before the store kept where files lie", sha256, "not followed"});
     result.complete = false;
     return;
   }
-  const fs::path& file = places.at(sha256);
+  const fs::path& file = *file_of;
   if (const auto other = other_mesh_id(file); other && other->sha256 == sha256) {
     result.chain.add(
         {"0", file.generic_string(), "written by people", *book.sha256(file), "unchanged"});
     result.chain.add({"1", "  " + other->mesh.generic_string(), "another simulator's mesh",
                       other->mesh_sha256, "unchanged"});
+    return;
+  }
+  if (const auto now = book.sha256(file); now && *now != sha256 && store.blob(sha256)) {
+    result.chain.add({"0", file.generic_string(), "in the store; the file was made again since",
+                      sha256, "not traced"});
+    result.complete = false;
     return;
   }
   for (const ChainLink& link : chain_of(book, file, sha256, followed)) {
@@ -160,6 +182,11 @@ Explanation explain(const StoreReader& store, const std::string& key, const std:
                     const WhyOptions& options) {
   const StoredKey stored = stored_key(
       store, key, {"comparison", "surface_comparison", "simulation_pair", "sheet", "calibration"});
+  stored.table == "comparison" ? require_comparisons(store, {stored.sha256})
+                               : store.require_as_written(stored.table, {stored.sha256});
+  if (stored.table == "sheet") store.require_as_written("drapemeter", {stored.sha256});
+  if (stored.table == "calibration")
+    store.require_as_written("calibration_camera", {stored.sha256});
   const Subject subject = subject_of(store, stored, options);
   const auto [name, unit, definition] = meaning_of(store, subject, metric);
   Explanation result;
@@ -191,6 +218,7 @@ Explanation explain(const StoreReader& store, const std::string& key, const std:
 Difference difference_of(const StoreReader& store, const std::string& first,
                          const std::string& second) {
   const std::string a = full_key(store, first), b = full_key(store, second);
+  require_comparisons(store, {a, b});
   const Table rows = store.query(
       "SELECT s.scene, " + std::string(kDiscretisation) +
           " AS discretisation, s.segments, "

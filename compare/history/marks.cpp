@@ -9,7 +9,6 @@
 #include <cmath>
 
 #include "compare/history/results.hpp"
-#include "compare/history/seal.hpp"
 #include "core/error.hpp"
 #include "core/geometry/rigid_motion.hpp"
 #include "core/statistics/distributions.hpp"
@@ -83,6 +82,7 @@ SheetMoves moves_between(const Sheet& first, const Sheet& second, const SharedNo
 MovedMarks moved_marks(const StoreReader& store, int first, int second) {
   require_run(store, first);
   require_run(store, second);
+  store.require_as_written({.runs = {first, second}});
   const auto pairs = store.rows<std::string, std::string, std::string, std::string, int, int, int>(
       "SELECT a.scene, a.set_name, a.measured_sha256, b.measured_sha256, m.detections_sha256 = "
       "n.detections_sha256 OR coalesce(a.pictures_sha256 = b.pictures_sha256, 0), "
@@ -103,20 +103,20 @@ MovedMarks moved_marks(const StoreReader& store, int first, int second) {
   found.marks = Table({"scene", "set", "row", "col", "x_mm", "y_mm", "z_mm", "moved_mm", "u_mm",
                        "chi_square", "moved"},
                       {2, 3, 4, 5, 6, 7, 8, 9});
-  RecordBook book;
+  const auto sheet_of = [&](const std::string& sha256, const std::string& set) {
+    if (const auto content = store.blob(sha256))
+      return read_record<Sheet>(
+          Document(store.file().string() + ", blob " + sha256, Syntax::json, *content));
+    throw bad_input(fmt::format("the store lacks the measured sheet of set {}", set),
+                    {.file = store.file().string(), .field = sha256},
+                    "compare runs whose sheets it has: drape results verify names those that it "
+                    "lacks");
+  };
   std::size_t moved_all = 0, marks_all = 0;
   for (const auto& [scene, set, own, other, same_pictures, same_calibration, same_recording] :
        pairs) {
-    const auto places = sealed_places(store.file(), book, {own, other});
-    for (const std::string& sha256 : {own, other})
-      if (!places.contains(sha256))
-        throw bad_input(fmt::format("the measured sheet of set {} is nowhere", set),
-                        {.file = store.file().string(), .field = sha256},
-                        "compare runs whose sheets are there: drape results verify names those "
-                        "that are gone");
     const SharedNoise shared{same_pictures != 0, same_calibration != 0 || same_recording != 0};
-    const SheetMoves moves =
-        moves_between(read_sheet(places.at(own)), read_sheet(places.at(other)), shared);
+    const SheetMoves moves = moves_between(sheet_of(own, set), sheet_of(other, set), shared);
     double squares = 0, largest_m = 0;
     std::size_t moved = 0;
     for (const MarkMove& mark : moves.marks) {

@@ -41,7 +41,7 @@ struct SheetMoves {
                                        const SharedNoise& shared);
 
 /// Moves of the marks of every set that two runs measured in the same pictures. Sheets are found by
-/// the seal, also where a later run wrote over them. Throws Error(usage) for a number that no run
+/// the store, also where a later run wrote over them. Throws Error(usage) for a number that no run
 /// has or runs without a set in common; Error(bad_input) where a sheet is gone.
 struct MovedMarks {
   std::string sentence;

@@ -88,7 +88,7 @@ TEST(MarkMoves, NeedThreeMarks) {
   EXPECT_THROW((void)moves_between(few, few, {}), Error);
 }
 
-using Moved = test::SealedStore;
+using Moved = test::StoredExample;
 
 TEST_F(Moved, MarksOfOneRunDidNotMove) {
   const MovedMarks found = moved_marks(StoreReader(store()), 1, 1);

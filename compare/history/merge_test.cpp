@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "compare/history/merge.hpp"
+#include "compare/history/transfer.hpp"
 
 #include <SQLiteCpp/SQLiteCpp.h>
 #include <gmock/gmock.h>
 #include <stdlib.h>
 
 #include "compare/history/results.hpp"
-#include "compare/history/seal.hpp"
+#include "compare/history/verify.hpp"
 #include "compare/store/inputs.hpp"
 #include "compare/store/outcome.hpp"
 #include "compare/store/store.hpp"
@@ -68,9 +68,8 @@ TEST_F(Merged, EqualsTheUndisturbedStoreInAnyOrderAndAgain) {
   (void)merge_stores(in("steps.sqlite"), {a});
   (void)merge_stores(in("steps.sqlite"), {b});
   EXPECT_EQ(rows(in("steps.sqlite")), rows(whole));
-  EXPECT_THAT(check_ledger(StoreReader(in("steps.sqlite"))).findings, testing::IsEmpty());
-  EXPECT_TRUE(fs::exists(seal_path(in("steps.sqlite"))));
-  EXPECT_FALSE(fs::exists(in("steps.sqlite.merging")));
+  EXPECT_THAT(altered_rows(StoreReader(in("steps.sqlite"))), testing::IsEmpty());
+  EXPECT_EQ(test::one(StoreReader(in("steps.sqlite")), "SELECT count(*) FROM manifest"), "4");
 }
 
 TEST_F(Merged, RunsKeepTheirComparisonsUnderNewNumbers) {
@@ -89,7 +88,7 @@ TEST_F(Merged, RunsKeepTheirComparisonsUnderNewNumbers) {
   (void)merge_stores(in("c.sqlite"), {a});
   (void)merge_stores(in("c.sqlite"), {b, a});
   const StoreReader merged(in("c.sqlite"));
-  EXPECT_THAT(check_ledger(merged).findings, testing::IsEmpty());
+  EXPECT_THAT(altered_rows(merged), testing::IsEmpty());
   const std::string of_run =
       "SELECT r.label, r.date, c.sha256 FROM run AS r JOIN run_comparison AS k ON k.run = r.number "
       "JOIN comparison AS c ON c.id = k.comparison_id WHERE r.label = ? ORDER BY 3";
@@ -143,7 +142,7 @@ TEST_F(Merged, WhatOnlyOneStoreKnowsIsNoContradictionButTwoValuesAre) {
   EXPECT_EQ(StoreReader(in("both.sqlite")).query("SELECT certificate_sha256 FROM simulation").rows,
             StoreReader(full).query("SELECT certificate_sha256 FROM simulation").rows)
       << "nothing that one of them knows is lost";
-  EXPECT_THAT(check_ledger(StoreReader(in("both.sqlite"))).findings, testing::IsEmpty());
+  EXPECT_THAT(altered_rows(StoreReader(in("both.sqlite"))), testing::IsEmpty());
   EXPECT_THROW((void)merge_stores(in("three.sqlite"), {bare, full, other}), Error);
   EXPECT_FALSE(fs::exists(in("three.sqlite"))) << "all are compared before the target is made";
   const std::vector<unsigned char> before = read_bytes(in("from_full.sqlite"));
@@ -151,7 +150,6 @@ TEST_F(Merged, WhatOnlyOneStoreKnowsIsNoContradictionButTwoValuesAre) {
       (void)merge_stores(in("from_full.sqlite"), {store("more.sqlite", {1e-3}), full, other}),
       Error);
   EXPECT_EQ(read_bytes(in("from_full.sqlite")), before);
-  EXPECT_FALSE(fs::exists(in("from_full.sqlite.merging")));
 }
 
 TEST_F(Merged, ARunThatTwoStoresGotOnTwoDaysIsLastInBothOrders) {
@@ -173,7 +171,7 @@ TEST_F(Merged, ARunThatTwoStoresGotOnTwoDaysIsLastInBothOrders) {
   (void)merge_stores(in("b.sqlite"), {in("a_first.sqlite")});
   for (const char* name : {"a.sqlite", "b.sqlite"}) {
     const StoreReader reader(in(name));
-    EXPECT_THAT(check_ledger(reader).findings, testing::IsEmpty());
+    EXPECT_THAT(altered_rows(reader), testing::IsEmpty());
     EXPECT_EQ(reader.query("SELECT DISTINCT label, date FROM v_state").rows,
               (std::vector<std::vector<std::string>>{{"one", "2026-05-01T00:00:00Z"}}))
         << name;
@@ -183,38 +181,45 @@ TEST_F(Merged, ARunThatTwoStoresGotOnTwoDaysIsLastInBothOrders) {
 
 TEST_F(Merged, ASourceThatIsRefusedIsNamedAndLeavesNothing) {
   const fs::path good = store("good.sqlite", {0}), newer = store("newer.sqlite", {0}),
-                 sealed = store("sealed.sqlite", {0});
+                 altered = store("altered.sqlite", {0});
   SQLite::Database(newer.string(), SQLite::OPEN_READWRITE).exec("PRAGMA user_version = 99");
-  write_durable(seal_path(sealed), "{}");
+  SQLite::Database(altered.string(), SQLite::OPEN_READWRITE).exec("DROP VIEW v_run");
   write_durable(in("text.sqlite"), "no store");
-  for (const fs::path& bad : {newer, sealed, in("text.sqlite")}) {
+  std::string bits = read_text(good);
+  bits[bits.find("CREATE TABLE rig") + 3] ^= 4;
+  write_durable(in("bit.sqlite"), bits);
+  for (const fs::path& bad : {newer, altered, in("text.sqlite"), in("bit.sqlite")}) {
     try {
       (void)merge_stores(in("new/target.sqlite"), {good, bad});
       ADD_FAILURE() << bad;
     } catch (const Error& error) {
+      EXPECT_EQ(error.kind(), ErrorKind::bad_input) << error.what();
       EXPECT_THAT(error.what(), testing::HasSubstr(bad.string()));
     }
     EXPECT_FALSE(fs::exists(in("new/target.sqlite"))) << bad;
-    EXPECT_FALSE(fs::exists(in("new/target.sqlite.merging"))) << bad;
   }
 }
 
-TEST_F(Merged, TakesCopiesButNotWhatAKilledProgramLeftAndReplacesNone) {
-  const fs::path a = store("a.sqlite", {0}), b = store("b.sqlite", {1e-3});
-  write_durable(in("a.sqlite.files/ab/1.ply"), "of a");
-  write_durable(in("b.sqlite.files/ab/1.ply"), "of b");
-  write_durable(in("b.sqlite.files/ab/2.ply"), "of b");
-  write_durable(in("b.sqlite.files/ab/.3.ply.partial"), "half");
-  (void)merge_stores(in("target.sqlite"), {a});
-  (void)merge_stores(in("target.sqlite"), {b});
-  const fs::path copies = in("target.sqlite.files/ab");
-  EXPECT_EQ(read_text(copies / "1.ply"), "of a");
-  EXPECT_EQ(read_text(copies / "2.ply"), "of b");
-  EXPECT_EQ(std::distance(fs::directory_iterator(copies), {}), 2);
-  fs::create_directory_symlink(folder_.path(), in("target.sqlite.files/cd"));
-  write_durable(in("b.sqlite.files/cd/4.ply"), "of b");
-  EXPECT_THROW((void)merge_stores(in("target.sqlite"), {b}), Error);
-  EXPECT_FALSE(fs::exists(in("4.ply")));
+TEST_F(Merged, IntoAnEmptyFileThatAKilledMergeLeft) {
+  const fs::path good = store("good.sqlite", {0});
+  write_durable(in("target.sqlite"), "");
+  EXPECT_GT(merge_stores(in("target.sqlite"), {good}).added, 0);
+  EXPECT_EQ(rows(in("target.sqlite")), rows(good));
+}
+
+TEST_F(Merged, TakesBlobsAndPlacesAndComputesAllAgain) {
+  for (const char* name : {"a", "b"})
+    (void)test::import_run(in(std::string(name) + ".sqlite"),
+                           read_session(test::write_recorded_example(in(name)), {}), {name, ""});
+  fs::create_directory(in("far"));
+  const fs::path all = in("far/all.sqlite");
+  (void)merge_stores(all, {in("a.sqlite"), in("b.sqlite")});
+  const Verification result = verify_store(all);
+  EXPECT_THAT(result.findings, testing::IsEmpty());
+  EXPECT_EQ(result.comparisons, 8);
+  const StoreReader reader(all);
+  const std::string key = test::one(reader, "SELECT sha256 FROM comparison WHERE id = 1");
+  EXPECT_TRUE(explain(reader, key, "mean_mm").complete) << "places lead from the new folder";
 }
 
 }  // namespace

@@ -3,7 +3,10 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <functional>
+#include <map>
 #include <set>
+#include <utility>
 
 #include "compare/history/results.hpp"
 #include "core/error.hpp"
@@ -13,6 +16,11 @@ namespace drape::compare {
 namespace {
 
 using Names = std::vector<std::string>;
+
+const Names kBehindTables = {
+    "comparison",        "sheet", "simulation", "fabric",    "branch",
+    "branch_turn",       "run",   "run_drape",  "run_match", "simulation_pair",
+    "surface_comparison"};
 
 void drop_column(Table& table, std::size_t at) {
   const auto column = static_cast<std::ptrdiff_t>(at);
@@ -53,50 +61,98 @@ void add_table(std::vector<Table>& tables, Table table, const std::string& title
   tables.push_back(std::move(table));
 }
 
-constexpr const char* kPairs =
-    "SELECT pair, round(mean_dist_mm, 2) AS mean_dist_mm, fabric, model, solver FROM "
-    "v_virtual_vs_virtual WHERE scene = ? AND measured ";
 const Names kOfPairs = {"fabric", "model", "solver"};
 
-/// The pairs of which `sheets`, a query with its parameters, holds both.
-Table pairs_of(const StoreReader& store, const std::string& measured, const std::string& sheets,
-               Cells parameters, const Cells& of_sheets) {
-  for (int i = 0; i < 2; ++i)
-    parameters.insert(parameters.end(), of_sheets.begin(), of_sheets.end());
-  return store.query(
-      fmt::format("{}{} AND first IN ({}) AND second IN ({})", kPairs, measured, sheets, sheets),
-      parameters);
+/// Takes the first columns off the rows of a table: what says to which table they belong.
+std::vector<std::string> take_first(std::vector<std::string>& row, std::ptrdiff_t count) {
+  std::vector<std::string> first(row.begin(), row.begin() + count);
+  row.erase(row.begin(), row.begin() + count);
+  return first;
+}
+
+/// Rows of one query, apart by their titles, in the order of the first of each.
+class Apart {
+ public:
+  Apart(const Table& query, std::size_t taken) : head_(query) {
+    head_.rows.clear();
+    head_.names.erase(head_.names.begin(),
+                      head_.names.begin() + static_cast<std::ptrdiff_t>(taken));
+    head_.numeric.erase(head_.numeric.begin(),
+                        head_.numeric.begin() + static_cast<std::ptrdiff_t>(taken));
+  }
+  void add(const std::string& title, std::vector<std::string> row) {
+    const auto [at, is_new] = places_.try_emplace(title, tables_.size());
+    if (is_new) tables_.emplace_back(title, head_);
+    tables_[at->second].second.rows.push_back(std::move(row));
+  }
+  void add_to(std::vector<Table>& tables, const std::string& title, const Names& columns) const {
+    if (const auto at = places_.find(title); at != places_.end())
+      add_table(tables, tables_[at->second].second, title, columns);
+  }
+  [[nodiscard]] const std::vector<std::pair<std::string, Table>>& tables() const { return tables_; }
+
+ private:
+  Table head_;
+  std::vector<std::pair<std::string, Table>> tables_;
+  std::map<std::string, std::size_t> places_;
+};
+
+/// Pairs whose sheets `chosen` (measured and simulated sheet) holds both, by title.
+Apart pairs_of(const StoreReader& store,
+               const std::set<std::pair<std::string, std::string>>& chosen, const char* measured,
+               const std::function<std::string(const std::string&, const std::string&)>& title) {
+  constexpr std::size_t kTaken = 4;
+  const Table all = store.query(fmt::format(
+      "SELECT scene, coalesce(measured, ''), first, second, pair, round(mean_dist_mm, 2) "
+      "AS mean_dist_mm, fabric, model, solver FROM v_virtual_vs_virtual WHERE measured {}",
+      measured));
+  Apart apart(all, kTaken);
+  for (std::vector<std::string> row : all.rows) {
+    const auto of = take_first(row, kTaken);
+    if (chosen.contains({of[1], of[2]}) && chosen.contains({of[1], of[3]}))
+      apart.add(title(of[0], of[1]), std::move(row));
+  }
+  return apart;
+}
+
+std::string of_drape(const std::string& scene, const std::string& measured) {
+  return fmt::format("(experiment {}, measured sheet {})", scene, measured);
 }
 
 void add_drapes(const StoreReader& store, const Selection& chosen, std::vector<Table>& tables) {
-  using Text = std::string;
-  for (const auto& [scene, measured, verdict, cause, run, date, match, rests_on] :
-       store.rows<Text, Text, Text, Text, Text, Text, Text, Text>(
-           "SELECT DISTINCT scene, measured, s.measurement, s.cause, s.run, substr(s.date, 1, 10), "
-           "s.match, (SELECT m.rests_on FROM comparison AS c JOIN run AS r ON r.number = s.run "
-           "JOIN run_match AS m ON m.run_sha256 = r.sha256 AND m.measured_sha256 = "
-           "c.measured_sha256 WHERE c.id = v.id) FROM " +
-               chosen.from + chosen.where + " AND branch IS NULL ORDER BY scene, measured",
-           chosen.parameters)) {
-    Text title = fmt::format("(experiment {}, measured sheet {})", scene, measured);
-    if (!run.empty())
-      title += fmt::format("; run {} of {}: measurement {}{}; match {}{}", run, date, verdict,
-                           cause.empty() ? "" : " (" + cause + ")", match,
-                           rests_on.empty() ? "" : ", by " + rests_on);
-    Selection same = chosen;
-    same.add("scene", scene);
-    same.add("measured", measured);
-    add_table(
-        tables,
-        store.query("SELECT discretisation, segments, round(mean_dist_mm, 2) AS mean_dist_mm, "
-                    "simulator, fabric, model, solver, begins FROM " +
-                        same.from + same.where + " AND branch IS NULL" + in_order(),
-                    same.parameters),
-        "Real vs virtual " + title, {"simulator", "fabric", "model", "solver", "begins"});
-    add_table(tables,
-              pairs_of(store, "= ?", "SELECT v.simulated FROM " + same.from + same.where,
-                       {scene, measured}, same.parameters),
-              "Virtual vs virtual " + title, kOfPairs);
+  constexpr std::size_t kTaken = 10;
+  const Table all = store.query(
+      "SELECT scene, measured, s.measurement, s.cause, s.run, substr(s.date, 1, 10), s.match, "
+      "(SELECT "
+      "m.rests_on FROM comparison AS c JOIN run AS r ON r.number = s.run JOIN run_match AS m ON "
+      "m.run_sha256 = r.sha256 AND m.measured_sha256 = c.measured_sha256 WHERE c.id = v.id), "
+      "v.simulated, branch, discretisation, segments, round(mean_dist_mm, 2) AS mean_dist_mm, "
+      "simulator, fabric, model, solver, begins FROM " +
+          chosen.from + chosen.where + in_order(),
+      chosen.parameters);
+  Apart apart(all, kTaken);
+  std::set<std::pair<std::string, std::string>> sheets;
+  std::map<std::string, std::string> drapes;
+  for (std::vector<std::string> row : all.rows) {
+    const auto of = take_first(row, kTaken);
+    sheets.emplace(of[1], of[8]);
+    if (!of[9].empty()) continue;  // a branch
+    const std::string drape = of_drape(of[0], of[1]);
+    std::string title = "Real vs virtual " + drape;
+    if (!of[4].empty())
+      title += fmt::format("; run {} of {}: measurement {}{}; match {}{}", of[4], of[5], of[2],
+                           of[3].empty() ? "" : " (" + of[3] + ")", of[6],
+                           of[7].empty() ? "" : ", by " + of[7]);
+    drapes[title] = "Virtual vs virtual " + drape;
+    apart.add(title, std::move(row));
+  }
+  const Apart pairs =
+      pairs_of(store, sheets, "IS NOT NULL", [](const auto& scene, const auto& measured) {
+        return "Virtual vs virtual " + of_drape(scene, measured);
+      });
+  for (const auto& [title, table] : apart.tables()) {
+    add_table(tables, table, title, {"simulator", "fabric", "model", "solver", "begins"});
+    pairs.add_to(tables, drapes.at(title), kOfPairs);
   }
 }
 
@@ -146,18 +202,21 @@ void add_alone(const StoreReader& store, const ResultFilter& filter, std::vector
   if (filter.segments) sheets.add("s.segments", *filter.segments);
   sheets.add("s.model", filter.model);
   sheets.add("s.simulator", filter.simulator);
-  for (const auto& [scene] : store.rows<std::string>(
-           "SELECT DISTINCT scene FROM v_virtual_vs_virtual WHERE measured IS NULL ORDER BY scene"))
-    add_table(tables,
-              pairs_of(store, "IS NULL",
-                       "SELECT substr(s.sheet_sha256, 1, 12) FROM " + sheets.from + sheets.where,
-                       {scene}, sheets.parameters),
-              "Virtual vs virtual (experiment " + scene + ", no real cloth)", kOfPairs);
+  std::set<std::pair<std::string, std::string>> chosen;
+  for (const auto& [sheet] : store.rows<std::string>(
+           "SELECT substr(s.sheet_sha256, 1, 12) FROM " + sheets.from + sheets.where,
+           sheets.parameters))
+    chosen.emplace("", sheet);
+  const Apart pairs = pairs_of(store, chosen, "IS NULL", [](const auto& scene, const auto&) {
+    return "Virtual vs virtual (experiment " + scene + ", no real cloth)";
+  });
+  for (const auto& [title, table] : pairs.tables()) add_table(tables, table, title, kOfPairs);
 }
 
 }  // namespace
 
 std::vector<Table> paper_tables(const StoreReader& store, const ResultFilter& filter) {
+  store.require_as_written(kBehindTables);
   const Selection chosen = selection_of(store, filter);
   std::vector<Table> tables;
   add_drapes(store, chosen, tables);
@@ -320,6 +379,7 @@ void add_row(const StoreReader& store, const Published& row,
 
 std::vector<Table> published_tables(const StoreReader& store, const std::string& published_csv,
                                     const std::string& experiment) {
+  store.require_as_written(kBehindTables);
   std::vector<Table> tables;
   std::vector<PublishedColumn> columns;
   std::set<std::string> known;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "compare/history/rescue.hpp"
+#include "compare/history/transfer.hpp"
 
 #include <SQLiteCpp/SQLiteCpp.h>
 #include <gmock/gmock.h>
@@ -10,12 +10,12 @@
 #include <random>
 #include <set>
 
-#include "compare/history/merge.hpp"
 #include "compare/history/results.hpp"
-#include "compare/history/seal.hpp"
+#include "compare/history/verify.hpp"
 #include "compare/store/inputs.hpp"
-#include "compare/store/ledger.hpp"
+#include "compare/store/listed.hpp"
 #include "compare/store/outcome.hpp"
+#include "compare/store/rows.hpp"
 #include "compare/test_sheets.hpp"
 #include "core/error.hpp"
 #include "core/files/files.hpp"
@@ -28,7 +28,7 @@ namespace {
 namespace fs = std::filesystem;
 using testing::IsEmpty;
 
-class Damaged : public test::SealedStore {
+class Damaged : public test::StoredExample {
  protected:
   [[nodiscard]] fs::path damaged() const { return folder_.path() / "damaged.sqlite"; }
   [[nodiscard]] fs::path fresh() const { return folder_.path() / "fresh.sqlite"; }
@@ -41,25 +41,18 @@ class Damaged : public test::SealedStore {
         .value_or("");
   }
 
-  /// Kinds of ledger entries with rows in this table, or with rows that depend on it.
-  [[nodiscard]] std::set<std::string> kinds_of(const std::string& table) const {
+  /// Tables whose rows, or rows that they hang on, stand in this table.
+  [[nodiscard]] std::set<std::string> tables_on(const std::string& table) const {
     SQLite::Database database(store().string());
-    std::set<std::string> tables = {table}, kinds;
-    for (std::size_t before = 0; before != tables.size() + kinds.size();) {
-      before = tables.size() + kinds.size();
-      for (const LedgerKind& kind : ledger_kinds()) {
-        for (const UnitTable& unit : kind.tables) {
-          bool hangs = tables.count(unit.name) != 0;
-          for (const auto& [parent] : rows_of<std::string>(
-                   database, "SELECT \"table\" FROM pragma_foreign_key_list(?)", {unit.name}))
-            hangs = hangs || tables.count(parent) != 0;
-          if (!hangs) continue;
-          kinds.insert(kind.table);
-          tables.insert(kind.table);
-        }
-      }
+    std::set<std::string> tables = {table};
+    for (std::size_t before = 0; before != tables.size();) {
+      before = tables.size();
+      for (const ListedTable& one : listed_tables())
+        for (const auto& [parent] : rows_of<std::string>(
+                 database, "SELECT \"table\" FROM pragma_foreign_key_list(?)", {one.name}))
+          if (tables.contains(parent)) tables.insert(one.name);
     }
-    return kinds;
+    return tables;
   }
 
   static constexpr std::size_t kPage = 4096;
@@ -69,14 +62,15 @@ class Damaged : public test::SealedStore {
 TEST_F(Damaged, ASoundStoreIsCarriedWhole) {
   const Rescue rescue = rescue_store(store(), fresh());
   EXPECT_THAT(rescue.lost, IsEmpty());
-  EXPECT_THAT(rescue.lost_files, IsEmpty());
   const Verification before = verify_store(store()), after = verify_store(fresh());
   EXPECT_THAT(after.findings, IsEmpty());
-  EXPECT_EQ(after.files, before.files);
+  EXPECT_EQ(after.rows, before.rows);
   EXPECT_EQ(after.comparisons, before.comparisons);
   EXPECT_EQ(export_table(StoreReader(fresh()), "mark_error").rows,
             export_table(StoreReader(store()), "mark_error").rows);
-  EXPECT_THROW(static_cast<void>(rescue_store(store(), fresh())), Error) << "never overwritten";
+  const std::string whole = sha256_of_file(fresh());
+  EXPECT_THAT(rescue_store(store(), fresh()).lost, IsEmpty());
+  EXPECT_EQ(sha256_of_file(fresh()), whole) << "a killed rescue can be run again";
 }
 
 TEST_F(Damaged, RescueKeepsAllThatDoesNotHangOnTheDamageAndExportNeverHidesIt) {
@@ -89,25 +83,23 @@ TEST_F(Damaged, RescueKeepsAllThatDoesNotHangOnTheDamageAndExportNeverHidesIt) {
     const std::size_t count = trial % 2 == 0 ? kPage : 1 + random() % 200;
     for (std::size_t i = 0; i < count; ++i) bytes[from + i] = static_cast<char>(random());
     for (const fs::path& file : {damaged(), fresh()})
-      for (const char* more : {"", "-wal", "-shm", ".seal.json"}) fs::remove(file.string() + more);
+      for (const char* more : {"", "-wal", "-shm"}) fs::remove(file.string() + more);
     write_durable(damaged(), bytes);
     const std::string table = table_of(page);
     SCOPED_TRACE("trial " + std::to_string(trial) + ", page of " + table);
     try {
       const Rescue rescue = rescue_store(damaged(), fresh());
-      EXPECT_THAT(check_ledger(StoreReader(fresh())).findings, IsEmpty()) << "nothing invented";
-      const std::set<std::string> kinds = kinds_of(table);
-      for (const std::string& lost : rescue.lost) {
-        const std::string kind = lost.substr(0, lost.find(' '));
-        EXPECT_TRUE(table == "ledger" || kinds.count(kind) != 0) << lost;
-      }
+      EXPECT_THAT(altered_rows(StoreReader(fresh())), IsEmpty()) << "nothing invented";
+      const std::set<std::string> tables = tables_on(table);
+      for (const std::string& lost : rescue.lost)
+        EXPECT_TRUE(table == "listed" || tables.contains(lost.substr(0, lost.find(' ')))) << lost;
     } catch (const Error& error) {
       EXPECT_EQ(error.kind(), ErrorKind::bad_input) << error.what();
-      EXPECT_EQ(table, "ledger") << error.what();
+      EXPECT_EQ(table, "listed") << error.what();
     }
     try {
       const StoreReader reader(damaged());
-      const bool hidden = check_ledger(reader).findings.empty() && dump_sql(reader) != dump;
+      const bool hidden = altered_rows(reader).empty() && dump_sql(reader) != dump;
       EXPECT_FALSE(hidden);
     } catch (const Error& error) {
       EXPECT_EQ(error.kind(), ErrorKind::bad_input) << error.what();
@@ -115,31 +107,35 @@ TEST_F(Damaged, RescueKeepsAllThatDoesNotHangOnTheDamageAndExportNeverHidesIt) {
   }
 }
 
-TEST_F(Damaged, RescueNamesFilesThatAreNotAsTheyWereSealedAndAnAbsentList) {
-  const fs::path sheet = fs::path(sheets_[1]).replace_extension(".ply");
-  write_durable(sheet, "other bytes");
-  EXPECT_THAT(rescue_store(store(), fresh()).lost_files,
-              testing::ElementsAre(testing::HasSubstr("sheet.ply")));
-  EXPECT_FALSE(verify_store(fresh()).findings.empty()) << "they are not sealed as they are now";
-  fs::remove(seal_path(store()));
-  EXPECT_THAT(rescue_store(store(), damaged()).lost_files,
-              testing::ElementsAre(testing::HasSubstr("no seal")));
+TEST_F(Damaged, RescueOfAnyBytesEndsWithWhatCouldBeSaved) {
+  for (const std::size_t size : {0U, 1U, 15U, 16U, 99U, 100U, 4095U, 4096U, 5000U, 40000U}) {
+    SCOPED_TRACE(size);
+    for (const char* more : {"", "-wal", "-shm"}) fs::remove(fresh().string() + more);
+    write_durable(damaged(), good_.substr(0, size));
+    try {
+      EXPECT_FALSE(rescue_store(damaged(), fresh()).lost.empty());
+      EXPECT_THAT(altered_rows(StoreReader(fresh())), IsEmpty());
+    } catch (const Error& error) {
+      EXPECT_EQ(error.kind(), ErrorKind::bad_input) << error.what();
+      EXPECT_FALSE(fs::exists(fresh())) << "nothing is left where nothing was saved";
+    }
+  }
 }
 
-TEST_F(Damaged, ACopyThatWasChangedIsNotSealedAsItIsNow) {
-  const std::vector<fs::path> copies = keep_copies(store(), read_session(sheets_, {}));
-  seal_store(StoreLock(store(), StoreLock::Kind::alone), store(), copies);
-  write_durable(copies.front(), "other bytes");
-  EXPECT_THAT(rescue_store(store(), fresh()).lost_files,
-              testing::ElementsAre(testing::HasSubstr(copies.front().filename().string())));
-  (void)merge_stores(damaged(), {store()});
-  for (const fs::path& made : {fresh(), damaged()})
-    EXPECT_THAT(verify_store(made, false).findings,
-                testing::ElementsAre(
-                    testing::HasSubstr(copies.front().filename().string() + " were changed")));
+TEST_F(Damaged, RescueLeavesOutWhatWasAlteredAndTakesTheRest) {
+  {
+    SQLite::Database database(store().string(), SQLite::OPEN_READWRITE);
+    database.exec(
+        "DROP TRIGGER comparison_no_UPDATE; UPDATE comparison SET mean_mm = mean_mm * 0.1 "
+        "WHERE id = 2; DROP VIEW v_run; CREATE VIEW v_run AS SELECT 1 AS run");
+  }
+  const Rescue rescue = rescue_store(store(), fresh());
+  EXPECT_THAT(rescue.lost, testing::Contains(testing::StartsWith("comparison ")));
+  EXPECT_THAT(altered_rows(StoreReader(fresh())), IsEmpty());
+  EXPECT_EQ(test::one(StoreReader(fresh()), "SELECT count(*) FROM comparison"), "3");
 }
 
-TEST_F(Damaged, ASealThatSomebodyElseMadeIsNotTheSignedOne) {
+TEST_F(Damaged, AManifestThatSomebodyElseMadeIsNotTheSignedOne) {
   const std::unique_ptr<EVP_PKEY, decltype(&EVP_PKEY_free)> key(
       EVP_PKEY_Q_keygen(nullptr, nullptr, "ED25519"), &EVP_PKEY_free);
   const auto pem = [&](auto write, const fs::path& file) {
@@ -157,13 +153,36 @@ TEST_F(Damaged, ASealThatSomebodyElseMadeIsNotTheSignedOne) {
       folder_.path() / "key.pem");
   const fs::path open =
       pem([&](BIO* out) { PEM_write_bio_PUBKEY(out, key.get()); }, folder_.path() / "open.pem");
-  EXPECT_THROW(static_cast<void>(is_signed(store(), open)), Error) << "not signed yet";
-  EXPECT_THROW(sign_seal(store(), open), Error) << "no private key";
-  sign_seal(store(), secret);
-  EXPECT_TRUE(is_signed(store(), open));
+  const auto last = [&] { return verify_store(store(), false).last_manifest; };
+  EXPECT_THROW(static_cast<void>(is_signed(store(), last(), open)), Error) << "not signed yet";
+  EXPECT_THROW(sign_store(store(), open), Error) << "no private key";
+  sign_store(store(), secret);
+  EXPECT_TRUE(is_signed(store(), last(), open));
   import({.label = "another run"});
   EXPECT_THAT(verify_store(store()).findings, IsEmpty()) << "whole in itself";
-  EXPECT_FALSE(is_signed(store(), open));
+  EXPECT_FALSE(is_signed(store(), last(), open));
+  sign_store(store(), secret);
+  {
+    SQLite::Database database(store().string(), SQLite::OPEN_READWRITE);
+    database.exec(
+        "DROP TRIGGER comparison_no_UPDATE; UPDATE comparison SET mean_mm = mean_mm * 0.1");
+  }
+  EXPECT_THROW(sign_store(store(), secret), Error) << "what was altered is not signed";
+}
+
+/// An alteration with every hash computed again: whole in itself, and found where it is signed.
+TEST_F(Damaged, AStoreWhoseHashesWereAllComputedAgainIsFoundByItsSignatureAlone) {
+  const std::string before = verify_store(store(), false).last_manifest;
+  const Rescue forged = [&] {
+    SQLite::Database(store().string(), SQLite::OPEN_READWRITE)
+        .exec(
+            "DROP TRIGGER recording_no_UPDATE; DROP TRIGGER run_no_UPDATE; UPDATE run SET label = "
+            "'forged'");
+    return rescue_store(store(), fresh());
+  }();
+  EXPECT_THAT(forged.lost, testing::Contains(testing::StartsWith("run ")));
+  EXPECT_THAT(verify_store(fresh(), false).findings, IsEmpty());
+  EXPECT_NE(verify_store(fresh(), false).last_manifest, before);
 }
 
 }  // namespace

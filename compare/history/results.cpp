@@ -50,6 +50,22 @@ StoredKey stored_key(const StoreReader& store, const std::string& key,
                     "take a key from the column `comparison` of drape-results list or tables");
 }
 
+void require_comparisons(const StoreReader& store, const std::set<std::string>& keys) {
+  Printed printed;
+  printed.marks = true;
+  for (const std::string& key : keys)
+    for (const auto& [id] :
+         store.rows<std::int64_t>("SELECT id FROM comparison WHERE sha256 = ?", {key}))
+      printed.comparisons.insert(id);
+  for (const std::int64_t id : printed.comparisons)
+    for (const auto& [run] : store.rows<std::int64_t>(
+             "SELECT max(run) FROM run_comparison WHERE comparison_id = ? HAVING max(run) IS NOT "
+             "NULL",
+             {id}))
+      printed.runs.insert(run);
+  store.require_as_written(printed);
+}
+
 std::string full_key(const StoreReader& store, const std::string& key) {
   const StoredKey found = stored_key(store, key);
   if (found.table == "comparison") return found.sha256;
@@ -59,7 +75,7 @@ std::string full_key(const StoreReader& store, const std::string& key) {
 
 Table list_results(const StoreReader& store, const ResultFilter& filter) {
   const Selection selection = selection_of(store, filter);
-  return store.query(
+  Table list = store.query(
       "SELECT comparison, s.run, substr(s.date, 1, 10) AS date, coalesce(s.measurement, 'not "
       "stated') "
       "AS measurement, coalesce(s.state, 'current') AS state, "
@@ -67,14 +83,25 @@ Table list_results(const StoreReader& store, const ResultFilter& filter) {
       "round(sigma_mean_mm, 4) AS sigma_mean_mm, round(max_mm, 3) AS max_mm, "
       "round(mean_percent_of_warp_side, 2) AS mean_percent_of_warp_side, "
       "round(mean_percent_of_weft_side, 2) AS mean_percent_of_weft_side, marks, gaps, fabric, "
-      "simulator, status, branch, recorded_on, measured, s.cause AS cause FROM " +
+      "simulator, status, branch, recorded_on, measured, s.cause AS cause, v.id FROM " +
           selection.from + selection.where + in_order(),
       selection.parameters);
+  Printed printed;
+  for (auto& row : list.rows) {
+    printed.comparisons.insert(std::stoll(row.back()));
+    if (!row[1].empty()) printed.runs.insert(std::stoll(row[1]));
+    row.pop_back();
+  }
+  list.names.pop_back();
+  list.numeric.pop_back();
+  store.require_as_written(printed);
+  return list;
 }
 
 namespace {
 
 ShownResult show_surface(const StoreReader& store, const std::string& full) {
+  store.require_as_written("surface_comparison", {full});
   const Table row = store.query("SELECT * FROM surface_comparison WHERE sha256 = ?", {full});
   ShownResult shown;
   shown.metrics = metrics_of(store, row);
@@ -96,6 +123,7 @@ ShownResult show_result(const StoreReader& store, const std::string& key) {
   const StoredKey stored = stored_key(store, key);
   if (stored.table != "comparison") return show_surface(store, stored.sha256);
   const std::string& full = stored.sha256;
+  require_comparisons(store, {full});
   ShownResult shown;
   shown.metrics = metrics_of(
       store, store.query("SELECT c.*, m.sigma_median_mm, m.sigma_max_mm FROM comparison AS c JOIN "
@@ -152,7 +180,12 @@ Table list_runs(const StoreReader& store, const ResultFilter& filter) {
       "instr(calibration_name, ?) > 0 UNION SELECT d.run FROM run_drape AS d JOIN sheet AS m ON "
       "m.sha256 = d.measured_sha256 WHERE substr(m.calibration_sha256, 1, length(?)) = ?)",
       filter.calibration, 5);
-  return store.query(sql + " ORDER BY run", parameters);
+  Table runs = store.query(sql + " ORDER BY run", parameters);
+  Printed printed;
+  printed.values = true;
+  for (const auto& row : runs.rows) printed.runs.insert(std::stoll(row.front()));
+  store.require_as_written(printed);
+  return runs;
 }
 
 namespace {
@@ -223,6 +256,8 @@ void set_series_apart(Table& table, const ValuesOfRuns& runs, bool by_fabric) {
 }  // namespace
 
 Table trend_by(const StoreReader& store, const std::string& key, const std::string& specimen) {
+  store.require_as_written(std::vector<std::string>{"run", "run_drape", "run_match", "run_value",
+                                                    "comparison", "simulation", "fabric"});
   check_specimen(store, specimen);
   std::string value = "d." + key, chosen;
   Cells keys;
@@ -325,6 +360,7 @@ void require_run(const StoreReader& store, int number) {
 RunDifference difference_of_runs(const StoreReader& store, int first, int second) {
   require_run(store, first);
   require_run(store, second);
+  store.require_as_written({.runs = {first, second}, .values = true});
   RunDifference difference;
   difference.values = store.query(
       "WITH a AS (SELECT owner, key, value, stand_in FROM run_value WHERE run = ?1), b AS (SELECT "

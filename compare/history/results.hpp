@@ -2,9 +2,11 @@
 #pragma once
 
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
+#include "compare/records/provenance.hpp"
 #include "compare/store/store.hpp"
 
 namespace drape::compare {
@@ -12,7 +14,8 @@ namespace drape::compare {
 /// Filter on the rows of the store; empty parts do not filter. Each comparison is listed with
 /// the last of its runs that the filter admits. Functions that take one throw Error(usage) for a
 /// date that does not exist and for a value that nothing in the store has, naming those that it
-/// has.
+/// has. Every function of this file checks the hashes of the rows that it answers from, and throws
+/// Error(bad_input) where one is not as it was written; nothing is computed again.
 struct ResultFilter {
   std::string scene = {};
   std::string fabric = {};
@@ -47,6 +50,10 @@ struct StoredKey {
 [[nodiscard]] StoredKey stored_key(const StoreReader& store, const std::string& key,
                                    const std::vector<std::string>& tables = {"comparison",
                                                                              "surface_comparison"});
+
+/// Throws Error(bad_input) where these comparisons (whole keys), their sheets, marks or last run
+/// are not as they were written.
+void require_comparisons(const StoreReader& store, const std::set<std::string>& keys);
 
 /// The same for a comparison of marks alone.
 [[nodiscard]] std::string full_key(const StoreReader& store, const std::string& key);
@@ -133,6 +140,12 @@ void check_specimen(const StoreReader& store, const std::string& specimen);
 /// one run; with its parameters, which are appended.
 [[nodiscard]] std::string runs_of(const ResultFilter& filter, Cells& parameters);
 
+/// File that has content (SHA-256), one that had it when it was stored, or of another simulator's
+/// mesh its description; nothing where the store does not know.
+[[nodiscard]] std::optional<std::filesystem::path> place_in(const StoreReader& store,
+                                                            RecordBook& book,
+                                                            const std::string& sha256);
+
 /// Choice among numbers of the same name.
 struct WhyOptions {
   std::optional<MarkId> mark = {};  ///< mark of a comparison: a column of mark_error
@@ -141,7 +154,7 @@ struct WhyOptions {
 
 /// Origin of one number: its value and definition, the rows it was computed from, and every
 /// file behind it down to photographs and curves, through the run records beside each output. The
-/// store's seal tells where the sheets lie. `key` is the start of the key of a comparison, of a
+/// store knows where the sheets lay. `key` is the start of the key of a comparison, of a
 /// pair of simulations, of a sheet (drapemeter and uncertainty) or of a calibration (residuals),
 /// `metric` one of its columns. Throws Error(usage) for a key or metric that does not exist.
 struct Explanation {

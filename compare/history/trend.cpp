@@ -27,13 +27,13 @@ constexpr const char* kResiduals =
     "substr(c.calibration_sha256, 1, 12), c.rms_px, (SELECT max(CASE WHEN d.cause LIKE 'the "
     "calibration is NO-GO:%' THEN 'NO-GO' ELSE 'GO' END) FROM run AS q JOIN run_drape AS d ON "
     "d.run = q.number WHERE q.calibration_sha256 = k.sha256) FROM calibration_camera AS c JOIN "
-    "calibration AS k ON k.sha256 = c.calibration_sha256 JOIN ledger AS l ON l.kind = "
+    "calibration AS k ON k.sha256 = c.calibration_sha256 JOIN listed AS l ON l.kind = "
     "'calibration_file' AND l.key = c.calibration_sha256 ORDER BY k.rig_name, c.camera, (SELECT "
     "min(r.date) FROM run AS r WHERE r.calibration_sha256 = k.sha256), l.sequence";
 constexpr const char* kAcceptances =
     "SELECT 'acceptance ' || a.rig_name || ' ' || f.name, f.unit, coalesce(a.date, "
     "substr(a.sha256, 1, 12)), f.value, f.verdict FROM acceptance_figure AS f JOIN acceptance AS "
-    "a ON a.sha256 = f.acceptance_sha256 JOIN ledger AS l ON l.kind = 'acceptance' AND l.key = "
+    "a ON a.sha256 = f.acceptance_sha256 JOIN listed AS l ON l.kind = 'acceptance' AND l.key = "
     "a.sha256 WHERE f.value IS NOT NULL ORDER BY f.unit, a.rig_name, f.name, a.date, l.sequence";
 /// With the state_query() between them.
 constexpr const char *
@@ -77,6 +77,9 @@ Trend trend_of(const StoreReader& store, const TrendOptions& options) {
   if (options.least_before < 2 || !(options.alarm_sigmas > 0))
     throw usage_error("a trend needs at least 2 values before and an alarm above 0 sigma", "");
   check_specimen(store, options.specimen);
+  store.require_as_written(std::vector<std::string>{
+      "calibration", "calibration_camera", "acceptance", "acceptance_figure", "comparison", "sheet",
+      "simulation", "fabric", "run", "run_drape", "run_value"});
   Trend trend;
   trend.table = Table({"series", "n", "run", "value", "unit", "mean_before", "s_before", "sigmas",
                        "alarm", "measurement"},

@@ -8,9 +8,10 @@
 #include <map>
 #include <random>
 
-#include "compare/history/merge.hpp"
 #include "compare/history/results.hpp"
+#include "compare/history/transfer.hpp"
 #include "compare/report/history.hpp"
+#include "compare/store/manifest.hpp"
 #include "compare/store/outcome.hpp"
 #include "compare/test_sheets.hpp"
 #include "core/error.hpp"
@@ -74,8 +75,23 @@ TEST(Trend, AnUncertaintyThatLacksAPartIsSaidToBeAtLeastThat) {
     SQLite::Database database(file.string(), SQLite::OPEN_READWRITE);
     ASSERT_EQ(
         database.execAndGet("SELECT min(expanded_uncertainty_mm) > 0 FROM run_drape").getInt(), 1);
-    database.exec("DROP TRIGGER run_drape_no_UPDATE");
+    // As if it had been written so: listed anew.
+    const char* triggers[] = {"run_drape_no_UPDATE", "listed_no_DELETE"};
+    std::vector<std::string> statements;
+    for (const char* trigger : triggers) {
+      statements.push_back(
+          database
+              .execAndGet(std::string("SELECT sql FROM sqlite_master WHERE name = '") + trigger +
+                          "'")
+              .getString());
+      database.exec(std::string("DROP TRIGGER ") + trigger);
+    }
     database.exec("UPDATE run_drape SET budget_complete = 1 WHERE run = 2");
+    const std::string run =
+        database.execAndGet("SELECT sha256 FROM run WHERE number = 2").getString();
+    database.exec("DELETE FROM listed WHERE kind = 'run_drape' AND key = '" + run + "'");
+    write_manifest(database, {{&listed_table("run_drape"), run}});
+    for (const std::string& statement : statements) database.exec(statement);
   }
   const StoreReader reader(file);
   for (const Table& table : {difference_of_runs(reader, 1, 2).drapes, trend_by(reader, "scene")}) {

@@ -1,14 +1,23 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "compare/history/verify.hpp"
+
+#include <SQLiteCpp/SQLiteCpp.h>
 #include <fmt/format.h>
+#include <openssl/evp.h>
+#include <openssl/pem.h>
 
 #include <algorithm>
 #include <cmath>
 #include <functional>
-#include <set>
+#include <map>
+#include <memory>
+#include <optional>
+#include <tuple>
 
 #include "compare/compare.hpp"
-#include "compare/history/seal.hpp"
 #include "compare/meshes/other_mesh.hpp"
+#include "compare/store/manifest.hpp"
+#include "core/drape_mesh.hpp"
 #include "core/error.hpp"
 #include "core/files/files.hpp"
 #include "core/units.hpp"
@@ -19,68 +28,100 @@ namespace {
 namespace fs = std::filesystem;
 using units::mm;
 
-/// user_version, which SQLite keeps big-endian in bytes 60 to 63 of the file.
-int version_in_file(const fs::path& store) {
-  const std::vector<unsigned char> bytes = read_bytes(store);
-  if (bytes.size() < 64) return 0;
-  return (bytes[60] << 24) | (bytes[61] << 16) | (bytes[62] << 8) | bytes[63];
-}
+constexpr const char* kUnreadable = "the store cannot be read to its end: ";
 
-/// A store of an older version is read through a copy that was brought to this one, which defines
-/// new metrics: what was sealed must be the beginning of its chain, and only metrics may follow.
-bool grew_by_migration(const StoreReader& reader, const fs::path& store, const Seal& seal) {
-  if (version_in_file(store) >= store_version()) return false;
-  const auto head = reader.rows<std::string>("SELECT chain_sha256 FROM ledger WHERE sequence = ?",
-                                             {seal.entries});
-  return head == decltype(head){{seal.head}} &&
-         reader
-             .rows<int>("SELECT 1 FROM ledger WHERE sequence > ? AND kind <> 'metric'",
-                        {seal.entries})
-             .empty();
-}
-
-void check_length(const StoreReader& reader, const fs::path& store, const Seal& seal,
-                  const LedgerCheck& ledger, Verification& result) {
-  if (grew_by_migration(reader, store, seal)) {
-    // The bytes below are those of the older file.
-  } else if (ledger.entries > seal.entries) {
-    result.findings.push_back(fmt::format("the seal is older than the store: {} entries against {}",
-                                          seal.entries, ledger.entries));
-  } else if (ledger.entries < seal.entries || ledger.head != seal.head) {
-    result.findings.push_back(fmt::format(
-        "rows are missing: the seal knows {} entries, the store {}", seal.entries, ledger.entries));
+/// The chain of manifests, and the size of the file with the last of them.
+void check_manifests(SQLite::Database& database, const fs::path* file, Verification& result) {
+  std::string previous;
+  std::int64_t last = 0;
+  for (const Manifest& manifest : manifests_of(database)) {
+    const std::string hash = hash_of(database, manifest, last);
+    if (manifest.number != ++result.manifests || manifest.previous_sha256 != previous ||
+        manifest.sha256 != hash)
+      result.findings.push_back(fmt::format("manifest {} was altered", manifest.number));
+    previous = manifest.sha256;
+    last = manifest.last;
+    result.last_manifest = manifest.sha256;
   }
+  if (result.manifests == 0) result.findings.emplace_back("the store has no manifest");
+  if (first_of<int>(database, "SELECT 1 FROM listed WHERE sequence > ?", {last}))
+    result.findings.emplace_back("rows are listed by no manifest");
+  if (file == nullptr) return;
+  if (std::string size = size_finding(database, *file); !size.empty())
+    result.findings.push_back(std::move(size));
 }
 
-/// Compares what was committed and, with an empty write-ahead log, the file itself.
-bool has_sealed_bytes(const fs::path& store, const Seal& seal, const LedgerCheck& ledger) {
-  std::error_code absent;
-  const auto log_size = fs::file_size(store.string() + "-wal", absent);
-  return ledger.bytes_sha256 == seal.store_sha256 &&
-         ((!absent && log_size > 0) || sha256_of_file(store) == seal.store_sha256);
-}
-
-void check_files(const fs::path& folder, const Seal& seal, Verification& result) {
-  const auto has_copy = [&](const std::string& absent, const std::string& sha256) {
-    return std::any_of(seal.files.begin(), seal.files.end(), [&](const auto& other) {
-      return other.second == sha256 && other.first != absent &&
-             fs::is_regular_file(folder / other.first);
-    });
-  };
-  for (const auto& [name, sha256] : seal.files) {
-    const fs::path file = (folder / name).lexically_normal();
-    ++result.files;
-    if (!fs::is_regular_file(file) && has_copy(name, sha256)) continue;  // imported from there
-    if (!fs::is_regular_file(file)) {
-      result.findings.push_back(file.string() + " is not there");
-    } else if (sha256_of_file(file) != sha256) {
-      result.findings.push_back("bytes of " + file.string() + " were changed");
-    }
+/// Every listed row by its hash; rows that none lists.
+void check_rows(SQLite::Database& database, Verification& result) {
+  RowReader reader(database);
+  for (const ListedTable& table : listed_tables()) {
+    for (std::string& altered : reader.alterations(table, result.rows))
+      result.findings.push_back(std::move(altered));
+    if (table.name != "blob") continue;
+    for (const auto& [key] : rows_of<std::string>(database, "SELECT sha256 FROM blob"))
+      if (!blob_in(database, key))
+        result.findings.push_back("the bytes of blob " + key.substr(0, 12) + " were altered");
   }
+  for (const auto& [table, count] : rows_of<std::string, int>(
+           database,
+           "SELECT \"table\", count(*) FROM pragma_foreign_key_check() GROUP BY \"table\" ORDER BY "
+           "\"table\""))
+    result.findings.push_back(
+        fmt::format("{} rows of {} hang on a row that is not there", count, table));
+  if (const std::string integrity = database.execAndGet("PRAGMA integrity_check").getString();
+      integrity != "ok")
+    result.findings.push_back("SQLite finds damage: " + integrity);
 }
 
-/// Sheets and lists of branches of the seal by the hash that the store knows them by.
-using SheetFiles = std::map<std::string, fs::path>;
+/// Content of the store by its hash.
+class Contents {
+ public:
+  explicit Contents(const StoreReader& reader) : reader_(reader) {}
+
+  [[nodiscard]] bool has(const std::string& sha256) const {
+    return !reader_.rows<int>("SELECT 1 FROM blob WHERE sha256 = ?", {sha256}).empty();
+  }
+  [[nodiscard]] Document document(const std::string& sha256) const {
+    return {name(sha256), Syntax::json, bytes(sha256)};
+  }
+  [[nodiscard]] Sheet sheet(const std::string& sha256) const {
+    return read_record<Sheet>(document(sha256));
+  }
+  /// A simulated sheet, or another simulator's mesh at the marks of the real one.
+  [[nodiscard]] Sheet simulated(const std::string& sha256, const Sheet& real) {
+    return put_mesh(sha256) ? read_other_mesh(toml(), real, mesh_).sheet.sheet : sheet(sha256);
+  }
+  [[nodiscard]] std::optional<OtherSurface> surface(const std::string& sha256) {
+    return put_mesh(sha256) ? read_other_surface(toml(), mesh_) : std::nullopt;
+  }
+
+ private:
+  [[nodiscard]] std::string name(const std::string& sha256) const {
+    return fmt::format("{}, blob {}", reader_.file().string(), sha256.substr(0, 12));
+  }
+  [[nodiscard]] std::string bytes(const std::string& sha256) const {
+    if (auto content = reader_.blob(sha256)) return std::move(*content);
+    throw bad_input("the blob is not there, or not as it was written", {.file = name(sha256)},
+                    "restore the store from a backup");
+  }
+  [[nodiscard]] fs::path toml() const { return folder_.path() / "mesh.toml"; }
+  /// Puts out the files of another simulator's mesh; false where the content is none.
+  [[nodiscard]] bool put_mesh(const std::string& sha256) {
+    constexpr std::size_t kHash = 64;
+    const std::string content = bytes(sha256);
+    const auto description = description_in(content);
+    if (!description) return false;
+    write_durable(toml(), bytes(*description));
+    mesh_ = folder_.path() / "mesh";
+    mesh_ += read_record<DrapeMesh>(toml()).mesh_file.extension();
+    write_durable(mesh_, bytes(content.substr(content.size() - kHash)));
+    return true;
+  }
+
+  const StoreReader& reader_;
+  TemporaryFolder folder_{"meshes of the store cannot be put out"};
+  fs::path mesh_;
+};
 
 using Text = std::string;
 using Places = std::vector<Eigen::Vector2d>;
@@ -91,11 +132,11 @@ Places marks_of(const Sheet& sheet) {
   return places;
 }
 
-/// Computes what the store holds again from the sealed files.
+/// Computes what the store holds again from its blobs.
 class Recomputation {
  public:
-  Recomputation(const StoreReader& reader, const SheetFiles& sheets, Verification& result)
-      : reader_(reader), sheets_(sheets), result_(result) {}
+  Recomputation(const StoreReader& reader, Verification& result)
+      : reader_(reader), contents_(reader), result_(result) {}
 
   void run() {
     comparisons();
@@ -105,12 +146,7 @@ class Recomputation {
   }
 
  private:
-  [[nodiscard]] const fs::path* file(const Text& sha256) const {
-    const auto found = sheets_.find(sha256);
-    return found == sheets_.end() ? nullptr : &found->second;
-  }
-
-  /// Tests that a row comes out with the same bits; nothing where no sealed file holds its sheets.
+  /// Tests that a row comes out with the same bits; nothing where the store lacks its sheets.
   void judge(const char* kind, const Text& sha256, const char* sources,
              const std::function<std::optional<bool>()>& comes_out) {
     const Text name = fmt::format("{} {}", kind, sha256.substr(0, 12));
@@ -128,7 +164,7 @@ class Recomputation {
   void report_left() {
     if (left_ > 0)
       result_.findings.push_back(
-          fmt::format("{}{} not recomputed: no sealed file holds its sheets", first_left_,
+          fmt::format("{}{} not computed again: the store lacks their sheets", first_left_,
                       left_ == 1 ? Text(" was") : fmt::format(" and {} more were", left_ - 1)));
     left_ = 0;
   }
@@ -153,12 +189,11 @@ class Recomputation {
              "SELECT id, sha256, measured_sha256, simulated_sha256, mean_mm FROM comparison ORDER "
              "BY id"))
       judge("comparison", key, "sheets", [&]() -> std::optional<bool> {
-        const fs::path *one = file(measured), *two = file(simulated);
-        if (one == nullptr || two == nullptr) return std::nullopt;
-        const Sheet real = read_sheet(*one);
-        const Sheet other = two->extension() == ".toml" ? read_other_mesh(*two, real).sheet.sheet
-                                                        : read_sheet(*two);
-        return same_marks(id, mean_mm, compare_marks(real, Surface(other, two->string())).marks);
+        if (!contents_.has(measured) || !contents_.has(simulated)) return std::nullopt;
+        const Sheet real = contents_.sheet(measured);
+        return same_marks(
+            id, mean_mm,
+            compare_marks(real, Surface(contents_.simulated(simulated, real), simulated)).marks);
       });
     report_left();
   }
@@ -170,11 +205,10 @@ class Recomputation {
              "SELECT sha256, measured_sha256, mesh_sha256, to_surface_mean_mm, to_surface_max_mm, "
              "real_to_mesh_mean_mm, mesh_to_real_max_mm FROM surface_comparison ORDER BY sha256"))
       judge("surface comparison", key, "files", [&]() -> std::optional<bool> {
-        const fs::path *one = file(measured), *two = file(mesh);
-        if (one == nullptr || two == nullptr) return std::nullopt;
-        const auto surface = read_other_surface(*two);
+        if (!contents_.has(measured) || !contents_.has(mesh)) return std::nullopt;
+        const auto surface = contents_.surface(mesh);
         if (!surface) return false;
-        const RealSurface found = compare_to_surface(read_sheet(*one), surface->mesh);
+        const RealSurface found = compare_to_surface(contents_.sheet(measured), surface->mesh);
         const auto& both = found.both_directions;
         return mean_mm == found.to_surface.mean_m / mm && max_mm == found.to_surface.max_m / mm &&
                there_mm == (both ? Length(both->first_to_second.mean_m / mm) : Length()) &&
@@ -187,29 +221,32 @@ class Recomputation {
   /// or at the particles of the coarsest grid of their group, which is one with as many on the same
   /// cloth.
   [[nodiscard]] std::vector<Places> places_of(const std::optional<Text>& measured,
-                                              const Text& first, const Text& second,
-                                              int points) const {
+                                              const Text& first, int points) {
     std::vector<Places> all;
     if (measured) {
-      const fs::path* real_file = file(*measured);
-      if (real_file == nullptr) return all;
-      const Sheet real = read_sheet(*real_file);
-      const auto lattice = LatticeCoordinates::of(real, real_file->string());
+      if (!contents_.has(*measured)) return all;
+      const Sheet real = contents_.sheet(*measured);
+      const auto lattice = LatticeCoordinates::of(real, *measured);
       if (!lattice) return {marks_of(real)};
       all.emplace_back();
       for (int row = 0; row < real.rows; ++row)
         for (int col = 0; col < real.cols; ++col) all.back().push_back(lattice->at({row, col}));
       return all;
     }
-    std::set<std::pair<int, int>> known;
-    for (const auto& [sheet, rows, cols] : reader_.rows<Text, int, int>(
-             "SELECT g.sha256, g.rows, g.cols FROM sheet AS g JOIN sheet AS f ON f.sha256 = ?1 "
-             "WHERE g.kind = 'simulated' AND g.marks = ?3 AND g.patch_warp_mm = f.patch_warp_mm "
-             "AND g.patch_weft_mm = f.patch_weft_mm ORDER BY g.sha256 NOT IN (?1, ?2), g.sha256",
-             {first, second, points}))
-      if (const fs::path* grid = file(sheet);
-          grid != nullptr && grid->extension() == ".json" && known.emplace(rows, cols).second)
-        all.push_back(marks_of(read_sheet(*grid)));
+    for (const auto& [warp_mm, weft_mm] : reader_.rows<double, double>(
+             "SELECT patch_warp_mm, patch_weft_mm FROM sheet WHERE sha256 = ?", {first})) {
+      const auto [known, is_new] = grids_.try_emplace({warp_mm, weft_mm, points});
+      if (is_new)
+        for (const auto& [sheet] : reader_.rows<Text>(
+                 "SELECT min(sha256) FROM sheet WHERE kind = 'simulated' AND marks = ?3 AND "
+                 "patch_warp_mm = ?1 AND patch_weft_mm = ?2 AND sha256 IN (SELECT sheet_sha256 "
+                 "FROM simulation WHERE "
+                 "simulator = 'drapebench') AND sha256 IN (SELECT sha256 FROM blob) GROUP BY rows, "
+                 "cols",
+                 {warp_mm, weft_mm, points}))
+          known->second.push_back(marks_of(contents_.sheet(sheet)));
+      return known->second;
+    }
     return all;
   }
 
@@ -219,11 +256,10 @@ class Recomputation {
              "SELECT sha256, measured_sha256, first_sha256, second_sha256, points, mean_mm, max_mm "
              "FROM simulation_pair ORDER BY sha256"))
       judge("pair", key, "sheets", [&]() -> std::optional<bool> {
-        const fs::path *a = file(first), *b = file(second);
-        if (a == nullptr || b == nullptr) return std::nullopt;
-        const auto places = places_of(measured, first, second, points);
+        if (!contents_.has(first) || !contents_.has(second)) return std::nullopt;
+        const auto places = places_of(measured, first, points);
         if (places.empty()) return std::nullopt;
-        const Surface one(read_sheet(*a), a->string()), other(read_sheet(*b), b->string());
+        const Surface one(contents_.sheet(first), first), other(contents_.sheet(second), second);
         return std::any_of(places.begin(), places.end(), [&](const Places& at) {
           const auto distances = distances_between(one, other, at);
           return !distances.empty() && static_cast<std::size_t>(points) == distances.size() &&
@@ -240,16 +276,15 @@ class Recomputation {
          reader_.rows<Text, int, double, int, int>(
              "SELECT branches_sha256, number, energy_uJ, starts, hem_nodes FROM branch ORDER BY "
              "sheet_sha256")) {
-      const fs::path* list = file(set);  // lists are sealed as sheets are, by their hash
-      if (list == nullptr) {
+      if (!contents_.has(set)) {
         if (left_++ == 0) first_left_ = "branch list " + set.substr(0, 12);
         continue;
       }
-      const auto listed = branch_in(*list, number);
+      const auto listed = branch_in(contents_.document(set), number);
       if (!listed || listed->set_sha256 != set || listed->energy_j / 1e-6 != energy_uJ ||
           listed->starts != starts || listed->hem_nodes != hem_nodes)
         result_.findings.push_back(
-            fmt::format("branch {} is not what its list {} says", number, list->string()));
+            fmt::format("branch {} is not what its list {} says", number, set.substr(0, 12)));
     }
     report_left();
     for (const auto& [measured, simulated, x_mm, y_mm, mean_mm] :
@@ -257,67 +292,126 @@ class Recomputation {
              "SELECT c.measured_sha256, c.simulated_sha256, t.axis_x_mm, t.axis_y_mm, "
              "t.turned_mean_mm FROM branch_turn AS t JOIN comparison AS c ON c.sha256 = "
              "t.comparison_sha256 ORDER BY c.id")) {
-      const fs::path *one = file(measured), *two = file(simulated);
-      if (one == nullptr || two == nullptr) continue;  // said already
-      const auto turned = best_turn(read_sheet(*one), Surface(read_sheet(*two), two->string()),
-                                    {x_mm * mm, y_mm * mm});
+      if (!contents_.has(measured) || !contents_.has(simulated)) continue;  // said already
+      const auto turned =
+          best_turn(contents_.sheet(measured), Surface(contents_.sheet(simulated), simulated),
+                    {x_mm * mm, y_mm * mm});
       // The axis went through a change of units, which may cost its last bit.
       if (!turned || std::abs(turned->mean_m / mm - mean_mm) > 1e-9)
-        result_.findings.push_back(
-            fmt::format("the best turn of {} does not come out of its sheets", two->string()));
+        result_.findings.push_back(fmt::format(
+            "the best turn of {} does not come out of its sheets", simulated.substr(0, 12)));
     }
   }
 
   const StoreReader& reader_;
-  const SheetFiles& sheets_;
+  Contents contents_;
   Verification& result_;
-  long long left_ = 0;  ///< rows of the kind at hand without a sealed file
+  std::map<std::tuple<double, double, int>, std::vector<Places>> grids_;
+  long long left_ = 0;  ///< rows of the kind at hand without their content
   Text first_left_;
 };
 
 }  // namespace
 
+std::vector<std::string> altered_rows(const StoreReader& reader) {
+  Verification result;
+  try {
+    check_manifests(reader.database(), nullptr, result);
+    check_rows(reader.database(), result);
+  } catch (const SQLite::Exception& exception) {
+    result.findings.push_back(kUnreadable + std::string(exception.what()));
+  }
+  return result.findings;
+}
+
 Verification verify_store(const fs::path& named, bool with_recomputation) {
   const fs::path store = real_store(named);
   Verification result;
-  const StoreLock lock(store, StoreLock::Kind::with_others);
-  Seal seal;
-  bool sealed = true;
-  try {
-    seal = read_seal(store);
-  } catch (const Error& error) {
-    result.findings.emplace_back(error.what_failed());
-    sealed = false;
-  }
   std::optional<StoreReader> reader;
   try {
-    reader.emplace(store);
-  } catch (const Error& error) {
-    result.findings.emplace_back(error.what_failed());
-    return result;
-  }
-  const LedgerCheck ledger = check_ledger(*reader);
-  result.rows = ledger.entries;
-  result.findings.insert(result.findings.end(), ledger.findings.begin(), ledger.findings.end());
-  if (!sealed) return result;
-  if (result.findings.empty()) check_length(*reader, store, seal, ledger, result);
-  if (!has_sealed_bytes(store, seal, ledger))
-    result.findings.push_back("bytes of " + store.string() + " were changed");
-  check_files(folder_of(store), seal, result);
-  if (!with_recomputation) return result;
-  SheetFiles sheets;
-  for (const auto& [name, sha256] : seal.files) {
-    const fs::path file = folder_of(store) / name;
-    if (name.ends_with(".json") && (is_copy(name) || sheets.count(sha256) == 0))
-      sheets[sha256] = file;
-    if (const auto other = other_mesh_id(file)) sheets[other->sha256] = file;
-  }
-  try {
-    Recomputation(*reader, sheets, result).run();
+    reader.emplace(store, StoreReader::Schema::any);
+    const SQLite::Transaction one_state(reader->database(), SQLite::TransactionBehavior::DEFERRED);
+    result.findings = schema_findings(reader->database());
+    // What stands in the place of a table need not end.
+    for (const std::string& finding : result.findings)
+      if (finding.starts_with("table ")) return result;
+    const fs::path opened = reader->opened();
+    check_manifests(reader->database(), reader->is_of_older_version() ? nullptr : &opened, result);
+    check_rows(reader->database(), result);
+    if (with_recomputation) Recomputation(*reader, result).run();
+  } catch (const SQLite::Exception& exception) {
+    result.findings.push_back(kUnreadable + std::string(exception.what()));
   } catch (const Error& error) {
     result.findings.emplace_back(error.what_failed());
   }
   return result;
+}
+
+fs::path signature_path(const fs::path& store) {
+  return real_store(store).string() + ".sig";
+}
+
+namespace {
+
+using Key = std::unique_ptr<EVP_PKEY, decltype(&EVP_PKEY_free)>;
+using Context = std::unique_ptr<EVP_MD_CTX, decltype(&EVP_MD_CTX_free)>;
+
+enum class Half { secret, open };
+
+/// Without a passphrase: a program cannot be asked for one.
+Key read_key(const fs::path& file, Half half) {
+  const std::string text = read_text(file);
+  const std::unique_ptr<BIO, decltype(&BIO_free)> memory(
+      BIO_new_mem_buf(text.data(), static_cast<int>(text.size())), &BIO_free);
+  char none[] = "";
+  Key key(half == Half::secret ? PEM_read_bio_PrivateKey(memory.get(), nullptr, nullptr, none)
+                               : PEM_read_bio_PUBKEY(memory.get(), nullptr, nullptr, none),
+          &EVP_PKEY_free);
+  if (key && EVP_PKEY_get_base_id(key.get()) == EVP_PKEY_ED25519) return key;
+  throw bad_input(
+      half == Half::secret ? "this is no Ed25519 private key without passphrase"
+                           : "this is no Ed25519 public key",
+      {.file = file.string()},
+      half == Half::secret
+          ? "make one: openssl genpkey -algorithm ed25519 -out key.pem"
+          : "make it from the private one: openssl pkey -in key.pem -pubout -out pub.pem");
+}
+
+/// Text that is signed.
+std::string signed_text(const std::string& manifest_sha256) {
+  return "drapebench/signed-manifest/1\n" + manifest_sha256 + "\n";
+}
+
+const unsigned char* bytes_of(const std::string& text) {
+  return reinterpret_cast<const unsigned char*>(text.data());
+}
+
+}  // namespace
+
+void sign_store(const fs::path& store, const fs::path& private_key) {
+  const Key key = read_key(private_key, Half::secret);
+  const Verification found = verify_store(store, false);
+  if (!found.findings.empty()) throw not_as_written(store, found.findings.front());
+  const std::string text = signed_text(found.last_manifest);
+  const Context context(EVP_MD_CTX_new(), &EVP_MD_CTX_free);
+  std::string signature(64, '\0');  // RFC 8032
+  std::size_t size = signature.size();
+  if (EVP_DigestSignInit(context.get(), nullptr, nullptr, nullptr, key.get()) != 1 ||
+      EVP_DigestSign(context.get(), reinterpret_cast<unsigned char*>(signature.data()), &size,
+                     bytes_of(text), text.size()) != 1)
+    throw internal_error("the manifest cannot be signed");
+  write_durable(signature_path(store), signature);
+}
+
+bool is_signed(const fs::path& store, const std::string& manifest_sha256,
+               const fs::path& public_key) {
+  const Key key = read_key(public_key, Half::open);
+  const std::string text = signed_text(manifest_sha256),
+                    signature = read_text(signature_path(store));
+  const Context context(EVP_MD_CTX_new(), &EVP_MD_CTX_free);
+  return EVP_DigestVerifyInit(context.get(), nullptr, nullptr, nullptr, key.get()) == 1 &&
+         EVP_DigestVerify(context.get(), bytes_of(signature), signature.size(), bytes_of(text),
+                          text.size()) == 1;
 }
 
 }  // namespace drape::compare

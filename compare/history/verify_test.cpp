@@ -3,13 +3,17 @@
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 
+#include <stdlib.h>
+
 #include <algorithm>
 #include <fstream>
+#include <functional>
 #include <random>
 #include <set>
 
 #include "compare/history/results.hpp"
-#include "compare/history/seal.hpp"
+#include "compare/history/transfer.hpp"
+#include "compare/history/verify.hpp"
 #include "compare/records/provenance.hpp"
 #include "compare/store/inputs.hpp"
 #include "compare/store/outcome.hpp"
@@ -29,60 +33,67 @@ using testing::HasSubstr;
 using testing::IsEmpty;
 using testing::SizeIs;
 
-class Sealed : public test::SealedStore {
+class Stored : public test::StoredExample {
  protected:
   [[nodiscard]] std::string first_key() const {
     return StoreReader(store()).query("SELECT sha256 FROM comparison WHERE id = 1").rows[0][0];
   }
 };
 
-TEST_F(Sealed, AnUntouchedStoreIsVerifiedAndRecomputed) {
+TEST_F(Stored, AnUntouchedStoreIsVerifiedAndComputedAgain) {
   const Verification result = verify_store(store());
   EXPECT_THAT(result.findings, IsEmpty());
   EXPECT_EQ(result.comparisons, 4 + 4) << "of real cloth, and pairs of simulations";
-  // 3 photographs, their list, scene, fabric, curve, detections and 6 records, 5 sheets with two
-  // files each, 4 certificates, 4 histories.
-  EXPECT_EQ(result.files, 3 + 1 + 3 + 1 + 6 + 10 + 8);
+  EXPECT_EQ(result.manifests, 2) << "of the new store, and of the run";
+  // 5 sheets, and the certificate that all simulations have.
+  EXPECT_EQ(test::one(StoreReader(store()), "SELECT count(*) FROM blob"), "6");
 }
 
-TEST_F(Sealed, ImportingAgainAddsNothingAndKeepsTheSeal) {
-  const std::string before = read_text(seal_path(store()));
+TEST_F(Stored, ImportingAgainAddsNothing) {
+  const std::string before = sha256_of_file(store());
   import();
   EXPECT_EQ(counts_.added, 0);
-  EXPECT_EQ(read_text(seal_path(store())), before);
+  EXPECT_EQ(sha256_of_file(store()), before);
   EXPECT_THAT(findings(), IsEmpty());
 }
 
-TEST_F(Sealed, PairsWithoutARealClothAreRecomputedToo) {
+TEST_F(Stored, PairsWithoutARealClothAreRecomputedToo) {
   const fs::path file = folder_.path() / "virtual.sqlite";
   const Session session = read_session({sheets_.begin() + 1, sheets_.end()}, {});
   Outcome outcome;
   compare_session(session, {}, outcome);
   EXPECT_EQ(import_session(file, session, outcome).added, 4);
-  seal_store(StoreLock(file, StoreLock::Kind::alone), file, files_of(session));
   const Verification result = verify_store(file);
   EXPECT_THAT(result.findings, IsEmpty());
   EXPECT_EQ(result.comparisons, 4);
 }
 
-TEST_F(Sealed, SaysWhatIsWrong) {
+TEST_F(Stored, FilesOutsideMayGoAndChangeAndAreNamedByWhy) {
   fs::remove(folder_.path() / "bench" / "recording" / "drape_A" / "cam1.png");
-  EXPECT_THAT(findings(), Contains(HasSubstr("cam1.png is not there")));
-  write_durable(folder_.path() / "bench" / "fabric" / "bending_warp.csv", "other numbers\n");
-  EXPECT_THAT(findings(), Contains(HasSubstr("bending_warp.csv were changed")));
-  fs::remove(seal_path(store()));
-  EXPECT_THAT(findings(), Contains(HasSubstr("no seal")));
+  write_durable(folder_.path() / "bench" / "scene.toml", "# the sphere, with another comment\n");
+  EXPECT_THAT(findings(true), IsEmpty());
+  const Explanation why = explain(StoreReader(store()), first_key(), "mean_mm");
+  EXPECT_FALSE(why.complete);
+  for (const auto& row : why.chain.rows)
+    EXPECT_EQ(row[4], row[1].ends_with("cam1.png")     ? "not there"
+                      : row[1].ends_with("scene.toml") ? "altered"
+                                                       : "unchanged")
+        << row[1];
+  fs::remove_all(folder_.path() / "A");
+  EXPECT_THAT(findings(true), IsEmpty()) << "computed again from the blobs";
 }
 
-TEST_F(Sealed, WhatCannotBeRecomputedIsAFinding) {
-  fs::remove(seal_path(store()));
-  seal_store(StoreLock(store(), StoreLock::Kind::alone), store(), {});
-  EXPECT_THAT(findings(true), Contains(HasSubstr("comparison " + first_key().substr(0, 12) +
-                                                 " and 3 more were not recomputed")));
+TEST_F(Stored, WhatCannotBeComputedAgainIsAFinding) {
+  const fs::path file = folder_.path() / "numbers.sqlite";
+  test::add_drape(file, test::measured_sheet(),
+                  {test::simulated_sheet(11, 5), test::simulated_sheet(21, 5)});
+  EXPECT_THAT(verify_store(file, false).findings, IsEmpty());
+  EXPECT_THAT(verify_store(file).findings,
+              Contains(HasSubstr(" and 1 more were not computed again: the store lacks their")));
 }
 
-/// Two groups whose coarsest grids have equal numbers of particles, for cloths of two sizes.
-TEST_F(Sealed, PairsAreRecomputedOnTheGridOfTheirOwnCloth) {
+/// Two groups whose coarsest grids have as many particles, of cloths of two sizes.
+TEST_F(Stored, PairsAreRecomputedOnTheGridOfTheirOwnCloth) {
   std::vector<fs::path> sheets = {sheets_.begin() + 1, sheets_.end()};
   for (const int n : {11, 21}) {
     Sheet sheet = test::simulated_sheet(n, 5);
@@ -100,57 +111,27 @@ TEST_F(Sealed, PairsAreRecomputedOnTheGridOfTheirOwnCloth) {
   Outcome outcome;
   compare_session(session, {}, outcome);
   ASSERT_EQ(import_session(file, session, outcome).added, 5);
-  seal_store(StoreLock(file, StoreLock::Kind::alone), file, files_of(session));
   const Verification result = verify_store(file);
   EXPECT_THAT(result.findings, IsEmpty());
   EXPECT_EQ(result.comparisons, 5);
 }
 
-TEST_F(Sealed, AStoreOfAnotherNameIsNotCalledChanged) {
-  const fs::path other = folder_.path() / "other.sqlite";
-  fs::copy_file(store(), other);
-  fs::copy_file(seal_path(store()), seal_path(other));
-  EXPECT_THAT(verify_store(other).findings,
-              testing::ElementsAre(HasSubstr("was called `results.sqlite`")));
+TEST_F(Stored, AMovedAndRenamedStoreIsWhole) {
+  const fs::path moved = folder_.path() / "moved" / "other.sqlite";
+  fs::create_directory(moved.parent_path());
+  fs::rename(store(), moved);
+  EXPECT_THAT(verify_store(moved).findings, IsEmpty());
 }
 
-TEST_F(Sealed, ThroughALinkTheSealStandsBesideTheStore) {
+TEST_F(Stored, ThroughALinkNothingStandsBesideTheLink) {
   const fs::path links = folder_.path() / "links", link = links / "link.sqlite";
   for (const char* name : {"links", "far"}) fs::create_directory(folder_.path() / name);
   fs::create_symlink("../far/real.sqlite", link);
-  const Session session = read_session(sheets_, {});
-  Outcome outcome;
-  compare_session(session, {}, outcome);
-  (void)import_session(link, session, outcome);
-  std::vector<fs::path> files = files_of(session);
-  for (fs::path& copy : keep_copies(link, session)) files.push_back(std::move(copy));
-  seal_store(StoreLock(link, StoreLock::Kind::alone), link, files);
+  (void)test::import_run(link, read_session(sheets_, {}));
   EXPECT_EQ(std::distance(fs::directory_iterator(links), {}), 1);
-  EXPECT_TRUE(fs::is_directory(folder_.path() / "far" / "real.sqlite.files"));
   for (const fs::path& name : {link, folder_.path() / "far" / "real.sqlite"})
     EXPECT_THAT(verify_store(name).findings, IsEmpty()) << name;
-}
-
-TEST_F(Sealed, ASealThatIsOlderThanTheStoreIsSaid) {
-  {
-    Store grown(store());
-    const DrapeInput input = test::drape_of(test::measured_sheet(), {test::simulated_sheet(21, 5)});
-    grown.add(input, compare_drape(input, {}));
-    grown.close();
-  }
-  EXPECT_FALSE(findings().empty());
-  import();  // seals it again
-  EXPECT_THAT(findings(), IsEmpty());
-}
-
-TEST_F(Sealed, SealingAgainDoesNotHideRemovedRows) {
-  {
-    SQLite::Database database(store().string(), SQLite::OPEN_READWRITE);
-    database.exec("DROP TRIGGER ledger_no_DELETE");
-    database.exec("DELETE FROM ledger WHERE sequence = (SELECT max(sequence) FROM ledger)");
-  }
-  EXPECT_THROW(seal_store(StoreLock(store(), StoreLock::Kind::alone), store(), sheets_), Error);
-  EXPECT_FALSE(findings().empty());
+  EXPECT_TRUE(explain(StoreReader(link), first_key(), "mean_mm").complete);
 }
 
 /// Restores a file at the end of the trial.
@@ -170,13 +151,13 @@ class Restored {
   std::string bytes_;
 };
 
-/// Flips one bit of one byte in any file behind the numbers, the store or the seal.
+/// One bit of one byte of the store.
 std::string flip_a_bit(std::mt19937& random, const fs::path& file, const std::string& bytes) {
   std::string changed = bytes;
   const std::size_t at = random() % changed.size();
   changed[at] = static_cast<char>(changed[at] ^ (1 << random() % 8));
   std::ofstream(file, std::ios::binary | std::ios::trunc) << changed;
-  return fmt::format("byte {} of {}", at, file.filename().string());
+  return fmt::format("byte {}", at);
 }
 
 /// Changes a value in, removes or adds a random row of a random table.
@@ -232,49 +213,195 @@ std::string change_a_row(std::mt19937& random, const fs::path& file) {
   return sql;
 }
 
-/// Changes an argument or option in one of the run records, keeping it well-formed.
-std::string change_an_option(std::mt19937& random, const fs::path& file) {
-  Json json = parse_json(read_text(file));
-  if (random() % 2 == 0) {
-    Json& arguments = json["arguments"];
-    arguments[random() % arguments.size()] = "another";
-  } else {
-    const std::string name = random() % 2 == 0 ? "method" : "limit_px";
-    json["options"][name] = json["options"][name].get<std::string>() + "1";
-  }
-  std::ofstream(file, std::ios::binary | std::ios::trunc) << pretty(json);
-  return "an option in " + file.filename().string();
+/// A view, trigger, index or table that is not as the programs make it.
+std::string change_the_schema(std::mt19937& random, const fs::path& file) {
+  const std::string statements[] = {
+      "DROP VIEW v_run; CREATE VIEW v_run AS SELECT 1 AS run",
+      "DROP TRIGGER comparison_no_UPDATE",
+      "CREATE TRIGGER evil AFTER INSERT ON run BEGIN SELECT 1; END",
+      "CREATE TABLE stranger (x)",
+      "CREATE VIEW v_mine AS SELECT * FROM comparison",
+      "DROP INDEX pair_by_sheets",
+      "ALTER TABLE rig ADD COLUMN note TEXT",
+      "PRAGMA writable_schema = ON; UPDATE sqlite_master SET sql = replace(sql, 'mean_mm AS "
+      "mean_dist_mm', 'mean_mm * 0.1 AS mean_dist_mm') WHERE name = 'v_comparison'"};
+  const std::string& sql = statements[random() % std::size(statements)];
+  SQLite::Database(file.string(), SQLite::OPEN_READWRITE).exec(sql);
+  return sql;
 }
 
-TEST_F(Sealed, EveryTamperTrialIsFound) {
-  std::vector<fs::path> files, records;
-  for (const auto& [name, sha256] : read_seal(store()).files) {
-    files.push_back(folder_.path() / name);
-    if (name.ends_with(".run.json")) records.push_back(files.back());
+/// The bytes of a blob, or the size that is stated of them.
+std::string change_a_blob(std::mt19937& random, const fs::path& file) {
+  SQLite::Database database(file.string(), SQLite::OPEN_READWRITE);
+  const bool is_size = random() % 4 == 0, removed = random() % 4 == 0;
+  const std::string trigger =
+      database
+          .execAndGet(fmt::format("SELECT sql FROM sqlite_master WHERE name = 'blob_no_{}'",
+                                  removed ? "DELETE" : "UPDATE"))
+          .getString();
+  const auto rows =
+      static_cast<unsigned>(database.execAndGet("SELECT count(*) FROM blob").getInt());
+  const std::string which =
+      fmt::format(" WHERE rowid = (SELECT rowid FROM blob LIMIT 1 OFFSET {})", random() % rows);
+  database.exec(removed ? "DROP TRIGGER blob_no_DELETE" : "DROP TRIGGER blob_no_UPDATE");
+  const std::string sql = removed   ? "DELETE FROM blob"
+                          : is_size ? "UPDATE blob SET size = size + 1"
+                                    : "UPDATE blob SET packed = CAST(substr(packed, 1, "
+                                      "length(packed) - 9) || x'00' || substr(packed, -8) AS BLOB)";
+  database.exec(sql + which);
+  database.exec(trigger);
+  return sql;
+}
+
+/// All that the store says; empty where it cannot be read.
+std::string content(const fs::path& file) {
+  try {
+    return dump_sql(StoreReader(file));
+  } catch (const Error&) {
+    return {};
   }
-  files.push_back(store());
-  files.push_back(seal_path(store()));
-  int found = 0;
-  const int trials = drape::test::trial_count(90, 1000);
+}
+
+TEST_F(Stored, EveryAlterationIsNamedAndPartOfNoNewProof) {
+  const std::string whole = content(store());
+  const int trials = drape::test::trial_count(24, 500);
   for (int trial = 0; trial < trials; ++trial) {
     std::mt19937 random(static_cast<unsigned>(trial));
-    const int kind = trial % 3;
-    const fs::path file = kind == 0   ? files[random() % files.size()]
-                          : kind == 1 ? store()
-                                      : records[random() % records.size()];
-    const Restored restored(file);
-    const std::string what = kind == 0   ? flip_a_bit(random, file, restored.bytes())
-                             : kind == 1 ? change_a_row(random, file)
-                                         : change_an_option(random, file);
-    const bool is_found = !findings().empty();
-    EXPECT_TRUE(is_found) << "trial " << trial << ": " << what;
-    found += is_found;
+    const Restored restored(store());
+    const std::string what = trial % 4 == 0   ? flip_a_bit(random, store(), restored.bytes())
+                             : trial % 4 == 1 ? change_a_row(random, store())
+                             : trial % 4 == 2 ? change_the_schema(random, store())
+                                              : change_a_blob(random, store());
+    SCOPED_TRACE(fmt::format("trial {}: {}", trial, what));
+    const bool altered = content(store()) != whole;
+    if (!altered) continue;  // a bit that no row, blob or statement is made of
+    EXPECT_FALSE(findings().empty());
+    const std::string before = read_text(store());
+    try {
+      import({.label = "another run"});
+      EXPECT_NE(trial % 4, 2) << "another schema is named before anything is added";
+      if (what == "DELETE FROM blob")
+        EXPECT_THAT(findings(true), IsEmpty()) << "the same content is put back";
+      else
+        EXPECT_FALSE(findings().empty()) << "the new manifest does not cover it";
+    } catch (const Error& error) {
+      EXPECT_EQ(error.kind(), ErrorKind::bad_input) << error.what();
+      EXPECT_EQ(read_text(store()), before);
+      EXPECT_FALSE(findings().empty());
+    }
   }
-  EXPECT_EQ(found, trials);
-  EXPECT_THAT(findings(true), IsEmpty()) << "every trial was undone";
+  EXPECT_EQ(content(store()), whole) << "every trial was undone";
+  EXPECT_THAT(findings(true), IsEmpty());
 }
 
-TEST_F(Sealed, WhyEndsAtPhotographsAndCurvesThatExist) {
+TEST_F(Stored, AnotherSizeOrSchemaIsNamedBeforeAnythingIsAdded) {
+  const auto refused = [&](const std::string& why) {
+    const std::string before = read_text(store());
+    try {
+      import({.label = "another run"});
+      ADD_FAILURE() << why;
+    } catch (const Error& error) {
+      EXPECT_EQ(error.kind(), ErrorKind::bad_input);
+      EXPECT_THAT(error.what(), HasSubstr(why));
+    }
+    EXPECT_EQ(read_text(store()), before);
+    EXPECT_THAT(findings(), Contains(HasSubstr(why)));
+  };
+  {
+    const Restored restored(store());
+    fs::resize_file(store(), fs::file_size(store()) - 800);
+    refused("bytes, its last manifest says");
+  }
+  {
+    const Restored restored(store());
+    std::ofstream(store(), std::ios::app) << std::string(4096, '\0');
+    refused("bytes, its last manifest says");
+  }
+  const Restored restored(store());
+  SQLite::Database(store().string(), SQLite::OPEN_READWRITE)
+      .exec("DROP VIEW v_run; CREATE VIEW v_run AS SELECT 1 AS run");
+  refused("view v_run was altered");
+  EXPECT_THROW((void)StoreReader(store()), Error) << "and nothing is shown through it";
+}
+
+TEST_F(Stored, NumbersThatAreNotAsWrittenAreNotShown) {
+  const std::string key = first_key();
+  const Restored restored(store());
+  {
+    SQLite::Database database(store().string(), SQLite::OPEN_READWRITE);
+    const std::string trigger =
+        database.execAndGet("SELECT sql FROM sqlite_master WHERE name = 'comparison_no_UPDATE'")
+            .getString();
+    database.exec("DROP TRIGGER comparison_no_UPDATE");
+    database.exec("UPDATE comparison SET mean_mm = mean_mm * 0.1 WHERE id = 1");
+    database.exec(trigger);
+  }
+  const StoreReader reader(store());
+  const std::function<void()> shown[] = {
+      [&] { (void)list_results(reader, {}); },   [&] { (void)show_result(reader, key); },
+      [&] { (void)paper_tables(reader, {}); },   [&] { (void)trend_of(reader, {}); },
+      [&] { (void)trend_by(reader, "fabric"); }, [&] { (void)explain(reader, key, "mean_mm"); }};
+  for (const auto& one : shown) {
+    try {
+      one();
+      ADD_FAILURE() << &one - shown;
+    } catch (const Error& error) {
+      EXPECT_THAT(error.what(), HasSubstr("comparison " + key.substr(0, 12) + " was altered"));
+    }
+  }
+  EXPECT_EQ(list_results(reader, {.grid = "11"}).rows.size(), 2U) << "other rows are";
+}
+
+/// Ordinary use, in any order.
+TEST_F(Stored, SequencesOfOrdinaryCommandsRaiseNoAlarm) {
+  const int sequences = drape::test::trial_count(2, 200);
+  for (int sequence = 0; sequence < sequences; ++sequence) {
+    std::mt19937 random(static_cast<unsigned>(1000 + sequence));
+    const drape::test::TemporaryFolder place;
+    fs::path bench = place.path() / "bench";
+    std::vector<fs::path> sheets = test::write_recorded_example(bench);
+    const auto own = [&] { return bench / "results.sqlite"; };
+    std::string done;
+    for (int step = 0; step < 8; ++step) {
+      const auto what = random() % 8;
+      done += std::to_string(what);
+      std::vector<fs::path> given = sheets;
+      if (what == 1) given.resize(2);  // a single run
+      if (what == 2) given.erase(given.begin() + 1);
+      if (what == 3) write_durable(bench / "bench" / "scene.toml", "# " + done + "\n");
+      if (what == 4) {  // a moved folder
+        const fs::path to = place.path() / ("moved" + done);
+        fs::rename(bench, to);
+        for (fs::path& sheet : sheets) sheet = to / sheet.lexically_relative(bench);
+        given = sheets;
+        bench = to;
+      }
+      if (what == 5 && fs::exists(own())) {
+        const fs::path other = bench / ("other" + done + ".sqlite");
+        (void)merge_stores(other, {own()});
+        EXPECT_THAT(verify_store(other).findings, IsEmpty()) << sequence << ": " << done;
+        EXPECT_EQ(merge_stores(own(), {other}).added, 0);
+      }
+      if (what == 6 && fs::exists(own())) {
+        const fs::path other = bench / ("rescued" + done + ".sqlite");
+        EXPECT_THAT(rescue_store(own(), other).lost, IsEmpty());
+        fs::rename(other, own());
+      }
+      if (what == 7) {  // the drape under another name
+        given = test::write_example(bench / ("renamed" + done));
+        Json json = parse_json(read_text(fs::path(given[0]).replace_extension(".json")));
+        json["source"]["asked_scene"]["name"] = "B" + std::to_string(step);
+        write_json(fs::path(given[0]).replace_extension(".json"), json);
+      }
+      (void)test::import_run(own(), read_session(given, {}),
+                             {.label = step % 3 == 0 ? done : "the same"});
+      EXPECT_THAT(verify_store(own()).findings, IsEmpty()) << sequence << ": " << done;
+      (void)list_results(StoreReader(own()), {});
+    }
+  }
+}
+
+TEST_F(Stored, WhyEndsAtPhotographsAndCurvesThatExist) {
   const StoreReader reader(store());
   const Explanation why = explain(reader, first_key().substr(0, 12), "mean_mm");
   EXPECT_TRUE(why.complete);
@@ -291,7 +418,7 @@ TEST_F(Sealed, WhyEndsAtPhotographsAndCurvesThatExist) {
   EXPECT_THROW((void)explain(reader, first_key(), "beauty"), Error);
 }
 
-TEST_F(Sealed, WhyAnswersForPairsSheetsAndSingleMarksToo) {
+TEST_F(Stored, WhyAnswersForPairsSheetsAndSingleMarksToo) {
   const StoreReader reader(store());
   const auto ends_at_photographs = [](const Explanation& why) {
     return std::count_if(why.chain.rows.begin(), why.chain.rows.end(),
@@ -314,7 +441,7 @@ TEST_F(Sealed, WhyAnswersForPairsSheetsAndSingleMarksToo) {
   EXPECT_TRUE(of_sheet.complete && ends_at_photographs(of_sheet));
 }
 
-TEST_F(Sealed, WhySaysWhereTheTraceIsBroken) {
+TEST_F(Stored, WhySaysWhereTheTraceIsBroken) {
   write_durable(folder_.path() / "bench" / "recording" / "drape_A" / "cam2.png", "another");
   const Explanation why = explain(StoreReader(store()), first_key(), "rms_mm");
   EXPECT_FALSE(why.complete);
@@ -322,8 +449,8 @@ TEST_F(Sealed, WhySaysWhereTheTraceIsBroken) {
     EXPECT_EQ(row[4] == "altered", row[1].ends_with("cam2.png")) << row[1];
 }
 
-TEST_F(Sealed, AnotherSimulatorsMeshIsRecomputedAndExplained) {
-  // One of our own sheets, treated as that of another program.
+TEST_F(Stored, AnotherSimulatorsMeshIsRecomputedAndExplained) {
+  // One of our own sheets, taken as if another program had made it.
   const fs::path toml = folder_.path() / "other.toml", mesh = sheets_[1];
   write_durable(toml, "schema = \"drapebench/mesh/1\"\nname = \"Other 1.0\"\nmesh = \"" +
                           mesh.string() +
@@ -345,7 +472,7 @@ TEST_F(Sealed, AnotherSimulatorsMeshIsRecomputedAndExplained) {
   EXPECT_EQ(why.chain.rows.back()[2], "another simulator's mesh");
 }
 
-TEST_F(Sealed, DiffShowsBothValuesAndTheMarks) {
+TEST_F(Stored, DiffShowsBothValuesAndTheMarks) {
   const StoreReader reader(store());
   const Table list = list_results(reader, {});
   const Difference found = difference_of(reader, list.rows[0][0], list.rows[1][0]);
@@ -361,7 +488,7 @@ TEST_F(Sealed, DiffShowsBothValuesAndTheMarks) {
   EXPECT_TRUE(has_mean);
 }
 
-TEST_F(Sealed, PublishedTablesStandBesideTheStore) {
+TEST_F(Stored, PublishedTablesStandBesideTheStore) {
   const auto tables =
       published_tables(StoreReader(store()),
                        (drape::test::source_root() / "rigs" / "paper" / "published.csv").string());
@@ -376,18 +503,7 @@ TEST_F(Sealed, PublishedTablesStandBesideTheStore) {
   EXPECT_EQ(tables[1].names.back(), "not_at_rest");
 }
 
-TEST_F(Sealed, WhatWasAlteredSinceItWasReadIsNotSealedAsWhole) {
-  for (const char* name : {"scene.toml", "points.json"}) {
-    const auto at = std::find_if(fs::recursive_directory_iterator(folder_.path()), {},
-                                 [&](const auto& one) { return one.path().filename() == name; });
-    ASSERT_NE(at, fs::recursive_directory_iterator()) << name;
-    std::ofstream(at->path(), std::ios::app) << " ";
-    import();
-    EXPECT_THAT(findings(), Contains(HasSubstr(name)));
-  }
-}
-
-TEST_F(Sealed, AMeasuredSheetThatItsRunDidNotWriteIsRefused) {
+TEST_F(Stored, AMeasuredSheetThatItsRunDidNotWriteIsRefused) {
   const fs::path json = fs::path(sheets_.front()).replace_extension(".json");
   std::ofstream(json, std::ios::app) << " ";
   try {
@@ -399,12 +515,12 @@ TEST_F(Sealed, AMeasuredSheetThatItsRunDidNotWriteIsRefused) {
   }
 }
 
-TEST_F(Sealed, ASealWithoutItsStoreIsNoPlaceForAnother) {
-  require_store_of_seal(store());
-  fs::remove(store());
-  EXPECT_THROW(require_store_of_seal(store()), Error);
-  fs::remove(seal_path(store()));
-  require_store_of_seal(store());
+TEST_F(Stored, ARunDatedBeforeTheLastOneIsSaid) {
+  ::setenv("SOURCE_DATE_EPOCH", "86400", 1);
+  const Outcome outcome = test::import_run(store(), read_session(sheets_, {}), {.label = "1970"});
+  ::unsetenv("SOURCE_DATE_EPOCH");
+  EXPECT_THAT(outcome.warnings, Contains(HasSubstr("the clock says 1970-01-02T00:00:00Z, before")));
+  EXPECT_THAT(findings(), IsEmpty());
 }
 
 }  // namespace

@@ -177,10 +177,24 @@ std::string better_description(const DrapeMesh& drape, const Sheet& sheet, const
 }
 
 std::string id_of(const fs::path& file, const std::string& mesh_sha256) {
-  return sha256_of("drapebench/mesh\n" + sha256_of_file(file) + "\n" + mesh_sha256);
+  return sha256_of(std::string_view(other_mesh_content(sha256_of_file(file), mesh_sha256)));
 }
 
 }  // namespace
+
+std::string other_mesh_content(const std::string& description_sha256,
+                               const std::string& mesh_sha256) {
+  return "drapebench/mesh\n" + description_sha256 + "\n" + mesh_sha256;
+}
+
+std::optional<std::string> description_in(const std::string& content) {
+  constexpr std::size_t kHash = 64, kHead = std::string_view("drapebench/mesh\n").size();
+  if (content.size() != kHead + kHash + 1 + kHash) return std::nullopt;
+  std::string description = content.substr(kHead, kHash);
+  if (other_mesh_content(description, content.substr(kHead + kHash + 1)) != content)
+    return std::nullopt;
+  return description;
+}
 
 std::optional<OtherMeshId> other_mesh_id(const fs::path& file) {
   if (file.extension() != ".toml" || !fs::is_regular_file(file) ||
@@ -195,9 +209,9 @@ std::optional<OtherMeshId> other_mesh_id(const fs::path& file) {
   }
 }
 
-std::optional<OtherSurface> read_other_surface(const fs::path& file) {
+std::optional<OtherSurface> read_other_surface(const fs::path& file, const fs::path& mesh) {
   if (!read_record<DrapeMesh>(file).correspondence) return std::nullopt;
-  DrapeMesh drape = read_drape_mesh(file);
+  DrapeMesh drape = read_drape_mesh(file, mesh);
   OtherSurface surface;
   surface.file = file;
   surface.mesh_file = drape.mesh_file;
@@ -214,8 +228,8 @@ std::optional<OtherSurface> read_other_surface(const fs::path& file) {
   return surface;
 }
 
-Simulation read_other_mesh(const fs::path& file, const Sheet& measured) {
-  const DrapeMesh drape = read_drape_mesh(file);
+Simulation read_other_mesh(const fs::path& file, const Sheet& measured, const fs::path& mesh) {
+  const DrapeMesh drape = read_drape_mesh(file, mesh);
   const fs::path& mesh_file = drape.mesh_file;
   Simulation simulation;
   simulation.other_simulator = drape.name;

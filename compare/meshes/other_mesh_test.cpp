@@ -7,7 +7,7 @@
 #include <bit>
 
 #include "compare/history/results.hpp"
-#include "compare/history/seal.hpp"
+#include "compare/history/verify.hpp"
 #include "compare/store/inputs.hpp"
 #include "compare/store/outcome.hpp"
 #include "compare/test_sheets.hpp"
@@ -275,7 +275,6 @@ TEST(OtherSurface, StandsInItsOwnTableAndIsRecomputedAndExplained) {
   compare_session(session, {}, outcome);
   EXPECT_EQ(import_session(file, session, outcome).added, 4 + 4 + 1);
   EXPECT_EQ(import_session(file, session, outcome).added, 0);
-  seal_store(StoreLock(file, StoreLock::Kind::alone), file, files_of(session));
   const StoreReader reader(file);
   EXPECT_EQ(reader.query("SELECT * FROM v_comparison WHERE simulator = 'Plane'").rows.size(), 0U)
       << "never among the distances of marks";

@@ -104,8 +104,8 @@ Branch branch_from(const ListedBranch& one, const BranchList& list) {
 
 }  // namespace
 
-std::optional<Branch> branch_in(const fs::path& file, int number) {
-  const auto list = read_record<BranchList>(file);
+std::optional<Branch> branch_in(const Document& document, int number) {
+  const auto list = read_record<BranchList>(document);
   for (const ListedBranch& one : list.branches)
     if (one.number == number) return branch_from(one, list);
   return std::nullopt;

@@ -34,8 +34,8 @@ struct Branch {
 [[nodiscard]] std::optional<std::pair<std::filesystem::path, Branch>> branch_of(
     const std::filesystem::path& sheet);
 
-/// The entry of that number in a list, wherever the list lies; nothing when it has none.
-[[nodiscard]] std::optional<Branch> branch_in(const std::filesystem::path& list, int number);
+/// The entry of that number in a list; nothing when it has none.
+[[nodiscard]] std::optional<Branch> branch_in(const Document& list, int number);
 
 /// The list in the folder above a branch's sheet, while it has these bytes.
 [[nodiscard]] std::optional<BranchList> list_above(const std::filesystem::path& sheet,

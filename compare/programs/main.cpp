@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "compare/history/acceptance.hpp"
-#include "compare/history/seal.hpp"
 #include "compare/programs/commands.hpp"
 #include "compare/programs/compare_options.hpp"
 #include "compare/programs/ending.hpp"
@@ -46,15 +45,12 @@ int run_compare(CompareArguments& arguments, const std::vector<std::string>& com
   outcome.arguments = command;
   outcome.store = arguments.store.string();
   outcome.report = arguments.report.string();
-  require_store_of_seal(arguments.store);
   // A store whose creation was cut off is completed; a reader would refuse it.
   if (std::filesystem::is_regular_file(arguments.store)) Store(arguments.store).close();
   const auto acceptance = look_at_acceptance(arguments.acceptance, session, outcome, record);
   compare_session(session, arguments.options, outcome);
   progress.update(0.3, "storing");
-  std::optional<StoreLock> lock;
   if (!arguments.store.empty()) {
-    lock.emplace(arguments.store, StoreLock::Kind::alone);
     if (acceptance) store_acceptance(arguments.store, *acceptance);
     outcome.stored = import_session(arguments.store, session, outcome, arguments.label);
     record.output(arguments.store);
@@ -64,12 +60,6 @@ int run_compare(CompareArguments& arguments, const std::vector<std::string>& com
   const RunReport account = account_of(session, outcome, folder.empty() ? "." : folder);
   if (!arguments.report.empty()) {
     for (const auto& file : write_report(arguments.report, account)) record.output(file);
-  }
-  if (!arguments.store.empty()) {
-    std::vector<std::filesystem::path> files = files_of(session);
-    for (auto& copy : keep_copies(arguments.store, session)) files.push_back(std::move(copy));
-    files.insert(files.end(), record.outputs().begin(), record.outputs().end());
-    seal_store(*lock, arguments.store, files, record.file());
   }
   progress.update(1, "done");
   const Ending ending = ending_of(account, outcome);

@@ -162,10 +162,10 @@ TEST_F(Program, SimulationsThatAreNoGoAreNoGoWithoutARealClothToo) {
   const std::string pair =
       files_[1].string() + " " + files_[2].string() + " --store " + path("pairs.sqlite");
   const auto stored = [&] {
-    EXPECT_EQ(
-        run("drape-results", "--json sql 'SELECT count(*) AS n FROM simulation_pair' --store " +
-                                 path("pairs.sqlite")),
-        0);
+    EXPECT_EQ(run("drape-results",
+                  "--quiet --json sql 'SELECT count(*) AS n FROM simulation_pair' --store " +
+                      path("pairs.sqlite")),
+              0);
     return parse_json(output_)[0]["n"].get<int>();
   };
   Sheet sheet = read_sheet(files_[1]);
@@ -282,17 +282,14 @@ TEST_F(Program, NothingIsWrittenOverTheStoreThatIsAsked) {
   ASSERT_EQ(compare(), 0);
   const std::string store = " --store " + path("results.sqlite");
   const auto bytes = read_bytes(path("results.sqlite"));
-  const std::string seal = read_text(path("results.sqlite.seal.json"));
   fs::create_symlink(path("results.sqlite"), path("link"));
   for (const char* command : {"export sql", "export json", "export csv", "history"})
-    for (const char* out : {"results.sqlite", "results.sqlite.seal.json", "results.sqlite-wal",
-                            "link", "results.sqlite.files/x"}) {
+    for (const char* out : {"results.sqlite", "results.sqlite.sig", "results.sqlite-wal", "link"}) {
       EXPECT_EQ(run("drape-results", std::string(command) + store + " --out " + path(out)), 2);
       EXPECT_THAT(output_, HasSubstr("--out"));
     }
   EXPECT_EQ(compare("--report " + path("results.sqlite")), 2);
   EXPECT_EQ(read_bytes(path("results.sqlite")), bytes);
-  EXPECT_EQ(read_text(path("results.sqlite.seal.json")), seal);
   EXPECT_EQ(run("drape-results", "history" + store + " --out " + path("results.sqlite.html")), 0);
 }
 
@@ -328,7 +325,8 @@ TEST_F(Program, ResultsAnswers) {
   EXPECT_THAT(output_, HasSubstr("mean_dist_mm"));
   EXPECT_EQ(run("drape-results", "tables" + store), 0);
   EXPECT_THAT(output_, HasSubstr("1 seg: 11x11 vs 21x21"));
-  EXPECT_EQ(run("drape-results", "--json sql 'SELECT count(*) AS n FROM comparison'" + store), 0);
+  EXPECT_EQ(
+      run("drape-results", "--quiet --json sql 'SELECT count(*) AS n FROM comparison'" + store), 0);
   EXPECT_EQ(parse_json(output_)[0]["n"], 4);
   EXPECT_EQ(run("drape-results", "export csv --table metric" + store), 0);
   EXPECT_THAT(output_, HasSubstr("name,unit,definition,better"));

@@ -11,9 +11,8 @@
 #include "compare/history/acceptance.hpp"
 #include "compare/history/apart.hpp"
 #include "compare/history/marks.hpp"
-#include "compare/history/merge.hpp"
-#include "compare/history/rescue.hpp"
-#include "compare/history/seal.hpp"
+#include "compare/history/transfer.hpp"
+#include "compare/history/verify.hpp"
 #include "compare/programs/results_export.hpp"
 #include "compare/programs/results_output.hpp"
 #include "compare/report/history.hpp"
@@ -75,11 +74,7 @@ int import_files(const ResultsArguments& arguments, const CommonOptions& common)
   options.tolerance_m =
       arguments.tolerance_m ? arguments.tolerance_m : tolerance_in(arguments.store, session);
   compare_session(session, options, outcome);
-  const StoreLock lock(arguments.store, StoreLock::Kind::alone);
   const ImportCounts counts = import_session(arguments.store, session, outcome, arguments.label);
-  std::vector<fs::path> files = files_of(session);
-  for (fs::path& copy : keep_copies(arguments.store, session)) files.push_back(std::move(copy));
-  seal_store(lock, arguments.store, files);
   Ending ending;
   ending.go = outcome.go();
   const std::string added =
@@ -97,15 +92,11 @@ int import_files(const ResultsArguments& arguments, const CommonOptions& common)
 int rescue(const ResultsArguments& arguments, const CommonOptions& common) {
   const Rescue result = rescue_store(arguments.damaged, arguments.store);
   Ending ending;
-  ending.go = result.lost.empty() && result.lost_files.empty();
-  ending.verdict = fmt::format("{} entries rescued, {} lost", result.kept, result.lost.size());
-  if (!result.lost_files.empty())
-    ending.verdict += fmt::format("; files behind them not as sealed ({}): {}",
-                                  result.lost_files.size(), result.lost_files.front());
+  ending.go = result.lost.empty();
+  ending.verdict =
+      fmt::format("{} listed rows and blobs rescued, {} lost", result.kept, result.lost.size());
   ending.numbers = {{"store", arguments.store}};
   for (const std::string& lost : result.lost) ending.rejected.push_back("lost: " + lost);
-  for (const std::string& file : result.lost_files)
-    ending.rejected.push_back("not as it was sealed: " + file);
   ending.next_command = ending.go ? "drape results list --store " + shell_word(arguments.store)
                                   : "import the sheets of what is lost again";
   return finish(ending, common);
@@ -114,12 +105,12 @@ int rescue(const ResultsArguments& arguments, const CommonOptions& common) {
 int merge(const ResultsArguments& arguments, const CommonOptions& common) {
   const MergeCounts counts = merge_stores(arguments.store, arguments.sheets);
   Ending ending;
-  ending.verdict = fmt::format("{} entries of the ledger added, {} were there already",
+  ending.verdict = fmt::format("{} listed rows and blobs added, {} were there already",
                                counts.added, counts.present);
   ending.numbers = {{"store", arguments.store}};
   if (!counts.known_better.empty())
     ending.warnings.push_back(fmt::format(
-        "of {} entries another store knows values that this one lacks, the first is {}; keep that "
+        "of {} rows another store knows values that this one lacks, the first is {}; keep that "
         "store, or import their sheets with the files beside them into a new one",
         counts.known_better.size(), *counts.known_better.begin()));
   ending.next_command = "drape results verify --store " + shell_word(arguments.store);
@@ -127,10 +118,10 @@ int merge(const ResultsArguments& arguments, const CommonOptions& common) {
 }
 
 int sign(const ResultsArguments& arguments, const CommonOptions& common) {
-  sign_seal(arguments.store, arguments.signing_key);
+  sign_store(arguments.store, arguments.signing_key);
   Ending ending;
-  ending.verdict = "the seal is signed";
-  ending.numbers = {{"signature", seal_path(arguments.store).replace_extension(".sig").string()}};
+  ending.verdict = "the last manifest is signed";
+  ending.numbers = {{"signature", signature_path(arguments.store).string()}};
   ending.next_command =
       fmt::format("drape results verify --store {} --key PUBLIC.pem", shell_word(arguments.store));
   return finish(ending, common);
@@ -138,16 +129,20 @@ int sign(const ResultsArguments& arguments, const CommonOptions& common) {
 
 int verify(const ResultsArguments& arguments, const CommonOptions& common) {
   Verification result = verify_store(arguments.store, !arguments.no_recompute);
-  if (!arguments.signing_key.empty() && !is_signed(arguments.store, arguments.signing_key))
-    result.findings.emplace_back("the seal is not the one that was signed");
+  const bool with_key = !arguments.signing_key.empty();
+  if (with_key && !is_signed(arguments.store, result.last_manifest, arguments.signing_key))
+    result.findings.emplace_back("the last manifest is not the one that was signed");
   Ending ending;
   ending.go = result.findings.empty();
-  ending.verdict =
-      ending.go ? "every row and every file is as it was written" : result.findings.front();
+  ending.verdict = ending.go ? "every row and blob is as it was written" : result.findings.front();
   ending.numbers = {
-      {"rows and what hangs on them", fmt::format("{} entries of the ledger", result.rows)},
-      {"files hashed", std::to_string(result.files)},
-      {"comparisons recomputed, same bits", std::to_string(result.comparisons)}};
+      {"manifests", std::to_string(result.manifests)},
+      {"rows and blobs hashed", std::to_string(result.rows)},
+      {"comparisons computed again, same bits", std::to_string(result.comparisons)},
+      {"who could have written all of it again",
+       with_key && ending.go ? "nobody without the private key"
+                             : "anybody who can write the file: only a signature shows that, see "
+                               "drape results sign"}};
   ending.rejected = result.findings;
   return finish(ending, common);
 }
@@ -173,6 +168,7 @@ std::optional<int> run_number(const std::string& text) {
 void show_run(const StoreReader& reader, int run, const ResultsArguments& arguments,
               const CommonOptions& common) {
   require_run(reader, run);
+  reader.require_as_written({.runs = {run}, .values = true});
   const fs::path file = folder_of(reader.file()) / "report.json";
   const std::string& drape = arguments.second_key;
   if (fs::is_regular_file(file) && !common.json && !arguments.csv) {
@@ -259,13 +255,15 @@ constexpr std::array<Word, 16> kCommands{{
     {"why",
      "the trace from a number back to photographs and curves; exit code 1 where it is broken"},
     {"verify",
-     "finds every altered byte, row and option, and numbers that cannot be recomputed; exit code 1 "
-     "when there is one"},
-    {"sign", "signs the seal, so that nobody else can make one"},
+     "finds altered rows, blobs and schema, and numbers that do not come out again; exit code 1 "
+     "when "
+     "there is one"},
+    {"sign", "signs the last manifest, so that whoever writes all of the store again is found"},
     {"rescue",
-     "a new store (--store) of all that is whole in a damaged one; exit code 1 when something is "
-     "lost"},
-    {"merge", "adds what other stores hold, each verified by its ledger; again adds nothing"},
+     "imports all that is whole in a damaged store into another (--store); exit code 1 when "
+     "something "
+     "is lost"},
+    {"merge", "imports what other stores hold, every row checked by its hash; again adds nothing"},
     {"import",
      "adds sheets, or every sheet below a folder, as drape run and drape study leave them; again "
      "adds nothing"},
@@ -364,9 +362,10 @@ void fields(Fields& f, CommandWords& words) {
                   a.by);
   }
   if (of("verify")) {
-    f.otherwise({"key", "Ed25519 public key (PEM): the seal must be signed with its private key"},
-                a.signing_key);
-    f.otherwise({"no_recompute", "leave out recomputing the distances"}, a.no_recompute);
+    f.otherwise(
+        {"key", "Ed25519 public key (PEM): the last manifest must be signed with its private key"},
+        a.signing_key);
+    f.otherwise({"no_recompute", "leave out computing the distances again"}, a.no_recompute);
   }
   if (of("sign")) f({"key", "Ed25519 private key (PEM)"}, a.signing_key);
   if (of("history", "export"))
@@ -430,6 +429,10 @@ int answer(const Command& app, const ResultsWords& words, const CommonOptions& c
     write_list(arguments, common, paper_tables(reader, arguments.filter));
   } else {
     write(arguments, common, reader.answer(arguments.sql));
+    if (!common.quiet)
+      fmt::print(stderr,
+                 "unchecked: the rows behind this answer were not hashed; `drape results "
+                 "verify` does\n");
   }
   return 0;
 }

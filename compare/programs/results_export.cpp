@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include "compare/crate/crate.hpp"
+#include "compare/history/verify.hpp"
 #include "compare/programs/results_output.hpp"
 #include "core/error.hpp"
 #include "core/files/files.hpp"
@@ -45,12 +46,8 @@ void require_of_format(const Command& command, ExportFormat format) {
 int export_store(const Command& command, const StoreReader& reader,
                  const ResultsArguments& arguments, const CommonOptions& common) {
   require_of_format(command, *arguments.format);
-  const LedgerCheck ledger = check_ledger(reader);
-  if (!ledger.findings.empty())
-    throw bad_input(
-        "rows of the results store are not as they were written: " + ledger.findings.front(),
-        {.file = arguments.store},
-        "see `drape results verify`; `drape results rescue` keeps what is whole");
+  if (const auto altered = altered_rows(reader); !altered.empty())
+    throw not_as_written(arguments.store, altered.front());
   if (arguments.format == ExportFormat::ro_crate) return export_crate(reader, arguments, common);
   if (arguments.format != ExportFormat::sql) {
     write(arguments, common, export_table(reader, arguments.table));

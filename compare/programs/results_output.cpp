@@ -62,8 +62,8 @@ void write(const ResultsArguments& arguments, const CommonOptions& common, const
 
 void require_apart_from_store(const fs::path& out, const fs::path& store) {
   const fs::path to = fs::weakly_canonical(out), kept = fs::weakly_canonical(real_store(store));
-  bool of_store = to.string().starts_with(kept.string() + ".files/");
-  for (const char* end : {"", "-wal", "-shm", ".seal.json", ".seal.sig", ".files"})
+  bool of_store = false;
+  for (const char* end : {"", "-wal", "-shm", ".sig"})
     of_store = of_store || to == kept.string() + end;
   if (of_store)
     throw usage_error(fmt::format("--out {} would replace a part of the store", out.string()),

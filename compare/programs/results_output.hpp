@@ -15,7 +15,7 @@ void write_list(const ResultsArguments& arguments, const CommonOptions& common,
                 const std::vector<Table>& tables);
 void write(const ResultsArguments& arguments, const CommonOptions& common, const Table& table);
 
-/// Throws Error(usage) where an answer would be written over the store, its seal or its copies.
+/// Throws Error(usage) where an answer would be written over the store or its signature.
 void require_apart_from_store(const std::filesystem::path& out, const std::filesystem::path& store);
 
 }  // namespace drape::compare

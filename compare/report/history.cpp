@@ -51,6 +51,7 @@ Value series_of(const Trend& trend, double alarm_sigmas) {
 
 HistoryPage history_page(const StoreReader& store, const TrendOptions& options) {
   const Trend trend = trend_of(store, options);
+  store.require_as_written(std::vector<std::string>{"drapemeter", "simulation_pair", "branch"});
   Table list = store.query(
       "SELECT scene, fabric, simulator, discretisation, segments AS seg, round(mean_dist_mm, 3) "
       "AS mean, round(sigma_mean_mm, 4) AS sigma, round(mean_low_mm, 2) AS low, "

@@ -273,15 +273,6 @@ CREATE TABLE branch_turn (  -- on a round object a shape turned is the same shap
   half_turn INTEGER NOT NULL CHECK (half_turn IN (0, 1))  -- the sheet in its own plane as well
 ) STRICT, WITHOUT ROWID;
 
-CREATE TABLE ledger (
-  sequence INTEGER PRIMARY KEY,
-  kind TEXT NOT NULL,  -- table of the row
-  key TEXT NOT NULL,   -- its first column that names it
-  content_sha256 TEXT NOT NULL,  -- of the row and of the rows that hang on it
-  chain_sha256 TEXT NOT NULL,    -- of the entry before and this one
-  UNIQUE (kind, key)
-) STRICT;
-
 CREATE TABLE acceptance (
   sha256 TEXT NOT NULL PRIMARY KEY CHECK (length(sha256) = 64),  -- of acceptance.json
   rig_name TEXT NOT NULL REFERENCES rig (name),
@@ -391,10 +382,40 @@ CREATE TABLE run_repetition (  -- a run stored again after another run of its ph
   sha256 TEXT NOT NULL PRIMARY KEY CHECK (length(sha256) = 64),  -- of run_sha256, date and count
   run_sha256 TEXT NOT NULL REFERENCES run (sha256),
   date TEXT NOT NULL  -- UTC, ISO 8601: when it was stored again
-) STRICT, WITHOUT ROWID)sql";
+) STRICT, WITHOUT ROWID;
 
-constexpr int kFirstVersion = 8;  ///< version of the store whose columns name none
-constexpr int kMetricsThen = 2;   ///< version of its metrics; a changed definition raises it
+CREATE TABLE blob (  -- content of a sheet, a list, a mesh, a calibration or a record beside them
+  sha256 TEXT NOT NULL PRIMARY KEY CHECK (length(sha256) = 64),
+  size INTEGER NOT NULL,
+  packed BLOB NOT NULL  -- by zlib
+) STRICT;
+
+CREATE TABLE file (  -- where content lay when it was stored
+  sha256 TEXT NOT NULL,
+  path TEXT NOT NULL,  -- from the store's folder
+  manifest INTEGER NOT NULL,  -- number of the one that lists it
+  PRIMARY KEY (sha256, path)
+) STRICT, WITHOUT ROWID;
+
+CREATE TABLE listed (  -- rows of one table with one key, as a manifest lists them
+  sequence INTEGER PRIMARY KEY,
+  kind TEXT NOT NULL,  -- table
+  key TEXT NOT NULL,
+  number INTEGER,  -- that this store gave the row
+  sha256 TEXT NOT NULL,  -- of the rows
+  UNIQUE (kind, key)
+) STRICT;
+
+CREATE TABLE manifest (  -- of one addition to the store
+  number INTEGER PRIMARY KEY,
+  previous_sha256 TEXT NOT NULL,  -- of the manifest before; empty: the first
+  last INTEGER NOT NULL,  -- sequence of the last row that it lists
+  file_size INTEGER NOT NULL,  -- bytes of the store with it
+  sha256 TEXT NOT NULL
+) STRICT)sql";
+
+constexpr int kProofVersion = 11;  ///< version of the store that brought manifests and blobs
+constexpr int kMetricsThen = 2;    ///< version of its metrics; a changed definition raises it
 
 /// Unit of a metric, which its name ends in.
 std::string unit_of(const std::string& name) {
@@ -406,7 +427,7 @@ std::string unit_of(const std::string& name) {
 
 Relation relation_of(const std::string& statement) {
   static const std::regex column(
-      R"re(\s*"?(\w+)"? (?:TEXT|INTEGER|REAL)\b.*?(?:-- (?:(smaller|neither)(?:, since (\d+))?|since (\d+)): (.*))?)re");
+      R"re(\s*"?(\w+)"? (?:TEXT|INTEGER|REAL|BLOB)\b.*?(?:-- (?:(smaller|neither)(?:, since (\d+))?|since (\d+)): (.*))?)re");
   Relation relation;
   relation.statement = statement;
   relation.name = statement.substr(13, statement.find(' ', 13) - 13);
@@ -449,7 +470,7 @@ const Relation& relation(const std::string& name) {
 
 int store_version() {
   static const int version = [] {
-    int newest = kFirstVersion;
+    int newest = kProofVersion;
     for (const Relation& one : relations())
       for (const RelationColumn& column : one.columns) newest = std::max(newest, column.since);
     return newest;

@@ -12,7 +12,7 @@ struct RelationColumn {
   int since = 0;                         ///< store version that brought it; older rows have NULL
 };
 
-/// Table of the store, described once: insertion, the dictionary of metrics, ledger, merging and
+/// Table of the store, described once: insertion, the dictionary of metrics, manifests, merging and
 /// migrations are walks over its columns. A new column stands last.
 struct Relation {
   std::string name, statement;  ///< the statement that makes it

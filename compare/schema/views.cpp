@@ -69,11 +69,12 @@ constexpr const char* kViews[] = {
     R"sql(CREATE VIEW v_run_moment AS
 SELECT r.number AS run, r.date AS date,
   r.date || substr('00000000000' || coalesce(l.sequence, 0), -12) || ' ' || r.number AS moment
-FROM run AS r LEFT JOIN ledger AS l ON l.kind = 'run' AND l.key = r.sha256
+FROM run AS r LEFT JOIN listed AS l ON l.kind = 'run' AND l.key = r.sha256
 UNION ALL SELECT r.number, a.date,
   a.date || substr('00000000000' || coalesce(l.sequence, 0), -12) || ' ' || r.number
 FROM run_repetition AS a JOIN run AS r ON r.sha256 = a.run_sha256
-  LEFT JOIN ledger AS l ON l.kind = 'run_repetition' AND l.key = a.sha256)sql",
+  LEFT JOIN listed AS l ON l.kind = 'run_repetition' AND l.key = a.sha256)sql",
+    R"sql(CREATE INDEX file_by_manifest ON file (manifest))sql",
     R"sql(CREATE INDEX run_value_by_key ON run_value (key, run))sql",
     R"sql(CREATE VIEW v_outdated AS
 SELECT comparison_id, state, run FROM v_state WHERE state <> 'current')sql",

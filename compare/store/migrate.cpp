@@ -5,16 +5,21 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <algorithm>
 #include <map>
+#include <set>
 
 #include "compare/schema/schema.hpp"
-#include "compare/store/ledger.hpp"
+#include "compare/store/manifest.hpp"
 #include "compare/store/rows.hpp"
 #include "compare/store/store.hpp"
 #include "core/error.hpp"
+#include "core/files/files.hpp"
 
 namespace drape::compare {
 namespace {
+
+namespace fs = std::filesystem;
 
 /// Values of columns that a store of version 1 has not by name; it had no ledger, no number
 /// of a comparison and no table calibration_file.
@@ -69,11 +74,133 @@ void make_metrics(SQLite::Database& database) {
                 {column.name, column.unit, column.definition, column.better});
 }
 
-void complete(SQLite::Database& database) {
+/// Everything around the tables, and a manifest of all rows but those of `left_out`, in the order
+/// of `former`, a table like the ledger.
+void complete(SQLite::Database& database, const std::set<ListedKey>& left_out = {},
+              const char* former = "listed") {
   make_metrics(database);
   for (const std::string& statement : surrounding_statements()) database.exec(statement);
-  LedgerWriter(database).append_missing();
+  std::vector<ListedKey> all;
+  for (const ListedTable& table : listed_tables())
+    for (const auto& [key] : rows_of<std::string>(
+             database,
+             fmt::format(
+                 "SELECT {0} AS key FROM {1} AS t GROUP BY 1 ORDER BY (SELECT sequence FROM {2} "
+                 "WHERE kind = '{1}' AND key = {0}), min({3}), 1",
+                 table.key, table.name, former, table.number)))
+      if (!left_out.contains({&table, key})) all.emplace_back(&table, key);
+  write_manifest(database, all);
   database.exec(fmt::format("PRAGMA user_version = {}", store_version()));
+}
+
+/// A row of version 2 to 10 with the rows that hang on it: what an entry of its ledger hashed.
+struct LedgerKind {
+  const char* table;
+  std::vector<const char*> hanging;
+};
+const LedgerKind kLedgerKinds[] = {{"metric", {}},
+                                   {"rig", {}},
+                                   {"calibration", {}},
+                                   {"calibration_file", {"calibration_camera"}},
+                                   {"recording", {}},
+                                   {"fabric", {}},
+                                   {"sheet", {"gap"}},
+                                   {"simulation", {}},
+                                   {"refinement", {}},
+                                   {"drapemeter", {"hem_harmonic"}},
+                                   {"comparison", {"mark_error"}},
+                                   {"simulation_pair", {}},
+                                   {"branch", {}},
+                                   {"branch_turn", {}},
+                                   {"acceptance", {"acceptance_figure"}},
+                                   {"surface_comparison", {}},
+                                   {"run", {"run_drape", "run_comparison", "run_value"}},
+                                   {"run_repetition", {}},
+                                   {"run_match", {"match_basis", "real_repeat"}}};
+
+void append_value(std::string& bytes, const Cell& value) {
+  constexpr const char* kTypes = "nirt";
+  bytes += kTypes[value.index()];
+  const auto add = [&](const auto* number) {
+    if (number != nullptr) bytes.append(reinterpret_cast<const char*>(number), sizeof *number);
+  };
+  add(std::get_if<std::int64_t>(&value));
+  add(std::get_if<double>(&value));
+  if (const auto* text = std::get_if<std::string>(&value))
+    bytes += std::to_string(text->size()) + ':' + *text;
+}
+
+std::string ledger_content(SQLite::Database& database, const LedgerKind& kind,
+                           const std::string& key) {
+  std::string bytes = fmt::format("drapebench/content/1\n{}\n", kind.table);
+  std::vector<const char*> tables = kind.hanging;
+  tables.insert(tables.begin(), kind.table);
+  for (const char* name : tables) {
+    const ListedTable& table = listed_table(name);
+    // In the order of numbers, where today's is that of what they number.
+    const char* order =
+        table.name == "run_comparison" ? " ORDER BY comparison_id" : table.order.c_str();
+    const std::vector<RelationColumn>& columns = relation(name).columns;
+    for (const Cells& row : cells_of(
+             database, fmt::format("SELECT * FROM {} AS t WHERE {}{}", name, table.with_key, order),
+             {key})) {
+      bytes += '\n';
+      for (std::size_t i = 0; i < row.size(); ++i)
+        if (columns.at(i).since == 0 || !row[i].is_null()) append_value(bytes, row[i]);
+    }
+    bytes += "\n;";
+  }
+  return sha256_of(std::string_view(bytes));
+}
+
+/// Rows that are not what the ledger says, with a sentence about each.
+std::map<ListedKey, std::string> altered_since(SQLite::Database& database) {
+  std::map<ListedKey, std::string> altered;
+  std::string head;
+  std::int64_t expected = 0;
+  bool chained = true;
+  using Text = std::string;
+  for (const LedgerKind& kind : kLedgerKinds)
+    for (const auto& [key] : rows_of<Text>(
+             database, fmt::format("SELECT {1} FROM {0} AS t WHERE {1} NOT IN (SELECT key FROM "
+                                   "ledger WHERE kind = '{0}')",
+                                   kind.table, listed_table(kind.table).key)))
+      altered[{&listed_table(kind.table), key}] =
+          fmt::format("{} `{}` was not written by drapebench", kind.table, key);
+  for (const auto& [sequence, name, key, content, written] :
+       rows_of<std::int64_t, Text, Text, Text, Text>(
+           database,
+           "SELECT sequence, kind, key, content_sha256, chain_sha256 FROM ledger ORDER BY "
+           "sequence")) {
+    const auto* kind =
+        std::find_if(std::begin(kLedgerKinds), std::end(kLedgerKinds),
+                     [&, &of = name](const LedgerKind& one) { return one.table == of; });
+    head = sha256_of(std::string_view(fmt::format("drapebench/ledger/1\n{}\n{}\n{}\n{}\n{}\n", head,
+                                                  sequence, name, key, content)));
+    chained = chained && sequence == ++expected && head == written;
+    head = written;
+    if (kind == std::end(kLedgerKinds)) continue;
+    if (chained && ledger_content(database, *kind, key) == content) continue;
+    std::vector<const char*> tables = kind->hanging;
+    tables.insert(tables.begin(), kind->table);
+    for (const char* table : tables)
+      altered[{&listed_table(table), key}] =
+          fmt::format("{} `{}` is not what was written", name, key);
+  }
+  return altered;
+}
+
+/// The sheets and lists that older versions copied beside the store, under their hashes.
+void take_copies(SQLite::Database& database, const fs::path& file) {
+  const fs::path folder = real_store(file).string() + ".files";
+  std::error_code absent;
+  for (const auto& entry : fs::recursive_directory_iterator(folder, absent)) {
+    if (!entry.is_regular_file() || entry.path().extension() != ".json") continue;
+    const std::string content = read_text(entry.path());
+    if (const std::string sha256 = sha256_of(std::string_view(content));
+        sha256 == entry.path().stem().string())
+      add_blob(database, sha256, content);
+  }
 }
 
 }  // namespace
@@ -102,7 +229,8 @@ void create_store(SQLite::Database& database) {
   complete(database);
 }
 
-void migrate(SQLite::Database& database, int from_version) {
+void migrate(SQLite::Database& database, int from_version, const fs::path& file,
+             std::vector<std::string>* lost) {
   SQLite::Transaction transaction(database, SQLite::TransactionBehavior::EXCLUSIVE);
   // Another program may have been faster.
   if (database.execAndGet("PRAGMA user_version").getInt() != from_version) return;
@@ -118,7 +246,22 @@ void migrate(SQLite::Database& database, int from_version) {
   database.exec("PRAGMA legacy_alter_table = ON");
   make_tables(database, from_version);
   database.exec("PRAGMA legacy_alter_table = OFF");
-  complete(database);
+  std::set<ListedKey> left_out;
+  if (from_version > 1) {
+    for (const auto& [key, why] : altered_since(database)) {
+      if (lost == nullptr) throw not_as_written(file, why);
+      lost->push_back(why);
+      left_out.insert(key);
+    }
+    database.exec(
+        "CREATE TEMP TABLE former (kind, key, sequence, PRIMARY KEY (kind, key)); INSERT "
+        "INTO former SELECT kind, key, sequence FROM ledger; DROP TABLE ledger");
+  }
+  take_copies(database, file);
+  complete(database, left_out, from_version > 1 ? "former" : "listed");
+  database.exec("DROP TABLE IF EXISTS temp.former");
+  const std::vector<std::string> strange = schema_findings(database);
+  if (lost == nullptr && !strange.empty()) throw not_as_written(file, strange.front());
   transaction.commit();
 }
 

@@ -44,12 +44,12 @@ struct Outcome {
 /// Compares every drape and every group of the session.
 void compare_session(const Session& session, const Options& options, Outcome& outcome);
 
-/// Adds the calibration, every comparison and the run of the session to the store at `file`, in one
-/// transaction.
+/// Adds the calibration, every comparison, the run and the content behind them to the store at
+/// `file`, in one transaction. Warns of a clock that is before the store's last run.
 [[nodiscard]] ImportCounts import_session(const std::filesystem::path& file, const Session& session,
                                           Outcome& outcome, const RunLabel& label = {});
 
-/// The files that seal_store() starts from: every sheet and all that was read with it.
-[[nodiscard]] std::vector<std::filesystem::path> files_of(const Session& session);
+/// Adds what the numbers of the session are computed from, under its hashes.
+void add_content(class Writer& writer, const Session& session, const std::filesystem::path& store);
 
 }  // namespace drape::compare

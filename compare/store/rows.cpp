@@ -5,6 +5,9 @@
 #include <fmt/format.h>
 #include <sqlite3.h>
 
+#include <atomic>
+#include <thread>
+
 #include "core/units.hpp"
 
 namespace drape::compare {
@@ -83,16 +86,68 @@ int execute(SQLite::Database& database, const std::string& sql, const Cells& par
   return statement.exec();
 }
 
+namespace {
+
+using Clock = std::chrono::steady_clock;
+std::atomic<std::int64_t> waiting_since{0};  // ticks of the clock; 0: does not wait
+
+/// Sleeps a moment; 0: the time is over.
+int wait_a_moment(void* /*none*/, int /*times*/) {
+  const std::int64_t now = Clock::now().time_since_epoch().count();
+  std::int64_t none = 0;
+  waiting_since.compare_exchange_strong(none, now);
+  if (Clock::duration(now - waiting_since) > store_patience) return 0;
+  std::this_thread::sleep_for(std::chrono::milliseconds(5));
+  return 1;
+}
+
+bool is_busy(const SQLite::Exception& exception) {
+  const int code = exception.getErrorCode() & 0xFF;
+  return code == SQLITE_BUSY || code == SQLITE_LOCKED;
+}
+
+/// Tests for a refused lock or memory shared between programs.
+bool is_lock_refused(int extended) {
+  for (const int code : {SQLITE_IOERR_LOCK, SQLITE_IOERR_RDLOCK, SQLITE_IOERR_UNLOCK,
+                         SQLITE_IOERR_CHECKRESERVEDLOCK, SQLITE_IOERR_SHMLOCK, SQLITE_IOERR_SHMMAP,
+                         SQLITE_IOERR_SHMOPEN, SQLITE_IOERR_SHMSIZE, SQLITE_PROTOCOL})
+    if (extended == code) return true;
+  return false;
+}
+
+}  // namespace
+
+void wait_for_others(SQLite::Database& database) {
+  sqlite3_busy_handler(database.getHandle(), wait_a_moment, nullptr);
+}
+
+void stop_waiting() {
+  waiting_since = 0;
+}
+
+bool wait_after(const SQLite::Exception& exception) {
+  return is_busy(exception) && wait_a_moment(nullptr, 0) == 1;
+}
+
+Error not_as_written(const std::filesystem::path& file, const std::string& altered) {
+  return bad_input("the results store is not as it was written: " + altered,
+                   {.file = file.string()},
+                   "see `drape results verify`; `drape results rescue` keeps what is whole");
+}
+
 Error store_error(const std::filesystem::path& file, const SQLite::Exception& exception) {
   const Where where{.file = file.string()};
   const std::string reason = exception.what();
+  stop_waiting();
+  if (is_busy(exception))
+    return bad_input(
+        fmt::format("the results store was in use by another program for {} s",
+                    std::chrono::duration_cast<std::chrono::seconds>(store_patience).count()),
+        where, "wait for the other program and run this one again; nothing stored is lost");
+  if (is_lock_refused(exception.getExtendedErrorCode()))
+    return bad_input("the disk of the results store gives no locks on files: " + reason, where,
+                     "put the store on a local disk, e.g. with --store");
   switch (exception.getErrorCode() & 0xFF) {
-    case SQLITE_BUSY:
-    case SQLITE_LOCKED:
-      return bad_input(fmt::format("the results store was in use by another program for {} s",
-                                   kBusyTimeout_ms / 1000),
-                       where,
-                       "wait for the other program and run this one again; nothing stored is lost");
     case SQLITE_FULL:
       return bad_input("the results store cannot grow: " + reason, where,
                        "free disk space and run again; nothing already stored is lost");
@@ -106,12 +161,15 @@ Error store_error(const std::filesystem::path& file, const SQLite::Exception& ex
     case SQLITE_NOTADB:
     case SQLITE_CORRUPT:
       return bad_input("this is not a readable results store: " + reason, where,
-                       "name another file with --store, or restore this one from a backup");
+                       "name another file with --store, restore this one from a backup, or save "
+                       "what is whole: drape results rescue");
+    case SQLITE_ERROR:
     case SQLITE_CONSTRAINT:
-      if (exception.getExtendedErrorCode() == SQLITE_CONSTRAINT_TRIGGER)
-        return bad_input("the results store does not take these rows: " + reason, where,
-                         "a trigger of another hand may be in it: run drape results verify");
-      [[fallthrough]];
+    case SQLITE_MISMATCH:
+    case SQLITE_SCHEMA:
+    case SQLITE_TOOBIG:
+      return bad_input("the results store is not as the programs make it: " + reason, where,
+                       "run drape results verify; drape results rescue saves what is whole");
     default:
       return internal_error("the results store answered: " + reason, where);
   }

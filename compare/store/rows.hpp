@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <chrono>
 #include <concepts>
 #include <cstdint>
 #include <filesystem>
@@ -85,10 +86,22 @@ std::optional<T> first_of(SQLite::Database& database, const std::string& sql,
 /// Runs a statement that gives no rows; how many it changed.
 int execute(SQLite::Database& database, const std::string& sql, const Cells& parameters = {});
 
-inline constexpr int kBusyTimeout_ms = 10000;
+/// Longest wait of this process for other programs at a store, from its first one on until it has
+/// what it waits for.
+inline std::chrono::milliseconds store_patience{60000};
+/// Waits so at this connection.
+void wait_for_others(SQLite::Database& database);
+/// Ends a wait.
+void stop_waiting();
+/// Tests whether another program holds what was asked for, and waits a moment while there is
+/// patience left; false: there is none, or it is another error.
+bool wait_after(const SQLite::Exception& exception);
 
 /// One clear sentence for what SQLite reported about the store.
 [[nodiscard]] Error store_error(const std::filesystem::path& file,
                                 const SQLite::Exception& exception);
+
+/// The error for rows that are not what their manifest lists; `altered` names one.
+[[nodiscard]] Error not_as_written(const std::filesystem::path& file, const std::string& altered);
 
 }  // namespace drape::compare

@@ -36,7 +36,7 @@ void repeat_run(Writer& writer, const StoredRun& run, const std::string& content
   if (!last || *last == run.number) return;
   const auto before =
       writer.value<int>("SELECT count(*) FROM run_repetition WHERE run_sha256 = ?", {content});
-  writer.insert_unit("run_repetition", repetition_key(content, date, *before), content, date);
+  writer.insert("run_repetition", repetition_key(content, date, *before), content, date);
 }
 
 /// The values of a TOML file; `stand_ins` marks the keys that its list of stand-ins speaks of.
@@ -154,10 +154,11 @@ void insert_drape(Writer& writer, int run, const DrapeFiles& drape, const Report
     expanded_mm = report.budget->expanded_m / mm;
     complete = report.budget->missing.empty();
   }
-  writer.insert("run_drape", run, input.measured.sha256, report.name, source.set,
-                pictures_of(drape), report.go() ? "GO" : "NO-GO",
-                report.go() ? Cell() : Cell(report.no_go.front()), name_of(report.match.match),
-                report.match.reason, headline, expanded_mm, complete, limit_mm);
+  const bool is_new = writer.insert(
+      "run_drape", run, input.measured.sha256, report.name, source.set, pictures_of(drape),
+      report.go() ? "GO" : "NO-GO", report.go() ? Cell() : Cell(report.no_go.front()),
+      name_of(report.match.match), report.match.reason, headline, expanded_mm, complete, limit_mm);
+  if (!is_new) throw internal_error("a run has the drape " + report.name + " twice");
   const auto add = [&](const RealVirtual& row) {
     if (const auto id =
             writer.value<int>("SELECT id FROM comparison WHERE sha256 = ?", {key_of(input, row)}))
@@ -186,7 +187,6 @@ void insert_match(Writer& writer, const std::string& run, const DrapeInput& inpu
     writer.insert("real_repeat", key, sheet.sha256, line.set, line.repeat, given(line.face),
                   given(line.left_out), in_mm(line.from_own_m));
   }
-  writer.enter("run_match", key);
 }
 
 }  // namespace
@@ -289,7 +289,6 @@ StoredRun add_run(Store& store, const Session& session, const Outcome& outcome,
       insert_drape(writer, run.number, session.drapes[i], outcome.reports[i]);
     for (const RunValue& value : values)
       writer.insert("run_value", run.number, value.owner, value.key, value.value, value.stand_in);
-    writer.enter("run", content);
     for (std::size_t i = 0; i < outcome.reports.size(); ++i)
       insert_match(writer, content, session.drapes[i].input, outcome.reports[i]);
   });

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "compare/store/runs.hpp"
+#include "compare/history/verify.hpp"
 
 #include <SQLiteCpp/SQLiteCpp.h>
 #include <fmt/format.h>
@@ -8,8 +9,8 @@
 
 #include <map>
 
-#include "compare/history/merge.hpp"
 #include "compare/history/results.hpp"
+#include "compare/history/transfer.hpp"
 #include "compare/report/history.hpp"
 #include "compare/schema/schema.hpp"
 #include "compare/store/inputs.hpp"
@@ -251,7 +252,7 @@ TEST_F(Runs, AnEarlierStateThatIsStoredAgainIsTheLastWordAgain) {
   EXPECT_EQ(list_results(StoreReader(store()), {}).rows.size(), 3U);
   EXPECT_EQ(list_results(StoreReader(store()), {.since = "2026-05", .outdated = true}).rows.size(),
             4U);
-  EXPECT_THAT(check_ledger(StoreReader(store())).findings, testing::IsEmpty());
+  EXPECT_THAT(altered_rows(StoreReader(store())), testing::IsEmpty());
   const fs::path merged = folder_.path() / "merged.sqlite";
   (void)merge_stores(merged, {store()});
   EXPECT_EQ(states(merged), states(store()));
@@ -409,7 +410,7 @@ TEST_F(Runs, RepeatsOfADrapeAreStoredWithWhatTheySay) {
   EXPECT_EQ(one("SELECT match_rests_on FROM v_run_drape WHERE run = 2"), "3 repeats");
   EXPECT_THAT(list_runs(StoreReader(store()), {}).rows[1][5], HasSubstr("by 3 repeats"));
   EXPECT_THAT(paper_tables(StoreReader(store()), {}).at(0).title, HasSubstr("by 3 repeats"));
-  EXPECT_TRUE(check_ledger(StoreReader(store())).findings.empty());
+  EXPECT_TRUE(altered_rows(StoreReader(store())).empty());
 }
 
 TEST_F(Runs, ARepeatOfNoDrapeIsRefused) {

@@ -5,6 +5,7 @@
 #include <functional>
 #include <memory>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -31,35 +32,24 @@ struct RecordingId {
   std::string name = {};                   ///< folder
 };
 
-/// The file that a link leads to, itself where it is none: log, lock, seal and copies stand beside
-/// that, whatever it is called by.
+/// The file that a link leads to, itself where it is none: its log stands beside that, and paths
+/// in the store lead from there, whatever it is called by.
 [[nodiscard]] std::filesystem::path real_store(std::filesystem::path store);
 
-/// Keeps the store and its seal together: an import holds it alone from its first commit until the
-/// seal is written, verify holds it with others. Waits for the other programs; the system frees it
-/// when one dies. Reading rows needs none.
-class StoreLock {
- public:
-  enum class Kind { alone, with_others };
-  /// Throws Error(bad_input) when the store is still in use after the busy timeout.
-  StoreLock(const std::filesystem::path& store, Kind kind);
-  ~StoreLock();
-  StoreLock(const StoreLock&) = delete;
-  StoreLock& operator=(const StoreLock&) = delete;
-
- private:
-  int fd_ = -1;
-};
+/// Folder of the store.
+[[nodiscard]] std::filesystem::path folder_of(const std::filesystem::path& store);
 
 /// results.sqlite, opened for writing. Rows are keyed by content hashes and carry no clock time, so
 /// importing the same comparison again adds nothing and two undisturbed histories are the same
 /// bytes. Each call is one durable transaction (WAL, synchronous FULL): killing the program at any
-/// moment loses nothing that was acknowledged and leaves nothing in half. Rows are only ever added;
-/// the table `ledger` chains their hashes. A store of an older version is brought to this one.
+/// moment loses nothing that was acknowledged and leaves nothing in half. Rows are only ever added,
+/// and each transaction lists its own in a manifest. A store of an older version is brought to this
+/// one.
 class Store {
  public:
   /// Opens or creates the store. Throws Error(bad_input) when it cannot be written, is not a
-  /// drapebench store, or was made by a newer version.
+  /// drapebench store, was made by a newer version, or has another schema or size than it was
+  /// written with.
   explicit Store(const std::filesystem::path& file);
   ~Store();
   Store(const Store&) = delete;
@@ -84,12 +74,24 @@ class Store {
   std::unique_ptr<Connection> connection_;
 };
 
+/// Rows behind an answer.
+struct Printed {
+  std::set<std::int64_t> comparisons = {};  ///< comparison.id
+  std::set<std::int64_t> runs = {};         ///< run.number
+  bool marks = false;                       ///< marks of the comparisons too
+  bool values = false;                      ///< values and headlines of the runs too
+};
+
 /// results.sqlite, opened for questions only; nothing done through it changes the store. A store of
 /// an older version is copied into memory and brought to this one there.
 class StoreReader {
  public:
-  explicit StoreReader(const std::filesystem::path& file);
+  /// Throws Error(bad_input) where it is no store, or `schema` has to be this program's and is not.
+  enum class Schema { own, any };
+  explicit StoreReader(const std::filesystem::path& file, Schema schema = Schema::own);
   [[nodiscard]] const std::filesystem::path& file() const;
+  /// The file that is read: a copy where this user may not write the store.
+  [[nodiscard]] std::filesystem::path opened() const;
   ~StoreReader();
   StoreReader(const StoreReader&) = delete;
   StoreReader& operator=(const StoreReader&) = delete;
@@ -109,6 +111,22 @@ class StoreReader {
   /// The same for a statement that a person wrote: what the store refuses is Error(usage).
   [[nodiscard]] Table answer(const std::string& sql) const;
 
+  /// Hashes the rows of these keys of a table (or comparisons and runs with all that they state)
+  /// and throws Error(bad_input) where one is not what its manifest lists. Nothing is computed
+  /// again.
+  void require_as_written(const std::string& table, const std::set<std::string>& keys) const;
+  void require_as_written(const Printed& printed) const;
+  /// The same of whole tables.
+  void require_as_written(const std::vector<std::string>& tables) const;
+
+  /// Content by its hash (SHA-256); nothing where the store does not have it.
+  [[nodiscard]] std::optional<std::string> blob(const std::string& sha256) const;
+  /// Paths at which content lay when it was stored.
+  [[nodiscard]] std::vector<std::filesystem::path> places_of(const std::string& sha256) const;
+
+  [[nodiscard]] SQLite::Database& database() const;
+  [[nodiscard]] bool is_of_older_version() const;
+
  private:
   /// The error for a statement that the store refuses, from what it says and what to do.
   using Refusal = std::function<Error(const std::string&, const std::string&)>;
@@ -121,22 +139,7 @@ class StoreReader {
 
   struct Connection;
   std::unique_ptr<Connection> connection_;
-
-  friend struct LedgerCheck check_ledger(const StoreReader& store);
 };
-
-/// State of the store by itself: every entry of the ledger recomputed.
-struct LedgerCheck {
-  long long entries = 0;
-  std::string head;          ///< chain_sha256 of the last entry; empty without one
-  std::string bytes_sha256;  ///< hash of the file with all that was committed, see seal.hpp
-  std::vector<std::string> findings;  ///< empty: every row is as it was written
-};
-[[nodiscard]] LedgerCheck check_ledger(const StoreReader& store);
-
-/// SHA-256 of the database file as it is when the write-ahead log is moved into it, whether or not
-/// that has happened.
-[[nodiscard]] std::string bytes_sha256(SQLite::Database& database);
 
 /// Key of a comparison: hash of the sheets' hashes and the version of the metrics.
 [[nodiscard]] std::string comparison_key(const std::vector<std::string>& sheet_hashes);

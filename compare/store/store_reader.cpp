@@ -2,6 +2,7 @@
 #include <SQLiteCpp/Backup.h>
 #include <SQLiteCpp/SQLiteCpp.h>
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <sqlite3.h>
 #include <unistd.h>
 
@@ -9,10 +10,11 @@
 #include <cctype>
 #include <chrono>
 #include <cstdlib>
+#include <map>
 #include <optional>
 #include <thread>
 
-#include "compare/store/ledger.hpp"
+#include "compare/store/manifest.hpp"
 #include "compare/store/migrate.hpp"
 #include "compare/store/rows.hpp"
 #include "compare/store/store.hpp"
@@ -65,7 +67,7 @@ constexpr int kMostValue = 1 << 26;                      ///< bytes of one value
 std::pair<std::string, std::string> bytes_of(const fs::path& file) {
   using Clock = std::chrono::steady_clock;
   const fs::path log = file.string() + "-wal";
-  const auto last = Clock::now() + std::chrono::milliseconds(kBusyTimeout_ms);
+  const auto last = Clock::now() + store_patience;
   const auto read = [&]() -> std::optional<std::pair<std::string, std::string>> {
     try {
       std::error_code absent;
@@ -129,15 +131,16 @@ struct StoreReader::Connection {
   fs::path file;
   std::unique_ptr<TemporaryFolder> copy;
   SQLite::Database database;
-  std::string bytes_of_older_version;
+  bool is_older = false;
 
   /// Opened for writing so that a write-ahead log left by a killed program can be replayed, and
   /// then closed to every change. One thread at a time uses a connection: it needs no mutex.
-  explicit Connection(const fs::path& path)
+  Connection(const fs::path& path, Schema schema)
       : file(real_store(path)),
         copy(private_copy(file)),
         database((copy ? copy->path() / "store" : file).string(),
-                 SQLite::OPEN_READWRITE | SQLite::OPEN_NOMUTEX, kBusyTimeout_ms) {
+                 SQLite::OPEN_READWRITE | SQLite::OPEN_NOMUTEX) {
+    wait_for_others(database);
     sqlite3_limit(database.getHandle(), SQLITE_LIMIT_LENGTH, kMostValue);
     database.exec("PRAGMA query_only = ON");
     const int version = version_of(database, file);
@@ -145,21 +148,25 @@ struct StoreReader::Connection {
       throw bad_input("this SQLite file is not a drapebench results store", {.file = file.string()},
                       "name another file with --store");
     if (version < store_version()) use_migrated_copy(version);
+    if (schema == Schema::any) return;
+    if (const auto findings = schema_findings(database); !findings.empty())
+      throw not_as_written(file, findings.front());
   }
 
   void use_migrated_copy(int version) {
-    bytes_of_older_version = bytes_sha256(database);
+    is_older = true;
     SQLite::Database migrated(":memory:", SQLite::OPEN_READWRITE);
     SQLite::Backup(migrated, database).executeStep();
-    migrate(migrated, version);
+    migrate(migrated, version, file);
     migrated.exec("PRAGMA query_only = ON");
     database = std::move(migrated);
   }
 };
 
-StoreReader::StoreReader(const fs::path& file) {
+StoreReader::StoreReader(const fs::path& file, Schema schema) {
   try {
-    connection_ = std::make_unique<Connection>(file);
+    connection_ = std::make_unique<Connection>(file, schema);
+    stop_waiting();
   } catch (const SQLite::Exception& exception) {
     throw store_error(file, exception);
   }
@@ -169,6 +176,18 @@ StoreReader::~StoreReader() = default;
 
 const fs::path& StoreReader::file() const {
   return connection_->file;
+}
+
+fs::path StoreReader::opened() const {
+  return connection_->copy ? connection_->copy->path() / "store" : connection_->file;
+}
+
+SQLite::Database& StoreReader::database() const {
+  return connection_->database;
+}
+
+bool StoreReader::is_of_older_version() const {
+  return connection_->is_older;
 }
 
 Table StoreReader::answer(const std::string& sql) const {
@@ -245,64 +264,76 @@ void StoreReader::run(const std::string& sql, const Cells& parameters, const Ref
   }
 }
 
-namespace {
-
-/// Rows without an entry and entries without a row.
-void check_counts(SQLite::Database& database, LedgerCheck& check) {
-  for (const LedgerKind& kind : ledger_kinds())
-    for (const auto& [key] : rows_of<std::string>(
-             database, fmt::format("SELECT {1} FROM {0} WHERE {1} NOT IN (SELECT key FROM ledger "
-                                   "WHERE kind = '{0}')",
-                                   kind.table, kind.key_column)))
-      check.findings.push_back(
-          fmt::format("{} `{}` was not written by drapebench", kind.table, key));
-  for (const auto& [table, count] : rows_of<std::string, int>(
-           database,
-           "SELECT \"table\", count(*) FROM pragma_foreign_key_check() GROUP BY \"table\" ORDER BY "
-           "\"table\""))
-    check.findings.push_back(
-        fmt::format("{} rows of {} hang on a row that is not there", count, table));
-}
-
-void check_chain(SQLite::Database& database, LedgerCheck& check) {
-  using Text = std::string;
-  for (const auto& [sequence, kind, key, content, written] :
-       rows_of<std::int64_t, Text, Text, Text, Text>(
-           database,
-           "SELECT sequence, kind, key, content_sha256, chain_sha256 FROM ledger ORDER BY "
-           "sequence")) {
-    if (sequence != ++check.entries) {
-      check.findings.push_back(fmt::format("entry {} of the ledger is not there", check.entries));
-      return;
-    }
-    const LedgerKind* known = ledger_kind(kind);
-    if (known == nullptr || content_sha256(database, *known, key) != content)
-      check.findings.push_back(fmt::format("{} `{}` is not what was written", kind, key));
-    if (chain_sha256(check.head, sequence, kind, key, content) != written)
-      check.findings.push_back(
-          fmt::format("entry {} of the ledger ({} `{}`) was changed", sequence, kind, key));
-    check.head = written;
-  }
-}
-
-}  // namespace
-
-LedgerCheck check_ledger(const StoreReader& store) {
-  SQLite::Database& database = store.connection_->database;
-  LedgerCheck check;
+void StoreReader::require_as_written(const std::string& table,
+                                     const std::set<std::string>& keys) const {
   try {
-    const SQLite::Transaction one_state(database, SQLite::TransactionBehavior::DEFERRED);
-    const std::string& older = store.connection_->bytes_of_older_version;
-    check.bytes_sha256 = older.empty() ? bytes_sha256(database) : older;
-    check_chain(database, check);
-    check_counts(database, check);
-    const std::string integrity = database.execAndGet("PRAGMA integrity_check").getString();
-    if (integrity != "ok") check.findings.push_back("SQLite finds damage: " + integrity);
+    RowReader reader(database());
+    for (const std::string& key : keys)
+      if (const std::string altered = reader.alteration(listed_table(table), key); !altered.empty())
+        throw not_as_written(file(), altered);
   } catch (const SQLite::Exception& exception) {
-    check.findings.push_back(std::string("the store cannot be read to its end: ") +
-                             exception.what());
+    throw store_error(file(), exception);
   }
-  return check;
+}
+
+void StoreReader::require_as_written(const Printed& printed) const {
+  std::map<std::string, std::set<std::string>> keys;
+  const auto add_rows = [&](const std::set<std::int64_t>& numbers, const char* sql,
+                            const std::vector<const char*>& to) {
+    if (numbers.empty()) return;
+    for (const Cells& row : cells(fmt::format("{} IN ({})", sql, fmt::join(numbers, ", ")), {}))
+      for (std::size_t i = 0; i < row.size(); ++i)
+        if (std::string key; !row[i].is_null()) {
+          row[i].to(key);
+          keys[to[i]].insert(key);
+        }
+  };
+  add_rows(printed.runs, "SELECT sha256 FROM run WHERE number", {"run"});
+  add_rows(printed.runs,
+           "SELECT d.measured_sha256, m.sha256 FROM run_drape AS d JOIN run AS r ON r.number = "
+           "d.run LEFT JOIN run_match AS m ON m.run_sha256 = r.sha256 AND m.measured_sha256 = "
+           "d.measured_sha256 WHERE d.run",
+           {"sheet", "run_match"});
+  keys["run_drape"] = keys["run"];
+  if (printed.values) {
+    keys["run_value"] = keys["run"];
+    add_rows(printed.runs, "SELECT headline_sha256 FROM run_drape WHERE run", {"comparison"});
+  }
+  add_rows(printed.comparisons,
+           "SELECT c.sha256, c.measured_sha256, c.simulated_sha256, b.sheet_sha256 FROM "
+           "comparison AS c LEFT JOIN branch AS b ON b.sheet_sha256 = c.simulated_sha256 WHERE "
+           "c.id",
+           {"comparison", "sheet", "simulation", "branch"});
+  if (printed.marks) keys["mark_error"] = keys["comparison"];
+  for (const auto& [table, of_table] : keys) require_as_written(table, of_table);
+}
+
+void StoreReader::require_as_written(const std::vector<std::string>& tables) const {
+  try {
+    RowReader reader(database());
+    long long keys = 0;
+    for (const std::string& table : tables)
+      if (const auto altered = reader.alterations(listed_table(table), keys); !altered.empty())
+        throw not_as_written(file(), altered.front());
+  } catch (const SQLite::Exception& exception) {
+    throw store_error(file(), exception);
+  }
+}
+
+std::optional<std::string> StoreReader::blob(const std::string& sha256) const {
+  try {
+    return blob_in(database(), sha256);
+  } catch (const SQLite::Exception& exception) {
+    throw store_error(file(), exception);
+  }
+}
+
+std::vector<fs::path> StoreReader::places_of(const std::string& sha256) const {
+  std::vector<fs::path> places;
+  for (const auto& [path] :
+       rows<std::string>("SELECT path FROM file WHERE sha256 = ? ORDER BY path", {sha256}))
+    places.push_back((folder_of(file()) / path).lexically_normal());
+  return places;
 }
 
 }  // namespace drape::compare

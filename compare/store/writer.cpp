@@ -2,6 +2,7 @@
 #include "compare/store/writer.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include "compare/schema/schema.hpp"
 #include "core/files/files.hpp"
@@ -12,7 +13,14 @@ namespace drape::compare {
 Writer::Writer(SQLite::Database& database)
     : database_(database),
       transaction_(database, SQLite::TransactionBehavior::IMMEDIATE),
-      ledger_(database) {}
+      manifest_(last_manifest(database).number + 1) {}
+
+void Writer::add(const ListedTable& table, const std::string& key) {
+  if (!known_.emplace(&table, key).second) return;
+  added_.emplace_back(&table, key);
+  for (const ListedTable& hanging : listed_tables())
+    if (hanging.parent == table.name) add(hanging, key);
+}
 
 bool Writer::insert_row(const std::string& table, const Cells& row) {
   auto found = statements_.find(table);
@@ -30,18 +38,49 @@ bool Writer::insert_row(const std::string& table, const Cells& row) {
   }
   SQLite::Statement& statement = found->second;
   bind_all(statement, row);
-  const bool added = statement.exec() > 0;
+  const bool is_new = statement.exec() > 0;
   statement.reset();
   statement.clearBindings();
-  return added;
+  const ListedTable& listed = listed_table(table);
+  if (!listed.parent.empty()) return is_new;  // listed with its parent
+  const std::string& key = std::get<std::string>(row[listed.key_column]);
+  is_new ? add(listed, key) : void(known_.emplace(&listed, key));
+  return is_new;
 }
 
-bool Writer::insert_unit_row(const std::string& table, const Cells& row) {
-  if (!insert_row(table, row)) return false;
-  const std::vector<RelationColumn>& columns = relation(table).columns;
-  std::size_t at = 0;
-  while (columns[at].name != ledger_kind(table)->key_column) ++at;
-  enter(table, std::get<std::string>(row[at]));
+void Writer::insert_listed(const ListedTable& table, const std::string& key,
+                           const std::vector<Cells>& rows) {
+  auto found = statements_.find(">" + table.name);
+  if (found == statements_.end())
+    found =
+        statements_
+            .try_emplace(">" + table.name, database_,
+                         fmt::format("INSERT INTO {} ({}) VALUES ({})", table.name,
+                                     fmt::join(table.columns, ", "), fmt::join(table.places, ", ")))
+            .first;
+  for (const Cells& row : rows) {
+    found->second.reset();
+    found->second.clearBindings();
+    bind_all(found->second, row);
+    found->second.exec();
+  }
+  found->second.reset();
+  if (known_.emplace(&table, key).second) added_.emplace_back(&table, key);
+}
+
+void Writer::insert_blob(const std::string& sha256, std::string_view content) {
+  if (add_blob(database_, sha256, content)) add(listed_table("blob"), sha256);
+}
+
+void Writer::insert_file(const std::string& sha256, const std::string& path) {
+  if (execute(database_, "INSERT INTO file VALUES (?, ?, ?) ON CONFLICT DO NOTHING",
+              {sha256, path, manifest_}) > 0)
+    add(listed_table("file"), std::to_string(manifest_));
+}
+
+bool Writer::has(const std::string& table, const std::string& sha256) {
+  if (!value<int>("SELECT 1 FROM " + table + " WHERE sha256 = ?", {sha256})) return false;
+  known_.emplace(&listed_table(table), sha256);
   return true;
 }
 
@@ -53,6 +92,13 @@ std::vector<std::string> Writer::texts(const std::string& sql, const Cells& para
 
 void Writer::commit() {
   statements_.clear();
+  RowReader reader(database_);
+  const std::set<ListedKey> added(added_.begin(), added_.end());
+  for (const ListedKey& one : known_)
+    if (!added.contains(one))
+      if (const std::string altered = reader.alteration(*one.first, one.second); !altered.empty())
+        throw not_as_written(database_.getFilename(), altered);
+  write_manifest(database_, added_);
   transaction_.commit();
 }
 
@@ -114,12 +160,11 @@ void insert_comparison(Writer& writer, const std::string& key, const DrapeInput&
   writer.insert_row("comparison", cells);
   const int id = writer.last_id();
   for (const MarkError& mark : row.marks.marks) insert_mark(writer, id, mark);
-  writer.enter("comparison", key);
 }
 
 void insert_calibration(Writer& writer, const std::string& sha256, const std::string& rig) {
-  writer.insert_unit("rig", rig);
-  writer.insert_unit("calibration", sha256, rig);
+  writer.insert("rig", rig);
+  writer.insert("calibration", sha256, rig);
 }
 
 void insert_drapemeter(Writer& writer, const std::string& sheet, const DrapemeterResult& result) {
@@ -133,7 +178,6 @@ void insert_drapemeter(Writer& writer, const std::string& sheet, const Drapemete
   for (const Harmonic& harmonic : d.spectrum)
     writer.insert("hem_harmonic", sheet, harmonic.order, harmonic.amplitude_m / mm,
                   harmonic.phase_rad / units::deg);
-  writer.enter("drapemeter", sheet);
 }
 
 void insert_measured(Writer& writer, const SheetFile& file, const Measurement& measurement,
@@ -141,7 +185,7 @@ void insert_measured(Writer& writer, const SheetFile& file, const Measurement& m
   const Sheet& sheet = file.sheet;
   const auto& source = std::get<MeasuredSource>(sheet.source);
   insert_calibration(writer, source.calibration_sha256, source.rig);
-  if (recording) writer.insert_unit("recording", recording->sha256, recording->recorded_on);
+  if (recording) writer.insert("recording", recording->sha256, recording->recorded_on);
   if (!writer.insert("sheet", file.sha256, "measured", sheet.rows, sheet.cols,
                      sheet.patch_m.x() / mm, sheet.patch_m.y() / mm, measurement.marks,
                      measurement.gaps, source.rig, source.set, source.calibration_sha256,
@@ -150,7 +194,6 @@ void insert_measured(Writer& writer, const SheetFile& file, const Measurement& m
     return;
   for (const Gap& gap : sheet.gaps)
     writer.insert("gap", file.sha256, gap.mark.row, gap.mark.col, gap.reason);
-  writer.enter("sheet", file.sha256);
 }
 
 bool insert_simulated(Writer& writer, const Simulation& simulation) {
@@ -159,23 +202,23 @@ bool insert_simulated(Writer& writer, const Simulation& simulation) {
   const bool own = !simulation.other_simulator;
   const auto if_own = [&](Cell value) { return own ? std::move(value) : Cell(); };
   const auto if_grid = [&](int size) { return simulation.is_grid() ? Cell(size) : Cell(); };
-  if (own) writer.insert_unit("fabric", source.fabric_sha256, source.fabric);
+  if (own) writer.insert("fabric", source.fabric_sha256, source.fabric);
   const std::string& key = simulation.sheet.sha256;
   const bool fresh =
-      writer.insert_unit("sheet", key, "simulated", sheet.rows, sheet.cols, sheet.patch_m.x() / mm,
-                         sheet.patch_m.y() / mm, sheet.marks.size(), sheet.gaps.size());
-  writer.insert_unit("simulation", key, simulation.other_simulator.value_or("drapebench"),
-                     source.scene, if_own(source.scene_sha256), if_own(source.fabric_sha256),
-                     own ? Cell() : Cell(source.fabric), source.start_sha256, if_grid(sheet.rows),
-                     if_grid(sheet.cols), simulation.segments(), source.model,
-                     source.solver.empty() ? Cell() : Cell(source.solver), source.status,
-                     if_own(source.status == "at rest"),
-                     simulation.certificate ? Cell(simulation.certificate->sha256) : Cell(),
-                     certificate_json(simulation), in_mm(source.spacing_m),
-                     source.from_measured ? Cell(1) : Cell());
+      writer.insert("sheet", key, "simulated", sheet.rows, sheet.cols, sheet.patch_m.x() / mm,
+                    sheet.patch_m.y() / mm, sheet.marks.size(), sheet.gaps.size());
+  writer.insert("simulation", key, simulation.other_simulator.value_or("drapebench"), source.scene,
+                if_own(source.scene_sha256), if_own(source.fabric_sha256),
+                own ? Cell() : Cell(source.fabric), source.start_sha256, if_grid(sheet.rows),
+                if_grid(sheet.cols), simulation.segments(), source.model,
+                source.solver.empty() ? Cell() : Cell(source.solver), source.status,
+                if_own(source.status == "at rest"),
+                simulation.certificate ? Cell(simulation.certificate->sha256) : Cell(),
+                certificate_json(simulation), in_mm(source.spacing_m),
+                source.from_measured ? Cell(1) : Cell());
   if (const auto& b = simulation.branch)
-    writer.insert_unit("branch", key, b->set_sha256, b->number, b->of, b->energy_j / kMicrojoule,
-                       b->residual, b->stable, b->starts, b->hem_nodes, b->round);
+    writer.insert("branch", key, b->set_sha256, b->number, b->of, b->energy_j / kMicrojoule,
+                  b->residual, b->stable, b->starts, b->hem_nodes, b->round);
   return fresh;
 }
 
@@ -186,9 +229,9 @@ bool add_comparison(Writer& writer, const DrapeInput& input, const RealVirtual& 
   const bool fresh = !writer.has("comparison", key);
   if (fresh) insert_comparison(writer, key, input, row);
   if (turned)
-    writer.insert_unit("branch_turn", key, turned->axis_in_world.x() / mm,
-                       turned->axis_in_world.y() / mm, turned->mean_m / mm,
-                       turned->turn_rad / units::deg, turned->half_turn);
+    writer.insert("branch_turn", key, turned->axis_in_world.x() / mm,
+                  turned->axis_in_world.y() / mm, turned->mean_m / mm,
+                  turned->turn_rad / units::deg, turned->half_turn);
   return fresh;
 }
 
@@ -199,7 +242,7 @@ bool insert_surface(Writer& writer, const DrapeInput& input, const RealSurface& 
   const OneDirection there = both ? both->first_to_second : OneDirection(),
                      back = both ? both->second_to_first : OneDirection();
   const auto known = [&](double length_m) { return both ? Cell(length_m / mm) : Cell(); };
-  return writer.insert_unit(
+  return writer.insert(
       "surface_comparison",
       comparison_key({input.measured.sha256, "surface without marks", surface.sha256}),
       input.measured.sha256, surface.sha256, surface.simulator, surface.scene, surface.fabric,
@@ -215,7 +258,7 @@ bool insert_pair(Writer& writer, const std::optional<std::string>& measured,
   const std::string &first = simulations[row.first].sheet.sha256,
                     &second = simulations[row.second].sheet.sha256;
   const DistanceStatistics& s = row.statistics;
-  return writer.insert_unit(
+  return writer.insert(
       "simulation_pair", comparison_key({measured.value_or("no real cloth"), first, second}),
       measured, first, second, row.label, row.paper_order, metrics_version(), s.marks, gaps_filled,
       s.mean_m / mm, s.median_m / mm, s.rms_m / mm, s.p95_m / mm, s.max_m / mm, low_mm(s.mean),
@@ -239,7 +282,6 @@ void Store::add(const Calibration& calibration, const std::string& sha256) {
       writer.insert("calibration_camera", sha256, camera.camera.name, residuals.points,
                     residuals.rms_px, residuals.max_px, residuals.object_rms_mm);
     }
-    writer.enter("calibration_file", sha256);
   });
 }
 

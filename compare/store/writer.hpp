@@ -5,16 +5,19 @@
 
 #include <map>
 #include <optional>
+#include <set>
 #include <string>
+#include <string_view>
 #include <vector>
 
-#include "compare/store/ledger.hpp"
+#include "compare/store/manifest.hpp"
 #include "compare/store/rows.hpp"
 #include "compare/store/store.hpp"
 
 namespace drape::compare {
 
-/// One write transaction: prepared statements are kept, and what is new goes into the ledger.
+/// One write transaction. Prepared statements are kept; what is new goes into one manifest, and
+/// what was there already is checked against the manifest that lists it.
 class Writer {
  public:
   explicit Writer(SQLite::Database& database);
@@ -26,17 +29,14 @@ class Writer {
     return insert_row(table, {Cell(values)...});
   }
   bool insert_row(const std::string& table, const Cells& row);
-  /// The same for a row on which no others hang: closes its unit of the ledger.
-  template <class... Values>
-  bool insert_unit(const std::string& table, const Values&... values) {
-    return insert_unit_row(table, {Cell(values)...});
-  }
-  /// Closes a unit: its row and all that hang on it are there.
-  void enter(const std::string& kind, const std::string& key) { ledger_.append(kind, key); }
+  /// Inserts the rows of one key as another store has them (RowReader).
+  void insert_listed(const ListedTable& table, const std::string& key,
+                     const std::vector<Cells>& rows);
+  /// Adds content under its hash, and the place where it lies, from the store's folder.
+  void insert_blob(const std::string& sha256, std::string_view content);
+  void insert_file(const std::string& sha256, const std::string& path);
 
-  [[nodiscard]] bool has(const std::string& table, const std::string& sha256) {
-    return value<int>("SELECT 1 FROM " + table + " WHERE sha256 = ?", {sha256}).has_value();
-  }
+  [[nodiscard]] bool has(const std::string& table, const std::string& sha256);
   /// First cell of the first row of a query.
   template <class T>
   [[nodiscard]] std::optional<T> value(const std::string& sql, const Cells& parameters) {
@@ -45,14 +45,18 @@ class Writer {
   /// Texts that a query with one text in each row gives.
   [[nodiscard]] std::vector<std::string> texts(const std::string& sql, const Cells& parameters);
   [[nodiscard]] int last_id() const { return static_cast<int>(database_.getLastInsertRowid()); }
+  [[nodiscard]] SQLite::Database& database() { return database_; }
+  /// Throws Error(bad_input) for rows that are not as a manifest lists them.
   void commit();
 
  private:
-  bool insert_unit_row(const std::string& table, const Cells& row);
+  void add(const ListedTable& table, const std::string& key);
 
   SQLite::Database& database_;
   SQLite::Transaction transaction_;
-  LedgerWriter ledger_;
+  std::int64_t manifest_;  ///< number of the one to be written
+  std::vector<ListedKey> added_;
+  std::set<ListedKey> known_;  ///< added, or there before
   std::map<std::string, SQLite::Statement> statements_;
 };
 

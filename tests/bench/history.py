@@ -3,13 +3,15 @@
 """history.py BIN STORE RUNS WORK: CPU time of questions to a long history.
 
 Copies the last run of STORE until WORK/history.sqlite has RUNS of them, each with its own sheets, simulations and
-comparisons under new keys (no marks, no ledger: nothing here asks for them), with dates days apart and every
-fourth run with another friction. Prints how many rows each table has, and of each question the best CPU time of
+comparisons under new keys (no marks: nothing here asks for them), with dates days apart and every fourth run with
+another friction, and lists all in one more manifest, hashed here as compare/README.md says. Prints how many rows each table has, and of each question the best CPU time of
 seven (user and system, program start and output included)."""
 import hashlib
 import pathlib
+import re
 import resource
 import sqlite3
+import struct
 import subprocess
 import sys
 
@@ -26,9 +28,61 @@ def copy(db, table, where, change):
         [[change(dict(row))[name] for name in names] for row in rows])
 
 
+NUMBERS = {"run": "(SELECT sha256 FROM run WHERE number = t.run)",
+           "comparison_id": "(SELECT sha256 FROM comparison WHERE id = t.comparison_id)"}
+OWN = {"run": "number", "comparison": "id"}
+
+
+def packed(value):
+    if value is None:
+        return b"n"
+    if isinstance(value, int):
+        return b"i" + struct.pack("<q", value)
+    if isinstance(value, float):
+        return b"r" + struct.pack("<d", value)
+    text = value.encode()
+    return b"t" + str(len(text)).encode() + b":" + text
+
+
+def list_rows(db, tables):
+    """Lists all rows of these tables that no manifest lists, in one more."""
+    lines, (last,) = [], db.execute("SELECT max(sequence) FROM listed").fetchone()
+    for table in tables:
+        (sql,) = db.execute("SELECT sql FROM sqlite_master WHERE name = ?", (table,)).fetchone()
+        later = set(re.findall(r'"?(\w+)"? (?:TEXT|INTEGER|REAL)\b.*--.*since \d+:', sql))
+        names = [row[1] for row in db.execute(f"PRAGMA table_info({table})") if row[1] != OWN.get(table)]
+        primary = [row[1] for row in sorted(db.execute(f"PRAGMA table_info({table})"), key=lambda r: r[5]) if row[5]]
+        key = "sha256" if table in OWN else "run" if "run" in primary else primary[0]
+        sql_of = {name: NUMBERS.get(name, f't."{name}"') for name in names}
+        order = ", ".join([sql_of[key]] + [sql_of[p] for p in primary if p != key and p in sql_of])
+        number = f"t.{OWN[table]}" if table in OWN else "NULL"
+        groups = {}
+        for row in db.execute(f"SELECT {sql_of[key]}, {number}, {', '.join(sql_of[n] for n in names)} FROM {table} AS t "
+                              f"ORDER BY {order}"):
+            content = groups.setdefault((row[0], row[1]), [f"drapebench/rows/1\n{table}\n".encode()])
+            content.append(b"\n" + b"".join(packed(v) for n, v in zip(names, row[2:]) if n not in later or v is not None))
+        known = {k for (k,) in db.execute("SELECT key FROM listed WHERE kind = ?", (table,))}
+        for (key, number), content in groups.items():
+            if key in known:
+                continue
+            last += 1
+            sha256 = hashlib.sha256(b"".join(content)).hexdigest()
+            db.execute("INSERT INTO listed VALUES (?, ?, ?, ?, ?)", (last, table, key, number, sha256))
+            lines.append(f"{last} {table} {'' if number is None else number} {sha256} {len(key)} {key}\n")
+    db.commit()
+    db.execute("VACUUM")
+    before, previous = db.execute("SELECT number, sha256 FROM manifest ORDER BY number DESC").fetchone()
+    size = [db.execute(f"PRAGMA {what}").fetchone()[0] for what in ("page_count", "page_size")]
+    text = f"drapebench/manifest/1\n{before + 1}\n{previous}\n{size[0] * size[1]}\n" + "".join(lines)
+    db.execute("INSERT INTO manifest VALUES (?, ?, ?, ?, ?)",
+               (before + 1, previous, last, size[0] * size[1], hashlib.sha256(text.encode()).hexdigest()))
+    db.commit()
+
+
 def lengthen(file, runs):
     db = sqlite3.connect(file)
-    for (name,) in db.execute("SELECT name FROM sqlite_master WHERE type = 'trigger'").fetchall():
+    triggers = db.execute("SELECT name, sql FROM sqlite_master WHERE type = 'trigger'").fetchall()
+    for name, _ in triggers:
         db.execute(f"DROP TRIGGER {name}")
     (last,) = db.execute("SELECT max(number) FROM run").fetchone()
     comparisons = f"id IN (SELECT comparison_id FROM run_comparison WHERE run = {last})"
@@ -61,8 +115,10 @@ def lengthen(file, runs):
                              ("run_match", f"run_sha256 = '{run_sha256}'"),
                              ("match_basis", f"match_sha256 IN ({matches})")]:
             copy(db, table, where, change)
-    db.commit()
-    db.execute("VACUUM")
+    for _, sql in triggers:
+        db.execute(sql)
+    list_rows(db, ("sheet", "simulation", "comparison", "run", "run_drape", "run_comparison", "run_value", "run_match",
+                   "match_basis"))
     for table in ("run", "run_drape", "run_comparison", "run_value", "run_match", "match_basis", "comparison", "sheet"):
         print(f"{table}: {db.execute(f'SELECT count(*) FROM {table}').fetchone()[0]} rows")
     (calibration,) = db.execute(f"SELECT calibration_sha256 FROM run WHERE number = {last}").fetchone()

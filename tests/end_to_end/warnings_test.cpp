@@ -26,8 +26,8 @@ TEST(EndToEnd, WarningsAndNoGosReachRunReportAndStore) {
   const SmallBench bench({"C"}, measured);
   const fs::path out = bench.folder() / "out", acceptance = bench.rig() / "acceptance.json";
   const auto answer = [&](const std::string& sql) {
-    return run_line(program("drape-results").string() + " --csv sql \"" + sql + "\" --store " +
-                    (out / "results.sqlite").string())
+    return run_line(program("drape-results").string() + " --quiet --csv sql \"" + sql +
+                    "\" --store " + (out / "results.sqlite").string())
         .text;
   };
   const Outcome first = bench.run("out");

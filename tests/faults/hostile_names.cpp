@@ -163,11 +163,6 @@ std::vector<HostileFile> hostile_names() {
          set_text(b, "out/report.run.json", "/inputs/0/file", "../../outside/secret.txt");
        },
        "run rig --single --out out"},
-      {"seal_names_the_secret",
-       [](const HostileBench& b) {
-         set_text(b, "out/results.sqlite.seal.json", "/files/0/file", "../../outside/secret.txt");
-       },
-       "results verify --store out/results.sqlite"},
       {"crate_of_a_record_that_names_the_secret",
        [](const HostileBench& b) {
          set_text(b, "out/C/simulations/10mm-1/sheet.run.json", "/inputs/0/file",

@@ -78,8 +78,6 @@ std::vector<HostileFile> hostile_sizes() {
       sparse("sparse_curve", "rig/fabrics/A/bending_warp.csv", kRun),
       sparse("sparse_recording", "rig/recording/recording.json", kRun),
       sparse("sparse_image", "images/set/cam0.png", "import images --out recording"),
-      sparse("sparse_seal", "out/results.sqlite.seal.json",
-             "results verify --store out/results.sqlite"),
       sparse("sparse_mesh", "m.ply", "drapemeter m.ply --out out/dm"),
       long_file("json_of_20_million_lists", "out/C/sheet.json",
                 "{\"schema\": \"drapebench/sheet/1\", \"x\": [", "[],", 20'000'000, "[]]}",

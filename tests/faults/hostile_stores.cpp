@@ -92,7 +92,7 @@ std::vector<HostileFile> hostile_stores() {
               "zeroblob(1000000000) AS x",
               "results sql 'SELECT x FROM v_table1'" + at),
       changed("trigger_in_store",
-              "CREATE TRIGGER evil AFTER INSERT ON ledger BEGIN DELETE FROM comparison; END",
+              "CREATE TRIGGER evil AFTER INSERT ON listed BEGIN DELETE FROM comparison; END",
               "results import out" + at),
       changed("newer_store", "PRAGMA user_version = 99", "results list" + at),
       changed("negative_store_version", "PRAGMA user_version = -1", "results list" + at),
@@ -105,15 +105,6 @@ std::vector<HostileFile> hostile_stores() {
       {"store_is_text", [](const HostileBench& b) { b.write(kStore, kScriptName); },
        "results list" + at},
       {"store_is_empty", [](const HostileBench& b) { b.write(kStore, ""); }, "results list" + at},
-      {"seal_is_a_list",
-       [](const HostileBench& b) { b.write("out/results.sqlite.seal.json", "[]"); },
-       "results verify" + at},
-      {"seal_nested_100000_deep",
-       [](const HostileBench& b) {
-         b.write("out/results.sqlite.seal.json",
-                 std::string(100000, '[') + std::string(100000, ']'));
-       },
-       "results verify" + at},
   };
 }
 

@@ -54,7 +54,8 @@ TEST_P(OperatorMistake, IsNamedBeforeItCostsADay) {
                               " --store out/results.sqlite ";
   EXPECT_THAT(drape::test::run_line(results + "runs").text, HasSubstr("NO-GO"));
   const std::string compared =
-      "--csv sql 'SELECT count(*) FROM run_comparison WHERE run = (SELECT max(number) FROM run)'";
+      "--quiet --csv sql 'SELECT count(*) FROM run_comparison WHERE run = (SELECT max(number) FROM "
+      "run)'";
   if (drape::test::run_line(results + compared).text.ends_with("\n0\n")) return;
   EXPECT_THAT(drape::test::run_line(results + "tables").text, HasSubstr("measurement NO-GO"));
   EXPECT_THAT(drape::test::run_line(results + "list").text, HasSubstr("NO-GO"));

@@ -7,7 +7,7 @@
 #include "compare/hems/hem_files.hpp"
 #include "compare/hems/silhouette.hpp"
 #include "compare/history/results.hpp"
-#include "compare/history/seal.hpp"
+#include "compare/history/verify.hpp"
 #include "compare/store/inputs.hpp"
 #include "compare/store/store.hpp"
 #include "core/error.hpp"
@@ -73,12 +73,10 @@ simulate::ClothShape small_shape() {
           .of_sides = {{0, 1, 0}, {-1, 0, 0}, {-0.7, -0.7, 0}}};
 }
 
-/// Writes a sealed store without comparisons; its rows are metrics.
+/// Writes a store without comparisons; its rows are metrics.
 fs::path make_store(const fs::path& folder) {
   fs::path store = folder / "results.sqlite";
-  const compare::StoreLock lock(store, compare::StoreLock::Kind::alone);
   compare::Store(store).close();
-  compare::seal_store(lock, store, {});
   return store;
 }
 
@@ -86,7 +84,7 @@ void read_store(const fs::path& file) {
   for (const char* more : {"-wal", "-shm"}) fs::remove(file.string() + more);
   const compare::StoreReader reader(file);
   static_cast<void>(compare::list_results(reader, {}));
-  static_cast<void>(compare::check_ledger(reader));
+  static_cast<void>(compare::altered_rows(reader));
   static_cast<void>(compare::dump_sql(reader));
 }
 
@@ -114,10 +112,6 @@ std::vector<Kind> result_kinds() {
        [](const fs::path& f) { static_cast<void>(simulate::read_cloth_shape(f)); }},
       {"plate", make_plate, [](const fs::path& f) { static_cast<void>(read_target(f)); }},
       {"store", make_store, read_store},
-      {"seal", [](const fs::path& folder) { return compare::seal_path(make_store(folder)); },
-       [](const fs::path& f) {
-         static_cast<void>(compare::read_seal(f.parent_path() / "results.sqlite"));
-       }},
   };
 }
 

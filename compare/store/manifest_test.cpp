@@ -9,8 +9,7 @@
 #include <map>
 
 #include "compare/history/results.hpp"
-#include "compare/history/seal.hpp"
-#include "compare/store/ledger.hpp"
+#include "compare/history/verify.hpp"
 #include "compare/store/store.hpp"
 #include "compare/test_sheets.hpp"
 #include "core/error.hpp"
@@ -33,18 +32,21 @@ void import_height(const fs::path& file, double height_m) {
                   {test::simulated_sheet(11, 1, raised), test::simulated_sheet(11, 5, raised)});
 }
 
-TEST(Ledger, HoldsOneEntryForEveryUnit) {
+TEST(Manifests, ListEveryRow) {
   const drape::test::TemporaryFolder folder;
   const fs::path file = folder.path() / "results.sqlite";
   import_height(file, 5 * mm);
   const StoreReader reader(file);
-  EXPECT_THAT(check_ledger(reader).findings, IsEmpty());
-  EXPECT_EQ(one(reader, "SELECT count(*) FROM ledger WHERE kind = 'comparison'"), "2");
-  EXPECT_EQ(one(reader, "SELECT count(*) FROM ledger WHERE kind = 'metric'"),
+  EXPECT_THAT(altered_rows(reader), IsEmpty());
+  EXPECT_EQ(one(reader, "SELECT count(*) FROM listed WHERE kind = 'comparison'"), "2");
+  EXPECT_EQ(one(reader, "SELECT count(*) FROM listed WHERE kind = 'metric'"),
             one(reader, "SELECT count(*) FROM metric"));
+  EXPECT_EQ(one(reader, "SELECT count(*) FROM manifest"), "2");
+  EXPECT_EQ(one(reader, "SELECT file_size FROM manifest WHERE number = 2"),
+            std::to_string(fs::file_size(file)));
 }
 
-TEST(Ledger, RowsCannotBeChangedOrRemovedByAccident) {
+TEST(Manifests, RowsCannotBeChangedOrRemovedByAccident) {
   const drape::test::TemporaryFolder folder;
   const fs::path file = folder.path() / "results.sqlite";
   import_height(file, 5 * mm);
@@ -53,16 +55,16 @@ TEST(Ledger, RowsCannotBeChangedOrRemovedByAccident) {
   database.exec("SAVEPOINT with_gap");
   database.exec("INSERT INTO gap SELECT sha256, 0, 0, 'hidden' FROM sheet LIMIT 1");
   for (const char* sql :
-       {"UPDATE comparison SET mean_mm = 1", "DELETE FROM mark_error", "DELETE FROM ledger",
+       {"UPDATE comparison SET mean_mm = 1", "DELETE FROM mark_error", "DELETE FROM listed",
         "UPDATE metric SET unit = 'm'", "UPDATE sheet SET gaps = 0", "DELETE FROM gap"}) {
     EXPECT_THROW(database.exec(sql), SQLite::Exception) << sql;
   }
   database.exec("ROLLBACK TO with_gap");
   database.exec("RELEASE with_gap");
-  EXPECT_THAT(check_ledger(StoreReader(file)).findings, IsEmpty());
+  EXPECT_THAT(altered_rows(StoreReader(file)), IsEmpty());
 }
 
-TEST(Ledger, FindsEveryChangeMadeAroundTheTriggers) {
+TEST(Manifests, FindsEveryChangeMadeAroundTheTriggers) {
   const drape::test::TemporaryFolder folder;
   const fs::path file = folder.path() / "results.sqlite", copy = folder.path() / "copy.sqlite";
   import_height(file, 5 * mm);
@@ -73,8 +75,12 @@ TEST(Ledger, FindsEveryChangeMadeAroundTheTriggers) {
         "UPDATE metric SET definition = definition || '.' WHERE name = 'mean_mm'",
         "INSERT INTO rig VALUES ('another')",
         "INSERT INTO gap SELECT sha256, 1, 1, 'invented' FROM sheet WHERE kind = 'measured'",
-        "DELETE FROM ledger WHERE sequence = 4",
-        "UPDATE ledger SET content_sha256 = chain_sha256 WHERE sequence = 4",
+        "DELETE FROM listed WHERE sequence = 4",
+        "UPDATE listed SET sha256 = (SELECT sha256 FROM manifest) WHERE sequence = 4",
+        "UPDATE manifest SET file_size = file_size + 1 WHERE number = 1",
+        "DELETE FROM manifest WHERE number = 2",
+        "PRAGMA foreign_keys = OFF; UPDATE comparison SET id = 3 - id + 10; UPDATE mark_error SET "
+        "comparison_id = 13 - comparison_id",
         "UPDATE simulation SET segments = 7 WHERE segments = 5",
         "DELETE FROM comparison WHERE id = 2"}) {
     fs::copy_file(file, copy, fs::copy_options::overwrite_existing);
@@ -87,11 +93,11 @@ TEST(Ledger, FindsEveryChangeMadeAroundTheTriggers) {
       for (const std::string& name : drops) database.exec("DROP TRIGGER " + name);
       database.exec(sql);
     }
-    EXPECT_FALSE(check_ledger(StoreReader(copy)).findings.empty()) << sql;
+    EXPECT_FALSE(altered_rows(StoreReader(copy, StoreReader::Schema::any)).empty()) << sql;
   }
 }
 
-TEST(Ledger, EightWritersAtOnceLoseNothing) {
+TEST(Manifests, EightWritersAtOnceLoseNothing) {
   const drape::test::TemporaryFolder folder;
   const fs::path file = folder.path() / "results.sqlite";
   constexpr int kWriters = 8, kDrapes = 3;
@@ -120,13 +126,13 @@ TEST(Ledger, EightWritersAtOnceLoseNothing) {
             std::to_string(121 * 2 * kWriters * kDrapes));
   EXPECT_EQ(one(reader, "SELECT count(DISTINCT round(mean_mm)) FROM comparison"),
             std::to_string(kWriters * kDrapes));
-  EXPECT_THAT(check_ledger(reader).findings, IsEmpty());
+  EXPECT_THAT(altered_rows(reader), IsEmpty());
 }
 
-/// A store as written by older versions: 1 without a ledger, 2 without surfaces
-/// without marks, 3 without branches, 4 (drapebench 0.1.0, bench1) without runs,
-/// 5 (drapebench 0.2.0, bench1's C) without the basis of a match, 8 without
-/// meshes.
+/// A store as drapebench wrote it: version 1 before there was a ledger, version 2 before surfaces
+/// without marks were kept, version 3 before branches were, version 4 (drapebench 0.1.0, bench1)
+/// before runs were, version 5 (drapebench 0.2.0, bench1's C) before what a match rests on was,
+/// version 8 before meshes were, version 10 before manifests were.
 void make_version(int version, const fs::path& file) {
   fs::copy_file(drape::test::source_root() /
                     ("compare/test_data/store_v" + std::to_string(version) + ".sqlite"),
@@ -184,7 +190,7 @@ TEST(Migration, Version1KeepsEveryNumber) {
   EXPECT_EQ(one(reader, "SELECT count(*) FROM comparison WHERE mean_low_mm IS NOT NULL"), "0")
       << "what version 1 did not have is not invented";
   EXPECT_EQ(one(reader, "SELECT count(*) FROM sqlite_master WHERE name LIKE 'v1_%'"), "0");
-  EXPECT_THAT(check_ledger(reader).findings, IsEmpty());
+  EXPECT_THAT(altered_rows(reader), IsEmpty());
 }
 
 /// The columns of every table of a store.
@@ -217,27 +223,20 @@ std::string rows_of(const fs::path& file, const Columns& columns) {
 
 class KeptVersion : public testing::TestWithParam<int> {};
 
-TEST_P(KeptVersion, KeepsEveryRowAndItsChain) {
+TEST_P(KeptVersion, KeepsEveryRow) {
   const drape::test::TemporaryFolder folder;
   const fs::path file = folder.path() / "old.sqlite";
   make_version(GetParam(), file);
   const Columns columns = columns_of(file);
   const std::string before = rows_of(file, columns);
   ASSERT_GT(before.size(), 10000U);
-  const auto chain = [&] {
-    return SQLite::Database(file.string())
-        .execAndGet("SELECT chain_sha256 FROM ledger WHERE sequence = 60")
-        .getString();
-  };
-  const std::string head = chain();
-  const std::map<int, std::size_t> comparisons = {{2, 3}, {3, 3}, {4, 6}, {5, 1}, {8, 4}};
+  const std::map<int, std::size_t> comparisons = {{2, 3}, {3, 3}, {4, 6}, {5, 1}, {8, 4}, {10, 1}};
   EXPECT_EQ(list_results(StoreReader(file), {}).rows.size(), comparisons.at(GetParam()))
       << "a reader needs no migration";
   Store(file).close();
   EXPECT_EQ(rows_of(file, columns), before);
-  EXPECT_EQ(chain(), head) << "what was sealed is still the beginning of the chain";
   const StoreReader reader(file);
-  EXPECT_THAT(check_ledger(reader).findings, IsEmpty());
+  EXPECT_THAT(altered_rows(reader), IsEmpty());
   EXPECT_EQ(one(reader, "SELECT count(*) FROM v_comparison WHERE simulator = 'Blender 3.4'"),
             GetParam() < 4 ? "1" : "0");
 }
@@ -284,43 +283,49 @@ TEST(Migration, GridsOfVersion8StayGridsWithTheirModelSolverAndOrigin) {
                                                             testing::StartsWith("ef95c136d9dc"))));
 }
 
-TEST(Migration, Version7KnewOfNoRunThatWasStoredAgainAndHadOtherViews) {
+TEST_P(KeptVersion, IsVerifiedByItsLedgerAndAnAlteredOneIsNotMigrated) {
   const drape::test::TemporaryFolder folder;
-  const fs::path file = folder.path() / "old.sqlite", fresh = folder.path() / "fresh.sqlite";
-  import_height(file, 5 * mm);
-  {
-    SQLite::Database database(file.string(), SQLite::OPEN_READWRITE);
-    for (const char* statement :
-         {"DROP TABLE run_repetition", "DROP VIEW v_run_moment", "DROP VIEW v_pictures_last",
-          "DROP VIEW v_run_last", "DROP INDEX run_drape_by_measured", "DROP VIEW v_state",
-          "CREATE VIEW v_state AS SELECT 1 AS comparison_id", "PRAGMA user_version = 7"})
-      database.exec(statement);
-  }
-  const auto had = list_results(StoreReader(file), {}).rows;
-  ASSERT_EQ(had.size(), 2U) << "a reader needs no migration";
-  Store(file).close();
-  Store(fresh).close();
-  const char* schema =
-      "SELECT type, name, sql FROM sqlite_master WHERE sql IS NOT NULL ORDER BY 1, 2";
-  EXPECT_EQ(StoreReader(file).query(schema).rows, StoreReader(fresh).query(schema).rows);
-  EXPECT_EQ(list_results(StoreReader(file), {}).rows, had);
-  EXPECT_THAT(check_ledger(StoreReader(file)).findings, IsEmpty());
-}
-
-TEST_P(KeptVersion, SealedItIsVerifiedAsItIs) {
-  const drape::test::TemporaryFolder folder;
-  const fs::path file = folder.path() / "old.sqlite";
+  const fs::path file = folder.path() / "old.sqlite", copy = folder.path() / "copy.sqlite";
   make_version(GetParam(), file);
-  seal_store(StoreLock(file, StoreLock::Kind::alone), file, {});
   EXPECT_THAT(verify_store(file, false).findings, IsEmpty());
-  {
-    SQLite::Database database(file.string(), SQLite::OPEN_READWRITE);
-    database.exec("INSERT INTO rig VALUES ('invented')");
+  for (const char* sql :
+       {"INSERT INTO rig VALUES ('invented')", "UPDATE comparison SET mean_mm = mean_mm * 0.1",
+        "DELETE FROM mark_error WHERE \"row\" = 3", "DELETE FROM ledger WHERE sequence > 60",
+        "CREATE TABLE stranger (x)"}) {
+    SCOPED_TRACE(sql);
+    fs::copy_file(file, copy, fs::copy_options::overwrite_existing);
+    {
+      SQLite::Database database(copy.string(), SQLite::OPEN_READWRITE);
+      SQLite::Statement triggers(database, "SELECT name FROM sqlite_master WHERE type = 'trigger'");
+      std::vector<std::string> names;
+      while (triggers.executeStep()) names.push_back(triggers.getColumn(0).getString());
+      triggers.reset();
+      for (const std::string& name : names) database.exec("DROP TRIGGER " + name);
+      database.exec(sql);
+      (void)database.execAndGet("PRAGMA journal_mode = WAL");
+    }
+    const std::string before = sha256_of_file(copy);
+    EXPECT_FALSE(verify_store(copy, false).findings.empty());
+    EXPECT_THROW(import_height(copy, 5 * mm), Error);
+    EXPECT_EQ(sha256_of_file(copy), before) << "nothing is added";
   }
-  EXPECT_FALSE(verify_store(file, false).findings.empty());
 }
 
-INSTANTIATE_TEST_SUITE_P(Migration, KeptVersion, testing::Values(2, 3, 4, 5, 8));
+TEST(Migration, CopiesOfSheetsBesideAnOldStoreBecomeBlobs) {
+  const drape::test::TemporaryFolder folder;
+  const fs::path file = folder.path() / "old.sqlite",
+                 data = drape::test::source_root() / "compare/test_data";
+  make_version(10, file);
+  fs::copy(data / "store_v10.sqlite.files", file.string() + ".files", fs::copy_options::recursive);
+  EXPECT_THAT(verify_store(file).findings, IsEmpty()) << "before it is migrated";
+  Store(file).close();
+  fs::remove_all(file.string() + ".files");
+  const Verification result = verify_store(file);
+  EXPECT_THAT(result.findings, IsEmpty());
+  EXPECT_EQ(result.comparisons, 2);
+}
+
+INSTANTIATE_TEST_SUITE_P(Migration, KeptVersion, testing::Values(2, 3, 4, 5, 8, 10));
 
 TEST(Migration, AMigratedStoreHasTheSchemaOfANewOneAndGrows) {
   const drape::test::TemporaryFolder folder;
@@ -328,7 +333,7 @@ TEST(Migration, AMigratedStoreHasTheSchemaOfANewOneAndGrows) {
   Store(new_file).close();
   const char* schema =
       "SELECT type, name, sql FROM sqlite_master WHERE sql IS NOT NULL ORDER BY 1, 2";
-  for (const int version : {1, 2, 3, 4, 5, 8}) {
+  for (const int version : {1, 2, 3, 4, 5, 8, 10}) {
     const fs::path old_file = folder.path() / ("old" + std::to_string(version) + ".sqlite");
     make_version(version, old_file);
     const auto had = list_results(StoreReader(old_file), {}).rows.size();
@@ -339,7 +344,7 @@ TEST(Migration, AMigratedStoreHasTheSchemaOfANewOneAndGrows) {
     EXPECT_EQ(list_results(reader, {}).rows.size(), had + 2);
     EXPECT_EQ(one(reader, "SELECT count(*) FROM metric"),
               one(StoreReader(new_file), "SELECT count(*) FROM metric"));
-    EXPECT_THAT(check_ledger(reader).findings, IsEmpty());
+    EXPECT_THAT(altered_rows(reader), IsEmpty());
   }
 }
 

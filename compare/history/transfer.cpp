@@ -1,0 +1,352 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "compare/history/transfer.hpp"
+
+#include <SQLiteCpp/SQLiteCpp.h>
+#include <SQLiteCpp/Savepoint.h>
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <functional>
+#include <map>
+#include <memory>
+#include <optional>
+
+#include "compare/history/verify.hpp"
+#include "compare/schema/schema.hpp"
+#include "compare/store/migrate.hpp"
+#include "compare/store/runs.hpp"
+#include "compare/store/writer.hpp"
+#include "core/error.hpp"
+#include "core/files/files.hpp"
+
+namespace drape::compare {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// Writes into `target` what `rows` adds; a store that was made for it goes again when that fails.
+void write_into(const fs::path& target, const std::function<void(Writer&)>& rows) {
+  const bool there = fs::exists(target);
+  try {
+    Store store(target);
+    store.write(rows);
+    store.close();
+  } catch (...) {
+    std::error_code ignored;
+    for (const char* end : {"", "-wal", "-shm"})
+      if (!there) fs::remove(target.string() + end, ignored);
+    throw;
+  }
+}
+
+/// Places of another store's content, as they lead from the folder of `target`.
+void copy_places(const std::vector<Cells>& files, const fs::path& source, const fs::path& target,
+                 Writer& writer) {
+  for (const auto& [sha256, path] : typed<std::string, std::string>(files))
+    writer.insert_file(
+        sha256, fs::proximate((folder_of(source) / path).lexically_normal(), folder_of(target))
+                    .generic_string());
+}
+
+struct Source {
+  explicit Source(const fs::path& file) : reader(file), rows(reader.database()) {}
+  StoreReader reader;
+  RowReader rows;
+};
+
+class Merge {
+ public:
+  Merge(const fs::path& target, const std::vector<std::unique_ptr<Source>>& sources, Writer& writer)
+      : target_(target), sources_(sources), writer_(writer), own_(writer.database()) {}
+
+  MergeCounts run() {
+    for (std::size_t i = 0; i < sources_.size(); ++i)
+      for (const auto& [kind, key] : rows_of<std::string, std::string>(
+               sources_[i]->reader.database(),
+               "SELECT kind, key FROM listed WHERE kind <> 'metric' ORDER BY sequence"))
+        take(i, listed_table(kind), key);
+    return std::move(counts_);
+  }
+
+ private:
+  void take(std::size_t at, const ListedTable& table, const std::string& key) {
+    Source& source = *sources_[at];
+    if (table.name == "blob") {
+      const bool there = writer_.has("blob", key);
+      if (!there) writer_.insert_blob(key, *source.reader.blob(key));
+      ++(there ? counts_.present : counts_.added);
+      return;
+    }
+    ListedRows theirs = source.rows.read(table, key, RowReader::Take::rows);
+    if (table.name == "file")
+      return copy_places(theirs.rows, source.reader.file(), target_, writer_);
+    const ListedRows ours = own_.read(table, key, RowReader::Take::rows);
+    if (ours.count == 0) {
+      combine_with_later(table, key, theirs.rows, at);
+      writer_.insert_listed(table, key, theirs.rows);
+      ++counts_.added;
+      return;
+    }
+    ++counts_.present;
+    if (ours.sha256 == theirs.sha256) return;
+    std::vector<Cells> both = ours.rows;
+    if (combine(table, key, both, theirs.rows, at))
+      counts_.known_better.insert(fmt::format("{} {}", table.name, key));
+    combine_with_later(table, key, both, at);
+    if (table.name == "run") repeat_run(key, theirs.rows.front()[column(table, "date")]);
+  }
+
+  static std::size_t column(const ListedTable& table, const std::string& name) {
+    const auto found = std::find(table.columns.begin(), table.columns.end(), '"' + name + '"');
+    return static_cast<std::size_t>(found - table.columns.begin());
+  }
+
+  /// Fills what `ours` lacks; true where it lacked something. A sheet may have been given to one
+  /// store without the files beside it, which contradicts nothing.
+  bool combine(const ListedTable& table, const std::string& key, std::vector<Cells>& ours,
+               const std::vector<Cells>& theirs, std::size_t source) const {
+    if (theirs.empty()) return false;
+    if (ours.size() != theirs.size()) contradict(table, key, source);
+    bool filled = false;
+    for (std::size_t row = 0; row < ours.size(); ++row)
+      for (std::size_t i = 0; i < ours[row].size(); ++i) {
+        Cell& own = ours[row][i];
+        const Cell& other = theirs[row][i];
+        if (own == other || other.is_null()) continue;
+        // The same run may have been stored on two days.
+        if (table.name == "run" && i == column(table, "date")) continue;
+        if (!own.is_null()) contradict(table, key, source);
+        own = other;
+        filled = true;
+      }
+    return filled;
+  }
+
+  /// A run that two stores got at two moments was stored at both.
+  void repeat_run(const std::string& key, const Cell& date) {
+    if (writer_.value<int>("SELECT 1 FROM run WHERE sha256 = ?1 AND date = ?2 UNION ALL SELECT 1 "
+                           "FROM run_repetition WHERE run_sha256 = ?1 AND date = ?2",
+                           {key, date}))
+      return;
+    const std::string& moment = std::get<std::string>(date);
+    writer_.insert("run_repetition", repetition_key(key, moment, 0), key, moment);
+  }
+
+  void combine_with_later(const ListedTable& table, const std::string& key,
+                          std::vector<Cells>& rows, std::size_t at) const {
+    for (std::size_t other = at + 1; other < sources_.size(); ++other)
+      combine(table, key, rows, sources_[other]->rows.read(table, key, RowReader::Take::rows).rows,
+              other);
+  }
+
+  [[noreturn]] void contradict(const ListedTable& table, const std::string& key,
+                               std::size_t source) const {
+    throw bad_input(
+        fmt::format("two stores contradict each other on {} {}", table.name, key.substr(0, 12)),
+        {.file = sources_[source]->reader.file().string()},
+        "see what each has by `drape results show`; leave the wrong one out, and import its right "
+        "sheets into a new store");
+  }
+
+  fs::path target_;
+  const std::vector<std::unique_ptr<Source>>& sources_;
+  Writer& writer_;
+  RowReader own_;
+  MergeCounts counts_;
+};
+
+}  // namespace
+
+MergeCounts merge_stores(const fs::path& target, const std::vector<fs::path>& stores) {
+  std::map<std::string, std::unique_ptr<Source>> by_manifest;
+  for (const fs::path& store : stores) {
+    if (fs::exists(target) && fs::exists(store) && fs::equivalent(store, target))
+      throw usage_error("a store cannot be merged into itself", "name another with --store");
+    auto source = std::make_unique<Source>(store);
+    if (const auto altered = altered_rows(source->reader); !altered.empty())
+      throw not_as_written(store, altered.front());
+    by_manifest.try_emplace(last_manifest(source->reader.database()).sha256, std::move(source));
+  }
+  std::vector<std::unique_ptr<Source>> sources;
+  for (auto& [manifest, source] : by_manifest) sources.push_back(std::move(source));
+  MergeCounts counts;
+  write_into(target, [&](Writer& writer) { counts = Merge(target, sources, writer).run(); });
+  return counts;
+}
+
+namespace {
+
+constexpr int kLongestHole = 10000;     ///< entries that may be missing in a row before the last
+constexpr int kLeastEntry_bytes = 128;  ///< two hashes, so a file holds no more entries than that
+
+/// A copy of a damaged store, since opening may move its write-ahead log into it.
+class DamagedCopy {
+ public:
+  explicit DamagedCopy(const fs::path& store) {
+    for (const char* end : {"", "-wal"})
+      if (fs::is_regular_file(store.string() + end))
+        fs::copy_file(store.string() + end, file().string() + end);
+  }
+  [[nodiscard]] fs::path file() const { return folder_.path() / "store"; }
+
+  /// Gives the copy the header and the schema of an empty store. Both are made by the same
+  /// statements, so each table has its root on the same page, unless the store was once brought
+  /// from an older version; the hashes of the rows say whether what is read so was written.
+  void take_schema() {
+    const fs::path empty = folder_.path() / "empty";
+    Store(empty).close();
+    SQLite::Database database(empty.string(), SQLite::OPEN_READWRITE);
+    const auto size = static_cast<std::size_t>(database.execAndGet("PRAGMA page_size").getInt());
+    const std::string good = read_text(empty);
+    std::string bytes = read_text(file());
+    if (bytes.size() < size) return;
+    for (const auto& [page] :
+         rows_of<int>(database, "SELECT pageno FROM dbstat WHERE name = 'sqlite_schema'")) {
+      const std::size_t at = size * (static_cast<std::size_t>(page) - 1);
+      if (at + size <= bytes.size()) bytes.replace(at, size, good, at, size);
+    }
+    constexpr std::size_t kPageCount = 28, kFreePages = 32;  // big-endian; SQLite's format, 1.3
+    const std::size_t count = bytes.size() / size;
+    for (std::size_t i = 0; i < 4; ++i)
+      bytes[kPageCount + i] = static_cast<char>(count >> (24 - 8 * i));
+    std::fill_n(bytes.begin() + kFreePages, 8, '\0');
+    write_durable(file(), bytes);
+  }
+
+ private:
+  TemporaryFolder folder_{"a copy of the store cannot be made"};
+};
+
+/// A damaged store as it can be read in one way.
+class Damaged {
+ public:
+  explicit Damaged(const fs::path& file)
+      : database_(file.string(), SQLite::OPEN_READWRITE),
+        readers_{std::make_unique<RowReader>(database_),
+                 std::make_unique<RowReader>(database_, false)} {}
+
+  [[nodiscard]] SQLite::Database& database() { return database_; }
+
+  struct Entry {
+    std::string kind, key, sha256;
+  };
+  [[nodiscard]] std::optional<Entry> entry(std::int64_t sequence) {
+    return tried<std::optional<Entry>>([&]() -> std::optional<Entry> {
+      for (auto& [kind, key, sha256] : rows_of<std::string, std::string, std::string>(
+               database_, "SELECT kind, key, sha256 FROM listed WHERE sequence = ?", {sequence}))
+        return Entry{kind, key, sha256};
+      return std::nullopt;
+    });
+  }
+
+  /// Carries over what still has its hash.
+  bool carry(const Entry& entry, const fs::path& source, const fs::path& target, Writer& writer) {
+    const ListedTable* table = nullptr;
+    for (const ListedTable& one : listed_tables())
+      if (one.name == entry.kind) table = &one;
+    if (table == nullptr) return false;
+    return tried<bool>([&] {
+      if (entry.kind == "blob") {
+        auto content =
+            tried<std::optional<std::string>>([&] { return blob_in(database_, entry.key); });
+        if (!content) content = blob_in(database_, entry.key, false);
+        if (content) writer.insert_blob(entry.key, *content);
+        return content.has_value();
+      }
+      RowReader own(writer.database());
+      if (own.read(*table, entry.key).sha256 == entry.sha256) return true;
+      for (const auto& reader : readers_) {
+        const auto found = tried<ListedRows>(
+            [&] { return reader->read(*table, entry.key, RowReader::Take::rows); });
+        if (found.sha256 != entry.sha256) continue;
+        SQLite::Savepoint unit(writer.database(), "unit");
+        if (entry.kind == "file")
+          copy_places(found.rows, source, target, writer);
+        else
+          writer.insert_listed(*table, entry.key, found.rows);
+        unit.release();
+        return true;
+      }
+      return false;
+    });
+  }
+
+ private:
+  /// The result; an empty one where a page is damaged.
+  template <class Result>
+  static Result tried(const std::function<Result()>& work) {
+    try {
+      return work();
+    } catch (const SQLite::Exception&) {
+      return {};
+    }
+  }
+
+  SQLite::Database database_;
+  std::unique_ptr<RowReader> readers_[2];
+};
+
+/// Ways to read a damaged store: as it is, where its tables are those of this program, and with a
+/// new schema. An older version is brought to this one.
+std::vector<std::unique_ptr<Damaged>> ways_to_read(const DamagedCopy& copy, DamagedCopy& mended,
+                                                   const fs::path& damaged,
+                                                   std::vector<std::string>& lost) {
+  std::vector<std::unique_ptr<Damaged>> ways;
+  try {
+    auto way = std::make_unique<Damaged>(copy.file());
+    const int version = version_of(way->database(), damaged);
+    if (version > 0 && version < store_version()) migrate(way->database(), version, damaged, &lost);
+    const std::vector<std::string> findings = schema_findings(way->database());
+    if (std::none_of(findings.begin(), findings.end(),
+                     [](const std::string& one) { return one.starts_with("table "); }))
+      ways.push_back(std::move(way));
+  } catch (const SQLite::Exception&) {  // the next may do without that page
+  } catch (const Error&) {
+  }
+  mended.take_schema();
+  ways.push_back(std::make_unique<Damaged>(mended.file()));
+  return ways;
+}
+
+}  // namespace
+
+Rescue rescue_store(const fs::path& named, const fs::path& fresh) {
+  const fs::path damaged = real_store(named);
+  if (!fs::is_regular_file(damaged))
+    throw bad_input("there is no results store", {.file = damaged.string()},
+                    "name the damaged one");
+  if (fs::exists(fresh) && fs::equivalent(fresh, damaged))
+    throw usage_error("a store cannot be rescued into itself", "name a new one with --store");
+  const DamagedCopy copy(damaged);
+  DamagedCopy mended(damaged);
+  const auto most_entries = static_cast<std::int64_t>(
+      (fs::file_size(copy.file()) + (fs::exists(copy.file().string() + "-wal")
+                                         ? fs::file_size(copy.file().string() + "-wal")
+                                         : 0)) /
+      kLeastEntry_bytes);
+  Rescue result;
+  const auto ways = ways_to_read(copy, mended, damaged, result.lost);
+  write_into(fresh, [&](Writer& writer) {
+    std::int64_t last = 0;
+    const auto end = [&] { return std::min<std::int64_t>(last + kLongestHole, most_entries); };
+    for (std::int64_t sequence = 1; sequence <= end(); ++sequence) {
+      std::optional<Damaged::Entry> entry;
+      for (const auto& way : ways)
+        if (!entry) entry = way->entry(sequence);
+      if (!entry) continue;
+      for (++last; last < sequence; ++last)
+        result.lost.push_back(fmt::format("listed row {}", last));
+      if (std::any_of(ways.begin(), ways.end(),
+                      [&](const auto& way) { return way->carry(*entry, damaged, fresh, writer); }))
+        ++result.kept;
+      else
+        result.lost.push_back(fmt::format("{} {}", entry->kind, entry->key));
+    }
+    if (result.kept == 0)
+      throw bad_input("nothing of the store can be read", {.file = damaged.string()},
+                      "import the sheets again: drape results import FOLDER --store NEW");
+  });
+  return result;
+}
+
+}  // namespace drape::compare
