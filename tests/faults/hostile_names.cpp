@@ -59,12 +59,14 @@ HostileFile texts_of(const std::string& name, const std::string& file, const std
 
 /// A simulated sheet with statements that no simulator makes, and a certificate that agrees.
 HostileFile simulated(const std::string& name, const std::string& to) {
-  return {name,
-          [to](const HostileBench& b) {
-            b.edit(kSimulated, [&](Json& json) { rename_texts(json, to); });
-            b.edit(kCertificate, [](Json& json) { json["at_rest"] = false; });
-          },
-          kCompare};
+  return {
+      name,
+      [to](const HostileBench& b) {
+        b.edit(kSimulated, [&](Json& json) { rename_texts(json, to); });
+        b.edit(kCertificate, [](Json& json) { json["at_rest"] = false; });
+        fs::remove((b.lab() / kSimulated).replace_filename("levels.json"));  // of the sheet before
+      },
+      kCompare};
 }
 
 HostileFile named(const std::string& name, const std::string& old, const std::string& line) {
@@ -74,7 +76,7 @@ HostileFile named(const std::string& name, const std::string& old, const std::st
 std::string other_mesh(const std::string& name, const std::string& mesh) {
   return "schema = \"drapebench/mesh/1\"\nname = " + toml_text(name) + "\nmesh = \"" + mesh +
          "\"\nscene = 'C'\nfabric = " + toml_text(name) +
-         "\nunit_mm = 1.0\n[grid]\ninner = \"weft\"\ninner_count = 11\nwarp_from_mm = 0.0\n"
+         "\nunit_mm = 1.0\n[grid]\ninner = \"weft\"\ninner_count = 23\nwarp_from_mm = 0.0\n"
          "warp_to_mm = 220.0\nweft_from_mm = 0.0\nweft_to_mm = 220.0\n";
 }
 
