@@ -509,7 +509,10 @@ JointResult calibrate_joint(const Detections& detections, const Rig& rig, const 
     result.report.warnings.push_back(unchecked);
     result.calibration.warnings.push_back(unchecked);
   }
-  if (const std::string exchanged = exchanged_views(all, model); !exchanged.empty()) {
+  std::string exchanged = exchanged_views(all, model);
+  // Exchanged cameras on opposite sides look as one whose labels are turned does.
+  if (!exchanged.empty() && !unconfirmed.empty()) exchanged += "; or " + unconfirmed;
+  if (!exchanged.empty()) {
     result.report.status =
         result.report.good() ? exchanged : exchanged + "; " + result.report.status;
     result.calibration.warnings.insert(result.calibration.warnings.begin(), exchanged);
