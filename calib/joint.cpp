@@ -234,7 +234,7 @@ StatedFit with_choices(const JointSolution& solution, const JointFit& fit,
   constexpr double kRare = 0.005;
   StatedFit chosen = with_uncertainty(solution, fit);
   if (chosen.covariance.cameras.size() == 0) return chosen;
-  const MatrixXd own = chosen.covariance.cameras;
+  const MatrixXd own = chosen.covariance.cameras, own_target = chosen.covariance.target;
   const Eigen::VectorXd own_board = chosen.covariance.board_sd.cwiseAbs2();
   Eigen::VectorXd board = own_board;
   for (const std::vector<HeldOut>* table : {&report.held_out, &report.boards}) {
@@ -253,6 +253,9 @@ StatedFit with_choices(const JointSolution& solution, const JointFit& fit,
       const Eigen::VectorXd apart = file_difference(other.solution.model, solution.model);
       chosen.covariance.cameras +=
           shares[i] * (other.covariance.cameras - own + apart * apart.transpose());
+      chosen.covariance.target += shares[i] * (other.covariance.target - own_target);
+      if (other_fit.board != fit.board)
+        chosen.covariance.target += shares[i] * apart * apart.transpose();
       const Eigen::VectorXd board_apart =
           other.solution.model.board.parameters() - solution.model.board.parameters();
       board +=
@@ -282,7 +285,9 @@ void add_uncertainty(const JointSolution& solution, const JointFit& fit,
   calibration.joint_covariance = own.covariance.cameras;
   if (options.known_lenses)
     add_known_lenses(calibration.joint_covariance, model, fit, *options.known_lenses);
-  add_scale_uncertainty(calibration.joint_covariance, model, options.scale_uncertainty);
+  calibration.target_covariance = own.covariance.target;
+  for (MatrixXd* covariance : {&calibration.joint_covariance, &calibration.target_covariance})
+    add_scale_uncertainty(*covariance, model, options.scale_uncertainty);
 }
 
 /// Sets used for calibration.

@@ -121,6 +121,7 @@ TEST(Joint, CovarianceOfAllCamerasComesBackFromTheFile) {
   const Calibration read = read_calibration(folder.path() / "calibration.json");
   EXPECT_EQ(read.joint_covariance_parameters, written.joint_covariance_parameters);
   EXPECT_EQ(read.joint_covariance, written.joint_covariance);
+  EXPECT_EQ(read.target_covariance, written.target_covariance);
 }
 
 TEST(Joint, RejectsAMislabelledDotByName) {

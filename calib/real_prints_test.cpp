@@ -185,6 +185,13 @@ TEST(RealPrints, APrintsErrorIsFoundAndStated) {
                   4 * std::sqrt(result.calibration.cameras[c].covariance(0, 0)))
           << c;
     }
+    // The target's share is a part of each variance, larger of a print that may err anyhow.
+    const auto& all = result.calibration.joint_covariance;
+    const auto& target = result.calibration.target_covariance;
+    for (const int centre : {2, 3}) {
+      EXPECT_GT(target(centre, centre), 0);
+      EXPECT_LT(target(centre, centre), all(centre, centre));
+    }
     EXPECT_EQ(result.report.plate.has_value(), error_mm > 0);
     if (!result.report.plate) continue;
     double squares = 0;

@@ -5,6 +5,7 @@
 
 #include <Eigen/LU>
 #include <cmath>
+#include <string_view>
 
 #include "core/error.hpp"
 #include "core/geometry/dense.hpp"
@@ -19,27 +20,38 @@ using units::um;
 
 constexpr double kPerMm2 = 1 / (mm * mm);
 
+/// A covariance has a row and a column of each named parameter.
+void check_covariance(Fields& f, std::string_view field, std::string_view names_field,
+                      const std::vector<std::string>& names, const Eigen::MatrixXd& matrix) {
+  const auto parameters = static_cast<Eigen::Index>(names.size());
+  f.rule(matrix.rows() == parameters && matrix.cols() == parameters, field,
+         fmt::format("its size is not the number of {}", names_field), make_again);
+  if (!f.reads() || matrix.rows() != matrix.cols()) return;
+  f.rule(is_covariance(matrix), field, "it is no covariance: not symmetric, or negative",
+         make_again);
+}
+
+/// Takes a matrix that may be left out.
+void matrix_if_any(Fields& f, const Field& field, Eigen::MatrixXd& matrix) {
+  std::optional<Eigen::MatrixXd> found;
+  if (matrix.size() > 0) found = matrix;
+  f.if_any(field, found);
+  matrix = found.value_or(Eigen::MatrixXd());
+}
+
 /// Describes a covariance matrix with its parameter names; `may_lack`: both may be omitted.
 void covariance(Fields& f, const Field& names_field, const Field& field, bool may_lack,
                 std::vector<std::string>& names, Eigen::MatrixXd& matrix) {
   const bool walks = !may_lack || f.documents() || !names.empty() || f.reads();
   if (!walks) return;
   if (may_lack) {
-    std::optional<Eigen::MatrixXd> found;
-    if (!names.empty()) found = matrix;
     f.if_any(names_field, names);
-    f.if_any(field, found);
-    matrix = found.value_or(Eigen::MatrixXd());
+    matrix_if_any(f, field, matrix);
   } else {
     f(names_field, names);
     f(field, matrix);
   }
-  const auto parameters = static_cast<Eigen::Index>(names.size());
-  f.rule(matrix.rows() == parameters && matrix.cols() == parameters, field.name,
-         fmt::format("its size is not the number of {}", names_field.name), make_again);
-  if (!f.reads() || matrix.rows() != matrix.cols()) return;
-  f.rule(is_covariance(matrix), field.name, "it is no covariance: not symmetric, or negative",
-         make_again);
+  check_covariance(f, field.name, names_field.name, names, matrix);
 }
 
 }  // namespace
@@ -129,6 +141,11 @@ void fields(Fields& f, Calibration& calibration) {
   covariance(f, {"joint_covariance_parameters", "cam0/fx_px and so on: parameters of all cameras"},
              {"joint_covariance", "rows of the matrix of all cameras together"}, true,
              calibration.joint_covariance_parameters, calibration.joint_covariance);
+  matrix_if_any(f, {"target_covariance", "share of the target's own error in joint_covariance"},
+                calibration.target_covariance);
+  if (calibration.target_covariance.size() > 0)
+    check_covariance(f, "target_covariance", "joint_covariance_parameters",
+                     calibration.joint_covariance_parameters, calibration.target_covariance);
 }
 
 const CalibratedCamera* Calibration::find(const std::string& name) const {

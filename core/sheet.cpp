@@ -113,6 +113,8 @@ void fields(Fields& f, ErrorBudget& budget) {
   f({"detection", "contribution of the noise of the marks' centres", mm}, budget.detection_m);
   f({"calibration", "contribution of the cameras; null if their file gives none", mm},
     budget.calibration_m);
+  f.if_any({"target", "part of calibration due to the error of the calibration target", mm},
+           budget.target_m);
   f({"dot_shape", "remainder after correcting bent and slanted dots", mm}, budget.dot_shape_m);
   f({"total", "root sum of squares", mm}, budget.total_m);
 }

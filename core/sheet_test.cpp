@@ -21,7 +21,7 @@ Sheet measured_sheet() {
                  {{1, 1}, {0.03, 0.03}, {0.3, 0, 1e-9}, covariance, 2, 0.5}};
   sheet.gaps = {{{1, 0}, "seen by one camera"}};
   sheet.source = MeasuredSource{"bench", "drape_A", {"cam0", "cam1"}, "aa", "bb"};
-  sheet.error_budget = ErrorBudget{1.0 / 64e3, std::nullopt, 3e-5, 4e-5};
+  sheet.error_budget = ErrorBudget{1.0 / 64e3, std::nullopt, 3e-5, 4e-5, 1e-5};
   return sheet;
 }
 
@@ -43,6 +43,7 @@ TEST_F(SheetFile, ComesBackWithEverything) {
   EXPECT_NEAR(read.error_budget->detection_m, 1.0 / 64e3, 1e-18);
   EXPECT_FALSE(read.error_budget->calibration_m.has_value());
   EXPECT_NEAR(read.error_budget->total_m, 4e-5, 1e-18);
+  EXPECT_NEAR(read.error_budget->target_m.value(), 1e-5, 1e-18);
   EXPECT_FALSE(read.marks[1].covariance_m2.has_value());
   EXPECT_FALSE(read.marks[1].views.has_value());
   for (std::size_t i = 0; i < 3; ++i) {

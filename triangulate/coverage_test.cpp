@@ -211,6 +211,22 @@ TEST(Coverage, ErrorsInCommonAreNotTakenForSeparateOnes) {
   EXPECT_GT(std::abs(joint.trace() / separate.trace() - 1), 0.05);
 }
 
+/// A target printed too large makes a world that is too large by the same part about its origin, so
+/// the target's share of a point's covariance is the square of that part times its place.
+TEST(Coverage, ATargetsScaleMovesAPointInProportionToItsPlace) {
+  Draw draw(11);
+  SyntheticRig rig = some_rig(draw);
+  VectorXd growth = VectorXd::Zero(3 * kFree);
+  for (int i = 0; i < 3; ++i)
+    growth.segment<3>(kFree * i + 9) =
+        rig.found.cameras[i].camera.cam_from_world.translation_m / mm;
+  rig.found.target_covariance = kScale * kScale * growth * growth.transpose();
+  const Vector3d truth(0.06, -0.04, 0.09);
+  const Point point = measured(rig, joint_places(rig.found), truth, 3, draw);
+  const Matrix3d expected = kScale * kScale * point.in_world * point.in_world.transpose();
+  EXPECT_LT((point.target_covariance_m2 - expected).norm(), 1e-3 * expected.norm());
+}
+
 /// A plate of 5 x 5 dots, 80 mm wide, somewhere on the bench, with noisy centroids of its dots.
 struct SomePlate {
   MarkLattice lattice;

@@ -47,9 +47,10 @@ std::string pairs_text(const TriangulateReport& report) {
 
 std::string budget_text(const ErrorBudget& budget) {
   return fmt::format(
-      "{:.4f} mm RMS in space: detection {:.4f}, calibration {}, dot shape {:.4f} mm",
+      "{:.4f} mm RMS in space: detection {:.4f}, calibration {}{}, dot shape {:.4f} mm",
       budget.total_m / mm, budget.detection_m / mm,
       budget.calibration_m ? fmt::format("{:.4f}", *budget.calibration_m / mm) : "unknown",
+      budget.target_m ? fmt::format(" (target {:.4f})", *budget.target_m / mm) : "",
       budget.dot_shape_m / mm);
 }
 

@@ -102,6 +102,7 @@ JointPlaces joint_places(const Calibration& calibration) {
   for (const CalibratedCamera& camera : calibration.cameras) {
     InJointCovariance& own = places[camera.camera.name];
     own.covariance = &calibration.joint_covariance;
+    if (calibration.target_covariance.size() > 0) own.target = &calibration.target_covariance;
     int found = 0;
     for (const std::string& parameter : parameter_names(camera.camera.model)) {
       const auto place = by_name.find(camera.camera.name + "/" + parameter);

@@ -30,10 +30,10 @@ MatrixXd noise_of_separate_cameras(const std::vector<View>& views, const Vector3
   return pixels;
 }
 
-/// Covariance for jointly calibrated cameras, whose errors are correlated.
-MatrixXd noise_of_joint_cameras(const std::vector<View>& views, const Vector3d& in_world) {
-  const MatrixXd& covariance = *views.front().joint->covariance;
-  MatrixXd by_all = MatrixXd::Zero(2 * views.size(), covariance.cols());
+/// Derivative of all pixels by the parameters of cameras calibrated together, whose errors go hand
+/// in hand.
+MatrixXd by_joint_cameras(const std::vector<View>& views, const Vector3d& in_world) {
+  MatrixXd by_all = MatrixXd::Zero(2 * views.size(), views.front().joint->covariance->cols());
   for (std::size_t i = 0; i < views.size(); ++i) {
     const auto by_parameters = d_px_d_parameters(views[i].camera->camera, in_world);
     if (!by_parameters) continue;
@@ -43,7 +43,7 @@ MatrixXd noise_of_joint_cameras(const std::vector<View>& views, const Vector3d& 
         by_all.block<2, 1>(2 * static_cast<Eigen::Index>(i), place) = by_parameters->col(k);
     }
   }
-  return by_all * covariance * by_all.transpose();
+  return by_all;
 }
 
 }  // namespace
@@ -90,9 +90,16 @@ Point solve_point(const std::vector<View>& views, double min_angle_rad) {
   point.in_world = fit.in_world;
   if (fit.status != PointStatus::good) return point;
   const MatrixXd by_shared = fit.by_pixels * shared;
-  const MatrixXd calibration = views.front().joint != nullptr
-                                   ? noise_of_joint_cameras(views, point.in_world)
-                                   : noise_of_separate_cameras(views, point.in_world);
+  MatrixXd calibration;
+  if (const InJointCovariance* joint = views.front().joint) {
+    const MatrixXd by_cameras = by_joint_cameras(views, point.in_world);
+    calibration = by_cameras * *joint->covariance * by_cameras.transpose();
+    const MatrixXd moves = fit.by_pixels * by_cameras;
+    if (joint->target != nullptr)
+      point.target_covariance_m2 = moves * *joint->target * moves.transpose();
+  } else {
+    calibration = noise_of_separate_cameras(views, point.in_world);
+  }
   point.shape_covariance_m2 = by_shared * by_shared.transpose();
   point.calibration_covariance_m2 = fit.by_pixels * calibration * fit.by_pixels.transpose();
   for (std::size_t i = 0; i < views.size(); ++i) {

@@ -18,6 +18,7 @@ using SharedUnknowns = Eigen::Matrix<double, 2, Eigen::Dynamic>;
 /// Columns of a camera's parameters in the joint covariance of all cameras.
 struct InJointCovariance {
   const Eigen::MatrixXd* covariance = nullptr;
+  const Eigen::MatrixXd* target = nullptr;  ///< share of the calibration target's own error, if any
   std::vector<Eigen::Index> places;  ///< by parameter; -1 for a fixed one, which has no error
 };
 
@@ -40,6 +41,7 @@ struct Point {
   Eigen::Matrix3d detection_covariance_m2 = Eigen::Matrix3d::Zero();
   Eigen::Matrix3d shape_covariance_m2 = Eigen::Matrix3d::Zero();  ///< part of the shared unknowns
   Eigen::Matrix3d calibration_covariance_m2 = Eigen::Matrix3d::Zero();
+  Eigen::Matrix3d target_covariance_m2 = Eigen::Matrix3d::Zero();  ///< part of the calibration's
   std::vector<Eigen::Vector2d> residuals_px;  ///< measured minus projected, one per view
   double chi2 = 0;  ///< sum over the residuals, with all three covariances
   int degrees_of_freedom = 0;

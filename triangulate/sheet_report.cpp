@@ -30,13 +30,17 @@ struct PairMisses {
 
 ErrorBudget budget_of(const std::vector<MarkViews>& marks, const std::vector<Placed>& placed,
                       const Sheet& sheet, bool has_calibration_covariance) {
-  double detection = 0, calibration = 0, shape = 0;
+  double detection = 0, calibration = 0, target = 0, shape = 0;
+  bool states_target = false;
   for (std::size_t i = 0; i < marks.size(); ++i) {
     if (sheet.find(marks[i].mark) == nullptr) continue;
     const Point& point = *placed[i].agreed.point;
     detection += point.detection_covariance_m2.trace();
     calibration += point.calibration_covariance_m2.trace();
+    target += point.target_covariance_m2.trace();
     shape += point.shape_covariance_m2.trace();
+    const InJointCovariance* joint = marks[i].views.front().joint;
+    states_target |= joint != nullptr && joint->target != nullptr;
   }
   const auto rms = [&](double sum_m2) {
     return std::sqrt(sum_m2 / static_cast<double>(sheet.marks.size()));
@@ -44,6 +48,7 @@ ErrorBudget budget_of(const std::vector<MarkViews>& marks, const std::vector<Pla
   ErrorBudget budget{rms(detection), std::nullopt, rms(shape),
                      rms(detection + calibration + shape)};
   if (has_calibration_covariance) budget.calibration_m = rms(calibration);
+  if (states_target) budget.target_m = rms(target);
   return budget;
 }
 

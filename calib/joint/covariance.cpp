@@ -58,6 +58,12 @@ JointCovariance joint_covariance(const JointModel& model, const JointFit& fit,
   const MatrixXd map = to_file(model, moved, cameras);
   out.cameras = map * all.topLeftCorner(cameras, cameras) * map.transpose();
   const std::vector<int> board = moved_board_parameters(model, fit);
+  const auto by_board = static_cast<Index>(board.size());
+  const MatrixXd along = map * all.block(0, cameras, cameras, by_board);
+  out.target = MatrixXd::Zero(map.rows(), map.rows());
+  if (by_board > 0)
+    out.target = along * solve_positive(MatrixXd(all.block(cameras, cameras, by_board, by_board)),
+                                        MatrixXd(along.transpose()));
   for (std::size_t i = 0; i < board.size(); ++i)
     out.board_sd[board[i]] =
         std::sqrt(all(cameras + static_cast<Index>(i), cameras + static_cast<Index>(i)));
