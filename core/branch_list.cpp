@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "core/sensitivity.hpp"
 #include "core/units.hpp"
 
 namespace drape {
@@ -29,10 +30,14 @@ void require_moves(Fields& f, const std::vector<OtherRest>& rests, std::size_t k
 
 }  // namespace
 
-MatrixX3d OtherRest::moves() const {
-  MatrixX3d all(static_cast<Index>(moves_m->size()), 3);
-  for (Index k = 0; k < all.rows(); ++k) all.row(k) = (*moves_m)[static_cast<std::size_t>(k)];
+MatrixX3d one_a_row(const std::vector<Eigen::Vector3d>& moves) {
+  MatrixX3d all(static_cast<Index>(moves.size()), 3);
+  for (Index k = 0; k < all.rows(); ++k) all.row(k) = moves[static_cast<std::size_t>(k)];
   return all;
+}
+
+MatrixX3d OtherRest::moves() const {
+  return one_a_row(*moves_m);
 }
 
 int FrictionBand::counted() const {
@@ -147,6 +152,22 @@ void fields(Fields& f, MemoryBand& band) {
   require_moves(f, band.ends, band.marks.size());
 }
 
+void fields(Fields& f, ErringRest& rest) {
+  f({"ending", "at rest, or why it counts for nothing"}, rest.ending);
+  f.if_any({"moves_mm", "way of each mark; absent: it counts for nothing", mm}, rest.moves_m);
+  f.if_any({"first_order_mm", "way of each mark to first order", mm}, rest.first_order_m);
+}
+
+void fields(Fields& f, BeyondFirstOrder& beyond) {
+  marks_at(f, beyond.marks_at);
+  f({"rests", "each with its own errors"}, beyond.rests);
+  for (const ErringRest& rest : beyond.rests)
+    for (const auto* moves : {&rest.moves_m, &rest.first_order_m})
+      f.rule(moves->has_value() == rest.moves_m.has_value() &&
+                 (!*moves || (*moves)->size() == beyond.marks_at.size()),
+             "marks_at", "a rest has not three numbers for each mark", make_again);
+}
+
 void fields(Fields& f, OtherFriction& other) {
   f({"friction", "friction coefficient", 1, 0}, other.friction);
   f({"ending", "\"at rest\", or the reason why it is not counted"}, other.ending);
@@ -191,6 +212,8 @@ void fields(Fields& f, BranchList& list) {
   f.if_any({"friction_band", "positions in which friction can hold the drape"}, list.friction_band);
   f.if_any({"internal_friction_band", "positions in which internal friction can hold the drape"},
            list.memory_band);
+  f.if_any({"beyond_first_order", "drapes of the own start with errors in all stated values"},
+           list.beyond_first_order);
   f.if_any({"measured", "the real drape among the branches"}, list.measured);
 }
 

@@ -53,6 +53,9 @@ struct BandMark {
   double radius95_m = 0;  ///< radius about the mean that holds 95 % of the drapes
 };
 
+/// Matrix of these moves, one row per mark.
+[[nodiscard]] Eigen::MatrixX3d one_a_row(const std::vector<Eigen::Vector3d>& moves);
+
 /// Another equilibrium of the scene's own drape, reached by a push or by another loading history.
 struct OtherRest {
   std::string what;    ///< name of the loading history; empty for a push in a friction band
@@ -97,6 +100,20 @@ struct MemoryBand {
   [[nodiscard]] Eigen::MatrixX3d extreme_m(double sign) const;
 };
 
+/// Rest of the scene's own start where all stated values err at once, against the undisturbed one.
+struct ErringRest {
+  std::string ending;                                   ///< "at rest", or why it counts for nothing
+  std::optional<std::vector<Eigen::Vector3d>> moves_m;  ///< move of each mark; absent: no count
+  std::optional<std::vector<Eigen::Vector3d>> first_order_m;  ///< answer to first order, likewise
+};
+
+/// Such rests on the coarsest mesh, each with its own errors: what friction, folds and edges add to
+/// the first-order answers.
+struct BeyondFirstOrder {
+  std::vector<MarkId> marks_at;  ///< rows of the moves
+  std::vector<ErringRest> rests;
+};
+
 /// Result of a start from the measured shape with another friction coefficient.
 struct OtherFriction {
   double friction = 0;
@@ -134,6 +151,7 @@ struct BranchList {
   std::vector<BandMark> band;          ///< empty for fewer than 20 members at rest
   std::optional<FrictionBand> friction_band;
   std::optional<MemoryBand> memory_band;
+  std::optional<BeyondFirstOrder> beyond_first_order;
   std::optional<PlacedDrape> measured;
   Document document;
 };

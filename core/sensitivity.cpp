@@ -59,6 +59,14 @@ void fields(Fields& f, VariantEffect& effect) {
   f({"mean_way_of_marks_mm", "mean displacement of the marks", mm}, effect.moved_m);
 }
 
+void marks_at(Fields& f, std::vector<MarkId>& marks) {
+  std::vector<std::array<int, 2>> places;
+  for (const MarkId& mark : marks) places.push_back({mark.row, mark.col});
+  f.if_any({"marks_at", "row and column of each mark", 1, 0, kMostMarks}, places);
+  marks.clear();
+  for (const auto& [row, col] : places) marks.push_back({row, col});
+}
+
 void fields(Fields& f, SensitivityFile& file) {
   f.if_any({"spacing_mm", "spacing of the base's finest mesh", mm, above_zero}, file.spacing_m);
   f.if_any({"rows", "particles along the warp, if the base is a grid"}, file.rows);
@@ -67,11 +75,7 @@ void fields(Fields& f, SensitivityFile& file) {
   f.otherwise({"model", "cloth model"}, file.model);
   f.otherwise({"status", "status of the base: \"at rest\", or the reason why not"}, file.status);
   f({"marks", "number of marks of the mean", 1, 0}, file.marks);
-  std::vector<std::array<int, 2>> places;
-  for (const MarkId& mark : file.marks_at) places.push_back({mark.row, mark.col});
-  f.if_any({"marks_at", "row and column of each mark", 1, 0, kMostMarks}, places);
-  file.marks_at.clear();
-  for (const auto& [row, col] : places) file.marks_at.push_back({row, col});
+  marks_at(f, file.marks_at);
   f.if_any({"no_go", "cause of the NO-GO of the reference or the start"}, file.no_go);
   f({"mean_distance_mm", "mean distance of the base", mm}, file.distance_m);
   std::optional<std::vector<ValueEffect>> values;
@@ -84,7 +88,7 @@ void fields(Fields& f, SensitivityFile& file) {
   const auto one_row_each = [&](const auto& effects) {
     return std::all_of(effects.begin(), effects.end(), [&](const auto& effect) {
       return !effect.moves ||
-             effect.moves->down_m.rows() == static_cast<Eigen::Index>(places.size());
+             effect.moves->down_m.rows() == static_cast<Eigen::Index>(file.marks_at.size());
     });
   };
   f.rule(one_row_each(file.values) && one_row_each(file.scene), "marks_at",

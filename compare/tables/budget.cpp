@@ -6,9 +6,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <functional>
 #include <utility>
 
+#include "core/scene_values.hpp"
+#include "core/statistics/distributions.hpp"
 #include "core/units.hpp"
 
 namespace drape::compare {
@@ -23,9 +24,8 @@ using Eigen::MatrixX3d;
 /// stated, not derived.
 constexpr double kMeasuredPart = 0.05;
 constexpr double kNormal = 1.96, kRectangular = 1.6454;  // 0.95 sqrt(3): coverage factors of 95 %
-constexpr double kBend = 2.4;  // within 1 % of two rectangular, 3 % of one and a normal
-constexpr double kOpposite =
-    1e-6;  // share of a push; two that differ by less but in sign are a pair
+constexpr double kBend = 2.4;           // within 1 % of two rectangular, 3 % of one and a normal
+constexpr std::size_t kLeastDrawn = 2;  // fewer say nothing of a scatter
 
 /// Change of the mean distance where the marks move.
 double mean_change_m(const MatrixX3d& differences_m, const MatrixX3d& moves_m) {
@@ -82,35 +82,25 @@ void add_mesh(const DrapeInput& input, const Report& report, BudgetInputs& input
        sum_m / static_cast<double>(way_m.rows())});
 }
 
-/// Friction holds the cloth somewhere between what pushes from two sides leave.
-void add_friction_band(const DrapeInput& input, const Report& report, BudgetInputs& inputs) {
+/// Adds what friction, folds and edges do beyond the first-order answers, as drapes on the
+/// ensemble's mesh with all stated values wrong at once show.
+void add_beyond_first_order(const DrapeInput& input, const Report& report, BudgetInputs& inputs) {
   const auto list = speaking_list(input);
-  if (!list || !list->friction_band) return;
-  const FrictionBand* band = &*list->friction_band;
-  const auto rows = rows_in(band->marks, report);
-  if (!rows) return inputs.lack("friction's interval: the ensemble lacks a mark");
-  const auto moves_of = [&](const OtherRest& push) -> MatrixX3d {
-    if (push.moves_m) return push.moves()(*rows, Eigen::all);
-    return MatrixX3d::Zero(static_cast<Index>(rows->size()), 3);
-  };
-  for (std::size_t k = 0; k < band->pushes.size(); ++k) {
-    for (std::size_t j = 0; j < k; ++j) {
-      const OtherRest &down = band->pushes[j], &up = band->pushes[k];
-      const Eigen::Vector3d p = *up.push_per_weight;
-      if ((p + *down.push_per_weight).norm() > kOpposite * p.norm()) continue;
-      if (!down.moves_m && !up.moves_m) {
-        inputs.lack("friction's interval: two pushes end elsewhere");
-        continue;
-      }
-      inputs.effects.push_back(
-          {fmt::format("friction's interval, push {}", k / 2 + 1),
-           fmt::format("where pushes of ({:+.2f}, {:+.2f}, {:+.2f}) and its opposite, per weight, "
-                       "leave the ensemble's drape{}",
-                       p.x(), p.y(), p.z(),
-                       down.moves_m && up.moves_m ? "" : "; one ends elsewhere"),
-           true, moves_of(down), moves_of(up)});
-    }
-  }
+  if (!list) return;
+  if (!list->beyond_first_order)
+    return inputs.lack("answers beyond first order: the ensemble's own drape gives none");
+  const BeyondFirstOrder& beyond = *list->beyond_first_order;
+  const auto rows = rows_in(beyond.marks_at, report);
+  if (!rows) return inputs.lack("answers beyond first order: the ensemble lacks a mark");
+  for (const ErringRest& rest : beyond.rests)
+    if (rest.moves_m)
+      inputs.drawn.push_back({one_a_row(*rest.moves_m)(*rows, Eigen::all),
+                              one_a_row(*rest.first_order_m)(*rows, Eigen::all)});
+  if (inputs.drawn.size() < kLeastDrawn)
+    inputs.lack(
+        fmt::format("answers beyond first order: {} of {} drapes with all stated values "
+                    "wrong at once stay on the branch",
+                    inputs.drawn.size(), beyond.rests.size()));
 }
 
 /// Internal friction holds the cloth somewhere between where two pasts leave it; a drape without it
@@ -162,89 +152,23 @@ void add_measurement(const DrapeInput& input, const Report& report, BudgetInputs
   if (!own || !own->calibration_m) {
     return inputs.lack("calibration: its file gives no covariance");
   }
-  const MatrixX3d away_m =
-      *own->calibration_m / std::sqrt(3.0) * inputs.differences_m.rowwise().normalized();
-  inputs.effects.push_back(
-      {"calibration, common to all marks",
-       fmt::format("{:.4f} mm RMS in space, as if every mark moved along its distance",
-                   *own->calibration_m / mm),
-       false, -away_m, away_m});
-}
-
-/// Uncertainty of one value: its standard uncertainty, or how far its range reaches down and up.
-struct Width {
-  double down = 0, up = 0;  ///< in the value's unit; per cent of a fabric value
-  bool rectangular = false;
-  std::string origin, remedy;
-};
-
-/// Standard uncertainty that the operator states, or could.
-Width standard(double u, const char* unit, bool stated, const std::string& measure) {
-  return {u, u, false,
-          fmt::format("{:g}{} {}", u, unit, stated ? "as stated" : "assumed, nothing is stated"),
-          stated ? "" : measure};
-}
-
-/// A value of a scene that errs, by the name that drape simulate gives it.
-struct SceneValue {
-  std::string name;
-  Width width;
-};
-
-Width friction_width(const Scene& scene) {
-  const auto [least, largest] = scene.friction_ends();
-  if (scene.friction_range() && !scene.friction_uncertainty)
-    return {scene.friction - least, largest - scene.friction, true,
-            fmt::format("not measured: between {:g} and {:g}", least, largest), "measure friction"};
-  return standard(scene.friction_u(), "", scene.friction_uncertainty.has_value(),
-                  "state friction_uncertainty");
-}
-
-/// `pin_m`: standard uncertainty of a pin that is where its mark was measured.
-std::vector<SceneValue> values_of(const Scene& scene,
-                                  const std::function<double(const Pin&)>& pin_m) {
-  std::vector<SceneValue> values;
-  const auto add_place = [&](const std::string& what, std::size_t i, const Width& width) {
-    for (const char* axis : {"x", "y", "z"})
-      values.push_back({fmt::format("{}_{}_{}_mm", what, i + 1, axis), width});
+  const auto add_common = [&](const char* what, double rms_m) {
+    const MatrixX3d away_m = rms_m / std::sqrt(3.0) * inputs.differences_m.rowwise().normalized();
+    inputs.effects.push_back(
+        {what,
+         fmt::format("{:.4f} mm RMS in space, as if every mark moved along its distance",
+                     rms_m / mm),
+         false, -away_m, away_m});
   };
-  const auto place_of = [](const std::string& what, std::size_t i, double u_m, bool stated) {
-    return standard(u_m / mm, " mm", stated,
-                    fmt::format("measure {} {} and state place_uncertainty_mm", what, i + 1));
-  };
-  for (const char* axis : {"x", "y"})
-    values.push_back(
-        {fmt::format("level_{}_deg", axis),
-         standard(scene.level_rad() / units::deg, " degrees", scene.stated_level_rad.has_value(),
-                  "level the bench and state level_uncertainty_deg")});
-  for (std::size_t i = 0; i < scene.pins.size(); ++i) {
-    const Pin& pin = scene.pins[i];
-    add_place("pin", i,
-              pin.point_in_world ? place_of("pin", i, pin.place_m(), pin.stated_place_m.has_value())
-                                 : Width{pin_m(pin) / mm, pin_m(pin) / mm, false,
-                                         "where its mark was measured", ""});
-  }
-  for (std::size_t i = 0; i < scene.clamps.size(); ++i)
-    add_place("clamp", i,
-              place_of("clamp", i, scene.clamps[i].place_m(),
-                       scene.clamps[i].stated_place_m.has_value()));
-  for (std::size_t i = 0; i < scene.obstacles.size(); ++i) {
-    const ObjectUncertainty own = scene.uncertainty_of(i);
-    add_place("object", i, place_of("object", i, own.place_m(), own.stated_place_m.has_value()));
-    if (!std::holds_alternative<Plane>(scene.obstacles[i]) &&
-        !std::holds_alternative<MeshObject>(scene.obstacles[i]))
-      values.push_back(
-          {fmt::format("object_{}_size_mm", i + 1),
-           standard(own.size_m() / mm, " mm", own.stated_size_m.has_value(),
-                    fmt::format("measure object {} and state size_uncertainty_mm", i + 1))});
-  }
-  if (scene.friction > 0) values.push_back({"friction", friction_width(scene)});
-  return values;
+  const double target_m = own->target_m.value_or(0);
+  add_common("calibration, common to all marks",
+             std::sqrt(std::max(0.0, std::pow(*own->calibration_m, 2) - target_m * target_m)));
+  if (own->target_m) add_common("the calibration target's own error", target_m);
 }
 
 /// Adds one value's effect, or what is missing of it.
 void add_moves(const std::string& value, const std::optional<MarkMoves>& moves,
-               const std::string& absent, const Width& width, const std::vector<Index>& rows,
+               const std::string& absent, const ValueWidth& width, const std::vector<Index>& rows,
                BudgetInputs& inputs) {
   std::string name = value;
   std::replace(name.begin(), name.end(), '_', ' ');
@@ -268,7 +192,7 @@ void add_moves(const std::string& value, const std::optional<MarkMoves>& moves,
 
 /// Adds what another friction does to the ensemble's drape of the scene's own start; where one end
 /// of its range leads elsewhere, as much as the other end, to the other side.
-void add_friction_ends(const FrictionBand& band, const Width& width, const Report& report,
+void add_friction_ends(const FrictionBand& band, const ValueWidth& width, const Report& report,
                        BudgetInputs& inputs) {
   const auto rows = rows_in(band.marks, report);
   if (!rows) return inputs.lack("friction: the ensemble lacks a mark");
@@ -319,7 +243,7 @@ void add_sensitivities(const DrapeInput& input, const Report& report,
     return std::find_if(split->scene.begin(), split->scene.end(),
                         [&](const SceneEffect& e) { return e.value == value; });
   };
-  const auto add = [&](const std::string& value, const Width& width) {
+  const auto add = [&](const std::string& value, const ValueWidth& width) {
     const auto one = find(value);
     const bool known = one != split->scene.end();
     add_moves(value, known ? one->moves : std::nullopt, known ? one->absent : "", width, *rows,
@@ -369,7 +293,7 @@ BudgetInputs budget_inputs_of(const DrapeInput& input, const Report& report,
     return inputs;
   }
   add_mesh(input, report, inputs);
-  add_friction_band(input, report, inputs);
+  add_beyond_first_order(input, report, inputs);
   add_memory(input, report, split, inputs);
   add_sensitivities(input, report, split, inputs);
   return inputs;
@@ -390,6 +314,10 @@ Budget budget_of(const BudgetInputs& inputs) {
   Budget budget;
   budget.missing = inputs.missing;
   budget.lines.push_back({"marks, each by itself", inputs.marks_m, "covariance of each mark"});
+  if (inputs.drawn.size() >= kLeastDrawn)
+    budget.lines.push_back(
+        {"answers beyond first order", beyond_m(inputs.differences_m, inputs.drawn),
+         fmt::format("{} drapes with all stated values wrong at once", inputs.drawn.size())});
   for (const InputEffect& effect : inputs.effects)
     budget.lines.push_back({effect.what, alone_m(inputs.differences_m, effect), effect.origin,
                             effect.rectangular, effect.remedy, effect.own_m});
@@ -440,6 +368,15 @@ std::string distance_sentence(const RealVirtual& row) {
       "{:.2f} mm of the whole cloth",
       row.statistics.mean_m / mm, row.aligned->after.mean_m / mm,
       row.aligned->turn_rad / units::deg, row.aligned->centroid_shift_m / mm);
+}
+
+double beyond_m(const MatrixX3d& differences_m, const std::vector<DrawnTogether>& drawn) {
+  double excess = 0;
+  for (const DrawnTogether& one : drawn)
+    excess += std::pow(mean_change_m(differences_m, one.moves_m), 2) -
+              std::pow(mean_change_m(differences_m, one.first_order_m), 2);
+  const auto count = static_cast<double>(drawn.size());
+  return student_quantile(0.975, count) / kNormal * std::sqrt(std::max(0.0, excess / count));
 }
 
 double alone_m(const MatrixX3d& differences_m, const InputEffect& effect) {

@@ -23,11 +23,17 @@ struct InputEffect {
   std::optional<double> own_m = {};  ///< of the simulation's own error: bound of its effect
 };
 
+/// Moves of the marks in a drape where all inputs err at once.
+struct DrawnTogether {
+  Eigen::MatrixX3d moves_m, first_order_m;  ///< as draped; by the sum of the first-order answers
+};
+
 /// Grounds of the mean distance of the headline.
 struct BudgetInputs {
   Eigen::MatrixX3d differences_m;  ///< virtual - real of each mark
   double marks_m = 0;              ///< standard uncertainty of the mean, each mark by itself
   std::vector<InputEffect> effects;
+  std::vector<DrawnTogether> drawn;  ///< on the ensemble's mesh
   std::vector<std::string> missing;  ///< never taken as zero in silence
 
   void lack(std::string what) { missing.push_back(std::move(what)); }
@@ -57,6 +63,13 @@ struct BudgetInputs {
 /// 95 % range (1.96 standard uncertainties; the whole of a rectangular range) takes the mean, over
 /// 1.96 or sqrt(3). Where the sheets lie near each other the mean bends, and is steeper outwards.
 [[nodiscard]] double alone_m(const Eigen::MatrixX3d& differences_m, const InputEffect& effect);
+
+/// Standard uncertainty of the mean distance beyond first order: the root of the mean square that
+/// the mean changes by in these drapes, less that of their first-order answers (control variates:
+/// what both have in common does not depend on the draw). Widened by Student's t with as many
+/// degrees of freedom as drapes, so that 1.96 of it hold 95 %.
+[[nodiscard]] double beyond_m(const Eigen::MatrixX3d& differences_m,
+                              const std::vector<DrawnTogether>& drawn);
 
 /// Half width that holds the mean in 95 of 100 cases, of independent contributions: the root of the
 /// sum of the squares times a coverage factor between those of the normal (1.96) and of the

@@ -9,6 +9,7 @@
 #include "core/program/shell_word.hpp"
 #include "core/units.hpp"
 #include "simulate/ensemble/bands.hpp"
+#include "simulate/ensemble/beyond_first_order.hpp"
 #include "simulate/ensemble/branches.hpp"
 #include "simulate/programs/commands.hpp"
 #include "simulate/programs/run_inputs.hpp"
@@ -76,6 +77,7 @@ int run_branches(BranchesArguments args, std::vector<std::string> words,
       ensemble, own, fit_laws(inputs.fabric, options.segments, options.reach), args.ensemble);
   list.friction_band = std::move(bands.friction);
   list.memory_band = std::move(bands.memory);
+  list.beyond_first_order = beyond_first_order(ensemble, own, inputs.measured, args.ensemble);
   const std::vector<std::size_t> likely = could_be_real(ensemble);
   std::vector<FinishedBranch> finished;
   for (std::size_t k = 0; k < ensemble.branches.size(); ++k) {

@@ -8,6 +8,7 @@
 #include <functional>
 
 #include "core/error.hpp"
+#include "core/scene_values.hpp"
 #include "core/units.hpp"
 
 namespace drape::simulate {
@@ -27,37 +28,6 @@ ForceCurve times(ForceCurve curve, double factor) {
   for (ForceCurve::Hinge& hinge : curve.hinges) hinge.change *= factor;
   return curve;
 }
-
-struct Move {
-  Vector3d moved_m;
-
-  void operator()(Sphere& body) const { body.centre_in_world += moved_m; }
-  void operator()(Box& body) const { body.world_from_box.translation_m += moved_m; }
-  void operator()(Cylinder& body) const { body.world_from_cylinder.translation_m += moved_m; }
-  void operator()(Plane& body) const { body.point_in_world += moved_m; }
-  void operator()(MeshObject& body) const { body.world_from_mesh.translation_m += moved_m; }
-};
-
-/// Enlarges a body where it stands; planes and meshes have no size of their own.
-struct Grow {
-  double by_m;
-
-  void operator()(Sphere& body) const {
-    body.radius_m += 0.5 * by_m;
-    body.centre_in_world.z() += 0.5 * by_m;
-  }
-  void operator()(Box& body) const {
-    body.size_m += Vector3d::Constant(by_m);
-    body.world_from_box.translation_m.z() += 0.5 * by_m;
-  }
-  void operator()(Cylinder& body) const {
-    body.radius_m += 0.5 * by_m;
-    body.height_m += by_m;
-    body.world_from_cylinder.translation_m.z() += 0.5 * by_m;
-  }
-  void operator()(Plane&) const {}
-  void operator()(MeshObject&) const {}
-};
 
 /// Marks of the reference that are on the cloth.
 struct Reference {
@@ -258,7 +228,8 @@ class Base {
       const std::string name = fmt::format("object_{}", i + 1);
       along_axes(name, scene.uncertainty_of(i).place_m(),
                  [i](DrapeCase& drape, MeshCloth::State&, const Vector3d& by_m) {
-                   std::visit(Move{by_m}, drape.local.scene.obstacles[i]);
+                   Obstacle& object = drape.local.scene.obstacles[i];
+                   object = drape::moved(object, by_m);
                    drape.around = std::make_shared<Surroundings>(drape.local.scene);
                  });
       if (std::holds_alternative<Plane>(scene.obstacles[i]) ||
@@ -266,7 +237,8 @@ class Base {
         continue;
       all.push_back({name + "_size_mm", scene.uncertainty_of(i).size_m(), mm, std::nullopt,
                      [i](DrapeCase& drape, DrapeLevel&, MeshCloth::State&, double by_m) {
-                       std::visit(Grow{by_m}, drape.local.scene.obstacles[i]);
+                       Obstacle& object = drape.local.scene.obstacles[i];
+                       object = grown(object, by_m);
                        drape.around = std::make_shared<Surroundings>(drape.local.scene);
                      }});
     }

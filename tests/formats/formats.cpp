@@ -25,6 +25,8 @@ BranchList small_branches() {
   list.starts = 8;
   list.unseen = UnseenBranches{.rests = 8, .seen_once = 0, .fraction = 0, .upper95 = 0.31};
   list.members_at_rest = 8;
+  list.beyond_first_order =
+      BeyondFirstOrder{{{0, 1}}, {{"at rest", {{{1e-4, 0, -2e-4}}}, {{{1e-4, 0, 0}}}}}};
   return list;
 }
 

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Tests whether U contains the true mean distance of simulated cloth. Truth: 100 drapes of another
 // discretisation (reference data `grid-drapes`), whose marks a planned bench measures with its
-// covariance. Every input of the budget is stated with an error; the response of the marks is
-// computed by the program, and for some drapes the cloth is draped again with all errors together.
+// covariance. Every input that the budget lists is stated with an error, and the cloth draped again
+// with all of them.
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
@@ -19,7 +19,7 @@
 #include "core/files/csv.hpp"
 #include "core/statistics/distributions.hpp"
 #include "core/units.hpp"
-#include "simulate/simulate.hpp"
+#include "simulate/ensemble/beyond_first_order.hpp"
 #include "simulate/study/sensitivity.hpp"
 #include "tests/support/paths.hpp"
 #include "tests/support/trials.hpp"
@@ -35,8 +35,9 @@ using units::mm;
 
 constexpr double kPlace_m = 0.5 * mm, kSize_m = 0.3 * mm;  // standard uncertainty, objects and pins
 constexpr double kMark_m = 0.02 * mm, kCalibration_m = 0.03 * mm;
-constexpr double kMeasured = 0.05;  // relative, for friction and fabric values
-constexpr int kNodes = 21;          // of the truth, per side
+constexpr double kMeasured = 0.05;  // part of friction and of a fabric value
+constexpr int kNodes = 21;          // of the truth along a side
+constexpr double kSameBranch_m = 5 * mm;
 
 struct Draws {
   explicit Draws(unsigned seed) : random(seed) {}
@@ -45,43 +46,7 @@ struct Draws {
   double within(double half) { return std::uniform_real_distribution<double>(-half, half)(random); }
 };
 
-/// Errors of the stated values, each in its own unit (names as in sensitivity.json; fabric values
-/// in per cent).
-using Errors = std::map<std::string, double>;
-
-struct Move {
-  Vector3d by_m;
-  double grow_m;
-  void operator()(Sphere& ball) const {
-    ball.radius_m += 0.5 * grow_m;
-    ball.centre_in_world += by_m + Vector3d(0, 0, 0.5 * grow_m);
-  }
-  void operator()(Box& box) const {
-    box.size_m += Vector3d::Constant(grow_m);
-    box.world_from_box.translation_m += by_m + Vector3d(0, 0, 0.5 * grow_m);
-  }
-  void operator()(Cylinder& body) const {
-    body.radius_m += 0.5 * grow_m;
-    body.height_m += grow_m;
-    body.world_from_cylinder.translation_m += by_m + Vector3d(0, 0, 0.5 * grow_m);
-  }
-  void operator()(Plane&) const {}
-  void operator()(MeshObject&) const {}
-};
-
-double error_of(const Errors& errors, const std::string& name) {
-  const auto found = errors.find(name);
-  return found == errors.end() ? 0 : found->second;
-}
-
-Vector3d place_error_m(const Errors& errors, const std::string& what) {
-  Vector3d by_m;
-  for (int axis = 0; axis < 3; ++axis)
-    by_m[axis] = mm * error_of(errors, what + "_" + "xyz"[axis] + "_mm");
-  return by_m;
-}
-
-/// A drape of the reference data and its response to every value.
+/// A drape of the reference data and its answer to every value.
 class GridDrape {
  public:
   GridDrape(const std::filesystem::path& folder, double spacing_m) : spacing_m_(spacing_m) {
@@ -105,28 +70,21 @@ class GridDrape {
     scene_.stated_level_rad = standard_uncertainty_rad;
   }
   [[nodiscard]] bool good() const { return good_; }
+  [[nodiscard]] const MatrixX3d& stated_m() const { return stated_m_; }
   [[nodiscard]] double mesh_left_m() const { return *levels_.left_m; }
 
-  /// Errors drawn from the stated uncertainties.
-  [[nodiscard]] Errors drawn(Draws& random) const {
-    Errors errors;
+  /// Errors as the stated uncertainties draw them.
+  [[nodiscard]] ValueErrors drawn(Draws& random) const {
+    ValueErrors errors = simulate::uncertainties_of(scene_, fabric_, print_);
+    if (scene_.friction > 0) errors["friction"] = scene_.friction_u();
+    for (auto& [name, error] : errors) error *= random.normal();
     for (const ValueEffect& one : split_.values)
-      errors[one.value] = one.moves->half_width ? random.within(*one.moves->half_width)
-                                                : 100 * kMeasured * random.normal();
-    for (const SceneEffect& one : split_.scene) {
-      const std::string& name = one.value;
-      const double u = name == "friction"                       ? kMeasured * scene_.friction
-                       : name.starts_with("level")              ? 0.06
-                       : name.find("size") != std::string::npos ? kSize_m / mm
-                       : name == "curve_segments"               ? 0
-                                                                : kPlace_m / mm;
-      errors[name] = u * random.normal();
-    }
+      if (one.moves->half_width) errors[one.value] = random.within(*one.moves->half_width);
     return errors;
   }
 
-  /// Positions of the marks for errors in the stated values, from the program's responses.
-  [[nodiscard]] MatrixX3d answered(const Errors& errors) const {
+  /// Places of the marks where the stated values err, by the program's answers.
+  [[nodiscard]] MatrixX3d answered(const ValueErrors& errors) const {
     MatrixX3d places_m = stated_m_;
     const auto add = [&](const auto& effects) {
       for (const auto& one : effects) {
@@ -140,46 +98,23 @@ class GridDrape {
     return places_m;
   }
 
-  /// The scene as stated.
-  [[nodiscard]] Scene scene_with(const Errors& errors) const {
-    Scene scene = scene_;
-    for (std::size_t i = 0; i < scene.obstacles.size(); ++i) {
-      const std::string name = "object_" + std::to_string(i + 1);
-      std::visit(Move{place_error_m(errors, name), mm * error_of(errors, name + "_size_mm")},
-                 scene.obstacles[i]);
-    }
-    for (std::size_t k = 0; k < scene.pins.size(); ++k)
-      *scene.pins[k].point_in_world += place_error_m(errors, "pin_" + std::to_string(k + 1));
-    scene.friction += error_of(errors, "friction");
-    for (int axis = 0; axis < 2; ++axis)
-      scene.gravity_m_per_s2 =
-          Eigen::AngleAxisd(
-              units::deg * error_of(errors, std::string("level_") + "xy"[axis] + "_deg"),
-              Vector3d::Unit(axis)) *
-          scene.gravity_m_per_s2;
-    return scene;
-  }
-  /// The drape of a bench that states its scene with these errors.
-  [[nodiscard]] GridDrape restated(const Errors& errors) const {
+  /// The drape of a bench that states its scene otherwise.
+  [[nodiscard]] GridDrape restated(const ValueErrors& errors) const {
     GridDrape other = *this;
-    other.scene_ = scene_with(errors);
+    other.scene_ = erring(scene_, errors);
     other.good_ = false;
+    other.drawn_.clear();
     other.drape_all();
     return other;
   }
 
-  /// The same draped again from the start; nullopt if not at rest.
-  [[nodiscard]] std::optional<MatrixX3d> draped(const Errors& errors) const {
-    const Scene scene = scene_with(errors);
-    simulate::ClothLaws laws = laws_;
-    for (std::size_t v = 0; v < std::size(names_of<simulate::FabricValue>); ++v)
-      laws = simulate::scaled(
-          laws, static_cast<simulate::FabricValue>(v),
-          1 + 0.01 * error_of(errors, std::string(names_of<simulate::FabricValue>[v])));
-    const simulate::DrapeCase drape = simulate::drape_case(scene, print_, std::nullopt, laws);
-    simulate::Drape found = simulate::drape_cloth(drape, how_);
+  /// Places of the marks draped again from the start, on the mesh that is compared; nothing without
+  /// a rest.
+  [[nodiscard]] std::optional<MatrixX3d> draped(const ValueErrors& errors) const {
+    const simulate::EnsembleCase there = simulate::erring(own_, std::nullopt, errors);
+    const simulate::Drape found = simulate::drape_cloth(*there.drape, there.options.drape);
     if (!found.at_rest()) return std::nullopt;
-    return in_world(drape, found.marks_of_level.back());
+    return in_world(*there.drape, found.marks_of_level.back());
   }
 
   /// The true cloth, displaced by `apart_m` from any model by long waves.
@@ -229,8 +164,15 @@ class GridDrape {
     input.simulations[0].levels = levels_;
     input.scene = scene_;
     const compare::Report report = compare::compare_drape(input, {});
-    return {report.real_virtual.at(*report.headline).statistics.mean_m,
-            compare::budget_inputs_of(input, report, split_)};
+    Found found{report.real_virtual.at(*report.headline).statistics.mean_m,
+                compare::budget_inputs_of(input, report, split_)};
+    std::vector<Index> rows;
+    for (const auto& one : report.real_virtual.at(*report.headline).marks.marks)
+      rows.push_back(one.mark.row * 10 + one.mark.col);
+    for (const compare::DrawnTogether& one : drawn_)
+      found.inputs.drawn.push_back(
+          {one.moves_m(rows, Eigen::all), one.first_order_m(rows, Eigen::all)});
+    return found;
   }
 
  private:
@@ -258,38 +200,51 @@ class GridDrape {
   void drape_all() {
     real_m_.resize(100, 3);
     for (Index k = 0; k < 100; ++k) real_m_.row(k) = real_.at({2 * (k / 10) + 1, 2 * (k % 10) + 1});
-    how_.spacing_m = spacing_m_;
-    how_.coarsest_m = 2 * spacing_m_;
     simulate::SimulateOptions options;
-    options.drape = how_;
-    laws_ = simulate::fit_laws(fabric_, options.segments).laws;
+    options.drape.spacing_m = spacing_m_;
+    options.drape.coarsest_m = 2 * spacing_m_;
+    own_ = simulate::ensemble_case(scene_, fabric_, print_, std::nullopt, options);
     const simulate::SimulateResult base =
-        simulate::simulate(scene_, fabric_, print_, std::nullopt, options);
+        own_.result(simulate::drape_cloth(*own_.drape, options.drape));
     if (!base.at_rest()) return;
     levels_ = *base.levels;
     stated_m_ = in_world(*base.drape_case, base.drape->marks_of_level.back());
     split_ = simulate::sensitivities_of(base, fabric_, measured_of(real_m_), {options});
     if (split_.values.empty() || split_.marks != 100) return;
-    simulate::DrapeOptions finer = how_;
+    simulate::DrapeOptions finer = options.drape;
     finer.spacing_m = 0.5 * spacing_m_;
     const simulate::Drape fine =
         simulate::polished(*base.drape_case, finer, base.drape->level, base.drape->rest);
     if (!fine.at_rest()) return;
     fine_m_ = in_world(*base.drape_case, fine.marks_of_level.back());
+    simulate::EnsembleOptions how{.starts = 1};
+    how.same_m = kSameBranch_m;
+    const auto beyond =
+        simulate::beyond_first_order(simulate::find_branches(own_, how), own_, std::nullopt, how);
+    if (!beyond) return;
+    for (const ErringRest& rest : beyond->rests)
+      if (rest.moves_m)
+        drawn_.push_back({one_a_row(*rest.moves_m), one_a_row(*rest.first_order_m)});
+    if (drawn_.size() < 2) return;
     good_ = !(scene_.friction > 0 && !scene_.obstacles.empty()) || answer_to_friction();
   }
 
-  /// Computes the response to friction as an ensemble does: the same start with less and with more.
+  /// Friction as the ensemble tries it: the same start with less and with more. Where one of them
+  /// leads to another branch, as much as the other, to the other side.
   bool answer_to_friction() {
-    std::vector<MatrixX3d> moves_m;
+    std::vector<std::optional<MatrixX3d>> moves_m;
     for (const double sign : {-1.0, 1.0}) {
+      moves_m.emplace_back();
       const auto there = draped({{"friction", sign * scene_.friction_u()}});
-      if (!there) return false;
-      moves_m.push_back(*there - stated_m_);
+      if (there && (*there - stated_m_).rowwise().norm().mean() <= kSameBranch_m)
+        moves_m.back() = *there - stated_m_;
     }
+    if (!moves_m[0] && !moves_m[1]) return false;
+    for (std::size_t k = 0; k < 2; ++k)
+      if (!moves_m[k]) moves_m[k] = -*moves_m[1 - k];
     for (SceneEffect& one : split_.scene)
       if (one.value == "friction")
-        one.moves = MarkMoves{scene_.friction_u(), std::nullopt, moves_m[0], moves_m[1]};
+        one.moves = MarkMoves{scene_.friction_u(), std::nullopt, *moves_m[0], *moves_m[1]};
     return true;
   }
 
@@ -297,16 +252,16 @@ class GridDrape {
   Scene scene_;
   simulate::Fabric fabric_;
   Print print_;
-  simulate::ClothLaws laws_;
-  simulate::DrapeOptions how_;
+  simulate::EnsembleCase own_;
   std::map<std::pair<long, long>, Vector3d> real_;
   MatrixX3d real_m_, stated_m_, fine_m_;
   SensitivityFile split_;
+  std::vector<compare::DrawnTogether> drawn_;
   LevelsFile levels_;
   bool good_ = false;
 };
 
-/// Counts of trials in which U contained the true mean.
+/// Counts of the trials in which U held the true mean, with the binomial 95 % interval.
 struct Coverage {
   int inside = 0, all = 0;
   void add(bool held) {
@@ -314,12 +269,11 @@ struct Coverage {
     ++all;
   }
   [[nodiscard]] double part() const { return inside / static_cast<double>(all); }
-  /// True if the binomial 95 % interval contains 95 %.
-  [[nodiscard]] bool holds_95() const {
-    const int outside = all - inside;
-    return probability_bound(outside, all, 0.975) >= 0.05 &&
-           1 - probability_bound(inside, all, 0.975) <= 0.05;
+  [[nodiscard]] double least() const {
+    return all > 0 ? 1 - probability_bound(all - inside, all, 0.975) : 0;
   }
+  [[nodiscard]] double most() const { return all > 0 ? probability_bound(inside, all, 0.975) : 1; }
+  [[nodiscard]] bool holds_95() const { return least() <= 0.95 && most() >= 0.95; }
 };
 
 /// The first drapes of the reference data; if only one is needed, a hang.
@@ -343,93 +297,88 @@ double drawn_apart_m(Draws& random) {
   return random.within(1) < -0.6 ? 0 : std::exp(1.5 + random.within(1.5)) * mm;
 }
 
+/// Every set of errors is draped again, then measured against five true cloths. U holds for the
+/// branch compared: a cloth that falls onto another is counted apart.
 TEST(Uncertainty, HoldsTheTrueMeanDistanceOfGridDrapes) {
   if (!test::reference_data("grid-drapes")) GTEST_SKIP() << "the reference data lack grid-drapes";
-  const int drapes = test::trial_count(1, 24), sets = test::trial_count(40, 25);
-  constexpr double spacing_m = 10 * mm;
-  Coverage far, near, again, inputs_far, inputs_near, own;
+  constexpr int kCloths = 5;
+  Coverage far, near, inputs_far, inputs_near, own, each;
   std::map<std::string, Coverage> without;
-  std::map<std::string, int> large;
   int lost = 0, jumped = 0;
-  for (const auto& folder : drapes_of(drapes)) {
-    const GridDrape cloth(folder, spacing_m);
+  for (const auto& folder : drapes_of(test::trial_count(1, 24))) {
+    const GridDrape cloth(folder, 10 * mm);
     if (!cloth.good()) {
       ++lost;
       continue;
     }
-    double mean_u_m = 0;
-    for (int set = 0; set < sets; ++set) {
-      Draws random(static_cast<unsigned>(1000 * std::stoi(folder.filename()) + set));
-      const Errors errors = cloth.drawn(random);
-      const MatrixX3d real_m = cloth.real(random, drawn_apart_m(random));
-      const double true_m = cloth.true_mean_m(real_m);
-      const auto found = cloth.found(real_m, cloth.answered(errors), random);
-      EXPECT_TRUE(found.inputs.missing.empty()) << found.inputs.missing.front();
-      const compare::Budget budget = compare::budget_of(found.inputs);
-      const bool held = std::abs(found.mean_m - true_m) <= budget.expanded_m;
-      (found.mean_m > 2 * budget.expanded_m ? far : near).add(held);
-      const double on_mesh_m = cloth.mean_on_mesh_m(real_m);
-      (found.mean_m > 2 * budget.inputs_m ? inputs_far : inputs_near)
-          .add(std::abs(found.mean_m - on_mesh_m) <= budget.inputs_m);
-      own.add(std::abs(on_mesh_m - true_m) <= budget.own_m);
-      mean_u_m += budget.expanded_m / sets;
-      double squares = 0;
-      for (const compare::BudgetLine& line : budget.lines) squares += line.u_m * line.u_m;
-      for (const compare::BudgetLine& line : budget.lines) {
-        if (line.u_m * line.u_m < 0.25 * squares || line.what.starts_with("marks")) continue;
-        compare::BudgetInputs fewer = found.inputs;
-        std::erase_if(fewer.effects, [&](const auto& effect) { return effect.what == line.what; });
-        without[line.own_m ? "the simulation's own error" : "an input"].add(
-            std::abs(found.mean_m - true_m) <= compare::budget_of(fewer).expanded_m);
-        ++large[line.what];
-      }
-    }
-    for (int set = 0; set < test::trial_count(1, 2); ++set) {
-      Draws random(static_cast<unsigned>(7 + 1000 * std::stoi(folder.filename()) + set));
-      const Errors errors = cloth.drawn(random);
-      const auto stated_m = cloth.draped(errors);
-      if (!stated_m) continue;
-      const double moved_m = (*stated_m - cloth.answered({})).rowwise().norm().mean();
-      if (moved_m > 5 * mm) {
+    double u_m = 0, inputs_m = 0, squares_m2 = 0;
+    int sets = 0;
+    for (int again = 0; again < test::trial_count(3, 5); ++again) {
+      Draws random(static_cast<unsigned>(1000 * std::stoi(folder.filename()) + again));
+      const auto stated_m = cloth.draped(cloth.drawn(random));
+      if (!stated_m || (*stated_m - cloth.stated_m()).rowwise().norm().mean() > kSameBranch_m) {
         ++jumped;
         continue;
       }
-      const MatrixX3d real_m = cloth.real(random, drawn_apart_m(random));
-      const auto found = cloth.found(real_m, *stated_m, random);
-      const double error_m = found.mean_m - cloth.true_mean_m(real_m);
-      const double u_m = compare::budget_of(found.inputs).expanded_m;
-      again.add(std::abs(error_m) <= u_m);
-      std::printf(
-          "%s draped again: marks move %.3f mm (first order %.3f), error %+.3f, U %.3f mm\n",
-          folder.filename().c_str(), moved_m / mm,
-          (cloth.answered(errors) - cloth.answered({})).rowwise().norm().mean() / mm, error_m / mm,
-          u_m / mm);
+      for (int set = 0; set < kCloths; ++set) {
+        const MatrixX3d real_m = cloth.real(random, drawn_apart_m(random));
+        const double true_m = cloth.true_mean_m(real_m), on_mesh_m = cloth.mean_on_mesh_m(real_m);
+        const auto found = cloth.found(real_m, *stated_m, random);
+        EXPECT_TRUE(found.inputs.missing.empty()) << found.inputs.missing.front();
+        const Budget budget = compare::budget_of(found.inputs);
+        const auto inputs_hold = [&](double half_m) {
+          return std::abs(found.mean_m - on_mesh_m) <= half_m;
+        };
+        (found.mean_m > 2 * budget.expanded_m ? far : near)
+            .add(std::abs(found.mean_m - true_m) <= budget.expanded_m);
+        (found.mean_m > 2 * budget.inputs_m ? inputs_far : inputs_near)
+            .add(inputs_hold(budget.inputs_m));
+        if (set == 0) each.add(inputs_hold(budget.inputs_m));
+        own.add(std::abs(on_mesh_m - true_m) <= budget.own_m);
+        u_m += budget.expanded_m;
+        inputs_m += budget.inputs_m;
+        squares_m2 += std::pow(found.mean_m - on_mesh_m, 2);
+        ++sets;
+        double squares = 0;
+        for (const BudgetLine& line : budget.lines)
+          if (!line.own_m) squares += line.u_m * line.u_m;
+        for (const BudgetLine& line : budget.lines) {
+          if (line.own_m || line.u_m * line.u_m < 0.25 * squares) continue;
+          std::vector<BudgetLine> fewer = budget.lines;
+          std::erase_if(fewer, [&](const auto& one) { return one.own_m || one.what == line.what; });
+          for (const std::string& what : {line.what, std::string("any of them")})
+            without[what].add(inputs_hold(compare::half_width_m(fewer)));
+        }
+      }
     }
-    std::printf("%s: mean U %.3f mm, mesh %.3f mm\n", folder.filename().c_str(), mean_u_m / mm,
-                cloth.mesh_left_m() / mm);
+    if (sets == 0) continue;
+    std::printf("%s: mean U %.3f mm, of the inputs %.3f, their error RMS %.3f, mesh %.3f mm\n",
+                folder.filename().c_str(), u_m / sets / mm, inputs_m / sets / mm,
+                std::sqrt(squares_m2 / sets) / mm, cloth.mesh_left_m() / mm);
+    std::fflush(stdout);
   }
-  std::printf(
-      "U holds the true mean in %d of %d where d > 2 U, in %d of %d else; draped again in %d "
-      "of %d (%d on another branch, %d without a rest)\n",
-      far.inside, far.all, near.inside, near.all, again.inside, again.all, jumped, lost);
-  std::printf(
-      "  the inputs' part holds the mean of the same mesh in %d of %d where d > 2 U, in %d of "
-      "%d else; the simulation's own error holds its mesh error in %d of %d\n",
-      inputs_far.inside, inputs_far.all, inputs_near.inside, inputs_near.all, own.inside, own.all);
-  for (const auto& [what, coverage] : without)
-    std::printf("  without %s above a quarter of U squared: %d of %d\n", what.c_str(),
-                coverage.inside, coverage.all);
-  for (const auto& [what, count] : large) std::printf("    %s: %d\n", what.c_str(), count);
-  EXPECT_TRUE(inputs_far.holds_95()) << inputs_far.part();
-  EXPECT_GE(inputs_near.part() + 2 * std::sqrt(0.07 * 0.93 / std::max(1, inputs_near.all)), 0.93);
-  EXPECT_TRUE(far.holds_95()) << far.part();
-  EXPECT_GE(near.part() + 2 * std::sqrt(0.07 * 0.93 / std::max(1, near.all)), 0.93);
-  EXPECT_GE(probability_bound(again.inside, again.all, 0.975), 0.95);
+  const auto print = [](const std::string& what, const Coverage& coverage) {
+    std::printf("  %s: %d of %d (%.1f to %.1f %%)\n", what.c_str(), coverage.inside, coverage.all,
+                100 * coverage.least(), 100 * coverage.most());
+  };
+  std::printf("%d drapes lost; with errors %d on another branch or without a rest\n", lost, jumped);
+  print("U holds the true mean, d > 2 U", far);
+  print("U holds the true mean, else", near);
+  print("the inputs' part holds the mean of the same mesh, d > 2 U", inputs_far);
+  print("the inputs' part holds the mean of the same mesh, else", inputs_near);
+  print("the inputs' part, one set of each drape", each);
+  print("the simulation's own error holds the mesh error", own);
+  for (const auto& [what, coverage] : without) print("without " + what, coverage);
+  for (const Coverage* one : {&far, &inputs_far}) EXPECT_TRUE(one->holds_95()) << one->part();
+  for (const Coverage* one : {&near, &inputs_near}) EXPECT_GE(one->most(), 0.93) << one->part();
+  if (without["any of them"].all >= 100) {
+    EXPECT_LT(without["any of them"].most(), 0.95);
+  }
 }
 
 constexpr double kTolerance_m = 3.5 * mm;
 
-compare::Match match_of(const GridDrape::Found& found, const compare::Budget& budget) {
+Match match_of(const GridDrape::Found& found, const Budget& budget) {
   return compare::decide(found.mean_m, budget.inputs_m + budget.own_m, kTolerance_m);
 }
 
@@ -446,17 +395,17 @@ TEST(Uncertainty, IsReproducible) {
     Draws random(static_cast<unsigned>(5000 + std::stoi(name)));
     const MatrixX3d real_m = cloth.real(random, 0);
     const auto own = cloth.found(real_m, cloth.answered({}), random);
-    const compare::Budget budget = compare::budget_of(own.inputs);
+    const Budget budget = compare::budget_of(own.inputs);
     double least = 1, most = 1;
     for (int k = 0; k < times; ++k) {
-      Errors errors = cloth.drawn(random);
+      ValueErrors errors = cloth.drawn(random);
       for (auto& [value, error] : errors)
         for (std::size_t v = 0; v < std::size(names_of<simulate::FabricValue>); ++v)
           if (value == names_of<simulate::FabricValue>[v]) error = 0;
       const GridDrape again = cloth.restated(errors);
       if (!again.good()) continue;
       const auto found = again.found(real_m, again.answered({}), random);
-      const compare::Budget other = compare::budget_of(found.inputs);
+      const Budget other = compare::budget_of(found.inputs);
       least = std::min(least, other.expanded_m / budget.expanded_m);
       most = std::max(most, other.expanded_m / budget.expanded_m);
       EXPECT_EQ(match_of(found, other), match_of(own, budget)) << name << " " << k;
@@ -478,11 +427,12 @@ TEST(Uncertainty, HoldsAPinAndTheLevelOfAHang) {
   const MatrixX3d real_m = cloth.real(random, 3 * mm);
   const auto own = cloth.found(real_m, cloth.answered({}), random);
   const double u_m = compare::budget_of(own.inputs).expanded_m;
-  for (const Errors& errors :
-       {Errors{{"pin_1_x_mm", 0.5}}, Errors{{"pin_2_z_mm", -0.5}}, Errors{{"level_x_deg", 0.2}},
-        Errors{{"level_y_deg", -0.2}}, Errors{{"pin_1_y_mm", 0.5}, {"level_x_deg", 0.2}}}) {
-    // A tenth of it is described to first order; all of it can snap a fold near a pin.
-    Errors tenth = errors;
+  for (const ValueErrors& errors :
+       {ValueErrors{{"pin_1_x_mm", 0.5}}, ValueErrors{{"pin_2_z_mm", -0.5}},
+        ValueErrors{{"level_x_deg", 0.2}}, ValueErrors{{"level_y_deg", -0.2}},
+        ValueErrors{{"pin_1_y_mm", 0.5}, {"level_x_deg", 0.2}}}) {
+    // A tenth of it is answered to first order; the whole may snap a fold near a pin.
+    ValueErrors tenth = errors;
     for (auto& [value, error] : tenth) error *= 0.1;
     const auto near = cloth.draped(tenth), there = cloth.draped(errors);
     ASSERT_TRUE(near && there);

@@ -434,28 +434,24 @@ std::vector<std::string> contradictions_of_gravity(const MeasuredCloth& cloth, c
   const std::vector<ShownPlace> points = hung_by(cloth, scene, lattice);
   const auto centre = centre_of_mass(cloth, lattice);
   if (points.size() != scene.pins.size() || !centre) return {};
-  const Vector3d down = scene.gravity_m_per_s2.normalized();
+  const bool on_line = points.size() == 2;
   Vector3d below_m = centre->point_in_world - points.front().point_in_world;
-  double sd2 = centre->covariance_m2.trace() / 3 + points.front().covariance_m2.trace() / 3;
-  if (points.size() == 2) {
+  Vector3d across = scene.gravity_m_per_s2.normalized();
+  if (on_line) {  // which takes up what is along it
     const Vector3d line =
         (points.back().point_in_world - points.front().point_in_world).normalized();
     below_m -= below_m.dot(line) * line;
-    sd2 =
-        std::max(sd2, centre->covariance_m2.trace() / 3 + points.back().covariance_m2.trace() / 3);
+    across = (across - across.dot(line) * line).normalized();
   }
+  const double sd2 =
+      (centre->covariance_m2.trace() +
+       std::max(points.front().covariance_m2.trace(), points.back().covariance_m2.trace())) /
+      3;
   const double depth_m = below_m.norm();
-  // Gravity without its component along the line, which the line supports.
-  Vector3d across = down;
-  if (points.size() == 2) {
-    const Vector3d line =
-        (points.back().point_in_world - points.front().point_in_world).normalized();
-    across = (down - down.dot(line) * line).normalized();
-  }
   const Vector3d turn = across.cross(below_m / depth_m);
   const double angle = std::atan2(turn.norm(), across.dot(below_m / depth_m));
   const double sd = std::hypot(scene.level_rad(), std::sqrt(sd2) / depth_m);
-  const double limit = std::sqrt(chi_square_beyond(kHeldRisk, points.size() == 2 ? 1 : 2)) * sd;
+  const double limit = std::sqrt(chi_square_beyond(kHeldRisk, on_line ? 1 : 2)) * sd;
   if (angle <= limit) return {};
   const Vector3d g = Eigen::AngleAxisd(angle, turn.normalized()) * scene.gravity_m_per_s2;
   return {fmt::format(
@@ -464,9 +460,9 @@ std::vector<std::string> contradictions_of_gravity(const MeasuredCloth& cloth, c
       "and the marks show it {:.2f} degrees beside (limit {:.2f}: level {:g} degrees, the cloth's "
       "centre {:.2f} mm at {:.0f} mm depth); level the target that set the world, or give "
       "gravity_m_per_s2 = [{:.3f}, {:.3f}, {:.3f}]",
-      scene.file.string(), points.size() == 2 ? "two pins" : "a pin",
-      points.size() == 2 ? "their line" : "it", angle / units::deg, limit / units::deg,
-      scene.level_rad() / units::deg, std::sqrt(sd2) / mm, depth_m / mm, g.x(), g.y(), g.z())};
+      scene.file.string(), on_line ? "two pins" : "a pin", on_line ? "their line" : "it",
+      angle / units::deg, limit / units::deg, scene.level_rad() / units::deg, std::sqrt(sd2) / mm,
+      depth_m / mm, g.x(), g.y(), g.z())};
 }
 
 }  // namespace drape::triangulate

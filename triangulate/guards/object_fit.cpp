@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "core/geometry/body.hpp"
+#include "core/scene_values.hpp"
 #include "core/statistics/distributions.hpp"
 
 namespace drape::triangulate {
@@ -14,34 +15,6 @@ namespace {
 using Eigen::Vector3d;
 using units::deg;
 using units::mm;
-
-struct Changed {
-  Change change;
-
-  Obstacle operator()(Sphere body) const {
-    body.radius_m += 0.5 * change[4] * mm;
-    body.centre_in_world += change.head<3>() * mm + Vector3d(0, 0, 0.5 * change[4] * mm);
-    return body;
-  }
-  Obstacle operator()(Box body) const {
-    body.size_m += Vector3d::Constant(change[4] * mm);
-    body.world_from_box.translation_m +=
-        change.head<3>() * mm + Vector3d(0, 0, 0.5 * change[4] * mm);
-    body.world_from_box.rotation =
-        Eigen::AngleAxisd(change[3] * deg, Vector3d::UnitZ()) * body.world_from_box.rotation;
-    return body;
-  }
-  Obstacle operator()(Cylinder body) const {
-    body.radius_m += 0.5 * change[4] * mm;
-    body.world_from_cylinder.translation_m += change.head<3>() * mm;
-    return body;
-  }
-  Obstacle operator()(Plane body) const {
-    body.point_in_world += change.head<3>() * mm;
-    return body;
-  }
-  Obstacle operator()(const MeshObject& body) const { return body; }
-};
 
 /// Standard uncertainties of the fitted components in units of Change. Yaw comes from two ends of
 /// an edge.
@@ -87,7 +60,15 @@ struct OverTop {
 }  // namespace
 
 Obstacle changed(const Obstacle& object, const Change& change) {
-  return std::visit(Changed{change}, object);
+  Obstacle other = moved(object, change.head<3>() * mm);
+  if (auto* body = std::get_if<Cylinder>(&other))
+    body->radius_m += 0.5 * change[4] * mm;  // its height stays
+  else
+    other = grown(other, change[4] * mm);
+  if (auto* box = std::get_if<Box>(&other))
+    box->world_from_box.rotation =
+        Eigen::AngleAxisd(change[3] * deg, Vector3d::UnitZ()) * box->world_from_box.rotation;
+  return other;
 }
 
 Change least(const std::function<double(const Change&)>& value, const std::vector<int>& free,
