@@ -100,15 +100,15 @@ struct MemoryBand {
   [[nodiscard]] Eigen::MatrixX3d extreme_m(double sign) const;
 };
 
-/// Rest of the scene's own start where all stated values err at once, against the undisturbed one.
+/// Rest of the scene's own start with errors in all stated values, relative to the exact one.
 struct ErringRest {
   std::string ending;                                   ///< "at rest", or why it counts for nothing
   std::optional<std::vector<Eigen::Vector3d>> moves_m;  ///< move of each mark; absent: no count
-  std::optional<std::vector<Eigen::Vector3d>> first_order_m;  ///< answer to first order, likewise
+  std::optional<std::vector<Eigen::Vector3d>> first_order_m;  ///< first-order response, likewise
 };
 
-/// Such rests on the coarsest mesh, each with its own errors: what friction, folds and edges add to
-/// the first-order answers.
+/// Such rests on the coarsest mesh, each with its own errors: effects of friction, folds and edges
+/// beyond the first-order responses.
 struct BeyondFirstOrder {
   std::vector<MarkId> marks_at;  ///< rows of the moves
   std::vector<ErringRest> rests;

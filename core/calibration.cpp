@@ -86,7 +86,7 @@ void fields(Fields& f, CamFromWorld& pose) {
   f({"rotation", "rows of the matrix"}, pose.rotation);
   f({"translation_mm", "world origin in camera coordinates", mm}, pose.translation_m);
   if (!f.reads()) return;
-  constexpr double kRounded = 1e-4;  // of elements with five digits
+  constexpr double kRounded = 1e-4;  // tolerance for elements with five digits
   const double fault =
       (pose.rotation * pose.rotation.transpose() - Eigen::Matrix3d::Identity()).norm();
   f.rule(fault <= kRounded && pose.rotation.determinant() >= 0, "rotation",

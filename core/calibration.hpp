@@ -46,8 +46,8 @@ struct Calibration {
   /// cameras that saw one target have common errors. Empty when the method gives none ("tsai").
   std::vector<std::string> joint_covariance_parameters;
   Eigen::MatrixXd joint_covariance;
-  /// Share of the target's shape and print in joint_covariance: how its cameras follow what the
-  /// views leave open of the target. Empty when the method, or an older file, gives none.
+  /// Part of joint_covariance due to the target's shape and print: how the cameras depend on what
+  /// the views leave open of the target. Empty if the method, or an older file, gives none.
   Eigen::MatrixXd target_covariance;
   std::vector<std::string> warnings;
   std::optional<std::string> no_go;  ///< why nothing measured with this calibration can be trusted

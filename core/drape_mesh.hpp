@@ -94,8 +94,8 @@ inline constexpr Format format_of<DrapeMesh>{"mesh", Syntax::toml, 1,
                                              "mesh of a drape that another program made"};
 void fields(Fields& f, DrapeMesh& drape);
 
-/// Reads the description and its mesh, from `mesh` instead of the named file where one is given.
-/// Throws Error(bad_input) naming file and field.
+/// Reads the description and its mesh, or `mesh` instead of the named file if given. Throws
+/// Error(bad_input) that names file and field.
 [[nodiscard]] DrapeMesh read_drape_mesh(const std::filesystem::path& file,
                                         const std::filesystem::path& mesh = {});
 

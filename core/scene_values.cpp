@@ -11,7 +11,7 @@ namespace {
 using Eigen::Vector3d;
 using units::mm;
 
-/// Standard uncertainty that the operator states, or could.
+/// Standard uncertainty stated by the operator, or assumed where it could be stated.
 ValueWidth standard(double u, const char* unit, bool stated, const std::string& measure) {
   return {u, u, false,
           fmt::format("{:g}{} {}", u, unit, stated ? "as stated" : "assumed, nothing is stated"),

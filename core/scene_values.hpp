@@ -10,35 +10,35 @@
 
 namespace drape {
 
-/// Uncertainty of one value: its standard uncertainty, or how far its range reaches down and up.
+/// Uncertainty of one value: its standard uncertainty, or how far its range extends down and up.
 struct ValueWidth {
   double down = 0, up = 0;  ///< in the value's unit; per cent of a fabric value
   bool rectangular = false;
   std::string origin, remedy;
 };
 
-/// A value of a scene that errs, by the name that drape simulate gives it (sensitivity.json).
+/// An uncertain value of a scene, with its name in sensitivity.json.
 struct SceneValue {
   std::string name;
   ValueWidth width;
 };
 
-/// Level of the bench, places of pins, clamps and objects, sizes, friction. `pin_m`: standard
-/// uncertainty of a pin that is where its mark was measured.
+/// Values: level of the bench, positions of pins, clamps and objects, sizes, friction. `pin_m`:
+/// standard uncertainty of a pin whose position is that of its measured mark.
 [[nodiscard]] std::vector<SceneValue> values_of(const Scene& scene,
                                                 const std::function<double(const Pin&)>& pin_m);
 
-/// Errors of stated values by name, each in its own unit. Names beyond those of values_of():
+/// Errors of stated values by name, each in its own unit. Besides the names of values_of():
 /// start_x_mm, start_y_mm and start_yaw_deg of a flat start.
 using ValueErrors = std::map<std::string, double>;
-/// The error of that name; 0 where there is none.
+/// Error with this name; 0 if there is none.
 [[nodiscard]] double error_of(const ValueErrors& errors, const std::string& name);
-/// The scene with its values stated wrongly by these errors, in the frame of its file.
+/// The scene with these errors in its stated values, in the frame of its file.
 [[nodiscard]] Scene erring(Scene scene, const ValueErrors& errors);
 
-/// The object elsewhere.
+/// The object shifted by `by_m`.
 [[nodiscard]] Obstacle moved(Obstacle object, const Eigen::Vector3d& by_m);
-/// The object larger by a length in each of its sizes, standing where it stood. Planes and meshes
+/// The object with each of its sizes increased by a length, its base unchanged. Planes and meshes
 /// have no size of their own.
 [[nodiscard]] Obstacle grown(Obstacle object, double by_m);
 

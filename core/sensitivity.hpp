@@ -73,7 +73,7 @@ inline constexpr Format format_of<SensitivityFile>{
     "sensitivity.json: effects of fabric values, scene values and parts of the model on a drape."};
 
 void fields(Fields& f, SensitivityFile& file);
-/// The marks that moves are of, as a field.
+/// Describes the marks of the rows of moves.
 void marks_at(Fields& f, std::vector<MarkId>& marks);
 
 }  // namespace drape

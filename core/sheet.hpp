@@ -37,7 +37,7 @@ struct ErrorBudget {
   std::optional<double> calibration_m;  ///< error of the calibration; absent if it states none
   double dot_shape_m = 0;               ///< remainder after correcting bent and slanted dots
   double total_m = 0;                   ///< root sum of squares
-  /// Part of calibration_m that comes from the calibration target's own error.
+  /// Part of calibration_m due to the calibration target's own error.
   std::optional<double> target_m = {};
 };
 

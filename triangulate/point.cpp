@@ -30,8 +30,8 @@ MatrixXd noise_of_separate_cameras(const std::vector<View>& views, const Vector3
   return pixels;
 }
 
-/// Derivative of all pixels by the parameters of cameras calibrated together, whose errors go hand
-/// in hand.
+/// Derivative of all pixels by the parameters of jointly calibrated cameras, whose errors are
+/// correlated.
 MatrixXd by_joint_cameras(const std::vector<View>& views, const Vector3d& in_world) {
   MatrixXd by_all = MatrixXd::Zero(2 * views.size(), views.front().joint->covariance->cols());
   for (std::size_t i = 0; i < views.size(); ++i) {

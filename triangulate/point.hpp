@@ -18,7 +18,7 @@ using SharedUnknowns = Eigen::Matrix<double, 2, Eigen::Dynamic>;
 /// Columns of a camera's parameters in the joint covariance of all cameras.
 struct InJointCovariance {
   const Eigen::MatrixXd* covariance = nullptr;
-  const Eigen::MatrixXd* target = nullptr;  ///< share of the calibration target's own error, if any
+  const Eigen::MatrixXd* target = nullptr;  ///< part due to the calibration target's error, if any
   std::vector<Eigen::Index> places;  ///< by parameter; -1 for a fixed one, which has no error
 };
 

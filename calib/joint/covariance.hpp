@@ -14,7 +14,7 @@ namespace drape::calib {
 struct JointCovariance {
   std::vector<std::string> names;  ///< "cam0/fx_px" ..., as in parameter_names()
   Eigen::MatrixXd cameras;         ///< in file units; empty if singular
-  Eigen::MatrixXd target;          ///< share of the board parameters that the fit moves
+  Eigen::MatrixXd target;          ///< part due to the board parameters that the fit moves
   /// Standard deviations of the board's parameters; 0 for those that the fit keeps fixed.
   Eigen::Matrix<double, board_parameters, 1> board_sd =
       Eigen::Matrix<double, board_parameters, 1>::Zero();

@@ -27,11 +27,11 @@ namespace {
 namespace fs = std::filesystem;
 
 const std::string kGone = "gone: ", kNotAsRecorded = "not what was recorded: ",
-                  kNotTraced = "no record of how it was made: ";  ///< before a file's name
+                  kNotTraced = "no record of how it was made: ";  ///< followed by a file's name
 
 using Stated = std::map<fs::path, std::set<std::string>>;
 
-/// The name that a scene states; empty where the file is none.
+/// Name stated in a scene file; empty if the file is not a scene.
 std::string scene_in(const fs::path& file) {
   if (read_text(file).find("\"drapebench/scene/") == std::string::npos) return {};
   try {
@@ -43,7 +43,7 @@ std::string scene_in(const fs::path& file) {
   }
 }
 
-/// Sheets and meshes of the run, or of the store.
+/// Sheets and meshes of the run, or of the whole store.
 std::set<std::string> sheets_of(const StoreReader& store, std::optional<int> run) {
   std::set<std::string> all;
   for (const auto& [sha256] : store.rows<std::string>(
@@ -63,8 +63,8 @@ std::set<std::string> sheets_of(const StoreReader& store, std::optional<int> run
   return all;
 }
 
-/// Adds the sensitivities beside the sheets, on which U rests too, with the contents that were
-/// stored.
+/// Adds the sensitivities beside the sheets, on which U is based too, with their stored
+/// contents.
 void add_sensitivities(const StoreReader& store, RecordBook& book, std::vector<fs::path>& starts,
                        Stated& stated) {
   Stated stored;
@@ -81,7 +81,7 @@ void add_sensitivities(const StoreReader& store, RecordBook& book, std::vector<f
   }
 }
 
-/// A measured sheet's record of today can name a scene that was edited since it was simulated.
+/// The current record of a measured sheet can name a scene edited after the simulation.
 void expect_scenes(const StoreReader& store, const std::set<std::string>& sheets, RecordBook& book,
                    Stated& files, std::vector<std::string>& findings) {
   std::map<std::string, std::set<std::string>> used;
@@ -105,10 +105,10 @@ void expect_scenes(const StoreReader& store, const std::set<std::string>& sheets
             fmt::format("{}scene {} as it was simulated ({})", kGone, scene, sha256.substr(0, 12)));
 }
 
-/// Every file behind the sheets of one run, or of the whole store, with the contents (SHA-256) that
-/// records and store state of it: one that has another content is not what the numbers rest
-/// on. Sheets and scenes that no file has any more are added to `findings`, sheets that only the
-/// store still has to `made_again`.
+/// Every file behind the sheets of one run, or of the whole store, with the SHA-256 stated for it
+/// by records and store: a file with another content does not belong to the numbers. Sheets and
+/// scenes without a remaining file are added to `findings`, and sheets that only the store still
+/// has to `made_again`.
 Stated crate_files(const StoreReader& store, std::optional<int> run, RecordBook& book,
                    std::vector<std::string>& findings, std::set<std::string>& made_again) {
   if (run) require_run(store, *run);
@@ -138,7 +138,7 @@ Stated crate_files(const StoreReader& store, std::optional<int> run, RecordBook&
   return files;
 }
 
-/// Runs with their drapes; parameter 1 is the number of one run, or empty.
+/// Runs with their drapes; parameter 1 is the number of one run, or empty for all.
 constexpr const char* kDrapes =
     "SELECT r.number AS run, r.date, r.label, r.program_version, d.scene, d.set_name, "
     "d.measurement, d.cause, d.match, d.match_reason, c.mean_mm, d.expanded_uncertainty_mm, CASE "
@@ -148,7 +148,7 @@ constexpr const char* kDrapes =
     "NULL "
     "OR r.number = ?1 ORDER BY r.number, d.scene, d.measured_sha256";
 
-/// Both sheets of a pair of the run are compared with the same measured sheet.
+/// Pairs of simulations of a run that are compared with the same measured sheet.
 constexpr const char* kPairs =
     "SELECT p.* FROM simulation_pair AS p WHERE ?1 IS NULL OR 2 = (SELECT count(DISTINCT "
     "c.simulated_sha256) FROM run_comparison AS k JOIN comparison AS c ON c.id = k.comparison_id "
@@ -160,7 +160,7 @@ constexpr const char* kSurfaces =
     "SELECT p.* FROM surface_comparison AS p WHERE ?1 IS NULL OR p.measured_sha256 IN (SELECT "
     "measured_sha256 FROM run_drape WHERE run = ?1) ORDER BY p.sha256";
 
-/// All but the certificate itself, which is a file of its own.
+/// All columns except the certificate, which is a separate file.
 constexpr const char* kSimulations =
     "SELECT s.sheet_sha256, s.simulator, s.scene, s.scene_sha256, coalesce(f.name, "
     "s.fabric_stated) AS fabric, s.fabric_sha256, s.start_sha256, s.grid_rows, s.grid_cols, "
@@ -187,14 +187,14 @@ Table comparisons(const StoreReader& store, std::optional<int> run) {
       of.parameters);
 }
 
-/// One of a crate's files of numbers.
+/// A file of numbers in a crate.
 struct CrateTable {
   std::string file, description;
   Table table;
 };
 
-/// The numbers of one run, or of the whole store, unrounded: columns are called as the store's
-/// dictionary of metrics calls them.
+/// The numbers of one run, or of the whole store, unrounded; columns have the names of the store's
+/// dictionary of metrics.
 std::vector<CrateTable> crate_tables(const StoreReader& store, std::optional<int> run) {
   const Cell number = run;
   std::vector<CrateTable> tables = {
@@ -215,7 +215,7 @@ std::vector<CrateTable> crate_tables(const StoreReader& store, std::optional<int
   return tables;
 }
 
-/// The mean distance that speaks for each drape of a run, with what may be said of it.
+/// The mean distance that represents each drape of a run, with its uncertainty and verdicts.
 struct CrateHeadline {
   std::string scene, mean_mm, statement;
 };
@@ -240,7 +240,7 @@ std::vector<CrateHeadline> crate_headlines(const StoreReader& store, int run) {
   return headlines;
 }
 
-/// A path as a relative URI (RFC 3986): everything but unreserved characters and `/` is encoded.
+/// Relative URI of a path (RFC 3986): everything except unreserved characters and `/` is encoded.
 std::string uri_of(const fs::path& path) {
   std::string uri;
   for (const unsigned char c : path.generic_string()) {
@@ -261,12 +261,12 @@ std::string media_type(const fs::path& file) {
   return found == types.end() ? "application/octet-stream" : found->second;
 }
 
-/// Code of the Unified Code for Units of Measure for a unit of the metric dictionary.
+/// Code of a unit of the metric dictionary in the Unified Code for Units of Measure.
 std::string ucum(const std::string& unit) {
   return unit == "px" ? "{pixel}" : unit;
 }
 
-/// A time of ISO 8601 with its offset as a number, which validators of the profile look for.
+/// A time by ISO 8601 with its offset as a number, as required by validators of the profile.
 std::string with_offset(std::string time) {
   if (time.ends_with("Z")) time.replace(time.size() - 1, 1, "+00:00");
   return time;
@@ -348,7 +348,7 @@ class CrateWriter {
     ++crate_.files;
   }
 
-  /// Says who wrote each file of `list`, or who read it where nobody says more.
+  /// States the writer of each file of `list`, or its reader if no other statement exists.
   void describe(const Json& list, const std::string& by, bool written) {
     for (const Json& item : list) {
       Json& entity = entities_[places_.at(item["@id"].get<std::string>())];
@@ -359,7 +359,7 @@ class CrateWriter {
 
   std::string software(const std::string& program, const std::string& version,
                        const std::string& sha256) {
-    // RFC 6920: a name made of the hash of the program's bytes, which needs no address.
+    // RFC 6920: a name made from the hash of the program's bytes, which needs no address.
     std::string id = "nih:sha-256;" + sha256;
     if (softwares_.insert(id).second)
       entities_.push_back({{"@id", id},
@@ -414,7 +414,7 @@ class CrateWriter {
     return reference(table.file);
   }
 
-  /// The numbers themselves, made from the sheets by this program.
+  /// Adds the numbers themselves, made from the sheets by this program.
   void add_tables() {
     Json results = Json::array();
     std::size_t numbers = 0;
@@ -534,9 +534,9 @@ class CrateWriter {
   const Lab& lab_;
   fs::path out_, base_;
   RecordBook book_;
-  std::map<fs::path, std::set<std::string>> files_;  ///< with the hashes stated of each
+  std::map<fs::path, std::set<std::string>> files_;  ///< with the hashes stated for each
   std::map<fs::path, std::string> ids_;              ///< ids of the copies
-  std::map<std::string, std::size_t> places_;        ///< places of the files in entities_
+  std::map<std::string, std::size_t> places_;        ///< index of each file in entities_
   std::set<std::string> softwares_, columns_;
   std::string published_ = today();
   Json roots_ = Json::array(), entities_ = Json::array(), parts_ = Json::array(),

@@ -15,12 +15,12 @@ namespace drape::compare {
 struct Lab {
   struct Author {
     std::string name;
-    std::string orcid;        ///< https://orcid.org/...; empty: not given
-    std::string affiliation;  ///< empty: not given
+    std::string orcid;        ///< https://orcid.org/...; empty if not given
+    std::string affiliation;  ///< empty if not given
   };
   std::string title, description;
   std::string license, license_name;  ///< URL and name
-  std::string program_url;            ///< URL of the programs; empty: named by their hash
+  std::string program_url;  ///< URL of the programs; if empty they are named by their hash
   std::vector<Author> authors;
 };
 void fields(Fields& f, Lab& lab);
@@ -33,18 +33,18 @@ inline constexpr drape::Format drape::format_of<drape::compare::Lab>{
 
 namespace drape::compare {
 
-/// Counts of write_crate().
+/// Counts returned by write_crate().
 struct Crate {
   int files = 0;
-  int actions = 0;                    ///< runs of programs
-  std::vector<std::string> findings;  ///< files behind the numbers that it lacks; empty: none
+  int actions = 0;                    ///< number of program runs
+  std::vector<std::string> findings;  ///< files behind the numbers that are missing; empty if none
 };
 
 /// Writes the results of one run, or of the whole store, into the new folder `out`: tables as CSV,
-/// copies of every file behind them down to photographs and curves, and ro-crate-metadata.json,
-/// which is a Process Run Crate 0.6 on RO-Crate 1.3: each run record is a CreateAction with its
-/// program, inputs and outputs. Throws Error(usage) for a run that the store does not have or a
-/// folder that is not empty.
+/// copies of every file behind them down to photographs and curves, and ro-crate-metadata.json, a
+/// Process Run Crate 0.6 on RO-Crate 1.3, in which each run record is a CreateAction with its
+/// program, inputs and outputs. Throws Error(usage) for a run that is not in the store or a folder
+/// that is not empty.
 [[nodiscard]] Crate write_crate(const StoreReader& store, std::optional<int> run, const Lab& lab,
                                 const std::filesystem::path& out);
 

@@ -14,7 +14,7 @@ namespace drape::compare {
 
 namespace {
 
-/// The calibrations that the session rests on.
+/// The calibrations on which the session is based.
 std::set<std::string> calibrations_of(const Session& session) {
   std::set<std::string> calibrations;
   if (!session.calibration_sha256.empty()) calibrations.insert(session.calibration_sha256);

@@ -14,7 +14,7 @@ namespace drape::compare {
 namespace fs = std::filesystem;
 
 ApartCounts import_simulations(const fs::path& store, std::vector<fs::path> sheets) {
-  constexpr std::ptrdiff_t kAtATime = 500;  // bounds the memory
+  constexpr std::ptrdiff_t kAtATime = 500;  // limits the memory
   ApartCounts sum;
   sum.unfinished = std::erase_if(
       sheets, [](const fs::path& sheet) { return !fs::is_regular_file(run_record_path(sheet)); });

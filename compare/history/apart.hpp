@@ -7,16 +7,16 @@
 
 namespace drape::compare {
 
-/// Sheets of a study.
+/// Counts of sheets of a study.
 struct ApartCounts {
   int added = 0;
-  int present = 0;             ///< in the store already
-  std::size_t unfinished = 0;  ///< no run record beside them: left out
+  int present = 0;             ///< already in the store
+  std::size_t unfinished = 0;  ///< without a run record: left out
 };
 
-/// Adds simulated sheets, each by itself: nothing is compared. Some hundreds are in memory at a
-/// time, and are one transaction. Throws Error(usage)
-/// for a measured sheet, and like read_session().
+/// Adds simulated sheets individually, without comparing them. Some hundreds at a time are held in
+/// memory and written in one transaction. Throws Error(usage) for a measured sheet, and like
+/// read_session().
 [[nodiscard]] ApartCounts import_simulations(const std::filesystem::path& store,
                                              std::vector<std::filesystem::path> sheets);
 

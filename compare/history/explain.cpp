@@ -25,7 +25,7 @@ std::optional<fs::path> place_in(const StoreReader& store, RecordBook& book,
     if (book.sha256(place) == sha256) return place;
     if (!had) had = place;
   }
-  // Another simulator's mesh has the hash of two files; people wrote the one that says where.
+  // Another simulator's mesh has the hash of two files; shows the one that people wrote.
   if (const auto content = had ? std::nullopt : store.blob(sha256))
     if (const auto description = description_in(*content))
       return place_in(store, book, *description);
@@ -69,10 +69,10 @@ double number_of(const std::string& text) {
   return text.empty() ? 0 : std::stod(text);
 }
 
-/// Row of a number, and the files it was computed from.
+/// Row of a number, and the files from which it was computed.
 struct Subject {
   Table row;
-  std::vector<std::pair<std::string, std::string>> roots;  ///< name of the file, and its SHA-256
+  std::vector<std::pair<std::string, std::string>> roots;  ///< files with their names and SHA-256
 
   [[nodiscard]] std::optional<std::string> value(const std::string& name) const {
     const auto at = row.column(name);
@@ -146,7 +146,7 @@ Subject subject_of(const StoreReader& store, const StoredKey& stored, const WhyO
   return subject;
 }
 
-/// Throws Error(usage) naming the metrics that the subject has.
+/// Throws Error(usage) that names the metrics of the subject.
 Metric meaning_of(const StoreReader& store, const Subject& subject, const std::string& metric) {
   std::string names;
   for (Metric& known : metric_dictionary(store)) {
@@ -158,7 +158,7 @@ Metric meaning_of(const StoreReader& store, const Subject& subject, const std::s
   throw usage_error(fmt::format("there is no metric `{}` here", metric), "there are: " + names);
 }
 
-/// The measurement's verdict of the last run that the number is in.
+/// Verdict on the measurement in the last run that contains the number.
 void add_verdict(const StoreReader& store, const StoredKey& stored, const Subject& subject,
                  Table& number) {
   const bool of_marks = stored.table == "comparison";
@@ -243,7 +243,7 @@ Difference difference_of(const StoreReader& store, const std::string& first,
                           fmt::format("{:+.4f}", number_of(two[i]) - number_of(one[i])),
                           std::get<1>(*unit)});
     } else if (unit == units.end() && one[i] != two[i] && rows.names[i] != "id") {
-      // Every command takes the beginning of a hash.
+      // Every command accepts the beginning of a hash.
       const auto shown = [](const std::string& cell) {
         return cell.size() == 64 ? cell.substr(0, 12) : cell;
       };

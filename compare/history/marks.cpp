@@ -21,16 +21,16 @@ using Eigen::Matrix3d;
 using Eigen::Vector3d;
 using units::mm;
 
-constexpr double kMovedRisk = 0.05;       ///< over all marks of a sheet
-constexpr double kWritten_m = 1e-6 * mm;  ///< to which sheet.json holds a place
+constexpr double kMovedRisk = 0.05;  ///< probability of a false alarm, over all marks of a sheet
+constexpr double kWritten_m = 1e-6 * mm;  ///< resolution of positions in sheet.json
 
-/// Share of the marks' covariance that the calibration has; 1 where nothing tells it.
+/// Fraction of the marks' covariance due to the calibration; 1 if unknown.
 double calibration_share(const Sheet& sheet) {
   if (!sheet.error_budget || !sheet.error_budget->calibration_m) return 1;
   return std::pow(*sheet.error_budget->calibration_m / sheet.error_budget->total_m, 2);
 }
 
-/// The matrix with its eigenvalues made positive: of a difference of covariances that neither
+/// The matrix with positive eigenvalues: for a difference of covariances, neither of which
 /// dominates.
 Matrix3d positive(const Matrix3d& symmetric) {
   const Eigen::SelfAdjointEigenSolver<Matrix3d> eigen(symmetric);

@@ -10,39 +10,39 @@
 
 namespace drape::compare {
 
-/// How a mark moved between two calibrations, beyond the motion of the whole sheet.
+/// Movement of a mark between two calibrations, after removing the motion of the whole sheet.
 struct MarkMove {
   MarkId mark;
-  Eigen::Vector3d by_m;           ///< second less first, rigid part taken out
-  Eigen::Matrix3d covariance_m2;  ///< of the difference
+  Eigen::Vector3d by_m;           ///< second minus first, without the rigid part
+  Eigen::Matrix3d covariance_m2;  ///< covariance of the difference
   double chi2 = 0;
 
   [[nodiscard]] bool moved(std::size_t marks) const;
 };
 
-/// Noise that two measurements of one set have in common.
+/// Noise common to two measurements of one set.
 struct SharedNoise {
-  bool detections = false;   ///< the same marks in the same pictures
-  bool calibrating = false;  ///< both calibrations are of the same pictures
+  bool detections = false;   ///< true for the same marks in the same pictures
+  bool calibrating = false;  ///< true if both calibrations use the same pictures
 };
 
-/// Moves of the marks that both sheets have. The covariance of a difference leaves out what both
-/// have in common: with the same detections only the calibrations' shares of both covariances
-/// count (the whole sheet's share, of its error budget); where these rest on the same pictures
-/// too, the difference of the two shares (Hausman 1978), for the worse estimate errs by what the
-/// better one does and by more. Without a budget the whole covariances count. A mark moved where
-/// chi square with three degrees of freedom exceeds its upper 5 % over all marks (Bonferroni).
+/// Movements of the marks present in both sheets. The covariance of a difference excludes what both
+/// have in common: with the same detections only the calibrations' parts of both covariances count
+/// (the whole sheet's part, from its error budget); if these use the same pictures too, the
+/// difference of the two parts counts (Hausman 1978), since the less accurate estimate has the
+/// error of the other and more. Without a budget the full covariances count. A mark moved if chi
+/// square with three degrees of freedom exceeds its upper 5 % point over all marks (Bonferroni).
 struct SheetMoves {
   Pose<void, void> rigid;
   std::vector<MarkMove> marks;
 };
-/// Throws Error(bad_input) below three marks in common.
+/// Throws Error(bad_input) for fewer than three common marks.
 [[nodiscard]] SheetMoves moves_between(const Sheet& first, const Sheet& second,
                                        const SharedNoise& shared);
 
-/// Moves of the marks of every set that two runs measured in the same pictures. Sheets are found by
-/// the store, also where a later run wrote over them. Throws Error(usage) for a number that no run
-/// has or runs without a set in common; Error(bad_input) where a sheet is gone.
+/// Movements of the marks of every set that two runs measured in the same pictures. Sheets are
+/// taken from the store, even if a later run replaced their files. Throws Error(usage) for a number
+/// that no run has or runs without a common set; Error(bad_input) if a sheet is missing.
 struct MovedMarks {
   std::string sentence;
   Table sets, marks;

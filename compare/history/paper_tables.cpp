@@ -29,8 +29,8 @@ void drop_column(Table& table, std::size_t at) {
   for (auto& row : table.rows) row.erase(row.begin() + column);
 }
 
-/// Tests that a column says nothing: drapebench alone needs no name, model and solver need one
-/// only where they differ within a simulator.
+/// True if a column is redundant: drapebench alone needs no name, model and solver are needed only
+/// if they differ within a simulator.
 bool is_alike(const Table& table, std::size_t at) {
   const std::string& name = table.names[at];
   const auto named = std::find(table.names.begin(), table.names.end(), "simulator");
@@ -45,7 +45,7 @@ bool is_alike(const Table& table, std::size_t at) {
   });
 }
 
-/// Leaves out those of the named columns that are alike: the paper has none of them.
+/// Removes those of the given columns that are redundant; the paper has none of them.
 void keep_what_differs(Table& table, const Names& columns) {
   for (std::size_t at = table.names.size(); at-- > 0;)
     if (std::find(columns.begin(), columns.end(), table.names[at]) != columns.end() &&
@@ -63,14 +63,14 @@ void add_table(std::vector<Table>& tables, Table table, const std::string& title
 
 const Names kOfPairs = {"fabric", "model", "solver"};
 
-/// Takes the first columns off the rows of a table: what says to which table they belong.
+/// Removes the first columns from the rows of a table, which name the table they belong to.
 std::vector<std::string> take_first(std::vector<std::string>& row, std::ptrdiff_t count) {
   std::vector<std::string> first(row.begin(), row.begin() + count);
   row.erase(row.begin(), row.begin() + count);
   return first;
 }
 
-/// Rows of one query, apart by their titles, in the order of the first of each.
+/// Rows of a query grouped by title, in the order of the first row of each.
 class Apart {
  public:
   Apart(const Table& query, std::size_t taken) : head_(query) {
@@ -97,7 +97,7 @@ class Apart {
   std::map<std::string, std::size_t> places_;
 };
 
-/// Pairs whose sheets `chosen` (measured and simulated sheet) holds both, by title.
+/// Pairs, by title, whose sheets (measured and simulated) are both in `chosen`.
 Apart pairs_of(const StoreReader& store,
                const std::set<std::pair<std::string, std::string>>& chosen, const char* measured,
                const std::function<std::string(const std::string&, const std::string&)>& title) {
@@ -192,7 +192,7 @@ Table surfaces_of(const StoreReader& store, const ResultFilter& filter) {
       of.parameters);
 }
 
-/// Simulations without a real cloth, which are of no run, rig or calibration.
+/// Adds simulations without a real cloth, which belong to no run, rig or calibration.
 void add_alone(const StoreReader& store, const ResultFilter& filter, std::vector<Table>& tables) {
   Selection sheets{
       "simulation AS s LEFT JOIN fabric AS f ON f.sha256 = s.fabric_sha256", " WHERE 1", {}};
@@ -240,11 +240,11 @@ std::vector<Table> paper_tables(const StoreReader& store, const ResultFilter& fi
 
 namespace {
 
-/// One line of published.csv.
+/// A line of published.csv.
 struct Published {
   std::string experiment;
   bool real = false;     ///< real against virtual
-  std::string grid;      ///< "21x21"; of a pair its label
+  std::string grid;      ///< "21x21"; for a pair its label
   std::string segments;  ///< empty for a pair
   std::string mean_mm;
   int table = 0;
@@ -274,15 +274,15 @@ std::vector<Published> read_published(const std::string& file) {
   return list;
 }
 
-/// A column of results: simulations of one model and solver, against one measured sheet or (pairs
-/// only) without any.
+/// A column of results: simulations with one model and solver, compared with one measured sheet or
+/// (pairs only) without any.
 struct PublishedColumn {
   std::string head, measured, model, solver;
   bool go = true;
 };
 
-/// Sheets that were compared for the experiment and not replaced since; the model is named where
-/// there are several.
+/// Sheets that were compared for the experiment and not replaced since; the model is named if there
+/// are several.
 constexpr const char* kRealColumns =
     "SELECT rig || '_' || measured_set || '_' || substr(measured, 1, 6) AS head, measured, model, "
     "solver, max(coalesce(measurement, '') = 'NO-GO') FROM v_real_vs_virtual WHERE scene = ?1 AND "
@@ -299,7 +299,7 @@ constexpr const char* kRealCells =
     "measured = ?2 AND model = ?3 AND coalesce(solver, '') = ?4 AND discretisation = ?5 AND "
     "CAST(segments AS TEXT) = ?6 AND simulator = 'drapebench' AND begins = 'scene' AND branch IS "
     "NULL AND coalesce(state, 'current') = 'current' ORDER BY id";
-/// The finest mesh of the cloth with the most segments.
+/// The finest mesh with the most segments.
 constexpr const char* kCloth =
     "SELECT discretisation, segments FROM v_real_vs_virtual WHERE scene = ?1 AND spacing_mm IS NOT "
     "NULL AND begins = 'scene' AND branch IS NULL AND coalesce(state, 'current') = 'current' ORDER "
@@ -310,8 +310,8 @@ constexpr const char* kPairCells =
     "coalesce(state, "
     "'current') = 'current'";
 
-/// Sheets that were compared for the experiment and not replaced since; the model is named where
-/// there are several.
+/// Sheets that were compared for the experiment and not replaced since; the model is named if there
+/// are several.
 std::vector<PublishedColumn> columns_of(const StoreReader& store, const Published& row) {
   using Text = std::string;
   const auto found = store.rows<Text, Text, Text, Text, bool>(
@@ -328,7 +328,7 @@ std::vector<PublishedColumn> columns_of(const StoreReader& store, const Publishe
   return columns;
 }
 
-/// The mean distances of one column, and whether all of them are of sheets at rest.
+/// The mean distances of one column, and whether all of their sheets are at rest.
 std::pair<std::string, bool> cell_of(const StoreReader& store, const Published& row,
                                      const PublishedColumn& column) {
   Cells parameters = {row.experiment, column.measured, column.model, column.solver, row.grid};

@@ -15,7 +15,7 @@
 namespace drape::compare {
 namespace {
 
-/// Turns the one row of `table` into name, value, unit and definition.
+/// Transposes the single row of `table` into name, value, unit and definition.
 Table metrics_of(const StoreReader& store, const Table& row) {
   Table metrics({"metric", "value", "unit", "definition"}, {1});
   for (const auto& [name, unit, definition] : metric_dictionary(store))
@@ -175,7 +175,7 @@ Table list_runs(const StoreReader& store, const ResultFilter& filter) {
   };
   add("rig = ?", filter.rig, 1);
   add("run IN (SELECT run FROM run_drape WHERE scene = ?)", filter.scene, 1);
-  // A run that was given no calibration.json still has sheets that were measured with one.
+  // A run without calibration.json can still have sheets that were measured with one.
   add("run IN (SELECT number FROM run WHERE substr(calibration_sha256, 1, length(?)) = ? OR "
       "instr(calibration_name, ?) > 0 UNION SELECT d.run FROM run_drape AS d JOIN sheet AS m ON "
       "m.sha256 = d.measured_sha256 WHERE substr(m.calibration_sha256, 1, length(?)) = ?)",
@@ -190,7 +190,7 @@ Table list_runs(const StoreReader& store, const ResultFilter& filter) {
 
 namespace {
 
-/// Values of every run by owner, but for those of these keys.
+/// Values of every run by owner, except those with these keys.
 using Values = std::map<std::string, std::string>;
 using ValuesOfRuns = std::map<std::string, std::map<std::string, Values>>;
 
@@ -209,8 +209,8 @@ ValuesOfRuns other_values(const StoreReader& store, const Cells& keys, const std
   return values;
 }
 
-/// Numbers the rows of each scene by what they have in common besides the value of the trend, and
-/// names what differs from the first of them. The last column comes with the fabric's name.
+/// Numbers the rows of each scene by the values they share apart from that of the trend, and names
+/// the differences from the first of them. The last column comes with the fabric's name.
 void set_series_apart(Table& table, const ValuesOfRuns& runs, bool by_fabric) {
   const auto at = [&](const char* name) { return *table.column(name); };
   const std::size_t scene = at("scene"), run = at("run"), series = at("series"),
@@ -264,7 +264,7 @@ Table trend_by(const StoreReader& store, const std::string& key, const std::stri
   if (key != "fabric" && key != "label" && key != "scene") {
     std::string list;
     for (const auto& [found] : store.rows<std::string>(
-             // From key to key by the index: DISTINCT would read every value of every run.
+             // Goes from key to key by the index: DISTINCT would read every value of every run.
              "WITH RECURSIVE each(key) AS (SELECT min(key) FROM run_value UNION ALL SELECT (SELECT "
              "min(v.key) FROM run_value AS v WHERE v.key > each.key) FROM each WHERE each.key IS "
              "NOT NULL) SELECT key FROM each WHERE key = ?1 OR key LIKE '%.' || ?1",
@@ -314,7 +314,7 @@ Table trend_by(const StoreReader& store, const std::string& key, const std::stri
 
 Table export_table(const StoreReader& store, const std::string& name) {
   std::string names;
-  // The lists of comparisons are made of this view, which alone has no verdict.
+  // The lists of comparisons are based on this view, which itself has no verdict.
   if (name == "v_comparison")
     return store.query(
         "SELECT v.*, s.run, s.measurement, s.cause, s.state FROM v_comparison AS v LEFT JOIN "

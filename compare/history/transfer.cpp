@@ -24,7 +24,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Writes into `target` what `rows` adds; a store that was made for it goes again when that fails.
+/// Writes what `rows` adds into `target`; a store created for this is removed if it fails.
 void write_into(const fs::path& target, const std::function<void(Writer&)>& rows) {
   const bool there = fs::exists(target);
   try {
@@ -39,7 +39,7 @@ void write_into(const fs::path& target, const std::function<void(Writer&)>& rows
   }
 }
 
-/// Places of another store's content, as they lead from the folder of `target`.
+/// Copies the paths of another store's content, relative to the folder of `target`.
 void copy_places(const std::vector<Cells>& files, const fs::path& source, const fs::path& target,
                  Writer& writer) {
   for (const auto& [sha256, path] : typed<std::string, std::string>(files))
@@ -101,8 +101,8 @@ class Merge {
     return static_cast<std::size_t>(found - table.columns.begin());
   }
 
-  /// Fills what `ours` lacks; true where it lacked something. A sheet may have been given to one
-  /// store without the files beside it, which contradicts nothing.
+  /// Fills missing values of `ours`; true if there were any. A sheet can have been given to one
+  /// store without the files beside it, which is not a contradiction.
   bool combine(const ListedTable& table, const std::string& key, std::vector<Cells>& ours,
                const std::vector<Cells>& theirs, std::size_t source) const {
     if (theirs.empty()) return false;
@@ -113,7 +113,7 @@ class Merge {
         Cell& own = ours[row][i];
         const Cell& other = theirs[row][i];
         if (own == other || other.is_null()) continue;
-        // The same run may have been stored on two days.
+        // The same run can have been stored on two days.
         if (table.name == "run" && i == column(table, "date")) continue;
         if (!own.is_null()) contradict(table, key, source);
         own = other;
@@ -122,7 +122,7 @@ class Merge {
     return filled;
   }
 
-  /// A run that two stores got at two moments was stored at both.
+  /// A run that two stores received at two times was stored at both.
   void repeat_run(const std::string& key, const Cell& date) {
     if (writer_.value<int>("SELECT 1 FROM run WHERE sha256 = ?1 AND date = ?2 UNION ALL SELECT 1 "
                            "FROM run_repetition WHERE run_sha256 = ?1 AND date = ?2",
@@ -176,10 +176,10 @@ MergeCounts merge_stores(const fs::path& target, const std::vector<fs::path>& st
 
 namespace {
 
-constexpr int kLongestHole = 10000;     ///< entries that may be missing in a row before the last
-constexpr int kLeastEntry_bytes = 128;  ///< two hashes, so a file holds no more entries than that
+constexpr int kLongestHole = 10000;     ///< number of entries that may be missing before the last
+constexpr int kLeastEntry_bytes = 128;  ///< two hashes, which bounds the entries in a file
 
-/// A copy of a damaged store, since opening may move its write-ahead log into it.
+/// A copy of a damaged store, since opening it can move its write-ahead log into it.
 class DamagedCopy {
  public:
   explicit DamagedCopy(const fs::path& store) {
@@ -190,8 +190,8 @@ class DamagedCopy {
   [[nodiscard]] fs::path file() const { return folder_.path() / "store"; }
 
   /// Gives the copy the header and the schema of an empty store. Both are made by the same
-  /// statements, so each table has its root on the same page, unless the store was once brought
-  /// from an older version; the hashes of the rows say whether what is read so was written.
+  /// statements, so each table has its root on the same page, unless the store was once migrated
+  /// from an older version; the hashes of the rows show whether what is read this way was written.
   void take_schema() {
     const fs::path empty = folder_.path() / "empty";
     Store(empty).close();
@@ -217,7 +217,7 @@ class DamagedCopy {
   TemporaryFolder folder_{"a copy of the store cannot be made"};
 };
 
-/// A damaged store as it can be read in one way.
+/// A damaged store read in one particular way.
 class Damaged {
  public:
   explicit Damaged(const fs::path& file)
@@ -239,7 +239,7 @@ class Damaged {
     });
   }
 
-  /// Carries over what still has its hash.
+  /// Copies everything that still has its hash.
   bool carry(const Entry& entry, const fs::path& source, const fs::path& target, Writer& writer) {
     const ListedTable* table = nullptr;
     for (const ListedTable& one : listed_tables())
@@ -272,7 +272,7 @@ class Damaged {
   }
 
  private:
-  /// The result; an empty one where a page is damaged.
+  /// The result; an empty one if a page is damaged.
   template <class Result>
   static Result tried(const std::function<Result()>& work) {
     try {
@@ -286,8 +286,8 @@ class Damaged {
   std::unique_ptr<RowReader> readers_[2];
 };
 
-/// Ways to read a damaged store: as it is, where its tables are those of this program, and with a
-/// new schema. An older version is brought to this one.
+/// Ways to read a damaged store: as it is, if its tables are those of this program, and with a new
+/// schema. An older version is migrated to this one.
 std::vector<std::unique_ptr<Damaged>> ways_to_read(const DamagedCopy& copy, DamagedCopy& mended,
                                                    const fs::path& damaged,
                                                    std::vector<std::string>& lost) {
@@ -300,7 +300,7 @@ std::vector<std::unique_ptr<Damaged>> ways_to_read(const DamagedCopy& copy, Dama
     if (std::none_of(findings.begin(), findings.end(),
                      [](const std::string& one) { return one.starts_with("table "); }))
       ways.push_back(std::move(way));
-  } catch (const SQLite::Exception&) {  // the next may do without that page
+  } catch (const SQLite::Exception&) {  // the next way may not need that page
   } catch (const Error&) {
   }
   mended.take_schema();

@@ -14,7 +14,7 @@ namespace {
 struct SeriesValue {
   std::string label;
   double value = 0;
-  std::string verdict;  ///< GO, NO-GO, or empty: of no run
+  std::string verdict;  ///< GO, NO-GO, or empty if in no run
 };
 /// In the order of the first runs.
 struct Series {
@@ -35,7 +35,7 @@ constexpr const char* kAcceptances =
     "substr(a.sha256, 1, 12)), f.value, f.verdict FROM acceptance_figure AS f JOIN acceptance AS "
     "a ON a.sha256 = f.acceptance_sha256 JOIN listed AS l ON l.kind = 'acceptance' AND l.key = "
     "a.sha256 WHERE f.value IS NOT NULL ORDER BY f.unit, a.rig_name, f.name, a.date, l.sequence";
-/// With the state_query() between them.
+/// The query is state_query() between these parts.
 constexpr const char *
     kDistances =
        "SELECT 'mean distance ' || v.rig || ' ' || v.scene || ' ' || coalesce(v.fabric, '') || ' ' "
@@ -110,7 +110,7 @@ Trend trend_of(const StoreReader& store, const TrendOptions& options) {
         trend.alarms += alarm && number == series.values.size();
       }
       trend.table.add(std::move(cells));
-      // A NO-GO value says nothing of the usual ones.
+      // A NO-GO value says nothing about usual ones.
       if (verdict == "NO-GO") continue;
       ++good;
       sum += value;

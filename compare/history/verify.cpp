@@ -30,7 +30,7 @@ using units::mm;
 
 constexpr const char* kUnreadable = "the store cannot be read to its end: ";
 
-/// The chain of manifests, and the size of the file with the last of them.
+/// Checks the chain of manifests, and the size of the file with the last of them.
 void check_manifests(SQLite::Database& database, const fs::path* file, Verification& result) {
   std::string previous;
   std::int64_t last = 0;
@@ -51,7 +51,7 @@ void check_manifests(SQLite::Database& database, const fs::path* file, Verificat
     result.findings.push_back(std::move(size));
 }
 
-/// Every listed row by its hash; rows that none lists.
+/// Checks every listed row by its hash, and finds rows that no manifest lists.
 void check_rows(SQLite::Database& database, Verification& result) {
   RowReader reader(database);
   for (const ListedTable& table : listed_tables()) {
@@ -87,7 +87,7 @@ class Contents {
   [[nodiscard]] Sheet sheet(const std::string& sha256) const {
     return read_record<Sheet>(document(sha256));
   }
-  /// A simulated sheet, or another simulator's mesh at the marks of the real one.
+  /// A simulated sheet, or the mesh of another simulator sampled at the marks of the real one.
   [[nodiscard]] Sheet simulated(const std::string& sha256, const Sheet& real) {
     return put_mesh(sha256) ? read_other_mesh(toml(), real, mesh_).sheet.sheet : sheet(sha256);
   }
@@ -105,7 +105,7 @@ class Contents {
                     "restore the store from a backup");
   }
   [[nodiscard]] fs::path toml() const { return folder_.path() / "mesh.toml"; }
-  /// Puts out the files of another simulator's mesh; false where the content is none.
+  /// Writes the files of another simulator's mesh; false if the content is not one.
   [[nodiscard]] bool put_mesh(const std::string& sha256) {
     constexpr std::size_t kHash = 64;
     const std::string content = bytes(sha256);
@@ -132,7 +132,7 @@ Places marks_of(const Sheet& sheet) {
   return places;
 }
 
-/// Computes what the store holds again from its blobs.
+/// Recomputes the numbers of the store from its blobs.
 class Recomputation {
  public:
   Recomputation(const StoreReader& reader, Verification& result)
@@ -146,7 +146,7 @@ class Recomputation {
   }
 
  private:
-  /// Tests that a row comes out with the same bits; nothing where the store lacks its sheets.
+  /// Tests that a row is reproduced with the same bits; does nothing if the store lacks its sheets.
   void judge(const char* kind, const Text& sha256, const char* sources,
              const std::function<std::optional<bool>()>& comes_out) {
     const Text name = fmt::format("{} {}", kind, sha256.substr(0, 12));
@@ -169,7 +169,7 @@ class Recomputation {
     left_ = 0;
   }
 
-  /// Every distance and the mean.
+  /// Tests every distance and the mean.
   [[nodiscard]] bool same_marks(int id, double mean_mm, const std::vector<MarkError>& marks) const {
     const auto rows = reader_.rows<int, int, double>(
         "SELECT \"row\", \"col\", distance_mm FROM mark_error WHERE comparison_id = ? ORDER BY "
@@ -217,9 +217,9 @@ class Recomputation {
     report_left();
   }
 
-  /// Places at which two simulations may have been compared: at the marks of the measured lattice,
-  /// or at the particles of the coarsest grid of their group, which is one with as many on the same
-  /// cloth.
+  /// Points at which two simulations may have been compared: the marks of the measured
+  /// lattice, or the particles of the coarsest grid of their group, which has as many on the
+  /// same cloth.
   [[nodiscard]] std::vector<Places> places_of(const std::optional<Text>& measured,
                                               const Text& first, int points) {
     std::vector<Places> all;
@@ -270,7 +270,7 @@ class Recomputation {
     report_left();
   }
 
-  /// Compares equilibria with their lists, and their best turns.
+  /// Compares equilibria with their lists, and checks their best rotations.
   void branches() {
     for (const auto& [set, number, energy_uJ, starts, hem_nodes] :
          reader_.rows<Text, int, double, int, int>(
@@ -292,11 +292,11 @@ class Recomputation {
              "SELECT c.measured_sha256, c.simulated_sha256, t.axis_x_mm, t.axis_y_mm, "
              "t.turned_mean_mm FROM branch_turn AS t JOIN comparison AS c ON c.sha256 = "
              "t.comparison_sha256 ORDER BY c.id")) {
-      if (!contents_.has(measured) || !contents_.has(simulated)) continue;  // said already
+      if (!contents_.has(measured) || !contents_.has(simulated)) continue;  // already reported
       const auto turned =
           best_turn(contents_.sheet(measured), Surface(contents_.sheet(simulated), simulated),
                     {x_mm * mm, y_mm * mm});
-      // The axis went through a change of units, which may cost its last bit.
+      // The axis was converted between units, which can change its last bit.
       if (!turned || std::abs(turned->mean_m / mm - mean_mm) > 1e-9)
         result_.findings.push_back(fmt::format(
             "the best turn of {} does not come out of its sheets", simulated.substr(0, 12)));
@@ -307,7 +307,7 @@ class Recomputation {
   Contents contents_;
   Verification& result_;
   std::map<std::tuple<double, double, int>, std::vector<Places>> grids_;
-  long long left_ = 0;  ///< rows of the kind at hand without their content
+  long long left_ = 0;  ///< rows of the current kind without their content
   Text first_left_;
 };
 
@@ -332,7 +332,7 @@ Verification verify_store(const fs::path& named, bool with_recomputation) {
     reader.emplace(store, StoreReader::Schema::any);
     const SQLite::Transaction one_state(reader->database(), SQLite::TransactionBehavior::DEFERRED);
     result.findings = schema_findings(reader->database());
-    // What stands in the place of a table need not end.
+    // A view in place of a table need not end.
     for (const std::string& finding : result.findings)
       if (finding.starts_with("table ")) return result;
     const fs::path opened = reader->opened();
@@ -358,7 +358,7 @@ using Context = std::unique_ptr<EVP_MD_CTX, decltype(&EVP_MD_CTX_free)>;
 
 enum class Half { secret, open };
 
-/// Without a passphrase: a program cannot be asked for one.
+/// Reads a key without a passphrase, since a program cannot be asked for one.
 Key read_key(const fs::path& file, Half half) {
   const std::string text = read_text(file);
   const std::unique_ptr<BIO, decltype(&BIO_free)> memory(
@@ -377,7 +377,7 @@ Key read_key(const fs::path& file, Half half) {
           : "make it from the private one: openssl pkey -in key.pem -pubout -out pub.pem");
 }
 
-/// Text that is signed.
+/// The text to be signed.
 std::string signed_text(const std::string& manifest_sha256) {
   return "drapebench/signed-manifest/1\n" + manifest_sha256 + "\n";
 }

@@ -22,9 +22,9 @@ namespace {
 namespace fs = std::filesystem;
 using units::mm;
 
-constexpr double kStep_m = 2 * mm;  ///< points of cloth taken from a textured mesh
+constexpr double kStep_m = 2 * mm;  ///< spacing at which a textured mesh is sampled
 constexpr double kOutside = 1e-9;   ///< tolerance of a triangle, in barycentric coordinates
-/// No cloth strains by so much where it hangs by its own weight; units differ by 2.54 or more.
+/// Cloth that hangs under its own weight does not strain by so much; units differ by 2.54 or more.
 constexpr double kMostStrain = 0.3;
 
 std::vector<double> sorted_unique(std::vector<double> values) {
@@ -35,7 +35,7 @@ std::vector<double> sorted_unique(std::vector<double> values) {
   return values;
 }
 
-/// The vertices themselves, sorted so that rows run along the warp.
+/// Adds the vertices themselves, sorted so that rows run along the warp.
 void add_grid(const DrapeMesh& drape, Sheet& sheet) {
   const MaterialRange& range = drape.grid->range;
   const int inner = drape.grid->inner_count;
@@ -59,7 +59,7 @@ void add_grid(const DrapeMesh& drape, Sheet& sheet) {
   }
 }
 
-/// 0, the side, the marks' own lines, and lines between them that are at most a step apart.
+/// 0, the side length, the marks' own lines, and lines between them at most a step apart.
 std::vector<double> lines_of(const Sheet& measured, int axis) {
   std::vector<double> fixed = {0, measured.patch_m[axis]};
   for (const SheetMark& mark : measured.marks) fixed.push_back(mark.material_m[axis]);
@@ -92,7 +92,7 @@ void add_texture(const DrapeMesh& drape, const Sheet& measured, Sheet& sheet) {
   }
 }
 
-/// Lengths of the mesh over those of its cloth, of neighbours in a column (along the warp) or row.
+/// Ratios of lengths on the mesh to those on the cloth, of neighbours along the warp or the weft.
 std::vector<double> stretches_of(const Sheet& sheet, const MarkId& step) {
   std::map<MarkId, const SheetMark*> marks;
   for (const SheetMark& mark : sheet.marks) marks[mark.mark] = &mark;
@@ -107,7 +107,7 @@ std::vector<double> stretches_of(const Sheet& sheet, const MarkId& step) {
   return stretches;
 }
 
-/// A mesh in another unit than stated has distances like any other.
+/// Throws for a wrong unit, which would otherwise give plausible distances.
 void require_size_of_cloth(const DrapeMesh& drape, const Sheet& sheet) {
   for (const bool warp : {true, false}) {
     const std::vector<double> stretches = stretches_of(sheet, warp ? MarkId{1, 0} : MarkId{0, 1});
@@ -123,11 +123,11 @@ void require_size_of_cloth(const DrapeMesh& drape, const Sheet& sheet) {
   }
 }
 
-/// Another laying or up under which a mesh lies many times nearer to the measured marks than as it
-/// is described; empty where there is none. Warp and weft can be laid on a patch in eight ways.
+/// Another assignment of warp, weft or up axis with which a mesh is many times closer to the
+/// measured marks than as described; empty if none. Warp and weft can be assigned in eight ways.
 std::string better_description(const DrapeMesh& drape, const Sheet& sheet, const Sheet& measured) {
-  constexpr double kTimes = 4;        ///< nearer
-  constexpr double kOfPatch = 0.015;  ///< least distance; below it any laying of a flat cloth does
+  constexpr double kTimes = 4;        ///< required ratio of distances
+  constexpr double kOfPatch = 0.015;  ///< relative; below it any assignment fits a flat cloth
   constexpr const char* kLayings[] = {"",
                                       "warp_from and warp_to exchanged",
                                       "weft_from and weft_to exchanged",
@@ -205,7 +205,7 @@ std::optional<OtherMeshId> other_mesh_id(const fs::path& file) {
     const std::string mesh_sha256 = sha256_of_file(mesh);
     return OtherMeshId{id_of(file, mesh_sha256), mesh, mesh_sha256};
   } catch (const Error&) {
-    return std::nullopt;  // not one that anything could have been compared with
+    return std::nullopt;  // nothing could have been compared with it
   }
 }
 

@@ -20,7 +20,7 @@ using units::mm;
 
 constexpr int kTurns = 360;
 
-/// Measured marks and their places on the virtual sheet, seen from the axis.
+/// Measured marks and their positions on the virtual sheet, relative to the axis.
 struct Pairs {
   std::vector<Eigen::Vector3d> real, simulated;
 
@@ -47,7 +47,7 @@ struct Pairs {
   }
 };
 
-/// Smallest mean within one step around `middle`, where it has one minimum.
+/// Smallest mean within one step around `middle`, assuming a single minimum there.
 double refined(const Pairs& pairs, double middle, double step) {
   const double golden = (std::sqrt(5.0) - 1) / 2;
   double low = middle - step, high = middle + step;
@@ -71,14 +71,14 @@ double refined(const Pairs& pairs, double middle, double step) {
   return (low + high) / 2;
 }
 
-/// Path of a list in the folder above the sheet's; nothing when it is not there.
+/// Path of a list in the folder above the sheet's; nullopt if it does not exist.
 std::optional<fs::path> file_above(const fs::path& sheet, const char* name) {
   const fs::path folder = sheet.parent_path();
   const fs::path file = (folder.empty() ? fs::path(".") : folder) / ".." / name;
   return fs::is_regular_file(file) ? std::optional(file) : std::nullopt;
 }
 
-/// True where the sheet that a list names is this one.
+/// True if the sheet named by a list is this one.
 bool is_named(const fs::path& sheet, const std::string& name, const fs::path& list) {
   std::error_code unreadable;
   const fs::path named =
@@ -174,7 +174,7 @@ std::string ensemble_sentence(const BranchList& list) {
   if (!list.measured) return text;
   const PlacedDrape& real = *list.measured;
   if (real.nearest && real.distance_m) {
-    const bool known = real.reach_m.has_value();  // else being on a branch says nothing
+    const bool known = real.reach_m.has_value();  // otherwise being on a branch means nothing
     text += known && real.branch
                 ? fmt::format("; the real drape is on branch {}", *real.branch)
                 : fmt::format("; {}branch {} is the nearest",

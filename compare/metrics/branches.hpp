@@ -14,30 +14,30 @@
 
 namespace drape::compare {
 
-/// One equilibrium of a drape that has several.
+/// One of several equilibria of a drape.
 struct Branch {
-  std::string set_sha256;              ///< hash of branches.json, which lists all of them
-  int number = 0;                      ///< 1 has the least energy
-  int of = 0;                          ///< equilibria that were found
-  double energy_j = 0;                 ///< only differences within one list mean anything
-  double residual = 0;                 ///< largest, in weights of a particle
-  bool stable = true;                  ///< false: a saddle
+  std::string set_sha256;              ///< hash of the branches.json that lists all of them
+  int number = 0;                      ///< rank by energy, 1 is the lowest
+  int of = 0;                          ///< number of equilibria found
+  double energy_j = 0;                 ///< only differences within one list are meaningful
+  double residual = 0;                 ///< largest net force, in weights of a particle
+  bool stable = true;                  ///< false at a saddle point of the energy
   int starts = 0;                      ///< number of starts that ended here
-  int hem_nodes = 0;                   ///< folds of the border
-  bool round = false;                  ///< the scene looks the same turned about a vertical axis
-  std::optional<double> share = {};    ///< of the seeded starts
-  std::optional<double> least_j = {};  ///< energy of the first of its list, given or not
+  int hem_nodes = 0;                   ///< number of folds along the hem
+  bool round = false;                  ///< true if the scene is symmetric about a vertical axis
+  std::optional<double> share = {};    ///< fraction of the seeded starts
+  std::optional<double> least_j = {};  ///< energy of the lowest in its list, given or not
 };
 
-/// The entry for this sheet of branches.json in the folder above the sheet's, and that list's file;
-/// nothing when there is none. Throws Error(bad_input) for a list that cannot be read.
+/// The entry for this sheet in branches.json in the folder above the sheet's, and that file;
+/// nullopt if there is none. Throws Error(bad_input) for a list that cannot be read.
 [[nodiscard]] std::optional<std::pair<std::filesystem::path, Branch>> branch_of(
     const std::filesystem::path& sheet);
 
-/// The entry of that number in a list; nothing when it has none.
+/// The entry with that number in a list; nullopt if there is none.
 [[nodiscard]] std::optional<Branch> branch_in(const Document& list, int number);
 
-/// The list in the folder above a branch's sheet, while it has these bytes.
+/// The list in the folder above a branch's sheet, if it still has the hash stated.
 [[nodiscard]] std::optional<BranchList> list_above(const std::filesystem::path& sheet,
                                                    const std::string& sha256);
 
@@ -46,21 +46,21 @@ struct Branch {
 [[nodiscard]] std::string friction_sentence(const FrictionBand& band);
 [[nodiscard]] std::string memory_sentence(const MemoryBand& band);
 
-/// Foot of the vertical axis of a round scene on the table: the middle of its first object.
+/// Base of the vertical axis of a round scene on the table: the centre of its first object.
 [[nodiscard]] std::optional<Eigen::Vector2d> axis_of(const Scene& scene);
 
-/// Mean distance after the turn about a vertical axis that makes it smallest. On a round object an
-/// equilibrium turned is the same equilibrium, so only this distance says which one the cloth took.
+/// Mean distance after the rotation about a vertical axis that minimises it. On a round object a
+/// rotated equilibrium is the same one, so only this distance shows which one the cloth took.
 struct TurnedDistance {
   double mean_m = 0;
-  double turn_rad = 0;     ///< turn of the virtual sheet, from x to y
-  bool half_turn = false;  ///< the sheet turned by half a turn in its own plane as well
+  double turn_rad = 0;     ///< rotation of the virtual sheet, from x to y
+  bool half_turn = false;  ///< true if the sheet is also turned by half a turn in its own plane
   Eigen::Vector2d axis_in_world = Eigen::Vector2d::Zero();
 };
 
-/// All turns at one degree are tried, with the sheet as it is and with every material point in the
-/// place of the one opposite; then the best is refined by golden section. Nothing when no mark has
-/// a place on the virtual sheet.
+/// Tries rotations in steps of one degree, with the sheet as it is and with every material point
+/// exchanged with the opposite one; then refines the best by golden section. nullopt if no mark has
+/// a position on the virtual sheet.
 [[nodiscard]] std::optional<TurnedDistance> best_turn(const Sheet& measured,
                                                       const Surface& virtual_sheet,
                                                       const Eigen::Vector2d& axis_in_world);

@@ -15,7 +15,7 @@ namespace drape::compare {
 
 namespace {
 
-/// One that was left out counts too: made again, it is used.
+/// Records a sensitivity file even if it was left out, since it would be used once made again.
 void record_sensitivity(const std::filesystem::path& file, const Session& session,
                         RunRecord& record) {
   for (const auto& [read, sha256] : session.read)
@@ -45,7 +45,7 @@ int run_compare(CompareArguments& arguments, const std::vector<std::string>& com
   outcome.arguments = command;
   outcome.store = arguments.store.string();
   outcome.report = arguments.report.string();
-  // A store whose creation was cut off is completed; a reader would refuse it.
+  // Completes a store whose creation was interrupted, which a reader would refuse.
   if (std::filesystem::is_regular_file(arguments.store)) Store(arguments.store).close();
   const auto acceptance = look_at_acceptance(arguments.acceptance, session, outcome, record);
   compare_session(session, arguments.options, outcome);

@@ -45,7 +45,7 @@ int import_apart(const ResultsArguments& arguments, const CommonOptions& common)
   return finish(ending, common);
 }
 
-/// Tolerance that the last run of these drapes was judged by.
+/// Tolerance used by the last run of these drapes.
 std::optional<double> tolerance_in(const fs::path& store, const Session& session) {
   if (!fs::is_regular_file(store)) return std::nullopt;
   const StoreReader reader(store);
@@ -66,7 +66,7 @@ int import_files(const ResultsArguments& arguments, const CommonOptions& common)
   const Session session =
       read_session(sheets_in(arguments.sheets), calibration, repeats_in(arguments.sheets));
   Outcome outcome;
-  // A store whose creation was cut off is completed; a reader would refuse it.
+  // Completes a store whose creation was interrupted, which a reader would refuse.
   if (fs::is_regular_file(arguments.store)) Store(arguments.store).close();
   outcome.not_accepted = reason_in_store(arguments.store, session);
   outcome.warnings = session.warnings;
@@ -155,7 +155,7 @@ int why(const StoreReader& reader, const ResultsArguments& arguments, const Comm
   return result.complete ? 0 : 1;
 }
 
-/// The number of a run: digits alone, fewer than any key is asked for.
+/// Number of a run: only digits, fewer than the least length of a key.
 std::optional<int> run_number(const std::string& text) {
   const bool digits =
       !text.empty() && text.size() <= 6 &&
@@ -163,8 +163,8 @@ std::optional<int> run_number(const std::string& text) {
   return digits ? std::optional(std::stoi(text)) : std::nullopt;
 }
 
-/// A run as it ended: from report.json beside the store while it is that run's, else what the store
-/// keeps of its drapes. `drape`: all that is known of this one.
+/// Prints a run as it ended, from report.json beside the store if it belongs to that run, otherwise
+/// from the drapes in the store. `drape`: everything known about this one.
 void show_run(const StoreReader& reader, int run, const ResultsArguments& arguments,
               const CommonOptions& common) {
   require_run(reader, run);

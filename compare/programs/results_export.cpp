@@ -30,7 +30,7 @@ int export_crate(const StoreReader& reader, const ResultsArguments& arguments,
   return finish(ending, common);
 }
 
-/// An option that the format has no use for would seem to have been heeded.
+/// Throws for an option that the format would silently ignore.
 void require_of_format(const Command& command, ExportFormat format) {
   const bool table = format == ExportFormat::csv || format == ExportFormat::json,
              crate = format == ExportFormat::ro_crate;

@@ -15,7 +15,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-/// Each row says which of the tables of one file it is of.
+/// Adds a column with the title of the table, since one file contains several.
 Table with_its_title(Table table) {
   if (table.title.empty()) return table;
   table.names.insert(table.names.begin(), "table");
@@ -27,7 +27,7 @@ Table with_its_title(Table table) {
 
 void write(const ResultsArguments& arguments, const CommonOptions& common,
            const std::vector<const Table*>& tables) {
-  // The format of an export stands above what all commands may be asked for.
+  // The format of an export takes precedence over the options of all commands.
   const bool json = arguments.format ? arguments.format == ExportFormat::json : common.json;
   const bool csv = !json && (arguments.csv || arguments.format == ExportFormat::csv);
   std::string text;

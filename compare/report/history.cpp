@@ -16,7 +16,7 @@ namespace {
 
 using Rows = std::vector<std::vector<std::string>>;
 
-/// The points of each series with the band that the values before each one predict.
+/// Points of each series, with the band predicted by the values before each.
 Value series_of(const Trend& trend, double alarm_sigmas) {
   Value all = Value::List{};
   const Rows& rows = trend.table.rows;

@@ -13,10 +13,10 @@
 namespace drape::compare {
 namespace {
 
-/// Every table. A comment that begins with "smaller:" or "neither:" makes its column a metric:
-/// which value is the better one, the store version that brought it where that is not the first
-/// ("smaller, since 9: ..."), and the definition. The name of a metric ends in its unit. "since 9:"
-/// alone is a later column that is no metric.
+/// Every table. A comment that begins with "smaller:" or "neither:" makes its column a metric: it
+/// states which value is better, the store version that introduced it if not the first ("smaller,
+/// since 9: ..."), and the definition. The name of a metric ends in its unit. "since 9:" alone
+/// marks a later column that is not a metric.
 constexpr const char* kTables = R"sql(CREATE TABLE metric (
   name TEXT NOT NULL PRIMARY KEY,  -- a column of comparison, simulation_pair or mark_error
   unit TEXT NOT NULL,
@@ -414,10 +414,10 @@ CREATE TABLE manifest (  -- of one addition to the store
   sha256 TEXT NOT NULL
 ) STRICT)sql";
 
-constexpr int kProofVersion = 11;  ///< version of the store that brought manifests and blobs
-constexpr int kMetricsThen = 2;    ///< version of its metrics; a changed definition raises it
+constexpr int kProofVersion = 11;  ///< version of the store that introduced manifests and blobs
+constexpr int kMetricsThen = 2;    ///< version of its metrics, increased if a definition changes
 
-/// Unit of a metric, which its name ends in.
+/// Unit of a metric, from the end of its name.
 std::string unit_of(const std::string& name) {
   if (name.find("percent") != std::string::npos) return "%";
   for (const char* unit : {"mm2", "mm", "px", "deg", "uJ"})

@@ -8,42 +8,42 @@ namespace drape::compare {
 
 struct RelationColumn {
   std::string name;
-  std::string unit, definition, better;  ///< description of a metric; else empty
-  int since = 0;                         ///< store version that brought it; older rows have NULL
+  std::string unit, definition, better;  ///< description of a metric; otherwise empty
+  int since = 0;                         ///< store version that introduced it; NULL in older rows
 };
 
 /// Table of the store, described once: insertion, the dictionary of metrics, manifests, merging and
-/// migrations are walks over its columns. A new column stands last.
+/// migrations iterate over its columns. A new column must be last.
 struct Relation {
-  std::string name, statement;  ///< the statement that makes it
+  std::string name, statement;  ///< statement that creates it
   std::vector<RelationColumn> columns;
 };
 [[nodiscard]] const std::vector<Relation>& relations();
 [[nodiscard]] const Relation& relation(const std::string& name);
 
-[[nodiscard]] int store_version();  ///< PRAGMA user_version: of the newest column
-/// Raised by each version of the store that brought a metric.
+[[nodiscard]] int store_version();  ///< PRAGMA user_version, the version of the newest column
+/// Increased by each version of the store that introduced a metric.
 [[nodiscard]] int metrics_version();
 
-/// SQL of "2.5 mm" or "21x21" of a simulation AS s.
+/// SQL for the discretisation "2.5 mm" or "21x21" of a simulation AS s.
 inline constexpr const char* kDiscretisation =
     "coalesce(s.grid_rows || 'x' || s.grid_cols, format('%g mm', s.spacing_mm))";
-/// The same of simulations and of v_comparison: own before others', many segments before few, fine
+/// SQL order of simulations and of v_comparison: own before others', many segments before few, fine
 /// before coarse.
 inline constexpr const char* kFinestFirst =
     "simulator <> 'drapebench', segments DESC, spacing_mm IS NULL, spacing_mm, grid_rows DESC, "
     "model, solver, begins DESC";
 
-/// The statements that make views, indexes and triggers around tables that are there.
+/// Statements that create views, indexes and triggers for existing tables.
 [[nodiscard]] std::vector<std::string> surrounding_statements();
 
-/// The query of the view v_state: of each comparison its last run, and whether that is the last
-/// word on these photographs; one row for a comparison without a run as well. SQLite does not make
-/// it whole where it is joined with few comparisons, as it would the view in a LEFT JOIN. `window`
-/// takes the last of some runs only, e.g. " AND q.run = 5" or " AND q.date >= ?".
+/// Query of the view v_state: for each comparison its last run, and whether that is the current one
+/// for these photographs; one row for a comparison without a run as well. SQLite does not
+/// materialise it if it is joined with few comparisons, unlike the view in a LEFT JOIN. `window`
+/// restricts it to the last of some runs, e.g. " AND q.run = 5" or " AND q.date >= ?".
 [[nodiscard]] std::string state_query(const std::string& window = {});
 
-/// The same of each measured sheet, for what hangs on it without marks.
+/// The same for each measured sheet, used for results without marks.
 [[nodiscard]] std::string sheet_state_query();
 
 }  // namespace drape::compare

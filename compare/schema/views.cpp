@@ -8,9 +8,9 @@ namespace {
 
 constexpr const char* kIndexes[] = {
     R"sql(CREATE INDEX comparison_by_simulation ON comparison (simulated_sha256))sql",
-    // All that the views of runs ask of a headline, without the numbers beside it.
+    // Everything that the views of runs need of a headline except its numbers.
     R"sql(CREATE INDEX comparison_in_short ON comparison (sha256, mean_mm, simulated_sha256))sql",
-    // All that the views ask of a simulation: its certificate makes the table's own tree deep.
+    // What the views need of a simulation: its certificate makes the table's own tree deep.
     R"sql(CREATE INDEX simulation_in_short ON simulation (sheet_sha256, simulator, scene,
   fabric_sha256, fabric_stated, grid_rows, grid_cols, spacing_mm, from_measured, segments, model,
   solver, status))sql",
@@ -35,8 +35,8 @@ constexpr const char* kRunLast =
     WHERE q.recording_sha256 IS NOT NULL GROUP BY q.recording_sha256) AS y
     ON y.recording_sha256 = r.recording_sha256) AS x GROUP BY x.run)sql";
 
-// The last run's word is looked up in a table of runs, all else by an index: of few comparisons
-// only these are judged. SQLite would make a view again at each of its places.
+// The last run is looked up in a table of runs, everything else by an index, so that for few
+// comparisons only these are judged. SQLite would evaluate a view again at each use.
 constexpr const char* kState = R"sql(WITH moments AS MATERIALIZED (SELECT * FROM v_run_moment),
   pictures_last AS MATERIALIZED ({pictures_last}),
   run_last AS MATERIALIZED ({run_last})
@@ -64,8 +64,8 @@ constexpr const char* kViews[] = {
   rests_on, repeats, p))sql",
     R"sql(CREATE INDEX run_drape_by_pictures ON run_drape (pictures_sha256, run))sql",
     R"sql(CREATE INDEX run_drape_by_measured ON run_drape (measured_sha256, run))sql",
-    // Runs follow each other by their dates, wherever they were stored; within one second in the
-    // order in which this store got them.
+    // Runs are ordered by date, wherever they were stored, and within one second by the order in
+    // which this store received them.
     R"sql(CREATE VIEW v_run_moment AS
 SELECT r.number AS run, r.date AS date,
   r.date || substr('00000000000' || coalesce(l.sequence, 0), -12) || ' ' || r.number AS moment
@@ -91,9 +91,9 @@ SELECT r.number AS run, r.date AS date, r.label AS label, r.operator AS operator
     calibration, (SELECT count(*) FROM run_value AS v WHERE v.run = r.number AND v.stand_in = 1)
     AS stand_ins, r.program_version AS version, r.cause AS cause
 FROM run AS r)sql",
-    // From the tables: a view on the right of a LEFT JOIN would be made whole for every row.
-    // Runs in their order, each with its drapes, is a third faster than drapes as SQLite picks
-    // them.
+    // Based on tables, since a view on the right of a LEFT JOIN would be materialised for every
+    // row. Runs in their order, each with its drapes, is a third faster than SQLite's choice of
+    // order.
     R"sql(CREATE VIEW v_run_drape AS
 SELECT d.run AS run, r.date AS date, r.label AS label, d.scene AS scene,
   coalesce(f.name, s.fabric_stated) AS fabric, {discretisation} AS discretisation,
@@ -129,7 +129,7 @@ std::string state_of(const std::string& table, const std::string& subject, const
 }
 
 /// Only the newest definition of the metrics for each pair of sheets. It is not sorted, so that
-/// SQLite can fold it into the query that uses it.
+/// SQLite can merge it into the query that uses it.
 constexpr const char* kComparisonView = R"sql(CREATE VIEW v_comparison AS
 SELECT s.scene AS scene, {discretisation} AS discretisation, s.segments AS segments,
   c.mean_mm AS mean_dist_mm, c.sigma_mean_mm AS sigma_mean_mm, c.mean_low_mm AS mean_low_mm,
@@ -154,14 +154,14 @@ FROM comparison AS c
 WHERE NOT EXISTS (SELECT 1 FROM comparison AS n WHERE n.measured_sha256 = c.measured_sha256
   AND n.simulated_sha256 = c.simulated_sha256 AND n.metrics_version > c.metrics_version))sql";
 
-/// `state` is the query of schema.hpp.
+/// `state` is the query from schema.hpp.
 constexpr const char* kRealView = R"sql(CREATE VIEW v_real_vs_virtual AS
 SELECT v.*, s.run AS run, s.measurement AS measurement, s.cause AS cause, s.match AS match,
   s.state AS state
 FROM v_comparison AS v JOIN ({state}) AS s ON s.comparison_id = v.id
 ORDER BY scene, measured, {finest_first}, branch, comparison)sql";
 
-/// The equilibria of each list with their distance to each measured sheet. `match_mm` says which
+/// The equilibria of each list with their distance from each measured sheet. `match_mm` shows which
 /// one the real shape took; `least_energy` and `nearest` mark one row of each list.
 constexpr const char* kBranchView = R"sql(CREATE VIEW v_branches AS
 SELECT c.scene AS scene, c.discretisation AS discretisation, c.segments AS segments,

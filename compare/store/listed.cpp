@@ -42,7 +42,7 @@ ListedTable listed_table_of(const Relation& relation) {
   const bool numbered = relation.statement.find(" INTEGER PRIMARY KEY") != std::string::npos;
   const bool of_manifest = relation.name == "file";
   const std::vector<std::string> primary = primary_key(relation);
-  // Rows of a run hang on the run, whatever stands first.
+  // Rows of a run depend on the run, whatever column is first.
   const bool of_run = std::count(primary.begin(), primary.end(), "run") > 0;
   const std::string key = numbered      ? relation.columns[1].name
                           : of_run      ? "run"
@@ -226,7 +226,7 @@ std::vector<std::string> RowReader::alterations(const ListedTable& table, long l
            database_, "SELECT key, sha256, number FROM listed WHERE kind = ? ORDER BY sequence",
            {table.name})) {
     ++keys;
-    std::string key;  // of whatever type: the file may be damaged
+    std::string key;  // can have any type in a damaged file
     Listed listed;
     row[0].to(key);
     row[1].to(listed.sha256);

@@ -35,7 +35,7 @@ std::int64_t size_of(SQLite::Database& database) {
          database.execAndGet("PRAGMA page_size").getInt64();
 }
 
-/// Statements of this version by "view v_run".
+/// Statements of this version by name, such as "view v_run".
 const std::map<std::string, std::string>& own_schema() {
   static const std::map<std::string, std::string> own = [] {
     std::map<std::string, std::string> all;
@@ -98,7 +98,7 @@ void write_manifest(SQLite::Database& database, const std::vector<ListedKey>& ad
     insert.exec();
   }
   if (manifest.last == before.last) return;
-  // The manifest's own row may need another page.
+  // The row of the manifest itself can need another page.
   manifest.file_size = size_of(database);
   for (;;) {
     SQLite::Savepoint trial(database, "manifest");
@@ -162,7 +162,7 @@ std::optional<std::string> blob_in(SQLite::Database& database, const std::string
   if (!row.executeStep()) return std::nullopt;
   const std::int64_t stated = row.getColumn(0).getInt64();
   const SQLite::Column packed = row.getColumn(1);
-  // zlib packs at most 1,032 to one.
+  // zlib compresses by a factor of at most 1,032.
   if (stated < 0 || stated > kLargestBlob || stated / 1100 > packed.getBytes()) return std::nullopt;
   std::string content(static_cast<std::size_t>(stated), '\0');
   auto size = static_cast<uLongf>(stated);

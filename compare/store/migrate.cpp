@@ -21,14 +21,14 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Values of columns that a store of version 1 has not by name; it had no ledger, no number
-/// of a comparison and no table calibration_file.
+/// Values of columns that a store of version 1 does not have under these names; it had no ledger,
+/// no number of a comparison and no table calibration_file.
 const std::map<std::string, std::map<std::string, std::string>> kFrom1 = {
     {"mark_error",
      {{"comparison_id", "(SELECT id FROM comparison WHERE sha256 = comparison_sha256)"}}},
     {"simulation", {{"simulator", "'drapebench'"}}}};
 
-/// Brings what the old table holds into the new one: columns of the same name.
+/// Copies the rows of the old table into the new one, by columns of the same name.
 void copy_rows(SQLite::Database& database, const Relation& table) {
   std::vector<std::string> names, values;
   for (const RelationColumn& column : table.columns) {
@@ -45,7 +45,7 @@ void copy_rows(SQLite::Database& database, const Relation& table) {
                             fmt::join(names, ", "), fmt::join(values, ", ")));
 }
 
-/// Makes every table that is absent or not as it is made today; its rows are kept.
+/// Creates every table that is absent or differs from today's definition, keeping its rows.
 void make_tables(SQLite::Database& database, int from_version) {
   std::vector<std::string> changed;
   for (const Relation& table : relations()) {
@@ -65,7 +65,7 @@ void make_tables(SQLite::Database& database, int from_version) {
   for (const std::string& table : changed) database.exec("DROP TABLE old_" + table);
 }
 
-/// A definition that is there stays as it is.
+/// Adds missing definitions; existing ones are unchanged.
 void make_metrics(SQLite::Database& database) {
   for (const Relation& table : relations())
     for (const RelationColumn& column : table.columns)
@@ -74,7 +74,7 @@ void make_metrics(SQLite::Database& database) {
                 {column.name, column.unit, column.definition, column.better});
 }
 
-/// Everything around the tables, and a manifest of all rows but those of `left_out`, in the order
+/// Creates everything around the tables, and a manifest of all rows except `left_out`, in the order
 /// of `former`, a table like the ledger.
 void complete(SQLite::Database& database, const std::set<ListedKey>& left_out = {},
               const char* former = "listed") {
@@ -93,7 +93,7 @@ void complete(SQLite::Database& database, const std::set<ListedKey>& left_out = 
   database.exec(fmt::format("PRAGMA user_version = {}", store_version()));
 }
 
-/// A row of version 2 to 10 with the rows that hang on it: what an entry of its ledger hashed.
+/// A row of version 2 to 10 with its dependent rows, as hashed by an entry of its ledger.
 struct LedgerKind {
   const char* table;
   std::vector<const char*> hanging;
@@ -137,7 +137,7 @@ std::string ledger_content(SQLite::Database& database, const LedgerKind& kind,
   tables.insert(tables.begin(), kind.table);
   for (const char* name : tables) {
     const ListedTable& table = listed_table(name);
-    // In the order of numbers, where today's is that of what they number.
+    // Ordered by numbers, where today's order is that of what they number.
     const char* order =
         table.name == "run_comparison" ? " ORDER BY comparison_id" : table.order.c_str();
     const std::vector<RelationColumn>& columns = relation(name).columns;
@@ -153,7 +153,7 @@ std::string ledger_content(SQLite::Database& database, const LedgerKind& kind,
   return sha256_of(std::string_view(bytes));
 }
 
-/// Rows that are not what the ledger says, with a sentence about each.
+/// Rows that differ from the ledger, with a sentence about each.
 std::map<ListedKey, std::string> altered_since(SQLite::Database& database) {
   std::map<ListedKey, std::string> altered;
   std::string head;
@@ -190,7 +190,7 @@ std::map<ListedKey, std::string> altered_since(SQLite::Database& database) {
   return altered;
 }
 
-/// The sheets and lists that older versions copied beside the store, under their hashes.
+/// Stores the sheets and lists that older versions copied beside the store under their hashes.
 void take_copies(SQLite::Database& database, const fs::path& file) {
   const fs::path folder = real_store(file).string() + ".files";
   std::error_code absent;
@@ -242,7 +242,7 @@ void migrate(SQLite::Database& database, int from_version, const fs::path& file,
            "('view', 'index', 'trigger') AND sql IS NOT NULL"))
     database.exec(statement);
   if (from_version == 1) database.exec("DELETE FROM metric");  // under other definitions
-  // References to a table that is made again go to the new one.
+  // References to a table that is recreated refer to the new one.
   database.exec("PRAGMA legacy_alter_table = ON");
   make_tables(database, from_version);
   database.exec("PRAGMA legacy_alter_table = OFF");

@@ -27,10 +27,10 @@ using units::mm;
 
 namespace {
 
-constexpr double kManyGaps = 0.05;  // part of the print's marks
+constexpr double kManyGaps = 0.05;  // fraction of the print's marks
 
-/// The mean is that of the marks that were measured. U says nothing of the others, so a warning
-/// says how far the choice of marks may move it, where many are missing or that is more than U.
+/// The mean covers only measured marks, and U does not include the others. The warning states how
+/// far the choice of marks can change the mean, if many are missing or this exceeds U.
 std::optional<std::string> warning_of_gaps(const DrapeFiles& drape, const Report& report) {
   if (!report.headline || report.measurement.gaps == 0) return std::nullopt;
   const auto& interval = report.real_virtual[*report.headline].statistics.mean.bootstrap;
@@ -54,7 +54,7 @@ std::optional<std::string> warning_of_gaps(const DrapeFiles& drape, const Report
       marks, expanded_m / mm, interval->low / mm, interval->high / mm);
 }
 
-/// Names of the drapes; those of one scene have their repeat, set, else file beside it.
+/// Names of the drapes; those of one scene are followed by repeat, set or file.
 std::vector<std::string> labels_of(const std::vector<DrapeFiles>& drapes) {
   using Words = std::string (*)(const SheetFile&);
   constexpr std::array<Words, 3> kWords{
@@ -180,7 +180,7 @@ void compare_session(const Session& session, const Options& options, Outcome& ou
 
 namespace {
 
-/// Drapes of the recording that its last run compared and this one leaves out.
+/// Warns of drapes of the recording that its last run compared and this one omits.
 void warn_of_removed(Writer& writer, const Session& session, Outcome& outcome) {
   const auto known = std::find_if(session.drapes.begin(), session.drapes.end(),
                                   [](const DrapeFiles& drape) { return drape.recording; });
@@ -198,7 +198,7 @@ void warn_of_removed(Writer& writer, const Session& session, Outcome& outcome) {
           scene));
 }
 
-/// Said, not stored: of the run's content it is no part.
+/// Warns without storing it, since it is not part of the run's content.
 void warn_of_clock(Writer& writer, const std::string& date, Outcome& outcome) {
   const auto last = writer.value<std::string>(
       "SELECT max(date) FROM (SELECT max(date) AS date FROM run UNION ALL SELECT max(date) FROM "
@@ -212,7 +212,7 @@ void warn_of_clock(Writer& writer, const std::string& date, Outcome& outcome) {
                     date, *last));
 }
 
-/// The bytes that were read; throws where the file has others by now.
+/// The bytes that were read; throws if the file has changed since.
 std::string content_of(const fs::path& file, const std::string& sha256) {
   std::string content = read_text(file);
   if (sha256_of(std::string_view(content)) == sha256) return content;
@@ -222,12 +222,12 @@ std::string content_of(const fs::path& file, const std::string& sha256) {
 
 }  // namespace
 
-// A sheet's PLY says nothing that its .json does not. Photographs and detections stay outside, and
-// run records, since their clock times would make one input give several stores.
+// A sheet's PLY contains nothing that its .json does not. Photographs and detections are left out,
+// and so are run records, whose clock times would make the same input give different stores.
 void add_content(Writer& writer, const Session& session, const fs::path& store) {
   const fs::path folder = folder_of(store);
   std::set<fs::path> left_out;
-  std::vector<fs::path> meshes;  // which another simulator may have under a sheet's name
+  std::vector<fs::path> meshes;  // another simulator's mesh can have the name of a sheet
   const auto of_sheet = [&](const SheetFile& sheet) {
     left_out.insert(fs::path(sheet.file).replace_extension(".ply"));
   };
@@ -277,7 +277,7 @@ ImportCounts import_session(const std::filesystem::path& file, const Session& se
     for (std::size_t i = 0; i < outcome.reports.size(); ++i)
       count(results.add(session.drapes[i].input, outcome.reports[i], session.drapes[i].recording));
     for (const VirtualGroup& group : outcome.groups) {
-      // A pair without a real cloth has no run, so no row would say that it is NO-GO.
+      // A pair without a real cloth has no run, so no row would record that it is NO-GO.
       if (group.no_go.empty()) {
         count(results.add(group));
       } else {

@@ -89,9 +89,9 @@ int execute(SQLite::Database& database, const std::string& sql, const Cells& par
 namespace {
 
 using Clock = std::chrono::steady_clock;
-std::atomic<std::int64_t> waiting_since{0};  // ticks of the clock; 0: does not wait
+std::atomic<std::int64_t> waiting_since{0};  // ticks of the clock; 0 if not waiting
 
-/// Sleeps a moment; 0: the time is over.
+/// Sleeps briefly; returns 0 when the time is over.
 int wait_a_moment(void* /*none*/, int /*times*/) {
   const std::int64_t now = Clock::now().time_since_epoch().count();
   std::int64_t none = 0;
@@ -106,7 +106,7 @@ bool is_busy(const SQLite::Exception& exception) {
   return code == SQLITE_BUSY || code == SQLITE_LOCKED;
 }
 
-/// Tests for a refused lock or memory shared between programs.
+/// True for a refused lock, or refused memory shared between programs.
 bool is_lock_refused(int extended) {
   for (const int code : {SQLITE_IOERR_LOCK, SQLITE_IOERR_RDLOCK, SQLITE_IOERR_UNLOCK,
                          SQLITE_IOERR_CHECKRESERVEDLOCK, SQLITE_IOERR_SHMLOCK, SQLITE_IOERR_SHMMAP,

@@ -39,7 +39,7 @@ struct Cell : std::variant<std::monostate, std::int64_t, double, std::string> {
   }
 
   [[nodiscard]] bool is_null() const { return index() == 0; }
-  /// A number that is asked for as another kind of number, or NULL as text, is converted.
+  /// A number is converted if requested as another kind of number, and NULL if requested as text.
   void to(std::string& text) const;
   void to(double& number) const;
   void to(std::int64_t& number) const;
@@ -52,7 +52,7 @@ struct Cell : std::variant<std::monostate, std::int64_t, double, std::string> {
 };
 using Cells = std::vector<Cell>;
 
-/// A length in millimetres, NULL where there is none.
+/// A length in millimetres, NULL if absent.
 [[nodiscard]] Cell in_mm(const std::optional<double>& length_m);
 
 template <class... Types>
@@ -65,7 +65,7 @@ std::vector<std::tuple<Types...>> typed(const std::vector<Cells>& rows) {
 }
 
 void bind_all(SQLite::Statement& statement, const Cells& parameters);
-/// The rows that are left of a statement.
+/// The remaining rows of a statement.
 [[nodiscard]] std::vector<Cells> rest_of(SQLite::Statement& statement);
 [[nodiscard]] std::vector<Cells> cells_of(SQLite::Database& database, const std::string& sql,
                                           const Cells& parameters = {});
@@ -75,7 +75,7 @@ std::vector<std::tuple<Types...>> rows_of(SQLite::Database& database, const std:
                                           const Cells& parameters = {}) {
   return typed<Types...>(cells_of(database, sql, parameters));
 }
-/// The first cell of the first row, where there is one.
+/// The first cell of the first row, if there is one.
 template <class T>
 std::optional<T> first_of(SQLite::Database& database, const std::string& sql,
                           const Cells& parameters = {}) {
@@ -83,25 +83,25 @@ std::optional<T> first_of(SQLite::Database& database, const std::string& sql,
   if (const auto rows = cells_of(database, sql, parameters); !rows.empty()) rows[0][0].to(first);
   return first;
 }
-/// Runs a statement that gives no rows; how many it changed.
+/// Runs a statement without result rows; returns the number of rows changed.
 int execute(SQLite::Database& database, const std::string& sql, const Cells& parameters = {});
 
-/// Longest wait of this process for other programs at a store, from its first one on until it has
-/// what it waits for.
+/// Longest time for which this process waits for other programs at a store, from its first wait
+/// until it succeeds.
 inline std::chrono::milliseconds store_patience{60000};
-/// Waits so at this connection.
+/// Makes this connection wait as above.
 void wait_for_others(SQLite::Database& database);
 /// Ends a wait.
 void stop_waiting();
-/// Tests whether another program holds what was asked for, and waits a moment while there is
-/// patience left; false: there is none, or it is another error.
+/// Tests whether another program holds what was requested, and waits briefly if patience is left;
+/// false if it is not, or for another error.
 bool wait_after(const SQLite::Exception& exception);
 
-/// One clear sentence for what SQLite reported about the store.
+/// Error with one clear sentence for what SQLite reported about the store.
 [[nodiscard]] Error store_error(const std::filesystem::path& file,
                                 const SQLite::Exception& exception);
 
-/// The error for rows that are not what their manifest lists; `altered` names one.
+/// Error for rows that differ from their manifest; `altered` names one.
 [[nodiscard]] Error not_as_written(const std::filesystem::path& file, const std::string& altered);
 
 }  // namespace drape::compare

@@ -28,7 +28,7 @@ namespace {
 namespace fs = std::filesystem;
 using units::mm;
 
-/// The run is the last word on its photographs again, after another that was stored since.
+/// Records that the run is current for its photographs again, after another that was stored since.
 void repeat_run(Writer& writer, const StoredRun& run, const std::string& content,
                 const std::string& date) {
   const auto last =
@@ -39,7 +39,7 @@ void repeat_run(Writer& writer, const StoredRun& run, const std::string& content
   writer.insert("run_repetition", repetition_key(content, date, *before), content, date);
 }
 
-/// The values of a TOML file; `stand_ins` marks the keys that its list of stand-ins speaks of.
+/// Adds the values of a TOML file; `stand_ins` marks the keys listed as stand-ins.
 void add_file(const std::string& owner, const fs::path& file, std::vector<RunValue>& values) {
   if (!fs::is_regular_file(file)) return;
   const Document document = Document::read(file);
@@ -54,19 +54,19 @@ void add_file(const std::string& owner, const fs::path& file, std::vector<RunVal
         stand_ins.begin(), stand_ins.end(),
         [&, &name = key](const std::string& what) { return stands_in_for(what, name); });
     std::string text = value;
-    // A curve's name stays when its points change; their hash shows it.
+    // The name of a curve does not change with its points, so its hash is shown.
     if (const fs::path curve = document.beside(value);
         value.ends_with(".csv") && fs::is_regular_file(curve))
       text += " " + sha256_of_file(curve).substr(0, 12);
     values.push_back({owner, key, text, stand_in});
   }
-  // A list may name one thing twice; a run has one row of each.
+  // A list can name one thing twice; a run has one row of each.
   for (const std::string& what : std::set<std::string>(stand_ins.begin(), stand_ins.end()))
     if (what.find("hysteresis") != std::string::npos)
       values.push_back({owner, "stand_ins: " + what, "as in the curves", true});
 }
 
-/// Hash of the photographs of one set: equal when the same pictures were measured.
+/// Hash of the photographs of one set, equal if the same pictures were measured.
 std::optional<std::string> pictures_of(const DrapeFiles& drape) {
   if (!drape.detections) return std::nullopt;
   const std::string& set = std::get<MeasuredSource>(drape.input.measured.sheet.source).set;
@@ -82,7 +82,7 @@ std::optional<std::string> given(const std::string& text) {
   return text.empty() ? std::nullopt : std::optional(text);
 }
 
-/// Says what the calibration is wherever it lies: paths differ from machine to machine.
+/// Identifies the calibration independently of its path, since paths differ between machines.
 std::optional<std::string> calibration_name(const Session& session) {
   if (!session.calibration) return std::nullopt;
   const Calibration& own = *session.calibration;
@@ -93,8 +93,8 @@ std::string key_of(const DrapeInput& input, const RealVirtual& row) {
   return comparison_key({input.measured.sha256, input.simulations[row.simulation].sheet.sha256});
 }
 
-/// Hash of what makes a run another run: everything but its number, its date, and what is warned
-/// of: an import of the same sheets knows less of that.
+/// Hash of what distinguishes runs: everything except number, date and warnings, since an import of
+/// the same sheets knows fewer of them.
 std::string content_of(const Session& session, const Outcome& outcome, const RunLabel& label,
                        const std::vector<RunValue>& values) {
   std::string text = fmt::format("drapebench/run-content/1\n{}\n{}\n{}\n{}\n", label.label,
@@ -115,15 +115,15 @@ std::string content_of(const Session& session, const Outcome& outcome, const Run
 
 using Warnings = std::set<std::string>;
 
-/// The key of a run of the same content as one before, but warned of more.
+/// Key of a run with the same content as an earlier one, but more warnings.
 std::string warned_content(const std::string& content, const Warnings& warnings) {
   std::string text = content + "\n";
   for (const std::string& warning : warnings) text += warning + "\n";
   return sha256_of(std::string_view(text));
 }
 
-/// The last run of this content that is warned of all of this, so that no warning is lost; else the
-/// key of one more.
+/// The last run with this content that has all of these warnings, so that no warning is lost;
+/// otherwise the key of a new one.
 std::string key_of_run(Writer& writer, const std::string& content, const Session& session,
                        const Outcome& outcome) {
   if (!writer.has("run", content)) return content;
@@ -207,7 +207,7 @@ bool stands_in_for(const std::string& what, const std::string& key) {
 }
 
 std::string date_of_run() {
-  constexpr std::int64_t kEndOf9999 = 253402300799;  // dates are compared as texts of one length
+  constexpr std::int64_t kEndOf9999 = 253402300799;  // dates are compared as texts of equal length
   std::int64_t time = std::time(nullptr);
   if (const char* fixed = std::getenv("SOURCE_DATE_EPOCH")) {
     const char* end = fixed + std::strlen(fixed);

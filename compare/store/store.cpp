@@ -17,7 +17,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// All in one transaction, so that a store is either empty or complete.
+/// Creates everything in one transaction, so that a store is either empty or complete.
 void create_tables(SQLite::Database& database, const fs::path& file) {
   SQLite::Transaction transaction(database, SQLite::TransactionBehavior::IMMEDIATE);
   if (version_of(database, file) > 0) return;  // another program was faster
@@ -35,7 +35,7 @@ fs::path prepare_folder(const fs::path& file) {
   return file;
 }
 
-/// Nothing but regular files in the places of the store and of its log: a pipe would never end.
+/// Allows only regular files in place of the store and its log, since a pipe would never end.
 const fs::path& replaceable(const fs::path& file) {
   const fs::path own = real_store(file);
   for (const char* end : {"", "-wal", "-shm", "-journal"}) require_replaceable(own.string() + end);
@@ -54,7 +54,7 @@ struct Store::Connection {
         database(path.string(), SQLite::OPEN_READWRITE | SQLite::OPEN_CREATE) {
     wait_for_others(database);
     const bool complete = is_complete();
-    // The mode is kept in the file; asking again would need the write lock for nothing.
+    // The mode is kept in the file; requesting it again would need the write lock unnecessarily.
     if (database.execAndGet("PRAGMA journal_mode").getString() != "wal")
       database.execAndGet("PRAGMA journal_mode = WAL").getString();
     database.exec("PRAGMA synchronous = FULL");
@@ -68,7 +68,7 @@ struct Store::Connection {
     if (!findings.front().empty()) throw not_as_written(file, findings.front());
   }
 
-  /// SQLite answers "busy" at once where waiting could be a deadlock, as in the change of the
+  /// SQLite reports "busy" immediately if waiting could be a deadlock, as in a change of the
   /// journal mode: opening is then tried again.
   static std::unique_ptr<Connection> open_when_free(const fs::path& path) {
     for (;;) {
@@ -100,7 +100,7 @@ Store::~Store() {
   try {
     if (connection_) close();
   } catch (const Error&) {
-    // Everything acknowledged is safe in the write-ahead log; the next opening moves it.
+    // Everything acknowledged is safe in the write-ahead log, which the next opening moves.
   }
 }
 
@@ -126,7 +126,7 @@ void Store::close() {
   if (!connection_) return;
   const fs::path file = connection_->file;
   try {
-    // Readers keep a part of the log; the next program moves it.
+    // Readers hold a part of the log, which the next program moves.
     connection_->database.setBusyTimeout(0);
     SQLite::Statement(connection_->database, "PRAGMA wal_checkpoint(TRUNCATE)").executeStep();
     connection_.reset();
@@ -137,7 +137,7 @@ void Store::close() {
 }
 
 fs::path real_store(fs::path store) {
-  constexpr int kMostLinks = 40;  // as the system follows
+  constexpr int kMostLinks = 40;  // as followed by the system
   std::error_code error;
   for (int i = 0; i < kMostLinks && fs::is_symlink(store, error); ++i)
     store = (store.parent_path() / fs::read_symlink(store, error)).lexically_normal();

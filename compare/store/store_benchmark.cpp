@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// 441 marks x 1,000 runs: import, the grouping query, list, and the size of the file. The baseline
-// of the import is the same rows in one transaction without manifest, keys and checks.
+// 441 marks x 1,000 runs: import, the grouping query, list, and the size of the file. The import is
+// compared with the same rows in one transaction without manifest, keys and checks.
 #include <SQLiteCpp/SQLiteCpp.h>
 #include <benchmark/benchmark.h>
 
@@ -20,7 +20,7 @@ using units::mm;
 
 constexpr int kDrapes = 250, kSimulations = 4, kSide = 21;
 
-/// A sheet of 21 x 21 points; only `salt` tells it from the others.
+/// A sheet of 21 x 21 points, distinguished from others only by `salt`.
 SheetFile sheet_file(const Sheet& sheet, const std::string& salt) {
   return {"sheet.ply", sha256_of("json" + salt), sha256_of("ply" + salt), sheet};
 }
@@ -49,7 +49,7 @@ struct Prepared {
   std::vector<Report> reports;
 };
 
-/// Everything that is not the import: sheets and their distances.
+/// Everything before the import: sheets and their distances.
 const Prepared& prepared() {
   static const Prepared result = [] {
     Prepared made;

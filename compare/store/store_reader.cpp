@@ -25,7 +25,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// End of the first statement: the `;` outside of quotes, or the end of the text.
+/// End of the first statement: the first `;` outside of quotes, or the end of the text.
 std::size_t end_of_statement(const std::string& sql) {
   char quote = 0;
   for (std::size_t i = 0; i < sql.size(); ++i) {
@@ -57,13 +57,13 @@ void check_read_only(const std::string& sql) {
   }
 }
 
-/// A store from elsewhere may hold views without end; no file is to hold a program for 10 s.
+/// A store from elsewhere can have endless views; no file may occupy a program for 10 s.
 constexpr auto kLongestQuery = std::chrono::seconds(9);
 constexpr std::size_t kMostText = std::size_t{1} << 27;  ///< bytes of an answer
 constexpr int kMostValue = 1 << 26;                      ///< bytes of one value
 
-/// Bytes of store and write-ahead log at one moment. A checkpoint moves bytes from one into
-/// the other and may cut the log while it is read, so both are read twice until nothing moved.
+/// Bytes of store and write-ahead log at the same time. A checkpoint moves bytes from one into the
+/// other and can truncate the log during reading, so both are read until nothing changed.
 std::pair<std::string, std::string> bytes_of(const fs::path& file) {
   using Clock = std::chrono::steady_clock;
   const fs::path log = file.string() + "-wal";
@@ -90,8 +90,8 @@ std::pair<std::string, std::string> bytes_of(const fs::path& file) {
   }
 }
 
-/// A store that this user may not write is read from a copy: SQLite would need lock files beside
-/// it. Null where it may be written.
+/// Copy of a store that this user cannot write, since SQLite would need lock files beside it. Null
+/// if it can be written.
 std::unique_ptr<TemporaryFolder> private_copy(const fs::path& file) {
   std::error_code unreachable;
   if (!fs::is_regular_file(file, unreachable)) {
@@ -107,7 +107,7 @@ std::unique_ptr<TemporaryFolder> private_copy(const fs::path& file) {
   return copy;
 }
 
-/// Ends a query that takes too long; SQLite asks every some thousand steps.
+/// Ends a query that takes too long; SQLite calls it every few thousand steps.
 class Deadline {
  public:
   explicit Deadline(SQLite::Database& database) : handle_(database.getHandle()) {
@@ -133,8 +133,8 @@ struct StoreReader::Connection {
   SQLite::Database database;
   bool is_older = false;
 
-  /// Opened for writing so that a write-ahead log left by a killed program can be replayed, and
-  /// then closed to every change. One thread at a time uses a connection: it needs no mutex.
+  /// Opened for writing so that a write-ahead log left by a killed program can be replayed, then
+  /// closed to every change. Only one thread at a time uses a connection, so it needs no mutex.
   Connection(const fs::path& path, Schema schema)
       : file(real_store(path)),
         copy(private_copy(file)),

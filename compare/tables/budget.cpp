@@ -20,14 +20,14 @@ using units::mm;
 using Eigen::Index;
 using Eigen::MatrixX3d;
 
-/// A measured Kawabata value and a friction coefficient repeat within 5 % (one standard deviation);
-/// stated, not derived.
+/// Repeatability of a measured Kawabata value and of a friction coefficient (one standard
+/// deviation), 5 %; assumed, not derived.
 constexpr double kMeasuredPart = 0.05;
-constexpr double kNormal = 1.96, kRectangular = 1.6454;  // 0.95 sqrt(3): coverage factors of 95 %
-constexpr double kBend = 2.4;           // within 1 % of two rectangular, 3 % of one and a normal
-constexpr std::size_t kLeastDrawn = 2;  // fewer say nothing of a scatter
+constexpr double kNormal = 1.96, kRectangular = 1.6454;  // 0.95 sqrt(3); coverage factors for 95 %
+constexpr double kBend = 2.4;  // exponent; error 1 % for two rectangular, 3 % for one and a normal
+constexpr std::size_t kLeastDrawn = 2;  // with fewer there is no scatter
 
-/// Change of the mean distance where the marks move.
+/// Change of the mean distance due to displacements of the marks.
 double mean_change_m(const MatrixX3d& differences_m, const MatrixX3d& moves_m) {
   return ((differences_m + moves_m).rowwise().norm() - differences_m.rowwise().norm()).mean();
 }
@@ -44,7 +44,7 @@ MarkId id_of(const Marked& one) {
   return one.mark;
 }
 
-/// Places of the headline's marks in another list; nothing where it lacks one.
+/// Positions of the headline's marks in another list; nullopt if it lacks one.
 template <class Marks>
 std::optional<std::vector<Index>> rows_in(const Marks& marks, const Report& report) {
   std::vector<Index> rows;
@@ -57,8 +57,8 @@ std::optional<std::vector<Index>> rows_in(const Marks& marks, const Report& repo
   return rows;
 }
 
-/// Adds what the headline's finest mesh may leave, as its levels say: along the way of each mark
-/// from the next coarser mesh, else along its distance.
+/// Adds the error of the headline's finest mesh from its levels: along each mark's displacement
+/// from the next coarser mesh, or along its distance.
 void add_mesh(const DrapeInput& input, const Report& report, BudgetInputs& inputs) {
   const auto& levels = input.simulations[headline_of(report).simulation].levels;
   if (!levels || !levels->left_m)
@@ -82,8 +82,8 @@ void add_mesh(const DrapeInput& input, const Report& report, BudgetInputs& input
        sum_m / static_cast<double>(way_m.rows())});
 }
 
-/// Adds what friction, folds and edges do beyond the first-order answers, as drapes on the
-/// ensemble's mesh with all stated values wrong at once show.
+/// Adds the effects of friction, folds and edges beyond first order, from drapes on the ensemble's
+/// mesh with errors in all stated values at once.
 void add_beyond_first_order(const DrapeInput& input, const Report& report, BudgetInputs& inputs) {
   const auto list = speaking_list(input);
   if (!list) return;
@@ -103,8 +103,8 @@ void add_beyond_first_order(const DrapeInput& input, const Report& report, Budge
                     inputs.drawn.size(), beyond.rests.size()));
 }
 
-/// Internal friction holds the cloth somewhere between where two pasts leave it; a drape without it
-/// lies about the middle of what a cloth with it leaves open.
+/// Adds the range in which internal friction can hold the cloth, from the rests after two loading
+/// histories; a drape without it lies near the middle of the range of one with it.
 void add_memory(const DrapeInput& input, const Report& report,
                 const std::optional<SensitivityFile>& split, BudgetInputs& inputs) {
   std::vector<MarkId> marks;
@@ -166,7 +166,7 @@ void add_measurement(const DrapeInput& input, const Report& report, BudgetInputs
   if (own->target_m) add_common("the calibration target's own error", target_m);
 }
 
-/// Adds one value's effect, or what is missing of it.
+/// Adds the effect of one value, or what is missing to compute it.
 void add_moves(const std::string& value, const std::optional<MarkMoves>& moves,
                const std::string& absent, const ValueWidth& width, const std::vector<Index>& rows,
                BudgetInputs& inputs) {
@@ -176,7 +176,7 @@ void add_moves(const std::string& value, const std::optional<MarkMoves>& moves,
     return inputs.lack(
         name + ": " +
         (absent.empty() ? "sensitivity.json does not say where the marks go" : absent));
-  // The parabola through the moves, taken to the width instead of the step.
+  // Evaluates the parabola through the displacements at the width instead of the step.
   const MatrixX3d down_m = moves->down_m(rows, Eigen::all), up_m = moves->up_m(rows, Eigen::all);
   const auto at = [&](double steps) -> MatrixX3d {
     return 0.5 * steps * (up_m - down_m) + 0.5 * steps * steps * (up_m + down_m);
@@ -190,8 +190,8 @@ void add_moves(const std::string& value, const std::optional<MarkMoves>& moves,
                             {}});
 }
 
-/// Adds what another friction does to the ensemble's drape of the scene's own start; where one end
-/// of its range leads elsewhere, as much as the other end, to the other side.
+/// Adds the effect of another friction on the ensemble's drape from the scene's own start; if one
+/// end of its range leads to another branch, the effect of the other end counts on both sides.
 void add_friction_ends(const FrictionBand& band, const ValueWidth& width, const Report& report,
                        BudgetInputs& inputs) {
   const auto rows = rows_in(band.marks, report);
@@ -306,7 +306,7 @@ double half_width_m(const std::vector<BudgetLine>& lines) {
     if (line.rectangular) rectangular += std::pow(line.u_m, 4);
   }
   if (!(squares > 0)) return 0;
-  const double part = rectangular / (squares * squares);  // of a rectangular one's kurtosis
+  const double part = rectangular / (squares * squares);  // over a rectangular one's kurtosis
   return (kNormal - (kNormal - kRectangular) * std::pow(part, kBend)) * std::sqrt(squares);
 }
 

@@ -32,7 +32,7 @@ std::vector<Vector3d> rows_of(const MatrixX3d& moves) {
   return rows;
 }
 
-/// Every value one standard uncertainty up or down.
+/// Changes every value by one standard uncertainty, up or down at random.
 ValueErrors coins(const ValueErrors& uncertainties, std::size_t seed) {
   SplitMix64 random(seed);
   ValueErrors errors = uncertainties;
@@ -41,7 +41,7 @@ ValueErrors coins(const ValueErrors& uncertainties, std::size_t seed) {
   return errors;
 }
 
-/// Sum of the first-order answers.
+/// Sum of the first-order responses.
 MatrixX3d answered(const SensitivityFile& split, const ValueErrors& errors) {
   MatrixX3d moves_m = MatrixX3d::Zero(static_cast<Index>(split.marks_at.size()), 3);
   const auto add = [&](const auto& effects) {
