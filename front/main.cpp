@@ -12,6 +12,7 @@
 #include "core/program/similar.hpp"
 #include "front/calib_images.hpp"
 #include "front/check/check.hpp"
+#include "front/keys.hpp"
 #include "front/new.hpp"
 #include "front/process.hpp"
 #include "front/run.hpp"
@@ -41,7 +42,8 @@ constexpr const char* kHelp =
   study RIG                                    many drapes: meshes, fabrics, in parts if large
   synth RIG                                    pictures and accuracy of planned cameras
 
-`drape help COMMAND` shows a command's options. All have --json, --quiet, --threads N, --version.
+`drape help COMMAND` shows a command's options, `drape help key NAME` what a key of rig, target,
+print or scene means. All have --json, --quiet, --threads N, --version.
 exit codes: 0 good, 1 verdict NO-GO, 2 usage, 3 bad input, 4 device, 5 internal;
 130 and 143 interrupted: what was finished is kept
 )";
@@ -116,6 +118,7 @@ std::vector<std::string> typed_commands() {
 
 int dispatch(int argc, char** argv) {
   std::vector<std::string> words(argv + 1, argv + argc);
+  if (words.size() == 3 && words[0] == "help" && words[1] == "key") return help_key(words[2]);
   // `drape help run` means `drape run --help`.
   if (words.size() > 1 && words[0] == "help") {
     words.erase(words.begin());

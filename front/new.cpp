@@ -4,8 +4,12 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <unistd.h>
+
+#include <iostream>
 #include <regex>
 #include <set>
+#include <sstream>
 
 #include "core/error.hpp"
 #include "core/fields/records.hpp"
@@ -40,7 +44,7 @@ free_poses = [{poses}]
 
 constexpr const char* kStage = R"(
 [[calibration.stage]]
-set = "stage_{index:02}"
+set = {set}
 z_mm = {z}
 )";
 
@@ -141,7 +145,11 @@ constexpr const char* kHung = R"(
 [start]
 mode = "measured"   # the measured sheet itself; its pinned marks stay where they were measured
 
-# Two marks held {size} mm apart.
+# Held {size} mm apart. A point between marks is at_material_mm = [warp, weft], from the corner beside
+# mark (0, 0), in place of row and col.
+)";
+
+constexpr const char* kMarkPins = R"(
 [[pin]]
 row = 0
 col = 0
@@ -220,6 +228,39 @@ std::vector<NewDrape> drapes_of(const NewRigOptions& options) {
   return drapes;
 }
 
+/// Sets of the stages with their heights in mm.
+std::vector<std::pair<std::string, double>> stages_of(const NewRigOptions& options) {
+  std::vector<std::pair<std::string, double>> stages;
+  if (options.stages.empty())
+    for (const double z_mm : options.stage_z_mm)
+      stages.emplace_back(fmt::format("stage_{:02}", stages.size()), z_mm);
+  static const std::regex kForm("([^=]+)=(-?[0-9]+(?:\\.[0-9]+)?)");
+  for (const std::string& text : options.stages) {
+    std::smatch parts;
+    if (!std::regex_match(text, parts, kForm))
+      throw usage_error(fmt::format("`{}` is no stage", text),
+                        "write NAME=Z_MM, e.g. stage_z000=0");
+    check_name(parts[1], "stage");
+    stages.emplace_back(parts[1], std::stod(parts[2]));
+  }
+  return stages;
+}
+
+/// The [[pin]] tables of a hung drape: the points that are told, else two marks of its upper edge.
+std::string pins_of(const NewRigOptions& options, const NewDrape& drape) {
+  std::string text;
+  static const std::regex kForm("([^=]+)=([0-9]+(?:\\.[0-9]+)?),([0-9]+(?:\\.[0-9]+)?)");
+  for (const std::string& pin : options.pins) {
+    std::smatch parts;
+    if (!std::regex_match(pin, parts, kForm))
+      throw usage_error(fmt::format("`{}` is no held point", pin),
+                        "write DRAPE=WARP_MM,WEFT_MM, e.g. B=0,100");
+    if (parts[1] == drape.name)
+      text += fmt::format("\n[[pin]]\nat_material_mm = [{}, {}]\n", parts[2].str(), parts[3].str());
+  }
+  return text.empty() ? kMarkPins : text;
+}
+
 /// "stem_00", "stem_01", ... as TOML strings.
 std::vector<std::string> numbered(const std::string& stem, int count) {
   std::vector<std::string> texts;
@@ -292,12 +333,19 @@ std::string cameras_text(const std::vector<FoundCamera>& cameras) {
 
 /// Requires what `drape check` asks of a bench: positions in space, and the world's own height.
 void check_plan(const NewRigOptions& options) {
-  const std::vector<double>& z_mm = options.stage_z_mm;
-  const std::set<double> heights(z_mm.begin(), z_mm.end());
+  std::set<double> heights;
+  std::set<std::string> sets;
+  const auto stages = stages_of(options);
+  for (const auto& [set, z_mm] : stages) {
+    heights.insert(z_mm);
+    sets.insert(set);
+  }
+  if (sets.size() != stages.size())
+    throw usage_error("--stage names a set twice", "give each height a set of its own");
   if (options.cameras.size() < 2 && options.cameras != std::vector<std::string>{"auto"})
     throw usage_error("--cameras names one", "name two or more: a point in space needs two views");
   const bool few = options.free_poses == 0 && heights.size() < 2;
-  if (few || heights.size() != z_mm.size() || !heights.contains(0.0))
+  if (few || heights.size() != stages.size() || !heights.contains(0.0))
     throw usage_error("--stages-mm names a height twice, lacks 0, or is one without free poses",
                       "give each height once, and 0, which defines the world");
 }
@@ -315,9 +363,8 @@ std::string rig_text(const NewRigOptions& options, const std::string& name,
   std::string text = fmt::format(
       kRig, fmt::arg("name", toml_quoted(name)), fmt::arg("scenes", fmt::join(scenes, ", ")),
       fmt::arg("poses", fmt::join(numbered("pose", options.free_poses), ", ")));
-  int index = 0;
-  for (const double z_mm : options.stage_z_mm)
-    text += fmt::format(kStage, fmt::arg("index", index++), fmt::arg("z", z_mm));
+  for (const auto& [set, z_mm] : stages_of(options))
+    text += fmt::format(kStage, fmt::arg("set", toml_quoted(set)), fmt::arg("z", z_mm));
   for (const FoundCamera& camera : found)
     text += fmt::format(kCamera, fmt::arg("name", toml_quoted(camera.name)),
                         fmt::arg("width", *camera.width_px), fmt::arg("height", *camera.height_px));
@@ -354,10 +401,11 @@ std::string print_toml() {
   return text + "]\n";
 }
 
-std::string scene_text(const NewDrape& drape) {
+std::string scene_text(const NewRigOptions& options, const NewDrape& drape) {
   const std::string head = fmt::format(kScene, fmt::arg("name", toml_quoted(drape.name)),
                                        fmt::arg("set", toml_quoted("drape_" + drape.name)));
-  if (drape.kind == "hung") return head + fmt::format(kHung, fmt::arg("size", drape.size_mm));
+  if (drape.kind == "hung")
+    return head + fmt::format(kHung, fmt::arg("size", drape.size_mm)) + pins_of(options, drape);
   const std::string size = fmt::format("{:.1f}", drape.size_mm);
   return head + kFlatStart +
          fmt::format(fmt::runtime(drape.kind == "sphere" ? kSphere : kBox), fmt::arg("size", size));
@@ -373,18 +421,53 @@ void write_fabric(const fs::path& folder) {
 
 }  // namespace
 
+/// Asks a person at a terminal for what the command line lacks.
+static NewRigOptions with_answers(NewRigOptions options) {
+  const bool is_asked = ::isatty(STDIN_FILENO) == 1 && ::isatty(STDERR_FILENO) == 1;
+  const auto ask = [&](const char* question, const char* option) {
+    if (!is_asked) throw usage_error(fmt::format("{} is required", option), "see `drape help new`");
+    fmt::print(stderr, "{}: ", question);
+    std::string line;
+    std::getline(std::cin, line);
+    std::vector<std::string> words;
+    std::istringstream text(line);
+    for (std::string word; text >> word;) words.push_back(word);
+    return words;
+  };
+  const bool is_whole = !options.cameras.empty() && !options.drapes.empty();
+  if (options.cameras.empty())
+    options.cameras =
+        ask("names of the cameras, e.g. cam0 cam1 (auto: those that answer)", "--cameras");
+  if (options.drapes.empty())
+    options.drapes = ask("drapes, e.g. A=sphere:90 B=hung:180 C=box:128 (mm)", "--drape");
+  if (is_whole || !options.stages.empty()) return options;
+  options.stages =
+      ask("sets of the target and its heights in mm, e.g. stage_z000=0 stage_z030=30 "
+          "(Enter: 0, 30, 60, 90)",
+          "--stage");
+  return options;
+}
+
 void fields(Fields& f, NewRigOptions& options) {
   f(Field{"rig", "folder to make; its last part names the rig"}.called("RIG"), options.folder);
-  f(Field{"cameras", "names, two or more; or auto: those that answer"}.plain_name(),
-    options.cameras);
+  f.otherwise(Field{"cameras", "names, two or more; or auto: those that answer"}.plain_name(),
+              options.cameras);
   f.otherwise({"size_px", "image size of the cameras"}, options.size_px);
-  f(Field{"drape", "NAME=sphere:DIAMETER_MM, NAME=box:EDGE_MM or NAME=hung:DISTANCE_MM"}.per_flag(),
-    options.drapes);
+  f.otherwise(Field{"drape", "NAME=sphere:DIAMETER_MM, NAME=box:EDGE_MM or NAME=hung:DISTANCE_MM"}
+                  .per_flag(),
+              options.drapes);
   f.otherwise({"stages_mm", "heights of the target"}, options.stage_z_mm);
+  f.otherwise(
+      Field{"stage", "NAME=Z_MM: name and height of a stage, instead of --stages-mm"}.per_flag(),
+      options.stages);
+  f.otherwise(
+      Field{"pin", "DRAPE=WARP_MM,WEFT_MM: held point of a hung cloth, from its corner"}.per_flag(),
+      options.pins);
   f.otherwise({"free_poses", "sets with the target anywhere", 1, 0, 99}, options.free_poses);
 }
 
-int make_new_rig(const NewRigOptions& options, const CommonOptions& common) {
+int make_new_rig(const NewRigOptions& given, const CommonOptions& common) {
+  const NewRigOptions options = with_answers(given);
   const fs::path folder =
       options.folder.has_filename() ? options.folder : options.folder.parent_path();
   const std::string name = folder.filename().string();
@@ -401,7 +484,7 @@ int make_new_rig(const NewRigOptions& options, const CommonOptions& common) {
   write_durable(folder / "target.toml", target_text());
   write_durable(folder / "print.toml", print_toml());
   for (const NewDrape& drape : drapes)
-    write_durable(folder / "scenes" / (drape.name + ".toml"), scene_text(drape));
+    write_durable(folder / "scenes" / (drape.name + ".toml"), scene_text(options, drape));
   write_fabric(folder / "fabrics");
   if (!found.empty()) write_durable(folder / "cameras.toml", cameras_text(found));
   write_durable(folder / "rig.toml", rig);

@@ -85,6 +85,32 @@ TEST(NewRig, IsReadOnceEveryMeasuredValueIsFilledIn) {
   EXPECT_EQ(hung.start.mode, StartMode::measured);
 }
 
+TEST(NewRig, NamesStagesAndHeldPointsAsTheyAreTold) {
+  const test::TemporaryFolder place;
+  const fs::path folder = place.path() / "my-rig";
+  NewRigOptions options = three_drapes(folder);
+  options.stages = {"stage_z000=0", "high=32.5"};
+  options.pins = {"D=0,25.5", "D=0,180"};
+  ASSERT_EQ(make(options), 0);
+  for (const char* file : {"rig.toml", "target.toml", "print.toml", "scenes/D.toml"})
+    fill_in(folder / file);
+  const Rig rig = read_rig(folder / "rig.toml");
+  ASSERT_EQ(rig.stages.size(), 2U);
+  EXPECT_EQ(rig.stages[1].set, "high");
+  EXPECT_DOUBLE_EQ(rig.stages[1].z_m, 32.5 * mm);
+  const Scene hung = read_scene(folder / "scenes/D.toml");
+  ASSERT_EQ(hung.pins.size(), 2U);
+  EXPECT_DOUBLE_EQ(hung.pins[0].at_material_m->y(), 25.5 * mm);
+  options.folder = place.path() / "other";
+  for (const auto& [stages, word] :
+       {std::pair(std::vector<std::string>{"a=0", "a=30"}, "a set twice"),
+        std::pair(std::vector<std::string>{"low=10"}, "lacks 0"),
+        std::pair(std::vector<std::string>{"a"}, "is no stage")}) {
+    options.stages = stages;
+    EXPECT_THAT(message_of([&] { static_cast<void>(make(options)); }), HasSubstr(word));
+  }
+}
+
 TEST(NewRig, WhatNobodyMeasuredIsNamedByTheFirstReader) {
   const test::TemporaryFolder place;
   const fs::path folder = place.path() / "my-rig";

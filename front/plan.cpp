@@ -108,7 +108,7 @@ Step step_of(const std::string& command, const std::string& what, Words words,
   step.outputs = {output};
   if (output.extension() == ".ply")
     step.outputs.push_back(fs::path(output).replace_extension(".json"));
-  step.drape = drape;
+  step.drape = step.scene = drape;
   return step;
 }
 
@@ -133,7 +133,7 @@ Step detect_step(const Bench& bench, const std::string& what, const std::string&
   return step;
 }
 
-std::string name_of(const Drape& drape, const ObjectTags& plate) {
+std::string plate_name(const Drape& drape, const ObjectTags& plate) {
   return fmt::format("{}, object {}", drape.scene.name, plate.object);
 }
 
@@ -144,11 +144,13 @@ Group detect_group(const Bench& bench) {
   Group group{"detect",
               {detect_step(bench, "target", "target", sets, bench.target_detections(), "")}};
   for (const Drape& drape : bench.drapes) {
-    for (const Laying& laying : layings_of(drape))
+    for (const Laying& laying : layings_of(drape)) {
       group.steps.push_back(detect_step(bench, "drape " + laying.name, "cloth", {laying.set},
                                         laying.folder / "detections.json", laying.name));
+      group.steps.back().scene = drape.scene.name;
+    }
     for (const ObjectTags& plate : drape.tags)
-      group.steps.push_back(detect_step(bench, name_of(drape, plate), "target", {plate.set},
+      group.steps.push_back(detect_step(bench, plate_name(drape, plate), "target", {plate.set},
                                         drape.object_file(plate, "-detections"), drape.scene.name,
                                         {"--target", plate.target.string()}));
   }
@@ -190,7 +192,7 @@ Group object_group(const Bench& bench) {
       for (const auto& [option, value] : plate.lies())
         append(words, {option, fmt::format("{}", value)});
       Step step =
-          step_of("object", name_of(drape, plate), std::move(words), output, drape.scene.name);
+          step_of("object", plate_name(drape, plate), std::move(words), output, drape.scene.name);
       step.outputs.push_back(scene);
       step.warns = true;
       group.steps.push_back(std::move(step));
@@ -224,6 +226,7 @@ Group triangulate_group(const Bench& bench) {
       Step step =
           step_of("triangulate", "drape " + laying.name, std::move(words), output, laying.name);
       step.is_measurement = step.warns = true;
+      step.scene = drape.scene.name;
       group.steps.push_back(std::move(step));
     }
   }
@@ -427,6 +430,24 @@ fs::path one_name(const fs::path& path) {
   return fs::proximate(fs::absolute(path).lexically_normal());
 }
 
+/// Marks the steps of the drapes that are asked for; of a calibration alone, no drape has one.
+void keep_asked(const Bench& bench, Plan& plan) {
+  const RunOptions& options = bench.options;
+  for (const std::string& name : options.drapes)
+    if (std::none_of(bench.drapes.begin(), bench.drapes.end(),
+                     [&](const Drape& drape) { return drape.scene.name == name; }))
+      throw usage_error(fmt::format("the rig has no drape `{}`", name),
+                        "name one of its scenes: `drape check` lists them");
+  for (Group& group : plan.groups) {
+    if (options.until == LastStage::calib)
+      std::erase_if(group.steps, [](const Step& step) { return !step.drape.empty(); });
+    for (Step& step : group.steps)
+      step.is_asked = options.drapes.empty() || step.drape.empty() ||
+                      std::find(options.drapes.begin(), options.drapes.end(), step.scene) !=
+                          options.drapes.end();
+  }
+}
+
 }  // namespace
 
 void fields(Fields& f, RunOptions& options) {
@@ -451,6 +472,12 @@ void fields(Fields& f, RunOptions& options) {
   f.otherwise({"internal_friction", "simulate with both branches of the bending and shear loops"},
               options.internal_friction);
   f.otherwise({"operator", "who ran it, for the store"}, options.operator_name);
+  f.otherwise({"until", "last stage"}, options.until);
+  f.otherwise(Field{"drape",
+                    "name of a drape to make (default: all); of the others the report keeps what "
+                    "is up to date"}
+                  .per_flag(),
+              options.drapes);
 }
 
 Plan make_plan(const RunOptions& options) {
@@ -466,13 +493,20 @@ Plan make_plan(const RunOptions& options) {
   bench.drapes = read_drapes(bench.rig, bench.out);
   refuse_to_replace(bench.reduced_rig());
   Plan plan{bench.out, bench.store, bench.report(), {detect_group(bench), calib_group(bench)}};
-  if (Group objects = object_group(bench); !objects.steps.empty())
-    plan.groups.push_back(std::move(objects));
-  plan.groups.push_back(triangulate_group(bench));
-  plan.groups.push_back(simulate_group(bench));
-  if (!options.single) plan.groups.push_back(ensemble_group(bench));
-  plan.compare = [bench](const std::set<fs::path>& failed) { return compare_step(bench, failed); };
+  if (options.until != LastStage::calib) {
+    if (Group objects = object_group(bench); !objects.steps.empty())
+      plan.groups.push_back(std::move(objects));
+    plan.groups.push_back(triangulate_group(bench));
+  }
+  if (options.until == LastStage::compare) {
+    plan.groups.push_back(simulate_group(bench));
+    if (!options.single) plan.groups.push_back(ensemble_group(bench));
+    plan.compare = [bench](const std::set<fs::path>& failed) {
+      return compare_step(bench, failed);
+    };
+  }
   plan.write_reduced_rig = [bench] { write_reduced_rig(bench); };
+  keep_asked(bench, plan);
   return plan;
 }
 

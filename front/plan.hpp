@@ -15,6 +15,11 @@
 
 namespace drape {
 
+/// Stages after which a run may end.
+enum class LastStage { compare, calib, triangulate };
+template <>
+inline constexpr std::string_view names_of<LastStage>[] = {"compare", "calib", "triangulate"};
+
 struct RunOptions {
   std::filesystem::path rig;
   std::filesystem::path recording;  ///< empty for that of the rig
@@ -27,6 +32,8 @@ struct RunOptions {
   std::optional<double> spacing_m;  ///< spacing of the finest mesh; absent for that of the rig
   bool paper = false;               ///< also simulate the paper's model on the rig's grids
   bool internal_friction = false;   ///< simulate with both branches of the hysteresis loops
+  LastStage until = LastStage::compare;
+  std::vector<std::string> drapes;  ///< drapes to make; empty for all
   int threads = 1;
 };
 
@@ -46,7 +53,8 @@ struct Plan {
   std::filesystem::path store;
   std::filesystem::path report;
   std::vector<Group> groups;  ///< all stages except compare
-  /// Makes the step that compares all sheets except those whose run records are in `failed`.
+  /// Makes the step that compares all sheets except those whose run records are in `failed`; empty
+  /// if the run ends before.
   std::function<Step(const std::set<std::filesystem::path>& failed)> compare = {};
   std::function<void()> write_reduced_rig = {};  ///< for the first steps; call it before they start
 };

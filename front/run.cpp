@@ -32,6 +32,21 @@ struct StepEnding {
   [[nodiscard]] std::string name() const { return fmt::format("{} ({})", step.stage, step.what); }
 };
 
+/// Returns true if the outputs of a step belong to its inputs, whatever its arguments were.
+bool is_as_made(const Step& step) {
+  if (!fs::is_regular_file(step.record)) return false;
+  try {
+    const RunFile run = read_run_file(step.record);
+    const auto holds = [&](const RecordedFile& file) { return is_as_recorded(step.record, file); };
+    return (run.exit_code == 0 || run.exit_code == 1) &&
+           run.program_sha256 == sha256_of_file(step.program) &&
+           std::all_of(run.inputs.begin(), run.inputs.end(), holds) &&
+           std::all_of(run.outputs.begin(), run.outputs.end(), holds);
+  } catch (const Error&) {
+    return false;
+  }
+}
+
 /// Draws one progress line for all running steps of a stage.
 class StageProgress {
  public:
@@ -83,10 +98,12 @@ class BenchRun {
       stopped = true;
       break;
     }
+    if (!plan_.compare) return end_as_asked();
     // A drape that was NO-GO before the comparison is NO-GO in the store and its lists too.
     const bool measured = std::any_of(
         kept_.begin(), kept_.end(), [](const StepEnding& one) { return one.step.is_measurement; });
     if (stopped && !measured) return end_early("there is no measured sheet");
+    leave_out_old_drapes();
     const StepEnding compared = run_group(compare_group()).front();
     if (Interrupts::signal() != 0) return interrupted();
     if (compared.exit_code > 1)
@@ -99,6 +116,11 @@ class BenchRun {
   [[nodiscard]] bool is_out(const std::string& drape) const {
     return std::any_of(failed_.begin(), failed_.end(),
                        [&](const auto& one) { return one.first == drape; });
+  }
+
+  /// A drape that is not asked for and whose measurement is not up to date.
+  [[nodiscard]] bool lacks(const std::string& scene) const {
+    return not_up_to_date_.count(scene) != 0;
   }
 
   [[nodiscard]] bool all_are_out() const {
@@ -117,9 +139,14 @@ class BenchRun {
     StageProgress progress(group, common_.quiet || common_.json);
     for (const Step& step : group.steps) {
       if (!step.drape.empty() && is_out(step.drape)) continue;
+      if (!step.is_asked && (lacks(step.scene) || !is_as_made(step))) {
+        // Without one of its simulations a drape has others.
+        if (group.stage != "simulate" && !step.is_extra) not_up_to_date_.insert(step.scene);
+        continue;
+      }
       StepEnding& ending = endings.emplace_back();
       ending.step = step;
-      if (!is_up_to_date(step.record, step.program, step.arguments)) {
+      if (step.is_asked && !is_up_to_date(step.record, step.program, step.arguments)) {
         // Stages remove their record themselves, but another lab's may not.
         remove_durable(step.record);
         remove_durable(ending_path(step.record));
@@ -243,6 +270,22 @@ class BenchRun {
     return lines;
   }
 
+  /// Takes the drapes that are not asked for, and have no simulation that is up to date, out of the
+  /// comparison.
+  void leave_out_old_drapes() {
+    std::set<std::string> simulated;
+    for (const StepEnding& ending : kept_)
+      if (ending.step.stage == "simulate") simulated.insert(ending.step.scene);
+    for (const Group& group : plan_.groups)
+      for (const Step& step : group.steps)
+        if (!step.is_asked && simulated.count(step.scene) == 0) not_up_to_date_.insert(step.scene);
+    std::erase_if(kept_, [&](const StepEnding& one) { return lacks(one.step.scene); });
+    for (const std::string& drape : not_up_to_date_)
+      lacking_.push_back(fmt::format(
+          "drape {} is not up to date and was not asked for, so nothing of it is in the result",
+          drape));
+  }
+
   /// Compares all sheets made in this run; those of earlier runs have other inputs.
   [[nodiscard]] Group compare_group() const {
     std::set<fs::path> not_made;
@@ -259,11 +302,28 @@ class BenchRun {
     return {step.stage, {step}, 1};
   }
 
+  /// Ends a run that was to go no further than --until.
+  [[nodiscard]] int end_as_asked() const {
+    Ending ending;
+    ending.verdict = no_go_of({});
+    if (ending.verdict.empty() && !failed_.empty())
+      ending.verdict = fmt::format("drape {}: {}", failed_.front().first, failed_.front().second);
+    ending.go = ending.verdict.empty();
+    if (ending.go && !kept_.empty()) ending.verdict = kept_.back().ending.verdict;
+    ending.warnings = stage_warnings();
+    ending.rejected = rejected();
+    if (common_.json)
+      return print_json(kept_, ending.go ? "" : ending.verdict, ending.warnings, ending.verdict);
+    return finish(ending, common_);
+  }
+
   /// Prints the end of a run for --json; there is no report if nothing was compared.
   int print_json(const std::vector<StepEnding>& endings, const std::string& cause,
-                 const std::vector<std::string>& warnings) const {
+                 const std::vector<std::string>& warnings,
+                 const std::string& sentence = "the bench ran to stored millimetres") const {
     Json json;
     json["verdict"] = cause.empty() ? "GO" : "NO-GO";
+    json["sentence"] = cause.empty() ? sentence : cause;
     json["cause"] = cause.empty() ? Json() : Json(cause);
     json["warnings"] = warnings;
     json["rejected"] = rejected();
@@ -340,6 +400,7 @@ class BenchRun {
   const CommonOptions& common_;
   std::vector<StepEnding> kept_;                             ///< steps with a verdict
   std::vector<std::pair<std::string, std::string>> failed_;  ///< failed drapes, with reasons
+  std::set<std::string> not_up_to_date_;                     ///< drapes that are not asked for
   std::vector<std::string>
       lacking_;  ///< optional steps that failed, so that the result lacks what they find
 };
@@ -347,7 +408,8 @@ class BenchRun {
 }  // namespace
 
 int run_bench(const RunOptions& options, const CommonOptions& common) {
-  const BenchCheck check = check_bench(options.rig, options.recording);
+  const BenchCheck check =
+      check_bench(options.rig, options.recording, options.until == LastStage::calib);
   if (!check.problems.empty()) return report_check(check, "drape run", common);
   if (!common.quiet && !common.json)
     for (const std::string& warning : check.warnings) fmt::print("warning: {}\n", warning);

@@ -271,7 +271,7 @@ bool is_name_of_a_run(const std::string& drape) {
          (dot != std::string::npos && kFiles.contains(drape.substr(0, dot)));
 }
 
-BenchCheck check_bench(const fs::path& rig_path, const fs::path& recording_path) {
+BenchCheck check_bench(const fs::path& rig_path, const fs::path& recording_path, bool calibrates) {
   BenchCheck check;
   if (const auto files = virtual_scenes(rig_path)) {
     check.purpose = "`drape study`";
@@ -298,7 +298,7 @@ BenchCheck check_bench(const fs::path& rig_path, const fs::path& recording_path)
     check.add(faults_of(*print));
     for (const std::string& warning : warnings_of(*print)) check.warnings.push_back(warning);
   }
-  if (is_rig_good && rig.scenes.empty())
+  if (is_rig_good && rig.scenes.empty() && !calibrates)
     check.add(rig.document, "scenes", "the rig names no scene",
               "add the scene files, e.g. scenes = [\"scenes/A.toml\"]");
   const std::vector<Scene> scenes = check_scenes(rig.scenes, rig, print, check);

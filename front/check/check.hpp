@@ -32,9 +32,11 @@ struct BenchCheck {
 
 /// Reads rig, target, prints, scenes, fabrics and the recording's list. An empty `recording` means
 /// that of the rig. For a virtual bench, a folder with scenes but no rig.toml, reads scenes, prints
-/// and fabrics only. Never throws for the content of a file.
+/// and fabrics only. `calibrates`: the bench is calibrated only, so it needs no scene. Never throws
+/// for the content of a file.
 [[nodiscard]] BenchCheck check_bench(const std::filesystem::path& rig,
-                                     const std::filesystem::path& recording);
+                                     const std::filesystem::path& recording,
+                                     bool calibrates = false);
 
 /// `drape check`: prints the results of check_bench(); returns the exit code.
 [[nodiscard]] int report_check(const BenchCheck& check, const std::string& program,
