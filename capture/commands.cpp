@@ -202,6 +202,10 @@ class SessionDesk {
     try {
       light_ = light_of(*line);
       if (light_) return wait;
+      if (line->starts_with("u ")) {
+        restore(line->substr(2));
+        return wait;
+      }
       const bool again = *line == "r" || line->starts_with("r ");
       wanted_ = again              ? (line->size() > 2 ? line->substr(2) : last_)
                 : !line->empty()   ? *line
@@ -268,6 +272,15 @@ class SessionDesk {
     ++stored;
   }
 
+  /// Undoes a retake.
+  void restore(const std::string& set) {
+    require_set_name(set);
+    journal.restore(set);
+    journal.publish();
+    fmt::print(stderr, "GO: {} restored\n", set);
+    ask();
+  }
+
   /// Parses `exposure_us 3000 cam0` or `gain_db 2 cam0`; nullopt for any other line.
   [[nodiscard]] std::optional<LiveOptions::Light> light_of(const std::string& line) const {
     std::istringstream words(line);
@@ -296,11 +309,11 @@ class SessionDesk {
   }
 
   void ask() const {
-    fmt::print(
-        stderr,
-        "next: {}   (Enter takes it; or type a name; r: the last one again, r NAME: that one; "
-        "exposure_us or gain_db, VALUE, CAMERA: set it; q: end)\n",
-        to_take_.empty() ? "the rig names no more sets" : to_take_[0]);
+    fmt::print(stderr,
+               "next: {}   (Enter takes it; or type a name; r: the last one again, r NAME: that "
+               "one, u NAME: undo; "
+               "exposure_us or gain_db, VALUE, CAMERA: set it; q: end)\n",
+               to_take_.empty() ? "the rig names no more sets" : to_take_[0]);
   }
 
   const CamerasFile& cameras_;
@@ -321,11 +334,11 @@ class SessionDesk {
 /// Runs a session: cameras stay open, and Enter takes the next set of the rig's list. The
 /// leader, a person or the console, writes lines to standard input (the name of a set;
 /// empty: next of the rig; `r`: retake the last one; `r NAME`: retake that one, the earlier
-/// take is kept as NAME.take1; `exposure_us 3000 CAMERA` or `gain_db 2 CAMERA`: valid to the
-/// end; `q` or end of input: end) and reads from standard error: `next: ...` when a line is
-/// expected, `GO: NAME stored` once the set is in recording.json, `GO: CAMERA has
-/// exposure_us = ...`, `NO-GO: reason; to do: ...`, and a line for each camera that is lost
-/// or back.
+/// take is kept as NAME.take1; `u NAME`: undo that, the retake is kept as NAME.take2;
+/// `exposure_us 3000 CAMERA` or `gain_db 2 CAMERA`: valid to the end; `q` or end of input: end)
+/// and reads from standard error: `next: ...` when a line is expected, `GO: NAME stored` or
+/// `GO: NAME restored` once the set is in recording.json, `GO: CAMERA has exposure_us = ...`,
+/// `NO-GO: reason; to do: ...`, and a line for each camera that is lost or back.
 int run_session(const CaptureCommand& command, std::vector<std::string> arguments,
                 const CommonOptions& common) {
   RunRecord record("drape-capture", std::move(arguments));

@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <cstdlib>
 #include <cstring>
 #include <map>
 #include <sstream>
@@ -225,13 +226,42 @@ bool Journal::holds(const std::string& set) const {
                      [&](const FrameSet& s) { return s.name == set; });
 }
 
+int Journal::newest_take(const std::string& set) const {
+  const std::string stem = set + ".take";
+  int newest = 0;
+  for (const FrameSet& one : recording_.sets)
+    if (one.name.starts_with(stem))
+      newest = std::max(newest, std::atoi(one.name.c_str() + stem.size()));
+  return newest;
+}
+
+std::string Journal::free_take(const std::string& set) const {
+  std::string name;
+  for (int take = newest_take(set) + 1; name.empty() || fs::exists(recording_.folder / name);
+       ++take)
+    name = fmt::format("{}.take{}", set, take);
+  require_plain_name(name, {.file = (recording_.folder / "recording.json").string(), .set = set});
+  return name;
+}
+
 void Journal::replace(const std::string& set) {
   std::vector<std::pair<std::string, std::string>> names{{set + ".new", set}};
-  std::string older;
-  for (int take = 1; older.empty() || holds(older) || fs::exists(recording_.folder / older); ++take)
-    older = fmt::format("{}.take{}", set, take);
-  require_plain_name(older, {.file = (recording_.folder / "recording.json").string(), .set = set});
-  if (holds(set)) names.insert(names.begin(), {set, older});
+  if (holds(set)) names.insert(names.begin(), {set, free_take(set)});
+  rename(names);
+}
+
+void Journal::restore(const std::string& set) {
+  const int newest = newest_take(set);
+  if (newest == 0)
+    throw usage_error(fmt::format("set `{}` was taken once only", set), "take it again with `r`");
+  std::vector<std::pair<std::string, std::string>> names{
+      {fmt::format("{}.take{}", set, newest), set}};
+  // Without the set an undo was killed half-way.
+  if (holds(set)) names.insert(names.begin(), {set, free_take(set)});
+  rename(names);
+}
+
+void Journal::rename(const std::vector<std::pair<std::string, std::string>>& names) {
   for (const auto& [from, to] : names) {
     write_line(one_line(value_of(JournalLine{.renamed = {from, to}})));
     rename(from, to);

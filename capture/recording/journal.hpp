@@ -36,6 +36,9 @@ class Journal {
   /// <set>.take1, <set>.take2, ..., unless a killed capture has already done so. Only names
   /// change.
   void replace(const std::string& set);
+  /// The newest take before takes its name again; what is there becomes the next take. Throws
+  /// Error(usage) where nothing was taken before.
+  void restore(const std::string& set);
   [[nodiscard]] bool holds(const std::string& set) const;
   /// Moves the added sets to recording.json, for others to read while the capture goes on; then
   /// removes the journal. An outdated run record of the recording is removed first.
@@ -57,6 +60,10 @@ class Journal {
   void leave_out_gone(std::vector<FrameSet>::iterator first_adopted);
   void write_line(const std::string& text);
   void rename(const std::string& from, const std::string& to);
+  void rename(const std::vector<std::pair<std::string, std::string>>& names);
+  /// Number of the set's last .take; 0 where there is none.
+  [[nodiscard]] int newest_take(const std::string& set) const;
+  [[nodiscard]] std::string free_take(const std::string& set) const;
 
   Descriptor lock_, file_;
   bool is_new_ = false;  ///< the folder was created here

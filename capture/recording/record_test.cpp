@@ -226,6 +226,27 @@ TEST_F(Record, ARetakeThatIsKilledAnywhereEndsUnderItsName) {
   EXPECT_TRUE(verify_recording(folder, {}).good());
 }
 
+TEST_F(Record, AnUndoneRetakeGivesTheTakeBeforeItsNameAndKeepsTheRetake) {
+  store("a");
+  const std::string first = read_recording(options_.folder).set("a").frames.front().sha256;
+  options_.retake = true;
+  Journal journal = open();
+  EXPECT_THROW(journal.restore("a"), Error) << "it was taken once only";
+  static_cast<void>(add(journal, {7}));
+  journal.replace("a");
+  journal.publish();
+  EXPECT_NE(read_recording(options_.folder).set("a").frames.front().sha256, first);
+  journal.restore("a");
+  journal.publish();
+  EXPECT_THAT(stored(), testing::UnorderedElementsAre("a", "a.take2"));
+  EXPECT_EQ(read_recording(options_.folder).set("a").frames.front().sha256, first);
+  EXPECT_TRUE(verify_recording(options_.folder, {}).good());
+  journal.restore("a");
+  journal.publish();
+  EXPECT_NE(read_recording(options_.folder).set("a").frames.front().sha256, first)
+      << "undone twice";
+}
+
 /// Holds however a session ends afterwards.
 TEST_F(Record, ASetThatIsPublishedLeavesNeitherAJournalNorTheRecordBefore) {
   store("a");
