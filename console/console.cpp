@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "console/console.hpp"
 
+#include <fcntl.h>
 #include <fmt/format.h>
 #include <sys/stat.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <atomic>
@@ -23,24 +25,34 @@ namespace fs = std::filesystem;
 
 /// A report carries its own scripts and pictures, and nothing else: it runs apart from the page.
 constexpr const char* kReportPolicy =
-    "sandbox allow-scripts allow-popups allow-modals; default-src 'none'; script-src "
+    "sandbox allow-scripts allow-modals; default-src 'none'; script-src "
     "'unsafe-inline'; style-src 'unsafe-inline'; img-src data:; base-uri 'none'; form-action "
     "'none'; "
     "frame-ancestors 'none'";
 
+/// Text of a file that this user alone can write and read; empty where it is none.
+std::string own_text(const fs::path& file) {
+  const int opened = ::open(file.c_str(), O_RDONLY | O_NOFOLLOW | O_CLOEXEC | O_NONBLOCK);
+  if (opened < 0) return {};
+  struct stat status {};
+  char text[64];
+  const bool is_own = ::fstat(opened, &status) == 0 && S_ISREG(status.st_mode) &&
+                      status.st_uid == ::geteuid() && (status.st_mode & 077) == 0;
+  const ssize_t got = is_own ? ::read(opened, text, sizeof text) : 0;
+  ::close(opened);
+  return {text, got > 0 ? static_cast<std::size_t>(got) : 0};
+}
+
 /// The token lives as long as the folder, so that an open page goes on when the server is started
-/// again. Only its owner may read it.
+/// again. One that another user planted is replaced.
 std::string token_of(const fs::path& folder) {
   const fs::path file = folder / "token";
-  if (fs::is_regular_file(fs::symlink_status(file))) {
-    struct stat status {};
-    std::string token = read_text(file);
-    const bool whole = token.size() == 32 && std::all_of(token.begin(), token.end(), [](char c) {
-                         return (c >= '0' && c <= '9') || (c >= 'a' && c <= 'f');
-                       });
-    if (whole && ::stat(file.c_str(), &status) == 0 && (status.st_mode & 077) == 0) return token;
-  }
-  std::string token = make_token();
+  std::string token = own_text(file);
+  const bool whole = token.size() == 32 && std::all_of(token.begin(), token.end(), [](char c) {
+                       return (c >= '0' && c <= '9') || (c >= 'a' && c <= 'f');
+                     });
+  if (whole) return token;
+  token = make_token();
   const mode_t before = ::umask(077);
   write_durable(file, token);
   ::umask(before);
@@ -72,11 +84,12 @@ class Console::Impl {
   Events& events() { return events_; }
 
  private:
-  [[nodiscard]] ServerOptions server_options(const ConsoleOptions& options) const {
+  [[nodiscard]] ServerOptions server_options(const ConsoleOptions& options) {
     ServerOptions server;
     server.address = options.address;
     server.port = options.port;
-    server.token = token_of(bench_.report().parent_path() / "console");
+    server.token = token_of(bench_.session.own);
+    server.report_token = report_token_;
     return server;
   }
 
@@ -86,55 +99,42 @@ class Console::Impl {
       const auto found = request.query.find(name);
       return found == request.query.end() ? std::string() : found->second;
     };
-    Response response;
+    const auto width = [&] { return std::atoi(asked("width").c_str()); };
+    const std::string api = "/api/";
     if (route == "/api/do") {
-      const Json act = try_json(request.body);
-      bench_.act(act);
-      response.body = "{}";
-    } else if (route == "/api/state") {
-      response.body = state();
-    } else if (route == "/api/marks") {
-      response.body = dumped(bench_.marks(asked("set")));
-    } else if (route == "/api/live-marks") {
-      response.body = dumped(bench_.live_marks(asked("surface") == "cloth"));
-    } else if (route == "/api/frame") {
-      response.body = dumped(bench_.frame_facts(asked("set")));
-    } else if (route == "/api/coverage") {
-      response.body = dumped(bench_.coverage());
-    } else if (route == "/api/coach") {
-      response.body = dumped(bench_.coach());
-    } else if (route == "/api/sheet") {
-      response.body = dumped(bench_.sheet(asked("drape")));
-    } else if (route == "/api/history") {
-      response.body = dumped(bench_.history());
-    } else if (route == "/api/diff") {
-      response.body = dumped(bench_.difference(asked("a"), asked("b")));
-    } else if (route == "/api/picture") {
-      response.type = "image/jpeg";
-      response.body = bench_
-                          .picture(asked("set"), asked("camera"), std::atoi(asked("width").c_str()),
-                                   asked("red") == "1")
-                          .jpeg;
-    } else if (route == "/api/live") {
-      const auto picture = bench_.live_picture(asked("camera"), std::atoi(asked("width").c_str()),
-                                               asked("red") == "1");
-      if (!picture)
-        return {404, "application/json", R"({"error":"the camera has sent no picture yet"})"};
-      response.type = "image/jpeg";
-      response.body = picture->jpeg;
-      response.headers["X-Facts"] = picture->facts;
-    } else if (route == "/report.html") {
-      if (!fs::is_regular_file(fs::symlink_status(bench_.report())))
-        return {404, "application/json", R"({"error":"there is no report yet"})"};
-      response = {200, "text/html; charset=utf-8", read_text(bench_.report()), {}, kReportPolicy};
-    } else {
-      const std::string name = route == "/" ? "index.html" : route.substr(1);
-      const auto found = assets().find(name);
-      if (found == assets().end())
-        return {404, "application/json", R"({"error":"there is nothing of this name"})"};
-      response = {200, type_of(route == "/" ? "index.html" : name), std::string(found->second)};
+      perform(bench_, request.body);
+      return {200, "application/json", "{}"};
     }
-    return response;
+    if (route == "/api/state") return {200, "application/json", state()};
+    if (route == "/api/picture")
+      return {200, "image/jpeg",
+              picture(bench_, asked("set"), asked("camera"), width(), asked("red") == "1").jpeg};
+    if (route == "/api/live") {
+      const auto picture = bench_.cameras.picture(asked("camera"), width(), asked("red") == "1");
+      if (!picture) return absent("the camera has sent no picture yet");
+      return {200, "image/jpeg", picture->jpeg, {{"X-Facts", picture->facts}}};
+    }
+    if (route.starts_with(api) && is_view(route.substr(api.size())))
+      return {200, "application/json",
+              dumped(view(bench_, route.substr(api.size()), request.query))};
+    if (route == "/api/report") {
+      const fs::path file = bench_.files.report_file().replace_extension(".json");
+      if (!fs::is_regular_file(file)) return absent("there is no report yet");
+      return {200, "application/json", read_text(file)};
+    }
+    if (route == "/report.html") {
+      const fs::path file = bench_.files.report_file();
+      if (!fs::is_regular_file(fs::symlink_status(file))) return absent("there is no report yet");
+      return {200, "text/html; charset=utf-8", read_text(file), {}, kReportPolicy};
+    }
+    const std::string name = route == "/" ? "index.html" : route.substr(1);
+    const auto found = assets().find(name);
+    if (found == assets().end()) return absent("there is nothing of this name");
+    return {200, type_of(name), std::string(found->second)};
+  }
+
+  static Response absent(const std::string& why) {
+    return {404, "application/json", dumped({{"error", why}})};
   }
 
   /// Many pages ask at once whenever something changed: one text answers all that asked before it
@@ -144,12 +144,17 @@ class Console::Impl {
     const std::lock_guard lock(state_mutex_);
     if (state_of_ < mine) {
       const std::uint64_t begun = asked_;
-      state_ = dumped(bench_.state());
+      Json json = view(bench_, "state", {});
+      json["report_token"] = report_token_;
+      state_ = dumped(json);
       state_of_ = begun;
     }
     return state_;
   }
 
+  /// A report carries scripts, and sees the address at which it lies: the token in it opens nothing
+  /// else.
+  const std::string report_token_ = make_token();
   Events events_;
   Bench bench_;
   std::atomic<std::uint64_t> asked_ = 0;

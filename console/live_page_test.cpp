@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cstdio>
 
-#include "console/browser.hpp"
-#include "console/live_console.hpp"
+#include "tests/support/browser.hpp"
+#include "tests/support/live_console.hpp"
 #include "tests/support/trials.hpp"
 
 namespace drape::test {
@@ -32,7 +32,7 @@ TEST_P(LivePage, ShowsTheCamerasAndTakesByOneKey) {
   const std::unique_ptr<Browser> opened = open_browser(GetParam());
   if (!opened) GTEST_SKIP() << "missing: the browser (chromium or firefox)";
   Browser& browser = *opened;
-  browser.open(server.address());
+  browser.open(server.address() + "#cameras");
   for (int c = 0; c < kCameras; ++c) browser.wait_for(pictures_of(c) + " >= 3");
   browser.wait_for("document.getElementById('take') && !document.getElementById('take').disabled");
   std::vector<double> delays_ms;

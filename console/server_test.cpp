@@ -4,16 +4,19 @@
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <netinet/in.h>
+#include <sys/resource.h>
 #include <sys/socket.h>
 #include <unistd.h>
 
+#include <algorithm>
+#include <chrono>
 #include <cstdlib>
 #include <fstream>
 #include <random>
 
-#include "console/running_bench.hpp"
 #include "core/files/files.hpp"
 #include "tests/support/paths.hpp"
+#include "tests/support/running_bench.hpp"
 #include "tests/support/small_bench.hpp"
 
 namespace drape::test {
@@ -39,6 +42,7 @@ const std::vector<std::string> kRoutes = {"",
                                           "/api/diff",
                                           "/api/sheet",
                                           "/api/history",
+                                          "/api/report",
                                           "/report.html",
                                           "/no-such-thing"};
 
@@ -152,21 +156,52 @@ TEST_F(Server, BodiesAndAddressesHaveALimit) {
   EXPECT_EQ(curl(at("api/state")).status, 200);
 }
 
-TEST_F(Server, HalfOpenAndSlowClientsDoNotStopIt) {
-  // More than it serves at once. Each is cut at the deadline of its request.
-  constexpr int kClients = 100;
+/// The report's scripts see their address, so its token opens nothing else.
+TEST_F(Server, TheReportIsReadUnderATokenOfItsOwn) {
+  write_durable(bench_.folder() / "out/report.html", "<html>mine</html>");
+  const std::string token = server_.get("api/state")["report_token"];
+  EXPECT_NE(token, server_.token());
+  const std::string root = server_.origin() + "/" + token;
+  const CurlAnswer report = curl("-D - '" + root + "/report.html'");
+  EXPECT_THAT(report.body, HasSubstr("mine"));
+  EXPECT_THAT(report.body, HasSubstr("Content-Security-Policy: sandbox allow-scripts"));
+  EXPECT_THAT(report.body, Not(HasSubstr("allow-same-origin")));
+  EXPECT_THAT(report.body, Not(HasSubstr("allow-popups")));
+  EXPECT_THAT(report.body, Not(HasSubstr(server_.token())));
+  for (const char* route : {"/", "/api/state", "/api/events", "/app.js", "/api/do"})
+    EXPECT_EQ(curl("'" + root + route + "'").status, 401) << route;
+  EXPECT_EQ(curl(at("report.html")).status, 401);
+}
+
+TEST_F(Server, HalfOpenAndSlowClientsDoNotHoldTheOperatorBack) {
+  rlimit limit{};
+  ::getrlimit(RLIMIT_NOFILE, &limit);
+  limit.rlim_cur = limit.rlim_max;
+  ::setrlimit(RLIMIT_NOFILE, &limit);
+  const int kClients = static_cast<int>(std::min<rlim_t>(3000, limit.rlim_max - 100));
   std::vector<std::unique_ptr<RawClient>> clients;
   for (int k = 0; k < kClients; ++k) {
     clients.push_back(std::make_unique<RawClient>(server_.port()));
     ASSERT_TRUE(clients.back()->connected());
-    const std::string begin =
-        k % 3 == 0   ? ""
-        : k % 3 == 1 ? "GET /" + server_.token() + "/api/st"
-                     : "POST /" + server_.token() + "/api/do HTTP/1.1\r\nContent-Length: 60000\r\n";
-    clients.back()->send(begin);
+    const std::string stranger = "/" + std::string(32, '0') + "/api/st";
+    clients.back()->send(k % 3 == 0   ? ""
+                         : k % 3 == 1 ? "GET " + stranger
+                                      : "GET " + stranger + " ");
   }
-  EXPECT_EQ(curl(at("api/state")).status, 200);
+  const auto since = std::chrono::steady_clock::now();
+  ASSERT_EQ(server_.act({{"do", "take"}, {"set", "stage_z000"}}), 200);
+  const std::chrono::duration<double> answered = std::chrono::steady_clock::now() - since;
+  EXPECT_LT(answered.count(), 1) << "behind " << kClients << " sockets";
+  EXPECT_EQ(server_.idle_state()["jobs"].back()["state"], "done") << "a job has its descriptors";
   for (const auto& client : clients) EXPECT_THAT(client->rest(), Not(HasSubstr("200 OK")));
+  // Those with the token are cut at the deadline of their request.
+  for (const std::string& begin :
+       {"GET /" + server_.token() + "/api/st",
+        "POST /" + server_.token() + "/api/do HTTP/1.1\r\nContent-Length: 60000\r\n"}) {
+    const RawClient client(server_.port());
+    client.send(begin);
+    EXPECT_THAT(client.rest(), Not(HasSubstr("200 OK")));
+  }
 }
 
 TEST_F(Server, FuzzedRequestsDoNotEndIt) {
@@ -250,7 +285,7 @@ TEST(ServerFaults, KilledAndStartedAgainItShowsTheStateAgain) {
   {
     RunningBench server(bench.rig(), out);
     token = server.token();
-    ASSERT_EQ(server.act({{"do", "operator"}, {"name", "Ada <b>"}}), 200);
+    ASSERT_EQ(server.act({{"do", "operator"}, {"text", "Ada <b>"}}), 200);
     ASSERT_EQ(server.act({{"do", "take"}, {"set", "stage_z000"}}), 200);
     before = server.idle_state()["sets"].dump();
     // The next job is running or about to when the power fails.
@@ -266,6 +301,20 @@ TEST(ServerFaults, KilledAndStartedAgainItShowsTheStateAgain) {
   EXPECT_EQ(state["sets"][0], parse_json(before)[0]) << "marks measured before are there";
   EXPECT_EQ(fs::status(out / "console/token").permissions(),
             fs::perms::owner_read | fs::perms::owner_write);
+}
+
+TEST(ServerFaults, ATokenThatAnotherUserPlantedIsReplaced) {
+  const SmallBench bench({"C"});
+  const fs::path out = bench.folder() / "out", file = out / "console/token";
+  fs::create_directories(file.parent_path());
+  const std::string planted(32, 'a');
+  write_durable(file, planted);
+  fs::permissions(file, fs::perms::owner_read | fs::perms::owner_write);
+  EXPECT_EQ(RunningBench(bench.rig(), out).token(), planted) << "one of its own is kept";
+  write_durable(file, planted);
+  fs::permissions(file, fs::perms::owner_read | fs::perms::owner_write);
+  if (::chown(file.c_str(), 65534, 65534) != 0) GTEST_SKIP() << "missing: the right to chown";
+  EXPECT_NE(RunningBench(bench.rig(), out).token(), planted);
 }
 
 TEST(ServerFaults, AFullDiskIsSaidInASentenceAndNothingStoredIsLost) {

@@ -13,9 +13,9 @@
 #include <mutex>
 #include <stdexcept>
 
-#include "console/browser.hpp"
-#include "console/live_console.hpp"
 #include "core/recording.hpp"
+#include "tests/support/browser.hpp"
+#include "tests/support/live_console.hpp"
 #include "tests/support/trials.hpp"
 
 // After Eigen: the system's resolver, which this includes, defines `_res` as a macro.

@@ -19,17 +19,34 @@ bool equal(const std::string& a, const std::string& b) {
   return differ == 0;
 }
 
+/// A name of this machine for itself, with any port: that of an `ssh -L` on the other side. No page
+/// from elsewhere has it as its own.
+bool is_loopback(const std::string& host) {
+  const std::string name = host.substr(0, host.rfind(':'));
+  return name == "127.0.0.1" || name == "localhost" || name == "[::1]";
+}
+
 }  // namespace
 
-Gate::Gate(std::string token, std::vector<std::string> hosts)
-    : token_(std::move(token)), hosts_(std::move(hosts)) {}
+Gate::Gate(std::string token, std::vector<std::string> hosts, std::string report_token)
+    : token_(std::move(token)), report_token_(std::move(report_token)), hosts_(std::move(hosts)) {}
+
+bool Gate::knows(const std::string& path) const {
+  const std::string given = path.empty() ? "" : path.substr(1, path.find('/', 1) - 1);
+  const bool of_report = !report_token_.empty() && equal(given, report_token_);
+  return equal(given, token_) || of_report;
+}
 
 Gate::Answer Gate::ask(const Knock& knock) const {
   const std::size_t end = knock.path.find('/', 1);
+  const std::string route = end == std::string::npos ? "" : knock.path.substr(end);
+  const bool of_report = route == "/report.html";
   const std::string given = knock.path.empty() ? "" : knock.path.substr(1, end - 1);
-  if (knock.path.empty() || knock.path[0] != '/' || !equal(given, token_))
+  if (knock.path.empty() || knock.path[0] != '/' || !knows(knock.path) ||
+      !equal(given, of_report && !report_token_.empty() ? report_token_ : token_))
     return {401, "open the address that `drape bench` printed: it holds the token"};
   if ((knock.reached.empty() || knock.host != knock.reached) &&
+      !(is_loopback(knock.reached) && is_loopback(knock.host)) &&
       std::find(hosts_.begin(), hosts_.end(), knock.host) == hosts_.end())
     return {403, "this server is not called by that name"};
   if (knock.origin && *knock.origin != "http://" + knock.host)
@@ -39,7 +56,7 @@ Gate::Answer Gate::ask(const Knock& knock) const {
       !navigation)
     return {403, "a page from elsewhere may not ask"};
   Answer answer;
-  answer.route = end == std::string::npos ? "" : knock.path.substr(end);
+  answer.route = route;
   const bool act = answer.route == "/api/do";
   if (knock.method != (act ? "POST" : "GET") && (act || knock.method != "HEAD"))
     return {405, act ? "POST only" : "GET only"};

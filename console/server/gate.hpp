@@ -21,8 +21,8 @@ struct Knock {
 class Gate {
  public:
   /// `hosts`: names with port under which this server may be called, beside the address at which it
-  /// was reached; any other (DNS rebinding) is refused.
-  Gate(std::string token, std::vector<std::string> hosts);
+  /// was reached; any other (DNS rebinding) is refused. `report_token` opens the report alone.
+  Gate(std::string token, std::vector<std::string> hosts, std::string report_token = {});
 
   struct Answer {
     int status = 0;  ///< 0: let in
@@ -30,11 +30,15 @@ class Gate {
     std::string route = {};  ///< the path without the token, from its `/`
   };
   [[nodiscard]] Answer ask(const Knock& knock) const;
+  /// True where a path begins with a token.
+  [[nodiscard]] bool knows(const std::string& path) const;
 
  private:
-  std::string token_;
+  std::string token_, report_token_;
   std::vector<std::string> hosts_;
 };
+
+inline constexpr std::size_t kTokenLength = 32;
 
 /// 128 random bits as 32 hexadecimal digits, from the system. Throws Error(internal).
 [[nodiscard]] std::string make_token();

@@ -75,6 +75,12 @@ TEST(Gate, TheAddressAtWhichItWasReachedIsItsOwn) {
   EXPECT_EQ(gate().ask(one).status, 0);
   one.host = "evil.example:8040";  // rebound to this machine
   EXPECT_EQ(gate().ask(one).status, 403);
+  one.reached = "127.0.0.1:8040";
+  one.host = "localhost:9000";
+  EXPECT_EQ(gate().ask(one).status, 0) << "the other end of an ssh -L";
+  one.origin = "http://127.0.0.1:9000";
+  EXPECT_EQ(gate().ask(one).status, 403) << "a page of another name";
+  one.origin = std::nullopt;
   one.host = one.reached = "";
   EXPECT_EQ(gate().ask(one).status, 403) << "nothing known of either";
 }

@@ -2,6 +2,7 @@
 #include "console/server/server.hpp"
 
 #include "console/server/gate.hpp"
+#include "console/server/lobby.hpp"
 #include "core/error.hpp"
 #include "core/files/json_file.hpp"
 
@@ -30,6 +31,7 @@ namespace {
 using Clock = std::chrono::steady_clock;
 constexpr std::size_t kMostHead = 65536;  ///< bytes of request line and headers
 constexpr std::size_t kMostPath = 4096;   ///< with its query
+constexpr int kBacklog = 512;             ///< connections that the system holds until accepted
 constexpr int kMostRequests = 1000;       ///< on one connection
 constexpr auto kIdle = std::chrono::milliseconds(5000);
 constexpr auto kGlance = std::chrono::milliseconds(250);
@@ -47,9 +49,13 @@ class DeadlineStream : public httplib::Stream {
   DeadlineStream(int socket, const ServerOptions& options) : socket_(socket), options_(options) {}
 
   void begin_request() {
-    until_ = Clock::now() + std::chrono::duration_cast<Clock::duration>(
-                                std::chrono::duration<double>(options_.request_s));
+    let_in(options_.stranger_s);
     left_ = kMostHead + options_.body_bytes;
+  }
+  /// Time for the rest of the request.
+  void let_in(double seconds) {
+    until_ = Clock::now() +
+             std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(seconds));
   }
 
   [[nodiscard]] bool wait_for_request(std::chrono::milliseconds patience) const {
@@ -166,13 +172,17 @@ std::vector<std::string> reached_at(const std::string& address) {
 
 }  // namespace
 
+/// Runs what is queued at once: sockets wait in the lobby.
+struct NoQueue : httplib::TaskQueue {
+  void enqueue(std::function<void()> task) override { task(); }
+  void shutdown() override {}
+};
+
 class WebServer::Impl : public httplib::Server {
  public:
   Impl(const ServerOptions& options, Events& events, Answer answer)
       : options_(options), events_(events), answer_(std::move(answer)) {
-    new_task_queue = [this] {
-      return new httplib::ThreadPool(static_cast<std::size_t>(options_.connections));
-    };
+    new_task_queue = [] { return new NoQueue; };
     set_payload_max_length(options_.body_bytes);
     set_tcp_nodelay(true);
     // Not the library's SO_REUSEPORT, with which a second console would take half of the requests.
@@ -185,8 +195,17 @@ class WebServer::Impl : public httplib::Server {
     if (!bound)
       throw usage_error(fmt::format("cannot listen on {} port {}", options_.address, options_.port),
                         "another console may run there: end it, or give --port 0 for any free one");
-    gate_.emplace(options_.token, std::vector<std::string>{host("127.0.0.1"), host("localhost"),
-                                                           host("::1"), host(options_.address)});
+    ::listen(svr_sock_, kBacklog);  // the library's 5 make the system drop what comes at once
+    gate_.emplace(options_.token,
+                  std::vector<std::string>{host("127.0.0.1"), host("localhost"), host("::1"),
+                                           host(options_.address)},
+                  options_.report_token);
+    Lobby::Options lobby;
+    lobby.workers = options_.connections;
+    lobby.patience_s = options_.stranger_s;
+    lobby_.emplace(
+        lobby, [this](const std::string& path) { return gate_->knows(path); },
+        [this](int socket, bool) { answer_all(socket); });
     set_pre_routing_handler([this](const httplib::Request& in, httplib::Response& out) {
       return is_let_in(in, out) ? HandlerResponse::Unhandled : HandlerResponse::Handled;
     });
@@ -212,6 +231,11 @@ class WebServer::Impl : public httplib::Server {
     return all;
   }
 
+  void serve() {
+    listen_after_bind();
+    lobby_->close();
+  }
+
  private:
   /// As a Host header has it.
   [[nodiscard]] std::string host(const std::string& address) const {
@@ -220,7 +244,14 @@ class WebServer::Impl : public httplib::Server {
   }
 
   bool process_and_close_socket(socket_t socket) override {
+    lobby_->enter(socket);
+    return true;
+  }
+
+  /// Answers all requests of a socket, and closes it.
+  void answer_all(socket_t socket) {
     DeadlineStream stream(socket, options_);
+    stream_ = &stream;
     int port = 0;
     stream.get_local_ip_and_port(local_address_, port);
     for (int count = 1; count <= kMostRequests && !events_.closed(); ++count) {
@@ -233,7 +264,6 @@ class WebServer::Impl : public httplib::Server {
     }
     ::shutdown(socket, SHUT_RDWR);
     ::close(socket);
-    return true;
   }
 
   /// Looks up now and then, so that pages that are open do not hold the end back.
@@ -270,7 +300,10 @@ class WebServer::Impl : public httplib::Server {
                     header(in, "Origin"), header(in, "Sec-Fetch-Site"),
                     header(in, "Sec-Fetch-Mode"), header(in, "Content-Type")});
     const bool long_one = in.target.size() > kMostPath;
-    if (gate.status == 0 && !long_one) return true;
+    if (gate.status == 0 && !long_one) {
+      stream_->let_in(options_.request_s);
+      return true;
+    }
     refused_ = true;  // and its body is not read
     gate.status != 0 ? refuse(out, gate.status, gate.why)
                      : refuse(out, 414, "the address is too long");
@@ -336,12 +369,15 @@ class WebServer::Impl : public httplib::Server {
   Answer answer_;
   std::optional<Gate> gate_;
   std::atomic<int> watchers_ = 0;
+  std::optional<Lobby> lobby_;
   // State of the request that this thread serves.
   static thread_local bool refused_;
+  static thread_local DeadlineStream* stream_;
   static thread_local std::string local_address_;  ///< where it reached this machine
 };
 
 thread_local bool WebServer::Impl::refused_ = false;
+thread_local DeadlineStream* WebServer::Impl::stream_ = nullptr;
 thread_local std::string WebServer::Impl::local_address_;
 
 WebServer::WebServer(const ServerOptions& options, Events& events, Answer answer)
@@ -354,7 +390,7 @@ std::vector<std::string> WebServer::addresses() const {
 }
 
 void WebServer::serve() {
-  impl_->listen_after_bind();
+  impl_->serve();
 }
 
 void WebServer::stop() {

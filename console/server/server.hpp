@@ -30,7 +30,9 @@ struct ServerOptions {
   std::string address = "127.0.0.1";  ///< to listen on
   int port = 0;                       ///< 0: any free one
   std::string token;
+  std::string report_token;        ///< opens the report alone
   double request_s = 10;           ///< a request that takes longer to arrive is cut
+  double stranger_s = 2;           ///< a socket that has shown no token is cut
   double write_s = 5;              ///< a client that takes nothing for so long is cut
   int connections = 48;            ///< served at once; one thread each
   int watchers = 24;               ///< readers of events

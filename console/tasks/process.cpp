@@ -27,11 +27,15 @@ std::string sentence_of(const std::string& output, const ChildEnd& end) {
   const std::size_t begin = output.find('{');
   const Json json = begin == std::string::npos ? Json() : try_json(output.substr(begin));
   if (json.is_object()) {
-    if (const auto error = json.find("error"); error != json.end() && error->is_object()) {
-      std::string text = text_of(*error, "what_failed");
-      if (const std::string where = text_of(*error, "where"); !where.empty())
+    const Json problems =
+        json.value("problems", Json());  // of `drape check`, with which a run begins
+    const Json error =
+        problems.is_array() && !problems.empty() ? problems[0] : json.value("error", Json());
+    if (error.is_object()) {
+      std::string text = text_of(error, "what_failed");
+      if (const std::string where = text_of(error, "where"); !where.empty())
         text += " (" + where + ")";
-      if (const std::string act = text_of(*error, "what_to_do"); !act.empty())
+      if (const std::string act = text_of(error, "what_to_do"); !act.empty())
         text += "; to do: " + act;
       return text;
     }

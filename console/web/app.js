@@ -2,13 +2,14 @@
 // Pages, state and events. The state is asked for from the server whenever it says that
 // something changed; nothing that matters lives in the page.
 import {act, ask, h, takeSoon, tone} from './dom.js';
+import * as bench from './bench.js';
 import * as cameras from './cameras.js';
 import * as calibration from './calibration.js';
 import * as drape from './drape.js';
 import * as history from './history.js';
 import * as log from './log.js';
 
-const pages = {cameras, calibration, drape, history, log};
+const pages = {bench, cameras, calibration, drape, history, log};
 const names = Object.keys(pages);
 const main = document.getElementById('main');
 let state = null;
@@ -16,8 +17,8 @@ let drawn = '', drawings = 0;
 let asking = false, again = false;
 
 function current() {
-  const name = location.hash.slice(1);
-  return names.includes(name) ? name : 'cameras';
+  const name = location.hash.slice(1).split('/')[0];
+  return names.includes(name) ? name : 'bench';
 }
 
 function drawPages() {
@@ -59,7 +60,7 @@ function drawStatus() {
   const job = state.jobs.find(one => one.state === 'running');
   const waiting = state.jobs.filter(one => one.state === 'waiting').length;
   const last = state.jobs.filter(one => !['running', 'waiting'].includes(one.state)).pop();
-  const words = last ? `${last.kind} ${last.what}: ${last.state}. ${last.sentence}` : 'Nothing runs.';
+  const words = last ? `${last.kind} ${last.what}: ${last.sentence || last.state}` : 'Ready.';
   const said = document.getElementById('said');
   status.dataset.idle = !job && waiting === 0;
   if (!job && said.textContent !== words) said.textContent = words;
@@ -102,12 +103,17 @@ async function refresh() {
   asking = false;
 }
 
-/// Large enough to be read from the bench: what became of the last set.
+const SAID_MS = 8000;
+let fading = 0;
+
+/// Large enough to be read from the bench, for some seconds: what became of the last set.
 function say(words, how, pitches) {
   const banner = document.getElementById('banner');
   banner.textContent = words;
   banner.className = how;
   tone(...pitches);
+  clearTimeout(fading);
+  fading = setTimeout(() => { if (banner.textContent === words) banner.textContent = ''; }, SAID_MS);
 }
 
 function listen() {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Coverage of images and space, residuals, and the pose that would help most.
-import {act, ask, cameraView, command, figure, h, number, table, takeButtons, verdict} from './dom.js';
+import {act, ask, cameraView, command, figure, h, number, table, takeButtons, undoButton, verdict} from './dom.js';
 import {liveView, showLive} from './cameras.js';
 
 let ghost = true;
@@ -30,12 +30,12 @@ function coachWords(coach) {
   return parts;
 }
 
-function setRows(sets) {
+function setRows(state, sets) {
   return sets.map(set => [set.name, set.z_mm === undefined ? 'free pose' : `stage, z = ${set.z_mm} mm`,
     (set.taken ? 'taken' : '') + (set.earlier.length ? `; superseded: ${set.earlier.join(', ')}` : ''), (set.detected?.cameras ?? []).map(one => `${one.camera} ${one.measured}`).join(', '),
     h('td', {class: 'number'}, set.held_out ? number(set.held_out.rms_mm, 4) : ''),
     h('td', {}, set.taken ? [
-      h('button', {type: 'button', id: `again-${set.name}`, click: () => act({do: 'take', set: set.name})}, `Retake ${set.name}`), ' ',
+      h('button', {type: 'button', id: `again-${set.name}`, click: () => act({do: 'take', set: set.name})}, `Retake ${set.name}`), ' ', undoButton(state, set), ' ',
       h('button', {type: 'button', id: `drop-${set.name}`, click: () => act({do: 'drop', set: set.name})}, `Leave out ${set.name}`)] : '')]);
 }
 
@@ -85,7 +85,7 @@ export async function draw(state, redraw) {
     coverage.points_mm.length ? h('h2', {}, 'Covered space') : null,
     h('div', {class: 'views'}, [projection(coverage.points_mm, [0, 1], 'from above'), projection(coverage.points_mm, [0, 2], 'from the side')].filter(Boolean)),
     h('h2', {}, 'Sets'),
-    table('sets of the calibration', ['set', 'target', '', 'points', 'held-out, mm', ''], setRows(sets)),
+    table('sets of the calibration', ['set', 'target', '', 'points', 'held-out, mm', ''], setRows(state, sets)),
     h('p', {}, 'Held-out: the target measured in space by the calibration that did not know the set, against its drawing; root mean square.'),
     command(state.jobs.filter(job => job.kind === 'calibrate').pop()?.commands.slice(-1)[0]),
   ];

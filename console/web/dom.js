@@ -1,20 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// Elements, requests and figures. Text enters the page as text only, never as markup.
+// Requests, keys and pictures of the pages; elements and numbers are those of the report's page.
 
-const SVG = 'http://www.w3.org/2000/svg';
-const SVG_TAGS = new Set(['svg', 'circle', 'ellipse', 'polygon', 'polyline', 'line', 'rect', 'text', 'g', 'title']);
-
-/// An element: attributes as they are, functions as listeners, strings and nodes as children.
-export function h(tag, attributes = {}, ...children) {
-  const element = SVG_TAGS.has(tag) ? document.createElementNS(SVG, tag) : document.createElement(tag);
-  for (const [name, value] of Object.entries(attributes)) {
-    if (value === false || value === null || value === undefined) continue;
-    if (typeof value === 'function') element.addEventListener(name, value);
-    else element.setAttribute(name, value === true ? '' : value);
-  }
-  element.append(...children.flat().filter(child => child !== null && child !== undefined && child !== false));
-  return element;
-}
+export {h} from './page/dom.js';
+export {figure as rounded} from './page/figure.js';
+import {h} from './page/dom.js';
 
 async function answer(response) {
   const body = await response.json().catch(() => ({}));
@@ -85,8 +74,8 @@ export function takeSoon() {
 }
 
 /// The button that takes a set, and the one that does it soon.
-export function takeButtons(id, words, off, click) {
-  return [h('button', {type: 'button', class: 'main take', id, disabled: off, 'aria-keyshortcuts': 't', click},
+export function takeButtons(id, words, off, click, main = true) {
+  return [h('button', {type: 'button', class: main ? 'main take' : 'take', id, disabled: off, 'aria-keyshortcuts': 't', click},
     h('kbd', {'aria-hidden': 'true'}, 't'), words),
   h('button', {type: 'button', id: `${id}-soon`, disabled: off, 'aria-keyshortcuts': 's', click: takeSoon},
     h('kbd', {'aria-hidden': 'true'}, 's'), `In ${SOON_S} s`)];
@@ -112,6 +101,11 @@ export function verdict(word) {
   return h('span', {class: (word || '').replace(/[^A-Za-z-]/g, '')}, word || '–');
 }
 
+/// Undoes a retake: live, since the capture holds the recording.
+export function undoButton(state, set) {
+  return set.earlier.length && state.capture?.ready ? h('button', {type: 'button', id: `undo-${set.name}`, click: () => act({do: 'undo', set: set.name})}, `Undo the retake of ${set.name}`) : null;
+}
+
 export function command(...lines) {
   return h('div', {class: 'command'}, 'The same as a command: ',
     lines.filter(line => line).map((line, k) => [k > 0 ? h('br') : null, h('code', {}, line)]).flat());
@@ -121,8 +115,8 @@ const views = new Map();
 
 /// A camera's picture with drawings over it. The picture's element is kept from one drawing of the
 /// page to the next, so that it is loaded once for each take.
-export function cameraView(camera, set, red, drawings, caption) {
-  const key = `${camera.name} ${set.name} ${set.pictures} ${red}`;
+export function cameraView(camera, set, red, drawings, caption, place = '') {
+  const key = `${place} ${camera.name} ${set.name} ${set.pictures} ${red}`;
   if (!views.has(key)) {
     // With the pictures' content: a browser does not ask again for an image whose address it knows.
     const query = new URLSearchParams({camera: camera.name, set: set.name, width: 640, red: red ? 1 : 0, pictures: set.pictures});

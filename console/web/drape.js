@@ -1,20 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
 // One drape: its marks, its sheet in space, its simulations, the distance.
-import {act, ask, cameraView, command, figure, h, markDrawings, number, table, takeButtons, verdict} from './dom.js';
+import {act, ask, cameraView, command, figure, h, markDrawings, rounded, table, takeButtons, undoButton, verdict} from './dom.js';
 import {liveView, showLive} from './cameras.js';
-import {sheetView} from './sheet_view.js';
+import {lastReport, pictureOf, reportLink} from './bench.js';
+import {card} from './page/card.js';
+import {histogram, legend, markMap} from './page/pictures.js';
+import {spaceView} from './page/space.js';
 
-let chosen = '', laying = '';
+let chosen = '', laying = '', seen = '';
 const faces = new Map();  // of a set: what was typed and not taken yet
 
-function resultWords(drape) {
-  const result = drape.result;
-  if (!result) return h('p', {}, drape.result_superseded ? `The comparison is superseded: ${drape.result_superseded}. Simulate and compare again.` : 'No simulation was compared yet.');
-  return h('p', {id: 'result', class: 'result'}, `Mean distance real to virtual ${number(result.mean_dist_mm, 3)} mm, U (k = 2) ${number(result.expanded_uncertainty_mm, 3)} mm, ${result.discretisation}, ${result.segments} segments. Measurement `,
-    verdict(result.measurement), ', match ', verdict(result.match), '.');
-}
-
-/// Of the objects, over a picture: as their plates show them, or dashed as the scene states them.
+/// Draws outlines of the objects over a picture, as measured by their plates, or dashed as stated in the scene.
 function outlineDrawings(outlines, camera) {
   return (outlines?.cameras[camera] ?? []).map(line => h('polyline', {points: line.map(point => point.join(',')).join(' '), fill: 'none',
     stroke: '#ff4fd8', 'stroke-width': 4, 'stroke-dasharray': outlines.measured ? null : '16 12'}));
@@ -33,7 +29,7 @@ function layingRows(state, drape) {
   return drape.layings.map(laying => {
     const set = state.sets.find(one => one.name === laying.set);
     return [laying.repeat, laying.set, laying.face || 'not stated', set.taken ? 'taken' : '',
-      (set.detected?.cameras ?? []).map(one => `${one.camera} ${one.measured}`).join(', '), set.earlier.join(', ')];
+      (set.detected?.cameras ?? []).map(one => `${one.camera} ${one.measured}`).join(', '), h('td', {}, set.earlier.join(', '), ' ', undoButton(state, set))];
   });
 }
 
@@ -45,9 +41,28 @@ function layingWords(state, drape) {
     : `The match rests on ${count} of at least ${LEAST_LAYINGS} layings: take the cloth off, lay it on again, and take it as a further laying. State which face lies up.`;
 }
 
+function whyOld(state, drape) {
+  const why = state.calibration_superseded ?? drape.sheet_superseded ?? drape.result_superseded;
+  return why ? h('p', {id: 'superseded'}, `Superseded: ${why}.`) : null;
+}
+
+let kept = {text: '', view: null};
+
+/// The same view in space while what it shows is the same, so that it stays as it was turned.
+function space(drape) {
+  const text = JSON.stringify(drape);
+  if (kept.text !== text) kept = {text, view: drape.marks.length ? spaceView(drape) : null};
+  const canvas = kept.view?.querySelector('canvas');
+  if (canvas) canvas.id = 'sheet-view';
+  return kept.view;
+}
+
 export async function draw(state, redraw) {
   const names = state.drapes.map(drape => drape.name);
   if (names.length === 0) return [h('h1', {}, 'Drape'), h('p', {}, 'The rig has no drape.')];
+  const [, linked] = location.hash.split('/');
+  if (linked && linked !== seen) chosen = decodeURIComponent(linked);
+  seen = linked;
   const name = names.includes(chosen) ? chosen : names[0];
   const drape = state.drapes.find(one => one.name === name);
   const layings = drape.layings.map(one => one.set);
@@ -57,8 +72,8 @@ export async function draw(state, redraw) {
   const first = state.sets.find(one => one.name === drape.set);
   const face = faces.get(shown) ?? drape.layings.find(one => one.set === shown).face;
   const busy = kind => state.jobs.some(job => job.kind === kind && ['running', 'waiting'].includes(job.state));
-  const [found, sheet] = await Promise.all([ask('marks', {set: shown}), ask('sheet', {drape: name})]);
-  const done = drape.simulations.filter(one => one.there).length;
+  const [found, sheet, report] = await Promise.all([ask('marks', {set: shown}), ask('sheet', {drape: name}), lastReport(state)]);
+  const reported = drape.result ? report?.drapes.find(one => one.name === name) : null;
   const live = Boolean(state.capture?.runs) && !set.taken;
   showLive(live, 'cloth');
   const calibrated = state.calibration && state.calibration.verdict !== '';
@@ -76,16 +91,18 @@ export async function draw(state, redraw) {
       ...takeButtons('take-drape', set.taken ? `Retake ${shown}` : `Take ${shown}`, !set.takeable, () => {
         laying = shown;
         act({do: 'take', set: shown, face: faces.get(shown) ?? face});
-      }),
+      }, !first.taken),
       h('button', {type: 'button', id: 'lay', disabled: state.replay || !first.taken || Boolean(open), click: async () => {
         if (await act({do: 'lay', drape: name})) laying = '';
       }}, 'Lay it once more'),
-      h('button', {type: 'button', class: 'main', id: 'measure', disabled: !first.taken || !calibrated || busy('measure'),
+      h('button', {type: 'button', class: drape.sheet ? null : 'main', id: 'measure', disabled: !first.taken || !calibrated || busy('measure'),
         click: () => act({do: 'measure', drape: name})}, 'Measure'),
-      h('button', {type: 'button', class: 'main', id: 'run', disabled: !first.taken || !calibrated || busy('run'),
-        click: () => act({do: 'run'})}, 'Simulate and compare'),
-      state.report ? h('a', {class: 'main', id: 'report', href: 'report.html', target: '_blank', rel: 'noopener'}, state.report_superseded ? 'Report, superseded' : 'Report') : null),
-    calibrated ? null : h('p', {}, state.calibration_superseded ? `Calibrate again: the calibration is superseded: ${state.calibration_superseded}.` : 'Calibrate first: a drape is measured with a calibration.'),
+      h('button', {type: 'button', class: drape.sheet && !drape.result ? 'main' : null, id: 'run', disabled: !first.taken || !calibrated || busy('simulate'),
+        click: () => act({do: 'run', drape: name})}, 'Simulate and compare'),
+      reportLink(state)),
+    drape.next ? h('p', {id: 'next'}, h('strong', {}, drape.next.words), drape.next.why ? ` ${drape.next.why}` : '') : null,
+    whyOld(state, drape),
+    reported ? h('div', {class: 'cards one', id: 'result'}, card(reported, pictureOf(state, drape, reported), `#drape/${encodeURIComponent(name)}`)) : null,
     live ? h('p', {id: 'still'}) : null,
     live ? h('div', {class: 'views'}, state.cameras.map(camera => liveView(camera, outlineDrawings(sheet.outlines, camera.name)))) : null,
     set.recorded && !live && h('div', {class: 'views'}, state.cameras.map(camera => {
@@ -96,19 +113,16 @@ export async function draw(state, redraw) {
     set.sentence ? h('p', {}, verdict(set.verdict), `: ${set.sentence}`) : null,
     Object.keys(sheet.outlines?.cameras ?? {}).length ? h('p', {}, sheet.outlines.measured ? 'Drawn over the pictures: the objects where their plates of tags show them.' : 'Dashed over the pictures: the objects where the scene states them.') : null,
     drape.plates.length ? table('objects by their plates of tags', ['object', 'set', 'place', ''], plateRows(state, drape)) : null,
+    drape.sheet ? [h('h2', {}, 'Measured sheet'), h('p', {id: 'sheet'}, verdict(drape.sheet.verdict), `: ${drape.sheet.sentence}`,
+      drape.sheet.sd_mm ? `; a mark's place to ${rounded(drape.sheet.sd_mm, drape.sheet.sd_mm)} mm (standard deviation)` : ''),
+    space(reported ?? sheet), reported ? [legend(reported), h('div', {class: 'views'}, markMap(reported), histogram(reported))] : null].flat() : null,
     h('h2', {}, 'Layings'),
     h('p', {id: 'layings'}, layingWords(state, drape)),
     table('layings', ['laying', 'set', 'face up', '', 'marks', 'superseded'], layingRows(state, drape)),
-    resultWords(drape),
-    h('h2', {}, 'Measured sheet'),
-    drape.sheet ? h('p', {id: 'sheet'}, verdict(drape.sheet.verdict), `: ${drape.sheet.sentence}`,
-      drape.sheet.sd_mm ? `; a mark's place to ${number(drape.sheet.sd_mm, 4)} mm (standard deviation)` : '') : h('p', {id: 'unmeasured'}, drape.sheet_superseded ? `The measured sheet is superseded: ${drape.sheet_superseded}. Measure again.` : 'Not measured yet.'),
-    sheet.marks.length ? await sheetView(sheet) : null,
     h('h2', {}, 'Simulations'),
-    h('p', {}, `${done} of ${drape.simulations.length} are there.`),
     table('simulations', ['mesh', 'segments', ''], drape.simulations.map(one =>
-      [`${one.spacing_mm} mm`, figure(one.segments, 0), one.there ? one.sentence || 'done' : '–'])),
+      [`${one.spacing_mm} mm`, figure(one.segments, 0), one.there ? one.sentence || 'done' : one.superseded ? 'superseded' : 'not yet'])),
     drape.stand_ins.length ? h('p', {}, `Values that nobody measured: ${drape.stand_ins.join(', ')}.`) : null,
-    command(...['measure', 'run'].map(kind => state.jobs.filter(job => job.kind === kind).pop()?.commands.slice(-1)[0])),
-  ];
+    command(...['measure', 'simulate'].map(kind => state.jobs.filter(job => job.kind === kind).pop()?.commands.slice(-1)[0])),
+  ].flat();
 }

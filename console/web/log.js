@@ -19,7 +19,7 @@ export async function draw(state) {
     h('div', {class: 'acts'},
       h('label', {for: 'operator'}, 'Who is at the bench '),
       h('input', {id: 'operator', value: name ?? state.operator, maxlength: 80, input: event => { name = event.target.value; }}),
-      h('button', {type: 'button', id: 'save-operator', click: async () => { if (await act({do: 'operator', name: name ?? state.operator})) name = null; }}, 'Save name')),
+      h('button', {type: 'button', id: 'save-operator', click: async () => { if (await act({do: 'operator', text: name ?? state.operator})) name = null; }}, 'Save name')),
     h('div', {}, h('label', {for: 'note'}, 'Note'), h('textarea', {id: 'note', rows: 3, maxlength: 2000, input: event => { draft = event.target.value; }}, draft)),
     h('div', {class: 'acts'}, h('button', {type: 'button', class: 'main', id: 'save-note', click: async () => {
       const text = draft;

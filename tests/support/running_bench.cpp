@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "console/running_bench.hpp"
+#include "tests/support/running_bench.hpp"
 
 #include <fcntl.h>
 #include <fmt/format.h>

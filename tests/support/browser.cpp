@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "console/browser.hpp"
+#include "tests/support/browser.hpp"
 
 #include <arpa/inet.h>
 #include <fcntl.h>

@@ -14,11 +14,11 @@
 #include <thread>
 #include <vector>
 
-#include "console/running_bench.hpp"
 #include "core/files/files.hpp"
 #include "tests/support/gige_camera/gige_camera.hpp"
 #include "tests/support/gige_camera/private_network.hpp"
 #include "tests/support/paths.hpp"
+#include "tests/support/running_bench.hpp"
 #include "tests/support/small_bench.hpp"
 
 namespace drape::test {

@@ -67,11 +67,11 @@ struct LinesFrom {
 
 }  // namespace
 
-Json Bench::outlines(const Drape& drape) const {
+Json outlines(const Files& files, const Drape& drape) {
   Json json = {{"measured", false}, {"cameras", Json::object()}};
-  const auto now = calibration();
+  const auto now = files.calibration();
   if (!now) return json;
-  const Scene scene = measured_scene(drape);
+  const Scene scene = files.measured_scene(drape);
   json["measured"] = scene.file != drape.scene.file;
   for (const CalibratedCamera& one : now->cameras) {
     const Camera& camera = one.camera;

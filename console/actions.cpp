@@ -1,0 +1,544 @@
+// SPDX-License-Identifier: Apache-2.0
+// Actions: what can be done, each with its options and what must hold before.
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+
+#include "console/bench.hpp"
+#include "console/coach/coach.hpp"
+#include "core/error.hpp"
+#include "core/fields/records.hpp"
+#include "core/units.hpp"
+
+namespace drape::console {
+
+// ---- options of the actions ------------------------------------------------------------------
+
+struct SetAsked {
+  std::string set;
+  std::optional<std::string> face;
+};
+static void fields(Fields& f, SetAsked& a) {
+  f({"set", "set of the rig"}, a.set);
+  f({"face", "side of the cloth that lies up"}, a.face);
+}
+
+struct DrapeAsked {
+  std::string drape;
+};
+static void fields(Fields& f, DrapeAsked& a) {
+  f.otherwise({"drape", "drape of the rig; none: all that were taken"}, a.drape);
+}
+
+struct LightAsked {
+  std::string camera;
+  std::optional<double> exposure_us, gain_db;
+};
+static void fields(Fields& f, LightAsked& a) {
+  f({"camera", "camera of the rig"}, a.camera);
+  f({"exposure_us", "exposure", 1, 0, 1e9}, a.exposure_us);
+  f({"gain_db", "gain", 1, 0, 1e9}, a.gain_db);
+}
+
+struct SwitchAsked {
+  bool on = false;
+};
+static void fields(Fields& f, SwitchAsked& a) {
+  f({"on", "begin or end"}, a.on);
+}
+
+struct JobAsked {
+  int job = 0;
+};
+static void fields(Fields& f, JobAsked& a) {
+  f({"job", "number of the job"}, a.job);
+}
+
+struct TextAsked {
+  std::string text;
+};
+static void fields(Fields& f, TextAsked& a) {
+  f({"text", "words for the log"}, a.text);
+}
+
+struct NothingAsked {};
+static void fields(Fields&, NothingAsked&) {}
+
+namespace {
+
+namespace fs = std::filesystem;
+using units::mm;
+
+constexpr std::size_t kLongestNote = 2000, kLongestName = 80, kMostLayings = 100;
+constexpr std::size_t kLeastSets = 3;  ///< for a calibration of all cameras together
+constexpr int kLeastViews = 2;         ///< of a pose that was taken by itself
+
+// ---- calls of the other programs -------------------------------------------------------------
+
+void write_where_new(const fs::path& file, const std::string& text) {
+  if (!fs::is_regular_file(file) || read_text(file) != text) write_durable(file, text);
+}
+
+Call detect_call(const Bench& bench, const std::string& set) {
+  const auto files = bench.session.bench();
+  const ObjectTags* plate = files->plate_of(set);
+  Call call{{"detect", bench.session.recording_folder.string(), "--rig",
+             bench.files.look_rig_file().string(), "--surface",
+             plate != nullptr || files->is_target_set(set) ? "target" : "cloth", "--sets", set,
+             "--out", bench.files.look_file(set).string(), "--threads", "1"},
+            [&bench] {
+              write_where_new(bench.files.look_rig_file(),
+                              detect_rig_text(*bench.session.bench(), bench.session.own));
+            }};
+  if (plate != nullptr) call.words.insert(call.words.end(), {"--target", plate->target.string()});
+  return call;
+}
+
+/// Calls for the plates that were taken, in their order: where the objects stand, before a run.
+std::vector<Call> object_calls(const Bench& bench, const Drape& drape) {
+  const Files& files = bench.files;
+  std::vector<Call> calls;
+  for (const ObjectTags& plate : drape.scene.tags) {
+    if (!files.is_taken(plate.set)) continue;
+    Call call{{"object", files.look_file(plate.set).string(), "--calibration",
+               files.calibration_file().string(), "--set", plate.set, "--scene",
+               files.scene_look_file(drape, calls.size()).string(), "--object",
+               std::to_string(plate.object), "--scene-out",
+               files.scene_look_file(drape, calls.size() + 1).string(), "--out",
+               files.object_look_file(drape.scene.name, plate.object).string()}};
+    for (const auto& [option, value] : plate.lies())
+      call.words.insert(call.words.end(), {option, fmt::format("{}", value)});
+    calls.push_back(std::move(call));
+  }
+  return calls;
+}
+
+/// The rig with what was taken only, so that a bench is measured from the sets it has.
+void write_rig(const Bench& bench) {
+  const Session& session = bench.session;
+  const Files& files = bench.files;
+  const auto all = session.bench();
+  Rig rig = all->rig;
+  rig.recording = session.recording_folder;
+  std::erase_if(rig.free_poses, [&](const std::string& set) { return !files.is_taken(set); });
+  std::erase_if(rig.stages, [&](const TargetStage& stage) { return !files.is_taken(stage.set); });
+  rig.scenes.clear();
+  rig.repeats.clear();
+  for (const Drape& drape : all->drapes)
+    if (files.is_taken(drape.scene.set)) rig.scenes.push_back(drape.scene.file);
+  for (const Laying& one : session.layings())
+    if (one.named && files.is_taken(one.set) && files.is_taken(all->drape(one.drape).scene.set))
+      rig.repeats.push_back({one.drape, one.set, one.repeat, one.face});
+  const std::string text =
+      fmt::format("# Made by `drape bench`: {} with the sets that were taken.\n",
+                  session.rig_file.filename().string()) +
+      text_in(session.own, std::move(rig));
+  write_where_new(files.rig_file(), text);
+  // `drape run` looks for it beside the rig.
+  const fs::path accepted = session.rig_file.parent_path() / "acceptance.json";
+  const fs::path copy = session.own / "acceptance.json";
+  if (fs::is_regular_file(accepted))
+    write_durable(copy, read_text(accepted));
+  else
+    fs::remove(copy);
+}
+
+Call run_call_of(Bench& bench, const std::vector<std::string>& more) {
+  Call call{{"run", bench.files.rig_file().string(), "--recording",
+             bench.session.recording_folder.string(), "--out", bench.session.out.string()},
+            [&bench] { write_rig(bench); }};
+  call.words.insert(call.words.end(), more.begin(), more.end());
+  return call;
+}
+
+// ---- what must hold before -------------------------------------------------------------------
+
+void require_not_being_taken(const Bench& bench, const std::vector<std::string>& sets) {
+  const std::string taking = bench.cameras.taking();
+  if (!taking.empty() && std::find(sets.begin(), sets.end(), taking) != sets.end())
+    throw bad_input("the set is being taken", {.set = taking}, "wait for its pictures");
+}
+
+bool can_calibrate(const Bench& bench) {
+  const std::vector<std::string> sets = bench.files.taken_target_sets();
+  return sets.size() >= kLeastSets && bench.session.bench()->is_stage(sets.front());
+}
+
+void require_calibrated(const Bench& bench) {
+  if (const auto why = bench.files.why_superseded(bench.files.calibration_file()))
+    throw bad_input("the cameras are not calibrated: " + *why, {}, "calibrate first");
+}
+
+/// Its set is taken, its plates are, and none of them is being taken.
+void require_drape(const Bench& bench, const Drape& drape) {
+  const Files& files = bench.files;
+  if (!files.is_taken(drape.scene.set))
+    throw bad_input("the drape's set was not taken", {.set = drape.scene.set}, "take it");
+  for (const ObjectTags& plate : drape.scene.tags)
+    if (!files.is_taken(plate.set))
+      throw bad_input(fmt::format("the plate of tags is {}, but the scene asks for it",
+                                  files.is_left_out(plate.set) ? "left out" : "not taken"),
+                      {.file = drape.scene.file.string(), .field = "tags_set", .set = plate.set},
+                      "take it, or take its tags_ lines out of the scene");
+  require_not_being_taken(bench, bench.session.sets_of(drape));
+}
+
+void require_short_text(const std::string& text) {
+  const bool plain =
+      std::none_of(text.begin(), text.end(), [](unsigned char c) { return c < 0x20 || c == 0x7f; });
+  if (text.size() > kLongestName || !plain)
+    throw bad_input("a name has at most 80 bytes and no control characters", {},
+                    "write it shorter");
+}
+
+// ---- the actions -----------------------------------------------------------------------------
+
+/// Logs what was pressed, so that a server that ends before it is done leaves it named.
+void ask(Bench& bench, const std::string& kind, const std::string& what, std::vector<Call> calls) {
+  const std::string job = kind + " " + what;
+  bench.session.add(bench.session.who(), "pressed " + job, {{"asked", job}});
+  try {
+    bench.jobs.add(kind, what, std::move(calls));
+  } catch (const Error& error) {
+    bench.session.add("bench", job, {{"ended", "refused"}, {"sentence", error.what()}});
+    throw;
+  }
+}
+
+/// Which side of the cloth lies up.
+void name_face(Bench& bench, const std::string& set, const std::string& face) {
+  for (const Laying& one : bench.session.layings())
+    if (one.set == set && one.face == face) return;
+  require_short_text(face);
+  bench.session.add(bench.session.who(), fmt::format("{}: `{}` lies up", set, face),
+                    {{"face_of", set}, {"face", face}});
+}
+
+void take(Bench& bench, const SetAsked& asked) {
+  Session& session = bench.session;
+  const std::string& set = asked.set;
+  session.require_set(set);
+  if (asked.face && session.bench()->plate_of(set) == nullptr && !session.drape_of(set).empty())
+    name_face(bench, set, *asked.face);
+  if (!session.options.replay) return bench.cameras.take(set);
+  static_cast<void>(bench.files.recording()->set(set));
+  session.add(session.who(),
+              fmt::format("{} {}", bench.files.is_taken(set) ? "took again" : "took", set),
+              {{"taken", set}});
+  take_in(bench, set);
+}
+
+void undo(Bench& bench, const SetAsked& asked) {
+  bench.session.require_set(asked.set);
+  if (bench.files.earlier_takes(asked.set).empty())
+    throw bad_input("the set was taken once only", {.set = asked.set}, "retake it");
+  bench.cameras.undo(asked.set);
+}
+
+void drop(Bench& bench, const SetAsked& asked) {
+  bench.session.require_set(asked.set);
+  if (!bench.files.is_taken(asked.set))
+    throw bad_input("the set was not taken", {.set = asked.set}, "take it first");
+  bench.session.add(bench.session.who(), "left out " + asked.set, {{"dropped", asked.set}});
+}
+
+void lay(Bench& bench, const DrapeAsked& asked) {
+  const auto files = bench.session.bench();
+  const Drape& drape = files->drape(asked.drape);
+  const std::vector<Laying> known = bench.session.layings(asked.drape);
+  if (!bench.files.is_taken(drape.scene.set))
+    throw bad_input("the first laying was not taken", {.set = drape.scene.set}, "take it first");
+  if (known.size() >= kMostLayings) throw bad_input("these are enough layings", {}, "run them");
+  std::size_t k = known.size() + 1;
+  const auto name = [&] { return fmt::format("{}_{}", drape.scene.set, k); };
+  while (files->is_target_set(name()) || !bench.session.drape_of(name()).empty()) ++k;
+  bench.session.add(bench.session.who(), fmt::format("lays {} once more", asked.drape),
+                    {{"laying", name()},
+                     {"drape", asked.drape},
+                     {"repeat", std::to_string(k)},
+                     {"face", known.back().face}});
+}
+
+void light(Bench& bench, const LightAsked& asked) {
+  if (asked.exposure_us.has_value() == asked.gain_db.has_value())
+    throw bad_input("the request lacks a value", {.field = "exposure_us"}, "write a number");
+  const bool gain = asked.gain_db.has_value();
+  bench.cameras.light(asked.camera, gain ? "gain_db" : "exposure_us",
+                      gain ? *asked.gain_db : *asked.exposure_us);
+}
+
+void calibrate(Bench& bench) {
+  if (!can_calibrate(bench))
+    throw bad_input(
+        "a calibration needs a stage of the target, which is the world, and two more sets", {},
+        "take them first");
+  const std::vector<std::string> sets = bench.files.taken_target_sets();
+  require_not_being_taken(bench, sets);
+  std::vector<Call> calls;
+  for (const std::string& set : sets) {
+    calls.push_back(detect_call(bench, set));
+    calls.back().needed = [&bench, set] { return bench.files.facts(set) == nullptr; };
+  }
+  calls.push_back(run_call_of(bench, {"--until", "calib"}));
+  ask(bench, "calibrate", fmt::format("with {} sets", sets.size()), std::move(calls));
+}
+
+void measure(Bench& bench, const DrapeAsked& asked) {
+  require_drape(bench, bench.session.bench()->drape(asked.drape));
+  require_calibrated(bench);
+  Call call = run_call_of(bench, {"--until", "triangulate", "--drape", asked.drape});
+  ask(bench, "measure", asked.drape, {std::move(call)});
+}
+
+void run(Bench& bench, const DrapeAsked& asked) {
+  const auto files = bench.session.bench();
+  bool any = false;
+  for (const Drape& drape : files->drapes) {
+    if (asked.drape.empty() ? !bench.files.is_taken(drape.scene.set)
+                            : asked.drape != drape.scene.name)
+      continue;
+    require_drape(bench, drape);
+    any = true;
+  }
+  if (!asked.drape.empty()) static_cast<void>(files->drape(asked.drape));
+  if (!any) throw bad_input("no drape was taken", {}, "take one first");
+  if (bench.files.taken_target_sets().size() < kLeastSets)
+    throw bad_input("the cameras are not calibrated", {}, "calibrate first");
+  require_not_being_taken(bench, bench.files.taken_target_sets());
+  std::vector<std::string> more;
+  if (!asked.drape.empty()) more = {"--drape", asked.drape};
+  if (const std::string who = bench.session.who(); who != "operator")
+    more.push_back("--operator=" + who);
+  ask(bench, "simulate", asked.drape.empty() ? "all drapes that were taken" : asked.drape,
+      {run_call_of(bench, more)});
+}
+
+/// A stage stands on its height, which nobody but the operator knows; so stages have a key.
+std::string next_free_pose(const Bench& bench) {
+  const auto files = bench.session.bench();
+  for (const std::string& set : files->rig.free_poses)
+    if (!bench.files.is_taken(set)) return set;
+  return {};
+}
+
+void automatic(Bench& bench, const SwitchAsked& asked) {
+  if (asked.on && next_free_pose(bench).empty())
+    throw bad_input("the rig has no free pose that was not taken", {},
+                    "add names to free_poses in rig.toml");
+  bench.session.add(bench.session.who(),
+                    asked.on ? "lets poses be taken by themselves" : "takes poses by key");
+  bench.cameras.automatic(asked.on);
+}
+
+/// It opens the cameras itself.
+void doctor(Bench& bench) {
+  if (bench.cameras.runs())
+    throw bad_input("the cameras are open", {}, "close them, then ask the doctor");
+  Call call{{"doctor", bench.session.rig_file.string(), "--out", bench.session.out.string()}};
+  if (bench.files.calibration())
+    call.words.insert(call.words.end(), {"--calibration", bench.files.calibration_file().string()});
+  ask(bench, "doctor", "the cameras", {std::move(call)});
+}
+
+void open(Bench& bench) {
+  for (const Job& job : bench.jobs.list())
+    if (job.kind == "doctor" && job.state == JobState::running)
+      throw bad_input("the doctor looks at the cameras", {}, "wait for it");
+  bench.cameras.open();
+}
+
+void note(Bench& bench, const TextAsked& asked) {
+  if (asked.text.empty() || asked.text.size() > kLongestNote)
+    throw bad_input("a note has 1 to 2000 bytes", {}, "write it shorter");
+  bench.session.add(bench.session.who(), "note", {{"note", asked.text}});
+}
+
+void name_operator(Bench& bench, const TextAsked& asked) {
+  require_short_text(asked.text);
+  bench.session.add(asked.text.empty() ? "operator" : asked.text, "is at the bench",
+                    {{"operator", asked.text}});
+}
+
+void cancel(Bench& bench, const JobAsked& asked) {
+  if (!bench.jobs.cancel(asked.job))
+    throw bad_input("nothing that runs has this number", {}, "it may have ended already");
+  bench.session.add(bench.session.who(), fmt::format("pressed cancel of {}", asked.job));
+}
+
+// ---- their table -----------------------------------------------------------------------------
+
+struct Action {
+  bool needs_cameras = false;  ///< it cannot be done on a recording, for the reason `otherwise`
+  const char *otherwise = "", *instead = "";
+  std::function<void(Bench&, const Document&)> perform;
+};
+
+/// An action with its options, read from the request.
+template <class Options, class Perform>
+auto with(Perform perform) {
+  return [perform](Bench& bench, const Document& request) {
+    Options options;
+    std::string name;
+    throw_if_any(faults_of_reading(request, [&](Fields& f) {
+      f({"do", "action"}, name);
+      fields(f, options);
+    }));
+    if constexpr (std::is_same_v<Options, NothingAsked>)
+      perform(bench);
+    else
+      perform(bench, options);
+  };
+}
+
+constexpr const char *kNoCameras = "a recording has no cameras", *kReload = "reload the page";
+
+const std::map<std::string, Action>& actions() {
+  static const std::map<std::string, Action> all = {
+      {"take", {false, "", "", with<SetAsked>(take)}},
+      {"undo", {true, kNoCameras, kReload, with<SetAsked>(undo)}},
+      {"drop", {false, "", "", with<SetAsked>(drop)}},
+      {"lay",
+       {true, "a recording holds no further laying", "name a set of it as [[repeat]] in rig.toml",
+        with<DrapeAsked>(lay)}},
+      {"light",
+       {true, "a recording is exposed already: exposure and gain can only be read",
+        "open the rig without --replay", with<LightAsked>(light)}},
+      {"calibrate", {false, "", "", with<NothingAsked>(calibrate)}},
+      {"measure", {false, "", "", with<DrapeAsked>(measure)}},
+      {"run", {false, "", "", with<DrapeAsked>(run)}},
+      {"automatic", {true, kNoCameras, kReload, with<SwitchAsked>(automatic)}},
+      {"open", {true, kNoCameras, kReload, with<NothingAsked>(open)}},
+      {"close", {true, kNoCameras, kReload, with<NothingAsked>([](Bench& bench) {
+                   bench.cameras.close();
+                 })}},
+      {"doctor", {true, kNoCameras, kReload, with<NothingAsked>(doctor)}},
+      {"cancel", {false, "", "", with<JobAsked>(cancel)}},
+      {"note", {false, "", "", with<TextAsked>(note)}},
+      {"operator", {false, "", "", with<TextAsked>(name_operator)}},
+  };
+  return all;
+}
+
+}  // namespace
+
+void perform(Bench& bench, const std::string& text) {
+  const Document request(Syntax::json, json_value(text));
+  const Value* name = request.root().find("do");
+  const auto* word = name == nullptr ? nullptr : name->get_if<std::string>();
+  const auto found = word == nullptr ? actions().end() : actions().find(*word);
+  if (found == actions().end())
+    throw bad_input("the server knows no such action", {.field = word == nullptr ? "do" : *word},
+                    kReload);
+  const Action& action = found->second;
+  if (action.needs_cameras && bench.session.options.replay)
+    throw bad_input(action.otherwise, {}, action.instead);
+  action.perform(bench, request);
+  bench.session.tell("state", Json::object());
+}
+
+// ---- what follows ----------------------------------------------------------------------------
+
+void take_in(Bench& bench, const std::string& set) {
+  bench.session.tell("shot", {{"set", set}});
+  bench.jobs.add("detect", set, {detect_call(bench, set)});
+}
+
+void detect_what_lacks(Bench& bench) {
+  std::vector<std::string> sets;
+  const auto recorded = bench.files.recording();  // keeps its sets alive in the loop
+  for (const FrameSet& one : recorded->sets)
+    if (bench.session.word_on(one.name) == std::optional(true) && !bench.files.facts(one.name))
+      sets.push_back(one.name);
+  if (sets.empty()) return;
+  bench.session.add("bench", fmt::format("measures the marks of {}", fmt::join(sets, ", ")),
+                    {{"sentence", "their present pictures were not looked at yet"}});
+  try {
+    for (const std::string& set : sets) bench.jobs.add("detect", set, {detect_call(bench, set)});
+  } catch (const Error& error) {  // the others are measured where a key needs them
+    bench.session.trouble(error.what());
+  }
+}
+
+void end_automatic(Bench& bench, const std::string& words, bool good) {
+  if (!bench.cameras.automatic()) return;
+  bench.cameras.automatic(false);
+  bench.session.add("bench", words);
+  bench.session.tell("ended", {{"words", words}, {"good", good}});
+}
+
+void take_still_pose(Bench& bench) {
+  const std::string set = next_free_pose(bench);
+  set.empty() ? end_automatic(bench, "every pose of the rig is taken", false)
+              : bench.cameras.take(set);
+}
+
+/// Leaves a pose out that few cameras see, calibrates with it else.
+static void use_still_pose(Bench& bench, const std::string& set) {
+  if (!bench.cameras.automatic()) return;
+  const auto seen = bench.files.marks(set);
+  const auto views =
+      !seen ? 0
+            : std::count_if(seen->frames.begin(), seen->frames.end(),
+                            [](const FrameDetections& one) { return !one.detections.empty(); });
+  if (views < kLeastViews) {
+    const std::string why = "fewer than two cameras see the target";
+    bench.session.add("bench", fmt::format("left out {}: {}", set, why), {{"dropped", set}});
+    bench.session.tell("refused", {{"set", set}, {"why", why}});
+  } else if (can_calibrate(bench)) {
+    calibrate(bench);
+  } else if (next_free_pose(bench).empty()) {
+    end_automatic(bench, "every pose of the rig is taken", false);
+  }
+}
+
+/// Logs how well the calibration before it measures a set that it did not use.
+static void log_held_out(Bench& bench, const std::string& set) {
+  const auto by = bench.files.calibration();
+  const auto seen = bench.files.marks(set);
+  if (!by || !seen || std::find(by->sets.begin(), by->sets.end(), set) != by->sets.end()) return;
+  const auto measured = measure_target(*by, bench.session.bench()->target, seen->frames);
+  if (!measured) return;
+  bench.session.add("bench", "held-out error",
+                    {{"held_out", set},
+                     {"rms_mm", measured->rms_m / mm},
+                     {"points", measured->points},
+                     {"calibrated_with", by->sets.size()}});
+}
+
+static void follow(Bench& bench, const Job& job) {
+  const auto files = bench.session.bench();
+  if (job.kind == "doctor") {
+    const Json report = try_json(job.output);
+    bench.session.doctor(report.is_object() ? report.value("checks", Json()) : Json());
+  } else if (job.kind == "calibrate") {
+    if (!bench.cameras.automatic()) return;
+    if (coach_view(bench).value("reached", false))
+      end_automatic(
+          bench, "The goal is reached: more poses change a measured point by less than 5 %", true);
+    else if (next_free_pose(bench).empty())
+      end_automatic(bench, "every pose of the rig is taken", false);
+  } else if (job.kind == "detect" && files->is_target_set(job.what)) {
+    if (job.state != JobState::failed) log_held_out(bench, job.what);
+    if (job.state != JobState::cancelled) use_still_pose(bench, job.what);
+  } else if (job.kind == "detect" && files->plate_of(job.what) && bench.files.calibration()) {
+    const std::string name = bench.session.drape_of(job.what);
+    bench.jobs.add("object", name, object_calls(bench, files->drape(name)));
+  }
+}
+
+void job_ended(Bench& bench, const Job& job) {
+  try {
+    const Json json = job.json();
+    bench.session.add(
+        "bench", job.kind + " " + job.what,
+        {{"ended", json["state"]}, {"sentence", job.sentence}, {"commands", json["commands"]}});
+    bench.session.trouble("");
+    follow(bench, job);
+  } catch (const std::exception& error) {
+    bench.session.trouble(error.what());
+  }
+  bench.session.tell("state", Json::object());
+}
+
+}  // namespace drape::console

@@ -1,0 +1,518 @@
+// SPDX-License-Identifier: Apache-2.0
+// Views: what is shown, as JSON made from the files and endings. Lengths in mm, places in px, as
+// the keys say.
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+
+#include "console/bench.hpp"
+#include "console/coach/coach.hpp"
+#include "core/error.hpp"
+#include "core/statistics/sample.hpp"
+#include "core/units.hpp"
+
+namespace drape::console {
+namespace {
+
+namespace fs = std::filesystem;
+using units::mm;
+constexpr std::size_t kShownEntries = 200;
+
+double rounded(double value, double steps) {
+  return std::round(value * steps) / steps + 0.0;
+}
+
+Json point_px(const Eigen::Vector2d& point) {
+  return Json::array({rounded(point.x(), 10), rounded(point.y(), 10)});
+}
+
+Json optional_json(const std::optional<double>& value) {
+  return value ? Json(*value) : Json();
+}
+
+Json optional_json(const Reason& value) {
+  return value ? Json(*value) : Json();
+}
+
+std::string asked(const Query& query, const char* name) {
+  const auto found = query.find(name);
+  return found == query.end() ? std::string() : found->second;
+}
+
+/// Marks and what was refused, in px of the sensor, of which `step` stand side by side in a pixel
+/// of the picture.
+Json places(const FrameDetections& frame, int step = 1) {
+  const auto sensor_px = [step](const Eigen::Vector2d& px) -> Eigen::Vector2d {
+    return step * px + Eigen::Vector2d::Constant(0.5 * (step - 1));
+  };
+  Json marks = Json::array(), rejected = Json::array();
+  for (const Detection& dot : frame.detections) {
+    Json one = point_px(sensor_px(dot.centre_px));
+    one.push_back(rounded(step * dot.semi_axes_px.x(), 10));
+    one.push_back(rounded(step * dot.semi_axes_px.y(), 10));
+    one.push_back(rounded(dot.axis_angle_rad / units::deg, 10));
+    one.push_back(fmt::format("{},{}", dot.mark.row, dot.mark.col));
+    marks.push_back(std::move(one));
+  }
+  for (const Rejection& one : frame.rejections)
+    if (one.centre_px) {
+      Json place = point_px(sensor_px(*one.centre_px));
+      place.push_back(one.reason);
+      rejected.push_back(std::move(place));
+    }
+  return {{"marks", marks}, {"rejected", rejected}};
+}
+
+// ---- state -----------------------------------------------------------------------------------
+
+Json set_json(const Bench& bench, const BenchFiles& rig, const std::string& set) {
+  const Files& files = bench.files;
+  Json json = {{"name", set}, {"taken", files.is_taken(set)}};
+  for (const TargetStage& stage : rig.rig.stages)
+    if (stage.set == set) json["z_mm"] = rounded(stage.z_m / mm, 1000);
+  if (const std::string drape = bench.session.drape_of(set); !drape.empty()) json["drape"] = drape;
+  if (const ObjectTags* plate = rig.plate_of(set)) json["plate"] = plate->object;
+  const auto recorded = files.recorded(set);
+  json["recorded"] = recorded != nullptr;
+  json["takeable"] = recorded != nullptr || !bench.session.options.replay;
+  std::string pictures;  // another text for other pictures
+  if (recorded)
+    for (const RecordedFrame& frame : recorded->frames) pictures += frame.sha256.substr(0, 8);
+  json["pictures"] = pictures;
+  json["earlier"] = files.earlier_takes(set);
+  const auto seen = files.facts(set);
+  json["detected"] = seen ? seen->detected : Json();
+  json["verdict"] = seen ? seen->verdict : "";
+  json["sentence"] = seen ? seen->sentence : "";
+  json["held_out"] = bench.session.held_out(set);
+  return json;
+}
+
+Json calibration_json(const Files& files) {
+  const auto now = files.calibration();
+  if (!now) return {};
+  Json json = ending_of(files.calibration_file());
+  json["sets"] = now->sets;
+  json["no_go"] = now->no_go ? Json(*now->no_go) : Json();
+  json["cameras"] = Json::array();
+  for (const CalibratedCamera& one : now->cameras)
+    json["cameras"].push_back({{"name", one.camera.name},
+                               {"points", one.residuals.points},
+                               {"rms_px", one.residuals.rms_px},
+                               {"max_px", one.residuals.max_px},
+                               {"rms_mm", one.residuals.object_rms_mm}});
+  return json;
+}
+
+/// A step's ending with its numbers while it is current; else why it is superseded, if it was made.
+struct Stage {
+  Json made, superseded;
+};
+
+Stage stage_of(const Files& files, const fs::path& output) {
+  const Reason why = files.why_superseded(output);
+  if (why) return {{}, files.is_made(output) ? Json(*why) : Json()};
+  return {ending_of(output), {}};
+}
+
+/// The one thing to do next: words, why, and the action where a key can do it.
+Json next_of(const std::string& words, Json action = {}, const std::string& why = {}) {
+  return {{"words", words}, {"action", std::move(action)}, {"why", why}};
+}
+
+Json next_of_calibration(const Bench& bench, const Stage& calibration) {
+  const std::size_t taken = bench.files.taken_target_sets().size();
+  if (!calibration.made.is_null()) return {};
+  if (!calibration.superseded.is_null())
+    return next_of("Calibrate again", {{"do", "calibrate"}},
+                   calibration.superseded.get<std::string>() + ".");
+  if (taken >= 3)
+    return next_of(fmt::format("Calibrate with {} sets", taken), {{"do", "calibrate"}});
+  return next_of("Take sets of the target", {}, fmt::format("{} of at least 3.", taken));
+}
+
+Json next_of_drape(const Bench& bench, const Drape& drape, const Json& item, bool calibrated) {
+  const std::string& name = drape.scene.name;
+  for (const ObjectTags& plate : drape.scene.tags)
+    if (!bench.files.is_taken(plate.set))
+      return next_of("Take " + plate.set, {{"do", "take"}, {"set", plate.set}},
+                     "Put its plate of tags on the object.");
+  if (const std::string& set = drape.scene.set; !bench.files.is_taken(set))
+    return next_of("Take " + set, {{"do", "take"}, {"set", set}});
+  if (!calibrated) return next_of("Calibrate first.");
+  if (item["sheet"].is_null()) return next_of("Measure", {{"do", "measure"}, {"drape", name}});
+  if (item["result"].is_null())
+    return next_of("Simulate and compare", {{"do", "run"}, {"drape", name}});
+  return {};
+}
+
+Json drape_json(const Bench& bench, const Drape& one, const Json& distances, bool calibrated) {
+  const Files& files = bench.files;
+  const std::string& name = one.scene.name;
+  Json json = {{"name", name},
+               {"set", one.scene.set},
+               {"taken", files.is_taken(one.scene.set)},
+               {"stand_ins", one.scene.stand_ins},
+               {"fabric", one.scene.fabric_file.stem().string()}};
+  const Stage sheet = stage_of(files, files.sheet_file(name));
+  json["sheet"] = sheet.made;
+  json["sheet_superseded"] = sheet.superseded;
+  if (const auto measured = sheet.made.is_null() ? nullptr : files.sheet(name)) {
+    json["sheet"]["marks"] = measured->marks.size();
+    json["sheet"]["gaps"] = measured->gaps.size();
+    if (measured->error_budget) json["sheet"]["sd_mm"] = measured->error_budget->total_m / mm;
+  }
+  json["layings"] = Json::array();
+  for (const Laying& laying : bench.session.layings(name))
+    json["layings"].push_back(
+        {{"set", laying.set}, {"repeat", laying.repeat}, {"face", laying.face}});
+  json["plates"] = Json::array();
+  for (const ObjectTags& plate : one.scene.tags) {
+    Json item = stage_of(files, files.object_look_file(name, plate.object)).made;
+    if (item.is_null()) item = {{"verdict", ""}, {"sentence", ""}};
+    item["object"] = plate.object;
+    item["set"] = plate.set;
+    json["plates"].push_back(std::move(item));
+  }
+  json["simulations"] = Json::array();
+  const auto bench_files = bench.session.bench();
+  for (const int segments : bench_files->rig.segments) {
+    const double spacing_m = bench_files->rig.spacing_m;
+    const Stage made = stage_of(
+        files, bench.session.out / name / simulation_folder(spacing_m, segments) / "sheet.json");
+    json["simulations"].push_back({{"spacing_mm", spacing_m / mm},
+                                   {"segments", segments},
+                                   {"there", !made.made.is_null()},
+                                   {"superseded", !made.superseded.is_null()},
+                                   {"sentence", made.made.is_null() ? "" : made.made["sentence"]}});
+  }
+  const Json* row = of_scene(distances, name);
+  const Reason why = row != nullptr ? files.why_report_superseded(one) : std::nullopt;
+  json["result"] = row != nullptr && !why ? *row : Json();
+  json["result_superseded"] = optional_json(why);
+  json["next"] = next_of_drape(bench, one, json, calibrated);
+  return json;
+}
+
+Json state_view(Bench& bench, const Query&) {
+  const Session& session = bench.session;
+  const Files& files = bench.files;
+  const auto rig = session.bench();
+  Json json = {{"rig", rig->rig.name},
+               {"replay", session.options.replay},
+               {"operator", session.who()},
+               {"out", session.out.string()},
+               {"target", {{"rows", rig->target.rows}, {"cols", rig->target.cols}}}};
+  json["cameras"] = Json::array();
+  for (const RigCamera& camera : rig->rig.cameras)
+    json["cameras"].push_back(
+        {{"name", camera.name}, {"width_px", camera.width_px}, {"height_px", camera.height_px}});
+  // Before the sets, so that one that is no longer being taken is among them.
+  json["capture"] = bench.cameras.json();
+  json["sets"] = Json::array();
+  for (const std::string& set : rig->target_sets())
+    json["sets"].push_back(set_json(bench, *rig, set));
+  for (const Drape& one : rig->drapes)
+    for (const std::string& set : session.sets_of(one))
+      json["sets"].push_back(set_json(bench, *rig, set));
+  json["calibration"] = calibration_json(files);
+  const Stage calibration = stage_of(files, files.calibration_file());
+  json["calibration_superseded"] = calibration.superseded;
+  json["next"] = next_of_calibration(bench, calibration);
+  json["drapes"] = Json::array();
+  const Json distances = files.results({"trend", "--by", "fabric"});
+  bool reported = true;  // the report is of these pictures
+  for (const Drape& one : rig->drapes) {
+    json["drapes"].push_back(drape_json(bench, one, distances, !calibration.made.is_null()));
+    reported = reported && json["drapes"].back()["result_superseded"].is_null();
+  }
+  json["report"] = fs::is_regular_file(files.report_file());
+  json["report_superseded"] = !reported;
+  json["report_stamp"] = stamp_of(files.report_file().replace_extension(".json"));
+  json["jobs"] = Json::array();
+  for (const Job& job : bench.jobs.list()) json["jobs"].push_back(job.json());
+  json["log"] = session.log.last(kShownEntries);
+  json["log_entries"] = session.log.size();
+  json["log_torn"] = session.log.torn();
+  json["trouble"] = session.trouble();
+  return json;
+}
+
+// ---- pictures --------------------------------------------------------------------------------
+
+Json marks_view(Bench& bench, const Query& query) {
+  const std::string set = asked(query, "set");
+  bench.session.require_set(set);
+  Json json = {{"set", set}, {"cameras", Json::object()}};
+  if (const auto seen = bench.files.marks(set))
+    for (const FrameDetections& frame : seen->frames) json["cameras"][frame.camera] = places(frame);
+  return json;
+}
+
+Json live_marks_view(Bench& bench, const Query& query) {
+  Json json = {{"cameras", Json::object()}, {"still_s", bench.cameras.still_json()}};
+  const auto seen =
+      bench.cameras.marks(asked(query, "surface") == "cloth" ? Surface::cloth : Surface::target);
+  if (!seen) return json;
+  for (const FrameDetections& frame : seen->frames) {
+    // A pixel of the picture is the mean of a square of the sensor's.
+    Json& one = json["cameras"][frame.camera] =
+        places(frame, bench.session.bench()->rig.camera(frame.camera).width_px / frame.width_px);
+    one["measured"] = frame.detections.size();
+    one["tags"] = frame.tags.size();
+  }
+  json["printed"] = seen->lattice.rows * seen->lattice.cols;
+  return json;
+}
+
+Json frame_view(Bench& bench, const Query& query) {
+  const std::string set = asked(query, "set");
+  bench.session.require_set(set);
+  Json json = Json::array();
+  const auto recorded = bench.files.recording();
+  const FrameSet& frames = recorded->set(set);
+  const auto seen = bench.files.marks(set);
+  for (const RecordedFrame& frame : frames.frames) {
+    const Picture shown = bench.pictures.picture(*recorded, frames, frame, 640, true);
+    Json one = {{"camera", frame.camera},
+                {"saturated_percent", 100 * shown.saturated_fraction},
+                {"sigma_px", Json()},
+                {"noise_grey", Json()}};
+    if (seen)
+      for (const FrameDetections& of : seen->frames)
+        if (of.camera == frame.camera) {
+          one["sigma_px"] = optional_json(sigma_px(of));
+          one["noise_grey"] = optional_json(of.noise_sigma);
+        }
+    json.push_back(std::move(one));
+  }
+  return {{"set", set}, {"cameras", json}};
+}
+
+// ---- calibration -----------------------------------------------------------------------------
+
+/// Marks of all calibrating sets, and in space.
+Json coverage_view(Bench& bench, const Query&) {
+  Json json = {{"cameras", Json::object()}, {"points_mm", Json::array()}};
+  const auto now = bench.files.calibration();
+  for (const std::string& set : bench.files.taken_target_sets()) {
+    const auto seen = bench.files.marks(set);
+    if (!seen) continue;
+    for (const FrameDetections& frame : seen->frames) {
+      Json& list = json["cameras"][frame.camera];
+      if (list.is_null()) list = Json::array();
+      for (const Detection& dot : frame.detections) list.push_back(point_px(dot.centre_px));
+    }
+    if (!now) continue;
+    if (const auto measured = measure_target(*now, bench.session.bench()->target, seen->frames))
+      for (const Eigen::Vector3d& point : measured->points_in_world)
+        json["points_mm"].push_back(point_mm(point));
+  }
+  return json;
+}
+
+// ---- history ---------------------------------------------------------------------------------
+
+constexpr const char* kAcceptances =
+    "SELECT date, verdict, valid_until, positions, cause FROM acceptance ORDER BY date";
+constexpr std::size_t kRunsOnAPage = 20, kShownPoints = 60;
+
+/// Lines of one chart, each labelled by the first of `keys` and by those in which it differs from
+/// another line of the same first.
+Json lines_of(const Json& rows, const std::vector<const char*>& keys, const char* value,
+              const char* uncertainty) {
+  const auto text_of = [](const Json& row, const char* key) {
+    const Json found = row.value(key, Json());
+    return found.is_string() ? found.get<std::string>() : found.dump();
+  };
+  std::vector<const char*> differing;
+  for (const char* key : keys) {
+    std::map<std::string, std::string> first;
+    if (key == keys.front() || std::any_of(rows.begin(), rows.end(), [&](const Json& row) {
+          const std::string text = text_of(row, key);
+          return first.emplace(text_of(row, keys.front()), text).first->second != text;
+        }))
+      differing.push_back(key);
+  }
+  Json lines = Json::array();
+  std::map<std::string, std::size_t> places;
+  for (const Json& row : rows) {
+    std::vector<std::string> words;
+    for (const char* key : differing) words.push_back(text_of(row, key));
+    const std::string label = fmt::format("{}", fmt::join(words, ", "));
+    const auto [place, is_new] = places.emplace(label, lines.size());
+    if (is_new) lines.push_back({{"label", label}, {"points", Json::array()}});
+    Json& points = lines[place->second]["points"];
+    points.push_back({{"run", row.value("run", Json())},
+                      {"value", row.value(value, Json())},
+                      {"u", row.value(uncertainty, Json())},
+                      {"says", row.contains("match") ? row["match"] : row.value("alarm", Json())}});
+    if (points.size() > kShownPoints) points.erase(points.begin());
+  }
+  return lines;
+}
+
+/// Runs in pages, the newest first; one chart per question.
+Json history_view(Bench& bench, const Query& query) {
+  Json runs = bench.files.results({"runs"});
+  if (!runs.is_array()) runs = Json::array();
+  std::reverse(runs.begin(), runs.end());
+  const std::size_t pages =
+      std::max<std::size_t>(1, (runs.size() + kRunsOnAPage - 1) / kRunsOnAPage);
+  const auto wanted =
+      static_cast<std::size_t>(std::max(1, std::atoi(asked(query, "page").c_str())));
+  const std::size_t page = std::min(wanted, pages), first = (page - 1) * kRunsOnAPage;
+  Json json = {{"store", bench.files.store_file().string()},
+               {"page", page},
+               {"pages", pages},
+               {"total", runs.size()},
+               {"runs", Json::array()},
+               {"charts", Json::array()}};
+  for (std::size_t k = first; k < std::min(runs.size(), first + kRunsOnAPage); ++k)
+    json["runs"].push_back(runs[k]);
+  if (const Json rows = bench.files.results({"trend", "--by", "fabric"}); rows.is_array())
+    json["charts"].push_back(
+        {{"question", "How far is each drape from its simulation?"},
+         {"unit", "mm"},
+         {"lines", lines_of(rows, {"scene", "fabric", "discretisation", "segments"}, "mean_dist_mm",
+                            "expanded_uncertainty_mm")}});
+  const std::string residual = "calibration residual ";
+  Json health = Json::array();
+  if (const Json rows = bench.files.results({"trend"}); rows.is_array())
+    for (Json row : rows)
+      if (const std::string series = row.value("series", ""); series.starts_with(residual)) {
+        row["camera"] = series.substr(series.rfind(' ') + 1);
+        row["rig"] = series.substr(residual.size(), series.rfind(' ') - residual.size());
+        health.push_back(std::move(row));
+      }
+  if (!health.empty())
+    json["charts"].push_back({{"question", "Does the calibration stay as good?"},
+                              {"unit", "px"},
+                              {"lines", lines_of(health, {"camera", "rig"}, "value", "")}});
+  json["acceptances"] = bench.files.results({"sql", kAcceptances});
+  return json;
+}
+
+Json difference_view(Bench& bench, const Query& query) {
+  const std::string run_a = asked(query, "a"), run_b = asked(query, "b");
+  for (const std::string& run : {run_a, run_b})
+    if (run.empty() || run.size() > 9 ||
+        !std::all_of(run.begin(), run.end(), [](char c) { return c >= '0' && c <= '9'; }))
+      throw bad_input("a run is a number", {.field = run}, "take one of the list");
+  return bench.files.results({"diff", run_a, run_b});
+}
+
+// ---- a drape in space ------------------------------------------------------------------------
+
+/// The measured marks as report.json has them, before they are compared.
+Json sheet_view(Bench& bench, const Query& query) {
+  const auto rig = bench.session.bench();
+  const Drape& one = rig->drape(asked(query, "drape"));
+  Json json = {{"label", one.scene.name},
+               {"outlines", outlines(bench.files, one)},
+               {"marks", Json::array()}};
+  if (const auto measured = bench.files.sheet(one.scene.name))
+    for (const SheetMark& mark : measured->marks)
+      json["marks"].push_back({{"row", mark.mark.row},
+                               {"col", mark.mark.col},
+                               {"real_mm", point_mm(mark.point_in_world)},
+                               {"virtual_mm", Json()},
+                               {"distance_mm", Json()},
+                               {"sigma_distance_mm", Json()}});
+  return json;
+}
+
+// ---- their table -----------------------------------------------------------------------------
+
+const std::map<std::string, Json (*)(Bench&, const Query&)>& views() {
+  static const std::map<std::string, Json (*)(Bench&, const Query&)> all = {
+      {"state", state_view},
+      {"marks", marks_view},
+      {"live-marks", live_marks_view},
+      {"frame", frame_view},
+      {"coverage", coverage_view},
+      {"sheet", sheet_view},
+      {"history", history_view},
+      {"diff", difference_view},
+      {"coach", [](Bench& bench, const Query&) { return coach_view(bench); }}};
+  return all;
+}
+
+}  // namespace
+
+Json point_mm(const Eigen::Vector3d& point) {
+  Json list = Json::array();
+  for (int k = 0; k < 3; ++k) list.push_back(rounded(point[k] / mm, 100));
+  return list;
+}
+
+bool is_view(const std::string& name) {
+  return views().contains(name);
+}
+
+Json view(Bench& bench, const std::string& name, const Query& query) {
+  return views().at(name)(bench, query);
+}
+
+Json coach_view(const Bench& bench) {
+  const auto now = bench.files.calibration();
+  const auto rig = bench.session.bench();
+  if (!now) return {{"advice", "Calibrate first: the coach predicts from a first calibration."}};
+  if (rig->drapes.empty() || now->joint_covariance.size() == 0)
+    return {{"advice", "The coach needs a drape in the rig and a calibration with free poses."}};
+  Eigen::Vector2d half(0, 0);
+  for (const Drape& one : rig->drapes) half = half.cwiseMax(0.5 * one.print.patch_m);
+  const WorldBox volume{{-half.x(), -half.y(), 0}, {half.x(), half.y(), half.maxCoeff()}};
+  std::vector<double> sigma;
+  for (const CalibratedCamera& camera : now->cameras) {
+    std::vector<double> all;
+    for (const std::string& set : now->sets)
+      if (const auto seen = bench.files.marks(set))
+        for (const FrameDetections& frame : seen->frames)
+          if (const auto one = sigma_px(frame); one && frame.camera == camera.camera.name)
+            all.push_back(*one);
+    if (all.empty()) return {{"advice", "The sets of the calibration are gone; calibrate again."}};
+    sigma.push_back(median(std::move(all)));
+  }
+  const PosePlanner coach(*now, points_of(rig->target), volume, sigma);
+  if (!coach.sees_volume())
+    return {{"advice",
+             "No two cameras see the volume in which cloths are measured: turn the "
+             "cameras towards the object."}};
+  const PredictedError error = coach.now();
+  // Squares add: a third of the marks' own noise makes a measured point worse by 5 %.
+  const double goal_m = error.marks_m / 3;
+  Json json = {{"calibration_mm", error.calibration_m / mm},
+               {"marks_mm", error.marks_m / mm},
+               {"goal_mm", goal_m / mm},
+               {"reached", error.calibration_m <= goal_m}};
+  if (const auto next = coach.next()) {
+    Json views = Json::array();
+    for (std::size_t k = 0; k < next->cameras.size(); ++k) {
+      Json outline = Json::array();
+      for (const Eigen::Vector2d& px : next->outline_px[k]) outline.push_back(point_px(px));
+      const auto camera = static_cast<std::size_t>(next->cameras[k]);
+      views.push_back({{"camera", now->cameras[camera].camera.name}, {"outline_px", outline}});
+    }
+    json["next"] = {
+        {"words", next->words}, {"calibration_mm", next->calibration_m / mm}, {"views", views}};
+  }
+  return json;
+}
+
+Picture picture(const Bench& bench, const std::string& set, const std::string& camera, int width_px,
+                bool mark_saturation) {
+  bench.session.require_set(set);
+  const auto recorded = bench.files.recording();
+  const FrameSet& frames = recorded->set(set);
+  for (const RecordedFrame& frame : frames.frames)
+    if (frame.camera == camera)
+      return bench.pictures.picture(*recorded, frames, frame, width_px, mark_saturation);
+  throw bad_input("the set has no image of this camera", {.camera = camera, .set = set},
+                  "reload the page");
+}
+
+}  // namespace drape::console
