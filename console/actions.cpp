@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Actions: what can be done, each with its options and what must hold before.
+// Actions of the console, each with its options and preconditions.
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
@@ -71,8 +71,8 @@ namespace fs = std::filesystem;
 using units::mm;
 
 constexpr std::size_t kLongestNote = 2000, kLongestName = 80, kMostLayings = 100;
-constexpr std::size_t kLeastSets = 3;  ///< for a calibration of all cameras together
-constexpr int kLeastViews = 2;         ///< of a pose that was taken by itself
+constexpr std::size_t kLeastSets = 3;  ///< least sets for a joint calibration of the cameras
+constexpr int kLeastViews = 2;  ///< least number of cameras that see an automatically taken pose
 
 // ---- calls of the other programs -------------------------------------------------------------
 
@@ -95,7 +95,7 @@ Call detect_call(const Bench& bench, const std::string& set) {
   return call;
 }
 
-/// Calls for the plates that were taken, in their order: where the objects stand, before a run.
+/// Calls for the plates that were taken, in order: they locate the objects before a run.
 std::vector<Call> object_calls(const Bench& bench, const Drape& drape) {
   const Files& files = bench.files;
   std::vector<Call> calls;
@@ -114,7 +114,7 @@ std::vector<Call> object_calls(const Bench& bench, const Drape& drape) {
   return calls;
 }
 
-/// The rig with what was taken only, so that a bench is measured from the sets it has.
+/// Writes the rig with only the sets that were taken, so that a bench is measured from these.
 void write_rig(const Bench& bench) {
   const Session& session = bench.session;
   const Files& files = bench.files;
@@ -152,7 +152,7 @@ Call run_call_of(Bench& bench, const std::vector<std::string>& more) {
   return call;
 }
 
-// ---- what must hold before -------------------------------------------------------------------
+// ---- preconditions ---------------------------------------------------------------------------
 
 void require_not_being_taken(const Bench& bench, const std::vector<std::string>& sets) {
   const std::string taking = bench.cameras.taking();
@@ -170,7 +170,7 @@ void require_calibrated(const Bench& bench) {
     throw bad_input("the cameras are not calibrated: " + *why, {}, "calibrate first");
 }
 
-/// Its set is taken, its plates are, and none of them is being taken.
+/// Requires that the drape's set and plates were taken, and that none of them is being taken.
 void require_drape(const Bench& bench, const Drape& drape) {
   const Files& files = bench.files;
   if (!files.is_taken(drape.scene.set))
@@ -194,7 +194,7 @@ void require_short_text(const std::string& text) {
 
 // ---- the actions -----------------------------------------------------------------------------
 
-/// Logs what was pressed, so that a server that ends before it is done leaves it named.
+/// Logs the action, so that it is still named if the server ends before it is done.
 void ask(Bench& bench, const std::string& kind, const std::string& what, std::vector<Call> calls) {
   const std::string job = kind + " " + what;
   bench.session.add(bench.session.who(), "pressed " + job, {{"asked", job}});
@@ -206,7 +206,7 @@ void ask(Bench& bench, const std::string& kind, const std::string& what, std::ve
   }
 }
 
-/// Which side of the cloth lies up.
+/// Records which side of the cloth faces up.
 void name_face(Bench& bench, const std::string& set, const std::string& face) {
   for (const Laying& one : bench.session.layings())
     if (one.set == set && one.face == face) return;
@@ -314,7 +314,7 @@ void run(Bench& bench, const DrapeAsked& asked) {
       {run_call_of(bench, more)});
 }
 
-/// A stage stands on its height, which nobody but the operator knows; so stages have a key.
+/// Next free pose to take; stages have their own keys, since only the operator knows the height.
 std::string next_free_pose(const Bench& bench) {
   const auto files = bench.session.bench();
   for (const std::string& set : files->rig.free_poses)
@@ -331,7 +331,7 @@ void automatic(Bench& bench, const SwitchAsked& asked) {
   bench.cameras.automatic(asked.on);
 }
 
-/// It opens the cameras itself.
+/// Runs the doctor, which opens the cameras itself.
 void doctor(Bench& bench) {
   if (bench.cameras.runs())
     throw bad_input("the cameras are open", {}, "close them, then ask the doctor");
@@ -366,15 +366,15 @@ void cancel(Bench& bench, const JobAsked& asked) {
   bench.session.add(bench.session.who(), fmt::format("pressed cancel of {}", asked.job));
 }
 
-// ---- their table -----------------------------------------------------------------------------
+// ---- table of actions ------------------------------------------------------------------------
 
 struct Action {
-  bool needs_cameras = false;  ///< it cannot be done on a recording, for the reason `otherwise`
+  bool needs_cameras = false;  ///< not possible with a recording, for the reason `otherwise`
   const char *otherwise = "", *instead = "";
   std::function<void(Bench&, const Document&)> perform;
 };
 
-/// An action with its options, read from the request.
+/// An action with its options, which are read from the request.
 template <class Options, class Perform>
 auto with(Perform perform) {
   return [perform](Bench& bench, const Document& request) {
@@ -437,7 +437,7 @@ void perform(Bench& bench, const std::string& text) {
   bench.session.tell("state", Json::object());
 }
 
-// ---- what follows ----------------------------------------------------------------------------
+// ---- consequences of a job -------------------------------------------------------------------
 
 void take_in(Bench& bench, const std::string& set) {
   bench.session.tell("shot", {{"set", set}});
@@ -446,7 +446,7 @@ void take_in(Bench& bench, const std::string& set) {
 
 void detect_what_lacks(Bench& bench) {
   std::vector<std::string> sets;
-  const auto recorded = bench.files.recording();  // keeps its sets alive in the loop
+  const auto recorded = bench.files.recording();  // keeps its sets alive during the loop
   for (const FrameSet& one : recorded->sets)
     if (bench.session.word_on(one.name) == std::optional(true) && !bench.files.facts(one.name))
       sets.push_back(one.name);
@@ -455,7 +455,7 @@ void detect_what_lacks(Bench& bench) {
                     {{"sentence", "their present pictures were not looked at yet"}});
   try {
     for (const std::string& set : sets) bench.jobs.add("detect", set, {detect_call(bench, set)});
-  } catch (const Error& error) {  // the others are measured where a key needs them
+  } catch (const Error& error) {  // the others are measured when an action needs them
     bench.session.trouble(error.what());
   }
 }
@@ -473,7 +473,7 @@ void take_still_pose(Bench& bench) {
               : bench.cameras.take(set);
 }
 
-/// Leaves a pose out that few cameras see, calibrates with it else.
+/// Excludes a pose that few cameras see; otherwise calibrates with it.
 static void use_still_pose(Bench& bench, const std::string& set) {
   if (!bench.cameras.automatic()) return;
   const auto seen = bench.files.marks(set);
@@ -492,7 +492,7 @@ static void use_still_pose(Bench& bench, const std::string& set) {
   }
 }
 
-/// Logs how well the calibration before it measures a set that it did not use.
+/// Logs how well the previous calibration measures a set that it did not use.
 static void log_held_out(Bench& bench, const std::string& set) {
   const auto by = bench.files.calibration();
   const auto seen = bench.files.marks(set);

@@ -27,7 +27,7 @@ Bench::Bench(const ConsoleOptions& options, Tell tell)
   if (!options.replay) cameras.open();
 }
 
-/// The cameras first, while all that they report to is there.
+/// Ends the cameras first, while everything to which they report still exists.
 Bench::~Bench() {
   cameras.shut();
 }

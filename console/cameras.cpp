@@ -18,7 +18,7 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr std::size_t kKeptWords = 12;
-constexpr double kAskedFor_s = 3;  ///< a page that shows how still it is asks every second
+constexpr double kAskedFor_s = 3;  ///< a page that shows stillness asks every second
 
 double now_s() {
   return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
@@ -28,7 +28,7 @@ std::span<const unsigned char> bytes_of(const std::string& text) {
   return {reinterpret_cast<const unsigned char*>(text.data()), text.size()};
 }
 
-/// X of "GO: X stored" and of "GO: X restored".
+/// Returns X of "GO: X stored" or "GO: X restored".
 std::string stored_in(const std::string& line) {
   const std::string begin = "GO: ";
   for (const std::string end : {" stored", " restored"})
@@ -37,7 +37,7 @@ std::string stored_in(const std::string& line) {
   return {};
 }
 
-/// The event of "camera `X`: ...": it was lost or is back.
+/// Event for "camera `X`: ...": it was lost or has returned.
 std::optional<Json> turn_of(const std::string& line) {
   const std::string begin = "camera `";
   const std::size_t end = line.find("`: ");
@@ -47,7 +47,7 @@ std::optional<Json> turn_of(const std::string& line) {
               {"words", line}};
 }
 
-/// Comment of a PGM file: its second line, without the mark.
+/// Comment in a PGM file: its second line, without the `#`.
 std::string comment_of(const std::string& pgm) {
   const std::string begin = "P5\n# ";
   if (!pgm.starts_with(begin)) return "{}";
@@ -117,7 +117,7 @@ void Cameras::open() {
       std::make_unique<CaptureSession>(session_.rig_file, session_.recording_folder, reports);
 }
 
-/// Stored sets are part of the recording.
+/// Makes the stored sets part of the recording.
 void Cameras::close() {
   std::unique_ptr<CaptureSession> closing;
   {
@@ -219,7 +219,7 @@ void Cameras::heard(const std::string& line) {
   {
     const std::lock_guard lock(mutex_);
     const bool waits = line.starts_with("next: ");
-    // Only what was asked for, by a name that the rig has.
+    // Only a requested set, by a name from the rig.
     if (set != taking_) set.clear();
     if (waits && !taking_.empty()) {
       refused = std::exchange(taking_, "");
@@ -292,7 +292,7 @@ std::shared_ptr<const Detections> Cameras::marks(Surface surface) {
   return live_marks_ ? live_marks_->look(surface) : nullptr;
 }
 
-/// A picture of a live camera is there.
+/// Processes a new picture of a live camera.
 void Cameras::look(const std::string& camera) {
   bool takes = reports_.idle();
   {

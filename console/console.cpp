@@ -23,14 +23,14 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// A report carries its own scripts and pictures, and nothing else: it runs apart from the page.
+/// Policy for a report, which has its own scripts and pictures: it is isolated from the page.
 constexpr const char* kReportPolicy =
     "sandbox allow-scripts allow-modals; default-src 'none'; script-src "
     "'unsafe-inline'; style-src 'unsafe-inline'; img-src data:; base-uri 'none'; form-action "
     "'none'; "
     "frame-ancestors 'none'";
 
-/// Text of a file that this user alone can write and read; empty where it is none.
+/// Text of a file that only this user can read and write; empty if it is not such a file.
 std::string own_text(const fs::path& file) {
   const int opened = ::open(file.c_str(), O_RDONLY | O_NOFOLLOW | O_CLOEXEC | O_NONBLOCK);
   if (opened < 0) return {};
@@ -43,8 +43,8 @@ std::string own_text(const fs::path& file) {
   return {text, got > 0 ? static_cast<std::size_t>(got) : 0};
 }
 
-/// The token lives as long as the folder, so that an open page goes on when the server is started
-/// again. One that another user planted is replaced.
+/// The token persists with the folder, so that an open page continues to work after a restart. A
+/// token planted by another user is replaced.
 std::string token_of(const fs::path& folder) {
   const fs::path file = folder / "token";
   std::string token = own_text(file);
@@ -137,8 +137,8 @@ class Console::Impl {
     return {404, "application/json", dumped({{"error", why}})};
   }
 
-  /// Many pages ask at once whenever something changed: one text answers all that asked before it
-  /// was begun.
+  /// Many pages ask at once after every change: one text answers all requests made before it was
+  /// started.
   std::string state() {
     const std::uint64_t mine = ++asked_;
     const std::lock_guard lock(state_mutex_);
@@ -152,14 +152,14 @@ class Console::Impl {
     return state_;
   }
 
-  /// A report carries scripts, and sees the address at which it lies: the token in it opens nothing
+  /// A report contains scripts and sees its own address, so the token in that address opens nothing
   /// else.
   const std::string report_token_ = make_token();
   Events events_;
   Bench bench_;
   std::atomic<std::uint64_t> asked_ = 0;
   std::mutex state_mutex_;
-  std::uint64_t state_of_ = 0;  ///< the last that had asked when the text was begun
+  std::uint64_t state_of_ = 0;  ///< last request made when the text was started
   std::string state_;
   WebServer server_;
 };

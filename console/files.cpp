@@ -16,14 +16,14 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Contents of files in memory: a calibration has some twenty sets. Were all kept that were ever
-/// read, 600 sets would take 60 MB.
+/// Number of file contents kept in memory: a calibration has some twenty sets. Keeping everything
+/// ever read, 600 sets would take 60 MB.
 constexpr std::size_t kMostKept = 64;
 
-/// Heights are written in mm with nine decimals and read back.
+/// Tolerance of heights, which are written in mm with nine decimals and read back.
 constexpr double kSameHeight_m = 1e-11;
 
-/// Links to folders followed, as records spell their files; the file's own name stays.
+/// The file with links to its folders resolved, as in records; the file's own name stays.
 fs::path one_name(const fs::path& file) {
   const fs::path whole = fs::absolute(file).lexically_normal();
   std::error_code unreachable;
@@ -84,7 +84,7 @@ const Json* of_scene(const Json& rows, const std::string& scene) {
   return found;
 }
 
-// ---- places ----------------------------------------------------------------------------------
+// ---- paths -----------------------------------------------------------------------------------
 
 fs::path Files::calibration_file() const {
   return session_.out / "calibration.json";
@@ -123,7 +123,7 @@ fs::path Files::scene_look_file(const Drape& drape, std::size_t plates) const {
                      : session_.own / drape.scene.name / fmt::format("scene_{}.toml", plates);
 }
 
-/// Marks as `drape run` lays them out.
+/// Path of the marks as in the output of `drape run`.
 fs::path Files::run_marks_file(const std::string& set) const {
   const auto bench = session_.bench();
   if (bench->is_target_set(set)) return session_.out / "target-detections.json";
@@ -136,14 +136,14 @@ fs::path Files::run_marks_file(const std::string& set) const {
   return folder / "detections.json";
 }
 
-/// Marks of the set's present pictures: those of the first look, or of `drape run`.
+/// Marks of the set's current pictures, from the first detection or from `drape run`.
 fs::path Files::marks_file(const std::string& set) const {
   for (const fs::path& file : {look_file(set), run_marks_file(set)})
     if (is_made(file) && !why_superseded(file, set)) return file;
   return {};
 }
 
-/// As people know it: from the rig's folder where it lies there, else with its own folder.
+/// Path for people: relative to the rig's folder if inside it, otherwise with its own folder.
 std::string Files::shown(const fs::path& file) const {
   const fs::path folder = one_name(session_.rig_file).parent_path();
   return (is_below(file, folder) ? file.lexically_relative(folder)
@@ -153,7 +153,7 @@ std::string Files::shown(const fs::path& file) const {
 
 // ---- contents --------------------------------------------------------------------------------
 
-/// Nothing while the file, or the record that is written after it, is not there.
+/// nullptr while the file, or the record written after it, does not exist.
 template <class T>
 std::shared_ptr<const T> Files::kept(KeptFiles& files, const fs::path& file,
                                      T (*read)(const fs::path&)) const {
@@ -193,7 +193,7 @@ std::shared_ptr<const FrameSet> Files::recorded(const std::string& set) const {
 
 std::vector<std::string> Files::earlier_takes(const std::string& set) const {
   std::vector<std::string> sets;
-  const auto all = recording();  // holds what is looked through
+  const auto all = recording();  // keeps alive what is searched
   for (const FrameSet& one : all->sets)
     if (one.name.starts_with(set + ".take")) sets.push_back(one.name);
   return sets;
@@ -227,7 +227,7 @@ std::shared_ptr<const SetFacts> Files::facts(const std::string& set) const {
     const auto all = file.empty() ? nullptr : kept<Facts>(facts_, file, read_facts);
     if (!all || !all->contains(set)) return nullptr;
     return {all, &all->at(set)};
-  } catch (const Error&) {  // damaged: it is measured again
+  } catch (const Error&) {  // damaged, so it is measured again
     return nullptr;
   }
 }
@@ -323,7 +323,7 @@ bool Files::is_made(const fs::path& output) const {
   return fs::is_regular_file(run_record_path(output));
 }
 
-/// Whether a file is as a record says, found out once for each content.
+/// Tests whether a file agrees with a record, once per content.
 bool Files::holds(const fs::path& record, const RecordedFile& file) const {
   const fs::path place = place_of(record, file);
   const std::string stamp = stamp_of(place);
@@ -368,7 +368,7 @@ Reason Files::superseded(const fs::path& output, const std::string& set,
   return std::nullopt;
 }
 
-/// Follows an input that a step made to its own inputs.
+/// Follows an input that another step made to its own inputs.
 Reason Files::superseded_input(const fs::path& output, const RecordedFile& input,
                                std::set<fs::path>& seen) const {
   const fs::path record = run_record_path(output), file = one_name(place_of(record, input));
@@ -392,7 +392,7 @@ Reason Files::superseded_input(const fs::path& output, const RecordedFile& input
   return why;
 }
 
-/// A set may be retaken, or a picture replaced after its marks were measured.
+/// A set can be retaken, or a picture replaced after its marks were measured.
 Reason Files::superseded_pictures(const fs::path& marks, const std::string& set) const {
   const auto now = recorded(set);
   const auto all = kept<Facts>(facts_, marks, read_facts);
@@ -408,7 +408,7 @@ Reason Files::superseded_pictures(const fs::path& marks, const std::string& set)
   return std::nullopt;
 }
 
-/// In what the part of the rig that a step read differs from the rig as it is now.
+/// How the part of the rig read by a step differs from the current rig.
 Reason Files::rig_difference(const fs::path& file) const {
   const auto read = [](const fs::path& path) { return read_rig(path); };
   const auto then = kept<Rig>(facts_, file, read);

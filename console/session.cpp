@@ -20,7 +20,7 @@ fs::path out_of(const ConsoleOptions& options, const fs::path& rig_file) {
   return options.out.empty() ? fs::path("out") / read_rig(rig_file).name : options.out;
 }
 
-/// Live cameras record into the output folder, so that no recording that is there is added to.
+/// Live cameras record into the output folder, so that no existing recording is changed.
 fs::path recording_of(const ConsoleOptions& options, const fs::path& rig_file) {
   if (!options.recording.empty()) return options.recording;
   return options.replay ? read_rig(rig_file).recording : out_of(options, rig_file) / "recording";
@@ -182,7 +182,7 @@ void Session::take_in(const Json& entry) {
   if (entry.contains("held_out")) held_out_[text("held_out")] = entry;
 }
 
-/// Names the jobs that a server before this one did not finish.
+/// Names the jobs that the previous server did not finish.
 void Session::read_log() {
   std::vector<std::string> open;
   for (const Json& entry : log.entries()) {

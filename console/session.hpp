@@ -27,20 +27,20 @@ struct Drape {
   Print print;
 };
 
-/// One laying of a drape's cloth; the first one's set is the scene's.
+/// One laying of a drape's cloth; the set of the first one is the scene's.
 struct Laying {
   std::string drape, set, repeat, face;
-  bool named = false;  ///< in rig.toml, or by the operator
+  bool named = false;  ///< named in rig.toml or by the operator
 };
 
-/// The files of the bench that people edit: rig, target, scenes, prints.
+/// Files of the bench that people edit: rig, target, scenes, prints.
 struct BenchFiles {
   Rig rig;
   Target target;
   std::vector<Drape> drapes;
-  std::vector<std::pair<std::filesystem::path, std::string>> stamps;  ///< of the files when read
+  std::vector<std::pair<std::filesystem::path, std::string>> stamps;  ///< files as they were read
 
-  /// Throws Error(bad_input) where the rig has no such drape.
+  /// Throws Error(bad_input) if the rig has no such drape.
   [[nodiscard]] const Drape& drape(const std::string& name) const;
   [[nodiscard]] const ObjectTags* plate_of(const std::string& set) const;
   [[nodiscard]] bool is_stage(const std::string& set) const;
@@ -48,42 +48,42 @@ struct BenchFiles {
   [[nodiscard]] bool is_target_set(const std::string& set) const;
 };
 
-/// Text that changes with every write and every replacement of a file; empty: it is not there.
+/// Text that changes with every write and every replacement of a file; empty if it does not exist.
 [[nodiscard]] std::string stamp_of(const std::filesystem::path& file);
 
-/// What the session knows: the bench's files, and what its log says was done. All else is a file
-/// that a program wrote (Files). Safe from several threads.
+/// State of the session: the bench's files, and the actions in its log. Everything else is in files
+/// written by programs (Files). Thread-safe.
 struct Session {
-  /// Reads the log. Throws Error(bad_input) for a rig that cannot be read or a folder on which
-  /// another console works.
+  /// Reads the log. Throws Error(bad_input) for a rig that cannot be read or a folder in use by
+  /// another console.
   Session(const ConsoleOptions& asked, Tell told);
 
   const ConsoleOptions options;
   const std::filesystem::path rig_file;
-  const std::filesystem::path out, own;  ///< the output folder, and the console's part of it
+  const std::filesystem::path out, own;  ///< the output folder, and the console's folder in it
   const std::filesystem::path recording_folder;
   const Tell tell;
   const WriterLock lock;
   SessionLog log;
 
-  /// As the files are now: read again after an edit. While they cannot be read, as they were.
+  /// The current files, read again after an edit. If they cannot be read, the previous ones.
   [[nodiscard]] std::shared_ptr<const BenchFiles> bench() const;
-  /// What the log says of a set: taken, left out, or nothing.
+  /// State of a set in the log: taken (true), excluded (false), or nullopt.
   [[nodiscard]] std::optional<bool> word_on(const std::string& set) const;
-  /// Of one drape, or of all: of the scenes, of rig.toml, of the operator.
+  /// Layings of one drape, or of all: from the scenes, from rig.toml and from the operator.
   [[nodiscard]] std::vector<Laying> layings(const std::string& drape = {}) const;
-  /// Drape that a set shows, or whose object a plate of tags is on; empty: the target.
+  /// Drape shown in a set, or whose object carries the plate of tags; empty for the target.
   [[nodiscard]] std::string drape_of(const std::string& set) const;
-  /// Of a drape in the order in which a bench takes them: the objects' places first.
+  /// Sets of a drape in the order in which they are taken: those of the objects' plates first.
   [[nodiscard]] std::vector<std::string> sets_of(const Drape& drape) const;
-  /// Throws Error(bad_input) where the rig has no such set.
+  /// Throws Error(bad_input) if the rig has no such set.
   void require_set(const std::string& set) const;
-  [[nodiscard]] std::string who() const;  ///< "operator" where nobody gave a name
+  [[nodiscard]] std::string who() const;  ///< "operator" if no name was given
 
-  /// Logs, and keeps what the entry says: on the disk before it counts.
+  /// Adds an entry to the log and applies it, after it is on the disk.
   void add(const std::string& by, const std::string& what, Json more = Json::object());
-  void trouble(const std::string& words);     ///< fault of the log or the disk; empty: over
-  [[nodiscard]] std::string trouble() const;  ///< with what cannot be read of the bench
+  void trouble(const std::string& words);     ///< fault of the log or the disk; empty when resolved
+  [[nodiscard]] std::string trouble() const;  ///< includes files of the bench that cannot be read
   [[nodiscard]] Json held_out(const std::string& set) const;  ///< by the calibration before it
   [[nodiscard]] Json doctor() const;                          ///< checks of the last `drape doctor`
   void doctor(Json checks);
@@ -92,13 +92,13 @@ struct Session {
   void take_in(const Json& entry);
   void read_log();
 
-  mutable std::mutex mutex_;  ///< guards everything below
+  mutable std::mutex mutex_;  ///< guards all members below
   mutable std::shared_ptr<const BenchFiles> bench_;
   mutable std::string bench_trouble_;
   std::map<std::string, bool> taken_;
   std::map<std::string, Json> held_out_;
-  std::vector<Laying> added_;                 ///< by the operator
-  std::map<std::string, std::string> faces_;  ///< by set, as the operator names them
+  std::vector<Laying> added_;                 ///< added by the operator
+  std::map<std::string, std::string> faces_;  ///< by set, as named by the operator
   std::string operator_name_, trouble_;
   Json doctor_;
 };

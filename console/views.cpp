@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Views: what is shown, as JSON made from the files and endings. Lengths in mm, places in px, as
-// the keys say.
+// Views: JSON made from the files and endings. Lengths in mm and positions in px, as in the
+// keys.
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
@@ -42,8 +42,8 @@ std::string asked(const Query& query, const char* name) {
   return found == query.end() ? std::string() : found->second;
 }
 
-/// Marks and what was refused, in px of the sensor, of which `step` stand side by side in a pixel
-/// of the picture.
+/// Marks and rejected candidates in px of the picture, which has one pixel for `step` of the
+/// sensor.
 Json places(const FrameDetections& frame, int step = 1) {
   const auto sensor_px = [step](const Eigen::Vector2d& px) -> Eigen::Vector2d {
     return step * px + Eigen::Vector2d::Constant(0.5 * (step - 1));
@@ -78,7 +78,7 @@ Json set_json(const Bench& bench, const BenchFiles& rig, const std::string& set)
   const auto recorded = files.recorded(set);
   json["recorded"] = recorded != nullptr;
   json["takeable"] = recorded != nullptr || !bench.session.options.replay;
-  std::string pictures;  // another text for other pictures
+  std::string pictures;  // a picture that changed has another text
   if (recorded)
     for (const RecordedFrame& frame : recorded->frames) pictures += frame.sha256.substr(0, 8);
   json["pictures"] = pictures;
@@ -107,7 +107,7 @@ Json calibration_json(const Files& files) {
   return json;
 }
 
-/// A step's ending with its numbers while it is current; else why it is superseded, if it was made.
+/// A step's ending with its numbers if current; otherwise the reason why it is superseded, if made.
 struct Stage {
   Json made, superseded;
 };
@@ -118,7 +118,7 @@ Stage stage_of(const Files& files, const fs::path& output) {
   return {ending_of(output), {}};
 }
 
-/// The one thing to do next: words, why, and the action where a key can do it.
+/// The next thing to do: text, reason, and the action if the page can perform it.
 Json next_of(const std::string& words, Json action = {}, const std::string& why = {}) {
   return {{"words", words}, {"action", std::move(action)}, {"why", why}};
 }
@@ -210,7 +210,7 @@ Json state_view(Bench& bench, const Query&) {
   for (const RigCamera& camera : rig->rig.cameras)
     json["cameras"].push_back(
         {{"name", camera.name}, {"width_px", camera.width_px}, {"height_px", camera.height_px}});
-  // Before the sets, so that one that is no longer being taken is among them.
+  // Before the sets, so that one whose taking just ended is among them.
   json["capture"] = bench.cameras.json();
   json["sets"] = Json::array();
   for (const std::string& set : rig->target_sets())
@@ -224,7 +224,7 @@ Json state_view(Bench& bench, const Query&) {
   json["next"] = next_of_calibration(bench, calibration);
   json["drapes"] = Json::array();
   const Json distances = files.results({"trend", "--by", "fabric"});
-  bool reported = true;  // the report is of these pictures
+  bool reported = true;  // true if the report uses these pictures
   for (const Drape& one : rig->drapes) {
     json["drapes"].push_back(drape_json(bench, one, distances, !calibration.made.is_null()));
     reported = reported && json["drapes"].back()["result_superseded"].is_null();
@@ -258,7 +258,7 @@ Json live_marks_view(Bench& bench, const Query& query) {
       bench.cameras.marks(asked(query, "surface") == "cloth" ? Surface::cloth : Surface::target);
   if (!seen) return json;
   for (const FrameDetections& frame : seen->frames) {
-    // A pixel of the picture is the mean of a square of the sensor's.
+    // A pixel of the picture is the mean of a square of sensor pixels.
     Json& one = json["cameras"][frame.camera] =
         places(frame, bench.session.bench()->rig.camera(frame.camera).width_px / frame.width_px);
     one["measured"] = frame.detections.size();
@@ -294,7 +294,7 @@ Json frame_view(Bench& bench, const Query& query) {
 
 // ---- calibration -----------------------------------------------------------------------------
 
-/// Marks of all calibrating sets, and in space.
+/// Marks of all calibration sets, in the pictures and in space.
 Json coverage_view(Bench& bench, const Query&) {
   Json json = {{"cameras", Json::object()}, {"points_mm", Json::array()}};
   const auto now = bench.files.calibration();
@@ -321,7 +321,7 @@ constexpr const char* kAcceptances =
 constexpr std::size_t kRunsOnAPage = 20, kShownPoints = 60;
 
 /// Lines of one chart, each labelled by the first of `keys` and by those in which it differs from
-/// another line of the same first.
+/// other lines with the same first one.
 Json lines_of(const Json& rows, const std::vector<const char*>& keys, const char* value,
               const char* uncertainty) {
   const auto text_of = [](const Json& row, const char* key) {
@@ -355,7 +355,7 @@ Json lines_of(const Json& rows, const std::vector<const char*>& keys, const char
   return lines;
 }
 
-/// Runs in pages, the newest first; one chart per question.
+/// Pages of runs, newest first; one chart per question.
 Json history_view(Bench& bench, const Query& query) {
   Json runs = bench.files.results({"runs"});
   if (!runs.is_array()) runs = Json::array();
@@ -425,7 +425,7 @@ Json sheet_view(Bench& bench, const Query& query) {
   return json;
 }
 
-// ---- their table -----------------------------------------------------------------------------
+// ---- table of views --------------------------------------------------------------------------
 
 const std::map<std::string, Json (*)(Bench&, const Query&)>& views() {
   static const std::map<std::string, Json (*)(Bench&, const Query&)> all = {
@@ -483,7 +483,7 @@ Json coach_view(const Bench& bench) {
              "No two cameras see the volume in which cloths are measured: turn the "
              "cameras towards the object."}};
   const PredictedError error = coach.now();
-  // Squares add: a third of the marks' own noise makes a measured point worse by 5 %.
+  // Squares add: a third of the marks' own noise increases the error of a measured point by 5 %.
   const double goal_m = error.marks_m / 3;
   Json json = {{"calibration_mm", error.calibration_m / mm},
                {"marks_mm", error.marks_m / mm},

@@ -15,7 +15,7 @@
 namespace drape {
 namespace {
 
-/// One place of a key: "scene.toml", "pin.at_material_mm", its meaning and range.
+/// One location of a key: "scene.toml", "pin.at_material_mm", its meaning and range.
 struct KeyPlace {
   std::string file, path, meaning;
 };
@@ -48,7 +48,7 @@ std::string meaning_of(const Value& schema) {
   return text;
 }
 
-/// Collects the keys below a part of a schema, wherever lists and alternatives hold them.
+/// Collects the keys under a part of a schema, in lists and alternatives too.
 void collect(const Value& schema, const std::string& file, const std::string& path,
              std::vector<KeyPlace>& places) {
   if (const Value* properties = schema.find("properties"))

@@ -5,8 +5,8 @@
 
 namespace drape {
 
-/// `drape help key NAME`: prints what a key of the files that people edit means, from the
-/// descriptions by which those files are read. Returns the exit code.
+/// `drape help key NAME`: prints the meaning of a key in files that people edit, from the
+/// descriptions used for reading them. Returns the exit code.
 [[nodiscard]] int help_key(const std::string& name);
 
 }  // namespace drape

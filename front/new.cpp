@@ -246,7 +246,7 @@ std::vector<std::pair<std::string, double>> stages_of(const NewRigOptions& optio
   return stages;
 }
 
-/// The [[pin]] tables of a hung drape: the points that are told, else two marks of its upper edge.
+/// The [[pin]] tables of a hung drape: the given points, or two marks of its upper edge.
 std::string pins_of(const NewRigOptions& options, const NewDrape& drape) {
   std::string text;
   static const std::regex kForm("([^=]+)=([0-9]+(?:\\.[0-9]+)?),([0-9]+(?:\\.[0-9]+)?)");
@@ -331,7 +331,7 @@ std::string cameras_text(const std::vector<FoundCamera>& cameras) {
   return text;
 }
 
-/// Requires what `drape check` asks of a bench: positions in space, and the world's own height.
+/// Requires what `drape check` requires of a bench: positions in space, and the world's own height.
 void check_plan(const NewRigOptions& options) {
   std::set<double> heights;
   std::set<std::string> sets;
@@ -421,7 +421,7 @@ void write_fabric(const fs::path& folder) {
 
 }  // namespace
 
-/// Asks a person at a terminal for what the command line lacks.
+/// Asks a person at a terminal for arguments missing on the command line.
 static NewRigOptions with_answers(NewRigOptions options) {
   const bool is_asked = ::isatty(STDIN_FILENO) == 1 && ::isatty(STDERR_FILENO) == 1;
   const auto ask = [&](const char* question, const char* option) {

@@ -17,7 +17,7 @@ struct NewRigOptions {
   std::vector<std::string> drapes;  ///< NAME=sphere:DIAMETER_MM, NAME=box:EDGE_MM, NAME=hung:MM
   std::vector<double> stage_z_mm = {0, 30, 60, 90};
   std::vector<std::string> stages;  ///< NAME=Z_MM, instead of heights alone
-  std::vector<std::string> pins;    ///< DRAPE=WARP_MM,WEFT_MM: points of the cloth that are held
+  std::vector<std::string> pins;    ///< DRAPE=WARP_MM,WEFT_MM: held points of the cloth
   int free_poses = 15;
 };
 

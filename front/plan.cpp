@@ -430,7 +430,7 @@ fs::path one_name(const fs::path& path) {
   return fs::proximate(fs::absolute(path).lexically_normal());
 }
 
-/// Marks the steps of the drapes that are asked for; of a calibration alone, no drape has one.
+/// Marks the steps of the requested drapes; for a calibration alone, there are none.
 void keep_asked(const Bench& bench, Plan& plan) {
   const RunOptions& options = bench.options;
   for (const std::string& name : options.drapes)

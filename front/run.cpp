@@ -118,7 +118,7 @@ class BenchRun {
                        [&](const auto& one) { return one.first == drape; });
   }
 
-  /// A drape that is not asked for and whose measurement is not up to date.
+  /// True for a drape that was not requested and whose measurement is not up to date.
   [[nodiscard]] bool lacks(const std::string& scene) const {
     return not_up_to_date_.count(scene) != 0;
   }
@@ -140,7 +140,7 @@ class BenchRun {
     for (const Step& step : group.steps) {
       if (!step.drape.empty() && is_out(step.drape)) continue;
       if (!step.is_asked && (lacks(step.scene) || !is_as_made(step))) {
-        // Without one of its simulations a drape has others.
+        // Without one of its simulations the drape would have others.
         if (group.stage != "simulate" && !step.is_extra) not_up_to_date_.insert(step.scene);
         continue;
       }
@@ -270,7 +270,7 @@ class BenchRun {
     return lines;
   }
 
-  /// Takes the drapes that are not asked for, and have no simulation that is up to date, out of the
+  /// Removes drapes that were not requested and have no up-to-date simulation from the
   /// comparison.
   void leave_out_old_drapes() {
     std::set<std::string> simulated;
@@ -302,7 +302,7 @@ class BenchRun {
     return {step.stage, {step}, 1};
   }
 
-  /// Ends a run that was to go no further than --until.
+  /// Ends a run at the stage given by --until.
   [[nodiscard]] int end_as_asked() const {
     Ending ending;
     ending.verdict = no_go_of({});
@@ -350,7 +350,7 @@ class BenchRun {
     print_text(printable(fmt::format("\nsteps: {} made, {} up to date\n", made,
                                      static_cast<std::ptrdiff_t>(kept_.size()) - made)));
     const fs::path found = fs::path(plan_.report).replace_extension(".json");
-    if (!fs::is_regular_file(found)) {  // another lab's comparison
+    if (!fs::is_regular_file(found)) {  // comparison made by another lab
       print_text(printable(printed(compared.ending)));
       return cause.empty() ? 0 : 1;
     }
@@ -400,7 +400,7 @@ class BenchRun {
   const CommonOptions& common_;
   std::vector<StepEnding> kept_;                             ///< steps with a verdict
   std::vector<std::pair<std::string, std::string>> failed_;  ///< failed drapes, with reasons
-  std::set<std::string> not_up_to_date_;                     ///< drapes that are not asked for
+  std::set<std::string> not_up_to_date_;                     ///< drapes that were not requested
   std::vector<std::string>
       lacking_;  ///< optional steps that failed, so that the result lacks what they find
 };

@@ -36,8 +36,8 @@ class Journal {
   /// <set>.take1, <set>.take2, ..., unless a killed capture has already done so. Only names
   /// change.
   void replace(const std::string& set);
-  /// The newest take before takes its name again; what is there becomes the next take. Throws
-  /// Error(usage) where nothing was taken before.
+  /// Restores the previous take under its name; the current one becomes the next take. Throws
+  /// Error(usage) if there is no earlier take.
   void restore(const std::string& set);
   [[nodiscard]] bool holds(const std::string& set) const;
   /// Moves the added sets to recording.json, for others to read while the capture goes on; then

@@ -11,7 +11,7 @@
 namespace drape::console {
 namespace {
 
-/// Takes the same time wherever the texts differ.
+/// Compares in constant time, wherever the texts differ.
 bool equal(const std::string& a, const std::string& b) {
   unsigned char differ = a.size() == b.size() ? 0 : 1;
   for (std::size_t i = 0; i < a.size(); ++i)
@@ -19,8 +19,8 @@ bool equal(const std::string& a, const std::string& b) {
   return differ == 0;
 }
 
-/// A name of this machine for itself, with any port: that of an `ssh -L` on the other side. No page
-/// from elsewhere has it as its own.
+/// True for a loopback name of this machine with any port, such as that of an `ssh -L` on the other
+/// side. No page from elsewhere has it as its origin.
 bool is_loopback(const std::string& host) {
   const std::string name = host.substr(0, host.rfind(':'));
   return name == "127.0.0.1" || name == "localhost" || name == "[::1]";
@@ -60,7 +60,7 @@ Gate::Answer Gate::ask(const Knock& knock) const {
   const bool act = answer.route == "/api/do";
   if (knock.method != (act ? "POST" : "GET") && (act || knock.method != "HEAD"))
     return {405, act ? "POST only" : "GET only"};
-  // A form of another page cannot send this type without asking first.
+  // A form of another page cannot send this type without a preflight request.
   if (act && !(knock.content_type && knock.content_type->starts_with("application/json")))
     return {415, "application/json only"};
   return answer;

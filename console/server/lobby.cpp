@@ -16,7 +16,7 @@
 namespace drape::console {
 namespace {
 
-constexpr int kGlance_ms = 20;  ///< between two looks at a line that has begun
+constexpr int kGlance_ms = 20;  ///< interval at which an incomplete first line is read again
 constexpr std::size_t kLongestMethod = 8;
 
 }  // namespace
@@ -59,7 +59,7 @@ void Lobby::close() {
   for (std::thread& worker : workers_) worker.join();
 }
 
-/// Reads the begin of the first line, and leaves it there.
+/// Peeks at the beginning of the first line without removing it.
 void Lobby::look_at(Guest& guest) const {
   std::array<char, kLongestMethod + kTokenLength + 4> begin;
   const ssize_t got = ::recv(guest.socket, begin.data(), begin.size(), MSG_PEEK | MSG_DONTWAIT);

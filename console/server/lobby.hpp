@@ -12,18 +12,18 @@
 
 namespace drape::console {
 
-/// Sockets whose request has not come yet: one thread waits for all of them, so that those that
-/// say nothing hold no thread of those who have the token. Counted before they are queued: where
-/// too many wait, the one that waits longest is cut.
+/// Sockets whose request has not arrived yet: one thread waits for all of them, so that silent ones
+/// do not occupy threads needed by clients with the token. Sockets are counted before they are
+/// queued: if too many wait, the one waiting longest is closed.
 class Lobby {
  public:
   struct Options {
     int workers = 48;
-    int strangers = 8;  ///< workers for requests without the token
+    int strangers = 8;  ///< threads for requests without the token
     std::size_t waiting = 256;
-    double patience_s = 2;  ///< for the first line of a request
+    double patience_s = 2;  ///< for the first line of a request, s
   };
-  /// `knows`: the path of a request holds the token. `serve` answers a socket and closes it.
+  /// `knows`: whether a request's path contains the token. `serve` answers a socket and closes it.
   Lobby(Options options, std::function<bool(const std::string& path)> knows,
         std::function<void(int socket, bool is_known)> serve);
   ~Lobby();
@@ -31,7 +31,7 @@ class Lobby {
   Lobby& operator=(const Lobby&) = delete;
 
   void enter(int socket);
-  /// Cuts all that wait, and waits for what is being served.
+  /// Closes all waiting sockets, and waits for those being served.
   void close();
 
  private:
@@ -39,7 +39,7 @@ class Lobby {
   struct Guest {
     int socket = -1;
     Clock::time_point since;
-    bool has_begun = false;  ///< part of its first line is there
+    bool has_begun = false;  ///< true if a part of its first line has arrived
     bool is_known = false, is_ready = false, is_gone = false;
   };
   void watch();
@@ -53,9 +53,9 @@ class Lobby {
   std::condition_variable wake_;
   std::vector<Guest> entered_;
   std::deque<Guest> ready_;
-  int strangers_ = 0;  ///< being served
+  int strangers_ = 0;  ///< number being served
   bool ending_ = false;
-  int bell_ = -1;  ///< an eventfd: somebody has entered
+  int bell_ = -1;  ///< an eventfd, signalled when a socket enters
   std::thread watcher_;
   std::vector<std::thread> workers_;
 };

@@ -6,7 +6,7 @@
 #include "core/error.hpp"
 #include "core/files/json_file.hpp"
 
-// After Eigen: the system's resolver, which this includes, defines `_res` as a macro.
+// After Eigen: the system's resolver header, included here, defines `_res` as a macro.
 #include <arpa/inet.h>
 #include <fmt/format.h>
 #include <httplib.h>
@@ -30,20 +30,20 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 constexpr std::size_t kMostHead = 65536;  ///< bytes of request line and headers
-constexpr std::size_t kMostPath = 4096;   ///< with its query
-constexpr int kBacklog = 512;             ///< connections that the system holds until accepted
-constexpr int kMostRequests = 1000;       ///< on one connection
+constexpr std::size_t kMostPath = 4096;   ///< including its query
+constexpr int kBacklog = 512;        ///< connections held by the system until they are accepted
+constexpr int kMostRequests = 1000;  ///< per connection
 constexpr auto kIdle = std::chrono::milliseconds(5000);
 constexpr auto kGlance = std::chrono::milliseconds(250);
-constexpr auto kBeat = std::chrono::seconds(10);  ///< between signs of life to a reader of events
+constexpr auto kBeat = std::chrono::seconds(10);  ///< interval of signals to a reader of events
 
 constexpr const char* kPagePolicy =
     "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' blob: data:; "
     "connect-src "
     "'self'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'";
 
-/// A socket with a deadline for a whole request, so that a client that sends a byte now and then
-/// holds its thread no longer than one that is silent.
+/// A socket with a deadline for the whole request, so that a client that sends a byte now and then
+/// occupies its thread no longer than a silent one.
 class DeadlineStream : public httplib::Stream {
  public:
   DeadlineStream(int socket, const ServerOptions& options) : socket_(socket), options_(options) {}
@@ -52,7 +52,7 @@ class DeadlineStream : public httplib::Stream {
     let_in(options_.stranger_s);
     left_ = kMostHead + options_.body_bytes;
   }
-  /// Time for the rest of the request.
+  /// Extends the deadline for the rest of the request.
   void let_in(double seconds) {
     until_ = Clock::now() +
              std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(seconds));
@@ -64,7 +64,7 @@ class DeadlineStream : public httplib::Stream {
 
   [[nodiscard]] bool is_readable() const override { return begin_ < end_ || ready(POLLIN, 0); }
   [[nodiscard]] bool is_writable() const override {
-    // An end of the client's side shows as readable without data.
+    // A connection closed by the client is readable without data.
     char byte = 0;
     if (::recv(socket_, &byte, 1, MSG_PEEK | MSG_DONTWAIT) == 0) return false;
     return ready(POLLOUT, 0);
@@ -102,7 +102,7 @@ class DeadlineStream : public httplib::Stream {
   }
 
   void get_remote_ip_and_port(std::string&, int&) const override {}
-  /// Where the client reached this machine, as a Host header has it.
+  /// Address at which the client reached the server, in the form of a Host header.
   void get_local_ip_and_port(std::string& ip, int& port) const override {
     sockaddr_storage own{};
     socklen_t size = sizeof own;
@@ -151,7 +151,7 @@ std::optional<std::string> header(const httplib::Request& request, const char* n
   return request.get_header_value(name);
 }
 
-/// Addresses at which a listener is reached: of every interface where it listens on all of them.
+/// Addresses at which a listener can be reached; all interfaces if it listens on all of them.
 std::vector<std::string> reached_at(const std::string& address) {
   if (address != "0.0.0.0" && address != "::") return {address};
   std::vector<std::string> all;
@@ -172,7 +172,7 @@ std::vector<std::string> reached_at(const std::string& address) {
 
 }  // namespace
 
-/// Runs what is queued at once: sockets wait in the lobby.
+/// Runs tasks immediately, since sockets wait in the lobby.
 struct NoQueue : httplib::TaskQueue {
   void enqueue(std::function<void()> task) override { task(); }
   void shutdown() override {}
@@ -185,7 +185,7 @@ class WebServer::Impl : public httplib::Server {
     new_task_queue = [] { return new NoQueue; };
     set_payload_max_length(options_.body_bytes);
     set_tcp_nodelay(true);
-    // Not the library's SO_REUSEPORT, with which a second console would take half of the requests.
+    // Instead of the library's SO_REUSEPORT, by which a second console would get half the requests.
     set_socket_options([](socket_t socket) {
       const int yes = 1;
       ::setsockopt(socket, SOL_SOCKET, SO_REUSEADDR, &yes, sizeof yes);
@@ -195,7 +195,7 @@ class WebServer::Impl : public httplib::Server {
     if (!bound)
       throw usage_error(fmt::format("cannot listen on {} port {}", options_.address, options_.port),
                         "another console may run there: end it, or give --port 0 for any free one");
-    ::listen(svr_sock_, kBacklog);  // the library's 5 make the system drop what comes at once
+    ::listen(svr_sock_, kBacklog);  // with the library's 5 concurrent connections would be lost
     gate_.emplace(options_.token,
                   std::vector<std::string>{host("127.0.0.1"), host("localhost"), host("::1"),
                                            host(options_.address)},
@@ -214,8 +214,8 @@ class WebServer::Impl : public httplib::Server {
     };
     Get("/.*", respond);
     Post("/.*", respond);
-    // Requests that the library refuses itself (a line that is no HTTP) has neither token nor
-    // sentence.
+    // Requests that the library itself refuses (such as a line that is not HTTP) have neither a
+    // token nor a sentence.
     set_error_handler(HandlerWithResponse([](const httplib::Request&, httplib::Response& out) {
       if (!out.body.empty()) return HandlerResponse::Handled;
       add_headers(out, {});
@@ -237,7 +237,7 @@ class WebServer::Impl : public httplib::Server {
   }
 
  private:
-  /// As a Host header has it.
+  /// Address in the form of a Host header.
   [[nodiscard]] std::string host(const std::string& address) const {
     const bool is_v6 = address.find(':') != std::string::npos;
     return fmt::format("{}{}{}:{}", is_v6 ? "[" : "", address, is_v6 ? "]" : "", options_.port);
@@ -248,7 +248,7 @@ class WebServer::Impl : public httplib::Server {
     return true;
   }
 
-  /// Answers all requests of a socket, and closes it.
+  /// Answers all requests of a socket, then closes it.
   void answer_all(socket_t socket) {
     DeadlineStream stream(socket, options_);
     stream_ = &stream;
@@ -266,7 +266,7 @@ class WebServer::Impl : public httplib::Server {
     ::close(socket);
   }
 
-  /// Looks up now and then, so that pages that are open do not hold the end back.
+  /// Polls for a stop, so that open pages do not delay the end.
   [[nodiscard]] bool is_asked(const DeadlineStream& stream) const {
     for (auto waited = kGlance; waited <= kIdle && !events_.closed(); waited += kGlance)
       if (stream.wait_for_request(kGlance)) return true;
@@ -292,7 +292,7 @@ class WebServer::Impl : public httplib::Server {
     return in.target.substr(0, in.target.find_first_of("?#"));
   }
 
-  /// Before a body is read.
+  /// Checks access before a body is read.
   bool is_let_in(const httplib::Request& in, httplib::Response& out) {
     add_headers(out, {});
     const Gate::Answer gate =
@@ -304,7 +304,7 @@ class WebServer::Impl : public httplib::Server {
       stream_->let_in(options_.request_s);
       return true;
     }
-    refused_ = true;  // and its body is not read
+    refused_ = true;  // so its body is not read
     gate.status != 0 ? refuse(out, gate.status, gate.why)
                      : refuse(out, 414, "the address is too long");
     return false;
@@ -370,10 +370,10 @@ class WebServer::Impl : public httplib::Server {
   std::optional<Gate> gate_;
   std::atomic<int> watchers_ = 0;
   std::optional<Lobby> lobby_;
-  // State of the request that this thread serves.
+  // State of the request served by this thread.
   static thread_local bool refused_;
   static thread_local DeadlineStream* stream_;
-  static thread_local std::string local_address_;  ///< where it reached this machine
+  static thread_local std::string local_address_;  ///< at which the client reached this machine
 };
 
 thread_local bool WebServer::Impl::refused_ = false;

@@ -22,13 +22,13 @@ std::string text_of(const Json& json, const char* key) {
   return found != json.end() && found->is_string() ? found->get<std::string>() : std::string();
 }
 
-/// Sentence of a program about its own end in its --json ending.
+/// Sentence from a program's --json ending.
 std::string sentence_of(const std::string& output, const ChildEnd& end) {
   const std::size_t begin = output.find('{');
   const Json json = begin == std::string::npos ? Json() : try_json(output.substr(begin));
   if (json.is_object()) {
     const Json problems =
-        json.value("problems", Json());  // of `drape check`, with which a run begins
+        json.value("problems", Json());  // from `drape check`, with which a run begins
     const Json error =
         problems.is_array() && !problems.empty() ? problems[0] : json.value("error", Json());
     if (error.is_object()) {

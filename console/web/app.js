@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Pages, state and events. The state is asked for from the server whenever it says that
-// something changed; nothing that matters lives in the page.
+// Pages, state and events. The state is requested from the server whenever an event reports
+// a change; the page itself stores nothing of importance.
 import {act, ask, h, takeSoon, tone} from './dom.js';
 import * as bench from './bench.js';
 import * as cameras from './cameras.js';
@@ -28,7 +28,7 @@ function drawPages() {
   }, h('kbd', {'aria-hidden': 'true'}, k + 1), name[0].toUpperCase() + name.slice(1))));
 }
 
-/// Draws again where something changed, and leaves the keyboard where it was.
+/// Redraws what changed, and keeps the keyboard focus.
 async function draw(forced = false) {
   if (!state) return;
   const page = current();
@@ -49,7 +49,7 @@ async function draw(forced = false) {
   main.dataset.page = page;
 }
 
-// The same elements for all jobs: a key or click between two reports of progress meets the button it was aimed at.
+// The elements are reused for all jobs, so that a key or click between two updates hits the intended button.
 const bar = h('progress', {max: 1});
 const doing = h('span');
 let running = null;
@@ -75,7 +75,7 @@ function drawStatus() {
   }
 }
 
-/// Progress alone changes one line; a step that ended may have changed any page.
+/// Progress changes only one line; a finished step can change any page.
 function takeJob(job) {
   const k = state ? state.jobs.findIndex(one => one.id === job.id) : -1;
   const steps = one => `${one.state} ${/\(\d+ of \d+ done\)/.exec(one.now)}`;
@@ -106,7 +106,7 @@ async function refresh() {
 const SAID_MS = 8000;
 let fading = 0;
 
-/// Large enough to be read from the bench, for some seconds: what became of the last set.
+/// Shows the outcome of the last set for some seconds, large enough to be read from the bench.
 function say(words, how, pitches) {
   const banner = document.getElementById('banner');
   banner.textContent = words;

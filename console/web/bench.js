@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// The bench at a glance: cameras, calibration, each drape, each with the one thing to do next.
+// Overview of the bench: cameras, calibration and drapes, each with its next action.
 import {act, ask, cameraView, h, number, verdict} from './dom.js';
 import {bestView, card as reportCard} from './page/card.js';
 import {liveView, showLive} from './cameras.js';
 
-/// The one thing to do next: a button where a key can do it.
+/// The next action, as a button if the page can perform it.
 function nextStep(id, next, busy) {
   if (!next) return null;
   return h('p', {class: 'next'}, next.action
@@ -12,7 +12,7 @@ function nextStep(id, next, busy) {
   next.why ? ` ${next.why}` : null);
 }
 
-/// Taken, measured, simulated, reported: each done, not done, or superseded.
+/// Progress of a drape: taken, measured, simulated, reported; each done, not done, or superseded.
 function stages(drape) {
   const word = (name, done, superseded) => h('li', {class: superseded ? 'old' : done ? 'done' : null},
     `${name}${superseded ? ', superseded' : done ? '' : ': not yet'}`);

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// Coverage of images and space, residuals, and the pose that would help most.
+// Coverage of images and space, residuals, and the pose that would improve the calibration most.
 import {act, ask, cameraView, command, figure, h, number, table, takeButtons, undoButton, verdict} from './dom.js';
 import {liveView, showLive} from './cameras.js';
 
 let ghost = true;
 
-/// Points in space from above and from the side.
+/// Draws points in space from above and from the side.
 function projection(points, axes, words) {
   if (points.length === 0) return null;
   const values = axes.map(axis => points.map(point => point[axis]));

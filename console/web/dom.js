@@ -29,7 +29,7 @@ export async function act(what) {
   }
 }
 
-/// Tones for hands and eyes that are at the cloth; browsers allow them after the first key or click.
+/// Plays tones for an operator occupied with the cloth; browsers allow them after the first key or click.
 export function tone(...pitches) {
   if (!navigator.userActivation?.hasBeenActive) return;
   const audio = new AudioContext();
@@ -46,7 +46,7 @@ export function tone(...pitches) {
 const SOON_S = 5;
 let countdown = null;
 
-/// Takes what the page offers when the hands have had time to reach the cloth; again: not at all.
+/// Takes the offered set after a delay in which the operator can return to the cloth; a second press cancels it.
 export function takeSoon() {
   const banner = document.getElementById('banner');
   banner.className = '';
@@ -73,7 +73,7 @@ export function takeSoon() {
   tick();
 }
 
-/// The button that takes a set, and the one that does it soon.
+/// The button that takes a set, and the one that takes it after a delay.
 export function takeButtons(id, words, off, click, main = true) {
   return [h('button', {type: 'button', class: main ? 'main take' : 'take', id, disabled: off, 'aria-keyshortcuts': 't', click},
     h('kbd', {'aria-hidden': 'true'}, 't'), words),
@@ -81,7 +81,7 @@ export function takeButtons(id, words, off, click, main = true) {
     h('kbd', {'aria-hidden': 'true'}, 's'), `In ${SOON_S} s`)];
 }
 
-/// A number with so many digits behind the point, or a dash.
+/// Formats a number with a given number of decimals, or a dash.
 export function number(value, digits = 2) {
   return typeof value === 'number' ? value.toFixed(digits) : '–';
 }
@@ -101,7 +101,7 @@ export function verdict(word) {
   return h('span', {class: (word || '').replace(/[^A-Za-z-]/g, '')}, word || '–');
 }
 
-/// Undoes a retake: live, since the capture holds the recording.
+/// Undoes a retake; only possible live, since the capture holds the recording.
 export function undoButton(state, set) {
   return set.earlier.length && state.capture?.ready ? h('button', {type: 'button', id: `undo-${set.name}`, click: () => act({do: 'undo', set: set.name})}, `Undo the retake of ${set.name}`) : null;
 }
@@ -113,12 +113,12 @@ export function command(...lines) {
 
 const views = new Map();
 
-/// A camera's picture with drawings over it. The picture's element is kept from one drawing of the
-/// page to the next, so that it is loaded once for each take.
+/// A camera's picture with an overlay. The picture's element is kept when the page is
+/// redrawn, so that it is loaded once per take.
 export function cameraView(camera, set, red, drawings, caption, place = '') {
   const key = `${place} ${camera.name} ${set.name} ${set.pictures} ${red}`;
   if (!views.has(key)) {
-    // With the pictures' content: a browser does not ask again for an image whose address it knows.
+    // The address includes the content, since a browser does not request a known address again.
     const query = new URLSearchParams({camera: camera.name, set: set.name, width: 640, red: red ? 1 : 0, pictures: set.pictures});
     views.set(key, h('img', {src: `api/picture?${query}`, width: 640,
       height: Math.round(640 * camera.height_px / camera.width_px), alt: `${camera.name}, set ${set.name}`}));
@@ -129,7 +129,7 @@ export function cameraView(camera, set, red, drawings, caption, place = '') {
     h('figcaption', {}, caption));
 }
 
-/// Ellipses of measured marks, crosses where something was refused.
+/// Draws ellipses for measured marks, and crosses for rejected candidates.
 export function markDrawings(found) {
   if (!found) return [];
   const marks = found.marks.map(([x, y, a, b, angle]) => h('ellipse', {cx: x, cy: y, rx: Math.max(a, 6),

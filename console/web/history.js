@@ -5,8 +5,8 @@ import {ask, command, h, rounded, table, verdict} from './dom.js';
 const COLOURS = ['#0b4a8f', '#a15c00', '#14632b', '#8a1520', '#6b3fa0', '#4b5560'];
 let page = 1, sides = ['', ''], difference = null;
 
-/// The lines of one question over the runs, with bars of U, each labelled at its last point. With
-/// one run there is nothing to draw: its values are said.
+/// Draws the lines of one chart over the runs, with error bars of U, each labelled at its last point. With
+/// a single run its values are printed instead.
 function chart({question, unit, lines}) {
   const shown = lines.filter(line => line.points.some(point => typeof point.value === 'number'));
   if (!shown.length) return null;

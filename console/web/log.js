@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Who did what when, and what came of it.
+// Log of actions: who did what and when, with the result.
 import {act, command, h, verdict} from './dom.js';
 
 let draft = '', name = null;
