@@ -173,7 +173,8 @@ void show_run(const StoreReader& reader, int run, const ResultsArguments& argume
   const std::string& drape = arguments.second_key;
   if (fs::is_regular_file(file) && !common.json && !arguments.csv) {
     const auto report = read_record<RunReport>(file);
-    if (report.run == run && report.store == reader.file().filename().string()) {
+    const auto dates = reader.rows<std::string>("SELECT date FROM run WHERE number = ?", {run});
+    if (report.run == run && std::get<0>(dates.at(0)) == report.date) {
       if (drape.empty()) return print_text(printable(ending_text(report, first_line(report), "")));
       for (const ReportedDrape& one : report.drapes)
         if (one.label == drape || one.name == drape) return print_text(printable(detail_text(one)));

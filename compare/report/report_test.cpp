@@ -267,9 +267,9 @@ std::string cell_in(const fs::path& file, const std::string& column) {
   std::string names, row;
   std::getline(lines, names);
   std::getline(lines, row);
-  std::istringstream heads(names), cells(row);
-  for (std::string head, cell; std::getline(heads, head, ',') && std::getline(cells, cell, ',');)
-    if (head == column) return cell;
+  std::istringstream columns(names), cells(row);
+  for (std::string name, cell; std::getline(columns, name, ',') && std::getline(cells, cell, ',');)
+    if (name == column) return cell;
   return "no column " + column;
 }
 
