@@ -313,7 +313,8 @@ class MatlabReader {
     if (rows.size() == 1) return rows.front();
     const auto is_single = [](const Value& r) { return r.get_if<Value::List>()->size() == 1; };
     if (std::all_of(rows.begin(), rows.end(), is_single))
-      for (Value& r : rows) r = Value(r.get_if<Value::List>()->front());
+      std::transform(rows.begin(), rows.end(), rows.begin(),
+                     [](const Value& r) { return r.get_if<Value::List>()->front(); });
     return rows;
   }
   Value read() {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Reads files of other tools as trees of values for core/fields.
 #pragma once
+
+// Reads files of other tools as trees of values for core/fields.
 
 #include <filesystem>
 #include <vector>
