@@ -75,7 +75,7 @@ TEST(Trend, AnUncertaintyThatLacksAPartIsSaidToBeAtLeastThat) {
     SQLite::Database database(file.string(), SQLite::OPEN_READWRITE);
     ASSERT_EQ(
         database.execAndGet("SELECT min(expanded_uncertainty_mm) > 0 FROM run_drape").getInt(), 1);
-    // As if it had been written so: listed anew.
+    // Lists the altered row again, as if it had been written so.
     const char* triggers[] = {"run_drape_no_UPDATE", "listed_no_DELETE"};
     std::vector<std::string> statements;
     for (const char* trigger : triggers) {
