@@ -237,6 +237,8 @@ StatedFit with_choices(const JointSolution& solution, const JointFit& fit,
   const MatrixXd own = chosen.covariance.cameras, own_target = chosen.covariance.target;
   const Eigen::VectorXd own_board = chosen.covariance.board_sd.cwiseAbs2();
   Eigen::VectorXd board = own_board;
+  MatrixXd of_others = MatrixXd::Zero(own.rows(), own.cols());  // the target's part
+  double own_share = 1;
   for (const std::vector<HeldOut>* table : {&report.held_out, &report.boards}) {
     if (table->empty()) continue;
     const std::vector<double> shares = probabilities(*table);
@@ -253,15 +255,17 @@ StatedFit with_choices(const JointSolution& solution, const JointFit& fit,
       const Eigen::VectorXd apart = file_difference(other.solution.model, solution.model);
       chosen.covariance.cameras +=
           shares[i] * (other.covariance.cameras - own + apart * apart.transpose());
-      chosen.covariance.target += shares[i] * (other.covariance.target - own_target);
-      if (other_fit.board != fit.board)
-        chosen.covariance.target += shares[i] * apart * apart.transpose();
+      own_share -= shares[i];
+      of_others += shares[i] * other.covariance.target;
+      if (other_fit.board != fit.board) of_others += shares[i] * apart * apart.transpose();
       const Eigen::VectorXd board_apart =
           other.solution.model.board.parameters() - solution.model.board.parameters();
       board +=
           shares[i] * (other.covariance.board_sd.cwiseAbs2() - own_board + board_apart.cwiseAbs2());
     }
   }
+  // The probabilities of two tables may exceed 1 together: no part is taken away.
+  chosen.covariance.target = std::max(0.0, own_share) * own_target + of_others;
   chosen.covariance.board_sd = board.cwiseMax(0).cwiseSqrt();
   return chosen;
 }
