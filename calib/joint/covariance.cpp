@@ -61,9 +61,15 @@ JointCovariance joint_covariance(const JointModel& model, const JointFit& fit,
   const auto by_board = static_cast<Index>(board.size());
   const MatrixXd along = map * all.block(0, cameras, cameras, by_board);
   out.target = MatrixXd::Zero(map.rows(), map.rows());
-  if (by_board > 0)
-    out.target = along * solve_positive(MatrixXd(all.block(cameras, cameras, by_board, by_board)),
-                                        MatrixXd(along.transpose()));
+  if (by_board > 0) {
+    // C_cb C_bb^-1 C_bc as a square, which stays symmetric and positive within rounding.
+    const MatrixXd own = all.block(cameras, cameras, by_board, by_board);
+    const Eigen::VectorXd per_sd = own.diagonal().cwiseSqrt().cwiseInverse();
+    const SymmetricEigen parts = symmetric_eigen(per_sd.asDiagonal() * own * per_sd.asDiagonal());
+    const MatrixXd root = along * per_sd.asDiagonal() * parts.vectors *
+                          parts.values.cwiseSqrt().cwiseInverse().asDiagonal();
+    out.target = root * root.transpose();
+  }
   for (std::size_t i = 0; i < board.size(); ++i)
     out.board_sd[board[i]] =
         std::sqrt(all(cameras + static_cast<Index>(i), cameras + static_cast<Index>(i)));
