@@ -86,7 +86,8 @@ Cameras::Cameras(Session& session, const Files& files, Reports reports)
     : session_(session), files_(files), reports_(std::move(reports)) {
   if (session.options.replay) return;
   std::vector<std::string> names;
-  for (const RigCamera& camera : session.bench()->rig.cameras) names.push_back(camera.name);
+  const auto bench = session.bench();  // holds what is looked through
+  for (const RigCamera& camera : bench->rig.cameras) names.push_back(camera.name);
   watch_.emplace(names);
   live_marks_ = std::make_unique<LiveMarks>(
       [this, names] {
