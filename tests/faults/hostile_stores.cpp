@@ -3,6 +3,7 @@
 #include <SQLiteCpp/SQLiteCpp.h>
 #include <fmt/format.h>
 
+#include "compare/store/manifest.hpp"
 #include "core/files/files.hpp"
 #include "tests/faults/hostile_bench.hpp"
 
@@ -20,12 +21,16 @@ std::vector<std::string> column_of(SQLite::Database& database, const std::string
   return values;
 }
 
-/// Replaces every text of the store except keys by the name.
+/// Replaces every text of the store except keys by the name, and lists all rows again, as another
+/// lab can.
 void rename_rows(const HostileBench& bench, const std::string& to) {
   SQLite::Database store((bench.lab() / kStore).string(), SQLite::OPEN_READWRITE);
+  const auto triggers =
+      column_of(store, "SELECT sql FROM sqlite_master WHERE type = 'trigger' ORDER BY rowid");
   for (const std::string& trigger :
        column_of(store, "SELECT name FROM sqlite_master WHERE type = 'trigger'"))
     store.exec("DROP TRIGGER \"" + trigger + "\"");
+  store.exec("DELETE FROM listed; DELETE FROM manifest");
   for (const std::string& table :
        column_of(store, "SELECT name FROM sqlite_master WHERE type = 'table'")) {
     for (const std::string& column : column_of(
@@ -42,6 +47,13 @@ void rename_rows(const HostileBench& bench, const std::string& to) {
       }
     }
   }
+  for (const std::string& trigger : triggers) store.exec(trigger);
+  std::vector<compare::ListedKey> all;
+  for (const compare::ListedTable& table : compare::listed_tables())
+    for (const std::string& key :
+         column_of(store, fmt::format("SELECT {} FROM {} AS t GROUP BY 1", table.key, table.name)))
+      all.emplace_back(&table, key);
+  compare::write_manifest(store, all);
 }
 
 HostileFile renamed(const std::string& name, const std::string& line,
