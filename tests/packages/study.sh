@@ -12,22 +12,24 @@ same_study() {
   rm -rf "$stores"
   mkdir "$stores"
   for side in whole cut; do
+    mv "${!side}" "$stores/study" # a store holds where its sheets lay
     for part in 0-3 4-7 89ab c-f; do
-      local folders=("${!side}"/[$part]?)
+      local folders=("$stores/study"/[$part]?)
       [ -d "${folders[0]}" ] || continue
       drape-results import "${folders[@]}" --apart --store "$stores/$side-$part.sqlite" --quiet
     done
     drape-results merge "$stores/$side"-*.sqlite --store "$stores/$side.sqlite" --quiet
+    mv "$stores/study" "${!side}"
   done
   drape-results import "$whole" --apart --store "$stores/one.sqlite" --quiet
   for side in whole cut one; do
     for table in fabric sheet gap simulation; do
-      drape-results sql "SELECT * FROM $table ORDER BY 1" --csv --store "$stores/$side.sqlite"
+      drape-results sql "SELECT * FROM $table ORDER BY 1" --csv --quiet --store "$stores/$side.sqlite"
     done >"$stores/$side.csv"
   done
   cmp "$stores/one.csv" "$stores/cut.csv"
   cmp "$stores/whole.sqlite" "$stores/cut.sqlite"
-  drape-results sql "SELECT count(*) AS n FROM simulation" --csv --store "$stores/cut.sqlite" | tail -n 1 >"$stores/rows"
+  drape-results sql "SELECT count(*) AS n FROM simulation" --csv --quiet --store "$stores/cut.sqlite" | tail -n 1 >"$stores/rows"
   [ "$(cat "$stores/rows")" = "$(($(wc -l <"$cut/study.csv") - 1))" ]
 }
 
