@@ -143,7 +143,7 @@ long finished_steps(const std::string& text) {
 }
 
 long up_to_date_steps(const std::string& text) {
-  static const std::regex count("steps +[0-9]+ made, ([0-9]+) up to date");
+  static const std::regex count("steps:? +[0-9]+ made, ([0-9]+) up to date");
   std::smatch found;
   return std::regex_search(text, found, count) ? std::stol(found[1]) : 0;
 }
