@@ -37,8 +37,7 @@ TEST_P(OperatorMistake, IsNamedBeforeItCostsADay) {
   const SmallBench bench({GetParam().scene});
   if (GetParam().exit_code == 1)
     // Detections and calibration of the unchanged bench remain valid in a copy.
-    fs::copy(drape::test::finished_bench().folder / "out", bench.folder() / "out",
-             fs::copy_options::recursive);
+    drape::test::copy_finished_bench(bench.folder() / "out");
   GetParam().make(bench);
   const Outcome outcome = bench.run("out");
   EXPECT_EQ(outcome.exit_code, GetParam().exit_code) << outcome.text;

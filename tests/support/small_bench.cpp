@@ -118,6 +118,12 @@ const FinishedBench& finished_bench() {
   return bench;
 }
 
+void copy_finished_bench(const fs::path& to) {
+  const fs::path& folder = finished_bench().folder;
+  const OneAtATime lock(folder.string() + ".lock");
+  fs::copy(folder / "out", to, fs::copy_options::recursive);
+}
+
 SmallBench::SmallBench(const std::vector<std::string>& scenes) {
   make_rig(rig(), scenes);
 }

@@ -58,5 +58,7 @@ struct FinishedBench {
 
 /// Made once for all test programs of a build and kept beside them. Throws if the run fails.
 [[nodiscard]] const FinishedBench& finished_bench();
+/// Copies its `out` while no other test program looks whether it is valid, which opens its store.
+void copy_finished_bench(const std::filesystem::path& to);
 
 }  // namespace drape::test
