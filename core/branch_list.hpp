@@ -82,7 +82,7 @@ struct FrictionBand {
   std::vector<MarkInterval> marks;
 
   [[nodiscard]] int counted() const;
-  /// Largest distance that any push left each mark from its rest.
+  /// Largest displacement of each mark from its rest after any push.
   [[nodiscard]] std::vector<double> reach_m() const;
 };
 

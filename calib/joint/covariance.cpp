@@ -62,7 +62,7 @@ JointCovariance joint_covariance(const JointModel& model, const JointFit& fit,
   const MatrixXd along = map * all.block(0, cameras, cameras, by_board);
   out.target = MatrixXd::Zero(map.rows(), map.rows());
   if (by_board > 0) {
-    // C_cb C_bb^-1 C_bc as a square, which stays symmetric and positive within rounding.
+    // C_cb C_bb^-1 C_bc (c cameras, b board) as R R^T: rounding leaves it symmetric and positive.
     const MatrixXd own = all.block(cameras, cameras, by_board, by_board);
     const Eigen::VectorXd per_sd = own.diagonal().cwiseSqrt().cwiseInverse();
     const SymmetricEigen parts = symmetric_eigen(per_sd.asDiagonal() * own * per_sd.asDiagonal());

@@ -5,7 +5,7 @@
 
 namespace drape::capture {
 
-/// Ends this process together with its parent, limits its memory and isolates it.
+/// Makes this process die with its parent, ignore SIGINT, cap its memory and isolate itself.
 void become_camera_host(int memory_limit_mb);
 
 /// Runs the camera's side: opens the camera, obeys commands on `control` and passes frames through

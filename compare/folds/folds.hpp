@@ -45,7 +45,7 @@ struct Descriptor {
 };
 
 /// Root mean square curvature, standard deviation of the height, wavelength of the curvature
-/// (power-weighted mean of its logarithm), number and total length of the folds.
+/// (power-weighted geometric mean), number and total length of the folds.
 [[nodiscard]] std::vector<Descriptor> descriptors_of(const SheetShape& shape);
 
 }  // namespace drape::compare

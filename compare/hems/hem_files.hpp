@@ -110,9 +110,9 @@ struct MatchOptions {
                                                const std::vector<HemRecord>& virtual_hems,
                                                const MatchOptions& options);
 
-/// Content of hems.csv, which can be read again: one row per hem with its test (disc_mm;
-/// specimen_mm except for a sheet; the specimen's flat area if known better), the reason for a
-/// NO-GO (or empty), and its numbers; the prefix `u_` marks an expanded uncertainty.
+/// Content of hems.csv, which read_hems() reads: one row per hem with disc_mm, specimen_mm (empty
+/// for a sheet), the flat area if measured, the reason for a NO-GO (or empty), its numbers (prefix
+/// `u_`: expanded uncertainty) and the radius every 5 degrees.
 [[nodiscard]] std::string hems_csv(const DrapemeterGeometry& geometry,
                                    const std::vector<HemRecord>& hems);
 

@@ -10,7 +10,7 @@ constexpr const char* kIndexes[] = {
     R"sql(CREATE INDEX comparison_by_simulation ON comparison (simulated_sha256))sql",
     // Everything that the views of runs need of a headline except its numbers.
     R"sql(CREATE INDEX comparison_in_short ON comparison (sha256, mean_mm, simulated_sha256))sql",
-    // What the views need of a simulation: its certificate makes the table's own tree deep.
+    // Columns of a simulation that the views show, without its certificate, which is long.
     R"sql(CREATE INDEX simulation_in_short ON simulation (sheet_sha256, simulator, scene,
   fabric_sha256, fabric_stated, grid_rows, grid_cols, spacing_mm, from_measured, segments, model,
   solver, status))sql",

@@ -40,7 +40,7 @@ export function reportLink(state) {
   return state.report ? h('a', {id: 'report', href: `../${state.report_token}/report.html`, target: '_blank', rel: 'noopener'}, state.report_superseded ? 'Report of the last run, superseded in part' : 'Report') : null;
 }
 
-/// Of the last report where it is of the pictures as they are now, else as far as the drape is.
+/// Shows the drape from the last report if that used the current pictures, else its progress.
 function card(state, drape, found, busy) {
   const set = state.sets.find(one => one.name === drape.set), link = `#drape/${encodeURIComponent(drape.name)}`;
   const next = nextStep(`next-${drape.name}`, drape.next, busy), reported = drape.result && found?.drapes.find(one => one.name === drape.name);

@@ -55,7 +55,7 @@ struct ChildEnd {
 };
 [[nodiscard]] ChildEnd await_child(pid_t child);
 
-/// Runs a program in the background to its end; appends its output, discards standard error.
+/// Runs a program in a process group of its own and waits; appends its standard output alone.
 [[nodiscard]] ChildEnd run_child(const std::filesystem::path& program,
                                  const std::vector<std::string>& arguments, std::string& output);
 

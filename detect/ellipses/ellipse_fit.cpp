@@ -211,7 +211,7 @@ double beyond_border(const GreyImage& image, const DotFit& fit) {
   return static_cast<double>(beyond) / places;
 }
 
-/// A fit with the data that it was made from.
+/// Outline fit of one dot: its image patch, parameters, normal equations and covariance.
 struct Outline {
   DotFit fit;
   Patch patch;

@@ -38,8 +38,8 @@ struct CornerPoint {
                                                     const Eigen::Vector2d& start_px,
                                                     double radius_px);
 
-/// Homography that minimises the sum of squared distances in the picture; nullopt for collinear
-/// points.
+/// Least-squares homography of four or more points, with errors measured in `to`; nullopt if OpenCV
+/// finds none.
 [[nodiscard]] std::optional<Eigen::Matrix3d> projective_map(
     const std::vector<Eigen::Vector2d>& from, const std::vector<Eigen::Vector2d>& to);
 

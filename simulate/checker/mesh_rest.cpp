@@ -432,7 +432,7 @@ class Judge {
              double(found.through));
   }
 
-  /// Finds cloth inside the discs' cylinder: points, and sides between them.
+  /// Refuses a drape whose vertices or edges enter the discs' cylinder, or the scene's objects.
   void enter() {
     if (objects_) return enter_objects();
     const Real disc = rest_.disc_radius_m;

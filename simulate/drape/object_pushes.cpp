@@ -213,7 +213,7 @@ bool ObjectPushes::weigh() {
 }
 
 /// Lists the sites that may touch while no node near a shape moves farther than the margin, and
-/// those with memory.
+/// those that hold friction.
 void ObjectPushes::list() {
   wake();
   if (by_nodes_.empty()) choose();

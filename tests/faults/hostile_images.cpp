@@ -26,7 +26,7 @@ std::string chunk(const std::string& type, const std::string& data) {
          big_endian(static_cast<std::uint32_t>(crc));
 }
 
-/// So many zero bytes compressed by zlib.
+/// Returns `count` zero bytes, compressed by zlib.
 std::string zeros(std::size_t count) {
   z_stream stream{};
   if (::deflateInit(&stream, 9) != Z_OK) throw std::runtime_error("deflateInit");

@@ -194,7 +194,7 @@ TEST(Guards, ABoxBesideItsPlaceLeavesTheClothTooShort) {
   const auto found = objects_of(sheet, box_scene({6 * mm, 0, 0}));
   ASSERT_EQ(found.size(), 1U);
   EXPECT_THAT(found[0], HasSubstr("too short to pass outside it"));
-  // Nothing holds the cloth on the other side, so no statement is possible there.
+  // The cloth hangs free on the other side, so a box moved that way cannot be noticed.
   EXPECT_THAT(objects_of(sheet, box_scene({-6 * mm, 0, 0})), IsEmpty());
 }
 
