@@ -227,6 +227,23 @@ void blame_print(const FrameDetections& frame, const std::string& why, DetectRes
     result.report.other_print = fmt::format("set {}, camera {}: {}", frame.set, frame.camera, why);
 }
 
+/// Examines the first pictures of an AprilGrid in which tags are missing; a border of another width
+/// than stated holds for all pictures.
+void look_for_other_border(const Recording& recording, const std::vector<Job>& jobs,
+                           const Surroundings& surface, DetectResult& result) {
+  constexpr int kMostLooks = 4;
+  int looks = 0;
+  for (std::size_t i = 0; surface.board && i < jobs.size() && looks < kMostLooks; ++i) {
+    const std::size_t found = result.detections.frames[i].tags.size();
+    if (found >= surface.board->tags.size()) continue;
+    ++looks;
+    const std::string why =
+        other_border(image_of(recording, jobs[i]), *surface.board, found, surface.file.string());
+    for (const FrameDetections& frame : result.detections.frames) blame_print(frame, why, result);
+    if (!why.empty()) return;
+  }
+}
+
 /// Examines the first picture whose dots have no labels, apart from a few chance ones, to find
 /// which print it shows; the answer is taken to hold for all such pictures.
 void look_for_other_print(const Recording& recording, const std::vector<Job>& jobs,
@@ -320,6 +337,7 @@ DetectResult detect(const Recording& recording, const Rig& rig, const DetectOpti
                     "dot_diameter_mm in {} is not confirmed",
                     surface.file.string()));
   look_for_other_print(recording, jobs, surface, options, result);
+  look_for_other_border(recording, jobs, surface, result);
   judge_empty_frames(rig, options.surface, result);
   take_over_refusals(recording, options.sets, result);
   if (const std::string twin = twin_of(surface); !twin.empty()) {

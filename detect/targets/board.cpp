@@ -156,6 +156,28 @@ std::vector<TagDetection> tags_of(const GreyImage& image, const Target& target,
   return tags;
 }
 
+}  // namespace
+
+std::string other_border(const GreyImage& image, const Target& target, std::size_t found,
+                         const std::string& file) {
+  if (target.kind != TargetKind::aprilgrid || found >= target.tags.size()) return "";
+  const double noise_sigma = estimate_noise(image).sigma(128);
+  Target other = target;
+  for (const int border : {1, 2}) {
+    other.tag_border = border;
+    if (border == target.tag_border) continue;
+    const std::size_t count = tags_of(image, other, noise_sigma).size();
+    if (count > found)
+      return fmt::format(
+          "{} of {} tags are read with a black border of {} modules, {} with one of {} as stated: "
+          "give tags.border_modules = {} in {}",
+          count, target.tags.size(), border, found, target.tag_border, border, file);
+  }
+  return "";
+}
+
+namespace {
+
 /// Width around a corner that contains only its own edges: up to the tags of a ChArUco board; in an
 /// AprilGrid up to the far side of the small squares or the inner edge of the border.
 double free_width_m(const Target& target) {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <string>
 
 #include "core/detections.hpp"
 #include "core/rig.hpp"
@@ -16,6 +17,12 @@ namespace drape::detect {
 /// hidden, or predicted where there is none, is rejected with the reason. Throws Error(bad_input)
 /// for an unknown tag family.
 [[nodiscard]] FrameDetections detect_board(const GreyImage& image, const Target& target);
+
+/// Finds out whether an AprilGrid's `border_modules` is wrong: if tags are missing in the picture
+/// and another width of their border reads more than the `found` ones. Names the key to change in
+/// `file`; empty otherwise.
+[[nodiscard]] std::string other_border(const GreyImage& image, const Target& target,
+                                       std::size_t found, const std::string& file);
 
 /// Grey dilation: each pixel becomes the lightest of those up to `by_px` away in x and in y, which
 /// separates dark shapes that touch at a corner. 8 bits only.

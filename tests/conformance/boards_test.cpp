@@ -235,6 +235,28 @@ TEST_F(Boards, AnAprilGridIsFoundAndCalibrates) {
       0.05);
 }
 
+/// Both ways: a grid of Kalibr's, whose border has two modules, described as having one, and the
+/// reverse.
+TEST_F(Boards, AnAprilGridOfAnotherBorderIsNamedByItsKey) {
+  const std::string grid =
+      "kind = \"aprilgrid\"\nrows = 4\ncols = 6\npitch_mm = 39\n"
+      "[tags]\nfamily = \"tag36h11\"\nedge_mm = 30\nborder_modules = ";
+  for (const auto& [printed, stated] : {std::pair("2", "1"), std::pair("1", "2")}) {
+    photograph(grid + printed + "\n");
+    write_durable(at("target.toml"), "schema = \"drapebench/target/1\"\n" + grid + stated + "\n");
+    const Outcome outcome =
+        run_line((program("") / ("drape-detect " + at("recording").string() + " --rig " +
+                                 at("rig.toml").string() + " --surface target --out " +
+                                 at("detections.json").string()))
+                     .string());
+    EXPECT_EQ(outcome.exit_code, 1) << outcome.text;
+    EXPECT_NE(outcome.text.find(std::string("tags.border_modules = ") + printed), std::string::npos)
+        << outcome.text;
+    fs::remove_all(at("pictures"));
+    fs::remove_all(at("recording"));
+  }
+}
+
 TEST_F(Boards, ADotGridWithoutTagsIsFoundAndCalibrates) {
   expect_found_and_calibrated(
       "kind = \"dot-grid\"\nrows = 7\ncols = 10\npitch_mm = 24\ndot_diameter_mm = 10\n", 0.25);
