@@ -5,26 +5,66 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
-#include <cstring>
+#include <cctype>
 #include <map>
 #include <optional>
 #include <regex>
 #include <set>
-#include <sstream>
 
 #include "core/error.hpp"
 #include "core/files/files.hpp"
 #include "core/files/inside.hpp"
+#include "core/program/command.hpp"
 #include "core/program/run_record.hpp"
 #include "core/recording.hpp"
-#include "front/picture_names.hpp"
+#include "core/rig.hpp"
+#include "core/units.hpp"
 #include "front/process.hpp"
-#include "front/toml_quoted.hpp"
 
 namespace drape {
 namespace {
 
 namespace fs = std::filesystem;
+
+/// Content of a folder of pictures: one view by all cameras, or all views of one camera.
+enum class FoldersOf { views, cameras };
+
+}  // namespace
+
+template <>
+inline constexpr std::string_view names_of<FoldersOf>[] = {"views", "cameras"};
+
+namespace {
+
+struct CalibImagesOptions {
+  fs::path folder;                  ///< folder of the images
+  std::string board;                ///< inner corners as COLSxROWS, e.g. "9x6"
+  std::optional<double> square_mm;  ///< side of a square
+  fs::path target;                  ///< target.toml of any kind, instead of `board` and `square_mm`
+  std::optional<FoldersOf> folders;  ///< absent if inferred from the number of folders
+  double thickness_mm = 0;           ///< distance between the sides of a two-sided target
+  fs::path out;
+  fs::path lens_from;  ///< calibration.json with known lenses; can be empty
+};
+
+void fields(Fields& f, CalibImagesOptions& options) {
+  f(Field{"folder", "folder of the pictures"}.called("FOLDER"), options.folder);
+  f.otherwise({"board", "for a chessboard: inner corners as COLSxROWS, e.g. 9x6"}, options.board);
+  f({"square_mm", "for a chessboard: measured side of a square", 1, above_zero}, options.square_mm);
+  f.otherwise({"target", "target.toml of another target, instead of --board and --square-mm"},
+              options.target);
+  f({"folders",
+     "content of each subfolder of FOLDER (default: views if each has fewer pictures than there "
+     "are folders)"},
+    options.folders);
+  f.otherwise(
+      {"thickness_mm", "distance between the front and the back of a two-sided target", 1, 0, 1000},
+      options.thickness_mm);
+  f({"out", "output folder"}, options.out);
+  f.otherwise({"lens_from",
+               "calibration.json from which to take the lenses of the cameras of the same names"},
+              options.lens_from);
+}
 
 struct Board {
   int cols = 0, rows = 0;
@@ -38,6 +78,116 @@ Board board_of(const std::string& text) {
   }
   return {std::stoi(parts[1]), std::stoi(parts[2])};
 }
+
+bool is_digit(char c) {
+  return std::isdigit(static_cast<unsigned char>(c)) != 0;
+}
+
+/// Date and time in a name as written by cameras: "2018-09-17__16-38-56", "20180917_163856789".
+const std::regex& time_in_name() {
+  static const std::regex kTime(
+      "((?:19|20)[0-9]{2})([-_.]?)(0[1-9]|1[0-2])\\2(0[1-9]|[12][0-9]|3[01])[-_. T]*"
+      "([01][0-9]|2[0-3])([-_.hH:]?)([0-5][0-9])[-_.mM:]?([0-5][0-9][0-9]{0,6})");
+  return kTime;
+}
+
+/// Joins each date and time in a name to one number.
+std::string with_joined_time(const std::string& name) {
+  return std::regex_replace(name, time_in_name(), "$1$3$4$5$7$8");
+}
+
+std::string without_time(const std::string& name) {
+  return std::regex_replace(name, time_in_name(), "");
+}
+
+/// Digits of a number without leading zeros.
+std::string digits_of(const std::string& number) {
+  return number.substr(std::min(number.find_first_not_of('0'), number.size() - 1));
+}
+
+/// Splits a name into text (maybe empty) and numbers in turn; numbers are at odd indices.
+std::vector<std::string> parts_of(const std::string& name) {
+  std::vector<std::string> parts(1);
+  for (const char c : name) {
+    if (is_digit(c) != (parts.size() % 2 == 0)) parts.emplace_back();
+    parts.back() += c;
+  }
+  return parts;
+}
+
+bool is_separator(char c) {
+  return c == '-' || c == '_' || c == '.' || c == ' ';
+}
+
+/// Joins the text around the number, with one separator if two would meet.
+std::string joined(std::string before, std::string after) {
+  while (!before.empty() && is_separator(before.back())) before.pop_back();
+  const std::size_t skip =
+      std::find_if_not(after.begin(), after.end(), is_separator) - after.begin();
+  const std::string separator = skip > 0 && !before.empty() && skip < after.size() ? "_" : "";
+  return before + separator + after.substr(skip);
+}
+
+PictureName split_at(const std::vector<std::string>& parts, std::size_t number) {
+  std::string before, after;
+  for (std::size_t i = 0; i < parts.size(); ++i) {
+    if (i < number) before += parts[i];
+    if (i > number) after += parts[i];
+  }
+  return {joined(before, after), parts[number]};
+}
+
+}  // namespace
+
+std::vector<PictureName> read_picture_names(const std::vector<std::string>& given) {
+  // Times are ignored if the names differ without them.
+  std::vector<std::string> names;
+  std::transform(given.begin(), given.end(), std::back_inserter(names), without_time);
+  if (std::set<std::string>(names.begin(), names.end()).size() < names.size())
+    std::transform(given.begin(), given.end(), names.begin(), with_joined_time);
+  std::vector<std::vector<std::string>> all;
+  std::set<std::size_t> numbers;
+  for (const std::string& name : names) {
+    all.push_back(parts_of(name));
+    numbers.insert(all.back().size() / 2);
+  }
+  std::size_t view = 0, most = 0;
+  for (std::size_t place = 1; numbers.size() == 1 && place < 2 * *numbers.begin(); place += 2) {
+    std::set<std::string> values;
+    for (const std::vector<std::string>& parts : all) values.insert(digits_of(parts[place]));
+    if (values.size() < most) continue;
+    most = values.size();
+    view = place;
+  }
+  std::vector<PictureName> result;
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    const std::size_t last = all[i].size() / 2 * 2;  // index after the last number
+    if (last == 0) {
+      result.push_back({"", names[i]});
+    } else {
+      result.push_back(split_at(all[i], view > 0 ? view : last - 1));
+    }
+  }
+  // Equal numbers become equal texts, sorted like the numbers.
+  const auto is_number = [](const std::string& text) {
+    return std::all_of(text.begin(), text.end(), is_digit);
+  };
+  std::size_t widest = 0, narrowest = 0;
+  for (const PictureName& name : result) {
+    if (!is_number(name.view)) continue;
+    widest = std::max(widest, digits_of(name.view).size());
+    narrowest = narrowest == 0 ? name.view.size() : std::min(narrowest, name.view.size());
+  }
+  const std::size_t width = std::max(widest, narrowest);
+  for (PictureName& name : result) {
+    if (!is_number(name.view)) continue;
+    const std::string digits = digits_of(name.view);
+    name.view = std::string(width - digits.size(), '0') + digits;
+  }
+  return result;
+}
+
+namespace {
 
 bool has_folders(const fs::path& folder) {
   for (const auto& entry : fs::directory_iterator(folder))
@@ -186,22 +336,18 @@ void take_over(const std::string& stage, const fs::path& output, Ending& ending)
 }
 
 std::string rig_text(const Recording& recording) {
-  std::vector<std::string> views;
-  for (const FrameSet& set : recording.sets) views.push_back(toml_quoted(set.name));
-  std::string text = fmt::format(
-      "schema = \"drapebench/rig/1\"\nname = \"pictures\"\ntarget = \"target.toml\"\n"
-      "recording = \"recording\"\n\n[calibration]\nfree_poses = [{}]\n",
-      fmt::join(views, ", "));
-  std::map<std::string, RecordedFrame> cameras;
-  for (const FrameSet& set : recording.sets)
-    for (const RecordedFrame& frame : set.frames) cameras.emplace(frame.camera, frame);
-  for (const auto& [name, frame] : cameras) {
-    text += fmt::format(
-        "\n[[camera]]\nname = {}\nwidth_px = {}\nheight_px = {}\n"
-        "# Nominal: it only scales a focal length in mm.\npixel_pitch_um = [1.0, 1.0]\n",
-        toml_quoted(name), frame.width_px, frame.height_px);
+  Rig rig;
+  rig.name = "pictures";
+  rig.target_file = "target.toml";
+  rig.recording = "recording";
+  std::map<std::string, RigCamera> cameras;
+  for (const FrameSet& set : recording.sets) {
+    rig.free_poses.push_back(set.name);
+    for (const RecordedFrame& one : set.frames)
+      cameras[one.camera] = {one.camera, one.width_px, one.height_px, units::um, units::um};
   }
-  return text;
+  for (const auto& [name, camera] : cameras) rig.cameras.push_back(camera);
+  return "# The pixel pitches are nominal: they only scale a focal length in mm.\n" + text_of(rig);
 }
 
 std::string target_text(const Board& board, double square_mm) {
@@ -220,30 +366,6 @@ int run_stage(const std::string& stage, std::vector<std::string> arguments,
   if (!common.json && !common.quiet) fmt::print("{}\n{}\n", stage, result.output);
   std::fflush(stdout);
   return result.exit_code;
-}
-
-}  // namespace
-
-template <>
-inline constexpr std::string_view names_of<FoldersOf>[] = {"views", "cameras"};
-
-void fields(Fields& f, CalibImagesOptions& options) {
-  f(Field{"folder", "folder of the pictures"}.called("FOLDER"), options.folder);
-  f.otherwise({"board", "for a chessboard: inner corners as COLSxROWS, e.g. 9x6"}, options.board);
-  f({"square_mm", "for a chessboard: measured side of a square", 1, above_zero}, options.square_mm);
-  f.otherwise({"target", "target.toml of another target, instead of --board and --square-mm"},
-              options.target);
-  f({"folders",
-     "content of each subfolder of FOLDER (default: views if each has fewer pictures than there "
-     "are folders)"},
-    options.folders);
-  f.otherwise(
-      {"thickness_mm", "distance between the front and the back of a two-sided target", 1, 0, 1000},
-      options.thickness_mm);
-  f({"out", "output folder"}, options.out);
-  f.otherwise({"lens_from",
-               "calibration.json from which to take the lenses of the cameras of the same names"},
-              options.lens_from);
 }
 
 int calibrate_images(const CalibImagesOptions& options, const CommonOptions& common) {
@@ -295,8 +417,20 @@ int calibrate_images(const CalibImagesOptions& options, const CommonOptions& com
   take_over("calib", calibration, ending);
   if (ending.go) ending.verdict = "the cameras are calibrated";
   ending.numbers = {{"calibration", calibration.string()}, {"rig", rig.string()}};
-  ending.next_command = fmt::format("drape calib convert --help");
+  ending.next_command = "drape calib convert --help";
   return finish(ending, common);
+}
+
+}  // namespace
+
+int calib_images_command(int argc, char** argv) {
+  return run_command<CalibImagesOptions>(
+      argc, argv, "drape calib images",
+      "Calibrates cameras from a plain folder of chessboard pictures: left01.jpg, right01.jpg, "
+      "...,\n<view>/<camera>.png or <camera>/<number>.png. All cameras together; one alone is fine "
+      "too.\n\n"
+      "  drape calib images pictures --board 9x6 --square-mm 30 --out out/pictures",
+      calibrate_images);
 }
 
 }  // namespace drape

@@ -15,14 +15,18 @@
 #include "core/fields/records.hpp"
 #include "core/files/files.hpp"
 #include "core/program/shell_word.hpp"
-#include "front/check/check.hpp"
+#include "front/check.hpp"
 #include "front/process.hpp"
-#include "front/toml_quoted.hpp"
 
 namespace drape {
 namespace {
 
 namespace fs = std::filesystem;
+
+/// Quotes text for TOML, whose basic strings use the escapes of JSON.
+std::string toml_quoted(const std::string& text) {
+  return one_line(Value(text));
+}
 
 constexpr const char* kRig = R"(schema = "drapebench/rig/1"
 name = {name}

@@ -10,7 +10,7 @@
 #include "core/rig.hpp"
 #include "core/scene.hpp"
 #include "core/units.hpp"
-#include "front/check/check.hpp"
+#include "front/check.hpp"
 #include "tests/support/paths.hpp"
 #include "tests/support/small_bench.hpp"
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "front/picture_names.hpp"
+#include "front/calib_images.hpp"
 
 #include <gmock/gmock.h>
 

@@ -7,8 +7,10 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <array>
 #include <cerrno>
 #include <csignal>
+#include <cstdint>
 #include <cstdio>
 #include <cstring>
 
@@ -38,21 +40,12 @@ void remember(int signal) {
   last_signal = signal;
 }
 
-/// Identifies the content of a file: it changes with every write and replacement.
-struct Version {
-  ino_t inode = 0;
-  timespec changed{};
-
-  static Version of(const fs::path& file) {
-    struct stat status {};
-    if (::stat(file.c_str(), &status) != 0) return {};
-    return {status.st_ino, status.st_ctim};
-  }
-  bool operator==(const Version& other) const {
-    return inode == other.inode && changed.tv_sec == other.changed.tv_sec &&
-           changed.tv_nsec == other.changed.tv_nsec;
-  }
-};
+/// Inode and time of change of a file: they change with every write and replacement.
+std::array<std::int64_t, 3> version_of(const fs::path& file) {
+  struct stat status {};
+  if (::stat(file.c_str(), &status) != 0) return {};
+  return {static_cast<std::int64_t>(status.st_ino), status.st_ctim.tv_sec, status.st_ctim.tv_nsec};
+}
 
 Child start(const Step& step, std::size_t index) {
   Child child{index, -1, {}, {}, {}, {}};
@@ -94,7 +87,8 @@ bool is_open(const Child& child) {
 }
 
 /// Waits for the process and stores how it ended in the result.
-void end(pid_t pid, const Step& step, const std::vector<Version>& before, StepResult& result) {
+void end(pid_t pid, const Step& step, const std::vector<std::array<std::int64_t, 3>>& before,
+         StepResult& result) {
   const ChildEnd end = await_child(pid);
   const std::string name = fmt::format("{} ({})", step.stage, step.what);
   result.exit_code = end.exit_code;
@@ -109,8 +103,7 @@ void end(pid_t pid, const Step& step, const std::vector<Version>& before, StepRe
         fmt::format("{} ended with exit code {}, which no stage has", name, result.exit_code);
   if (result.exit_code > 1) return;
   for (std::size_t i = 0; i < step.outputs.size(); ++i) {
-    if (fs::is_regular_file(step.outputs[i]) && !(Version::of(step.outputs[i]) == before[i]))
-      continue;
+    if (fs::is_regular_file(step.outputs[i]) && version_of(step.outputs[i]) != before[i]) continue;
     result.fault = fmt::format("{} ended with exit code {} but did not write {}", name,
                                result.exit_code, step.outputs[i].string());
     return;
@@ -140,10 +133,10 @@ int Interrupts::signal() {
 void run_steps(const std::vector<Step>& steps, int at_once, const StepProgress& progress,
                const StepEnded& ended) {
   std::vector<StepResult> results(steps.size());
-  std::vector<std::vector<Version>> before;
+  std::vector<std::vector<std::array<std::int64_t, 3>>> before;
   for (const Step& step : steps) {
     before.emplace_back();
-    for (const fs::path& output : step.outputs) before.back().push_back(Version::of(output));
+    for (const fs::path& output : step.outputs) before.back().push_back(version_of(output));
   }
   std::vector<Child> children;
   std::size_t next = 0;

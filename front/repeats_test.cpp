@@ -5,8 +5,8 @@
 
 #include "core/files/files.hpp"
 #include "core/rig.hpp"
-#include "front/check/check.hpp"
-#include "front/plan.hpp"
+#include "front/check.hpp"
+#include "front/run.hpp"
 #include "tests/support/paths.hpp"
 #include "tests/support/small_bench.hpp"
 

@@ -8,6 +8,7 @@
 #include <filesystem>
 #include <functional>
 #include <string>
+#include <type_traits>
 #include <vector>
 
 namespace drape {
@@ -42,6 +43,18 @@ struct ChildStreams {
   bool background = false;
   bool quiet = false;  ///< discards output that `out` and `err` do not capture
 };
+
+/// Words of a command line: text, paths and whole numbers.
+template <class... Parts>
+[[nodiscard]] std::vector<std::string> words_of(const Parts&... parts) {
+  const auto word = [](const auto& part) {
+    if constexpr (std::is_arithmetic_v<std::decay_t<decltype(part)>>)
+      return std::to_string(part);
+    else
+      return std::filesystem::path(part).string();
+  };
+  return {word(parts)...};
+}
 
 /// Starts a program that dies with this process. Thread-safe. Throws Error(internal) if the program
 /// is missing or cannot be started.

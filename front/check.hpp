@@ -7,7 +7,6 @@
 
 #include "core/error.hpp"
 #include "core/program/program.hpp"
-#include "core/recording.hpp"
 #include "core/rules.hpp"
 
 namespace drape {
@@ -45,15 +44,5 @@ struct BenchCheck {
 /// True if a drape's folder would collide with names that `drape run` or the console
 /// use.
 [[nodiscard]] bool is_name_of_a_run(const std::string& drape);
-
-/// Checks names and files of a fabric's curves, and its values by `drape fabric`, the reader used
-/// in simulation, for each of these numbers of segments.
-void check_fabric(const std::filesystem::path& file, const std::vector<int>& segments,
-                  BenchCheck& check);
-
-/// Checks sets and cameras that the rig and its scenes need, image sizes, and missing or duplicate
-/// pictures.
-void check_recording(const Recording& recording, const Rig& rig, const std::vector<Scene>& scenes,
-                     BenchCheck& check);
 
 }  // namespace drape

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "front/check/check.hpp"
+#include "front/check.hpp"
 
 #include <gmock/gmock.h>
 

@@ -1,16 +1,24 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "front/check/check.hpp"
+#include "front/check.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
+#include <array>
+#include <cerrno>
+#include <fstream>
 #include <map>
 #include <set>
+#include <system_error>
 
 #include "core/acceptance_file.hpp"
+#include "core/files/csv.hpp"
 #include "core/files/files.hpp"
 #include "core/files/json_file.hpp"
+#include "core/files/picture_head.hpp"
 #include "core/program/similar.hpp"
+#include "core/recording.hpp"
 #include "core/units.hpp"
 #include "front/process.hpp"
 
@@ -54,6 +62,298 @@ auto collecting(BenchCheck& check, const Read& read) -> std::optional<decltype(r
     return std::nullopt;
   }
 }
+
+// ---- recording --------------------------------------------------------------------------------
+
+/// Key of a file that refers to a set.
+struct Need {
+  std::string set;
+  Where where;
+};
+
+std::vector<Need> needs_of(const Rig& rig, const std::vector<Scene>& scenes) {
+  std::vector<Need> needs;
+  const auto add = [&](const std::string& set, const Document& file, const std::string& path) {
+    needs.push_back({set, file.where(path)});
+  };
+  for (std::size_t i = 0; i < rig.stages.size(); ++i)
+    add(rig.stages[i].set, rig.document, fmt::format("calibration.stage.{}.set", i));
+  for (const std::string& pose : rig.free_poses) add(pose, rig.document, "calibration.free_poses");
+  for (const Scene& scene : scenes) {
+    if (!scene.set.empty()) add(scene.set, scene.document, "set");
+    for (const ObjectTags& plate : scene.tags)
+      add(plate.set, scene.document, fmt::format("object.{}.tags_set", plate.object - 1));
+  }
+  // The scene's own laying is required by the scene.
+  const auto is_own = [&](const DrapeRepeat& repeat) {
+    return std::any_of(scenes.begin(), scenes.end(), [&](const Scene& scene) {
+      return scene.name == repeat.scene && scene.set == repeat.set;
+    });
+  };
+  for (std::size_t i = 0; i < rig.repeats.size(); ++i)
+    if (!is_own(rig.repeats[i]))
+      add(rig.repeats[i].set, rig.document, fmt::format("repeat.{}.set", i));
+  return needs;
+}
+
+void check_frame(const RecordedFrame& frame, const RigCamera& camera, const Rig& rig,
+                 std::map<std::string, bool>& named, BenchCheck& check) {
+  if (camera.width_px < 2 || camera.height_px < 2) return;  // reported when it was read
+  if (frame.width_px == camera.width_px && frame.height_px == camera.height_px) return;
+  if (std::exchange(named[camera.name], true)) return;
+  check.problems.push_back(bad_input(
+      fmt::format("the rig says {} x {} px, the pictures are {} x {} px", camera.width_px,
+                  camera.height_px, frame.width_px, frame.height_px),
+      [&] {
+        Where where =
+            rig.document.where(fmt::format("camera.{}.width_px", &camera - rig.cameras.data()));
+        where.camera = camera.name;
+        return where;
+      }(),
+      fmt::format("width_px = {}, height_px = {}", frame.width_px, frame.height_px)));
+}
+
+/// Finds a listed picture that is missing, or whose first bytes show that it is not a picture. Its
+/// hash is only checked when it is read.
+void check_file(const fs::path& folder, const FrameSet& set, const RecordedFrame& frame,
+                BenchCheck& check) {
+  const fs::path file = folder / frame.file;
+  const Where where{.file = file.string(), .camera = frame.camera, .set = set.name};
+  std::error_code failed;
+  if (!fs::is_regular_file(file, failed)) {
+    std::string others;
+    if (fs::is_directory(file.parent_path(), failed))
+      for (const auto& entry : fs::directory_iterator(file.parent_path(), failed))
+        if (entry.is_regular_file(failed) && entry.path().extension() == file.extension())
+          others += (others.empty() ? "" : ", ") + entry.path().filename().string();
+    check.problems.push_back(bad_input(
+        "a picture of the recording is missing", where,
+        others.empty()
+            ? std::string("bring it back, or record the set again")
+            : fmt::format("bring it back, or give it its name again; there are {}", others)));
+    return;
+  }
+  std::array<char, 132> begin{};
+  std::ifstream stream(file, std::ios::binary);
+  if (!stream) {
+    check.problems.push_back(
+        bad_input("the picture cannot be read: " + std::generic_category().message(errno), where,
+                  "make it readable for this user"));
+    return;
+  }
+  stream.read(begin.data(), begin.size());
+  const auto count = static_cast<std::size_t>(stream.gcount());
+  if (!begins_as_picture({reinterpret_cast<const unsigned char*>(begin.data()), count}))
+    check.problems.push_back(
+        bad_input(count == 0 ? "the picture is empty" : "this is no picture file", where,
+                  "bring the recorded picture back, or record the set again"));
+}
+
+/// Finds recorded cameras that the rig does not list, whose pictures are unused.
+void advise_on_cameras(const Recording& recording, const Rig& rig, BenchCheck& check) {
+  std::set<std::string> others;
+  for (const FrameSet& set : recording.sets)
+    for (const RecordedFrame& frame : set.frames) others.insert(frame.camera);
+  for (const RigCamera& camera : rig.cameras) others.erase(camera.name);
+  if (others.empty()) return;
+  check.advice.push_back(
+      fmt::format("{}: no [[camera]] is called {}; the recording's pictures of it are not used",
+                  rig.file.string(), fmt::join(others, ", ")));
+}
+
+/// Finds the same picture under two names: a copied camera or set.
+void check_twice(const Recording& recording, const std::vector<Need>& needs, BenchCheck& check) {
+  std::map<std::string, std::pair<std::string, std::string>> seen;
+  for (const FrameSet& set : recording.sets) {
+    const bool needed = std::any_of(needs.begin(), needs.end(),
+                                    [&](const Need& need) { return need.set == set.name; });
+    if (!needed) continue;
+    for (const RecordedFrame& frame : set.frames) {
+      const auto [other, fresh] = seen.emplace(frame.sha256, std::pair{set.name, frame.camera});
+      if (fresh) continue;
+      check.problems.push_back(bad_input(
+          fmt::format("this picture is also the one of camera `{}` in set `{}`, byte for byte",
+                      other->second.second, other->second.first),
+          {.file = (recording.folder / frame.file).string(),
+           .camera = frame.camera,
+           .set = set.name},
+          "no two pictures of cameras are equal: one of the two was copied; record or import it "
+          "again"));
+    }
+  }
+}
+
+/// Checks sets and cameras that the rig and its scenes need, image sizes, and missing or duplicate
+/// pictures.
+void check_recording(const Recording& recording, const Rig& rig, const std::vector<Scene>& scenes,
+                     BenchCheck& check) {
+  std::vector<std::string> names;
+  for (const FrameSet& set : recording.sets) names.push_back(set.name);
+  const std::string list = (recording.folder / "recording.json").string();
+  const std::vector<Need> needs = needs_of(rig, scenes);
+  std::map<std::string, bool> sizes_named, cameras_named;
+  for (const Need& need : needs) {
+    const auto set = std::find_if(recording.sets.begin(), recording.sets.end(),
+                                  [&](const FrameSet& one) { return one.name == need.set; });
+    if (set == recording.sets.end()) {
+      check.problems.push_back(bad_input(
+          fmt::format("the recording has no set `{}`{}", need.set, did_you_mean(need.set, names)),
+          need.where, fmt::format("{} has {}", list, fmt::join(names, ", "))));
+      continue;
+    }
+    if (set->no_go)
+      check.problems.push_back(bad_input(fmt::format("the set is NO-GO: {}", *set->no_go),
+                                         {.file = list, .set = need.set},
+                                         "record the set again, and name the new one"));
+    for (const RigCamera& camera : rig.cameras) {
+      const auto frame =
+          std::find_if(set->frames.begin(), set->frames.end(),
+                       [&](const RecordedFrame& one) { return one.camera == camera.name; });
+      if (frame != set->frames.end()) {
+        check_frame(*frame, camera, rig, sizes_named, check);
+        check_file(recording.folder, *set, *frame, check);
+      } else if (!std::exchange(cameras_named[camera.name], true)) {
+        std::vector<std::string> cameras;
+        for (const RecordedFrame& one : set->frames) cameras.push_back(one.camera);
+        check.problems.push_back(bad_input(
+            fmt::format("a camera of the rig is missing in the recording{}",
+                        did_you_mean(camera.name, cameras)),
+            {.file = list, .camera = camera.name, .set = need.set},
+            "record the set with all cameras, or correct or remove the camera in rig.toml"));
+      }
+    }
+  }
+  advise_on_cameras(recording, rig, check);
+  check_twice(recording, needs, check);
+}
+
+// ---- fabric -----------------------------------------------------------------------------------
+
+/// A curve named in the fabric file.
+struct Curve {
+  std::string kind, direction, field;
+  fs::path file;
+};
+
+std::vector<Curve> curves_of(const Document& fabric) {
+  std::vector<Curve> curves;
+  for (const char* kind : {"tensile", "shear", "bending"}) {
+    const Value* table = fabric.root().find(kind);
+    for (const char* direction : {"warp", "weft"}) {
+      const Value* name = table == nullptr ? nullptr : table->find(direction);
+      const auto* text = name == nullptr ? nullptr : name->get_if<std::string>();
+      if (text != nullptr)
+        curves.push_back(
+            {kind, direction, fmt::format("{}.{}", kind, direction), fabric.beside(*text)});
+    }
+  }
+  return curves;
+}
+
+/// True if the fabric file marks curves of this kind as not measured.
+bool is_stand_in(const Document& fabric, const std::string& kind) {
+  const Value* names = fabric.root().find("stand_ins");
+  return names != nullptr && one_line(*names).find(kind + " curves") != std::string::npos;
+}
+
+/// Finds curves of another direction or another fabric, and one file used for both directions.
+void check_curve_names(const Document& fabric, BenchCheck& check) {
+  std::map<fs::path, int> folders;
+  std::map<std::pair<std::string, fs::path>, std::string> used;
+  std::vector<Curve> curves;
+  for (const Curve& curve : curves_of(fabric)) {
+    if (is_stand_in(fabric, curve.kind)) continue;
+    const std::string other = curve.direction == "warp" ? "weft" : "warp";
+    const std::string name = curve.file.filename().string();
+    if (name.find(other) != std::string::npos && name.find(curve.direction) == std::string::npos)
+      check.add(fabric, curve.field,
+                fmt::format("{} names {}, a curve along the {}", curve.field, name, other),
+                "are warp and weft exchanged?");
+    if (const auto [first, fresh] = used.emplace(std::pair{curve.kind, curve.file}, curve.field);
+        !fresh)
+      check.add(fabric, curve.field, fmt::format("{} is also {}", name, first->second),
+                fmt::format("name the curve along the {}, or list \"{} curves\" in stand_ins",
+                            curve.direction, curve.kind));
+    ++folders[curve.file.parent_path()];
+    curves.push_back(curve);
+  }
+  if (folders.size() < 2 || curves.size() < 3) return;
+  const auto usual =
+      std::max_element(folders.begin(), folders.end(),
+                       [](const auto& a, const auto& b) { return a.second < b.second; });
+  if (2 * usual->second <= static_cast<int>(curves.size())) return;
+  for (const Curve& curve : curves)
+    if (curve.file.parent_path() != usual->first)
+      check.add(
+          fabric, curve.field,
+          fmt::format("{} is not in {}, where most curves of this fabric are", curve.file.string(),
+                      usual->first.string()),
+          "is it the curve of another fabric? Copy it to the others, or list it in stand_ins");
+}
+
+/// Finds a missing curve file, or one that holds only its header.
+void check_curve(const Document& fabric, const Curve& curve, BenchCheck& check) {
+  if (!fs::is_regular_file(curve.file))
+    return check.add(fabric, curve.field, fmt::format("there is no curve {}", curve.file.string()),
+                     "correct the name, or put the file there");
+  const Where where{.file = curve.file.string(), .field = curve.field};
+  const std::string text = read_text(curve.file);
+  const bool unix_ends = text.find('\n') != std::string::npos;
+  if (text.find('\0') != std::string::npos || (!unix_ends && text.find('\r') != std::string::npos))
+    check.problems.push_back(
+        bad_input(unix_ends ? "the curve is text of two bytes a letter (UTF-16)"
+                            : "the lines end as on an old Macintosh",
+                  where, "save it as UTF-8 (CSV) with the line ends of Unix or Windows"));
+  else if (std::count(text.begin(), text.end(), '\n') < 3)
+    check.problems.push_back(
+        bad_input("the curve has no points", where,
+                  "fill in what the test measured, below the names of the columns"));
+}
+
+/// Checks the largest load: KES-FB1 stops at 500 gf/cm, at 50 for weak fabrics, FAST-3 at 98.
+void judge_tensile(const fs::path& file, BenchCheck& check) {
+  constexpr double kLeast_gf_per_cm = 20;
+  const Csv curve =
+      read_csv(file, {"strain_percent", "loading_force_gf_per_cm", "unloading_force_gf_per_cm"});
+  if (curve.lines.empty() || curve.columns[1].back() >= kLeast_gf_per_cm) return;
+  check.problems.push_back(bad_input(
+      fmt::format("the curve ends at {:g} gf/cm; tests go to 50 or 500 (KES) or 98 (FAST)",
+                  curve.columns[1].back()),
+      {.file = file.string(), .field = "loading_force_gf_per_cm"},
+      "is the force in N/cm (1 N/cm is 102 gf/cm), or is the end of the curve missing?"));
+}
+
+/// Checks names and files of a fabric's curves, and its values by `drape fabric`, the reader used
+/// in simulation, for each of these numbers of segments.
+void check_fabric(const fs::path& file, const std::vector<int>& segments, BenchCheck& check) {
+  const std::size_t before = check.problems.size();
+  ++check.files;
+  try {
+    const Document fabric = Document::read(file);
+    for (const Curve& curve : curves_of(fabric)) check_curve(fabric, curve, check);
+    check_curve_names(fabric, check);
+    if (check.problems.size() > before) return;
+    for (const Curve& curve : curves_of(fabric))
+      if (curve.kind == "tensile") judge_tensile(curve.file, check);
+  } catch (const Error& error) {
+    check.add(error.each());
+  }
+  if (check.problems.size() > before) return;
+  for (const int count : segments) {
+    const StepResult result =
+        result_of_stage("fabric", {file.string(), "--segments", std::to_string(count), "--json"});
+    if (const auto error = error_in(result)) {
+      check.problems.push_back(*error);
+      return;
+    }
+    // Only warnings that name a place; the others list unmeasured values.
+    for (const std::string& warning : warnings_in(result))
+      if (count == segments.front() && warning.starts_with(file.string() + ", "))
+        check.warnings.push_back(warning);
+  }
+}
+
+// ---- rig and scenes ---------------------------------------------------------------------------
 
 void check_cameras_and_stages(const Rig& rig, bool is_good, BenchCheck& check) {
   const Document& file = rig.document;
