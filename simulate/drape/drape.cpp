@@ -14,9 +14,9 @@ namespace {
 
 using Eigen::Vector2d;
 
-// See Drape::mesh_error_m.
-constexpr double kSafety = 1.25, kSafetyOfTwo = 3, kLeastShrunk = 2, kMostShrunk = 4,
-                 kMostShrunkHeld = 3;
+// See mesh_error_m().
+constexpr double kSafety = 1.25, kSafetyUnseen = 3, kOrder = 2, kOrderSpread = 0.2;
+constexpr double kLeastShrunk = 2, kMostShrunk = 4, kMostShrunkHeld = 3;
 constexpr double kCoarseResidual = 1e-2;  // in mean weights of a point
 
 /// Builds up a drape level by level.
@@ -176,17 +176,8 @@ class Levels {
       drape.marks.push_back(marks_[i]);
     }
     for (Eigen::MatrixX3d& marks : drape.marks_of_level) marks = marks(on, Eigen::all).eval();
-    if (drape.marks_of_level.size() < 2) return;
-    const auto levels = drape.levels.end();
-    const double last = (levels - 1)->moved_m.value_or(0);
-    const bool held = !case_.pins_at.empty(), three = drape.levels.size() > 2 && last > 0;
-    double shrunk = held ? kLeastShrunk : kMostShrunk;
-    if (three)
-      shrunk = std::clamp((levels - 2)->moved_m.value_or(0) / last, kLeastShrunk,
-                          held ? kMostShrunkHeld : kMostShrunk);
-    const Eigen::VectorXd moved =
-        (drape.marks_of_level.back() - *(drape.marks_of_level.end() - 2)).rowwise().norm();
-    drape.mesh_error_m = (three ? kSafety : kSafetyOfTwo) / (shrunk - 1) * moved.cwiseMax(last / 2);
+    if (drape.levels.size() < 2) return;
+    drape.mesh_error_m = simulate::mesh_error_m(case_, drape.levels, drape.marks_of_level);
   }
 
   const DrapeCase& case_;
@@ -198,7 +189,32 @@ class Levels {
   std::vector<MarkId> marks_;
 };
 
+/// Ratio of the moves of a mark from the first to the second of three meshes and from there to the
+/// third, where its error is proportional to spacing^order.
+double ratio_of_moves(const LevelReport* three, double order) {
+  const auto error = [&](int k) { return std::pow(three[k].spacing_m, order); };
+  return (error(0) - error(1)) / (error(1) - error(2));
+}
+
 }  // namespace
+
+Eigen::VectorXd mesh_error_m(const DrapeCase& drape, const std::vector<LevelReport>& levels,
+                             const std::vector<Eigen::MatrixX3d>& marks_of_level) {
+  const double last = levels.back().moved_m.value_or(0);
+  const bool pinned = !drape.pins_at.empty(), held = pinned || !drape.lines.empty();
+  double shrunk = pinned ? kLeastShrunk : kMostShrunk, safety = kSafetyUnseen;
+  if (levels.size() > 2 && last > 0) {
+    const LevelReport* const three = &*(levels.end() - 3);
+    const double seen = three[1].moved_m.value_or(0) / last;
+    shrunk = std::clamp(seen, kLeastShrunk, pinned ? kMostShrunkHeld : kMostShrunk);
+    if (!held && seen >= ratio_of_moves(three, kOrder - kOrderSpread) &&
+        seen <= ratio_of_moves(three, kOrder + kOrderSpread))
+      safety = kSafety;
+  }
+  const Eigen::VectorXd moved =
+      (marks_of_level.back() - *(marks_of_level.end() - 2)).rowwise().norm();
+  return safety / (shrunk - 1) * moved.cwiseMax(last / 2);
+}
 
 Drape drape_cloth(const DrapeCase& drape, const DrapeOptions& options,
                   const StartVariation& variation, const DrapeProgress& progress,

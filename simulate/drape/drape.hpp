@@ -30,17 +30,25 @@ struct Drape {
   std::vector<Eigen::MatrixX3d> marks_of_level;
   std::vector<MarkId> marks;
   /// Estimated distance (m) of each mark from the limit of infinite refinement; empty for one
-  /// level. With d its move between the last two levels, and r the ratio by which the mean of d
-  /// decreased from the level before: 1.25 d / (r - 1) (grid convergence index: Roache 1994). r is
-  /// limited to 2 .. 4, since contact and bending converge as spacing^2; to 3 if points are held,
-  /// near which the stretch grows with the logarithm of the spacing, masked at first by other
-  /// errors. For two levels, where r is unknown, 3 d / (r - 1) with r = 4, or 2 if points are held.
-  /// d is at least half of its mean over the marks, since a mark may cross its limit.
+  /// level. See mesh_error_m().
   Eigen::VectorXd mesh_error_m;
   std::vector<std::string> warnings;
 
   [[nodiscard]] bool at_rest() const { return levels.back().rest.at_rest; }
 };
+
+/// Estimated distance (m) of each mark from the limit of infinite refinement, for two levels or
+/// more: F d / (r - 1) (grid convergence index: Roache 1994), with d the move of the mark between
+/// the last two levels and r the ratio by which the mean of d decreased from the level before.
+/// The safety factor F is 1.25 where the order of convergence seen on three levels is within 0.2 of
+/// 2, that of contact and bending, and neither pins nor clamps hold the cloth; else 3 (Oberkampf
+/// and Roy 2010, section 8.6.4). r is limited to 2 .. 4; to 3 with pins, near which the stretch
+/// grows with the logarithm of the spacing, masked at first by other errors. Two levels show no r:
+/// it is 4, or 2 with pins. d is at least half of its mean over the marks, since a mark may cross
+/// its limit. `marks_of_level` has a row per mark.
+[[nodiscard]] Eigen::VectorXd mesh_error_m(const DrapeCase& drape,
+                                           const std::vector<LevelReport>& levels,
+                                           const std::vector<Eigen::MatrixX3d>& marks_of_level);
 
 /// Returns the start of a cloth on the coarsest mesh, in place of DrapeLevel::start().
 using DrapeStart = std::function<ClothMoment(const DrapeLevel& level)>;

@@ -251,6 +251,50 @@ TEST(Levels, GoOnFromARestOnACoarserMesh) {
   EXPECT_EQ(on.mesh_error_m.size(), std::ssize(on.marks));
 }
 
+/// The mesh error stated for a mark whose error is spacing^order m, and the true one.
+struct StatedError {
+  double stated_m, true_m;
+
+  StatedError(const DrapeCase& drape, const std::vector<double>& spacings_m, double order)
+      : stated_m(0), true_m(std::pow(spacings_m.back(), order)) {
+    std::vector<LevelReport> levels;
+    std::vector<Eigen::MatrixX3d> marks;
+    for (const double spacing : spacings_m) {
+      levels.push_back({spacing, 0, {}, {}});
+      marks.emplace_back(Eigen::RowVector3d(0, 0, std::pow(spacing, order)));
+      if (marks.size() > 1) levels.back().moved_m = (marks.back() - marks[marks.size() - 2]).norm();
+    }
+    stated_m = mesh_error_m(drape, levels, marks)(0);
+  }
+};
+
+TEST(MeshError, HasASmallSafetyFactorOnlyWhereTheOrderIsSeenToBeTheMethods) {
+  DrapeCase pinned, clamped;
+  pinned.pins_at = {Vector3d::Zero()};
+  clamped.lines.resize(1);
+  const double h = 2.5e-3;
+  // The last are those of a finest mesh of 3 mm, whose first step is not a half.
+  for (const std::vector<double>& spacings :
+       {std::vector<double>{4 * h, 2 * h, h}, {8 * h, 4 * h, 2 * h, h}, {10e-3, 6e-3, 3e-3}}) {
+    for (const double order : {1.0, 1.5, 1.75, 1.85, 2.0, 2.15, 2.25, 3.0}) {
+      const StatedError free({}, spacings, order);
+      EXPECT_GE(free.stated_m, free.true_m) << order;
+      for (const DrapeCase* held : {&pinned, &clamped})
+        EXPECT_GE(StatedError(*held, spacings, order).stated_m, 2.4 * free.true_m) << order;
+    }
+  }
+  const std::vector<double> halves = {4 * h, 2 * h, h};
+  const double moved = 3 * h * h;
+  EXPECT_NEAR(StatedError({}, halves, 2).stated_m, 1.25 * moved / 3, 1e-12);
+  EXPECT_NEAR(StatedError(clamped, halves, 2).stated_m, 3 * moved / 3, 1e-12);
+  EXPECT_NEAR(StatedError(pinned, halves, 2).stated_m, 3 * moved / 2, 1e-12);
+  for (const double order : {1.75, 2.25}) {
+    const StatedError other({}, halves, order);
+    EXPECT_GE(other.stated_m, 2.4 * other.true_m) << order;
+  }
+  EXPECT_NEAR(StatedError({}, {2 * h, h}, 2).stated_m, 3 * moved / 3, 1e-12);
+}
+
 TEST(Levels, GiveTheSameBytesAndDoNotSeeWhereTheWorldIs) {
   DrapeOptions options;
   options.spacing_m = 5 * mm;

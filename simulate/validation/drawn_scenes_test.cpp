@@ -3,7 +3,6 @@
 #include <gtest/gtest.h>
 
 #include <cstdio>
-#include <cstdlib>
 #include <string>
 
 #include "core/units.hpp"
@@ -11,17 +10,18 @@
 #include "simulate/judge_drape.hpp"
 #include "simulate/validation/test_drawn_scenes.hpp"
 #include "tests/support/paths.hpp"
+#include "tests/support/trials.hpp"
 
 namespace drape::simulate {
 namespace {
 
 /// At least 98 in 100 are at rest and accepted; none that the checker refuses is called at rest.
 TEST(DrawnScenes, AreCertified) {
-  const char* const trials = std::getenv("DRAPE_LONG_TESTS");
-  const int count = trials != nullptr && std::string(trials) == "1" ? 300 : 7;
+  const int first = test::first_trial(), end = test::trial_count(7, 300), count = end - first;
+  ASSERT_GT(count, 0);
   const test::TemporaryFolder folder;
   int certified = 0;
-  for (int index = 0; index < count; ++index) {
+  for (int index = first; index < end; ++index) {
     const DrawnScene drawn = drawn_scene(index, folder.path());
     const DrapeCase drape = drape_case(drawn.scene, drawn.print, std::nullopt, drawn.laws);
     DrapeOptions options;
@@ -35,7 +35,7 @@ TEST(DrawnScenes, AreCertified) {
                 good              ? "at rest"
                 : found.at_rest() ? judged.refusals.front().c_str()
                                   : found.levels.back().rest.why.c_str(),
-                certified, index + 1);
+                certified, index + 1 - first);
     std::fflush(stdout);
     for (const std::string& refusal : judged.refusals) {
       const bool through = refusal.find("through") != std::string::npos;
