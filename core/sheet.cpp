@@ -137,9 +137,12 @@ void fields(Fields& f, RepeatId& repeat) {
 void fields(Fields& f, MeasuredSource& source) {
   f({"rig", "name of the bench"}, source.rig);
   f(Field{"set", "frame set"}.plain_name(), source.set);
-  f({"cameras", "names of its cameras"}, source.cameras);
-  f({"calibration_sha256", "SHA-256 of calibration.json"}, source.calibration_sha256);
-  f({"detections_sha256", "SHA-256 of detections.json"}, source.detections_sha256);
+  f({"cameras", "names of its cameras, or the other instrument"}, source.cameras);
+  f({"calibration_sha256",
+     "SHA-256 of calibration.json; of points of another instrument that of their fit"},
+    source.calibration_sha256);
+  f({"detections_sha256", "SHA-256 of detections.json, or of the points of another instrument"},
+    source.detections_sha256);
   f.if_any({"asked_scene", "scene with which the marks were measured; absent if none"},
            source.asked_scene);
   f.if_any({"repeat", "drape and laying that it shows, if the rig states them"}, source.repeat);

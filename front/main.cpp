@@ -35,6 +35,7 @@ constexpr const char* kHelp =
   check RIG                                    every missing or wrong value of a bench at once
   capture RIG --set NAME --out RECORDING       the cameras' pictures, all at once
   import FOLDER --out RECORDING                pictures from elsewhere
+  import --points CLOUD.csv --scene SCENE ...  points of another instrument as a measured sheet
   run RIG                                      every stage in order, skipping what is up to date
   bench RIG                                    the same and the cameras as a page in the browser
   detect, calib, object, triangulate, simulate, compare

@@ -255,6 +255,19 @@ const std::vector<CommandWord>& command_words() {
 
 StageCall call_of(const std::string& command, std::vector<std::string> arguments) {
   std::string stage = command;
+  // `drape import --points FILE` makes a sheet, `drape import FOLDER` a recording.
+  const std::string_view points = "--points";
+  const auto given = std::find_if(arguments.begin(), arguments.end(), [&](const std::string& word) {
+    return word == points || word.starts_with("--points=");
+  });
+  if (command == "import" && given != arguments.end()) {
+    if (*given == points)
+      arguments.erase(given);
+    else
+      given->erase(0, points.size() + 1);
+    arguments.insert(arguments.begin(), "points");
+    return {program_beside("drape-triangulate"), std::move(arguments)};
+  }
   for (const CommandWord& word : command_words()) {
     if (command != word.name) continue;
     stage = word.stage;

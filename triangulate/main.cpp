@@ -63,6 +63,7 @@ bool agrees_with_other(const Detections& detections, const Calibration& calibrat
 }  // namespace
 
 int object_command(int argc, char** argv);
+int points_command(int argc, char** argv);
 
 int triangulate_command(int argc, char** argv) {
   const auto run = [](TriangulateArguments& given, const std::vector<std::string>& words,
@@ -128,5 +129,6 @@ int main(int argc, char** argv) {
   using namespace drape::triangulate;
   return drape::run_stage(
       argc, argv, triangulate_command,
-      {{"object", object_command, "measures the position of an object by its plate of tags"}});
+      {{"object", object_command, "measures the position of an object by its plate of tags"},
+       {"points", points_command, "makes a sheet of points that another instrument measured"}});
 }

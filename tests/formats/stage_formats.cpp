@@ -14,6 +14,7 @@
 #include "tests/formats/formats.hpp"
 #include "tests/support/paths.hpp"
 #include "triangulate/plate/object_pose.hpp"
+#include "triangulate/points.hpp"
 
 namespace drape::test {
 namespace {
@@ -27,6 +28,14 @@ constexpr const char* kLab =
     "schema = \"drapebench/lab/1\"\ntitle = \"A cloth\"\ndescription = \"one drape\"\nlicense = "
     "\"https://example.org\"\nlicense_name = \"free\"\n[[author]]\nname = \"Ada\"\norcid = "
     "\"https://orcid.org/0000\"\n";
+constexpr const char* kPoints =
+    "schema = \"drapebench/points/1\"\ninstrument = \"DICe\"\nunit_mm = 25.4\nsigma_mm = 0.02\n"
+    "correlation_mm = 5.0\n[columns]\nx = \"X\"\ny = \"Y\"\nz = \"Z\"\ndx = \"U\"\ndy = \"V\"\ndz "
+    "= "
+    "\"W\"\nwarp = \"s\"\nweft = \"t\"\nsigma = \"e\"\nvalid = \"ok\"\n[[point]]\nname = "
+    "\"corner\"\n"
+    "in_file = [1.0, 2.0, 3.0]\nin_world_mm = [4.0, 5.0, 6.0]\nuncertainty_mm = 0.1\n[[point]]\n"
+    "in_file = [1.0, 2.0, 3.0]\nat_material_mm = [0.0, 10.0]\n";
 constexpr const char* kMesh =
     "schema = \"drapebench/mesh/1\"\nname = \"Other 1.0\"\nmesh = \"other.ply\"\nunit_mm = "
     "1.0\nup = \"z\"\nscene = \"A\"\nfabric = \"cotton\"\n[grid]\ninner = \"weft\"\ninner_count = "
@@ -125,6 +134,7 @@ std::vector<DescribedFormat> stage_formats() {
           described<simulate::PlanFile>(rig_file("paper/plan.toml")),
           described(small_object()),
           described<DrapeMesh>(kMesh),
+          described<triangulate::PointsDescription>(kPoints),
           described<compare::Lab>(kLab),
           described(small_hems()),
           described(small_repeats()),

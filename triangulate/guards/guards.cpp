@@ -14,6 +14,8 @@
 namespace drape::triangulate {
 namespace {
 
+using units::mm;
+
 SeenCloth seen_cloth(const Sheet& sheet, double strain, const Scene& scene, int threads) {
   SeenCloth seen{sheet, spans_of(sheet, strain)};
   for (const Obstacle& object : scene.obstacles) {
@@ -49,7 +51,6 @@ void require_detected_print(const MarkLattice& lattice, const Scene& scene) {
       same(Eigen::Vector2d(print.pitch_m, print.dot_diameter_m),
            Eigen::Vector2d(lattice.pitch_m, lattice.dot_diameter_m)))
     return;
-  constexpr double mm = units::mm;
   throw bad_input(
       fmt::format(
           "the marks were detected with another print: {} x {} marks, pitch {} mm, diameter "
@@ -65,11 +66,18 @@ std::vector<std::string> contradictions_of(const Detections& detections,
                                            const TriangulateOptions& options, const Misses& misses,
                                            const std::vector<SheetMark>& placed,
                                            const Sheet& sheet) {
-  std::vector<std::string> found =
+  const std::vector<std::string> found =
       contradictions_of_cameras(detections, calibration, set, options, misses);
   // Points from rays that do not meet say nothing about lengths.
   if (!found.empty()) return found;
-  const MarkLattice& lattice = detections.lattice;
+  return contradictions_of_sheet(detections.lattice, options, placed, sheet);
+}
+
+std::vector<std::string> contradictions_of_sheet(const MarkLattice& lattice,
+                                                 const TriangulateOptions& options,
+                                                 const std::vector<SheetMark>& placed,
+                                                 const Sheet& sheet) {
+  std::vector<std::string> found;
   const auto add = [&](const std::vector<std::string>& more) {
     found.insert(found.end(), more.begin(), more.end());
   };

@@ -79,6 +79,11 @@ struct Misses {
     const Detections& detections, const Calibration& calibration, const std::string& set,
     const TriangulateOptions& options, const Misses& misses, const std::vector<SheetMark>& placed,
     const Sheet& sheet);
+/// The same of a sheet whose marks no camera of ours saw.
+[[nodiscard]] std::vector<std::string> contradictions_of_sheet(const MarkLattice& lattice,
+                                                               const TriangulateOptions& options,
+                                                               const std::vector<SheetMark>& placed,
+                                                               const Sheet& sheet);
 
 /// Errors of the scale (unseen_scale()) and of the scene's objects (detection_limits()) that this
 /// sheet would not reveal.

@@ -1,0 +1,401 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "triangulate/points.hpp"
+
+#include <fmt/format.h>
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "core/error.hpp"
+#include "core/files/csv.hpp"
+#include "core/files/files.hpp"
+#include "core/geometry/rigid_motion.hpp"
+#include "core/rules.hpp"
+#include "core/units.hpp"
+#include "triangulate/vtu.hpp"
+
+namespace drape::triangulate {
+
+namespace fs = std::filesystem;
+using Eigen::Vector2d, Eigen::Vector3d;
+using units::mm;
+
+namespace {
+
+constexpr double kAtMark_m = 1e-6;       ///< a point so near to a mark on the cloth is the mark
+constexpr double kReach = 3;             ///< spacings around a mark whose points are fitted
+constexpr std::size_t kLeastPoints = 8;  ///< of a quadratic surface with six coefficients
+constexpr double kMostDeviations = 3;
+
+/// A table with named columns of numbers; a number that is not finite marks a failed point.
+struct Table {
+  std::vector<std::string> names;
+  std::vector<std::vector<double>> columns;
+
+  [[nodiscard]] const std::vector<double>* find(const std::string& name) const {
+    const auto at = std::find(names.begin(), names.end(), name);
+    return at == names.end() ? nullptr : &columns[static_cast<std::size_t>(at - names.begin())];
+  }
+};
+
+Table table_of_csv(const fs::path& file) {
+  const CsvText text = read_csv_text(file);
+  Table table{text.names, std::vector<std::vector<double>>(text.names.size())};
+  for (std::size_t row = 0; row < text.rows.size(); ++row) {
+    for (std::size_t col = 0; col < text.names.size(); ++col) {
+      const std::string& cell = text.rows[row][col];
+      const bool failed = cell.empty() || cell == "nan" || cell == "NaN" || cell == "-nan";
+      table.columns[col].push_back(failed ? std::nan("")
+                                          : text.number(row, text.names[col]).value());
+    }
+  }
+  return table;
+}
+
+/// Columns as DICe and pyALDIC-3D name them.
+PointColumns known_columns(const Table& table, const fs::path& file, std::string& instrument) {
+  const auto has = [&](const char* name) { return table.find(name) != nullptr; };
+  const auto if_any = [&](const char* name) {
+    return has(name) ? std::optional<std::string>(name) : std::nullopt;
+  };
+  PointColumns columns;
+  if (has("MODEL_COORDINATES_X")) {
+    instrument = "DICe";
+    columns = {"MODEL_COORDINATES_X",
+               "MODEL_COORDINATES_Y",
+               "MODEL_COORDINATES_Z",
+               if_any("MODEL_DISPLACEMENT_X"),
+               if_any("MODEL_DISPLACEMENT_Y"),
+               if_any("MODEL_DISPLACEMENT_Z"),
+               {},
+               {},
+               {},
+               if_any("STATUS_FLAG")};
+    // A subset that failed has a deviation of -1 px.
+    if (!columns.valid) columns.valid = if_any("SIGMA");
+  } else if (has("X_mm") && has("Y_mm") && has("Z_mm")) {
+    instrument = "pyALDIC-3D";
+    columns = {"X_mm", "Y_mm", "Z_mm", {}, {}, {}, {}, {}, {}, {}};
+  } else if (has("x_mm") && has("y_mm") && has("z_mm")) {
+    columns = {"x_mm", "y_mm", "z_mm", {}, {}, {}, {}, {}, {}, {}};
+  } else {
+    throw bad_input("its columns are neither DICe's nor pyALDIC-3D's", {.file = file.string()},
+                    "name them in [columns] of a points.toml");
+  }
+  columns.warp = if_any("warp_mm");
+  columns.weft = if_any("weft_mm");
+  columns.sigma = if_any("sigma_mm");
+  return columns;
+}
+
+const std::vector<double>& column_of(const Table& table, const std::string& name,
+                                     const fs::path& file) {
+  if (const auto* column = table.find(name)) return *column;
+  std::string list;
+  for (const std::string& other : table.names) list += (list.empty() ? "" : ", ") + other;
+  throw bad_input(fmt::format("the column `{}` is missing", name), {.file = file.string()},
+                  "there are: " + list);
+}
+
+/// Rigid motion that takes the first points to the second ones, its RMS and the covariance of a
+/// moved point.
+struct Fit {
+  Pose<void, void> motion;
+  double rms_m = 0;
+  double u_m = 0;             ///< standard uncertainty of one named point
+  Vector3d centre;            ///< of the points it goes to
+  Eigen::Matrix3d turn_rad2;  ///< covariance of the rotation vector
+  std::size_t count = 0;
+
+  [[nodiscard]] Vector3d operator()(const Vector3d& point) const { return motion * point; }
+  [[nodiscard]] Eigen::Matrix3d covariance_at(const Vector3d& point) const {
+    Eigen::Matrix3d cross;
+    const Vector3d r = point - centre;
+    cross << 0, -r.z(), r.y(), r.z(), 0, -r.x(), -r.y(), r.x(), 0;
+    return cross * turn_rad2 * cross.transpose() +
+           u_m * u_m / static_cast<double>(count) * Eigen::Matrix3d::Identity();
+  }
+};
+
+std::optional<Fit> fit_of(const std::vector<Vector3d>& from, const std::vector<Vector3d>& to,
+                          const std::vector<double>& u_m, const std::string& what,
+                          const Document& document) {
+  if (from.empty()) return std::nullopt;
+  Eigen::Matrix3Xd a(3, std::ssize(from)), b(3, std::ssize(from));
+  for (std::size_t i = 0; i < from.size(); ++i) {
+    a.col(static_cast<Eigen::Index>(i)) = from[i];
+    b.col(static_cast<Eigen::Index>(i)) = to[i];
+  }
+  const auto motion = rigid_motion(a, b);
+  if (!motion)
+    throw bad_input(fmt::format("{} points that name {} fix no place", from.size(), what),
+                    document.where("point"), "name three or more that do not lie in one line");
+  Fit fit{*motion, 0, 0, b.rowwise().mean(), {}, from.size()};
+  Eigen::Matrix3d inertia = Eigen::Matrix3d::Zero();
+  double worst = 0;
+  std::size_t worst_at = 0;
+  for (std::size_t i = 0; i < from.size(); ++i) {
+    const double miss_m = (fit(from[i]) - to[i]).norm();
+    fit.rms_m += miss_m * miss_m / static_cast<double>(from.size());
+    fit.u_m = std::max(fit.u_m, u_m[i]);
+    if (miss_m / u_m[i] > worst) worst = miss_m / u_m[i], worst_at = i;
+    const Vector3d r = to[i] - fit.centre;
+    inertia += r.squaredNorm() * Eigen::Matrix3d::Identity() - r * r.transpose();
+  }
+  fit.rms_m = std::sqrt(fit.rms_m);
+  // Three axes: a length of sqrt(3) deviations is usual.
+  if (worst > kMostDeviations * std::sqrt(3.0))
+    throw bad_input(
+        fmt::format("the points that name {} contradict each other: RMS {:.3g} mm, point {} is "
+                    "{:.3g} mm off",
+                    what, fit.rms_m / mm, worst_at + 1,
+                    (fit(from[worst_at]) - to[worst_at]).norm() / mm),
+        document.where("point"), "correct them, unit_mm, or their uncertainty_mm");
+  fit.turn_rad2 = fit.u_m * fit.u_m * inertia.inverse();
+  return fit;
+}
+
+/// Material coordinates by named points, through the plane in which the cloth lay flat.
+void lay_out(Cloud& cloud, const PointsDescription& description, PointsReport& report) {
+  std::vector<Vector3d> from, to;
+  std::vector<double> u_m;
+  for (const NamedPoint& point : description.points) {
+    if (!point.at_material_m) continue;
+    from.emplace_back(description.unit_m * point.in_file);
+    to.emplace_back(point.at_material_m->x(), point.at_material_m->y(), 0);
+    u_m.push_back(point.uncertainty_m);
+  }
+  const auto fit = fit_of(from, to, u_m, "the cloth", description.document);
+  if (!fit)
+    throw bad_input("the file has no warp and weft, and no point of the cloth is named",
+                    description.document.where("point"),
+                    "name columns warp and weft, or [[point]]s with at_material_mm");
+  if (cloud.before.empty())
+    throw bad_input("named points of the cloth need the cloth where it lay flat",
+                    description.document.where("columns"),
+                    "name dx, dy, dz: the displacement since then");
+  report.cloth_rms_m = fit->rms_m;
+  for (const Vector3d& point : cloud.before) {
+    const Vector3d flat = (*fit)(point);
+    if (std::abs(flat.z()) > kMostDeviations * std::max(fit->u_m, 1 * mm))
+      throw bad_input(
+          fmt::format(
+              "before the displacement the cloth did not lie flat: a point is {:.3g} mm off "
+              "the plane of the named ones",
+              std::abs(flat.z()) / mm),
+          description.document.where("point"), "give warp and weft as columns");
+    cloud.material_m.emplace_back(flat.x(), flat.y());
+  }
+}
+
+double spacing_of(const Cloud& cloud) {
+  Vector2d low = cloud.material_m.front(), high = low;
+  for (const Vector2d& at : cloud.material_m) low = low.cwiseMin(at), high = high.cwiseMax(at);
+  const double area = (high - low).prod();
+  return std::sqrt(area / static_cast<double>(cloud.material_m.size()));
+}
+
+/// Place of a material point on the quadratic surface through the points around it; nothing where
+/// they do not surround it.
+std::optional<Vector3d> fitted_at(const Cloud& cloud, const Vector2d& at, double reach_m) {
+  std::vector<std::size_t> near;
+  std::array<bool, 4> quadrants{};
+  for (std::size_t i = 0; i < cloud.material_m.size(); ++i) {
+    const Vector2d d = cloud.material_m[i] - at;
+    if (d.norm() > reach_m) continue;
+    near.push_back(i);
+    quadrants[static_cast<std::size_t>(2 * (d.x() >= 0) + (d.y() >= 0))] = true;
+  }
+  const bool is_surrounded =
+      std::all_of(quadrants.begin(), quadrants.end(), [](bool seen) { return seen; });
+  if (near.size() < kLeastPoints || !is_surrounded) return std::nullopt;
+  Eigen::MatrixXd powers(std::ssize(near), 6), places(std::ssize(near), 3);
+  for (Eigen::Index row = 0; row < powers.rows(); ++row) {
+    const std::size_t i = near[static_cast<std::size_t>(row)];
+    const Vector2d d = (cloud.material_m[i] - at) / reach_m;
+    const double weight = std::sqrt(1 - std::min(1.0, d.squaredNorm()));
+    powers.row(row) << 1, d.x(), d.y(), d.x() * d.x(), d.x() * d.y(), d.y() * d.y();
+    powers.row(row) *= weight;
+    places.row(row) = weight * cloud.points[i].transpose();
+  }
+  const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> solver(powers);
+  if (solver.rank() < 6) return std::nullopt;
+  return Vector3d(solver.solve(places).row(0).transpose());
+}
+
+/// Mean correlation of two marks' errors.
+double common_part(const std::vector<SheetMark>& marks, double length_m) {
+  if (length_m <= 0 || marks.size() < 2) return 0;
+  double sum = 0;
+  for (std::size_t i = 0; i < marks.size(); ++i)
+    for (std::size_t k = i + 1; k < marks.size(); ++k)
+      sum += std::exp(-(marks[i].point_in_world - marks[k].point_in_world).norm() / length_m);
+  return sum / (0.5 * static_cast<double>(marks.size()) * static_cast<double>(marks.size() - 1));
+}
+
+}  // namespace
+
+void fields(Fields& f, NamedPoint& point) {
+  f.otherwise({"name", "what it is"}, point.name);
+  f({"in_file", "place in the file, in its unit"}, point.in_file);
+  f.if_any({"in_world_mm", "place in the world", mm}, point.in_world);
+  f.if_any({"at_material_mm", "(warp, weft) on the cloth; in_file is where it lay flat", mm},
+           point.at_material_m);
+  f.otherwise({"uncertainty_mm", "standard uncertainty along each axis", mm, above_zero},
+              point.uncertainty_m);
+  f.rule(point.in_world.has_value() != point.at_material_m.has_value(), "in_world_mm",
+         "a point is named in the world or on the cloth, not both and not neither",
+         "give in_world_mm or at_material_mm");
+}
+
+void fields(Fields& f, PointColumns& columns) {
+  f({"x", "place along x"}, columns.x);
+  f({"y", "place along y"}, columns.y);
+  f({"z", "place along z"}, columns.z);
+  f.if_any({"dx", "displacement along x, added to the place"}, columns.dx);
+  f.if_any({"dy", "displacement along y"}, columns.dy);
+  f.if_any({"dz", "displacement along z"}, columns.dz);
+  f.if_any({"warp", "material coordinate along the warp"}, columns.warp);
+  f.if_any({"weft", "material coordinate along the weft"}, columns.weft);
+  f.if_any({"sigma", "standard deviation along each axis"}, columns.sigma);
+  f.if_any({"valid", "0 or below: the point is none"}, columns.valid);
+  f.rule(columns.dx.has_value() == columns.dy.has_value() &&
+             columns.dx.has_value() == columns.dz.has_value(),
+         "dx", "a displacement has three components", "name dx, dy and dz, or none");
+  f.rule(columns.warp.has_value() == columns.weft.has_value(), "warp",
+         "warp and weft are never one without the other", "name both, or none");
+}
+
+void fields(Fields& f, PointsDescription& description) {
+  f.otherwise({"instrument", "what measured the points"}, description.instrument);
+  f.otherwise({"unit_mm", "length of one unit of the file", mm, above_zero}, description.unit_m);
+  f.if_any({"sigma_mm", "standard deviation of a point along each axis", mm, above_zero},
+           description.sigma_m);
+  f.otherwise({"correlation_mm", "length over which the errors of two points fall to 1/e", mm, 0},
+              description.correlation_m);
+  f.if_any({"columns", "names of the columns"}, description.columns);
+  f.if_any({"point", "points known in the world or on the cloth"}, description.points);
+}
+
+Cloud read_cloud(const fs::path& file, const PointsDescription& description) {
+  Cloud cloud;
+  cloud.instrument = description.instrument;
+  Table table;
+  if (file.extension() == ".vtu") {
+    for (auto& [name, values] : vtu_columns(file)) {
+      table.names.push_back(name);
+      table.columns.push_back(std::move(values));
+    }
+  } else {
+    table = table_of_csv(file);
+  }
+  const PointColumns names =
+      description.columns ? *description.columns : known_columns(table, file, cloud.instrument);
+  const auto three = [&](const std::string& x, const std::string& y, const std::string& z) {
+    return std::array{&column_of(table, x, file), &column_of(table, y, file),
+                      &column_of(table, z, file)};
+  };
+  const auto at = three(names.x, names.y, names.z);
+  std::optional<std::array<const std::vector<double>*, 3>> moved;
+  if (names.dx) moved = three(*names.dx, *names.dy, *names.dz);
+  const auto optional = [&](const std::optional<std::string>& name) {
+    return name ? &column_of(table, *name, file) : nullptr;
+  };
+  const auto *warp = optional(names.warp), *weft = optional(names.weft),
+             *sigma = optional(names.sigma), *valid = optional(names.valid);
+  for (std::size_t i = 0; i < at[0]->size(); ++i) {
+    Vector3d before((*at[0])[i], (*at[1])[i], (*at[2])[i]), point = before;
+    if (moved) point += Vector3d((*(*moved)[0])[i], (*(*moved)[1])[i], (*(*moved)[2])[i]);
+    const double least = std::min({valid ? (*valid)[i] : 1, sigma ? (*sigma)[i] : 1});
+    const bool is_good = point.allFinite() && least > 0 && (!warp || std::isfinite((*warp)[i])) &&
+                         (!weft || std::isfinite((*weft)[i]));
+    if (!is_good) {
+      ++cloud.left_out;
+      continue;
+    }
+    cloud.points.push_back(description.unit_m * point);
+    if (moved) cloud.before.push_back(description.unit_m * before);
+    if (warp) cloud.material_m.push_back(description.unit_m * Vector2d((*warp)[i], (*weft)[i]));
+    if (sigma) cloud.sigma_m.push_back(description.unit_m * (*sigma)[i]);
+  }
+  if (cloud.points.size() < 4)
+    throw bad_input(fmt::format("the file holds {} points, {} failed ones", cloud.points.size(),
+                                cloud.left_out),
+                    {.file = file.string()}, "give the result of a measurement that succeeded");
+  return cloud;
+}
+
+Sheet sheet_of_points(const Cloud& given, const PointsDescription& description, const Scene& scene,
+                      PointsReport& report) {
+  Cloud cloud = given;
+  const Document& document = description.document;
+  if (cloud.sigma_m.empty() && !description.sigma_m)
+    throw bad_input("nothing says how far a point may be off", document.where("sigma_mm"),
+                    "give sigma_mm, or name a column sigma");
+  if (cloud.material_m.empty()) lay_out(cloud, description, report);
+  std::vector<Vector3d> from, to;
+  std::vector<double> u_m;
+  for (const NamedPoint& point : description.points) {
+    if (!point.in_world) continue;
+    from.emplace_back(description.unit_m * point.in_file);
+    to.push_back(*point.in_world);
+    u_m.push_back(point.uncertainty_m);
+  }
+  const auto world = fit_of(from, to, u_m, "the world", document);
+  if (world) {
+    report.world_rms_m = world->rms_m;
+    for (Vector3d& point : cloud.points) point = (*world)(point);
+  }
+  const Print print = print_of(scene);
+  Sheet sheet;
+  sheet.rows = print.rows;
+  sheet.cols = print.cols;
+  sheet.patch_m = print.patch_m;
+  report.spacing_m = spacing_of(cloud);
+  for (int row = 0; row < print.rows; ++row) {
+    for (int col = 0; col < print.cols; ++col) {
+      const MarkId id{row, col};
+      const Vector2d at = print.material_m(id);
+      std::size_t nearest = 0;
+      for (std::size_t i = 1; i < cloud.material_m.size(); ++i)
+        if ((cloud.material_m[i] - at).squaredNorm() <
+            (cloud.material_m[nearest] - at).squaredNorm())
+          nearest = i;
+      const bool is_direct = (cloud.material_m[nearest] - at).norm() < kAtMark_m;
+      const auto place = is_direct ? std::optional(cloud.points[nearest])
+                                   : fitted_at(cloud, at, kReach * report.spacing_m);
+      if (!place) {
+        sheet.gaps.push_back({id, "no measured points around it"});
+        continue;
+      }
+      ++(is_direct ? report.direct : report.fitted);
+      const double sigma_m = cloud.sigma_m.empty() ? *description.sigma_m : cloud.sigma_m[nearest];
+      Eigen::Matrix3d covariance = sigma_m * sigma_m * Eigen::Matrix3d::Identity();
+      if (world) covariance += world->covariance_at(*place);
+      sheet.marks.push_back({id, at, *place, covariance, {}, {}});
+    }
+  }
+  report.common_part = common_part(sheet.marks, description.correlation_m);
+  double own = 0, placing = 0;
+  for (const SheetMark& mark : sheet.marks) {
+    const double by_fit = world ? world->covariance_at(mark.point_in_world).trace() : 0;
+    own += mark.covariance_m2->trace() - by_fit;
+    placing += by_fit;
+  }
+  const double count = std::max<double>(1, static_cast<double>(sheet.marks.size()));
+  ErrorBudget budget;
+  budget.detection_m = std::sqrt((1 - report.common_part) * own / count);
+  budget.calibration_m = std::sqrt((report.common_part * own + placing) / count);
+  budget.total_m = std::sqrt((own + placing) / count);
+  sheet.error_budget = budget;
+  sheet.source = MeasuredSource{scene.name,
+                                scene.set.empty() ? scene.name : scene.set,
+                                {cloud.instrument},
+                                document.sha256(),
+                                {}};
+  return sheet;
+}
+
+}  // namespace drape::triangulate
