@@ -170,18 +170,21 @@ double robust_sigma_px(const Camera& camera, const Points& points) {
   return median(std::move(distances)) / kRayleighMedian;
 }
 
-/// Removes points too far off to be noise; returns the rest.
+/// Removes points too far off to be noise; returns the rest. Counts in `gross` those that are
+/// farther off at the target than a whole camera's RMS may be.
 Points without_outliers(const Points& measured, const Fit& fit, const CalibOptions& options,
-                        CameraReport& report) {
-  const double limit = options.outlier_sigmas * robust_sigma_px(fit.refinement.camera, fit.points);
+                        CameraReport& report, std::size_t& gross) {
+  const Camera& camera = fit.refinement.camera;
+  const double limit = options.outlier_sigmas * robust_sigma_px(camera, fit.points);
   Points kept;
   for (std::size_t i = 0; i < measured.size(); ++i) {
-    const double distance = distance_px(fit.refinement.camera, fit.points[i]);
-    // A residual up to 0.01 px is never an outlier, however good the other points are.
-    if (distance <= std::max(limit, 0.01)) {
+    const double distance = distance_px(camera, fit.points[i]);
+    const auto miss = miss_m(camera, fit.points[i]);
+    if (distance <= limit || (miss && *miss <= harmless_m)) {
       kept.push_back(measured[i]);
       continue;
     }
+    if (!miss || *miss > options.max_rms_mm * mm) ++gross;
     report.rejected.push_back(fmt::format("set {}, dot ({}, {}): {:.3f} px off, limit {:.3f} px",
                                           measured[i].set, measured[i].dot.row, measured[i].dot.col,
                                           distance, limit));
@@ -197,13 +200,15 @@ WorkedPoint worked_point(const Camera& camera, const Points& points) {
 
 /// Reason why the camera must not be used, or "good".
 std::string status_of(const CameraReport& report, const Fit& fit, bool has_covariance,
-                      std::size_t measured, const CalibOptions& options) {
-  const auto rejected = static_cast<double>(report.rejected.size());
+                      std::size_t gross, std::size_t measured, const CalibOptions& options) {
   if (!fit.refinement.converged)
     return fmt::format("not converged after {} iterations", fit.refinement.iterations);
-  if (100 * rejected > options.max_outliers_percent * static_cast<double>(measured)) {
-    return fmt::format("{:.0f} of {} dots rejected, more than {:g} %: check labels and heights",
-                       rejected, measured, options.max_outliers_percent);
+  if (100 * static_cast<double>(gross) >
+      options.max_outliers_percent * static_cast<double>(measured)) {
+    return fmt::format(
+        "{} of {} dots rejected that lie more than {:g} mm off, more than {:g} %: check labels and "
+        "heights",
+        gross, measured, options.max_rms_mm, options.max_outliers_percent);
   }
   if (report.object_rms_mm > options.max_rms_mm) {
     return fmt::format("RMS {:.3f} mm at the target ({:.3f} px), above the limit of {:g} mm",
@@ -273,7 +278,8 @@ CameraResult calibrate_camera(const Points& measured, const RigCamera& rig_camer
       refine_tsai(start, measured, TsaiFree::focal_depth_kappa, options.max_iterations);
   report.basic = step_of(basic.camera, measured);
   Fit fit = fit_all(basic.camera, measured, dot_diameter_m, free, options);
-  const Points kept = without_outliers(measured, fit, options, report);
+  std::size_t gross = 0;
+  const Points kept = without_outliers(measured, fit, options, report, gross);
   if (kept.size() < measured.size() && kept.size() >= 11)
     fit = fit_all(fit.refinement.camera, kept, dot_diameter_m, free, options);
   report.iterations = fit.refinement.iterations;
@@ -289,7 +295,7 @@ CameraResult calibrate_camera(const Points& measured, const RigCamera& rig_camer
     report.stages = check_stages_far_off(fit.refinement.camera, fit.points, free,
                                          dof * report.chi2_per_dof, options.max_iterations);
   }
-  report.status = status_of(report, fit, covariance.size() > 0, measured.size(), options);
+  report.status = status_of(report, fit, covariance.size() > 0, gross, measured.size(), options);
   if (report.stages && !report.stages->contradiction.empty()) {
     report.status = report.good() ? report.stages->contradiction
                                   : report.stages->contradiction + "; " + report.status;

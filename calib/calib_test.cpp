@@ -180,6 +180,25 @@ TEST(Calib, RejectsAMislabelledDotByName) {
   EXPECT_THAT(result.calibration.warnings[0], HasSubstr("cam1: rejected"));
 }
 
+/// One dot in twenty off by 0.05 px, then by 0.3 px, among dots that fit to 0.001 px: harmless at
+/// the target, then rejected but far below the limit in mm. By 3 px they are gross.
+TEST(Calib, JudgesRejectedDotsByTheirErrorAtTheTarget) {
+  struct Case {
+    double off_px;
+    bool rejected, good;
+  };
+  for (const auto& [off_px, rejected, good] :
+       {Case{0.05, false, true}, Case{0.3, true, true}, Case{3, true, false}}) {
+    Detections detections = bench1_target_detections(0.001);
+    for (FrameDetections& frame : detections.frames)
+      for (std::size_t i = 7; i < frame.detections.size(); i += 20)
+        frame.detections[i].centre_px.x() += i % 40 < 20 ? off_px : -off_px;
+    const CalibResult result = calibrate_tsai(detections, bench1_rig(), bench1_target(), {});
+    EXPECT_EQ(result.report.good(), good) << off_px << result.report.cameras[0].status;
+    EXPECT_EQ(!result.report.cameras[0].rejected.empty(), rejected) << off_px;
+  }
+}
+
 TEST(Calib, IsNoGoWhenTheHeightsAreWrong) {
   Rig rig = bench1_rig();
   rig.stages[2].z_m = 0.065;

@@ -5,12 +5,9 @@
 #include <vector>
 
 #include "calib/joint/solve.hpp"
+#include "calib/tsai/residuals.hpp"
 
 namespace drape::calib {
-
-/// Negligible error at the target, for example of a z stage, measured at the edge of the highest
-/// one, of a point, or of a camera that moved; also the accuracy required of camera positions.
-inline constexpr double harmless_m = 0.03e-3;
 
 /// Limits for cleaning the measured points during the fit.
 struct JointCleaning {

@@ -13,14 +13,6 @@ namespace {
 
 using units::mm;
 
-/// Distance of the world point from the ray through its pixel, metres.
-std::optional<double> miss_m(const Camera& camera, const Correspondence& point) {
-  const auto ray = unproject(camera.model, point.px);
-  if (!ray) return std::nullopt;
-  const Eigen::Vector3d in_camera = camera.cam_from_world * point.point_in_world;
-  return (in_camera - in_camera.dot(*ray) * *ray).norm();
-}
-
 /// Focal lengths of an ideal camera in pixels per unit of x/z and y/z.
 Eigen::Vector2d focal_px(const CameraModel& model) {
   if (const auto* brown = std::get_if<BrownLens>(&model.lens)) return {brown->fx_px, brown->fy_px};
@@ -54,6 +46,13 @@ ClassicalErrors classical_errors(const Camera& camera, const std::vector<Corresp
     measure->mean /= std::max(count, 1);
   errors.normalised = normalised_error(camera, points);
   return errors;
+}
+
+std::optional<double> miss_m(const Camera& camera, const Correspondence& point) {
+  const auto ray = unproject(camera.model, point.px);
+  if (!ray) return std::nullopt;
+  const Eigen::Vector3d in_camera = camera.cam_from_world * point.point_in_world;
+  return (in_camera - in_camera.dot(*ray) * *ray).norm();
 }
 
 double distance_px(const Camera& camera, const Correspondence& point) {

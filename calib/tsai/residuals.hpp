@@ -1,12 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <optional>
 #include <vector>
 
 #include "calib/tsai/correspondence.hpp"
 #include "core/calibration.hpp"
 
 namespace drape::calib {
+
+/// Negligible error at the target: of a point, of a z stage (at the edge of the highest one), or of
+/// a camera that moved; also the accuracy required of camera positions.
+inline constexpr double harmless_m = 0.03e-3;
 
 /// Distances of image points from projections (px, distorted) and of target points from
 /// back-projected rays (mm). Points that do not project are left out of `points`.
@@ -15,6 +20,9 @@ namespace drape::calib {
 
 /// Distance in the distorted image (px); infinite if the point does not project.
 [[nodiscard]] double distance_px(const Camera& camera, const Correspondence& point);
+
+/// Distance of the world point from the ray through its pixel, metres; nullopt if no ray has it.
+[[nodiscard]] std::optional<double> miss_m(const Camera& camera, const Correspondence& point);
 
 /// Weng's normalised calibration error: mean ratio of the ray's distance from the point, at the
 /// point's depth, to that caused by rounding to whole pixels (Weng, Cohen, Herniou 1992).
