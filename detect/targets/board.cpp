@@ -27,40 +27,39 @@ using Corners = Eigen::Matrix<double, 2, 4>;
 constexpr std::size_t kTagsPerMap = 4;
 constexpr double kReachPitches = 1.6;
 
-Vector2d centre_of(const Corners& corners) {
-  // The diagonals intersect at the tag's centre under any perspective.
-  const auto line = [&](int a, int b) -> Eigen::Vector3d {
-    return corners.col(a).homogeneous().cross(corners.col(b).homogeneous());
-  };
-  return line(0, 2).cross(line(1, 3)).hnormalized();
-}
-
 Corners turned(const Corners& corners, int quarters) {
   Corners result;
   for (int k = 0; k < 4; ++k) result.col(k) = corners.col((k + quarters) % 4);
   return result;
 }
 
-/// Quarter turns by which the tags were printed; the tags' centres alone predict each corner. 0 for
-/// fewer than four tags or collinear ones.
-int quarters_turned(const std::vector<Vector2d>& centres_m, const std::vector<Corners>& corners_m,
-                    const std::vector<Corners>& corners_px) {
-  if (centres_m.size() < 4) return 0;
-  std::vector<Vector2d> centres_px;
-  centres_px.reserve(corners_px.size());
-  for (const Corners& corners : corners_px) centres_px.push_back(centre_of(corners));
-  const auto map = projective_map(centres_m, centres_px);
-  if (!map) return 0;
+/// Homography of the corners of tags, each turned by the same number of quarters, from the target's
+/// plane to pixels.
+std::optional<Eigen::Matrix3d> map_of(const std::vector<Corners>& corners_m,
+                                      const std::vector<Corners>& corners_px, int quarters) {
+  std::vector<Vector2d> from, to;
+  for (std::size_t i = 0; i < corners_m.size(); ++i) {
+    const Corners px = turned(corners_px[i], quarters);
+    for (int k = 0; k < 4; ++k) {
+      from.emplace_back(corners_m[i].col(k));
+      to.emplace_back(px.col(k));
+    }
+  }
+  return projective_map(from, to);
+}
+
+/// Quarter turns by which the tags were printed: those with which one homography maps the corners
+/// of all tags best. A single tag fits all four and counts as upright.
+int quarters_turned(const std::vector<Corners>& corners_m, const std::vector<Corners>& corners_px) {
   int best = 0;
   double least = std::numeric_limits<double>::infinity();
-  for (int quarters = 0; quarters < 4; ++quarters) {
+  for (int quarters = 0; corners_m.size() > 1 && quarters < 4; ++quarters) {
+    const auto map = map_of(corners_m, corners_px, quarters);
+    if (!map) continue;
     double sum = 0;
     for (std::size_t i = 0; i < corners_m.size(); ++i) {
       const Corners px = turned(corners_px[i], quarters);
-      for (int k = 0; k < 4; ++k) {
-        const Vector2d expected = mapped(*map, corners_m[i].col(k));
-        sum += (expected - px.col(k)).norm();
-      }
+      for (int k = 0; k < 4; ++k) sum += (mapped(*map, corners_m[i].col(k)) - px.col(k)).norm();
     }
     if (sum >= least) continue;
     least = sum;
@@ -106,7 +105,7 @@ BoardMap::BoardMap(const Target& target, const std::vector<TagDetection>& tags)
     corners_m.push_back(corners_in_plane(printed->centre_m, target.tag_edge_m));
     corners_px.push_back(tag.corners_px);
   }
-  const int quarters = quarters_turned(centres_m, corners_m, corners_px);
+  const int quarters = quarters_turned(corners_m, corners_px);
   for (std::size_t i = 0; i < tags.size(); ++i)
     tags_.push_back({centres_m[i], corners_m[i], turned(corners_px[i], quarters)});
 }
@@ -121,14 +120,12 @@ std::optional<Eigen::Matrix3d> BoardMap::around(const Vector2d& point_m) const {
   std::stable_sort(nearest.begin(), nearest.end(),
                    [&](const SeenTag* a, const SeenTag* b) { return distance(a) < distance(b); });
   nearest.resize(std::min(nearest.size(), kTagsPerMap));
-  std::vector<Vector2d> from, to;
+  std::vector<Corners> corners_m, corners_px;
   for (const SeenTag* tag : nearest) {
-    for (int k = 0; k < 4; ++k) {
-      from.emplace_back(tag->corners_m.col(k));
-      to.emplace_back(tag->corners_px.col(k));
-    }
+    corners_m.push_back(tag->corners_m);
+    corners_px.push_back(tag->corners_px);
   }
-  return projective_map(from, to);
+  return map_of(corners_m, corners_px, 0);
 }
 
 constexpr double kEdge_px = 1;               ///< part of the free width taken by a blurred edge

@@ -8,9 +8,12 @@
 #include <Eigen/Geometry>
 #include <cmath>
 #include <opencv2/core.hpp>
+#include <tuple>
 
+#include "core/files/files.hpp"
 #include "detect/tags/tags.hpp"
 #include "detect/test_pictures.hpp"
+#include "tests/support/paths.hpp"
 
 namespace drape::test {
 
@@ -20,28 +23,33 @@ namespace {
 
 using Eigen::Vector2d;
 
-constexpr int side_px = 420;
-constexpr double module_px = 8, turn_rad = 0.2, noise_grey = 1.5;
+constexpr double turn_rad = 0.2, noise_grey = 1.5;
 constexpr int tags_across = 3;
 
 /// A grid of tags with a border of two modules, three tenths of a tag apart, with small squares in
 /// between, slightly rotated; the first tag's upper left corner is at `first_px`.
 class Grid {
  public:
-  Grid() : family_("tag36h11", 2), tag_px_(family_.edge_modules() * module_px) {
+  /// `quarters`: turns of each tag's print in its place.
+  explicit Grid(int across = tags_across, int down = tags_across, int quarters = 0)
+      : family_("tag36h11", 2),
+        across_(across),
+        down_(down),
+        quarters_(quarters),
+        tag_px_(family_.edge_modules() * module_px) {
     turn_ = Eigen::Rotation2D<double>(turn_rad).toRotationMatrix();
   }
 
   [[nodiscard]] Vector2d corner_px(int id, int corner) const {
     const Vector2d at(corner == 1 || corner == 2 ? tag_px_ : 0, corner > 1 ? tag_px_ : 0);
-    return turn_ * (pitch_px() * Vector2d(id % tags_across, id / tags_across) + at) + first_px;
+    return turn_ * (pitch_px() * Vector2d(id % across_, id / across_) + at) + first_px;
   }
 
   [[nodiscard]] GreyImage draw() const {
     const auto level = [&](const Vector2d& px) {
       return is_black(turn_.transpose() * (px - first_px)) ? 40.0 : 190.0;
     };
-    return exposed(sampled(side_px, side_px, 4, level), 0.6, noise_grey, 9);
+    return exposed(sampled(150 + 90 * across_, 150 + 90 * down_, 4, level), 0.6, noise_grey, 9);
   }
 
  private:
@@ -50,17 +58,21 @@ class Grid {
   [[nodiscard]] bool is_black(const Vector2d& at) const {
     const Vector2d cell = (at / pitch_px()).array().floor();
     const Vector2d in = at - pitch_px() * cell;
-    if (cell.minCoeff() < -1 || cell.maxCoeff() >= tags_across) return false;
+    if (cell.minCoeff() < -1 || cell.x() >= across_ || cell.y() >= down_) return false;
     // Small squares are where the gaps of rows and columns cross, also around the outer tags.
     if (in.minCoeff() >= tag_px_) return true;
     if (cell.minCoeff() < 0 || in.maxCoeff() >= tag_px_) return false;
     const int margin = (family_.total_modules() - family_.edge_modules()) / 2;
-    return family_.black(static_cast<int>(cell.y()) * tags_across + static_cast<int>(cell.x()),
-                         static_cast<int>(in.x() / module_px) + margin,
-                         static_cast<int>(in.y() / module_px) + margin);
+    int x = static_cast<int>(in.x() / module_px), y = static_cast<int>(in.y() / module_px);
+    for (int k = 0; k < quarters_; ++k)
+      std::tie(x, y) = std::pair(y, family_.edge_modules() - 1 - x);
+    return family_.black(static_cast<int>(cell.y()) * across_ + static_cast<int>(cell.x()),
+                         x + margin, y + margin);
   }
 
+  static constexpr double module_px = 8;
   TagFamily family_;
+  int across_, down_, quarters_;
   double tag_px_;
   Eigen::Matrix2d turn_;
   Vector2d first_px{100, 48};
@@ -110,6 +122,25 @@ TEST(LightGrowth, TagsBetweenSmallSquaresAreReadWithItAndNotWithout) {
       // sharp tag, more if blur rounds the corner); grown ones by the growth.
       EXPECT_LT((corners.col(k) - truth).norm(), 1.0) << "tag " << tag.id << ", corner " << k;
       EXPECT_GT((tag.corners_px.col(k) - truth).norm(), 2.0);
+    }
+  }
+}
+
+/// A target of one row of tags, whose centres lie on a line: the corners tell how they are turned.
+TEST(TaggedBoard, ARowOfTurnedTagsGivesTheSameCorners) {
+  const TemporaryFolder folder;
+  write_durable(folder.path() / "target.toml",
+                "schema = \"drapebench/target/1\"\nkind = \"aprilgrid\"\nrows = 1\ncols = 5\n"
+                "pitch_mm = 26\n[tags]\nfamily = \"tag36h11\"\nedge_mm = 20\n");
+  const Target target = read_target(folder.path() / "target.toml");
+  const FrameDetections upright = detect_board(Grid(5, 1).draw(), target);
+  ASSERT_EQ(upright.detections.size(), 20u);
+  for (const int quarters : {1, 2, 3}) {
+    const FrameDetections turned = detect_board(Grid(5, 1, quarters).draw(), target);
+    ASSERT_EQ(turned.detections.size(), 20u) << quarters;
+    for (std::size_t i = 0; i < 20; ++i) {
+      EXPECT_EQ(turned.detections[i].mark, upright.detections[i].mark);
+      EXPECT_LT((turned.detections[i].centre_px - upright.detections[i].centre_px).norm(), 0.5);
     }
   }
 }
