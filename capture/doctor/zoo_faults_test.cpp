@@ -6,7 +6,7 @@
 
 #include <functional>
 
-#include "capture/live/live_bench.hpp"
+#include "capture/live/test_live_bench.hpp"
 #include "core/files/files.hpp"
 #include "core/recording.hpp"
 #include "tests/support/gige_camera/private_network.hpp"

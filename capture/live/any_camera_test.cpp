@@ -5,7 +5,7 @@
 #include <cmath>
 #include <functional>
 
-#include "capture/live/live_bench.hpp"
+#include "capture/live/test_live_bench.hpp"
 #include "capture/recording/record.hpp"
 #include "core/error.hpp"
 #include "tests/support/error_of.hpp"

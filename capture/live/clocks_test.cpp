@@ -5,7 +5,7 @@
 
 #include "capture/doctor/checks.hpp"
 #include "capture/doctor/device_list.hpp"
-#include "capture/live/live_bench.hpp"
+#include "capture/live/test_live_bench.hpp"
 #include "core/error.hpp"
 #include "tests/support/error_of.hpp"
 #include "tests/support/gige_camera/gige_camera.hpp"

@@ -8,7 +8,7 @@
 #include <fstream>
 #include <utility>
 
-#include "capture/live/live_bench.hpp"
+#include "capture/live/test_live_bench.hpp"
 #include "core/error.hpp"
 #include "tests/support/error_of.hpp"
 #include "tests/support/gige_camera/private_network.hpp"

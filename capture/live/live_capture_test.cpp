@@ -16,7 +16,7 @@
 #include <thread>
 #include <utility>
 
-#include "capture/live/live_bench.hpp"
+#include "capture/live/test_live_bench.hpp"
 #include "capture/recording/test_record.hpp"
 #include "core/error.hpp"
 #include "core/files/files.hpp"

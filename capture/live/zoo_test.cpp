@@ -7,7 +7,7 @@
 #include <atomic>
 #include <thread>
 
-#include "capture/live/live_bench.hpp"
+#include "capture/live/test_live_bench.hpp"
 #include "core/error.hpp"
 #include "tests/support/gige_camera/private_network.hpp"
 #include "tests/support/trials.hpp"

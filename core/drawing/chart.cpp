@@ -74,12 +74,6 @@ void Chart::curve(const std::vector<Eigen::Vector2d>& points, const std::string&
   svg_.polyline(places, style);
 }
 
-void Chart::bar(double x_low, double x_high, double y, const std::string& style,
-                const std::string& hover, double from) {
-  const Eigen::Vector2d upper = at(x_low, y), lower = at(x_high, from);
-  svg_.rectangle(upper.x(), upper.y(), lower.x() - upper.x(), lower.y() - upper.y(), style, hover);
-}
-
 void draw_legend_line(Svg& svg, const Eigen::Vector2d& at, const std::string& style,
                       const std::string& label) {
   svg.line(at, at + Eigen::Vector2d(24, 0), style);

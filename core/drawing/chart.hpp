@@ -45,9 +45,6 @@ class Chart {
   /// Position in the picture of a point given in axis values.
   [[nodiscard]] Eigen::Vector2d at(double x, double y) const;
   void curve(const std::vector<Eigen::Vector2d>& points, const std::string& style);
-  /// Draws a bar from the axis, or from `from`, up to `y`.
-  void bar(double x_low, double x_high, double y, const std::string& style,
-           const std::string& hover, double from = 0);
 
  private:
   Svg& svg_;

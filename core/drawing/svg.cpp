@@ -3,8 +3,6 @@
 
 #include <fmt/format.h>
 
-#include <cmath>
-
 namespace drape {
 namespace {
 
@@ -49,11 +47,6 @@ std::string coordinate(double value) {
   text.erase(text.find_last_not_of('0') + 1);
   if (text.back() == '.') text.pop_back();
   return text == "-0" ? "0" : text;
-}
-
-std::string hex_colour(const Eigen::Vector3d& rgb) {
-  return fmt::format("#{:02x}{:02x}{:02x}", std::lround(rgb.x()), std::lround(rgb.y()),
-                     std::lround(rgb.z()));
 }
 
 std::string base64(const std::vector<unsigned char>& bytes) {
@@ -119,16 +112,6 @@ void Svg::text_upwards(const Eigen::Vector2d& at, const std::string& text, doubl
   this->text(at, text, size, "middle",
              fmt::format("fill=\"#333\" transform=\"rotate(-90 {} {})\"", coordinate(at.x()),
                          coordinate(at.y())));
-}
-
-void Svg::jpeg(double x, double y, double width, double height,
-               const std::vector<unsigned char>& bytes, const std::string& id) {
-  element("image",
-          numbers({{"x", x}, {"y", y}, {"width", width}, {"height", height}}) +
-              fmt::format("preserveAspectRatio=\"none\" href=\"data:image/jpeg;base64,{}\" "
-                          "id=\"{}\"",
-                          base64(bytes), xml(id)),
-          {});
 }
 
 void Svg::open_group(const std::string& style) {

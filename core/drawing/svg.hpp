@@ -13,9 +13,6 @@ namespace drape {
 /// Shortest decimal text of a coordinate, with at most two decimals.
 [[nodiscard]] std::string coordinate(double value);
 
-/// Converts red, green and blue from 0 to 255 to "#rrggbb".
-[[nodiscard]] std::string hex_colour(const Eigen::Vector3d& rgb);
-
 [[nodiscard]] std::string base64(const std::vector<unsigned char>& bytes);
 
 /// A standalone SVG picture, built element by element. Styles are attributes, so the picture looks
@@ -38,8 +35,6 @@ class Svg {
             const std::string& anchor = "start", const std::string& style = {});
   /// Text that reads upwards, centred on a point.
   void text_upwards(const Eigen::Vector2d& at, const std::string& text, double size);
-  void jpeg(double x, double y, double width, double height,
-            const std::vector<unsigned char>& bytes, const std::string& id);
   void open_group(const std::string& style);
   void close_group();
 

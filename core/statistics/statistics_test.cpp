@@ -6,7 +6,6 @@
 #include <cmath>
 #include <utility>
 
-#include "core/statistics/convergence.hpp"
 #include "core/statistics/distributions.hpp"
 #include "core/statistics/sample.hpp"
 
@@ -70,16 +69,6 @@ TEST(Bootstrap, DrawsEveryUnitEvenlyAndTheSameEveryTime) {
   const Interval interval = percentile_interval(firsts);
   EXPECT_EQ(interval.low, 0);
   EXPECT_EQ(interval.high, 3);
-}
-
-TEST(OrderOfConvergence, IsThatOfThePowerOnThreeGridsAndAbsentBeyondItsLimits) {
-  for (const double p : {1.0, 1.5, 2.0, 3.0}) {
-    const double ratio = (std::pow(4, p) - std::pow(2, p)) / (std::pow(2, p) - std::pow(1, p));
-    ASSERT_TRUE(order_of({1, 2, 4}, ratio)) << p;
-    EXPECT_NEAR(*order_of({1, 2, 4}, ratio), p, 1e-12);
-  }
-  EXPECT_FALSE(order_of({1, 2, 4}, 1.9));
-  EXPECT_FALSE(order_of({1, 2, 4}, 8.1));
 }
 
 }  // namespace
