@@ -73,6 +73,32 @@ function(drape_room room)
   drape_library(${name} ${ARGN})
 endfunction()
 
+# drape_embed(<source> <namespace> <function> <name> <file> ...) writes a source with the function
+# `const std::map<std::string, std::string_view>& function()`: the text of each file by name.
+function(drape_embed source namespace function)
+  set(entries "")
+  set(files ${ARGN})
+  while(files)
+    list(POP_FRONT files name file)
+    file(READ ${file} text)
+    set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS ${file})
+    string(APPEND entries "{\"${name}\", R\"drape_text(${text})drape_text\"},\n")
+  endwhile()
+  file(CONFIGURE OUTPUT ${source} @ONLY CONTENT [[
+// SPDX-License-Identifier: Apache-2.0
+#include <map>
+#include <string>
+#include <string_view>
+namespace @namespace@ {
+const std::map<std::string, std::string_view>& @function@() {
+  static const std::map<std::string, std::string_view> all = {
+@entries@  };
+  return all;
+}
+}  // namespace @namespace@
+]])
+endfunction()
+
 # drape_moves_text(<target> ...): for code that reads options and files and writes pages and tables. Its time goes to
 # the disk and the database, and -O1 compiles it in 0.6 to 0.8 of the time.
 function(drape_moves_text)

@@ -4,75 +4,32 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <set>
+#include <string_view>
 
 #include "console/bench.hpp"
-#include "console/coach/coach.hpp"
 #include "core/error.hpp"
 #include "core/fields/records.hpp"
 #include "core/units.hpp"
 
 namespace drape::console {
 
-// ---- options of the actions ------------------------------------------------------------------
-
-struct SetAsked {
-  std::string set;
-  std::optional<std::string> face;
-};
-static void fields(Fields& f, SetAsked& a) {
-  f({"set", "set of the rig"}, a.set);
-  f({"face", "side of the cloth that lies up"}, a.face);
-}
-
-struct DrapeAsked {
-  std::string drape;
-};
-static void fields(Fields& f, DrapeAsked& a) {
-  f.otherwise({"drape", "drape of the rig; none: all that were taken"}, a.drape);
-}
-
-struct LightAsked {
-  std::string camera;
-  std::optional<double> exposure_us, gain_db;
-};
-static void fields(Fields& f, LightAsked& a) {
-  f({"camera", "camera of the rig"}, a.camera);
-  f({"exposure_us", "exposure", 1, 0, 1e9}, a.exposure_us);
-  f({"gain_db", "gain", 1, 0, 1e9}, a.gain_db);
-}
-
-struct SwitchAsked {
-  bool on = false;
-};
-static void fields(Fields& f, SwitchAsked& a) {
-  f({"on", "begin or end"}, a.on);
-}
-
-struct JobAsked {
-  int job = 0;
-};
-static void fields(Fields& f, JobAsked& a) {
-  f({"job", "number of the job"}, a.job);
-}
-
-struct TextAsked {
-  std::string text;
-};
-static void fields(Fields& f, TextAsked& a) {
-  f({"text", "words for the log"}, a.text);
-}
-
-struct NothingAsked {};
-static void fields(Fields&, NothingAsked&) {}
-
 namespace {
 
-namespace fs = std::filesystem;
 using units::mm;
 
 constexpr std::size_t kLongestNote = 2000, kLongestName = 80, kMostLayings = 100;
 constexpr std::size_t kLeastSets = 3;  ///< least sets for a joint calibration of the cameras
 constexpr int kLeastViews = 2;  ///< least number of cameras that see an automatically taken pose
+
+/// Options of all actions; the table says which of them an action has.
+struct Asked {
+  std::string set, drape, camera, text;
+  std::optional<std::string> face;
+  std::optional<double> exposure_us, gain_db;
+  bool on = false;
+  int job = 0;
+};
 
 // ---- calls of the other programs -------------------------------------------------------------
 
@@ -83,14 +40,14 @@ void write_where_new(const fs::path& file, const std::string& text) {
 Call detect_call(const Bench& bench, const std::string& set) {
   const auto files = bench.session.bench();
   const ObjectTags* plate = files->plate_of(set);
-  Call call{{"detect", bench.session.recording_folder.string(), "--rig",
-             bench.files.look_rig_file().string(), "--surface",
-             plate != nullptr || files->is_target_set(set) ? "target" : "cloth", "--sets", set,
-             "--out", bench.files.look_file(set).string(), "--threads", "1"},
-            [&bench] {
-              write_where_new(bench.files.look_rig_file(),
-                              detect_rig_text(*bench.session.bench(), bench.session.own));
-            }};
+  Call call{
+      words_of("detect", bench.session.recording_folder, "--rig", bench.files.look_rig_file(),
+               "--surface", plate != nullptr || files->is_target_set(set) ? "target" : "cloth",
+               "--sets", set, "--out", bench.files.look_file(set), "--threads", 1),
+      [&bench] {
+        write_where_new(bench.files.look_rig_file(),
+                        detect_rig_text(*bench.session.bench(), bench.session.own));
+      }};
   if (plate != nullptr) call.words.insert(call.words.end(), {"--target", plate->target.string()});
   return call;
 }
@@ -101,12 +58,11 @@ std::vector<Call> object_calls(const Bench& bench, const Drape& drape) {
   std::vector<Call> calls;
   for (const ObjectTags& plate : drape.scene.tags) {
     if (!files.is_taken(plate.set)) continue;
-    Call call{{"object", files.look_file(plate.set).string(), "--calibration",
-               files.calibration_file().string(), "--set", plate.set, "--scene",
-               files.scene_look_file(drape, calls.size()).string(), "--object",
-               std::to_string(plate.object), "--scene-out",
-               files.scene_look_file(drape, calls.size() + 1).string(), "--out",
-               files.object_look_file(drape.scene.name, plate.object).string()}};
+    Call call{words_of("object", files.look_file(plate.set), "--calibration",
+                       files.calibration_file(), "--set", plate.set, "--scene",
+                       files.scene_look_file(drape, calls.size()), "--object", plate.object,
+                       "--scene-out", files.scene_look_file(drape, calls.size() + 1), "--out",
+                       files.object_look_file(drape.scene.name, plate.object))};
     for (const auto& [option, value] : plate.lies())
       call.words.insert(call.words.end(), {option, fmt::format("{}", value)});
     calls.push_back(std::move(call));
@@ -145,8 +101,8 @@ void write_rig(const Bench& bench) {
 }
 
 Call run_call_of(Bench& bench, const std::vector<std::string>& more) {
-  Call call{{"run", bench.files.rig_file().string(), "--recording",
-             bench.session.recording_folder.string(), "--out", bench.session.out.string()},
+  Call call{words_of("run", bench.files.rig_file(), "--recording", bench.session.recording_folder,
+                     "--out", bench.session.out),
             [&bench] { write_rig(bench); }};
   call.words.insert(call.words.end(), more.begin(), more.end());
   return call;
@@ -215,7 +171,7 @@ void name_face(Bench& bench, const std::string& set, const std::string& face) {
                     {{"face_of", set}, {"face", face}});
 }
 
-void take(Bench& bench, const SetAsked& asked) {
+void take(Bench& bench, const Asked& asked) {
   Session& session = bench.session;
   const std::string& set = asked.set;
   session.require_set(set);
@@ -229,21 +185,21 @@ void take(Bench& bench, const SetAsked& asked) {
   take_in(bench, set);
 }
 
-void undo(Bench& bench, const SetAsked& asked) {
+void undo(Bench& bench, const Asked& asked) {
   bench.session.require_set(asked.set);
   if (bench.files.earlier_takes(asked.set).empty())
     throw bad_input("the set was taken once only", {.set = asked.set}, "retake it");
   bench.cameras.undo(asked.set);
 }
 
-void drop(Bench& bench, const SetAsked& asked) {
+void drop(Bench& bench, const Asked& asked) {
   bench.session.require_set(asked.set);
   if (!bench.files.is_taken(asked.set))
     throw bad_input("the set was not taken", {.set = asked.set}, "take it first");
   bench.session.add(bench.session.who(), "left out " + asked.set, {{"dropped", asked.set}});
 }
 
-void lay(Bench& bench, const DrapeAsked& asked) {
+void lay(Bench& bench, const Asked& asked) {
   const auto files = bench.session.bench();
   const Drape& drape = files->drape(asked.drape);
   const std::vector<Laying> known = bench.session.layings(asked.drape);
@@ -260,7 +216,7 @@ void lay(Bench& bench, const DrapeAsked& asked) {
                      {"face", known.back().face}});
 }
 
-void light(Bench& bench, const LightAsked& asked) {
+void light(Bench& bench, const Asked& asked) {
   if (asked.exposure_us.has_value() == asked.gain_db.has_value())
     throw bad_input("the request lacks a value", {.field = "exposure_us"}, "write a number");
   const bool gain = asked.gain_db.has_value();
@@ -268,7 +224,7 @@ void light(Bench& bench, const LightAsked& asked) {
                       gain ? *asked.gain_db : *asked.exposure_us);
 }
 
-void calibrate(Bench& bench) {
+void calibrate(Bench& bench, const Asked&) {
   if (!can_calibrate(bench))
     throw bad_input(
         "a calibration needs a stage of the target, which is the world, and two more sets", {},
@@ -284,14 +240,14 @@ void calibrate(Bench& bench) {
   ask(bench, "calibrate", fmt::format("with {} sets", sets.size()), std::move(calls));
 }
 
-void measure(Bench& bench, const DrapeAsked& asked) {
+void measure(Bench& bench, const Asked& asked) {
   require_drape(bench, bench.session.bench()->drape(asked.drape));
   require_calibrated(bench);
   Call call = run_call_of(bench, {"--until", "triangulate", "--drape", asked.drape});
   ask(bench, "measure", asked.drape, {std::move(call)});
 }
 
-void run(Bench& bench, const DrapeAsked& asked) {
+void run(Bench& bench, const Asked& asked) {
   const auto files = bench.session.bench();
   bool any = false;
   for (const Drape& drape : files->drapes) {
@@ -322,7 +278,7 @@ std::string next_free_pose(const Bench& bench) {
   return {};
 }
 
-void automatic(Bench& bench, const SwitchAsked& asked) {
+void automatic(Bench& bench, const Asked& asked) {
   if (asked.on && next_free_pose(bench).empty())
     throw bad_input("the rig has no free pose that was not taken", {},
                     "add names to free_poses in rig.toml");
@@ -332,35 +288,35 @@ void automatic(Bench& bench, const SwitchAsked& asked) {
 }
 
 /// Runs the doctor, which opens the cameras itself.
-void doctor(Bench& bench) {
+void doctor(Bench& bench, const Asked&) {
   if (bench.cameras.runs())
     throw bad_input("the cameras are open", {}, "close them, then ask the doctor");
-  Call call{{"doctor", bench.session.rig_file.string(), "--out", bench.session.out.string()}};
+  Call call{words_of("doctor", bench.session.rig_file, "--out", bench.session.out)};
   if (bench.files.calibration())
     call.words.insert(call.words.end(), {"--calibration", bench.files.calibration_file().string()});
   ask(bench, "doctor", "the cameras", {std::move(call)});
 }
 
-void open(Bench& bench) {
+void open(Bench& bench, const Asked&) {
   for (const Job& job : bench.jobs.list())
     if (job.kind == "doctor" && job.state == JobState::running)
       throw bad_input("the doctor looks at the cameras", {}, "wait for it");
   bench.cameras.open();
 }
 
-void note(Bench& bench, const TextAsked& asked) {
+void note(Bench& bench, const Asked& asked) {
   if (asked.text.empty() || asked.text.size() > kLongestNote)
     throw bad_input("a note has 1 to 2000 bytes", {}, "write it shorter");
   bench.session.add(bench.session.who(), "note", {{"note", asked.text}});
 }
 
-void name_operator(Bench& bench, const TextAsked& asked) {
+void name_operator(Bench& bench, const Asked& asked) {
   require_short_text(asked.text);
   bench.session.add(asked.text.empty() ? "operator" : asked.text, "is at the bench",
                     {{"operator", asked.text}});
 }
 
-void cancel(Bench& bench, const JobAsked& asked) {
+void cancel(Bench& bench, const Asked& asked) {
   if (!bench.jobs.cancel(asked.job))
     throw bad_input("nothing that runs has this number", {}, "it may have ended already");
   bench.session.add(bench.session.who(), fmt::format("pressed cancel of {}", asked.job));
@@ -369,55 +325,62 @@ void cancel(Bench& bench, const JobAsked& asked) {
 // ---- table of actions ------------------------------------------------------------------------
 
 struct Action {
-  bool needs_cameras = false;  ///< not possible with a recording, for the reason `otherwise`
-  const char *otherwise = "", *instead = "";
-  std::function<void(Bench&, const Document&)> perform;
+  void (*perform)(Bench&, const Asked&);
+  std::set<std::string_view> options;
+  const char* no_recording = nullptr;  ///< why a recording does not allow it; null if it does
+  const char* instead = "reload the page";
 };
 
-/// An action with its options, which are read from the request.
-template <class Options, class Perform>
-auto with(Perform perform) {
-  return [perform](Bench& bench, const Document& request) {
-    Options options;
-    std::string name;
-    throw_if_any(faults_of_reading(request, [&](Fields& f) {
-      f({"do", "action"}, name);
-      fields(f, options);
-    }));
-    if constexpr (std::is_same_v<Options, NothingAsked>)
-      perform(bench);
-    else
-      perform(bench, options);
-  };
-}
-
-constexpr const char *kNoCameras = "a recording has no cameras", *kReload = "reload the page";
+constexpr const char* kNoCameras = "a recording has no cameras";
 
 const std::map<std::string, Action>& actions() {
   static const std::map<std::string, Action> all = {
-      {"take", {false, "", "", with<SetAsked>(take)}},
-      {"undo", {true, kNoCameras, kReload, with<SetAsked>(undo)}},
-      {"drop", {false, "", "", with<SetAsked>(drop)}},
+      {"take", {take, {"set", "face"}}},
+      {"undo", {undo, {"set"}, kNoCameras}},
+      {"drop", {drop, {"set"}}},
       {"lay",
-       {true, "a recording holds no further laying", "name a set of it as [[repeat]] in rig.toml",
-        with<DrapeAsked>(lay)}},
+       {lay,
+        {"drape"},
+        "a recording holds no further laying",
+        "name a set of it as [[repeat]] in rig.toml"}},
       {"light",
-       {true, "a recording is exposed already: exposure and gain can only be read",
-        "open the rig without --replay", with<LightAsked>(light)}},
-      {"calibrate", {false, "", "", with<NothingAsked>(calibrate)}},
-      {"measure", {false, "", "", with<DrapeAsked>(measure)}},
-      {"run", {false, "", "", with<DrapeAsked>(run)}},
-      {"automatic", {true, kNoCameras, kReload, with<SwitchAsked>(automatic)}},
-      {"open", {true, kNoCameras, kReload, with<NothingAsked>(open)}},
-      {"close", {true, kNoCameras, kReload, with<NothingAsked>([](Bench& bench) {
-                   bench.cameras.close();
-                 })}},
-      {"doctor", {true, kNoCameras, kReload, with<NothingAsked>(doctor)}},
-      {"cancel", {false, "", "", with<JobAsked>(cancel)}},
-      {"note", {false, "", "", with<TextAsked>(note)}},
-      {"operator", {false, "", "", with<TextAsked>(name_operator)}},
+       {light,
+        {"camera", "exposure_us", "gain_db"},
+        "a recording is exposed already: exposure and gain can only be read",
+        "open the rig without --replay"}},
+      {"calibrate", {calibrate, {}}},
+      {"measure", {measure, {"drape"}}},
+      {"run", {run, {"drape"}}},
+      {"automatic", {automatic, {"on"}, kNoCameras}},
+      {"open", {open, {}, kNoCameras}},
+      {"close", {[](Bench& bench, const Asked&) { bench.cameras.close(); }, {}, kNoCameras}},
+      {"doctor", {doctor, {}, kNoCameras}},
+      {"cancel", {cancel, {"job"}}},
+      {"note", {note, {"text"}}},
+      {"operator", {name_operator, {"text"}}},
   };
   return all;
+}
+
+/// Reads the options that the action has.
+Asked read_asked(const Document& request, const Action& action) {
+  Asked a;
+  throw_if_any(faults_of_reading(request, [&](Fields& f) {
+    std::string name;
+    f({"do", "action"}, name);
+    const auto has = [&](std::string_view option) { return action.options.contains(option); };
+    if (has("set")) f({"set", "set of the rig"}, a.set);
+    if (has("face")) f({"face", "side of the cloth that lies up"}, a.face);
+    if (has("drape"))
+      f.otherwise({"drape", "drape of the rig; none: all that were taken"}, a.drape);
+    if (has("camera")) f({"camera", "camera of the rig"}, a.camera);
+    if (has("exposure_us")) f({"exposure_us", "exposure", 1, 0, 1e9}, a.exposure_us);
+    if (has("gain_db")) f({"gain_db", "gain", 1, 0, 1e9}, a.gain_db);
+    if (has("on")) f({"on", "begin or end"}, a.on);
+    if (has("job")) f({"job", "number of the job"}, a.job);
+    if (has("text")) f({"text", "words for the log"}, a.text);
+  }));
+  return a;
 }
 
 }  // namespace
@@ -429,11 +392,11 @@ void perform(Bench& bench, const std::string& text) {
   const auto found = word == nullptr ? actions().end() : actions().find(*word);
   if (found == actions().end())
     throw bad_input("the server knows no such action", {.field = word == nullptr ? "do" : *word},
-                    kReload);
+                    "reload the page");
   const Action& action = found->second;
-  if (action.needs_cameras && bench.session.options.replay)
-    throw bad_input(action.otherwise, {}, action.instead);
-  action.perform(bench, request);
+  if (action.no_recording != nullptr && bench.session.options.replay)
+    throw bad_input(action.no_recording, {}, action.instead);
+  action.perform(bench, read_asked(request, action));
   bench.session.tell("state", Json::object());
 }
 
@@ -486,7 +449,7 @@ static void use_still_pose(Bench& bench, const std::string& set) {
     bench.session.add("bench", fmt::format("left out {}: {}", set, why), {{"dropped", set}});
     bench.session.tell("refused", {{"set", set}, {"why", why}});
   } else if (can_calibrate(bench)) {
-    calibrate(bench);
+    calibrate(bench, {});
   } else if (next_free_pose(bench).empty()) {
     end_automatic(bench, "every pose of the rig is taken", false);
   }
@@ -539,6 +502,32 @@ void job_ended(Bench& bench, const Job& job) {
     bench.session.trouble(error.what());
   }
   bench.session.tell("state", Json::object());
+}
+
+// ---- the parts together ------------------------------------------------------------------------
+
+Bench::Bench(const ConsoleOptions& options, Tell tell)
+    : session(options, std::move(tell)),
+      files(session),
+      cameras(*this),
+      jobs(
+          [this](const Job& job) {
+            if (job.state == JobState::running && job.now.empty() && job.fraction == 0) try {
+                session.add("bench", "begins", {{"begins", job.kind + " " + job.what}});
+              } catch (const Error& error) {
+                session.trouble(error.what());
+              }
+            session.tell("job", job.json());
+          },
+          [this](const Job& job) { job_ended(*this, job); }) {
+  if (options.replay) static_cast<void>(read_recording(session.recording_folder));
+  detect_what_lacks(*this);
+  if (!options.replay) cameras.open();
+}
+
+/// Ends the cameras first, while everything to which they report still exists.
+Bench::~Bench() {
+  cameras.shut();
 }
 
 }  // namespace drape::console

@@ -7,14 +7,12 @@
 #include <atomic>
 #include <cmath>
 
-#include "console/tasks/process.hpp"
+#include "console/jobs.hpp"
 #include "core/error.hpp"
 #include "core/statistics/sample.hpp"
 
 namespace drape::console {
 namespace {
-
-namespace fs = std::filesystem;
 
 /// Number of file contents kept in memory: a calibration has some twenty sets. Keeping everything
 /// ever read, 600 sets would take 60 MB.
@@ -85,43 +83,6 @@ const Json* of_scene(const Json& rows, const std::string& scene) {
 }
 
 // ---- paths -----------------------------------------------------------------------------------
-
-fs::path Files::calibration_file() const {
-  return session_.out / "calibration.json";
-}
-
-fs::path Files::report_file() const {
-  return session_.out / "report.html";
-}
-
-fs::path Files::store_file() const {
-  return session_.out / "results.sqlite";
-}
-
-fs::path Files::sheet_file(const std::string& drape) const {
-  return session_.out / drape / "sheet.json";
-}
-
-fs::path Files::rig_file() const {
-  return session_.own / "rig.toml";
-}
-
-fs::path Files::look_rig_file() const {
-  return session_.own / "look.toml";
-}
-
-fs::path Files::look_file(const std::string& set) const {
-  return session_.own / "detections" / (set + ".json");
-}
-
-fs::path Files::object_look_file(const std::string& drape, int object) const {
-  return session_.own / drape / fmt::format("object_{}.json", object);
-}
-
-fs::path Files::scene_look_file(const Drape& drape, std::size_t plates) const {
-  return plates == 0 ? drape.scene.file
-                     : session_.own / drape.scene.name / fmt::format("scene_{}.toml", plates);
-}
 
 /// Path of the marks as in the output of `drape run`.
 fs::path Files::run_marks_file(const std::string& set) const {
@@ -429,13 +390,7 @@ Reason Files::rig_difference(const fs::path& file) const {
   for (const auto& [name, a, b] : {std::tuple("target", then->target_file, now.target_file),
                                    std::tuple("print", then->print_file, now.print_file)})
     if (!a.empty() && one_name(a) != one_name(b)) return edited(name);
-  const auto is_same = [](const RigCamera& a, const RigCamera& b) {
-    return a.name == b.name && a.width_px == b.width_px && a.height_px == b.height_px &&
-           std::abs(a.pixel_pitch_x_m - b.pixel_pitch_x_m) < 1e-9 * a.pixel_pitch_x_m &&
-           std::abs(a.pixel_pitch_y_m - b.pixel_pitch_y_m) < 1e-9 * a.pixel_pitch_y_m;
-  };
-  if (!std::equal(then->cameras.begin(), then->cameras.end(), now.cameras.begin(),
-                  now.cameras.end(), is_same))
+  if (one_line(*value_of(*then).find("camera")) != one_line(*value_of(now).find("camera")))
     return edited("camera");
   return std::nullopt;
 }

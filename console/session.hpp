@@ -10,14 +10,55 @@
 #include <string>
 #include <vector>
 
-#include "console/console.hpp"
-#include "console/tasks/session_log.hpp"
 #include "core/files/files.hpp"
 #include "core/files/json_file.hpp"
+#include "core/program/dates.hpp"
 #include "core/rig.hpp"
 #include "core/scene.hpp"
 
 namespace drape::console {
+
+namespace fs = std::filesystem;
+
+/// Log of who did what when and with what result: a file of JSON lines that only grows. Each
+/// line is on the disk before add() returns. A line torn by a crash is kept but skipped.
+/// Thread-safe.
+class SessionLog {
+ public:
+  /// Reads the file if it exists. `clock` returns the UTC time as text.
+  explicit SessionLog(
+      fs::path file, std::function<std::string()> clock = [] { return utc_text(); });
+  ~SessionLog();
+  SessionLog(const SessionLog&) = delete;
+  SessionLog& operator=(const SessionLog&) = delete;
+
+  /// Adds "at", "who" and "what" to the fields of `more` and appends the line. Throws
+  /// Error(bad_input) with the system's reason if it cannot be written (disk full).
+  void add(const std::string& who, const std::string& what, Json more = Json::object());
+
+  [[nodiscard]] std::vector<Json> entries() const;
+  [[nodiscard]] std::vector<Json> last(std::size_t most) const;  ///< oldest first
+  [[nodiscard]] std::size_t size() const;
+  [[nodiscard]] int torn() const { return torn_; }  ///< number of incomplete lines
+
+ private:
+  fs::path file_;
+  std::function<std::string()> clock_;
+  mutable std::mutex mutex_;
+  std::vector<Json> entries_;
+  int torn_ = 0;
+  int descriptor_ = -1;
+  bool line_open_ = false;  ///< true if the file ends within a line
+};
+
+struct ConsoleOptions {
+  fs::path rig;         ///< folder of the rig, or its rig.toml
+  fs::path recording;   ///< empty for that of the rig
+  fs::path out;         ///< empty for out/<rig name>, as in `drape run`
+  bool replay = false;  ///< use the recording's sets instead of cameras
+  std::string address = "127.0.0.1";
+  int port = 8040;  ///< 0 for any free one
+};
 
 /// Called with the name and the JSON of an event.
 using Tell = std::function<void(const std::string& name, const Json& data)>;
@@ -38,7 +79,7 @@ struct BenchFiles {
   Rig rig;
   Target target;
   std::vector<Drape> drapes;
-  std::vector<std::pair<std::filesystem::path, std::string>> stamps;  ///< files as they were read
+  std::vector<std::pair<fs::path, std::string>> stamps;  ///< files as they were read
 
   /// Throws Error(bad_input) if the rig has no such drape.
   [[nodiscard]] const Drape& drape(const std::string& name) const;
@@ -49,7 +90,7 @@ struct BenchFiles {
 };
 
 /// Text that changes with every write and every replacement of a file; empty if it does not exist.
-[[nodiscard]] std::string stamp_of(const std::filesystem::path& file);
+[[nodiscard]] std::string stamp_of(const fs::path& file);
 
 /// State of the session: the bench's files, and the actions in its log. Everything else is in files
 /// written by programs (Files). Thread-safe.
@@ -59,9 +100,9 @@ struct Session {
   Session(const ConsoleOptions& asked, Tell told);
 
   const ConsoleOptions options;
-  const std::filesystem::path rig_file;
-  const std::filesystem::path out, own;  ///< the output folder, and the console's folder in it
-  const std::filesystem::path recording_folder;
+  const fs::path rig_file;
+  const fs::path out, own;  ///< the output folder, and the console's folder in it
+  const fs::path recording_folder;
   const Tell tell;
   const WriterLock lock;
   SessionLog log;

@@ -4,20 +4,29 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
+#include <map>
+#include <numbers>
+#include <vector>
 
 #include "console/bench.hpp"
-#include "console/coach/coach.hpp"
+#include "core/dot_image.hpp"
 #include "core/error.hpp"
+#include "core/geometry/next_pose.hpp"
+#include "core/geometry/point.hpp"
+#include "core/geometry/rigid_motion.hpp"
 #include "core/statistics/sample.hpp"
 #include "core/units.hpp"
 
 namespace drape::console {
 namespace {
 
-namespace fs = std::filesystem;
+using Eigen::Index;
+using Eigen::Vector2d;
+using Eigen::Vector3d;
 using units::mm;
 constexpr std::size_t kShownEntries = 200;
 
@@ -25,28 +34,35 @@ double rounded(double value, double steps) {
   return std::round(value * steps) / steps + 0.0;
 }
 
-Json point_px(const Eigen::Vector2d& point) {
+Json point_px(const Vector2d& point) {
   return Json::array({rounded(point.x(), 10), rounded(point.y(), 10)});
 }
 
-Json optional_json(const std::optional<double>& value) {
+/// x, y, z in mm, rounded to a hundredth.
+Json point_mm(const Vector3d& point) {
+  Json list = Json::array();
+  for (int k = 0; k < 3; ++k) list.push_back(rounded(point[k] / mm, 100));
+  return list;
+}
+
+template <class T>
+Json optional_json(const std::optional<T>& value) {
   return value ? Json(*value) : Json();
 }
 
-Json optional_json(const Reason& value) {
-  return value ? Json(*value) : Json();
-}
-
-std::string asked(const Query& query, const char* name) {
-  const auto found = query.find(name);
-  return found == query.end() ? std::string() : found->second;
+/// List of what `json_of` makes of each item.
+template <class Items, class JsonOf>
+Json list_of(const Items& items, JsonOf json_of) {
+  Json list = Json::array();
+  for (const auto& one : items) list.push_back(json_of(one));
+  return list;
 }
 
 /// Marks and rejected candidates in px of the picture, which has one pixel for `step` of the
 /// sensor.
 Json places(const FrameDetections& frame, int step = 1) {
-  const auto sensor_px = [step](const Eigen::Vector2d& px) -> Eigen::Vector2d {
-    return step * px + Eigen::Vector2d::Constant(0.5 * (step - 1));
+  const auto sensor_px = [step](const Vector2d& px) -> Vector2d {
+    return step * px + Vector2d::Constant(0.5 * (step - 1));
   };
   Json marks = Json::array(), rejected = Json::array();
   for (const Detection& dot : frame.detections) {
@@ -64,6 +80,145 @@ Json places(const FrameDetections& frame, int step = 1) {
       rejected.push_back(std::move(place));
     }
   return {{"marks", marks}, {"rejected", rejected}};
+}
+
+// ---- the target in space -----------------------------------------------------------------------
+
+constexpr int kLeastPoints = 8;
+
+/// Image of a dot's centre. The centroid of its disc deviates from it (eccentricity; Heikkila 2000)
+/// by an amount that the pose determines.
+Vector2d centre_px(const Camera& camera, const Target& target,
+                   const std::optional<WorldFromTarget>& pose, const Detection& dot) {
+  if (!pose || target.dot_diameter_m == 0) return dot.centre_px;
+  const CamFromTarget seen = camera.cam_from_world * *pose;
+  const auto off =
+      eccentricity_px(camera.model, {seen * target.point_in_target(dot.mark), seen.rotation.col(0),
+                                     seen.rotation.col(1), 0.5 * target.dot_diameter_m});
+  return off ? Vector2d(dot.centre_px - *off) : dot.centre_px;
+}
+
+std::optional<MeasuredTarget> measure_with(const Calibration& calibration, const Target& target,
+                                           const std::vector<FrameDetections>& frames,
+                                           const std::optional<WorldFromTarget>& pose) {
+  std::map<MarkId, std::vector<Ray>> rays;
+  for (const FrameDetections& frame : frames) {
+    const CalibratedCamera* found = calibration.find(frame.camera);
+    if (found == nullptr) continue;
+    for (const Detection& dot : frame.detections)
+      if (const auto ray = ray_of(found->camera, centre_px(found->camera, target, pose, dot)))
+        rays[dot.mark].push_back(*ray);
+  }
+  MeasuredTarget result;
+  Eigen::Matrix3Xd drawn(3, rays.size()), measured(3, rays.size());
+  for (const auto& [mark, seen_along] : rays) {
+    const auto point = nearest_to_rays(seen_along);
+    if (!point) continue;
+    drawn.col(result.points) = target.point_in_target(mark);
+    measured.col(result.points++) = *point;
+  }
+  if (result.points < kLeastPoints) return std::nullopt;
+  drawn.conservativeResize(3, result.points);
+  measured.conservativeResize(3, result.points);
+  const auto pose_of_points = pose_from_points<frame::World, frame::Target>(drawn, measured);
+  if (!pose_of_points) return std::nullopt;
+  result.world_from_target = *pose_of_points;
+  double sum = 0;
+  for (Index k = 0; k < measured.cols(); ++k) {
+    sum += (result.world_from_target * Vector3d(drawn.col(k)) - measured.col(k)).squaredNorm();
+    result.points_in_world.emplace_back(measured.col(k));
+  }
+  result.rms_m = std::sqrt(sum / result.points);
+  return result;
+}
+
+}  // namespace
+
+std::optional<MeasuredTarget> measure_target(const Calibration& calibration, const Target& target,
+                                             const std::vector<FrameDetections>& frames) {
+  const auto first = measure_with(calibration, target, frames, {});
+  return first ? measure_with(calibration, target, frames, first->world_from_target) : first;
+}
+
+namespace {
+
+// ---- outlines ----------------------------------------------------------------------------------
+
+using Line = std::vector<Vector3d>;  ///< points in the world
+constexpr int kAlong = 48;  ///< points on a circle; a lens bends edges, which get a quarter of it
+
+Line circle(const Vector3d& centre, const Vector3d& a, const Vector3d& b) {
+  Line line;
+  for (int k = 0; k <= kAlong; ++k) {
+    const double angle = 2 * std::numbers::pi * k / kAlong;
+    line.push_back(centre + std::cos(angle) * a + std::sin(angle) * b);
+  }
+  return line;
+}
+
+Line edge(const Vector3d& from, const Vector3d& to) {
+  Line line;
+  for (int k = 0; k <= kAlong / 4; ++k) line.push_back(from + (to - from) * (4.0 * k / kAlong));
+  return line;
+}
+
+struct LinesFrom {
+  Vector3d eye;
+
+  /// The circle in which rays from the eye touch the sphere.
+  std::vector<Line> operator()(const Sphere& s) const {
+    const Vector3d away = eye - s.centre_in_world;
+    const double part = s.radius_m / away.norm();
+    if (!(part < 1)) return {};
+    const Vector3d a = away.unitOrthogonal(), b = away.normalized().cross(a);
+    const double radius = s.radius_m * std::sqrt(1 - part * part);
+    return {circle(s.centre_in_world + part * part * away, radius * a, radius * b)};
+  }
+  std::vector<Line> operator()(const Box& box) const {
+    std::vector<Line> lines;
+    const auto corner = [&](int k) {
+      const Vector3d side(k & 1 ? 0.5 : -0.5, k & 2 ? 0.5 : -0.5, k & 4 ? 0.5 : -0.5);
+      return box.world_from_box * Vector3d(side.cwiseProduct(box.size_m));
+    };
+    for (int k = 0; k < 8; ++k)
+      for (const int axis : {1, 2, 4})
+        if ((k & axis) == 0) lines.push_back(edge(corner(k), corner(k | axis)));
+    return lines;
+  }
+  std::vector<Line> operator()(const Cylinder& c) const {
+    std::vector<Line> lines;
+    const Eigen::Matrix3d turn = c.radius_m * c.world_from_cylinder.rotation;
+    for (const double end : {-0.5, 0.5})
+      lines.push_back(circle(c.world_from_cylinder * Vector3d(0, 0, end * c.height_m), turn.col(0),
+                             turn.col(1)));
+    return lines;
+  }
+  std::vector<Line> operator()(const Plane&) const { return {}; }
+  std::vector<Line> operator()(const MeshObject&) const { return {}; }
+};
+
+/// Edges of a drape's objects in every camera's picture, at the positions measured with tag plates
+/// or stated in the scene.
+Json outlines(const Files& files, const Drape& drape) {
+  Json json = {{"measured", false}, {"cameras", Json::object()}};
+  const auto now = files.calibration();
+  if (!now) return json;
+  const Scene scene = files.measured_scene(drape);
+  json["measured"] = scene.file != drape.scene.file;
+  for (const CalibratedCamera& one : now->cameras) {
+    const Camera& camera = one.camera;
+    Json& lines = json["cameras"][camera.name] = Json::array();
+    for (const Obstacle& object : scene.obstacles)
+      for (const Line& line : std::visit(LinesFrom{centre_in_world(camera)}, object)) {
+        Json points = Json::array();
+        for (const Vector3d& point : line)
+          if (const auto image = project(camera.model, camera.cam_from_world * point))
+            points.push_back(
+                {std::round(10 * image->px.x()) / 10, std::round(10 * image->px.y()) / 10});
+        if (points.size() > 1) lines.push_back(std::move(points));
+      }
+  }
+  return json;
 }
 
 // ---- state -----------------------------------------------------------------------------------
@@ -96,14 +251,14 @@ Json calibration_json(const Files& files) {
   if (!now) return {};
   Json json = ending_of(files.calibration_file());
   json["sets"] = now->sets;
-  json["no_go"] = now->no_go ? Json(*now->no_go) : Json();
-  json["cameras"] = Json::array();
-  for (const CalibratedCamera& one : now->cameras)
-    json["cameras"].push_back({{"name", one.camera.name},
-                               {"points", one.residuals.points},
-                               {"rms_px", one.residuals.rms_px},
-                               {"max_px", one.residuals.max_px},
-                               {"rms_mm", one.residuals.object_rms_mm}});
+  json["no_go"] = optional_json(now->no_go);
+  json["cameras"] = list_of(now->cameras, [](const CalibratedCamera& one) -> Json {
+    return {{"name", one.camera.name},
+            {"points", one.residuals.points},
+            {"rms_px", one.residuals.rms_px},
+            {"max_px", one.residuals.max_px},
+            {"rms_mm", one.residuals.object_rms_mm}};
+  });
   return json;
 }
 
@@ -165,30 +320,27 @@ Json drape_json(const Bench& bench, const Drape& one, const Json& distances, boo
     json["sheet"]["gaps"] = measured->gaps.size();
     if (measured->error_budget) json["sheet"]["sd_mm"] = measured->error_budget->total_m / mm;
   }
-  json["layings"] = Json::array();
-  for (const Laying& laying : bench.session.layings(name))
-    json["layings"].push_back(
-        {{"set", laying.set}, {"repeat", laying.repeat}, {"face", laying.face}});
-  json["plates"] = Json::array();
-  for (const ObjectTags& plate : one.scene.tags) {
+  json["layings"] = list_of(bench.session.layings(name), [](const Laying& laying) -> Json {
+    return {{"set", laying.set}, {"repeat", laying.repeat}, {"face", laying.face}};
+  });
+  json["plates"] = list_of(one.scene.tags, [&](const ObjectTags& plate) {
     Json item = stage_of(files, files.object_look_file(name, plate.object)).made;
     if (item.is_null()) item = {{"verdict", ""}, {"sentence", ""}};
     item["object"] = plate.object;
     item["set"] = plate.set;
-    json["plates"].push_back(std::move(item));
-  }
-  json["simulations"] = Json::array();
+    return item;
+  });
   const auto bench_files = bench.session.bench();
-  for (const int segments : bench_files->rig.segments) {
-    const double spacing_m = bench_files->rig.spacing_m;
-    const Stage made = stage_of(
+  const double spacing_m = bench_files->rig.spacing_m;
+  json["simulations"] = list_of(bench_files->rig.segments, [&](int segments) -> Json {
+    const Stage stage = stage_of(
         files, bench.session.out / name / simulation_folder(spacing_m, segments) / "sheet.json");
-    json["simulations"].push_back({{"spacing_mm", spacing_m / mm},
-                                   {"segments", segments},
-                                   {"there", !made.made.is_null()},
-                                   {"superseded", !made.superseded.is_null()},
-                                   {"sentence", made.made.is_null() ? "" : made.made["sentence"]}});
-  }
+    return {{"spacing_mm", spacing_m / mm},
+            {"segments", segments},
+            {"there", !stage.made.is_null()},
+            {"superseded", !stage.superseded.is_null()},
+            {"sentence", stage.made.is_null() ? "" : stage.made["sentence"]}};
+  });
   const Json* row = of_scene(distances, name);
   const Reason why = row != nullptr ? files.why_report_superseded(one) : std::nullopt;
   json["result"] = row != nullptr && !why ? *row : Json();
@@ -206,10 +358,9 @@ Json state_view(Bench& bench, const Query&) {
                {"operator", session.who()},
                {"out", session.out.string()},
                {"target", {{"rows", rig->target.rows}, {"cols", rig->target.cols}}}};
-  json["cameras"] = Json::array();
-  for (const RigCamera& camera : rig->rig.cameras)
-    json["cameras"].push_back(
-        {{"name", camera.name}, {"width_px", camera.width_px}, {"height_px", camera.height_px}});
+  json["cameras"] = list_of(rig->rig.cameras, [](const RigCamera& camera) -> Json {
+    return {{"name", camera.name}, {"width_px", camera.width_px}, {"height_px", camera.height_px}};
+  });
   // Before the sets, so that one whose taking just ended is among them.
   json["capture"] = bench.cameras.json();
   json["sets"] = Json::array();
@@ -232,8 +383,7 @@ Json state_view(Bench& bench, const Query&) {
   json["report"] = fs::is_regular_file(files.report_file());
   json["report_superseded"] = !reported;
   json["report_stamp"] = stamp_of(files.report_file().replace_extension(".json"));
-  json["jobs"] = Json::array();
-  for (const Job& job : bench.jobs.list()) json["jobs"].push_back(job.json());
+  json["jobs"] = list_of(bench.jobs.list(), [](const Job& job) { return job.json(); });
   json["log"] = session.log.last(kShownEntries);
   json["log_entries"] = session.log.size();
   json["log_torn"] = session.log.torn();
@@ -308,7 +458,7 @@ Json coverage_view(Bench& bench, const Query&) {
     }
     if (!now) continue;
     if (const auto measured = measure_target(*now, bench.session.bench()->target, seen->frames))
-      for (const Eigen::Vector3d& point : measured->points_in_world)
+      for (const Vector3d& point : measured->points_in_world)
         json["points_mm"].push_back(point_mm(point));
   }
   return json;
@@ -411,18 +561,15 @@ Json difference_view(Bench& bench, const Query& query) {
 Json sheet_view(Bench& bench, const Query& query) {
   const auto rig = bench.session.bench();
   const Drape& one = rig->drape(asked(query, "drape"));
-  Json json = {{"label", one.scene.name},
-               {"outlines", outlines(bench.files, one)},
-               {"marks", Json::array()}};
-  if (const auto measured = bench.files.sheet(one.scene.name))
-    for (const SheetMark& mark : measured->marks)
-      json["marks"].push_back({{"row", mark.mark.row},
-                               {"col", mark.mark.col},
-                               {"real_mm", point_mm(mark.point_in_world)},
-                               {"virtual_mm", Json()},
-                               {"distance_mm", Json()},
-                               {"sigma_distance_mm", Json()}});
-  return json;
+  const auto measured = bench.files.sheet(one.scene.name);
+  const auto mark_json = [](const SheetMark& mark) -> Json {
+    return {
+        {"row", mark.mark.row}, {"col", mark.mark.col},  {"real_mm", point_mm(mark.point_in_world)},
+        {"virtual_mm", Json()}, {"distance_mm", Json()}, {"sigma_distance_mm", Json()}};
+  };
+  return {{"label", one.scene.name},
+          {"outlines", outlines(bench.files, one)},
+          {"marks", measured ? list_of(measured->marks, mark_json) : Json::array()}};
 }
 
 // ---- table of views --------------------------------------------------------------------------
@@ -443,10 +590,9 @@ const std::map<std::string, Json (*)(Bench&, const Query&)>& views() {
 
 }  // namespace
 
-Json point_mm(const Eigen::Vector3d& point) {
-  Json list = Json::array();
-  for (int k = 0; k < 3; ++k) list.push_back(rounded(point[k] / mm, 100));
-  return list;
+std::string asked(const Query& query, const char* name) {
+  const auto found = query.find(name);
+  return found == query.end() ? std::string() : found->second;
 }
 
 bool is_view(const std::string& name) {
@@ -463,7 +609,7 @@ Json coach_view(const Bench& bench) {
   if (!now) return {{"advice", "Calibrate first: the coach predicts from a first calibration."}};
   if (rig->drapes.empty() || now->joint_covariance.size() == 0)
     return {{"advice", "The coach needs a drape in the rig and a calibration with free poses."}};
-  Eigen::Vector2d half(0, 0);
+  Vector2d half(0, 0);
   for (const Drape& one : rig->drapes) half = half.cwiseMax(0.5 * one.print.patch_m);
   const WorldBox volume{{-half.x(), -half.y(), 0}, {half.x(), half.y(), half.maxCoeff()}};
   std::vector<double> sigma;
@@ -492,10 +638,9 @@ Json coach_view(const Bench& bench) {
   if (const auto next = coach.next()) {
     Json views = Json::array();
     for (std::size_t k = 0; k < next->cameras.size(); ++k) {
-      Json outline = Json::array();
-      for (const Eigen::Vector2d& px : next->outline_px[k]) outline.push_back(point_px(px));
       const auto camera = static_cast<std::size_t>(next->cameras[k]);
-      views.push_back({{"camera", now->cameras[camera].camera.name}, {"outline_px", outline}});
+      views.push_back({{"camera", now->cameras[camera].camera.name},
+                       {"outline_px", list_of(next->outline_px[k], point_px)}});
     }
     json["next"] = {
         {"words", next->words}, {"calibration_mm", next->calibration_m / mm}, {"views", views}};

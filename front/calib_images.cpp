@@ -189,10 +189,11 @@ std::vector<PictureName> read_picture_names(const std::vector<std::string>& give
 
 namespace {
 
-bool has_folders(const fs::path& folder) {
+std::vector<fs::path> folders_in(const fs::path& folder) {
+  std::vector<fs::path> folders;
   for (const auto& entry : fs::directory_iterator(folder))
-    if (entry.is_directory()) return true;
-  return false;
+    if (entry.is_directory()) folders.push_back(entry.path());
+  return folders;
 }
 
 /// Pictures in a folder, sorted by name; a link keeps its own name, not that of its target.
@@ -225,42 +226,24 @@ void add_picture(Views& views, const std::string& view, const std::string& camer
                   "keep one of them");
 }
 
-/// Parses names such as left01.jpg: camera `left`, view `01`.
-Views flat_images(const fs::path& folder) {
-  Views views;
+/// Adds the pictures of a folder. Without a camera's name their own names give camera and view,
+/// such as left01.jpg, and a picture without a number is not part of a series; else the view alone.
+void add_pictures(Views& views, const fs::path& folder, const std::string& camera) {
   const std::vector<fs::path> pictures = pictures_in(folder);
   const std::vector<PictureName> names = picture_names_of(pictures);
   for (std::size_t i = 0; i < pictures.size(); ++i) {
-    // A picture without a number is not part of a series.
-    if (pictures[i].stem().string().find_first_of("0123456789") == std::string::npos) continue;
-    add_picture(views, names[i].view, names[i].camera.empty() ? "camera" : names[i].camera,
-                pictures[i]);
+    const std::string stem = pictures[i].stem().string();
+    if (camera.empty() && stem.find_first_of("0123456789") == std::string::npos) continue;
+    const std::string of_name = names[i].camera.empty() ? "camera" : names[i].camera;
+    add_picture(views, names[i].view, camera.empty() ? of_name : camera, pictures[i]);
   }
-  return views;
-}
-
-/// Parses names such as left/01.jpg: camera `left`, view `01`.
-Views images_by_camera(const fs::path& folder) {
-  Views views;
-  for (const auto& entry : fs::directory_iterator(folder)) {
-    if (!entry.is_directory()) continue;
-    const std::vector<fs::path> pictures = pictures_in(entry.path());
-    const std::vector<PictureName> names = picture_names_of(pictures);
-    for (std::size_t i = 0; i < pictures.size(); ++i)
-      add_picture(views, names[i].view, entry.path().filename().string(), pictures[i]);
-  }
-  return views;
 }
 
 /// True if the folders are cameras: there are more views than cameras.
-bool are_cameras(const fs::path& folder) {
-  std::size_t folders = 0, most = 0;
-  for (const auto& entry : fs::directory_iterator(folder)) {
-    if (!entry.is_directory()) continue;
-    ++folders;
-    most = std::max(most, pictures_in(entry.path()).size());
-  }
-  return most > folders;
+bool are_cameras(const std::vector<fs::path>& folders) {
+  return std::any_of(folders.begin(), folders.end(), [&](const fs::path& folder) {
+    return pictures_in(folder).size() > folders.size();
+  });
 }
 
 /// Pictures of a folder in another layout than that of `drape import`; nullopt for that one.
@@ -269,11 +252,15 @@ std::optional<Views> views_of(const CalibImagesOptions& options) {
     throw bad_input("the folder of images is missing", {.file = options.folder.string()},
                     "name a folder of images such as left01.jpg, right01.jpg");
   }
-  const bool nested = has_folders(options.folder) && pictures_in(options.folder).empty();
-  const bool cameras = options.folders ? *options.folders == FoldersOf::cameras
-                                       : nested && are_cameras(options.folder);
+  const std::vector<fs::path> folders = folders_in(options.folder);
+  const bool nested = !folders.empty() && pictures_in(options.folder).empty();
+  const bool cameras =
+      options.folders ? *options.folders == FoldersOf::cameras : nested && are_cameras(folders);
   if (nested && !cameras) return std::nullopt;
-  Views views = nested ? images_by_camera(options.folder) : flat_images(options.folder);
+  Views views;
+  if (!nested) add_pictures(views, options.folder, {});
+  for (const fs::path& folder : nested ? folders : std::vector<fs::path>())
+    add_pictures(views, folder, folder.filename().string());
   if (views.empty()) {
     throw bad_input("no image is named like left01.jpg", {.file = options.folder.string()},
                     "name images <camera><number>.png|jpg|tif, <view>/<camera>.png|jpg|tif or "

@@ -7,9 +7,11 @@
 #include <unistd.h>
 
 #include <iostream>
+#include <map>
 #include <regex>
 #include <set>
 #include <sstream>
+#include <string_view>
 
 #include "core/error.hpp"
 #include "core/fields/records.hpp"
@@ -19,6 +21,10 @@
 #include "front/process.hpp"
 
 namespace drape {
+
+/// Files of a new bench in new_bench/, by name; the build writes their text into the program.
+const std::map<std::string, std::string_view>& new_bench_files();
+
 namespace {
 
 namespace fs = std::filesystem;
@@ -28,169 +34,11 @@ std::string toml_quoted(const std::string& text) {
   return one_line(Value(text));
 }
 
-constexpr const char* kRig = R"(schema = "drapebench/rig/1"
-name = {name}
-target = "target.toml"
-print = "print.toml"
-recording = "recording"
-scenes = [{scenes}]
-
-# What `drape run` simulates: spacing of the cloth's finest mesh, and line segments per Kawabata curve.
-spacing_mm = 2.5
-segments = [1, 5]
-
-[calibration]
-# Frame sets that show the target anywhere: tilted by 20 to 40 degrees, all over the images.
-free_poses = [{poses}]
-
-# Stages: the target parallel to the table, raised by z_mm; z_mm = 0 defines the world.
-)";
-
-constexpr const char* kStage = R"(
-[[calibration.stage]]
-set = {set}
-z_mm = {z}
-)";
-
-constexpr const char* kCamera = R"(
-[[camera]]
-name = {name}
-width_px = {width}
-height_px = {height}
-# From the sensor's data sheet: it only scales the focal length in mm, no measured point depends on it.
-# pixel_pitch_um = [3.45, 3.45]
-)";
-
-constexpr const char* kTarget = R"(schema = "drapebench/target/1"
-# Uncomment pitch_mm, and `drape print target target.toml --out target.pdf` prints it to scale. Glue it to a flat
-# plate, then measure the print: printers scale. Frame: origin at the centre of the grid, x along the columns, y
-# along the rows, z out of the printed face.
-kind = "dot-grid"
-rows = 9
-cols = 12
-# Measured over as many dots as a ruler or caliper spans, divided by their number.
-# pitch_mm = 20.0
-dot_diameter_mm = 8.0
-
-[tags]
-family = "tag36h11"
-edge_mm = 10.0
-)";
-
-constexpr double kTargetTags_mm[][2] = {{-80, -50}, {80, -50}, {0, 10},
-                                        {-80, 50},  {80, 50},  {100, -10}};
-constexpr int kFirstTargetTag = 400;
-
-constexpr const char* kPrint = R"(schema = "drapebench/print/1"
-# `drape print cloth print.toml --out cloth.pdf` prints it to scale on transfer paper. A patch of 20 x 20 cm.
-# Seen from the printed side with row 0 at the top: col 0 is at the left, tags are upright.
-# Rows follow each other along the warp, columns along the weft.
-rows = 11
-cols = 11
-# Uncomment to print, then put here what you measure on the cloth, over as many dots as a ruler spans.
-# pitch_mm = 19.0
-dot_diameter_mm = 3.0
-patch_mm = [200.0, 200.0]   # along (warp, weft)
-margin_mm = [5.0, 5.0]      # from the patch corner to mark (0, 0), along (warp, weft)
-
-[tags]
-family = "tag36h11"
-edge_mm = 9.0
-# Tag k sits in the centre of the cell between marks (row, col) and (row + 1, col + 1); its id is first_id + k.
-first_id = 0
-cells = [
-)";
-
-constexpr const char* kScene = R"(schema = "drapebench/scene/1"
-name = {name}
-set = {set}
-fabric = "../fabrics/cloth.toml"
-print = "../print.toml"
-# The table's height in the world frame of the target's reference pose: minus the thickness of its plate.
-# table_z_mm = -6.0
-# Coulomb's coefficient of cloth on the object, from a tilting plane; 0 is the paper's case.
-# friction = 0.4
-)";
-
-constexpr const char* kFlatStart = R"(
-[start]
-mode = "flat-from-measured"   # flat and horizontal above the object, placed by the measured marks
-clearance_mm = 3.0
-# What the cloth went through, for --internal-friction: "flat", "bent 1.5 per cm along warp",
-# "draped 3 times"; last of all "shaken 5 times by 40 %".
-# history = ["draped 3 times"]
-)";
-
-constexpr const char* kSphere = R"(
-[[object]]
-kind = "sphere"
-diameter_mm = {size}
-# x_mm = 0.0         # centre, measured in the world frame
-# y_mm = 0.0
-# z_bottom_mm = -6.0 # where it stands
-# place_uncertainty_mm = 0.5 # one standard deviation of x, y, z; half a division of a ruler if absent
-# size_uncertainty_mm = 0.5
-)";
-
-constexpr const char* kBox = R"(
-[[object]]
-kind = "box"
-size_mm = [{size}, {size}, {size}]
-# edge_radius_mm = 1.0 # no edge is sharp: a radius gauge, or the width of the gap under a square
-# x_mm = 0.0         # centre of the base, measured in the world frame
-# y_mm = 0.0
-# z_bottom_mm = -6.0 # where it stands
-# yaw_deg = 0.0      # of its edges from the world's x axis towards y
-# place_uncertainty_mm = 0.5 # one standard deviation of x, y, z; half a division of a ruler if absent
-# size_uncertainty_mm = 0.5
-)";
-
-constexpr const char* kHung = R"(
-[start]
-mode = "measured"   # the measured sheet itself; its pinned marks stay where they were measured
-
-# Held {size} mm apart. A point between marks is at_material_mm = [warp, weft], from the corner beside
-# mark (0, 0), in place of row and col.
-)";
-
-constexpr const char* kMarkPins = R"(
-[[pin]]
-row = 0
-col = 0
-
-[[pin]]
-row = 0
-col = 10
-)";
-
-constexpr const char* kFabric = R"(schema = "drapebench/fabric/1"
-name = "cloth"
-# areal_density_g_per_m2 = 138
-# Name what was not measured on this very fabric, e.g. stand_ins = ["shear curves"]; reports show it.
-
-# Kawabata curves (KES-FB), loading and unloading branch; each file begins with the names of its columns.
-[tensile]
-warp = "cloth/tensile_warp.csv"
-weft = "cloth/tensile_weft.csv"
-
-[shear]
-warp = "cloth/shear_warp.csv"
-weft = "cloth/shear_weft.csv"
-
-[bending]
-warp = "cloth/bending_warp.csv"
-weft = "cloth/bending_weft.csv"
-)";
-
-struct CurveFile {
-  const char* name;
-  const char* headings;
-};
-constexpr CurveFile kCurveFiles[] = {
-    {"tensile", "strain_percent,loading_force_gf_per_cm,unloading_force_gf_per_cm\n"},
-    {"shear", "shear_angle_deg,loading_force_gf_per_cm,unloading_force_gf_per_cm\n"},
-    {"bending", "curvature_per_cm,loading_moment_gf_cm_per_cm,unloading_moment_gf_cm_per_cm\n"},
-};
+/// Part of a file of a new bench, with its values filled in.
+template <class... Values>
+std::string part(const std::string& name, const Values&... values) {
+  return fmt::format(fmt::runtime(new_bench_files().at("part/" + name + ".toml")), values...);
+}
 
 struct NewDrape {
   std::string name, kind;
@@ -262,7 +110,7 @@ std::string pins_of(const NewRigOptions& options, const NewDrape& drape) {
     if (parts[1] == drape.name)
       text += fmt::format("\n[[pin]]\nat_material_mm = [{}, {}]\n", parts[2].str(), parts[3].str());
   }
-  return text.empty() ? kMarkPins : text;
+  return text.empty() ? part("mark_pins") : text;
 }
 
 /// "stem_00", "stem_01", ... as TOML strings.
@@ -315,16 +163,8 @@ std::vector<FoundCamera> found_cameras() {
   return found.cameras;
 }
 
-constexpr const char* kCameras = R"(schema = "drapebench/cameras/1"
-# What capture/README.md says of each line.
-[sync]
-method = "software_trigger"
-fall_back = ["free_run"]
-frame_rate_hz = 5.0
-)";
-
 std::string cameras_text(const std::vector<FoundCamera>& cameras) {
-  std::string text = kCameras;
+  std::string text = part("cameras");
   for (const FoundCamera& c : cameras) {
     text += fmt::format("\n# {} {}\n[[camera]]\nname = \"{}\"\nbackend = \"{}\"\ndevice = {}\n",
                         c.vendor, c.model, c.name, c.backend, toml_quoted(c.device));
@@ -364,14 +204,14 @@ std::string rig_text(const NewRigOptions& options, const std::string& name,
   std::vector<std::string> scenes;
   for (const NewDrape& drape : drapes)
     scenes.push_back(toml_quoted("scenes/" + drape.name + ".toml"));
-  std::string text = fmt::format(
-      kRig, fmt::arg("name", toml_quoted(name)), fmt::arg("scenes", fmt::join(scenes, ", ")),
-      fmt::arg("poses", fmt::join(numbered("pose", options.free_poses), ", ")));
+  std::string text =
+      part("rig", fmt::arg("name", toml_quoted(name)), fmt::arg("scenes", fmt::join(scenes, ", ")),
+           fmt::arg("poses", fmt::join(numbered("pose", options.free_poses), ", ")));
   for (const auto& [set, z_mm] : stages_of(options))
-    text += fmt::format(kStage, fmt::arg("set", toml_quoted(set)), fmt::arg("z", z_mm));
+    text += part("stage", fmt::arg("set", toml_quoted(set)), fmt::arg("z", z_mm));
   for (const FoundCamera& camera : found)
-    text += fmt::format(kCamera, fmt::arg("name", toml_quoted(camera.name)),
-                        fmt::arg("width", *camera.width_px), fmt::arg("height", *camera.height_px));
+    text += part("camera", fmt::arg("name", toml_quoted(camera.name)),
+                 fmt::arg("width", *camera.width_px), fmt::arg("height", *camera.height_px));
   if (!found.empty()) return text;
   std::set<std::string> names;
   for (const std::string& camera : options.cameras) {
@@ -379,48 +219,19 @@ std::string rig_text(const NewRigOptions& options, const std::string& name,
     if (!names.insert(camera).second)
       throw usage_error(fmt::format("two cameras are called `{}`", camera),
                         "give each its own name");
-    text += fmt::format(kCamera, fmt::arg("name", toml_quoted(camera)),
-                        fmt::arg("width", size[1].str()), fmt::arg("height", size[2].str()));
+    text += part("camera", fmt::arg("name", toml_quoted(camera)), fmt::arg("width", size[1].str()),
+                 fmt::arg("height", size[2].str()));
   }
   return text;
-}
-
-std::string target_text() {
-  std::string text = kTarget;
-  int id = kFirstTargetTag;
-  for (const auto& centre : kTargetTags_mm) {
-    text += fmt::format("\n[[tags.tag]]\nid = {}\ncentre_mm = [{:.1f}, {:.1f}]\n", id++, centre[0],
-                        centre[1]);
-  }
-  return text;
-}
-
-std::string print_toml() {
-  std::string text = kPrint;
-  for (int row = 0; row < 10; ++row) {
-    std::vector<std::string> cells;
-    for (int col = row % 2; col < 10; col += 2) cells.push_back(fmt::format("[{}, {}]", row, col));
-    text += fmt::format("  {},\n", fmt::join(cells, ", "));
-  }
-  return text + "]\n";
 }
 
 std::string scene_text(const NewRigOptions& options, const NewDrape& drape) {
-  const std::string head = fmt::format(kScene, fmt::arg("name", toml_quoted(drape.name)),
-                                       fmt::arg("set", toml_quoted("drape_" + drape.name)));
+  const std::string head = part("scene", fmt::arg("name", toml_quoted(drape.name)),
+                                fmt::arg("set", toml_quoted("drape_" + drape.name)));
   if (drape.kind == "hung")
-    return head + fmt::format(kHung, fmt::arg("size", drape.size_mm)) + pins_of(options, drape);
+    return head + part("hung", fmt::arg("size", drape.size_mm)) + pins_of(options, drape);
   const std::string size = fmt::format("{:.1f}", drape.size_mm);
-  return head + kFlatStart +
-         fmt::format(fmt::runtime(drape.kind == "sphere" ? kSphere : kBox), fmt::arg("size", size));
-}
-
-void write_fabric(const fs::path& folder) {
-  write_durable(folder / "cloth.toml", kFabric);
-  for (const CurveFile& curve : kCurveFiles)
-    for (const char* direction : {"warp", "weft"})
-      write_durable(folder / "cloth" / fmt::format("{}_{}.csv", curve.name, direction),
-                    curve.headings);
+  return head + part("flat_start") + part(drape.kind, fmt::arg("size", size));
 }
 
 }  // namespace
@@ -485,11 +296,10 @@ int make_new_rig(const NewRigOptions& given, const CommonOptions& common) {
   if (fs::exists(folder))
     throw bad_input("the folder exists", {.file = folder.string()},
                     "name a new folder; nothing in this one was changed");
-  write_durable(folder / "target.toml", target_text());
-  write_durable(folder / "print.toml", print_toml());
+  for (const auto& [file, text] : new_bench_files())
+    if (file.starts_with("whole/")) write_durable(folder / file.substr(6), text);
   for (const NewDrape& drape : drapes)
     write_durable(folder / "scenes" / (drape.name + ".toml"), scene_text(options, drape));
-  write_fabric(folder / "fabrics");
   if (!found.empty()) write_durable(folder / "cameras.toml", cameras_text(found));
   write_durable(folder / "rig.toml", rig);
   Ending ending;

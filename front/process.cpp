@@ -15,7 +15,6 @@
 #include <cstring>
 
 #include "core/error.hpp"
-#include "core/fields/document.hpp"
 #include "core/program/child.hpp"
 #include "core/program/ending.hpp"
 
@@ -38,6 +37,12 @@ volatile std::sig_atomic_t last_signal = 0;
 
 void remember(int signal) {
   last_signal = signal;
+}
+
+void handle_interrupts(void (*handler)(int)) {
+  struct sigaction action {};
+  action.sa_handler = handler;
+  for (const int signal : {SIGINT, SIGTERM}) ::sigaction(signal, &action, nullptr);
 }
 
 /// Inode and time of change of a file: they change with every write and replacement.
@@ -113,17 +118,11 @@ void end(pid_t pid, const Step& step, const std::vector<std::array<std::int64_t,
 }  // namespace
 
 Interrupts::Interrupts() {
-  struct sigaction action {};
-  action.sa_handler = &remember;
-  ::sigaction(SIGINT, &action, nullptr);
-  ::sigaction(SIGTERM, &action, nullptr);
+  handle_interrupts(&remember);
 }
 
 Interrupts::~Interrupts() {
-  struct sigaction action {};
-  action.sa_handler = SIG_DFL;
-  ::sigaction(SIGINT, &action, nullptr);
-  ::sigaction(SIGTERM, &action, nullptr);
+  handle_interrupts(SIG_DFL);
 }
 
 int Interrupts::signal() {
@@ -164,40 +163,15 @@ void run_steps(const std::vector<Step>& steps, int at_once, const StepProgress& 
   }
 }
 
-namespace {
-
-/// Finds the error in the output of a program started with --json; null if there is none.
-const Value* printed_error(const StepResult& result, Value& json) {
-  const std::size_t begin = result.output.find("{\n");
-  if (begin == std::string::npos) return nullptr;
-  try {
-    json = json_value(std::string_view(result.output).substr(begin));
-  } catch (const Error&) {
-    return nullptr;
-  }
-  return json.find("error");
-}
-
-}  // namespace
-
 std::optional<Error> error_in(const StepResult& result) {
   if (!result.fault.empty()) {
     return Error(ErrorKind::internal, result.fault, {},
                  "see what it printed above; run again, steps that were finished are kept");
   }
   if (result.exit_code <= 1) return std::nullopt;
-  Value json;
-  const Value* error = printed_error(result, json);
-  const auto kind = static_cast<ErrorKind>(result.exit_code);
-  if (error == nullptr)
-    return Error(kind, fmt::format("a program ended with code {}", result.exit_code), {}, "");
-  const auto text = [&](const char* key) {
-    const Value* value = error->find(key);
-    const auto* words = value == nullptr ? nullptr : value->get_if<std::string>();
-    return words == nullptr ? std::string() : *words;
-  };
-  // The location is already a single phrase.
-  return Error(kind, text("what_failed"), {.file = text("where")}, text("what_to_do"));
+  if (auto error = error_printed(result.output, result.exit_code)) return error;
+  return Error(static_cast<ErrorKind>(result.exit_code),
+               fmt::format("a program ended with code {}", result.exit_code), {}, "");
 }
 
 std::vector<std::string> warnings_in(const StepResult& result) {

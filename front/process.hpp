@@ -21,12 +21,10 @@ struct Step {
   double weight = 1;             ///< share of the stage's time
   /// Files that the step must have written if it ends with a verdict.
   std::vector<std::filesystem::path> outputs = {};
-  std::string drape = {};       ///< drape that fails with this step; empty if all drapes need it
-  std::string scene = {};       ///< name of the drape, also for its further layings
-  bool is_asked = true;         ///< if false it is not run, but kept if it is up to date
-  bool is_extra = false;        ///< if it fails, the result only says less
-  bool is_measurement = false;  ///< produces a measured sheet
-  bool warns = false;  ///< its warnings belong to the result; others are in report and store
+  std::string drape = {};  ///< drape that fails with this step; empty if all drapes need it
+  std::string scene = {};  ///< name of the drape, also for its further layings
+  bool is_asked = true;    ///< if false it is not run, but kept if it is up to date
+  bool is_extra = false;   ///< if it fails, the result only says less
 };
 
 struct StepResult {

@@ -130,7 +130,6 @@ Step detect_step(const Bench& bench, const std::string& what, const std::string&
   append(words, more);
   Step step = step_of("detect", what, std::move(words), output, drape);
   step.weight = static_cast<double>(sets.size());
-  step.warns = true;
   return step;
 }
 
@@ -165,7 +164,6 @@ Group calib_group(const Bench& bench) {
       words_of(bench.target_detections(), "--rig", bench.reduced_rig(), "--method",
                bench.rig.free_poses.empty() ? "tsai" : "joint", "--out", bench.calibration()),
       bench.calibration());
-  step.warns = true;
   return {"calib", {std::move(step)}};
 }
 
@@ -186,7 +184,6 @@ Group object_group(const Bench& bench) {
       Step step =
           step_of("object", plate_name(drape, plate), std::move(words), output, drape.scene.name);
       step.outputs.push_back(scene);
-      step.warns = true;
       group.steps.push_back(std::move(step));
     }
   }
@@ -211,7 +208,6 @@ Group triangulate_group(const Bench& bench) {
         words.push_back("--face=" + laying.repeat->face);
       Step step =
           step_of("triangulate", "drape " + laying.name, std::move(words), output, laying.name);
-      step.is_measurement = step.warns = true;
       step.scene = drape.scene.name;
       group.steps.push_back(std::move(step));
     }
@@ -551,8 +547,9 @@ class BenchRun {
     }
     if (!plan_.compare) return end_as_asked();
     // A drape that was NO-GO before the comparison is NO-GO in the store and its lists too.
-    const bool measured = std::any_of(
-        kept_.begin(), kept_.end(), [](const StepEnding& one) { return one.step.is_measurement; });
+    const bool measured = std::any_of(kept_.begin(), kept_.end(), [](const StepEnding& one) {
+      return one.step.stage == "triangulate";
+    });
     if (stopped && !measured) return end_early("there is no measured sheet");
     leave_out_old_drapes();
     const StepEnding compared = run_group(compare_group()).front();
@@ -708,7 +705,7 @@ class BenchRun {
   [[nodiscard]] std::vector<std::string> stage_warnings() const {
     std::vector<std::string> warnings;
     for (const StepEnding& ending : kept_)
-      if (ending.step.warns)
+      if (ending.step.stage != "simulate" && ending.step.stage != "branches")
         for (const std::string& warning : ending.ending.warnings)
           warnings.push_back(ending.name() + ": " + warning);
     return warnings;

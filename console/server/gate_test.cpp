@@ -1,12 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "console/server/gate.hpp"
+#include "console/server/server.hpp"
 
 #include <gmock/gmock.h>
 
 #include <thread>
-
-#include "console/server/events.hpp"
-#include "console/server/server.hpp"
 
 #include <httplib.h>
 
@@ -117,9 +114,9 @@ TEST(WebServer, ListeningOnAllInterfacesAnswersWhereItIsReached) {
   options.address = "0.0.0.0";
   options.token = kToken;
   Events events;
-  WebServer server(options, events, [](const Request&) { return Response{}; });
-  std::thread serving([&] { server.serve(); });
-  const std::vector<std::string> addresses = server.addresses();
+  const auto server = make_server(options, events, [](const Request&) { return Response{}; });
+  std::thread serving([&] { server->serve(); });
+  const std::vector<std::string> addresses = server->addresses();
   EXPECT_THAT(addresses, testing::Each(testing::Not(testing::HasSubstr("0.0.0.0"))));
   const std::string own = addresses.back();
   const int port = std::stoi(own.substr(own.rfind(':') + 1));
@@ -133,7 +130,7 @@ TEST(WebServer, ListeningOnAllInterfacesAnswersWhereItIsReached) {
   EXPECT_EQ(status("127.0.0.2", "127.0.0.3" + at), 403);
   EXPECT_EQ(status("127.0.0.2", "evil.example" + at), 403);
   events.close();
-  server.stop();
+  server->end();
   serving.join();
 }
 

@@ -1,10 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "console/server/server.hpp"
 
-#include "console/server/gate.hpp"
-#include "console/server/lobby.hpp"
 #include "core/error.hpp"
-#include "core/files/json_file.hpp"
 
 // After Eigen: the system's resolver header, included here, defines `_res` as a macro.
 #include <arpa/inet.h>
@@ -14,6 +11,8 @@
 #include <net/if.h>
 #include <netinet/in.h>
 #include <poll.h>
+#include <sys/eventfd.h>
+#include <sys/random.h>
 #include <sys/socket.h>
 #include <unistd.h>
 
@@ -21,14 +20,266 @@
 #include <array>
 #include <atomic>
 #include <cerrno>
-#include <chrono>
 #include <cstring>
-#include <optional>
+#include <thread>
+#include <utility>
 
 namespace drape::console {
+
+// ---- events ------------------------------------------------------------------------------------
+
+void Events::send(const std::string& name, const std::string& data) {
+  {
+    const std::lock_guard lock(mutex_);
+    kept_.push_back(fmt::format("event: {}\ndata: {}\n\n", name, data));
+    if (kept_.size() > kKept) kept_.pop_front();
+    ++newest_;
+  }
+  wake_.notify_all();
+}
+
+std::string Events::wait(std::uint64_t& last, std::chrono::milliseconds patience) {
+  std::unique_lock lock(mutex_);
+  wake_.wait_for(lock, patience, [&] { return closed_ || newest_ > last; });
+  if (closed_) return {};
+  const std::uint64_t new_ones = std::min<std::uint64_t>(newest_ - last, kept_.size());
+  std::string text;
+  for (auto it = kept_.end() - static_cast<std::ptrdiff_t>(new_ones); it != kept_.end(); ++it)
+    text += *it;
+  last = newest_;
+  return text;
+}
+
+void Events::close() {
+  {
+    const std::lock_guard lock(mutex_);
+    closed_ = true;
+  }
+  wake_.notify_all();
+}
+
+// ---- gate --------------------------------------------------------------------------------------
+
 namespace {
 
+/// Compares in constant time, wherever the texts differ.
+bool equal(const std::string& a, const std::string& b) {
+  unsigned char differ = a.size() == b.size() ? 0 : 1;
+  for (std::size_t i = 0; i < a.size(); ++i)
+    differ |= static_cast<unsigned char>(a[i] ^ (b.empty() ? 0 : b[i % b.size()]));
+  return differ == 0;
+}
+
+/// True for a loopback name of this machine with any port, such as that of an `ssh -L` on the other
+/// side. No page from elsewhere has it as its origin.
+bool is_loopback(const std::string& host) {
+  const std::string name = host.substr(0, host.rfind(':'));
+  return name == "127.0.0.1" || name == "localhost" || name == "[::1]";
+}
+
+}  // namespace
+
+Gate::Gate(std::string token, std::vector<std::string> hosts, std::string report_token)
+    : token_(std::move(token)), report_token_(std::move(report_token)), hosts_(std::move(hosts)) {}
+
+bool Gate::knows(const std::string& path) const {
+  const std::string given = path.empty() ? "" : path.substr(1, path.find('/', 1) - 1);
+  const bool of_report = !report_token_.empty() && equal(given, report_token_);
+  return equal(given, token_) || of_report;
+}
+
+Gate::Answer Gate::ask(const Knock& knock) const {
+  const std::size_t end = knock.path.find('/', 1);
+  const std::string route = end == std::string::npos ? "" : knock.path.substr(end);
+  const bool of_report = route == "/report.html";
+  const std::string given = knock.path.empty() ? "" : knock.path.substr(1, end - 1);
+  if (knock.path.empty() || knock.path[0] != '/' || !knows(knock.path) ||
+      !equal(given, of_report && !report_token_.empty() ? report_token_ : token_))
+    return {401, "open the address that `drape bench` printed: it holds the token"};
+  if ((knock.reached.empty() || knock.host != knock.reached) &&
+      !(is_loopback(knock.reached) && is_loopback(knock.host)) &&
+      std::find(hosts_.begin(), hosts_.end(), knock.host) == hosts_.end())
+    return {403, "this server is not called by that name"};
+  if (knock.origin && *knock.origin != "http://" + knock.host)
+    return {403, "a page from elsewhere may not ask"};
+  const bool navigation = knock.method == "GET" && knock.fetch_mode == "navigate";
+  if (knock.fetch_site && *knock.fetch_site != "same-origin" && *knock.fetch_site != "none" &&
+      !navigation)
+    return {403, "a page from elsewhere may not ask"};
+  Answer answer;
+  answer.route = route;
+  const bool act = answer.route == "/api/do";
+  if (knock.method != (act ? "POST" : "GET") && (act || knock.method != "HEAD"))
+    return {405, act ? "POST only" : "GET only"};
+  // A form of another page cannot send this type without a preflight request.
+  if (act && !(knock.content_type && knock.content_type->starts_with("application/json")))
+    return {415, "application/json only"};
+  return answer;
+}
+
+std::string make_token() {
+  std::array<unsigned char, 16> bytes{};
+  if (::getrandom(bytes.data(), bytes.size(), 0) != static_cast<ssize_t>(bytes.size()))
+    throw internal_error("the system gives no random numbers");
+  std::string text;
+  for (const unsigned char byte : bytes)
+    for (const int digit : {byte >> 4, byte & 15}) text += "0123456789abcdef"[digit];
+  return text;
+}
+
+namespace {
+
+// ---- sockets that wait -------------------------------------------------------------------------
+
+constexpr int kStrangers = 8;          ///< threads for requests without the token
+constexpr std::size_t kWaiting = 256;  ///< sockets that wait; beyond it the longest is closed
+constexpr int kGlance_ms = 20;         ///< interval at which an incomplete first line is read again
+constexpr std::size_t kLongestMethod = 8;
 using Clock = std::chrono::steady_clock;
+
+/// Sockets whose request has not arrived yet: one thread waits for all of them, so that silent ones
+/// do not occupy threads needed by clients with the token. Sockets are counted before they are
+/// queued: if too many wait, the one waiting longest is closed.
+class Lobby {
+ public:
+  /// `serve` answers a socket and closes it.
+  Lobby(const ServerOptions& options, const Gate& gate, std::function<void(int socket)> serve)
+      : patience_s_(options.stranger_s), gate_(gate), serve_(std::move(serve)) {
+    if (bell_ < 0) throw internal_error("the system gives no event descriptor");
+    watcher_ = std::thread([this] { watch(); });
+    for (int k = 0; k < options.connections; ++k) workers_.emplace_back([this] { work(); });
+  }
+  ~Lobby() {
+    close();
+    ::close(bell_);
+  }
+  Lobby(const Lobby&) = delete;
+  Lobby& operator=(const Lobby&) = delete;
+
+  void enter(int socket) {
+    {
+      const std::lock_guard lock(mutex_);
+      entered_.push_back({socket, Clock::now()});
+    }
+    ring();
+  }
+
+  /// Closes all waiting sockets, and waits for those being served.
+  void close() {
+    {
+      const std::lock_guard lock(mutex_);
+      if (std::exchange(ending_, true)) return;
+    }
+    ring();
+    wake_.notify_all();
+    watcher_.join();
+    for (std::thread& worker : workers_) worker.join();
+  }
+
+ private:
+  struct Guest {
+    int socket = -1;
+    Clock::time_point since;
+    bool has_begun = false;  ///< true if a part of its first line has arrived
+    bool is_known = false, is_ready = false, is_gone = false;
+  };
+
+  void ring() const {
+    const std::uint64_t one = 1;
+    static_cast<void>(::write(bell_, &one, sizeof one));
+  }
+
+  /// Peeks at the beginning of the first line without removing it.
+  void look_at(Guest& guest) const {
+    std::array<char, kLongestMethod + kTokenLength + 4> begin;
+    const ssize_t got = ::recv(guest.socket, begin.data(), begin.size(), MSG_PEEK | MSG_DONTWAIT);
+    if (got <= 0) {
+      guest.is_gone = got == 0;
+      return;
+    }
+    const std::string text(begin.data(), static_cast<std::size_t>(got));
+    const std::size_t path = text.find('/');
+    const bool is_whole = text.size() == begin.size() || text.find('\n') != std::string::npos ||
+                          (path != std::string::npos && text.size() > path + kTokenLength + 1);
+    guest.has_begun = true;
+    guest.is_ready = is_whole;
+    guest.is_known = is_whole && path != std::string::npos &&
+                     gate_.knows(text.substr(path, text.find(' ', path) - path));
+  }
+
+  void watch() {
+    std::vector<Guest> guests;
+    std::vector<pollfd> watched;
+    for (;;) {
+      watched.assign(1, {bell_, POLLIN, 0});
+      for (const Guest& guest : guests)
+        watched.push_back({guest.has_begun ? -1 : guest.socket, POLLIN, 0});
+      static_cast<void>(::poll(watched.data(), watched.size(), guests.empty() ? 1000 : kGlance_ms));
+      std::uint64_t rung = 0;
+      static_cast<void>(::read(bell_, &rung, sizeof rung));
+      for (std::size_t k = 0; k < guests.size(); ++k)
+        if (guests[k].has_begun || watched[k + 1].revents != 0) look_at(guests[k]);
+      const std::lock_guard lock(mutex_);
+      const auto now = Clock::now();
+      int strangers = strangers_;
+      for (const Guest& guest : ready_) strangers += guest.is_known ? 0 : 1;
+      for (Guest& guest : guests) {
+        const std::chrono::duration<double> waited = now - guest.since;
+        if (guest.is_ready && (guest.is_known || strangers < kStrangers)) {
+          strangers += guest.is_known ? 0 : 1;
+          ready_.push_back(guest);
+          wake_.notify_one();
+          guest.socket = -1;
+        } else if (guest.is_gone || waited.count() > patience_s_ || ending_) {
+          ::close(guest.socket);
+          guest.socket = -1;
+        }
+      }
+      std::erase_if(guests, [](const Guest& guest) { return guest.socket < 0; });
+      guests.insert(guests.end(), entered_.begin(), entered_.end());
+      entered_.clear();
+      while (guests.size() > (ending_ ? 0 : kWaiting)) {
+        ::close(guests.front().socket);
+        guests.erase(guests.begin());
+      }
+      if (ending_) return;
+    }
+  }
+
+  void work() {
+    for (;;) {
+      Guest guest;
+      {
+        std::unique_lock lock(mutex_);
+        wake_.wait(lock, [this] { return ending_ || !ready_.empty(); });
+        if (ready_.empty()) return;
+        guest = ready_.front();
+        ready_.pop_front();
+        if (!guest.is_known) ++strangers_;
+      }
+      serve_(guest.socket);
+      if (guest.is_known) continue;
+      const std::lock_guard lock(mutex_);
+      --strangers_;
+    }
+  }
+
+  const double patience_s_;  ///< for the first line of a request, s
+  const Gate& gate_;
+  const std::function<void(int)> serve_;
+  std::mutex mutex_;
+  std::condition_variable wake_;
+  std::vector<Guest> entered_;
+  std::deque<Guest> ready_;
+  int strangers_ = 0;  ///< number being served
+  bool ending_ = false;
+  const int bell_ = ::eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK);  ///< signalled when a socket enters
+  std::thread watcher_;
+  std::vector<std::thread> workers_;
+};
+
+// ---- server ------------------------------------------------------------------------------------
+
 constexpr std::size_t kMostHead = 65536;  ///< bytes of request line and headers
 constexpr std::size_t kMostPath = 4096;   ///< including its query
 constexpr int kBacklog = 512;        ///< connections held by the system until they are accepted
@@ -142,8 +393,8 @@ class DeadlineStream : public httplib::Stream {
   std::size_t begin_ = 0, end_ = 0;
 };
 
-std::string text_page(const std::string& sentence) {
-  return Json{{"error", sentence}}.dump(-1, ' ', false, Json::error_handler_t::replace);
+std::string error_json(const std::string& sentence) {
+  return dumped({{"error", sentence}});
 }
 
 std::optional<std::string> header(const httplib::Request& request, const char* name) {
@@ -170,17 +421,16 @@ std::vector<std::string> reached_at(const std::string& address) {
   return all;
 }
 
-}  // namespace
-
 /// Runs tasks immediately, since sockets wait in the lobby.
 struct NoQueue : httplib::TaskQueue {
   void enqueue(std::function<void()> task) override { task(); }
   void shutdown() override {}
 };
 
-class WebServer::Impl : public httplib::Server {
+class HttpServer : public WebServer, private httplib::Server {
  public:
-  Impl(const ServerOptions& options, Events& events, Answer answer)
+  HttpServer(const ServerOptions& options, Events& events,
+             std::function<Response(const Request&)> answer)
       : options_(options), events_(events), answer_(std::move(answer)) {
     new_task_queue = [] { return new NoQueue; };
     set_payload_max_length(options_.body_bytes);
@@ -200,12 +450,7 @@ class WebServer::Impl : public httplib::Server {
                   std::vector<std::string>{host("127.0.0.1"), host("localhost"), host("::1"),
                                            host(options_.address)},
                   options_.report_token);
-    Lobby::Options lobby;
-    lobby.workers = options_.connections;
-    lobby.patience_s = options_.stranger_s;
-    lobby_.emplace(
-        lobby, [this](const std::string& path) { return gate_->knows(path); },
-        [this](int socket, bool) { answer_all(socket); });
+    lobby_.emplace(options_, *gate_, [this](int socket) { answer_all(socket); });
     set_pre_routing_handler([this](const httplib::Request& in, httplib::Response& out) {
       return is_let_in(in, out) ? HandlerResponse::Unhandled : HandlerResponse::Handled;
     });
@@ -219,22 +464,23 @@ class WebServer::Impl : public httplib::Server {
     set_error_handler(HandlerWithResponse([](const httplib::Request&, httplib::Response& out) {
       if (!out.body.empty()) return HandlerResponse::Handled;
       add_headers(out, {});
-      out.set_content(text_page("the request cannot be read"), "application/json");
+      out.set_content(error_json("the request cannot be read"), "application/json");
       return HandlerResponse::Handled;
     }));
   }
 
-  [[nodiscard]] std::vector<std::string> addresses() const {
+  [[nodiscard]] std::vector<std::string> addresses() const override {
     std::vector<std::string> all;
     for (const std::string& one : reached_at(options_.address))
       all.push_back(fmt::format("http://{}/{}/", host(one), options_.token));
     return all;
   }
 
-  void serve() {
+  void serve() override {
     listen_after_bind();
     lobby_->close();
   }
+  void end() override { stop(); }
 
  private:
   /// Address in the form of a Host header.
@@ -284,7 +530,7 @@ class WebServer::Impl : public httplib::Server {
 
   void refuse(httplib::Response& out, int status, const std::string& why) const {
     out.status = status;
-    out.set_content(text_page(why), "application/json");
+    out.set_content(error_json(why), "application/json");
   }
 
   /// Path as sent, without its query.
@@ -325,20 +571,15 @@ class WebServer::Impl : public httplib::Server {
       response = answer_(request);
     } catch (const drape::Error& error) {
       const bool ours = error.kind() == ErrorKind::internal || error.kind() == ErrorKind::device;
-      response = {ours ? 500 : 400, "application/json", text_page(error.what())};
+      response = {ours ? 500 : 400, "application/json", error_json(error.what())};
     } catch (const std::exception& error) {
-      response = {500, "application/json", text_page(error.what())};
+      response = {500, "application/json", error_json(error.what())};
     }
-    add_policy(out, response.policy);
+    out.headers.clear();
+    add_headers(out, response.policy);
     for (const auto& [name, value] : response.headers) out.set_header(name, value);
     out.status = response.status;
     out.set_content(response.body, response.type);
-  }
-
-  static void add_policy(httplib::Response& out, const std::string& policy) {
-    if (policy.empty()) return;
-    out.headers.erase("Content-Security-Policy");
-    out.set_header("Content-Security-Policy", policy);
   }
 
   void watch(httplib::Response& out) {
@@ -366,35 +607,25 @@ class WebServer::Impl : public httplib::Server {
 
   ServerOptions options_;
   Events& events_;
-  Answer answer_;
+  const std::function<Response(const Request&)> answer_;
   std::optional<Gate> gate_;
   std::atomic<int> watchers_ = 0;
   std::optional<Lobby> lobby_;
   // State of the request served by this thread.
-  static thread_local bool refused_;
-  static thread_local DeadlineStream* stream_;
-  static thread_local std::string local_address_;  ///< at which the client reached this machine
+  static inline thread_local bool refused_ = false;
+  static inline thread_local DeadlineStream* stream_ = nullptr;
+  static inline thread_local std::string local_address_;  ///< at which the client reached it
 };
 
-thread_local bool WebServer::Impl::refused_ = false;
-thread_local DeadlineStream* WebServer::Impl::stream_ = nullptr;
-thread_local std::string WebServer::Impl::local_address_;
+}  // namespace
 
-WebServer::WebServer(const ServerOptions& options, Events& events, Answer answer)
-    : impl_(std::make_unique<Impl>(options, events, std::move(answer))) {}
-
-WebServer::~WebServer() = default;
-
-std::vector<std::string> WebServer::addresses() const {
-  return impl_->addresses();
+std::string dumped(const Json& json) {
+  return json.dump(-1, ' ', false, Json::error_handler_t::replace);
 }
 
-void WebServer::serve() {
-  impl_->serve();
-}
-
-void WebServer::stop() {
-  impl_->stop();
+std::unique_ptr<WebServer> make_server(const ServerOptions& options, Events& events,
+                                       std::function<Response(const Request&)> answer) {
+  return std::make_unique<HttpServer>(options, events, std::move(answer));
 }
 
 }  // namespace drape::console

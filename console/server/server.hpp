@@ -1,15 +1,80 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <atomic>
+#include <chrono>
+#include <condition_variable>
+#include <cstdint>
+#include <deque>
 #include <functional>
 #include <map>
 #include <memory>
+#include <mutex>
+#include <optional>
 #include <string>
 #include <vector>
 
-#include "console/server/events.hpp"
+#include "core/files/json_file.hpp"
 
 namespace drape::console {
+
+/// Server-sent events, from any thread to any number of readers. A slow reader loses old events but
+/// never blocks the others: each event says that something changed, and the page requests what.
+class Events {
+ public:
+  /// Sends an event; `name` without line ends, `data` in one line.
+  void send(const std::string& name, const std::string& data);
+  /// Returns the events after `last` as sent over the wire, and advances `last`; empty if none came
+  /// within `patience`, or once closed.
+  [[nodiscard]] std::string wait(std::uint64_t& last, std::chrono::milliseconds patience);
+  [[nodiscard]] std::uint64_t newest() const { return newest_; }
+  void close();
+  [[nodiscard]] bool closed() const { return closed_; }
+
+ private:
+  static constexpr std::size_t kKept = 256;
+  std::mutex mutex_;
+  std::condition_variable wake_;
+  std::deque<std::string> kept_;
+  std::atomic<std::uint64_t> newest_ = 0;
+  std::atomic<bool> closed_ = false;
+};
+
+/// Parts of a request that decide whether it is accepted.
+struct Knock {
+  std::string method;
+  std::string path;  ///< as sent, still percent-encoded
+  std::string host;
+  std::string reached = {};  ///< address and port at which the client reached this machine
+  std::optional<std::string> origin, fetch_site, fetch_mode, content_type;
+};
+
+/// Access control. The token is the first part of every path: unlike a cookie it is not sent to
+/// other ports of the same machine, and a page from elsewhere cannot know it.
+class Gate {
+ public:
+  /// `hosts`: names with port under which this server can be addressed, besides that at which it
+  /// was reached; others (DNS rebinding) are refused. `report_token` opens only the report.
+  Gate(std::string token, std::vector<std::string> hosts, std::string report_token = {});
+
+  struct Answer {
+    int status = 0;  ///< 0 if accepted
+    std::string why = {};
+    std::string route = {};  ///< the path without the token, from its `/` on
+  };
+  [[nodiscard]] Answer ask(const Knock& knock) const;
+  /// True if a path begins with a token.
+  [[nodiscard]] bool knows(const std::string& path) const;
+
+ private:
+  std::string token_, report_token_;
+  std::vector<std::string> hosts_;
+};
+
+inline constexpr std::size_t kTokenLength = 32;
+
+/// 128 random bits from the system as 32 hexadecimal digits. Throws Error(internal).
+[[nodiscard]] std::string make_token();
 
 /// A request accepted by the gate.
 struct Request {
@@ -39,25 +104,23 @@ struct ServerOptions {
   std::size_t body_bytes = 65536;  ///< largest body of a request
 };
 
-/// HTTP server for one bench. `answer` is called from several threads at once; an Error that it
-/// throws is sent as a sentence. `/api/events` is answered with `events`.
+/// HTTP server for one bench.
 class WebServer {
  public:
-  using Answer = std::function<Response(const Request&)>;
-  /// Listens immediately. Throws Error(usage) if the address or port is not available.
-  WebServer(const ServerOptions& options, Events& events, Answer answer);
-  ~WebServer();
-  WebServer(const WebServer&) = delete;
-  WebServer& operator=(const WebServer&) = delete;
-
+  virtual ~WebServer() = default;
   /// "http://127.0.0.1:8040/<token>/", or several if it listens on every interface.
-  [[nodiscard]] std::vector<std::string> addresses() const;
-  void serve();  ///< runs until stop()
-  void stop();
-
- private:
-  class Impl;
-  std::unique_ptr<Impl> impl_;
+  [[nodiscard]] virtual std::vector<std::string> addresses() const = 0;
+  virtual void serve() = 0;  ///< runs until end()
+  virtual void end() = 0;
 };
+
+/// Listens immediately. `answer` is called from several threads at once; an Error that it throws is
+/// sent as a sentence. `/api/events` is answered with `events`. Throws Error(usage) if the address
+/// or port is not available.
+[[nodiscard]] std::unique_ptr<WebServer> make_server(
+    const ServerOptions& options, Events& events, std::function<Response(const Request&)> answer);
+
+/// JSON on one line; bytes that are not UTF-8 are replaced.
+[[nodiscard]] std::string dumped(const Json& json);
 
 }  // namespace drape::console

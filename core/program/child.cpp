@@ -15,7 +15,7 @@
 #include <cstring>
 #include <utility>
 
-#include "core/error.hpp"
+#include "core/fields/document.hpp"
 
 namespace drape {
 namespace {
@@ -132,6 +132,29 @@ void pass_progress(std::string& text, const ChildProgress& progress) {
     if (space == std::string::npos) continue;
     progress(std::clamp(std::atof(line.c_str()), 0.0, 1.0), line.substr(space + 1));
   }
+}
+
+std::optional<Error> error_printed(const std::string& output, int exit_code) {
+  const std::size_t begin = output.find("{\n");
+  if (begin == std::string::npos) return std::nullopt;
+  Value json;
+  try {
+    json = json_value(std::string_view(output).substr(begin));
+  } catch (const Error&) {
+    return std::nullopt;
+  }
+  const Value* error = json.find("error");
+  if (const Value* problems = json.find("problems"))
+    if (const auto* list = problems->get_if<Value::List>(); list != nullptr && !list->empty())
+      error = &list->front();
+  if (error == nullptr) return std::nullopt;
+  const auto text = [&](const char* key) {
+    const Value* value = error->find(key);
+    const auto* words = value == nullptr ? nullptr : value->get_if<std::string>();
+    return words == nullptr ? std::string() : *words;
+  };
+  return Error(static_cast<ErrorKind>(exit_code), text("what_failed"), {.file = text("where")},
+               text("what_to_do"));
 }
 
 std::filesystem::path program_beside(const std::string& name) {

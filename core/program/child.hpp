@@ -7,9 +7,12 @@
 #include <cstddef>
 #include <filesystem>
 #include <functional>
+#include <optional>
 #include <string>
 #include <type_traits>
 #include <vector>
+
+#include "core/error.hpp"
 
 namespace drape {
 
@@ -77,6 +80,10 @@ using ChildProgress = std::function<void(double, const std::string&)>;
 
 /// Passes each complete progress line on and keeps the remainder in `text`.
 void pass_progress(std::string& text, const ChildProgress& progress);
+
+/// The error that a program started with --json printed, or the first problem that `drape check`
+/// found; nullopt if there is none. `where` is one phrase in Where::file.
+[[nodiscard]] std::optional<Error> error_printed(const std::string& output, int exit_code);
 
 /// Path of a program in the folder of the running one.
 [[nodiscard]] std::filesystem::path program_beside(const std::string& name);

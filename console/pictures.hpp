@@ -1,0 +1,110 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <filesystem>
+#include <list>
+#include <map>
+#include <mutex>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "core/recording.hpp"
+
+namespace drape::console {
+
+/// A private folder for temporary files, in memory if possible. Only its owner can access it. It is
+/// removed with this object; one whose program was killed is removed when the same user makes the
+/// next.
+class MemoryFolder {
+ public:
+  /// Throws Error(bad_input) if `place` is not writable.
+  explicit MemoryFolder(const std::filesystem::path& place = in_memory());
+  ~MemoryFolder();
+  MemoryFolder(const MemoryFolder&) = delete;
+  MemoryFolder& operator=(const MemoryFolder&) = delete;
+
+  [[nodiscard]] const std::filesystem::path& path() const { return path_; }
+
+ private:
+  [[nodiscard]] static std::filesystem::path in_memory();
+
+  std::filesystem::path path_;
+  int lock_ = -1;  ///< held during the life of the program
+};
+
+/// A frame scaled for the screen.
+struct Picture {
+  std::string jpeg;
+  double saturated_fraction = 0;  ///< fraction of pixels at the sensor's largest value
+};
+
+/// Scales a frame (PNG, JPEG or TIFF; 8 or 16 bits) down to a width in px and paints every screen
+/// pixel red that contains a saturated sensor pixel. Throws Error(bad_input) if the bytes are not a
+/// picture.
+[[nodiscard]] Picture make_picture(std::span<const unsigned char> bytes, int width_px,
+                                   bool mark_saturation);
+
+/// Cache of pictures of recorded frames. Thread-safe.
+class PictureShelf {
+ public:
+  [[nodiscard]] Picture picture(const Recording& recording, const FrameSet& set,
+                                const RecordedFrame& frame, int width_px, bool mark_saturation);
+
+ private:
+  static constexpr std::size_t kMostBytes = 32U << 20U;
+  std::mutex mutex_;
+  std::map<std::string, Picture> pictures_;
+  std::list<std::string> order_;  ///< oldest first
+  std::size_t bytes_ = 0;
+};
+
+/// Criteria for a hand-held target that is still, in a pose of which no set was taken yet.
+struct StillOptions {
+  double still_s = 0.8;  ///< time without motion, s; a hand that holds a board pauses longer
+  int pictures = 3;      ///< least number per camera in that time
+  /// A pixel has changed if it differs by more than this fraction of the picture's contrast and by
+  /// so many standard deviations of its noise: an edge that moved by a tenth of a picture pixel.
+  double changed_contrast = 0.1, changed_sigmas = 6;
+  double moving_fraction =
+      5e-4;  ///< fraction of pixels changed since the last picture that counts as motion
+  /// Means of blocks distinguish a new position from a tremor: a dot must leave its block.
+  int block_px = 16;
+  double new_fraction = 0.02;  ///< fraction of blocks changed since the last set, in so many views:
+  int new_views = 2;           ///< that counts as a new pose
+};
+
+/// Analyses the scaled pictures that the cameras send while waiting. Not thread-safe.
+class StillWatch {
+ public:
+  explicit StillWatch(std::vector<std::string> cameras, StillOptions options = {});
+
+  /// Takes a picture (8 bits, any format that OpenCV reads) of a camera at a time in s.
+  void see(const std::string& camera, std::span<const unsigned char> bytes, double at_s);
+  /// True if a set is due; the pictures seen last are then taken as those of the set.
+  [[nodiscard]] bool is_due(double at_s);
+  /// Time without motion in the pictures of each camera, without cameras that sent
+  /// none.
+  [[nodiscard]] std::map<std::string, double> still_s(double at_s) const;
+  /// Called if the set was refused, so that the same pose is due again.
+  void forget_last_set();
+
+ private:
+  struct Grey {
+    int width_px = 0, height_px = 0;
+    std::vector<unsigned char> pixels;
+  };
+  struct View {
+    Grey last, of_set;
+    double still_since_s = 0, seen_s = 0;
+    int still_pictures = 0;
+  };
+  [[nodiscard]] bool moved(const Grey& before, const Grey& now) const;
+  [[nodiscard]] bool is_new(const Grey& before, const Grey& now) const;
+
+  std::vector<std::string> cameras_;
+  StillOptions options_;
+  std::map<std::string, View> views_;
+};
+
+}  // namespace drape::console
