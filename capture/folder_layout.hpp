@@ -3,12 +3,17 @@
 
 #include <filesystem>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "capture/capture.hpp"
 #include "core/error.hpp"
 
 namespace drape::capture {
+
+/// Natural order of names: runs of digits compare as numbers, so "set2" comes before "set10". A
+/// total order: only identical names are equal.
+[[nodiscard]] bool natural_less(std::string_view a, std::string_view b);
 
 struct FolderLayout {
   /// Sets in natural order, and cameras likewise within each; frames hold camera and file only.

@@ -2,18 +2,215 @@
 #include "capture/image_check.hpp"
 
 #include <fmt/format.h>
+#include <zlib.h>
 
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <cstddef>
+#include <cstdint>
 #include <opencv2/core.hpp>
+#include <vector>
 
-#include "capture/image_structure.hpp"
 #include "core/pictures/picture.hpp"
 
 namespace drape::capture {
+
 namespace {
+
+using Bytes = std::span<const unsigned char>;
+using Fault = std::optional<std::string>;
+
+constexpr std::array<unsigned char, 8> png_signature = {0x89, 'P',  'N',  'G',
+                                                        0x0d, 0x0a, 0x1a, 0x0a};
+
+bool starts_with(Bytes bytes, Bytes prefix) {
+  return bytes.size() >= prefix.size() && std::equal(prefix.begin(), prefix.end(), bytes.begin());
+}
+
+/// Unsigned integer of `width` bytes; nullopt beyond the end of the file.
+std::optional<std::uint32_t> unsigned_at(Bytes bytes, std::size_t offset, std::size_t width,
+                                         bool little_endian) {
+  if (offset > bytes.size() || bytes.size() - offset < width) return std::nullopt;
+  std::uint32_t value = 0;
+  for (std::size_t i = 0; i < width; ++i) {
+    value = (value << 8) | bytes[offset + (little_endian ? width - 1 - i : i)];
+  }
+  return value;
+}
+
+// ---- PNG (ISO/IEC 15948, section 5) -------------------------------------------------------
+
+std::string chunk_name(Bytes type) {
+  std::string name;
+  for (const unsigned char c : type) name += std::isalpha(c) != 0 ? static_cast<char>(c) : '?';
+  return name;
+}
+
+Fault png_fault(Bytes bytes) {
+  std::size_t offset = png_signature.size();
+  bool has_pixels = false;
+  while (true) {
+    const auto length = unsigned_at(bytes, offset, 4, false);
+    if (!length || bytes.size() - offset < 12) return "ends before its last chunk (IEND)";
+    const Bytes type = bytes.subspan(offset + 4, 4);
+    const std::string name = chunk_name(type);
+    if (*length > bytes.size() - offset - 12) return fmt::format("ends inside chunk {}", name);
+    const uLong crc = ::crc32_z(::crc32_z(0, nullptr, 0), type.data(), std::size_t{*length} + 4);
+    if (crc != unsigned_at(bytes, offset + 8 + *length, 4, false)) {
+      return fmt::format("is damaged in chunk {} (checksum differs)", name);
+    }
+    if (name == "acTL") return "is an animation of several pictures";
+    has_pixels = has_pixels || name == "IDAT";
+    if (name == "IEND") return has_pixels ? Fault() : "holds no pixels";
+    offset += std::size_t{*length} + 12;
+  }
+}
+
+// ---- JPEG (ITU-T T.81, annex B) -----------------------------------------------------------
+
+constexpr unsigned char marker_start_of_scan = 0xda;
+constexpr unsigned char marker_end_of_image = 0xd9;
+
+bool is_parameterless(unsigned marker) {
+  return marker == 0x01 || (marker >= 0xd0 && marker <= 0xd8);
+}
+
+/// Offset of the next marker after entropy-coded data; skips restarts and stuffed bytes.
+std::size_t skip_scan(Bytes bytes, std::size_t offset) {
+  for (; offset + 1 < bytes.size(); ++offset) {
+    if (bytes[offset] != 0xff) continue;
+    const unsigned next = bytes[offset + 1];
+    if (next != 0 && next != 0xff && !(next >= 0xd0 && next <= 0xd7)) return offset;
+  }
+  return bytes.size();
+}
+
+Fault jpeg_fault(Bytes bytes) {
+  std::size_t offset = 2;
+  bool has_pixels = false;
+  while (true) {
+    while (offset < bytes.size() && bytes[offset] == 0xff)
+      ++offset;  // marker prefix and fill bytes
+    if (offset >= bytes.size()) return "ends before its end marker (EOI)";
+    if (bytes[offset - 1] != 0xff) return fmt::format("is damaged at byte {} (no marker)", offset);
+    const unsigned marker = bytes[offset++];
+    if (marker == marker_end_of_image) return has_pixels ? Fault() : "holds no pixels";
+    if (is_parameterless(marker)) continue;
+    const auto length = unsigned_at(bytes, offset, 2, false);
+    if (!length || *length > bytes.size() - offset) {
+      return fmt::format("ends inside segment 0x{:02x}", marker);
+    }
+    if (*length < 2) return fmt::format("is damaged at byte {} (segment length)", offset);
+    offset += *length;
+    if (marker == marker_start_of_scan) {
+      has_pixels = true;
+      offset = skip_scan(bytes, offset);
+    }
+  }
+}
+
+// ---- TIFF 6.0 (section 2) -----------------------------------------------------------------
+
+constexpr std::uint32_t strip_offsets = 273;
+constexpr std::uint32_t strip_byte_counts = 279;
+constexpr std::uint32_t tile_offsets = 324;
+constexpr std::uint32_t tile_byte_counts = 325;
+
+struct TiffFile {
+  Bytes bytes;
+  bool little_endian = true;
+
+  [[nodiscard]] std::optional<std::uint32_t> at(std::size_t offset, std::size_t width) const {
+    return unsigned_at(bytes, offset, width, little_endian);
+  }
+
+  /// Offset of an entry's values, which lie in the entry itself if they fit into four bytes.
+  /// nullopt if they extend beyond the end of the file or their type is unknown.
+  [[nodiscard]] std::optional<std::size_t> values_offset(std::size_t entry) const {
+    constexpr std::array<std::size_t, 13> type_sizes = {0, 1, 1, 2, 4, 8, 1, 1, 2, 4, 8, 4, 8};
+    const auto type = at(entry + 2, 2);
+    const auto count = at(entry + 4, 4);
+    if (!type || !count || *type == 0 || *type >= type_sizes.size()) return std::nullopt;
+    const std::size_t length = std::size_t{*count} * type_sizes[*type];
+    if (length <= 4) return entry + 8;
+    const auto offset = at(entry + 8, 4);
+    if (!offset || *offset + length > bytes.size()) return std::nullopt;
+    return *offset;
+  }
+
+  /// Values of an entry of SHORT or LONG integers; nullopt for other types.
+  [[nodiscard]] std::optional<std::vector<std::uint32_t>> values(std::size_t entry) const {
+    const auto offset = values_offset(entry);
+    const std::uint32_t type = at(entry + 2, 2).value_or(0);
+    const std::size_t width = type == 3 ? 2 : 4;
+    if (!offset || type < 3 || type > 4) return std::nullopt;
+    std::vector<std::uint32_t> result(*at(entry + 4, 4));
+    for (std::size_t i = 0; i < result.size(); ++i) result[i] = *at(*offset + i * width, width);
+    return result;
+  }
+};
+
+Fault tiff_fault(Bytes bytes) {
+  const TiffFile file{bytes, bytes[0] == 'I'};
+  if (file.at(2, 2) != 42U) return "is a BigTIFF; save it as plain TIFF or PNG";
+  const auto directory = file.at(4, 4);
+  const auto entries = directory ? file.at(*directory, 2) : std::nullopt;
+  // A directory ends with the offset of the next one, which must be present even if it is zero.
+  if (!entries || !file.at(*directory + 2 + std::size_t{*entries} * 12, 4)) {
+    return "ends inside its image directory";
+  }
+  std::optional<std::vector<std::uint32_t>> offsets;
+  std::optional<std::vector<std::uint32_t>> counts;
+  for (std::size_t i = 0; i < *entries; ++i) {
+    const std::size_t entry = *directory + 2 + i * 12;
+    const std::uint32_t tag = file.at(entry, 2).value_or(0);
+    if (!file.values_offset(entry)) {
+      return fmt::format("ends before the values of its directory entry {}", tag);
+    }
+    if (tag == strip_offsets || tag == tile_offsets) offsets = file.values(entry);
+    if (tag == strip_byte_counts || tag == tile_byte_counts) counts = file.values(entry);
+  }
+  if (!offsets || !counts || offsets->empty() || offsets->size() != counts->size()) {
+    return "has no usable table of its pixel strips";
+  }
+  for (std::size_t i = 0; i < offsets->size(); ++i) {
+    if (std::size_t{(*offsets)[i]} + (*counts)[i] > bytes.size()) {
+      return fmt::format("ends inside pixel strip {} of {}", i + 1, offsets->size());
+    }
+  }
+  return std::nullopt;
+}
 
 constexpr const char* copy_again = "copy the image again from its source, or leave this set out";
 
 }  // namespace
+
+std::optional<ImageFormat> image_format(Bytes bytes) {
+  constexpr std::array<unsigned char, 3> jpeg = {0xff, 0xd8, 0xff};
+  constexpr std::array<unsigned char, 4> tiff_little = {'I', 'I', 42, 0};
+  constexpr std::array<unsigned char, 4> tiff_big = {'M', 'M', 0, 42};
+  constexpr std::array<unsigned char, 4> bigtiff_little = {'I', 'I', 43, 0};
+  constexpr std::array<unsigned char, 4> bigtiff_big = {'M', 'M', 0, 43};
+  if (starts_with(bytes, png_signature)) return ImageFormat::png;
+  if (starts_with(bytes, jpeg)) return ImageFormat::jpeg;
+  for (const auto& tiff : {tiff_little, tiff_big, bigtiff_little, bigtiff_big}) {
+    if (starts_with(bytes, tiff)) return ImageFormat::tiff;
+  }
+  return std::nullopt;
+}
+
+std::optional<std::string> structure_fault(ImageFormat format, Bytes bytes) {
+  switch (format) {
+    case ImageFormat::png:
+      return png_fault(bytes);
+    case ImageFormat::jpeg:
+      return jpeg_fault(bytes);
+    case ImageFormat::tiff:
+      return tiff_fault(bytes);
+  }
+  return "has an unknown format";
+}
 
 ImageSize check_image(std::span<const unsigned char> bytes, const Where& where) {
   if (bytes.empty()) throw bad_input("the image file is empty", where, copy_again);

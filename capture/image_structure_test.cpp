@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "capture/image_structure.hpp"
+#include "capture/image_check.hpp"
 
 #include <gmock/gmock.h>
 
-#include "capture/image_check.hpp"
 #include "capture/test_images.hpp"
 #include "core/error.hpp"
 #include "core/files/files.hpp"

@@ -2,29 +2,230 @@
 #include "detect/detect.hpp"
 
 #include <fmt/core.h>
+#include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
 #include <map>
 #include <mutex>
+#include <numbers>
 #include <opencv2/core.hpp>
+#include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
 #include <set>
+#include <string>
 #include <utility>
+#include <vector>
 
+#include "core/error.hpp"
 #include "core/files/files.hpp"
+#include "core/geometry/vectors.hpp"
 #include "core/parallel.hpp"
 #include "core/rules.hpp"
 #include "core/scene.hpp"
 #include "core/statistics/sample.hpp"
+#include "core/units.hpp"
 #include "detect/image/image.hpp"
-#include "detect/image/overlay.hpp"
 #include "detect/labels/print_plane.hpp"
-#include "detect/plausibility.hpp"
 #include "detect/targets/board.hpp"
-#include "detect/targets/chessboard.hpp"
 
 namespace drape::detect {
+
 namespace {
+
+const cv::Scalar tag_colour(255, 140, 0);
+const cv::Scalar mark_colour(60, 220, 60);
+const cv::Scalar island_colour(40, 220, 255);
+const cv::Scalar reject_colour(60, 60, 255);
+
+cv::Point at(const Eigen::Vector2d& px) {
+  return {static_cast<int>(std::lround(px.x())), static_cast<int>(std::lround(px.y()))};
+}
+
+/// Draws captions that do not overlap: each is put at the first free place around its point, with a
+/// line to the point if that is far away; if no place is free, beside the point.
+class Captions {
+ public:
+  explicit Captions(cv::Mat& picture) : picture_(picture) {}
+
+  /// Keeps captions off measured marks.
+  void keep_free(const Eigen::Vector2d& px, double radius_px) {
+    const int r = static_cast<int>(std::ceil(radius_px));
+    taken_.emplace_back(at(px) - cv::Point(r, r), cv::Size(2 * r + 1, 2 * r + 1));
+  }
+
+  void write(const Eigen::Vector2d& px, const std::string& text, const cv::Scalar& colour) {
+    int below = 0;
+    const cv::Size size = cv::getTextSize(text, cv::FONT_HERSHEY_SIMPLEX, scale, 1, &below);
+    const cv::Point point = at(px);
+    const cv::Rect place = place_for(point, cv::Size(size.width, size.height + below));
+    taken_.push_back(place);
+    const cv::Point start(place.x, place.y + size.height);
+    const cv::Point middle(place.x + place.width / 2, place.y + place.height / 2);
+    const int far = std::abs(middle.y - point.y);
+    if (far > 2 * place.height) cv::line(picture_, point, middle, colour, 1, cv::LINE_AA);
+    // A dark outline keeps the letters readable on cloth and table.
+    cv::putText(picture_, text, start, cv::FONT_HERSHEY_SIMPLEX, scale, cv::Scalar(0, 0, 0), 3,
+                cv::LINE_AA);
+    cv::putText(picture_, text, start, cv::FONT_HERSHEY_SIMPLEX, scale, colour, 1, cv::LINE_AA);
+  }
+
+ private:
+  static constexpr double scale = 0.4;
+
+  [[nodiscard]] cv::Rect place_for(const cv::Point& point, const cv::Size& size) const {
+    const cv::Rect whole(0, 0, picture_.cols, picture_.rows);
+    const cv::Rect first(point.x + 9, point.y - size.height - 3, size.width, size.height);
+    for (int away = 0; away < 8; ++away) {
+      const int up = away * (size.height + 2);
+      for (const cv::Point& corner :
+           {cv::Point(first.x, first.y - up), cv::Point(first.x, point.y + 3 + up),
+            cv::Point(point.x - 9 - size.width, first.y - up),
+            cv::Point(point.x - 9 - size.width, point.y + 3 + up)}) {
+        const cv::Rect place(corner, size);
+        if ((place & whole) != place) continue;
+        if (std::none_of(taken_.begin(), taken_.end(),
+                         [&](const cv::Rect& other) { return (place & other).area() > 0; })) {
+          return place;
+        }
+      }
+    }
+    return first;
+  }
+
+  cv::Mat& picture_;
+  std::vector<cv::Rect> taken_;
+};
+
+std::string name_of(MarkId mark) {
+  return fmt::format("{},{}", mark.row, mark.col);
+}
+
+void outline(cv::Mat& picture, const Detection& dot, const cv::Scalar& colour) {
+  cv::ellipse(picture,
+              cv::RotatedRect(cv::Point2f(static_cast<float>(dot.centre_px.x()),
+                                          static_cast<float>(dot.centre_px.y())),
+                              cv::Size2f(static_cast<float>(2 * dot.semi_axes_px.x()),
+                                         static_cast<float>(2 * dot.semi_axes_px.y())),
+                              static_cast<float>(dot.axis_angle_rad / units::deg)),
+              colour, 1, cv::LINE_AA);
+}
+
+/// PNG of the frame that shows tags (blue), labelled dots (green ellipse, "row,col"), island dots
+/// (yellow, "#island row,col") and rejections (red cross).
+std::vector<unsigned char> overlay_png(const GreyImage& image, const FrameDetections& frame) {
+  cv::Mat picture;
+  cv::cvtColor(view_of(image), picture, cv::COLOR_GRAY2BGR);
+  for (const TagDetection& tag : frame.tags) {
+    for (int k = 0; k < 4; ++k) {
+      cv::line(picture, at(tag.corners_px.col(k)), at(tag.corners_px.col((k + 1) % 4)), tag_colour,
+               2, cv::LINE_AA);
+    }
+  }
+  struct Drawn {
+    const Detection& dot;
+    std::string name;
+    const cv::Scalar& colour;
+  };
+  std::vector<Drawn> marks;
+  for (const Detection& dot : frame.detections)
+    marks.push_back({dot, name_of(dot.mark), mark_colour});
+  for (const IslandDot& dot : frame.islands)
+    marks.push_back(
+        {dot.dot, fmt::format("#{} {}", dot.island, name_of(dot.dot.mark)), island_colour});
+  Captions captions(picture);
+  for (const Drawn& mark : marks) {
+    outline(picture, mark.dot, mark.colour);
+    captions.keep_free(mark.dot.centre_px, 0.7 * mark.dot.semi_axes_px.x());
+  }
+  std::vector<Rejection> seen = frame.rejections;
+  std::erase_if(seen, [](const Rejection& rejection) { return !rejection.centre_px; });
+  for (const Rejection& rejection : seen) {
+    cv::drawMarker(picture, at(*rejection.centre_px), reject_colour, cv::MARKER_TILTED_CROSS, 12,
+                   1);
+    captions.keep_free(*rejection.centre_px, 5);
+  }
+  for (const Drawn& mark : marks) captions.write(mark.dot.centre_px, mark.name, mark.colour);
+  for (const Rejection& rejection : seen) {
+    const std::string kind = rejection.reason.substr(0, rejection.reason.find(':'));
+    captions.write(*rejection.centre_px,
+                   rejection.mark ? name_of(*rejection.mark) + " " + kind : kind, reject_colour);
+  }
+  std::vector<unsigned char> bytes;
+  cv::imencode(".png", picture, bytes);
+  return bytes;
+}
+
+constexpr int kStride = 3;           ///< distance of sampled lines; a picture has about a thousand
+constexpr double kPart = 0.5;        ///< fraction of the others' marks, brightness or sharpness
+constexpr std::size_t kFewTags = 3;  ///< number of tags that cannot be chance detections
+constexpr double kLeastLight = 16;   ///< grey level below which 4 of 8 bits are unused
+constexpr double kSaturated = 0.02;  ///< more than highlights: part of the cloth is saturated
+
+constexpr double kSteps = 257;  ///< per grey level: exact for 8 and 16 bits
+
+double saturated_part(const GreyImage& image) {
+  const auto full = std::count(image.bytes.begin(), image.bytes.end(), 255);
+  return static_cast<double>(full) / static_cast<double>(image.bytes.size());
+}
+
+std::string range_of(const std::vector<TagDetection>& tags) {
+  const auto [least, most] =
+      std::minmax_element(tags.begin(), tags.end(),
+                          [](const TagDetection& a, const TagDetection& b) { return a.id < b.id; });
+  return fmt::format("{} to {}", least->id, most->id);
+}
+
+/// As why_no_mark(), for a print that is labelled by its dots alone.
+std::string why_no_plate(const GreyImage& image, const PrintPlane& plane, const FrameLimits& limits,
+                         const std::string& file) {
+  constexpr std::size_t kFewDots = 9;
+  if (!plane.stiff) return {};
+  TagFinder no_tags("");
+  const auto dots_of = [&](const PrintPlane& described) {
+    const FrameDetections frame = detect_frame(image, described, no_tags, limits);
+    return std::max(frame.detections.size(), frame.islands.size());
+  };
+  const std::size_t dots = dots_of(plane);
+  PrintPlane other = plane;
+  other.white_dots = !plane.white_dots;
+  if (dots < kFewDots && dots_of(other) >= kFewDots)
+    return fmt::format("it shows {} dots, {} has {} ones (dot_colour)",
+                       other.white_dots ? "white" : "black", file,
+                       plane.white_dots ? "white" : "black");
+  if (dots < kFewDots || !plane.classes) return {};
+  return fmt::format(
+      "{} dots stand in a grid, but no place of it shows all hollow dots of {} (hollow, "
+      "hollow_diameter_mm, rows, cols); all of them must be in the picture",
+      dots, file);
+}
+
+constexpr double kNearer = 1.2;         ///< largest ratio of scales between two tags
+constexpr double kTurned_cos = 0.5;     ///< 60 degrees
+constexpr std::size_t kLeastTags = 2;   ///< least number of contradicting tags: one may be misread
+constexpr std::size_t kLeastPart = 10;  ///< smallest fraction of contradicting tags: one in so many
+
+struct TagMap {
+  Eigen::Vector2d centre_px;
+  Eigen::Matrix2d px_per_m;     ///< derivative of the pixel by the position on the print
+  double largest_px_per_m = 0;  ///< along edges and diagonals
+};
+
+TagMap map_of(const PrintPlane& plane, const TagDetection& tag) {
+  const auto& c = tag.corners_px;
+  TagMap map;
+  map.centre_px = c.rowwise().mean();
+  const double edge_m = plane.tag_edge_m;
+  map.px_per_m.col(0) = (c.col(1) - c.col(0) + c.col(2) - c.col(3)) / (2 * edge_m);
+  map.px_per_m.col(1) = plane.row_sign * (c.col(3) - c.col(0) + c.col(2) - c.col(1)) / (2 * edge_m);
+  for (int k = 0; k < 4; ++k)
+    map.largest_px_per_m =
+        std::max(map.largest_px_per_m, (c.col((k + 1) % 4) - c.col(k)).norm() / edge_m);
+  for (int k = 0; k < 2; ++k)
+    map.largest_px_per_m = std::max(map.largest_px_per_m,
+                                    (c.col(k + 2) - c.col(k)).norm() / (std::sqrt(2.0) * edge_m));
+  return map;
+}
 
 constexpr double preview_scale = 0.5;
 
@@ -262,6 +463,255 @@ void look_for_other_print(const Recording& recording, const std::vector<Job>& jo
 }
 
 }  // namespace
+
+PictureQuality quality_of(const GreyImage& image) {
+  PictureQuality quality;
+  quality.deep = !image.levels.empty();
+  std::vector<std::int64_t> levels(65536), doubled_slopes(65536);
+  std::vector<int> row(static_cast<std::size_t>(image.width_px));
+  for (int y = 0; y < image.height_px; y += kStride) {
+    for (int x = 0; x < image.width_px; ++x)
+      row[x] = static_cast<int>(image.level(x, y) * kSteps + 0.5);
+    for (int x = 1; x + 1 < image.width_px; ++x) {
+      ++levels[row[x]];
+      ++doubled_slopes[std::abs(row[x + 1] - row[x - 1])];
+    }
+  }
+  quality.dark = counted_quantile(levels, 0.01) / kSteps;
+  quality.light = counted_quantile(levels, 0.99) / kSteps;
+  const double steepest = 0.5 * counted_quantile(doubled_slopes, 0.999) / kSteps;
+  // A step blurred by a Gaussian has a slope of its height over sqrt(2 pi) widths.
+  if (steepest > 0)
+    quality.edge_px = (quality.light - quality.dark) / (std::sqrt(2 * std::numbers::pi) * steepest);
+  return quality;
+}
+
+std::vector<std::string> poor_views(const std::vector<FrameDetections>& frames,
+                                    const std::vector<PictureQuality>& qualities) {
+  std::vector<std::string> lines;
+  if (frames.empty()) return lines;
+  std::vector<double> spans, edges;
+  std::map<std::string, std::size_t> best;
+  for (std::size_t i = 0; i < frames.size(); ++i) {
+    spans.push_back(qualities[i].light - qualities[i].dark);
+    edges.push_back(qualities[i].edge_px);
+    std::size_t& most = best[frames[i].set];
+    most = std::max(most, frames[i].detections.size());
+  }
+  const double usual_span = median(spans), usual_edge_px = median(edges);
+  for (std::size_t i = 0; i < frames.size(); ++i) {
+    const std::size_t here = frames[i].detections.size(), most = best[frames[i].set];
+    if (static_cast<double>(here) >= kPart * static_cast<double>(most) && here > 0) continue;
+    const PictureQuality& q = qualities[i];
+    std::string why;
+    if (spans[i] < kPart * usual_span)
+      why = fmt::format(
+          "is {}: its grey levels are {:.0f} to {:.0f}, {:.0f} apart, in the others {:.0f}; change "
+          "light or exposure",
+          q.dark > 128 ? "washed out" : "dim", q.dark, q.light, spans[i], usual_span);
+    else if (kPart * edges[i] > usual_edge_px)
+      why = fmt::format(
+          "is blurred: its sharpest edges are {:.1f} px wide, in the others {:.1f}; focus, or hold "
+          "still",
+          edges[i], usual_edge_px);
+    if (why.empty()) continue;
+    lines.push_back(
+        fmt::format("set {}: camera {} {}; it shows {} marks, the best view of the set {}",
+                    frames[i].set, frames[i].camera, why, here, most));
+  }
+  return lines;
+}
+
+std::string unused_levels(const std::vector<FrameDetections>& frames,
+                          const std::vector<PictureQuality>& qualities) {
+  std::size_t first = frames.size(), count = 0;
+  for (std::size_t i = 0; i < frames.size(); ++i) {
+    if (qualities[i].light >= kLeastLight) continue;
+    first = std::min(first, i);
+    ++count;
+  }
+  if (count == 0) return {};
+  const std::string what = "hardly a pixel is above 1/16 of the largest grey level";
+  const std::string more = count > 1 ? fmt::format(" and {} more pictures", count - 1) : "";
+  if (qualities[first].deep)
+    throw bad_input(what + (count > 1 ? ", as in" + more.substr(4) : ""),
+                    {.camera = frames[first].camera, .set = frames[first].set},
+                    "are these 12 bits in the low bits of 16? Multiply them by 16, or change light "
+                    "or exposure");
+  return fmt::format("set {}, camera {}{}: {}; change light or exposure", frames[first].set,
+                     frames[first].camera, more, what);
+}
+
+std::string why_no_mark(const GreyImage& image, const PrintPlane& plane, const FrameLimits& limits,
+                        bool has_labels, const std::string& file) {
+  constexpr double kNoise = 1;
+  if (plane.tag_family.empty()) return why_no_plate(image, plane, limits, file);
+  TagFinder finder(plane.tag_family);
+  const std::vector<TagDetection> own = finder.find_all(image, kNoise);
+  std::string best_family = plane.tag_family;
+  std::vector<TagDetection> best = own;
+  for (const std::string& family : TagFamily::names()) {
+    // tag16h5 has only 16 bits, which are found in tags of any family, so it proves nothing.
+    if (family == plane.tag_family || family == "tag16h5") continue;
+    std::vector<TagDetection> found = TagFinder(family).find_all(image, kNoise);
+    if (found.size() < kFewTags || found.size() <= best.size()) continue;
+    best = std::move(found);
+    best_family = family;
+  }
+  const std::size_t turned = finder.find_all(mirrored(image), kNoise).size();
+  if (turned >= kFewTags && turned > best.size())
+    return fmt::format("picture or print is mirrored: mirrored, it shows the tags of {}", file);
+  if (best_family != plane.tag_family)
+    return fmt::format("it shows tags {} of {}, tags.family in {} is {}", range_of(best),
+                       best_family, file, plane.tag_family);
+  if (own.size() >= kFewTags) {
+    const bool known = std::any_of(own.begin(), own.end(), [&](const TagDetection& tag) {
+      return plane.tags.count(tag.id) != 0;
+    });
+    if (!known)
+      return fmt::format(
+          "it shows tags {} of {}, {} has tags {} to {} (tags.first_id, tags.tag.id)",
+          range_of(own), plane.tag_family, file, plane.tags.begin()->first,
+          plane.tags.rbegin()->first);
+    if (has_labels) return {};
+    for (const double factor : {2.0, 0.5}) {
+      PrintPlane other = plane;
+      other.dot_radius_m *= factor;
+      const std::size_t found = detect_frame(image, other, finder, limits).detections.size();
+      if (found < kFewTags) continue;
+      return fmt::format(
+          "with dots of {:g} mm {} are found, dot_diameter_mm in {} is {:g}: is it "
+          "the radius?",
+          2000 * other.dot_radius_m, found, file, 2000 * plane.dot_radius_m);
+    }
+    const double part = saturated_part(image);
+    const std::string light = part <= kSaturated
+                                  ? std::string()
+                                  : fmt::format(
+                                        "; {:.0f} % of its pixels are at the largest grey level: "
+                                        "less exposure, gain or light shows dots again",
+                                        100 * part);
+    return fmt::format(
+        "it shows {} tags of {}, but no dots of its size and pitch beside them "
+        "(dot_diameter_mm, pitch_mm, rows, cols){}",
+        own.size(), file, light);
+  }
+  return {};
+}
+
+using Eigen::Vector2d;
+using units::mm;
+
+std::optional<double> dot_size_ratio(const std::vector<FrameDetections>& frames,
+                                     const std::vector<double>& blurs_px,
+                                     const MarkLattice& lattice) {
+  constexpr std::size_t kFewest = 20;
+  if (!(lattice.dot_diameter_m > 0)) return std::nullopt;
+  std::vector<double> inner, all;  // dots with four neighbours; dots with one along each axis
+  for (std::size_t i = 0; i < frames.size(); ++i) {
+    const FrameDetections& frame = frames[i];
+    std::map<std::pair<int, int>, const Detection*> at;
+    for (const Detection& dot : frame.detections) at[{dot.mark.row, dot.mark.col}] = &dot;
+    for (const Detection& dot : frame.detections) {
+      int around = 0;
+      /// Offset to the next dot in a direction; nullopt if there is none.
+      const auto step = [&](int down, int right) -> std::optional<Vector2d> {
+        const auto before = at.find({dot.mark.row - down, dot.mark.col - right}),
+                   after = at.find({dot.mark.row + down, dot.mark.col + right});
+        const int found = int(before != at.end()) + int(after != at.end());
+        around += found;
+        if (found == 0) return std::nullopt;
+        const Detection& from = before == at.end() ? dot : *before->second;
+        const Detection& to = after == at.end() ? dot : *after->second;
+        return Vector2d((to.centre_px - from.centre_px) / found);
+      };
+      auto row = step(1, 0), col = step(0, 1);
+      double cells = 1;
+      if (around == 0) {  // neighbours lie along the diagonals of a staggered grid
+        row = step(1, 1);
+        col = step(1, -1);
+        cells = 2;
+      }
+      if (!row || !col) continue;
+      const double cell_px2 = std::abs(cross(*row, *col)) / cells;
+      const double area_px2 =
+          std::numbers::pi * (dot.semi_axes_px.prod() + blurs_px[i] * blurs_px[i]);
+      const double stated = 0.25 * std::numbers::pi * std::pow(lattice.dot_diameter_m, 2);
+      all.push_back(std::sqrt(area_px2 / cell_px2 * std::pow(lattice.pitch_m, 2) / stated));
+      if (around == 4) inner.push_back(all.back());
+    }
+  }
+  std::vector<double>& ratios = inner.size() < kFewest ? all : inner;
+  if (ratios.size() < kFewest) return std::nullopt;
+  return median(std::move(ratios));
+}
+
+std::string other_dot_size(const std::optional<double>& ratio, const MarkLattice& lattice,
+                           const std::string& file) {
+  constexpr double kMost = 0.1;
+  if (!ratio || std::abs(*ratio - 1) <= kMost) return {};
+  return fmt::format(
+      "the dots are {:.2f} mm wide where pitch_mm is {:g}, dot_diameter_mm in {} is {:g}",
+      *ratio * lattice.dot_diameter_m / mm, lattice.pitch_m / mm, file,
+      lattice.dot_diameter_m / mm);
+}
+
+std::string tags_elsewhere(const PrintPlane& plane, const std::vector<TagDetection>& tags,
+                           const std::string& file, const std::string& keys) {
+  constexpr double kMm = 1000;
+  std::vector<TagMap> maps;
+  double px_per_m = 0;
+  for (const TagDetection& tag : tags) {
+    maps.push_back(map_of(plane, tag));
+    px_per_m = std::max(px_per_m, maps.back().largest_px_per_m);
+  }
+  const std::size_t count = tags.size();
+  std::vector<std::vector<char>> apart(count, std::vector<char>(count, 0));
+  double largest = 0;
+  std::size_t pairs = 0, turned = 0;
+  std::string example;
+  for (std::size_t i = 0; i < count; ++i)
+    for (std::size_t k = 0; k < count; ++k) {
+      if (i == k) continue;
+      const Eigen::Vector2d step_m = plane.tags.at(tags[k].id) - plane.tags.at(tags[i].id);
+      const Eigen::Vector2d step_px = maps[k].centre_px - maps[i].centre_px;
+      const Eigen::Vector2d expected_px = maps[i].px_per_m * step_m;
+      ++pairs;
+      if (expected_px.dot(step_px) < kTurned_cos * expected_px.norm() * step_px.norm()) ++turned;
+      const double seen_m = step_px.norm() / px_per_m;
+      if (seen_m <= kNearer * step_m.norm()) continue;
+      apart[i][k] = 1;
+      if (seen_m <= largest * step_m.norm()) continue;
+      largest = seen_m / step_m.norm();
+      example =
+          fmt::format("tags {} and {} lie {:.0f} mm apart at least, {} has them {:.0f} mm apart",
+                      tags[i].id, tags[k].id, kMm * seen_m, file, kMm * step_m.norm());
+    }
+  // Removes the tag that contradicts most others until no contradiction is left; counts them.
+  std::size_t out = 0;
+  for (;; ++out) {
+    std::size_t worst = 0;
+    std::ptrdiff_t most = 0;
+    for (std::size_t i = 0; i < count; ++i)
+      if (const auto found = std::count(apart[i].begin(), apart[i].end(), 1); found > most) {
+        most = found;
+        worst = i;
+      }
+    if (most == 0) break;
+    for (std::size_t i = 0; i < count; ++i) apart[i][worst] = apart[worst][i] = 0;
+  }
+  if (out >= kLeastTags && kLeastPart * out >= count)
+    return fmt::format("{} of {} tags lie elsewhere on the print: {} ({})", out, count, example,
+                       keys);
+  // A plate shows all tags in one orientation, a folded cloth only most.
+  const std::size_t part = plane.stiff ? kLeastPart : 2;
+  if (count > kLeastTags && part * turned > pairs)
+    return fmt::format(
+        "its tags lie in other directions from each other than {} has them: are rows and columns, "
+        "or the sign of an axis, exchanged ({})?",
+        file, keys);
+  return {};
+}
 
 void DetectOptions::check() const {
   if (sets.empty())

@@ -11,6 +11,7 @@
 #include "core/recording.hpp"
 #include "core/rig.hpp"
 #include "detect/frame.hpp"
+#include "detect/labels/print_plane.hpp"
 
 namespace drape::detect {
 
@@ -77,5 +78,57 @@ using DetectProgress = std::function<void(double fraction, const std::string& wh
 /// Sets used by default: stages and free poses of the target, or the drapes of the rig's
 /// scenes.
 [[nodiscard]] std::vector<std::string> default_sets(const Rig& rig, Surface surface);
+
+/// Brightness and sharpness of a picture, from its grey levels.
+struct PictureQuality {
+  double dark = 0, light = 0;  ///< 1st and 99th percentile of the grey level
+  double edge_px = 0;          ///< Gaussian width of the sharpest edges
+  bool deep = false;           ///< more than 8 bits per pixel
+};
+[[nodiscard]] PictureQuality quality_of(const GreyImage& image);
+
+/// Finds views that show less than half of the marks of their set's best view and have less than
+/// half of the brightness or sharpness of the other pictures: one sentence each on what is wrong
+/// and what it costs. `qualities` belong to `frames`.
+[[nodiscard]] std::vector<std::string> poor_views(const std::vector<FrameDetections>& frames,
+                                                  const std::vector<PictureQuality>& qualities);
+
+/// Describes pictures that use less than a sixteenth of the grey levels: the first, and how many.
+/// Empty if there are none. Throws Error(bad_input) if the first has more than 8 bits, such as 12
+/// bits in the low bits of 16: the sheet would be measured from the few marks visible in it.
+[[nodiscard]] std::string unused_levels(const std::vector<FrameDetections>& frames,
+                                        const std::vector<PictureQuality>& qualities);
+
+/// Explains dots without labels from what the picture shows: tags of another family, other ids, a
+/// mirrored picture or, if no picture `has_labels`, dots of another size. `file`, the print's or
+/// target's, is for the sentence. Empty if no cause is found.
+[[nodiscard]] std::string why_no_mark(const GreyImage& image, const PrintPlane& plane,
+                                      const FrameLimits& limits, bool has_labels,
+                                      const std::string& file);
+
+/// Ratio of measured to stated dot diameter. The area of each fitted ellipse is compared with that
+/// predicted from the positions of the neighbouring dots. A blur of width s reduces the area of any
+/// convex outline by pi s^2 (s^2 / 2 times its curvature, integrated), which is added. Median over
+/// dots with four neighbours, or, if fewer than 20, over those with one along each axis; nullopt
+/// below 20, or for a lattice of corners. Cloth bends between neighbours, so single dots scatter by
+/// 10 %; on bench1 the median is within 0.3 % on cloth and 0.1 % on the target. `blurs_px` belong
+/// to `frames`.
+[[nodiscard]] std::optional<double> dot_size_ratio(const std::vector<FrameDetections>& frames,
+                                                   const std::vector<double>& blurs_px,
+                                                   const MarkLattice& lattice);
+
+/// Explains why the dots cannot have the stated size: a deviation above 10 %, at which the
+/// correction for dot shape, quadratic in size, is off by a fifth. Empty if plausible. `file` for
+/// the sentence.
+[[nodiscard]] std::string other_dot_size(const std::optional<double>& ratio,
+                                         const MarkLattice& lattice, const std::string& file);
+
+/// Explains why the tags in a picture contradict their positions on the print; empty if they do
+/// not. Two tags never appear farther apart than on the print, at the scale of the nearer tag; and
+/// the corners of each tag predict the directions of the others. `file` is the print's or the
+/// target's, `keys` are those of it that hold the positions.
+[[nodiscard]] std::string tags_elsewhere(const PrintPlane& plane,
+                                         const std::vector<TagDetection>& tags,
+                                         const std::string& file, const std::string& keys);
 
 }  // namespace drape::detect

@@ -16,10 +16,9 @@
 
 #include "core/geometry/vectors.hpp"
 #include "core/statistics/sample.hpp"
-#include "detect/dots/local_map.hpp"
 #include "detect/ellipses/ellipse_fit.hpp"
 #include "detect/labels/labels.hpp"
-#include "detect/labels/lattice.hpp"
+#include "detect/labels/print_plane.hpp"
 
 namespace drape::detect {
 namespace {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Views that lose marks are reported with the reason: light, sharpness, or another print.
-#include "detect/plausibility.hpp"
+#include "detect/detect.hpp"
 
 #include <gmock/gmock.h>
 

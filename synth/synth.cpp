@@ -2,7 +2,10 @@
 #include "synth/synth.hpp"
 
 #include <fmt/format.h>
+
+#include <Eigen/Cholesky>
 #include <Eigen/Geometry>
+#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <memory>
@@ -13,14 +16,199 @@
 #include "core/error.hpp"
 #include "core/files/files.hpp"
 #include "core/files/inside.hpp"
+#include "core/geometry/vectors.hpp"
 #include "core/rules.hpp"
 #include "core/scene.hpp"
+#include "core/statistics/sample.hpp"
 #include "core/units.hpp"
 #include "synth/random.hpp"
 
 namespace drape::synth {
 
 namespace {
+
+using Eigen::Matrix2d;
+using Eigen::Matrix3d;
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+using units::deg;
+
+/// One mark of the volume, with its covariance if two cameras see it.
+struct PredictedMark {
+  std::optional<Matrix3d> covariance_m2;
+  std::vector<double> sigmas_px;
+};
+
+bool is_in_picture(const CameraModel& model, const Vector2d& px, double border_px) {
+  return px.x() > border_px && px.y() > border_px && px.x() < model.width_px - 1 - border_px &&
+         px.y() < model.height_px - 1 - border_px;
+}
+
+PredictedMark predicted(const std::vector<Camera>& cameras, const Vector3d& at,
+                        const Vector3d& normal, double radius_m, const PredictOptions& options) {
+  PredictedMark mark;
+  Matrix3d information = Matrix3d::Zero();
+  int views = 0;
+  for (const Camera& camera : cameras) {
+    const Vector3d to_camera = (centre_in_world(camera) - at).normalized();
+    if (to_camera.dot(normal) < std::cos(options.most_facing_deg * deg)) continue;
+    const auto image = project(camera.model, camera.cam_from_world * at);
+    constexpr double border_px = 12;
+    if (!image || !is_in_picture(camera.model, image->px, border_px)) continue;
+    const auto bound = centre_bound_px2(camera, at, normal, radius_m, options.render);
+    if (!bound) continue;
+    mark.sigmas_px.push_back(std::sqrt(bound->trace() / 2));
+    const Matrix2d covariance = *bound + options.floor_px * options.floor_px * Matrix2d::Identity();
+    const Eigen::Matrix<double, 2, 3> jacobian =
+        image->d_px_d_point * camera.cam_from_world.rotation;
+    information += jacobian.transpose() * covariance.inverse() * jacobian;
+    ++views;
+  }
+  if (views >= 2) mark.covariance_m2 = information.inverse();
+  return mark;
+}
+
+/// Sample positions over the patch and the height of the volume.
+std::vector<Vector3d> places(const Print& print, double height_m) {
+  std::vector<Vector3d> all;
+  for (const double z : {0.0, 0.5, 1.0}) {
+    for (int j = 0; j < 5; ++j) {
+      for (int i = 0; i < 5; ++i)
+        all.emplace_back((i / 4.0 - 0.5) * 0.9 * print.patch_m.y(),
+                         (j / 4.0 - 0.5) * 0.9 * print.patch_m.x(), z * height_m);
+    }
+  }
+  return all;
+}
+
+struct Counts {
+  int marks = 0, seen = 0, reached = 0;
+};
+
+PredictedSlope slope_of(const std::vector<Camera>& cameras, const Print& print, double slope_deg,
+                        const PredictOptions& options, Counts& counts) {
+  PredictedSlope result;
+  result.slope_deg = slope_deg;
+  std::vector<double> sigmas, heights, pixels;
+  const int sides = slope_deg == 0 ? 1 : 8;
+  for (const Vector3d& at : places(print, options.height_m)) {
+    for (int side = 0; side < sides; ++side) {
+      const double angle = 2 * std::numbers::pi * side / sides;
+      const double slope = slope_deg * deg;
+      const Vector3d normal(std::sin(slope) * std::cos(angle), std::sin(slope) * std::sin(angle),
+                            std::cos(slope));
+      const auto mark = predicted(cameras, at, normal, print.dot_diameter_m / 2, options);
+      ++result.marks;
+      pixels.insert(pixels.end(), mark.sigmas_px.begin(), mark.sigmas_px.end());
+      if (!mark.covariance_m2) continue;
+      ++result.seen_by_two;
+      sigmas.push_back(std::sqrt(mark.covariance_m2->trace()));
+      heights.push_back(std::sqrt((*mark.covariance_m2)(2, 2)));
+      counts.reached += sigmas.back() <= options.asked_sigma_m;
+    }
+  }
+  counts.marks += result.marks;
+  counts.seen += result.seen_by_two;
+  if (!pixels.empty()) result.median_px = quantile(pixels, 0.5);
+  if (sigmas.empty()) return result;
+  result.median_m = quantile(sigmas, 0.5);
+  result.p95_m = quantile(sigmas, 0.95);
+  result.median_height_m = quantile(heights, 0.5);
+  return result;
+}
+
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+
+std::optional<Vector2d> image_of(const GridSurface& surface, const Camera& camera,
+                                 const FacePoint& face) {
+  const auto point = surface.point_in_world(face);
+  if (!point) return std::nullopt;
+  const auto image = project(camera.model, camera.cam_from_world * *point);
+  if (!image) return std::nullopt;
+  return image->px;
+}
+
+/// True if the camera sees this point of the face unoccluded.
+bool is_seen(const GridSurface& surface, const SceneView& view, const FacePoint& face) {
+  const auto point = surface.point_in_world(face);
+  if (!point) return false;
+  const Vector3d in_camera = view.camera().cam_from_world * *point;
+  const auto image = project(view.camera().model, in_camera);
+  if (!image) return false;
+  const Hit hit = view.cast(image->px);
+  constexpr double slack_m = 2e-5;
+  return hit.is_hit() && hit.front && std::abs(hit.depth_m - in_camera.z()) < slack_m;
+}
+
+/// Visible fraction of a dot, sampled at its centre and on rings out to its outline.
+double seen_fraction(const GridSurface& surface, const SceneView& view, const MarkOnFace& mark) {
+  constexpr int rings = 3, around = 16;
+  int seen = is_seen(surface, view, mark.centre) ? 1 : 0, all = 1;
+  for (int ring = 1; ring <= rings && mark.radius_m > 0; ++ring) {
+    for (int k = 0; k < around; ++k) {
+      const double angle = 2 * std::numbers::pi * k / around;
+      const FacePoint offset(std::cos(angle), std::sin(angle));
+      seen += is_seen(surface, view, mark.centre + mark.radius_m * ring / rings * offset) ? 1 : 0;
+      ++all;
+    }
+  }
+  return seen / static_cast<double>(all);
+}
+
+template <class Sheet>
+std::vector<MarkOnFace> all_marks(const Sheet& sheet) {
+  std::vector<MarkOnFace> marks;
+  for (int row = 0; row < sheet.rows; ++row) {
+    for (int col = 0; col < sheet.cols; ++col)
+      marks.push_back({{row, col}, face_point(sheet, {row, col}), sheet.dot_diameter_m / 2});
+  }
+  return marks;
+}
+
+using Eigen::Vector3d;
+using units::mm;
+
+/// Pose of an upright camera, whose x axis is horizontal.
+CamFromWorld looking(const Vector3d& from, const Vector3d& at) {
+  const Vector3d z = (at - from).normalized();
+  const bool straight_down = std::abs(z.z()) > 1 - 1e-9;
+  const Vector3d x =
+      straight_down ? Vector3d::UnitX() : Vector3d(z.cross(Vector3d::UnitZ()).normalized());
+  CamFromWorld pose;
+  pose.rotation << x.transpose(), z.cross(x).transpose(), z.transpose();
+  pose.translation_m = -pose.rotation * from;
+  return pose;
+}
+
+Camera camera_of(const PlannedCamera& plan, const Rig& rig) {
+  const RigCamera& known = rig.camera(plan.name);
+  BrownLens lens;
+  lens.fx_px = plan.focal_m / known.pixel_pitch_x_m;
+  lens.fy_px = plan.focal_m / known.pixel_pitch_y_m;
+  lens.cx_px = (known.width_px - 1) / 2.0;
+  lens.cy_px = (known.height_px - 1) / 2.0;
+  lens.k1 = plan.k1;
+  lens.k2 = plan.k2;
+  return {known.name,
+          {lens, known.width_px, known.height_px},
+          looking(plan.position_m, plan.look_at_m)};
+}
+
+std::vector<Camera> in_order_of(const Rig& rig, const std::vector<Camera>& cameras,
+                                const std::string& file) {
+  std::vector<Camera> ordered;
+  for (const RigCamera& wanted : rig.cameras) {
+    for (const Camera& camera : cameras) {
+      if (camera.name == wanted.name) ordered.push_back(camera);
+    }
+    if (ordered.empty() || ordered.back().name != wanted.name) {
+      throw bad_input("a camera of the rig is missing", {.file = file, .camera = wanted.name},
+                      "give its place and focal length");
+    }
+  }
+  return ordered;
+}
 
 using Eigen::Vector3d;
 using units::deg;
@@ -206,6 +394,171 @@ void require_known(const std::vector<Named>& jobs, const SynthOptions& options) 
 }
 
 }  // namespace
+
+void fields(Fields& f, PredictOptions& o) {
+  f.otherwise(
+      {"accuracy_mm", "required standard deviation of a mark in space", units::mm, above_zero},
+      o.asked_sigma_m);
+  f.otherwise({"height_mm", "height of the drape's volume above the origin", units::mm, 0},
+              o.height_m);
+}
+
+std::optional<Matrix2d> centre_bound_px2(const Camera& camera, const Vector3d& in_world,
+                                         const Vector3d& normal, double radius_m,
+                                         const RenderOptions& render) {
+  constexpr int nodes = 48;
+  const Vector3d u = normal.unitOrthogonal();
+  const Vector3d v = normal.cross(u);
+  const double white = render.white_grey, black = render.white_grey * render.ink_ratio;
+  const double variance =
+      render.noise_grey * render.noise_grey * (0.5 + 0.5 * (white + black) / 2 / 128);
+  const double blur = std::sqrt(render.blur_px * render.blur_px + 1.0 / 12);
+  Matrix2d around = Matrix2d::Zero();  // sum along the outline of n n', with n its normal, px
+  std::optional<Vector2d> last;
+  for (int k = 0; k <= nodes; ++k) {
+    const double angle = 2 * std::numbers::pi * k / nodes;
+    const Vector3d point = in_world + radius_m * (std::cos(angle) * u + std::sin(angle) * v);
+    const auto image = project(camera.model, camera.cam_from_world * point);
+    if (!image) return std::nullopt;
+    if (last) {
+      const Vector2d along = image->px - *last;
+      const Vector2d across(-along.y(), along.x());
+      around += across * across.transpose() / std::max(along.norm(), 1e-12);
+    }
+    last = image->px;
+  }
+  const double contrast = white - black;
+  const double edge =
+      contrast * contrast / (variance + 1.0 / 12) / (2 * blur * std::sqrt(std::numbers::pi));
+  return Matrix2d((edge * around).inverse());
+}
+
+Prediction predict(const std::vector<Camera>& cameras, const Print& print,
+                   const PredictOptions& options) {
+  Prediction result;
+  Counts counts, gentle;
+  for (const double slope_deg : {0.0, 30.0, 45.0, 60.0}) {
+    result.slopes.push_back(slope_of(cameras, print, slope_deg, options, counts));
+    if (slope_deg <= 45) gentle = counts;
+  }
+  const auto fraction = [](int part, int whole) { return whole == 0 ? 0.0 : part / double(whole); };
+  result.reached_fraction = fraction(gentle.reached, gentle.seen);
+  result.seen_fraction = fraction(gentle.seen, gentle.marks);
+  result.go = result.reached_fraction >= options.asked_fraction && gentle.seen > 0;
+  return result;
+}
+
+void fields(Fields& f, TrueMarkView& view) {
+  f(Field{"camera", "name of the camera"}.plain_name(), view.camera);
+  f({"px", "image of the mark's centre; null if not in front of the camera"}, view.px);
+  f({"centroid_px", "centroid of the mark's area in the image"}, view.centroid_px);
+  f({"facing_deg", "angle between the printed side's normal and the ray to the camera", units::deg,
+     0, 180},
+    view.facing_rad);
+  f({"visible_share", "fraction of the mark that is inside the picture and not hidden", 1, 0, 1},
+    view.visible_fraction);
+}
+
+void fields(Fields& f, TrueMark& mark) {
+  f({"row", "row of the mark", 1, 0}, mark.mark.row);
+  f({"col", "column of the mark", 1, 0}, mark.mark.col);
+  f({"xyz_mm", "position in the world", units::mm}, mark.point_in_world);
+  f({"normal_in_world", "unit normal on the printed side"}, mark.normal_in_world);
+  f({"views", "the mark in each camera's picture"}, mark.views);
+}
+
+std::vector<MarkOnFace> marks_of(const Print& print) {
+  return all_marks(print);
+}
+
+std::vector<MarkOnFace> marks_of(const Target& target) {
+  return all_marks(target);
+}
+
+std::optional<Vector2d> disc_centroid_px(const GridSurface& surface, const Camera& camera,
+                                         const FacePoint& centre, double radius_m) {
+  constexpr int nodes = 720;
+  const auto middle = image_of(surface, camera, centre);
+  if (!middle) return std::nullopt;
+  const auto corner = [&](int k) {
+    const double angle = 2 * std::numbers::pi * k / nodes;
+    return image_of(surface, camera,
+                    centre + radius_m * FacePoint(std::cos(angle), std::sin(angle)));
+  };
+  auto last = corner(nodes - 1);
+  double twice = 0;
+  Vector2d moment = Vector2d::Zero();
+  for (int k = 0; k < nodes; ++k) {
+    const auto next = corner(k);
+    if (!last || !next) return std::nullopt;
+    const Vector2d a = *last - *middle, b = *next - *middle;
+    const double wedge = cross(a, b);
+    twice += wedge;
+    moment += wedge * (a + b) / 3;
+    last = next;
+  }
+  const Vector2d offset = moment / twice;
+  if (!offset.allFinite()) return std::nullopt;
+  return Vector2d(*middle + offset);
+}
+
+std::vector<TrueMark> truth_of(const SyntheticScene& scene, const std::vector<MarkOnFace>& marks,
+                               const std::vector<const SceneView*>& views) {
+  std::vector<TrueMark> truth;
+  for (const MarkOnFace& mark : marks) {
+    const auto point = scene.surface.point_in_world(mark.centre);
+    if (!point) {
+      throw bad_input(
+          fmt::format("mark ({}, {}) lies beyond the surface", mark.mark.row, mark.mark.col), {},
+          "give a surface that reaches as far as the print");
+    }
+    TrueMark known{mark.mark, *point, scene.surface.normal_in_world(mark.centre), {}};
+    for (const SceneView* view : views) {
+      TrueMarkView seen;
+      const Camera& camera = view->camera();
+      seen.camera = camera.name;
+      seen.px = image_of(scene.surface, camera, mark.centre);
+      seen.centroid_px = mark.radius_m > 0
+                             ? disc_centroid_px(scene.surface, camera, mark.centre, mark.radius_m)
+                             : seen.px;
+      const Vector3d to_camera = (centre_in_world(camera) - *point).normalized();
+      seen.facing_rad = std::acos(std::clamp(to_camera.dot(known.normal_in_world), -1.0, 1.0));
+      seen.visible_fraction = seen_fraction(scene.surface, *view, mark);
+      known.views.push_back(seen);
+    }
+    truth.push_back(known);
+  }
+  return truth;
+}
+
+void fields(Fields& f, PlannedCamera& camera) {
+  f(Field{"name", "name of the rig's camera"}.plain_name(), camera.name);
+  f({"focal_mm", "focal length", mm, above_zero}, camera.focal_m);
+  f({"position_mm", "position in the world", mm}, camera.position_m);
+  f.otherwise({"look_at_mm", "point of the world at the centre of the picture", mm},
+              camera.look_at_m);
+  f.otherwise({"k1", "radial distortion"}, camera.k1);
+  f.otherwise({"k2", "radial distortion"}, camera.k2);
+  f.rule((camera.position_m - camera.look_at_m).norm() >= 1 * mm, "position_mm",
+         "the camera stands where it looks at", "give two places");
+}
+
+void fields(Fields& f, CamerasPlan& plan) {
+  f({"camera", "one table per camera of the rig"}, plan.cameras);
+}
+
+std::vector<Camera> read_planned_cameras(const std::filesystem::path& file, const Rig& rig) {
+  std::vector<Camera> cameras;
+  for (const PlannedCamera& plan : read_record<CamerasPlan>(file).cameras)
+    cameras.push_back(camera_of(plan, rig));
+  return in_order_of(rig, cameras, file.string());
+}
+
+std::vector<Camera> cameras_of(const Calibration& calibration, const Rig& rig) {
+  std::vector<Camera> cameras;
+  for (const CalibratedCamera& camera : calibration.cameras) cameras.push_back(camera.camera);
+  return in_order_of(rig, cameras, "calibration.json");
+}
 
 void fields(Fields& f, SynthOptions& o) {
   f.if_any(Field{"sets", "frame sets a,b,c (default: all the rig names)"}.plain_name(), o.sets);

@@ -1,24 +1,109 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <Eigen/Core>
 #include <cstdint>
 #include <filesystem>
 #include <functional>
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "core/calibration.hpp"
+#include "core/camera_model.hpp"
 #include "core/detections.hpp"
 #include "core/fields/records.hpp"
+#include "core/marks.hpp"
 #include "core/recording.hpp"
 #include "core/rig.hpp"
-#include "synth/predict.hpp"
-#include "synth/render/grid_surface.hpp"
 #include "synth/render/render.hpp"
-#include "synth/truth.hpp"
 
 namespace drape::synth {
+
+/// Ground truth of one mark in one camera's picture.
+struct TrueMarkView {
+  std::string camera;
+  std::optional<Eigen::Vector2d> px;  ///< image of the centre; absent if not in front of the camera
+  std::optional<Eigen::Vector2d> centroid_px;  ///< centroid of the dot's whole area in the image
+  double facing_rad = 0;  ///< angle between the printed side's normal and the ray to the camera
+  double visible_fraction = 0;  ///< fraction of the dot inside the picture and unoccluded
+  [[nodiscard]] bool is_whole() const { return visible_fraction == 1; }
+};
+
+struct TrueMark {
+  MarkId mark;
+  Eigen::Vector3d point_in_world;
+  Eigen::Vector3d normal_in_world;
+  std::vector<TrueMarkView> views;  ///< one per camera
+};
+
+void fields(Fields& f, TrueMarkView& view);
+void fields(Fields& f, TrueMark& mark);
+
+/// Marks on the face: centres, and the dots' radius (0 for corners, which are tested as points).
+struct MarkOnFace {
+  MarkId mark;
+  FacePoint centre;
+  double radius_m = 0;
+};
+[[nodiscard]] std::vector<MarkOnFace> marks_of(const Print& print);
+[[nodiscard]] std::vector<MarkOnFace> marks_of(const Target& target);
+
+/// Ground truth of all marks. Throws Error(bad_input) if a mark lies outside the surface.
+[[nodiscard]] std::vector<TrueMark> truth_of(const SyntheticScene& scene,
+                                             const std::vector<MarkOnFace>& marks,
+                                             const std::vector<const SceneView*>& views);
+
+/// Centroid (px) of the image area of a disc on the face, from its outline; nullopt if part of it
+/// does not project or lies outside the surface.
+[[nodiscard]] std::optional<Eigen::Vector2d> disc_centroid_px(const GridSurface& surface,
+                                                              const Camera& camera,
+                                                              const FacePoint& centre,
+                                                              double radius_m);
+
+struct PredictOptions {
+  double height_m = 0.1;         ///< height of the drape volume above the world's origin
+  double floor_px = 0.02;        ///< additional error of a centre, as in drape triangulate
+  double most_facing_deg = 60;   ///< a dot seen at a larger angle does not count as seen
+  double asked_sigma_m = 5e-5;   ///< in space, root of the sum of the three variances
+  double asked_fraction = 0.95;  ///< fraction of the marks that must achieve it
+  RenderOptions render;          ///< brightness, blur and noise of the pictures
+};
+/// Describes the options without those of `render`.
+void fields(Fields& f, PredictOptions& options);
+
+/// Prediction for marks of one slope over the volume.
+struct PredictedSlope {
+  double slope_deg = 0;
+  int marks = 0;
+  int seen_by_two = 0;             ///< marks seen by at least two cameras
+  double median_m = 0, p95_m = 0;  ///< standard deviation in space of these marks
+  double median_height_m = 0;      ///< the same for their height only
+  double median_px = 0;  ///< median standard deviation of a centre in a picture, without the floor
+};
+
+struct Prediction {
+  std::vector<PredictedSlope> slopes;  ///< slopes of 0, 30, 45, 60 degrees in eight directions
+  double reached_fraction =
+      0;  ///< fraction of the marks seen by two cameras that meet the required accuracy
+  double seen_fraction = 0;  ///< fraction of all marks seen by at least two cameras
+  bool go = false;           ///< both fractions are sufficient for slopes up to 45 degrees
+};
+
+/// Smallest covariance (px^2) of any unbiased estimate of a dot's centre: Cramer-Rao bound for an
+/// edge of contrast C with blur s and white noise, integrated along the elliptical outline of the
+/// dot, with known brightness and shape.
+[[nodiscard]] std::optional<Eigen::Matrix2d> centre_bound_px2(const Camera& camera,
+                                                              const Eigen::Vector3d& in_world,
+                                                              const Eigen::Vector3d& normal,
+                                                              double radius_m,
+                                                              const RenderOptions& render);
+
+/// Accuracy that these cameras can achieve over the volume in which the print is draped, from the
+/// noise of the marks alone, without errors of the calibration and of dots on curved cloth.
+[[nodiscard]] Prediction predict(const std::vector<Camera>& cameras, const Print& print,
+                                 const PredictOptions& options);
 
 struct SynthOptions {
   std::vector<std::string> sets;  ///< empty for all sets of the rig

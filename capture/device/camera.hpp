@@ -12,8 +12,7 @@
 #include <variant>
 #include <vector>
 
-#include "capture/pairing/clock_fit.hpp"
-#include "capture/pairing/frame_id.hpp"
+#include "capture/pairing/pairing.hpp"
 #include "core/error.hpp"
 #include "core/fields/fields.hpp"
 

@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "capture/host/channel.hpp"
+#include "capture/host/camera_host.hpp"
 
 // Sockets for GigE Vision that Aravis does not provide: discovery, filters and buffers for its
 // streams, and action commands.

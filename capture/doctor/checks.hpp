@@ -83,4 +83,9 @@ struct LinkNeeds {
 [[nodiscard]] LinkNeeds link_needs(double frame_bytes, double frame_rate_hz, int packet_size_bytes,
                                    int cameras, double link_bits_per_s);
 
+/// Lists devices through a separate camera host, so that a crashing library does no harm here.
+/// Takes about 1 s. Throws Error(device) if the host fails.
+[[nodiscard]] std::vector<FoundDevice> list_devices(const std::filesystem::path& host_program,
+                                                    bool sizes = false);
+
 }  // namespace drape::capture

@@ -4,7 +4,6 @@
 #include <gmock/gmock.h>
 
 #include "capture/doctor/checks.hpp"
-#include "capture/doctor/device_list.hpp"
 #include "capture/live/test_live_bench.hpp"
 #include "core/error.hpp"
 #include "tests/support/error_of.hpp"

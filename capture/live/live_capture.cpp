@@ -13,8 +13,8 @@
 #include <utility>
 
 #include "capture/device/gige_network.hpp"
-#include "capture/live/develop.hpp"
-#include "capture/live/phases.hpp"
+#include "capture/live/pictures.hpp"
+#include "capture/pairing/pairing.hpp"
 #include "core/error.hpp"
 
 namespace drape::capture {

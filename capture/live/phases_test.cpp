@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "capture/live/phases.hpp"
+#include "capture/pairing/pairing.hpp"
 
 #include <gmock/gmock.h>
 

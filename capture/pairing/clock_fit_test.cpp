@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "capture/pairing/clock_fit.hpp"
+#include "capture/pairing/pairing.hpp"
 
 #include <gmock/gmock.h>
 
 #include <cmath>
 #include <random>
 
-#include "capture/pairing/frame_id.hpp"
 #include "core/error.hpp"
 
 namespace drape::capture {

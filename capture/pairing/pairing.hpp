@@ -3,12 +3,124 @@
 
 #include <cstdint>
 #include <optional>
+#include <string>
 #include <string_view>
 #include <vector>
 
 #include "core/fields/fields.hpp"
 
 namespace drape::capture {
+
+/// One reading of a device's clock between two readings of the host's clock. The device read its
+/// clock somewhere in between, so half the round trip bounds the error (Cristian 1989).
+struct ClockSample {
+  std::int64_t host_before_ns = 0;
+  std::int64_t device_ns = 0;
+  std::int64_t host_after_ns = 0;
+};
+
+/// Linear clock model: host = reference_host + (device - reference_device) * (1 + drift).
+struct ClockFit {
+  std::int64_t reference_device_ns = 0;
+  std::int64_t reference_host_ns = 0;
+  double drift_ppm = 0;   ///< excess rate of the host's clock, in parts per million
+  double residual_s = 0;  ///< weighted root mean square residual of the fit, seconds
+  double bound_s = 0;     ///< half the shortest round trip, which bounds one reading's error
+  /// Additional bound within `least_span_s` of the samples: effect of an unknown drift of up to
+  /// `largest_ppm`, the assumed limit of a camera's oscillator; 0 once the drift is estimated.
+  double drift_bound_s = 0;
+  double span_s = 0;  ///< host time from the first to the last sample
+  std::size_t samples = 0;
+  bool drift_estimated = false;  ///< false if the span is too short; drift is then 0
+
+  /// Bound on the error of the offset, whether the drift is known or not.
+  [[nodiscard]] double offset_bound_s() const { return bound_s + drift_bound_s; }
+  /// Host time of a device time, in seconds since `host_epoch_ns`.
+  [[nodiscard]] double host_time_s(std::int64_t device_ns, std::int64_t host_epoch_ns) const;
+};
+
+struct ClockFitOptions {
+  double least_span_s = 1.0;   ///< shorter spans do not determine the drift
+  double largest_ppm = 500.0;  ///< a larger drift is taken for a jump of the clock
+};
+
+/// Weighted least-squares fit of the samples, with weights 1 / (half round trip)^2. nullopt if
+/// there is no sample, if a round trip is negative, or if the drift exceeds `largest_ppm`: then the
+/// clock jumped between two samples and no straight line describes it.
+[[nodiscard]] std::optional<ClockFit> fit_clock(const std::vector<ClockSample>& samples,
+                                                const ClockFitOptions& options);
+
+/// Jump of the device's clock between two readings beyond what their round trips and a drift of
+/// `largest_ppm` explain; nullopt if it may have run evenly. There are no false alarms: both
+/// readings bound the clock on either side.
+[[nodiscard]] std::optional<double> clock_jump_s(const ClockSample& before,
+                                                 const ClockSample& after,
+                                                 double largest_ppm = 500.0);
+
+/// Cycle of a device's frame ids: first, first + 1, ..., last, first, ... GigE Vision counts
+/// 1..65535 and skips 0 (GigE Vision 2.0, block_id); V4L2 counts 32 bits.
+struct FrameIdRange {
+  std::uint64_t first = 1;
+  std::uint64_t last = 65535;
+
+  void check() const;  ///< throws Error(usage) for fewer than two ids
+};
+
+/// Converts wrapping frame ids to a count that never wraps: 0 for the first frame seen,
+/// negative for earlier frames that arrive late. A camera that counts beyond the range has
+/// 64-bit ids (GigE Vision 2.0, extended ids), which do not wrap. An id is assigned to the
+/// count nearest to the newest frame, so gaps and delays of up to half the range are
+/// distinguished from a wrap.
+class FrameIdUnwrapper {
+ public:
+  explicit FrameIdUnwrapper(FrameIdRange range);
+
+  /// nullopt if `id` is below the range.
+  [[nodiscard]] std::optional<std::int64_t> unwrap(std::uint64_t id);
+
+ private:
+  FrameIdRange range_;
+  std::int64_t newest_ = 0;
+  std::optional<std::uint64_t> newest_id_;
+};
+
+/// Delay of each camera's exposure after that of camera 0, in s, between -period/2 and +period/2.
+/// Free-running cameras of one rate keep their initial phase, and nothing else distinguishes their
+/// frames. `exposed_s` holds any one exposure of each camera on the common clock.
+[[nodiscard]] std::vector<double> phases_s(const std::vector<double>& exposed_s, double period_s);
+
+/// Shortest interval that contains one exposure of every camera: the smallest spread of a set.
+[[nodiscard]] double least_spread_s(const std::vector<double>& phases_s, double period_s);
+
+/// Restart time of a camera that was started at `began_ns` and exposes `phase_s` after camera 0, so
+/// that both expose together: the first such time after `not_before_ns`. Assumes that the delay
+/// from start to exposure stays the same.
+[[nodiscard]] std::int64_t begin_again_ns(std::int64_t began_ns, double phase_s, double period_s,
+                                          std::int64_t not_before_ns);
+
+/// A camera that must be restarted, with the delay of its exposure after camera 0.
+struct NewPhase {
+  std::size_t camera = 0;
+  double phase_s = 0;
+};
+
+/// Monitors free-running cameras and finds those that never expose with the others.
+class InStep {
+ public:
+  /// `window_s` is the largest spread of a set.
+  InStep(double period_s, double window_s) : period_s_(period_s), window_s_(window_s) {}
+
+  /// Takes `exposed_s` as phases_s() does, absent while a camera's is unknown. A camera is reported
+  /// once it has been out of step for 1.2 s (which excludes a clock that just jumped), at most ten
+  /// times in all: cameras of different rates cannot be brought into step.
+  [[nodiscard]] std::vector<NewPhase> look(const std::optional<std::vector<double>>& exposed_s,
+                                           std::int64_t now_ns);
+
+ private:
+  double period_s_, window_s_;
+  std::int64_t looked_ns_ = 0, out_of_step_since_ns_ = 0;
+  int named_ = 0;
+};
 
 /// A frame that reached the host, complete or not, as pairing sees it.
 struct FrameMark {

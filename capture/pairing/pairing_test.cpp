@@ -8,8 +8,6 @@
 #include <random>
 #include <set>
 
-#include "capture/pairing/clock_fit.hpp"
-#include "capture/pairing/frame_id.hpp"
 #include "core/error.hpp"
 #include "tests/support/trials.hpp"
 

@@ -7,7 +7,7 @@
 #include <string_view>
 #include <vector>
 
-#include "capture/host/channel.hpp"
+#include "capture/host/camera_host.hpp"
 #include "core/recording.hpp"
 
 namespace drape::capture {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "capture/recording/motion.hpp"
+#include "capture/recording/still.hpp"
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
@@ -10,7 +10,6 @@
 #include <opencv2/imgproc.hpp>
 #include <utility>
 
-#include "capture/recording/still.hpp"
 #include "core/error.hpp"
 #include "tests/support/paths.hpp"
 

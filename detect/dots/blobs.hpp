@@ -2,14 +2,76 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <algorithm>
 #include <cstdint>
+#include <span>
 #include <vector>
 
-#include "detect/dots/dark_map.hpp"
-#include "detect/dots/noise.hpp"
 #include "detect/image/image.hpp"
 
 namespace drape::detect {
+
+/// Pixels [from, to) of one row that belong to one region.
+struct DarkRun {
+  int from = 0, to = 0;
+  std::int32_t label = 0;  ///< number of the region, from 1
+};
+
+/// Connected printed (dark) regions of a frame: below half the brightness of the surrounding
+/// surface. Stored as runs: a label image would take four times the memory of the frame.
+struct DarkMap {
+  int width_px = 0;
+  int height_px = 0;
+  std::vector<DarkRun> runs;            ///< row by row, from left to right
+  std::vector<std::size_t> row_begins;  ///< first run of each row, then the number of runs
+
+  [[nodiscard]] std::span<const DarkRun> row(int y) const {
+    const std::size_t first = row_begins[static_cast<std::size_t>(y)];
+    return {runs.data() + first, row_begins[static_cast<std::size_t>(y) + 1] - first};
+  }
+
+  /// Runs of a row that end right of x; empty outside the image.
+  [[nodiscard]] std::span<const DarkRun> row_from(int x, int y) const {
+    if (y < 0 || y >= height_px) return {};
+    const std::span<const DarkRun> all = row(y);
+    const auto first = std::partition_point(all.begin(), all.end(),
+                                            [x](const DarkRun& run) { return run.to <= x; });
+    return all.subspan(static_cast<std::size_t>(first - all.begin()));
+  }
+
+  /// Region at a pixel; 0 on unprinted pixels and outside the image.
+  [[nodiscard]] std::int32_t at(int x, int y) const {
+    const std::span<const DarkRun> runs_from = row_from(x, y);
+    return runs_from.empty() || runs_from.front().from > x ? 0 : runs_from.front().label;
+  }
+};
+
+/// Bounding box and pixel count of a connected set of marked pixels.
+struct Region {
+  int left = 0, top = 0, width = 0, height = 0;
+  double area = 0;
+};
+
+/// Finds 8-connected regions of marked pixels, row by row. Works on runs of marked pixels, so that
+/// unmarked areas cost almost nothing and no image is stored.
+class RegionFinder {
+ public:
+  RegionFinder(int width_px, int height_px);
+
+  /// Adds the next row from the top: `width_px` bytes, non-zero where marked.
+  void add_row(const std::uint8_t* marked);
+
+  /// Returns the regions in the order of their first pixels, once all rows are added. The region
+  /// with index k has label k + 1 in `map`.
+  [[nodiscard]] std::vector<Region> finish(DarkMap& map);
+
+ private:
+  [[nodiscard]] int root_of(int run);
+  void join(int a, int b);
+
+  DarkMap map_;
+  std::vector<int> parents_;  ///< per run: an earlier or the same run of its region
+};
 
 /// A dark region with the size and outline of a dot.
 struct Blob {

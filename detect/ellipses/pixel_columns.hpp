@@ -1,15 +1,112 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <Eigen/Core>
+#include <algorithm>
 #include <array>
+#include <cstring>
 #include <vector>
 
-#include "detect/dots/noise.hpp"
-#include "detect/ellipses/blurred_ellipse.hpp"
-#include "detect/ellipses/lanes.hpp"
-#include "detect/ellipses/patch.hpp"
+#include "detect/dots/blobs.hpp"
+#include "detect/image/image.hpp"
+
+// Compiles functions twice, with 256-bit vectors and without; the choice is made at program start.
+// Sums are over whole lanes in a fixed order, so both versions give the same bytes.
+#if defined(__x86_64__) && !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
+#define DRAPE_WIDE_VECTORS __attribute__((target_clones("avx2", "default")))
+#else
+#define DRAPE_WIDE_VECTORS
+#endif
 
 namespace drape::detect {
+
+constexpr int lanes = 8;
+using Lane = float __attribute__((vector_size(lanes * sizeof(float))));
+
+/// Sum of a lane's values in a fixed order.
+inline __attribute__((always_inline)) float total(const Lane& sum) {
+  return ((sum[0] + sum[4]) + (sum[1] + sum[5])) + ((sum[2] + sum[6]) + (sum[3] + sum[7]));
+}
+
+/// Sum of a[i] * b[i] in a fixed order; `count` is a multiple of `lanes`.
+inline __attribute__((always_inline)) float lane_sum(const float* a, const float* b, int count) {
+  Lane sum = {};
+  for (int i = 0; i < count; i += lanes) {
+    Lane u, v;
+    std::memcpy(&u, a + i, sizeof u);
+    std::memcpy(&v, b + i, sizeof v);
+    sum += u * v;
+  }
+  return total(sum);
+}
+
+/// Blurred image of a printed ellipse: I = (b + bx x + by y) (1 - k Phi(-d / s)), with d the signed
+/// distance from the outline |M (p - c)| = 1, positive outside. Light multiplies the print, so a
+/// gradient of the light does not shift the edge. The light is relative to the coordinates' origin.
+class BlurredEllipse {
+ public:
+  static constexpr int size = 10;
+  using Vector = Eigen::Matrix<double, size, 1>;
+  using Matrix = Eigen::Matrix<double, size, size>;
+  enum Parameter { light, light_x, light_y, print, cx, cy, m11, m12, m22, blur };
+
+  explicit BlurredEllipse(const Vector& parameters) : p_(parameters) {}
+
+  /// Distance from the centre in radii of the ellipse.
+  [[nodiscard]] double radius(double x, double y) const {
+    return (outline() * Eigen::Vector2d(x - p_(cx), y - p_(cy))).norm();
+  }
+
+  /// Least radius at which the first-order distance is evaluated; at the centre it is undefined.
+  static constexpr double shallowest = 0.3;
+  /// The distance at that radius.
+  [[nodiscard]] double deepest() const {
+    return -(1 - shallowest) * shallowest / std::max(shallowest * outline().norm(), 1e-9);
+  }
+
+  /// Grey level of the unprinted cloth at a position.
+  [[nodiscard]] double light_at(double x, double y) const {
+    return p_(light) + p_(light_x) * x + p_(light_y) * y;
+  }
+  [[nodiscard]] double light_at_centre() const { return light_at(p_(cx), p_(cy)); }
+  [[nodiscard]] Eigen::Matrix2d outline() const {
+    Eigen::Matrix2d m;
+    m << p_(m11), p_(m12), p_(m12), p_(m22);
+    return m;
+  }
+  [[nodiscard]] const Vector& parameters() const { return p_; }
+
+ private:
+  Vector p_;
+};
+
+/// A pixel of a patch; positions are relative to the patch's origin.
+struct PatchPixel {
+  int x = 0, y = 0;
+  double level = 0;
+  double distance = 0;  ///< from the initial outline, positive outside
+  int sector = 0;       ///< which eighth of the dot
+  double trust = 1;     ///< initial weight
+};
+
+/// Pixels used to fit a dot: its ellipse and a ring around it.
+struct Patch {
+  Eigen::Vector2i origin;  ///< image position of the blob's centre, rounded
+  int reach_x = 0, reach_y = 0;
+  std::vector<PatchPixel> pixels;
+  double masked_edge = 0;  ///< unusable fraction of the outline
+  bool saturated = false;
+};
+
+/// Cuts out the patch of a blob, without pixels near other dark regions or outside the image.
+/// `start` is relative to the rounded centre. If dots can have a light centre (its fraction of the
+/// radius is not 0), the core is left out of every dot: only the outline locates it.
+[[nodiscard]] Patch cut_patch(const GreyImage& image, const DarkMap& map, const Blob& blob,
+                              const BlurredEllipse& start, double light_centre_fraction);
+
+/// Before the first fit, excludes ring pixels much darker than the brighter part of the ring:
+/// table, or shadowed cloth behind a silhouette. True if there were any.
+bool set_dark_ring_aside(Patch& patch);
 
 /// Normal equations of weighted least squares.
 struct Normal {

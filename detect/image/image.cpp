@@ -2,6 +2,7 @@
 #include "detect/image/image.hpp"
 
 #include <fmt/core.h>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -47,6 +48,87 @@ cv::Mat grey_of(const cv::Mat& picture) {
   cv::Mat grey;
   cv::cvtColor(picture, grey, cv::COLOR_BGR2GRAY);
   return grey;
+}
+
+constexpr int every_px = 14;  // even, so that samples share a position in the mosaic
+constexpr float least_level = 40, most_level = 250;
+constexpr float most_change = 0.12F;  // from one 2x2 to the next in a smooth area
+constexpr std::size_t least_samples = 200;
+constexpr double least_difference = 0.03;
+
+using Quad = std::array<float, 4>;
+
+Quad quad_at(const GreyImage& image, int x, int y) {
+  return {image.level(x, y), image.level(x + 1, y), image.level(x, y + 1),
+          image.level(x + 1, y + 1)};
+}
+
+/// Level of each position over the mean of the four, median over smooth places.
+std::optional<std::array<double, 4>> fractions_of(const GreyImage& image) {
+  std::array<std::vector<float>, 4> fractions;
+  for (int y = 0; y + 3 < image.height_px; y += every_px) {
+    for (int x = 0; x + 3 < image.width_px; x += every_px) {
+      const Quad quad = quad_at(image, x, y), beside = quad_at(image, x + 2, y + 2);
+      const float mean = (quad[0] + quad[1] + quad[2] + quad[3]) / 4;
+      bool smooth = mean >= least_level;
+      for (int k = 0; k < 4; ++k) {
+        smooth =
+            smooth && quad[k] <= most_level && std::abs(quad[k] - beside[k]) <= most_change * mean;
+      }
+      if (!smooth) continue;
+      for (int k = 0; k < 4; ++k) fractions[k].push_back(quad[k] / mean);
+    }
+  }
+  if (fractions[0].size() < least_samples) return std::nullopt;
+  std::array<double, 4> medians = {};
+  for (int k = 0; k < 4; ++k) {
+    medians[k] = median(std::move(fractions[k]));
+  }
+  return medians;
+}
+
+double difference(const std::array<double, 4>& fractions) {
+  const auto [darkest, brightest] = std::minmax_element(fractions.begin(), fractions.end());
+  return *brightest - *darkest;
+}
+
+constexpr int bands = 16;
+constexpr double band_width = 256.0 / bands;
+constexpr double quantisation_variance = 1.0 / 12.0;
+constexpr std::size_t band_minimum = 300;
+constexpr int noise_step_px = 7;  // sampling is sufficient and costs a fiftieth
+
+constexpr float saturated_mean = 250.0F;
+
+/// Responses of Immerkaer's operator in one band of brightness.
+struct Band {
+  double level_sum = 0;
+  std::vector<float> responses;  ///< absolute values
+};
+
+/// Responses at sampled pixels by band of brightness. Saturated neighbourhoods are excluded, since
+/// they show no noise and would bias the estimate down.
+std::array<Band, bands> bands_of(const GreyImage& image) {
+  std::array<Band, bands> result;
+  for (int y = 2; y + 2 < image.height_px; y += noise_step_px) {
+    for (int x = 2; x + 2 < image.width_px; x += noise_step_px) {
+      const auto at = [&](int dx, int dy) { return image.level(x + dx, y + dy); };
+      const float corners = at(-1, -1) + at(1, -1) + at(-1, 1) + at(1, 1);
+      const float sides = at(0, -1) + at(-1, 0) + at(1, 0) + at(0, 1);
+      const float mean = (corners + sides + at(0, 0)) / 9.0F;
+      if (mean > saturated_mean) continue;
+      Band& band = result[std::min(static_cast<int>(mean / band_width), bands - 1)];
+      band.level_sum += mean;
+      band.responses.push_back(std::abs(corners - 2.0F * sides + 4.0F * at(0, 0)));
+    }
+  }
+  return result;
+}
+
+/// Variance from the median absolute response; 36 is the squared norm of the operator.
+double robust_variance(double median_response) {
+  const double sigma = median_response / 0.67449 / 6.0;
+  return sigma * sigma;
 }
 
 }  // namespace
@@ -100,52 +182,6 @@ std::vector<unsigned char> half_scale_jpeg(const GreyImage& image) {
   return bytes;
 }
 
-namespace {
-
-constexpr int every_px = 14;  // even, so that samples share a position in the mosaic
-constexpr float least_level = 40, most_level = 250;
-constexpr float most_change = 0.12F;  // from one 2x2 to the next in a smooth area
-constexpr std::size_t least_samples = 200;
-constexpr double least_difference = 0.03;
-
-using Quad = std::array<float, 4>;
-
-Quad quad_at(const GreyImage& image, int x, int y) {
-  return {image.level(x, y), image.level(x + 1, y), image.level(x, y + 1),
-          image.level(x + 1, y + 1)};
-}
-
-/// Level of each position over the mean of the four, median over smooth places.
-std::optional<std::array<double, 4>> fractions_of(const GreyImage& image) {
-  std::array<std::vector<float>, 4> fractions;
-  for (int y = 0; y + 3 < image.height_px; y += every_px) {
-    for (int x = 0; x + 3 < image.width_px; x += every_px) {
-      const Quad quad = quad_at(image, x, y), beside = quad_at(image, x + 2, y + 2);
-      const float mean = (quad[0] + quad[1] + quad[2] + quad[3]) / 4;
-      bool smooth = mean >= least_level;
-      for (int k = 0; k < 4; ++k) {
-        smooth =
-            smooth && quad[k] <= most_level && std::abs(quad[k] - beside[k]) <= most_change * mean;
-      }
-      if (!smooth) continue;
-      for (int k = 0; k < 4; ++k) fractions[k].push_back(quad[k] / mean);
-    }
-  }
-  if (fractions[0].size() < least_samples) return std::nullopt;
-  std::array<double, 4> medians = {};
-  for (int k = 0; k < 4; ++k) {
-    medians[k] = median(std::move(fractions[k]));
-  }
-  return medians;
-}
-
-double difference(const std::array<double, 4>& fractions) {
-  const auto [darkest, brightest] = std::minmax_element(fractions.begin(), fractions.end());
-  return *brightest - *darkest;
-}
-
-}  // namespace
-
 std::optional<GreyImage> without_mosaic(const GreyImage& image) {
   const auto fractions = fractions_of(image);
   if (!fractions || difference(*fractions) < least_difference) return std::nullopt;
@@ -161,6 +197,42 @@ std::optional<GreyImage> without_mosaic(const GreyImage& image) {
     }
   }
   return even;
+}
+
+double NoiseModel::variance(double level) const {
+  return floor_variance + slope * std::clamp(level, 0.0, 255.0);
+}
+
+double NoiseModel::sigma(double level) const {
+  return std::sqrt(variance(level));
+}
+
+NoiseModel estimate_noise(const GreyImage& image) {
+  double sum = 0, sum_level = 0, sum_level2 = 0, sum_variance = 0, sum_product = 0;
+  for (const Band& band : bands_of(image)) {
+    if (band.responses.size() < band_minimum) continue;
+    const auto count = static_cast<double>(band.responses.size());
+    const double level = band.level_sum / count;
+    const double variance = robust_variance(median(band.responses));
+    // The scatter of a variance grows with it; the root of the count lets small bands contribute.
+    const double weight = std::sqrt(count) /
+                          ((variance + quantisation_variance) * (variance + quantisation_variance));
+    sum += weight;
+    sum_level += weight * level;
+    sum_level2 += weight * level * level;
+    sum_variance += weight * variance;
+    sum_product += weight * level * variance;
+  }
+  if (sum <= 0) return {};
+  const double mean_level = sum_level / sum;
+  const double mean_variance = sum_variance / sum;
+  const double spread = sum_level2 / sum - mean_level * mean_level;
+  NoiseModel noise;
+  if (spread > 25.0) {
+    noise.slope = std::max(0.0, (sum_product / sum - mean_level * mean_variance) / spread);
+  }
+  noise.floor_variance = std::max(quantisation_variance, mean_variance - noise.slope * mean_level);
+  return noise;
 }
 
 }  // namespace drape::detect

@@ -11,7 +11,6 @@
 
 #include "core/files/files.hpp"
 #include "core/pictures/picture.hpp"
-#include "detect/dots/noise.hpp"
 #include "tests/support/paths.hpp"
 
 namespace drape::test {

@@ -4,8 +4,8 @@
 #include <Eigen/LU>
 
 #include "core/rig.hpp"
-#include "detect/dots/local_map.hpp"
-#include "detect/labels/lattice.hpp"
+#include "detect/labels/labels.hpp"
+#include "detect/labels/print_plane.hpp"
 #include "tests/support/paths.hpp"
 
 namespace drape::test {

@@ -8,10 +8,341 @@
 #include <map>
 #include <set>
 
-#include "detect/labels/lattice.hpp"
+#include "core/geometry/homography.hpp"
 
 namespace drape::detect {
+
 namespace {
+
+/// Offsets from a mark to its four neighbours.
+constexpr std::array<MarkId, 4> neighbours = {{{0, 1}, {1, 0}, {0, -1}, {-1, 0}}};
+
+/// Proposal that a dot is a certain mark of the print, or a certain place in a piece of it.
+struct DotProposal {
+  double error = 0;  ///< error of the step that proposes it
+  MarkId mark;
+  std::size_t dot = 0;
+  LocalMap map;
+};
+struct LaterProposal {
+  bool operator()(const DotProposal& a, const DotProposal& b) const {
+    return std::tie(a.error, a.mark, a.dot) > std::tie(b.error, b.mark, b.dot);
+  }
+};
+/// Proposals in ascending order of error.
+using DotProposals = std::priority_queue<DotProposal, std::vector<DotProposal>, LaterProposal>;
+
+constexpr double nearest_in_pitches = 0.6;  // least distance of a neighbour in the dot's own map
+constexpr double farthest_in_pitches = 1.4;
+constexpr int least_directions = 3;  // directions in which a start needs a clear neighbour
+constexpr std::size_t least_piece = 4;
+constexpr double most_flat_miss = 0.2;  // in pitches
+constexpr double most_area_ratio = 1.6;
+constexpr std::size_t least_flat_dots = 8;
+
+struct Start {
+  int directions = 0;
+  double error = 0;  ///< mean over those directions
+  std::size_t dot = 0;
+  Eigen::Matrix2d px_per_m;
+};
+
+/// Range of rows and columns of a piece.
+struct Extent {
+  MarkId first, last;
+  [[nodiscard]] int rows() const { return last.row - first.row + 1; }
+  [[nodiscard]] int cols() const { return last.col - first.col + 1; }
+  [[nodiscard]] Extent with(MarkId place) const {
+    return {{std::min(first.row, place.row), std::min(first.col, place.col)},
+            {std::max(last.row, place.row), std::max(last.col, place.col)}};
+  }
+};
+
+Extent extent_of(const LatticePiece& piece) {
+  Extent extent{piece.begin()->first, piece.begin()->first};
+  for (const auto& [place, dot] : piece) extent = extent.with(place);
+  return extent;
+}
+
+/// True if a piece fits on the print in some orientation.
+bool fits_print(const PrintPlane& plane, const Extent& extent) {
+  const auto [shorter, longer] = std::minmax({extent.rows(), extent.cols()});
+  return shorter <= std::min(plane.rows, plane.cols) && longer <= std::max(plane.rows, plane.cols);
+}
+
+/// Square lattice that contains the dots of a print: for a staggered one, along its diagonals.
+PrintPlane grown_plane(PrintPlane plane) {
+  if (!plane.staggered) return plane;
+  plane.pitch_m *= std::sqrt(2.0);
+  plane.rows = plane.cols = (plane.rows + plane.cols + 1) / 2;
+  return plane;
+}
+
+/// The piece shifted so that its first row and column are 0.
+LatticePiece from_zero(const LatticePiece& piece) {
+  LatticePiece shifted;
+  const MarkId first = extent_of(piece).first;
+  for (const auto& [place, dot] : piece) shifted[place - first] = dot;
+  return shifted;
+}
+
+/// The piece in rows and columns of the print, up to a shift and quarter turns.
+LatticePiece along_rows(const PrintPlane& plane, const LatticePiece& piece) {
+  if (!plane.staggered) return piece;
+  LatticePiece turned;
+  for (const auto& [place, dot] : piece)
+    turned[{place.row + place.col, place.col - place.row}] = dot;
+  return from_zero(turned);
+}
+
+/// The piece after a quarter turn: its columns to the right become rows downwards.
+LatticePiece quarter_turn(const LatticePiece& piece) {
+  const int last_row = extent_of(piece).last.row;
+  LatticePiece turned;
+  for (const auto& [place, dot] : piece) turned[{place.col, last_row - place.row}] = dot;
+  return turned;
+}
+
+class PieceGrower {
+ public:
+  PieceGrower(const PrintPlane& plane, const std::vector<UnlabelledDot>& dots,
+              const std::vector<char>& taken)
+      : plane_(grown_plane(plane)), dots_(dots), steps_(dots, plane.dot_radius_m), taken_(taken) {}
+
+  std::vector<LatticePiece> grow_all() {
+    std::vector<Start> starts;
+    for (std::size_t k = 0; k < dots_.size(); ++k) {
+      if (taken_[k] != 0 || !dots_[k].sound) continue;
+      if (const auto start = start_at(k)) starts.push_back(*start);
+    }
+    std::stable_sort(starts.begin(), starts.end(), [](const Start& a, const Start& b) {
+      return a.directions != b.directions ? a.directions > b.directions : a.error < b.error;
+    });
+    std::vector<LatticePiece> pieces;
+    for (const Start& start : starts) {
+      if (taken_[start.dot] != 0) continue;
+      LatticePiece piece = grow(start);
+      if (piece.size() >= least_piece) pieces.push_back(std::move(piece));
+    }
+    std::stable_sort(
+        pieces.begin(), pieces.end(),
+        [](const LatticePiece& a, const LatticePiece& b) { return a.size() > b.size(); });
+    return pieces;
+  }
+
+ private:
+  [[nodiscard]] Eigen::Vector2d step_m(MarkId step) const {
+    return plane_.pitch_m * Eigen::Vector2d(step.col, step.row);
+  }
+
+  /// Map at a dot that finds the most of its four neighbours. The ellipse leaves the rotation open;
+  /// each dot about a pitch away suggests one.
+  [[nodiscard]] std::optional<Start> start_at(std::size_t dot) {
+    const Eigen::Matrix2d& root = steps_.root(dot);
+    const Eigen::Matrix2d undo = root.inverse();
+    const Eigen::Vector2d side(1, plane_.row_sign);  // visible is the printed side
+    std::optional<Start> best;
+    taken_[dot] = 1;  // no step leads to it again
+    const double reach = farthest_in_pitches * plane_.pitch_m * root.norm();
+    for (const std::size_t k : steps_.cells().within(dots_[dot].centre_px, reach)) {
+      if (taken_[k] != 0) continue;
+      const Eigen::Vector2d away =
+          undo * (dots_[k].centre_px - dots_[dot].centre_px) / plane_.pitch_m;
+      const double distance = away.norm();
+      if (distance < nearest_in_pitches || distance > farthest_in_pitches) continue;
+      Eigen::Matrix2d rotation;
+      rotation << away.x(), -away.y(), away.y(), away.x();
+      const Start start = judged(dot, root * (rotation / distance) * side.asDiagonal());
+      if (start.directions < least_directions) continue;
+      if (!best || start.directions > best->directions ||
+          (start.directions == best->directions && start.error < best->error)) {
+        best = start;
+      }
+    }
+    taken_[dot] = 0;
+    return best;
+  }
+
+  [[nodiscard]] Start judged(std::size_t dot, const Eigen::Matrix2d& px_per_m) const {
+    Start start{0, 0, dot, px_per_m};
+    int left = static_cast<int>(neighbours.size());
+    for (const MarkId step : neighbours) {
+      if (start.directions + left-- < least_directions) break;
+      const BestStep found = steps_.best({dots_[dot].centre_px, px_per_m}, step_m(step), taken_);
+      if (!found.is_clear() || found.error > blind_step_error) continue;
+      ++start.directions;
+      start.error += found.error;
+    }
+    if (start.directions > 0) start.error /= start.directions;
+    return start;
+  }
+
+  LatticePiece grow(const Start& start) {
+    maps_.clear();
+    extent_ = {};
+    LatticePiece piece;
+    queue_.push({0, {0, 0}, start.dot, {dots_[start.dot].centre_px, start.px_per_m}});
+    std::size_t before = 0;
+    do {
+      before = piece.size();
+      drain(piece);
+      // A rival that has found its own place no longer makes a step ambiguous.
+      for (const auto& [place, dot] : LatticePiece(piece)) lead_on(place);
+      drain(piece);
+    } while (piece.size() > before);
+    return from_zero(piece);
+  }
+
+  void drain(LatticePiece& piece) {
+    while (!queue_.empty()) {
+      const DotProposal next = queue_.top();
+      queue_.pop();
+      if (taken_[next.dot] != 0 || piece.count(next.mark) != 0) continue;
+      const Extent with = extent_.with(next.mark);
+      if (!piece.empty() && (!agrees(next) || !fits_print(plane_, with))) continue;
+      extent_ = with;
+      piece[next.mark] = next.dot;
+      taken_[next.dot] = 1;
+      maps_[next.mark] = next.map;
+      if (dots_[next.dot].sound) lead_on(next.mark);
+    }
+  }
+
+  void lead_on(MarkId from) {
+    for (const MarkId step : neighbours) {
+      const MarkId place = from + step;
+      if (maps_.count(place) != 0) continue;
+      const BestStep found = steps_.best(maps_.at(from), step_m(step), taken_);
+      if (found.is_clear()) queue_.push({found.error, place, found.dot, found.to});
+    }
+  }
+
+  /// True if every neighbour in the piece is one step away; a single neighbour must match closely.
+  [[nodiscard]] bool agrees(const DotProposal& proposal) const {
+    int supporters = 0;
+    for (const MarkId step : neighbours) {
+      const auto from = maps_.find(proposal.mark - step);
+      if (from == maps_.end()) continue;
+      const LocalMap to = steps_.map_at(proposal.dot, from->second);
+      if (step_error(from->second, to, step_m(step)) > most_step_error) return false;
+      ++supporters;
+    }
+    const double support = std::min(1.0, (supporters - 1) / 2.0);
+    return proposal.error <= step_tolerance(support);
+  }
+
+  const PrintPlane plane_;
+  const std::vector<UnlabelledDot>& dots_;
+  DotSteps steps_;
+  std::vector<char> taken_;
+  std::map<MarkId, LocalMap> maps_;
+  Extent extent_;  ///< extent of the growing piece, which starts at (0, 0)
+  DotProposals queue_;
+};
+
+/// Homography from places (col, row) to pixels; nullopt for collinear dots.
+std::optional<Eigen::Matrix3d> map_of(const std::vector<UnlabelledDot>& dots,
+                                      const LatticePiece& piece) {
+  std::vector<Eigen::Vector2d> from, to;
+  for (const auto& [place, dot] : piece) {
+    from.emplace_back(place.col, place.row);
+    to.push_back(dots[dot].centre_px);
+  }
+  return homography(from, to);
+}
+
+Eigen::Vector2d seen(const Eigen::Matrix3d& map, MarkId place) {
+  return mapped(map, {place.col, place.row});
+}
+
+/// The dot nearest to a place's predicted pixel, if it is close enough and has the size of a dot.
+std::optional<std::size_t> dot_at(const PrintPlane& plane, const std::vector<UnlabelledDot>& dots,
+                                  const DotCells& cells, const Eigen::Matrix3d& map, MarkId place,
+                                  const std::vector<char>& taken) {
+  const Eigen::Vector2d px = seen(map, place);
+  Eigen::Matrix2d pitches;
+  pitches << seen(map, place + MarkId{0, 1}) - px, seen(map, place + MarkId{1, 0}) - px;
+  const double radius = plane.dot_radius_m / plane.pitch_m;
+  const double area = std::abs(pitches.determinant()) * radius * radius;
+  std::optional<std::size_t> nearest;
+  double least = most_flat_miss * pitches.colwise().norm().minCoeff();
+  for (const std::size_t k : cells.within(px, least)) {
+    const double miss = (dots[k].centre_px - px).norm();
+    if (taken[k] != 0 || !dots[k].sound || miss > least) continue;
+    const double own_area = std::sqrt(std::max(0.0, dots[k].shape_px2.determinant()));
+    if (own_area < area / most_area_ratio || own_area > area * most_area_ratio) continue;
+    least = miss;
+    nearest = k;
+  }
+  return nearest;
+}
+
+/// Direction of the columns: px to the right per two columns.
+double rightwards(const std::vector<UnlabelledDot>& dots, const LatticePiece& piece) {
+  const auto map = map_of(dots, piece);
+  if (!map) return 0;
+  const Extent extent = extent_of(piece);
+  const MarkId middle{extent.rows() / 2, extent.cols() / 2}, right{0, 1};
+  return (seen(*map, middle + right) - seen(*map, middle - right)).x();
+}
+
+constexpr int least_known = 12;      // least number of dots that show their class
+constexpr double most_wrong = 0.05;  // fraction of them that may disagree at the right place
+constexpr double least_lead = 0.15;  // required margin over any other place
+constexpr int least_lead_dots = 3;
+constexpr int few_lights = 10;          // at most so many marks with light centres count as few
+constexpr double most_off_line = 0.25;  // in pitches, for a dot of a plate
+
+/// Position and orientation of a piece on the print.
+struct Place {
+  int wrong = 0;   ///< number of dots whose class disagrees
+  int lights = 0;  ///< number of dots with a light centre that agree
+  int quarter = 0;
+  MarkId shift;
+};
+
+int known_classes(const std::vector<UnlabelledDot>& dots, const LatticePiece& piece) {
+  return static_cast<int>(std::count_if(piece.begin(), piece.end(), [&](const auto& entry) {
+    return dots[entry.second].light_centre.has_value();
+  }));
+}
+
+bool disagrees(const DotClasses& classes, const UnlabelledDot& dot, MarkId mark) {
+  return dot.light_centre && *dot.light_centre != classes.is_light(mark);
+}
+
+/// Adds every position at which the piece fits in one of its four orientations.
+void add_places(const PrintPlane& plane, const std::vector<UnlabelledDot>& dots,
+                const LatticePiece& piece, int quarter, std::vector<Place>& places) {
+  const Extent extent = extent_of(piece);
+  for (int row = 0; row + extent.rows() <= plane.rows; ++row) {
+    for (int col = 0; col + extent.cols() <= plane.cols; ++col) {
+      Place candidate{0, 0, quarter, {row, col}};
+      if (!plane.contains(piece.begin()->first + candidate.shift)) continue;
+      for (const auto& [place, dot] : piece) {
+        const MarkId mark = place + candidate.shift;
+        candidate.wrong += disagrees(*plane.classes, dots[dot], mark);
+        candidate.lights += dots[dot].light_centre == true && plane.classes->is_light(mark);
+      }
+      places.push_back(candidate);
+    }
+  }
+}
+
+/// True if at least half of each outer row and column is present: a speck a pitch beside the grid,
+/// taken for a row, would shift all labels.
+bool edges_are_full(const PrintPlane& plane, const LatticePiece& piece) {
+  const auto full = [&](MarkId from, MarkId step) {
+    int here = 0, all = 0;
+    for (MarkId mark = from; mark.row < plane.rows && mark.col < plane.cols; mark = mark + step) {
+      all += plane.contains(mark);
+      here += piece.count(mark) != 0;
+    }
+    return 2 * here >= all;
+  };
+  return full({0, 0}, {0, 1}) && full({plane.rows - 1, 0}, {0, 1}) && full({0, 0}, {1, 0}) &&
+         full({0, plane.cols - 1}, {1, 0});
+}
 
 // Tags are black on 40 to 80 % of their area; an adjacent cell seen obliquely may show a tag's rim.
 constexpr double tag_print_fraction = 0.35;
@@ -320,6 +651,117 @@ class Labeller {
 };
 
 }  // namespace
+
+std::vector<LatticePiece> grow_pieces(const PrintPlane& plane,
+                                      const std::vector<UnlabelledDot>& dots,
+                                      const std::vector<char>& taken) {
+  return PieceGrower(plane, dots, taken).grow_all();
+}
+
+void fill_flat_piece(const PrintPlane& print, const std::vector<UnlabelledDot>& dots,
+                     LatticePiece& piece) {
+  const PrintPlane plane = grown_plane(print);
+  std::vector<char> taken(dots.size(), 0);
+  for (const auto& [place, dot] : piece) taken[dot] = 1;
+  const DotCells cells(dots);
+  for (std::size_t before = 0; piece.size() >= least_flat_dots && piece.size() > before;) {
+    before = piece.size();
+    const auto map = map_of(dots, piece);
+    if (!map) break;
+    const Extent extent = extent_of(piece);
+    Extent grown = extent;
+    // The print can extend beyond the known dots by at most its own length in either direction.
+    const int longest = std::max(plane.rows, plane.cols);
+    for (int row = extent.last.row - longest + 1; row < extent.first.row + longest; ++row) {
+      for (int col = extent.last.col - longest + 1; col < extent.first.col + longest; ++col) {
+        const MarkId place{row, col};
+        if (piece.count(place) != 0 || !fits_print(plane, grown.with(place))) continue;
+        const auto dot = dot_at(plane, dots, cells, *map, place, taken);
+        if (!dot) continue;
+        grown = grown.with(place);
+        piece[place] = *dot;
+        taken[*dot] = 1;
+      }
+    }
+  }
+  if (!piece.empty()) piece = from_zero(piece);
+}
+
+std::optional<LatticePiece> place_whole_piece(const PrintPlane& plane,
+                                              const std::vector<UnlabelledDot>& dots,
+                                              const LatticePiece& piece) {
+  std::optional<LatticePiece> best;
+  double most_rightwards = 0;
+  LatticePiece turned = along_rows(plane, piece);
+  for (int quarter = 0; quarter < 4; ++quarter, turned = quarter_turn(turned)) {
+    const Extent extent = extent_of(turned);
+    if (extent.rows() != plane.rows || extent.cols() != plane.cols) continue;
+    if (!plane.contains(turned.begin()->first) || !edges_are_full(plane, turned)) continue;
+    const double right = rightwards(dots, turned);
+    if (best && right <= most_rightwards) continue;
+    best = turned;
+    most_rightwards = right;
+  }
+  return best;
+}
+
+std::optional<LatticePiece> place_by_classes(const PrintPlane& plane,
+                                             const std::vector<UnlabelledDot>& dots,
+                                             const LatticePiece& piece) {
+  const int known = known_classes(dots, piece);
+  if (!plane.classes || known < least_known) return std::nullopt;
+  std::vector<Place> places;
+  std::array<LatticePiece, 4> turned = {along_rows(plane, piece)};
+  for (int quarter = 0; quarter < 4; ++quarter) {
+    if (quarter > 0) turned[quarter] = quarter_turn(turned[quarter - 1]);
+    add_places(plane, dots, turned[quarter], quarter, places);
+  }
+  int lights = 0;
+  for (const std::string& row : plane.classes->rows)
+    lights += static_cast<int>(std::count(row.begin(), row.end(), 'o'));
+  const bool few = few_lights * lights < plane.rows * plane.cols;
+  if (few) std::erase_if(places, [&](const Place& place) { return place.lights < lights; });
+  std::stable_sort(places.begin(), places.end(),
+                   [](const Place& a, const Place& b) { return a.wrong < b.wrong; });
+  if (places.empty() || places[0].wrong > most_wrong * known) return std::nullopt;
+  const double lead = std::max<double>(least_lead_dots, least_lead * known);
+  if (places.size() > 1 && (few || places[1].wrong < places[0].wrong + lead)) return std::nullopt;
+  LatticePiece result;
+  for (const auto& [place, dot] : turned[places[0].quarter]) {
+    const MarkId mark = place + places[0].shift;
+    if (!disagrees(*plane.classes, dots[dot], mark)) result[mark] = dot;
+  }
+  return result;
+}
+
+std::vector<std::size_t> off_the_plate(const std::vector<UnlabelledDot>& dots,
+                                       const LatticePiece& labelled) {
+  const auto at = [&](MarkId mark) -> const Eigen::Vector2d* {
+    const auto found = labelled.find(mark);
+    return found == labelled.end() ? nullptr : &dots[found->second].centre_px;
+  };
+  std::vector<std::size_t> off;
+  for (const auto& [mark, dot] : labelled) {
+    int asked = 0, missed = 0;
+    const auto ask = [&](const Eigen::Vector2d& expected, const Eigen::Vector2d& step) {
+      ++asked;
+      missed += (expected - dots[dot].centre_px).norm() > most_off_line * step.norm();
+    };
+    constexpr std::array<MarkId, 4> lines = {{{0, 1}, {1, 0}, {1, 1}, {1, -1}}};
+    for (const MarkId step : lines) {
+      const auto *before = at(mark - step), *after = at(mark + step);
+      if (before != nullptr && after != nullptr)
+        ask((*before + *after) / 2, (*after - *before) / 2);
+    }
+    for (std::size_t k = 0; k < 2 * lines.size() && asked == 0; ++k) {
+      const MarkId step = k % 2 == 0 ? lines[k / 2] : MarkId{0, 0} - lines[k / 2];
+      const auto *next = at(mark + step), *second = at(mark + step + step);
+      if (next != nullptr && second != nullptr) ask(2 * *next - *second, *next - *second);
+    }
+    if (2 * missed > asked) off.push_back(dot);
+  }
+  return off;
+}
 
 std::vector<DotLabel> label_dots(const PrintPlane& plane, const std::vector<TagDetection>& tags,
                                  const std::vector<UnlabelledDot>& dots, const DarkMap& map) {

@@ -50,4 +50,106 @@ struct PrintPlane {
 [[nodiscard]] PrintPlane plane_of(const Target& target);
 [[nodiscard]] PrintPlane plane_of(const Print& print);
 
+/// Image of a printed point, with the derivative of the map from print to image there.
+struct LocalMap {
+  Eigen::Vector2d centre_px;
+  Eigen::Matrix2d px_per_m;  ///< derivative of the pixel by the position on the print
+};
+
+/// Local map at the centre of a quadrilateral, from the homography of its four corners; nullopt for
+/// degenerate corners.
+[[nodiscard]] std::optional<LocalMap> map_at_centre(const std::array<Eigen::Vector2d, 4>& print_m,
+                                                    const Eigen::Matrix<double, 2, 4>& corners_px,
+                                                    const Eigen::Vector2d& centre_m);
+
+/// Local map at a dot, given the symmetric root of its ellipse's shape over the dot's radius (px
+/// per m). The ellipse J J^T determines J up to a rotation within the print; the rotation that
+/// brings J closest to a neighbour's map is used.
+[[nodiscard]] Eigen::Matrix2d turned_root(const Eigen::Matrix2d& root_px_per_m,
+                                          const Eigen::Matrix2d& neighbour_px_per_m);
+
+/// Symmetric square root of a positive semi-definite matrix.
+[[nodiscard]] Eigen::Matrix2d symmetric_root(const Eigen::Matrix2d& square);
+
+/// Prediction error of a step between neighbours: distance from `to` to the position predicted by
+/// the mean of both maps (trapezoidal rule, exact for constant curvature), relative to the step.
+[[nodiscard]] double step_error(const LocalMap& from, const LocalMap& to,
+                                const Eigen::Vector2d& step_m);
+
+/// A dot that needs a label.
+struct UnlabelledDot {
+  Eigen::Vector2d centre_px;
+  Eigen::Matrix2d shape_px2;
+  bool sound = true;                      ///< only sound dots lead to their neighbours
+  std::optional<bool> light_centre = {};  ///< class, if the print has two and this dot shows it
+};
+
+/// Dots of a picture in a grid of cells, so that a local search examines few of them.
+class DotCells {
+ public:
+  explicit DotCells(const std::vector<UnlabelledDot>& dots);
+
+  /// Indices of the dots within `reach_px` of a position, ascending.
+  [[nodiscard]] std::vector<std::size_t> within(const Eigen::Vector2d& px, double reach_px) const;
+  /// Number of dots examined by all searches so far, a measure of cost.
+  [[nodiscard]] std::size_t looked_at() const { return looked_at_; }
+
+ private:
+  [[nodiscard]] Eigen::Array2i cell_of(const Eigen::Array2d& px) const;
+
+  const std::vector<UnlabelledDot>& dots_;
+  Eigen::Array2d first_px_ = Eigen::Array2d::Zero();
+  double side_px_ = 1;
+  Eigen::Array2i size_ = Eigen::Array2i::Ones();
+  std::vector<std::vector<std::size_t>> cells_;
+  mutable std::size_t looked_at_ = 0;
+};
+
+/// The dot that best matches a step from a known position, and how clearly.
+struct BestStep {
+  double error = 1e9;   ///< see step_error(); large if no dot matches
+  double second = 1e9;  ///< error of the second-best dot
+  std::size_t dot = 0;
+  LocalMap to;  ///< local map at that dot
+
+  /// True if the error is small and no other dot matches nearly as well.
+  [[nodiscard]] bool is_clear() const;
+};
+
+// The error of a correct step stems from the change of curvature along it: a few per cent on gentle
+// cloth, up to a quarter at the onset of a fold. A wrong dot is off by about one step.
+inline constexpr double most_step_error = 0.28;
+inline constexpr double blind_step_error = 0.10;  ///< without support from the surroundings
+
+/// Largest allowed step error of a label with this support from its surroundings, 0 to 1.
+[[nodiscard]] inline double step_tolerance(double support) {
+  return blind_step_error + (most_step_error - blind_step_error) * support;
+}
+
+/// Finds the dots of a frame that steps lead to. Keeps a reference to `dots`.
+class DotSteps {
+ public:
+  DotSteps(const std::vector<UnlabelledDot>& dots, double dot_radius_m);
+
+  /// Best match among the dots that are not `taken` (same order as the dots).
+  [[nodiscard]] BestStep best(const LocalMap& from, const Eigen::Vector2d& step_m,
+                              const std::vector<char>& taken) const;
+
+  /// Local map at a dot, rotated as close to a neighbour's as its ellipse allows.
+  [[nodiscard]] LocalMap map_at(std::size_t dot, const LocalMap& neighbour) const {
+    return {dots_[dot].centre_px, turned_root(roots_[dot], neighbour.px_per_m)};
+  }
+
+  /// Symmetric root of a dot's ellipse, px per m of the print.
+  [[nodiscard]] const Eigen::Matrix2d& root(std::size_t dot) const { return roots_[dot]; }
+  [[nodiscard]] const DotCells& cells() const { return cells_; }
+
+ private:
+  const std::vector<UnlabelledDot>& dots_;
+  DotCells cells_;
+  std::vector<Eigen::Matrix2d> roots_;
+  std::vector<double> sizes_;  ///< largest stretch by each root
+  double largest_ = 0;         ///< maximum of `sizes_`
+};
+
 }  // namespace drape::detect

@@ -13,7 +13,6 @@
 
 #include "core/files/csv.hpp"
 #include "core/geometry/homography.hpp"
-#include "detect/dots/noise.hpp"
 #include "detect/image/image.hpp"
 #include "detect/tags/tags.hpp"
 #include "detect/test_pictures.hpp"

@@ -7,7 +7,6 @@
 
 #include "core/detections.hpp"
 #include "core/prints/tag_family.hpp"
-#include "detect/dots/local_map.hpp"
 #include "detect/image/image.hpp"
 #include "detect/labels/print_plane.hpp"
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "detect/targets/chessboard.hpp"
+#include "detect/targets/board.hpp"
 
 #include <gmock/gmock.h>
 

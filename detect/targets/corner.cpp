@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "detect/targets/corner.hpp"
 
 #include <Eigen/Cholesky>
 #include <Eigen/LU>
@@ -15,6 +14,7 @@
 
 #include "core/geometry/homography.hpp"
 #include "core/statistics/sample.hpp"
+#include "detect/targets/board.hpp"
 
 namespace drape::detect {
 

@@ -15,8 +15,8 @@
 #include "core/files/files.hpp"
 #include "core/geometry/homography.hpp"
 #include "core/prints/face.hpp"
+#include "detect/detect.hpp"
 #include "detect/frame.hpp"
-#include "detect/plausibility.hpp"
 #include "detect/test_pictures.hpp"
 #include "tests/support/paths.hpp"
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Compares the fit with OpenCV's cornerSubPix on rendered corners with blur and noise.
-#include "detect/targets/corner.hpp"
+#include "detect/targets/board.hpp"
 
 #include <gtest/gtest.h>
 

@@ -9,8 +9,8 @@
 
 #include "core/dot_image.hpp"
 #include "core/units.hpp"
+#include "synth/synth.hpp"
 #include "synth/test_cameras.hpp"
-#include "synth/truth.hpp"
 #include "tests/support/paths.hpp"
 
 namespace drape::test {

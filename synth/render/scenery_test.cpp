@@ -6,7 +6,7 @@
 
 #include "core/error.hpp"
 #include "core/units.hpp"
-#include "synth/render/caster.hpp"
+#include "synth/render/render.hpp"
 
 namespace drape::synth {
 namespace {

@@ -10,7 +10,7 @@
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
 
-#include "capture/live/develop.hpp"
+#include "capture/live/pictures.hpp"
 #include "capture/pixel/pixel_format.hpp"
 #include "capture/recording/test_record.hpp"
 #include "core/detections.hpp"

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Formats owned by one stage.
 #include "capture/live/cameras_file.hpp"
-#include "capture/recording/set_details.hpp"
+#include "capture/recording/record.hpp"
 #include "compare/crate/crate.hpp"
 #include "compare/hems/hem_files.hpp"
 #include "compare/repeats/mark_repeats.hpp"

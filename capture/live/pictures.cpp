@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "capture/live/preview.hpp"
+#include "capture/live/pictures.hpp"
 
 #include <fmt/format.h>
 
@@ -12,12 +12,51 @@
 #include <numbers>
 #include <string>
 
-#include "capture/recording/frame_quality.hpp"
+#include "capture/pixel/pixel_format.hpp"
 #include "core/error.hpp"
 #include "core/files/json_file.hpp"
+#include "core/statistics/sample.hpp"
 
 namespace drape::capture {
+
+LiveFrame develop(HostFrame frame, const std::string& name) {
+  LiveFrame developed{{}, frame.width_px, frame.height_px, frame.fault, {}};
+  developed.pixel_format = name;
+  const PixelFormat* format = find_pixel_format(name);
+  if (frame.pixels.empty() || format == nullptr) return developed;
+  const auto count =
+      static_cast<std::size_t>(frame.width_px) * static_cast<std::size_t>(frame.height_px);
+  const bool plain = format->packing == Packing::bytes && format->mosaic == Mosaic::none;
+  if (plain && frame.pixels.size() == count &&
+      (frame.stride_bytes == 0 || frame.stride_bytes == format->row_bytes(frame.width_px))) {
+    developed.pixels = std::move(frame.pixels);
+    return developed;
+  }
+  try {
+    const Samples grey =
+        grey_of(unpack(*format, frame.pixels, frame.width_px, frame.height_px, frame.stride_bytes),
+                format->mosaic);
+    developed.bits = grey.bits;
+    developed.pixels.resize(count);
+    const int shift = grey.bits - 8;
+    std::transform(grey.values.begin(), grey.values.end(), developed.pixels.begin(),
+                   [&](std::uint16_t v) { return static_cast<std::uint8_t>(v >> shift); });
+    if (shift > 0) {
+      developed.deep.resize(count);
+      std::transform(grey.values.begin(), grey.values.end(), developed.deep.begin(),
+                     [&](std::uint16_t v) { return static_cast<std::uint16_t>(v << (8 - shift)); });
+    }
+    if (!format->is_grey()) developed.raw = std::move(frame.pixels);
+  } catch (const Error& error) {
+    developed.fault = error.what_failed();
+    developed.pixels.clear();
+  }
+  return developed;
+}
+
 namespace {
+
+using Histogram = std::array<std::int64_t, 256>;
 
 namespace fs = std::filesystem;
 constexpr int kPictureWidth_px = 640;  ///< upper limit
@@ -92,6 +131,49 @@ Json json_or_null(const std::optional<double>& value) {
 }
 
 }  // namespace
+
+FrameQuality quality_of(std::span<const std::uint8_t> pixels, int width_px) {
+  FrameQuality quality;
+  if (pixels.empty() || width_px < 2) return quality;
+  Histogram levels{}, steps{};
+  double sum = 0;
+  const auto width = static_cast<std::size_t>(width_px);
+  for (std::size_t i = 0; i < pixels.size(); ++i) {
+    ++levels[pixels[i]];
+    sum += pixels[i];
+    if ((i + 1) % width != 0 && i + 1 < pixels.size())
+      ++steps[static_cast<std::size_t>(std::abs(pixels[i + 1] - pixels[i]))];
+  }
+  const auto count = static_cast<double>(pixels.size());
+  quality.mean = sum / count;
+  quality.dark_fraction =
+      static_cast<double>(levels[0] + levels[1] + levels[2] + levels[3]) / count;
+  quality.saturated_fraction = static_cast<double>(levels[254] + levels[255]) / count;
+  quality.contrast = counted_quantile(levels, 0.99) - counted_quantile(levels, 0.01);
+  if (quality.contrast > 0) quality.sharpness = counted_quantile(steps, 0.999) / quality.contrast;
+  return quality;
+}
+
+std::optional<std::string> quality_fault(const FrameQuality& q, const QualityLimits& limits) {
+  if (q.saturated_fraction > limits.largest_saturated_fraction)
+    return fmt::format("{:.0f} % of its pixels are saturated", 100 * q.saturated_fraction);
+  if (q.contrast < limits.least_contrast)
+    return fmt::format("{} (mean level {:.0f}, contrast {:.0f} of 255)",
+                       q.dark_fraction > 0.9 ? "it is black" : "it has no contrast", q.mean,
+                       q.contrast);
+  if (q.sharpness < limits.least_sharpness)
+    return fmt::format("it is blurred (steepest edges {:.0f} % of the contrast per px)",
+                       100 * q.sharpness);
+  return std::nullopt;
+}
+
+std::string quality_remedy(const FrameQuality& q, const QualityLimits& limits) {
+  if (q.saturated_fraction > limits.largest_saturated_fraction)
+    return "lower exposure_us or the light";
+  if (q.contrast < limits.least_contrast)
+    return "take the lens cap off, raise exposure_us or the light";
+  return "focus the lens and lock it, then calibrate again";
+}
 
 std::optional<double> dot_sigma_px(const LiveFrame& frame) {
   const FrameQuality quality = quality_of(frame.pixels, frame.width_px);
