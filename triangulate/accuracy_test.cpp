@@ -11,7 +11,7 @@
 #include "core/dot_image.hpp"
 #include "core/units.hpp"
 #include "tests/support/trials.hpp"
-#include "triangulate/dot_shape.hpp"
+#include "triangulate/dots.hpp"
 #include "triangulate/test_bench.hpp"
 
 namespace drape::triangulate {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // How far the views of one dot on a crease may disagree, and how far those of two dots:
 // AgreementLimits::shape_px must be between both.
-#include "triangulate/agreement.hpp"
+#include "triangulate/point.hpp"
 
 #include <gtest/gtest.h>
 

@@ -13,7 +13,7 @@
 #include "core/units.hpp"
 #include "tests/support/trials.hpp"
 #include "triangulate/lattice_views.hpp"
-#include "triangulate/plate/plate_pose.hpp"
+#include "triangulate/plate/plate.hpp"
 #include "triangulate/point.hpp"
 #include "triangulate/triangulate.hpp"
 

@@ -10,8 +10,7 @@
 
 #include "core/camera_derivatives.hpp"
 #include "core/units.hpp"
-#include "triangulate/dot_normal.hpp"
-#include "triangulate/dot_shape.hpp"
+#include "triangulate/dots.hpp"
 #include "triangulate/test_bench.hpp"
 
 namespace drape::triangulate {

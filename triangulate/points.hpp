@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// Points that another instrument measured on a cloth, as a measured sheet.
-
 #include <filesystem>
 #include <optional>
 #include <string>
@@ -11,6 +9,8 @@
 #include "core/fields/records.hpp"
 #include "core/scene.hpp"
 #include "core/sheet.hpp"
+
+// Points that another instrument measured on a cloth, as a measured sheet.
 
 namespace drape::triangulate {
 
@@ -42,8 +42,11 @@ struct PointsDescription {
   std::vector<NamedPoint> points;
   Document document = {};
 };
+
 void fields(Fields& f, NamedPoint& point);
+
 void fields(Fields& f, PointColumns& columns);
+
 void fields(Fields& f, PointsDescription& description);
 
 /// Points of a file in metres, in the frame of the file.

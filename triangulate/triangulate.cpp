@@ -3,28 +3,274 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/Geometry>
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <map>
+#include <string_view>
 #include <utility>
 
 #include "core/error.hpp"
+#include "core/files/files.hpp"
 #include "core/fields/records.hpp"
 #include "core/parallel.hpp"
 #include "core/statistics/sample.hpp"
 #include "core/units.hpp"
-#include "triangulate/agreement.hpp"
-#include "triangulate/dot_shape.hpp"
+#include "triangulate/dots.hpp"
 #include "triangulate/guards/guards.hpp"
 #include "triangulate/islands.hpp"
-#include "triangulate/lattice_views.hpp"
-#include "triangulate/neighbours.hpp"
-#include "triangulate/sheet_report.hpp"
 
 namespace drape::triangulate {
-namespace {
 
 using units::deg;
+using units::mm;
+
+namespace {
+
+/// A triangulated mark, before neighbours may reject it.
+struct Placed {
+  Agreed agreed;
+  double shape_shift_m = 0;
+  std::vector<View> shaped_views;  ///< corrected for the dot's shape; empty without correction
+};
+
+using ByMark = std::map<MarkId, const SheetMark*>;
+
+constexpr double kNeighbourSigmas = 4;
+
+/// Largest possible distance of two marks `steps` apart, allowing for their uncertainty.
+double limit_m(const SheetMark& a, const SheetMark& b, int steps, double pitch_m,
+               double max_stretch) {
+  const Eigen::Vector3d along = (a.point_in_world - b.point_in_world).normalized();
+  const Eigen::Matrix3d covariance = a.covariance_m2.value_or(Eigen::Matrix3d::Zero()) +
+                                     b.covariance_m2.value_or(Eigen::Matrix3d::Zero());
+  return steps * pitch_m * max_stretch +
+         kNeighbourSigmas * std::sqrt(along.dot(covariance * along));
+}
+
+/// Neighbours along warp and weft that are farther away than the cloth permits.
+std::vector<MarkId> violations(const SheetMark& mark, const ByMark& all, double pitch_m,
+                               double max_stretch) {
+  constexpr std::array<std::array<int, 2>, 4> kDirections = {{{1, 0}, {-1, 0}, {0, 1}, {0, -1}}};
+  std::vector<MarkId> found;
+  for (const auto& direction : kDirections) {
+    for (const int steps : {1, 2}) {
+      const auto other =
+          all.find({mark.mark.row + steps * direction[0], mark.mark.col + steps * direction[1]});
+      if (other == all.end()) continue;
+      const double distance = (mark.point_in_world - other->second->point_in_world).norm();
+      if (distance > limit_m(mark, *other->second, steps, pitch_m, max_stretch))
+        found.push_back(other->first);
+    }
+  }
+  return found;
+}
+
+ByMark by_mark(const std::vector<SheetMark>& marks) {
+  ByMark all;
+  for (const SheetMark& mark : marks) all[mark.mark] = &mark;
+  return all;
+}
+
+/// Finds marks at impossible positions, with the reason. Cloth hardly stretches along warp and
+/// weft, and a chord is never longer than its arc: two marks one or two pitches apart on the print
+/// can be closer in space, but never farther apart (White, Crane, Forsyth 2007). Marks that violate
+/// this with at least two others are removed one by one, the worst first.
+std::map<MarkId, std::string> too_far_from_neighbours(const std::vector<SheetMark>& marks,
+                                                      double pitch_m, double max_stretch) {
+  ByMark all = by_mark(marks);
+  std::map<MarkId, std::string> bad;
+  for (;;) {
+    MarkId worst;
+    std::vector<MarkId> worst_pairs;
+    for (const auto& [id, mark] : all) {
+      auto pairs = violations(*mark, all, pitch_m, max_stretch);
+      if (pairs.size() > worst_pairs.size()) {
+        worst = id;
+        worst_pairs = std::move(pairs);
+      }
+    }
+    if (worst_pairs.size() < 2) return bad;
+    bad[worst] = fmt::format(
+        "views disagree with the cloth: farther from {} neighbours than {:g} times their distance "
+        "on the print, first from ({}, {})",
+        worst_pairs.size(), max_stretch, worst_pairs.front().row, worst_pairs.front().col);
+    all.erase(worst);
+  }
+}
+
+/// Pairs that are too far apart without either mark being more to blame.
+std::vector<std::string> suspicious_pairs(const std::vector<SheetMark>& marks, double pitch_m,
+                                          double max_stretch) {
+  const ByMark all = by_mark(marks);
+  std::vector<std::string> pairs;
+  for (const auto& [id, mark] : all) {
+    for (const MarkId other : violations(*mark, all, pitch_m, max_stretch)) {
+      if (!(id < other)) continue;
+      const double distance = (mark->point_in_world - all.at(other)->point_in_world).norm();
+      pairs.push_back(
+          fmt::format("marks ({}, {}) and ({}, {}) are {:.2f} mm apart, more than {:g} "
+                      "times their distance on the print",
+                      id.row, id.col, other.row, other.col, distance / units::mm, max_stretch));
+    }
+  }
+  return pairs;
+}
+
+double rms_sigma_m(const Eigen::Matrix3d& covariance) {
+  return std::sqrt(covariance.trace() / 3);
+}
+
+/// Residuals of all marks seen by a pair of cameras. Creases and wrong labels affect a few marks, a
+/// camera that moved affects most.
+struct PairMisses {
+  std::vector<double> sigmas, px;
+};
+
+/// Root mean square, over the sheet's marks, of each contribution to their covariances.
+ErrorBudget budget_of(const std::vector<MarkViews>& marks, const std::vector<Placed>& placed,
+                      const Sheet& sheet, bool has_calibration_covariance) {
+  double detection = 0, calibration = 0, target = 0, shape = 0;
+  bool states_target = false;
+  for (std::size_t i = 0; i < marks.size(); ++i) {
+    if (sheet.find(marks[i].mark) == nullptr) continue;
+    const Point& point = *placed[i].agreed.point;
+    detection += point.detection_covariance_m2.trace();
+    calibration += point.calibration_covariance_m2.trace();
+    target += point.target_covariance_m2.trace();
+    shape += point.shape_covariance_m2.trace();
+    const InJointCovariance* joint = marks[i].views.front().joint;
+    states_target |= joint != nullptr && joint->target != nullptr;
+  }
+  const auto rms = [&](double sum_m2) {
+    return std::sqrt(sum_m2 / static_cast<double>(sheet.marks.size()));
+  };
+  ErrorBudget budget{rms(detection), std::nullopt, rms(shape),
+                     rms(detection + calibration + shape)};
+  if (has_calibration_covariance) budget.calibration_m = rms(calibration);
+  if (states_target) budget.target_m = rms(target);
+  return budget;
+}
+
+/// Fills in medians and counts over the sheet's marks, and the views that were left out.
+void note_statistics(const std::vector<MarkViews>& marks, const std::vector<Placed>& placed,
+                     const Sheet& sheet, TriangulateReport& report) {
+  std::vector<double> reprojection, sigma, calibration, agreement, shift;
+  for (std::size_t i = 0; i < marks.size(); ++i) {
+    const SheetMark* mark = sheet.find(marks[i].mark);
+    if (mark == nullptr) continue;
+    const Point& point = *placed[i].agreed.point;
+    reprojection.push_back(point.rms_px());
+    sigma.push_back(rms_sigma_m(*mark->covariance_m2) / mm);
+    calibration.push_back(rms_sigma_m(point.calibration_covariance_m2) / mm);
+    agreement.push_back(std::sqrt(point.chi2 / point.degrees_of_freedom));
+    shift.push_back(placed[i].shape_shift_m / mm);
+    const auto views = placed[i].agreed.used.size();
+    if (report.marks_by_views.size() <= views) report.marks_by_views.resize(views + 1);
+    ++report.marks_by_views[views];
+    if (placed[i].agreed.dropped) {
+      report.dropped_views.push_back(fmt::format(
+          "mark ({}, {}): {} left out, with it the views miss each other by {:.1f} sigma",
+          marks[i].mark.row, marks[i].mark.col,
+          marks[i].views[*placed[i].agreed.dropped].camera->camera.name,
+          placed[i].agreed.disagreement_sigmas));
+    }
+  }
+  if (shift.empty()) return;
+  report.largest_shape_shift_mm = *std::max_element(shift.begin(), shift.end());
+  report.median_reprojection_px = median(reprojection);
+  report.median_sigma_mm = median(sigma);
+  report.median_calibration_sigma_mm = median(calibration);
+  report.median_chi_per_dof = median(agreement);
+  report.median_shape_shift_mm = median(shift);
+}
+
+/// Marks known to be less accurate than the rest: a nearby crease or hem leaves the curvature at
+/// the dot uncertain, or its views do not quite meet.
+std::vector<Doubt> doubts_of(const std::vector<MarkViews>& marks, const std::vector<Placed>& placed,
+                             const Sheet& sheet, const TriangulateOptions& options) {
+  std::vector<Doubt> doubts;
+  for (std::size_t i = 0; i < marks.size(); ++i) {
+    const SheetMark* mark = sheet.find(marks[i].mark);
+    if (mark == nullptr) continue;
+    Doubt doubt{mark->mark, std::nullopt, std::nullopt};
+    const double sigma_mm = std::sqrt(mark->covariance_m2->trace()) / mm;
+    const double sigmas = placed[i].agreed.point->disagreement_sigmas();
+    if (sigma_mm > options.doubt_mm) doubt.sigma_mm = sigma_mm;
+    if (sigmas > options.doubt_sigmas) doubt.sigmas = sigmas;
+    if (doubt.sigma_mm || doubt.sigmas) doubts.push_back(doubt);
+  }
+  return doubts;
+}
+
+/// Number of marks lost by each camera, and why: views that could not be used, of marks that became
+/// gaps for lack of a second view ("cam1 cost 12 marks: saturated; lower its exposure").
+std::vector<std::string> costs_of_views(const std::vector<MarkViews>& marks, const Sheet& sheet) {
+  constexpr int kLeast = 3;  // fewer are individual dots, not a poor view
+  constexpr std::string_view kWord = " rejected it: ";
+  std::map<std::pair<std::string, std::string>, int> counts;
+  for (const MarkViews& mark : marks) {
+    if (mark.views.size() >= 2 || sheet.find(mark.mark) != nullptr) continue;
+    for (const std::string& refused : mark.refused) {
+      const std::size_t at = refused.find(kWord);
+      if (at == std::string::npos) continue;
+      const std::string reason = refused.substr(at + kWord.size());
+      ++counts[{refused.substr(0, at), reason.substr(0, reason.find_first_of(":;,("))}];
+    }
+  }
+  std::vector<std::string> lines;
+  for (const auto& [what, count] : counts) {
+    if (count < kLeast) continue;
+    const bool bright = what.second.find("saturated") != std::string::npos;
+    lines.push_back(fmt::format("{} cost {} marks: {}{}", what.first, count, what.second,
+                                bright ? "; lower its exposure or the light" : ""));
+  }
+  return lines;
+}
+
+/// Adds one line about the calibration, whose own ending and file contain the rest, and one if it
+/// belongs to another rig than the detections' `rig`.
+void note_calibration(const Calibration& calibration, const std::string& rig,
+                      TriangulateReport& report) {
+  if (calibration.rig != rig)
+    report.warnings.push_back(
+        fmt::format("the calibration is of rig {}, the marks are of rig {}", calibration.rig, rig));
+  const std::vector<std::string>& warnings = calibration.warnings;
+  if (warnings.empty()) return;
+  std::string text = "calibration: " + warnings.front();
+  if (warnings.size() > 1)
+    text += fmt::format(" (the first of {} warnings in its file)", warnings.size());
+  report.warnings.push_back(text);
+}
+
+/// Distance between the rays of each pair of cameras over their common marks, in stated standard
+/// deviations, including those of the calibration. A camera that moved since its calibration is off
+/// in every mark. Pairs with fewer than `least_marks` common marks are left out.
+std::vector<PairAgreement> pair_agreements(const std::vector<MarkViews>& marks,
+                                           const std::vector<Placed>& placed, double min_angle_rad,
+                                           int least_marks) {
+  std::map<std::pair<std::string, std::string>, PairMisses> pairs;
+  for (std::size_t i = 0; i < marks.size(); ++i) {
+    const std::vector<View>& views =
+        placed[i].shaped_views.empty() ? marks[i].views : placed[i].shaped_views;
+    for (std::size_t a = 0; a < views.size(); ++a) {
+      for (std::size_t b = a + 1; b < views.size(); ++b) {
+        const Point point = solve_point({views[a], views[b]}, min_angle_rad);
+        if (point.status != PointStatus::good) continue;
+        PairMisses& pair = pairs[{views[a].camera->camera.name, views[b].camera->camera.name}];
+        pair.sigmas.push_back(point.disagreement_sigmas());
+        pair.px.push_back(point.rms_px());
+      }
+    }
+  }
+  std::vector<PairAgreement> result;
+  for (auto& [cameras, misses] : pairs) {
+    if (static_cast<int>(misses.sigmas.size()) < least_marks) continue;
+    result.push_back({cameras.first, cameras.second, static_cast<int>(misses.sigmas.size()),
+                      median(misses.sigmas), median(misses.px)});
+  }
+  return result;
+}
 
 constexpr int kShapeRounds = 3;
 
@@ -286,6 +532,12 @@ TriangulateResult triangulate(const Detections& all_detections, const Calibratio
   if (report.no_go.empty()) report.unseen = unseen_errors_of(detections, options, result.sheet);
   if (!report.no_go.empty()) result.sheet.no_go = report.no_go.front();
   return result;
+}
+
+void note_scene(MeasuredSource& source, const Scene& scene, const RepeatId& repeat) {
+  source.asked_scene = {scene.name, scene.document.sha256(),
+                        surroundings_of(scene, sha256_of_file)};
+  if (!repeat.name.empty()) source.repeat = repeat;
 }
 
 }  // namespace drape::triangulate

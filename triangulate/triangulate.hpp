@@ -10,6 +10,8 @@
 #include "core/fields/fields.hpp"
 #include "core/scene.hpp"
 #include "core/sheet.hpp"
+#include "triangulate/lattice_views.hpp"
+#include "triangulate/point.hpp"
 
 namespace drape::triangulate {
 
@@ -30,6 +32,7 @@ struct TriangulateOptions {
   std::optional<Scene> scene = std::nullopt;
   std::vector<std::string> contradictions;  ///< contradictions of the scene, found elsewhere: NO-GO
 };
+
 /// Describes all options except threads, scene and contradictions.
 void fields(Fields& f, TriangulateOptions& options);
 
@@ -96,5 +99,9 @@ struct TriangulateResult {
 [[nodiscard]] TriangulateResult triangulate(const Detections& detections,
                                             const Calibration& calibration, const std::string& set,
                                             const TriangulateOptions& options);
+
+/// Records which scene was used, with its table and objects, and the laying if it has a name. The
+/// hash is that of the bytes that were read.
+void note_scene(MeasuredSource& source, const Scene& scene, const RepeatId& repeat);
 
 }  // namespace drape::triangulate

@@ -12,7 +12,7 @@
 #include "core/units.hpp"
 #include "tests/support/small_bench.hpp"
 #include "tests/support/trials.hpp"
-#include "triangulate/plate/plate_pose.hpp"
+#include "triangulate/plate/plate.hpp"
 
 namespace drape::test {
 namespace {

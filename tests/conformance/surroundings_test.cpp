@@ -8,7 +8,7 @@
 #include "core/scene.hpp"
 #include "core/sheet.hpp"
 #include "tests/support/paths.hpp"
-#include "triangulate/ending.hpp"
+#include "triangulate/triangulate.hpp"
 
 namespace drape::test {
 namespace {

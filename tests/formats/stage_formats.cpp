@@ -13,7 +13,7 @@
 #include "simulate/study/plan.hpp"
 #include "tests/formats/formats.hpp"
 #include "tests/support/paths.hpp"
-#include "triangulate/plate/object_pose.hpp"
+#include "triangulate/plate/plate.hpp"
 #include "triangulate/points.hpp"
 
 namespace drape::test {

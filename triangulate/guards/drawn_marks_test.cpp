@@ -18,8 +18,7 @@
 #include "tests/support/trials.hpp"
 #include "triangulate/guards/guards.hpp"
 #include "triangulate/guards/held.hpp"
-#include "triangulate/guards/suggest.hpp"
-#include "triangulate/guards/taut.hpp"
+#include "triangulate/guards/objects.hpp"
 
 namespace drape::triangulate {
 namespace {

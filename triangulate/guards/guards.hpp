@@ -1,10 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// Tests of a measured sheet whose marks look right individually: a wrong pitch, object or camera.
-// Each limit follows from stated uncertainties; each message names file and key, and the value that
-// the marks indicate. These tests move no mark.
-
 #include <optional>
 #include <string>
 #include <vector>
@@ -13,8 +9,12 @@
 #include "core/detections.hpp"
 #include "core/scene.hpp"
 #include "core/sheet.hpp"
-#include "triangulate/guards/object_fit.hpp"
+#include "triangulate/guards/objects.hpp"
 #include "triangulate/triangulate.hpp"
+
+// Tests of a measured sheet whose marks look right individually: a wrong pitch, object or camera.
+// Each limit follows from stated uncertainties; each message names file and key, and the value
+// that the marks indicate. These tests move no mark.
 
 namespace drape::triangulate {
 
@@ -37,14 +37,11 @@ void require_detected_print(const MarkLattice& lattice, const Scene& scene);
 struct UnseenScale {
   std::optional<double> least, most;
 };
+
 [[nodiscard]] UnseenScale unseen_scale(const std::vector<SheetMark>& marks, double pitch_m,
                                        double most_strain, double scale_sd);
-[[nodiscard]] std::string scale_text(const UnseenScale& unseen);
 
-/// Largest strain along warp or weft of the scene's fabric if the whole patch hangs from one edge,
-/// from the first points of its tensile curves. Curves marked as stand-ins may be wrong by a factor
-/// of 10. Throws Error(bad_input) for an unreadable fabric.
-[[nodiscard]] double most_strain_of(const Scene& scene, const Eigen::Vector2d& patch_m);
+[[nodiscard]] std::string scale_text(const UnseenScale& unseen);
 
 /// Explains why objects and table cannot have the stated position and size: marks inside them,
 /// cloth too short to pass outside (a string pulled taut over the object between neighbouring marks
@@ -65,20 +62,12 @@ struct Misses {
   std::size_t marks = 0;
 };
 
-/// Explains why most views do not meet: cameras exchanged in this set, or one that moved after the
-/// calibration. Empty if half of the marks agree within three sigma. `now` is after correction of
-/// the dots' shape.
-[[nodiscard]] std::vector<std::string> contradictions_of_cameras(const Detections& detections,
-                                                                 const Calibration& calibration,
-                                                                 const std::string& set,
-                                                                 const TriangulateOptions& options,
-                                                                 const Misses& now);
-
 /// Runs all these tests on one set; `placed` has every mark with a point, rejected ones included.
 [[nodiscard]] std::vector<std::string> contradictions_of(
     const Detections& detections, const Calibration& calibration, const std::string& set,
     const TriangulateOptions& options, const Misses& misses, const std::vector<SheetMark>& placed,
     const Sheet& sheet);
+
 /// The same of a sheet whose marks no camera of ours saw.
 [[nodiscard]] std::vector<std::string> contradictions_of_sheet(const MarkLattice& lattice,
                                                                const TriangulateOptions& options,

@@ -13,10 +13,8 @@
 #include "core/geometry/body.hpp"
 #include "core/units.hpp"
 #include "tests/support/paths.hpp"
-#include "triangulate/guards/detection_limit.hpp"
+#include "triangulate/guards/objects.hpp"
 #include "triangulate/guards/held.hpp"
-#include "triangulate/guards/mesh_gaps.hpp"
-#include "triangulate/guards/taut.hpp"
 
 namespace drape::triangulate {
 namespace {

@@ -6,6 +6,7 @@
 
 #include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
+#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <functional>
@@ -14,15 +15,20 @@
 #include "core/geometry/body.hpp"
 #include "core/statistics/distributions.hpp"
 #include "core/units.hpp"
-#include "triangulate/guards/object_fit.hpp"
+#include "triangulate/guards/objects.hpp"
 
 namespace drape::triangulate {
+
+using Eigen::Index, Eigen::Matrix3d, Eigen::MatrixXd, Eigen::Vector2d, Eigen::Vector3d,
+    Eigen::VectorXd;
+using units::mm;
+
 namespace {
 
-using Eigen::Matrix3d;
-using Eigen::Vector2d;
-using Eigen::Vector3d;
-using units::mm;
+constexpr std::size_t kNear = 60;    ///< number of marks for interpolation
+constexpr std::size_t kLearnt = 16;  ///< number of marks for estimating the prediction error
+constexpr std::size_t kLeastNear = 9;
+constexpr Index kTrend = 3;  ///< a constant and two slopes
 
 /// Probability of contradicting a correct scene, over all of its held points.
 constexpr double kHeldRisk = 0.005;
@@ -299,7 +305,105 @@ Found found_holding(const MeasuredCloth& cloth, const Scene& scene, const MarkLa
   return {};
 }
 
+/// Measured positions of the points from which the cloth hangs.
+std::vector<ShownPlace> hung_by(const MeasuredCloth& cloth, const Scene& scene,
+                                const MarkLattice& lattice) {
+  std::vector<ShownPlace> points;
+  for (const Pin& pin : scene.pins)
+    if (const auto shown = cloth.at(material_of(lattice, pin))) points.push_back(*shown);
+  return points;
+}
+
+/// Centre of mass of a patch of uniform weight: mean over the centres of equal squares, whose
+/// errors are assumed to be fully correlated.
+std::optional<ShownPlace> centre_of_mass(const MeasuredCloth& cloth, const MarkLattice& lattice) {
+  const Eigen::Vector2i counts =
+      (lattice.patch_m / lattice.pitch_m).array().round().max(1).cast<int>();
+  Vector3d sum = Vector3d::Zero();
+  double sd_m = 0;
+  for (int i = 0; i < counts.x(); ++i) {
+    for (int k = 0; k < counts.y(); ++k) {
+      const Vector2d part((i + 0.5) / counts.x(), (k + 0.5) / counts.y());
+      const auto shown = cloth.at(part.cwiseProduct(lattice.patch_m));
+      if (!shown) return std::nullopt;
+      sum += shown->point_in_world;
+      sd_m += std::sqrt(shown->covariance_m2.trace() / 3);
+    }
+  }
+  sum /= counts.prod();
+  sd_m /= counts.prod();
+  return ShownPlace{sum, sd_m * sd_m * Matrix3d::Identity()};
+}
+
+bool touches_nothing(const Sheet& sheet, const Scene& scene) {
+  if (!scene.clamps.empty()) return false;
+  for (const SheetMark& mark : sheet.marks) {
+    const double near_m = kThickest_m + kObjectSigmas * scene.table_uncertainty_m();
+    if (mark.point_in_world.z() - scene.table_z_m < 5 * near_m) return false;
+    for (std::size_t i = 0; i < scene.obstacles.size(); ++i) {
+      const auto gap_m = distance_to(scene.obstacles[i], mark.point_in_world);
+      if (!gap_m || *gap_m < 5 * near_m) return false;
+    }
+  }
+  return true;
+}
+
 }  // namespace
+
+std::optional<ShownPlace> MeasuredCloth::at(const Vector2d& material_m) const {
+  const std::pair key(material_m.x(), material_m.y());
+  const auto known = known_.find(key);
+  return known != known_.end() ? known->second : known_[key] = computed(material_m);
+}
+
+std::optional<ShownPlace> MeasuredCloth::computed(const Vector2d& material_m) const {
+  std::vector<const SheetMark*> marks;
+  for (const SheetMark& mark : sheet_.marks) marks.push_back(&mark);
+  if (marks.size() < kLeastNear) return std::nullopt;
+  const auto away_m = [&](const SheetMark* mark) { return (mark->material_m - material_m).norm(); };
+  std::stable_sort(marks.begin(), marks.end(), [&](const SheetMark* one, const SheetMark* other) {
+    return away_m(one) < away_m(other);
+  });
+  marks.resize(std::min(marks.size(), kNear));
+  const auto count = static_cast<Index>(marks.size());
+  const double unit_m = away_m(marks.back());  // for good scaling of the system
+  const auto row_of = [&](const Vector2d& at_m) {
+    VectorXd row(count + kTrend);
+    for (Index i = 0; i < count; ++i)
+      row[i] = std::pow((marks[static_cast<std::size_t>(i)]->material_m - at_m).norm() / unit_m, 3);
+    row.tail(kTrend) << 1, (at_m - material_m) / unit_m;
+    return row;
+  };
+  MatrixXd system = MatrixXd::Zero(count + kTrend, count + kTrend);
+  MatrixXd places_m = MatrixXd::Zero(count + kTrend, 3);
+  for (Index i = 0; i < count; ++i) {
+    const SheetMark& mark = *marks[static_cast<std::size_t>(i)];
+    system.row(i) = row_of(mark.material_m).transpose();
+    system.block(count, i, kTrend, 1) = system.block(i, count, 1, kTrend).transpose();
+    places_m.row(i) = mark.point_in_world.transpose();
+  }
+  const MatrixXd inverse = system.partialPivLu().inverse();
+  constexpr double kRounding = 1e-6;
+  if (!((system.row(0) * inverse.col(0) - MatrixXd::Ones(1, 1)).norm() < kRounding) ||
+      !((inverse * system.col(count)).segment(count, 1) - MatrixXd::Ones(1, 1)).isZero(kRounding))
+    return std::nullopt;  // collinear marks
+  // With mark i left out, the surface misses it by (inverse * places)_i / inverse_ii, with variance
+  // 1 / inverse_ii (Dubrule 1983).
+  Matrix3d coefficient_m2 = Matrix3d::Zero();
+  const MatrixXd misses = inverse * places_m;
+  const Index learnt = std::min<Index>(count, kLearnt);
+  for (Index i = 0; i < learnt; ++i)
+    coefficient_m2 += misses.row(i).transpose() * misses.row(i) / inverse(i, i);
+  coefficient_m2 /= static_cast<double>(learnt);
+
+  const VectorXd row = row_of(material_m), weights = inverse * row;
+  const double variance = std::max(0.0, -weights.dot(row));
+  ShownPlace shown{places_m.transpose() * weights, variance * coefficient_m2};
+  for (Index i = 0; i < count; ++i)
+    if (const auto& own = marks[static_cast<std::size_t>(i)]->covariance_m2)
+      shown.covariance_m2 += weights[i] * weights[i] * *own;
+  return shown;
+}
 
 std::vector<HeldPoint> held_points(const Scene& scene, const MarkLattice& lattice) {
   std::vector<HeldPoint> held;
@@ -379,53 +483,6 @@ std::vector<std::pair<std::string, std::string>> unseen_of_held(const Sheet& she
                                     std::sqrt(held_limit(all.size())) * one.largest_sd_m() / mm));
   return unseen;
 }
-
-namespace {
-
-/// Measured positions of the points from which the cloth hangs.
-std::vector<ShownPlace> hung_by(const MeasuredCloth& cloth, const Scene& scene,
-                                const MarkLattice& lattice) {
-  std::vector<ShownPlace> points;
-  for (const Pin& pin : scene.pins)
-    if (const auto shown = cloth.at(material_of(lattice, pin))) points.push_back(*shown);
-  return points;
-}
-
-/// Centre of mass of a patch of uniform weight: mean over the centres of equal squares, whose
-/// errors are assumed to be fully correlated.
-std::optional<ShownPlace> centre_of_mass(const MeasuredCloth& cloth, const MarkLattice& lattice) {
-  const Eigen::Vector2i counts =
-      (lattice.patch_m / lattice.pitch_m).array().round().max(1).cast<int>();
-  Vector3d sum = Vector3d::Zero();
-  double sd_m = 0;
-  for (int i = 0; i < counts.x(); ++i) {
-    for (int k = 0; k < counts.y(); ++k) {
-      const Vector2d part((i + 0.5) / counts.x(), (k + 0.5) / counts.y());
-      const auto shown = cloth.at(part.cwiseProduct(lattice.patch_m));
-      if (!shown) return std::nullopt;
-      sum += shown->point_in_world;
-      sd_m += std::sqrt(shown->covariance_m2.trace() / 3);
-    }
-  }
-  sum /= counts.prod();
-  sd_m /= counts.prod();
-  return ShownPlace{sum, sd_m * sd_m * Matrix3d::Identity()};
-}
-
-bool touches_nothing(const Sheet& sheet, const Scene& scene) {
-  if (!scene.clamps.empty()) return false;
-  for (const SheetMark& mark : sheet.marks) {
-    const double near_m = kThickest_m + kObjectSigmas * scene.table_uncertainty_m();
-    if (mark.point_in_world.z() - scene.table_z_m < 5 * near_m) return false;
-    for (std::size_t i = 0; i < scene.obstacles.size(); ++i) {
-      const auto gap_m = distance_to(scene.obstacles[i], mark.point_in_world);
-      if (!gap_m || *gap_m < 5 * near_m) return false;
-    }
-  }
-  return true;
-}
-
-}  // namespace
 
 std::vector<std::string> contradictions_of_gravity(const MeasuredCloth& cloth, const Scene& scene,
                                                    const MarkLattice& lattice) {

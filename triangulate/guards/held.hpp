@@ -1,15 +1,42 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <Eigen/Core>
+#include <map>
+#include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "core/detections.hpp"
 #include "core/scene.hpp"
 #include "core/sheet.hpp"
-#include "triangulate/guards/measured_cloth.hpp"
 
 namespace drape::triangulate {
+
+/// Position of a material point, interpolated from the measured marks around it.
+struct ShownPlace {
+  Eigen::Vector3d point_in_world;
+  Eigen::Matrix3d covariance_m2;  ///< marks, and the surface between and beyond them
+};
+
+/// Surface through the measured marks over material coordinates: kriging with the generalised
+/// covariance h^3 and a linear trend (Matheron 1973), whose variance grows with the distance from
+/// the marks. Its coefficient, a matrix over x, y and z, is the mean square leave-one-out error of
+/// the marks nearest to the point.
+class MeasuredCloth {
+ public:
+  explicit MeasuredCloth(const Sheet& sheet) : sheet_(sheet) {}
+  /// nullopt for fewer than nine marks, or collinear ones.
+  [[nodiscard]] std::optional<ShownPlace> at(const Eigen::Vector2d& material_m) const;
+  [[nodiscard]] const Sheet& sheet() const { return sheet_; }
+
+ private:
+  [[nodiscard]] std::optional<ShownPlace> computed(const Eigen::Vector2d& material_m) const;
+
+  const Sheet& sheet_;
+  mutable std::map<std::pair<double, double>, std::optional<ShownPlace>> known_;
+};
 
 /// A point of the cloth that the scene holds in place: a pin with at_mm, or an end of a
 /// clamp.
@@ -19,6 +46,7 @@ struct HeldPoint {
   Eigen::Vector3d point_in_world;
   double place_m = 0;  ///< standard uncertainty along each axis
 };
+
 [[nodiscard]] std::vector<HeldPoint> held_points(const Scene& scene, const MarkLattice& lattice);
 
 /// Explains why pins and clamps cannot hold the cloth where the scene says. Each held point is
@@ -38,6 +66,7 @@ struct SuggestedScene {
   std::string what;       ///< "the other hem", "all 6.0 mm lower"
   double expanded_m = 0;  ///< each fitted place, k = 2; 0 if no place was fitted
 };
+
 [[nodiscard]] std::optional<SuggestedScene> suggested_holding(const Sheet& sheet,
                                                               const Scene& scene,
                                                               const MarkLattice& lattice);

@@ -9,7 +9,7 @@
 #include "core/files/files.hpp"
 #include "core/units.hpp"
 #include "tests/support/paths.hpp"
-#include "triangulate/plate/measured_scene.hpp"
+#include "triangulate/plate/plate.hpp"
 
 namespace drape::triangulate {
 namespace {

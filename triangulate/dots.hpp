@@ -4,17 +4,33 @@
 #include <Eigen/Core>
 #include <map>
 #include <optional>
+#include <vector>
 
 #include "core/marks.hpp"
-#include "triangulate/dot_normal.hpp"
+#include "triangulate/point.hpp"
 
 namespace drape::triangulate {
+
+/// Normal of the cloth at a dot, in the world frame, on the side that the cameras see.
+struct DotNormal {
+  Eigen::Vector3d normal;
+  double sigma_rad = 0;  ///< standard deviation in the less certain direction
+  double misfit = 0;     ///< RMS misfit of the ellipses' shapes, as a fraction of the dot's size
+};
+
+/// Normal from the ellipses alone: the outline of a round dot gives its tilt in each view up to a
+/// twofold ambiguity, which a second view resolves (shape from texture, for the paper's dots).
+/// nullopt for fewer than two views, or if the ellipses fit no round dot.
+[[nodiscard]] std::optional<DotNormal> normal_from_ellipses(const std::vector<View>& views,
+                                                            const Eigen::Vector3d& in_world,
+                                                            double dot_diameter_m);
 
 /// A measured mark with the normal derived from its ellipses.
 struct MarkOnSurface {
   Eigen::Vector3d in_world;  ///< metres
   std::optional<DotNormal> normal;
 };
+
 using MarksOnSurface = std::map<MarkId, MarkOnSurface>;
 
 /// Standard deviation of the curvature predicted by a mark's neighbours: `least_per_m` (bumps and
@@ -51,5 +67,14 @@ struct SurfacePatch {
 /// cameras; without neighbours the curvature is zero, with the uncertainty of an unknown fold.
 [[nodiscard]] SurfacePatch surface_patch(const MarksOnSurface& marks, MarkId mark, double pitch_m,
                                          const Eigen::Vector3d& to_cameras);
+
+/// Corrects the views' pixels for the shape of the dot. The uncertain parameters of the patch,
+/// three curvatures and two tilts, become unknowns shared by the views: several views from
+/// different directions constrain the dot's curvature.
+[[nodiscard]] std::vector<View> without_dot_shape(const std::vector<View>& views,
+                                                  const Eigen::Vector3d& in_world,
+                                                  const SurfacePatch& patch,
+                                                  const CurvatureTrust& trust,
+                                                  double dot_diameter_m);
 
 }  // namespace drape::triangulate

@@ -1,15 +1,43 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <Eigen/Core>
+#include <filesystem>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "core/calibration.hpp"
+#include "core/detections.hpp"
 #include "core/fields/records.hpp"
+#include "core/pose.hpp"
 #include "core/scene.hpp"
-#include "triangulate/plate/plate_pose.hpp"
+#include "triangulate/lattice_views.hpp"
 
 namespace drape::triangulate {
+
+/// Pose of a plate of dots with tags. Its frame is that of a calibration target: origin at the
+/// centre of the dots, x along the columns, y along the rows, z out of the printed face.
+struct PlatePose {
+  WorldFromObject world_from_plate;
+  /// Covariance of the origin (m) and of a small rotation about the world's axes (rad), from the
+  /// dots' noise, scaled to the residuals, and from the cameras' covariance.
+  Eigen::Matrix<double, 6, 6> covariance = Eigen::Matrix<double, 6, 6>::Zero();
+  int dots = 0;
+  int views = 0;            ///< number of dot views over all cameras
+  double rms_px = 0;        ///< root mean square of the residuals
+  double chi2_per_dof = 0;  ///< relative to the dots' covariance; should be about 1
+};
+
+/// Rigid pose that fits all dots of a set: Gauss-Newton on pixels over all cameras, with each dot
+/// as the centroid of its image. The cameras' covariance, including their correlation, is
+/// propagated. Throws Error(bad_input) if the set does not exist, the detections are not of a
+/// target, fewer than four dots are seen by two cameras, or the fit does not converge.
+[[nodiscard]] PlatePose plate_pose(const Detections& detections, const Calibration& calibration,
+                                   const std::string& set, double floor_px);
+
+/// Same, from existing views; `marks` outside the lattice are ignored.
+[[nodiscard]] PlatePose plate_pose(const std::vector<MarkViews>& marks, const MarkLattice& lattice);
 
 /// Placement of the plate on the object.
 struct PlateOnObject {
@@ -18,6 +46,7 @@ struct PlateOnObject {
   double hole_mm = 0;  ///< diameter of the hole in a sphere's stand, whose upper edge carries it
   double placing_mm = 0.2;  ///< standard uncertainty of its position along x, y and z
 };
+
 void fields(Fields& f, PlateOnObject& lies);
 
 /// One value of an object, as measured and as stated in the scene.
@@ -31,6 +60,7 @@ struct ObjectValue {
   /// True beyond three standard uncertainties of the difference.
   [[nodiscard]] bool contradicts() const;
 };
+
 void fields(Fields& f, ObjectValue& value);
 
 /// object.json: position of an object measured by its plate of tags, compared with the scene.
@@ -40,16 +70,8 @@ struct MeasuredObject {
   int dots = 0;
   double rms_px = 0, chi2_per_dof = 0;
 };
+
 void fields(Fields& f, MeasuredObject& object);
-
-}  // namespace drape::triangulate
-
-template <>
-inline constexpr drape::Format drape::format_of<drape::triangulate::MeasuredObject>{
-    "object", drape::Syntax::json, 1,
-    "object.json: position of an object measured by its plate of tags, compared with the scene"};
-
-namespace drape::triangulate {
 
 /// Position and rotation of a box (the plate lies on its top, edges aligned) or a sphere (it rests
 /// in the plate's hole). The size, and the choice among a box's equivalent sides for the yaw, are
@@ -76,6 +98,23 @@ namespace drape::triangulate {
 struct Tilt {
   double rad = 0, uncertainty_rad = 0;
 };
+
 [[nodiscard]] Tilt tilt_of(const PlatePose& plate);
 
+/// Text of a scene file in which object number `object` (from 1) has the place shown by its plate
+/// and the measured place_uncertainty_mm, without its `tags_` keys. File names are relative to
+/// `folder`. Everything else stays as written. Throws Error(bad_input) if a value of the object is
+/// not on a line of its own.
+[[nodiscard]] std::string measured_scene(const std::filesystem::path& scene, std::size_t object,
+                                         const std::vector<ObjectValue>& values,
+                                         const std::filesystem::path& folder);
+
+/// Throws Error(usage) if `file` exists and is not a measured scene, since it may be hand-written.
+void require_own_scene(const std::filesystem::path& file);
+
 }  // namespace drape::triangulate
+
+template <>
+inline constexpr drape::Format drape::format_of<drape::triangulate::MeasuredObject>{
+    "object", drape::Syntax::json, 1,
+    "object.json: position of an object measured by its plate of tags, compared with the scene"};
