@@ -49,7 +49,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Original picture behind a link, such as those that `drape calib images` makes.
+/// Original picture behind a link.
 fs::path original_of(const fs::path& file) {
   return fs::is_symlink(file) ? file.parent_path() / fs::read_symlink(file) : file;
 }
@@ -58,19 +58,18 @@ fs::path original_of(const fs::path& file) {
 struct Picture {
   const FrameSet* set;
   RecordedFrame* frame;
+  fs::path file;
   std::uintmax_t bytes = 0;
   int orientation = 1;
 
-  [[nodiscard]] Where where(const fs::path& folder) const {
-    return {.file = original_of(folder / frame->file).string(),
-            .camera = frame->camera,
-            .set = set->name};
+  [[nodiscard]] Where where() const {
+    return {.file = original_of(file).string(), .camera = frame->camera, .set = set->name};
   }
 };
 
-void check_one(const fs::path& folder, Picture& picture) {
-  const std::vector<unsigned char> bytes = read_bytes(folder / picture.frame->file);
-  const ImageSize size = check_image(bytes, picture.where(folder));
+void check_one(Picture& picture) {
+  const std::vector<unsigned char> bytes = read_bytes(picture.file);
+  const ImageSize size = check_image(bytes, picture.where());
   picture.bytes = bytes.size();
   picture.orientation = orientation_of(bytes);
   picture.frame->sha256 = sha256_of(bytes);
@@ -79,7 +78,7 @@ void check_one(const fs::path& folder, Picture& picture) {
 }
 
 /// Requires one image size per camera: another size means another camera or a resized image.
-void require_same_sizes(const fs::path& folder, const std::vector<Picture>& pictures) {
+void require_same_sizes(const std::vector<Picture>& pictures) {
   std::map<std::string, const Picture*> first_of;
   for (const Picture& picture : pictures) {
     const RecordedFrame& frame = *picture.frame;
@@ -89,7 +88,7 @@ void require_same_sizes(const fs::path& folder, const std::vector<Picture>& pict
     throw bad_input(
         fmt::format("the image is {} x {} px, but camera `{}` has {} x {} px in set `{}`",
                     frame.width_px, frame.height_px, frame.camera, width, height, other.set->name),
-        picture.where(folder),
+        picture.where(),
         frame.width_px == height && frame.height_px == width
             ? "this image was saved turned by a quarter turn (its EXIF orientation applied): put "
               "back the camera's original image"
@@ -99,16 +98,17 @@ void require_same_sizes(const fs::path& folder, const std::vector<Picture>& pict
 
 void warn_of_same_bytes(const fs::path& folder, const std::vector<Picture>& pictures,
                         std::vector<std::string>& warnings) {
-  const auto name_of = [&](const std::string& file) {
-    return fs::is_symlink(folder / file) ? original_of(folder / file).string() : file;
+  const auto name_of = [&](const Picture& picture) {
+    return picture.file == folder / picture.frame->file && !fs::is_symlink(picture.file)
+               ? picture.frame->file
+               : original_of(picture.file).string();
   };
-  std::map<std::string, std::string> file_of;
+  std::map<std::string, const Picture*> first_of;
   for (const Picture& picture : pictures) {
-    const std::string& file = picture.frame->file;
-    const auto [first, is_new] = file_of.try_emplace(picture.frame->sha256, file);
+    const auto [first, is_new] = first_of.try_emplace(picture.frame->sha256, &picture);
     if (!is_new)
       warnings.push_back(fmt::format("{} and {} are the same image; was one copied by mistake?",
-                                     name_of(first->second), name_of(file)));
+                                     name_of(*first->second), name_of(picture)));
   }
 }
 
@@ -158,13 +158,13 @@ bool is_there(const fs::path& file, const std::string& sha256, const std::string
   return true;
 }
 
-void copy_one(const fs::path& folder, const fs::path& recording_folder, const Picture& picture) {
-  const std::vector<unsigned char> bytes = read_bytes(folder / picture.frame->file);
+void copy_one(const fs::path& recording_folder, const Picture& picture) {
+  const std::vector<unsigned char> bytes = read_bytes(picture.file);
   if (sha256_of(bytes) != picture.frame->sha256)
-    throw bad_input("the image changed while it was imported", picture.where(folder),
+    throw bad_input("the image changed while it was imported", picture.where(),
                     "stop whatever writes to it, then import again");
   write_inside(recording_folder, picture.frame->file,
-               {reinterpret_cast<const char*>(bytes.data()), bytes.size()}, picture.where(folder));
+               {reinterpret_cast<const char*>(bytes.data()), bytes.size()}, picture.where());
 }
 
 /// Notes that a capture left in the folder of a set.
@@ -308,9 +308,14 @@ std::optional<RecordingFault> details_fault(const Recording& recording, const Fr
 
 }  // namespace
 
-void require_importable(const fs::path& folder, const fs::path& recording_folder) {
-  static_cast<void>(read_layout(folder));
-  if (!is_same_folder(folder, recording_folder)) require_not_inside(folder, recording_folder);
+void require_importable(const fs::path& folder, const fs::path& recording_folder,
+                        PictureLayout layout) {
+  static_cast<void>(read_layout(folder, layout));
+  if (!is_same_folder(folder, recording_folder))
+    return require_not_inside(folder, recording_folder);
+  if (layout != PictureLayout::sets)
+    throw usage_error("a recording has its pictures in the layout `sets`",
+                      "give another folder with --out, into which they are copied");
 }
 
 ImportResult import_folder(const fs::path& folder, const fs::path& recording_folder,
@@ -318,31 +323,41 @@ ImportResult import_folder(const fs::path& folder, const fs::path& recording_fol
   options.check();
   ImportReport report;
   report.in_place = is_same_folder(folder, recording_folder);
-  FolderLayout layout = read_layout(folder);
-  if (!report.in_place) require_not_inside(folder, recording_folder);
+  require_importable(folder, recording_folder, options.layout);
+  FolderLayout layout = read_layout(folder, options.layout);
   report.cameras =
       require_same_cameras(folder, layout, options.allow_missing ? &report.warnings : nullptr);
   report.ignored = layout.ignored;
+  if (options.layout == PictureLayout::sets && layout.sets.size() > 1 &&
+      report.cameras.size() > layout.sets.size())
+    report.advice.push_back(fmt::format(
+        "{} sets of {} cameras: if the folders are cameras and the pictures in them sets, import "
+        "into a new folder with --layout cameras",
+        layout.sets.size(), report.cameras.size()));
   const std::map<std::string, Details> noted = all_details(folder, layout);
   std::vector<Picture> pictures;
   for (FrameSet& set : layout.sets) {
     const std::string file = set.name + "/capture.json";
     if (fs::exists(folder / file) && !noted.contains(set.name))
       report.ignored.push_back({file, "not of a capture"});
-    for (RecordedFrame& frame : set.frames) pictures.push_back({&set, &frame});
+    for (RecordedFrame& frame : set.frames)
+      pictures.push_back({&set, &frame, layout.place(folder, frame.file)});
   }
   Ticker ticker(options, pictures.size());
   parallel_for(pictures.size(), options.threads, [&](std::size_t i) {
-    check_one(folder, pictures[i]);
+    check_one(pictures[i]);
     ticker.done(pictures[i].frame->file);
   });
-  require_same_sizes(folder, pictures);
+  require_same_sizes(pictures);
   // Reads both manifests, either of which may be invalid, before writing anything.
   const auto existing = recording_in(recording_folder);
   const auto source = report.in_place ? std::nullopt : recording_in(folder);
   if (existing) require_nothing_replaced(*existing, pictures);
   report.images = pictures.size();
-  for (const Picture& picture : pictures) report.image_bytes += picture.bytes;
+  for (const Picture& picture : pictures) {
+    report.image_bytes += picture.bytes;
+    report.read.emplace_back(picture.file, picture.frame->sha256);
+  }
   warn_of_turns(pictures, report.warnings);
   warn_of_same_bytes(folder, pictures, report.warnings);
 
@@ -354,7 +369,7 @@ ImportResult import_folder(const fs::path& folder, const fs::path& recording_fol
       if (!is_there(recording_folder / picture.frame->file, picture.frame->sha256,
                     picture.set->name))
         to_copy.push_back(&picture);
-    for (const Picture* picture : to_copy) copy_one(folder, recording_folder, *picture);
+    for (const Picture* picture : to_copy) copy_one(recording_folder, *picture);
     for (const auto& [set, details] : noted)
       write_inside(recording_folder, set + "/capture.json", details.bytes, {.set = set});
   }

@@ -7,8 +7,10 @@
 #include <functional>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
+#include "core/files/picture_layout.hpp"
 #include "core/recording.hpp"
 
 namespace drape::capture {
@@ -19,6 +21,7 @@ struct CaptureOptions {
   std::function<void(double, const std::string&)> progress = {};
 
   bool allow_missing = false;  ///< import: a set without a camera's image is only a warning
+  PictureLayout layout = PictureLayout::sets;  ///< import: of the folder
 
   /// Date of the recording as ISO date (2026-01-31); absent if unknown.
   std::optional<std::string> recorded_on = {};
@@ -41,6 +44,8 @@ struct ImportReport {
   bool in_place = false;           ///< true if the imported folder itself becomes the recording
   std::vector<IgnoredFile> ignored;
   std::vector<std::string> warnings;  ///< e.g. two images with the same bytes
+  std::vector<std::string> advice;    ///< another layout that the folder may have
+  std::vector<std::pair<std::filesystem::path, std::string>> read;  ///< pictures, SHA-256
 };
 
 struct ImportResult {
@@ -51,9 +56,11 @@ struct ImportResult {
 /// Throws the Error of import_folder() if the folder holds no sets of images or the recording would
 /// lie inside it; writes nothing.
 void require_importable(const std::filesystem::path& folder,
-                        const std::filesystem::path& recording_folder);
+                        const std::filesystem::path& recording_folder,
+                        PictureLayout layout = PictureLayout::sets);
 
-/// Makes a recording of `folder`/<set>/<camera>.png|jpg|jpeg|tif|tiff. Sets and cameras are in
+/// Makes a recording of `folder`/<set>/<camera>.png|jpg|jpeg|tif|tiff, or of a folder in another
+/// layout. Sets and cameras are in
 /// natural order (set2 before set10). Every image is checked for completeness and decoded for its
 /// size, then copied byte for byte into `recording_folder` (unless that is `folder` itself),
 /// together with a set's capture.json, whose NO-GO is kept. recording.json is written last. A

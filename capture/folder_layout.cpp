@@ -9,6 +9,7 @@
 #include <cctype>
 #include <compare>
 #include <iterator>
+#include <map>
 #include <set>
 #include <system_error>
 
@@ -124,6 +125,47 @@ FrameSet read_set(const fs::path& folder, const std::string& set,
   return layout;
 }
 
+/// Reads pictures whose sets and cameras their folders and names tell.
+FolderLayout read_placed(const fs::path& folder, PictureLayout form) {
+  FolderLayout layout;
+  const auto order = [](const std::string& a, const std::string& b) { return natural_less(a, b); };
+  std::map<std::string, FrameSet, decltype(order)> sets(order);
+  for (const PlacedPicture& one : placed_pictures(folder, form)) {
+    for (const std::string& name : {one.set, one.camera})
+      require_utf8_name(name, {.file = one.file.string()});
+    FrameSet& set = sets.try_emplace(one.set, FrameSet{one.set, {}}).first->second;
+    RecordedFrame& frame = set.frames.emplace_back();
+    frame.camera = one.camera;
+    frame.file = fmt::format("{}/{}{}", one.set, one.camera, one.file.extension().string());
+    layout.places[frame.file] = one.file;
+  }
+  for (auto& [name, set] : sets) {
+    std::stable_sort(set.frames.begin(), set.frames.end(),
+                     [](const auto& a, const auto& b) { return natural_less(a.camera, b.camera); });
+    layout.sets.push_back(std::move(set));
+  }
+  if (layout.sets.empty())
+    throw bad_input("the folder holds no image of this layout", {.file = folder.string()},
+                    "give another --layout");
+  return layout;
+}
+
+/// Proposes the layout that folders and names show if it is not that of sets; else empty.
+std::string proposal(const fs::path& folder) {
+  const PictureLayout found = layout_found(folder);
+  if (found == PictureLayout::sets) return {};
+  try {
+    const FolderLayout layout = read_placed(folder, found);
+    const std::vector<std::string> cameras = require_same_cameras(folder, layout);
+    const std::string first = layout.sets.front().name, last = layout.sets.back().name;
+    return fmt::format("the names show {} (sets {}) of the cameras {}: add `--layout {}`; or ",
+                       layout.sets.size(), first == last ? first : first + " to " + last,
+                       fmt::join(cameras, ", "), name_of(found));
+  } catch (const Error&) {  // names that show nothing propose nothing
+    return {};
+  }
+}
+
 }  // namespace
 
 bool natural_less(std::string_view a, std::string_view b) {
@@ -140,7 +182,8 @@ void require_utf8_name(const std::string& name, const Where& where) {
   }
 }
 
-FolderLayout read_layout(const fs::path& folder) {
+FolderLayout read_layout(const fs::path& folder, PictureLayout form) {
+  if (form != PictureLayout::sets) return read_placed(folder, form);
   FolderLayout layout;
   for (const std::string& name : names_in(folder)) {
     if (is_hidden(name) || is_own_file(name)) continue;
@@ -151,8 +194,9 @@ FolderLayout read_layout(const fs::path& folder) {
     }
   }
   if (layout.sets.empty()) {
-    throw bad_input("the folder holds no set of images", {.file = folder.string()},
-                    "arrange the images as FOLDER/<set>/<camera>.png, one folder per set");
+    throw bad_input(
+        "the folder holds no set of images", {.file = folder.string()},
+        proposal(folder) + "arrange the images as FOLDER/<set>/<camera>.png, one folder per set");
   }
   return layout;
 }
@@ -183,10 +227,12 @@ std::vector<std::string> require_same_cameras(const fs::path& folder, const Fold
         missing->push_back(fmt::format("set {} has no image of camera {}", set.name, camera));
         continue;
       }
-      throw bad_input(fmt::format("set `{}` has no image of camera `{}`, which other sets have",
-                                  set.name, camera),
-                      {.file = (folder / set.name).string(), .camera = camera, .set = set.name},
-                      fmt::format("every set must hold the cameras {}", fmt::join(cameras, ", ")));
+      throw bad_input(
+          fmt::format("set `{}` has no image of camera `{}`, which other sets have", set.name,
+                      camera),
+          {.file = (folder / set.name).string(), .camera = camera, .set = set.name},
+          fmt::format("{}every set must hold the cameras {}",
+                      layout.places.empty() ? proposal(folder) : "", fmt::join(cameras, ", ")));
     }
   }
   return {cameras.begin(), cameras.end()};

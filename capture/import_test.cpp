@@ -288,5 +288,77 @@ TEST_F(Import, RefusesNoThreads) {
   EXPECT_THROW(static_cast<void>(import_folder(in(), out(), {.threads = 0})), Error);
 }
 
+/// "set: camera camera" of each set of a recording.
+std::vector<std::string> sets_of(const Recording& recording) {
+  std::vector<std::string> all;
+  for (const FrameSet& set : recording.sets) {
+    all.push_back(set.name + ":");
+    for (const RecordedFrame& frame : set.frames) all.back() += " " + frame.camera;
+  }
+  return all;
+}
+
+TEST_F(Import, ProposesTheLayoutThatItFoundAndTakesIt) {
+  const std::vector<std::string> sets = {"drape_A", "pose_00", "pose_01", "pose_02", "stage_000"};
+  const fs::path bench = in().parent_path() / "bench", cameras = in().parent_path() / "cameras",
+                 flat = in().parent_path() / "flat";
+  test::write_sets(bench, sets, {"cam0", "cam1"});
+  for (const std::string& set : sets)
+    for (const std::string camera : {"cam0", "cam1"}) {
+      fs::create_directories(cameras / camera);
+      fs::create_directories(flat);
+      fs::copy(bench / set / (camera + ".png"), cameras / camera / (set + ".png"));
+      fs::copy(bench / set / (camera + ".png"), flat / (set + "_" + camera + ".png"));
+    }
+  const ImportResult as_sets = import_folder(cameras, out() / "sets", {});
+  EXPECT_THAT(sets_of(as_sets.recording),
+              ElementsAre("cam0: drape_A pose_00 pose_01 pose_02 stage_000",
+                          "cam1: drape_A pose_00 pose_01 pose_02 stage_000"));
+  EXPECT_THAT(as_sets.report.advice, ElementsAre(HasSubstr("--layout cameras")));
+  EXPECT_THAT(import_folder(bench, out() / "bench", {}).report.advice, testing::IsEmpty());
+  EXPECT_THAT(refusal(flat, out() / "x"),
+              HasSubstr("5 (sets drape_A to stage_000) of the cameras cam0, cam1: add `--layout "
+                        "names`"));
+  EXPECT_FALSE(fs::exists(out() / "x"));
+  for (const auto& [from, layout] :
+       {std::pair(cameras, PictureLayout::cameras), std::pair(flat, PictureLayout::names)}) {
+    const fs::path to = out() / name_of(layout);
+    const ImportResult result = import_folder(from, to, {.layout = layout});
+    EXPECT_THAT(sets_of(result.recording),
+                ElementsAre("drape_A: cam0 cam1", "pose_00: cam0 cam1", "pose_01: cam0 cam1",
+                            "pose_02: cam0 cam1", "stage_000: cam0 cam1"));
+    EXPECT_THAT(result.report.advice, testing::IsEmpty());
+    EXPECT_EQ(read_bytes(to / "drape_A/cam1.png"), read_bytes(bench / "drape_A/cam1.png"));
+    EXPECT_THROW(static_cast<void>(import_folder(from, from, {.layout = layout})), Error);
+  }
+  fs::rename(flat / "pose_01_cam1.png", flat / "pose_x1_cam7.png");
+  EXPECT_THAT(refusal(flat, out() / "x"), testing::Not(HasSubstr("--layout")));
+}
+
+TEST_F(Import, NumbersTheViewsOfASeries) {
+  const fs::path flat = in().parent_path() / "flat";
+  fs::create_directories(flat);
+  for (const std::string name : {"left01", "right01", "left02", "right02", "left10", "right10"})
+    fs::copy(in() / "set2/cam0.png", flat / (name + ".png"));
+  const auto views =
+      ElementsAre("view_01: left right", "view_02: left right", "view_10: left right");
+  EXPECT_THAT(refusal(flat, out()),
+              HasSubstr("3 (sets view_01 to view_10) of the cameras left, right"));
+  EXPECT_THAT(
+      sets_of(import_folder(flat, out() / "flat", {.layout = PictureLayout::names}).recording),
+      views);
+  const fs::path folders = in().parent_path() / "folders";
+  for (const std::string camera : {"left", "right"}) {
+    fs::create_directories(folders / camera);
+    for (const std::string number : {"01", "02", "10"})
+      fs::copy(flat / (camera + number + ".png"), folders / camera / (camera + number + ".png"));
+  }
+  EXPECT_THAT(refusal(folders, out()), HasSubstr("add `--layout cameras`"));
+  EXPECT_THAT(
+      sets_of(
+          import_folder(folders, out() / "folders", {.layout = PictureLayout::cameras}).recording),
+      views);
+}
+
 }  // namespace
 }  // namespace drape::capture

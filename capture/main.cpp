@@ -51,6 +51,7 @@ Ending ending_of(const ImportResult& result, const std::filesystem::path& record
     ending.rejected.push_back(fmt::format("{}: {}", file, reason));
   }
   ending.warnings = report.warnings;
+  ending.advice = report.advice;
   ending.next_command =
       fmt::format("drape detect {} --rig RIG --surface target --sets SETS --out detections.json",
                   shell_word(recording_folder.string()));
@@ -176,6 +177,7 @@ struct ImportOptions {
   fs::path folder, recording;
   std::optional<std::string> recorded_on;
   bool allow_missing = false;
+  PictureLayout layout = PictureLayout::sets;
 };
 
 void fields(Fields& f, ImportOptions& o) {
@@ -184,6 +186,10 @@ void fields(Fields& f, ImportOptions& o) {
   f({"recorded_on", "date of the recording, e.g. 2026-01-31"}, o.recorded_on);
   f.otherwise({"allow_missing", "warn instead of failing if a set lacks a camera's image"},
               o.allow_missing);
+  f.otherwise({"layout",
+               "sets: FOLDER/<set>/<camera>.png; cameras: FOLDER/<camera>/<set>.png; names: all in "
+               "FOLDER, e.g. left01.png or <set>_<camera>.png"},
+              o.layout);
 }
 
 struct VerifyOptions {
@@ -206,20 +212,19 @@ CaptureOptions options_with(const CommonOptions& common, Progress& progress) {
 int import_command(int argc, char** argv) {
   const auto run = [](const ImportOptions& o, const std::vector<std::string>& words,
                       const CommonOptions& common) {
-    require_importable(o.folder, o.recording);  // before the run record creates a folder
+    require_importable(o.folder, o.recording, o.layout);  // before the run record creates a folder
     const fs::path manifest = o.recording / "recording.json";
     RunRecord record("drape-capture", words, run_record_path(manifest));
     Progress progress("import", common.quiet);
     CaptureOptions options = options_with(common, progress);
     options.recorded_on = o.recorded_on;
     options.allow_missing = o.allow_missing;
+    options.layout = o.layout;
     const ImportResult result = import_folder(o.folder, o.recording, options);
-    for (const FrameSet& set : result.recording.sets) {
-      for (const RecordedFrame& frame : set.frames)
-        record.input(o.folder / frame.file, frame.sha256);
+    for (const auto& [file, sha256] : result.report.read) record.input(file, sha256);
+    for (const FrameSet& set : result.recording.sets)
       if (const fs::path notes = o.folder / set.name / "capture.json"; fs::exists(notes))
         record.input(notes);
-    }
     record.output(manifest);  // recording.json holds the hashes of the copies
     return finish(ending_of(result, o.recording), common, record);
   };

@@ -1,24 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <string>
-#include <vector>
-
 namespace drape {
-
-/// A picture's name without its extension: camera and number of the view.
-struct PictureName {
-  std::string camera;  ///< empty if the name is only a number
-  std::string view;
-};
-
-/// Reads the names of pictures of one or several cameras. Among the numbers at the same
-/// position in all names, the one with the most different values is the view (the last, if
-/// equal); if the names differ in form, it is the last number of each. Date and time count as
-/// one number, and only if the names are not distinguished without them. Leading zeros are
-/// ignored (img2, img02), and numbers are written with equal width. A name without a number is
-/// a separate view.
-[[nodiscard]] std::vector<PictureName> read_picture_names(const std::vector<std::string>& names);
 
 /// `drape calib images`: calibrates from a plain folder of chessboard pictures in one command.
 /// Images are FOLDER/<camera><number>.<ending> (left01.jpg, right01.jpg, cam2_07_int.png: the

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "front/calib_images.hpp"
+#include "core/files/picture_layout.hpp"
 
 #include <gmock/gmock.h>
 
