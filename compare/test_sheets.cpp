@@ -43,7 +43,7 @@ ImportCounts add_drape(const fs::path& store, const Sheet& measured,
                        const std::vector<Sheet>& simulated) {
   const DrapeInput input = drape_of(measured, simulated);
   Store results(store);
-  const ImportCounts counts = results.add(input, compare_drape(input, {}));
+  const ImportCounts counts = add(results, input, compare_drape(input, {}));
   results.close();
   return counts;
 }

@@ -43,6 +43,13 @@ using Shape = std::function<Eigen::Vector3d(const Eigen::Vector2d&)>;
 [[nodiscard]] SheetFile file_of(const Sheet& sheet);
 [[nodiscard]] DrapeInput drape_of(const Sheet& measured, const std::vector<Sheet>& simulated);
 
+/// Adds what was compared in one transaction.
+ImportCounts add(Store& store, const auto& what, const auto&... more) {
+  ImportCounts counts;
+  store.write([&](Writer& writer) { counts = compare::add(writer, what, more...); });
+  return counts;
+}
+
 /// Compares a measured sheet with simulations and adds it to a store.
 ImportCounts add_drape(const std::filesystem::path& store, const Sheet& measured,
                        const std::vector<Sheet>& simulated);

@@ -13,6 +13,7 @@
 #include "compare/history/results.hpp"
 #include "compare/meshes/other_mesh.hpp"
 #include "compare/records/provenance.hpp"
+#include "compare/tables/tables.hpp"
 #include "core/error.hpp"
 #include "core/fields/document.hpp"
 #include "core/files/files.hpp"
@@ -138,106 +139,53 @@ Stated crate_files(const StoreReader& store, std::optional<int> run, RecordBook&
   return files;
 }
 
-/// Runs with their drapes; parameter 1 is the number of one run, or empty for all.
-constexpr const char* kDrapes =
-    "SELECT r.number AS run, r.date, r.label, r.program_version, d.scene, d.set_name, "
-    "d.measurement, d.cause, d.match, d.match_reason, c.mean_mm, d.expanded_uncertainty_mm, CASE "
-    "d.budget_complete WHEN 1 THEN 'complete' WHEN 0 THEN 'at least' END AS uncertainty_is, "
-    "d.measured_sha256, d.headline_sha256 AS comparison_sha256 FROM run AS r JOIN run_drape AS d "
-    "ON d.run = r.number LEFT JOIN comparison AS c ON c.sha256 = d.headline_sha256 WHERE ?1 IS "
-    "NULL "
-    "OR r.number = ?1 ORDER BY r.number, d.scene, d.measured_sha256";
-
-/// Pairs of simulations of a run that are compared with the same measured sheet.
-constexpr const char* kPairs =
-    "SELECT p.* FROM simulation_pair AS p WHERE ?1 IS NULL OR 2 = (SELECT count(DISTINCT "
-    "c.simulated_sha256) FROM run_comparison AS k JOIN comparison AS c ON c.id = k.comparison_id "
-    "WHERE k.run = ?1 AND c.measured_sha256 = p.measured_sha256 AND "
-    "c.simulated_sha256 IN (p.first_sha256, p.second_sha256)) ORDER BY p.sha256";
-
-/// Meshes without marks, compared with a measured sheet of the run.
-constexpr const char* kSurfaces =
-    "SELECT p.* FROM surface_comparison AS p WHERE ?1 IS NULL OR p.measured_sha256 IN (SELECT "
-    "measured_sha256 FROM run_drape WHERE run = ?1) ORDER BY p.sha256";
-
-/// All columns except the certificate, which is a separate file.
-constexpr const char* kSimulations =
-    "SELECT s.sheet_sha256, s.simulator, s.scene, s.scene_sha256, coalesce(f.name, "
-    "s.fabric_stated) AS fabric, s.fabric_sha256, s.start_sha256, s.grid_rows, s.grid_cols, "
-    "s.spacing_mm, s.from_measured, s.segments, s.model, s.solver, s.status, s.at_rest, "
-    "s.certificate_sha256, "
-    "json_extract(s.certificate_json, '$.\"energy.end_uJ\"') AS energy_end_uJ, "
-    "json_extract(s.certificate_json, '$.largest_residual_per_particle_weight') AS "
-    "largest_residual_per_particle_weight FROM simulation AS s LEFT JOIN fabric AS f ON f.sha256 = "
-    "s.fabric_sha256 WHERE ?1 IS NULL OR s.sheet_sha256 IN (SELECT c.simulated_sha256 FROM "
-    "run_comparison AS k JOIN comparison AS c ON c.id = k.comparison_id WHERE k.run = ?1) ORDER BY "
-    "s.sheet_sha256";
-
-Table comparisons(const StoreReader& store, std::optional<int> run) {
-  ResultFilter filter;
-  filter.run = run;
-  filter.outdated = true;
-  const Selection of = selection_of(store, filter);
-  return store.query(
-      "SELECT s.run, s.date, s.measurement, s.cause, coalesce(s.state, 'current') AS state, "
-      "v.scene, v.discretisation, v.segments, v.begins, v.fabric, v.simulator, v.model, v.solver, "
-      "v.status, "
-      "v.branch, v.gaps, v.recorded_on, m.* FROM " +
-          of.from + " JOIN comparison AS m ON m.id = v.id" + of.where + " ORDER BY m.sha256",
-      of.parameters);
-}
-
-/// A file of numbers in a crate.
+/// A file of numbers in a crate; parameter 1 of its query is the number of one run, or NULL for
+/// all.
 struct CrateTable {
-  std::string file, description;
-  Table table;
+  const char *file, *description, *query;
 };
+constexpr CrateTable kCrateTables[] = {
+    {"drapes.csv", "mean distance, its expanded uncertainty (95 %) and match of each drape", R"sql(
+SELECT r.number AS run, r.date, r.label, r.program_version, d.scene, d.set_name, d.measurement,
+  d.cause, d.match, d.match_reason, c.mean_mm, d.expanded_uncertainty_mm,
+  CASE d.budget_complete WHEN 1 THEN 'complete' WHEN 0 THEN 'at least' END AS uncertainty_is,
+  d.measured_sha256, d.headline_sha256 AS comparison_sha256
+FROM run AS r JOIN run_drape AS d ON d.run = r.number
+  LEFT JOIN comparison AS c ON c.sha256 = d.headline_sha256
+WHERE ?1 IS NULL OR r.number = ?1 ORDER BY r.number, d.scene, d.measured_sha256)sql"},
+    {"surface_comparisons.csv", "distance between measured sheets and surfaces without marks",
+     R"sql(
+SELECT p.* FROM surface_comparison AS p WHERE ?1 IS NULL OR p.measured_sha256 IN (
+  SELECT measured_sha256 FROM run_drape WHERE run = ?1) ORDER BY p.sha256)sql"},
+    // Of a run, those whose simulations are both compared with the same measured sheet.
+    {"simulation_pairs.csv", "distance between simulated sheets", R"sql(
+SELECT p.* FROM simulation_pair AS p WHERE ?1 IS NULL OR 2 = (
+  SELECT count(DISTINCT c.simulated_sha256) FROM run_comparison AS k
+    JOIN comparison AS c ON c.id = k.comparison_id
+  WHERE k.run = ?1 AND c.measured_sha256 = p.measured_sha256
+    AND c.simulated_sha256 IN (p.first_sha256, p.second_sha256)) ORDER BY p.sha256)sql"},
+    // All columns except the certificate, which is a separate file.
+    {"simulations.csv", "what each simulation is and how it ended", R"sql(
+SELECT s.sheet_sha256, s.simulator, s.scene, s.scene_sha256,
+  coalesce(f.name, s.fabric_stated) AS fabric, s.fabric_sha256, s.start_sha256, s.grid_rows,
+  s.grid_cols, s.spacing_mm, s.from_measured, s.segments, s.model, s.solver, s.status, s.at_rest,
+  s.certificate_sha256, json_extract(s.certificate_json, '$."energy.end_uJ"') AS energy_end_uJ,
+  json_extract(s.certificate_json, '$.largest_residual_per_particle_weight')
+    AS largest_residual_per_particle_weight
+FROM simulation AS s LEFT JOIN fabric AS f ON f.sha256 = s.fabric_sha256
+WHERE ?1 IS NULL OR s.sheet_sha256 IN (SELECT c.simulated_sha256 FROM run_comparison AS k
+  JOIN comparison AS c ON c.id = k.comparison_id WHERE k.run = ?1) ORDER BY s.sheet_sha256)sql"}};
 
-/// The numbers of one run, or of the whole store, unrounded; columns have the names of the store's
-/// dictionary of metrics.
-std::vector<CrateTable> crate_tables(const StoreReader& store, std::optional<int> run) {
-  const Cell number = run;
-  std::vector<CrateTable> tables = {
-      {"comparisons.csv", "distance between measured and simulated sheets, one row each",
-       comparisons(store, run)},
-      {"drapes.csv", "mean distance, its expanded uncertainty (95 %) and match of each drape",
-       store.query(kDrapes, {number})},
-      {"surface_comparisons.csv", "distance between measured sheets and surfaces without marks",
-       store.query(kSurfaces, {number})},
-      {"simulation_pairs.csv", "distance between simulated sheets", store.query(kPairs, {number})},
-      {"simulations.csv", "what each simulation is and how it ended",
-       store.query(kSimulations, {number})}};
-  if (run)
-    tables.push_back({"values.csv", "every value behind the run; stand_in: nobody measured it",
-                      store.query("SELECT owner, key, value, stand_in FROM run_value WHERE run = "
-                                  "? ORDER BY owner, key",
-                                  {number})});
-  return tables;
-}
-
-/// The mean distance that represents each drape of a run, with its uncertainty and verdicts.
-struct CrateHeadline {
-  std::string scene, mean_mm, statement;
-};
-std::vector<CrateHeadline> crate_headlines(const StoreReader& store, int run) {
-  using Text = std::string;
-  std::vector<CrateHeadline> headlines;
-  for (const auto& [scene, mean_mm, verdict, cause, match, reason, expanded_mm, is] :
-       store.rows<Text, Text, Text, Text, Text, Text, Text, Text>(
-           "SELECT scene, mean_mm, measurement, cause, match, match_reason, "
-           "expanded_uncertainty_mm, uncertainty_is FROM (" +
-               Text(kDrapes) + ")",
-           {run}))
-    if (!mean_mm.empty())
-      headlines.push_back(
-          {scene, mean_mm,
-           fmt::format("measurement {}{}; expanded uncertainty (95 %) {}; match {}: {}", verdict,
-                       cause.empty() ? "" : ", " + cause,
-                       expanded_mm.empty()
-                           ? "not known"
-                           : (is == "at least" ? "at least " : "") + expanded_mm + " mm",
-                       match, reason)});
-  return headlines;
+/// Every comparison of one run, or of the whole store, with its verdict.
+Table comparisons(const StoreReader& store, std::optional<int> run) {
+  const Selection of = selection_of(store, {.run = run, .outdated = true});
+  return store.query(R"sql(
+SELECT s.run, s.date, s.measurement, s.cause, coalesce(s.state, 'current') AS state, v.scene,
+  v.discretisation, v.segments, v.begins, v.fabric, v.simulator, v.model, v.solver, v.status,
+  v.branch, v.gaps, v.recorded_on, m.* FROM )sql" +
+                         of.from + " JOIN comparison AS m ON m.id = v.id" + of.where +
+                         " ORDER BY m.sha256",
+                     of.parameters);
 }
 
 /// Relative URI of a path (RFC 3986): everything except unreserved characters and `/` is encoded.
@@ -259,11 +207,6 @@ std::string media_type(const fs::path& file) {
       {".html", "text/html"},        {".md", "text/markdown"}};
   const auto found = types.find(file.extension().string());
   return found == types.end() ? "application/octet-stream" : found->second;
-}
-
-/// Code of a unit of the metric dictionary in the Unified Code for Units of Measure.
-std::string ucum(const std::string& unit) {
-  return unit == "px" ? "{pixel}" : unit;
 }
 
 /// A time by ISO 8601 with its offset as a number, as required by validators of the profile.
@@ -288,12 +231,9 @@ class CrateWriter {
       if (file.string().ends_with(".run.json") && ids_.contains(file)) add_action(file);
     add_tables();
     add_root();
-    Json json;
-    json["@context"] = "https://w3id.org/ro/crate/1.3/context";
-    json["@graph"] = Json::array();
-    for (Json* list : {&roots_, &entities_})
-      for (Json& entity : *list) json["@graph"].push_back(std::move(entity));
-    write_json(out_ / "ro-crate-metadata.json", json);
+    for (Json& entity : entities_) roots_.push_back(std::move(entity));
+    write_json(out_ / "ro-crate-metadata.json",
+               {{"@context", "https://w3id.org/ro/crate/1.3/context"}, {"@graph", roots_}});
     return crate_;
   }
 
@@ -334,17 +274,15 @@ class CrateWriter {
   }
 
   void add_file(const fs::path& name, const std::string& sha256, const std::string& description) {
-    Json file;
-    file["@id"] = uri_of(name);
-    file["@type"] = "File";
-    file["name"] = name.filename().string();
+    const std::string id = uri_of(name);
+    Json file = {{"@id", id}, {"@type", "File"}, {"name", name.filename().string()}};
     if (!description.empty()) file["description"] = description;
     file["encodingFormat"] = media_type(name);
     file["contentSize"] = std::to_string(fs::file_size(out_ / name));
     file["sha256"] = sha256;
-    places_[uri_of(name)] = entities_.size();
-    entities_.push_back(file);
-    parts_.push_back(reference(uri_of(name)));
+    places_[id] = entities_.size();
+    entities_.push_back(std::move(file));
+    parts_.push_back(reference(id));
     ++crate_.files;
   }
 
@@ -357,8 +295,7 @@ class CrateWriter {
     }
   }
 
-  std::string software(const std::string& program, const std::string& version,
-                       const std::string& sha256) {
+  Json software(const std::string& program, const std::string& version, const std::string& sha256) {
     // RFC 6920: a name made from the hash of the program's bytes, which needs no address.
     std::string id = "nih:sha-256;" + sha256;
     if (softwares_.insert(id).second)
@@ -368,7 +305,7 @@ class CrateWriter {
                            {"version", version},
                            {"url", lab_.program_url.empty() ? id : lab_.program_url},
                            {"identifier", "sha256:" + sha256}});
-    return id;
+    return reference(id);
   }
 
   Json references(const fs::path& record, const std::vector<RecordedFile>& files) {
@@ -383,21 +320,20 @@ class CrateWriter {
   void add_action(const fs::path& file) {
     const RunFile record = read_run_file(file);
     const std::string& program = record.program;
-    Json action;
-    action["@id"] = "#" + ids_[file];
-    action["@type"] = "CreateAction";
-    action["name"] = "run of " + program;
-    action["description"] = fmt::format("{} {}", program, fmt::join(record.arguments, " "));
-    action["startTime"] = with_offset(record.started_utc);
-    action["endTime"] = with_offset(record.ended_utc);
-    action["instrument"] = reference(software(program, record.version, record.program_sha256));
-    action["object"] = references(file, record.inputs);
-    action["result"] = references(file, record.outputs);
-    action["agent"] = agents();
-    describe(action["result"], program, true);
-    describe(action["object"], program, false);
+    const Json object = references(file, record.inputs), result = references(file, record.outputs);
+    add_action({{"@id", "#" + ids_[file]},
+                {"@type", "CreateAction"},
+                {"name", "run of " + program},
+                {"description", fmt::format("{} {}", program, fmt::join(record.arguments, " "))},
+                {"startTime", with_offset(record.started_utc)},
+                {"endTime", with_offset(record.ended_utc)},
+                {"instrument", software(program, record.version, record.program_sha256)},
+                {"object", object},
+                {"result", result},
+                {"agent", agents()}});
+    describe(result, program, true);
+    describe(object, program, false);
     describe(Json::array({reference(ids_[file])}), program + ", record of the run", true);
-    add_action(std::move(action));
   }
 
   void add_action(Json action) {
@@ -406,75 +342,87 @@ class CrateWriter {
     ++crate_.actions;
   }
 
-  Json add_table(const CrateTable& table) {
-    const std::string text = csv_of(table.table);
-    write_durable(out_ / table.file, text);
-    add_file(table.file, sha256_of(std::string_view(text)), table.description);
-    for (const std::string& column : table.table.names) columns_.insert(column);
-    return reference(table.file);
+  Json property(const std::string& id, const std::string& name, const std::string& description,
+                const std::string& unit) {
+    // Codes of the Unified Code for Units of Measure.
+    entities_.push_back({{"@id", id},
+                         {"@type", "PropertyValue"},
+                         {"name", name},
+                         {"description", description},
+                         {"unitCode", unit == "px" ? "{pixel}" : unit},
+                         {"unitText", unit + " (UCUM)"}});
+    return reference(id);
   }
 
-  /// Adds the numbers themselves, made from the sheets by this program.
+  /// Adds the numbers themselves, made from the sheets by this program: unrounded, in columns with
+  /// the names of the store's dictionary of metrics.
   void add_tables() {
     Json results = Json::array();
     std::size_t numbers = 0;
-    for (const CrateTable& table : crate_tables(store_, run_)) {
-      results.push_back(add_table(table));
-      numbers += table.table.rows.size();
-    }
+    std::set<std::string> columns;
+    const auto add = [&](const char* file, const char* description, const Table& table) {
+      const std::string text = csv_of(table);
+      write_durable(out_ / file, text);
+      add_file(file, sha256_of(std::string_view(text)), description);
+      columns.insert(table.names.begin(), table.names.end());
+      results.push_back(reference(file));
+      numbers += table.rows.size();
+    };
+    add("comparisons.csv", "distance between measured and simulated sheets, one row each",
+        comparisons(store_, run_));
+    for (const CrateTable& table : kCrateTables)
+      add(table.file, table.description, store_.query(table.query, {run_}));
+    if (run_)
+      add("values.csv", "every value behind the run; stand_in: nobody measured it",
+          store_.query("SELECT owner, key, value, stand_in FROM run_value WHERE run = ? ORDER BY "
+                       "owner, key",
+                       {*run_}));
     if (numbers == 0) crate_.findings.emplace_back("the store holds no number");
     if (run_) add_headlines(results);
     Json sheets = Json::array();
     for (const auto& [file, id] : ids_)
       if (file.filename() == "sheet.json") sheets.push_back(reference(id));
-    Json action;
-    action["@id"] = "#export";
-    action["@type"] = "CreateAction";
-    action["name"] = "export of the results";
-    action["description"] = "tables made from the sheets and their store";
-    action["endTime"] = with_offset(published_);
-    action["instrument"] =
-        reference(software("drape-results", version(), sha256_of_file("/proc/self/exe")));
-    action["object"] = sheets;
-    action["result"] = results;
-    action["agent"] = agents();
-    add_action(std::move(action));
-    add_metrics();
-  }
-
-  void add_headlines(Json& results) {
-    published_ = std::get<0>(
-        store_.rows<std::string>("SELECT date FROM run WHERE number = ?", {*run_}).at(0));
-    for (const CrateHeadline& headline : crate_headlines(store_, *run_)) {
-      const std::string id = "#mean-distance-" + uri_of(headline.scene);
-      entities_.push_back({{"@id", id},
-                           {"@type", "PropertyValue"},
-                           {"name", "mean distance of drape " + headline.scene},
-                           {"description", headline.statement},
-                           {"value", headline.mean_mm},
-                           {"unitCode", "mm"},
-                           {"unitText", "mm (UCUM)"}});
-      results.push_back(reference(id));
-    }
-  }
-
-  /// Adds meanings and units of the tables' columns.
-  void add_metrics() {
+    add_action(
+        {{"@id", "#export"},
+         {"@type", "CreateAction"},
+         {"name", "export of the results"},
+         {"description", "tables made from the sheets and their store"},
+         {"endTime", with_offset(published_)},
+         {"instrument", software("drape-results", version(), sha256_of_file("/proc/self/exe"))},
+         {"object", sheets},
+         {"result", results},
+         {"agent", agents()}});
     std::vector<Metric> metrics = metric_dictionary(store_);
     metrics.emplace_back(
         "expanded_uncertainty_mm", "mm",
         "half width of what 95 of 100 draws of all inputs leave of the mean distance (JCGM 101); a "
         "lower bound where uncertainty_is says `at least`");
-    for (const auto& [name, unit, definition] : metrics) {
-      if (!columns_.contains(name)) continue;
-      const std::string id = "#metric-" + name;
-      entities_.push_back({{"@id", id},
-                           {"@type", "PropertyValue"},
-                           {"name", name},
-                           {"description", definition},
-                           {"unitCode", ucum(unit)},
-                           {"unitText", unit + " (UCUM)"}});
-      measured_.push_back(reference(id));
+    for (const auto& [name, unit, definition] : metrics)
+      if (columns.contains(name))
+        measured_.push_back(property("#metric-" + name, name, definition, unit));
+  }
+
+  /// Adds the mean distance that represents each drape, with its uncertainty and verdicts.
+  void add_headlines(Json& results) {
+    using Text = std::string;
+    for (const auto& [date, scene, mean_mm, verdict, cause, match, reason, expanded_mm, is] :
+         store_.rows<Text, Text, Text, Text, Text, Text, Text, Text, Text>(
+             fmt::format("SELECT date, scene, mean_mm, measurement, cause, match, match_reason, "
+                         "expanded_uncertainty_mm, uncertainty_is FROM ({})",
+                         kCrateTables[0].query),
+             {*run_})) {
+      published_ = date;
+      if (mean_mm.empty()) continue;
+      results.push_back(
+          property("#mean-distance-" + uri_of(scene), "mean distance of drape " + scene,
+                   fmt::format("measurement {}{}; expanded uncertainty (95 %) {}; match {}: {}",
+                               verdict, cause.empty() ? "" : ", " + cause,
+                               expanded_mm.empty()
+                                   ? "not known"
+                                   : (is == "at least" ? "at least " : "") + expanded_mm + " mm",
+                               match, reason),
+                   "mm"));
+      entities_.back()["value"] = mean_mm;
     }
   }
 
@@ -489,37 +437,33 @@ class CrateWriter {
   }
 
   void add_root() {
-    roots_.push_back({{"@id", "ro-crate-metadata.json"},
-                      {"@type", "CreativeWork"},
-                      {"about", reference("./")},
-                      {"conformsTo", reference("https://w3id.org/ro/crate/1.3")}});
-    Json root;
-    root["@id"] = "./";
-    root["@type"] = "Dataset";
-    root["conformsTo"] = reference("https://w3id.org/ro/wfrun/process/0.6");
-    root["name"] = lab_.title;
-    root["description"] = lab_.description;
-    root["datePublished"] = published_;
-    root["license"] = reference(lab_.license);
-    root["author"] = agents();
-    root["variableMeasured"] = measured_;
-    root["hasPart"] = parts_;
-    root["mentions"] = mentions_;
-    roots_.push_back(root);
-    roots_.push_back({{"@id", "https://w3id.org/ro/wfrun/process/0.6"},
-                      {"@type", {"CreativeWork", "Profile"}},
-                      {"name", "Process Run Crate"},
-                      {"version", "0.6"}});
-    roots_.push_back({{"@id", lab_.license},
-                      {"@type", "CreativeWork"},
-                      {"name", lab_.license_name},
-                      {"description", "licence of this data: " + lab_.license_name}});
+    const char* profile = "https://w3id.org/ro/wfrun/process/0.6";
+    roots_ = {{{"@id", "ro-crate-metadata.json"},
+               {"@type", "CreativeWork"},
+               {"about", reference("./")},
+               {"conformsTo", reference("https://w3id.org/ro/crate/1.3")}},
+              {{"@id", "./"},
+               {"@type", "Dataset"},
+               {"conformsTo", reference(profile)},
+               {"name", lab_.title},
+               {"description", lab_.description},
+               {"datePublished", published_},
+               {"license", reference(lab_.license)},
+               {"author", agents()},
+               {"variableMeasured", measured_},
+               {"hasPart", parts_},
+               {"mentions", mentions_}},
+              {{"@id", profile},
+               {"@type", {"CreativeWork", "Profile"}},
+               {"name", "Process Run Crate"},
+               {"version", "0.6"}},
+              {{"@id", lab_.license},
+               {"@type", "CreativeWork"},
+               {"name", lab_.license_name},
+               {"description", "licence of this data: " + lab_.license_name}}};
     for (std::size_t i = 0; i < lab_.authors.size(); ++i) {
       const Lab::Author& author = lab_.authors[i];
-      Json person;
-      person["@id"] = author_id(i);
-      person["@type"] = "Person";
-      person["name"] = author.name;
+      Json person = {{"@id", author_id(i)}, {"@type", "Person"}, {"name", author.name}};
       if (!author.affiliation.empty()) {
         const std::string id = fmt::format("#affiliation-{}", i + 1);
         person["affiliation"] = reference(id);
@@ -537,7 +481,7 @@ class CrateWriter {
   std::map<fs::path, std::set<std::string>> files_;  ///< with the hashes stated for each
   std::map<fs::path, std::string> ids_;              ///< ids of the copies
   std::map<std::string, std::size_t> places_;        ///< index of each file in entities_
-  std::set<std::string> softwares_, columns_;
+  std::set<std::string> softwares_;
   std::string published_ = today();
   Json roots_ = Json::array(), entities_ = Json::array(), parts_ = Json::array(),
        mentions_ = Json::array(), measured_ = Json::array();

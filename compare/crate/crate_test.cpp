@@ -4,7 +4,6 @@
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 
-#include "compare/history/apart.hpp"
 #include "compare/history/results.hpp"
 #include "compare/history/verify.hpp"
 #include "compare/store/inputs.hpp"
@@ -62,7 +61,7 @@ class CrateOf : public testing::Test {
   [[nodiscard]] fs::path out() const { return folder_.path() / fmt::format("crate-{}", count_); }
   [[nodiscard]] std::string text(const std::string& name) const { return read_text(out() / name); }
   /// Explanation of the mean distance of the first sheet simulated.
-  [[nodiscard]] Explanation why() const {
+  [[nodiscard]] Answer why() const {
     return explain(StoreReader(store_), first_key_, "mean_mm");
   }
   [[nodiscard]] std::string key_of_first() const {
@@ -85,7 +84,7 @@ class CrateOf : public testing::Test {
 TEST_F(CrateOf, AnUntouchedRunIsWholeWithItsUncertaintyAsItIs) {
   EXPECT_THAT(findings(), IsEmpty());
   first_key_ = key_of_first();
-  EXPECT_TRUE(why().complete) << "followed from the sheet, not from its copy";
+  EXPECT_TRUE(why().good) << "followed from the sheet, not from its copy";
   const std::string u = StoreReader(store_)
                             .query(
                                 "SELECT expanded_uncertainty_mm FROM run_drape WHERE "
@@ -137,8 +136,8 @@ TEST_F(CrateOf, ARunWhoseSheetWasMadeAgainIsNotTraced) {
   make(sheets_[1], another());
   import();
   EXPECT_THAT(findings(1), Contains(HasSubstr("no record of how it was made: ")));
-  EXPECT_FALSE(why().complete);
-  EXPECT_EQ(why().chain.rows.back()[4], "not traced");
+  EXPECT_FALSE(why().good);
+  EXPECT_EQ(why().tables[1].rows.back()[4], "not traced");
   EXPECT_THAT(findings(2), IsEmpty());
 }
 
@@ -148,7 +147,7 @@ TEST_F(CrateOf, AFileWhoseRecordIsGoneOrOfAnotherContentIsNotTraced) {
   const std::string recorded = read_text(record);
   fs::remove(record);
   EXPECT_THAT(findings(), Contains(HasSubstr("no record of how it was made: ")));
-  EXPECT_FALSE(why().complete);
+  EXPECT_FALSE(why().good);
   write_durable(record, recorded);
   EXPECT_THAT(findings(), IsEmpty());
   write_durable(folder_.path() / "A" / "points.json",

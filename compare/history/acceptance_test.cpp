@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "compare/history/acceptance.hpp"
 #include "compare/history/verify.hpp"
+#include "compare/store/outcome.hpp"
 
 #include <gmock/gmock.h>
 
 #include "compare/history/results.hpp"
-#include "compare/history/transfer.hpp"
 #include "compare/test_sheets.hpp"
 #include "core/files/files.hpp"
 #include "core/files/json_file.hpp"

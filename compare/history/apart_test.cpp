@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "compare/history/apart.hpp"
+#include "compare/store/outcome.hpp"
 
 #include <SQLiteCpp/SQLiteCpp.h>
 #include <gmock/gmock.h>
@@ -28,7 +28,7 @@ class Apart : public testing::Test {
     if (ended)
       RunRecord("drape-simulate", {"study", "--key", name}, run_record_path(sheet)).write(0);
   }
-  ApartCounts import() { return import_simulations(store_, sheets_in({study_})); }
+  ApartCounts import() { return import_simulations(store_, files_in({study_}).sheets); }
   [[nodiscard]] std::string count(const std::string& table) const {
     return StoreReader(store_).query("SELECT count(*) FROM " + table).rows[0][0];
   }
@@ -110,7 +110,7 @@ TEST(FilesOf01, AreWhatTheMigratedStoreOf01Holds) {
   const Session session = read_session({files / "11-1/sheet.ply", files / "11-5/sheet.ply"}, {});
   ASSERT_EQ(session.virtual_only.size(), 1U);
   Store store(file);
-  const ImportCounts counts = store.add(session.virtual_only[0]);
+  const ImportCounts counts = test::add(store, session.virtual_only[0]);
   EXPECT_EQ(counts.added, 0);
   EXPECT_EQ(counts.present, 2);
   store.close();

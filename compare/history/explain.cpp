@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -35,142 +34,100 @@ std::optional<fs::path> place_in(const StoreReader& store, RecordBook& book,
 namespace {
 
 void add_chain(const StoreReader& store, RecordBook& book, std::set<fs::path>& followed,
-               const std::string& what, const std::string& sha256, Explanation& result) {
+               const std::string& what, const std::string& sha256, Answer& result) {
+  const auto add = [&](int depth, const std::string& file, const std::string& made_by,
+                       const std::string& hash, const std::string& state) {
+    result.tables.back().add({std::to_string(depth),
+                              std::string(2 * static_cast<std::size_t>(depth), ' ') + file, made_by,
+                              hash, state});
+    result.good = result.good && state == "unchanged";
+  };
   const auto file_of = place_in(store, book, sha256);
-  if (!file_of) {
-    result.chain.add(
-        {"0", what, "imported before the store kept where files lie", sha256, "not followed"});
-    result.complete = false;
-    return;
-  }
+  if (!file_of)
+    return add(0, what, "imported before the store kept where files lie", sha256, "not followed");
   const fs::path& file = *file_of;
   if (const auto other = other_mesh_id(file); other && other->sha256 == sha256) {
-    result.chain.add(
-        {"0", file.generic_string(), "written by people", *book.sha256(file), "unchanged"});
-    result.chain.add({"1", "  " + other->mesh.generic_string(), "another simulator's mesh",
-                      other->mesh_sha256, "unchanged"});
-    return;
+    add(0, file.generic_string(), "written by people", *book.sha256(file), "unchanged");
+    return add(1, other->mesh.generic_string(), "another simulator's mesh", other->mesh_sha256,
+               "unchanged");
   }
-  if (const auto now = book.sha256(file); now && *now != sha256 && store.blob(sha256)) {
-    result.chain.add({"0", file.generic_string(), "in the store; the file was made again since",
-                      sha256, "not traced"});
-    result.complete = false;
-    return;
-  }
-  for (const ChainLink& link : chain_of(book, file, sha256, followed)) {
-    const std::string indent(2 * static_cast<std::size_t>(link.depth), ' ');
-    result.chain.add({std::to_string(link.depth), indent + link.file.generic_string(), link.made_by,
-                      link.sha256, link.state});
-    result.complete = result.complete && link.state == "unchanged";
-  }
+  if (const auto now = book.sha256(file); now && *now != sha256 && store.blob(sha256))
+    return add(0, file.generic_string(), "in the store; the file was made again since", sha256,
+               "not traced");
+  for (const ChainLink& link : chain_of(book, file, sha256, followed))
+    add(link.depth, link.file.generic_string(), link.made_by, link.sha256, link.state);
 }
 
-double number_of(const std::string& text) {
-  return text.empty() ? 0 : std::stod(text);
-}
-
-/// Row of a number, and the files from which it was computed.
+/// Rows of numbers: the query of one by its key, and columns with the hashes of the files from
+/// which it was computed.
 struct Subject {
-  Table row;
-  std::vector<std::pair<std::string, std::string>> roots;  ///< files with their names and SHA-256
-
-  [[nodiscard]] std::optional<std::string> value(const std::string& name) const {
-    const auto at = row.column(name);
-    return at && !row.rows.empty() ? std::optional(row.rows[0][*at]) : std::nullopt;
-  }
-  void add_root(const std::string& what, const std::string& column) {
-    if (const auto sha256 = value(column); sha256 && !sha256->empty())
-      roots.emplace_back(what, *sha256);
-  }
+  const char *table, *row;
+  std::vector<std::pair<const char*, const char*>> roots;
 };
+const Subject kSubjects[] = {
+    {"comparison",
+     R"sql(
+SELECT c.*, m.sigma_median_mm, m.sigma_max_mm, b.energy_uJ, b.residual_per_particle_weight,
+  b.hem_nodes, t.turned_mean_mm, t.turn_deg
+FROM comparison AS c JOIN sheet AS m ON m.sha256 = c.measured_sha256
+  LEFT JOIN branch AS b ON b.sheet_sha256 = c.simulated_sha256
+  LEFT JOIN branch_turn AS t ON t.comparison_sha256 = c.sha256 WHERE c.sha256 = ?)sql",
+     {{"measured sheet", "measured_sha256"}, {"virtual sheet", "simulated_sha256"}}},
+    {"surface_comparison",
+     "SELECT * FROM surface_comparison WHERE sha256 = ?",
+     {{"measured sheet", "measured_sha256"}, {"virtual sheet", "mesh_sha256"}}},
+    {"simulation_pair",
+     "SELECT * FROM simulation_pair WHERE sha256 = ?",
+     {{"measured sheet", "measured_sha256"},
+      {"first virtual sheet", "first_sha256"},
+      {"second virtual sheet", "second_sha256"}}},
+    {"sheet",
+     R"sql(
+SELECT s.sha256, s.sigma_median_mm, s.sigma_max_mm, d.* FROM sheet AS s
+  LEFT JOIN drapemeter AS d ON d.sheet_sha256 = s.sha256 WHERE s.sha256 = ?)sql",
+     {{"sheet", "sha256"}}},
+    {"calibration",
+     R"sql(
+SELECT calibration_sha256, camera, points, rms_px, max_px, object_rms_mm FROM calibration_camera
+WHERE calibration_sha256 = ?1 AND (?2 = '' OR camera = ?2))sql",
+     {{"calibration", "calibration_sha256"}}}};
+constexpr const char* kMark = R"sql(
+SELECT e.*, c.measured_sha256, c.simulated_sha256 FROM mark_error AS e
+  JOIN comparison AS c ON c.id = e.comparison_id
+WHERE c.sha256 = ? AND e."row" = ? AND e."col" = ?)sql";
 
-constexpr const char* kComparison =
-    "SELECT c.*, m.sigma_median_mm, m.sigma_max_mm, b.energy_uJ, b.residual_per_particle_weight, "
-    "b.hem_nodes, t.turned_mean_mm, t.turn_deg FROM comparison AS c JOIN sheet AS m ON m.sha256 = "
-    "c.measured_sha256 LEFT JOIN branch AS b ON b.sheet_sha256 = c.simulated_sha256 LEFT JOIN "
-    "branch_turn AS t ON t.comparison_sha256 = c.sha256 WHERE c.sha256 = ?";
-constexpr const char* kMark =
-    "SELECT e.*, c.measured_sha256, c.simulated_sha256 FROM mark_error AS e JOIN comparison AS c "
-    "ON c.id = e.comparison_id WHERE c.sha256 = ? AND e.\"row\" = ? AND "
-    "e.\"col\" = ?";
-constexpr const char* kSheet =
-    "SELECT s.sha256, s.sigma_median_mm, s.sigma_max_mm, d.* FROM sheet AS s LEFT JOIN drapemeter "
-    "AS d ON d.sheet_sha256 = s.sha256 WHERE s.sha256 = ?";
-constexpr const char* kCamera =
-    "SELECT calibration_sha256, camera, points, rms_px, max_px, object_rms_mm FROM "
-    "calibration_camera WHERE calibration_sha256 = ?1 AND (?2 = '' OR camera = ?2)";
-
-Subject comparison_subject(const StoreReader& store, const std::string& key,
-                           const std::optional<MarkId>& mark) {
-  Subject subject;
-  subject.row =
-      mark ? store.query(kMark, {key, mark->row, mark->col}) : store.query(kComparison, {key});
-  if (subject.row.rows.empty())
-    throw usage_error(fmt::format("mark {}, {} is not in this comparison", mark->row, mark->col),
-                      "see its marks with drape-results show " + key.substr(0, 12));
-  subject.add_root("measured sheet", "measured_sha256");
-  subject.add_root("virtual sheet", "simulated_sha256");
-  return subject;
-}
-
-Subject camera_subject(const StoreReader& store, const std::string& key,
-                       const std::string& camera) {
-  Subject subject{store.query(kCamera, {key, camera}), {}};
-  if (subject.row.rows.size() != 1) {
-    std::string names;
-    for (const auto& [sha256, name] : store.rows<std::string, std::string>(kCamera, {key, ""}))
-      names += (names.empty() ? "" : ", ") + name;
-    if (names.empty())
-      throw usage_error("the store has the name of this calibration, not its residuals",
-                        "import its sheets again with --calibration calibration.json");
-    throw usage_error("a residual is that of one camera", "give --camera, one of: " + names);
+/// The row of a number. Throws Error(usage) for a mark that a comparison lacks, and if a residual
+/// is not that of one camera.
+Table row_of(const StoreReader& store, const Subject& subject, const std::string& key,
+             const WhyOptions& options) {
+  const std::string table = subject.table;
+  if (table == "comparison" && options.mark) {
+    Table row = store.query(kMark, {key, options.mark->row, options.mark->col});
+    if (!row.rows.empty()) return row;
+    throw usage_error(
+        fmt::format("mark {}, {} is not in this comparison", options.mark->row, options.mark->col),
+        "see its marks with drape-results show " + key.substr(0, 12));
   }
-  subject.add_root("calibration", "calibration_sha256");
-  return subject;
-}
-
-Subject subject_of(const StoreReader& store, const StoredKey& stored, const WhyOptions& options) {
-  if (stored.table == "comparison") return comparison_subject(store, stored.sha256, options.mark);
-  if (stored.table == "calibration") return camera_subject(store, stored.sha256, options.camera);
-  Subject subject;
-  if (stored.table == "sheet") {
-    subject.row = store.query(kSheet, {stored.sha256});
-    subject.add_root("sheet", "sha256");
-    return subject;
-  }
-  subject.row = store.query("SELECT * FROM " + stored.table + " WHERE sha256 = ?", {stored.sha256});
-  subject.add_root("measured sheet", "measured_sha256");
-  subject.add_root("virtual sheet", "mesh_sha256");
-  subject.add_root("first virtual sheet", "first_sha256");
-  subject.add_root("second virtual sheet", "second_sha256");
-  return subject;
-}
-
-/// Throws Error(usage) that names the metrics of the subject.
-Metric meaning_of(const StoreReader& store, const Subject& subject, const std::string& metric) {
+  if (table != "calibration") return store.query(subject.row, {key});
+  Table row = store.query(subject.row, {key, options.camera});
+  if (row.rows.size() == 1) return row;
   std::string names;
-  for (Metric& known : metric_dictionary(store)) {
-    const std::string& name = std::get<0>(known);
-    if (!subject.value(name)) continue;
-    if (name == metric) return std::move(known);
+  for (const auto& [sha256, name] : store.rows<std::string, std::string>(subject.row, {key, ""}))
     names += (names.empty() ? "" : ", ") + name;
-  }
-  throw usage_error(fmt::format("there is no metric `{}` here", metric), "there are: " + names);
+  if (names.empty())
+    throw usage_error("the store has the name of this calibration, not its residuals",
+                      "import its sheets again with --calibration calibration.json");
+  throw usage_error("a residual is that of one camera", "give --camera, one of: " + names);
 }
 
 /// Verdict on the measurement in the last run that contains the number.
-void add_verdict(const StoreReader& store, const StoredKey& stored, const Subject& subject,
-                 Table& number) {
-  const bool of_marks = stored.table == "comparison";
-  const auto subject_key = of_marks || stored.table == "sheet" ? std::optional(stored.sha256)
-                                                               : subject.value("measured_sha256");
-  if (!subject_key) return;
+void add_verdict(const StoreReader& store, bool of_marks, const std::string& key, Table& number) {
   const std::string last = of_marks ? "comparison AS k JOIN (" + state_query() +
                                           ") AS s ON s.comparison_id = k.id WHERE k.sha256 = ?"
                                     : "(" + sheet_state_query() + ") AS s WHERE s.sheet_sha256 = ?";
   for (const auto& [verdict, cause, state] : store.rows<std::string, std::string, std::string>(
            "SELECT s.measurement, s.cause, s.state FROM " + last + " AND s.state IS NOT NULL",
-           {*subject_key})) {
+           {key})) {
     number.add({"measurement", verdict + (cause.empty() ? "" : ": " + cause)});
     number.add({"state", state});
   }
@@ -178,86 +135,101 @@ void add_verdict(const StoreReader& store, const StoredKey& stored, const Subjec
 
 }  // namespace
 
-Explanation explain(const StoreReader& store, const std::string& key, const std::string& metric,
-                    const WhyOptions& options) {
-  const StoredKey stored = stored_key(
+Answer explain(const StoreReader& store, const std::string& key, const std::string& metric,
+               const WhyOptions& options) {
+  const auto& [table, sha256] = stored_key(
       store, key, {"comparison", "surface_comparison", "simulation_pair", "sheet", "calibration"});
-  stored.table == "comparison" ? require_comparisons(store, {stored.sha256})
-                               : store.require_as_written(stored.table, {stored.sha256});
-  if (stored.table == "sheet") store.require_as_written("drapemeter", {stored.sha256});
-  if (stored.table == "calibration")
-    store.require_as_written("calibration_camera", {stored.sha256});
-  const Subject subject = subject_of(store, stored, options);
-  const auto [name, unit, definition] = meaning_of(store, subject, metric);
-  Explanation result;
-  result.number = Table({"what", "value"});
-  const std::string number = *subject.value(metric);
-  result.number.add({metric, number.empty() ? "not known" : number + " " + unit});
-  result.number.add({"definition", definition});
-  result.number.add({stored.table, stored.sha256});
-  add_verdict(store, stored, subject, result.number);
-  if (options.mark && stored.table == "comparison") {
-    result.number.add(
-        {"mark", fmt::format("row {}, col {}", options.mark->row, options.mark->col)});
-  } else if (stored.table == "comparison") {
-    result.number.add({"rows", *subject.value("marks") +
-                                   " rows of mark_error (drape-results show " +
-                                   stored.sha256.substr(0, 12) + ")"});
-    result.number.add({"worst mark", fmt::format("row {}, col {}", *subject.value("worst_row"),
-                                                 *subject.value("worst_col"))});
+  const bool of_marks = table == "comparison";
+  of_marks ? require_comparisons(store, {sha256}) : store.require_as_written(table, {sha256});
+  if (table == "sheet") store.require_as_written("drapemeter", {sha256});
+  if (table == "calibration") store.require_as_written("calibration_camera", {sha256});
+  const Subject& subject =
+      *std::find_if(std::begin(kSubjects), std::end(kSubjects),
+                    [&of = table](const auto& one) { return one.table == of; });
+  const Table row = row_of(store, subject, sha256, options);
+  const auto value = [&](const std::string& name) {
+    const auto at = row.column(name);
+    return at && !row.rows.empty() ? std::optional(row.rows[0][*at]) : std::nullopt;
+  };
+  std::string names;
+  const Metric* meaning = nullptr;
+  const std::vector<Metric> metrics = metric_dictionary(store);
+  for (const Metric& known : metrics) {
+    const std::string& name = std::get<0>(known);
+    if (!value(name)) continue;
+    if (name == metric) meaning = &known;
+    names += (names.empty() ? "" : ", ") + name;
   }
-  if (const auto camera = subject.value("camera")) result.number.add({"camera", *camera});
-  result.chain = Table({"depth", "file", "made_by", "sha256", "state"}, {0});
+  if (meaning == nullptr)
+    throw usage_error(fmt::format("there is no metric `{}` here", metric), "there are: " + names);
+  Answer result;
+  result.tables = {Table({"what", "value"}),
+                   Table({"depth", "file", "made_by", "sha256", "state"}, {0})};
+  const auto add = [&](const std::string& what, const std::string& text) {
+    result.tables.front().add({what, text});
+  };
+  const std::string number = *value(metric);
+  add(metric, number.empty() ? "not known" : number + " " + std::get<1>(*meaning));
+  add("definition", std::get<2>(*meaning));
+  add(table, sha256);
+  if (const auto judged = of_marks || table == "sheet" ? sha256 : value("measured_sha256"))
+    add_verdict(store, of_marks, *judged, result.tables.front());
+  if (of_marks && options.mark) {
+    add("mark", fmt::format("row {}, col {}", options.mark->row, options.mark->col));
+  } else if (of_marks) {
+    add("rows", fmt::format("{} rows of mark_error (drape-results show {})", *value("marks"),
+                            sha256.substr(0, 12)));
+    add("worst mark", fmt::format("row {}, col {}", *value("worst_row"), *value("worst_col")));
+  }
+  if (const auto camera = value("camera")) add("camera", *camera);
   RecordBook book;
   std::set<fs::path> followed;
-  for (const auto& [what, sha256] : subject.roots)
-    add_chain(store, book, followed, what, sha256, result);
+  for (const auto& [what, column] : subject.roots)
+    if (const auto root = value(column); root && !root->empty())
+      add_chain(store, book, followed, what, *root, result);
   return result;
 }
 
-Difference difference_of(const StoreReader& store, const std::string& first,
-                         const std::string& second) {
+Answer difference_of(const StoreReader& store, const std::string& first,
+                     const std::string& second) {
   const std::string a = full_key(store, first), b = full_key(store, second);
   require_comparisons(store, {a, b});
-  const Table rows = store.query(
-      "SELECT s.scene, " + std::string(kDiscretisation) +
-          " AS discretisation, s.segments, "
-          "s.simulator, s.model, c.*, coalesce(z.measurement, 'not stated') AS measurement FROM "
-          "comparison AS c JOIN simulation AS s ON s.sheet_sha256 = c.simulated_sha256 JOIN (" +
-          state_query() +
-          ") AS z ON z.comparison_id = c.id WHERE c.sha256 IN (?1, ?2) ORDER BY c.sha256 <> ?1",
-      {a, b});
-  Difference result;
-  result.metrics = Table({"what", "A", "B", "B - A", "unit"}, {1, 2, 3});
-  const auto units = metric_dictionary(store);
-  const auto& one = rows.rows.front();
-  const auto& two = rows.rows.back();
-  result.metrics.add({"measurement", one.back(), two.back(), "", ""});
+  const Table rows = store.query(fmt::format(R"sql(
+SELECT s.scene, {} AS discretisation, s.segments, s.simulator, s.model, c.*,
+  coalesce(z.measurement, 'not stated') AS measurement
+FROM comparison AS c JOIN simulation AS s ON s.sheet_sha256 = c.simulated_sha256
+  JOIN ({}) AS z ON z.comparison_id = c.id
+WHERE c.sha256 IN (?1, ?2) ORDER BY c.sha256 <> ?1)sql",
+                                             kDiscretisation, state_query()),
+                                 {a, b});
+  Table metrics({"what", "A", "B", "B - A", "unit"}, {1, 2, 3});
+  std::map<std::string, std::string> units;
+  for (const auto& [name, unit, definition] : metric_dictionary(store)) units[name] = unit;
+  const auto &one = rows.rows.front(), &two = rows.rows.back();
+  metrics.add({"measurement", one.back(), two.back(), "", ""});
   for (std::size_t i = 0; i + 1 < rows.names.size(); ++i) {
-    const auto unit = std::find_if(units.begin(), units.end(), [&](const Metric& known) {
-      return std::get<0>(known) == rows.names[i];
-    });
+    const auto unit = units.find(rows.names[i]);
     if (unit != units.end() && !one[i].empty() && !two[i].empty()) {
-      result.metrics.add({rows.names[i], fmt::format("{:.4f}", number_of(one[i])),
-                          fmt::format("{:.4f}", number_of(two[i])),
-                          fmt::format("{:+.4f}", number_of(two[i]) - number_of(one[i])),
-                          std::get<1>(*unit)});
+      const double own = std::stod(one[i]), other = std::stod(two[i]);
+      metrics.add({rows.names[i], fmt::format("{:.4f}", own), fmt::format("{:.4f}", other),
+                   fmt::format("{:+.4f}", other - own), unit->second});
     } else if (unit == units.end() && one[i] != two[i] && rows.names[i] != "id") {
       // Every command accepts the beginning of a hash.
       const auto shown = [](const std::string& cell) {
         return cell.size() == 64 ? cell.substr(0, 12) : cell;
       };
-      result.metrics.add({rows.names[i], shown(one[i]), shown(two[i]), "", ""});
+      metrics.add({rows.names[i], shown(one[i]), shown(two[i]), "", ""});
     }
   }
-  result.marks = store.query(
-      "SELECT a.\"row\", a.\"col\", round(a.distance_mm, 3) AS a_mm, round(b.distance_mm, 3) AS "
-      "b_mm, round(b.distance_mm - a.distance_mm, 3) AS b_minus_a_mm FROM mark_error AS a JOIN "
-      "mark_error AS b ON b.\"row\" = a.\"row\" AND b.\"col\" = a.\"col\" WHERE a.comparison_id = "
-      "(SELECT id FROM comparison WHERE sha256 = ?1) AND b.comparison_id = (SELECT id FROM "
-      "comparison WHERE sha256 = ?2) ORDER BY a.\"row\", a.\"col\"",
-      {a, b});
-  return result;
+  Table marks = store.query(R"sql(
+SELECT a."row", a."col", round(a.distance_mm, 3) AS a_mm, round(b.distance_mm, 3) AS b_mm,
+  round(b.distance_mm - a.distance_mm, 3) AS b_minus_a_mm
+FROM mark_error AS a JOIN mark_error AS b ON b."row" = a."row" AND b."col" = a."col"
+WHERE a.comparison_id = (SELECT id FROM comparison WHERE sha256 = ?1)
+  AND b.comparison_id = (SELECT id FROM comparison WHERE sha256 = ?2)
+ORDER BY a."row", a."col")sql",
+                            {a, b});
+  return {{}, {std::move(metrics), std::move(marks)}};
 }
 
 }  // namespace drape::compare

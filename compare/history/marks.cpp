@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "compare/history/marks.hpp"
+#include "compare/history/results.hpp"
 
 #include <fmt/format.h>
 
@@ -8,7 +8,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "compare/history/results.hpp"
 #include "core/error.hpp"
 #include "core/geometry/rigid_motion.hpp"
 #include "core/statistics/distributions.hpp"
@@ -79,7 +78,7 @@ SheetMoves moves_between(const Sheet& first, const Sheet& second, const SharedNo
   return moves;
 }
 
-MovedMarks moved_marks(const StoreReader& store, int first, int second) {
+Answer moved_marks(const StoreReader& store, int first, int second) {
   require_run(store, first);
   require_run(store, second);
   store.require_as_written({.runs = {first, second}});
@@ -96,13 +95,12 @@ MovedMarks moved_marks(const StoreReader& store, int first, int second) {
   if (pairs.empty())
     throw usage_error(fmt::format("runs {} and {} measured no set in common", first, second),
                       "see the runs with: drape results runs");
-  MovedMarks found;
-  found.sets = Table({"scene", "set", "marks", "moved", "rigid_shift_mm", "rigid_turn_deg",
-                      "rms_mm", "largest_mm", "shared"},
-                     {2, 3, 4, 5, 6, 7});
-  found.marks = Table({"scene", "set", "row", "col", "x_mm", "y_mm", "z_mm", "moved_mm", "u_mm",
-                       "chi_square", "moved"},
-                      {2, 3, 4, 5, 6, 7, 8, 9});
+  Table sets({"scene", "set", "marks", "moved", "rigid_shift_mm", "rigid_turn_deg", "rms_mm",
+              "largest_mm", "shared"},
+             {2, 3, 4, 5, 6, 7});
+  Table listed({"scene", "set", "row", "col", "x_mm", "y_mm", "z_mm", "moved_mm", "u_mm",
+                "chi_square", "moved"},
+               {2, 3, 4, 5, 6, 7, 8, 9});
   const auto sheet_of = [&](const std::string& sha256, const std::string& set) {
     if (const auto content = store.blob(sha256))
       return read_record<Sheet>(
@@ -124,7 +122,7 @@ MovedMarks moved_marks(const StoreReader& store, int first, int second) {
       moved += is_moved;
       squares += mark.by_m.squaredNorm();
       largest_m = std::max(largest_m, mark.by_m.norm());
-      found.marks.add(
+      listed.add(
           {scene, set, std::to_string(mark.mark.row), std::to_string(mark.mark.col),
            fmt::format("{:.4f}", mark.by_m.x() / mm), fmt::format("{:.4f}", mark.by_m.y() / mm),
            fmt::format("{:.4f}", mark.by_m.z() / mm), fmt::format("{:.4f}", mark.by_m.norm() / mm),
@@ -132,7 +130,7 @@ MovedMarks moved_marks(const StoreReader& store, int first, int second) {
            fmt::format("{:.1f}", mark.chi2), is_moved ? "moved" : ""});
     }
     const double turn = Eigen::AngleAxisd(moves.rigid.rotation).angle();
-    found.sets.add(
+    sets.add(
         {scene, set, std::to_string(moves.marks.size()), std::to_string(moved),
          fmt::format("{:.4f}", moves.rigid.translation_m.norm() / mm),
          fmt::format("{:.5f}", turn / units::deg),
@@ -145,11 +143,11 @@ MovedMarks moved_marks(const StoreReader& store, int first, int second) {
     moved_all += moved;
     marks_all += moves.marks.size();
   }
-  found.sentence = fmt::format(
-      "{} of {} marks moved between runs {} and {} beyond what their calibrations' uncertainty "
-      "explains (rigid part taken out; 5 % risk a set)",
-      moved_all, marks_all, first, second);
-  return found;
+  return {fmt::format("{} of {} marks moved between runs {} and {} beyond what their calibrations' "
+                      "uncertainty explains (rigid part taken out; 5 % risk a set)",
+                      moved_all, marks_all, first, second),
+          {std::move(sets), std::move(listed)},
+          moved_all == 0};
 }
 
 }  // namespace drape::compare

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "compare/history/marks.hpp"
+#include "compare/history/results.hpp"
 
 #include <gmock/gmock.h>
 
@@ -91,11 +91,11 @@ TEST(MarkMoves, NeedThreeMarks) {
 using Moved = test::StoredExample;
 
 TEST_F(Moved, MarksOfOneRunDidNotMove) {
-  const MovedMarks found = moved_marks(StoreReader(store()), 1, 1);
+  const Answer found = moved_marks(StoreReader(store()), 1, 1);
   EXPECT_THAT(found.sentence, HasSubstr("0 of "));
-  ASSERT_EQ(found.sets.rows.size(), 1U);
-  EXPECT_EQ(found.sets.rows[0][3], "0");
-  EXPECT_EQ(found.sets.rows[0].back(), "pictures and calibration");
+  ASSERT_EQ(found.tables[0].rows.size(), 1U);
+  EXPECT_EQ(found.tables[0].rows[0][3], "0");
+  EXPECT_EQ(found.tables[0].rows[0].back(), "pictures and calibration");
   EXPECT_THROW((void)moved_marks(StoreReader(store()), 1, 7), Error);
 }
 

@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "compare/history/transfer.hpp"
 
 #include <SQLiteCpp/SQLiteCpp.h>
 #include <gmock/gmock.h>
@@ -126,7 +125,7 @@ TEST_F(Merged, WhatOnlyOneStoreKnowsIsNoContradictionButTwoValuesAre) {
       input.simulations[0].certificate->sha256 = sha256_of(std::string_view(certificate));
     }
     Store store(in(name));
-    store.add(input, compare_drape(input, {}));
+    test::add(store, input, compare_drape(input, {}));
     store.close();
     return in(name);
   };
@@ -219,7 +218,7 @@ TEST_F(Merged, TakesBlobsAndPlacesAndComputesAllAgain) {
   EXPECT_EQ(result.comparisons, 8);
   const StoreReader reader(all);
   const std::string key = test::one(reader, "SELECT sha256 FROM comparison WHERE id = 1");
-  EXPECT_TRUE(explain(reader, key, "mean_mm").complete) << "places lead from the new folder";
+  EXPECT_TRUE(explain(reader, key, "mean_mm").good) << "places lead from the new folder";
 }
 
 }  // namespace

@@ -3,7 +3,6 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
-#include <functional>
 #include <map>
 #include <set>
 #include <utility>
@@ -22,35 +21,34 @@ const Names kBehindTables = {
     "branch_turn",       "run",   "run_drape",  "run_match", "simulation_pair",
     "surface_comparison"};
 
-void drop_column(Table& table, std::size_t at) {
-  const auto column = static_cast<std::ptrdiff_t>(at);
-  table.names.erase(table.names.begin() + column);
-  table.numeric.erase(table.numeric.begin() + column);
-  for (auto& row : table.rows) row.erase(row.begin() + column);
-}
-
 /// True if a column is redundant: drapebench alone needs no name, model and solver are needed only
 /// if they differ within a simulator.
 bool is_alike(const Table& table, std::size_t at) {
   const std::string& name = table.names[at];
-  const auto named = std::find(table.names.begin(), table.names.end(), "simulator");
-  const auto simulator = static_cast<std::size_t>(named - table.names.begin());
-  const bool within = named != table.names.end() && (name == "model" || name == "solver");
-  return std::all_of(table.rows.begin(), table.rows.end(), [&](const auto& row) {
-    if (name == "simulator") return row[at] == "drapebench";
-    const auto first = std::find_if(table.rows.begin(), table.rows.end(), [&](const auto& other) {
-      return !within || other[simulator] == row[simulator];
-    });
-    return row[at] == (*first)[at];
-  });
+  const auto simulator = table.column("simulator");
+  const bool within = simulator && (name == "model" || name == "solver");
+  std::set<std::string> groups;
+  std::set<std::pair<std::string, std::string>> values;
+  for (const auto& row : table.rows) {
+    const std::string group = within ? row[*simulator] : "";
+    groups.insert(group);
+    values.emplace(group, row[at]);
+  }
+  return values.size() == groups.size() &&
+         (name != "simulator" || values.begin()->second == "drapebench");
 }
 
 /// Removes those of the given columns that are redundant; the paper has none of them.
 void keep_what_differs(Table& table, const Names& columns) {
-  for (std::size_t at = table.names.size(); at-- > 0;)
-    if (std::find(columns.begin(), columns.end(), table.names[at]) != columns.end() &&
-        is_alike(table, at))
-      drop_column(table, at);
+  for (std::size_t at = table.names.size(); at-- > 0;) {
+    if (std::find(columns.begin(), columns.end(), table.names[at]) == columns.end() ||
+        !is_alike(table, at))
+      continue;
+    const auto column = static_cast<std::ptrdiff_t>(at);
+    table.names.erase(table.names.begin() + column);
+    table.numeric.erase(table.numeric.begin() + column);
+    for (auto& row : table.rows) row.erase(row.begin() + column);
+  }
 }
 
 void add_table(std::vector<Table>& tables, Table table, const std::string& title,
@@ -63,96 +61,65 @@ void add_table(std::vector<Table>& tables, Table table, const std::string& title
 
 const Names kOfPairs = {"fabric", "model", "solver"};
 
-/// Removes the first columns from the rows of a table, which name the table they belong to.
-std::vector<std::string> take_first(std::vector<std::string>& row, std::ptrdiff_t count) {
-  std::vector<std::string> first(row.begin(), row.begin() + count);
-  row.erase(row.begin(), row.begin() + count);
-  return first;
+/// Rows of a query grouped by their first column, the title, in the order of the first row of each;
+/// the first `taken` columns are removed. Rows with an empty title are left out.
+std::vector<Table> by_title(const Table& all, std::ptrdiff_t taken) {
+  Table head(Names(all.names.begin() + taken, all.names.end()));
+  head.numeric.assign(all.numeric.begin() + taken, all.numeric.end());
+  std::vector<Table> tables;
+  std::map<std::string, std::size_t> places;
+  for (const auto& row : all.rows) {
+    if (row.front().empty()) continue;
+    const auto [at, is_new] = places.try_emplace(row.front(), tables.size());
+    if (is_new) tables.emplace_back(head).title = row.front();
+    tables[at->second].add({row.begin() + taken, row.end()});
+  }
+  return tables;
 }
 
-/// Rows of a query grouped by title, in the order of the first row of each.
-class Apart {
- public:
-  Apart(const Table& query, std::size_t taken) : head_(query) {
-    head_.rows.clear();
-    head_.names.erase(head_.names.begin(),
-                      head_.names.begin() + static_cast<std::ptrdiff_t>(taken));
-    head_.numeric.erase(head_.numeric.begin(),
-                        head_.numeric.begin() + static_cast<std::ptrdiff_t>(taken));
-  }
-  void add(const std::string& title, std::vector<std::string> row) {
-    const auto [at, is_new] = places_.try_emplace(title, tables_.size());
-    if (is_new) tables_.emplace_back(title, head_);
-    tables_[at->second].second.rows.push_back(std::move(row));
-  }
-  void add_to(std::vector<Table>& tables, const std::string& title, const Names& columns) const {
-    if (const auto at = places_.find(title); at != places_.end())
-      add_table(tables, tables_[at->second].second, title, columns);
-  }
-  [[nodiscard]] const std::vector<std::pair<std::string, Table>>& tables() const { return tables_; }
-
- private:
-  Table head_;
-  std::vector<std::pair<std::string, Table>> tables_;
-  std::map<std::string, std::size_t> places_;
-};
-
-/// Pairs, by title, whose sheets (measured and simulated) are both in `chosen`.
-Apart pairs_of(const StoreReader& store,
-               const std::set<std::pair<std::string, std::string>>& chosen, const char* measured,
-               const std::function<std::string(const std::string&, const std::string&)>& title) {
-  constexpr std::size_t kTaken = 4;
-  const Table all = store.query(fmt::format(
-      "SELECT scene, coalesce(measured, ''), first, second, pair, round(mean_dist_mm, 2) "
-      "AS mean_dist_mm, fabric, model, solver FROM v_virtual_vs_virtual WHERE measured {}",
-      measured));
-  Apart apart(all, kTaken);
-  for (std::vector<std::string> row : all.rows) {
-    const auto of = take_first(row, kTaken);
-    if (chosen.contains({of[1], of[2]}) && chosen.contains({of[1], of[3]}))
-      apart.add(title(of[0], of[1]), std::move(row));
-  }
-  return apart;
+/// Pairs, by title, whose sheets (measured and simulated) are both in `chosen`; `title` is SQL.
+std::vector<Table> pairs_of(const StoreReader& store,
+                            const std::set<std::pair<std::string, std::string>>& chosen,
+                            const std::string& title, const char* measured) {
+  Table all = store.query(fmt::format(R"sql(
+SELECT 'Virtual vs virtual ' || {}, coalesce(measured, ''), first, second, pair,
+  round(mean_dist_mm, 2) AS mean_dist_mm, fabric, model, solver
+FROM v_virtual_vs_virtual WHERE measured {})sql",
+                                      title, measured));
+  std::erase_if(all.rows, [&](const auto& row) {
+    return !chosen.contains({row[1], row[2]}) || !chosen.contains({row[1], row[3]});
+  });
+  return by_title(all, 4);
 }
 
-std::string of_drape(const std::string& scene, const std::string& measured) {
-  return fmt::format("(experiment {}, measured sheet {})", scene, measured);
-}
+constexpr const char* kDrape = "'(experiment ' || scene || ', measured sheet ' || measured || ')'";
 
 void add_drapes(const StoreReader& store, const Selection& chosen, std::vector<Table>& tables) {
-  constexpr std::size_t kTaken = 10;
-  const Table all = store.query(
-      "SELECT scene, measured, s.measurement, s.cause, s.run, substr(s.date, 1, 10), s.match, "
-      "(SELECT "
-      "m.rests_on FROM comparison AS c JOIN run AS r ON r.number = s.run JOIN run_match AS m ON "
-      "m.run_sha256 = r.sha256 AND m.measured_sha256 = c.measured_sha256 WHERE c.id = v.id), "
-      "v.simulated, branch, discretisation, segments, round(mean_dist_mm, 2) AS mean_dist_mm, "
-      "simulator, fabric, model, solver, begins FROM " +
-          chosen.from + chosen.where + in_order(),
-      chosen.parameters);
-  Apart apart(all, kTaken);
+  // A branch has no title: it is in no table of the paper.
+  const Table all = store.query(fmt::format(R"sql(
+SELECT CASE WHEN branch IS NULL THEN 'Real vs virtual ' || {0} || coalesce('; run ' || s.run ||
+    ' of ' || substr(s.date, 1, 10) || ': measurement ' || s.measurement ||
+    coalesce(' (' || s.cause || ')', '') || '; match ' || s.match || coalesce(', by ' || nullif((
+      SELECT m.rests_on FROM comparison AS c JOIN run AS r ON r.number = s.run JOIN run_match AS m
+      ON m.run_sha256 = r.sha256 AND m.measured_sha256 = c.measured_sha256 WHERE c.id = v.id), ''),
+    ''), '') END,
+  'Virtual vs virtual ' || {0}, measured, v.simulated, discretisation, segments,
+  round(mean_dist_mm, 2) AS mean_dist_mm, simulator, fabric, model, solver, begins
+FROM {1}{2}{3})sql",
+                                            kDrape, chosen.from, chosen.where, in_order()),
+                                chosen.parameters);
   std::set<std::pair<std::string, std::string>> sheets;
-  std::map<std::string, std::string> drapes;
-  for (std::vector<std::string> row : all.rows) {
-    const auto of = take_first(row, kTaken);
-    sheets.emplace(of[1], of[8]);
-    if (!of[9].empty()) continue;  // a branch
-    const std::string drape = of_drape(of[0], of[1]);
-    std::string title = "Real vs virtual " + drape;
-    if (!of[4].empty())
-      title += fmt::format("; run {} of {}: measurement {}{}; match {}{}", of[4], of[5], of[2],
-                           of[3].empty() ? "" : " (" + of[3] + ")", of[6],
-                           of[7].empty() ? "" : ", by " + of[7]);
-    drapes[title] = "Virtual vs virtual " + drape;
-    apart.add(title, std::move(row));
+  std::map<std::string, std::string> pairs_below;
+  for (const auto& row : all.rows) {
+    sheets.emplace(row[2], row[3]);
+    pairs_below[row[0]] = row[1];
   }
-  const Apart pairs =
-      pairs_of(store, sheets, "IS NOT NULL", [](const auto& scene, const auto& measured) {
-        return "Virtual vs virtual " + of_drape(scene, measured);
-      });
-  for (const auto& [title, table] : apart.tables()) {
-    add_table(tables, table, title, {"simulator", "fabric", "model", "solver", "begins"});
-    pairs.add_to(tables, drapes.at(title), kOfPairs);
+  const std::vector<Table> pairs = pairs_of(store, sheets, kDrape, "IS NOT NULL");
+  for (const Table& table : by_title(all, 4)) {
+    add_table(tables, table, table.title, {"simulator", "fabric", "model", "solver", "begins"});
+    for (const Table& below : pairs)
+      if (below.title == pairs_below.at(table.title))
+        add_table(tables, below, below.title, kOfPairs);
   }
 }
 
@@ -172,11 +139,10 @@ Table surfaces_of(const StoreReader& store, const ResultFilter& filter) {
   of.add("simulator", filter.simulator);
   if (!filter.outdated) of.where += " AND coalesce(state, 'current') = 'current'";
   if (!filter.calibration.empty()) {
-    of.where +=
-        " AND measured IN (SELECT substr(m.sha256, 1, 12) FROM sheet AS m WHERE "
-        "substr(m.calibration_sha256, 1, length(?)) = ? OR m.sha256 IN (SELECT d.measured_sha256 "
-        "FROM run_drape AS d JOIN run AS r ON r.number = d.run WHERE instr(r.calibration_name, ?) "
-        "> 0))";
+    of.where += R"sql( AND measured IN (SELECT substr(m.sha256, 1, 12) FROM sheet AS m
+  WHERE substr(m.calibration_sha256, 1, length(?)) = ? OR m.sha256 IN (
+    SELECT d.measured_sha256 FROM run_drape AS d JOIN run AS r ON r.number = d.run
+    WHERE instr(r.calibration_name, ?) > 0)))sql";
     of.parameters.insert(of.parameters.end(), 3, Cell(filter.calibration));
   }
   if (of_runs(filter)) {
@@ -184,12 +150,12 @@ Table surfaces_of(const StoreReader& store, const ResultFilter& filter) {
         " AND measured IN (SELECT substr(measured_sha256, 1, 12) FROM run_drape WHERE run IN (";
     of.where += runs_of(filter, of.parameters) + "))";
   }
-  return store.query(
-      "SELECT scene, simulator, fabric, round(to_surface_mean_mm, 3) AS to_surface_mean_mm, "
-      "round(real_to_mesh_mean_mm, 3) AS real_to_mesh_mean_mm, round(real_to_mesh_max_mm, 3) AS "
-      "real_to_mesh_max_mm, marks, measured, comparison FROM " +
-          of.from + of.where,
-      of.parameters);
+  return store.query(R"sql(
+SELECT scene, simulator, fabric, round(to_surface_mean_mm, 3) AS to_surface_mean_mm,
+  round(real_to_mesh_mean_mm, 3) AS real_to_mesh_mean_mm,
+  round(real_to_mesh_max_mm, 3) AS real_to_mesh_max_mm, marks, measured, comparison FROM )sql" +
+                         of.from + of.where,
+                     of.parameters);
 }
 
 /// Adds simulations without a real cloth, which belong to no run, rig or calibration.
@@ -207,10 +173,9 @@ void add_alone(const StoreReader& store, const ResultFilter& filter, std::vector
            "SELECT substr(s.sheet_sha256, 1, 12) FROM " + sheets.from + sheets.where,
            sheets.parameters))
     chosen.emplace("", sheet);
-  const Apart pairs = pairs_of(store, chosen, "IS NULL", [](const auto& scene, const auto&) {
-    return "Virtual vs virtual (experiment " + scene + ", no real cloth)";
-  });
-  for (const auto& [title, table] : pairs.tables()) add_table(tables, table, title, kOfPairs);
+  for (const Table& table :
+       pairs_of(store, chosen, "'(experiment ' || scene || ', no real cloth)'", "IS NULL"))
+    add_table(tables, table, table.title, kOfPairs);
 }
 
 }  // namespace
@@ -220,16 +185,15 @@ std::vector<Table> paper_tables(const StoreReader& store, const ResultFilter& fi
   const Selection chosen = selection_of(store, filter);
   std::vector<Table> tables;
   add_drapes(store, chosen, tables);
-  add_table(
-      tables,
-      store.query("SELECT scene, fabric, discretisation, segments, branch, round(energy_uJ, 2) AS "
-                  "energy_uJ, round(above_least_uJ, 2) AS above_least_uJ, starts, hem_nodes, "
-                  "round(mean_dist_mm, 3) AS mean_dist_mm, round(match_mm, 3) AS match_mm, "
-                  "least_energy, nearest, measured, comparison FROM v_branches WHERE "
-                  "comparison IN (SELECT v.comparison FROM " +
-                      chosen.from + chosen.where + ")",
-                  chosen.parameters),
-      "Branches (equilibria of one drape, by energy)", {"fabric"});
+  add_table(tables,
+            store.query(fmt::format(R"sql(
+SELECT scene, fabric, discretisation, segments, branch, round(energy_uJ, 2) AS energy_uJ,
+  round(above_least_uJ, 2) AS above_least_uJ, starts, hem_nodes,
+  round(mean_dist_mm, 3) AS mean_dist_mm, round(match_mm, 3) AS match_mm, least_energy, nearest,
+  measured, comparison FROM v_branches WHERE comparison IN (SELECT v.comparison FROM {}{}))sql",
+                                    chosen.from, chosen.where),
+                        chosen.parameters),
+            "Branches (equilibria of one drape, by energy)", {"fabric"});
   if (!of_cloths(filter))
     add_table(tables, surfaces_of(store, filter),
               "Real vs surface (meshes without material correspondence)", {"fabric"});
@@ -281,49 +245,30 @@ struct PublishedColumn {
   bool go = true;
 };
 
-/// Sheets that were compared for the experiment and not replaced since; the model is named if there
-/// are several.
-constexpr const char* kRealColumns =
-    "SELECT rig || '_' || measured_set || '_' || substr(measured, 1, 6) AS head, measured, model, "
-    "solver, max(coalesce(measurement, '') = 'NO-GO') FROM v_real_vs_virtual WHERE scene = ?1 AND "
-    "simulator = 'drapebench' AND begins = 'scene' AND branch IS NULL AND coalesce(state, "
-    "'current') = 'current' GROUP BY head, measured, model, solver ORDER BY head, model, solver";
-constexpr const char* kPairColumns =
-    "SELECT coalesce((SELECT m.rig_name || '_' || m.set_name || '_' || substr(m.sha256, 1, 6) FROM "
-    "sheet AS m WHERE substr(m.sha256, 1, 12) = v.measured), 'virtual') AS head, "
-    "coalesce(measured, ''), model, solver, max(coalesce(measurement, '') = 'NO-GO') FROM "
-    "v_virtual_vs_virtual AS v WHERE scene = ?1 AND coalesce(state, 'current') = 'current' GROUP "
-    "BY head, measured, model, solver ORDER BY measured IS NOT NULL, head, model, solver";
-constexpr const char* kRealCells =
-    "SELECT round(mean_dist_mm, 2), status = 'at rest' FROM v_real_vs_virtual WHERE scene = ?1 AND "
-    "measured = ?2 AND model = ?3 AND coalesce(solver, '') = ?4 AND discretisation = ?5 AND "
-    "CAST(segments AS TEXT) = ?6 AND simulator = 'drapebench' AND begins = 'scene' AND branch IS "
-    "NULL AND coalesce(state, 'current') = 'current' ORDER BY id";
-/// The finest mesh with the most segments.
-constexpr const char* kCloth =
-    "SELECT discretisation, segments FROM v_real_vs_virtual WHERE scene = ?1 AND spacing_mm IS NOT "
-    "NULL AND begins = 'scene' AND branch IS NULL AND coalesce(state, 'current') = 'current' ORDER "
-    "BY spacing_mm, segments DESC LIMIT 1";
-constexpr const char* kPairCells =
-    "SELECT round(mean_dist_mm, 2), both_at_rest FROM v_virtual_vs_virtual WHERE scene = ?1 AND "
-    "coalesce(measured, '') = ?2 AND model = ?3 AND coalesce(solver, '') = ?4 AND pair = ?5 AND "
-    "coalesce(state, "
-    "'current') = 'current'";
+/// Current comparisons of an experiment (?1) with simulations of its own start, or its pairs.
+constexpr const char *kReal = R"sql(
+(SELECT *, rig || '_' || measured_set || '_' || substr(measured, 1, 6) AS head FROM v_real_vs_virtual
+  WHERE scene = ?1 AND simulator = 'drapebench' AND begins = 'scene' AND branch IS NULL
+  AND coalesce(state, 'current') = 'current'))sql",
+                     *kPairs = R"sql(
+(SELECT *, coalesce((SELECT m.rig_name || '_' || m.set_name || '_' || substr(m.sha256, 1, 6)
+    FROM sheet AS m WHERE substr(m.sha256, 1, 12) = v.measured), 'virtual') AS head
+  FROM v_virtual_vs_virtual AS v WHERE scene = ?1 AND coalesce(state, 'current') = 'current'))sql";
 
 /// Sheets that were compared for the experiment and not replaced since; the model is named if there
 /// are several.
 std::vector<PublishedColumn> columns_of(const StoreReader& store, const Published& row) {
   using Text = std::string;
-  const auto found = store.rows<Text, Text, Text, Text, bool>(
-      row.real ? kRealColumns : kPairColumns, {row.experiment});
   std::vector<PublishedColumn> columns;
-  for (const auto& [head, measured, model, solver, no_go] : found) {
-    const auto same = std::count_if(found.begin(), found.end(), [&](const auto& other) {
-      return std::get<1>(other) == std::get<1>(found[columns.size()]);
-    });
-    std::string name = head;
-    if (same > 1) name += "_" + model + (solver.empty() ? "" : "_" + solver);
-    columns.push_back({name + "_mm", measured, model, solver, !no_go});
+  for (const auto& [head, sheets, measured, model, solver, no_go] :
+       store.rows<Text, int, Text, Text, Text, bool>(fmt::format(R"sql(
+SELECT head, count(*) OVER (PARTITION BY measured), measured, model, solver,
+  max(coalesce(measurement, '') = 'NO-GO') FROM {}
+GROUP BY head, measured, model, solver ORDER BY measured IS NOT NULL, head, model, solver)sql",
+                                                                 row.real ? kReal : kPairs),
+                                                     {row.experiment})) {
+    const std::string apart = "_" + model + (solver.empty() ? "" : "_" + solver);
+    columns.push_back({head + (sheets > 1 ? apart : "") + "_mm", measured, model, solver, !no_go});
   }
   return columns;
 }
@@ -334,8 +279,14 @@ std::pair<std::string, bool> cell_of(const StoreReader& store, const Published& 
   Cells parameters = {row.experiment, column.measured, column.model, column.solver, row.grid};
   if (row.real) parameters.emplace_back(row.segments);
   std::pair<std::string, bool> cell{{}, true};
-  for (const auto& [mean_mm, at_rest] :
-       store.rows<std::string, bool>(row.real ? kRealCells : kPairCells, parameters)) {
+  for (const auto& [mean_mm, at_rest] : store.rows<std::string, bool>(
+           fmt::format(
+               "SELECT round(mean_dist_mm, 2), {} FROM {} WHERE coalesce(measured, '') = ?2 "
+               "AND model = ?3 AND coalesce(solver, '') = ?4 AND {}",
+               row.real ? "status = 'at rest'" : "both_at_rest", row.real ? kReal : kPairs,
+               row.real ? "discretisation = ?5 AND CAST(segments AS TEXT) = ?6 ORDER BY id"
+                        : "pair = ?5"),
+           parameters)) {
     cell.first += (cell.first.empty() ? "" : " / ") + mean_mm;
     cell.second = cell.second && at_rest;
   }
@@ -394,8 +345,13 @@ std::vector<Table> published_tables(const StoreReader& store, const std::string&
     }
     add_row(store, row, columns, tables.back());
     if (!row.real || (i + 1 < list.size() && list[i + 1].table == row.table)) continue;
-    for (const auto& [mesh, segments] :
-         store.rows<std::string, std::string>(kCloth, {row.experiment}))
+    // The finest mesh with the most segments.
+    for (const auto& [mesh, segments] : store.rows<std::string, std::string>(
+             fmt::format(
+                 "SELECT discretisation, segments FROM {} WHERE spacing_mm IS NOT NULL ORDER "
+                 "BY spacing_mm, segments DESC LIMIT 1",
+                 kReal),
+             {row.experiment}))
       add_row(store, {row.experiment, true, mesh, segments, "", row.table}, columns, tables.back());
   }
   if (tables.empty() && !experiment.empty())

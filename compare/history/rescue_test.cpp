@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "compare/history/transfer.hpp"
 
 #include <SQLiteCpp/SQLiteCpp.h>
 #include <gmock/gmock.h>
@@ -13,7 +12,7 @@
 #include "compare/history/results.hpp"
 #include "compare/history/verify.hpp"
 #include "compare/store/inputs.hpp"
-#include "compare/store/listed.hpp"
+#include "compare/store/manifest.hpp"
 #include "compare/store/outcome.hpp"
 #include "compare/store/rows.hpp"
 #include "compare/test_sheets.hpp"

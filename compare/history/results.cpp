@@ -4,15 +4,180 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <map>
-#include <utility>
+#include <chrono>
+#include <regex>
 
 #include "compare/schema/schema.hpp"
-#include "compare/store/runs.hpp"
 #include "core/error.hpp"
-#include "core/program/similar.hpp"
+#include "core/units.hpp"
 
 namespace drape::compare {
+namespace {
+
+/// True for "2026", "2026-03" or "2026-03-01": the beginning of a date as stored.
+bool is_date(const std::string& text) {
+  static const std::regex form("([0-9]{4})(-([0-9]{2})(-([0-9]{2}))?)?");
+  std::smatch part;
+  if (!std::regex_match(text, part, form)) return false;
+  const auto number = [&](std::size_t i) {
+    return part[i].matched ? static_cast<unsigned>(std::stoi(part[i])) : 1U;
+  };
+  return std::chrono::year_month_day(std::chrono::year(static_cast<int>(number(1))),
+                                     std::chrono::month(number(3)), std::chrono::day(number(5)))
+      .ok();
+}
+
+void check_date(const char* option, const std::string& date) {
+  if (date.empty() || is_date(date)) return;
+  throw usage_error(fmt::format("{} {} is not an ISO date", option, date),
+                    "give year-month-day, e.g. 2026-03-01");
+}
+
+/// Throws if no row of the query `names` has `value` as `name`; reads all only for the error.
+void check_known(const StoreReader& store, const std::string& option, const std::string& value,
+                 const char* names) {
+  if (value.empty() ||
+      !store.rows<int>(fmt::format("SELECT 1 FROM ({}) WHERE name = ? LIMIT 1", names), {value})
+           .empty())
+    return;
+  std::string known;
+  for (const auto& [name] :
+       store.rows<std::string>(fmt::format("SELECT DISTINCT name FROM ({}) ORDER BY 1", names)))
+    if (!name.empty()) known += (known.empty() ? "" : ", ") + name;
+  throw usage_error(fmt::format("nothing in the store has {} `{}`", option, value),
+                    "there is: " + (known.empty() ? "none" : known));
+}
+
+constexpr const char* kSpecimens =
+    "SELECT scene AS name FROM v_comparison UNION ALL SELECT scene || '/' || fabric FROM "
+    "v_comparison";
+
+/// Condition with a parameter for each of since and until; either can be the beginning of a date.
+std::string between_dates(const std::string& column, const ResultFilter& filter,
+                          Cells& parameters) {
+  std::string condition;
+  if (!filter.since.empty()) {
+    condition += fmt::format(" AND {} >= ?", column);
+    parameters.push_back(filter.since);
+  }
+  if (!filter.until.empty()) {
+    // A day, month or year is the beginning of its times: includes the last one.
+    condition += fmt::format(" AND substr({}, 1, {}) <= ?", column, filter.until.size());
+    parameters.push_back(filter.until);
+  }
+  return condition;
+}
+
+/// Condition on v_run_moment AS q.
+std::string window_of(const ResultFilter& filter, Cells& parameters) {
+  std::string window = between_dates("q.date", filter, parameters);
+  if (filter.run) window += fmt::format(" AND q.run = {}", *filter.run);
+  return window;
+}
+
+}  // namespace
+
+std::string in_order() {
+  return fmt::format(" ORDER BY scene, measured, {}, branch, comparison", kFinestFirst);
+}
+
+std::string discretisation_of(const ResultFilter& filter) {
+  if (filter.spacing_m) return fmt::format("{:g} mm", *filter.spacing_m / units::mm);
+  const std::string& grid = filter.grid;
+  return grid.empty() || grid.find('x') != std::string::npos ? grid : grid + "x" + grid;
+}
+
+void Selection::add(const std::string& column, const Cell& value) {
+  if (value == Cell("")) return;
+  where += fmt::format(" AND {} = ?", column);
+  parameters.push_back(value);
+}
+
+std::string runs_of(const ResultFilter& filter, Cells& parameters) {
+  return "SELECT q.run FROM v_run_moment AS q WHERE 1" + window_of(filter, parameters);
+}
+
+void check_filter(const StoreReader& store, const ResultFilter& filter) {
+  check_date("--since", filter.since);
+  check_date("--until", filter.until);
+  const std::string meshes = fmt::format("SELECT {} AS name FROM simulation AS s", kDiscretisation);
+  for (const auto& [option, value, names] :
+       {std::tuple<const char*, std::string, const char*>{
+            "scene", filter.scene,
+            "SELECT scene AS name FROM simulation UNION ALL SELECT scene FROM run_drape UNION ALL "
+            "SELECT scene FROM surface_comparison"},
+        {"fabric", filter.fabric,
+         "SELECT coalesce(f.name, s.fabric_stated) AS name FROM simulation AS s LEFT JOIN fabric "
+         "AS f ON f.sha256 = s.fabric_sha256 UNION ALL SELECT fabric_stated FROM "
+         "surface_comparison"},
+        {filter.spacing_m ? "mesh" : "grid", discretisation_of(filter), meshes.c_str()},
+        {"segments", filter.segments ? std::to_string(*filter.segments) : "",
+         "SELECT CAST(segments AS TEXT) AS name FROM simulation"},
+        {"rig", filter.rig, "SELECT name FROM rig"},
+        {"model", filter.model, "SELECT model AS name FROM simulation"},
+        {"simulator", filter.simulator,
+         "SELECT simulator AS name FROM simulation UNION ALL SELECT simulator FROM "
+         "surface_comparison"}})
+    check_known(store, option, value, names);
+  if (filter.run) require_run(store, *filter.run);
+  if (filter.calibration.empty()) return;
+  std::string names;
+  for (const auto& [sha256, name] : store.rows<std::string, std::string>(
+           "SELECT sha256, '' FROM calibration UNION SELECT calibration_sha256, calibration_name "
+           "FROM run WHERE calibration_sha256 IS NOT NULL ORDER BY 1")) {
+    if (sha256.starts_with(filter.calibration) ||
+        name.find(filter.calibration) != std::string::npos)
+      return;
+    names += (names.empty() ? "" : "; ") + sha256.substr(0, 12) +
+             (name.empty() ? "" : " (" + name + ")");
+  }
+  throw usage_error(fmt::format("nothing in the store has calibration `{}`", filter.calibration),
+                    "there is: " + (names.empty() ? "none" : names));
+}
+
+void check_specimen(const StoreReader& store, const std::string& specimen) {
+  check_known(store, "the specimen SCENE or SCENE/FABRIC", specimen, kSpecimens);
+}
+
+Selection selection_of(const StoreReader& store, const ResultFilter& filter) {
+  check_filter(store, filter);
+  Selection selection;
+  Cells& parameters = selection.parameters;
+  const std::string window = window_of(filter, parameters);
+  selection.from = fmt::format("v_comparison AS v JOIN ({}) AS s ON s.comparison_id = v.id",
+                               state_query(window));
+  selection.add("scene", filter.scene);
+  selection.add("fabric", filter.fabric);
+  selection.add("discretisation", discretisation_of(filter));
+  if (filter.segments) selection.add("segments", *filter.segments);
+  selection.add("rig", filter.rig);
+  selection.add("model", filter.model);
+  selection.add("simulator", filter.simulator);
+  if (!window.empty()) {
+    selection.where += " AND v.id IN (SELECT comparison_id FROM run_comparison WHERE run IN (";
+    selection.where += runs_of(filter, parameters) + ")";
+    if (!filter.run)
+      selection.where += R"sql( UNION ALL SELECT c.id FROM comparison AS c
+  JOIN sheet AS m ON m.sha256 = c.measured_sha256 JOIN recording AS r ON r.sha256 = m.recording_sha256
+WHERE NOT EXISTS (SELECT 1 FROM run_comparison WHERE comparison_id = c.id))sql" +
+                         between_dates("r.recorded_on", filter, parameters);
+    selection.where += ")";
+  }
+  if (!filter.calibration.empty()) {
+    // The second part is redundant, but finds these few rows first.
+    selection.where += R"sql( AND (substr(v.calibration_sha256, 1, length(?)) = ?
+  OR instr(s.calibration, ?) > 0) AND v.id IN (
+  SELECT id FROM comparison WHERE measured_sha256 IN (
+    SELECT sha256 FROM sheet WHERE substr(calibration_sha256, 1, length(?)) = ?)
+  UNION SELECT comparison_id FROM run_comparison WHERE run IN (
+    SELECT number FROM run WHERE instr(calibration_name, ?) > 0)))sql";
+    parameters.insert(parameters.end(), 6, Cell(filter.calibration));
+  }
+  if (!filter.outdated && !filter.run)
+    selection.where += " AND coalesce(s.state, 'current') = 'current'";
+  return selection;
+}
+
 namespace {
 
 /// Transposes the single row of `table` into name, value, unit and definition.
@@ -51,18 +216,15 @@ StoredKey stored_key(const StoreReader& store, const std::string& key,
 }
 
 void require_comparisons(const StoreReader& store, const std::set<std::string>& keys) {
-  Printed printed;
-  printed.marks = true;
+  Printed printed{.marks = true};
   for (const std::string& key : keys)
-    for (const auto& [id] :
-         store.rows<std::int64_t>("SELECT id FROM comparison WHERE sha256 = ?", {key}))
+    for (const auto& [id, run] : store.rows<std::int64_t, std::optional<std::int64_t>>(
+             "SELECT id, (SELECT max(run) FROM run_comparison WHERE comparison_id = id) FROM "
+             "comparison WHERE sha256 = ?",
+             {key})) {
       printed.comparisons.insert(id);
-  for (const std::int64_t id : printed.comparisons)
-    for (const auto& [run] : store.rows<std::int64_t>(
-             "SELECT max(run) FROM run_comparison WHERE comparison_id = ? HAVING max(run) IS NOT "
-             "NULL",
-             {id}))
-      printed.runs.insert(run);
+      if (run) printed.runs.insert(*run);
+    }
   store.require_as_written(printed);
 }
 
@@ -75,17 +237,16 @@ std::string full_key(const StoreReader& store, const std::string& key) {
 
 Table list_results(const StoreReader& store, const ResultFilter& filter) {
   const Selection selection = selection_of(store, filter);
-  Table list = store.query(
-      "SELECT comparison, s.run, substr(s.date, 1, 10) AS date, coalesce(s.measurement, 'not "
-      "stated') "
-      "AS measurement, coalesce(s.state, 'current') AS state, "
-      "scene, discretisation, segments, begins, round(mean_dist_mm, 3) AS mean_dist_mm, "
-      "round(sigma_mean_mm, 4) AS sigma_mean_mm, round(max_mm, 3) AS max_mm, "
-      "round(mean_percent_of_warp_side, 2) AS mean_percent_of_warp_side, "
-      "round(mean_percent_of_weft_side, 2) AS mean_percent_of_weft_side, marks, gaps, fabric, "
-      "simulator, status, branch, recorded_on, measured, s.cause AS cause, v.id FROM " +
-          selection.from + selection.where + in_order(),
-      selection.parameters);
+  Table list = store.query(R"sql(
+SELECT comparison, s.run, substr(s.date, 1, 10) AS date,
+  coalesce(s.measurement, 'not stated') AS measurement, coalesce(s.state, 'current') AS state,
+  scene, discretisation, segments, begins, round(mean_dist_mm, 3) AS mean_dist_mm,
+  round(sigma_mean_mm, 4) AS sigma_mean_mm, round(max_mm, 3) AS max_mm,
+  round(mean_percent_of_warp_side, 2) AS mean_percent_of_warp_side,
+  round(mean_percent_of_weft_side, 2) AS mean_percent_of_weft_side, marks, gaps, fabric, simulator,
+  status, branch, recorded_on, measured, s.cause AS cause, v.id FROM )sql" +
+                               selection.from + selection.where + in_order(),
+                           selection.parameters);
   Printed printed;
   for (auto& row : list.rows) {
     printed.comparisons.insert(std::stoll(row.back()));
@@ -98,69 +259,53 @@ Table list_results(const StoreReader& store, const ResultFilter& filter) {
   return list;
 }
 
-namespace {
-
-ShownResult show_surface(const StoreReader& store, const std::string& full) {
-  store.require_as_written("surface_comparison", {full});
-  const Table row = store.query("SELECT * FROM surface_comparison WHERE sha256 = ?", {full});
-  ShownResult shown;
-  shown.metrics = metrics_of(store, row);
-  shown.provenance = turned(store.query(
-      "SELECT z.run, substr(z.date, 1, 10) AS date, coalesce(z.measurement, 'not stated') AS "
-      "measurement, z.cause, coalesce(z.state, 'current') AS state, p.scene, p.simulator, "
-      "p.fabric_stated AS fabric, m.rig_name AS rig, m.set_name AS "
-      "measured_set, p.marks, m.gaps, p.points, p.triangles, p.sha256 AS comparison_sha256, "
-      "p.measured_sha256, p.mesh_sha256, m.detections_sha256, m.calibration_sha256 FROM "
-      "surface_comparison AS p JOIN sheet AS m ON m.sha256 = p.measured_sha256 JOIN (" +
-          sheet_state_query() + ") AS z ON z.sheet_sha256 = p.measured_sha256 WHERE p.sha256 = ?",
-      {full}));
-  return shown;
-}
-
-}  // namespace
-
-ShownResult show_result(const StoreReader& store, const std::string& key) {
-  const StoredKey stored = stored_key(store, key);
-  if (stored.table != "comparison") return show_surface(store, stored.sha256);
-  const std::string& full = stored.sha256;
+Answer show_result(const StoreReader& store, const std::string& key) {
+  const auto& [table, full] = stored_key(store, key);
+  if (table != "comparison") {
+    store.require_as_written(table, {full});
+    Table metrics =
+        metrics_of(store, store.query("SELECT * FROM surface_comparison WHERE sha256 = ?", {full}));
+    Table provenance = turned(store.query(fmt::format(R"sql(
+SELECT z.run, substr(z.date, 1, 10) AS date, coalesce(z.measurement, 'not stated') AS measurement,
+  z.cause, coalesce(z.state, 'current') AS state, p.scene, p.simulator, p.fabric_stated AS fabric,
+  m.rig_name AS rig, m.set_name AS measured_set, p.marks, m.gaps, p.points, p.triangles,
+  p.sha256 AS comparison_sha256, p.measured_sha256, p.mesh_sha256, m.detections_sha256,
+  m.calibration_sha256
+FROM surface_comparison AS p JOIN sheet AS m ON m.sha256 = p.measured_sha256
+  JOIN ({}) AS z ON z.sheet_sha256 = p.measured_sha256 WHERE p.sha256 = ?)sql",
+                                                      sheet_state_query()),
+                                          {full}));
+    return {{}, {std::move(metrics), std::move(provenance), Table()}};
+  }
   require_comparisons(store, {full});
-  ShownResult shown;
-  shown.metrics = metrics_of(
+  Table metrics = metrics_of(
       store, store.query("SELECT c.*, m.sigma_median_mm, m.sigma_max_mm FROM comparison AS c JOIN "
                          "sheet AS m ON m.sha256 = c.measured_sha256 WHERE c.sha256 = ?",
                          {full}));
-  shown.provenance = turned(store.query(
-      "SELECT z.run, substr(z.date, 1, 10) AS date, coalesce(z.measurement, 'not stated') AS "
-      "measurement, z.cause, coalesce(z.state, 'current') AS state, z.match, z.match_reason, "
-      "s.scene, " +
-          std::string(kDiscretisation) +
-          " AS discretisation, s.segments, CASE s.from_measured WHEN 1 THEN 'measured shape' END "
-          "AS "
-          "begins, s.simulator, "
-          "coalesce(f.name, s.fabric_stated) AS fabric, s.model, s.solver, s.status, m.rig_name AS "
-          "rig, m.set_name AS measured_set, "
-          "c.marks, m.gaps, k.method AS calibration_method, c.sha256 AS comparison_sha256, "
-          "c.measured_sha256, c.simulated_sha256, m.detections_sha256, m.calibration_sha256, "
-          "s.scene_sha256, s.fabric_sha256, s.start_sha256, s.certificate_sha256, "
-          "(SELECT rest_sha256 FROM refinement WHERE sheet_sha256 = s.sheet_sha256) AS "
-          "refined_from_sha256, "
-          "s.certificate_json AS certificate FROM comparison AS c JOIN sheet AS m ON m.sha256 = "
-          "c.measured_sha256 JOIN simulation AS s ON s.sheet_sha256 = c.simulated_sha256 LEFT JOIN "
-          "fabric "
-          "AS f ON f.sha256 = s.fabric_sha256 LEFT JOIN calibration_file AS k ON "
-          "k.calibration_sha256 "
-          "= "
-          "m.calibration_sha256 JOIN (" +
-          state_query() + ") AS z ON z.comparison_id = c.id WHERE c.sha256 = ?",
-      {full}));
-  shown.marks = store.query(
-      "SELECT \"row\", \"col\", round(distance_mm, 3) AS distance_mm, round(along_warp_mm, 3) AS "
-      "along_warp_mm, round(along_weft_mm, 3) AS along_weft_mm, round(along_normal_mm, 3) AS "
-      "along_normal_mm, round(sigma_distance_mm, 4) AS sigma_distance_mm, views FROM mark_error "
-      "WHERE comparison_id = (SELECT id FROM comparison WHERE sha256 = ?) ORDER BY \"row\", "
-      "\"col\"",
-      {full});
-  return shown;
+  Table provenance = turned(store.query(fmt::format(R"sql(
+SELECT z.run, substr(z.date, 1, 10) AS date, coalesce(z.measurement, 'not stated') AS measurement,
+  z.cause, coalesce(z.state, 'current') AS state, z.match, z.match_reason, s.scene,
+  {} AS discretisation, s.segments, CASE s.from_measured WHEN 1 THEN 'measured shape' END AS begins,
+  s.simulator, coalesce(f.name, s.fabric_stated) AS fabric, s.model, s.solver, s.status,
+  m.rig_name AS rig, m.set_name AS measured_set, c.marks, m.gaps, k.method AS calibration_method,
+  c.sha256 AS comparison_sha256, c.measured_sha256, c.simulated_sha256, m.detections_sha256,
+  m.calibration_sha256, s.scene_sha256, s.fabric_sha256, s.start_sha256, s.certificate_sha256,
+  (SELECT rest_sha256 FROM refinement WHERE sheet_sha256 = s.sheet_sha256) AS refined_from_sha256,
+  s.certificate_json AS certificate
+FROM comparison AS c JOIN sheet AS m ON m.sha256 = c.measured_sha256
+  JOIN simulation AS s ON s.sheet_sha256 = c.simulated_sha256
+  LEFT JOIN fabric AS f ON f.sha256 = s.fabric_sha256
+  LEFT JOIN calibration_file AS k ON k.calibration_sha256 = m.calibration_sha256
+  JOIN ({}) AS z ON z.comparison_id = c.id WHERE c.sha256 = ?)sql",
+                                                    kDiscretisation, state_query()),
+                                        {full}));
+  Table marks = store.query(R"sql(
+SELECT "row", "col", round(distance_mm, 3) AS distance_mm, round(along_warp_mm, 3) AS along_warp_mm,
+  round(along_weft_mm, 3) AS along_weft_mm, round(along_normal_mm, 3) AS along_normal_mm,
+  round(sigma_distance_mm, 4) AS sigma_distance_mm, views FROM mark_error
+WHERE comparison_id = (SELECT id FROM comparison WHERE sha256 = ?) ORDER BY "row", "col")sql",
+                            {full});
+  return {{}, {std::move(metrics), std::move(provenance), std::move(marks)}};
 }
 
 Table list_runs(const StoreReader& store, const ResultFilter& filter) {
@@ -168,148 +313,25 @@ Table list_runs(const StoreReader& store, const ResultFilter& filter) {
   Cells parameters;
   std::string sql = "SELECT * FROM v_run WHERE run IN (";
   sql += runs_of(filter, parameters) + ")";
-  const auto add = [&](const std::string& condition, const std::string& value, int times) {
+  const auto add = [&](const std::string& condition, const std::string& value, std::size_t times) {
     if (value.empty()) return;
     sql += " AND " + condition;
-    parameters.insert(parameters.end(), static_cast<std::size_t>(times), Cell(value));
+    parameters.insert(parameters.end(), times, Cell(value));
   };
   add("rig = ?", filter.rig, 1);
   add("run IN (SELECT run FROM run_drape WHERE scene = ?)", filter.scene, 1);
   // A run without calibration.json can still have sheets that were measured with one.
-  add("run IN (SELECT number FROM run WHERE substr(calibration_sha256, 1, length(?)) = ? OR "
-      "instr(calibration_name, ?) > 0 UNION SELECT d.run FROM run_drape AS d JOIN sheet AS m ON "
-      "m.sha256 = d.measured_sha256 WHERE substr(m.calibration_sha256, 1, length(?)) = ?)",
+  add(R"sql(run IN (
+SELECT number FROM run WHERE substr(calibration_sha256, 1, length(?)) = ?
+  OR instr(calibration_name, ?) > 0
+UNION SELECT d.run FROM run_drape AS d JOIN sheet AS m ON m.sha256 = d.measured_sha256
+  WHERE substr(m.calibration_sha256, 1, length(?)) = ?))sql",
       filter.calibration, 5);
   Table runs = store.query(sql + " ORDER BY run", parameters);
-  Printed printed;
-  printed.values = true;
+  Printed printed{.values = true};
   for (const auto& row : runs.rows) printed.runs.insert(std::stoll(row.front()));
   store.require_as_written(printed);
   return runs;
-}
-
-namespace {
-
-/// Values of every run by owner, except those with these keys.
-using Values = std::map<std::string, std::string>;
-using ValuesOfRuns = std::map<std::string, std::map<std::string, Values>>;
-
-ValuesOfRuns other_values(const StoreReader& store, const Cells& keys, const std::string& key) {
-  std::string list;
-  for (std::size_t i = 0; i < keys.size(); ++i) list += fmt::format("{}?", i == 0 ? "" : ", ");
-  ValuesOfRuns values;
-  for (auto& [run, owner, name, value] :
-       store.rows<std::string, std::string, std::string, std::string>(
-           fmt::format(
-               "SELECT run, owner, key, value FROM run_value WHERE (owner LIKE 'scene %' OR "
-               "owner LIKE 'fabric %' OR owner = 'calibration') AND key NOT IN ({})",
-               list),
-           keys))
-    if (name != key) values[run][owner][name] = std::move(value);
-  return values;
-}
-
-/// Numbers the rows of each scene by the values they share apart from that of the trend, and names
-/// the differences from the first of them. The last column comes with the fabric's name.
-void set_series_apart(Table& table, const ValuesOfRuns& runs, bool by_fabric) {
-  const auto at = [&](const char* name) { return *table.column(name); };
-  const std::size_t scene = at("scene"), run = at("run"), series = at("series"),
-                    mesh = at("discretisation"), segments = at("segments"),
-                    otherwise = at("otherwise");
-  std::map<std::string, std::vector<Values>> known;
-  for (auto& row : table.rows) {
-    Values all = {{"discretisation", row[mesh]}, {"segments", row[segments]}};
-    const auto add = [&](const std::string& owner) {
-      const auto values = runs.find(row[run]);
-      if (values == runs.end() || !values->second.contains(owner)) return;
-      for (const auto& [name, value] : values->second.at(owner)) all[owner + " " + name] = value;
-    };
-    add("scene " + row[scene]);
-    add("calibration");
-    if (!by_fabric) {
-      all["fabric"] = row[otherwise];
-      add("fabric " + row[otherwise]);
-    } else {
-      all.erase("scene " + row[scene] + " fabric");
-    }
-    std::vector<Values>& of_scene = known[row[scene]];
-    const auto same = std::find(of_scene.begin(), of_scene.end(), all);
-    row[series] = std::to_string(same - of_scene.begin() + 1);
-    if (same == of_scene.end()) of_scene.push_back(all);
-    constexpr int kNamed = 3;
-    int differ = 0;
-    row[otherwise].clear();
-    for (const auto& [name, value] : all) {
-      const auto first = of_scene.front().find(name);
-      const std::string old = first == of_scene.front().end() ? "absent" : first->second;
-      if (old == value || ++differ > kNamed) continue;
-      row[otherwise] += fmt::format("{}{} {} -> {}", differ == 1 ? "" : ", ", name, old, value);
-    }
-    if (differ > kNamed) row[otherwise] += fmt::format(" and {} more", differ - kNamed);
-  }
-  std::stable_sort(table.rows.begin(), table.rows.end(), [&](const auto& one, const auto& other) {
-    return std::pair(one[scene], std::stoi(one[series])) <
-           std::pair(other[scene], std::stoi(other[series]));
-  });
-}
-
-}  // namespace
-
-Table trend_by(const StoreReader& store, const std::string& key, const std::string& specimen) {
-  store.require_as_written(std::vector<std::string>{"run", "run_drape", "run_match", "run_value",
-                                                    "comparison", "simulation", "fabric"});
-  check_specimen(store, specimen);
-  std::string value = "d." + key, chosen;
-  Cells keys;
-  if (key != "fabric" && key != "label" && key != "scene") {
-    std::string list;
-    for (const auto& [found] : store.rows<std::string>(
-             // Goes from key to key by the index: DISTINCT would read every value of every run.
-             "WITH RECURSIVE each(key) AS (SELECT min(key) FROM run_value UNION ALL SELECT (SELECT "
-             "min(v.key) FROM run_value AS v WHERE v.key > each.key) FROM each WHERE each.key IS "
-             "NOT NULL) SELECT key FROM each WHERE key = ?1 OR key LIKE '%.' || ?1",
-             {key})) {
-      keys.push_back(found);
-      list += fmt::format("{}?{}", list.empty() ? "" : ", ", keys.size());
-    }
-    value =
-        "(SELECT group_concat(v.value, ', ') FROM chosen AS v WHERE v.run = d.run AND v.owner IN "
-        "('scene ' || d.scene, 'fabric ' || d.fabric, 'calibration'))";
-    chosen = fmt::format(
-        "WITH chosen AS MATERIALIZED (SELECT run, owner, value FROM run_value WHERE key IN ({}) "
-        "ORDER BY run, owner, key) ",
-        list);
-  }
-  if (value.front() == '(' && keys.empty()) {
-    std::vector<std::string> names = {"fabric", "label"};
-    for (const auto& [known] :
-         store.rows<std::string>("SELECT DISTINCT key FROM run_value ORDER BY key"))
-      names.push_back(known);
-    throw usage_error(fmt::format("no run has a value `{}`{}", key, did_you_mean(key, names)),
-                      "see the keys with: drape-results sql \"SELECT DISTINCT owner, key FROM "
-                      "run_value\"");
-  }
-  std::string of_specimen;
-  if (!specimen.empty()) {
-    keys.push_back(specimen);
-    of_specimen =
-        fmt::format(" WHERE d.scene = ?{0} OR d.scene || '/' || d.fabric = ?{0}", keys.size());
-  }
-  Table table = store.query(
-      chosen + "SELECT d.scene, " + value +
-          " AS by_value, '' AS series, d.run, substr(d.date, 1, 10) AS date, d.discretisation, "
-          "d.segments, "
-          "round(d.mean_dist_mm, 3) AS mean_dist_mm, round(d.expanded_uncertainty_mm, 3) AS "
-          "expanded_uncertainty_mm, " +
-          kUncertaintyIs +
-          ", d.measurement, d.match, d.match_rests_on, coalesce(d.fabric, '') AS otherwise FROM "
-          "v_run_drape AS d" +
-          of_specimen + " ORDER BY d.scene, by_value, d.date, d.run",
-      keys);
-  if (!specimen.empty()) keys.pop_back();
-  set_series_apart(table, other_values(store, keys, key), key == "fabric");
-  table.names[1] = key;
-  return table;
 }
 
 Table export_table(const StoreReader& store, const std::string& name) {
@@ -357,40 +379,38 @@ void require_run(const StoreReader& store, int number) {
       fmt::format("the store has runs 1 to {}: drape-results runs", std::get<0>(last[0])));
 }
 
-RunDifference difference_of_runs(const StoreReader& store, int first, int second) {
+Answer difference_of_runs(const StoreReader& store, int first, int second) {
   require_run(store, first);
   require_run(store, second);
   store.require_as_written({.runs = {first, second}, .values = true});
-  RunDifference difference;
-  difference.values = store.query(
-      "WITH a AS (SELECT owner, key, value, stand_in FROM run_value WHERE run = ?1), b AS (SELECT "
-      "owner, key, value, stand_in FROM run_value WHERE run = ?2), of_run AS (SELECT number, "
-      "'calibration' AS what, substr(calibration_sha256, 1, 12) AS value FROM run UNION ALL SELECT "
-      "number, 'recording', substr(recording_sha256, 1, 12) FROM run UNION ALL SELECT number, "
-      "'program version', program_version FROM run) SELECT owner, key, a.value AS first, b.value "
-      "AS second, max(a.stand_in, coalesce(b.stand_in, 0)) AS stand_in FROM a LEFT JOIN b USING "
-      "(owner, key) WHERE a.value IS NOT b.value UNION ALL SELECT owner, key, NULL, b.value, "
-      "b.stand_in FROM b LEFT JOIN a USING (owner, key) WHERE a.value IS NULL UNION ALL SELECT "
-      "'run', x.what, x.value, y.value, 0 FROM of_run AS x JOIN of_run AS y ON y.what = x.what "
-      "WHERE x.number = ?1 AND y.number = ?2 AND x.value IS NOT y.value ORDER BY 1, 2",
-      {first, second});
-  difference.values.title = fmt::format("What differs between run {} and run {}", first, second);
-  for (const auto& row : difference.values.rows) {
-    difference.sentence +=
-        fmt::format("{}{} {} {} -> {}", difference.sentence.empty() ? "" : "; ", row[0], row[1],
-                    row[2].empty() ? "(absent)" : row[2], row[3].empty() ? "(absent)" : row[3]);
-  }
-  if (difference.sentence.empty()) difference.sentence = "no value differs";
-  difference.drapes = store.query(
-      "SELECT d.run, d.scene, d.discretisation, d.segments, round(d.mean_dist_mm, 3) AS "
-      "mean_dist_mm, "
-      "round(d.expanded_uncertainty_mm, 3) AS expanded_uncertainty_mm, " +
-          std::string(kUncertaintyIs) +
-          ", d.measurement, d.match, d.match_rests_on FROM v_run_drape AS d WHERE d.run IN "
-          "(?1, ?2) ORDER BY d.scene, d.run",
-      {first, second});
-  difference.drapes.title = "Their drapes";
-  return difference;
+  Table values = store.query(R"sql(
+WITH of_run AS (
+  SELECT run, owner, key, value, stand_in FROM run_value
+  UNION ALL SELECT number, 'run', 'calibration', substr(calibration_sha256, 1, 12), 0 FROM run
+  UNION ALL SELECT number, 'run', 'recording', substr(recording_sha256, 1, 12), 0 FROM run
+  UNION ALL SELECT number, 'run', 'program version', program_version, 0 FROM run),
+a AS (SELECT * FROM of_run WHERE run = ?1), b AS (SELECT * FROM of_run WHERE run = ?2)
+SELECT owner, key, a.value AS first, b.value AS second,
+  max(a.stand_in, coalesce(b.stand_in, 0)) AS stand_in
+FROM a LEFT JOIN b USING (owner, key) WHERE a.value IS NOT b.value
+UNION ALL SELECT owner, key, NULL, b.value, b.stand_in FROM b LEFT JOIN a USING (owner, key)
+WHERE a.run IS NULL ORDER BY 1, 2)sql",
+                             {first, second});
+  values.title = fmt::format("What differs between run {} and run {}", first, second);
+  std::string sentence;
+  const auto shown = [](const std::string& value) { return value.empty() ? "(absent)" : value; };
+  for (const auto& row : values.rows)
+    sentence += fmt::format("{}{} {} {} -> {}", sentence.empty() ? "" : "; ", row[0], row[1],
+                            shown(row[2]), shown(row[3]));
+  if (sentence.empty()) sentence = "no value differs";
+  Table drapes = store.query(fmt::format(R"sql(
+SELECT d.run, d.scene, d.discretisation, d.segments, round(d.mean_dist_mm, 3) AS mean_dist_mm,
+  round(d.expanded_uncertainty_mm, 3) AS expanded_uncertainty_mm, {}, d.measurement, d.match,
+  d.match_rests_on FROM v_run_drape AS d WHERE d.run IN (?1, ?2) ORDER BY d.scene, d.run)sql",
+                                         kUncertaintyIs),
+                             {first, second});
+  drapes.title = "Their drapes";
+  return {sentence, {std::move(values), std::move(drapes)}};
 }
 
 }  // namespace drape::compare

@@ -8,6 +8,8 @@
 
 #include "compare/records/provenance.hpp"
 #include "compare/store/store.hpp"
+#include "core/pose.hpp"
+#include "core/sheet.hpp"
 
 namespace drape::compare {
 
@@ -33,6 +35,13 @@ struct ResultFilter {
   bool outdated = false;         ///< also lists what a later run replaced
 
   friend bool operator==(const ResultFilter&, const ResultFilter&) = default;
+};
+
+/// Tables with a sentence about them.
+struct Answer {
+  std::string sentence = {};
+  std::vector<Table> tables = {};
+  bool good = true;  ///< false if something moved, or if a file behind a number is not as it was
 };
 
 /// Name, unit and definition.
@@ -64,13 +73,9 @@ void require_comparisons(const StoreReader& store, const std::set<std::string>& 
 /// Throws Error(usage) for a number that no run has.
 void require_run(const StoreReader& store, int number);
 
-/// Differences between two runs: values, verdicts, distances; `sentence` names the values.
-struct RunDifference {
-  std::string sentence;
-  Table values, drapes;
-};
-/// Throws Error(usage) for a number that no run has.
-[[nodiscard]] RunDifference difference_of_runs(const StoreReader& store, int first, int second);
+/// Differences between two runs: a sentence that names the values, a table of the values, and one
+/// of their drapes with verdicts and distances. Throws Error(usage) for a number that no run has.
+[[nodiscard]] Answer difference_of_runs(const StoreReader& store, int first, int second);
 
 /// The headline distance of each drape over the runs as a function of the value of `key` ("fabric",
 /// "friction", any key of a scene or fabric file), for all specimens or one as in TrendOptions.
@@ -83,15 +88,10 @@ struct RunDifference {
 /// One row per comparison between a measured sheet and a simulation.
 [[nodiscard]] Table list_results(const StoreReader& store, const ResultFilter& filter);
 
-/// Everything known about one comparison, named by the beginning of its key: its metrics with unit
-/// and definition, its provenance, and the marks. Throws Error(usage) if none or more than one
-/// comparison matches.
-struct ShownResult {
-  Table metrics;
-  Table provenance;
-  Table marks;
-};
-[[nodiscard]] ShownResult show_result(const StoreReader& store, const std::string& key);
+/// Everything known about one comparison, named by the beginning of its key: tables of its metrics
+/// with unit and definition, of its provenance, and of the marks. Throws Error(usage) if none or
+/// more than one comparison matches.
+[[nodiscard]] Answer show_result(const StoreReader& store, const std::string& key);
 
 /// The paper's two tables for each scene and measured sheet in the store, with simulator, fabric,
 /// model and solver where they differ, branches and surfaces. Pairs are included if both
@@ -152,18 +152,14 @@ struct WhyOptions {
   std::string camera = {};          ///< camera of a calibration
 };
 
-/// Origin of one number: its value and definition, the rows from which it was computed, and every
-/// file behind it down to photographs and curves, by the run records beside the outputs. The store
-/// knows the paths of the sheets. `key` is the beginning of the key of a comparison, of a pair of
-/// simulations, of a sheet (drapemeter and uncertainty) or of a calibration (residuals), `metric`
-/// one of its columns. Throws Error(usage) for a key or metric that does not exist.
-struct Explanation {
-  Table number;
-  Table chain;
-  bool complete = true;  ///< true if every file of the chain exists, unchanged and traced
-};
-[[nodiscard]] Explanation explain(const StoreReader& store, const std::string& key,
-                                  const std::string& metric, const WhyOptions& options = {});
+/// Origin of one number: a table of its value, definition and the rows from which it was computed,
+/// and one of every file behind it down to photographs and curves, by the run records beside the
+/// outputs. It is good if every file exists, unchanged and traced. The store knows the paths of the
+/// sheets. `key` is the beginning of the key of a comparison, of a pair of simulations, of a sheet
+/// (drapemeter and uncertainty) or of a calibration (residuals), `metric` one of its columns.
+/// Throws Error(usage) for a key or metric that does not exist.
+[[nodiscard]] Answer explain(const StoreReader& store, const std::string& key,
+                             const std::string& metric, const WhyOptions& options = {});
 
 /// Series of values in the order of the dates of their first runs (for acceptances, the dates
 /// stated by operators), with the prediction from the earlier values.
@@ -181,13 +177,10 @@ struct Trend {
 /// earlier ones by more than alarm_sigmas times s sqrt(1 + 1/n), with s their standard deviation.
 [[nodiscard]] Trend trend_of(const StoreReader& store, const TrendOptions& options);
 
-/// Two comparisons side by side: each metric with both values and their difference, and the common
-/// marks. Throws Error(usage) for a key that does not exist.
-struct Difference {
-  Table metrics, marks;
-};
-[[nodiscard]] Difference difference_of(const StoreReader& store, const std::string& first,
-                                       const std::string& second);
+/// Two comparisons side by side: a table of each metric with both values and their difference, and
+/// one of the common marks. Throws Error(usage) for a key that does not exist.
+[[nodiscard]] Answer difference_of(const StoreReader& store, const std::string& first,
+                                   const std::string& second);
 
 /// The paper's twelve tables, or those of one experiment: the published numbers of `published_csv`
 /// beside every result of the same scene, grid and segments in the store, one column per measured
@@ -198,5 +191,41 @@ struct Difference {
 [[nodiscard]] std::vector<Table> published_tables(const StoreReader& store,
                                                   const std::string& published_csv,
                                                   const std::string& experiment = {});
+
+/// Movement of a mark between two calibrations, after removing the motion of the whole sheet.
+struct MarkMove {
+  MarkId mark;
+  Eigen::Vector3d by_m;           ///< second minus first, without the rigid part
+  Eigen::Matrix3d covariance_m2;  ///< covariance of the difference
+  double chi2 = 0;
+
+  [[nodiscard]] bool moved(std::size_t marks) const;
+};
+
+/// Noise common to two measurements of one set.
+struct SharedNoise {
+  bool detections = false;   ///< true for the same marks in the same pictures
+  bool calibrating = false;  ///< true if both calibrations use the same pictures
+};
+
+/// Movements of the marks present in both sheets. The covariance of a difference excludes what both
+/// have in common: with the same detections only the calibrations' parts of both covariances count
+/// (the whole sheet's part, from its error budget); if these use the same pictures too, the
+/// difference of the two parts counts (Hausman 1978), since the less accurate estimate has the
+/// error of the other and more. Without a budget the full covariances count. A mark moved if chi
+/// square with three degrees of freedom exceeds its upper 5 % point over all marks (Bonferroni).
+struct SheetMoves {
+  Pose<void, void> rigid;
+  std::vector<MarkMove> marks;
+};
+/// Throws Error(bad_input) for fewer than three common marks.
+[[nodiscard]] SheetMoves moves_between(const Sheet& first, const Sheet& second,
+                                       const SharedNoise& shared);
+
+/// Movements of the marks of every set that two runs measured in the same pictures: a table of the
+/// sets and one of the marks; good if none moved. Sheets are taken from the store, even if a later
+/// run replaced their files. Throws Error(usage) for a number that no run has or runs without a
+/// common set; Error(bad_input) if a sheet is missing.
+[[nodiscard]] Answer moved_marks(const StoreReader& store, int first, int second);
 
 }  // namespace drape::compare

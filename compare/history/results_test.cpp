@@ -86,7 +86,7 @@ TEST_F(Results, TablesNameSimulatorsAndFabricsWhereThereAreSeveral) {
   const auto add = [&](const std::string& name) {
     const fs::path file = folder_.path() / name;
     Store store(file);
-    store.add(input, compare_drape(input, {}));
+    test::add(store, input, compare_drape(input, {}));
     store.close();
     return file;
   };
@@ -125,7 +125,7 @@ TEST_F(Results, AFilterHoldsInEveryTable) {
         Branch{std::string(64, 'b'), k + 1, 2, 1e-3, 1e-7, true, 1, 4, true};
   const fs::path branches = folder_.path() / "branches.sqlite";
   Store store(branches);
-  store.add(input, compare_drape(input, {}));
+  test::add(store, input, compare_drape(input, {}));
   store.close();
   EXPECT_THAT(paper_tables(StoreReader(branches), {}).back().title, HasSubstr("Branches"));
   EXPECT_EQ(paper_tables(StoreReader(branches), {.grid = "21"}).size(), 1U);
@@ -195,9 +195,9 @@ TEST_F(Results, RunsAreFoundByTheCalibrationOfTheirSheets) {
 TEST_F(Results, ShowNamesUnitsAndDefinitions) {
   const StoreReader reader(file());
   const std::string key = list_results(reader, {}).rows[0][0];
-  const ShownResult shown = show_result(reader, key);
-  EXPECT_EQ(shown.marks.rows.size(), 121U);
-  for (const auto& row : shown.metrics.rows) {
+  const Answer shown = show_result(reader, key);
+  EXPECT_EQ(shown.tables[2].rows.size(), 121U);
+  for (const auto& row : shown.tables[0].rows) {
     EXPECT_FALSE(row[2].empty()) << row[0];
     EXPECT_FALSE(row[3].empty()) << row[0];
   }
@@ -267,26 +267,26 @@ TEST(SheetFolders, StandAloneSimulationsComeFirstAndMeasuredSheetsKeepTheirs) {
     fs::create_directories(to);
     fs::copy(sheets[1].parent_path(), to);
   }
-  const auto found = sheets_in({folder.path()});
+  const auto found = files_in({folder.path()}).sheets;
   ASSERT_EQ(found.size(), 2 + sheets.size());
   EXPECT_EQ(found[0], folder.path() / "paper/C/consistent/11-1/sheet.ply");
   EXPECT_EQ(found[1], folder.path() / "paper/C/consistent/11-5/sheet.ply");
   EXPECT_EQ(std::vector<fs::path>(found.begin() + 2, found.end()), sheets);
-  EXPECT_TRUE(calibration_in({folder.path()}).empty());
-  EXPECT_TRUE(repeats_in({folder.path()}).empty());
+  EXPECT_TRUE(files_in({folder.path()}).calibration.empty());
+  EXPECT_TRUE(files_in({folder.path()}).repeats.empty());
   fs::create_directories(folder.path() / "nothing");
-  EXPECT_THROW((void)sheets_in({folder.path() / "nothing"}), Error);
+  EXPECT_THROW((void)files_in({folder.path() / "nothing"}).sheets, Error);
 }
 
 TEST(SheetFolders, AFolderThatFollowsAFileStaysInItsGroup) {
   const drape::test::TemporaryFolder folder;
   const auto sheets = test::write_example(folder.path() / "A");
   const fs::path simulations = folder.path() / "A" / "simulations";
-  EXPECT_EQ(sheets_in({sheets[0], simulations}), sheets);
+  EXPECT_EQ(files_in({sheets[0], simulations}).sheets, sheets);
   const std::vector<fs::path> mixed = {sheets[0], sheets[3], sheets[1]};
-  EXPECT_EQ(sheets_in({sheets[0], sheets[3], sheets[1].parent_path()}), mixed);
+  EXPECT_EQ(files_in({sheets[0], sheets[3], sheets[1].parent_path()}).sheets, mixed);
   const std::vector<fs::path> apart = {sheets[1], sheets[0]};
-  EXPECT_EQ(sheets_in({sheets[1].parent_path(), sheets[0]}), apart);
+  EXPECT_EQ(files_in({sheets[1].parent_path(), sheets[0]}).sheets, apart);
 }
 
 /// A folder as `drape run` leaves it, with branches that its list does not name.
@@ -304,17 +304,17 @@ TEST(SheetFolders, WhatARunComparesIsFoundAsItsListsNameIt) {
     ensemble.branches.back().number = static_cast<int>(ensemble.branches.size());
   }
   write_record(branches, ensemble);
-  EXPECT_EQ(sheets_in({folder.path()}), expected) << "its run has not ended";
+  EXPECT_EQ(files_in({folder.path()}).sheets, expected) << "its run has not ended";
   RunRecord record("drape-simulate", {}, run_record_path(branches));
   record.output(branches);
   record.write(0);
   expected.push_back(drape / "ensemble" / "branch-02" / "sheet.ply");
   expected.push_back(drape / "ensemble" / "branch-01" / "sheet.ply");
-  EXPECT_EQ(sheets_in({folder.path()}), expected);
-  EXPECT_EQ(repeats_in({folder.path()}),
+  EXPECT_EQ(files_in({folder.path()}).sheets, expected);
+  EXPECT_EQ(files_in({folder.path()}).repeats,
             std::vector<fs::path>{drape / "repeats" / "second" / "sheet.ply"});
   fs::remove(drape / "ensemble" / "branch-01" / "sheet.json");
-  EXPECT_THROW((void)sheets_in({folder.path()}), Error);
+  EXPECT_THROW((void)files_in({folder.path()}).sheets, Error);
 }
 
 }  // namespace

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "compare/history/transfer.hpp"
+#include "compare/history/verify.hpp"
 
-#include <SQLiteCpp/SQLiteCpp.h>
 #include <SQLiteCpp/Savepoint.h>
 #include <fmt/format.h>
 
@@ -11,11 +10,10 @@
 #include <memory>
 #include <optional>
 
-#include "compare/history/verify.hpp"
 #include "compare/schema/schema.hpp"
-#include "compare/store/migrate.hpp"
-#include "compare/store/runs.hpp"
-#include "compare/store/writer.hpp"
+#include "compare/store/manifest.hpp"
+#include "compare/store/outcome.hpp"
+#include "compare/store/store.hpp"
 #include "core/error.hpp"
 #include "core/files/files.hpp"
 
@@ -77,23 +75,22 @@ class Merge {
       ++(there ? counts_.present : counts_.added);
       return;
     }
-    ListedRows theirs = source.rows.read(table, key, RowReader::Take::rows);
+    const ListedRows theirs = source.rows.read(table, key, RowReader::Take::rows);
     if (table.name == "file")
       return copy_places(theirs.rows, source.reader.file(), target_, writer_);
-    const ListedRows ours = own_.read(table, key, RowReader::Take::rows);
-    if (ours.count == 0) {
-      combine_with_later(table, key, theirs.rows, at);
-      writer_.insert_listed(table, key, theirs.rows);
-      ++counts_.added;
-      return;
-    }
-    ++counts_.present;
+    ListedRows ours = own_.read(table, key, RowReader::Take::rows);
+    const bool is_new = ours.count == 0;
+    ++(is_new ? counts_.added : counts_.present);
     if (ours.sha256 == theirs.sha256) return;
-    std::vector<Cells> both = ours.rows;
-    if (combine(table, key, both, theirs.rows, at))
+    std::vector<Cells>& rows = is_new ? (ours.rows = theirs.rows) : ours.rows;
+    if (combine(table, key, rows, theirs.rows, at))
       counts_.known_better.insert(fmt::format("{} {}", table.name, key));
-    combine_with_later(table, key, both, at);
-    if (table.name == "run") repeat_run(key, theirs.rows.front()[column(table, "date")]);
+    for (std::size_t later = at + 1; later < sources_.size(); ++later)
+      combine(table, key, rows, sources_[later]->rows.read(table, key, RowReader::Take::rows).rows,
+              later);
+    for (const Cells& row : rows)
+      if (is_new && !writer_.insert_row(table, row)) contradict(table, key, at);
+    if (!is_new && table.name == "run") repeat_run(key, theirs.rows.front()[column(table, "date")]);
   }
 
   static std::size_t column(const ListedTable& table, const std::string& name) {
@@ -130,13 +127,6 @@ class Merge {
       return;
     const std::string& moment = std::get<std::string>(date);
     writer_.insert("run_repetition", repetition_key(key, moment, 0), key, moment);
-  }
-
-  void combine_with_later(const ListedTable& table, const std::string& key,
-                          std::vector<Cells>& rows, std::size_t at) const {
-    for (std::size_t other = at + 1; other < sources_.size(); ++other)
-      combine(table, key, rows, sources_[other]->rows.read(table, key, RowReader::Take::rows).rows,
-              other);
   }
 
   [[noreturn]] void contradict(const ListedTable& table, const std::string& key,
@@ -217,64 +207,56 @@ class DamagedCopy {
   TemporaryFolder folder_{"a copy of the store cannot be made"};
 };
 
+/// Table, key and hash of rows that a manifest lists.
+using Entry = std::tuple<std::string, std::string, std::string>;
+
 /// A damaged store read in one particular way.
 class Damaged {
  public:
-  explicit Damaged(const fs::path& file)
-      : database_(file.string(), SQLite::OPEN_READWRITE),
-        readers_{std::make_unique<RowReader>(database_),
-                 std::make_unique<RowReader>(database_, false)} {}
+  explicit Damaged(const fs::path& file) : database_(file.string(), SQLite::OPEN_READWRITE) {}
 
   [[nodiscard]] SQLite::Database& database() { return database_; }
 
-  struct Entry {
-    std::string kind, key, sha256;
-  };
   [[nodiscard]] std::optional<Entry> entry(std::int64_t sequence) {
-    return tried<std::optional<Entry>>([&]() -> std::optional<Entry> {
-      for (auto& [kind, key, sha256] : rows_of<std::string, std::string, std::string>(
-               database_, "SELECT kind, key, sha256 FROM listed WHERE sequence = ?", {sequence}))
-        return Entry{kind, key, sha256};
-      return std::nullopt;
+    const auto found = tried([&] {
+      return rows_of<std::string, std::string, std::string>(
+          database_, "SELECT kind, key, sha256 FROM listed WHERE sequence = ?", {sequence});
     });
+    return found.empty() ? std::nullopt : std::optional(found.front());
   }
 
   /// Copies everything that still has its hash.
   bool carry(const Entry& entry, const fs::path& source, const fs::path& target, Writer& writer) {
-    const ListedTable* table = nullptr;
-    for (const ListedTable& one : listed_tables())
-      if (one.name == entry.kind) table = &one;
-    if (table == nullptr) return false;
-    return tried<bool>([&] {
-      if (entry.kind == "blob") {
-        auto content =
-            tried<std::optional<std::string>>([&] { return blob_in(database_, entry.key); });
-        if (!content) content = blob_in(database_, entry.key, false);
-        if (content) writer.insert_blob(entry.key, *content);
-        return content.has_value();
-      }
-      RowReader own(writer.database());
-      if (own.read(*table, entry.key).sha256 == entry.sha256) return true;
-      for (const auto& reader : readers_) {
-        const auto found = tried<ListedRows>(
-            [&] { return reader->read(*table, entry.key, RowReader::Take::rows); });
-        if (found.sha256 != entry.sha256) continue;
-        SQLite::Savepoint unit(writer.database(), "unit");
-        if (entry.kind == "file")
-          copy_places(found.rows, source, target, writer);
-        else
-          writer.insert_listed(*table, entry.key, found.rows);
-        unit.release();
+    const auto& [kind, key, sha256] = entry;
+    if (kind == "blob") {
+      auto content = tried([&, &of = key] { return blob_in(database_, of); });
+      if (!content) content = tried([&, &of = key] { return blob_in(database_, of, false); });
+      if (content) writer.insert_blob(key, *content);
+      return content.has_value();
+    }
+    const auto table = std::find_if(listed_tables().begin(), listed_tables().end(),
+                                    [&of = kind](const auto& one) { return one.name == of; });
+    if (table == listed_tables().end()) return false;
+    if (RowReader(writer.database()).read(*table, key).sha256 == sha256) return true;
+    for (RowReader* reader : {&by_index_, &by_table_})
+      if (tried([&, &of = key, &written = sha256] {
+            const ListedRows found = reader->read(*table, of, RowReader::Take::rows);
+            if (found.sha256 != written) return false;
+            SQLite::Savepoint unit(writer.database(), "unit");
+            if (table->name == "file") copy_places(found.rows, source, target, writer);
+            for (const Cells& row : found.rows)
+              if (table->name != "file" && !writer.insert_row(*table, row)) return false;
+            unit.release();
+            return true;
+          }))
         return true;
-      }
-      return false;
-    });
+    return false;
   }
 
  private:
   /// The result; an empty one if a page is damaged.
-  template <class Result>
-  static Result tried(const std::function<Result()>& work) {
+  template <class Work>
+  static auto tried(const Work& work) -> decltype(work()) {
     try {
       return work();
     } catch (const SQLite::Exception&) {
@@ -283,7 +265,7 @@ class Damaged {
   }
 
   SQLite::Database database_;
-  std::unique_ptr<RowReader> readers_[2];
+  RowReader by_index_{database_}, by_table_{database_, false};
 };
 
 /// Ways to read a damaged store: as it is, if its tables are those of this program, and with a new
@@ -330,7 +312,7 @@ Rescue rescue_store(const fs::path& named, const fs::path& fresh) {
     std::int64_t last = 0;
     const auto end = [&] { return std::min<std::int64_t>(last + kLongestHole, most_entries); };
     for (std::int64_t sequence = 1; sequence <= end(); ++sequence) {
-      std::optional<Damaged::Entry> entry;
+      std::optional<Entry> entry;
       for (const auto& way : ways)
         if (!entry) entry = way->entry(sequence);
       if (!entry) continue;
@@ -340,7 +322,7 @@ Rescue rescue_store(const fs::path& named, const fs::path& fresh) {
                       [&](const auto& way) { return way->carry(*entry, damaged, fresh, writer); }))
         ++result.kept;
       else
-        result.lost.push_back(fmt::format("{} {}", entry->kind, entry->key));
+        result.lost.push_back(std::get<0>(*entry) + " " + std::get<1>(*entry));
     }
     if (result.kept == 0)
       throw bad_input("nothing of the store can be read", {.file = damaged.string()},

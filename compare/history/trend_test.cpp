@@ -9,7 +9,7 @@
 #include <random>
 
 #include "compare/history/results.hpp"
-#include "compare/history/transfer.hpp"
+#include "compare/history/verify.hpp"
 #include "compare/report/history.hpp"
 #include "compare/store/manifest.hpp"
 #include "compare/store/outcome.hpp"
@@ -94,7 +94,8 @@ TEST(Trend, AnUncertaintyThatLacksAPartIsSaidToBeAtLeastThat) {
     for (const std::string& statement : statements) database.exec(statement);
   }
   const StoreReader reader(file);
-  for (const Table& table : {difference_of_runs(reader, 1, 2).drapes, trend_by(reader, "scene")}) {
+  for (const Table& table :
+       {difference_of_runs(reader, 1, 2).tables[1], trend_by(reader, "scene")}) {
     std::map<std::string, std::string> of_run;
     const auto column = [&](const std::string& name) {
       return static_cast<std::size_t>(std::find(table.names.begin(), table.names.end(), name) -
@@ -207,7 +208,9 @@ TEST(Trend, ADriftOfTheCalibrationResidualIsAnAlarmOfItsCamera) {
         camera.residuals.rms_px = name == std::string("cam0") || i < 6 ? rms_px : 0.1;
         calibration.cameras.push_back(camera);
       }
-      store.add(calibration, sha256_of("calibration " + std::to_string(i++)));
+      store.write([&](Writer& writer) {
+        add(writer, calibration, sha256_of("calibration " + std::to_string(i++)));
+      });
     }
     store.close();
   }

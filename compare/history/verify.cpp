@@ -73,14 +73,13 @@ void check_rows(SQLite::Database& database, Verification& result) {
     result.findings.push_back("SQLite finds damage: " + integrity);
 }
 
+struct Absent {};  ///< thrown for content that the store lacks
+
 /// Content of the store by its hash.
 class Contents {
  public:
   explicit Contents(const StoreReader& reader) : reader_(reader) {}
 
-  [[nodiscard]] bool has(const std::string& sha256) const {
-    return !reader_.rows<int>("SELECT 1 FROM blob WHERE sha256 = ?", {sha256}).empty();
-  }
   [[nodiscard]] Document document(const std::string& sha256) const {
     return {name(sha256), Syntax::json, bytes(sha256)};
   }
@@ -101,7 +100,8 @@ class Contents {
   }
   [[nodiscard]] std::string bytes(const std::string& sha256) const {
     if (auto content = reader_.blob(sha256)) return std::move(*content);
-    throw bad_input("the blob is not there, or not as it was written", {.file = name(sha256)},
+    if (reader_.rows<int>("SELECT 1 FROM blob WHERE sha256 = ?", {sha256}).empty()) throw Absent();
+    throw bad_input("the blob is not as it was written", {.file = name(sha256)},
                     "restore the store from a backup");
   }
   [[nodiscard]] fs::path toml() const { return folder_.path() / "mesh.toml"; }
@@ -140,25 +140,31 @@ class Recomputation {
 
   void run() {
     comparisons();
+    report_left();
     surfaces();
+    report_left();
     pairs();
+    report_left();
     branches();
+    report_left();
+    turns();
   }
 
  private:
-  /// Tests that a row is reproduced with the same bits; does nothing if the store lacks its sheets.
-  void judge(const char* kind, const Text& sha256, const char* sources,
-             const std::function<std::optional<bool>()>& comes_out) {
+  /// Tests that a row is reproduced with the same bits, else reports `wrong` of it; a row whose
+  /// content is not in the store is left. Returns the number of rows computed.
+  int judge(const char* kind, const Text& sha256, const Text& wrong,
+            const std::function<bool()>& comes_out) {
     const Text name = fmt::format("{} {}", kind, sha256.substr(0, 12));
     try {
-      const auto same = comes_out();
-      if (!same && left_++ == 0) first_left_ = name;
-      result_.comparisons += same.has_value();
-      if (same == false)
-        result_.findings.push_back(fmt::format("{} does not come out of its {}", name, sources));
+      if (!comes_out()) result_.findings.push_back(fmt::format("{} {}", name, wrong));
+      return 1;
+    } catch (const Absent&) {
+      if (left_++ == 0) first_left_ = name;
     } catch (const Error& error) {
       result_.findings.push_back(fmt::format("{} cannot be recomputed: {}", name, error.what()));
     }
+    return 0;
   }
 
   void report_left() {
@@ -169,33 +175,27 @@ class Recomputation {
     left_ = 0;
   }
 
-  /// Tests every distance and the mean.
-  [[nodiscard]] bool same_marks(int id, double mean_mm, const std::vector<MarkError>& marks) const {
-    const auto rows = reader_.rows<int, int, double>(
-        "SELECT \"row\", \"col\", distance_mm FROM mark_error WHERE comparison_id = ? ORDER BY "
-        "\"row\", \"col\"",
-        {id});
-    return std::equal(rows.begin(), rows.end(), marks.begin(), marks.end(),
-                      [](const auto& row, const MarkError& mark) {
-                        return row ==
-                               std::tuple(mark.mark.row, mark.mark.col, mark.distance_m / mm);
-                      }) &&
-           mean_mm == statistics_of(marks).mean_m / mm;
-  }
-
+  /// Compares every distance and the mean of each comparison.
   void comparisons() {
     for (const auto& [id, key, measured, simulated, mean_mm] :
          reader_.rows<int, Text, Text, Text, double>(
              "SELECT id, sha256, measured_sha256, simulated_sha256, mean_mm FROM comparison ORDER "
              "BY id"))
-      judge("comparison", key, "sheets", [&]() -> std::optional<bool> {
-        if (!contents_.has(measured) || !contents_.has(simulated)) return std::nullopt;
+      result_.comparisons += judge("comparison", key, "does not come out of its sheets", [&] {
         const Sheet real = contents_.sheet(measured);
-        return same_marks(
-            id, mean_mm,
-            compare_marks(real, Surface(contents_.simulated(simulated, real), simulated)).marks);
+        const std::vector<MarkError> marks =
+            compare_marks(real, Surface(contents_.simulated(simulated, real), simulated)).marks;
+        const auto rows = reader_.rows<int, int, double>(
+            "SELECT \"row\", \"col\", distance_mm FROM mark_error WHERE comparison_id = ? ORDER BY "
+            "\"row\", \"col\"",
+            {id});
+        return std::equal(rows.begin(), rows.end(), marks.begin(), marks.end(),
+                          [](const auto& row, const MarkError& mark) {
+                            return row ==
+                                   std::tuple(mark.mark.row, mark.mark.col, mark.distance_m / mm);
+                          }) &&
+               mean_mm == statistics_of(marks).mean_m / mm;
       });
-    report_left();
   }
 
   void surfaces() {
@@ -204,17 +204,18 @@ class Recomputation {
          reader_.rows<Text, Text, Text, double, double, Length, Length>(
              "SELECT sha256, measured_sha256, mesh_sha256, to_surface_mean_mm, to_surface_max_mm, "
              "real_to_mesh_mean_mm, mesh_to_real_max_mm FROM surface_comparison ORDER BY sha256"))
-      judge("surface comparison", key, "files", [&]() -> std::optional<bool> {
-        if (!contents_.has(measured) || !contents_.has(mesh)) return std::nullopt;
-        const auto surface = contents_.surface(mesh);
-        if (!surface) return false;
-        const RealSurface found = compare_to_surface(contents_.sheet(measured), surface->mesh);
-        const auto& both = found.both_directions;
-        return mean_mm == found.to_surface.mean_m / mm && max_mm == found.to_surface.max_m / mm &&
-               there_mm == (both ? Length(both->first_to_second.mean_m / mm) : Length()) &&
-               back_mm == (both ? Length(both->second_to_first.hausdorff_m / mm) : Length());
-      });
-    report_left();
+      result_.comparisons +=
+          judge("surface comparison", key, "does not come out of its files", [&] {
+            const Sheet real = contents_.sheet(measured);
+            const auto surface = contents_.surface(mesh);
+            if (!surface) return false;
+            const RealSurface found = compare_to_surface(real, surface->mesh);
+            const auto& both = found.both_directions;
+            return mean_mm == found.to_surface.mean_m / mm &&
+                   max_mm == found.to_surface.max_m / mm &&
+                   there_mm == (both ? Length(both->first_to_second.mean_m / mm) : Length()) &&
+                   back_mm == (both ? Length(both->second_to_first.hausdorff_m / mm) : Length());
+          });
   }
 
   /// Points at which two simulations may have been compared: the marks of the measured
@@ -222,17 +223,16 @@ class Recomputation {
   /// same cloth.
   [[nodiscard]] std::vector<Places> places_of(const std::optional<Text>& measured,
                                               const Text& first, int points) {
-    std::vector<Places> all;
     if (measured) {
-      if (!contents_.has(*measured)) return all;
       const Sheet real = contents_.sheet(*measured);
       const auto lattice = LatticeCoordinates::of(real, *measured);
       if (!lattice) return {marks_of(real)};
-      all.emplace_back();
+      Places all;
       for (int row = 0; row < real.rows; ++row)
-        for (int col = 0; col < real.cols; ++col) all.back().push_back(lattice->at({row, col}));
-      return all;
+        for (int col = 0; col < real.cols; ++col) all.push_back(lattice->at({row, col}));
+      return {all};
     }
+    std::vector<Places> all;
     for (const auto& [warp_mm, weft_mm] : reader_.rows<double, double>(
              "SELECT patch_warp_mm, patch_weft_mm FROM sheet WHERE sha256 = ?", {first})) {
       const auto [known, is_new] = grids_.try_emplace({warp_mm, weft_mm, points});
@@ -240,13 +240,13 @@ class Recomputation {
         for (const auto& [sheet] : reader_.rows<Text>(
                  "SELECT min(sha256) FROM sheet WHERE kind = 'simulated' AND marks = ?3 AND "
                  "patch_warp_mm = ?1 AND patch_weft_mm = ?2 AND sha256 IN (SELECT sheet_sha256 "
-                 "FROM simulation WHERE "
-                 "simulator = 'drapebench') AND sha256 IN (SELECT sha256 FROM blob) GROUP BY rows, "
-                 "cols",
+                 "FROM simulation WHERE simulator = 'drapebench') AND sha256 IN (SELECT sha256 "
+                 "FROM blob) GROUP BY rows, cols",
                  {warp_mm, weft_mm, points}))
           known->second.push_back(marks_of(contents_.sheet(sheet)));
-      return known->second;
+      all = known->second;
     }
+    if (all.empty()) throw Absent();
     return all;
   }
 
@@ -255,11 +255,9 @@ class Recomputation {
          reader_.rows<Text, std::optional<Text>, Text, Text, int, double, double>(
              "SELECT sha256, measured_sha256, first_sha256, second_sha256, points, mean_mm, max_mm "
              "FROM simulation_pair ORDER BY sha256"))
-      judge("pair", key, "sheets", [&]() -> std::optional<bool> {
-        if (!contents_.has(first) || !contents_.has(second)) return std::nullopt;
-        const auto places = places_of(measured, first, points);
-        if (places.empty()) return std::nullopt;
+      result_.comparisons += judge("pair", key, "does not come out of its sheets", [&] {
         const Surface one(contents_.sheet(first), first), other(contents_.sheet(second), second);
+        const auto places = places_of(measured, first, points);
         return std::any_of(places.begin(), places.end(), [&](const Places& at) {
           const auto distances = distances_between(one, other, at);
           return !distances.empty() && static_cast<std::size_t>(points) == distances.size() &&
@@ -267,40 +265,34 @@ class Recomputation {
                  max_mm == statistics_of(distances).max_m / mm;
         });
       });
-    report_left();
   }
 
-  /// Compares equilibria with their lists, and checks their best rotations.
+  /// Compares equilibria with their lists.
   void branches() {
     for (const auto& [set, number, energy_uJ, starts, hem_nodes] :
          reader_.rows<Text, int, double, int, int>(
              "SELECT branches_sha256, number, energy_uJ, starts, hem_nodes FROM branch ORDER BY "
-             "sheet_sha256")) {
-      if (!contents_.has(set)) {
-        if (left_++ == 0) first_left_ = "branch list " + set.substr(0, 12);
-        continue;
-      }
-      const auto listed = branch_in(contents_.document(set), number);
-      if (!listed || listed->set_sha256 != set || listed->energy_j / 1e-6 != energy_uJ ||
-          listed->starts != starts || listed->hem_nodes != hem_nodes)
-        result_.findings.push_back(
-            fmt::format("branch {} is not what its list {} says", number, set.substr(0, 12)));
-    }
-    report_left();
+             "sheet_sha256"))
+      judge("branch list", set, fmt::format("says otherwise of branch {}", number), [&] {
+        const auto listed = branch_in(contents_.document(set), number);
+        return listed && listed->set_sha256 == set && listed->energy_j / 1e-6 == energy_uJ &&
+               listed->starts == starts && listed->hem_nodes == hem_nodes;
+      });
+  }
+
+  void turns() {
     for (const auto& [measured, simulated, x_mm, y_mm, mean_mm] :
          reader_.rows<Text, Text, double, double, double>(
              "SELECT c.measured_sha256, c.simulated_sha256, t.axis_x_mm, t.axis_y_mm, "
              "t.turned_mean_mm FROM branch_turn AS t JOIN comparison AS c ON c.sha256 = "
-             "t.comparison_sha256 ORDER BY c.id")) {
-      if (!contents_.has(measured) || !contents_.has(simulated)) continue;  // already reported
-      const auto turned =
-          best_turn(contents_.sheet(measured), Surface(contents_.sheet(simulated), simulated),
-                    {x_mm * mm, y_mm * mm});
-      // The axis was converted between units, which can change its last bit.
-      if (!turned || std::abs(turned->mean_m / mm - mean_mm) > 1e-9)
-        result_.findings.push_back(fmt::format(
-            "the best turn of {} does not come out of its sheets", simulated.substr(0, 12)));
-    }
+             "t.comparison_sha256 ORDER BY c.id"))
+      judge("the best turn of", simulated, "does not come out of its sheets", [&] {
+        const auto turned =
+            best_turn(contents_.sheet(measured), Surface(contents_.sheet(simulated), simulated),
+                      {x_mm * mm, y_mm * mm});
+        // The axis was converted between units, which can change its last bit.
+        return turned && std::abs(turned->mean_m / mm - mean_mm) <= 1e-9;
+      });
   }
 
   const StoreReader& reader_;

@@ -12,7 +12,6 @@
 #include <set>
 
 #include "compare/history/results.hpp"
-#include "compare/history/transfer.hpp"
 #include "compare/history/verify.hpp"
 #include "compare/records/provenance.hpp"
 #include "compare/store/inputs.hpp"
@@ -72,9 +71,9 @@ TEST_F(Stored, FilesOutsideMayGoAndChangeAndAreNamedByWhy) {
   fs::remove(folder_.path() / "bench" / "recording" / "drape_A" / "cam1.png");
   write_durable(folder_.path() / "bench" / "scene.toml", "# the sphere, with another comment\n");
   EXPECT_THAT(findings(true), IsEmpty());
-  const Explanation why = explain(StoreReader(store()), first_key(), "mean_mm");
-  EXPECT_FALSE(why.complete);
-  for (const auto& row : why.chain.rows)
+  const Answer why = explain(StoreReader(store()), first_key(), "mean_mm");
+  EXPECT_FALSE(why.good);
+  for (const auto& row : why.tables[1].rows)
     EXPECT_EQ(row[4], row[1].ends_with("cam1.png")     ? "not there"
                       : row[1].ends_with("scene.toml") ? "altered"
                                                        : "unchanged")
@@ -131,7 +130,7 @@ TEST_F(Stored, ThroughALinkNothingStandsBesideTheLink) {
   EXPECT_EQ(std::distance(fs::directory_iterator(links), {}), 1);
   for (const fs::path& name : {link, folder_.path() / "far" / "real.sqlite"})
     EXPECT_THAT(verify_store(name).findings, IsEmpty()) << name;
-  EXPECT_TRUE(explain(StoreReader(link), first_key(), "mean_mm").complete);
+  EXPECT_TRUE(explain(StoreReader(link), first_key(), "mean_mm").good);
 }
 
 /// Restores a file at the end of the trial.
@@ -403,11 +402,11 @@ TEST_F(Stored, SequencesOfOrdinaryCommandsRaiseNoAlarm) {
 
 TEST_F(Stored, WhyEndsAtPhotographsAndCurvesThatExist) {
   const StoreReader reader(store());
-  const Explanation why = explain(reader, first_key().substr(0, 12), "mean_mm");
-  EXPECT_TRUE(why.complete);
-  EXPECT_THAT(why.number.rows[0][1], HasSubstr(" mm"));
+  const Answer why = explain(reader, first_key().substr(0, 12), "mean_mm");
+  EXPECT_TRUE(why.good);
+  EXPECT_THAT(why.tables[0].rows[0][1], HasSubstr(" mm"));
   std::set<std::string> photographs, curves;
-  for (const auto& row : why.chain.rows) {
+  for (const auto& row : why.tables[1].rows) {
     EXPECT_EQ(row[4], "unchanged") << row[1];
     const std::string file = row[1].substr(row[1].find_first_not_of(' '));
     if (row[2] == "photograph") photographs.insert(file);
@@ -420,32 +419,32 @@ TEST_F(Stored, WhyEndsAtPhotographsAndCurvesThatExist) {
 
 TEST_F(Stored, WhyAnswersForPairsSheetsAndSingleMarksToo) {
   const StoreReader reader(store());
-  const auto ends_at_photographs = [](const Explanation& why) {
-    return std::count_if(why.chain.rows.begin(), why.chain.rows.end(),
+  const auto ends_at_photographs = [](const Answer& why) {
+    return std::count_if(why.tables[1].rows.begin(), why.tables[1].rows.end(),
                          [](const auto& row) { return row[2] == "photograph"; }) == 3;
   };
   const Table mark = reader.query(
       "SELECT distance_mm FROM mark_error WHERE comparison_id = 1 AND \"row\" = 4 AND \"col\" = 7");
-  const Explanation of_mark =
+  const Answer of_mark =
       explain(reader, first_key(), "distance_mm", {.mark = MarkId{4, 7}, .camera = {}});
-  EXPECT_EQ(of_mark.number.rows[0][1], mark.rows[0][0] + " mm");
-  EXPECT_TRUE(of_mark.complete && ends_at_photographs(of_mark));
+  EXPECT_EQ(of_mark.tables[0].rows[0][1], mark.rows[0][0] + " mm");
+  EXPECT_TRUE(of_mark.good && ends_at_photographs(of_mark));
   EXPECT_THROW((void)explain(reader, first_key(), "distance_mm", {.mark = MarkId{0, 5}}), Error)
       << "a gap";
   const Table pair = reader.query("SELECT comparison, mean_dist_mm FROM v_virtual_vs_virtual");
-  const Explanation of_pair = explain(reader, pair.rows[0][0], "mean_mm");
-  EXPECT_EQ(of_pair.number.rows[0][1], pair.rows[0][1] + " mm");
-  EXPECT_TRUE(of_pair.complete && ends_at_photographs(of_pair));
+  const Answer of_pair = explain(reader, pair.rows[0][0], "mean_mm");
+  EXPECT_EQ(of_pair.tables[0].rows[0][1], pair.rows[0][1] + " mm");
+  EXPECT_TRUE(of_pair.good && ends_at_photographs(of_pair));
   const Table sheet = reader.query("SELECT sha256 FROM sheet WHERE kind = 'measured'");
-  const Explanation of_sheet = explain(reader, sheet.rows[0][0], "sigma_median_mm");
-  EXPECT_TRUE(of_sheet.complete && ends_at_photographs(of_sheet));
+  const Answer of_sheet = explain(reader, sheet.rows[0][0], "sigma_median_mm");
+  EXPECT_TRUE(of_sheet.good && ends_at_photographs(of_sheet));
 }
 
 TEST_F(Stored, WhySaysWhereTheTraceIsBroken) {
   write_durable(folder_.path() / "bench" / "recording" / "drape_A" / "cam2.png", "another");
-  const Explanation why = explain(StoreReader(store()), first_key(), "rms_mm");
-  EXPECT_FALSE(why.complete);
-  for (const auto& row : why.chain.rows)
+  const Answer why = explain(StoreReader(store()), first_key(), "rms_mm");
+  EXPECT_FALSE(why.good);
+  for (const auto& row : why.tables[1].rows)
     EXPECT_EQ(row[4] == "altered", row[1].ends_with("cam2.png")) << row[1];
 }
 
@@ -467,19 +466,19 @@ TEST_F(Stored, AnotherSimulatorsMeshIsRecomputedAndExplained) {
   ASSERT_THAT(other.rows, SizeIs(1));
   const Table own = list_results(reader, {.grid = "11", .segments = 1});
   EXPECT_EQ(other.rows[0][4], own.rows[0][4]) << "the same sheet has the same distance";
-  const Explanation why = explain(reader, other.rows[0][0], "mean_mm");
-  EXPECT_TRUE(why.complete);
-  EXPECT_EQ(why.chain.rows.back()[2], "another simulator's mesh");
+  const Answer why = explain(reader, other.rows[0][0], "mean_mm");
+  EXPECT_TRUE(why.good);
+  EXPECT_EQ(why.tables[1].rows.back()[2], "another simulator's mesh");
 }
 
 TEST_F(Stored, DiffShowsBothValuesAndTheMarks) {
   const StoreReader reader(store());
   const Table list = list_results(reader, {});
-  const Difference found = difference_of(reader, list.rows[0][0], list.rows[1][0]);
-  EXPECT_THAT(found.marks.rows, SizeIs(119));
+  const Answer found = difference_of(reader, list.rows[0][0], list.rows[1][0]);
+  EXPECT_THAT(found.tables[1].rows, SizeIs(119));
   bool has_mean = false;
-  EXPECT_EQ(found.metrics.rows[0][1] + found.metrics.rows[0][2], "GOGO");
-  for (const auto& row : found.metrics.rows) {
+  EXPECT_EQ(found.tables[0].rows[0][1] + found.tables[0].rows[0][2], "GOGO");
+  for (const auto& row : found.tables[0].rows) {
     if (row[0] != "mean_mm") continue;
     has_mean = true;
     EXPECT_NEAR(std::stod(row[3]), std::stod(row[2]) - std::stod(row[1]), 2e-4);

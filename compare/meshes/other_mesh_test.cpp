@@ -289,10 +289,10 @@ TEST(OtherSurface, StandsInItsOwnTableAndIsRecomputedAndExplained) {
   EXPECT_THAT(titles("Plane"), testing::StartsWith("Real vs surface"));
   EXPECT_THAT(titles("drapebench"), testing::Not(HasSubstr("Real vs surface")));
   EXPECT_THAT(titles(""), HasSubstr("Real vs surface"));
-  const Explanation why = explain(reader, rows.rows[0][0], "to_surface_mean_mm");
-  EXPECT_TRUE(why.complete);
-  EXPECT_EQ(why.chain.rows.back()[2], "another simulator's mesh");
-  EXPECT_FALSE(show_result(reader, rows.rows[0][0]).metrics.rows.empty());
+  const Answer why = explain(reader, rows.rows[0][0], "to_surface_mean_mm");
+  EXPECT_TRUE(why.good);
+  EXPECT_EQ(why.tables[1].rows.back()[2], "another simulator's mesh");
+  EXPECT_FALSE(show_result(reader, rows.rows[0][0]).tables[0].rows.empty());
   const Verification verified = verify_store(file);
   EXPECT_TRUE(verified.findings.empty()) << verified.findings.front();
   EXPECT_EQ(verified.comparisons, 4 + 4 + 1);

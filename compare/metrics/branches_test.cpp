@@ -202,7 +202,7 @@ TEST(Branches, AreFoundBelowTheDrapeStoredOnceAndVerified) {
   const fs::path store = folder.path() / "results.sqlite";
   const auto given = write_branches(folder.path());
   const auto import = [&] {
-    const Session session = read_session(sheets_in(given), {});
+    const Session session = read_session(files_in(given).sheets, {});
     Outcome outcome;
     compare_session(session, {}, outcome);
     const ImportCounts counts = import_session(store, session, outcome);

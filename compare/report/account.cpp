@@ -10,7 +10,7 @@
 #include <regex>
 #include <set>
 
-#include "compare/store/runs.hpp"
+#include "compare/store/outcome.hpp"
 #include "compare/tables/budget.hpp"
 #include "compare/tables/match.hpp"
 #include "compare/tables/tables.hpp"

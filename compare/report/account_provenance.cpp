@@ -6,7 +6,7 @@
 
 #include "compare/records/provenance.hpp"
 #include "compare/report/account.hpp"
-#include "compare/store/runs.hpp"
+#include "compare/store/outcome.hpp"
 #include "core/program/run_record.hpp"
 #include "core/program/shell_word.hpp"
 

@@ -183,7 +183,7 @@ void fill_history(const fs::path& file) {
       };
       const DrapeInput input =
           test::drape_of(test::measured_sheet(shape), {test::simulated_sheet(21, segments)});
-      store.add(input, compare_drape(input, {}));
+      test::add(store, input, compare_drape(input, {}));
     }
     ++i;
   }
@@ -228,7 +228,7 @@ TEST_F(Browser, MakesTheReadmesPictures) {
   const char *shots = std::getenv("DRAPE_SCREENSHOTS"), *run = std::getenv("DRAPE_SCREENSHOT_RUN");
   if (shots == nullptr || run == nullptr)
     GTEST_SKIP() << "set DRAPE_SCREENSHOTS and DRAPE_SCREENSHOT_RUN to make them";
-  const Session session = read_session(sheets_in({run}), calibration_in({run}));
+  const Session session = read_session(files_in({run}).sheets, files_in({run}).calibration);
   Outcome outcome;
   compare_session(session, {}, outcome);
   const fs::path page = folder_.path() / "report.html";

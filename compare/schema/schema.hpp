@@ -8,8 +8,8 @@ namespace drape::compare {
 
 struct RelationColumn {
   std::string name;
-  std::string unit, definition, better;  ///< description of a metric; otherwise empty
-  int since = 0;                         ///< store version that introduced it; NULL in older rows
+  std::string unit = {}, definition = {}, better = {};  ///< description of a metric, else empty
+  int since = 0;  ///< store version that introduced it; NULL in older rows
 };
 
 /// Table of the store, described once: insertion, the dictionary of metrics, manifests, merging and
@@ -21,9 +21,14 @@ struct Relation {
 [[nodiscard]] const std::vector<Relation>& relations();
 [[nodiscard]] const Relation& relation(const std::string& name);
 
-[[nodiscard]] int store_version();  ///< PRAGMA user_version, the version of the newest column
-/// Increased by each version of the store that introduced a metric.
-[[nodiscard]] int metrics_version();
+/// PRAGMA user_version: that of the newest column, table or view.
+[[nodiscard]] constexpr int store_version() {
+  return 11;
+}
+/// Increased by each version of the store that introduces or redefines a metric.
+[[nodiscard]] constexpr int metrics_version() {
+  return 2;
+}
 
 /// SQL for the discretisation "2.5 mm" or "21x21" of a simulation AS s.
 inline constexpr const char* kDiscretisation =

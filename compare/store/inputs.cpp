@@ -51,6 +51,7 @@ SheetFile read_sheet_of(const fs::path& file, Session& session) {
   SheetFile sheet = read_sheet_file(file);
   session.read.emplace_back(fs::path(file).replace_extension(".json"), sheet.sha256);
   session.read.emplace_back(fs::path(file).replace_extension(".ply"), sheet.ply_sha256);
+  session.outside.insert(session.read.back().first);
   return sheet;
 }
 
@@ -70,6 +71,7 @@ void read_detections_beside(DrapeFiles& drape, Session& session) {
   drape.detections_file = file;
   drape.detected_by = read_made_by(file);
   session.read.emplace_back(file, sha256);
+  session.outside.insert(file);
   if (drape.detected_by) find_recording(drape);
 }
 
@@ -121,7 +123,78 @@ void require_listed(const fs::path& sheet) {
         {.file = sheet.string()}, "leave it out: it is of an earlier run");
 }
 
-/// The sheet with the files beside it, and the run record that made it.
+std::string entry_text(const Value& value) {
+  if (const auto* text = value.get_if<std::string>()) return *text;
+  if (const auto* truth = value.get_if<bool>()) return *truth ? "yes" : "no";
+  if (const auto* number = value.get_if<double>()) return fmt::format("{:.6g}", *number);
+  if (value.is_null()) return "not stated";
+  const auto* list = value.get_if<Value::List>();
+  if (list == nullptr) return one_line(value);
+  std::string text;
+  for (const Value& item : *list) text += (text.empty() ? "" : "; ") + entry_text(item);
+  return text.empty() ? "none" : text;
+}
+
+/// Lists every plain value with its path. Tables in a list are named by their first text.
+void flatten(const Value& value, const std::string& path, Certificate& certificate) {
+  const auto* list = value.get_if<Value::List>();
+  if (const auto* table = value.get_if<Value::Table>()) {
+    for (const auto& [key, member] : *table)
+      if (!path.empty() || key != "schema")
+        flatten(member, path.empty() ? key : fmt::format("{}.{}", path, key), certificate);
+    return;
+  }
+  if (list != nullptr && !list->empty() && list->front().get_if<Value::Table>() != nullptr) {
+    for (std::size_t i = 0; i < list->size(); ++i) {
+      Value item = (*list)[i];
+      std::string name = std::to_string(i);
+      if (auto* table = item.get_if<Value::Table>()) {
+        const auto named = std::find_if(table->begin(), table->end(), [](const auto& member) {
+          return member.second.template get_if<std::string>() != nullptr;
+        });
+        if (named != table->end()) {
+          name = *named->second.get_if<std::string>();
+          table->erase(named);
+        }
+      }
+      flatten(item, fmt::format("{}.{}", path, name), certificate);
+    }
+    return;
+  }
+  certificate.entries.emplace_back(path, entry_text(value));
+}
+
+/// Reads certificate.json of any version. Any entry can be absent.
+Certificate read_certificate(const fs::path& file) {
+  const Document document = Document::read(file);
+  require_format(document, format_of<drape::Certificate>);
+  Certificate certificate;
+  certificate.sha256 = document.sha256();
+  flatten(document.root(), "", certificate);
+  return certificate;
+}
+
+/// Throws Error(bad_input) that names the entry if a certificate contradicts the simulated sheet
+/// beside it, since a killed run leaves that of the previous run.
+void require_of_sheet(const Certificate& certificate, const Sheet& sheet, const fs::path& file) {
+  const auto& source = std::get<SimulatedSource>(sheet.source);
+  const std::pair<const char*, std::string> of_sheet[] = {
+      {"options.rows", std::to_string(sheet.rows)},
+      {"options.cols", std::to_string(sheet.cols)},
+      {"options.segments", std::to_string(source.segments)},
+      {"options.spacing_mm", source.spacing_m ? fmt::format("{:.6g}", *source.spacing_m / units::mm)
+                                              : std::string("not stated")},
+      {"at_rest", source.status == "at rest" ? "yes" : "no"}};
+  for (const auto& [name, wanted] : of_sheet)
+    for (const auto& [entry, value] : certificate.entries)
+      if (entry == name && value != wanted)
+        throw bad_input(fmt::format("the certificate says `{}`, the sheet beside it `{}`: one of "
+                                    "them is of another run",
+                                    value, wanted),
+                        {.file = file.string(), .field = name}, "simulate the drape again");
+}
+
+/// The sheet with the files beside it.
 Simulation read_simulated(SheetFile sheet, Session& session) {
   Simulation simulation;
   simulation.sheet = std::move(sheet);
@@ -151,13 +224,75 @@ void add_simulated(Simulation simulation, DrapeFiles& drape) {
   drape.input.simulations.push_back(std::move(simulation));
 }
 
+void take_scene(DrapeFiles& drape, const fs::path& file, Session& session) {
+  session.read.emplace_back(file, sha256_of_file(file));
+  drape.input.scene = read_record<Scene>(file);  // as it was used
+}
+
+/// The scene file named by the run record, if it still has the values that the simulation read.
+std::optional<fs::path> scene_file_of(const std::string& scene_sha256,
+                                      const std::optional<StepRecord>& made_by) {
+  if (!made_by) return std::nullopt;
+  for (const auto& [file, sha256] : made_by->inputs)
+    if (sha256 == scene_sha256 && made_by->as_read.contains(file)) return file;
+  return std::nullopt;
+}
+
+/// The scene with which the marks of a drape without simulations were measured, if unchanged.
+void find_scene_of_marks(DrapeFiles& drape, Session& session) {
+  if (!drape.measured_by) return;
+  for (const auto& [file, sha256] : drape.measured_by->inputs)
+    if (drape.measured_by->as_read.contains(file)) return take_scene(drape, file, session);
+}
+
+/// Finds the scene of each simulation and that of the drape, after all its simulations are known:
+/// the speaker's, or the one with which the marks were measured, if its file is unchanged. Throws
+/// Error for a scene that cannot be read.
+void find_scenes(DrapeFiles& drape, Session& session) {
+  std::vector<Simulation>& simulations = drape.input.simulations;
+  if (simulations.empty()) return find_scene_of_marks(drape, session);
+  std::map<std::string, fs::path> files;  // by SHA-256
+  for (std::size_t i = 0; i < simulations.size(); ++i) {
+    const auto& made_by = drape.simulated_by[i];
+    const auto file = scene_file_of(simulations[i].source().scene_sha256, made_by);
+    if (!file) {
+      if (made_by)
+        session.warnings.push_back(
+            fmt::format("the scene of the simulation {} is not as that read it, so that the values "
+                        "of its scene and fabric are not stored",
+                        simulations[i].label()));
+      continue;
+    }
+    simulations[i].scene = read_simulated_scene(*file, made_by->inputs);
+    files.emplace(simulations[i].source().scene_sha256, *file);
+  }
+  const std::string& sha256 = drape.input.speaker()->source().scene_sha256;
+  if (const auto own = files.find(sha256); own != files.end())
+    take_scene(drape, own->second, session);
+}
+
+/// Finds the ensemble of the drape's speaking branch, if its program read the current measured
+/// sheet and so located it among the branches. Throws Error for a list that cannot be read.
+void find_ensemble(DrapeFiles& drape) {
+  const Simulation* one = drape.input.speaking_branch();
+  if (one == nullptr) return;
+  const fs::path list = one->sheet.file.parent_path() / ".." / "branches.json";
+  const SheetFile& measured = drape.input.measured;
+  const auto& start = one->source().start_sha256;
+  bool placed = start && measured.has_content(*start);
+  if (const auto made_by = read_made_by(list))
+    for (const auto& [file, sha256] : made_by->inputs)
+      placed = placed || measured.has_content(sha256);
+  const auto branches = list_above(one->sheet.file, one->branch->set_sha256);
+  if (!placed || !branches || !branches->measured) return;
+  drape.input.placed = branches->measured;
+  if (branches->band.empty()) drape.input.placed->inside_fraction.reset();
+}
+
 void warn_of_unrecorded(const DrapeFiles& drape, Session& session) {
   std::size_t unrecorded = 0;
-  for (std::size_t i = 0; i < drape.simulated_by.size(); ++i) {
-    const Simulation& simulation = drape.input.simulations[i];
-    if (drape.simulated_by[i] || simulation.other_simulator) continue;
-    ++unrecorded;
-  }
+  for (std::size_t i = 0; i < drape.simulated_by.size(); ++i)
+    unrecorded += !drape.simulated_by[i] && !drape.input.simulations[i].other_simulator;
   if (unrecorded > 0)
     warn(session, drape,
          "no run record says what made {1} of the simulated sheets beside the measured one of set "
@@ -171,14 +306,21 @@ void add_other(const fs::path& file, Session& session) {
                     {.file = file.string()}, "give it after the measured sheet of its drape");
   }
   DrapeFiles& drape = session.drapes.back();
-  session.read.emplace_back(file, sha256_of_file(file));
+  const auto note = [&, description = sha256_of_file(file)](const std::string& sha256,
+                                                            const fs::path& mesh,
+                                                            const std::string& mesh_sha256) {
+    session.read.emplace_back(file, description);
+    session.read.emplace_back(mesh, mesh_sha256);
+    session.meshes.emplace(mesh_sha256, mesh);
+    session.mesh_contents.emplace(sha256, other_mesh_content(description, mesh_sha256));
+  };
   if (auto surface = read_other_surface(file)) {
-    session.read.emplace_back(surface->mesh_file, surface->mesh_sha256);
+    note(surface->sha256, surface->mesh_file, surface->mesh_sha256);
     drape.input.surfaces.push_back(std::move(*surface));
     return;
   }
   Simulation simulation = read_other_mesh(file, drape.input.measured.sheet);
-  session.read.emplace_back(simulation.other_file, simulation.sheet.ply_sha256);
+  note(simulation.sheet.sha256, simulation.other_file, simulation.sheet.ply_sha256);
   drape.simulated_by.emplace_back();
   drape.input.simulations.push_back(std::move(simulation));
 }
@@ -305,54 +447,6 @@ Session read_session(const std::vector<fs::path>& sheets, const fs::path& calibr
   return session;
 }
 
-namespace {
-
-void take_scene(DrapeFiles& drape, const fs::path& file, Session& session) {
-  session.read.emplace_back(file, sha256_of_file(file));
-  drape.input.scene = read_record<Scene>(file);  // as it was used
-}
-
-/// The scene file named by the run record, if it still has the values that the simulation read.
-std::optional<fs::path> scene_file_of(const std::string& scene_sha256,
-                                      const std::optional<StepRecord>& made_by) {
-  if (!made_by) return std::nullopt;
-  for (const auto& [file, sha256] : made_by->inputs)
-    if (sha256 == scene_sha256 && made_by->as_read.contains(file)) return file;
-  return std::nullopt;
-}
-
-/// The scene with which the marks of a drape without simulations were measured, if unchanged.
-void find_scene_of_marks(DrapeFiles& drape, Session& session) {
-  if (!drape.measured_by) return;
-  for (const auto& [file, sha256] : drape.measured_by->inputs)
-    if (drape.measured_by->as_read.contains(file)) return take_scene(drape, file, session);
-}
-
-}  // namespace
-
-void find_scenes(DrapeFiles& drape, Session& session) {
-  std::vector<Simulation>& simulations = drape.input.simulations;
-  if (simulations.empty()) return find_scene_of_marks(drape, session);
-  std::map<std::string, fs::path> files;  // by SHA-256
-  for (std::size_t i = 0; i < simulations.size(); ++i) {
-    const auto& made_by = drape.simulated_by[i];
-    const auto file = scene_file_of(simulations[i].source().scene_sha256, made_by);
-    if (!file) {
-      if (made_by)
-        session.warnings.push_back(
-            fmt::format("the scene of the simulation {} is not as that read it, so that the values "
-                        "of its scene and fabric are not stored",
-                        simulations[i].label()));
-      continue;
-    }
-    simulations[i].scene = read_simulated_scene(*file, made_by->inputs);
-    files.emplace(simulations[i].source().scene_sha256, *file);
-  }
-  const std::string& sha256 = drape.input.speaker()->source().scene_sha256;
-  if (const auto own = files.find(sha256); own != files.end())
-    take_scene(drape, own->second, session);
-}
-
 std::vector<std::string> moved_objects(const std::vector<SheetFile>& layings,
                                        const std::vector<SheetFile>& simulations) {
   std::optional<AskedScene> first;
@@ -378,94 +472,6 @@ std::vector<std::string> moved_objects(const std::vector<SheetFile>& layings,
                      : std::optional<std::string>("its scene file is not there as simulated"));
   }
   return reasons;
-}
-
-void find_ensemble(DrapeFiles& drape) {
-  const Simulation* one = drape.input.speaking_branch();
-  if (one == nullptr) return;
-  const fs::path list = one->sheet.file.parent_path() / ".." / "branches.json";
-  const SheetFile& measured = drape.input.measured;
-  const auto& start = one->source().start_sha256;
-  bool placed = start && measured.has_content(*start);
-  if (const auto made_by = read_made_by(list))
-    for (const auto& [file, sha256] : made_by->inputs)
-      placed = placed || measured.has_content(sha256);
-  const auto branches = list_above(one->sheet.file, one->branch->set_sha256);
-  if (!placed || !branches || !branches->measured) return;
-  drape.input.placed = branches->measured;
-  if (branches->band.empty()) drape.input.placed->inside_fraction.reset();
-}
-
-namespace {
-
-std::string entry_text(const Value& value) {
-  if (const auto* text = value.get_if<std::string>()) return *text;
-  if (const auto* truth = value.get_if<bool>()) return *truth ? "yes" : "no";
-  if (const auto* number = value.get_if<double>()) return fmt::format("{:.6g}", *number);
-  if (value.is_null()) return "not stated";
-  const auto* list = value.get_if<Value::List>();
-  if (list == nullptr) return one_line(value);
-  std::string text;
-  for (const Value& item : *list) text += (text.empty() ? "" : "; ") + entry_text(item);
-  return text.empty() ? "none" : text;
-}
-
-/// Lists every plain value with its path. Tables in a list are named by their first text.
-void flatten(const Value& value, const std::string& path, Certificate& certificate) {
-  const auto* list = value.get_if<Value::List>();
-  if (const auto* table = value.get_if<Value::Table>()) {
-    for (const auto& [key, member] : *table)
-      if (!path.empty() || key != "schema")
-        flatten(member, path.empty() ? key : fmt::format("{}.{}", path, key), certificate);
-    return;
-  }
-  if (list != nullptr && !list->empty() && list->front().get_if<Value::Table>() != nullptr) {
-    for (std::size_t i = 0; i < list->size(); ++i) {
-      Value item = (*list)[i];
-      std::string name = std::to_string(i);
-      if (auto* table = item.get_if<Value::Table>()) {
-        const auto named = std::find_if(table->begin(), table->end(), [](const auto& member) {
-          return member.second.template get_if<std::string>() != nullptr;
-        });
-        if (named != table->end()) {
-          name = *named->second.get_if<std::string>();
-          table->erase(named);
-        }
-      }
-      flatten(item, fmt::format("{}.{}", path, name), certificate);
-    }
-    return;
-  }
-  certificate.entries.emplace_back(path, entry_text(value));
-}
-
-}  // namespace
-
-Certificate read_certificate(const fs::path& file) {
-  const Document document = Document::read(file);
-  require_format(document, format_of<drape::Certificate>);
-  Certificate certificate;
-  certificate.sha256 = document.sha256();
-  flatten(document.root(), "", certificate);
-  return certificate;
-}
-
-void require_of_sheet(const Certificate& certificate, const Sheet& sheet, const fs::path& file) {
-  const auto& source = std::get<SimulatedSource>(sheet.source);
-  const std::pair<const char*, std::string> of_sheet[] = {
-      {"options.rows", std::to_string(sheet.rows)},
-      {"options.cols", std::to_string(sheet.cols)},
-      {"options.segments", std::to_string(source.segments)},
-      {"options.spacing_mm", source.spacing_m ? fmt::format("{:.6g}", *source.spacing_m / units::mm)
-                                              : std::string("not stated")},
-      {"at_rest", source.status == "at rest" ? "yes" : "no"}};
-  for (const auto& [name, wanted] : of_sheet)
-    for (const auto& [entry, value] : certificate.entries)
-      if (entry == name && value != wanted)
-        throw bad_input(fmt::format("the certificate says `{}`, the sheet beside it `{}`: one of "
-                                    "them is of another run",
-                                    value, wanted),
-                        {.file = file.string(), .field = name}, "simulate the drape again");
 }
 
 namespace {
@@ -532,51 +538,36 @@ void walk(const fs::path& folder, int depth, Found& found) {  // NOLINT(misc-no-
   for (const fs::path& below : folders_of(folder)) walk(below, depth + 1, found);
 }
 
-/// Files in order, including simulations without a measured sheet in folders that follow a file,
-/// since they may belong to the group that the file started.
-Found found_in(const std::vector<fs::path>& given, std::vector<fs::path>& files) {
+}  // namespace
+
+GivenFiles files_in(const std::vector<fs::path>& given) {
   Found found;
+  std::vector<fs::path> files, calibrations;
   for (const fs::path& path : given) {
     if (!fs::is_directory(path)) {
       files.push_back(path);
       continue;
     }
+    const fs::path calibration = path / "calibration.json";
+    if (fs::is_regular_file(calibration)) calibrations.push_back(calibration);
     const auto before = static_cast<std::ptrdiff_t>(found.alone.size());
     walk(path, 0, found);
     if (files.empty()) continue;
+    // Simulations without a measured sheet may belong to the group that a file before started.
     files.insert(files.end(), found.alone.begin() + before, found.alone.end());
     found.alone.erase(found.alone.begin() + before, found.alone.end());
   }
-  return found;
-}
-
-}  // namespace
-
-std::vector<fs::path> sheets_in(const std::vector<fs::path>& given) {
-  std::vector<fs::path> files;
-  const Found found = found_in(given, files);
   if (!found.gone.empty())
     throw bad_input(fmt::format("the sheet of a run is gone, of {} in all", found.gone.size()),
                     {.file = found.gone.front().string()},
                     "run it again, or remove the folder to leave it out");
-  std::vector<fs::path> sheets = found.alone;
+  std::vector<fs::path> sheets = std::move(found.alone);
   sheets.insert(sheets.end(), files.begin(), files.end());
   sheets.insert(sheets.end(), found.measured.begin(), found.measured.end());
   if (sheets.empty())
     throw usage_error("there is no sheet to import", "name sheets, or a folder with sheets below");
-  return sheets;
-}
-
-std::vector<fs::path> repeats_in(const std::vector<fs::path>& given) {
-  std::vector<fs::path> files;
-  return found_in(given, files).repeats;
-}
-
-fs::path calibration_in(const std::vector<fs::path>& given) {
-  std::vector<fs::path> found;
-  for (const fs::path& path : given)
-    if (fs::is_regular_file(path / "calibration.json")) found.push_back(path / "calibration.json");
-  return found.size() == 1 ? found.front() : fs::path();
+  return {std::move(sheets), std::move(found.repeats),
+          calibrations.size() == 1 ? calibrations.front() : fs::path()};
 }
 
 }  // namespace drape::compare

@@ -2,19 +2,27 @@
 #pragma once
 
 #include <filesystem>
+#include <map>
 #include <optional>
+#include <set>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "compare/compare.hpp"
 #include "compare/records/provenance.hpp"
-#include "compare/store/store.hpp"
 #include "compare/tables/error_split.hpp"
 #include "core/calibration.hpp"
 #include "core/detections.hpp"
 
 namespace drape::compare {
+
+/// Identity of a recording in the store.
+struct RecordingId {
+  std::string sha256;                      ///< SHA-256 of recording.json
+  std::optional<std::string> recorded_on;  ///< ISO date
+  std::string name = {};                   ///< folder of the recording
+};
 
 /// A drape with the files beside its measured sheet.
 struct DrapeFiles {
@@ -39,6 +47,13 @@ struct Session {
   std::string calibration_sha256;
   std::optional<StepRecord> calibrated_by;
   std::vector<std::pair<std::filesystem::path, std::string>> read;  ///< files with their SHA-256
+  /// Those that the store does not keep: a sheet's PLY, which contains nothing that its .json does
+  /// not, and detections.
+  std::set<std::filesystem::path> outside;
+  /// Another simulator's meshes, which it keeps, by the file's SHA-256; and by its own the content
+  /// that identifies each.
+  std::map<std::string, std::filesystem::path> meshes;
+  std::map<std::string, std::string> mesh_contents;
   std::vector<std::string> warnings;
 };
 
@@ -54,44 +69,26 @@ struct Session {
                                    const std::filesystem::path& calibration_file,
                                    const std::vector<std::filesystem::path>& repeats = {});
 
-/// Finds the scene of each simulation and that of the drape, after all its simulations are known:
-/// the speaker's, or the one with which the marks were measured, if its file is unchanged. Throws
-/// Error for a scene that cannot be read.
-void find_scenes(DrapeFiles& drape, Session& session);
-
 /// A sentence for each sheet of one drape whose objects are elsewhere: layings whose marks were
 /// measured with another scene than the first one's, and simulations with other objects than that
 /// scene's, or with objects for which no record shows that they are the same.
 [[nodiscard]] std::vector<std::string> moved_objects(const std::vector<SheetFile>& layings,
                                                      const std::vector<SheetFile>& simulations);
 
-/// Finds the ensemble of the drape's speaking branch, if its program read the current measured
-/// sheet and so located it among the branches. Throws Error for a list that cannot be read.
-void find_ensemble(DrapeFiles& drape);
-
-/// Reads certificate.json of any version. Any entry can be absent.
-[[nodiscard]] Certificate read_certificate(const std::filesystem::path& file);
-
-/// Throws Error(bad_input) that names the entry if a certificate contradicts the simulated sheet
-/// beside it, since a killed run leaves that of the previous run.
-void require_of_sheet(const Certificate& certificate, const Sheet& sheet,
-                      const std::filesystem::path& file);
-
-/// Files are returned as given; a folder is replaced by the sheets in it, in the order required by
-/// read_session(): first simulations without a measured sheet (a virtual bench), then each measured
-/// sheet with those in the folders `simulations` and `branches` beside it, by name, then those in
-/// the list of `ensemble`, as `drape run` compares them. Links are not followed. Throws
-/// Error(usage) if there is no sheet at all, and Error(bad_input) for a run record or list whose
-/// sheet is missing.
-[[nodiscard]] std::vector<std::filesystem::path> sheets_in(
-    const std::vector<std::filesystem::path>& given);
-
-/// Repeats of those measured sheets that have simulations: from the `repeats` folder beside each.
-[[nodiscard]] std::vector<std::filesystem::path> repeats_in(
-    const std::vector<std::filesystem::path>& given);
-
-/// The only calibration.json directly in a given folder; empty if there is none, or more than one
-/// (then only sheets that name the same one could be read).
-[[nodiscard]] std::filesystem::path calibration_in(const std::vector<std::filesystem::path>& given);
+/// The sheets in files and folders. Files are returned as given; a folder is replaced by the sheets
+/// in it, in the order required by read_session(): first simulations without a measured sheet (a
+/// virtual bench), then each measured sheet with those in the folders `simulations` and `branches`
+/// beside it, by name, then those in the list of `ensemble`, as `drape run` compares them. Links
+/// are not followed. Throws Error(usage) if there is no sheet at all, and Error(bad_input) for a
+/// run record or list whose sheet is missing.
+struct GivenFiles {
+  std::vector<std::filesystem::path> sheets;
+  /// Repeats of those measured sheets that have simulations: from the `repeats` folder beside each.
+  std::vector<std::filesystem::path> repeats;
+  /// The only calibration.json directly in a given folder; empty if there is none, or more than one
+  /// (then only sheets that name the same one could be read).
+  std::filesystem::path calibration;
+};
+[[nodiscard]] GivenFiles files_in(const std::vector<std::filesystem::path>& given);
 
 }  // namespace drape::compare

@@ -3,14 +3,71 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <map>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
-#include "compare/store/listed.hpp"
+#include "compare/store/rows.hpp"
 
 namespace drape::compare {
+
+/// A table whose rows are listed in manifests, together for each key: a sheet; the gaps of a sheet;
+/// the marks of a comparison. Numbers assigned by each store (run.number, comparison.id) are
+/// replaced by the key of what they number, so that equal content has equal hashes in every store.
+struct ListedTable {
+  std::string name;
+  std::string key;                   ///< SQL for a row's key; `t` is the table
+  std::string with_key;              ///< SQL condition for the rows with key ?1
+  std::string number;                ///< SQL for the number assigned by this store; "NULL" if none
+  std::vector<std::string> columns;  ///< quoted names, except that number
+  std::vector<std::string> values;   ///< SQL for each value
+  std::vector<std::string> places;   ///< SQL for the parameter of each at insertion
+  std::size_t key_at = 0;            ///< index of the key in these columns
+  std::vector<bool> later;           ///< added by a later version: counts only if it has a value
+  std::string order;                 ///< SQL order of the rows of one key
+};
+/// Listed tables, parents before children.
+[[nodiscard]] const std::vector<ListedTable>& listed_tables();
+[[nodiscard]] const ListedTable& listed_table(const std::string& name);
+
+/// Rows of one table with one key, as they are in the store now.
+struct ListedRows {
+  long long count = 0;
+  Cell number;
+  std::string sha256;       ///< over type and bytes of every value
+  std::vector<Cells> rows;  ///< in the order of ListedTable::columns, if requested
+};
+
+/// Reads and hashes rows by their key; caches its statements.
+class RowReader {
+ public:
+  enum class Take { hash, rows };
+  /// `indexed` allows any index; otherwise only tables are read, for a file with damaged indexes.
+  explicit RowReader(SQLite::Database& database, bool indexed = true);
+
+  [[nodiscard]] ListedRows read(const ListedTable& table, const std::string& key,
+                                Take take = Take::hash);
+  /// Sentence about rows that differ from their manifest; empty if they agree.
+  [[nodiscard]] std::string alteration(const ListedTable& table, const std::string& key);
+  /// The same for the whole table, including rows that no manifest lists; counts listed keys.
+  [[nodiscard]] std::vector<std::string> alterations(const ListedTable& table, long long& keys);
+
+ private:
+  struct Listed {
+    std::string sha256;  ///< empty if in no manifest
+    Cell number;
+  };
+  [[nodiscard]] std::string alteration(const ListedTable& table, const std::string& key,
+                                       const Listed& listed, long long& count);
+  SQLite::Statement& statement(const ListedTable* table);
+
+  SQLite::Database& database_;
+  bool indexed_;
+  std::map<const ListedTable*, SQLite::Statement> statements_;  ///< null: that of listed keys
+};
 
 /// Record of one addition to the store: it lists the rows added by their hashes and names the
 /// previous manifest by its hash, so that the last one covers everything. Anyone who can write the
@@ -22,7 +79,9 @@ struct Manifest {
   std::int64_t file_size = 0;   ///< size of the store including it, bytes
   std::string sha256;
 };
-[[nodiscard]] std::vector<Manifest> manifests_of(SQLite::Database& database);
+/// `which` ends the query, such as "DESC LIMIT 1".
+[[nodiscard]] std::vector<Manifest> manifests_of(SQLite::Database& database,
+                                                 const char* which = "");
 /// The last manifest; its number is 0 if there is none.
 [[nodiscard]] Manifest last_manifest(SQLite::Database& database);
 
@@ -50,5 +109,24 @@ bool add_blob(SQLite::Database& database, const std::string& sha256, std::string
 /// as in RowReader.
 [[nodiscard]] std::optional<std::string> blob_in(SQLite::Database& database,
                                                  const std::string& sha256, bool indexed = true);
+
+/// Appends type and bytes of a value, as hashes of rows cover them.
+void append_value(std::string& bytes, const SQLite::Column& value);
+
+/// Migrates the store at `file` from an older version to store_version() in `database`, in one
+/// transaction: afterwards it is either untouched or complete. Foreign keys must be off. Nothing is
+/// lost: values unknown to the older version are NULL, and the copies of sheets beside the file
+/// become blobs. Throws Error(bad_input) if a row differs from the older version's ledger; with
+/// `lost` such rows are added there instead, and to no manifest.
+void migrate(SQLite::Database& database, int from_version, const std::filesystem::path& file,
+             std::vector<std::string>* lost = nullptr);
+
+/// Version of the store in the file; 0 for an empty file. The caller must hold a transaction if
+/// others may write. Throws Error(bad_input) for a file that is not a store, and for a newer
+/// version.
+[[nodiscard]] int version_of(SQLite::Database& database, const std::filesystem::path& file);
+
+/// Creates an empty store: tables, views, and the metric dictionary in the first manifest.
+void create_store(SQLite::Database& database);
 
 }  // namespace drape::compare

@@ -278,7 +278,7 @@ TEST(Migration, GridsOfVersion8StayGridsWithTheirModelSolverAndOrigin) {
                 "WHERE r.rest_sha256 LIKE 'ef95c136d9dc%'"),
             "3");
   const std::string refined = one(reader, "SELECT comparison FROM v_comparison WHERE segments = 3");
-  const auto facts = show_result(reader, refined).provenance.rows;
+  const auto facts = show_result(reader, refined).tables[1].rows;
   EXPECT_THAT(facts, testing::Contains(testing::ElementsAre("refined_from_sha256",
                                                             testing::StartsWith("ef95c136d9dc"))));
 }

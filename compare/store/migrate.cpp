@@ -1,7 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "compare/store/migrate.hpp"
-
-#include <SQLiteCpp/SQLiteCpp.h>
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
@@ -11,7 +8,6 @@
 
 #include "compare/schema/schema.hpp"
 #include "compare/store/manifest.hpp"
-#include "compare/store/rows.hpp"
 #include "compare/store/store.hpp"
 #include "core/error.hpp"
 #include "core/files/files.hpp"
@@ -93,60 +89,48 @@ void complete(SQLite::Database& database, const std::set<ListedKey>& left_out = 
   database.exec(fmt::format("PRAGMA user_version = {}", store_version()));
 }
 
-/// A row of version 2 to 10 with its dependent rows, as hashed by an entry of its ledger.
-struct LedgerKind {
-  const char* table;
-  std::vector<const char*> hanging;
-};
-const LedgerKind kLedgerKinds[] = {{"metric", {}},
-                                   {"rig", {}},
-                                   {"calibration", {}},
-                                   {"calibration_file", {"calibration_camera"}},
-                                   {"recording", {}},
-                                   {"fabric", {}},
-                                   {"sheet", {"gap"}},
-                                   {"simulation", {}},
-                                   {"refinement", {}},
-                                   {"drapemeter", {"hem_harmonic"}},
-                                   {"comparison", {"mark_error"}},
-                                   {"simulation_pair", {}},
-                                   {"branch", {}},
-                                   {"branch_turn", {}},
-                                   {"acceptance", {"acceptance_figure"}},
-                                   {"surface_comparison", {}},
-                                   {"run", {"run_drape", "run_comparison", "run_value"}},
-                                   {"run_repetition", {}},
-                                   {"run_match", {"match_basis", "real_repeat"}}};
-
-void append_value(std::string& bytes, const Cell& value) {
-  constexpr const char* kTypes = "nirt";
-  bytes += kTypes[value.index()];
-  const auto add = [&](const auto* number) {
-    if (number != nullptr) bytes.append(reinterpret_cast<const char*>(number), sizeof *number);
-  };
-  add(std::get_if<std::int64_t>(&value));
-  add(std::get_if<double>(&value));
-  if (const auto* text = std::get_if<std::string>(&value))
-    bytes += std::to_string(text->size()) + ':' + *text;
-}
+/// Tables of a row of version 2 to 10 and of its dependent rows, as hashed by an entry of its
+/// ledger under the name of the first.
+using LedgerKind = std::vector<const char*>;
+const LedgerKind kLedgerKinds[] = {{"metric"},
+                                   {"rig"},
+                                   {"calibration"},
+                                   {"calibration_file", "calibration_camera"},
+                                   {"recording"},
+                                   {"fabric"},
+                                   {"sheet", "gap"},
+                                   {"simulation"},
+                                   {"refinement"},
+                                   {"drapemeter", "hem_harmonic"},
+                                   {"comparison", "mark_error"},
+                                   {"simulation_pair"},
+                                   {"branch"},
+                                   {"branch_turn"},
+                                   {"acceptance", "acceptance_figure"},
+                                   {"surface_comparison"},
+                                   {"run", "run_drape", "run_comparison", "run_value"},
+                                   {"run_repetition"},
+                                   {"run_match", "match_basis", "real_repeat"}};
 
 std::string ledger_content(SQLite::Database& database, const LedgerKind& kind,
                            const std::string& key) {
-  std::string bytes = fmt::format("drapebench/content/1\n{}\n", kind.table);
-  std::vector<const char*> tables = kind.hanging;
-  tables.insert(tables.begin(), kind.table);
-  for (const char* name : tables) {
+  std::string bytes = fmt::format("drapebench/content/1\n{}\n", kind.front());
+  for (const char* name : kind) {
     const ListedTable& table = listed_table(name);
     // Ordered by numbers, where today's order is that of what they number.
     const char* order =
         table.name == "run_comparison" ? " ORDER BY comparison_id" : table.order.c_str();
     const std::vector<RelationColumn>& columns = relation(name).columns;
-    for (const Cells& row : cells_of(
-             database, fmt::format("SELECT * FROM {} AS t WHERE {}{}", name, table.with_key, order),
-             {key})) {
+    SQLite::Statement row(
+        database, fmt::format("SELECT * FROM {} AS t WHERE {}{}", name, table.with_key, order));
+    row.bind(1, key);
+    while (row.executeStep()) {
       bytes += '\n';
-      for (std::size_t i = 0; i < row.size(); ++i)
-        if (columns.at(i).since == 0 || !row[i].is_null()) append_value(bytes, row[i]);
+      for (int i = 0; i < row.getColumnCount(); ++i) {
+        const SQLite::Column value = row.getColumn(i);
+        if (columns.at(static_cast<std::size_t>(i)).since == 0 || !value.isNull())
+          append_value(bytes, value);
+      }
     }
     bytes += "\n;";
   }
@@ -164,9 +148,9 @@ std::map<ListedKey, std::string> altered_since(SQLite::Database& database) {
     for (const auto& [key] : rows_of<Text>(
              database, fmt::format("SELECT {1} FROM {0} AS t WHERE {1} NOT IN (SELECT key FROM "
                                    "ledger WHERE kind = '{0}')",
-                                   kind.table, listed_table(kind.table).key)))
-      altered[{&listed_table(kind.table), key}] =
-          fmt::format("{} `{}` was not written by drapebench", kind.table, key);
+                                   kind.front(), listed_table(kind.front()).key)))
+      altered[{&listed_table(kind.front()), key}] =
+          fmt::format("{} `{}` was not written by drapebench", kind.front(), key);
   for (const auto& [sequence, name, key, content, written] :
        rows_of<std::int64_t, Text, Text, Text, Text>(
            database,
@@ -174,16 +158,14 @@ std::map<ListedKey, std::string> altered_since(SQLite::Database& database) {
            "sequence")) {
     const auto* kind =
         std::find_if(std::begin(kLedgerKinds), std::end(kLedgerKinds),
-                     [&, &of = name](const LedgerKind& one) { return one.table == of; });
+                     [&, &of = name](const LedgerKind& one) { return one.front() == of; });
     head = sha256_of(std::string_view(fmt::format("drapebench/ledger/1\n{}\n{}\n{}\n{}\n{}\n", head,
                                                   sequence, name, key, content)));
     chained = chained && sequence == ++expected && head == written;
     head = written;
     if (kind == std::end(kLedgerKinds)) continue;
     if (chained && ledger_content(database, *kind, key) == content) continue;
-    std::vector<const char*> tables = kind->hanging;
-    tables.insert(tables.begin(), kind->table);
-    for (const char* table : tables)
+    for (const char* table : *kind)
       altered[{&listed_table(table), key}] =
           fmt::format("{} `{}` is not what was written", name, key);
   }

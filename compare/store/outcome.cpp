@@ -9,15 +9,11 @@
 #include <set>
 
 #include "compare/judgement.hpp"
-#include "compare/meshes/other_mesh.hpp"
 #include "compare/repeats/repeat_sheets.hpp"
-#include "compare/store/runs.hpp"
-#include "compare/store/writer.hpp"
 #include "compare/tables/budget.hpp"
 #include "compare/tables/match.hpp"
 #include "compare/tables/tables.hpp"
 #include "core/error.hpp"
-#include "core/files/files.hpp"
 #include "core/units.hpp"
 
 namespace drape::compare {
@@ -176,125 +172,6 @@ void compare_session(const Session& session, const Options& options, Outcome& ou
                                  ": no two simulations make a pair of the paper's tables");
     }
   }
-}
-
-namespace {
-
-/// Warns of drapes of the recording that its last run compared and this one omits.
-void warn_of_removed(Writer& writer, const Session& session, Outcome& outcome) {
-  const auto known = std::find_if(session.drapes.begin(), session.drapes.end(),
-                                  [](const DrapeFiles& drape) { return drape.recording; });
-  if (known == session.drapes.end()) return;
-  for (const std::string& scene : writer.texts(
-           "SELECT DISTINCT scene FROM run_drape WHERE run = (SELECT r.number FROM run AS r JOIN "
-           "v_run_moment AS m ON m.run = r.number WHERE r.recording_sha256 = ? ORDER BY m.moment "
-           "DESC LIMIT 1) ORDER BY scene",
-           {known->recording->sha256}))
-    if (std::none_of(outcome.reports.begin(), outcome.reports.end(),
-                     [&](const Report& report) { return report.name == scene; }))
-      outcome.warnings.push_back(fmt::format(
-          "{}: the last run of this recording compared it and this one does not, so its results "
-          "count as removed (drape results list --all shows them)",
-          scene));
-}
-
-/// Warns without storing it, since it is not part of the run's content.
-void warn_of_clock(Writer& writer, const std::string& date, Outcome& outcome) {
-  const auto last = writer.value<std::string>(
-      "SELECT max(date) FROM (SELECT max(date) AS date FROM run UNION ALL SELECT max(date) FROM "
-      "run_repetition)",
-      {});
-  if (last && date < *last)
-    outcome.warnings.push_back(
-        fmt::format("the clock says {}, before the last run in the store ({}), so that one counts "
-                    "as the later: "
-                    "set the clock and run again",
-                    date, *last));
-}
-
-/// The bytes that were read; throws if the file has changed since.
-std::string content_of(const fs::path& file, const std::string& sha256) {
-  std::string content = read_text(file);
-  if (sha256_of(std::string_view(content)) == sha256) return content;
-  throw bad_input("the file was changed while its numbers were computed", {.file = file.string()},
-                  "run again");
-}
-
-}  // namespace
-
-// A sheet's PLY contains nothing that its .json does not. Photographs and detections are left out,
-// and so are run records, whose clock times would make the same input give different stores.
-void add_content(Writer& writer, const Session& session, const fs::path& store) {
-  const fs::path folder = folder_of(store);
-  std::set<fs::path> left_out;
-  std::vector<fs::path> meshes;  // another simulator's mesh can have the name of a sheet
-  const auto of_sheet = [&](const SheetFile& sheet) {
-    left_out.insert(fs::path(sheet.file).replace_extension(".ply"));
-  };
-  const auto of_mesh = [&](const fs::path& file, const fs::path& mesh, const std::string& sha256,
-                           const std::string& mesh_sha256) {
-    writer.insert_blob(sha256, other_mesh_content(sha256_of_file(file), mesh_sha256));
-    meshes.push_back(mesh);
-  };
-  const auto of_simulation = [&](const Simulation& one) {
-    one.other_simulator
-        ? of_mesh(one.sheet.file, one.other_file, one.sheet.sha256, one.sheet.ply_sha256)
-        : of_sheet(one.sheet);
-  };
-  for (const DrapeFiles& drape : session.drapes) {
-    of_sheet(drape.input.measured);
-    for (const SheetFile& repeat : drape.input.repeats) of_sheet(repeat);
-    for (const Simulation& one : drape.input.simulations) of_simulation(one);
-    for (const OtherSurface& surface : drape.input.surfaces)
-      of_mesh(surface.file, surface.mesh_file, surface.sha256, surface.mesh_sha256);
-    left_out.insert(drape.detections_file);
-  }
-  for (const auto& group : session.virtual_only)
-    for (const Simulation& one : group) of_simulation(one);
-  for (const fs::path& mesh : meshes) left_out.erase(mesh);
-  for (const auto& [file, sha256] : session.read) {
-    writer.insert_file(sha256, fs::proximate(file, folder).generic_string());
-    if (!left_out.contains(file) && !writer.has("blob", sha256))
-      writer.insert_blob(sha256, content_of(file, sha256));
-  }
-}
-
-ImportCounts import_session(const std::filesystem::path& file, const Session& session,
-                            Outcome& outcome, const RunLabel& label) {
-  const std::string date = date_of_run();
-  Store results(file);
-  ImportCounts sum;
-  const auto count = [&](const ImportCounts& counts) {
-    sum.added += counts.added;
-    sum.present += counts.present;
-  };
-  outcome.label = label.label;
-  outcome.operator_name = label.operator_name;
-  // Comparisons without their run would have no verdict.
-  results.write([&](Writer& writer) {
-    add_content(writer, session, file);
-    if (session.calibration) results.add(*session.calibration, session.calibration_sha256);
-    for (std::size_t i = 0; i < outcome.reports.size(); ++i)
-      count(results.add(session.drapes[i].input, outcome.reports[i], session.drapes[i].recording));
-    for (const VirtualGroup& group : outcome.groups) {
-      // A pair without a real cloth has no run, so no row would record that it is NO-GO.
-      if (group.no_go.empty()) {
-        count(results.add(group));
-      } else {
-        outcome.warnings.push_back(group.name +
-                                   ": pairs of simulations that are NO-GO are not "
-                                   "stored");
-      }
-    }
-    if (outcome.reports.empty()) return;
-    warn_of_removed(writer, session, outcome);
-    warn_of_clock(writer, date, outcome);
-    const StoredRun run = add_run(results, session, outcome, label, date);
-    outcome.run = run.number;
-    outcome.date = run.date;
-  });
-  results.close();
-  return sum;
 }
 
 }  // namespace drape::compare

@@ -1,27 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "compare/store/rows.hpp"
 
-#include <SQLiteCpp/SQLiteCpp.h>
 #include <fmt/format.h>
 #include <sqlite3.h>
 
 #include <atomic>
+#include <set>
 #include <thread>
 
 #include "core/units.hpp"
 
 namespace drape::compare {
-namespace {
-
-template <class T>
-T number_in(const Cell& value) {
-  if (const auto* whole = std::get_if<std::int64_t>(&value)) return static_cast<T>(*whole);
-  const auto* real = std::get_if<double>(&value);
-  return real != nullptr ? static_cast<T>(*real) : T{};
-}
-
-}  // namespace
-
 Cell in_mm(const std::optional<double>& length_m) {
   return length_m ? Cell(*length_m / units::mm) : Cell();
 }
@@ -31,19 +20,6 @@ void Cell::to(std::string& text) const {
   if (const auto* whole = std::get_if<std::int64_t>(this)) text = fmt::format("{}", *whole);
   if (const auto* real = std::get_if<double>(this)) text = fmt::format("{}", *real);
 }
-void Cell::to(double& number) const {
-  number = number_in<double>(*this);
-}
-void Cell::to(std::int64_t& number) const {
-  number = number_in<std::int64_t>(*this);
-}
-void Cell::to(int& number) const {
-  number = number_in<int>(*this);
-}
-void Cell::to(bool& truth) const {
-  truth = number_in<std::int64_t>(*this) != 0;
-}
-
 void bind_all(SQLite::Statement& statement, const Cells& parameters) {
   int index = 0;
   for (const Cell& value : parameters) {
@@ -54,21 +30,19 @@ void bind_all(SQLite::Statement& statement, const Cells& parameters) {
   }
 }
 
+Cell cell_of(const SQLite::Column& value) {
+  if (value.isNull()) return {};
+  if (value.isInteger()) return value.getInt64();
+  if (value.isFloat()) return value.getDouble();
+  return value.getString();
+}
+
 std::vector<Cells> rest_of(SQLite::Statement& statement) {
   std::vector<Cells> rows;
   while (statement.executeStep()) {
     Cells& row = rows.emplace_back();
-    for (int i = 0; i < statement.getColumnCount(); ++i) {
-      const SQLite::Column cell = statement.getColumn(i);
-      if (cell.isNull())
-        row.emplace_back();
-      else if (cell.isInteger())
-        row.emplace_back(cell.getInt64());
-      else if (cell.isFloat())
-        row.emplace_back(cell.getDouble());
-      else
-        row.emplace_back(cell.getString());
-    }
+    for (int i = 0; i < statement.getColumnCount(); ++i)
+      row.push_back(cell_of(statement.getColumn(i)));
   }
   return rows;
 }
@@ -147,32 +121,28 @@ Error store_error(const std::filesystem::path& file, const SQLite::Exception& ex
   if (is_lock_refused(exception.getExtendedErrorCode()))
     return bad_input("the disk of the results store gives no locks on files: " + reason, where,
                      "put the store on a local disk, e.g. with --store");
-  switch (exception.getErrorCode() & 0xFF) {
-    case SQLITE_FULL:
-      return bad_input("the results store cannot grow: " + reason, where,
-                       "free disk space and run again; nothing already stored is lost");
-    case SQLITE_READONLY:
-    case SQLITE_CANTOPEN:
-    case SQLITE_PERM:
-    case SQLITE_IOERR:
-      return bad_input("the results store cannot be opened or written: " + reason, where,
-                       "check the path, the permissions and the disk, then run again; nothing "
-                       "already stored is lost");
-    case SQLITE_NOTADB:
-    case SQLITE_CORRUPT:
-      return bad_input("this is not a readable results store: " + reason, where,
-                       "name another file with --store, restore this one from a backup, or save "
-                       "what is whole: drape results rescue");
-    case SQLITE_ERROR:
-    case SQLITE_CONSTRAINT:
-    case SQLITE_MISMATCH:
-    case SQLITE_SCHEMA:
-    case SQLITE_TOOBIG:
-      return bad_input("the results store is not as the programs make it: " + reason, where,
-                       "run drape results verify; drape results rescue saves what is whole");
-    default:
-      return internal_error("the results store answered: " + reason, where);
-  }
+  const struct {
+    std::set<int> codes;
+    const char *what, *remedy;
+  } known[] = {
+      {{SQLITE_FULL},
+       "the results store cannot grow: ",
+       "free disk space and run again; nothing already stored is lost"},
+      {{SQLITE_READONLY, SQLITE_CANTOPEN, SQLITE_PERM, SQLITE_IOERR},
+       "the results store cannot be opened or written: ",
+       "check the path, the permissions and the disk, then run again; nothing already stored is "
+       "lost"},
+      {{SQLITE_NOTADB, SQLITE_CORRUPT},
+       "this is not a readable results store: ",
+       "name another file with --store, restore this one from a backup, or save what is whole: "
+       "drape results rescue"},
+      {{SQLITE_ERROR, SQLITE_CONSTRAINT, SQLITE_MISMATCH, SQLITE_SCHEMA, SQLITE_TOOBIG},
+       "the results store is not as the programs make it: ",
+       "run drape results verify; drape results rescue saves what is whole"}};
+  for (const auto& [codes, what, remedy] : known)
+    if (codes.contains(exception.getErrorCode() & 0xFF))
+      return bad_input(what + reason, where, remedy);
+  return internal_error("the results store answered: " + reason, where);
 }
 
 }  // namespace drape::compare

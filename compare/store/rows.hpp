@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <SQLiteCpp/SQLiteCpp.h>
+
 #include <chrono>
 #include <concepts>
 #include <cstdint>
@@ -8,20 +10,12 @@
 #include <optional>
 #include <string>
 #include <tuple>
+#include <type_traits>
 #include <utility>
 #include <variant>
 #include <vector>
 
 #include "core/error.hpp"
-
-namespace SQLite {
-class Database;
-class Statement;
-}  // namespace SQLite
-
-namespace SQLite {
-class Exception;
-}
 
 namespace drape::compare {
 
@@ -41,10 +35,14 @@ struct Cell : std::variant<std::monostate, std::int64_t, double, std::string> {
   [[nodiscard]] bool is_null() const { return index() == 0; }
   /// A number is converted if requested as another kind of number, and NULL if requested as text.
   void to(std::string& text) const;
-  void to(double& number) const;
-  void to(std::int64_t& number) const;
-  void to(int& number) const;
-  void to(bool& truth) const;
+  template <class T>
+  requires std::is_arithmetic_v<T>
+  void to(T& number) const {
+    const auto* real = std::get_if<double>(this);
+    const auto* whole = std::get_if<std::int64_t>(this);
+    number =
+        real != nullptr ? static_cast<T>(*real) : static_cast<T>(whole != nullptr ? *whole : 0);
+  }
   template <class T>
   void to(std::optional<T>& value) const {
     if (!is_null()) to(value.emplace());
@@ -64,6 +62,7 @@ std::vector<std::tuple<Types...>> typed(const std::vector<Cells>& rows) {
   return all;
 }
 
+[[nodiscard]] Cell cell_of(const SQLite::Column& value);
 void bind_all(SQLite::Statement& statement, const Cells& parameters);
 /// The remaining rows of a statement.
 [[nodiscard]] std::vector<Cells> rest_of(SQLite::Statement& statement);

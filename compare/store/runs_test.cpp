@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "compare/store/runs.hpp"
 #include "compare/history/verify.hpp"
+#include "compare/store/outcome.hpp"
 
 #include <SQLiteCpp/SQLiteCpp.h>
 #include <fmt/format.h>
@@ -10,7 +10,6 @@
 #include <map>
 
 #include "compare/history/results.hpp"
-#include "compare/history/transfer.hpp"
 #include "compare/report/history.hpp"
 #include "compare/schema/schema.hpp"
 #include "compare/store/inputs.hpp"
@@ -149,7 +148,7 @@ TEST_F(Runs, AComparisonIsNeverStoredWithoutItsRun) {
   const fs::path copy = folder_.path() / "A.bak";
   fs::copy(sheets_[0].parent_path(), copy, fs::copy_options::recursive);
   try {
-    (void)read_session(sheets_in({folder_.path()}), {});
+    (void)read_session(files_in({folder_.path()}).sheets, {});
     FAIL() << "a copied folder is another drape";
   } catch (const Error& error) {
     EXPECT_EQ(error.kind(), ErrorKind::bad_input);
@@ -164,7 +163,7 @@ TEST_F(Runs, ADifferenceNamesTheValueThatWasChanged) {
   ASSERT_NE(at, std::string::npos);
   write_durable(scene(), text.replace(at, 14, "friction = 0.25"));
   EXPECT_EQ(run(kMay), 2);
-  const RunDifference found = difference_of_runs(StoreReader(store()), 1, 2);
+  const Answer found = difference_of_runs(StoreReader(store()), 1, 2);
   EXPECT_THAT(found.sentence, HasSubstr("scene A friction 0.4 -> 0.25"));
   const Table trend = trend_by(StoreReader(store()), "friction");
   EXPECT_EQ(trend.rows.front()[1], "0.25");
@@ -359,7 +358,7 @@ TEST_F(Runs, AMeasurementThatIsNoGoIsNoGoInEveryList) {
     EXPECT_EQ(one(std::string("SELECT DISTINCT measurement FROM ") + view), "NO-GO") << view;
   const std::string key = list_results(reader, {}).rows.at(0).at(0);
   using Row = std::vector<std::string>;
-  EXPECT_THAT(show_result(reader, key).provenance.rows,
+  EXPECT_THAT(show_result(reader, key).tables[1].rows,
               testing::Contains(Row{"measurement", "NO-GO"}));
   const HistoryPage page = history_page(reader, {});
   EXPECT_FALSE(page.go);

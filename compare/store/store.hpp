@@ -3,34 +3,23 @@
 
 #include <filesystem>
 #include <functional>
+#include <map>
 #include <memory>
 #include <optional>
 #include <set>
 #include <string>
+#include <string_view>
 #include <vector>
 
-#include "compare/compare.hpp"
 #include "compare/schema/schema.hpp"
+#include "compare/store/manifest.hpp"
 #include "compare/store/rows.hpp"
-#include "compare/tables/tables.hpp"
-#include "core/calibration.hpp"
+#include "core/files/files.hpp"
+#include "core/run_report.hpp"
 
 namespace drape::compare {
 
 inline constexpr int kApplicationId = 0x44726170;  ///< "Drap", recognised by `file`
-
-/// Result of an import.
-struct ImportCounts {
-  int added = 0;    ///< comparisons that are new in the store
-  int present = 0;  ///< comparisons that were already there
-};
-
-/// Identity of a recording in the store.
-struct RecordingId {
-  std::string sha256;                      ///< SHA-256 of recording.json
-  std::optional<std::string> recorded_on;  ///< ISO date
-  std::string name = {};                   ///< folder of the recording
-};
 
 /// The file to which a link leads, or the file itself: its log is beside that file, and paths in
 /// the store are relative to it.
@@ -38,6 +27,45 @@ struct RecordingId {
 
 /// Folder that contains the store.
 [[nodiscard]] std::filesystem::path folder_of(const std::filesystem::path& store);
+
+/// One write transaction. Prepared statements are cached; new rows are listed in one manifest, and
+/// existing ones are checked against the manifest that lists them.
+class Writer {
+ public:
+  explicit Writer(SQLite::Database& database);
+
+  /// Inserts one row, with cells in the order of the listed table's columns: a run and a comparison
+  /// are named by their keys. Returns false if the row already exists, which leaves it unchanged.
+  template <class... Values>
+  bool insert(const std::string& table, const Values&... values) {
+    return insert_row(listed_table(table), {Cell(values)...});
+  }
+  bool insert_row(const ListedTable& table, const Cells& row);
+  /// Adds content under its hash, with its path relative to the store's folder.
+  void insert_blob(const std::string& sha256, std::string_view content);
+  void insert_file(const std::string& sha256, const std::string& path);
+
+  [[nodiscard]] bool has(const std::string& table, const std::string& sha256);
+  /// First cell of the first row of a query.
+  template <class T>
+  [[nodiscard]] std::optional<T> value(const std::string& sql, const Cells& parameters) {
+    return first_of<T>(database_, sql, parameters);
+  }
+  [[nodiscard]] int last_id() const { return static_cast<int>(database_.getLastInsertRowid()); }
+  [[nodiscard]] SQLite::Database& database() { return database_; }
+  /// Throws Error(bad_input) for rows that differ from their manifest.
+  void commit();
+
+ private:
+  void add(const ListedTable& table, const std::string& key);
+
+  SQLite::Database& database_;
+  SQLite::Transaction transaction_;
+  std::int64_t manifest_;  ///< number of the manifest to be written
+  std::vector<ListedKey> added_;
+  std::set<ListedKey> known_;  ///< added or existing before
+  std::map<const ListedTable*, SQLite::Statement> statements_;
+};
 
 /// results.sqlite, opened for writing. Rows are keyed by content hashes and have no clock time, so
 /// importing the same comparison again adds nothing, and two undisturbed histories give the same
@@ -55,23 +83,16 @@ class Store {
   Store(const Store&) = delete;
   Store& operator=(const Store&) = delete;
 
-  /// Adds the residuals of the calibration to which measured sheets refer.
-  void add(const Calibration& calibration, const std::string& sha256);
-  /// Adds all comparisons of one drape. `recording` names the source of the photographs.
-  ImportCounts add(const DrapeInput& input, const Report& report,
-                   const std::optional<RecordingId>& recording = {});
-  /// Adds pairs of simulations without a real cloth.
-  ImportCounts add(const VirtualGroup& group);
-  /// Adds simulations that are not compared, all in one transaction; counts sheets.
-  ImportCounts add(const std::vector<Simulation>& simulations);
-  /// Writes rows in one transaction (see writer.hpp), to which everything added meanwhile belongs.
-  void write(const std::function<void(class Writer&)>& rows);
+  /// Writes rows in one transaction, to which everything added meanwhile belongs.
+  void write(const std::function<void(Writer&)>& rows);
   /// Moves everything from the write-ahead log into the one file.
   void close();
 
  private:
-  struct Connection;
-  std::unique_ptr<Connection> connection_;
+  void open();
+
+  std::filesystem::path file_;
+  std::unique_ptr<SQLite::Database> database_;  ///< null if closed
 };
 
 /// Rows used in an answer.
@@ -89,12 +110,11 @@ class StoreReader {
   /// Throws Error(bad_input) if it is no store, or if `schema` must be this program's and is not.
   enum class Schema { own, any };
   explicit StoreReader(const std::filesystem::path& file, Schema schema = Schema::own);
-  [[nodiscard]] const std::filesystem::path& file() const;
+  [[nodiscard]] const std::filesystem::path& file() const { return file_; }
   /// The file that is read: a copy if this user cannot write the store.
-  [[nodiscard]] std::filesystem::path opened() const;
-  ~StoreReader();
-  StoreReader(const StoreReader&) = delete;
-  StoreReader& operator=(const StoreReader&) = delete;
+  [[nodiscard]] std::filesystem::path opened() const {
+    return copy_ ? copy_->path() / "store" : file_;
+  }
 
   /// Result of one statement that starts with SELECT, WITH, VALUES or EXPLAIN. Throws Error(usage)
   /// for any other statement or for several, and Error(bad_input) if the store lacks the tables and
@@ -124,24 +144,23 @@ class StoreReader {
   /// Paths of the content when it was stored.
   [[nodiscard]] std::vector<std::filesystem::path> places_of(const std::string& sha256) const;
 
-  [[nodiscard]] SQLite::Database& database() const;
-  [[nodiscard]] bool is_of_older_version() const;
+  [[nodiscard]] SQLite::Database& database() const { return database_; }
+  [[nodiscard]] bool is_of_older_version() const { return is_older_; }
 
  private:
-  /// Makes the error for a refused statement, from what the store reports and what to do.
-  using Refusal = std::function<Error(const std::string&, const std::string&)>;
-  [[nodiscard]] Error not_as_made(const std::string& what) const;
+  enum class Author { program, person };  ///< of a statement
+  [[nodiscard]] Error refusal(Author author, const std::string& what,
+                              const std::string& remedy) const;
   [[nodiscard]] std::vector<Cells> cells(const std::string& sql, const Cells& parameters) const;
   [[nodiscard]] Table table_of(const std::string& sql, const Cells& parameters,
-                               const Refusal& refusal) const;
-  void run(const std::string& sql, const Cells& parameters, const Refusal& refusal,
+                               Author author) const;
+  void run(const std::string& sql, const Cells& parameters, Author author,
            const std::function<void(SQLite::Statement&)>& take) const;
 
-  struct Connection;
-  std::unique_ptr<Connection> connection_;
+  std::filesystem::path file_;
+  std::unique_ptr<TemporaryFolder> copy_;
+  mutable SQLite::Database database_;
+  bool is_older_ = false;
 };
-
-/// Key of a comparison: hash of the sheets' hashes and the version of the metrics.
-[[nodiscard]] std::string comparison_key(const std::vector<std::string>& sheet_hashes);
 
 }  // namespace drape::compare

@@ -8,7 +8,7 @@
 
 #include "compare/history/results.hpp"
 #include "compare/history/verify.hpp"
-#include "compare/store/store.hpp"
+#include "compare/store/outcome.hpp"
 #include "core/files/files.hpp"
 #include "core/units.hpp"
 
@@ -101,8 +101,9 @@ void fill(const fs::path& file) {
   fs::create_directories(folder());
   Store store(file);
   for (int i = 0; i < kDrapes; ++i)
-    store.add(prepared().inputs[static_cast<std::size_t>(i)],
-              prepared().reports[static_cast<std::size_t>(i)]);
+    store.write([at = static_cast<std::size_t>(i)](Writer& writer) {
+      add(writer, prepared().inputs[at], prepared().reports[at]);
+    });
   store.close();
 }
 

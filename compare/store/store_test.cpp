@@ -16,7 +16,6 @@
 #include "compare/history/results.hpp"
 #include "compare/store/inputs.hpp"
 #include "compare/store/outcome.hpp"
-#include "compare/store/runs.hpp"
 #include "compare/test_sheets.hpp"
 #include "core/error.hpp"
 #include "core/files/files.hpp"
@@ -50,7 +49,7 @@ StoreExample example(double height_m = 5 * mm) {
 
 ImportCounts import_into(const fs::path& file, const StoreExample& made) {
   Store store(file);
-  const ImportCounts counts = store.add(made.input, made.report);
+  const ImportCounts counts = test::add(store, made.input, made.report);
   store.close();
   return counts;
 }
