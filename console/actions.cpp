@@ -7,7 +7,7 @@
 #include <set>
 #include <string_view>
 
-#include "console/bench.hpp"
+#include "console/console.hpp"
 #include "core/error.hpp"
 #include "core/fields/records.hpp"
 #include "core/units.hpp"

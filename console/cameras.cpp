@@ -21,7 +21,7 @@
 #include <tuple>
 #include <utility>
 
-#include "console/bench.hpp"
+#include "console/console.hpp"
 #include "core/error.hpp"
 #include "core/files/files.hpp"
 #include "core/files/inside.hpp"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "console/bench.hpp"
+#include "console/console.hpp"
 
 #include <gmock/gmock.h>
 

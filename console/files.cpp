@@ -63,15 +63,7 @@ std::optional<double> sigma_px(const FrameDetections& frame) {
 
 Json ending_of(const fs::path& output) {
   const std::optional<Ending> ending = kept_ending(run_record_path(output));
-  if (!ending) return {{"verdict", ""}, {"sentence", ""}};
-  Json json = {{"verdict", ending->go ? "GO" : "NO-GO"}, {"sentence", ending->verdict}};
-  json["lines"] = Json::array();
-  for (const auto& [name, value] : ending->numbers) json["lines"].push_back(name + "  " + value);
-  for (const auto& [sign, list] :
-       {std::pair("rejected: ", &ending->rejected), std::pair("warning: ", &ending->warnings),
-        std::pair("advice: ", &ending->advice)})
-    for (const std::string& line : *list) json["lines"].push_back(sign + line);
-  return json;
+  return ending ? try_json(one_line(value_of(*ending))) : Json{{"verdict", ""}, {"sentence", ""}};
 }
 
 const Json* of_scene(const Json& rows, const std::string& scene) {
@@ -123,18 +115,13 @@ std::shared_ptr<const T> Files::kept(KeptFiles& files, const fs::path& file,
   const KeptFiles::key_type key{file, typeid(T)};
   {
     const std::lock_guard lock(mutex_);
-    if (const auto found = files.find(key); found != files.end() && found->second.stamp == stamp) {
-      found->second.used = ++uses_;
+    if (const auto found = files.find(key); found != files.end() && found->second.stamp == stamp)
       return std::static_pointer_cast<const T>(found->second.content);
-    }
   }
   const auto content = std::make_shared<const T>(read(file));
   const std::lock_guard lock(mutex_);
-  files[key] = {stamp, content, ++uses_};
-  if (&files == &contents_ && files.size() > kMostKept)
-    files.erase(std::min_element(files.begin(), files.end(), [](const auto& a, const auto& b) {
-      return a.second.used < b.second.used;
-    }));
+  if (&files == &contents_ && files.size() >= kMostKept) files.clear();
+  files[key] = {stamp, content};
   return content;
 }
 

@@ -94,7 +94,6 @@ class Files {
   struct Kept {
     std::string stamp;
     std::shared_ptr<const void> content;
-    std::uint64_t used = 0;  ///< increases with each use
   };
   /// Contents by file and type of what was read from it.
   using KeptFiles = std::map<std::pair<fs::path, std::type_index>, Kept>;
@@ -116,10 +115,9 @@ class Files {
 
   const Session& session_;
   mutable std::mutex mutex_;    ///< guards all members below
-  mutable KeptFiles contents_;  ///< most recently used
+  mutable KeptFiles contents_;  ///< at most kMostKept
   mutable KeptFiles facts_;     ///< small
   mutable std::map<std::string, std::pair<std::string, bool>> holds_;
-  mutable std::uint64_t uses_ = 0;
   mutable std::map<std::string, Json> results_;
   mutable std::string results_stamp_;
 };
@@ -128,8 +126,7 @@ class Files {
 /// over the frame's marks.
 [[nodiscard]] std::optional<double> sigma_px(const FrameDetections& frame);
 
-/// Ending of a step, kept beside its output: {"verdict", "sentence", "lines"}; verdict and sentence
-/// are empty if absent.
+/// Ending of a step, kept beside its output; verdict and sentence are empty if absent.
 [[nodiscard]] Json ending_of(const fs::path& output);
 
 /// The last row of a table whose "scene" is this one, or null.

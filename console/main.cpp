@@ -21,7 +21,7 @@
 #include <string_view>
 #include <thread>
 
-#include "console/bench.hpp"
+#include "console/console.hpp"
 #include "console/server/server.hpp"
 #include "core/fields/fields.hpp"
 #include "core/files/files.hpp"

@@ -7,6 +7,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <Eigen/Core>
 #include <algorithm>
 #include <array>
 #include <cerrno>
@@ -153,15 +154,11 @@ Picture PictureShelf::picture(const Recording& recording, const FrameSet& set,
   }
   Picture made = make_picture(read_frame(recording, set, frame), width_px, mark_saturation);
   const std::lock_guard lock(mutex_);
-  if (pictures_.emplace(key, made).second) {
-    order_.push_back(key);
-    bytes_ += made.jpeg.size();
+  if (bytes_ + made.jpeg.size() > kMostBytes) {
+    pictures_.clear();
+    bytes_ = 0;
   }
-  while (bytes_ > kMostBytes && order_.size() > 1) {
-    bytes_ -= pictures_.at(order_.front()).jpeg.size();
-    pictures_.erase(order_.front());
-    order_.pop_front();
-  }
+  if (pictures_.emplace(key, made).second) bytes_ += made.jpeg.size();
   return made;
 }
 
@@ -174,10 +171,14 @@ constexpr double kLost_s = 2;  ///< time without a picture
 constexpr double kMedianToSigma = 1.4826;
 using Counts = std::array<std::int64_t, kLevels>;
 
-double grey_contrast(const std::vector<unsigned char>& pixels) {
+double grey_contrast(const Grey& image) {
   Counts counts{};
-  for (const unsigned char level : pixels) ++counts[level];
+  for (const unsigned char level : image.reshaped()) ++counts[level];
   return counted_quantile(counts, 0.95) - counted_quantile(counts, 0.05);
+}
+
+bool is_same_size(const Grey& a, const Grey& b) {
+  return a.rows() == b.rows() && a.cols() == b.cols();
 }
 
 }  // namespace
@@ -188,38 +189,30 @@ StillWatch::StillWatch(std::vector<std::string> cameras, StillOptions options)
 }
 
 bool StillWatch::moved(const Grey& before, const Grey& now) const {
-  if (before.pixels.size() != now.pixels.size()) return true;
+  if (!is_same_size(before, now)) return true;
   Counts counts{};
-  for (std::size_t i = 0; i < now.pixels.size(); ++i)
-    ++counts[static_cast<std::size_t>(std::abs(int{now.pixels[i]} - int{before.pixels[i]}))];
+  const Eigen::MatrixXi change = (now.cast<int>() - before.cast<int>()).cwiseAbs();
+  for (const int levels : change.reshaped()) ++counts[static_cast<std::size_t>(levels)];
   // Edges are few, so the median is noise; rounding to whole levels has 1/sqrt(12) of a level.
   const double sigma =
       std::max(kMedianToSigma * counted_quantile(counts, 0.5), std::sqrt(2.0 / 12.0));
-  const double limit = std::max(options_.changed_contrast * grey_contrast(now.pixels),
-                                options_.changed_sigmas * sigma);
+  const double limit =
+      std::max(options_.changed_contrast * grey_contrast(now), options_.changed_sigmas * sigma);
   std::int64_t changed = 0;
   for (int level = 0; level < kLevels; ++level)
     if (level > limit) changed += counts[static_cast<std::size_t>(level)];
-  return static_cast<double>(changed) >
-         options_.moving_fraction * static_cast<double>(now.pixels.size());
+  return static_cast<double>(changed) > options_.moving_fraction * static_cast<double>(now.size());
 }
 
 bool StillWatch::is_new(const Grey& before, const Grey& now) const {
-  if (before.pixels.size() != now.pixels.size()) return true;
+  if (!is_same_size(before, now)) return true;
   const int size = options_.block_px;
-  const double limit = options_.changed_contrast * grey_contrast(now.pixels) * size * size;
+  const double limit = options_.changed_contrast * grey_contrast(now) * size * size;
+  const Eigen::MatrixXi difference = now.cast<int>() - before.cast<int>();
   int blocks = 0, changed = 0;
-  for (int top = 0; top + size <= now.height_px; top += size)
-    for (int left = 0; left + size <= now.width_px; left += size, ++blocks) {
-      int difference = 0;
-      for (int y = top; y < top + size; ++y)
-        for (int x = left; x < left + size; ++x) {
-          const auto i = static_cast<std::size_t>(y) * static_cast<std::size_t>(now.width_px) +
-                         static_cast<std::size_t>(x);
-          difference += int{now.pixels[i]} - int{before.pixels[i]};
-        }
-      if (std::abs(difference) > limit) ++changed;
-    }
+  for (int top = 0; top + size <= difference.rows(); top += size)
+    for (int left = 0; left + size <= difference.cols(); left += size, ++blocks)
+      if (std::abs(difference.block(top, left, size, size).sum()) > limit) ++changed;
   return changed > options_.new_fraction * blocks;
 }
 
@@ -236,7 +229,7 @@ void StillWatch::see(const std::string& camera, std::span<const unsigned char> b
   }
   if (image.empty()) return;
   View& view = found->second;
-  Grey now{image.cols, image.rows, {image.begin<unsigned char>(), image.end<unsigned char>()}};
+  Grey now = Eigen::Map<const Grey>(image.data, image.rows, image.cols);
   if (moved(view.last, now)) {
     view.still_since_s = at_s;
     view.still_pictures = 0;
@@ -249,7 +242,7 @@ void StillWatch::see(const std::string& camera, std::span<const unsigned char> b
 std::map<std::string, double> StillWatch::still_s(double at_s) const {
   std::map<std::string, double> all;
   for (const auto& [name, view] : views_)
-    if (at_s - view.seen_s < kLost_s && !view.last.pixels.empty())
+    if (at_s - view.seen_s < kLost_s && view.last.size() > 0)
       all[name] = view.seen_s - view.still_since_s;
   return all;
 }

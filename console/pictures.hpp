@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <Eigen/Core>
 #include <filesystem>
-#include <list>
 #include <map>
 #include <mutex>
 #include <span>
@@ -45,7 +45,7 @@ struct Picture {
 [[nodiscard]] Picture make_picture(std::span<const unsigned char> bytes, int width_px,
                                    bool mark_saturation);
 
-/// Cache of pictures of recorded frames. Thread-safe.
+/// Cache of pictures of recorded frames, emptied when it is full. Thread-safe.
 class PictureShelf {
  public:
   [[nodiscard]] Picture picture(const Recording& recording, const FrameSet& set,
@@ -55,7 +55,6 @@ class PictureShelf {
   static constexpr std::size_t kMostBytes = 32U << 20U;
   std::mutex mutex_;
   std::map<std::string, Picture> pictures_;
-  std::list<std::string> order_;  ///< oldest first
   std::size_t bytes_ = 0;
 };
 
@@ -74,6 +73,9 @@ struct StillOptions {
   int new_views = 2;           ///< that counts as a new pose
 };
 
+/// Grey levels of a picture, by row and column.
+using Grey = Eigen::Matrix<unsigned char, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+
 /// Analyses the scaled pictures that the cameras send while waiting. Not thread-safe.
 class StillWatch {
  public:
@@ -90,10 +92,6 @@ class StillWatch {
   void forget_last_set();
 
  private:
-  struct Grey {
-    int width_px = 0, height_px = 0;
-    std::vector<unsigned char> pixels;
-  };
   struct View {
     Grey last, of_set;
     double still_since_s = 0, seen_s = 0;

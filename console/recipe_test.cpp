@@ -9,7 +9,7 @@
 #include <cstdio>
 #include <random>
 
-#include "console/bench.hpp"
+#include "console/console.hpp"
 #include "core/dot_image.hpp"
 #include "core/files/files.hpp"
 #include "core/geometry/next_pose.hpp"

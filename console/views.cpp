@@ -12,7 +12,7 @@
 #include <numbers>
 #include <vector>
 
-#include "console/bench.hpp"
+#include "console/console.hpp"
 #include "core/dot_image.hpp"
 #include "core/error.hpp"
 #include "core/geometry/next_pose.hpp"

@@ -101,7 +101,7 @@ void check_frame(const RecordedFrame& frame, const RigCamera& camera, const Rig&
   if (camera.width_px < 2 || camera.height_px < 2) return;  // reported when it was read
   if (frame.width_px == camera.width_px && frame.height_px == camera.height_px) return;
   if (std::exchange(named[camera.name], true)) return;
-  check.problems.push_back(bad_input(
+  check.add(bad_input(
       fmt::format("the rig says {} x {} px, the pictures are {} x {} px", camera.width_px,
                   camera.height_px, frame.width_px, frame.height_px),
       [&] {
@@ -126,7 +126,7 @@ void check_file(const fs::path& folder, const FrameSet& set, const RecordedFrame
       for (const auto& entry : fs::directory_iterator(file.parent_path(), failed))
         if (entry.is_regular_file(failed) && entry.path().extension() == file.extension())
           others += (others.empty() ? "" : ", ") + entry.path().filename().string();
-    check.problems.push_back(bad_input(
+    check.add(bad_input(
         "a picture of the recording is missing", where,
         others.empty()
             ? std::string("bring it back, or record the set again")
@@ -136,17 +136,15 @@ void check_file(const fs::path& folder, const FrameSet& set, const RecordedFrame
   std::array<char, 132> begin{};
   std::ifstream stream(file, std::ios::binary);
   if (!stream) {
-    check.problems.push_back(
-        bad_input("the picture cannot be read: " + std::generic_category().message(errno), where,
-                  "make it readable for this user"));
+    check.add(bad_input("the picture cannot be read: " + std::generic_category().message(errno),
+                        where, "make it readable for this user"));
     return;
   }
   stream.read(begin.data(), begin.size());
   const auto count = static_cast<std::size_t>(stream.gcount());
   if (!begins_as_picture({reinterpret_cast<const unsigned char*>(begin.data()), count}))
-    check.problems.push_back(
-        bad_input(count == 0 ? "the picture is empty" : "this is no picture file", where,
-                  "bring the recorded picture back, or record the set again"));
+    check.add(bad_input(count == 0 ? "the picture is empty" : "this is no picture file", where,
+                        "bring the recorded picture back, or record the set again"));
 }
 
 /// Finds recorded cameras that the rig does not list, whose pictures are unused.
@@ -171,7 +169,7 @@ void check_twice(const Recording& recording, const std::vector<Need>& needs, Ben
     for (const RecordedFrame& frame : set.frames) {
       const auto [other, fresh] = seen.emplace(frame.sha256, std::pair{set.name, frame.camera});
       if (fresh) continue;
-      check.problems.push_back(bad_input(
+      check.add(bad_input(
           fmt::format("this picture is also the one of camera `{}` in set `{}`, byte for byte",
                       other->second.second, other->second.first),
           {.file = (recording.folder / frame.file).string(),
@@ -196,15 +194,15 @@ void check_recording(const Recording& recording, const Rig& rig, const std::vect
     const auto set = std::find_if(recording.sets.begin(), recording.sets.end(),
                                   [&](const FrameSet& one) { return one.name == need.set; });
     if (set == recording.sets.end()) {
-      check.problems.push_back(bad_input(
+      check.add(bad_input(
           fmt::format("the recording has no set `{}`{}", need.set, did_you_mean(need.set, names)),
           need.where, fmt::format("{} has {}", list, fmt::join(names, ", "))));
       continue;
     }
     if (set->no_go)
-      check.problems.push_back(bad_input(fmt::format("the set is NO-GO: {}", *set->no_go),
-                                         {.file = list, .set = need.set},
-                                         "record the set again, and name the new one"));
+      check.add(bad_input(fmt::format("the set is NO-GO: {}", *set->no_go),
+                          {.file = list, .set = need.set},
+                          "record the set again, and name the new one"));
     for (const RigCamera& camera : rig.cameras) {
       const auto frame =
           std::find_if(set->frames.begin(), set->frames.end(),
@@ -215,7 +213,7 @@ void check_recording(const Recording& recording, const Rig& rig, const std::vect
       } else if (!std::exchange(cameras_named[camera.name], true)) {
         std::vector<std::string> cameras;
         for (const RecordedFrame& one : set->frames) cameras.push_back(one.camera);
-        check.problems.push_back(bad_input(
+        check.add(bad_input(
             fmt::format("a camera of the rig is missing in the recording{}",
                         did_you_mean(camera.name, cameras)),
             {.file = list, .camera = camera.name, .set = need.set},
@@ -300,14 +298,12 @@ void check_curve(const Document& fabric, const Curve& curve, BenchCheck& check) 
   const std::string text = read_text(curve.file);
   const bool unix_ends = text.find('\n') != std::string::npos;
   if (text.find('\0') != std::string::npos || (!unix_ends && text.find('\r') != std::string::npos))
-    check.problems.push_back(
-        bad_input(unix_ends ? "the curve is text of two bytes a letter (UTF-16)"
-                            : "the lines end as on an old Macintosh",
-                  where, "save it as UTF-8 (CSV) with the line ends of Unix or Windows"));
+    check.add(bad_input(unix_ends ? "the curve is text of two bytes a letter (UTF-16)"
+                                  : "the lines end as on an old Macintosh",
+                        where, "save it as UTF-8 (CSV) with the line ends of Unix or Windows"));
   else if (std::count(text.begin(), text.end(), '\n') < 3)
-    check.problems.push_back(
-        bad_input("the curve has no points", where,
-                  "fill in what the test measured, below the names of the columns"));
+    check.add(bad_input("the curve has no points", where,
+                        "fill in what the test measured, below the names of the columns"));
 }
 
 /// Checks the largest load: KES-FB1 stops at 500 gf/cm, at 50 for weak fabrics, FAST-3 at 98.
@@ -316,7 +312,7 @@ void judge_tensile(const fs::path& file, BenchCheck& check) {
   const Csv curve =
       read_csv(file, {"strain_percent", "loading_force_gf_per_cm", "unloading_force_gf_per_cm"});
   if (curve.lines.empty() || curve.columns[1].back() >= kLeast_gf_per_cm) return;
-  check.problems.push_back(bad_input(
+  check.add(bad_input(
       fmt::format("the curve ends at {:g} gf/cm; tests go to 50 or 500 (KES) or 98 (FAST)",
                   curve.columns[1].back()),
       {.file = file.string(), .field = "loading_force_gf_per_cm"},
@@ -343,7 +339,7 @@ void check_fabric(const fs::path& file, const std::vector<int>& segments, BenchC
     const StepResult result =
         result_of_stage("fabric", {file.string(), "--segments", std::to_string(count), "--json"});
     if (const auto error = error_in(result)) {
-      check.problems.push_back(*error);
+      check.add(*error);
       return;
     }
     // Only warnings that name a place; the others list unmeasured values.
@@ -498,7 +494,7 @@ void check_meshes(const Scene& scene, BenchCheck& check) {
   check.files += static_cast<int>(meshes);
   if (const auto error =
           error_of_stage("simulate", {scene.file.string(), "--check-objects", "--json"}))
-    check.problems.push_back(*error);
+    check.add(*error);
 }
 
 void give_advice(const std::vector<Scene>& scenes, BenchCheck& check) {

@@ -22,8 +22,9 @@ struct BenchCheck {
   /// Adds a problem; `path` as in Document::where.
   void add(const Document& document, const std::string& path, const std::string& what,
            const std::string& what_to_do) {
-    problems.push_back(bad_input(what, document.where(path), what_to_do));
+    add(bad_input(what, document.where(path), what_to_do));
   }
+  void add(Error problem) { problems.push_back(std::move(problem)); }
   void add(std::vector<Error> faults) {
     for (Error& fault : faults) problems.push_back(std::move(fault));
   }

@@ -53,13 +53,20 @@ void check_name(const std::string& name, const char* what) {
   }
 }
 
-NewDrape drape_of(const std::string& text) {
+/// Parts of an argument of this form; throws Error(usage) for another one.
+std::smatch matched(const std::string& text, const char* form, const char* what,
+                    const char* remedy) {
   std::smatch parts;
-  static const std::regex kForm("([^=]+)=(sphere|box|hung):([0-9]+(?:\\.[0-9]+)?)");
-  if (!std::regex_match(text, parts, kForm) || std::stod(parts[3]) <= 0)
-    throw usage_error(fmt::format("`{}` is no drape", text),
-                      "write NAME=sphere:DIAMETER_MM, NAME=box:EDGE_MM or NAME=hung:DISTANCE_MM, "
-                      "e.g. A=sphere:90");
+  if (!std::regex_match(text, parts, std::regex(form)))
+    throw usage_error(fmt::format("`{}` is no {}", text, what), remedy);
+  return parts;
+}
+
+NewDrape drape_of(const std::string& text) {
+  const std::smatch parts =
+      matched(text, "([^=]+)=(sphere|box|hung):((?!0+(?:\\.0+)?$)[0-9]+(?:\\.[0-9]+)?)", "drape",
+              "write NAME=sphere:DIAMETER_MM, NAME=box:EDGE_MM or NAME=hung:DISTANCE_MM, "
+              "e.g. A=sphere:90");
   check_name(parts[1], "drape");
   if (is_name_of_a_run(parts[1]))
     throw usage_error(
@@ -86,12 +93,9 @@ std::vector<std::pair<std::string, double>> stages_of(const NewRigOptions& optio
   if (options.stages.empty())
     for (const double z_mm : options.stage_z_mm)
       stages.emplace_back(fmt::format("stage_{:02}", stages.size()), z_mm);
-  static const std::regex kForm("([^=]+)=(-?[0-9]+(?:\\.[0-9]+)?)");
   for (const std::string& text : options.stages) {
-    std::smatch parts;
-    if (!std::regex_match(text, parts, kForm))
-      throw usage_error(fmt::format("`{}` is no stage", text),
-                        "write NAME=Z_MM, e.g. stage_z000=0");
+    const std::smatch parts = matched(text, "([^=]+)=(-?[0-9]+(?:\\.[0-9]+)?)", "stage",
+                                      "write NAME=Z_MM, e.g. stage_z000=0");
     check_name(parts[1], "stage");
     stages.emplace_back(parts[1], std::stod(parts[2]));
   }
@@ -101,12 +105,9 @@ std::vector<std::pair<std::string, double>> stages_of(const NewRigOptions& optio
 /// The [[pin]] tables of a hung drape: the given points, or two marks of its upper edge.
 std::string pins_of(const NewRigOptions& options, const NewDrape& drape) {
   std::string text;
-  static const std::regex kForm("([^=]+)=([0-9]+(?:\\.[0-9]+)?),([0-9]+(?:\\.[0-9]+)?)");
   for (const std::string& pin : options.pins) {
-    std::smatch parts;
-    if (!std::regex_match(pin, parts, kForm))
-      throw usage_error(fmt::format("`{}` is no held point", pin),
-                        "write DRAPE=WARP_MM,WEFT_MM, e.g. B=0,100");
+    const std::smatch parts = matched(pin, "([^=]+)=([0-9]+(?:\\.[0-9]+)?),([0-9]+(?:\\.[0-9]+)?)",
+                                      "held point", "write DRAPE=WARP_MM,WEFT_MM, e.g. B=0,100");
     if (parts[1] == drape.name)
       text += fmt::format("\n[[pin]]\nat_material_mm = [{}, {}]\n", parts[2].str(), parts[3].str());
   }
@@ -195,12 +196,9 @@ void check_plan(const NewRigOptions& options) {
 }
 
 std::string rig_text(const NewRigOptions& options, const std::string& name,
-                     const std::vector<NewDrape>& drapes, const std::vector<FoundCamera>& found) {
-  std::smatch size;
-  static const std::regex kSize("([1-9][0-9]{0,5})x([1-9][0-9]{0,5})");
-  if (!std::regex_match(options.size_px, size, kSize))
-    throw usage_error(fmt::format("`{}` is no image size", options.size_px),
-                      "write WIDTHxHEIGHT in pixels, e.g. 1600x1200");
+                     const std::vector<NewDrape>& drapes, std::vector<FoundCamera> found) {
+  const std::smatch size = matched(options.size_px, "([1-9][0-9]{0,5})x([1-9][0-9]{0,5})",
+                                   "image size", "write WIDTHxHEIGHT in pixels, e.g. 1600x1200");
   std::vector<std::string> scenes;
   for (const NewDrape& drape : drapes)
     scenes.push_back(toml_quoted("scenes/" + drape.name + ".toml"));
@@ -209,19 +207,20 @@ std::string rig_text(const NewRigOptions& options, const std::string& name,
            fmt::arg("poses", fmt::join(numbered("pose", options.free_poses), ", ")));
   for (const auto& [set, z_mm] : stages_of(options))
     text += part("stage", fmt::arg("set", toml_quoted(set)), fmt::arg("z", z_mm));
-  for (const FoundCamera& camera : found)
-    text += part("camera", fmt::arg("name", toml_quoted(camera.name)),
-                 fmt::arg("width", *camera.width_px), fmt::arg("height", *camera.height_px));
-  if (!found.empty()) return text;
   std::set<std::string> names;
-  for (const std::string& camera : options.cameras) {
+  for (const std::string& camera : found.empty() ? options.cameras : std::vector<std::string>()) {
     check_name(camera, "camera");
     if (!names.insert(camera).second)
       throw usage_error(fmt::format("two cameras are called `{}`", camera),
                         "give each its own name");
-    text += part("camera", fmt::arg("name", toml_quoted(camera)), fmt::arg("width", size[1].str()),
-                 fmt::arg("height", size[2].str()));
+    FoundCamera& one = found.emplace_back();
+    one.name = camera;
+    one.width_px = std::stoi(size[1]);
+    one.height_px = std::stoi(size[2]);
   }
+  for (const FoundCamera& camera : found)
+    text += part("camera", fmt::arg("name", toml_quoted(camera.name)),
+                 fmt::arg("width", *camera.width_px), fmt::arg("height", *camera.height_px));
   return text;
 }
 

@@ -9,6 +9,7 @@
 #include <httplib.h>
 #include <ifaddrs.h>
 #include <net/if.h>
+#include <netdb.h>
 #include <netinet/in.h>
 #include <poll.h>
 #include <sys/eventfd.h>
@@ -20,6 +21,7 @@
 #include <array>
 #include <atomic>
 #include <cerrno>
+#include <cstdlib>
 #include <cstring>
 #include <thread>
 #include <utility>
@@ -357,22 +359,17 @@ class DeadlineStream : public httplib::Stream {
   void get_local_ip_and_port(std::string& ip, int& port) const override {
     sockaddr_storage own{};
     socklen_t size = sizeof own;
-    char text[INET6_ADDRSTRLEN] = "";
-    if (::getsockname(socket_, reinterpret_cast<sockaddr*>(&own), &size) != 0) return;
-    if (own.ss_family == AF_INET) {
-      const auto& v4 = reinterpret_cast<const sockaddr_in&>(own);
-      ::inet_ntop(AF_INET, &v4.sin_addr, text, sizeof text);
-      ip = text;
-      port = ntohs(v4.sin_port);
-    } else if (own.ss_family == AF_INET6) {
-      const auto& v6 = reinterpret_cast<const sockaddr_in6&>(own);
-      ::inet_ntop(AF_INET6, &v6.sin6_addr, text, sizeof text);
-      const std::string name = text, mapped = "::ffff:";
-      ip = name.starts_with(mapped) && name.find('.') != std::string::npos
-               ? name.substr(mapped.size())
-               : name;
-      port = ntohs(v6.sin6_port);
-    }
+    auto* address = reinterpret_cast<sockaddr*>(&own);
+    char host[NI_MAXHOST] = "", service[NI_MAXSERV] = "";
+    if (::getsockname(socket_, address, &size) != 0 ||
+        ::getnameinfo(address, size, host, sizeof host, service, sizeof service,
+                      NI_NUMERICHOST | NI_NUMERICSERV) != 0)
+      return;
+    const std::string name = host, mapped = "::ffff:";
+    ip = name.starts_with(mapped) && name.find('.') != std::string::npos
+             ? name.substr(mapped.size())
+             : name.substr(0, name.find('%'));
+    port = std::atoi(service);
   }
   [[nodiscard]] socket_t socket() const override { return socket_; }
 

@@ -30,6 +30,12 @@ function coachWords(coach) {
   return parts;
 }
 
+/// Numbers, rejected data, warnings and advice of a step's ending.
+function endingLines(ending) {
+  return [...Object.entries(ending.numbers ?? {}), ...[['rejected', 'rejected'], ['warning', 'warnings'], ['advice', 'advice']].flatMap(([word, kind]) =>
+    (ending[kind] ?? []).map(line => [word, line]))].map(([name, value]) => `${name}: ${value}`);
+}
+
 function setRows(state, sets) {
   return sets.map(set => [set.name, set.z_mm === undefined ? 'free pose' : `stage, z = ${set.z_mm} mm`,
     (set.taken ? 'taken' : '') + (set.earlier.length ? `; superseded: ${set.earlier.join(', ')}` : ''), (set.detected?.cameras ?? []).map(one => `${one.camera} ${one.measured}`).join(', '),
@@ -81,7 +87,7 @@ export async function draw(state, redraw) {
       h('p', {}, verdict(calibration.verdict), `: ${calibration.sentence ?? ''}`),
       table('residuals', ['camera', 'points', 'RMS, px', 'largest, px', 'RMS in space, mm'], calibration.cameras.map(camera =>
         [camera.name, figure(camera.points, 0), figure(camera.rms_px, 4), figure(camera.max_px, 4), figure(camera.rms_mm, 4)])),
-      h('ul', {}, (calibration.lines ?? []).map(line => h('li', {}, line.replace(/ {2,}/, ': '))))) : null,
+      h('ul', {}, endingLines(calibration).map(line => h('li', {}, line)))) : null,
     coverage.points_mm.length ? h('h2', {}, 'Covered space') : null,
     h('div', {class: 'views'}, [projection(coverage.points_mm, [0, 1], 'from above'), projection(coverage.points_mm, [0, 2], 'from the side')].filter(Boolean)),
     h('h2', {}, 'Sets'),
