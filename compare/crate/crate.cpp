@@ -47,96 +47,19 @@ std::string scene_in(const fs::path& file) {
 /// Sheets and meshes of the run, or of the whole store.
 std::set<std::string> sheets_of(const StoreReader& store, std::optional<int> run) {
   std::set<std::string> all;
-  for (const auto& [sha256] : store.rows<std::string>(
-           "WITH of_run AS (SELECT c.measured_sha256, c.simulated_sha256 FROM run_comparison AS r "
-           "JOIN "
-           "comparison AS c ON c.id = r.comparison_id WHERE r.run = ?1), drapes AS "
-           "(SELECT measured_sha256 FROM run_drape WHERE run = ?1) SELECT sha256 FROM "
-           "sheet WHERE ?1 IS NULL OR sha256 IN (SELECT simulated_sha256 FROM of_run UNION SELECT "
-           "measured_sha256 FROM of_run UNION SELECT measured_sha256 FROM drapes) UNION SELECT "
-           "q.sheet_sha256 FROM real_repeat AS q JOIN run_match AS m ON m.sha256 = q.match_sha256 "
-           "JOIN "
-           "run AS n ON n.sha256 = m.run_sha256 WHERE n.number = ?1 UNION SELECT "
-           "mesh_sha256 FROM surface_comparison WHERE ?1 IS NULL OR measured_sha256 IN (SELECT "
-           "measured_sha256 FROM drapes)",
-           {run}))
+  for (const auto& [sha256] : store.rows<std::string>(R"sql(
+WITH of_run AS (SELECT c.measured_sha256, c.simulated_sha256 FROM run_comparison AS r
+  JOIN comparison AS c ON c.id = r.comparison_id WHERE r.run = ?1),
+drapes AS (SELECT measured_sha256 FROM run_drape WHERE run = ?1)
+SELECT sha256 FROM sheet WHERE ?1 IS NULL OR sha256 IN (SELECT simulated_sha256 FROM of_run
+  UNION SELECT measured_sha256 FROM of_run UNION SELECT measured_sha256 FROM drapes)
+UNION SELECT q.sheet_sha256 FROM real_repeat AS q JOIN run_match AS m ON m.sha256 = q.match_sha256
+  JOIN run AS n ON n.sha256 = m.run_sha256 WHERE n.number = ?1
+UNION SELECT mesh_sha256 FROM surface_comparison
+  WHERE ?1 IS NULL OR measured_sha256 IN (SELECT measured_sha256 FROM drapes))sql",
+                                                      {run}))
     all.insert(sha256);
   return all;
-}
-
-/// Adds the sensitivities beside the sheets, on which U is based too, with their stored
-/// contents.
-void add_sensitivities(const StoreReader& store, RecordBook& book, std::vector<fs::path>& starts,
-                       Stated& stated) {
-  Stated stored;
-  for (const auto& [path, sha256] : store.rows<std::string, std::string>(
-           "SELECT path, sha256 FROM file WHERE path LIKE '%' || ?", {kSensitivityName}))
-    stored[(fs::absolute(folder_of(store.file())) / path).lexically_normal()].insert(sha256);
-  const std::vector<fs::path> sheets = starts;
-  for (const fs::path& sheet : sheets) {
-    const auto found = stored.find(sheet.parent_path() / kSensitivityName);
-    if (found == stored.end()) continue;
-    const auto now = book.sha256(found->first);
-    stated[found->first] = {now && found->second.contains(*now) ? *now : *found->second.begin()};
-    starts.push_back(found->first);
-  }
-}
-
-/// The current record of a measured sheet can name a scene edited after the simulation.
-void expect_scenes(const StoreReader& store, const std::set<std::string>& sheets, RecordBook& book,
-                   Stated& files, std::vector<std::string>& findings) {
-  std::map<std::string, std::set<std::string>> used;
-  for (const auto& [sheet, scene, sha256] : store.rows<std::string, std::string, std::string>(
-           "SELECT sheet_sha256, scene, scene_sha256 FROM simulation WHERE scene_sha256 IS NOT "
-           "NULL"))
-    if (sheets.contains(sheet)) used[scene].insert(sha256);
-  std::set<std::string> present;
-  for (auto& [file, stated] : files) {
-    const auto sha256 = book.sha256(file);
-    if (!sha256 || file.extension() != ".toml") continue;
-    present.insert(*sha256);
-    const auto known = used.find(scene_in(file));
-    if (known != used.end() && !known->second.contains(*sha256))
-      stated.insert(*known->second.begin());
-  }
-  for (const auto& [scene, hashes] : used)
-    for (const std::string& sha256 : hashes)
-      if (!present.contains(sha256))
-        findings.push_back(
-            fmt::format("{}scene {} as it was simulated ({})", kGone, scene, sha256.substr(0, 12)));
-}
-
-/// Every file behind the sheets of one run, or of the whole store, with the SHA-256 stated for it
-/// by records and store: a file with another content does not belong to the numbers. Sheets and
-/// scenes without a remaining file are added to `findings`, and sheets that only the store still
-/// has to `made_again`.
-Stated crate_files(const StoreReader& store, std::optional<int> run, RecordBook& book,
-                   std::vector<std::string>& findings, std::set<std::string>& made_again) {
-  if (run) require_run(store, *run);
-  const std::set<std::string> sheets = sheets_of(store, run);
-  std::vector<fs::path> starts;
-  Stated others;
-  for (const std::string& sha256 : sheets) {
-    const auto place = place_in(store, book, sha256);
-    if (!place) {
-      findings.push_back(kGone + ("sheet " + sha256.substr(0, 12)));
-      continue;
-    }
-    const fs::path file = fs::absolute(*place).lexically_normal();
-    if (const auto mesh = other_mesh_id(file); mesh && mesh->sha256 == sha256) {
-      others[fs::absolute(mesh->mesh).lexically_normal()].insert(mesh->mesh_sha256);
-    } else if (const auto now = book.sha256(file); now != sha256) {
-      store.blob(sha256) ? void(made_again.insert(sha256))
-                         : findings.push_back((now ? kNotAsRecorded : kGone) + file.string());
-      continue;
-    }
-    starts.push_back(file);
-  }
-  add_sensitivities(store, book, starts, others);
-  Stated files = files_behind(book, starts);
-  for (const auto& [file, contents] : others) files[file].insert(contents.begin(), contents.end());
-  expect_scenes(store, sheets, book, files, findings);
-  return files;
 }
 
 /// A file of numbers in a crate; parameter 1 of its query is the number of one run, or NULL for
@@ -238,9 +161,40 @@ class CrateWriter {
   }
 
  private:
+  /// Finds every file behind the sheets, with the SHA-256 stated for it by records and store: a
+  /// file with another content does not belong to the numbers. A sheet that only the store still
+  /// has is written as it has it.
   void choose_files() {
+    if (run_) require_run(store_, *run_);
+    const std::set<std::string> sheets = sheets_of(store_, run_);
+    std::vector<fs::path> starts;
+    Stated others;
     std::set<std::string> made_again;
-    files_ = crate_files(store_, run_, book_, crate_.findings, made_again);
+    for (const std::string& sha256 : sheets) {
+      const auto place = place_in(store_, book_, sha256);
+      if (!place) {
+        crate_.findings.push_back(kGone + ("sheet " + sha256.substr(0, 12)));
+        continue;
+      }
+      const fs::path file = fs::absolute(*place).lexically_normal();
+      const auto mesh = other_mesh_id(file);
+      const auto now = book_.sha256(file);
+      if (mesh && mesh->sha256 == sha256) {
+        others[fs::absolute(mesh->mesh).lexically_normal()].insert(mesh->mesh_sha256);
+        starts.push_back(file);
+      } else if (now == sha256) {
+        starts.push_back(file);
+      } else if (store_.blob(sha256)) {
+        made_again.insert(sha256);
+      } else {
+        crate_.findings.push_back((now ? kNotAsRecorded : kGone) + file.string());
+      }
+    }
+    add_sensitivities(starts, others);
+    files_ = files_behind(book_, starts);
+    for (const auto& [file, contents] : others)
+      files_[file].insert(contents.begin(), contents.end());
+    expect_scenes(sheets);
     for (const std::string& sha256 : made_again) {
       const fs::path name = fs::path("files") / "store" / (sha256 + ".json");
       write_durable(out_ / name, *store_.blob(sha256));
@@ -253,6 +207,47 @@ class CrateWriter {
       while (file.lexically_relative(base_).generic_string().starts_with(".."))
         base_ = base_.parent_path();
     }
+  }
+
+  /// Adds the sensitivities beside the sheets, on which U is based too, with their stored
+  /// contents.
+  void add_sensitivities(std::vector<fs::path>& starts, Stated& stated) {
+    Stated stored;
+    for (const auto& [path, sha256] : store_.rows<std::string, std::string>(
+             "SELECT path, sha256 FROM file WHERE path LIKE '%' || ?", {kSensitivityName}))
+      stored[(fs::absolute(folder_of(store_.file())) / path).lexically_normal()].insert(sha256);
+    const std::vector<fs::path> sheets = starts;
+    for (const fs::path& sheet : sheets) {
+      const auto found = stored.find(sheet.parent_path() / kSensitivityName);
+      if (found == stored.end()) continue;
+      const auto now = book_.sha256(found->first);
+      stated[found->first] = {now && found->second.contains(*now) ? *now : *found->second.begin()};
+      starts.push_back(found->first);
+    }
+  }
+
+  /// Expects the scenes as they were simulated: the current record of a measured sheet can name one
+  /// that was edited after the simulation.
+  void expect_scenes(const std::set<std::string>& sheets) {
+    std::map<std::string, std::set<std::string>> used;
+    for (const auto& [sheet, scene, sha256] : store_.rows<std::string, std::string, std::string>(
+             "SELECT sheet_sha256, scene, scene_sha256 FROM simulation WHERE scene_sha256 IS NOT "
+             "NULL"))
+      if (sheets.contains(sheet)) used[scene].insert(sha256);
+    std::set<std::string> present;
+    for (auto& [file, stated] : files_) {
+      const auto sha256 = book_.sha256(file);
+      if (!sha256 || file.extension() != ".toml") continue;
+      present.insert(*sha256);
+      const auto known = used.find(scene_in(file));
+      if (known != used.end() && !known->second.contains(*sha256))
+        stated.insert(*known->second.begin());
+    }
+    for (const auto& [scene, hashes] : used)
+      for (const std::string& sha256 : hashes)
+        if (!present.contains(sha256))
+          crate_.findings.push_back(fmt::format("{}scene {} as it was simulated ({})", kGone, scene,
+                                                sha256.substr(0, 12)));
   }
 
   void copy(const fs::path& file, const std::set<std::string>& stated) {
@@ -343,14 +338,14 @@ class CrateWriter {
   }
 
   Json property(const std::string& id, const std::string& name, const std::string& description,
-                const std::string& unit) {
+                const std::string& unit, const std::string& value = {}) {
+    Json entity = {
+        {"@id", id}, {"@type", "PropertyValue"}, {"name", name}, {"description", description}};
+    if (!value.empty()) entity["value"] = value;
     // Codes of the Unified Code for Units of Measure.
-    entities_.push_back({{"@id", id},
-                         {"@type", "PropertyValue"},
-                         {"name", name},
-                         {"description", description},
-                         {"unitCode", unit == "px" ? "{pixel}" : unit},
-                         {"unitText", unit + " (UCUM)"}});
+    entity["unitCode"] = unit == "px" ? "{pixel}" : unit;
+    entity["unitText"] = unit + " (UCUM)";
+    entities_.push_back(std::move(entity));
     return reference(id);
   }
 
@@ -421,8 +416,7 @@ class CrateWriter {
                                    ? "not known"
                                    : (is == "at least" ? "at least " : "") + expanded_mm + " mm",
                                match, reason),
-                   "mm"));
-      entities_.back()["value"] = mean_mm;
+                   "mm", mean_mm));
     }
   }
 
@@ -478,9 +472,9 @@ class CrateWriter {
   const Lab& lab_;
   fs::path out_, base_;
   RecordBook book_;
-  std::map<fs::path, std::set<std::string>> files_;  ///< with the hashes stated for each
-  std::map<fs::path, std::string> ids_;              ///< ids of the copies
-  std::map<std::string, std::size_t> places_;        ///< index of each file in entities_
+  Stated files_;                               ///< with the hashes stated for each
+  std::map<fs::path, std::string> ids_;        ///< ids of the copies
+  std::map<std::string, std::size_t> places_;  ///< index of each file in entities_
   std::set<std::string> softwares_;
   std::string published_ = today();
   Json roots_ = Json::array(), entities_ = Json::array(), parts_ = Json::array(),

@@ -61,9 +61,7 @@ class CrateOf : public testing::Test {
   [[nodiscard]] fs::path out() const { return folder_.path() / fmt::format("crate-{}", count_); }
   [[nodiscard]] std::string text(const std::string& name) const { return read_text(out() / name); }
   /// Explanation of the mean distance of the first sheet simulated.
-  [[nodiscard]] Answer why() const {
-    return explain(StoreReader(store_), first_key_, "mean_mm");
-  }
+  [[nodiscard]] Answer why() const { return explain(StoreReader(store_), first_key_, "mean_mm"); }
   [[nodiscard]] std::string key_of_first() const {
     return StoreReader(store_)
         .query("SELECT sha256 FROM comparison WHERE simulated_sha256 = ?",

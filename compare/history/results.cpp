@@ -40,12 +40,12 @@ void check_known(const StoreReader& store, const std::string& option, const std:
       !store.rows<int>(fmt::format("SELECT 1 FROM ({}) WHERE name = ? LIMIT 1", names), {value})
            .empty())
     return;
-  std::string known;
-  for (const auto& [name] :
-       store.rows<std::string>(fmt::format("SELECT DISTINCT name FROM ({}) ORDER BY 1", names)))
-    if (!name.empty()) known += (known.empty() ? "" : ", ") + name;
+  const auto known = store.rows<std::string>(fmt::format(
+      "SELECT coalesce(group_concat(name, ', '), 'none') FROM (SELECT DISTINCT name FROM "
+      "({}) WHERE name <> '' ORDER BY 1)",
+      names));
   throw usage_error(fmt::format("nothing in the store has {} `{}`", option, value),
-                    "there is: " + (known.empty() ? "none" : known));
+                    "there is: " + std::get<0>(known.front()));
 }
 
 constexpr const char* kSpecimens =
@@ -360,12 +360,11 @@ std::string dump_sql(const StoreReader& store) {
   for (const auto& [type, name, sql] : objects) text += sql + ";\n";
   for (const auto& [type, name, sql] : objects) {
     if (type != "table") continue;
-    std::string values;
-    for (const auto& [column] :
-         store.rows<std::string>("SELECT name FROM pragma_table_info(?) ORDER BY cid", {name}))
-      values += fmt::format("{}quote(\"{}\")", values.empty() ? "" : " || ', ' || ", column);
-    for (const auto& [line] :
-         store.rows<std::string>(fmt::format("SELECT {} FROM \"{}\"", values, name)))
+    const auto values = store.rows<std::string>(
+        R"(SELECT group_concat('quote("' || name || '")', ' || '', '' || ') FROM pragma_table_info(?))",
+        {name});
+    for (const auto& [line] : store.rows<std::string>(
+             fmt::format("SELECT {} FROM \"{}\"", std::get<0>(values.front()), name)))
       text += fmt::format("INSERT INTO \"{}\" VALUES ({});\n", name, line);
   }
   return text + "COMMIT;\n";

@@ -136,7 +136,9 @@ ListedRows RowReader::read(const ListedTable& table, const std::string& key, Tak
   SQLite::Statement& row = statement(&table);
   row.bind(1, key);
   ListedRows found;
-  std::string bytes = "drapebench/rows/1\n" + table.name + "\n";
+  std::string bytes;
+  bytes.reserve(2048);
+  bytes += "drapebench/rows/1\n" + table.name + "\n";
   while (row.executeStep()) {
     ++found.count;
     found.number = cell_of(row.getColumn(0));
