@@ -153,9 +153,15 @@ class GridDrape {
           common_m + kMark_m * Vector3d(random.normal(), random.normal(), random.normal());
     Sheet simulated =
         compare::test::simulated_sheet(kNodes, 5, [&](const Vector2d& at) -> Vector3d {
-          const auto row = std::lround(at.x() / (11 * mm)), col = std::lround(at.y() / (11 * mm));
-          if (row % 2 == 0 || col % 2 == 0) return Vector3d::Zero();  // between marks
-          return stated_m.row((row / 2) * 10 + col / 2);
+          // Every second node is a mark; between and beside marks the sheet is bilinear.
+          const Vector2d mark = at / (22 * mm) - Vector2d::Constant(0.5);
+          const Index row = std::clamp<Index>(static_cast<Index>(mark.x()), 0, 8),
+                      col = std::clamp<Index>(static_cast<Index>(mark.y()), 0, 8);
+          const double r = mark.x() - static_cast<double>(row),
+                       c = mark.y() - static_cast<double>(col);
+          const auto place = [&](Index i, Index k) { return stated_m.row(10 * i + k); };
+          return (1 - r) * ((1 - c) * place(row, col) + c * place(row, col + 1)) +
+                 r * ((1 - c) * place(row + 1, col) + c * place(row + 1, col + 1));
         });
     auto& source = std::get<SimulatedSource>(simulated.source);
     source.model = "triangles";
@@ -166,6 +172,7 @@ class GridDrape {
     const compare::Report report = compare::compare_drape(input, {});
     Found found{report.real_virtual.at(*report.headline).statistics.mean_m,
                 compare::budget_inputs_of(input, report, split_)};
+    EXPECT_EQ(report.real_virtual.at(*report.headline).marks.marks.size(), 100u);
     std::vector<Index> rows;
     for (const auto& one : report.real_virtual.at(*report.headline).marks.marks)
       rows.push_back(one.mark.row * 10 + one.mark.col);
