@@ -1,13 +1,24 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
-#include "compare/programs/commands.hpp"
+#include <algorithm>
+#include <array>
+#include <map>
+#include <optional>
+
+#include "compare/hems/hem_files.hpp"
+#include "compare/records/provenance.hpp"
+#include "compare/repeats/mark_repeats.hpp"
+#include "compare/repeats/repeat_sheets.hpp"
 #include "compare/report/account.hpp"
 #include "compare/report/report.hpp"
+#include "compare/store/inputs.hpp"
 #include "compare/store/outcome.hpp"
+#include "core/calibration.hpp"
 #include "core/error.hpp"
 #include "core/files/files.hpp"
 #include "core/program/command.hpp"
+#include "core/program/program.hpp"
 #include "core/program/progress.hpp"
 #include "core/program/run_record.hpp"
 #include "core/program/shell_word.hpp"
@@ -15,8 +26,361 @@
 #include "core/units.hpp"
 
 namespace drape::compare {
-
 namespace {
+
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+using units::mm;
+using Scale = std::function<PictureScale(const Silhouette&, const std::filesystem::path&)>;
+
+/// Arguments of `drape drapemeter`.
+struct DrapemeterArguments {
+  std::vector<std::filesystem::path> inputs, compared;
+  std::optional<std::filesystem::path> out, disc_picture, calibration;
+  StandardTest geometry = StandardTest::iso_300;
+  std::string names, camera;
+  std::optional<double> disc_m, specimen_m, m_per_px, scale_u;
+  double plane_z_m = 0, significance = 0.05;
+  bool disc_hole = false;
+  std::optional<std::array<double, 5>> ruler;  ///< x y x y in px, length in mm
+};
+
+/// Scale by intersecting a pixel's ray with a horizontal plane: corrects lens and tilt.
+Scale scale_of_camera(const DrapemeterArguments& arguments) {
+  const Calibration calibration = read_calibration(*arguments.calibration);
+  if (calibration.no_go)
+    throw bad_input("the calibration is NO-GO: " + *calibration.no_go,
+                    {.file = arguments.calibration->string(), .field = "no_go"}, "calibrate again");
+  const Camera camera = calibration.camera(arguments.camera).camera;
+  const double z_m = arguments.plane_z_m;
+  return [camera, z_m](const Silhouette& silhouette, const std::filesystem::path& file) {
+    const Where where{.file = file.string(), .camera = camera.name};
+    if (silhouette.width_px != camera.model.width_px ||
+        silhouette.height_px != camera.model.height_px)
+      throw bad_input("the picture has another size than the calibrated camera's", where,
+                      "give the picture as the camera made it");
+    const auto world = [camera, z_m, where](const Vector2d& p) {
+      const auto ray = unproject(camera.model, {p.x(), -p.y()});
+      const Vector3d from = centre_in_world(camera);
+      const Vector3d along =
+          ray ? Vector3d(camera.cam_from_world.rotation.transpose() * *ray) : Vector3d::Zero();
+      if (std::abs(along.z()) < 1e-6)
+        throw bad_input("a point of the hem does not meet the plane", where, "check --plane-z-mm");
+      return Vector2d((from + (z_m - from.z()) / along.z() * along).head<2>());
+    };
+    return PictureScale{world, std::nullopt,
+                        "the calibrated camera " + camera.name + " on a horizontal plane"};
+  };
+}
+
+Scale scale_of(const DrapemeterArguments& arguments, double disc_m) {
+  const int given = arguments.m_per_px.has_value() + arguments.disc_picture.has_value() +
+                    arguments.calibration.has_value() + arguments.disc_hole +
+                    arguments.ruler.has_value();
+  if (given > 1)
+    throw usage_error("the scale is given in more than one form",
+                      "keep one of --mm-per-px, --ruler, --disc-picture, --disc-hole, "
+                      "--calibration");
+  if (arguments.calibration) return scale_of_camera(arguments);
+  if (arguments.disc_hole) {
+    return [disc_m](const Silhouette& silhouette, const std::filesystem::path& file) {
+      return scale_of_disc(silhouette.hole, silhouette.hole, silhouette.hole, disc_m,
+                           file.string());
+    };
+  }
+  if (given == 0) return {};
+  PictureScale scale;
+  if (arguments.m_per_px) {
+    scale = scale_of_pixel(*arguments.m_per_px, std::nullopt);
+  } else if (arguments.disc_picture) {
+    const Silhouette disc = read_silhouette(*arguments.disc_picture);
+    scale = scale_of_disc(disc.quarter, disc.half, disc.three_quarters, disc_m,
+                          arguments.disc_picture->string());
+  } else {
+    const std::array<double, 5>& r = *arguments.ruler;
+    scale = scale_of_ruler({r[0], r[1]}, {r[2], r[3]}, r[4] * mm);
+  }
+  return [scale](const Silhouette&, const std::filesystem::path&) { return scale; };
+}
+
+void fields(Fields& f, DrapemeterArguments& a) {
+  f(Field{"input",
+          "pictures of hems, folders of them, sheets or meshes (PLY, OBJ in mm), or a CSV of radii "
+          "(r000, r005 .. in mm)"}
+        .called("INPUT"),
+    a.inputs);
+  f.otherwise(Field{"compare",
+                    "virtual hem, or folder or table of hems, to test against the repeats of the "
+                    "inputs; can be given several times"}
+                  .per_flag(),
+              a.compared);
+  f.otherwise(
+      {"significance", "fraction of real repeats that this test would call outside", 1, 0.001, 0.5},
+      a.significance);
+  f({"out", "folder for hems.csv and hems.json"}, a.out);
+  f.otherwise({"geometry",
+               "disc 180 mm with specimen 240, 300, 360 mm (ISO 9073-9, BS 5058), or 127 with 254 "
+               "mm (JIS L 1096)"},
+              a.geometry);
+  f({"disc_mm",
+     "diameter of another disc; required for sheets of a bench, which may hang over any object", mm,
+     above_zero},
+    a.disc_m);
+  f({"specimen_mm", "diameter of another specimen; a sheet has its own flat area instead", mm,
+     above_zero},
+    a.specimen_m);
+  f.otherwise({"names",
+               "positions of fabric, sample, face and repeat in the files' paths, such as "
+               "\"{fabric}/{sample}_{face}_{repeat}\"; * matches any text"},
+              a.names);
+  f({"mm_per_px", "scale of the pictures", mm, above_zero}, a.m_per_px);
+  f({"ruler", "scale from a ruler: X1 Y1 X2 Y2 of two points in px, and their distance in mm"},
+    a.ruler);
+  f({"disc_picture",
+     "scale from a picture of the bare disc by the same camera (corrects a small tilt)"},
+    a.disc_picture);
+  f.otherwise({"disc_hole",
+               "scale from the disc on top of the cloth, seen as a round hole in each silhouette: "
+               "its grey must be nearer to the table's than to the cloth's"},
+              a.disc_hole);
+  f({"calibration",
+     "scale from calibration.json (corrects lens and tilt), with --camera and --plane-z-mm"},
+    a.calibration);
+  f.otherwise({"camera", "name of the calibrated camera"}, a.camera);
+  f.otherwise({"plane_z_mm", "height of the hem in the world", mm}, a.plane_z_m);
+  f({"scale_u_percent", "standard uncertainty of the scale, in addition to that of its source",
+     units::percent, above_zero},
+    a.scale_u);
+}
+
+/// Checked options with the scale of pictures. Throws Error(usage).
+HemReadOptions read_options(const DrapemeterArguments& arguments, int threads) {
+  HemReadOptions options;
+  options.geometry = geometry_of(arguments.geometry);
+  if (arguments.disc_m || arguments.specimen_m)
+    options.geometry = {"own", arguments.disc_m.value_or(options.geometry.disc_m),
+                        arguments.specimen_m.value_or(options.geometry.specimen_m)};
+  options.geometry.check();
+  options.disc_stated = arguments.disc_m.has_value();
+  options.specimen_stated = arguments.specimen_m.has_value();
+  options.scale = scale_of(arguments, options.geometry.disc_m);
+  options.scale_u = arguments.scale_u;
+  options.names = arguments.names;
+  options.threads = threads;
+  return options;
+}
+
+std::string with_u(const HemNumber& number) {
+  return number.u ? fmt::format("{:.2f}, U {:.2f} (k = 2)", number.value, *number.u)
+                  : fmt::format("{:.2f}", number.value);
+}
+
+std::string text_of(const EnsembleBand& band) {
+  std::string text = fmt::format("{:.1f} %, U {:.1f} (95 %)", band.mean, band.mean_u);
+  if (band.samples > 1) text += fmt::format(" by the means of {} samples", band.samples);
+  if (band.next)
+    text += fmt::format("; 95 of 100 drapes lie from {:.1f} to {:.1f} %", band.next->first,
+                        band.next->second);
+  return text + fmt::format("; n {}", band.drapes);
+}
+
+void add_numbers(const std::vector<HemRecord>& hems, Ending& ending) {
+  if (hems.size() == 1) {
+    for (const HemNumber& number : hems.front().numbers)
+      ending.numbers.emplace_back(number.name, with_u(number));
+    return;
+  }
+  std::vector<std::string> fabrics;
+  for (const HemRecord& hem : hems)
+    if (std::find(fabrics.begin(), fabrics.end(), hem.fabric) == fabrics.end())
+      fabrics.push_back(hem.fabric);
+  for (const std::string& fabric : fabrics) {
+    std::vector<RepeatKey> keys;
+    std::vector<double> values;
+    std::map<std::string, std::vector<const HemRecord*>> faces;
+    for (const HemRecord& hem : hems) {
+      if (hem.fabric != fabric) continue;
+      faces[hem.face].push_back(&hem);
+      keys.push_back(hem.key());
+      values.push_back(hem.drape_coefficient());
+    }
+    const VarianceComponents found = variance_components(keys, values);
+    std::string text = fmt::format("n {}", found.drapes);
+    for (const auto& [face, mean] : found.face_means)
+      text += fmt::format(", face {} {:.1f} %", face.empty() ? "-" : face, mean);
+    if (found.repeat_sd) text += fmt::format(", repeat sd {:.2f}", *found.repeat_sd);
+    if (found.sample_sd) text += fmt::format(", sample sd {:.2f}", *found.sample_sd);
+    ending.numbers.emplace_back("drape coefficient " + fabric, text);
+    for (const auto& [face, of_face] : faces)
+      if (const auto band = band_of(of_face))
+        ending.numbers.emplace_back(fmt::format("mean{} {}{}", band->next ? " and band" : "",
+                                                fabric, face.empty() ? "" : " face " + face),
+                                    text_of(*band));
+  }
+}
+
+void add_matches(const std::vector<HemMatch>& matches, Ending& ending) {
+  for (const HemMatch& match : matches) {
+    std::string text = fmt::format("{}, p {}, {} repeats", name_of(match.verdict),
+                                   match.p ? fmt::format("{:.3f}", *match.p) : "-", match.repeats);
+    if (match.drape_coefficient.detectable)
+      text += fmt::format("; {:.1f} points would be found", *match.drape_coefficient.detectable);
+    if (!match.reason.empty()) text += "; " + match.reason;
+    ending.numbers.emplace_back(
+        fmt::format("{} against {} {}", match.virtual_file, match.fabric, match.face), text);
+  }
+}
+
+/// Ending with a hem's numbers or each fabric's variance components, matches and refused files.
+Ending ending_of(const HemSet& real, const HemSet& compared, const std::vector<HemMatch>& matches) {
+  Ending ending;
+  std::vector<std::string> causes;
+  for (const HemSet* set : {&real, &compared}) {
+    for (const std::string& reason : set->refused) ending.rejected.push_back(reason);
+    causes.insert(causes.end(), set->refused.begin(), set->refused.end());
+    for (const HemRecord& hem : set->hems) {
+      for (const std::string& warning : hem.warnings)
+        ending.rejected.push_back(hem.file + ": " + warning);
+      if (!hem.go) causes.push_back(ending.rejected.back());
+    }
+  }
+  ending.go = causes.empty();
+  if (!ending.go) ending.verdict = causes.front() + "; ";
+  ending.verdict += fmt::format("{} hems measured, {} files refused", real.hems.size(),
+                                real.refused.size() + compared.refused.size());
+  add_numbers(real.hems, ending);
+  add_matches(matches, ending);
+  return ending;
+}
+
+/// Outputs, and the inputs given by name; those in folders are found later.
+StepFiles named_files(const DrapemeterArguments& arguments) {
+  StepFiles files;
+  if (arguments.out) files.outputs = {*arguments.out / "hems.csv", *arguments.out / "hems.json"};
+  for (const auto* list : {&arguments.inputs, &arguments.compared})
+    for (const auto& file : *list)
+      if (!std::filesystem::is_directory(file)) files.inputs.push_back(file);
+  return files;
+}
+
+/// Command with hems.csv as --compare for simulations, which are to be tested, else as input.
+std::string next_command(const HemSet& set, const DrapemeterGeometry& geometry,
+                         const std::string& csv) {
+  const auto all = [&](const auto& is) {
+    return !set.hems.empty() && std::all_of(set.hems.begin(), set.hems.end(), is);
+  };
+  const bool simulated = all([](const auto& hem) { return hem.kind == HemKind::simulated; });
+  std::string text = fmt::format("drape drapemeter {} --disc-mm {:.10g}", simulated ? "REAL" : csv,
+                                 geometry.disc_m / units::mm);
+  if (!all([](const auto& hem) { return hem.own_specimen; }))
+    text += fmt::format(" --specimen-mm {:.10g}", geometry.specimen_m / units::mm);
+  return text + " --compare " + (simulated ? csv : "SHEET");
+}
+
+int run_drapemeter(const DrapemeterArguments& arguments, std::vector<std::string> words,
+                   const CommonOptions& common) {
+  const StepFiles named = named_files(arguments);
+  RunRecord record(
+      "drape-compare", std::move(words),
+      arguments.out ? run_record_path(*arguments.out / "hems.json") : std::filesystem::path(),
+      named);
+  const HemReadOptions options = read_options(arguments, thread_count(common));
+  HemSet real = read_hems(arguments.inputs, options);
+  HemReadOptions virtual_options = options;
+  virtual_options.names.clear();
+  HemSet compared;
+  if (!arguments.compared.empty()) {
+    compared = read_hems(arguments.compared, virtual_options);
+    refuse_other_kinds(real, compared);
+    refuse_copies_of(real, compared);
+  }
+  MatchOptions match_options;
+  match_options.significance = arguments.significance;
+  const std::vector<HemMatch> matches = match_hems(real.hems, compared.hems, match_options);
+  for (const auto& inputs : {real.inputs, compared.inputs})
+    for (const auto& file : inputs)
+      if (std::find(named.inputs.begin(), named.inputs.end(), file) == named.inputs.end())
+        record.input(file);
+  Ending ending = ending_of(real, compared, matches);
+  if (arguments.out) {
+    const auto &csv = named.outputs[0], &json = named.outputs[1];
+    write_durable(csv, hems_csv(options.geometry, real.hems));
+    write_record(json, HemsFile{options.geometry, real.hems, real.refused,
+                                match_options.significance, matches});
+    ending.next_command = next_command(real, options.geometry, shell_word(csv.string()));
+  }
+  return finish(ending, common, record);
+}
+
+int drapemeter_command(int argc, char** argv) {
+  return run_command<DrapemeterArguments>(
+      argc, argv, "drape-compare drapemeter",
+      "Drape coefficient, nodes and Fourier orders of hems, from pictures or sheets.",
+      run_drapemeter);
+}
+
+struct RepeatsArguments {
+  std::vector<std::filesystem::path> repeats, compared;
+  std::optional<std::filesystem::path> out;
+  double significance = 0.05;
+};
+
+void fields(Fields& f, RepeatsArguments& a) {
+  f(Field{"sheet",
+          "measured sheets, repeats of one drape (stated in each, or used to position a sheet of "
+          "--compare)"}
+        .called("SHEET"),
+    a.repeats);
+  f.otherwise(
+      Field{"compare", "simulated sheet of the same drape; can be given several times"}.per_flag(),
+      a.compared);
+  f.otherwise({"significance", "probability that a real repeat counts as outside", 1, 0.001, 0.5},
+              a.significance);
+  f({"out", "repeats.json to write"}, a.out);
+}
+
+std::vector<SheetFile> sheets_of(const std::vector<std::filesystem::path>& files) {
+  std::vector<SheetFile> sheets;
+  for (const auto& file : files) sheets.push_back(read_sheet_file(file));
+  return sheets;
+}
+
+int run_repeats(const RepeatsArguments& arguments, std::vector<std::string> words,
+                const CommonOptions& common) {
+  StepFiles files{{}, files_of_sheets(arguments.repeats)};
+  for (const auto& file : files_of_sheets(arguments.compared)) files.inputs.push_back(file);
+  if (arguments.out) files.outputs = {*arguments.out};
+  RunRecord record("drape-compare", std::move(words),
+                   arguments.out ? run_record_path(*arguments.out) : std::filesystem::path(),
+                   files);
+  const std::vector<SheetFile> repeats = sheets_of(arguments.repeats);
+  const std::vector<SheetFile> compared = sheets_of(arguments.compared);
+  require_one_drape(repeats, compared);
+  const MarkRepeats found = mark_repeats(repeats, compared, arguments.significance);
+  Ending ending;
+  for (const auto* sheets : {&repeats, &compared})
+    for (const std::string& reason : no_go_of(*sheets)) ending.rejected.push_back(reason);
+  for (std::string& reason : moved_objects(repeats, compared))
+    ending.rejected.push_back(std::move(reason));
+  ending.go = ending.rejected.empty();
+  ending.verdict =
+      fmt::format("{} repeats with {} marks in common", arguments.repeats.size(), found.marks);
+  for (const auto& match : found.matches)
+    ending.numbers.emplace_back(match.name,
+                                std::string(name_of(match.verdict)) +
+                                    (match.p ? fmt::format(", p {:.3f}", *match.p) : "") +
+                                    (match.reason.empty() ? "" : "; " + match.reason));
+  if (arguments.out)
+    write_record(*arguments.out, RepeatsFile{arguments.significance, repeats, found});
+  return finish(ending, common, record);
+}
+
+int repeats_command(int argc, char** argv) {
+  return run_command<RepeatsArguments>(argc, argv, "drape-compare repeats",
+                                       "Tests whether a virtual sheet is inside the repeats of the "
+                                       "real one, by marks, hem and spectrum.",
+                                       run_repeats);
+}
 
 /// Arguments of `drape compare`.
 struct CompareArguments {
@@ -176,14 +540,13 @@ int run_compare(CompareArguments& arguments, const std::vector<std::string>& com
   return print_ending(account, ending, common);
 }
 
-}  // namespace
-
 int compare_command(int argc, char** argv) {
   return run_command<CompareArguments>(
       argc, argv, "drape-compare",
       "Measures the distance between real and virtual drapes, stores and reports it.", run_compare);
 }
 
+}  // namespace
 }  // namespace drape::compare
 
 int main(int argc, char** argv) {
