@@ -21,10 +21,11 @@ function median(report) {
 }
 
 export function header(report) {
-  const {calibration} = report;
+  const {calibration} = report, words = report.drapes.map(matchWord);
+  const counted = [...new Set(words)].map(word => `${words.filter(one => one === word).length} ${{'NO-GO': word, 'No limit': 'without a limit'}[word] ?? word.toLowerCase()}`);
   return h('header', {class: report.go ? 'go' : 'stop'}, h('h1', {}, report.rig || 'drapebench'),
     h('span', {}, [report.run && `run ${report.run}`, report.label, report.date.slice(0, 10), calibration && plural(calibration.cameras.length, 'camera'), median(report)].filter(Boolean).join(' · ')),
-    h('span', {class: 'state'}, report.go ? 'Measurement GO' : 'Measurement NO-GO'),
+    h('span', {class: 'state'}, report.go ? 'Measurement GO' : 'Measurement NO-GO', counted.length ? ` · Match: ${counted.join(', ')}` : ''),
     report.go ? null : h('ul', {class: 'reasons'}, report.reasons.map(reason => h('li', {}, reason))));
 }
 
@@ -41,7 +42,7 @@ export function notes(report) {
     .filter(([severity]) => count(severity)).map(([severity, words]) => `${plural(count(severity), 'note')} ${words}`);
   return h('section', {id: 'notes'}, h('h2', {}, 'Notes'), h('p', {class: 'soft'}, said.join(' · ')),
     [...kinds.values()].map(same => (same.length === 1 ? h('p', {class: same[0].severity}, same[0].text)
-      : h('details', {class: same[0].severity}, h('summary', {}, `${same.length} × ${same[0].kind}${same.some(note => note.drape) ? ` (${[...new Set(same.map(note => note.drape))].join(', ')})` : ''}`),
+      : h('details', {class: same[0].severity}, h('summary', {}, `${same.length} × ${same[0].kind.replace(/\bN\b/g, '…')}${same.some(note => note.drape) ? ` (${[...new Set(same.map(note => note.drape))].join(', ')})` : ''}`),
         same.map(note => h('p', {}, note.text))))));
 }
 
@@ -83,7 +84,7 @@ function details(drape, source) {
   }
   const section = h('section', {id: `drape-${drape.name}`, class: 'drape'}, h('h2', {}, `Drape ${drape.label}`),
     h('p', {class: 'soft'}, `Set ${drape.set} of rig ${drape.rig}${drape.simulation ? `; pictures and marks belong to the simulation ${drape.simulation}` : ''}.`),
-    shown.mean ? h('p', {}, h('b', {}, `${matchWord(drape)}: ${shown.mean} mm apart${shown.expanded ? `, U ${shown.expanded} mm` : ''}. `), drape.match.reason ? `${drape.match.reason}.` : '') : null,
+    shown.mean ? h('p', {}, h('b', {}, `${matchWord(drape)}: ${shown.mean} mm apart${shown.expanded ? `, U ${shown.expanded} mm` : ''}. `), drape.why, drape.next ? ` Next: ${drape.next}` : '') : null, drape.match.reason ? h('p', {}, `${drape.match.reason}.`) : null,
     spaceView(drape));
   if (drape.views.length)
     section.append(h('h3', {}, 'Photographs'), h('p', {class: 'soft'}, 'Dots: measured marks in the colour of their distance; hollow ones were seen here but not measured in space. Pink: the virtual cloth, faint where its back is seen; a line leads from each mark to its virtual place.'),
@@ -125,7 +126,7 @@ export function showReport(root, report, source) {
   root.replaceChildren(header(report),
     h('main', {}, h('div', {class: 'cards'}, report.drapes.map(drape => card(drape, source(bestView(drape)?.picture), `#drape-${drape.name}`))),
       h('nav', {}, report.notes.length ? link('notes', plural(report.notes.length, 'note')) : null, link('certificate', 'Certificate'),
-        report.drapes.map(drape => link(`drape-${drape.name}`, `Drape ${drape.label}`)), report.calibration ? link('calibration', 'Calibration') : null, link('provenance', 'Provenance'), report.drapes.some(drape => drape.views.length) ? h('span', {class: 'soft'}, 'Pictures: dots are the real marks, in the colour of their distance; pink is the virtual cloth.') : null),
+        report.drapes.map(drape => link(`drape-${drape.name}`, `Drape ${drape.label}`)), report.calibration ? link('calibration', 'Calibration') : null, link('provenance', 'Provenance'), report.drapes.some(drape => drape.views.length) ? h('span', {class: 'soft'}, 'Distance: mean over the marks, from the simulation to the cloth; U: its uncertainty (95 %). Bar: grey up to the limit, tick at the distance, coloured by the margin of error (95 % of the inputs, and the simulation’s own error). Pictures: dots are the real marks, in the colour of their distance; pink is the virtual cloth.') : null),
       notes(report), certificate(report), report.drapes.map(drape => details(drape, source)),
       report.virtual_groups.map(group => h('section', {}, tableOf(group))), calibrationSection(report), provenanceSection(report)));
 }
