@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // A simulation is compared with the drape that it simulates, among the objects stated when its
 // marks were measured; sheets based on a NO-GO are NO-GO in all programs that read them.
-#include "compare/asked_scene.hpp"
+#include "compare/drape_input.hpp"
 
 #include <fmt/format.h>
 #include <gmock/gmock.h>

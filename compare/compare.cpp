@@ -2,7 +2,7 @@
 #include "compare/compare.hpp"
 
 #include <fmt/format.h>
-
+#include <fmt/ranges.h>
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
@@ -10,15 +10,12 @@
 #include <numeric>
 #include <tuple>
 
-#include "compare/judgement.hpp"
-#include "compare/metrics/bootstrap.hpp"
 #include "core/error.hpp"
 #include "core/statistics/sample.hpp"
 #include "core/units.hpp"
 
 namespace drape::compare {
 namespace {
-
 using units::mm;
 
 constexpr double kSurfaceSpacing_m = 5 * mm;  ///< spacing of samples of two simulated surfaces
@@ -62,18 +59,22 @@ void check_patch(const DrapeInput& input, const Simulation& simulation) {
       "compare a simulation of the same cloth, or correct the print file");
 }
 
+void require_scene(const std::vector<Simulation>& group, const std::string& scene,
+                   const Where& where) {
+  if (group.empty() || group.front().source().scene == scene) return;
+  throw bad_input(fmt::format("scene `{}` stands in the group of scene `{}`", scene,
+                              group.front().source().scene),
+                  where, "put the measured sheet of each drape before its simulations");
+}
+
 /// Requires one scene per group, and no two simulations that the tables could not distinguish.
 void check_group(const std::vector<Simulation>& simulations) {
   using Key = std::tuple<std::string, int, Setup, std::string, int>;
   std::map<Key, const Simulation*> seen;
   for (const Simulation& simulation : simulations) {
     const SimulatedSource& source = simulation.source();
-    if (source.scene != simulations.front().source().scene) {
-      throw bad_input(fmt::format("scene `{}` stands in the group of scene `{}`", source.scene,
-                                  simulations.front().source().scene),
-                      {.file = simulation.sheet.file.string(), .field = "source.scene"},
-                      "put the measured sheet of each drape before its simulations");
-    }
+    require_scene(simulations, source.scene,
+                  {.file = simulation.sheet.file.string(), .field = "source.scene"});
     const Key key(simulation.discretisation(), source.segments, simulation.setup(),
                   simulation.branch ? simulation.branch->set_sha256 : std::string(),
                   simulation.branch ? simulation.branch->number : 0);
@@ -105,24 +106,16 @@ std::vector<std::size_t> paper_order(const DrapeInput& input) {
 DistanceStatistics to_surface_of(const Sheet& measured, const std::vector<Excluded>& excluded,
                                  const TriangleMesh& mesh) {
   const NearestSurface nearest(mesh);
-  std::vector<MarkError> marks;
+  std::vector<double> distances, sigmas;
   for (const SheetMark& mark : measured.marks) {
     if (std::any_of(excluded.begin(), excluded.end(),
                     [&](const Excluded& gap) { return gap.mark == mark.mark; }))
       continue;
-    MarkError error;
-    error.mark = mark.mark;
-    error.material_m = mark.material_m;
-    error.real_in_world = mark.point_in_world;
-    error.virtual_in_world = nearest.nearest(mark.point_in_world);
-    error.warp_weft_normal_m.setZero();  // a bare surface has no warp and weft
-    const Eigen::Vector3d difference = error.real_in_world - error.virtual_in_world;
-    error.distance_m = difference.norm();
-    if (mark.covariance_m2)
-      error.sigma_distance_m = distance_sigma_m(difference, *mark.covariance_m2);
-    marks.push_back(error);
+    const Eigen::Vector3d difference = mark.point_in_world - nearest.nearest(mark.point_in_world);
+    distances.push_back(difference.norm());
+    if (mark.covariance_m2) sigmas.push_back(distance_sigma_m(difference, *mark.covariance_m2));
   }
-  return statistics_of(marks);
+  return statistics_of(distances, sigmas);
 }
 
 RealVirtual compare_real(const DrapeInput& input, const std::vector<Surface>& surfaces,
@@ -150,12 +143,7 @@ RealVirtual compare_real(const DrapeInput& input, const std::vector<Surface>& su
 /// inches, reduces the area to 1 / 2.54^2; the limit is between that and the whole cloth.
 void require_area(const OtherSurface& surface, const Eigen::Vector2d& patch_m) {
   constexpr double kLeastPart = 1 / 2.54;
-  double area_m2 = 0;
-  for (const auto& [a, b, c] : surface.mesh.triangles) {
-    const Eigen::Vector3d& p = surface.mesh.points[a];
-    area_m2 += 0.5 * (surface.mesh.points[b] - p).cross(surface.mesh.points[c] - p).norm();
-  }
-  const double part = area_m2 / patch_m.prod();
+  const double part = area_m2(surface.mesh) / patch_m.prod();
   if (part >= kLeastPart) return;
   throw bad_input(fmt::format("the mesh has {:.2g} of the cloth's area", part),
                   {.file = surface.file.string(), .field = "unit_mm"},
@@ -171,12 +159,8 @@ std::vector<RealSurface> compare_surfaces(const DrapeInput& input) {
         throw bad_input("this mesh is given twice for one drape", {.file = surface.file.string()},
                         "give each mesh once per measured sheet");
     }
-    if (!input.simulations.empty() && input.simulations.front().source().scene != surface.scene) {
-      throw bad_input(fmt::format("scene `{}` stands in the group of scene `{}`", surface.scene,
-                                  input.simulations.front().source().scene),
-                      {.file = surface.file.string(), .field = "scene"},
-                      "put the measured sheet of each drape before its simulations");
-    }
+    require_scene(input.simulations, surface.scene,
+                  {.file = surface.file.string(), .field = "scene"});
     require_area(surface, input.measured.sheet.patch_m);
     rows.push_back(compare_to_surface(input.measured.sheet, surface.mesh));
     rows.back().surface = i;
@@ -252,12 +236,10 @@ std::vector<VirtualVirtual> virtual_pairs(const std::vector<Simulation>& simulat
           continue;
         const std::vector<double> distances = distances_between(surfaces[a], surfaces[b], places);
         if (distances.empty()) continue;
-        VirtualVirtual row{
-            a, b, label_of(pair), first.apart_text(), order, statistics_of(distances), {}};
-        add_bootstrap(distances, row.statistics);
-        row.surface = surface_distance(mesh_of(first.sheet.sheet), mesh_of(second.sheet.sheet),
-                                       kSurfaceSpacing_m);
-        pairs.push_back(row);
+        pairs.push_back({a, b, label_of(pair), first.apart_text(), order,
+                         statistics_of(distances, {}),
+                         surface_distance(mesh_of(first.sheet.sheet), mesh_of(second.sheet.sheet),
+                                          kSurfaceSpacing_m)});
       }
     }
   }
@@ -286,16 +268,216 @@ void measure_drapes(const DrapeInput& input, Report& report) {
 
 /// See Report::headline.
 std::optional<std::size_t> headline_of(const DrapeInput& input, const Report& report) {
-  const auto speaks_before = [&](const RealVirtual& one, const RealVirtual& other) {
-    return input.speaks_before(input.simulations[one.simulation],
-                               input.simulations[other.simulation]);
-  };
-  std::optional<std::size_t> chosen;
-  for (std::size_t row = 0; row < report.real_virtual.size(); ++row) {
-    if (!chosen || speaks_before(report.real_virtual[row], report.real_virtual[*chosen]))
-      chosen = row;
+  const std::vector<RealVirtual>& rows = report.real_virtual;
+  const auto first = std::min_element(
+      rows.begin(), rows.end(), [&](const RealVirtual& one, const RealVirtual& other) {
+        return input.speaks_before(input.simulations[one.simulation],
+                                   input.simulations[other.simulation]);
+      });
+  if (first == rows.end()) return std::nullopt;
+  return static_cast<std::size_t>(first - rows.begin());
+}
+
+/// Passes on the NO-GO of a sheet that positioned a simulation, with its first cause, stated once,
+/// and that of another simulator's mesh.
+void judge_placing(const Simulation& simulation, const std::optional<std::string>& said,
+                   std::vector<std::string>& no_go) {
+  const auto& cause = simulation.sheet.sheet.no_go;
+  if (cause && simulation.other_simulator)
+    no_go.push_back(fmt::format("simulation {}: {}", simulation.label(), *cause));
+  else if (cause && cause != said)
+    no_go.push_back(fmt::format("simulation {} was placed by a sheet that is NO-GO: {}",
+                                simulation.label(), *cause));
+}
+
+void judge_foundation(const DrapeInput& input, Report& report) {
+  const auto& measured = input.measured.sheet.no_go;
+  if (measured) report.no_go.push_back(*measured);
+  for (const Simulation& simulation : input.simulations)
+    judge_placing(simulation, measured, report.no_go);
+}
+
+void judge_measurement(const Options& options, Report& report) {
+  for (const RealVirtual& row : report.real_virtual) {
+    if (row.statistics.marks >= options.min_marks) continue;
+    report.no_go.push_back(fmt::format("only {} marks could be compared, {} are asked for",
+                                       row.statistics.marks, options.min_marks));
+    break;
   }
-  return chosen;
+  if (!report.measurement.sigma_median_m) {
+    report.no_go.emplace_back(
+        "the measured marks carry no covariance, so their uncertainty is "
+        "unknown");
+    return;
+  }
+  if (!report.headline) return;
+  const double limit = options.max_sigma_ratio * report.speaks().statistics.mean_m;
+  if (*report.measurement.sigma_median_m > limit) {
+    report.no_go.push_back(fmt::format(
+        "the uncertainty of a mark (median {:.3f} mm) is above {:g} % of the mean distance "
+        "({:.3f} mm)",
+        *report.measurement.sigma_median_m / mm, options.max_sigma_ratio * 100,
+        report.speaks().statistics.mean_m / mm));
+  }
+}
+
+void judge_simulation(const Simulation& simulation, const Options& options,
+                      std::vector<std::string>& no_go, std::vector<std::string>& warnings) {
+  if (!simulation.other_simulator && simulation.source().status != "at rest")
+    (options.accept_unsettled ? warnings : no_go)
+        .push_back(
+            fmt::format("simulation {}: {}", simulation.label(), simulation.source().status));
+}
+
+/// Requires that objects and table of a simulation are those with which the marks were measured;
+/// other values of its scene, such as friction, may differ.
+void judge_scenes(const DrapeInput& input, Report& report) {
+  const auto& asked = input.measured.asked;
+  std::map<std::string, std::vector<std::string>> differences;  // labels by difference
+  std::vector<std::string> unknown, without_mesh;
+  for (const Simulation& simulation : input.simulations) {
+    if (!asked || simulation.other_simulator) continue;
+    if (simulation.scene) {
+      if (const auto why = difference_of(asked->surroundings, simulation.scene->surroundings))
+        differences[*why].push_back(simulation.label());
+    } else if (simulation.source().scene_sha256 != asked->sha256) {
+      unknown.push_back(simulation.label());
+    } else if (std::any_of(asked->surroundings.begin(), asked->surroundings.end(),
+                           [](const auto& value) { return value.first.ends_with(".file"); })) {
+      without_mesh.push_back(simulation.label());
+    }
+  }
+  if (!without_mesh.empty())
+    report.warnings.push_back(fmt::format(
+        "no run record names the mesh that was simulated, so nothing says that it is the one that "
+        "the marks were asked about: {}",
+        fmt::join(without_mesh, "; ")));
+  if (!unknown.empty())
+    report.no_go.push_back(fmt::format(
+        "simulated from another content of the scene file than the marks were asked about, which "
+        "is not there any more, so nothing says that its objects are the same (simulation {}); "
+        "simulate again",
+        fmt::join(unknown, "; ")));
+  for (const auto& [why, labels] : differences)
+    report.no_go.push_back(
+        fmt::format("the simulated objects are not those that the marks were asked about: {} "
+                    "(simulation {}); correct the scene and simulate again, or ask the marks about "
+                    "it by drape triangulate --scene",
+                    why, fmt::join(labels, "; ")));
+  if (!asked && !input.simulations.empty())
+    report.warnings.emplace_back(
+        "the marks were asked about no scene, so nothing says whether they contradict the "
+        "simulation's objects and table: measure with drape triangulate --scene SCENE.toml");
+}
+
+/// Adds one warning for all simulations positioned by another measured sheet.
+void warn_of_other_starts(const DrapeInput& input, Report& report) {
+  std::vector<std::string> labels;
+  for (const RealVirtual& row : report.real_virtual) {
+    const Simulation& simulation = input.simulations[row.simulation];
+    const auto& start = simulation.source().start_sha256;
+    if (start && !input.measured.has_content(*start)) labels.push_back(simulation.label());
+  }
+  if (!labels.empty())
+    report.warnings.push_back(
+        fmt::format("placed by another measured sheet than this one: {}", fmt::join(labels, "; ")));
+}
+
+void warn_of_branches(const DrapeInput& input, Report& report) {
+  for (const BranchSet& set : report.branch_sets) {
+    const Simulation& one = input.simulations[set.branches[0].as_placed.simulation];
+    const Branch& first = *one.branch;
+    if (!one.is_of_cloth_of(*input.speaker()))
+      report.warnings.push_back(fmt::format(
+          "branches of {}: of another model, fabric or scene than {}, which speaks for the drape, "
+          "so that they count for neither match nor U",
+          set.label, input.speaker()->label()));
+    if (first.round && !set.branches[0].turned) {
+      report.warnings.push_back(fmt::format(
+          "branches of {}: the scene is round, but its file was not found, so that a branch turned "
+          "about the vertical counts as another shape",
+          set.label));
+    }
+    if (set.branches.size() < static_cast<std::size_t>(first.of)) {
+      report.warnings.push_back(
+          fmt::format("branches of {}: {} of the {} that were found are given", set.label,
+                      set.branches.size(), first.of));
+    }
+  }
+}
+
+/// Scene and set stated by a simulation or mesh; the set is empty if unknown.
+struct SaidDrape {
+  std::string scene, set, label;
+  std::filesystem::path file;
+};
+
+std::vector<SaidDrape> said_drapes(const DrapeInput& input) {
+  std::map<std::string, std::string> sets;  // set of each scene, from the simulations that state it
+  for (const Simulation& one : input.simulations)
+    if (one.scene && !one.scene->set.empty()) sets.emplace(one.source().scene, one.scene->set);
+  const auto set_of = [&](const std::string& scene) {
+    const auto found = sets.find(scene);
+    return found == sets.end() ? std::string() : found->second;
+  };
+  std::vector<SaidDrape> drapes;
+  for (const Simulation& one : input.simulations) {
+    const std::string& scene = one.source().scene;
+    drapes.push_back(
+        {scene, one.scene ? one.scene->set : set_of(scene), one.label(), one.sheet.file});
+  }
+  for (const OtherSurface& one : input.surfaces)
+    drapes.push_back({one.scene, set_of(one.scene), one.simulator, one.file});
+  return drapes;
+}
+
+/// Refuses a scene of another name whose set is unknown, since it may be another drape.
+void judge_drapes(const DrapeInput& input, Report& report) {
+  const std::string own = input.measured.scene();
+  for (const SaidDrape& drape : said_drapes(input)) {
+    if (own.empty() || drape.scene == own || !drape.set.empty()) continue;
+    report.no_go.push_back(
+        fmt::format("nothing says that scene `{}` of {} is the drape of scene `{}` that was "
+                    "measured; simulate again, or write `{}` as the scene of a mesh that is",
+                    drape.scene, drape.label, own, own));
+  }
+}
+
+/// Throws Error(bad_input) if a measured sheet and a mesh or simulation belong to two drapes:
+/// neither scene nor frame set agree. A mesh has the set of the simulations of its scene.
+void require_one_drape(const DrapeInput& input) {
+  const SheetFile& measured = input.measured;
+  const std::string& own_set = measured.measured().set;
+  const std::string own_scene = measured.scene();
+  for (const SaidDrape& drape : said_drapes(input)) {
+    if (drape.scene == own_scene || drape.set == own_set || drape.set.empty()) continue;
+    throw bad_input(
+        fmt::format("scene `{}` with frame set `{}` is another drape than that of {}, frame set "
+                    "`{}`{}",
+                    drape.scene, drape.set, measured.file.string(), own_set,
+                    own_scene.empty() ? "" : fmt::format(" of scene `{}`", own_scene)),
+        {.file = drape.file.string(), .field = "source.scene"},
+        "put the measured sheet of each drape before its simulations; one that was taken in a set "
+        "of another name says its scene by drape triangulate --scene");
+  }
+}
+
+/// Sets no_go to all reasons why the distances cannot be trusted (the first cause first: sheets
+/// that are NO-GO, marks, simulations), and adds warnings.
+void judge(const DrapeInput& input, const Options& options, Report& report) {
+  judge_foundation(input, report);
+  judge_drapes(input, report);
+  judge_scenes(input, report);
+  judge_measurement(options, report);
+  for (const RealVirtual& row : report.real_virtual)
+    judge_simulation(input.simulations[row.simulation], options, report.no_go, report.warnings);
+  warn_of_other_starts(input, report);
+  warn_of_branches(input, report);
+  if (input.simulations.empty())
+    report.no_go.emplace_back(input.surfaces.empty()
+                                  ? "no simulation was given"
+                                  : "no mark has a place on any mesh that was given: only "
+                                    "surfaces could be compared");
 }
 
 }  // namespace
@@ -312,10 +494,6 @@ Measurement measurement_of(const Sheet& sheet) {
   measurement.sigma_median_m = quantile(sigmas, 0.5);
   measurement.sigma_max_m = *std::max_element(sigmas.begin(), sigmas.end());
   return measurement;
-}
-
-double BranchComparison::match_m() const {
-  return turned ? turned->mean_m : as_placed.statistics.mean_m;
 }
 
 Eigen::Vector2d percent_of_patch(double length_m, const Eigen::Vector2d& patch_m) {
@@ -372,6 +550,13 @@ VirtualGroup compare_virtual_group(std::vector<Simulation> simulations) {
     places.push_back(particle.material_m);
   group.pairs = virtual_pairs(group.simulations, surfaces_of(group.simulations), places);
   return group;
+}
+
+void judge_group(const Options& options, VirtualGroup& group, std::vector<std::string>& warnings) {
+  for (const Simulation& simulation : group.simulations) {
+    judge_placing(simulation, std::nullopt, group.no_go);
+    judge_simulation(simulation, options, group.no_go, warnings);
+  }
 }
 
 }  // namespace drape::compare

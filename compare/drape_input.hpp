@@ -8,14 +8,34 @@
 #include <utility>
 #include <vector>
 
-#include "compare/asked_scene.hpp"
 #include "compare/metrics/branches.hpp"
-#include "compare/metrics/dense.hpp"
+#include "compare/metrics/surface.hpp"
+#include "compare/repeats/mark_repeats.hpp"
 #include "core/levels.hpp"
 #include "core/scene.hpp"
 #include "core/sheet.hpp"
 
 namespace drape::compare {
+
+/// The scene used by a simulation, if its file has not changed since.
+struct SimulatedScene {
+  std::string set;  ///< frame set of the recording that shows the drape; can be empty
+  Surroundings surroundings;
+  double friction = 0;
+  bool own_fabric = false;  ///< true if the simulated fabric is the one named by the scene
+};
+
+/// `scene` has the content that was simulated; `inputs` are the run's input files with their
+/// SHA-256, including any mesh. nullopt if they do not contain a mesh of the scene.
+[[nodiscard]] std::optional<SimulatedScene> read_simulated_scene(
+    const std::filesystem::path& scene,
+    const std::vector<std::pair<std::filesystem::path, std::string>>& inputs);
+
+/// Describes how two scenes differ in solids and table, which marks can touch; stated uncertainties
+/// and tags may differ. `in_other` names the other scene.
+[[nodiscard]] std::optional<std::string> difference_of(
+    const Surroundings& asked, const Surroundings& other,
+    const std::string& in_other = "in the simulation");
 
 /// Statements of the simulator about its result (certificate.json), each under its own name, which
 /// ends in its unit.
@@ -40,19 +60,26 @@ struct Simulation {
   /// Differences from others of its group, other than mesh and segments: {"fabric", "B"}.
   std::vector<std::pair<std::string, std::string>> apart = {};
 
-  [[nodiscard]] const SimulatedSource& source() const;
+  [[nodiscard]] const SimulatedSource& source() const {
+    return std::get<SimulatedSource>(sheet.sheet.source);
+  }
   /// True for particles of a grid, whose size the sheet has; else the sheet samples a mesh.
   [[nodiscard]] bool is_grid() const { return !source().spacing_m; }
-  [[nodiscard]] std::string discretisation() const;  ///< "2.5 mm", or "21x21" for a grid
+  /// "2.5 mm", or "21x21" for a grid.
+  [[nodiscard]] std::string discretisation() const { return sheet.sheet.discretisation(); }
   /// Sort key, larger for finer: any mesh is finer than any grid.
   [[nodiscard]] std::pair<bool, double> fineness() const;
   /// Label such as "2.5 mm, 5 segments"; "21x21, 5 segments, fabric B"; "Blender 3.4, 111x111".
   [[nodiscard]] std::string run_label() const;
   [[nodiscard]] std::string label() const;  ///< the same, with "..., branch 3" for a branch
   /// Line segments per Kawabata curve; nullopt for another simulator.
-  [[nodiscard]] std::optional<int> segments() const;
-  [[nodiscard]] std::string segments_text() const;  ///< "5", or empty
-  [[nodiscard]] std::string apart_text() const;     ///< ", fabric B", or empty
+  [[nodiscard]] std::optional<int> segments() const {
+    return other_simulator ? std::nullopt : std::optional(source().segments);
+  }
+  [[nodiscard]] std::string segments_text() const {  ///< "5", or empty
+    return other_simulator ? "" : std::to_string(source().segments);
+  }
+  [[nodiscard]] std::string apart_text() const;  ///< ", fabric B", or empty
   [[nodiscard]] Setup setup() const;
   /// True if model, fabric and scene are equal, as between an ensemble and its drape.
   [[nodiscard]] bool is_of_cloth_of(const Simulation& other) const;

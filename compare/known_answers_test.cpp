@@ -8,10 +8,8 @@
 #include <numbers>
 #include <random>
 
-#include "compare/metrics/alignment.hpp"
-#include "compare/metrics/bootstrap.hpp"
-#include "compare/metrics/dense.hpp"
-#include "compare/metrics/strain.hpp"
+#include "compare/metrics/metrics.hpp"
+#include "compare/metrics/surface.hpp"
 #include "compare/test_sheets.hpp"
 #include "core/units.hpp"
 #include "tests/support/trials.hpp"

@@ -185,10 +185,11 @@ static void fields(Fields& f, ReportedDrape& drape) {
   f({"fabric", "fabric of the simulation that speaks"}, drape.fabric);
   f({"object", "objects under the cloth"}, drape.object);
   f({"no_go", "why its measurement is NO-GO; none: GO"}, drape.no_go);
-  f({"measured_marks", "marks with a place in space", 1, 0}, drape.measured_marks);
-  f({"gaps", "marks without", 1, 0}, drape.gaps);
-  f({"sigma_median_mm", "median standard deviation of a mark", mm}, drape.sigma_median_m);
-  f({"sigma_max_mm", "largest", mm}, drape.sigma_max_m);
+  f({"measured_marks", "marks with a place in space", 1, 0}, drape.measurement.marks);
+  f({"gaps", "marks without", 1, 0}, drape.measurement.gaps);
+  f({"sigma_median_mm", "median standard deviation of a mark", mm},
+    drape.measurement.sigma_median_m);
+  f({"sigma_max_mm", "largest", mm}, drape.measurement.sigma_max_m);
   f({"simulation", "simulation that speaks for the drape; empty: none"}, drape.simulation);
   f({"distance", "its distance; null: nothing was compared"}, drape.distance);
   f({"match", "match"}, drape.match);
@@ -397,7 +398,7 @@ std::string first_line(const RunReport& report) {
   if (report.run) text += fmt::format(", run {}", *report.run);
   double sigma_mm = 0;
   for (const ReportedDrape& drape : report.drapes)
-    sigma_mm = std::max(sigma_mm, drape.sigma_median_m.value_or(0) / mm);
+    sigma_mm = std::max(sigma_mm, drape.measurement.sigma_median_m.value_or(0) / mm);
   if (report.calibration) text += fmt::format("; {} cameras", report.calibration->cameras.size());
   if (sigma_mm > 0) text += fmt::format("; marks to {} mm", figure(sigma_mm, sigma_mm));
   return text;
@@ -446,11 +447,12 @@ std::string detail_text(const ReportedDrape& drape) {
   add("simulation", drape.simulation);
   add("measurement", drape.no_go.empty() ? "GO" : "NO-GO");
   for (const std::string& reason : drape.no_go) add("", reason);
-  add("marks", fmt::format("{} measured, {} gaps", drape.measured_marks, drape.gaps));
-  if (drape.sigma_median_m)
+  const Measurement& measured = drape.measurement;
+  add("marks", fmt::format("{} measured, {} gaps", measured.marks, measured.gaps));
+  if (measured.sigma_median_m)
     add("", fmt::format("one mark to {} mm (median), {} mm (largest), 1 sigma",
-                        figure(*drape.sigma_median_m / mm, *drape.sigma_median_m / mm),
-                        figure(*drape.sigma_max_m / mm, *drape.sigma_max_m / mm)));
+                        figure(*measured.sigma_median_m / mm, *measured.sigma_median_m / mm),
+                        figure(*measured.sigma_max_m / mm, *measured.sigma_max_m / mm)));
   std::map<std::string, int> gaps;
   for (const ReportedMark& mark : drape.marks)
     if (!mark.gap.empty()) ++gaps[kind_of_gap(mark.gap)];

@@ -170,22 +170,27 @@ struct ReportedShape {
   std::vector<double> object_mm;  ///< x, y, z of the four corners of each quad
 };
 
+/// Quality of the measurement of the real cloth.
+struct Measurement {
+  int marks = 0, gaps = 0;                            ///< of the print, with a place and without
+  std::optional<double> sigma_median_m, sigma_max_m;  ///< of one mark, in its worst direction
+};
+
 /// Results for one drape.
 struct ReportedDrape {
   std::string name;   ///< letters, digits, `-` and `_`; also part of file names
-  std::string label;  ///< name shown to people
+  std::string label;  ///< name shown to people, unique within the run, such as "C (repeat 2)"
   std::string set, rig, fabric;
   std::string object;              ///< "box 128 x 128 x 40 mm"
   std::vector<std::string> no_go;  ///< reasons why the measurement is NO-GO, the first cause first
-  int measured_marks = 0, gaps = 0;
-  std::optional<double> sigma_median_m, sigma_max_m;  ///< of one mark, in its worst direction
+  Measurement measurement;
   std::string simulation;  ///< label of the one that represents the drape; empty if none
   std::optional<ReportedDistance> distance;  ///< distance from that simulation
   MatchVerdict match;
   std::optional<Budget> budget;  ///< uncertainty of that distance's mean
   std::string why, next;         ///< one sentence each, for people; next is empty if nothing to do
-  std::vector<std::string> facts;  ///< further sentences on mesh, branches, ensemble, friction
-  std::vector<RepeatLine> repeats;
+  std::vector<std::string> facts;   ///< further sentences on mesh, branches, ensemble, friction
+  std::vector<RepeatLine> repeats;  ///< own laying first; empty if the drape was laid once
   std::vector<ReportedSimulation> simulations;
   std::vector<ReportedBranches> branch_sets;
   std::vector<ReportedMark> marks;  ///< sorted by row and column

@@ -20,46 +20,40 @@ constexpr double kLeastCurvature_per_m = 10;
 constexpr double kLeastLength_m = 0.03;
 
 /// Points of a complete sheet at equal material steps.
-class Grid {
- public:
-  explicit Grid(const Sheet& sheet) : sheet_(sheet) {
-    const Vector2d span = sheet.marks.back().material_m - sheet.marks.front().material_m;
-    step_ = span.cwiseQuotient(Vector2d(sheet.rows - 1, sheet.cols - 1));
-  }
+struct Grid {
+  const std::vector<SheetMark>& marks;  ///< sorted
+  int rows = 0, cols = 0;
+  Vector2d step;
 
+  explicit Grid(const Sheet& sheet) : marks(sheet.marks), rows(sheet.rows), cols(sheet.cols) {
+    step = (marks.back().material_m - marks.front().material_m)
+               .cwiseQuotient(Vector2d(rows - 1, cols - 1));
+  }
   [[nodiscard]] bool is_even() const {
-    const auto& marks = sheet_.marks;
-    return step_.minCoeff() > 0 && std::all_of(marks.begin(), marks.end(), [&](const auto& mark) {
-             const Vector2d at = step_.cwiseProduct(Vector2d(mark.mark.row, mark.mark.col));
-             const Vector2d span = marks.back().material_m - marks.front().material_m;
-             return (mark.material_m - marks.front().material_m - at).norm() <= kEven * span.norm();
+    const Vector2d &first = marks.front().material_m, span = marks.back().material_m - first;
+    return step.minCoeff() > 0 && std::all_of(marks.begin(), marks.end(), [&](const auto& mark) {
+             const Vector2d at = step.cwiseProduct(Vector2d(mark.mark.row, mark.mark.col));
+             return (mark.material_m - first - at).norm() <= kEven * span.norm();
            });
   }
-  [[nodiscard]] int rows() const { return sheet_.rows; }
-  [[nodiscard]] int cols() const { return sheet_.cols; }
   [[nodiscard]] bool is_rim(int r, int c) const {
-    return r == 0 || c == 0 || r + 1 == rows() || c + 1 == cols();
+    return r == 0 || c == 0 || r + 1 == rows || c + 1 == cols;
   }
-  [[nodiscard]] const Vector2d& step() const { return step_; }
   [[nodiscard]] std::size_t index(int r, int c) const {
-    return static_cast<std::size_t>(r) * cols() + c;
+    return static_cast<std::size_t>(r) * cols + c;
   }
   [[nodiscard]] const Vector2d& material(int r, int c) const {
-    return sheet_.marks[index(r, c)].material_m;
+    return marks[index(r, c)].material_m;
   }
   [[nodiscard]] const Vector3d& point(int r, int c) const {
-    return sheet_.marks[index(r, c)].point_in_world;
+    return marks[index(r, c)].point_in_world;
   }
-
- private:
-  const Sheet& sheet_;  // its marks are sorted
-  Vector2d step_;
 };
 
 /// Curvatures at inner points by central differences. The metric of the stretched cloth is taken
 /// from edge lengths, since a chord over a sharp fold has none.
 Eigen::Matrix2d curvature_of(const Grid& grid, int r, int c) {
-  const Vector2d& h = grid.step();
+  const Vector2d& h = grid.step;
   const Vector3d u = (grid.point(r + 1, c) - grid.point(r - 1, c)) / (2 * h.x());
   const Vector3d v = (grid.point(r, c + 1) - grid.point(r, c - 1)) / (2 * h.y());
   const Vector3d n = u.cross(v).normalized();
@@ -112,10 +106,10 @@ void add_power(const MatrixXd& values, const Vector2d& step, std::vector<WaveBan
 }
 
 std::vector<WaveBand> empty_bands(const Grid& grid) {
-  const double longest = 2 * std::max(grid.step().x() * grid.rows(), grid.step().y() * grid.cols());
+  const double longest = 2 * std::max(grid.step.x() * grid.rows, grid.step.y() * grid.cols);
   std::vector<WaveBand> bands;
   double to = longest;
-  while (to > grid.step().minCoeff()) {
+  while (to > grid.step.minCoeff()) {
     bands.push_back({to / std::sqrt(2.0), to, 0, 0});
     to /= std::sqrt(2.0);
   }
@@ -139,14 +133,14 @@ class FoldFinder {
  public:
   FoldFinder(const Grid& grid, std::vector<Principal> principal)
       : grid_(grid), principal_(std::move(principal)), on_line_(principal_.size()) {
-    for (int r = 1; r + 1 < grid.rows(); ++r)
-      for (int c = 1; c + 1 < grid.cols(); ++c) on_line_[index(r, c)] = is_crest(r, c);
+    for (int r = 1; r + 1 < grid.rows; ++r)
+      for (int c = 1; c + 1 < grid.cols; ++c) on_line_[index(r, c)] = is_crest(r, c);
   }
 
   [[nodiscard]] std::vector<Fold> folds() {
     std::vector<Fold> found;
-    for (int r = 1; r + 1 < grid_.rows(); ++r) {
-      for (int c = 1; c + 1 < grid_.cols(); ++c) {
+    for (int r = 1; r + 1 < grid_.rows; ++r) {
+      for (int c = 1; c + 1 < grid_.cols; ++c) {
         if (!on_line_[index(r, c)]) continue;
         const Fold fold = fold_of(connected(r, c));
         if (fold.length_m >= kLeastLength_m) found.push_back(fold);
@@ -233,11 +227,11 @@ std::optional<SheetShape> shape_of(const Sheet& sheet) {
     return std::nullopt;
   const Grid grid(sheet);
   if (!grid.is_even()) return std::nullopt;
-  MatrixXd height(grid.rows(), grid.cols()), mean(grid.rows() - 2, grid.cols() - 2);
+  MatrixXd height(grid.rows, grid.cols), mean(grid.rows - 2, grid.cols - 2);
   std::vector<Principal> principal(sheet.marks.size());
   SheetShape shape;
-  for (int r = 0; r < grid.rows(); ++r) {
-    for (int c = 0; c < grid.cols(); ++c) {
+  for (int r = 0; r < grid.rows; ++r) {
+    for (int c = 0; c < grid.cols; ++c) {
       height(r, c) = grid.point(r, c).z();
       if (grid.is_rim(r, c)) continue;
       const Eigen::Matrix2d curvature = curvature_of(grid, r, c);
@@ -247,8 +241,8 @@ std::optional<SheetShape> shape_of(const Sheet& sheet) {
     }
   }
   shape.bands = empty_bands(grid);
-  add_power(height, grid.step(), shape.bands, &WaveBand::height_m2);
-  add_power(mean, grid.step(), shape.bands, &WaveBand::curvature_per_m2);
+  add_power(height, grid.step, shape.bands, &WaveBand::height_m2);
+  add_power(mean, grid.step, shape.bands, &WaveBand::curvature_per_m2);
   shape.folds = FoldFinder(grid, std::move(principal)).folds();
   return shape;
 }

@@ -2,28 +2,289 @@
 #include "compare/hems/hem_files.hpp"
 
 #include <fmt/format.h>
-
+#include <fmt/ranges.h>
 #include <algorithm>
 #include <cctype>
 #include <cmath>
 #include <map>
+#include <numbers>
 #include <numeric>
 #include <regex>
 #include <set>
 
-#include "compare/hems/hem_checks.hpp"
-#include "compare/hems/hem_csv.hpp"
-#include "compare/hems/shadow.hpp"
-#include "core/error.hpp"
+#include "compare/records/provenance.hpp"
+#include "core/cusick.hpp"
+#include "core/files/csv.hpp"
+#include "core/files/mesh_file.hpp"
 #include "core/parallel.hpp"
+#include "core/program/similar.hpp"
 #include "core/statistics/distributions.hpp"
 #include "core/statistics/sample.hpp"
 #include "core/units.hpp"
 
 namespace drape::compare {
 namespace {
+using units::mm;
+
+/// Tolerance of lengths for strain and scale: the widest of 304 published hems is 2.3 % wider than
+/// its specimen.
+constexpr double kLengthTolerance = 0.03;
+
+/// Throws if a sheet, whose numbers rest on its own specimen, is given another one.
+void require_own_specimen(const HemRecord& record, const DrapemeterGeometry& asked) {
+  const double own_m = std::sqrt(4 / std::numbers::pi * record.specimen_area_m2);
+  if (std::abs(own_m - asked.specimen_m) <= kLengthTolerance * own_m) return;
+  throw bad_input(
+      fmt::format("the sheet's flat area is that of a round specimen of {:.1f} mm, not {:g} mm",
+                  own_m / mm, asked.specimen_m / mm),
+      {.file = record.file}, "leave --specimen-mm out: a sheet's specimen is its own flat area");
+}
+
+/// Throws unless the disc is inside the shadow and the shadow inside the flat specimen; otherwise a
+/// length is in another unit or from another test.
+void require_possible(const HemRecord& record, double scale_u, const DrapemeterGeometry& geometry) {
+  const double more = 1 + kLengthTolerance + 2 * scale_u;
+  const Hem& hem = record.hem;
+  std::string wrong;
+  if (record.specimen_area_m2 <= circle_m2(geometry.disc_m))
+    wrong =
+        fmt::format("of a flat specimen smaller than the disc of {:g} mm", geometry.disc_m / mm);
+  else if (hem.area_m2 * more * more < circle_m2(geometry.disc_m))
+    wrong = fmt::format("smaller than the disc of {:g} mm", geometry.disc_m / mm);
+  else if (hem.area_m2 > more * more * record.specimen_area_m2)
+    wrong = hem.flat_area_m2
+                ? std::string("larger than the flat specimen")
+                : fmt::format("larger than the specimen of {:g} mm", geometry.specimen_m / mm);
+  const std::size_t half = hem.radius_m.size() / 2;
+  for (std::size_t i = 0; i < half && !hem.flat_area_m2; ++i) {
+    const double width_m = hem.radius_m[i] + hem.radius_m[i + half];
+    if (wrong.empty() && width_m > more * geometry.specimen_m)
+      wrong = fmt::format("{:.1f} mm wide, the specimen {:g} mm", width_m / mm,
+                          geometry.specimen_m / mm);
+  }
+  if (wrong.empty()) return;
+  throw bad_input(fmt::format("the drape is {} (area {:.4g} mm2)", wrong, hem.area_m2 / (mm * mm)),
+                  {.file = record.file},
+                  "give lengths in mm, and the test's own --disc-mm and --specimen-mm");
+}
+
+/// Warns if the shadow does not contain all of the disc, on which the cloth lies.
+void warn_of_disc(HemRecord& record, double scale_u, const DrapemeterGeometry& geometry) {
+  const double less = 1 - kLengthTolerance - 2 * scale_u;
+  const auto least = std::min_element(record.hem.radius_m.begin(), record.hem.radius_m.end());
+  if (least == record.hem.radius_m.end() || *least >= less * geometry.disc_m / 2) return;
+  record.warnings.push_back(
+      fmt::format("the hem comes to {:.1f} mm from its centre, inside the disc of {:g} mm: is the "
+                  "disc another, or a length in another unit?",
+                  *least / mm, geometry.disc_m / mm));
+}
+
+/// Throws Error(bad_input) if the surface of a mesh of unknown flat area is impossible for the
+/// specimen.
+void require_surface(double surface_m2, const DrapemeterGeometry& asked, const Where& where) {
+  constexpr double kOfDiameter = 0.05;  // covers strain, and chords of coarse meshes
+  const double own_m = std::sqrt(4 / std::numbers::pi * surface_m2);
+  if (std::abs(own_m - asked.specimen_m) <= kOfDiameter * asked.specimen_m) return;
+  throw bad_input(
+      fmt::format("the mesh has the surface of a round specimen of {:.1f} mm, not {:g} mm",
+                  own_m / mm, asked.specimen_m / mm),
+      where, "give the specimen's --specimen-mm; meshes are in mm");
+}
+
+/// Computes the numbers and nodes of `record.hem`. Throws Error(bad_input) for a hem impossible for
+/// the geometry, allowing for the scale's `errors` and what U of its area already contains.
+void evaluate(HemRecord& record, HemErrors errors, const HemReadOptions& options,
+              double area_u_m2 = 0) {
+  record.specimen_area_m2 =
+      record.hem.flat_area_m2.value_or(circle_m2(options.geometry.specimen_m));
+  if (record.own_specimen && options.specimen_stated)
+    require_own_specimen(record, options.geometry);
+  if (options.scale_u) errors.scale_u = std::hypot(errors.scale_u.value_or(0), *options.scale_u);
+  // U is 2 standard uncertainties, and the relative error of an area is twice that of its scale.
+  const double within_u = area_u_m2 / (4 * record.hem.area_m2);
+  const double scale_u = std::hypot(errors.scale_u.value_or(0), within_u);
+  require_possible(record, scale_u, options.geometry);
+  warn_of_disc(record, scale_u, options.geometry);
+  record.numbers = numbers_with_u(record.hem, errors, options.geometry);
+  record.nodes = nodes_of(record.hem);
+}
+
+/// Throws Error(bad_input), naming the options that fit, if disc or specimen differ from those of
+/// the drape: the resulting coefficient would look like any other. Absent values are unknown.
+void require_geometry(const std::optional<double>& disc_m, const std::optional<double>& specimen_m,
+                      const DrapemeterGeometry& asked, const Where& where) {
+  const double disc = disc_m.value_or(asked.disc_m);
+  const double specimen = specimen_m.value_or(asked.specimen_m);
+  const auto same = [](double a_m, double b_m) { return std::abs(a_m - b_m) < 1e-3 * mm; };
+  if (same(disc, asked.disc_m) && same(specimen, asked.specimen_m)) return;
+  throw bad_input(
+      fmt::format("this specimen of {:g} mm hangs over a disc of {:g} mm, not {:g} mm over {:g} mm",
+                  specimen / mm, disc / mm, asked.specimen_m / mm, asked.disc_m / mm),
+      where, fmt::format("give --disc-mm {:g} --specimen-mm {:g}", disc / mm, specimen / mm));
+}
 
 namespace fs = std::filesystem;
+
+const std::regex kRadius("r[0-9]{3}");
+/// Columns that identify a hem, its test and its verdict.
+const std::vector<std::string> kAbout = {"fabric", "sample",  "face",        "repeat",
+                                         "file",   "disc_mm", "specimen_mm", "specimen_area_mm2",
+                                         "no_go"};
+
+/// Throws for an unknown column, which may be the one that distinguishes two fabrics.
+void require_known_columns(const CsvText& table, const HemReadOptions& options) {
+  std::vector<std::string> known = kAbout;
+  const Hem any = hem_of_radii(std::vector<double>(36, options.geometry.specimen_m / 2));
+  for (const HemNumber& number : numbers_of(any, options.geometry))
+    for (const char* before : {"", "u_"}) known.push_back(before + number.name);
+  for (auto name = table.names.begin(); name != table.names.end(); ++name) {
+    const Where where{.file = table.file.string(), .line = table.head_line, .field = *name};
+    if (std::find(table.names.begin(), name, *name) != name)
+      throw bad_input(fmt::format("the column `{}` stands there twice", *name), where,
+                      "remove one of them");
+    if (std::regex_match(*name, kRadius) ||
+        std::find(known.begin(), known.end(), *name) != known.end())
+      continue;
+    std::string small = *name;
+    for (char& c : small) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+    throw bad_input(
+        fmt::format("a table of hems has no column `{}`{}", *name, did_you_mean(small, known)),
+        where,
+        fmt::format("remove it, or name it as hems.csv does: {}, a number or r000 ..",
+                    fmt::join(kAbout, ", ")));
+  }
+}
+
+/// The columns r000 .. of a table, sorted by angle.
+std::vector<std::string> columns_of_radii(const CsvText& table) {
+  std::vector<std::string> angles;
+  for (const std::string& name : table.names)
+    if (std::regex_match(name, kRadius)) angles.push_back(name);
+  std::sort(angles.begin(), angles.end());
+  const std::string asked = "give r000, r005 .. r355 in mm, or other equal steps all round";
+  if (angles.size() < 36)
+    throw bad_input(fmt::format("{} columns of radii", angles.size()),
+                    {.file = table.file.string()}, asked);
+  for (std::size_t i = 0; i < angles.size(); ++i) {
+    const double expected = 360.0 * static_cast<double>(i) / static_cast<double>(angles.size());
+    if (std::abs(std::stoi(angles[i].substr(1)) - expected) > 0.5)  // columns: whole degrees
+      throw bad_input(
+          fmt::format("the {} columns of radii do not go round in equal steps: at {:.1f} "
+                      "degrees stands {}",
+                      angles.size(), expected, angles[i]),
+          {.file = table.file.string(), .field = angles[i]}, asked);
+  }
+  return angles;
+}
+
+/// One row of the table.
+class Row {
+ public:
+  Row(const CsvText& table, std::size_t row) : table_(table), row_(row) {}
+
+  [[nodiscard]] Where where(const std::string& field = {}) const {
+    return {.file = table_.file.string(), .line = table_.lines[row_], .field = field};
+  }
+  [[nodiscard]] std::string text(const std::string& name) const {
+    return table_.has(name) ? table_.rows[row_][table_.column(name)] : std::string();
+  }
+  [[nodiscard]] std::optional<double> number(const std::string& name) const {
+    return table_.has(name) ? table_.number(row_, name) : std::nullopt;
+  }
+  /// Positive value in units of `unit`; nullopt if the cell or column is absent.
+  [[nodiscard]] std::optional<double> positive(const std::string& name, double unit) const {
+    const auto value = number(name);
+    if (!value) return std::nullopt;
+    if (*value <= 0)
+      throw bad_input(fmt::format("{:g} is not above 0", *value), where(name), "correct it");
+    return *value * unit;
+  }
+  /// Expanded uncertainty of a column; nullopt if not stated.
+  [[nodiscard]] std::optional<double> u(const std::string& of) const {
+    const auto value = number("u_" + of);
+    if (value && *value < 0)
+      throw bad_input("an uncertainty is below 0", where("u_" + of), "correct it");
+    return value;
+  }
+
+ private:
+  const CsvText& table_;
+  std::size_t row_;
+};
+
+/// Radii are outermost: if folds overhang, the covered area is smaller than they suggest.
+void take_areas(const Row& row, Hem& hem) {
+  hem.flat_area_m2 = row.positive("specimen_area_mm2", mm * mm);
+  const auto area_m2 = row.positive("area_mm2", mm * mm);
+  if (!area_m2) return;
+  if (std::abs(std::sqrt(*area_m2 / hem.area_m2) - 1) > kLengthTolerance)
+    throw bad_input(fmt::format("the area is {:.4g} mm2, that of the radii {:.4g} mm2",
+                                *area_m2 / (mm * mm), hem.area_m2 / (mm * mm)),
+                    row.where("area_mm2"), "correct one of them, or remove the column");
+  hem.area_m2 = *area_m2;
+}
+
+/// Adds U of the measurement to any uncertainty given on the command line.
+void add_u(const Row& row, std::vector<HemNumber>& numbers) {
+  for (HemNumber& number : numbers) {
+    if (const auto u = row.u(number.name)) number.u = std::hypot(*u, number.u.value_or(0));
+  }
+}
+
+std::string why_no_go(const HemRecord& hem) {
+  if (hem.go) return {};
+  return hem.warnings.empty() ? "NO-GO" : fmt::format("{}", fmt::join(hem.warnings, "; "));
+}
+
+/// Quotes a cell, so that no reader takes it for a comment or the end of the line.
+std::string quoted(const std::string& text) {
+  std::string line = text;
+  for (char& c : line)
+    if (c == '\n' || c == '\r') c = ' ';
+  const std::string cell = csv_cell(line);
+  const bool plain = cell.find('#') == std::string::npos || cell.front() == '"';
+  return plain ? cell : '"' + cell + '"';
+}
+
+/// Reads one hem per row from a table of radii or a hems.csv, which keeps verdicts, geometry, areas
+/// and U. Throws Error(bad_input) naming file, line and column, also for an unknown column.
+std::vector<HemRecord> read_hems_csv(const fs::path& file, const HemReadOptions& options) {
+  const CsvText table = read_csv_text(file);
+  require_known_columns(table, options);
+  const std::vector<std::string> angles = columns_of_radii(table);
+  if (table.rows.empty())
+    throw bad_input("the table has no row", {.file = file.string()}, "give a row per hem");
+  std::vector<HemRecord> records;
+  for (std::size_t i = 0; i < table.rows.size(); ++i) {
+    const Row row(table, i);
+    HemRecord record;
+    record.file = fmt::format("{}:{}", file.string(), table.lines[i]);
+    record.fabric = row.text("fabric");
+    record.sample = row.text("sample");
+    record.face = row.text("face");
+    record.repeat = row.text("repeat");
+    require_geometry(row.positive("disc_mm", mm), row.positive("specimen_mm", mm), options.geometry,
+                     row.where());
+    std::vector<double> radius_m;
+    for (const std::string& name : angles) {
+      const std::optional<double> r = row.positive(name, mm);
+      if (!r)
+        throw bad_input("a hem's radius is missing", row.where(name), "give every radius in mm");
+      radius_m.push_back(*r);
+    }
+    record.hem = hem_of_radii(radius_m);
+    take_areas(row, record.hem);
+    record.own_specimen = record.hem.flat_area_m2 && !row.number("specimen_mm");
+    evaluate(record, {}, options, row.u("area_mm2").value_or(0) * mm * mm);
+    add_u(row, record.numbers);
+    if (const std::string reason = row.text("no_go"); !reason.empty()) {
+      record.go = false;
+      record.warnings.push_back(reason);
+    }
+    records.push_back(std::move(record));
+  }
+  return records;
+}
 
 const std::set<std::string> kPictures = {".png", ".jpg", ".jpeg", ".tif", ".tiff", ".bmp", ".pgm"};
 const std::set<std::string> kMeshes = {".ply", ".obj", ".json"};
@@ -182,6 +443,136 @@ void read_picture(const fs::path& file, const HemReadOptions& options, HemRecord
   evaluate(record, errors, options);
 }
 
+constexpr int kSweeps = 500;  // sufficient for a lattice of 61 marks per side
+
+/// Fills missing marks inside a complete hem with the mean of their neighbours, since a hole would
+/// count neither as cloth nor as shadow.
+int span_gaps(Sheet& sheet) {
+  std::map<MarkId, SheetMark> marks;
+  std::vector<MarkId> missing;
+  SheetMark middle = sheet.marks.front();
+  middle.point_in_world.setZero();
+  middle.material_m.setZero();
+  for (const SheetMark& mark : sheet.marks) {
+    marks[mark.mark] = mark;
+    middle.point_in_world += mark.point_in_world / static_cast<double>(sheet.marks.size());
+    middle.material_m += mark.material_m / static_cast<double>(sheet.marks.size());
+  }
+  for (int row = 0; row < sheet.rows; ++row)
+    for (int col = 0; col < sheet.cols; ++col) {
+      middle.mark = {row, col};
+      if (marks.emplace(middle.mark, middle).second) missing.push_back(middle.mark);
+    }
+  for (int sweep = 0; sweep < kSweeps && !missing.empty(); ++sweep)
+    for (const MarkId id : missing) {
+      const SheetMark &up = marks[{id.row - 1, id.col}], &down = marks[{id.row + 1, id.col}],
+                      &left = marks[{id.row, id.col - 1}], &right = marks[{id.row, id.col + 1}];
+      marks[id].point_in_world =
+          (up.point_in_world + down.point_in_world + left.point_in_world + right.point_in_world) /
+          4;
+      marks[id].material_m =
+          (up.material_m + down.material_m + left.material_m + right.material_m) / 4;
+    }
+  for (const MarkId id : missing) sheet.marks.push_back(marks[id]);
+  return static_cast<int>(missing.size());
+}
+
+ShadowMesh mesh_of_whole(const Sheet& sheet) {
+  ShadowMesh mesh;
+  std::map<MarkId, std::size_t> index;
+  for (const SheetMark& mark : sheet.marks) {
+    index[mark.mark] = mesh.points.size();
+    mesh.points.push_back(mark.point_in_world);
+    mesh.material_m.push_back(mark.material_m);
+  }
+  for (const auto& [mark, at] : index) {
+    const auto right = index.find({mark.row, mark.col + 1});
+    const auto below = index.find({mark.row + 1, mark.col});
+    const auto across = index.find({mark.row + 1, mark.col + 1});
+    if (right == index.end() || below == index.end() || across == index.end()) continue;
+    mesh.triangles.push_back({at, right->second, below->second});
+    mesh.triangles.push_back({right->second, across->second, below->second});
+  }
+  return mesh;
+}
+
+/// Finds the entry of a mesh in the list of virtual drapes beside it.
+const CusickStart& start_in(const CusickFile& list, const fs::path& file, const std::string& name) {
+  const auto start = std::find_if(list.starts.begin(), list.starts.end(),
+                                  [&](const CusickStart& one) { return one.file == name; });
+  if (start != list.starts.end()) return *start;
+  throw bad_input("the list beside the mesh does not name it",
+                  {.file = file.string(), .field = name},
+                  "remove a drape of an earlier run; keep other meshes in a folder of their own");
+}
+
+/// Reads a sheet with its sheet.json (gaps inside the hem are filled from their neighbours), or any
+/// PLY or OBJ in mm with z up, with status and specimen from a cusick.json beside it. Throws
+/// Error(bad_input), also for a mesh that the cusick.json does not list, and for a sheet whose
+/// outermost marks were not all measured.
+void read_mesh(const Input& input, const HemReadOptions& options, bool is_named,
+               HemRecord& record) {
+  const fs::path json = fs::path(input.file).replace_extension(".json");
+  const fs::path list_file = input.file.parent_path() / "cusick.json";
+  const Where where{.file = record.file};
+  ShadowMesh mesh;
+  std::string status;  // of a simulation: "at rest" or why not
+  std::optional<std::string> no_go;
+  std::optional<double> disc_m, specimen_m;
+  if (fs::exists(json)) {
+    require_as_recorded(json);
+    Sheet sheet = read_sheet(json);
+    if (const std::string reason = why_no_hem(sheet); !reason.empty())
+      throw bad_input(
+          reason, {},
+          "measure it again so that every outermost mark is seen, or give a picture of the hem");
+    if (const int spanned = span_gaps(sheet); spanned > 0)
+      record.warnings.push_back(
+          fmt::format("{} marks inside the hem are missing, their neighbours span them", spanned));
+    mesh = mesh_of_whole(sheet);
+    if (!options.disc_stated)
+      throw bad_input(
+          "a sheet does not say over which disc it hangs", where,
+          "give the disc's --disc-mm; drapes over other objects have no drape coefficient");
+    no_go = sheet.no_go;
+    record.own_specimen = true;
+    if (sheet.is_measured())
+      record.kind = HemKind::measured;
+    else
+      status = std::get<SimulatedSource>(sheet.source).status;
+  } else {
+    const MeshFile read = read_mesh_file(input.file);
+    for (const auto& point : read.points) mesh.points.emplace_back(point * mm);
+    for (const auto& t : read.triangles)
+      mesh.triangles.push_back({t[0].point, t[1].point, t[2].point});
+    if (fs::exists(list_file)) {
+      require_as_recorded(list_file);
+      const auto list = read_record<CusickFile>(list_file);
+      const CusickStart& start = start_in(list, list_file, input.file.filename().string());
+      status = !start.refusals.empty() ? "refused by the checker: " + start.refusals.back()
+               : start.at_rest         ? "at rest"
+                                       : "relaxation ended before";
+      mesh.flat_area_m2 = start.specimen_area_m2;
+      disc_m = list.disc_m;
+      specimen_m = list.specimen_m;
+      if (!is_named && !list.fabric.empty()) {
+        record.fabric = list.fabric;
+        record.repeat = input.name;
+      }
+    }
+  }
+  require_geometry(disc_m, specimen_m, options.geometry, where);
+  if (mesh.material_m.empty() && !mesh.flat_area_m2 && !specimen_m)
+    require_surface(area_m2(mesh), options.geometry, where);
+  record.hem = shadow_of(mesh);
+  if (!status.empty()) record.kind = HemKind::simulated;
+  const bool moves = !status.empty() && status != "at rest";
+  record.go = !no_go && !moves;
+  if (moves) record.warnings.push_back("the simulation is not at rest: " + status);
+  if (no_go) record.warnings.push_back("what made or placed it is NO-GO: " + *no_go);
+  evaluate(record, {}, options);
+}
+
 std::vector<HemRecord> read_input(const Input& input, const HemReadOptions& options,
                                   const NamePattern* names) {
   const std::string ending = ending_of(input.file);
@@ -190,37 +581,8 @@ std::vector<HemRecord> read_input(const Input& input, const HemReadOptions& opti
   record.file = input.file.string();
   record.fabric = input.name;
   if (names != nullptr) names->apply(input.name, record);
-  if (kMeshes.contains(ending)) {
-    const ShadowMesh mesh = read_shadow_mesh(input.file);
-    if (mesh.own_specimen && !options.disc_stated)
-      throw bad_input(
-          "a sheet does not say over which disc it hangs", {.file = record.file},
-          "give the disc's --disc-mm; drapes over other objects have no drape coefficient");
-    require_geometry(mesh.disc_m, mesh.specimen_m, options.geometry, {.file = record.file});
-    if (mesh.material_m.empty() && !mesh.flat_area_m2 && !mesh.specimen_m)
-      require_surface(surface_m2(mesh), options.geometry, {.file = record.file});
-    record.hem = shadow_of(mesh);
-    record.own_specimen = mesh.own_specimen;
-    record.kind = mesh.measured         ? HemKind::measured
-                  : mesh.status.empty() ? HemKind::unknown
-                                        : HemKind::simulated;
-    if (mesh.spanned > 0)
-      record.warnings.push_back(fmt::format(
-          "{} marks inside the hem are missing, their neighbours span them", mesh.spanned));
-    record.go = mesh.status.empty() || mesh.status == "at rest";
-    if (!record.go) record.warnings.push_back("the simulation is not at rest: " + mesh.status);
-    if (mesh.no_go) {
-      record.go = false;
-      record.warnings.push_back("what made or placed it is NO-GO: " + *mesh.no_go);
-    }
-    if (names == nullptr && !mesh.fabric.empty()) {
-      record.fabric = mesh.fabric;
-      record.repeat = input.name;
-    }
-    evaluate(record, {}, options);
-  } else {
-    read_picture(input.file, options, record);
-  }
+  kMeshes.contains(ending) ? read_mesh(input, options, names != nullptr, record)
+                           : read_picture(input.file, options, record);
   return {std::move(record)};
 }
 
@@ -234,22 +596,92 @@ void tell_apart(std::vector<Input>& files) {
 
 constexpr double kLeast_m = 1e-6;  // closer hems are copies
 
-/// Refuses copies: of hems that are equal to the last bit only the first is kept.
-void refuse_copies(HemSet& set) {
-  std::map<std::vector<double>, std::string> seen;
+/// Moves the hems that have a reason to the refused ones, with their file.
+template <class Why>
+void refuse_if(HemSet& set, const Why& why) {
   std::vector<HemRecord> kept;
-  for (HemRecord& record : set.hems) {
-    const auto [first, is_new] = seen.emplace(record.hem.radius_m, record.file);
-    if (is_new)
+  for (HemRecord& record : set.hems)
+    if (const std::string reason = why(record); reason.empty())
       kept.push_back(std::move(record));
     else
-      set.refused.push_back(fmt::format("{}: its hem is that of {}, a copy; give each drape once",
-                                        record.file, first->second));
-  }
+      set.refused.push_back(record.file + ": " + reason);
   set.hems = std::move(kept);
 }
 
+/// Refuses copies: of hems that are equal to the last bit only the first is kept.
+void refuse_copies(HemSet& set) {
+  std::map<std::vector<double>, std::string> seen;
+  refuse_if(set, [&](const HemRecord& record) {
+    const auto [first, is_new] = seen.emplace(record.hem.radius_m, record.file);
+    return is_new
+               ? std::string()
+               : fmt::format("its hem is that of {}, a copy; give each drape once", first->second);
+  });
+}
+
+/// Drapes of a fabric, with the scatter between its samples and between repeats.
+struct FabricVariance {
+  std::string fabric;
+  VarianceComponents found;
+};
+
+struct FaceMean {
+  std::string face;
+  double percent = 0;
+};
+
+void fields(Fields& f, FaceMean& one) {
+  f({"face", "side of the cloth that faces up"}, one.face);
+  f({"mean_percent", "mean drape coefficient"}, one.percent);
+}
+
+void fields(Fields& f, FabricVariance& one) {
+  f({"fabric", "name"}, one.fabric);
+  f({"drapes", "number of hems"}, one.found.drapes);
+  std::vector<FaceMean> faces;
+  for (const auto& [face, mean] : one.found.face_means) faces.push_back({face, mean});
+  f({"faces", "means of the faces"}, faces);
+  f({"samples", "samples"}, one.found.samples);
+  f({"repeat_sd_percent", "standard deviation of repeats"}, one.found.repeat_sd);
+  f({"sample_sd_percent", "standard deviation of samples"}, one.found.sample_sd);
+}
+
+struct ValueWithU {
+  double value = 0;
+  std::optional<double> u;
+};
+
+void fields(Fields& f, ValueWithU& one) {
+  f({"value", "value in the unit at the end of its name"}, one.value);
+  f({"u", "expanded uncertainty, k = 2; null if not known"}, one.u);
+}
+
 }  // namespace
+
+std::string hems_csv(const DrapemeterGeometry& geometry, const std::vector<HemRecord>& hems) {
+  std::string text = fmt::format("{}", fmt::join(kAbout, ","));
+  if (!hems.empty())
+    for (const HemNumber& number : hems.front().numbers)
+      text += fmt::format(",{0},u_{0}", number.name);
+  for (int i = 0; i < kHemRays; ++i) text += fmt::format(",r{:03d}", 360 / kHemRays * i);
+  text += '\n';
+  for (const HemRecord& hem : hems) {
+    for (const std::string& name : {hem.fabric, hem.sample, hem.face, hem.repeat, hem.file})
+      text += quoted(name) + ',';
+    const auto& flat_m2 = hem.hem.flat_area_m2;
+    text += fmt::format("{:.10g},{},{},{}", geometry.disc_m / mm,
+                        hem.own_specimen ? "" : fmt::format("{:.10g}", geometry.specimen_m / mm),
+                        flat_m2 ? fmt::format("{:.6g}", *flat_m2 / (mm * mm)) : "",
+                        quoted(why_no_go(hem)));
+    for (const HemNumber& number : hem.numbers)
+      text +=
+          fmt::format(",{:.6g},{}", number.value, number.u ? fmt::format("{:.3g}", *number.u) : "");
+    for (const double radius : thinned(hem.hem.radius_m))
+      text += fmt::format(",{:.4f}", radius / mm);
+    text += '\n';
+  }
+  return text;
+}
 
 HemSet read_hems(const std::vector<fs::path>& inputs, const HemReadOptions& options) {
   options.geometry.check();
@@ -285,39 +717,29 @@ HemSet read_hems(const std::vector<fs::path>& inputs, const HemReadOptions& opti
 void refuse_copies_of(const HemSet& real, HemSet& virtual_hems) {
   // Compares the radii and orders kept in hems.csv, so that copies read from it are found too.
   const auto as_stored = [](const HemRecord& record) {
-    const std::vector<double>& all = record.hem.radius_m;
-    std::vector<double> kept;
-    for (std::size_t i = 0; i < all.size(); i += all.size() / 72) kept.push_back(all[i]);
-    return hem_of_radii(kept);
+    return hem_of_radii(thinned(record.hem.radius_m));
   };
   std::vector<Hem> known;
   for (const HemRecord& record : real.hems) known.push_back(as_stored(record));
-  std::vector<HemRecord> kept;
-  for (HemRecord& record : virtual_hems.hems) {
+  refuse_if(virtual_hems, [&](const HemRecord& record) {
     const Hem own = as_stored(record);
     const auto same = std::find_if(known.begin(), known.end(), [&](const Hem& other) {
       return hem_distance_m(other, own) < kLeast_m;
     });
-    if (same == known.end())
-      kept.push_back(std::move(record));
-    else
-      virtual_hems.refused.push_back(
-          fmt::format("{}: its hem is that of {}, a copy; name virtual drapes", record.file,
-                      real.hems[same - known.begin()].file));
-  }
-  virtual_hems.hems = std::move(kept);
+    return same == known.end() ? std::string()
+                               : fmt::format("its hem is that of {}, a copy; name virtual drapes",
+                                             real.hems[same - known.begin()].file);
+  });
 }
 
 void refuse_other_kinds(HemSet& real, HemSet& virtual_hems) {
   const auto refuse = [](HemSet& set, HemKind kind, const char* why) {
-    for (const HemRecord& record : set.hems)
-      if (record.kind == kind) set.refused.push_back(record.file + why);
-    std::erase_if(set.hems, [&](const HemRecord& record) { return record.kind == kind; });
+    refuse_if(set, [&](const HemRecord& record) { return record.kind == kind ? why : ""; });
   };
   refuse(real, HemKind::simulated,
-         ": a simulation is no repeat of a real drape; give it after a --compare of its own");
+         "a simulation is no repeat of a real drape; give it after a --compare of its own");
   refuse(virtual_hems, HemKind::measured,
-         ": a measured sheet is no virtual drape; give it without --compare");
+         "a measured sheet is no virtual drape; give it without --compare");
 }
 
 std::optional<EnsembleBand> band_of(const std::vector<const HemRecord*>& hems) {
@@ -395,6 +817,77 @@ std::vector<HemMatch> match_hems(const std::vector<HemRecord>& real,
     }
   }
   return matches;
+}
+
+void fields(Fields& f, DrapemeterGeometry& geometry) {
+  f({"name", "standard test, or own"}, geometry.name);
+  f({"disc_mm", "diameter of the disc", mm}, geometry.disc_m);
+  f({"specimen_mm", "diameter of the specimen", mm}, geometry.specimen_m);
+}
+
+void fields(Fields& f, HemNode& node) {
+  f({"angle_deg", "direction of the crest", units::deg}, node.angle_rad);
+  f({"radius_mm", "radius of the crest", mm}, node.radius_m);
+  f({"amplitude_mm", "half of crest minus mean of the adjacent valleys", mm}, node.amplitude_m);
+  f({"wavelength_mm", "length of arc to the next crest", mm}, node.wavelength_m);
+}
+
+void fields(Fields& f, HemRecord& record) {
+  f({"file", "file, with the row if it holds several"}, record.file);
+  f({"go", "false if not at rest or based on a NO-GO"}, record.go);
+  text_or_null(f, {"fabric", "name"}, record.fabric);
+  text_or_null(f, {"sample", "name"}, record.sample);
+  text_or_null(f, {"face", "side of the cloth that faces up"}, record.face);
+  text_or_null(f, {"repeat", "name"}, record.repeat);
+  text_or_null(f, {"scale", "source of the scale; null for millimetres"}, record.basis);
+  f({"specimen_area_mm2", "flat area of the specimen", mm * mm}, record.specimen_area_m2);
+  std::vector<std::pair<std::string, ValueWithU>> numbers;
+  for (const HemNumber& number : record.numbers)
+    numbers.emplace_back(number.name, ValueWithU{number.value, number.u});
+  f({"numbers", "drapemeter values"}, numbers);
+  f({"nodes", "folds of the hem"}, record.nodes);
+  std::vector<double> radius_m = thinned(record.hem.radius_m);
+  f({"radius_mm", "radii every 5 degrees", mm}, radius_m);
+  f({"warnings", "warnings"}, record.warnings);
+}
+
+void fields(Fields& f, Judgement& judgement) {
+  f({"p", "probability that a repeat deviates as far"}, judgement.p);
+  f({"t", "deviation in standard deviations"}, judgement.t);
+  f({"degrees_of_freedom", "degrees of freedom of t"}, judgement.dof);
+  f({"mean", "mean of the repeats"}, judgement.mean);
+  f({"sd", "standard deviation of the repeats, combined with the prior"}, judgement.sd);
+  f({"detectable", "difference that would be detected in 90 of 100 cases"}, judgement.detectable);
+}
+
+void fields(Fields& f, HemMatch& match) {
+  f({"fabric", "name"}, match.fabric);
+  f({"face", "side of the cloth that faces up"}, match.face);
+  f({"virtual", "file of the virtual hem"}, match.virtual_file);
+  f({"repeats", "number of hems of that fabric and face"}, match.repeats);
+  f({"verdict", "verdict of the comparison with the repeats"}, match.verdict);
+  text_or_null(f, {"reason", "reason if undecided"}, match.reason);
+  f({"p", "probability combined from both tests"}, match.p);
+  f({"drape_coefficient_percent", "test of the drape coefficient"}, match.drape_coefficient);
+  f({"log_hem_distance", "test of the hem's shape"}, match.hem);
+}
+
+void fields(Fields& f, HemsFile& file) {
+  f({"geometry", "disc and specimen"}, file.geometry);
+  f({"hems", "hems read"}, file.hems);
+  f({"refused", "files that were refused, with the reason"}, file.refused);
+  std::map<std::string, std::pair<std::vector<RepeatKey>, std::vector<double>>> fabrics;
+  for (const HemRecord& hem : file.hems) {
+    if (hem.numbers.empty()) continue;  // for walks that only document the format
+    fabrics[hem.fabric].first.push_back(hem.key());
+    fabrics[hem.fabric].second.push_back(hem.drape_coefficient());
+  }
+  std::vector<FabricVariance> variance;
+  for (const auto& [fabric, values] : fabrics)
+    variance.push_back({fabric, variance_components(values.first, values.second)});
+  f({"variance", "scatter of each fabric"}, variance);
+  f({"significance", "probability that a real repeat counts as outside"}, file.significance);
+  f({"matches", "comparison of virtual hems with repeats"}, file.matches);
 }
 
 }  // namespace drape::compare

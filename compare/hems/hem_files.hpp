@@ -3,12 +3,14 @@
 
 #include <filesystem>
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "compare/hems/silhouette.hpp"
-#include "compare/repeats/hem.hpp"
+#include "compare/metrics/drapemeter.hpp"
 #include "compare/repeats/repeats.hpp"
+#include "core/error.hpp"
 #include "core/fields/records.hpp"
 
 namespace drape::compare {

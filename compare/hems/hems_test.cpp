@@ -11,7 +11,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "compare/hems/hem_files.hpp"
-#include "compare/hems/shadow.hpp"
+#include "compare/hems/silhouette.hpp"
 #include "compare/hems/test_published.hpp"
 #include "core/error.hpp"
 #include "core/files/csv.hpp"
@@ -294,12 +294,12 @@ TEST(Shadow, OfAMeshOfKnownShapeIsExact) {
   const Shape shape{120, {{6, 9, 0.3}}};
   ShadowMesh mesh;
   constexpr int kRays = 720, kRings = 4;
-  mesh.points_m.emplace_back(0.02, -0.01, 0);
+  mesh.points.emplace_back(0.02, -0.01, 0);
   mesh.material_m.emplace_back(0, 0);
   for (int ring = 1; ring <= kRings; ++ring) {
     for (int i = 0; i < kRays; ++i) {
       const double angle = kTurn * i / kRays, r = shape.at(angle) * mm * ring / kRings;
-      mesh.points_m.emplace_back(0.02 + r * std::cos(angle), -0.01 + r * std::sin(angle), -ring);
+      mesh.points.emplace_back(0.02 + r * std::cos(angle), -0.01 + r * std::sin(angle), -ring);
       const double flat = 0.15 * ring / kRings;
       mesh.material_m.emplace_back(flat * std::cos(angle), flat * std::sin(angle));
     }
@@ -321,8 +321,8 @@ TEST(Shadow, OfAMeshOfKnownShapeIsExact) {
   EXPECT_EQ(nodes_of(hem).size(), 6U);
   // A point that hangs below the hem and inside it in plan changes nothing.
   ShadowMesh folded = mesh;
-  folded.points_m.emplace_back(0.05, 0, -1);
-  folded.triangles.push_back({0, 5, folded.points_m.size() - 1});
+  folded.points.emplace_back(0.05, 0, -1);
+  folded.triangles.push_back({0, 5, folded.points.size() - 1});
   folded.material_m.clear();
   EXPECT_NEAR(shadow_of(folded).area_m2, hem.area_m2, 1e-12);
 }

@@ -2,10 +2,9 @@
 #include "compare/hems/silhouette.hpp"
 
 #include <fmt/format.h>
-
 #include <Eigen/Eigenvalues>
+#include <Eigen/Geometry>
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstdint>
 #include <opencv2/core.hpp>
@@ -14,12 +13,13 @@
 
 #include "core/error.hpp"
 #include "core/files/files.hpp"
+#include "core/geometry/vectors.hpp"
 #include "core/pictures/picture.hpp"
+#include "core/statistics/sample.hpp"
 #include "core/units.hpp"
 
 namespace drape::compare {
 namespace {
-
 using Eigen::Vector2d;
 
 constexpr double kLeastContrast = 0.05;  // fraction of the full range; less is paper, not cloth
@@ -43,26 +43,12 @@ cv::Mat read_grey(const std::filesystem::path& file) {
   return grey;
 }
 
-/// Computes medians with a histogram of 1024 levels.
-class Histogram {
- public:
-  void add(float grey) {
-    ++count_[std::clamp(std::lround(grey * 1023), 0L, 1023L)];
-    ++total_;
-  }
-  [[nodiscard]] double median() const {
-    std::int64_t below = 0;
-    for (int level = 0; level < 1024; ++level) {
-      below += count_[level];
-      if (2 * below >= total_) return level / 1023.0;
-    }
-    return 1;
-  }
+/// Counts of pixels by grey, in 1024 levels.
+using Histogram = std::array<std::int64_t, 1024>;
 
- private:
-  std::array<std::int64_t, 1024> count_{};
-  std::int64_t total_ = 0;
-};
+void count(float grey, Histogram& counts) {
+  ++counts[static_cast<std::size_t>(std::clamp(std::lround(grey * 1023), 0L, 1023L))];
+}
 
 /// Closed lines of constant grey, with the side above `level` on the left (y up), by marching
 /// squares with linear interpolation; at a saddle the mean grey decides which corners are joined.
@@ -141,15 +127,6 @@ class Contours {
   std::vector<std::int64_t> next_;
 };
 
-double signed_area(const Outline& outline) {
-  double sum = 0;
-  for (std::size_t i = 0; i < outline.size(); ++i) {
-    const Vector2d &a = outline[i], &b = outline[(i + 1) % outline.size()];
-    sum += a.x() * b.y() - a.y() * b.x();
-  }
-  return sum / 2;
-}
-
 /// Traces the object's outline at a fraction of the contrast; with `hole` also its largest hole.
 Outline outline_at(const cv::Mat& grey, const Silhouette& silhouette, double part,
                    const cv::Rect& frame, Outline* hole) {
@@ -213,53 +190,64 @@ double otsu_level(const cv::Mat& grey) {
   return cv::threshold(bytes, dark, 0, 255, cv::THRESH_BINARY | cv::THRESH_OTSU) / 255;
 }
 
-}  // namespace
+struct Moments {
+  double area = 0;
+  Vector2d first = Vector2d::Zero();
+};
 
-Silhouette read_silhouette(const std::filesystem::path& file) {
-  const cv::Mat grey = read_grey(file);
-  Silhouette silhouette;
-  silhouette.width_px = grey.cols;
-  silhouette.height_px = grey.rows;
-  const double level = otsu_level(grey) + 0.5 / 255;
-  int light = 0, border = 0;
-  for (int y = 0; y < grey.rows; ++y) {
-    const int step = y == 0 || y == grey.rows - 1 ? 1 : std::max(1, grey.cols - 1);
-    for (int x = 0; x < grey.cols; x += step, ++border) light += grey.at<float>(y, x) > level;
+/// Adds the length covered by a line at `y`, times `height`; pieces can be in any order.
+void add_line(std::vector<std::pair<double, double>>& pieces, double y, double height,
+              Moments& moments) {
+  std::sort(pieces.begin(), pieces.end());
+  for (std::size_t i = 0; i < pieces.size();) {
+    const double from = pieces[i].first;
+    double to = pieces[i].second;
+    for (++i; i < pieces.size() && pieces[i].first <= to; ++i) to = std::max(to, pieces[i].second);
+    const double area = (to - from) * height;
+    moments.area += area;
+    moments.first += area * Vector2d((from + to) / 2, y);
   }
-  const bool light_around = 2 * light > border;
-  const cv::Mat mask = light_around ? cv::Mat(grey <= level) : cv::Mat(grey > level);
-  cv::Mat labels;
-  const Component component = largest_component(mask, file.string(), labels, silhouette);
-  Histogram inside, outside;
-  for (int y = 0; y < grey.rows; ++y) {
-    for (int x = 0; x < grey.cols; ++x) {
-      if (labels.at<int>(y, x) == component.label) {
-        inside.add(grey.at<float>(y, x));
-      } else if (mask.at<unsigned char>(y, x) == 0) {
-        outside.add(grey.at<float>(y, x));
+}
+
+Moments covered(const ShadowMesh& mesh) {
+  constexpr int lines = 4096;
+  double low = 1e300, high = -1e300;
+  for (const auto& point : mesh.points) {
+    low = std::min(low, point.y());
+    high = std::max(high, point.y());
+  }
+  const double height = (high - low) / lines;
+  std::vector<std::vector<std::pair<double, double>>> pieces(static_cast<std::size_t>(lines));
+  const auto line_at = [&](double y) { return (y - low) / height - 0.5; };
+  for (const auto& triangle : mesh.triangles) {
+    std::array<Vector2d, 3> p;
+    for (int k = 0; k < 3; ++k) p[k] = mesh.points[triangle[k]].head<2>();
+    const auto [least, most] = std::minmax({p[0].y(), p[1].y(), p[2].y()});
+    const int last = std::min(lines - 1, static_cast<int>(std::floor(line_at(most))));
+    for (int i = std::max(0, static_cast<int>(std::ceil(line_at(least)))); i <= last; ++i) {
+      const double y = low + (i + 0.5) * height;
+      double from = 1e300, to = -1e300;
+      for (int k = 0; k < 3; ++k) {
+        const Vector2d &a = p[k], &b = p[(k + 1) % 3];
+        if ((a.y() - y) * (b.y() - y) > 0 || a.y() == b.y()) continue;
+        const double x = a.x() + (y - a.y()) / (b.y() - a.y()) * (b.x() - a.x());
+        from = std::min(from, x);
+        to = std::max(to, x);
       }
+      if (to > from) pieces[i].emplace_back(from, to);
     }
   }
-  silhouette.background = outside.median();
-  silhouette.object = inside.median();
-  const double contrast = std::abs(silhouette.object - silhouette.background);
-  if (contrast < kLeastContrast)
-    refuse(file.string(), fmt::format("the contrast is {:.1f} % of the grey range", 100 * contrast),
-           "photograph dark cloth on light, or light on dark");
-  // Blur extends beyond the region: its box, enlarged by half on each side, contains all of it.
-  const cv::Rect& box = component.box;
-  const int margin = std::max(box.width, box.height) / 2;
-  const cv::Rect frame =
-      cv::Rect(box.x - margin, box.y - margin, box.width + 2 * margin, box.height + 2 * margin) &
-      cv::Rect(0, 0, grey.cols, grey.rows);
-  silhouette.half = outline_at(grey, silhouette, 0.5, frame, &silhouette.hole);
-  silhouette.quarter = outline_at(grey, silhouette, 0.25, frame, nullptr);
-  silhouette.three_quarters = outline_at(grey, silhouette, 0.75, frame, nullptr);
-  for (const Outline* outline : {&silhouette.quarter, &silhouette.half, &silhouette.three_quarters})
-    if (outline->size() < 16)
-      refuse(file.string(), "the silhouette has no closed outline", "give a sharper picture");
-  return silhouette;
+  Moments moments;
+  for (int i = 0; i < lines; ++i) add_line(pieces[i], low + (i + 0.5) * height, height, moments);
+  return moments;
 }
+
+/// Ellipse with the outline's second moments of area; exact for an ellipse.
+struct EllipseFit {
+  Vector2d centre, semi_axes;  ///< larger semi-axis first
+  Eigen::Matrix2d axes;        ///< unit directions in columns
+  double misfit = 0;           ///< RMS distance of the outline relative to the mean semi-axis
+};
 
 EllipseFit ellipse_of(const Outline& outline) {
   const std::size_t n = outline.size();
@@ -269,7 +257,7 @@ EllipseFit ellipse_of(const Outline& outline) {
   Eigen::Matrix2d second = Eigen::Matrix2d::Zero();
   for (std::size_t i = 0; i < n; ++i) {
     const Vector2d a = outline[i] - origin, b = outline[(i + 1) % n] - origin;
-    const double twice = a.x() * b.y() - a.y() * b.x();
+    const double twice = cross(a, b);
     area += twice / 2;
     first += twice / 6 * (a + b);
     second +=
@@ -290,6 +278,53 @@ EllipseFit ellipse_of(const Outline& outline) {
   fit.misfit = std::sqrt(squares / static_cast<double>(n));
   fit.centre += origin;
   return fit;
+}
+
+}  // namespace
+
+Silhouette read_silhouette(const std::filesystem::path& file) {
+  const cv::Mat grey = read_grey(file);
+  Silhouette silhouette;
+  silhouette.width_px = grey.cols;
+  silhouette.height_px = grey.rows;
+  const double level = otsu_level(grey) + 0.5 / 255;
+  int light = 0, border = 0;
+  for (int y = 0; y < grey.rows; ++y) {
+    const int step = y == 0 || y == grey.rows - 1 ? 1 : std::max(1, grey.cols - 1);
+    for (int x = 0; x < grey.cols; x += step, ++border) light += grey.at<float>(y, x) > level;
+  }
+  const bool light_around = 2 * light > border;
+  const cv::Mat mask = light_around ? cv::Mat(grey <= level) : cv::Mat(grey > level);
+  cv::Mat labels;
+  const Component component = largest_component(mask, file.string(), labels, silhouette);
+  Histogram inside{}, outside{};
+  for (int y = 0; y < grey.rows; ++y) {
+    for (int x = 0; x < grey.cols; ++x) {
+      if (labels.at<int>(y, x) == component.label)
+        count(grey.at<float>(y, x), inside);
+      else if (mask.at<unsigned char>(y, x) == 0)
+        count(grey.at<float>(y, x), outside);
+    }
+  }
+  silhouette.background = counted_quantile(outside, 0.5) / 1023;
+  silhouette.object = counted_quantile(inside, 0.5) / 1023;
+  const double contrast = std::abs(silhouette.object - silhouette.background);
+  if (contrast < kLeastContrast)
+    refuse(file.string(), fmt::format("the contrast is {:.1f} % of the grey range", 100 * contrast),
+           "photograph dark cloth on light, or light on dark");
+  // Blur extends beyond the region: its box, enlarged by half on each side, contains all of it.
+  const cv::Rect& box = component.box;
+  const int margin = std::max(box.width, box.height) / 2;
+  const cv::Rect frame =
+      cv::Rect(box.x - margin, box.y - margin, box.width + 2 * margin, box.height + 2 * margin) &
+      cv::Rect(0, 0, grey.cols, grey.rows);
+  silhouette.half = outline_at(grey, silhouette, 0.5, frame, &silhouette.hole);
+  silhouette.quarter = outline_at(grey, silhouette, 0.25, frame, nullptr);
+  silhouette.three_quarters = outline_at(grey, silhouette, 0.75, frame, nullptr);
+  for (const Outline* outline : {&silhouette.quarter, &silhouette.half, &silhouette.three_quarters})
+    if (outline->size() < 16)
+      refuse(file.string(), "the silhouette has no closed outline", "give a sharper picture");
+  return silhouette;
 }
 
 PictureScale scale_of_pixel(double m_per_px, std::optional<double> relative_u) {
@@ -337,6 +372,32 @@ PictureScale scale_of_disc(const Outline& quarter, const Outline& half,
                       diameter_m / 2 / fit.semi_axes.mean() / units::mm, diameter_m / units::mm,
                       100 * tilt),
           std::sqrt(tilt * (2 - tilt)) * fit.axes.col(1)};
+}
+
+Hem shadow_of(const ShadowMesh& mesh) {
+  const Moments moments = covered(mesh);
+  if (!(moments.area > 0))
+    throw bad_input("the mesh covers nothing seen from above", {}, "z is up");
+  Hem hem{moments.first / moments.area, moments.area, {}, {}};
+  std::vector<std::optional<double>> radius(720);
+  for (const auto& triangle : mesh.triangles) {
+    for (int k = 0; k < 3; ++k) {
+      const std::size_t a = triangle[k], b = triangle[(k + 1) % 3];
+      raise_outline(radius, mesh.points[a].head<2>() - hem.centre_m,
+                    mesh.points[b].head<2>() - hem.centre_m);
+    }
+  }
+  const auto whole = closed(radius);
+  if (!whole)
+    throw bad_input("the cloth does not go around its centre", {}, "give a whole specimen");
+  hem.radius_m = *whole;
+  hem.flat_area_m2 = mesh.flat_area_m2;
+  if (!mesh.material_m.empty()) {
+    TriangleMesh flat{{}, mesh.triangles};
+    for (const Vector2d& point : mesh.material_m) flat.points.emplace_back(point.x(), point.y(), 0);
+    hem.flat_area_m2 = area_m2(flat);
+  }
+  return hem;
 }
 
 }  // namespace drape::compare

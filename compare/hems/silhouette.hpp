@@ -2,11 +2,15 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
 #include <filesystem>
 #include <functional>
 #include <optional>
 #include <string>
 #include <vector>
+
+#include "compare/metrics/drapemeter.hpp"
+#include "compare/metrics/surface.hpp"
 
 namespace drape::compare {
 
@@ -28,15 +32,6 @@ struct Silhouette {
 /// Reads PNG, JPEG, TIFF ... with 8 or 16 bits. Throws Error(bad_input) naming the file if it is
 /// not a picture, shows no silhouette, or the silhouette touches the border.
 [[nodiscard]] Silhouette read_silhouette(const std::filesystem::path& file);
-
-/// Ellipse with the outline's second moments of area; exact for an ellipse.
-struct EllipseFit {
-  Eigen::Vector2d centre;
-  Eigen::Vector2d semi_axes;  ///< larger first
-  Eigen::Matrix2d axes;       ///< unit directions in columns
-  double misfit = 0;          ///< RMS distance of the outline relative to the mean semi-axis
-};
-[[nodiscard]] EllipseFit ellipse_of(const Outline& outline);
 
 /// Conversion from pixels to metres.
 struct PictureScale {
@@ -60,5 +55,16 @@ struct PictureScale {
 [[nodiscard]] PictureScale scale_of_disc(const Outline& quarter, const Outline& half,
                                          const Outline& three_quarters, double diameter_m,
                                          const std::string& file);
+
+/// A cloth as triangles in space.
+struct ShadowMesh : TriangleMesh {
+  std::vector<Eigen::Vector2d> material_m;  ///< empty if unknown
+  std::optional<double> flat_area_m2;       ///< flat area of the specimen, if stated
+};
+
+/// Shadow on the table under light from straight above: area of the union of all triangles
+/// (midpoint rule, 4096 lines), radii about its centroid. Includes the specimen's flat area if
+/// material coordinates are known. Throws Error(bad_input) if it does not surround its centre.
+[[nodiscard]] Hem shadow_of(const ShadowMesh& mesh);
 
 }  // namespace drape::compare

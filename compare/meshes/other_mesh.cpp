@@ -94,15 +94,13 @@ void add_texture(const DrapeMesh& drape, const Sheet& measured, Sheet& sheet) {
 
 /// Ratios of lengths on the mesh to those on the cloth, of neighbours along the warp or the weft.
 std::vector<double> stretches_of(const Sheet& sheet, const MarkId& step) {
-  std::map<MarkId, const SheetMark*> marks;
-  for (const SheetMark& mark : sheet.marks) marks[mark.mark] = &mark;
   std::vector<double> stretches;
-  for (const auto& [id, mark] : marks) {
-    const auto next = marks.find({id.row + step.row, id.col + step.col});
-    if (next == marks.end()) continue;
-    const double cloth_m = (next->second->material_m - mark->material_m).norm();
+  for (const SheetMark& mark : sheet.marks) {
+    const SheetMark* next = sheet.find({mark.mark.row + step.row, mark.mark.col + step.col});
+    if (next == nullptr) continue;
+    const double cloth_m = (next->material_m - mark.material_m).norm();
     if (cloth_m > 0)
-      stretches.push_back((next->second->point_in_world - mark->point_in_world).norm() / cloth_m);
+      stretches.push_back((next->point_in_world - mark.point_in_world).norm() / cloth_m);
   }
   return stretches;
 }

@@ -51,22 +51,12 @@ struct Pairs {
 double refined(const Pairs& pairs, double middle, double step) {
   const double golden = (std::sqrt(5.0) - 1) / 2;
   double low = middle - step, high = middle + step;
-  double left = high - golden * (high - low), right = low + golden * (high - low);
-  double at_left = pairs.mean_m(left), at_right = pairs.mean_m(right);
   while (high - low > 1e-13) {
-    if (at_left < at_right) {
+    const double left = high - golden * (high - low), right = low + golden * (high - low);
+    if (pairs.mean_m(left) < pairs.mean_m(right))
       high = right;
-      right = left;
-      at_right = at_left;
-      left = high - golden * (high - low);
-      at_left = pairs.mean_m(left);
-    } else {
+    else
       low = left;
-      left = right;
-      at_left = at_right;
-      right = low + golden * (high - low);
-      at_right = pairs.mean_m(right);
-    }
   }
   return (low + high) / 2;
 }

@@ -91,5 +91,66 @@ struct MarkComparison {
 [[nodiscard]] DistanceStatistics statistics_of(const std::vector<MarkError>& marks);
 [[nodiscard]] NormalStatistics normal_statistics_of(const std::vector<MarkError>& marks);
 [[nodiscard]] DistanceStatistics statistics_of(const std::vector<double>& distances_m);
+/// The same with bootstrap intervals and, if there is a sigma for each distance, their uncertainty.
+[[nodiscard]] DistanceStatistics statistics_of(const std::vector<double>& distances_m,
+                                               const std::vector<double>& sigmas_m);
+
+/// Number of resamples per interval, so that its ends are the 50th value from below and above.
+inline constexpr int kResamples = 2000;
+
+/// Sets the bootstrap intervals of mean, median, RMS, 95th percentile and maximum. The seed is
+/// fixed, so equal distances give equal intervals. Marks are drawn as if independent; those of a
+/// cloth are correlated, so the true interval is somewhat wider.
+void add_bootstrap(const std::vector<double>& distances_m, DistanceStatistics& statistics);
+
+/// Sets the standard deviation of each statistic to first order, from independent sigmas in the
+/// order of the distances; the gradient of an order statistic is the weight of each sorted value.
+void add_sigmas(const std::vector<double>& distances_m, const std::vector<double>& sigmas_m,
+                DistanceStatistics& statistics);
+
+/// Remaining distances after moving the real marks onto the virtual ones as a rigid body. Reported
+/// in addition to the distances, never instead: the position of the cloth is part of the
+/// comparison.
+struct RigidAlignment {
+  Eigen::Matrix3d rotation = Eigen::Matrix3d::Identity();  ///< virtual_from_real, about the origin
+  Eigen::Vector3d shift_m = Eigen::Vector3d::Zero();  ///< in world; p_virtual = rotation p + shift
+  double turn_rad = 0;                                ///< angle of the rotation
+  double centroid_shift_m = 0;                        ///< displacement of the real centroid
+  DistanceStatistics after;
+};
+
+/// Least-squares alignment without scale (Kabsch 1976; Umeyama 1991). nullopt for fewer than three
+/// marks or collinear ones, which leave the rotation undetermined.
+[[nodiscard]] std::optional<RigidAlignment> align(const std::vector<MarkError>& marks);
+
+/// Elongation of the straight line between two adjacent marks relative to the flat print. A fold in
+/// between shortens it without any strain of the threads.
+struct EdgeStrain {
+  MarkId from, to;
+  bool along_warp = false;
+  double real = 0, simulated = 0;  ///< ratios: 0.01 means one per cent longer
+};
+
+/// Relative change of the area of the quadrilateral whose corner of lowest row and column is
+/// `corner`, as two triangles.
+struct AreaStrain {
+  MarkId corner;
+  double real = 0, simulated = 0;  ///< ratios
+};
+
+/// Root mean square of real minus simulated strain.
+struct StrainSummary {
+  std::optional<double> warp, weft, area;  ///< ratios; absent if there is no such edge or cell
+};
+
+struct StrainMaps {
+  std::vector<EdgeStrain> edges;
+  std::vector<AreaStrain> cells;
+  StrainSummary difference;
+};
+
+/// Strains of the measured marks' lattice, and of the virtual sheet at the same material points.
+/// Covers edges and cells whose marks all exist on both.
+[[nodiscard]] StrainMaps strain_maps(const Sheet& measured, const Surface& virtual_sheet);
 
 }  // namespace drape::compare

@@ -9,7 +9,6 @@
 #include "compare/hems/hem_files.hpp"
 #include "compare/records/provenance.hpp"
 #include "compare/repeats/mark_repeats.hpp"
-#include "compare/repeats/repeat_sheets.hpp"
 #include "compare/report/account.hpp"
 #include "compare/report/report.hpp"
 #include "compare/store/inputs.hpp"

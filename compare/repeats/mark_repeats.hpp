@@ -1,15 +1,45 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <filesystem>
+#include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "compare/repeats/repeats.hpp"
-#include "compare/repeats/sheet_file.hpp"
 #include "core/fields/records.hpp"
 #include "core/sheet.hpp"
 
 namespace drape::compare {
+
+/// Table and objects of a scene: each value of its file by path ("object.1.x_mm"); a mesh by the
+/// SHA-256 of its content.
+using Surroundings = std::map<std::string, std::string>;
+
+/// A sheet as read, with the SHA-256 of its .json (which contains everything).
+struct SheetFile {
+  std::filesystem::path file;
+  std::string sha256;      ///< hash of <stem>.json, which identifies the sheet in the store
+  std::string ply_sha256;  ///< hash of <stem>.ply
+  Sheet sheet;
+  std::optional<RepeatId> repeat = {};   ///< absent if it names no laying
+  std::optional<AskedScene> asked = {};  ///< absent if its marks were measured without a scene
+
+  /// The scene named in the file; a measured sheet may name none.
+  [[nodiscard]] std::string scene() const;
+  [[nodiscard]] std::string face() const { return repeat ? repeat->face : std::string(); }
+  [[nodiscard]] const MeasuredSource& measured() const {  ///< source; must be a measured sheet
+    return std::get<MeasuredSource>(sheet.source);
+  }
+  [[nodiscard]] bool has_content(const std::string& hash) const {  ///< if either has this hash
+    return hash == sha256 || hash == ply_sha256;
+  }
+};
+
+/// Reads both files of a sheet, given either. Throws Error(bad_input) also if they differ from
+/// their run record.
+[[nodiscard]] SheetFile read_sheet_file(const std::filesystem::path& file);
 
 /// One kind of distance between drapes, with the verdict of the repeats on a virtual sheet by it.
 struct RepeatBasis {
@@ -64,6 +94,26 @@ struct RepeatsFile {
   MarkRepeats found;
 };
 void fields(Fields& f, RepeatsFile& file);
+
+/// Throws Error(bad_input) naming a file that is not a laying or simulation of the others' drape: a
+/// simulation among the repeats, a measured sheet among the virtual ones, another scene, print,
+/// calibration or upper face, or a copy of another file. A laying that does not state its drape
+/// must be the one that positioned a simulation.
+void require_one_drape(const std::vector<SheetFile>& repeats,
+                       const std::vector<SheetFile>& virtual_sheets);
+
+/// Reasons, one per sheet, why results based on them are NO-GO: a NO-GO measurement, or a
+/// simulation that is not at rest.
+[[nodiscard]] std::vector<std::string> no_go_of(const std::vector<SheetFile>& sheets);
+
+/// Pairs of frame sets in which identical layings are searched for.
+enum class Among { one_drape, different_drapes };
+
+/// Finds measured sheets that show the same laying in different frame sets, with the reason, by the
+/// SHA-256 of both: half of at least ten common marks agree within the 99.5 % quantile of chi
+/// square (three degrees of freedom, both covariances). A new laying would differ by millimetres.
+[[nodiscard]] std::map<std::string, std::string> layings_twice(
+    const std::vector<const SheetFile*>& sheets, Among pairs);
 
 }  // namespace drape::compare
 

@@ -37,6 +37,12 @@ Judgement standardised(const std::vector<double>& repeats, double value, double 
   return result;
 }
 
+/// Sets the difference detected with kPower by a test at the quantile `level` of t.
+void set_detectable(double level, std::size_t repeats, Judgement& result) {
+  result.detectable = (student_quantile(level, result.dof) + student_quantile(kPower, result.dof)) *
+                      result.sd * std::sqrt(1 + 1 / static_cast<double>(repeats));
+}
+
 }  // namespace
 
 void text_or_null(Fields& f, const Field& field, const std::string& text) {
@@ -51,9 +57,7 @@ Judgement judge_value(const std::vector<double>& repeats, double value, const Va
   Judgement result = standardised(repeats, value, static_cast<double>(repeats.size()) - 1, prior);
   if (!result.p) return result;
   result.p = 2 * student_cdf(-std::abs(result.t), result.dof);
-  const double limit = student_quantile(1 - significance / 2, result.dof);
-  result.detectable = (limit + student_quantile(kPower, result.dof)) * result.sd *
-                      std::sqrt(1 + 1 / static_cast<double>(repeats.size()));
+  set_detectable(1 - significance / 2, repeats.size(), result);
   return result;
 }
 
@@ -75,9 +79,7 @@ Judgement judge_distance(const Distances& distances, const VariancePrior& prior,
   Judgement result = standardised(scores, score, n == 2 ? 0 : static_cast<double>(n) - 1, prior);
   if (!result.p) return result;
   result.p = student_cdf(-result.t, result.dof);
-  const double limit = student_quantile(1 - significance, result.dof);
-  result.detectable = (limit + student_quantile(kPower, result.dof)) * result.sd *
-                      std::sqrt(1 + 1 / static_cast<double>(n));
+  set_detectable(1 - significance, n, result);
   return result;
 }
 

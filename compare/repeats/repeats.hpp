@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "compare/repeats/hem.hpp"
+#include "compare/metrics/drapemeter.hpp"
 
 #include "core/run_report.hpp"
 

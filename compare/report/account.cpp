@@ -3,27 +3,386 @@
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
-
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cctype>
+#include <cmath>
 #include <map>
+#include <numbers>
 #include <regex>
 #include <set>
 
+#include "compare/metrics/surface.hpp"
+#include "compare/records/provenance.hpp"
 #include "compare/store/outcome.hpp"
-#include "compare/tables/budget.hpp"
 #include "compare/tables/match.hpp"
 #include "compare/tables/tables.hpp"
+#include "core/error.hpp"
 #include "core/files/files.hpp"
+#include "core/files/inside.hpp"
+#include "core/files/mesh_file.hpp"
 #include "core/program/run_record.hpp"
+#include "core/program/shell_word.hpp"
 #include "core/units.hpp"
 
 namespace drape::compare {
 namespace {
 
 namespace fs = std::filesystem;
+using Eigen::Vector2d;
+using Eigen::Vector3d;
 using units::mm;
 using units::percent;
+
+using Quad = std::array<Vector3d, 4>;
+
+void add_quads(const Sphere& sphere, std::vector<Quad>& quads) {
+  constexpr int kAround = 24, kUp = 12;
+  const auto at = [&](int around, int up) -> Vector3d {
+    const double east = 2 * std::numbers::pi * around / kAround;
+    const double north = std::numbers::pi * up / kUp - std::numbers::pi / 2;
+    return sphere.centre_in_world + sphere.radius_m * Vector3d(std::cos(north) * std::cos(east),
+                                                               std::cos(north) * std::sin(east),
+                                                               std::sin(north));
+  };
+  for (int up = 0; up < kUp; ++up)
+    for (int around = 0; around < kAround; ++around)
+      quads.push_back(
+          {at(around, up), at(around + 1, up), at(around + 1, up + 1), at(around, up + 1)});
+}
+
+void add_quads(const Box& box, std::vector<Quad>& quads) {
+  constexpr int kPieces = 4;
+  for (int axis = 0; axis < 3; ++axis) {
+    const int u = (axis + 1) % 3, v = (axis + 2) % 3;
+    for (const double side : {-0.5, 0.5}) {
+      const auto at = [&](int i, int j) -> Vector3d {
+        Vector3d part;
+        part[axis] = side;
+        part[u] = (static_cast<double>(i) / kPieces - 0.5) * (side < 0 ? -1 : 1);
+        part[v] = static_cast<double>(j) / kPieces - 0.5;
+        return box.world_from_box * part.cwiseProduct(box.size_m).eval();
+      };
+      for (int i = 0; i < kPieces; ++i)
+        for (int j = 0; j < kPieces; ++j)
+          quads.push_back({at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)});
+    }
+  }
+}
+
+void add_quads(const Cylinder& cylinder, std::vector<Quad>& quads) {
+  constexpr int kAround = 32;
+  const auto at = [&](int around, double part, double end) -> Vector3d {
+    const double angle = 2 * std::numbers::pi * around / kAround;
+    return cylinder.world_from_cylinder * Vector3d(part * cylinder.radius_m * std::cos(angle),
+                                                   part * cylinder.radius_m * std::sin(angle),
+                                                   end * cylinder.height_m);
+  };
+  for (int i = 0; i < kAround; ++i) {
+    quads.push_back({at(i, 1, -0.5), at(i + 1, 1, -0.5), at(i + 1, 1, 0.5), at(i, 1, 0.5)});
+    quads.push_back({at(i, 0, 0.5), at(i, 1, 0.5), at(i + 1, 1, 0.5), at(i + 1, 0, 0.5)});
+    quads.push_back({at(i, 0, -0.5), at(i + 1, 1, -0.5), at(i, 1, -0.5), at(i, 0, -0.5)});
+  }
+}
+
+/// A plane is unbounded; draws 300 mm around its point.
+void add_quads(const Plane& plane, std::vector<Quad>& quads) {
+  constexpr double kHalf_m = 0.15;
+  const Vector3d u = plane.normal_in_world.unitOrthogonal();
+  const Vector3d v = plane.normal_in_world.cross(u);
+  const auto at = [&](double a, double b) -> Vector3d {
+    return plane.point_in_world + kHalf_m * (a * u + b * v);
+  };
+  quads.push_back({at(-1, -1), at(1, -1), at(1, 1), at(-1, 1)});
+}
+
+/// Adds triangles as quads with two equal corners. If the mesh file no longer exists, the picture
+/// is drawn without the object.
+void add_quads(const MeshObject& object, std::vector<Quad>& quads) {
+  try {
+    const MeshFile mesh = read_mesh_file(object.file);
+    for (const auto& [a, b, c] : mesh.triangles) {
+      const auto at = [&](const MeshCorner& corner) -> Vector3d {
+        return object.world_from_mesh * (mesh.points[corner.point] * units::mm).eval();
+      };
+      quads.push_back({at(a), at(b), at(c), at(c)});
+    }
+  } catch (const Error&) {
+    return;
+  }
+}
+
+/// Quads of the outer surfaces of all objects of a scene, for pictures; world frame, metres. A
+/// sphere has 24 x 12 quads, each face of a box 4 x 4; rounded edges are drawn sharp, a plane as a
+/// square of 300 mm.
+std::vector<Quad> obstacle_quads(const Scene& scene) {
+  std::vector<Quad> quads;
+  for (const Obstacle& obstacle : scene.obstacles)
+    std::visit([&](const auto& object) { add_quads(object, quads); }, obstacle);
+  return quads;
+}
+
+constexpr int kPointsPerCell = 3;         ///< per cell along a line of the virtual cloth
+constexpr std::size_t kMostFaces = 8000;  ///< of an object; a finer mesh is not drawn
+constexpr int kMostPoints = 40;           ///< per side; of finer sheets every k-th row is drawn
+
+/// Rounds to a tenth of a pixel or millimetre, finer than a screen shows; zero has no sign.
+double tenth(double value) {
+  return std::round(value * 10) / 10 + 0.0;
+}
+
+void append(std::vector<double>& list, const Vector3d& point_m) {
+  for (int k = 0; k < 3; ++k) list.push_back(tenth(point_m[k] / mm));
+}
+
+/// A point of the virtual sheet in one photograph.
+struct Seen {
+  Vector2d px;
+  bool faces_camera = false;
+};
+
+/// The virtual sheet projected into one camera.
+class Photographed {
+ public:
+  Photographed(const Camera* camera, const SheetFile& cloth)
+      : camera_(camera), surface_(cloth.sheet, cloth.file.string()) {}
+
+  /// Absent without a calibration, outside the sheet, or behind the camera.
+  [[nodiscard]] std::optional<Seen> at(const Vector2d& material_m) const {
+    const auto point = camera_ ? surface_.at(material_m) : std::nullopt;
+    if (!point) return std::nullopt;
+    const auto seen = project(camera_->model, camera_->cam_from_world * point->point_in_world);
+    if (!seen) return std::nullopt;
+    return Seen{seen->px, point->normal.dot(centre_in_world(*camera_) - point->point_in_world) > 0};
+  }
+
+  /// Adds a line through the material, split where the cloth turns its back to the camera.
+  void add_line(const Vector2d& from, const Vector2d& to, int samples, ReportedView& view) const {
+    std::vector<double> line;
+    bool faces = true;
+    const auto flush = [&] {
+      if (line.size() > 2) (faces ? view.front : view.back).push_back(line);
+      line.erase(line.begin(), line.size() > 2 ? line.end() - 2 : line.begin());
+    };
+    for (int i = 0; i <= samples; ++i) {
+      const auto seen = at(from + (to - from) * i / samples);
+      if (!seen || seen->faces_camera != faces) flush();
+      if (!seen) line.clear();
+      if (!seen) continue;
+      faces = seen->faces_camera;
+      line.insert(line.end(), {tenth(seen->px.x()), tenth(seen->px.y())});
+    }
+    flush();
+  }
+
+ private:
+  const Camera* camera_;
+  Surface surface_;
+};
+
+/// Adds rows, columns and edges of the virtual cloth.
+void add_lines(const Photographed& cloth, const SheetFile& measured, ReportedView& view) {
+  const Sheet& sheet = measured.sheet;
+  const auto lattice = LatticeCoordinates::of(sheet, measured.file.string());
+  if (!lattice) return;
+  for (const int axis : {0, 1}) {
+    const int lines = axis == 0 ? sheet.rows : sheet.cols;
+    const int samples = ((axis == 0 ? sheet.cols : sheet.rows) + 1) * kPointsPerCell;
+    for (int i = -1; i <= lines; ++i) {
+      Vector2d from = Vector2d::Zero(), to = sheet.patch_m;
+      from[axis] = to[axis] = i < 0        ? 0
+                              : i == lines ? sheet.patch_m[axis]
+                                           : lattice->at({i, i})[axis];
+      cloth.add_line(from, to, samples, view);
+    }
+  }
+}
+
+ReportedView view_of(const FrameDetections& frame, const Camera* camera, const DrapeInput& input,
+                     const RealVirtual& headline) {
+  ReportedView view{frame.camera, "", frame.width_px, frame.height_px, {}, {}, {}, {}};
+  const Photographed cloth(camera, input.simulations[headline.simulation].sheet);
+  Eigen::AlignedBox2d crop;
+  for (const Detection& seen : frame.detections) {
+    std::vector<double> mark{static_cast<double>(seen.mark.row), static_cast<double>(seen.mark.col),
+                             tenth(seen.centre_px.x()), tenth(seen.centre_px.y())};
+    crop.extend(seen.centre_px);
+    const auto& marks = headline.marks.marks;
+    const auto error = std::find_if(marks.begin(), marks.end(),
+                                    [&](const MarkError& one) { return one.mark == seen.mark; });
+    if (const auto place = error == marks.end() ? std::nullopt : cloth.at(error->material_m))
+      mark.insert(mark.end(), {tenth(place->px.x()), tenth(place->px.y())});
+    view.marks.push_back(std::move(mark));
+  }
+  for (const MarkError& mark : headline.marks.marks)
+    if (const auto place = cloth.at(mark.material_m)) crop.extend(place->px);
+  const Eigen::AlignedBox2d image(Vector2d::Zero(), Vector2d(frame.width_px, frame.height_px));
+  if (crop.isEmpty() || !(crop.sizes().minCoeff() > 0)) crop = image;
+  const Vector2d margin = Vector2d::Constant(0.1 * crop.sizes().maxCoeff());
+  crop = Eigen::AlignedBox2d((crop.min() - margin).array().floor().matrix(),
+                             (crop.max() + margin).array().ceil().matrix())
+             .intersection(image);
+  view.crop_px << crop.min(), crop.max();
+  if (camera != nullptr) add_lines(cloth, input.measured, view);
+  return view;
+}
+
+/// Photographs of one drape with its marks and, if calibrated, its virtual cloth.
+std::vector<ReportedView> views_of(const DrapeFiles& drape, const Report& report,
+                                   const Session& session, const fs::path& folder) {
+  std::vector<ReportedView> views;
+  if (!drape.detections) return views;
+  const RealVirtual& headline = report.speaks();
+  for (const FrameDetections& frame : drape.detections->frames) {
+    if (frame.set != drape.input.measured.measured().set) continue;
+    const CalibratedCamera* camera =
+        session.calibration ? session.calibration->find(frame.camera) : nullptr;
+    views.push_back(view_of(frame, camera ? &camera->camera : nullptr, drape.input, headline));
+    if (!frame.preview_file) continue;
+    const fs::path beside = drape.detections_file.parent_path();
+    const Where where{.file = drape.detections_file.string(), .field = "preview_file"};
+    if (fs::is_regular_file(name_inside(beside, *frame.preview_file, where)))
+      views.back().picture = fs::proximate(beside / *frame.preview_file, folder).generic_string();
+  }
+  return views;
+}
+
+/// The virtual cloth with some 40 points per side at most, and the objects under it.
+std::optional<ReportedShape> shape_of(const DrapeInput& input, const Report& report) {
+  const Sheet& sheet = input.simulations[report.speaks().simulation].sheet.sheet;
+  const int step = std::max(1, std::max(sheet.rows, sheet.cols) / kMostPoints);
+  const auto places = [&](int count) {
+    std::vector<int> list;
+    for (int i = 0; i < count - 1; i += step) list.push_back(i);
+    list.push_back(count - 1);
+    return list;
+  };
+  const std::vector<int> rows = places(sheet.rows), cols = places(sheet.cols);
+  ReportedShape shape{static_cast<int>(rows.size()), static_cast<int>(cols.size()), {}, {}};
+  for (const int row : rows) {
+    for (const int col : cols) {
+      const SheetMark* point = sheet.find({row, col});
+      if (point == nullptr) return std::nullopt;  // mesh of another simulator with holes
+      append(shape.cloth_mm, point->point_in_world);
+    }
+  }
+  const auto quads =
+      input.scene ? obstacle_quads(*input.scene) : std::vector<std::array<Vector3d, 4>>();
+  if (quads.size() <= kMostFaces)
+    for (const auto& quad : quads)
+      for (const Vector3d& corner : quad) append(shape.object_mm, corner);
+  return shape;
+}
+
+std::string from_folder(const fs::path& file, const fs::path& folder) {
+  return fs::proximate(file, folder).generic_string();
+}
+
+/// Rewrites a path of the command line relative to the report's folder; other words are unchanged.
+std::string argument_text(const std::string& argument, const fs::path& folder) {
+  std::error_code ignored;
+  // A word such as "drape_A" remains a name even if a folder has that name.
+  const bool path = argument.find('/') != std::string::npos ||
+                    (fs::path(argument).has_extension() && fs::exists(argument, ignored));
+  return shell_word(path && !argument.empty() && argument.front() != '-'
+                        ? from_folder(argument, folder)
+                        : argument);
+}
+
+std::string command(const StepRecord& made_by, const fs::path& folder) {
+  std::string text = made_by.program;
+  for (std::size_t i = 0; i < made_by.arguments.size(); ++i) {
+    const std::string& argument = made_by.arguments[i];
+    if (argument == "--threads")
+      ++i;  // with its number
+    else if (argument != "--json" && argument != "--quiet")
+      text += " " + argument_text(argument, folder);
+  }
+  return text;
+}
+
+/// All steps in the order in which they run.
+std::vector<StepRecord> steps_of(const Session& session, const Outcome& outcome) {
+  std::vector<std::optional<StepRecord>> steps;
+  if (session.calibrated_by)
+    for (const auto& [file, sha256] : session.calibrated_by->inputs)  // marks of the target
+      if (fs::is_regular_file(file) && sha256_of_file(file) == sha256)
+        steps.push_back(read_made_by(file));
+  steps.push_back(session.calibrated_by);
+  for (const DrapeFiles& drape : session.drapes) {
+    steps.insert(steps.end(), {drape.detected_by, drape.measured_by});
+    steps.insert(steps.end(), drape.simulated_by.begin(), drape.simulated_by.end());
+    steps.push_back(drape.split_by);
+  }
+  steps.push_back(StepRecord{"drape-compare", version(), outcome.arguments});
+  std::vector<StepRecord> known;
+  for (const auto& step : steps)
+    if (step) known.push_back(*step);
+  return known;
+}
+
+std::string tree_of(RecordBook& book, std::set<fs::path>& followed, const SheetFile& sheet,
+                    const fs::path& folder) {
+  fs::path json = sheet.file;
+  json.replace_extension(".json");
+  std::string text;
+  for (const ChainLink& link : chain_of(book, json, sheet.sha256, followed)) {
+    const std::string made = link.made_by.starts_with("drape-")
+                                 ? link.made_by.substr(0, link.made_by.find(' '))
+                                 : link.made_by;
+    text +=
+        fmt::format("{}{}  {}{}  {}\n", std::string(2 * static_cast<std::size_t>(link.depth), ' '),
+                    from_folder(link.file, folder), link.sha256.substr(0, 12),
+                    link.state == "unchanged" ? "" : " (" + link.state + ")", made);
+  }
+  return text;
+}
+
+/// The measured sheet and the headline simulation of each drape, traced to photographs and curves.
+std::vector<std::pair<std::string, std::string>> trees(const Session& session,
+                                                       const Outcome& outcome,
+                                                       const fs::path& folder) {
+  RecordBook book;
+  std::vector<std::pair<std::string, std::string>> all;
+  for (std::size_t i = 0; i < outcome.reports.size(); ++i) {
+    const Report& report = outcome.reports[i];
+    if (!report.headline) continue;
+    const DrapeInput& input = session.drapes[i].input;
+    std::set<fs::path> followed;
+    const Simulation& headline = input.simulations[report.speaks().simulation];
+    std::string text = tree_of(book, followed, input.measured, folder);
+    if (!headline.other_simulator) text += tree_of(book, followed, headline.sheet, folder);
+    all.emplace_back(report.called(), text);
+  }
+  return all;
+}
+
+ReportedProvenance provenance_of(const Session& session, const Outcome& outcome,
+                                 const fs::path& folder) {
+  ReportedProvenance made;
+  std::set<std::pair<std::string, std::string>> read;  // sorted, whatever the form of each path
+  for (const auto& [file, sha256] : session.read) read.emplace(from_folder(file, folder), sha256);
+  for (const auto& [file, sha256] : read) made.inputs.push_back({file, sha256});
+  std::set<std::string> programs, recordings, stand_ins, seen;
+  for (const StepRecord& step : steps_of(session, outcome)) {
+    programs.insert(step.program + " " + step.version);
+    const std::string line = command(step, folder);
+    if (seen.insert(line).second) made.commands.push_back(line);  // one run can make several sheets
+  }
+  for (const DrapeFiles& drape : session.drapes)
+    if (const auto& one = drape.recording)
+      recordings.insert(fmt::format("{}{}, SHA-256 {}", one->name,
+                                    one->recorded_on ? " of " + *one->recorded_on : std::string(),
+                                    one->sha256.substr(0, 12)));
+  for (const RunValue& value : values_of(session, outcome))
+    if (value.key == "stand_ins" && !value.value.empty())
+      stand_ins.insert(value.owner + ": " + value.value);
+  made.programs.assign(programs.begin(), programs.end());
+  made.recordings.assign(recordings.begin(), recordings.end());
+  made.stand_ins.assign(stand_ins.begin(), stand_ins.end());
+  made.trees = trees(session, outcome, folder);
+  return made;
+}
 
 ReportedDistance distance_of(const RealVirtual& row) {
   const DistanceStatistics& s = row.statistics;
@@ -95,7 +454,7 @@ std::vector<ReportedMark> marks_of(const DrapeInput& input, const Report& report
   }
   std::vector<ReportedMark> list;
   if (report.headline) {
-    const MarkComparison& compared = report.real_virtual[*report.headline].marks;
+    const MarkComparison& compared = report.speaks().marks;
     for (const Excluded& gap : compared.excluded) at(gap.mark).gap = gap.reason;
     for (const MarkError& error : compared.marks) {
       ReportedMark& mark = at(error.mark);
@@ -115,7 +474,7 @@ std::string objects_of(const Scene& scene) {
     if (const auto* sphere = std::get_if<Sphere>(&obstacle)) {
       words.push_back(fmt::format("sphere {:g} mm", 2 * sphere->radius_m / mm));
     } else if (const auto* box = std::get_if<Box>(&obstacle)) {
-      const Eigen::Vector3d size = box->size_m / mm;
+      const Vector3d size = box->size_m / mm;
       words.push_back(fmt::format("box {:g} x {:g} x {:g} mm", size.x(), size.y(), size.z()));
     } else if (const auto* cylinder = std::get_if<Cylinder>(&obstacle)) {
       words.push_back(fmt::format("cylinder {:g} mm, {:g} mm high", 2 * cylinder->radius_m / mm,
@@ -146,7 +505,7 @@ std::vector<std::string> facts_of(const DrapeFiles& drape, const Report& report)
   const auto add = [&](const std::string& what, const std::string& sentence) {
     if (!sentence.empty()) facts.push_back(what + sentence);
   };
-  const RealVirtual& headline = report.real_virtual[*report.headline];
+  const RealVirtual& headline = report.speaks();
   if (report.budget) add("", budget_sentence(*report.budget));
   add("mesh: ", mesh_sentence(drape.input, report));
   for (const BranchSet& set : report.branch_sets) {
@@ -206,28 +565,29 @@ std::string why_of(const Report& report) {
   const Budget& budget = *report.budget;
   std::optional<double> u;  // a lower bound of U rounds nothing
   if (budget.missing.empty()) u = budget.expanded_m / mm;
-  const std::string open = figure((budget.inputs_m + budget.own_m) / mm, u);
+  const double margin_m = budget.inputs_m + budget.own_m;
+  const std::string margin = figure(margin_m / mm, u);
   std::string why;
   if (match.match == Match::none) {
     why = "No limit is stated, and fewer than three layings show how far real drapes differ.";
   } else {
     const std::string limit =
-        fmt::format("{} mm ({})", figure(*match.limit_m / mm, u), match.rests_on);
+        fmt::format("the limit of {} mm ({})", figure(*match.limit_m / mm, u), match.rests_on);
+    const char* side = *match.value_m > *match.limit_m ? "Beyond" : "Within";
     if (match.match == Match::inside)
-      why = fmt::format("Within the limit of {} even with all that is open ({} mm).", limit, open);
+      why = fmt::format("Within {} even with the margin of error ({} mm).", limit, margin);
     else if (match.match == Match::outside)
-      why =
-          fmt::format("Beyond the limit of {} even without all that is open ({} mm).", limit, open);
+      why = fmt::format("Beyond {} even without the margin of error ({} mm).", limit, margin);
     else if (!budget.missing.empty())
       why = fmt::format(
-          "Beside the limit of {} nothing is decided: U lacks {}{}.", limit, budget.missing.front(),
+          "{} {}, but undecided, since U lacks {}{}.", side, limit, budget.missing.front(),
           budget.missing.size() > 1 ? fmt::format(" and {} more", budget.missing.size() - 1)
                                     : std::string());
-    else if (decide(*match.value_m, budget.inputs_m + budget.own_m, *match.limit_m) ==
-             Match::outside)
-      why = fmt::format("Beyond the limit of {}, but another start's branch is within it.", limit);
+    else if (decide(*match.value_m, margin_m, *match.limit_m) == Match::outside)
+      why = fmt::format("Beyond {}, but another start's branch is within it.", limit);
     else
-      why = fmt::format("The limit of {} lies within what is open ({} mm).", limit, open);
+      why =
+          fmt::format("{} {}, but by less than the margin of error ({} mm).", side, limit, margin);
   }
   if (match.model && match.match != Match::inside) why += " " + model_words(*match.model, u);
   return why;
@@ -253,28 +613,19 @@ std::string next_of(const Report& report) {
 ReportedDrape drape_of(const DrapeFiles& files, const Report& report, const Session& session,
                        const fs::path& folder) {
   const DrapeInput& input = files.input;
-  ReportedDrape drape;
-  drape.name = report.name;
+  ReportedDrape drape = report;
   drape.label = report.called();
   drape.set = input.measured.measured().set;
   drape.rig = input.measured.measured().rig;
   if (input.scene) drape.object = objects_of(*input.scene);
-  drape.no_go = report.no_go;
-  drape.measured_marks = report.measurement.marks;
-  drape.gaps = report.measurement.gaps;
-  drape.sigma_median_m = report.measurement.sigma_median_m;
-  drape.sigma_max_m = report.measurement.sigma_max_m;
-  drape.match = report.match;
-  drape.budget = report.budget;
   drape.why = why_of(report);
   drape.next = next_of(report);
-  drape.repeats = report.repeats;
   for (const RealVirtual& row : report.real_virtual)
     drape.simulations.push_back(simulation_of(input.simulations[row.simulation], row));
   for (const BranchSet& set : report.branch_sets)
     drape.branch_sets.push_back(branches_of(input, set));
   drape.marks = marks_of(input, report);
-  drape.tables = tables_of(files, report);
+  drape.tables = tables_of(files.input, report, files.error_split);
   if (!report.headline) return drape;
   const ReportedSimulation& speaks = drape.simulations[*report.headline];
   drape.simulation = speaks.label;
@@ -397,6 +748,13 @@ RunReport account_of(const Session& session, const Outcome& outcome, const fs::p
     Table used = values_table(values, outcome.reports[i], session.drapes[i].input.scene);
     if (!used.rows.empty()) report.drapes.back().tables.push_back({"values", "", std::move(used)});
   }
+  if (report.go && !report.drapes.empty()) {
+    report.sentence = "measured; mean distance and match:";
+    for (const ReportedDrape& drape : report.drapes)
+      report.sentence +=
+          fmt::format("{} {} {} mm, {}", &drape == &report.drapes.front() ? "" : ";", drape.label,
+                      figures_of(drape).mean, drape::name_of(drape.match.match));
+  }
   for (const VirtualGroup& group : outcome.groups)
     report.virtual_groups.push_back({"virtual-" + std::to_string(report.virtual_groups.size() + 1),
                                      "", virtual_group_table(group)});
@@ -406,5 +764,4 @@ RunReport account_of(const Session& session, const Outcome& outcome, const fs::p
   report.provenance = provenance_of(session, outcome, folder);
   return report;
 }
-
 }  // namespace drape::compare

@@ -7,7 +7,7 @@
 #include <cmath>
 
 #include "compare/history/results.hpp"
-#include "compare/report/page.hpp"
+#include "compare/report/report.hpp"
 #include "compare/schema/schema.hpp"
 #include "core/run_report.hpp"
 
@@ -53,37 +53,27 @@ HistoryPage history_page(const StoreReader& store, const TrendOptions& options) 
   const Trend trend = trend_of(store, options);
   store.require_as_written(std::vector<std::string>{"drapemeter", "simulation_pair", "branch"});
   Table list = store.query(
-      "SELECT scene, fabric, simulator, discretisation, segments AS seg, round(mean_dist_mm, 3) "
-      "AS mean, round(sigma_mean_mm, 4) AS sigma, round(mean_low_mm, 2) AS low, "
-      "round(mean_high_mm, 2) AS high, round(max_mm, 2) AS max, marks, gaps, status, recorded_on, "
-      "comparison, coalesce(measurement, 'not stated') AS measurement, cause, coalesce(state, "
-      "'current') AS state FROM v_real_vs_virtual ORDER BY id DESC");
-  list.headings = {"scene",       "fabric", "simulator",      "discretisation", "segments",
-                   "mean (mm)",   "± (mm)", "95 % from (mm)", "to (mm)",        "largest (mm)",
-                   "marks",       "gaps",   "status",         "recorded",       "comparison",
-                   "measurement", "cause",  "state"};
+      R"sql(SELECT scene, fabric, simulator, discretisation, segments,
+  round(mean_dist_mm, 3) AS "mean (mm)", round(sigma_mean_mm, 4) AS "± (mm)",
+  round(mean_low_mm, 2) AS "95 % from (mm)", round(mean_high_mm, 2) AS "to (mm)",
+  round(max_mm, 2) AS "largest (mm)", marks, gaps, status, recorded_on AS recorded, comparison,
+  coalesce(measurement, 'not stated') AS measurement, cause, coalesce(state, 'current') AS state
+FROM v_real_vs_virtual ORDER BY id DESC)sql");
   Table drapemeters = store.query(
-      "SELECT coalesce(s.scene, m.set_name) AS drape, coalesce(s.simulator, 'measured') AS "
-      "sheet, " +
+      R"sql(SELECT coalesce(s.scene, m.set_name) AS drape, coalesce(s.simulator, 'measured') AS sheet, )sql" +
       std::string(kDiscretisation) +
-      " AS discretisation, s.segments, round(d.covered_area_mm2) AS "
-      "covered_area_mm2, round(d.drape_coefficient_percent, 1) AS drape_coefficient_percent, "
-      "d.folds, round(d.fold_depth_mm, 1) AS fold_depth_mm, substr(m.sha256, 1, 12) AS sheet_key "
-      "FROM drapemeter AS d JOIN sheet AS m ON "
-      "m.sha256 = d.sheet_sha256 LEFT JOIN simulation AS s ON s.sheet_sha256 = d.sheet_sha256 "
-      "ORDER "
-      "BY drape, sheet, s.segments, s.spacing_mm, s.grid_rows, d.sheet_sha256");
-  drapemeters.headings = {"drape",    "sheet",           "discretisation",
-                          "segments", "covered (mm²)",   "drape coefficient (%)",
-                          "folds",    "fold depth (mm)", "key of the sheet"};
+      R"sql( AS discretisation, s.segments, round(d.covered_area_mm2) AS "covered (mm²)",
+  round(d.drape_coefficient_percent, 1) AS "drape coefficient (%)", d.folds,
+  round(d.fold_depth_mm, 1) AS "fold depth (mm)", substr(m.sha256, 1, 12) AS "key of the sheet"
+FROM drapemeter AS d JOIN sheet AS m ON m.sha256 = d.sheet_sha256
+  LEFT JOIN simulation AS s ON s.sheet_sha256 = d.sheet_sha256
+ORDER BY drape, sheet, s.segments, s.spacing_mm, s.grid_rows, d.sheet_sha256)sql");
   Table pairs = store.query(
-      "SELECT scene, pair, round(mean_dist_mm, 2) AS mean_dist_mm, round(max_mm, 2) AS max_mm, "
-      "round(hausdorff_mm, 2) AS hausdorff_mm, points, fabric, model, solver, CASE both_at_rest "
-      "WHEN 1 THEN 'yes' WHEN 0 THEN 'no' END AS at_rest, coalesce(measured, 'no real cloth') AS "
-      "measured, comparison, measurement, state FROM v_virtual_vs_virtual");
-  pairs.headings = {"scene",    "pair",   "mean (mm)",   "largest (mm)", "Hausdorff (mm)",
-                    "points",   "fabric", "model",       "solver",       "both at rest",
-                    "marks of", "pair",   "measurement", "state"};
+      R"sql(SELECT scene, pair, round(mean_dist_mm, 2) AS "mean (mm)", round(max_mm, 2) AS "largest (mm)",
+  round(hausdorff_mm, 2) AS "Hausdorff (mm)", points, fabric, model, solver,
+  CASE both_at_rest WHEN 1 THEN 'yes' WHEN 0 THEN 'no' END AS "both at rest",
+  coalesce(measured, 'no real cloth') AS "marks of", comparison AS pair, measurement,
+  state FROM v_virtual_vs_virtual)sql");
   const std::size_t columns = list.names.size();
   const auto no_go = std::count_if(list.rows.begin(), list.rows.end(), [&](const auto& row) {
     return row[columns - 3] == "NO-GO" && row[columns - 1] == "current";

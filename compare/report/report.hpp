@@ -2,11 +2,34 @@
 #pragma once
 
 #include <filesystem>
+#include <map>
+#include <string>
 #include <vector>
 
+#include "core/fields/value.hpp"
 #include "core/run_report.hpp"
 
 namespace drape::compare {
+
+/// A page as one file: bundled core/page, `data` under the id `kind` ("report", "history"), and
+/// pictures by the names used in the data. It fetches nothing and runs no other script.
+[[nodiscard]] std::string page_of(const std::string& title, const std::string& kind,
+                                  const Value& data,
+                                  const std::map<std::string, std::string>& jpegs = {});
+
+/// Hash of a script for a Content-Security-Policy.
+[[nodiscard]] std::string script_hash(const std::string& script);
+
+/// Bundle and style of core/page, as built.
+[[nodiscard]] const char* page_script();
+[[nodiscard]] const char* page_style();
+
+/// Geometry of a VTK file: measured marks, their positions on the simulation that represents the
+/// drape, or a line from each mark to its position.
+enum class VtkPart { measured, simulated, distance };
+/// VTK XML (.vtp) of the marks with a distance, in millimetres; cells with four such marks are
+/// faces. Point data: distance_mm (active), sigma_distance_mm, sigma_mm, row, col.
+[[nodiscard]] std::string vtp_of(const ReportedDrape& drape, VtkPart part);
 
 /// Writes the page `file` (self-contained), report.json with the same stem, and, in a folder named
 /// like the stem, the tables as .csv and the marks as .vtp. Removes files of an earlier report that
@@ -16,3 +39,7 @@ std::vector<std::filesystem::path> write_report(const std::filesystem::path& fil
                                                 const RunReport& report);
 
 }  // namespace drape::compare
+
+template <>
+inline constexpr std::string_view drape::names_of<drape::compare::VtkPart>[] = {"real", "virtual",
+                                                                                "distance"};

@@ -9,8 +9,6 @@
 
 #include "compare/history/results.hpp"
 #include "compare/report/account.hpp"
-#include "compare/report/page.hpp"
-#include "compare/report/vtk.hpp"
 #include "compare/tables/tables.hpp"
 #include "compare/test_sheets.hpp"
 #include "core/error.hpp"
@@ -89,7 +87,7 @@ TEST(Report, HoldsVerdictNumbersMarksGapsAndReasons) {
   EXPECT_TRUE(report.go);
   EXPECT_EQ(a.label, "A");
   ASSERT_TRUE(a.distance && a.budget);
-  EXPECT_EQ(a.measured_marks, 119);
+  EXPECT_EQ(a.measurement.marks, 119);
   EXPECT_EQ(a.marks.size(), 121U);
   const auto with_distance = std::count_if(a.marks.begin(), a.marks.end(),
                                            [](const auto& mark) { return mark.distance_m; });
@@ -121,7 +119,9 @@ TEST(Report, NamesEveryStepBackToThePictures) {
   outcome.reports.push_back(compare_drape(session.drapes[0].input, {}));
   session.calibrated_by = StepRecord{
       "drape-calib", "0.2.0", {"target-detections.json"}, {{target, sha256_of_file(target)}}};
-  const auto commands = [&] { return provenance_of(session, outcome, folder.path()).commands; };
+  const auto commands = [&] {
+    return account_of(session, outcome, folder.path()).provenance.commands;
+  };
   ASSERT_GE(commands().size(), 2U);
   EXPECT_EQ(commands()[0], "drape-detect recording --surface target");
   EXPECT_THAT(commands()[1], testing::StartsWith("drape-calib "));
@@ -138,7 +138,8 @@ TEST(Report, ListsFilesInOneOrderHoweverTheirPathsWereGiven) {
   ASSERT_GT(session.read.size(), 2U);
   const auto inputs = [&] {
     std::string text;
-    for (const ReportedInput& one : provenance_of(session, outcome, folder.path()).inputs)
+    const RunReport made = account_of(session, outcome, folder.path());
+    for (const ReportedInput& one : made.provenance.inputs)
       text += one.file + " " + one.sha256 + "\n";
     return text;
   };
@@ -294,9 +295,12 @@ TEST(Report, FortyFactsAreTheSameOnScreenPageTablesAndStore) {
   for (const std::string& text :
        {figures.mean + " mm apart", "U " + figures.expanded + " mm", "shape " + figures.shape,
         "place " + figures.place, std::string("none"), drape.simulation,
-        std::to_string(drape.measured_marks) + " measured", std::to_string(drape.gaps) + " gaps",
-        figure(*drape.sigma_median_m / mm, *drape.sigma_median_m / mm) + " mm (median)",
-        figure(*drape.sigma_max_m / mm, *drape.sigma_max_m / mm) + " mm (largest)"}) {
+        std::to_string(drape.measurement.marks) + " measured",
+        std::to_string(drape.measurement.gaps) + " gaps",
+        figure(*drape.measurement.sigma_median_m / mm, *drape.measurement.sigma_median_m / mm) +
+            " mm (median)",
+        figure(*drape.measurement.sigma_max_m / mm, *drape.measurement.sigma_max_m / mm) +
+            " mm (largest)"}) {
     EXPECT_THAT(screen, HasSubstr(text));
     ++facts;
   }

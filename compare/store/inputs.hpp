@@ -11,7 +11,7 @@
 
 #include "compare/compare.hpp"
 #include "compare/records/provenance.hpp"
-#include "compare/tables/error_split.hpp"
+#include "compare/tables/tables.hpp"
 #include "core/calibration.hpp"
 #include "core/detections.hpp"
 

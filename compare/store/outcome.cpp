@@ -14,9 +14,7 @@
 #include <set>
 #include <tuple>
 
-#include "compare/judgement.hpp"
-#include "compare/repeats/repeat_sheets.hpp"
-#include "compare/tables/budget.hpp"
+#include "compare/repeats/mark_repeats.hpp"
 #include "compare/tables/match.hpp"
 #include "compare/tables/tables.hpp"
 #include "core/error.hpp"
@@ -110,14 +108,7 @@ std::string Outcome::sentence() const {
   for (const VirtualGroup& group : groups)
     text +=
         fmt::format("{}{} pairs of {}", text.empty() ? "" : ", ", group.pairs.size(), group.name);
-  if (reports.empty()) return "simulations compared with each other: " + text;
-  text.clear();
-  for (const Report& drape : reports) {
-    text += fmt::format("{}{} {:.2f} mm, {}", text.empty() ? "" : "; ", drape.called(),
-                        drape.real_virtual[*drape.headline].statistics.mean_m / mm,
-                        name_of(drape.match.match));
-  }
-  return "measured; mean distance real to virtual and match: " + text;
+  return "simulations compared with each other: " + text;
 }
 
 void compare_session(const Session& session, const Options& options, Outcome& outcome) {

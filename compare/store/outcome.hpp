@@ -52,7 +52,7 @@ struct Outcome {
   [[nodiscard]] bool go() const;
   /// Reasons such as "A: only 7 marks could be compared, 10 are asked for".
   [[nodiscard]] std::vector<std::string> reasons() const;
-  /// Sentence for the verdict line.
+  /// Sentence for the verdict line: the reasons, or of simulations alone the pairs compared.
   [[nodiscard]] std::string sentence() const;
 };
 

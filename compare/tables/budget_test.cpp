@@ -3,7 +3,6 @@
 // whose shape answers to each value of scene and fabric in closed form, not in straight lines.
 // Every source that the budget lists errs as it says: no picture is rendered and no cloth
 // simulated.
-#include "compare/tables/budget.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "compare/tables/error_split.hpp"
+#include "compare/tables/tables.hpp"
 
 #include <gmock/gmock.h>
 

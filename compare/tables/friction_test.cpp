@@ -7,7 +7,7 @@
 #include <array>
 #include <cmath>
 
-#include "compare/tables/budget.hpp"
+#include "compare/tables/match.hpp"
 #include "compare/test_sheets.hpp"
 #include "core/files/files.hpp"
 #include "core/units.hpp"

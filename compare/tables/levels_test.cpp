@@ -5,7 +5,7 @@
 
 #include <algorithm>
 
-#include "compare/tables/budget.hpp"
+#include "compare/tables/match.hpp"
 #include "compare/tables/tables.hpp"
 #include "compare/test_sheets.hpp"
 #include "core/error.hpp"

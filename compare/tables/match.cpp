@@ -3,19 +3,254 @@
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
-
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
-#include "compare/tables/budget.hpp"
 #include "core/error.hpp"
+#include "core/scene_values.hpp"
+#include "core/statistics/distributions.hpp"
 #include "core/statistics/sample.hpp"
 #include "core/units.hpp"
 
 namespace drape::compare {
 namespace {
-
 using units::mm;
+
+using Eigen::Index;
+using Eigen::MatrixX3d;
+
+/// Repeatability of a measured Kawabata value and of a friction coefficient (one standard
+/// deviation), 5 %; assumed, not derived.
+constexpr double kMeasuredPart = 0.05;
+constexpr double kNormal = 1.96, kRectangular = 1.6454;  // 0.95 sqrt(3); coverage factors for 95 %
+constexpr double kBend = 2.4;  // exponent; error 1 % for two rectangular, 3 % for one and a normal
+constexpr std::size_t kLeastDrawn = 2;  // with fewer there is no scatter
+
+/// Change of the mean distance due to displacements of the marks.
+double mean_change_m(const MatrixX3d& differences_m, const MatrixX3d& moves_m) {
+  return ((differences_m + moves_m).rowwise().norm() - differences_m.rowwise().norm()).mean();
+}
+
+MarkId id_of(MarkId mark) {
+  return mark;
+}
+
+template <class Marked>
+MarkId id_of(const Marked& one) {
+  return one.mark;
+}
+
+/// Positions of the headline's marks in another list; nullopt if it lacks one.
+template <class Marks>
+std::optional<std::vector<Index>> rows_in(const Marks& marks, const Report& report) {
+  std::vector<Index> rows;
+  for (const MarkError& mark : report.speaks().marks.marks) {
+    const auto at = std::find_if(marks.begin(), marks.end(),
+                                 [&](const auto& one) { return id_of(one) == mark.mark; });
+    if (at == marks.end()) return std::nullopt;
+    rows.push_back(at - marks.begin());
+  }
+  return rows;
+}
+
+/// Adds the error of the headline's finest mesh from its levels: along each mark's displacement
+/// from the next coarser mesh, or along its distance.
+void add_mesh(const DrapeInput& input, const Report& report, BudgetInputs& inputs) {
+  const auto& levels = input.simulations[report.speaks().simulation].levels;
+  if (!levels || !levels->left_m)
+    return inputs.lack("the mesh error, which its sheet does not state");
+  const auto rows = rows_in(levels->marks, report);
+  if (!rows) return inputs.lack("mesh error: levels.json lacks a mark");
+  MatrixX3d way_m = inputs.differences_m.rowwise().normalized();
+  double sum_m = 0;
+  for (Index k = 0; k < way_m.rows(); ++k) {
+    const LevelMark& mark =
+        levels->marks[static_cast<std::size_t>((*rows)[static_cast<std::size_t>(k)])];
+    if (mark.from_coarser_m && mark.from_coarser_m->norm() > 0)
+      way_m.row(k) = mark.from_coarser_m->normalized();
+    way_m.row(k) *= mark.left_m;
+    sum_m += mark.left_m;
+  }
+  inputs.effects.push_back(
+      {"mesh", "what its finest mesh may leave, along each mark's way from the next coarser one",
+       true, -way_m, way_m,
+       fmt::format("`--spacing-mm {:g}`", levels->levels.back().spacing_m / mm / 2),
+       sum_m / static_cast<double>(way_m.rows())});
+}
+
+/// Adds the effects of friction, folds and edges beyond first order, from drapes on the ensemble's
+/// mesh with errors in all stated values at once.
+void add_beyond_first_order(const DrapeInput& input, const Report& report, BudgetInputs& inputs) {
+  const auto list = speaking_list(input);
+  if (!list) return;
+  if (!list->beyond_first_order)
+    return inputs.lack("answers beyond first order: the ensemble's own drape gives none");
+  const BeyondFirstOrder& beyond = *list->beyond_first_order;
+  const auto rows = rows_in(beyond.marks_at, report);
+  if (!rows) return inputs.lack("answers beyond first order: the ensemble lacks a mark");
+  for (const ErringRest& rest : beyond.rests)
+    if (rest.moves_m)
+      inputs.drawn.push_back({one_a_row(*rest.moves_m)(*rows, Eigen::all),
+                              one_a_row(*rest.first_order_m)(*rows, Eigen::all)});
+  if (inputs.drawn.size() < kLeastDrawn)
+    inputs.lack(
+        fmt::format("answers beyond first order: {} of {} drapes with all stated values "
+                    "wrong at once stay on the branch",
+                    inputs.drawn.size(), beyond.rests.size()));
+}
+
+/// Adds the range in which internal friction can hold the cloth, from the rests after two loading
+/// histories; a drape without it lies near the middle of the range of one with it.
+void add_memory(const DrapeInput& input, const Report& report,
+                const std::optional<SensitivityFile>& split, BudgetInputs& inputs) {
+  std::vector<MarkId> marks;
+  InputEffect effect{"internal friction's interval", {}, true, {}, {}};
+  if (const auto list = speaking_list(input); list && list->memory_band) {
+    const MemoryBand* band = &*list->memory_band;
+    for (const MarkInterval& one : band->marks) marks.push_back(one.mark);
+    effect.down_m = band->lowest_m();
+    effect.up_m = band->highest_m();
+    effect.origin =
+        "between the lowest and the highest end of the ensemble's drape after other pasts";
+  } else if (split) {
+    const auto one = std::find_if(split->scene.begin(), split->scene.end(), [](const auto& value) {
+      return value.value == "internal_friction";
+    });
+    if (one == split->scene.end() || !one->moves) return;
+    marks = split->marks_at;
+    effect.down_m = one->moves->down_m;
+    effect.up_m = one->moves->up_m;
+    effect.origin =
+        fmt::format("both branches of the loops give {:+.3f} mm; as much may be left, up or down",
+                    one->change_m_per_unit.value_or(0) / mm);
+  } else {
+    return;
+  }
+  const auto rows = rows_in(marks, report);
+  if (!rows) return inputs.lack("internal friction's interval: it lacks a mark");
+  effect.down_m = MatrixX3d(effect.down_m(*rows, Eigen::all));
+  effect.up_m = MatrixX3d(effect.up_m(*rows, Eigen::all));
+  inputs.effects.push_back(std::move(effect));
+}
+
+void add_measurement(const DrapeInput& input, const Report& report, BudgetInputs& inputs) {
+  const RealVirtual& headline = report.speaks();
+  const std::vector<MarkError>& marks = headline.marks.marks;
+  inputs.differences_m.resize(static_cast<Index>(marks.size()), 3);
+  for (std::size_t k = 0; k < marks.size(); ++k)
+    inputs.differences_m.row(static_cast<Index>(k)) =
+        marks[k].virtual_in_world - marks[k].real_in_world;
+  if (headline.statistics.sigma_mean_m)
+    inputs.marks_m = *headline.statistics.sigma_mean_m;
+  else
+    inputs.lack("marks: they carry no covariance");
+  const auto& own = input.measured.sheet.error_budget;
+  if (!own || !own->calibration_m) {
+    return inputs.lack("calibration: its file gives no covariance");
+  }
+  const auto add_common = [&](const char* what, double rms_m) {
+    const MatrixX3d away_m = rms_m / std::sqrt(3.0) * inputs.differences_m.rowwise().normalized();
+    inputs.effects.push_back(
+        {what,
+         fmt::format("{:.4f} mm RMS in space, as if every mark moved along its distance",
+                     rms_m / mm),
+         false, -away_m, away_m});
+  };
+  const double target_m = own->target_m.value_or(0);
+  add_common("calibration, common to all marks",
+             std::sqrt(std::max(0.0, std::pow(*own->calibration_m, 2) - target_m * target_m)));
+  if (own->target_m) add_common("the calibration target's own error", target_m);
+}
+
+/// Adds the effect of one value, or what is missing to compute it.
+void add_moves(const std::string& value, const std::optional<MarkMoves>& moves,
+               const std::string& absent, const ValueWidth& width, const std::vector<Index>& rows,
+               BudgetInputs& inputs) {
+  const std::string name = in_words(value);
+  if (!moves)
+    return inputs.lack(
+        name + ": " +
+        (absent.empty() ? "sensitivity.json does not say where the marks go" : absent));
+  // Evaluates the parabola through the displacements at the width instead of the step.
+  const MatrixX3d down_m = moves->down_m(rows, Eigen::all), up_m = moves->up_m(rows, Eigen::all);
+  const auto at = [&](double steps) -> MatrixX3d {
+    return 0.5 * steps * (up_m - down_m) + 0.5 * steps * steps * (up_m + down_m);
+  };
+  inputs.effects.push_back({.what = name,
+                            .origin = width.origin,
+                            .rectangular = width.rectangular,
+                            .down_m = at(-width.down / moves->step),
+                            .up_m = at(width.up / moves->step),
+                            .remedy = width.remedy});
+}
+
+/// Adds the effect of another friction on the ensemble's drape from the scene's own start; if one
+/// end of its range leads to another branch, the effect of the other end counts on both sides.
+void add_friction_ends(const FrictionBand& band, const ValueWidth& width, const Report& report,
+                       BudgetInputs& inputs) {
+  const auto rows = rows_in(band.marks, report);
+  if (!rows) return inputs.lack("friction: the ensemble lacks a mark");
+  std::string lost;
+  std::vector<MatrixX3d> moves_m;
+  for (const OtherRest& end : band.ends)
+    if (end.moves_m)
+      moves_m.emplace_back(end.moves()(*rows, Eigen::all));
+    else
+      lost += fmt::format("{}{}: {}", lost.empty() ? "" : "; ", end.what, end.ending);
+  if (band.ends.size() != 2 || moves_m.empty())
+    return inputs.lack(fmt::format("friction ({})", lost));
+  const bool lower_is_lost = moves_m.size() == 1 && !band.ends.front().moves_m;
+  inputs.effects.push_back(
+      {.what = "friction",
+       .origin = lost.empty() ? width.origin : width.origin + "; " + lost,
+       .rectangular = width.rectangular,
+       .down_m = lower_is_lost ? MatrixX3d(-moves_m.back()) : moves_m.front(),
+       .up_m = moves_m.size() == 2 || lower_is_lost ? moves_m.back() : MatrixX3d(-moves_m.front()),
+       .remedy = width.remedy});
+}
+
+void add_sensitivities(const DrapeInput& input, const Report& report,
+                       const std::optional<SensitivityFile>& split, BudgetInputs& inputs) {
+  if (!split || !input.scene)
+    return inputs.lack(
+        "place of objects and pins, level, friction, segments and fabric values: `drape run` "
+        "without --single adds them");
+  const auto rows = rows_in(split->marks_at, report);
+  if (!rows) return inputs.lack("scene and fabric values: `drape run` finds them again");
+  for (const ValueEffect& one : split->values) {
+    const bool stand_in = one.moves && one.moves->half_width.has_value();
+    const double width = stand_in ? *one.moves->half_width : 100 * kMeasuredPart;
+    add_moves(
+        one.value, one.moves, "",
+        {width, width, stand_in,
+         fmt::format(fmt::runtime(stand_in ? "stand-in: within {:g} %" : "{:g} % of it"), width),
+         stand_in ? "measure " + in_words(one.value) : ""},
+        *rows, inputs);
+  }
+  if (split->values.empty()) inputs.lack("fabric values: the base has no first-order answer");
+  const auto add = [&](const std::string& value, const ValueWidth& width) {
+    const auto one = std::find_if(split->scene.begin(), split->scene.end(),
+                                  [&](const SceneEffect& e) { return e.value == value; });
+    const bool known = one != split->scene.end();
+    add_moves(value, known ? one->moves : std::nullopt, known ? one->absent : "", width, *rows,
+              inputs);
+  };
+  const auto pin_m = [&](const Pin& pin) {
+    const SheetMark* mark = input.measured.sheet.find(pin.mark);
+    return mark != nullptr && mark->covariance_m2 ? worst_sigma_m(*mark->covariance_m2) : 0.0;
+  };
+  const auto list = speaking_list(input);
+  for (const auto& [value, width] : values_of(*input.scene, pin_m))
+    if (value == "friction" && list && list->friction_band && !list->friction_band->ends.empty())
+      add_friction_ends(*list->friction_band, width, report, inputs);
+    else
+      add(value, width);
+  add("curve_segments", {1, 1, true, "beside twenty segments; as much may be left, up or down",
+                         "more segments in the rig"});
+  if (InputEffect& last = inputs.effects.back(); last.what == "curve segments")
+    last.own_m = std::abs(mean_change_m(inputs.differences_m, last.up_m));
+}
 
 constexpr double kBand = 0.95;  // least fraction of marks within their 95 % bands of a drape
 
@@ -29,15 +264,11 @@ std::string face_text(const std::string& face) {
 
 /// RMS distance of the common marks.
 std::optional<double> apart_m(const Sheet& a, const Sheet& b) {
-  double squares = 0;
-  int count = 0;
-  for (const SheetMark& mark : a.marks) {
-    const SheetMark* other = b.find(mark.mark);
-    if (other == nullptr) continue;
-    squares += (mark.point_in_world - other->point_in_world).squaredNorm();
-    ++count;
-  }
-  return count > 0 ? std::optional(std::sqrt(squares / count)) : std::nullopt;
+  std::vector<double> squares;
+  for (const SheetMark& mark : a.marks)
+    if (const SheetMark* other = b.find(mark.mark))
+      squares.push_back((mark.point_in_world - other->point_in_world).squaredNorm());
+  return squares.empty() ? std::nullopt : std::optional(std::sqrt(mean_of(squares)));
 }
 
 /// Reason why a laying is not a repeat of the drape's own; empty if it is.
@@ -98,31 +329,33 @@ void add_repeats(const Report& report, std::vector<MatchBasis>& bases) {
 
 void add_ensemble(const std::optional<PlacedDrape>& ensemble, std::vector<MatchBasis>& bases) {
   if (!ensemble || !ensemble->nearest || !ensemble->distance_m || !ensemble->reach_m) return;
-  MatchBasis branch{"branch", ensemble->branch ? Match::inside : Match::outside, {}, {}, "mm", {},
-                    {}};
-  branch.value = *ensemble->distance_m / mm;
-  branch.limit = *ensemble->reach_m / mm;
-  branch.reason =
-      ensemble->branch
-          ? fmt::format("the real drape is on branch {} of the ensemble", *ensemble->branch)
-          : fmt::format("the real drape is on no branch of the ensemble, {} is nearest",
-                        *ensemble->nearest);
-  bases.push_back(std::move(branch));
+  bases.push_back(
+      {"branch",
+       ensemble->branch ? Match::inside : Match::outside,
+       *ensemble->distance_m / mm,
+       *ensemble->reach_m / mm,
+       "mm",
+       {},
+       ensemble->branch
+           ? fmt::format("the real drape is on branch {} of the ensemble", *ensemble->branch)
+           : fmt::format("the real drape is on no branch of the ensemble, {} is nearest",
+                         *ensemble->nearest)});
   if (!ensemble->inside_fraction) return;
-  const bool in = *ensemble->inside_fraction >= kBand;
-  MatchBasis band{"band", in ? Match::inside : Match::outside, {}, {}, "%", {}, {}};
-  band.value = 100 * (1 - *ensemble->inside_fraction);
-  band.limit = 100 * (1 - kBand);
-  band.reason = fmt::format("{:.0f} % of its marks are in their 95 % bands",
-                            100 * *ensemble->inside_fraction);
-  bases.push_back(std::move(band));
+  const double in = *ensemble->inside_fraction;
+  bases.push_back({"band",
+                   in >= kBand ? Match::inside : Match::outside,
+                   100 * (1 - in),
+                   100 * (1 - kBand),
+                   "%",
+                   {},
+                   fmt::format("{:.0f} % of its marks are in their 95 % bands", 100 * in)});
 }
 
 /// Limit of the match, with the value compared to it.
 struct Limit {
   double value_m = 0, limit_m = 0;
   std::string what, rests_on;
-  std::optional<double> p;
+  std::optional<double> p = {};
 };
 
 std::optional<Limit> limit_of(const Options& options, const Report& report) {
@@ -131,30 +364,34 @@ std::optional<Limit> limit_of(const Options& options, const Report& report) {
       return Limit{mean_of(match->bases.front().virtual_to_real_m), *limit, "repeats",
                    fmt::format("{} repeats", repeats_of(report)), match->p};
   if (!options.tolerance_m) return std::nullopt;
-  return Limit{report.real_virtual[*report.headline].statistics.mean_m,
-               *options.tolerance_m,
-               "tolerance",
-               "tolerance",
-               {}};
+  return Limit{.value_m = report.speaks().statistics.mean_m,
+               .limit_m = *options.tolerance_m,
+               .what = "tolerance",
+               .rests_on = "tolerance"};
+}
+
+/// Sets the half width of the inputs alone and the bound of the simulation's own error.
+void add_open(Budget& budget) {
+  std::vector<BudgetLine> of_inputs;
+  budget.own_m = 0;
+  for (const BudgetLine& line : budget.lines)
+    if (line.own_m)
+      budget.own_m += *line.own_m;
+    else
+      of_inputs.push_back(line);
+  budget.inputs_m = half_width_m(of_inputs);
 }
 
 /// Remedies that together could reduce the open contributions below `room_m`, largest first; empty
 /// if even all of them cannot. Halving a mesh spacing halves its contribution, every other remedy
 /// removes one.
-std::vector<std::string> remedies_of(const Budget& budget, double room_m) {
-  std::vector<BudgetLine> lines = budget.lines;
+std::vector<std::string> remedies_of(Budget budget, double room_m) {
   const auto open_m = [&] {
-    double own_m = 0;
-    std::vector<BudgetLine> of_inputs;
-    for (const BudgetLine& line : lines)
-      if (line.own_m)
-        own_m += *line.own_m;
-      else
-        of_inputs.push_back(line);
-    return half_width_m(of_inputs) + own_m;
+    add_open(budget);
+    return budget.inputs_m + budget.own_m;
   };
   std::vector<BudgetLine*> open;
-  for (BudgetLine& line : lines)
+  for (BudgetLine& line : budget.lines)
     if (!line.remedy.empty()) open.push_back(&line);
   const auto size_m = [](const BudgetLine* line) { return line->own_m.value_or(2 * line->u_m); };
   std::stable_sort(open.begin(), open.end(),
@@ -209,7 +446,7 @@ std::optional<double> apart_m(const DrapeInput& input, const RealVirtual& one,
 
 /// The drape of the headline's cloth from the measured shape, on the same mesh.
 const RealVirtual* from_measured(const DrapeInput& input, const Report& report) {
-  const Simulation& own = input.simulations[report.real_virtual[*report.headline].simulation];
+  const Simulation& own = input.simulations[report.speaks().simulation];
   for (const RealVirtual& row : report.real_virtual) {
     const Simulation& one = input.simulations[row.simulation];
     if (!one.other_simulator && !one.branch && one.source().from_measured &&
@@ -242,7 +479,7 @@ std::optional<ModelRest> model_of(const DrapeInput& input, const Report& report)
         model.lost.push_back(fmt::format("friction {:g}: {}", other.friction, other.ending));
   }
   if (const auto list = speaking_list(input); list && row != nullptr) {
-    model.apart_m = apart_m(input, report.real_virtual[*report.headline], *row, list->round);
+    model.apart_m = apart_m(input, report.speaks(), *row, list->round);
     if (model.apart_m) model.other_branch = *model.apart_m > list->linked_m;
   }
   return model;
@@ -303,11 +540,99 @@ void judge_by(const Limit& limit, const DrapeInput& input, const Report& report,
   verdict.bases.insert(verdict.bases.begin(), std::move(basis));
 }
 
-std::string number_text(const std::optional<double>& value, const std::string& unit) {
-  return value ? fmt::format("{:.3f} {}", *value, unit) : std::string();
+}  // namespace
+
+std::string mesh_sentence(const DrapeInput& input, const Report& report) {
+  const Simulation& own = input.simulations[report.speaks().simulation];
+  if (own.other_simulator) return {};
+  if (own.levels) return mesh_error_sentence(*own.levels);
+  return own.is_grid()
+             ? "mesh error not known: a grid of particles does not state it; simulate the "
+               "cloth without --paper"
+             : "mesh error not known: no levels.json lies beside the sheet";
 }
 
-}  // namespace
+std::optional<BranchList> speaking_list(const DrapeInput& input) {
+  const Simulation* one = input.speaking_branch();
+  return one ? list_above(one->sheet.file, one->branch->set_sha256) : std::nullopt;
+}
+
+BudgetInputs budget_inputs_of(const DrapeInput& input, const Report& report,
+                              const std::optional<SensitivityFile>& split) {
+  BudgetInputs inputs;
+  add_measurement(input, report, inputs);
+  if (input.simulations[report.speaks().simulation].other_simulator) {
+    inputs.lack(
+        "mesh error, scene and fabric values of another simulator: compare a sheet of drape "
+        "simulate");
+    return inputs;
+  }
+  add_mesh(input, report, inputs);
+  add_beyond_first_order(input, report, inputs);
+  add_memory(input, report, split, inputs);
+  add_sensitivities(input, report, split, inputs);
+  return inputs;
+}
+
+double half_width_m(const std::vector<BudgetLine>& lines) {
+  double squares = 0, rectangular = 0;
+  for (const BudgetLine& line : lines) {
+    squares += line.u_m * line.u_m;
+    if (line.rectangular) rectangular += std::pow(line.u_m, 4);
+  }
+  if (!(squares > 0)) return 0;
+  const double part = rectangular / (squares * squares);  // over a rectangular one's kurtosis
+  return (kNormal - (kNormal - kRectangular) * std::pow(part, kBend)) * std::sqrt(squares);
+}
+
+Budget budget_of(const BudgetInputs& inputs) {
+  Budget budget;
+  budget.missing = inputs.missing;
+  budget.lines.push_back({"marks, each by itself", inputs.marks_m, "covariance of each mark"});
+  if (inputs.drawn.size() >= kLeastDrawn)
+    budget.lines.push_back(
+        {"answers beyond first order", beyond_m(inputs.differences_m, inputs.drawn),
+         fmt::format("{} drapes with all stated values wrong at once", inputs.drawn.size())});
+  for (const InputEffect& effect : inputs.effects)
+    budget.lines.push_back({effect.what, alone_m(inputs.differences_m, effect), effect.origin,
+                            effect.rectangular, effect.remedy, effect.own_m});
+  std::stable_sort(budget.lines.begin(), budget.lines.end(),
+                   [](const BudgetLine& a, const BudgetLine& b) { return a.u_m > b.u_m; });
+  budget.expanded_m = half_width_m(budget.lines);
+  add_open(budget);
+  return budget;
+}
+
+std::string budget_sentence(const Budget& budget) {
+  std::string text = fmt::format("U = {:.3f} mm (95 %){}", budget.expanded_m / mm,
+                                 budget.missing.empty() ? "" : " at least");
+  std::string largest;
+  for (std::size_t i = 0; i < std::min<std::size_t>(3, budget.lines.size()); ++i)
+    largest += fmt::format("{}{} {:.3f} mm", i == 0 ? "" : ", ", budget.lines[i].what,
+                           budget.lines[i].u_m / mm);
+  if (!largest.empty()) text += "; largest: " + largest;
+  if (!budget.missing.empty())
+    text += fmt::format("; it lacks {}", fmt::join(budget.missing, "; "));
+  return text;
+}
+
+double beyond_m(const MatrixX3d& differences_m, const std::vector<DrawnTogether>& drawn) {
+  double excess = 0;
+  for (const DrawnTogether& one : drawn)
+    excess += std::pow(mean_change_m(differences_m, one.moves_m), 2) -
+              std::pow(mean_change_m(differences_m, one.first_order_m), 2);
+  const auto count = static_cast<double>(drawn.size());
+  return student_quantile(0.975, count) / kNormal * std::sqrt(std::max(0.0, excess / count));
+}
+
+double alone_m(const MatrixX3d& differences_m, const InputEffect& effect) {
+  const double reach = effect.rectangular ? 1 : kNormal;
+  const MatrixX3d slope_m = 0.5 * reach * (effect.up_m - effect.down_m),
+                  curve_m = 0.5 * reach * reach * (effect.up_m + effect.down_m);
+  const double farthest_m = std::max(std::abs(mean_change_m(differences_m, curve_m - slope_m)),
+                                     std::abs(mean_change_m(differences_m, curve_m + slope_m)));
+  return farthest_m / (effect.rectangular ? std::sqrt(3.0) : kNormal);
+}
 
 void judge_repeats(const DrapeInput& input, const Options& options, Report& report) {
   report.significance = options.significance;
@@ -329,8 +654,7 @@ void judge_repeats(const DrapeInput& input, const Options& options, Report& repo
     report.repeats.push_back(std::move(line));
   }
   if (!report.headline || repeats.size() < 2) return;
-  const SheetFile& chosen =
-      input.simulations[report.real_virtual[*report.headline].simulation].sheet;
+  const SheetFile& chosen = input.simulations[report.speaks().simulation].sheet;
   try {
     report.among_repeats = mark_repeats(repeats, {chosen}, options.significance);
   } catch (const Error& error) {
@@ -351,8 +675,7 @@ MatchVerdict match_of(const DrapeInput& input, const Options& options, const Rep
     return verdict;
   }
   if (report.budget->expanded_m > 0)
-    verdict.error_number =
-        report.real_virtual[*report.headline].statistics.mean_m / report.budget->expanded_m;
+    verdict.error_number = report.speaks().statistics.mean_m / report.budget->expanded_m;
   add_repeats(report, verdict.bases);
   add_ensemble(input.placed, verdict.bases);
   verdict.model = model_of(input, report);
@@ -374,24 +697,6 @@ MatchVerdict match_of(const DrapeInput& input, const Options& options, const Rep
 
 std::string name_of(Match match) {
   return std::string(drape::name_of(match));
-}
-
-Table basis_table(const Report& report) {
-  Table table({"judged by", "verdict", "value", "limit", "p", "why"}, {2, 3, 4});
-  for (const MatchBasis& basis : report.match.bases)
-    table.add({basis.what, name_of(basis.verdict), number_text(basis.value, basis.unit),
-               number_text(basis.limit, basis.unit),
-               basis.p ? fmt::format("{:.3f}", *basis.p) : std::string(), basis.reason});
-  return table;
-}
-
-Table repeats_table(const Report& report) {
-  Table table({"repeat", "set", "face", "RMS from the drape's own (mm)", "left out because"}, {3});
-  for (const RepeatLine& line : report.repeats)
-    table.add({line.repeat, line.set, line.face,
-               line.from_own_m ? fmt::format("{:.3f}", *line.from_own_m / mm) : std::string(),
-               line.left_out});
-  return table;
 }
 
 }  // namespace drape::compare

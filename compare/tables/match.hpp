@@ -1,12 +1,75 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <Eigen/Core>
+#include <optional>
 #include <string>
+#include <vector>
 
 #include "compare/compare.hpp"
 #include "compare/tables/tables.hpp"
 
 namespace drape::compare {
+
+/// Effect of one input's uncertainty on the differences virtual - real of the marks (rows, m): at
+/// one standard uncertainty below and above its value, or at the ends of a rectangular range.
+/// Between and beyond them the marks follow the parabola through the three.
+struct InputEffect {
+  std::string what, origin;
+  bool rectangular = false;
+  Eigen::MatrixX3d down_m, up_m;
+  std::string remedy = {};           ///< measure that reduces it; empty if none
+  std::optional<double> own_m = {};  ///< bound of its effect, for the simulation's own error
+};
+
+/// Displacements of the marks in a drape in which all inputs err at once.
+struct DrawnTogether {
+  Eigen::MatrixX3d moves_m, first_order_m;  ///< as draped, and as the sum of first-order responses
+};
+
+/// Contributions to the uncertainty of the headline's mean distance.
+struct BudgetInputs {
+  Eigen::MatrixX3d differences_m;  ///< virtual - real of each mark
+  double marks_m = 0;  ///< standard uncertainty of the mean from independent errors of the marks
+  std::vector<InputEffect> effects;
+  std::vector<DrawnTogether> drawn;  ///< drapes on the ensemble's mesh
+  std::vector<std::string> missing;  ///< unknown contributions, which must not count as zero
+
+  void lack(std::string what) { missing.push_back(std::move(what)); }
+};
+/// Collects the contributions; `report` must have a headline.
+[[nodiscard]] BudgetInputs budget_inputs_of(const DrapeInput& input, const Report& report,
+                                            const std::optional<SensitivityFile>& split);
+
+/// The list of the drape's speaking branch, with the bands of friction and internal friction;
+/// nullopt if it has changed since.
+[[nodiscard]] std::optional<BranchList> speaking_list(const DrapeInput& input);
+
+/// Total uncertainty of the headline's mean distance.
+[[nodiscard]] Budget budget_of(const BudgetInputs& inputs);
+
+/// Sentence: "U = 0.52 mm (95 %), most of it from the mesh, friction and the place of object 1".
+[[nodiscard]] std::string budget_sentence(const Budget& budget);
+/// Sentence on the error of the headline's mesh, or why it is unknown; empty for another simulator.
+/// Without a full stop.
+[[nodiscard]] std::string mesh_sentence(const DrapeInput& input, const Report& report);
+/// Standard uncertainty of the mean distance due to this input alone: largest change of the mean
+/// over its 95 % range (1.96 standard uncertainties; the whole of a rectangular range), divided by
+/// 1.96 or sqrt(3). Where the sheets are close the mean is nonlinear, and steeper outwards.
+[[nodiscard]] double alone_m(const Eigen::MatrixX3d& differences_m, const InputEffect& effect);
+
+/// Standard uncertainty of the mean distance beyond first order: root mean square change of the
+/// mean in these drapes, minus that of their first-order responses (control variates, since what
+/// both have in common does not depend on the draw). Widened by Student's t with as many degrees of
+/// freedom as drapes, so that 1.96 times it covers 95 %.
+[[nodiscard]] double beyond_m(const Eigen::MatrixX3d& differences_m,
+                              const std::vector<DrawnTogether>& drawn);
+
+/// Half width that contains the mean in 95 of 100 cases, for independent contributions: root sum of
+/// squares times a coverage factor between those of the normal (1.96) and of the rectangular
+/// distribution (1.645): 1.96 - 0.315 q^2.4, with q the kurtosis of the sum relative to that of a
+/// rectangular one. It increases with every contribution.
+[[nodiscard]] double half_width_m(const std::vector<BudgetLine>& lines);
 
 /// Fills Report::repeats and among_repeats: the layings of the drape that repeat each other, their
 /// distances, and the position of the headline among them.
@@ -23,9 +86,4 @@ void judge_repeats(const DrapeInput& input, const Options& options, Report& repo
                                     const Report& report);
 
 [[nodiscard]] std::string name_of(Match match);
-/// One row per criterion of the match.
-[[nodiscard]] Table basis_table(const Report& report);
-/// One row per laying of the drape; empty if it was laid once.
-[[nodiscard]] Table repeats_table(const Report& report);
-
 }  // namespace drape::compare

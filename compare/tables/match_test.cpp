@@ -7,7 +7,6 @@
 #include <cmath>
 #include <random>
 
-#include "compare/tables/budget.hpp"
 #include "compare/test_sheets.hpp"
 #include "core/files/files.hpp"
 #include "core/units.hpp"

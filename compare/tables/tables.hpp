@@ -1,56 +1,29 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <functional>
 #include <optional>
 #include <string>
-#include <utility>
 #include <vector>
 
 #include "compare/compare.hpp"
+#include "compare/records/provenance.hpp"
 #include "core/files/json_file.hpp"
+#include "core/sensitivity.hpp"
 
 namespace drape::compare {
-
-/// Builds a table of `Row`s column by column.
-template <class Row>
-class TableOf {
- public:
-  using Cell = std::function<std::string(const Row&)>;
-  explicit TableOf(std::string title = {}) { table_.title = std::move(title); }
-
-  /// Adds a numeric column; `heading` is for people.
-  void number(const std::string& name, const std::string& heading, Cell cell) {
-    add(name, heading, true, std::move(cell));
-  }
-  void word(const std::string& name, const std::string& heading, Cell cell) {
-    add(name, heading, false, std::move(cell));
-  }
-  template <class Range>
-  [[nodiscard]] Table of(const Range& rows) {
-    for (const Row& row : rows) {
-      table_.rows.emplace_back();
-      for (const Cell& cell : cells_) table_.rows.back().push_back(cell(row));
-    }
-    return std::move(table_);
-  }
-
- private:
-  void add(const std::string& name, const std::string& heading, bool numeric, Cell cell) {
-    table_.names.push_back(name);
-    table_.headings.push_back(heading);
-    table_.numeric.push_back(numeric);
-    cells_.push_back(std::move(cell));
-  }
-  Table table_;
-  std::vector<Cell> cells_;
-};
 
 /// Text by RFC 4180: cells with a comma, quote or line break are quoted.
 [[nodiscard]] std::string csv_of(const Table& table);
 /// Array of objects; cells of numeric columns become numbers (integers if without a point), and
 /// empty cells null.
 [[nodiscard]] Json json_of(const Table& table);
+
+/// Tables of one drape, including those of its headline simulation.
+[[nodiscard]] std::vector<ReportedTable> tables_of(const DrapeInput& input, const Report& report,
+                                                   const std::optional<SensitivityFile>& split);
+
+/// A name of a file format in words for people.
+[[nodiscard]] std::string in_words(std::string name);
 
 /// The paper's odd tables: discretisation, segments, mean distance, followed by measures that the
 /// paper does not have.
@@ -61,30 +34,25 @@ class TableOf {
                                  const BranchSet& set);
 /// Sentence without a full stop, such as "the real shape is nearest to branch 5 of 12 ...".
 [[nodiscard]] std::string branch_sentence(const DrapeInput& input, const BranchSet& set);
-/// Meshes without material coordinates: distances to surfaces, which are not distances of marks.
-[[nodiscard]] Table surface_table(const DrapeInput& input, const Report& report);
-/// The paper's even tables.
-[[nodiscard]] Table virtual_virtual_table(const Report& report);
+/// The paper's even tables, for simulations without a real cloth.
 [[nodiscard]] Table virtual_group_table(const VirtualGroup& group);
-/// Further statistics of one comparison: each with its standard deviation from the marks and
-/// its bootstrap interval, the mean along the normal, and the remainder after a rigid
-/// alignment.
-[[nodiscard]] Table trust_table(const DrapeInput& input, const RealVirtual& row);
-/// Covered area, drape coefficient, folds and their depth of every sheet that has them.
-[[nodiscard]] Table drapemeter_table(const DrapeInput& input, const Report& report);
-/// Folds and waves of every sheet that is a complete grid, in one number each (descriptors_of()).
-[[nodiscard]] Table shape_table(const DrapeInput& input);
-/// Power of height and curvature of the same sheets by wavelength.
-[[nodiscard]] Table wave_table(const DrapeInput& input);
-/// Edges and cells of the measured lattice with the strain of both sheets, per cent.
-[[nodiscard]] Table strain_table(const RealVirtual& row);
 /// One row per measured mark: its sigma and views, and its distance from every simulation.
 [[nodiscard]] Table mark_table(const DrapeInput& input, const Report& report);
 
-/// One row per mark without a distance, with its reason.
-[[nodiscard]] Table gap_table(const DrapeInput& input, const Report& report);
-/// Millimetres with three decimals; empty if absent.
-[[nodiscard]] std::string mm_text(double length_m);
-[[nodiscard]] std::string mm_text(const std::optional<double>& length_m);
+/// A sentence on inputs that differ from those of the run, if any: the measured sheet of the drape,
+/// and scene and fabric of its speaker.
+[[nodiscard]] std::optional<std::string> other_origin(const HashedFiles& inputs,
+                                                      const DrapeInput& drape);
+/// A sentence explaining why the base is not one of the drape's simulations, if so.
+[[nodiscard]] std::optional<std::string> other_base(const SensitivityFile& split,
+                                                    const DrapeInput& drape);
+
+/// Fabric values, sorted by decreasing change.
+[[nodiscard]] Table value_effect_table(const SensitivityFile& split);
+/// Changed models in the order of the file; marks the largest change among those at rest.
+[[nodiscard]] Table variant_effect_table(const SensitivityFile& split);
+/// Names the change with the largest effect on the mean distance, in one sentence without a full
+/// stop; empty if nothing was changed.
+[[nodiscard]] std::string error_split_sentence(const SensitivityFile& split);
 
 }  // namespace drape::compare

@@ -3,7 +3,7 @@
 // simulated scene: for one scene both must be equal, otherwise no drape would be GO.
 #include <gtest/gtest.h>
 
-#include "compare/asked_scene.hpp"
+#include "compare/drape_input.hpp"
 #include "core/files/files.hpp"
 #include "core/scene.hpp"
 #include "core/sheet.hpp"

@@ -39,7 +39,7 @@ RunReport small_report() {
   report.sentence = "measured";
   ReportedDrape drape;
   drape.name = drape.label = "A";
-  drape.sigma_median_m = drape.sigma_max_m = 3e-5;
+  drape.measurement.sigma_median_m = drape.measurement.sigma_max_m = 3e-5;
   const ReportedDistance distance{1,    2e-3, 2e-3, 2e-3, 2e-3, 2e-3,
                                   1e-5, 1e-3, 3e-3, 1e-3, 1e-3, 0.1};
   drape.distance = distance;

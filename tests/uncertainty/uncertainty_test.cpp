@@ -13,7 +13,6 @@
 #include <map>
 #include <random>
 
-#include "compare/tables/budget.hpp"
 #include "compare/tables/match.hpp"
 #include "compare/test_sheets.hpp"
 #include "core/files/csv.hpp"
