@@ -6,16 +6,13 @@
 
 #include <algorithm>
 #include <cmath>
-#include <map>
 #include <mutex>
 #include <numbers>
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 #include <set>
-#include <string>
 #include <utility>
-#include <vector>
 
 #include "core/error.hpp"
 #include "core/files/files.hpp"
@@ -26,7 +23,6 @@
 #include "core/statistics/sample.hpp"
 #include "core/units.hpp"
 #include "detect/image/image.hpp"
-#include "detect/labels/print_plane.hpp"
 #include "detect/targets/board.hpp"
 
 namespace drape::detect {
@@ -84,8 +80,8 @@ class Captions {
             cv::Point(point.x - 9 - size.width, point.y + 3 + up)}) {
         const cv::Rect place(corner, size);
         if ((place & whole) != place) continue;
-        if (std::none_of(taken_.begin(), taken_.end(),
-                         [&](const cv::Rect& other) { return (place & other).area() > 0; })) {
+        if (std::ranges::none_of(
+                taken_, [&](const cv::Rect& other) { return (place & other).area() > 0; })) {
           return place;
         }
       }
@@ -165,14 +161,12 @@ constexpr double kSaturated = 0.02;  ///< more than highlights: part of the clot
 constexpr double kSteps = 257;  ///< per grey level: exact for 8 and 16 bits
 
 double saturated_part(const GreyImage& image) {
-  const auto full = std::count(image.bytes.begin(), image.bytes.end(), 255);
+  const auto full = std::ranges::count(image.bytes, 255);
   return static_cast<double>(full) / static_cast<double>(image.bytes.size());
 }
 
 std::string range_of(const std::vector<TagDetection>& tags) {
-  const auto [least, most] =
-      std::minmax_element(tags.begin(), tags.end(),
-                          [](const TagDetection& a, const TagDetection& b) { return a.id < b.id; });
+  const auto [least, most] = std::ranges::minmax_element(tags, {}, &TagDetection::id);
   return fmt::format("{} to {}", least->id, most->id);
 }
 
@@ -266,7 +260,7 @@ struct Job {
 };
 
 bool is_free_pose(const Rig& rig, const std::string& set) {
-  return std::find(rig.free_poses.begin(), rig.free_poses.end(), set) != rig.free_poses.end();
+  return std::ranges::find(rig.free_poses, set) != rig.free_poses.end();
 }
 
 /// Lists the pictures to process: sets as requested, cameras in the order of the rig. A missing
@@ -277,9 +271,7 @@ std::vector<Job> plan(const Recording& recording, const Rig& rig,
   for (const std::string& name : sets) {
     const FrameSet& set = recording.set(name);
     for (const RigCamera& camera : rig.cameras) {
-      const auto frame =
-          std::find_if(set.frames.begin(), set.frames.end(),
-                       [&](const RecordedFrame& f) { return f.camera == camera.name; });
+      const auto frame = std::ranges::find(set.frames, camera.name, &RecordedFrame::camera);
       if (frame == set.frames.end()) {
         if (is_free_pose(rig, name)) continue;
         throw bad_input("the recording has no image of this camera",
@@ -565,9 +557,8 @@ std::string why_no_mark(const GreyImage& image, const PrintPlane& plane, const F
     return fmt::format("it shows tags {} of {}, tags.family in {} is {}", range_of(best),
                        best_family, file, plane.tag_family);
   if (own.size() >= kFewTags) {
-    const bool known = std::any_of(own.begin(), own.end(), [&](const TagDetection& tag) {
-      return plane.tags.count(tag.id) != 0;
-    });
+    const bool known = std::ranges::any_of(
+        own, [&](const TagDetection& tag) { return plane.tags.count(tag.id) != 0; });
     if (!known)
       return fmt::format(
           "it shows tags {} of {}, {} has tags {} to {} (tags.first_id, tags.tag.id)",
@@ -693,7 +684,7 @@ std::string tags_elsewhere(const PrintPlane& plane, const std::vector<TagDetecti
     std::size_t worst = 0;
     std::ptrdiff_t most = 0;
     for (std::size_t i = 0; i < count; ++i)
-      if (const auto found = std::count(apart[i].begin(), apart[i].end(), 1); found > most) {
+      if (const auto found = std::ranges::count(apart[i], 1); found > most) {
         most = found;
         worst = i;
       }
@@ -809,7 +800,7 @@ std::vector<std::string> default_sets(const Rig& rig, Surface surface) {
   }
   for (const auto& file : rig.scenes) {
     const std::string set = read_scene(file).set;
-    if (!set.empty() && std::find(sets.begin(), sets.end(), set) == sets.end()) sets.push_back(set);
+    if (!set.empty() && std::ranges::find(sets, set) == sets.end()) sets.push_back(set);
   }
   return sets;
 }

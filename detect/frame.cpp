@@ -18,7 +18,6 @@
 #include "core/statistics/sample.hpp"
 #include "detect/ellipses/ellipse_fit.hpp"
 #include "detect/labels/labels.hpp"
-#include "detect/labels/print_plane.hpp"
 
 namespace drape::detect {
 namespace {
@@ -89,7 +88,7 @@ std::optional<double> common_radius_px(const std::vector<Blob>& blobs, const Pri
     area += radii[k] * radii[k];
   }
   // Median by area, so that the many small regions inside tags count less than the dots.
-  std::sort(common.begin(), common.end());
+  std::ranges::sort(common);
   double below = 0;
   for (const double radius : common) {
     below += radius * radius;
@@ -138,7 +137,7 @@ BlurGuess frame_blur(const GreyImage& image, const Blobs& found, const NoiseMode
                      double light_centre_fraction) {
   std::vector<const Blob*> largest;
   for (const Blob& blob : found.blobs) largest.push_back(&blob);
-  std::stable_sort(largest.begin(), largest.end(), [](const Blob* a, const Blob* b) {
+  std::ranges::stable_sort(largest, [](const Blob* a, const Blob* b) {
     return a->shape_px2.determinant() > b->shape_px2.determinant();
   });
   std::vector<double> widths;
@@ -274,8 +273,8 @@ Found find_marks(const GreyImage& image, const NoiseModel& noise, const PrintPla
   std::optional<Found> found = find_by_dots(image, noise, plane, finder);
   if (!found) found = find_by_tags(image, noise, plane, finder);
   std::erase_if(found->blobs.blobs, [&](const Blob& blob) {
-    return std::any_of(found->tags.begin(), found->tags.end(),
-                       [&](const TagDetection& tag) { return inside_tag(blob.centre_px, tag); });
+    return std::ranges::any_of(
+        found->tags, [&](const TagDetection& tag) { return inside_tag(blob.centre_px, tag); });
   });
   return std::move(*found);
 }
@@ -395,9 +394,8 @@ void sort_out(const std::vector<DotFit>& fits, const Labels& found, const FrameL
           {label.mark, fits[k].centre_px, wrong.empty() ? label.reason : wrong});
     }
   }
-  std::sort(frame.detections.begin(), frame.detections.end(),
-            [](const Detection& a, const Detection& b) { return a.mark < b.mark; });
-  std::sort(frame.islands.begin(), frame.islands.end(), [](const IslandDot& a, const IslandDot& b) {
+  std::ranges::sort(frame.detections, {}, &Detection::mark);
+  std::ranges::sort(frame.islands, [](const IslandDot& a, const IslandDot& b) {
     return std::tie(a.island, a.dot.mark) < std::tie(b.island, b.dot.mark);
   });
 }

@@ -2,7 +2,6 @@
 #include "detect/dots/blobs.hpp"
 
 #include <Eigen/Eigenvalues>
-#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstring>
@@ -34,6 +33,87 @@ constexpr double ink_level = 0.5;  // largest fraction of the surrounding bright
 constexpr double negative_ink_level = 0.85;
 constexpr double full_core = 0.4;  // radius of the dark core, in radii of the dot
 constexpr double ring_core = 0.7;  // the same for dots with a light centre
+
+/// Bounding box and pixel count of a connected set of marked pixels.
+struct Region {
+  int left = 0, top = 0, width = 0, height = 0;
+  double area = 0;
+};
+
+/// Finds 8-connected regions of marked pixels, row by row. Works on runs of marked pixels, so that
+/// unmarked areas cost almost nothing and no image is stored.
+class RegionFinder {
+ public:
+  RegionFinder(int width_px, int height_px) {
+    map_.width_px = width_px;
+    map_.height_px = height_px;
+    map_.row_begins.reserve(static_cast<std::size_t>(height_px) + 1);
+    map_.row_begins.push_back(0);
+  }
+
+  /// Adds the next row from the top: `width_px` bytes, non-zero where marked.
+  void add_row(const std::uint8_t* marked) {
+    const int width = map_.width_px;
+    std::vector<DarkRun>& runs = map_.runs;
+    const std::size_t above_end = runs.size();
+    std::size_t touching =
+        map_.row_begins.size() > 1 ? map_.row_begins[map_.row_begins.size() - 2] : above_end;
+    for (int x = next_marked(marked, 0, width); x < width; x = next_marked(marked, x, width)) {
+      int end = x;
+      while (end < width && marked[end] != 0) ++end;
+      const int index = static_cast<int>(runs.size());
+      runs.push_back({x, end, 0});
+      parents_.push_back(index);
+      while (touching < above_end && runs[touching].to < x) ++touching;
+      for (std::size_t k = touching; k < above_end && runs[k].from <= end; ++k) {
+        join(static_cast<int>(k), index);
+      }
+      x = end;
+    }
+    map_.row_begins.push_back(runs.size());
+  }
+
+  /// Returns the regions in the order of their first pixels, once all rows are added. The region
+  /// with index k has label k + 1 in `map`.
+  [[nodiscard]] std::vector<Region> finish(DarkMap& map) {
+    std::vector<Region> regions;
+    for (int y = 0; y < map_.height_px; ++y) {
+      for (std::size_t k = map_.row_begins[y]; k < map_.row_begins[y + 1]; ++k) {
+        DarkRun& run = map_.runs[k];
+        const int root = root_of(static_cast<int>(k));
+        if (root == static_cast<int>(k)) {
+          regions.push_back({run.from, y, 0, 0, 0});
+          run.label = static_cast<std::int32_t>(regions.size());
+        }
+        run.label = map_.runs[root].label;
+        Region& region = regions[run.label - 1];
+        const int right = std::max(region.left + region.width, run.to);
+        region.left = std::min(region.left, run.from);
+        region.width = right - region.left;
+        region.height = y - region.top + 1;
+        region.area += run.to - run.from;
+      }
+    }
+    map = std::move(map_);
+    return regions;
+  }
+
+ private:
+  [[nodiscard]] int root_of(int run) {
+    while (parents_[run] != run) {
+      parents_[run] = parents_[parents_[run]];
+      run = parents_[run];
+    }
+    return run;
+  }
+  void join(int a, int b) {
+    const int first = root_of(a), second = root_of(b);
+    parents_[std::max(first, second)] = std::min(first, second);
+  }
+
+  DarkMap map_;
+  std::vector<int> parents_;  ///< per run: an earlier or the same run of its region
+};
 
 /// Brightness of the unprinted surface by morphological closing, which fills anything smaller than
 /// the square and preserves shadow edges. Computed at half scale from the brightest of each 2x2
@@ -167,12 +247,11 @@ void look_around(const GreyImage& image, const DarkMap& map, double core_radius,
   blob.dark = core;
   blob.dark_ring = 1.0;
   if (ring.empty()) return;
-  std::sort(ring.begin(), ring.end());
+  std::ranges::sort(ring);
   blob.bright = ring[ring.size() * 2 / 3];
   const auto half = static_cast<float>(0.5 * (blob.dark + blob.bright));
-  blob.dark_ring =
-      static_cast<double>(std::lower_bound(ring.begin(), ring.end(), half) - ring.begin()) /
-      static_cast<double>(ring.size());
+  blob.dark_ring = static_cast<double>(std::ranges::lower_bound(ring, half) - ring.begin()) /
+                   static_cast<double>(ring.size());
 }
 
 bool dot_like(const Blob& blob, double area, const DotSizes& sizes) {
@@ -186,70 +265,6 @@ bool dot_like(const Blob& blob, double area, const DotSizes& sizes) {
 }
 
 }  // namespace
-
-RegionFinder::RegionFinder(int width_px, int height_px) {
-  map_.width_px = width_px;
-  map_.height_px = height_px;
-  map_.row_begins.reserve(static_cast<std::size_t>(height_px) + 1);
-  map_.row_begins.push_back(0);
-}
-
-int RegionFinder::root_of(int run) {
-  while (parents_[run] != run) {
-    parents_[run] = parents_[parents_[run]];
-    run = parents_[run];
-  }
-  return run;
-}
-
-void RegionFinder::join(int a, int b) {
-  const int first = root_of(a), second = root_of(b);
-  parents_[std::max(first, second)] = std::min(first, second);
-}
-
-void RegionFinder::add_row(const std::uint8_t* marked) {
-  const int width = map_.width_px;
-  std::vector<DarkRun>& runs = map_.runs;
-  const std::size_t above_end = runs.size();
-  std::size_t touching =
-      map_.row_begins.size() > 1 ? map_.row_begins[map_.row_begins.size() - 2] : above_end;
-  for (int x = next_marked(marked, 0, width); x < width; x = next_marked(marked, x, width)) {
-    int end = x;
-    while (end < width && marked[end] != 0) ++end;
-    const int index = static_cast<int>(runs.size());
-    runs.push_back({x, end, 0});
-    parents_.push_back(index);
-    while (touching < above_end && runs[touching].to < x) ++touching;
-    for (std::size_t k = touching; k < above_end && runs[k].from <= end; ++k) {
-      join(static_cast<int>(k), index);
-    }
-    x = end;
-  }
-  map_.row_begins.push_back(runs.size());
-}
-
-std::vector<Region> RegionFinder::finish(DarkMap& map) {
-  std::vector<Region> regions;
-  for (int y = 0; y < map_.height_px; ++y) {
-    for (std::size_t k = map_.row_begins[y]; k < map_.row_begins[y + 1]; ++k) {
-      DarkRun& run = map_.runs[k];
-      const int root = root_of(static_cast<int>(k));
-      if (root == static_cast<int>(k)) {
-        regions.push_back({run.from, y, 0, 0, 0});
-        run.label = static_cast<std::int32_t>(regions.size());
-      }
-      run.label = map_.runs[root].label;
-      Region& region = regions[run.label - 1];
-      const int right = std::max(region.left + region.width, run.to);
-      region.left = std::min(region.left, run.from);
-      region.width = right - region.left;
-      region.height = y - region.top + 1;
-      region.area += run.to - run.from;
-    }
-  }
-  map = std::move(map_);
-  return regions;
-}
 
 Blobs find_blobs(const GreyImage& image, const NoiseModel& noise, const DotSizes& sizes,
                  bool light_centres) {

@@ -34,8 +34,8 @@ struct DarkMap {
   [[nodiscard]] std::span<const DarkRun> row_from(int x, int y) const {
     if (y < 0 || y >= height_px) return {};
     const std::span<const DarkRun> all = row(y);
-    const auto first = std::partition_point(all.begin(), all.end(),
-                                            [x](const DarkRun& run) { return run.to <= x; });
+    const auto first =
+        std::ranges::partition_point(all, [x](const DarkRun& run) { return run.to <= x; });
     return all.subspan(static_cast<std::size_t>(first - all.begin()));
   }
 
@@ -44,33 +44,6 @@ struct DarkMap {
     const std::span<const DarkRun> runs_from = row_from(x, y);
     return runs_from.empty() || runs_from.front().from > x ? 0 : runs_from.front().label;
   }
-};
-
-/// Bounding box and pixel count of a connected set of marked pixels.
-struct Region {
-  int left = 0, top = 0, width = 0, height = 0;
-  double area = 0;
-};
-
-/// Finds 8-connected regions of marked pixels, row by row. Works on runs of marked pixels, so that
-/// unmarked areas cost almost nothing and no image is stored.
-class RegionFinder {
- public:
-  RegionFinder(int width_px, int height_px);
-
-  /// Adds the next row from the top: `width_px` bytes, non-zero where marked.
-  void add_row(const std::uint8_t* marked);
-
-  /// Returns the regions in the order of their first pixels, once all rows are added. The region
-  /// with index k has label k + 1 in `map`.
-  [[nodiscard]] std::vector<Region> finish(DarkMap& map);
-
- private:
-  [[nodiscard]] int root_of(int run);
-  void join(int a, int b);
-
-  DarkMap map_;
-  std::vector<int> parents_;  ///< per run: an earlier or the same run of its region
 };
 
 /// A dark region with the size and outline of a dot.

@@ -5,13 +5,10 @@
 #include <Eigen/Eigenvalues>
 #include <Eigen/LU>
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <numbers>
-#include <vector>
 
 #include "core/statistics/sample.hpp"
-#include "detect/ellipses/pixel_columns.hpp"
 
 namespace drape::detect {
 

@@ -10,7 +10,6 @@
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 #include <utility>
-#include <vector>
 
 #include "core/pictures/picture.hpp"
 #include "core/statistics/sample.hpp"
@@ -88,7 +87,7 @@ std::optional<std::array<double, 4>> fractions_of(const GreyImage& image) {
 }
 
 double difference(const std::array<double, 4>& fractions) {
-  const auto [darkest, brightest] = std::minmax_element(fractions.begin(), fractions.end());
+  const auto [darkest, brightest] = std::ranges::minmax_element(fractions);
   return *brightest - *darkest;
 }
 

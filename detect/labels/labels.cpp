@@ -5,8 +5,9 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <map>
+#include <queue>
 #include <set>
+#include <tuple>
 
 #include "core/geometry/homography.hpp"
 
@@ -115,7 +116,7 @@ class PieceGrower {
       if (taken_[k] != 0 || !dots_[k].sound) continue;
       if (const auto start = start_at(k)) starts.push_back(*start);
     }
-    std::stable_sort(starts.begin(), starts.end(), [](const Start& a, const Start& b) {
+    std::ranges::stable_sort(starts, [](const Start& a, const Start& b) {
       return a.directions != b.directions ? a.directions > b.directions : a.error < b.error;
     });
     std::vector<LatticePiece> pieces;
@@ -124,9 +125,8 @@ class PieceGrower {
       LatticePiece piece = grow(start);
       if (piece.size() >= least_piece) pieces.push_back(std::move(piece));
     }
-    std::stable_sort(
-        pieces.begin(), pieces.end(),
-        [](const LatticePiece& a, const LatticePiece& b) { return a.size() > b.size(); });
+    std::ranges::stable_sort(
+        pieces, [](const LatticePiece& a, const LatticePiece& b) { return a.size() > b.size(); });
     return pieces;
   }
 
@@ -302,9 +302,8 @@ struct Place {
 };
 
 int known_classes(const std::vector<UnlabelledDot>& dots, const LatticePiece& piece) {
-  return static_cast<int>(std::count_if(piece.begin(), piece.end(), [&](const auto& entry) {
-    return dots[entry.second].light_centre.has_value();
-  }));
+  return static_cast<int>(std::ranges::count_if(
+      piece, [&](const auto& entry) { return dots[entry.second].light_centre.has_value(); }));
 }
 
 bool disagrees(const DotClasses& classes, const UnlabelledDot& dot, MarkId mark) {
@@ -387,7 +386,7 @@ class Labeller {
       const auto map = map_at_centre(plane_.tag_corners_m(tag.id), tag.corners_px, centre_m);
       if (!map || map->px_per_m.determinant() * plane_.row_sign <= 0) continue;
       const std::vector<MarkId> around = plane_.marks_around(tag.id);
-      if (!around.empty()) read_cells_.insert(*std::min_element(around.begin(), around.end()));
+      if (!around.empty()) read_cells_.insert(*std::ranges::min_element(around));
       for (const MarkId mark : around) {
         const BestStep best = steps_.best(*map, plane_.point_m(mark) - centre_m, taken_);
         if (!best.is_clear()) continue;
@@ -567,7 +566,7 @@ class Labeller {
         const auto beside = seams.find(mark + step);
         if (beside == seams.end()) continue;
         const auto& there = beside->second;
-        if (std::find(there.begin(), there.end(), other + step) != there.end()) return true;
+        if (std::ranges::find(there, other + step) != there.end()) return true;
       }
     }
     return false;
@@ -718,11 +717,10 @@ std::optional<LatticePiece> place_by_classes(const PrintPlane& plane,
   }
   int lights = 0;
   for (const std::string& row : plane.classes->rows)
-    lights += static_cast<int>(std::count(row.begin(), row.end(), 'o'));
+    lights += static_cast<int>(std::ranges::count(row, 'o'));
   const bool few = few_lights * lights < plane.rows * plane.cols;
   if (few) std::erase_if(places, [&](const Place& place) { return place.lights < lights; });
-  std::stable_sort(places.begin(), places.end(),
-                   [](const Place& a, const Place& b) { return a.wrong < b.wrong; });
+  std::ranges::stable_sort(places, {}, &Place::wrong);
   if (places.empty() || places[0].wrong > most_wrong * known) return std::nullopt;
   const double lead = std::max<double>(least_lead_dots, least_lead * known);
   if (places.size() > 1 && (few || places[1].wrong < places[0].wrong + lead)) return std::nullopt;

@@ -56,14 +56,12 @@ namespace {
 /// Copies the values that cloth and target have in common.
 template <class Sheet>
 PrintPlane common_plane(const Sheet& sheet) {
-  PrintPlane plane;
-  plane.rows = sheet.rows;
-  plane.cols = sheet.cols;
-  plane.pitch_m = sheet.pitch_m;
-  plane.dot_radius_m = sheet.dot_diameter_m / 2;
-  plane.tag_family = sheet.tag_family;
-  plane.tag_edge_m = sheet.tag_edge_m;
-  return plane;
+  return {.rows = sheet.rows,
+          .cols = sheet.cols,
+          .pitch_m = sheet.pitch_m,
+          .dot_radius_m = sheet.dot_diameter_m / 2,
+          .tag_family = sheet.tag_family,
+          .tag_edge_m = sheet.tag_edge_m};
 }
 
 /// Largest stretch of a vector by a matrix.
@@ -181,7 +179,7 @@ std::vector<std::size_t> DotCells::within(const Eigen::Vector2d& px, double reac
       }
     }
   }
-  std::sort(found.begin(), found.end());
+  std::ranges::sort(found);
   return found;
 }
 

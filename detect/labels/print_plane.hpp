@@ -8,7 +8,6 @@
 #include <string>
 #include <vector>
 
-#include "core/detections.hpp"
 #include "core/marks.hpp"
 #include "core/rig.hpp"
 
@@ -25,11 +24,11 @@ struct PrintPlane {
   std::string tag_family;
   double tag_edge_m = 0;
   double row_sign = 1;  ///< +1 if rows run down with upright tags (cloth), -1 if up (target)
-  std::optional<DotClasses> classes;
-  bool stiff = false;                   ///< a plate rather than cloth
-  bool white_dots = false;              ///< on a black plate
-  bool staggered = false;               ///< dots only where row + col is even
-  std::map<int, Eigen::Vector2d> tags;  ///< centre by id
+  std::optional<DotClasses> classes = {};
+  bool stiff = false;                        ///< a plate rather than cloth
+  bool white_dots = false;                   ///< on a black plate
+  bool staggered = false;                    ///< dots only where row + col is even
+  std::map<int, Eigen::Vector2d> tags = {};  ///< centre by id
 
   [[nodiscard]] Eigen::Vector2d point_m(MarkId mark) const;
   /// Centre of the cell between a mark and the one in the next row and column.

@@ -23,27 +23,32 @@ namespace fs = std::filesystem;
 
 namespace {
 
-struct PrintArguments {
-  fs::path description, out;
+struct PageArguments {
+  fs::path out;
   Paper paper = Paper::automatic;
 };
 
-void fields(Fields& f, PrintArguments& a) {
-  f(Field{"file", "print.toml of the patch, or target.toml"}.called("FILE"), a.description);
+void fields(Fields& f, PageArguments& a) {
   f({"out", "PDF to write, with the same page as SVG beside it"}, a.out);
   f.otherwise({"paper", "auto (a4, else a3), a4, a3, letter, or fit: as large as needed"}, a.paper);
 }
 
-struct PlateArguments {
-  fs::path out;
-  Paper paper = Paper::automatic;
+struct PrintArguments : PageArguments {
+  fs::path description;
+};
+
+void fields(Fields& f, PrintArguments& a) {
+  f(Field{"file", "print.toml of the patch, or target.toml"}.called("FILE"), a.description);
+  fields(f, static_cast<PageArguments&>(a));
+}
+
+struct PlateArguments : PageArguments {
   double size_m = 80 * units::mm;
   int first_id = 500;
 };
 
 void fields(Fields& f, PlateArguments& a) {
-  f({"out", "PDF to write, with the same page as SVG beside it"}, a.out);
-  f.otherwise({"paper", "auto (a4, else a3), a4, a3, letter, or fit: as large as needed"}, a.paper);
+  fields(f, static_cast<PageArguments&>(a));
   f.otherwise({"size_mm", "edge length of the sheet, equal to that of the box's top", units::mm,
                above_zero},
               a.size_m);
@@ -213,7 +218,9 @@ int print_command(int argc, char** argv) {
       record.option("size_mm", fmt::format("{}", on_plate.size_m / units::mm));
       return write(printed, file, on_plate.out, common, record);
     }
-    const auto& [file, out, paper] = cloth->parsed() ? on_cloth : on_target;
+    const PrintArguments& given = cloth->parsed() ? on_cloth : on_target;
+    const auto& [out, paper] = static_cast<const PageArguments&>(given);
+    const fs::path& file = given.description;
     RunRecord record("drape-detect", words, run_record_path(out));
     record.input(file);
     const PrintedPage printed = cloth->parsed()

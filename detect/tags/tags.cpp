@@ -112,8 +112,7 @@ class Cells {
   }
 
   [[nodiscard]] bool are_neighbours(std::size_t from, std::size_t to) const {
-    return std::any_of(neighbours_[from].begin(), neighbours_[from].end(),
-                       [&](const Neighbour& n) { return n.dot == to; });
+    return std::ranges::any_of(neighbours_[from], [&](const Neighbour& n) { return n.dot == to; });
   }
 
   const std::vector<UnlabelledDot>& dots_;
@@ -188,15 +187,10 @@ struct Modules {
   [[nodiscard]] double at(int x, int y) const { return levels[y * side + x]; }
 };
 
-/// Position in the cell of a point given in modules from the corner of the tag.
-Eigen::Vector2d in_cell(double x, double y, double tag_fraction, int modules) {
-  return (Eigen::Vector2d(x, y) / modules - Eigen::Vector2d::Constant(0.5)) * tag_fraction +
-         Eigen::Vector2d::Constant(0.5);
-}
-
-/// Quick test at corners and middles of sides: is there black inside white?
-bool may_be_tag(const GreyImage& image, const CellMap& cell, double tag_fraction, int modules,
-                double least_contrast) {
+/// Quick test at corners and middles of sides: is there black inside white? `place` maps modules
+/// from the corner of the tag to pixels.
+template <class Place>
+bool may_be_tag(const GreyImage& image, const Place& place, int modules, double least_contrast) {
   const double last = modules, middle = 0.5 * modules;
   int wrong = 0;
   for (const Eigen::Vector2d& at :
@@ -204,21 +198,19 @@ bool may_be_tag(const GreyImage& image, const CellMap& cell, double tag_fraction
         Eigen::Vector2d(last, middle), Eigen::Vector2d(last, last), Eigen::Vector2d(middle, last),
         Eigen::Vector2d(0, last), Eigen::Vector2d(0, middle)}) {
     const Eigen::Vector2d out = (at.array() - middle).sign() * 0.5;
-    const Eigen::Vector2d w = at + out, b = at - out;
-    const auto white = level_at(image, cell(in_cell(w.x(), w.y(), tag_fraction, modules)));
-    const auto black = level_at(image, cell(in_cell(b.x(), b.y(), tag_fraction, modules)));
+    const auto white = level_at(image, place(at + out)), black = level_at(image, place(at - out));
     wrong += !(white && black && *white - *black > least_contrast);
     if (wrong > most_wrong_pairs) return false;
   }
   return true;
 }
 
-std::optional<Modules> sample(const GreyImage& image, const CellMap& cell, double tag_fraction,
-                              int modules) {
+template <class Place>
+std::optional<Modules> sample(const GreyImage& image, const Place& place, int modules) {
   Modules result{modules + 2, {}};
   for (int y = -1; y <= modules; ++y) {
     for (int x = -1; x <= modules; ++x) {
-      const auto level = level_at(image, cell(in_cell(x + 0.5, y + 0.5, tag_fraction, modules)));
+      const auto level = level_at(image, place({x + 0.5, y + 0.5}));
       if (!level) return std::nullopt;
       result.levels.push_back(*level);
     }
@@ -337,9 +329,13 @@ std::optional<TagDetection> read_through(const GreyImage& image, const CellMap& 
                                          double noise_sigma) {
   const double fraction = plane.tag_edge_m / plane.pitch_m;
   const double least_contrast = std::max(12.0, 6 * noise_sigma);
-  if (!may_be_tag(image, cell, fraction, code.width_at_border, 0.5 * least_contrast))
-    return std::nullopt;
-  const auto modules = sample(image, cell, fraction, code.width_at_border);
+  const double n = code.width_at_border;
+  const auto place = [&](const Eigen::Vector2d& in_modules) {
+    return cell((in_modules / n - Eigen::Vector2d::Constant(0.5)) * fraction +
+                Eigen::Vector2d::Constant(0.5));
+  };
+  if (!may_be_tag(image, place, code.width_at_border, 0.5 * least_contrast)) return std::nullopt;
+  const auto modules = sample(image, place, code.width_at_border);
   if (!modules) return std::nullopt;
   const auto bits = bits_of(*modules, least_contrast);
   if (!bits) return std::nullopt;
@@ -347,11 +343,7 @@ std::optional<TagDetection> read_through(const GreyImage& image, const CellMap& 
   if (!reading) return std::nullopt;
   TagDetection tag;
   tag.id = reading->id;
-  const double n = code.width_at_border;
-  const Quad outline = {cell(in_cell(0, 0, fraction, code.width_at_border)),
-                        cell(in_cell(n, 0, fraction, code.width_at_border)),
-                        cell(in_cell(n, n, fraction, code.width_at_border)),
-                        cell(in_cell(0, n, fraction, code.width_at_border))};
+  const Quad outline = {place({0, 0}), place({n, 0}), place({n, n}), place({0, n})};
   // The library's code words are upside down for an upright tag (see TagFinder::find).
   for (int k = 0; k < 4; ++k) tag.corners_px.col(k) = outline[(k + reading->turns + 2) % 4];
   return tag;
@@ -404,20 +396,18 @@ TagFinder::TagFinder(const std::string& family, const TagSearch& search) : searc
   if (!family.empty()) family_.emplace(family, search.border_modules);
 }
 
-void TagFinder::make_detector() {
-  detector_ = {apriltag_detector_create(), apriltag_detector_destroy};
-  apriltag_detector_add_family_bits(
-      detector_.get(), family_->library(),
-      std::min(search_.wrong_bits, bearable_bits(*family_->library())));
-  detector_->nthreads = 1;
-  detector_->quad_decimate = 1.0F;
-  detector_->refine_edges = search_.refine_edges;
-}
-
 std::vector<TagFinder::Reading> TagFinder::read(const GreyImage& image, double noise_sigma) {
   std::vector<Reading> result;
   if (!family_) return result;
-  if (!detector_) make_detector();
+  if (!detector_) {
+    detector_ = {apriltag_detector_create(), apriltag_detector_destroy};
+    apriltag_detector_add_family_bits(
+        detector_.get(), family_->library(),
+        std::min(search_.wrong_bits, bearable_bits(*family_->library())));
+    detector_->nthreads = 1;
+    detector_->quad_decimate = 1.0F;
+    detector_->refine_edges = search_.refine_edges;
+  }
   // With a lower difference, sensor noise passes the library's threshold at 14 times the run time.
   detector_->qtp.min_white_black_diff =
       std::clamp(static_cast<int>(std::ceil(6.0 * noise_sigma)), 5, 60);
@@ -478,12 +468,11 @@ std::vector<TagDetection> TagFinder::read_between_dots(const GreyImage& image,
 }
 
 bool tags_sit_between_dots(const PrintPlane& plane) {
-  return !plane.tags.empty() &&
-         std::all_of(plane.tags.begin(), plane.tags.end(), [&](const auto& tag) {
-           const Eigen::Vector2d at = (tag.second - plane.first_m) / plane.pitch_m;
-           const Eigen::Vector2d rest = at.array() - at.array().floor();
-           return (rest.array() - 0.5).abs().maxCoeff() < 1e-3;
-         });
+  return !plane.tags.empty() && std::ranges::all_of(plane.tags, [&](const auto& tag) {
+    const Eigen::Vector2d at = (tag.second - plane.first_m) / plane.pitch_m;
+    const Eigen::Vector2d rest = at.array() - at.array().floor();
+    return (rest.array() - 0.5).abs().maxCoeff() < 1e-3;
+  });
 }
 
 }  // namespace drape::detect

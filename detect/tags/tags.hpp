@@ -54,8 +54,6 @@ class TagFinder {
   };
   [[nodiscard]] std::vector<Reading> read(const GreyImage& image, double noise_sigma);
 
-  void make_detector();
-
   TagSearch search_;
   std::optional<TagFamily> family_;
   std::shared_ptr<apriltag_detector> detector_;

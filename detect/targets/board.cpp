@@ -4,7 +4,6 @@
 #include <fmt/format.h>
 
 #include <Eigen/Geometry>
-#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -17,7 +16,6 @@
 #include "core/geometry/homography.hpp"
 #include "core/geometry/vectors.hpp"
 #include "core/rules.hpp"
-#include "detect/image/image.hpp"
 #include "detect/tags/tags.hpp"
 
 namespace drape::detect {
@@ -38,16 +36,59 @@ struct BoardGrid {
   }
   /// Position of (`row`, `col`) in or beside the grid, extrapolated from the two nearest corners
   /// along each axis.
-  [[nodiscard]] Eigen::Vector2d near(double row, double col) const;
-  [[nodiscard]] double nearest_neighbour_px(int row, int col) const;
+  [[nodiscard]] Vector2d near(double row, double col) const {
+    const int r = std::clamp(static_cast<int>(std::floor(row)), 0, rows - 2);
+    const int c = std::clamp(static_cast<int>(std::floor(col)), 0, cols - 2);
+    // Homography of the four corners: squares beyond the end of a tilted board change in size.
+    const auto map = square_homography({at(r, c), at(r, c + 1), at(r + 1, c + 1), at(r + 1, c)});
+    return map ? mapped(*map, {col - c, row - r}) : at(r, c);
+  }
+  [[nodiscard]] double nearest_neighbour_px(int row, int col) const {
+    double nearest = std::numeric_limits<double>::infinity();
+    const auto look = [&](int r, int c) {
+      if (r < 0 || c < 0 || r >= rows || c >= cols) return;
+      nearest = std::min(nearest, (at(r, c) - at(row, col)).norm());
+    };
+    look(row - 1, col);
+    look(row + 1, col);
+    look(row, col - 1);
+    look(row, col + 1);
+    return nearest;
+  }
   /// True if every corner lies where the neighbours on both sides predict it, within a third of
   /// their distance: more than perspective and lens distortion, less than a wrong corner.
-  [[nodiscard]] bool is_regular() const;
+  [[nodiscard]] bool is_regular() const {
+    const auto bends = [](const Vector2d& before, const Vector2d& here, const Vector2d& after) {
+      return ((before + after) / 2 - here).norm() > (after - before).norm() / 6;
+    };
+    for (int row = 0; row < rows; ++row) {
+      for (int col = 0; col < cols; ++col) {
+        if (row > 0 && row + 1 < rows && bends(at(row - 1, col), at(row, col), at(row + 1, col)))
+          return false;
+        if (col > 0 && col + 1 < cols && bends(at(row, col - 1), at(row, col), at(row, col + 1)))
+          return false;
+      }
+    }
+    return true;
+  }
 
   /// Quarter turn: the last row becomes the first column.
-  [[nodiscard]] BoardGrid turned() const;
+  [[nodiscard]] BoardGrid turned() const {
+    BoardGrid result{cols, rows, {}, 0, 0};
+    for (int row = 0; row < cols; ++row)
+      for (int col = 0; col < rows; ++col) result.px.push_back(at(rows - 1 - col, row));
+    return result;
+  }
   /// Mirrors the grid if needed, so that rows run up if columns run right.
-  void unmirror();
+  void unmirror() {
+    const Vector2d along_cols = at(0, cols - 1) - at(0, 0);
+    const Vector2d along_rows = at(rows - 1, 0) - at(0, 0);
+    if (cross(along_cols, along_rows) < 0) return;
+    const BoardGrid old = *this;
+    for (int row = 0; row < rows; ++row)
+      for (int col = 0; col < cols; ++col)
+        px[static_cast<std::size_t>(row) * cols + col] = old.at(rows - 1 - row, col);
+  }
 };
 
 /// Fractions of the board's contrast: least alternation of squares, largest alternation of the
@@ -100,59 +141,6 @@ std::optional<int> first_of(int seen, int whole, bool low_end, bool high_end) {
   if (seen == whole) return 0;
   if (seen > whole || low_end == high_end) return std::nullopt;
   return low_end ? 0 : whole - seen;
-}
-
-Vector2d BoardGrid::near(double row, double col) const {
-  const int r = std::clamp(static_cast<int>(std::floor(row)), 0, rows - 2);
-  const int c = std::clamp(static_cast<int>(std::floor(col)), 0, cols - 2);
-  // Homography of the four corners: squares beyond the end of a tilted board change in size.
-  const auto map = square_homography({at(r, c), at(r, c + 1), at(r + 1, c + 1), at(r + 1, c)});
-  return map ? mapped(*map, {col - c, row - r}) : at(r, c);
-}
-
-double BoardGrid::nearest_neighbour_px(int row, int col) const {
-  double nearest = std::numeric_limits<double>::infinity();
-  const auto look = [&](int r, int c) {
-    if (r < 0 || c < 0 || r >= rows || c >= cols) return;
-    nearest = std::min(nearest, (at(r, c) - at(row, col)).norm());
-  };
-  look(row - 1, col);
-  look(row + 1, col);
-  look(row, col - 1);
-  look(row, col + 1);
-  return nearest;
-}
-
-bool BoardGrid::is_regular() const {
-  const auto bends = [](const Vector2d& before, const Vector2d& here, const Vector2d& after) {
-    return ((before + after) / 2 - here).norm() > (after - before).norm() / 6;
-  };
-  for (int row = 0; row < rows; ++row) {
-    for (int col = 0; col < cols; ++col) {
-      if (row > 0 && row + 1 < rows && bends(at(row - 1, col), at(row, col), at(row + 1, col)))
-        return false;
-      if (col > 0 && col + 1 < cols && bends(at(row, col - 1), at(row, col), at(row, col + 1)))
-        return false;
-    }
-  }
-  return true;
-}
-
-BoardGrid BoardGrid::turned() const {
-  BoardGrid result{cols, rows, {}, 0, 0};
-  for (int row = 0; row < cols; ++row)
-    for (int col = 0; col < rows; ++col) result.px.push_back(at(rows - 1 - col, row));
-  return result;
-}
-
-void BoardGrid::unmirror() {
-  const Vector2d along_cols = at(0, cols - 1) - at(0, 0);
-  const Vector2d along_rows = at(rows - 1, 0) - at(0, 0);
-  if (cross(along_cols, along_rows) < 0) return;
-  const BoardGrid old = *this;
-  for (int row = 0; row < rows; ++row)
-    for (int col = 0; col < cols; ++col)
-      px[static_cast<std::size_t>(row) * cols + col] = old.at(rows - 1 - row, col);
 }
 
 /// Mean grey level of the squares with even row + col minus that of the others.
@@ -318,7 +306,7 @@ bool squares_were_counted(const GreyImage& image, const Target& target) {
 void orient(const GreyImage& image, const Target& target, BoardGrid& grid) {
   const bool turned = is_ambiguous(target) ? grid.at(0, grid.cols - 1).x() < grid.at(0, 0).x()
                                            : even_over_odd(image, grid) > 0;
-  if (turned) std::reverse(grid.px.begin(), grid.px.end());
+  if (turned) std::ranges::reverse(grid.px);
 }
 
 using Eigen::Vector2d;
@@ -333,15 +321,20 @@ Corners turned(const Corners& corners, int quarters) {
   return result;
 }
 
+/// A tag in the target's plane and in the picture.
+struct SeenTag {
+  Vector2d centre_m;
+  Corners corners_m, corners_px;
+};
+
 /// Homography of the corners of tags, each turned by the same number of quarters, from the target's
 /// plane to pixels.
-std::optional<Eigen::Matrix3d> map_of(const std::vector<Corners>& corners_m,
-                                      const std::vector<Corners>& corners_px, int quarters) {
+std::optional<Eigen::Matrix3d> map_of(const std::vector<SeenTag>& tags, int quarters) {
   std::vector<Vector2d> from, to;
-  for (std::size_t i = 0; i < corners_m.size(); ++i) {
-    const Corners px = turned(corners_px[i], quarters);
+  for (const SeenTag& tag : tags) {
+    const Corners px = turned(tag.corners_px, quarters);
     for (int k = 0; k < 4; ++k) {
-      from.emplace_back(corners_m[i].col(k));
+      from.emplace_back(tag.corners_m.col(k));
       to.emplace_back(px.col(k));
     }
   }
@@ -350,16 +343,16 @@ std::optional<Eigen::Matrix3d> map_of(const std::vector<Corners>& corners_m,
 
 /// Quarter turns by which the tags were printed: those with which one homography maps the corners
 /// of all tags best. A single tag fits all four and counts as upright.
-int quarters_turned(const std::vector<Corners>& corners_m, const std::vector<Corners>& corners_px) {
+int quarters_turned(const std::vector<SeenTag>& tags) {
   int best = 0;
   double least = std::numeric_limits<double>::infinity();
-  for (int quarters = 0; corners_m.size() > 1 && quarters < 4; ++quarters) {
-    const auto map = map_of(corners_m, corners_px, quarters);
+  for (int quarters = 0; tags.size() > 1 && quarters < 4; ++quarters) {
+    const auto map = map_of(tags, quarters);
     if (!map) continue;
     double sum = 0;
-    for (std::size_t i = 0; i < corners_m.size(); ++i) {
-      const Corners px = turned(corners_px[i], quarters);
-      for (int k = 0; k < 4; ++k) sum += (mapped(*map, corners_m[i].col(k)) - px.col(k)).norm();
+    for (const SeenTag& tag : tags) {
+      const Corners px = turned(tag.corners_px, quarters);
+      for (int k = 0; k < 4; ++k) sum += (mapped(*map, tag.corners_m.col(k)) - px.col(k)).norm();
     }
     if (sum >= least) continue;
     least = sum;
@@ -368,64 +361,31 @@ int quarters_turned(const std::vector<Corners>& corners_m, const std::vector<Cor
   return best;
 }
 
-Corners corners_in_plane(const Vector2d& centre_m, double edge_m) {
-  const double half = edge_m / 2;
-  Corners corners;
-  corners << -half, half, half, -half, half, half, -half, -half;
-  return corners.colwise() + centre_m;
+/// Upright corners of the tags found, which must belong to the target, each id once.
+std::vector<SeenTag> seen_tags(const Target& target, const std::vector<TagDetection>& found) {
+  const PrintPlane plane = plane_of(target);
+  std::vector<SeenTag> tags;
+  for (const TagDetection& tag : found) {
+    const auto corners_m = plane.tag_corners_m(tag.id);
+    SeenTag seen{plane.tags.at(tag.id), Corners::Zero(), tag.corners_px};
+    for (int k = 0; k < 4; ++k) seen.corners_m.col(k) = corners_m[k];
+    tags.push_back(seen);
+  }
+  const int quarters = quarters_turned(tags);
+  for (SeenTag& tag : tags) tag.corners_px = turned(tag.corners_px, quarters);
+  return tags;
 }
 
-/// Predicts the image of a tagged target's points from nearby tags.
-class BoardMap {
- public:
-  /// `tags` must belong to the target, each id once.
-  BoardMap(const Target& target, const std::vector<TagDetection>& tags);
-
-  /// Homography from the target's plane (metres) to pixels, fitted to the four nearest tags.
-  /// nullopt if no tag lies within 1.6 pitches.
-  [[nodiscard]] std::optional<Eigen::Matrix3d> around(const Eigen::Vector2d& point_m) const;
-
- private:
-  struct SeenTag {
-    Eigen::Vector2d centre_m;
-    Eigen::Matrix<double, 2, 4> corners_m, corners_px;
-  };
-  double pitch_m_;
-  std::vector<SeenTag> tags_;
-};
-
-BoardMap::BoardMap(const Target& target, const std::vector<TagDetection>& tags)
-    : pitch_m_(target.pitch_m) {
-  std::vector<Vector2d> centres_m;
-  std::vector<Corners> corners_m, corners_px;
-  for (const TagDetection& tag : tags) {
-    const auto printed = std::find_if(target.tags.begin(), target.tags.end(),
-                                      [&](const PrintedTag& t) { return t.id == tag.id; });
-    centres_m.push_back(printed->centre_m);
-    corners_m.push_back(corners_in_plane(printed->centre_m, target.tag_edge_m));
-    corners_px.push_back(tag.corners_px);
-  }
-  const int quarters = quarters_turned(corners_m, corners_px);
-  for (std::size_t i = 0; i < tags.size(); ++i)
-    tags_.push_back({centres_m[i], corners_m[i], turned(corners_px[i], quarters)});
-}
-
-std::optional<Eigen::Matrix3d> BoardMap::around(const Vector2d& point_m) const {
-  std::vector<const SeenTag*> nearest;
-  const auto distance = [&](const SeenTag* tag) { return (tag->centre_m - point_m).norm(); };
-  for (const SeenTag& tag : tags_) {
-    if (distance(&tag) <= kReachPitches * pitch_m_) nearest.push_back(&tag);
-  }
-  if (nearest.empty()) return std::nullopt;
-  std::stable_sort(nearest.begin(), nearest.end(),
-                   [&](const SeenTag* a, const SeenTag* b) { return distance(a) < distance(b); });
-  nearest.resize(std::min(nearest.size(), kTagsPerMap));
-  std::vector<Corners> corners_m, corners_px;
-  for (const SeenTag* tag : nearest) {
-    corners_m.push_back(tag->corners_m);
-    corners_px.push_back(tag->corners_px);
-  }
-  return map_of(corners_m, corners_px, 0);
+/// Homography from the target's plane (metres) to pixels, fitted to the four tags nearest to a
+/// point. nullopt if no tag lies within 1.6 pitches.
+std::optional<Eigen::Matrix3d> map_around(std::vector<SeenTag> tags, const Vector2d& point_m,
+                                          double pitch_m) {
+  const auto distance = [&](const SeenTag& tag) { return (tag.centre_m - point_m).norm(); };
+  std::erase_if(tags, [&](const SeenTag& tag) { return distance(tag) > kReachPitches * pitch_m; });
+  if (tags.empty()) return std::nullopt;
+  std::ranges::stable_sort(tags, {}, distance);
+  tags.resize(std::min(tags.size(), kTagsPerMap));
+  return map_of(tags, 0);
 }
 
 constexpr double kEdge_px = 1;               ///< part of the free width taken by a blurred edge
@@ -490,55 +450,12 @@ Surroundings surroundings_of(const Eigen::Matrix3d& map, const Vector2d& point_m
 std::optional<double> contrast_at(const GreyImage& image, const Surroundings& around) {
   double level[4];
   for (int k = 0; k < 4; ++k) {
-    const int x = static_cast<int>(std::lround(around.diagonals[k].x()));
-    const int y = static_cast<int>(std::lround(around.diagonals[k].y()));
-    if (x < 0 || y < 0 || x >= image.width_px || y >= image.height_px) return std::nullopt;
-    level[k] = image.level(x, y);
+    const auto here = level_near(image, around.diagonals[k]);
+    if (!here) return std::nullopt;
+    level[k] = *here;
   }
   return std::abs(level[0] + level[2] - level[1] - level[3]) / 2;
 }
-
-/// Measures the corners of one frame one by one.
-class CornerReader {
- public:
-  CornerReader(const GreyImage& image, double free_m, double noise_sigma, FrameDetections& frame)
-      : image_(image), free_m_(free_m), noise_sigma_(noise_sigma), frame_(frame) {}
-
-  void read(MarkId mark, const Vector2d& point_m, const Eigen::Matrix3d& map) {
-    const Surroundings around = surroundings_of(map, point_m, free_m_);
-    const std::optional<double> contrast = contrast_at(image_, around);
-    if (!contrast) return;  // Outside the picture, where nothing could be found.
-    const int half_window = static_cast<int>(std::floor(around.free_px - kEdge_px));
-    if (half_window < kLeastHalfWindow_px) {
-      return reject(mark, around.px,
-                    fmt::format("too small: {:.1f} px are free around the corner", around.free_px));
-    }
-    if (*contrast < kLeastContrastSigmas * noise_sigma_) {
-      return reject(mark, around.px,
-                    fmt::format("no corner where the tags have it: covered or glare, contrast "
-                                "{:.0f} grey levels",
-                                *contrast));
-    }
-    const auto point = find_corner_point(image_, around.px, half_window);
-    if (!point || (point->centre_px - around.px).norm() > std::max(1.0, 0.5 * half_window)) {
-      return reject(mark, around.px, "the edges around the corner do not meet in one point");
-    }
-    points.push_back(*point);
-    frame_.detections.push_back({mark, point->centre_px, Eigen::Matrix2d::Identity(),
-                                 Vector2d::Constant(point->half_window_px), 0, *contrast, 0});
-  }
-
-  std::vector<CornerPoint> points;
-
- private:
-  void reject(MarkId mark, const Vector2d& px, const std::string& reason) {
-    frame_.rejections.push_back({mark, px, reason});
-  }
-
-  const GreyImage& image_;
-  double free_m_, noise_sigma_;
-  FrameDetections& frame_;
-};
 
 FrameDetections detect_face(const GreyImage& image, const Target& target) {
   FrameDetections frame;
@@ -548,15 +465,38 @@ FrameDetections detect_face(const GreyImage& image, const Target& target) {
   frame.noise_sigma = noise_sigma;
   frame.tags = tags_of(image, target, noise_sigma);
   if (frame.tags.empty()) return frame;
-  const BoardMap board(target, frame.tags);
-  CornerReader reader(image, free_width_m(target), noise_sigma, frame);
+  const std::vector<SeenTag> tags = seen_tags(target, frame.tags);
+  const double free_m = free_width_m(target);
+  std::vector<CornerPoint> points;
+  const auto read = [&](MarkId mark, const Vector2d& point_m, const Eigen::Matrix3d& map) {
+    const Surroundings around = surroundings_of(map, point_m, free_m);
+    const auto reject = [&](const std::string& reason) {
+      frame.rejections.push_back({mark, around.px, reason});
+    };
+    const std::optional<double> contrast = contrast_at(image, around);
+    if (!contrast) return;  // Outside the picture, where nothing could be found.
+    const int half_window = static_cast<int>(std::floor(around.free_px - kEdge_px));
+    if (half_window < kLeastHalfWindow_px)
+      return reject(fmt::format("too small: {:.1f} px are free around the corner", around.free_px));
+    if (*contrast < kLeastContrastSigmas * noise_sigma)
+      return reject(fmt::format(
+          "no corner where the tags have it: covered or glare, contrast {:.0f} grey levels",
+          *contrast));
+    const auto point = find_corner_point(image, around.px, half_window);
+    if (!point || (point->centre_px - around.px).norm() > std::max(1.0, 0.5 * half_window))
+      return reject("the edges around the corner do not meet in one point");
+    points.push_back(*point);
+    frame.detections.push_back({mark, point->centre_px, Eigen::Matrix2d::Identity(),
+                                Vector2d::Constant(point->half_window_px), 0, *contrast, 0});
+  };
   for (int row = 0; row < target.rows; ++row) {
     for (int col = 0; col < target.cols; ++col) {
       const Vector2d point_m = target.point_in_target({row, col}).head<2>();
-      if (const auto map = board.around(point_m)) reader.read({row, col}, point_m, *map);
+      if (const auto map = map_around(tags, point_m, target.pitch_m))
+        read({row, col}, point_m, *map);
     }
   }
-  set_corner_covariances(target, reader.points, frame);
+  set_corner_covariances(target, points, frame);
   return frame;
 }
 

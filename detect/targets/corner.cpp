@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <limits>
 #include <numbers>
 #include <opencv2/calib3d.hpp>
 #include <opencv2/imgproc.hpp>
@@ -185,6 +184,12 @@ struct Side {
   [[nodiscard]] bool is_near() const { return std::abs(sigmas) < kFar; }
 };
 
+/// Nodes of three-point Gauss-Legendre quadrature across a pixel.
+constexpr std::array<double, 3> kPixelPoints_px = {-0.3872983346207417, 0, 0.3872983346207417};
+constexpr std::array<double, 3> kPixelWeights = {5.0 / 18, 8.0 / 18, 5.0 / 18};
+/// Above this blur, integration over a pixel is equivalent to slightly more blur.
+constexpr double kBlurOfAreas_px = 0.6;
+
 /// Two blurred edges that cross, with the residuals and derivatives of every pixel.
 class Saddle {
  public:
@@ -198,9 +203,59 @@ class Saddle {
         excess_(std::asin(cosine_)) {}
 
   /// Level at a point, with its derivatives by the parameters.
-  double level_of_point(const Vector2d& at, Parameters& derivatives) const;
+  double level_of_point(const Vector2d& at, Parameters& derivatives) const {
+    const Vector2d from_centre = at - p_.head<2>();
+    const Side first(first_.normal.dot(from_centre) / blur_);
+    const Side second(second_.normal.dot(from_centre) / blur_);
+    const double width = std::numbers::sqrt2 * std::abs(sine_);
+    const bool blended = first.is_near() && second.is_near();
+    const double product =
+        first.value * second.value + (blended ? excess_.at(first.sigmas, second.sigmas) : 0);
+    const double surface = p_[kMiddle] + p_[kContrast] * product;
+    const double light = 1 + p_.tail<2>().dot(at);
+    const double scale = light * p_[kContrast];
+    const auto by = [&](const Side& side, const Side& other) {
+      return side.is_near()
+                 ? scale * side.slope * std::erf((other.sigmas - cosine_ * side.sigmas) / width)
+                 : 0;
+    };
+    const double by_first = by(first, second), by_second = by(second, first);
+    const double by_cosine =
+        blended ? scale * 2 / (kPi * std::abs(sine_)) *
+                      std::exp(-0.5 *
+                               (first.sigmas * first.sigmas + second.sigmas * second.sigmas -
+                                2 * cosine_ * first.sigmas * second.sigmas) /
+                               (sine_ * sine_))
+                : 0;
+    derivatives.head<2>() = -(by_first * first_.normal + by_second * second_.normal) / blur_;
+    derivatives[kFirst] = -by_first * first_.along.dot(from_centre) / blur_ + by_cosine * sine_;
+    derivatives[kSecond] = -by_second * second_.along.dot(from_centre) / blur_ - by_cosine * sine_;
+    derivatives[kMiddle] = light;
+    derivatives[kContrast] = light * product;
+    derivatives[kBlur] = -by_first * first.sigmas - by_second * second.sigmas;
+    derivatives.tail<2>() = surface * at;
+    return light * surface;
+  }
   /// Mean level over the area of a pixel, with its derivatives by the parameters.
-  double level_at(const Vector2d& at, Parameters& derivatives) const;
+  double level_at(const Vector2d& at, Parameters& derivatives) const {
+    const Vector2d from_centre = at - p_.head<2>();
+    const double nearest = std::min(std::abs(first_.normal.dot(from_centre)),
+                                    std::abs(second_.normal.dot(from_centre)));
+    if (blur_ > kBlurOfAreas_px || nearest > kFar * blur_ + 1)
+      return level_of_point(at, derivatives);
+    double level = 0;
+    Parameters part;
+    derivatives.setZero();
+    for (std::size_t i = 0; i < 3; ++i) {
+      for (std::size_t j = 0; j < 3; ++j) {
+        const double weight = kPixelWeights[i] * kPixelWeights[j];
+        const Vector2d within(kPixelPoints_px[i], kPixelPoints_px[j]);
+        level += weight * level_of_point(at + within, part);
+        derivatives += weight * part;
+      }
+    }
+    return level;
+  }
 
  private:
   Parameters p_;
@@ -209,65 +264,6 @@ class Saddle {
   double cosine_, sine_;
   JointExcess excess_;
 };
-
-double Saddle::level_of_point(const Vector2d& at, Parameters& derivatives) const {
-  const Vector2d from_centre = at - p_.head<2>();
-  const Side first(first_.normal.dot(from_centre) / blur_);
-  const Side second(second_.normal.dot(from_centre) / blur_);
-  const double width = std::numbers::sqrt2 * std::abs(sine_);
-  const bool blended = first.is_near() && second.is_near();
-  const double product =
-      first.value * second.value + (blended ? excess_.at(first.sigmas, second.sigmas) : 0);
-  const double surface = p_[kMiddle] + p_[kContrast] * product;
-  const double light = 1 + p_.tail<2>().dot(at);
-  const double scale = light * p_[kContrast];
-  const auto by = [&](const Side& side, const Side& other) {
-    return side.is_near()
-               ? scale * side.slope * std::erf((other.sigmas - cosine_ * side.sigmas) / width)
-               : 0;
-  };
-  const double by_first = by(first, second), by_second = by(second, first);
-  const double by_cosine =
-      blended ? scale * 2 / (kPi * std::abs(sine_)) *
-                    std::exp(-0.5 *
-                             (first.sigmas * first.sigmas + second.sigmas * second.sigmas -
-                              2 * cosine_ * first.sigmas * second.sigmas) /
-                             (sine_ * sine_))
-              : 0;
-  derivatives.head<2>() = -(by_first * first_.normal + by_second * second_.normal) / blur_;
-  derivatives[kFirst] = -by_first * first_.along.dot(from_centre) / blur_ + by_cosine * sine_;
-  derivatives[kSecond] = -by_second * second_.along.dot(from_centre) / blur_ - by_cosine * sine_;
-  derivatives[kMiddle] = light;
-  derivatives[kContrast] = light * product;
-  derivatives[kBlur] = -by_first * first.sigmas - by_second * second.sigmas;
-  derivatives.tail<2>() = surface * at;
-  return light * surface;
-}
-
-/// Nodes of three-point Gauss-Legendre quadrature across a pixel.
-constexpr std::array<double, 3> kPixelPoints_px = {-0.3872983346207417, 0, 0.3872983346207417};
-constexpr std::array<double, 3> kPixelWeights = {5.0 / 18, 8.0 / 18, 5.0 / 18};
-/// Above this blur, integration over a pixel is equivalent to slightly more blur.
-constexpr double kBlurOfAreas_px = 0.6;
-
-double Saddle::level_at(const Vector2d& at, Parameters& derivatives) const {
-  const Vector2d from_centre = at - p_.head<2>();
-  const double nearest =
-      std::min(std::abs(first_.normal.dot(from_centre)), std::abs(second_.normal.dot(from_centre)));
-  if (blur_ > kBlurOfAreas_px || nearest > kFar * blur_ + 1) return level_of_point(at, derivatives);
-  double level = 0;
-  Parameters part;
-  derivatives.setZero();
-  for (std::size_t i = 0; i < 3; ++i) {
-    for (std::size_t j = 0; j < 3; ++j) {
-      const double weight = kPixelWeights[i] * kPixelWeights[j];
-      const Vector2d within(kPixelPoints_px[i], kPixelPoints_px[j]);
-      level += weight * level_of_point(at + within, part);
-      derivatives += weight * part;
-    }
-  }
-  return level;
-}
 
 struct Normal {
   Eigen::Matrix<double, 9, 9> matrix = Eigen::Matrix<double, 9, 9>::Zero();
