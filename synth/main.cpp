@@ -5,7 +5,6 @@
 
 #include "core/error.hpp"
 #include "core/fields/records.hpp"
-#include "core/files/files.hpp"
 #include "core/program/command.hpp"
 #include "core/program/program.hpp"
 #include "core/program/progress.hpp"

@@ -3,7 +3,6 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/Cholesky>
 #include <Eigen/Geometry>
 #include <Eigen/LU>
 #include <algorithm>
@@ -154,16 +153,6 @@ double seen_fraction(const GridSurface& surface, const SceneView& view, const Ma
     }
   }
   return seen / static_cast<double>(all);
-}
-
-template <class Sheet>
-std::vector<MarkOnFace> all_marks(const Sheet& sheet) {
-  std::vector<MarkOnFace> marks;
-  for (int row = 0; row < sheet.rows; ++row) {
-    for (int col = 0; col < sheet.cols; ++col)
-      marks.push_back({{row, col}, face_point(sheet, {row, col}), sheet.dot_diameter_m / 2});
-  }
-  return marks;
 }
 
 using Eigen::Vector3d;
@@ -340,8 +329,7 @@ Job cloth_job(const Scene& scene, const Print& print, const SynthOptions& option
 }
 
 bool is_asked(const SynthOptions& options, const std::string& set) {
-  return options.sets.empty() ||
-         std::find(options.sets.begin(), options.sets.end(), set) != options.sets.end();
+  return options.sets.empty() || std::ranges::find(options.sets, set) != options.sets.end();
 }
 
 /// Creates a set when it is its turn to be rendered.
@@ -384,8 +372,7 @@ void require_known(const std::vector<Named>& jobs, const SynthOptions& options) 
   std::vector<std::string> asked = options.sets;
   for (const auto& [set, file] : options.sheets) asked.push_back(set);
   for (const std::string& set : asked) {
-    if (std::any_of(jobs.begin(), jobs.end(), [&](const Named& job) { return job.set == set; }))
-      continue;
+    if (std::ranges::any_of(jobs, [&](const Named& job) { return job.set == set; })) continue;
     std::string names;
     for (const Named& job : jobs) names += (names.empty() ? "" : ", ") + job.set;
     throw usage_error(fmt::format("the rig has no frame set `{}` to render", set),
@@ -465,14 +452,6 @@ void fields(Fields& f, TrueMark& mark) {
   f({"xyz_mm", "position in the world", units::mm}, mark.point_in_world);
   f({"normal_in_world", "unit normal on the printed side"}, mark.normal_in_world);
   f({"views", "the mark in each camera's picture"}, mark.views);
-}
-
-std::vector<MarkOnFace> marks_of(const Print& print) {
-  return all_marks(print);
-}
-
-std::vector<MarkOnFace> marks_of(const Target& target) {
-  return all_marks(target);
 }
 
 std::optional<Vector2d> disc_centroid_px(const GridSurface& surface, const Camera& camera,

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <cstdint>
 #include <filesystem>
 #include <functional>
 #include <map>
@@ -47,8 +46,15 @@ struct MarkOnFace {
   FacePoint centre;
   double radius_m = 0;
 };
-[[nodiscard]] std::vector<MarkOnFace> marks_of(const Print& print);
-[[nodiscard]] std::vector<MarkOnFace> marks_of(const Target& target);
+template <class Sheet>  // Print or Target
+[[nodiscard]] std::vector<MarkOnFace> marks_of(const Sheet& sheet) {
+  std::vector<MarkOnFace> marks;
+  for (int row = 0; row < sheet.rows; ++row) {
+    for (int col = 0; col < sheet.cols; ++col)
+      marks.push_back({{row, col}, face_point(sheet, {row, col}), sheet.dot_diameter_m / 2});
+  }
+  return marks;
+}
 
 /// Ground truth of all marks. Throws Error(bad_input) if a mark lies outside the surface.
 [[nodiscard]] std::vector<TrueMark> truth_of(const SyntheticScene& scene,

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "synth/render/render.hpp"
 
-#include <fmt/format.h>
-
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
@@ -11,7 +9,6 @@
 
 #include "core/geometry/vectors.hpp"
 #include "core/parallel.hpp"
-#include "core/units.hpp"
 #include "synth/random.hpp"
 
 namespace drape::synth {
@@ -38,6 +35,15 @@ double sector_area(const FacePoint& a, const FacePoint& b, double r) {
   double area = 0.5 * cross(in, out);
   if (t1 > 0) area += pie(a, in);
   if (t2 < 1) area += pie(out, b);
+  return area;
+}
+
+/// Signed area of the intersection of a polygon, by its orientation, with a disc.
+double polygon_disc_area(const FaceCell& cell, const FacePoint& centre, double radius_m) {
+  double area = 0;
+  for (int i = 0; i < 4; ++i) {
+    area += sector_area(cell[i] - centre, cell[(i + 1) % 4] - centre, radius_m);
+  }
   return area;
 }
 
@@ -71,7 +77,7 @@ Cut cut(const Cut& polygon, int axis, double limit, double sign) {
 double cell_box_area(const FaceCell& cell, const FaceBox& box) {
   Cut polygon;
   polygon.count = 4;
-  std::copy(cell.begin(), cell.end(), polygon.points.begin());
+  std::ranges::copy(cell, polygon.points.begin());
   for (int axis = 0; axis < 2; ++axis) {
     polygon = cut(polygon, axis, box.least[axis], 1);
     polygon = cut(polygon, axis, box.most[axis], -1);
@@ -148,14 +154,6 @@ double weave(const FacePoint& face, const RenderOptions& options) {
 }
 
 }  // namespace
-
-double polygon_disc_area(const FaceCell& cell, const FacePoint& centre, double radius_m) {
-  double area = 0;
-  for (int i = 0; i < 4; ++i) {
-    area += sector_area(cell[i] - centre, cell[(i + 1) % 4] - centre, radius_m);
-  }
-  return area;
-}
 
 FacePattern::FacePattern(const Face& face) : discs_(face.discs) {
   for (const std::vector<FaceBox>& area : face.areas)
@@ -447,8 +445,7 @@ class Painter {
   using Corners = std::array<Hit, 4>;
 
   [[nodiscard]] double pixel(int column, int row, const Corners& corners) const {
-    const bool any =
-        std::any_of(corners.begin(), corners.end(), [](const Hit& hit) { return hit.is_hit(); });
+    const bool any = std::ranges::any_of(corners, [](const Hit& hit) { return hit.is_hit(); });
     if (!any) return options_.background_grey;
     if (!is_one_surface(corners, 1)) return mixed_pixel(column, row);
     const Hit centre = hit_at(column, row, column, row);

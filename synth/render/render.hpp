@@ -51,10 +51,6 @@ class FacePattern {
   std::vector<Bucket> buckets_;
 };
 
-/// Signed area of the intersection of a polygon, by its orientation, with a disc.
-[[nodiscard]] double polygon_disc_area(const FaceCell& cell, const FacePoint& centre,
-                                       double radius_m);
-
 /// A printed face in space: points on a regular grid of face coordinates, row-major; each cell is
 /// two triangles divided from its upper right to its lower left corner. The triangles themselves
 /// are the surface, so that rendering and ground truth use the same shape.
