@@ -25,29 +25,24 @@
 
 namespace drape::capture {
 
-/// Counts finished images and reports them; calls to the callback do not overlap.
-class Ticker {
- public:
-  Ticker(const CaptureOptions& options, std::size_t total) : options_(options), total_(total) {}
-
-  void done(const std::string& what) {
-    const std::lock_guard lock(mutex_);
-    ++done_;
-    if (options_.progress) {
-      options_.progress(static_cast<double>(done_) / static_cast<double>(total_), what);
-    }
-  }
-
- private:
-  const CaptureOptions& options_;
-  std::size_t total_;
-  std::size_t done_ = 0;
-  std::mutex mutex_;
-};
-
 namespace {
 
 namespace fs = std::filesystem;
+
+/// Runs `work(i)` for each image, in parallel, and reports the file that it returns; calls of the
+/// callback do not overlap.
+template <class Work>
+void for_each_image(std::size_t count, const CaptureOptions& options, const Work& work) {
+  std::mutex mutex;
+  std::size_t done = 0;
+  parallel_for(count, options.threads, [&](std::size_t i) {
+    const std::string& file = work(i);
+    const std::lock_guard lock(mutex);
+    ++done;
+    if (options.progress)
+      options.progress(static_cast<double>(done) / static_cast<double>(count), file);
+  });
+}
 
 /// Original picture behind a link.
 fs::path original_of(const fs::path& file) {
@@ -114,13 +109,13 @@ void warn_of_same_bytes(const fs::path& folder, const std::vector<Picture>& pict
 
 void warn_of_turns(const std::vector<Picture>& pictures, std::vector<std::string>& warnings) {
   const auto turned = [](const Picture& picture) { return picture.orientation != 1; };
-  const auto first = std::find_if(pictures.begin(), pictures.end(), turned);
+  const auto first = std::ranges::find_if(pictures, turned);
   if (first == pictures.end()) return;
   warnings.push_back(
       fmt::format("{} pictures, {} first, have an orientation tag that asks for a turn or a mirror "
                   "image; their "
                   "pixels are taken as the sensor wrote them",
-                  std::count_if(pictures.begin(), pictures.end(), turned), first->frame->file));
+                  std::ranges::count_if(pictures, turned), first->frame->file));
 }
 
 std::optional<Recording> recording_in(const fs::path& folder) {
@@ -202,8 +197,7 @@ std::string burst_of(const std::string& set) {
   constexpr std::size_t kNumber = 4;  // length of "_000"
   if (set.size() <= kNumber || set[set.size() - kNumber] != '_') return {};
   const std::string number = set.substr(set.size() - kNumber + 1);
-  const bool counts =
-      std::all_of(number.begin(), number.end(), [](char c) { return c >= '0' && c <= '9'; });
+  const bool counts = std::ranges::all_of(number, [](char c) { return c >= '0' && c <= '9'; });
   return counts ? set.substr(0, set.size() - kNumber) : "";
 }
 
@@ -275,8 +269,7 @@ void keep_notes_of(const Recording& before, bool in_place, Recording& recording)
   if (in_place) recording.source = before.source;
   if (!recording.recorded_on) recording.recorded_on = before.recorded_on;
   for (FrameSet& set : recording.sets) {
-    const auto same = std::find_if(before.sets.begin(), before.sets.end(),
-                                   [&](const FrameSet& old) { return old.name == set.name; });
+    const auto same = std::ranges::find(before.sets, set.name, &FrameSet::name);
     if (same != before.sets.end() && keep_notes(*same, in_place, set)) continue;
     for (const FrameSet& old : before.sets) keep_notes(old, false, set);
   }
@@ -287,14 +280,6 @@ struct Item {
   const RecordedFrame* frame;
   std::optional<RecordingFault> fault;
 };
-
-void verify_one(const Recording& recording, Item& item) {
-  try {
-    static_cast<void>(read_frame(recording, *item.set, *item.frame));
-  } catch (const Error& error) {
-    item.fault = {item.set->name, item.frame->camera, item.frame->file, error.what_failed()};
-  }
-}
 
 /// Checks the details stored with a live set: times, settings, ledger, stillness.
 std::optional<RecordingFault> details_fault(const Recording& recording, const FrameSet& set) {
@@ -343,10 +328,9 @@ ImportResult import_folder(const fs::path& folder, const fs::path& recording_fol
     for (RecordedFrame& frame : set.frames)
       pictures.push_back({&set, &frame, layout.place(folder, frame.file)});
   }
-  Ticker ticker(options, pictures.size());
-  parallel_for(pictures.size(), options.threads, [&](std::size_t i) {
+  for_each_image(pictures.size(), options, [&](std::size_t i) -> const std::string& {
     check_one(pictures[i]);
-    ticker.done(pictures[i].frame->file);
+    return pictures[i].frame->file;
   });
   require_same_sizes(pictures);
   // Reads both manifests, either of which may be invalid, before writing anything.
@@ -407,17 +391,21 @@ VerifyReport verify_recording(const std::filesystem::path& recording_folder,
     }
   }
 
-  Ticker ticker(options, items.size());
-  parallel_for(items.size(), options.threads, [&](std::size_t i) {
-    verify_one(recording, items[i]);
-    ticker.done(items[i].frame->file);
+  for_each_image(items.size(), options, [&](std::size_t i) -> const std::string& {
+    auto& [set, frame, fault] = items[i];
+    try {
+      static_cast<void>(read_frame(recording, *set, *frame));
+    } catch (const Error& error) {
+      fault = {set->name, frame->camera, frame->file, error.what_failed()};
+    }
+    return frame->file;
   });
 
   VerifyReport report{recording.sets.size(), items.size(), {}, {}, {}, {}};
   for (const FrameSet& set : in_journal)
     if (!is_renamed(recording_folder, recording.sets, set) &&
-        std::none_of(recording.sets.begin(), recording.sets.end(),
-                     [&](const FrameSet& one) { return one.name == set.name; }))
+        std::ranges::none_of(recording.sets,
+                             [&](const FrameSet& one) { return one.name == set.name; }))
       report.in_journal.push_back(set.name);
   for (Item& item : items) {
     if (item.fault) report.faults.push_back(std::move(*item.fault));

@@ -28,7 +28,7 @@ bool is_digit(char c) {
 
 /// Takes the leading digits of `text`, without leading zeros.
 std::string_view take_number(std::string_view& text) {
-  const auto end = std::find_if_not(text.begin(), text.end(), is_digit);
+  const auto end = std::ranges::find_if_not(text, is_digit);
   std::string_view digits(text.begin(), end);
   text.remove_prefix(digits.size());
   digits.remove_prefix(std::min(digits.find_first_not_of('0'), digits.size()));
@@ -56,9 +56,9 @@ namespace fs = std::filesystem;
 bool is_image_name(const fs::path& file) {
   constexpr std::array endings = {".png", ".jpg", ".jpeg", ".tif", ".tiff"};
   std::string ending = file.extension().string();
-  std::transform(ending.begin(), ending.end(), ending.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  return std::find(endings.begin(), endings.end(), ending) != endings.end();
+  std::ranges::transform(ending, ending.begin(),
+                         [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return std::ranges::find(endings, ending) != endings.end();
 }
 
 bool is_hidden(const std::string& name) {
@@ -81,15 +81,14 @@ std::vector<std::string> names_in(const fs::path& folder) {
     throw bad_input(fmt::format("the folder cannot be read: {}", failed.message()),
                     {.file = folder.string()}, "give an existing folder that may be read");
   }
-  std::sort(names.begin(), names.end(), natural_less);
+  std::ranges::sort(names, natural_less);
   return names;
 }
 
 /// Requires one image per camera; expects images sorted by camera.
 void require_one_image_per_camera(const fs::path& folder, const FrameSet& set) {
-  const auto twice =
-      std::adjacent_find(set.frames.begin(), set.frames.end(),
-                         [](const auto& a, const auto& b) { return a.camera == b.camera; });
+  const auto twice = std::ranges::adjacent_find(
+      set.frames, [](const auto& a, const auto& b) { return a.camera == b.camera; });
   if (twice == set.frames.end()) return;
   const RecordedFrame& other = *std::next(twice);
   throw bad_input(fmt::format("two images of one camera: {} and {}", twice->file, other.file),
@@ -119,8 +118,8 @@ FrameSet read_set(const fs::path& folder, const std::string& set,
     throw bad_input("the set holds no image", {.file = (folder / set).string(), .set = set},
                     "put <camera>.png files into it, or remove the folder");
   }
-  std::stable_sort(layout.frames.begin(), layout.frames.end(),
-                   [](const auto& a, const auto& b) { return natural_less(a.camera, b.camera); });
+  std::ranges::stable_sort(
+      layout.frames, [](const auto& a, const auto& b) { return natural_less(a.camera, b.camera); });
   require_one_image_per_camera(folder, layout);
   return layout;
 }
@@ -140,8 +139,8 @@ FolderLayout read_placed(const fs::path& folder, PictureLayout form) {
     layout.places[frame.file] = one.file;
   }
   for (auto& [name, set] : sets) {
-    std::stable_sort(set.frames.begin(), set.frames.end(),
-                     [](const auto& a, const auto& b) { return natural_less(a.camera, b.camera); });
+    std::ranges::stable_sort(
+        set.frames, [](const auto& a, const auto& b) { return natural_less(a.camera, b.camera); });
     layout.sets.push_back(std::move(set));
   }
   if (layout.sets.empty())
@@ -220,8 +219,8 @@ std::vector<std::string> require_same_cameras(const fs::path& folder, const Fold
     for (const RecordedFrame& frame : set.frames) cameras.insert(frame.camera);
   for (const FrameSet& set : layout.sets) {
     for (const std::string& camera : cameras) {
-      if (std::any_of(set.frames.begin(), set.frames.end(),
-                      [&](const RecordedFrame& frame) { return frame.camera == camera; }))
+      if (std::ranges::any_of(set.frames,
+                              [&](const RecordedFrame& frame) { return frame.camera == camera; }))
         continue;
       if (missing != nullptr) {
         missing->push_back(fmt::format("set {} has no image of camera {}", set.name, camera));

@@ -129,8 +129,7 @@ Ending ending_of(const LiveReport& report, const RecordResult& stored, int sets_
     ending.numbers.emplace_back(
         "spread", fmt::format("not known without clocks; at most {:.0f} ms, from the trigger to "
                               "the last frame's arrival",
-                              1e3 * *std::max_element(stored.spread_bounds_s.begin(),
-                                                      stored.spread_bounds_s.end())));
+                              1e3 * *std::ranges::max_element(stored.spread_bounds_s)));
   if (!report.why_fallen_back.empty())
     ending.numbers.emplace_back("fallen back", report.why_fallen_back);
   if (stored.still.motion_px)
@@ -321,31 +320,29 @@ int doctor_command(int argc, char** argv) {
 }
 
 struct CaptureCommand {
-  fs::path rig, recording;
-  std::string set;
-  int frames = 1;
-  bool average = false;
-  FrameFormat format = FrameFormat::png;
-  std::optional<fs::path> calibration;
+  fs::path rig;
+  RecordOptions storing;
   double patience_s = 20;
   fs::path preview;  ///< sessions only: folder for preview pictures of the cameras
 };
 
 void fields(Fields& f, CaptureCommand& c) {
   f(Field{"rig", "folder with rig.toml and cameras.toml"}.called("RIG"), c.rig);
-  f.otherwise({"set", "name of the set to record; without it a session starts"}, c.set);
-  f({"out", "recording to make, or to add the set to"}, c.recording);
-  f.otherwise({"frames", "frames per camera: sets NAME_000, NAME_001, ...", 1, 1, 1000}, c.frames);
-  f.otherwise({"average", "store one set, the mean of all frames"}, c.average);
-  f.otherwise({"format", "pgm is faster to write and takes twice the space"}, c.format);
-  f({"calibration", "calibration.json, to state the cloth's speed in mm/s"}, c.calibration);
+  f.otherwise({"set", "name of the set to record; without it a session starts"}, c.storing.set);
+  f({"out", "recording to make, or to add the set to"}, c.storing.folder);
+  f.otherwise({"frames", "frames per camera: sets NAME_000, NAME_001, ...", 1, 1, 1000},
+              c.storing.frames);
+  f.otherwise({"average", "store one set, the mean of all frames"}, c.storing.average);
+  f.otherwise({"format", "pgm is faster to write and takes twice the space"}, c.storing.format);
+  f({"calibration", "calibration.json, to state the cloth's speed in mm/s"},
+    c.storing.still.calibration);
   f.otherwise(
       {"preview",
        "for a session: folder, preferably in memory, in which each camera's picture is renewed"},
       c.preview);
   f.otherwise({"patience_s", "give up if no frame arrives for this time", 1, above_zero},
               c.patience_s);
-  f.rule(!c.set.empty() || (c.frames == 1 && !c.average), "set",
+  f.rule(!c.storing.set.empty() || (c.storing.frames == 1 && !c.storing.average), "set",
          "a session takes one frame of each camera at a time",
          "give --set NAME too, or leave out --frames and --average");
 }
@@ -367,21 +364,15 @@ void catch_interrupts() {
 }
 
 RecordOptions storing_of(const CaptureCommand& command, const CamerasFile& cameras) {
-  RecordOptions storing;
-  storing.folder = command.recording;
-  storing.set = command.set;
-  storing.frames = command.frames;
-  storing.average = command.average;
+  RecordOptions storing = command.storing;
   storing.largest_spread_s = cameras.largest_spread_s;
   storing.recorded_on = today();
-  storing.format = command.format;
-  storing.still.calibration = command.calibration;
   return storing;
 }
 
 LiveOptions live_options_of(const CaptureCommand& command) {
   LiveOptions options;
-  options.frames = command.frames;
+  options.frames = command.storing.frames;
   options.patience_s = command.patience_s;
   options.opening_s = std::max(options.opening_s, command.patience_s);
   options.host_program = camera_host_program();
@@ -391,7 +382,7 @@ LiveOptions live_options_of(const CaptureCommand& command) {
 void add_inputs(const CaptureCommand& command, const CamerasFile& cameras, RunRecord& record) {
   record.input(cameras.rig_file);
   record.input(cameras.file);
-  if (command.calibration) record.input(*command.calibration);
+  if (command.storing.still.calibration) record.input(*command.storing.still.calibration);
   if (!cameras.reference) return;
   const Recording reference = read_recording(cameras.reference->recording);
   for (const RecordedFrame& frame : reference.set(cameras.reference->set).frames)
@@ -403,7 +394,7 @@ int finish_capture(const Ending& ending, const CommonOptions& common, RunRecord&
                    const CaptureCommand& command, const Journal& journal) {
   const int code = interrupted() ? kInterrupted : ending.go ? 0 : 1;
   if (journal.changed()) {
-    const fs::path manifest = command.recording / "recording.json";
+    const fs::path manifest = command.storing.folder / "recording.json";
     record.output(manifest);  // recording.json holds the images' hashes
     record.write(run_record_path(manifest), code, ending);
   }
@@ -580,8 +571,7 @@ class SessionDesk {
     if (words >> value >> std::ws) to = value;
     std::getline(words, camera);
     const auto& all = cameras_.cameras;
-    const auto found = std::find_if(all.begin(), all.end(),
-                                    [&](const LiveCamera& one) { return one.name == camera; });
+    const auto found = std::ranges::find(all, camera, &LiveCamera::name);
     if (!to || found == all.end() || !std::isfinite(value) || value < 0 ||
         (value == 0 && what == "exposure_us"))
       throw usage_error(fmt::format("`{}` names no value and camera", line),
@@ -660,19 +650,19 @@ int run_session(const CaptureCommand& command, std::vector<std::string> argument
   Ending ending;
   ending.go = desk.stored > 0 && !interrupted();
   ending.verdict = fmt::format("{} sets stored in {}", desk.stored,
-                               (command.recording / "recording.json").string());
+                               (command.storing.folder / "recording.json").string());
   ending.numbers.emplace_back("refused", fmt::format("{}", desk.refused));
   ending.numbers.emplace_back("sync", to_string(live.report.method));
   add_adopted(desk.journal, ending);
   for (const LiveFault& fault : live.report.faults) ending.rejected.push_back(line_of(fault));
   ending.next_command =
-      fmt::format("drape-capture verify {}", shell_word(command.recording.string()));
+      fmt::format("drape-capture verify {}", shell_word(command.storing.folder.string()));
   return finish_capture(ending, common, record, command, desk.journal);
 }
 
 int run_capture(const CaptureCommand& command, std::vector<std::string> arguments,
                 const CommonOptions& common) {
-  if (command.set.empty()) return run_session(command, std::move(arguments), common);
+  if (command.storing.set.empty()) return run_session(command, std::move(arguments), common);
   RunRecord record("drape-capture", std::move(arguments));
   const CamerasFile cameras = read_cameras_file(command.rig);
   add_inputs(command, cameras, record);
@@ -695,7 +685,8 @@ int run_capture(const CaptureCommand& command, std::vector<std::string> argument
   const RecordResult stored = recorder.finish();
   journal.publish();
   Ending ending =
-      ending_of(live.report, stored, command.average ? 1 : command.frames, command.recording);
+      ending_of(live.report, stored, command.storing.average ? 1 : command.storing.frames,
+                command.storing.folder);
   if (interrupted()) ending.go = false;
   add_adopted(journal, ending);
   return finish_capture(ending, common, record, command, journal);

@@ -90,9 +90,12 @@ auto attempt(const std::string& doing, const std::string& device, const char* wh
 /// these, so first_of() finds the name that this one uses. A feature that the camera refuses throws
 /// Error(device) with the camera's own message.
 class AravisFeatures {
-  template <class Call>
-  auto ask(const std::string& doing, Call call) const {
-    return attempt(doing, name_, kGiveAnother, call);
+  /// Calls a function of Aravis on the feature.
+  template <class Function, class... Values>
+  auto ask(const std::string& doing, Function function, const char* feature,
+           Values... values) const {
+    return attempt(doing, name_, kGiveAnother,
+                   [&](GError** error) { return function(device_, feature, values..., error); });
   }
 
  public:
@@ -114,8 +117,7 @@ class AravisFeatures {
 
   /// The first of the features that the camera has; null if it has none.
   [[nodiscard]] const char* first_of(std::initializer_list<const char*> names) const {
-    const auto found =
-        std::find_if(names.begin(), names.end(), [&](const char* n) { return has(n); });
+    const auto found = std::ranges::find_if(names, [&](const char* n) { return has(n); });
     return found == names.end() ? nullptr : *found;
   }
 
@@ -130,9 +132,8 @@ class AravisFeatures {
   }
 
   [[nodiscard]] std::string text(const char* feature) const {
-    return text_of(ask(fmt::format("reading {}", feature), [&](GError** error) {
-      return arv_device_get_string_feature_value(device_, feature, error);
-    }));
+    return text_of(
+        ask(fmt::format("reading {}", feature), arv_device_get_string_feature_value, feature));
   }
 
   [[nodiscard]] std::string text_or_empty(const char* feature) const {
@@ -140,9 +141,7 @@ class AravisFeatures {
   }
 
   [[nodiscard]] std::int64_t integer(const char* feature) const {
-    return ask(fmt::format("reading {}", feature), [&](GError** error) {
-      return arv_device_get_integer_feature_value(device_, feature, error);
-    });
+    return ask(fmt::format("reading {}", feature), arv_device_get_integer_feature_value, feature);
   }
 
   [[nodiscard]] std::optional<std::int64_t> integer_if(const char* feature) const {
@@ -157,43 +156,36 @@ class AravisFeatures {
   /// Reads a numeric feature, integer or floating point.
   [[nodiscard]] double number(const char* feature) const {
     if (is_integer(feature)) return static_cast<double>(integer(feature));
-    return ask(fmt::format("reading {}", feature), [&](GError** error) {
-      return arv_device_get_float_feature_value(device_, feature, error);
-    });
+    return ask(fmt::format("reading {}", feature), arv_device_get_float_feature_value, feature);
   }
 
   void set_integer(const char* feature, std::int64_t value) const {
-    ask(fmt::format("setting {} to {}", feature, value), [&](GError** error) {
-      arv_device_set_integer_feature_value(device_, feature, value, error);
-    });
+    ask(fmt::format("setting {} to {}", feature, value), arv_device_set_integer_feature_value,
+        feature, value);
   }
 
   void set_number(const char* feature, double value) const {
     if (is_integer(feature)) return set_integer(feature, std::llround(value));
-    ask(fmt::format("setting {} to {:g}", feature, value), [&](GError** error) {
-      arv_device_set_float_feature_value(device_, feature, value, error);
-    });
+    ask(fmt::format("setting {} to {:g}", feature, value), arv_device_set_float_feature_value,
+        feature, value);
   }
 
   void set_switch(const char* feature, bool on) const {
-    ask(fmt::format("switching {} {}", feature, on ? "on" : "off"), [&](GError** error) {
-      arv_device_set_boolean_feature_value(device_, feature, on ? 1 : 0, error);
-    });
+    ask(fmt::format("switching {} {}", feature, on ? "on" : "off"),
+        arv_device_set_boolean_feature_value, feature, on ? 1 : 0);
   }
 
   /// Sets a feature and checks the value read back.
   void set_choice(const char* feature, const std::string& value) const {
-    ask(fmt::format("setting {} to {}", feature, value), [&](GError** error) {
-      arv_device_set_string_feature_value(device_, feature, value.c_str(), error);
-    });
+    ask(fmt::format("setting {} to {}", feature, value), arv_device_set_string_feature_value,
+        feature, value.c_str());
     if (const std::string got = text(feature); got != value)
       throw device_error(fmt::format("the camera took {} {} instead of {}", feature, got, value),
                          name_, "give a value the camera can take");
   }
 
   void execute(const char* feature) const {
-    ask(fmt::format("executing {}", feature),
-        [&](GError** error) { arv_device_execute_command(device_, feature, error); });
+    ask(fmt::format("executing {}", feature), arv_device_execute_command, feature);
   }
 
   [[nodiscard]] const std::string& device_name() const { return name_; }
@@ -287,7 +279,7 @@ class Configuration : private SettingsWriter {
       if (!features_.has(feature)) continue;
       const std::string off = std::string(feature) == "ExposureMode" ? "Timed" : "Off";
       const auto choices = features_.choices(feature);
-      if (std::find(choices.begin(), choices.end(), off) == choices.end()) continue;
+      if (std::ranges::find(choices, off) == choices.end()) continue;
       if (features_.text(feature) != off) features_.set_choice(feature, off);
       note(feature, off);
     }
@@ -358,18 +350,13 @@ class Configuration : private SettingsWriter {
     apply("frame_rate_hz", port({"AcquisitionFrameRate", "AcquisitionFrameRateAbs", "FPS"}));
   }
 
-  [[nodiscard]] std::string trigger_source() const {
-    if (settings_.trigger == TriggerSource::software) return "Software";
-    if (settings_.trigger == TriggerSource::line) return settings_.trigger_line;
-    return "Action1";
-  }
-
   void set_trigger() {
     if (settings_.trigger == TriggerSource::free_run) return note("trigger", "off");
-    const std::string source = trigger_source();
+    const std::string source = settings_.trigger == TriggerSource::software ? "Software"
+                               : settings_.trigger == TriggerSource::line   ? settings_.trigger_line
+                                                                            : "Action1";
     const auto offered = features_.choices("TriggerSource");
-    if (!features_.has("TriggerMode") ||
-        std::find(offered.begin(), offered.end(), source) == offered.end())
+    if (!features_.has("TriggerMode") || std::ranges::find(offered, source) == offered.end())
       throw device_error(
           fmt::format("the camera has no trigger source {}{}", source,
                       offered.empty() ? "" : fmt::format(", only {}", fmt::join(offered, ", "))),
@@ -607,7 +594,7 @@ class AravisCamera final : public CameraDevice {
   std::vector<int> filter_new_sockets(const std::vector<int>& before, std::uint16_t port) {
     std::vector<int> found;
     for (const int socket : udp_sockets()) {
-      if (std::find(before.begin(), before.end(), socket) != before.end()) continue;
+      if (std::ranges::find(before, socket) != before.end()) continue;
       if (!accept_only(socket, identity_.address, port))
         throw device_error("the kernel refused the source filter of a socket", name_,
                            "allow SO_ATTACH_FILTER for this process");
@@ -701,9 +688,9 @@ Owned<ArvDevice> open_at(const CameraAddress& address) {
 void refuse_duplicate_serial(const std::string& device) {
   std::string addresses;
   int found = 0;
-  for (const GigeAnswer& answer : gige_cameras()) {
-    if (answer.serial != device) continue;
-    addresses += (found++ == 0 ? "" : ", ") + answer.address;
+  for (const auto& [address, serial] : gige_cameras()) {
+    if (serial != device) continue;
+    addresses += (found++ == 0 ? "" : ", ") + address;
   }
   if (found < 2) return;
   throw device_error(fmt::format("{} cameras have this serial number: {}", found, addresses),
@@ -752,17 +739,17 @@ std::unique_ptr<CameraDevice> open_aravis_camera(const CameraAddress& address) {
 }
 
 void add_hidden(std::vector<FoundDevice>& found) {
-  for (const GigeAnswer& answer : gige_cameras()) {
+  for (const auto& answer : gige_cameras()) {
     const auto has_serial = [&](const FoundDevice& d) {
-      return d.identity.serial == answer.serial;
+      return d.identity.serial == answer.second;
     };
     const auto is_listed = [&](const FoundDevice& d) {
-      return has_serial(d) && d.identity.address == answer.address;
+      return has_serial(d) && d.identity.address == answer.first;
     };
-    const auto twin = std::find_if(found.begin(), found.end(), has_serial);
-    if (twin == found.end() || std::any_of(found.begin(), found.end(), is_listed)) continue;
+    const auto twin = std::ranges::find_if(found, has_serial);
+    if (twin == found.end() || std::ranges::any_of(found, is_listed)) continue;
     FoundDevice other = *twin;
-    other.identity.address = answer.address;
+    other.identity.address = answer.first;
     found.push_back(std::move(other));
   }
 }

@@ -252,7 +252,7 @@ TEST_F(AravisCamera, TheClockIsFoundToHalfAMillisecond) {
   std::vector<ClockSample> samples;
   samples.reserve(10);
   for (int i = 0; i < 10; ++i) samples.push_back(camera->read_clock().value());
-  const auto clock = fit_clock(samples, {});
+  const auto clock = fit_clock(samples);
   ASSERT_TRUE(clock);
   camera->start();
   camera->trigger();

@@ -8,7 +8,6 @@
 #include <opencv2/imgcodecs.hpp>
 #include <thread>
 
-#include "core/error.hpp"
 #include "core/recording.hpp"
 
 namespace drape::capture {
@@ -130,9 +129,8 @@ std::vector<FoundDevice> find_devices(bool sizes) {
       found.push_back(std::move(device));
     }
   }
-  std::stable_sort(found.begin(), found.end(),
-                   [](const auto& a, const auto& b) { return a.name < b.name; });
-  if (sizes) std::for_each(found.begin(), found.end(), ask_size);
+  std::ranges::stable_sort(found, {}, &FoundDevice::name);
+  if (sizes) std::ranges::for_each(found, ask_size);
   return found;
 }
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <filesystem>
 #include <functional>
 #include <memory>
 #include <optional>
@@ -9,7 +10,6 @@
 #include <string>
 #include <string_view>
 #include <utility>
-#include <variant>
 #include <vector>
 
 #include "capture/pairing/pairing.hpp"
@@ -40,8 +40,8 @@ struct CameraAddress {
   /// aravis: serial number or IP address; v4l2: bus path or device file; replay: name of the camera
   /// in the recording.
   std::string device;
-  std::string host_address;  ///< IP address of the network card to use; can be empty
-  std::string recording;     ///< replay: folder of the recording
+  std::string host_address;         ///< IP address of the network card to use; can be empty
+  std::filesystem::path recording;  ///< replay: folder of the recording
 };
 
 /// Requested camera settings. An absent value is left as the camera has it, and recorded.
@@ -58,21 +58,6 @@ struct CameraSettings {
 struct CameraIdentity {
   std::string vendor, model, serial, address, host_address;
 };
-
-/// A numeric setting, described once for cameras.toml, the camera host and every backend.
-struct NumberSetting {
-  const char *name, *meaning;  ///< name with unit, as in cameras.toml
-  std::variant<std::optional<int> CameraSettings::*, std::optional<double> CameraSettings::*>
-      member;
-  bool own;               ///< true if set per camera in cameras.toml
-  bool positive;          ///< true if it must exceed 0; else 0 is allowed
-  double tolerance;       ///< largest relative deviation from the request: step of a sensor
-  const char* otherwise;  ///< remedy if the camera cannot be set to the value
-
-  [[nodiscard]] std::optional<double> of(const CameraSettings& settings) const;
-};
-/// All numeric settings, in the order in which cameras take them.
-[[nodiscard]] std::span<const NumberSetting> number_settings();
 
 /// One setting as read back from the camera after it was written.
 struct SettingReadBack {
@@ -116,16 +101,20 @@ class SettingsWriter {
   const CameraSettings& wanted_;
 };
 
-/// A frame as sent by the device. `pixels` is valid until the next call of next().
-struct CameraFrame {
+/// Description of a frame without its pixels.
+struct FrameHead {
   std::uint64_t id = 0;
   std::optional<std::int64_t> device_ns;
-  int width_px = 0, height_px = 0;
   bool complete = false;
-  std::string fault;                     ///< why the frame is incomplete
+  std::string fault;  ///< why the frame is incomplete
+  int width_px = 0, height_px = 0;
+  std::size_t stride_bytes = 0;  ///< bytes per row; 0 for rows without padding
+};
+
+/// A frame as sent by the device. `pixels` is valid until the next call of next().
+struct CameraFrame : FrameHead {
   const std::uint8_t* pixels = nullptr;  ///< bytes as sent, in the configured pixel format
   std::size_t bytes = 0;
-  std::size_t stride_bytes = 0;  ///< bytes per row; 0 for rows without padding
 };
 
 /// Counters of the backend, for information only; the ledger counts expected frames itself.

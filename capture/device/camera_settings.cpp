@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <variant>
 
 #include "capture/device/camera.hpp"
 #include "capture/pixel/pixel_format.hpp"
@@ -11,21 +12,39 @@
 namespace drape::capture {
 namespace {
 
-constexpr const char* kLeaveOut = "leave it out; the value that the camera has is recorded";
+/// A numeric setting, described once for cameras.toml, the camera host and every backend.
+struct NumberSetting {
+  const char *name, *meaning;  ///< name with unit, as in cameras.toml
+  std::variant<std::optional<int> CameraSettings::*, std::optional<double> CameraSettings::*>
+      member;
+  bool own;              ///< true if set per camera in cameras.toml
+  bool positive;         ///< true if it must exceed 0; else 0 is allowed
+  double tolerance = 0;  ///< largest relative deviation from the request: step of a sensor
+  /// Remedy if the camera cannot be set to the value.
+  const char* otherwise = "leave it out; the value that the camera has is recorded";
 
+  [[nodiscard]] std::optional<double> of(const CameraSettings& settings) const {
+    return std::visit(
+        [&](auto one) {
+          const auto& value = settings.*one;
+          return value ? std::optional<double>(*value) : std::nullopt;
+        },
+        member);
+  }
+};
+
+/// Numeric settings in the order in which cameras take them.
 constexpr NumberSetting kNumbers[] = {
-    {"width_px", "width of the picture", &CameraSettings::width_px, false, true, 0, kLeaveOut},
-    {"height_px", "height of the pictures", &CameraSettings::height_px, false, true, 0, kLeaveOut},
-    {"offset_x_px", "first column of the sensor", &CameraSettings::offset_x_px, true, false, 0,
-     kLeaveOut},
-    {"offset_y_px", "first row of the sensor", &CameraSettings::offset_y_px, true, false, 0,
-     kLeaveOut},
+    {"width_px", "width of the picture", &CameraSettings::width_px, false, true},
+    {"height_px", "height of the pictures", &CameraSettings::height_px, false, true},
+    {"offset_x_px", "first column of the sensor", &CameraSettings::offset_x_px, true, false},
+    {"offset_y_px", "first row of the sensor", &CameraSettings::offset_y_px, true, false},
     {"packet_size_bytes", "size of the stream's packets", &CameraSettings::packet_size_bytes, true,
-     false, 0, kLeaveOut},
+     false},
     {"packet_delay_ns", "pause between two packets", &CameraSettings::packet_delay_ns, true, false,
-     0.02, kLeaveOut},
-    {"exposure_us", "exposure time", &CameraSettings::exposure_us, true, true, 0.02, kLeaveOut},
-    {"gain_db", "gain", &CameraSettings::gain_db, true, false, 0.02, kLeaveOut},
+     0.02},
+    {"exposure_us", "exposure time", &CameraSettings::exposure_us, true, true, 0.02},
+    {"gain_db", "gain", &CameraSettings::gain_db, true, false, 0.02},
     {"frame_rate_hz", "frame rate", &CameraSettings::frame_rate_hz, false, true, 0.02,
      "use the sync method software_trigger"},
 };
@@ -42,23 +61,9 @@ void number_fields(Fields& f, CameraSettings& settings, bool all) {
 
 }  // namespace
 
-std::optional<double> NumberSetting::of(const CameraSettings& settings) const {
-  return std::visit(
-      [&](auto one) {
-        const auto& value = settings.*one;
-        return value ? std::optional<double>(*value) : std::nullopt;
-      },
-      member);
-}
-
-std::span<const NumberSetting> number_settings() {
-  return kNumbers;
-}
-
 std::optional<std::string> setting_in(std::span<const SettingReadBack> settings,
                                       std::string_view name) {
-  const auto found = std::find_if(settings.begin(), settings.end(),
-                                  [&](const SettingReadBack& one) { return one.name == name; });
+  const auto found = std::ranges::find(settings, name, &SettingReadBack::name);
   return found == settings.end() ? std::nullopt : std::optional(found->value);
 }
 
@@ -126,7 +131,7 @@ void fields(Fields& f, CameraAddress& address) {
   f({"device", "serial number or IP address; bus path for V4L2; camera name for a recording"},
     address.device);
   f.if_any({"host_address", "IP address of the network card"}, address.host_address);
-  f.if_any({"recording", "folder of the recording to replay"}, address.recording);
+  f.if_any({"recording", "folder to play with the backend replay"}, address.recording);
 }
 
 void fields(Fields& f, CameraIdentity& identity) {

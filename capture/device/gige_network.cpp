@@ -58,18 +58,6 @@ bool send_to(const Descriptor& socket, const Bytes& datagram, in_addr address) {
                   sizeof to) == static_cast<ssize_t>(datagram.size());
 }
 
-sock_filter load(std::uint16_t size, std::uint32_t from) {
-  return {static_cast<std::uint16_t>(BPF_LD | size | BPF_ABS), 0, 0, from};
-}
-
-sock_filter skip_unless(std::uint32_t value, std::uint8_t steps) {
-  return {BPF_JMP | BPF_JEQ | BPF_K, 0, steps, value};
-}
-
-sock_filter answer(std::uint32_t bytes) {
-  return {BPF_RET | BPF_K, 0, 0, bytes};
-}
-
 void put(std::vector<std::uint8_t>& to, std::uint64_t value, int bytes) {
   for (int i = bytes - 1; i >= 0; --i) to.push_back(static_cast<std::uint8_t>(value >> (8 * i)));
 }
@@ -99,7 +87,7 @@ std::vector<NetworkCard> network_cards() {
   return cards;
 }
 
-std::vector<GigeAnswer> gige_cameras() {
+std::map<std::string, std::string> gige_cameras() {
   std::vector<Descriptor> sockets;
   std::vector<pollfd> waiting;
   for (const NetworkCard& card : network_cards()) {
@@ -112,7 +100,7 @@ std::vector<GigeAnswer> gige_cameras() {
     waiting.push_back({s.get(), POLLIN, 0});
   }
   const auto until = Clock::now() + kDiscovery;
-  std::vector<GigeAnswer> found;
+  std::map<std::string, std::string> found;
   for (;;) {
     const auto left = std::chrono::duration_cast<std::chrono::milliseconds>(until - Clock::now());
     if (left.count() <= 0 ||
@@ -125,13 +113,9 @@ std::vector<GigeAnswer> gige_cameras() {
       char address[INET_ADDRSTRLEN] = {};
       ::inet_ntop(AF_INET, bytes.data() + kHeader + kAddress, address, sizeof address);
       const char* serial = bytes.data() + kHeader + kSerial;
-      found.push_back({address, {serial, ::strnlen(serial, kSerialBytes)}});
+      found.try_emplace(address, serial, ::strnlen(serial, kSerialBytes));
     }
   }
-  std::sort(found.begin(), found.end(),
-            [](const GigeAnswer& a, const GigeAnswer& b) { return a.address < b.address; });
-  const auto same = [](const GigeAnswer& a, const GigeAnswer& b) { return a.address == b.address; };
-  found.erase(std::unique(found.begin(), found.end(), same), found.end());
   return found;
 }
 
@@ -161,12 +145,16 @@ bool accept_only(int socket, const std::string& ip_address, std::uint16_t port) 
   const auto address = address_in(ip_address);
   if (!address) return false;
   const auto ip_header = static_cast<std::uint32_t>(SKF_NET_OFF);
-  std::vector<sock_filter> program = {load(BPF_W, ip_header + kSourceAddress),
-                                      skip_unless(ntohl(address->s_addr), port == 0 ? 1 : 3),
-                                      load(BPF_H, kSourcePort),
-                                      skip_unless(port, 1),
-                                      answer(0xFFFFFFFF),
-                                      answer(0)};
+  const auto skip_unless = [](std::uint32_t value, std::uint8_t steps) -> sock_filter {
+    return BPF_JUMP(BPF_JMP | BPF_JEQ | BPF_K, value, 0, steps);
+  };
+  std::vector<sock_filter> program = {
+      BPF_STMT(BPF_LD | BPF_W | BPF_ABS, ip_header + kSourceAddress),
+      skip_unless(ntohl(address->s_addr), port == 0 ? 1 : 3),
+      BPF_STMT(BPF_LD | BPF_H | BPF_ABS, kSourcePort),
+      skip_unless(port, 1),
+      BPF_STMT(BPF_RET | BPF_K, 0xFFFFFFFF),
+      BPF_STMT(BPF_RET | BPF_K, 0)};
   if (port == 0) program.erase(program.begin() + 2, program.begin() + 4);
   const sock_fprog filter{static_cast<unsigned short>(program.size()), program.data()};
   return ::setsockopt(socket, SOL_SOCKET, SO_ATTACH_FILTER, &filter, sizeof filter) == 0;

@@ -5,6 +5,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -26,14 +27,9 @@ struct NetworkCard {
 };
 [[nodiscard]] std::vector<NetworkCard> network_cards();
 
-/// Reply of a GigE Vision camera to a discovery command.
-struct GigeAnswer {
-  std::string address, serial;
-};
-
-/// Sends discovery commands on every network card and collects replies for one second, sorted by
-/// address. Aravis' own list keeps one camera per serial number and so hides duplicates.
-[[nodiscard]] std::vector<GigeAnswer> gige_cameras();
+/// Sends discovery commands on every network card and collects replies for one second: serial
+/// numbers by address. Aravis' own list keeps one camera per serial number and so hides duplicates.
+[[nodiscard]] std::map<std::string, std::string> gige_cameras();
 
 /// Throws Error(device) if no network card of this machine has the address.
 void require_own_address(const std::string& address, const std::string& device);

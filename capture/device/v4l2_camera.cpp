@@ -103,7 +103,7 @@ std::vector<std::pair<std::string, v4l2_capability>> capture_files() {
   for (const auto& entry : std::filesystem::directory_iterator("/dev")) {
     if (entry.path().filename().string().starts_with("video")) files.push_back(entry.path());
   }
-  std::sort(files.begin(), files.end());
+  std::ranges::sort(files);
   std::vector<std::pair<std::string, v4l2_capability>> found;
   for (const std::string& file : files) {
     if (const auto capability = capability_of(file)) found.emplace_back(file, *capability);

@@ -87,9 +87,9 @@ std::optional<double> days_since(const fs::path& calibration) {
 std::string strangers(const Calibration& calibration, const CamerasFile& rig) {
   std::string names;
   for (const LiveCamera& camera : rig.cameras) {
-    const auto found =
-        std::find_if(calibration.cameras.begin(), calibration.cameras.end(),
-                     [&](const CalibratedCamera& one) { return one.camera.name == camera.name; });
+    const auto found = std::ranges::find_if(calibration.cameras, [&](const CalibratedCamera& one) {
+      return one.camera.name == camera.name;
+    });
     const bool known = found != calibration.cameras.end() &&
                        found->camera.model.width_px == camera.settings.width_px &&
                        found->camera.model.height_px == camera.settings.height_px;
@@ -113,7 +113,7 @@ double usable(double mbit_per_s) {
 }
 
 const FoundDevice* device_of(const LiveCamera& camera, const std::vector<FoundDevice>& found) {
-  const auto device = std::find_if(found.begin(), found.end(), [&](const FoundDevice& one) {
+  const auto device = std::ranges::find_if(found, [&](const FoundDevice& one) {
     return one.backend == camera.address.backend &&
            (one.name == camera.address.device || one.identity.address == camera.address.device);
   });
@@ -279,9 +279,8 @@ Checks check_devices(const Evidence& evidence) {
   for (const FoundDevice& d : evidence.found) all += (all.empty() ? "" : ", ") + d.name;
   for (const LiveCamera& camera : evidence.cameras.cameras) {
     if (camera.address.backend == Backend::replay) continue;
-    const auto matches =
-        std::count_if(evidence.found.begin(), evidence.found.end(),
-                      [&](const FoundDevice& d) { return device_of(camera, {d}) != nullptr; });
+    const auto matches = std::ranges::count_if(
+        evidence.found, [&](const FoundDevice& d) { return device_of(camera, {d}) != nullptr; });
     checks.push_back({"camera " + camera.name, matches == 1,
                       fmt::format("{}: {} device(s) answer", camera.address.device, matches),
                       fmt::format("check its power and cable, or name one of: {}",
@@ -458,8 +457,7 @@ Checks check_still(const Evidence& evidence) {
                       "warning, stillness could not be judged: its pictures have structure in one "
                       "direction only, or none above their noise"});
   for (const CameraStill& camera : still.cameras) {
-    const auto fault = std::find_if(still.moved_cameras.begin(), still.moved_cameras.end(),
-                                    [&](const LiveFault& f) { return f.camera == camera.name; });
+    const auto fault = std::ranges::find(still.moved_cameras, camera.name, &LiveFault::camera);
     const bool in_place = fault == still.moved_cameras.end();
     if (camera.background_shift_px)
       checks.push_back({"place of " + camera.name, in_place,

@@ -12,9 +12,6 @@
 #include <algorithm>
 #include <cerrno>
 #include <csignal>
-#include <string>
-#include <utility>
-#include <vector>
 
 #include "core/error.hpp"
 #include "core/program/child.hpp"
@@ -199,8 +196,7 @@ void CameraHost::set_light(const CameraSettings& wanted) {
 
 void CameraHost::take_light(const News& news) {
   for (const SettingReadBack& one : news.settings) {
-    const auto known = std::find_if(read_back_.begin(), read_back_.end(),
-                                    [&](const SettingReadBack& s) { return s.name == one.name; });
+    const auto known = std::ranges::find(read_back_, one.name, &SettingReadBack::name);
     if (known == read_back_.end())  // cameras.toml does not set it
       read_back_.push_back(one);
     else
@@ -275,8 +271,7 @@ std::optional<HostFrame> CameraHost::next_frame() {
   if (frames_.empty()) return std::nullopt;
   const FrameNews news = std::move(frames_.front());
   frames_.pop_front();
-  HostFrame frame{news.id,       news.device_ns, news.complete,     news.fault,
-                  news.width_px, news.height_px, news.stride_bytes, {}};
+  HostFrame frame{news, {}};
   if (news.complete) {
     const auto pixels = memory_->slot(news.slot).first(news.bytes);
     frame.pixels.assign(pixels.begin(), pixels.end());

@@ -98,13 +98,8 @@ struct Order {
 void fields(Fields& f, Order& order);
 
 /// A frame that left the camera; if complete, its pixels are in a slot of the shared memory.
-struct FrameNews {
-  std::uint64_t id = 0;
-  std::optional<std::int64_t> device_ns;
-  bool complete = false;
-  std::string fault;
-  std::size_t slot = 0, bytes = 0, stride_bytes = 0;
-  int width_px = 0, height_px = 0;
+struct FrameNews : FrameHead {
+  std::size_t slot = 0, bytes = 0;
 };
 
 /// Message from a camera host to the capture. Comments name the kinds that use a field.
@@ -134,13 +129,7 @@ struct HostOptions {
 };
 
 /// A frame as received from the camera host.
-struct HostFrame {
-  std::uint64_t id = 0;
-  std::optional<std::int64_t> device_ns;
-  bool complete = false;
-  std::string fault;
-  int width_px = 0, height_px = 0;
-  std::size_t stride_bytes = 0;
+struct HostFrame : FrameHead {
   std::vector<std::uint8_t> pixels;  ///< bytes as sent, in CameraHost::pixel_format()
 };
 

@@ -10,7 +10,6 @@
 #include <sys/prctl.h>
 #include <sys/resource.h>
 #include <sys/socket.h>
-#include <sys/stat.h>
 #include <sys/syscall.h>
 #include <unistd.h>
 
@@ -337,10 +336,9 @@ class Server {
     if (!frame) return;
     News news{.kind = News::Kind::frame};
     FrameNews& now = news.frame.emplace();
+    static_cast<FrameHead&>(now) = *frame;
     now.id = std::min<std::uint64_t>(frame->id, std::numeric_limits<std::int64_t>::max());
-    if (frame->device_ns.value_or(0) != 0) now.device_ns = frame->device_ns;
-    now.complete = frame->complete;
-    now.fault = frame->fault;
+    if (now.device_ns == 0) now.device_ns.reset();
     add_counters(news);
     if (frame->complete) {
       const auto slot = take_slot();
@@ -350,9 +348,6 @@ class Server {
       std::copy_n(frame->pixels, frame->bytes, to.begin());
       now.slot = *slot;
       now.bytes = frame->bytes;
-      now.stride_bytes = frame->stride_bytes;
-      now.width_px = frame->width_px;
-      now.height_px = frame->height_px;
     }
     send(control_.get(), news);
     clock_due_ = by_time_.load();

@@ -11,7 +11,6 @@
 
 #include "core/error.hpp"
 #include "core/rig.hpp"
-#include "core/units.hpp"
 
 namespace drape::capture {
 namespace {
@@ -74,20 +73,13 @@ void fields(Fields& f, ReferenceSet& reference) {
 }
 
 void fields(Fields& f, LiveCamera& camera) {
-  CameraAddress& address = camera.address;
-  std::optional<std::filesystem::path> recording;
-  if (!address.recording.empty()) recording = address.recording;
   f({"name", "camera of rig.toml"}, camera.name);
-  f({"backend", "library of the camera"}, address.backend);
-  f({"device", "serial number or IP address; bus path for V4L2; camera name for a recording"},
-    address.device);
-  f.if_any({"host_address", "IP address of the network card"}, address.host_address);
-  f.if_any({"recording", "folder to play with the backend replay"}, recording);
+  fields(f, camera.address);
   own_fields(f, camera.settings);
-  f.rule(recording.has_value() == (address.backend == Backend::replay), "recording",
-         recording ? "only the backend replay plays a recording" : "the value is missing",
+  const bool plays = !camera.address.recording.empty();
+  f.rule(plays == (camera.address.backend == Backend::replay), "recording",
+         plays ? "only the backend replay plays a recording" : "the value is missing",
          "give `recording` where the backend is replay, and there alone");
-  if (recording) address.recording = recording->string();
 }
 
 void fields(Fields& f, CamerasFile& file) {
@@ -127,8 +119,7 @@ CamerasFile read_cameras_file(const std::filesystem::path& rig_path) {
   std::vector<LiveCamera> named = std::exchange(result.cameras, {});
   for (const LiveCamera& camera : named) static_cast<void>(rig.camera(camera.name));
   for (const RigCamera& camera : rig.cameras) {
-    const auto found = std::find_if(named.begin(), named.end(),
-                                    [&](const LiveCamera& one) { return one.name == camera.name; });
+    const auto found = std::ranges::find(named, camera.name, &LiveCamera::name);
     if (found == named.end())
       throw bad_input("a camera of the rig has no device",
                       {.file = file.string(), .camera = camera.name},

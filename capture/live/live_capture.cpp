@@ -8,13 +8,11 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <limits>
 #include <memory>
 #include <utility>
 
 #include "capture/device/gige_network.hpp"
 #include "capture/live/pictures.hpp"
-#include "capture/pairing/pairing.hpp"
 #include "core/error.hpp"
 
 namespace drape::capture {
@@ -85,7 +83,7 @@ double offset_s(const ClockFit& clock, std::int64_t at_ns) {
 using ClockReadings = std::vector<std::vector<ClockSample>>;
 
 std::optional<ClockFit> newest_clock(const ClockReadings& clocks) {
-  return clocks.empty() ? std::nullopt : fit_clock(clocks.back(), {});
+  return clocks.empty() ? std::nullopt : fit_clock(clocks.back());
 }
 
 /// Faults of PTP: cameras that report PTP synchronisation although their clocks differ by more than
@@ -172,14 +170,13 @@ struct Running {
 
 /// True if frames of this camera can be paired by device time.
 bool has_clock(const Running& camera) {
-  return camera.host->on_host_clock() || fit_clock(camera.host->clock_samples(), {}).has_value();
+  return camera.host->on_host_clock() || fit_clock(camera.host->clock_samples()).has_value();
 }
 
 /// True if its frames are assigned by counting triggers.
 bool never_had_clock(const Running& r) {
   return !r.host->on_host_clock() &&
-         std::all_of(r.clocks.begin(), r.clocks.end(),
-                     [](const auto& readings) { return readings.empty(); });
+         std::ranges::all_of(r.clocks, [](const auto& readings) { return readings.empty(); });
 }
 
 /// True if the clock was read after the frame arrived, so that a jump detected later cannot affect
@@ -237,6 +234,50 @@ std::optional<LiveFault> one_device_twice(const std::vector<Running>& cameras,
     }
   return std::nullopt;
 }
+
+constexpr int kMostTimes = 10;
+constexpr std::int64_t kOutOfStep_ns = 1'200'000'000;
+
+/// A camera that must be restarted, with the delay of its exposure after camera 0.
+struct NewPhase {
+  std::size_t camera = 0;
+  double phase_s = 0;
+};
+
+/// Monitors free-running cameras and finds those that never expose with the others.
+class InStep {
+ public:
+  /// `window_s` is the largest spread of a set.
+  InStep(double period_s, double window_s) : period_s_(period_s), window_s_(window_s) {}
+
+  /// Takes `exposed_s` as phases_s() does, absent while a camera's is unknown. A camera is reported
+  /// once it has been out of step for 1.2 s (which excludes a clock that just jumped), at most ten
+  /// times in all: cameras of different rates cannot be brought into step.
+  [[nodiscard]] std::vector<NewPhase> look(const std::optional<std::vector<double>>& exposed_s,
+                                           std::int64_t now_ns) {
+    std::vector<NewPhase> late;
+    if (named_ == kMostTimes || 1e-9 * static_cast<double>(now_ns - looked_ns_) < period_s_)
+      return late;
+    looked_ns_ = now_ns;
+    const auto phases = exposed_s ? phases_s(*exposed_s, period_s_) : std::vector<double>{};
+    if (least_spread_s(phases, period_s_) <= window_s_) {
+      out_of_step_since_ns_ = 0;
+      return late;
+    }
+    if (out_of_step_since_ns_ == 0) out_of_step_since_ns_ = now_ns;
+    if (now_ns - out_of_step_since_ns_ < kOutOfStep_ns) return late;
+    out_of_step_since_ns_ = 0;
+    ++named_;
+    for (std::size_t c = 1; c < phases.size(); ++c)
+      if (std::abs(phases[c]) > window_s_ / 4) late.push_back({c, phases[c]});
+    return late;
+  }
+
+ private:
+  double period_s_, window_s_;
+  std::int64_t looked_ns_ = 0, out_of_step_since_ns_ = 0;
+  int named_ = 0;
+};
 
 /// Runs one capture from opening the cameras to the result.
 class Session {
@@ -326,11 +367,11 @@ class Session {
 
   template <class Is>
   [[nodiscard]] bool all(Is is) const {
-    return std::all_of(running_.begin(), running_.end(), is);
+    return std::ranges::all_of(running_, is);
   }
   template <class Is>
   [[nodiscard]] bool any(Is is) const {
-    return std::any_of(running_.begin(), running_.end(), is);
+    return std::ranges::any_of(running_, is);
   }
 
   /// Waits for a message of any camera host; returns at once if a frame is ready.
@@ -446,10 +487,8 @@ class Session {
       if (!soon) clock.push_back(sample);
       return;
     }
-    add_fault(report_.faults,
-              {name(c),
-               fmt::format("its clock jumped by {:.3f} s; frames around that have no time", *jump),
-               "let nothing set the camera's clock during a capture (PTP, other programs)"});
+    note(c, fmt::format("its clock jumped by {:.3f} s; frames around that have no time", *jump),
+         "let nothing set the camera's clock during a capture (PTP, other programs)");
     const std::int64_t last_good_ns = before->host_before_ns;
     for (Arrival& a : arrivals_)
       if (a.camera == c && a.arrived_ns >= last_good_ns) a.clock.reset();
@@ -461,8 +500,7 @@ class Session {
   void await_readings() {
     const std::int64_t from = now_ns();  // later frames do not count, or it would never end
     take_in_until(kReadings_s, [&] {
-      return by_trigger() || interrupted() ||
-             std::all_of(arrivals_.begin(), arrivals_.end(), [&](const Arrival& a) {
+      return by_trigger() || interrupted() || std::ranges::all_of(arrivals_, [&](const Arrival& a) {
                const Running& r = running_[a.camera];
                return a.settled || a.arrived_ns > from || r.host->fault() || is_confirmed(r, a);
              });
@@ -476,18 +514,16 @@ class Session {
     if (std::abs(off_s) < kLargestDelay_s) return;
     frame.device_ns.reset();
     if (std::exchange(running_[c].stamps_are_off, true)) return;
-    add_fault(report_.faults,
-              {name(c), fmt::format("its time stamps are {:.0f} s off the host's clock", off_s),
-               "unplug and plug the camera; until then its frames cannot be paired by time"});
+    note(c, fmt::format("its time stamps are {:.0f} s off the host's clock", off_s),
+         "unplug and plug the camera; until then its frames cannot be paired by time");
   }
 
   void take_frame(std::size_t c, HostFrame frame) {
     Running& r = running_[c];
     const auto unwrapped = r.ids.unwrap(frame.id);
     if (!unwrapped)
-      return add_fault(report_.faults,
-                       {name(c), "a frame has an id that no camera gives",
-                        "look for junk on the camera's network; else replace the camera"});
+      return note(c, "a frame has an id that no camera gives",
+                  "look for junk on the camera's network; else replace the camera");
     const bool free = report_.method == SyncMethod::free_run;
     if (r.fresh) rebase(r, frame, free ? std::optional(file_.frame_rate_hz) : std::nullopt);
     r.fresh = false;
@@ -508,8 +544,7 @@ class Session {
     if (frame.complete) {
       ++r.complete;
     } else {
-      add_fault(report_.faults,
-                {name(c), "a frame is incomplete: " + frame.fault, remedy_for(*r.host)});
+      note(c, "a frame is incomplete: " + frame.fault, remedy_for(*r.host));
     }
     if (options_.on_frame && frame.complete && !r.host->has_frame())
       options_.on_frame(c, frame, *r.host);
@@ -527,9 +562,8 @@ class Session {
   void give_up_old_frames(std::size_t c) {
     std::optional<PairingResult> paired;
     if (!options_.on_set) {  // otherwise the result needs the frames of all sets
-      const auto kept = std::count_if(arrivals_.begin(), arrivals_.end(), [c](const Arrival& a) {
-        return a.camera == c && !a.frame.pixels.empty();
-      });
+      const auto kept = std::ranges::count_if(
+          arrivals_, [c](const Arrival& a) { return a.camera == c && !a.frame.pixels.empty(); });
       if (kept <= options_.frames + kPartnersWithin) return;
       paired = pair(marks());
     }
@@ -619,11 +653,10 @@ class Session {
     // In a session the operator sees that a camera is lost and has time to repair it.
     r.given_up = !options_.demand && r.opened_in_vain == kOpenedInVain;
     if (r.given_up) {
-      add_fault(report_.faults,
-                {name(c),
-                 fmt::format("it was opened {} times and gave no frame: {}", kOpenedInVain,
-                             r.host->fault().value_or("it stays silent")),
-                 r.host->fault() ? r.host->what_to_do() : remedy_for_silence(*r.host)});
+      note(c,
+           fmt::format("it was opened {} times and gave no frame: {}", kOpenedInVain,
+                       r.host->fault().value_or("it stays silent")),
+           r.host->fault() ? r.host->what_to_do() : remedy_for_silence(*r.host));
       return;
     }
     const double wait_s =
@@ -666,11 +699,10 @@ class Session {
 
   void begin_again(std::size_t c, double phase_s) {
     Running& r = running_[c];
-    add_fault(report_.faults,
-              {name(c),
-               fmt::format("it exposes {:.1f} ms beside `{}`: its stream begins again in step",
-                           1e3 * phase_s, name(0)),
-               "use cameras with a trigger where that is too far apart"});
+    note(c,
+         fmt::format("it exposes {:.1f} ms beside `{}`: its stream begins again in step",
+                     1e3 * phase_s, name(0)),
+         "use cameras with a trigger where that is too far apart");
     r.host->stop();
     r.started = false;
     r.begin_ns = begin_again_ns(r.began_ns, phase_s, 1 / file_.frame_rate_hz,
@@ -696,8 +728,8 @@ class Session {
           continue;
         }
       }
-      std::int64_t have = running_.front().complete;
-      for (const Running& r : running_) have = std::min(have, r.complete);
+      const std::int64_t have =
+          std::ranges::min_element(running_, {}, &Running::complete)->complete;
       tell_progress(have);
       const bool quiet = seconds(now_ns() - last_progress_ns_) > 2 / file_.frame_rate_hz;
       if (have < look_at && !quiet) continue;
@@ -723,7 +755,7 @@ class Session {
         return confirmed && (all || a.index < running_[a.camera].newest);
       };
       if (arrivals_[set.frames.front()].settled) continue;
-      if (!std::all_of(set.frames.begin(), set.frames.end(), sure)) return;
+      if (!std::ranges::all_of(set.frames, sure)) return;
       LiveSet live = set_of(set);
       for (const std::size_t i : set.frames) arrivals_[i].settled = given_out_;
       ++given_out_;
@@ -920,7 +952,7 @@ class Session {
     std::vector<std::vector<std::optional<ClockFit>>> clocks;
     for (const Running& r : running_)
       for (clocks.emplace_back(); const auto& readings : r.clocks)
-        clocks.back().push_back(fit_clock(readings, {}));
+        clocks.back().push_back(fit_clock(readings));
     std::vector<double> triggers;
     for (const std::int64_t t : trigger_ns_) triggers.push_back(seconds(t - epoch_ns_));
     std::vector<FrameMark> result;
@@ -937,9 +969,7 @@ class Session {
   }
 
   PairingResult pair(const std::vector<FrameMark>& frames) const {
-    PairingOptions options;
-    options.cameras = running_.size();
-    options.window_s = window_s();
+    PairingOptions options{.cameras = running_.size(), .window_s = window_s()};
     if (by_trigger()) options.triggers = report_.triggers;
     if (options_.demand && !by_trigger()) options.expected_frames = 0;  // all that were observed
     return pair_frames(frames, options);
@@ -998,9 +1028,8 @@ class Session {
                                    "network card"});
     for (std::size_t c = 0; c < running_.size(); ++c)
       if (report_.method == SyncMethod::line_trigger && running_[c].newest < 0)
-        add_fault(report_.faults,
-                  {name(c), "no pulse came by the line: it sent no frame",
-                   "see that pulses come by " + file_.cameras[c].settings.trigger_line});
+        note(c, "no pulse came by the line: it sent no frame",
+             "see that pulses come by " + file_.cameras[c].settings.trigger_line);
     for (LiveFault& fault : ptp_faults(report_.cameras)) add_fault(report_.faults, fault);
     if (report_.paired_by == PairedBy::arrival) {
       for (PairedFrames& set : result.pairing.sets) set.spread_s.reset();
@@ -1014,6 +1043,10 @@ class Session {
 
   [[nodiscard]] std::int64_t last_trigger() const {
     return static_cast<std::int64_t>(trigger_ns_.size()) - 1;
+  }
+
+  void note(std::size_t camera, std::string what, std::string what_to_do) {
+    add_fault(report_.faults, {name(camera), std::move(what), std::move(what_to_do)});
   }
 
   void tell(const LiveFault& fault) const {
@@ -1055,9 +1088,8 @@ class Session {
 }  // namespace
 
 void add_fault(std::vector<LiveFault>& faults, LiveFault fault) {
-  const auto same = std::find_if(faults.begin(), faults.end(), [&](const LiveFault& f) {
-    return f.camera == fault.camera && f.what == fault.what;
-  });
+  const auto same = std::ranges::find_if(
+      faults, [&](const LiveFault& f) { return f.camera == fault.camera && f.what == fault.what; });
   if (same == faults.end()) {
     faults.push_back(std::move(fault));
   } else {
@@ -1065,13 +1097,7 @@ void add_fault(std::vector<LiveFault>& faults, LiveFault fault) {
   }
 }
 
-void LiveOptions::check() const {
-  if (frames < 1) throw usage_error("the number of frames must be 1 or more", "give --frames 1");
-  if (!(patience_s > 0)) throw usage_error("the patience is not positive", "give some seconds");
-}
-
 LiveResult capture_live(const CamerasFile& cameras, const LiveOptions& options) {
-  options.check();
   if (cameras.cameras.empty()) throw usage_error("no camera to capture with", "name a camera");
   return Session(cameras, options).run();
 }

@@ -46,8 +46,6 @@ struct LiveOptions {
       on_light = {};
   /// Called immediately when a camera is lost and when it is back.
   std::function<void(const struct LiveFault&)> on_camera = {};
-
-  void check() const;
 };
 
 /// A frame that belongs to a set.

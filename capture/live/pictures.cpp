@@ -10,7 +10,6 @@
 #include <cstdlib>
 #include <fstream>
 #include <numbers>
-#include <string>
 
 #include "capture/pixel/pixel_format.hpp"
 #include "core/error.hpp"
@@ -39,12 +38,13 @@ LiveFrame develop(HostFrame frame, const std::string& name) {
     developed.bits = grey.bits;
     developed.pixels.resize(count);
     const int shift = grey.bits - 8;
-    std::transform(grey.values.begin(), grey.values.end(), developed.pixels.begin(),
-                   [&](std::uint16_t v) { return static_cast<std::uint8_t>(v >> shift); });
+    std::ranges::transform(grey.values, developed.pixels.begin(),
+                           [&](std::uint16_t v) { return static_cast<std::uint8_t>(v >> shift); });
     if (shift > 0) {
       developed.deep.resize(count);
-      std::transform(grey.values.begin(), grey.values.end(), developed.deep.begin(),
-                     [&](std::uint16_t v) { return static_cast<std::uint16_t>(v << (8 - shift)); });
+      std::ranges::transform(grey.values, developed.deep.begin(), [&](std::uint16_t v) {
+        return static_cast<std::uint16_t>(v << (8 - shift));
+      });
     }
     if (!format->is_grey()) developed.raw = std::move(frame.pixels);
   } catch (const Error& error) {
@@ -79,8 +79,8 @@ Scaled scaled(const LiveFrame& frame) {
   std::int64_t saturated = 0;
   std::vector<int> sums(width), full(width);
   for (int y = 0; y < to.height_px; ++y) {
-    std::fill(sums.begin(), sums.end(), 0);
-    std::fill(full.begin(), full.end(), 0);
+    std::ranges::fill(sums, 0);
+    std::ranges::fill(full, 0);
     for (int row = y * step; row < (y + 1) * step; ++row) {
       auto from = static_cast<std::size_t>(row) * static_cast<std::size_t>(frame.width_px);
       for (std::size_t x = 0; x < width; ++x)

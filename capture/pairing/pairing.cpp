@@ -19,6 +19,8 @@ namespace {
 constexpr double kNs = 1e-9;
 // A round trip below the clocks' resolution would get an unbounded weight.
 constexpr double kLeastHalfWidth_s = 1e-7;
+constexpr double kLeastSpan_s = 1;    ///< shorter spans do not determine the drift
+constexpr double kLargest_ppm = 500;  ///< a larger drift is taken for a jump of the clock
 
 struct Point {
   double device_s = 0;  ///< relative to the reference
@@ -78,9 +80,6 @@ std::vector<Point> points_of(const std::vector<ClockSample>& samples) {
 constexpr std::uint64_t kLast64 = 0x7FFFFFFFFFFFFFFF;
 constexpr std::uint64_t kFarthest = 1000;  ///< largest plausible gap, in frames
 
-constexpr int kMostTimes = 10;
-constexpr std::int64_t kOutOfStep_ns = 1'200'000'000;
-
 /// Input indices of one camera's frames that may be part of a set.
 using Candidates = std::vector<std::size_t>;
 
@@ -100,7 +99,7 @@ std::vector<Candidates> sift(const std::vector<FrameMark>& frames, const Pairing
   // Fixed order, so that the choice between two frames with one id does not depend on arrival.
   std::vector<std::size_t> order(frames.size());
   for (std::size_t i = 0; i < order.size(); ++i) order[i] = i;
-  std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
+  std::ranges::stable_sort(order, [&](std::size_t a, std::size_t b) {
     const FrameMark &fa = frames[a], &fb = frames[b];
     if (fa.index != fb.index) return fa.index < fb.index;
     if (fa.complete != fb.complete) return fa.complete;
@@ -142,7 +141,7 @@ std::optional<double> spread_of(const std::vector<FrameMark>& frames,
     if (!frames[i].time_s) return std::nullopt;
     times.push_back(*frames[i].time_s);
   }
-  const auto [first, last] = std::minmax_element(times.begin(), times.end());
+  const auto [first, last] = std::ranges::minmax_element(times);
   return *last - *first;
 }
 
@@ -186,7 +185,7 @@ void pair_by_trigger(const std::vector<FrameMark>& frames,
     }
   }
   for (auto& [trigger, members] : by_trigger) {
-    if (std::find(members.begin(), members.end(), none) == members.end()) {
+    if (std::ranges::find(members, none) == members.end()) {
       add_set(frames, members, trigger, result);
       continue;
     }
@@ -214,7 +213,7 @@ struct FirstFrames {
 void pair_by_time(const std::vector<FrameMark>& frames, std::vector<Candidates> candidates,
                   double window_s, PairingResult& result) {
   for (Candidates& list : candidates) {
-    std::stable_sort(list.begin(), list.end(), [&](std::size_t a, std::size_t b) {
+    std::ranges::stable_sort(list, [&](std::size_t a, std::size_t b) {
       return time_of(frames, a) < time_of(frames, b);
     });
   }
@@ -276,27 +275,22 @@ double ClockFit::host_time_s(std::int64_t device_ns, std::int64_t host_epoch_ns)
   return kNs * (start + since + since * drift_ppm * 1e-6);
 }
 
-std::optional<ClockFit> fit_clock(const std::vector<ClockSample>& samples,
-                                  const ClockFitOptions& options) {
+std::optional<ClockFit> fit_clock(const std::vector<ClockSample>& samples) {
   const auto is_backwards = [](const ClockSample& s) { return s.host_after_ns < s.host_before_ns; };
-  if (samples.empty() || std::any_of(samples.begin(), samples.end(), is_backwards)) return {};
+  if (samples.empty() || std::ranges::any_of(samples, is_backwards)) return {};
   const std::vector<Point> points = points_of(samples);
 
   ClockFit fit;
   fit.samples = samples.size();
-  const auto [first, last] =
-      std::minmax_element(points.begin(), points.end(),
-                          [](const Point& a, const Point& b) { return a.host_s < b.host_s; });
+  const auto [first, last] = std::ranges::minmax_element(points, {}, &Point::host_s);
   fit.span_s = last->host_s - first->host_s;
-  fit.drift_estimated = samples.size() >= 2 && fit.span_s >= options.least_span_s;
+  fit.drift_estimated = samples.size() >= 2 && fit.span_s >= kLeastSpan_s;
   const Line line = fit_line(points, fit.drift_estimated);
   fit.drift_ppm = line.slope * 1e6;
-  if (std::abs(fit.drift_ppm) > options.largest_ppm) return {};
+  if (std::abs(fit.drift_ppm) > kLargest_ppm) return {};
   // Two samples of a jumped clock may span less than a second; the residual then shows the jump.
-  fit.bound_s = std::min_element(points.begin(), points.end(), [](const Point& a, const Point& b) {
-                  return a.half_width_s < b.half_width_s;
-                })->half_width_s;
-  if (!fit.drift_estimated) fit.drift_bound_s = 1e-6 * options.largest_ppm * options.least_span_s;
+  fit.bound_s = std::ranges::min_element(points, {}, &Point::half_width_s)->half_width_s;
+  if (!fit.drift_estimated) fit.drift_bound_s = 1e-6 * kLargest_ppm * kLeastSpan_s;
   fit.residual_s = line.residual;
   fit.reference_device_ns = samples.front().device_ns;
   fit.reference_host_ns =
@@ -304,25 +298,20 @@ std::optional<ClockFit> fit_clock(const std::vector<ClockSample>& samples,
   return fit;
 }
 
-std::optional<double> clock_jump_s(const ClockSample& before, const ClockSample& after,
-                                   double largest_ppm) {
+std::optional<double> clock_jump_s(const ClockSample& before, const ClockSample& after) {
   const std::int64_t least =
       (after.device_ns - after.host_after_ns) - (before.device_ns - before.host_before_ns);
   const std::int64_t most =
       (after.device_ns - after.host_before_ns) - (before.device_ns - before.host_after_ns);
   const double drift =
-      1e-6 * largest_ppm * static_cast<double>(after.host_after_ns - before.host_before_ns);
+      1e-6 * kLargest_ppm * static_cast<double>(after.host_after_ns - before.host_before_ns);
   if (static_cast<double>(least) <= drift && static_cast<double>(most) >= -drift) return {};
   return kNs * 0.5 * (static_cast<double>(least) + static_cast<double>(most));
 }
 
-void FrameIdRange::check() const {
-  if (last <= first)
-    throw usage_error("the range of frame ids is empty", "give first and last, first below last");
-}
-
 FrameIdUnwrapper::FrameIdUnwrapper(FrameIdRange range) : range_(range) {
-  range_.check();
+  if (range.last <= range.first)
+    throw usage_error("the range of frame ids is empty", "give first and last, first below last");
 }
 
 std::optional<std::int64_t> FrameIdUnwrapper::unwrap(std::uint64_t id) {
@@ -360,7 +349,7 @@ std::vector<double> phases_s(const std::vector<double>& exposed_s, double period
 double least_spread_s(const std::vector<double>& phases_s, double period_s) {
   if (phases_s.empty()) return 0;
   std::vector<double> sorted = phases_s;
-  std::sort(sorted.begin(), sorted.end());
+  std::ranges::sort(sorted);
   // One period less the largest gap between phases on the circle.
   double largest_gap = period_s - (sorted.back() - sorted.front());
   for (std::size_t i = 1; i < sorted.size(); ++i)
@@ -375,34 +364,11 @@ std::int64_t begin_again_ns(std::int64_t began_ns, double phase_s, double period
          std::llround(1e9 * (first_s + std::ceil(std::max(0.0, -first_s) / period_s) * period_s));
 }
 
-std::vector<NewPhase> InStep::look(const std::optional<std::vector<double>>& exposed_s,
-                                   std::int64_t now_ns) {
-  std::vector<NewPhase> late;
-  if (named_ == kMostTimes || 1e-9 * static_cast<double>(now_ns - looked_ns_) < period_s_)
-    return late;
-  looked_ns_ = now_ns;
-  const auto phases = exposed_s ? phases_s(*exposed_s, period_s_) : std::vector<double>{};
-  if (least_spread_s(phases, period_s_) <= window_s_) {
-    out_of_step_since_ns_ = 0;
-    return late;
-  }
-  if (out_of_step_since_ns_ == 0) out_of_step_since_ns_ = now_ns;
-  if (now_ns - out_of_step_since_ns_ < kOutOfStep_ns) return late;
-  out_of_step_since_ns_ = 0;
-  ++named_;
-  for (std::size_t c = 1; c < phases.size(); ++c)
-    if (std::abs(phases[c]) > window_s_ / 4) late.push_back({c, phases[c]});
-  return late;
-}
-
-void PairingOptions::check() const {
-  if (cameras == 0) throw usage_error("no camera to pair frames of", "name at least one camera");
-  if (!triggers && !(window_s > 0))
-    throw usage_error("the pairing window is not positive", "give half the frame period or less");
-}
-
 PairingResult pair_frames(const std::vector<FrameMark>& frames, const PairingOptions& options) {
-  options.check();
+  if (options.cameras == 0)
+    throw usage_error("no camera to pair frames of", "name at least one camera");
+  if (!options.triggers && !(options.window_s > 0))
+    throw usage_error("the pairing window is not positive", "give half the frame period or less");
   for (const FrameMark& frame : frames) {
     if (frame.camera >= options.cameras)
       throw internal_error(
@@ -445,8 +411,7 @@ std::vector<std::size_t> every_frame(const std::vector<FrameMark>& frames) {
 
 std::optional<std::int64_t> trigger_of(double time_s, const std::vector<double>& trigger_time_s,
                                        double early_s, double latest_s) {
-  const auto after =
-      std::upper_bound(trigger_time_s.begin(), trigger_time_s.end(), time_s + early_s);
+  const auto after = std::ranges::upper_bound(trigger_time_s, time_s + early_s);
   if (after == trigger_time_s.begin()) return std::nullopt;
   const auto trigger = std::prev(after);
   if (time_s - *trigger > latest_s) return std::nullopt;

@@ -3,7 +3,6 @@
 
 #include <cstdint>
 #include <optional>
-#include <string>
 #include <string_view>
 #include <vector>
 
@@ -26,8 +25,8 @@ struct ClockFit {
   double drift_ppm = 0;   ///< excess rate of the host's clock, in parts per million
   double residual_s = 0;  ///< weighted root mean square residual of the fit, seconds
   double bound_s = 0;     ///< half the shortest round trip, which bounds one reading's error
-  /// Additional bound within `least_span_s` of the samples: effect of an unknown drift of up to
-  /// `largest_ppm`, the assumed limit of a camera's oscillator; 0 once the drift is estimated.
+  /// Additional bound within a second of the samples: effect of an unknown drift of up to 500 ppm,
+  /// the assumed limit of a camera's oscillator; 0 once the drift is estimated.
   double drift_bound_s = 0;
   double span_s = 0;  ///< host time from the first to the last sample
   std::size_t samples = 0;
@@ -39,31 +38,22 @@ struct ClockFit {
   [[nodiscard]] double host_time_s(std::int64_t device_ns, std::int64_t host_epoch_ns) const;
 };
 
-struct ClockFitOptions {
-  double least_span_s = 1.0;   ///< shorter spans do not determine the drift
-  double largest_ppm = 500.0;  ///< a larger drift is taken for a jump of the clock
-};
-
 /// Weighted least-squares fit of the samples, with weights 1 / (half round trip)^2. nullopt if
-/// there is no sample, if a round trip is negative, or if the drift exceeds `largest_ppm`: then the
+/// there is no sample, if a round trip is negative, or if the drift exceeds 500 ppm: then the
 /// clock jumped between two samples and no straight line describes it.
-[[nodiscard]] std::optional<ClockFit> fit_clock(const std::vector<ClockSample>& samples,
-                                                const ClockFitOptions& options);
+[[nodiscard]] std::optional<ClockFit> fit_clock(const std::vector<ClockSample>& samples);
 
 /// Jump of the device's clock between two readings beyond what their round trips and a drift of
-/// `largest_ppm` explain; nullopt if it may have run evenly. There are no false alarms: both
+/// 500 ppm explain; nullopt if it may have run evenly. There are no false alarms: both
 /// readings bound the clock on either side.
 [[nodiscard]] std::optional<double> clock_jump_s(const ClockSample& before,
-                                                 const ClockSample& after,
-                                                 double largest_ppm = 500.0);
+                                                 const ClockSample& after);
 
 /// Cycle of a device's frame ids: first, first + 1, ..., last, first, ... GigE Vision counts
 /// 1..65535 and skips 0 (GigE Vision 2.0, block_id); V4L2 counts 32 bits.
 struct FrameIdRange {
   std::uint64_t first = 1;
   std::uint64_t last = 65535;
-
-  void check() const;  ///< throws Error(usage) for fewer than two ids
 };
 
 /// Converts wrapping frame ids to a count that never wraps: 0 for the first frame seen,
@@ -73,6 +63,7 @@ struct FrameIdRange {
 /// distinguished from a wrap.
 class FrameIdUnwrapper {
  public:
+  /// Throws Error(usage) for a range of fewer than two ids.
   explicit FrameIdUnwrapper(FrameIdRange range);
 
   /// nullopt if `id` is below the range.
@@ -97,30 +88,6 @@ class FrameIdUnwrapper {
 /// from start to exposure stays the same.
 [[nodiscard]] std::int64_t begin_again_ns(std::int64_t began_ns, double phase_s, double period_s,
                                           std::int64_t not_before_ns);
-
-/// A camera that must be restarted, with the delay of its exposure after camera 0.
-struct NewPhase {
-  std::size_t camera = 0;
-  double phase_s = 0;
-};
-
-/// Monitors free-running cameras and finds those that never expose with the others.
-class InStep {
- public:
-  /// `window_s` is the largest spread of a set.
-  InStep(double period_s, double window_s) : period_s_(period_s), window_s_(window_s) {}
-
-  /// Takes `exposed_s` as phases_s() does, absent while a camera's is unknown. A camera is reported
-  /// once it has been out of step for 1.2 s (which excludes a clock that just jumped), at most ten
-  /// times in all: cameras of different rates cannot be brought into step.
-  [[nodiscard]] std::vector<NewPhase> look(const std::optional<std::vector<double>>& exposed_s,
-                                           std::int64_t now_ns);
-
- private:
-  double period_s_, window_s_;
-  std::int64_t looked_ns_ = 0, out_of_step_since_ns_ = 0;
-  int named_ = 0;
-};
 
 /// A frame that reached the host, complete or not, as pairing sees it.
 struct FrameMark {
@@ -175,8 +142,6 @@ struct PairingOptions {
   std::optional<std::int64_t> triggers = {};
   /// Frames that every camera was commanded to take, if known without triggers.
   std::optional<std::int64_t> expected_frames = {};
-
-  void check() const;  ///< throws Error(usage)
 };
 
 struct PairingResult {

@@ -124,7 +124,7 @@ ClockFit read_clock(const SimulatedCamera& camera, double from_s, double to_s,
                        camera.device_ns(before + split(random) * round_trip),
                        std::llround(1e9 * (before + round_trip))});
   }
-  return fit_clock(samples, {}).value();
+  return fit_clock(samples).value();
 }
 
 Bench random_bench(unsigned seed, std::int64_t instants) {

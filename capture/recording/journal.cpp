@@ -13,7 +13,6 @@
 #include <map>
 #include <sstream>
 #include <utility>
-#include <vector>
 
 #include "core/error.hpp"
 #include "core/files/files.hpp"
@@ -87,8 +86,8 @@ void require_readable(const FrameSet& set, const Where& where) {
 }
 
 bool is_there(const fs::path& folder, const FrameSet& set) {
-  return std::any_of(set.frames.begin(), set.frames.end(),
-                     [&](const RecordedFrame& frame) { return fs::exists(folder / frame.file); });
+  return std::ranges::any_of(
+      set.frames, [&](const RecordedFrame& frame) { return fs::exists(folder / frame.file); });
 }
 
 void sync_folder(const fs::path& folder) {
@@ -222,8 +221,7 @@ void Journal::add(FrameSet set, const std::string& burst) {
 }
 
 bool Journal::holds(const std::string& set) const {
-  return std::any_of(recording_.sets.begin(), recording_.sets.end(),
-                     [&](const FrameSet& s) { return s.name == set; });
+  return std::ranges::any_of(recording_.sets, [&](const FrameSet& s) { return s.name == set; });
 }
 
 int Journal::newest_take(const std::string& set) const {
@@ -313,7 +311,7 @@ std::vector<FrameSet> sets_in_journal(const fs::path& folder) {
 }
 
 bool is_renamed(const fs::path& folder, std::span<const FrameSet> sets, const FrameSet& set) {
-  return !is_there(folder, set) && std::any_of(sets.begin(), sets.end(), [&](const FrameSet& one) {
+  return !is_there(folder, set) && std::ranges::any_of(sets, [&](const FrameSet& one) {
     return one.details_sha256 == set.details_sha256 &&
            std::equal(one.frames.begin(), one.frames.end(), set.frames.begin(), set.frames.end(),
                       [](const RecordedFrame& a, const RecordedFrame& b) {

@@ -4,7 +4,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
 #include <set>
@@ -177,32 +176,7 @@ std::string_view view(const std::vector<std::uint8_t>& bytes) {
   return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
 }
 
-}  // namespace
-
-void fields(Fields& f, SetDetails& details) {
-  Stillness stillness{details};
-  f(Field{"set", "name of the set"}.plain_name(), details.set);
-  f.if_any({"no_go", "reason why the set cannot be used as a measurement"}, details.no_go);
-  f({"recorded_on", "ISO date"}, details.recorded_on);
-  f({"sync_method", "synchronisation method used"}, details.method);
-  f({"fallen_back_because", "reason why the preferred method was not used"}, details.fallen_back);
-  f({"paired_by", "property by which frames were paired"}, details.paired_by);
-  f({"trigger", "trigger number"}, details.trigger);
-  f({"spread_ms", "latest minus earliest exposure", 1e-3}, details.spread_s);
-  f({"spread_bound_ms", "upper bound of the spread", 1e-3}, details.spread_bound_s);
-  f({"frames_averaged", "frames averaged per camera"}, details.averaged);
-  f({"stillness", "stillness of cloth and cameras"}, stillness);
-  f({"cameras", "one entry per camera"}, details.cameras);
-  f({"faults", "faults seen up to this set"}, details.faults);
-}
-
-void fields(Fields& f, SetNotes& notes) {
-  StillnessNotes stillness{notes};
-  f(Field{"set", "name of the set"}.plain_name(), notes.set);
-  f.if_any({"no_go", "reason why the set cannot be used as a measurement"}, notes.no_go);
-  f({"stillness", "stillness of cloth and cameras"}, stillness);
-}
-
+/// Name of the file with a frame's raw bytes, in the set's folder.
 std::string raw_file(const std::string& camera, const LiveFrame& frame) {
   return camera + "." + frame.pixel_format + ".raw";
 }
@@ -242,6 +216,32 @@ SetDetails set_details(const std::string& name, const LiveSet& set,
   return details;
 }
 
+}  // namespace
+
+void fields(Fields& f, SetDetails& details) {
+  Stillness stillness{details};
+  f(Field{"set", "name of the set"}.plain_name(), details.set);
+  f.if_any({"no_go", "reason why the set cannot be used as a measurement"}, details.no_go);
+  f({"recorded_on", "ISO date"}, details.recorded_on);
+  f({"sync_method", "synchronisation method used"}, details.method);
+  f({"fallen_back_because", "reason why the preferred method was not used"}, details.fallen_back);
+  f({"paired_by", "property by which frames were paired"}, details.paired_by);
+  f({"trigger", "trigger number"}, details.trigger);
+  f({"spread_ms", "latest minus earliest exposure", 1e-3}, details.spread_s);
+  f({"spread_bound_ms", "upper bound of the spread", 1e-3}, details.spread_bound_s);
+  f({"frames_averaged", "frames averaged per camera"}, details.averaged);
+  f({"stillness", "stillness of cloth and cameras"}, stillness);
+  f({"cameras", "one entry per camera"}, details.cameras);
+  f({"faults", "faults seen up to this set"}, details.faults);
+}
+
+void fields(Fields& f, SetNotes& notes) {
+  StillnessNotes stillness{notes};
+  f(Field{"set", "name of the set"}.plain_name(), notes.set);
+  f.if_any({"no_go", "reason why the set cannot be used as a measurement"}, notes.no_go);
+  f({"stillness", "stillness of cloth and cameras"}, stillness);
+}
+
 void require_set_name(const std::string& set) {
   bool fit =
       set.size() <= kLongestSetName && !set.starts_with("recording.") && !set.ends_with(".new");
@@ -267,9 +267,7 @@ void require_cameras_of_rig(const Recording& recording, const CamerasFile& rig) 
   for (const FrameSet& set : recording.sets)
     for (const RecordedFrame& frame : set.frames) {
       recorded.insert(frame.camera);
-      const auto camera =
-          std::find_if(rig.cameras.begin(), rig.cameras.end(),
-                       [&](const LiveCamera& one) { return one.name == frame.camera; });
+      const auto camera = std::ranges::find(rig.cameras, frame.camera, &LiveCamera::name);
       if (camera == rig.cameras.end())
         refuse("the recording has a camera that the rig does not have", frame.camera);
       const CameraSettings& is = camera->settings;
@@ -290,7 +288,13 @@ Recorder::Recorder(const CamerasFile& cameras, RecordOptions options, Journal& j
       journal_(journal),
       still_(cameras, options_.still) {
   require_cameras_of_rig(journal.recording(), cameras);
-  refuse_known_set();
+  for (const FrameSet& set : journal_.recording().sets) {
+    const bool of_burst = options_.frames > 1 && set.name.starts_with(options_.set + "_0");
+    if (set.name != folder_of(options_.set) && !of_burst) continue;
+    throw bad_input("the recording already holds this set",
+                    {.file = (options_.folder / "recording.json").string(), .set = set.name},
+                    "give another --set; recorded images never change");
+  }
 }
 
 std::optional<std::string> Recorder::reason_against() const {
@@ -300,16 +304,6 @@ std::optional<std::string> Recorder::reason_against() const {
 
 std::string Recorder::folder_of(const std::string& set) const {
   return options_.retake ? set + ".new" : set;
-}
-
-void Recorder::refuse_known_set() const {
-  for (const FrameSet& set : journal_.recording().sets) {
-    const bool of_burst = options_.frames > 1 && set.name.starts_with(options_.set + "_0");
-    if (set.name != folder_of(options_.set) && !of_burst) continue;
-    throw bad_input("the recording already holds this set",
-                    {.file = (options_.folder / "recording.json").string(), .set = set.name},
-                    "give another --set; recorded images never change");
-  }
 }
 
 void Recorder::add(LiveSet set, const LiveReport& report) {
@@ -412,8 +406,7 @@ RecordResult Recorder::finish() {
   }
   // The motion of the whole burst is only known now.
   for (FrameSet& set : journal_.recording().sets) {
-    if (std::find(result_.sets.begin(), result_.sets.end(), set.name) == result_.sets.end())
-      continue;
+    if (std::ranges::find(result_.sets, set.name) == result_.sets.end()) continue;
     set.motion_px = still.motion_px;
     set.camera_shift_px = still.background_shift_px;
     set.no_go = reason_against();

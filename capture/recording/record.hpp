@@ -41,9 +41,6 @@ struct RecordResult {
   std::vector<double> spread_bounds_s;     ///< bounds for sets of unknown spread
 };
 
-/// Name of the file with a frame's raw bytes, in the set's folder.
-[[nodiscard]] std::string raw_file(const std::string& camera, const LiveFrame& frame);
-
 /// Throws Error(usage) if the name, or its form for a burst or retake, cannot be that of a set or
 /// is reserved for the recording's own files.
 void require_set_name(const std::string& set);
@@ -72,7 +69,6 @@ class Recorder {
   /// Reason why the stored sets are not valid measurements; nullopt if they are.
   [[nodiscard]] std::optional<std::string> reason_against() const;
   [[nodiscard]] std::string folder_of(const std::string& set) const;
-  void refuse_known_set() const;
   void sum_up(LiveSet set, const LiveReport& report);
   void store(const std::string& name, const LiveSet& set,
              const std::vector<FrameQuality>& qualities, std::size_t averaged,
@@ -117,12 +113,6 @@ struct SetDetails {
   std::vector<LiveFault> faults;
 };
 void fields(Fields& f, SetDetails& details);
-
-[[nodiscard]] SetDetails set_details(const std::string& name, const LiveSet& set,
-                                     const std::vector<FrameQuality>& qualities,
-                                     std::size_t averaged, const LiveReport& report,
-                                     const StillReport& still, const RecordOptions& options,
-                                     const std::optional<std::string>& no_go);
 
 /// The part of capture.json that an import keeps.
 struct SetNotes {

@@ -13,7 +13,6 @@
 #include <opencv2/imgcodecs.hpp>
 #include <utility>
 
-#include "core/calibration.hpp"
 #include "core/error.hpp"
 #include "core/parallel.hpp"
 #include "core/recording.hpp"
@@ -217,12 +216,9 @@ MotionOptions background_options(const GreyView& reference) {
   constexpr int kShrink = 4, kBlocks = 96, kLeastSide = 12, kLargestSide = 24;
   const int cols = reference.width_px / kShrink, rows = reference.height_px / kShrink;
   const double pixels = static_cast<double>(cols) * rows;
-  MotionOptions options;
-  options.shrink = kShrink;
-  options.block_px =
-      kShrink * std::clamp(static_cast<int>(std::sqrt(pixels / kBlocks)), kLeastSide, kLargestSide);
-  options.largest_sd_px = 0.3;
-  return options;
+  const int side =
+      std::clamp(static_cast<int>(std::sqrt(pixels / kBlocks)), kLeastSide, kLargestSide);
+  return {.block_px = kShrink * side, .shrink = kShrink, .largest_sd_px = 0.3};
 }
 
 constexpr std::size_t kLeastBlocks = 4;
@@ -270,8 +266,7 @@ Background background_of(const Recording& reference, const CamerasFile& cameras,
                      "record the bench without a cloth with this rig, something with texture in "
                      "view, or leave [reference] out");
   };
-  const auto frame = std::find_if(set.frames.begin(), set.frames.end(),
-                                  [&](const RecordedFrame& f) { return f.camera == camera.name; });
+  const auto frame = std::ranges::find(set.frames, camera.name, &RecordedFrame::camera);
   if (frame == set.frames.end()) throw unfit("the reference set has no picture of this camera");
   const cv::Mat image = cv::imdecode(read_frame(reference, set, *frame),
                                      cv::IMREAD_GRAYSCALE | cv::IMREAD_IGNORE_ORIENTATION);
@@ -286,27 +281,14 @@ Background background_of(const Recording& reference, const CamerasFile& cameras,
   return background;
 }
 
-MotionOptions coarse_options() {
-  MotionOptions options;
-  options.shrink = 8;
-  options.block_px = 128;
-  options.largest_px = 6;
-  options.largest_sd_px = 0.5;
-  return options;
-}
+constexpr MotionOptions kCoarse{
+    .block_px = 128, .shrink = 8, .largest_px = 6, .largest_sd_px = 0.5};
 
 void keep_larger(std::optional<double>& largest, const std::optional<double>& value) {
   if (value) largest = std::max(largest.value_or(0), *value);
 }
 
 }  // namespace
-
-void MotionOptions::check() const {
-  if (block_px < 8 || shrink < 1 || block_px / shrink < 8)
-    throw usage_error("the blocks are too small to be followed", "give 8 px or more");
-  if (!(largest_px > 0) || !(largest_sd_px > 0))
-    throw usage_error("a limit of the motion is not positive", "give some px");
-}
 
 double MotionResult::largest_px() const {
   double largest = 0;
@@ -325,10 +307,38 @@ struct BlockFollower::First {
   Plane plane;
   std::vector<Textured> blocks;
   std::vector<Textured> edges;  ///< blocks with structure in one direction only
+
+  /// Follows each of the blocks in another picture. Calls `found(block, motion)` or `lost(block)`
+  /// for it; the result has the blocks whose motion is certain enough.
+  template <class Found, class Lost>
+  [[nodiscard]] MotionResult followed(const std::vector<Textured>& from, Along along,
+                                      const GreyView& to, const Found& found,
+                                      const Lost& lost) const {
+    if (width_px != to.width_px || height_px != to.height_px)
+      throw usage_error("the pictures differ in size", "compare frames of one camera");
+    const Plane now = shrunk(to, options.shrink);
+    const double scale = options.shrink;
+    MotionResult result;
+    result.textured = static_cast<int>(from.size());
+    for (const Textured& one : from) {
+      const auto motion = follow(plane, now, one.block, one.normal, options, along);
+      if (!motion) {
+        ++result.lost;
+        lost(one);
+        continue;
+      }
+      found(one, *motion);
+      if (motion->sd_px * scale > options.largest_sd_px) continue;
+      result.blocks.push_back({scale * (one.block.x0 + 0.5 * one.block.side),
+                               scale * (one.block.y0 + 0.5 * one.block.side), scale * motion->dx_px,
+                               scale * motion->dy_px, scale * motion->sd_px,
+                               motion->residual_variance});
+    }
+    return result;
+  }
 };
 
 BlockFollower::BlockFollower(const GreyView& from, const MotionOptions& options) {
-  options.check();
   First first{options, from.width_px, from.height_px, shrunk(from, options.shrink), {}, {}};
   const int side = options.block_px / options.shrink;
   const double scale = options.shrink;
@@ -359,8 +369,8 @@ int BlockFollower::findable(const GreyView& from) const {
   const MotionOptions& options = first_->options;
   const Plane full = shrunk(from, 1);  // full resolution separates fine texture from noise best
   const int scale = options.shrink;
-  return static_cast<int>(std::count_if(
-      first_->blocks.begin(), first_->blocks.end(), [&](const First::Textured& textured) {
+  return static_cast<int>(
+      std::ranges::count_if(first_->blocks, [&](const First::Textured& textured) {
         const auto& [block, n] = textured;
         const double noise =
             noise_variance(full, {scale * block.x0, scale * block.y0, scale * block.side}) /
@@ -375,62 +385,34 @@ bool BlockFollower::has_size_of(const GreyView& other) const {
 }
 
 MotionResult BlockFollower::motion_to(const GreyView& to) const {
-  const MotionOptions& options = first_->options;
-  if (!has_size_of(to))
-    throw usage_error("the pictures differ in size", "compare frames of one camera");
-  const Plane now = shrunk(to, options.shrink);
-  const double scale = options.shrink;
-  MotionResult result;
-  result.textured = textured();
   std::vector<double> noises, levels;  // residual variances and mean grey levels of matched blocks
   std::vector<const Normal*> lost;
-  for (const auto& [block, normal] : first_->blocks) {
-    const auto motion = follow(first_->plane, now, block, normal, options, Along::both);
-    if (!motion) {
-      lost.push_back(&normal);
-      continue;
-    }
-    noises.push_back(motion->residual_variance);
-    levels.push_back(normal.mean);
-    if (motion->sd_px * scale > options.largest_sd_px) continue;
-    result.blocks.push_back({scale * (block.x0 + 0.5 * block.side),
-                             scale * (block.y0 + 0.5 * block.side), scale * motion->dx_px,
-                             scale * motion->dy_px, scale * motion->sd_px,
-                             motion->residual_variance});
-  }
-  result.lost = static_cast<int>(lost.size());
-  if (!noises.empty()) {
-    // The variance of shot noise grows at most in proportion to the grey level.
-    const double hidden = kHiddenByNoise * median(std::move(noises));
-    const double level = median(std::move(levels));
-    result.gone = static_cast<int>(std::count_if(lost.begin(), lost.end(), [&](const Normal* n) {
-      return n->variance > hidden * std::max(1.0, n->mean / level);
-    }));
-  }
+  MotionResult result = first_->followed(
+      first_->blocks, Along::both, to,
+      [&](const First::Textured& one, const BlockMotion& motion) {
+        noises.push_back(motion.residual_variance);
+        levels.push_back(one.normal.mean);
+      },
+      [&](const First::Textured& one) { lost.push_back(&one.normal); });
+  if (noises.empty()) return result;
+  // The variance of shot noise grows at most in proportion to the grey level.
+  const double hidden = kHiddenByNoise * median(std::move(noises));
+  const double level = median(std::move(levels));
+  result.gone = static_cast<int>(std::ranges::count_if(lost, [&](const Normal* n) {
+    return n->variance > hidden * std::max(1.0, n->mean / level);
+  }));
   return result;
 }
 
 MotionResult BlockFollower::motion_across_edges_to(const GreyView& to) const {
-  const MotionOptions& options = first_->options;
-  if (!has_size_of(to))
-    throw usage_error("the pictures differ in size", "compare frames of one camera");
-  const Plane now = shrunk(to, options.shrink);
-  const double scale = options.shrink;
-  MotionResult result;
-  result.textured = static_cast<int>(first_->edges.size());
-  for (const auto& [block, normal] : first_->edges) {
-    const auto motion = follow(first_->plane, now, block, normal, options, Along::gradient);
-    if (!motion) {
-      ++result.lost;
-      const double noise = std::max(kOfRounding, noise_variance(first_->plane, block));
-      if (normal.variance > kHiddenByNoise * 2 * noise) ++result.gone;
-    } else if (motion->sd_px * scale <= options.largest_sd_px) {
-      result.blocks.push_back({scale * (block.x0 + 0.5 * block.side),
-                               scale * (block.y0 + 0.5 * block.side), scale * motion->dx_px,
-                               scale * motion->dy_px, scale * motion->sd_px,
-                               motion->residual_variance});
-    }
-  }
+  int gone = 0;
+  MotionResult result = first_->followed(
+      first_->edges, Along::gradient, to, [](const First::Textured&, const BlockMotion&) {},
+      [&](const First::Textured& one) {
+        const double noise = std::max(kOfRounding, noise_variance(first_->plane, one.block));
+        gone += one.normal.variance > kHiddenByNoise * 2 * noise;
+      });
+  result.gone = gone;
   return result;
 }
 
@@ -509,8 +491,8 @@ void StillWatch::look(const LiveSet& set) {
 StillWatch::Sight StillWatch::see(std::size_t c, const LiveFrame& now) const {
   Sight sight;
   if (first_.empty()) {
-    sight.first = First{BlockFollower(view(now), {}), BlockFollower(view(now), coarse_options()),
-                        now.mark.time_s};
+    sight.first =
+        First{BlockFollower(view(now), {}), BlockFollower(view(now), kCoarse), now.mark.time_s};
   } else if (first_[c].fine.has_size_of(view(now))) {
     sight.fine = first_[c].fine.motion_to(view(now));
     sight.coarse = first_[c].coarse.motion_to(view(now));
@@ -562,13 +544,13 @@ void StillWatch::add_place(std::size_t c, const Sight& sight) {
   keep_larger(camera.background_shift_px, shift_px);
   if (camera.background_lost) camera.background_shift_px.reset();
   report_.background_shift_px.reset();
-  const bool any_lost = std::any_of(report_.cameras.begin(), report_.cameras.end(),
-                                    [](const CameraStill& one) { return one.background_lost; });
+  const bool any_lost = std::ranges::any_of(
+      report_.cameras, [](const CameraStill& one) { return one.background_lost; });
   for (const CameraStill& one : report_.cameras)
     if (!any_lost) keep_larger(report_.background_shift_px, one.background_shift_px);
   if (shift_px && *shift_px <= options_.largest_shift_px) return;
-  const bool known = std::any_of(report_.moved_cameras.begin(), report_.moved_cameras.end(),
-                                 [&](const LiveFault& f) { return f.camera == camera.name; });
+  const bool known = std::ranges::any_of(
+      report_.moved_cameras, [&](const LiveFault& f) { return f.camera == camera.name; });
   if (known) return;
   if (shift_px)
     report_.moved_cameras.push_back(

@@ -27,8 +27,6 @@ struct MotionOptions {
   double largest_sd_px =
       0.015;  ///< blocks with a larger uncertainty are ignored; px of the picture
   double least_correlation = 0.7;  ///< a block with less no longer shows the same content
-
-  void check() const;  ///< throws Error(usage)
 };
 
 /// Motion of one block's content, px of the picture.
