@@ -3,24 +3,85 @@
 
 #include <fmt/format.h>
 
+#include <Eigen/Eigenvalues>
 #include <algorithm>
-#include <cmath>
-#include <optional>
-#include <utility>
+#include <set>
 
-#include "calib/checks/inputs.hpp"
-#include "calib/tsai/correspondence.hpp"
-#include "calib/tsai/refine.hpp"
-#include "calib/tsai/residuals.hpp"
-#include "calib/tsai/tsai.hpp"
 #include "core/dot_image.hpp"
-#include "core/error.hpp"
-#include "core/fields/records.hpp"
 #include "core/statistics/sample.hpp"
 #include "core/units.hpp"
 
 namespace drape::calib {
 namespace {
+
+constexpr std::size_t kLeastPoints = 11;
+
+const FrameDetections& frame_of(const Detections& detections, const std::string& set,
+                                const std::string& camera) {
+  const FrameDetections* found = find_frame(detections, set, camera);
+  if (found == nullptr) {
+    throw bad_input("the detections hold no frame of this target stage",
+                    {.camera = camera, .set = set},
+                    "run `drape detect --surface target` on all sets of [[calibration.stage]]");
+  }
+  return *found;
+}
+
+/// Dots seen by the camera on all target stages, ordered by stage, then dot. Throws
+/// Error(bad_input) with camera and set if a stage is missing, image size or dot grid differ from
+/// the rig's, or a number is not finite.
+std::vector<Correspondence> stage_correspondences(const Detections& detections, const Rig& rig,
+                                                  const Target& target, const std::string& camera) {
+  check_lattice(detections, rig, target);
+  std::vector<Correspondence> points;
+  for (const TargetStage& stage : rig.stages) {
+    const FrameDetections& frame = frame_of(detections, stage.set, camera);
+    check_frame(frame, rig.camera(camera));
+    for (const Detection& d : frame.detections) {
+      check_detection(d, frame);
+      const Eigen::Vector3d raised =
+          target.point_in_target(d.mark) + stage.z_m * Eigen::Vector3d::UnitZ();
+      points.push_back({raised, d.centre_px, d.covariance_px2, stage.set, d.mark});
+    }
+  }
+  return points;
+}
+
+/// Throws Error(bad_input) naming the camera if its points cannot calibrate it: fewer than 11
+/// (Willson 1995), collinear, or at nearly equal heights. Returns the number of different heights;
+/// 1 is a single plane.
+int check_correspondences(const std::vector<Correspondence>& points, const std::string& camera) {
+  const Where where{.camera = camera};
+  if (points.size() < kLeastPoints) {
+    throw bad_input(fmt::format("{} target points; all parameters together need {} or more",
+                                points.size(), kLeastPoints),
+                    where, "light the target better or move it into the camera's view");
+  }
+  std::set<double> heights;
+  Eigen::Vector3d mean = Eigen::Vector3d::Zero();
+  for (const Correspondence& p : points) {
+    if (!p.point_in_world.allFinite() || !p.px.allFinite()) {
+      throw bad_input("a target point is not a finite number", where, "check target.toml");
+    }
+    heights.insert(p.point_in_world.z());
+    mean += p.point_in_world / static_cast<double>(points.size());
+  }
+  Eigen::Matrix3d spread = Eigen::Matrix3d::Zero();
+  for (const Correspondence& p : points)
+    spread += (p.point_in_world - mean) * (p.point_in_world - mean).transpose();
+  const Eigen::Vector3d variances =
+      Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(spread).eigenvalues();
+  // A width below a thousandth of the length is print tolerance, not a second dimension.
+  if (variances[1] <= 1e-6 * variances[2]) {
+    throw bad_input("the target points lie on one line", where,
+                    "show the camera more of the target");
+  }
+  if (variances[0] <= 1e-6 * variances[2] && heights.size() > 1) {
+    throw bad_input("the heights of the target are as good as equal: no depth", where,
+                    "record the target at heights that are apart by about its own size, or at one");
+  }
+  return static_cast<int>(heights.size());
+}
 
 using units::mm;
 using Points = std::vector<Correspondence>;
@@ -53,9 +114,7 @@ constexpr int kCorrectionRounds = 5;
 constexpr double kCorrectionTolerancePx = 1e-7;
 
 TsaiStep step_of(const Camera& camera, const Points& points) {
-  const auto& lens = std::get<TsaiLens>(camera.model.lens);
-  return {lens.focal_m / mm, camera.cam_from_world.translation_m.z() / mm,
-          lens.kappa1_per_m2 * mm * mm, residuals_of(camera, points).rms_px};
+  return {std::get<TsaiLens>(camera.model.lens).focal_m / mm, residuals_of(camera, points).rms_px};
 }
 
 /// Result of stage 1 and of the linear part of stage 2.
@@ -192,12 +251,6 @@ Points without_outliers(const Points& measured, const Fit& fit, const CalibOptio
   return kept;
 }
 
-WorkedPoint worked_point(const Camera& camera, const Points& points) {
-  // A dot of the target always projects.
-  const Eigen::Vector3d point = points[points.size() / 2].point_in_world;
-  return {point, project(camera.model, camera.cam_from_world * point)->px};
-}
-
 /// Reason why the camera must not be used, or "good".
 std::string status_of(const CameraReport& report, const Fit& fit, bool has_covariance,
                       std::size_t gross, std::size_t measured, const CalibOptions& options) {
@@ -300,16 +353,8 @@ CameraResult calibrate_camera(const Points& measured, const RigCamera& rig_camer
     report.status = report.good() ? report.stages->contradiction
                                   : report.stages->contradiction + "; " + report.status;
   }
-  CalibratedCamera calibrated;
-  calibrated.camera = fit.refinement.camera;
-  calibrated.residuals = residuals_of(calibrated.camera, fit.points);
-  if (covariance.size() > 0) {
-    calibrated.covariance_parameters = parameter_names(calibrated.camera.model);
-    calibrated.covariance = covariance;
-  }
-  calibrated.valid_region_px = covered_region_px(measured);
-  calibrated.worked_point = worked_point(calibrated.camera, fit.points);
-  result.calibrated = calibrated;
+  result.calibrated = calibrated_of(fit.refinement.camera, fit.points, covariance);
+  result.calibrated->valid_region_px = covered_region_px(measured);
   return result;
 }
 

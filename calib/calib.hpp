@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
-#include "calib/checks/stage_check.hpp"
-#include "calib/tsai/residuals.hpp"
+#include "calib/checks/inputs.hpp"
+#include "calib/tsai/tsai.hpp"
 #include "core/calibration.hpp"
 #include "core/detections.hpp"
 #include "core/fields/fields.hpp"
@@ -29,7 +29,7 @@ void fields(Fields& f, CalibOptions& options);
 
 /// One stage of Tsai's method for one camera.
 struct TsaiStep {
-  double focal_mm = 0, tz_mm = 0, kappa1_per_mm2 = 0;
+  double focal_mm = 0;
   double rms_px = 0;  ///< point distance in the distorted image
 };
 

@@ -2,40 +2,434 @@
 #include "calib/joint.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <Eigen/Geometry>
 #include <Eigen/LU>
 #include <algorithm>
-#include <cmath>
-#include <map>
-#include <utility>
-#include <vector>
+#include <set>
 
 #include "calib/checks/causes.hpp"
-#include "calib/checks/exchanged_views.hpp"
-#include "calib/checks/inputs.hpp"
-#include "calib/checks/joint_checks.hpp"
-#include "calib/joint/covariance.hpp"
-#include "calib/joint/fit.hpp"
 #include "calib/joint/start.hpp"
-#include "calib/joint/view_scatter.hpp"
-#include "calib/tsai/residuals.hpp"
-#include "core/error.hpp"
-#include "core/fields/records.hpp"
+#include "core/rules.hpp"
+#include "core/statistics/sample.hpp"
 #include "core/units.hpp"
 
 namespace drape::calib {
+
+using Eigen::MatrixXd, Eigen::Vector2d, Eigen::Vector3d, Eigen::Vector4d;
+using units::deg;
+
 namespace {
 
-using Eigen::MatrixXd;
-
-std::size_t count_points(const JointModel& model) {
-  std::size_t points = 0;
-  for (const JointFrame& frame : model.frames) points += frame.points.size();
-  return points;
+/// Stages of known height from which start_joint() removed most views, with their heights; empty if
+/// there are none. Without these views a wrong height cannot be detected.
+std::string lost_stages(const JointModel& all, const JointModel& kept) {
+  const auto views_of = [](const JointModel& model) {
+    std::map<std::string, int> views;
+    for (const JointFrame& frame : model.frames) ++views[model.placements[frame.placement].set];
+    return views;
+  };
+  const std::map<std::string, int> before = views_of(all), after = views_of(kept);
+  std::string lost, stayed;
+  for (const Placement& stage : all.placements) {
+    const auto had = before.find(stage.set), has = after.find(stage.set);
+    if (!stage.known || had == before.end()) continue;
+    std::string& list = has != after.end() && 2 * has->second > had->second ? stayed : lost;
+    list += fmt::format("{}{} (z_mm = {:g})", list.empty() ? "" : ", ", stage.set,
+                        stage.world_from_target.translation_m.z() / units::mm);
+  }
+  if (lost.empty()) return {};
+  return fmt::format(
+      "z stage: the heights of {} contradict {}; correct z_mm in rig.toml (mm, not cm or inches), "
+      "or take out the stage whose target moved",
+      lost, stayed.empty() ? "the free poses" : "those of " + stayed);
 }
 
-/// Points of a camera with their world positions, for the measures shared with Tsai's method.
+using TargetPoints = std::vector<TargetPoint>;
+
+/// Views of one set, indexed by camera; null for a camera without
+/// one.
+using Views = std::vector<const TargetPoints*>;
+
+/// Agreement of the views of one set, assuming that cameras may have been named
+/// wrongly.
+class SetOfViews {
+ public:
+  SetOfViews(const JointModel& started, std::string name, Views views)
+      : name_(std::move(name)),
+        views_(std::move(views)),
+        started_(&started),
+        placed_(views_.size() * views_.size()) {}
+
+  [[nodiscard]] bool has(std::size_t camera) const { return views_[camera] != nullptr; }
+
+  /// Distance of the worst view from the one that agrees best with all others, relative to the
+  /// image size, with the views of cameras `a` and `b` exchanged; infinite from `limit` on. All
+  /// views matter: two exchanged cameras on opposite sides see a rotated target, which only a third
+  /// camera contradicts.
+  double contradiction(std::size_t a, std::size_t b, double limit) {
+    const auto taken_by = [&](std::size_t camera) {
+      return camera == a ? b : camera == b ? a : camera;
+    };
+    double least = std::numeric_limits<double>::infinity();
+    for (std::size_t source = 0; source < views_.size(); ++source) {
+      if (views_[taken_by(source)] == nullptr) continue;
+      double worst = 0;
+      for (std::size_t c = 0; c < views_.size() && worst < std::min(least, limit); ++c)
+        if (c != source && views_[taken_by(c)] != nullptr)
+          worst = std::max(worst, distance(source, taken_by(source), c, taken_by(c)));
+      if (worst < limit) least = std::min(least, worst);
+    }
+    return least;
+  }
+
+  /// Name of the set.
+  [[nodiscard]] const std::string& name() const { return name_; }
+
+ private:
+  /// Position of the target according to one camera's view of it, computed once.
+  const std::optional<WorldFromTarget>& place_by(std::size_t camera, std::size_t view) {
+    auto& place = placed_[camera * views_.size() + view];
+    if (!place) {
+      place.emplace();
+      const Camera& by = started_->cameras[camera].camera;
+      if (const auto homography = homography_of(without_lens(by.model, *views_[view])))
+        *place = by.cam_from_world.inverse() *
+                 planar_pose(*homography, 1, Vector2d::Zero()).cam_from_target;
+    }
+    return *place;
+  }
+
+  /// RMS distance of the second camera's points from the positions predicted by the first one's
+  /// view of the target, relative to the size of their image.
+  double distance(std::size_t first, std::size_t first_view, std::size_t second,
+                  std::size_t second_view) {
+    constexpr double kNone = std::numeric_limits<double>::infinity();
+    const TargetPoints& points = *views_[second_view];
+    const auto& placed = place_by(first, first_view);
+    if (!placed || points.empty()) return kNone;
+    const Camera& camera = started_->cameras[second].camera;
+    Eigen::AlignedBox2d box;
+    double sum = 0;
+    for (const TargetPoint& point : points) {
+      const auto image =
+          project(camera.model, camera.cam_from_world * (*placed * point.point_in_target));
+      if (!image) return kNone;
+      sum += (image->px - point.measured_px).squaredNorm();
+      box.extend(point.measured_px);
+    }
+    return std::sqrt(sum / static_cast<double>(points.size())) / box.diagonal().norm();
+  }
+
+  std::string name_;
+  Views views_;
+  const JointModel* started_;
+  std::vector<std::optional<std::optional<WorldFromTarget>>> placed_;
+};
+
+/// A set whose views contradict each other, with the size of the contradiction.
+struct Contradiction {
+  SetOfViews set;
+  double as_named;
+};
+
+/// Sets whose views, as named, contradict each other: a good calibration has none, and the cost per
+/// set is quadratic in the number of cameras.
+std::vector<Contradiction> contradictions(const JointModel& all, const JointModel& started) {
+  std::vector<Views> by_set(all.placements.size(), Views(all.cameras.size(), nullptr));
+  for (const JointFrame& frame : all.frames) by_set[frame.placement][frame.camera] = &frame.points;
+  std::vector<Contradiction> found;
+  for (std::size_t p = 0; p < by_set.size(); ++p) {
+    SetOfViews set(started, all.placements[p].set, std::move(by_set[p]));
+    const double as_named = set.contradiction(0, 0, std::numeric_limits<double>::infinity());
+    if (as_named >= contradicting_part) found.push_back({std::move(set), as_named});
+  }
+  return found;
+}
+
+/// Message about two cameras whose pictures are exchanged in some sets; empty if there are none.
+/// `all` holds every view; `started` the cameras as located by the majority of views.
+std::string exchanged_views(const JointModel& all, const JointModel& started) {
+  std::vector<Contradiction> bad = contradictions(all, started);
+  for (std::size_t a = 0; a < started.cameras.size(); ++a) {
+    for (std::size_t b = a + 1; b < started.cameras.size(); ++b) {
+      std::vector<std::string> sets;
+      for (auto& [set, as_named] : bad) {
+        if (!set.has(a) || !set.has(b)) continue;
+        // The better of two bad explanations is none: require a factor of 4, as for an odd camera.
+        const double limit = std::min(contradicting_part, as_named / 4);
+        if (set.contradiction(a, b, limit) < limit) sets.push_back(set.name());
+      }
+      if (sets.empty()) continue;
+      return fmt::format(
+          "{} and {} are exchanged in {} against the other sets: give each camera one name in all "
+          "sets, then detect again",
+          started.cameras[a].camera.name, started.cameras[b].camera.name, fmt::join(sets, ", "));
+    }
+  }
+  return {};
+}
+
+/// Reason why the labels of a target with half-turn symmetry are not confirmed: a picture agrees
+/// with another one of its set only with rotated labels, or a camera is connected to the others by
+/// a single common view, which agrees either way. Empty if they are confirmed.
+std::string unconfirmed_labels(const Target& target, const JointModel& all,
+                               const JointModel& started) {
+  if (!is_ambiguous(target)) return {};
+  constexpr const char* kRemedy =
+      "use a board of an odd number of rows and columns together, or one with tags";
+  const auto turned = [&](TargetPoints points) {
+    for (TargetPoint& point : points) {
+      point.dot = {target.rows - 1 - point.dot.row, target.cols - 1 - point.dot.col};
+      point.point_in_target = target.point_in_target(point.dot);
+    }
+    return points;
+  };
+  std::map<std::pair<std::size_t, std::size_t>, int> common;
+  for (const JointFrame& a : all.frames)
+    for (const JointFrame& b : all.frames) {
+      if (a.placement != b.placement || a.camera >= b.camera) continue;
+      const auto apart = [&](const TargetPoints& by_b) {
+        Views views(started.cameras.size(), nullptr);
+        views[a.camera] = &a.points, views[b.camera] = &by_b;
+        return SetOfViews(started, {}, views)
+            .contradiction(a.camera, a.camera, std::numeric_limits<double>::infinity());
+      };
+      if (apart(b.points) < contradicting_part) {
+        ++common[{a.camera, b.camera}];
+      } else if (apart(turned(b.points)) < contradicting_part) {
+        return fmt::format(
+            "the target looks the same after half a turn, and set {} is labelled otherwise by {} "
+            "than by {}, which is rolled against it; {}",
+            all.placements[a.placement].set, started.cameras[b.camera].camera.name,
+            started.cameras[a.camera].camera.name, kRemedy);
+      }
+    }
+  std::set<std::size_t> joined = {0};
+  for (std::size_t before = 0; before < joined.size();) {
+    before = joined.size();
+    for (const auto& [pair, views] : common)
+      if (views >= 2 && joined.contains(pair.first) != joined.contains(pair.second))
+        joined.insert({pair.first, pair.second});
+  }
+  for (std::size_t c = 0; c < started.cameras.size(); ++c)
+    if (!joined.contains(c))
+      return fmt::format(
+          "the place of {} rests on one view in common of a target that looks the same after half "
+          "a turn: its labels are not confirmed; add views that both cameras see, or {}",
+          started.cameras[c].camera.name, kRemedy);
+  return {};
+}
+
+constexpr double kLeastTiltDeg = 10;   ///< below this, f and the distance are inseparable
+constexpr double kLeastSpreadDeg = 5;  ///< between the normals of free views
+constexpr double kSameViewPx = 0.5;
+
+double angle_deg(const Vector3d& a, const Vector3d& b) {
+  return std::acos(std::min(std::abs(a.dot(b)), 1.0)) / deg;
+}
+
+/// Normals of the target in the camera frame, one per view.
+std::vector<Vector3d> normals_of(const JointModel& model, std::size_t camera) {
+  std::vector<Vector3d> normals;
+  for (const JointFrame& frame : model.frames) {
+    if (frame.camera != camera) continue;
+    normals.emplace_back(model.cameras[camera].camera.cam_from_world.rotation *
+                         model.placements[frame.placement].world_from_target.rotation.col(2));
+  }
+  return normals;
+}
+
+Eigen::AlignedBox2d box_of(const JointModel& model, std::size_t camera) {
+  Eigen::AlignedBox2d box;
+  for (const JointFrame& frame : model.frames) {
+    if (frame.camera != camera) continue;
+    for (const TargetPoint& point : frame.points) box.extend(point.measured_px);
+  }
+  return box;
+}
+
+/// Largest angle (deg) between the target's normal and the optical axis over a camera's views.
+double largest_tilt_deg(const JointModel& model, std::size_t camera) {
+  double tilt = 0;
+  for (const Vector3d& normal : normals_of(model, camera))
+    tilt = std::max(tilt, angle_deg(normal, Vector3d::UnitZ()));
+  return tilt;
+}
+
+void check_directions(const JointModel& model, std::size_t camera) {
+  const std::vector<Vector3d> normals = normals_of(model, camera);
+  const Where where{.camera = model.cameras[camera].camera.name};
+  double spread = 0;
+  for (const Vector3d& a : normals) {
+    for (const Vector3d& b : normals) spread = std::max(spread, angle_deg(a, b));
+  }
+  const double tilt = largest_tilt_deg(model, camera);
+  if (tilt < kLeastTiltDeg) {
+    throw bad_input(fmt::format("too little tilt: the target is at most {:.1f} deg off parallel to "
+                                "the image, so focal length and distance cannot be separated",
+                                tilt),
+                    where, "add views with the target tilted by 30 degrees, to both sides");
+  }
+  int heights = 0;
+  for (const JointFrame& frame : model.frames)
+    heights += frame.camera == camera && model.placements[frame.placement].known ? 1 : 0;
+  if (heights >= 2) return;
+  if (normals.size() < 2) {
+    throw bad_input("one view of a flat target: the image centre is not observable", where,
+                    "add two or more views with other tilts, or a z stage");
+  }
+  if (spread < kLeastSpreadDeg) {
+    throw bad_input(fmt::format("parallel planes: all views have the same tilt within {:.1f} deg, "
+                                "which repeats one view's information",
+                                spread),
+                    where, "add views tilted by 30 degrees about another axis");
+  }
+}
+
+void check_place_in_image(const JointModel& model, std::size_t camera) {
+  const CameraModel& image = model.cameras[camera].camera.model;
+  const Eigen::AlignedBox2d box = box_of(model, camera);
+  const Vector2d middle(image.width_px / 2.0, image.height_px / 2.0);
+  if (box.isEmpty()) return;  // no points at all: start_joint names the camera
+  const auto on_one_side = [&](int axis) {
+    return box.max()[axis] < middle[axis] || box.min()[axis] > middle[axis];
+  };
+  if (!on_one_side(0) || !on_one_side(1)) return;
+  throw bad_input(fmt::format("all views lie in one corner of the image: u {:.0f} to {:.0f}, v "
+                              "{:.0f} to {:.0f} of {} x {} px",
+                              box.min().x(), box.max().x(), box.min().y(), box.max().y(),
+                              image.width_px, image.height_px),
+                  {.camera = model.cameras[camera].camera.name},
+                  "move the target through the middle and the other corners of the image");
+}
+
+/// Mean distance (px) between the common dots of two frames.
+double mean_shift_px(const JointFrame& a, const JointFrame& b) {
+  double sum = 0;
+  int common = 0;
+  for (const TargetPoint& p : a.points) {
+    const auto same = std::find_if(b.points.begin(), b.points.end(),
+                                   [&](const TargetPoint& q) { return q.dot == p.dot; });
+    if (same == b.points.end()) continue;
+    sum += (p.measured_px - same->measured_px).norm();
+    ++common;
+  }
+  return common > 0 ? sum / common : std::numeric_limits<double>::infinity();
+}
+
+void warn_of_duplicates(const JointModel& model, std::vector<std::string>& warnings) {
+  for (std::size_t a = 0; a < model.frames.size(); ++a) {
+    for (std::size_t b = a + 1; b < model.frames.size(); ++b) {
+      const JointFrame &one = model.frames[a], &two = model.frames[b];
+      if (one.camera != two.camera || mean_shift_px(one, two) >= kSameViewPx) continue;
+      warnings.push_back(fmt::format(
+          "duplicate views: {} shows the target in the same place in sets {} and {}; the second "
+          "adds no new direction, move the target between sets",
+          model.cameras[one.camera].camera.name, model.placements[one.placement].set,
+          model.placements[two.placement].set));
+    }
+  }
+}
+
+/// Percentage of the image inside the box around a camera's points.
+double covered_percent(const JointModel& model, std::size_t camera) {
+  const CameraModel& image = model.cameras[camera].camera.model;
+  return 100 * box_of(model, camera).volume() / (image.width_px * image.height_px);
+}
+
+/// Throws Error(bad_input), naming the camera and a remedy, if the views of a started model cannot
+/// calibrate an unknown lens: a single view, parallel planes, too little tilt. Adds duplicate views
+/// to `warnings`.
+void check_views(const JointModel& started, bool lens_known, std::vector<std::string>& warnings) {
+  for (std::size_t camera = 0; !lens_known && camera < started.cameras.size(); ++camera) {
+    check_directions(started, camera);
+  }
+  warn_of_duplicates(started, warnings);
+}
+
+/// Warns of pixels that the fit finds not square, and of a stretched print, each beyond 0.1 % and
+/// three standard deviations. Returns the contradiction with square pixels stated in the rig, or
+/// "".
+std::string judge_squares(const JointModel& model, const Calibration& calibration,
+                          JointReport& report) {
+  constexpr double kNamed = 1e-3, kSigmas = 3;
+  const double stretch = report.print[2];
+  if (std::abs(stretch) > kNamed && std::abs(stretch) > kSigmas * report.print_sd[2])
+    report.warnings.push_back(fmt::format(
+        "the print is {:.2f} +- {:.2f} % longer along its {} than along its {} against the "
+        "drawing; the calibration takes that into account",
+        100 * std::abs(stretch), 100 * report.print_sd[2], stretch > 0 ? "rows (x)" : "columns (y)",
+        stretch > 0 ? "columns (y)" : "rows (x)"));
+  std::string contradiction;
+  for (std::size_t c = 0; c < model.cameras.size(); ++c) {
+    const Eigen::MatrixXd& covariance = calibration.cameras[c].covariance;
+    if (covariance.size() == 0) continue;
+    const auto& lens = std::get<BrownLens>(model.cameras[c].camera.model.lens);
+    const double ratio = lens.fy_px / lens.fx_px;
+    const Vector2d by(-ratio / lens.fx_px, 1 / lens.fx_px);
+    const double sd = std::sqrt(by.dot(covariance.topLeftCorner<2, 2>() * by));
+    if (std::abs(ratio - 1) < kNamed || std::abs(ratio - 1) < kSigmas * sd) continue;
+    const double promised = model.cameras[c].square_sd;
+    const std::string found = fmt::format(
+        "{}: fy/fx is {:.4f} +- {:.4f}: the target's print is stretched, or the pixels are not "
+        "square",
+        model.cameras[c].camera.name, ratio, sd);
+    if (promised > 0 && std::abs(ratio - 1) > kSigmas * std::hypot(sd, promised)) {
+      if (contradiction.empty())
+        contradiction = fmt::format(
+            "{}, which rig.toml promises (square_pixels_percent = {:g}): calibrate with --board "
+            "free, or measure the print along x and y and add [[known_length]]",
+            found, 100 * promised);
+    } else {
+      report.warnings.push_back(
+          found +
+          "; to tell, measure the print along x and y, or turn it by 90 degrees in half of "
+          "the views");
+    }
+  }
+  return contradiction;
+}
+
+/// Reason why the result must not be used, or "good". `gross` counts rejected points, out of
+/// `measured`, that are farther off at the target than the RMS limit.
+std::string joint_status(const JointReport& report, bool converged, bool has_covariance,
+                         std::size_t gross, std::size_t measured, const CalibOptions& options) {
+  if (!converged) return fmt::format("not converged after {} iterations", report.iterations);
+  if (100 * static_cast<double>(gross) >
+      options.max_outliers_percent * static_cast<double>(measured)) {
+    return fmt::format(
+        "{} of {} points rejected that lie more than {:g} mm off, more than {:g} %: check labels, "
+        "heights and whether a camera moved",
+        gross, measured, options.max_rms_mm, options.max_outliers_percent);
+  }
+  for (const JointCameraReport& camera : report.cameras) {
+    if (camera.object_rms_mm > options.max_rms_mm) {
+      return fmt::format("{}: RMS {:.3f} mm at the target ({:.3f} px), above the limit of {:g} mm",
+                         camera.camera, camera.object_rms_mm, camera.rms_px, options.max_rms_mm);
+    }
+  }
+  if (!has_covariance)
+    return "ill-conditioned: the parameters cannot be separated; add views with other tilts";
+  for (const JointCameraReport& camera : report.cameras) {
+    if (100 * camera.centre_sd_px > options.max_centre_sd_percent * camera.focal_px) {
+      return fmt::format(
+          "{}: ill-conditioned: image centre known to {:.1f} px only (limit {:g} % of the focal "
+          "length); add views with other tilts",
+          camera.camera, camera.centre_sd_px, options.max_centre_sd_percent);
+    }
+    if (100 * camera.focal_sd_px > options.max_focal_sd_percent * camera.focal_px) {
+      return fmt::format(
+          "{}: ill-conditioned: focal length known to {:.1f} % only (limit {:g} %); "
+          "add views with more tilt",
+          camera.camera, 100 * camera.focal_sd_px / camera.focal_px, options.max_focal_sd_percent);
+    }
+  }
+  return "good";
+}
+
+/// TargetPoints of a camera with their world positions, for the measures shared with Tsai's method.
 std::vector<Correspondence> correspondences(const JointModel& model, std::size_t camera) {
   std::vector<Correspondence> points;
   for (const JointFrame& frame : model.frames) {
@@ -51,25 +445,14 @@ std::vector<Correspondence> correspondences(const JointModel& model, std::size_t
 
 CalibratedCamera calibrated_camera(const JointModel& model, std::size_t index,
                                    const MatrixXd& joint_covariance) {
-  CalibratedCamera calibrated;
-  calibrated.camera = model.cameras[index].camera;
-  const std::vector<Correspondence> points = correspondences(model, index);
-  calibrated.residuals = residuals_of(calibrated.camera, points);
-  calibrated.valid_region_px = covered_region_px(points);
-  for (std::size_t i = 0; i < points.size(); ++i) {
-    const Eigen::Vector3d& place = points[(points.size() / 2 + i) % points.size()].point_in_world;
-    const auto image = project(calibrated.camera.model, calibrated.camera.cam_from_world * place);
-    if (!image) continue;
-    calibrated.worked_point = {place, image->px};
-    break;
-  }
+  const Camera& camera = model.cameras[index].camera;
+  MatrixXd own;
   if (joint_covariance.size() > 0) {
-    calibrated.covariance_parameters = parameter_names(calibrated.camera.model);
-    const auto size = static_cast<Eigen::Index>(calibrated.covariance_parameters.size());
+    const auto size = static_cast<Eigen::Index>(parameter_names(camera.model).size());
     const auto at = static_cast<Eigen::Index>(index) * size;
-    calibrated.covariance = joint_covariance.block(at, at, size, size);
+    own = joint_covariance.block(at, at, size, size);
   }
-  return calibrated;
+  return calibrated_of(camera, correspondences(model, index), own);
 }
 
 JointCameraReport camera_report(const JointModel& model, std::size_t index,
@@ -81,7 +464,6 @@ JointCameraReport camera_report(const JointModel& model, std::size_t index,
   report.rms_px = calibrated.residuals.rms_px;
   report.object_rms_mm = calibrated.residuals.object_rms_mm;
   report.focal_px = lens.fx_px;
-  report.skew_px = model.cameras[index].skew_px;
   report.covered_percent = covered_percent(model, index);
   report.largest_tilt_deg = largest_tilt_deg(model, index);
   for (const JointFrame& frame : model.frames)
@@ -210,9 +592,8 @@ struct StatedFit {
 
 /// Weighted sum of squares per degree of freedom.
 double chi2_per_dof(const JointSolution& solution, const JointFit& fit) {
-  std::size_t points = 0;
-  for (const JointFrame& frame : solution.model.frames) points += frame.points.size();
-  return solution.chi2 / (2.0 * static_cast<double>(points) - free_parameters(solution.model, fit));
+  return solution.chi2 / (2.0 * static_cast<double>(count_points(solution.model)) -
+                          free_parameters(solution.model, fit));
 }
 
 StatedFit with_uncertainty(JointSolution solution, const JointFit& fit) {
@@ -342,15 +723,13 @@ void drop_views(JointSolution& solution, const JointFit& fit, const JointCleanin
   std::vector<JointFrame> kept;
   for (std::size_t f = 0; f < model.frames.size(); ++f) {
     const JointFrame& frame = model.frames[f];
-    const Placement& placement = model.placements[frame.placement];
     if (std::find(off.begin(), off.end(), f) == off.end()) {
       kept.push_back(frame);
       continue;
     }
-    rejected.push_back(fmt::format(
-        "set {}, {}: the whole view, most of its points lie off the other views' result "
-        "(a target or camera that moved, a turned corner order, blur)",
-        placement.set, model.cameras[frame.camera].camera.name));
+    rejected.push_back(name_of_view(model, frame) +
+                       ": the whole view, most of its points lie off the other views' result (a "
+                       "target or camera that moved, a turned corner order, blur)");
   }
   if (off.empty()) return;
   model.frames = std::move(kept);
@@ -376,17 +755,32 @@ void require_points(const JointModel& model, const JointModel& all_points, const
       "correct z_mm or pitch_mm, or record the target again without a move");
 }
 
-void add_warnings(JointReport& report) {
-  for (const ViewReport& view : report.views) {
-    if (!view.suspicious) continue;
-    report.warnings.push_back(
-        fmt::format("set {}, {}: RMS {:.3f} px, above twice the median of all views; look at its "
-                    "image (blur, glare, a moved target) or take the set out",
-                    view.set, view.camera, view.rms_px));
+/// Warns of views whose residuals are above twice the median of all views.
+void warn_of_views(const JointModel& model, std::vector<std::string>& warnings) {
+  std::vector<std::pair<double, std::string>> views;
+  std::vector<double> all;
+  for (const JointFrame& frame : model.frames) {
+    if (frame.points.empty()) continue;
+    double sum = 0;
+    for (const TargetPoint& point : frame.points)
+      sum += std::pow(distance_px(model, frame, point), 2);
+    all.push_back(std::sqrt(sum / static_cast<double>(frame.points.size())));
+    views.emplace_back(all.back(), name_of_view(model, frame));
   }
+  for (const auto& [rms_px, name] : views)
+    if (rms_px > 2 * median(all))
+      warnings.push_back(
+          fmt::format("{}: RMS {:.3f} px, above twice the median of all views; look at its image "
+                      "(blur, glare, a moved target) or take the set out",
+                      name, rms_px));
 }
 
 }  // namespace
+
+void check_places(const JointModel& views) {
+  for (std::size_t camera = 0; camera < views.cameras.size(); ++camera)
+    check_place_in_image(views, camera);
+}
 
 void fields(Fields& f, JointOptions& o) {
   f.otherwise({"free_stages", "joint: treat all stages except the first as free poses"},
@@ -406,7 +800,6 @@ JointResult calibrate_joint(const JointModel& model, double dot_diameter_m,
   fit.lens = options.lens.value_or(LensTerms::k1_k2);
   fit.lens_known = options.known_lenses.has_value();
   if (fit.lens_known) fit.lens = LensTerms::k1_k2_p1_p2_k3;
-  fit.skew = options.estimate_skew;
   fit.board = options.board.value_or(model.board.measured ? BoardKind::free : BoardKind::bow);
   fit.max_iterations = options.common.max_iterations;
   JointCleaning cleaning;
@@ -437,7 +830,6 @@ JointResult calibrate_joint(const JointModel& model, double dot_diameter_m,
   report.iterations = solution.iterations;
   report.points = static_cast<int>(count_points(solution.model));
   report.max_eccentricity_px = largest_eccentricity(solution.model);
-  report.views = view_reports(solution.model);
   add_uncertainty(solution, fit, cleaning, options, result);
   Calibration& calibration = result.calibration;
   calibration.method = "joint";
@@ -473,7 +865,7 @@ JointResult calibrate_joint(const JointModel& model, double dot_diameter_m,
   } else if (!report.good() && !causes.warnings.empty()) {
     report.status += "; a likely cause: " + causes.warnings.front();
   }
-  add_warnings(report);
+  warn_of_views(solution.model, report.warnings);
   if (!report.good()) calibration.warnings.push_back(report.status);
   calibration.warnings.insert(calibration.warnings.end(), report.warnings.begin(),
                               report.warnings.end());

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "calib/calib.hpp"
-#include "calib/checks/stage_check.hpp"
+#include "calib/checks/inputs.hpp"
 #include "calib/joint/fit.hpp"
 #include "calib/joint/uncertainty.hpp"
 #include "core/calibration.hpp"
@@ -16,17 +16,20 @@
 
 namespace drape::calib {
 
+/// Throws Error(bad_input) naming the camera if all its views lie in one corner of the image.
+void check_places(const JointModel& views);
+
 struct JointOptions {
   CalibOptions common;
   std::optional<LensTerms> lens;            ///< absent: chosen by held-out error
   std::optional<BoardKind> board;           ///< absent: chosen by held-out error
-  bool estimate_skew = false;               ///< library option only: calibration.json has no skew
   int held_out_groups = 4;                  ///< number of groups of placements for cross-validation
   bool free_stages = false;                 ///< treats z stages other than the first as free poses
   std::optional<Calibration> known_lenses;  ///< previously calibrated lenses, by camera name
   double scale_uncertainty = 0;  ///< relative uncertainty of the print's scale (1), for all cameras
   double thickness_mm = 0;       ///< distance between the two prints of a two-sided target
 };
+
 /// Options of the joint method only, without `common`.
 void fields(Fields& f, JointOptions& options);
 
@@ -35,20 +38,12 @@ struct JointCameraReport {
   int views = 0, points = 0;
   double rms_px = 0, object_rms_mm = 0;
   double focal_px = 0, focal_sd_px = 0;
-  double centre_sd_px = 0;    ///< larger of the two coordinates of the principal point
-  double position_sd_mm = 0;  ///< camera centre, all three axes together
-  double skew_px = 0;
+  double centre_sd_px = 0;       ///< larger of the two coordinates of the principal point
+  double position_sd_mm = 0;     ///< camera centre, all three axes together
   double image_sd_px = 0;        ///< share of the calibration, in the middle of the drape volume
   double image_sd_worst_px = 0;  ///< at the worst corner of the volume
   double covered_percent = 0;    ///< fraction of the image inside the box around all points
   double largest_tilt_deg = 0;
-};
-
-struct ViewReport {
-  std::string set, camera;
-  int points = 0;
-  double rms_px = 0;
-  bool suspicious = false;  ///< above twice the median over all views
 };
 
 /// Results of a joint calibration: figures, reasons, and what would improve it.
@@ -61,7 +56,6 @@ struct JointReport {
   std::vector<double> alone_px;   ///< RMS by camera with a separate target pose per view
   double view_inflation = 1;  ///< variance between views over that expected from the points' noise
   std::vector<JointCameraReport> cameras;
-  std::vector<ViewReport> views;
   /// Bow along x and y (mm); stretch of x against y, shear and scale of the print (1).
   Eigen::Matrix<double, board_parameters, 1> print =
                                                  Eigen::Matrix<double, board_parameters, 1>::Zero(),

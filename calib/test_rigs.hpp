@@ -6,7 +6,7 @@
 #include <cmath>
 #include <random>
 
-#include "calib/joint/model.hpp"
+#include "calib/joint/fit.hpp"
 #include "core/geometry/vectors.hpp"
 #include "core/units.hpp"
 

@@ -110,7 +110,7 @@ TEST(PointAccuracy, CovarianceHoldsForDotsOfUnknownBend) {
   known.noise_per_m.setZero();
   known.strongest_per_m = {40, 15, 10};
   known.normal_sigma_rad = 0.02;
-  const CurvatureTrust trust{10, 0.5, 0};
+  const CurvatureTrust trust{10, 0.5};
   const Vector3d truth(0.01, 0.02, 0.03);
   std::mt19937 random(23);
   std::normal_distribution<double> normal(0, 1);

@@ -12,7 +12,6 @@
 #include "core/dot_image.hpp"
 #include "core/units.hpp"
 #include "tests/support/trials.hpp"
-#include "triangulate/lattice_views.hpp"
 #include "triangulate/plate/plate.hpp"
 #include "triangulate/point.hpp"
 #include "triangulate/triangulate.hpp"

@@ -5,7 +5,6 @@
 #include <Eigen/Geometry>
 #include <Eigen/LU>
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <numbers>
 
@@ -320,7 +319,6 @@ CurvatureTrust curvature_trust(const MarksOnSurface& marks, double pitch_m) {
   double sum = 0;
   for (std::size_t i = 0; i < half; ++i) sum += changes[i].change_per_m * changes[i].change_per_m;
   trust.least_per_m = std::sqrt(sum / static_cast<double>(half));
-  trust.lines = static_cast<int>(half);
   return trust;
 }
 

@@ -40,7 +40,6 @@ using MarksOnSurface = std::map<MarkId, MarkOnSurface>;
 struct CurvatureTrust {
   double least_per_m = 10;
   double fraction = 1;
-  int lines = 0;  ///< lines used to estimate least_per_m; 0 if it is the default
 };
 
 /// Estimates least_per_m from the cloth itself: along each line of marks, curvature predicted from

@@ -5,9 +5,6 @@
 
 #include <Eigen/Cholesky>
 #include <algorithm>
-#include <array>
-#include <map>
-#include <optional>
 #include <set>
 
 #include "triangulate/point.hpp"

@@ -29,6 +29,17 @@ using units::mm;
 
 namespace {
 
+/// Makes the ending NO-GO for the first of these causes, if there are any.
+void refuse(Ending& ending, const std::vector<std::string>& causes) {
+  for (const std::string& cause : causes) {
+    if (ending.go)
+      ending.verdict = cause;
+    else
+      ending.warnings.push_back("NO-GO also because " + cause);
+    ending.go = false;
+  }
+}
+
 /// One sentence for each value that contradicts the scene; `name` is the object's.
 std::vector<std::string> contradictions_of(const std::vector<ObjectValue>& values,
                                            const std::string& name) {
@@ -50,13 +61,7 @@ Ending ending_of(const std::vector<ObjectValue>& values, const PlatePose& plate,
         value.key,
         fmt::format("{:.3f} +- {:.3f}, stated {:g} +- {:.3g} (one standard uncertainty)",
                     value.measured, value.uncertainty, value.stated, value.stated_uncertainty));
-  for (const std::string& text : against) {
-    if (ending.go)
-      ending.verdict = text;
-    else
-      ending.warnings.push_back("NO-GO also because " + text);
-    ending.go = false;
-  }
+  refuse(ending, against);
   ending.numbers.emplace_back(
       "plate", fmt::format("{} dots, {} views, {:.4f} px RMS, {:.2f} of what their noise predicts",
                            plate.dots, plate.views, plate.rms_px, std::sqrt(plate.chi2_per_dof)));
@@ -172,12 +177,9 @@ Ending ending_of(const TriangulateResult& result, const TriangulateOptions& opti
                  const std::filesystem::path& out) {
   const TriangulateReport& report = result.report;
   Ending ending;
-  ending.go = report.no_go.empty();
-  ending.verdict = ending.go ? fmt::format("{} marks measured, {} gap{}", report.measured,
-                                           report.gaps, report.gaps == 1 ? "" : "s")
-                             : report.no_go.front();
-  for (std::size_t i = 1; i < report.no_go.size(); ++i)
-    ending.warnings.push_back("NO-GO also because " + report.no_go[i]);
+  ending.verdict = fmt::format("{} marks measured, {} gap{}", report.measured, report.gaps,
+                               report.gaps == 1 ? "" : "s");
+  refuse(ending, report.no_go);
   ending.numbers = {
       {"views", views_text(report.marks_by_views)},
       {"median reprojection", fmt::format("{:.4f} px RMS", report.median_reprojection_px)},
@@ -242,13 +244,9 @@ void fields(Fields& f, PointsArguments& a) {
 Ending ending_of(const Sheet& sheet, const Cloud& cloud, const PointsReport& report,
                  const std::vector<std::string>& no_go, const fs::path& out) {
   Ending ending;
-  ending.go = no_go.empty();
-  ending.verdict = no_go.empty()
-                       ? fmt::format("{} of {} marks from {} points of {}", sheet.marks.size(),
-                                     sheet.rows * sheet.cols, cloud.points.size(), cloud.instrument)
-                       : no_go.front();
-  for (std::size_t i = 1; i < no_go.size(); ++i)
-    ending.warnings.push_back("NO-GO also because " + no_go[i]);
+  ending.verdict = fmt::format("{} of {} marks from {} points of {}", sheet.marks.size(),
+                               sheet.rows * sheet.cols, cloud.points.size(), cloud.instrument);
+  refuse(ending, no_go);
   ending.numbers = {
       {"marks", fmt::format("{} are points of the file, {} lie between them, {} gaps",
                             report.direct, report.fitted, sheet.gaps.size())},

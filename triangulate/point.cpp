@@ -3,12 +3,17 @@
 
 #include <fmt/format.h>
 
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <cstdlib>
 #include <numeric>
 
 #include "core/camera_derivatives.hpp"
 #include "core/geometry/dense.hpp"
+#include "core/units.hpp"
 
 namespace drape::triangulate {
 
@@ -98,6 +103,72 @@ void widen(Point& point) {
   const double surplus = std::max(0.0, point.chi2 / point.degrees_of_freedom - 1);
   point.shape_covariance_m2 +=
       surplus * (point.detection_covariance_m2 + point.shape_covariance_m2);
+}
+
+std::string sets_of(const Detections& detections) {
+  std::string names;
+  for (const FrameDetections& frame : detections.frames) {
+    if (names.find("`" + frame.set + "`") == std::string::npos)
+      names += (names.empty() ? "`" : ", `") + frame.set + "`";
+  }
+  return names;
+}
+
+const CalibratedCamera& camera_of(const FrameDetections& frame, const Calibration& calibration) {
+  const CalibratedCamera& camera = calibration.camera(frame.camera);
+  const CameraModel& model = camera.camera.model;
+  if (frame.width_px != model.width_px || frame.height_px != model.height_px) {
+    throw bad_input(
+        fmt::format("the image is {} x {} px, the camera was calibrated with {} x {} px",
+                    frame.width_px, frame.height_px, model.width_px, model.height_px),
+        {.camera = frame.camera, .set = frame.set}, "calibrate with the same image size");
+  }
+  return camera;
+}
+
+/// A view with the camera of `common`, its covariance enlarged by the floor.
+View view_of(const Detection& d, const FrameDetections& frame, const View& common,
+             double floor_px) {
+  if (!d.centre_px.allFinite() || !d.covariance_px2.allFinite() ||
+      d.covariance_px2.llt().info() != Eigen::Success) {
+    throw bad_input(
+        fmt::format("mark ({}, {}) has a position or covariance that is not a finite number or "
+                    "not positive",
+                    d.mark.row, d.mark.col),
+        {.camera = frame.camera, .set = frame.set}, "detect this frame again");
+  }
+  View view = common;
+  view.px = d.centre_px;
+  view.covariance_px2 = d.covariance_px2 + floor_px * floor_px * Eigen::Matrix2d::Identity();
+  view.semi_axes_px = d.semi_axes_px;
+  view.axis_angle_rad = d.axis_angle_rad;
+  return view;
+}
+
+std::vector<MarkViews> empty_lattice(const MarkLattice& lattice) {
+  std::vector<MarkViews> marks;
+  for (int row = 0; row < lattice.rows; ++row) {
+    for (int col = 0; col < lattice.cols; ++col) marks.push_back({{row, col}, {}, {}});
+  }
+  return marks;
+}
+
+void add_frame(const FrameDetections& frame, const MarkLattice& lattice, const View& common,
+               double floor_px, std::vector<MarkViews>& marks) {
+  const auto index = [&](MarkId mark) {
+    return static_cast<std::size_t>(mark.row) * lattice.cols + mark.col;
+  };
+  const auto inside = [&](MarkId mark) {
+    return mark.row >= 0 && mark.col >= 0 && mark.row < lattice.rows && mark.col < lattice.cols;
+  };
+  for (const Detection& d : frame.detections) {
+    if (inside(d.mark)) marks[index(d.mark)].views.push_back(view_of(d, frame, common, floor_px));
+  }
+  for (const Rejection& r : frame.rejections) {
+    if (!r.mark || !inside(*r.mark)) continue;
+    marks[index(*r.mark)].refused.push_back(
+        fmt::format("{} rejected it: {}", frame.camera, r.reason));
+  }
 }
 
 }  // namespace
@@ -197,6 +268,53 @@ Agreed solve_with_agreement(const std::vector<View>& views, const AgreementLimit
                 names_of(views), result.disagreement_sigmas, all.rms_px(), limits.max_sigmas)
           : why_not(all.status);
   return result;
+}
+
+JointPlaces joint_places(const Calibration& calibration) {
+  JointPlaces places;
+  if (calibration.joint_covariance.size() == 0) return places;
+  std::map<std::string, Eigen::Index> by_name;
+  Eigen::Index next = 0;
+  for (const std::string& name : calibration.joint_covariance_parameters)
+    by_name.emplace(name, next++);
+  for (const CalibratedCamera& camera : calibration.cameras) {
+    InJointCovariance& own = places[camera.camera.name];
+    own.covariance = &calibration.joint_covariance;
+    if (calibration.target_covariance.size() > 0) own.target = &calibration.target_covariance;
+    int found = 0;
+    for (const std::string& parameter : parameter_names(camera.camera.model)) {
+      const auto place = by_name.find(camera.camera.name + "/" + parameter);
+      own.places.push_back(place == by_name.end() ? -1 : place->second);
+      found += place != by_name.end();
+    }
+    if (found == 0) {
+      throw bad_input("the joint covariance has no parameter of this camera",
+                      {.field = "joint_covariance_parameters", .camera = camera.camera.name},
+                      "calibrate the rig again");
+    }
+  }
+  return places;
+}
+
+std::vector<MarkViews> collect_views(const Detections& detections, const Calibration& calibration,
+                                     const JointPlaces& places, const std::string& set,
+                                     double floor_px) {
+  std::vector<MarkViews> marks = empty_lattice(detections.lattice);
+  int frames = 0;
+  for (const FrameDetections& frame : detections.frames) {
+    if (frame.set != set) continue;
+    const auto joint = places.find(frame.camera);
+    View common;
+    common.camera = &camera_of(frame, calibration);
+    if (joint != places.end()) common.joint = &joint->second;
+    add_frame(frame, detections.lattice, common, floor_px, marks);
+    ++frames;
+  }
+  if (frames < 2) {
+    throw bad_input(fmt::format("{} frame(s) of this set; a point in space needs two", frames),
+                    {.set = set}, fmt::format("the detections hold {}", sets_of(detections)));
+  }
+  return marks;
 }
 
 }  // namespace drape::triangulate

@@ -2,12 +2,15 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "core/calibration.hpp"
+#include "core/detections.hpp"
 #include "core/geometry/point.hpp"
+#include "core/sheet.hpp"
 
 namespace drape::triangulate {
 
@@ -88,5 +91,27 @@ struct Agreed {
 /// view whose removal gives the best agreement.
 [[nodiscard]] Agreed solve_with_agreement(const std::vector<View>& views,
                                           const AgreementLimits& limits);
+
+/// Views of one mark of the lattice, before it is triangulated.
+struct MarkViews {
+  MarkId mark;
+  std::vector<View> views;           ///< ordered like the frames
+  std::vector<std::string> refused;  ///< "cam1 rejected it: bad fit"
+};
+
+/// Columns of each camera in the calibration's joint covariance; empty if it has none. Refers to
+/// the calibration. Throws Error(bad_input) if a camera has no parameters there.
+using JointPlaces = std::map<std::string, InJointCovariance>;
+
+[[nodiscard]] JointPlaces joint_places(const Calibration& calibration);
+
+/// All marks of the lattice, row-major, with the views of a set; these refer to the calibration
+/// and the columns. Adds the floor to each detection's covariance. Throws Error(bad_input) if the
+/// set is unknown, a camera is not calibrated or has another image size, or a number is not
+/// finite.
+[[nodiscard]] std::vector<MarkViews> collect_views(const Detections& detections,
+                                                   const Calibration& calibration,
+                                                   const JointPlaces& places,
+                                                   const std::string& set, double floor_px);
 
 }  // namespace drape::triangulate

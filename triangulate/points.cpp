@@ -2,25 +2,21 @@
 #include "triangulate/points.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <zlib.h>
 
 #include <Eigen/Dense>
 #include <algorithm>
-#include <array>
 #include <bit>
 #include <cmath>
-#include <cstdint>
-#include <cstring>
 #include <pugixml.hpp>
+#include <ranges>
 #include <sstream>
-#include <string_view>
 
-#include "core/error.hpp"
 #include "core/files/csv.hpp"
 #include "core/files/files.hpp"
 #include "core/geometry/rigid_motion.hpp"
 #include "core/rules.hpp"
-#include "core/units.hpp"
 
 namespace drape::triangulate {
 
@@ -33,27 +29,23 @@ namespace {
 constexpr std::size_t kMostPoints = 5'000'000;
 constexpr std::size_t kMostBytes = std::size_t{1} << 30;  ///< of one array once it is uncompressed
 
-/// Bytes of base64 up to the first character that is none; `used` characters were read.
+/// A table with named columns of numbers; a number that is not finite marks a failed point.
+using Table = std::map<std::string, std::vector<double>>;
+
+/// The first `wanted` bytes of base64, of which `used` characters were read.
 std::string from_base64(std::string_view text, std::size_t wanted, std::size_t& used) {
-  const auto value_of = [](char c) -> int {
-    if (c >= 'A' && c <= 'Z') return c - 'A';
-    if (c >= 'a' && c <= 'z') return c - 'a' + 26;
-    if (c >= '0' && c <= '9') return c - '0' + 52;
-    return c == '+' ? 62 : c == '/' ? 63 : -1;
-  };
+  constexpr std::string_view kDigits =
+      "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+  used = std::min(text.size() / 4, (wanted + 2) / 3) * 4;
   std::string bytes;
-  for (used = 0; bytes.size() < wanted && used + 4 <= text.size(); used += 4) {
-    std::uint32_t group = 0;
-    int count = 0;
-    for (int i = 0; i < 4; ++i) {
-      const int value = value_of(text[used + static_cast<std::size_t>(i)]);
-      group = group << 6 | static_cast<std::uint32_t>(std::max(0, value));
-      count += value >= 0;
-    }
-    if (count < 2) break;
-    for (int i = 0; i + 1 < count; ++i) bytes += static_cast<char>(group >> (16 - 8 * i) & 0xff);
+  std::uint32_t group = 0;
+  for (std::size_t i = 0; i < used; ++i) {
+    const std::size_t digit = kDigits.find(text[i]);
+    group = group << 6 | static_cast<std::uint32_t>(digit == std::string_view::npos ? 0 : digit);
+    if (i % 4 < 3) continue;
+    for (const int shift : {16, 8, 0}) bytes += static_cast<char>(group >> shift & 0xff);
   }
-  return bytes;
+  return bytes.substr(0, wanted);
 }
 
 class Vtu {
@@ -82,24 +74,23 @@ class Vtu {
     compressed_ = !compressor.empty();
   }
 
-  [[nodiscard]] std::vector<std::pair<std::string, std::vector<double>>> columns() const {
+  [[nodiscard]] Table columns() const {
     const pugi::xml_node grid = root_.child("UnstructuredGrid"), piece = grid.child("Piece");
     if (!piece || piece.next_sibling("Piece")) fail("it has not one piece");
     const std::size_t points = piece.attribute("NumberOfPoints").as_ullong();
     if (points == 0 || points > kMostPoints) fail(fmt::format("it states {} points", points));
-    std::vector<std::pair<std::string, std::vector<double>>> result;
+    Table result;
     const auto add = [&](const pugi::xml_node& array, const std::string& name) {
       const std::size_t parts = std::max(1U, array.attribute("NumberOfComponents").as_uint(1));
       if (parts > 100) fail(fmt::format("{} has {} components", name, parts));
       const std::vector<double> values = values_of(array, parts * points);
       for (std::size_t part = 0; part < parts; ++part) {
-        std::vector<double> column(points);
-        for (std::size_t i = 0; i < points; ++i) column[i] = values[i * parts + part];
         constexpr std::array axes = {"X_mm", "Y_mm", "Z_mm"};
-        result.emplace_back(name.empty() ? axes.at(part)
-                            : parts == 1 ? name
-                                         : fmt::format("{}_{}", name, part),
-                            std::move(column));
+        std::vector<double>& column = result[name.empty() ? axes.at(part)
+                                             : parts == 1 ? name
+                                                          : fmt::format("{}_{}", name, part)];
+        column.resize(points);
+        for (std::size_t i = 0; i < points; ++i) column[i] = values[i * parts + part];
       }
     };
     const pugi::xml_node place = piece.child("Points").child("DataArray");
@@ -229,38 +220,20 @@ class Vtu {
   bool raw_ = false, big_endian_ = false, wide_ = false, compressed_ = false;
 };
 
-/// Points and point data of a VTK XML unstructured grid, as columns: the points are X_mm, Y_mm and
-/// Z_mm, an array of several components has NAME_0, NAME_1, ... Arrays may be ASCII, base64 or raw
-/// appended, whole or compressed by zlib, of either byte order. Throws Error(bad_input).
-std::vector<std::pair<std::string, std::vector<double>>> vtu_columns(const fs::path& file) {
-  return Vtu(file).columns();
-}
-
 constexpr double kAtMark_m = 1e-6;       ///< a point so near to a mark on the cloth is the mark
 constexpr double kReach = 3;             ///< spacings around a mark whose points are fitted
 constexpr std::size_t kLeastPoints = 8;  ///< of a quadratic surface with six coefficients
 constexpr double kMostDeviations = 3;
 
-/// A table with named columns of numbers; a number that is not finite marks a failed point.
-struct Table {
-  std::vector<std::string> names;
-  std::vector<std::vector<double>> columns;
-
-  [[nodiscard]] const std::vector<double>* find(const std::string& name) const {
-    const auto at = std::find(names.begin(), names.end(), name);
-    return at == names.end() ? nullptr : &columns[static_cast<std::size_t>(at - names.begin())];
-  }
-};
-
 Table table_of_csv(const fs::path& file) {
   const CsvText text = read_csv_text(file);
-  Table table{text.names, std::vector<std::vector<double>>(text.names.size())};
-  for (std::size_t row = 0; row < text.rows.size(); ++row) {
-    for (std::size_t col = 0; col < text.names.size(); ++col) {
+  Table table;
+  for (std::size_t col = 0; col < text.names.size(); ++col) {
+    std::vector<double>& column = table[text.names[col]];
+    for (std::size_t row = 0; row < text.rows.size(); ++row) {
       const std::string& cell = text.rows[row][col];
       const bool failed = cell.empty() || cell == "nan" || cell == "NaN" || cell == "-nan";
-      table.columns[col].push_back(failed ? std::nan("")
-                                          : text.number(row, text.names[col]).value());
+      column.push_back(failed ? std::nan("") : text.number(row, text.names[col]).value());
     }
   }
   return table;
@@ -268,47 +241,36 @@ Table table_of_csv(const fs::path& file) {
 
 /// Columns as DICe and pyALDIC-3D name them.
 PointColumns known_columns(const Table& table, const fs::path& file, std::string& instrument) {
-  const auto has = [&](const char* name) { return table.find(name) != nullptr; };
-  const auto if_any = [&](const char* name) {
-    return has(name) ? std::optional<std::string>(name) : std::nullopt;
-  };
-  PointColumns columns;
-  if (has("MODEL_COORDINATES_X")) {
-    instrument = "DICe";
-    columns = {"MODEL_COORDINATES_X",
-               "MODEL_COORDINATES_Y",
-               "MODEL_COORDINATES_Z",
-               if_any("MODEL_DISPLACEMENT_X"),
-               if_any("MODEL_DISPLACEMENT_Y"),
-               if_any("MODEL_DISPLACEMENT_Z"),
-               {},
-               {},
-               {},
-               if_any("STATUS_FLAG")};
-    // A subset that failed has a deviation of -1 px.
-    if (!columns.valid) columns.valid = if_any("SIGMA");
-  } else if (has("X_mm") && has("Y_mm") && has("Z_mm")) {
-    instrument = "pyALDIC-3D";
-    columns = {"X_mm", "Y_mm", "Z_mm", {}, {}, {}, {}, {}, {}, {}};
-  } else if (has("x_mm") && has("y_mm") && has("z_mm")) {
-    columns = {"x_mm", "y_mm", "z_mm", {}, {}, {}, {}, {}, {}, {}};
-  } else {
-    throw bad_input("its columns are neither DICe's nor pyALDIC-3D's", {.file = file.string()},
-                    "name them in [columns] of a points.toml");
+  const std::pair<const char*, PointColumns> known[] = {
+      {"DICe",
+       {"MODEL_COORDINATES_X", "MODEL_COORDINATES_Y", "MODEL_COORDINATES_Z", "MODEL_DISPLACEMENT_X",
+        "MODEL_DISPLACEMENT_Y", "MODEL_DISPLACEMENT_Z", "warp_mm", "weft_mm", "sigma_mm",
+        "STATUS_FLAG"}},
+      // A subset that failed has a deviation of -1 px.
+      {"DICe",
+       {"MODEL_COORDINATES_X", "MODEL_COORDINATES_Y", "MODEL_COORDINATES_Z", "MODEL_DISPLACEMENT_X",
+        "MODEL_DISPLACEMENT_Y", "MODEL_DISPLACEMENT_Z", "warp_mm", "weft_mm", "sigma_mm", "SIGMA"}},
+      {"pyALDIC-3D", {"X_mm", "Y_mm", "Z_mm", {}, {}, {}, "warp_mm", "weft_mm", "sigma_mm", {}}},
+      {"", {"x_mm", "y_mm", "z_mm", {}, {}, {}, "warp_mm", "weft_mm", "sigma_mm", {}}}};
+  for (auto [name, columns] : known) {
+    const auto has = [&](const std::string& column) { return table.contains(column); };
+    if (!has(columns.x) || !has(columns.y) || !has(columns.z)) continue;
+    if (columns.valid && *columns.valid == "STATUS_FLAG" && !has(*columns.valid)) continue;
+    for (auto* column : {&columns.dx, &columns.dy, &columns.dz, &columns.warp, &columns.weft,
+                         &columns.sigma, &columns.valid})
+      if (*column && !has(**column)) column->reset();
+    if (*name != 0) instrument = name;
+    return columns;
   }
-  columns.warp = if_any("warp_mm");
-  columns.weft = if_any("weft_mm");
-  columns.sigma = if_any("sigma_mm");
-  return columns;
+  throw bad_input("its columns are neither DICe's nor pyALDIC-3D's", {.file = file.string()},
+                  "name them in [columns] of a points.toml");
 }
 
 const std::vector<double>& column_of(const Table& table, const std::string& name,
                                      const fs::path& file) {
-  if (const auto* column = table.find(name)) return *column;
-  std::string list;
-  for (const std::string& other : table.names) list += (list.empty() ? "" : ", ") + other;
+  if (const auto column = table.find(name); column != table.end()) return column->second;
   throw bad_input(fmt::format("the column `{}` is missing", name), {.file = file.string()},
-                  "there are: " + list);
+                  fmt::format("there are: {}", fmt::join(std::views::keys(table), ", ")));
 }
 
 /// Rigid motion that takes the first points to the second ones, its RMS and the covariance of a
@@ -331,29 +293,38 @@ struct Fit {
   }
 };
 
-std::optional<Fit> fit_of(const std::vector<Vector3d>& from, const std::vector<Vector3d>& to,
-                          const std::vector<double>& u_m, const std::string& what,
-                          const Document& document) {
-  if (from.empty()) return std::nullopt;
-  Eigen::Matrix3Xd a(3, std::ssize(from)), b(3, std::ssize(from));
-  for (std::size_t i = 0; i < from.size(); ++i) {
-    a.col(static_cast<Eigen::Index>(i)) = from[i];
-    b.col(static_cast<Eigen::Index>(i)) = to[i];
+/// The fit of the points that `place_of` places; nullopt if it places none.
+std::optional<Fit> fit_of(
+    const PointsDescription& description, const std::string& what,
+    const std::function<std::optional<Vector3d>(const NamedPoint&)>& place_of) {
+  const Document& document = description.document;
+  std::vector<double> u_m;
+  Eigen::Matrix3Xd a(3, 0), b(3, 0);
+  for (const NamedPoint& point : description.points) {
+    const auto place = place_of(point);
+    if (!place) continue;
+    u_m.push_back(point.uncertainty_m);
+    a.conservativeResize(3, std::ssize(u_m));
+    b.conservativeResize(3, std::ssize(u_m));
+    a.rightCols<1>() = description.unit_m * point.in_file;
+    b.rightCols<1>() = *place;
   }
+  if (u_m.empty()) return std::nullopt;
   const auto motion = rigid_motion(a, b);
   if (!motion)
-    throw bad_input(fmt::format("{} points that name {} fix no place", from.size(), what),
+    throw bad_input(fmt::format("{} points that name {} fix no place", u_m.size(), what),
                     document.where("point"), "name three or more that do not lie in one line");
-  Fit fit{*motion, 0, 0, b.rowwise().mean(), {}, from.size()};
+  Fit fit{*motion, 0, 0, b.rowwise().mean(), {}, u_m.size()};
   Eigen::Matrix3d inertia = Eigen::Matrix3d::Zero();
   double worst = 0;
-  std::size_t worst_at = 0;
-  for (std::size_t i = 0; i < from.size(); ++i) {
-    const double miss_m = (fit(from[i]) - to[i]).norm();
-    fit.rms_m += miss_m * miss_m / static_cast<double>(from.size());
-    fit.u_m = std::max(fit.u_m, u_m[i]);
-    if (miss_m / u_m[i] > worst) worst = miss_m / u_m[i], worst_at = i;
-    const Vector3d r = to[i] - fit.centre;
+  Eigen::Index worst_at = 0;
+  for (Eigen::Index at = 0; at < a.cols(); ++at) {
+    const double own_u_m = u_m[static_cast<std::size_t>(at)];
+    const double miss_m = (fit(a.col(at)) - b.col(at)).norm();
+    fit.rms_m += miss_m * miss_m / static_cast<double>(u_m.size());
+    fit.u_m = std::max(fit.u_m, own_u_m);
+    if (miss_m / own_u_m > worst) worst = miss_m / own_u_m, worst_at = at;
+    const Vector3d r = b.col(at) - fit.centre;
     inertia += r.squaredNorm() * Eigen::Matrix3d::Identity() - r * r.transpose();
   }
   fit.rms_m = std::sqrt(fit.rms_m);
@@ -363,7 +334,7 @@ std::optional<Fit> fit_of(const std::vector<Vector3d>& from, const std::vector<V
         fmt::format("the points that name {} contradict each other: RMS {:.3g} mm, point {} is "
                     "{:.3g} mm off",
                     what, fit.rms_m / mm, worst_at + 1,
-                    (fit(from[worst_at]) - to[worst_at]).norm() / mm),
+                    (fit(a.col(worst_at)) - b.col(worst_at)).norm() / mm),
         document.where("point"), "correct them, unit_mm, or their uncertainty_mm");
   fit.turn_rad2 = fit.u_m * fit.u_m * inertia.inverse();
   return fit;
@@ -371,15 +342,11 @@ std::optional<Fit> fit_of(const std::vector<Vector3d>& from, const std::vector<V
 
 /// Material coordinates by named points, through the plane in which the cloth lay flat.
 void lay_out(Cloud& cloud, const PointsDescription& description, PointsReport& report) {
-  std::vector<Vector3d> from, to;
-  std::vector<double> u_m;
-  for (const NamedPoint& point : description.points) {
-    if (!point.at_material_m) continue;
-    from.emplace_back(description.unit_m * point.in_file);
-    to.emplace_back(point.at_material_m->x(), point.at_material_m->y(), 0);
-    u_m.push_back(point.uncertainty_m);
-  }
-  const auto fit = fit_of(from, to, u_m, "the cloth", description.document);
+  const auto fit =
+      fit_of(description, "the cloth", [](const NamedPoint& point) -> std::optional<Vector3d> {
+        if (!point.at_material_m) return std::nullopt;
+        return Vector3d(point.at_material_m->x(), point.at_material_m->y(), 0);
+      });
   if (!fit)
     throw bad_input("the file has no warp and weft, and no point of the cloth is named",
                     description.document.where("point"),
@@ -494,15 +461,7 @@ void fields(Fields& f, PointsDescription& description) {
 Cloud read_cloud(const fs::path& file, const PointsDescription& description) {
   Cloud cloud;
   cloud.instrument = description.instrument;
-  Table table;
-  if (file.extension() == ".vtu") {
-    for (auto& [name, values] : vtu_columns(file)) {
-      table.names.push_back(name);
-      table.columns.push_back(std::move(values));
-    }
-  } else {
-    table = table_of_csv(file);
-  }
+  const Table table = file.extension() == ".vtu" ? Vtu(file).columns() : table_of_csv(file);
   const PointColumns names =
       description.columns ? *description.columns : known_columns(table, file, cloud.instrument);
   const auto three = [&](const std::string& x, const std::string& y, const std::string& z) {
@@ -547,15 +506,8 @@ Sheet sheet_of_points(const Cloud& given, const PointsDescription& description, 
     throw bad_input("nothing says how far a point may be off", document.where("sigma_mm"),
                     "give sigma_mm, or name a column sigma");
   if (cloud.material_m.empty()) lay_out(cloud, description, report);
-  std::vector<Vector3d> from, to;
-  std::vector<double> u_m;
-  for (const NamedPoint& point : description.points) {
-    if (!point.in_world) continue;
-    from.emplace_back(description.unit_m * point.in_file);
-    to.push_back(*point.in_world);
-    u_m.push_back(point.uncertainty_m);
-  }
-  const auto world = fit_of(from, to, u_m, "the world", document);
+  const auto world =
+      fit_of(description, "the world", [](const NamedPoint& point) { return point.in_world; });
   if (world) {
     report.world_rms_m = world->rms_m;
     for (Vector3d& point : cloud.points) point = (*world)(point);

@@ -4,18 +4,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <map>
-#include <string_view>
-#include <utility>
 
-#include "core/error.hpp"
 #include "core/files/files.hpp"
-#include "core/fields/records.hpp"
 #include "core/parallel.hpp"
 #include "core/statistics/sample.hpp"
-#include "core/units.hpp"
 #include "triangulate/dots.hpp"
 #include "triangulate/guards/guards.hpp"
 #include "triangulate/islands.hpp"
@@ -26,6 +19,81 @@ using units::deg;
 using units::mm;
 
 namespace {
+
+/// A camera that faces the printed side of a mark without a point.
+struct Looker {
+  std::string camera;
+  double angle_deg = 0;  ///< angle from the normal of the printed side
+};
+
+/// Cameras that face the printed side of a mark without a point and have it within their image,
+/// judged by the plane through measured marks up to two steps away; occlusion is not considered.
+/// nullopt if these marks do not determine a plane.
+std::optional<std::vector<Looker>> lookers_at(MarkId mark, const std::vector<SheetMark>& placed,
+                                              const std::vector<const CalibratedCamera*>& cameras) {
+  constexpr int kNearSteps = 2;
+  constexpr double kLeastAcross = 0.4;  // least spread of neighbours across their line, in steps
+  std::vector<const SheetMark*> near;
+  for (const SheetMark& other : placed) {
+    const MarkId step = other.mark - mark;
+    if (std::max(std::abs(step.row), std::abs(step.col)) <= kNearSteps) near.push_back(&other);
+  }
+  const auto count = static_cast<Eigen::Index>(near.size());
+  if (count < 4) return std::nullopt;
+  // Position, step along the warp, step along the weft.
+  Eigen::MatrixX3d steps(count, 3), places(count, 3);
+  for (Eigen::Index i = 0; i < count; ++i) {
+    const MarkId step = near[static_cast<std::size_t>(i)]->mark - mark;
+    steps.row(i) << 1, step.row, step.col;
+    places.row(i) = near[static_cast<std::size_t>(i)]->point_in_world.transpose();
+  }
+  const Eigen::Matrix3d normal = steps.transpose() * steps;
+  const Eigen::Matrix2d spread = (normal.bottomRightCorner<2, 2>() -
+                                  normal.block<2, 1>(1, 0) * normal.block<1, 2>(0, 1) / count) /
+                                 count;
+  if (Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d>(spread).eigenvalues()(0) <
+      kLeastAcross * kLeastAcross)
+    return std::nullopt;
+  const Eigen::Matrix3d plane = normal.ldlt().solve(steps.transpose() * places).transpose();
+  const Eigen::Vector3d at = plane.col(0), face = plane.col(1).cross(plane.col(2)).normalized();
+  std::vector<Looker> lookers;
+  for (const CalibratedCamera* calibrated : cameras) {
+    const Camera& camera = calibrated->camera;
+    const auto seen = project(camera.model, camera.cam_from_world * at);
+    if (!seen || seen->px.minCoeff() < 0 || seen->px.x() > camera.model.width_px - 1 ||
+        seen->px.y() > camera.model.height_px - 1)
+      continue;
+    const double angle_deg =
+        std::acos(std::clamp(face.dot((centre_in_world(camera) - at).normalized()), -1.0, 1.0)) /
+        units::deg;
+    if (angle_deg < 90) lookers.push_back({camera.name, angle_deg});
+  }
+  return lookers;
+}
+
+/// Reason for a gap with fewer than two views, such as "seen by one camera, measured by none: cam0
+/// at 71 degrees".
+std::string too_few_views(const MarkViews& mark,
+                          const std::optional<std::vector<Looker>>& lookers) {
+  const std::string* own = mark.views.empty() ? nullptr : &mark.views.front().camera->camera.name;
+  std::vector<std::string> others;
+  for (const Looker& looker : lookers.value_or(std::vector<Looker>{}))
+    if (own == nullptr || looker.camera != *own)
+      others.push_back(fmt::format("{} at {:.0f} degrees", looker.camera, looker.angle_deg));
+  const std::string from = fmt::format("{}", fmt::join(others, ", "));
+  std::string reason = "seen by no camera";
+  if (own != nullptr)
+    reason = fmt::format("seen by one camera ({}){}", *own,
+                         others.empty() ? "" : "; not measured by " + from);
+  else if (!others.empty())
+    reason = fmt::format(
+        "seen by {}, measured by none: {}",
+        others.size() == 1 ? "one camera" : fmt::format("{} cameras", others.size()), from);
+  else if (lookers)
+    reason += ": none looks at its printed face";
+  for (const std::string& refused : mark.refused) reason += "; " + refused;
+  return reason;
+}
 
 /// A triangulated mark, before neighbours may reject it.
 struct Placed {
@@ -306,8 +374,8 @@ Eigen::Vector3d towards_cameras(const MarkViews& mark, const Eigen::Vector3d& in
 
 /// Solves again with dot shapes predicted from the measured surface around each mark; the agreement
 /// of the views is only tested after that.
-CurvatureTrust correct_shape(const std::vector<MarkViews>& marks, const AgreementLimits& limits,
-                             const MarkLattice& lattice, int threads, std::vector<Placed>& placed) {
+void correct_shape(const std::vector<MarkViews>& marks, const AgreementLimits& limits,
+                   const MarkLattice& lattice, int threads, std::vector<Placed>& placed) {
   MarksOnSurface surface = surface_of(marks, placed, lattice.dot_diameter_m, threads);
   const MarksOnSurface first = surface;
   const CurvatureTrust trust = curvature_trust(surface, lattice.pitch_m);
@@ -329,7 +397,6 @@ CurvatureTrust correct_shape(const std::vector<MarkViews>& marks, const Agreemen
       placed[i].shape_shift_m = (point->in_world - first.at(marks[i].mark).in_world).norm();
     }
   }
-  return trust;
 }
 
 SheetMark sheet_mark(const MarkViews& mark, const Placed& placed, const MarkLattice& lattice) {
@@ -493,8 +560,7 @@ TriangulateResult triangulate(const Detections& all_detections, const Calibratio
   std::vector<Placed> placed(marks.size());
   place_all(marks, limits, options.threads, placed);
   if (options.correct_dot_shape) {
-    result.report.hidden_bend_per_m =
-        correct_shape(marks, limits, lattice, options.threads, placed).least_per_m;
+    correct_shape(marks, limits, lattice, options.threads, placed);
   }
   result.sheet.rows = lattice.rows;
   result.sheet.cols = lattice.cols;

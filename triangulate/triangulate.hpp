@@ -10,7 +10,6 @@
 #include "core/fields/fields.hpp"
 #include "core/scene.hpp"
 #include "core/sheet.hpp"
-#include "triangulate/lattice_views.hpp"
 #include "triangulate/point.hpp"
 
 namespace drape::triangulate {
@@ -70,7 +69,6 @@ struct TriangulateReport {
   double median_sigma_mm = 0;              ///< square root of the sum of a mark's three variances
   double median_calibration_sigma_mm = 0;  ///< contribution of the calibration to it
   bool has_calibration_covariance = false;
-  double hidden_bend_per_m = 0;       ///< curvature between neighbours, as estimated from the sheet
   double median_chi_per_dof = 0;      ///< agreement of the views; should be about 0.7 to 1
   double largest_shape_shift_mm = 0;  ///< largest displacement by the correction of dot shapes
   double median_shape_shift_mm = 0;

@@ -6,33 +6,44 @@
 
 #include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
-#include <Eigen/LU>
 #include <algorithm>
+#include <chrono>
 #include <cmath>
-#include <functional>
-#include <limits>
 #include <tuple>
-#include <utility>
 
-#include "calib/acceptance/changes.hpp"
 #include "calib/acceptance/figures.hpp"
-#include "calib/acceptance/positions.hpp"
 #include "calib/checks/inputs.hpp"
-#include "calib/joint/model.hpp"
-#include "calib/tsai/correspondence.hpp"
-#include "core/error.hpp"
-#include "core/fields/records.hpp"
+#include "calib/joint/fit.hpp"
+#include "calib/tsai/tsai.hpp"
+#include "core/drawing/svg.hpp"
+#include "core/program/dates.hpp"
 #include "core/statistics/sample.hpp"
 #include "core/units.hpp"
 
 namespace drape::calib {
+
+using Eigen::Index, Eigen::MatrixXd, Eigen::Vector2d, Eigen::Vector3d;
+using units::mm;
+
 namespace {
 
-using Eigen::Index;
-using Eigen::MatrixXd;
-using Eigen::Vector2d;
-using Eigen::Vector3d;
-using units::mm;
+std::string verdict_of(const AcceptanceFigure& figure) {
+  if (figure.good()) return "GO";
+  return figure.informs ? "warning" : "NO-GO";
+}
+
+std::string row_of(const AcceptanceFigure& figure) {
+  if (!figure.not_measured.empty())
+    return fmt::format("<tr><td>{}</td><td colspan=\"6\">{}: {}</td></tr>\n", xml(figure.name),
+                       figure.may_lack ? "not measured" : "NO-GO, not measured",
+                       xml(figure.not_measured));
+  return fmt::format(
+      "<tr><td>{}</td><td>{:.4f} {}</td><td>{:.4f}</td><td>{:.4f}{}</td><td>{:.4f} {}</td>"
+      "<td>{}</td><td>{}</td></tr>\n",
+      xml(figure.name), figure.value, figure.unit, figure.expanded, figure.limit,
+      figure.limit_stated ? " (stated)" : "", figure.smallest, figure.smallest_unit,
+      xml(figure.where), verdict_of(figure));
+}
 
 /// Covariance of the parameters of all cameras in order; empty if none is stated.
 MatrixXd calibration_covariance(const Calibration& calibration) {
@@ -306,6 +317,40 @@ std::vector<std::string> lacks_of(const AcceptanceInput& input, const Calibratio
 }
 
 }  // namespace
+
+AcceptanceDates dates_of(const std::string& on, int valid_days) {
+  if (valid_days < 1) throw usage_error("--valid-days is below 1", "give a number of days");
+  if (on.empty()) return {};
+  const auto date = date_in(on);
+  if (!date) throw usage_error("--date `" + on + "` is no date", "write it as 2026-01-31");
+  return {on, date_text(*date + std::chrono::days(valid_days))};
+}
+
+std::string protocol_page(const Acceptance& acceptance, const AcceptanceDates& dates) {
+  std::string page = fmt::format(
+      "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><title>Acceptance of "
+      "{0}</title>\n<style>body{{font:11pt sans-serif;margin:2cm}}table{{border-collapse:collapse}}"
+      "td,th{{border:1px solid #888;padding:4px 8px;text-align:left}}</style></head><body>\n"
+      "<h1>{5} of {0}: {1}</h1>\n<p>{2}, {3} positions of the target, calibration {4}</p>\n",
+      xml(acceptance.rig), acceptance.good() ? "GO" : "NO-GO",
+      xml(dates.on.empty() ? "no date" : dates.on + ", valid until " + dates.valid_until),
+      acceptance.positions, xml(acceptance.calibration_sha256),
+      acceptance.lacks.empty() ? "Acceptance" : "Interim check");
+  for (const std::string& part : acceptance.lacks)
+    page += "<p>An acceptance needs also " + xml(part) + "</p>\n";
+  if (!acceptance.cause.empty()) page += "<p>" + xml(acceptance.cause) + "</p>\n";
+  for (const std::string& warning : acceptance.warnings)
+    page += "<p>Warning: " + xml(warning) + "</p>\n";
+  page +=
+      "<table><tr><th>figure</th><th>value</th><th>U (95 %)</th><th>limit</th><th>smallest fault "
+      "named</th><th>where</th><th>verdict</th></tr>\n";
+  for (const AcceptanceFigure& figure : acceptance.figures) page += row_of(figure);
+  return page +
+         "</table>\n<p>Conformity is proven when value and U together stay within the limit (ISO "
+         "14253-1). A limit that is not stated is what this instrument can prove: it follows from "
+         "the uncertainties of calibration, marks and print.</p>\n<p>Date, signature: "
+         "____________________</p>\n</body></html>\n";
+}
 
 void fields(Fields& f, AcceptanceOptions& o) {
   f.if_any({"max_length_error_mm", "limit; a change of plate or cameras within it is a warning", 1,

@@ -32,6 +32,7 @@ struct AcceptanceOptions {
   double false_no_go = 0.005;  ///< probability of NO-GO without a fault, for all figures together
   int draws = 2000;            ///< number of Monte Carlo draws
 };
+
 void fields(Fields& f, AcceptanceOptions& options);
 
 /// A ball with printed marks: marks with known names on a sphere of known size.
@@ -102,5 +103,16 @@ struct Acceptance {
 [[nodiscard]] Acceptance accept(const AcceptanceInput& input, const Calibration& calibration,
                                 const Rig& rig, const Target& target,
                                 const AcceptanceOptions& options);
+
+/// Validity as ISO dates; both empty if the operator states none.
+struct AcceptanceDates {
+  std::string on, valid_until;
+};
+
+/// Dates from `on` to `valid_days` later. Throws Error(usage) for an invalid date or 0 days.
+[[nodiscard]] AcceptanceDates dates_of(const std::string& on, int valid_days);
+
+/// Test protocol as one printable HTML page without scripts.
+[[nodiscard]] std::string protocol_page(const Acceptance& acceptance, const AcceptanceDates& dates);
 
 }  // namespace drape::calib

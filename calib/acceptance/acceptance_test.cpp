@@ -13,7 +13,6 @@
 #include <optional>
 #include <random>
 
-#include "calib/acceptance/protocol.hpp"
 #include "calib/acceptance/test_instruments.hpp"
 #include "calib/test_rigs.hpp"
 #include "core/error.hpp"

@@ -5,7 +5,7 @@
 
 #include <filesystem>
 
-#include "calib/acceptance/positions.hpp"
+#include "calib/acceptance/figures.hpp"
 #include "core/files/files.hpp"
 #include "core/program/run_record.hpp"
 #include "tests/support/paths.hpp"

@@ -7,8 +7,8 @@
 #include <cstdio>
 
 #include "calib/joint.hpp"
-#include "calib/joint/covariance.hpp"
 #include "calib/joint/start.hpp"
+#include "calib/joint/uncertainty.hpp"
 #include "calib/test_rigs.hpp"
 #include "core/error.hpp"
 #include "core/units.hpp"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "calib/checks/drift.hpp"
+#include "calib/joint/uncertainty.hpp"
 
 #include <gmock/gmock.h>
 

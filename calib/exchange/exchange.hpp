@@ -7,7 +7,6 @@
 #include <vector>
 
 #include "core/calibration.hpp"
-
 #include "core/fields/fields.hpp"
 
 namespace drape::calib {
@@ -24,14 +23,6 @@ enum class ExchangeFormat {
   matlab,  ///< stereoParams of two cameras as text, lengths in mm (the world is lost)
 };
 
-}  // namespace drape::calib
-
-template <>
-inline constexpr std::string_view drape::names_of<drape::calib::ExchangeFormat>[] = {
-    "opencv", "kalibr", "colmap", "mrcal", "ros", "dice", "matlab"};
-
-namespace drape::calib {
-
 /// A Brown lens that approximates another lens model.
 struct BrownRefit {
   BrownLens lens;
@@ -39,14 +30,6 @@ struct BrownRefit {
   double rms_px = 0;  ///< root mean square distance between the two projections
   double max_px = 0;  ///< largest distance
 };
-
-enum class BrownTerms { k1_k2_p1_p2, k1_k2_p1_p2_k3 };
-
-/// Best approximation of a lens model by a Brown lens over the whole image: least squares of the
-/// pixels of common rays. It cannot be exact without k3 or for Tsai's lens (which maps distorted to
-/// undistorted); the figures state the difference. Throws Error(bad_input) if the model has rays
-/// for less than half of the image.
-[[nodiscard]] BrownRefit refit_as_brown(const CameraModel& model, BrownTerms terms);
 
 struct ExportOptions {
   double max_refit_px = 0.01;  ///< refuses an export that changes a lens by more at any pixel
@@ -89,3 +72,7 @@ struct ImportOptions {
                                              const ImportOptions& options = {});
 
 }  // namespace drape::calib
+
+template <>
+inline constexpr std::string_view drape::names_of<drape::calib::ExchangeFormat>[] = {
+    "opencv", "kalibr", "colmap", "mrcal", "ros", "dice", "matlab"};

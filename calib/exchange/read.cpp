@@ -1,21 +1,28 @@
 // SPDX-License-Identifier: Apache-2.0
 // Reads cameras from other tools' files: keys that change what numbers mean are used or refused.
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <cctype>
 #include <cmath>
+#include <cstdlib>
+#include <filesystem>
 #include <iterator>
 #include <map>
-#include <numbers>
+#include <opencv2/core.hpp>
+#include <pugixml.hpp>
+#include <ranges>
+#include <regex>
 #include <set>
 #include <sstream>
+#include <string>
 #include <utility>
+#include <vector>
 
-#include "calib/exchange/foreign.hpp"
 #include "calib/exchange/formats.hpp"
 #include "core/error.hpp"
+#include "core/fields/records.hpp"
 #include "core/files/files.hpp"
 #include "core/geometry/rigid_motion.hpp"
 #include "core/geometry/vectors.hpp"
@@ -23,9 +30,7 @@
 
 namespace drape::calib {
 
-namespace fs = std::filesystem;
-
-// Names of lens models; those of Brown's come first.
+/// Names of lens models; those of Brown's come first.
 enum class StorageLens { plumb_bob, radtan, rational_polynomial, brown, pinhole };
 enum class KalibrCamera { pinhole };
 enum class KalibrLens { radtan, none };
@@ -49,7 +54,371 @@ inline constexpr std::string_view drape::names_of<drape::calib::DiceLens>[] = {
     "NO_LENS_DISTORTION", "OPENCV_LENS_DISTORTION"};
 
 namespace drape::calib {
+
+namespace fs = std::filesystem;
+
 namespace {
+
+/// Reads the record in a file's values; a key that its description does not name is refused.
+template <class Record>
+Record foreign_record(const std::filesystem::path& file, Value values) {
+  Record record{};
+  std::vector<Error> faults =
+      faults_of_reading(Document(Syntax::toml, std::move(values)), walk_through(record));
+  for (Error& fault : faults) {
+    Where where = fault.where();
+    where.file = file.string();
+    fault = Error(fault.kind(), fault.what_failed(), where, fault.what_to_do());
+  }
+  throw_if_any(std::move(faults));
+  return record;
+}
+
+constexpr int kDeepestLiteral = 50;
+
+[[noreturn]] void refuse_file(const fs::path& file, const std::string& what,
+                              const std::string& remedy, std::optional<int> line = {}) {
+  throw bad_input(what, {.file = file.string(), .line = line}, remedy);
+}
+
+Value value_of_node(const cv::FileNode& node) {
+  if (node.isInt()) return static_cast<int>(node);
+  if (node.isReal()) return static_cast<double>(node);
+  if (node.isString()) return static_cast<std::string>(node);
+  if (node.isSeq()) {
+    Value::List list;
+    for (const cv::FileNode& item : node) list.push_back(value_of_node(item));
+    return list;
+  }
+  Value::Table table;
+  if (node.isMap())
+    for (const std::string& key : node.keys()) table.emplace_back(key, value_of_node(node[key]));
+  return table;
+}
+
+/// Converts YAML for OpenCV's parser: adds its first line, and indents lists below their key.
+std::string for_storage(std::string text) {
+  if (!text.starts_with("%YAML"))
+    text.insert(0, text.starts_with("---") ? "%YAML:1.0\n" : "%YAML:1.0\n---\n");
+  static const std::regex kItem("(^|\n)( *)- ");
+  return std::regex_replace(text, kItem, "$1$2  - ");
+}
+
+/// Reads a text character by character, with the line of the next one.
+class Cursor {
+ public:
+  Cursor(const fs::path& file, std::string text) : file_(file), text_(std::move(text)) {}
+
+  [[nodiscard]] bool at_end() const { return at_ >= text_.size(); }
+  [[nodiscard]] char peek(std::size_t ahead = 0) const {
+    return at_ + ahead < text_.size() ? text_[at_ + ahead] : '\0';
+  }
+  char next() {
+    const char c = peek();
+    line_ += c == '\n';
+    ++at_;
+    return c;
+  }
+  bool take(char wanted) {
+    if (at_end() || peek() != wanted) return false;
+    next();
+    return true;
+  }
+  template <class Belongs>
+  std::string while_true(Belongs belongs) {
+    std::string taken;
+    while (!at_end() && belongs(peek())) taken += next();
+    return taken;
+  }
+  [[noreturn]] void fail(const std::string& what, const std::string& remedy) const {
+    refuse_file(file_, what, remedy, line_);
+  }
+  [[nodiscard]] int line() const { return line_; }
+
+ private:
+  fs::path file_;
+  std::string text_;
+  std::size_t at_ = 0;
+  int line_ = 1;
+};
+
+bool is_space(char c) {
+  return std::isspace(static_cast<unsigned char>(c)) != 0;
+}
+bool is_word(char c) {
+  return std::isalnum(static_cast<unsigned char>(c)) != 0 || c == '_' || c == '.';
+}
+bool is_number_part(char c) {
+  return is_word(c) || c == '+' || c == '-';
+}
+
+/// Parses a number as strtod does, without underscores; null for anything else.
+Value number_value(std::string word) {
+  word.erase(std::remove(word.begin(), word.end(), '_'), word.end());
+  char* end = nullptr;
+  const double number = std::strtod(word.c_str(), &end);
+  if (word.empty() || *end != '\0') return {};
+  if (word.find_first_not_of("+-0123456789") == std::string::npos && std::abs(number) < 1e15)
+    return static_cast<std::int64_t>(number);
+  return number;
+}
+
+class PythonReader {
+ public:
+  explicit PythonReader(Cursor cursor) : in_(std::move(cursor)) {}
+
+  Value whole() {
+    Value value = read(0);
+    skip();
+    if (!in_.at_end()) fail("something follows the literal");
+    return value;
+  }
+
+ private:
+  [[noreturn]] void fail(const std::string& what) const {
+    in_.fail("not a Python literal: " + what, "write the model again with mrcal");
+  }
+  void skip() {
+    for (;;) {
+      in_.while_true(is_space);
+      if (in_.peek() == '\\' && in_.peek(1) == '\n') {
+        in_.next();
+      } else if (in_.peek() == '#') {
+        in_.while_true([](char c) { return c != '\n'; });
+      } else {
+        return;
+      }
+    }
+  }
+  Value::List items(char closing, int depth) {
+    Value::List list;
+    for (skip(); !in_.take(closing); skip()) {
+      if (in_.at_end()) fail("a bracket is not closed");
+      list.push_back(read(depth + 1));
+      skip();
+      if (!in_.take(',') && in_.peek() != closing) fail("a comma is missing");
+    }
+    return list;
+  }
+  Value table(int depth) {
+    Value::Table table;
+    for (skip(); !in_.take('}'); skip()) {
+      if (in_.at_end()) fail("a bracket is not closed");
+      const Value key = read(depth + 1);
+      skip();
+      if (key.get_if<std::string>() == nullptr || !in_.take(':')) fail("a key is no text");
+      table.emplace_back(*key.get_if<std::string>(), read(depth + 1));
+      table.back().second.line = key.line;
+      skip();
+      if (!in_.take(',') && in_.peek() != '}') fail("a comma is missing");
+    }
+    return table;
+  }
+  std::string quoted() {
+    const char quote = in_.next();
+    const bool is_long = in_.peek() == quote && in_.peek(1) == quote;
+    if (is_long) in_.next(), in_.next();
+    std::string text;
+    for (;;) {
+      if (in_.at_end() || (!is_long && in_.peek() == '\n')) fail("a text does not end");
+      if (in_.peek() == quote && (!is_long || (in_.peek(1) == quote && in_.peek(2) == quote)))
+        break;
+      if (in_.peek() == '\\') text += in_.next();  // escapes are kept as written
+      text += in_.next();
+    }
+    for (int i = 0; i < (is_long ? 3 : 1); ++i) in_.next();
+    return text;
+  }
+  bool at_text() const {
+    std::size_t at = 0;
+    while (at < 2 && std::string_view("bBrRuU").find(in_.peek(at)) != std::string_view::npos) ++at;
+    return in_.peek(at) == '\'' || in_.peek(at) == '"';
+  }
+  Value read(int depth) {
+    if (depth > kDeepestLiteral) fail("nested too deeply");
+    skip();
+    const int line = in_.line();
+    Value value;
+    if (in_.take('{')) {
+      value = table(depth);
+    } else if (in_.take('[')) {
+      value = items(']', depth);
+    } else if (in_.take('(')) {
+      value = items(')', depth);
+    } else if (at_text()) {
+      std::string text;
+      for (; at_text(); skip()) {  // adjacent texts are joined
+        in_.while_true([](char c) { return c != '\'' && c != '"'; });
+        text += quoted();
+      }
+      value = text;
+    } else {
+      const std::string word = in_.while_true(is_number_part);
+      if (word == "True" || word == "False")
+        value = word == "True";
+      else if (word != "None" && (value = number_value(word)).is_null())
+        fail(fmt::format("`{}` is no value", printable(word)));
+    }
+    value.line = line;
+    return value;
+  }
+
+  Cursor in_;
+};
+
+Value parameter_value(const pugi::xml_node& node, const fs::path& file) {
+  const std::string type = node.attribute("type").value(), text = node.attribute("value").value();
+  if (type == "string") return text;
+  if (type == "bool") return text == "true";
+  if (Value number = number_value(text); !number.is_null()) return number;
+  refuse_file(file, fmt::format("`{}` is `{}`, no {}", node.attribute("name").value(), text, type),
+              "write the calibration again with DICe");
+}
+
+Value list_value(const pugi::xml_node& node, const fs::path& file, int depth = 0) {
+  if (depth > kDeepestLiteral) refuse_file(file, "nested too deeply", "give the right file");
+  Value::Table table;
+  for (const pugi::xml_node& child : node.children()) {
+    const std::string name = child.attribute("name").value();
+    if (std::string_view(child.name()) == "ParameterList")
+      table.emplace_back(name, list_value(child, file, depth + 1));
+    else if (std::string_view(child.name()) == "Parameter")
+      table.emplace_back(name, parameter_value(child, file));
+  }
+  return table;
+}
+
+/// Reads the statements of a MATLAB script that assign values to fields.
+class MatlabReader {
+ public:
+  explicit MatlabReader(Cursor cursor) : in_(std::move(cursor)) {}
+
+  Value whole() {
+    Value root = Value::Table{};
+    for (skip(); !in_.at_end(); skip()) {
+      const std::string name = in_.while_true(is_word);
+      skip();
+      if (name.empty() || !in_.take('=')) fail();
+      Value* at = &root;
+      for (std::size_t begin = 0; begin <= name.size();) {
+        const std::size_t end = std::min(name.find('.', begin), name.size());
+        at = &(*at)[name.substr(begin, end - begin)];
+        begin = end + 1;
+        if (begin <= name.size() && !at->is_null() && at->get_if<Value::Table>() == nullptr) fail();
+      }
+      if (!at->is_null()) in_.fail("`" + name + "` is given twice", "keep the right one");
+      *at = read();
+      skip();
+      in_.take(';');
+    }
+    return root;
+  }
+
+ private:
+  [[noreturn]] void fail() const {
+    in_.fail("this is no statement such as `stereoParams.TranslationOfCamera2 = [-120 0 3];`",
+             "a display holds no values: write jsonencode(toStruct(stereoParams)) into a file");
+  }
+  void skip() {
+    for (;;) {
+      in_.while_true([](char c) { return is_space(c) || c == ';'; });
+      if (in_.peek() == '.' && in_.peek(1) == '.' && in_.peek(2) == '.')
+        in_.while_true([](char c) { return c != '\n'; });
+      else if (in_.peek() == '%')
+        in_.while_true([](char c) { return c != '\n'; });
+      else
+        return;
+    }
+  }
+  Value scalar() {
+    if (const char quote = in_.peek(); quote == '\'' || quote == '"') {
+      in_.next();
+      const std::string text = in_.while_true([&](char c) { return c != quote && c != '\n'; });
+      if (!in_.take(quote)) fail();
+      return text;
+    }
+    const std::string word = in_.while_true(is_number_part);
+    if (word == "true" || word == "false") return word == "true";
+    Value number = number_value(word);
+    if (number.is_null()) fail();
+    return number;
+  }
+  /// Reads a matrix as a list of rows; a single row or column becomes a list.
+  Value matrix() {
+    Value::List rows;
+    Value::List row;
+    const auto end_row = [&] {
+      if (!row.empty()) rows.emplace_back(std::exchange(row, {}));
+    };
+    for (;;) {
+      in_.while_true([](char c) { return c == ' ' || c == '\t' || c == '\r' || c == ','; });
+      if (in_.at_end()) fail();
+      if (in_.peek() == '.' && in_.peek(1) == '.' && in_.peek(2) == '.') {
+        in_.while_true([](char c) { return c != '\n'; });
+        in_.next();
+      } else if (in_.take(']')) {
+        break;
+      } else if (in_.take(';') || in_.take('\n')) {
+        end_row();
+      } else {
+        row.push_back(scalar());
+      }
+    }
+    end_row();
+    if (rows.size() == 1) return rows.front();
+    const auto is_single = [](const Value& r) { return r.get_if<Value::List>()->size() == 1; };
+    if (std::all_of(rows.begin(), rows.end(), is_single))
+      std::transform(rows.begin(), rows.end(), rows.begin(),
+                     [](const Value& r) { return r.get_if<Value::List>()->front(); });
+    return rows;
+  }
+  Value read() {
+    in_.while_true(is_space);
+    return in_.take('[') ? matrix() : scalar();
+  }
+
+  Cursor in_;
+};
+
+/// Reads YAML, XML or JSON of cv::FileStorage, and YAML of ROS and Kalibr without its first line.
+Value storage_value(const fs::path& file) {
+  std::string text = read_text(file);
+  if (const fs::path ending = file.extension(); ending == ".yaml" || ending == ".yml")
+    text = for_storage(std::move(text));
+  cv::FileStorage storage;
+  try {
+    storage.open(text, cv::FileStorage::READ | cv::FileStorage::MEMORY);
+    if (storage.isOpened()) return value_of_node(storage.root());
+  } catch (const cv::Exception&) {
+    // Parse errors of OpenCV are treated like a file that it cannot open.
+  }
+  refuse_file(file, "OpenCV cannot read the file", "give a file of cv::FileStorage or YAML");
+}
+
+/// Reads a Python literal: dictionary, list or tuple of numbers, texts, True, False and None.
+Value python_value(const fs::path& file) {
+  return PythonReader(Cursor(file, read_text(file))).whole();
+}
+
+/// Reads XML of Trilinos' ParameterList: a list becomes a table, a parameter has its stated type.
+Value parameter_list_value(const fs::path& file) {
+  pugi::xml_document document;
+  const std::string text = read_text(file);
+  const pugi::xml_parse_result result = document.load_string(text.c_str());
+  const pugi::xml_node root = document.child("ParameterList");
+  if (!result || !root)
+    refuse_file(file, "the file is no ParameterList", "give the calibration that DICe wrote");
+  return list_value(root, file);
+}
+
+/// Reads MATLAB's JSON (jsonencode of toStruct), or statements `name.field = [1 2; 3 4];`. Matrices
+/// become lists of rows.
+Value matlab_value(const fs::path& file) {
+  const std::string text = read_text(file);
+  const std::size_t first = text.find_first_not_of(" \t\r\n");
+  if (first != std::string::npos && text[first] == '{') return json_value(text, file.string());
+  return MatlabReader(Cursor(file, text)).whole();
+}
 
 constexpr std::string_view kCalibrateAgain =
     "calibrate with a pinhole lens of Brown's terms, at full resolution";
@@ -59,11 +428,11 @@ constexpr std::string_view kCalibrateAgain =
   return bad_input(what, {.file = file.string(), .field = field}, what_to_do);
 }
 
-/// Accepts keys without effect here.
-void inert(Fields& f, std::initializer_list<std::string_view> names) {
-  for (const std::string_view name : names) {
+/// Accepts keys without effect here, separated by spaces.
+void inert(Fields& f, std::string_view names) {
+  for (const auto name : std::views::split(names, ' ')) {
     std::optional<Value> ignored;
-    f.if_any({name, "not used"}, ignored);
+    f.if_any({std::string_view(name.begin(), name.end()), "not used"}, ignored);
   }
 }
 
@@ -110,7 +479,7 @@ struct Region {
 void fields(Fields& f, Region& region) {
   f.otherwise({"x_offset", "first column"}, region.x_px);
   f.otherwise({"y_offset", "first row"}, region.y_px);
-  inert(f, {"width", "height", "do_rectify"});
+  inert(f, "width height do_rectify");
   f.rule(region.x_px == 0 && region.y_px == 0, "x_offset", "the pictures are cut out",
          kCalibrateAgain);
 }
@@ -142,37 +511,13 @@ void fields(Fields& f, StorageFile& file) {
   f.if_any({"roi", "part of the picture"}, file.region);
   f.rule(file.binning_x.value_or(0) < 2 && file.binning_y.value_or(0) < 2, "binning_x",
          "the pictures are binned", kCalibrateAgain);
-  inert(f, {"camera_name",
-            "header",
-            "rectification_matrix",
-            "projection_matrix",
-            "R",
-            "P",
-            "calibration_time",
-            "calibration_Time",
-            "nframes",
-            "nr_of_frames",
-            "nrOfFrames",
-            "board_width",
-            "board_height",
-            "board_Width",
-            "board_Height",
-            "square_size",
-            "square_Size",
-            "marker_size",
-            "aspectRatio",
-            "fix_aspect_ratio",
-            "flags",
-            "avg_reprojection_error",
-            "Avg_Reprojection_Error",
-            "per_view_reprojection_errors",
-            "Per_View_Reprojection_Errors",
-            "extrinsic_parameters",
-            "Extrinsic_Parameters",
-            "image_points",
-            "Image_points",
-            "grid_points",
-            "newobj_points"});
+  inert(f,
+        "camera_name header rectification_matrix projection_matrix R P calibration_time "
+        "calibration_Time nframes nr_of_frames nrOfFrames board_width board_height "
+        "board_Width board_Height square_size square_Size marker_size aspectRatio "
+        "fix_aspect_ratio flags avg_reprojection_error Avg_Reprojection_Error "
+        "per_view_reprojection_errors Per_View_Reprojection_Errors extrinsic_parameters "
+        "Extrinsic_Parameters image_points Image_points grid_points newobj_points");
 }
 
 /// Unifies names that differ between tools; a list of numbers becomes a matrix.
@@ -205,6 +550,23 @@ Value with_plain_names(Value value) {
   return value;
 }
 
+/// Rotation nearest to a matrix with rounded elements. Throws Error(bad_input) naming the field for
+/// any other matrix.
+Eigen::Matrix3d rotation_of(const Eigen::Matrix3d& matrix, const fs::path& file,
+                            const std::string& field) {
+  constexpr double kRounded = 1e-4;  // tolerance for elements with five digits
+  const double fault = (matrix * matrix.transpose() - Eigen::Matrix3d::Identity()).norm();
+  if (!(fault < kRounded) || matrix.determinant() < 0)
+    throw refused(file, field, "the matrix is not a rotation", "export the camera again");
+  return fault < 1e-12 ? matrix : nearest_rotation(matrix);
+}
+
+/// A lens of up to nine numbers: fx fy cx cy, then k1 k2 p1 p2 k3 in OpenCV's order.
+BrownLens lens_of(std::vector<double> v) {
+  v.resize(9, 0);
+  return {v[0], v[1], v[2], v[3], v[4], v[5], v[6], v[7], v[8]};
+}
+
 /// Reads fx, fy, cx, cy from a camera matrix, whose other elements must be as expected.
 BrownLens lens_of_matrix(const Eigen::Matrix3d& k, const fs::path& file, const std::string& field) {
   const double tolerance = 1e-9 * std::abs(k(0, 0));
@@ -216,9 +578,7 @@ BrownLens lens_of_matrix(const Eigen::Matrix3d& k, const fs::path& file, const s
                   "give the matrix in px, as the calibration wrote it");
   if (std::abs(k(0, 1)) > tolerance || std::abs(k(1, 0)) > tolerance)
     throw refused(file, field, "the pixels are skewed", "calibrate without skew");
-  BrownLens lens;
-  lens.fx_px = k(0, 0), lens.fy_px = k(1, 1), lens.cx_px = k(0, 2), lens.cy_px = k(1, 2);
-  return lens;
+  return lens_of({k(0, 0), k(1, 1), k(0, 2), k(1, 2)});
 }
 
 /// Sets k1 k2 p1 p2 k3, given in OpenCV's order; further terms must be 0.
@@ -237,7 +597,7 @@ void set_terms(BrownLens& lens, std::vector<double> terms, const fs::path& file,
   lens.k3 = terms[4];
 }
 
-Camera camera_of_storage(const fs::path& file) {
+Camera camera_of_storage(const fs::path& file, double unit_m) {
   const auto read = foreign_record<StorageFile>(file, with_plain_names(storage_value(file)));
   if (read.k.data.size() != 9)
     throw refused(file, "camera_matrix", "the camera matrix is not 3 x 3",
@@ -256,7 +616,7 @@ Camera camera_of_storage(const fs::path& file) {
                   twice ? "the file has two poses" : "the file has no pose",
                   "give cam_from_world_rotation and cam_from_world_translation_m, or rvec and tvec "
                   "in metres");
-  camera.cam_from_world.translation_m = translation->vector();
+  camera.cam_from_world.translation_m = unit_m * translation->vector();
   camera.cam_from_world.rotation =
       read.rotation ? read.rotation->square() : rotation_about(read.vector->vector());
   camera.name = file.stem().string();
@@ -264,6 +624,9 @@ Camera camera_of_storage(const fs::path& file) {
 }
 
 // Kalibr
+
+/// Pose of a camera relative to another one.
+using FromOther = Pose<frame::Camera, frame::Camera>;
 
 struct KalibrEntry {
   KalibrCamera camera{};
@@ -283,13 +646,13 @@ void fields(Fields& f, KalibrEntry& entry) {
   f.if_any({"T_cn_cnm1", "this camera from the one before, 4 x 4, m"}, entry.from_previous);
   f.otherwise({"rostopic", "topic of the pictures"}, entry.topic);
   zero(f, {"line_delay"});
-  inert(f, {"cam_overlaps", "timeshift_cam_imu", "T_cam_imu"});
+  inert(f, "cam_overlaps timeshift_cam_imu T_cam_imu");
   f.rule(entry.intrinsics.size() == 4, "intrinsics", "not four numbers", "give fx, fy, cx, cy");
   f.rule(entry.lens == KalibrLens::none || entry.distortion.size() == 4, "distortion_coeffs",
          "not four numbers", "give k1, k2, p1, p2");
 }
 
-std::vector<Camera> cameras_of_kalibr(const fs::path& file) {
+std::vector<Camera> cameras_of_kalibr(const fs::path& file, double unit_m) {
   const Value root = storage_value(file);
   const auto* table = root.get_if<Value::Table>();
   std::vector<std::pair<std::string, KalibrEntry>> entries;
@@ -303,14 +666,10 @@ std::vector<Camera> cameras_of_kalibr(const fs::path& file) {
   std::vector<Camera> cameras;
   for (const auto& [key, entry] : entries) {
     Camera camera;
-    const std::vector<double>& p = entry.intrinsics;
-    BrownLens lens;
-    lens.fx_px = p[0], lens.fy_px = p[1], lens.cx_px = p[2], lens.cy_px = p[3];
+    BrownLens lens = lens_of(entry.intrinsics);
     if (entry.lens == KalibrLens::radtan)
       set_terms(lens, entry.distortion, file, key + ".distortion_coeffs");
     camera.model = {lens, entry.resolution[0], entry.resolution[1]};
-    camera.cam_from_world.rotation.setIdentity();
-    camera.cam_from_world.translation_m.setZero();
     if (entry.from_previous.has_value() == cameras.empty())
       throw refused(file, key + ".T_cn_cnm1",
                     cameras.empty() ? "the first camera has one before it" : "it is missing",
@@ -320,12 +679,10 @@ std::vector<Camera> cameras_of_kalibr(const fs::path& file) {
       if (step.row(3) != Eigen::RowVector4d(0, 0, 0, 1))
         throw refused(file, key + ".T_cn_cnm1", "its last row is not (0, 0, 0, 1)",
                       "is it transposed? write rows as columns");
-      const CamFromWorld& before = cameras.back().cam_from_world;
-      const CamFromWorld relative{rotation_of(step.topLeftCorner<3, 3>(), file, key + ".T_cn_cnm1"),
-                                  step.topRightCorner<3, 1>()};
-      camera.cam_from_world.rotation = relative.rotation * before.rotation;
-      camera.cam_from_world.translation_m =
-          relative.rotation * before.translation_m + relative.translation_m;
+      camera.cam_from_world =
+          FromOther{rotation_of(step.topLeftCorner<3, 3>(), file, key + ".T_cn_cnm1"),
+                    step.topRightCorner<3, 1>()} *
+          cameras.back().cam_from_world;
     }
     // "/left/image_raw" belongs to the camera `left`.
     const std::size_t end = entry.topic.rfind('/');
@@ -337,7 +694,10 @@ std::vector<Camera> cameras_of_kalibr(const fs::path& file) {
     cameras.push_back(std::move(camera));
   }
   std::set<std::string> names;
-  for (const Camera& camera : cameras) names.insert(camera.name);
+  for (Camera& camera : cameras) {
+    names.insert(camera.name);
+    camera.cam_from_world.translation_m *= unit_m;
+  }
   for (std::size_t i = 0; i < cameras.size() && names.size() < cameras.size(); ++i)
     cameras[i].name = entries[i].first;
   return cameras;
@@ -360,8 +720,9 @@ void fields(Fields& f, MrcalModel& model) {
   f({.name = "imagersize", .least = 1, .remedy = kAgain}, model.size_px);
   f.if_any({.name = "extrinsics", .remedy = kAgain}, model.extrinsics);
   f.if_any({.name = "rt_cam_ref", .remedy = kAgain}, model.rt_cam_ref);
-  inert(f, {"valid_intrinsics_region", "optimization_inputs", "icam_intrinsics",
-            "icam_intrinsics_optimization_inputs"});
+  inert(f,
+        "valid_intrinsics_region optimization_inputs icam_intrinsics "
+        "icam_intrinsics_optimization_inputs");
   const std::size_t wanted = model.lens == MrcalLens::pinhole   ? 4
                              : model.lens == MrcalLens::opencv4 ? 8
                                                                 : 9;
@@ -373,16 +734,13 @@ void fields(Fields& f, MrcalModel& model) {
     f.rule(!pose || pose->size() == 6, "rt_cam_ref", "a pose is not six numbers", kAgain);
 }
 
-Camera camera_of_mrcal(const fs::path& file) {
+Camera camera_of_mrcal(const fs::path& file, double unit_m) {
   const auto model = foreign_record<MrcalModel>(file, python_value(file));
-  std::vector<double> v = model.intrinsics;
-  v.resize(9, 0);
   Camera camera;
-  camera.model = {BrownLens{v[0], v[1], v[2], v[3], v[4], v[5], v[6], v[7], v[8]}, model.size_px[0],
-                  model.size_px[1]};
+  camera.model = {lens_of(model.intrinsics), model.size_px[0], model.size_px[1]};
   const std::vector<double>& pose = model.rt_cam_ref ? *model.rt_cam_ref : *model.extrinsics;
   camera.cam_from_world.rotation = rotation_about({pose[0], pose[1], pose[2]});
-  camera.cam_from_world.translation_m = {pose[3], pose[4], pose[5]};
+  camera.cam_from_world.translation_m = unit_m * Eigen::Vector3d(pose[3], pose[4], pose[5]);
   camera.name = file.stem().string();
   return camera;
 }
@@ -431,7 +789,7 @@ void fields(Fields& f, DiceCamera& camera) {
   f.otherwise({"TY", "of the target's unit"}, camera.translation.y());
   f.otherwise({"TZ", "of the target's unit"}, camera.translation.z());
   f.if_any({"rotation_3x3_matrix", "rows of the matrix"}, camera.rotation);
-  inert(f, {"PIXEL_DEPTH", "LENS", "COMMENTS"});
+  inert(f, "PIXEL_DEPTH LENS COMMENTS");
   f.rule(
       !camera.rotation || (camera.alpha_deg == 0 && camera.beta_deg == 0 && camera.gamma_deg == 0),
       "ALPHA", "angles and a matrix", "keep one of them");
@@ -462,7 +820,7 @@ void fields(Fields& f, DiceSystem& system) {
   f({"xml_file_format", "DICe_xml_camera_system_file"}, system.format);
   f({"system_type_3D", "tool that calibrated"}, system.type);
   f.otherwise({"extrinsics_relative_camera_to_camera", "poses from camera 0"}, system.relative);
-  inert(f, {"avg_epipolar_error", "avg_reprojection_error", "checker_board_type"});
+  inert(f, "avg_epipolar_error avg_reprojection_error checker_board_type");
   for (int i = 0; i < 10; ++i) {
     std::optional<DiceCamera> camera;
     const std::string name = fmt::format("CAMERA {}", i);
@@ -488,11 +846,10 @@ std::vector<Camera> cameras_of_dice(const fs::path& file, double unit_m) {
     Camera camera;
     const auto size = braced(read.size, 2, file, key + ".IMAGE_HEIGHT_WIDTH");
     camera.model = {lens, static_cast<int>(size[1]), static_cast<int>(size[0])};
-    using Eigen::AngleAxisd, Eigen::Vector3d;
-    constexpr double kDegree = std::numbers::pi / 180;
-    Eigen::Matrix3d rotation = (AngleAxisd(read.gamma_deg * kDegree, Vector3d::UnitZ()) *
-                                AngleAxisd(read.beta_deg * kDegree, Vector3d::UnitY()) *
-                                AngleAxisd(read.alpha_deg * kDegree, Vector3d::UnitX()))
+    using Eigen::AngleAxisd, Eigen::Vector3d, units::deg;
+    Eigen::Matrix3d rotation = (AngleAxisd(read.gamma_deg * deg, Vector3d::UnitZ()) *
+                                AngleAxisd(read.beta_deg * deg, Vector3d::UnitY()) *
+                                AngleAxisd(read.alpha_deg * deg, Vector3d::UnitX()))
                                    .toRotationMatrix();
     for (int row = 0; read.rotation && row < 3; ++row) {
       const auto numbers = braced(read.rotation->rows[row], 3, file, key + ".rotation_3x3_matrix");
@@ -500,11 +857,10 @@ std::vector<Camera> cameras_of_dice(const fs::path& file, double unit_m) {
     }
     camera.cam_from_world.rotation = rotation_of(rotation, file, key + ".rotation_3x3_matrix");
     camera.cam_from_world.translation_m = unit_m * read.translation;
-    if (system.relative && !cameras.empty()) {
-      const CamFromWorld& first = cameras.front().cam_from_world;
-      camera.cam_from_world.translation_m += camera.cam_from_world.rotation * first.translation_m;
-      camera.cam_from_world.rotation *= first.rotation;
-    }
+    if (system.relative && !cameras.empty())
+      camera.cam_from_world =
+          FromOther{camera.cam_from_world.rotation, camera.cam_from_world.translation_m} *
+          cameras.front().cam_from_world;
     camera.name = read.id.empty() ? "cam" + key.substr(7) : read.id;
     cameras.push_back(std::move(camera));
   }
@@ -529,10 +885,10 @@ void fields(Fields& f, MatlabCamera& camera) {
   f.if_any({"WorldUnits", "unit of lengths"}, camera.units);
   zero(f, {"Skew"});
   inert(f,
-        {"WorldPoints", "TranslationVectors", "RotationVectors", "ReprojectionErrors",
-         "ReprojectedPoints", "DetectedKeypoints", "EstimateSkew", "EstimateTangentialDistortion",
-         "NumRadialDistortionCoefficients", "NumPatterns", "MeanReprojectionError", "Version",
-         "FocalLength", "PrincipalPoint", "RotationMatrices", "PatternExtrinsics"});
+        "WorldPoints TranslationVectors RotationVectors ReprojectionErrors ReprojectedPoints "
+        "DetectedKeypoints EstimateSkew EstimateTangentialDistortion "
+        "NumRadialDistortionCoefficients NumPatterns MeanReprojectionError Version "
+        "FocalLength PrincipalPoint RotationMatrices PatternExtrinsics");
   f.rule(camera.transposed.has_value() != camera.k.has_value(), "IntrinsicMatrix",
          camera.k ? "two camera matrices" : "the camera matrix is missing", "give one of both");
   f.rule(camera.radial.size() == 2 || camera.radial.size() == 3, "RadialDistortion",
@@ -551,8 +907,9 @@ void fields(Fields& f, MatlabStereo& stereo) {
   f({"CameraParameters2", "second camera"}, stereo.second);
   f({"RotationOfCamera2", "transpose of camera 2 from camera 1"}, stereo.rotation);
   f({"TranslationOfCamera2", "camera 1's centre in camera 2"}, stereo.translation);
-  inert(f, {"FundamentalMatrix", "EssentialMatrix", "MeanReprojectionError", "NumPatterns",
-            "WorldPoints", "WorldUnits", "Version", "RectificationParams"});
+  inert(f,
+        "FundamentalMatrix EssentialMatrix MeanReprojectionError NumPatterns WorldPoints "
+        "WorldUnits Version RectificationParams");
 }
 
 std::optional<double> unit_named(const std::optional<std::string>& name) {
@@ -589,7 +946,6 @@ std::vector<Camera> cameras_of_matlab(const fs::path& file, std::optional<double
     lens.p1 = read.tangential[0], lens.p2 = read.tangential[1];
     camera.model = {lens, static_cast<int>(read.size_px.y()), static_cast<int>(read.size_px.x())};
     camera.name = fmt::format("camera{}", i + 1);
-    camera.cam_from_world = {Eigen::Matrix3d::Identity(), Eigen::Vector3d::Zero()};
   }
   cameras[1].cam_from_world = {rotation_of(stereo.rotation.transpose(), file, "RotationOfCamera2"),
                                *unit_m * stereo.translation};
@@ -703,41 +1059,32 @@ std::vector<Camera> cameras_of_colmap(const fs::path& given, std::optional<doubl
 
 }  // namespace
 
-Eigen::Matrix3d rotation_of(const Eigen::Matrix3d& matrix, const fs::path& file,
-                            const std::string& field) {
-  constexpr double kRounded = 1e-4;  // tolerance for elements with five digits
-  const double fault = (matrix * matrix.transpose() - Eigen::Matrix3d::Identity()).norm();
-  if (!(fault < kRounded) || matrix.determinant() < 0)
-    throw refused(file, field, "the matrix is not a rotation", "export the camera again");
-  return fault < 1e-12 ? matrix : nearest_rotation(matrix);
-}
-
 std::vector<Camera> cameras_of(const fs::path& file, ExchangeFormat format,
                                const ImportOptions& options) {
-  const auto in_metres = [&](Camera camera) {
-    if (options.unit_m) camera.cam_from_world.translation_m *= *options.unit_m;
-    return std::vector<Camera>{std::move(camera)};
-  };
-  switch (format) {
-    case ExchangeFormat::opencv:
-    case ExchangeFormat::ros:
-      return in_metres(camera_of_storage(file));
-    case ExchangeFormat::mrcal:
-      return in_metres(camera_of_mrcal(file));
-    case ExchangeFormat::kalibr: {
-      std::vector<Camera> cameras = cameras_of_kalibr(file);
-      for (Camera& camera : cameras)
-        camera.cam_from_world.translation_m *= options.unit_m.value_or(1);
-      return cameras;
+  const auto read = [&]() -> std::vector<Camera> {
+    const double metre = options.unit_m.value_or(1);
+    switch (format) {
+      case ExchangeFormat::opencv:
+      case ExchangeFormat::ros:
+        return {camera_of_storage(file, metre)};
+      case ExchangeFormat::mrcal:
+        return {camera_of_mrcal(file, metre)};
+      case ExchangeFormat::kalibr:
+        return cameras_of_kalibr(file, metre);
+      case ExchangeFormat::dice:
+        return cameras_of_dice(file, options.unit_m.value_or(units::mm));
+      case ExchangeFormat::matlab:
+        return cameras_of_matlab(file, options.unit_m);
+      case ExchangeFormat::colmap:
+        return cameras_of_colmap(file, options.unit_m);
     }
-    case ExchangeFormat::dice:
-      return cameras_of_dice(file, options.unit_m.value_or(units::mm));
-    case ExchangeFormat::matlab:
-      return cameras_of_matlab(file, options.unit_m);
-    case ExchangeFormat::colmap:
-      return cameras_of_colmap(file, options.unit_m);
-  }
-  throw internal_error("a format of no name");
+    throw internal_error("a format of no name");
+  };
+  std::vector<Camera> cameras = read();
+  for (Camera& camera : cameras)
+    camera.cam_from_world.rotation =
+        rotation_of(camera.cam_from_world.rotation, file, "cam_from_world_rotation");
+  return cameras;
 }
 
 }  // namespace drape::calib

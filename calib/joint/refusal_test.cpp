@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <limits>
 
-#include "calib/checks/joint_checks.hpp"
 #include "calib/joint.hpp"
 #include "calib/joint/start.hpp"
 #include "calib/test_rigs.hpp"

@@ -6,21 +6,143 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
-#include <limits>
-#include <map>
-#include <optional>
 
-#include "calib/joint/alone.hpp"
-#include "calib/tsai/correspondence.hpp"
-#include "core/error.hpp"
 #include "core/geometry/dense.hpp"
+#include "core/geometry/homography.hpp"
 #include "core/geometry/next_pose.hpp"
+#include "core/geometry/rigid_motion.hpp"
+#include "core/statistics/sample.hpp"
 #include "core/units.hpp"
 
 namespace drape::calib {
+
+using Eigen::Matrix3d, Eigen::Vector2d;
+
 namespace {
 
-using Eigen::Vector2d;
+/// Common focal length (px) of views of a plane, for a given principal point, from the
+/// orthogonality and equal length of the plane's axes (Zhang 1998). nullopt if no view is tilted
+/// enough for its vanishing points to determine a focal length.
+std::optional<double> focal_px_of(const std::vector<Matrix3d>& homographies,
+                                  const Vector2d& principal_px) {
+  double square = 0, product = 0;  // sums of a a and a b for the equations a x = b, x = 1/f^2
+  for (const Matrix3d& raw : homographies) {
+    Matrix3d h = raw;
+    h.row(0) -= principal_px.x() * raw.row(2);
+    h.row(1) -= principal_px.y() * raw.row(2);
+    h /= std::sqrt(h.block<2, 2>(0, 0).norm());
+    h /= h.block<2, 2>(0, 0).norm();
+    const Vector2d a1 = h.block<2, 1>(0, 0), a2 = h.block<2, 1>(0, 1);
+    const double z1 = h(2, 0), z2 = h(2, 1);
+    // a1.a2 / f^2 + z1 z2 = 0 and (|a1|^2 - |a2|^2) / f^2 + z1^2 - z2^2 = 0
+    const double a[2] = {a1.dot(a2), a1.squaredNorm() - a2.squaredNorm()};
+    const double b[2] = {-z1 * z2, z2 * z2 - z1 * z1};
+    for (int i = 0; i < 2; ++i) {
+      square += a[i] * a[i];
+      product += a[i] * b[i];
+    }
+  }
+  const double inverse = product / square;
+  if (!(inverse > 0) || !std::isfinite(inverse)) return std::nullopt;
+  return 1 / std::sqrt(inverse);
+}
+
+/// Fewer views do not determine a lens with distortion.
+constexpr std::size_t kLeastViewsOfALens = 3;
+
+struct Homography {
+  std::size_t frame = 0;
+  Matrix3d matrix;
+};
+
+std::vector<Homography> homographies_of(const JointModel& model, std::size_t camera,
+                                        bool lens_known, std::vector<std::string>& dropped) {
+  std::vector<Homography> found;
+  for (std::size_t f = 0; f < model.frames.size(); ++f) {
+    if (model.frames[f].camera != camera) continue;
+    const std::vector<TargetPoint>& points = model.frames[f].points;
+    const auto homography = homography_of(
+        lens_known ? without_lens(model.cameras[camera].camera.model, points) : points);
+    if (homography) {
+      found.push_back({f, *homography});
+    } else {
+      dropped.push_back(name_of_view(model, model.frames[f]) +
+                        ": not used, the target's points of this view lie on one line");
+    }
+  }
+  return found;
+}
+
+/// Common focal length of all views; if a bad view spoils it, the median of single-view results.
+std::optional<double> focal_px(const std::vector<Homography>& views, const Vector2d& middle) {
+  std::vector<Matrix3d> all;
+  std::vector<double> own;
+  for (const Homography& view : views) {
+    all.push_back(view.matrix);
+    if (const auto focal = focal_px_of({view.matrix}, middle)) own.push_back(*focal);
+  }
+  if (const auto focal = focal_px_of(all, middle)) return focal;
+  if (2 * own.size() <= views.size()) return std::nullopt;
+  return median(own);
+}
+
+/// The camera's own views; the first one defines the world.
+JointModel own_views(const JointModel& model, std::size_t camera, const SeenTargets& views,
+                     std::vector<std::size_t>& frames) {
+  JointModel own;
+  own.board = model.board;
+  own.cameras = {model.cameras[camera]};
+  own.cameras[0].camera.cam_from_world = {};
+  for (std::size_t f = 0; f < model.frames.size(); ++f) {
+    if (!views[f]) continue;
+    const CamFromTarget& pose = views[f]->cam_from_target;
+    own.frames.push_back({0, own.placements.size(), model.frames[f].points});
+    own.placements.push_back({model.placements[model.frames[f].placement].set,
+                              {pose.rotation, pose.translation_m},
+                              own.placements.empty()});
+    frames.push_back(f);
+  }
+  return own;
+}
+
+bool plausible(const JointCamera& camera, double start_focal_px) {
+  const auto& lens = std::get<BrownLens>(camera.camera.model.lens);
+  const double ratio = lens.fx_px / start_focal_px;
+  return ratio > 0.2 && ratio < 5 && lens.fy_px > 0 && lens.cx_px > 0 && lens.cy_px > 0 &&
+         lens.cx_px < camera.camera.model.width_px && lens.cy_px < camera.camera.model.height_px;
+}
+
+/// Refines lens and poses, keeping the start if that fails. Drops views that remain outliers.
+void refine(JointModel& model, std::size_t index, bool lens_known, SeenTargets& alone,
+            std::vector<std::string>& dropped, LensTerms lens) {
+  JointFit fit;
+  fit.lens = lens;
+  fit.board = BoardKind::drawn;
+  fit.lens_known = lens_known;
+  const double start_focal_px = std::get<BrownLens>(model.cameras[index].camera.model.lens).fx_px;
+  for (;;) {
+    std::vector<std::size_t> frames;
+    JointModel own = own_views(model, index, alone, frames);
+    if (!lens_known && frames.size() < kLeastViewsOfALens) return;
+    JointSolution solution = fit_joint(own, fit, {});
+    if (!solution.converged || !plausible(solution.model.cameras[0], start_focal_px)) return;
+    const std::vector<std::size_t> off = frames_off(solution.model, {});
+    if (!off.empty() && frames.size() - off.size() >= kLeastViewsOfALens) {
+      for (const std::size_t i : off) {
+        alone[frames[i]].reset();
+        dropped.push_back(name_of_view(model, model.frames[frames[i]]) +
+                          ": not used, most of its points lie off the camera's other views");
+      }
+      continue;
+    }
+    model.cameras[index].camera.model.lens = solution.model.cameras[0].camera.model.lens;
+    for (std::size_t i = 0; i < frames.size(); ++i) {
+      alone[frames[i]]->cam_from_target = solution.model.cameras[0].camera.cam_from_world *
+                                          solution.model.placements[i].world_from_target;
+    }
+    return;
+  }
+}
 
 /// A rigid motion without compile-time frames, since this file chains many of them.
 using Motion = Pose<frame::World, frame::World>;
@@ -58,11 +180,6 @@ using Poses = std::vector<std::optional<Motion>>;
 Where where_of(const JointModel& model, std::size_t frame) {
   return {.camera = model.cameras[model.frames[frame].camera].camera.name,
           .set = model.placements[model.frames[frame].placement].set};
-}
-
-std::string name_of(const JointModel& model, std::size_t frame) {
-  const Where where = where_of(model, frame);
-  return fmt::format("set {}, {}", where.set, where.camera);
 }
 
 /// Visible side of the target: by camera in most of its views, and by frame.
@@ -145,7 +262,7 @@ void drop_mirrored(const JointModel& model, const std::vector<Motion>& cameras, 
   }
   for (const std::size_t f : mirrored) {
     poses[f].reset();
-    dropped.push_back(name_of(model, f) +
+    dropped.push_back(name_of_view(model, model.frames[f]) +
                       ": not used, its labels are mirrored against the camera's other views");
   }
 }
@@ -270,18 +387,15 @@ std::vector<std::size_t> contradicting_views(const JointModel& model, const Pose
   for (std::size_t f = 0; f < model.frames.size(); ++f) {
     if (!poses[f]) continue;
     const JointFrame& frame = model.frames[f];
-    Vector2d low = frame.points.front().measured_px, high = low;
-    for (const TargetPoint& p : frame.points) {
-      low = low.cwiseMin(p.measured_px);
-      high = high.cwiseMax(p.measured_px);
-    }
-    const double off = rms_px(model, frame), size = (high - low).norm();
+    Eigen::AlignedBox2d box;
+    for (const TargetPoint& p : frame.points) box.extend(p.measured_px);
+    const double off = rms_px(model, frame), size = box.diagonal().norm();
     if (off < contradicting_part * size) continue;
     found.push_back(f);
     dropped.push_back(fmt::format(
         "{}: not used, it contradicts the other views by {} of the target's size (turned corner "
         "order, a wrong height, or a camera or target that moved)",
-        name_of(model, f),
+        name_of_view(model, model.frames[f]),
         std::isfinite(off) ? fmt::format("{:.0f} %", 100 * off / size) : "more than 100 %"));
   }
   return found;
@@ -365,6 +479,73 @@ std::vector<Placement> placements_of(const Rig& rig) {
 }
 
 }  // namespace
+
+std::optional<Matrix3d> homography_of(const std::vector<TargetPoint>& points) {
+  std::vector<Vector2d> from, to;
+  for (const TargetPoint& p : points) {
+    from.emplace_back(p.point_in_target.head<2>());
+    to.emplace_back(p.measured_px);
+  }
+  return homography(from, to);
+}
+
+SeenTarget planar_pose(const Matrix3d& homography, double focal_px, const Vector2d& principal_px) {
+  Matrix3d inverse_k;
+  inverse_k << 1 / focal_px, 0, -principal_px.x() / focal_px, 0, 1 / focal_px,
+      -principal_px.y() / focal_px, 0, 0, 1;
+  Matrix3d a = inverse_k * homography;
+  a *= 2 / (a.col(0).norm() + a.col(1).norm());
+  Matrix3d axes;
+  axes << a.col(0), a.col(1), a.col(0).cross(a.col(1));
+  SeenTarget pose;
+  pose.cam_from_target = {nearest_rotation(axes), a.col(2)};
+  pose.from_behind = pose.cam_from_target.rotation.col(2).dot(a.col(2)) > 0;
+  return pose;
+}
+
+std::vector<TargetPoint> without_lens(const CameraModel& camera, std::vector<TargetPoint> points) {
+  std::vector<TargetPoint> straight;
+  for (TargetPoint& point : points) {
+    const auto ray = unproject(camera, point.measured_px);
+    if (!ray || !(ray->z() > 0)) continue;
+    point.measured_px = ray->head<2>() / ray->z();
+    straight.push_back(point);
+  }
+  return straight;
+}
+
+SeenTargets solve_alone(JointModel& model, std::size_t index, bool lens_known,
+                        std::vector<std::string>& dropped, LensTerms lens) {
+  Camera& camera = model.cameras[index].camera;
+  const std::vector<Homography> homographies = homographies_of(model, index, lens_known, dropped);
+  if (homographies.empty()) {
+    throw bad_input("no view of the target by this camera", {.camera = camera.name},
+                    "record the target where this camera sees it, then run `drape detect "
+                    "--surface target`; a chessboard's rows and cols count inner corners, one less "
+                    "than squares");
+  }
+  double focal = 1;
+  Vector2d middle = Vector2d::Zero();
+  if (!lens_known) {
+    middle = {(camera.model.width_px - 1) / 2.0, (camera.model.height_px - 1) / 2.0};
+    const auto found = focal_px(homographies, middle);
+    if (!found) {
+      throw bad_input(
+          "the focal length cannot be separated from the distance: the target lies parallel "
+          "to the image in all views",
+          {.camera = camera.name},
+          "add views with the target tilted by 30 degrees or more, to both sides");
+    }
+    focal = *found;
+    camera.model.lens = BrownLens{focal, focal, middle.x(), middle.y(), 0, 0, 0, 0, 0};
+  }
+  SeenTargets alone(model.frames.size());
+  for (const Homography& view : homographies) {
+    alone[view.frame] = planar_pose(view.matrix, focal, middle);
+  }
+  refine(model, index, lens_known, alone, dropped, lens);
+  return alone;
+}
 
 void drop_unseen_placements(JointModel& model) {
   std::vector<Placement> seen;
@@ -468,28 +649,6 @@ std::vector<std::string> start_joint(JointModel& model, const StartOptions& opti
   }
   drop_unseen_placements(model);
   return dropped;
-}
-
-std::string lost_stages(const JointModel& all, const JointModel& kept) {
-  const auto views_of = [](const JointModel& model) {
-    std::map<std::string, int> views;
-    for (const JointFrame& frame : model.frames) ++views[model.placements[frame.placement].set];
-    return views;
-  };
-  const std::map<std::string, int> before = views_of(all), after = views_of(kept);
-  std::string lost, stayed;
-  for (const Placement& stage : all.placements) {
-    const auto had = before.find(stage.set), has = after.find(stage.set);
-    if (!stage.known || had == before.end()) continue;
-    std::string& list = has != after.end() && 2 * has->second > had->second ? stayed : lost;
-    list += fmt::format("{}{} (z_mm = {:g})", list.empty() ? "" : ", ", stage.set,
-                        stage.world_from_target.translation_m.z() / units::mm);
-  }
-  if (lost.empty()) return {};
-  return fmt::format(
-      "z stage: the heights of {} contradict {}; correct z_mm in rig.toml (mm, not cm or inches), "
-      "or take out the stage whose target moved",
-      lost, stayed.empty() ? "the free poses" : "those of " + stayed);
 }
 
 }  // namespace drape::calib

@@ -1,14 +1,46 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <Eigen/Core>
+#include <optional>
 #include <string>
 #include <vector>
 
-#include "calib/joint/model.hpp"
+#include "calib/joint/fit.hpp"
 #include "core/detections.hpp"
+#include "core/pose.hpp"
 #include "core/rig.hpp"
 
 namespace drape::calib {
+
+/// Homography from the target's plane (metres) to the image (px) by algebraic error on normalised
+/// coordinates (Hartley 1997). nullopt for collinear or too few points.
+[[nodiscard]] std::optional<Eigen::Matrix3d> homography_of(const std::vector<TargetPoint>& points);
+
+/// Pose of the target as seen by one camera.
+struct SeenTarget {
+  CamFromTarget cam_from_target;
+  bool from_behind = false;  ///< z of the target points away from the camera, or mirrored labels
+};
+
+/// The target's plane in a distortion-free camera.
+[[nodiscard]] SeenTarget planar_pose(const Eigen::Matrix3d& homography, double focal_px,
+                                     const Eigen::Vector2d& principal_px);
+
+/// Views of one camera by frame of the model; nullopt for an unusable frame.
+using SeenTargets = std::vector<std::optional<SeenTarget>>;
+
+/// Points in a pinhole camera of focal length 1; those outside the lens model's range are dropped.
+[[nodiscard]] std::vector<TargetPoint> without_lens(const CameraModel& camera,
+                                                    std::vector<TargetPoint> points);
+
+/// Lens and target poses of camera `index` from its own views only: homographies, one focal length
+/// (Zhang 1998) or the known lens (`lens_known`), then robust least squares of everything with
+/// distortion. A view whose points are mostly outliers is dropped and named in `dropped`. Throws
+/// Error(bad_input) naming the camera if it has no usable view or its focal length cannot be found.
+[[nodiscard]] SeenTargets solve_alone(JointModel& model, std::size_t index, bool lens_known,
+                                      std::vector<std::string>& dropped,
+                                      LensTerms lens = LensTerms::k1_k2);
 
 /// Frames of the target in the rig's sets: z stages (known placements, world z up) and free poses.
 /// Without stages the first set defines the world. Throws Error(bad_input) with camera and set for
@@ -39,10 +71,6 @@ inline constexpr double contradicting_part = 0.15;
 /// length cannot be found (parallel planes, one level view), all its labels are mirrored, or it
 /// shares no view with the others.
 std::vector<std::string> start_joint(JointModel& model, const StartOptions& options = {});
-
-/// Stages of known height from which start_joint() removed most views, with their heights; empty if
-/// there are none. Without these views a wrong height cannot be detected.
-[[nodiscard]] std::string lost_stages(const JointModel& all, const JointModel& kept);
 
 /// Removes placements without frames.
 void drop_unseen_placements(JointModel& model);

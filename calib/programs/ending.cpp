@@ -4,9 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
 
-#include "calib/checks/drift.hpp"
 #include "core/program/shell_word.hpp"
 #include "core/units.hpp"
 
@@ -63,16 +61,16 @@ std::string camera_figures(const JointCameraReport& camera) {
       camera.covered_percent, camera.largest_tilt_deg);
 }
 
-std::string held_out_figures(const JointReport& report) {
+/// Errors on held-out views by lens or by board, with the one that the fit used.
+template <class Kind>
+std::string held_out_figures(const std::vector<HeldOut>& rows, Kind HeldOut::*kind, Kind used) {
   std::string text;
-  for (const HeldOut& row : report.held_out) {
-    if (!std::isfinite(row.rms_px)) {
-      text += fmt::format("{}{} does not reach all their points", text.empty() ? "" : ", ",
-                          name_of(row.lens));
-      continue;
-    }
-    text += fmt::format("{}{} {:.5f} px ({:.5f} mm){}", text.empty() ? "" : ", ", name_of(row.lens),
-                        row.rms_px, row.object_mm, row.lens == report.lens ? " <- used" : "");
+  for (const HeldOut& row : rows) {
+    text += (text.empty() ? "" : ", ") + std::string(name_of(row.*kind));
+    text += std::isfinite(row.rms_px)
+                ? fmt::format(" {:.5f} px ({:.5f} mm){}", row.rms_px, row.object_mm,
+                              row.*kind == used ? " <- used" : "")
+                : " does not reach all their points";
   }
   return text;
 }
@@ -127,15 +125,11 @@ Ending ending_of(const JointResult& result, const std::filesystem::path& out) {
                         report.cameras.size(), result.calibration.sets.size(), report.rms_px)
           : report.status;
   if (!report.held_out.empty())
-    ending.numbers.emplace_back("error on views not used, by lens", held_out_figures(report));
-  if (!report.boards.empty()) {
-    std::string boards;
-    for (const HeldOut& row : report.boards)
-      boards += fmt::format("{}{} {:.5f} px ({:.5f} mm){}", boards.empty() ? "" : ", ",
-                            name_of(row.board), row.rms_px, row.object_mm,
-                            row.board == report.board ? " <- used" : "");
-    ending.numbers.emplace_back("the same, by board", boards);
-  }
+    ending.numbers.emplace_back("error on views not used, by lens",
+                                held_out_figures(report.held_out, &HeldOut::lens, report.lens));
+  if (!report.boards.empty())
+    ending.numbers.emplace_back("the same, by board",
+                                held_out_figures(report.boards, &HeldOut::board, report.board));
   for (const JointCameraReport& camera : report.cameras)
     ending.numbers.emplace_back(camera.camera, camera_figures(camera));
   add_centres(ending, result.calibration);

@@ -1,18 +1,136 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "calib/tsai/tsai.hpp"
 
+#include <ceres/ceres.h>
+#include <fmt/format.h>
+#include <glog/logging.h>
+
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
+#include <Eigen/LU>
 #include <Eigen/QR>
 #include <Eigen/SVD>
+#include <algorithm>
 #include <cmath>
+#include <set>
+
+#include "core/camera_derivatives.hpp"
+#include "core/geometry/vectors.hpp"
+#include "core/units.hpp"
 
 namespace drape::calib {
+
+using Eigen::Matrix2d, Eigen::Matrix3d, Eigen::MatrixXd, Eigen::Vector2d, Eigen::Vector3d,
+    Eigen::VectorXd;
+using units::mm;
+
 namespace {
 
-using Eigen::MatrixXd;
-using Eigen::Vector2d;
-using Eigen::Vector3d;
-using Eigen::VectorXd;
+/// Focal lengths of an ideal camera in pixels per unit of x/z and y/z.
+Eigen::Vector2d focal_px(const CameraModel& model) {
+  if (const auto* brown = std::get_if<BrownLens>(&model.lens)) return {brown->fx_px, brown->fy_px};
+  const auto& tsai = std::get<TsaiLens>(model.lens);
+  return {tsai.focal_m * tsai.scale_x / tsai.pixel_pitch_x_m, tsai.focal_m / tsai.pixel_pitch_y_m};
+}
+
+void add(ErrorMeasure& measure, double error) {
+  measure.mean += error;
+  measure.max = std::max(measure.max, error);
+}
+
+/// Parameters in the order and units of parameter_names(); the rotation is relative to the start,
+/// so that the solver avoids the discontinuity of the rotation vector at half a turn.
+constexpr int kParameters = 11;
+enum Index { focal, kappa, cx, cy, scale, turn, translation = 8, tz = 10 };
+using Parameters = std::array<double, kParameters>;
+
+Parameters parameters_of(const Camera& camera) {
+  const auto& lens = std::get<TsaiLens>(camera.model.lens);
+  const Vector3d t = camera.cam_from_world.translation_m / mm;
+  return {lens.focal_m / mm,
+          lens.kappa1_per_m2 * mm * mm,
+          lens.cx_px,
+          lens.cy_px,
+          lens.scale_x,
+          0,
+          0,
+          0,
+          t.x(),
+          t.y(),
+          t.z()};
+}
+
+Camera camera_of(const Camera& start, const double* p) {
+  Camera camera = start;
+  auto& lens = std::get<TsaiLens>(camera.model.lens);
+  lens.focal_m = p[focal] * mm;
+  lens.kappa1_per_m2 = p[kappa] / (mm * mm);
+  lens.cx_px = p[cx];
+  lens.cy_px = p[cy];
+  lens.scale_x = p[scale];
+  camera.cam_from_world.rotation =
+      rotation_about(Eigen::Map<const Vector3d>(p + turn)) * start.cam_from_world.rotation;
+  camera.cam_from_world.translation_m = Eigen::Map<const Vector3d>(p + translation) * mm;
+  return camera;
+}
+
+std::vector<int> kept_parameters(TsaiFree free) {
+  if (free == TsaiFree::all) return {};
+  if (free == TsaiFree::all_but_scale_x) return {scale};
+  return {cx, cy, scale, turn, turn + 1, turn + 2, translation, translation + 1};
+}
+
+class PointResidual : public ceres::SizedCostFunction<2, kParameters> {
+ public:
+  PointResidual(const Camera& start, const Correspondence& point)
+      : start_(start), point_(point), whitener_(whitener(point.covariance_px2)) {}
+
+  bool Evaluate(const double* const* parameters, double* residuals,
+                double** jacobians) const override {
+    const double* p = parameters[0];
+    const Camera camera = camera_of(start_, p);
+    const Vector3d translated = camera.cam_from_world * point_.point_in_world;
+    const auto image = project(camera.model, translated);
+    if (!image) return false;  // makes the solver take a shorter step
+    Eigen::Map<Vector2d>(residuals, 2) = whitener_ * (image->px - point_.px);
+    if (jacobians == nullptr || jacobians[0] == nullptr) return true;
+    Eigen::Map<Eigen::Matrix<double, 2, kParameters, Eigen::RowMajor>> jacobian(jacobians[0]);
+    jacobian.leftCols<5>() = *d_px_d_lens(camera.model, translated);
+    // d(exp(w) q)/dw = -[exp(w) q]x J(w), written column by column as cross products.
+    const Vector3d rotated = translated - camera.cam_from_world.translation_m;
+    const Matrix3d left = left_jacobian(Eigen::Map<const Vector3d>(p + turn));
+    for (int i = 0; i < 3; ++i)
+      jacobian.col(turn + i) = image->d_px_d_point * left.col(i).cross(rotated);
+    jacobian.rightCols<3>() = image->d_px_d_point * mm;
+    jacobian = (whitener_ * jacobian).eval();
+    return true;
+  }
+
+ private:
+  const Camera& start_;
+  const Correspondence& point_;
+  Matrix2d whitener_;
+};
+
+/// Silences Ceres, which logs a failed step to stderr even so; its summary reports it too.
+[[maybe_unused]] const bool quiet = [] {
+  FLAGS_minloglevel = google::GLOG_FATAL;
+  return true;
+}();
+
+ceres::Solver::Options solver_options(int max_iterations) {
+  ceres::Solver::Options options;
+  options.linear_solver_type = ceres::DENSE_QR;
+  options.max_num_iterations = max_iterations;
+  // Far below the statistical uncertainty, so that the result does not depend on the start.
+  options.function_tolerance = 1e-15;
+  options.parameter_tolerance = 1e-13;
+  options.gradient_tolerance = 1e-14;
+  options.num_threads = 1;
+  options.logging_type = ceres::SILENT;
+  return options;
+}
 
 constexpr double kRankTolerance = 1e-9;
 
@@ -200,6 +318,199 @@ std::optional<RadialAlignment> align_off_the_axis(const std::vector<Corresponden
 }
 
 }  // namespace
+
+Eigen::Matrix2d whitener(const Eigen::Matrix2d& covariance_px2) {
+  return Eigen::Matrix2d(covariance_px2.llt().matrixL()).inverse();
+}
+
+const FrameDetections* find_frame(const Detections& detections, const std::string& set,
+                                  const std::string& camera) {
+  const auto found = std::find_if(
+      detections.frames.begin(), detections.frames.end(),
+      [&](const FrameDetections& frame) { return frame.set == set && frame.camera == camera; });
+  return found == detections.frames.end() ? nullptr : &*found;
+}
+
+void check_lattice(const Detections& detections, const Rig& rig, const Target& target) {
+  const MarkLattice& lattice = detections.lattice;
+  if (lattice.surface != Surface::target) {
+    throw bad_input("the detections are of a cloth, not of the calibration target", {},
+                    "give the file that `drape detect --surface target` wrote");
+  }
+  if (lattice.rows != target.rows || lattice.cols != target.cols ||
+      lattice.pitch_m != target.pitch_m || lattice.dot_diameter_m != target.dot_diameter_m) {
+    throw bad_input(
+        fmt::format("the dots were detected with another target: {} x {} dots, pitch {} mm, "
+                    "diameter {} mm",
+                    lattice.rows, lattice.cols, lattice.pitch_m / mm, lattice.dot_diameter_m / mm),
+        {.file = rig.target_file.string()}, "detect again with this target file");
+  }
+}
+
+void check_frame(const FrameDetections& frame, const RigCamera& camera) {
+  if (frame.width_px != camera.width_px || frame.height_px != camera.height_px) {
+    throw bad_input(fmt::format("the image is {} x {} px, the rig's camera has {} x {} px",
+                                frame.width_px, frame.height_px, camera.width_px, camera.height_px),
+                    {.camera = frame.camera, .set = frame.set},
+                    "correct width_px and height_px in rig.toml or record again");
+  }
+}
+
+void check_detection(const Detection& d, const FrameDetections& frame) {
+  const Eigen::LLT<Eigen::Matrix2d> factor(d.covariance_px2);
+  if (!d.centre_px.allFinite() || !d.covariance_px2.allFinite() ||
+      factor.info() != Eigen::Success) {
+    throw bad_input(
+        fmt::format("dot ({}, {}) has a position or covariance that is not a finite number or "
+                    "not positive",
+                    d.mark.row, d.mark.col),
+        {.camera = frame.camera, .set = frame.set}, "detect this frame again");
+  }
+}
+
+ClassicalErrors classical_errors(const Camera& camera, const std::vector<Correspondence>& points) {
+  ClassicalErrors errors;
+  const Eigen::Vector2d focal = focal_px(camera.model);
+  int count = 0;
+  for (const Correspondence& point : points) {
+    const double distorted = distance_px(camera, point);
+    const auto ray = unproject(camera.model, point.px);
+    if (!std::isfinite(distorted) || !ray) continue;
+    const Eigen::Vector3d in_camera = camera.cam_from_world * point.point_in_world;
+    const Eigen::Vector2d off = ray->hnormalized() - in_camera.hnormalized();
+    add(errors.distorted_px, distorted);
+    add(errors.undistorted_px, focal.cwiseProduct(off).norm());
+    add(errors.object_mm, *miss_m(camera, point) / mm);
+    ++count;
+  }
+  for (ErrorMeasure* measure : {&errors.distorted_px, &errors.undistorted_px, &errors.object_mm})
+    measure->mean /= std::max(count, 1);
+  errors.normalised = normalised_error(camera, points);
+  return errors;
+}
+
+std::optional<double> miss_m(const Camera& camera, const Correspondence& point) {
+  const auto ray = unproject(camera.model, point.px);
+  if (!ray) return std::nullopt;
+  const Eigen::Vector3d in_camera = camera.cam_from_world * point.point_in_world;
+  return (in_camera - in_camera.dot(*ray) * *ray).norm();
+}
+
+double distance_px(const Camera& camera, const Correspondence& point) {
+  const auto image = project(camera.model, camera.cam_from_world * point.point_in_world);
+  return image ? (image->px - point.px).norm() : std::numeric_limits<double>::infinity();
+}
+
+CalibrationResiduals residuals_of(const Camera& camera, const std::vector<Correspondence>& points) {
+  CalibrationResiduals result;
+  double sum_px2 = 0, sum_mm2 = 0;
+  for (const Correspondence& point : points) {
+    const double px = distance_px(camera, point);
+    const auto miss = miss_m(camera, point);
+    if (!std::isfinite(px) || !miss) continue;
+    ++result.points;
+    sum_px2 += px * px;
+    sum_mm2 += *miss * *miss / (mm * mm);
+    result.max_px = std::max(result.max_px, px);
+  }
+  if (result.points > 0) {
+    result.rms_px = std::sqrt(sum_px2 / result.points);
+    result.object_rms_mm = std::sqrt(sum_mm2 / result.points);
+  }
+  return result;
+}
+
+double normalised_error(const Camera& camera, const std::vector<Correspondence>& points) {
+  // Rounding to whole pixels in x and y has a variance of (pitch^2)/12 in each.
+  const Eigen::Vector2d pitch = focal_px(camera.model).cwiseInverse();
+  const double rounding = std::sqrt(pitch.squaredNorm() / 12);
+  double sum = 0;
+  for (const Correspondence& point : points) {
+    const Eigen::Vector3d in_camera = camera.cam_from_world * point.point_in_world;
+    const auto ray = unproject(camera.model, point.px);
+    if (!ray) return std::numeric_limits<double>::infinity();
+    const Eigen::Vector3d at_depth = *ray * (in_camera.z() / ray->z());
+    sum += (at_depth - in_camera).norm() / (in_camera.z() * rounding);
+  }
+  return points.empty() ? 0 : sum / static_cast<double>(points.size());
+}
+
+CalibratedCamera calibrated_of(const Camera& camera, const std::vector<Correspondence>& points,
+                               const MatrixXd& covariance) {
+  CalibratedCamera calibrated;
+  calibrated.camera = camera;
+  calibrated.residuals = residuals_of(camera, points);
+  calibrated.valid_region_px = covered_region_px(points);
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const Vector3d& place = points[(points.size() / 2 + i) % points.size()].point_in_world;
+    const auto image = project(camera.model, camera.cam_from_world * place);
+    if (!image) continue;
+    calibrated.worked_point = {place, image->px};
+    break;
+  }
+  if (covariance.size() > 0) {
+    calibrated.covariance_parameters = parameter_names(camera.model);
+    calibrated.covariance = covariance;
+  }
+  return calibrated;
+}
+
+Eigen::Vector4d covered_region_px(const std::vector<Correspondence>& points) {
+  Eigen::AlignedBox2d box;
+  for (const Correspondence& point : points) box.extend(point.px);
+  Eigen::Vector4d region;
+  region << box.min(), box.max();
+  return region;
+}
+
+int free_parameters(TsaiFree free) {
+  return kParameters - static_cast<int>(kept_parameters(free).size());
+}
+
+Refinement refine_tsai(const Camera& start, const std::vector<Correspondence>& points,
+                       TsaiFree free, int max_iterations) {
+  Parameters parameters = parameters_of(start);
+  ceres::Problem problem;
+  for (const Correspondence& point : points)
+    problem.AddResidualBlock(new PointResidual(start, point), nullptr, parameters.data());
+  const std::vector<int> kept = kept_parameters(free);
+  if (!kept.empty())
+    problem.SetManifold(parameters.data(), new ceres::SubsetManifold(kParameters, kept));
+  ceres::Solver::Summary summary;
+  ceres::Solve(solver_options(max_iterations), &problem, &summary);
+  Refinement result;
+  result.camera = camera_of(start, parameters.data());
+  result.converged = summary.termination_type == ceres::CONVERGENCE;
+  result.iterations = static_cast<int>(summary.iterations.size());
+  result.chi2 = 2 * summary.final_cost;
+  return result;
+}
+
+Eigen::MatrixXd tsai_covariance(const Camera& camera, const std::vector<Correspondence>& points,
+                                TsaiFree free) {
+  const std::vector<int> kept = kept_parameters(free);
+  std::vector<int> moved;
+  for (int i = 0; i < kParameters; ++i) {
+    if (std::find(kept.begin(), kept.end(), i) == kept.end()) moved.push_back(i);
+  }
+  Eigen::MatrixXd jacobian(2 * points.size(), moved.size());
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const auto all = d_px_d_parameters(camera, points[i].point_in_world);
+    if (!all) return {};
+    jacobian.middleRows<2>(2 * static_cast<Eigen::Index>(i)) =
+        whitener(points[i].covariance_px2) * (*all)(Eigen::all, moved);
+  }
+  const Eigen::VectorXd scale = jacobian.colwise().norm();
+  const Eigen::JacobiSVD<Eigen::MatrixXd> svd(jacobian * scale.cwiseInverse().asDiagonal(),
+                                              Eigen::ComputeThinV);
+  const auto& values = svd.singularValues();
+  if (!(values.minCoeff() > 1e-10 * values.maxCoeff())) return {};
+  const Eigen::MatrixXd half =
+      scale.cwiseInverse().asDiagonal() * svd.matrixV() * values.cwiseInverse().asDiagonal();
+  Eigen::MatrixXd covariance = Eigen::MatrixXd::Zero(kParameters, kParameters);
+  covariance(moved, moved) = half * half.transpose();
+  return covariance;
+}
 
 std::optional<RadialAlignment> align_non_coplanar(const std::vector<Correspondence>& points,
                                                   const TsaiSensor& sensor) {

@@ -5,8 +5,6 @@
 #include <cmath>
 #include <sstream>
 
-#include "calib/tsai/refine.hpp"
-#include "calib/tsai/residuals.hpp"
 #include "calib/tsai/tsai.hpp"
 #include "core/files/files.hpp"
 #include "core/files/json_file.hpp"

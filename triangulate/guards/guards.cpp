@@ -5,22 +5,12 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <map>
-#include <numbers>
-#include <utility>
 
-#include "core/error.hpp"
-#include "core/fields/document.hpp"
 #include "core/files/csv.hpp"
-#include "core/rig.hpp"
 #include "core/rules.hpp"
 #include "core/statistics/sample.hpp"
-#include "core/units.hpp"
 #include "triangulate/guards/held.hpp"
-#include "triangulate/lattice_views.hpp"
-#include "triangulate/point.hpp"
 
 namespace drape::triangulate {
 

@@ -13,8 +13,8 @@
 #include "core/geometry/body.hpp"
 #include "core/units.hpp"
 #include "tests/support/paths.hpp"
-#include "triangulate/guards/objects.hpp"
 #include "triangulate/guards/held.hpp"
+#include "triangulate/guards/objects.hpp"
 
 namespace drape::triangulate {
 namespace {

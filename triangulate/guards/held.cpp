@@ -9,12 +9,10 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
-#include <functional>
 #include <numeric>
 
 #include "core/geometry/body.hpp"
 #include "core/statistics/distributions.hpp"
-#include "core/units.hpp"
 #include "triangulate/guards/objects.hpp"
 
 namespace drape::triangulate {
@@ -24,6 +22,15 @@ using Eigen::Index, Eigen::Matrix3d, Eigen::MatrixXd, Eigen::Vector2d, Eigen::Ve
 using units::mm;
 
 namespace {
+
+/// A point of the cloth that the scene holds in place: a pin with at_mm, or an end of a
+/// clamp.
+struct HeldPoint {
+  std::string name;  ///< "pin 1, at_mm"
+  Eigen::Vector2d material_m;
+  Eigen::Vector3d point_in_world;
+  double place_m = 0;  ///< standard uncertainty along each axis
+};
 
 constexpr std::size_t kNear = 60;    ///< number of marks for interpolation
 constexpr std::size_t kLearnt = 16;  ///< number of marks for estimating the prediction error
@@ -41,6 +48,24 @@ Vector2d material_of(const MarkLattice& lattice, MarkId mark) {
 
 Vector2d material_of(const MarkLattice& lattice, const Pin& pin) {
   return pin.at_material_m.value_or(material_of(lattice, pin.mark));
+}
+
+std::vector<HeldPoint> held_points(const Scene& scene, const MarkLattice& lattice) {
+  std::vector<HeldPoint> held;
+  for (std::size_t i = 0; i < scene.pins.size(); ++i) {
+    const Pin& pin = scene.pins[i];
+    if (pin.point_in_world)
+      held.push_back({fmt::format("pin {}, at_mm", i + 1), material_of(lattice, pin),
+                      *pin.point_in_world, pin.place_m()});
+  }
+  for (std::size_t i = 0; i < scene.clamps.size(); ++i) {
+    const Clamp& clamp = scene.clamps[i];
+    held.push_back({fmt::format("clamp {}, from_mm", i + 1), clamp.from_material_m,
+                    clamp.from_in_world, clamp.place_m()});
+    held.push_back({fmt::format("clamp {}, to_mm", i + 1), clamp.to_material_m, clamp.to_in_world,
+                    clamp.place_m()});
+  }
+  return held;
 }
 
 /// Names the material point like the pin did: by a mark if it has one.
@@ -403,24 +428,6 @@ std::optional<ShownPlace> MeasuredCloth::computed(const Vector2d& material_m) co
     if (const auto& own = marks[static_cast<std::size_t>(i)]->covariance_m2)
       shown.covariance_m2 += weights[i] * weights[i] * *own;
   return shown;
-}
-
-std::vector<HeldPoint> held_points(const Scene& scene, const MarkLattice& lattice) {
-  std::vector<HeldPoint> held;
-  for (std::size_t i = 0; i < scene.pins.size(); ++i) {
-    const Pin& pin = scene.pins[i];
-    if (pin.point_in_world)
-      held.push_back({fmt::format("pin {}, at_mm", i + 1), material_of(lattice, pin),
-                      *pin.point_in_world, pin.place_m()});
-  }
-  for (std::size_t i = 0; i < scene.clamps.size(); ++i) {
-    const Clamp& clamp = scene.clamps[i];
-    held.push_back({fmt::format("clamp {}, from_mm", i + 1), clamp.from_material_m,
-                    clamp.from_in_world, clamp.place_m()});
-    held.push_back({fmt::format("clamp {}, to_mm", i + 1), clamp.to_material_m, clamp.to_in_world,
-                    clamp.place_m()});
-  }
-  return held;
 }
 
 std::optional<SuggestedScene> suggested_holding(const Sheet& sheet, const Scene& scene,

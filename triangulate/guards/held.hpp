@@ -38,17 +38,6 @@ class MeasuredCloth {
   mutable std::map<std::pair<double, double>, std::optional<ShownPlace>> known_;
 };
 
-/// A point of the cloth that the scene holds in place: a pin with at_mm, or an end of a
-/// clamp.
-struct HeldPoint {
-  std::string name;  ///< "pin 1, at_mm"
-  Eigen::Vector2d material_m;
-  Eigen::Vector3d point_in_world;
-  double place_m = 0;  ///< standard uncertainty along each axis
-};
-
-[[nodiscard]] std::vector<HeldPoint> held_points(const Scene& scene, const MarkLattice& lattice);
-
 /// Explains why pins and clamps cannot hold the cloth where the scene says. Each held point is
 /// compared with the surface through the measured marks at its material point: chi square over
 /// place_uncertainty_mm, the marks' covariance and that of the surface, three degrees of freedom, a

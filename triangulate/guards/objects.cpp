@@ -6,14 +6,11 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
-#include <functional>
 #include <initializer_list>
-#include <limits>
 
 #include "core/geometry/body.hpp"
 #include "core/geometry/closed_mesh.hpp"
 #include "core/parallel.hpp"
-#include "core/pose.hpp"
 #include "core/scene_values.hpp"
 #include "core/statistics/distributions.hpp"
 #include "core/statistics/random.hpp"
@@ -391,20 +388,11 @@ std::string contradiction_of_mesh(const Sheet& sheet, const std::vector<double>&
 /// centres it in the space that the cloth leaves.
 constexpr double kWider = 0.03;
 
-struct Wider {
-  Obstacle operator()(Box body) const {
-    body.size_m.head<2>() *= 1 + 2 * kWider;
-    return body;
-  }
-  Obstacle operator()(Cylinder body) const {
-    body.radius_m *= 1 + 2 * kWider;
-    return body;
-  }
-  template <class Body>
-  Obstacle operator()(const Body& body) const {
-    return body;
-  }
-};
+Obstacle wider_of(Obstacle object) {
+  if (auto* box = std::get_if<Box>(&object)) box->size_m.head<2>() *= 1 + 2 * kWider;
+  if (auto* body = std::get_if<Cylinder>(&object)) body->radius_m *= 1 + 2 * kWider;
+  return object;
+}
 
 /// Cost of an object: high for marks inside, attractive for marks nearly touching, zero for others.
 /// Cloth too short to pass outside also counts, which centres the object in it.
@@ -415,7 +403,7 @@ double cost(const SeenCloth& seen, const Obstacle& object, double reach_m) {
     const double gap_m = distance_to(object, mark.point_in_world).value_or(1);
     sum += gap_m < 0 ? std::pow(gap_m / kInside_m, 2) : 1 - std::exp(-std::pow(gap_m / reach_m, 2));
   }
-  const Obstacle wider = std::visit(Wider{}, object);
+  const Obstacle wider = wider_of(object);
   for (const ClothSpan& span : seen.spans) sum += std::pow(shortfall_m(wider, span) / mm, 2);
   return sum;
 }
@@ -443,17 +431,20 @@ struct Stated {
   bool is_box = false;
 };
 
+/// Half of a cylinder's height in space, whatever its axis.
+double half_height_m(const Cylinder& body) {
+  const Vector3d axis = body.world_from_cylinder.rotation.col(2);
+  return 0.5 * body.height_m * std::abs(axis.z()) + body.radius_m * std::hypot(axis.x(), axis.y());
+}
+
 std::optional<Stated> stated_of(const Obstacle& object) {
   if (const auto* ball = std::get_if<Sphere>(&object))
     return Stated{(ball->centre_in_world - Vector3d(0, 0, ball->radius_m)) / mm,
                   Vector3d(2 * ball->radius_m / mm, 0, 0)};
-  if (const auto* body = std::get_if<Cylinder>(&object)) {
-    const Vector3d axis = body->world_from_cylinder.rotation.col(2);
-    const double reach_m =
-        0.5 * body->height_m * std::abs(axis.z()) + body->radius_m * std::hypot(axis.x(), axis.y());
-    return Stated{(body->world_from_cylinder.translation_m - Vector3d(0, 0, reach_m)) / mm,
-                  Vector3d(2 * body->radius_m / mm, body->height_m / mm, 0)};
-  }
+  if (const auto* body = std::get_if<Cylinder>(&object))
+    return Stated{
+        (body->world_from_cylinder.translation_m - Vector3d(0, 0, half_height_m(*body))) / mm,
+        Vector3d(2 * body->radius_m / mm, body->height_m / mm, 0)};
   if (const auto* box = std::get_if<Box>(&object)) {
     const Matrix3d& turn = box->world_from_box.rotation;
     return Stated{(box->world_from_box.translation_m - Vector3d(0, 0, 0.5 * box->size_m.z())) / mm,
@@ -471,11 +462,7 @@ Obstacle typed(Obstacle object, const Stated& values) {
   } else if (auto* body = std::get_if<Cylinder>(&object)) {
     body->radius_m = 0.5 * values.size_mm.x() * mm;
     body->height_m = values.size_mm.y() * mm;
-    const Vector3d axis = body->world_from_cylinder.rotation.col(2);
-    body->world_from_cylinder.translation_m =
-        foot_m + Vector3d(0, 0,
-                          0.5 * body->height_m * std::abs(axis.z()) +
-                              body->radius_m * std::hypot(axis.x(), axis.y()));
+    body->world_from_cylinder.translation_m = foot_m + Vector3d(0, 0, half_height_m(*body));
   } else if (auto* box = std::get_if<Box>(&object)) {
     box->size_m = values.size_mm * mm;
     box->world_from_box.translation_m = foot_m + Vector3d(0, 0, 0.5 * box->size_m.z());

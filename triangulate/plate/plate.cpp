@@ -7,18 +7,13 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
-#include <map>
-#include <numbers>
 #include <sstream>
 
 #include "core/camera_derivatives.hpp"
 #include "core/dot_image.hpp"
-#include "core/error.hpp"
-#include "core/fields/value.hpp"
 #include "core/files/files.hpp"
 #include "core/geometry/rigid_motion.hpp"
 #include "core/geometry/vectors.hpp"
-#include "core/units.hpp"
 
 namespace drape::triangulate {
 

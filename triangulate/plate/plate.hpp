@@ -12,7 +12,7 @@
 #include "core/fields/records.hpp"
 #include "core/pose.hpp"
 #include "core/scene.hpp"
-#include "triangulate/lattice_views.hpp"
+#include "triangulate/point.hpp"
 
 namespace drape::triangulate {
 
