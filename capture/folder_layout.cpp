@@ -157,9 +157,10 @@ std::string proposal(const fs::path& folder) {
     const FolderLayout layout = read_placed(folder, found);
     const std::vector<std::string> cameras = require_same_cameras(folder, layout);
     const std::string first = layout.sets.front().name, last = layout.sets.back().name;
-    return fmt::format("the names show {} (sets {}) of the cameras {}: add `--layout {}`; or ",
-                       layout.sets.size(), first == last ? first : first + " to " + last,
-                       fmt::join(cameras, ", "), name_of(found));
+    return fmt::format("the names show {} set{} ({}) of the cameras {}: add `--layout {}`; or ",
+                       layout.sets.size(), first == last ? "" : "s",
+                       first == last ? first : first + " to " + last, fmt::join(cameras, ", "),
+                       name_of(found));
   } catch (const Error&) {  // names that show nothing propose nothing
     return {};
   }

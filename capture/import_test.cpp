@@ -317,7 +317,7 @@ TEST_F(Import, ProposesTheLayoutThatItFoundAndTakesIt) {
   EXPECT_THAT(as_sets.report.advice, ElementsAre(HasSubstr("--layout cameras")));
   EXPECT_THAT(import_folder(bench, out() / "bench", {}).report.advice, testing::IsEmpty());
   EXPECT_THAT(refusal(flat, out() / "x"),
-              HasSubstr("5 (sets drape_A to stage_000) of the cameras cam0, cam1: add `--layout "
+              HasSubstr("5 sets (drape_A to stage_000) of the cameras cam0, cam1: add `--layout "
                         "names`"));
   EXPECT_FALSE(fs::exists(out() / "x"));
   for (const auto& [from, layout] :
@@ -343,7 +343,7 @@ TEST_F(Import, NumbersTheViewsOfASeries) {
   const auto views =
       ElementsAre("view_01: left right", "view_02: left right", "view_10: left right");
   EXPECT_THAT(refusal(flat, out()),
-              HasSubstr("3 (sets view_01 to view_10) of the cameras left, right"));
+              HasSubstr("3 sets (view_01 to view_10) of the cameras left, right"));
   EXPECT_THAT(
       sets_of(import_folder(flat, out() / "flat", {.layout = PictureLayout::names}).recording),
       views);
