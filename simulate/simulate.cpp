@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 
@@ -11,9 +12,8 @@
 #include "core/sensitivity.hpp"
 #include "core/units.hpp"
 #include "simulate/checker/certify.hpp"
-#include "simulate/judge_drape.hpp"
 #include "simulate/start/history.hpp"
-#include "simulate/start/start_check.hpp"
+#include "simulate/start/start.hpp"
 
 namespace drape::simulate {
 namespace {
@@ -22,6 +22,24 @@ namespace fs = std::filesystem;
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 using units::mm;
+
+Eigen::Matrix3d world_from_local(const DrapeLevel& level) {
+  return Eigen::AngleAxisd(level.drape().local.yaw_rad, Vector3d::UnitZ()).toRotationMatrix();
+}
+
+ClothShape shape_of(const DrapeLevel& level, const ClothMoment& moment) {
+  ClothShape shape = shape_of(level.cloth().mesh(), moment.state);
+  for (Vector3d& point : shape.points_m) point = level.drape().local.to_world(point);
+  for (Vector3d& slope : shape.of_sides) slope = world_from_local(level) * slope;
+  return shape;
+}
+
+std::vector<ContactForce> forces_in_world(const DrapeLevel& level, const ClothMoment& moment) {
+  std::vector<ContactForce> forces = level.contact_forces(moment);
+  for (ContactForce& force : forces)
+    force.force_in_world = world_from_local(level) * force.force_in_world;
+  return forces;
+}
 
 /// Text that distinguishes a model from its variants.
 std::string model_text(const SimulateOptions& options) {
@@ -134,6 +152,40 @@ SimulateResult simulate_paper(const Scene& scene, const Fabric& fabric, const Pr
   return result;
 }
 
+CertificateCheck certificate_check(const MeshJudgement& judged) {
+  return {.accepted = judged.accepted(),
+          .residual = judged.residual,
+          .side_residual = judged.side_residual,
+          .deepest_m = judged.deepest_m,
+          .crossings = judged.crossings,
+          .places = judged.places_pressed,
+          .refused = judged.refusals};
+}
+
+CertificateDistances certificate_distances(const DrapeLevel& level, const ClothMoment& moment,
+                                           const MeshJudgement& judged) {
+  CertificateDistances distances{
+      .to_object_m = judged.to_object_m,
+      .to_table_m = judged.to_table_m,
+      .to_itself_m = judged.to_itself_m,
+      .deepest_m = judged.deepest_m,
+      .crossings = judged.crossings,
+      .hold_error_m = judged.hold_error_m,
+      .layers_apart_m = {},
+      .contact_forces = static_cast<int>(level.contact_forces(moment).size())};
+  if (moment.layers_apart_m > 0) distances.layers_apart_m = moment.layers_apart_m;
+  return distances;
+}
+
+/// Writes the state's cloth.ply and, if not empty, contact_forces.csv and memory.csv.
+void write_rest(const fs::path& folder, const DrapeLevel& level, const ClothMoment& moment) {
+  write_cloth_shape(folder / "cloth.ply", shape_of(level, moment));
+  if (const auto forces = forces_in_world(level, moment); !forces.empty())
+    write_durable(folder / "contact_forces.csv", contact_forces_csv(forces));
+  if (level.cloth().laws().friction)
+    write_durable(folder / "memory.csv", memory_csv(moment.memory));
+}
+
 /// Number of positions along a side, about `step_m` apart; they include the print's marks if a
 /// fraction of the pitch divides side and margin, so that no mark is interpolated.
 int places_along(double side_m, double margin_m, double pitch_m, double step_m) {
@@ -156,6 +208,41 @@ constexpr int kFirstSegments = 5;       // as in the paper
 constexpr double kFirstResidual = 0.1;  // in mean weights of a point; changes strains by 0.1 %
 
 }  // namespace
+
+ClothShape shape_of(const MaterialMesh& mesh, const MeshCloth::State& state) {
+  ClothShape shape;
+  shape.material_m = mesh.points_m;
+  shape.triangles = mesh.triangles;
+  for (const MaterialMesh::Edge& edge : mesh.edges) shape.sides.push_back({edge.from, edge.to});
+  const auto points = static_cast<std::ptrdiff_t>(mesh.points_m.size());
+  shape.points_m.assign(state.begin(), state.begin() + points);
+  shape.of_sides.assign(state.begin() + points, state.end());
+  return shape;
+}
+
+MeshRest rest_of(const DrapeLevel& level, const ClothMoment& moment, const Scene& scene,
+                 double residual_tolerance) {
+  MeshRest rest;
+  rest.shape = shape_of(level, moment);
+  rest.laws = level.cloth().laws();
+  rest.memory = moment.memory;
+  rest.scene = &scene;
+  for (std::size_t k = 0; k < level.pinned().size(); ++k)
+    rest.pins.push_back({rest.shape.material_m[level.pinned()[k]],
+                         level.drape().local.to_world(level.pinned_at()[k])});
+  rest.contact_forces = forces_in_world(level, moment);
+  rest.layers_apart_m = moment.layers_apart_m;
+  rest.gravity_m_per_s2 = scene.gravity_m_per_s2;
+  rest.residual_tolerance = residual_tolerance;
+  return rest;
+}
+
+MeshJudgement judge_drape(const DrapeLevel& level, const ClothMoment& moment, const Scene& scene,
+                          double residual_tolerance, const Vector2d& most_strain) {
+  MeshRest rest = rest_of(level, moment, scene, residual_tolerance);
+  rest.most_strain = most_strain;
+  return judge_mesh(rest);
+}
 
 void SimulateOptions::check() const {
   const auto require = [](bool good, const char* what, const char* to_do) {
@@ -222,11 +309,7 @@ SimulateResult result_of(const Scene& scene, const Fabric& fabric, const FittedL
     if (!certificate.at_rest)
       certificate.status = "still, but the checker refuses it: " + judged->refusals.front();
   }
-  const ClothStrains strains = level.strains(drape.rest);
-  certificate.strains = CertificateStrains{{strains.warp_least, strains.warp_most},
-                                           {strains.weft_least, strains.weft_most},
-                                           strains.shear_most_rad,
-                                           strains.curvature_most_per_m};
+  certificate.strains = level.strains(drape.rest);
   CertificateEnergies energies;
   energies.end_j = level.energy_j(drape.rest) + drape_case->local.gravity_offset_j(level.mass_kg());
   if (judged) energies.internal_j = judged->energy_j;
@@ -280,9 +363,9 @@ std::optional<CurveReach> find_reach(const Scene& scene, const Fabric& fabric, c
   options.motion.residual = options.descent.residual = kFirstResidual;
   const Drape drape = drape_cloth(first, options);
   if (!drape.at_rest()) return std::nullopt;
-  const ClothStrains strains = drape.level->strains(drape.rest);
-  return CurveReach{.tensile = {kFinerMeshes * std::max(strains.warp_most, 0.0),
-                                kFinerMeshes * std::max(strains.weft_most, 0.0)},
+  const CertificateStrains strains = drape.level->strains(drape.rest);
+  return CurveReach{.tensile = {kFinerMeshes * std::max(strains.warp.y(), 0.0),
+                                kFinerMeshes * std::max(strains.weft.y(), 0.0)},
                     .shear_rad = kFinerMeshes * strains.shear_most_rad,
                     .curvature_per_m = kFinerMeshes * strains.curvature_most_per_m};
 }
@@ -307,7 +390,7 @@ void write_outputs(const fs::path& out, const SimulateResult& result, RunRecord&
     levels.sheet_sha256 = sha256_of_file(out / "sheet.json");
     write_record(out / "levels.json", levels);
   }
-  if (result.drape) (void)write_rest(out, *result.drape->level, result.drape->rest);
+  if (result.drape) write_rest(out, *result.drape->level, result.drape->rest);
   if (!result.history.empty()) write_durable(out / "history.csv", history_csv(result.history));
   for (const fs::path& file : output_files(out))
     if (fs::is_regular_file(file)) record.output(file);

@@ -3,9 +3,9 @@
 
 #include <filesystem>
 #include <functional>
+#include <limits>
 #include <memory>
 #include <optional>
-#include <string>
 #include <vector>
 
 #include "core/certificate.hpp"
@@ -15,11 +15,27 @@
 #include "core/rig.hpp"
 #include "core/scene.hpp"
 #include "core/sheet.hpp"
+#include "simulate/checker/certify.hpp"
 #include "simulate/drape/drape.hpp"
-#include "simulate/fabric/fitted_laws.hpp"
+#include "simulate/fabric/fabric.hpp"
 #include "simulate/paper/paper.hpp"
 
 namespace drape::simulate {
+
+/// Shape of a mesh, in the frame of its state.
+[[nodiscard]] ClothShape shape_of(const MaterialMesh& mesh, const MeshCloth::State& state);
+
+/// State of a drape in the world as the checker judges it, with the values of its files. `scene`,
+/// in world coordinates, has the friction used for the drape and must outlive the result.
+[[nodiscard]] MeshRest rest_of(const DrapeLevel& level, const ClothMoment& moment,
+                               const Scene& scene, double residual_tolerance);
+
+/// Verdict of the checker. For `most_strain` see strain_limits() (checker/certify.hpp).
+[[nodiscard]] MeshJudgement judge_drape(
+    const DrapeLevel& level, const ClothMoment& moment, const Scene& scene,
+    double residual_tolerance,
+    const Eigen::Vector2d& most_strain =
+        Eigen::Vector2d::Constant(std::numeric_limits<double>::infinity()));
 
 /// `triangles`: cloth on a triangle mesh in nested levels (drape/drape.hpp). `paper`: particle grid
 /// of paper section 4 (paper/paper.hpp), for the paper's tables.

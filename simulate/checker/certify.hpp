@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <Eigen/Core>
 #include <filesystem>
+#include <limits>
 #include <optional>
 #include <string>
 #include <vector>
@@ -10,10 +12,71 @@
 #include "core/rig.hpp"
 #include "core/scene.hpp"
 #include "core/sheet.hpp"
-#include "simulate/checker/mesh_rest.hpp"
 #include "simulate/fabric/fabric.hpp"
+#include "simulate/fabric/laws.hpp"
+#include "simulate/objects/cloth_files.hpp"
 
 namespace drape::simulate {
+
+/// A point of the cloth held by a pin.
+struct HeldPoint {
+  Eigen::Vector2d material_m;            ///< material point (warp, weft)
+  std::optional<Eigen::Vector3d> place;  ///< absent if held at its current position
+};
+
+/// A triangle mesh claimed to be at rest, as plain numbers: either with a scene's objects, pins and
+/// clamps, or in a drapemeter: the middle is held flat between two discs at z = 0, warp along x,
+/// with no cloth inside the cylinder below them.
+struct MeshRest {
+  ClothShape shape;
+  ClothLaws laws;
+  ClothMemory memory;  ///< slip of laws.friction: per triangle for bending, per point for shear
+  double disc_radius_m = 0;      ///< drapemeter; material coordinates are relative to its centre
+  const Scene* scene = nullptr;  ///< objects, table, clamps and friction; null for a drapemeter
+  std::vector<HeldPoint> pins;
+  /// Forces of objects on places of the surface's facets (checker/surface.hpp), given by nodes: the
+  /// points, then the midpoints of the sides. Forces between layers are given by nodes of both.
+  std::vector<ContactForce> contact_forces;
+  double layers_apart_m = 0;  ///< distance below which layers repel; 0 if they do not
+  Eigen::Vector3d gravity_m_per_s2 = {0, 0, -9.80665};
+  double residual_tolerance = 0;  ///< claimed residual, in mean weights of a point
+  /// Largest credible strains (warp, weft), see strain_limits().
+  Eigen::Vector2d most_strain = Eigen::Vector2d::Constant(std::numeric_limits<double>::infinity());
+  std::vector<Eigen::Vector2d> asked_m = {};  ///< material points whose positions are requested
+};
+
+/// Extremes of a mesh's strains: stretch and shear at the points, from the mean metric of the
+/// surrounding triangles, and curvature in the triangles.
+struct MeshStrains {
+  Eigen::Vector2d least = Eigen::Vector2d::Constant(1e9), most = -least;  ///< warp, weft
+  double shear_most_rad = 0, curvature_most_per_m = 0;
+};
+
+struct MeshJudgement {
+  double residual = 0;       ///< largest net force on a free point, in mean weights of a point
+  double side_residual = 0;  ///< largest net moment of a side over the mean side length, same unit
+  double deepest_m = 0;      ///< deepest cloth in objects, or in the cylinder and between the discs
+  int crossings = 0;       ///< pairs of an edge and a facet that intersect, without a common corner
+  int places_pressed = 0;  ///< number of stated contact forces
+  double energy_j = 0;     ///< internal energy
+  double hold_error_m = 0;            ///< largest distance of a held point from its target
+  std::optional<double> to_object_m;  ///< smallest distance of the surface's nodes
+  double to_table_m = 0;              ///< smallest distance of the surface's nodes
+  std::optional<double> to_itself_m;  ///< smallest distance of layers that repel each other
+  MeshStrains strains;
+  std::vector<std::optional<Eigen::Vector3d>> places;  ///< MeshRest::asked_m; absent off cloth
+  std::vector<std::string> refusals;                   ///< empty if accepted
+
+  [[nodiscard]] bool accepted() const { return refusals.empty(); }
+};
+
+/// Judges such a rest with independent code in long double: curvature by Green's theorem over each
+/// triangle's sides, forces as derivatives of its energy by dual numbers, pins and clamps at their
+/// targets, friction elements within their limits, stated forces of objects and layers clipped to
+/// their friction cones, the net force that remains on each free point, and cloth that penetrates
+/// objects or itself. Between points the cloth may enter the cylinder by the sagitta of its longest
+/// side, and objects by allowed_between_m().
+[[nodiscard]] MeshJudgement judge_mesh(const MeshRest& rest);
 
 /// Stored files of a triangle drape, with the inputs that they refer to.
 struct RestFiles {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "simulate/checker/mesh_rest.hpp"
+#include "simulate/checker/certify.hpp"
 
 #include <gmock/gmock.h>
 
@@ -10,8 +10,8 @@
 
 #include "core/files/files.hpp"
 #include "simulate/checker/surface.hpp"
-#include "simulate/judge_drape.hpp"
 #include "simulate/mesh/cusick.hpp"
+#include "simulate/simulate.hpp"
 #include "tests/support/paths.hpp"
 
 namespace drape::simulate {

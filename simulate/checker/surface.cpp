@@ -1,12 +1,213 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "simulate/checker/surface.hpp"
 
-#include <algorithm>
-#include <cmath>
+#include <Eigen/Eigenvalues>
 #include <limits>
+#include <variant>
 
 namespace drape::simulate::checker {
 namespace {
+
+// m; solvers round positions of objects to 0.12 nm, so the surface may be off by this much.
+constexpr Real kPlaceRounding = 0.2e-9L;
+constexpr Real kCut = 1e-12L;  // relative to a force; below this no other normal is tried
+constexpr Real kStep = 50;     // factor by which the change of the normal is magnified
+
+/// Coordinates of p in an object's frame.
+Point in_frame(const WorldFromObject& frame, const Point& p) {
+  Point q{};
+  for (int i = 0; i < 3; ++i) {
+    for (int j = 0; j < 3; ++j)
+      q[i] += Real(frame.rotation(j, i)) * (p[j] - Real(frame.translation_m[j]));
+  }
+  return q;
+}
+
+/// Distance from a body shrunk by `radius` along each direction, then inflated by it.
+Real rounded(Real a, Real b, Real c, Real radius) {
+  const Real outside = length({std::max<Real>(a, 0), std::max<Real>(b, 0), std::max<Real>(c, 0)});
+  return outside + std::min<Real>(0, std::max({a, b, c})) - radius;
+}
+
+struct Gap {
+  const Objects& objects;
+  std::size_t k;
+  const Point& p;
+
+  Real operator()(const Sphere& s) const {
+    return length(minus(p, point_of(s.centre_in_world))) - Real(s.radius_m);
+  }
+  Real operator()(const Box& box) const {
+    const Point q = in_frame(box.world_from_box, p);
+    Point over{};
+    for (int i = 0; i < 3; ++i)
+      over[i] = std::abs(q[i]) - Real(box.size_m[i]) / 2 + Real(box.edge_radius_m);
+    return rounded(over[0], over[1], over[2], box.edge_radius_m);
+  }
+  Real operator()(const Cylinder& body) const {
+    const Point q = in_frame(body.world_from_cylinder, p);
+    const Real across = length({q[0], q[1], 0}) - Real(body.radius_m) + Real(body.edge_radius_m);
+    const Real along = std::abs(q[2]) - Real(body.height_m) / 2 + Real(body.edge_radius_m);
+    return rounded(across, along, std::min({across, along, Real(0)}), body.edge_radius_m);
+  }
+  Real operator()(const Plane& plane) const {
+    return dot(point_of(plane.normal_in_world), minus(p, point_of(plane.point_in_world)));
+  }
+  Real operator()(const MeshObject&) const {
+    return objects.meshes[k]->gap_m(
+        0, {static_cast<double>(p[0]), static_cast<double>(p[1]), static_cast<double>(p[2])});
+  }
+};
+
+/// True if the object has edges with a radius below the depth of pressed places.
+bool is_sharp(const Objects& objects, std::size_t k) {
+  if (k == objects.count()) return false;
+  const Obstacle& object = objects.scene->obstacles[k];
+  const auto* box = std::get_if<Box>(&object);
+  const auto* cylinder = std::get_if<Cylinder>(&object);
+  return std::holds_alternative<MeshObject>(object) ||
+         (box != nullptr && box->edge_radius_m < double(kSunk_m)) ||
+         (cylinder != nullptr && cylinder->edge_radius_m < double(kSunk_m));
+}
+
+/// Extents along the principal axes, smallest first.
+Point extents_of(const std::vector<Eigen::Vector3d>& corners) {
+  Eigen::Vector3d middle = Eigen::Vector3d::Zero();
+  for (const Eigen::Vector3d& p : corners) middle += p / static_cast<double>(corners.size());
+  Eigen::Matrix3d spread = Eigen::Matrix3d::Zero();
+  for (const Eigen::Vector3d& p : corners) spread += (p - middle) * (p - middle).transpose();
+  const Eigen::Matrix3d axes =
+      Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(spread).eigenvectors();
+  Point extents{};
+  for (int axis = 0; axis < 3; ++axis) {
+    double low = HUGE_VAL, high = -HUGE_VAL;
+    for (const Eigen::Vector3d& p : corners) {
+      low = std::min(low, axes.col(axis).dot(p));
+      high = std::max(high, axes.col(axis).dot(p));
+    }
+    extents[static_cast<std::size_t>(axis)] = high - low;
+  }
+  std::sort(extents.begin(), extents.end());
+  return extents;
+}
+
+/// Normals of faces and edges near a place; empty for an object without edges.
+std::vector<Point> sharp_normals_of(const Objects& objects, std::size_t k, const Point& p) {
+  std::vector<Point> normals;
+  for (int cell = 0; is_sharp(objects, k) && cell < 27; ++cell) {
+    const Point off{Real(cell % 3 - 1), Real(cell / 3 % 3 - 1), Real(cell / 9 - 1)};
+    normals.push_back(normal_of(objects, k, plus(p, off, kSunk_m)));
+  }
+  return normals;
+}
+
+/// Angle (rad) by which the normal rotates if the object moves by its rounding.
+Real turn_of_normal(const Objects& objects, std::size_t k, const Point& p, const Point& normal) {
+  Real most = 0;
+  for (int axis = 0; axis < 3; ++axis) {
+    Point beside = p;
+    beside[axis] += kStep * kPlaceRounding;
+    most = std::max(most, length(minus(normal_of(objects, k, beside), normal)));
+  }
+  return most / kStep;
+}
+
+/// Minimum over 0 .. 1 of a unimodal function, and its position.
+template <class Function>
+std::pair<Real, Real> least_of(Function value) {
+  constexpr Real kGolden = 0.618033988749894848L;
+  Real low = 0, high = 1, one = 1 - kGolden, two = kGolden;
+  Real at_one = value(one), at_two = value(two);
+  for (int step = 0; step < 18; ++step) {
+    if (at_one < at_two) {
+      high = std::exchange(two, one);
+      at_two = at_one;
+      one = high - kGolden * (high - low);
+      at_one = value(one);
+    } else {
+      low = std::exchange(one, two);
+      at_one = at_two;
+      two = low + kGolden * (high - low);
+      at_two = value(two);
+    }
+  }
+  return at_one < at_two ? std::pair{at_one, one} : std::pair{at_two, two};
+}
+
+/// Distance from a place inside a convex object to its surface along a direction.
+Real out_of(const Objects& objects, std::size_t k, const Point& p, const Point& direction) {
+  Real inside = 0, outside = 1e-5L;
+  while (gap_of(objects, k, plus(p, direction, outside)) < 0) outside *= 2;
+  for (int halving = 0; halving < 40; ++halving) {
+    const Real middle = (inside + outside) / 2;
+    (gap_of(objects, k, plus(p, direction, middle)) < 0 ? inside : outside) = middle;
+  }
+  return outside;
+}
+
+/// Thickness of a convex object near a place inside it. Nearby places are used, because the normal
+/// is undefined in the middle of an object.
+Real thickness_at(const Objects& objects, std::size_t k, const Point& p) {
+  constexpr Real kAbout = 1e-5L;
+  Real least = HUGE_VALL;
+  for (const int axis : {0, 1, 2}) {
+    for (const Real side : {-kAbout, kAbout}) {
+      Point about = p;
+      about[axis] += side;
+      const Point normal = normal_of(objects, k, about);
+      least =
+          std::min(least, out_of(objects, k, p, normal) + out_of(objects, k, p, times(-1, normal)));
+    }
+  }
+  return least;
+}
+
+/// Larger of the two extents perpendicular to the longest one; zero for a sphere, which is as wide
+/// as it is thick.
+Real width_of(const Objects& objects, std::size_t k) {
+  const Obstacle& object = objects.scene->obstacles[k];
+  if (const auto* rod = std::get_if<Cylinder>(&object)) return 2 * Real(rod->radius_m);
+  if (const auto* box = std::get_if<Box>(&object)) {
+    const Eigen::Vector3d& s = box->size_m;
+    return std::max(std::min(s[0], s[1]), std::min(std::max(s[0], s[1]), s[2]));
+  }
+  return objects.mesh_extents[k][1];
+}
+
+Point middle_of(const Objects& objects, std::size_t k) {
+  const Obstacle& object = objects.scene->obstacles[k];
+  if (const auto* ball = std::get_if<Sphere>(&object)) return point_of(ball->centre_in_world);
+  if (const auto* box = std::get_if<Box>(&object))
+    return point_of(box->world_from_box.translation_m);
+  if (const auto* rod = std::get_if<Cylinder>(&object))
+    return point_of(rod->world_from_cylinder.translation_m);
+  return objects.mesh_middle[k];
+}
+
+/// True if the object fills the vertical line from its middle to the table on which it stands.
+bool stands(const Objects& objects, std::size_t k, const Point& middle) {
+  constexpr Real kStands_m = 0.5e-3L;  // largest gap below it: thinner than cloth
+  constexpr int kPlaces = 16;
+  const Real table = objects.scene->table_z_m;
+  for (int i = 0; i <= kPlaces; ++i) {
+    const Real z = middle[2] + (table - middle[2]) * i / kPlaces;
+    if (gap_of(objects, k, {middle[0], middle[1], z}) > kStands_m) return false;
+  }
+  return middle[2] > table;
+}
+
+/// True if a piece intersects the vertical line from an object's middle to the table on which it
+/// stands: its depth in the object is zero, but cloth can only get there through the object.
+bool lies_under(const Objects& objects, std::size_t k, const std::array<Point, 3>& piece) {
+  const Point p = middle_of(objects, k);
+  const Point u = minus(piece[1], piece[0]), v = minus(piece[2], piece[0]);
+  const Point w = minus(p, piece[0]);
+  const Real area = u[0] * v[1] - u[1] * v[0];
+  if (area == 0) return false;
+  const Real s = (w[0] * v[1] - w[1] * v[0]) / area, t = (u[0] * w[1] - u[1] * w[0]) / area;
+  if (!(s >= 0 && t >= 0 && s + t <= 1)) return false;
+  return piece[0][2] + s * u[2] + t * v[2] < p[2] && stands(objects, k, p);
+}
 
 constexpr Real kOfWeights = 1e-12L;  // deviation of the sum of stated weights from one
 // Relative to the distance on the flat piece: layers closer than this repel.
@@ -67,6 +268,106 @@ bool are_weights(const std::array<double, 4>& weight, int firsts) {
 }
 
 }  // namespace
+
+Objects::Objects(const Scene& objects_of) : scene(&objects_of) {
+  for (const Obstacle& obstacle : objects_of.obstacles) {
+    meshes.emplace_back();
+    mesh_extents.emplace_back();
+    mesh_middle.emplace_back();
+    if (const auto* mesh = std::get_if<MeshObject>(&obstacle)) {
+      meshes.back() = std::make_shared<Surroundings>();
+      meshes.back()->add(*mesh);
+      const PlacedMesh& placed = *meshes.back()->mesh(0);
+      Eigen::Vector3d middle = Eigen::Vector3d::Zero();
+      for (const Eigen::Vector3d& p : placed.mesh->corners())
+        middle += placed.world_from_mesh * p / static_cast<double>(placed.mesh->corners().size());
+      mesh_middle.back() = {middle.x(), middle.y(), middle.z()};
+      mesh_extents.back() = extents_of(placed.mesh->corners());
+    }
+  }
+}
+
+Real gap_of(const Objects& objects, std::size_t k, const Point& p) {
+  if (k == objects.count()) return p[2] - Real(objects.scene->table_z_m);
+  return std::visit(Gap{objects, k, p}, objects.scene->obstacles[k]);
+}
+
+Point normal_of(const Objects& objects, std::size_t k, const Point& p) {
+  // Distances from meshes are doubles, whose differences need a longer step.
+  const bool mesh = k < objects.meshes.size() && objects.meshes[k] != nullptr;
+  const Real step = mesh ? 1e-6L : 1e-9L;
+  Point normal{};
+  for (int axis = 0; axis < 3; ++axis) {
+    Point before = p, after = p;
+    before[axis] -= step;
+    after[axis] += step;
+    normal[axis] = gap_of(objects, k, after) - gap_of(objects, k, before);
+  }
+  const Real size = length(normal);
+  if (!(size > 0)) return {0, 0, 1};  // in the middle of an object, where the normal is undefined
+  for (Real& n : normal) n /= size;
+  return normal;
+}
+
+Real allowed_between_m(const Objects& objects, std::size_t k) {
+  if (k == objects.count()) return kSunk_m;
+  const Obstacle& object = objects.scene->obstacles[k];
+  Real radius = 0;
+  if (std::holds_alternative<Plane>(object)) return kSunk_m;
+  if (const auto* ball = std::get_if<Sphere>(&object)) radius = ball->radius_m;
+  if (const auto* box = std::get_if<Box>(&object)) radius = box->edge_radius_m;
+  if (const auto* rod = std::get_if<Cylinder>(&object)) radius = rod->edge_radius_m;
+  if (radius <= kFarthest_m) return kSunk_m + kFarthest_m;
+  return kSunk_m + radius - std::sqrt(radius * radius - kFarthest_m * kFarthest_m);
+}
+
+Point within_cone(const Point& force, const Point& normal, Real friction) {
+  const Real pressing = std::max<Real>(0, dot(force, normal));
+  const Point along = plus(force, normal, -pressing);
+  const Real part = std::min<Real>(1, friction * pressing / std::max<Real>(length(along), 1e-300L));
+  return plus(times(pressing, normal), along, part);
+}
+
+std::optional<Point> pushed_by(const Objects& objects, std::size_t k, const Point& p, Real friction,
+                               const Eigen::Vector3d& stated_n) {
+  if (gap_of(objects, k, p) > kTouch_m) return std::nullopt;
+  const Point force = point_of(stated_n), normal = normal_of(objects, k, p);
+  Point kept = within_cone(force, normal, friction + turn_of_normal(objects, k, p, normal));
+  Real least = length(minus(force, kept));
+  if (least <= kCut * length(force)) return kept;
+  for (const Point& other : sharp_normals_of(objects, k, p)) {
+    const Point cut = within_cone(force, other, friction);
+    const Real lost = length(minus(force, cut));
+    if (lost >= least) continue;
+    least = lost;
+    kept = cut;
+  }
+  return kept;
+}
+
+Real through_of(const Objects& objects, const std::array<Point, 3>& piece) {
+  const Point u = minus(piece[1], piece[0]), v = minus(piece[2], piece[0]);
+  const Real reach = std::sqrt(std::max(dot(u, u), dot(v, v)));
+  Real most = 0;
+  for (std::size_t k = 0; k < objects.count(); ++k) {
+    if (std::holds_alternative<Plane>(objects.scene->obstacles[k])) continue;
+    if (lies_under(objects, k, piece)) return 1;
+    if (gap_of(objects, k, piece[0]) > reach) continue;
+    // At the rim of a wider object, less than a cell of the cloth may be inside.
+    if (width_of(objects, k) > reach) continue;
+    const auto place = [&](Real s, Real t) { return plus(plus(piece[0], u, s * (1 - t)), v, t); };
+    const auto over = [&](Real t) {
+      return least_of([&](Real s) { return gap_of(objects, k, place(s, t)); });
+    };
+    const auto [gap, t] = least_of([&](Real at) { return over(at).first; });
+    if (!(gap < 0)) continue;
+    const Real thickness = objects.meshes[k] != nullptr
+                               ? objects.mesh_extents[k][0]
+                               : thickness_at(objects, k, place(over(t).second, t));
+    most = std::max(most, -gap / thickness);
+  }
+  return most;
+}
 
 Range::Range(const Point& p) {
   low.fill(std::numeric_limits<float>::infinity());

@@ -1,21 +1,96 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <Eigen/Core>
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdint>
 #include <map>
+#include <memory>
 #include <optional>
 #include <unordered_map>
 #include <utility>
 #include <vector>
 
-#include "simulate/checker/mesh_rest.hpp"
-#include "simulate/checker/objects.hpp"
+#include "core/scene.hpp"
+#include "simulate/checker/certify.hpp"
+#include "simulate/objects/surroundings.hpp"
 
-/// The surface of a cloth mesh between its points, and the forces that act there.
+/// Vectors of the checker in long double, its own distances to the objects of a scene, and the
+/// surface of a cloth mesh between its points with the forces that act there.
 namespace drape::simulate::checker {
+
+using Real = long double;
+using Point = std::array<Real, 3>;
+
+[[nodiscard]] inline Point point_of(const Eigen::Vector3d& p) {
+  return {p.x(), p.y(), p.z()};
+}
+/// a + factor b
+[[nodiscard]] inline Point plus(const Point& a, const Point& b, Real factor = 1) {
+  return {a[0] + factor * b[0], a[1] + factor * b[1], a[2] + factor * b[2]};
+}
+[[nodiscard]] inline Point minus(const Point& a, const Point& b) {
+  return plus(a, b, -1);
+}
+[[nodiscard]] inline Point times(Real factor, const Point& a) {
+  return {factor * a[0], factor * a[1], factor * a[2]};
+}
+[[nodiscard]] inline Real dot(const Point& a, const Point& b) {
+  return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+}
+[[nodiscard]] inline Point cross(const Point& a, const Point& b) {
+  return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
+}
+[[nodiscard]] inline Real length(const Point& a) {
+  return std::sqrt(dot(a, a));
+}
+
+constexpr Real kTouch_m = 0.02e-3L;  ///< distance below which an object can press
+constexpr Real kSunk_m = 0.05e-3L;   ///< largest depth of a pressed place
+constexpr Real kLook_m = 0.5e-3L;    ///< step size for sampling a surface
+/// Largest distance of cloth from a place where objects can press: places lie on triangles of 0.75
+/// mm.
+constexpr Real kFarthest_m = 0.45e-3L;
+constexpr Real kRounding_m = 1e-9L;  ///< rounding of positions in files and local frames
+
+struct Objects {
+  explicit Objects(const Scene& objects_of);
+
+  [[nodiscard]] std::size_t count() const { return scene->obstacles.size(); }
+
+  const Scene* scene;
+  std::vector<std::shared_ptr<Surroundings>> meshes;  ///< one per mesh object, else null
+  std::vector<Point> mesh_extents;  ///< extents of each mesh along principal axes, smallest first
+  std::vector<Point> mesh_middle;   ///< mean of each mesh's corners
+};
+
+/// Signed distance from object `k`, or from the table if k is the number of obstacles.
+[[nodiscard]] Real gap_of(const Objects& objects, std::size_t k, const Point& p);
+/// Gradient of the distance, by central differences.
+[[nodiscard]] Point normal_of(const Objects& objects, std::size_t k, const Point& p);
+
+/// Depth that flat pieces of cloth may have in an object between places that are kSunk_m deep: the
+/// sagitta over its tightest rounding; over a sharp edge at most the distance between the places.
+[[nodiscard]] Real allowed_between_m(const Objects& objects, std::size_t k);
+
+/// Fraction of an object's thickness: deeper cloth passes through its middle.
+constexpr Real kThrough = 0.25L;
+/// Depth of a flat piece of cloth in an object over the object's thickness there (the shortest line
+/// through the deepest place along nearby normals; for a mesh its smallest extent). Maximum over
+/// the objects narrower than the piece, 0 for none; 1 between an object's middle and the table that
+/// it stands on.
+[[nodiscard]] Real through_of(const Objects& objects, const std::array<Point, 3>& piece);
+
+/// Part of a force that does not pull and lies within the friction cone about a normal.
+[[nodiscard]] Point within_cone(const Point& force, const Point& normal, Real friction);
+/// Part of a stated contact force (N) that object `k` can exert at a place: within the friction
+/// cone about the normal, which the rounding of the object's position may rotate; at an edge, the
+/// cone about one of the adjacent faces' normals that removes least. nullopt if the place is
+/// farther than kTouch_m outside.
+[[nodiscard]] std::optional<Point> pushed_by(const Objects& objects, std::size_t k, const Point& p,
+                                             Real friction, const Eigen::Vector3d& stated_n);
 
 /// A quadratic over a triangle: its area, unknowns (corners, sides) and their weights in its second
 /// derivatives.

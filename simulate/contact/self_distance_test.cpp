@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "simulate/contact/self_distance.hpp"
+#include "simulate/contact/layer_pair.hpp"
 
 #include <gtest/gtest.h>
 

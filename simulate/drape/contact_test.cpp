@@ -8,9 +8,9 @@
 
 #include "core/units.hpp"
 #include "simulate/drape/drape.hpp"
-#include "simulate/drape/object_pushes.hpp"
+#include "simulate/drape/pushes.hpp"
 #include "simulate/drape/test_drape.hpp"
-#include "simulate/judge_drape.hpp"
+#include "simulate/simulate.hpp"
 
 namespace drape::simulate {
 namespace {

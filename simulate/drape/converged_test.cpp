@@ -5,7 +5,7 @@
 #include "core/files/csv.hpp"
 #include "core/units.hpp"
 #include "simulate/drape/drape.hpp"
-#include "simulate/fabric/fitted_laws.hpp"
+#include "simulate/fabric/fabric.hpp"
 #include "tests/support/paths.hpp"
 
 namespace drape::simulate {

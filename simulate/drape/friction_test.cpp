@@ -11,8 +11,7 @@
 #include <numbers>
 
 #include "core/units.hpp"
-#include "simulate/drape/layer_pushes.hpp"
-#include "simulate/drape/object_pushes.hpp"
+#include "simulate/drape/pushes.hpp"
 #include "simulate/drape/test_drape.hpp"
 #include "simulate/fabric/test_laws.hpp"
 #include "simulate/validation/test_exact.hpp"

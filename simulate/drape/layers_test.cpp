@@ -7,11 +7,11 @@
 #include <numbers>
 
 #include "core/units.hpp"
-#include "simulate/contact/self_distance.hpp"
+#include "simulate/contact/layer_pair.hpp"
 #include "simulate/drape/drape.hpp"
-#include "simulate/drape/layer_pushes.hpp"
+#include "simulate/drape/pushes.hpp"
 #include "simulate/drape/test_drape.hpp"
-#include "simulate/judge_drape.hpp"
+#include "simulate/simulate.hpp"
 
 namespace drape::simulate {
 namespace {

@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "simulate/drape/level.hpp"
 
 #include <gmock/gmock.h>
 

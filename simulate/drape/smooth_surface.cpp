@@ -35,48 +35,39 @@ SmoothSurface::SmoothSurface(std::vector<Vector2d> material_m, std::vector<Vecto
   if (material_.size() < 3 || material_.size() != places_.size())
     throw bad_input("fewer than three points of a shape have a place", {},
                     "give at least three points off one line");
-  low_ = material_.front();
-  Vector2d high = low_;
-  for (const Vector2d& p : material_) {
-    low_ = low_.cwiseMin(p);
-    high = high.cwiseMax(p);
-  }
-  const Vector2d size = (high - low_).cwiseMax(1e-3 * (high - low_).maxCoeff() + 1e-9);
-  cell_m_ = std::sqrt(size.prod() * kInCell / static_cast<double>(material_.size()));
-  cells_ = (size / cell_m_).array().floor().cast<int>() + 1;
-  points_of_.resize(static_cast<std::size_t>(cells_.prod()));
+  const Eigen::AlignedBox2d box = box_of(material_);
+  const Vector2d size = box.sizes().cwiseMax(1e-3 * box.sizes().maxCoeff() + 1e-9);
+  cells_ = Cells(box.min(), size,
+                 std::sqrt(size.prod() * kInCell / static_cast<double>(material_.size())));
+  points_of_.resize(static_cast<std::size_t>(cells_.count.prod()));
   for (std::size_t i = 0; i < material_.size(); ++i) {
-    const Array2i cell = cell_of(material_[i]);
-    points_of_[cell.x() * cells_.y() + cell.y()].push_back(static_cast<int>(i));
+    const Array2i cell = cells_.of(material_[i]);
+    points_of_[cells_.index(cell.x(), cell.y())].push_back(static_cast<int>(i));
   }
-}
-
-Array2i SmoothSurface::cell_of(const Vector2d& p) const {
-  return ((p - low_) / cell_m_).array().floor().max(0).min(cells_.cast<double>() - 1).cast<int>();
 }
 
 /// The nearest points by distance; grows a square of cells until no other cell can hold one.
 std::vector<SmoothSurface::Near> SmoothSurface::nearest(const Vector2d& p) const {
   const std::size_t wanted = std::min<std::size_t>(kNearest, material_.size());
-  const Array2i centre = cell_of(p);
+  const Array2i centre = cells_.of(p), count = cells_.count;
   const Vector2d inside =
-      p.cwiseMax(low_).cwiseMin(low_ + cell_m_ * cells_.cast<double>().matrix());
+      p.cwiseMax(cells_.low).cwiseMin(cells_.low + cells_.size_m * count.cast<double>().matrix());
   const double outside = (p - inside).norm();
   std::vector<Near> found;
   for (int ring = 0;; ++ring) {
-    for (int i = std::max(0, centre.x() - ring); i <= std::min(cells_.x() - 1, centre.x() + ring);
+    for (int i = std::max(0, centre.x() - ring); i <= std::min(count.x() - 1, centre.x() + ring);
          ++i)
-      for (int j = std::max(0, centre.y() - ring); j <= std::min(cells_.y() - 1, centre.y() + ring);
+      for (int j = std::max(0, centre.y() - ring); j <= std::min(count.y() - 1, centre.y() + ring);
            ++j) {
         if (std::max(std::abs(i - centre.x()), std::abs(j - centre.y())) != ring) continue;
-        for (const int k : points_of_[i * cells_.y() + j])
+        for (const int k : points_of_[cells_.index(i, j)])
           found.push_back({(material_[k] - p).squaredNorm(), k});
       }
-    const bool all = ring >= cells_.maxCoeff();
+    const bool all = ring >= count.maxCoeff();
     if (found.size() < wanted && !all) continue;
     std::partial_sort(found.begin(), found.begin() + static_cast<std::ptrdiff_t>(wanted),
                       found.end());
-    const double seen = std::max(0.0, ring * cell_m_ - outside);
+    const double seen = std::max(0.0, ring * cells_.size_m - outside);
     if (all || found[wanted - 1].distance2 <= seen * seen) break;
   }
   found.resize(wanted);

@@ -8,6 +8,22 @@
 
 namespace drape::simulate {
 
+/// Square cells over a rectangle.
+struct Cells {
+  Eigen::Vector2d low;
+  double size_m = 0;
+  Eigen::Array2i count;
+
+  Cells() = default;
+  Cells(const Eigen::Vector2d& from, const Eigen::Vector2d& extent, double cell_m)
+      : low(from), size_m(cell_m), count((extent / cell_m).array().floor().cast<int>() + 1) {}
+  /// Column and row of the cell that holds a point, of the nearest for one outside.
+  [[nodiscard]] Eigen::Array2i of(const Eigen::Vector2d& p) const {
+    return ((p - low) / size_m).array().floor().max(0).min(count.cast<double>() - 1).cast<int>();
+  }
+  [[nodiscard]] int index(int i, int j) const { return i * count.y() + j; }
+};
+
 /// Smooth map from material points to positions through scattered data: at each point the
 /// least-squares polynomial of the nearest 24, weighted by exp(-2.5 (d / reach)^2) (moving least
 /// squares: Lancaster and Salkauskas 1981). It is cubic if those points determine a cubic, else
@@ -28,13 +44,10 @@ class SmoothSurface {
     auto operator<=>(const Near&) const = default;
   };
   [[nodiscard]] std::vector<Near> nearest(const Eigen::Vector2d& p) const;
-  [[nodiscard]] Eigen::Array2i cell_of(const Eigen::Vector2d& p) const;
 
   std::vector<Eigen::Vector2d> material_;
   std::vector<Eigen::Vector3d> places_;
-  Eigen::Vector2d low_;
-  double cell_m_ = 0;
-  Eigen::Array2i cells_;
+  Cells cells_;
   std::vector<std::vector<int>> points_of_;  ///< indices by cell
 };
 

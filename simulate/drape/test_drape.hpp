@@ -5,7 +5,7 @@
 #include <utility>
 
 #include "core/units.hpp"
-#include "simulate/drape/level.hpp"
+#include "simulate/drape/drape.hpp"
 
 /// A cloth and a scene for tests of drapes.
 namespace drape::simulate {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "simulate/ensemble/beyond_first_order.hpp"
+#include "simulate/ensemble/bands.hpp"
 
 #include <gtest/gtest.h>
 

@@ -6,17 +6,17 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <complex>
+#include <cstddef>
+#include <numbers>
 #include <numeric>
 #include <utility>
 
 #include "core/parallel.hpp"
 #include "core/statistics/distributions.hpp"
-#include "core/units.hpp"
+#include "core/statistics/sample.hpp"
 #include "simulate/checker/certify.hpp"
 #include "simulate/ensemble/bands.hpp"
-#include "simulate/ensemble/folded_starts.hpp"
-#include "simulate/ensemble/linkage.hpp"
-#include "simulate/judge_drape.hpp"
 #include "simulate/start/start.hpp"
 
 namespace drape::simulate {
@@ -26,6 +26,79 @@ using Eigen::Index;
 using Eigen::MatrixX3d;
 using Eigen::Vector2d;
 using Eigen::Vector3d;
+
+/// Median plus three robust standard deviations.
+double outlier_limit(std::vector<double> values) {
+  const double middle = median(values);
+  for (double& value : values) value = std::abs(value - middle);
+  return middle + 3 * 1.4826 * median(values);
+}
+
+/// An edge of a spanning tree.
+struct Edge {
+  int from = 0, to = 0;
+  double length = 0;
+};
+
+/// Minimum spanning tree (Prim 1957).
+std::vector<Edge> spanning_tree(int count, const std::function<double(int, int)>& distance) {
+  std::vector<Edge> tree, nearest;
+  for (int i = 1; i < count; ++i) nearest.push_back({0, i, distance(0, i)});
+  while (!nearest.empty()) {
+    const auto next =
+        std::min_element(nearest.begin(), nearest.end(),
+                         [](const Edge& a, const Edge& b) { return a.length < b.length; });
+    const Edge edge = *next;
+    nearest.erase(next);
+    tree.push_back(edge);
+    for (Edge& other : nearest) {
+      const double length = distance(edge.to, other.to);
+      if (length < other.length) other = {edge.to, other.to, length};
+    }
+  }
+  return tree;
+}
+
+constexpr double kFold = 3e-3;  // m; least prominence of a fold
+constexpr int kHemSamples = 256;
+
+/// Nodes of the surface along the hem in order: corners and the midpoints of the sides between
+/// them.
+std::vector<int> border_nodes(const MaterialMesh& mesh) {
+  const std::vector<int> corners = border_of(mesh);
+  std::vector<int> nodes;
+  for (std::size_t k = 0; k < corners.size(); ++k) {
+    const std::pair<int, int> ends = std::minmax({corners[k], corners[(k + 1) % corners.size()]});
+    const auto side = std::lower_bound(mesh.edges.begin(), mesh.edges.end(), ends,
+                                       [](const MaterialMesh::Edge& edge, const auto& key) {
+                                         return std::pair(edge.from, edge.to) < key;
+                                       });
+    nodes.push_back(corners[k]);
+    nodes.push_back(static_cast<int>(mesh.points_m.size()) +
+                    static_cast<int>(side - mesh.edges.begin()));
+  }
+  return nodes;
+}
+
+/// Number of maxima with a prominence of at least kFold on both sides.
+int count_folds(const std::vector<double>& radius) {
+  const auto n = static_cast<int>(radius.size());
+  const auto value = [&](int i) { return radius[((i % n) + n) % n]; };
+  int folds = 0;
+  for (int i = 0; i < n; ++i) {
+    if (value(i) <= value(i - 1) || value(i) < value(i + 1)) continue;
+    double drop[2] = {0, 0};
+    for (int side = 0; side < 2; ++side) {
+      for (int k = 1; k < n; ++k) {
+        const double other = value(side == 0 ? i - k : i + k);
+        if (other > value(i)) break;
+        drop[side] = std::max(drop[side], value(i) - other);
+      }
+    }
+    folds += std::min(drop[0], drop[1]) > kFold;
+  }
+  return folds;
+}
 
 constexpr double kSameAxis = 1e-6;  // m; largest offset of coaxial objects
 constexpr int kBatch = 8, kMostStarts = 32;
@@ -37,6 +110,18 @@ std::optional<Vector2d> axis_of(const Obstacle& obstacle) {
     if (axis.head<2>().norm() < kSameAxis) return body->world_from_cylinder.translation_m.head<2>();
   }
   return std::nullopt;
+}
+
+/// True if all objects are symmetric about one vertical axis.
+bool is_round(const Scene& scene) {
+  if (!scene.pins.empty() || !scene.clamps.empty()) return false;
+  std::optional<Vector2d> common;
+  for (const Obstacle& obstacle : scene.obstacles) {
+    const std::optional<Vector2d> axis = axis_of(obstacle);
+    if (!axis || (common && (*axis - *common).norm() > kSameAxis)) return false;
+    common = axis;
+  }
+  return common.has_value() && scene.gravity_m_per_s2.head<2>().isZero(0);
 }
 
 /// Distance after the best rotation about the vertical and horizontal shift.
@@ -152,7 +237,104 @@ bool brought_new(const Ensemble& ensemble) {
   return fresh > (before > 0 ? 0 : 1);
 }
 
+constexpr double kTurn = 1.2;    // rad; tilt of a hanging side; vertical sides would meet
+constexpr double kRound = 0.05;  // radius of the fold, relative to the pins' distance in the cloth
+constexpr double kHigh = 0.1;    // height of waves, relative to that distance
+constexpr double kSteep = 1e-3;  // least horizontal component of the pins' direction
+
+/// The line through the pins, on the cloth and in space.
+struct Line {
+  Vector2d from_m, along_m, across_m;
+  Vector3d from, along, across, down;
+  double length_m = 0;
+};
+
+/// True if there is enough cloth to hang on each side.
+bool parts(const Line& line, const ClothOutline& outline) {
+  double least = 0, most = 0;
+  for (const Vector2d& corner : outline.outer) {
+    const double d = (corner - line.from_m).dot(line.across_m);
+    least = std::min(least, d);
+    most = std::max(most, d);
+  }
+  return std::min(most, -least) > kRound * line.length_m;
+}
+
+/// Position of a material point. `halves`: number of half waves along the fold between the pins;
+/// its sign selects the side.
+Vector3d folded(const Line& line, bool left, bool right, int halves, const Vector2d& material_m) {
+  const double round_m = kRound * line.length_m;
+  const Vector2d from_pin = material_m - line.from_m;
+  const double s = from_pin.dot(line.along_m), d = from_pin.dot(line.across_m);
+  const double between = std::clamp(s / line.length_m, 0.0, 1.0);
+  const double turn = (d < 0 ? left : right) ? kTurn : 0.0, far = std::abs(d);
+  const double bent = std::min(far / round_m, turn), straight = far - round_m * bent;
+  const double out = round_m * std::sin(bent) + straight * std::cos(turn);
+  const double low = round_m * (1 - std::cos(bent)) + straight * std::sin(turn);
+  const double wave = kHigh * line.length_m * std::sin(halves * std::numbers::pi * between);
+  return line.from + s * line.along + (std::copysign(out, d) + wave) * line.across +
+         low * line.down;
+}
+
 }  // namespace
+
+Linkage link(int count, const std::function<double(int, int)>& distance, double least) {
+  Linkage linkage{least, std::vector<int>(count)};
+  const std::vector<Edge> tree = spanning_tree(count, distance);
+  std::vector<double> lengths;
+  lengths.reserve(tree.size());
+  for (const Edge& edge : tree) lengths.push_back(edge.length);
+  if (!lengths.empty()) linkage.limit = std::max(least, outlier_limit(lengths));
+  std::iota(linkage.group.begin(), linkage.group.end(), 0);
+  for (const Edge& edge : tree) {
+    if (edge.length > linkage.limit) continue;
+    const int from = linkage.group[edge.from], to = linkage.group[edge.to];
+    std::replace(linkage.group.begin(), linkage.group.end(), std::max(from, to),
+                 std::min(from, to));
+  }
+  std::vector<int> number(count, -1);
+  int groups = 0;
+  for (int& one : linkage.group) {
+    if (number[one] < 0) number[one] = groups++;
+    one = number[one];
+  }
+  return linkage;
+}
+
+HemLabel label_hem(const DrapeLevel& level, const ClothMoment& moment) {
+  const MaterialMesh& mesh = level.cloth().mesh();
+  const MeshCloth::State places = level.surface(moment);
+  Vector2d middle = Vector2d::Zero();
+  for (int i = 0; i < level.cloth().points(); ++i)
+    middle += level.cloth().mass_kg()[i] / level.mass_kg() * places[i].head<2>();
+  std::vector<int> nodes = border_nodes(mesh);
+  nodes.push_back(nodes.front());
+  std::vector<double> along_m = {0};  // material length up to each node
+  for (std::size_t k = 1; k < nodes.size(); ++k)
+    along_m.push_back(
+        along_m.back() +
+        (level.cloth().material_m(nodes[k]) - level.cloth().material_m(nodes[k - 1])).norm());
+  HemLabel label;
+  std::vector<double> radius(kHemSamples);
+  std::size_t next = 1;
+  for (int k = 0; k < kHemSamples; ++k) {
+    const double here_m = along_m.back() * k / kHemSamples;
+    while (along_m[next] <= here_m) ++next;
+    const double part = (here_m - along_m[next - 1]) / (along_m[next] - along_m[next - 1]);
+    const Vector2d place =
+        (1 - part) * places[nodes[next - 1]].head<2>() + part * places[nodes[next]].head<2>();
+    radius[k] = (place - middle).norm();
+  }
+  for (std::size_t m = 0; m < label.amplitude_m.size(); ++m) {
+    std::complex<double> sum = 0;
+    for (int k = 0; k < kHemSamples; ++k)
+      sum +=
+          std::polar(radius[k], -2 * std::numbers::pi * static_cast<double>(m) * k / kHemSamples);
+    label.amplitude_m[m] = (m == 0 ? 1.0 : 2.0) * std::abs(sum) / kHemSamples;
+  }
+  label.nodes = count_folds(radius);
+  return label;
+}
 
 void fields(Fields& f, EnsembleOptions& options) {
   f({"starts",
@@ -219,17 +401,6 @@ std::vector<int> Ensemble::starts_of(std::size_t branch) const {
     if (members[k].start >= 0) own.push_back(members[k].start);
   std::sort(own.begin(), own.end());
   return own;
-}
-
-bool is_round(const Scene& scene) {
-  if (!scene.pins.empty() || !scene.clamps.empty()) return false;
-  std::optional<Vector2d> common;
-  for (const Obstacle& obstacle : scene.obstacles) {
-    const std::optional<Vector2d> axis = axis_of(obstacle);
-    if (!axis || (common && (*axis - *common).norm() > kSameAxis)) return false;
-    common = axis;
-  }
-  return common.has_value() && scene.gravity_m_per_s2.head<2>().isZero(0);
 }
 
 double mean_distance_m(const MatrixX3d& a, const MatrixX3d& b, bool round) {
@@ -435,6 +606,45 @@ void start_from_measured(const EnsembleCase& own, PlacedDrape& placed) {
   placed.started_there_m = own_end.distance_m;
   if (const auto range = own.scene.friction_range())
     for (const double friction : *range) placed.other_frictions.push_back(started(friction));
+}
+
+std::vector<DrapeStart> folded_starts(const DrapeCase& drape) {
+  const Scene& scene = drape.local.scene;
+  if (scene.pins.size() != 2 || !scene.clamps.empty()) return {};
+  const std::vector<Vector3d>& pinned = drape.pins_at;
+  Line line;
+  line.from_m = scene.pins[0].material_m(drape.print);
+  line.from = pinned[0];
+  const Vector2d in_cloth = scene.pins[1].material_m(drape.print) - line.from_m;
+  const Vector3d in_space = pinned[1] - line.from;
+  line.length_m = in_cloth.norm();
+  const Vector3d up = -scene.gravity_m_per_s2.normalized();
+  if (!(up.cross(in_space).norm() > kSteep * in_space.norm()) || !(line.length_m > 0)) return {};
+  line.along_m = in_cloth / line.length_m;
+  line.across_m = {-line.along_m.y(), line.along_m.x()};
+  line.along = in_space.normalized();
+  line.across = up.cross(line.along).normalized();
+  line.down = line.across.cross(line.along);
+  if (line.down.dot(up) > 0) line.down = -line.down;
+  if (!parts(line, drape.outline)) return {};
+  line.from += 0.5 * (in_space.norm() - line.length_m) * line.along;
+  std::vector<DrapeStart> starts;
+  for (const auto& [left, right] : {std::pair(true, false), {false, true}, {true, true}})
+    for (const int halves : {0, 1, -1}) {
+      if (left && right && halves == 0) continue;  // balances on its pins and has higher energy
+      starts.emplace_back([line, left = left, right = right, halves](const DrapeLevel& level) {
+        const std::vector<Vector2d>& material_m = level.cloth().mesh().points_m;
+        std::vector<Vector3d> places;
+        places.reserve(material_m.size());
+        for (const Vector2d& point : material_m)
+          places.push_back(folded(line, left, right, halves, point));
+        ClothMoment moment = level.start_at(material_m, places);
+        for (const int pin : level.pinned())
+          moment.state[pin] = places[pin];  // until the fall moves it
+        return moment;
+      });
+    }
+  return starts;
 }
 
 }  // namespace drape::simulate

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
 #include <functional>
 #include <memory>
 #include <optional>
@@ -9,10 +10,31 @@
 #include <vector>
 
 #include "core/branch_list.hpp"
-#include "simulate/ensemble/hem_label.hpp"
+#include "simulate/drape/drape.hpp"
 #include "simulate/simulate.hpp"
 
 namespace drape::simulate {
+
+/// Single-linkage clusters: the components that remain after removing edges of the minimum
+/// spanning tree longer than a limit. The limit is where an edge is an outlier: median plus 3
+/// times 1.4826 times the median absolute deviation of the tree's edges (Hampel 1974), at least
+/// `least`.
+struct Linkage {
+  double limit = 0;
+  std::vector<int> group;  ///< cluster of each point, numbered by first occurrence
+};
+[[nodiscard]] Linkage link(int count, const std::function<double(int, int)>& distance,
+                           double least);
+
+/// Folds of a cloth's hem: its horizontal distance from the vertical through the centre of mass, as
+/// a function of the fraction of the hem's material length.
+struct HemLabel {
+  int nodes = 0;                        ///< number of maxima with a prominence of at least 3 mm
+  std::array<double, 9> amplitude_m{};  ///< Fourier amplitudes 0 .. 8 of the distance
+};
+
+/// Samples the hem of the surface at 256 places.
+[[nodiscard]] HemLabel label_hem(const DrapeLevel& level, const ClothMoment& moment);
 
 /// Options of an ensemble of starts.
 struct EnsembleOptions {
@@ -80,15 +102,12 @@ struct Ensemble {
   [[nodiscard]] std::vector<int> starts_of(std::size_t branch) const;
 };
 
-/// True if all objects are symmetric about one vertical axis.
-[[nodiscard]] bool is_round(const Scene& scene);
-
 /// Mean distance of the marks of two cloths (m). `round`: after the best rotation about the
 /// vertical and horizontal shift, also with the cloth rotated by half a turn in its plane.
 [[nodiscard]] double mean_distance_m(const Eigen::MatrixX3d& a, const Eigen::MatrixX3d& b,
                                      bool round);
 
-/// Drapes the starts on the coarsest mesh and groups their rests by linkage (linkage.hpp). Without
+/// Drapes the starts on the coarsest mesh and groups their rests by linkage. Without
 /// a given number, stops when the last eight starts brought no new branch. A cloth that is divided
 /// by the line of its two pins is also started folded. Throws Error like drape_cloth().
 [[nodiscard]] Ensemble find_branches(const EnsembleCase& own, const EnsembleOptions& how);
@@ -130,5 +149,11 @@ struct FinishedBranch {
 /// distance is due to model and fabric, not to the choice of folds. Repeats this at the ends of an
 /// unmeasured friction's range.
 void start_from_measured(const EnsembleCase& own, PlacedDrape& placed);
+
+/// Starts of a cloth on two pins that is folded along the line through them, as over a washing
+/// line: the part on one side, on the other, or both hang down, straight or with half a wave
+/// between the pins. Such a drape has many folded rests that a flat start rarely reaches. Empty if
+/// the pins define no line that divides the cloth.
+[[nodiscard]] std::vector<DrapeStart> folded_starts(const DrapeCase& drape);
 
 }  // namespace drape::simulate

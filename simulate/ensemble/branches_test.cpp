@@ -8,7 +8,6 @@
 #include <cmath>
 #include <numbers>
 
-#include "simulate/ensemble/linkage.hpp"
 #include "simulate/ensemble/test_ensemble.hpp"
 
 namespace drape::simulate {

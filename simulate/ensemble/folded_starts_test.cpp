@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "simulate/ensemble/folded_starts.hpp"
+#include "simulate/ensemble/branches.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "simulate/fabric/curve.hpp"
+#include "simulate/fabric/laws.hpp"
 
 #include <gtest/gtest.h>
 

@@ -7,12 +7,56 @@
 #include <string>
 #include <vector>
 
+#include "core/certificate.hpp"
+#include "core/error.hpp"
+#include "core/fields/fields.hpp"
 #include "core/fields/records.hpp"
-#include "simulate/fabric/curve.hpp"
-#include "simulate/fabric/kes.hpp"
-#include "simulate/fabric/memory.hpp"
+#include "simulate/fabric/laws.hpp"
 
 namespace drape::simulate {
+
+struct KawabataCurve;
+
+// Numbers that a KES sheet lists for one direction, in its units, for use without the plots. Each
+// is checked against those of textiles; a fault names the likely mistake in units.
+
+/// Two of EMT, LT and WT, or all three if consistent within 3 %.
+struct TensileNumbers {
+  std::optional<double> emt_percent, lt, wt_gf_cm_per_cm2, rt_percent;
+};
+struct ShearNumbers {
+  double g_gf_per_cm_deg = 0;
+  std::optional<double> hg2_gf_per_cm, hg5_gf_per_cm;  ///< full widths at 0.5 and 5 degrees
+  std::optional<double> slip_angle_deg;
+};
+struct BendingNumbers {
+  double b_gf_cm2_per_cm = 0;
+  std::optional<double> hb2_gf_cm_per_cm, slip_curvature_per_cm;
+};
+void fields(Fields& f, TensileNumbers& numbers);
+void fields(Fields& f, ShearNumbers& numbers);
+void fields(Fields& f, BendingNumbers& numbers);
+
+// Curves derived from these numbers, with `file` as their file.
+
+/// f = A (exp(b strain) - 1) through the origin and 500 gf/cm at EMT, with b from LT = 2 (1/x -
+/// 1/(exp(x) - 1)), x = b EMT (LT above 1 gives a concave curve). Unloading is the same with LT RT;
+/// RT defaults to 60 %.
+[[nodiscard]] KawabataCurve curve_of(const TensileNumbers& numbers,
+                                     const std::filesystem::path& file);
+/// Shear curve up to 8 degrees.
+[[nodiscard]] KawabataCurve curve_of(const ShearNumbers& numbers,
+                                     const std::filesystem::path& file);
+/// Bending curve up to 2.5 1/cm.
+[[nodiscard]] KawabataCurve curve_of(const BendingNumbers& numbers,
+                                     const std::filesystem::path& file);
+
+/// G (gf/(cm deg)) from the extension EB5 of a strip at 45 degrees under T = 5 gf/cm: G = T / (4
+/// EB5). Throws for a value that no textile has.
+[[nodiscard]] double shear_from_bias_extension(double eb5_percent, const Where& where);
+
+/// Typical woven cloth, for fabrics of which only B and G are known.
+inline const TensileNumbers kUsualTensile = {3, 0.7, {}, 60};
 
 /// Both branches of a Kawabata test in SI units: strain (1), angle (rad) or curvature (1/m) against
 /// force per width (N/m) or moment per width (N).
@@ -60,7 +104,7 @@ struct Fabric {
   KawabataCurve bending[2];
   std::optional<double> bias_bending_n_m;  ///< bending stiffness at 45 degrees (N m)
   std::vector<std::string> stand_ins;      ///< names of quantities that were assumed, not measured
-  std::vector<std::string> warnings;       ///< unusual or implausible values, see plausible.hpp
+  std::vector<std::string> warnings;       ///< unusual or implausible values, see judge()
 
   /// The fabric file and its curves, in a fixed order.
   [[nodiscard]] std::vector<std::filesystem::path> files() const;
@@ -86,6 +130,50 @@ struct Fabric {
 
 /// Half the mean distance between the branches over the middle half of the test, lost by merging.
 [[nodiscard]] double half_hysteresis(const KawabataCurve& curve);
+
+struct Fabric;
+
+/// Comparison of a fabric's density and bending with measured fabrics.
+struct Plausibility {
+  std::vector<Error> problems;  ///< values of no fabric: wrong unit or misplaced decimal point
+  std::vector<std::string> warnings;  ///< values of few fabrics, each with file and field
+};
+
+/// Compares areal density and bending along warp, weft and at 45 degrees with 618 measured fabrics,
+/// and the loops of KES numbers with their slopes. A simulation only warns of problems, since it
+/// accepts sheets that are not textiles.
+[[nodiscard]] Plausibility judge(const Fabric& fabric);
+
+/// Throws the first problem, for callers that require a textile.
+void require_textile(const Fabric& fabric);
+
+/// Usual range of bending stiffness (gf cm2/cm) at an areal density (g/m2): nine of ten fabrics,
+/// extended tenfold on either side.
+struct UsualBending {
+  double from, to;  ///< g/m2
+  double least, most;
+  double least_possible, most_possible;
+};
+[[nodiscard]] UsualBending usual_bending(double density_g_per_m2);
+
+/// Constitutive laws of a cloth, fitted to its measured curves.
+struct FittedLaws {
+  ClothLaws laws;
+  std::vector<CurveReport> curves;
+  std::vector<std::string> warnings;  ///< warnings about the fabric and its twist stiffness
+};
+
+/// Fits the measured curves up to `reach`, or over the whole measurement without one (a single line
+/// over the range of the paper's section 5). `internal_friction` splits the loops of bending and
+/// shear into elastic curves and friction elements (laws.friction). Throws Error(bad_input) for a
+/// curve that does not rise everywhere.
+[[nodiscard]] FittedLaws fit_laws(const Fabric& fabric, int segments,
+                                  const std::optional<CurveReach>& reach = std::nullopt,
+                                  bool internal_friction = false);
+
+/// SVG of the six Kawabata curves with both branches, each with the line (one segment) and the
+/// piecewise linear curve of `segments` used in simulation.
+[[nodiscard]] std::string curves_svg(const Fabric& fabric, int segments);
 
 }  // namespace drape::simulate
 

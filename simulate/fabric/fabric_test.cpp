@@ -10,9 +10,6 @@
 #include "core/error.hpp"
 #include "core/files/files.hpp"
 #include "core/units.hpp"
-#include "simulate/fabric/fitted_laws.hpp"
-#include "simulate/fabric/plausible.hpp"
-#include "simulate/fabric/plot.hpp"
 #include "tests/support/paths.hpp"
 
 namespace drape::simulate {

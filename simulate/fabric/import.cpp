@@ -6,61 +6,23 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <filesystem>
-#include <map>
-#include <optional>
-#include <string>
 #include <tuple>
-#include <utility>
-#include <vector>
 
-#include "core/error.hpp"
 #include "core/fields/document.hpp"
 #include "core/files/csv.hpp"
 #include "core/files/files.hpp"
 #include "core/units.hpp"
-#include "simulate/fabric/csv_text.hpp"
 #include "simulate/fabric/fabric.hpp"
-#include "simulate/fabric/plausible.hpp"
+#include "simulate/fabric/laws.hpp"
 
 namespace drape::simulate {
 
-namespace fs = std::filesystem;
-using UnitTable = std::vector<std::pair<std::string, double>>;
-
 namespace {
 
+namespace fs = std::filesystem;
+
 /// Units of a quantity, with the factor to the unit of fabric.toml.
-
-/// A sheet of property,unit,warp,weft, with values converted to the units of fabric.toml.
-class PropertySheet {
- public:
-  PropertySheet(const std::filesystem::path& file, const std::map<std::string, UnitTable>& known);
-
-  [[nodiscard]] bool has(const std::string& property) const { return rows_.contains(property); }
-  /// Value along 0 warp or 1 weft. Throws if the property has no value there.
-  [[nodiscard]] double along(const std::string& property, int direction) const;
-  /// Value of a property of the whole cloth, which stands under warp or weft, or is equal under
-  /// both. nullopt if there is no row or no value in it.
-  [[nodiscard]] std::optional<double> whole(const std::string& property) const;
-  /// File, line and property.
-  [[nodiscard]] Where where(const std::string& property) const;
-  /// Names among `names` that have a row, as a list in words.
-  [[nodiscard]] std::string among(std::initializer_list<const char*> names) const {
-    std::string list;
-    for (const char* name : names)
-      if (has(name)) list += (list.empty() ? "" : ", ") + std::string(name);
-    return list;
-  }
-
- private:
-  struct Row {
-    int line = 0;
-    std::array<std::optional<double>, 2> values;
-  };
-  std::filesystem::path file_;
-  std::map<std::string, Row> rows_;
-};
+using UnitTable = std::vector<std::pair<std::string, double>>;
 
 /// Normalised spelling of a unit: without spaces, dots, brackets and carets.
 std::string plain_unit(const std::string& unit) {
@@ -96,50 +58,76 @@ double factor_of(const UnitTable& table, const std::string& unit, const Where& w
   throw bad_input(fmt::format("`{}` is no unit of this property", unit), where, "known: " + known);
 }
 
-PropertySheet::PropertySheet(const std::filesystem::path& file,
-                             const std::map<std::string, UnitTable>& known)
-    : file_(file) {
-  const CsvText table = read_csv_text(file);
-  for (std::size_t row = 0; row < table.rows.size(); ++row) {
-    const std::string property = table.rows[row][table.column("property")];
-    const Where where{.file = file.string(), .line = table.lines[row], .field = property};
-    const auto found = known.find(property);
-    if (found == known.end()) {
-      std::string names;
-      for (const auto& [name, units] : known) names += (names.empty() ? "" : ", ") + name;
-      throw bad_input("an unknown property", where, "known: " + names);
+/// Properties in the same units.
+using Quantity = std::pair<UnitTable, std::vector<const char*>>;
+
+/// A sheet of property,unit,warp,weft, with values converted to the units of fabric.toml.
+class PropertySheet {
+ public:
+  PropertySheet(const fs::path& file, const std::vector<Quantity>& quantities) : file_(file) {
+    std::map<std::string, UnitTable> known;
+    for (const auto& [units, properties] : quantities)
+      for (const char* property : properties) known[property] = units;
+    const CsvText table = read_csv_text(file);
+    for (std::size_t row = 0; row < table.rows.size(); ++row) {
+      const std::string property = table.rows[row][table.column("property")];
+      const Where where{.file = file.string(), .line = table.lines[row], .field = property};
+      const auto found = known.find(property);
+      if (found == known.end()) {
+        std::string names;
+        for (const auto& [name, units] : known) names += (names.empty() ? "" : ", ") + name;
+        throw bad_input("an unknown property", where, "known: " + names);
+      }
+      if (has(property)) throw bad_input("a property twice", where, "keep one row");
+      const double factor = factor_of(found->second, table.rows[row][table.column("unit")], where);
+      Row read{table.lines[row], {table.number(row, "warp"), table.number(row, "weft")}};
+      for (auto& value : read.values)
+        if (value) *value *= factor;
+      rows_[property] = read;
     }
-    if (has(property)) throw bad_input("a property twice", where, "keep one row");
-    const double factor = factor_of(found->second, table.rows[row][table.column("unit")], where);
-    Row read{table.lines[row], {table.number(row, "warp"), table.number(row, "weft")}};
-    for (auto& value : read.values)
-      if (value) *value *= factor;
-    rows_[property] = read;
   }
-}
 
-Where PropertySheet::where(const std::string& property) const {
-  Where where{.file = file_.string(), .field = property};
-  if (has(property)) where.line = rows_.at(property).line;
-  return where;
-}
+  [[nodiscard]] bool has(const std::string& property) const { return rows_.contains(property); }
+  /// Value along 0 warp or 1 weft. Throws if the property has no value there.
+  [[nodiscard]] double along(const std::string& property, int direction) const {
+    if (has(property))
+      if (const auto value = rows_.at(property).values[direction]) return *value;
+    throw bad_input(
+        fmt::format("{} is missing along the {}", property, direction == 0 ? "warp" : "weft"),
+        where(property), "warp and weft are never merged: give both");
+  }
+  /// Value of a property of the whole cloth, which stands under warp or weft, or is equal under
+  /// both. nullopt if there is no row or no value in it.
+  [[nodiscard]] std::optional<double> whole(const std::string& property) const {
+    if (!has(property)) return std::nullopt;
+    const auto& [warp, weft] = rows_.at(property).values;
+    if (warp && weft && *warp != *weft)
+      throw bad_input(fmt::format("{} has two values, but the whole cloth has one", property),
+                      where(property), "keep the right one, or the mean of two specimens");
+    return warp ? warp : weft;
+  }
+  /// File, line and property.
+  [[nodiscard]] Where where(const std::string& property) const {
+    Where where{.file = file_.string(), .field = property};
+    if (has(property)) where.line = rows_.at(property).line;
+    return where;
+  }
+  /// Names among `names` that have a row, as a list in words.
+  [[nodiscard]] std::string among(std::initializer_list<const char*> names) const {
+    std::string list;
+    for (const char* name : names)
+      if (has(name)) list += (list.empty() ? "" : ", ") + std::string(name);
+    return list;
+  }
 
-double PropertySheet::along(const std::string& property, int direction) const {
-  if (has(property))
-    if (const auto value = rows_.at(property).values[direction]) return *value;
-  throw bad_input(
-      fmt::format("{} is missing along the {}", property, direction == 0 ? "warp" : "weft"),
-      where(property), "warp and weft are never merged: give both");
-}
-
-std::optional<double> PropertySheet::whole(const std::string& property) const {
-  if (!has(property)) return std::nullopt;
-  const auto& [warp, weft] = rows_.at(property).values;
-  if (warp && weft && *warp != *weft)
-    throw bad_input(fmt::format("{} has two values, but the whole cloth has one", property),
-                    where(property), "keep the right one, or the mean of two specimens");
-  return warp ? warp : weft;
-}
+ private:
+  struct Row {
+    int line = 0;
+    std::array<std::optional<double>, 2> values;
+  };
+  fs::path file_;
+  std::map<std::string, Row> rows_;
+};
 
 const UnitTable kDensity = {{"g/m2", 1}, {"mg/cm2", 10}, {"kg/m2", 1000}};
 const UnitTable kPercent = {{"%", 1}, {"percent", 1}};
@@ -271,139 +259,6 @@ const Value& member(const Value& json, const fs::path& file, const std::string& 
                   "export the physics with its section `custom`");
 }
 
-}  // namespace
-
-ImportedFabric import_kes(const fs::path& file, const std::string& name) {
-  const PropertySheet sheet(file, {{"W", kDensity},
-                                   {"T", kLength},
-                                   {"LT", kPlainNumber},
-                                   {"WT", kWork},
-                                   {"RT", kPercent},
-                                   {"EMT", kPercent},
-                                   {"G", kShear},
-                                   {"2HG", kForce},
-                                   {"2HG5", kForce},
-                                   {"B", kBending},
-                                   {"2HB", kMoment},
-                                   {"B45", kBending},
-                                   {"LC", kPlainNumber},
-                                   {"WC", kWork},
-                                   {"RC", kPercent},
-                                   {"MIU", kPlainNumber},
-                                   {"MMD", kPlainNumber},
-                                   {"SMD", kLength}});
-  Numbers numbers = numbers_of(sheet, name, "KES-FB result sheet " + file.filename().string());
-  numbers.set_bias(sheet.whole("B45"));
-  numbers.from[kBias] = sheet.where("B45");
-  const bool has_tensile = sheet.has("EMT") || sheet.has("LT") || sheet.has("WT");
-  if (has_tensile && !sheet.has("RT"))
-    numbers.also_stand_in.emplace_back("tensile hysteresis: RT 60 %");
-  using Tensile = std::optional<double> TensileNumbers::*;
-  const std::vector<std::tuple<std::string, std::string, Tensile>> tensile = {
-      {"EMT", "emt_percent", &TensileNumbers::emt_percent},
-      {"LT", "lt", &TensileNumbers::lt},
-      {"WT", "wt_gf_cm_per_cm2", &TensileNumbers::wt_gf_cm_per_cm2},
-      {"RT", "rt_percent", &TensileNumbers::rt_percent}};
-  for (int d = 0; d < 2; ++d) {
-    const auto take = [&](const std::string& property, const std::string& key) {
-      numbers.from[key_of(key, d)] = sheet.where(property);
-      return sheet.along(property, d);
-    };
-    numbers.bending(d).b_gf_cm2_per_cm = take("B", kB);
-    if (sheet.has("2HB")) numbers.bending(d).hb2_gf_cm_per_cm = take("2HB", kHb);
-    if (sheet.has("G")) numbers.shear(d).g_gf_per_cm_deg = take("G", kG);
-    if (sheet.has("2HG")) numbers.shear(d).hg2_gf_per_cm = take("2HG", kHg);
-    if (sheet.has("2HG5")) numbers.shear(d).hg5_gf_per_cm = take("2HG5", kHg5);
-    for (const auto& [property, key, member] : tensile)
-      if (sheet.has(property)) (numbers.tensile(d).*member) = take(property, "tensile." + key);
-    // Reports values missing from a tensile test at the existing row.
-    for (const auto& [property, key, member] : tensile)
-      for (const auto& other : tensile)
-        if (!sheet.has(property) && sheet.has(std::get<0>(other)))
-          numbers.from.try_emplace(key_of("tensile." + key, d), sheet.where(std::get<0>(other)));
-  }
-  ImportedFabric fabric = imported(numbers);
-  fabric.unused = sheet.among({"T", "LC", "WC", "RC", "MIU", "MMD", "SMD"});
-  return fabric;
-}
-
-ImportedFabric import_fast(const fs::path& file, const std::string& name) {
-  const PropertySheet sheet(file, {{"W", kDensity},
-                                   {"T2", kLength},
-                                   {"T100", kLength},
-                                   {"C", kLength},
-                                   {"C45", kLength},
-                                   {"E5", kPercent},
-                                   {"E20", kPercent},
-                                   {"E100", kPercent},
-                                   {"EB5", kPercent},
-                                   {"ST", kLength},
-                                   {"T2R", kLength},
-                                   {"T100R", kLength},
-                                   {"STR", kLength},
-                                   {"B", kBending},
-                                   {"G", kForce},
-                                   {"F", kArea},
-                                   {"RS", kPercent},
-                                   {"HE", kPercent}});
-  Numbers numbers = numbers_of(sheet, name, "FAST result sheet " + file.filename().string());
-  // B = w g C^3 (Peirce 1930); W in g/m2, C in mm.
-  const auto rigidity = [&](double c_mm) {
-    return numbers.file.areal_density_g_per_m2 * units::g_per_m2 * 9.80665 *
-           std::pow(c_mm * units::mm, 3) / units::gf_cm2_per_cm;
-  };
-  if (const auto c = sheet.whole("C45")) numbers.set_bias(rigidity(*c));
-  numbers.from[kBias] = sheet.where("C45");
-  const auto eb5 = sheet.whole("EB5");
-  if (eb5 && !(*eb5 > 0)) throw bad_input("EB5 is not above 0", sheet.where("EB5"), "check it");
-  ImportedFabric curves;
-  const UsualBending usual = usual_bending(numbers.file.areal_density_g_per_m2);
-  for (int d = 0; d < 2; ++d) {
-    const double c_mm = sheet.along("C", d);
-    const double b = numbers.bending(d).b_gf_cm2_per_cm = rigidity(c_mm);
-    if (b < usual.least_possible || b > usual.most_possible)
-      throw bad_input(fmt::format("a bending length of {:g} mm; fabrics of {:g} to {:g} g/m2 have "
-                                  "{:.2g} to {:.2g}",
-                                  c_mm, usual.from, usual.to, c_mm * std::cbrt(usual.least / b),
-                                  c_mm * std::cbrt(usual.most / b)),
-                      sheet.where("C"),
-                      "is it in cm, or the overhang, which is twice the bending length?");
-    numbers.from[key_of(kB, d)] = sheet.where("C");
-    if (eb5) {
-      numbers.shear(d).g_gf_per_cm_deg = shear_from_bias_extension(*eb5, sheet.where("EB5"));
-      numbers.from[key_of(kG, d)] = sheet.where("EB5");
-    }
-    const std::string curve = fmt::format("tensile_{}.csv", kDirections[d]);
-    std::vector<double> strain = {0}, force = {0};
-    for (const auto& [property, load] : {std::pair{"E5", 5.0}, {"E20", 20.0}, {"E100", 100.0}}) {
-      if (!sheet.has(property)) continue;
-      strain.push_back(sheet.along(property, d));
-      force.push_back(load);
-      numbers.from[fmt::format("{}:{}", curve, strain.size() + 1)] = sheet.where(property);
-      numbers.from[curve] = sheet.where(property);
-    }
-    if (strain.size() == 1) continue;
-    if (strain.size() == 2)
-      throw bad_input("a tensile curve needs two of E5, E20 and E100: the others are missing",
-                      numbers.from.at(curve), "give one more, or remove this one");
-    curves.curves.emplace_back(
-        curve, csv_text({"strain_percent", "loading_force_gf_per_cm", "unloading_force_gf_per_cm"},
-                        {strain, force, force}));
-    if (!numbers.file.tensile) numbers.file.tensile.emplace();
-    numbers.file.tensile->curve[d] = curve;
-    if (d == 0)
-      numbers.also_stand_in.push_back(fmt::format(
-          "tensile hysteresis: unloading as loading, nothing above {:g} gf/cm", force.back()));
-  }
-  ImportedFabric fabric = imported(numbers);
-  fabric.curves = std::move(curves.curves);
-  fabric.unused =
-      sheet.among({"T2", "T100", "ST", "T2R", "T100R", "STR", "F", "RS", "HE", "B", "G"});
-  return fabric;
-}
-
-namespace {
-
 constexpr std::size_t kCurvePoints = 25;  ///< points of a tensile curve from a machine's samples
 constexpr double kLeastStretch = 0.005;   ///< strain; below it the machine has play
 
@@ -474,6 +329,115 @@ std::string fab_curve(const Value& strip, const fs::path& file, const std::strin
 }
 
 }  // namespace
+
+ImportedFabric import_kes(const fs::path& file, const std::string& name) {
+  const PropertySheet sheet(file, {{kDensity, {"W"}},
+                                   {kLength, {"T", "SMD"}},
+                                   {kPlainNumber, {"LT", "LC", "MIU", "MMD"}},
+                                   {kWork, {"WT", "WC"}},
+                                   {kPercent, {"RT", "EMT", "RC"}},
+                                   {kShear, {"G"}},
+                                   {kForce, {"2HG", "2HG5"}},
+                                   {kBending, {"B", "B45"}},
+                                   {kMoment, {"2HB"}}});
+  Numbers numbers = numbers_of(sheet, name, "KES-FB result sheet " + file.filename().string());
+  numbers.set_bias(sheet.whole("B45"));
+  numbers.from[kBias] = sheet.where("B45");
+  const bool has_tensile = sheet.has("EMT") || sheet.has("LT") || sheet.has("WT");
+  if (has_tensile && !sheet.has("RT"))
+    numbers.also_stand_in.emplace_back("tensile hysteresis: RT 60 %");
+  using Tensile = std::optional<double> TensileNumbers::*;
+  const std::vector<std::tuple<std::string, std::string, Tensile>> tensile = {
+      {"EMT", "emt_percent", &TensileNumbers::emt_percent},
+      {"LT", "lt", &TensileNumbers::lt},
+      {"WT", "wt_gf_cm_per_cm2", &TensileNumbers::wt_gf_cm_per_cm2},
+      {"RT", "rt_percent", &TensileNumbers::rt_percent}};
+  for (int d = 0; d < 2; ++d) {
+    const auto take = [&](const std::string& property, const std::string& key) {
+      numbers.from[key_of(key, d)] = sheet.where(property);
+      return sheet.along(property, d);
+    };
+    numbers.bending(d).b_gf_cm2_per_cm = take("B", kB);
+    if (sheet.has("2HB")) numbers.bending(d).hb2_gf_cm_per_cm = take("2HB", kHb);
+    if (sheet.has("G")) numbers.shear(d).g_gf_per_cm_deg = take("G", kG);
+    if (sheet.has("2HG")) numbers.shear(d).hg2_gf_per_cm = take("2HG", kHg);
+    if (sheet.has("2HG5")) numbers.shear(d).hg5_gf_per_cm = take("2HG5", kHg5);
+    for (const auto& [property, key, member] : tensile)
+      if (sheet.has(property)) (numbers.tensile(d).*member) = take(property, "tensile." + key);
+    // Reports values missing from a tensile test at the existing row.
+    for (const auto& [property, key, member] : tensile)
+      for (const auto& other : tensile)
+        if (!sheet.has(property) && sheet.has(std::get<0>(other)))
+          numbers.from.try_emplace(key_of("tensile." + key, d), sheet.where(std::get<0>(other)));
+  }
+  ImportedFabric fabric = imported(numbers);
+  fabric.unused = sheet.among({"T", "LC", "WC", "RC", "MIU", "MMD", "SMD"});
+  return fabric;
+}
+
+ImportedFabric import_fast(const fs::path& file, const std::string& name) {
+  const PropertySheet sheet(file,
+                            {{kDensity, {"W"}},
+                             {kLength, {"T2", "T100", "C", "C45", "ST", "T2R", "T100R", "STR"}},
+                             {kPercent, {"E5", "E20", "E100", "EB5", "RS", "HE"}},
+                             {kBending, {"B"}},
+                             {kForce, {"G"}},
+                             {kArea, {"F"}}});
+  Numbers numbers = numbers_of(sheet, name, "FAST result sheet " + file.filename().string());
+  // B = w g C^3 (Peirce 1930); W in g/m2, C in mm.
+  const auto rigidity = [&](double c_mm) {
+    return numbers.file.areal_density_g_per_m2 * units::g_per_m2 * 9.80665 *
+           std::pow(c_mm * units::mm, 3) / units::gf_cm2_per_cm;
+  };
+  if (const auto c = sheet.whole("C45")) numbers.set_bias(rigidity(*c));
+  numbers.from[kBias] = sheet.where("C45");
+  const auto eb5 = sheet.whole("EB5");
+  if (eb5 && !(*eb5 > 0)) throw bad_input("EB5 is not above 0", sheet.where("EB5"), "check it");
+  ImportedFabric curves;
+  const UsualBending usual = usual_bending(numbers.file.areal_density_g_per_m2);
+  for (int d = 0; d < 2; ++d) {
+    const double c_mm = sheet.along("C", d);
+    const double b = numbers.bending(d).b_gf_cm2_per_cm = rigidity(c_mm);
+    if (b < usual.least_possible || b > usual.most_possible)
+      throw bad_input(fmt::format("a bending length of {:g} mm; fabrics of {:g} to {:g} g/m2 have "
+                                  "{:.2g} to {:.2g}",
+                                  c_mm, usual.from, usual.to, c_mm * std::cbrt(usual.least / b),
+                                  c_mm * std::cbrt(usual.most / b)),
+                      sheet.where("C"),
+                      "is it in cm, or the overhang, which is twice the bending length?");
+    numbers.from[key_of(kB, d)] = sheet.where("C");
+    if (eb5) {
+      numbers.shear(d).g_gf_per_cm_deg = shear_from_bias_extension(*eb5, sheet.where("EB5"));
+      numbers.from[key_of(kG, d)] = sheet.where("EB5");
+    }
+    const std::string curve = fmt::format("tensile_{}.csv", kDirections[d]);
+    std::vector<double> strain = {0}, force = {0};
+    for (const auto& [property, load] : {std::pair{"E5", 5.0}, {"E20", 20.0}, {"E100", 100.0}}) {
+      if (!sheet.has(property)) continue;
+      strain.push_back(sheet.along(property, d));
+      force.push_back(load);
+      numbers.from[fmt::format("{}:{}", curve, strain.size() + 1)] = sheet.where(property);
+      numbers.from[curve] = sheet.where(property);
+    }
+    if (strain.size() == 1) continue;
+    if (strain.size() == 2)
+      throw bad_input("a tensile curve needs two of E5, E20 and E100: the others are missing",
+                      numbers.from.at(curve), "give one more, or remove this one");
+    curves.curves.emplace_back(
+        curve, csv_text({"strain_percent", "loading_force_gf_per_cm", "unloading_force_gf_per_cm"},
+                        {strain, force, force}));
+    if (!numbers.file.tensile) numbers.file.tensile.emplace();
+    numbers.file.tensile->curve[d] = curve;
+    if (d == 0)
+      numbers.also_stand_in.push_back(fmt::format(
+          "tensile hysteresis: unloading as loading, nothing above {:g} gf/cm", force.back()));
+  }
+  ImportedFabric fabric = imported(numbers);
+  fabric.curves = std::move(curves.curves);
+  fabric.unused =
+      sheet.among({"T2", "T100", "ST", "T2R", "T100R", "STR", "F", "RS", "HE", "B", "G"});
+  return fabric;
+}
 
 ImportedFabric import_u3m(const fs::path& file, const std::string& name,
                           const std::string& bend_unit) {

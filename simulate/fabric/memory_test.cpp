@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "simulate/fabric/memory.hpp"
+#include "simulate/fabric/laws.hpp"
 
 #include <gtest/gtest.h>
 
@@ -8,7 +8,7 @@
 
 #include "core/files/files.hpp"
 #include "core/units.hpp"
-#include "simulate/fabric/fitted_laws.hpp"
+#include "simulate/fabric/fabric.hpp"
 #include "tests/support/paths.hpp"
 
 namespace drape::simulate {
@@ -88,6 +88,16 @@ TEST(Memory, GivesKesNumbersBack) {
   EXPECT_NEAR(shear.slope / units::gf_per_cm * deg, 0.6, 0.6e-10);
   EXPECT_NEAR(shear.width(0.5 * deg) / units::gf_per_cm, 0.5, 0.5e-10);
   EXPECT_NEAR(shear.width(5 * deg) / units::gf_per_cm, 1.4, 1.4e-10);
+}
+
+/// A certificate states one element or more for each curve.
+TEST(Memory, StatesNoFrictionOfATestWithoutALoop) {
+  const FittedLaws fitted =
+      fit_laws(fabric_of("{ g_gf_per_cm_deg = 0.6 }", "{ b_gf_cm2_per_cm = 0.118 }"), 5, {}, true);
+  ASSERT_TRUE(fitted.laws.friction);
+  EXPECT_TRUE(fitted.laws.friction->shear.empty());
+  EXPECT_EQ(fitted.curves.size(), 5U);
+  for (const CurveReport& curve : fitted.curves) EXPECT_GE(curve.segments, 1) << curve.name;
 }
 
 /// Compares the stack's loop at the points of a curve with half the width and the stated fit error.

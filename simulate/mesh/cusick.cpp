@@ -10,7 +10,7 @@
 #include <optional>
 
 #include "core/error.hpp"
-#include "simulate/mesh/surface.hpp"
+#include "simulate/mesh/mesh_cloth.hpp"
 
 namespace drape::simulate {
 namespace {

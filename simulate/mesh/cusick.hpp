@@ -5,7 +5,6 @@
 
 #include "simulate/mesh/descent.hpp"
 #include "simulate/mesh/mesh_cloth.hpp"
-#include "simulate/mesh/time_steps.hpp"
 
 namespace drape::simulate {
 

@@ -2,13 +2,75 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <functional>
 #include <limits>
+#include <memory>
 #include <vector>
 
 #include "simulate/mesh/mesh_cloth.hpp"
-#include "simulate/mesh/mesh_stiffness.hpp"
 
 namespace drape::simulate {
+
+/// A stiffness (N/m) between two points of a triangle, or of one point; each pair `point`, `other`
+/// occurs once. For a side (N m), both are its unknown.
+struct Support {
+  int point = 0, other = 0;
+  Eigen::Matrix3d stiffness;
+};
+
+/// A symmetric positive definite matrix near the second derivatives of a MeshCloth's energy, with
+/// its Cholesky factor: the preconditioner of a descent.
+///
+/// The membrane part contains the products of first derivatives and the tension of each triangle,
+/// not its compression. Bending depends on the points only, with the sides' derivatives taken from
+/// the linear triangles on both sides (weighted so that a bend across the side is exact; at the
+/// hem, where nothing holds a side, from the triangle's own least energy). The deviation of the
+/// sides' derivatives from these has a second matrix, of the sides alone, with the seams and the
+/// supports of sides, using the stiffness of elements before slip.
+class MeshStiffness {
+ public:
+  /// `held` unknowns are fixed. Both arguments must outlive this object.
+  MeshStiffness(const MeshCloth& cloth, const std::vector<bool>& held);
+  ~MeshStiffness();
+  MeshStiffness(const MeshStiffness&) = delete;
+  MeshStiffness& operator=(const MeshStiffness&) = delete;
+
+  /// Forms and factorises the matrix of a state with `supports`. Returns false if rounding makes it
+  /// indefinite.
+  [[nodiscard]] bool factorise(const MeshCloth::State& state, const std::vector<Support>& supports);
+  /// True if the last factor is still usable: no point has moved farther than `near_m` since.
+  [[nodiscard]] bool serves(const MeshCloth::State& state, double near_m) const;
+  void outdate() { formed_at_.clear(); }
+  /// Solves in place; gives zero for held unknowns.
+  void solve(MeshCloth::State& b) const;
+
+ private:
+  class Weights;
+  struct Gradient;
+  class SidesMatrix;
+  struct Parts;
+  std::unique_ptr<Parts> parts_;
+  MeshCloth::State formed_at_;  ///< empty if none was formed
+};
+
+/// Result of conjugate_gradients().
+struct ConjugateGradients {
+  int products = 0;
+  bool solved = false;
+  bool positive = true;  ///< no direction of negative curvature was met
+};
+
+/// Sets x near H^-1 b by conjugate gradients (Hestenes and Stiefel 1952) with the factor as
+/// preconditioner, until `solved` accepts the residual b - H x and its norm in the factor's metric,
+/// relative to that of b; at most `most` products. It ends at the first direction of negative
+/// curvature (Steihaug 1983) with x as it is, or with that direction if it is the first one.
+/// `multiply` sets the product of H and a direction; `b` ends as the residual.
+[[nodiscard]] ConjugateGradients conjugate_gradients(
+    const MeshStiffness& factor,
+    const std::function<void(const MeshCloth::State& direction, MeshCloth::State& product)>&
+        multiply,
+    const std::function<bool(double norm, const MeshCloth::State& residual)>& solved, int most,
+    MeshCloth::State& b, MeshCloth::State& x);
 
 /// Frictionless supports of the cloth in a drapemeter.
 struct Drapemeter {
@@ -85,5 +147,45 @@ struct DescentReport {
                                     const std::vector<bool>& held, MeshStiffness& stiffness,
                                     const Drapemeter& bodies, const DescentOptions& options,
                                     Pushes* pushes = nullptr);
+
+struct TimeStepsOptions {
+  double step_s = 4e-3;       ///< initial step
+  double longest_step_s = 0;  ///< steps may double up to this while no point moves far; 0: never
+  double drag_per_s = 4;      ///< beta / m of the air drag F = -beta v
+  double quiet_m = 10e-6;     ///< kinetic energy over weight below which the cloth is quiet ...
+  double quiet_s = 0.1;       ///< ... if for so long, since it vanishes for a moment at a reversal
+  double longest_s = 5;  ///< limit of the motion after `least_s`; it then ends, though not quiet
+  /// Residual of each step, in mean weights of a point: the acceleration has an error of so many
+  /// g.
+  double residual = 1e-2;
+  /// Displacement of a point per step, in mean side lengths, above which steps return to the
+  /// initial length.
+  double farthest = 0.2;
+};
+
+struct TimeStepsReport {
+  bool quiet = false;
+  double time_s = 0;
+  int increments = 0;  ///< time steps, each with one update of friction
+  int hurried = 0;     ///< steps that ended above their residual
+  int steps = 0;       ///< descent steps
+};
+
+using Carry = std::function<void(double time_s, MeshCloth::State& state)>;
+
+/// Integrates the motion of cloth from rest by second-order backward differences (Curtiss and
+/// Hirschfelder 1952; the first step is Euler's), with steps that can double or halve. Each step
+/// minimises the energy including inertia: if steps are short compared with the growth of any fold,
+/// the minimum is unique, and friction, updated once per step, follows the motion of the cloth and
+/// not that of the descent. `table_z_m` gives the height of the table over time; the motion lasts
+/// at least `least_s`. `pushes` and `carry` may be absent; `carry` moves held unknowns to their
+/// place at a time.
+[[nodiscard]] TimeStepsReport move_in_time(MeshCloth& cloth, MeshCloth::State& state,
+                                           const std::vector<bool>& held, MeshStiffness& stiffness,
+                                           Drapemeter bodies,
+                                           const std::function<double(double)>& table_z_m,
+                                           double least_s, DescentOptions descent,
+                                           const TimeStepsOptions& options,
+                                           Pushes* pushes = nullptr, const Carry& carry = {});
 
 }  // namespace drape::simulate

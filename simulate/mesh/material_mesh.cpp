@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdint>
 #include <map>
 #include <numbers>
 
@@ -225,13 +224,9 @@ class Triangulation {
  public:
   explicit Triangulation(std::vector<Vector2d> points) : points_(std::move(points)) {
     const std::size_t n = points_.size();
-    Vector2d low = points_.front(), high = low;
-    for (const Vector2d& p : points_) {
-      low = low.cwiseMin(p);
-      high = high.cwiseMax(p);
-    }
-    const Vector2d middle = (low + high) / 2;
-    const double size = 100 * ((high - low).maxCoeff() + 1e-9);
+    const Eigen::AlignedBox2d box = box_of(points_);
+    const Vector2d middle = (box.min() + box.max()) / 2;
+    const double size = 100 * ((box.max() - box.min()).maxCoeff() + 1e-9);
     points_.push_back(middle + size * Vector2d(-1, -1));
     points_.push_back(middle + size * Vector2d(1, -1));
     points_.push_back(middle + size * Vector2d(0, 1.5));
@@ -320,6 +315,12 @@ class Triangulation {
 };
 
 }  // namespace
+
+Eigen::AlignedBox2d box_of(const std::vector<Vector2d>& points) {
+  Eigen::AlignedBox2d box;
+  for (const Vector2d& p : points) box.extend(p);
+  return box;
+}
 
 bool contains(const Polygon& polygon, const Vector2d& p) {
   bool in = false;
@@ -465,13 +466,9 @@ MaterialMesh triangulated(const ClothOutline& outline, const MeshOptions& option
   std::vector<Vector2d> points = line_points(outline, lines, h);
   add_named(outline, lines, h, points);
   const std::size_t fixed = points.size();
-  Vector2d low = outline.outer.front(), high = low;
-  for (const Vector2d& p : outline.outer) {
-    low = low.cwiseMin(p);
-    high = high.cwiseMax(p);
-  }
-  const Vector2d middle = (low + high) / 2;
-  const int reach = static_cast<int>((high - low).norm() / h) + 2;
+  const Eigen::AlignedBox2d box = box_of(outline.outer);
+  const Vector2d middle = (box.min() + box.max()) / 2;
+  const int reach = static_cast<int>((box.max() - box.min()).norm() / h) + 2;
   const double c = std::cos(options.lattice_turn_rad), s = std::sin(options.lattice_turn_rad);
   SplitMix64 random(options.seed);
   const auto offset = [&] { return options.jitter * h * (2 * random.uniform() - 1); };

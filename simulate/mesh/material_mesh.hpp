@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <Eigen/Geometry>
 #include <array>
 #include <filesystem>
 #include <vector>
@@ -24,6 +25,7 @@ struct ClothOutline {
   std::filesystem::path file = {};  ///< file it was read from; empty if none
 };
 
+[[nodiscard]] Eigen::AlignedBox2d box_of(const std::vector<Eigen::Vector2d>& points);
 /// True if a point lies inside a closed polygon of either orientation.
 [[nodiscard]] bool contains(const Polygon& polygon, const Eigen::Vector2d& point_m);
 /// Distance (m) of a point from the nearest edge of a closed polygon.

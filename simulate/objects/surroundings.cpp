@@ -28,19 +28,13 @@ double gap_of(const Table& table, const Vector3d& p) {
   return p.z() - table.z_m;
 }
 
-/// Coordinates of a point in the box's frame.
-Vector3d in_box(const Box& box, const Vector3d& p) {
-  return box.world_from_box.rotation.transpose() * (p - box.world_from_box.translation_m);
-}
-
-Vector3d in_cylinder(const Cylinder& body, const Vector3d& p) {
-  const WorldFromObject& frame = body.world_from_cylinder;
+/// Coordinates of a point in an object's frame.
+Vector3d in_frame(const WorldFromObject& frame, const Vector3d& p) {
   return frame.rotation.transpose() * (p - frame.translation_m);
 }
 
 double gap_of(const PlacedMesh& body, const Vector3d& p) {
-  const WorldFromObject& frame = body.world_from_mesh;
-  return body.mesh->distance(frame.rotation.transpose() * (p - frame.translation_m)).gap_m;
+  return body.mesh->distance(in_frame(body.world_from_mesh, p)).gap_m;
 }
 
 using Nearest = Surroundings::Nearest;
@@ -61,10 +55,8 @@ Nearest nearest_of(const Sphere& sphere, const Vector3d& p) {
 }
 
 Nearest nearest_of(const PlacedMesh& body, const Vector3d& p) {
-  const WorldFromObject& frame = body.world_from_mesh;
-  const ClosedMesh::Distance found =
-      body.mesh->distance(frame.rotation.transpose() * (p - frame.translation_m));
-  return {found.gap_m, frame.rotation * found.normal, found.face};
+  const ClosedMesh::Distance found = body.mesh->distance(in_frame(body.world_from_mesh, p));
+  return {found.gap_m, body.world_from_mesh.rotation * found.normal, found.face};
 }
 
 /// Gap and outward direction, in its own coordinates, of a body grown by a radius from where `over`
@@ -90,7 +82,7 @@ struct Grown {
 };
 
 Nearest nearest_of(const Cylinder& body, const Vector3d& p) {
-  const Vector3d q = in_cylinder(body, p);
+  const Vector3d q = in_frame(body.world_from_cylinder, p);
   const Grown<2> grown(beyond(body, q), body.edge_radius_m);
   const double across = q.head<2>().norm();
   const Eigen::Vector2d away =
@@ -102,7 +94,7 @@ Nearest nearest_of(const Cylinder& body, const Vector3d& p) {
 }
 
 Nearest nearest_of(const Box& box, const Vector3d& p) {
-  const Vector3d q = in_box(box, p);
+  const Vector3d q = in_frame(box.world_from_box, p);
   Grown<3> grown(beyond(box, q), box.edge_radius_m);
   for (int i = 0; i < 3; ++i) grown.out[i] = std::copysign(grown.out[i], q[i]);
   const int axis = grown.axis;
@@ -129,7 +121,7 @@ Matrix3d curvature_of(const Sphere& sphere, const Vector3d& p) {
 Matrix3d curvature_of(const Box& box, const Vector3d& p) {
   const Nearest nearest = nearest_of(box, p);
   if (nearest.face >= 0) return Matrix3d::Zero();
-  const Vector3d over = beyond(box, in_box(box, p));
+  const Vector3d over = beyond(box, in_frame(box.world_from_box, p));
   const Matrix3d& turn = box.world_from_box.rotation;
   const Vector3d along = (over.array() > 0).cast<double>();
   return curved(nearest.normal, box.edge_radius_m + nearest.gap_m,
@@ -137,7 +129,7 @@ Matrix3d curvature_of(const Box& box, const Vector3d& p) {
 }
 
 Matrix3d curvature_of(const Cylinder& body, const Vector3d& p) {
-  const Vector3d q = in_cylinder(body, p);
+  const Vector3d q = in_frame(body.world_from_cylinder, p);
   const double across = q.head<2>().norm();
   if (!(across > kSharp_m)) return Matrix3d::Zero();
   const Nearest nearest = nearest_of(body, p);
@@ -199,8 +191,8 @@ void Surroundings::add(const MeshObject& object) {
 }
 
 bool Surroundings::is_sharp(int shape) const {
-  const Box* const box = this->box(shape);
-  const Cylinder* const cylinder = this->cylinder(shape);
+  const auto* box = std::get_if<Box>(&shapes_[shape]);
+  const auto* cylinder = std::get_if<Cylinder>(&shapes_[shape]);
   return mesh(shape) != nullptr || (box != nullptr && box->edge_radius_m < kRound_m) ||
          (cylinder != nullptr && cylinder->edge_radius_m < kRound_m);
 }

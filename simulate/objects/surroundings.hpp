@@ -7,9 +7,8 @@
 #include <variant>
 #include <vector>
 
-#include "core/scene.hpp"
-
 #include "core/geometry/closed_mesh.hpp"
+#include "core/scene.hpp"
 
 namespace drape::simulate {
 
@@ -31,12 +30,10 @@ class Surroundings {
   Surroundings() = default;
   explicit Surroundings(const Scene& scene);
 
-  void add(const Sphere& sphere) { shapes_.emplace_back(sphere); }
-  void add(const Box& box) { shapes_.emplace_back(box); }
-  void add(const Cylinder& cylinder) { shapes_.emplace_back(cylinder); }
-  void add(const Plane& plane) { shapes_.emplace_back(plane); }
-  void add(const Table& table) { shapes_.emplace_back(table); }
-  void add(const PlacedMesh& mesh) { shapes_.emplace_back(mesh); }
+  template <class Shape>
+  void add(const Shape& shape) {
+    shapes_.emplace_back(shape);
+  }
   /// Reads the mesh; throws Error naming the file if it is not a closed triangle mesh.
   void add(const MeshObject& object);
 
@@ -50,11 +47,7 @@ class Surroundings {
   }
   /// True for meshes, and for boxes and cylinders whose edges have a radius below 2 mm.
   [[nodiscard]] bool is_sharp(int shape) const;
-  /// The shape if it is of that kind, else null.
-  [[nodiscard]] const Box* box(int shape) const { return std::get_if<Box>(&shapes_[shape]); }
-  [[nodiscard]] const Cylinder* cylinder(int shape) const {
-    return std::get_if<Cylinder>(&shapes_[shape]);
-  }
+  /// The shape if it is a mesh, else null.
   [[nodiscard]] const PlacedMesh* mesh(int shape) const {
     return std::get_if<PlacedMesh>(&shapes_[shape]);
   }

@@ -9,10 +9,8 @@
 
 #include "core/error.hpp"
 #include "core/units.hpp"
-#include "simulate/contact/self_distance.hpp"
-#include "simulate/fabric/csv_text.hpp"
+#include "simulate/contact/layer_pair.hpp"
 #include "simulate/paper/paper_motion.hpp"
-#include "simulate/start/start_check.hpp"
 
 namespace drape::simulate {
 namespace {
@@ -90,18 +88,216 @@ class PaperRun {
                  local.scene.friction, options.thickness_m}),
         steps_(std::get<CertificateGrid>(certificate.cloth)) {}
 
-  void start(const Print& print);
-  void go(const std::function<void(double)>& progress);
-  void certify();
-  [[nodiscard]] Sheet sheet() const;
+  void start(const Print& print) {
+    const ParticleGrid& grid = cloth_.grid();
+    const FlatPose flat{local_.scene.start.centre_in_world.value_or(Vector3d::Zero()),
+                        local_.scene.start.yaw_rad};
+    for (int i = 0; i < grid.count(); ++i) {
+      motion_.position.col(i) = flat.point_in_world(grid.material_m(i), grid.patch_m);
+      motion_.position(2, i) +=
+          options_.imperfection_m * imperfection(i / grid.cols, i % grid.cols);
+    }
+    const std::vector<Vector3d> places = pin_places(local_.scene, print, local_.measured);
+    const auto count = static_cast<Eigen::Index>(places.size());
+    Eigen::MatrixXd weights(count, grid.count());
+    held_at_.resize(3, count);
+    for (Eigen::Index h = 0; h < count; ++h) {
+      weights.row(h) = weights_at(grid, local_.scene.pins[h].material_m(print));
+      held_at_.col(h) = places[h];
+    }
+    motion_.hold(weights);
+    if (count > 0) {
+      const Eigen::Matrix3Xd away = held_at_ - motion_.held_points();
+      const double farthest_m = away.colwise().norm().maxCoeff();
+      if (farthest_m > kPinPlaced_m) {
+        motion_.move_holds(away / kPinTravel_s);
+        pins_placed_s_ = kPinTravel_s;
+      }
+      if (farthest_m > 1 * mm)
+        certificate_.warnings.push_back(fmt::format(
+            "a pin starts {:.1f} mm from its place and is moved there in the first {:.1f} s",
+            farthest_m / mm, kPinTravel_s));
+    }
+    if (const int moved = motion_.push_out(); moved > 0)
+      certificate_.warnings.push_back(
+          fmt::format("{} particles started inside an object and were set on its surface", moved));
+    damped_from_s_ = std::max(pins_placed_s_, options_.natural_time_s);
+  }
+  void go(const std::function<void(double)>& progress) {
+    double next_row_s = 0;
+    while (steps_.steps < options_.max_steps) {
+      if (time_s_ >= next_row_s) {
+        history_.push_back(moment());
+        next_row_s += options_.history_interval_s;
+      }
+      if (steps_.steps % kRestCheck == 0 && steps_.steps > 0) {
+        if (!std::isfinite(motion_.kinetic_j())) break;
+        certificate_.at_rest = rests();
+        if (certificate_.at_rest) break;
+      }
+      if (progress && steps_.steps % kProgressSteps == 0)
+        progress(static_cast<double>(steps_.steps) / static_cast<double>(options_.max_steps));
+      const double until_placed_s = pins_placed_s_ - time_s_;
+      const double step_s = motion_.step(options_.step_fraction,
+                                         until_placed_s > kTimeResolution_s ? until_placed_s : 1.0);
+      time_s_ += step_s;
+      ++steps_.steps;
+      if (pins_placed_s_ > 0 && until_placed_s > kTimeResolution_s &&
+          time_s_ >= pins_placed_s_ - kTimeResolution_s)
+        motion_.move_holds(Eigen::Matrix3Xd::Zero(3, held_at_.cols()));
+      damp_kinetically(step_s);
+    }
+    history_.push_back(moment());
+  }
+  void certify() {
+    Certificate& c = certificate_;
+    const HistoryRow &first = history_.front(), &last = history_.back();
+    const auto energy_j = [](const HistoryRow& row) {
+      return row.kinetic_j + row.gravity_j + row.stretch_j + row.shear_j + row.bending_j +
+             row.layers_j;
+    };
+    c.time_s = time_s_;
+    c.residual_tolerance = options_.residual_tolerance;
+    steps_.backtracked_steps = motion_.backtracked_steps();
+    if (!std::isfinite(last.residual + last.kinetic_j)) {
+      c.at_rest = false;
+      c.status = fmt::format("diverged after {} steps", steps_.steps);
+      return;
+    }
+    c.residual = last.residual;
+    c.strains = cloth_.strains(motion_.position);
+    c.distances = distances();
+    c.energies = {energy_j(first), energy_j(last),
+                  last.kinetic_j,  last.stretch_j + last.shear_j + last.bending_j,
+                  std::nullopt,    motion_.viscous_j()};
+    steps_.clamped_springs = cloth_.clamped_springs(motion_.position);
+    if (steps_.clamped_springs > 0)
+      c.warnings.push_back(fmt::format(
+          "K_st is below K_diag in {} grid line springs: K'_st is held at 0 there and the cloth is "
+          "stiffer than its tensile curve",
+          steps_.clamped_springs));
+    const double depth_m =
+        -std::min(c.distances->to_table_m, c.distances->to_object_m.value_or(0.0));
+    if (c.distances->deepest_m > kSunk_m)
+      c.warnings.push_back(
+          fmt::format("between its particles the sheet reaches {:.2f} mm into an "
+                      "object: only particles collide with objects",
+                      c.distances->deepest_m / mm));
+    std::string fault;
+    if (depth_m > kSunk_m)
+      fault = fmt::format("{:.2g} mm inside an object or the table", depth_m / mm);
+    if (c.distances->crossings > 0)
+      fault =
+          fmt::format("passing through itself in {} pairs of triangles", c.distances->crossings);
+    c.status = c.at_rest ? "at rest"
+                         : fmt::format(
+                               "not at rest after {} steps: residual {:.2g} of a "
+                               "particle's weight",
+                               steps_.steps, last.residual);
+    if (fault.empty()) return;
+    if (c.at_rest) {
+      c.status = fmt::format("still, but {}, after {} steps", fault, steps_.steps);
+      c.at_rest = false;
+    } else {
+      c.warnings.push_back("the sheet is " + fault);
+    }
+  }
+  [[nodiscard]] Sheet sheet() const {
+    const ParticleGrid& grid = cloth_.grid();
+    Sheet sheet;
+    sheet.rows = grid.rows;
+    sheet.cols = grid.cols;
+    sheet.patch_m = grid.patch_m;
+    for (int i = 0; i < grid.count(); ++i) {
+      SheetMark mark;
+      mark.mark = {i / grid.cols, i % grid.cols};
+      mark.material_m = grid.material_m(i);
+      mark.point_in_world = motion_.position.col(i);
+      if (mark.point_in_world.allFinite()) {
+        sheet.marks.push_back(mark);
+      } else {
+        sheet.gaps.push_back({mark.mark, "the simulation diverged"});
+      }
+    }
+    return sheet;
+  }
   [[nodiscard]] std::vector<HistoryRow>& history() { return history_; }
 
  private:
   [[nodiscard]] double mass_kg() const { return cloth_.particle_kg() * cloth_.grid().count(); }
-  [[nodiscard]] bool rests() const;
-  [[nodiscard]] HistoryRow moment() const;
-  void damp_kinetically(double step_s);
-  [[nodiscard]] CertificateDistances distances() const;
+  [[nodiscard]] bool rests() const {
+    const double weight_n = mass_kg() * local_.scene.gravity_m_per_s2.norm();
+    return time_s_ >= pins_placed_s_ && motion_.kinetic_j() < weight_n * kQuietHeight_m &&
+           motion_.residual() < options_.residual_tolerance;
+  }
+  [[nodiscard]] HistoryRow moment() const {
+    const InternalEnergies inner = cloth_.energies(motion_.position);
+    return {time_s_,
+            motion_.kinetic_j(),
+            motion_.gravity_j() + local_.gravity_offset_j(mass_kg()),
+            inner.stretch_j,
+            inner.shear_j,
+            inner.bending_j,
+            motion_.layers_j(),
+            motion_.residual(),
+            motion_.contacts()};
+  }
+  /// Kinetic damping (Barnes 1999): at a peak of (smoothed) kinetic energy the cloth is near an
+  /// equilibrium; restarting there at zero velocity keeps the equilibria and converges faster.
+  void damp_kinetically(double step_s) {
+    const double smooth = smooth_kinetic_j_ + std::min(1.0, step_s / kSmoothing_s) *
+                                                  (motion_.kinetic_j() - smooth_kinetic_j_);
+    const bool falling = smooth < smooth_kinetic_j_;
+    if (options_.kinetic_damping && time_s_ > damped_from_s_ && falling && rising_) {
+      motion_.stop();
+      ++steps_.kinetic_stops;
+      smooth_kinetic_j_ = 0;
+      rising_ = false;
+      return;
+    }
+    rising_ = !falling;
+    smooth_kinetic_j_ = smooth;
+  }
+  [[nodiscard]] CertificateDistances distances() const {
+    const ParticleGrid& grid = cloth_.grid();
+    const Particles& x = motion_.position;
+    CertificateDistances found;
+    found.to_table_m = 1e9;
+    std::vector<Vector3d> places;
+    std::vector<Vector2d> material_m;
+    std::vector<std::array<int, 3>> facets;
+    for (int i = 0; i < grid.count(); ++i) {
+      places.push_back(x.col(i));
+      material_m.push_back(grid.material_m(i));
+      for (int shape = 0; shape < around_.count(); ++shape) {
+        const double gap = around_.gap_m(shape, places.back());
+        if (around_.is_table(shape)) {
+          found.to_table_m = std::min(found.to_table_m, gap);
+        } else {
+          found.to_object_m = std::min(found.to_object_m.value_or(1e9), gap);
+        }
+      }
+      if (i % grid.cols + 1 == grid.cols || i + grid.cols >= grid.count()) continue;
+      const int right = i + 1, down = i + grid.cols, across = down + 1;
+      facets.push_back({i, right, down});
+      facets.push_back({right, across, down});
+      for (int k = 0; k < (kSamples + 1) * (kSamples + 1); ++k) {
+        const double u = k / (kSamples + 1) / static_cast<double>(kSamples);
+        const double v = k % (kSamples + 1) / static_cast<double>(kSamples);
+        const Vector3d p = (1 - u) * ((1 - v) * x.col(i) + v * x.col(right)) +
+                           u * ((1 - v) * x.col(down) + v * x.col(across));
+        for (int shape = 0; shape < around_.count(); ++shape)
+          found.deepest_m = std::max(found.deepest_m, -around_.gap_m(shape, p));
+      }
+    }
+    const SelfDistance self =
+        self_distance(facets, material_m, grid.spacing_m().maxCoeff(), places);
+    found.to_itself_m = self.least_m;
+    found.crossings = self.crossings;
+    if (held_at_.cols() > 0)
+      found.hold_error_m = (motion_.held_points() - held_at_).colwise().norm().maxCoeff();
+    return found;
+  }
 
   const LocalScene& local_;
   const PaperCloth& cloth_;
@@ -115,216 +311,6 @@ class PaperRun {
   double time_s_ = 0, pins_placed_s_ = 0, damped_from_s_ = 0, smooth_kinetic_j_ = 0;
   bool rising_ = false;
 };
-
-void PaperRun::start(const Print& print) {
-  const ParticleGrid& grid = cloth_.grid();
-  const FlatPose flat{local_.scene.start.centre_in_world.value_or(Vector3d::Zero()),
-                      local_.scene.start.yaw_rad};
-  for (int i = 0; i < grid.count(); ++i) {
-    motion_.position.col(i) = flat.point_in_world(grid.material_m(i), grid.patch_m);
-    motion_.position(2, i) += options_.imperfection_m * imperfection(i / grid.cols, i % grid.cols);
-  }
-  const std::vector<Vector3d> places = pin_places(local_.scene, print, local_.measured);
-  const auto count = static_cast<Eigen::Index>(places.size());
-  Eigen::MatrixXd weights(count, grid.count());
-  held_at_.resize(3, count);
-  for (Eigen::Index h = 0; h < count; ++h) {
-    weights.row(h) = weights_at(grid, local_.scene.pins[h].material_m(print));
-    held_at_.col(h) = places[h];
-  }
-  motion_.hold(weights);
-  if (count > 0) {
-    const Eigen::Matrix3Xd away = held_at_ - motion_.held_points();
-    const double farthest_m = away.colwise().norm().maxCoeff();
-    if (farthest_m > kPinPlaced_m) {
-      motion_.move_holds(away / kPinTravel_s);
-      pins_placed_s_ = kPinTravel_s;
-    }
-    if (farthest_m > 1 * mm)
-      certificate_.warnings.push_back(fmt::format(
-          "a pin starts {:.1f} mm from its place and is moved there in the first {:.1f} s",
-          farthest_m / mm, kPinTravel_s));
-  }
-  if (const int moved = motion_.push_out(); moved > 0)
-    certificate_.warnings.push_back(
-        fmt::format("{} particles started inside an object and were set on its surface", moved));
-  damped_from_s_ = std::max(pins_placed_s_, options_.natural_time_s);
-}
-
-HistoryRow PaperRun::moment() const {
-  const InternalEnergies inner = cloth_.energies(motion_.position);
-  return {time_s_,
-          motion_.kinetic_j(),
-          motion_.gravity_j() + local_.gravity_offset_j(mass_kg()),
-          inner.stretch_j,
-          inner.shear_j,
-          inner.bending_j,
-          motion_.layers_j(),
-          motion_.residual(),
-          motion_.contacts()};
-}
-
-bool PaperRun::rests() const {
-  const double weight_n = mass_kg() * local_.scene.gravity_m_per_s2.norm();
-  return time_s_ >= pins_placed_s_ && motion_.kinetic_j() < weight_n * kQuietHeight_m &&
-         motion_.residual() < options_.residual_tolerance;
-}
-
-/// Kinetic damping (Barnes 1999): at a peak of (smoothed) kinetic energy the cloth is near an
-/// equilibrium; restarting there at zero velocity keeps the equilibria and converges faster.
-void PaperRun::damp_kinetically(double step_s) {
-  const double smooth = smooth_kinetic_j_ + std::min(1.0, step_s / kSmoothing_s) *
-                                                (motion_.kinetic_j() - smooth_kinetic_j_);
-  const bool falling = smooth < smooth_kinetic_j_;
-  if (options_.kinetic_damping && time_s_ > damped_from_s_ && falling && rising_) {
-    motion_.stop();
-    ++steps_.kinetic_stops;
-    smooth_kinetic_j_ = 0;
-    rising_ = false;
-    return;
-  }
-  rising_ = !falling;
-  smooth_kinetic_j_ = smooth;
-}
-
-void PaperRun::go(const std::function<void(double)>& progress) {
-  double next_row_s = 0;
-  while (steps_.steps < options_.max_steps) {
-    if (time_s_ >= next_row_s) {
-      history_.push_back(moment());
-      next_row_s += options_.history_interval_s;
-    }
-    if (steps_.steps % kRestCheck == 0 && steps_.steps > 0) {
-      if (!std::isfinite(motion_.kinetic_j())) break;
-      certificate_.at_rest = rests();
-      if (certificate_.at_rest) break;
-    }
-    if (progress && steps_.steps % kProgressSteps == 0)
-      progress(static_cast<double>(steps_.steps) / static_cast<double>(options_.max_steps));
-    const double until_placed_s = pins_placed_s_ - time_s_;
-    const double step_s = motion_.step(options_.step_fraction,
-                                       until_placed_s > kTimeResolution_s ? until_placed_s : 1.0);
-    time_s_ += step_s;
-    ++steps_.steps;
-    if (pins_placed_s_ > 0 && until_placed_s > kTimeResolution_s &&
-        time_s_ >= pins_placed_s_ - kTimeResolution_s)
-      motion_.move_holds(Eigen::Matrix3Xd::Zero(3, held_at_.cols()));
-    damp_kinetically(step_s);
-  }
-  history_.push_back(moment());
-}
-
-CertificateDistances PaperRun::distances() const {
-  const ParticleGrid& grid = cloth_.grid();
-  const Particles& x = motion_.position;
-  CertificateDistances found;
-  found.to_table_m = 1e9;
-  std::vector<Vector3d> places;
-  std::vector<Vector2d> material_m;
-  std::vector<std::array<int, 3>> facets;
-  for (int i = 0; i < grid.count(); ++i) {
-    places.push_back(x.col(i));
-    material_m.push_back(grid.material_m(i));
-    for (int shape = 0; shape < around_.count(); ++shape) {
-      const double gap = around_.gap_m(shape, places.back());
-      if (around_.is_table(shape)) {
-        found.to_table_m = std::min(found.to_table_m, gap);
-      } else {
-        found.to_object_m = std::min(found.to_object_m.value_or(1e9), gap);
-      }
-    }
-    if (i % grid.cols + 1 == grid.cols || i + grid.cols >= grid.count()) continue;
-    const int right = i + 1, down = i + grid.cols, across = down + 1;
-    facets.push_back({i, right, down});
-    facets.push_back({right, across, down});
-    for (int k = 0; k < (kSamples + 1) * (kSamples + 1); ++k) {
-      const double u = k / (kSamples + 1) / static_cast<double>(kSamples);
-      const double v = k % (kSamples + 1) / static_cast<double>(kSamples);
-      const Vector3d p = (1 - u) * ((1 - v) * x.col(i) + v * x.col(right)) +
-                         u * ((1 - v) * x.col(down) + v * x.col(across));
-      for (int shape = 0; shape < around_.count(); ++shape)
-        found.deepest_m = std::max(found.deepest_m, -around_.gap_m(shape, p));
-    }
-  }
-  const SelfDistance self = self_distance(facets, material_m, grid.spacing_m().maxCoeff(), places);
-  found.to_itself_m = self.least_m;
-  found.crossings = self.crossings;
-  if (held_at_.cols() > 0)
-    found.hold_error_m = (motion_.held_points() - held_at_).colwise().norm().maxCoeff();
-  return found;
-}
-
-void PaperRun::certify() {
-  Certificate& c = certificate_;
-  const HistoryRow &first = history_.front(), &last = history_.back();
-  const auto energy_j = [](const HistoryRow& row) {
-    return row.kinetic_j + row.gravity_j + row.stretch_j + row.shear_j + row.bending_j +
-           row.layers_j;
-  };
-  c.time_s = time_s_;
-  c.residual_tolerance = options_.residual_tolerance;
-  steps_.backtracked_steps = motion_.backtracked_steps();
-  if (!std::isfinite(last.residual + last.kinetic_j)) {
-    c.at_rest = false;
-    c.status = fmt::format("diverged after {} steps", steps_.steps);
-    return;
-  }
-  c.residual = last.residual;
-  c.strains = cloth_.strains(motion_.position);
-  c.distances = distances();
-  c.energies = {energy_j(first), energy_j(last),
-                last.kinetic_j,  last.stretch_j + last.shear_j + last.bending_j,
-                std::nullopt,    motion_.viscous_j()};
-  steps_.clamped_springs = cloth_.clamped_springs(motion_.position);
-  if (steps_.clamped_springs > 0)
-    c.warnings.push_back(fmt::format(
-        "K_st is below K_diag in {} grid line springs: K'_st is held at 0 there and the cloth is "
-        "stiffer than its tensile curve",
-        steps_.clamped_springs));
-  const double depth_m = -std::min(c.distances->to_table_m, c.distances->to_object_m.value_or(0.0));
-  if (c.distances->deepest_m > kSunk_m)
-    c.warnings.push_back(
-        fmt::format("between its particles the sheet reaches {:.2f} mm into an "
-                    "object: only particles collide with objects",
-                    c.distances->deepest_m / mm));
-  std::string fault;
-  if (depth_m > kSunk_m)
-    fault = fmt::format("{:.2g} mm inside an object or the table", depth_m / mm);
-  if (c.distances->crossings > 0)
-    fault = fmt::format("passing through itself in {} pairs of triangles", c.distances->crossings);
-  c.status = c.at_rest ? "at rest"
-                       : fmt::format(
-                             "not at rest after {} steps: residual {:.2g} of a "
-                             "particle's weight",
-                             steps_.steps, last.residual);
-  if (fault.empty()) return;
-  if (c.at_rest) {
-    c.status = fmt::format("still, but {}, after {} steps", fault, steps_.steps);
-    c.at_rest = false;
-  } else {
-    c.warnings.push_back("the sheet is " + fault);
-  }
-}
-
-Sheet PaperRun::sheet() const {
-  const ParticleGrid& grid = cloth_.grid();
-  Sheet sheet;
-  sheet.rows = grid.rows;
-  sheet.cols = grid.cols;
-  sheet.patch_m = grid.patch_m;
-  for (int i = 0; i < grid.count(); ++i) {
-    SheetMark mark;
-    mark.mark = {i / grid.cols, i % grid.cols};
-    mark.material_m = grid.material_m(i);
-    mark.point_in_world = motion_.position.col(i);
-    if (mark.point_in_world.allFinite()) {
-      sheet.marks.push_back(mark);
-    } else {
-      sheet.gaps.push_back({mark.mark, "the simulation diverged"});
-    }
-  }
-  return sheet;
-}
 
 }  // namespace
 

@@ -10,7 +10,7 @@
 #include "core/rig.hpp"
 #include "core/sheet.hpp"
 #include "simulate/fabric/laws.hpp"
-#include "simulate/start/local_frame.hpp"
+#include "simulate/start/start.hpp"
 
 namespace drape::simulate {
 

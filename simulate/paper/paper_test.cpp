@@ -11,7 +11,7 @@
 #include "core/error.hpp"
 #include "core/files/csv.hpp"
 #include "core/units.hpp"
-#include "simulate/fabric/fitted_laws.hpp"
+#include "simulate/fabric/fabric.hpp"
 #include "simulate/fabric/test_laws.hpp"
 #include "simulate/paper/paper_motion.hpp"
 #include "tests/support/paths.hpp"

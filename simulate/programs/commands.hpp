@@ -3,12 +3,9 @@
 
 namespace drape::simulate {
 
-// The commands of drape-simulate. Each parses its own command line and returns the exit code.
-int branches_command(int argc, char** argv);
-int certify_command(int argc, char** argv);
+// Commands of drape-simulate outside main.cpp. Each parses its own command line and returns the
+// exit code.
 int cusick_command(int argc, char** argv);
 int fabric_command(int argc, char** argv);
-int sensitivity_command(int argc, char** argv);
-int study_command(int argc, char** argv);
 
 }  // namespace drape::simulate

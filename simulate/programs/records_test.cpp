@@ -11,7 +11,7 @@
 #include "core/files/files.hpp"
 #include "core/program/run_record.hpp"
 #include "core/sheet.hpp"
-#include "simulate/objects/scene_files.hpp"
+#include "simulate/objects/cloth_files.hpp"
 #include "tests/support/paths.hpp"
 
 namespace drape::simulate {

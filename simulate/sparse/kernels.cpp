@@ -39,19 +39,14 @@ struct Pack {
 
   DRAPE_INLINE void load(const Real* from) { std::memcpy(&v, from, sizeof v); }
   DRAPE_INLINE void store(Real* to) const { std::memcpy(to, &v, sizeof v); }
-  /// Adds a * b, rounded once.
-  DRAPE_INLINE void add_product(const Pack& a, const Pack& b) {
-    if constexpr (fused) {
-      v += a.v * b.v;
-    } else {
-      for (Index k = 0; k < size; ++k) v[k] = std::fma(a.v[k], b.v[k], v[k]);
-    }
-  }
-  DRAPE_INLINE void add_product(const Pack& a, Real b) {
+  /// Adds a * b, rounded once; b is a number or a vector.
+  template <class Factor>
+  DRAPE_INLINE void add_product(const Pack& a, const Factor& b) {
     if constexpr (fused) {
       v += a.v * b;
     } else {
-      for (Index k = 0; k < size; ++k) v[k] = std::fma(a.v[k], b, v[k]);
+      const Values each = b - Values{};
+      for (Index k = 0; k < size; ++k) v[k] = std::fma(a.v[k], each[k], v[k]);
     }
   }
 };
@@ -110,10 +105,6 @@ struct Loops {
       const Real* from = product + c * rows;
       for (Index r = 0; r < tile.height; ++r) to[r] = (tile.set ? Real{0} : to[r]) - from[r];
     }
-  }
-
-  DRAPE_INLINE static void add(Real* to, const Real* from, Index count) {
-    for (Index r = 0; r < count; ++r) to[r] += from[r];
   }
 
   /// Processes `registers` of rows in subtract_columns(); `tail` adds one that ends with row
@@ -202,7 +193,7 @@ struct Loops {
       Register a, more = sum[c][0];
       a.load(panel + c * lead + height - size);
       a.v = __builtin_shuffle(a.v, from);
-      more.add_product(a, v);
+      more.add_product(a, v.v);
       sum[c][0].v = here ? more.v : sum[c][0].v;
     }
   }
@@ -224,7 +215,7 @@ struct Loops {
         for (Index c = 0; c < count; ++c) {
           Register a;
           a.load(panel + c * lead + r + l * size);
-          sum[c][l].add_product(a, v);
+          sum[c][l].add_product(a, v.v);
         }
       }
     }
@@ -271,9 +262,6 @@ struct Loops {
                                            const Tile& tile) {                                   \
       L::subtract_product(wide, narrow, depth, tile);                                            \
     }                                                                                            \
-    attribute static void add(Real* to, const Real* from, Index count) {                         \
-      L::add(to, from, count);                                                                   \
-    }                                                                                            \
     attribute static void subtract(Real* column, const Real* panel, Index lead,                  \
                                    const Real* factors, Index step, Index count, Index height) { \
       L::subtract_columns(column, panel, lead, factors, step, count, height);                    \
@@ -282,7 +270,7 @@ struct Loops {
                               Index count, Real* dots) {                                         \
       L::dot_columns(panel, lead, vector, height, count, dots);                                  \
     }                                                                                            \
-    static constexpr DenseKernels kernels{subtract_product, add, subtract, dot};                 \
+    static constexpr DenseKernels kernels{subtract_product, subtract, dot};                      \
   };
 // NOLINTEND(bugprone-macro-parentheses)
 

@@ -8,8 +8,8 @@ namespace drape::simulate {
 /// Vector instruction sets in ascending order.
 enum class Instructions { plain, avx2, avx512 };
 
-/// Inner loops of dense.hpp. All versions add in the same order and round once per product (fused
-/// multiply-add), so all give the same bytes.
+/// Inner loops of the dense parts of graph_factor.hpp. All versions add in the same order and round
+/// once per product (fused multiply-add), so all give the same bytes.
 struct DenseKernels {
   static constexpr std::ptrdiff_t lanes = 64 / sizeof(float);  ///< partial sums of a dot product
   static constexpr std::ptrdiff_t tile_rows = 3 * lanes, tile_cols = 8, dots = 8;
@@ -25,8 +25,6 @@ struct DenseKernels {
   /// wide at a multiple of `lanes`, with the tile's height within the strip.
   void (*subtract_product)(const float* wide, const float* narrow, std::ptrdiff_t depth,
                            const Tile& tile);
-  /// to += from, `count` values that do not overlap.
-  void (*add)(float* to, const float* from, std::ptrdiff_t count);
   /// Subtracts `count` columns of the panel (leading dimension `lead`), each times its factor, from
   /// a column of `rows` values; factors are `step` values apart.
   void (*subtract)(float* column, const float* panel, std::ptrdiff_t lead, const float* factors,

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "core/scene.hpp"
-#include "simulate/fabric/memory.hpp"
+#include "simulate/fabric/laws.hpp"
 
 namespace drape::simulate {
 

@@ -11,11 +11,7 @@
 #include "core/error.hpp"
 #include "core/files/files.hpp"
 #include "core/units.hpp"
-#include "simulate/start/clamps.hpp"
 #include "simulate/start/history.hpp"
-#include "simulate/start/local_frame.hpp"
-#include "simulate/start/start_check.hpp"
-#include "simulate/start/variation.hpp"
 #include "tests/support/bench1_truth.hpp"
 #include "tests/support/paths.hpp"
 

@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "simulate/study/plan.hpp"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -14,7 +13,7 @@
 
 #include "core/error.hpp"
 #include "core/files/files.hpp"
-#include "simulate/objects/scene_files.hpp"
+#include "simulate/objects/cloth_files.hpp"
 #include "simulate/study/study.hpp"
 #include "tests/support/paths.hpp"
 

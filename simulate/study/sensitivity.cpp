@@ -23,12 +23,6 @@ using units::mm;
 constexpr double kSmall = 1e-6;    // fraction of a step for differences of forces
 constexpr int kManySegments = 20;  // number of segments that represents the exact curve
 
-ForceCurve times(ForceCurve curve, double factor) {
-  curve.slope *= factor;
-  for (ForceCurve::Hinge& hinge : curve.hinges) hinge.change *= factor;
-  return curve;
-}
-
 /// Marks of the reference that are on the cloth.
 struct Reference {
   std::vector<MarkId> marks;
@@ -154,10 +148,7 @@ class Base {
 
  private:
   [[nodiscard]] MatrixX3d places(const DrapeLevel& level, const ClothMoment& moment) const {
-    MatrixX3d all = level.places(moment, reference_.material_m);
-    for (Index k = 0; k < all.rows(); ++k)
-      all.row(k) = case_.local.to_world(all.row(k).transpose()).transpose();
-    return all;
+    return case_.local.rows_to_world(level.places(moment, reference_.material_m));
   }
 
   /// Positions of the marks after a changed case has come to rest from the base's rest.
@@ -363,29 +354,14 @@ bool is_stand_in(const Fabric& fabric, FabricValue value) {
 }
 
 ClothLaws scaled(ClothLaws laws, FabricValue value, double factor) {
-  switch (value) {
-    case FabricValue::tensile_warp:
-      laws.tensile[0] = times(laws.tensile[0], factor);
-      break;
-    case FabricValue::tensile_weft:
-      laws.tensile[1] = times(laws.tensile[1], factor);
-      break;
-    case FabricValue::shear:
-      laws.shear = times(laws.shear, factor);
-      break;
-    case FabricValue::bending_warp:
-      laws.bending[0] = times(laws.bending[0], factor);
-      break;
-    case FabricValue::bending_weft:
-      laws.bending[1] = times(laws.bending[1], factor);
-      break;
-    case FabricValue::twist:
-      laws.twist_n_m *= factor;
-      break;
-    case FabricValue::areal_density:
-      laws.density_kg_per_m2 *= factor;
-      break;
-  }
+  if (value == FabricValue::twist) laws.twist_n_m *= factor;
+  if (value == FabricValue::areal_density) laws.density_kg_per_m2 *= factor;
+  ForceCurve* const curves[] = {&laws.tensile[0], &laws.tensile[1], &laws.shear, &laws.bending[0],
+                                &laws.bending[1]};  // in the order of FabricValue
+  const auto k = static_cast<std::size_t>(value);
+  if (k >= std::size(curves)) return laws;
+  curves[k]->slope *= factor;
+  for (ForceCurve::Hinge& hinge : curves[k]->hinges) hinge.change *= factor;
   return laws;
 }
 

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <optional>
-
 #include "core/sensitivity.hpp"
 #include "core/sheet.hpp"
 #include "simulate/fabric/fabric.hpp"

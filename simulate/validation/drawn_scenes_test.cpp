@@ -7,7 +7,7 @@
 
 #include "core/units.hpp"
 #include "simulate/drape/drape.hpp"
-#include "simulate/judge_drape.hpp"
+#include "simulate/simulate.hpp"
 #include "simulate/validation/test_drawn_scenes.hpp"
 #include "tests/support/paths.hpp"
 #include "tests/support/trials.hpp"

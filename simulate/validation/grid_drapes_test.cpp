@@ -13,7 +13,6 @@
 #include "core/files/csv.hpp"
 #include "core/statistics/sample.hpp"
 #include "core/units.hpp"
-#include "simulate/judge_drape.hpp"
 #include "simulate/simulate.hpp"
 #include "tests/support/paths.hpp"
 #include "tests/support/trials.hpp"

@@ -9,9 +9,9 @@
 
 #include "core/error.hpp"
 #include "core/units.hpp"
-#include "simulate/drape/level.hpp"
-#include "simulate/drape/object_pushes.hpp"
-#include "simulate/mesh/mesh_stiffness.hpp"
+#include "simulate/drape/drape.hpp"
+#include "simulate/drape/pushes.hpp"
+#include "simulate/mesh/descent.hpp"
 #include "simulate/simulate.hpp"
 #include "simulate/start/start.hpp"
 #include "tests/support/paths.hpp"

@@ -10,7 +10,7 @@
 #include "core/files/files.hpp"
 #include "core/program/run_record.hpp"
 #include "simulate/fabric/fabric.hpp"
-#include "simulate/study/plan.hpp"
+#include "simulate/study/study.hpp"
 #include "tests/formats/formats.hpp"
 #include "tests/support/paths.hpp"
 #include "triangulate/plate/plate.hpp"

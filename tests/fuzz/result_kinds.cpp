@@ -14,8 +14,8 @@
 #include "core/files/files.hpp"
 #include "core/rig.hpp"
 #include "detect/prints/layout.hpp"
-#include "simulate/objects/cloth_shape.hpp"
-#include "simulate/study/plan.hpp"
+#include "simulate/objects/cloth_files.hpp"
+#include "simulate/study/study.hpp"
 #include "tests/fuzz/kinds.hpp"
 #include "tests/support/paths.hpp"
 

@@ -18,7 +18,7 @@
 #include "core/files/csv.hpp"
 #include "core/statistics/distributions.hpp"
 #include "core/units.hpp"
-#include "simulate/ensemble/beyond_first_order.hpp"
+#include "simulate/ensemble/bands.hpp"
 #include "simulate/study/sensitivity.hpp"
 #include "tests/support/paths.hpp"
 #include "tests/support/trials.hpp"

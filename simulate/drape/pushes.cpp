@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "simulate/drape/object_pushes.hpp"
+#include "simulate/drape/pushes.hpp"
 
 #include <Eigen/Geometry>
 #include <algorithm>
@@ -22,9 +22,8 @@ constexpr double kGrip_m = 0.2e-6;   // stretch of a spring that carries a weigh
 // Before contact is firm: initial stiffness, and reduction of the remaining stiffening per
 // stage.
 constexpr double kSoft = 0.1, kLinear = 0.125;
-// Distance of places, also the displacement of nodes after which sites are listed again; on wide
-// meshes relative to the root of a triangle's mean area.
-constexpr double kPlaces_m = 0.5e-3, kOfWide = 0.15;
+// ObjectPushes::kPlaces_m on wide meshes, relative to the root of a triangle's mean area.
+constexpr double kOfWide = 0.15;
 // Evaluations per list between which the margin is kept; least margin relative to the largest.
 constexpr int kFewLooks = 4, kManyLooks = 16;
 constexpr double kLeastMargin = 1.0 / 64;
@@ -52,6 +51,24 @@ Vector3d weights_of(int k, int cuts) {
 double share_of(const Vector3d& weights, int cuts) {
   const auto zeros = (weights.array() == 0).count();
   return (zeros == 0 ? 2.0 : zeros == 1 ? 1.0 : 1.0 / 3) / (cuts * cuts);
+}
+
+constexpr double kSink_m = 2e-6;    // depth at which the spring carries a mean node's weight
+constexpr double kOfFlat = 0.25;    // relative to the distance on the flat cloth
+constexpr double kAllowed = 0.5;    // displacement, in thicknesses, before pairs are listed again
+constexpr double kMore = 1 + 1e-9;  // relative to a displacement; covers rounding
+
+/// Weighted sum of a pair's nodes.
+Vector3d mix(const LayerPair& pair, const std::array<double, 4>& weight, const Nodes& nodes) {
+  Vector3d sum = Vector3d::Zero();
+  for (int k = 0; k < 4; ++k) sum += weight[k] * nodes[pair.node[k]];
+  return sum;
+}
+
+Vector3d mean_of(const Nodes& nodes) {
+  Vector3d sum = Vector3d::Zero();
+  for (const Vector3d& node : nodes) sum += node / static_cast<double>(nodes.size());
+  return sum;
 }
 
 }  // namespace
@@ -89,14 +106,6 @@ ObjectPushes::ObjectPushes(const MeshCloth& cloth, const std::vector<bool>& held
 int ObjectPushes::cuts_of(int facet, int shape) const {
   if (surroundings_.is_sharp(shape)) return cuts_[facet];
   return static_cast<int>(std::ceil(cuts_[facet] * sharp_places_m() / places_m()));
-}
-
-double ObjectPushes::places_m() const {
-  return reach_m_;
-}
-
-double ObjectPushes::sharp_places_m() const {
-  return std::min(kPlaces_m, reach_m_ / 2);
 }
 
 void ObjectPushes::divide() {
@@ -373,11 +382,7 @@ void ObjectPushes::add_products(const State& state, const State& direction, Stat
     if (site.pressure_pa > 0)
       second = site.n_per_m3 * site.normal * site.normal.transpose() -
                site.pressure_pa * surroundings_.curvature(site.shape, site.place);
-    if (site.grip.limit > 0) {
-      const Vector3d stretch = stretch_of(site);
-      for (int axis = 0; axis < 3; ++axis)
-        second.col(axis) += site.grip.product_at(stretch, grip_stiffness_, Vector3d::Unit(axis));
-    }
+    if (site.grip.limit > 0) second += site.grip.second_at(stretch_of(site), grip_stiffness_);
     const ContactForce of = force_of(site);
     products_.add(of.particle, of.weight, site.area_m2 * second);
   }
@@ -550,10 +555,8 @@ void ObjectPushes::make_firmer(const State& state) {
 std::vector<ContactForce> ObjectPushes::stated(const State& state) {
   look(state);
   std::vector<ContactForce> forces;
-  for (const Site& site : sites_) {
-    if (site.pressure_pa <= 0) continue;
-    forces.push_back(force_of(site));
-  }
+  for (const Site& site : sites_)
+    if (site.pressure_pa > 0) forces.push_back(force_of(site));
   return forces;
 }
 
@@ -648,6 +651,279 @@ void ObjectPushes::take_over(const ContactMemory& memory, const State& state) {
     site.grip.settle(grip_stiffness_);
   }
   looked_ = false;
+}
+
+LayerPushes::LayerPushes(const MeshCloth& cloth, double friction, double gravity_m_per_s2,
+                         double thickness_m)
+    : cloth_(cloth),
+      surface_(cloth),
+      friction_(friction),
+      thickness_(thickness_m),
+      facets_(layer_facets(surface_.facets())) {
+  const double mass = std::accumulate(cloth.mass_kg().begin(), cloth.mass_kg().end(), 0.0);
+  stiffness_ = mass * gravity_m_per_s2 / cloth.unknowns() / kSink_m;
+  for (int i = 0; i < cloth.unknowns(); ++i)
+    flat_.emplace_back(cloth.material_m(i).x(), cloth.material_m(i).y(), 0);
+  std::vector<Vector3d> centres;
+  for (const std::array<int, 3>& node : surface_.facets())
+    centres.push_back((flat_[node[0]] + flat_[node[1]] + flat_[node[2]]) / 3);
+  tree_ = BoxTree(centres);
+}
+
+/// True if the list is still valid; a common displacement of all nodes brings no pair closer.
+bool LayerPushes::is_listed(const Nodes& nodes) const {
+  if (listed_.empty()) return false;
+  const Vector3d mean = mean_of(nodes) - mean_of(listed_);
+  for (std::size_t i = 0; i < nodes.size(); ++i)
+    if (!((nodes[i] - listed_[i] - mean).norm() <= allowed_[i])) return false;
+  return true;
+}
+
+/// Lists the pairs that can touch anywhere on straight paths from `nodes` to `to`.
+void LayerPushes::list(const Nodes& nodes, const Nodes& to) {
+  listed_ = nodes;
+  const Vector3d mean = mean_of(to) - mean_of(nodes);
+  allowed_.assign(nodes.size(), kAllowed * thickness_);
+  for (std::size_t i = 0; i < nodes.size(); ++i)
+    allowed_[i] = std::max(allowed_[i], kMore * (to[i] - nodes[i] - mean).norm());
+  std::vector<Eigen::AlignedBox3d> boxes;
+  for (const LayerFacet& facet : facets_) {
+    Eigen::AlignedBox3d box;
+    double reach = 0;
+    for (const int i : facet.node) {
+      box.extend(nodes[i]);
+      reach = std::max(reach, allowed_[i]);
+    }
+    reach += thickness_ / 2;
+    boxes.emplace_back(box.min().array() - reach, box.max().array() + reach);
+  }
+  tree_.refit(boxes);
+  pairs_.clear();
+  tree_.query_pairs([&](int one, int other) {
+    visit_pairs(facets_[one], facets_[other], [&](const LayerPair& pair) { offer(pair); });
+  });
+}
+
+void LayerPushes::offer(const LayerPair& pair) {
+  const int firsts = pair.edges ? 2 : 1;
+  double first = 0, second = 0;
+  if (share_a_node(pair)) return;
+  for (int k = 0; k < 4; ++k) {
+    double& most = k < firsts ? first : second;
+    most = std::max(most, allowed_[pair.node[k]]);
+  }
+  if (are_apart(pair, listed_, thickness_ + first + second)) return;
+  Pair found{pair, thickness_, 1};
+  if (!are_apart(pair, flat_, thickness_ / kOfFlat))
+    found.thickness_m = std::min(thickness_, kOfFlat * nearest_points(pair, flat_).apart.norm());
+  if (nearest_points(pair, listed_).apart.norm() > kMore * (found.thickness_m + first + second))
+    return;
+  found.part = part_of(pair, settled_);
+  pairs_.push_back(found);
+}
+
+void LayerPushes::look(const State& state) {
+  if (seen_ == state) return;
+  seen_ = state;
+  surface_.find_nodes(state, nodes_);
+  if (settled_.empty()) settled_ = nodes_;
+  if (!is_listed(nodes_)) list(nodes_, nodes_);
+  presses_.clear();
+  products_.clear();
+  are_products_ = false;
+  for (const Pair& pair : pairs_) {
+    if (pair.part == 0 || are_apart(pair.of, nodes_, pair.thickness_m)) continue;
+    const NearestPoints nearest = nearest_points(pair.of, nodes_);
+    const double distance = nearest.apart.norm();
+    if (!(distance < pair.thickness_m) || !(distance > 0)) continue;
+    const LayerLaw law = layer_law(distance, pair.thickness_m, pair.part * stiffness_);
+    presses_.push_back({pair.of, nearest.weight, nearest.apart / distance, law.energy_j,
+                        -law.slope_n, law.stiffness_n_per_m});
+  }
+}
+
+Vector3d LayerPushes::stretch_of(const Spring& spring) const {
+  return spring.grip.stretch_at(mix(spring.of, spring.weight, nodes_));
+}
+
+Vector3d LayerPushes::force_of(const Spring& spring) const {
+  const Vector3d stretch = stretch_of(spring);
+  return -spring.grip.stiffness_at(stretch, stiffness_) * stretch;
+}
+
+const LayerPushes::Spring* LayerPushes::spring_of(const LayerPair& pair) const {
+  const auto found =
+      std::lower_bound(springs_.begin(), springs_.end(), pair,
+                       [](const Spring& spring, const LayerPair& of) { return spring.of < of; });
+  return found != springs_.end() && found->of == pair ? &*found : nullptr;
+}
+
+double LayerPushes::energy_j(const State& state) {
+  look(state);
+  double sum = 0;
+  for (const Press& press : presses_) sum += press.energy_j;
+  for (const Spring& spring : springs_)
+    sum += spring.grip.energy_at(stretch_of(spring), stiffness_);
+  return sum;
+}
+
+void LayerPushes::add_forces(const State& state, State& force) {
+  look(state);
+  State on_nodes(state.size(), Vector3d::Zero());
+  const auto add = [&](const auto& of, const Vector3d& f) {
+    for (int k = 0; k < 4; ++k) on_nodes[of.of.node[k]] += of.weight[k] * f;
+  };
+  for (const Press& press : presses_) add(press, press.force_n * press.normal);
+  for (const Spring& spring : springs_) add(spring, force_of(spring));
+  surface_.add_forces(on_nodes, force);
+}
+
+/// Second derivative of a pair's energy f of the distance D by displacements of the nodes: f'' n
+/// n^T + f' (C - n n^T) / D, with C that of half the squared distance.
+void LayerPushes::add_products(const State& state, const State& direction, State& product) {
+  look(state);
+  if (!are_products_) {
+    for (const Press& press : presses_) {
+      const NearestPoints nearest = nearest_points(press.of, nodes_);
+      Eigen::Matrix<double, 12, 1> across;
+      for (int k = 0; k < 4; ++k) across.segment<3>(3 * k) = press.weight[k] * press.normal;
+      const double bend = press.force_n / nearest.apart.norm();
+      products_.add(press.of.node, (press.n_per_m + bend) * across * across.transpose() -
+                                       bend * distance_curvature(press.of, nearest, nodes_));
+    }
+    for (const Spring& spring : springs_)
+      products_.add(spring.of.node, spring.weight,
+                    spring.grip.second_at(stretch_of(spring), stiffness_));
+    are_products_ = true;
+  }
+  products_.add_products(surface_, direction, product);
+}
+
+/// Diagonal bound for the preconditioner, which has no entries for pairs of points across layers:
+/// with w the weights of both parts, whose magnitudes sum to two, (sum w x)^2 <= 2 sum |w| x^2.
+std::vector<Support> LayerPushes::supports(const State& state) {
+  look(state);
+  std::vector<Support> found;
+  const auto add = [&](const auto& of, const Matrix3d& stiffness) {
+    for (int k = 0; k < 4; ++k) {
+      const Matrix3d on_node = 2 * std::abs(of.weight[k]) * stiffness;
+      const int side = of.of.node[k] - cloth_.points();
+      if (of.weight[k] == 0) continue;
+      if (side < 0) {
+        found.push_back({of.of.node[k], of.of.node[k], on_node});
+        continue;
+      }
+      const MaterialMesh::Edge& edge = cloth_.mesh().edges[side];
+      for (const int end : {edge.from, edge.to}) found.push_back({end, end, on_node / 2});
+      const auto of_sides = surface_.side_weights(side);
+      double sum = 0;
+      for (const auto& [unknown, weight] : of_sides) sum += std::abs(weight);
+      for (const auto& [unknown, weight] : of_sides)
+        found.push_back({unknown, unknown, sum * std::abs(weight) * on_node});
+    }
+  };
+  for (const Press& press : presses_)
+    add(press, press.n_per_m * press.normal * press.normal.transpose());
+  for (const Spring& spring : springs_)
+    add(spring, spring.grip.stiffness_at(stretch_of(spring), stiffness_) *
+                    (Matrix3d::Identity() - spring.grip.normal * spring.grip.normal.transpose()));
+  return found;
+}
+
+void LayerPushes::settle(const State& state) {
+  look(state);
+  add_springs(state);
+  settled_ = nodes_;
+  for (Pair& pair : pairs_) pair.part = part_of(pair.of, settled_);
+  seen_.clear();
+}
+
+/// Adds springs for the pairs in contact, which keep the stretch of earlier ones.
+void LayerPushes::add_springs(const State& state) {
+  look(state);
+  std::vector<Spring> now;
+  for (const Press& press : presses_) {
+    if (friction_ <= 0) break;
+    Spring spring{press.of, press.weight, {}};
+    spring.grip.place = mix(press.of, press.weight, nodes_);
+    spring.grip.normal = press.normal;
+    spring.grip.limit = friction_ * press.force_n;
+    if (const Spring* before = spring_of(press.of)) spring.grip.stretch = stretch_of(*before);
+    spring.grip.settle(stiffness_);
+    now.push_back(spring);
+  }
+  std::sort(now.begin(), now.end(), [](const Spring& a, const Spring& b) { return a.of < b.of; });
+  springs_ = std::move(now);
+}
+
+double LayerPushes::clear_part(const State& from, const State& to, bool led) {
+  const Nodes start = surface_.nodes(from), end = surface_.nodes(to);
+  if (settled_.empty()) settled_ = start;
+  if (!is_listed(start) || !is_listed(end)) list(start, end);
+  double part = 1;
+  for (const Pair& pair : pairs_) {
+    const double distance = nearest_points(pair.of, start).apart.norm();
+    const double least =
+        led ? std::min(kLayersStiffen * pair.thickness_m, distance) : kLayersKeep * distance;
+    part = std::min(part, clear_fraction(pair.of, start, end, distance, least, part));
+  }
+  return part;
+}
+
+std::vector<ContactForce> LayerPushes::stated(const State& state, int shape) {
+  look(state);
+  std::vector<ContactForce> forces;
+  for (const Press& press : presses_) {
+    forces.push_back({shape, press.of.node, press.weight, press.force_n * press.normal});
+    if (const Spring* spring = spring_of(press.of))
+      forces.back().force_in_world += force_of(*spring);
+  }
+  return forces;
+}
+
+std::array<Vector2d, 2> LayerPushes::material_of(const LayerPair& pair,
+                                                 const std::array<double, 4>& weight) const {
+  std::array<Vector2d, 2> sum = {Vector2d::Zero(), Vector2d::Zero()};
+  const int firsts = pair.edges ? 2 : 1;
+  for (int k = 0; k < 4; ++k)
+    sum[k < firsts ? 0 : 1] += std::abs(weight[k]) * flat_[pair.node[k]].head<2>();
+  return sum;
+}
+
+void LayerPushes::remember(ContactMemory& memory) const {
+  memory.mesh_m = cloth_.mesh().points_m;
+  memory.layers.clear();
+  for (const Spring& spring : springs_) {
+    const auto [first, second] = material_of(spring.of, spring.weight);
+    memory.layers.push_back(
+        {spring.of.edges, spring.of.node, spring.weight, first, second, spring.grip});
+  }
+}
+
+void LayerPushes::take_over(const ContactMemory& memory, const State& state) {
+  springs_.clear();
+  if (memory.mesh_m == cloth_.mesh().points_m) {
+    for (const ContactMemory::OnLayer& on : memory.layers)
+      springs_.push_back({{on.edges, on.node}, on.weight, on.grip});
+    return;
+  }
+  add_springs(state);
+  const double area = std::accumulate(cloth_.area_m2().begin(), cloth_.area_m2().end(), 0.0);
+  const double reach =
+      ContactMemory::kReach * std::sqrt(area / static_cast<double>(memory.mesh_m.size()));
+  for (Spring& spring : springs_) {
+    const auto [first, second] = material_of(spring.of, spring.weight);
+    double least = reach;
+    for (const ContactMemory::OnLayer& on : memory.layers)
+      for (const bool turned : {false, true}) {
+        const double away = std::max(((turned ? on.second_m : on.first_m) - first).norm(),
+                                     ((turned ? on.first_m : on.second_m) - second).norm());
+        if (away >= least) continue;
+        least = away;
+        spring.grip.stretch = turned ? Vector3d(-on.grip.stretch) : on.grip.stretch;
+      }
+    spring.grip.settle(stiffness_);
+  }
 }
 
 }  // namespace drape::simulate

@@ -4,7 +4,11 @@
 #include <Eigen/Core>
 #include <array>
 #include <filesystem>
+#include <string>
 #include <vector>
+
+#include "core/scene.hpp"
+#include "simulate/fabric/fabric.hpp"
 
 namespace drape::simulate {
 
@@ -24,5 +28,24 @@ struct ClothShape {
 void write_cloth_shape(const std::filesystem::path& file, const ClothShape& shape);
 /// Throws Error(bad_input) for a mesh without material coordinates or sides.
 [[nodiscard]] ClothShape read_cloth_shape(const std::filesystem::path& file);
+
+/// Force of an object or the table on one place of the sheet, a weighted sum of up to four nodes,
+/// as found by the solver; or the force between two layers, where the nodes of the second have
+/// negative weights. A checker thus only needs to verify contacts, not to find them.
+struct ContactForce {
+  /// Index of the scene's obstacle; their number means the table, one more the sheet itself.
+  int shape = 0;
+  std::array<int, 4> particle{};
+  std::array<double, 4> weight{};
+  Eigen::Vector3d force_in_world = Eigen::Vector3d::Zero();  ///< N
+};
+
+/// Content of contact_forces.csv. Reading throws Error(bad_input) for an index that is not a
+/// non-negative integer.
+[[nodiscard]] std::string contact_forces_csv(const std::vector<ContactForce>& forces);
+[[nodiscard]] std::vector<ContactForce> read_contact_forces(const std::filesystem::path& file);
+
+/// All input files of a drape: scene, print, fabric with its curves, meshes of the objects.
+[[nodiscard]] std::vector<std::filesystem::path> files_of(const Scene& scene, const Fabric& fabric);
 
 }  // namespace drape::simulate
