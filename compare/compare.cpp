@@ -3,7 +3,7 @@
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
-#include <Eigen/Geometry>
+
 #include <algorithm>
 #include <array>
 #include <map>
@@ -16,6 +16,7 @@
 
 namespace drape::compare {
 namespace {
+
 using units::mm;
 
 constexpr double kSurfaceSpacing_m = 5 * mm;  ///< spacing of samples of two simulated surfaces

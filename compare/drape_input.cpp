@@ -2,6 +2,7 @@
 #include "compare/drape_input.hpp"
 
 #include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
 #include <set>
@@ -12,6 +13,7 @@
 
 namespace drape::compare {
 namespace {
+
 namespace fs = std::filesystem;
 
 bool touches_a_mark(const std::string& key) {

@@ -3,12 +3,12 @@
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
+
 #include <algorithm>
 #include <cctype>
 #include <cmath>
 #include <map>
 #include <numbers>
-#include <numeric>
 #include <regex>
 #include <set>
 
@@ -24,6 +24,7 @@
 
 namespace drape::compare {
 namespace {
+
 using units::mm;
 
 /// Tolerance of lengths for strain and scale: the widest of 304 published hems is 2.3 % wider than

@@ -3,6 +3,7 @@
 #include "compare/hems/hem_files.hpp"
 
 #include <fmt/format.h>
+
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

@@ -2,6 +2,7 @@
 #include "compare/hems/silhouette.hpp"
 
 #include <fmt/format.h>
+
 #include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
 #include <algorithm>
@@ -20,6 +21,7 @@
 
 namespace drape::compare {
 namespace {
+
 using Eigen::Vector2d;
 
 constexpr double kLeastContrast = 0.05;  // fraction of the full range; less is paper, not cloth

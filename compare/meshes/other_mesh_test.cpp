@@ -2,6 +2,7 @@
 #include "compare/meshes/other_mesh.hpp"
 
 #include <fmt/format.h>
+
 #include <gmock/gmock.h>
 
 #include <bit>

@@ -2,6 +2,7 @@
 #include "compare/metrics/drapemeter.hpp"
 
 #include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -14,6 +15,7 @@
 
 namespace drape::compare {
 namespace {
+
 using Eigen::Vector2d;
 using units::mm;
 

@@ -16,6 +16,7 @@
 
 namespace drape::compare {
 namespace {
+
 /// Standard deviation of the quantile q of sorted values, by its weights on them.
 double quantile_sigma(const std::vector<double>& sorted_sigmas, double q) {
   const QuantilePlace place = quantile_place(sorted_sigmas.size(), q);

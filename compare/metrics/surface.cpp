@@ -2,6 +2,7 @@
 #include "compare/metrics/surface.hpp"
 
 #include <fmt/format.h>
+
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
@@ -11,6 +12,7 @@
 
 namespace drape::compare {
 namespace {
+
 constexpr double kEdgeTolerance_m = 1e-9;
 constexpr double kLatticeTolerance_m = 1e-6;
 

@@ -2,6 +2,7 @@
 #include "compare/repeats/mark_repeats.hpp"
 
 #include <fmt/format.h>
+
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
@@ -18,6 +19,7 @@
 
 namespace drape::compare {
 namespace {
+
 using units::mm;
 
 constexpr double kLeast_m = 1e-6;  // closer hems are copies

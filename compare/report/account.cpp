@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
+
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cctype>

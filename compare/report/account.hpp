@@ -1,16 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <Eigen/Core>
-#include <array>
 #include <filesystem>
 #include <string>
-#include <vector>
 
 #include "compare/store/inputs.hpp"
 #include "compare/store/outcome.hpp"
 #include "core/run_report.hpp"
-#include "core/scene.hpp"
 
 namespace drape::compare {
 

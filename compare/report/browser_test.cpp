@@ -3,6 +3,7 @@
 // DRAPE_SCREENSHOTS=<folder> it makes the pictures of the stage's README, those of the report from
 // the output folder of `drape run` in DRAPE_SCREENSHOT_RUN.
 #include <fmt/format.h>
+
 #include <gmock/gmock.h>
 #include <sys/wait.h>
 

@@ -3,7 +3,7 @@
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
-#include <algorithm>
+
 #include <functional>
 #include <regex>
 #include <set>
@@ -17,6 +17,7 @@
 
 namespace drape::compare {
 namespace {
+
 /// A block of JSON that no text in it can end: `<` is escaped.
 std::string data_block(const std::string& id, const Value& data) {
   std::string json;

@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
+
 #include <algorithm>
 #include <cmath>
 #include <utility>
@@ -15,6 +16,7 @@
 
 namespace drape::compare {
 namespace {
+
 using units::mm;
 
 using Eigen::Index;

@@ -2,6 +2,7 @@
 #include "compare/tables/match.hpp"
 
 #include <fmt/format.h>
+
 #include <gmock/gmock.h>
 
 #include <cmath>
