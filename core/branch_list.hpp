@@ -20,7 +20,7 @@ struct ListedBranch {
   bool stable = true;   ///< false at a saddle point of the energy
   std::vector<int> starts;
   double fraction = 0;         ///< fraction of the starts
-  std::optional<bool> sought;  ///< true if found by the search alone: no start ended there
+  std::optional<bool> sought;  ///< true if only the search found it: no start ended there
   double friction = 0;
   double farthest_member_m = 0;
   int hem_nodes = 0;                     ///< number of folds along the hem
@@ -33,7 +33,7 @@ struct ListedBranch {
 /// Estimated probability that a further start ends on a branch not yet seen: the fraction of starts
 /// that are alone on their branch (Good 1953, Good-Turing estimate).
 struct UnseenBranches {
-  int rests = 0;        ///< starts that ended on a branch
+  int rests = 0;        ///< starts that ended in an equilibrium
   int seen_once = 0;    ///< branches reached by exactly one start
   double fraction = 0;  ///< seen_once / rests
   double upper95 = 1;   ///< its upper 95 % bound (Clopper and Pearson 1934); 3 / rests for none
@@ -66,7 +66,7 @@ struct OtherRest {
   [[nodiscard]] Eigen::MatrixX3d moves() const;  ///< same moves, one row per mark
 };
 
-/// Range of one mark's positions over the rest and all other rests, per axis.
+/// Range of one mark's positions over this equilibrium and all others, per axis.
 struct MarkInterval {
   MarkId mark;
   Eigen::Vector3d rest_in_world = Eigen::Vector3d::Zero();
@@ -82,7 +82,7 @@ struct FrictionBand {
   std::vector<MarkInterval> marks;
 
   [[nodiscard]] int counted() const;
-  /// Largest displacement of each mark from its rest after any push.
+  /// Largest displacement of each mark from its equilibrium after any push.
   [[nodiscard]] std::vector<double> reach_m() const;
 };
 
@@ -92,7 +92,7 @@ struct MemoryBand {
   std::vector<OtherRest> ends;
   std::vector<MarkInterval> marks;
 
-  /// Moves at the end with the lowest (highest) mean height; zero if that is the rest itself.
+  /// Moves at the end with the lowest (highest) mean height; zero if that is the drape's own.
   [[nodiscard]] Eigen::MatrixX3d lowest_m() const { return extreme_m(-1); }
   [[nodiscard]] Eigen::MatrixX3d highest_m() const { return extreme_m(1); }
 
@@ -100,15 +100,15 @@ struct MemoryBand {
   [[nodiscard]] Eigen::MatrixX3d extreme_m(double sign) const;
 };
 
-/// Rest of the scene's own start with errors in all stated values, relative to the exact one.
+/// Equilibrium of the scene's own start with errors in all stated values, and its displacement.
 struct ErringRest {
   std::string ending;                                   ///< "at rest", or why it counts for nothing
-  std::optional<std::vector<Eigen::Vector3d>> moves_m;  ///< move of each mark; absent: no count
+  std::optional<std::vector<Eigen::Vector3d>> moves_m;  ///< per mark; absent if not counted
   std::optional<std::vector<Eigen::Vector3d>> first_order_m;  ///< first-order response, likewise
 };
 
-/// Such rests on the coarsest mesh, each with its own errors: effects of friction, folds and edges
-/// beyond the first-order responses.
+/// Such equilibria on the coarsest mesh, each with its own errors: effects of friction, folds and
+/// edges beyond the first-order responses.
 struct BeyondFirstOrder {
   std::vector<MarkId> marks_at;  ///< rows of the moves
   std::vector<ErringRest> rests;
@@ -126,8 +126,8 @@ struct PlacedDrape {
   std::optional<int> branch;  ///< absent if on no branch, or if it cannot be assigned (`reach_m`)
   std::optional<int> nearest;
   std::optional<double> distance_m;  ///< mean over the marks of the distance to the nearest member
-  /// Distance below which a drape counts as on a branch. Absent if the branches are no farther
-  /// apart than that or there is only one, since belonging to it then means nothing.
+  /// Distance below which a drape counts as on a branch. Absent for a single branch, or if the
+  /// branches are no farther apart than that and the assignment is meaningless.
   std::optional<double> reach_m;
   std::optional<int> marks;
   std::optional<double> inside_fraction;  ///< fraction of the marks inside their bands
@@ -141,7 +141,7 @@ struct PlacedDrape {
 /// branches.json: the equilibria of one drape, from an ensemble of starts.
 struct BranchList {
   bool round = false;            ///< true if the scene is symmetric about a vertical axis
-  double linked_m = 0;           ///< rests closer than this are one branch
+  double linked_m = 0;           ///< equilibria closer than this are one branch
   std::vector<int> not_at_rest;  ///< starts that did not come to rest
   std::vector<RefusedStarts> refused;
   std::vector<ListedBranch> branches;  ///< in order of energy, lowest first

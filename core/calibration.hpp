@@ -19,7 +19,7 @@ struct CalibrationResiduals {
   double object_rms_mm = 0;  ///< distance of the target point from the back-projected ray
 };
 
-/// A world point and the pixel it projects to, so that any importer can check itself.
+/// A world point and its projected pixel, with which an importer can check itself.
 struct WorkedPoint {
   Eigen::Vector3d point_in_world;  ///< metres
   Eigen::Vector2d px;
@@ -43,14 +43,14 @@ struct Calibration {
   std::vector<std::string> sets;  ///< frame sets used
   std::vector<CalibratedCamera> cameras;
   /// Covariance of ALL cameras' parameters together, named "cam0/fx_px" and so on, in file units:
-  /// cameras that saw one target have common errors. Empty when the method gives none ("tsai").
+  /// cameras that saw one target share errors. Empty if the method gives none ("tsai").
   std::vector<std::string> joint_covariance_parameters;
   Eigen::MatrixXd joint_covariance;
-  /// Part of joint_covariance due to the target's shape and print: how the cameras depend on what
-  /// the views leave open of the target. Empty if the method, or an older file, gives none.
+  /// Part of joint_covariance due to the target's shape and print, as far as the views do not
+  /// determine them. Empty if the method, or an older file, gives none.
   Eigen::MatrixXd target_covariance;
   std::vector<std::string> warnings;
-  std::optional<std::string> no_go;  ///< why nothing measured with this calibration can be trusted
+  std::optional<std::string> no_go;  ///< why no measurement with this calibration can be trusted
   Document document = {};            ///< the file as it was read
 
   [[nodiscard]] const CalibratedCamera& camera(const std::string& name) const;

@@ -49,9 +49,9 @@ struct Projection {
   Eigen::Matrix<double, 2, 3> d_px_d_point;  ///< px per metre
 };
 
-/// Distorted pixel of a point in the camera frame (metres). nullopt when the point is not in front
-/// of the camera or lies beyond the radius up to which the lens model is monotonic. The image
-/// border is not a limit.
+/// Distorted pixel of a point in the camera frame (metres). nullopt for a point behind the
+/// camera or beyond the radius up to which the lens model is monotonic. The image border is not
+/// a limit.
 [[nodiscard]] std::optional<Projection> project(const CameraModel& model,
                                                 const Eigen::Vector3d& point_in_camera);
 

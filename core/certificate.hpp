@@ -35,9 +35,9 @@ struct CurveReport {
 struct CertificateCheck {
   bool accepted = false;
   double residual = 0;       ///< largest net force on a free point, in mean weights of a point
-  double side_residual = 0;  ///< largest net moment of a side over the mean side length
+  double side_residual = 0;  ///< largest net moment of an edge over the mean edge length
   double deepest_m = 0;      ///< deepest penetration of the cloth into an object
-  int crossings = 0;         ///< places where the cloth passes through itself
+  int crossings = 0;         ///< points where the cloth passes through itself
   int places = 0;            ///< contact points that press on the cloth
   std::vector<std::string> refused;  ///< reasons for refusal
 };
@@ -49,12 +49,12 @@ struct CertificateStrains {
 };
 
 struct CertificateDistances {
-  std::optional<double> to_object_m;  ///< smallest distance of a point; absent without objects
-  double to_table_m = 0;              ///< smallest distance of a point
-  std::optional<double> to_itself_m;  ///< absent if no part of the cloth is near another
-  double deepest_m = 0;               ///< deepest penetration between the mesh points
-  int crossings = 0;                  ///< places where the cloth passes through itself
-  double hold_error_m = 0;            ///< largest distance of a held point from where it should be
+  std::optional<double> to_object_m;     ///< smallest distance of a point; absent without objects
+  double to_table_m = 0;                 ///< smallest distance of a point
+  std::optional<double> to_itself_m;     ///< absent if no part of the cloth is near another
+  double deepest_m = 0;                  ///< deepest penetration between the mesh points
+  int crossings = 0;                     ///< points where the cloth passes through itself
+  double hold_error_m = 0;               ///< largest distance of a held point from its target
   std::optional<double> layers_apart_m;  ///< distance at which layers repel; absent if never
   int contact_forces = 0;                ///< number of rows in the contact_forces.csv beside it
 };
@@ -101,7 +101,7 @@ struct CertificateGrid {
   int clamped_springs = 0;  ///< springs whose tangent stiffness is clamped to 0 at the end
 };
 
-/// certificate.json: what a simulated drape claims about itself, so that others can check it.
+/// certificate.json: the claims of a simulated drape about itself, for others to check.
 struct Certificate {
   bool at_rest = false;
   std::string status;  ///< "at rest", or why not

@@ -24,9 +24,9 @@ struct Detection {
   double chi2_per_dof = 0;       ///< misfit of the ellipse, in units of the frame's noise
 };
 
-/// A measured dot without a tag or labelled neighbour, but in a piece of the lattice with other
-/// such dots. `dot.mark` counts rows and columns within the piece: its shift and quarter turns are
-/// unknown (never a reflection, since only one side is printed).
+/// A measured dot without a tag or labelled neighbour, in an isolated piece of the lattice.
+/// `dot.mark` counts rows and columns within the piece, up to an unknown shift and quarter turns
+/// (never a reflection, since only one side is printed).
 struct IslandDot {
   int island = 0;  ///< number of the piece within its frame
   Detection dot;
@@ -78,7 +78,7 @@ struct Detections {
   std::string rig;
   MarkLattice lattice;
   std::vector<FrameDetections> frames;
-  /// Reason, by set, why nothing measured with it can be trusted; sets that are not listed are GO.
+  /// Reason by set why no measurement from it can be trusted; unlisted sets are GO.
   std::map<std::string, std::string> no_go = {};
   Document document = {};  ///< the file as it was read
 

@@ -18,9 +18,9 @@ struct DotInCamera {
   Eigen::Matrix2d curvature_per_m = Eigen::Matrix2d::Zero();
 };
 
-/// Centroid (px) of the image area that a dot covers, which is what a fitted ellipse finds. It
-/// differs from the image of the dot's centre: perspective shifts it (eccentricity; Heikkila 2000),
-/// and so does curvature. nullopt if part of the outline does not project or the dot is seen
+/// Centroid (px) of the image area that a dot covers: the centre of the fitted ellipse. It
+/// differs from the image of the dot's centre, shifted by perspective (eccentricity; Heikkila
+/// 2000) and by curvature. nullopt if part of the outline does not project or the dot is seen
 /// edge-on.
 [[nodiscard]] std::optional<Eigen::Vector2d> dot_centroid_px(const CameraModel& model,
                                                              const DotInCamera& dot);

@@ -81,7 +81,7 @@ struct DrapeMesh {
   MeshFile mesh;                                 ///< filled in by read_drape_mesh()
   std::vector<Eigen::Vector3d> points_in_world;  ///< vertices of `mesh`
 
-  /// Throws Error(bad_input) that points at the given field of the description.
+  /// Throws Error(bad_input) at the given field of the description.
   [[noreturn]] void reject(const char* field, const std::string& what,
                            const std::string& remedy) const;
   /// Number of vertices of a [grid] along its outer direction.
@@ -95,7 +95,7 @@ inline constexpr Format format_of<DrapeMesh>{"mesh", Syntax::toml, 1,
 void fields(Fields& f, DrapeMesh& drape);
 
 /// Reads the description and its mesh, or `mesh` instead of the named file if given. Throws
-/// Error(bad_input) that names file and field.
+/// Error(bad_input) naming file and field.
 [[nodiscard]] DrapeMesh read_drape_mesh(const std::filesystem::path& file,
                                         const std::filesystem::path& mesh = {});
 

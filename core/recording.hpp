@@ -23,11 +23,11 @@ struct RecordedFrame {
 struct FrameSet {
   std::string name;
   std::vector<RecordedFrame> frames;
-  // Live sets have these; absent where nobody looked.
+  // Stated for live sets; absent if not measured.
   std::optional<std::string> details_sha256 = {};  ///< hash of <set>/capture.json
   std::optional<double> motion_px = {};            ///< largest motion between frames of the burst
   std::optional<double> camera_shift_px = {};      ///< background's shift against the reference set
-  std::optional<std::string> no_go = {};  ///< why the set is not a valid measurement, if it is not
+  std::optional<std::string> no_go = {};  ///< why the set is no valid measurement; absent if GO
 };
 
 /// A recording: images <set>/<camera>.png and recording.json, which is written last.

@@ -12,13 +12,13 @@
 
 namespace drape {
 
-/// AprilTag printed between the dots. It labels them and is never measured itself.
+/// AprilTag printed between the dots. It labels them and is not measured itself.
 struct PrintedTag {
   int id = 0;
   Eigen::Vector2d centre_m;  ///< in the plane of the print; see Target and Print
 };
 
-/// Distance between two target points that the operator measured on the plate itself.
+/// Distance between two target points, measured by the operator on the plate.
 struct KnownLength {
   MarkId from, to;
   double length_m = 0;
@@ -67,7 +67,7 @@ struct Target {
   double dot_diameter_m = 0;  ///< 0 for a chessboard
   DotArrangement arrangement = DotArrangement::square;
   DotColour dot_colour = DotColour::black;
-  /// Dots with a hole, which fix the plate's position and orientation as on plates for digital
+  /// Dots with a hole, which define the plate's position and orientation as on plates for digital
   /// image correlation; either none, or at least three.
   std::vector<MarkId> hollow;
   double hollow_diameter_m = 0;  ///< diameter of their holes
@@ -79,9 +79,9 @@ struct Target {
   std::optional<double> print_error_m;  ///< standard uncertainty of a point's position on the print
   std::optional<MeasuredPlate> measured;
 
-  /// Centre of a dot, or corner, in the target frame (metres): measured, else nominal with z = 0.
-  Document document = {};  ///< the file as it was read
-  [[nodiscard]] Eigen::Vector3d point_in_target(MarkId dot) const;
+  /// The file as it was read.
+  Document document = {};
+  [[nodiscard]] Eigen::Vector3d point_in_target(MarkId dot) const;  ///< m; nominal if unmeasured
   /// True if the target has this point.
   [[nodiscard]] bool has(MarkId dot) const {
     return dot.row >= 0 && dot.col >= 0 && dot.row < rows && dot.col < cols &&
@@ -90,7 +90,7 @@ struct Target {
 };
 
 /// Two kinds of dots on the cloth, full and with a light centre, arranged so that every 3 x 3
-/// window is unique; they provide the labels where tags cannot be read.
+/// window is unique. They provide the labels where tags cannot be read.
 struct DotClasses {
   double light_centre_diameter_m = 0;
   std::vector<std::string> rows;  ///< one string per row; '#': full dot, 'o': dot with light centre
@@ -121,7 +121,7 @@ struct RigCamera {
   std::string name;
   int width_px = 0, height_px = 0;
   double pixel_pitch_x_m = 0, pixel_pitch_y_m = 0;
-  std::optional<double> square_pixels = {};  ///< stated prior: standard uncertainty of fy/fx = 1
+  std::optional<double> square_pixels = {};  ///< prior: standard uncertainty of fy/fx = 1
 };
 
 /// A frame set that shows the target parallel to its reference pose, raised by z.
@@ -130,8 +130,8 @@ struct TargetStage {
   double z_m = 0;
 };
 
-/// One laying of a drape ([[repeat]] in rig.toml): the scene's cloth laid again on the same object,
-/// or the scene's own laying if both name the same set.
+/// One laying of a drape ([[repeat]] in rig.toml): the scene's cloth laid again on the same object.
+/// It is the scene's own laying if both name the same set.
 struct DrapeRepeat {
   std::string scene;   ///< name of the scene
   std::string set;     ///< frame set that shows it
@@ -155,11 +155,11 @@ struct Rig {
   double spacing_m = 2.5e-3;                  ///< spacing of the cloth's finest mesh
   std::vector<int> segments;                  ///< line segments per Kawabata curve, e.g. 1 5
   std::vector<DrapeRepeat> repeats;
-  /// Largest mean distance of a simulated drape that matches, for a scene that was laid once.
+  /// Largest mean distance at which a simulated drape matches, for a scene that was laid once.
   std::optional<double> tolerance_m;
 
-  /// Finds a camera by name. Throws Error(bad_input) if there is none.
-  Document document = {};  ///< the file as it was read
+  /// The file as it was read. camera() throws Error(bad_input) for an unknown name.
+  Document document = {};
   [[nodiscard]] const RigCamera& camera(const std::string& camera_name) const;
 };
 

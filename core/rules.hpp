@@ -10,21 +10,21 @@
 
 namespace drape {
 
-/// Rules about a file beyond those of its description. Each fault names file, line, field and
+/// Rules about a file beyond those of its description. Each error names file, line, field and
 /// remedy; an empty list means that the file describes a possible bench. read_scene(),
 /// read_target() and read_print() apply them, so every program that measures or simulates does;
 /// compare reads scenes as they were used.
 
-/// Finds uncertainties wider than the object itself, and a drape that nothing supports.
+/// Finds uncertainties wider than the object itself, and a drape without support.
 [[nodiscard]] std::vector<Error> faults_of(const Scene& scene);
-/// Finds objects whose position is incompatible with the table. Only `drape check` asks for this on
+/// Finds objects whose position is incompatible with the table. Only `drape check` applies this, to
 /// a scene as typed: a measured position that contradicts the table is a NO-GO of the measurement.
 [[nodiscard]] std::vector<Error> faults_of_places(const Scene& scene);
 
 /// Finds pins and clamps that lie outside the printed cloth or stretch the cloth between them too
-/// far, and a start above the room.
+/// far, and a start above the ceiling.
 [[nodiscard]] std::vector<Error> faults_of(const Scene& scene, const Print& print);
-/// Reads the scene's print and checks both against each other. Throws every fault at once.
+/// Reads the scene's print and checks both against each other. Throws all errors at once.
 [[nodiscard]] Print print_of(const Scene& scene);
 
 /// Finds unknown tag families, repeated tag ids and tags that would overlap a dot.

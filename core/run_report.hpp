@@ -25,20 +25,20 @@ struct MatchBasis {
   std::optional<double> p = {};        ///< probability that one more repeat deviates as far
   std::string reason = {};             ///< phrase for people
 };
-/// The rest that the model reaches from the measured shape, which shows whether it rests where the
-/// real cloth does, independent of the scene's start. More friction keeps a cloth at its start, so
-/// for unmeasured friction it is only given with its range.
+/// Equilibrium that the model reaches from the measured shape. It shows whether the model comes to
+/// rest where the real cloth does, independently of the scene's start. Friction holds a cloth at
+/// its start, so for unmeasured friction it is only given with its range.
 struct ModelRest {
   double distance_m = 0;              ///< mean over the marks
   double least_m = 0, largest_m = 0;  ///< smallest and largest over the range of friction
   std::string range;                  ///< "friction 0.2 to 0.8"; empty if friction was measured
-  std::vector<std::string> lost;      ///< ends of the range without a rest, with the reason
+  std::vector<std::string> lost;      ///< ends of the range without equilibrium, with the reason
   std::optional<double> apart_m;     ///< mean distance from the headline; rotated on a round object
   std::optional<bool> other_branch;  ///< absent if no ensemble shows how far apart branches are
 };
 
-/// Decision by ISO 14253-1 and JCGM 106: inside if the value plus everything open is within the
-/// limit, outside if the value minus everything open exceeds it, else undecided.
+/// Decision by ISO 14253-1 and JCGM 106: inside if the value plus its total uncertainty is within
+/// the limit, outside if the value minus it exceeds the limit, else undecided.
 struct MatchVerdict {
   Match match = Match::none;
   std::string reason;
@@ -156,10 +156,10 @@ struct ReportedView {
   std::string picture;  ///< path relative to the report's folder; empty if none
   int width_px = 0, height_px = 0;
   Eigen::Vector4d crop_px = Eigen::Vector4d::Zero();  ///< u and v of two corners of the part shown
-  /// Row, col, u and v of each mark visible here, and u and v of its position on the virtual cloth.
+  /// Row, col, u and v of each visible mark, and u and v of its position on the virtual cloth.
   std::vector<std::vector<double>> marks;
-  /// Lines of the virtual cloth as u, v, u, v ..., where its printed side faces the camera and
-  /// where its back does.
+  /// Lines of the virtual cloth as u, v, u, v ..., split by whether its printed side or its back
+  /// faces the camera.
   std::vector<std::vector<double>> front, back;
 };
 
@@ -172,7 +172,7 @@ struct ReportedShape {
 
 /// Quality of the measurement of the real cloth.
 struct Measurement {
-  int marks = 0, gaps = 0;                            ///< of the print, with a place and without
+  int marks = 0, gaps = 0;                            ///< marks with a position, and without
   std::optional<double> sigma_median_m, sigma_max_m;  ///< of one mark, in its worst direction
 };
 
@@ -187,8 +187,8 @@ struct ReportedDrape {
   std::string simulation;  ///< label of the one that represents the drape; empty if none
   std::optional<ReportedDistance> distance;  ///< distance from that simulation
   MatchVerdict match;
-  std::optional<Budget> budget;  ///< uncertainty of that distance's mean
-  std::string why, next;         ///< one sentence each, for people; next is empty if nothing to do
+  std::optional<Budget> budget;     ///< uncertainty of that distance's mean
+  std::string why, next;            ///< one sentence each; next is empty if nothing is to be done
   std::vector<std::string> facts;   ///< further sentences on mesh, branches, ensemble, friction
   std::vector<RepeatLine> repeats;  ///< own laying first; empty if the drape was laid once
   std::vector<ReportedSimulation> simulations;
@@ -199,7 +199,7 @@ struct ReportedDrape {
   std::vector<ReportedTable> tables;
 };
 
-/// Stops: makes the measurement NO-GO. Asks: requires an action. Informs: all others.
+/// Severity of a note: `stops` makes the measurement NO-GO, `asks` requires an action.
 enum class Severity { stops, asks, informs };
 template <>
 inline constexpr std::string_view names_of<Severity>[] = {"stops", "asks", "informs"};
@@ -259,8 +259,8 @@ inline constexpr Format format_of<RunReport>{"report", Syntax::json, 1,
                                              "report.json: everything that a run found"};
 void fields(Fields& f, RunReport& report);
 
-/// A number for people, rounded to the second significant digit of its uncertainty in the same
-/// unit; without an uncertainty to three significant digits. Ties are rounded away from zero.
+/// Formats a number for people, rounded to the second significant digit of its uncertainty in the
+/// same unit; without an uncertainty to three significant digits. Ties are rounded away from zero.
 /// `core/page/figure.js` follows the same rule.
 [[nodiscard]] std::string figure(double value, std::optional<double> uncertainty = std::nullopt);
 
@@ -288,8 +288,8 @@ struct DistanceFigures {
 /// Title, then columns padded to equal width.
 [[nodiscard]] std::string text_of(const Table& table);
 
-/// The beginning of a gap's reason, without details: "seen by one camera (cam2); ..." gives "seen
-/// by one camera".
+/// Beginning of a gap's reason, without details: "seen by one camera (cam2); ..." gives "seen by
+/// one camera".
 [[nodiscard]] std::string kind_of_gap(const std::string& reason);
 
 }  // namespace drape

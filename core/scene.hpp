@@ -53,8 +53,8 @@ struct MeshObject {
 
 using Obstacle = std::variant<Sphere, Box, Cylinder, Plane, MeshObject>;
 
-/// Standard uncertainties of an object as stated by the operator; those not stated default to half
-/// a division of a steel rule.
+/// Standard uncertainties of an object as stated by the operator; unstated ones default to half a
+/// division of a steel rule.
 struct ObjectUncertainty {
   static constexpr double ruler_m = 0.5e-3;
   std::optional<double> stated_place_m;  ///< along each axis, m
@@ -77,8 +77,8 @@ struct ObjectTags {
   [[nodiscard]] std::vector<std::pair<std::string, double>> lies() const;
 };
 
-/// A mark or another material point that is held in place: where the measured sheet has it, or at a
-/// position that the operator measured.
+/// A mark or another material point that is held fixed: at its position in the measured sheet, or
+/// at one that the operator measured.
 struct Pin {
   MarkId mark;                                    ///< unused if a material point is given
   std::optional<Eigen::Vector3d> point_in_world;  ///< absent if taken from the measured sheet
@@ -127,7 +127,7 @@ struct Start {
   std::vector<std::string> history = {};  ///< loads applied beforehand; interpreted by simulate
 };
 
-/// One drape (scene.toml): what the cloth lies on, how it starts, and its fabric.
+/// One drape (scene.toml): the objects under the cloth, its start, and its fabric.
 struct Scene {
   std::filesystem::path file;  ///< document.file()
   std::string name;

@@ -10,7 +10,7 @@
 
 namespace drape {
 
-/// Uncertainty of one value: its standard uncertainty, or how far its range extends down and up.
+/// Uncertainty of one value: its standard uncertainty, or the extent of its range down and up.
 struct ValueWidth {
   double down = 0, up = 0;  ///< in the value's unit; per cent of a fabric value
   bool rectangular = false;

@@ -44,7 +44,7 @@ struct SceneEffect {
 /// The same drape with one part of the model changed.
 struct VariantEffect {
   std::string what;        ///< e.g. "no twist stiffness"
-  bool continued = false;  ///< started at the base's rest, so on its branch; else at the start
+  bool continued = false;  ///< started from the base's equilibrium and so on its branch
   bool at_rest = false;
   double distance_m = 0;  ///< mean over the marks
   double change_m = 0;    ///< change against the base

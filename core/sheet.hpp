@@ -91,15 +91,15 @@ struct Sheet {
   std::vector<Gap> gaps;         ///< ordered by mark
   std::variant<MeasuredSource, SimulatedSource> source;
   std::optional<ErrorBudget> error_budget = std::nullopt;  ///< in measured sheets only
-  /// Why the measurement that made or positioned the sheet is NO-GO, quoting the first cause. A
-  /// simulation that is not at rest says so in its source, not here.
+  /// Why the measurement that made or positioned the sheet is NO-GO: the first cause. A simulation
+  /// that is not at rest states this in its source, not here.
   std::optional<std::string> no_go = std::nullopt;
   Document document = {};  ///< the .json as it was read
 
   [[nodiscard]] bool is_measured() const { return std::holds_alternative<MeasuredSource>(source); }
   /// Discretisation of a simulated sheet: "2.5 mm" (finest mesh spacing) or "21x21" (its grid).
   [[nodiscard]] std::string discretisation() const;
-  /// The mark, or nothing when it is a gap.
+  /// The mark; null for a gap.
   [[nodiscard]] const SheetMark* find(MarkId mark) const;
 };
 
@@ -110,8 +110,8 @@ inline constexpr Format format_of<Sheet>{
     "points."};
 void fields(Fields& f, Sheet& sheet);
 
-/// Writes `<stem>.ply` (points and quads for viewers, millimetres) and then `<stem>.json`, which
-/// carries everything. `file` is either of the two.
+/// Writes `<stem>.ply` (points and quads for viewers, millimetres) and then `<stem>.json`, the
+/// complete sheet. `file` is either of the two.
 void write_sheet(const std::filesystem::path& file, const Sheet& sheet);
 
 /// Reads `<stem>.json` and checks that `<stem>.ply` holds the same points.

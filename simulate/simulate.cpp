@@ -126,7 +126,7 @@ LevelsFile levels_of(const DrapeCase& drape_case, const Drape& drape) {
   return file;
 }
 
-/// The scene as draped: started from the measured shape if the options say so.
+/// The scene with the start that the options select.
 Scene started(Scene scene, const SimulateOptions& options) {
   if (options.from_measured) scene.start.mode = StartMode::measured;
   return scene;
@@ -186,8 +186,8 @@ void write_rest(const fs::path& folder, const DrapeLevel& level, const ClothMome
     write_durable(folder / "memory.csv", memory_csv(moment.memory));
 }
 
-/// Number of positions along a side, about `step_m` apart; they include the print's marks if a
-/// fraction of the pitch divides side and margin, so that no mark is interpolated.
+/// Number of positions along an edge of the patch, about `step_m` apart. They include the print's
+/// marks, without interpolation, if a fraction of the pitch divides edge and margin.
 int places_along(double side_m, double margin_m, double pitch_m, double step_m) {
   const auto divides = [](double part_m, double length_m) {
     const double times = length_m / part_m;
@@ -200,9 +200,9 @@ int places_along(double side_m, double margin_m, double pitch_m, double step_m) 
   return static_cast<int>(std::lround(side_m / step_m)) + 1;
 }
 
-constexpr double kFirstMeshes = 14;  // mesh points along a side: enough for a fold or two
-// A crease concentrates its bend on a few points, so strains grow with their number: on the finest
-// mesh they reach four times those of the first run.
+constexpr double kFirstMeshes = 14;  // mesh points along an edge: enough for a fold or two
+// A crease concentrates its bend on a few points, so strains grow with the mesh: on the finest one
+// they reach four times those of the first run.
 constexpr double kFinerMeshes = 4;
 constexpr int kFirstSegments = 5;       // as in the paper
 constexpr double kFirstResidual = 0.1;  // in mean weights of a point; changes strains by 0.1 %

@@ -56,7 +56,7 @@ struct SimulateOptions {
   DrapeOptions drape;              ///< triangles only
   std::optional<ClothOutline> outline;  ///< cut of the cloth; absent for the whole patch
   PaperOptions paper;
-  /// Called from time to time with the fraction of the work done.
+  /// Called at intervals with the fraction of the work done.
   std::function<void(double fraction)> progress = {};
 
   /// Throws Error(usage) for values that cannot be simulated.
@@ -76,7 +76,7 @@ struct SimulateResult {
   [[nodiscard]] bool at_rest() const { return certificate.at_rest; }
 };
 
-/// Drapes the fabric over the scene's objects (paper section 4) and lets the checker judge the
+/// Drapes the fabric over the scene's objects (paper section 4) and has the checker judge the
 /// result of a triangle mesh. `measured` positions start and pins. Throws Error for invalid input;
 /// a cloth that does not come to rest is a verdict in the certificate.
 [[nodiscard]] SimulateResult simulate(const Scene& scene, const Fabric& fabric, const Print& print,
@@ -93,9 +93,9 @@ struct SimulateResult {
 /// the finest spacing.
 [[nodiscard]] Sheet sheet_of(const DrapeLevel& level, const ClothMoment& moment, double step_m);
 
-/// Range of strains for the curve fits: four times the strains of a first run from the scene's own
-/// start on a coarse mesh, with curves fitted over the whole measurement. All meshes, grids and
-/// segment numbers of a scene thereby share the same range. nullopt if that run does not come to
+/// Range of strains for the curve fits: four times the strains of a first run from the scene's
+/// own start on a coarse mesh, with curves fitted over the whole measurement. All meshes, grids
+/// and segment numbers of a scene thus share one range. nullopt if that run does not come to
 /// rest.
 [[nodiscard]] std::optional<CurveReach> find_reach(const Scene& scene, const Fabric& fabric,
                                                    const Print& print,

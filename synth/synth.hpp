@@ -71,7 +71,7 @@ template <class Sheet>  // Print or Target
 struct PredictOptions {
   double height_m = 0.1;         ///< height of the drape volume above the world's origin
   double floor_px = 0.02;        ///< additional error of a centre, as in drape triangulate
-  double most_facing_deg = 60;   ///< a dot seen at a larger angle does not count as seen
+  double most_facing_deg = 60;   ///< a dot seen at a larger angle counts as not seen
   double asked_sigma_m = 5e-5;   ///< in space, root of the sum of the three variances
   double asked_fraction = 0.95;  ///< fraction of the marks that must achieve it
   RenderOptions render;          ///< brightness, blur and noise of the pictures
@@ -94,7 +94,7 @@ struct Prediction {
   double reached_fraction =
       0;  ///< fraction of the marks seen by two cameras that meet the required accuracy
   double seen_fraction = 0;  ///< fraction of all marks seen by at least two cameras
-  bool go = false;           ///< both fractions are sufficient for slopes up to 45 degrees
+  bool go = false;           ///< true if both fractions suffice for slopes up to 45 degrees
 };
 
 /// Smallest covariance (px^2) of any unbiased estimate of a dot's centre: Cramer-Rao bound for an
@@ -106,8 +106,8 @@ struct Prediction {
                                                               double radius_m,
                                                               const RenderOptions& render);
 
-/// Accuracy that these cameras can achieve over the volume in which the print is draped, from the
-/// noise of the marks alone, without errors of the calibration and of dots on curved cloth.
+/// Predicts the accuracy of these cameras over the volume of the drape from the noise of the marks
+/// alone, without errors of the calibration and of dots on curved cloth.
 [[nodiscard]] Prediction predict(const std::vector<Camera>& cameras, const Print& print,
                                  const PredictOptions& options);
 
@@ -158,10 +158,10 @@ struct SynthReport {
 using SynthProgress = std::function<void(double fraction, const std::string& what)>;
 
 /// Renders the frame sets of a rig as seen by its cameras and writes a recording: PNG files,
-/// truth.json (for every mark: position in space, and in each camera its pixel, the centroid of its
-/// image, its facing angle and visible fraction), true_calibration.json, and finally
-/// recording.json. Throws Error(bad_input) if the folder already holds a recording, a camera of the
-/// rig is not among the cameras, or a sheet has gaps.
+/// truth.json, true_calibration.json, and finally recording.json. truth.json holds every mark's
+/// position in space and, for each camera, its pixel, the centroid of its image, its facing angle
+/// and visible fraction. Throws Error(bad_input) if the folder already holds a recording, a camera
+/// of the rig is not among the cameras, or a sheet has gaps.
 SynthReport write_synthetic_recording(const Rig& rig, const std::vector<Camera>& cameras,
                                       const std::filesystem::path& folder,
                                       const SynthOptions& options,

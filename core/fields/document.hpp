@@ -18,11 +18,11 @@ enum class Syntax { toml, json, options };
 inline constexpr const char* make_again =
     "the file is written by drapebench: make it again with the program that wrote it";
 
-/// A file that was read once: its values with their line numbers, and the hash of the bytes read.
-/// Copies share their content.
+/// A file read once: its values with their line numbers, and the hash of the bytes read. Copies
+/// share their content.
 class Document {
  public:
-  Document() = default;  ///< without a file; holds an empty table
+  Document() = default;  ///< without a file: an empty table
   Document(std::filesystem::path file, Syntax syntax, std::string_view bytes);
   /// Wraps values that come from no file.
   Document(Syntax syntax, Value root);
@@ -48,8 +48,8 @@ class Document {
   std::shared_ptr<const Content> content_;
 };
 
-/// `path` in the notation that people read: "object.1.size_mm" (TOML, indices count from 1),
-/// "/object/0/size_mm" (JSON pointer) or "--size-mm".
+/// `path` as shown to users: "object.1.size_mm" (TOML, indices count from 1), "/object/0/size_mm"
+/// (JSON pointer) or "--size-mm".
 [[nodiscard]] std::string shown_path(Syntax syntax, std::string_view path);
 
 /// Parses a JSON text with limits on depth and length; each key may occur once. Throws

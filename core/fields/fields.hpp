@@ -107,7 +107,7 @@ template <class T>
 inline constexpr bool is_members<std::vector<std::pair<std::string, T>>> = true;
 }  // namespace detail
 
-/// Walks through the values of a record, which one ordinary function describes:
+/// Walks through the values of a record, described by one ordinary function:
 ///
 ///   void fields(Fields& f, Pin& pin) {
 ///     f({"row", "mark along the warp", 1, 0}, pin.row);
@@ -215,7 +215,7 @@ class Fields {
     }
   }
 
-  /// A rule between values of the record. Readers apply it if the record has no other fault so far.
+  /// A rule between values of the record. Readers apply it if the record has no other error so far.
   /// `field` locates it: a name, or a path such as "camera.2.name".
   virtual void rule(bool /*holds*/, std::string_view /*field*/, std::string_view /*what*/,
                     std::string_view /*remedy*/) {}

@@ -32,7 +32,7 @@ template <class Record>
   return [&record](Fields& f) { fields(f, record); };
 }
 
-/// Reads the values of `document` into the record behind `walk`. Returns every fault of the file in
+/// Reads the values of `document` into the record behind `walk`. Returns every error of the file in
 /// the order of the description; an empty list means that the record is valid.
 [[nodiscard]] std::vector<Error> faults_of_reading(const Document& document, const Walk& walk);
 
@@ -45,8 +45,8 @@ void require_format(const Document& document, const Format& format);
 /// JSON Schema 2020-12 of a format.
 [[nodiscard]] Value schema_of(const Format& format, const Walk& walk);
 
-/// Reads a record from a document. Throws one Error(bad_input) with every fault. If the record has
-/// a member `document`, it keeps the document, whose hashes are those of what was read.
+/// Reads a record from a document. Throws one Error(bad_input) with every error. A member
+/// `document` of the record keeps the document, with the hashes of what was read.
 template <class Record>
 [[nodiscard]] Record read_record(const Document& document) {
   require_format(document, format_of<Record>);
@@ -91,7 +91,7 @@ void write_record(const std::filesystem::path& file, const Record& record) {
   write_value(file, value_of(record));
 }
 
-/// A format together with a valid example; used to generate schemas, fuzz seeds and spoiled inputs.
+/// A format with a valid example; used to generate schemas, fuzz seeds and invalid inputs.
 struct DescribedFormat {
   Format format;
   Value schema;

@@ -37,7 +37,7 @@ class Value {
   [[nodiscard]] T* get_if() {
     return std::get_if<T>(&content_);
   }
-  /// A whole number or one with a fraction; a null pointer for anything else.
+  /// True for an integer or a floating-point number.
   [[nodiscard]] bool is_number() const { return get_if<double>() || get_if<std::int64_t>(); }
   [[nodiscard]] double number() const;
 

@@ -41,7 +41,7 @@ void require_plain_name(const std::string& name, const Where& where);
 [[nodiscard]] std::vector<unsigned char> read_inside(const std::filesystem::path& folder,
                                                      const std::string& name, const Where& where);
 
-/// Held while a program writes to one output. The system releases it when the process dies.
+/// Lock held while a program writes an output. The system releases it when the process dies.
 class WriterLock {
  public:
   /// Creates the lock file and its folder. Throws Error(bad_input) with the message `held` if

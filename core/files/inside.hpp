@@ -8,7 +8,7 @@
 
 namespace drape {
 
-/// Like write_durable, for a name found in a file; refuses the names that read_inside would refuse.
+/// Like write_durable, for a name found in a file; refuses the names that read_inside refuses.
 void write_inside(const std::filesystem::path& folder, const std::string& name,
                   std::string_view content, const Where& where);
 

@@ -11,8 +11,8 @@ namespace drape {
 /// Keeps the order of keys, so that files are readable and the same input gives the same bytes.
 using Json = nlohmann::ordered_json;
 
-/// Parses JSON text. Throws Error(bad_input) with file and line if it is none, for deep nesting and
-/// for a repeated key. Calling Json::parse directly costs seconds of compile time per source.
+/// Parses JSON text. Throws Error(bad_input) with file and line for invalid JSON, deep nesting and
+/// a repeated key. Calling Json::parse directly costs seconds of compile time per source.
 [[nodiscard]] Json parse_json(std::string_view text, const std::string& file = "");
 
 /// Like parse_json, but returns a discarded value (`is_discarded()`) if the text is not JSON.

@@ -5,9 +5,9 @@
 
 namespace drape {
 
-/// Largest number of marks in a lattice. A dot needs 8 x 8 px to be measured and an image holds
-/// at most 2^26 px, so no camera can see more; a file that claims more would only fill the
-/// memory.
+/// Largest number of marks in a lattice. A dot needs 8 x 8 px to be measured and an
+/// image holds at most 2^26 px, so no camera can see more; larger counts in a file are
+/// invalid.
 inline constexpr std::int64_t kMostMarks = std::int64_t{1} << 20;
 
 /// True for 1 to kMostMarks marks.

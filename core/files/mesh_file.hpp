@@ -15,8 +15,8 @@ struct MeshCorner {
   std::uint32_t uv = 0;  ///< index into MeshFile::uvs, if these are not empty
 };
 
-/// A side of a cloth's mesh (element `side` of a PLY): its two ends, and the derivative of the
-/// position along the side's left normal in material coordinates.
+/// An edge of a cloth's mesh (element `side` of a PLY): its two ends, and the derivative of the
+/// position along the edge's left normal in material coordinates.
 struct MeshSide {
   std::array<std::uint32_t, 2> ends{};
   Eigen::Vector3d slope = Eigen::Vector3d::Zero();

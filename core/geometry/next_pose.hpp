@@ -17,7 +17,7 @@ struct WorldBox {
   Eigen::Vector3d low, high;
 };
 
-/// Nodes of a regular grid over the box, its faces included.
+/// Nodes of a regular grid over the box, including its faces.
 [[nodiscard]] std::vector<Eigen::Vector3d> grid_of(const WorldBox& box, int nodes_per_side);
 
 /// All points of the target in its frame, row by row.
@@ -25,7 +25,7 @@ struct WorldBox {
 
 /// Predicted standard deviation of a measured point in the volume (metres): root mean square over
 /// the grid points that at least two cameras see. A common rigid motion of all points is excluded:
-/// the first stage defines the world, whatever poses follow, and no shape depends on it.
+/// the first stage defines the world, and no shape depends on it.
 struct PredictedError {
   double calibration_m = 0;  ///< from the calibration's joint covariance
   double marks_m = 0;        ///< from the noise of the marks' centres
@@ -50,13 +50,13 @@ class PosePlanner {
   PosePlanner(Calibration calibration, std::vector<Eigen::Vector3d> points_in_target,
               const WorldBox& volume, std::vector<double> sigma_px);
 
-  /// True if at least two cameras see a point of the volume; otherwise nothing can be predicted.
+  /// True if at least two cameras see a point of the volume, as any prediction requires.
   [[nodiscard]] bool sees_volume() const { return !grid_.empty(); }
   [[nodiscard]] PredictedError now() const;
   /// The candidate pose that reduces calibration_m most; nullopt if none reduces it. Candidates are
-  /// seen whole by at least two cameras: tilts of 25 and 40 deg about x and y (perspective then
-  /// constrains the lens), at `places_per_side`^3 positions (at least 2 per side) that reach three
-  /// quarters of the way to the sides of the volume.
+  /// entirely visible to at least two cameras: tilts of 25 and 40 deg about x and y (perspective
+  /// then constrains the lens), at `places_per_side`^3 positions (at least 2 per axis) that span
+  /// three quarters of the volume's extent.
   [[nodiscard]] std::optional<NextPose> next(int places_per_side = 3) const;
 
  private:

@@ -32,7 +32,7 @@ struct PixelView {
 
 enum class PointStatus {
   good,
-  not_observable,  ///< fewer than two views, or rays that are too parallel
+  not_observable,  ///< fewer than two views, or nearly parallel rays
   not_converged,
   behind_a_camera,  ///< behind a camera, or outside the valid range of its lens model
 };
@@ -41,7 +41,7 @@ enum class PointStatus {
 struct PointFit {
   PointStatus status = PointStatus::not_observable;
   Eigen::Vector3d in_world = Eigen::Vector3d::Zero();  ///< m
-  Eigen::Matrix3Xd by_pixels;      ///< d point / d pixels, m/px; from here on set if good
+  Eigen::Matrix3Xd by_pixels;      ///< d point / d pixels, m/px; set, like the rest, if good
   Eigen::VectorXd residuals_px;    ///< measured minus projected
   Eigen::MatrixXd covariance_px2;  ///< covariance of the pixels, including the shared unknowns
 };

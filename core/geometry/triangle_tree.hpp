@@ -18,7 +18,7 @@ struct OnTriangle {
 [[nodiscard]] OnTriangle nearest_on_triangle(const Eigen::Vector3d& point, const Eigen::Vector3d& a,
                                              const Eigen::Vector3d& b, const Eigen::Vector3d& c);
 
-/// Triangles in a tree of bounding boxes, which finds the nearest of n in about log n steps.
+/// Tree of bounding boxes over triangles; finds the nearest of n in about log n steps.
 class TriangleTree {
  public:
   using Corners = std::array<Eigen::Vector3d, 3>;

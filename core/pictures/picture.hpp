@@ -12,10 +12,10 @@ class Mat;
 
 namespace drape {
 
-/// Decodes a PNG, JPEG, TIFF, BMP, PGM or PPM as the sensor wrote it, 8 or 16 bit, grey or colour
-/// (BGR): a tag for rotation or mirroring is ignored in every format. Throws Error(bad_input) at
-/// `where` if the numbers have another meaning: several pages, black and white exchanged, inks or
-/// other colours, transparent pixels, or another depth.
+/// Decodes a PNG, JPEG, TIFF, BMP, PGM or PPM as stored by the sensor, 8 or 16 bit, grey or colour
+/// (BGR); ignores a tag for rotation or mirroring in every format. Throws Error(bad_input) at
+/// `where` for pixels that are not plain intensities: several pages, black and white exchanged,
+/// inks or other colours, transparency, or another depth.
 [[nodiscard]] cv::Mat decode_picture(std::span<const unsigned char> bytes, const Where& where,
                                      std::string_view remedy);
 

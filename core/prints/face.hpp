@@ -12,13 +12,13 @@ namespace drape {
 struct FaceDisc {
   FacePoint centre;
   double radius_m = 0;
-  double ink = 1;  ///< +1 prints; -1 erases what a disc or area below has printed
+  double ink = 1;  ///< +1 prints; -1 erases the print of discs and areas below it
 };
 
 /// Everything printed on a cloth or a calibration target.
 struct Face {
   std::vector<FaceDisc> discs;  ///< dots first, then the light centres on them
-  /// Black of a plate or squares of a board, then the modules of each tag; all below the discs.
+  /// Plate or board squares in black, then the modules of each tag; all below the discs.
   std::vector<std::vector<FaceBox>> areas;
 };
 

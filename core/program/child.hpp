@@ -71,7 +71,7 @@ struct ChildEnd {
 };
 [[nodiscard]] ChildEnd await_child(pid_t child);
 
-/// Runs a program in a process group of its own and waits; appends its standard output alone.
+/// Runs a program in its own process group and waits; appends only its standard output.
 [[nodiscard]] ChildEnd run_child(const std::filesystem::path& program,
                                  const std::vector<std::string>& arguments, std::string& output);
 
@@ -81,8 +81,8 @@ using ChildProgress = std::function<void(double, const std::string&)>;
 /// Passes each complete progress line on and keeps the remainder in `text`.
 void pass_progress(std::string& text, const ChildProgress& progress);
 
-/// The error that a program started with --json printed, or the first problem that `drape check`
-/// found; nullopt if there is none. `where` is one phrase in Where::file.
+/// Returns the error that a program started with --json printed, or the first problem that `drape
+/// check` found; nullopt if there is none. `where` is one phrase in Where::file.
 [[nodiscard]] std::optional<Error> error_printed(const std::string& output, int exit_code);
 
 /// Path of a program in the folder of the running one.

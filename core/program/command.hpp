@@ -29,8 +29,8 @@ struct OptionSpec {
 };
 
 /// Command line of a program or of one of its subcommands; its options come from described records.
-/// CLI11, whose header takes a third of a program's compile time, stays in command.cpp. Invalid
-/// arguments end in Error(usage), --help in its text; see run_program().
+/// CLI11 is included in command.cpp only, since its header takes a third of a program's compile
+/// time. Invalid arguments end in Error(usage), --help in its text; see run_program().
 class Command {
  public:
   /// `name` as typed, for example "drape-simulate certify".
@@ -51,8 +51,8 @@ class Command {
   void moved(const std::string& option, const std::string& replacement);
   Command* add_subcommand(const std::string& name, const std::string& description);
   void require_subcommand(int least, int most);
-  /// Lets the options added so far be given after a subcommand too; options of the program added
-  /// later are refused together with a subcommand.
+  /// Lets the options added so far also follow a subcommand. Options of the program added later are
+  /// refused with a subcommand.
   void fallthrough();
   void footer(const std::string& text);
   void set_version(const std::string& text);

@@ -32,8 +32,8 @@ inline constexpr Format format_of<Ending>{"ending", Syntax::json, 1, "verdict of
 /// Formats the ending for the terminal.
 [[nodiscard]] std::string printed(const Ending& ending);
 
-/// Finds the ending in the --json output of a program, which may be another lab's: unknown keys are
-/// ignored. nullopt if there is none.
+/// Finds the ending in the --json output of a program. Ignores unknown keys, since the program may
+/// be another lab's. nullopt if there is none.
 [[nodiscard]] std::optional<Ending> ending_in(std::string_view output);
 
 /// Path of the ending beside a record: `<stem>.ending.json`.

@@ -26,7 +26,7 @@ void add_common_options(Command& app, CommonOptions& options);
 /// Prints the ending to stdout, as text or JSON; returns the exit code (0 GO, 1 NO-GO).
 int finish(const Ending& ending, const CommonOptions& options);
 
-/// Stores the ending and the record, then prints the ending; call as the last act of a step.
+/// Stores the ending and the record, then prints the ending; the last call of a step.
 int finish(const Ending& ending, const CommonOptions& options, const RunRecord& record);
 
 /// Colours text for a terminal (SGR code, e.g. "31"); plain if `stream` is not a terminal or
@@ -37,7 +37,7 @@ int finish(const Ending& ending, const CommonOptions& options, const RunRecord& 
 void print_text(const std::string& text);
 
 /// Parses, runs, and turns every Error into a message and its exit code. Never throws. SIGINT and
-/// SIGTERM end the program with a message and code 130 or 143; files written by then are complete.
+/// SIGTERM end the program with a message and code 130 or 143; files written so far are complete.
 int run_program(Command& app, int argc, char** argv, const CommonOptions& options,
                 const std::function<int()>& body);
 
@@ -48,8 +48,8 @@ struct StageCommand {
   const char* text;  ///< description for the program's --help
 };
 
-/// main() of a stage's program: the first argument selects one of `commands`, else the stage's
-/// `own` job runs, whose --help lists them. Each receives all arguments, its own name included.
+/// main() of a stage's program: the first argument selects one of `commands`, else `own` runs,
+/// whose --help lists them. Each receives all arguments, including its own name.
 int run_stage(int argc, char** argv, int (*own)(int, char**),
               const std::vector<StageCommand>& commands);
 

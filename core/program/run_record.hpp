@@ -19,12 +19,12 @@ struct StepFiles {
   std::vector<std::filesystem::path> outputs, inputs;
 };
 
-/// A file as a step read or wrote it.
+/// A file that a step read or wrote.
 struct RecordedFile {
   std::string file;    ///< path relative to the folder of the record
   std::string sha256;  ///< SHA-256 of the bytes, which proves the content
-  /// SHA-256 of the values that were read, which decides freshness: comments, spelling and the
-  /// order of keys do not matter. Absent if the values are the bytes.
+  /// SHA-256 of the values that were read; decides whether a result is up to date. Comments,
+  /// spelling and the order of keys do not matter. Absent if the values are the bytes.
   std::optional<std::string> values_sha256 = {};
   std::vector<std::string> sets = {};  ///< sets of a recording that were read; empty for all
 };
@@ -48,7 +48,7 @@ inline constexpr Format format_of<RunFile>{"run", Syntax::json, 2, "what one pro
 /// Reads a record. Version 1 lacks hashes of values: it never proves a step up to date.
 [[nodiscard]] RunFile read_run_file(const std::filesystem::path& record);
 
-/// Current path of a file that a record names.
+/// Current path of a file named in a record.
 [[nodiscard]] std::filesystem::path place_of(const std::filesystem::path& record,
                                              const RecordedFile& file);
 
@@ -56,16 +56,16 @@ inline constexpr Format format_of<RunFile>{"run", Syntax::json, 2, "what one pro
 /// values.
 [[nodiscard]] bool is_as_recorded(const std::filesystem::path& record, const RecordedFile& file);
 
-/// Hash that decides the freshness of a file that is read whole: of its values if people write it,
-/// else of its bytes.
+/// Hash that decides whether a file is unchanged: of its values if people write it, else of its
+/// bytes.
 [[nodiscard]] std::string sha256_as_read(const std::filesystem::path& file);
 
 /// Provenance of one program run (run.json): program, version, arguments, inputs and outputs with
 /// their hashes, times, exit code, hash of the ending. No other file contains clock times.
 ///
-/// A step proceeds in this order, so that an interruption at any point leaves no record of
-/// incomplete outputs: the constructor removes record and ending; the step writes its outputs;
-/// write() writes the ending and, last, the record.
+/// An interruption at any point leaves no record of incomplete outputs, by the order of a step: the
+/// constructor removes record and ending; the step writes its outputs; write() writes the ending
+/// and, last, the record.
 class RunRecord {
  public:
   /// `arguments` as given on the command line, without the program's name. `file` is the path of
@@ -73,12 +73,12 @@ class RunRecord {
   /// another program is writing the same output.
   RunRecord(std::string program, std::vector<std::string> arguments,
             std::filesystem::path file = {});
-  /// Also throws Error(usage), before touching anything, if an output is one of the inputs.
+  /// Like the above, and throws Error(usage), before any change, if an output is one of the inputs.
   RunRecord(std::string program, std::vector<std::string> arguments, std::filesystem::path file,
             const StepFiles& files);
 
-  /// Adds an input and hashes it now, before it is read: a file that changes in between then counts
-  /// as changed. Throws Error(usage) if it is one of the outputs named so far.
+  /// Adds an input and hashes it now, before it is read: a change in between then counts as a
+  /// change. Throws Error(usage) if it is one of the outputs named so far.
   void input(const std::filesystem::path& file);
   /// Adds an input with the hash of the bytes that were read (Document::sha256()); replaces an
   /// earlier entry.
@@ -111,8 +111,8 @@ class RunRecord {
 [[nodiscard]] std::filesystem::path run_record_path(const std::filesystem::path& output);
 
 /// True if the record exists, was written by the same program binary with the same arguments
-/// (paths may be spelled differently) and ended with exit code 0 or 1, its ending and outputs
-/// have the recorded bytes, and its inputs, looked up under the names given, have the recorded
+/// (paths may be spelled differently) and ended with exit code 0 or 1. Its ending and outputs
+/// must have the recorded bytes, and its inputs, looked up under the names given, the recorded
 /// values.
 [[nodiscard]] bool is_up_to_date(const std::filesystem::path& record,
                                  const std::filesystem::path& program,

@@ -70,7 +70,7 @@ struct Interval {
 };
 
 /// Visits `draws` bootstrap resamples of `units` units with replacement (Efron 1979), each as the
-/// number of times that every unit was drawn. The seed is fixed: every call draws the same.
+/// number of draws of every unit. The seed is fixed: every call draws the same.
 void bootstrap(std::size_t units, int draws,
                const std::function<void(std::span<const std::int64_t> counts)>& visit);
 

@@ -96,8 +96,8 @@ Dual<N> work_under(const ForceCurve& law, const Dual<N>& x) {
   return chain(x, law_work(law, x.v), law_value(law, x.v));
 }
 
-/// Energy and force of friction elements, each from its own slip. `over_limit` is raised to 1 plus
-/// the largest excess of an element over its limit, relative to all limits of the place, if that is
+/// Energy and force of friction elements, each from its own slip. Raises `over_limit` to 1 plus
+/// the largest excess of an element over its limit, relative to the sum of the limits, if that is
 /// more.
 template <int N>
 Dual<N> slipped(const FrictionStack& stack, const std::vector<double>& memory, int place,
@@ -187,10 +187,10 @@ Membrane membrane_of(const ClothLaws& laws, const std::array<Real, 3>& metric) {
           angle};
 }
 
-using Jet = Dual<18>;  // derivatives by corners and sides of a triangle
+using Jet = Dual<18>;  // derivatives by corners and edges of a triangle
 using Place = Vector<18>;
 constexpr Real kOnDisc = 1e-5L;  // relative to the radius; nearer to the rim, a point is on it
-/// Largest residual of any cloth at rest, in weights of a point, whatever is claimed.
+/// Largest residual accepted of a cloth at rest, in weights of a point, whatever it claims.
 constexpr double kMostResidual = 1e-3;
 constexpr double kThickestCloth_m = 0.01;
 constexpr Real kOnLine_m = 2e-6L;    // m, in material coordinates; rounding in files
@@ -198,7 +198,7 @@ constexpr Real kHeldSlope = 1e-7L;   // difference of a held slope: the ends of 
 constexpr Real kRounding = 1e-6L;    // relative to a force, between double and long double
 constexpr Real kOverLimit = 1e-6L;   // relative to the limit of a friction element
 constexpr Real kOfTriangle = 0.05L;  // share of stretch and shear by triangle, the rest by point
-constexpr Real kOfSide = 2;          // weight of the bending term at sides between two triangles
+constexpr Real kOfSide = 2;          // weight of the bending term at edges between two triangles
 
 class Judge {
  public:
@@ -282,7 +282,7 @@ class Judge {
       refuse("triangle {} has no area or is turned over", t);
       return;
     }
-    // Weights of corners 0 .. 2 and sides 3 .. 5 in the derivatives.
+    // Weights of corners 0 .. 2 and edges 3 .. 5 in the derivatives.
     std::vector<Real> u(6), v(6), uu(6), uv(6), vv(6);
     std::array<int, 6> unknown{};
     for (int k = 0; k < 3; ++k) {
@@ -290,12 +290,12 @@ class Judge {
       const auto d = between(rest_, from, to);
       const Real length = std::sqrt(d[0] * d[0] + d[1] * d[1]);
       const std::array<Real, 2> out = {d[1], -d[0]};  // outward normal times length
-      // The middle of a side has the mean position of its ends ...
+      // The midpoint of an edge has the mean position of its ends ...
       for (const int c : {a, b}) {
         u[c] += out[0] / (2 * area);
         v[c] += out[1] / (2 * area);
       }
-      // ... a gradient along the side from its ends, and across it from the side's own derivative.
+      // ... a gradient along the edge from its ends, and across it from the edge's own derivative.
       const Real turn = from < to ? -1 : 1;
       for (int axis = 0; axis < 2; ++axis) {
         const Real along = d[axis] / (length * length), across = turn * out[axis] / length;
@@ -394,7 +394,7 @@ class Judge {
     }
   }
 
-  /// Bending energy of the difference between two quadratics along their common side.
+  /// Bending energy of the difference between two quadratics along their common edge.
   void bend_over_sides() {
     const ClothLaws& laws = rest_.laws;
     std::vector<std::vector<const Quadratic*>> beside(rest_.shape.sides.size());
@@ -472,7 +472,7 @@ class Judge {
     if (turned_ > kHeldSlope) refuse("the held cloth is bent by {:.3g}", double(turned_));
   }
 
-  /// Holds points and the sides between them in the plane, at their material coordinates.
+  /// Holds points and the edges between them in the plane, at their material coordinates.
   void hold_disc() {
     for (std::size_t i = 0; i < held_.size(); ++i) {
       const Eigen::Vector2d& at = rest_.shape.material_m[i];
@@ -499,8 +499,8 @@ class Judge {
     hold_point(nearest, point_of(pin.place.value_or(rest_.shape.points_m[nearest])));
   }
 
-  /// Holds the points of a clamp's line on its line in space. The sides have the slope with which
-  /// cloth leaves: to larger coordinates, unless all adjacent cloth has smaller ones.
+  /// Holds the points of a clamp's line on its line in space. The edges take the clamp's slope:
+  /// towards larger coordinates, unless all adjacent cloth has smaller ones.
   void hold_clamp(const Clamp& clamp) {
     const Point from = point_of(clamp.from_in_world), to = point_of(clamp.to_in_world);
     const Eigen::Vector2d first = clamp.from_material_m, line = clamp.to_material_m - first;
@@ -543,7 +543,7 @@ class Judge {
     }
   }
 
-  /// Unit vector in material coordinates towards a side's left.
+  /// Unit vector in material coordinates towards an edge's left.
   [[nodiscard]] std::array<Real, 2> left_of(std::size_t s) const {
     const auto d = between(rest_, rest_.shape.sides[s][0], rest_.shape.sides[s][1]);
     const Real size = std::sqrt(d[0] * d[0] + d[1] * d[1]);

@@ -24,9 +24,9 @@ struct HeldPoint {
   std::optional<Eigen::Vector3d> place;  ///< absent if held at its current position
 };
 
-/// A triangle mesh claimed to be at rest, as plain numbers: either with a scene's objects, pins and
-/// clamps, or in a drapemeter: the middle is held flat between two discs at z = 0, warp along x,
-/// with no cloth inside the cylinder below them.
+/// A triangle mesh claimed to be at rest, as plain numbers. It lies in a scene with objects, pins
+/// and clamps, or in a drapemeter. In a drapemeter the middle is held flat between two discs at z =
+/// 0, with the warp along x, and no cloth enters the cylinder below the discs.
 struct MeshRest {
   ClothShape shape;
   ClothLaws laws;
@@ -34,8 +34,8 @@ struct MeshRest {
   double disc_radius_m = 0;      ///< drapemeter; material coordinates are relative to its centre
   const Scene* scene = nullptr;  ///< objects, table, clamps and friction; null for a drapemeter
   std::vector<HeldPoint> pins;
-  /// Forces of objects on places of the surface's facets (checker/surface.hpp), given by nodes: the
-  /// points, then the midpoints of the sides. Forces between layers are given by nodes of both.
+  /// Contact forces of objects on points of facets (checker/surface.hpp), given by nodes: the
+  /// points, then the edge midpoints. Forces between layers are given by the nodes of both.
   std::vector<ContactForce> contact_forces;
   double layers_apart_m = 0;  ///< distance below which layers repel; 0 if they do not
   Eigen::Vector3d gravity_m_per_s2 = {0, 0, -9.80665};
@@ -54,7 +54,7 @@ struct MeshStrains {
 
 struct MeshJudgement {
   double residual = 0;       ///< largest net force on a free point, in mean weights of a point
-  double side_residual = 0;  ///< largest net moment of a side over the mean side length, same unit
+  double side_residual = 0;  ///< largest net moment of an edge over the mean edge length, same unit
   double deepest_m = 0;      ///< deepest cloth in objects, or in the cylinder and between the discs
   int crossings = 0;       ///< pairs of an edge and a facet that intersect, without a common corner
   int places_pressed = 0;  ///< number of stated contact forces
@@ -70,12 +70,12 @@ struct MeshJudgement {
   [[nodiscard]] bool accepted() const { return refusals.empty(); }
 };
 
-/// Judges such a rest with independent code in long double: curvature by Green's theorem over each
-/// triangle's sides, forces as derivatives of its energy by dual numbers, pins and clamps at their
-/// targets, friction elements within their limits, stated forces of objects and layers clipped to
-/// their friction cones, the net force that remains on each free point, and cloth that penetrates
-/// objects or itself. Between points the cloth may enter the cylinder by the sagitta of its longest
-/// side, and objects by allowed_between_m().
+/// Judges a mesh at rest with independent code in long double. Curvature follows from Green's
+/// theorem over each triangle's edges, forces from derivatives of the energy by dual numbers.
+/// Checks pins and clamps against their targets, friction elements against their limits and contact
+/// forces against their friction cones; then the net force on each free point, and penetration of
+/// objects or of the cloth itself. Between points the cloth may enter the cylinder by the sagitta
+/// of its longest edge, and objects by allowed_between_m().
 [[nodiscard]] MeshJudgement judge_mesh(const MeshRest& rest);
 
 /// Stored files of a triangle drape, with the inputs that they refer to.
@@ -83,7 +83,7 @@ struct RestFiles {
   Sheet sheet;
   Certificate certificate;
   ClothShape shape;
-  ClothMemory memory;  ///< memory of a cloth with internal friction
+  ClothMemory memory;  ///< friction state of a cloth with internal friction
   std::vector<ContactForce> contact_forces;
   std::vector<std::filesystem::path> files;
 };
@@ -109,14 +109,14 @@ struct CertifyReport {
   [[nodiscard]] bool accepted() const;
 };
 
-/// Largest credible strains (warp, weft): twice the last measured ones, beyond which more of the
-/// thread's curve is extrapolated than measured.
+/// Largest credible strains (warp, weft): twice the last measured ones. Beyond them most of the
+/// thread's curve is extrapolated.
 [[nodiscard]] Eigen::Vector2d strain_limits(const Fabric& fabric);
 
-/// Judges stored files: the verdict of judge_mesh() on the cloth if the certificate claims a rest,
-/// and whether the values in the certificate and the points of the sheet match the cloth.
-/// `measured` holds pins without a position of their own; without it, those are held where they
-/// are. Velocities are not stored and not judged.
+/// Judges stored files: the cloth by judge_mesh() if the certificate claims equilibrium, and
+/// whether the certificate's values and the sheet's points match the cloth. `measured` holds pins
+/// that state no position; without it, those are held where they are. Velocities are not stored and
+/// not judged.
 [[nodiscard]] CertifyReport certify(const RestFiles& files, const Scene& scene,
                                     const Fabric& fabric, const Print& print,
                                     const std::optional<Sheet>& measured = std::nullopt);

@@ -194,7 +194,7 @@ struct Pieces {
       shape.of_sides.emplace_back((-along.y() * u + along.x() * v) / (0.1 * along.norm()));
     }
   }
-  /// The surface with the midpoints of the sides halfway between the corners.
+  /// The surface with the midpoints of the edges halfway between the corners.
   [[nodiscard]] checker::MeshSurface surface() const {
     std::vector<checker::Quadratic> flat;
     for (int t = 0; t < static_cast<int>(rest.shape.triangles.size()); ++t)
@@ -237,7 +237,7 @@ TEST(MeshRest, CrossingsDoNotDependOnThePlace) {
 }
 
 /// A flat triangle 1 um above the table, and another 0.4 mm above it, with stated forces on them.
-/// Nodes 6, 7, 8 and 9, 10, 11 are the midpoints of their sides (0, 1), (0, 2), (1, 2).
+/// Nodes 6, 7, 8 and 9, 10, 11 are the midpoints of their edges (0, 1), (0, 2), (1, 2).
 class StatedForces : public testing::Test {
  protected:
   StatedForces() {
@@ -271,7 +271,7 @@ TEST_F(StatedForces, OfObjectsAreCutToWhatContactCanDo) {
 }
 
 TEST_F(StatedForces, OfObjectsActOnPlacesThatTouch) {
-  // Corner 1 and the midpoints of its sides form a facet.
+  // Corner 1 and the midpoints of its edges form a facet.
   const ContactForce in_facet{0, {1, 6, 8, 1}, {0.5, 0.25, 0.25, 0}, {0, 0, 4}};
   EXPECT_NEAR(on(1, in_facet)->z(), 3, 1e-12);
   EXPECT_NEAR(on(2, in_facet)->z(), 0.5, 1e-12);

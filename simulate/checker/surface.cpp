@@ -59,7 +59,7 @@ struct Gap {
   }
 };
 
-/// True if the object has edges with a radius below the depth of pressed places.
+/// True if the object has edges with a radius below the depth of pressed contact points.
 bool is_sharp(const Objects& objects, std::size_t k) {
   if (k == objects.count()) return false;
   const Obstacle& object = objects.scene->obstacles[k];
@@ -91,7 +91,7 @@ Point extents_of(const std::vector<Eigen::Vector3d>& corners) {
   return extents;
 }
 
-/// Normals of faces and edges near a place; empty for an object without edges.
+/// Normals of faces and edges near a point; empty for an object without edges.
 std::vector<Point> sharp_normals_of(const Objects& objects, std::size_t k, const Point& p) {
   std::vector<Point> normals;
   for (int cell = 0; is_sharp(objects, k) && cell < 27; ++cell) {
@@ -134,7 +134,7 @@ std::pair<Real, Real> least_of(Function value) {
   return at_one < at_two ? std::pair{at_one, one} : std::pair{at_two, two};
 }
 
-/// Distance from a place inside a convex object to its surface along a direction.
+/// Distance from a point inside a convex object to its surface along a direction.
 Real out_of(const Objects& objects, std::size_t k, const Point& p, const Point& direction) {
   Real inside = 0, outside = 1e-5L;
   while (gap_of(objects, k, plus(p, direction, outside)) < 0) outside *= 2;
@@ -145,8 +145,8 @@ Real out_of(const Objects& objects, std::size_t k, const Point& p, const Point& 
   return outside;
 }
 
-/// Thickness of a convex object near a place inside it. Nearby places are used, because the normal
-/// is undefined in the middle of an object.
+/// Thickness of a convex object near a point inside it. Uses nearby points, because the normal is
+/// undefined in the middle of an object.
 Real thickness_at(const Objects& objects, std::size_t k, const Point& p) {
   constexpr Real kAbout = 1e-5L;
   Real least = HUGE_VALL;
@@ -197,7 +197,7 @@ bool stands(const Objects& objects, std::size_t k, const Point& middle) {
 }
 
 /// True if a piece intersects the vertical line from an object's middle to the table on which it
-/// stands: its depth in the object is zero, but cloth can only get there through the object.
+/// stands. Its depth in the object is zero, but cloth gets there only through the object.
 bool lies_under(const Objects& objects, std::size_t k, const std::array<Point, 3>& piece) {
   const Point p = middle_of(objects, k);
   const Point u = minus(piece[1], piece[0]), v = minus(piece[2], piece[0]);
@@ -214,8 +214,8 @@ constexpr Real kOfWeights = 1e-12L;  // deviation of the sum of stated weights f
 constexpr Real kOfFlat = 0.25L;
 // Slope of the distance along a piece at its minimum.
 constexpr Real kNearestAllowed = 1e-6L;
-// Two pins on a round body hold the cloth between them inside it: beyond this distance from a pin,
-// by this fraction of a facet's longest side.
+// Two pins on a round body hold the cloth between them inside it. Near a pin cloth may be deeper by
+// this fraction of a facet's longest edge.
 constexpr Real kNearPin_m = 0.2e-3L, kOfFacetByPin = 0.1L;
 constexpr Real kBeside =
     1e-6L;  // fraction of a triangle: material points this far outside count as on it
@@ -256,7 +256,7 @@ bool passes(const std::vector<Point>& places, const std::array<int, 2>& edge,
 }
 
 /// True if the weights before and after `firsts`, negative for the second piece, each describe a
-/// place on one piece.
+/// point on one piece.
 bool are_weights(const std::array<double, 4>& weight, int firsts) {
   std::array<Real, 2> sum{};
   for (int k = 0; k < 4; ++k) {
@@ -547,7 +547,7 @@ bool MeshSurface::add(const Objects& objects, const ContactForce& stated,
   if (stated.shape < itself) {
     force = object_force(objects, stated);
   } else {
-    // A weight of 0 leaves open if the pieces are a node and a facet or two edges.
+    // A zero weight leaves open whether the pieces are a node and a facet or two edges.
     for (const int firsts : {1, 2})
       if (!force) force = layer_force(stated, firsts, Real(objects.scene->friction));
   }

@@ -17,8 +17,8 @@
 #include "simulate/checker/certify.hpp"
 #include "simulate/objects/surroundings.hpp"
 
-/// Vectors of the checker in long double, its own distances to the objects of a scene, and the
-/// surface of a cloth mesh between its points with the forces that act there.
+/// Independent geometry of the checker: vectors in long double, distances to the objects of a
+/// scene, and the surface of a cloth mesh between its points with the forces on it.
 namespace drape::simulate::checker {
 
 using Real = long double;
@@ -48,9 +48,9 @@ using Point = std::array<Real, 3>;
 }
 
 constexpr Real kTouch_m = 0.02e-3L;  ///< distance below which an object can press
-constexpr Real kSunk_m = 0.05e-3L;   ///< largest depth of a pressed place
+constexpr Real kSunk_m = 0.05e-3L;   ///< largest depth of a pressed contact point
 constexpr Real kLook_m = 0.5e-3L;    ///< step size for sampling a surface
-/// Largest distance of cloth from a place where objects can press: places lie on triangles of 0.75
+/// Largest distance from the cloth to a possible contact point: these lie on triangles of 0.75
 /// mm.
 constexpr Real kFarthest_m = 0.45e-3L;
 constexpr Real kRounding_m = 1e-9L;  ///< rounding of positions in files and local frames
@@ -71,28 +71,28 @@ struct Objects {
 /// Gradient of the distance, by central differences.
 [[nodiscard]] Point normal_of(const Objects& objects, std::size_t k, const Point& p);
 
-/// Depth that flat pieces of cloth may have in an object between places that are kSunk_m deep: the
-/// sagitta over its tightest rounding; over a sharp edge at most the distance between the places.
+/// Depth that flat pieces of cloth may reach in an object between contact points at depth kSunk_m:
+/// the sagitta over its tightest rounding; over a sharp edge at most the distance of the points.
 [[nodiscard]] Real allowed_between_m(const Objects& objects, std::size_t k);
 
-/// Fraction of an object's thickness: deeper cloth passes through its middle.
+/// Fraction of an object's thickness beyond which the cloth passes through its middle.
 constexpr Real kThrough = 0.25L;
-/// Depth of a flat piece of cloth in an object over the object's thickness there (the shortest line
-/// through the deepest place along nearby normals; for a mesh its smallest extent). Maximum over
-/// the objects narrower than the piece, 0 for none; 1 between an object's middle and the table that
-/// it stands on.
+/// Depth of a flat piece of cloth in an object, as a fraction of the object's thickness there. The
+/// thickness is the shortest chord through the deepest point along nearby normals; for a mesh, its
+/// smallest extent. Maximum over the objects narrower than the piece, 0 for none; 1 between an
+/// object's middle and the table below it.
 [[nodiscard]] Real through_of(const Objects& objects, const std::array<Point, 3>& piece);
 
-/// Part of a force that does not pull and lies within the friction cone about a normal.
+/// Projects a force into the friction cone about a normal; zero for a force that pulls.
 [[nodiscard]] Point within_cone(const Point& force, const Point& normal, Real friction);
-/// Part of a stated contact force (N) that object `k` can exert at a place: within the friction
-/// cone about the normal, which the rounding of the object's position may rotate; at an edge, the
-/// cone about one of the adjacent faces' normals that removes least. nullopt if the place is
-/// farther than kTouch_m outside.
+/// Part of a stated contact force (N) that object `k` can exert at a point: within the friction
+/// cone about the normal, which may turn by the rounding of the object's position. At an edge, the
+/// cone about the adjacent face normal that removes least. nullopt if the point is farther than
+/// kTouch_m outside.
 [[nodiscard]] std::optional<Point> pushed_by(const Objects& objects, std::size_t k, const Point& p,
                                              Real friction, const Eigen::Vector3d& stated_n);
 
-/// A quadratic over a triangle: its area, unknowns (corners, sides) and their weights in its second
+/// A quadratic over a triangle: area, unknowns (corners, edges) and their weights in its second
 /// derivatives.
 struct Quadratic {
   Real area;
@@ -163,7 +163,7 @@ struct MeshDepths {
   Real through = 0;  ///< fraction of an object's thickness, see through_of()
 };
 
-/// Surface of four flat facets per triangle, between its corners and the midpoints of its sides,
+/// Surface of four flat facets per triangle, between its corners and the midpoints of its edges,
 /// each placed at the mean of the adjacent quadratics. Nodes are the points, then the midpoints.
 class MeshSurface {
  public:
@@ -172,10 +172,10 @@ class MeshSurface {
 
   /// `held` marks points held by pins or clamps.
   [[nodiscard]] MeshDepths depths(const Objects& objects, const std::vector<bool>& held) const;
-  /// Adds a stated force at a place of a facet, given by its nodes, to points and sides, as far as
-  /// contact can exert it. Returns false if there is no such place or it is farther than kTouch_m
-  /// outside the object. Forces between layers act between a node and a facet, or two edges of
-  /// facets, without common nodes, at their nearest points, if these are closer than the rest's
+  /// Adds a stated force at a point of a facet, given by its nodes, to points and edges, as far as
+  /// contact can exert it. Returns false without such a point, or if it is farther than kTouch_m
+  /// outside the object. Forces between layers act at the nearest points of a node and a facet, or
+  /// of two facet edges, without common nodes. These points must be closer than the rest's
   /// thickness and than a quarter of their distance on the flat piece.
   [[nodiscard]] bool add(const Objects& objects, const ContactForce& stated,
                          std::vector<Point>& on_points, std::vector<Point>& on_sides);
@@ -190,7 +190,7 @@ class MeshSurface {
 
  private:
   using Nodes = std::array<int, 3>;
-  /// Weights of points and sides at a place.
+  /// Weights of points and edges at a position on the surface.
   struct Mixture {
     std::map<int, Real> points, sides;
   };
@@ -204,7 +204,7 @@ class MeshSurface {
   std::vector<Mixture> middles_;
   std::vector<Point> nodes_, flat_;  ///< in space, and in material coordinates (warp, weft, 0)
   std::vector<Nodes> facets_, sorted_;
-  std::vector<std::array<int, 2>> edges_;  ///< sides of facets, sorted, without repetition
+  std::vector<std::array<int, 2>> edges_;  ///< edges of facets, sorted, without repetition
   mutable std::optional<Lattice> by_material_;
   Real deepest_pressed_ = 0;
   std::optional<Real> nearest_layers_;

@@ -130,7 +130,7 @@ struct Triangle {
   std::array<Vector3d, 3> corner;
   std::array<int, 3> particle{};
   Vector3d centre;
-  Eigen::Vector2d in_sheet;  ///< material place of its cell or centre, in steps along warp, weft
+  Eigen::Vector2d in_sheet;  ///< material position of its cell or centre, in steps along warp, weft
 };
 
 std::vector<Triangle> triangles_of(const std::vector<std::array<int, 3>>& facets,

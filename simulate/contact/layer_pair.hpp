@@ -88,7 +88,7 @@ struct LayerFacet {
   std::vector<std::array<int, 2>> edges;
 };
 [[nodiscard]] std::vector<LayerFacet> layer_facets(const std::vector<std::array<int, 3>>& facets);
-/// Calls visit(pair) for every pair of own nodes and edges of two facets with the other facet.
+/// Calls visit(pair) for each pair of a facet's own nodes and edges with the other facet.
 template <class Visit>
 void visit_pairs(const LayerFacet& a, const LayerFacet& b, Visit visit) {
   for (const auto& [from, to] : {std::pair(&a, &b), std::pair(&b, &a)})
@@ -124,7 +124,7 @@ struct NearestPoints {
 [[nodiscard]] double clear_fraction(const LayerPair& pair, const Nodes& from, const Nodes& to,
                                     double distance_m, double least_m, double most = 1);
 
-/// Weight of a pair: 1, less for nearly parallel edges, 0 for parallel ones.
+/// Weight of a pair: 1, decreasing to 0 as two edges become parallel.
 [[nodiscard]] double part_of(const LayerPair& pair, const Nodes& position);
 
 /// True if bounding boxes of the two parts are more than `reach_m` apart; cheaper than their

@@ -30,10 +30,10 @@ constexpr double kMostPoints = 1e5;  // limit on the points of a mesh
 constexpr double kLeastPoints = 16;  // a mesh with fewer cannot drape
 constexpr double kSame_m = 1e-6;     // closer material points are the same
 constexpr int kMostRounds = 100;     // each round of descents ends with an update of friction
-// DescentOptions::passing of time steps of the fall; of those while contact stiffens, and of all
-// rounds but the last: friction is updated in between.
+// DescentOptions::passing of time steps of the fall; and of those while contact stiffens and of all
+// rounds but the last, between which friction is updated.
 constexpr double kFallingResidual = 0.1, kPassingResidual = 1;
-constexpr int kCarriedFirmness = 3;  // firmness of contact transferred to another mesh
+constexpr int kCarriedFirmness = 3;  // stage of the pressure law transferred to another mesh
 constexpr double kBeside = 1e-6;     // tolerance of barycentric weights at the border of a triangle
 constexpr double kSolved = 1e-6;     // relative norm of the residual of a first-order solution
 constexpr int kMostProducts = 5000;
@@ -124,7 +124,7 @@ class TriangleFinder {
 
 namespace {
 
-/// Moves held unknowns from their position on the cloth to their place as fast as cloth sinks.
+/// Moves held unknowns from their position on the cloth to their target as fast as cloth sinks.
 class HeldCarried {
  public:
   HeldCarried(const std::vector<HeldUnknown>& held, int points, const State& state,
@@ -237,7 +237,7 @@ struct DrapeLevel::Parts {
   DrapeOptions options;
   double spacing_m;
   MeshCloth cloth;
-  ClothMemory fresh;  ///< memory of cloth without any slip
+  ClothMemory fresh;  ///< friction state of cloth without any slip
   ClothSurface surface;
   TriangleFinder finder;
   std::vector<int> pinned;
@@ -283,7 +283,7 @@ struct DrapeLevel::Parts {
     }
   }
 
-  /// Holds the points on the line, and the derivative across it at the sides there.
+  /// Holds the points on the line, and the derivative across it at the edges there.
   void hold_line(const HeldLine& line) {
     const MaterialMesh& mesh = cloth.mesh();
     for (int i = 0; i < cloth.points(); ++i)
@@ -324,7 +324,7 @@ struct DrapeLevel::Parts {
     return how;
   }
 
-  /// Restores the internal state before changing a moment.
+  /// Restores the friction state before changing a moment.
   void begin(const ClothMoment& moment) { cloth.remember(moment.memory); }
   void end(ClothMoment& moment, const AllPushes& pushes) const {
     moment.memory = cloth.memory();
@@ -351,8 +351,8 @@ struct DrapeLevel::Parts {
     return end.solved ? std::optional(std::move(found)) : std::nullopt;
   }
 
-  /// Stiffens contact in stages, with a time step for each, so that friction follows the motion of
-  /// the cloth in between.
+  /// Stiffens contact in stages, with a time step for each, so that friction follows the motion in
+  /// between.
   void firm_in_time(ClothMoment& moment, AllPushes& pushes, const DescentOptions& how,
                     TimeStepsOptions motion, TimeStepsReport& report) {
     motion.longest_s = motion.step_s = std::max(motion.step_s, motion.longest_step_s);
@@ -368,7 +368,7 @@ struct DrapeLevel::Parts {
   }
 
   /// Relaxes in rounds of descents, each a load increment that ends with an update of friction,
-  /// until this changes nothing.
+  /// until an update changes nothing.
   void descend_to_rest(ClothMoment& moment, AllPushes& pushes, const DescentOptions& how,
                        RestReport& report) {
     // Without friction there is nothing to update.
@@ -491,7 +491,7 @@ RestReport DrapeLevel::fall(ClothMoment& moment, const StartVariation& variation
   const DescentOptions descent = my.descent();
   TimeStepsOptions motion = my.options.motion;
   motion.drag_per_s *= variation.drag_factor;
-  // Without friction a fall only selects folds; no other memory of it is kept.
+  // Without friction a fall only selects folds; its other effects are discarded.
   if (!pushes.objects.holds() && !my.drape.laws.friction) {
     motion.quiet_m = TimeStepsOptions{}.quiet_m;
     motion.residual = 1;
@@ -675,7 +675,7 @@ class Levels {
     return std::make_shared<DrapeLevel>(case_, options, spacings_[index]);
   }
 
-  /// Drapes from the start to rest on the coarsest mesh, after the cloth's earlier history.
+  /// Drapes from the start to equilibrium on the coarsest mesh, after the cloth's earlier history.
   Drape fallen(double layers_apart_m) {
     auto level = level_of(0);
     const ClothMoment start = start_ ? start_(*level) : level->start(variation_);
@@ -718,7 +718,7 @@ class Levels {
     return drape;
   }
 
-  /// Varies gravity up and down at rest, ending at its normal value.
+  /// Varies gravity up and down in equilibrium, ending at its normal value.
   void shake(DrapeLevel& level, const PastEvent& shakes, ClothMoment& moment,
              RestReport& report) const {
     std::vector<double> loads;
@@ -794,8 +794,8 @@ class Levels {
   std::vector<MarkId> marks_;
 };
 
-/// Ratio of the moves of a mark from the first to the second of three meshes and from there to the
-/// third, where its error is proportional to spacing^order.
+/// Ratio of a mark's moves between successive pairs of three meshes, for an error proportional to
+/// spacing^order.
 double ratio_of_moves(const LevelReport* three, double order) {
   const auto error = [&](int k) { return std::pow(three[k].spacing_m, order); };
   return (error(0) - error(1)) / (error(1) - error(2));

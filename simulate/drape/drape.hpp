@@ -24,8 +24,8 @@ struct DrapeOptions {
   double spacing_m = 2.5e-3;  ///< spacing of the finest mesh
   double coarsest_m = 10e-3;  ///< spacing of the mesh used for the fall
   unsigned seed = 1;          ///< seed for the jitter of each mesh's lattice
-  /// Options of the fall, which is slow, as in a viscous fluid or when laid by hand: the drag lets
-  /// free cloth fall at 0.25 m/s. Quiet means 0.4 mm/s.
+  /// Options of the fall. It is slow, as in a viscous fluid or when laid by hand: with this drag
+  /// free cloth falls at 0.25 m/s. The cloth is quiet at 0.4 mm/s.
   TimeStepsOptions motion = {
       .step_s = 8e-3, .longest_step_s = 64e-3, .drag_per_s = 40, .quiet_m = 1e-8, .longest_s = 10};
   DescentOptions descent;
@@ -56,13 +56,13 @@ struct DrapeCase {
                                    const std::optional<Sheet>& measured, ClothLaws laws,
                                    std::optional<ClothOutline> outline = std::nullopt);
 
-/// State of contact: friction springs and forces by material place, with which another mesh of the
-/// same cloth can continue (drape/pushes.hpp).
+/// Friction springs and contact forces by material point, from which another mesh of the same cloth
+/// can continue (drape/pushes.hpp).
 struct ContactMemory;
 
 /// Complete state of a cloth on one mesh, from which a drape can continue.
 struct ClothMoment {
-  MeshCloth::State state;                        ///< points, then sides (mesh/mesh_cloth.hpp)
+  MeshCloth::State state;                        ///< points, then edges (mesh/mesh_cloth.hpp)
   ClothMemory memory;                            ///< state of internal friction
   std::shared_ptr<const ContactMemory> contact;  ///< null before the first contact
   double layers_apart_m = 0;                     ///< distance that layers keep; 0 without repulsion
@@ -81,7 +81,7 @@ struct RestReport {
 /// case share no mutable state.
 class DrapeLevel {
  public:
-  /// Meshes the outline, with points at pins and mesh sides along clamps. `drape` must outlive it.
+  /// Meshes the outline, with points at pins and mesh edges along clamps. `drape` must outlive it.
   DrapeLevel(const DrapeCase& drape, const DrapeOptions& options, double spacing_m);
   ~DrapeLevel();
   DrapeLevel(const DrapeLevel&) = delete;
@@ -92,7 +92,7 @@ class DrapeLevel {
   [[nodiscard]] double spacing_m() const;
   [[nodiscard]] const std::vector<bool>& held() const;   ///< per unknown
   [[nodiscard]] const std::vector<int>& pinned() const;  ///< mesh points in the order of scene.pins
-  [[nodiscard]] const std::vector<Eigen::Vector3d>& pinned_at() const;  ///< where these points are
+  [[nodiscard]] const std::vector<Eigen::Vector3d>& pinned_at() const;  ///< their positions
   [[nodiscard]] double mass_kg() const;
 
   /// The scene's start: flat, with pins and clamps still to be moved to their places by fall(), or
@@ -103,24 +103,24 @@ class DrapeLevel {
   /// place.
   [[nodiscard]] ClothMoment start_at(const std::vector<Eigen::Vector2d>& material_m,
                                      const std::vector<Eigen::Vector3d>& places) const;
-  /// Transfers a rest of the same cloth from another mesh to this one, with friction and memory.
+  /// Transfers an equilibrium of the same cloth from another mesh, with its friction state.
   [[nodiscard]] ClothMoment carried(const DrapeLevel& from, const ClothMoment& rest) const;
 
-  /// Sets gravity (m/s^2, local frame) or friction from here on; initially those of the scene. For
-  /// pushes and variations.
+  /// Sets gravity (m/s^2, local frame) or friction for all later calls, for pushes and variations;
+  /// initially those of the scene.
   void set_gravity(const Eigen::Vector3d& gravity_m_per_s2);
   void set_friction(double coefficient);
 
   /// Lets the cloth fall in time until it is quiet, then relaxes it to rest. Pins and clamps are
   /// moved to their places meanwhile.
   RestReport fall(ClothMoment& moment, const StartVariation& variation = {});
-  /// Relaxes the cloth to rest from its state, updating friction at the end of each descent.
-  /// `residual`, in mean weights of a point, ends it; absent means that of the options.
+  /// Relaxes the cloth to equilibrium from its state and updates friction at the end of each
+  /// descent. Stops at `residual`, in mean weights of a point; absent: that of the options.
   RestReport rest(ClothMoment& moment, std::optional<double> residual = std::nullopt);
 
   /// Internal plus gravity plus contact energy (J); gravity relative to the local origin.
   [[nodiscard]] double energy_j(const ClothMoment& moment) const;
-  /// Nodes of the surface: the points, then the midpoint of each side (mesh/mesh_cloth.hpp).
+  /// Nodes of the surface: the points, then the midpoint of each edge (mesh/mesh_cloth.hpp).
   [[nodiscard]] MeshCloth::State surface(const ClothMoment& moment) const;
   /// Positions (local frame) of material points, one row each; NaN outside the cloth.
   [[nodiscard]] Eigen::MatrixX3d places(const ClothMoment& moment,
@@ -130,14 +130,14 @@ class DrapeLevel {
   [[nodiscard]] CertificateStrains strains(const ClothMoment& moment) const;
   [[nodiscard]] bool meets_itself(const ClothMoment& moment) const;
 
-  /// Net force on the unknowns (N; N m for sides): internal, gravity and contact. Uses the case's
+  /// Net force on the unknowns (N; N m for edges): internal, gravity and contact. Uses the case's
   /// surroundings at the time of the call.
   [[nodiscard]] MeshCloth::State forces(const ClothMoment& moment) const;
 
   /// First-order displacement of all unknowns, in their units, due to a small change of the forces
-  /// (N; N m for sides): solves H dx = df by conjugate gradients on exact products of the second
-  /// derivative (pressed places stay pressed, sticking ones stick, sliding ones slide), with the
-  /// factor as preconditioner. nullopt if H is not positive definite.
+  /// (N; N m for edges). Solves H dx = df by preconditioned conjugate gradients on exact products
+  /// with the Hessian. Contacts keep their state: pressed points stay pressed, sticking points
+  /// stick, sliding points slide. nullopt if H is not positive definite.
   [[nodiscard]] std::optional<MeshCloth::State> first_order(const ClothMoment& rest,
                                                             const MeshCloth::State& force_change);
   /// Same, for several changes.
@@ -176,14 +176,14 @@ struct Drape {
 };
 
 /// Estimated distance (m) of each mark from the limit of infinite refinement, for two levels or
-/// more: F d / (r - 1) (grid convergence index: Roache 1994), with d the move of the mark between
-/// the last two levels and r the ratio by which the mean of d decreased from the level before.
-/// The safety factor F is 1.25 where the order of convergence seen on three levels is within 0.2 of
-/// 2, that of contact and bending, and neither pins nor clamps hold the cloth; else 3 (Oberkampf
-/// and Roy 2010, section 8.6.4). r is limited to 2 .. 4; to 3 with pins, near which the stretch
-/// grows with the logarithm of the spacing, masked at first by other errors. Two levels show no r:
-/// it is 4, or 2 with pins. d is at least half of its mean over the marks, since a mark may cross
-/// its limit. `marks_of_level` has a row per mark.
+/// more: F d / (r - 1) (grid convergence index: Roache 1994). d is the move of the mark between the
+/// last two levels, at least half of its mean over the marks, since a mark may cross its limit. r
+/// is the ratio by which the mean of d decreased from the level before, limited to 2 .. 4. With
+/// pins its upper limit is 3, because the stretch near a pin grows with the logarithm of the
+/// spacing, masked at first by other errors. Two levels show no r: it is 4, or 2 with pins. The
+/// safety factor F is 3, or 1.25 (Oberkampf and Roy 2010, section 8.6.4) if neither pins nor clamps
+/// hold the cloth and the order of convergence seen on three levels is within 0.2 of 2, that of
+/// contact and bending. `marks_of_level` has a row per mark.
 [[nodiscard]] Eigen::VectorXd mesh_error_m(const DrapeCase& drape,
                                            const std::vector<LevelReport>& levels,
                                            const std::vector<Eigen::MatrixX3d>& marks_of_level);
@@ -194,15 +194,15 @@ using DrapeStart = std::function<ClothMoment(const DrapeLevel& level)>;
 /// Called with the fraction of the work done.
 using DrapeProgress = std::function<void(double fraction)>;
 
-/// Drapes a cloth in nested levels: it falls in time on the coarsest mesh; then shape, friction and
-/// memory are transferred to each finer mesh and relaxed to rest there. Starts from the measured
-/// shape and histories are described in start.hpp. A cloth that passes through itself is draped
-/// again from the same start with repulsion between layers. `start` replaces the scene's start.
+/// Drapes a cloth in nested levels. It falls in time on the coarsest mesh; its shape and friction
+/// state are then transferred to each finer mesh and relaxed there. See start.hpp for starts from
+/// the measured shape and for histories. A cloth that passes through itself is draped again from
+/// the same start with repulsion between layers. `start` replaces the scene's start.
 [[nodiscard]] Drape drape_cloth(const DrapeCase& drape, const DrapeOptions& options,
                                 const StartVariation& variation = {},
                                 const DrapeProgress& progress = {}, const DrapeStart& start = {});
 
-/// Continues from a rest on a coarser mesh, as drape_cloth() does from its coarsest.
+/// Continues from an equilibrium on a coarser mesh, as drape_cloth() does from its coarsest.
 [[nodiscard]] Drape polished(const DrapeCase& drape, const DrapeOptions& options,
                              std::shared_ptr<DrapeLevel> coarse, const ClothMoment& rest);
 

@@ -57,7 +57,7 @@ State hairpin(const MeshCloth& cloth, double gap_m, double down_m = 0) {
   });
 }
 
-/// Distances between points of the surface's facets, at half the side length.
+/// Distances between points of the surface's facets, at half the edge length.
 SelfDistance distance_of(const MaterialMesh& mesh, const State& surface, double spacing_m) {
   std::vector<Vector2d> material = mesh.points_m;
   for (const MaterialMesh::Edge& edge : mesh.edges)

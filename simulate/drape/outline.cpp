@@ -87,7 +87,7 @@ class RingBuilder {
     return ring_.size() > 1 && (ring_.front() - ring_.back()).norm() < kSamePlace * spacing_m_;
   }
 
-  /// True if there are more corners, or longer lines, than in any cloth; later input is ignored.
+  /// True for more corners, or longer lines, than any cloth has; later input is ignored.
   [[nodiscard]] bool is_beyond_limits() const { return beyond_limits_; }
 
   [[nodiscard]] const std::vector<Polygon>& rings() const { return rings_; }
@@ -183,7 +183,7 @@ std::function<Vector2d(double)> arc(const Vector2d& from, Vector2d radii, double
 }
 
 /// Adds the rings of path data (SVG 1.1, section 8.3). `refuse` throws with its message and the
-/// position of the character at which the data are wrong or a ring is left open.
+/// position of the first wrong character or of a ring that is left open.
 class PathReader {
  public:
   using Refuse = std::function<void(const std::string& why, std::size_t at)>;
@@ -375,7 +375,7 @@ std::string first_word(const std::string& text) {
   return text.substr(from, text.find_first_of(" \t\r\n!", from) - from);
 }
 
-/// True if a shape with this property is hidden or differs from what its element states.
+/// True if a property hides a shape or makes it differ from what its element states.
 bool hides_or_reshapes(const std::string& property, const std::string& value) {
   if (property == "display") return value == "none";
   if (property == "visibility") return value == "hidden" || value == "collapse";
@@ -437,7 +437,7 @@ class SvgReader {
     if (hides_or_reshapes(property, value))
       refuse(node, fmt::format("it is not seen as it is drawn ({}: {})", property, value), kHidden);
   }
-  /// Throws for shapes that a viewer hides, which are not cloth, or moves.
+  /// Throws for shapes that a viewer hides or moves: they are not the cloth.
   void require_shown(const pugi::xml_node& node) const {
     for (const char* name : {"display", "visibility", "opacity", "clip-path", "mask"})
       if (const pugi::xml_attribute attribute = node.attribute(name))

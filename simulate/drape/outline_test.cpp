@@ -125,7 +125,7 @@ TEST_F(Outlines, ATransformOfMoreThanNumbersIsRefused) {
 /// Every path command, absolute and relative, draws the same disc or square.
 TEST_F(Outlines, PathsDrawWhatTheyShould) {
   const double disc = std::numbers::pi * 30 * 30;
-  // A circle as a polygon with sides of 2 mm lacks (2 pi / n)^2 / 6 of its area, n = 94.
+  // A circle as a polygon with edges of 2 mm lacks (2 pi / n)^2 / 6 of its area, n = 94.
   const double lacks = std::pow(2 * std::numbers::pi / 94, 2) / 6;
   const double k = 30 * 4 * (std::numbers::sqrt2 - 1) / 3;  // within 3e-4 of a circle
   const auto text = [](double value) { return std::to_string(value) + " "; };

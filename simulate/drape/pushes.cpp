@@ -24,19 +24,19 @@ constexpr double kGrip_m = 0.2e-6;   // stretch of a spring that carries a weigh
 constexpr double kSoft = 0.1, kLinear = 0.125;
 // ObjectPushes::kPlaces_m on wide meshes, relative to the root of a triangle's mean area.
 constexpr double kOfWide = 0.15;
-// Evaluations per list between which the margin is kept; least margin relative to the largest.
+// Evaluations per list for which the margin is kept; least margin relative to the largest.
 constexpr int kFewLooks = 4, kManyLooks = 16;
 constexpr double kLeastMargin = 1.0 / 64;
 // Distance from a surface within which a pin determines the depth of the cloth.
 constexpr double kNearPin_m = 0.2e-3;
-// Path of a node that may lead through an object, and bisections of it if it does.
+// Path length of a node above which it may cross an object, and bisections of such a path.
 constexpr double kThrough_m = 0.1e-3;
 constexpr int kHalvings = 20;
 constexpr double kOpposite = -0.1;  // cosine between opposite normals; 0 across the edge of a box
 // Relative tangential stiffness in the matrix, so that it is never singular along a surface.
 constexpr double kLoose = 1e-4;
 
-/// Places of a triangle with sides divided into `cuts`: the corners of its parts.
+/// Contact points of a triangle with edges divided into `cuts`: the corners of its parts.
 int places_of(int cuts) {
   return (cuts + 1) * (cuts + 2) / 2;
 }
@@ -47,7 +47,7 @@ Vector3d weights_of(int k, int cuts) {
   return Vector3d(cuts - row - k, row, k) / cuts;
 }
 
-/// Share of the triangle's area: a third of each part with a corner at the place.
+/// Share of the triangle's area: a third of each part with a corner at the point.
 double share_of(const Vector3d& weights, int cuts) {
   const auto zeros = (weights.array() == 0).count();
   return (zeros == 0 ? 2.0 : zeros == 1 ? 1.0 : 1.0 / 3) / (cuts * cuts);
@@ -238,7 +238,7 @@ void ObjectPushes::list() {
   };
   const auto& facets = surface_.facets();
   struct OnFacet {
-    int shape = 0, places = 0;  ///< places in contact besides the nodes
+    int shape = 0, places = 0;  ///< points in contact besides the nodes
   };
   std::vector<int> near;
   std::vector<OnFacet> on_facet;
@@ -329,7 +329,7 @@ void ObjectPushes::look(const State& state) {
     site.place = place_of(site);
     Vector3d force = Vector3d::Zero();
     site.pressure_pa = 0;
-    // No distance changes faster than the place moves.
+    // A distance changes at most as fast as the point moves.
     if (!(site.gap_m > 0) ||
         (site.place - site.looked_at).squaredNorm() >= site.gap_m * site.gap_m) {
       const Surroundings::Nearest nearest = surroundings_.nearest(site.shape, site.place);
@@ -390,9 +390,9 @@ void ObjectPushes::add_products(const State& state, const State& direction, Stat
   products_.add_products(surface_, direction, product);
 }
 
-/// Bounds for the preconditioner, which treats points and sides separately: places are weighted
-/// sums of the triangle's corners plus the displacement by its sides. Sides have diagonal entries
-/// only: with w the weights of a sum, (sum w x)^2 <= sum |w| sum |w| x^2.
+/// Bounds for the preconditioner, which treats points and edges separately. Contact points are
+/// weighted sums of the triangle's corners plus the displacement by its edges. Edges have diagonal
+/// entries only: with w the weights of a sum, (sum w x)^2 <= sum |w| sum |w| x^2.
 std::vector<Support> ObjectPushes::supports(const State& state) {
   look(state);
   std::vector<Support> found;
@@ -448,9 +448,9 @@ std::vector<Support> ObjectPushes::supports(const State& state) {
   return found;
 }
 
-/// Contact alternates between neighbouring places by tenths of a micrometre. To preserve
-/// traction and prevent creep, friction lost at a place is carried by other places of the same
-/// triangle on the same object, as far as their limits permit. A node contributes to each
+/// Updates the friction springs. Contact alternates between neighbouring points by tenths of a
+/// micrometre. To preserve traction and prevent creep, other points of the same triangle and object
+/// carry the friction lost at one, as far as their limits permit. A node contributes to each
 /// adjacent triangle.
 void ObjectPushes::settle(const State& state) {
   look(state);
@@ -799,8 +799,8 @@ void LayerPushes::add_products(const State& state, const State& direction, State
   products_.add_products(surface_, direction, product);
 }
 
-/// Diagonal bound for the preconditioner, which has no entries for pairs of points across layers:
-/// with w the weights of both parts, whose magnitudes sum to two, (sum w x)^2 <= 2 sum |w| x^2.
+/// Diagonal bound for the preconditioner, which has no entries for pairs of points across layers.
+/// With w the weights of both parts, whose magnitudes sum to two, (sum w x)^2 <= 2 sum |w| x^2.
 std::vector<Support> LayerPushes::supports(const State& state) {
   look(state);
   std::vector<Support> found;
@@ -838,7 +838,7 @@ void LayerPushes::settle(const State& state) {
   seen_.clear();
 }
 
-/// Adds springs for the pairs in contact, which keep the stretch of earlier ones.
+/// Adds springs for the pairs in contact; existing pairs keep their stretch.
 void LayerPushes::add_springs(const State& state) {
   look(state);
   std::vector<Spring> now;

@@ -13,19 +13,19 @@
 
 namespace drape::simulate {
 
-/// State of contact: friction springs by material place. The same mesh continues from it exactly;
-/// another mesh of the same cloth takes the stretch of the nearest places' springs, as a force per
-/// area.
+/// Friction springs and contact forces by material point. The same mesh continues from them
+/// exactly. Another mesh of the same cloth takes the stretch of the springs at the nearest points,
+/// as a force per area.
 struct ContactMemory {
-  /// Elastic-plastic friction spring between a place of the cloth and what it touches, as of the
-  /// last settling. Values are per area (N/m^3, Pa) or absolute (N/m, N).
+  /// Elastic-plastic friction spring between a point of the cloth and what it touches, as last
+  /// updated by settle(). Values are per area (N/m^3, Pa) or absolute (N/m, N).
   struct Grip {
     Eigen::Vector3d place = Eigen::Vector3d::Zero();
     Eigen::Vector3d normal = Eigen::Vector3d::Zero();
     Eigen::Vector3d stretch = Eigen::Vector3d::Zero();  ///< tangential (m)
     double limit = 0;  ///< coefficient times normal force: Pa on an object, N for a pair of layers
 
-    /// Tangential stretch if the place is at `now`.
+    /// Tangential stretch if the point is at `now`.
     [[nodiscard]] Eigen::Vector3d stretch_at(const Eigen::Vector3d& now) const {
       const Eigen::Vector3d moved = stretch + now - place;
       return moved - moved.dot(normal) * normal;
@@ -58,17 +58,17 @@ struct ContactMemory {
       stretch *= stiffness_at(stretch, stiffness) / stiffness;
     }
   };
-  /// Transfer radius, in distances of remembered places.
+  /// Transfer radius, in distances between the stored contact points.
   static constexpr double kReach = 2;
 
-  /// A place of the cloth on an object.
+  /// A contact point of the cloth on an object.
   struct OnObject {
-    int site = 0, shape = 0;  ///< index of the place on its mesh, and of the object
+    int site = 0, shape = 0;  ///< index of the contact point on its mesh, and of the object
     Eigen::Vector2d material_m;
-    double reach_m = 0;  ///< radius within which another mesh takes it over
+    double reach_m = 0;  ///< radius within which another mesh takes the spring over
     Grip grip;
   };
-  /// Two places of the cloth in contact with each other, given by nodes of the surface.
+  /// Two points of the cloth in contact with each other, given by nodes of the surface.
   struct OnLayer {
     bool edges = false;
     std::array<int, 4> node{};
@@ -77,8 +77,8 @@ struct ContactMemory {
     Grip grip;
   };
   std::vector<Eigen::Vector2d> mesh_m;  ///< points of the mesh
-  double places_m = 0;                  ///< distance between places on objects
-  int firmness = 0;                     ///< firmness of places on objects
+  double places_m = 0;                  ///< distance between contact points on objects
+  int firmness = 0;                     ///< stage of the pressure law on objects
   std::vector<bool> by_nodes;           ///< facets that touch flat faces only; by facet and shape
   std::vector<OnObject> objects;        ///< in order of site
   std::vector<OnLayer> layers;
@@ -86,29 +86,29 @@ struct ContactMemory {
 
 /// Contact of a cloth with objects and table.
 ///
-/// Places all over the surface of the cloth push back, each for its share of the area, with the
-/// pressure p = k d (1 + d^2 / d0^2) at depth d, where k gives 0.1 um under the cloth's own weight
-/// and d0 = 2 um, so that edges and corners of any sharpness penetrate by some hundredths of a
-/// millimetre only. Places are 0.5 mm apart on the cloth (1 mm on meshes of 10 mm), half of that on
-/// objects with sharp edges. While a cloth falls p = k d / 10, since stiff contact makes the steps
-/// of a descent short; stages lead from there to the firm law. Facets with a corner held on a
-/// surface are left out: two pins on a round body hold the cloth between them inside it.
+/// Contact points all over the cloth's surface push back, each for its share of the area, with the
+/// pressure p = k d (1 + d^2 / d0^2) at depth d. Here k gives 0.1 um under the cloth's own weight
+/// and d0 = 2 um: edges and corners of any sharpness penetrate by a few hundredths of a millimetre.
+/// Contact points are 0.5 mm apart on the cloth (1 mm on meshes of 10 mm), half of that on objects
+/// with sharp edges. While a cloth falls p = k d / 10, since stiff contact shortens the steps of a
+/// descent; stages lead from there to the firm law. Facets with a corner held on a surface are left
+/// out: two pins on a round body hold the cloth between them inside it.
 ///
 /// A facet whose corners all face one flat face pushes back at its nodes only: the gap is linear
 /// between them, so no point is deeper. settle() selects these facets, since a change during a
 /// descent would make the energy jump; once contact is firm, facets only leave the selection.
 ///
-/// Only listed places are evaluated: those that may touch before a node has moved by a margin,
-/// which adapts to the motion. The energy does not depend on the list.
+/// Only listed contact points are evaluated: those that may touch before a node has moved by a
+/// margin, which adapts to the motion. The energy does not depend on the list.
 ///
-/// Friction is elastic-plastic: each place in contact has a tangential spring that yields at the
-/// coefficient times its pressure. settle() updates it once per load increment or time step; until
-/// then limits and anchors of the springs keep their last values, so that the energy is well
+/// Friction is elastic-plastic: each point in contact has a tangential spring that yields at the
+/// coefficient times its pressure. settle() updates it once per load increment or time step. In
+/// between, limits and anchors of the springs keep their values, so that the energy is well
 /// defined.
 class ObjectPushes : public Pushes {
  public:
-  /// Distance of places, and displacement of nodes after which sites are listed again, on meshes
-  /// that are not wide.
+  /// Spacing of contact points, and node displacement after which sites are listed again, on fine
+  /// meshes.
   static constexpr double kPlaces_m = 0.5e-3;
 
   /// Starts soft, for a fall. All arguments must outlive this object.
@@ -128,26 +128,26 @@ class ObjectPushes : public Pushes {
 
   [[nodiscard]] bool holds() const { return friction_ > 0; }
   [[nodiscard]] bool is_firm() const { return firmness_ == kFirm; }
-  /// Brings the pressure law one stage closer to that of a rest.
+  /// Moves the pressure law one stage closer to the firm one.
   void make_firmer(const MeshCloth::State& state);
 
-  /// Forces (N) at places of the surface's facets, by their nodes (the points, then the midpoints
-  /// of sides); the fourth has no weight.
+  /// Forces (N) at points of the surface's facets, by their nodes (the points, then the edge
+  /// midpoints); the fourth node has no weight.
   [[nodiscard]] std::vector<ContactForce> stated(const MeshCloth::State& state);
 
-  /// Writes its part of the memory.
+  /// Stores its part of the contact state.
   void remember(ContactMemory& memory) const;
-  /// Restores a memory in a state of this cloth. Springs from another mesh keep their force per
+  /// Restores the contact state for this cloth. Springs from another mesh keep their force per
   /// area, rotated into the surface and limited by friction.
   void take_over(const ContactMemory& memory, const MeshCloth::State& state);
 
  private:
   static constexpr int kFirm = 5;
-  /// A place of the cloth close to an object.
+  /// A contact point of the cloth close to an object.
   struct Site {
     int id = 0;  ///< place * number of shapes + shape
     int facet = 0, shape = 0;
-    int node = -1;           ///< surface node, if one pushes back; -1 for a place of the facet
+    int node = -1;           ///< surface node, if one pushes back; -1 for a point inside the facet
     Eigen::Vector3d weight;  ///< weights of the facet's nodes
     double area_m2 = 0;
     ContactMemory::Grip grip;
@@ -157,7 +157,7 @@ class ObjectPushes : public Pushes {
 
     [[nodiscard]] bool acts() const { return pressure_pa > 0 || grip.limit > 0; }
   };
-  /// A place of a facet, with its share of the area.
+  /// A contact point of a facet, with its share of the area.
   struct Place {
     Eigen::Vector3d weight;
     double share = 0;
@@ -197,7 +197,7 @@ class ObjectPushes : public Pushes {
   double friction_, stiffness_, grip_stiffness_;  ///< N/m^3
   double reach_m_ = 0, nodes_m_ = 0;              ///< distance between nodes
   int firmness_ = 0;
-  std::vector<int> cuts_, first_;           ///< by facet: subdivisions of a side; first place
+  std::vector<int> cuts_, first_;           ///< by facet: subdivisions of an edge; first point
   std::vector<std::vector<Place>> places_;  ///< by number of subdivisions
   std::vector<std::array<bool, 3>> owns_;   ///< by facet: true if no earlier facet has that node
   std::vector<int> first_of_node_, facet_of_node_;  ///< facets adjacent to a node
@@ -206,7 +206,7 @@ class ObjectPushes : public Pushes {
   std::vector<Site> sites_;           ///< sorted by id
   double energy_j_ = 0;               ///< for the last state evaluated
   MeshCloth::State on_nodes_;         ///< forces (N) at that state
-  std::vector<Site> before_;          ///< sites of the previous list, kept for reuse of memory
+  std::vector<Site> before_;          ///< sites of the previous list, whose springs are reused
   MeshCloth::State seen_, nodes_;     ///< last state seen, and its surface nodes
   bool looked_ = false;               ///< energy and forces belong to the last state seen
   SurfaceProducts products_;          ///< second derivatives at the state evaluated ...
@@ -221,16 +221,16 @@ class ObjectPushes : public Pushes {
 };
 
 /// Contact of cloth with itself, between facets of its surface, as pairs of a node and a facet or
-/// of two edges (contact/layer_pair.hpp): a spring below one thickness, which carries a mean node's
-/// weight at 2 um, and a barrier below half of it (Li et al. 2020, Incremental Potential Contact).
-/// Pairs have no common node and only act closer than a quarter of their distance on the flat
-/// cloth, so that neighbours on the sheet do not repel each other.
+/// of two edges (contact/layer_pair.hpp). A spring acts below one thickness and carries a mean
+/// node's weight at 2 um; a barrier acts below half of it (Li et al. 2020, Incremental Potential
+/// Contact). Pairs have no common node and only act closer than a quarter of their distance on the
+/// flat cloth, so that neighbours on the sheet do not repel each other.
 ///
-/// Friction is as on objects: each pair in contact has a tangential spring
-/// between its two nearest points, which settle() updates.
+/// Friction is as on objects: each pair in contact has a tangential spring between its two nearest
+/// points, which settle() updates.
 ///
-/// Between two calls of settle() the energy depends only on the state; the weight of nearly
-/// parallel edges, whose distance is not smooth, is kept from the last call.
+/// Between two calls of settle() the energy depends only on the state: the weight of nearly
+/// parallel edges, whose distance is not smooth, keeps its value from the last call.
 class LayerPushes : public Pushes {
  public:
   LayerPushes(const MeshCloth& cloth, double friction, double gravity_m_per_s2, double thickness_m);
@@ -249,7 +249,7 @@ class LayerPushes : public Pushes {
   /// Contact forces between layers, by nodes of the surface; `shape` is the index of the cloth.
   [[nodiscard]] std::vector<ContactForce> stated(const MeshCloth::State& state, int shape);
 
-  /// Like ObjectPushes: writes its part of the memory, and restores it.
+  /// Stores and restores its part of the contact state, as in ObjectPushes.
   void remember(ContactMemory& memory) const;
   void take_over(const ContactMemory& memory, const MeshCloth::State& state);
 
@@ -265,7 +265,7 @@ class LayerPushes : public Pushes {
     Eigen::Vector3d normal;  ///< direction from the second layer to the first
     double energy_j = 0, force_n = 0, n_per_m = 0;
   };
-  /// Friction spring between the nearest places of a pair when it was settled; its place is their
+  /// Friction spring between the nearest points of a pair when last settled. Its position is their
   /// separation at that time.
   struct Spring {
     LayerPair of;
@@ -275,7 +275,7 @@ class LayerPushes : public Pushes {
   [[nodiscard]] Eigen::Vector3d stretch_of(const Spring& spring) const;
   [[nodiscard]] Eigen::Vector3d force_of(const Spring& spring) const;
   [[nodiscard]] const Spring* spring_of(const LayerPair& pair) const;
-  /// Material coordinates of the nearest places on the first and second part.
+  /// Material coordinates of the nearest points on the first and second part.
   [[nodiscard]] std::array<Eigen::Vector2d, 2> material_of(
       const LayerPair& pair, const std::array<double, 4>& weight) const;
   void add_springs(const MeshCloth::State& state);

@@ -17,7 +17,7 @@ struct Cells {
   Cells() = default;
   Cells(const Eigen::Vector2d& from, const Eigen::Vector2d& extent, double cell_m)
       : low(from), size_m(cell_m), count((extent / cell_m).array().floor().cast<int>() + 1) {}
-  /// Column and row of the cell that holds a point, of the nearest for one outside.
+  /// Column and row of the cell that holds a point; outside, those of the nearest cell.
   [[nodiscard]] Eigen::Array2i of(const Eigen::Vector2d& p) const {
     return ((p - low) / size_m).array().floor().max(0).min(count.cast<double>() - 1).cast<int>();
   }

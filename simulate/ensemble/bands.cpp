@@ -36,14 +36,14 @@ std::array<Vector3d, 3> axes_of(const Vector3d& gravity) {
   return {first, up.cross(first), up};
 }
 
-/// Rest of the cloth after another loading history, in the frame of the case.
+/// Equilibrium of the cloth after another loading history, in the frame of the case.
 struct Other {
   OtherRest rest;
   MatrixX3d marks;
   int folds = 0;
 };
 
-/// Computes rests around that of the scene's own start.
+/// Computes equilibria around that of the scene's own start.
 class OtherRests {
  public:
   OtherRests(const Ensemble& ensemble, const EnsembleCase& coarse, int threads)
@@ -96,7 +96,7 @@ class OtherRests {
     return others;
   }
 
-  /// Determines which rests count, their moves, and the intervals that they span.
+  /// Determines which equilibria count, their moves, and the intervals that they span.
   void state(std::vector<Other> others, double reach_m, bool same_folds,
              std::vector<OtherRest>& rests, std::vector<MarkInterval>& intervals) const {
     const LocalScene& local = coarse_.drape->local;
@@ -149,8 +149,8 @@ class OtherRests {
   std::vector<std::function<Other()>> tasks_;
 };
 
-/// Position of the rest within the vertical interval, summed over the marks, from 0 (lowest) to 1
-/// (highest); nullopt if the interval is empty.
+/// Position of the equilibrium within the vertical interval, summed over the marks, from 0 (lowest)
+/// to 1 (highest); nullopt if the interval is empty.
 std::optional<double> place_of_rest(const std::vector<MarkInterval>& marks) {
   double below_m = 0, width_m = 0;
   for (const MarkInterval& mark : marks) {

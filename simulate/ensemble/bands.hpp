@@ -19,23 +19,23 @@ inline constexpr std::size_t kLeastMembers = 20;
 /// rest after each. `level` ends with the gravity of its scene.
 RestReport push(DrapeLevel& level, ClothMoment& moment, const Eigen::Vector3d& per_weight);
 
-/// Intervals around the rest of the scene's own start, in the world. A rest on another branch, or a
-/// failed one, is not counted and states the reason.
+/// Intervals around the equilibrium of the scene's own start, in the world. An equilibrium on
+/// another branch, or a failed one, is not counted and states the reason.
 struct OwnBands {
-  /// Pushed from six sides by half the force that would slide a sheet over a flat table (friction
-  /// times its weight), then released: the cloth as a whole stays, while friction is tested
-  /// locally. Absent if nothing touches the cloth. `ends`: the same start with the scene's
-  /// friction_ends(), if within the distance of one branch.
+  /// Interval due to friction. The cloth is pushed from six directions by half the force that
+  /// slides a sheet over a flat table (friction times its weight), then released: as a whole it
+  /// stays, while friction is tested locally. Absent if nothing touches the cloth. `ends`: the same
+  /// start with the scene's friction_ends(), if within the distance of one branch.
   std::optional<FrictionBand> friction;
-  /// With other loading histories: without internal friction; pushed up and down by half the
-  /// weight, without contact also sideways, and released; draped once more; without its history. A
-  /// rest more than twice as far as the one without internal friction, which is near the middle of
-  /// the interval, or with another number of folds is on another branch. Absent without friction.
+  /// Interval due to the loading history: without internal friction; pushed up and down by half the
+  /// weight, without contact also sideways, and released; draped once more; without its history.
+  /// Friction-free equilibrium lies near the middle of the interval. One more than twice as far
+  /// away, or with another number of folds, is on another branch. Absent without internal friction.
   std::optional<MemoryBand> memory;
 };
 
-/// Computes the bands on the coarsest mesh; none if the scene's own start did not come to rest.
-/// `without` holds the laws of the same fabric without internal friction.
+/// Computes the bands on the coarsest mesh; none if the scene's own start did not reach
+/// equilibrium. `without` holds the laws of the same fabric without internal friction.
 [[nodiscard]] OwnBands bands_of_own(const Ensemble& ensemble, const EnsembleCase& own,
                                     const FittedLaws& without, const EnsembleOptions& how);
 
@@ -50,10 +50,10 @@ struct OwnBands {
                                   const ValueErrors& errors);
 
 /// Drapes the scene's own start eight times on the coarsest mesh with errors in all values of
-/// uncertainties_of() at once, each one standard uncertainty up or down by a seeded coin, and
-/// compares with the first-order responses of the undisturbed rest on that mesh. A rest farther
-/// away than rests of one branch, or no rest, is not counted, with the reason. nullopt if the
-/// undisturbed start has no rest or no first-order response.
+/// uncertainties_of() at once, each one standard uncertainty up or down at random (seeded), and
+/// compares with the first-order responses of the unperturbed equilibrium on that mesh. A run that
+/// fails or ends farther away than one branch reaches is not counted; the reason is stated. nullopt
+/// if the unperturbed start has no equilibrium or no first-order response.
 [[nodiscard]] std::optional<BeyondFirstOrder> beyond_first_order(
     const Ensemble& ensemble, const EnsembleCase& own, const std::optional<Sheet>& measured,
     const EnsembleOptions& how);

@@ -62,7 +62,7 @@ std::vector<Edge> spanning_tree(int count, const std::function<double(int, int)>
 constexpr double kFold = 3e-3;  // m; least prominence of a fold
 constexpr int kHemSamples = 256;
 
-/// Nodes of the surface along the hem in order: corners and the midpoints of the sides between
+/// Nodes of the surface along the hem in order: corners and the midpoints of the edges between
 /// them.
 std::vector<int> border_nodes(const MaterialMesh& mesh) {
   const std::vector<int> corners = border_of(mesh);
@@ -163,7 +163,7 @@ std::optional<double> from_measured_m(const DrapeLevel& level, const ClothMoment
   return count > 0 ? std::optional(sum / count) : std::nullopt;
 }
 
-/// True if a small change of forces has a first-order solution, so that the rest is stable.
+/// True if a small change of forces has a first-order solution: the equilibrium is stable.
 bool is_stable(DrapeLevel& level, const ClothMoment& moment) {
   MeshCloth::State change(static_cast<std::size_t>(level.cloth().unknowns()), Vector3d::Zero());
   for (int i = 0; i < level.cloth().points(); ++i) {
@@ -237,7 +237,7 @@ bool brought_new(const Ensemble& ensemble) {
   return fresh > (before > 0 ? 0 : 1);
 }
 
-constexpr double kTurn = 1.2;    // rad; tilt of a hanging side; vertical sides would meet
+constexpr double kTurn = 1.2;    // rad; tilt of a hanging half; vertical halves would meet
 constexpr double kRound = 0.05;  // radius of the fold, relative to the pins' distance in the cloth
 constexpr double kHigh = 0.1;    // height of waves, relative to that distance
 constexpr double kSteep = 1e-3;  // least horizontal component of the pins' direction

@@ -33,14 +33,14 @@ struct HemLabel {
   std::array<double, 9> amplitude_m{};  ///< Fourier amplitudes 0 .. 8 of the distance
 };
 
-/// Samples the hem of the surface at 256 places.
+/// Samples the hem of the surface at 256 points.
 [[nodiscard]] HemLabel label_hem(const DrapeLevel& level, const ClothMoment& moment);
 
 /// Options of an ensemble of starts.
 struct EnsembleOptions {
   /// Number of seeded starts; absent: 8, plus 8 more while new branches appear, at most 32.
   std::optional<int> starts;
-  double same_m = 1e-3;  ///< rests closer than this are one branch, however dense the others are
+  double same_m = 1e-3;  ///< equilibria closer than this are one branch, at any density
   int threads = 1;       ///< number of threads; never changes a result
 };
 
@@ -87,13 +87,13 @@ struct Member {
   [[nodiscard]] bool rests() const { return ending == "at rest"; }
 };
 
-/// Rests of a drape from many starts.
+/// Equilibria of a drape from many starts.
 struct Ensemble {
   int starts = 0;  ///< number of leading members from seeded starts; folded ones follow
   std::vector<Member> members;  ///< all starts, including those that do not come to rest
   std::vector<MarkId> marks;    ///< the print's marks that are on the cloth
   bool round = false;           ///< true if the scene is symmetric about a vertical axis
-  double linked_m = 0;          ///< rests closer than this to any member of a branch belong to it
+  double linked_m = 0;  ///< distance to a member of a branch below which an equilibrium joins it
   /// Indices of the members of each branch by energy, lowest first, but with the scene's own start
   /// in front; the first represents it. Branches are sorted by the energy of their first member.
   std::vector<std::vector<int>> branches;
@@ -107,9 +107,9 @@ struct Ensemble {
 [[nodiscard]] double mean_distance_m(const Eigen::MatrixX3d& a, const Eigen::MatrixX3d& b,
                                      bool round);
 
-/// Drapes the starts on the coarsest mesh and groups their rests by linkage. Without
-/// a given number, stops when the last eight starts brought no new branch. A cloth that is divided
-/// by the line of its two pins is also started folded. Throws Error like drape_cloth().
+/// Drapes the starts on the coarsest mesh and groups their equilibria by linkage. Without a given
+/// number, stops when the last eight starts found no new branch. A cloth that is divided by the
+/// line of its two pins is also started folded. Throws Error like drape_cloth().
 [[nodiscard]] Ensemble find_branches(const EnsembleCase& own, const EnsembleOptions& how);
 
 /// Estimate from the number of starts on each branch.
@@ -118,9 +118,9 @@ struct Ensemble {
 /// Content of branches.json for an ensemble, in the world, without the measured drape.
 [[nodiscard]] BranchList list_of(const Ensemble& ensemble, const EnsembleCase& own);
 
-/// Indices of the branches that could be the measured drape: all without a measured sheet, else
+/// Indices of the branches that may hold the measured drape: all without a measured sheet, else
 /// those whose nearest member is farther from it than the overall nearest by no more than the
-/// linking distance of a branch.
+/// linking distance.
 [[nodiscard]] std::vector<std::size_t> could_be_real(const Ensemble& ensemble);
 
 /// Final result for a branch.
@@ -131,9 +131,9 @@ struct FinishedBranch {
 };
 
 /// Refines the member that represents a branch on the next finer mesh, if there is one and `polish`
-/// is set. `entry` receives the changes, and whether the rest is stable: whether a small change of
-/// forces has a first-order solution. If the refined cloth is not at rest, `entry` states why and
-/// the member itself is returned.
+/// is set. `entry` receives the changes, and whether the equilibrium is stable: whether a small
+/// change of forces has a first-order solution. If the refined cloth is not at rest, `entry` states
+/// why and the member itself is returned.
 [[nodiscard]] FinishedBranch finish_branch(const Ensemble& ensemble, std::size_t branch,
                                            const EnsembleCase& own, bool polish,
                                            ListedBranch& entry);
@@ -145,15 +145,15 @@ struct FinishedBranch {
                                          const std::vector<FinishedBranch>& finished,
                                          const std::vector<BandMark>& band);
 
-/// Drapes the cloth from the measured shape at the resolution of refined branches: the remaining
-/// distance is due to model and fabric, not to the choice of folds. Repeats this at the ends of an
-/// unmeasured friction's range.
+/// Drapes the cloth from the measured shape at the resolution of refined branches. The remaining
+/// distance is due to model and fabric, not to the choice of folds. Repeats this at the ends of the
+/// range of an unmeasured friction.
 void start_from_measured(const EnsembleCase& own, PlacedDrape& placed);
 
-/// Starts of a cloth on two pins that is folded along the line through them, as over a washing
-/// line: the part on one side, on the other, or both hang down, straight or with half a wave
-/// between the pins. Such a drape has many folded rests that a flat start rarely reaches. Empty if
-/// the pins define no line that divides the cloth.
+/// Folded starts for a cloth on two pins, as over a washing line: either part, or both, hang down
+/// from the line through the pins, straight or with half a wave between them. Such a drape has many
+/// folded equilibria that a flat start rarely reaches. Empty if the pins define no line that
+/// divides the cloth.
 [[nodiscard]] std::vector<DrapeStart> folded_starts(const DrapeCase& drape);
 
 }  // namespace drape::simulate

@@ -95,7 +95,7 @@ void width(Fields& f, std::string_view key, std::optional<double>& value) {
             "is it in dyn/cm (980 times too large) instead of gf/cm?");
 }
 
-/// Distance over which friction builds up in a loop, which KES numbers do not state. It must be
+/// Distance over which friction builds up in a loop; KES numbers do not state it. Friction must be
 /// complete where KES reads widths and slopes (0.5 1/cm and, after a reversal at 8 degrees, 5
 /// degrees).
 void slip(Fields& f, std::string_view key, std::optional<double>& value, double most) {
@@ -215,7 +215,7 @@ void check_zero(const Csv& csv, const TestKind& kind) {
       "take the recorder's zero off both branches");
 }
 
-/// Throws if cloth returns more work than was done on it, within the noise of a test.
+/// Throws if the cloth returns more work than was done on it, within the noise of a test.
 void check_branches(const Csv& csv, const TestKind& kind) {
   // relative to the work: a hundredth of full scale, as charts are read
   constexpr double kNoise = 0.01;
@@ -235,7 +235,7 @@ void check_branches(const Csv& csv, const TestKind& kind) {
 }
 
 /// Throws unless both branches rise with the abscissa. Charts are read to a hundredth of full
-/// scale, so of two adjacent points the second may be lower by four standard deviations of that.
+/// scale: the second of two adjacent points may be lower by four standard deviations of that.
 void check_rise(const Csv& csv, const TestKind& kind) {
   constexpr double kMostFall = 4 * 1.4142 * 0.01;
   for (const std::size_t branch : {1, 2}) {

@@ -17,8 +17,8 @@ namespace drape::simulate {
 
 struct KawabataCurve;
 
-// Numbers that a KES sheet lists for one direction, in its units, for use without the plots. Each
-// is checked against those of textiles; a fault names the likely mistake in units.
+// Scalar results that a KES sheet lists for one direction, in its units, for fabrics without plots.
+// Each is checked against the range of textiles; the error names the likely unit mistake.
 
 /// Two of EMT, LT and WT, or all three if consistent within 3 %.
 struct TensileNumbers {
@@ -52,7 +52,7 @@ void fields(Fields& f, BendingNumbers& numbers);
                                      const std::filesystem::path& file);
 
 /// G (gf/(cm deg)) from the extension EB5 of a strip at 45 degrees under T = 5 gf/cm: G = T / (4
-/// EB5). Throws for a value that no textile has.
+/// EB5). Throws for a value outside the range of textiles.
 [[nodiscard]] double shear_from_bias_extension(double eb5_percent, const Where& where);
 
 /// Typical woven cloth, for fabrics of which only B and G are known.
@@ -65,8 +65,8 @@ struct KawabataCurve {
   std::vector<double> x;          ///< strictly increasing
   std::vector<double> loading;    ///< at x
   std::vector<double> unloading;  ///< at x
-  /// For a loop made from KES numbers, which is not closed at its ends: the range of x over which
-  /// friction builds up. Absent if the ends of the loop determine it.
+  /// Range of x over which friction builds up, for a loop made from KES numbers, which is open at
+  /// its ends. Absent if the ends of the loop determine it.
   std::optional<double> slip = std::nullopt;
 };
 
@@ -111,7 +111,7 @@ struct Fabric {
 };
 
 /// Reads and checks a fabric. Throws Error naming file, line and column for a value that is not a
-/// number, abscissae that do not increase, a header with another unit, and values of no textile.
+/// number, abscissae that do not increase, a header with another unit, and impossible values.
 [[nodiscard]] Fabric read_fabric(const std::filesystem::path& file);
 
 /// SHA-256 of the fabric file and its curves together.
@@ -135,8 +135,8 @@ struct Fabric;
 
 /// Comparison of a fabric's density and bending with measured fabrics.
 struct Plausibility {
-  std::vector<Error> problems;  ///< values of no fabric: wrong unit or misplaced decimal point
-  std::vector<std::string> warnings;  ///< values of few fabrics, each with file and field
+  std::vector<Error> problems;        ///< impossible values: wrong unit or misplaced decimal point
+  std::vector<std::string> warnings;  ///< rare values, each with file and field
 };
 
 /// Compares areal density and bending along warp, weft and at 45 degrees with 618 measured fabrics,

@@ -58,7 +58,7 @@ double factor_of(const UnitTable& table, const std::string& unit, const Where& w
   throw bad_input(fmt::format("`{}` is no unit of this property", unit), where, "known: " + known);
 }
 
-/// Properties in the same units.
+/// A quantity: its units and the properties measured in them.
 using Quantity = std::pair<UnitTable, std::vector<const char*>>;
 
 /// A sheet of property,unit,warp,weft, with values converted to the units of fabric.toml.
@@ -96,8 +96,8 @@ class PropertySheet {
         fmt::format("{} is missing along the {}", property, direction == 0 ? "warp" : "weft"),
         where(property), "warp and weft are never merged: give both");
   }
-  /// Value of a property of the whole cloth, which stands under warp or weft, or is equal under
-  /// both. nullopt if there is no row or no value in it.
+  /// Value of a property of the whole cloth: stated under warp or weft, or equal under both.
+  /// nullopt if there is no row or no value in it.
   [[nodiscard]] std::optional<double> whole(const std::string& property) const {
     if (!has(property)) return std::nullopt;
     const auto& [warp, weft] = rows_.at(property).values;

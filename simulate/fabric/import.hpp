@@ -18,31 +18,31 @@ struct ImportedFabric {
   std::vector<std::pair<std::string, std::string>> curves;  ///< name beside it, text of the CSV
   std::vector<std::string> stand_ins;                       ///< quantities missing in the source
   std::string unused;  ///< unused rows of the source, as a list
-  /// Origin in the source of a key of fabric.toml, of a line of a curve ("tensile_warp.csv:4") or
-  /// of a curve.
+  /// Source location of each key of fabric.toml, line of a curve ("tensile_warp.csv:4") or whole
+  /// curve.
   std::map<std::string, Where> from;
 };
 
 /// Imports a result sheet of the KES-FB machines or the FAST instruments: a CSV with the columns
-/// property,unit,warp,weft and one row per property; values of the whole cloth stand under warp or
+/// property,unit,warp,weft and one row per property. Values of the whole cloth stand under warp or
 /// weft. Units are read and converted. Throws for a missing or unknown unit, two values of the
-/// whole cloth, and values that no textile has.
-/// KES: W, T, LT, WT, RT, EMT, G, 2HG, 2HG5, B, 2HB and B45 (bias). FAST: W, C and C45 (bending
-/// length), E5, E20, E100, EB5; B = W C^3, G = 4.9 N/m / (4 EB5) (De Boos and Tester 1994). What
-/// else the sixteen values of KES and the chart of FAST hold is accepted and named in `unused`.
+/// whole cloth, and values outside the range of textiles. KES: W, T, LT, WT, RT, EMT, G, 2HG, 2HG5,
+/// B, 2HB and B45 (bias). FAST: W, C and C45 (bending length), E5, E20, E100, EB5; B = W C^3, G =
+/// 4.9 N/m / (4 EB5) (De Boos and Tester 1994). Other rows of the sixteen KES values and of the
+/// FAST chart are accepted and listed in `unused`.
 [[nodiscard]] ImportedFabric import_kes(const std::filesystem::path& file, const std::string& name);
 [[nodiscard]] ImportedFabric import_fast(const std::filesystem::path& file,
                                          const std::string& name);
 
 /// Imports the physics of a U3M 1.1 material (its JSON): mass and bend of the section `custom`. The
-/// schema has no units: mass is taken as g/m2, that of bend must be given. The raw stretch at 8 cm
-/// of Browzwear's FAB (`raw_data`, L along the warp, W along the weft) gives the tensile curves.
+/// schema states no units: mass is taken as g/m2, the unit of bend must be given. The tensile
+/// curves come from the raw stretch at 8 cm of Browzwear's FAB (`raw_data`, L: warp, W: weft).
 [[nodiscard]] ImportedFabric import_u3m(const std::filesystem::path& file, const std::string& name,
                                         const std::string& bend_unit);
 
 /// Writes fabric.toml and its curves into a new folder and reads them back. If a value is
 /// impossible for textiles, throws with the likely mistake and its location in the source, and
-/// leaves nothing behind. Returns warnings about unusual values.
+/// removes the folder. Returns warnings about unusual values.
 std::vector<std::string> write_imported(const std::filesystem::path& folder,
                                         const ImportedFabric& fabric);
 

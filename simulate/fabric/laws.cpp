@@ -182,8 +182,8 @@ void judge_widths(const HalfWidth& loop, const VectorXd& fitted, FittedFriction&
   fit.rms_error = std::sqrt(squares / static_cast<double>(loop.h.size()));
 }
 
-// Columns: law (0 bending along the warp, 1 along the weft, 2 shear); index (place times number of
-// elements of the law, plus element).
+// Columns: law (0 bending along the warp, 1 along the weft, 2 shear); index (point or triangle
+// times number of elements of the law, plus element).
 const std::vector<std::string>& memory_columns() {
   static const std::vector<std::string> names = {"law", "index", "slip_per_m_or_rad"};
   return names;

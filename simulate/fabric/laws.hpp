@@ -88,7 +88,7 @@ struct FittedCurve {
 [[nodiscard]] FittedCurve fit_reached(const SampledCurve& measured, int segments, double reach);
 
 /// Merges the points of two measurements, both above 0 and increasing, from 0 to the nearer end,
-/// without repetition; where one lacks a point, it is interpolated.
+/// without repetition. Where one has no point, it is interpolated.
 [[nodiscard]] inline std::vector<double> points_of_both(const std::vector<double>& a,
                                                         const std::vector<double>& b) {
   constexpr double kSame = 1e-9;  // relative to the range; closer points are the same
@@ -119,7 +119,7 @@ struct FittedCurve {
 /// A spring in series with a slider (Jenkin 1922): it follows its strain up to the slider's limit,
 /// then slips. The limit may grow with the magnitude of the strain, as in shear (KES 2HG5 above
 /// 2HG). It is rate-independent. `x` is a strain, shear angle (rad) or curvature (1/m); `slip`, the
-/// element's memory, is the x at which its force is zero.
+/// element's internal variable, is the x at which its force is zero.
 ///
 /// If `stiffness` exceeds |growth| this is a generalised play operator (Visintin 1994): on a path
 /// without reversal the result does not depend on the steps, inner loops close, and a reversal that
@@ -136,7 +136,7 @@ struct SlipElement {
   /// Integral of force() from `slip` to x: energy stored and dissipated by a step from a settled
   /// state; potential of an implicit step (Ortiz and Stainier 1999).
   [[nodiscard]] double potential(double x, double slip) const;
-  /// Memory after that path. The force at x is unchanged.
+  /// Slip after that path. The force at x is unchanged.
   [[nodiscard]] double settled(double x, double slip) const;
   [[nodiscard]] double stored(double x, double slip) const;  ///< elastic energy after settling
 };
@@ -162,8 +162,8 @@ struct ClothFriction {
   FrictionStack shear;       ///< N/m as a function of rad
 };
 
-/// Slips of all friction elements, grouped by place. Places are numbered by particle (triples by
-/// their middle one, cells by their lowest), or by triangle.
+/// Slips of all friction elements: in the order of particles (triples by their middle one, cells by
+/// their lowest), or of triangles.
 struct ClothMemory {
   std::vector<double> bending[2];  ///< 1/m
   std::vector<double> shear;       ///< rad
@@ -201,7 +201,7 @@ struct ClothLaws {
   ForceCurve shear;       ///< N/m as a function of angle in rad, odd
   ForceCurve bending[2];  ///< N as a function of curvature in 1/m, odd
   double twist_n_m = 0;   ///< J in the energy per area 1/2 J kappa12^2
-  std::optional<ClothFriction> friction = std::nullopt;  ///< absent if the cloth has no memory
+  std::optional<ClothFriction> friction = std::nullopt;  ///< absent without internal friction
 };
 
 /// Energies of a cloth's elements (J), by kind.

@@ -33,9 +33,9 @@ double lot(unsigned seed, int k) {
   return x - std::floor(x);
 }
 
-/// Concentric rings of points from the clamp outwards. Cloth that leaves it along a curve must
-/// shear within a few millimetres, (B r^2 / G)^(1/4), so the mesh starts fine and coarsens. A rim
-/// three times finer still raises the drape coefficient by 2 points.
+/// Concentric rings of points from the clamp outwards. Cloth that leaves the clamp along a curve
+/// must shear within a few millimetres, (B r^2 / G)^(1/4), so the mesh is fine at the clamp and
+/// coarsens outwards. A rim three times finer still raises the drape coefficient by 2 points.
 std::vector<Polygon> rings(double clamp, double hem, double spacing, double turn) {
   std::vector<Polygon> found;
   const auto pieces = [](double radius, double side) {
@@ -125,7 +125,7 @@ class Specimen {
     return {{p.x(), p.y(), 0}, {1, 0, 0}, {0, 1, 0}};
   }
   [[nodiscard]] MaterialMesh mesh_of_specimen(double spacing) const {
-    // The lattice of the mesh is rotated against the warp, and both circles by a random angle.
+    // The mesh lattice is rotated against the warp, and both circles by a random angle.
     const double turn = 2 * std::numbers::pi * lot(options_.start, 0);
     const auto count = static_cast<int>(std::lround(2 * std::numbers::pi * hem_ / spacing));
     const ClothOutline outline{
@@ -148,8 +148,8 @@ class Specimen {
     return all;
   }
   /// Lowers the table in time until the cloth is quiet. On an elastic table a bent sheet has waves
-  /// of length 2 pi (B / k)^(1/4), which friction would preserve. The table is therefore stiff
-  /// enough to make them no longer than two spacings, the shortest waves of the mesh.
+  /// of length 2 pi (B / k)^(1/4), and friction would preserve them. The table is therefore stiff
+  /// enough to limit them to two spacings, the shortest waves of the mesh.
   void move() {
     double bending = 0;
     for (int d = 0; d < 2; ++d)

@@ -14,32 +14,32 @@ struct CusickOptions {
   double spacing_m = 0.0075;  ///< spacing of the mesh; a third of it at the rim of the discs
   double warp_rad = 0;        ///< angle from the first axis of the mesh lattice to the warp
   unsigned start = 1;         ///< seed of the lattice's jitter and of the initial waves
-  /// Without internal friction: steps in which a table at the discs' height, on which the specimen
-  /// lies, is lowered by the width of the free ring, with the cloth nearly at rest at each; the
-  /// last frees it. 1 releases it at once, which leaves too many folds, the fastest growing ones.
+  /// Number of steps in which the table under the specimen, at the discs' height, is lowered by the
+  /// width of the free ring, without internal friction. The cloth is nearly at rest after each; the
+  /// last step frees it. 1 releases it at once and leaves too many folds, the fastest growing ones.
   int lowering_steps = 8;
-  /// With internal friction: duration of the lowering, with the cloth in motion, because the
-  /// resulting rest depends on the whole history. 0 releases it at once.
+  /// Duration of the lowering with internal friction, with the cloth in motion, since the final
+  /// shape depends on the whole history. 0 releases it at once.
   double lowering_s = 0.5;
   TimeStepsOptions motion;
-  /// Spacing of a coarser mesh for the lowering, in units of `spacing_m`; shape and friction are
-  /// then transferred to the mesh itself, which goes to rest. 1 uses the mesh itself, and so does a
-  /// free ring narrower than six spacings, which would be too coarse for its folds.
+  /// Spacing of the coarser mesh used for the lowering, in units of `spacing_m`; shape and friction
+  /// are then transferred to the fine mesh and relaxed. 1 uses one mesh throughout, and so does a
+  /// free ring narrower than six spacings, which the coarser mesh would not resolve.
   double laid_coarser = 4.0 / 3;
-  /// Load history before the last rest: number of cycles between rests under (1 + shake) and (1 -
-  /// shake) times gravity, each one load increment. Without internal friction it only affects which
-  /// rest is reached.
+  /// Load history before the last equilibrium: number of cycles between (1 + shake) and (1 - shake)
+  /// times gravity, each one load increment. Without internal friction it only affects which
+  /// equilibrium is reached.
   int shakes = 0;
   double shake = 0.5;
-  /// Limits of steps and residual per load; a load before the last whose residual stays above 1 is
+  /// Limits of steps and residual per load. An earlier load whose residual stays above 1 is
   /// accepted and counted.
   DescentOptions descent;
 };
 
 struct CusickDrape {
   MaterialMesh mesh;
-  MeshCloth::State state;  ///< points, then sides
-  ClothMemory memory;      ///< internal friction at this rest
+  MeshCloth::State state;  ///< points, then edges
+  ClothMemory memory;      ///< internal friction in this equilibrium
   DescentReport report;
   /// Loads before the last, or time steps, that ended far from rest.
   int hurried_loads = 0;

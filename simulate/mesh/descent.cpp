@@ -76,7 +76,7 @@ struct MeshStiffness::Gradient {
                                 std::max(0.0, laws.shear.tangent(std::abs(strain.angle()))));
 }
 
-/// The scalar matrix D + L + L^T of the sides, with supports of sides added to D. Solves with (D +
+/// The scalar matrix D + L + L^T of the edges, with supports of edges added to D. Solves with (D +
 /// L) D^-1 (D + L^T), for right-hand sides of three columns.
 class MeshStiffness::SidesMatrix {
  public:
@@ -104,7 +104,7 @@ class MeshStiffness::SidesMatrix {
   }
 
  private:
-  /// Forward and backward substitution; `inverse` has three columns per side.
+  /// Forward and backward substitution; `inverse` has three columns per edge.
   DRAPE_WIDE static void sweep(const int* begin, const int* row, const double* value,
                                const Four* inverse, int count, Four* work);
   void set_inverse(std::size_t side, const Eigen::Matrix3d& of) {
@@ -136,16 +136,16 @@ struct MeshStiffness::Parts {
   const MeshCloth& cloth;
   const std::vector<bool>& held;
   std::vector<int> vertex, free_points, free_sides, row_of_side;  ///< -1 if held
-  std::vector<Weights> of_side;                        ///< a side's derivative, from points
-  std::vector<std::pair<int, double>> pairs_of_sides;  ///< the same for free sides, by free points
+  std::vector<Weights> of_side;                        ///< an edge's derivative, from points
+  std::vector<std::pair<int, double>> pairs_of_sides;  ///< the same for free edges, by free points
   std::vector<int> pairs_begin = {0};
-  /// Points that a triangle's bending depends on, their weights, and the blocks of each pair.
+  /// Points that determine a triangle's bending, their weights, and the blocks of each pair.
   struct Patch {
     std::vector<int> points, places;
     std::vector<Vector3d> weight;  ///< weights in x_uu, x_uv, x_vv
   };
   std::vector<Patch> patches;
-  /// Points around a point, including itself, and the triangles there.
+  /// A point, its neighbours and the triangles around it.
   struct Ring {
     std::vector<int> points, places, triangles;
   };
@@ -510,7 +510,7 @@ namespace {
 using State = MeshCloth::State;
 
 constexpr double kSink_m = 0.5e-3;  // depth of cloth in the table under its own weight
-// relative to the wall's radius; the checker accepts it as on the wall
+// relative to the wall's radius; the checker accepts it as touching the wall
 constexpr double kOnWall = 1e-5;
 constexpr double kWallWeights = 100;  // mean point weights that press it in by this depth
 // Least decrease of a step, relative to the slope (Nocedal and Wright).
@@ -523,7 +523,7 @@ constexpr int kTries = 20;
 constexpr double kSolved = 0.3, kOfResidual = 0.25;
 constexpr double kPassingPart = 0.25;  // see DescentOptions::passing
 constexpr int kProducts = 60;          // limit per step
-// Products of a step, and displacement in mean sides, below which the next step keeps the matrix.
+// Products of a step, and displacement in mean edges, below which the next step keeps the matrix.
 constexpr int kFewProducts = 20;
 constexpr double kKeepsMatrix = 0.05;
 
@@ -548,7 +548,7 @@ class Potential {
     wall_n_per_m_ = kWallWeights * weight_n_ / (kOnWall * std::max(bodies.wall_radius_m, 1e-9));
   }
 
-  /// Largest force: on a point in mean point weights, on a side in that unit times the mean side.
+  /// Largest force: on a point in mean point weights, on an edge in that unit times the mean edge.
   [[nodiscard]] double largest(const State& force) const {
     double points2 = 0, sides2 = 0;
     for (int i = 0; i < cloth_.unknowns(); ++i) {
@@ -691,7 +691,7 @@ DescentReport descend(MeshCloth& cloth, State& state, const std::vector<bool>& h
   Potential::Balance now = potential.balance(state, force);
   const double residual = std::max(
       options.residual, std::min(options.passing, kPassingPart * std::max(now.point, now.side)));
-  // A matrix that was formed with another inertia is a poor preconditioner.
+  // A matrix formed with another inertia is a poor preconditioner.
   if (options.inertia != nullptr) stiffness.outdate();
   while (std::isfinite(now.energy_j)) {
     report.at_rest = std::max(now.point, now.side) <= residual;

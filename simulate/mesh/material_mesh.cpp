@@ -22,7 +22,7 @@ using Eigen::Vector2d;
 constexpr double kNear = 0.6;    // distance of inner points from lines, relative to the spacing
 constexpr double kSame = 1e-6;   // relative to the spacing; closer points are the same
 constexpr double kExact = 1e-6;  // tolerance of area and border, relative to the outline's
-constexpr double kThin = 1e-9;   // relative to the squared longest side; smaller areas are zero
+constexpr double kThin = 1e-9;   // relative to the squared longest edge; smaller areas are zero
 
 double length_of(const Polygon& polygon) {
   double sum = 0;
@@ -46,7 +46,7 @@ struct Side {
   [[nodiscard]] double distance_m(const Vector2d& p) const {
     return simulate::distance_m({from, to}, p);
   }
-  /// Points that divide it at the spacing, without its end.
+  /// Points that divide the segment at the spacing, without its end.
   [[nodiscard]] std::vector<Vector2d> points(double spacing) const {
     std::vector<Vector2d> ends = cuts, points;
     ends.push_back(to);
@@ -79,7 +79,7 @@ void cut_at_meeting(Side& a, Side& b, double near) {
   b.cuts.push_back(a.cuts.back());
 }
 
-/// Splits an open line at the foot of a nearby named point, which would be between its points.
+/// Splits an open line at the foot of a nearby named point that lies between the line's points.
 void cut_beside(Side& line, const Vector2d& named, double spacing) {
   const double away = line.distance_m(named);
   if (away <= kSame * spacing || away >= kNear * spacing) return;
@@ -157,7 +157,7 @@ std::vector<std::array<int, 3>> cloth_triangles(const ClothOutline& outline,
   return kept;
 }
 
-/// Adds the points that the caller names. One that lies on a line close to a regular point of it
+/// Adds the points that the caller names. A named point on a line close to a regular point of it
 /// replaces that point, unless other lines meet there.
 void add_named(const ClothOutline& outline, const std::vector<const Polygon*>& polygons, double h,
                std::vector<Vector2d>& points) {

@@ -179,7 +179,7 @@ MeshCloth::MeshCloth(MaterialMesh mesh, ClothLaws laws, double in_triangles)
     }
     const Eigen::Matrix<double, 6, 6> inverse = rows.fullPivLu().inverse();
     for (int k = 0; k < 6; ++k) {
-      // The derivative of a side is per metre: `size` of it is one unit.
+      // The derivative at an edge is per metre: `size` of it is one unit.
       const double scale = (k < 3 ? 1 : size) / (size * size);
       triangle.d_uu[k] = scale * inverse(3, k);
       triangle.d_uv[k] = scale * inverse(4, k);

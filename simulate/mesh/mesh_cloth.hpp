@@ -111,7 +111,7 @@ struct MetricStrain {
 }
 
 /// A curvature vector c projected on the normal of the sheet, n = a x b / |a x b|, with tangents a
-/// and b. Unlike |c| it has a sign, which friction elements need, and it rotates with the sheet.
+/// and b. Unlike |c| it has the sign that friction elements need, and it rotates with the sheet.
 struct NormalCurvature {
   double value = 0;
   Eigen::Vector3d of_c, of_a, of_b;  ///< gradient by c, a and b
@@ -131,21 +131,21 @@ struct NormalCurvature {
 ///   tensile_warp(|x_u| - 1) + tensile_weft(|x_v| - 1) + shear(angle of x_u and x_v)
 ///   + bending_warp(|x_uu|) + bending_weft(|x_vv|) + twist / 2 |x_uv|^2,
 /// with u along the warp and v along the weft. First derivatives are those of the linear
-/// triangle. Stretch and shear are evaluated at the points, from the mean metric of the adjacent
-/// triangles (nodal integration: Dohrmann et al. 2000): with two triangles per point, each with
-/// two stiff strains, nearly inextensible cloth would lock. A twentieth is evaluated per
-/// triangle, to suppress zero-energy modes (Puso and Solberg 2006). Second derivatives are those
-/// of Morley's triangle (Morley 1968) for each coordinate: quadratic, defined by the values at
-/// the corners and the normal derivative at the midpoint of each side. Alone it is too soft: a
-/// wave of wavenumber k has 1 - 0.14 (k h)^2 of its bending energy at spacing h. The two
-/// triangles at a side then differ in the second derivative along it; adding twice the bending
-/// energy of this difference, with the curves' first slopes, over a third of both areas, leaves
-/// an error of 0.005 to 0.02 (k h)^2. Constant strain and constant curvature are exact on any
-/// mesh (patch tests), which implies convergence. The normal derivatives of the sides are
-/// unknowns of their own.
+/// triangle. Stretch and shear are evaluated at the points, from the mean metric of the
+/// adjacent triangles (nodal integration: Dohrmann et al. 2000): with two triangles per point,
+/// each with two stiff strains, nearly inextensible cloth would lock. A twentieth is evaluated
+/// per triangle, to suppress zero-energy modes (Puso and Solberg 2006). Second derivatives are
+/// those of Morley's triangle (Morley 1968) for each coordinate: quadratic, defined by the
+/// values at the corners and the normal derivative at the midpoint of each edge. Alone it is
+/// too soft: a wave of wavenumber k has 1 - 0.14 (k h)^2 of its bending energy at spacing h,
+/// and the second derivative along an edge jumps between its two triangles. Adding twice the
+/// bending energy of this jump, with the curves' first slopes, over a third of both areas,
+/// leaves an error of 0.005 to 0.02 (k h)^2. Constant strain and constant curvature are exact
+/// on any mesh (patch tests), which implies convergence. The normal derivatives at the edges
+/// are separate unknowns.
 ///
-/// A state holds the points (m), then one vector per side: the derivative of the position along
-/// the side's normal, which points to the left of the side (from `from` to `to`).
+/// A state holds the points (m), then one vector per edge: the derivative of the position along
+/// the edge's normal, which points to the left of the edge (from `from` to `to`).
 class MeshCloth {
  public:
   using State = std::vector<Eigen::Vector3d>;
@@ -163,15 +163,15 @@ class MeshCloth {
   /// The elements, for solvers that form second derivatives themselves.
   struct Triangle {
     std::array<int, 3> corner;
-    std::array<int, 6> unknown;  ///< corners, then sides
+    std::array<int, 6> unknown;  ///< corners, then edges
     double area = 0;
     std::array<double, 3> d_u, d_v;          ///< gradients of the linear shape functions
     std::array<double, 6> d_uu, d_uv, d_vv;  ///< second derivatives of Morley's shape functions
   };
-  /// A side shared by two triangles.
+  /// An edge shared by two triangles.
   struct Seam {
     std::array<int, 12> unknown;    ///< left triangle first, then the right one
-    std::array<double, 12> weight;  ///< weights of the jump of the second derivative along the side
+    std::array<double, 12> weight;  ///< weights of the jump of the second derivative along the edge
     double stiffness = 0;           ///< N m^3
   };
   [[nodiscard]] const std::vector<Triangle>& triangles() const { return triangles_; }
@@ -179,9 +179,9 @@ class MeshCloth {
   [[nodiscard]] const ClothLaws& laws() const { return laws_; }
   [[nodiscard]] double in_triangles() const { return in_triangles_; }
   [[nodiscard]] const std::vector<double>& area_m2() const { return area_; }  ///< per point
-  /// Material coordinates of a point, or of the midpoint of the side that is an unknown.
+  /// Material coordinates of a point, or of the midpoint of the edge that is an unknown.
   [[nodiscard]] Eigen::Vector2d material_m(int unknown) const;
-  /// Unit normal in material coordinates, pointing to the side's left.
+  /// Unit normal in material coordinates, pointing to the edge's left.
   [[nodiscard]] Eigen::Vector2d normal_of(int edge) const;
   /// Metric (|x_u|^2, x_u . x_v, |x_v|^2) at each point, averaged over its triangles.
   [[nodiscard]] std::vector<Eigen::Vector3d> metrics(const State& state) const;
@@ -217,7 +217,7 @@ class MeshCloth {
   [[nodiscard]] double dissipated_j() const { return dissipated_j_; }
 
   [[nodiscard]] InternalEnergies energies(const State& state) const;
-  /// Adds the negative gradient of the energy (N; N m for the sides) and returns the energies.
+  /// Adds the negative gradient of the energy (N; N m for the edges) and returns the energies.
   InternalEnergies add_forces(const State& state, State& force) const;
 
  private:
@@ -239,12 +239,12 @@ class MeshCloth {
   double dissipated_j_ = 0;
 };
 
-/// Second derivative of a MeshCloth's energy at a state, with tangents for piecewise linear curves
-/// and friction elements. The cloth must outlive it and keep its memory.
+/// Hessian of a MeshCloth's energy at a state, with tangents for piecewise linear curves and
+/// friction elements. The cloth must outlive it and keep its friction state.
 class ClothTangent {
  public:
   ClothTangent(const MeshCloth& cloth, const MeshCloth::State& state);
-  /// Adds the product with a direction (N; N m for the sides).
+  /// Adds the product with a direction (N; N m for the edges).
   void add_products(const MeshCloth::State& direction, MeshCloth::State& product) const;
 
   struct Element {
@@ -263,7 +263,7 @@ class ClothTangent {
   mutable Fours at_points_;  ///< three per point, as in Element::change
 };
 
-/// Four facets per triangle, by nodes: the points, then the midpoint of each side.
+/// Four facets per triangle, by nodes: the points, then the midpoint of each edge.
 [[nodiscard]] std::vector<std::array<int, 3>> facets_of(const MaterialMesh& mesh);
 
 /// ASCII PLY, in mm, of points in the world and faces; `uv` holds texture coordinates, empty or one
@@ -272,12 +272,12 @@ class ClothTangent {
                                    const std::vector<Eigen::Vector2d>& uv,
                                    const std::vector<std::array<int, 3>>& faces);
 
-/// Surface of a MeshCloth between its points: each triangle is divided into four flat facets at the
-/// midpoints of its sides. A midpoint is placed at the mean of the quadratics of the adjacent
-/// triangles, which leaves a quarter of the distance between chord and curved cloth. The surface
-/// touches objects and is written to files; the checker builds it with independent code.
+/// Surface of a MeshCloth between its points: each triangle is divided into four flat facets at its
+/// edge midpoints. A midpoint is the mean of the quadratics of the adjacent triangles, which leaves
+/// a quarter of the distance between chord and curved cloth. The surface touches objects and is
+/// written to files; the checker builds it with independent code.
 ///
-/// Nodes are numbered like the unknowns: the points, then one per side.
+/// Nodes are numbered like the unknowns: the points, then one per edge.
 class ClothSurface {
  public:
   explicit ClothSurface(const MeshCloth& cloth);
@@ -288,30 +288,30 @@ class ClothSurface {
   [[nodiscard]] MeshCloth::State nodes(const MeshCloth::State& state) const;
   void find_nodes(const MeshCloth::State& state, MeshCloth::State& places) const;
   /// Converts forces (N) on the nodes, or on the points only, to forces on the unknowns and adds
-  /// them (N; N m for the sides).
+  /// them (N; N m for the edges).
   void add_forces(const MeshCloth::State& on_nodes, MeshCloth::State& force) const;
   /// Position of one node (m).
   [[nodiscard]] Eigen::Vector3d place(const MeshCloth::State& state, int node) const;
   void add_force(int node, const Eigen::Vector3d& on_node, MeshCloth::State& force) const;
-  /// Weights of the triangle's corners for a place on a facet, whose own corners are those of the
-  /// triangle or midpoints between them.
+  /// Weights of the triangle's corners at a point of a facet. The facet's corners are the
+  /// triangle's corners or edge midpoints.
   [[nodiscard]] std::array<double, 3> corner_weights(int facet,
                                                      const Eigen::Vector3d& weights) const;
-  /// Weights of the sides' unknowns at the midpoint of a side.
+  /// Weights of the edges' unknowns at the midpoint of an edge.
   [[nodiscard]] std::vector<std::pair<int, double>> side_weights(int side) const;
 
  private:
   const MeshCloth& cloth_;
   std::vector<std::array<int, 3>> facets_;
-  std::vector<std::pair<int, double>> middle_;  ///< weights of unknowns, for all sides in turn
-  std::vector<std::size_t> begin_ = {0};        ///< index of each side's first weight
+  std::vector<std::pair<int, double>> middle_;  ///< weights of unknowns, for all edges in turn
+  std::vector<std::size_t> begin_ = {0};        ///< index of each edge's first weight
 };
 
-/// Sum of second derivatives of energies of places on a surface, for products with directions.
+/// Sum of second derivatives of point energies on a surface, for products with directions.
 class SurfaceProducts {
  public:
   void clear();
-  /// Adds the energy of a place, a weighted sum of nodes, given its second derivative (N/m).
+  /// Adds the energy of a point, a weighted sum of nodes, given its second derivative (N/m).
   void add(const std::array<int, 4>& nodes, const std::array<double, 4>& weights,
            const Eigen::Matrix3d& second);
   /// Adds the energy of four nodes.

@@ -55,7 +55,7 @@ TEST(Mesher, NoPointLiesInTheCircleOfATriangle) {
   }
 }
 
-/// Length of the mesh's sides that lie on a line.
+/// Length of the mesh's edges that lie on a line.
 double followed_m(const MaterialMesh& mesh, const Vector2d& from, const Vector2d& to) {
   double sum = 0;
   for (const MaterialMesh::Edge& edge : mesh.edges) {
@@ -92,7 +92,7 @@ TEST(Mesher, SidesFollowLinesWherePinsStandBesideAndOnThem) {
   }
 }
 
-/// Largest force on a point and largest moment on a side, without those of the border and with
+/// Largest force on a point and largest moment on an edge, without those of the border and with
 /// them.
 struct Forces {
   double point = 0, side = 0, any_point = 0, any_side = 0;
@@ -139,7 +139,7 @@ TEST(PatchTest, ConstantStrainIsExactOnIrregularMeshes) {
     EXPECT_LT(energy.bending_j + energy.twist_j, 1e-10 * energy.sum_j());
     const Forces forces = inner_forces(cloth, state);
     EXPECT_LT(forces.point, 1e-10 * forces.any_point);
-    // Without curvature there is no moment, relative to that of 1 1/m on a side of the mesh.
+    // Without curvature there is no moment, relative to that of 1 1/m on an edge of the mesh.
     EXPECT_LT(forces.any_side, 1e-10 * laws.bending[0].slope * 0.004);
   }
 }
@@ -170,7 +170,7 @@ TEST(PatchTest, ConstantCurvatureIsExactOnIrregularMeshes) {
 constexpr double kWave = 2 * std::numbers::pi / 0.057;  // 1/m
 
 /// Bending energy relative to the smooth wave, for a wave of 57 mm across the warp by 23 degrees
-/// with given points and border and free sides at rest; bending only, isotropic.
+/// with given points and border and free edges at rest; bending only, isotropic.
 double energy_of_a_wave(double spacing) {
   ClothLaws laws = laws_of(true);
   laws.tensile[0] = laws.tensile[1] = laws.shear = ForceCurve{0, {}};
@@ -191,7 +191,7 @@ double energy_of_a_wave(double spacing) {
   for (const auto& edge : cloth.mesh().edges) held.push_back(edge.left < 0 || edge.right < 0);
   MeshStiffness stiffness(cloth, held);
   DescentOptions descent;
-  descent.residual = 1e-9;  // required of the sides: the points are held
+  descent.residual = 1e-9;  // required of the edges: the points are held
   EXPECT_TRUE(descend(cloth, state, held, stiffness, {}, descent).at_rest);
   const double area = cloth.mesh().area_m2();
   double smooth = 0;  // integral of cos^2 over the patch, by the centroids of its triangles
@@ -374,7 +374,7 @@ double cantilever_ratio(double spacing, bool along_weft) {
 }
 
 TEST(MeshCloth, ACantileverConvergesToTheBeam) {
-  // The clamp holds the derivative on the side, so the error is that of the elements: order 2.
+  // The clamp holds the derivative on the edge, so the error is that of the elements: order 2.
   for (const bool along_weft : {false, true}) {
     const double coarse = std::abs(cantilever_ratio(0.005, along_weft) - 1);
     const double fine = std::abs(cantilever_ratio(0.0025, along_weft) - 1);

@@ -18,22 +18,22 @@ struct ClothShape {
   std::vector<std::array<int, 3>> triangles;  ///< oriented from warp to weft
   std::vector<std::array<int, 2>> sides;      ///< from < to; without repetition
   std::vector<Eigen::Vector3d> points_m;      ///< in space
-  std::vector<Eigen::Vector3d> of_sides;      ///< derivative along each side's left normal
+  std::vector<Eigen::Vector3d> of_sides;      ///< derivative along each edge's left normal
 };
 
 /// Writes cloth.ply: vertices (x y z in mm; u v, mm along warp and weft), triangles, and an element
-/// `side` (from to x y z). Little-endian doubles are used because the forces on a point of a 2.5 mm
-/// mesh change by a thousandth of its weight within 1 nm; the file has half the size of text, and
-/// the shape read back is exactly the one judged.
+/// `side` (from to x y z) for the edges. Uses little-endian doubles: the forces on a point of a 2.5
+/// mm mesh change by a thousandth of its weight within 1 nm. The file has half the size of text and
+/// reads back exactly the shape that was judged.
 void write_cloth_shape(const std::filesystem::path& file, const ClothShape& shape);
-/// Throws Error(bad_input) for a mesh without material coordinates or sides.
+/// Reads cloth.ply. Throws Error(bad_input) for a mesh without material coordinates or edges.
 [[nodiscard]] ClothShape read_cloth_shape(const std::filesystem::path& file);
 
-/// Force of an object or the table on one place of the sheet, a weighted sum of up to four nodes,
-/// as found by the solver; or the force between two layers, where the nodes of the second have
-/// negative weights. A checker thus only needs to verify contacts, not to find them.
+/// Contact force of an object or the table at one point of the sheet, a weighted sum of up to four
+/// nodes, as found by the solver; or the force between two layers, where the nodes of the second
+/// have negative weights. A checker thus verifies contacts without finding them.
 struct ContactForce {
-  /// Index of the scene's obstacle; their number means the table, one more the sheet itself.
+  /// Index of the scene's obstacle; their number is the table, the next one the sheet itself.
   int shape = 0;
   std::array<int, 4> particle{};
   std::array<double, 4> weight{};

@@ -67,8 +67,8 @@ class Surroundings {
     return nearest(shape, point_in_world).normal;
   }
   /// First point on a segment that is deeper than `deep_m` in the shape, as a fraction of the
-  /// segment; nullopt if there is none. Advances by the distance that is free around each point
-  /// (sphere tracing, Hart 1996); bodies thinner than 0.1 mm or a thousandth of the segment may be
+  /// segment; nullopt if there is none. Advances by the free distance around each point (sphere
+  /// tracing, Hart 1996); bodies thinner than 0.1 mm or a thousandth of the segment may be
   /// missed.
   [[nodiscard]] std::optional<double> first_entry(int shape, const Eigen::Vector3d& from_in_world,
                                                   const Eigen::Vector3d& to_in_world,

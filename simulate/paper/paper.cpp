@@ -19,18 +19,18 @@ using Eigen::Vector2d;
 using Eigen::Vector3d;
 using units::mm;
 
-constexpr double kPinTravel_s = 0.3;   // time in which pins move from the start to their places
-constexpr double kPinPlaced_m = 1e-9;  // a pin closer than this is in its place
+constexpr double kPinTravel_s = 0.3;   // time in which pins move from the start to their targets
+constexpr double kPinPlaced_m = 1e-9;  // a pin closer than this has reached its target
 constexpr double kTimeResolution_s = 1e-12;
 constexpr double kQuietHeight_m = 10e-6;  // kinetic energy over weight below which rest is tested
 constexpr double kSmoothing_s = 4e-3;  // smoothing of kinetic energy, so that folding makes peaks
 constexpr int kRestCheck = 64;         // steps between two tests of the residual
 constexpr int kProgressSteps = 512;
 constexpr double kSunk_m = 0.1e-3;  // largest depth of a particle in an object at rest
-constexpr int kSamples = 8;         // samples between particles, per side of a cell
+constexpr int kSamples = 8;         // samples between particles, per edge of a cell
 constexpr double kMicro = 1e-6;
 
-/// Deterministic waves without a square's symmetries; lets a symmetric start choose a fold.
+/// Deterministic waves without a square's symmetries, so that a symmetric start selects a fold.
 double imperfection(int row, int col) {
   return std::sin(1.3 * row + 0.7 * col + 0.4) + 0.5 * std::sin(0.9 * col - 2.1 * row + 1.1);
 }

@@ -30,7 +30,7 @@ struct PaperOptions {
   long max_steps = 400000;
   double history_interval_s = 0.02;  ///< interval between rows of history.csv
 };
-/// Describes all options except the grid, whose sides each program names differently.
+/// Describes all options except rows and columns, whose names differ between programs.
 void fields(Fields& f, PaperOptions& options);
 
 /// One row of history.csv.
@@ -49,11 +49,11 @@ struct PaperDrape {
 
 /// Drapes the particle grid of paper section 4 over the scene's objects from a flat start; a pin
 /// holds a weighted sum of particles around it. Fills in the certificate's verdict, strains,
-/// distances, energies, grid and warnings. At rest: the largest static force on a particle is below
-/// the tolerance while the kinetic energy is below that of a fall by 10 um, the cloth does not pass
-/// through itself, and no particle is in an object. Throws Error(bad_input) for a scene with clamps
-/// or a start in the measured shape, which section 4 lacks, and as start.hpp says; a sheet that
-/// does not come to rest is a status. `progress` receives the fraction of the step limit.
+/// distances, energies, grid and warnings. The sheet is at rest if the largest static force on a
+/// particle is below the tolerance, the kinetic energy is below that of a fall by 10 um, the cloth
+/// does not pass through itself, and no particle is in an object. A sheet that does not come to
+/// rest is a status, not an error. Throws Error(bad_input) for clamps or a start in the measured
+/// shape, and like start.hpp. `progress` receives the fraction of the step limit.
 [[nodiscard]] PaperDrape run_paper_model(const LocalScene& local, const Print& print,
                                          const ClothLaws& laws, const PaperOptions& options,
                                          Certificate& certificate,

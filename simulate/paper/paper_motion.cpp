@@ -74,7 +74,7 @@ constexpr double kRk4ImaginaryLimit = 2.828;
 constexpr double kImpactDepth = 10e-6;  // m; shallower hits do not end the step early
 constexpr double kClearMargin = 1e-3;   // m; covers the path of a step and released particles
 constexpr double kSurfacing = 2e-3;     // s; time constant for lifting a shallow hit to the surface
-constexpr double kLiftGap = 1e-6;       // m; a touching particle farther out has left
+constexpr double kLiftGap = 1e-6;       // m; a touching particle farther out has separated
 constexpr double kShortestFraction = 0.02;  // for a step that ends early at an impact
 
 }  // namespace
@@ -429,7 +429,7 @@ void PaperMotion::runge_kutta(double dt) {
 
 /// Fraction of the step at which the first particle reaches a surface; 1 if none gets deeper than a
 /// shallow hit. Distances change by at most the path of the fastest particle, so a distant particle
-/// is tested again only once that path is used up.
+/// is tested again only after that path.
 double PaperMotion::first_impact() {
   double fraction = 1;
   for (std::size_t i = 0; i < touch_.size(); ++i) {
@@ -497,7 +497,7 @@ void PaperMotion::follow_surfaces(double step_s) {
     }
     const double speed = v.norm();
     // Friction with a fixed direction during a step makes slow particles oscillate with growing
-    // amplitude; one that it would stop within half a step, or has reversed, sticks.
+    // amplitude. A particle that friction stops within half a step, or has reversed, sticks.
     touch.stuck = touch.stuck || speed <= 0.5 * forces_.friction * touch.press_m_per_s2 * step_s ||
                   (forces_.friction > 0 && v.dot(touch.slide) <= 0);
     if (touch.stuck) v.setZero();

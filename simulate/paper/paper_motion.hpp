@@ -114,9 +114,9 @@ struct PaperForces {
 
 /// Motion of the particles: classical fourth-order Runge-Kutta (paper Fig. 5) with pins and
 /// collisions (paper section 4.3). A particle that would enter an object ends the step at the first
-/// time of impact; its normal velocity is set to zero there (inelastic), and from then on the
-/// pressing component of its force, until the force pulls. Coulomb friction sticks or slides. Cloth
-/// between particles may enter objects; layers repel each other.
+/// time of impact. Its normal velocity is then set to zero (inelastic), and so is the pressing
+/// component of its force, until the force pulls. Coulomb friction sticks or slides. Cloth between
+/// particles may enter objects; layers repel each other.
 class PaperMotion {
  public:
   PaperMotion(const PaperCloth& cloth, const Surroundings& around, const PaperForces& forces);

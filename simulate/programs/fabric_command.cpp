@@ -120,7 +120,7 @@ void check(const CusickArguments& arguments) {
   const RunRecord kept_nowhere("drape-simulate", {}, {}, replaced);
 }
 
-/// Drapes a specimen and lets the checker judge it if it is at rest.
+/// Drapes a specimen and has the checker judge it if it is at rest.
 JudgedDrape judged_drape(const ClothLaws& laws, const CusickOptions& options) {
   JudgedDrape judged{cusick_drape(laws, options), std::nullopt};
   const CusickDrape& drape = judged.drape;
@@ -136,7 +136,7 @@ JudgedDrape judged_drape(const ClothLaws& laws, const CusickOptions& options) {
   return judged;
 }
 
-/// Removes drapes of an earlier run, which would otherwise be taken for those of the new list.
+/// Removes drapes of an earlier run, which would otherwise seem to belong to the new list.
 void remove_drapes(const fs::path& folder) {
   for (std::size_t i = 0; i < kMostStarts; ++i) {
     const auto file = folder / file_of_start(i);
@@ -292,7 +292,7 @@ Ending listed(const LibraryArguments& arguments) {
   return ending;
 }
 
-/// Writes the fabric and then the record, whose folder does not exist before.
+/// Writes the fabric into a new folder, then the record.
 void write(const ImportedFabric& fabric, const LibraryArguments& arguments, RunRecord& record,
            Ending& ending) {
   for (const std::string& what : fabric.stand_ins) ending.rejected.push_back("stand-in: " + what);

@@ -219,7 +219,7 @@ std::optional<std::string> no_go_of(const std::optional<Sheet>& measured) {
   return measured ? measured->no_go : std::nullopt;
 }
 
-/// Makes the ending NO-GO, quoting the first cause, if the measured sheet that placed the drape is.
+/// Makes the ending NO-GO if the measured sheet that placed the drape is; quotes its first cause.
 Ending resting_on(const std::optional<std::string>& no_go, Ending ending) {
   if (!no_go) return ending;
   if (!ending.go) ending.rejected.push_back(ending.verdict);
@@ -229,7 +229,7 @@ Ending resting_on(const std::optional<std::string>& no_go, Ending ending) {
 }
 
 /// Folders `branch-NN` named in the branches.json of an earlier run in `out`. The list is written
-/// before the sheets, so it also names what an interrupted run left.
+/// before the sheets, so it includes those of an interrupted run.
 std::vector<fs::path> earlier_branches(const fs::path& out) {
   static const std::regex of_a_branch("branch-[0-9]+/sheet\\.ply");
   std::vector<fs::path> folders;
@@ -276,8 +276,8 @@ void mesh_fields(Fields& f, DrapeOptions& options, bool finest) {
 }
 
 /// Reads the scene, its own or another fabric, and the print. Throws Error(usage) if SCENE is
-/// missing, Error(bad_input) for an impossible friction or gravity, or if pins are farther apart
-/// than the fabric was stretched in its tests.
+/// missing; Error(bad_input) for an impossible friction or gravity, or pins farther apart than the
+/// fabric was stretched in its tests.
 RunInputs read_checked(const fs::path& scene_file, const std::optional<fs::path>& fabric_file) {
   if (scene_file.empty()) throw usage_error("SCENE is missing", "give a scene.toml");
   const Scene scene = read_scene(scene_file);
@@ -288,7 +288,7 @@ RunInputs read_checked(const fs::path& scene_file, const std::optional<fs::path>
 }
 
 /// Reads the measured sheet, or another simulator's mesh, that positions a drape of the scene.
-/// Throws Error(bad_input) for a gravity of no real drape, and for a sheet with another print.
+/// Throws Error(bad_input) for a gravity other than Earth's, and for a sheet with another print.
 Sheet read_start_of(const fs::path& file, const Scene& scene, const Print& print) {
   require_gravity_of_earth(scene);
   return read_start(file, print);
@@ -304,8 +304,8 @@ void require_same_drape(const Sheet& reference, const Scene& scene) {
                   "give the sheet that was measured of this scene");
 }
 
-/// Reads the inputs of `args`. Throws Error(usage), before touching anything, if --out is missing
-/// or an output is one of the inputs.
+/// Reads the inputs of `args`. Throws Error(usage), before any change, if --out is missing or an
+/// output is one of the inputs.
 RunInputs read_run_inputs(const RunArguments& args, const std::vector<fs::path>& outputs) {
   if (args.out.empty()) throw usage_error("--out is missing", "give a folder");
   RunInputs inputs = read_checked(args.scene, args.fabric);
@@ -344,7 +344,7 @@ std::vector<fs::path> earlier_branch_files(const fs::path& out) {
 }
 
 /// Removes the sheets named in an earlier branches.json, then writes the new list before any new
-/// sheet, so that even an interrupted run leaves no sheet that is not listed.
+/// sheet: even an interrupted run leaves no unlisted sheet.
 void write_branch_list(const fs::path& out, const BranchList& list, RunRecord& record) {
   for (const fs::path& folder : earlier_branches(out)) {
     if (!fs::is_directory(fs::symlink_status(folder))) continue;

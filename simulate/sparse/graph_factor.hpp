@@ -71,12 +71,12 @@ class GraphMatrix {
 };
 
 /// Cholesky factor of a GraphMatrix by the multifrontal method (Duff and Reid 1983) with nested
-/// dissection (George 1973) by positions in the plane: each part is divided by the straight line
-/// that halves it with the smallest separator. In single precision, since it preconditions a
-/// descent whose forces are in double. Single-threaded; every sum has a fixed order.
+/// dissection (George 1973) by positions in the plane: the straight line with the smallest
+/// separator halves each part. Single precision suffices, since it preconditions a descent whose
+/// forces are in double. Single-threaded; every sum has a fixed order.
 class GraphFactor {
  public:
-  /// `places` of the vertices: neighbours should be close to each other.
+  /// `places`: positions of the vertices; neighbours should be close to each other.
   GraphFactor(const GraphMatrix& pattern, const std::vector<Eigen::Vector2d>& places);
 
   /// Returns false if the matrix is not positive definite. It must have the same pattern.

@@ -252,7 +252,7 @@ struct Loops {
   }
 };
 
-// One set of functions per instruction set; they differ in the attribute only.
+// One set of functions per instruction set; they differ only in the attribute.
 // NOLINTBEGIN(bugprone-macro-parentheses): an attribute does not stand in parentheses.
 #define DRAPE_KERNELS(Set, bytes, fused, attribute)                                              \
   template <class Real>                                                                          \

@@ -26,21 +26,21 @@ struct PastEvent {
   double part = 0.5;           ///< fraction of gravity, for `shaken`
 };
 
-/// Parses a history. Throws Error(bad_input) for an unknown text, values that no cloth survives,
-/// and `shaken` anywhere but at the end.
+/// Parses a history. Throws Error(bad_input) for an unknown text, values that would destroy the
+/// cloth, and `shaken` anywhere but at the end.
 [[nodiscard]] std::vector<PastEvent> history_of(const Scene& scene);
 
 /// The shaking event of a history; with times 0 if there is none.
 [[nodiscard]] PastEvent shakes_of(const std::vector<PastEvent>& history);
 
-/// Warning that drape `number` of a history did not come to rest, and is the one reported.
+/// Warning that drape `number` of a history did not come to rest and is the one reported.
 [[nodiscard]] std::string not_at_rest_before(int number);
 
-/// Drapes a cloth with the given memory once; returns its memory at rest, nullopt if not at rest.
+/// Drapes a cloth with the given friction state once; returns that at rest, nullopt if not at rest.
 using DrapeOnce = std::function<std::optional<ClothMemory>(const ClothMemory& memory)>;
 
-/// Memory at the start of the final drape, from one without slips (`fresh`); nullopt if one of the
-/// earlier drapes did not come to rest.
+/// Friction state at the start of the final drape, from one without slips (`fresh`); nullopt if one
+/// of the earlier drapes did not come to rest.
 [[nodiscard]] std::optional<ClothMemory> memory_after(const std::vector<PastEvent>& history,
                                                       const ClothFriction& friction,
                                                       ClothMemory fresh, const DrapeOnce& drape);

@@ -31,12 +31,12 @@ constexpr double kTopFar = 25e-3;    // m; largest depth of the highest mark bel
 constexpr double kHuber = 1e-3;      // m; larger residuals have reduced weight
 constexpr int kReweights = 10;
 // Largest extension, relative to length: suitings extend by about this under 100 gf/cm (FAST's
-// E100; De Boos and Tester 1994), and lying on an object they carry far less.
+// E100; De Boos and Tester 1994), and cloth lying on an object carries far less.
 constexpr double kExtended = 0.05;
 constexpr double kFill_m = 5e-3;      // node spacing for filling unmeasured marks
 constexpr double kMarkWeight = 100;   // weight of a mark relative to a second difference, both in m
 constexpr double kPushed_m = 0.5e-3;  // larger moves out of an object exceed a mark's uncertainty
-constexpr double kLeastSide_m = 1e-4, kLargestSide_m = 100;  // sides of a patch: yarn, hall
+constexpr double kLeastSide_m = 1e-4, kLargestSide_m = 100;  // edges of a patch: yarn, hall
 
 /// Weighted rigid 2D fit, world = centre + R(yaw) local.
 struct PlanarFit {
@@ -162,9 +162,9 @@ double misfit_m(const TopMarks& top, const std::vector<Vector2d>& local) {
                [&](std::size_t i) { return (fit.centre + turn * local[i] - top.world[i]).norm(); });
 }
 
-/// Tests if the marks fit a sheet laid on the object: a thread that is down by d from the highest
-/// mark lost at most d of its horizontal length (1 - cos <= sin), so no drape deviates from the
-/// flat sheet by more than descent plus extension. Else it is another cloth, or seen from behind.
+/// Throws unless the marks fit a sheet laid on the object. A thread that is down by d from the
+/// highest mark loses at most d of its horizontal length (1 - cos <= sin), so a drape deviates from
+/// the flat sheet by at most descent plus extension. Else it is another cloth, or seen from behind.
 void require_laid(const Scene& scene, const TopMarks& top) {
   Vector2d middle = Vector2d::Zero();
   double total = 0;
@@ -741,7 +741,7 @@ void refuse_flat_start_inside(const Scene& scene, const Print& print, const Clot
                               const Surroundings& surroundings) {
   if (scene.start.mode != StartMode::flat) return;
   require_sized(print, scene);
-  constexpr int kPlaces = 110;  // along each side; closer than half of a small object
+  constexpr int kPlaces = 110;  // along each edge; closer than half of a small object
   const FlatPose flat{scene.start.centre_in_world.value_or(Vector3d::Zero()), scene.start.yaw_rad};
   std::vector<Vector3d> places;
   for (int i = 0; i <= kPlaces; ++i) {

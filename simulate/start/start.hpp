@@ -75,9 +75,9 @@ struct MaterialShape {
                                            const Print& print, const Surroundings& surroundings);
 
 /// A scene in the frame of its sheet: origin at the centre of the start, x along the weft, z up.
-/// Coordinates are small there, and a world that is shifted or rotated about the vertical gives
-/// identical numbers: positions of objects and pins are rounded to 0.12 nm, far above the rounding
-/// of world coordinates and far below any measurement.
+/// Coordinates are small, and a world that is shifted or rotated about the vertical gives identical
+/// numbers: positions of objects and pins are rounded to 0.12 nm, far above the rounding of world
+/// coordinates and far below any measurement.
 struct LocalScene {
   Scene scene;
   std::optional<Sheet> measured;
@@ -97,8 +97,8 @@ struct LocalScene {
 [[nodiscard]] LocalScene local_scene(const Scene& world, const std::optional<Sheet>& measured,
                                      double top_z_m);
 
-/// Deviation of a start from that of the scene in what an operator cannot control; by default
-/// none.
+/// Variation of a start in what an operator cannot control; none by
+/// default.
 struct StartVariation {
   Eigen::Vector2d place_m = Eigen::Vector2d::Zero();  ///< added to the position of the start
   double friction_factor = 1;                         ///< factor of the scene's coefficient
@@ -130,7 +130,7 @@ struct HeldLine {
   Eigen::Vector2d from_m, to_m;  ///< material coordinates
   Eigen::Vector3d from, to;      ///< positions of the ends
   /// Derivatives of the position along warp and weft. The one along the line follows from the ends.
-  /// The one across it is held at mesh sides on the line and taken as a unit vector, since the
+  /// The one across it is held at mesh edges on the line and taken as a unit vector, since the
   /// cloth's strain there (about 1e-4) does not affect bending.
   Eigen::Vector3d x_u, x_v;
 
@@ -139,28 +139,28 @@ struct HeldLine {
   [[nodiscard]] bool holds(const Eigen::Vector2d& material_m) const;
 };
 
-/// The clamps of a scene, in its frame and order. Cloth leaves a clamp in the stated direction
-/// towards larger coordinates; towards smaller ones only at a far hem. Throws Error(bad_input) for
-/// a clamp that is not on the cloth, has no length, crosses the threads or has a direction along
-/// itself, and for two clamps, or a clamp and a pin, that hold a point in two places.
+/// Clamps of a scene, in its frame and order. Cloth leaves a clamp in the stated direction towards
+/// larger coordinates; towards smaller ones only at a far hem. Throws Error(bad_input) for a clamp
+/// that is off the cloth, has no length, crosses the threads or points along itself, and for two
+/// clamps, or a clamp and a pin, that hold one material point at two positions.
 [[nodiscard]] std::vector<HeldLine> held_lines(const Scene& scene, const Print& print,
                                                const ClothOutline& outline);
 
-/// A warning for each pair of clamps that meet at a kink of the cloth.
+/// Warnings, one for each pair of clamps that meet at a kink of the cloth.
 [[nodiscard]] std::vector<std::string> warnings_of_clamps(const std::vector<HeldLine>& lines);
 
-/// Throws Error(bad_input) naming two pins that are farther apart in space than the cloth between
-/// them can reach, along its threads, each stretched to the end of its measured curve.
+/// Throws Error(bad_input) naming two pins farther apart in space than the cloth between them can
+/// reach along its threads, each stretched to the end of its measured curve.
 void check_pins(const Scene& scene, const Print& print, const Fabric& fabric);
 
 /// Throws Error(bad_input) naming `start.centre_mm` and the required increase of height if a point
-/// of the scene's own flat start is deeper in an object or below the table than cloth is thick: a
-/// solver cannot know on which side it should emerge, and cloth that emerges below falls past the
-/// object. Other starts lie outside objects.
+/// of the scene's own flat start is inside an object or below the table by more than a cloth's
+/// thickness. A solver cannot know on which side it should emerge, and cloth that emerges below
+/// falls past the object. Other starts lie outside objects.
 void refuse_flat_start_inside(const Scene& scene, const Print& print, const ClothOutline& outline,
                               const Surroundings& surroundings);
 
-/// Throws Error(bad_input) naming a pin that is not on the cloth.
+/// Throws Error(bad_input) naming a pin that is off the cloth.
 void refuse_pins_beside(const Scene& scene, const Print& print, const ClothOutline& outline);
 
 /// Throws Error(bad_input) unless gravity is that of the Earth.

@@ -17,7 +17,7 @@ namespace drape::simulate {
 [[nodiscard]] Sheet read_start(const std::filesystem::path& file, const Print& print);
 
 /// Throws Error(bad_input) if a sheet has another patch than the print or, if measured, other
-/// marks: its points would be mistaken for other points of the cloth.
+/// marks: its points would be taken for other points of the cloth.
 void require_of_print(const Sheet& sheet, const std::filesystem::path& file, const Print& print);
 
 /// The files that make up a start, for the run record.

@@ -151,7 +151,7 @@ class Base {
     return case_.local.rows_to_world(level.places(moment, reference_.material_m));
   }
 
-  /// Positions of the marks after a changed case has come to rest from the base's rest.
+  /// Positions of the marks when a changed case, started from the base, has come to rest.
   [[nodiscard]] std::optional<MatrixX3d> rested(const DrapeCase& changed) const {
     ClothMoment moment = rest_;
     DrapeLevel level(changed, options_.simulate.drape, level_.spacing_m());
@@ -179,7 +179,7 @@ class Base {
   }
 
   /// Adds the change of forces due to a step of a value, and the displacement of held points.
-  /// `probe` is a level of `probed`, which equals the base's case again afterwards.
+  /// `probe` is a level of `probed`, which is restored to the base's case.
   void difference(const Change& change, DrapeCase& probed, DrapeLevel& probe,
                   std::vector<MeshCloth::State>& forces,
                   std::vector<MeshCloth::State>& held) const {
@@ -276,7 +276,7 @@ class Base {
     return !friction.shear.empty() || !friction.bending[0].empty() || !friction.bending[1].empty();
   }
 
-  /// Effect of averaging the hysteresis loops: a cloth with both branches that came here without
+  /// Effect of averaging the hysteresis loops. Cloth with both branches that came here without
   /// reversal is at one end of the interval left by its history, this drape near the middle.
   [[nodiscard]] SceneEffect loops() const {
     SceneEffect effect{"internal_friction"};
@@ -331,7 +331,7 @@ class Base {
   DrapeLevel& level_;
   const ClothMoment& rest_;
   Reference reference_;
-  MatrixX3d base_m_;  ///< positions of the marks at the base's rest
+  MatrixX3d base_m_;  ///< positions of the marks at the base's equilibrium
 };
 
 }  // namespace

@@ -63,7 +63,7 @@ void require_each_once(Fields& f, const char* name, List sorted) {
           "a value is listed twice", "list it once");
 }
 
-/// The lists that a plan and the command line have.
+/// The lists that both a plan and the command line have.
 template <class Lists>
 void list_fields(Fields& f, Lists& lists) {
   f.otherwise({"grids", "particles per side of the paper's model", 1, 3, 401}, lists.grids);
@@ -162,7 +162,7 @@ CaseInputs read_inputs(const StudyCase& one) {
   return {scene, read_fabric(one.fabric_file), print_of(scene)};
 }
 
-/// Sets the start of the seed. Throws Error for a case that is known to be impossible before it is
+/// Sets the start of the seed. Throws Error for a case that is impossible before it is
 /// draped.
 CaseInputs prepared(CaseInputs inputs, const StudyCase& one) {
   inputs.scene = seeded(std::move(inputs.scene), one.seed);

@@ -13,8 +13,8 @@
 
 namespace drape::simulate {
 
-/// A study's plan (plan.toml), whose lists are combined to cases. The paper's model runs on every
-/// grid, together with the cloth on the meshes; otherwise the cloth runs on the meshes only.
+/// A study's plan (plan.toml). Its lists are combined to cases. The paper's model runs on every
+/// grid, beside the cloth on the meshes; without grids the cloth runs on the meshes only.
 struct PlanFile {
   std::vector<std::filesystem::path> scenes, fabrics;  ///< empty `fabrics`: each scene's own
   ClothModel model = ClothModel::triangles;
@@ -57,9 +57,9 @@ struct StudyPlan {
   bool by_name = false;          ///< folders are named by scene and options, one drape each: tables
 };
 
-/// Reads a plan, or for a folder its plan.toml or, without one, every scene in its scenes/. Cases
-/// of a folder are in <out>/<scene>/<model>/<grid or spacing>-<segments>; those of a plan, or with
-/// several fabrics or seeds, in <out>/<2 digits>/<key>, so that parts, repeated runs and other
+/// Reads a plan: the file, a folder's plan.toml or, without one, every scene in its scenes/. Cases
+/// of a folder are in <out>/<scene>/<model>/<grid or spacing>-<segments>. Those of a plan, or with
+/// several fabrics or seeds, are in <out>/<2 digits>/<key>, so that parts, repeated runs and other
 /// plans in one folder reuse results. `program` is the executable. Throws Error for unreadable
 /// files, keys of older plans (with their replacement), and more than 10^6 cases.
 [[nodiscard]] StudyPlan read_plan(const std::filesystem::path& rig_or_plan,
@@ -75,7 +75,7 @@ inline constexpr drape::Format drape::format_of<drape::simulate::PlanFile>{
 namespace drape::simulate {
 void fields(Fields& f, PlanFile& plan);
 
-/// State of a case of a plan. An impossible case was not computed and can never be.
+/// State of a case of a plan. An impossible case was not computed and never can be.
 enum class CaseState { done, failed, computing, missing, impossible };
 
 /// Result of a case, from its certificate.
@@ -107,8 +107,8 @@ struct Part {
     const StudyPlan& plan, const Part& part, const std::filesystem::path& out, int threads = 1,
     const std::function<void(const StudyOutcome&)>& done = {});
 
-/// Examines every case without computing anything. A case whose files differ from its record counts
-/// as failed and is computed again by the next run.
+/// Examines every case without computing any. A case whose files differ from its record counts as
+/// failed; the next run computes it again.
 [[nodiscard]] std::vector<StudyOutcome> plan_status(const StudyPlan& plan);
 
 /// Content of study.csv: one row per case, in the order of the plan, whichever run computed it.
@@ -124,10 +124,10 @@ struct Part {
 [[nodiscard]] std::optional<double> mean_distance_m(const Sheet& a, const Sheet& b,
                                                     const Sheet& points);
 
-/// Two tables of mean distances at the points of the scene's coarsest sheet, as text: the pairs of
-/// the paper's virtual-virtual tables (section 5) with the paper's model, with the published values
-/// (`published`; absent for none); and each discretisation against the cloth on its finest mesh.
-/// Results not at rest are marked.
+/// Two tables of mean distances at the points of the scene's coarsest sheet, as text. The first has
+/// the pairs of the paper's virtual-virtual tables (section 5) with the paper's model and the
+/// published values (`published`; absent for none). The second compares each discretisation with
+/// the cloth on its finest mesh. Results not at rest are marked.
 [[nodiscard]] std::string study_tables(const std::vector<StudyOutcome>& outcomes,
                                        const std::optional<std::filesystem::path>& published);
 

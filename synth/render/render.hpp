@@ -51,9 +51,9 @@ class FacePattern {
   std::vector<Bucket> buckets_;
 };
 
-/// A printed face in space: points on a regular grid of face coordinates, row-major; each cell is
-/// two triangles divided from its upper right to its lower left corner. The triangles themselves
-/// are the surface, so that rendering and ground truth use the same shape.
+/// A printed face in space: points on a regular grid of face coordinates, row-major. Each cell is
+/// two triangles, split from its upper right to its lower left corner. The triangles are the exact
+/// surface, for rendering and ground truth alike.
 struct GridSurface {
   int rows = 0, cols = 0;  ///< number of points; rows follow the face's y, columns its x
   FacePoint first = FacePoint::Zero();
@@ -110,8 +110,8 @@ struct Triangle {
 [[nodiscard]] std::vector<Triangle> triangles_of(const Scene& scene);
 [[nodiscard]] std::vector<Triangle> table_triangles(double z_m);
 
-/// The scene with every object and the table shrunk by `by_m`, and by more where a sharp edge would
-/// protrude from the rounded one, so that a sheet drawn as triangles between marks never intersects
+/// Shrinks every object and the table of a scene by `by_m`, and by more where a sharp edge would
+/// protrude from the rounded one. A sheet drawn as triangles between marks then never intersects
 /// its support.
 [[nodiscard]] Scene drawn_in(Scene scene, double by_m);
 
@@ -131,7 +131,7 @@ class PixelRays {
   explicit PixelRays(const CameraModel& model);
   /// Undistorted (X/Z, Y/Z) at a pixel position; exact at pixel corners, bilinear in between.
   [[nodiscard]] Eigen::Vector2d direction(double u, double v) const;
-  /// Direction at a position inside a pixel, (x, y) from 0 to 1 along its sides.
+  /// Direction at a position inside a pixel, (x, y) from 0 to 1 along its edges.
   [[nodiscard]] Eigen::Vector2d within(int column, int row, double x, double y) const;
   [[nodiscard]] const Eigen::Vector2d& corner(int column, int row) const {
     return corners_[static_cast<std::size_t>(row) * (width_ + 1) + column];
@@ -205,8 +205,8 @@ class SceneView {
  public:
   SceneView(const SyntheticScene& scene, const Camera& camera, const PixelRays& rays);
 
-  /// Brightness of each pixel before blur and noise, in grey levels. Print is sampled exactly: the
-  /// printed fraction of a pixel is a closed-form area, not a count of samples.
+  /// Brightness of each pixel before blur and noise, in grey levels. The printed fraction of a
+  /// pixel is an exact closed-form area, not a count of samples.
   [[nodiscard]] std::vector<double> light(const RenderOptions& options) const;
   /// First surface seen at a pixel position.
   [[nodiscard]] Hit cast(const Eigen::Vector2d& px) const;
