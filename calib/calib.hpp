@@ -41,7 +41,7 @@ struct CameraReport {
   bool origin_shifted = false;  ///< true if Ty was too close to 0 for stage 1
   double stage1_ty_mm = 0;
   double stage1_scale_x = 1;  ///< Tsai's s_x from stage 1, a check if it is fixed at 1
-  TsaiStep basic;             ///< after stage 2, for information only: f and Tz are inseparable
+  TsaiStep basic;             ///< after stage 2, for information only: f and Tz cannot be separated
   TsaiStep full;              ///< after stage 3
   ClassicalErrors errors;     ///< errors after the full optimisation
   int iterations = 0;
@@ -67,8 +67,8 @@ struct CalibResult {
   CalibReport report;
 };
 
-/// Calibrates each camera of the rig with Tsai's method for points at several heights (Tsai 1987,
-/// non-coplanar; paper section 5), or on one plane if the rig has a single stage (coplanar): radial
+/// Calibrates each camera of the rig with Tsai's method (Tsai 1987; paper section 5): for points at
+/// several heights (non-coplanar), or on one plane if the rig has a single stage (coplanar). Radial
 /// alignment, then f, Tz and kappa1, then all parameters together on distorted pixels. World: the
 /// target in its reference pose, so a dot of the stage at height z is (x, y, z). Throws
 /// Error(bad_input) with camera and set if the data cannot calibrate: a missing stage or camera,

@@ -21,8 +21,8 @@ void check_places(const JointModel& views);
 
 struct JointOptions {
   CalibOptions common;
-  std::optional<LensTerms> lens;            ///< absent: chosen by held-out error
-  std::optional<BoardKind> board;           ///< absent: chosen by held-out error
+  std::optional<LensTerms> lens;            ///< absent: selected by held-out error
+  std::optional<BoardKind> board;           ///< absent: selected by held-out error
   int held_out_groups = 4;                  ///< number of groups of placements for cross-validation
   bool free_stages = false;                 ///< treats z stages other than the first as free poses
   std::optional<Calibration> known_lenses;  ///< previously calibrated lenses, by camera name
@@ -40,13 +40,13 @@ struct JointCameraReport {
   double focal_px = 0, focal_sd_px = 0;
   double centre_sd_px = 0;       ///< larger of the two coordinates of the principal point
   double position_sd_mm = 0;     ///< camera centre, all three axes together
-  double image_sd_px = 0;        ///< share of the calibration, in the middle of the drape volume
+  double image_sd_px = 0;        ///< due to the calibration, in the middle of the drape volume
   double image_sd_worst_px = 0;  ///< at the worst corner of the volume
   double covered_percent = 0;    ///< fraction of the image inside the box around all points
   double largest_tilt_deg = 0;
 };
 
-/// Results of a joint calibration: figures, reasons, and what would improve it.
+/// Results of a joint calibration: figures, reasons, and possible improvements.
 struct JointReport {
   std::string status;  ///< "good", or why the result must not be used
   LensTerms lens = LensTerms::k1_k2;
@@ -66,7 +66,7 @@ struct JointReport {
   double chi2_per_dof = 0;  ///< relative to the points' covariances
   double max_eccentricity_px = 0;
   std::optional<double>
-      volume_sd_mm;  ///< share of the calibration in a measured point's error in the drape volume
+      volume_sd_mm;  ///< due to the calibration, of a measured point in the drape volume
   std::vector<std::string> rejected;  ///< rejected points and views, with reasons
   std::vector<std::string> warnings;
   std::optional<StageCheck> stages;    ///< motion of the target on its z stage
@@ -83,8 +83,8 @@ struct JointResult {
 };
 
 /// Calibrates all cameras of the rig together from every view of the target, z stages and free
-/// poses: Brown lenses, the bow of the plate and the placements (a camera that never saw the
-/// reference pose is located through the others). World: the target in its reference pose. Throws
+/// poses: Brown lenses, the bow of the plate and the placements. A camera that never saw the
+/// reference pose is located through the others. World: the target in its reference pose. Throws
 /// Error(bad_input) naming camera and set if the data cannot calibrate (see start_joint,
 /// check_views); an ill-conditioned or bad fit is a status in the Report.
 [[nodiscard]] JointResult calibrate_joint(const Detections& detections, const Rig& rig,

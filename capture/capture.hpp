@@ -29,7 +29,7 @@ struct CaptureOptions {
   void check() const;  ///< throws Error(usage)
 };
 
-// ---- import: images from elsewhere become a recording -------------------------------------
+// ---- import: converts images from elsewhere to a recording ---------------------------------
 
 /// A file of the imported folder that is not part of the recording, with the reason.
 struct IgnoredFile {
@@ -73,7 +73,7 @@ void require_importable(const std::filesystem::path& folder,
                                          const std::filesystem::path& recording_folder,
                                          const CaptureOptions& options);
 
-// ---- verify: does a recording still hold what was recorded? -------------------------------
+// ---- verify: compares a recording with its manifest ---------------------------------------
 
 /// An image that is missing or no longer has the recorded bytes.
 struct RecordingFault {
@@ -88,7 +88,7 @@ struct VerifyReport {
   std::size_t images = 0;               ///< listed in the manifest
   std::vector<RecordingFault> faults;   ///< in the order of the manifest
   std::vector<std::string> not_listed;  ///< images in the set folders, absent from the manifest
-  std::vector<std::string> no_go;       ///< sets that are not valid measurements, with reasons
+  std::vector<std::string> no_go;       ///< sets that are no valid measurements, with reasons
   /// Sets of a running or killed capture that the manifest does not list yet.
   std::vector<std::string> in_journal;
 

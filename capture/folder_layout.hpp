@@ -21,7 +21,7 @@ struct FolderLayout {
   /// Sets in natural order, and cameras likewise within each; frames hold camera and file only.
   std::vector<FrameSet> sets;
   std::vector<IgnoredFile> ignored;
-  /// Where a picture lies, by its file in the recording, if that is not its file in the folder.
+  /// Path of a picture, by its file in the recording, if it differs from its file in the folder.
   std::map<std::string, std::filesystem::path> places;
 
   [[nodiscard]] std::filesystem::path place(const std::filesystem::path& folder,
@@ -36,7 +36,7 @@ void require_utf8_name(const std::string& name, const Where& where);
 
 /// Finds the images below `folder` by set and camera, without opening them. Throws Error(bad_input)
 /// for a folder without sets, a set without images, an unusable name, or two images of one camera;
-/// it proposes the layout that the names show.
+/// proposes a layout that fits the names.
 [[nodiscard]] FolderLayout read_layout(const std::filesystem::path& folder,
                                        PictureLayout layout = PictureLayout::sets);
 

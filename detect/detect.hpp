@@ -46,8 +46,8 @@ struct DetectReport {
   /// Pictures in which marks are missing but required, such as "set drape_A, camera cam1". A free
   /// pose need not be visible to every camera.
   std::vector<std::string> frames_without_marks;
-  std::string refused;      ///< why the recording declares a set no valid measurement
-  std::string other_print;  ///< why the pictures seem to show another print; empty if not
+  std::string refused;      ///< why the recording declares a set invalid
+  std::string other_print;  ///< why the pictures seem to show another print; empty otherwise
   std::vector<std::string> poor_views;  ///< dim or blurred views, with the marks lost by that
   std::vector<std::string> warnings;
 
@@ -88,36 +88,36 @@ struct PictureQuality {
 [[nodiscard]] PictureQuality quality_of(const GreyImage& image);
 
 /// Finds views that show less than half of the marks of their set's best view and have less than
-/// half of the brightness or sharpness of the other pictures: one sentence each on what is wrong
-/// and what it costs. `qualities` belong to `frames`.
+/// half of the brightness or sharpness of the other pictures. One sentence each states the defect
+/// and its cost. `qualities` belong to `frames`.
 [[nodiscard]] std::vector<std::string> poor_views(const std::vector<FrameDetections>& frames,
                                                   const std::vector<PictureQuality>& qualities);
 
-/// Describes pictures that use less than a sixteenth of the grey levels: the first, and how many.
-/// Empty if there are none. Throws Error(bad_input) if the first has more than 8 bits, such as 12
-/// bits in the low bits of 16: the sheet would be measured from the few marks visible in it.
+/// Describes pictures that use less than a sixteenth of the grey levels: the first, and their
+/// number. Empty if there are none. Throws Error(bad_input) if the first has more than 8 bits, such
+/// as 12 bits in the low bits of 16: only a few marks would be visible.
 [[nodiscard]] std::string unused_levels(const std::vector<FrameDetections>& frames,
                                         const std::vector<PictureQuality>& qualities);
 
-/// Explains dots without labels from what the picture shows: tags of another family, other ids, a
-/// mirrored picture or, if no picture `has_labels`, dots of another size. `file`, the print's or
-/// target's, is for the sentence. Empty if no cause is found.
+/// Explains dots without labels from the picture: tags of another family, other ids, a mirrored
+/// picture or, if no picture `has_labels`, dots of another size. `file`, the print's or target's,
+/// is for the sentence. Empty if no cause is found.
 [[nodiscard]] std::string why_no_mark(const GreyImage& image, const PrintPlane& plane,
                                       const FrameLimits& limits, bool has_labels,
                                       const std::string& file);
 
-/// Ratio of measured to stated dot diameter. The area of each fitted ellipse is compared with that
-/// predicted from the positions of the neighbouring dots. A blur of width s reduces the area of any
-/// convex outline by pi s^2 (s^2 / 2 times its curvature, integrated), which is added. Median over
-/// dots with four neighbours, or, if fewer than 20, over those with one along each axis; nullopt
-/// below 20, or for a lattice of corners. Cloth bends between neighbours, so single dots scatter by
-/// 10 %; on bench1 the median is within 0.3 % on cloth and 0.1 % on the target. `blurs_px` belong
-/// to `frames`.
+/// Ratio of measured to stated dot diameter: median over dots with four neighbours, or, if fewer
+/// than 20, over those with one along each axis; nullopt below 20, or for a lattice of corners.
+/// Compares the area of each fitted ellipse with that predicted from the positions of the
+/// neighbouring dots. A blur of width s reduces the area of any convex outline by pi s^2 (s^2 / 2
+/// times its curvature, integrated); this is added. Cloth bends between neighbours, so single dots
+/// scatter by 10 %; on bench1 the median is within 0.3 % on cloth and 0.1 % on the target.
+/// `blurs_px` belong to `frames`.
 [[nodiscard]] std::optional<double> dot_size_ratio(const std::vector<FrameDetections>& frames,
                                                    const std::vector<double>& blurs_px,
                                                    const MarkLattice& lattice);
 
-/// Explains why the dots cannot have the stated size: a deviation above 10 %, at which the
+/// Explains why the dots cannot have the stated size: a deviation above 10 %. At 10 % the
 /// correction for dot shape, quadratic in size, is off by a fifth. Empty if plausible. `file` for
 /// the sentence.
 [[nodiscard]] std::string other_dot_size(const std::optional<double>& ratio,
@@ -126,7 +126,7 @@ struct PictureQuality {
 /// Explains why the tags in a picture contradict their positions on the print; empty if they do
 /// not. Two tags never appear farther apart than on the print, at the scale of the nearer tag; and
 /// the corners of each tag predict the directions of the others. `file` is the print's or the
-/// target's, `keys` are those of it that hold the positions.
+/// target's; `keys` are its keys for the positions.
 [[nodiscard]] std::string tags_elsewhere(const PrintPlane& plane,
                                          const std::vector<TagDetection>& tags,
                                          const std::string& file, const std::string& keys);

@@ -8,8 +8,8 @@
 
 namespace drape::detect {
 
-/// Limits beyond which a dot is rejected, with the reason, instead of measured. Radii are the dot's
-/// own semi-major axis.
+/// Limits beyond which a dot is rejected, with the reason. Radii are the dot's own semi-major
+/// axis.
 struct FrameLimits {
   double most_chi2_per_dof = 60;   ///< chi-square per degree of freedom, for the frame's noise
   double most_misfit = 0.08;       ///< rms residual over contrast; both limits must be exceeded
@@ -20,8 +20,8 @@ struct FrameLimits {
   double most_sigma_radii = 0.03;      ///< largest allowed standard deviation of a centre
 };
 
-/// Finds, fits and labels the marks of one decoded frame; the raw mosaic of a colour sensor is
-/// first equalised. Fills in everything but the names, the image's hash and the preview. `blur_px`
+/// Finds, fits and labels the marks of one decoded frame; first equalises the raw mosaic of a
+/// colour sensor. Fills in everything but the names, the image's hash and the preview. `blur_px`
 /// receives the Gaussian width of the dot edges, median over the good fits; 0 if there are none.
 [[nodiscard]] FrameDetections detect_frame(const GreyImage& picture, const PrintPlane& plane,
                                            TagFinder& finder, const FrameLimits& limits,

@@ -94,8 +94,8 @@ PictureLayout layout_of(const CalibImagesOptions& options) {
   return layout;
 }
 
-/// Marks the output folder as our own, so that a second run may replace its files; never touches a
-/// folder that others have made.
+/// Marks the output folder as ours, so that a second run may replace its files; never touches
+/// folders made by others.
 void claim(const fs::path& out) {
   const fs::path mark = out / "calib-images.txt";
   if (fs::exists(out) && !fs::is_empty(out) && !fs::exists(mark)) {

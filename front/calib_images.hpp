@@ -8,8 +8,8 @@ namespace drape {
 /// number with the most distinct values is the view), FOLDER/<view>/<camera>.<ending> or
 /// FOLDER/<camera>/<number>.<ending>; a view may lack a camera. Makes a recording and a rig in the
 /// output folder, then runs `drape import`, `drape detect` and `drape calib --method joint`.
-/// Returns the exit code. Refuses an unusable board or folder, and an output folder that holds
-/// anything but an earlier run's files.
+/// Returns the exit code. Refuses an unusable board or folder, and an output folder with files
+/// other than those of an earlier run.
 [[nodiscard]] int calib_images_command(int argc, char** argv);
 
 }  // namespace drape

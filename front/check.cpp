@@ -28,7 +28,7 @@ namespace {
 namespace fs = std::filesystem;
 using units::mm;
 
-/// A record as far as it could be read: rules on its valid values are checked too.
+/// A record as far as it could be read; its valid values are still checked by rules.
 template <class Record>
 struct Partly {
   Record record;
@@ -51,7 +51,7 @@ Partly<Record> read_as_far(const fs::path& file, BenchCheck& check) {
   return read;
 }
 
-/// Calls `read` and collects all faults of its file.
+/// Calls `read` and collects all errors of its file.
 template <class Read>
 auto collecting(BenchCheck& check, const Read& read) -> std::optional<decltype(read())> {
   ++check.files;
@@ -113,7 +113,7 @@ void check_frame(const RecordedFrame& frame, const RigCamera& camera, const Rig&
       fmt::format("width_px = {}, height_px = {}", frame.width_px, frame.height_px)));
 }
 
-/// Finds a listed picture that is missing, or whose first bytes show that it is not a picture. Its
+/// Finds a listed picture that is missing, or whose first bytes are not those of a picture. Its
 /// hash is only checked when it is read.
 void check_file(const fs::path& folder, const FrameSet& set, const RecordedFrame& frame,
                 BenchCheck& check) {
@@ -342,7 +342,7 @@ void check_fabric(const fs::path& file, const std::vector<int>& segments, BenchC
       check.add(*error);
       return;
     }
-    // Only warnings that name a place; the others list unmeasured values.
+    // Only warnings with a location; the others list unmeasured values.
     for (const std::string& warning : warnings_in(result))
       if (count == segments.front() && warning.starts_with(file.string() + ", "))
         check.warnings.push_back(warning);
@@ -475,7 +475,7 @@ void check_repeats(const Rig& rig, const std::vector<Scene>& scenes, BenchCheck&
     if (!fresh && user->second != own)
       refuse("set", fmt::format("set `{}` is also the one of {}", one.set, user->second),
              "each laying of a cloth has a set of its own");
-    if (!fresh) user->second = "a repeat of " + own;  // the rig names the own laying once
+    if (!fresh) user->second = "a repeat of " + own;  // the rig may name the own laying once
     const auto [other, first] = names.emplace(std::pair{one.scene, one.repeat}, one.set);
     if (!first)
       refuse("repeat",

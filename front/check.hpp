@@ -32,7 +32,7 @@ struct BenchCheck {
 
 /// Reads rig, target, prints, scenes, fabrics and the recording's list. An empty `recording` means
 /// that of the rig. For a virtual bench, a folder with scenes but no rig.toml, reads scenes, prints
-/// and fabrics only. `calibrates`: the bench is calibrated only, so it needs no scene. Never throws
+/// and fabrics only. `calibrates`: the bench is only calibrated and needs no scene. Never throws
 /// for the content of a file.
 [[nodiscard]] BenchCheck check_bench(const std::filesystem::path& rig,
                                      const std::filesystem::path& recording,

@@ -105,7 +105,7 @@ std::string text_of(const Value& schema, std::string_view member) {
   return value == nullptr ? std::string() : fmt::format("{}", *value);
 }
 
-/// The meaning, and the values that are allowed.
+/// Meaning and allowed values of a key.
 std::string meaning_of(const Value& schema) {
   std::string text = text_of<std::string>(schema, "description");
   const std::string least = text_of<double>(schema, "minimum");

@@ -53,7 +53,7 @@ void check_name(const std::string& name, const char* what) {
   }
 }
 
-/// Parts of an argument of this form; throws Error(usage) for another one.
+/// Splits an argument of this form; throws Error(usage) for any other.
 std::smatch matched(const std::string& text, const char* form, const char* what,
                     const char* remedy) {
   std::smatch parts;

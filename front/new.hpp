@@ -23,12 +23,12 @@ struct NewRigOptions {
 
 void fields(Fields& f, NewRigOptions& options);
 
-/// `drape new`: writes commented files for a new bench to a new folder. Values that only the
-/// operator can measure are left out, so that the first program to read them reports file and line
-/// instead of using made-up numbers. Returns the exit code. Throws Error(usage) for an invalid
-/// name, size or drape, Error(bad_input) if the folder exists. With "auto", also writes
-/// cameras.toml from what `drape-capture cameras` finds; throws Error(device) if it finds nothing,
-/// or a camera does not report its image size.
+/// `drape new`: writes commented files for a new bench to a new folder. Leaves out values that
+/// only the operator can measure: the first program to read them reports file and line. Returns
+/// the exit code. Throws Error(usage) for an invalid name, size or drape, Error(bad_input) if the
+/// folder exists. With "auto", also writes cameras.toml from the output of `drape-capture
+/// cameras`; throws Error(device) if it finds nothing, or a camera does not report its image
+/// size.
 [[nodiscard]] int make_new_rig(const NewRigOptions& options, const CommonOptions& common);
 
 }  // namespace drape

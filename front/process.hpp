@@ -22,16 +22,16 @@ struct Step {
   /// Files that the step must have written if it ends with a verdict.
   std::vector<std::filesystem::path> outputs = {};
   std::string drape = {};  ///< drape that fails with this step; empty if all drapes need it
-  std::string scene = {};  ///< name of the drape, also for its further layings
-  bool is_asked = true;    ///< if false it is not run, but kept if it is up to date
-  bool is_extra = false;   ///< if it fails, the result only says less
+  std::string scene = {};  ///< name of the drape, also for its repeats
+  bool is_asked = true;    ///< false: not run, but kept if it is up to date
+  bool is_extra = false;   ///< true if its failure only reduces what the result says
 };
 
 struct StepResult {
   int exit_code = 0;
   std::string output;  ///< text on standard output
   std::string errors;  ///< text on standard error
-  std::string fault;   ///< why the way it ended is invalid for a stage; empty if valid
+  std::string fault;   ///< why its exit is invalid for a stage; empty if valid
 };
 
 /// Called when a step has ended, before the next one starts.
@@ -70,7 +70,7 @@ void run_steps(const std::vector<Step>& steps, int at_once, const StepProgress& 
 [[nodiscard]] StepResult result_of_stage(const std::string& stage,
                                          std::vector<std::string> arguments);
 
-/// Same, but returns its error; nullopt if it ended well.
+/// Same, but returns its error; nullopt if it succeeded.
 [[nodiscard]] std::optional<Error> error_of_stage(const std::string& stage,
                                                   std::vector<std::string> arguments);
 

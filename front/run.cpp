@@ -283,8 +283,8 @@ Group simulate_group(const Bench& bench) {
   return group;
 }
 
-/// Finds the equilibria reached from starts like that of the scene. If it fails, the result only
-/// says less.
+/// Finds the equilibria reached from starts like that of the scene. Its failure only reduces what
+/// the result says.
 Group ensemble_group(const Bench& bench) {
   Group group{"branches", {}, bench.options.threads};
   for (const Drape& drape : bench.drapes) {
@@ -329,7 +329,7 @@ Step compare_step(const Bench& bench, const std::set<fs::path>& failed) {
     for (const Laying& laying : layings_of(drape))
       if (simulated && laying.folder != drape.folder)
         add(laying.folder / "sheet.ply", {"--repeat"});
-    // Named as an input, so that a comparison from before it existed is not up to date.
+    // An input, so that a comparison older than it is not up to date.
     if (fs::is_regular_file(bench.sensitivity(drape)))
       append(words, {"--sensitivity", bench.sensitivity(drape).string()});
   }
@@ -364,9 +364,9 @@ void refuse_to_replace(const fs::path& reduced_rig) {
                   {.file = reduced_rig.string()}, "give another folder with --out");
 }
 
-/// Writes the part of the rig that detect and calib read to a file in the output folder, so that a
-/// change of meshes, segments or scenes does not outdate their results. Written only if it
-/// changes.
+/// Writes the part of the rig that detect and calib read to a file in the output folder,
+/// only if it changes. A change of meshes, segments or scenes then does not outdate their
+/// results.
 void write_reduced_rig(const Bench& bench) {
   Rig rig = bench.rig;
   rig.recording = bench.recording;
@@ -381,7 +381,7 @@ void write_reduced_rig(const Bench& bench) {
   if (!fs::is_regular_file(file) || read_text(file) != text) write_durable(file, text);
 }
 
-/// Canonical path, so that steps stay up to date however a file is spelled.
+/// Canonical path, so that steps stay up to date under any spelling of a file.
 fs::path one_name(const fs::path& path) {
   return fs::proximate(fs::absolute(path).lexically_normal());
 }
@@ -479,7 +479,7 @@ struct StepEnding {
   [[nodiscard]] std::string name() const { return fmt::format("{} ({})", step.stage, step.what); }
 };
 
-/// Returns true if the outputs of a step belong to its inputs, whatever its arguments were.
+/// True if the outputs of a step belong to its inputs, whatever its arguments were.
 bool is_as_made(const Step& step) {
   if (!fs::is_regular_file(step.record)) return false;
   try {
@@ -538,7 +538,7 @@ class BenchRun {
       const bool any = std::any_of(endings.begin(), endings.end(), [](const StepEnding& one) {
         return one.exit_code <= 1 && !one.step.drape.empty();
       });
-      // If every drape failed there is nothing to compare; its error is the run's.
+      // If every drape failed there is nothing to compare; the first error is the run's.
       if (any || first == endings.end() || first->step.is_extra) continue;
       if (group.is_for_some && !all_are_out()) continue;
       if (no_go_of({}).empty()) return given_up(first->exit_code);
@@ -588,7 +588,7 @@ class BenchRun {
     for (const Step& step : group.steps) {
       if (!step.drape.empty() && is_out(step.drape)) continue;
       if (!step.is_asked && (lacks(step.scene) || !is_as_made(step))) {
-        // Without one of its simulations the drape would have others.
+        // A missing simulation leaves the others of the drape.
         if (group.stage != "simulate" && !step.is_extra) not_up_to_date_.insert(step.scene);
         continue;
       }
@@ -849,8 +849,7 @@ class BenchRun {
   std::vector<StepEnding> kept_;                             ///< steps with a verdict
   std::vector<std::pair<std::string, std::string>> failed_;  ///< failed drapes, with reasons
   std::set<std::string> not_up_to_date_;                     ///< drapes that were not requested
-  std::vector<std::string>
-      lacking_;  ///< optional steps that failed, so that the result lacks what they find
+  std::vector<std::string> lacking_;  ///< failed optional steps, whose results are missing
 };
 
 }  // namespace

@@ -43,7 +43,7 @@ struct Group {
   std::string stage;
   std::vector<Step> steps;
   int at_once = 1;
-  bool is_for_some = false;  ///< true if some drapes have no such step
+  bool is_for_some = false;  ///< true if only some drapes have this step
 };
 
 /// Steps of `drape run`, in order, with their command lines.
@@ -53,7 +53,7 @@ struct Plan {
   std::filesystem::path report;
   std::vector<Group> groups;  ///< all stages except compare
   /// Makes the step that compares all sheets except those whose run records are in `failed`; empty
-  /// if the run ends before.
+  /// if the run ends earlier.
   std::function<Step(const std::set<std::filesystem::path>& failed)> compare = {};
   std::function<void()> write_reduced_rig = {};  ///< for the first steps; call it before they start
 };

@@ -19,7 +19,7 @@ struct DotNormal {
 };
 
 /// Normal from the ellipses alone: the outline of a round dot gives its tilt in each view up to a
-/// twofold ambiguity, which a second view resolves (shape from texture, for the paper's dots).
+/// twofold ambiguity that a second view resolves (shape from texture, for the paper's dots).
 /// nullopt for fewer than two views, or if the ellipses fit no round dot.
 [[nodiscard]] std::optional<DotNormal> normal_from_ellipses(const std::vector<View>& views,
                                                             const Eigen::Vector3d& in_world,
@@ -42,10 +42,10 @@ struct CurvatureTrust {
   double fraction = 1;
 };
 
-/// Estimates least_per_m from the cloth itself: along each line of marks, curvature predicted from
-/// every second neighbour is compared with that from the nearest ones. The change over the flatter
-/// half of the lines (RMS) is assumed to recur when the distance is halved again. Uses measured
-/// marks only; with fewer than 20 such lines the default is kept.
+/// Estimates least_per_m from the cloth itself. Along each line of marks, the curvature predicted
+/// from every second neighbour is compared with that from the nearest ones. The change over the
+/// flatter half of the lines (RMS) is assumed to recur when the distance is halved again. Uses
+/// measured marks only; with fewer than 20 such lines the default is kept.
 [[nodiscard]] CurvatureTrust curvature_trust(const MarksOnSurface& marks, double pitch_m);
 
 /// Local surface of the measured cloth around a mark, in the world frame.
@@ -68,8 +68,8 @@ struct SurfacePatch {
                                          const Eigen::Vector3d& to_cameras);
 
 /// Corrects the views' pixels for the shape of the dot. The uncertain parameters of the patch,
-/// three curvatures and two tilts, become unknowns shared by the views: several views from
-/// different directions constrain the dot's curvature.
+/// three curvatures and two tilts, become unknowns shared by the views: views from different
+/// directions constrain the dot's curvature.
 [[nodiscard]] std::vector<View> without_dot_shape(const std::vector<View>& views,
                                                   const Eigen::Vector3d& in_world,
                                                   const SurfacePatch& patch,

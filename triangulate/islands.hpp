@@ -19,7 +19,7 @@ struct IslandOptions {
   int least_refutations = 2;  ///< least number of refutations of every other position
 };
 
-/// One island of a frame and the outcome for it.
+/// One island of a frame and its outcome.
 struct IslandFate {
   std::string camera;
   int island = 0;
@@ -39,7 +39,7 @@ struct MergedIslands {
 /// meet (epipolar distance), by neighbours farther apart in space than the cloth between them
 /// (White, Crane, Forsyth 2007) and by marks that the frame already has. It is accepted if enough
 /// views and neighbours agree, none contradicts, and every other position with any support is
-/// refuted; in doubt the island stays unlabelled. Merged islands provide labels for the next one.
+/// refuted; otherwise the island stays unlabelled. Merged islands provide labels for the next one.
 /// Only measured pixels are used, never a simulated shape.
 [[nodiscard]] MergedIslands merge_islands(const Detections& detections,
                                           const Calibration& calibration, const std::string& set,

@@ -22,7 +22,7 @@ using SharedUnknowns = Eigen::Matrix<double, 2, Eigen::Dynamic>;
 struct InJointCovariance {
   const Eigen::MatrixXd* covariance = nullptr;
   const Eigen::MatrixXd* target = nullptr;  ///< part due to the calibration target's error, if any
-  std::vector<Eigen::Index> places;  ///< by parameter; -1 for a fixed one, which has no error
+  std::vector<Eigen::Index> places;         ///< by parameter; -1 for a fixed one without error
 };
 
 /// Image of a mark in one camera.
@@ -42,9 +42,9 @@ struct Point {
   PointStatus status = PointStatus::not_observable;
   Eigen::Vector3d in_world = Eigen::Vector3d::Zero();
   Eigen::Matrix3d detection_covariance_m2 = Eigen::Matrix3d::Zero();
-  Eigen::Matrix3d shape_covariance_m2 = Eigen::Matrix3d::Zero();  ///< part of the shared unknowns
+  Eigen::Matrix3d shape_covariance_m2 = Eigen::Matrix3d::Zero();  ///< due to the shared unknowns
   Eigen::Matrix3d calibration_covariance_m2 = Eigen::Matrix3d::Zero();
-  Eigen::Matrix3d target_covariance_m2 = Eigen::Matrix3d::Zero();  ///< part of the calibration's
+  Eigen::Matrix3d target_covariance_m2 = Eigen::Matrix3d::Zero();  ///< due to the target
   std::vector<Eigen::Vector2d> residuals_px;  ///< measured minus projected, one per view
   double chi2 = 0;  ///< sum over the residuals, with all three covariances
   int degrees_of_freedom = 0;
@@ -70,10 +70,10 @@ struct AgreementLimits {
   double max_sigmas = 0, min_angle_rad = 0;  ///< see TriangulateOptions
   /// Limit (rms) below which three or more views are taken to see the same dot, whatever their
   /// sigmas; the covariance of the point is then widened to the scatter of the views. A sharp
-  /// crease of 15 degrees anywhere under a dot of 8 px radius shifts its image by up to 0.27 px
-  /// between views, one of 60 degrees by up to 0.76 px; a view of another dot, a pitch away, is
-  /// off by 5.5 px or more (three cameras tilted by 40 degrees, see agreement_test.cpp). The
-  /// limit is that of the gentle crease: accepting sharp ones would also accept what no crease
+  /// crease under a dot of 8 px radius shifts its image by up to 0.27 px between views at 15
+  /// degrees, by up to 0.76 px at 60 degrees; a view of another dot, a pitch away, is off by 5.5
+  /// px or more (three cameras tilted by 40 degrees, see agreement_test.cpp). The limit admits
+  /// the gentle crease: a limit for sharp ones would also accept deviations that no crease
   /// explains.
   double shape_px = 0.3;
 };
@@ -82,7 +82,7 @@ struct AgreementLimits {
 struct Agreed {
   std::optional<Point> point;
   std::vector<std::size_t> used;       ///< indices of the views used
-  std::optional<std::size_t> dropped;  ///< view that was left out because the others agree
+  std::optional<std::size_t> dropped;  ///< view left out because the others agree
   double disagreement_sigmas = 0;      ///< all views together
   std::string gap_reason;              ///< why there is no point
 };

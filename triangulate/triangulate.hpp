@@ -20,13 +20,13 @@ struct TriangulateOptions {
   double max_stretch =
       1.05;  ///< largest ratio of a distance between lattice neighbours to the printed one
   double min_angle_deg = 2;       ///< smallest angle between the two most different rays
-  double floor_px = 0.02;         ///< error of a dot's centre that its detector cannot know
+  double floor_px = 0.02;         ///< error of a dot's centre unknown to its detector
   double doubt_mm = 0.05;         ///< marks with a larger uncertainty in space are doubtful
   double doubt_sigmas = 3;        ///< marks whose views have a larger misfit are doubtful
   bool correct_dot_shape = true;  ///< correct for eccentricity and curvature of the dots
   bool merge_islands = true;      ///< label lattice pieces that detect could not label
   int threads = 1;                ///< never changes a result
-  /// Scene that the cloth lies on. It moves no mark; the marks are only tested against
+  /// Scene of the cloth. It moves no mark; the marks are only tested against
   /// it.
   std::optional<Scene> scene = std::nullopt;
   std::vector<std::string> contradictions;  ///< contradictions of the scene, found elsewhere: NO-GO
@@ -49,7 +49,7 @@ struct PairAgreement {
   double median_sigmas = 0;  ///< in stated standard deviations, including those of the calibration
   double median_px = 0;
 
-  /// Limit exceeded by one in 1,000 good rigs if all marks were off together, as with a wrong
+  /// Limit exceeded by one in 1,000 good rigs if the errors of all marks are equal, as with a wrong
   /// calibration (normal distribution); for independent errors the median is 0.67.
   static constexpr double max_sigmas = 3.29;
   [[nodiscard]] bool good() const { return median_sigmas <= max_sigmas; }
@@ -79,8 +79,8 @@ struct TriangulateReport {
   std::vector<std::string> island_fates;  ///< camera, island, dots, outcome and reason
   std::vector<PairAgreement> pairs;       ///< pairs of cameras, sorted by name
   std::vector<Doubt> doubts;              ///< sorted by mark
-  std::vector<std::string> no_go;  ///< why the sheet is not a valid measurement; empty if it is
-  std::vector<Unseen> unseen;      ///< undetectable errors of the scale and of each object
+  std::vector<std::string> no_go;         ///< why the sheet is no valid measurement; empty if it is
+  std::vector<Unseen> unseen;             ///< undetectable errors of the scale and of each object
   std::vector<std::string> warnings;
 };
 
@@ -89,7 +89,7 @@ struct TriangulateResult {
   TriangulateReport report;
 };
 
-/// Positions in the world frame of all marks seen by at least two calibrated cameras (paper section
+/// Computes the world positions of all marks seen by at least two calibrated cameras (paper section
 /// 5): least squares on distorted pixels over all views, weighted by each detection's covariance.
 /// Each mark of the lattice becomes a mark or a gap with a reason. Throws Error(bad_input) if the
 /// set is not in the detections or fewer than two of its cameras are calibrated; rays that do not
@@ -98,8 +98,8 @@ struct TriangulateResult {
                                             const Calibration& calibration, const std::string& set,
                                             const TriangulateOptions& options);
 
-/// Records which scene was used, with its table and objects, and the laying if it has a name. The
-/// hash is that of the bytes that were read.
+/// Records the scene that was used, with its table and objects, and the laying if it has a name.
+/// The hash is that of the bytes that were read.
 void note_scene(MeasuredSource& source, const Scene& scene, const RepeatId& repeat);
 
 }  // namespace drape::triangulate

@@ -13,8 +13,8 @@
 
 namespace drape::calib {
 
-/// Maximum permissible errors and requirements of the test (after VDI/VDE 2634 and ISO 10360-13). A
-/// limit that is not stated follows from the uncertainties of calibration, marks and print. If the
+/// Maximum permissible errors and requirements of the test (after VDI/VDE 2634 and ISO 10360-13).
+/// Limits that are not stated follow from the uncertainties of calibration, marks and print. If the
 /// operator states the length error, a change since the calibration within that limit is only a
 /// warning.
 struct AcceptanceOptions {
@@ -28,7 +28,7 @@ struct AcceptanceOptions {
   int least_positions = 7;             ///< required positions of the target, with five lengths each
   Eigen::Vector2d bow_mm = Eigen::Vector2d::Zero();  ///< bow of the plate: edges above the centre
   Eigen::Vector2d bow_sd_mm = Eigen::Vector2d::Zero();  ///< standard uncertainty of the bow
-  bool own_target = true;      ///< the plate measured here also calibrated the rig
+  bool own_target = true;      ///< true if the plate measured here also calibrated the rig
   double false_no_go = 0.005;  ///< probability of NO-GO without a fault, for all figures together
   int draws = 2000;            ///< number of Monte Carlo draws
 };
@@ -46,7 +46,7 @@ struct SphereInput {
 struct CalibrationEvidence {
   std::optional<Detections> detections;  ///< detections of calibration.json's `sets`
   std::string file;                      ///< file of the detections
-  std::string missing;                   ///< reason why there are none, as a clause
+  std::string missing;                   ///< why there are none, as a clause
 };
 
 struct AcceptanceInput {
@@ -67,8 +67,8 @@ struct AcceptanceFigure {
   double limit = 0;     ///< maximum permissible error
   bool limit_stated = false;  ///< true if given by the operator, else derived from uncertainties
   std::string not_measured;   ///< why there is no value, and what to record; empty if there is one
-  bool may_lack = false;      ///< acceptance is possible without this figure
-  bool informs = false;       ///< exceeding the limit is only a warning, see AcceptanceOptions
+  bool may_lack = false;      ///< true if acceptance is possible without this figure
+  bool informs = false;       ///< exceeding the limit only warns, see AcceptanceOptions
   /// Smallest fault that 95 of 100 tests detect, with its unit.
   double smallest = 0;
   std::string smallest_unit;
@@ -83,8 +83,8 @@ struct Acceptance {
   std::vector<AcceptanceFigure> figures;
   std::string cause;  ///< the single fault that explains most; empty if there is none
   std::vector<std::string> warnings;  ///< changes within the limits set by the operator
-  /// Parts of an acceptance as defined by ISO 10360-13 and VDI/VDE 2634 that this test lacks; if
-  /// there are any, it is an interim check.
+  /// Parts of an acceptance by ISO 10360-13 and VDI/VDE 2634 that this test lacks; any of them
+  /// makes it an interim check.
   std::vector<std::string> lacks;
 
   [[nodiscard]] bool good() const;
@@ -92,14 +92,14 @@ struct Acceptance {
 
 /// Measures a plate with the calibrated cameras, on sets that were not used for calibration:
 /// lengths and flatness at each position, heights of the z stage, a ball, scatter of `repeats`.
-/// Also looks for a common explanation of all sets: the plate has grown or bowed, a camera has
-/// moved, been exchanged or mirrored. Positions whose lengths all lie within 20 degrees of one
-/// plane are NO-GO, since they test no volume. It is only an interim check if the plate calibrated
-/// the rig or has no calibrated length, if no limit is stated, or if the positions span less than
-/// two thirds of the calibration's extent along x, y or z. Anything based on a NO-GO is NO-GO, and
-/// so are sets named like calibrating ones if the calibration's pictures are unknown. Throws
-/// Error(bad_input) if the detections are of another target, no set is seen by two cameras, or a
-/// picture occurs twice or calibrated; Error(usage) if a set of `repeats` is missing.
+/// Also looks for a common cause: plate grown or bowed, camera moved, exchanged or mirrored.
+/// Positions whose lengths all lie within 20 degrees of one plane are NO-GO, since they test no
+/// volume. The test is only an interim check if the plate calibrated the rig or has no calibrated
+/// length, if no limit is stated, or if the positions span less than two thirds of the
+/// calibration's extent along x, y or z. A NO-GO input makes the result NO-GO, and so do sets named
+/// like calibrating ones if the calibration's pictures are unknown.
+/// Throws Error(bad_input) if the detections are of another target, no set is seen by two cameras,
+/// or a picture occurs twice or calibrated; Error(usage) if a set of `repeats` is missing.
 [[nodiscard]] Acceptance accept(const AcceptanceInput& input, const Calibration& calibration,
                                 const Rig& rig, const Target& target,
                                 const AcceptanceOptions& options);

@@ -23,7 +23,7 @@ struct MeasuredPoint {
   Eigen::Matrix3Xd by_calibration_mm;  ///< derivative by the cameras' parameters (joint_covariance)
 };
 
-/// All points of a set that at least two calibrated cameras saw (least squares on distorted
+/// Measures all points of a set seen by at least two calibrated cameras (least squares on distorted
 /// pixels), with derivatives by the cameras' parameters in the calibration's order.
 [[nodiscard]] std::map<MarkId, MeasuredPoint> measured_points(const Detections& detections,
                                                               const Calibration& calibration,
@@ -56,9 +56,9 @@ struct Position {
                                                  const Calibration& calibration,
                                                  const Plate& plate);
 
-/// Counts distinct positions. One that is closer to an earlier one than half the plate's pitch
-/// (mean over its points) is a repetition: each point is then still nearest to its earlier place,
-/// and no other part of the volume is tested.
+/// Counts distinct positions. A position closer to an earlier one than half the plate's pitch (mean
+/// over its points) is a repetition: each point is still nearest to its earlier position, and no
+/// other part of the volume is tested.
 [[nodiscard]] int count_places(const std::vector<const Position*>& positions, const Plate& plate);
 
 /// Copies detections, shifting each dot's centroid to the image of its centre (Heikkila 2000) at
@@ -67,8 +67,8 @@ struct Position {
                                               const Plate& plate,
                                               const std::vector<Position>& positions);
 
-/// Detections used for calibration, as named by the run record beside calibration.json. `tested`
-/// are the detections to be measured, which are recognised by content as well.
+/// Detections used for calibration, as named by the run record beside calibration.json. `tested`:
+/// the detections to be measured; recognises them by content as well.
 [[nodiscard]] CalibrationEvidence detections_behind(const std::filesystem::path& calibration,
                                                     const std::filesystem::path& tested);
 
@@ -109,9 +109,9 @@ struct PlateUncertainty {
   [[nodiscard]] bool has_bow() const { return bow_mm.maxCoeff() > 0; }
 };
 
-/// Generalised least squares of every point of every position against the calibrated cameras: each
-/// position has its own pose, the calibration errs by its covariance (`root` root'), the points by
-/// theirs, enlarged if the positions scatter more. `false_no_go` is the probability for one figure.
+/// Fits all points of all positions to the calibrated cameras by generalised least squares, with a
+/// pose per position. The calibration's errors have its covariance (`root` root'), those of points
+/// theirs, enlarged if the positions scatter more. `false_no_go` is the risk for one figure.
 [[nodiscard]] Changes changes_since(const Detections& detections, const Calibration& calibration,
                                     const Plate& plate, const std::vector<Position>& positions,
                                     const Eigen::MatrixXd& root,

@@ -10,7 +10,7 @@ namespace drape::calib {
 
 /// Evidence in the views against a rigid bench with fixed cameras and Brown lenses.
 struct Causes {
-  std::string fatal;                  ///< why the result must not be used; empty if it may be
+  std::string fatal;                  ///< why the result must not be used; empty otherwise
   std::vector<std::string> warnings;  ///< causes that increase its uncertainty, with the remedy
   std::vector<double> alone_px, together_px;  ///< RMS by camera: with a separate pose per view, and
                                               ///< with one pose for all cameras
@@ -18,7 +18,7 @@ struct Causes {
 
 /// Tests the views of a fit, in the order of the rig's sets, for a camera that moved, cameras that
 /// are not synchronised, and a lens too wide for its model. Each test compares with the scatter
-/// between views, so that noise common to the points of one view raises no alarm; effects below the
+/// between views, so that noise common to the points of one view raises no alarm. Effects below the
 /// residuals of single cameras are ignored.
 [[nodiscard]] Causes causes_of(const JointModel& model, const JointFit& fit);
 

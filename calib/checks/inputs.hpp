@@ -16,8 +16,8 @@ namespace drape::calib {
 
 /// Throws Error(bad_input) if a length measured on the target contradicts its pitch by more
 /// than three standard uncertainties, including the `tolerance` (1) of the print: every
-/// measured millimetre would be wrong by the same fraction. The message names the pitch that
-/// would agree.
+/// measured length would have the same relative error. The message names the consistent
+/// pitch.
 void check_known_lengths(const Target& target, double tolerance);
 
 /// Relative standard uncertainty of the print's scale; 0 if no length was measured.
@@ -37,10 +37,10 @@ struct PictureSource {
 /// two cameras: it carries the information of one view only.
 void refuse_pictures_twice(const PictureSource& source);
 
-/// Same, also if a picture of `tested` was used for calibration and so proves nothing.
+/// Same, also if a picture of `tested` was used for calibration and so is no independent test.
 void refuse_pictures_of(const PictureSource& calibrated, const PictureSource& tested);
 
-/// Throws Error(bad_input) if rig.toml names a set of the target twice, which would count its views
+/// Throws Error(bad_input) if rig.toml names a set of the target twice: its views would count
 /// twice.
 void refuse_sets_twice(const Rig& rig);
 
@@ -56,26 +56,26 @@ struct StageCheck {
   std::string contradiction;
   std::vector<std::string> findings;  ///< implausibly large motions, with the remedy
 
-  /// True for errors beyond any stage's: rig.toml or the target's file uses another unit.
+  /// True for errors too large for any stage: rig.toml or the target's file uses another unit.
   [[nodiscard]] bool other_unit() const { return std::abs(stroke_percent) > 50; }
 };
 
 /// Fits all views again with every stage but the first as a free pose and compares the resulting
-/// positions with rig.toml. `model` holds all points, outliers included. nullopt if there are fewer
-/// than two stages or the views alone cannot locate them.
+/// positions with rig.toml. `model` holds all points, including outliers. nullopt if there are
+/// fewer than two stages or the views alone cannot locate them.
 [[nodiscard]] std::optional<StageCheck> check_stages(JointModel model, const JointFit& fit,
                                                      const JointCleaning& cleaning);
 
-/// For one camera of Tsai's method, which needs the stages: first-order estimate from its residuals
-/// (a score test). `chi2` belongs to the fit to `points`, whose heights are those of rig.toml times
-/// `heights_times`.
+/// Estimates the same for one camera of Tsai's method, which needs the stages, to first order from
+/// its residuals (score test). `chi2` belongs to the fit to `points`, whose heights are those of
+/// rig.toml times `heights_times`.
 [[nodiscard]] std::optional<StageCheck> check_stages(const Camera& camera,
                                                      const std::vector<Correspondence>& points,
                                                      TsaiFree free, double chi2,
                                                      double heights_times = 1);
 
-/// Same, if the travel is so far off that the first order fails: scales the heights and fits the
-/// camera again until no deviation is left. States no factor if that fails.
+/// Same, for a travel too far off for the first order: scales the heights and fits the camera again
+/// until no deviation is left. Omits the factor if that fails.
 [[nodiscard]] std::optional<StageCheck> check_stages_far_off(
     const Camera& camera, const std::vector<Correspondence>& points, TsaiFree free, double chi2,
     int max_iterations);

@@ -32,7 +32,7 @@ struct BrownRefit {
 };
 
 struct ExportOptions {
-  double max_refit_px = 0.01;  ///< refuses an export that changes a lens by more at any pixel
+  double max_refit_px = 0.01;  ///< refuses an export that changes a projected pixel by more
 };
 
 struct ExportedFile {
@@ -57,8 +57,8 @@ struct ImportOptions {
   std::optional<double> unit_m;
 };
 
-/// Reads cameras from one file: OpenCV and ROS (a pose requires the keys cam_from_world_rotation
-/// and cam_from_world_translation_m, or rvec and tvec) and mrcal have one, named after the file;
+/// Reads cameras from one file. OpenCV, ROS (a pose requires the keys cam_from_world_rotation and
+/// cam_from_world_translation_m, or rvec and tvec) and mrcal files hold one, named after the file;
 /// Kalibr, DICe, MATLAB and COLMAP (cameras.txt, with images.txt beside it) several. Throws
 /// Error(bad_input) naming file and field for a lens that Brown's five terms cannot represent, an
 /// unknown key, an impossible matrix element, a missing pose, or a number that is not finite.
@@ -66,7 +66,7 @@ struct ImportOptions {
                                                            ExchangeFormat format,
                                                            const ImportOptions& options = {});
 
-/// Calibration made of imported cameras, without residuals or covariance, which it warns of.
+/// Calibration made of imported cameras. It has no residuals or covariance and warns of that.
 [[nodiscard]] Calibration import_calibration(const std::vector<std::filesystem::path>& files,
                                              ExchangeFormat format, const std::string& rig,
                                              const ImportOptions& options = {});

@@ -21,8 +21,8 @@ inline constexpr LensTerms all_lens_terms[] = {LensTerms::k1, LensTerms::k1_k2,
                                                LensTerms::k1_k2_p1_p2, LensTerms::k1_k2_p1_p2_k3};
 
 /// Parameters of a camera: fx fy cx cy k1 k2 p1 p2 k3 (px and 1), skew (px), incremental rotation
-/// (rad), translation (mm). Of a placement: rotation (rad), translation (mm). Of the board: two
-/// bows (mm), then stretch of x against y, shear and scale of the print (1).
+/// (rad), translation (mm). A placement has rotation (rad) and translation (mm); the board two bows
+/// (mm), then stretch of x against y, shear and scale of the print (1).
 inline constexpr int lens_parameters = 10;
 
 inline constexpr int camera_parameters = 16;
@@ -68,9 +68,9 @@ struct JointFrame {
   std::vector<TargetPoint> points;
 };
 
-/// Deviations of the target from its drawing. The bow consists of two parabolas, like those of
-/// Kojima and mrcal, minus their mean over the target, so that the world's plane z = 0 remains the
-/// mean plane of the plate.
+/// Deviations of the target from its drawing. The bow is two parabolas, like those of Kojima and
+/// mrcal, minus their mean over the target, so that the world's plane z = 0 remains the mean plane
+/// of the plate.
 struct Board {
   Eigen::Vector2d half_m = Eigen::Vector2d::Ones();  ///< half width and height
   Eigen::Vector2d mean = Eigen::Vector2d::Zero();    ///< means of the squared relative x and y
@@ -78,13 +78,13 @@ struct Board {
   Eigen::Vector3d stretch = Eigen::Vector3d::Zero();  ///< x against y, shear, scale of the print
   std::vector<Eigen::Vector3d> shift_mm;              ///< further shift of each point
 
-  // Stated standard deviations of the print's errors; they constrain what views leave open.
+  // Stated information on the print's errors; it constrains what the views do not determine.
   Eigen::Matrix<double, board_parameters, board_parameters> information =
       Eigen::Matrix<double, board_parameters, board_parameters>::Zero();
   std::vector<Eigen::Vector3d> point_sd_mm;  ///< by point
   std::vector<Eigen::Vector3d> drawn;        ///< nominal points in the target frame, metres
   bool error_stated = false;  ///< false: the size of the points' errors is estimated from the views
-  bool measured = false;      ///< the positions were measured by views
+  bool measured = false;      ///< true if views measured the positions
 
   /// Height (1) above the plane per unit of each edge rise.
   [[nodiscard]] Eigen::Vector2d shape(const Eigen::Vector3d& point_in_target) const;
@@ -174,11 +174,11 @@ struct JointSolution {
   double chi2 = 0;  ///< weighted sum of squares at the end
 };
 
-/// Least squares over all cameras, unknown placements and the board together (Levenberg-Marquardt).
-/// Signed residuals are weighted by the points' covariances; free points of the board are
-/// eliminated first (Schur complement), the stated error of their print in units of the points'
-/// noise. `near`: the start solves a nearly identical problem, so full Gauss-Newton steps are tried
-/// immediately.
+/// Solves for all cameras, unknown placements and the board together by least squares
+/// (Levenberg-Marquardt). Signed residuals are weighted by the points' covariances. Free points of
+/// the board are eliminated first (Schur complement); the stated error of their print is in units
+/// of the points' noise. `near`: the start solves a nearly identical problem, so full Gauss-Newton
+/// steps are tried immediately.
 [[nodiscard]] JointSolution solve_joint(JointModel start, const JointFit& fit, bool near = false);
 
 /// Effective number of parameters from the views; one held by a stated error counts in part.
@@ -205,7 +205,7 @@ struct JointLayout {
 };
 
 /// Normal equations of a fit, linearised at its model. A measured length is a row and a column
-/// with -1 on the diagonal, which keeps the points' blocks separate: its elimination adds its
+/// with -1 on the diagonal; this keeps the points' blocks separate, and its elimination adds its
 /// square.
 struct NormalEquations {
   JointLayout layout;
@@ -226,7 +226,7 @@ struct NormalEquations {
 };
 
 /// Information matrix (inverse covariance) of all free parameters after elimination of the free
-/// points: cameras, then the board, then the unknown placements, in the order of model.hpp.
+/// points: cameras, then the board, then the unknown placements, in the order above.
 [[nodiscard]] Eigen::MatrixXd information_of(const JointModel& model, const JointFit& fit);
 
 /// Projected minus measured position of a frame's points (px, two rows per point), 0 for a point
@@ -267,20 +267,20 @@ struct JointCleaning {
   double outlier_sigmas = 6;  ///< above this it is rejected by name, unless the error is negligible
 };
 
-/// Repeats fit, prediction of each dot's eccentricity and of each point's robust weight until they
-/// converge. Distances are in units of the points' standard deviations, whose scale is estimated
-/// from the median.
+/// Alternates the fit with predicting each dot's eccentricity and each point's robust weight until
+/// all converge. Distances are in units of the points' standard deviations, whose scale is
+/// estimated from the median.
 [[nodiscard]] JointSolution fit_joint(const JointModel& start, const JointFit& fit,
                                       const JointCleaning& cleaning);
 
-/// Indices of the frames in which most points are too far off to be noise.
+/// Indices of the frames in which most points are outliers.
 [[nodiscard]] std::vector<std::size_t> frames_off(const JointModel& model,
                                                   const JointCleaning& cleaning);
 
-/// Number of points that are off by more than the limit at the target.
+/// Number of points with an error above the limit at the target.
 [[nodiscard]] std::size_t points_farther(const JointModel& model, double limit_m);
 
-/// Removes points too far off to be noise; describes each by set, camera and index.
+/// Removes outliers; describes each by set, camera and index.
 [[nodiscard]] std::vector<std::string> reject_outliers(JointModel& model,
                                                        const JointCleaning& cleaning);
 
@@ -306,10 +306,10 @@ void clear_unused(JointModel& model, const JointFit& fit);
 /// defines the world, chosen independently of the views' order.
 [[nodiscard]] HeldOut held_out_error(const JointModel& solved, JointFit fit, int groups);
 
-/// Index of the smallest lens (board) whose held-out error no larger one reduces by more than the
-/// standard error of the difference (Breiman et al. 1984; bootstrap over placements, fixed seed). A
-/// real term is included however small it is against the noise of one point, since its bias is
-/// common to thousands of points.
+/// Selects the smallest lens (board) whose held-out error no larger one reduces by more than the
+/// standard error of the difference (Breiman et al. 1984; bootstrap over placements, fixed seed);
+/// returns its index. A real term is included however small it is against the noise of one point,
+/// since its bias is common to thousands of points.
 [[nodiscard]] std::size_t choose(const std::vector<HeldOut>& table);
 
 /// Probability that each lens (board) has the least held-out error if placements are resampled from

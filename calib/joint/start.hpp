@@ -60,16 +60,16 @@ struct StartOptions {
       0;  ///< thickness of a two-sided target: depth of its back's points below z = 0
 };
 
-/// Smallest deviation of a view that contradicts the others, relative to the target's image.
+/// Smallest deviation at which a view contradicts the others, relative to the target's image.
 inline constexpr double contradicting_part = 0.15;
 
-/// Initial cameras and placements: each camera alone (solve_alone), then the cameras relative to
-/// each other by the majority of common views, chained if two never see the target together.
+/// Sets initial cameras and placements: each camera alone (solve_alone), then the cameras relative
+/// to each other by the majority of common views, chained if two never see the target together.
 /// Removes views that contradict the majority. Returns a line for each, with set, camera and
-/// reason, and for a camera that sees the target from behind, if other cameras confirm it: through
-/// a target, or the back of a two-sided one. Throws Error(bad_input) naming the camera if its focal
-/// length cannot be found (parallel planes, one level view), all its labels are mirrored, or it
-/// shares no view with the others.
+/// reason, and for a camera confirmed by others to see the target from behind: through a target, or
+/// the back of a two-sided one. Throws Error(bad_input) naming the camera if its focal length
+/// cannot be found (parallel planes, one level view), all its labels are mirrored, or it shares no
+/// view with the others.
 std::vector<std::string> start_joint(JointModel& model, const StartOptions& options = {});
 
 /// Removes placements without frames.

@@ -33,7 +33,7 @@ struct ViewScatter {
 struct JointCovariance {
   std::vector<std::string> names;  ///< "cam0/fx_px" ..., as in parameter_names()
   Eigen::MatrixXd cameras;         ///< in file units; empty if singular
-  Eigen::MatrixXd target;          ///< part due to the board parameters that the fit moves
+  Eigen::MatrixXd target;          ///< part due to the board parameters that the fit estimates
   /// Standard deviations of the board's parameters; 0 for those that the fit keeps fixed.
   Eigen::Matrix<double, board_parameters, 1> board_sd =
       Eigen::Matrix<double, board_parameters, 1>::Zero();
@@ -100,8 +100,8 @@ struct Drift {
   std::vector<std::string> not_in_old;  ///< names of new cameras
 };
 
-/// Compares two calibrations at `points` (metres, in the world of `now`). The worlds are aligned
-/// first, since each depends on its own placement of the target; what remains is relative motion of
+/// Compares two calibrations at `points` (metres, in the world of `now`). Aligns the worlds first,
+/// since each depends on its own placement of the target; the remainder is relative motion of
 /// lenses and cameras. Throws Error(bad_input) if they have no common camera.
 [[nodiscard]] Drift drift_between(const Calibration& old, const Calibration& now,
                                   const std::vector<Eigen::Vector3d>& points);

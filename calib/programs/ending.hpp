@@ -25,7 +25,7 @@ namespace drape::calib {
 void add_drift(Ending& ending, const Calibration& old, const Calibration& now, const Rig& rig,
                const Target& target);
 
-/// The command that follows a successful calibration.
+/// The next command after a successful calibration.
 [[nodiscard]] std::string next_command(const std::filesystem::path& calibration);
 
 }  // namespace drape::calib

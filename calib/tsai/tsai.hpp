@@ -43,14 +43,14 @@ void check_detection(const Detection& detection, const FrameDetections& frame);
 inline constexpr double harmless_m = 0.03e-3;
 
 /// Distances of image points from projections (px, distorted) and of target points from
-/// back-projected rays (mm). Points that do not project are left out of `points`.
+/// back-projected rays (mm). `points` excludes points that do not project.
 [[nodiscard]] CalibrationResiduals residuals_of(const Camera& camera,
                                                 const std::vector<Correspondence>& points);
 
 /// Distance in the distorted image (px); infinite if the point does not project.
 [[nodiscard]] double distance_px(const Camera& camera, const Correspondence& point);
 
-/// Distance of the world point from the ray through its pixel, metres; nullopt if no ray has it.
+/// Distance of the world point from the ray through its pixel, metres; nullopt without a ray.
 [[nodiscard]] std::optional<double> miss_m(const Camera& camera, const Correspondence& point);
 
 /// Weng's normalised calibration error: mean ratio of the ray's distance from the point, at the
@@ -66,7 +66,7 @@ struct ErrorMeasure {
 /// The four classical measures of calibration error (Tsai 1987; Weng, Cohen, Herniou 1992):
 /// distance in the distorted image, in the undistorted image, of the target point from its ray
 /// (mm), and Weng's ratio (1 corresponds to rounding to pixels). Points that do not project or have
-/// no ray are left out.
+/// no ray are excluded.
 struct ClassicalErrors {
   ErrorMeasure distorted_px, undistorted_px, object_mm;
   double normalised = 0;
@@ -75,8 +75,8 @@ struct ClassicalErrors {
 [[nodiscard]] ClassicalErrors classical_errors(const Camera& camera,
                                                const std::vector<Correspondence>& points);
 
-/// A camera calibrated by these points: residuals, the rectangle that they cover, a worked point
-/// from their middle, and its covariance, which may be empty.
+/// Assembles a camera calibrated by these points: residuals, the rectangle that they cover, a
+/// worked point from their middle, and its covariance, which may be empty.
 [[nodiscard]] CalibratedCamera calibrated_of(const Camera& camera,
                                              const std::vector<Correspondence>& points,
                                              const Eigen::MatrixXd& covariance);
@@ -131,7 +131,7 @@ struct RadialAlignment {
 [[nodiscard]] std::optional<RadialAlignment> align_non_coplanar(
     const std::vector<Correspondence>& points, const TsaiSensor& sensor);
 
-/// Stage 1 for points of the plane z = 0: 5 unknowns, at least 5 points, s_x stays 1 (Tsai 1987,
+/// Stage 1 for points on the plane z = 0: 5 unknowns, at least 5 points, s_x stays 1 (Tsai 1987,
 /// section III). nullopt if the points do not determine them.
 [[nodiscard]] std::optional<RadialAlignment> align_coplanar(
     const std::vector<Correspondence>& points, const TsaiSensor& sensor);
@@ -147,7 +147,7 @@ struct FocalAndDepth {
     const RadialAlignment& alignment);
 
 /// The same alignment with the other sign of x and y in the third row: a single plane determines
-/// the rotation only up to this reflection, which the sign of the focal length resolves.
+/// the rotation only up to this reflection; the sign of the focal length resolves it.
 [[nodiscard]] RadialAlignment mirrored(const RadialAlignment& alignment);
 
 /// Camera with kappa1 = 0 from stage 1 and the linear part of stage 2.

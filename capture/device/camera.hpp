@@ -34,7 +34,7 @@ inline constexpr std::string_view drape::names_of<drape::capture::TriggerSource>
 
 namespace drape::capture {
 
-/// Address of one particular device; there is no "first camera found".
+/// Address of one particular device, always explicit.
 struct CameraAddress {
   Backend backend = Backend::aravis;
   /// aravis: serial number or IP address; v4l2: bus path or device file; replay: name of the camera
@@ -44,7 +44,7 @@ struct CameraAddress {
   std::filesystem::path recording;  ///< replay: folder of the recording
 };
 
-/// Requested camera settings. An absent value is left as the camera has it, and recorded.
+/// Requested camera settings. An absent value leaves the camera's own, which is recorded.
 struct CameraSettings {
   std::optional<int> width_px, height_px, offset_x_px, offset_y_px;
   std::string pixel_format;  ///< empty: the first of pixel_formats() that the camera supports
@@ -177,7 +177,7 @@ struct CameraDriver {
 /// `sizes`, each device is opened briefly to read its image size.
 [[nodiscard]] std::vector<FoundDevice> find_devices(bool sizes = false);
 
-// Descriptions of these records, for files and messages.
+// Describes these records, for files and messages.
 void fields(Fields& f, CameraAddress& address);
 void fields(Fields& f, CameraSettings& settings);
 void fields(Fields& f, CameraIdentity& identity);

@@ -38,12 +38,12 @@ void require_own_address(const std::string& address, const std::string& device);
 [[nodiscard]] std::vector<int> udp_sockets();
 
 /// Makes the kernel drop every datagram to `socket` that does not come from `ip_address` and,
-/// unless 0, from `port`. Foreign packets then never reach the camera library, whose parser is not
+/// unless 0, from `port`. Foreign packets then never reach the camera library; its parser is not
 /// robust against them. Returns false if the kernel refuses the filter.
 [[nodiscard]] bool accept_only(int socket, const std::string& ip_address, std::uint16_t port);
 
-/// Receive buffer size that holds one frame of `payload_bytes` unread, in the kernel's accounting:
-/// each packet takes its size rounded up to a power of two, plus its descriptor.
+/// Receive buffer size for one unread frame of `payload_bytes`, in the kernel's accounting: each
+/// packet takes its size rounded up to a power of two, plus its descriptor.
 [[nodiscard]] std::size_t receive_buffer_for(std::size_t payload_bytes,
                                              std::size_t packet_size_bytes);
 

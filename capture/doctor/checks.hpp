@@ -22,7 +22,7 @@ struct Check {
 };
 void fields(Fields& f, Check& check);
 
-/// Facts that the doctor's checks examine.
+/// Facts for the doctor's checks.
 struct Evidence {
   CamerasFile cameras = {};
   std::filesystem::path out = ".";  ///< folder of the recordings
@@ -45,14 +45,14 @@ struct Evidence {
 /// Runs every check below, in this order.
 [[nodiscard]] std::vector<Check> check_all(const Evidence& evidence);
 
-// Each check returns an empty list if it does not apply.
+// Checks; empty if a check does not apply.
 using Checks = std::vector<Check>;
 [[nodiscard]] Checks check_disk(const Evidence& evidence);  ///< free space, and speed for a set
 /// Checks the verdict of the calibration, that its cameras are the rig's, and its age in days by
-/// the run record beside it; without a record, warns. If there is no calibration yet, a capture may
-/// still go ahead, so the list is empty.
+/// the run record beside it; without a record, warns. Empty without a calibration, which a capture
+/// does not need.
 [[nodiscard]] Checks check_calibration(const Evidence& evidence);
-/// Checks acceptance.json beside rig.toml, if any: a NO-GO for this calibration is NO-GO; one that
+/// Checks acceptance.json beside rig.toml, if any. A NO-GO for this calibration is NO-GO; one that
 /// has expired or is of another calibration is a warning.
 [[nodiscard]] Checks check_acceptance(const Evidence& evidence);
 /// Checks that all devices of the rig answer, each once.
@@ -65,7 +65,7 @@ using Checks = std::vector<Check>;
 /// specification, 5.6.4), and 90 % of a faster one with 8b/10b coding. JPEG is excluded, since its
 /// size varies.
 [[nodiscard]] Checks check_usb(const Evidence& evidence);
-/// Checks that no frame is lost while the host is busy, from what each camera's host found.
+/// Checks that no frame is lost while the host is busy, from the report of each camera's host.
 [[nodiscard]] Checks check_receive_buffers(const Evidence& evidence);
 /// Checks the burst: complete frames in complete sets, clocks, exposure, focus.
 [[nodiscard]] Checks check_capture(const Evidence& evidence);

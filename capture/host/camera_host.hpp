@@ -60,7 +60,7 @@ class SharedFrames {
   std::uint8_t* at_ = nullptr;
 };
 
-/// Sends one message; false if the other side has closed.
+/// Sends one message; false if the peer has closed.
 bool send_text(int descriptor, std::string_view text);
 enum class Received { message, nothing, closed };
 /// Receives the next message within `timeout_ms`.
@@ -113,7 +113,7 @@ struct News {
   bool on_host_clock = false;                   ///< ready
   std::vector<ClockSample> clock = {};          ///< ready, alive
   std::optional<CameraCounters> counters = {};  ///< frame, alive
-  std::int64_t without_room = 0;                ///< frames dropped for want of a slot
+  std::int64_t without_room = 0;                ///< frames dropped because no slot was free
   std::optional<FrameNews> frame = {};
 };
 void fields(Fields& f, News& news);
@@ -134,8 +134,8 @@ struct HostFrame : FrameHead {
 };
 
 /// One camera in a process of its own, as seen from the capture. launch() starts a new process and
-/// ends an earlier one; pump() processes its messages. Never blocks, and never throws for a fault
-/// of the camera, which fault() reports.
+/// ends an earlier one; pump() processes its messages. Never blocks. Never throws for a fault of
+/// the camera; fault() reports it.
 class CameraHost {
  public:
   CameraHost(CameraAddress address, CameraSettings settings, HostOptions options);
@@ -159,7 +159,7 @@ class CameraHost {
     return std::exchange(light_answer_, std::nullopt);
   }
 
-  /// Reason why the camera cannot go on: an error it reported, its process ended, or it hung.
+  /// Reason why the camera cannot continue: an error it reported, its process ended, or it hung.
   [[nodiscard]] const std::optional<std::string>& fault() const { return fault_; }
   [[nodiscard]] const std::string& what_to_do() const { return what_to_do_; }
   [[nodiscard]] bool ready() const { return ready_; }
@@ -179,7 +179,7 @@ class CameraHost {
   [[nodiscard]] std::int64_t frames_without_room() const { return no_slot_; }
   [[nodiscard]] bool has_frame() const { return !frames_.empty(); }
   /// Takes the oldest waiting frame and copies its pixels, which frees its slot of the shared
-  /// memory; at most as many frames can wait as there are slots.
+  /// memory; at most as many frames wait as there are slots.
   [[nodiscard]] std::optional<HostFrame> next_frame();
 
  private:

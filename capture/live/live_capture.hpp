@@ -16,26 +16,26 @@ struct LiveOptions {
   int frames = 1;  ///< number of sets
   std::filesystem::path host_program;
   int memory_limit_mb = 2048;  ///< per camera host
-  double patience_s = 20;      ///< ends the capture if a camera sends no frame for so long
+  double patience_s = 20;      ///< limit of a camera's silence, which ends the capture
   double opening_s = 15;       ///< time limit for opening all cameras
-  bool keep_pixels = true;     ///< false only counts frames, for long tests
-  /// Receives each set with the report so far; its pixels are then not kept in the result, so that
+  bool keep_pixels = true;     ///< false: only counts frames, for long tests
+  /// Receives each set with the report so far. Its pixels are then not kept in the result, so that
   /// memory does not grow with the number of sets.
   std::function<void(struct LiveSet, const struct LiveReport&)> on_set = {};
-  /// Polled in a session led by an operator. A set is taken only on `take` and then passed to
-  /// on_set, after which the answer must change.
+  /// Polled in a session led by an operator. A set is taken only on `take` and passed to on_set,
+  /// after which the answer must change.
   enum class Demand { wait, take, end };
   std::function<Demand()> demand = {};
-  /// Polled; returning true ends the capture with the sets it has.
+  /// Polled; true ends the capture with the sets so far.
   std::function<bool()> ended = {};
   std::function<void(double, const std::string&)> progress = {};
-  /// Receives complete frames for display: the newest of a camera whenever no newer one waits. If
-  /// set, cameras that wait for a trigger are also triggered between sets; those frames belong to
-  /// no set.
+  /// Receives the newest complete frame of a camera for display. If set, cameras that
+  /// wait for a trigger are also triggered between sets; those frames belong to no
+  /// set.
   std::function<void(std::size_t camera, const HostFrame& frame, const CameraHost& host)> on_frame =
       {};
-  /// Returns an exposure or gain that the operator requests; polled while no set is wanted.
-  /// on_light receives the result.
+  /// Returns an exposure or gain requested by the operator; polled while no set is wanted. on_light
+  /// receives the result.
   struct Light {
     std::size_t camera = 0;
     CameraSettings wanted;
@@ -58,7 +58,7 @@ struct LiveFrame {
   std::vector<std::uint16_t> deep = {};
   int bits = 8;  ///< bits per sensor sample
   std::string pixel_format = {};
-  std::vector<std::uint8_t> raw = {};  ///< bytes as sent, if the grey values do not hold them all
+  std::vector<std::uint8_t> raw = {};  ///< bytes as sent, unless the grey values hold them all
 };
 
 /// One frame of every camera, exposed at the same instant.
@@ -95,7 +95,7 @@ struct LiveCameraReport {
 };
 
 struct LiveReport {
-  SyncMethod method = SyncMethod::free_run;  ///< method that was used in the end
+  SyncMethod method = SyncMethod::free_run;  ///< method that was finally used
   std::string why_fallen_back;  ///< reason for not using the requested method; empty if used
   PairedBy paired_by = PairedBy::time;
   std::int64_t triggers = 0;

@@ -18,14 +18,14 @@ namespace drape::capture {
 /// does not match its pixel format gets a fault and no pixels.
 [[nodiscard]] LiveFrame develop(HostFrame frame, const std::string& pixel_format);
 
-/// Quality of an 8-bit grey frame, independent of what it shows.
+/// Quality of an 8-bit grey frame, independent of its content.
 struct FrameQuality {
   double mean = 0;                ///< mean grey level, 0..255
   double dark_fraction = 0;       ///< pixels at level 3 or below
   double saturated_fraction = 0;  ///< pixels at level 254 or above, where some sensors saturate
   double contrast = 0;            ///< 99th minus 1st percentile of the grey level
   /// Slope of the steepest edges: the 99.9th percentile of the difference between neighbouring
-  /// pixels, divided by `contrast`. A sharp edge reaches about 0.3 or more, whatever the light.
+  /// pixels, divided by `contrast`. A sharp edge reaches about 0.3 or more, in any light.
   double sharpness = 0;
 };
 

@@ -43,9 +43,9 @@ struct ClockFit {
 /// clock jumped between two samples and no straight line describes it.
 [[nodiscard]] std::optional<ClockFit> fit_clock(const std::vector<ClockSample>& samples);
 
-/// Jump of the device's clock between two readings beyond what their round trips and a drift of
-/// 500 ppm explain; nullopt if it may have run evenly. There are no false alarms: both
-/// readings bound the clock on either side.
+/// Jump of the device's clock between two readings beyond what their round trips and a drift of 500
+/// ppm explain; nullopt if it may have run evenly. There are no false alarms: both readings bound
+/// the clock on either side.
 [[nodiscard]] std::optional<double> clock_jump_s(const ClockSample& before,
                                                  const ClockSample& after);
 
@@ -95,7 +95,7 @@ struct FrameMark {
   std::int64_t index = 0;                   ///< unwrapped frame id, see FrameIdUnwrapper
   std::optional<double> time_s;             ///< device time on the common clock
   std::optional<std::int64_t> trigger;      ///< 0-based; set if the trigger it answers is known
-  bool complete = true;                     ///< every byte of it arrived
+  bool complete = true;                     ///< true if every byte arrived
   std::optional<std::size_t> settled = {};  ///< index of the set in which it was already delivered
   bool given_up = false;                    ///< no partner arrived while its pixels were kept
 };
@@ -120,7 +120,7 @@ struct PairedFrames {
 };
 
 /// Totals per camera: expected = in_set + unpaired + incomplete + never_arrived. A repeated id is
-/// counted separately, since the frame that it repeats has been counted.
+/// counted separately, since its first frame is already counted.
 struct CameraLedger {
   std::int64_t expected = 0;
   std::int64_t in_set = 0;
@@ -151,17 +151,17 @@ struct PairingResult {
 };
 
 /// Assigns every frame to exactly one bin. Frames of settled sets stay together. Pairs by trigger
-/// index if `options.triggers` is given; else by device time on the common clock, choosing for
-/// every set the frames of smallest spread, so that a frame without partners never takes one away
-/// from another set. The order of the input (that is, of arrival) does not matter.
+/// index if `options.triggers` is given; else by device time on the common clock. Then each set
+/// takes the frames of smallest spread, so that a frame without partners never displaces another.
+/// The order of the input (that is, of arrival) does not matter.
 ///
 /// Expected frames: the triggers; else `expected_frames`; else the range of the frame ids seen.
 [[nodiscard]] PairingResult pair_frames(const std::vector<FrameMark>& frames,
                                         const PairingOptions& options);
 
 /// Input indices of all cameras' frames from the first set to the last of at most `most` sets; of
-/// all frames if there is no set. Free-running cameras do not start and stop together, so only
-/// frames between their sets count as requested.
+/// all frames without a set. Free-running cameras do not start and stop together, so only frames
+/// between their sets count as requested.
 [[nodiscard]] std::vector<std::size_t> frames_of_sets(const std::vector<FrameMark>& frames,
                                                       const PairingResult& pairing,
                                                       std::size_t most);

@@ -34,7 +34,7 @@ struct PixelFormat {
   Mosaic mosaic = Mosaic::none;
 
   [[nodiscard]] bool lossy() const { return packing == Packing::jpeg; }
-  /// True if the grey picture holds everything sent; otherwise the raw bytes are worth keeping.
+  /// True if the grey picture holds all the data sent; otherwise the raw bytes are worth keeping.
   [[nodiscard]] bool is_grey() const;
   /// Bytes per row without padding; of the Y plane for nv12; 0 for jpeg.
   [[nodiscard]] std::size_t row_bytes(int width_px) const;
@@ -44,7 +44,7 @@ struct PixelFormat {
 
 /// Every supported format, best for measuring first.
 [[nodiscard]] std::span<const PixelFormat> pixel_formats();
-/// Null if the name or code is unknown. A name may be PFNC's or V4L2's.
+/// Finds a format by PFNC's or V4L2's name, or by code. Null if unknown.
 [[nodiscard]] const PixelFormat* find_pixel_format(std::string_view name);
 [[nodiscard]] const PixelFormat* find_pixel_format(std::uint32_t code);
 
@@ -60,9 +60,9 @@ struct Samples {
                              int width_px, int height_px, std::size_t stride_bytes = 0);
 
 /// Grey values for measuring. For a mosaic, green: green pixels unchanged, others the mean of their
-/// two to four green neighbours, rounded half up. A single colour, because a lens focuses and
-/// displaces red and blue differently; symmetric neighbours, because one-sided interpolation would
-/// shift edges. Averaging without sharpening can only reduce noise.
+/// two to four green neighbours, rounded half up. A lens focuses and displaces red and blue
+/// differently, so one colour is used; one-sided interpolation would shift edges, so neighbours are
+/// symmetric. Averaging without sharpening can only reduce noise.
 [[nodiscard]] Samples grey_of(Samples samples, Mosaic mosaic);
 
 }  // namespace drape::capture

@@ -12,10 +12,10 @@
 
 namespace drape::capture {
 
-/// The recording to which this process adds sets, locked against other programs. Each set that
-/// is complete on disk becomes a line of recording.journal, written durably; publish() moves
-/// them to recording.json. Lines left by a killed capture are adopted when the recording is
-/// opened next.
+/// The recording to which this process adds sets, locked against other programs. Each set
+/// that is complete on disk becomes a line of recording.journal, written durably;
+/// publish() moves them to recording.json. The next opening adopts lines left by a killed
+/// capture.
 class Journal {
  public:
   /// Throws Error(bad_input) if another program has locked the recording.
@@ -24,7 +24,7 @@ class Journal {
   Journal(const Journal&) = delete;
   Journal& operator=(const Journal&) = delete;
 
-  /// Folder in which a set is written until it is complete; nothing reads it, and the next capture
+  /// Folder in which a set is written until it is complete. Nothing reads it, and the next capture
   /// removes leftovers.
   [[nodiscard]] std::filesystem::path begin(const std::string& set) const;
   /// Writes a file of such a set; once it returns, the file is on disk under its name.
@@ -50,7 +50,7 @@ class Journal {
   [[nodiscard]] const Recording& recording() const { return recording_; }
   /// Number of sets adopted from a killed capture.
   [[nodiscard]] std::size_t adopted() const { return adopted_; }
-  /// Names of sets that are left out because their images no longer exist.
+  /// Names of sets left out because their images no longer exist.
   [[nodiscard]] const std::vector<std::string>& gone() const { return gone_; }
 
  private:

@@ -49,11 +49,11 @@ void require_set_name(const std::string& set);
 /// since both would be measured together.
 void require_cameras_of_rig(const Recording& recording, const CamerasFile& rig);
 
-/// Stores the sets of a capture as they arrive: <set>/<camera>.png or .pgm (8 bit, or 16 bit
-/// with the sensor's value in the high bits), <set>/<camera>.<format>.raw if grey does not
-/// hold all that was sent, and <set>/capture.json. A set is refused as a whole if one of its
-/// frames is black, saturated, blurred or not of the rig's size, its spread is too large, or
-/// a camera has moved since the reference set. An average is also refused if the cloth
+/// Stores the sets of a capture as they arrive: <set>/<camera>.png or .pgm (8 bit, or 16
+/// bit with the sensor's value in the high bits), <set>/<camera>.<format>.raw if grey does
+/// not hold all the data, and <set>/capture.json. Refuses a set as a whole if one of its
+/// frames is black, saturated, blurred or not of the rig's size, its spread is too large,
+/// or a camera has moved since the reference set. An average is also refused if the cloth
 /// moved.
 class Recorder {
  public:
@@ -97,7 +97,7 @@ struct CameraDetails {
 };
 
 /// capture.json of a set: times, spread, settings read back, clocks, ledger so far, stillness,
-/// faults, and why the set is not a valid measurement, if so.
+/// faults, and why the set is no valid measurement, if so.
 struct SetDetails {
   std::string set;
   std::optional<std::string> no_go, fallen_back;

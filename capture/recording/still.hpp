@@ -22,11 +22,11 @@ struct GreyView {
 
 struct MotionOptions {
   int block_px = 48;  ///< side of the tracked blocks, px of the picture
-  int shrink = 1;     ///< pixels per side averaged first, which brings faint texture out of noise
-  double largest_px = 3;  ///< a block that moved farther is lost; px of the reduced picture
+  int shrink = 1;     ///< pixels per side averaged first, which lifts faint texture above the noise
+  double largest_px = 3;  ///< a block that moves farther is lost; px of the reduced picture
   double largest_sd_px =
       0.015;  ///< blocks with a larger uncertainty are ignored; px of the picture
-  double least_correlation = 0.7;  ///< a block with less no longer shows the same content
+  double least_correlation = 0.7;  ///< below, a block no longer shows the same content
 };
 
 /// Motion of one block's content, px of the picture.
@@ -61,12 +61,12 @@ class BlockFollower {
   /// Throws Error(usage) if the pictures differ in size.
   [[nodiscard]] MotionResult motion_to(const GreyView& to) const;
   /// Motion across their edges of blocks with structure in one direction only, which motion_to()
-  /// leaves out: a lower bound of their true motion. `gone` counts those whose loss the block's own
+  /// omits: a lower bound of their true motion. `gone` counts those whose loss the block's own
   /// noise cannot explain.
   [[nodiscard]] MotionResult motion_across_edges_to(const GreyView& to) const;
   [[nodiscard]] int textured() const;
-  /// Number of blocks that could be matched with the required uncertainty, given noise as in the
-  /// first picture, `from`.
+  /// Number of blocks that can be matched with the required uncertainty, at the noise of the first
+  /// picture, `from`.
   [[nodiscard]] int findable(const GreyView& from) const;
   [[nodiscard]] bool has_size_of(const GreyView& other) const;
 
@@ -114,10 +114,10 @@ struct CameraStill {
   std::optional<double> speed_mm_per_s;  ///< speed of that block at the distance of the target
   std::optional<double> background_shift_px;
   bool lost = false;  ///< blocks moved out of range
-  /// In at least one frame nothing could be tracked: the pictures have structure in one direction
-  /// only, or none above their noise.
+  /// True if nothing could be tracked in at least one frame: structure in one direction only, or
+  /// none above the noise.
   bool not_judged = false;
-  /// In at least one frame the background was not found again, so the shift is unknown.
+  /// True if the background was not found in at least one frame, so the shift is unknown.
   bool background_lost = false;
 };
 

@@ -87,9 +87,9 @@ struct DotFit {
 /// Correlation of the noise in the frame of these fits.
 [[nodiscard]] Correlation frame_correlation(const std::vector<DotFit>& fits);
 
-/// Covariance of the centre: the fit's for white noise, times the sandwich estimator of generalised
-/// least squares with the outline's residuals or the ring's texture, whichever is larger. The
-/// residuals include misfits but lack the texture absorbed by the fit; the ring's do not.
+/// Covariance of the centre: that of the fit for white noise, times the sandwich estimator of least
+/// squares with the correlation of the outline's residuals or of the ring's texture, whichever is
+/// larger. The residuals include misfits but lack the texture absorbed by the fit.
 [[nodiscard]] Eigen::Matrix2d honest_covariance(const DotFit& fit, const Correlation& correlation);
 
 }  // namespace drape::detect

@@ -59,7 +59,7 @@ class BlurredEllipse {
 
   /// Least radius at which the first-order distance is evaluated; at the centre it is undefined.
   static constexpr double shallowest = 0.3;
-  /// The distance at that radius.
+  /// Distance from the outline at the least radius.
   [[nodiscard]] double deepest() const {
     return -(1 - shallowest) * shallowest / std::max(shallowest * outline().norm(), 1e-9);
   }
@@ -85,7 +85,7 @@ struct PatchPixel {
   int x = 0, y = 0;
   double level = 0;
   double distance = 0;  ///< from the initial outline, positive outside
-  int sector = 0;       ///< which eighth of the dot
+  int sector = 0;       ///< eighth of the dot that it belongs to
   double trust = 1;     ///< initial weight
 };
 
@@ -150,7 +150,7 @@ class PixelColumns {
   PixelColumns() = default;
   explicit PixelColumns(const Patch& patch);
 
-  /// Sums over all pixels. Noise is that of the model's level; that of the observed level would
+  /// Sums over all pixels. Uses the noise at the model's level; that of the observed level would
   /// favour dark noise.
   [[nodiscard]] Normal sum(const BlurredEllipse& model, const NoiseModel& noise) const;
   /// The same sums per eighth of the dot.
@@ -160,8 +160,8 @@ class PixelColumns {
   void evaluate(int first, int count, const BlurredEllipse& model, const NoiseModel& noise,
                 PixelBlock& block) const;
 
-  /// After a fit, reduces the weight of pixels outside the outline that belong to other objects:
-  /// Tukey's biweight for gross misfits only, since weights that follow small misfits of the
+  /// After a fit, reduces the weight of pixels outside the outline that belong to other objects.
+  /// Tukey's biweight acts on gross misfits only, since weights that follow small misfits of the
   /// outline would shift the centre.
   Strangers distrust_strangers(const BlurredEllipse& fitted, const NoiseModel& noise);
 

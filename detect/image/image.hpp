@@ -50,8 +50,8 @@ struct GreyImage {
 
 /// Equalises the raw mosaic of a colour sensor that was read as grey: the four positions of each
 /// 2x2 pixels see the same white cloth at different levels. Scales each to the brightest one's
-/// level by its own gain (median over smooth places of the picture); nullopt for a picture whose
-/// four positions agree within 3 %.
+/// level by its own gain (median over smooth regions); nullopt for a picture whose four positions
+/// agree within 3 %.
 [[nodiscard]] std::optional<GreyImage> without_mosaic(const GreyImage& image);
 
 /// Noise of one frame: variance = floor + slope * level (read-out and quantisation noise plus the

@@ -115,8 +115,8 @@ struct BestStep {
   [[nodiscard]] bool is_clear() const;
 };
 
-// The error of a correct step stems from the change of curvature along it: a few per cent on gentle
-// cloth, up to a quarter at the onset of a fold. A wrong dot is off by about one step.
+// Largest error of a correct step, due to the change of curvature along it: a few per cent on
+// gentle cloth, up to a quarter at the onset of a fold. A wrong dot is off by about one step.
 inline constexpr double most_step_error = 0.28;
 inline constexpr double blind_step_error = 0.10;  ///< without support from the surroundings
 
@@ -125,7 +125,7 @@ inline constexpr double blind_step_error = 0.10;  ///< without support from the 
   return blind_step_error + (most_step_error - blind_step_error) * support;
 }
 
-/// Finds the dots of a frame that steps lead to. Keeps a reference to `dots`.
+/// Finds the dots of a frame at the ends of steps. Keeps a reference to `dots`.
 class DotSteps {
  public:
   DotSteps(const std::vector<UnlabelledDot>& dots, double dot_radius_m);

@@ -43,7 +43,7 @@ struct Page {
   std::vector<std::variant<PageDisc, PageArea, PageText>> items;  ///< in painting order
 };
 
-/// PDF 1.4 with vector shapes only and coordinates to 0.1 um, which tells viewers not to scale it.
+/// PDF 1.4 with vector shapes only and coordinates to 0.1 um; tells viewers not to scale it.
 /// Deterministic.
 [[nodiscard]] std::string pdf_of(const Page& page);
 
@@ -78,16 +78,16 @@ void check_windows(const DotClasses& classes);
 /// printed face, y up. Throws Error(bad_input) as above.
 [[nodiscard]] PrintedPage page_of(const Target& target, const std::string& name, Paper paper);
 
-/// Makes a square sheet of dots with tags to put on a box or carry a sphere, of the requested size
-/// (metres) including half a pitch of white margin. Its four tags, `first_id` to `first_id` + 3,
-/// lie in the corner cells. Throws Error(usage) below 45 mm.
+/// Makes a square sheet of dots with tags that lies on a box or carries a sphere, of the requested
+/// size (metres) including half a pitch of white margin. Its four tags, `first_id` to `first_id` +
+/// 3, lie in the corner cells. Throws Error(usage) below 45 mm.
 [[nodiscard]] Target object_plate(double size_m, int first_id);
 
 /// Description of the plate in the format of read_target().
 [[nodiscard]] std::string object_plate_toml(const Target& plate);
 
-/// Throws Error(bad_input) if `file` exists and is not exactly what the run of `record` wrote: it
-/// may be a rig's target, or a description that was corrected since.
+/// Throws Error(bad_input) if `file` exists and is not exactly the output of the run of `record`:
+/// it may be a rig's target, or a description that was corrected since.
 void require_replaceable_plate(const std::filesystem::path& file,
                                const std::filesystem::path& record);
 

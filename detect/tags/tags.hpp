@@ -18,7 +18,7 @@ namespace drape::detect {
 struct TagSearch {
   int border_modules = 1;
   int wrong_bits = 2;  ///< wrong bits that are corrected
-  /// Edge refinement loses tags of few pixels; without it corners are off by some tenths of one.
+  /// Edge refinement loses small tags; without it corners are off by some tenths of a pixel.
   bool refine_edges = false;
 };
 
@@ -37,11 +37,11 @@ class TagFinder {
                                                double noise_sigma);
   /// All tags of the family in the picture, including those that are not on a print or occur twice.
   [[nodiscard]] std::vector<TagDetection> find_all(const GreyImage& image, double noise_sigma);
-  /// Reads a print's tags at the places given by its dots: each four dots that form the corners of
-  /// a cell define a map through which the modules are sampled; first the homography of a flat
-  /// cell, then a curved map from the four ellipses. Curvature that distorts a tag's outline leaves
-  /// its modules readable, and only a few thousand pixels are examined. Ordered by id; an id read
-  /// in two places is omitted.
+  /// Reads a print's tags at the positions given by its dots. Each four dots at the corners of a
+  /// cell define a map for sampling the modules: first the homography of a flat cell, then a curved
+  /// map from the four ellipses. Curvature that distorts a tag's outline leaves its modules
+  /// readable, and only a few thousand pixels are examined. Ordered by id; an id read in two places
+  /// is omitted.
   [[nodiscard]] std::vector<TagDetection> read_between_dots(const GreyImage& image,
                                                             const PrintPlane& plane,
                                                             const std::vector<UnlabelledDot>& dots,

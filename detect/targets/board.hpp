@@ -52,25 +52,25 @@ void set_corner_covariances(const Target& target, const std::vector<CornerPoint>
 
 /// Finds the inner corners of a chessboard, or those of a part whose position on the board is
 /// certain. OpenCV finds and orders them; `find_corner_point` refines each in a window of a
-/// quarter of the distance to its nearest neighbour: on real pictures a fraction of 0.35
-/// touches the neighbours' edges, and 0.15 wastes signal. Corner (0, 0) lies on a dark square
-/// of the board (see core/rig.hpp), so that labels of two cameras agree in any orientation of
-/// board and camera. The covariance has the shape from the fit and the magnitude of the
-/// corners' scatter about a smooth map of the board. A frame without a board gets one rejection
-/// that says so.
+/// quarter of the distance to its nearest neighbour: on real pictures 0.35 touches the
+/// neighbours' edges, and 0.15 wastes signal. Corner (0, 0) lies on a dark square of the
+/// board (see core/rig.hpp), so that labels of two cameras agree in any orientation of board
+/// and camera. The covariance has the shape from the fit and the magnitude of the corners'
+/// scatter about a smooth map of the board. A frame without a board gets one rejection that
+/// says so.
 [[nodiscard]] FrameDetections detect_chessboard(const GreyImage& image, const Target& target);
 
-/// Finds the corners of a target without dots. A chessboard is found by detect_chessboard().
-/// For a ChArUco board or an AprilGrid any part suffices: the tags predict each corner, and the
-/// operator of Foerstner and Guelch (1987) refines it in a window clear of tags. Tags are
-/// identified by id and position, so the print may have any of four orientations. A corner that is
-/// hidden, or predicted where there is none, is rejected with the reason. Throws Error(bad_input)
-/// for an unknown tag family.
+/// Finds the corners of a target without dots: a chessboard by detect_chessboard(), a ChArUco board
+/// or an AprilGrid, of which any part suffices, by tags that predict each corner. The operator of
+/// Foerstner and Guelch (1987) refines it in a window clear of tags. Tags are identified by id and
+/// position, so the print may have any of four orientations. A corner that is hidden, or predicted
+/// where there is none, is rejected with the reason. Throws Error(bad_input) for an unknown tag
+/// family.
 [[nodiscard]] FrameDetections detect_board(const GreyImage& image, const Target& target);
 
-/// Finds out whether an AprilGrid's `border_modules` is wrong: if tags are missing in the picture
-/// and another width of their border reads more than the `found` ones. Names the key to change in
-/// `file`; empty otherwise.
+/// Tests whether an AprilGrid's `border_modules` is wrong: if tags are missing in the picture and
+/// another border width reads more than the `found` ones. Names the key to change in `file`; empty
+/// otherwise.
 [[nodiscard]] std::string other_border(const GreyImage& image, const Target& target,
                                        std::size_t found, const std::string& file);
 
@@ -78,8 +78,8 @@ void set_corner_covariances(const Target& target, const std::vector<CornerPoint>
 /// separates dark shapes that touch at a corner. 8 bits only.
 [[nodiscard]] GreyImage with_light_grown(const GreyImage& image, int by_px);
 
-/// Corners in the original picture of a dark quadrilateral found in the dilated one: each edge is
-/// moved outwards by the amount that the square window removed.
+/// Corners in the original picture of a dark quadrilateral found in the dilated one: moves each
+/// edge outwards by the amount that the square window removed.
 [[nodiscard]] Eigen::Matrix<double, 2, 4> without_growth(
     const Eigen::Matrix<double, 2, 4>& corners_px, int by_px);
 

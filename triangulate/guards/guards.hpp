@@ -12,17 +12,17 @@
 #include "triangulate/guards/objects.hpp"
 #include "triangulate/triangulate.hpp"
 
-// Tests of a measured sheet whose marks look right individually: a wrong pitch, object or camera.
-// Each limit follows from stated uncertainties; each message names file and key, and the value
-// that the marks indicate. These tests move no mark.
+// Tests of a measured sheet for faults that leave each single mark plausible: a wrong pitch, object
+// or camera. Each limit follows from stated uncertainties; each message names file and key, and the
+// value that the marks indicate. No test moves a mark.
 
 namespace drape::triangulate {
 
-/// Throws Error(bad_input) if the scene's print differs from the one used for detection, which
-/// defines the marks' material coordinates.
+/// Throws Error(bad_input) unless the scene's print is the one used for detection, which defines
+/// the marks' material coordinates.
 void require_detected_print(const MarkLattice& lattice, const Scene& scene);
 
-/// Explains why the print's pitch is wrong: the length along the cloth between neighbouring marks,
+/// Explains why the print's pitch is wrong. The length along the cloth between neighbouring marks,
 /// from chords and the turns at both ends, must equal the pitch within `most_strain` (of woven
 /// cloth under its own weight) and four standard uncertainties. Warp and weft are tested
 /// separately. `scale_sd` is the relative standard uncertainty common to all marks.
@@ -45,18 +45,18 @@ struct UnseenScale {
 
 /// Explains why objects and table cannot have the stated position and size: marks inside them,
 /// cloth too short to pass outside (a string pulled taut over the object between neighbouring marks
-/// is not longer than the cloth), marks that they would hide from the one camera that saw them, or
-/// no mark near any top. An object is contradicted if none within its stated uncertainties would
-/// do. The message names the values that fit the marks.
+/// is not longer than the cloth), marks hidden from the one camera that saw them, or no mark near
+/// any top. An object is contradicted if no position and size within its uncertainties passes. The
+/// message names the values that fit the marks.
 [[nodiscard]] std::vector<std::string> contradictions_of_objects(const SeenCloth& seen,
                                                                  const Scene& scene);
 
-/// Explains level cloth that neither the table nor any object of the scene supports (floating()).
+/// Explains level cloth without support by the table or any object of the scene (floating()).
 [[nodiscard]] std::vector<std::string> contradictions_of_support(const SeenCloth& seen,
                                                                  const Scene& scene);
 
 /// Misfit of the marks' views: median in standard deviations over all marks with at least two
-/// views, whether they became a point or a gap.
+/// views, whether a point or a gap.
 struct Misses {
   double median_sigmas = 0;
   std::size_t marks = 0;
@@ -68,7 +68,7 @@ struct Misses {
     const TriangulateOptions& options, const Misses& misses, const std::vector<SheetMark>& placed,
     const Sheet& sheet);
 
-/// The same of a sheet whose marks no camera of ours saw.
+/// Same, for a sheet from another instrument, without camera views.
 [[nodiscard]] std::vector<std::string> contradictions_of_sheet(const MarkLattice& lattice,
                                                                const TriangulateOptions& options,
                                                                const std::vector<SheetMark>& placed,

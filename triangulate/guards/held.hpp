@@ -38,12 +38,12 @@ class MeasuredCloth {
   mutable std::map<std::pair<double, double>, std::optional<ShownPlace>> known_;
 };
 
-/// Explains why pins and clamps cannot hold the cloth where the scene says. Each held point is
-/// compared with the surface through the measured marks at its material point: chi square over
+/// Explains why pins and clamps cannot hold the cloth where the scene says. Compares each held
+/// point with the surface through the measured marks at its material point: chi square over
 /// place_uncertainty_mm, the marks' covariance and that of the surface, three degrees of freedom, a
-/// risk of 0.005 over all points. On failure, other corners, hems and diagonals, exchanged places,
-/// signs, axes and units are tried, then a common shift, then a single point; the only one that
-/// passes the test is suggested. A pin without at_mm must lie on a measured mark.
+/// risk of 0.005 over all points. On failure, tries other corners, hems and diagonals, exchanged
+/// positions, signs, axes and units, then a common shift, then a single point, and suggests the
+/// only one that passes. A pin without at_mm must lie on a measured mark.
 [[nodiscard]] std::vector<std::string> contradictions_of_held(const Sheet& sheet,
                                                               const Scene& scene,
                                                               const MarkLattice& lattice);
@@ -53,7 +53,7 @@ class MeasuredCloth {
 struct SuggestedScene {
   Scene scene;
   std::string what;       ///< "the other hem", "all 6.0 mm lower"
-  double expanded_m = 0;  ///< each fitted place, k = 2; 0 if no place was fitted
+  double expanded_m = 0;  ///< for each fitted position, k = 2; 0 if none was fitted
 };
 
 [[nodiscard]] std::optional<SuggestedScene> suggested_holding(const Sheet& sheet,
@@ -64,7 +64,7 @@ struct SuggestedScene {
 [[nodiscard]] std::vector<std::pair<std::string, std::string>> unseen_of_held(
     const Sheet& sheet, const Scene& scene, const MarkLattice& lattice);
 
-/// Explains why gravity cannot point where the scene says: the centre of mass of cloth that hangs
+/// Explains why gravity cannot point where the scene says. The centre of mass of cloth that hangs
 /// freely from one or two points lies straight below the point, or below the line through both.
 /// Limit: 99.5 % quantile of level_uncertainty_deg combined with the uncertainties of the measured
 /// centre of mass and held points over its depth below them.

@@ -35,8 +35,8 @@ using Change = Eigen::Matrix<double, 5, 1>;
 
 [[nodiscard]] Obstacle changed(const Obstacle& object, const Change& change);
 
-/// Largest distance of resting cloth from an object: its thickness. Woven cloth is thinner than
-/// this (KES-FB-3 at 0.5 gf/cm2, 0.3 to 0.6 mm for the four fabrics of Codim-IPC).
+/// Largest distance of resting cloth from an object: its thickness. Woven cloth is thinner
+/// (KES-FB-3 at 0.5 gf/cm2, 0.3 to 0.6 mm for the four fabrics of Codim-IPC).
 constexpr double kThickest_m = 1 * units::mm;
 
 /// Limit for marks inside an object, in standard deviations.
@@ -73,8 +73,8 @@ struct ObjectSuggestion {
 };
 
 /// Tries typing errors (signs, axes, units, radius for diameter, a corner for the centre), then
-/// fits place and rotation from many starts, then size as well, each by the tests that the stated
-/// object failed. All passing objects must form one connected range, which is sampled by a random
+/// fits position and rotation from many starts, then size as well, each by the tests that the
+/// stated object failed. All passing objects must form one connected range, sampled by a random
 /// walk (hit-and-run, Smith 1984). If two separate ranges pass, nothing is suggested unless only
 /// one contains a typing error.
 [[nodiscard]] ObjectSuggestion suggested_object(const SeenCloth& seen, const Scene& scene,

@@ -43,8 +43,8 @@ struct PlatePose {
 struct PlateOnObject {
   double thickness_mm =
       0.1;             ///< thickness of a box's sheet: height of the printed face above the top
-  double hole_mm = 0;  ///< diameter of the hole in a sphere's stand, whose upper edge carries it
-  double placing_mm = 0.2;  ///< standard uncertainty of its position along x, y and z
+  double hole_mm = 0;  ///< diameter of the hole in the sheet on which a sphere rests
+  double placing_mm = 0.2;  ///< standard uncertainty of the plate's placement along x, y and z
 };
 
 void fields(Fields& f, PlateOnObject& lies);
@@ -82,12 +82,12 @@ void fields(Fields& f, MeasuredObject& object);
                                                      const Obstacle& object,
                                                      const ObjectUncertainty& stated);
 
-/// Standard uncertainty of the place for a scene file (mm): the larger of x and y. The bottom's
+/// Standard uncertainty of the position for a scene file (mm): the larger of x and y. The bottom's
 /// height also has the uncertainty of the size, which the scene states separately.
 [[nodiscard]] double place_uncertainty_mm(const std::vector<ObjectValue>& values);
 
 /// Explains why the plate of this lattice cannot lie on a box with edges aligned: its sheet, one
-/// pitch per dot (`drape print object-tags`), differs from a side of the top by more than three
+/// pitch per dot (`drape print object-tags`), differs from an edge of the top by more than three
 /// standard deviations of two placed edges and of the stated size.
 [[nodiscard]] std::optional<std::string> why_not_edge_on_edge(const MarkLattice& lattice,
                                                               const PlateOnObject& lies,
@@ -101,8 +101,8 @@ struct Tilt {
 
 [[nodiscard]] Tilt tilt_of(const PlatePose& plate);
 
-/// Text of a scene file in which object number `object` (from 1) has the place shown by its plate
-/// and the measured place_uncertainty_mm, without its `tags_` keys. File names are relative to
+/// Text of a scene file in which object number `object` (from 1) has the position measured by its
+/// plate, with place_uncertainty_mm and without its `tags_` keys. File names are relative to
 /// `folder`. Everything else stays as written. Throws Error(bad_input) if a value of the object is
 /// not on a line of its own.
 [[nodiscard]] std::string measured_scene(const std::filesystem::path& scene, std::size_t object,
