@@ -229,8 +229,8 @@ double robust_sigma_px(const Camera& camera, const Points& points) {
   return median(std::move(distances)) / kRayleighMedian;
 }
 
-/// Removes points too far off to be noise; returns the rest. Counts in `gross` those that are
-/// farther off at the target than a whole camera's RMS may be.
+/// Removes outliers; returns the rest. Counts in `gross` those that are farther off at the target
+/// than the RMS limit of a camera.
 Points without_outliers(const Points& measured, const Fit& fit, const CalibOptions& options,
                         CameraReport& report, std::size_t& gross) {
   const Camera& camera = fit.refinement.camera;

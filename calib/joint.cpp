@@ -157,7 +157,7 @@ std::string exchanged_views(const JointModel& all, const JointModel& started) {
       std::vector<std::string> sets;
       for (auto& [set, as_named] : bad) {
         if (!set.has(a) || !set.has(b)) continue;
-        // The better of two bad explanations is none: require a factor of 4, as for an odd camera.
+        // Requires a factor of 4, as for an odd camera: the better of two bad explanations is none.
         const double limit = std::min(contradicting_part, as_named / 4);
         if (set.contradiction(a, b, limit) < limit) sets.push_back(set.name());
       }
@@ -173,7 +173,7 @@ std::string exchanged_views(const JointModel& all, const JointModel& started) {
 
 /// Reason why the labels of a target with half-turn symmetry are not confirmed: a picture agrees
 /// with another one of its set only with rotated labels, or a camera is connected to the others by
-/// a single common view, which agrees either way. Empty if they are confirmed.
+/// a single common view that agrees either way. Empty if they are confirmed.
 std::string unconfirmed_labels(const Target& target, const JointModel& all,
                                const JointModel& started) {
   if (!is_ambiguous(target)) return {};
@@ -495,7 +495,7 @@ double largest_eccentricity(const JointModel& model) {
 /// halve the held-out error.
 constexpr std::size_t kViewsOfABoard = 6, kViewsOfASureBoard = 8;
 
-/// Chooses board and lens by held-out error, without the views and points that are outliers of the
+/// Selects board and lens by held-out error, without the views and points that are outliers of the
 /// richest fit, and puts the tables into the report. Returns the start of the fit.
 JointModel chosen(const JointModel& first, JointFit& fit, const JointCleaning& cleaning,
                   const JointOptions& options, JointReport& report) {
@@ -555,7 +555,7 @@ JointModel chosen(const JointModel& first, JointFit& fit, const JointCleaning& c
   return start;
 }
 
-/// Describes the target pose that would most reduce the calibration's share in a point's error.
+/// Describes the target pose that most reduces the calibration's contribution to a point's error.
 std::string next_view(const Calibration& calibration, const JointModel& model,
                       const JointReport& report) {
   constexpr int kPlacesPerSide = 2;
@@ -598,7 +598,7 @@ double chi2_per_dof(const JointSolution& solution, const JointFit& fit) {
 
 StatedFit with_uncertainty(JointSolution solution, const JointFit& fit) {
   StatedFit out;
-  // With enough views for free points, residuals show the points' noise better than a statement.
+  // With enough views for free points, residuals show the points' noise better than a stated value.
   const double noise = chi2_per_dof(solution, fit);
   out.scatter = scatter_of_views(solution.model, fit,
                                  fit.board == BoardKind::free ? noise : std::max(1.0, noise));
@@ -607,7 +607,7 @@ StatedFit with_uncertainty(JointSolution solution, const JointFit& fit) {
   return out;
 }
 
-/// Covariance from the scatter of the views and the uncertain choice of lens and board: averages
+/// Covariance from the scatter of the views and the uncertain selection of lens and board: averages
 /// the covariances and differences of the other fits, weighted by the probability that other views
 /// would select them (Buckland, Burnham and Augustin 1997).
 StatedFit with_choices(const JointSolution& solution, const JointFit& fit,
@@ -645,7 +645,7 @@ StatedFit with_choices(const JointSolution& solution, const JointFit& fit,
           shares[i] * (other.covariance.board_sd.cwiseAbs2() - own_board + board_apart.cwiseAbs2());
     }
   }
-  // The probabilities of two tables may exceed 1 together: no part is taken away.
+  // The probabilities of two tables may exceed 1 together; the part is then 0, not negative.
   chosen.covariance.target = std::max(0.0, own_share) * own_target + of_others;
   chosen.covariance.board_sd = board.cwiseMax(0).cwiseSqrt();
   return chosen;
@@ -703,8 +703,8 @@ void take_lengths(JointModel& model, const Target& target) {
                              known.length_m / units::mm, known.standard_uncertainty_m / units::mm});
 }
 
-/// Removes views that are outliers as a whole, and fits again. Does nothing if they are no
-/// minority: a camera or stage that moved must be named by the verdict instead.
+/// Removes views that are outliers as a whole, and fits again. Does nothing unless they are a
+/// minority: the verdict must instead name a camera or stage that moved.
 void drop_views(JointSolution& solution, const JointFit& fit, const JointCleaning& cleaning,
                 std::vector<std::string>& rejected) {
   JointModel& model = solution.model;
@@ -911,7 +911,7 @@ JointResult calibrate_joint(const Detections& detections, const Rig& rig, const 
     result.calibration.warnings.push_back(unchecked);
   }
   std::string exchanged = exchanged_views(all, model);
-  // Exchanged cameras on opposite sides look as one whose labels are turned does.
+  // Exchanged cameras on opposite sides look like one with rotated labels.
   if (!exchanged.empty() && !unconfirmed.empty()) exchanged += "; or " + unconfirmed;
   if (!exchanged.empty()) {
     result.report.status =

@@ -29,7 +29,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Runs `work(i)` for each image, in parallel, and reports the file that it returns; calls of the
+/// Runs `work(i)` for each image in parallel and reports the file that it returns; calls of the
 /// callback do not overlap.
 template <class Work>
 void for_each_image(std::size_t count, const CaptureOptions& options, const Work& work) {
@@ -123,7 +123,7 @@ std::optional<Recording> recording_in(const fs::path& folder) {
   return read_recording(folder);
 }
 
-/// Images of a recording never change: importing again may add sets but not replace an image.
+/// Refuses changed images: importing again may add sets but not replace an image.
 void require_nothing_replaced(const Recording& existing, const std::vector<Picture>& pictures) {
   std::map<std::string, std::string> sha256_of_file;
   for (const Picture& picture : pictures)
@@ -217,7 +217,7 @@ std::map<std::string, Details> all_details(const fs::path& folder, const FolderL
   return all;
 }
 
-/// Copies notes into a set; a manifest knows more: about the whole burst, and later verdicts.
+/// Copies notes into a set. A manifest knows more: the whole burst, and later verdicts.
 void note(const Details& details, FrameSet& set) {
   set.details_sha256 = details.sha256;
   set.motion_px = details.motion_px;
@@ -241,9 +241,9 @@ void require_not_inside(const fs::path& folder, const fs::path& recording_folder
       "give a folder outside, or the imported folder itself to add only the manifest");
 }
 
-/// Restores what was noted about a set's pictures: why one of them is not a valid measurement, the
-/// times of its frames and, if all come from one set, that set's motion. The details are a separate
-/// file. Returns true if all pictures come from one set.
+/// Restores the notes of a set's pictures: why one of them is no valid measurement, the times of
+/// its frames and, if all come from one set, that set's motion. The details are a separate file.
+/// Returns true if all pictures come from one set.
 bool keep_notes(const FrameSet& before, bool in_place, FrameSet& set) {
   bool all = true;
   for (RecordedFrame& frame : set.frames) {
@@ -264,7 +264,7 @@ bool keep_notes(const FrameSet& before, bool in_place, FrameSet& set) {
   return true;
 }
 
-/// Restores notes for each set; a folder may since have been renamed or gained a picture.
+/// Restores notes for each set; a folder may have been renamed or gained a picture since.
 void keep_notes_of(const Recording& before, bool in_place, Recording& recording) {
   if (in_place) recording.source = before.source;
   if (!recording.recorded_on) recording.recorded_on = before.recorded_on;

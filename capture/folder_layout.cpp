@@ -124,7 +124,7 @@ FrameSet read_set(const fs::path& folder, const std::string& set,
   return layout;
 }
 
-/// Reads pictures whose sets and cameras their folders and names tell.
+/// Reads pictures with set and camera from their folders and names.
 FolderLayout read_placed(const fs::path& folder, PictureLayout form) {
   FolderLayout layout;
   const auto order = [](const std::string& a, const std::string& b) { return natural_less(a, b); };
@@ -149,7 +149,7 @@ FolderLayout read_placed(const fs::path& folder, PictureLayout form) {
   return layout;
 }
 
-/// Proposes the layout that folders and names show if it is not that of sets; else empty.
+/// Proposes the layout that fits folders and names; empty for that of sets.
 std::string proposal(const fs::path& folder) {
   const PictureLayout found = layout_found(folder);
   if (found == PictureLayout::sets) return {};
@@ -161,7 +161,7 @@ std::string proposal(const fs::path& folder) {
                        layout.sets.size(), first == last ? "" : "s",
                        first == last ? first : first + " to " + last, fmt::join(cameras, ", "),
                        name_of(found));
-  } catch (const Error&) {  // names that show nothing propose nothing
+  } catch (const Error&) {  // no layout fits these names
     return {};
   }
 }

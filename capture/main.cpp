@@ -608,14 +608,14 @@ class SessionDesk {
   std::size_t stored = 0, refused = 0;
 };
 
-/// Runs a session: cameras stay open, and Enter takes the next set of the rig's list. The
-/// leader, a person or the console, writes lines to standard input (the name of a set;
-/// empty: next of the rig; `r`: retake the last one; `r NAME`: retake that one, the earlier
-/// take is kept as NAME.take1; `u NAME`: undo that, the retake is kept as NAME.take2;
-/// `exposure_us 3000 CAMERA` or `gain_db 2 CAMERA`: valid to the end; `q` or end of input: end)
-/// and reads from standard error: `next: ...` when a line is expected, `GO: NAME stored` or
-/// `GO: NAME restored` once the set is in recording.json, `GO: CAMERA has exposure_us = ...`,
-/// `NO-GO: reason; to do: ...`, and a line for each camera that is lost or back.
+/// Runs a session: cameras stay open, and Enter takes the next set of the rig's list. The leader, a
+/// person or the console, writes lines to standard input: the name of a set; empty: next of the
+/// rig; `r`: retake the last one; `r NAME`: retake that one (the earlier take is kept as
+/// NAME.take1); `u NAME`: undo that (the retake is kept as NAME.take2); `exposure_us 3000 CAMERA`
+/// or `gain_db 2 CAMERA`: valid to the end; `q` or end of input: end. It reads from standard error:
+/// `next: ...` when a line is expected, `GO: NAME stored` or `GO: NAME restored` once the set is in
+/// recording.json, `GO: CAMERA has exposure_us = ...`, `NO-GO: reason; to do: ...`, and a line for
+/// each camera that is lost or back.
 int run_session(const CaptureCommand& command, std::vector<std::string> arguments,
                 const CommonOptions& common) {
   RunRecord record("drape-capture", std::move(arguments));

@@ -21,7 +21,7 @@ void row_and_col(Fields& f, MarkId& mark) {
   f({"col", "mark along the weft", 1, 0}, mark.col);
 }
 
-/// Requires one move per mark of each counted rest; `known` is the number of marks in the band.
+/// Requires one move per mark of each counted equilibrium; `known`: number of marks in the band.
 void require_moves(Fields& f, const std::vector<OtherRest>& rests, std::size_t known) {
   for (const OtherRest& rest : rests)
     f.rule(!rest.moves_m || rest.moves_m->size() == known, "marks",

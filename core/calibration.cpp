@@ -20,7 +20,7 @@ using units::um;
 
 constexpr double kPerMm2 = 1 / (mm * mm);
 
-/// A covariance has a row and a column of each named parameter.
+/// Requires a row and a column of each named parameter in a covariance.
 void check_covariance(Fields& f, std::string_view field, std::string_view names_field,
                       const std::vector<std::string>& names, const Eigen::MatrixXd& matrix) {
   const auto parameters = static_cast<Eigen::Index>(names.size());
@@ -31,7 +31,7 @@ void check_covariance(Fields& f, std::string_view field, std::string_view names_
          make_again);
 }
 
-/// Takes a matrix that may be left out.
+/// Describes an optional matrix.
 void matrix_if_any(Fields& f, const Field& field, Eigen::MatrixXd& matrix) {
   std::optional<Eigen::MatrixXd> found;
   if (matrix.size() > 0) found = matrix;

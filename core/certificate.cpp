@@ -15,7 +15,7 @@ constexpr double kMicro = 1e-6;
 
 constexpr std::string_view kCloths[] = {"triangles", "grid"};
 
-/// Options of a certificate, which form a table of their own in the file.
+/// Options of a certificate, in a table of their own in the file.
 struct CertificateOptions {
   Certificate& of;
 };

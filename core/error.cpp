@@ -20,8 +20,8 @@ std::string quotable(const std::string& text) {
   return text.substr(0, end) + "...";
 }
 
-/// Cuts each quotation between two backquotes; file, line and remedy of an Error stay whole. An
-/// unpaired one begins a quotation up to the end.
+/// Shortens each quotation between two backquotes; file, line and remedy of an Error stay whole. An
+/// unpaired backquote begins a quotation up to the end.
 std::string with_short_quotations(const std::string& text) {
   std::string result;
   for (std::size_t at = 0; at < text.size();) {

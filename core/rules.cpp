@@ -21,7 +21,7 @@ namespace {
 using Eigen::Vector2d;
 using units::mm;
 
-/// Collects the faults of one document.
+/// Collects the errors of one document.
 struct FaultList {
   const Document& document;
   std::vector<Error> faults = {};
@@ -86,7 +86,7 @@ void check_mesh(const Scene& scene, std::size_t i, FaultList& list) {
         "is the mesh y up? its z must point up; else correct origin_mm");
 }
 
-/// Refuses an uncertainty as wide as the object: no check could contradict any position then.
+/// Refuses an uncertainty as wide as the object: no check could then contradict any position.
 void check_uncertainty(const Scene& scene, std::size_t i, FaultList& list) {
   const double width_m = width_of(scene.obstacles[i]);
   if (!(width_m > 0)) return;
@@ -126,7 +126,7 @@ void check_uncertainty(const Scene& scene, std::size_t i, FaultList& list) {
 }
 
 void check_clamps(const Scene& scene, const Print& print, FaultList& list) {
-  constexpr double kMostStretch = 0.03;  // cloth tears or slips out of the clamp soon above this
+  constexpr double kMostStretch = 0.03;  // soon above this, cloth tears or slips out of the clamp
   constexpr double kWritten_m = 1e-6;
   for (std::size_t i = 0; i < scene.clamps.size(); ++i) {
     const Clamp& clamp = scene.clamps[i];
@@ -149,7 +149,7 @@ void check_clamps(const Scene& scene, const Print& print, FaultList& list) {
 }
 
 /// Refuses two pins that are farther apart in space than the cloth between them can reach: at most
-/// the path along the threads, |dwarp| + |dweft|, which fully sheared cloth attains.
+/// the path along the threads, |dwarp| + |dweft|, attained by fully sheared cloth.
 void check_pins_apart(const Scene& scene, const Print& print, FaultList& list) {
   constexpr double kMostStretch = 0.03;  // as for a clamped edge
   constexpr double kWritten_m = 1e-3;    // rounding of two positions given in whole millimetres
@@ -259,7 +259,7 @@ std::vector<Error> faults_of(const Scene& scene) {
       list.add(fmt::format("object.{}.kind", i),
                fmt::format("object {} is object {} once more", i + 1, other->second + 1),
                "remove one of the two");
-    // Where a real drape is compared, the turn of a box is measured; it must not default to 0.
+    // A box under a measured drape needs its measured rotation; it must not default to 0.
     if (!scene.set.empty() && std::holds_alternative<Box>(scene.obstacles[i]) &&
         object.find("yaw_deg") == nullptr)
       list.add(fmt::format("object.{}.kind", i), "`yaw_deg` of a box is missing",

@@ -424,7 +424,7 @@ std::string ending_text(const RunReport& report, const std::string& first,
     const std::string said =
         fmt::format("  {}: {}", note->severity == Severity::stops ? "also" : "warning",
                     times == 1 ? note->text : fmt::format("{} x {}", times, note->kind));
-    // A remedy is printed completely; an informative note can be shortened.
+    // A remedy is printed completely; an informative note may be shortened.
     note->severity == Severity::informs ? line(said) : void(text += said + "\n");
   }
   for (const ReportedTable& group : report.virtual_groups) text += "\n" + text_of(group.table);

@@ -31,7 +31,7 @@ constexpr Field place(std::string_view name, std::string_view meaning) {
           "places are in mm from the target's middle"};
 }
 
-/// Limits the longest side of an object to what a bench can carry and what still shapes a cloth.
+/// Limits the longest edge of an object to what fits a bench and still shapes a cloth.
 void limit_size(Fields& f, std::string_view field, double longest_m) {
   if (!f.reads()) return;
   f.rule(longest_m / mm >= kLeastObject_mm && longest_m / mm <= kMostObject_mm, field,

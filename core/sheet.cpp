@@ -60,8 +60,8 @@ std::string ply_text(const Sheet& sheet) {
 }
 
 /// Checks that the vertices of the PLY are the marks of the JSON, by row and column if the file has
-/// them, else in order; otherwise one of the two files was swapped. Other writers may have rounded
-/// to single precision, which keeps 0.06 um of a metre.
+/// them, else in order; otherwise one of the two files was swapped. Other programs may have rounded
+/// to single precision, 0.06 um in a metre.
 void check_ply(const std::filesystem::path& ply, const Sheet& sheet) {
   constexpr double kSame_m = 1e-6;
   const MeshFile mesh = read_mesh_file(ply, true);
@@ -204,7 +204,7 @@ void fields(Fields& f, Sheet& sheet) {
 }
 
 void write_sheet(const std::filesystem::path& file, const Sheet& sheet) {
-  // The PLY must hold exactly the values that a reader of the JSON will compute.
+  // The PLY must hold exactly the values that a reader of the JSON computes.
   Sheet rounded = sheet;
   for (SheetMark& mark : rounded.marks) mark.point_in_world = (mark.point_in_world / mm) * mm;
   write_durable(with_extension(file, ".ply"), ply_text(rounded));

@@ -38,8 +38,8 @@ cv::Point at(const Eigen::Vector2d& px) {
   return {static_cast<int>(std::lround(px.x())), static_cast<int>(std::lround(px.y()))};
 }
 
-/// Draws captions that do not overlap: each is put at the first free place around its point, with a
-/// line to the point if that is far away; if no place is free, beside the point.
+/// Draws captions that do not overlap: each at the first free position around its point, with a
+/// line to the point if that is far away; if no position is free, beside the point.
 class Captions {
  public:
   explicit Captions(cv::Mat& picture) : picture_(picture) {}
@@ -60,7 +60,7 @@ class Captions {
     const cv::Point middle(place.x + place.width / 2, place.y + place.height / 2);
     const int far = std::abs(middle.y - point.y);
     if (far > 2 * place.height) cv::line(picture_, point, middle, colour, 1, cv::LINE_AA);
-    // A dark outline keeps the letters readable on cloth and table.
+    // A dark outline keeps the letters legible on cloth and table.
     cv::putText(picture_, text, start, cv::FONT_HERSHEY_SIMPLEX, scale, cv::Scalar(0, 0, 0), 3,
                 cv::LINE_AA);
     cv::putText(picture_, text, start, cv::FONT_HERSHEY_SIMPLEX, scale, colour, 1, cv::LINE_AA);
@@ -156,7 +156,7 @@ constexpr int kStride = 3;           ///< distance of sampled lines; a picture h
 constexpr double kPart = 0.5;        ///< fraction of the others' marks, brightness or sharpness
 constexpr std::size_t kFewTags = 3;  ///< number of tags that cannot be chance detections
 constexpr double kLeastLight = 16;   ///< grey level below which 4 of 8 bits are unused
-constexpr double kSaturated = 0.02;  ///< more than highlights: part of the cloth is saturated
+constexpr double kSaturated = 0.02;  ///< larger than highlights: part of the cloth is saturated
 
 constexpr double kSteps = 257;  ///< per grey level: exact for 8 and 16 bits
 
@@ -170,7 +170,7 @@ std::string range_of(const std::vector<TagDetection>& tags) {
   return fmt::format("{} to {}", least->id, most->id);
 }
 
-/// As why_no_mark(), for a print that is labelled by its dots alone.
+/// Same as why_no_mark(), for a print that is labelled by its dots alone.
 std::string why_no_plate(const GreyImage& image, const PrintPlane& plane, const FrameLimits& limits,
                          const std::string& file) {
   constexpr std::size_t kFewDots = 9;
@@ -197,7 +197,7 @@ std::string why_no_plate(const GreyImage& image, const PrintPlane& plane, const 
 constexpr double kNearer = 1.2;         ///< largest ratio of scales between two tags
 constexpr double kTurned_cos = 0.5;     ///< 60 degrees
 constexpr std::size_t kLeastTags = 2;   ///< least number of contradicting tags: one may be misread
-constexpr std::size_t kLeastPart = 10;  ///< smallest fraction of contradicting tags: one in so many
+constexpr std::size_t kLeastPart = 10;  ///< smallest share of contradicting tags: one in so many
 
 struct TagMap {
   Eigen::Vector2d centre_px;
@@ -361,8 +361,8 @@ void add_to_report(const FrameDetections& frame, bool has_tags, DetectReport& re
     report.warnings.push_back(name + ": no tag of the print was recognised");
 }
 
-/// Makes a picture without marks NO-GO. In a free pose of the target, which not every camera needs
-/// to see, it only means one view less, unless no picture at all shows a mark.
+/// Makes a picture without marks NO-GO. In a free pose not every camera needs to see the target: a
+/// picture then only means one view less, unless none shows a mark.
 void judge_empty_frames(const Rig& rig, Surface surface, DetectResult& result) {
   for (const FrameDetections& frame : result.detections.frames) {
     if (!frame.detections.empty()) continue;
@@ -398,7 +398,7 @@ void withdraw_labels(FrameDetections& frame) {
   frame.detections.clear();
 }
 
-/// Kind of a target that looks the same after half a turn; empty for any other.
+/// Kind of a target with half-turn symmetry; empty for any other.
 std::string twin_of(const Surroundings& surface) {
   if (surface.board) return is_ambiguous(*surface.board) ? "chessboard" : "";
   return surface.plane.tags.empty() && !surface.plane.classes ? "dot grid" : "";
@@ -438,7 +438,7 @@ void look_for_other_border(const Recording& recording, const std::vector<Job>& j
 }
 
 /// Examines the first picture whose dots have no labels, apart from a few chance ones, to find
-/// which print it shows; the answer is taken to hold for all such pictures.
+/// which print it shows; the answer holds for all such pictures.
 void look_for_other_print(const Recording& recording, const std::vector<Job>& jobs,
                           const Surroundings& surface, const DetectOptions& options,
                           DetectResult& result) {
@@ -543,7 +543,7 @@ std::string why_no_mark(const GreyImage& image, const PrintPlane& plane, const F
   std::string best_family = plane.tag_family;
   std::vector<TagDetection> best = own;
   for (const std::string& family : TagFamily::names()) {
-    // tag16h5 has only 16 bits, which are found in tags of any family, so it proves nothing.
+    // tag16h5 has only 16 bits and is found in tags of any family, so it is no evidence.
     if (family == plane.tag_family || family == "tag16h5") continue;
     std::vector<TagDetection> found = TagFinder(family).find_all(image, kNoise);
     if (found.size() < kFewTags || found.size() <= best.size()) continue;

@@ -285,7 +285,7 @@ std::vector<DotLabel> label_by_outline(const PrintPlane& plane,
                                        std::vector<LatticePiece>& pieces) {
   std::vector<DotLabel> labels(dots.size());
   for (DotLabel& label : labels) label.reason = "no label: the print's outline is not in view";
-  // On cloth, cameras from different sides would each pick a different corner as the first.
+  // On cloth, cameras from different sides would each take a different corner as the first.
   if (pieces.empty() || !plane.stiff) return labels;
   const auto whole = place_whole_piece(plane, dots, pieces.front());
   if (!whole) return labels;
@@ -329,8 +329,8 @@ void label_by_classes(const PrintPlane& plane, const std::vector<UnlabelledDot>&
   });
 }
 
-/// Extends the largest piece over the plane of a stiff print; dots of other pieces that it reaches
-/// are moved to it.
+/// Extends the largest piece over the plane of a stiff print; moves dots of other pieces that it
+/// reaches to it.
 void join_flat_pieces(const PrintPlane& plane, const std::vector<UnlabelledDot>& dots,
                       std::vector<LatticePiece>& pieces) {
   fill_flat_piece(plane, dots, pieces.front());

@@ -124,7 +124,7 @@ bool faces(const std::vector<Vector3d>& to_cameras, const Vector3d& normal) {
 /// Typical curvature of folds in draped cloth, for use where it is unknown.
 constexpr double kUnknownPerM = 40;
 constexpr std::size_t kLeastLines = 20;  // determines an RMS to within a sixth
-constexpr double kUnknownTiltRad = 0.3;  // tilt of a mark without a normal from its ellipses
+constexpr double kUnknownTiltRad = 0.3;  // assumed tilt (1 sigma) if the ellipses give no normal
 
 /// Offset of one neighbour from the tangent plane. Lengths are measured along the cloth.
 struct Arm {

@@ -354,7 +354,7 @@ int object_command(int argc, char** argv) {
     if (given.scene_out) {
       write_durable(*given.scene_out, measured_scene(given.scene, index + 1, values,
                                                      fs::absolute(*given.scene_out).parent_path()));
-      // Reads the new scene, which was edited line by line, to detect an unexpected layout.
+      // Reads the new scene, edited line by line, to detect an unexpected layout.
       static_cast<void>(read_scene(*given.scene_out));
     }
     record.option("set", given.set);

@@ -27,12 +27,12 @@ using units::mm;
 namespace {
 
 constexpr std::size_t kMostPoints = 5'000'000;
-constexpr std::size_t kMostBytes = std::size_t{1} << 30;  ///< of one array once it is uncompressed
+constexpr std::size_t kMostBytes = std::size_t{1} << 30;  ///< limit of one uncompressed array
 
 /// A table with named columns of numbers; a number that is not finite marks a failed point.
 using Table = std::map<std::string, std::vector<double>>;
 
-/// The first `wanted` bytes of base64, of which `used` characters were read.
+/// Decodes the first `wanted` bytes of base64; sets the number of characters `used`.
 std::string from_base64(std::string_view text, std::size_t wanted, std::size_t& used) {
   constexpr std::string_view kDigits =
       "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
@@ -51,7 +51,7 @@ std::string from_base64(std::string_view text, std::size_t wanted, std::size_t& 
 class Vtu {
  public:
   explicit Vtu(const fs::path& file) : file_(file), text_(read_text(file)) {
-    // Raw bytes would end the XML: what lies behind the underscore is cut off before it is parsed.
+    // Raw bytes are not valid XML: cuts off the data after the underscore before parsing.
     const std::size_t open = text_.find("<AppendedData");
     std::string head = text_.substr(0, open);
     if (open != std::string::npos) {
@@ -118,7 +118,7 @@ class Vtu {
     return value;
   }
 
-  /// Bytes of an array behind its header; `text` is base64 unless `raw`.
+  /// Bytes of an array after its header; `text` is base64 unless `raw`.
   [[nodiscard]] std::string bytes_of(std::string_view text, bool raw) const {
     const std::size_t width = wide_ ? 8 : 4;
     const auto take = [&](std::size_t count, std::size_t& used) {
@@ -220,9 +220,9 @@ class Vtu {
   bool raw_ = false, big_endian_ = false, wide_ = false, compressed_ = false;
 };
 
-constexpr double kAtMark_m = 1e-6;       ///< a point so near to a mark on the cloth is the mark
-constexpr double kReach = 3;             ///< spacings around a mark whose points are fitted
-constexpr std::size_t kLeastPoints = 8;  ///< of a quadratic surface with six coefficients
+constexpr double kAtMark_m = 1e-6;       ///< largest distance of a point that counts as the mark
+constexpr double kReach = 3;             ///< radius of the fit around a mark, in spacings
+constexpr std::size_t kLeastPoints = 8;  ///< for the six coefficients of a quadratic surface
 constexpr double kMostDeviations = 3;
 
 Table table_of_csv(const fs::path& file) {
@@ -239,14 +239,14 @@ Table table_of_csv(const fs::path& file) {
   return table;
 }
 
-/// Columns as DICe and pyALDIC-3D name them.
+/// Names of the columns in files of DICe and pyALDIC-3D.
 PointColumns known_columns(const Table& table, const fs::path& file, std::string& instrument) {
   const std::pair<const char*, PointColumns> known[] = {
       {"DICe",
        {"MODEL_COORDINATES_X", "MODEL_COORDINATES_Y", "MODEL_COORDINATES_Z", "MODEL_DISPLACEMENT_X",
         "MODEL_DISPLACEMENT_Y", "MODEL_DISPLACEMENT_Z", "warp_mm", "weft_mm", "sigma_mm",
         "STATUS_FLAG"}},
-      // A subset that failed has a deviation of -1 px.
+      // A failed subset has a deviation of -1 px.
       {"DICe",
        {"MODEL_COORDINATES_X", "MODEL_COORDINATES_Y", "MODEL_COORDINATES_Z", "MODEL_DISPLACEMENT_X",
         "MODEL_DISPLACEMENT_Y", "MODEL_DISPLACEMENT_Z", "warp_mm", "weft_mm", "sigma_mm", "SIGMA"}},
@@ -273,13 +273,13 @@ const std::vector<double>& column_of(const Table& table, const std::string& name
                   fmt::format("there are: {}", fmt::join(std::views::keys(table), ", ")));
 }
 
-/// Rigid motion that takes the first points to the second ones, its RMS and the covariance of a
-/// moved point.
+/// Rigid motion that maps the first points to the second ones, with its RMS and the covariance of a
+/// mapped point.
 struct Fit {
   Pose<void, void> motion;
   double rms_m = 0;
   double u_m = 0;             ///< standard uncertainty of one named point
-  Vector3d centre;            ///< of the points it goes to
+  Vector3d centre;            ///< centroid of the target points
   Eigen::Matrix3d turn_rad2;  ///< covariance of the rotation vector
   std::size_t count = 0;
 
@@ -293,7 +293,7 @@ struct Fit {
   }
 };
 
-/// The fit of the points that `place_of` places; nullopt if it places none.
+/// Fits the points with a position by `place_of`; nullopt if there are none.
 std::optional<Fit> fit_of(
     const PointsDescription& description, const std::string& what,
     const std::function<std::optional<Vector3d>(const NamedPoint&)>& place_of) {
@@ -328,7 +328,7 @@ std::optional<Fit> fit_of(
     inertia += r.squaredNorm() * Eigen::Matrix3d::Identity() - r * r.transpose();
   }
   fit.rms_m = std::sqrt(fit.rms_m);
-  // Three axes: a length of sqrt(3) deviations is usual.
+  // In three axes, a length of sqrt(3) deviations is usual.
   if (worst > kMostDeviations * std::sqrt(3.0))
     throw bad_input(
         fmt::format("the points that name {} contradict each other: RMS {:.3g} mm, point {} is "
@@ -340,7 +340,7 @@ std::optional<Fit> fit_of(
   return fit;
 }
 
-/// Material coordinates by named points, through the plane in which the cloth lay flat.
+/// Sets material coordinates by named points, through the plane of the flat cloth.
 void lay_out(Cloud& cloud, const PointsDescription& description, PointsReport& report) {
   const auto fit =
       fit_of(description, "the cloth", [](const NamedPoint& point) -> std::optional<Vector3d> {
@@ -376,8 +376,8 @@ double spacing_of(const Cloud& cloud) {
   return std::sqrt(area / static_cast<double>(cloud.material_m.size()));
 }
 
-/// Place of a material point on the quadratic surface through the points around it; nothing where
-/// they do not surround it.
+/// Position of a material point on the quadratic surface through the points around it; nullopt
+/// where they do not surround it.
 std::optional<Vector3d> fitted_at(const Cloud& cloud, const Vector2d& at, double reach_m) {
   std::vector<std::size_t> near;
   std::array<bool, 4> quadrants{};

@@ -65,7 +65,7 @@ MatrixXd calibration_covariance(const Calibration& calibration) {
 }
 
 /// Removes the print's scale from the covariance: the plate that calibrated the rig measures itself
-/// in units of its own size, whether that is right or wrong.
+/// in units of its own size, right or wrong.
 MatrixXd without_print_scale(MatrixXd covariance, const Calibration& calibration, double scale) {
   if (covariance.size() == 0 || !(scale > 0)) return covariance;
   Eigen::VectorXd growth = Eigen::VectorXd::Zero(covariance.rows());
@@ -108,7 +108,7 @@ void check_repeats(const AcceptanceInput& input) {
   }
 }
 
-/// Residual, in stated standard deviations, beyond which a point is not noise; cameras that moved
+/// Residual, in stated standard deviations, beyond which a point is an outlier; cameras that moved
 /// slightly are detected elsewhere.
 constexpr double kGross = 10;
 constexpr std::size_t kSetsTried = 3;
@@ -209,7 +209,7 @@ std::vector<Mistake> mistakes(const Calibration& calibration, const MarkLattice&
   return list;
 }
 
-/// True if the cameras see the unprinted side in most positions.
+/// True if the cameras see the unprinted face in most positions.
 bool seen_from_behind(const Calibration& calibration, const std::vector<Position>& positions) {
   std::size_t behind = 0;
   for (const Position& position : positions) {

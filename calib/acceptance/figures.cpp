@@ -263,8 +263,8 @@ Sum sum_of(const std::vector<Evidence>& all, const Unknowns& unknowns, double va
   return sum;
 }
 
-/// Ratio of the detections' variance to the stated one, from residuals besides all changes, and
-/// from the scatter between positions, since errors within one view are correlated.
+/// Ratio of the detections' variance to the stated one: from residuals after all changes, and from
+/// the scatter between positions, since errors within one view are correlated.
 struct Variance {
   double points = 1, positions = 1;
 };
@@ -456,7 +456,7 @@ void keep_worst(AcceptanceFigure& figure, double value, const std::string& where
   figure.where = where;
 }
 
-/// Projects errors along each point's direction (rows) onto the complement of `shapes`.
+/// Projects errors along the points' directions (rows) onto the orthogonal complement of `shapes`.
 MatrixXd beside(const MatrixXd& along, const MatrixXd& shapes) {
   return along - shapes * least_squares(shapes, along);
 }

@@ -87,7 +87,7 @@ MoreParameters fit_more(const ViewsInformation& given, Index count) {
   return out;
 }
 
-/// A bias of fewer stated standard deviations is covered by the stated interval.
+/// A bias below this many stated standard deviations is covered by the stated interval.
 constexpr double kHarmSigmas = 3;
 constexpr double kNowhere = std::numeric_limits<double>::infinity();
 
@@ -184,7 +184,7 @@ std::string fisheye(const JointModel& model, std::size_t index) {
   // One camera's parallel views may not determine a lens that all cameras together do.
   double brown = miss_together(model, index);
   if (brown > 2 * kRayleighMedian) brown = std::min(brown, typical_miss(model, index));
-  // If cameras contradict each other, the board seen by all of them is unreliable too.
+  // If cameras contradict each other, the board fitted to all of them is unreliable too.
   if (JointModel drawn = model; brown > 2 * kRayleighMedian) {
     drawn.board.edge_rise_mm.setZero();
     brown = std::min(brown, typical_miss(std::move(drawn), index));
@@ -236,10 +236,10 @@ std::string missing_term(const JointModel& model, const JointFit& fit, const Vie
       model.cameras[index].camera.name, moved_px, sigmas, std::atan(reach) / units::deg, kRemedy);
 }
 
-/// Names the camera whose lens is too wide for Brown's model at some picture size; empty if there
-/// is none. Two tests: an equidistant fisheye lens combined with Brown's terms fits the camera's
-/// own views with residuals below 1/sqrt(2) (half the squares), or a further radial term changes
-/// the focal length by more than three stated standard deviations, judged by the views' scatter.
+/// Names the first camera whose lens is too wide for Brown's model; empty if there is none. Two
+/// tests: an equidistant fisheye lens combined with Brown's terms fits the camera's own views with
+/// residuals below 1/sqrt(2) (half the squares), or a further radial term changes the focal length
+/// by more than three stated standard deviations, judged by the views' scatter.
 std::string wide_lens(const JointModel& model, JointFit fit) {
   fit.lens = LensTerms::k1_k2_p1_p2_k3;
   const ViewScatter scatter = scatter_of_views(model, fit, 1);
@@ -508,8 +508,8 @@ Effect effect_of(const JointModel& model, std::size_t camera, const Vector6d& st
   return {std::sqrt(sum.px / points), std::sqrt(sum.m / points)};
 }
 
-/// Finds a camera that moved between two views: the change must exceed what other orders of the
-/// views show, as a single bad view would cause; tested by Fisher's F and by permutation.
+/// Finds a camera that moved between two views. The change must exceed that between other divisions
+/// of the views, such as a single bad view would cause; tested by Fisher's F and by permutation.
 std::optional<Change> find_change(const JointModel& model, const JointFit& fit,
                                   const ViewsInformation& views, const VectorXd& step,
                                   const Causes& causes, std::size_t& last) {
@@ -543,7 +543,7 @@ std::optional<Change> find_change(const JointModel& model, const JointFit& fit,
 }
 
 /// Confirms a camera motion after the placement `last` with all other parameters fitted too; the
-/// votes, which fix them, may blame a neighbour for a small motion. nullopt for too few views.
+/// votes hold these fixed and may blame a neighbour for a small motion. nullopt for too few views.
 std::optional<Change> moved_camera(const JointModel& model, const JointFit& fit, Change change,
                                    std::size_t last) {
   double most = 0;
@@ -663,7 +663,7 @@ void compare_alone_with_together(const JointModel& model, const JointFit& fit, C
   }
   const double apart_px = std::sqrt((together - alone) / static_cast<double>(model.cameras.size()));
   const double alone_px = std::sqrt(alone / static_cast<double>(model.cameras.size()));
-  // Free points absorb errors of the corners that repeat from view to view, which reduces the
+  // Free points absorb errors of the corners that repeat from view to view, and so reduce the
   // residuals of single cameras.
   const double most = fit.board == BoardKind::free ? std::sqrt(2.0) : 1;
   if (!(apart_px > most * alone_px)) return;

@@ -23,8 +23,8 @@ double nominal_m(const Target& target, const KnownLength& known) {
   return (target.point_in_target(known.to) - target.point_in_target(known.from)).norm();
 }
 
-/// Pictures seen so far. Mark positions that agree to the last digit mean the same picture, however
-/// it was copied or encoded; identical files are the same picture, however it was detected.
+/// Pictures seen so far. Equal mark positions to the last digit mean the same picture in any copy
+/// or encoding; identical files mean the same picture in any detection.
 class Pictures {
  public:
   void add(const PictureSource& source, const std::string& what_to_do) {
@@ -190,7 +190,7 @@ void add_strays(StageCheck& check, const JointModel& model, const std::vector<Fr
   }
 }
 
-/// Finds two stages that lie at each other's heights, which takes precedence over other faults.
+/// Finds two stages with exchanged heights; this takes precedence over other faults.
 void name_exchanged(StageCheck& check, const JointModel& model,
                     const std::vector<FreedStage>& freed) {
   for (const FreedStage& one : freed) {
@@ -316,7 +316,7 @@ std::optional<StageCheck> check_stages(JointModel model, const JointFit& fit,
 std::optional<StageCheck> check_stages(const Camera& camera,
                                        const std::vector<Correspondence>& points, TsaiFree free,
                                        double chi2, double heights_times) {
-  // Pixels that are not square shift two plates relative to each other much like wrong travel.
+  // Non-square pixels shift two plates relative to each other much like wrong travel.
   if (free == TsaiFree::all_but_scale_x) free = TsaiFree::all;
   const MatrixXd inverse = tsai_covariance(camera, points, free);
   if (inverse.size() == 0) return std::nullopt;

@@ -107,7 +107,7 @@ BrownRefit compared(const std::vector<Ray>& rays, const CameraModel& shape, cons
 }
 
 /// Best approximation of a lens model by a Brown lens over the whole image: least squares of the
-/// pixels of common rays. It cannot be exact without k3 or for Tsai's lens (which maps distorted to
+/// pixels of common rays. It is not exact without k3 or for Tsai's lens (which maps distorted to
 /// undistorted); the figures state the difference. Throws Error(bad_input) if the model has rays
 /// for less than half of the image.
 BrownRefit refit_as_brown(const CameraModel& model, BrownTerms terms) {

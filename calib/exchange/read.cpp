@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Reads cameras from other tools' files: keys that change what numbers mean are used or refused.
+// Reads other tools' camera files; uses or refuses every key that changes the meaning of numbers.
 #include <fmt/format.h>
 
 #include <Eigen/Geometry>
@@ -59,7 +59,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-/// Reads the record in a file's values; a key that its description does not name is refused.
+/// Reads the record in a file's values; refuses a key that its description does not name.
 template <class Record>
 Record foreign_record(const std::filesystem::path& file, Value values) {
   Record record{};
@@ -390,7 +390,7 @@ Value storage_value(const fs::path& file) {
     storage.open(text, cv::FileStorage::READ | cv::FileStorage::MEMORY);
     if (storage.isOpened()) return value_of_node(storage.root());
   } catch (const cv::Exception&) {
-    // Parse errors of OpenCV are treated like a file that it cannot open.
+    // A parse error of OpenCV counts as a file that it cannot open.
   }
   refuse_file(file, "OpenCV cannot read the file", "give a file of cv::FileStorage or YAML");
 }

@@ -338,7 +338,7 @@ double off_m(const JointModel& model, const JointFrame& frame, const TargetPoint
 }
 
 /// True if a point is beyond `limit` sigmas and its error at the target is not negligible, however
-/// good the other points are.
+/// small the errors of other points.
 bool is_off(const JointModel& model, const JointFrame& frame, const TargetPoint& point,
             double limit) {
   return distance_sigmas(model, frame, point) > limit && off_m(model, frame, point) > harmless_m;
@@ -659,7 +659,7 @@ VectorXd NormalEquations::step() const {
   }
   // Placements are coupled through the free points only.
   for (Index i = 0; i < all; ++i)
-    if (!(left(i, i) > 0)) left(i, i) = 1;  // not seen in any view
+    if (!(left(i, i) > 0)) left(i, i) = 1;  // not in any view
   const bool apart = layout.points == 0 && lengths == 0;
   const Index size = apart ? layout.common : all;
   const VectorXd unit = left.diagonal().cwiseMax(1e-30).cwiseSqrt().cwiseInverse();

@@ -182,7 +182,7 @@ Where where_of(const JointModel& model, std::size_t frame) {
           .set = model.placements[model.frames[frame].placement].set};
 }
 
-/// Visible side of the target: by camera in most of its views, and by frame.
+/// Visible face of the target: by camera in most of its views, and by frame.
 struct Sides {
   std::vector<bool> mostly_behind, behind;
 
@@ -401,7 +401,7 @@ std::vector<std::size_t> contradicting_views(const JointModel& model, const Pose
   return found;
 }
 
-/// Throws if a camera contradicts the others in most views: the remaining ones are no basis.
+/// Throws if a camera contradicts the others in most views: the remaining views do not suffice.
 void refuse_majority(const JointModel& model, const Poses& poses) {
   std::vector<int> all(model.cameras.size(), 0), kept(model.cameras.size(), 0);
   for (std::size_t f = 0; f < model.frames.size(); ++f) {

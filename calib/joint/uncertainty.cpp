@@ -452,7 +452,7 @@ Drift drift_between(const Calibration& old, const Calibration& now,
   const MatrixXd now_covariance = covariance_of(now, names),
                  old_covariance = covariance_of(old, names);
   const Images seen = images_of(now, names, points, now_covariance);
-  // Aligns the old world with the new one, so that old and new cameras see the points alike.
+  // Aligns the old world with the new one by the old and new images of the points.
   Eigen::Matrix3d turn = Eigen::Matrix3d::Identity();
   Vector3d shift = Vector3d::Zero();
   Images before;

@@ -113,7 +113,7 @@ class PointResidual : public ceres::SizedCostFunction<2, kParameters> {
   Matrix2d whitener_;
 };
 
-/// Silences Ceres, which logs a failed step to stderr even so; its summary reports it too.
+/// Silences Ceres, which logs failed steps to stderr; its summary reports them too.
 [[maybe_unused]] const bool quiet = [] {
   FLAGS_minloglevel = google::GLOG_FATAL;
   return true;
@@ -296,8 +296,8 @@ std::optional<RadialAlignment> align_plane_about_origin(const std::vector<Corres
 using Alignment = std::optional<RadialAlignment>(const std::vector<Correspondence>&,
                                                  const TsaiSensor&);
 
-/// Stage 1 for Ty near 0, by which every unknown is divided: shifts the origin along the camera's
-/// y, solves, and shifts it back.
+/// Stage 1 for Ty near 0, where the division of every unknown by Ty fails: shifts the origin along
+/// the camera's y, solves, and shifts it back.
 std::optional<RadialAlignment> align_off_the_axis(const std::vector<Correspondence>& points,
                                                   const TsaiSensor& sensor, Eigen::Index dimensions,
                                                   Alignment& align) {

@@ -86,9 +86,9 @@ auto attempt(const std::string& doing, const std::string& device, const char* wh
   }
 }
 
-/// GenICam features of one camera by name. Cameras differ in their features and in the names of
-/// these, so first_of() finds the name that this one uses. A feature that the camera refuses throws
-/// Error(device) with the camera's own message.
+/// GenICam features of one camera by name. Cameras differ in features and their names; first_of()
+/// finds the name that this one uses. A feature that the camera refuses throws Error(device) with
+/// the camera's own message.
 class AravisFeatures {
   /// Calls a function of Aravis on the feature.
   template <class Function, class... Values>
@@ -262,7 +262,7 @@ class Configuration : private SettingsWriter {
         [this, feature, unit] { return features_.number(feature) * unit; }};
   }
 
-  /// Stops a stream left by a program that ended; while streaming, the format is locked.
+  /// Stops a stream left by an earlier program; while streaming, the format is locked.
   void end_old_stream() const {
     for (const char* feature : {"AcquisitionStop", "AcquisitionAbort"}) {
       try {
@@ -440,7 +440,7 @@ class AravisCamera final : public CameraDevice {
   ~AravisCamera() override {
     try {
       stop();
-    } catch (const Error&) {  // the camera has gone; there is nothing to stop
+    } catch (const Error&) {  // the camera is gone; there is nothing to stop
     }
   }
 
@@ -482,9 +482,9 @@ class AravisCamera final : public CameraDevice {
       return arv_camera_create_stream(camera_.get(), nullptr, nullptr, error);
     }));
     if (is_gige_) {
-      // Sets the socket buffer here, since Aravis would do so only at the first packet, which is
-      // too late, and leaves it alone there. Resend timeouts are longer than the defaults, with
-      // which a frame is abandoned while its packets are in transit.
+      // Sets the socket buffer here, since Aravis would do so only at the first packet, too late,
+      // and does not touch it there. Resend timeouts are longer than the defaults, which abandon a
+      // frame while its packets are in transit.
       g_object_set(stream_.get(), "socket-buffer", ARV_GV_STREAM_SOCKET_BUFFER_FIXED,
                    "socket-buffer-size", 0, "packet-resend", ARV_GV_STREAM_PACKET_RESEND_ALWAYS,
                    "packet-request-ratio", 1.0, "frame-retention", 400'000U, nullptr);
@@ -574,7 +574,7 @@ class AravisCamera final : public CameraDevice {
     return std::llroundl(static_cast<long double>(ticks) * 1e9L / *tick_hz_);
   }
 
-  /// Chooses the socket: UDP with our own filter if its buffer can hold a frame; else, if this
+  /// Selects the socket: UDP with our own filter if its buffer can hold a frame; else, if this
   /// process may open one, a packet socket, for which Aravis makes a ring of 32 MB.
   void choose_socket(std::vector<SettingReadBack>& read_back) {
     const auto packet = features_.integer_if("ArvGevSCPSPacketSize").value_or(kSmallestPacket);

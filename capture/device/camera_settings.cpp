@@ -20,7 +20,7 @@ struct NumberSetting {
   bool own;              ///< true if set per camera in cameras.toml
   bool positive;         ///< true if it must exceed 0; else 0 is allowed
   double tolerance = 0;  ///< largest relative deviation from the request: step of a sensor
-  /// Remedy if the camera cannot be set to the value.
+  /// Remedy if the camera cannot be set to the requested value.
   const char* otherwise = "leave it out; the value that the camera has is recorded";
 
   [[nodiscard]] std::optional<double> of(const CameraSettings& settings) const {

@@ -47,7 +47,7 @@ class V4l2Device {
   explicit V4l2Device(std::string file) : file_(std::move(file)) {
     descriptor_ = ::open(file_.c_str(), O_RDWR | O_NONBLOCK | O_CLOEXEC);
     if (descriptor_ < 0) return;
-    // libv4l2 would otherwise offer sizes and formats that it converts to itself.
+    // libv4l2 would otherwise offer sizes and formats that it converts itself.
     if (::v4l2_fd_open(descriptor_, V4L2_DISABLE_CONVERSION) >= 0) return;
     ::close(descriptor_);
     descriptor_ = -1;
@@ -202,7 +202,7 @@ class V4l2Camera final : public CameraDevice {
     return queued;
   }
 
-  /// Calls the ioctl with the buffer pointing at its own planes, which a copy would not do.
+  /// Calls the ioctl with the buffer pointing at its own planes, unlike those of a copy.
   bool call_with(unsigned long request, Queued& queued) const {
     if (is_multiplanar()) {
       queued.buffer.m.planes = queued.planes;
@@ -226,7 +226,7 @@ class V4l2Camera final : public CameraDevice {
       if (s.height_px) pix.height = static_cast<std::uint32_t>(*s.height_px);
       pix.pixelformat = format_->code;
       pix.field = V4L2_FIELD_NONE;
-      plane.bytesperline = 0;  // let the driver choose, not the last format
+      plane.bytesperline = 0;  // the driver selects it, not the last format
       device_.require(VIDIOC_S_FMT, &format, "setting the format");
       if (pix.pixelformat != format_->code)
         throw device_error(

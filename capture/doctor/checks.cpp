@@ -72,7 +72,7 @@ std::optional<double> number_in(const fs::path& file) {
 }
 
 /// Days since the calibration was computed, from the run record beside it if that matches the file:
-/// the file time of a copy is that of copying.
+/// a copy has the file time of copying.
 std::optional<double> days_since(const fs::path& calibration) {
   const fs::path record = run_record_path(calibration);
   if (!fs::is_regular_file(record)) return std::nullopt;

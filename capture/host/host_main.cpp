@@ -119,11 +119,11 @@ bool drop_capabilities() {
   return ::syscall(SYS_capset, &header, data) == 0;
 }
 
-/// Irrevocably drops what a camera host does not need: all capabilities except those for the
-/// stream's socket (CAP_NET_RAW, CAP_NET_ADMIN), new privileges, programs and processes, other
-/// types of sockets, and system calls used to attack the kernel or read other processes. An exploit
-/// of the camera library by malicious packets stays in this process. Returns false if the kernel
-/// refuses.
+/// Irrevocably drops the privileges that a camera host does not need: all capabilities except those
+/// for the stream's socket (CAP_NET_RAW, CAP_NET_ADMIN), new privileges, programs and processes,
+/// other types of sockets, and system calls used to attack the kernel or read other processes. An
+/// exploit of the camera library by malicious packets stays in this process. Returns false if the
+/// kernel refuses.
 bool isolate_camera_host() {
   const bool dropped = drop_capabilities();
   if (::prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0) != 0) return false;
@@ -153,8 +153,8 @@ Error no_memory() {
           "look for junk on the camera's network; record smaller pictures"};
 }
 
-/// The camera's side: opens the camera, obeys commands on `control` and passes frames through the
-/// shared memory until the other side closes. Reports every 100 ms that it is alive. A fault of the
+/// Camera end of the channel: opens the camera, executes commands on `control` and passes frames
+/// through the shared memory until the peer closes. Sends a heartbeat every 100 ms. A fault of the
 /// camera is sent as a message and ends run(); nothing is thrown.
 class Server {
  public:
@@ -359,7 +359,7 @@ class Server {
       ++no_slot_;
       return std::nullopt;
     }
-    // Reuses the most recently freed slot: with little waiting, only a few slots are ever written.
+    // Reuses the most recently freed slot, so that only a few slots are written if few frames wait.
     const std::size_t slot = free_.back();
     free_.pop_back();
     return slot;

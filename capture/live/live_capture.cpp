@@ -29,12 +29,12 @@ constexpr int kTriggersBefore = 3;  ///< test triggers until every camera answer
 constexpr std::size_t kMostBytesPerPixel = 3;
 constexpr std::size_t kAroundFrame = 1 << 16;  ///< space for chunks and padding
 constexpr double kRoom_s =
-    1.5;  ///< time for which the shared memory holds frames while this process is busy
+    1.5;  ///< time span for which the shared memory holds frames while this process is busy
 constexpr int kUsualPath_bytes = 1500;  ///< MTU without jumbo frames
 constexpr double kStopping_s = 2;
 constexpr double kReadings_s = 1;            ///< twice the interval between clock readings
 constexpr double kFitEvery_s = 0.4;          ///< interval of the clock readings that are kept
-constexpr std::int64_t kPartnersWithin = 8;  ///< partners of a frame arrive within so many
+constexpr std::int64_t kPartnersWithin = 8;  ///< later frames until the partners have arrived
 constexpr double kLargestDelay_s = 5;        ///< largest delay from exposure to arrival of a frame
 
 /// Remedy for a receive buffer smaller than a frame; empty if it is large enough.
@@ -48,7 +48,7 @@ std::string remedy_for_buffer(const CameraHost& host) {
   return is_small ? fmt::format("sudo sysctl -w net.core.rmem_max={}", 2 * frame) : "";
 }
 
-constexpr double kScheduleAhead_s = 0.03;  ///< until every camera surely has the command
+constexpr double kScheduleAhead_s = 0.03;  ///< lead time in which every camera receives the command
 constexpr double kTriggerEarly_s = 2e-3;   ///< tolerated clock error before a trigger
 constexpr double kStreamEnds_s = 0.3;      ///< time allowed for a stream to stop
 
@@ -69,7 +69,7 @@ std::int64_t nanoseconds(double s) {
   return std::llround(1e9 * s);
 }
 
-constexpr double kLargest_s = 5e-3;  ///< limit beyond the uncertainty of both readings
+constexpr double kLargest_s = 5e-3;  ///< limit in excess of the uncertainty of both readings
 
 /// Difference of the camera's clock from the host's at host time `at_ns`.
 double offset_s(const ClockFit& clock, std::int64_t at_ns) {
@@ -86,9 +86,9 @@ std::optional<ClockFit> newest_clock(const ClockReadings& clocks) {
   return clocks.empty() ? std::nullopt : fit_clock(clocks.back());
 }
 
-/// Faults of PTP: cameras that report PTP synchronisation although their clocks differ by more than
-/// the readings explain (one in TAI and one in UTC, two masters, ...), and cameras that were asked
-/// to use PTP but do not, so that their offset and drift are estimated.
+/// Finds faults of PTP: cameras that report PTP synchronisation although their clocks differ by
+/// more than the readings explain (one in TAI and one in UTC, two masters, ...), and cameras that
+/// should use PTP but do not, so that their offset and drift are estimated.
 std::vector<LiveFault> ptp_faults(const std::vector<LiveCameraReport>& cameras) {
   std::vector<LiveFault> faults;
   const LiveCameraReport* first = nullptr;
@@ -250,9 +250,9 @@ class InStep {
   /// `window_s` is the largest spread of a set.
   InStep(double period_s, double window_s) : period_s_(period_s), window_s_(window_s) {}
 
-  /// Takes `exposed_s` as phases_s() does, absent while a camera's is unknown. A camera is reported
-  /// once it has been out of step for 1.2 s (which excludes a clock that just jumped), at most ten
-  /// times in all: cameras of different rates cannot be brought into step.
+  /// Takes `exposed_s` as phases_s() does, absent while a camera's is unknown. Reports a camera
+  /// that was out of step for 1.2 s (which excludes a clock that just jumped), at most ten times in
+  /// all: cameras of different rates cannot be brought into step.
   [[nodiscard]] std::vector<NewPhase> look(const std::optional<std::vector<double>>& exposed_s,
                                            std::int64_t now_ns) {
     std::vector<NewPhase> late;
@@ -498,7 +498,7 @@ class Session {
 
   /// Waits until each clock used for pairing has been read after its last frame.
   void await_readings() {
-    const std::int64_t from = now_ns();  // later frames do not count, or it would never end
+    const std::int64_t from = now_ns();  // ignores later frames, or it would never end
     take_in_until(kReadings_s, [&] {
       return by_trigger() || interrupted() || std::ranges::all_of(arrivals_, [&](const Arrival& a) {
                const Running& r = running_[a.camera];
@@ -507,7 +507,7 @@ class Session {
     });
   }
 
-  /// Detects a driver whose time stamps are not on the host's clock as it claims.
+  /// Detects a driver whose time stamps are not on the host's clock as claimed.
   void check_stamp(std::size_t c, HostFrame& frame) {
     if (file_.cameras[c].address.backend != Backend::v4l2 || !frame.device_ns) return;
     const double off_s = seconds(*frame.device_ns - now_ns());
@@ -558,7 +558,7 @@ class Session {
   }
 
   /// Drops the pixels of frames too old to find a partner and only counts them, so that memory
-  /// stays bounded whatever a camera does.
+  /// stays bounded for any camera.
   void give_up_old_frames(std::size_t c) {
     std::optional<PairingResult> paired;
     if (!options_.on_set) {  // otherwise the result needs the frames of all sets
@@ -578,7 +578,7 @@ class Session {
   }
 
   /// Trigger answered by a frame of a camera without a clock: the latest one, if the camera sent as
-  /// many frames as triggers since a frame with a known trigger. If one is missing, nullopt: a late
+  /// many frames as triggers since a frame with a known trigger. nullopt if one is missing: a late
   /// frame and a skipped exposure cannot be told apart.
   std::optional<std::int64_t> count_trigger(Running& r, std::int64_t index) const {
     const std::int64_t last = last_trigger();
@@ -814,7 +814,7 @@ class Session {
       running_[light->camera].host->set_light(light->wanted);
   }
 
-  /// Triggers for display; counts each one, so that a late frame does not pass for the next.
+  /// Triggers for display; counts each one, so that a late frame is not taken for the next.
   void trigger_for_screen() {
     fire();
     --report_.triggers;
@@ -893,7 +893,7 @@ class Session {
         continue;
       }
       if (++r.silent_triggers < 2) continue;
-      // After so long without a late frame, the next frame answers the next trigger.
+      // After this time without a late frame, the next frame answers the next trigger.
       const std::int64_t before = r.newest;
       take_in_until(kLateAnswer_s, [&] { return r.newest != before; });
       if (r.newest != before) continue;
@@ -917,7 +917,7 @@ class Session {
     const auto answered = [&] {
       for (std::size_t c = 0; c < running_.size(); ++c) {
         const Running& r = running_[c];
-        // A session goes on without a lost camera; a counted trigger waits for a reopened one.
+        // A session continues without a lost camera; a counted trigger waits for a reopened one.
         const bool away = r.host->fault() || (options_.demand && !r.started);
         if (r.newest == before[c] && !away) return false;
       }

@@ -208,8 +208,8 @@ struct FirstFrames {
   [[nodiscard]] double spread_s() const { return last_s - first_s; }
 };
 
-/// Walks through all cameras in time. The earliest frame is either part of a set with the first
-/// frames of the others, which all lie later, or of none.
+/// Walks through all cameras in time. The earliest frame forms a set with the first frames of the
+/// others, all of them later, or is in no set.
 void pair_by_time(const std::vector<FrameMark>& frames, std::vector<Candidates> candidates,
                   double window_s, PairingResult& result) {
   for (Candidates& list : candidates) {

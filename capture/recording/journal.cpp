@@ -76,7 +76,7 @@ void judge_like(const FrameSet& last, FrameSet& set) {
   set.no_go = last.no_go;
 }
 
-/// Throws for names that a reader would refuse: one would make the whole recording unreadable.
+/// Throws for names that a reader refuses: one would make the whole recording unreadable.
 void require_readable(const FrameSet& set, const Where& where) {
   require_plain_name(set.name, where);
   for (const RecordedFrame& frame : set.frames) {
@@ -254,7 +254,7 @@ void Journal::restore(const std::string& set) {
     throw usage_error(fmt::format("set `{}` was taken once only", set), "take it again with `r`");
   std::vector<std::pair<std::string, std::string>> names{
       {fmt::format("{}.take{}", set, newest), set}};
-  // Without the set an undo was killed half-way.
+  // A missing set means an undo killed half-way.
   if (holds(set)) names.insert(names.begin(), {set, free_take(set)});
   rename(names);
 }

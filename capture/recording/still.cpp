@@ -210,8 +210,8 @@ std::optional<BlockMotion> follow(const Plane& a, const Plane& b, const Block& b
   return motion;
 }
 
-/// Options for the background: averaging 4 x 4 pixels brings faint texture out of noise. Blocks of
-/// 24 x 24 such pixels in a large picture, smaller ones in a small picture: about a hundred.
+/// Options for the background: averaging 4 x 4 pixels lifts faint texture above the noise. Blocks
+/// of 24 x 24 such pixels in a large picture, smaller ones in a small picture: about a hundred.
 MotionOptions background_options(const GreyView& reference) {
   constexpr int kShrink = 4, kBlocks = 96, kLeastSide = 12, kLargestSide = 24;
   const int cols = reference.width_px / kShrink, rows = reference.height_px / kShrink;
@@ -308,7 +308,7 @@ struct BlockFollower::First {
   std::vector<Textured> blocks;
   std::vector<Textured> edges;  ///< blocks with structure in one direction only
 
-  /// Follows each of the blocks in another picture. Calls `found(block, motion)` or `lost(block)`
+  /// Tracks each of the blocks in another picture. Calls `found(block, motion)` or `lost(block)`
   /// for it; the result has the blocks whose motion is certain enough.
   template <class Found, class Lost>
   [[nodiscard]] MotionResult followed(const std::vector<Textured>& from, Along along,

@@ -88,7 +88,7 @@ class ValueBuilder : public nlohmann::json_sax<nlohmann::json> {
   }
 
  private:
-  /// Limit on nesting, so that recursive walks through the values do not overflow the stack.
+  /// Limit on nesting, so that recursive walks do not overflow the stack.
   static constexpr std::size_t kDeepest = 100;
   static constexpr std::size_t kMostEvents = 16'000'000;  ///< limit on keys and values
 

@@ -87,7 +87,7 @@ class Reader : public Fields {
     std::vector<bool> read = {};          ///< true for each member of the table that was read
     std::vector<std::string> known = {};  ///< keys that were requested
     std::vector<std::string> bad = {};    ///< keys whose value is invalid
-    std::vector<std::pair<std::string, std::size_t>> missing = {};  ///< key, index of its fault
+    std::vector<std::pair<std::string, std::size_t>> missing = {};  ///< key, index of its error
     std::size_t next = 0, faults_before = 0;
   };
 
@@ -370,7 +370,7 @@ class Reader : public Fields {
     }
   }
 
-  /// True if an unknown key differs from a missing one by its unit only: one fault, not two.
+  /// True if an unknown key differs from a missing one by its unit only; both are then one error.
   bool explains_missing(Place& here, const std::string& key) {
     if (key.find("uncertainty") != std::string::npos) return false;
     for (auto& [name, fault] : here.missing) {

@@ -17,7 +17,7 @@ namespace drape {
 namespace {
 
 constexpr std::size_t kMostBytesOfCsv = 16 << 20;  ///< a byte may take 50 bytes of memory as cells
-constexpr std::size_t kMostColumns = 1000;  ///< keeps a line of commas from filling the memory
+constexpr std::size_t kMostColumns = 1000;         ///< limits the memory for a line of commas
 
 std::string trimmed(const std::string& text) {
   const auto first = text.find_first_not_of(" \t\r");

@@ -118,8 +118,8 @@ std::string read_text(const fs::path& file) {
 void write_durable(const fs::path& file, std::string_view content) {
   const fs::path folder = file.has_parent_path() ? file.parent_path() : fs::path(".");
   make_folder(folder, file);
-  // The temporary name is fixed, so a killed run leaves at most one such file, which the next run
-  // replaces.
+  // The temporary name is fixed, so a killed run leaves at most one such file; the next run
+  // replaces it.
   const fs::path partial = folder / ("." + file.filename().string() + ".partial");
   require_replaceable(file);
   require_replaceable(partial);

@@ -127,7 +127,7 @@ std::vector<PlacedPicture> by_folder(const fs::path& folder) {
   return one_series ? views : sets;
 }
 
-/// Number of cameras of which each has every set; nullopt if one lacks a set or has it twice.
+/// Number of cameras that each have every set; nullopt if one lacks a set or has it twice.
 std::optional<std::size_t> complete_cameras(const std::vector<PlacedPicture>& pictures) {
   std::set<std::string> sets, cameras;
   std::set<std::pair<std::string, std::string>> both;

@@ -19,7 +19,7 @@ using Eigen::Vector3d;
 
 constexpr double kOnFeature = 1e-12;  // m; nearer to an edge or corner no direction can be computed
 
-// Range of the longest side: smaller objects do not shape a cloth, larger ones fit no bench.
+// Range of the longest edge: smaller objects do not shape a cloth, larger ones fit no bench.
 constexpr double kLeast_mm = 5, kMost_mm = 3000;
 
 void check_unit(const MeshFile& mesh, const std::filesystem::path& file) {

@@ -25,9 +25,9 @@ using Eigen::Vector2d;
 using Eigen::Vector3d;
 
 constexpr int kPoseParameters = 6;
-constexpr int kGridNodes = 3;                        ///< per side of the volume
+constexpr int kGridNodes = 3;                        ///< per edge of the volume
 constexpr double kTilts_deg[] = {-40, -25, 25, 40};  ///< perspective of a tilt constrains the lens
-constexpr double kReach = 0.75;  ///< fraction of the way from the volume's centre to its sides
+constexpr double kReach = 0.75;  ///< fraction of the way from the volume's centre to its faces
 
 std::optional<Projection> seen(const Camera& camera, const Vector3d& point_in_world) {
   auto image = project(camera.model, camera.cam_from_world * point_in_world);

@@ -36,8 +36,8 @@ void add_dots(const Target& target, Face& face) {
   face.areas.push_back({{-most, most}});
 }
 
-/// Squares of a board: dark where the sum of row and column is even, square (0, 0) being the one
-/// between the corners (0, 0) and (1, 1); on a board with tags, dark where there is no tag.
+/// Squares of a board: dark where the sum of row and column is even, with square (0, 0) between the
+/// corners (0, 0) and (1, 1); on a board with tags, dark where there is no tag.
 std::vector<FaceBox> squares_of(const Target& target) {
   std::vector<FaceBox> dark;
   // The square of the first tag, numbered as in the loops below.
@@ -56,8 +56,8 @@ std::vector<FaceBox> squares_of(const Target& target) {
   return dark;
 }
 
-/// Small black squares where the gaps between tags cross, so that at every corner of a tag two dark
-/// and two light quadrants meet (Kalibr's AprilGrid).
+/// Small black squares where the gaps between tags cross, so that two dark and two light quadrants
+/// meet at every corner of a tag (Kalibr's AprilGrid).
 std::vector<FaceBox> small_squares_of(const Target& target) {
   const double gap = target.pitch_m - target.tag_edge_m;
   const FacePoint first = face_point(target, {0, 0});

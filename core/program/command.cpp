@@ -96,7 +96,7 @@ void Command::add_spec(const OptionSpec& spec,
       app.add_option_function<std::vector<std::string>>(spec.names, take, spec.description);
   option->type_name(spec.type)->required(spec.required)->expected(spec.least, spec.most);
   if (!spec.now.empty()) option->default_str(spec.now);
-  // Otherwise it would consume the argument that follows.
+  // Otherwise it would consume the next argument.
   if (spec.one_per_flag || spec.least == spec.most) option->allow_extra_args(false);
   if (spec.most == 1) option->multi_option_policy(CLI::MultiOptionPolicy::Throw);
   if (spec.commas) option->delimiter(',');

@@ -15,7 +15,7 @@ namespace {
 enum class Kind { whole, number, words };
 
 /// Converts a word to a number; whole numbers are decimal, without the octal meaning of a leading
-/// 0. Other words stay text, which the record's reader refuses if it needs a number.
+/// 0. Other words stay text; the record's reader refuses them where it needs a number.
 Value value_of_word(const std::string& word, Kind kind) {
   const char* begin = word.data() + (word.starts_with('+') ? 1 : 0);
   const char* end = word.data() + word.size();

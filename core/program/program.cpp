@@ -68,8 +68,8 @@ void occupy_standard_descriptors() {
   for (int descriptor = 0; descriptor <= STDERR_FILENO; ++descriptor) {
     if (::fcntl(descriptor, F_GETFD) >= 0) continue;
     if (descriptor == STDOUT_FILENO) output_is_closed = true;
-    // open() returns the lowest free descriptor, which is this one. With O_CLOEXEC a program
-    // executed from here finds it closed too.
+    // open() returns the lowest free descriptor, this one. O_CLOEXEC closes it again in an executed
+    // program.
     [[maybe_unused]] const int ignored = ::open("/dev/null", O_RDWR | O_CLOEXEC);
   }
 }
@@ -114,8 +114,8 @@ void prepare_process() {
   ::_exit(static_cast<int>(ErrorKind::internal));
 }
 
-/// Sets limits before any library starts. OpenBLAS creates threads at start, which speed up nothing
-/// here; OpenCV must refuse larger images before decoding: 2^26 pixels of 8 bytes are half a GB.
+/// Sets limits before any library starts. OpenBLAS creates threads at start that speed up nothing
+/// here. OpenCV must refuse larger images before decoding: 2^26 pixels of 8 bytes are half a GB.
 /// Both read the original environment, so a program that links one executes itself again.
 void limit_libraries(int, char** arguments, char** environment) {
   std::set_terminate(&on_terminate);
@@ -222,7 +222,7 @@ std::string coloured(const std::string& text, const char* code, std::FILE* strea
 
 namespace {
 
-/// Commands of the running program, listed by the help of its own job.
+/// Commands of the running program, listed by its --help.
 std::string list_of_commands;
 
 }  // namespace

@@ -63,9 +63,9 @@ RecordedFile recorded(const fs::path& file, std::vector<std::string> sets) {
   return result;
 }
 
-/// Arguments that can change the result. Others are dropped (another scene of the rig only appears
-/// in the message of a NO-GO), and file arguments are normalised so that the current folder does
-/// not matter.
+/// Arguments that can change the result. Drops others (another scene of the rig only appears in
+/// the message of a NO-GO) and normalises file arguments, so that the current folder does not
+/// matter.
 std::vector<std::string> decisive(const std::vector<std::string>& arguments,
                                   const fs::path& folder) {
   std::vector<std::string> result;

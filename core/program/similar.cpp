@@ -29,7 +29,7 @@ std::string most_similar(const std::string& word, const std::vector<std::string>
   std::string best;
   std::size_t least = word.size() + 1;
   for (const std::string& candidate : candidates) {
-    // The difference in length bounds the distance from below: huge words are rejected cheaply.
+    // The difference in length bounds the distance from below, so huge words are rejected cheaply.
     const std::size_t longer = std::max(candidate.size(), word.size());
     if (3 * (longer - std::min(candidate.size(), word.size())) >
         std::max<std::size_t>(candidate.size(), 3))

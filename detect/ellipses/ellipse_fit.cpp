@@ -107,7 +107,7 @@ struct Grid {
   Plane residual, used;
   Plane u, v, light;  ///< near the outline
   std::array<Plane, light_planes>
-      basis;  ///< in the ring: orthonormal basis of what the fit absorbs
+      basis;  ///< in the ring: orthonormal basis of the subspace absorbed by the fit
 
   explicit Grid(const Patch& patch) : stride(2 * (patch.reach_x + reach) + 1) {
     const int height = 2 * patch.reach_y + 1;
@@ -293,7 +293,7 @@ constexpr double converged_px = 1e-3;    // the next Newton step is then well be
 constexpr double quick_ratio = 0.2;      // largest ratio of successive step lengths
 constexpr double converged_gain = 2e-4;  // decrease of chi-square: a tenth of one pixel's share
 constexpr double chi2_scatter = 1e-6;    // rounding of single-precision sums
-constexpr double clean_chi2 = 2.5;       // better fits need no second search for outliers
+constexpr double clean_chi2 = 2.5;       // fits below this need no second search for outliers
 constexpr int stranger_rounds = 4;
 constexpr double most_covered_for_blur = 0.1;
 
@@ -461,8 +461,8 @@ bool settle(const Patch& patch, PixelColumns& pixels, bool dark_ring, const Nois
   return true;
 }
 
-/// Fraction of the fitted outline outside the image. The region used at the start ends at the
-/// border, so the patch cannot tell how much is missing.
+/// Fraction of the fitted outline outside the image. The initial region ends at the border, so the
+/// patch cannot tell how much is missing.
 double beyond_border(const GreyImage& image, const DotFit& fit) {
   constexpr int places = 32;
   const Eigen::Matrix2d root =

@@ -23,7 +23,7 @@ struct Row {
   std::vector<double> d, vx, vy;
   explicit Row(int count) : d(count), vx(count), vy(count) {}
 
-  /// Which eighth of the dot a pixel lies in.
+  /// Eighth of the dot that a pixel lies in.
   [[nodiscard]] int sector(int k) const {
     return (vx[k] < 0 ? 1 : 0) + (vy[k] < 0 ? 2 : 0) + (std::abs(vx[k]) > std::abs(vy[k]) ? 4 : 0);
   }

@@ -62,7 +62,7 @@ Quad quad_at(const GreyImage& image, int x, int y) {
           image.level(x + 1, y + 1)};
 }
 
-/// Level of each position over the mean of the four, median over smooth places.
+/// Level of each position over the mean of the four, median over smooth regions.
 std::optional<std::array<double, 4>> fractions_of(const GreyImage& image) {
   std::array<std::vector<float>, 4> fractions;
   for (int y = 0; y + 3 < image.height_px; y += every_px) {

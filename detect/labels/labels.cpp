@@ -18,7 +18,7 @@ namespace {
 /// Offsets from a mark to its four neighbours.
 constexpr std::array<MarkId, 4> neighbours = {{{0, 1}, {1, 0}, {0, -1}, {-1, 0}}};
 
-/// Proposal that a dot is a certain mark of the print, or a certain place in a piece of it.
+/// Proposal that a dot is a certain mark of the print, or has a certain position in a piece of it.
 struct DotProposal {
   double error = 0;  ///< error of the step that proposes it
   MarkId mark;
@@ -140,7 +140,7 @@ class PieceGrower {
   [[nodiscard]] std::optional<Start> start_at(std::size_t dot) {
     const Eigen::Matrix2d& root = steps_.root(dot);
     const Eigen::Matrix2d undo = root.inverse();
-    const Eigen::Vector2d side(1, plane_.row_sign);  // visible is the printed side
+    const Eigen::Vector2d side(1, plane_.row_sign);  // the visible side is the printed one
     std::optional<Start> best;
     taken_[dot] = 1;  // no step leads to it again
     const double reach = farthest_in_pitches * plane_.pitch_m * root.norm();
@@ -186,7 +186,7 @@ class PieceGrower {
     do {
       before = piece.size();
       drain(piece);
-      // A rival that has found its own place no longer makes a step ambiguous.
+      // A rival dot with its own position no longer makes a step ambiguous.
       for (const auto& [place, dot] : LatticePiece(piece)) lead_on(place);
       drain(piece);
     } while (piece.size() > before);
@@ -240,7 +240,7 @@ class PieceGrower {
   DotProposals queue_;
 };
 
-/// Homography from places (col, row) to pixels; nullopt for collinear dots.
+/// Homography from lattice positions (col, row) to pixels; nullopt for collinear dots.
 std::optional<Eigen::Matrix3d> map_of(const std::vector<UnlabelledDot>& dots,
                                       const LatticePiece& piece) {
   std::vector<Eigen::Vector2d> from, to;
@@ -255,7 +255,7 @@ Eigen::Vector2d seen(const Eigen::Matrix3d& map, MarkId place) {
   return mapped(map, {place.col, place.row});
 }
 
-/// The dot nearest to a place's predicted pixel, if it is close enough and has the size of a dot.
+/// The dot nearest to a lattice position's predicted pixel, if it is close and has a dot's size.
 std::optional<std::size_t> dot_at(const PrintPlane& plane, const std::vector<UnlabelledDot>& dots,
                                   const DotCells& cells, const Eigen::Matrix3d& map, MarkId place,
                                   const std::vector<char>& taken) {
@@ -287,10 +287,10 @@ double rightwards(const std::vector<UnlabelledDot>& dots, const LatticePiece& pi
 }
 
 constexpr int least_known = 12;      // least number of dots that show their class
-constexpr double most_wrong = 0.05;  // fraction of them that may disagree at the right place
-constexpr double least_lead = 0.15;  // required margin over any other place
+constexpr double most_wrong = 0.05;  // fraction of them that may disagree at the right position
+constexpr double least_lead = 0.15;  // required margin over any other position
 constexpr int least_lead_dots = 3;
-constexpr int few_lights = 10;          // at most so many marks with light centres count as few
+constexpr int few_lights = 10;          // up to this many marks with light centres count as few
 constexpr double most_off_line = 0.25;  // in pitches, for a dot of a plate
 
 /// Position and orientation of a piece on the print.
@@ -360,7 +360,7 @@ constexpr double askew = 0.16;           // det / trace^2 of an ellipse with an 
 constexpr std::array<MarkId, 4> corners = {{{-1, -1}, {-1, 0}, {0, -1}, {0, 0}}};
 
 struct CellVotes {
-  int cells = 0;  ///< number of cells that the print has around the mark
+  int cells = 0;  ///< number of cells of the print around the mark
   int sum = 0;
 };
 
@@ -585,7 +585,7 @@ class Labeller {
     return false;
   }
 
-  /// True if two layers may meet here: a step along flat cloth beside the place of a tag that is
+  /// True if two layers may meet here: a step along flat cloth beside the position of a tag that is
   /// large enough to read, where something is printed but no tag was read.
   bool may_be_seam(MarkId from, MarkId to, const LocalMap& at, const LocalMap& there) const {
     const double size = at.px_per_m.norm();
@@ -602,8 +602,8 @@ class Labeller {
     return false;
   }
 
-  /// Votes of the four cells around a dot on a label: +1 for each that shows a tag, or none, as on
-  /// the print, -1 for each that does not.
+  /// Votes of the four cells around a dot on a label: +1 for each that agrees with the print in
+  /// showing a tag or none, -1 for each that does not.
   CellVotes cell_votes(const DotProposal& proposal) const {
     CellVotes votes;
     for (const MarkId corner : corners) {
@@ -619,7 +619,7 @@ class Labeller {
     return votes;
   }
 
-  /// Fraction of printed pixels at the place of a tag, predicted by the local map of a dot.
+  /// Fraction of printed pixels at the position of a tag, predicted by the local map of a dot.
   double printed_fraction(const LocalMap& from, const Eigen::Vector2d& centre_m) const {
     constexpr int half = 3;
     int printed = 0;

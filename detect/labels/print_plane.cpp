@@ -201,8 +201,8 @@ BestStep DotSteps::best(const LocalMap& from, const Eigen::Vector2d& step_m,
   BestStep best;
   const double step = step_m.norm(), size = largest_stretch(from.px_per_m);
   const Eigen::Vector2d middle_px = from.centre_px + 0.5 * from.px_per_m * step_m;
-  // A dot so far from the end of the half step that it can be neither best nor second best is
-  // skipped: its error is at least that distance minus the other half of the step.
+  // Skips a dot so far from the end of the half step that it can be neither best nor second best:
+  // its error is at least that distance minus the other half of the step.
   const auto reach = [&](double other) {
     return 0.5 * step * other +
            rival_error * std::sqrt(0.5 * step * step * (size * size + other * other) + 4);

@@ -210,7 +210,7 @@ void set_check_lengths(PrintedPage& result, const Vector2d& lengths_m, const cha
                                   lengths_m.x() / mm, lengths_m.y() / mm, places);
 }
 
-/// Throws if a dot is cut off at the edge of the patch, which would shift its centre.
+/// Throws for a dot cut off at the edge of the patch, which would shift its centre.
 void check_margins(const Print& print) {
   const Vector2d marks_m = print.pitch_m * Vector2d(print.rows - 1, print.cols - 1);
   const Vector2d least_m = print.margin_m.cwiseMin(print.patch_m - marks_m - print.margin_m);
@@ -303,7 +303,7 @@ bool is_output_of(const std::filesystem::path& record, const std::filesystem::pa
   try {
     return read_run_file(record).wrote(sha256_of_file(file));
   } catch (const Error&) {
-    return false;  // an unreadable record proves nothing
+    return false;  // an unreadable record is no evidence
   }
 }
 

@@ -31,12 +31,12 @@ Eigen::Matrix<double, 2, 4> reading_order(const apriltag_detection_t& found) {
   return corners;
 }
 
-// Seen through a dot's own ellipse a neighbour is one pitch away, less if the cloth turns away in
-// between.
+// Through a dot's own ellipse a neighbour appears one pitch away, or nearer if the cloth turns away
+// in between.
 constexpr double nearest_in_pitches = 0.55;
 constexpr double farthest_in_pitches = 1.45;
-constexpr double most_cosine = 0.5;           // cosine of the angle between two sides of a cell
-constexpr double most_fourth_corner = 0.45;   // deviation from a parallelogram, in sides
+constexpr double most_cosine = 0.5;           // cosine of the angle between two edges of a cell
+constexpr double most_fourth_corner = 0.45;   // deviation from a parallelogram, in edges
 constexpr int most_wrong_pairs = 2;           // wrong pairs among eight positions on the frame
 constexpr double least_frame_fraction = 0.8;  // fraction of frame modules of the right colour
 
@@ -71,7 +71,7 @@ class Cells {
     }
   }
 
-  /// Each set of four dots that may be a cell's corners, once; then each set of three.
+  /// Lists each set of four dots that may be a cell's corners, once; then each set of three.
   [[nodiscard]] std::vector<Corners> all() const {
     std::vector<Corners> whole, broken;
     for (std::size_t i = 0; i < dots_.size(); ++i) {
@@ -148,9 +148,9 @@ std::optional<CellMap> flat_cell(const Quad& corners_px) {
 /// Coons patch (1967) between four cubic edges, whose end tangents follow from the dots' ellipses.
 /// `roots_px` are the symmetric roots of the ellipses in px per pitch.
 std::optional<CellMap> bent_cell(const Quad& c, const std::array<Eigen::Matrix2d, 4>& roots_px) {
-  const std::array<Eigen::Vector2d, 2> along = {c[1] - c[0], c[2] - c[3]};   // upper and lower side
-  const std::array<Eigen::Vector2d, 2> across = {c[3] - c[0], c[2] - c[1]};  // left and right side
-  std::array<Eigen::Matrix2d, 4> m;  // px per side at the corners
+  const std::array<Eigen::Vector2d, 2> along = {c[1] - c[0], c[2] - c[3]};   // upper and lower edge
+  const std::array<Eigen::Vector2d, 2> across = {c[3] - c[0], c[2] - c[1]};  // left and right edge
+  std::array<Eigen::Matrix2d, 4> m;  // px per edge at the corners
   for (int k = 0; k < 4; ++k) {
     Eigen::Matrix2d rough;
     rough << along[k < 2 ? 0 : 1], across[k == 0 || k == 3 ? 0 : 1];
@@ -187,8 +187,8 @@ struct Modules {
   [[nodiscard]] double at(int x, int y) const { return levels[y * side + x]; }
 };
 
-/// Quick test at corners and middles of sides: is there black inside white? `place` maps modules
-/// from the corner of the tag to pixels.
+/// Quick test at corners and edge midpoints for black inside white. `place` maps modules from the
+/// corner of the tag to pixels.
 template <class Place>
 bool may_be_tag(const GreyImage& image, const Place& place, int modules, double least_contrast) {
   const double last = modules, middle = 0.5 * modules;

@@ -187,7 +187,7 @@ std::optional<BoardGrid> placed_on_board(const GreyImage& image, const Target& t
   return placed;
 }
 
-/// Least part of a board, in corners per axis, for the finder to start from: from three it
+/// Least part of a board, in corners per axis, with which the finder starts: from three it
 /// sometimes grows a skewed grid that is not part of a board.
 constexpr int kLeastParts[] = {4, 3};
 constexpr double kWindowFraction = 0.25;  ///< half window over distance to the nearest neighbour
@@ -199,8 +199,8 @@ BoardGrid grid_of(int rows, int cols, const std::vector<cv::Point2f>& corners) {
   return grid;
 }
 
-/// True for a regular grid with two levels of squares: finders may see a board of 3 x 4 corners in
-/// noise. Adjacent squares must differ by more than twice the scatter within a square.
+/// True for a regular grid with two levels of squares, since finders may see a board of 3 x 4
+/// corners in noise. Adjacent squares must differ by more than twice the scatter within a square.
 bool is_board(const GreyImage& image, const BoardGrid& grid) {
   constexpr double kLeastScatters = 2;
   if (!grid.is_regular()) return false;
@@ -269,7 +269,7 @@ std::optional<BoardGrid> by_quadrangles(const GreyImage& image, const cv::Size& 
 /// Board found in a picture, complete or in part.
 struct SeenBoard {
   std::optional<BoardGrid> whole, part;  ///< a part with a unique position on the board
-  bool most = false;  ///< the picture has a regular grid of at least half the corners
+  bool most = false;  ///< true if the picture has a regular grid of at least half the corners
 };
 
 SeenBoard seen_board(const GreyImage& image, const Target& target) {
@@ -327,8 +327,8 @@ struct SeenTag {
   Corners corners_m, corners_px;
 };
 
-/// Homography of the corners of tags, each turned by the same number of quarters, from the target's
-/// plane to pixels.
+/// Homography of the corners of tags, each rotated by the same number of quarter turns, from the
+/// target's plane to pixels.
 std::optional<Eigen::Matrix3d> map_of(const std::vector<SeenTag>& tags, int quarters) {
   std::vector<Vector2d> from, to;
   for (const SeenTag& tag : tags) {
@@ -341,8 +341,8 @@ std::optional<Eigen::Matrix3d> map_of(const std::vector<SeenTag>& tags, int quar
   return projective_map(from, to);
 }
 
-/// Quarter turns by which the tags were printed: those with which one homography maps the corners
-/// of all tags best. A single tag fits all four and counts as upright.
+/// Number of quarter turns by which the tags were printed: that with which one homography fits the
+/// corners of all tags best. A single tag fits all four and counts as upright.
 int quarters_turned(const std::vector<SeenTag>& tags) {
   int best = 0;
   double least = std::numeric_limits<double>::infinity();
@@ -426,7 +426,7 @@ double free_width_m(const Target& target) {
 /// Neighbourhood of one corner in the picture.
 struct Surroundings {
   Vector2d px;
-  double free_px = 0;     ///< distance to the nearest side of the free square's image
+  double free_px = 0;     ///< distance to the nearest edge of the free square's image
   Vector2d diagonals[4];  ///< centres of the four quadrants around it
 };
 
@@ -436,7 +436,7 @@ Surroundings surroundings_of(const Eigen::Matrix3d& map, const Vector2d& point_m
   for (const Vector2d& diagonal :
        {Vector2d(1, 1), Vector2d(-1, 1), Vector2d(-1, -1), Vector2d(1, -1)}) {
     const Vector2d along(diagonal.x(), 0), across(0, diagonal.y());
-    // Seen obliquely the free square is a parallelogram: its sides are closer than its arms' ends.
+    // Seen obliquely the free square is a parallelogram: its edges are closer than its arms' ends.
     const Vector2d a = mapped(map, point_m + free_m * along) - around.px;
     const Vector2d b = mapped(map, point_m + free_m * across) - around.px;
     const double area = std::abs(cross(a, b));
@@ -474,7 +474,7 @@ FrameDetections detect_face(const GreyImage& image, const Target& target) {
       frame.rejections.push_back({mark, around.px, reason});
     };
     const std::optional<double> contrast = contrast_at(image, around);
-    if (!contrast) return;  // Outside the picture, where nothing could be found.
+    if (!contrast) return;  // Outside the picture nothing can be found.
     const int half_window = static_cast<int>(std::floor(around.free_px - kEdge_px));
     if (half_window < kLeastHalfWindow_px)
       return reject(fmt::format("too small: {:.1f} px are free around the corner", around.free_px));
@@ -514,7 +514,7 @@ void mirror(FrameDetections& frame) {
     if (rejection.centre_px) rejection.centre_px->x() = right - rejection.centre_px->x();
 }
 
-/// Handles two-sided boards: the back mirrors the front, so each corner lies behind its equal.
+/// Handles two-sided boards: the back mirrors the front, with each corner behind its counterpart.
 FrameDetections detect_tagged(const GreyImage& image, const Target& target) {
   FrameDetections frame = detect_face(image, target);
   if (!frame.tags.empty()) return frame;

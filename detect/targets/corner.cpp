@@ -310,7 +310,7 @@ std::optional<Parameters> fitted(const std::vector<Pixel>& window, Parameters p,
     }
     const Normal at_next = normal_at(window, next);
     if (at_next.squares > normal.squares) {
-      // No step reduces the cost any more: rounding, at the minimum.
+      // Rounding at the minimum: no step reduces the cost any more.
       if (step.head<2>().norm() < converged_px) return p;
       damping *= 10;
       continue;

@@ -53,13 +53,13 @@ double signed_area(const FacePoint* points, int count) {
   return twice / 2;
 }
 
-/// Clipped cell: after clipping by the four sides of a rectangle it has at most eight corners.
+/// Clipped cell: after clipping by the four edges of a rectangle it has at most eight corners.
 struct Cut {
   std::array<FacePoint, 12> points;
   int count = 0;
 };
 
-/// Clips to the side sign * p[axis] >= sign * limit (Sutherland, Hodgman 1974).
+/// Clips to the half plane sign * p[axis] >= sign * limit (Sutherland, Hodgman 1974).
 Cut cut(const Cut& polygon, int axis, double limit, double sign) {
   Cut result;
   for (int i = 0; i < polygon.count; ++i) {
@@ -124,7 +124,7 @@ std::vector<double> blurred_and_turned(const std::vector<double>& from, int widt
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-constexpr int parts = 4;             // subdivisions of a pixel per side where the print has an edge
+constexpr int parts = 4;             // subdivisions of a pixel per axis where the print has an edge
 constexpr int band = 8;              // pixel rows rendered together
 constexpr double most_oblique = 12;  // limit of a pixel's foreshortening: cloth seen at 85 degrees
 
@@ -468,7 +468,7 @@ class Painter {
             caster_.face(corners[3])};
   }
 
-  /// True if all corners lie on one smooth side of a sheet, or on unprinted objects of like depth.
+  /// True if all corners lie on one smooth side of a sheet, or on bare objects of similar depth.
   [[nodiscard]] bool is_one_surface(const Corners& corners, double side_px) const {
     for (const Hit& hit : corners) {
       if (!hit.is_hit() || hit.front != corners[0].front ||
@@ -516,7 +516,7 @@ class Painter {
     return sum / (parts * parts);
   }
 
-  /// Ink in cell (i, j) of a pixel. The cell is halved again if an edge runs through it, so that
+  /// Ink in cell (i, j) of a pixel. Halves the cell again if an edge runs through it, so that
   /// curvature of the surface within the cell is negligible.
   [[nodiscard]] double cell_ink(int column, int row, int i, int j, const Corners& corners) const {
     if (!is_one_surface(corners, 1.0 / parts) || !is_print_side(corners[0])) {

@@ -19,7 +19,7 @@ using units::mm;
 namespace {
 
 constexpr double kSigmas = 4;
-constexpr std::size_t kLeastPlaces = 8;  ///< places needed along one direction
+constexpr std::size_t kLeastPlaces = 8;  ///< least number of spans along one direction
 /// Largest turn of the cloth between neighbours: keeps the next term of the arc, angle^4 / 1920,
 /// below 1e-5.
 constexpr double kMostTurn_rad = 0.35;
@@ -94,7 +94,7 @@ struct Length {
   std::size_t places = 0;
 };
 
-/// Standard uncertainty of a median. Adjacent places share a mark, whose error lengthens one and
+/// Standard uncertainty of a median. Adjacent spans share a mark; its error lengthens one and
 /// shortens the other.
 double median_sd(const std::vector<Place>& places, double scale_sd) {
   double variance = 0;
@@ -266,7 +266,7 @@ std::vector<std::string> contradictions_of_cameras(const Detections& detections,
                                                    const TriangulateOptions& options,
                                                    const Misses& now) {
   if (now.marks < kLeastMarks || now.median_sigmas <= kMissSigmas) return {};
-  // Without correction of their shape, as here, dots on curved cloth also miss by over three sigma.
+  // Without the correction of dot shapes, dots on curved cloth also miss by over three sigma.
   const double solved = std::max(kMissSigmas, now.median_sigmas / 10);
   std::vector<std::string> cameras;
   for (const FrameDetections& frame : detections.frames)
@@ -407,7 +407,7 @@ std::vector<std::string> contradictions_of(const Detections& detections,
                                            const Sheet& sheet) {
   const std::vector<std::string> found =
       contradictions_of_cameras(detections, calibration, set, options, misses);
-  // Points from rays that do not meet say nothing about lengths.
+  // Points from rays that do not meet carry no evidence about lengths.
   if (!found.empty()) return found;
   return contradictions_of_sheet(detections.lattice, options, placed, sheet);
 }
@@ -424,8 +424,8 @@ std::vector<std::string> contradictions_of_sheet(const MarkLattice& lattice,
   add(contradictions_of_pitch(placed, lattice.pitch_m, strain, scale_sd_of(sheet, lattice),
                               options.scene ? options.scene->print_file.string() : "print.toml"));
   if (!options.scene) return found;
-  // Lengths of cloth prove nothing about objects if they contradict the print itself, and
-  // unsupported level cloth proves less than an object that is already contradicted.
+  // Cloth lengths that contradict the print itself are no evidence about objects, and unsupported
+  // level cloth is weaker evidence than an already contradicted object.
   if (found.empty()) {
     const SeenCloth seen = seen_cloth(sheet, strain, *options.scene, options.threads);
     add(contradictions_of_objects(seen, *options.scene));
@@ -433,7 +433,7 @@ std::vector<std::string> contradictions_of_sheet(const MarkLattice& lattice,
   }
   const std::vector<std::string> held = contradictions_of_held(sheet, *options.scene, lattice);
   add(held);
-  // If the cloth hangs from other points than stated, its centre of mass proves nothing.
+  // If the cloth hangs from other points than stated, its centre of mass is no evidence.
   if (held.empty()) add(contradictions_of_gravity(MeasuredCloth(sheet), *options.scene, lattice));
   return found;
 }

@@ -39,7 +39,7 @@ constexpr Index kTrend = 3;  ///< a constant and two slopes
 
 /// Probability of contradicting a correct scene, over all of its held points.
 constexpr double kHeldRisk = 0.005;
-constexpr double kPrinted_m = 0.1 * mm;  ///< rounding of suggested places
+constexpr double kPrinted_m = 0.1 * mm;  ///< rounding of suggested positions
 constexpr std::size_t kMostExchanged = 4;
 
 Vector2d material_of(const MarkLattice& lattice, MarkId mark) {
@@ -68,7 +68,7 @@ std::vector<HeldPoint> held_points(const Scene& scene, const MarkLattice& lattic
   return held;
 }
 
-/// Names the material point like the pin did: by a mark if it has one.
+/// Names the material point as the pin did: by a mark if it has one.
 void hold(Pin& pin, const Vector2d& material_m, const MarkLattice& lattice) {
   const Vector2d steps = (material_m - lattice.margin_m) / lattice.pitch_m;
   const MarkId mark{static_cast<int>(std::lround(steps.x())),
@@ -208,7 +208,7 @@ std::vector<Other> slips_of(const Scene& scene, const MarkLattice& lattice) {
         hold(other.pins[i], map(material_of(lattice, scene.pins[i])), lattice);
       });
   }
-  // Exchanges places between pins; the maps above cover those of a clamp's ends.
+  // Exchanges positions between pins; the maps above cover those of a clamp's ends.
   if (scene.pins.size() <= kMostExchanged) {
     std::vector<std::size_t> order(scene.pins.size());
     std::iota(order.begin(), order.end(), 0);
@@ -252,7 +252,7 @@ Vector3d rounded(const Vector3d& place_m) {
   return place_m.unaryExpr([](double value_m) { return rounded(value_m); });
 }
 
-/// Shifts every place along one axis by the length that fits the marks.
+/// Shifts every position along one axis by the length that fits the marks.
 std::vector<Other> shifts_of(const Scene& scene, const std::vector<Comparison>& stated) {
   std::vector<Other> others;
   for (const int axis : {0, 1, 2}) {
@@ -271,7 +271,7 @@ std::vector<Other> shifts_of(const Scene& scene, const std::vector<Comparison>& 
   return others;
 }
 
-/// Moves one place, or every place, to where the marks show it.
+/// Moves one position, or every one, to its measured value.
 Other placed(const Scene& scene, const std::vector<Comparison>& stated, const HeldPoint* alone) {
   Other other{alone == nullptr ? "every place as the marks show it" : "that place alone", scene};
   auto next = stated.begin();
@@ -282,7 +282,7 @@ Other placed(const Scene& scene, const std::vector<Comparison>& stated, const He
   return other;
 }
 
-/// Material points and places, irrespective of how pins and clamps name them.
+/// Material points and positions, irrespective of how pins and clamps name them.
 std::string holding_of(const std::vector<HeldPoint>& held) {
   std::vector<std::string> lines;
   for (const HeldPoint& point : held)
@@ -292,7 +292,7 @@ std::string holding_of(const std::vector<HeldPoint>& held) {
   return fmt::format("{}", fmt::join(lines, "\n"));
 }
 
-/// Corrected scenes that pass, by the simplest kind of correction with any that pass.
+/// Corrected scenes that pass, by the simplest kind of correction with any passing scene.
 struct Found {
   std::optional<SuggestedScene> suggested;
   std::vector<std::string> alike;  ///< descriptions if more than one passed
@@ -412,8 +412,8 @@ std::optional<ShownPlace> MeasuredCloth::computed(const Vector2d& material_m) co
   if (!((system.row(0) * inverse.col(0) - MatrixXd::Ones(1, 1)).norm() < kRounding) ||
       !((inverse * system.col(count)).segment(count, 1) - MatrixXd::Ones(1, 1)).isZero(kRounding))
     return std::nullopt;  // collinear marks
-  // With mark i left out, the surface misses it by (inverse * places)_i / inverse_ii, with variance
-  // 1 / inverse_ii (Dubrule 1983).
+  // With mark i left out, the surface misses it by (inverse * positions)_i / inverse_ii, with
+  // variance 1 / inverse_ii (Dubrule 1983).
   Matrix3d coefficient_m2 = Matrix3d::Zero();
   const MatrixXd misses = inverse * places_m;
   const Index learnt = std::min<Index>(count, kLearnt);
@@ -501,7 +501,7 @@ std::vector<std::string> contradictions_of_gravity(const MeasuredCloth& cloth, c
   const bool on_line = points.size() == 2;
   Vector3d below_m = centre->point_in_world - points.front().point_in_world;
   Vector3d across = scene.gravity_m_per_s2.normalized();
-  if (on_line) {  // which takes up what is along it
+  if (on_line) {  // the slope along the line takes this up
     const Vector3d line =
         (points.back().point_in_world - points.front().point_in_world).normalized();
     below_m -= below_m.dot(line) * line;

@@ -24,7 +24,7 @@ using units::mm;
 
 namespace {
 
-/// Probability of contradicting a correct object: by chi-square, and by one direction alone.
+/// Risk of contradicting a correct object: by chi-square, and by one direction alone.
 constexpr double kObjectRisk = 0.005;
 
 /// Additional error of marks on sharp creases, which can reach 0.23 mm (README, limits).
@@ -45,18 +45,18 @@ struct Against {
 struct Untouched {
   std::size_t object = 0;
   double nearest_m = 1;
-  double allowed_m = 0;  ///< thickest cloth and three standard deviations of place, size, mark
+  double allowed_m = 0;  ///< thickest cloth and three standard deviations of position, size, mark
 };
 
-/// 3 x 3 marks that lie level although nothing in the scene supports them. Cloth that spans a
-/// length L without support sags by at least L^2 / (8 H), with H the longest side of the patch,
-/// since its tension is at most the weight of the whole patch; level means a quarter of that. A
-/// single mark proves less: stiff cloth can lift a free edge above its support.
+/// 3 x 3 marks that lie level without support in the scene. Cloth that spans a length L without
+/// support sags by at least L^2 / (8 H), with H the longest edge of the patch, since its tension is
+/// at most the weight of the whole patch; level means a quarter of that. A single mark is weaker
+/// evidence: stiff cloth can lift a free edge above its support.
 struct Floating {
   MarkId first;
   double z_m = 0;      ///< height of the lowest mark
   double range_m = 0;  ///< lowest to highest mark
-  double spare_m = 0;  ///< distance above what any support allows
+  double spare_m = 0;  ///< height above any possible support
 };
 
 /// Length of a string around a circle of radius r between two points at distances a and b from its
@@ -137,7 +137,7 @@ double sigma_m(const SheetMark& mark) {
 }
 
 /// Length by which the cloth of a span is too short to pass outside the object; 0 if it is not. A
-/// span that is too long even without an object is not held against this object.
+/// span that is too long even without an object is no evidence against this one.
 double shortfall_m(const Obstacle& object, const ClothSpan& span) {
   const Vector3d &from = span.from->point_in_world, &to = span.to->point_in_world;
   const double chord_m = (to - from).norm();
@@ -255,11 +255,11 @@ double most_lowered_m(const Obstacle& object, const ObjectUncertainty& stated) {
   return normal_quantile(1 - kObjectRisk) * std::hypot(stated.place_m(), stated.size_m());
 }
 
-/// True if no object within the stated uncertainties is consistent: either the least chi square of
+/// True if no object within the stated uncertainties is consistent. Either the least chi square of
 /// any object near the stated one, for the move plus the remaining contradiction, exceeds
-/// chi2_limit(), or its top would have to be lowered by more than most_lowered_m(). If the stated
-/// uncertainties are right, the former does not exceed that of the true object, whose first part
-/// has as many degrees of freedom as there are values; each false alarm rate is at most 1 in 200.
+/// chi2_limit(), or its top would have to be lowered by more than most_lowered_m(). With correct
+/// uncertainties the former does not exceed that of the true object, whose first part has as many
+/// degrees of freedom as there are values; each false alarm rate is at most 1 in 200.
 bool is_contradicted(const SeenCloth& seen, const Obstacle& object,
                      const ObjectUncertainty& stated) {
   const double limit = chi2_limit(object);
@@ -320,7 +320,7 @@ std::optional<Untouched> untouched(const SeenCloth& seen, const Scene& scene) {
 std::optional<Floating> floating(const SeenCloth& seen, const Scene& scene) {
   if (!scene.pins.empty() || !scene.clamps.empty()) return std::nullopt;
   const std::vector<SheetMark>& marks = seen.sheet.marks;
-  std::vector<double> spare_m;  // gap to the nearest support minus what resting cloth may have
+  std::vector<double> spare_m;  // gap to the nearest support minus the largest gap of resting cloth
   spare_m.reserve(marks.size());
   for (std::size_t k = 0; k < marks.size(); ++k) {
     const double sd_m = sigma_m(marks[k]);
@@ -355,7 +355,7 @@ std::optional<Floating> floating(const SeenCloth& seen, const Scene& scene) {
 }
 
 /// Largest penetration of a mark into a correctly stated mesh: 99.5 % quantile of chi square for
-/// the four values of place and rotation, as for a body of known shape, plus three standard
+/// the four values of position and rotation, as for a body of known shape, plus three standard
 /// deviations of the mark.
 double most_inside_m(const ObjectUncertainty& stated, const SheetMark& mark) {
   return std::sqrt(chi_square_beyond(kObjectRisk, 4)) *
@@ -384,8 +384,8 @@ std::string contradiction_of_mesh(const Sheet& sheet, const std::vector<double>&
       most_inside_m(stated, mark) / mm);
 }
 
-/// Relative enlargement of a box or cylinder so that the cloth touches it on all sides, which
-/// centres it in the space that the cloth leaves.
+/// Relative enlargement of a box or cylinder that lets the cloth touch it all around and so centres
+/// it in the space under the cloth.
 constexpr double kWider = 0.03;
 
 Obstacle wider_of(Obstacle object) {
@@ -394,8 +394,8 @@ Obstacle wider_of(Obstacle object) {
   return object;
 }
 
-/// Cost of an object: high for marks inside, attractive for marks nearly touching, zero for others.
-/// Cloth too short to pass outside also counts, which centres the object in it.
+/// Cost of an object: high for marks inside, 0 for touching marks, rising to 1 for distant ones.
+/// Cloth too short to pass outside also counts, which centres the object under it.
 double cost(const SeenCloth& seen, const Obstacle& object, double reach_m) {
   constexpr double kInside_m = 0.45 * mm;
   double sum = 0;
@@ -569,7 +569,7 @@ class Search {
     return (!above || above->object != index_) && (!is_held_up_ || !floating(seen_, other));
   }
 
-  /// Best position from a start: draws marks to the surface from ever nearer, then keeps them out.
+  /// Best position from a start: attracts marks from decreasing distances, then keeps them out.
   [[nodiscard]] Obstacle fitted(Obstacle object, const std::vector<int>& free) const {
     for (const double reach_m : {8 * mm, 4 * mm, 2 * mm, 1 * mm}) {
       const auto at = [&](const Change& change) {
@@ -582,7 +582,7 @@ class Search {
   }
 
   /// Samples changes of `object` that fit, by hit-and-run: a random direction, then a random point
-  /// on the chord, which is shortened to each point found outside.
+  /// on the chord; each point found outside shortens the chord.
   [[nodiscard]] std::vector<Change> range_around(const Obstacle& object,
                                                  const std::vector<int>& free) const {
     constexpr int kWalk = 150;
@@ -706,7 +706,7 @@ std::vector<Range> ranges_of(const Search& search, const SeenCloth& seen, const 
 }
 
 /// Expected number of typing errors within the range by chance: two are possible for the rotation,
-/// eleven for place and size.
+/// eleven for position and size.
 double chance_of(const Slip& slip, const Stated& stated, const Range& range) {
   constexpr double kTurns = 2, kPlaces = 11;
   double chance = 1;
@@ -731,7 +731,7 @@ double pitch_mm(const Sheet& sheet) {
   return sheet.patch_m.maxCoeff() / mm;
 }
 
-constexpr double kResolution = 0.5;  ///< mm or degrees; as fine as an operator reads a value
+constexpr double kResolution = 0.5;  ///< mm or degrees; resolution of an operator's reading
 
 /// A possible error of the operator: returns the object as it would be stated.
 struct Mistake {

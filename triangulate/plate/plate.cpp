@@ -160,7 +160,7 @@ std::vector<ObjectValue> place_values(const PointOnPlate& foot, const Vector3d& 
   return values;
 }
 
-/// Requires twice the uncertainty below half of the object: else the plate contradicts nothing.
+/// Requires twice the uncertainty below half of the object; else the plate contradicts nothing.
 void check_placing(const PlateOnObject& lies, double width_m) {
   if (lies.placing_mm * mm < 0.25 * width_m) return;
   throw bad_input(fmt::format("a plate laid on within {:g} mm says nothing of an object {:g} mm "
